@@ -12,7 +12,7 @@ use hal_mock::RowReader;
 use ridgetone::estimator;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::{Abscissa, Status};
-use ridgetone_tone::{FRAMES_MAX, Fitter, FrameSpan, HARMONICS_MAX, Table};
+use ridgetone_tone::{FRAMES_MAX, Fit, Fitter, FrameSpan, HARMONICS_MAX, Table};
 use serde::Serialize;
 
 /// Channels are scaled to about a real one's span in codes. Quantization to 1 is then far below any file's residuals.
@@ -20,6 +20,9 @@ const SPAN_CODES: f64 = 1e6;
 
 /// A given rate that differs from the time stamps by more than this share gives a warning.
 const RATES_DIFFER: f64 = 0.01;
+
+/// Share of frames that have all readings, from which on blank cells are not bridged.
+const WHOLE_SHARE_MIN: f64 = 0.95;
 
 /// One channel's part of the result, in the file's unit, with the fundamental where there is a tone.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -90,11 +93,10 @@ pub fn fit(rows: &mut dyn RowReader, selection: &Selection, progress: &mut dyn F
         grid.slots()
     );
 
-    let scaled = Scaled::new(&part, &columns, &grid);
+    let mut scaled = Scaled::new(&part, &columns, &grid);
     if let Some(c) = scaled.units.iter().position(|unit| !unit.is_finite()) {
         bail!("{file}: column {}: its values are too far apart to be fitted", rows.names()[columns[c]]);
     }
-    let mut source = Table { values: &scaled.values, valid: &scaled.valid };
     let places = match &selection.place {
         Some(column) => {
             let at = named(rows, column.name())?;
@@ -107,31 +109,53 @@ pub fn fit(rows: &mut dyn RowReader, selection: &Selection, progress: &mut dyn F
         None => Vec::new(),
     };
     let place = |frame: u32| places.get(frame as usize).copied().unwrap_or(f32::NAN);
-    let mut span = FrameSpan::new(&mut source, 0, grid.slots() as u32).with_quantization(1.0);
-    if let Some(interferer_hz) = selection.interferer_hz {
-        span = span.with_interferer((interferer_hz / grid.rate_hz) as f32);
-    }
-    if let Some(column) = &selection.place {
-        let Some(along) = span.along(&place) else {
-            bail!("{file}: by column {} the finger does not move in this part", column.name());
-        };
-        span = along;
-    }
     let harmonics = selection.harmonics.unwrap_or(HARMONICS_MAX as u8);
-    let Ok(found) = Fitter::new(harmonics).fit(&mut span) else {
-        bail!("{file}: the fit did not reach all rows");
+    let mut fit = |scaled: &Scaled| {
+        let mut source = Table { values: &scaled.values, valid: &scaled.valid };
+        let mut span = FrameSpan::new(&mut source, 0, grid.slots() as u32).with_quantization(1.0);
+        if let Some(interferer_hz) = selection.interferer_hz {
+            span = span.with_interferer((interferer_hz / grid.rate_hz) as f32);
+        }
+        if let Some(column) = &selection.place {
+            let Some(along) = span.along(&place) else {
+                bail!("{file}: by column {} the finger does not move in this part", column.name());
+            };
+            span = along;
+        }
+        let Ok(found) = Fitter::new(harmonics).fit(&mut span) else {
+            bail!("{file}: the fit did not reach all rows");
+        };
+        Ok(found)
     };
+    // Few frames that are not whole are left out at less cost than they are bridged; and a fast tone cannot be bridged.
+    let is_bridged = selection.place.is_none() && scaled.whole_share() < WHOLE_SHARE_MIN;
+    let mut found = fit(&scaled)?;
+    if is_bridged {
+        let bridged = scaled.bridged(&grid);
+        let other = fit(&bridged)?;
+        let is_slow = f64::from(other.frequency) <= bridge::TONE_MAX;
+        if other.status.has_tone() && is_slow {
+            (found, scaled) = (other, bridged);
+        }
+    }
+    let of_readings = scaled.sigma_factor(&found);
+    for sigma in [
+        &mut found.sigma,
+        &mut found.movement.sigma_of_mean,
+        &mut found.movement.wander_sigma,
+        &mut found.movement.chirp_sigma,
+    ] {
+        *sigma *= of_readings;
+    }
 
     let rate_share = grid.rate_sigma_hz / grid.rate_hz;
-    // What is bridged says nothing new.
-    let of_readings = (1.0 + scaled.bridged as f64 / scaled.readings.max(1) as f64).sqrt();
     // Places that are given need no time.
     let (abscissa, per_unit, scale_share) = match selection.place {
         Some(Column::Position(_)) => (Abscissa::Place, 1.0, 0.0),
         Some(Column::Speed(_)) => (Abscissa::Place, 1.0, rate_share),
         None => (Abscissa::Time, grid.rate_hz, rate_share),
     };
-    let (frequency, sigma) = (f64::from(found.frequency) * per_unit, f64::from(found.sigma) * per_unit * of_readings);
+    let (frequency, sigma) = (f64::from(found.frequency) * per_unit, f64::from(found.sigma) * per_unit);
     let has_tone = found.status.has_tone();
     let beside = Beside {
         movement: has_tone.then(|| estimator::movement(&found, per_unit as f32)),
@@ -177,9 +201,10 @@ struct Scaled {
     zeros: Vec<f64>,
     /// File units per unit of `values`.
     units: Vec<f64>,
-    /// Readings of the file, and missing ones that those beside them stand for.
+    /// Readings of the file.
     readings: usize,
-    bridged: usize,
+    /// Of each channel, those that others beside them stand for.
+    bridged: [usize; TAXELS],
 }
 
 impl Scaled {
@@ -190,7 +215,7 @@ impl Scaled {
             zeros: Vec::new(),
             units: Vec::new(),
             readings: 0,
-            bridged: 0,
+            bridged: [0; TAXELS],
         };
         for (c, column) in columns.iter().enumerate() {
             let readings = || grid.places.iter().copied().zip(part.column(*column)).filter(|(_, v)| !v.is_nan());
@@ -200,21 +225,51 @@ impl Scaled {
             let span = greatest - least;
             // The fit leaves a constant channel out, whatever its unit.
             let unit = if span > f64::MIN_POSITIVE * SPAN_CODES { span / SPAN_CODES } else { 1.0 };
-            let mut known = vec![None; grid.slots()];
-            readings().for_each(|(place, value)| known[place] = Some(value));
-            // Of a row that is missing nothing is known.
-            let rows = |place: &usize| grid.places.binary_search(place).is_ok();
-            let bridged: Vec<_> = bridge::bridged(&known).into_iter().filter(|(place, _)| rows(place)).collect();
-            scaled.readings += readings().count();
-            scaled.bridged += bridged.len();
-            for (place, value) in readings().chain(bridged) {
+            for (place, value) in readings() {
                 scaled.values[place][c] = ((value - zero) / unit) as f32;
                 scaled.valid[place] |= 1 << c;
+                scaled.readings += 1;
             }
             scaled.zeros.push(zero);
             scaled.units.push(unit);
         }
         scaled
+    }
+
+    /// Share of the rows that have all readings of the channels that have any.
+    fn whole_share(&self) -> f64 {
+        let all = self.valid.iter().fold(0, |all, valid| all | valid);
+        let count = |is: &dyn Fn(u16) -> bool| self.valid.iter().filter(|valid| is(**valid)).count() as f64;
+        count(&|valid| valid == all) / count(&|valid| valid != 0).max(1.0)
+    }
+
+    /// The same with single readings bridged; of a row that is missing nothing is known.
+    fn bridged(&self, grid: &Grid) -> Self {
+        let Self { values, valid, zeros, units, .. } = self;
+        let (mut values, mut all_valid, mut count) = (values.clone(), valid.clone(), [0; TAXELS]);
+        for (c, count) in count.iter_mut().enumerate().take(units.len()) {
+            let known: Vec<_> = (0..grid.slots())
+                .map(|slot| (valid[slot] & 1 << c != 0).then_some(f64::from(self.values[slot][c])))
+                .collect();
+            for (slot, value) in bridge::bridged(&known).into_iter().filter(|(slot, _)| valid[*slot] != 0) {
+                values[slot][c] = value as f32;
+                all_valid[slot] |= 1 << c;
+                *count += 1;
+            }
+        }
+        Self { values, valid: all_valid, zeros: zeros.clone(), units: units.clone(), bridged: count, ..*self }
+    }
+
+    /// By how much sigma is larger as what is bridged says nothing new: by its share of each channel, weighted as the channel is.
+    fn sigma_factor(&self, found: &Fit) -> f32 {
+        let (mut all, mut bridged) = (f64::MIN_POSITIVE, 0.0);
+        for (c, count) in self.bridged.iter().enumerate().filter(|(c, _)| found.usable & 1 << c != 0) {
+            let channel = &found.channels[c];
+            let weight = f64::from(channel.amplitude / channel.residual.max(f32::MIN_POSITIVE)).powi(2).min(1e30);
+            all += weight;
+            bridged += weight * (*count as f64 / self.values.len().max(1) as f64);
+        }
+        (1.0 / (1.0 - bridged / all).max(0.1)).sqrt() as f32
     }
 }
 

@@ -43,9 +43,9 @@ const COMMON_SPREAD: f32 = 0.1;
 const COMMON_REMAINDER: f32 = 0.02;
 /// Nor are as many beside a curved baseline: the third harmonic of half a cycle looks like them.
 const CYCLES_BENT: f32 = 2.0;
-/// Fewer channels say less of what is a tone's: a part of a cycle with overtones, and a curved baseline, look like more of them in one,
-/// and in several at once by chance. Half of all sixteen, and two.
+/// In fewer channels than this a part of a cycle with overtones may look like more cycles beside a curved baseline: they need more cycles.
 const CHANNELS_FEW: f32 = 8.0;
+/// As many channels and fewer need more still.
 const CHANNELS_PAIR: f32 = 2.0;
 /// The least cycles in one channel or two.
 const CYCLES_PAIR: f32 = 1.65;

@@ -96,7 +96,7 @@ impl Row {
         let mut complaints: Vec<_> = judgements.iter().flat_map(of_run).collect();
         // What is allowed comes last: faults without a report in mixed runs, and what arrives altered where it is read once.
         complaints.sort_by_key(|(_, complaint)| match complaint {
-            complaint if complaint.ends_with(ALTERED) && !place.is_read_twice() => 2,
+            complaint if complaint.ends_with(ALTERED) && family.alters() && !place.is_read_twice() => 2,
             complaint => u8::from(complaint.starts_with(NOT_REPORTED)),
         });
         let complaints = complaints.into_iter().map(|(seed, complaint)| format!("seed {seed}: {complaint}"));
@@ -138,9 +138,13 @@ impl Row {
 
     /// Whether everything is zero that must be.
     pub fn is_clean(&self) -> bool {
-        // What is read once may arrive altered: nothing shows it.
-        let is_altered = Family::value_variants().iter().any(|family| family.alters() && family.name() == self.name);
-        let altered = if is_altered && !self.place.is_read_twice() { 0 } else { self.counts.altered };
+        let altered = if self.may_alter() { 0 } else { self.counts.altered };
         Counts { altered, ..self.counts }.is_clean(self.loss_is_known)
+    }
+
+    /// Whether conversions may arrive altered: by a fault that changes bits of what is read, where that is read once.
+    pub fn may_alter(&self) -> bool {
+        let alters = Family::value_variants().iter().any(|family| family.alters() && family.name() == self.name);
+        alters && !self.place.is_read_twice()
     }
 }

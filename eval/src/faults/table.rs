@@ -69,8 +69,8 @@ fn cells(row: &Row) -> Vec<String> {
         // Which reads the image took is not known.
         match row.place {
             Place::Emulator => "-".into(),
-            place if place.is_read_twice() => grouped(counts.altered),
-            _ => format!("({})", grouped(counts.altered)),
+            _ if row.may_alter() => format!("({})", grouped(counts.altered)),
+            _ => grouped(counts.altered),
         },
         grouped(counts.false_alarms),
     ]);

@@ -182,7 +182,7 @@ function show() {
   put("source", state.source);
   const { texture } = state;
   put("period", texture ? `${texture.period_mm.toPrecision(5)} mm` : "none");
-  // Nobody knows a standard deviation of 0.
+  // 0 means: not known.
   const sigma = texture?.period_sigma_mm ? `± ${texture.period_sigma_mm.toPrecision(2)} mm · ` : "";
   put("period-small", texture ? `${sigma}${(100 * state.share).toFixed(0)} % of the amplitude` : "");
   put("speed", `${speed.toFixed(0)} mm/s`);

@@ -241,7 +241,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn windows_use_all_rows() {
+    fn windows_overlap_by_half_or_less() {
         assert_eq!(starts(64, 64), [0]);
         assert_eq!(starts(95, 64), [0]);
         assert_eq!(starts(160, 64), [0, 32, 64, 96]);

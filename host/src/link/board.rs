@@ -18,7 +18,8 @@ use serde::Serialize;
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// Packets in a row, at most, whose loss is no restart: those of a second, after which the board counts as silent.
+/// Packets before number 0, at most, whose loss makes a wrapped number look like a restart's: those of a second, after which the board
+/// counts as silent.
 const LOST_MAX: u16 = 260;
 
 /// What the board does, in a report.
@@ -210,7 +211,7 @@ impl BoardEnd {
     fn lose(&mut self, why: &str) {
         if self.heard_s.take().is_some() {
             eprintln!("ridgetone: {why}");
-            (self.is_lost, self.doing.state) = (true, None);
+            (self.is_lost, self.doing.state, self.sequence) = (true, None, None);
             self.doing.silences += 1;
             self.requests.forget();
         }

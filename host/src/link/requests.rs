@@ -126,8 +126,9 @@ impl StylusRequests {
 
     /// The board says what it does. One that was silent for it must be enabled again, and one without a texture has started since.
     pub fn is_now(&mut self, state: State) {
-        if state == State::NoTexture {
-            self.done.texture = None;
+        if state == State::NoTexture && self.done.texture.is_some() {
+            // It has started again, and its greeting was lost: its parameters, and so its limits, are not known.
+            self.forget();
         }
         if matches!(state, State::LineSilent | State::Disabled) && self.done.is_enabled {
             (self.done.is_enabled, self.done.is_at_rest) = (false, true);
@@ -192,11 +193,11 @@ mod tests {
         assert_eq!(settle(&mut requests, &mut t_s), all);
         requests.has(&WANTED);
         assert_eq!(settle(&mut requests, &mut t_s), []);
-        // It has started again, its greeting was lost, and its parameters are the wanted ones.
+        // It has started again, and its greeting was lost.
         requests.is_now(State::Disabled);
         assert_eq!(settle(&mut requests, &mut t_s), [Command::Enable]);
         requests.is_now(State::NoTexture);
-        assert_eq!(settle(&mut requests, &mut t_s), [Command::Texture(second)]);
+        assert_eq!(settle(&mut requests, &mut t_s), all);
     }
 
     #[test]
