@@ -109,7 +109,7 @@ pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
 pub fn sleep() {
     /// The exception that is served next, 0 for none (Armv7-M, ICSR.VECTPENDING).
     const VECTPENDING: u32 = 0x1ff << 12;
-    /// 2000 instructions are 16 us at 125 MIPS; so many ticks of SysTick, at 168 MHz, are 18 us.
+    /// 2000 instructions are 16 us at 125 MIPS; this number of ticks of SysTick, at 168 MHz, is 18 us.
     const LONG_TICKS: u32 = 3000;
     // SAFETY: reading ICSR has no side effect.
     while unsafe { (*SCB::PTR).icsr.read() } & VECTPENDING == 0 {

@@ -56,7 +56,7 @@ pub fn least_squares(statistics: &Statistics, channels: &Channels) -> Values {
     least
 }
 
-/// The log-likelihood of so many channels, by the product of their residuals' shares of the squares, less the penalty for
+/// The log-likelihood of `width` channels, by the product of their residuals' shares of the squares, less the penalty for
 /// the unknowns of each.
 pub fn likelihood(frames: f32, width: usize, product: f32, unknowns: usize) -> f32 {
     -0.5 * (frames - unknowns as f32).max(0.0) * ln(product) - 0.5 * ln(frames) * unknowns as f32 * width as f32
