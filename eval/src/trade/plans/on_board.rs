@@ -3,7 +3,7 @@
 use super::accuracy::{TONES_HZ, scene};
 use super::{Choice, OnBoard};
 use crate::accuracy::rounded;
-use crate::bench::CLOCK_HZ;
+use crate::bench::emulated::CLOCK_HZ;
 use crate::board::{FIT_IRQ, request};
 use anyhow::{Context, Result, ensure};
 use hal_mock::{Sliding, SlidingScene};
