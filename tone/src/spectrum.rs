@@ -11,7 +11,7 @@ use crate::statistics::{Channels, Statistics};
 use crate::waves::Waves;
 use core::f32::consts::PI;
 
-/// Channels that are transformed, those with the least share of noise; fewer in windows in time that have more frames than the last.
+/// Channels that are transformed, those with the least share of noise; fewer in windows in time of more than 192 frames.
 pub const CHANNELS: usize = 4;
 const CHANNELS_LONG: usize = 2;
 const FRAMES_LONG: u32 = 192;
