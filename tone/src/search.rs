@@ -14,7 +14,8 @@ use heapless::Vec;
 
 /// The periodogram is searched from this number of cycles on.
 const PERIODOGRAM_CYCLES: f32 = 3.0;
-/// A candidate of the periodogram with fewer cycles than this is not refined by itself: the grid gets a point there.
+/// A candidate of the periodogram with fewer cycles than this is refined only if the grid is searched too, which then has a point
+/// there.
 const GRID_CYCLES: f32 = 3.4;
 /// Most candidates from the grid.
 const OF_GRID: usize = 4;

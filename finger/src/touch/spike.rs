@@ -23,7 +23,7 @@ pub const SPIKE_STILL_BLOCKS: u32 = 6;
 /// that; this is the square of the twentieth.
 pub const BACK_FROM_SPIKE: f32 = 1.0 / 400.0;
 /// A tap that leaves no load is reported if the squared height of its spike, in units of the noise, is at least this: 30
-/// standard deviations over all taxels. A lower spike is a vibration.
+/// standard deviations in every taxel. A lower spike is a vibration.
 pub const TAP: Limit = limit(900.0, 0.0);
 
 /// The highest deviation of every taxel so far.
