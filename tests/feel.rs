@@ -18,7 +18,7 @@ fn settings(plan: Plan) -> Settings {
     Settings { feel, ..Settings::DEFAULT.with_plan(plan) }
 }
 
-/// The event of a vibration of so many micrometres in the taxels of a mask, whose missing frames are those of `is_missing`.
+/// The event of a vibration of `um` micrometres in the taxels of a mask, whose missing frames are those of `is_missing`.
 fn felt(
     plan: Plan,
     frames: usize,

@@ -77,7 +77,7 @@ fn both_holds_are_imaged_with_their_standard_error() {
     assert!((spread - 1.0).abs() < 0.1, "{spread} of {count}");
 }
 
-/// A load of so many millivolts per number of the taxel; a tone while it slides.
+/// A load in proportion to the number of the taxel; a tone while it slides.
 struct Steps {
     touched_s: (f64, f64),
     slides_s: &'static [(f64, f64)],

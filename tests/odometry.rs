@@ -45,7 +45,7 @@ struct Robot {
     speeds: bool,
     /// It streams until this time of the slide, seconds.
     until_s: f64,
-    /// Of 1000 messages so many are lost, sent twice, and damaged.
+    /// How many of 1000 messages are lost, sent twice, and damaged.
     lost: u32,
     doubled: u32,
     damaged: u32,

@@ -63,7 +63,7 @@ pub struct Solution<'a> {
 }
 
 impl<'a> Matching<'a> {
-    /// Values that the memory of [`Self::new`] must hold for so many pins and sensors: 2000 (8 kB) for 100 pins and 16 sensors.
+    /// Values that the memory of [`Self::new`] must hold for `pins` pins and `sensors` sensors: 2000 (8 kB) for 100 pins and 16 sensors.
     pub const fn floats(pins: usize, sensors: usize) -> usize {
         if by_sensors(pins, sensors) {
             pins * sensors + 2 * triangle(sensors) + sensors + pins

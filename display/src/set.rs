@@ -12,7 +12,7 @@ pub(crate) struct Set([u32; WORDS]);
 impl Set {
     pub(crate) const NONE: Self = Self([0; WORDS]);
 
-    /// Those of the first so many that are in it.
+    /// Those of the first `pins` pins for which `is_in` holds.
     pub(crate) fn of(pins: usize, is_in: impl Fn(usize) -> bool) -> Self {
         let mut set = Self::NONE;
         for pin in (0..pins).filter(|pin| is_in(*pin)) {

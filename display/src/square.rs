@@ -63,12 +63,12 @@ pub struct Square {
 }
 
 impl Square {
-    /// Values that the memory of [`Self::forces`] must hold for so many pins on a side: 836 (3.3 kB) for 10.
+    /// Values that the memory of [`Self::forces`] must hold for `side` pins on a side: 836 (3.3 kB) for 10.
     pub const fn floats(side: usize) -> usize {
         side.div_ceil(2) * side.div_ceil(2) * (SENSORS + FOUR) + 2 * ELEMENTS + SENSORS
     }
 
-    /// Multiplications of a system with so many pins on a side: least and greatest number. In between they go by the pins that have just
+    /// Multiplications of a system with `side` pins on a side: least and greatest number. In between they go by the pins that have just
     /// begun or ended to press.
     pub const fn multiply_adds(side: usize) -> [u32; 2] {
         let quarter = side.div_ceil(2) * side.div_ceil(2);
@@ -179,7 +179,7 @@ impl Square {
     }
 }
 
-/// Multiplications of a system with so many pins in the first quarter, but for those that form its matrix.
+/// Multiplications of a system with `quarter` pins in the first quarter, but for those that form its matrix.
 const fn multiply_adds(quarter: usize) -> u32 {
     (SENSORS * SENSORS * SENSORS / 6 + SENSORS * SENSORS + SENSORS * quarter) as u32
 }

@@ -129,7 +129,7 @@ fn mean(pairs: &[(f64, f64)], control: bool) -> (f64, f64) {
     (value, (residual / (n * (n - 2.0).max(1.0))).sqrt())
 }
 
-/// Whether an estimate of so many times the truth is a multiple or a fraction of it.
+/// Whether an estimate of `times` times the truth is a multiple or a fraction of it.
 fn is_octave(times: f64) -> bool {
     (2..=OCTAVE_MAX).map(f64::from).any(|multiple| {
         let near = |times: f64| (times / multiple - 1.0).abs() <= OCTAVE_WITHIN;

@@ -21,9 +21,6 @@ use ridgetone_host::emulator::Options;
 use ridgetone_proto::telemetry::WIRE_MAX;
 use std::path::{Path, PathBuf};
 
-/// Clock of the STM32F405, hertz.
-pub const CLOCK_HZ: f64 = 168e6;
-
 #[derive(Debug, Args)]
 pub struct BenchArgs {
     /// The image of the benchmark; without one nothing is counted.

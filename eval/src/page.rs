@@ -72,7 +72,7 @@ pub fn render(folder: &Path, page: &str, filled: impl FnOnce(&str) -> Result<Str
     output::line(&path.display().to_string())
 }
 
-/// A figure of so many decimals, or a dash where there is none.
+/// A figure of `decimals` decimals, or a dash where there is none.
 pub fn figure(value: Option<f64>, decimals: usize) -> String {
     value.map_or_else(|| "-".into(), |value| format!("{value:.decimals$}"))
 }

@@ -68,7 +68,7 @@ impl Frame {
         svg.text(left - 40.0, top - 9.0, Anchor::Start, "small", y_label);
     }
 
-    /// About so many thin lines across, with labels at the left.
+    /// About `ticks` thin lines across, with labels at the left.
     pub fn grid(&self, svg: &mut Svg, ticks: u32) {
         let (left, right) = self.x.at;
         for (value, label) in self.y.ticks(ticks) {

@@ -29,12 +29,12 @@ use taken::Place;
 /// The page with its tables as they were filled in last.
 const PAGE: &str = include_str!("../../docs/reproduction.md");
 
-/// Takes so many runs of each of the ten combinations.
+/// Takes `runs` runs of each of the ten combinations.
 pub fn measure(runs: u32, place: Place<'_>) -> Result<Reproduction> {
     measure_some(&(0..COMBINATIONS).collect::<Vec<_>>(), runs, place)
 }
 
-/// Takes so many runs of some of the combinations, by their numbers from 0 on.
+/// Takes `runs` runs of some of the combinations, by their numbers from 0 on.
 pub fn measure_some(which: &[usize], runs: u32, place: Place<'_>) -> Result<Reproduction> {
     let (combinations, pictures) = measure::combinations(which, runs, place)?;
     let mut cells: Vec<(f64, f64)> = which.iter().map(|c| TABLE_2[*c]).collect();

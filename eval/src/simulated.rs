@@ -131,7 +131,7 @@ impl Simulated {
         self.values.len() as f64 / self.frame_rate_hz
     }
 
-    /// Information of each channel about the frequency with so many harmonics, and with or without an unknown slope.
+    /// Information of each channel about the frequency with `harmonics` harmonics, and with or without an unknown slope.
     pub fn clues(&self, slope: bool, harmonics: usize) -> Result<Vec<Clue>> {
         let frames = self.values.len();
         let window = bound::Window { frames, frame_rate_hz: self.frame_rate_hz, slope };

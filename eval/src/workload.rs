@@ -37,7 +37,7 @@ pub fn read<T: DeserializeOwned>(mut fill: impl FnMut(&mut [u8]) -> bool) -> Opt
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Job {
     End,
-    /// Fit a window of so many frames with so many harmonics at most, the fundamental included; gives a [`Measured::Fit`].
+    /// Fit a window of `frames` frames with at most `harmonics` harmonics, the fundamental included; gives a [`Measured::Fit`].
     Fit {
         harmonics: u8,
         frames: u32,
@@ -55,13 +55,13 @@ pub enum Job {
     Encode,
     /// Take conversions in from a chip in memory; gives a [`Measured::Intake`].
     Intake,
-    /// Estimate the frequency of a window by a baseline, from the first so many channels; gives a [`Measured::Baseline`].
+    /// Estimate the frequency of a window by a baseline, from the first `channels` channels; gives a [`Measured::Baseline`].
     Baseline {
         method: u8,
         channels: u8,
         frames: u32,
     },
-    /// Forces of a display of so many rows and columns, under a bump that moves ([`crate::moving_bump`]); gives a [`Measured::Pins`]
+    /// Forces of a display of `side` rows and columns, under a bump that moves ([`crate::moving_bump`]); gives a [`Measured::Pins`]
     /// for every frame.
     Pins {
         side: u8,

@@ -56,7 +56,7 @@ impl Firing {
         firing
     }
 
-    /// Why a receptor has no intensity in a spectrum of so many bins at such a distance, hertz.
+    /// Why a receptor has no intensity in a spectrum of `bins` bins, `bin_hz` apart.
     pub fn absent(receptor: Receptor, bins: usize, bin_hz: f32) -> Option<Absent> {
         let [from, _, to] = receptor.corners_hz();
         let first = libm::floorf(from / bin_hz) + 1.0;

@@ -67,7 +67,7 @@ impl Reference {
 }
 
 impl Line {
-    /// Measures the amplitude at so many cycles in a window of [`amplitude_spectrum`]'s lengths, whose memory is used; none
+    /// Measures the amplitude at `cycles` cycles in a window of [`amplitude_spectrum`]'s lengths, whose memory is used; none
     /// for another length.
     pub fn measure(samples: &mut [f32], cycles: f32) -> Option<Self> {
         let amplitude = amplitude_at(samples, cycles);

@@ -16,7 +16,7 @@ const POINTS_MIN: usize = 64;
 const MEAN: f32 = 0.54;
 const SIDE: f32 = 0.23;
 
-/// The longest window of at most so many samples; none if they are too few.
+/// The longest window of at most `samples` samples; none if they are too few.
 pub fn points(samples: usize) -> Option<usize> {
     let points = 1 << samples.clamp(1, POINTS_MAX).ilog2();
     (points >= POINTS_MIN).then_some(points)
@@ -56,7 +56,7 @@ pub fn amplitude_spectrum(samples: &mut [f32]) -> Option<&mut [f32]> {
     samples.get_mut(..half)
 }
 
-/// The amplitude at so many cycles in the window, whole or not, as the spectrum has it at whole ones. It costs a sine and two
+/// The amplitude at `cycles` cycles in the window, a whole number or not, as the spectrum has it at whole ones. It costs a sine and two
 /// cosines a sample.
 pub fn amplitude_at(samples: &[f32], cycles: f32) -> f32 {
     let (count, mean) = (samples.len().max(1) as f32, mean(samples));

@@ -33,7 +33,7 @@ use ridgetone_proto::plan::{HealthReadings, Plan};
 use unseen::Unseen;
 
 /// Unexpected edges of DRDY, less expected ones, from which on DRDY is muted. At the default scan's 5064 conversions a
-/// second so many take 50 ms or longer; at a microsecond each, a few milliseconds.
+/// second 256 edges take 50 ms or longer; at a microsecond each, a few milliseconds.
 const STORM_EDGES: u16 = 256;
 /// Unexpected edges from one request for a check to the next, while checks find faults.
 const CHECK_EDGES: u8 = 8;

@@ -366,7 +366,7 @@ impl Assembler {
         scans
     }
 
-    /// Whether so many steps of the scan fit the time that passed. After a chip stood still or restarted its scan, every
+    /// Checks whether `steps` steps of the scan fit the time that passed. After a chip stood still or restarted its scan, every
     /// later conversion is off the time that the fit assumes. After a single late time stamp the next one is on time.
     fn check_time(&mut self, passed_us: u32, steps: u32) {
         let expected_us = divide(steps as u64 * self.scan.conversion_ns as u64, 1000).0 as u32;

@@ -17,7 +17,7 @@ pub struct EventBuilder {
 }
 
 impl EventBuilder {
-    /// For a reference of so many volts.
+    /// For a reference of `vref_v` volts.
     pub const fn new(vref_v: f32) -> Self {
         Self { volts_per_code: reading::volts(1, vref_v), slide_start_us: 0 }
     }

@@ -128,7 +128,7 @@ pub fn image_ratio(image: &Image) -> Option<Measured> {
     force_ratio(&levels, &sigmas, 1.0).map(|(value, sigma)| Measured { value, sigma })
 }
 
-/// The frames of a transform: so many to a value.
+/// The frames of a transform: `stride` frames are averaged into one value.
 struct Part {
     first: u32,
     stride: u32,
@@ -179,7 +179,7 @@ impl Part {
         Ok(2 * missing <= frames)
     }
 
-    /// What makes up for the mean of several frames, at so many cycles a value: one over Dirichlet's kernel.
+    /// The factor that makes up for the mean of several frames, at `cycles` cycles a value: one over Dirichlet's kernel.
     fn gain(&self, cycles: f32) -> f32 {
         if self.stride == 1 || !(cycles > 0.0) {
             return 1.0;

@@ -155,7 +155,7 @@ impl FrameClock {
 
     /// Frames per second by the board's clock; zero until there are two.
     pub fn frame_rate_hz(&self) -> f32 {
-        /// Frame numbers wrap after so many: 206 days at 241 Hz.
+        /// Frame numbers wrap after 2^32: 206 days at 241 Hz.
         const WRAP_FRAMES: f32 = 4_294_967_296.0;
         match self.rate_from {
             Some((frame, t_us)) if self.latest.1 > t_us => {

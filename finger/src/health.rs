@@ -9,7 +9,7 @@ use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::telemetry::Health;
 
-/// The greeting is repeated after so many `health`, for a listener that connects later.
+/// The greeting is repeated after every tenth `health`, for a listener that connects later.
 const GREETING_HEALTHS: u8 = 10;
 /// The rate may be off by this share of it, 1 / 200: no crystal is.
 const RATE_SHARE: u64 = 200;

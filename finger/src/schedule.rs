@@ -154,7 +154,7 @@ impl WindowScheduler {
         }
     }
 
-    /// Gives a window of so many frames from a first one on, of a slide, if it is long enough and in the ring.
+    /// Gives a window of `frames` frames from `first` on, of a slide, if it is long enough and in the ring.
     #[inline(never)]
     fn give(
         &self,

@@ -16,7 +16,7 @@ use std::f64::consts::TAU;
 /// Power of an empty bin, decibels: below the floor of 24 bits and 16 channels.
 const LEAST_DB: f32 = -120.0;
 
-/// The neighbourhood of a line reaches so many cycles a window to both sides: the estimator takes the noise there
+/// The neighbourhood of a line reaches five cycles a window to both sides: the estimator takes the noise there
 /// (`tone/src/neighbourhood.rs`).
 const NEIGHBOURHOOD_CYCLES: f64 = 5.0;
 

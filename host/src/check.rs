@@ -4,6 +4,7 @@
 mod acquisition;
 mod converter;
 mod gather;
+mod judge;
 mod lengths;
 mod line;
 mod observations;
@@ -13,18 +14,10 @@ mod signals;
 mod verdict;
 
 pub use gather::{Plan, gather};
+pub use judge::judge;
 pub use observations::{Exchanged, Kept, Observations, Watched};
 pub use report::Report;
 pub use verdict::{Check, Inputs, Verdict};
-
-/// Judges what was seen. `inputs` is what is connected to the analog inputs.
-pub fn judge(seen: &Observations, inputs: Inputs) -> Vec<Check> {
-    let mut checks = processor::checks(seen);
-    checks.extend(converter::checks(seen));
-    checks.extend(acquisition::checks(seen, inputs));
-    checks.extend(line::checks(seen));
-    checks
-}
 
 #[cfg(test)]
 mod tests;

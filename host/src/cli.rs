@@ -35,7 +35,7 @@ mod view;
 pub use firmware::FirmwareOptions;
 
 use anyhow::Result;
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
 /// The tone of the ridges under a tactile fingertip, on a PC: the same code as on the chip.
 ///
@@ -133,8 +133,8 @@ impl Cli {
             Command::Listen(args) => args.run(),
             Command::Demo(args) => args.run(),
             Command::Scene(args) => args.run(),
-            Command::Completions(args) => args.run(),
-            Command::Man(args) => args.run(),
+            Command::Completions(args) => args.run(Self::command()),
+            Command::Man(args) => args.run(Self::command()),
         }
     }
 }

@@ -78,7 +78,7 @@ pub struct Uncertainty {
     pub rate_share: f64,
 }
 
-/// The estimator takes the noise's density at the tone into its own standard deviation if it is so many of its standard
+/// The estimator takes the noise's density at the tone into its own standard deviation if it is 4.5 of its standard
 /// errors above that of independent frames, which it knows from 16 blocks of each channel (`tone/src/trust.rs`).
 const DENSITY_SEEN: f64 = 4.5;
 const DENSITY_BLOCKS: f64 = 16.0;
@@ -114,7 +114,7 @@ impl Uncertainty {
 /// From the end of a touch to the beginning of the next, seconds.
 const PAUSE_S: f64 = 1.0;
 
-/// Repeats a scene every so many seconds until its end.
+/// Repeats a scene every `every_s` seconds until `end_s`.
 pub struct Again<S> {
     pub scene: S,
     pub every_s: f64,

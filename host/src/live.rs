@@ -61,7 +61,7 @@ pub struct Counts {
     pub missing: u32,
     /// Packets with a wrong checksum.
     pub damaged: u32,
-    /// Times that the sequence numbers stepped back.
+    /// How often a sequence number was lower than the one before.
     pub stepped_back: u32,
 }
 
@@ -130,7 +130,7 @@ pub struct Live {
     pub log: Log,
 }
 
-/// Gives the latest packet of a kind as the event in it.
+/// Makes a method for each kind that returns the event of the latest packet of that kind.
 macro_rules! latest {
     ($($field:ident: $event:ident),*) => {
         $(pub fn $field(&self) -> Option<&$event> {
@@ -177,7 +177,7 @@ impl Live {
                 }
             }
             Event::Image(image) => match image.hold {
-                // An image after a slide that is still kept belongs to the touch before.
+                // If an image after a slide is still kept, it belongs to the touch before this one.
                 Hold::BeforeSlide => (now.latest.image_before, now.latest.image_after) = (kept(), None),
                 Hold::AfterSlide => now.latest.image_after = kept(),
             },
@@ -194,7 +194,7 @@ impl Live {
             Event::Pins(_) => now.latest.pins = kept(),
             Event::Reply(_) => {}
         }
-        // The log keeps what is not shown elsewhere, and no success of a request.
+        // The log takes only what no other part of the screen shows. A request that succeeded is not logged.
         let is_usual = match &packet.event {
             Event::Estimate(_)
             | Event::Health(_)
@@ -206,18 +206,18 @@ impl Live {
             _ => false,
         };
         if !is_usual {
-            // An image's further lines are its map.
+            // The text of an image has more lines: its map, which the log does not need.
             self.note(events::text(packet).lines().next().unwrap_or_default());
         }
     }
 
-    /// A greeting comes after start-up, every ten seconds and on request: most of them change nothing.
+    /// The board sends a greeting after start-up, every ten seconds and on request. Most greetings change nothing.
     fn greeted(&mut self, packet: &Packet, hello: &Hello) {
         let is_new = self.hello() != Some(hello);
         let has_begun = packet.sequence == 0;
         if has_begun && self.now.latest.hello.is_some() {
             self.now.restarts += 1;
-            // Its clock begins at zero again: earlier data do not fit on the same axis.
+            // The board's clock begins at zero again, so earlier data do not fit on the same axis.
             self.clear();
             (self.now.now_s, self.now.faults) = (None, Vec::new());
         }

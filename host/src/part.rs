@@ -46,7 +46,7 @@ impl Default for Values {
 }
 
 impl Part {
-    /// Reads it, at most so many rows. `progress` takes the rows that have been read.
+    /// Reads it, at most `most` rows. `progress` takes the rows that have been read.
     pub fn read(
         rows: &mut dyn RowReader,
         selection: &Selection,

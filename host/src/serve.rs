@@ -26,12 +26,14 @@ pub mod queue;
 #[cfg(feature = "ros2")]
 mod ros2;
 pub mod schema;
+mod sink;
 pub mod topic;
 mod url;
 #[cfg(feature = "zenoh")]
 mod zenoh;
 
 pub use open::Emulator;
+pub use sink::Sink;
 
 use crate::stop;
 use crate::usage::UsageError;
@@ -50,15 +52,6 @@ const LOOK: Duration = Duration::from_millis(50);
 
 /// Time that sinks have at the end for what waits.
 const FINISH: Duration = Duration::from_secs(3);
-
-/// Delivers messages.
-pub trait Sink: Send {
-    /// Name for people and in messages about losses.
-    fn name(&self) -> &'static str;
-
-    /// Delivers until the queue is closed and empty. It waits for a receiver that is not there. Fails if it never can deliver.
-    fn run(self: Box<Self>, queue: &Queue, names: &Names) -> Result<()>;
-}
 
 /// Lines of JSON on standard output.
 pub fn lines() -> Box<dyn Sink> {

@@ -23,7 +23,7 @@ const REACH_S: f64 = 600.0;
 /// The same for the height of the line.
 const NEAR_S: f64 = 15.0;
 
-/// A slope counts if it changes the delay over its span by so many times the scatter of the least delays, and if so many of
+/// A slope counts if it changes the delay over its span by five times the scatter of the least delays, and if ten of
 /// these are there; one that no crystal has counts sooner.
 const SIGNIFICANT: f64 = 5.0;
 const BLOCKS_MIN: usize = 10;

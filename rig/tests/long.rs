@@ -11,7 +11,7 @@ use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Span};
 use rig::{Board, ProcessorFault, Start};
 
-/// Touches again and again, for so many seconds: what the board reports of them is what the library gives on this PC for the
+/// Touches again and again, for `seconds` seconds: what the board reports of them is what the library gives on this PC for the
 /// same conversions, to the bit, and nothing is lost. The counter stands at `counter_us` when it begins.
 fn touches(seconds: u32, counter_us: u32) {
     let scene = Repeated(SlidingScene::new(Sliding::default()).expect("the default scene"));

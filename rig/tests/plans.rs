@@ -20,7 +20,7 @@ fn scene(plan: &Plan) -> Sliding {
     }
 }
 
-/// What a plan did in so many seconds.
+/// What a plan did in one run.
 struct Did {
     last: Health,
     loads: Vec<f32>,

@@ -75,7 +75,7 @@ impl<const PORT: char> Drdy<PORT> {
 impl<const PORT: char> DrdyPin for Drdy<PORT> {
     #[inline(always)]
     fn acknowledge(&mut self) -> Option<bool> {
-        self.edge_us = super::now_us();
+        self.edge_us = super::clock::now_us();
         let has_fallen = self.pin.check_interrupt();
         self.pin.clear_interrupt_pending_bit();
         // The write must reach EXTI before the handler returns, or the interrupt fires twice.

@@ -5,12 +5,12 @@
 //! emulator's third serial port). Its timers run at 1 GHz of virtual time.
 
 mod kept;
-mod link;
+pub(super) mod link;
 mod log;
 mod memory;
 mod semihost;
 
-use super::{Board, SerialLine, crash, stack};
+use super::{clock, crash, parts, serial_line, stack};
 use core::convert::Infallible;
 use cortex_m::peripheral::{SCB, SYST};
 use embedded_hal::digital::{self, OutputPin};
@@ -24,7 +24,7 @@ use stm32f4xx_hal::pac::{self, USART3};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::Config;
 
-pub use link::{Drdy, ended, feed_watchdog, is_line_blocked, received, received_us, take_line_byte};
+pub use link::{Drdy, ended, feed_watchdog};
 pub use memory::SettingsFlash;
 
 /// From power-up to the first register access, microseconds: the simulated chip's 2^18 tCLK.
@@ -36,7 +36,8 @@ const TICKS_PER_US: u32 = 1000;
 pub type Spi = Bridge;
 pub type Start = Pin;
 pub type Reset = Pin;
-pub type Usart = USART3;
+pub type SerialLine = serial_line::SerialLine<USART3>;
+pub type Board = parts::Parts<Spi, Start, Reset, Drdy, SerialLine, SettingsFlash>;
 
 /// An SPI device whose transactions travel over the bridge, for what the driver does: one write or transfer in place.
 pub struct Bridge;
@@ -83,10 +84,10 @@ impl OutputPin for Pin {
 pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
     let mut rcc = device.RCC.freeze(Config::hsi());
     let kept = KEPT.take();
-    super::clock::start(device.TIM2, &mut rcc, TICKS_PER_US);
+    clock::start(device.TIM2, &mut rcc, TICKS_PER_US);
     if let Some((now_us, _)) = kept {
         // The chip's time goes on.
-        super::clock::set_us(now_us);
+        clock::set_us(now_us);
     }
 
     let gpiob = device.GPIOB.split(&mut rcc);
@@ -109,7 +110,7 @@ pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
 pub fn sleep() {
     /// The exception that is served next, 0 for none (Armv7-M, ICSR.VECTPENDING).
     const VECTPENDING: u32 = 0x1ff << 12;
-    /// 2000 instructions are 16 us at 125 MIPS; so many ticks of SysTick, at 168 MHz, are 18 us.
+    /// 2000 instructions are 16 us at 125 MIPS; this number of ticks of SysTick, at 168 MHz, is 18 us.
     const LONG_TICKS: u32 = 3000;
     // SAFETY: reading ICSR has no side effect.
     while unsafe { (*SCB::PTR).icsr.read() } & VECTPENDING == 0 {

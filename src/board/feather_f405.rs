@@ -8,7 +8,7 @@
 //! A timer's input capture would date the edges of DRDY exactly, if DRDY were on D6 (PC6, TIM3 CH1) and RESET on A4.
 
 use super::stm32f4::{self, External};
-use super::{Board, SerialLine, converter};
+use super::{converter, parts, serial_line};
 use ridgetone_proto::boot::Boot;
 use stm32f4xx_hal::gpio::{Output, PC5, PC6, PinState, Pull};
 use stm32f4xx_hal::pac::{self, USART3};
@@ -16,13 +16,14 @@ use stm32f4xx_hal::prelude::*;
 
 pub use super::converter::POWER_UP_US;
 pub use super::flash::SettingsFlash;
-pub use stm32f4::{die, ended, feed_watchdog, leave, restart, sleep};
+pub use stm32f4::{ended, feed_watchdog, leave, restart, sleep};
 
 pub type Spi = converter::Spi<'A', 4>;
 pub type Start = PC5<Output>;
 pub type Reset = PC6<Output>;
 pub type Drdy = converter::Drdy<'C'>;
-pub type Usart = USART3;
+pub type SerialLine = serial_line::SerialLine<USART3>;
+pub type Board = parts::Parts<Spi, Start, Reset, Drdy, SerialLine, SettingsFlash>;
 
 pub fn init(device: pac::Peripherals, _core: cortex_m::Peripherals) -> Board {
     let boot = stm32f4::begin(&device);

@@ -73,7 +73,7 @@ impl SettingsFlash {
     }
 }
 
-/// The address of so many bytes, if they lie in the two sectors.
+/// The address of `bytes` bytes from `offset` on, if they lie in the two sectors.
 fn address(offset: u32, bytes: usize) -> Result<usize, NorFlashErrorKind> {
     let end = (offset as usize).saturating_add(bytes);
     if end > CAPACITY { Err(NorFlashErrorKind::OutOfBounds) } else { Ok(first() + offset as usize) }

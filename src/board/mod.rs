@@ -11,10 +11,9 @@
 //! | `Board::spi` | an `embedded_hal` `SpiDevice` in mode 0, at most half the chip's clock (7.86 MHz), CS as below |
 //! | `Board::start`, `Board::reset` | `OutputPin`s on START (high runs the scan) and RESET (active low) |
 //! | `Board::drdy` | [`DrdyPin`]: the falling edge of DRDY and its time; its interrupt can be muted |
-//! | `Board::line` | [`SerialLine`]: telemetry out and requests in, byte by byte |
+//! | `Board::line` | [`serial_line::SerialLine`] on the board's USART: telemetry out and requests in, byte by byte |
 //! | `Board::flash` | a `NorFlash` of two pages for settings, words of 4 bytes, where no code may lie (`memory.x`) |
-//! | the types `Spi`, `Start`, `Reset`, `Drdy`, `SettingsFlash` | of these parts |
-//! | the type `Usart` | the line's USART |
+//! | the types `Board`, `Spi`, `Start`, `Reset`, `Drdy`, `SerialLine`, `SettingsFlash` | [`parts::Parts`] and what it has on this board |
 //! | `now_us() -> u32` | a free-running microsecond counter that wraps at 2^32 and does not stop in sleep |
 //! | an interrupt TIM4 about twice a second | for the task `watch`, also while DRDY is silent |
 //! | `acknowledge_heartbeat()` | clears that interrupt |
@@ -47,8 +46,11 @@ mod clock;
 #[cfg(feature = "stm32f4")]
 mod converter;
 mod crash;
+mod hard_fault;
+mod parts;
 mod serial_line;
 mod stack;
+mod wait;
 
 #[cfg(feature = "emulated")]
 mod emulated;
@@ -69,31 +71,5 @@ pub use feather_f405::*;
 pub use nucleo_f446re::*;
 
 pub use clock::{acknowledge_heartbeat, now_us};
-pub use serial_line::SerialLine;
 pub use stack::{word as stack_word, words as stack_words};
-
-use embedded_hal::delay::DelayNs;
-use ridgetone_proto::boot::Boot;
-
-/// The board's parts for the tasks, as in the table above.
-pub struct Board {
-    pub spi: Spi,
-    pub start: Start,
-    pub reset: Reset,
-    pub drdy: Drdy,
-    pub line: SerialLine,
-    pub boot: Boot,
-    pub flash: SettingsFlash,
-}
-
-/// Waits by the microsecond counter.
-pub struct Wait;
-
-impl DelayNs for Wait {
-    fn delay_ns(&mut self, duration_ns: u32) {
-        // One more: the counter may be just about to step.
-        let duration_us = duration_ns.div_ceil(1000).saturating_add(1);
-        let from_us = now_us();
-        while now_us().wrapping_sub(from_us) < duration_us {}
-    }
-}
+pub use wait::Wait;

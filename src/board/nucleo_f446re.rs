@@ -8,7 +8,7 @@
 //! (UM1724).
 
 use super::stm32f4::{self, External};
-use super::{Board, SerialLine, converter};
+use super::{converter, parts, serial_line};
 use ridgetone_proto::boot::Boot;
 use stm32f4xx_hal::gpio::{Output, PA9, PC7, PinState, Pull};
 use stm32f4xx_hal::interrupt;
@@ -17,13 +17,14 @@ use stm32f4xx_hal::prelude::*;
 
 pub use super::converter::POWER_UP_US;
 pub use super::flash::SettingsFlash;
-pub use stm32f4::{die, ended, feed_watchdog, leave, restart, sleep};
+pub use stm32f4::{ended, feed_watchdog, leave, restart, sleep};
 
 pub type Spi = converter::Spi<'B', 6>;
 pub type Start = PC7<Output>;
 pub type Reset = PA9<Output>;
 pub type Drdy = converter::Drdy<'A'>;
-pub type Usart = USART2;
+pub type SerialLine = serial_line::SerialLine<USART2>;
+pub type Board = parts::Parts<Spi, Start, Reset, Drdy, SerialLine, SettingsFlash>;
 
 pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
     let boot = stm32f4::begin(&device);

@@ -1,28 +1,29 @@
 //! The line: the board's USART, telemetry out and requests in, one byte per interrupt.
 
-use super::Usart;
+#[cfg(feature = "emulated")]
+use super::emulated::link;
 use ridgetone::tasks::line::{Received, SerialPort};
 use stm32f4xx_hal::gpio::PushPull;
-use stm32f4xx_hal::gpio::alt::SerialAsync;
+use stm32f4xx_hal::pac::usart1::RegisterBlock;
 #[cfg(feature = "emulated")]
 use stm32f4xx_hal::pac::{Interrupt, NVIC};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::Rcc;
-use stm32f4xx_hal::serial::{Config, RxListen, Tx, TxISR, TxListen};
+use stm32f4xx_hal::serial::{Config, Instance, RxListen, SerialExt, Tx, TxISR, TxListen};
 
 /// Bits per second, 8N1: 92 kB/s, ten times as much as sixteen channels at four windows a second need.
 const LINE_BAUD: u32 = 921_600;
 
-/// The USART.
-pub struct SerialLine {
+/// The line's USART.
+pub struct SerialLine<Usart: Instance> {
     tx: Tx<Usart>,
 }
 
-impl SerialLine {
+impl<Usart: Instance + SerialExt> SerialLine<Usart> {
     /// Sets the USART up. Its receiver's interrupt is on, its transmitter's off.
     pub fn new(
         usart: Usart,
-        pins: (impl Into<<Usart as SerialAsync>::Tx<PushPull>>, impl Into<<Usart as SerialAsync>::Rx<PushPull>>),
+        pins: (impl Into<Usart::Tx<PushPull>>, impl Into<Usart::Rx<PushPull>>),
         rcc: &mut Rcc,
     ) -> Self {
         #[allow(clippy::panic, reason = "at start-up, and never: both are constants")]
@@ -36,11 +37,11 @@ impl SerialLine {
     }
 }
 
-impl SerialPort for SerialLine {
+impl<Usart: Instance<RB = RegisterBlock>> SerialPort for SerialLine<Usart> {
     /// Not by the HAL (0.23), which drops the byte in the data register if the one after it was lost.
     fn receive(&mut self) -> Option<Received> {
         #[cfg(feature = "emulated")]
-        if let Some(byte) = super::received() {
+        if let Some(byte) = link::received() {
             return Some(Received::Byte(byte));
         }
         // SAFETY: nothing else receives. Its status, then its data, clears the flags (RM0090, 30.6.1).
@@ -60,13 +61,13 @@ impl SerialPort for SerialLine {
 
     #[cfg(feature = "emulated")]
     fn received_us(&self) -> Option<u32> {
-        Some(super::received_us())
+        Some(link::received_us())
     }
 
     fn is_ready(&self) -> bool {
         // The emulator's transmitter is always empty: the bridge knows whether the line is blocked.
         #[cfg(feature = "emulated")]
-        if super::is_line_blocked() {
+        if link::is_line_blocked() {
             return false;
         }
         self.tx.is_tx_empty()
@@ -79,7 +80,7 @@ impl SerialPort for SerialLine {
         // QEMU before 8.2 has no "transmitter empty" interrupt; its transmitter is empty at once.
         #[cfg(feature = "emulated")]
         {
-            super::take_line_byte();
+            link::take_line_byte();
             NVIC::pend(Interrupt::USART3);
         }
     }

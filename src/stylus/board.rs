@@ -12,6 +12,8 @@
 mod clock;
 #[path = "../board/crash.rs"]
 mod crash;
+#[path = "../board/hard_fault.rs"]
+mod hard_fault;
 #[path = "../board/serial_line.rs"]
 mod serial_line;
 #[path = "../board/stack.rs"]
@@ -20,9 +22,8 @@ mod stack;
 mod stm32f4;
 
 pub use clock::{acknowledge_heartbeat, now_us};
-pub use serial_line::SerialLine;
 pub use stack::{word as stack_word, words as stack_words};
-pub use stm32f4::{die, ended, feed_watchdog, leave, restart, sleep};
+pub use stm32f4::{ended, feed_watchdog, leave, restart, sleep};
 
 use ridgetone_proto::boot::Boot;
 use ridgetone_stylus::SAMPLE_US;
@@ -32,8 +33,7 @@ use stm32f4xx_hal::pac::{self, DAC, RCC, TIM3, TIM6, USART3};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{Enable, Reset};
 
-/// The line's USART.
-pub type Usart = USART3;
+pub type SerialLine = serial_line::SerialLine<USART3>;
 
 /// TIM6 counts microseconds: PSC for its clock of 84 MHz.
 const MICROSECONDS: u16 = 84 - 1;

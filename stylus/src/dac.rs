@@ -6,17 +6,19 @@ use ridgetone_stimulus::Actuator;
 /// Greatest code (RM0090, 14.3.5: 12 bits).
 pub const CODE_MAX: u16 = 4095;
 
-/// The converter's code, sample by sample. It begins at 0, as the converter does, stays there until it is let rise, and rises softly.
+/// Makes the converter's code for each sample. The code starts at 0, as the converter's does, stays there until [`Self::rise`],
+/// and then rises no faster than a vibration fades in.
 #[derive(Clone, Copy, Debug)]
 pub struct Dac {
     code: u16,
     codes_a_volt: f32,
-    /// Greatest step, codes: by the slew, and while it rises or falls between 0 and the rest.
+    /// Greatest step from one sample to the next, codes, by the actuator's slew rate.
     slew: u16,
+    /// The same after [`Dac::rise`] until the wanted voltage is reached, and after [`Dac::fall`].
     soft: u16,
-    /// It is to be at 0.
+    /// The code falls to 0 or stays there.
     is_down: bool,
-    /// It has reached what is wanted since.
+    /// The code has reached the wanted voltage since [`Dac::rise`].
     has_risen: bool,
 }
 
@@ -24,34 +26,34 @@ impl Dac {
     /// At code 0.
     pub fn new(actuator: &Actuator) -> Self {
         let codes_a_volt = f32::from(CODE_MAX) / actuator.voltage_v;
-        // One code at least: what is slower than that moves by single codes.
+        // At least one code: a slower actuator would never move.
         let step = |v_s: f32| ((v_s / SAMPLE_HZ as f32 * codes_a_volt) as u16).clamp(1, CODE_MAX);
-        // To its middle in the time in which a vibration comes.
+        // It reaches the middle of the actuator's range in the time in which a vibration fades in.
         let soft = step(actuator.slew_v_s.min(actuator.bias_v() / actuator.fade_s));
         Self { code: 0, codes_a_volt, slew: step(actuator.slew_v_s), soft, is_down: true, has_risen: false }
     }
 
-    /// With other limits, from the present code on.
+    /// The same code and state with the limits of `actuator`.
     pub fn with(self, actuator: &Actuator) -> Self {
         Self { code: self.code, is_down: self.is_down, has_risen: self.has_risen, ..Self::new(actuator) }
     }
 
-    /// From now on it rises to what is wanted.
+    /// From now on the code follows the wanted voltage.
     pub fn rise(&mut self) {
         self.is_down = false;
     }
 
-    /// From now on it falls to 0.
+    /// From now on the code falls to 0.
     pub fn fall(&mut self) {
         (self.is_down, self.has_risen) = (true, false);
     }
 
-    /// Whether it is at 0 and stays there.
+    /// Whether the code is 0 and stays 0.
     pub const fn is_down(&self) -> bool {
         self.is_down && self.code == 0
     }
 
-    /// The code of the next sample, for a voltage from 0 to the actuator's.
+    /// The code of the next sample. `volts`: the wanted voltage, from 0 to the actuator's greatest.
     pub fn next(&mut self, volts: f32) -> u16 {
         // A NaN would become 0; the stimulus has none.
         let wanted = if self.is_down { 0 } else { (volts * self.codes_a_volt + 0.5) as u16 };

@@ -15,7 +15,7 @@ impl Liveness {
         Self { samples: AtomicU32::new(0), requests: AtomicU32::new(0) }
     }
 
-    /// `requests` has run to its end, and has seen so many samples.
+    /// `requests` has run to its end; the sampler had made `samples` samples by then.
     pub fn ran(&self, samples: u32) {
         self.samples.store(samples, Relaxed);
         self.requests.store(self.requests.load(Relaxed).wrapping_add(1), Relaxed);

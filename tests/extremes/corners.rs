@@ -15,7 +15,7 @@ const LAST_DIGITS: f64 = 1e-6;
 /// Of thousands of corners a few are further: of 18,000 windows and 1,100 recordings one by 0.7 bounds, ten by 0.3 to 0.6. Most of
 /// them have a tone of a few steps of f32.
 const THOUSANDS_OFF_MAX: f64 = 1.0;
-/// From so many channels and frames on a tone must be found.
+/// Least channels and frames with which a tone must be found.
 const CLEAR: (usize, usize) = (4, 64);
 
 /// Frames of the longest window: those of recordings, if the estimator is built for them.

@@ -11,7 +11,7 @@ const AMPLITUDE: f64 = 1000.0;
 /// Time constants, windows; the last is a straight line.
 const TIMES: [f64; 5] = [0.2, 0.5, 1.0, 3.0, f64::INFINITY];
 
-/// A drift from one at the window's start to zero at its end, so many frames from its centre.
+/// A drift from one at the window's start to zero at its end; `t` is in frames from its centre.
 fn drift(time: f64, t: f64) -> f64 {
     let x = t / FRAMES as f64 + 0.5;
     if time.is_finite() { ((-x / time).exp() - (-1.0 / time).exp()) / (1.0 - (-1.0 / time).exp()) } else { 1.0 - x }
@@ -54,7 +54,7 @@ fn assert_unbiased(cycles: f64, time: f64, swing: f64) -> Result<(), String> {
     if count >= 45.0 && mean.abs() < bar && spread < 2.0 { Ok(()) } else { Err(what) }
 }
 
-/// Every drift that may be under so many cycles.
+/// Asserts it of every number of cycles with every drift under it.
 fn assert_all_unbiased(cycles: &[f64], times: &[f64], swings: &[f64]) {
     let (mut failed, mut tried) = (Vec::new(), 0);
     for cycles in cycles {

@@ -5,7 +5,7 @@ use crate::reference::Tone;
 use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings};
 use ridgetone_tone::Status;
 
-/// A frequency of so many cycles in so many frames.
+/// A frequency of `cycles` cycles in `frames` frames.
 fn tone(cycles: f64, frames: usize, noise: f64, seed: u64) -> Tone {
     Tone { frequency: cycles / frames as f64, frames, noise, seed, ..Tone::default() }
 }

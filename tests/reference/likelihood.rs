@@ -9,7 +9,7 @@ pub enum Baseline {
     Line,
     /// A polynomial of the third degree.
     Curve,
-    /// A line and so many exponentials, of time constants of half the window, a sixth, and an eighteenth of it.
+    /// A line and this number of exponentials, of time constants of half the window, a sixth, and an eighteenth of it.
     Relaxing(usize),
 }
 

@@ -81,7 +81,7 @@ impl Tone {
     }
 }
 
-/// Codes of sixteen channels, by what each holds so many frames from the window's centre.
+/// Codes of sixteen channels, by the value of each at a time in frames from the window's centre.
 pub fn codes(frames: usize, mut of: impl FnMut(usize, f64) -> f64) -> Vec<[f32; 16]> {
     let centre = 0.5 * (frames as f64 - 1.0);
     let mut frame = |n: usize| {

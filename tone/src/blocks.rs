@@ -57,7 +57,7 @@ pub struct Blocks {
     pub u: [f32; BLOCKS_MAX],
     /// Products of the basis with itself.
     products: [[f32; PRODUCTS]; BLOCKS_MAX],
-    /// The first so many blocks have the products of the first one.
+    /// How many blocks, from the first one on, have the products of the first one.
     alike: u8,
     /// With the channels, which are in the order of the pass and in units of their scale, less their lines. Before there are
     /// blocks, other steps have their memory here.

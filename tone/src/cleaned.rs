@@ -38,7 +38,7 @@ impl Impulses {
         self.count > 0
     }
 
-    /// None of a window of so many frames.
+    /// Forgets all, for a window of `frames` frames.
     pub fn begin(&mut self, frames: u32) {
         (self.count, self.is_of_chip) = (0, frames as usize <= POINTS_CHIP);
     }

@@ -1,5 +1,5 @@
-//! From a candidate to the maximum of its likelihood, and the shape of its model: how many harmonics, and how curved a
-//! baseline.
+//! Refines a candidate: Gauss-Newton steps lead to the maximum of its likelihood, which also chooses the shape of the model
+//! (the number of harmonics, and whether the baseline is curved).
 
 use crate::blocks::{Blocks, Lines};
 use crate::frame_span::FrameSpan;
@@ -12,26 +12,29 @@ use core::f32::consts::PI;
 
 /// Longest step in `nu`, half a bin of a periodogram: further away the slope of the likelihood misleads.
 const STEP_MAX: f32 = 0.25;
-/// Most of the residuals that may come from a climb's distance to where its blocks were collected.
+/// The blocks' sums hold near the frequency at which they were collected. Greatest share of the residuals that may come from
+/// the distance to it.
 const MOVED_SHARE: f32 = 0.005;
-/// A step of the highest harmonic in `nu` behind which the shape is chosen anew.
+/// The shape is chosen again after a step that moves the highest harmonic by more than this, in `nu`.
 const LONG_STEP: f32 = 0.1;
-/// The same in fewer cycles than this, where harmonics and curves take each other's place.
+/// The same in windows of fewer than [`CYCLES_FEW`] cycles, where a curve can stand for a harmonic and the shape changes often.
 const LONG_STEP_FEW: f32 = 0.004;
 const CYCLES_FEW: f32 = 3.0;
+/// Steps in such windows whose expected gain is not used yet: the shape still changes.
 const STEPS_FEW: usize = 2;
-/// Cycles from which a step's error grows with its cube alone: below, the waves correlate with the baseline. Each curve takes the
-/// place of so much of a cycle.
+/// With at least this number of cycles a step's error grows with its cube. With fewer, the waves correlate with the baseline.
 const CYCLES_CUBIC: f32 = 2.0;
+/// Cycles that each curve of the baseline adds to it.
 const CYCLES_CURVE: f32 = 0.5;
 /// Normal deviate within which residuals are noise alone.
 const NOISE_DEVIATE: f32 = 3.5;
-/// A step takes no more than this share of the residuals: 60 dB.
+/// A step removes at most this share of the residuals: 60 dB.
 const TAKEN_MAX: f32 = 1.0 - 1e-6;
-/// What a climb gains is within this many times what its first step promises, and so much.
+/// A climb gains at most this multiple of the gain that a step expects, and this score more.
 const SURE_GAINS: f32 = 2.0;
 const SURE_SCORE: f32 = 30.0;
-/// As much of a step the next one takes back.
+/// Bounds of the secant's slope: the change of the solution's step from one frequency to the next, over the distance between
+/// them, with the sign reversed. It is 1 where the steps converge at once.
 const SLOPE_MIN: f32 = 0.25;
 const SLOPE_MAX: f32 = 3.0;
 /// Smallest change of `nu` that f32 resolves well, as a share of it.
@@ -56,7 +59,7 @@ pub fn least_squares(statistics: &Statistics, channels: &Channels) -> Values {
     least
 }
 
-/// The log-likelihood of so many channels, by the product of their residuals' shares of the squares, less the penalty for
+/// The log-likelihood of `width` channels, by the product of their residuals' shares of the squares, less the penalty for
 /// the unknowns of each.
 pub fn likelihood(frames: f32, width: usize, product: f32, unknowns: usize) -> f32 {
     -0.5 * (frames - unknowns as f32).max(0.0) * ln(product) - 0.5 * ln(frames) * unknowns as f32 * width as f32
@@ -150,10 +153,10 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// Of a candidate; so few blocks leave the pieces as they are.
+    /// For a candidate. Eight blocks leave the memory of the window's pieces untouched.
     pub const CANDIDATE: Self =
         Self { blocks: 8, steps: 5, sigmas: 0.5, score: f32::NEG_INFINITY, is_straight: false, images: false };
-    /// Of the result.
+    /// For the result.
     pub const RESULT: Self =
         Self { blocks: BLOCKS_MAX, steps: 8, sigmas: 0.02, score: f32::NEG_INFINITY, is_straight: false, images: true };
 }
@@ -178,8 +181,9 @@ fn remainder(solution: &Solution, step: f32, slope: Option<f32>, nu_max: f32) ->
     step.abs() * (0.1 * angle * angle + 2.5 / freedom)
 }
 
-/// As far the highest harmonic may move from where its blocks were collected, in `nu`: their own phase is off by that times
-/// their half length, which leaves a third of its square of the tone's power.
+/// How far the highest harmonic may move from the frequency at which its blocks were collected, in `nu`. The phase at a block's
+/// ends is then off by this distance times half the block's length. A third of that phase's square, times the tone's power, is
+/// left in the residuals.
 fn move_max(solution: &Solution, blocks: usize) -> f32 {
     let samples = solution.frames * solution.width as f32;
     let power = solution.power.iter().sum::<f32>() / samples;

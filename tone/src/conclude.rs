@@ -16,7 +16,7 @@ use crate::trust::{Evidence, trust};
 
 /// Cycles in the window below which its frequency cannot be estimated.
 const CYCLES_MIN: f32 = 0.6;
-/// A tone within so many cycles a window of half the frame rate is its own mirror image.
+/// A tone is its own mirror image within this distance of half the frame rate, cycles a window.
 const IMAGE_CYCLES: f32 = 0.9;
 /// Relative uncertainty above which a window is too short for a frequency.
 const RELATIVE_SIGMA_MAX: f32 = 0.1;
@@ -37,7 +37,7 @@ const FULL_SHARE: f32 = 0.85;
 /// A line that the solution leaves counts from this share of the tone's power on, and from this contrast.
 const OTHER_LINE_SHARE: f32 = 0.06;
 const OTHER_LINE_CONTRAST: f32 = 6.0;
-/// The same of one that stands out more, where residuals are so many times the noise.
+/// The same of one that stands out more, where residuals are at least this multiple of the noise.
 const CLEAR_LINE_SHARE: f32 = 0.02;
 const CLEAR_LINE_CONTRAST: f32 = 10.0;
 const CLEAR_LINE_NOISE_RATIO: f32 = 3.0;
@@ -153,7 +153,7 @@ pub fn conclude_mixtures(
     (fit.frequency, fit.sigma) = (span.frequency(best.nu), sigma);
 }
 
-/// Whether several harmonics and a curved baseline describe nearly everything that a window of so many cycles can hold.
+/// Whether several harmonics and a curved baseline describe nearly everything that a window of `cycles` cycles can hold.
 fn is_full(best: &Solution, cycles: f32) -> bool {
     let harmonics = best.shape.harmonics as f32;
     // Two a cycle of the highest harmonic, and a level.

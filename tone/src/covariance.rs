@@ -12,7 +12,7 @@ pub const SHARED_MIN: f32 = 10.0;
 const CHANNELS_MIN: usize = 3;
 /// In fewer cycles the solution takes most of what is next to the line.
 const CYCLES_MIN: f32 = 1.55;
-/// And fewer frames say too little of so many channels.
+/// And fewer frames say too little of sixteen channels.
 const FRAMES_MIN: f32 = 40.0;
 
 /// A covariance of channels, each in units of its own residuals: both triangles.

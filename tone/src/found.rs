@@ -6,7 +6,7 @@ use crate::climb::Summit;
 pub const CLOSE_SCORE: f32 = 25.0;
 /// Candidates nearer than this to the end of another's climb, cycles per half window, are the same.
 pub const SAME_NU: f32 = 0.08;
-/// From so many cycles on a model whose residuals are noise is not one of a drift.
+/// Cycles from which a model whose residuals are noise is not one of a drift.
 const CYCLES_PLAIN: f32 = 3.0;
 /// Residuals of more than this share of its power may hide more than noise: the noise is not known where what is in the
 /// window is fast.

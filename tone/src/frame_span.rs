@@ -6,7 +6,7 @@ pub use crate::abscissa::BLOCK;
 use crate::cleaned::{Cleaned, Impulses};
 use crate::source::{FrameSource, Overwritten, Values};
 
-/// The image of a harmonic above half the frame rate is a line of its own where it is so many cycles a window apart from others,
+/// The image of a harmonic above half the frame rate is a line of its own where it is this far, in cycles a window, from others,
 /// from the baseline, and from half the frame rate.
 const ROOM_CYCLES: f32 = 0.25;
 const ROOM_BASELINE: f32 = 1.5;
@@ -92,7 +92,7 @@ impl<'a> FrameSpan<'a> {
         Some(Self { abscissa: Abscissa::path(place, self.frames)?, ..self })
     }
 
-    /// The same where channels are read one after the other: each so many frames, at most one, after the frame's place; negative is
+    /// The same where channels are read one after the other: each a part of a frame, at most one, after the frame's place; negative is
     /// before it. Along a path that goes one way a channel's own place then counts, wherever the speed is not the mean one. In time,
     /// and at the mean speed, being late is a phase, and stays in it. Noise that the channels share then widens the uncertainty, but
     /// is not taken out: what lateness leaves looks like it.

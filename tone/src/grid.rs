@@ -23,7 +23,7 @@ const FIRST_CYCLES: f32 = 0.57;
 const STEP_CYCLES: f32 = 0.19;
 /// Its steps; the last has 3.61 cycles.
 const STEPS: usize = 17;
-/// From so many harmonics on it has points between two whose scores are less than this below the best.
+/// With at least this number of harmonics it has points between two whose scores are less than this below the best.
 const FINE_HARMONICS: usize = 3;
 const FINE_SCORE: f32 = 12.0;
 /// Most points, with those at candidates of the periodogram.
@@ -89,7 +89,7 @@ impl<'g> Grid<'g> {
         }
     }
 
-    /// Takes the pieces of some channels, for so many harmonics at most and an interferer, with curves or without.
+    /// Takes the pieces of some channels, for a greatest number of harmonics and an interferer, with curves or without.
     #[inline(never)]
     pub fn fill(
         &mut self,
@@ -155,7 +155,7 @@ impl<'g> Grid<'g> {
         }
     }
 
-    /// Sums of every series times cosine and sine of a wave of so many turns from one piece to the next.
+    /// Sums of every series times cosine and sine of a wave of `turns` turns from one piece to the next.
     #[inline(never)]
     fn transform(&self, turns: f32) -> [[f32; SERIES]; 2] {
         let mut sums = [[0.0; SERIES]; 2];
@@ -172,7 +172,7 @@ impl<'g> Grid<'g> {
         sums
     }
 
-    /// Sum of the cosines of a wave of so many turns from one piece to the next.
+    /// Sum of the cosines of a wave of `turns` turns from one piece to the next.
     fn sum(&self, turns: f32) -> f32 {
         let (_, sin) = cos_sin(from_turns(0.5 * turns));
         let (_, all) = cos_sin(from_turns(0.5 * turns * self.pieces));

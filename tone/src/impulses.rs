@@ -15,7 +15,7 @@ use crate::waves::Waves;
 const SHARE_MAX: f32 = 0.03;
 /// Mean magnitude of white noise, in standard deviations: the root of 2 / pi.
 const MEAN_MAGNITUDE: f32 = 0.797_884_6;
-/// An impulse is so many standard deviations off, by the mean magnitude: white noise is in one of two million values.
+/// An impulse is five standard deviations off, by the mean magnitude: white noise is in one of two million values.
 const SIGMAS: f32 = 5.0;
 /// More values than this, so close to each other, are no impulses.
 const TOGETHER: u32 = 2;

@@ -44,7 +44,7 @@ pub struct Mixture {
 }
 
 impl Mixture {
-    /// Of a covariance that adds up so many blocks, of residuals in units of one over `roots`. None if channels share nothing.
+    /// Of a covariance that adds up `blocks` blocks, of residuals in units of one over `roots`. None if channels share nothing.
     #[inline(never)]
     pub fn new(covariance: &Covariance, roots: &Values, solution: &Solution, main: usize, blocks: f32) -> Option<Self> {
         let width = solution.width.min(CHANNELS_MAX);

@@ -4,7 +4,7 @@ use crate::fit::Movement;
 use crate::frame_span::FrameSpan;
 use crate::neighbourhood::{Neighbourhood, PHASE_DEGREES};
 
-/// Degrees that always count: the noise of higher ones hides slow movement, and they count where they are so many times it.
+/// Degrees that always count: the noise of higher ones hides slow movement, and they count where they are nine times it.
 const SLOW_DEGREES: usize = 5;
 const CLEAR: f32 = 9.0;
 /// Least variance of the wander, as a share of that of its noise: an estimate without noise is none.

@@ -1,4 +1,5 @@
-//! Candidates for the frequency of a window's tone.
+//! Finds candidates for the frequency of a window's tone. From three cycles on they are lines of a periodogram ([`lines`]);
+//! below four cycles they are maxima of a likelihood on a grid of frequencies ([`slow`]).
 
 use crate::blocks::Blocks;
 use crate::frame_span::FrameSpan;
@@ -11,20 +12,23 @@ use crate::statistics::{Channels, Statistics};
 use crate::waves::Waves;
 use heapless::Vec;
 
-/// Cycles from which the periodogram is searched, and from which its lines are candidates: below, the grid has all of them.
+/// The periodogram is searched from this number of cycles on.
 const PERIODOGRAM_CYCLES: f32 = 3.0;
+/// A candidate of the periodogram with fewer cycles than this is refined only if the grid is searched too, which then has a point
+/// there.
 const GRID_CYCLES: f32 = 3.4;
-/// Candidates of the grid.
+/// Most candidates from the grid.
 const OF_GRID: usize = 4;
-/// Least share of the likeliest one's gain over a baseline; one that gains nearly as much is kept too.
+/// A candidate of the grid is kept if its gain over a baseline is at least this share of the greatest gain,
 const GAIN_SHARE_MIN: f32 = 0.85;
+/// or at most this much less than the greatest gain, in units of the score.
 const SURE_GAIN: f32 = 25.0;
-/// A line as close to half the frame rate may be at it.
+/// A line closer than this to half the frame rate, in cycles, may be at half the frame rate.
 const NYQUIST_CYCLES: f32 = 2.0;
-/// The strongest line may be the fundamental, or an overtone of up to this order.
+/// The strongest line may be a harmonic of up to this order; 1 is the fundamental.
 const ORDERS: usize = 3;
 
-/// Frequencies, cycles per half window, the likeliest first of each kind.
+/// Frequencies, cycles per half window. Those of one function are sorted, the likeliest first.
 pub type Candidates = Vec<f32, CANDIDATES_MAX>;
 
 /// The strongest line within `reach` of an interferer's frequency, both in cycles per half window.
@@ -70,7 +74,7 @@ pub fn lines(
     for cycles in cycles {
         let _ = candidates.push(0.5 * cycles);
     }
-    // The bin at half the frame rate is left out: its neighbour has what is there.
+    // The periodogram has no bin at half the frame rate. A line there shows in the bin beside it.
     if 2.0 * span.nu_max() - peak.cycles < NYQUIST_CYCLES {
         let _ = candidates.push(span.nu_max());
     }
@@ -82,8 +86,8 @@ pub fn is_slow(nu: f32) -> bool {
     2.0 * nu < GRID_CYCLES
 }
 
-/// Candidates below four cycles a window, from its pieces, which are in `blocks`. Where the periodogram has candidates the
-/// grid has points too: it would miss a tone of many harmonics.
+/// Candidates below four cycles a window, from the window's pieces, which are in `blocks`. The grid also gets a point at each
+/// candidate of the periodogram (`lines`): without it the grid would miss a tone of many harmonics.
 // Not inlined: the grid leaves the stack.
 #[inline(never)]
 pub fn slow(

@@ -54,7 +54,7 @@ impl Shape {
         self.first_wave() + 2 * self.harmonics
     }
 
-    /// The columns of the unknowns, where there are so many harmonics in front of an interferer's.
+    /// The columns of the unknowns, with `harmonics` harmonics in front of an interferer's.
     #[inline(never)]
     fn columns(&self, harmonics: usize) -> [usize; UNKNOWNS_MAX] {
         core::array::from_fn(|unknown| match unknown {

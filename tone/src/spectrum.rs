@@ -11,7 +11,7 @@ use crate::statistics::{Channels, Statistics};
 use crate::waves::Waves;
 use core::f32::consts::PI;
 
-/// Channels that are transformed, those with the least share of noise; of windows of more than so many frames in time fewer.
+/// Channels that are transformed, those with the least share of noise; fewer in windows in time of more than 192 frames.
 pub const CHANNELS: usize = 4;
 const CHANNELS_LONG: usize = 2;
 const FRAMES_LONG: u32 = 192;
@@ -101,7 +101,7 @@ impl<'m> Periodogram<'m> {
         Ok(Self { power, points, bins_per_cycle })
     }
 
-    /// The strongest line of at least so many cycles, interpolated between bins by the higher neighbour of the peak.
+    /// The strongest line of at least `least_cycles` cycles, interpolated between bins by the higher neighbour of the peak.
     pub fn strongest(&self, least_cycles: f32) -> Option<Peak> {
         let least = ((least_cycles * self.bins_per_cycle) as usize).max(1);
         let (mut bin, mut peak) = (0, 0.0);

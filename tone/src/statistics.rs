@@ -16,7 +16,7 @@ const QUAD: usize = 4;
 const THIRD_DIFFERENCE_SQUARES: f32 = 20.0;
 /// From a channel's first value in a block to its last, both included.
 const COLUMN: usize = (BLOCK - 1) * CHANNELS_MAX + 1;
-/// A third difference of so many times their mean magnitude is seldom noise: in white noise of 940 frames and sixteen channels
+/// A third difference of six times their mean magnitude is seldom noise: in white noise of 940 frames and sixteen channels
 /// in one window of a hundred.
 const SPIKY: f32 = 6.0;
 

@@ -33,7 +33,7 @@ const LINE_CONTRAST: f32 = 30.0;
 const CLEAR_CONTRAST: f32 = 400.0;
 /// Fewer cycles are no period: a single bump looks like them.
 const CYCLES: f32 = 1.4;
-/// Unless the channels have it in different phases, which a bump has not: then from this spread and so many cycles on.
+/// Unless the channels have it in different phases, which a bump has not: then from this spread and this number of cycles on.
 const SPREAD: f32 = 0.3;
 const CYCLES_SPREAD: f32 = 1.15;
 /// As many cycles of a weak line, or of one that all channels have in phase, within this spread, are no period either.
@@ -58,7 +58,7 @@ const CYCLES_PERHAPS_COLOURED: f32 = 1.7;
 /// Density and coherence of noise that surely is: white noise has more than [`COLOURED`] or [`SHARED`] in one of forty windows of two cycles.
 const SURELY_COLOURED: f32 = 2.0;
 const SURELY_SHARED: f32 = 2.6;
-/// With residuals of this share of the tone's power, and so many times the noise, nothing is known of what they are.
+/// Residuals of at least this share of the tone's power, and this multiple of the noise, have an unknown cause.
 const MISFIT_REMAINDER: f32 = 0.5;
 const NOISE_RATIO: f32 = 3.0;
 /// An autoregression of few blocks takes colour for a trend: its excess counts for more by this number over the frames.

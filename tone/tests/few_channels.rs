@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 const FRAMES: usize = 240;
 const WINDOWS: u32 = 500;
 
-/// A tone with overtones 20 dB above white noise, as so many channels see it; equal numbers give equal windows.
+/// A tone with overtones 20 dB above white noise, as `channels` channels see it; equal numbers give equal windows.
 fn fit(cycles: f64, channels: usize, number: u32) -> Fit {
     let mut state = u64::from(number) * 7_919 + (cycles * 1e6) as u64 + channels as u64;
     let mut even = || {

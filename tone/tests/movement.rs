@@ -8,7 +8,7 @@ const CHANNELS: usize = 16;
 /// Standard deviations that an error may have.
 const SURE: f64 = 4.0;
 
-/// The fit of a tone of so many cycles a window with a phase beside it, cycles, of u from -1 to 1; 30 dB of white noise.
+/// The fit of a tone of `cycles` cycles a window with a phase beside it, cycles, of u from -1 to 1; 30 dB of white noise.
 fn fit(cycles: f64, phase: &dyn Fn(f64) -> f64) -> Fit {
     let mut state = 1u64;
     let mut noise = || {

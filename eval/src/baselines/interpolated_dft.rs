@@ -46,7 +46,7 @@ pub fn estimate(values: &[Frame], channels: usize, scratch: &mut Scratch) -> Opt
     Some(frequency)
 }
 
-/// The sum of cosines of so many cycles per frame over a window's frames, time counted from its middle.
+/// The sum of cosines of `cycles` cycles per frame over a window's frames, time counted from its middle.
 fn leakage(cycles: f32, frames: usize) -> f32 {
     let sin = |half_turns: f32| cos_sin(from_turns(0.5 * half_turns)).1;
     let below = sin(cycles);

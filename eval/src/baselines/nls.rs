@@ -48,7 +48,7 @@ pub struct Estimate {
     pub harmonics: usize,
 }
 
-/// The tone of the first `channels` channels with up to so many harmonics; none if the criterion prefers no tone. A known
+/// The tone of the first `channels` channels with up to `harmonics` harmonics; none if the criterion prefers no tone. A known
 /// interferer, cycles per frame, is in all channels.
 pub fn estimate(values: &[Frame], channels: usize, harmonics: usize, interferer: Option<f64>) -> Option<Estimate> {
     let window = Window::new(values, channels.min(CHANNELS), interferer)?;
@@ -125,7 +125,7 @@ impl Window {
         (0..PADDING * self.frames / 2).map(power).collect()
     }
 
-    /// The best tone of so many harmonics.
+    /// The best tone of `harmonics` harmonics.
     fn best(&self, harmonics: usize, power: &[f64]) -> Option<Solution> {
         let cycles = |cycles: f64| cycles / self.frames as f64;
         let sum = |bin: usize| (1..=harmonics).filter_map(|h| power.get(h * bin)).sum::<f64>();
@@ -228,7 +228,7 @@ impl Solution {
     }
 }
 
-/// Cosine and sine, of so many cycles per frame.
+/// Cosine and sine, of `frequency` cycles per frame.
 fn waves(places: &[f64], frequency: f64) -> [Vec<f64>; 2] {
     let (sin, cos) = places.iter().map(|place| (TAU * frequency * place).sin_cos()).unzip();
     [cos, sin]

@@ -54,7 +54,7 @@ impl Peak {
         Some(Self { line, points: size, power: [below, highest, above] })
     }
 
-    /// Frequency of a place so many lines above the highest, cycles per frame.
+    /// Frequency of a place `lines_above` lines above the highest, cycles per frame.
     pub fn frequency(&self, lines_above: f32) -> f32 {
         (self.line as f32 + lines_above) / self.points as f32
     }

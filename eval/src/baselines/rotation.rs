@@ -12,12 +12,12 @@ pub struct Rotation {
 }
 
 impl Rotation {
-    /// At `frequency`, cycles per frame, over so many frames.
+    /// At `frequency`, cycles per frame, over `frames` frames.
     pub fn new(frequency: f32, frames: usize) -> Self {
         Self::delayed(frequency, frames, 0.0)
     }
 
-    /// The same, later by so many cycles.
+    /// The same, later by `cycles` cycles.
     pub fn delayed(frequency: f32, frames: usize, cycles: f32) -> Self {
         let step = from_turns(frequency);
         // In whole numbers: a product of floats would be off by a rounding of all its turns.

@@ -10,6 +10,9 @@ use std::path::Path;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
+/// Clock of the STM32F405, hertz.
+pub const CLOCK_HZ: f64 = 168e6;
+
 /// The whole benchmark takes seconds: after this time the emulator hangs.
 const TIMEOUT: Duration = Duration::from_secs(600);
 

@@ -1,7 +1,6 @@
 //! The cost of what a finger feels, by scan plan.
 
-use super::CLOCK_HZ;
-use super::emulated::{Jobs, next};
+use super::emulated::{CLOCK_HZ, Jobs, next};
 use crate::feel_load::{bits, feels, fill};
 use crate::page::{Table, grouped};
 use crate::workload::{Job, Measured};

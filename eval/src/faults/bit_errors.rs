@@ -28,7 +28,7 @@ use serde::Serialize;
 const SINGLE_MAX: u32 = 16;
 /// Longest burst, bits.
 const BURST_MAX: u32 = 64;
-/// Frames that one seed makes: so many that a thread has something to do, so few that all have.
+/// Frames that one seed makes: enough to keep a thread busy, and few enough to keep all threads busy.
 const BATCH: u64 = 50_000;
 
 /// The checksum by a table: another implementation than the decoder's.

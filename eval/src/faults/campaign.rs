@@ -29,7 +29,7 @@ pub struct Campaign {
 }
 
 impl Campaign {
-    /// Runs at least so many injections that act on this PC, as many of each family; only of one family if it is named.
+    /// Runs at least `injections` injections that act on this PC, an equal number of each family; only of one family if it is named.
     pub fn on_pc(injections: u64, seed: u64, only: Option<Family>) -> Result<Self> {
         Self::with_scan(injections, seed, only, Scan::PAPER)
     }
@@ -62,7 +62,7 @@ impl Campaign {
         Ok(Self { seed, rows, bit_errors: None })
     }
 
-    /// Adds so many runs of each family on the emulated chip; only of one family if it is named.
+    /// Adds `runs` runs of each family on the emulated chip; only of one family if it is named.
     pub fn on_emulator(&mut self, runs: u64, only: Option<Family>, options: emulator::Options<'_>) -> Result<()> {
         for family in families(only) {
             let seeds = self.seed..self.seed + runs;
@@ -77,7 +77,7 @@ impl Campaign {
         Ok(())
     }
 
-    /// Adds the rows of damage on the line and of lost power that belong to so many injections into the chip.
+    /// Adds the rows of damage on the line and of lost power that belong to `injections` injections into the chip.
     pub fn on_lines(&mut self, injections: u64) -> Result<()> {
         let (rows, bit_errors) = lines::rows(injections, self.seed)?;
         self.rows.extend(rows);
@@ -91,7 +91,7 @@ impl Campaign {
     }
 }
 
-/// Runs of the seeds from this one on, with at least so many injections.
+/// Runs of the seeds from `seed` on, with at least `injections` injections.
 fn plans(family: Family, mut seed: u64, injections: usize, scan: Scan) -> Vec<Plan> {
     let mut plans = Vec::new();
     let mut planned = 0;

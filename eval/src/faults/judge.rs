@@ -7,7 +7,7 @@ use hal_mock::{Fault, Injected, Truth};
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::telemetry::{Estimate, Event, Health, Status};
 
-/// A frequency is wrong if it is off by more than so many of its standard deviations, and by more than this share.
+/// A frequency is wrong if its error is more than five of its standard deviations and more than half a percent.
 const SIGMAS: f64 = 5.0;
 const SHARE: f64 = 0.005;
 

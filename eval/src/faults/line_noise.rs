@@ -98,7 +98,7 @@ pub fn random_bytes(bytes: u64, seed: u64) -> Result<Heard> {
     subject.conclude()
 }
 
-/// Sends so many damaged requests: with bit errors, without their end, without a part, or two in one.
+/// Sends `frames` damaged requests: with bit errors, without their end, without a part, or two in one.
 pub fn damaged_requests(frames: u64, seed: u64) -> Result<Heard> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut subject = Subject::new()?;

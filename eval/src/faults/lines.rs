@@ -33,7 +33,7 @@ const CUTS: (&str, &str) = ("power_cuts", "power lost while settings are stored"
 #[cfg(test)]
 pub const TITLES: [&str; 4] = [BIT_ERRORS.1, RANDOM.1, DAMAGED.1, CUTS.1];
 
-/// Rows and counts of frames for so many injections into the chip: for 100,000 ten million frames and 100 MB.
+/// Rows and counts of frames for `injections` injections into the chip: for 100,000 ten million frames and 100 MB.
 pub fn rows(injections: u64, seed: u64) -> Result<(Vec<Row>, BitErrors)> {
     let errors = bit_errors::count(Input::default().open()?, injections * TELEMETRY_FRAMES, seed)?;
     let random = batches("random bytes", injections * RANDOM_BYTES / BYTES_A_BOARD, seed, |seed| {

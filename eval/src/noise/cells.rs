@@ -60,7 +60,7 @@ pub const REAL: &str = "a recording without a tone";
 const SINE: [f64; 5] = [1.0, 0.0, 0.0, 0.0, 0.0];
 /// The simulated finger's.
 const RIDGES: [f64; 5] = [1.0, 0.4, 0.2, 0.1, 0.0];
-/// A tone of at least so many cycles that nothing but its noise makes it hard.
+/// Least and most cycles of a tone that only its noise makes hard.
 const CYCLES: (f64, f64) = (1.6, f64::INFINITY);
 
 const fn tone(harmonics: [f64; 5], snr_db: f64) -> Tone {

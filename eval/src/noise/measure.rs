@@ -16,9 +16,9 @@ use serde::{Deserialize, Serialize};
 const HARMONICS: u8 = 4;
 /// A good answer off by more than this share is wrong.
 const WRONG: f64 = 0.05;
-/// Of two tones one that is farther from both than so many of its sigmas: tones may be nearer to each other than 5 %.
+/// Of two tones one that is farther from both than this many of its sigmas: tones may be nearer to each other than 5 %.
 const WRONG_SIGMAS: f64 = 5.0;
-/// The opponent, which is a hundred times as slow, gets one window in so many.
+/// The opponent, which is a hundred times as slow, gets every tenth window.
 const NLS_EVERY: u64 = 10;
 
 /// Answers to the windows of a cell, by what they are.
@@ -182,7 +182,7 @@ pub fn percent(count: u32, of: u32) -> f64 {
     100.0 * f64::from(count) / f64::from(of.max(1))
 }
 
-/// The answers to so many windows of `window_s` seconds, and those of the opponent to some of them. Equal seeds give equal
+/// The answers to `windows` windows of `window_s` seconds, and those of the opponent to some of them. Equal seeds give equal
 /// windows.
 pub fn measure(recipe: &Recipe, window_s: f64, windows: u32, seed: u64) -> Result<[Answers; 2]> {
     let (mut answers, mut samples) = ([Answers::default(); 2], [Vec::new(), Vec::new()]);

@@ -58,7 +58,7 @@ pub struct Recipe {
 }
 
 impl Recipe {
-    /// A window of so many frames.
+    /// A window of `count` frames.
     pub fn make(&self, count: usize, rate_hz: f64, draw: &mut Draw) -> Window {
         let (mut frames, covariance) = process::frames(self.noise, count, rate_hz, draw);
         let mut window = Window { step: 1.0, chirp: Some(0.0), ..Window::default() };

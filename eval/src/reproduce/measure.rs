@@ -34,7 +34,7 @@ pub fn window_lengths_s() -> impl Iterator<Item = f64> {
     (0..=steps).map(move |step| ((shortest_s + f64::from(step) * STEP_S) * 1e3).round() / 1e3)
 }
 
-/// Makes and measures so many runs of some of the ten combinations, by their numbers from 0 on.
+/// Makes and measures `runs` runs of some of the ten combinations, by their numbers from 0 on.
 pub fn combinations(which: &[usize], runs: u32, place: Place<'_>) -> Result<(Vec<Combination>, Pictures)> {
     let items: Vec<(usize, u32)> = which.iter().flat_map(|c| (0..runs).map(move |run| (*c, run))).collect();
     let all = parallel::map("runs", &items, |(c, run)| measure(*c, *run, runs, place))?;

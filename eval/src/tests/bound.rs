@@ -43,7 +43,7 @@ fn measure(scene: &Sliding, window_s: f64, runs: u64) -> (f64, u64, u64) {
 
 #[test]
 fn the_fit_is_on_the_bound() {
-    // The ratio of so many windows has a standard deviation of 1 / sqrt(2 n), 2 %.
+    // The ratio from 1250 windows has a standard deviation of 1 / sqrt(2 n), 2 %.
     const RUNS: u64 = 1250;
     let mut off_bound = Vec::new();
     let settings = [0.3, 0.6, 1.0].map(|window_s| [10.0, 20.0, 40.0].map(|snr_db| (window_s, snr_db)));

@@ -11,7 +11,7 @@ mod likelihood;
 
 use likelihood::{Baseline, Likelihood};
 
-/// Sixteen channels of one tone with two overtones, on a slope, in white noise of so many codes.
+/// Sixteen channels of one tone with two overtones, on a slope, in white noise of `noise` codes.
 fn tone(frequency: f64, frames: usize, noise: f64, seed: u64) -> Vec<Frame> {
     let mut draw = Draw::new(seed);
     let phases: [[f64; 3]; 16] = std::array::from_fn(|_| std::array::from_fn(|_| draw.even(0.0, TAU)));

@@ -39,7 +39,7 @@ const DETECTION_SNR_DB: f64 = 10.0;
 /// A detected tone is within this share of the true one.
 const DETECTED_WITHIN: f64 = 0.1;
 
-/// A setting whose ratio is within so many standard errors of its bar is measured again, with so many times as many
+/// A setting whose ratio is within three standard errors of its bar is measured again, with eight times as many
 /// windows, all of them new: of 171 settings on the bar's good side a few look worse in some draws.
 const NEAR_SIGMAS: f64 = 3.0;
 const AGAIN: u32 = 8;

@@ -11,12 +11,12 @@ use ridgetone_tone::{Fit, Fitter, FrameSpan, Status, Table, Values};
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Contender {
-    /// Ridgetone's fit of the first `channels` channels with up to so many harmonics.
+    /// Ridgetone's fit of the first `channels` channels with up to `harmonics` harmonics.
     Ridgetone {
         harmonics: u8,
         channels: u8,
     },
-    /// The opponent on all channels, with up to so many harmonics.
+    /// The opponent on all channels, with up to `harmonics` harmonics.
     Nls {
         harmonics: u8,
     },

@@ -12,7 +12,7 @@ use crate::setting::{Length, Setting};
 use anyhow::Result;
 use ridgetone_proto::settings::TAXELS;
 
-/// The slowest methods get one window in so many.
+/// The slowest methods get every tenth window.
 const SLOW_EVERY: u64 = 10;
 /// Seeds of a window's and scene's windows begin at multiples of this.
 const SEEDS: u64 = 10_000_000;
@@ -29,7 +29,7 @@ pub fn instructions(row: &Row, chip: &Report) -> Option<u32> {
     same.map(|cell| cell.instructions_worst)
 }
 
-/// The estimators for scenes of so many harmonics.
+/// The estimators for scenes of `carried` harmonics.
 fn contenders(carried: u8) -> Vec<Contender> {
     let fits = HARMONICS.into_iter().flat_map(|harmonics| CHANNELS.map(|channels| (harmonics, channels)));
     let mut all: Vec<Contender> = fits

@@ -98,7 +98,7 @@ impl Row {
     }
 }
 
-/// Measures each choice, with so many windows of each tone; `board` says whether to run the image on the register model too.
+/// Measures each choice, with `windows` windows of each tone; `board` says whether to run the image on the register model too.
 pub fn measure(windows: u32, board: bool) -> Result<Vec<Row>> {
     let choices = Choice::all();
     let accuracies = accuracy::measure(&choices, windows)?;

@@ -3,7 +3,7 @@
 use crate::accuracy::Accuracy;
 use super::bars::Bars;
 use crate::bar::Bar;
-use crate::bench::CLOCK_HZ;
+use crate::bench::emulated::CLOCK_HZ;
 use crate::bench::feels;
 use crate::bench::fits::PASS_INSTRUCTIONS;
 use serde::{Deserialize, Serialize};

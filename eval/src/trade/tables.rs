@@ -57,7 +57,7 @@ fn costs(row: &Row) -> [String; 3] {
     [or_dash(latency), or_dash(instructions), or_dash(row.passes().map(|passes| format!("{passes:.1}")))]
 }
 
-/// A share of so many, percent.
+/// `count` as a share of `of`, percent.
 pub fn share(count: u32, of: u32) -> String {
     match 100.0 * f64::from(count) / f64::from(of) {
         0.0 => "0".into(),

@@ -15,16 +15,16 @@ const OVER_US: u32 = 1_000_000;
 /// end every [`OVER_US`], as often as they can, they make 26 messages a second.
 const MESSAGES_MAX: u8 = 4;
 const MESSAGES_US: u32 = 125_000;
-/// While an episode lasts, its end is looked for once in so many frames.
+/// While an episode lasts, its end is looked for in every sixteenth frame.
 const CHECK_FRAMES: u32 = 16;
 
 /// Without a conversion for so long a slide may have ended unseen, nanoseconds: motion detection compares blocks of as much, 4
 /// frames at 241 Hz.
 const SILENT_NS: u32 = BLOCK_FRAMES * FRAME_NS as u32;
 
-/// A clock may be off by 2 % unseen, one conversion in so many.
+/// A clock may be off by 2 % unseen, which is one conversion in 50.
 const CLOCK_SHARE: u32 = 50;
-/// A gap is longer by so many conversions, at most, where its number of whole scans is uncertain.
+/// Most conversions by which a gap is longer, where its number of whole scans is uncertain.
 const UNSURE_CONVERSIONS: u32 = 10_000;
 
 /// Analogue supply as the chip reads it, codes (SBAS297G, recommended operating conditions: 4.75 to 5.25 V).

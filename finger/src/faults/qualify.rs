@@ -12,7 +12,7 @@ const RATE_SHARE: f32 = 0.005;
 /// Margin before the window, frames.
 const MARGIN_FRAMES: f32 = 2.0;
 
-/// After a motion it takes so many frames of touch detection before a standstill is recognised:
+/// Frames that touch detection takes after a motion until it recognises a standstill:
 /// [`crate::touch::motion::LONG_BLOCKS`], the block itself, four still ones and one more.
 const KNOWN_STILL_FRAMES: u32 = (LONG_BLOCKS + 6) * BLOCK_FRAMES;
 

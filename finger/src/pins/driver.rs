@@ -157,7 +157,7 @@ mod tests {
             .collect()
     }
 
-    /// A bump of so many codes at its top under the middle.
+    /// A bump of `codes` codes at its top, under the middle.
     fn bump(codes: f32) -> [f32; TAXELS] {
         let mut pressed = [0.0; TAXELS];
         for (place, taxel) in crate::pins::strains::PLACES.as_flattened().iter().enumerate() {

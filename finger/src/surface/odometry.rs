@@ -38,7 +38,7 @@ const USABLE: u16 = ENTRIES as u16 - 4;
 
 /// Unit of the difference of the clocks' rates in a [`Mark`]: 0.1 us in a full ring; [`alignment::FASTER_MOST`] is 16,777 of it.
 const FASTER_UNIT: f32 = 1.0 / (1u32 << 25) as f32;
-/// The delay of one message in so many is looked at, which takes some time; and the mean is that of so many of these, nearly.
+/// Only every eighth message's delay is looked at, because that takes time. The mean is over about eight of these.
 const DELAY_EVERY: u16 = 8;
 const DELAY_MESSAGES: f32 = 8.0;
 /// Standard deviation of the quickest messages' delay over the mean delay beyond theirs. Stamps and times of arrival show the one and

@@ -17,7 +17,7 @@ pub enum ProfileError {
     /// It has no knot; or only one, and repeats.
     #[error("a speed profile needs a knot, and two to repeat")]
     TooFew,
-    /// It has so many knots, more than [`KNOTS_MAX`].
+    /// It has this number of knots, which is more than [`KNOTS_MAX`].
     #[error("{0} knots: a speed profile has at most {KNOTS_MAX}")]
     TooMany(usize),
     /// This knot is not later than the one before it.

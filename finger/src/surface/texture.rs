@@ -3,7 +3,7 @@
 use crate::window::Window;
 use ridgetone_proto::telemetry::{Estimate, Image, Measured, Overtones, Status, Texture, TravelStatus};
 
-/// A texture has changed if it differs by more than so many standard deviations of the difference: by one, noise alone would
+/// Standard deviations of the difference above which a texture has changed: by one, noise alone would
 /// differ in every third window; by three, in one of 370.
 const CHANGED: f32 = 3.0;
 

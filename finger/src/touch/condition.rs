@@ -157,7 +157,7 @@ impl Condition {
     }
 }
 
-/// The cosine of so many turns, to four millionths, by the series of half the angle: a tenth of the code of a cosine of any
+/// The cosine of an angle in turns, to four millionths, by the series of half the angle: a tenth of the code of a cosine of any
 /// angle.
 fn cos_turns(turns: f32) -> f32 {
     let angle = PI * (turns - libm::floorf(turns + 0.5));

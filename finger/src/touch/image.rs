@@ -17,7 +17,7 @@ pub fn is_dead(pressed: f32, variance: f32) -> bool {
 
 /// The image of a hold, beside the level before the touch and the frames that this level is the mean of. `weights` are one
 /// over the variance of each taxel's frames. The mean over the hold began and ended at `span_us`, device time in
-/// microseconds, of so many frames of the scan.
+/// microseconds, and has `frames` frames.
 pub fn image(
     (held, frames): (&HeldLevel, u32),
     (idle, idle_frames): (&Values, f32),

@@ -106,7 +106,7 @@ pub enum Judged {
     Unclear,
 }
 
-/// The frames that are looked at, of so many from a first one on.
+/// Gives the frames that are looked at, of the `all` frames from `first` on.
 #[inline(never)]
 fn look_at(frames: &Frames, first: u32, all: u32, take: &mut dyn FnMut(u32, &Values)) {
     let every = all / LOOKED_AT + 1;

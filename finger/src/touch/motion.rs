@@ -56,7 +56,7 @@ const CREEP_SHARE: f32 = 1e-3;
 const OVER_TYPICAL: f32 = 4.0;
 /// Taxels that bear a load, at least, if nothing along it is motion: one or two alone show a slide hardly otherwise.
 const LOADED_MIN: f32 = 2.5;
-/// Of blocks with known noise one of so many teaches it.
+/// The noise is learnt from every eighth block once it is known.
 const LEARN_EVERY: u32 = 8;
 
 /// What one block of frames shows.
@@ -405,7 +405,7 @@ impl Motion {
         along(&self.pull, from, to)
     }
 
-    /// What is so many codes long along that direction, in the same units.
+    /// A distance of `codes` codes along that direction, in the same units.
     #[inline(never)]
     pub fn in_noise(&self, codes: f32) -> f32 {
         let square = distance(&self.noise.weights, &self.load, &[0.0; TAXELS]);
@@ -433,7 +433,7 @@ impl Motion {
 /// each frame but one of a mean, of each taxel.
 #[derive(Clone, Debug)]
 struct Swing {
-    /// One block is motion above so many times what is typical, and an average of blocks.
+    /// Multiples of what is typical above which one block is motion, and an average of blocks.
     limit: f32,
     faint_limit: f32,
     /// The sum over the block under way.

@@ -23,7 +23,7 @@ const BETWEEN_MEANS: Limit = limit(1.25, 18.0);
 /// after a strong motion may be the curve of a skin's creep.
 const SHARP_START: (Limit, Limit) = (limit(90.0, 0.0), DEPARTED);
 const SHARP_END: (Limit, Limit) = (limit(600.0, 0.0), limit(10.0, 0.0));
-/// One frame counts no more than so many of these: a knock is no motion that goes on.
+/// One frame counts at most three of these: a knock is no motion that goes on.
 const MOST: f32 = 3.0;
 /// A sum that is so much less than at its most, or more than at its least, will not come back: 50 ms of noise.
 const PAST: Limit = limit(5.0, 20.0);
@@ -110,7 +110,7 @@ impl Frames<'_> {
         values.is_some_and(|values| distance(self.weights, values, level) > self.taxels.limit(DEPARTED))
     }
 
-    /// Looks back from frame `last`, at so many frames, and adds up how much they speak for motion away from `level`, which
+    /// Looks back from frame `last`, at a number of frames, and adds up how much they speak for motion away from `level`, which
     /// rises by `creep` in a frame. What is along the load is none. Gives the frame from which on they speak most for it,
     /// and the one from which on they speak least. Means of four frames show a slow motion earlier than frames do, and one
     /// near 60 Hz not at all: `earlier` decides between the two.
@@ -233,7 +233,7 @@ impl Frames<'_> {
         }
     }
 
-    /// The mean of so many frames up to `last`.
+    /// The mean of the `frames` frames up to `last`.
     #[inline(never)]
     pub fn mean(&self, last: u32, frames: u32) -> Values {
         let (mut sum, mut count, mut place) = ([0.0; TAXELS], 0.0, [0.0; TAXELS]);

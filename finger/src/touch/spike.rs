@@ -6,23 +6,24 @@ use crate::touch::onset::Frames;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 
-/// Frames after a peak in which any higher frame is a better one: 20 ms.
+/// A higher frame replaces a taxel's peak if it comes within this number of frames after it: 20 ms.
 const PEAK_FRAMES: u32 = 5;
-/// Standard deviations by which a later one must be higher.
+/// A higher frame that comes later replaces the peak only if it is higher by more than this number of standard deviations.
 const CLEAR: f32 = 4.0;
-/// Share of the peak by which it must be higher too: a slide that has begun is no contact.
+/// It must also be higher by more than this share of the peak: otherwise a slide that has begun would look like the contact.
 const CLEAR_SHARE: f32 = 0.25;
-/// Frames before the block of the first touch where the spike may have begun.
+/// The spike may have begun this number of frames before the block that shows the first touch.
 const LOOK_BACK: u32 = 4;
 /// Time within which the spike's peak is looked for after the first touch, frames: 0.3 s. The paper looks for it in the
 /// first 0.8 s of a record that contains it.
 pub const SPIKE_FRAMES: u32 = 72;
 /// Blocks in a row without a quick change after which the spike is over: 100 ms.
 pub const SPIKE_STILL_BLOCKS: u32 = 6;
-/// Within this share of the way to a spike's peak, squared, the skin that it left is creeping back: a twentieth.
+/// After a spike the skin creeps back to its idle level. A deviation that is below a twentieth of the spike's peak is taken for
+/// that; this is the square of the twentieth.
 pub const BACK_FROM_SPIKE: f32 = 1.0 / 400.0;
-/// Squared height of a spike, in units of the noise, from which a tap that leaves no load is reported: 30 standard
-/// deviations in every taxel. Less is a vibration.
+/// A tap that leaves no load is reported if the squared height of its spike, in units of the noise, is at least this: 30
+/// standard deviations in every taxel. A lower spike is a vibration.
 pub const TAP: Limit = limit(900.0, 0.0);
 
 /// The highest deviation of every taxel so far.
@@ -30,9 +31,9 @@ pub const TAP: Limit = limit(900.0, 0.0);
 pub struct Spike {
     /// That deviation from the idle level, codes.
     peak: Values,
-    /// Its frame, counted from the first one that is looked at.
+    /// The frame of that deviation, counted from `first`.
     frame: [u8; TAXELS],
-    /// That one.
+    /// Number of the first frame that was looked at.
     first: u32,
 }
 
@@ -41,7 +42,7 @@ impl Spike {
         Self { peak: [0.0; TAXELS], frame: [0; TAXELS], first: 0 }
     }
 
-    /// The first touch was in the block that ends with frame `number`: looks at that block and what is before it.
+    /// Looks at the block that ends with frame `number`, which shows the first touch, and at the [`LOOK_BACK`] frames before it.
     #[inline(never)]
     pub fn begin(number: u32, idle: &Values, frames: &Frames) -> Self {
         let first = number.wrapping_sub(BLOCK_FRAMES - 1 + LOOK_BACK);
@@ -57,14 +58,14 @@ impl Spike {
     /// Equation 3: takes the next frame.
     #[inline(never)]
     pub fn follow(&mut self, number: u32, values: &Values, idle: &Values, weights: &Values) {
-        // A spike is over after fewer frames than that.
+        // A spike is over after fewer than 255 frames.
         let frame = number.wrapping_sub(self.first).min(u8::MAX.into()) as u8;
         for c in 0..TAXELS {
             let off = values[c] - idle[c];
             let higher = off.abs() - self.peak[c].abs();
             if higher > 0.0 {
-                // A touch without a spike is a step, whose highest frame is any: long after a peak only what stands
-                // clear of the noise is a higher one.
+                // A touch without a spike is a step: noise decides which of its frames is the highest. So a frame that comes
+                // long after the peak replaces it only if it is higher by more than noise.
                 let late = u32::from(frame - self.frame[c]) > PEAK_FRAMES;
                 let clear = higher * higher * weights[c] > CLEAR * CLEAR && higher > CLEAR_SHARE * self.peak[c].abs();
                 if !late || clear {
@@ -79,7 +80,8 @@ impl Spike {
         self.peak.iter().zip(weights).fold(0.0, |sum, (peak, weight)| sum + peak * peak * weight)
     }
 
-    /// Equation 2: frame, taxel and height of the highest peak; of those that the noise does not tell apart, the first.
+    /// Equation 2: frame, taxel and height of the highest peak. If noise may have decided which peak is the highest, the earliest
+    /// of these peaks.
     pub fn highest(&self, weights: &Values) -> (u32, u8, f32) {
         let height = |c: usize| self.peak[c].abs();
         let highest = (1..TAXELS).fold(0, |best, c| if height(c) > height(best) { c } else { best });

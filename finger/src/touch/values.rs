@@ -11,7 +11,7 @@ pub fn add(to: &mut Values, values: &Values) {
     to.iter_mut().zip(values).for_each(|(to, value)| *to += value);
 }
 
-/// Adds so many times other values.
+/// Adds `times` times other values.
 #[inline(never)]
 pub fn add_times(to: &mut Values, times: f32, values: &Values) {
     to.iter_mut().zip(values).for_each(|(to, value)| *to += times * value);

@@ -163,7 +163,7 @@ impl Talk<'_> {
         request(feed, requests, command, &mut |packet| seen.take(packet))
     }
 
-    /// Requests raw frames for so many seconds and some more.
+    /// Requests raw frames for `length_s` seconds and some more.
     fn request_frames(&mut self, length_s: f64) -> Result<Outcome> {
         let frames = (length_s + SPARE_S) * f64::from(FRAME_RATE_HZ);
         self.request(Command::Raw { frames: frames as u32 })

@@ -1,7 +1,8 @@
 //! The report: as text, as JSON lines, and as one JSON object.
 
+use super::judge::judge;
 use super::observations::Observations;
-use super::verdict::{Check, Inputs, Verdict};
+use super::verdict::{Check, Inputs, Verdict, graded};
 use crate::names::name;
 use crate::output;
 use anyhow::{Context, Result, bail};
@@ -43,11 +44,11 @@ pub struct Summary {
 impl Report {
     /// `board` is the name of its port.
     pub fn new(board: String, inputs: Inputs, seen: &Observations) -> Self {
-        let checks = super::judge(seen, inputs);
+        let checks = judge(seen, inputs);
         let count = |verdict| checks.iter().filter(|check| check.verdict == verdict).count();
         let (warned, failed) = (count(Verdict::Warn), count(Verdict::Fail));
         let summary = Summary {
-            verdict: super::verdict::graded(warned > 0, failed > 0),
+            verdict: graded(warned > 0, failed > 0),
             passed: count(Verdict::Pass),
             warned,
             failed,

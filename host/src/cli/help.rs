@@ -1,9 +1,8 @@
 //! `completions` and `man`: what shells and the manual's reader know of this command.
 
-use super::Cli;
 use crate::output;
 use anyhow::{Context, Result};
-use clap::{Args, CommandFactory};
+use clap::{Args, Command};
 use clap_complete::Shell;
 use std::io::Write;
 use std::path::PathBuf;
@@ -21,9 +20,10 @@ pub struct CompletionsArgs {
 }
 
 impl CompletionsArgs {
-    pub(super) fn run(self) -> Result<()> {
+    /// `command`: the whole command line.
+    pub(super) fn run(self, mut command: Command) -> Result<()> {
         let mut script = Vec::new();
-        clap_complete::generate(self.shell, &mut Cli::command(), "ridgetone", &mut script);
+        clap_complete::generate(self.shell, &mut command, "ridgetone", &mut script);
         Ok(std::io::stdout().write_all(&script)?)
     }
 }
@@ -40,8 +40,8 @@ pub struct ManArgs {
 }
 
 impl ManArgs {
-    pub(super) fn run(self) -> Result<()> {
-        let mut command = Cli::command();
+    /// `command`: the whole command line.
+    pub(super) fn run(self, mut command: Command) -> Result<()> {
         command.build();
         let Some(folder) = self.output else {
             let mut page = Vec::new();

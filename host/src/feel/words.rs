@@ -26,7 +26,7 @@ pub(super) struct JsonScore<'a> {
     pub absent: Option<String>,
 }
 
-/// Why a receptor has no intensity in a window of so many seconds and bins.
+/// Why a receptor has no intensity in a window of `window_s` seconds and `bins` bins.
 pub(super) fn absent(receptor: Receptor, rate_hz: f64, window_s: f64, bins: usize) -> Option<String> {
     let why = Firing::absent(receptor, bins, (1.0 / window_s) as f32)?;
     Some(match why {

@@ -269,7 +269,7 @@ mod tests {
         end.hear(1.0, &wire[..used]).expect("heard");
     }
 
-    /// Counts of the hand after packets up to one number, then a greeting under number 0 and a place of so many counts.
+    /// Counts of the hand after packets up to one number, then a greeting under number 0 and a place of `counts` counts.
     fn counts(last: u16, counts: i32) -> Option<f64> {
         let output = Output::new(Actuator::PIEZO, None).expect("an output");
         let mut end = BoardEnd::new(Box::new(Silent), output, Parameters::DEFAULT, 1).expect("an end");

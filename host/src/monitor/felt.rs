@@ -103,7 +103,7 @@ fn text(value: f32, sigma: f32) -> String {
     if sigma == 0.0 { significant(value.into(), 3) } else { plus_minus(value.into(), sigma.into(), 2) }
 }
 
-/// A scale from 1 to 7 in so many columns: the value, and one standard deviation to each side. A value beyond an end is an
+/// A scale from 1 to 7 in `columns` columns: the value, and one standard deviation to each side. A value beyond an end is an
 /// arrow there.
 fn scale(Measured { value, sigma }: Measured, columns: usize) -> String {
     let places = columns.saturating_sub(2);

@@ -92,7 +92,7 @@ fn raw(live: &Live, view: &View, width: usize) -> (String, Vec<Line<'static>>) {
     (format!("strips, {} s, +-{:.3} mV", view.strips_s(), 1e3 * half_v), lines.collect())
 }
 
-/// Means of a channel in so many columns of time, less the mean of all; none where no frame is.
+/// Means of a channel in `places` columns of time, less the mean of all; none where no frame is.
 fn columns(frames: &[&RawFrame], taxel: usize, begin_s: f64, length_s: f64, places: usize) -> Vec<Option<f32>> {
     let mut sums = vec![(0.0f64, 0u32); places];
     for frame in frames {

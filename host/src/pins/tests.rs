@@ -16,7 +16,7 @@ fn packet(event: Event) -> Packet {
     Packet { sequence: 1, event }
 }
 
-/// A frame with so many volts above 0.5 V in each taxel.
+/// A frame with `volts` volts above 0.5 V in each taxel.
 fn raw(number: u32, volts: [f64; TAXELS]) -> Packet {
     // Full scale of 24 bits is 1.066 times the reference (SBAS297G, data format).
     let code = |volts: f64| (volts / f64::from(Settings::DEFAULT.vref_v) * f64::from(0x78_0000)) as i32;

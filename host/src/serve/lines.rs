@@ -1,7 +1,7 @@
 //! Lines of JSON on standard output: `{"topic":"/ridgetone/left/tone","message":{...}}`.
 
-use super::Sink;
 use super::queue::Queue;
+use super::sink::Sink;
 use super::topic::Names;
 use crate::output;
 use anyhow::Result;

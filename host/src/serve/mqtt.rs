@@ -4,9 +4,9 @@
 //! broker acknowledges in the order of publication (MQTT 5.0, 4.6): frames before an acknowledged event have arrived, and those
 //! after the last one are counted as not confirmed.
 
-use super::Sink;
 use super::queue::{Queue, Taken};
 use super::schema;
+use super::sink::Sink;
 use super::topic::{Names, Topic};
 use crate::usage::UsageError;
 use crate::utc::Receipt;

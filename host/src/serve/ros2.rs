@@ -3,9 +3,9 @@
 //!
 //! A subscriber that is slow holds the node up, and not the boards: what is lost then is lost in the queue, by count.
 
-use super::Sink;
 use super::message::{Message, positions_mm};
 use super::queue::Queue;
+use super::sink::Sink;
 use super::topic::{Names, Topic};
 use anyhow::{Context as _, Result, anyhow};
 use ros2_client::qos::{History, WhenFull};

@@ -2,8 +2,8 @@
 //!
 //! A receiver that is slow holds the session up, and not the boards: what is lost then is lost in the queue, by count.
 
-use super::Sink;
 use super::queue::Queue;
+use super::sink::Sink;
 use super::topic::{Names, Topic};
 use crate::usage::UsageError;
 use anyhow::{Result, anyhow};

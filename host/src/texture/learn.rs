@@ -111,7 +111,7 @@ fn one(file: &Samples, selection: &Selection, mm_s: f64) -> Result<One> {
     Ok(one)
 }
 
-/// A harmonic times the fundamental's amplitude, with its phase against so many turns of the fundamental as sines.
+/// A harmonic times the fundamental's amplitude, with its phase against `number` turns of the fundamental, both as sines.
 fn against(first: &Harmonic, harmonic: &Harmonic, number: usize) -> (f64, f64) {
     // cos(k u + p) with cos(u + q) = sin(v): k u + p = k v - k (q + pi/2) + p, and a cosine is a sine a quarter of a turn later.
     let k = number as f64;

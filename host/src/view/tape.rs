@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 /// Longest tape, bytes: more than three hours of raw frames. For longer ones there is `record`.
 const MOST: usize = 256 << 20;
 
-/// What is kept without anybody's wish: so long, and so many packets, a bit more than a board sends in this time.
+/// What is kept without anybody's wish: this length, and at most this number of packets, a bit more than a board sends in this time.
 const LATEST: Duration = Duration::from_secs(60);
 const LATEST_MOST: usize = 16_000;
 

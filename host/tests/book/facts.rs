@@ -60,6 +60,22 @@ fn the_ways_name_functions_that_exist() {
     assert!(named.len() > 35 && once.len() == named.len(), "a function comes once: {named:?}");
 }
 
+/// A row whose file was in a row before says "again", and why.
+#[test]
+fn the_way_of_a_window_says_where_it_comes_back() {
+    let page = read(&root().join("docs/book/9-how-it-works.md"));
+    let (_, way) = page.split_once("## The way of one window").expect("the way");
+    let (mut seen, mut rows) = (Vec::new(), 0);
+    for row in way.lines().filter(|line| line.starts_with('|')) {
+        let mut files: Vec<&str> = row.split('`').skip(1).step_by(2).filter(|code| code.ends_with(".rs")).collect();
+        let is_again = files.iter().any(|file| seen.contains(file));
+        assert_eq!(is_again, row.contains("again"), "{row}");
+        rows += usize::from(is_again);
+        seen.append(&mut files);
+    }
+    assert!(seen.len() > 25 && rows > 0, "{seen:?}");
+}
+
 /// What `init` of a board's file names belongs together: the pins' names in the table are those in the code.
 #[test]
 fn the_wiring_is_the_firmwares() {

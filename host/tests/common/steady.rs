@@ -12,7 +12,7 @@ use ridgetone_proto::settings::{FRAME_RATE_HZ, SCAN};
 use ridgetone_proto::telemetry::{Event, Health, Packet, Span, Status};
 use std::time::Instant;
 
-/// A touch every so many seconds: longer than one lasts.
+/// Time from one touch to the next, seconds: longer than one lasts.
 const EVERY_S: f64 = 6.0;
 
 /// What a contact, a slide and a frequency may be off: the bars of `emulated.rs`.

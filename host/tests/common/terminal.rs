@@ -22,7 +22,7 @@ pub struct Terminal {
 }
 
 impl Terminal {
-    /// A new one of so many columns and rows.
+    /// A new one of `columns` columns and `rows` rows.
     pub fn new(columns: u16, rows: u16) -> Self {
         let end = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).expect("a terminal");
         grantpt(&end).expect("granted");

@@ -50,7 +50,7 @@ impl Viewer {
         Self { stream, channels: BTreeMap::new(), subscribed: Vec::new() }
     }
 
-    /// Waits until so many channels are advertised, and subscribes to all.
+    /// Waits until `count` channels are advertised, and subscribes to all.
     pub fn subscribe_to(&mut self, count: usize) {
         while self.channels.len() < count {
             let (code, content) = self.frame().expect("a frame");

@@ -48,7 +48,7 @@ impl Peer {
         self.lines.recv_timeout(SILENCE).expect("a line of the peer")
     }
 
-    /// Lines until so many of them have this field; at most a minute.
+    /// Lines until `count` of them have `field`; at most a minute.
     pub fn until(&self, field: &str, count: usize) -> Vec<Value> {
         let (begun, mut found) = (Instant::now(), Vec::new());
         while found.iter().filter(|line: &&Value| line.get(field).is_some()).count() < count {

@@ -34,7 +34,7 @@ impl Rig {
         self.bus.attend();
     }
 
-    /// Cuts the power of the flash after so many more words: what is written behind them is lost, and so is an erase.
+    /// Cuts the power of the flash after `words` more words: what is written behind them is lost, and so is an erase.
     pub fn cut_flash_after(&mut self, words: u64) {
         self.bus.flash.words_left = Some(words);
     }

@@ -46,7 +46,7 @@ impl Run {
         Self { rig, decoder: Decoder::new(), events: Vec::new() }
     }
 
-    /// Runs for so many seconds of virtual time.
+    /// Runs for `s` seconds of virtual time.
     pub fn run_s(&mut self, s: f64) {
         let outcome = self.rig.run_ns((s * 1e9) as u64);
         for byte in self.rig.take_sent() {

@@ -6,6 +6,7 @@
 use super::kept::KEPT;
 use super::log;
 use super::semihost::{self, Exit, File, Mode};
+use crate::board::clock::now_us;
 use core::cell::RefCell;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 use cortex_m::peripheral::syst::SystClkSource;
@@ -83,7 +84,7 @@ pub fn open(mut alarm: SYST, are_kept: bool) {
         KEPT.request.store(request.0, Relaxed);
         KEPT.reply.store(reply.0, Relaxed);
     }
-    let now_us = crate::board::now_us();
+    let now_us = now_us();
     FED_US.store(now_us, Relaxed);
     let (edge_ahead, edge_pending, muted) = (false, false, false);
     let link = Link { alarm, edge_ahead, edge_pending, muted, edge_us: 0, heartbeat_us: now_us, line_us: now_us };
@@ -93,12 +94,12 @@ pub fn open(mut alarm: SYST, are_kept: bool) {
 
 /// Puts off the reset by the watchdog.
 pub fn feed_watchdog() {
-    FED_US.store(crate::board::now_us(), Relaxed);
+    FED_US.store(now_us(), Relaxed);
 }
 
 /// Resets the processor; the bridge and the time go on.
 pub fn restart(cause: ResetCause) -> ! {
-    KEPT.put(crate::board::now_us(), cause);
+    KEPT.put(now_us(), cause);
     SCB::sys_reset()
 }
 
@@ -184,7 +185,7 @@ pub fn received() -> Option<u8> {
     LINE_IN.store(0, Relaxed);
     if byte == 0 {
         // Whatever has arrived came over the emulator's own line.
-        LINE_IN_US.store(crate::board::now_us(), Relaxed);
+        LINE_IN_US.store(now_us(), Relaxed);
     }
     (byte != 0).then_some(byte as u8)
 }
@@ -209,7 +210,7 @@ fn with_link<R: Default>(action: impl FnOnce(&mut Link) -> R) -> R {
 
 impl Link {
     fn exchange(&mut self, operation: Operation, level: bool, payload: &mut [u8]) {
-        let now_us = crate::board::now_us();
+        let now_us = now_us();
         let request = Request { operation, level, length: payload.len() as u8, now_us };
         let Some(reply) = carry(&request, payload) else {
             semihost::print(format_args!("the bridge to the simulated chip broke at {now_us} us"));

@@ -148,7 +148,7 @@ impl Bound {
         -along / information
     }
 
-    /// The information about the logarithm of the wavenumber, and what a wave that is `ahead` by so many turns adds to its score.
+    /// The information about the logarithm of the wavenumber, and what a wave that is `ahead` turns ahead at a time adds to its score.
     fn information(&self, motion: Motion, from_s: f64, until_s: f64, ahead: impl Fn(f64) -> f64) -> (f64, f64) {
         let frames = ((until_s - from_s) * f64::from(Plan::HAND.frame_rate_hz())).round() as usize;
         let at_s = |frame: usize| from_s + (frame as f64 + 0.5) / frames as f64 * (until_s - from_s);

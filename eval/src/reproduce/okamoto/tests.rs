@@ -104,7 +104,7 @@ fn the_page_says_what_its_table_says() {
     assert_eq!(rows.len(), 5 * WAVELENGTHS_MM.len());
     let number = |cell: &str| cell.parse::<f64>().ok();
     let counts = |cell: &str| {
-        let (good, of) = cell.split_once(" of ").expect("so many of so many");
+        let (good, of) = cell.split_once(" of ").expect("a count of a count");
         (good.parse::<f64>().expect("a count"), of.parse::<f64>().expect("a count"))
     };
     let (mut held, mut good_one_way) = ([0.0; 2], [0.0; 2]);

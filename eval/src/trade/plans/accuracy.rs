@@ -20,7 +20,7 @@ pub const TONES_HZ: [f64; 4] = [70.0, 80.0, 90.0, 100.0];
 /// From one choice's seeds to the next one's.
 const SEEDS: u64 = 1_000_000;
 
-/// The scene of a tone, long enough for a slide of so many seconds. Its noise is as far below the tone as a plan's converter makes it.
+/// The scene of a tone, long enough for a slide of `slide_s` seconds. Its noise is as far below the tone as a plan's converter makes it.
 pub fn scene(plan: &Plan, tone_hz: f64, slide_s: f64, seed: u64) -> Sliding {
     let snr_db = SNR_DB + 20.0 * (converter_noise_v(&Plan::HAND) / converter_noise_v(plan)).log10();
     Sliding {
@@ -57,7 +57,7 @@ fn sample(choice: Choice, tone_hz: f64, seed: u64) -> Result<Sample> {
     })
 }
 
-/// Of each choice, with so many windows of each tone.
+/// The accuracy of each choice, with `windows` windows of each tone.
 pub fn measure(choices: &[Choice], windows: u32) -> Result<Vec<Accuracy>> {
     let items: Vec<(usize, f64, u64)> = (0..choices.len())
         .flat_map(|at| TONES_HZ.into_iter().zip(0..).map(move |(tone_hz, tone)| (at, tone_hz, tone)))

@@ -3,7 +3,7 @@
 use super::accuracy::{TONES_HZ, scene};
 use super::{Choice, OnBoard};
 use crate::accuracy::rounded;
-use crate::bench::CLOCK_HZ;
+use crate::bench::emulated::CLOCK_HZ;
 use crate::board::{FIT_IRQ, request};
 use anyhow::{Context, Result, ensure};
 use hal_mock::{Sliding, SlidingScene};
@@ -29,7 +29,7 @@ struct Run {
 }
 
 impl Run {
-    /// Runs for so many seconds; gives the events with the time of their last byte, nanoseconds since power-up.
+    /// Runs for `seconds` seconds; gives the events with the time of their last byte, nanoseconds since power-up.
     fn run_s(&mut self, seconds: f64) -> Result<Vec<(u64, Event)>> {
         let end_ns = self.rig.now_ns() + (seconds * 1e9) as u64;
         let mut events = Vec::new();

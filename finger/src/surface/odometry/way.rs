@@ -47,8 +47,8 @@ pub struct Way<'a> {
 }
 
 impl<'a> Way<'a> {
-    /// The way of so many microseconds of the board's, which ends `behind_us` after the mark's window. None if the messages do not
-    /// cover its begin, or too little of its end: they may be missing for 0.1 s there and a quarter of the window.
+    /// The way during `lasts_us` microseconds of the board's clock, which ends `behind_us` after the mark's window. None if the
+    /// messages do not cover its begin, or too little of its end: they may be missing for 0.1 s there and a quarter of the window.
     #[inline(never)]
     pub fn new(track: &'a Track, mark: &Mark, lasts_us: u32, behind_us: u32) -> Option<Self> {
         let end_us = mark.end_us.wrapping_add(behind_us);

@@ -46,7 +46,7 @@ fn inputs_that_are_dead_or_at_a_rail_are_named() {
 
 #[test]
 fn noise_is_compared_with_the_datasheet_where_the_inputs_are_shorted() {
-    // 4.5 uV of the chip and a square wave of so many more.
+    // 4.5 uV of the chip, and a square wave of `uv` microvolts.
     let noisy = |uv: f64| {
         feels(move |input, t_s| if input == 6 && ((t_s * 1e4) as u64).is_multiple_of(2) { uv * 2e-6 } else { 0.0 })
     };
