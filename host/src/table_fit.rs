@@ -110,7 +110,7 @@ pub fn fit(rows: &mut dyn RowReader, selection: &Selection, progress: &mut dyn F
     };
     let place = |frame: u32| places.get(frame as usize).copied().unwrap_or(f32::NAN);
     let harmonics = selection.harmonics.unwrap_or(HARMONICS_MAX as u8);
-    let mut fit = |scaled: &Scaled| {
+    let fit = |scaled: &Scaled| {
         let mut source = Table { values: &scaled.values, valid: &scaled.valid };
         let mut span = FrameSpan::new(&mut source, 0, grid.slots() as u32).with_quantization(1.0);
         if let Some(interferer_hz) = selection.interferer_hz {
