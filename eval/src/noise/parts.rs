@@ -46,7 +46,7 @@ pub enum Extra {
     Decay,
     /// A second tone of equal strength, 1.2 to 2.8 times as fast but at no multiple.
     SecondTone,
-    /// A second tone of equal strength, faster by so many cycles a window.
+    /// A second tone of equal strength, faster by this many cycles a window.
     CloseTone(f64, f64),
     /// Values are rounded to this share of the amplitude.
     Rounded(f64),
@@ -54,7 +54,7 @@ pub enum Extra {
     Gains,
     /// Three channels that stay at one value, two that are noise alone.
     DeadChannels,
-    /// The others than the first so many stay at one value.
+    /// Channels from this one on stay at one value.
     Channels(usize),
     /// Three channels that are clipped at a rail, two that stay there.
     Saturated,
