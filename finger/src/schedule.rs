@@ -122,11 +122,12 @@ impl WindowScheduler {
                     self.whole = Some((first.wrapping_add(late), most.saturating_sub(late)));
                 }
             }
-            Change::Contact { frame, .. } => {
+            // A touch whose begin was not seen has no contact.
+            Change::Contact { frame, .. } | Change::Release(frame) => {
                 self.touch_first = frame;
                 (self.level_v, self.force_ratio) = (f32::NAN, None);
             }
-            Change::HoldEnd { .. } | Change::Release(_) => {}
+            Change::HoldEnd { .. } => {}
         }
     }
 
