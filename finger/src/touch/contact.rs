@@ -215,7 +215,7 @@ impl ContactDetector {
                 } else {
                     self.spike = Spike::begin(number, idle, &self.frames(ring));
                     // Of an earlier touch it may be anywhere: numbers wrap.
-                    self.moving_until = number;
+                    (self.moving_until, self.until_is_loose) = (number, false);
                     self.enter(Phase::Spike(number));
                 }
                 false
@@ -448,7 +448,7 @@ impl ContactDetector {
     fn begin_slide(&mut self, start: u32, report: &mut dyn FnMut(Change)) {
         self.end_hold(report);
         if !reached(self.moving_until, start) {
-            self.moving_until = start;
+            (self.moving_until, self.until_is_loose) = (start, false);
         }
         self.phase = Phase::Slide(start);
         report(Change::SlideStart(start));
