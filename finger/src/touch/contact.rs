@@ -106,6 +106,10 @@ impl ContactDetector {
         self.condition.set_mains(interferer_hz);
     }
 
+    const fn finds_slides(&self) -> bool {
+        matches!(self.rule, SlideRule::Found)
+    }
+
     /// Whether the finger is on something.
     pub const fn is_touched(&self) -> bool {
         !matches!(self.phase, Phase::Learning(_) | Phase::Idle)
@@ -229,7 +233,8 @@ impl ContactDetector {
                 self.follow_motion(block, number);
                 let passed = number.wrapping_sub(since);
                 let is_due = passed >= SPIKE_FRAMES || self.motion.still_quick >= SPIKE_STILL_BLOCKS;
-                if is_due && (self.was_in_air || self.is_contact(since, number, ring)) {
+                // By the protocol every touch begins with a contact.
+                if is_due && (self.was_in_air || !self.finds_slides() || self.is_contact(since, number, ring)) {
                     self.end_phase(Ended::Spike, number, ring, report);
                 }
                 false
@@ -270,7 +275,8 @@ impl ContactDetector {
     /// One block further in a hold, whose mean is `off` from idle. True if nothing moves.
     fn hold(&mut self, number: u32, off: f32, block: Block) -> bool {
         let moves = block.moves();
-        if moves && self.rule == SlideRule::Found {
+        // Where the air is not known only a motion shows a release.
+        if moves && (self.finds_slides() || !self.air.is_known()) {
             self.note_still_level();
             self.phase = Phase::Moving(Moving::since(number.wrapping_sub(BLOCK_FRAMES - 1)).with(block));
         } else if !moves && self.motion.still <= HELD_BACK as u32 {
@@ -283,7 +289,7 @@ impl ContactDetector {
 
     /// One block further while something moves: it becomes a slide, or is still again.
     fn moving(&mut self, moving: Moving, ring: Averages, report: &mut dyn FnMut(Change)) {
-        if moving.is_slide() {
+        if self.finds_slides() && moving.is_slide() {
             self.is_slow = moving.is_slow();
             let left = match &self.still_level {
                 Some(level) => self.frames(ring).departure(level, moving.since, self.contact),

@@ -1,5 +1,7 @@
 //! Phases of a touch, found in frames that the tests make.
 
+mod loaded;
+
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use ridgetone::ring::Ring;
@@ -12,19 +14,27 @@ use std::f64::consts::TAU;
 /// Codes of one taxel at a time in seconds, without noise; channels differ by `sign` and `lag`.
 type Signal = fn(f64, f64, f64) -> f64;
 
+/// What is found, without the images of holds.
 fn changes(seconds: f64, noise: f64, signal: Signal) -> Vec<(&'static str, f64)> {
+    let mut found = all_changes(seconds, noise, |_| SlideRule::Found, signal);
+    found.retain(|(name, _)| *name != "image");
+    found
+}
+
+/// All that is found, by the rule at each time in seconds.
+fn all_changes(seconds: f64, noise: f64, rule: fn(f64) -> SlideRule, signal: Signal) -> Vec<(&'static str, f64)> {
     let rate = FRAME_RATE_HZ as f64;
     let mut rng = ChaCha8Rng::seed_from_u64(3);
     let mut normal = || (0..12).map(|_| rng.next_u32() as f64 / 4_294_967_296.0).sum::<f64>() - 6.0;
     let mut ring = Box::new(Ring::new());
-    let mut detector = ContactDetector::new(SlideRule::Found, &Plan::PAPER);
+    let mut detector = ContactDetector::new(rule(0.0), &Plan::PAPER);
     let mut averager = Averager::new(&Plan::PAPER);
     let mut found = Vec::new();
     let mut report = |change: Change| {
         let at = |frame: u32| frame as f64 / rate;
         match change {
             Change::Contact { frame, .. } => found.push(("contact", at(frame))),
-            Change::HoldEnd { .. } => {}
+            Change::HoldEnd { span: (_, until), .. } => found.push(("image", at(until))),
             Change::SlideStart(frame) => found.push(("start", at(frame))),
             Change::SlideEnd(_, frame) => found.push(("end", at(frame))),
             Change::Release(frame) => found.push(("release", at(frame))),
@@ -39,6 +49,7 @@ fn changes(seconds: f64, noise: f64, signal: Signal) -> Vec<(&'static str, f64)>
         }
         ring.push(&values, u16::MAX, 0);
         averager.push(n, &values, u16::MAX, true);
+        detector.rule = rule(n as f64 / rate);
         detector.push(n, (&values, None), Averages::new(&ring, averager.grid()), &mut report);
     }
     detector.finish(frames, &mut report);
@@ -233,53 +244,6 @@ fn a_drift_is_no_touch_and_hides_none() {
     });
     let expected = [("contact", 2.0), ("start", 3.0), ("end", 5.0), ("release", 6.0)];
     assert_reported(&found, &expected, 0.02);
-}
-
-/// The level at the start is that of a finger that holds: no contact is reported, and the air is known from its release on.
-#[test]
-fn a_finger_that_is_on_something_at_the_start_slides_and_lifts() {
-    fn touch(t: f64, hz: f64, lag: f64) -> f64 {
-        let tone = |from_s: f64| 500.0 * (TAU * (hz * (t - from_s).clamp(0.0, 2.0) + lag)).sin();
-        let first = if t < 5.0 { 1000.0 + tone(2.0) } else { 0.0 };
-        let second = if (7.0..12.0).contains(&t) { load(t - 6.0, 99.0) + tone(9.0) } else { 0.0 };
-        first + second
-    }
-    let signals: [Signal; 3] = [
-        |t, sign, lag| sign * touch(t, 1.3, lag),
-        |t, sign, lag| sign * touch(t, 8.3, lag),
-        |t, sign, lag| sign * touch(t, 60.3, lag),
-    ];
-    for signal in signals {
-        let first = [("start", 2.0), ("end", 4.0), ("release", 5.0)];
-        let second = [("contact", 7.0), ("start", 9.0), ("end", 11.0), ("release", 12.0)];
-        assert_reported(&changes(14.0, 20.0, signal), &[&first[..], &second].concat(), 0.03);
-    }
-}
-
-/// Without a slide a release from a loaded start is taken for a contact; the next slide shows what is the air.
-#[test]
-fn a_loaded_start_without_a_slide_is_set_right_by_the_next_one() {
-    let found = changes(14.0, 20.0, |t, sign, lag| {
-        let tone = 500.0 * (TAU * (8.3 * (t - 5.0).clamp(0.0, 2.0) + lag)).sin();
-        let is_down = t < 1.0 || (3.0..8.0).contains(&t);
-        let second = if (10.0..12.0).contains(&t) { load(t - 9.0, 99.0) } else { 0.0 };
-        sign * (if is_down { 1000.0 + tone } else { 0.0 } + second)
-    });
-    let from_slide_on: Vec<_> = found.iter().copied().filter(|(_, at_s)| *at_s > 4.5).collect();
-    let expected = [("start", 5.0), ("end", 7.0), ("release", 8.0), ("contact", 10.0), ("release", 12.0)];
-    assert_reported(&from_slide_on, &expected, 0.03);
-}
-
-/// It changes the levels as slowly as a slide, but along one direction.
-#[test]
-fn a_gentle_first_contact_is_no_slide() {
-    let found = changes(8.0, 20.0, |t, sign, lag| {
-        let pressed = 0.5 - 0.5 * (TAU * (t - 1.0).clamp(0.0, 0.5)).cos();
-        if t < 5.0 { sign * (0.4 + lag) * 3000.0 * pressed } else { 0.0 }
-    });
-    let names: Vec<_> = found.iter().map(|(name, _)| *name).collect();
-    assert_eq!(names, ["contact", "release"], "{found:?}");
-    assert!((1.0..1.6).contains(&found[0].1) && (found[1].1 - 5.0).abs() < 0.01, "{found:?}");
 }
 
 /// The skin creeps by one and a half loads, and back after the release: that is where the load falls.
