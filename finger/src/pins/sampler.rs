@@ -15,7 +15,7 @@ pub struct Due {
     pub taxels: u16,
     /// Updates that fell due after the last one that was taken, and were not taken in time; 255 for more.
     pub skipped: u8,
-    /// Means over a block of frames, less the level without touch, codes; zero without touch.
+    /// Means over a block of frames, less the level without touch, codes; zero without touch, and where the air is not known.
     pub pressed: Values,
 }
 

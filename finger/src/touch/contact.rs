@@ -115,8 +115,8 @@ impl ContactDetector {
         !matches!(self.phase, Phase::Learning(_) | Phase::Idle)
     }
 
-    /// Means of the taxels over the latest block, less the level without touch, codes; zero without touch. And which taxels are alive, a
-    /// bit each.
+    /// Means of the taxels over the latest block, less the level without touch, codes; zero without touch, and where the air is not
+    /// known. And which taxels are alive, a bit each.
     #[inline(never)]
     pub fn pressed(&self) -> (Values, u16) {
         let (mut pressed, mut alive) = ([0.0; TAXELS], 0);
