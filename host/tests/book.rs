@@ -43,7 +43,7 @@ const WITH_A_BOARD: [&str; 27] = [
 ];
 
 /// Commands that take too long for a test, and the test that does a little of the same.
-const LITTLE_OF: [(&str, &str); 29] = [
+const LITTLE_OF: [(&str, &str); 30] = [
     ("cargo xtask worklet", "host/tests/touch/page.rs"),
     ("cargo xtask faults --plan hand --seed 20001 --injections 6000 --only reference", "eval/src/tests/faults.rs"),
     ("cargo xtask distance --chip", "eval/src/tests/distance.rs"),
@@ -63,7 +63,8 @@ const LITTLE_OF: [(&str, &str); 29] = [
     ("cargo xtask bench --render", "eval/src/tests/trade.rs"),
     ("cargo xtask faults --full", "eval/src/tests/faults.rs"),
     ("cargo xtask faults --plan hand --seed 777001 --injections 1000 --write docs", "eval/src/tests/faults.rs"),
-    ("cargo xtask noise --seed 1", "eval/src/tests/noise.rs"),
+    ("cargo run --release -p ridgetone-eval -- recordings FOLDER", "eval/src/recordings.rs"),
+    ("cargo xtask noise --seed 1 --write docs", "eval/src/tests/noise.rs"),
     ("cargo xtask noise --write docs", "eval/src/tests/noise.rs"),
     ("cargo xtask touch --write docs", "eval/src/tests/touch.rs"),
     ("cargo xtask reproduce --wavelengths", "eval/src/reproduce/okamoto.rs"),
