@@ -15,6 +15,7 @@ use serial_board::SerialBoard;
 use serving::Serving;
 use std::collections::BTreeMap;
 use std::net::TcpListener;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 use zenoh::{Config, Wait};
@@ -27,12 +28,20 @@ fn peer(port: u16) -> zenoh::Session {
     zenoh::open(config).wait().expect("a session")
 }
 
+/// Two servers of one network find each other by multicast, and a peer of one gets the messages of both: one at a time.
+fn alone() -> MutexGuard<'static, ()> {
+    static SERVER: Mutex<()> = Mutex::new(());
+    // A test that has failed holds up no other.
+    SERVER.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 fn free_port() -> u16 {
     TcpListener::bind("127.0.0.1:0").and_then(|free| free.local_addr()).expect("a port").port()
 }
 
 #[test]
 fn a_peer_gets_messages_without_a_gap_and_its_end_holds_up_no_board() {
+    let _alone = alone();
     let port = free_port();
     let session = peer(port);
     let subscriber = session.declare_subscriber("ridgetone/**").wait().expect("a subscription");
@@ -65,6 +74,7 @@ fn a_peer_gets_messages_without_a_gap_and_its_end_holds_up_no_board() {
 #[test]
 #[ignore = "needs Zenoh's package for Python: cargo xtask streams"]
 fn a_peer_of_another_program_gets_messages_without_a_gap() {
+    let _alone = alone();
     let port = free_port().to_string();
     let peer = Peer::start("zenoh_peer.py", &[&port, "120"]);
     let board = SerialBoard::new();

@@ -34,7 +34,7 @@ pub fn measure() -> Result<()> {
     for one in ["zenoh", "ros2"] {
         announce(format_args!("streams: {one}"));
         let mut tests = test(&[one], one);
-        run(tests.args(["--include-ignored", "--test-threads=1"]).env("RIDGETONE_PEERS", &peers))
+        run(tests.arg("--include-ignored").env("RIDGETONE_PEERS", &peers))
             .with_context(|| format!("tests of {one}"))?;
     }
     announce("ten boards and a fast one, for a minute each");
