@@ -36,10 +36,10 @@ const TRIES: u32 = 3;
 /// What counts as zero, over the largest unknown, or over the largest right-hand side.
 const ZERO: f32 = 2e-6;
 
-/// What ends a search before its optimum.
+/// Most work of a search, which ends it before its optimum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Most {
-    /// Systems.
+pub(crate) struct Budget {
+    /// Systems that it solves.
     pub(crate) pivots: u32,
     /// Multiplications behind which no other system is begun.
     pub(crate) multiply_adds: u32,
@@ -47,14 +47,14 @@ pub(crate) struct Most {
 
 /// Exchanges pins until none is in the wrong set, from the set that pressed last. `solve` gives those that are wrong for a set, and the
 /// number of its multiplications.
-pub(crate) fn exchange(mut pressing: Set, most: Most, mut solve: impl FnMut(&Set) -> (Set, u32)) -> Found {
+pub(crate) fn exchange(mut pressing: Set, budget: Budget, mut solve: impl FnMut(&Set) -> (Set, u32)) -> Found {
     let (mut fewest, mut tries, mut pivots, mut multiply_adds) = (usize::MAX, 0, 0, 0);
     loop {
         let (mut wrong, more) = solve(&pressing);
         let count = wrong.count();
         pivots += 1;
         multiply_adds += more;
-        if count == 0 || pivots >= most.pivots || multiply_adds > most.multiply_adds {
+        if count == 0 || pivots >= budget.pivots || multiply_adds > budget.multiply_adds {
             return Found { pressing, pivots, is_optimal: count == 0, multiply_adds };
         }
         if count < fewest {
@@ -80,8 +80,8 @@ pub(crate) fn solve_from(
 ) -> Found {
     let n = x.len();
     let (zero_x, zero_y) = (ZERO * largest(free), ZERO * largest(b));
-    let most = Most { pivots: pivots_max, multiply_adds: u32::MAX };
-    let found = exchange(pressing, most, |pressing| {
+    let budget = Budget { pivots: pivots_max, multiply_adds: u32::MAX };
+    let found = exchange(pressing, budget, |pressing| {
         let multiply_adds = pivot(program, pressing, (free, b), (x, y));
         let is_wrong = |i: usize| if pressing.has(i) { x[i] < -zero_x } else { y[i] < -zero_y };
         (Set::of(n, is_wrong), multiply_adds)

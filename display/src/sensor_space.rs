@@ -3,7 +3,7 @@
 //! For a set P of pins that press, (A_P' A_P + c)^-1 A_P' w = A_P' v with (A_P A_P' + c) v = w. What is left of the wanted strains is c v,
 //! so the gradient of a pin that rests is -c a'v: one product a'v is the force of a pin that presses, and the sign for one that rests.
 
-use crate::nonnegative::{Found, Most, exchange};
+use crate::nonnegative::{Budget, Found, exchange};
 use crate::packed::{dot, factor, largest, solve, triangle};
 use crate::set::Set;
 
@@ -50,8 +50,8 @@ impl SensorSpace<'_> {
         x: &mut [f32],
         pivots_max: u32,
     ) -> Found {
-        let most = Most { pivots: pivots_max, multiply_adds: u32::MAX };
-        let found = exchange(pressing, most, |pressing| {
+        let budget = Budget { pivots: pivots_max, multiply_adds: u32::MAX };
+        let found = exchange(pressing, budget, |pressing| {
             let multiply_adds = self.products(map, wanted, pressing, x);
             let zero = ZERO * largest(x);
             let is_wrong = |i: usize| if pressing.has(i) { x[i] < -zero } else { x[i] > zero };

@@ -3,7 +3,7 @@
 use crate::blocks::{Block, Blocks, FOUR, add, dot, factor, set_diagonal, solve};
 use crate::half_space::strain_by_square;
 use crate::matching::{PINS_MAX, Solution};
-use crate::nonnegative::{Found, Most, exchange};
+use crate::nonnegative::{Budget, Found, exchange};
 use crate::packed::{largest, triangle};
 use crate::sensor_space::ZERO;
 use crate::set::Set;
@@ -116,8 +116,8 @@ impl Square {
         };
         set_diagonal(system.product, self.regularisation * (squares / (self.side * self.side) as f32));
         let begin = pressing.0.and(&there);
-        let most = Most { pivots: self.pivots_max, multiply_adds: self.multiply_adds_max };
-        let found = exchange(begin, most, |pressing| system.solve(pressing));
+        let budget = Budget { pivots: self.pivots_max, multiply_adds: self.multiply_adds_max };
+        let found = exchange(begin, budget, |pressing| system.solve(pressing));
         let Found { pivots, is_optimal, multiply_adds, .. } = found;
         pressing.0 = found.pressing;
         // Of numbers the sum is one, and of what is none it is none: a wanted value that is none is in every force.

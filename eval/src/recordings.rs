@@ -124,10 +124,9 @@ fn files(folder: &Path) -> Result<Vec<PathBuf>> {
 
 /// The folder within `root`, and the first word of the name.
 fn kind(path: &Path, root: &Path) -> String {
-    let path = path.strip_prefix(root).unwrap_or(path).with_extension("");
-    let name = path.display().to_string();
-    let start = name.rfind(['/', '\\']).map_or(0, |at| at + 1);
-    name[start..].find('_').map_or(name.clone(), |word| name[..start + word].to_owned())
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let word = stem.split('_').next().unwrap_or_default();
+    path.strip_prefix(root).unwrap_or(path).with_file_name(word).display().to_string()
 }
 
 pub fn run(args: &RecordingsArgs) -> Result<()> {

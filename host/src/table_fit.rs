@@ -21,7 +21,7 @@ const SPAN_CODES: f64 = 1e6;
 /// A given rate that differs from the time stamps by more than this share gives a warning.
 const RATES_DIFFER: f64 = 0.01;
 
-/// Share of frames that have all readings, from which on blank cells are not bridged.
+/// Blank cells are bridged where less than this share of the rows has all readings.
 const WHOLE_SHARE_MIN: f64 = 0.95;
 
 /// One channel's part of the result, in the file's unit, with the fundamental where there is a tone.
@@ -93,7 +93,7 @@ pub fn fit(rows: &mut dyn RowReader, selection: &Selection, progress: &mut dyn F
         grid.slots()
     );
 
-    let mut scaled = Scaled::new(&part, &columns, &grid);
+    let scaled = Scaled::new(&part, &columns, &grid);
     if let Some(c) = scaled.units.iter().position(|unit| !unit.is_finite()) {
         bail!("{file}: column {}: its values are too far apart to be fitted", rows.names()[columns[c]]);
     }
@@ -127,17 +127,18 @@ pub fn fit(rows: &mut dyn RowReader, selection: &Selection, progress: &mut dyn F
         };
         Ok(found)
     };
-    // Few frames that are not whole are left out at less cost than they are bridged; and a fast tone cannot be bridged.
-    let is_bridged = selection.place.is_none() && scaled.whole_share() < WHOLE_SHARE_MIN;
-    let mut found = fit(&scaled)?;
-    if is_bridged {
-        let bridged = scaled.bridged(&grid);
-        let other = fit(&bridged)?;
-        let is_slow = f64::from(other.frequency) <= bridge::TONE_MAX;
-        if other.status.has_tone() && is_slow {
-            (found, scaled) = (other, bridged);
-        }
+    // Few rows with blank cells cost less left out than bridged; and a fast tone cannot be bridged.
+    let mut bridged = None;
+    if selection.place.is_none() && scaled.whole_share() < WHOLE_SHARE_MIN {
+        let scaled = scaled.bridged();
+        let found = fit(&scaled)?;
+        let is_slow = f64::from(found.frequency) <= bridge::TONE_MAX;
+        bridged = (found.status.has_tone() && is_slow).then_some((found, scaled));
     }
+    let (mut found, scaled) = match bridged {
+        Some(bridged) => bridged,
+        None => (fit(&scaled)?, scaled),
+    };
     let of_readings = scaled.sigma_factor(&found);
     for sigma in [
         &mut found.sigma,
@@ -194,6 +195,7 @@ pub fn fit(rows: &mut dyn RowReader, selection: &Selection, progress: &mut dyn F
 }
 
 /// The rows as the library takes them.
+#[derive(Clone)]
 struct Scaled {
     values: Vec<[f32; TAXELS]>,
     valid: Vec<u16>,
@@ -244,20 +246,19 @@ impl Scaled {
     }
 
     /// The same with single readings bridged; of a row that is missing nothing is known.
-    fn bridged(&self, grid: &Grid) -> Self {
-        let Self { values, valid, zeros, units, .. } = self;
-        let (mut values, mut all_valid, mut count) = (values.clone(), valid.clone(), [0; TAXELS]);
-        for (c, count) in count.iter_mut().enumerate().take(units.len()) {
-            let known: Vec<_> = (0..grid.slots())
-                .map(|slot| (valid[slot] & 1 << c != 0).then_some(f64::from(self.values[slot][c])))
-                .collect();
-            for (slot, value) in bridge::bridged(&known).into_iter().filter(|(slot, _)| valid[*slot] != 0) {
-                values[slot][c] = value as f32;
-                all_valid[slot] |= 1 << c;
-                *count += 1;
+    fn bridged(&self) -> Self {
+        let mut bridged = self.clone();
+        for c in 0..self.units.len() {
+            let readings = self.values.iter().zip(&self.valid);
+            let known: Vec<_> =
+                readings.map(|(values, valid)| (valid & 1 << c != 0).then_some(f64::from(values[c]))).collect();
+            for (slot, value) in bridge::bridged(&known).into_iter().filter(|(slot, _)| self.valid[*slot] != 0) {
+                bridged.values[slot][c] = value as f32;
+                bridged.valid[slot] |= 1 << c;
+                bridged.bridged[c] += 1;
             }
         }
-        Self { values, valid: all_valid, zeros: zeros.clone(), units: units.clone(), bridged: count, ..*self }
+        bridged
     }
 
     /// By how much sigma is larger as what is bridged says nothing new: by its share of each channel, weighted as the channel is.

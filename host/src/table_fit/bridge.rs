@@ -7,7 +7,7 @@ const REACH: usize = 5;
 const RUN_MAX: f64 = 3.0;
 /// A channel with a larger share of missing readings is left as it is.
 const SHARE_MAX: f64 = 0.5;
-/// Cycles a frame up to which a cubic follows a tone: it is off by 5 % of the amplitude there, and by two thirds of it at twice that.
+/// Cycles a frame up to which a cubic follows a tone: it is off by 6 % of the amplitude there, and by two thirds of it at twice that.
 pub const TONE_MAX: f64 = 1.0 / 8.0;
 
 /// The readings of a channel that are missing, at their frames, by the cubic through the two known ones on each side; some are not

@@ -148,13 +148,9 @@ fn blank_cells_at_random_cost_what_they_are() {
         let (mut good, mut held, mut sigma_ratio) = (0, 0, 0.0);
         for seed in 0..100 {
             let recorded = Recorded { frequency_hz, ..second(seed) };
-            // SplitMix64 of the cell's number.
-            let keeps = |row: usize, c: usize| {
-                let mut z = (seed * 100_000 + (row * 16 + c) as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15);
-                z = (z ^ z >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-                z = (z ^ z >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
-                ((z ^ z >> 31) >> 11) as f64 / (1u64 << 53) as f64 >= share
-            };
+            let mut noise = Noise(ChaCha8Rng::seed_from_u64(seed ^ 0xB1A2));
+            let is_kept: Vec<bool> = (0..241 * 16).map(|_| noise.uniform() >= share).collect();
+            let keeps = |row: usize, c: usize| is_kept[16 * row + c];
             let (found, whole) = (recorded.fit(keeps), recorded.fit(|_, _| true));
             good += u32::from(found.status == Status::Good);
             let (found_hz, sigma_hz) = found.tone.unwrap();
