@@ -11,7 +11,7 @@ pub const CYCLES_MIN: f64 = 1.0;
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Length {
-    /// So many seconds, of a slide that is long enough.
+    /// This number of seconds, of a slide that is long enough.
     Seconds(f64),
     /// The whole slide of the paper's 60 mm, its ends trimmed as the detector does.
     Slide,

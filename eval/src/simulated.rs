@@ -99,7 +99,7 @@ impl Simulated {
         Ok(window)
     }
 
-    /// So many frames from a time on.
+    /// `frames` frames from the time `from_s` on.
     fn at(mut scene: SlidingScene, from_s: f64, frames: usize, sampling: Sampling) -> Self {
         let Sampling { rate_hz, inputs, gain } = sampling;
         let truth = scene.truth();

@@ -5,7 +5,7 @@
 use ridgetone_proto::telemetry::{Decoder, Event, Packet};
 use std::io::Read;
 
-/// The packets in some bytes, and the decoder, which counts what was damaged and what is missing.
+/// The packets in some bytes, and the decoder, which has counted the damaged and the missing ones.
 pub fn decode(bytes: impl IntoIterator<Item = u8>) -> (Vec<Packet>, Decoder) {
     let mut decoder = Decoder::new();
     let packets = bytes.into_iter().filter_map(|byte| decoder.push(byte)).collect();

@@ -11,7 +11,7 @@ pub const fn divide(value: u64, by: u32) -> (u64, u32) {
     if high == 0 {
         return ((low / by) as u64, low % by);
     }
-    // By hand, bit by bit: what is brought down goes out of `low` at its top, and the quotient comes in at its end.
+    // By hand, bit by bit: each step takes the top bit out of `low` and puts a bit of the quotient in at its end.
     let (mut rest, mut bits) = ((high % by) as u64, 32);
     while bits > 0 {
         rest = rest << 1 | (low >> 31) as u64;

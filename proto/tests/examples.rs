@@ -1,4 +1,4 @@
-//! The example runs, and finds what is damaged and what is missing.
+//! The example runs, and counts the damaged packet and the missing one.
 
 #[path = "../examples/decode.rs"]
 #[allow(dead_code, reason = "its main is for cargo run --example")]

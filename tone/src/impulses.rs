@@ -54,7 +54,7 @@ impl Impulses {
                 }
             })?;
             if self.count() as f32 > SHARE_MAX * solution.frames * channels.width as f32 {
-                // So many are something else.
+                // That is too many for impulses.
                 self.begin(frames);
             }
             limits = magnitudes.map(|magnitude| SIGMAS / MEAN_MAGNITUDE * magnitude / solution.frames);

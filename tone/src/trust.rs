@@ -139,6 +139,5 @@ pub fn trust(of: &Neighbourhood, evidence: &Evidence) -> (Status, f32) {
         () if is_short || leaves(MISFIT_REMAINDER) => Status::Ambiguous,
         () => Status::Good,
     };
-
     (status, libm::sqrtf(variance))
 }

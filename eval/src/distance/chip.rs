@@ -93,9 +93,9 @@ struct Work {
     instructions: f64,
 }
 
-/// Instructions of an update that solves as many systems, with as many multiplications, as [`Driver`] lets it: most of them cannot be brought
-/// about by any image, but none can take more. Loops are of fixed lengths, so that the cost is a constant, one for each system, and one for
-/// each multiplication; the updates say which. None if they do not differ.
+/// Instructions of an update that solves as many systems, with as many multiplications, as [`Driver`] lets it; images may not bring it about.
+/// Loops are of fixed lengths, so that the cost should be a constant, one for each system, and one for each multiplication. They are
+/// computed from the updates that differ most. None if none differ.
 fn bound(side: u8, works: &[Work]) -> Option<u32> {
     let between = |works: &[Work], of: fn(&Work) -> f64, cost: &dyn Fn(&Work) -> f64| {
         let least = works.iter().min_by(|a, b| of(a).total_cmp(&of(b)))?;

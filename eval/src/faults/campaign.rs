@@ -1,4 +1,4 @@
-//! So many runs of each family, on this PC and on the emulated chip.
+//! A number of runs of each family, on this PC and on the emulated chip.
 
 use super::family::Family;
 use super::judge::{Judgement, judge};

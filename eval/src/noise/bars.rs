@@ -19,7 +19,7 @@ pub struct Figure {
 }
 
 impl Figure {
-    /// So many decimals, or a dash.
+    /// With `decimals` decimals, or a dash.
     pub fn new(value: Option<f64>, decimals: usize) -> Self {
         Self { text: figure(value, decimals), value, bar: None }
     }

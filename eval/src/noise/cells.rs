@@ -49,7 +49,7 @@ pub struct Cell {
     pub group: Group,
     pub name: &'static str,
     pub recipe: Recipe,
-    /// So many times as many windows as in the other cells.
+    /// The number of its windows over that of the other cells.
     pub times: u32,
 }
 

@@ -243,7 +243,7 @@ fn cells(windows: u32) -> Result<Vec<Cell>> {
     Ok(cells)
 }
 
-/// So many windows of each setting, from its seed on.
+/// `windows` windows of each setting, from its seed on.
 fn measured(what: &str, seeded: &[(Setting, u64)], windows: u32) -> Result<Vec<Cell>> {
     if seeded.is_empty() || windows == 0 {
         return Ok(Vec::new());

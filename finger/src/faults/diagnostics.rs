@@ -90,7 +90,7 @@ impl Diagnostics {
         self.faults.add(kind, 1, board_us);
     }
 
-    /// So many inputs were at a rail in the scan before this board time, microseconds. Zero changes nothing.
+    /// `inputs` inputs were at a rail in the scan before this board time, microseconds. Zero changes nothing.
     pub fn overload(&self, inputs: u32, board_us: u32) {
         if inputs == 0 {
             return;

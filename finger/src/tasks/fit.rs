@@ -104,7 +104,7 @@ fn report_feel<P: Platform>(
 }
 
 /// Fits a window. Before the estimate is qualified, the chip is checked, unless that was done since the window's end.
-/// Only what is done is to be reported.
+/// The caller reports an estimate only if it is [`WindowFit::Done`].
 pub fn fit<P: Platform>(
     window: &Window,
     estimator: &mut Estimator,

@@ -5,7 +5,7 @@ use ridgetone_tone::Values;
 /// Squared distance of two levels, each taxel's times its weight.
 #[inline(never)]
 pub fn distance(weights: &Values, a: &Values, b: &Values) -> f32 {
-    // Four at a time: one at a time takes a third more instructions, and this is what most blocks in the air and in a hold take most for.
+    // Four at a time: one at a time takes a third more instructions. In the air and in a hold most of a block's instructions are here.
     let [weights, a, b] = [weights, a, b].map(|values| values.as_chunks::<4>().0);
     weights.iter().zip(a.iter().zip(b)).fold(0.0, |sum, ([s, t, u, v], ([a, b, c, d], [e, f, g, h]))| {
         sum + (a - e) * (a - e) * s + (b - f) * (b - f) * t + (c - g) * (c - g) * u + (d - h) * (d - h) * v
@@ -40,7 +40,7 @@ pub struct Taxels {
 }
 
 impl Taxels {
-    /// So many.
+    /// Of `count` taxels.
     pub const fn new(count: usize) -> Self {
         Self { count: count as f32, root: root(count as f32 / 16.0) }
     }

@@ -20,7 +20,7 @@ pub fn add_times(to: &mut Values, times: f32, values: &Values) {
 /// Multiplies all by one number.
 #[inline(never)]
 pub fn scale(values: &mut Values, by: f32) {
-    // The compiler must not know how many: unrolled it takes five times the flash.
+    // The compiler must not know the number of values: it would unroll the loop, which takes five times the flash.
     values.iter_mut().take(black_box(TAXELS)).for_each(|value| *value *= by);
 }
 
