@@ -24,7 +24,7 @@ class Touch extends AudioWorkletProcessor {
     } else if (what === "clock") {
       this.learn(currentTime - at);
     } else if (what === "record") {
-      this.recording = { from_s: null, left: Math.round(values[0] * sampleRate), samples: [] };
+      this.recording = { from_s: null, left: Math.round(values[0] * sampleRate), samples: [], offsets_s: [Infinity, -Infinity] };
     } else this.core[what](...values);
   }
 
@@ -54,11 +54,14 @@ class Touch extends AudioWorkletProcessor {
   record(out) {
     if (this.recording === null) return;
     this.recording.from_s ??= currentTime;
+    const [least, most] = this.recording.offsets_s;
+    this.recording.offsets_s = [Math.min(least, this.offset()), Math.max(most, this.offset())];
     const part = out.slice(0, this.recording.left);
     this.recording.samples.push(...part);
     this.recording.left -= part.length;
     if (this.recording.left > 0) return;
-    this.port.postMessage({ recorded: { from_s: this.recording.from_s, rate_hz: sampleRate, samples: this.recording.samples } });
+    const { from_s, samples, offsets_s } = this.recording;
+    this.port.postMessage({ recorded: { from_s, rate_hz: sampleRate, samples, offsets_s } });
     this.recording = null;
   }
 }

@@ -172,8 +172,10 @@ struct Measured {
     rate_hz: f64,
     /// Longest time from a place of the pointer until the page knew the next one, if that is somewhere else, seconds.
     unknown_s: f64,
-    /// How far the clocks of page and sound have moved against each other meanwhile, seconds.
+    /// How far the clocks of page and sound have moved against each other meanwhile, as the test or the page reads them, seconds.
     slipped_s: f64,
+    /// Time from the page's clock to the sound, by its own reading, and on to where the sound is heard, by the test's, seconds.
+    clocks_s: f64,
     /// Of the output alone, as the browser says, seconds.
     output_s: f64,
 }
@@ -220,6 +222,7 @@ fn measure(browser: &mut Browser) -> Measured {
     let number = |name: &str| found[name].as_f64().expect("a number");
     let samples = found["samples"].as_array().expect("samples").iter().enumerate();
     let heard_s = |n: usize| number("from_s") + n as f64 / number("rate_hz") + offset;
+    let [least_s, most_s] = [0, 1].map(|n| found["offsets_s"][n].as_f64().expect("an offset"));
     let seen: Vec<(f64, f64, f64)> = serde_json::from_value(found["seen"].clone()).expect("places");
     Measured {
         pointer: seen.iter().map(|(at_s, _, x_mm)| (*at_s, *x_mm)).collect(),
@@ -227,7 +230,8 @@ fn measure(browser: &mut Browser) -> Measured {
         unknown_s: (seen.windows(2).filter(|pair| (pair[1].2 - pair[0].2).abs() > 0.3))
             .map(|pair| pair[1].1 - pair[0].0)
             .fold(0.0, f64::max),
-        slipped_s: (offset - before).abs(),
+        slipped_s: (offset - before).abs().max(most_s - least_s),
+        clocks_s: least_s + offset,
         sound: samples.map(|(n, y)| (heard_s(n), y.as_f64().expect("a sample"))).collect(),
         rate_hz: number("rate_hz"),
         output_s: number("output_s"),
@@ -322,19 +326,21 @@ fn from_the_pointer_to_the_sound() {
         assert!(greatest <= slew + 1e-5, "{greatest} of {slew}");
         let (latency_s, rms, worst) = best(&measured, 1.4);
         println!(
-            "delay {delay_ms} ms: {} places of the pointer; pointer to sample {:.1} ms, of which {wait_ms:.1} ms are the wait and {:.1} ms the \
-             output as the browser says; phase error {rms:.4} cycles rms, {worst:.4} at most in 20 ms",
+            "delay {delay_ms} ms: {} places of the pointer; pointer to sample {:.1} ms, of which {wait_ms:.1} ms are the wait and {:.1} ms \
+             lie between the clocks (the output is {:.1} ms, as the browser says); phase error {rms:.4} cycles rms, {worst:.4} at most in 20 ms",
             measured.pointer.len(),
             1e3 * latency_s,
+            1e3 * measured.clocks_s,
             1e3 * measured.output_s,
         );
-        latencies.push((latency_s - (delay_ms + wait_ms) / 1e3, rms));
+        latencies.push((latency_s - (delay_ms + wait_ms) / 1e3, rms, measured.clocks_s));
     }
     // Where the next place is always known the sound is the texture under the pointer, as late as it is said.
-    for (rest_s, rms) in &latencies[1..] {
+    // How the browser's clocks lie to each other differs from one measurement to the next where other programs hold up its output.
+    for (rest_s, rms, clocks_s) in &latencies[1..] {
         assert!(*rms < 0.02 && (0.0..0.1).contains(rest_s), "{latencies:?}");
+        assert!((rest_s - clocks_s).abs() < 0.005, "{latencies:?}");
     }
-    assert!((latencies[1].0 - latencies[2].0).abs() < 0.01, "{latencies:?}");
     assert_eq!(browser.errors(), Vec::<String>::new());
     assert!(browser.requests().iter().all(|url| url.starts_with(&touch.url)), "{:?}", browser.requests());
 }
