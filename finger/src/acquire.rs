@@ -28,6 +28,7 @@ use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::SpiDevice;
 use heapless::spsc::Producer;
 use resolve::{Reads, Resolved, resolve};
+use ridgetone_proto::division::divide;
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::plan::{HealthReadings, Plan};
 use unseen::Unseen;
@@ -37,6 +38,9 @@ use unseen::Unseen;
 const STORM_EDGES: u16 = 256;
 /// Unexpected edges from one request for a check to the next, while checks find faults.
 const CHECK_EDGES: u8 = 8;
+/// Conversions after an unexpected edge until the edges tell again when one ended. To serve such an edge and to check the
+/// chip takes at most one.
+const STEADY_CONVERSIONS: u32 = 4;
 /// Without a conversion for so long, the chip is silent, microseconds: by default 500 conversions.
 const SILENT_US: u32 = 100_000;
 /// Without a conversion for so long, a check need not wait for the next one, microseconds.
@@ -94,6 +98,8 @@ pub struct Acquisition<SPI, START, RESET> {
     storm_count: u16,
     /// Unexpected edges since the latest check that found no fault.
     unexpected_edges: u8,
+    /// Board time of the latest unexpected edge.
+    unexpected_us: u32,
     muted: bool,
     unseen: Unseen,
     /// Whether the latest set-up worked.
@@ -122,6 +128,7 @@ impl<SPI, START, RESET> Acquisition<SPI, START, RESET> {
             early: false,
             storm_count: 0,
             unexpected_edges: 0,
+            unexpected_us: 0,
             muted: false,
             unseen: Unseen::new(plan.conversion_ns()),
             is_set_up: false,
@@ -244,6 +251,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
     /// DRDY has fallen, but is high again: counted for a storm, and as [`FaultKind::Repeated`].
     #[inline(never)]
     pub fn nothing(&mut self, edge_us: u32, diagnostics: &Diagnostics) -> Drdy {
+        self.unexpected_us = edge_us;
         if core::mem::take(&mut self.early) {
             return Drdy::Listen;
         }
@@ -257,13 +265,28 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
         self.muted || !self.is_set_up || now_us.wrapping_sub(self.latest_us) > QUIET_US
     }
 
+    /// Whether another scan can begin before the next conversion ends, which would be lost; or none is likely soon. The time
+    /// of the latest edge tells when the latest conversion ended, but not soon after an unexpected edge: while that one was
+    /// served, a conversion may have ended. Nor while DRDY is muted: the next conversion of this scan shows how many were lost.
+    pub fn is_between(&self, now_us: u32) -> bool {
+        let period_us = self.plan.conversion_ns() / 1000;
+        let is_steady = now_us.wrapping_sub(self.unexpected_us) > STEADY_CONVERSIONS * period_us;
+        let is_next_far = is_steady && now_us.wrapping_sub(self.latest_us) < period_us / 2;
+        !self.muted && (is_next_far || self.is_quiet(now_us))
+    }
+
     /// Checks registers and silence, and restarts the chip on a fault. To be called twice a second at least, after
     /// [`Drdy::Watch`], and before an estimate is reported. `now_us` is board time. The caller unmutes DRDY after it.
     #[inline(never)]
     pub fn watch(&mut self, now_us: u32, diagnostics: &Diagnostics, wait: &mut impl DelayNs) {
         if core::mem::take(&mut self.muted) {
             // No conversion was read while DRDY was muted.
-            self.unseen.passed(now_us.wrapping_sub(self.latest_us));
+            let muted_us = now_us.wrapping_sub(self.latest_us);
+            self.unseen.passed(muted_us);
+            if self.is_health {
+                // The frames tell only what is missing of the plan's own scan.
+                diagnostics.unseen.add(divide(u64::from(muted_us) * 1000, self.plan.conversion_ns()).0 as u32);
+            }
             (self.storm_count, self.latest_us) = (0, now_us);
         }
         let fault = if !self.is_set_up {
@@ -332,6 +355,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
     /// Takes two reads that are not both the expected conversion.
     #[inline(never)]
     fn unexpected(&mut self, reads: Reads, t_us: u32, samples: &mut Samples<'_>, diagnostics: &Diagnostics) -> Drdy {
+        self.unexpected_us = t_us;
         let adc = &mut self.adc;
         let resolved = resolve(self.latest, self.next, reads, || adc.read().ok());
         if let Resolved::Found(conversion) | Resolved::Mended(conversion) | Resolved::Later(conversion) = resolved {
