@@ -41,6 +41,9 @@ const CHECK_EDGES: u8 = 8;
 /// Conversions after an unexpected edge until the edges tell again when one ended. To serve such an edge and to check the
 /// chip takes at most one.
 const STEADY_CONVERSIONS: u32 = 4;
+/// Times that another scan is put off for that; with trouble that lasts for longer it begins at any moment. With the plan
+/// `hand` health readings then last for at most a second, and another plan waits for 0.2 s.
+const PUT_OFF_MOST: u16 = 4_000;
 /// Without a conversion for so long, the chip is silent, microseconds: by default 500 conversions.
 const SILENT_US: u32 = 100_000;
 /// Without a conversion for so long, a check need not wait for the next one, microseconds.
@@ -100,6 +103,8 @@ pub struct Acquisition<SPI, START, RESET> {
     unexpected_edges: u8,
     /// Board time of the latest unexpected edge.
     unexpected_us: u32,
+    /// Times that another scan was put off; see [`PUT_OFF_MOST`].
+    put_off: u16,
     muted: bool,
     unseen: Unseen,
     /// Whether the latest set-up worked.
@@ -129,6 +134,7 @@ impl<SPI, START, RESET> Acquisition<SPI, START, RESET> {
             storm_count: 0,
             unexpected_edges: 0,
             unexpected_us: 0,
+            put_off: 0,
             muted: false,
             unseen: Unseen::new(plan.conversion_ns()),
             is_set_up: false,
@@ -265,14 +271,17 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
         self.muted || !self.is_set_up || now_us.wrapping_sub(self.latest_us) > QUIET_US
     }
 
-    /// Whether another scan can begin before the next conversion ends, which would be lost; or none is likely soon. The time
-    /// of the latest edge tells when the latest conversion ended, but not soon after an unexpected edge: while that one was
-    /// served, a conversion may have ended. Nor while DRDY is muted: the next conversion of this scan shows how many were lost.
-    pub fn is_between(&self, now_us: u32) -> bool {
+    /// Whether another scan can begin now, before the next conversion ends, which would be lost; or none is likely soon. The
+    /// time of the latest edge tells when the latest conversion ended, but not soon after an unexpected edge: while that one
+    /// was served, a conversion may have ended. Nor while DRDY is muted: the next conversion of this scan shows how many were
+    /// lost. No other scan is put off for ever.
+    pub fn can_begin(&mut self, now_us: u32) -> bool {
         let period_us = self.plan.conversion_ns() / 1000;
         let is_steady = now_us.wrapping_sub(self.unexpected_us) > STEADY_CONVERSIONS * period_us;
         let is_next_far = is_steady && now_us.wrapping_sub(self.latest_us) < period_us / 2;
-        !self.muted && (is_next_far || self.is_quiet(now_us))
+        let can = !self.muted && (is_next_far || self.is_quiet(now_us) || self.put_off >= PUT_OFF_MOST);
+        self.put_off = if can { 0 } else { self.put_off.saturating_add(1) };
+        can
     }
 
     /// Checks registers and silence, and restarts the chip on a fault. To be called twice a second at least, after

@@ -424,3 +424,73 @@ fn a_set_up_that_fails_once_is_tried_again_at_once() {
     bench.ids();
     assert_eq!((bench.next(), bench.ids()), (Drdy::Midway, std::vec![8]));
 }
+
+/// Serves conversions and what each asks for until the scan of the inputs runs.
+fn inputs_of(plan: Plan) -> Bench {
+    let mut bench = Bench::with(plan);
+    for _ in 0..8 {
+        let drdy = bench.next();
+        follow(&mut bench, drdy);
+    }
+    bench
+}
+
+#[test]
+fn another_scan_begins_only_where_it_is_known_when_the_latest_conversion_ended() {
+    let mut bench = inputs_of(Plan::HAND);
+    let period_ns = u64::from(Plan::HAND.conversion_ns());
+    let can_begin = |bench: &mut Bench, later_ns: u64| {
+        let now_us = bench.now_us() + (later_ns / 1000) as u32;
+        bench.acquisition.can_begin(now_us)
+    };
+    assert!(can_begin(&mut bench, 0) && can_begin(&mut bench, 2 * period_ns / 5));
+    assert!(!can_begin(&mut bench, 3 * period_ns / 5), "the next conversion is near");
+    assert!(can_begin(&mut bench, 500 * period_ns), "the chip is silent");
+    // While an unexpected edge was served a conversion may have ended.
+    let now_us = bench.now_us();
+    let _ = bench.acquisition.nothing(now_us, &bench.diagnostics);
+    let answers: Vec<bool> = (0..6)
+        .map(|_| {
+            assert!(bench.next().goes_on());
+            can_begin(&mut bench, 0)
+        })
+        .collect();
+    assert_eq!((answers[..3].contains(&true), answers[5]), (false, true), "{answers:?}");
+}
+
+/// Edges that go on, too few for a storm: health readings and another plan wait, but not for ever.
+#[test]
+fn lasting_trouble_puts_another_scan_off_for_a_while_only() {
+    let mut bench = inputs_of(Plan::HAND);
+    let put_off = (0..=PUT_OFF_MOST)
+        .take_while(|_| {
+            assert!(bench.next().goes_on());
+            let now_us = bench.now_us();
+            let _ = bench.acquisition.nothing(now_us, &bench.diagnostics);
+            bench.taken();
+            !bench.acquisition.can_begin(now_us)
+        })
+        .count();
+    assert_eq!(put_off, usize::from(PUT_OFF_MOST));
+    assert_eq!(bench.count(Storm), 0);
+}
+
+/// The frames' gaps tell only what is missing of the inputs.
+#[test]
+fn conversions_of_health_readings_that_pass_while_drdy_is_muted_are_counted() {
+    for (is_health, expected) in [(true, 11_669), (false, 0)] {
+        let mut bench = inputs_of(Plan::HAND);
+        if is_health {
+            assert!(bench.acquisition.read_health(&bench.diagnostics, &mut bench.board.delay()));
+            bench.pass(2);
+        }
+        let now_us = bench.now_us();
+        let served = (1..).find(|_| bench.acquisition.nothing(now_us, &bench.diagnostics) == Drdy::Mute);
+        assert_eq!(served, Some(STORM_EDGES), "{is_health}");
+        assert!(!bench.acquisition.can_begin(now_us), "it is muted");
+        bench.board.advance_ns(500_000_000);
+        bench.watch();
+        let unseen = bench.diagnostics.unseen.get();
+        assert!(unseen.abs_diff(expected) <= 1, "{is_health}: {unseen}");
+    }
+}

@@ -65,7 +65,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin, PIN: DrdyPin> Drdy<'_, 
             acquire::Drdy::Listen | acquire::Drdy::Midway => {}
             acquire::Drdy::Watch => check.store(true, Relaxed),
             // Otherwise once more: the scan goes on.
-            acquire::Drdy::HealthRead if !acquisition.is_between(platform.now_us()) => {}
+            acquire::Drdy::HealthRead if !acquisition.can_begin(platform.now_us()) => {}
             acquire::Drdy::HealthRead => {
                 // The set-up that follows would hide a register that has changed.
                 acquisition.watch(platform.now_us(), diagnostics, wait);
@@ -84,7 +84,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin, PIN: DrdyPin> Drdy<'_, 
             }
         } else if may_check
             && (health.load(Relaxed) || plan.load(Relaxed) != self.plan_bits)
-            && acquisition.is_between(platform.now_us())
+            && acquisition.can_begin(platform.now_us())
         {
             self.begin_scan(shared, wait);
         }
