@@ -46,7 +46,7 @@ pub const EMULATED: Budgets = Budgets {
         ("detector_place", 4_280),
         ("outbox", 3_416),
         ("samples", 712),
-        (OTHER, 4_250),
+        (OTHER, 4_256),
     ],
 };
 
