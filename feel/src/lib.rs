@@ -30,6 +30,6 @@ pub use firing::{Absent, Firing};
 pub use force::force_ratio;
 pub use mean::MeanFiring;
 pub use receptor::{RECEPTORS, Receptor};
-pub use reference::{Conversion, Line, NoAmplitude, Reference};
+pub use reference::{Conversion, NoAmplitude, Reference, SpectralLine};
 pub use score::{INDICES, Indices, PAPER_WINDOW_S, ROUGH, SOFT, Score};
 pub use spectrum::{POINTS_MAX, amplitude_at, amplitude_spectrum, points};

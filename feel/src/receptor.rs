@@ -18,7 +18,7 @@ pub const RECEPTORS: usize = 4;
 
 /// A straight line in logarithms to the base of ten: displacement in um from peak to peak over frequency in hertz.
 #[derive(Clone, Copy)]
-struct Line {
+struct Asymptote {
     intercept: f32,
     slope: f32,
 }
@@ -43,14 +43,14 @@ impl Receptor {
     }
 
     /// Its two lines (equations 1 to 4). The intercepts are the logarithms of 499, 52.1; 1690, 2.00e-5; 43.5, 0.787; 501, 17.1.
-    const fn lines(self) -> [Line; 2] {
+    const fn lines(self) -> [Asymptote; 2] {
         let [below, above] = match self {
             Self::Fa1 => [(2.698_100_5, -0.890), (1.716_837_7, 0.0119)],
             Self::Fa2 => [(3.227_886_7, -1.93), (-4.698_97, 1.39)],
             Self::Sa1 => [(1.638_489_3, -0.545), (-0.104_025_27, 0.683)],
             Self::Sa2 => [(2.699_837_7, -0.783), (1.232_996_1, -0.0340)],
         };
-        [Line { intercept: below.0, slope: below.1 }, Line { intercept: above.0, slope: above.1 }]
+        [Asymptote { intercept: below.0, slope: below.1 }, Asymptote { intercept: above.0, slope: above.1 }]
     }
 
     /// Logarithm to the base of ten of the threshold in um from peak to peak, at a frequency and its logarithm; none outside
@@ -66,7 +66,7 @@ impl Receptor {
     /// logarithms the threshold is straight between them.
     pub fn threshold_ends(self) -> [[(f32, f32); 2]; 2] {
         let ([from, bend, to], [below, above]) = (self.corners_hz(), self.lines());
-        let at = |line: Line, hz: f32| (hz, libm::exp10f(line.intercept + line.slope * libm::log10f(hz)));
+        let at = |line: Asymptote, hz: f32| (hz, libm::exp10f(line.intercept + line.slope * libm::log10f(hz)));
         [[at(below, from), at(below, bend)], [at(above, bend), at(above, to)]]
     }
 

@@ -29,7 +29,7 @@ pub struct Reference {
 
 /// The amplitude at a frequency in one window.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Line {
+pub struct SpectralLine {
     /// In the samples' unit.
     pub amplitude: f32,
     /// Its standard deviation, by what is beside it in the spectrum: noise as strong as there turns the amplitude by that much,
@@ -66,7 +66,7 @@ impl Reference {
     }
 }
 
-impl Line {
+impl SpectralLine {
     /// Measures the amplitude at `cycles` cycles in a window of [`amplitude_spectrum`]'s lengths, whose memory is used; none
     /// for another length.
     pub fn measure(samples: &mut [f32], cycles: f32) -> Option<Self> {

@@ -1,7 +1,7 @@
 //! What has a closed form: spectra of sines, thresholds, intensities of a vibration of known amplitude, forces, scores.
 
 use ridgetone_feel::{
-    Absent, Conversion, Firing, Indices, Line, MeanFiring, PAPER_WINDOW_S, ROUGH, Receptor, Reference, SOFT,
+    Absent, Conversion, Firing, Indices, MeanFiring, PAPER_WINDOW_S, ROUGH, Receptor, Reference, SOFT, SpectralLine,
     amplitude_at, amplitude_spectrum, force_ratio, points,
 };
 use std::f64::consts::TAU;
@@ -44,10 +44,11 @@ fn an_amplitude_between_two_bins_is_found() {
 /// What leaks from a line between two bins is no amplitude: not even 80 dB below the line.
 #[test]
 fn leakage_is_no_amplitude() {
-    let mean =
-        |mut samples: Vec<f32>| Line::mean([Line::measure(&mut samples, 20.0).expect("a power of two")].into_iter());
+    let mean = |mut samples: Vec<f32>| {
+        SpectralLine::mean([SpectralLine::measure(&mut samples, 20.0).expect("a power of two")].into_iter())
+    };
     assert_eq!(mean(sine(1024, 300.5, 1.0, 2.5)), None);
-    assert_eq!((mean(vec![2.5; 1024]), Line::mean([].into_iter())), (None, None));
+    assert_eq!((mean(vec![2.5; 1024]), SpectralLine::mean([].into_iter())), (None, None));
     let faint: Vec<f32> =
         sine(1024, 300.5, 1.0, 2.5).iter().zip(sine(1024, 20.0, 1e-3, 0.0)).map(|(a, b)| a + b).collect();
     let (amplitude, sigma) = mean(faint).expect("an amplitude");

@@ -3,7 +3,7 @@
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use ridgetone_feel::{
-    Conversion, Firing, Indices, Line, MeanFiring, Receptor, Reference, Score, amplitude_at, amplitude_spectrum,
+    Conversion, Firing, Indices, MeanFiring, Receptor, Reference, Score, SpectralLine, amplitude_at, amplitude_spectrum,
 };
 use std::f64::consts::TAU;
 
@@ -116,7 +116,7 @@ fn the_conversion_and_the_scores_uncertainty() {
             (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for _ in 0..600 {
             let mut samples = noise.samples(1024, (tone, 100.0), sigma);
-            let line = Line::measure(&mut samples, 50.0).expect("a power of two");
+            let line = SpectralLine::measure(&mut samples, 50.0).expect("a power of two");
             let conversion = reference.conversion(line.amplitude, line.sigma).expect("an amplitude");
             logs.push(f64::from(conversion.log_per_um));
             log_sigmas.push(f64::from(conversion.log_sigma).powi(2));
@@ -176,10 +176,12 @@ fn the_amplitude_of_several_windows() {
     {
         let mut noise = noise(7);
         let run = |_| {
-            let lines: Vec<Line> = (0..windows)
-                .map(|_| Line::measure(&mut noise.samples(256, (tone, 100.0), 1.0), 12.5).expect("a power of two"))
+            let lines: Vec<SpectralLine> = (0..windows)
+                .map(|_| {
+                    SpectralLine::measure(&mut noise.samples(256, (tone, 100.0), 1.0), 12.5).expect("a power of two")
+                })
                 .collect();
-            Line::mean(lines.into_iter()).expect("an amplitude")
+            SpectralLine::mean(lines.into_iter()).expect("an amplitude")
         };
         let (means, sigmas): (Vec<f64>, Vec<f64>) =
             (0..400).map(run).map(|(mean, sigma)| (f64::from(mean), f64::from(sigma).powi(2))).unzip();

@@ -38,19 +38,19 @@ pub struct Spectrum {
     /// The strongest line between the bins, hertz, if there is one.
     pub strongest_hz: Option<f64>,
     /// The reported tone's harmonics, the fundamental first; empty without a tone of this window in time.
-    pub lines: Vec<Line>,
+    pub lines: Vec<HarmonicLine>,
 }
 
 /// A harmonic in a spectrum.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Line {
+pub struct HarmonicLine {
     pub frequency_hz: f64,
     pub power_db: f32,
 }
 
 /// The spectrum of what the fit leaves, to the scale of [`Spectrum`].
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Rest {
+pub struct ResidualSpectrum {
     pub bin_hz: f64,
     pub power_db: Vec<f32>,
     /// The fundamental's neighbourhood, and the noise in it: the median of its bins.
@@ -74,7 +74,7 @@ pub struct Curves {
     pub harmonics: Vec<Option<Vec<Harmonic>>>,
     /// For each taxel of the fit the root mean square of the residual, volts.
     pub residual_v: Vec<Option<f32>>,
-    pub rest: Option<Rest>,
+    pub residual_spectrum: Option<ResidualSpectrum>,
 }
 
 /// Spectrum of the latest estimate's window if all its frames are kept, else of the latest ones. None with too few frames.
@@ -113,12 +113,12 @@ fn in_time(estimate: &Estimate) -> bool {
 }
 
 /// A tone's harmonics below half the frame rate, each with the power of the highest bin beside it.
-fn lines(tone: &Estimate, bin_hz: f64, power_db: &[f32]) -> Vec<Line> {
+fn lines(tone: &Estimate, bin_hz: f64, power_db: &[f32]) -> Vec<HarmonicLine> {
     let line = |k: u8| {
         let frequency_hz = f64::from(k) * f64::from(tone.frequency);
         let below = (frequency_hz / bin_hz) as usize;
         let power_db = power_db.get(below)?.max(*power_db.get(below + 1)?);
-        Some(Line { frequency_hz, power_db })
+        Some(HarmonicLine { frequency_hz, power_db })
     };
     (1..=tone.harmonics).map_while(line).collect()
 }
@@ -128,7 +128,11 @@ fn decibel(power: f32) -> f32 {
 }
 
 /// The spectrum of what `whole` leaves of `volts`, both by taxel, around the tone of `frequency_hz`.
-fn rest(volts: &[Vec<Option<f32>>], whole: &[Option<Harmonics>], (rate_hz, frequency_hz): (f64, f64)) -> Option<Rest> {
+fn residual_spectrum(
+    volts: &[Vec<Option<f32>>],
+    whole: &[Option<Harmonics>],
+    (rate_hz, frequency_hz): (f64, f64),
+) -> Option<ResidualSpectrum> {
     let mut channels: Vec<(f64, f64, Vec<f64>)> = Vec::new();
     for (volts, found) in volts.iter().zip(whole) {
         let Some(found) = found else { continue };
@@ -159,7 +163,7 @@ fn rest(volts: &[Vec<Option<f32>>], whole: &[Option<Harmonics>], (rate_hz, frequ
     let mut beside: Vec<f32> = bins.filter(|(hz, _)| (from_hz..=until_hz).contains(hz)).map(|(_, db)| db).collect();
     beside.sort_by(f32::total_cmp);
     let noise_db = *beside.get(beside.len() / 2)?;
-    Some(Rest { bin_hz, power_db, from_hz, until_hz, noise_db })
+    Some(ResidualSpectrum { bin_hz, power_db, from_hz, until_hz, noise_db })
 }
 
 /// The latest estimate's tone over the frames of its window. None without a tone in time, or without any of the frames.
@@ -197,7 +201,7 @@ pub fn curves(live: &Live) -> Option<Curves> {
     let (first, last) = (frames.first()?, frames.last()?);
     let rate_hz = (frames.len() - 1) as f64 / (last.t_s - first.t_s).max(f64::MIN_POSITIVE);
     Some(Curves {
-        rest: rest(&read_v, &whole, (rate_hz, estimate.frequency.into())),
+        residual_spectrum: residual_spectrum(&read_v, &whole, (rate_hz, estimate.frequency.into())),
         residual_v: whole.iter().map(|found| found.as_ref().map(|found| found.residual_v)).collect(),
         harmonics: whole.iter().map(|found| found.as_ref().map(|found| found.harmonics.clone())).collect(),
         fit_v: whole.into_iter().map(|found| found.map(|found| found.fit_v)).collect(),

@@ -10,7 +10,7 @@ mod skin;
 #[cfg(test)]
 mod tests;
 
-pub use design::{Design, NOTICEABLE, Verdict};
+pub use design::{Design, NOTICEABLE, Perception};
 pub use grating::{CELL_MM, Pressure, pins_with_errors, ridges};
 pub use player::{Memory, Player, Setup, Update};
 pub use run::{Show, run};

@@ -27,8 +27,8 @@ fn shells_get_scripts_that_they_can_read_and_the_manual_has_a_page_for_each_comm
     let folder = directory();
     let script = file(folder.path(), "ridgetone.bash", &stdout(&run(&["completions", "bash"])));
     // What bash itself makes of it.
-    let asked = "source \"$0\"; COMP_WORDS=(ridgetone rep); COMP_CWORD=1; _ridgetone ridgetone rep ridgetone; echo ${COMPREPLY[*]}";
-    let found = Command::new("bash").args(["-c", asked, text(&script)]).output().expect("bash");
+    let completion = "source \"$0\"; COMP_WORDS=(ridgetone rep); COMP_CWORD=1; _ridgetone ridgetone rep ridgetone; echo ${COMPREPLY[*]}";
+    let found = Command::new("bash").args(["-c", completion, text(&script)]).output().expect("bash");
     assert_eq!(stdout(&found).trim(), "replay", "{}", stderr(&found));
 
     assert!(stdout(&run(&["man"])).contains(".TH ridgetone 1"));

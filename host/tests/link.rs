@@ -61,9 +61,9 @@ fn two_ends_find_each_other_over_a_network() {
         .stderr(Stdio::piped())
         .spawn()
         .expect("the command runs");
-    let mut said = BufReader::new(finger.stderr.take().expect("a pipe"));
+    let mut report = BufReader::new(finger.stderr.take().expect("a pipe"));
     let mut line = String::new();
-    said.read_line(&mut line).expect("a line");
+    report.read_line(&mut line).expect("a line");
     let address = line.trim().rsplit(' ').next().expect("an address").to_owned();
     let stylus =
         run(&[&["link", "--finger", &address, "--stylus", "simulated", "--for", "7"], &impairments[..]].concat());

@@ -40,7 +40,7 @@ impl Serving {
         Some((object["topic"].as_str().expect("a topic").to_owned(), object["message"].take()))
     }
 
-    /// Interrupts it as Ctrl-C does; gives the messages that were left and what it said. It must end well.
+    /// Interrupts it as Ctrl-C does; gives the messages that were left and what it reported. It must end well.
     fn interrupt(mut self) -> (Vec<(String, Value)>, String) {
         let pid = Pid::from_raw(self.child.id() as i32).expect("a process");
         kill_process(pid, Signal::INT).expect("interrupted");
@@ -52,10 +52,10 @@ impl Serving {
         while let Some(message) = self.next() {
             rest.push(message);
         }
-        let mut said = String::new();
-        self.child.stderr.take().expect("a pipe").read_to_string(&mut said).expect("UTF-8");
-        assert!(self.child.wait().expect("ended").success(), "{said}");
-        (rest, said)
+        let mut report = String::new();
+        self.child.stderr.take().expect("a pipe").read_to_string(&mut report).expect("UTF-8");
+        assert!(self.child.wait().expect("ended").success(), "{report}");
+        (rest, report)
     }
 }
 
@@ -84,7 +84,7 @@ fn fingers_are_served_beside_one_that_is_not_there() {
     while ["left", "right"].iter().any(|name| of(&messages, &format!("/ridgetone/{name}/frames")) < 400) {
         messages.push(serving.next().expect("a message"));
     }
-    let (rest, said) = serving.interrupt();
+    let (rest, report) = serving.interrupt();
     messages.extend(rest);
     let counts = counted(&messages);
     for (name, board) in [("left", &left), ("right", &right)] {
@@ -107,11 +107,11 @@ fn fingers_are_served_beside_one_that_is_not_there() {
     }
     let failed = messages.iter().filter(|(topic, _)| topic == "/ridgetone/gone/diagnostics").collect::<Vec<_>>();
     assert_eq!((failed.len(), &failed[0].1["state"]), (1, &Value::from("failed")), "once, not at every attempt");
-    assert!(said.contains("ridgetone: gone: /dev/no-such-port: ") && said.contains("; trying again"), "{said}");
-    assert!(said.contains("ridgetone: left: ") && said.contains(" 0 lost, 0 damaged"), "{said}");
+    assert!(report.contains("ridgetone: gone: /dev/no-such-port: ") && report.contains("; trying again"), "{report}");
+    assert!(report.contains("ridgetone: left: ") && report.contains(" 0 lost, 0 damaged"), "{report}");
     assert!(
-        said.contains(&format!("json: {} messages delivered, 0 frames and 0 events lost\n", messages.len())),
-        "{said}"
+        report.contains(&format!("json: {} messages delivered, 0 frames and 0 events lost\n", messages.len())),
+        "{report}"
     );
 }
 
@@ -130,13 +130,13 @@ fn a_slow_reader_loses_frames_by_count() {
     let frames = board.frames();
     assert!(board.late_s() < 0.5 && frames > 9000, "{} s late after {frames} frames", board.late_s());
     sleep(Duration::from_millis(300));
-    let (messages, said) = serving.interrupt();
+    let (messages, report) = serving.interrupt();
     let lost: u64 =
         messages.iter().filter_map(|(_, message)| message["frames"].as_u64().filter(|_| message["at"] == "json")).sum();
     let frames_read = messages.iter().filter(|(_, message)| message["type"] == "raw").count() as u64;
     assert!(lost > 1000, "{lost}");
-    assert_eq!(1 + frames_read + lost, board.frames(), "{said}");
-    assert!(said.contains(&format!(", {lost} frames and 0 events lost")), "{said}");
+    assert_eq!(1 + frames_read + lost, board.frames(), "{report}");
+    assert!(report.contains(&format!(", {lost} frames and 0 events lost")), "{report}");
 }
 
 #[test]
@@ -148,7 +148,7 @@ fn a_recording_is_played_in_real_time_as_if_it_happened_now() {
     recording::create(&path, "a test", 0.0).expect("a file").keep(&outcome.serial, None).expect("kept");
     let begun = Instant::now();
     let mut serving = Serving::start(&[&format!("left={}", common::text(&path))]);
-    let (messages, said) = serving.finish();
+    let (messages, report) = serving.finish();
     let lasts_s = begun.elapsed().as_secs_f64();
     let counts = counted(&messages);
     assert!(counts["/ridgetone/left/tone"] > 2 && counts["/ridgetone/left/contact"] >= 3, "{counts:?}");
@@ -159,7 +159,7 @@ fn a_recording_is_played_in_real_time_as_if_it_happened_now() {
     let last = messages.iter().rev().find(|(_, message)| message["utc_s"].is_number()).expect("a time");
     assert!((now_s - last.1["utc_s"].as_f64().expect("a time")).abs() < 5.0, "{last:?}");
     assert_eq!(messages.last().expect("a message").1["state"], "over");
-    assert!(said.contains("0 frames and 0 events lost"), "{said}");
+    assert!(report.contains("0 frames and 0 events lost"), "{report}");
 }
 
 #[test]
@@ -179,13 +179,13 @@ fn what_a_page_serves_is_a_source_too() {
         messages.push(serving.next().expect("a message"));
     }
     counted(&messages);
-    // The page's end is said, and it is waited for.
+    // The page's end is reported, and it is waited for.
     view.kill().expect("killed");
     view.wait().expect("ended");
     let failed = std::iter::from_fn(|| serving.next()).find(|(_, message)| message["type"] == "connection");
     assert_eq!(failed.expect("a message").1["state"], "failed");
-    let (_, said) = serving.interrupt();
-    assert!(said.contains("; trying again"), "{said}");
+    let (_, report) = serving.interrupt();
+    assert!(report.contains("; trying again"), "{report}");
 }
 
 #[test]

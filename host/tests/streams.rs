@@ -38,10 +38,10 @@ fn a_broker_gets_every_message_and_the_schemas() {
     let board = SerialBoard::new();
     let serving = Serving::start(&[&board], &["--mqtt", &format!("mqtt://127.0.0.1:{}", broker.port)]);
     sleep(Duration::from_secs(3));
-    let said = serving.interrupt();
+    let report = serving.interrupt();
     let all = subscriber.finish();
     let frames = indices(&all, "ridgetone/f0/frames");
-    assert!(frames.len() > 400 && gaps(&frames) == 0, "{} frames, {said}", frames.len());
+    assert!(frames.len() > 400 && gaps(&frames) == 0, "{} frames, {report}", frames.len());
     for topic in ["diagnostics", "health"] {
         let found = indices(&all, &format!("ridgetone/f0/{topic}"));
         assert!(!found.is_empty() && gaps(&found) == 0, "{topic}: {found:?}");
@@ -51,7 +51,7 @@ fn a_broker_gets_every_message_and_the_schemas() {
     let states: Vec<&Value> =
         all.iter().filter(|one| one.topic == "ridgetone/status").map(|one| &one.message["state"]).collect();
     assert_eq!(states, ["online", "offline"]);
-    assert!(said.contains("0 frames and 0 events lost\n"), "{said}");
+    assert!(report.contains("0 frames and 0 events lost\n"), "{report}");
 }
 
 /// The connection breaks for seconds. Every event arrives, and every frame that does not is counted.
@@ -69,14 +69,14 @@ fn what_a_broken_connection_costs_is_counted_and_reported() {
     sleep(Duration::from_secs(4));
     board.stop();
     sleep(Duration::from_millis(300));
-    let said = serving.interrupt();
+    let report = serving.interrupt();
     let all = subscriber.finish();
     let reported = |name: &str| -> u64 {
         all.iter().filter(|one| one.message["at"] == "mqtt").filter_map(|one| one.message[name].as_u64()).sum()
     };
     let (lost, unconfirmed) = (reported("frames"), reported("frames_unconfirmed"));
     let missing = gaps(&indices(&all, "ridgetone/f0/frames"));
-    assert!(lost > 1000, "{lost}: {said}");
+    assert!(lost > 1000, "{lost}: {report}");
     assert!(
         (lost..=lost + unconfirmed).contains(&missing),
         "{missing} missing, {lost} lost, {unconfirmed} unconfirmed"
@@ -88,7 +88,7 @@ fn what_a_broken_connection_costs_is_counted_and_reported() {
     assert!(indices(&all, "ridgetone/f0/health").len() >= 9, "events of the break arrive later");
     // Held up, it would be as late as the break is long, 4 s.
     assert!(board.late_s() < 2.0, "the board was held up for {} s", board.late_s());
-    assert!(said.contains("; trying again") && said.matches("connected").count() >= 2, "{said}");
+    assert!(report.contains("; trying again") && report.matches("connected").count() >= 2, "{report}");
 }
 
 /// A broker that has stopped takes nothing and says nothing; the board goes on.
@@ -105,8 +105,8 @@ fn a_broker_that_hangs_holds_up_no_board() {
     assert!(board.late_s() < 4.0 && board.frames() > 12_000, "{} s late, {} frames", board.late_s(), board.frames());
     broker.go_on();
     sleep(Duration::from_secs(2));
-    let said = serving.interrupt();
-    assert!(said.contains("mqtt: ") && said.contains("delivered"), "{said}");
+    let report = serving.interrupt();
+    assert!(report.contains("mqtt: ") && report.contains("delivered"), "{report}");
 }
 
 #[test]
@@ -118,12 +118,12 @@ fn a_broker_that_is_not_there_is_waited_for() {
     let broker = Broker::start_at(port);
     let subscriber = Subscriber::start(port);
     sleep(Duration::from_secs(3));
-    let said = serving.interrupt();
+    let report = serving.interrupt();
     let all = subscriber.finish();
-    assert!(!indices(&all, "ridgetone/f0/frames").is_empty(), "{said}");
+    assert!(!indices(&all, "ridgetone/f0/frames").is_empty(), "{report}");
     assert!(
-        said.contains(&format!("ridgetone: mqtt: 127.0.0.1:{port}: ")) && said.contains("; trying again"),
-        "{said}"
+        report.contains(&format!("ridgetone: mqtt: 127.0.0.1:{port}: ")) && report.contains("; trying again"),
+        "{report}"
     );
     drop(broker);
 }
@@ -153,8 +153,8 @@ fn foxglove_gets_channels_schemas_and_messages() {
     let (log_ns, last) = frames.last().expect("a frame");
     assert!((*log_ns as f64 * 1e-9 - last["utc_s"].as_f64().expect("a time")).abs() < 1e-6, "{last}");
     assert!(!found["/ridgetone/f0/health"].is_empty());
-    let said = serving.interrupt();
-    assert!(said.contains(&format!("ridgetone: foxglove: ws://127.0.0.1:{port}")), "{said}");
+    let report = serving.interrupt();
+    assert!(report.contains(&format!("ridgetone: foxglove: ws://127.0.0.1:{port}")), "{report}");
     // A second one at the same address is refused, and nothing else is served: an error.
     let busy = std::net::TcpListener::bind(("127.0.0.1", port)).expect("free again");
     let address = format!("127.0.0.1:{port}");

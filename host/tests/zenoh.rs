@@ -67,8 +67,8 @@ fn a_peer_gets_messages_without_a_gap_and_its_end_holds_up_no_board() {
     sleep(Duration::from_secs(2));
     board.stop();
     assert!(board.late_s() < 0.5, "the board was held up for {} s", board.late_s());
-    let said = serving.interrupt();
-    assert!(said.contains("zenoh: open as ") && said.contains("0 frames and 0 events lost"), "{said}");
+    let stderr = serving.interrupt();
+    assert!(stderr.contains("zenoh: open as ") && stderr.contains("0 frames and 0 events lost"), "{stderr}");
 }
 
 #[test]
@@ -96,8 +96,8 @@ fn a_peer_of_another_program_gets_messages_without_a_gap() {
     }
     println!("{:?}", found.iter().map(|(key, indices)| (key, indices.len())).collect::<Vec<_>>());
     assert!(found["ridgetone/f0/frames"].len() > 1400 && !found["ridgetone/f0/health"].is_empty());
-    let said = serving.interrupt();
-    assert!(said.contains("0 frames and 0 events lost"), "{said}");
+    let stderr = serving.interrupt();
+    assert!(stderr.contains("0 frames and 0 events lost"), "{stderr}");
 }
 
 #[test]

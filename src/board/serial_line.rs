@@ -85,7 +85,7 @@ impl<Usart: Instance<RB = RegisterBlock>> SerialPort for SerialLine<Usart> {
         }
     }
 
-    fn rest(&mut self) {
+    fn stop_transmitting(&mut self) {
         self.tx.unlisten();
     }
 }

@@ -31,8 +31,8 @@ pub fn estimate(values: &[Frame], channels: usize, scratch: &mut Scratch) -> Opt
 /// From one crossing to the next, frames.
 fn half_period(points: &[f32]) -> Option<f32> {
     let level = HYSTERESIS * rms(points);
-    let mut lines = [Line::default(); 2];
-    let mut both = Line::default();
+    let mut lines = [CrossingSums::default(); 2];
+    let mut both = CrossingSums::default();
     let mut number = 0;
     // Where the signal was when it was last beyond the hysteresis.
     let mut was_above = None;
@@ -60,7 +60,7 @@ fn half_period(points: &[f32]) -> Option<f32> {
         was_above = Some(above);
     }
     // Where a wave is longer above zero than below, rising and falling crossings are two parallel lines.
-    let [rising, falling] = lines.map(Line::spread);
+    let [rising, falling] = lines.map(CrossingSums::spread);
     let (square, product) = (rising.0 + falling.0, rising.1 + falling.1);
     let (square, product) = if square > 0.0 { (square, product) } else { both.spread() };
     (square > 0.0 && product > 0.0).then(|| product / square)
@@ -68,7 +68,7 @@ fn half_period(points: &[f32]) -> Option<f32> {
 
 /// Sums over crossings: of ones, numbers, times, squares and products.
 #[derive(Clone, Copy, Debug, Default)]
-struct Line {
+struct CrossingSums {
     count: f32,
     number: f32,
     time: f32,
@@ -76,7 +76,7 @@ struct Line {
     product: f32,
 }
 
-impl Line {
+impl CrossingSums {
     fn add(&mut self, number: f32, time: f32) {
         self.count += 1.0;
         self.number += number;

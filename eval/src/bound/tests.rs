@@ -159,7 +159,7 @@ fn one_channel_over_many_cycles_is_the_textbooks() {
 /// To first order the best estimate moves as the data do: data made at a frequency a little off move it by as much,
 /// whatever their offset and slope.
 #[test]
-fn the_score_tells_how_far_the_frequency_is_off() {
+fn the_score_is_how_far_the_frequency_is_off() {
     let (window, frequency_hz, off_hz) = (whole(72, true), 8.33, 1e-5);
     let channels = channels(3);
     let scene = Scene { window, frequency_hz, channels: channels.clone() };

@@ -8,8 +8,18 @@ use anyhow::Result;
 use ridgetone_display::SUBJECTS;
 use ridgetone_host::pins::Design;
 
-pub const NAMES: [&str; 10] =
-    ["bars", "table_1", "figure_8", "figure_12", "figure_16", "figures_17_18_19", "figure_22", "table_6", "design", "experiment"];
+pub const NAMES: [&str; 10] = [
+    "bars",
+    "table_1",
+    "figure_8",
+    "figure_12",
+    "figure_16",
+    "figures_17_18_19",
+    "figure_22",
+    "table_6",
+    "design",
+    "experiment",
+];
 
 /// Finger 1.8 s after a ridge of 3 s (Table 6), subject by subject.
 pub const TABLE_6: [f64; 6] = [0.43, 0.74, 0.62, 0.61, 0.69, 0.66];
@@ -60,12 +70,11 @@ fn layers() -> String {
 }
 
 fn sampling() -> String {
-    let mut table = Table::new(
-        1,
-        "display|with shear at 0.5, dB|without, dB|at 1|without|at 2|without|shear is of no use from",
-    );
+    let mut table =
+        Table::new(1, "display|with shear at 0.5, dB|without, dB|at 1|without|at 2|without|shear is of no use from");
     for filter in Filter::ALL {
-        let cells = [0.5, 1.0, 2.0].map(|ratio| [true, false].map(|shear| format!("{:.1}", figure_16(ratio, filter, shear))));
+        let cells =
+            [0.5, 1.0, 2.0].map(|ratio| [true, false].map(|shear| format!("{:.1}", figure_16(ratio, filter, shear))));
         let from = crossing(filter).map_or("never".into(), |ratio| format!("{ratio:.2}"));
         table.row(&[vec![filter.name().into()], cells.concat(), vec![from]].concat());
     }
@@ -73,7 +82,7 @@ fn sampling() -> String {
 }
 
 /// What the paper's text says of a period, millimetres: strain with shear.
-fn said(period_mm: f64) -> &'static str {
+fn in_the_paper(period_mm: f64) -> &'static str {
     match period_mm {
         4.0 => "0.18",
         3.4 | 3.6 => "0.10 to 0.15",
@@ -82,15 +91,13 @@ fn said(period_mm: f64) -> &'static str {
 }
 
 fn gratings() -> String {
-    let mut table = Table::new(
-        0,
-        "period, mm|paper: strain|strain|strain, no shear|stress|stress, no shear|mean strain",
-    );
+    let mut table =
+        Table::new(0, "period, mm|paper: strain|strain|strain, no shear|stress|stress, no shear|mean strain");
     for period_mm in super::gratings::PERIODS_MM {
         let Indices { strain, stress } = Indices::of(period_mm);
         let (_, mean) = figure_17d(period_mm);
         let figures = [strain.0, strain.1, stress.0, stress.1, mean].map(|value| format!("{value:.3}"));
-        table.row(&[vec![format!("{period_mm:.1}"), said(period_mm).into()], figures.to_vec()].concat());
+        table.row(&[vec![format!("{period_mm:.1}"), in_the_paper(period_mm).into()], figures.to_vec()].concat());
     }
     table.end()
 }

@@ -3,7 +3,7 @@
 //!
 //! The paper names "precise position control" and gives no figure. Three numbers follow from its results:
 //! - **Speed.** The least-squares errors of Table 3 grow with the speed, more than with the grating: a straight line in
-//!   the speed through the ten figures of piezoresistors 1 of units 1 and 2 is the speed's error ([`Line::of_table_3`]).
+//!   the speed through the ten figures of piezoresistors 1 of units 1 and 2 is the speed's error ([`SpeedError::of_table_3`]).
 //!   Its sign follows from the table's FFT row: the tone is too fast, see the page.
 //! - **Scatter from run to run**: twice the residual of the ten figures after such a line with an offset for each grating,
 //!   for each figure is of four runs.
@@ -44,7 +44,7 @@ impl Imperfect {
 
 /// Relative error of the speed, percent: a straight line in the speed, and a scatter from run to run.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Line {
+pub struct SpeedError {
     pub at_zero_percent: f64,
     /// By speed, percent per mm/s.
     pub slope_percent_s_mm: f64,
@@ -52,7 +52,7 @@ pub struct Line {
     pub scatter_percent: f64,
 }
 
-impl Line {
+impl SpeedError {
     /// Through Table 3's least-squares errors of its first pair, by least squares. The scatter is the residual
     /// after a line with an offset for each grating, times the root of the number of runs of each figure.
     pub fn of_table_3() -> Self {
@@ -95,7 +95,7 @@ fn moments(points: &[(f64, f64)]) -> [f64; 5] {
 
 /// The scene of a run. `run` counts from 0; runs have different noise, ripple and onset, and speeds around the mean one.
 pub fn scene((speed_mm_s, period_mm): (f64, f64), run: u32, imperfect: Imperfect) -> Sliding {
-    let line = Line::of_table_3();
+    let line = SpeedError::of_table_3();
     let ideal = Sliding::physical();
     let percent = line.at(speed_mm_s) + line.scatter_percent * deviate(run);
     Sliding {
@@ -131,7 +131,7 @@ mod tests {
 
     #[test]
     fn the_line_is_the_one_of_least_squares() {
-        let line = Line::of_table_3();
+        let line = SpeedError::of_table_3();
         // By the normal equations, with sums of v, v^2, e and v e taken by hand: 276, 9108, 11.17, 336.69.
         assert!((line.slope_percent_s_mm - (336.69 - 27.6 * 11.17) / (9108.0 - 27.6 * 276.0)).abs() < 1e-9);
         assert!((line.at(27.6) - 1.117).abs() < 1e-9);
@@ -159,12 +159,13 @@ mod tests {
     #[test]
     fn the_page_names_these_figures() {
         let page = include_str!("../../../docs/reproduction.md").replace('\n', " ");
-        let line = Line::of_table_3();
+        let line = SpeedError::of_table_3();
         let speeds = [15.0, 30.0, 48.0].map(|v| format!("{:.2} % at {v} mm/s", line.at(v)));
         // By grating: the mean difference of the paper's errors from the line.
         let of_grating = |period_mm: f64| {
             let errors = TABLE_2.into_iter().zip(TABLE_3[0].least_squares.percent);
-            let own = errors.filter(|((_, own_mm), _)| *own_mm == period_mm).map(|((v, _), percent)| percent - line.at(v));
+            let own =
+                errors.filter(|((_, own_mm), _)| *own_mm == period_mm).map(|((v, _), percent)| percent - line.at(v));
             let own: Vec<f64> = own.collect();
             format!("{:+.2} % at {period_mm} mm", own.iter().sum::<f64>() / own.len() as f64)
         };

@@ -17,7 +17,7 @@ const ALL_HZ: Range = (1.0, 100.0);
 const ALL_S: Range = (0.4, 8.0);
 
 /// A slide that nothing makes hard.
-const PLAIN: Recipe = Recipe {
+const EASY_SLIDE: Recipe = Recipe {
     tone_hz: ALL_HZ,
     snr_db: 20.0,
     slide_s: Some(ALL_S),
@@ -41,34 +41,42 @@ pub fn cells() -> Vec<Cell> {
     for snr_db in [20.0, 10.0, 0.0] {
         for (least, most) in [(1.0, 2.0), (2.0, 5.0), (5.0, 20.0), (20.0, 50.0), (50.0, 70.0), (70.0, 100.0)] {
             let name = format!("{least} to {most} Hz, {snr_db} dB");
-            add("tones", name, Recipe { tone_hz: (least, most), snr_db, ..PLAIN });
+            add("tones", name, Recipe { tone_hz: (least, most), snr_db, ..EASY_SLIDE });
         }
     }
     for (least, most) in [(0.4, 0.5), (0.5, 1.0), (1.0, 2.0), (2.0, 4.0), (7.9, 8.0)] {
-        add("lengths", format!("{least} to {most} s"), Recipe { slide_s: Some((least, most)), ..PLAIN });
+        add("lengths", format!("{least} to {most} s"), Recipe { slide_s: Some((least, most)), ..EASY_SLIDE });
     }
-    add("lengths", "7.9 to 8 s, 10 dB".into(), Recipe { slide_s: Some((7.9, 8.0)), snr_db: 10.0, ..PLAIN });
+    add("lengths", "7.9 to 8 s, 10 dB".into(), Recipe { slide_s: Some((7.9, 8.0)), snr_db: 10.0, ..EASY_SLIDE });
     for ramp_s in [0.1, 0.2, 0.4, 0.8] {
         let slide_s = Some((2.0 * ramp_s + 0.2, 8.0));
-        add("lengths", format!("ramps of {ramp_s} s"), Recipe { slide_s, ramp_s: (ramp_s, ramp_s), ..PLAIN });
+        add("lengths", format!("ramps of {ramp_s} s"), Recipe { slide_s, ramp_s: (ramp_s, ramp_s), ..EASY_SLIDE });
     }
     for snr_db in [20.0, 10.0] {
         for hz in [60.0, 70.0, 100.0] {
-            let recipe = Recipe { tone_hz: (hz, hz), snr_db, idle_s: (0.3, 4.9), ..PLAIN };
+            let recipe = Recipe { tone_hz: (hz, hz), snr_db, idle_s: (0.3, 4.9), ..EASY_SLIDE };
             add("early", format!("{hz} Hz, {snr_db} dB"), recipe);
         }
     }
-    add("contact", "spike's square 10 to 12 times the hold's".into(), Recipe { spike: Some((10.0, 12.0)), ..PLAIN });
-    add("contact", "spike's square 12 to 40 times the hold's".into(), Recipe { spike: Some((12.0, 40.0)), ..PLAIN });
-    let still = Recipe { slide_s: None, ..PLAIN };
+    add(
+        "contact",
+        "spike's square 10 to 12 times the hold's".into(),
+        Recipe { spike: Some((10.0, 12.0)), ..EASY_SLIDE },
+    );
+    add(
+        "contact",
+        "spike's square 12 to 40 times the hold's".into(),
+        Recipe { spike: Some((12.0, 40.0)), ..EASY_SLIDE },
+    );
+    let still = Recipe { slide_s: None, ..EASY_SLIDE };
     add("contact", "the same, no slide".into(), Recipe { spike: Some((12.0, 40.0)), ..still });
-    let short = Recipe { slide_s: Some((0.4, 2.0)), ..PLAIN };
+    let short = Recipe { slide_s: Some((0.4, 2.0)), ..EASY_SLIDE };
     add("contact", "holds of 0.05 s, then a slide".into(), Recipe { hold_before_s: (0.05, 0.05), ..short });
     let tap = Recipe { hold_before_s: (0.025, 0.025), hold_after_s: (0.025, 0.025), ..still };
     add("contact", "holds of 0.05 s, no slide".into(), tap);
     let tap = Recipe { hold_before_s: (0.05, 0.15), hold_after_s: (0.05, 0.15), ..still };
     add("contact", "holds of 0.1 to 0.3 s, no slide".into(), tap);
-    add("contact", "starting under load".into(), Recipe { loaded: true, hold_before_s: (1.5, 3.0), ..PLAIN });
+    add("contact", "starting under load".into(), Recipe { loaded: true, hold_before_s: (1.5, 3.0), ..EASY_SLIDE });
     for (least, most) in [(0.05, 0.1), (0.1, 0.2), (0.2, 0.5), (0.5, 1.0)] {
         let recipe = Recipe { hold_after_s: (least, most), ..short };
         add("lift", format!("{least} to {most} s after the slide"), recipe);
@@ -77,16 +85,16 @@ pub fn cells() -> Vec<Cell> {
     add("lift", "while it slides".into(), Recipe { hold_after_s: (1e-3, 1e-3), ..short });
     let creep = 10f64.sqrt();
     for (name, change) in [
-        ("drift of 100 mV/s", Recipe { drift_v_s: 0.1, ..PLAIN }),
-        ("drift of 10 mV/s", Recipe { drift_v_s: 0.01, ..PLAIN }),
-        ("drift of 1 mV/s", Recipe { drift_v_s: 1e-3, ..PLAIN }),
-        ("hum as strong as the tone", Recipe { hum: Some(false), ..PLAIN }),
-        ("the same with --mains 50", Recipe { hum: Some(true), ..PLAIN }),
-        ("presses by 10 % at 1 to 3 Hz", Recipe { press: 0.1, ..PLAIN }),
-        ("pink noise", Recipe { pink: true, ..PLAIN }),
-        ("pink noise, 10 dB", Recipe { pink: true, snr_db: 10.0, ..PLAIN }),
-        ("tone 10 dB below the creep", Recipe { creep, ..PLAIN }),
-        ("physical finger", Recipe { physical: true, ..PLAIN }),
+        ("drift of 100 mV/s", Recipe { drift_v_s: 0.1, ..EASY_SLIDE }),
+        ("drift of 10 mV/s", Recipe { drift_v_s: 0.01, ..EASY_SLIDE }),
+        ("drift of 1 mV/s", Recipe { drift_v_s: 1e-3, ..EASY_SLIDE }),
+        ("hum as strong as the tone", Recipe { hum: Some(false), ..EASY_SLIDE }),
+        ("the same with --mains 50", Recipe { hum: Some(true), ..EASY_SLIDE }),
+        ("presses by 10 % at 1 to 3 Hz", Recipe { press: 0.1, ..EASY_SLIDE }),
+        ("pink noise", Recipe { pink: true, ..EASY_SLIDE }),
+        ("pink noise, 10 dB", Recipe { pink: true, snr_db: 10.0, ..EASY_SLIDE }),
+        ("tone 10 dB below the creep", Recipe { creep, ..EASY_SLIDE }),
+        ("physical finger", Recipe { physical: true, ..EASY_SLIDE }),
     ] {
         add("disturbances", name.into(), change);
         if change.physical || change.drift_v_s == 0.01 || change.drift_v_s == 1e-3 {

@@ -2,11 +2,11 @@
 
 use super::noise_chart::{self, SHAPES};
 use super::results::{Row, Trade};
+use crate::axis::Axis;
 use crate::baselines::Method;
 use crate::bench::fits::{HARMONICS, WINDOWS_S};
 use crate::noise;
 use crate::plot::{Sample, key, log_axis, marker, picture};
-use crate::axis::Axis;
 use ridgetone_host::digits::significant;
 use ridgetone_host::svg::{Anchor, Svg};
 use ridgetone_proto::settings::TAXELS;
@@ -26,7 +26,7 @@ const LINES: [(&str, &str); 3] =
     [("one", "solid one fillone"), ("two", "solid two filltwo"), ("three", "solid three fillthree")];
 
 /// A method's line: its name, and cost and error by window.
-struct Line<'a> {
+struct MethodCurve<'a> {
     name: String,
     rows: Vec<&'a Row>,
 }
@@ -43,7 +43,8 @@ pub fn draw(trade: &Trade, noise: &[noise::Row]) -> String {
     let has_bounds = kinds.iter().flat_map(|kind| &kind.ours).any(|figures| figures.over_bound.is_some());
     let below = if has_bounds { noise_chart::HEIGHT } else { 0.0 };
     let mut svg = picture(HEIGHT + below, "Cost and error of a fit");
-    let title = "RMS error, % of the frequency, against instructions; a grating with overtones, noise 20 dB below its tone";
+    let title =
+        "RMS error, % of the frequency, against instructions; a grating with overtones, noise 20 dB below its tone";
     svg.text(22.0, 26.0, Anchor::Start, "title", title);
     log_axis(&mut svg, &y, (LEFT, RIGHT));
     for power in x.ticks() {
@@ -51,7 +52,8 @@ pub fn draw(trade: &Trade, noise: &[noise::Row]) -> String {
         svg.line((at, TOP), (at, BOTTOM), "grid");
         svg.text(at, BOTTOM + 20.0, Anchor::Middle, "small", &format!("1e{power}"));
     }
-    let below = "instructions on the Cortex-M4F, costliest window; each marker is a length of window, longer ones err less";
+    let below =
+        "instructions on the Cortex-M4F, costliest window; each marker is a length of window, longer ones err less";
     svg.text(0.5 * (LEFT + RIGHT), BOTTOM + 40.0, Anchor::Middle, "small", below);
     draw_bounds(&mut svg, &y, &bounds);
 
@@ -93,19 +95,19 @@ fn draw_bounds(svg: &mut Svg, y: &Axis, bounds: &[(f64, f64)]) {
 }
 
 /// The lines with instructions, Ridgetone's first.
-fn lines(trade: &Trade) -> Vec<Line<'_>> {
+fn lines(trade: &Trade) -> Vec<MethodCurve<'_>> {
     let [one, .., four] = HARMONICS;
     let ours = |harmonics: u8, name: &str| {
         let rows =
             WINDOWS_S.into_iter().filter_map(|window_s| trade.ridgetone(window_s, four, harmonics, TAXELS as u8));
-        Line { name: name.into(), rows: rows.filter(|row| point(row).is_some()).collect() }
+        MethodCurve { name: name.into(), rows: rows.filter(|row| point(row).is_some()).collect() }
     };
     let baseline = |method: Method| {
         let rows = WINDOWS_S.into_iter().flat_map(|window_s| trade.baseline(window_s, four, method.name()));
         let rows: Vec<&Row> = rows.filter(|row| point(row).is_some()).collect();
         let channels = rows.first().map(|row| row.channels).filter(|channels| usize::from(*channels) < TAXELS);
         let name = channels.map_or_else(String::new, |channels| format!(", {channels} channels"));
-        Line { name: format!("{}{name}", method.name()), rows }
+        MethodCurve { name: format!("{}{name}", method.name()), rows }
     };
     let ours = [ours(four, "Ridgetone, four harmonics"), ours(one, "Ridgetone, one harmonic")];
     ours.into_iter().chain(Method::ALL.map(baseline)).filter(|line| !line.rows.is_empty()).collect()

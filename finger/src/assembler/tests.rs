@@ -87,7 +87,7 @@ fn a_first_scan_with_a_flaw_loses_nothing() {
 }
 
 #[test]
-fn flags_and_strangers_are_told() {
+fn flags_and_unknown_ids_are_reported() {
     let mut assembler = Assembler::new(4.096, &Plan::PAPER);
     let mut frames = Vec::new();
     for count in 0..21 {

@@ -86,7 +86,7 @@ pub trait SerialPort {
     }
 
     /// There is nothing to send: no more interrupts of the transmitter until the next byte.
-    fn rest(&mut self);
+    fn stop_transmitting(&mut self);
 }
 
 /// What the task owns.
@@ -111,7 +111,7 @@ impl<PORT: SerialPort> SerialLine<'_, PORT> {
         match bytes.dequeue() {
             Some(byte) => port.send(byte),
             None => {
-                port.rest();
+                port.stop_transmitting();
                 shared.sending.store(false, Relaxed);
             }
         }

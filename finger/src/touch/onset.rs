@@ -217,7 +217,7 @@ impl Frames<'_> {
 
     /// The first frame behind a motion that is over in frame `last`, in which the taxels are at `level` and rise by `creep`
     /// each frame: the frames from there on speak least for motion. No earlier than `earliest`. Looks at one frame of `stride`.
-    pub fn rest(&self, level: &Values, creep: Option<&Values>, last: u32, earliest: u32, stride: u32) -> u32 {
+    pub fn motion_end(&self, level: &Values, creep: Option<&Values>, last: u32, earliest: u32, stride: u32) -> u32 {
         let frames = (last.wrapping_sub(earliest) / stride).min(END_FRAMES);
         let Spoken { single, mean, sharp } = self.speak(level, creep, last, frames, stride, false);
         if let Some(sharp) = sharp {
@@ -251,7 +251,7 @@ impl Frames<'_> {
     pub fn hold_before(&self, lifted: u32, earliest: u32) -> u32 {
         let last = lifted.wrapping_sub(LIFTING_FRAMES);
         let level = self.mean(last, PLATEAU_FRAMES);
-        let held = self.rest(&level, None, last, earliest, 2);
+        let held = self.motion_end(&level, None, last, earliest, 2);
         if last.wrapping_sub(held) < PLATEAU_FRAMES { lifted } else { held }
     }
 }

@@ -123,7 +123,7 @@ pub fn slide_end(
     if is_loose {
         let earliest = moving_until.wrapping_sub(UNSURE_FRAMES);
         let last = over.wrapping_sub(2 * BLOCK_FRAMES);
-        return frames.rest(level, None, last, earliest, last.wrapping_sub(earliest) / END_FRAMES + 1);
+        return frames.motion_end(level, None, last, earliest, last.wrapping_sub(earliest) / END_FRAMES + 1);
     }
     // Blocks between the mean soon after the slide and that of the last four.
     let still = over.wrapping_sub(moving_until) / BLOCK_FRAMES;
@@ -135,5 +135,5 @@ pub fn slide_end(
     let mut creep = difference(level, &soon);
     scale(&mut creep, 1.0 / (skip.max(1) * BLOCK_FRAMES) as f32);
     let middle = over.wrapping_sub(skip * BLOCK_FRAMES + 2 * BLOCK_FRAMES - 1);
-    frames.rest(&soon, is_creep.then_some(&creep), middle, moving_until.wrapping_sub(UNSURE_FRAMES), 1)
+    frames.motion_end(&soon, is_creep.then_some(&creep), middle, moving_until.wrapping_sub(UNSURE_FRAMES), 1)
 }

@@ -151,7 +151,7 @@ impl Motion {
 mod tests {
     use super::*;
 
-    fn rough() -> Motion {
+    fn uneven() -> Motion {
         let stimulator =
             Stimulator { ramp_s: 0.05, speed_error_percent: 1.0, ripple_percent: 20.0, ..Stimulator::IDEAL };
         Motion::steady(30.0, 60.0, stimulator, 0.3)
@@ -159,7 +159,7 @@ mod tests {
 
     #[test]
     fn the_speed_is_the_places_derivative() {
-        for motion in [rough(), Motion::Hand(Hand::default()), Motion::steady(15.0, 60.0, Stimulator::IDEAL, 0.0)] {
+        for motion in [uneven(), Motion::Hand(Hand::default()), Motion::steady(15.0, 60.0, Stimulator::IDEAL, 0.0)] {
             let duration_s = motion.duration_s();
             for k in 1..1000 {
                 let (s, h) = (duration_s * f64::from(k) / 1000.0, 1e-6);
@@ -173,11 +173,11 @@ mod tests {
 
     #[test]
     fn a_slide_is_as_long_as_it_should_be() {
-        assert!((rough().place_mm(10.0) - 60.0).abs() < 1e-9);
+        assert!((uneven().place_mm(10.0) - 60.0).abs() < 1e-9);
         let ideal = Motion::steady(30.0, 60.0, Stimulator::IDEAL, 0.5);
         assert_eq!((ideal.duration_s(), ideal.place_mm(1.0)), (2.0, 30.0));
         // 2 s / 1.01 and a ramp; the ripple moves its end by 13 ms at most.
-        assert!((rough().duration_s() - 2.0 / 1.01 - 0.05).abs() < 0.0128);
+        assert!((uneven().duration_s() - 2.0 / 1.01 - 0.05).abs() < 0.0128);
     }
 
     #[test]

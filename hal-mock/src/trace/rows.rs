@@ -80,14 +80,14 @@ impl<'a> Rows<'a> {
             return Err(FileError::new(&rows.file, None, "the file is empty"));
         }
         // Spreadsheets say so in front of the header.
-        let said = rows.text.trim().strip_prefix("sep=").and_then(|said| said.chars().next());
-        if said.is_some() && !rows.next_line()? {
+        let separator = rows.text.trim().strip_prefix("sep=").and_then(|separator| separator.chars().next());
+        if separator.is_some() && !rows.next_line()? {
             return Err(rows.refuse("no data after its first line"));
         }
         let (line, header) = rows.header()?;
         let peeked = rows.peeked.as_ref().map(|(_, text)| text.as_str());
         rows.dialect = Dialect::of(&header, peeked);
-        rows.dialect.separator = said.unwrap_or(rows.dialect.separator);
+        rows.dialect.separator = separator.unwrap_or(rows.dialect.separator);
         rows.columns = match rows.dialect.separator {
             ' ' => header.split_whitespace().map(str::to_owned).collect(),
             separator => {

@@ -34,7 +34,7 @@ async function toggle() {
 
 async function start() {
   if (!isSecureContext || typeof AudioWorkletNode === "undefined") {
-    $("said").textContent = "This browser plays sound from here only at an address of its own computer: open the page on localhost.";
+    $("message").textContent = "This browser plays sound from here only at an address of its own computer: open the page on localhost.";
     return;
   }
   context = new AudioContext({ latencyHint: "interactive" });
@@ -131,7 +131,7 @@ for (const id of ["mean_ms", "sigma_ms", "wait_ms"]) {
 $("own").addEventListener("submit", async (event) => {
   event.preventDefault();
   const answer = await fetch("/texture", { method: "POST", body: JSON.stringify({ period_mm: Number($("period_mm").value) }) });
-  $("said").textContent = await answer.text();
+  $("message").textContent = await answer.text();
 });
 
 function chooseCondition() {

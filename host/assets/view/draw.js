@@ -42,8 +42,8 @@ function drawFeel(plot, state) {
 
 function aboutSpectrum({ spectrum: { of_estimate: ofEstimate, lines }, curves }) {
   const what = ofEstimate ? "Latest window" : "Latest frames";
-  if (!lines.length || !curves?.rest) return `${what}.`;
-  return `${what}: f is ${(lines[0].power_db - curves.rest.noise_db).toFixed(0)} dB above the noise of its neighbourhood.`;
+  if (!lines.length || !curves?.residual_spectrum) return `${what}.`;
+  return `${what}: f is ${(lines[0].power_db - curves.residual_spectrum.noise_db).toFixed(0)} dB above the noise of its neighbourhood.`;
 }
 
 function drawFit(plot, state, noRaw) {

@@ -119,11 +119,11 @@ export class Plot {
     return { width: Math.max(200, this.box.clientWidth), height: Math.max(120, this.box.clientHeight) };
   }
 
-  // `said`: what the axes show, for those who do not see them.
-  show(data, said = "") {
+  // `shown`: what the axes show, for those who do not see them.
+  show(data, shown = "") {
     this.data = data;
     this.plot.setData(data);
-    this.box.setAttribute("aria-description", said);
+    this.box.setAttribute("aria-description", shown);
   }
 
   // Shows the reason instead of an empty plot; none for a plot with data.

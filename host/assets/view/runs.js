@@ -10,8 +10,8 @@ let runs = [];
 let beside = null;
 
 export function say(text, isWrong = false) {
-  $("runs-said").textContent = text;
-  $("runs-said").classList.toggle("alarm", isWrong);
+  $("runs-message").textContent = text;
+  $("runs-message").classList.toggle("alarm", isWrong);
 }
 
 // Does something that the server may refuse, and shows the refusal.

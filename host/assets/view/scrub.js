@@ -68,7 +68,7 @@ export class Scrub {
   saySome() {
     const [from_s, until_s] = this.mark;
     const marked = from_s !== null && until_s !== null;
-    $("scrub-said").textContent = marked ? `Marked ${seconds(from_s)} to ${seconds(until_s)}: the estimate is of this part.`
+    $("scrub-message").textContent = marked ? `Marked ${seconds(from_s)} to ${seconds(until_s)}: the estimate is of this part.`
       : from_s !== null ? `Marked from ${seconds(from_s)}: go on, and mark its end.`
       : until_s !== null ? `Marked until ${seconds(until_s)}: go back, and mark its beginning.`
       : "Comma and point step, [ and ] mark a part to fit, space plays.";

@@ -14,8 +14,8 @@ let isChanging = false;
 let wasRun = false;
 
 const say = (text, isWrong = false) => {
-  $("settings-said").textContent = text;
-  $("settings-said").classList.toggle("alarm", isWrong);
+  $("settings-message").textContent = text;
+  $("settings-message").classList.toggle("alarm", isWrong);
 };
 
 // A setting by its name.

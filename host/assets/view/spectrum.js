@@ -20,7 +20,7 @@ export const numbered = (min, max) => {
 
 export class Spectrum extends Plot {
   constructor(card, onZoom) {
-    const shown = { lines: [], rest: null, isLog: false, floor: -70 };
+    const shown = { lines: [], residual: null, isLog: false, floor: -70 };
     const toX = (hz) => (shown.isLog ? Math.log10(hz) : hz);
     super(card, onZoom, {
       x: "frequency, Hz", y: "share of power, dB",
@@ -34,7 +34,7 @@ export class Spectrum extends Plot {
         },
         values: (_, splits) => splits.map((split) => String(Number((shown.isLog ? 10 ** split : split).toPrecision(6)))),
       },
-      below: [(u) => paintNeighbourhood(u, shown.rest, toX)],
+      below: [(u) => paintNeighbourhood(u, shown.residual, toX)],
       draw: [(u) => paintLines(u, shown.lines, toX)],
     });
     [this.shown, this.toX] = [shown, toX];
@@ -48,16 +48,16 @@ export class Spectrum extends Plot {
   // `beside`: the spectrum of another run.
   draw({ spectrum, curves }, isLog, beside = null) {
     // What is left is that of the latest window too.
-    const rest = spectrum.lines.length ? curves?.rest ?? null : null;
-    Object.assign(this.shown, { lines: spectrum.lines, rest, isLog });
+    const residual = spectrum.lines.length ? curves?.residual_spectrum ?? null : null;
+    Object.assign(this.shown, { lines: spectrum.lines, residual, isLog });
     this.plot.axes[0].label = isLog ? "frequency, Hz, logarithmic" : "frequency, Hz";
     const db = spectrum.power_db.slice(1);
     const hz = db.map((_, bin) => (bin + 1) * spectrum.bin_hz);
-    const low = quantile([...db, ...(rest?.power_db ?? [])].sort((a, b) => a - b), 0.03) - MARGIN_DB;
+    const low = quantile([...db, ...(residual?.power_db ?? [])].sort((a, b) => a - b), 0.03) - MARGIN_DB;
     this.shown.floor = this.steady.take([Math.max(-120, Math.min(-20, 10 * Math.floor(low / 10))), 0])[0];
     // The other's bins may lie elsewhere.
     const other = (found) => hz.map((at) => (found ? found.power_db[Math.round(at / found.bin_hz)] ?? null : null));
-    this.show([hz.map(this.toX), db, other(rest), other(beside)], `from ${this.shown.floor} to 0 dB`);
+    this.show([hz.map(this.toX), db, other(residual), other(beside)], `from ${this.shown.floor} to 0 dB`);
   }
 }
 

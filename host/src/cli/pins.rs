@@ -3,7 +3,7 @@
 use super::lines::report;
 use super::parse::positive;
 use super::source::SourceOptions;
-use crate::pins::{Design, Memory, Player, Setup, Show, Verdict, run, volts_per_strain};
+use crate::pins::{Design, Memory, Perception, Player, Setup, Show, run, volts_per_strain};
 use crate::usage::UsageError;
 use crate::view::guard::address;
 use crate::{output, stop};
@@ -184,10 +184,10 @@ impl PinsArgs {
 
 /// What a person wants to know of a design.
 fn text(design: &Design) -> String {
-    let verdict = |verdict: Verdict| match verdict {
-        Verdict::NotNoticed => "not noticed",
-        Verdict::JustNoticed => "just noticed",
-        Verdict::Noticed => "noticed",
+    let verdict = |verdict: Perception| match verdict {
+        Perception::NotNoticed => "not noticed",
+        Perception::JustNoticed => "just noticed",
+        Perception::Noticed => "noticed",
     };
     format!(
         "pins {} mm apart under {} mm of rubber, each off by up to {} %\n\

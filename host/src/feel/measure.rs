@@ -6,7 +6,7 @@ use crate::samples::Samples;
 use crate::table_fit::{Selection, columns};
 use anyhow::{Context, Result, bail, ensure};
 use ridgetone_feel::{
-    Conversion, Firing, Indices, Line, MeanFiring, POINTS_MAX, Reference, amplitude_spectrum, points,
+    Conversion, Firing, Indices, MeanFiring, POINTS_MAX, Reference, SpectralLine, amplitude_spectrum, points,
 };
 use std::ops::Range;
 
@@ -176,9 +176,9 @@ fn starts(rows: usize, window: usize) -> Vec<usize> {
 
 /// D by the mean amplitude over the windows; none without one.
 fn conversion(surface: &Reference, values: &[f32], window: usize, cycles: f32) -> Option<Conversion> {
-    let line = |start| Line::measure(&mut values.get(start..start + window)?.to_vec(), cycles);
-    let lines: Option<Vec<Line>> = starts(values.len(), window).into_iter().map(line).collect();
-    let (amplitude, sigma) = Line::mean(lines?.into_iter())?;
+    let line = |start| SpectralLine::measure(&mut values.get(start..start + window)?.to_vec(), cycles);
+    let lines: Option<Vec<SpectralLine>> = starts(values.len(), window).into_iter().map(line).collect();
+    let (amplitude, sigma) = SpectralLine::mean(lines?.into_iter())?;
     surface.conversion(amplitude, sigma).ok()
 }
 

@@ -139,8 +139,8 @@ impl BoardEnd {
         Ok(())
     }
 
-    /// Lets the board rest: gives whether it does, or nobody can say.
-    pub fn rest(&mut self) -> bool {
+    /// Lets the output go down softly: gives whether it is at rest, or nobody can know.
+    pub fn stop_softly(&mut self) -> bool {
         (self.link_heard_s, self.requests.texture) = (None, None);
         self.requests.is_at_rest() || self.heard_s.is_none()
     }

@@ -153,7 +153,7 @@ mod tests {
     const WANTED: Parameters = Parameters { still_s: 0.4, ..Parameters::DEFAULT };
 
     /// Answers requests until there is none but signs of life; gives them.
-    fn settle(requests: &mut StylusRequests, t_s: &mut f64) -> Vec<Command> {
+    fn commands_until_idle(requests: &mut StylusRequests, t_s: &mut f64) -> Vec<Command> {
         let mut commands = Vec::new();
         for _ in 0..20 {
             *t_s += LATER_S;
@@ -168,36 +168,36 @@ mod tests {
     }
 
     #[test]
-    fn a_board_is_set_up_told_what_to_feel_and_kept_alive() {
+    fn a_board_is_set_up_gets_its_texture_and_is_kept_alive() {
         let (mut requests, mut t_s) = (StylusRequests::new(WANTED, 7), 0.0);
-        assert_eq!(settle(&mut requests, &mut t_s), [Command::Disable, Command::Configure(WANTED)]);
+        assert_eq!(commands_until_idle(&mut requests, &mut t_s), [Command::Disable, Command::Configure(WANTED)]);
         let [first, second] = [1.4, 0.9].map(Texture::new);
         requests.texture = Some(first);
-        assert_eq!(settle(&mut requests, &mut t_s), [Command::Texture(first), Command::Enable]);
+        assert_eq!(commands_until_idle(&mut requests, &mut t_s), [Command::Texture(first), Command::Enable]);
         assert!(requests.is_done());
         requests.texture = Some(second);
         assert!(!requests.is_done());
-        assert_eq!(settle(&mut requests, &mut t_s), [Command::Texture(second)]);
+        assert_eq!(commands_until_idle(&mut requests, &mut t_s), [Command::Texture(second)]);
         requests.texture = None;
-        assert_eq!(settle(&mut requests, &mut t_s), [Command::Disable]);
+        assert_eq!(commands_until_idle(&mut requests, &mut t_s), [Command::Disable]);
         assert!(requests.is_at_rest());
         // The same again: the board still has it.
         requests.texture = Some(second);
-        assert_eq!(settle(&mut requests, &mut t_s), [Command::Enable]);
+        assert_eq!(commands_until_idle(&mut requests, &mut t_s), [Command::Enable]);
         // The line was silent for the board, so it has stopped.
         requests.is_now(State::LineSilent);
-        assert_eq!(settle(&mut requests, &mut t_s), [Command::Enable]);
+        assert_eq!(commands_until_idle(&mut requests, &mut t_s), [Command::Enable]);
         // It has started again.
         requests.has(&Parameters::DEFAULT);
         let all = [Command::Disable, Command::Configure(WANTED), Command::Texture(second), Command::Enable];
-        assert_eq!(settle(&mut requests, &mut t_s), all);
+        assert_eq!(commands_until_idle(&mut requests, &mut t_s), all);
         requests.has(&WANTED);
-        assert_eq!(settle(&mut requests, &mut t_s), []);
+        assert_eq!(commands_until_idle(&mut requests, &mut t_s), []);
         // It has started again, and its greeting was lost.
         requests.is_now(State::Disabled);
-        assert_eq!(settle(&mut requests, &mut t_s), [Command::Enable]);
+        assert_eq!(commands_until_idle(&mut requests, &mut t_s), [Command::Enable]);
         requests.is_now(State::NoTexture);
-        assert_eq!(settle(&mut requests, &mut t_s), all);
+        assert_eq!(commands_until_idle(&mut requests, &mut t_s), all);
     }
 
     #[test]
@@ -218,7 +218,7 @@ mod tests {
     #[test]
     fn a_texture_that_is_refused_is_not_felt_and_not_sent_again() {
         let (mut requests, mut t_s) = (StylusRequests::new(WANTED, 0), 0.0);
-        settle(&mut requests, &mut t_s);
+        commands_until_idle(&mut requests, &mut t_s);
         let bad = Texture::new(1e9);
         requests.texture = Some(bad);
         let (number, command) = requests.due(t_s + LATER_S).expect("a request");
@@ -228,7 +228,7 @@ mod tests {
         let reply = Reply { number, outcome: Outcome::Refused(why.clone()) };
         assert_eq!(requests.answered(t_s + LATER_S, &reply), Some((command, why)));
         t_s += LATER_S;
-        assert_eq!(settle(&mut requests, &mut t_s), []);
+        assert_eq!(commands_until_idle(&mut requests, &mut t_s), []);
         assert!(!requests.is_done());
     }
 
@@ -236,7 +236,7 @@ mod tests {
     #[test]
     fn the_latest_texture_counts() {
         let (mut requests, mut t_s) = (StylusRequests::new(WANTED, 0), 0.0);
-        settle(&mut requests, &mut t_s);
+        commands_until_idle(&mut requests, &mut t_s);
         let [first, second] = [1.4, 0.9].map(Texture::new);
         requests.texture = Some(first);
         assert_eq!(requests.due(t_s + LATER_S).map(|(_, command)| command), Some(Command::Texture(first)));

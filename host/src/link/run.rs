@@ -165,9 +165,9 @@ impl Link {
     }
 
     /// A stylus' board must not go on until its line is silent for it.
-    fn rest(&mut self) {
+    fn stop_softly(&mut self) {
         let (begun, Some(board)) = (Instant::now(), &mut self.board) else { return };
-        while !board.rest() && begun.elapsed() < REST {
+        while !board.stop_softly() && begun.elapsed() < REST {
             std::thread::sleep(STEP);
             if board.step(self.t_s + begun.elapsed().as_secs_f64()).is_err() {
                 break;
@@ -256,7 +256,7 @@ fn take(finger: &mut Follower, end: &mut FingerEnd) -> Result<bool> {
 pub fn run(feed: Option<Feed>, link: &mut Link, json: bool, seconds: Option<f64>) -> (Option<Feed>, Result<()>) {
     let mut finger = feed.map(Follower::new);
     let done = follow(finger.as_mut(), link, json, seconds);
-    link.rest();
+    link.stop_softly();
     (finger.map(Follower::into_feed), done)
 }
 

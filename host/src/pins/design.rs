@@ -15,13 +15,13 @@ const PAD_MM: f64 = 10.0;
 /// Whether people notice a ripple.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Verdict {
+pub enum Perception {
     NotNoticed,
     JustNoticed,
     Noticed,
 }
 
-impl Verdict {
+impl Perception {
     fn of(index: f64) -> Self {
         match index {
             index if index < NOTICEABLE.0 => Self::NotNoticed,
@@ -39,11 +39,11 @@ pub struct Design {
     pub resolution_percent: f64,
     /// Index of an error from pin to pin, whose period is two spacings.
     pub index: f64,
-    pub verdict: Verdict,
+    pub verdict: Perception,
     /// Period of the worst error that fits under a finger pad, millimetres, and its index.
     pub worst_period_mm: f64,
     pub worst_index: f64,
-    pub worst_verdict: Verdict,
+    pub worst_verdict: Perception,
     /// Index of the pins themselves, if all are at one height.
     pub pins_index: f64,
     /// Coarsest resolution whose worst error is not noticed, percent.
@@ -82,10 +82,10 @@ impl Design {
             depth_mm,
             resolution_percent,
             index: first,
-            verdict: Verdict::of(first),
+            verdict: Perception::of(first),
             worst_period_mm: worst as f64 * spacing_mm,
             worst_index,
-            worst_verdict: Verdict::of(worst_index),
+            worst_verdict: Perception::of(worst_index),
             pins_index: Pressure::under(&pins_with_errors(spacing_mm, 1, 0.0)).index(1, stress),
             // Pressure is linear in height, as long as every pin presses.
             resolution_max_percent: resolution_percent * NOTICEABLE.0 / worst_index,
@@ -102,7 +102,7 @@ mod tests {
     fn the_papers_display_is_not_noticed() {
         let design = Design::new(2.0, 2.0, 10.0).expect("a design");
         assert!((design.index - 0.06).abs() < 0.01 && design.worst_index < 0.1, "{design:?}");
-        assert_eq!((design.verdict, design.worst_verdict), (Verdict::NotNoticed, Verdict::NotNoticed));
+        assert_eq!((design.verdict, design.worst_verdict), (Perception::NotNoticed, Perception::NotNoticed));
         assert!(design.resolution_max_percent > 10.0 && design.resolution_max_percent < 15.0, "{design:?}");
         // What is found to be just not noticed is so.
         let limit = Design::new(2.0, 2.0, design.resolution_max_percent).expect("a design");
@@ -115,7 +115,7 @@ mod tests {
         let paper = index(2.0, 2.0, 10.0);
         assert!(index(3.0, 2.0, 10.0).index > paper.index && index(2.0, 1.0, 10.0).index > paper.index);
         assert!(index(2.0, 1.0, 10.0).pins_index > paper.pins_index);
-        assert_eq!(index(2.0, 2.0, 40.0).worst_verdict, Verdict::Noticed);
+        assert_eq!(index(2.0, 2.0, 40.0).worst_verdict, Perception::Noticed);
     }
 
     #[test]

@@ -12,7 +12,7 @@ const QUIET: i32 = 4;
 
 /// Black on white, whatever the terminal's colours are.
 const COLOURS: &str = "\x1b[38;5;16;48;5;231m";
-const PLAIN: &str = "\x1b[0m";
+const COLOURS_OFF: &str = "\x1b[0m";
 
 pub fn announce(access: &Access, open: bool) -> Result<()> {
     let url = access.url();
@@ -31,7 +31,7 @@ pub fn announce(access: &Access, open: bool) -> Result<()> {
 pub fn code(text: &str, colours: bool) -> Result<String> {
     let code =
         QrCode::encode_text(text, QrCodeEcc::Low).map_err(|_| anyhow!("this address is too long for a QR code"))?;
-    let (begin, end) = if colours { (COLOURS, PLAIN) } else { ("", "") };
+    let (begin, end) = if colours { (COLOURS, COLOURS_OFF) } else { ("", "") };
     let modules = -QUIET..code.size() + QUIET;
     let line = |y: i32| {
         let half = |x: i32| match (code.get_module(x, y), code.get_module(x, y + 1)) {

@@ -59,7 +59,7 @@ impl SerialBoard {
         let frame_s = if is_fast { rate_hz.recip() } else { (FRAME_NS - CONVERSION_NS) as f64 * 1e-9 };
         let shared = Arc::new(Shared::default());
         let mut line =
-            Line { end, sequence: 0, byte_s: if is_fast { 0.0 } else { BYTE_S }, shared: Arc::clone(&shared) };
+            BoardEnd { end, sequence: 0, byte_s: if is_fast { 0.0 } else { BYTE_S }, shared: Arc::clone(&shared) };
         std::thread::spawn(move || line.run(rate_hz, frame_s));
         Self { name, frame_s, shared }
     }
@@ -100,14 +100,14 @@ pub fn raw_end() -> (File, String) {
     (File::from(end), name)
 }
 
-struct Line {
+struct BoardEnd {
     end: File,
     sequence: u16,
     byte_s: f64,
     shared: Arc<Shared>,
 }
 
-impl Line {
+impl BoardEnd {
     fn run(&mut self, rate_hz: f64, frame_s: f64) {
         let requests = requests(self.end.try_clone().expect("an end"));
         let hello = Event::Hello(Hello {

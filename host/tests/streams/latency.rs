@@ -51,18 +51,18 @@ fn measure(what: &str, boards: &[SerialBoard], seconds: u64) {
     let busy_s = processor_s(serving.id());
     boards.iter().for_each(SerialBoard::stop);
     sleep(Duration::from_millis(500));
-    let said = serving.interrupt();
+    let stderr = serving.interrupt();
     let foxglove = reader.join().expect("messages");
     let mqtt = subscriber.finish().into_iter().map(|one| (one.utc_s, one.topic, one.message)).collect();
     let late_ms = 1e3 * boards.iter().map(SerialBoard::late_s).fold(0.0, f64::max);
     let load = std::fs::read_to_string("/proc/loadavg").unwrap_or_default();
     eprintln!("{what}: a board itself was {late_ms:.0} ms late at most; this computer's load: {}", load.trim());
     for (receiver, got) in [("mqtt", mqtt), ("foxglove", foxglove)] {
-        report(what, receiver, &got, boards, 100.0 * busy_s / seconds as f64, &said);
+        report(what, receiver, &got, boards, 100.0 * busy_s / seconds as f64, &stderr);
     }
 }
 
-fn report(what: &str, receiver: &str, got: &Got, boards: &[SerialBoard], percent: f64, said: &str) {
+fn report(what: &str, receiver: &str, got: &Got, boards: &[SerialBoard], percent: f64, stderr: &str) {
     let mut late_ms = Vec::new();
     let mut numbers: BTreeMap<String, Vec<u64>> = BTreeMap::new();
     let mut counted = 0;
@@ -98,8 +98,8 @@ fn report(what: &str, receiver: &str, got: &Got, boards: &[SerialBoard], percent
         part(0.99),
         part(1.0)
     );
-    assert_eq!(silent, 0, "{said}");
-    assert_eq!(frames + counted, sent, "every frame arrives or is counted: {said}");
+    assert_eq!(silent, 0, "{stderr}");
+    assert_eq!(frames + counted, sent, "every frame arrives or is counted: {stderr}");
 }
 
 /// Processor time of a process so far, seconds.

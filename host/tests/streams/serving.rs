@@ -28,14 +28,14 @@ impl Serving {
         self.0.as_ref().expect("a child").id()
     }
 
-    /// Interrupts it as Ctrl-C does; gives what it said. It must end well.
+    /// Interrupts it as Ctrl-C does; gives what it reported. It must end well.
     pub fn interrupt(mut self) -> String {
         let mut child = self.0.take().expect("a child");
         kill_process(Pid::from_raw(child.id() as i32).expect("a process"), Signal::INT).expect("interrupted");
-        let mut said = String::new();
-        child.stderr.take().expect("a pipe").read_to_string(&mut said).expect("UTF-8");
-        assert!(child.wait().expect("ended").success(), "{said}");
-        said
+        let mut report = String::new();
+        child.stderr.take().expect("a pipe").read_to_string(&mut report).expect("UTF-8");
+        assert!(child.wait().expect("ended").success(), "{report}");
+        report
     }
 }
 

@@ -197,7 +197,7 @@ fn the_emulated_board_waits_while_nobody_looks_takes_settings_and_is_recorded() 
         ));
     }
     browser.value("document.getElementById('settings-send').click()");
-    browser.wait("document.getElementById('settings-said').textContent.startsWith('In force')");
+    browser.wait("document.getElementById('settings-message').textContent.startsWith('In force')");
     browser.wait("document.getElementById('frequency-small').textContent.includes('window of 0.50 s')");
     let words = text(&mut browser, "fit-small");
     assert!(words.contains("f ") && !words.contains("3f "), "{words}");
@@ -217,7 +217,7 @@ fn the_emulated_board_waits_while_nobody_looks_takes_settings_and_is_recorded() 
          plan.dispatchEvent(new Event('input', { bubbles: true })); \
          document.getElementById('settings-send').click(); })()",
     );
-    browser.wait("document.getElementById('settings-said').textContent.includes('1458.')");
+    browser.wait("document.getElementById('settings-message').textContent.includes('1458.')");
     browser.wait("Math.abs(Number(document.getElementById('window_s').value) - 0.373) < 0.001");
     assert_quiet(&browser, &view);
     // Nobody sees the page: the board stops three seconds after somebody has asked for its state, and goes on with the page.
@@ -252,7 +252,7 @@ fn one_wild_estimate_and_one_spike_stretch_no_axis_and_a_token_opens_the_page() 
     if let Some(Packet { event: Event::Raw(raw), .. }) = frames.nth(700) {
         raw.codes = [7_000_000; 16];
     }
-    let mut said = Vec::new();
+    let mut axes_shown = Vec::new();
     for (name, packets) in [("plain.rec", &plain), ("wild.rec", &wild)] {
         let path = recorded_as(folder.path(), name, packets);
         // Served as to a phone: with a token, which the address no longer shows afterwards.
@@ -264,16 +264,16 @@ fn one_wild_estimate_and_one_spike_stretch_no_axis_and_a_token_opens_the_page() 
         browser.wait("document.querySelector('#fit .empty').hidden");
         assert_eq!(browser.value("location.search"), "");
         let axes = "['strips', 'history'].map((id) => document.querySelector(`#${id} .plot`).getAttribute('aria-description'))";
-        said.push((browser.value(axes), text(&mut browser, "history-small")));
+        axes_shown.push((browser.value(axes), text(&mut browser, "history-small")));
         assert_drawn(&mut browser, &["strips", "history", "spectrum", "fit"]);
         assert_eq!(browser.errors(), Vec::<String>::new());
     }
-    assert_eq!(said[0].0[0], said[1].0[0], "the rows of the channels");
-    assert!(said[0].1.is_empty() && said[1].1 == "1 beyond the axis", "{said:?}");
-    let ends = |said: &Value| -> Vec<f64> {
-        said.as_str().expect("a range").split(' ').filter_map(|word| word.parse().ok()).collect()
+    assert_eq!(axes_shown[0].0[0], axes_shown[1].0[0], "the rows of the channels");
+    assert!(axes_shown[0].1.is_empty() && axes_shown[1].1 == "1 beyond the axis", "{axes_shown:?}");
+    let ends = |axes_shown: &Value| -> Vec<f64> {
+        axes_shown.as_str().expect("a range").split(' ').filter_map(|word| word.parse().ok()).collect()
     };
-    let (plain, wild) = (ends(&said[0].0[1]), ends(&said[1].0[1]));
+    let (plain, wild) = (ends(&axes_shown[0].0[1]), ends(&axes_shown[1].0[1]));
     assert!(wild[1] - wild[0] < 3.0 * (plain[1] - plain[0]), "{plain:?} and {wild:?}");
 }
 

@@ -90,7 +90,7 @@ fn what_a_finger_feels_has_bars_scales_and_a_spectrum_and_is_hidden_before() {
         "(() => { const input = document.getElementById('volts_per_um'); input.value = '0.00002'; \
          input.dispatchEvent(new Event('input', { bubbles: true })); document.getElementById('settings-send').click(); })()",
     );
-    browser.wait("document.getElementById('settings-said').textContent.includes('with the new settings')");
+    browser.wait("document.getElementById('settings-message').textContent.includes('with the new settings')");
     browser.wait(&format!("document.querySelector('#feel-bars dd').textContent !== '{}'", rows[0][1]));
     let less: Vec<Vec<String>> = serde_json::from_value(browser.value(ROWS)).expect("rows");
     let first = |rows: &[Vec<String>], row: usize| rows[row][1].split(' ').next().and_then(|v| v.parse::<f64>().ok());

@@ -56,12 +56,12 @@ fn a_file_that_is_dropped_is_scrubbed_marked_and_compared_with_keys_too() {
         drop_file(&mut browser, file);
         browser.wait(&format!("document.querySelectorAll('#run-rows tr').length === {count}"));
     }
-    let said = text(&mut browser, "runs-said");
+    let message = text(&mut browser, "runs-message");
     let rows = browser.value("[...document.querySelectorAll('#run-rows tr')].map((row) => row.textContent)");
-    assert!(said.is_empty() && rows[1].as_str().is_some_and(|row| row.starts_with("touch.rec")), "{said} {rows}");
+    assert!(message.is_empty() && rows[1].as_str().is_some_and(|row| row.starts_with("touch.rec")), "{message} {rows}");
     // A letter is refused in words.
     drop_file(&mut browser, &common::file(folder.path(), "letter.txt", "Dear all,\nthis is no table.\n"));
-    browser.wait("document.getElementById('runs-said').textContent.startsWith('letter.txt')");
+    browser.wait("document.getElementById('runs-message').textContent.startsWith('letter.txt')");
 
     // At any of its times.
     browser.value("document.querySelector('[aria-label=\"Look touch.rec\"]').click()");
@@ -86,7 +86,7 @@ fn a_file_that_is_dropped_is_scrubbed_marked_and_compared_with_keys_too() {
         press(&mut browser, key);
     }
     browser.wait("document.getElementById('frequency-small').textContent.includes('window of 0.70 s')");
-    assert!(text(&mut browser, "scrub-said").starts_with("Marked "));
+    assert!(text(&mut browser, "scrub-message").starts_with("Marked "));
     press(&mut browser, ",");
     assert!((frequency(&mut browser) / second_hz - 1.0).abs() < 0.01);
 
@@ -104,7 +104,7 @@ fn a_file_that_is_dropped_is_scrubbed_marked_and_compared_with_keys_too() {
         "(() => { const window_s = document.getElementById('window_s'); window_s.value = '0.5'; \
          window_s.dispatchEvent(new Event('input', { bubbles: true })); document.getElementById('settings-send').click(); })()",
     );
-    browser.wait("document.getElementById('settings-said').textContent.includes('with the new settings')");
+    browser.wait("document.getElementById('settings-message').textContent.includes('with the new settings')");
     browser.value("document.getElementById('mark-none').click()");
     browser.wait("document.getElementById('frequency-small').textContent.includes('window of 0.50 s')");
 

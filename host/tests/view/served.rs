@@ -180,8 +180,8 @@ fn open_starts_the_browser_with_the_address() {
     let nothing = folder.path().join("nothing");
     let mut view =
         View::with("127.0.0.1:0", &["--file", common::text(&path), "--open"], &[("PATH", common::text(&nothing))]);
-    let mut said = String::new();
-    BufReader::new(view.child.stderr.take().expect("a pipe")).read_line(&mut said).expect("a line");
+    let mut report = String::new();
+    BufReader::new(view.child.stderr.take().expect("a pipe")).read_line(&mut report).expect("a line");
     let (status, _, _) = request(view.address(), "/", view.address(), LONG);
-    assert!(status == 200 && said.contains("xdg-open") && said.contains(&view.url), "{said}");
+    assert!(status == 200 && report.contains("xdg-open") && report.contains(&view.url), "{report}");
 }

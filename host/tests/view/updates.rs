@@ -74,7 +74,7 @@ fn the_spectrum_is_that_of_a_plain_fourier_sum_over_the_latest_window() {
     for (line, k) in found.lines.iter().zip(1..) {
         assert!((line.frequency_hz / f64::from(estimate.frequency) - f64::from(k)).abs() < 1e-6);
     }
-    let rest = curves(&live).expect("curves").rest.expect("noise beside the line");
+    let rest = curves(&live).expect("curves").residual_spectrum.expect("noise beside the line");
     assert!((found.lines[0].power_db - peak).abs() < 1.0 && rest.power_db.len() == found.power_db.len());
     let hz = f64::from(estimate.frequency);
     assert!((rest.until_hz - hz - 5.0).abs() < 0.1 && (rest.from_hz - (hz - 5.0).max(0.0)).abs() < 0.1);

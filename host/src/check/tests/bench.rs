@@ -82,7 +82,7 @@ impl Bench {
         let (to_feed, telemetry) = channel();
         let (requests, to_board) = channel();
         let Self { input, boot, .. } = self;
-        let mut line = Line {
+        let mut line = BoardEnd {
             to_feed,
             to_board,
             on_start: self.on_start,
@@ -128,7 +128,7 @@ impl Bench {
 }
 
 /// The board's end of the line.
-struct Line {
+struct BoardEnd {
     to_feed: Sender<Vec<u8>>,
     to_board: Receiver<Vec<u8>>,
     on_start: fn(&mut Ads1258),
@@ -145,7 +145,7 @@ struct Line {
     bytes: u64,
 }
 
-impl Surroundings for Line {
+impl Surroundings for BoardEnd {
     fn started(&mut self, board: &SimulatedBoard, _: bool) -> Result<()> {
         board.with_chip(self.on_start);
         Ok(())
