@@ -1,9 +1,9 @@
 //! Every scan plan in the emulator: stored before the start, or sent by a request.
 
 use super::requests::talk;
-use hal_mock::Sliding;
+use hal_mock::{Sliding, SlidingScene};
 use ridgetone_host::emulator::{self, Options};
-use ridgetone_host::input::{Input, Source};
+use ridgetone_host::input::{Again, Input, Opened, Source};
 use ridgetone_proto::command::{Command, Outcome};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::Settings;
@@ -55,6 +55,44 @@ fn each_plan_finds_its_tone_in_the_emulator() {
         assert_eq!((health.conversions_lost, health.hops_skipped, health.chip_restarts), (0, 0, 0), "{name}");
         assert!((health.frame_rate_hz / plan.frame_rate_hz() - 1.0).abs() < 1e-3, "{name}: {health:?}");
         assert!((health.supply_v - 5.0).abs() < 0.01, "{name}: {health:?}");
+    }
+}
+
+/// A minute of touches with the plan's default windows and four harmonics. The register model has the same in `cargo xtask test --all`.
+#[test]
+#[ignore = "takes five minutes in the emulator"]
+fn each_plan_loses_nothing_and_skips_no_hop_in_a_minute_of_the_emulator() {
+    let elf = emulator::image::find().expect("an image");
+    for (name, plan) in Plan::NAMED {
+        let settings = Settings::DEFAULT.with_plan(plan);
+        let scene = SlidingScene::new(scene(&plan)).expect("a scene");
+        let every_s = hal_mock::Scene::end_s(&scene);
+        let scene = Box::new(Again { scene, every_s, end_s: 60.0 });
+        let input = Opened { scene, end_s: 60.0, ..Opened::untouched() };
+        let (mut good, mut slides, mut loads, mut last) = (0, 0, Vec::new(), None);
+        let mut sink = |packet: &Packet| {
+            match &packet.event {
+                Event::Estimate(one) => good += u32::from(one.status == Status::Good),
+                Event::Slide(slide) => slides += u32::from(slide.end_us.is_some()),
+                Event::Health(health) => (last, _) = (Some(*health), loads.push(health.load)),
+                Event::Fault(fault) => panic!("{name}: {fault:?}"),
+                _ => {}
+            }
+            Ok(())
+        };
+        let options = Options { settings, ..Options::new(&elf) };
+        let outcome = emulator::run(input, options, &mut sink, &mut |_, _| {}).expect("a run");
+        assert_eq!((outcome.counts.missing, outcome.counts.damaged, outcome.chip.lost), (0, 0, 0), "{name}");
+        let health = last.expect("health");
+        let busiest = loads.iter().copied().fold(0.0, f32::max);
+        println!("{name}: {slides} slides, {good} good estimates, load {:.1} % in its busiest second", 100.0 * busiest);
+        assert_eq!(
+            (health.conversions_lost, health.hops_skipped, health.chip_restarts),
+            (0, 0, 0),
+            "{name}: {health:?}"
+        );
+        assert!(loads.len() > 50, "{name}: {} readings of health", loads.len());
+        assert!(slides >= (60.0 / every_s) as u32 - 1 && good >= slides, "{name}: {slides}, {good}");
     }
 }
 
