@@ -3,6 +3,8 @@
 mod common;
 #[path = "book/facts.rs"]
 mod facts;
+#[path = "book/words.rs"]
+mod words;
 
 use common::{directory, file, run, stdout, text};
 use pulldown_cmark::{CodeBlockKind, Event as Mark, Parser, Tag, TagEnd};
