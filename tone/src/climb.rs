@@ -60,14 +60,14 @@ pub fn least_squares(statistics: &Statistics, channels: &Channels) -> Values {
 }
 
 /// The log-likelihood of `width` channels, by the product of their residuals' shares of the squares, less the penalty for
-/// the unknowns of each.
-pub fn likelihood(frames: f32, width: usize, product: f32, unknowns: usize) -> f32 {
-    -0.5 * (frames - unknowns as f32).max(0.0) * ln(product) - 0.5 * ln(frames) * unknowns as f32 * width as f32
+/// the unknowns of each; `frames` and their logarithm.
+pub fn likelihood((frames, ln_frames): (f32, f32), width: usize, product: f32, unknowns: usize) -> f32 {
+    -0.5 * (frames - unknowns as f32).max(0.0) * ln(product) - 0.5 * ln_frames * unknowns as f32 * width as f32
 }
 
 /// The same of residuals.
 fn score(equations: &Equations, residuals: &Values, least: &Values, unknowns: usize) -> f32 {
-    let (frames, width) = (equations.frames, equations.width());
+    let (frames, width) = ((equations.frames, equations.ln_frames), equations.width());
     let mut sum = 0.0;
     // One logarithm for four: a residual is no less than a millionth of its squares, so f32 holds their product.
     for first in (0..width).step_by(4) {
@@ -290,7 +290,7 @@ impl Climber<'_, '_> {
                 model: Model { shape, score: score + expected },
                 baseline,
                 strongest,
-                penalty: 0.5 * ln(equations.frames) * unknowns,
+                penalty: 0.5 * equations.ln_frames * unknowns,
                 noise_ratio,
                 explains_all,
                 remainder: equations.solution.remainder(),
