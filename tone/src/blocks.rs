@@ -9,6 +9,7 @@ use crate::limits::{BLOCKS_MAX, CHANNELS_MAX, LINES_MAX, PIECES_MAX, POINTS_MAX}
 use crate::phase::{cos_sin, from_turns};
 use crate::source::{Overwritten, Values};
 use crate::statistics::{Channels, Statistics};
+use core::ops::Range;
 
 /// Functions of the local basis.
 pub const LOCAL: usize = 2 + 2 * LINES_MAX;
@@ -294,10 +295,13 @@ impl Blocks {
             shift = shift.next(&step);
         }
         span.blocks(&pass.statistics.offset, &mut |block| {
+            if !in_time {
+                return self.add_along(&block, &abscissa.block(block.first, frames), pass);
+            }
             let chunks = block.values.as_chunks::<HALF>().0.as_chunks::<2>().0;
             for (start, halves) in (0..BLOCK).step_by(2 * HALF).zip(chunks) {
                 let first_frame = block.first + start as u32;
-                let number = if in_time { (first_frame / pass.frames_per_block.max(1)) as usize } else { 0 };
+                let number = (first_frame / pass.frames_per_block.max(1)) as usize;
                 if number >= BLOCKS_MAX {
                     continue;
                 }
@@ -306,17 +310,12 @@ impl Blocks {
                 let is_whole = number < pass.whole_blocks;
                 let valid = block.valid.get(start..start + chunk as usize).unwrap_or_default();
                 let missing = if block.complete { 0 } else { valid.iter().filter(|valid| **valid == 0).count() };
-                // Along a path, and where most are missing, frame by frame; else a frame that is missing has a value as any
-                // other, and is taken out again.
-                let is_sparse = !in_time || !is_whole && missing > HALF;
+                // Where most are missing, frame by frame; else a frame that is missing has a value as any other, and is taken out
+                // again.
+                let is_sparse = !is_whole && missing > HALF;
                 if is_sparse || missing > 0 {
-                    let weight = if is_sparse { 1.0 } else { -1.0 };
                     let u = abscissa.block(block.first, frames);
-                    for i in (start..start + chunk as usize).map(|i| i % BLOCK) {
-                        if (block.valid[i] != 0) == is_sparse {
-                            self.add_frame(&block, i, number, in_time, (u[i], weight), pass);
-                        }
-                    }
+                    self.add_frames(&block, start..start + chunk as usize, number, (&u, is_sparse), pass);
                 }
                 if is_sparse {
                     continue;
@@ -333,54 +332,89 @@ impl Blocks {
         })
     }
 
-    /// Adds one frame with a weight to block `number`, or along a path to that of its place.
+    /// Adds frames along a path, each to the block of its place: those that follow each other are mostly in the same one.
     #[inline(never)]
-    fn add_frame(
+    fn add_along(&mut self, block: &Block, u: &[f32; BLOCK], pass: &Pass) {
+        let count = self.count;
+        let number = |i: usize| neighbours(u[i % BLOCK], count);
+        let mut from = 0;
+        while from < BLOCK {
+            let (own, mut to) = (number(from), from + 1);
+            while to < BLOCK && number(to) == own {
+                to += 1;
+            }
+            self.add_frames(block, from..to, own, (u, true), pass);
+            from = to;
+        }
+    }
+
+    /// Adds those of some frames to block `number` that are there, or takes those out that are not there: by fours, as far as these
+    /// have any.
+    #[inline(never)]
+    fn add_frames(
         &mut self,
         block: &Block,
-        i: usize,
+        frames: Range<usize>,
         number: usize,
-        in_time: bool,
-        (u, weight): (f32, f32),
+        (u, are_there): (&[f32; BLOCK], bool),
         pass: &Pass,
     ) {
-        let (i, number) = (i % BLOCK, if in_time { number } else { neighbours(u, self.count) } % BLOCKS_MAX);
-        let (mut basis, distance, size) = ([0.0; LOCAL], u - self.u[number], 2 + 2 * pass.lines);
-        (basis[0], basis[1]) = (1.0, distance);
-        for ([cos, sin], nu) in basis.as_chunks_mut::<2>().0.iter_mut().skip(1).zip(&pass.nu).take(pass.lines) {
-            (*cos, *sin) = cos_sin(from_turns(nu * distance));
-        }
+        let (number, pairs) = (number % BLOCKS_MAX, 1 + pass.lines);
+        let weight = if are_there { 1.0 } else { -1.0 };
         if number < self.alike as usize {
             // Without a frame it is no longer as the others.
             let like = self.products[0];
             self.products.iter_mut().take(self.alike as usize).for_each(|products| *products = like);
             self.alike = 0;
         }
-        let mut products = &mut self.products[number][..];
-        for (row, factor) in basis.iter().enumerate().take(size) {
-            let factor = weight * factor;
-            let (own, others) = products.split_at_mut((row + 1).min(products.len()));
-            own.iter_mut().zip(&basis).for_each(|(product, column)| *product += factor * column);
-            products = others;
-        }
         let Statistics { offset, slope, scale, .. } = pass.statistics;
-        let mut weighted = [0.0; CHANNELS_MAX];
-        let channels = self.order.iter().zip(&mut self.squares).zip(&mut weighted);
-        for ((channel, squares), weighted) in channels.take(self.width) {
-            let c = *channel as usize % CHANNELS_MAX;
-            let value = (block.values[i][c] - offset[c] - slope[c] * u) * scale[c];
-            *weighted = weight * value;
-            *squares += *weighted * value;
-        }
-        // By fours: what is behind the channels adds zeros.
-        let fours = self.width.div_ceil(4);
-        for (row, factor) in self.rows[number].iter_mut().zip(&basis).take(size) {
-            let row = row.as_chunks_mut::<4>().0.iter_mut().zip(weighted.as_chunks::<4>().0);
-            for (sums, values) in row.take(fours) {
-                sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += factor * value);
+        let fours = block.values.as_chunks::<FOUR>().0.iter().zip(u.as_chunks::<FOUR>().0);
+        for (((values, u), valid), first) in fours.zip(block.valid.as_chunks::<FOUR>().0).zip((0..).step_by(FOUR)) {
+            let is_in = |i: &usize| frames.contains(&(first + i)) && (valid[i % FOUR] != 0) == are_there;
+            if !(0..FOUR).any(|i| is_in(&i)) {
+                continue;
+            }
+            // Zeros where a frame is not one of them.
+            let mut basis = [[[0.0; FOUR]; 2]; LOCAL / 2];
+            for i in (0..FOUR).filter(is_in) {
+                let distance = u[i] - self.u[number];
+                let [[ones, distances], waves @ ..] = &mut basis;
+                (ones[i], distances[i]) = (1.0, distance);
+                for ([cos, sin], nu) in waves.iter_mut().zip(&pass.nu).take(pass.lines) {
+                    (cos[i], sin[i]) = cos_sin(from_turns(nu * distance));
+                }
+            }
+            let weights = basis[0][0].map(|one| weight * one);
+            let mut products = &mut self.products[number][..];
+            for (row, factors) in basis.as_flattened().iter().enumerate().take(2 * pairs) {
+                let (own, others) = products.split_at_mut((row + 1).min(products.len()));
+                let factors = factors.map(|factor| weight * factor);
+                own.iter_mut().zip(basis.as_flattened()).for_each(|(product, with)| add_four(product, with, &factors));
+                products = others;
+            }
+            let rows = &mut self.rows[number].as_chunks_mut::<2>().0;
+            for (k, (channel, squares)) in self.order.iter().zip(&mut self.squares).enumerate().take(self.width) {
+                let (c, k) = (*channel as usize % CHANNELS_MAX, k % CHANNELS_MAX);
+                let (offset, slope, scale) = (offset[c], slope[c], scale[c]);
+                let values: [f32; FOUR] = core::array::from_fn(|i| (values[i][c] - offset - slope * u[i]) * scale);
+                let weighted: [f32; FOUR] = core::array::from_fn(|i| weights[i] * values[i]);
+                add_four(squares, &values, &weighted);
+                for ([one, other], [with_one, with_other]) in rows.iter_mut().zip(&basis).take(pairs) {
+                    add_four(&mut one[k], with_one, &weighted);
+                    add_four(&mut other[k], with_other, &weighted);
+                }
             }
         }
     }
+}
+
+/// Frames whose values stay in registers.
+const FOUR: usize = 4;
+
+/// Adds the product of two series.
+#[inline(always)]
+fn add_four(to: &mut f32, a: &[f32; FOUR], b: &[f32; FOUR]) {
+    *to += (a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3]);
 }
 
 /// Adds the products of a complete chunk.
