@@ -465,7 +465,7 @@ fn add_channel<const HALF: usize>(
     let zero = offset + slope[c] * u;
     let (rest, slope) = ((slope[c] * u - (zero - offset)) * scale, slope[c] * scale);
     let (mut even, mut odd) = ([0.0; HALF], [0.0; HALF]);
-    let (mut sum, mut along, mut squares) = (0.0, 0.0, 0.0);
+    let (mut sum, mut along, mut squares, mut odd_squares) = (0.0, 0.0, 0.0, 0.0);
     for i in 0..HALF {
         let (after, before) = ((after[i][c] - zero) * scale, (before[HALF - 1 - i][c] - zero) * scale);
         (even[i], odd[i]) = (after + before, after - before);
@@ -475,9 +475,10 @@ fn add_channel<const HALF: usize>(
         sum += even[i];
         along += odd[i] * centred.distance[i];
         // Of the sum and the difference, which are in registers anyway: twice those of both values.
-        squares += even[i] * even[i] + odd[i] * odd[i];
+        squares += even[i] * even[i];
+        odd_squares += odd[i] * odd[i];
     }
-    squares *= 0.5;
+    squares = 0.5 * (squares + odd_squares);
     let (count, spread) = (2.0 * HALF as f32, centred.products[product(1, 1)]);
     squares += rest * (count * rest - 2.0 * sum) + slope * (slope * spread - 2.0 * along);
     (sum, along) = (sum - count * rest, along - slope * spread);
