@@ -158,7 +158,9 @@ struct Pass<'p> {
     lines: usize,
     step: f32,
     frames_per_block: u32,
-    /// In time: those of which all frames are there.
+    /// Frame by frame: along a path, and in windows that are too short for chunks.
+    is_by_frame: bool,
+    /// Of chunks: those blocks of which all frames are there.
     whole_blocks: usize,
     /// `u` of frame 0.
     start: f32,
@@ -240,13 +242,15 @@ impl Blocks {
         let abscissa = span.abscissa();
         // Along a path, which may turn back, a block is not of frames that follow each other but of neighbours.
         self.count = if span.is_in_time() { span.frames.div_ceil(frames_per_block) as usize } else { most };
-        let whole_blocks = if span.is_in_time() { (span.frames / frames_per_block) as usize } else { 0 };
+        let is_by_frame = !span.is_in_time() || chunk == 2;
+        let whole_blocks = if is_by_frame { 0 } else { (span.frames / frames_per_block) as usize };
         let pass = Pass {
             statistics,
             nu,
             lines: line_count,
             step: abscissa.step().unwrap_or(0.0),
             frames_per_block,
+            is_by_frame,
             whole_blocks,
             start: abscissa.u(0),
         };
@@ -273,8 +277,7 @@ impl Blocks {
             };
         }
         match chunk {
-            2 => self.pass::<1>(span, &pass),
-            4 => self.pass::<2>(span, &pass),
+            2 | 4 => self.pass::<2>(span, &pass),
             8 => self.pass::<4>(span, &pass),
             _ => self.pass::<8>(span, &pass),
         }
@@ -283,7 +286,7 @@ impl Blocks {
     fn pass<const HALF: usize>(&mut self, span: &mut FrameSpan, pass: &Pass) -> Result<(), Overwritten> {
         let mut centred = Centred::<HALF>::NONE;
         centred.fill(&pass.nu, pass.lines, pass.step);
-        let (abscissa, frames, in_time) = (span.abscissa(), span.frames, span.is_in_time());
+        let (abscissa, frames) = (span.abscissa(), span.frames);
         let chunk = 2 * HALF as u32;
         let step = Shift::new(&pass.nu, pass.step * chunk as f32);
         let first = Shift::new(&pass.nu, -0.5 * pass.step * (pass.frames_per_block - chunk) as f32);
@@ -295,8 +298,8 @@ impl Blocks {
             shift = shift.next(&step);
         }
         span.blocks(&pass.statistics.offset, &mut |block| {
-            if !in_time {
-                return self.add_along(&block, &abscissa.block(block.first, frames), pass);
+            if pass.is_by_frame {
+                return self.add_by_frame(&block, &abscissa.block(block.first, frames), pass);
             }
             let chunks = block.values.as_chunks::<HALF>().0.as_chunks::<2>().0;
             for (start, halves) in (0..BLOCK).step_by(2 * HALF).zip(chunks) {
@@ -332,11 +335,14 @@ impl Blocks {
         })
     }
 
-    /// Adds frames along a path, each to the block of its place: those that follow each other are mostly in the same one.
+    /// Adds each frame to the block of its place: those that follow each other are mostly in the same one.
     #[inline(never)]
-    fn add_along(&mut self, block: &Block, u: &[f32; BLOCK], pass: &Pass) {
+    fn add_by_frame(&mut self, block: &Block, u: &[f32; BLOCK], pass: &Pass) {
         let count = self.count;
-        let number = |i: usize| neighbours(u[i % BLOCK], count);
+        // Only along a path there is no step.
+        let (in_time, first, by) = (pass.step > 0.0, block.first, pass.frames_per_block.max(1));
+        let number =
+            |i: usize| if in_time { ((first + i as u32) / by) as usize } else { neighbours(u[i % BLOCK], count) };
         let mut from = 0;
         while from < BLOCK {
             let (own, mut to) = (number(from), from + 1);
@@ -376,7 +382,7 @@ impl Blocks {
             }
             // Zeros where a frame is not one of them.
             let mut basis = [[[0.0; FOUR]; 2]; LOCAL / 2];
-            for i in (0..FOUR).filter(is_in) {
+            for i in (0..FOUR).filter(is_in).map(|i| i % FOUR) {
                 let distance = u[i] - self.u[number];
                 let [[ones, distances], waves @ ..] = &mut basis;
                 (ones[i], distances[i]) = (1.0, distance);

@@ -275,7 +275,7 @@ impl Sums<'_> {
         let within = self.piece_frames.clamp(1, BLOCK);
         for c in 0..CHANNELS_MAX {
             let (zero, scale) = (self.zero[c], self.scale[c]);
-            let (mut sum, mut squares, mut other_squares, mut third_squares) = (0.0, 0.0, 0.0, 0.0);
+            let (mut sum, mut squares, mut third_squares) = (0.0, 0.0, 0.0);
             let (mut thirds, mut most) = (0.0, self.third_most[c]);
             let mut quads = [0.0; BLOCK / QUAD];
             // The channel's values from one address on: each frame's has a constant distance from it.
@@ -286,11 +286,7 @@ impl Sums<'_> {
                     [0, 1, 2, 3].map(|i: usize| (values[(QUAD * q + i) % BLOCK * CHANNELS_MAX] - zero) * scale);
                 *quad = (a + b) + (c + d);
                 sum += *quad;
-                // Two sums side by side: one instruction a square.
-                squares += a * a;
-                other_squares += b * b;
-                squares += c * c;
-                other_squares += d * d;
+                squares = squares + a * a + b * b + c * c + d * d;
                 let third = full * ((d - a) - 3.0 * (c - b));
                 third_squares += third * third;
                 let third = third.abs();
@@ -298,7 +294,7 @@ impl Sums<'_> {
                 most = if third > most { third } else { most };
             }
             self.y[c] += sum;
-            self.squares[c] += squares + other_squares;
+            self.squares[c] += squares;
             self.third_squares[c] += third_squares;
             self.third[c] += thirds;
             self.third_most[c] = most;
