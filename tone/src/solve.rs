@@ -6,7 +6,6 @@ use crate::curves::curves;
 use crate::limits::{BLOCKS_MAX, CHANNELS_MAX, CURVES_MAX, HARMONICS_MAX, LINES_MAX, UNKNOWNS_MAX};
 use crate::normal::{Matrix, Normal, Rows, dot, subtract};
 use crate::phase::{cos_sin, from_turns};
-use crate::significance::ln;
 use crate::source::Values;
 use crate::statistics::{Channels, Statistics};
 use core::f32::consts::PI;
@@ -76,8 +75,6 @@ pub struct Equations {
     lines: usize,
     width: usize,
     pub frames: f32,
-    /// Their logarithm, which every score has.
-    pub ln_frames: f32,
     /// Products of level, slope, lines, and curves; the lower triangle.
     products: Matrix,
     rows: Rows,
@@ -125,7 +122,6 @@ impl Equations {
         lines: 0,
         width: 0,
         frames: 0.0,
-        ln_frames: 0.0,
         products: [[0.0; UNKNOWNS_MAX]; UNKNOWNS_MAX],
         rows: [[0.0; CHANNELS_MAX]; UNKNOWNS_MAX],
         u_products: [[0.0; UNKNOWNS_MAX]; WAVES],
@@ -155,7 +151,6 @@ impl Equations {
         for b in 0..blocks.count.min(BLOCKS_MAX) {
             self.add(blocks.u[b], blocks.products(b), &blocks.rows[b], &all, curves);
         }
-        self.ln_frames = ln(self.frames);
     }
 
     #[inline(never)]
