@@ -289,7 +289,7 @@ impl Blocks {
         let (abscissa, frames) = (span.abscissa(), span.frames);
         let chunk = 2 * HALF as u32;
         let step = Shift::new(&pass.nu, pass.step * chunk as f32);
-        let first = Shift::new(&pass.nu, -0.5 * pass.step * (pass.frames_per_block - chunk) as f32);
+        let first = Shift::new(&pass.nu, -0.5 * pass.step * pass.frames_per_block.saturating_sub(chunk) as f32);
         let mut shift = first;
         // Of a block whose frames are all there the products are those of any other.
         let chunks_of_first = if self.alike > 0 { pass.frames_per_block / chunk } else { 0 };
