@@ -9,6 +9,7 @@ use crate::limits::{BLOCKS_MAX, CHANNELS_MAX, LINES_MAX, PIECES_MAX, POINTS_MAX}
 use crate::phase::{cos_sin, from_turns};
 use crate::source::{Overwritten, Values};
 use crate::statistics::{Channels, Statistics};
+use core::ops::Range;
 
 /// Functions of the local basis.
 pub const LOCAL: usize = 2 + 2 * LINES_MAX;
@@ -157,7 +158,9 @@ struct Pass<'p> {
     lines: usize,
     step: f32,
     frames_per_block: u32,
-    /// In time: those of which all frames are there.
+    /// Frame by frame: along a path, and in windows that are too short for chunks.
+    is_by_frame: bool,
+    /// Of chunks: those blocks of which all frames are there.
     whole_blocks: usize,
     /// `u` of frame 0.
     start: f32,
@@ -239,13 +242,15 @@ impl Blocks {
         let abscissa = span.abscissa();
         // Along a path, which may turn back, a block is not of frames that follow each other but of neighbours.
         self.count = if span.is_in_time() { span.frames.div_ceil(frames_per_block) as usize } else { most };
-        let whole_blocks = if span.is_in_time() { (span.frames / frames_per_block) as usize } else { 0 };
+        let is_by_frame = !span.is_in_time() || chunk == 2;
+        let whole_blocks = if is_by_frame { 0 } else { (span.frames / frames_per_block) as usize };
         let pass = Pass {
             statistics,
             nu,
             lines: line_count,
             step: abscissa.step().unwrap_or(0.0),
             frames_per_block,
+            is_by_frame,
             whole_blocks,
             start: abscissa.u(0),
         };
@@ -272,8 +277,7 @@ impl Blocks {
             };
         }
         match chunk {
-            2 => self.pass::<1>(span, &pass),
-            4 => self.pass::<2>(span, &pass),
+            2 | 4 => self.pass::<2>(span, &pass),
             8 => self.pass::<4>(span, &pass),
             _ => self.pass::<8>(span, &pass),
         }
@@ -282,10 +286,10 @@ impl Blocks {
     fn pass<const HALF: usize>(&mut self, span: &mut FrameSpan, pass: &Pass) -> Result<(), Overwritten> {
         let mut centred = Centred::<HALF>::NONE;
         centred.fill(&pass.nu, pass.lines, pass.step);
-        let (abscissa, frames, in_time) = (span.abscissa(), span.frames, span.is_in_time());
+        let (abscissa, frames) = (span.abscissa(), span.frames);
         let chunk = 2 * HALF as u32;
         let step = Shift::new(&pass.nu, pass.step * chunk as f32);
-        let first = Shift::new(&pass.nu, -0.5 * pass.step * (pass.frames_per_block - chunk) as f32);
+        let first = Shift::new(&pass.nu, -0.5 * pass.step * pass.frames_per_block.saturating_sub(chunk) as f32);
         let mut shift = first;
         // Of a block whose frames are all there the products are those of any other.
         let chunks_of_first = if self.alike > 0 { pass.frames_per_block / chunk } else { 0 };
@@ -294,10 +298,13 @@ impl Blocks {
             shift = shift.next(&step);
         }
         span.blocks(&pass.statistics.offset, &mut |block| {
+            if pass.is_by_frame {
+                return self.add_by_frame(&block, &abscissa.block(block.first, frames), pass);
+            }
             let chunks = block.values.as_chunks::<HALF>().0.as_chunks::<2>().0;
             for (start, halves) in (0..BLOCK).step_by(2 * HALF).zip(chunks) {
                 let first_frame = block.first + start as u32;
-                let number = if in_time { (first_frame / pass.frames_per_block.max(1)) as usize } else { 0 };
+                let number = (first_frame / pass.frames_per_block.max(1)) as usize;
                 if number >= BLOCKS_MAX {
                     continue;
                 }
@@ -306,17 +313,12 @@ impl Blocks {
                 let is_whole = number < pass.whole_blocks;
                 let valid = block.valid.get(start..start + chunk as usize).unwrap_or_default();
                 let missing = if block.complete { 0 } else { valid.iter().filter(|valid| **valid == 0).count() };
-                // Along a path, and where most are missing, frame by frame; else a frame that is missing has a value as any
-                // other, and is taken out again.
-                let is_sparse = !in_time || !is_whole && missing > HALF;
+                // Where most are missing, frame by frame; else a frame that is missing has a value as any other, and is taken out
+                // again.
+                let is_sparse = !is_whole && missing > HALF;
                 if is_sparse || missing > 0 {
-                    let weight = if is_sparse { 1.0 } else { -1.0 };
                     let u = abscissa.block(block.first, frames);
-                    for i in (start..start + chunk as usize).map(|i| i % BLOCK) {
-                        if (block.valid[i] != 0) == is_sparse {
-                            self.add_frame(&block, i, number, in_time, (u[i], weight), pass);
-                        }
-                    }
+                    self.add_frames(&block, start..start + chunk as usize, number, (&u, is_sparse), pass);
                 }
                 if is_sparse {
                     continue;
@@ -333,54 +335,92 @@ impl Blocks {
         })
     }
 
-    /// Adds one frame with a weight to block `number`, or along a path to that of its place.
+    /// Adds each frame to the block of its place: those that follow each other are mostly in the same one.
     #[inline(never)]
-    fn add_frame(
+    fn add_by_frame(&mut self, block: &Block, u: &[f32; BLOCK], pass: &Pass) {
+        let count = self.count;
+        // Only along a path there is no step.
+        let (in_time, first, by) = (pass.step > 0.0, block.first, pass.frames_per_block.max(1));
+        let number =
+            |i: usize| if in_time { ((first + i as u32) / by) as usize } else { neighbours(u[i % BLOCK], count) };
+        let mut from = 0;
+        while from < BLOCK {
+            let (own, mut to) = (number(from), from + 1);
+            while to < BLOCK && number(to) == own {
+                to += 1;
+            }
+            self.add_frames(block, from..to, own, (u, true), pass);
+            from = to;
+        }
+    }
+
+    /// Adds those of some frames to block `number` that are there, or takes those out that are not there: by fours, as far as these
+    /// have any.
+    #[inline(never)]
+    fn add_frames(
         &mut self,
         block: &Block,
-        i: usize,
+        frames: Range<usize>,
         number: usize,
-        in_time: bool,
-        (u, weight): (f32, f32),
+        (u, are_there): (&[f32; BLOCK], bool),
         pass: &Pass,
     ) {
-        let (i, number) = (i % BLOCK, if in_time { number } else { neighbours(u, self.count) } % BLOCKS_MAX);
-        let (mut basis, distance, size) = ([0.0; LOCAL], u - self.u[number], 2 + 2 * pass.lines);
-        (basis[0], basis[1]) = (1.0, distance);
-        for ([cos, sin], nu) in basis.as_chunks_mut::<2>().0.iter_mut().skip(1).zip(&pass.nu).take(pass.lines) {
-            (*cos, *sin) = cos_sin(from_turns(nu * distance));
-        }
+        let (number, pairs) = (number % BLOCKS_MAX, 1 + pass.lines);
+        let weight = if are_there { 1.0 } else { -1.0 };
         if number < self.alike as usize {
             // Without a frame it is no longer as the others.
             let like = self.products[0];
             self.products.iter_mut().take(self.alike as usize).for_each(|products| *products = like);
             self.alike = 0;
         }
-        let mut products = &mut self.products[number][..];
-        for (row, factor) in basis.iter().enumerate().take(size) {
-            let factor = weight * factor;
-            let (own, others) = products.split_at_mut((row + 1).min(products.len()));
-            own.iter_mut().zip(&basis).for_each(|(product, column)| *product += factor * column);
-            products = others;
-        }
         let Statistics { offset, slope, scale, .. } = pass.statistics;
-        let mut weighted = [0.0; CHANNELS_MAX];
-        let channels = self.order.iter().zip(&mut self.squares).zip(&mut weighted);
-        for ((channel, squares), weighted) in channels.take(self.width) {
-            let c = *channel as usize % CHANNELS_MAX;
-            let value = (block.values[i][c] - offset[c] - slope[c] * u) * scale[c];
-            *weighted = weight * value;
-            *squares += *weighted * value;
-        }
-        // By fours: what is behind the channels adds zeros.
-        let fours = self.width.div_ceil(4);
-        for (row, factor) in self.rows[number].iter_mut().zip(&basis).take(size) {
-            let row = row.as_chunks_mut::<4>().0.iter_mut().zip(weighted.as_chunks::<4>().0);
-            for (sums, values) in row.take(fours) {
-                sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += factor * value);
+        let fours = block.values.as_chunks::<FOUR>().0.iter().zip(u.as_chunks::<FOUR>().0);
+        for (((values, u), valid), first) in fours.zip(block.valid.as_chunks::<FOUR>().0).zip((0..).step_by(FOUR)) {
+            let is_in = |i: &usize| frames.contains(&(first + i)) && (valid[i % FOUR] != 0) == are_there;
+            if !(0..FOUR).any(|i| is_in(&i)) {
+                continue;
+            }
+            // Zeros where a frame is not one of them.
+            let mut basis = [[[0.0; FOUR]; 2]; LOCAL / 2];
+            for i in (0..FOUR).filter(is_in).map(|i| i % FOUR) {
+                let distance = u[i] - self.u[number];
+                let [[ones, distances], waves @ ..] = &mut basis;
+                (ones[i], distances[i]) = (1.0, distance);
+                for ([cos, sin], nu) in waves.iter_mut().zip(&pass.nu).take(pass.lines) {
+                    (cos[i], sin[i]) = cos_sin(from_turns(nu * distance));
+                }
+            }
+            let weights = basis[0][0].map(|one| weight * one);
+            let mut products = &mut self.products[number][..];
+            for (row, factors) in basis.as_flattened().iter().enumerate().take(2 * pairs) {
+                let (own, others) = products.split_at_mut((row + 1).min(products.len()));
+                let factors = factors.map(|factor| weight * factor);
+                own.iter_mut().zip(basis.as_flattened()).for_each(|(product, with)| add_four(product, with, &factors));
+                products = others;
+            }
+            let rows = &mut self.rows[number].as_chunks_mut::<2>().0;
+            for (k, (channel, squares)) in self.order.iter().zip(&mut self.squares).enumerate().take(self.width) {
+                let (c, k) = (*channel as usize % CHANNELS_MAX, k % CHANNELS_MAX);
+                let (offset, slope, scale) = (offset[c], slope[c], scale[c]);
+                let values: [f32; FOUR] = core::array::from_fn(|i| (values[i][c] - offset - slope * u[i]) * scale);
+                let weighted: [f32; FOUR] = core::array::from_fn(|i| weights[i] * values[i]);
+                add_four(squares, &values, &weighted);
+                for ([one, other], [with_one, with_other]) in rows.iter_mut().zip(&basis).take(pairs) {
+                    add_four(&mut one[k], with_one, &weighted);
+                    add_four(&mut other[k], with_other, &weighted);
+                }
             }
         }
     }
+}
+
+/// Frames whose values stay in registers.
+const FOUR: usize = 4;
+
+/// Adds the product of two series.
+#[inline(always)]
+fn add_four(to: &mut f32, a: &[f32; FOUR], b: &[f32; FOUR]) {
+    *to += (a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3]);
 }
 
 /// Adds the products of a complete chunk.
@@ -431,7 +471,7 @@ fn add_channel<const HALF: usize>(
     let zero = offset + slope[c] * u;
     let (rest, slope) = ((slope[c] * u - (zero - offset)) * scale, slope[c] * scale);
     let (mut even, mut odd) = ([0.0; HALF], [0.0; HALF]);
-    let (mut sum, mut along, mut squares) = (0.0, 0.0, 0.0);
+    let (mut sum, mut along, mut squares, mut odd_squares) = (0.0, 0.0, 0.0, 0.0);
     for i in 0..HALF {
         let (after, before) = ((after[i][c] - zero) * scale, (before[HALF - 1 - i][c] - zero) * scale);
         (even[i], odd[i]) = (after + before, after - before);
@@ -441,9 +481,10 @@ fn add_channel<const HALF: usize>(
         sum += even[i];
         along += odd[i] * centred.distance[i];
         // Of the sum and the difference, which are in registers anyway: twice those of both values.
-        squares += even[i] * even[i] + odd[i] * odd[i];
+        squares += even[i] * even[i];
+        odd_squares += odd[i] * odd[i];
     }
-    squares *= 0.5;
+    squares = 0.5 * (squares + odd_squares);
     let (count, spread) = (2.0 * HALF as f32, centred.products[product(1, 1)]);
     squares += rest * (count * rest - 2.0 * sum) + slope * (slope * spread - 2.0 * along);
     (sum, along) = (sum - count * rest, along - slope * spread);

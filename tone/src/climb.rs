@@ -60,14 +60,14 @@ pub fn least_squares(statistics: &Statistics, channels: &Channels) -> Values {
 }
 
 /// The log-likelihood of `width` channels, by the product of their residuals' shares of the squares, less the penalty for
-/// the unknowns of each.
-pub fn likelihood(frames: f32, width: usize, product: f32, unknowns: usize) -> f32 {
-    -0.5 * (frames - unknowns as f32).max(0.0) * ln(product) - 0.5 * ln(frames) * unknowns as f32 * width as f32
+/// the unknowns of each; `frames` and their logarithm.
+pub fn likelihood((frames, ln_frames): (f32, f32), width: usize, product: f32, unknowns: usize) -> f32 {
+    -0.5 * (frames - unknowns as f32).max(0.0) * ln(product) - 0.5 * ln_frames * unknowns as f32 * width as f32
 }
 
 /// The same of residuals.
-fn score(equations: &Equations, residuals: &Values, least: &Values, unknowns: usize) -> f32 {
-    let (frames, width) = (equations.frames, equations.width());
+fn score(equations: &Equations, ln_frames: f32, residuals: &Values, least: &Values, unknowns: usize) -> f32 {
+    let (frames, width) = ((equations.frames, ln_frames), equations.width());
     let mut sum = 0.0;
     // One logarithm for four: a residual is no less than a millionth of its squares, so f32 holds their product.
     for first in (0..width).step_by(4) {
@@ -88,9 +88,10 @@ fn choose(equations: &mut Equations, least: &Values, lines: &Lines, curved: bool
     let none = Model { shape: Shape::default(), score: f32::NEG_INFINITY };
     let (mut best, mut baseline) = (None, none);
     let curves = if curved { CURVES_MAX } else { 0 };
+    let ln_frames = ln(equations.frames);
     let shape = Shape { harmonics: lines.harmonics, curves, interferer: lines.interferer.is_some() };
     equations.residuals(shape, &mut |equations, shape, residuals| {
-        let model = Model { shape, score: score(equations, residuals, least, shape.unknowns()) };
+        let model = Model { shape, score: score(equations, ln_frames, residuals, least, shape.unknowns()) };
         if shape.harmonics == 0 {
             if model.score > baseline.score {
                 baseline = model;
@@ -251,8 +252,8 @@ impl Climber<'_, '_> {
             if equations.solve(shape, &least).is_none() {
                 return Ok(None);
             }
-            let solution = &equations.solution;
-            let score = score(equations, &solution.residual_squares, &least, shape.unknowns());
+            let (solution, ln_frames) = (&equations.solution, ln(equations.frames));
+            let score = score(equations, ln_frames, &solution.residual_squares, &least, shape.unknowns());
             let expected = -0.5 * solution.frames * solution.width as f32 * ln(1.0 - taken(solution));
             // Where the shape changes on the way, the first steps promise too little.
             let is_known = 2.0 * nu >= CYCLES_FEW || step >= STEPS_FEW;
@@ -290,7 +291,7 @@ impl Climber<'_, '_> {
                 model: Model { shape, score: score + expected },
                 baseline,
                 strongest,
-                penalty: 0.5 * ln(equations.frames) * unknowns,
+                penalty: 0.5 * ln_frames * unknowns,
                 noise_ratio,
                 explains_all,
                 remainder: equations.solution.remainder(),

@@ -10,6 +10,7 @@ use crate::curves::curves;
 use crate::limits::{CANDIDATES_MAX, CHANNELS_MAX, CURVES_MAX, HARMONICS_MAX, PIECES_MAX};
 use crate::models::{Models, SIDES, SIZE};
 use crate::phase::{cos_sin, from_turns};
+use crate::significance::ln;
 use crate::source::Values;
 use crate::spectrum::CHANNELS;
 use crate::statistics::{Channels, Statistics};
@@ -56,6 +57,8 @@ pub struct Grid<'g> {
     folded: &'g mut [Folded],
     rows: usize,
     pieces: f32,
+    /// Their logarithm.
+    ln_pieces: f32,
     /// `u` from one piece to the next.
     step: f32,
     width: usize,
@@ -78,6 +81,7 @@ impl<'g> Grid<'g> {
             folded,
             rows: 0,
             pieces: 0.0,
+            ln_pieces: 0.0,
             step: 0.0,
             width: 0,
             inverse_squares: [0.0; CHANNELS],
@@ -101,6 +105,7 @@ impl<'g> Grid<'g> {
     ) {
         let count = pieces.len().min(PIECES_MAX).min(2 * self.folded.len());
         (self.rows, self.pieces, self.step) = (count.div_ceil(2), count as f32, statistics.piece_step);
+        self.ln_pieces = ln(self.pieces);
         self.width = channels.list().len().min(CHANNELS);
         (self.harmonics, self.interferer, self.baseline) = (harmonics, interferer, f32::NEG_INFINITY);
         let mut units = [(0, 0.0); CHANNELS];
@@ -263,7 +268,7 @@ impl<'g> Grid<'g> {
     fn score(&self, models: &Models) -> f32 {
         let (mut best, mut unknowns) = (f32::NEG_INFINITY, 2 * models.size);
         models.residuals(&self.curves, &self.inverse_squares, &mut |product| {
-            let score = likelihood(self.pieces, self.width, product, unknowns);
+            let score = likelihood((self.pieces, self.ln_pieces), self.width, product, unknowns);
             best = if score > best { score } else { best };
             unknowns += 1;
         });

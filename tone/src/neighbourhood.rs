@@ -75,7 +75,7 @@ struct Series<'s> {
 pub fn neighbourhood(blocks: &Blocks, solution: &Solution, is_shared_wanted: bool) -> Neighbourhood {
     let mut covariance = [[0.0; CHANNELS_MAX]; CHANNELS_MAX];
     let mut series = Series::new(&mut covariance, is_shared_wanted);
-    series.fill(blocks, solution);
+    series.fill(blocks, solution, false);
     series.end(blocks.u.get(..blocks.count).unwrap_or(&blocks.u), solution)
 }
 
@@ -84,7 +84,7 @@ pub fn neighbourhood(blocks: &Blocks, solution: &Solution, is_shared_wanted: boo
 pub fn covariance(blocks: &Blocks, solution: &Solution, covariance: &mut Covariance, roots: &mut Values) -> usize {
     *covariance = [[0.0; CHANNELS_MAX]; CHANNELS_MAX];
     let mut series = Series::new(covariance, true);
-    series.fill(blocks, solution);
+    series.fill(blocks, solution, true);
     *roots = series.roots;
     series.main
 }
@@ -108,10 +108,11 @@ impl<'s> Series<'s> {
         }
     }
 
+    /// On request without harmonics beside the main one: a covariance is of that alone.
     #[inline(never)]
-    fn fill(&mut self, blocks: &Blocks, solution: &Solution) {
+    fn fill(&mut self, blocks: &Blocks, solution: &Solution, is_main_alone: bool) {
         self.roots = solution.weights.map(libm::sqrtf);
-        self.begin(solution);
+        self.begin(solution, is_main_alone);
         for b in 0..blocks.count.min(BLOCKS_MAX) {
             self.add(blocks, b, solution);
         }
@@ -123,7 +124,7 @@ impl<'s> Series<'s> {
     }
 
     #[inline(never)]
-    fn begin(&mut self, solution: &Solution) {
+    fn begin(&mut self, solution: &Solution, is_main_alone: bool) {
         let information = &solution.line_information;
         let lines = solution.shape.harmonics.min(HARMONICS_MAX);
         let mut most = 0.0;
@@ -136,7 +137,7 @@ impl<'s> Series<'s> {
         let least = INFORMATION_SHARE_MIN * information[self.main % HARMONICS_MAX];
         for wave in 0..2 * lines {
             let h = wave / 2 % HARMONICS_MAX;
-            if information[h] <= least && h != self.main {
+            if h != self.main && (is_main_alone || information[h] <= least) {
                 continue;
             }
             let (factor, amplitudes) = solution.derivative(wave);

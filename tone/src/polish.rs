@@ -50,15 +50,17 @@ pub fn polish(
             *faster = 2.0 * PI * nu * (u - before - mean);
             before = *u;
         }
-        for (k, c) in channels.list().iter().enumerate().take(CHANNELS_MAX) {
+        let there = block.valid.map(|valid| (valid != 0) as u8 as f32);
+        for ((k, c), (squares, scores)) in channels.list().iter().enumerate().zip(squares.iter_mut().zip(&mut scores)) {
             let (residuals, derivatives) = (waves.residuals(block.values, *c as usize, k), waves.derivatives(k));
             let later = later.map_or(0.0, |later| later[*c as usize % CHANNELS_MAX]);
-            let values = residuals.iter().zip(derivatives.iter().zip(&waves.u)).zip(faster.iter().zip(block.valid));
-            for ((residual, (derivative, u)), (faster, _)) in values.filter(|(_, (_, valid))| **valid != 0) {
-                let residual = residual - later * faster * derivative;
-                squares[k] += residual * residual;
-                scores[k] += residual * derivative * u;
+            let (mut square, mut score) = (0.0, 0.0);
+            for i in 0..BLOCK {
+                let residual = there[i] * (residuals[i] - later * faster[i] * derivatives[i]);
+                square += residual * residual;
+                score += residual * (derivatives[i] * waves.u[i]);
             }
+            (*squares, *scores) = (*squares + square, *scores + score);
         }
     })?;
     let freedom = (solution.frames - solution.shape.unknowns() as f32).max(1.0);

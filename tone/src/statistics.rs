@@ -5,10 +5,13 @@ use crate::fit::{Fit, Status};
 use crate::frame_span::{BLOCK, Block, FrameSpan};
 use crate::limits::{CHANNELS_MAX, PIECES_MAX};
 use crate::source::{Overwritten, Values};
+use crate::spectrum::CHANNELS;
 
 /// A channel without a valid value in more than this share of the frames is left out. Of the others every frame must
 /// have one: all channels share one abscissa.
 const INVALID_SHARE_MAX: f32 = 0.1;
+/// A longer window is surveyed for its order of magnitude in blocks that are as many times farther apart.
+const SURVEY_FRAMES: u32 = 256;
 /// Power about a channel's line, as a share of all, below which it is rounding.
 const ROUNDING_SHARE: f32 = 1e-6;
 /// Frames of a third difference, and the sum of its squared factors: 1 + 9 + 9 + 1.
@@ -87,7 +90,7 @@ struct Sums<'p> {
 }
 
 impl Statistics {
-    /// Collects them, and fills `pieces` with the means less the line, at least [`PIECES_MAX`] of them.
+    /// Collects them, and fills `pieces` with the means less the line, of the channels with the least noise; at least [`PIECES_MAX`] of them.
     pub fn collect(span: &mut FrameSpan, pieces: &mut [Values]) -> Result<Self, Overwritten> {
         let survey = survey(span)?;
         span.channels = survey.reliable;
@@ -179,10 +182,12 @@ struct Survey {
 fn survey(span: &mut FrameSpan) -> Result<Survey, Overwritten> {
     let (mut frames, mut invalid) = (0u32, [0u32; CHANNELS_MAX]);
     let (mut least, mut most) = ([f32::INFINITY; CHANNELS_MAX], [f32::NEG_INFINITY; CHANNELS_MAX]);
+    let stride = (span.frames / SURVEY_FRAMES).max(1);
     span.channels = 0;
     span.blocks(&[0.0; CHANNELS_MAX], &mut |block| {
-        // One frame of each block is enough for the order of magnitude.
-        if let Some((values, valid)) = block.values.iter().zip(block.valid).find(|(_, valid)| **valid != 0) {
+        // One frame of every block, or of some in a long window, is enough for the order of magnitude.
+        let is_seen = (block.first / BLOCK as u32).is_multiple_of(stride);
+        if is_seen && let Some((values, valid)) = block.values.iter().zip(block.valid).find(|(_, valid)| **valid != 0) {
             for (c, ((value, least), most)) in values.iter().zip(&mut least).zip(&mut most).enumerate() {
                 if valid & 1 << c != 0 {
                     // Not `f32::min`, which is a call.
@@ -281,10 +286,10 @@ impl Sums<'_> {
                     [0, 1, 2, 3].map(|i: usize| (values[(QUAD * q + i) % BLOCK * CHANNELS_MAX] - zero) * scale);
                 *quad = (a + b) + (c + d);
                 sum += *quad;
-                squares += (a * a + b * b) + (c * c + d * d);
-                let third = (d - a) - 3.0 * (c - b);
-                third_squares += full * third * third;
-                let third = full * third.abs();
+                squares = squares + a * a + b * b + c * c + d * d;
+                let third = full * ((d - a) - 3.0 * (c - b));
+                third_squares += third * third;
+                let third = third.abs();
                 thirds += third;
                 most = if third > most { third } else { most };
             }
@@ -356,6 +361,9 @@ impl Sums<'_> {
         }
         let levels: Values = core::array::from_fn(|c| (out.offset[c] - self.zero[c]) * self.scale[c]);
         let slopes: Values = core::array::from_fn(|c| out.slope[c] * self.scale[c]);
+        out.order = out.by_noise();
+        // Of the few channels that a grid takes.
+        let few = out.order.first(CHANNELS);
         let mut before = zeros;
         for (p, (piece, frames)) in self.pieces.iter_mut().zip(self.counts).enumerate() {
             let u = first + step * p as f32;
@@ -365,12 +373,11 @@ impl Sums<'_> {
                 continue;
             }
             let share = 1.0 / frames as f32;
-            for c in 0..CHANNELS_MAX {
+            for c in few.list().iter().map(|c| *c as usize % CHANNELS_MAX) {
                 piece[c] = piece[c] * share - (levels[c] + slopes[c] * u);
             }
             before = *piece;
         }
-        out.order = out.by_noise();
         out
     }
 }

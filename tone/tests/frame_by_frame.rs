@@ -1,0 +1,80 @@
+//! Windows that are taken frame by frame: those too short for chunks, and those along a path; with frames missing.
+
+use ridgetone_tone::{Fitter, FrameSpan, Frames, Status};
+use std::f64::consts::TAU;
+
+const CHANNELS: usize = 16;
+/// Standard deviation of the noise, over the amplitude: 20 dB.
+const NOISE: f64 = 0.070_71;
+
+/// Frames of a tone of so many cycles at the places of the frames, 0 to 1, every ninth frame missing.
+fn frames(places: &[f64], cycles: f64, seed: u64) -> Vec<f32> {
+    let mut state = seed;
+    let mut uniform = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 40) as f64 / (1 << 24) as f64
+    };
+    let mut values = Vec::new();
+    for (number, place) in places.iter().enumerate() {
+        for channel in 0..CHANNELS {
+            let normal = (0..12).map(|_| uniform()).sum::<f64>() - 6.0;
+            let value = 4.0 + (TAU * cycles * place + channel as f64).cos() + NOISE * normal;
+            values.push(if number % 9 == 5 { f32::NAN } else { value as f32 });
+        }
+    }
+    values
+}
+
+/// The Cramer-Rao bound of the frequency, cycles over the whole, by the sums over the frames that are there: amplitudes and phases
+/// of all channels are unknown, and many cycles make them independent of the levels.
+fn bound(places: &[f64]) -> f64 {
+    let there: Vec<f64> = places.iter().enumerate().filter(|(number, _)| number % 9 != 5).map(|(_, at)| *at).collect();
+    let mean = there.iter().sum::<f64>() / there.len() as f64;
+    let spread: f64 = there.iter().map(|at| (at - mean).powi(2)).sum();
+    NOISE / TAU / (0.5 * CHANNELS as f64 * spread).sqrt()
+}
+
+/// Root mean square of the errors over the bound, of twenty windows that are all good.
+fn error_over_bound(places: &[f64], cycles: f64, fit: impl Fn(&[f32]) -> (Status, f64)) -> f64 {
+    let square = |seed| {
+        let (status, found) = fit(&frames(places, cycles, seed));
+        assert_eq!(status, Status::Good, "{} frames, seed {seed}", places.len());
+        ((found - cycles) / bound(places)).powi(2)
+    };
+    ((1..=20).map(square).sum::<f64>() / 20.0).sqrt()
+}
+
+/// Twenty errors have a root mean square within 0.6 and 1.4 of their standard deviation but for one time in a hundred.
+const NEAR_THE_BOUND: std::ops::Range<f64> = 0.6..1.4;
+
+#[test]
+fn short_windows_are_on_the_bound() {
+    for count in [24usize, 31, 32, 33, 40] {
+        let places: Vec<f64> = (0..count).map(|number| number as f64 / count as f64).collect();
+        let ratio = error_over_bound(&places, 3.6, |values| {
+            let mut source = Frames::new(values, CHANNELS).unwrap();
+            let fit = Fitter::new(1).fit(&mut FrameSpan::new(&mut source, 0, count as u32)).unwrap();
+            (fit.status, f64::from(fit.frequency) * count as f64)
+        });
+        assert!(NEAR_THE_BOUND.contains(&ratio), "{count} frames: {ratio}");
+    }
+}
+
+#[test]
+fn windows_along_a_path_are_on_the_bound() {
+    for (count, bend) in [(100usize, 0.3), (240, 0.6), (544, -0.3)] {
+        let at = |number: u32| {
+            let time = f64::from(number) / (count as f64 - 1.0);
+            (time + bend * time * time) / (1.0 + bend)
+        };
+        let places: Vec<f64> = (0..count as u32).map(at).collect();
+        let ratio = error_over_bound(&places, 7.3, |values| {
+            let mut source = Frames::new(values, CHANNELS).unwrap();
+            let place = |number: u32| at(number) as f32;
+            let mut span = FrameSpan::new(&mut source, 0, count as u32).along(&place).unwrap();
+            let fit = Fitter::new(1).fit(&mut span).unwrap();
+            (fit.status, f64::from(fit.frequency))
+        });
+        assert!(NEAR_THE_BOUND.contains(&ratio), "{count} frames: {ratio}");
+    }
+}
