@@ -78,7 +78,9 @@ fn every_fast_plan_reports_what_leaves_a_sign() {
     for (name, scan) in Scan::NAMED.into_iter().filter(|(_, scan)| *scan != Scan::PAPER) {
         let campaign = Campaign::on_pc(100, 9_300_101, None, scan).expect("a campaign");
         for row in &campaign.rows {
-            assert!(row.is_clean() && row.counts.good > 0, "{name}: {row:?}");
+            // Two mixed runs, of six faults each, leave hardly a window without one.
+            let has_estimates = row.counts.good > 0 || row.name == Family::Mixed.name() && row.counts.doubtful > 0;
+            assert!(row.is_clean() && has_estimates, "{name}: {row:?}");
             assert!(row.unseen == 0 || signless.iter().any(|family| family.name() == row.name), "{name}: {row:?}");
         }
     }
