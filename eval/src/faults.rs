@@ -35,7 +35,7 @@ use ridgetone_host::cli::FirmwareOptions;
 use ridgetone_host::output;
 use ridgetone_proto::plan::Plan;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 #[derive(Debug, clap::Args)]
@@ -54,10 +54,10 @@ pub struct FaultsArgs {
     /// Only this family.
     #[arg(long, value_enum, value_name = "NAME")]
     only: Option<Family>,
-    /// Runs on the PC with this scan plan, and nothing else: paper, hand, texture, vibration or single.
-    #[arg(long, value_name = "NAME", conflicts_with = "emulated")]
-    plan: Option<String>,
-    /// Write faults.md to this folder: of all families, hence not with --only. With --plan only its table is filled in.
+    /// Runs on the PC with these scan plans, and nothing else: paper, hand, texture, vibration or single.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', conflicts_with = "emulated")]
+    plan: Vec<String>,
+    /// Write faults.md to this folder: of all families, hence not with --only. With --plan only their tables are filled in.
     #[arg(long, value_name = "FOLDER", conflicts_with = "only")]
     write: Option<PathBuf>,
     /// One JSON object instead of the table.
@@ -66,36 +66,53 @@ pub struct FaultsArgs {
 }
 
 pub fn run(args: &FaultsArgs) -> Result<()> {
-    let start = Instant::now();
-    let scan = args.plan.as_deref().map(|name| Plan::named(name).with_context(|| format!("no plan is called {name}")));
-    let scan = scan.transpose()?;
-    let mut campaign = match scan {
-        None => Campaign::on_pc(args.injections, args.seed, args.only)?,
-        Some(scan) => Campaign::with_scan(args.injections, args.seed, args.only, scan)?,
+    let find = |name: &String| Plan::named(name).with_context(|| format!("no plan is called {name}"));
+    let scans = args.plan.iter().map(find).collect::<Result<Vec<_>>>()?;
+    let is_clean = if scans.is_empty() {
+        let mut campaign = on_pc(args, Plan::PAPER)?;
+        if args.only.is_none() {
+            campaign.on_lines(args.injections)?;
+        }
+        if args.emulated > 0 {
+            let elf = args.firmware.image()?;
+            campaign.on_emulator(args.emulated, args.only, args.firmware.options(&elf))?;
+        }
+        conclude(args, &campaign, |_| table::page(&campaign))?
+    } else {
+        let mut is_clean = true;
+        for (name, scan) in args.plan.iter().zip(scans) {
+            let campaign = on_pc(args, scan)?;
+            let page = |path: &Path| {
+                let page = fs::read_to_string(path).with_context(|| path.display().to_string())?;
+                table::with_plan(&page, name, &campaign)
+            };
+            is_clean &= conclude(args, &campaign, page)?;
+        }
+        is_clean
     };
+    ensure!(is_clean, "not everything is zero that must be: see the table");
+    Ok(())
+}
+
+fn on_pc(args: &FaultsArgs, scan: Plan) -> Result<Campaign> {
+    let start = Instant::now();
+    let campaign = Campaign::on_pc(args.injections, args.seed, args.only, scan)?;
     let injected: usize = campaign.rows.iter().map(|row| row.injected).sum();
     eprintln!("ridgetone-eval: {injected} injections, {:.0} a second", injected as f64 / start.elapsed().as_secs_f64());
-    if args.only.is_none() && scan.is_none() {
-        campaign.on_lines(args.injections)?;
-    }
-    if args.emulated > 0 {
-        let elf = args.firmware.image()?;
-        campaign.on_emulator(args.emulated, args.only, args.firmware.options(&elf))?;
-    }
+    Ok(campaign)
+}
+
+/// Writes the page and prints the table. Whether everything is zero that must be.
+fn conclude(args: &FaultsArgs, campaign: &Campaign, page: impl FnOnce(&Path) -> Result<String>) -> Result<bool> {
     if let Some(folder) = &args.write {
         let path = folder.join("faults.md");
-        let page = match scan {
-            None => table::page(&campaign)?,
-            Some(_) => table::with_plan(&fs::read_to_string(&path).with_context(|| path.display().to_string())?, &campaign)?,
-        };
-        output::whole_text(&path, &page)?;
+        output::whole_text(&path, &page(&path)?)?;
     }
-    output::line(&if args.json { serde_json::to_string(&campaign)? } else { table::table(&campaign) })?;
+    output::line(&if args.json { serde_json::to_string(campaign)? } else { table::table(campaign) })?;
     for row in &campaign.rows {
         for complaint in &row.complaints {
             eprintln!("ridgetone-eval: {}: {complaint}", row.fault);
         }
     }
-    ensure!(campaign.is_clean(), "not everything is zero that must be: see the table");
-    Ok(())
+    Ok(campaign.is_clean())
 }

@@ -30,12 +30,7 @@ pub struct Campaign {
 
 impl Campaign {
     /// Runs at least `injections` injections that act on this PC, an equal number of each family; only of one family if it is named.
-    pub fn on_pc(injections: u64, seed: u64, only: Option<Family>) -> Result<Self> {
-        Self::with_scan(injections, seed, only, Scan::PAPER)
-    }
-
-    /// The same with a scan plan.
-    pub fn with_scan(injections: u64, seed: u64, only: Option<Family>, scan: Scan) -> Result<Self> {
+    pub fn on_pc(injections: u64, seed: u64, only: Option<Family>, scan: Scan) -> Result<Self> {
         let place = match scan {
             Scan::PAPER => Place::Pc,
             _ => Place::Plan(scan.name().unwrap_or("of one's own")),
@@ -66,7 +61,7 @@ impl Campaign {
     pub fn on_emulator(&mut self, runs: u64, only: Option<Family>, options: emulator::Options<'_>) -> Result<()> {
         for family in families(only) {
             let seeds = self.seed..self.seed + runs;
-            let plans: Vec<_> = seeds.map(|seed| Plan::new(family, seed, EMULATED_SLIDE_S)).collect();
+            let plans: Vec<_> = seeds.map(|seed| Plan::new(family, seed, EMULATED_SLIDE_S, Scan::PAPER)).collect();
             let made = |plan: &Plan| {
                 let what = || format!("{}, seed {}", family.title(), plan.seed);
                 Ok((plan.seed, emulated::run(plan, options).with_context(what)?))
@@ -96,7 +91,7 @@ fn plans(family: Family, mut seed: u64, injections: usize, scan: Scan) -> Vec<Pl
     let mut plans = Vec::new();
     let mut planned = 0;
     while planned < injections {
-        let plan = Plan { scan, ..Plan::new(family, seed, SLIDE_S) };
+        let plan = Plan::new(family, seed, SLIDE_S, scan);
         planned += standing_for(family, plan.injections.len());
         plans.push(plan);
         seed += 1;

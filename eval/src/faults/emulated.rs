@@ -38,6 +38,9 @@ fn ran(packets: Vec<Packet>, outcome: &Outcome) -> Result<Ran> {
         injected: outcome.injected.clone(),
         delivered: outcome.arrived,
         altered: 0,
+        // Its plan reads twice and has the readings in every scan.
+        unseen_ns: Vec::new(),
+        readings_ns: Vec::new(),
         // Runs are much shorter than the 71 minutes after which the board's counter wraps.
         whole_ns: whole.map(|timed| u64::from(timed.t_us) * 1000).collect(),
         zero_ns: outcome.first_edge_us * 1000,

@@ -88,8 +88,16 @@ impl Family {
         self.facts().0
     }
 
-    pub const fn expected(self) -> &'static [FaultKind] {
-        self.facts().1
+    /// Kinds of report of which one must follow. Where a conversion is read once, a bit error in its status is what the bit says.
+    pub const fn expected(self, is_read_twice: bool) -> &'static [FaultKind] {
+        use FaultKind::*;
+        match self {
+            Self::DoutFlip if !is_read_twice => &[Bus, Overload, Supply],
+            Self::DinFlip if !is_read_twice => {
+                &[Bus, BusDead, Repeated, Registers, Channel, Lost, Overload, Supply]
+            }
+            _ => self.facts().1,
+        }
     }
 
     pub const fn loss_is_known(self) -> bool {

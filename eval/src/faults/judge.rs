@@ -2,7 +2,7 @@
 
 use super::counts::Counts;
 use super::plan::Plan;
-use super::task_sim::Ran;
+use super::task_sim::{REFERENCE_ID, Ran, SUPPLY_ID};
 use hal_mock::{Fault, Injected, Truth};
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::telemetry::{Estimate, Event, Health, Status};
@@ -23,10 +23,19 @@ const SLACK_NS: u64 = 400_000;
 /// A register that does not show in what is read is found by the check twice a second, which may wait for a conversion, nanoseconds.
 const CHECK_NS: u64 = 510_000_000;
 
+/// A bit error of one of the next two reads has arrived within this time, nanoseconds.
+const BIT_ERROR_NS: u64 = 1_000_000;
+/// From the begin of the conversion of a reading to its arrival, nanoseconds, at the most.
+const READING_NS: u64 = 200_000;
+/// Below it the chip sets SUPPLY in the status of every conversion, volts (SBAS297G: 4.3 V).
+const SUPPLY_BIT_V: f64 = 4.3;
+
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Fate {
     /// From its start to the report, seconds of device time; none if there was no report.
     pub detected_s: Option<f64>,
+    /// There was no report, and nothing that the firmware reads was other than without it but codes.
+    pub is_unseen: bool,
     /// From its end to the end of the next scan without a flaw and with right registers, seconds, if there was one.
     pub recovered_s: Option<f64>,
 }
@@ -74,8 +83,8 @@ pub fn judge(plan: &Plan, truth: &Truth, ran: &Ran) -> Judgement {
     }
     for number in 0..ran.injected.len() {
         let Some(fate) = fate(plan, ran, &episodes, number) else { continue };
-        if fate.detected_s.is_none() {
-            let injection = plan.injections.get(number).map(|injection| (injection.fault, injection.lasts_s));
+        if fate.detected_s.is_none() && !fate.is_unseen {
+            let injection = plan.injections.get(number).map(|injection| (injection.at_s, injection.fault, injection.lasts_s));
             judgement.complaints.push(format!("{NOT_REPORTED}: {injection:?}"));
         }
         judgement.fates.push(fate);
@@ -111,14 +120,33 @@ fn fate(plan: &Plan, ran: &Ran, episodes: &[Episode], number: usize) -> Option<F
         // In a mixed run the episode of the injection before may still last.
         let seen_since = episode.until_ns.is_none_or(|until_ns| until_ns + SLACK_NS >= begun_ns);
         let by_check = is_flip && episode.kind == FaultKind::Registers && episode.from_ns < begun_ns + CHECK_NS;
-        plan.family.expected().contains(&episode.kind) && (episode.from_ns < next_ns || by_check) && seen_since
+        plan.family.expected(plan.scan.is_read_twice()).contains(&episode.kind) && (episode.from_ns < next_ns || by_check) && seen_since
     });
-    let detected_s = reported.map(|episode| episode.from_ns.saturating_sub(begun_ns) as f64 * 1e-9);
+    let detected_s = reported.map(|episode| episode.from_ns.saturating_sub(begun_ns) as f64 * 1e-9).reduce(f64::min);
     let whole_ns = ran.whole_ns.iter().find(|whole_ns| **whole_ns > over_ns);
     Some(Fate {
-        detected_s: detected_s.reduce(f64::min),
+        detected_s,
+        is_unseen: detected_s.is_none() && leaves_no_sign(plan.injections[number].fault, begun_ns, over_ns, ran),
         recovered_s: whole_ns.map(|whole_ns| (whole_ns - over_ns) as f64 * 1e-9),
     })
+}
+
+/// Whether a fault left no sign in ids, statuses and times: it changed nothing but a code that was read once; or the supply, above the
+/// chip's own bound, or the reference between two readings of them.
+fn leaves_no_sign(fault: Fault, begun_ns: u64, over_ns: u64, ran: &Ran) -> bool {
+    let has_no_reading = |id| {
+        // A reading of which only a part fell into it may be right.
+        let within = begun_ns + READING_NS..=over_ns;
+        !ran.readings_ns.iter().any(|(read, at_ns)| *read == id && within.contains(at_ns))
+    };
+    match fault {
+        Fault::DoutFlip { .. } | Fault::DinFlip { .. } => {
+            ran.unseen_ns.iter().any(|at_ns| (begun_ns..begun_ns + BIT_ERROR_NS).contains(at_ns))
+        }
+        Fault::Supply { volts } => volts >= SUPPLY_BIT_V && has_no_reading(SUPPLY_ID),
+        Fault::Reference { .. } => has_no_reading(REFERENCE_ID),
+        _ => false,
+    }
 }
 
 fn judge_conversions(plan: &Plan, ran: &Ran, health: &Health, judgement: &mut Judgement) {

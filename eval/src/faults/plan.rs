@@ -3,7 +3,7 @@
 use crate::draw::Draw;
 use super::family::Family;
 use anyhow::{Context, Result};
-use hal_mock::{Injection, Sliding, Truth};
+use hal_mock::{Fault, Injection, Sliding, Truth};
 use ridgetone_host::input::{Input, Opened, Source};
 use ridgetone_proto::plan::Plan as Scan;
 use ridgetone_proto::settings::Settings;
@@ -32,10 +32,10 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// The run of this seed with the default scan. `slide_s` is the length of its slide, seconds.
-    pub fn new(family: Family, seed: u64, slide_s: f64) -> Self {
+    /// The run of this seed. `slide_s` is the length of its slide, seconds. A window holds as many periods with any scan.
+    pub fn new(family: Family, seed: u64, slide_s: f64, scan: Scan) -> Self {
         let mut draw = Draw::new(seed);
-        let (speed_mm_s, period_mm) = (draw.even(25.0, 50.0), draw.even(2.6, 4.1));
+        let (speed_mm_s, period_mm) = (draw.even(25.0, 50.0), draw.even(2.6, 4.1) * window_share(&scan));
         let sliding = Sliding {
             speed_mm_s,
             period_mm,
@@ -54,6 +54,7 @@ impl Plan {
         let mut at_s = FIRST_S + draw.even(0.0, APART_S.0);
         while family != Family::None && !(mixed && injections.len() == MIXED) {
             let (fault, lasts_s) = family.draw(&mut draw);
+            let fault = converted(fault, &scan);
             if at_s + lasts_s > end_s - LAST_S {
                 break;
             }
@@ -61,7 +62,7 @@ impl Plan {
             let (least_s, most_s) = if mixed { MIXED_APART_S } else { APART_S };
             at_s += lasts_s + draw.even(least_s, most_s);
         }
-        Self { family, seed, sliding, injections, scan: Scan::PAPER }
+        Self { family, seed, sliding, injections, scan }
     }
 
     pub fn open(&self) -> Result<(Opened, Truth)> {
@@ -74,9 +75,26 @@ impl Plan {
 
     /// Settings of the run on the PC: windows so short that the slide of a second holds several.
     pub fn settings(&self) -> Settings {
-        Settings { window_s: WINDOW_S.min(self.scan.window_most_s()), hop_s: 0.1, plan: self.scan, ..Settings::DEFAULT }
+        let share = window_share(&self.scan) as f32;
+        let (window_s, hop_s) = (WINDOW_S * share, (HOP_S * share).max(HOP_LEAST_S));
+        Settings { window_s, hop_s, plan: self.scan, ..Settings::DEFAULT }
     }
 }
 
-/// Windows of the runs on the PC where the scan allows them, seconds.
+/// The fault, at an input that the scan converts.
+fn converted(fault: Fault, scan: &Scan) -> Fault {
+    let Fault::Input { input, volts } = fault else { return fault };
+    let mut inputs = (0..16).filter(|input| scan.inputs >> input & 1 == 1);
+    Fault::Input { input: inputs.nth(usize::from(input) % scan.channels()).unwrap_or(input), volts }
+}
+
+/// The scan's window as a share of [`WINDOW_S`].
+fn window_share(scan: &Scan) -> f64 {
+    f64::from(scan.window_most_s().min(WINDOW_S) / WINDOW_S)
+}
+
+/// Windows of the runs on the PC where the scan allows them, and their hop, seconds.
 const WINDOW_S: f32 = 0.3;
+const HOP_S: f32 = 0.1;
+/// The shortest hop that can be set, seconds.
+const HOP_LEAST_S: f32 = 0.02;

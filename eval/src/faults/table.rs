@@ -13,19 +13,15 @@ pub fn page(campaign: &Campaign) -> Result<String> {
     filled(PAGE, |name| match name {
         "faults" => Some(table(campaign)),
         "numbers" => Some(numbers.clone()),
-        // By a run of its own.
-        PLAN => table_of(PAGE, PLAN).map(str::to_owned),
-        _ => None,
+        // By runs of their own.
+        plan => table_of(PAGE, plan).map(str::to_owned),
     })
 }
 
-/// Name of the table of runs with a scan plan.
-const PLAN: &str = "plan";
-
-/// A page with the table of runs with a scan plan filled in, and nothing else.
-pub fn with_plan(page: &str, campaign: &Campaign) -> Result<String> {
+/// A page with the table of runs with the scan plan of this name filled in, and nothing else.
+pub fn with_plan(page: &str, plan: &str, campaign: &Campaign) -> Result<String> {
     let table = table(campaign);
-    filled(page, |name| if name == PLAN { Some(table.clone()) } else { table_of(page, name).map(str::to_owned) })
+    filled(page, |name| if name == plan { Some(table.clone()) } else { table_of(page, name).map(str::to_owned) })
 }
 
 /// Numbers of injections and touches, and of damaged frames of telemetry; none if these were not counted.
@@ -54,7 +50,10 @@ pub fn table(campaign: &Campaign) -> String {
 
 fn cells(row: &Row) -> Vec<String> {
     let counts = &row.counts;
-    let [detected, recovered] = [&row.detected, &row.recovered].map(delay_cells);
+    let [mut detected, recovered] = [&row.detected, &row.recovered].map(delay_cells);
+    if row.unseen > 0 {
+        detected[0] += &format!(" ({})", grouped(row.unseen as u64));
+    }
     let mut cells = vec![row.fault.clone(), row.place.title(), grouped(row.injected as u64)];
     cells.extend(detected.into_iter().chain(recovered));
     let estimates = [counts.good, counts.good_with_faults, counts.doubtful].map(grouped);
@@ -98,12 +97,12 @@ mod tests {
 
     #[test]
     fn the_page_has_a_row_for_every_fault() {
-        let mut campaign = Campaign::on_pc(1, 1, None).expect("a campaign");
+        let mut campaign = Campaign::on_pc(1, 1, None, ridgetone_proto::plan::Plan::PAPER).expect("a campaign");
         assert!(page(&campaign).is_err(), "without the lines it is not whole");
         campaign.on_lines(1).expect("rows");
         let page = page(&campaign).expect("a page");
         // Those of a scan plan are of a run of their own.
-        let (own, _) = page.split_once("<!-- table: plan -->").expect("a table");
+        let (own, _) = page.split_once("<!-- table: hand -->").expect("a table");
         let rows = own.lines().filter(|line| line.starts_with("| ")).count();
         // Two headings, and the row of numbers.
         assert_eq!(rows, 3 + campaign.rows.len());

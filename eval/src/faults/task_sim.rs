@@ -18,6 +18,10 @@ fn writable(registers: &[u8]) -> &[u8] {
     &registers[..Register::Gpiod as usize]
 }
 
+/// Channel ids of the chip's readings of its supply and its reference (SBAS297G, channel ids).
+pub const SUPPLY_ID: u8 = 0x1A;
+pub const REFERENCE_ID: u8 = 0x1D;
+
 #[derive(Clone, Debug, Default)]
 pub struct Ran {
     pub packets: Vec<Packet>,
@@ -30,6 +34,10 @@ pub struct Ran {
     pub delivered: u64,
     /// Those among them that are not what the chip had converted.
     pub altered: u64,
+    /// When one arrived, nanoseconds of the simulated board, whose code is not the chip's although its status is: nothing shows that.
+    pub unseen_ns: Vec<u64>,
+    /// When the chip's own readings arrived, nanoseconds of the simulated board, with their ids.
+    pub readings_ns: Vec<(u8, u64)>,
     /// Times of the simulated board, nanoseconds, at which a scan was complete without a flaw while the registers were right.
     pub whole_ns: Vec<u64>,
     /// Zero of the device time, nanoseconds of the simulated board.
@@ -81,7 +89,14 @@ impl Surroundings for Observer {
             ran.zero_ns = edge_ns;
         }
         ran.delivered += 1;
-        ran.altered += u64::from(!truth.contains(&(status.0 & 0x7F, timed.code())));
+        let is_altered = !truth.contains(&(status.0 & 0x7F, timed.code()));
+        ran.altered += u64::from(is_altered);
+        if is_altered && truth.iter().any(|(flags_and_id, _)| *flags_and_id == status.0 & 0x7F) {
+            ran.unseen_ns.push(board.now_ns());
+        }
+        if matches!(status.chid(), SUPPLY_ID | REFERENCE_ID) {
+            ran.readings_ns.push((status.chid(), board.now_ns()));
+        }
         let is_whole = self.order.take(&timed.conversion());
         if is_whole && writable(&registers) == writable(&self.registers[0]) {
             ran.whole_ns.push(board.now_ns());
