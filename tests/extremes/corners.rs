@@ -115,7 +115,7 @@ fn f32_is_beside_f64_in_every_corner_of_a_recording() {
     check(12, LONGEST, seed(), OFF_MAX);
 }
 
-/// A climb that begins beside a strong tone of two cycles takes curves for its misfit. It must not stop there.
+/// A refinement that begins beside a strong tone of two cycles takes curves for its misfit. It must not stop there.
 #[test]
 fn a_strong_tone_of_few_cycles_is_at_its_maximum() {
     for frames in [965, FRAMES_MAX.min(10_012)] {

@@ -1,13 +1,13 @@
 //! Whether a solution is a tone, and with what uncertainty.
 
 use crate::blocks::Blocks;
-use crate::climb::Summit;
 use crate::fit::{ChannelFit, Fit, OtherTone, Status};
 use crate::frame_span::FrameSpan;
 use crate::limits::{CHANNELS_MAX, HARMONICS_MAX, OVERTONES};
 use crate::movement::movement;
 use crate::neighbourhood::Neighbourhood;
-use crate::rest::rest;
+use crate::other_lines::strongest_other_line;
+use crate::refine::Summit;
 use crate::significance::{ln, significant_search_gain};
 use crate::solve::Solution;
 use crate::source::Overwritten;
@@ -99,7 +99,7 @@ pub fn conclude(
     let movement = movement(span, around, factor * factor, best.nu, sigma_nu);
     let (mut status, mut other_tone) = (status, None);
     if !summit.leaves_noise()
-        && let Some(rest) = rest(span, statistics, channels, best, blocks)?
+        && let Some(rest) = strongest_other_line(span, statistics, channels, best, blocks)?
     {
         let times = rest.cycles / evidence.cycles;
         // Whether it is within half a cycle of a multiple of this share of the tone's frequency.

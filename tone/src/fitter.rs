@@ -2,7 +2,6 @@
 
 use crate::blocks::{Blocks, Lines};
 use crate::cleaned::Impulses;
-use crate::climb::{Climber, Limits, Summit, least_squares};
 use crate::conclude::{conclude, conclude_mixtures, evidence};
 use crate::fit::{Fit, Status};
 use crate::found::{Found, SAME_NU};
@@ -11,8 +10,9 @@ use crate::interferer::Interferer;
 use crate::limits::HARMONICS_MAX;
 use crate::mixture::whiten;
 use crate::neighbourhood::neighbourhood;
+use crate::other_lines::lines_between;
 use crate::polish::polish;
-use crate::rest::lines_between;
+use crate::refine::{Limits, Refinement, Summit, least_squares};
 use crate::search;
 use crate::solve::Equations;
 use crate::source::Overwritten;
@@ -94,7 +94,7 @@ impl Fitter {
         }
         let mut interferer = None;
         let found = self.search(span, &statistics, &mut interferer)?;
-        match self.settle(span, &statistics, &found, &mut interferer)? {
+        match self.select(span, &statistics, &found, &mut interferer)? {
             Some(summit) => self.conclude(span, &statistics, (&summit, &found), impulses, interferer, fit)?,
             None if found.best.is_none() => statistics.without_tone(Status::NoTone, fit),
             None => statistics.without_tone(Status::TooShort, fit),
@@ -113,23 +113,24 @@ impl Fitter {
         let few = statistics.order.first(CHANNELS);
         let Self { blocks, equations, harmonics_max } = self;
         let harmonics = *harmonics_max;
-        let mut climber = Climber { span, statistics, blocks, equations };
-        if let Some(given) = Interferer::new(climber.span) {
-            *interferer = Some(given.follow(&mut climber, &few)?);
+        let mut refinement = Refinement { span, statistics, blocks, equations };
+        if let Some(given) = Interferer::new(refinement.span) {
+            *interferer = Some(given.follow(&mut refinement, &few)?);
         }
         let interferer_nu = Interferer::nu(interferer);
         let of_interferer = interferer
             .filter(|interferer: &Interferer| interferer.reach > 0.0)
-            .map(|interferer| (interferer.nu, &climber.equations.solution));
-        let mut candidates = search::lines(climber.span, statistics, &few, harmonics, of_interferer, climber.blocks)?;
+            .map(|interferer| (interferer.nu, &refinement.equations.solution));
+        let mut candidates =
+            search::lines(refinement.span, statistics, &few, harmonics, of_interferer, refinement.blocks)?;
         let mut found = Found::default();
         for slow in [false, true] {
             if slow && !found.is_plain() {
                 candidates = search::slow(
                     statistics,
                     &few,
-                    (harmonics, interferer_nu, climber.span.is_in_time()),
-                    climber.blocks,
+                    (harmonics, interferer_nu, refinement.span.is_in_time()),
+                    refinement.blocks,
                     &candidates,
                 );
             }
@@ -139,10 +140,10 @@ impl Fitter {
                 }
                 let lines = Lines { nu: *nu, harmonics, interferer: interferer_nu };
                 let limits = Limits { score: found.least_score(), ..Limits::CANDIDATE };
-                if let Some(mut summit) = climber.climb(&few, &lines, &limits)? {
+                if let Some(mut summit) = refinement.refine(&few, &lines, &limits)? {
                     if found.best.is_none() && summit.is_plain() && harmonics > 1 {
-                        climber.settle(&few, &summit);
-                        let Climber { span, equations, .. } = &mut climber;
+                        refinement.solve_again(&few, &summit);
+                        let Refinement { span, equations, .. } = &mut refinement;
                         let solution = &equations.solution;
                         let is_overtone = lines_between(span, statistics, &few, solution, interferer_nu)?;
                         found.overtone = is_overtone.then_some(summit.nu);
@@ -157,7 +158,7 @@ impl Fitter {
             let lines = Lines { nu: best.strongest as f32 * best.nu, harmonics, interferer: interferer_nu };
             // Images of its overtones are what makes a comb of a lower one.
             let limits = Limits { score: found.least_score(), images: true, ..Limits::CANDIDATE };
-            if let Some(summit) = climber.climb(&few, &lines, &limits)? {
+            if let Some(summit) = refinement.refine(&few, &lines, &limits)? {
                 found.add(summit);
             }
         }
@@ -166,7 +167,7 @@ impl Fitter {
 
     /// Where the likeliest of the candidates ends by all channels; refines the interferer beside it. None if nowhere.
     #[inline(never)]
-    fn settle(
+    fn select(
         &mut self,
         span: &mut FrameSpan,
         statistics: &Statistics,
@@ -176,10 +177,10 @@ impl Fitter {
         let Some(best) = found.best else { return Ok(None) };
         let (all, limits) = (statistics.order, Limits::RESULT);
         let Self { blocks, equations, harmonics_max } = self;
-        let mut climber = Climber { span, statistics, blocks, equations };
+        let mut refinement = Refinement { span, statistics, blocks, equations };
         if let Some(interferer) = interferer {
             // Once more, beside the tone.
-            interferer.refine(&mut climber, &all, best.nu)?;
+            interferer.refine(&mut refinement, &all, best.nu)?;
         }
         let interferer_nu = Interferer::nu(interferer);
         let at = |summit: &Summit| Lines { nu: summit.nu, harmonics: *harmonics_max, interferer: interferer_nu };
@@ -190,18 +191,18 @@ impl Fitter {
         let mut next: Option<(Lines, Limits, Summit)> = None;
         for (lines, limits) in [other, straight].into_iter().flatten() {
             let rough = Limits { blocks: Limits::CANDIDATE.blocks, steps: NEXT_STEPS, ..limits };
-            if let Some(summit) = climber.climb(&all, &lines, &rough)?
+            if let Some(summit) = refinement.refine(&all, &lines, &rough)?
                 && next.is_none_or(|(.., next)| summit.lead(&next) > 0.0)
             {
                 next = Some((Lines { nu: summit.nu, ..lines }, limits, summit));
             }
         }
-        let mut summit = climber.climb(&all, &at(&best), &limits)?;
+        let mut summit = refinement.refine(&all, &at(&best), &limits)?;
         if let Some((lines, limits, next)) = next
             && summit.is_none_or(|summit| next.lead(&summit) > 0.0)
         {
             let baseline = summit.map(|summit| summit.baseline);
-            summit = climber.climb(&all, &lines, &limits)?;
+            summit = refinement.refine(&all, &lines, &limits)?;
             if let (Some(summit), Some(baseline)) = (&mut summit, baseline)
                 && baseline.score > summit.baseline.score
             {

@@ -1,10 +1,10 @@
 //! The likeliest candidates so far.
 
-use crate::climb::Summit;
+use crate::refine::Summit;
 
 /// Candidates whose scores are this close are compared by all channels.
 pub const CLOSE_SCORE: f32 = 25.0;
-/// Candidates nearer than this to the end of another's climb, cycles per half window, are the same.
+/// Candidates nearer than this to the end of another's refinement, cycles per half window, are the same.
 pub const SAME_NU: f32 = 0.08;
 /// Cycles from which a model whose residuals are noise is not one of a drift.
 const CYCLES_PLAIN: f32 = 3.0;
@@ -62,7 +62,7 @@ impl Found {
         [&self.best, &self.other].into_iter().flatten().any(|summit| summit.is_near(nu))
     }
 
-    /// The score that a climb must come to.
+    /// The score that a refinement must come to.
     pub fn least_score(&self) -> f32 {
         let least = |best: &Summit| best.model.score - CLOSE_SCORE * best.frames_of_one();
         self.best.as_ref().map_or(f32::NEG_INFINITY, least)

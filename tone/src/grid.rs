@@ -5,11 +5,11 @@
 //! alone, and a sine their differences.
 
 use crate::blocks::Lines;
-use crate::climb::likelihood;
 use crate::curves::curves;
 use crate::limits::{CANDIDATES_MAX, CHANNELS_MAX, CURVES_MAX, HARMONICS_MAX, PIECES_MAX};
 use crate::models::{Models, SIDES, SIZE};
 use crate::phase::{cos_sin, from_turns};
+use crate::refine::likelihood;
 use crate::significance::ln;
 use crate::source::Values;
 use crate::spectrum::CHANNELS;

@@ -1,9 +1,9 @@
 //! A known interferer, mains hum, followed to where it is in truth.
 
 use crate::blocks::Lines;
-use crate::climb::{Climber, Limits, Summit};
 use crate::frame_span::FrameSpan;
 use crate::phase::{TURN, from_turns};
+use crate::refine::{Limits, Refinement, Summit};
 use crate::search;
 use crate::source::Overwritten;
 use crate::statistics::Channels;
@@ -40,29 +40,39 @@ impl Interferer {
     }
 
     /// Where it is in truth. Leaves its solution.
-    pub fn follow(mut self, climber: &mut Climber, channels: &Channels) -> Result<Self, Overwritten> {
+    pub fn follow(mut self, refinement: &mut Refinement, channels: &Channels) -> Result<Self, Overwritten> {
         // At half the frame rate it is its own mirror image.
-        if climber.span.nu_max() - self.given_nu < REACH_MIN {
+        if refinement.span.nu_max() - self.given_nu < REACH_MIN {
             self.reach = 0.0;
             return Ok(self);
         }
         let reach = (self.given_nu, self.reach);
-        self.nu = search::interferer(climber.span, climber.statistics, channels, reach, climber.blocks)?;
-        self.climb(climber, channels, None)?;
+        self.nu = search::interferer(refinement.span, refinement.statistics, channels, reach, refinement.blocks)?;
+        self.refine_alone(refinement, channels, None)?;
         Ok(self)
     }
 
-    pub fn refine(&mut self, climber: &mut Climber, channels: &Channels, tone_nu: f32) -> Result<(), Overwritten> {
-        if self.reach > 0.0 { self.climb(climber, channels, Some(tone_nu)) } else { Ok(()) }
+    pub fn refine(
+        &mut self,
+        refinement: &mut Refinement,
+        channels: &Channels,
+        tone_nu: f32,
+    ) -> Result<(), Overwritten> {
+        if self.reach > 0.0 { self.refine_alone(refinement, channels, Some(tone_nu)) } else { Ok(()) }
     }
 
-    fn climb(&mut self, climber: &mut Climber, channels: &Channels, other: Option<f32>) -> Result<(), Overwritten> {
+    fn refine_alone(
+        &mut self,
+        refinement: &mut Refinement,
+        channels: &Channels,
+        other: Option<f32>,
+    ) -> Result<(), Overwritten> {
         let lines = Lines { nu: self.nu, harmonics: 1, interferer: other };
         // As long as there is no tone the pieces are needed, which more blocks would take the place of.
         let limits =
             if other.is_some() { Limits::RESULT } else { Limits { steps: Limits::RESULT.steps, ..Limits::CANDIDATE } };
         let limits = Limits { sigmas: Limits::CANDIDATE.sigmas, ..limits };
-        let summit = climber.climb(channels, &lines, &limits)?;
+        let summit = refinement.refine(channels, &lines, &limits)?;
         let is_there = |summit: &Summit| {
             (summit.nu - self.given_nu).abs() <= self.reach && summit.model.score > summit.baseline.score
         };

@@ -13,14 +13,14 @@
 //! | `search`, `grid`, `models` | candidates below four cycles: likelihoods on a grid of frequencies, with `curves` as baselines |
 //! | `interferer` | where mains hum is in truth |
 //! | `blocks` | a pass for a candidate: its sums over each of a few blocks |
-//! | `climb`, `solve`, `normal` | shape of the model, least squares, Gauss-Newton steps to the maximum of the likelihood |
+//! | `refine`, `solve`, `normal` | shape of the model, least squares, Gauss-Newton steps to the maximum of the likelihood |
 //! | `neighbourhood` | the noise next to the lines, and how the tone moves |
 //! | `impulses` | single values that are far off, replaced; then all steps once more |
 //! | `mixture` | the last steps where channels share their noise, from mixtures of channels that do not |
 //! | `found` | which candidates are the likeliest |
 //! | `polish` | the last step, from the frames themselves |
 //! | `conclude`, `significance` | whether it is a tone, and with what uncertainty |
-//! | `trust`, `movement`, `rest`, `waves` | status and factor of sigma in noise that is not white; wander; lines beside the tone |
+//! | `trust`, `movement`, `other_lines`, `waves` | status and factor of sigma in noise that is not white; wander; lines beside the tone |
 #![no_std]
 // A panic resets a board: only tests may.
 #![cfg_attr(
@@ -43,7 +43,6 @@
 mod abscissa;
 mod blocks;
 mod cleaned;
-mod climb;
 mod conclude;
 mod covariance;
 mod curves;
@@ -60,9 +59,10 @@ mod models;
 mod movement;
 mod neighbourhood;
 mod normal;
+mod other_lines;
 pub mod phase;
 mod polish;
-mod rest;
+mod refine;
 mod search;
 mod significance;
 mod solve;

@@ -30,7 +30,7 @@ const CYCLES_CURVE: f32 = 0.5;
 const NOISE_DEVIATE: f32 = 3.5;
 /// A step removes at most this share of the residuals: 60 dB.
 const TAKEN_MAX: f32 = 1.0 - 1e-6;
-/// A climb gains at most this multiple of the gain that a step expects, and this score more.
+/// A refinement gains at most this multiple of the gain that a step expects, and this score more.
 const SURE_GAINS: f32 = 2.0;
 const SURE_SCORE: f32 = 30.0;
 /// Bounds of the secant's slope: the change of the solution's step from one frequency to the next, over the distance between
@@ -103,7 +103,7 @@ fn choose(equations: &mut Equations, least: &Values, lines: &Lines, curved: bool
     (best, baseline)
 }
 
-/// Where a climb ends.
+/// Where a refinement ends.
 #[derive(Clone, Copy, Debug)]
 pub struct Summit {
     pub nu: f32,
@@ -136,7 +136,7 @@ fn noise_ratio(statistics: &Statistics, channels: &Channels, solution: &Solution
     (of_most, known > 0.0 && ratio * (1.0 - taken(solution)) < 1.0 + NOISE_DEVIATE * sigma)
 }
 
-/// How far to climb.
+/// How far to refine.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
     /// Most blocks.
@@ -145,7 +145,7 @@ pub struct Limits {
     pub steps: usize,
     /// Error that may be left, standard deviations.
     pub sigmas: f32,
-    /// A climb that will not come to this score is given up.
+    /// A refinement that will not come to this score is given up.
     pub score: f32,
     /// Without curves.
     pub is_straight: bool,
@@ -192,14 +192,14 @@ fn move_max(solution: &Solution, blocks: usize) -> f32 {
 }
 
 /// A window, and memory.
-pub struct Climber<'c, 's> {
+pub struct Refinement<'c, 's> {
     pub span: &'c mut FrameSpan<'s>,
     pub statistics: &'c Statistics,
     pub blocks: &'c mut Blocks,
     pub equations: &'c mut Equations,
 }
 
-impl Climber<'_, '_> {
+impl Refinement<'_, '_> {
     fn collect(&mut self, channels: &Channels, lines: &Lines, nu: f32, limits: &Limits) -> Result<(), Overwritten> {
         // An interferer takes the place of a harmonic.
         let most = lines.harmonics.min(LINES_MAX - lines.interferer.is_some() as usize);
@@ -208,8 +208,8 @@ impl Climber<'_, '_> {
         self.blocks.collect(self.span, self.statistics, channels, lines, limits.blocks)
     }
 
-    /// The solution at the end of the latest climb: it is one step behind.
-    pub fn settle(&mut self, channels: &Channels, summit: &Summit) {
+    /// The solution at the end of the latest refinement: it is one step behind.
+    pub fn solve_again(&mut self, channels: &Channels, summit: &Summit) {
         let shape = summit.model.shape;
         self.equations.collect(self.blocks, summit.nu, shape.curves > 0);
         // It had one a small step before.
@@ -219,7 +219,7 @@ impl Climber<'_, '_> {
     /// Gauss-Newton steps from the fundamental of `lines`. Leaves the solution. None if there is no tone that can be
     /// separated from the baseline, or none that is likely enough.
     #[inline(never)]
-    pub fn climb(
+    pub fn refine(
         &mut self,
         channels: &Channels,
         lines: &Lines,
@@ -237,7 +237,7 @@ impl Climber<'_, '_> {
                 // On the way an image may have come too close to another line.
                 chosen = chosen.filter(|(shape, _)| shape.harmonics <= self.blocks.lines.harmonics);
             }
-            // The shape is chosen where the climb begins, and anew behind a long step.
+            // The shape is chosen where the refinement begins, and anew behind a long step.
             let curved =
                 !limits.is_straight && self.span.is_in_time() && chosen.is_none_or(|(shape, _)| shape.curves > 0);
             let equations = &mut *self.equations;

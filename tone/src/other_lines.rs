@@ -16,7 +16,7 @@ const CYCLES_MIN: f32 = 1.0;
 
 /// The strongest line of the residuals.
 #[derive(Clone, Copy, Debug)]
-pub struct Rest {
+pub struct OtherLine {
     /// Cycles in the window.
     pub cycles: f32,
     /// Its power over that of the tone's strongest harmonic.
@@ -28,13 +28,13 @@ pub struct Rest {
 /// The strongest line of the residuals of the channels with the least noise; None if there are too many frames to transform.
 /// It uses the blocks' memory.
 #[inline(never)]
-pub fn rest(
+pub fn strongest_other_line(
     span: &mut FrameSpan,
     statistics: &Statistics,
     channels: &Channels,
     solution: &Solution,
     blocks: &mut Blocks,
-) -> Result<Option<Rest>, Overwritten> {
+) -> Result<Option<OtherLine>, Overwritten> {
     let list = Periodogram::channels(span, channels);
     let at = (solution.nu, blocks.lines.interferer);
     let (power, points) = blocks.transform_memory();
@@ -50,7 +50,7 @@ pub fn rest(
         strongest = strongest.max(0.5 * solution.frames * power / count);
     }
     let mean = periodogram.power.iter().sum::<f32>() / periodogram.power.len().max(1) as f32;
-    Ok(Some(Rest { cycles: peak.cycles, share: peak.power / strongest, contrast: peak.power / mean }))
+    Ok(Some(OtherLine { cycles: peak.cycles, share: peak.power / strongest, contrast: peak.power / mean }))
 }
 
 /// Shares of a line's frequency at which a comb has lines of which it is the second or third.
