@@ -64,7 +64,10 @@ const LITTLE_OF: [(&str, &str); 30] = [
     ("cargo xtask bench --plans", "eval/src/trade/plans/tests.rs"),
     ("cargo xtask bench --render", "eval/src/tests/trade.rs"),
     ("cargo xtask faults --full", "eval/src/tests/faults.rs"),
-    ("cargo xtask faults --plan hand --seed 777001 --injections 1000 --write docs", "eval/src/tests/faults.rs"),
+    (
+        "cargo xtask faults --plan hand,texture,vibration,single --seed 777001 --injections 1000 --write docs",
+        "eval/src/tests/faults.rs",
+    ),
     ("cargo run --release -p ridgetone-eval -- recordings FOLDER", "eval/src/recordings.rs"),
     ("cargo xtask noise --seed 1 --write docs", "eval/src/tests/noise.rs"),
     ("cargo xtask noise --write docs", "eval/src/tests/noise.rs"),
