@@ -38,11 +38,11 @@ use unseen::Unseen;
 const STORM_EDGES: u16 = 256;
 /// Unexpected edges from one request for a check to the next, while checks find faults.
 const CHECK_EDGES: u8 = 8;
-/// Conversions after an unexpected edge until the edges tell again when one ended. To serve such an edge and to check the
-/// chip takes at most one.
+/// Conversions after an unexpected edge until the times of edges are those of conversions again. The service of such an edge, with
+/// the check of the chip, takes one conversion at most.
 const STEADY_CONVERSIONS: u32 = 4;
-/// Times that another scan is put off for that; with trouble that lasts for longer it begins at any moment. With the plan
-/// `hand` health readings then last for at most a second, and another plan waits for 0.2 s.
+/// Times that another scan waits for a safe moment. If trouble lasts for longer, it begins at any moment: with the plan `hand`,
+/// health readings last for a second at most, and another plan waits for 0.2 s at most.
 const PUT_OFF_MOST: u16 = 4_000;
 /// Without a conversion for so long, the chip is silent, microseconds: by default 500 conversions.
 const SILENT_US: u32 = 100_000;
@@ -271,10 +271,10 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
         self.muted || !self.is_set_up || now_us.wrapping_sub(self.latest_us) > QUIET_US
     }
 
-    /// Whether another scan can begin now, before the next conversion ends, which would be lost; or none is likely soon. The
-    /// time of the latest edge tells when the latest conversion ended, but not soon after an unexpected edge: while that one
-    /// was served, a conversion may have ended. Nor while DRDY is muted: the next conversion of this scan shows how many were
-    /// lost. No other scan is put off for ever.
+    /// Whether another scan can begin now and lose no conversion: the next one is far off, or none is likely soon. An edge's
+    /// time is that of a conversion's end, but not soon after an unexpected edge: a conversion may have ended while that one
+    /// was served. No scan begins while DRDY is muted: the next conversion of this scan shows how many were lost. After
+    /// [`PUT_OFF_MOST`] refusals the answer is yes.
     pub fn can_begin(&mut self, now_us: u32) -> bool {
         let period_us = self.plan.conversion_ns() / 1000;
         let is_steady = now_us.wrapping_sub(self.unexpected_us) > STEADY_CONVERSIONS * period_us;
@@ -293,7 +293,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
             let muted_us = now_us.wrapping_sub(self.latest_us);
             self.unseen.passed(muted_us);
             if self.is_health {
-                // The frames tell only what is missing of the plan's own scan.
+                // Gaps between frames count only conversions of the plan's own scan.
                 diagnostics.unseen.add(divide(u64::from(muted_us) * 1000, self.plan.conversion_ns()).0 as u32);
             }
             (self.storm_count, self.latest_us) = (0, now_us);

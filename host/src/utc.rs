@@ -23,8 +23,8 @@ const REACH_S: f64 = 600.0;
 /// The same for the height of the line.
 const NEAR_S: f64 = 15.0;
 
-/// A slope counts if it changes the delay over its span by five times the scatter of the least delays (the standard deviation
-/// of exponential ones with their median), and if ten of these are there; one that no crystal has counts sooner.
+/// A slope counts if it changes the delay over its span by five times the scatter of the least delays, and if ten of these are
+/// there; one that no crystal has counts sooner. The scatter is the standard deviation of exponential delays with the same median.
 const SIGNIFICANT: f64 = 5.0;
 const BLOCKS_MIN: usize = 10;
 const NO_CRYSTAL: f64 = 1e-3;
@@ -189,8 +189,8 @@ fn slope(points: &[(f64, f64)]) -> (f64, f64) {
     let Some(edge) = hull.windows(2).find(|edge| mean_s <= edge[1].0) else { return (0.0, CRYSTALS) };
     let slope = (edge[1].1 - edge[0].1) / (edge[1].0 - edge[0].0);
     let above = |(t_s, delay_s): &(f64, f64)| delay_s - edge[0].1 - slope * (t_s - edge[0].0);
-    // Of delays that are exponential above the line. A computer that is busy for half a second delays whole blocks by
-    // milliseconds: these hide no slope that all others show.
+    // Not the root mean square: a computer that is busy for half a second delays a block or two by milliseconds, and these few
+    // would hide a slope that all others show.
     let mut heights_s: Vec<f64> = points.iter().map(above).collect();
     heights_s.sort_by(f64::total_cmp);
     let scatter_s = (heights_s[count / 2] / std::f64::consts::LN_2).max(LEAST_S);
@@ -221,7 +221,7 @@ mod tests {
     use super::*;
     use rand_chacha::ChaCha8Rng;
     use rand_chacha::rand_core::{Rng, SeedableRng};
-    use ridgetone_proto::telemetry::Raw;
+    use ridgetone_proto::telemetry::{Raw, Release};
 
     const EPOCH_NS: f64 = 1.769_862_605e18;
 
@@ -281,6 +281,12 @@ mod tests {
         assert!(UtcClock::default().utc(0.0).is_none());
     }
 
+    /// A release at this time of the board arrives so long after the epoch.
+    fn release(clock: &mut UtcClock, t_us: u64, utc_s: f64) {
+        let packet = Packet { sequence: 1, event: Event::Release(Release { t_us }) };
+        clock.take(&packet, Receipt { utc_ns: (EPOCH_NS + utc_s * 1e9) as u64, byte_s: 0.0 });
+    }
+
     /// Without the slope, messages at one end are off by 0.9 ms.
     #[test]
     fn two_blocks_that_are_late_hide_no_slope_of_short_recordings() {
@@ -290,12 +296,7 @@ mod tests {
                 let t_s = f64::from(frame) / 241.0;
                 let late = late_at_s.iter().any(|at_s| block(*at_s) == block(t_s));
                 let late_s = if late { 5e-3 } else { 60e-6 + 40e-6 * f64::from(frame % 7) };
-                let packet = Packet {
-                    sequence: 1,
-                    event: Event::Release(ridgetone_proto::telemetry::Release { t_us: (t_s * 1e6) as u64 }),
-                };
-                let utc_ns = (EPOCH_NS + ((1.0 - 200e-6) * t_s + late_s) * 1e9) as u64;
-                clock.take(&packet, Receipt { utc_ns, byte_s: 0.0 });
+                release(&mut clock, (t_s * 1e6) as u64, (1.0 - 200e-6) * t_s + late_s);
             }
             let found = clock.utc(2.0).expect("a time").relation;
             assert!((found.skew_ppm + 200.0).abs() < 4.0 * found.skew_sigma_ppm, "{late_at_s:?}: {found:?}");
@@ -309,11 +310,7 @@ mod tests {
         let mut clock = UtcClock::default();
         let mut utc_s = 0.0;
         for second in 0..4800u64 {
-            let packet = Packet {
-                sequence: 1,
-                event: Event::Release(ridgetone_proto::telemetry::Release { t_us: second * 1_000_000 }),
-            };
-            clock.take(&packet, Receipt { utc_ns: (EPOCH_NS + utc_s * 1e9) as u64, byte_s: 0.0 });
+            release(&mut clock, second * 1_000_000, utc_s);
             utc_s += 1.0 + if second < 2400 { 50e-6 } else { -50e-6 };
         }
         for (t_s, skew_ppm) in [(1200.0, 50.0), (3600.0, -50.0)] {

@@ -277,7 +277,7 @@ impl Settings {
 }
 
 /// Least hop, seconds.
-const HOP_LEAST_S: f32 = 0.02;
+pub const HOP_LEAST_S: f32 = 0.02;
 /// Least bound of the longest hop, seconds: short windows may be far apart.
 const HOP_LEAST_MOST_S: f32 = 1.0;
 /// Greatest possible spatial period, millimetres.

@@ -99,17 +99,17 @@ pub fn conclude(
     let movement = movement(span, around, factor * factor, best.nu, sigma_nu);
     let (mut status, mut other_tone) = (status, None);
     if !summit.leaves_noise()
-        && let Some(rest) = strongest_other_line(span, statistics, channels, best, blocks)?
+        && let Some(line) = strongest_other_line(span, statistics, channels, best, blocks)?
     {
-        let times = rest.cycles / evidence.cycles;
+        let times = line.cycles / evidence.cycles;
         // Whether it is within half a cycle of a multiple of this share of the tone's frequency.
         let is_multiple_of =
             |share: f32| (times - share * libm::roundf(times / share)).abs() * evidence.cycles < MULTIPLE_CYCLES;
         // Overtones fall as their number's square, or faster; stronger, the line is the tone and the rest a part of it.
-        let is_overtone = times > 1.5 && is_multiple_of(1.0) && rest.share * times * times < 1.0;
-        let is_strong = rest.share > OTHER_LINE_SHARE && rest.contrast > OTHER_LINE_CONTRAST;
-        let is_clear = rest.share > CLEAR_LINE_SHARE
-            && rest.contrast > CLEAR_LINE_CONTRAST
+        let is_overtone = times > 1.5 && is_multiple_of(1.0) && line.share * times * times < 1.0;
+        let is_strong = line.share > OTHER_LINE_SHARE && line.contrast > OTHER_LINE_CONTRAST;
+        let is_clear = line.share > CLEAR_LINE_SHARE
+            && line.contrast > CLEAR_LINE_CONTRAST
             && evidence.noise_ratio > CLEAR_LINE_NOISE_RATIO
             && evidence.cycles < CURVED_CYCLES;
         if (is_strong || is_clear) && !is_overtone {
@@ -117,8 +117,8 @@ pub fn conclude(
                 status = Status::Ambiguous;
             }
             // A line between those of the tone says that its fundamental is lower.
-            let is_tone = rest.cycles > OTHER_TONE_CYCLES && !(is_multiple_of(0.5) || is_multiple_of(1.0 / 3.0));
-            other_tone = is_tone.then(|| OtherTone { frequency: span.frequency(0.5 * rest.cycles), share: rest.share });
+            let is_tone = line.cycles > OTHER_TONE_CYCLES && !(is_multiple_of(0.5) || is_multiple_of(1.0 / 3.0));
+            other_tone = is_tone.then(|| OtherTone { frequency: span.frequency(0.5 * line.cycles), share: line.share });
         }
     }
     fit.status = status;

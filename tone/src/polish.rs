@@ -82,7 +82,7 @@ pub fn polish(
     if before > 0.0 && after > 0.0 {
         solution.information *= after / before;
         let step = score / solution.information;
-        // A longer one leads to another line, as from half a cycle of a drift to two: the refine's end stands.
+        // A longer one leads to another line, as from half a cycle of a drift to two: the refinement's end stands.
         if step * step < (SAME_NU * SAME_NU).max(1.0 / solution.information) {
             (solution.step, solution.nu) = (step, nu + step);
         }

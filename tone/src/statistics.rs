@@ -90,7 +90,8 @@ struct Sums<'p> {
 }
 
 impl Statistics {
-    /// Collects them, and fills `pieces` with the means less the line, of the channels with the least noise; at least [`PIECES_MAX`] of them.
+    /// Collects them. Fills `pieces`, at least [`PIECES_MAX`], with the means less the line; only of the channels with the least
+    /// noise, which the grid takes.
     pub fn collect(span: &mut FrameSpan, pieces: &mut [Values]) -> Result<Self, Overwritten> {
         let survey = survey(span)?;
         span.channels = survey.reliable;

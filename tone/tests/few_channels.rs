@@ -1,5 +1,7 @@
 //! Few channels and few cycles: a part of a cycle with overtones looks like one and a half cycles beside a curved baseline.
 
+mod common;
+
 use ridgetone_tone::{Fit, Fitter, FrameSpan, Frames, Status};
 use std::f64::consts::TAU;
 
@@ -8,11 +10,8 @@ const WINDOWS: u32 = 500;
 
 /// A tone with overtones 20 dB above white noise, as `channels` channels see it; equal numbers give equal windows.
 fn fit(cycles: f64, channels: usize, number: u32) -> Fit {
-    let mut state = u64::from(number) * 7_919 + (cycles * 1e6) as u64 + channels as u64;
-    let mut even = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 40) as f64 / (1 << 24) as f64
-    };
+    let seed = u64::from(number) * 7_919 + (cycles * 1e6) as u64 + channels as u64;
+    let mut even = common::even(seed);
     for _ in 0..4 {
         even();
     }

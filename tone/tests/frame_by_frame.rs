@@ -1,5 +1,7 @@
 //! Windows that are taken frame by frame: those too short for chunks, and those along a path; with frames missing.
 
+mod common;
+
 use ridgetone_tone::{Fitter, FrameSpan, Frames, Status};
 use std::f64::consts::TAU;
 
@@ -9,16 +11,11 @@ const NOISE: f64 = 0.070_71;
 
 /// Frames of a tone of so many cycles at the places of the frames, 0 to 1, every ninth frame missing.
 fn frames(places: &[f64], cycles: f64, seed: u64) -> Vec<f32> {
-    let mut state = seed;
-    let mut uniform = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 40) as f64 / (1 << 24) as f64
-    };
+    let mut normal = common::normal(seed);
     let mut values = Vec::new();
     for (number, place) in places.iter().enumerate() {
         for channel in 0..CHANNELS {
-            let normal = (0..12).map(|_| uniform()).sum::<f64>() - 6.0;
-            let value = 4.0 + (TAU * cycles * place + channel as f64).cos() + NOISE * normal;
+            let value = 4.0 + (TAU * cycles * place + channel as f64).cos() + NOISE * normal();
             values.push(if number % 9 == 5 { f32::NAN } else { value as f32 });
         }
     }

@@ -1,5 +1,7 @@
 //! Harmonics above half the frame rate, which are seen at their images, and an interferer beside five harmonics.
 
+mod common;
+
 use ridgetone_tone::{Fit, Fitter, FrameSpan, Frames, Status};
 use std::f64::consts::TAU;
 
@@ -19,15 +21,7 @@ struct Window {
 impl Window {
     fn fit(&self, harmonics: u8) -> Fit {
         // Numbers that depend on the window alone.
-        let mut state = (self.cycles * 1e9) as u64 | 1;
-        let mut normal = || {
-            // A sum of twelve even numbers is nearly normal.
-            let mut even = || {
-                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-                (state >> 40) as f64 / (1 << 24) as f64
-            };
-            (0..12).map(|_| even()).sum::<f64>() - 6.0
-        };
+        let mut normal = common::normal((self.cycles * 1e9) as u64 | 1);
         let mut values = Vec::new();
         for frame in 0..self.frames {
             let t = (frame as f64 + 0.5) / self.frames as f64 - 0.5;

@@ -1,5 +1,7 @@
 //! Along a path channels that are read one after the other are at places of their own; and where it turns, friction turns with it.
 
+mod common;
+
 use ridgetone_tone::{CHANNELS_MAX, Fit, Fitter, FrameSpan, Frames, Status};
 use std::f64::consts::TAU;
 
@@ -13,15 +15,8 @@ fn later(channel: usize) -> f64 {
 
 /// Of this standard deviation.
 fn noise(sigma: f64, seed: u64) -> impl FnMut() -> f64 {
-    let mut state = seed;
-    move || {
-        // A sum of twelve even numbers is nearly normal.
-        let mut even = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 40) as f64 / (1 << 24) as f64
-        };
-        sigma * ((0..12).map(|_| even()).sum::<f64>() - 6.0)
-    }
+    let mut normal = common::normal(seed);
+    move || sigma * normal()
 }
 
 /// Fits cos(TAU x / period) along places `x_mm` of frames that need not be whole; `way` is added to the levels where the path goes back.

@@ -1,5 +1,7 @@
 //! A frequency that moves within the window, against what its own formula says: how much it wanders, its plain mean, its change.
 
+mod common;
+
 use ridgetone_tone::{Fit, Fitter, FrameSpan, Frames};
 use std::f64::consts::{PI, TAU};
 
@@ -10,14 +12,7 @@ const SURE: f64 = 4.0;
 
 /// The fit of a tone of `cycles` cycles a window with a phase beside it, cycles, of u from -1 to 1; 30 dB of white noise.
 fn fit(cycles: f64, phase: &dyn Fn(f64) -> f64) -> Fit {
-    let mut state = 1u64;
-    let mut noise = || {
-        let uniform = (0..12).map(|_| {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1u64 << 53) as f64
-        });
-        uniform.sum::<f64>() - 6.0
-    };
+    let mut noise = common::normal(1);
     let value = |n: usize, c: usize, noise: f64| {
         let u = place(n);
         ((TAU * (0.5 * cycles * u + phase(u)) + c as f64).cos() + 0.022 * noise) as f32

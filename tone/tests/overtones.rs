@@ -1,5 +1,7 @@
 //! The overtones that channels share, against what they were made of.
 
+mod common;
+
 use ridgetone_tone::{Fit, Fitter, FrameSpan, Frames, OVERTONES, Status};
 use std::f64::consts::TAU;
 
@@ -12,15 +14,8 @@ const NOISE: f64 = 0.01;
 
 /// Sixteen channels, each with a gain and a delay of its own, of cos u and overtones of these amplitudes and phases (turns).
 fn frames(overtones: [(f64, f64); OVERTONES], seed: u64, shared: f64) -> Vec<f32> {
-    let mut state = seed;
-    let mut normal = || {
-        // A sum of twelve even numbers is nearly normal.
-        let mut even = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 40) as f64 / (1 << 24) as f64
-        };
-        NOISE * ((0..12).map(|_| even()).sum::<f64>() - 6.0)
-    };
+    let mut unit = common::normal(seed);
+    let mut normal = || NOISE * unit();
     let mut out = Vec::new();
     for i in 0..COUNT {
         let disturbance = shared * normal();

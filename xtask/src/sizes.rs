@@ -190,7 +190,7 @@ mod tests {
     #[test]
     fn bytes_count_for_the_crate_or_static_whose_they_are() {
         let table = table(&image(&[
-            ("_ZN14ridgetone_tone5climb5climb17h2b82fad203c35ef4E", 0x0800_0101, 100),
+            ("_ZN14ridgetone_tone6refine6refine17h2b82fad203c35ef4E", 0x0800_0101, 100),
             (
                 "_ZN93_$LT$ridgetone_proto..store..FlashStore$LT$F$GT$$u20$as$u20$ridgetone_proto..store..Store$GT$4load17h05fdca9fd8eadb85E",
                 0x0800_0201,
@@ -219,7 +219,7 @@ mod tests {
 
     #[test]
     fn a_crate_above_its_budget_is_refused_by_name() {
-        let name = "_ZN14ridgetone_tone5climb5climb17h2b82fad203c35ef4E";
+        let name = "_ZN14ridgetone_tone6refine6refine17h2b82fad203c35ef4E";
         let [(_, budget), ..] = FLASH;
         assert!(table(&image(&[(name, 0x0800_0101, budget)]), &FINGER).is_ok());
         let error = table(&image(&[(name, 0x0800_0101, budget + 1)]), &FINGER).expect_err("too large").to_string();

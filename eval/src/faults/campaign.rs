@@ -1,10 +1,10 @@
 //! A number of runs of each family, on this PC and on the emulated chip.
 
+use super::bit_errors::BitErrors;
 use super::family::Family;
 use super::judge::{Judgement, judge};
 use super::plan::Plan;
 use super::row::{Place, Row};
-use super::bit_errors::BitErrors;
 use super::{emulated, lines, task_sim};
 use crate::parallel;
 use anyhow::{Context, Result, ensure};

@@ -29,8 +29,7 @@ impl Counts {
     /// Whether everything is zero that must be. `excess` must be where the number of lost conversions is known.
     pub fn is_clean(&self, loss_is_known: bool) -> bool {
         let Self { silent, altered, false_alarms, excess, .. } = *self;
-        [self.wrong, self.wrong_with_faults, silent, altered, false_alarms] == [0; 5]
-            && (excess == 0 || !loss_is_known)
+        [self.wrong, self.wrong_with_faults, silent, altered, false_alarms] == [0; 5] && (excess == 0 || !loss_is_known)
     }
 }
 

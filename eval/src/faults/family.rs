@@ -70,7 +70,9 @@ impl Family {
             Self::Storm => ("storm on DRDY, 5 to 300 ms", &[Storm, Repeated], false),
             Self::DoutFlip => ("bit error from the chip", &[Bus], true),
             // The bit decides what the chip does: it reads registers, writes them, or does nothing.
-            Self::DinFlip => ("bit error in a read's command", &[Bus, BusDead, Repeated, Registers, Channel, Lost], false),
+            Self::DinFlip => {
+                ("bit error in a read's command", &[Bus, BusDead, Repeated, Registers, Channel, Lost], false)
+            }
             Self::DoutStuck => ("DOUT stuck at ones or zeros, 0.2 to 300 ms", &[BusDead], false),
             Self::BusCut => ("bus cut: ones or zeros, 0.2 to 300 ms", &[BusDead], false),
             Self::Stall => ("converter stood still, 1 to 600 ms", &[Silent, Lost], false),
@@ -88,16 +90,11 @@ impl Family {
         self.facts().0
     }
 
-    /// Kinds of report of which one must follow. Where a conversion is read once, a bit error in its status is what the bit says.
-    pub const fn expected(self, is_read_twice: bool) -> &'static [FaultKind] {
-        use FaultKind::*;
-        match self {
-            Self::DoutFlip if !is_read_twice => &[Bus, Overload, Supply],
-            Self::DinFlip if !is_read_twice => {
-                &[Bus, BusDead, Repeated, Registers, Channel, Lost, Overload, Supply]
-            }
-            _ => self.facts().1,
-        }
+    /// Whether this kind of report may follow, of which one must. Where a conversion is read once, a bit error in its status is what the
+    /// bit says.
+    pub fn expects(self, kind: FaultKind, is_read_twice: bool) -> bool {
+        let flips_flags = !is_read_twice && matches!(self, Self::DoutFlip | Self::DinFlip);
+        self.facts().1.contains(&kind) || flips_flags && matches!(kind, FaultKind::Overload | FaultKind::Supply)
     }
 
     pub const fn loss_is_known(self) -> bool {

@@ -2,7 +2,8 @@
 
 use super::counts::Counts;
 use super::plan::Plan;
-use super::task_sim::{REFERENCE_ID, Ran, SUPPLY_ID};
+use super::task_sim::Ran;
+use ads1258::Channel;
 use hal_mock::{Fault, Injected, Truth};
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::telemetry::{Estimate, Event, Health, Status};
@@ -84,7 +85,8 @@ pub fn judge(plan: &Plan, truth: &Truth, ran: &Ran) -> Judgement {
     for number in 0..ran.injected.len() {
         let Some(fate) = fate(plan, ran, &episodes, number) else { continue };
         if fate.detected_s.is_none() && !fate.is_unseen {
-            let injection = plan.injections.get(number).map(|injection| (injection.at_s, injection.fault, injection.lasts_s));
+            let injection =
+                plan.injections.get(number).map(|injection| (injection.at_s, injection.fault, injection.lasts_s));
             judgement.complaints.push(format!("{NOT_REPORTED}: {injection:?}"));
         }
         judgement.fates.push(fate);
@@ -120,7 +122,9 @@ fn fate(plan: &Plan, ran: &Ran, episodes: &[Episode], number: usize) -> Option<F
         // In a mixed run the episode of the injection before may still last.
         let seen_since = episode.until_ns.is_none_or(|until_ns| until_ns + SLACK_NS >= begun_ns);
         let by_check = is_flip && episode.kind == FaultKind::Registers && episode.from_ns < begun_ns + CHECK_NS;
-        plan.family.expected(plan.scan.is_read_twice()).contains(&episode.kind) && (episode.from_ns < next_ns || by_check) && seen_since
+        plan.family.expects(episode.kind, plan.scan.is_read_twice())
+            && (episode.from_ns < next_ns || by_check)
+            && seen_since
     });
     let detected_s = reported.map(|episode| episode.from_ns.saturating_sub(begun_ns) as f64 * 1e-9).reduce(f64::min);
     let whole_ns = ran.whole_ns.iter().find(|whole_ns| **whole_ns > over_ns);
@@ -134,17 +138,17 @@ fn fate(plan: &Plan, ran: &Ran, episodes: &[Episode], number: usize) -> Option<F
 /// Whether a fault left no sign in ids, statuses and times: it changed nothing but a code that was read once; or the supply, above the
 /// chip's own bound, or the reference between two readings of them.
 fn leaves_no_sign(fault: Fault, begun_ns: u64, over_ns: u64, ran: &Ran) -> bool {
-    let has_no_reading = |id| {
+    let has_no_reading = |reading| {
         // A reading of which only a part fell into it may be right.
         let within = begun_ns + READING_NS..=over_ns;
-        !ran.readings_ns.iter().any(|(read, at_ns)| *read == id && within.contains(at_ns))
+        !ran.readings_ns.iter().any(|(read, at_ns)| *read == reading && within.contains(at_ns))
     };
     match fault {
         Fault::DoutFlip { .. } | Fault::DinFlip { .. } => {
             ran.unseen_ns.iter().any(|at_ns| (begun_ns..begun_ns + BIT_ERROR_NS).contains(at_ns))
         }
-        Fault::Supply { volts } => volts >= SUPPLY_BIT_V && has_no_reading(SUPPLY_ID),
-        Fault::Reference { .. } => has_no_reading(REFERENCE_ID),
+        Fault::Supply { volts } => volts >= SUPPLY_BIT_V && has_no_reading(Channel::Vcc),
+        Fault::Reference { .. } => has_no_reading(Channel::Ref),
         _ => false,
     }
 }

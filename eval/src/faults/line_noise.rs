@@ -4,9 +4,9 @@ use super::power_cuts::{CutFlash, settings};
 use anyhow::Result;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use ridgetone_proto::boot::SettingsSource;
 use ridgetone_host::requests::encode;
 use ridgetone_host::requests::receiver::Receiver;
+use ridgetone_proto::boot::SettingsSource;
 use ridgetone_proto::command::{Command, Outcome, Reply, Request};
 
 /// Bytes of a page of the flash here.

@@ -1,12 +1,12 @@
 //! One run: a touch, and the faults injected into it.
 
-use crate::draw::Draw;
 use super::family::Family;
+use crate::draw::Draw;
 use anyhow::{Context, Result};
 use hal_mock::{Fault, Injection, Sliding, Truth};
 use ridgetone_host::input::{Input, Opened, Source};
 use ridgetone_proto::plan::Plan as Scan;
-use ridgetone_proto::settings::Settings;
+use ridgetone_proto::settings::{HOP_LEAST_S, Settings};
 
 /// Scene time of the first injection, seconds, at the least: the chip runs and the idle level is known.
 const FIRST_S: f64 = 0.35;
@@ -96,5 +96,3 @@ fn window_share(scan: &Scan) -> f64 {
 /// Windows of the runs on the PC where the scan allows them, and their hop, seconds.
 const WINDOW_S: f32 = 0.3;
 const HOP_S: f32 = 0.1;
-/// The shortest hop that can be set, seconds.
-const HOP_LEAST_S: f32 = 0.02;

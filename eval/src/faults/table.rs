@@ -33,8 +33,7 @@ fn numbers(campaign: &Campaign) -> Option<String> {
     let of_touches = campaign.rows.iter().filter(|row| row.runs > 0);
     let injected: usize = of_touches.clone().map(|row| row.injected).sum();
     let runs: usize = of_touches.map(|row| row.runs).sum();
-    let numbers =
-        [injected as u64, runs as u64, campaign.seed, errors.sent, errors.checksum_passed, errors.empty];
+    let numbers = [injected as u64, runs as u64, campaign.seed, errors.sent, errors.checksum_passed, errors.empty];
     table.row(&numbers.map(grouped));
     Some(table.end())
 }

@@ -2,7 +2,7 @@
 
 use super::power_cuts::CutFlash;
 use super::scan_order::ScanOrder;
-use ads1258::Register;
+use ads1258::{Channel, Register};
 use anyhow::{Result, ensure};
 use hal_mock::{Counters, Injected, SimulatedBoard};
 use ridgetone::frame::TimedConversion;
@@ -18,10 +18,6 @@ fn writable(registers: &[u8]) -> &[u8] {
     &registers[..Register::Gpiod as usize]
 }
 
-/// Channel ids of the chip's readings of its supply and its reference (SBAS297G, channel ids).
-pub const SUPPLY_ID: u8 = 0x1A;
-pub const REFERENCE_ID: u8 = 0x1D;
-
 #[derive(Clone, Debug, Default)]
 pub struct Ran {
     pub packets: Vec<Packet>,
@@ -36,8 +32,8 @@ pub struct Ran {
     pub altered: u64,
     /// When one arrived, nanoseconds of the simulated board, whose code is not the chip's although its status is: nothing shows that.
     pub unseen_ns: Vec<u64>,
-    /// When the chip's own readings arrived, nanoseconds of the simulated board, with their ids.
-    pub readings_ns: Vec<(u8, u64)>,
+    /// When the chip's readings of supply and reference arrived, nanoseconds of the simulated board.
+    pub readings_ns: Vec<(Channel, u64)>,
     /// Times of the simulated board, nanoseconds, at which a scan was complete without a flaw while the registers were right.
     pub whole_ns: Vec<u64>,
     /// Zero of the device time, nanoseconds of the simulated board.
@@ -94,8 +90,8 @@ impl Surroundings for Observer {
         if is_altered && truth.iter().any(|(flags_and_id, _)| *flags_and_id == status.0 & 0x7F) {
             ran.unseen_ns.push(board.now_ns());
         }
-        if matches!(status.chid(), SUPPLY_ID | REFERENCE_ID) {
-            ran.readings_ns.push((status.chid(), board.now_ns()));
+        if let Some(reading @ (Channel::Vcc | Channel::Ref)) = Channel::from_id(status.chid()) {
+            ran.readings_ns.push((reading, board.now_ns()));
         }
         let is_whole = self.order.take(&timed.conversion());
         if is_whole && writable(&registers) == writable(&self.registers[0]) {

@@ -475,7 +475,7 @@ fn lasting_trouble_puts_another_scan_off_for_a_while_only() {
     assert_eq!(bench.count(Storm), 0);
 }
 
-/// The frames' gaps tell only what is missing of the inputs.
+/// Gaps between frames count only conversions of the inputs.
 #[test]
 fn conversions_of_health_readings_that_pass_while_drdy_is_muted_are_counted() {
     for (is_health, expected) in [(true, 11_669), (false, 0)] {
