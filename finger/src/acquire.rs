@@ -274,7 +274,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
     /// Whether another scan can begin now and lose no conversion: the next one is far off, or none is likely soon. An edge's
     /// time is that of a conversion's end, but not soon after an unexpected edge: a conversion may have ended while that one
     /// was served. No scan begins while DRDY is muted: the next conversion of this scan shows how many were lost. After
-    /// [`PUT_OFF_MOST`] refusals the answer is yes.
+    /// 4,000 refusals in a row the answer is yes.
     pub fn can_begin(&mut self, now_us: u32) -> bool {
         let period_us = self.plan.conversion_ns() / 1000;
         let is_steady = now_us.wrapping_sub(self.unexpected_us) > STEADY_CONVERSIONS * period_us;
