@@ -10,7 +10,7 @@ pub mod measure;
 pub mod okamoto;
 pub mod paper;
 mod pictures;
-mod protocol;
+pub mod protocol;
 mod repeatability;
 pub mod results;
 mod tables;

@@ -272,3 +272,14 @@ fn a_tone_of_1_hz_as_strong_as_the_noise_is_one_slide() {
     let expected = [("contact", 1.0), ("start", 3.0), ("end", 8.0), ("release", 11.0)];
     assert_reported(&found, &expected, 0.3);
 }
+
+/// In its trough more than half of the load is gone, as in a release, and quick comparisons see little.
+#[test]
+fn a_slow_slide_almost_as_high_as_the_load_is_no_release() {
+    let found = changes(8.0, 900.0, |t, _, lag| {
+        let tone = if load(t, 6.5) == 0.0 { 0.0 } else { (TAU * (3.0 * (t - 2.0).clamp(0.0, 4.0) + 0.5 * lag)).sin() };
+        load(t, 6.5) + 4000.0 * tone
+    });
+    let expected = [("contact", 1.0), ("start", 2.0), ("end", 6.0), ("release", 6.5)];
+    assert_reported(&found, &expected, 0.05);
+}

@@ -11,9 +11,9 @@ use crate::baselines::Scratch;
 use crate::parallel;
 use anyhow::{Context, Result};
 use hal_mock::TABLE_2;
-use ridgetone_proto::settings::TAXELS;
 use ridgetone_host::digits::seconds;
 use ridgetone_host::static_image::by_taxel;
+use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::{Event, Hold, Span, Status};
 
 pub const ALL: [usize; TAXELS] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
@@ -113,7 +113,7 @@ fn whole(taken: &Taken, series: usize, speed_mm_s: f64) -> Result<Run> {
 }
 
 /// The firmware's report: its longest slide.
-fn firmware(taken: &Taken) -> Option<Firmware> {
+pub fn firmware(taken: &Taken) -> Option<Firmware> {
     let contact_s = taken
         .events(|event| match event {
             Event::Contact(contact) => Some(seconds(contact.t_us)),
@@ -139,7 +139,8 @@ fn static_images(taken: &Taken) -> [Vec<f64>; 2] {
             Event::Image(image) if image.hold == hold => Some(by_taxel(image)),
             _ => None,
         });
-        let level_v = |pressed: Option<_>| pressed.map(|pressed: ridgetone_proto::telemetry::Pressed| f64::from(pressed.level_v));
+        let level_v =
+            |pressed: Option<_>| pressed.map(|pressed: ridgetone_proto::telemetry::Pressed| f64::from(pressed.level_v));
         images.last().and_then(|image| image.into_iter().map(level_v).collect()).unwrap_or_default()
     })
 }

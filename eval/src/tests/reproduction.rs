@@ -2,11 +2,13 @@
 
 use super::{from_root, read};
 use crate::page::load;
+use crate::parallel;
 use crate::reproduce;
-use crate::reproduce::measure::combinations;
+use crate::reproduce::measure::{combinations, firmware};
 use crate::reproduce::paper::{LENGTH_MM, TABLE_3};
+use crate::reproduce::protocol::{Imperfect, scene};
 use crate::reproduce::results::{Combination, Reproduction, Run, Windows, rms};
-use crate::reproduce::taken::Place;
+use crate::reproduce::taken::{Place, Taken};
 use hal_mock::{Sliding, SlidingScene, TABLE_2};
 use std::sync::OnceLock;
 
@@ -218,6 +220,23 @@ fn the_shipped_data_are_what_a_run_gives() {
         for (now, then) in figures(run).into_iter().zip(figures(own)) {
             assert!(now == then || close(now, then), "{now} is not {then}: run `cargo xtask reproduce`");
         }
+    }
+}
+
+#[test]
+fn the_firmware_finds_the_slides_of_all_forty_runs() {
+    let runs: Vec<(usize, u32)> = (0..TABLE_2.len()).flat_map(|c| (0..4).map(move |run| (c, run))).collect();
+    let found = parallel::map("runs", &runs, |(c, run)| {
+        let taken = Taken::new(scene(TABLE_2[*c], *run, Imperfect::ALL), Place::Pc)?;
+        Ok((firmware(&taken), taken.truth))
+    });
+    for ((c, run), (found, truth)) in runs.iter().zip(found.expect("runs")) {
+        let found = found.unwrap_or_else(|| panic!("C{} run {run}: no slide", c + 1));
+        let (start_s, end_s) = found.slide_s;
+        assert!((start_s - truth.slide_start_s).abs() < 0.02, "C{} run {run}: {found:?}", c + 1);
+        assert!((end_s - truth.slide_end_s).abs() < 0.03, "C{} run {run}: {found:?}", c + 1);
+        let (tone_hz, _) = found.tone_hz.expect("a tone");
+        assert!((tone_hz / truth.frequency_hz - 1.0).abs() < 5e-4, "C{} run {run}: {found:?}", c + 1);
     }
 }
 

@@ -30,6 +30,7 @@ const EASY_SLIDE: Recipe = Recipe {
     creep: 0.0,
     drift_v_s: 0.0,
     hum: None,
+    load: 1.0,
     press: 0.0,
     loaded: false,
     physical: false,
@@ -77,6 +78,10 @@ pub fn cells() -> Vec<Cell> {
     let tap = Recipe { hold_before_s: (0.05, 0.15), hold_after_s: (0.05, 0.15), ..still };
     add("contact", "holds of 0.1 to 0.3 s, no slide".into(), tap);
     add("contact", "starting under load".into(), Recipe { loaded: true, hold_before_s: (1.5, 3.0), ..EASY_SLIDE });
+    for snr_db in [20.0, 10.0] {
+        let gentle = Recipe { load: 0.5, tone_hz: (2.0, 10.0), snr_db, ..EASY_SLIDE };
+        add("contact", format!("half the load, 2 to 10 Hz, {snr_db} dB"), gentle);
+    }
     for (least, most) in [(0.05, 0.1), (0.1, 0.2), (0.2, 0.5), (0.5, 1.0)] {
         let recipe = Recipe { hold_after_s: (least, most), ..short };
         add("lift", format!("{least} to {most} s after the slide"), recipe);

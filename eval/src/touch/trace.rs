@@ -13,6 +13,8 @@ use std::f64::consts::TAU;
 const PERIOD_MM: f64 = 3.6;
 /// Time constant in which a contact spike decays, seconds, as in the simulated finger.
 const SPIKE_S: f64 = 0.04;
+/// Time in which the simulated finger's load comes and goes, seconds.
+const EDGE_S: f64 = 0.01;
 /// Noise of the converter at the scan's data rate, volts rms.
 const CONVERTER_V: f64 = 4.5e-6;
 /// Whoever knows the motion sees it from where its squares, in units of the noise, add up to this: five standard
@@ -45,6 +47,8 @@ pub struct Recipe {
     pub drift_v_s: f64,
     /// Hum of 50 Hz, as much as the tone, and whether the detector is given its frequency.
     pub hum: Option<bool>,
+    /// Share of the usual load.
+    pub load: f64,
     /// The finger presses by so much more and less than the load, at 1 to 3 Hz.
     pub press: f64,
     /// The finger is on the grating when the trace begins.
@@ -138,11 +142,8 @@ impl Trace {
         let rate_hz = frame_rate_hz();
         let from_s = if recipe.loaded { times.contact_s + 1.0 } else { 0.0 };
         let frames = ((times.end_s - from_s) * rate_hz) as u32;
-        let pink = if recipe.pink {
-            process::frames(Noise::Pink, frames as usize, rate_hz, &mut draw).0
-        } else {
-            Vec::new()
-        };
+        let pink =
+            if recipe.pink { process::frames(Noise::Pink, frames as usize, rate_hz, &mut draw).0 } else { Vec::new() };
         let extras = Extras {
             recipe: *recipe,
             loads_v,
@@ -205,7 +206,7 @@ impl Extras {
         let (held_s, gone_s) = (t_s - self.contact_s, t_s - self.release_s);
         let mut volts = recipe.drift_v_s * self.signs[c] * t_s;
         if self.spike > 0.0 {
-            let decay = if held_s < 0.0 { 1.0 + held_s / 0.01 } else { (-held_s / SPIKE_S).exp() };
+            let decay = if held_s < 0.0 { 1.0 + held_s / EDGE_S } else { (-held_s / SPIKE_S).exp() };
             // The scene has a spike of its own, about half as high as the load.
             volts += (self.spike - 0.5).max(0.0) * self.loads_v[c] * decay.max(0.0);
         }
@@ -215,6 +216,8 @@ impl Extras {
             let share = crept(held_s.min(self.release_s - self.contact_s)) * back;
             volts += recipe.creep * self.tone_v * share * self.loads_v[c] / self.rms_load_v();
         }
+        let loaded = (1.0 + held_s / EDGE_S).clamp(0.0, 1.0) * (1.0 - gone_s / EDGE_S).clamp(0.0, 1.0);
+        volts -= (1.0 - recipe.load) * loaded * self.loads_v[c];
         if recipe.hum.is_some() {
             let (amplitude_v, phase) = self.hum[c];
             volts += amplitude_v * (TAU * self.hum_hz * t_s + phase).sin();

@@ -17,6 +17,7 @@ use crate::touch::image::is_dead;
 use crate::touch::loaded::Air;
 use crate::touch::motion::{BLOCK_FRAMES, Block, Motion};
 use crate::touch::onset::Frames;
+use crate::touch::past::FURTHEST;
 use crate::touch::phase::{Ended, Phase};
 use crate::touch::slide::{Moving, moved_until, planned, slide_end};
 use crate::touch::spike::{SPIKE_FRAMES, SPIKE_STILL_BLOCKS, Spike, TAP};
@@ -250,7 +251,10 @@ impl ContactDetector {
                 let is_back =
                     |blocks: usize| self.motion.distance(self.motion.past().back(blocks), &self.idle.level) < back;
                 let is_over = || off < back && is_back(STILL_BLOCKS as usize - 1);
-                if self.motion.still_quick >= STILL_BLOCKS && (is_over() || self.has_fallen()) {
+                // The trough of a slow slide is as far down as a release, but it goes on.
+                let is_quiet = self.motion.still_quick >= STILL_BLOCKS;
+                let has_fallen = is_quiet && self.has_fallen();
+                if is_quiet && is_over() || has_fallen && self.motion.still >= STILL_BLOCKS {
                     self.end_hold(report);
                     self.end_phase(Ended::Hold, number, ring, report);
                     return false;
@@ -260,7 +264,7 @@ impl ContactDetector {
                         self.note_still_level();
                         moving.since = number.wrapping_sub(BLOCK_FRAMES - 1);
                     }
-                    self.moving(moving.with(block), ring, report);
+                    self.moving(moving.with(block), has_fallen, ring, report);
                     return false;
                 }
                 self.hold(number, off, block)
@@ -288,8 +292,8 @@ impl ContactDetector {
     }
 
     /// One block further while something moves: it becomes a slide, or is still again.
-    fn moving(&mut self, moving: Moving, ring: Averages, report: &mut dyn FnMut(Change)) {
-        if self.finds_slides() && moving.is_slide() {
+    fn moving(&mut self, moving: Moving, has_fallen: bool, ring: Averages, report: &mut dyn FnMut(Change)) {
+        if self.finds_slides() && moving.is_slide() && !has_fallen {
             self.is_slow = moving.is_slow();
             let left = match &self.still_level {
                 Some(level) => self.frames(ring).departure(level, moving.since, self.contact),
@@ -380,7 +384,10 @@ impl ContactDetector {
         if is_released {
             let arrived = arrived.unwrap_or_else(|| match &before {
                 Some(before) if self.air.is_known() && off >= BACK_AT_IDLE * self.load => {
-                    self.frames(ring).fall(before, &level, over)
+                    // Since then the skin has crept on.
+                    let since = self.motion.still_quick.saturating_sub(STILL_BLOCKS) as usize;
+                    let fallen = self.motion.past().mean_of_four(since.min(FURTHEST));
+                    self.frames(ring).fall(before, &fallen, over)
                 }
                 _ => self.frames(ring).arrival(&level, over),
             });

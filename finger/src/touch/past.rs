@@ -9,6 +9,8 @@ use ridgetone_tone::Values;
 const HISTORY: usize = 8;
 /// Pairs of blocks that are remembered: 0.27 s. A power of two too.
 const PAIRS: usize = 8;
+/// Blocks that [`Past::mean_of_four`] can leave out.
+pub const FURTHEST: usize = 2 * PAIRS - 4;
 /// Pairs in a sum of eight blocks.
 const PAIRS_OF_EIGHT: usize = 4;
 /// Sums of eight blocks that are remembered: 0.66 s.
@@ -93,7 +95,7 @@ impl Past {
         &self.eights[(self.latest_eight + EIGHTS - back) % EIGHTS]
     }
 
-    /// The mean of four blocks, the latest `skip` left out; where that is further back than blocks are remembered, one fewer if these would
+    /// The mean of four blocks, the latest `skip` left out, at most [`FURTHEST`]; where that is further back than blocks are remembered, one fewer if these would
     /// cut a pair.
     #[inline(never)]
     pub fn mean_of_four(&self, skip: usize) -> Values {
@@ -143,7 +145,7 @@ mod tests {
                 (past.back(0)[3], past.back(7)[3], past.mean_of_four(4)[3]),
                 (number, number - 7.0, number - 5.5)
             );
-            for skip in 5u8..=9 {
+            for skip in 5..=FURTHEST as u8 {
                 let off = past.mean_of_four(skip.into())[3] - (number - f32::from(skip) - 1.5);
                 assert!(off == 0.0 || off == 1.0, "{skip}: {off}");
             }
