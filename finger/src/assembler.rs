@@ -18,6 +18,15 @@ use ridgetone_proto::scan::TAXELS;
 /// How far from its time a conversion may be, microseconds: an interrupt may be late by so much, and by default it is
 /// 1 % of a scan. Of a fast scan it is three eighths of a conversion at most.
 const JITTER_US: u32 = 50;
+/// By how much less a conversion is late than the one before it, if it comes a conversion's time later, nanoseconds: of the fastest
+/// conversion 1.2 %, more than a clock is off.
+const CATCH_UP_NS: u32 = 512;
+/// The same in a storm, which may hold up all conversions alike for long: 370 ppm, more than two crystals differ by.
+const CATCH_UP_IN_STORM_NS: u32 = 16;
+/// Conversions for which a storm is feared after one that was off its time: 0.17 s of the fastest.
+const STORM_CONVERSIONS: u16 = 4096;
+/// Conversions in a row that are missing, from which on clocks that differ count more than service that is late.
+const LONG_GAP: u32 = 8;
 /// NEW and no other flag (SBAS297G, status byte): a conversion without a flaw.
 const FLAWLESS: u8 = 0x80;
 
@@ -30,8 +39,7 @@ struct Times {
     step_us: u32,
     /// Time from the first to the last conversion of a scan, microseconds.
     span_us: u32,
-    /// A gap in time above which whole scans may be missing: half a scan, microseconds; of a scan of one conversion that is one
-    /// and a half.
+    /// A gap in time above which whole scans may be missing: half a scan, microseconds.
     gap_us: u32,
 }
 
@@ -39,13 +47,11 @@ impl Times {
     #[inline(never)]
     const fn new(scan: &Scan) -> Self {
         let share_us = scan.conversion_ns * 3 / 8000;
-        let half_us = scan.frame_ns() / 2000;
-        let step_us = scan.conversion_ns / 1000;
         Self {
             jitter_us: if share_us < JITTER_US { share_us } else { JITTER_US },
-            step_us,
+            step_us: scan.conversion_ns / 1000,
             span_us: scan.conversion_ns * (scan.slots - 1) / 1000,
-            gap_us: if half_us > step_us + step_us / 2 { half_us } else { step_us + step_us / 2 },
+            gap_us: scan.frame_ns() / 2000,
         }
     }
 }
@@ -76,6 +82,45 @@ struct OffTime {
     has_gap: bool,
 }
 
+/// By how much the conversions of a scan of one slot are late. Their ids say nothing: only time shows what is lost. One that is read late
+/// hides a loss behind it from whoever looks at the time between two. A conversion is late by less than the time of one, because the
+/// next takes its place, and none is early: so the earliest of late are on time.
+#[derive(Clone, Copy, Debug)]
+struct Lateness {
+    late_ns: u32,
+    /// Conversions for which a storm is feared.
+    in_storm: u16,
+}
+
+impl Lateness {
+    const NONE: Self = Self { late_ns: 0, in_storm: 0 };
+
+    /// Takes the time since the conversion before it. Gives how many conversions further it is.
+    // One copy of it.
+    #[inline(never)]
+    fn steps(&mut self, passed_us: u32, conversion_ns: u32) -> u32 {
+        let passed_ns = passed_us as u64 * 1000;
+        let late_ns = self.late_ns as u64 + passed_ns;
+        let is_off_time = passed_ns.abs_diff(conversion_ns as u64) > (conversion_ns * 3 / 8) as u64;
+        self.in_storm = if is_off_time { STORM_CONVERSIONS } else { self.in_storm.saturating_sub(1) };
+        let catch_up_ns = if self.in_storm > 0 { CATCH_UP_IN_STORM_NS } else { CATCH_UP_NS };
+        let on_time_ns = (conversion_ns + catch_up_ns) as u64;
+        let Some(late_ns) = late_ns.checked_sub(on_time_ns) else {
+            self.late_ns = 0;
+            return 1;
+        };
+        // An edge that is served when three quarters have passed shows the next conversion.
+        let early_ns = if late_ns > (LONG_GAP * conversion_ns) as u64 { conversion_ns / 2 } else { conversion_ns / 4 };
+        if late_ns + (early_ns as u64) < conversion_ns as u64 {
+            self.late_ns = late_ns as u32;
+            return 1;
+        }
+        let (more, late_ns) = divide(late_ns + early_ns as u64, conversion_ns);
+        self.late_ns = late_ns.saturating_sub(early_ns);
+        more as u32 + 1
+    }
+}
+
 /// Puts frames together.
 #[derive(Clone, Debug)]
 pub struct Assembler {
@@ -95,6 +140,7 @@ pub struct Assembler {
     pub latest_slot: Option<u32>,
     /// Set if that conversion was off its time.
     off_time: Option<OffTime>,
+    lateness: Lateness,
     /// Board time of that conversion, microseconds, wrapping.
     pub board_us: u32,
     /// Device time of that conversion, microseconds since the first.
@@ -132,6 +178,7 @@ impl Assembler {
             buffer: Vec::new(),
             latest_slot: None,
             off_time: None,
+            lateness: Lateness::NONE,
             board_us: 0,
             now_us: 0,
             frame: Frame::EMPTY,
@@ -211,6 +258,13 @@ impl Assembler {
                 let passed_us = first.t_us.wrapping_sub(self.board_us);
                 if slot != scan.slots - 1 || self.off_time.is_some() || !is_on_time(passed_us, step_us) {
                     return false;
+                }
+                if scan.slots == 1 {
+                    let mut lateness = self.lateness;
+                    if lateness.steps(passed_us, scan.conversion_ns) > 1 {
+                        return false;
+                    }
+                    self.lateness = lateness;
                 }
                 (frame.number.wrapping_add(1), passed_us)
             }
@@ -343,16 +397,16 @@ impl Assembler {
             self.lost = self.lost.saturating_add(slot);
             self.flaws.lost = self.flaws.lost.saturating_add(slot);
             // The scan begins at its top, a part of a scan later than it would have: the nearest whole number counts.
-            self.off_time = None;
+            (self.off_time, self.lateness) = (None, Lateness::NONE);
             let frame_us = (self.scan.frame_ns() / 1000).max(1);
             return (passed_us.saturating_add(frame_us / 2) / frame_us).max(1);
         }
         let (mut scans, mut lost_by_time) = ((slot <= before) as u32, 0);
-        if passed_us > self.times.gap_us {
-            // As many whole scans more as bring the count of slots nearest to the time that passed. Of a scan of one slot the
-            // time is rounded itself.
-            let rounding_ns = if slots == 1 { conversion_ns / 2 } else { 0 };
-            let by_time = divide(passed_us as u64 * 1000 + rounding_ns as u64, conversion_ns).0 as u32;
+        if slots == 1 {
+            scans = self.lateness.steps(passed_us, conversion_ns);
+        } else if passed_us > self.times.gap_us {
+            // As many whole scans more as bring the count of slots nearest to the time that passed.
+            let by_time = divide(passed_us as u64 * 1000, conversion_ns).0 as u32;
             let by_order = scans * slots + slot - before;
             scans += (by_time.saturating_sub(by_order) + slots / 2) / slots.max(1);
             // A chip that was set up again restarts its scan: by order there may be fewer.
