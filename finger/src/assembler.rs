@@ -7,10 +7,13 @@
 //! Conversions are buffered until there are as many as a scan has slots. A scan without a flaw takes the fast path, all
 //! others take the slow path, conversion by conversion.
 
+mod lateness;
+
 use crate::frame::{Frame, Readings, TimedConversion};
 use crate::scan::{FIRST_INPUT, NEW, OWN, Order, SLOTS_MAX, Scan, own_of};
 use ads1258::Conversion;
 use heapless::Vec;
+use lateness::Lateness;
 use ridgetone_proto::division::divide;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::scan::TAXELS;
@@ -18,15 +21,6 @@ use ridgetone_proto::scan::TAXELS;
 /// How far from its time a conversion may be, microseconds: an interrupt may be late by so much, and by default it is
 /// 1 % of a scan. Of a fast scan it is three eighths of a conversion at most.
 const JITTER_US: u32 = 50;
-/// By how much less a conversion is late than the one before it, if it comes a conversion's time later, nanoseconds: of the fastest
-/// conversion 1.2 %, more than a clock is off.
-const CATCH_UP_NS: u32 = 512;
-/// The same in a storm, which may hold up all conversions alike for long: 370 ppm, more than two crystals differ by.
-const CATCH_UP_IN_STORM_NS: u32 = 16;
-/// Conversions for which a storm is feared after one that was off its time: 0.17 s of the fastest.
-const STORM_CONVERSIONS: u16 = 4096;
-/// Conversions in a row that are missing, from which on clocks that differ count more than service that is late.
-const LONG_GAP: u32 = 8;
 /// NEW and no other flag (SBAS297G, status byte): a conversion without a flaw.
 const FLAWLESS: u8 = 0x80;
 
@@ -80,45 +74,6 @@ struct OffTime {
     late_us: i32,
     /// Conversions were missing before it.
     has_gap: bool,
-}
-
-/// By how much the conversions of a scan of one slot are late. Their ids say nothing: only time shows what is lost. One that is read late
-/// hides a loss behind it from whoever looks at the time between two. A conversion is late by less than the time of one, because the
-/// next takes its place, and none is early: so the earliest of late are on time.
-#[derive(Clone, Copy, Debug)]
-struct Lateness {
-    late_ns: u32,
-    /// Conversions for which a storm is feared.
-    in_storm: u16,
-}
-
-impl Lateness {
-    const NONE: Self = Self { late_ns: 0, in_storm: 0 };
-
-    /// Takes the time since the conversion before it. Gives how many conversions further it is.
-    // One copy of it.
-    #[inline(never)]
-    fn steps(&mut self, passed_us: u32, conversion_ns: u32) -> u32 {
-        let passed_ns = passed_us as u64 * 1000;
-        let late_ns = self.late_ns as u64 + passed_ns;
-        let is_off_time = passed_ns.abs_diff(conversion_ns as u64) > (conversion_ns * 3 / 8) as u64;
-        self.in_storm = if is_off_time { STORM_CONVERSIONS } else { self.in_storm.saturating_sub(1) };
-        let catch_up_ns = if self.in_storm > 0 { CATCH_UP_IN_STORM_NS } else { CATCH_UP_NS };
-        let on_time_ns = (conversion_ns + catch_up_ns) as u64;
-        let Some(late_ns) = late_ns.checked_sub(on_time_ns) else {
-            self.late_ns = 0;
-            return 1;
-        };
-        // An edge that is served when three quarters have passed shows the next conversion.
-        let early_ns = if late_ns > (LONG_GAP * conversion_ns) as u64 { conversion_ns / 2 } else { conversion_ns / 4 };
-        if late_ns + (early_ns as u64) < conversion_ns as u64 {
-            self.late_ns = late_ns as u32;
-            return 1;
-        }
-        let (more, late_ns) = divide(late_ns + early_ns as u64, conversion_ns);
-        self.late_ns = late_ns.saturating_sub(early_ns);
-        more as u32 + 1
-    }
 }
 
 /// Puts frames together.
@@ -246,6 +201,7 @@ impl Assembler {
     pub fn try_fast_path(&mut self) -> bool {
         let Self { scan, times, buffer, flawless, frame, .. } = self;
         let Times { jitter_us, step_us, span_us: expected_us, .. } = *times;
+        let mut lateness = self.lateness;
         let (Some(first), Some(last), false) = (buffer.first(), buffer.last(), self.has_paused) else { return false };
         let is_on_time = |passed_us: u32, expected_us: u32| {
             passed_us.wrapping_add(jitter_us).wrapping_sub(expected_us) <= 2 * jitter_us
@@ -259,12 +215,8 @@ impl Assembler {
                 if slot != scan.slots - 1 || self.off_time.is_some() || !is_on_time(passed_us, step_us) {
                     return false;
                 }
-                if scan.slots == 1 {
-                    let mut lateness = self.lateness;
-                    if lateness.steps(passed_us, scan.conversion_ns) > 1 {
-                        return false;
-                    }
-                    self.lateness = lateness;
+                if scan.slots == 1 && lateness.steps(passed_us, scan.conversion_ns) > 1 {
+                    return false;
                 }
                 (frame.number.wrapping_add(1), passed_us)
             }
@@ -304,7 +256,7 @@ impl Assembler {
         for (code, timed) in self.own.iter_mut().zip(own) {
             *code = Some(timed.code());
         }
-        self.board_us = last_us;
+        (self.board_us, self.lateness) = (last_us, lateness);
         self.latest_slot = Some(scan.slots - 1);
         frame.number = number;
         frame.t_us = self.now_us.wrapping_add(passed_us as u64);

@@ -194,12 +194,12 @@ impl SlidingScene {
     }
 
     /// Normal load relative to the hold's: a step on with the touch, a step off with the release.
-    fn load(&self, t_s: f64) -> f64 {
+    pub fn load(&self, t_s: f64) -> f64 {
         step((t_s - self.truth.contact_s) / RISE_S + 1.0) * (1.0 - step((t_s - self.truth.release_s) / RISE_S))
     }
 
     /// Overshoot of the touch relative to its peak.
-    fn spike(&self, t_s: f64) -> f64 {
+    pub fn spike(&self, t_s: f64) -> f64 {
         let since_peak_s = t_s - self.truth.contact_s;
         if since_peak_s < 0.0 { step(since_peak_s / RISE_S + 1.0) } else { libm::exp(-since_peak_s / DECAY_S) }
     }

@@ -11,10 +11,6 @@ use std::f64::consts::TAU;
 
 /// Spatial period of the grating, millimetres.
 const PERIOD_MM: f64 = 3.6;
-/// Time constant in which a contact spike decays, seconds, as in the simulated finger.
-const SPIKE_S: f64 = 0.04;
-/// Time in which the simulated finger's load comes and goes, seconds.
-const EDGE_S: f64 = 0.01;
 /// Noise of the converter at the scan's data rate, volts rms.
 const CONVERTER_V: f64 = 4.5e-6;
 /// Whoever knows the motion sees it from where its squares, in units of the noise, add up to this: five standard
@@ -195,29 +191,29 @@ impl Trace {
         let volts = self.scene.volts(channel as u8, t_s) + self.extras.volts(channel, frame, t_s);
         let pressed_v = self.scene.clean_volts(channel as u8, t_s) - self.scene.channels()[channel].offset_v;
         let volts = volts + self.extras.press(t_s) * pressed_v;
-        let volts = volts + CONVERTER_V * self.draw.normal();
+        let more = self.extras.load(self.scene.load(t_s), self.scene.spike(t_s));
+        let volts = volts + more * self.extras.loads_v[channel] + CONVERTER_V * self.draw.normal();
         (volts / CODE_V).round() as i32
     }
 }
 
 impl Extras {
+    /// What comes to the scene's load and spike, relative to the load.
+    fn load(&self, load: f64, spike: f64) -> f64 {
+        // The scene has a spike of its own, about half as high as the load.
+        (self.spike - 0.5).max(0.0) * spike - (1.0 - self.recipe.load) * load
+    }
+
     fn volts(&self, c: usize, frame: u32, t_s: f64) -> f64 {
         let recipe = &self.recipe;
         let (held_s, gone_s) = (t_s - self.contact_s, t_s - self.release_s);
         let mut volts = recipe.drift_v_s * self.signs[c] * t_s;
-        if self.spike > 0.0 {
-            let decay = if held_s < 0.0 { 1.0 + held_s / EDGE_S } else { (-held_s / SPIKE_S).exp() };
-            // The scene has a spike of its own, about half as high as the load.
-            volts += (self.spike - 0.5).max(0.0) * self.loads_v[c] * decay.max(0.0);
-        }
         if recipe.creep > 0.0 && held_s > 0.0 {
             let crept = |for_s: f64| 1.0 - (-for_s / self.creep_s).exp();
             let back = if gone_s > 0.0 { 1.0 - crept(gone_s) } else { 1.0 };
             let share = crept(held_s.min(self.release_s - self.contact_s)) * back;
             volts += recipe.creep * self.tone_v * share * self.loads_v[c] / self.rms_load_v();
         }
-        let loaded = (1.0 + held_s / EDGE_S).clamp(0.0, 1.0) * (1.0 - gone_s / EDGE_S).clamp(0.0, 1.0);
-        volts -= (1.0 - recipe.load) * loaded * self.loads_v[c];
         if recipe.hum.is_some() {
             let (amplitude_v, phase) = self.hum[c];
             volts += amplitude_v * (TAU * self.hum_hz * t_s + phase).sin();

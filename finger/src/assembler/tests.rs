@@ -132,45 +132,67 @@ fn the_scan_after_a_loss_is_whole_again() {
     assert_eq!((assembler.lost, assembler.buffer.len()), (1, 0));
 }
 
-/// Frames of one slot at times that are late by a share of a conversion, the plan `single`: what was counted as lost, and the last number.
-fn of_one_slot(late: &[(u32, f64)]) -> (u32, u32) {
-    let conversion_us = Plan::SINGLE.conversion_ns() as f64 / 1000.0;
-    let mut assembler = Assembler::new(4.096, &Plan::SINGLE);
+/// Conversions of one slot, as those of the plan `single`, each with its count and by how much of a conversion it is late: what is
+/// counted as lost, and the number of the last frame.
+fn of_one_slot(plan: &Plan, code: i32, late: &[(u32, f64)]) -> (u32, u32) {
+    let conversion_us = plan.conversion_ns() as f64 / 1000.0;
+    let mut assembler = Assembler::new(4.096, plan);
     let mut last = 0;
     for (count, late) in late {
         let t_us = ((*count as f64 + late) * conversion_us) as u32;
         let status = Status(0x80 | assembler.order.first());
-        assembler.push(&TimedConversion::new(t_us, Conversion { status, code: 7 }), |frame| last = frame.number);
+        assembler.push(&TimedConversion::new(t_us, Conversion { status, code }), |frame| last = frame.number);
     }
     (assembler.lost, last)
 }
 
-/// In a storm conversions are served late by a half and more, a little later each, until one is lost: between two of them there is
-/// never the time of two. So it was in the campaign of faults.
+fn on_time(counts: core::ops::Range<u32>) -> impl Iterator<Item = (u32, f64)> {
+    counts.map(|count| (count, 0.0))
+}
+
+/// In a storm conversions are read late by a half and more, a little later each, until one is lost: no two are as far apart as two
+/// conversions. So it was in the campaign of faults.
 #[test]
 fn a_conversion_lost_while_service_comes_later_and_later_is_counted() {
-    let on_time = |from: u32, to: u32| (from..to).map(|count| (count, 0.0));
     let creeping = [(50, 0.47), (51, 0.53), (52, 0.57), (53, 0.62), (55, 0.02)];
     let times: Vec<_> =
-        on_time(0, 44).chain((44..50).map(|count| (count, 0.45))).chain(creeping).chain(on_time(56, 3000)).collect();
-    assert_eq!(of_one_slot(&times), (1, 2999));
+        on_time(0..44).chain((44..50).map(|count| (count, 0.45))).chain(creeping).chain(on_time(56..3000)).collect();
+    assert_eq!(of_one_slot(&Plan::SINGLE, 7, &times), (1, 2999));
     // As much later, and nothing is lost.
-    let times: Vec<_> = on_time(0, 50).chain(creeping[..4].iter().copied()).chain(on_time(54, 3000)).collect();
-    assert_eq!(of_one_slot(&times), (0, 2999));
+    let times: Vec<_> = on_time(0..50).chain(creeping[..4].iter().copied()).chain(on_time(54..3000)).collect();
+    assert_eq!(of_one_slot(&Plan::SINGLE, 7, &times), (0, 2999));
+}
+
+/// All conversions of 43 ms are read late by as much, and one is lost.
+#[test]
+fn a_conversion_lost_while_service_is_late_for_long_is_counted() {
+    let times: Vec<_> =
+        on_time(0..44).chain((44..1044).map(|count| (count, 0.62))).chain(on_time(1045..3000)).collect();
+    assert_eq!(of_one_slot(&Plan::SINGLE, 7, &times), (1, 2999));
+}
+
+/// A conversion with a flaw does not take the fast path. It is late but once.
+#[test]
+fn flaws_do_not_make_conversions_later() {
+    let times: Vec<_> = on_time(0..44).chain([(44, 0.3), (45, 0.6)]).chain(on_time(46..300)).collect();
+    assert_eq!(of_one_slot(&Plan::SINGLE, 0x7f_ffff, &times), (0, 299));
 }
 
 #[test]
 fn gaps_of_one_slot_are_counted_by_time_though_clocks_differ() {
-    for gap in [1, 2, 7, 8, 9, 500, 2000] {
-        let times: Vec<_> =
-            (0..6000).filter(|count| !(500..500 + gap).contains(count)).map(|count| (count, 0.0)).collect();
-        assert_eq!(of_one_slot(&times), (gap, 5999), "{gap}");
-    }
-    // A clock that is off by a percent is a fault, and no loss; nor is one conversion of eight that is late, by crystals that differ by
-    // 100 ppm.
-    for (rate, late) in [(0.99, 0.0), (1.01, 0.0), (0.9999, 0.6), (1.0001, 0.6)] {
-        let late = |count: u32| f64::from(count) * (rate - 1.0) + late * f64::from(u8::from(count.is_multiple_of(8)));
-        let times: Vec<_> = (0..6000).map(|count| (count, late(count))).collect();
-        assert_eq!(of_one_slot(&times), (0, 5999), "{rate}");
+    // The slowest scan of one slot too.
+    for plan in [Plan::SINGLE, Plan { data_rate: 0, delay: 7, chop: true, ..Plan::SINGLE }] {
+        for gap in [1, 2, 7, 8, 9, 500, 2000] {
+            let times: Vec<_> = on_time(0..6000).filter(|(count, _)| !(500..500 + gap).contains(count)).collect();
+            assert_eq!(of_one_slot(&plan, 7, &times), (gap, 5999), "{gap}");
+        }
+        // A clock that is off by a percent is a fault, and no loss; nor is one conversion of eight that is late, by crystals that
+        // differ by 100 ppm.
+        for (rate, late) in [(0.99, 0.0), (1.01, 0.0), (0.9999, 0.6), (1.0001, 0.6)] {
+            let late =
+                |count: u32| f64::from(count) * (rate - 1.0) + late * f64::from(u8::from(count.is_multiple_of(8)));
+            let times: Vec<_> = (0..6000).map(|count| (count, late(count))).collect();
+            assert_eq!(of_one_slot(&plan, 7, &times), (0, 5999), "{rate}");
+        }
     }
 }

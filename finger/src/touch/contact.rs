@@ -251,7 +251,7 @@ impl ContactDetector {
                 let is_back =
                     |blocks: usize| self.motion.distance(self.motion.past().back(blocks), &self.idle.level) < back;
                 let is_over = || off < back && is_back(STILL_BLOCKS as usize - 1);
-                // The trough of a slow slide is as far down as a release, but it goes on.
+                // A slow slide falls as far as a release does, but it rises again.
                 let is_quiet = self.motion.still_quick >= STILL_BLOCKS;
                 let has_fallen = is_quiet && self.has_fallen();
                 if is_quiet && is_over() || has_fallen && self.motion.still >= STILL_BLOCKS {
@@ -384,7 +384,7 @@ impl ContactDetector {
         if is_released {
             let arrived = arrived.unwrap_or_else(|| match &before {
                 Some(before) if self.air.is_known() && off >= BACK_AT_IDLE * self.load => {
-                    // Since then the skin has crept on.
+                    // The level just after the fall: the skin has crept on since.
                     let since = self.motion.still_quick.saturating_sub(STILL_BLOCKS) as usize;
                     let fallen = self.motion.past().mean_of_four(since.min(FURTHEST));
                     self.frames(ring).fall(before, &fallen, over)

@@ -9,7 +9,7 @@ use ridgetone_tone::Values;
 const HISTORY: usize = 8;
 /// Pairs of blocks that are remembered: 0.27 s. A power of two too.
 const PAIRS: usize = 8;
-/// Blocks that [`Past::mean_of_four`] can leave out.
+/// Most blocks that [`Past::mean_of_four`] can leave out.
 pub const FURTHEST: usize = 2 * PAIRS - 4;
 /// Pairs in a sum of eight blocks.
 const PAIRS_OF_EIGHT: usize = 4;
@@ -95,8 +95,8 @@ impl Past {
         &self.eights[(self.latest_eight + EIGHTS - back) % EIGHTS]
     }
 
-    /// The mean of four blocks, the latest `skip` left out, at most [`FURTHEST`]; where that is further back than blocks are remembered, one fewer if these would
-    /// cut a pair.
+    /// The mean of four blocks, the latest `skip` left out, at most [`FURTHEST`]. Older ones are remembered in pairs: `skip` is one less
+    /// where it would cut a pair.
     #[inline(never)]
     pub fn mean_of_four(&self, skip: usize) -> Values {
         let mut sum = [0.0; TAXELS];
