@@ -41,6 +41,17 @@ const OTHER_LINE_CONTRAST: f32 = 6.0;
 const CLEAR_LINE_SHARE: f32 = 0.02;
 const CLEAR_LINE_CONTRAST: f32 = 10.0;
 const CLEAR_LINE_NOISE_RATIO: f32 = 3.0;
+/// From this density on, and this multiple of the band's power, the residuals at a line are its own: no noise is as narrow. Two tones less
+/// than a cycle a window apart beat, in each channel at another time. Their density is 5 to 13 times the band's power, that of coloured
+/// noise less than 3; of one window in a thousand it is 5. Chosen on other seeds than those of docs/noise.md.
+const BEAT_DENSITY: f32 = 4.0;
+const BEAT_OVER_BAND: f32 = 4.0;
+/// Least share of the tone's power, and distance from its lines, cycles in the window, of a line that is no part of a movement.
+const APART_SHARE: f32 = 0.2;
+const APART_CYCLES: f32 = 2.0;
+/// Fewer cycles of a comb whose fundamental is not its strongest line are no period if they move, or leave this multiple of the noise.
+const COMB_CYCLES: f32 = 4.0;
+const COMB_NOISE_RATIO: f32 = 3.0;
 /// Along a path that turns back residuals are the noise's, to this factor, or the ways differ: friction turns with the motion, and with
 /// it a channel's level, amplitude and phase, of which the solution has one each.
 const TURNED_NOISE_RATIO: f32 = 2.0;
@@ -92,8 +103,15 @@ pub fn conclude(
     let is_part = best.shape.curves > 0
         && evidence.cycles < CURVED_CYCLES
         && (evidence.noise_ratio > CURVED_NOISE_RATIO && evidence.remainder > CURVED_REMAINDER || summit.strongest > 1);
-    let is_ambiguous = !is_seen || is_part || is_full(best, evidence.cycles) || is_image_strong(best, span.nu_max());
+    // What channels that are late leave in the blocks looks like a beat, too.
+    let is_beat = !span.is_staggered() && around.colour > BEAT_DENSITY && around.colour > BEAT_OVER_BAND * around.band;
+    let is_full = is_full(best, evidence.cycles);
+    let is_ambiguous = !is_seen || is_part || is_beat || is_full || is_image_strong(best, span.nu_max());
     let status = if status == Status::Good && is_ambiguous { Status::Ambiguous } else { status };
+    // A comb that moves or leaves more than noise, whose fundamental is weak, may be several tones.
+    let is_comb = summit.strongest > 1 && evidence.cycles < COMB_CYCLES;
+    let is_loose = is_comb && (status == Status::Unsteady || evidence.noise_ratio > COMB_NOISE_RATIO);
+    let status = if is_loose { Status::Ambiguous } else { status };
     let are_unlike = span.abscissa().turns(TURNED_SHARE) && evidence.noise_ratio > TURNED_NOISE_RATIO;
     let status = if status == Status::Good && are_unlike { Status::Unsteady } else { status };
     let movement = movement(span, around, factor * factor, best.nu, sigma_nu);
@@ -113,7 +131,10 @@ pub fn conclude(
             && evidence.noise_ratio > CLEAR_LINE_NOISE_RATIO
             && evidence.cycles < CURVED_CYCLES;
         if (is_strong || is_clear) && !is_overtone {
-            if status == Status::Good {
+            // A tone that moves has lines beside its own, but none as strong and as far away.
+            let nearest = libm::roundf(times).min(best.shape.harmonics as f32).max(1.0);
+            let is_apart = line.share > APART_SHARE && (times - nearest).abs() * evidence.cycles > APART_CYCLES;
+            if status == Status::Good || status == Status::Unsteady && is_apart {
                 status = Status::Ambiguous;
             }
             // A line between those of the tone says that its fundamental is lower.

@@ -18,14 +18,16 @@ const FRAMES_MIN: f32 = 40.0;
 /// A covariance of channels, each in units of its own residuals: both triangles.
 pub type Covariance = [Values; CHANNELS_MAX];
 
-/// Whether channels may share a direction: none has more power than the root of all squares.
+/// Whether channels may share a direction. The greatest of `n` eigenvalues is at most their mean and the root of `n - 1` times their
+/// standard deviation: P. A. Samuelson, "How deviant can you be?", J. Am. Stat. Assoc. 63 (1968).
 pub fn may_share(covariance: &Covariance, solution: &Solution) -> bool {
     let width = solution.width;
     let (mut trace, mut squares) = (0.0, 0.0);
     for (c, row) in covariance.iter().enumerate() {
         (trace, squares) = (trace + row[c % CHANNELS_MAX], squares + dot(row, row));
     }
-    let least = SHARED_MIN * trace / (width as f32 - 1.0 + SHARED_MIN);
+    let others = width as f32 - 1.0;
+    let beyond = SHARED_MIN * trace / (others + SHARED_MIN) - trace / width as f32;
     let is_enough = width >= CHANNELS_MIN && solution.frames >= FRAMES_MIN && 2.0 * solution.nu >= CYCLES_MIN;
-    is_enough && squares > least * least
+    is_enough && others * (squares - trace * trace / width as f32) > width as f32 * beyond * beyond
 }

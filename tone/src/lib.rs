@@ -14,7 +14,7 @@
 //! | `interferer` | where mains hum is in truth |
 //! | `blocks` | a pass for a candidate: its sums over each of a few blocks |
 //! | `refine`, `solve`, `normal` | shape of the model, least squares, Gauss-Newton steps to the maximum of the likelihood |
-//! | `neighbourhood` | the noise next to the lines, and how the tone moves |
+//! | `neighbourhood`, `colour` | the noise next to the lines, and how the tone moves |
 //! | `impulses` | single values that are far off, replaced; then all steps once more |
 //! | `mixture` | the last steps where channels share their noise, from mixtures of channels that do not |
 //! | `found` | which candidates are the likeliest |
@@ -43,6 +43,7 @@
 mod abscissa;
 mod blocks;
 mod cleaned;
+mod colour;
 mod conclude;
 mod covariance;
 mod curves;

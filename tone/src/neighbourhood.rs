@@ -7,6 +7,7 @@
 //! that moves has its movement there.
 
 use crate::blocks::{Blocks, Lines, product};
+use crate::colour::{Colour, LAGS};
 use crate::covariance::{Covariance, may_share};
 use crate::curves::curves;
 use crate::limits::{BLOCKS_MAX, CHANNELS_MAX, CURVES_MAX, HARMONICS_MAX, LINES_MAX, UNKNOWNS_MAX};
@@ -19,12 +20,8 @@ use crate::source::Values;
 const SLOW_CYCLES: usize = 5;
 /// Degrees of the phase's deviation beyond a line: with sixteen blocks higher ones are not apart.
 pub const PHASE_DEGREES: usize = 12;
-/// Lags of the residuals' correlation.
-const LAGS: usize = 3;
 /// Least share of the information of the strongest harmonic.
 const INFORMATION_SHARE_MIN: f32 = 0.3;
-/// Least share of the noise that the autoregression leaves unexplained.
-const INNOVATION_MIN: f32 = 1e-3;
 
 /// The noise next to a solution's lines, as ratios to what noise that is white and independent gives.
 #[derive(Clone, Copy, Debug)]
@@ -34,9 +31,8 @@ pub struct Neighbourhood {
     /// Power of the density, over that of as much noise that is independent: above 1 if channels share their noise with the
     /// signs of their tone.
     pub coherence: f32,
-    /// Spectral density of the noise at the lines, by an autoregression of the second order of the residuals there.
+    /// Spectral density of the noise at the main line, and its power in the blocks' band about it.
     pub colour: f32,
-    /// Power of the residuals in the blocks' band about the lines.
     pub band: f32,
     /// The phase's deviation, cycles, as factors of Legendre's polynomials from the second degree on, each with its variance in
     /// noise that is white and independent. Zeros of what so few blocks do not show.
@@ -288,8 +284,7 @@ impl<'s> Series<'s> {
             slow += with_cos * with_cos + with_sin * with_sin;
             share += of_cos + of_sin;
         }
-        let (colour, band) = self.line(solution, blocks);
-        let (colour, band) = (freedom * colour, freedom * band);
+        let Colour { density: colour, band, residual } = Colour::new(&self.lags, self.main, solution, u);
         let squares = self.density.iter().map(|density| density * density).sum::<f32>();
         let both = self.of_amplitude.iter().zip(&self.expected).take(u.len());
         let of_amplitude = both.map(|(density, expected)| density * density / expected.max(f32::MIN_POSITIVE));
@@ -298,7 +293,7 @@ impl<'s> Series<'s> {
         Neighbourhood {
             may_share: self.is_shared_wanted && may_share(self.covariance, solution),
             slow_power: freedom * slow / share.max(f32::MIN_POSITIVE),
-            coherence: freedom * squares / (all * band).max(f32::MIN_POSITIVE) * blocks / (blocks - 2.0).max(1.0),
+            coherence: squares / (all * residual).max(f32::MIN_POSITIVE) * blocks / (blocks - 2.0).max(1.0),
             colour,
             band,
             phase,
@@ -345,20 +340,5 @@ impl<'s> Series<'s> {
             (with, variance) = (with + g * rest, variance + e * rest * rest);
         }
         (with, variance)
-    }
-
-    /// Spectral density of the noise at the main harmonic, and its power in the blocks' band, over those of white noise.
-    fn line(&self, solution: &Solution, blocks: f32) -> (f32, f32) {
-        let lags = &self.lags;
-        // Of cosine and sine together, for each channel; the solution has taken one block's worth.
-        let white = solution.width as f32;
-        let correlation = |lag: usize| lags[lag % LAGS] / ((blocks - lag as f32).max(1.0) * white) + 1.0 / blocks;
-        let power = correlation(0).max(f32::MIN_POSITIVE);
-        let (one, two) = (correlation(1) / power, correlation(2) / power);
-        let spread = (1.0 - one * one).max(INNOVATION_MIN);
-        let (first, second) = (one * (1.0 - two) / spread, (two - one * one) / spread);
-        let unexplained = (1.0 - first * one - second * two).max(INNOVATION_MIN);
-        let gain = (1.0 - first - second).max(0.1);
-        (power * unexplained / (gain * gain), power)
     }
 }

@@ -8,7 +8,7 @@ use crate::neighbourhood::Neighbourhood;
 const COLOUR_OVER_BAND: f32 = 2.0;
 /// Standard deviations of as many independent residuals beyond which their autoregression's density is not chance: it is
 /// twice as uncertain.
-const COLOUR_SURE: f32 = 4.5;
+const COLOUR_SURE: f32 = 3.5;
 /// The same of a ratio with few degrees of freedom, whose tail is long.
 const SURE_TOGETHER: f32 = 4.0;
 /// Slow power from which on it is not that of white noise: one in a hundred of such windows has more.
