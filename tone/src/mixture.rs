@@ -13,6 +13,7 @@ use crate::neighbourhood::covariance;
 use crate::normal::dot;
 use crate::solve::{Equations, Shape, Solution};
 use crate::source::Values;
+use core::ops::Range;
 
 /// Most directions that are shared: cosine and sine of a disturbance.
 const DIRECTIONS: usize = 4;
@@ -31,7 +32,9 @@ const ONE_CHANNEL: f32 = 0.7;
 const TURNS: usize = 8;
 /// Most steps in a whitened window; from one to the next, standard deviations; and all together, `nu`.
 const STEPS: usize = 6;
-const SIGMAS: f32 = 0.02;
+const SIGMAS: f32 = 0.05;
+/// Slopes of the steps by the frequency, with the sign reversed, that are a secant's; 1 where the steps converge at once.
+const SLOPES: Range<f32> = 0.25..3.0;
 const MOVE_MAX: f32 = 0.25;
 
 /// How channels are turned into independent ones.
@@ -99,7 +102,7 @@ pub fn whiten(blocks: &mut Blocks, equations: &mut Equations, least: &Values, st
     // Of each mixture the noise is known: its residuals are as many as its degrees of freedom.
     let known = [equations.frames - shape.unknowns() as f32; CHANNELS_MAX];
     let (mut shared, mut roots) = ([[0.0; CHANNELS_MAX]; CHANNELS_MAX], [0.0; CHANNELS_MAX]);
-    let mut nu = start;
+    let (mut nu, mut last) = (start, None);
     for step in 1..=STEPS {
         // Residuals of a frequency that noise has moved look as if the noise had a part of the tone: they are taken anew.
         equations.collect(blocks, nu, shape.curves > 0);
@@ -115,12 +118,16 @@ pub fn whiten(blocks: &mut Blocks, equations: &mut Equations, least: &Values, st
             return false;
         }
         let solution = &mut equations.solution;
-        nu += solution.step;
+        // What is shared follows the frequency, so that each step takes back only a part of the one before: the secant leads further.
+        let slope = last.map_or(1.0, |(at, step): (f32, f32)| (step - solution.step) / (nu - at));
+        let change = solution.step / if SLOPES.contains(&slope) { slope } else { 1.0 };
+        last = Some((nu, solution.step));
+        nu += change;
         solution.nu = nu;
         if !((nu - start).abs() < MOVE_MAX) {
             return false;
         }
-        if step == STEPS || solution.step * solution.step * solution.information < SIGMAS * SIGMAS {
+        if step == STEPS || change * change * solution.information < SIGMAS * SIGMAS {
             blocks.rows.iter_mut().take(blocks.count).for_each(|rows| mixture.apply(rows));
             return true;
         }
