@@ -70,7 +70,7 @@ struct ReproduceArgs {
     /// Folder to write to.
     #[arg(long, value_name = "FOLDER", default_value = "docs")]
     out: PathBuf,
-    /// Measure the other paper's wavelengths and powers (Okamoto et al.) instead, and fill in their tables alone.
+    /// Measure the other paper's wavelengths and powers (Okamoto et al.) instead, fill in their tables and draw their pictures alone.
     #[arg(long, conflicts_with_all = ["emulated", "runs", "render"])]
     wavelengths: bool,
     /// Measure nothing: fill in the page from reproduction.json.

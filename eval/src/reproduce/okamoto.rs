@@ -3,6 +3,7 @@
 //! Okamoto et al., "Transmission of Tactile Roughness through Master-slave Systems", section IV: Figures 8 (constant speeds), 9 (a
 //! hand to and fro), 10 and 11 (power over the speed and over the wavelength). The finger is ours, and so is its skin.
 
+mod charts;
 mod errors;
 mod motion;
 mod run;
@@ -80,7 +81,7 @@ fn scan(wavelength_mm: f64, motion: Motion) -> Result<Vec<Scan>> {
     Ok(both.map(of).collect())
 }
 
-/// Scans all scales, and fills in the tables of `reproduction.md` that are about them.
+/// Scans all scales, fills in the tables of `reproduction.md` that are about them, and draws their pictures in `reproduction/`.
 pub fn write(folder: &Path) -> Result<()> {
     let motions = [SPEEDS_MM_S.map(Motion::Steady).to_vec(), vec![Motion::Hand]].concat();
     let all: Vec<_> =
@@ -96,6 +97,10 @@ pub fn write(folder: &Path) -> Result<()> {
         _ => table_of(&page, name).map(str::to_owned),
     })?;
     output::whole_text(&path, &text)?;
+    let pictures = folder.join("reproduction");
+    fs::create_dir_all(&pictures).with_context(|| pictures.display().to_string())?;
+    output::whole_text(&pictures.join("figure-8-9-okamoto.svg"), &charts::errors(&scans))?;
+    output::whole_text(&pictures.join("figure-10-11-okamoto.svg"), &charts::powers(&scans))?;
     output::line(&path.display().to_string())
 }
 

@@ -65,7 +65,7 @@ pub fn powers(scans: &[Scan]) -> String {
 
 /// The polynomial of fourth order through the powers of [`FITTED_MM`], at all speeds, from the constant on; and its coefficient of
 /// determination.
-fn polynomial(scans: &[Scan]) -> Option<([f64; 5], f64)> {
+pub fn polynomial(scans: &[Scan]) -> Option<([f64; 5], f64)> {
     let is_steady = |scan: &&Scan| scan.motion != Motion::Hand && FITTED_MM.contains(&scan.wavelength_mm);
     let points: Vec<(f64, f64)> =
         scans.iter().filter(is_steady).filter_map(|scan| Some((scan.wavelength_mm, scan.power_mv2?))).collect();

@@ -156,3 +156,56 @@ fn the_papers_polynomial_has_its_maximum() {
         assert!((of(mm) - power).abs() < 1.0, "{mm} mm: {}", of(mm));
     }
 }
+
+/// Paths of a class in a picture, as written.
+fn paths<'s>(svg: &'s str, class: &str) -> Vec<&'s str> {
+    let end = format!("\" class=\"{class}\"/>");
+    svg.lines().filter_map(|line| line.strip_prefix("<path d=\"")?.strip_suffix(&end)).collect()
+}
+
+/// The pictures have a mark for each figure of the tables, and one in the key.
+#[test]
+fn the_pictures_show_what_the_tables_say() {
+    let page = read("docs/reproduction.md");
+    let numbers = |name: &str, columns: &[usize], is_shown: &dyn Fn(&str) -> bool| {
+        let rows = table_of(&page, name).expect("the table").lines().skip(2);
+        let rows: Vec<Vec<&str>> = rows.map(|line| line.trim_matches(['|', ' ']).split(" | ").collect()).collect();
+        let shown = rows.iter().filter(|row| is_shown(row[0]));
+        shown.flat_map(|row| columns.iter().map(|at| row[*at])).filter(|cell| cell.parse::<f64>().is_ok()).count()
+    };
+    let svg = read("docs/reproduction/figure-8-9-okamoto.svg");
+    let one_way = |motion: &str| !motion.ends_with("turning");
+    for (column, class) in [(2, "solid two"), (4, "solid one fillone"), (9, "solid three")] {
+        assert_eq!(paths(&svg, class).len(), numbers("wavelengths", &[column], &one_way) + 1, "{class}");
+    }
+    let svg = read("docs/reproduction/figure-10-11-okamoto.svg");
+    let is_fitted = |mm: &str| mm.parse().is_ok_and(|mm: f64| FITTED_MM.contains(&mm));
+    let marks = numbers("powers", &[1, 2, 3], &|_| true) + numbers("powers", &[1, 2, 3], &is_fitted) + 1;
+    assert_eq!(paths(&svg, "solid one").len(), marks);
+}
+
+/// Powers that follow equation 2 at every speed are on the paper's own curve, with its local maximum.
+#[test]
+fn powers_of_the_papers_equation_are_on_its_curve() {
+    let of = |mm: f64| 30_770.0 * mm.powi(4) - 162_663.0 * mm.powi(3) + 309_743.0 * mm * mm - 248_938.0 * mm + 72_298.0;
+    let scan = |wavelength_mm: f64, speed_mm_s: f64| Scan {
+        wavelength_mm,
+        motion: Motion::Steady(speed_mm_s),
+        is_turning: false,
+        fft: None,
+        short: Errors::default(),
+        long: Errors::default(),
+        power_mv2: FITTED_MM.contains(&wavelength_mm).then(|| 3e-5 * of(wavelength_mm)),
+    };
+    let all: Vec<Scan> = WAVELENGTHS_MM.iter().flat_map(|mm| SPEEDS_MM_S.map(|speed| scan(*mm, speed))).collect();
+    let svg = super::charts::powers(&all);
+    let theirs = paths(&svg, "two")[0];
+    // One line for each wavelength's speeds, and the curve.
+    let ours = *paths(&svg, "one").iter().max_by_key(|path| path.len()).expect("a curve");
+    assert_eq!(ours, theirs);
+    // Upwards is less: the curve rises to 1.4 mm and falls behind it.
+    let heights: Vec<f64> =
+        theirs.split(['M', 'L']).skip(1).map(|point| point.split(' ').nth(1).expect("y").parse().expect("y")).collect();
+    let at = |mm: f64| heights[((mm - 0.8) / 1.2 * 60.0).round() as usize];
+    assert!(at(1.4) < at(1.2) && at(1.4) < at(1.7) && at(2.0) < at(1.4), "{heights:?}");
+}
