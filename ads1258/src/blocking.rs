@@ -18,7 +18,7 @@ impl<SPI: SpiDevice> Ads1258<SPI> {
 
     /// Writes the whole configuration, CONFIG0 to GPIOD, and reads it back. START must be low.
     ///
-    /// This also checks that there is a chip: CONFIG0 always holds ones (STAT) and zeros, which no stuck wire reads as.
+    /// This also checks that there is a chip: CONFIG0 always holds ones (STAT) and zeros, and a stuck wire reads as all ones or all zeros.
     ///
     /// # Errors
     /// [`Error::Config`] before anything is transferred; [`Error::Verify`] if a register does not hold what was

@@ -1,4 +1,4 @@
-//! From DRDY's interrupt to the queue, and the supervision of the chip.
+//! From DRDY's interrupt to the queue. The supervision of the chip is in `acquire/watch.rs`.
 //!
 //! **A conversion** ([`Acquisition::edge`]) is read twice: the chip gives the same data again, with NEW cleared
 //! (SBAS297G, read by command), so a bit error on the bus shows. Then a third read decides, by whole records. A
@@ -18,6 +18,7 @@
 
 mod resolve;
 mod unseen;
+mod watch;
 
 use crate::faults::diagnostics::Diagnostics;
 use crate::frame::TimedConversion;
@@ -28,7 +29,6 @@ use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::SpiDevice;
 use heapless::spsc::Producer;
 use resolve::{Reads, Resolved, resolve};
-use ridgetone_proto::division::divide;
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::plan::{HealthReadings, Plan};
 use unseen::Unseen;
@@ -38,24 +38,6 @@ use unseen::Unseen;
 const STORM_EDGES: u16 = 256;
 /// Unexpected edges from one request for a check to the next, while checks find faults.
 const CHECK_EDGES: u8 = 8;
-/// Conversions after an unexpected edge until the times of edges are those of conversions again. The service of such an edge, with
-/// the check of the chip, takes one conversion at most.
-const STEADY_CONVERSIONS: u32 = 4;
-/// Times that another scan waits for a safe moment. If trouble lasts for longer, it begins at any moment: with the plan `hand`,
-/// health readings last for a second at most, and another plan waits for 0.2 s at most.
-const PUT_OFF_MOST: u16 = 4_000;
-/// Without a conversion for so long, the chip is silent, microseconds: by default 500 conversions.
-const SILENT_US: u32 = 100_000;
-/// Without a conversion for so long, a check need not wait for the next one, microseconds.
-const QUIET_US: u32 = 10_000;
-/// From the first restart to the next, if the fault stays, microseconds; then twice as long each time.
-const PAUSE_LEAST_US: u32 = 125_000;
-/// Longest pause, microseconds. A restart delays the other interrupts by 0.1 ms, so longer pauses would save nothing,
-/// and a chip that works again would be found later.
-const PAUSE_MOST_US: u32 = 4_000_000;
-/// A chip without a fault for so long after a restart, and for longer than the pause, works, microseconds.
-const WELL_US: u32 = 1_000_000;
-
 /// The queue to the detector.
 type Samples<'a> = Producer<'a, TimedConversion>;
 
@@ -103,7 +85,7 @@ pub struct Acquisition<SPI, START, RESET> {
     unexpected_edges: u8,
     /// Board time of the latest unexpected edge.
     unexpected_us: u32,
-    /// Times that another scan was put off; see [`PUT_OFF_MOST`].
+    /// Times that another scan was put off.
     put_off: u16,
     muted: bool,
     unseen: Unseen,
@@ -263,79 +245,6 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
         }
         diagnostics.fault(FaultKind::Repeated, edge_us);
         self.count_unexpected(edge_us, diagnostics)
-    }
-
-    /// Whether no conversion is likely soon, so that [`Self::watch`] need not wait for one. The best time for it is right
-    /// after a conversion: the next edge is furthest away.
-    pub fn is_quiet(&self, now_us: u32) -> bool {
-        self.muted || !self.is_set_up || now_us.wrapping_sub(self.latest_us) > QUIET_US
-    }
-
-    /// Whether another scan can begin now and lose no conversion: the next one is far off, or none is likely soon. An edge's
-    /// time is that of a conversion's end, but not soon after an unexpected edge: a conversion may have ended while that one
-    /// was served. No scan begins while DRDY is muted: the next conversion of this scan shows how many were lost. After
-    /// 4,000 refusals in a row the answer is yes.
-    pub fn can_begin(&mut self, now_us: u32) -> bool {
-        let period_us = self.plan.conversion_ns() / 1000;
-        let is_steady = now_us.wrapping_sub(self.unexpected_us) > STEADY_CONVERSIONS * period_us;
-        let is_next_far = is_steady && now_us.wrapping_sub(self.latest_us) < period_us / 2;
-        let can = !self.muted && (is_next_far || self.is_quiet(now_us) || self.put_off >= PUT_OFF_MOST);
-        self.put_off = if can { 0 } else { self.put_off.saturating_add(1) };
-        can
-    }
-
-    /// Checks registers and silence, and restarts the chip on a fault. To be called twice a second at least, after
-    /// [`Drdy::Watch`], and before an estimate is reported. `now_us` is board time. The caller unmutes DRDY after it.
-    #[inline(never)]
-    pub fn watch(&mut self, now_us: u32, diagnostics: &Diagnostics, wait: &mut impl DelayNs) {
-        if core::mem::take(&mut self.muted) {
-            // No conversion was read while DRDY was muted.
-            let muted_us = now_us.wrapping_sub(self.latest_us);
-            self.unseen.passed(muted_us);
-            if self.is_health {
-                // Gaps between frames count only conversions of the plan's own scan.
-                diagnostics.unseen.add(divide(u64::from(muted_us) * 1000, self.plan.conversion_ns()).0 as u32);
-            }
-            (self.storm_count, self.latest_us) = (0, now_us);
-        }
-        let fault = if !self.is_set_up {
-            FaultKind::NoAnswer
-        } else if self.adc.verify().is_err() && self.adc.verify().is_err() {
-            // Registers read while START is high may be wrong once (seen on real chips): hence a second look.
-            FaultKind::Registers
-        } else if now_us.wrapping_sub(self.latest_us) > SILENT_US {
-            FaultKind::Silent
-        } else {
-            self.unexpected_edges = 0;
-            self.unseen.reset();
-            if self.pause_us > 0 && now_us.wrapping_sub(self.restarted_us) > self.pause_us.max(WELL_US) {
-                self.pause_us = 0;
-            }
-            return;
-        };
-        if now_us.wrapping_sub(self.restarted_us) < self.pause_us {
-            diagnostics.fault(fault, now_us);
-            return;
-        }
-        diagnostics.chip_restarts.add(1);
-        self.pause_us = (2 * self.pause_us).clamp(PAUSE_LEAST_US, PAUSE_MOST_US);
-        let since_us = now_us.wrapping_sub(self.latest_us);
-        (self.restarted_us, self.latest_us) = (now_us, now_us);
-        match fault {
-            // The chip has not run since.
-            FaultKind::NoAnswer => {}
-            FaultKind::Registers => {
-                let config0 = self.adc.read_register(Register::Config0).ok();
-                diagnostics.unseen.add(self.unseen.at_most(since_us, config0));
-            }
-            _ => diagnostics.unseen.add(self.unseen.of_clock(since_us)),
-        }
-        self.unseen.reset();
-        // A touch may last: its health readings can wait.
-        self.is_health = false;
-        let is_set_up = self.begin_scan(diagnostics, wait);
-        // Reported even if the chip answers now: nobody reported it before.
-        diagnostics.fault(if is_set_up { fault } else { FaultKind::NoAnswer }, now_us);
     }
 
     #[inline(always)]

@@ -170,11 +170,22 @@ impl Detector {
         emit: &mut dyn FnMut(Event),
         due: &mut dyn FnMut(Window),
     ) {
+        self.close(ring, diagnostics, emit, due);
+        self.report_health(self.assembler.now_us, diagnostics, emit);
+    }
+
+    /// Closes what is open: the scan under way, and a touch.
+    fn close(
+        &mut self,
+        ring: &mut Ring,
+        diagnostics: &Diagnostics,
+        emit: &mut dyn FnMut(Event),
+        due: &mut dyn FnMut(Window),
+    ) {
         let Self { assembler, tracker, .. } = self;
         assembler.finish(&mut |frame| tracker.push(frame, ring, emit, due));
         add_flaws(assembler, diagnostics);
         tracker.finish(ring, emit, due);
-        self.report_health(self.assembler.now_us, diagnostics, emit);
     }
 
     /// Puts settings in force that passed [`Settings::validate`]. A slide that lasts goes on; its windows get the new
@@ -204,10 +215,7 @@ impl Detector {
         emit: &mut dyn FnMut(Event),
         due: &mut dyn FnMut(Window),
     ) {
-        let Self { assembler, tracker, .. } = self;
-        assembler.finish(&mut |frame| tracker.push(frame, ring, emit, due));
-        add_flaws(assembler, diagnostics);
-        tracker.finish(ring, emit, due);
+        self.close(ring, diagnostics, emit, due);
         self.plan = plan;
         if self.settings.plan != plan {
             // Others are wanted by now, and their plan follows.

@@ -36,7 +36,7 @@ pub struct Estimator {
     fitter: Fitter,
     /// Frame behind the latest estimate that was accurate enough.
     reported_end: u32,
-    /// What has been reported of what is under the finger.
+    /// Compares a texture with the latest one that was reported.
     pub textures: TextureReporter,
     pins: Driver,
 }

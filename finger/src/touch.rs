@@ -1,6 +1,7 @@
 //! What a finger does, frame by frame: it is in the air, touches, holds, slides, holds, lets go; and since when.
 
 pub mod averages;
+pub(crate) mod block;
 pub mod change;
 mod chi_square;
 pub(crate) mod condition;
@@ -16,4 +17,5 @@ mod past;
 mod phase;
 mod slide;
 mod spike;
+mod swing;
 mod values;

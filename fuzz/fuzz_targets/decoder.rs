@@ -1,4 +1,4 @@
-//! Bytes as what happens to frames on a line: what comes through is read, and nothing else is.
+//! Bytes choose how frames are damaged on a line. The decoder reads those that come through, and nothing else.
 #![no_main]
 
 #[path = "../../tests/support/damage.rs"]

@@ -76,7 +76,7 @@ fn errors_name_key_and_line() {
     assert!(error("period_mm = nan").contains("period_mm = NaN"));
     let ridge = error("\nridge_mm = 4");
     assert_eq!(ridge, "a.toml: line 2: ridge_mm = 4: must be finite and less than 3.6 = period_mm");
-    // Where the key at fault has its default, the line is that of the one which limits it.
+    // If the key at fault has its default, the error names the line of the key that limits it.
     let ridge = error("\nperiod_mm = 0.5");
     assert_eq!(ridge, "a.toml: line 2: ridge_mm = 0.6: must be finite and less than 0.5 = period_mm");
     let contact = error("[finger]\ncontact_mm = 1");

@@ -20,7 +20,7 @@ const LEAST_DB: f32 = -120.0;
 /// (`tone/src/neighbourhood.rs`).
 const NEIGHBOURHOOD_CYCLES: f64 = 5.0;
 
-/// Points of the shortest spectrum of what is left: lines that it shows smooth.
+/// Points of the shortest spectrum of the residuals: with this many, its lines look smooth.
 const POINTS_MIN: usize = 64;
 
 /// The periodogram over all channels that the board's search starts from ([`ridgetone_tone::Spectrum`]).

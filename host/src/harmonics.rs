@@ -22,7 +22,7 @@ pub struct Harmonics {
     pub fit_v: Vec<f32>,
     /// The fundamental first.
     pub harmonics: Vec<Harmonic>,
-    /// Root mean square of what is left, by its degrees of freedom.
+    /// Root mean square of the residuals, by their degrees of freedom.
     pub residual_v: f32,
 }
 
@@ -81,7 +81,7 @@ pub fn power(values: &[f64], cycles: f64) -> f64 {
     sum.0.powi(2) + sum.1.powi(2)
 }
 
-/// The unknowns, and the sum of squares of what is left, by the modified Gram-Schmidt process (Björck, "Solving linear least
+/// The unknowns, and the sum of the squared residuals, by the modified Gram-Schmidt process (Björck, "Solving linear least
 /// squares problems by Gram-Schmidt orthogonalization", BIT 7, 1967).
 pub(crate) fn least_squares(rows: &[Vec<f64>], mut rest: Vec<f64>) -> (Vec<f64>, f64) {
     let size = rows[0].len();

@@ -261,7 +261,8 @@ impl Scaled {
         bridged
     }
 
-    /// By how much sigma is larger as what is bridged says nothing new: by its share of each channel, weighted as the channel is.
+    /// By what factor bridged values make sigma larger: they add no information. Their share counts in each channel, weighted as the
+    /// channel is.
     fn sigma_factor(&self, found: &Fit) -> f32 {
         let (mut all, mut bridged) = (f64::MIN_POSITIVE, 0.0);
         for (c, count) in self.bridged.iter().enumerate().filter(|(c, _)| found.usable & 1 << c != 0) {

@@ -14,10 +14,10 @@ use std::cell::Cell;
 use std::collections::VecDeque;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// Board time from whose packets one least delay is kept, seconds.
+/// One least delay is kept for each span of board time of this length, seconds.
 const BLOCK_S: f64 = 0.25;
 
-/// Board time on either side of a moment whose delays count, seconds: a crystal's drift with temperature is slower.
+/// Delays within this much board time before or after a moment count, seconds: a crystal drifts more slowly with temperature.
 const REACH_S: f64 = 600.0;
 
 /// The same for the height of the line.

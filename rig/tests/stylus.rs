@@ -22,7 +22,7 @@ fn it_waits_at_0_v_until_it_is_enabled_and_rises_softly() {
     stylus.run_alive_s(0.3);
     assert!(stylus.rig.outputs().iter().all(|output| output.code == Some(0)));
     assert_eq!(states(&stylus), []);
-    // Nor is the order to vibrate: it goes to its rest.
+    // The command to vibrate alone is not enough either: the output goes to its rest.
     let mut enabled = Stylus::ready();
     enabled.move_hand(|t_s| 100.0 * t_s);
     let from = enabled.rig.outputs().len();

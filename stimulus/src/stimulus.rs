@@ -185,7 +185,7 @@ impl Stimulus {
     }
 }
 
-/// Phase of a number of cycles. Whole ones, of which there may be many if the hand is fast and the latency long, drop out.
+/// Phase of a number of cycles. Whole cycles drop out. They may be many if the hand is fast and the latency is long.
 fn turns(cycles: f32) -> u32 {
     let part = cycles - (cycles as i32) as f32;
     // Less than one in size, so twice this fits; f32 has no bit to lose.

@@ -7,7 +7,7 @@ use crate::fit::{Fit, Status};
 use crate::found::{Found, SAME_NU};
 use crate::frame_span::FrameSpan;
 use crate::interferer::Interferer;
-use crate::limits::HARMONICS_MAX;
+use crate::limits::{CHANNELS_SEARCHED, HARMONICS_MAX};
 use crate::mixture::whiten;
 use crate::neighbourhood::neighbourhood;
 use crate::other_lines::lines_between;
@@ -16,7 +16,7 @@ use crate::refine::{Limits, Refinement, Summit, least_squares};
 use crate::search;
 use crate::solve::Equations;
 use crate::source::Overwritten;
-use crate::spectrum::{CHANNELS, Periodogram, Spectrum};
+use crate::spectrum::{Periodogram, Spectrum};
 use crate::statistics::Statistics;
 
 /// Fewest frames that are fitted.
@@ -110,7 +110,7 @@ impl Fitter {
         statistics: &Statistics,
         interferer: &mut Option<Interferer>,
     ) -> Result<Found, Overwritten> {
-        let few = statistics.order.first(CHANNELS);
+        let few = statistics.order.first(CHANNELS_SEARCHED);
         let Self { blocks, equations, harmonics_max } = self;
         let harmonics = *harmonics_max;
         let mut refinement = Refinement { span, statistics, blocks, equations };

@@ -6,13 +6,12 @@
 
 use crate::blocks::Lines;
 use crate::curves::curves;
-use crate::limits::{CANDIDATES_MAX, CHANNELS_MAX, CURVES_MAX, HARMONICS_MAX, PIECES_MAX};
+use crate::limits::{CANDIDATES_MAX, CHANNELS_MAX, CHANNELS_SEARCHED, CURVES_MAX, HARMONICS_MAX, PIECES_MAX};
 use crate::models::{Models, SIDES, SIZE};
 use crate::phase::{cos_sin, from_turns};
 use crate::refine::likelihood;
 use crate::significance::ln;
 use crate::source::Values;
-use crate::spectrum::CHANNELS;
 use crate::statistics::{Channels, Statistics};
 use heapless::Vec;
 
@@ -62,7 +61,7 @@ pub struct Grid<'g> {
     /// `u` from one piece to the next.
     step: f32,
     width: usize,
-    inverse_squares: [f32; CHANNELS],
+    inverse_squares: [f32; CHANNELS_SEARCHED],
     /// Squares of the curves.
     curves: [f32; CURVES_MAX],
     harmonics: usize,
@@ -84,7 +83,7 @@ impl<'g> Grid<'g> {
             ln_pieces: 0.0,
             step: 0.0,
             width: 0,
-            inverse_squares: [0.0; CHANNELS],
+            inverse_squares: [0.0; CHANNELS_SEARCHED],
             curves: [0.0; CURVES_MAX],
             harmonics: 0,
             interferer: None,
@@ -106,9 +105,9 @@ impl<'g> Grid<'g> {
         let count = pieces.len().min(PIECES_MAX).min(2 * self.folded.len());
         (self.rows, self.pieces, self.step) = (count.div_ceil(2), count as f32, statistics.piece_step);
         self.ln_pieces = ln(self.pieces);
-        self.width = channels.list().len().min(CHANNELS);
+        self.width = channels.list().len().min(CHANNELS_SEARCHED);
         (self.harmonics, self.interferer, self.baseline) = (harmonics, interferer, f32::NEG_INFINITY);
-        let mut units = [(0, 0.0); CHANNELS];
+        let mut units = [(0, 0.0); CHANNELS_SEARCHED];
         for (unit, c) in units.iter_mut().zip(channels.list()) {
             let c = *c as usize % CHANNELS_MAX;
             *unit = (c, libm::sqrtf(statistics.frames as f32 / statistics.about_line[c]));
@@ -131,17 +130,17 @@ impl<'g> Grid<'g> {
             let weight = 1.0 / share;
             for s in 0..SERIES {
                 // Of the channels with each other squares alone.
-                for t in (if s < CHANNELS { s } else { 0 })..=s {
+                for t in (if s < CHANNELS_SEARCHED { s } else { 0 })..=s {
                     products[s][t] += weight * (one[s] * one[t] + other[s] * other[t]);
                 }
             }
         }
         // A channel that is not there is explained.
-        for c in self.width..CHANNELS {
+        for c in self.width..CHANNELS_SEARCHED {
             products[c][c] = 1.0;
         }
         self.inverse_squares = core::array::from_fn(|c| 1.0 / products[c][c]);
-        self.curves = core::array::from_fn(|k| products[CHANNELS + k][CHANNELS + k]);
+        self.curves = core::array::from_fn(|k| products[CHANNELS_SEARCHED + k][CHANNELS_SEARCHED + k]);
         self.models = Models::new(core::array::from_fn(|s| core::array::from_fn(|t| products[s][t])));
         let mut own = [[0.0; SIZE]; 2];
         [own[0][0], own[1][0]] = [products[LEVEL][LEVEL], products[LEVEL + 1][LEVEL + 1]];
@@ -284,7 +283,13 @@ fn insert(points: &mut Vec<Point, POINTS>, mut point: Point) {
 }
 
 /// A piece of every series.
-fn series(pieces: &[Values], piece: usize, u: f32, units: &[(usize, f32); CHANNELS], is_curved: bool) -> [f32; SERIES] {
+fn series(
+    pieces: &[Values],
+    piece: usize,
+    u: f32,
+    units: &[(usize, f32); CHANNELS_SEARCHED],
+    is_curved: bool,
+) -> [f32; SERIES] {
     let mut series = [0.0; SERIES];
     if let Some(values) = pieces.get(piece) {
         for (value, (c, unit)) in series.iter_mut().zip(units) {

@@ -2,6 +2,8 @@
 
 /// Most channels of a frame.
 pub const CHANNELS_MAX: usize = 16;
+/// Channels in which candidates are searched, those with the least share of noise.
+pub const CHANNELS_SEARCHED: usize = 4;
 /// Most harmonics, the fundamental included.
 pub const HARMONICS_MAX: usize = 5;
 /// Harmonics above the first whose ratios to it are reported.

@@ -3,12 +3,11 @@
 //! About the window's centre a cosine is even and a sine is odd: there are two systems of half the size. A curve is one more
 //! right-hand side of both.
 
-use crate::limits::{CURVES_MAX, LINES_MAX};
+use crate::limits::{CHANNELS_SEARCHED, CURVES_MAX, LINES_MAX};
 use crate::solve::{CURVE_SHARE_MIN, LIKELIHOOD_PRODUCT_MIN, RESIDUAL_SHARE_MIN, WAVE_SHARE_MIN};
-use crate::spectrum::CHANNELS;
 
 /// Right-hand sides: channels, and behind them curves.
-pub const SIDES: usize = CHANNELS + CURVES_MAX;
+pub const SIDES: usize = CHANNELS_SEARCHED + CURVES_MAX;
 /// Most unknowns of a system: level or slope, and the lines.
 pub const SIZE: usize = 1 + LINES_MAX;
 /// A pivot must be more than this share of its diagonal element.
@@ -94,33 +93,33 @@ impl Models {
     pub fn residuals(
         &self,
         curves: &[f32; CURVES_MAX],
-        inverse_squares: &[f32; CHANNELS],
+        inverse_squares: &[f32; CHANNELS_SEARCHED],
         visit: &mut impl FnMut(f32),
     ) {
-        let (mut residuals, mut rest) = ([0.0; CHANNELS], [[0.0; SIDES]; CURVES_MAX]);
+        let (mut residuals, mut rest) = ([0.0; CHANNELS_SEARCHED], [[0.0; SIDES]; CURVES_MAX]);
         for (c, residual) in residuals.iter_mut().enumerate() {
             *residual = self.rest[c][c];
         }
-        rest.iter_mut().zip(self.rest.iter().skip(CHANNELS)).for_each(|(rest, row)| *rest = *row);
+        rest.iter_mut().zip(self.rest.iter().skip(CHANNELS_SEARCHED)).for_each(|(rest, row)| *rest = *row);
         for used in 0..=CURVES_MAX {
             if let Some(k) = used.checked_sub(1) {
                 let (known, others) = rest.split_at_mut(used);
                 let Some(own) = known.last() else { return };
-                let pivot = own[CHANNELS + k];
+                let pivot = own[CHANNELS_SEARCHED + k];
                 if !(pivot > CURVE_SHARE_MIN * curves[k]) {
                     return;
                 }
                 let inverse = 1.0 / pivot;
                 let with_own: [f32; CURVES_MAX] = core::array::from_fn(|l| {
-                    others.get(l).and_then(|other| other.get(CHANNELS + k)).map_or(0.0, |product| *product)
+                    others.get(l).and_then(|other| other.get(CHANNELS_SEARCHED + k)).map_or(0.0, |product| *product)
                 });
                 for (l, other) in others.iter_mut().enumerate() {
                     let factor = with_own[l] * inverse;
-                    for c in 0..CHANNELS {
+                    for c in 0..CHANNELS_SEARCHED {
                         other[c] -= factor * own[c];
                     }
                     for (m, with) in with_own.iter().enumerate().take(l + 1) {
-                        if let Some(product) = other.get_mut(CHANNELS + used + m) {
+                        if let Some(product) = other.get_mut(CHANNELS_SEARCHED + used + m) {
                             *product -= factor * with;
                         }
                     }

@@ -2,12 +2,12 @@
 
 use crate::blocks::Blocks;
 use crate::frame_span::{BLOCK, FrameSpan};
-use crate::limits::HARMONICS_MAX;
+use crate::limits::{CHANNELS_SEARCHED, HARMONICS_MAX};
 use crate::phase::{cos_sin, from_turns};
 use crate::significance::chi_square_point;
 use crate::solve::Solution;
 use crate::source::Overwritten;
-use crate::spectrum::{CHANNELS, Periodogram};
+use crate::spectrum::Periodogram;
 use crate::statistics::{Channels, Statistics};
 use crate::waves::{Waves, along};
 
@@ -77,17 +77,17 @@ pub fn lines_between(
 ) -> Result<bool, Overwritten> {
     let (abscissa, frames, nu) = (span.abscissa(), span.frames, solution.nu);
     let list = channels.list();
-    let list = list.get(..(BETWEEN_FRAMES / frames.max(1)).clamp(1, CHANNELS as u32) as usize).unwrap_or(list);
+    let list = list.get(..(BETWEEN_FRAMES / frames.max(1)).clamp(1, CHANNELS_SEARCHED as u32) as usize).unwrap_or(list);
     let mut waves = Waves::new(span, statistics, solution, (nu, interferer));
     let turns = abscissa.step().map(|step| BETWEEN.map(|share| cos_sin(from_turns(share * nu * step))));
-    let mut sums = [[[0.0; 2]; BETWEEN.len()]; CHANNELS];
+    let mut sums = [[[0.0; 2]; BETWEEN.len()]; CHANNELS_SEARCHED];
     let (mut cosines, mut sines) = ([0.0; BLOCK], [0.0; BLOCK]);
     span.blocks(&statistics.offset, &mut |block| {
         if block.first >= BETWEEN_FRAMES {
             return;
         }
         waves.go(abscissa.block(block.first, frames));
-        let mut residuals = [[0.0; BLOCK]; CHANNELS];
+        let mut residuals = [[0.0; BLOCK]; CHANNELS_SEARCHED];
         for (k, (residuals, c)) in residuals.iter_mut().zip(list).enumerate() {
             *residuals = waves.residuals(block.values, *c as usize, k);
             if !block.complete {

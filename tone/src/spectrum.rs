@@ -4,15 +4,14 @@
 //! takes, so that a noisy channel does not hide the others.
 
 use crate::frame_span::{BLOCK, FrameSpan};
-use crate::limits::{CHANNELS_MAX, POINTS_CHIP, POINTS_MAX};
+use crate::limits::{CHANNELS_MAX, CHANNELS_SEARCHED, POINTS_CHIP, POINTS_MAX};
 use crate::phase::{cos_sin, from_turns};
 use crate::source::Overwritten;
 use crate::statistics::{Channels, Statistics};
 use crate::waves::Waves;
 use core::f32::consts::PI;
 
-/// Channels that are transformed, those with the least share of noise; fewer in windows in time of more than 192 frames.
-pub const CHANNELS: usize = 4;
+/// In windows in time of more than 192 frames fewer channels are transformed.
 const CHANNELS_LONG: usize = 2;
 const FRAMES_LONG: u32 = 192;
 /// Shortest transform, points.
@@ -43,7 +42,7 @@ impl Spectrum<'_> {
     /// How many channels the periodogram of a window in time takes, those with the least share of noise: a long window has
     /// enough of a line in two.
     pub const fn channels(frames: u32) -> usize {
-        if frames > FRAMES_LONG { CHANNELS_LONG } else { CHANNELS }
+        if frames > FRAMES_LONG { CHANNELS_LONG } else { CHANNELS_SEARCHED }
     }
 }
 
@@ -58,7 +57,7 @@ impl<'m> Periodogram<'m> {
     /// The channels of a periodogram.
     pub fn channels<'c>(span: &FrameSpan, channels: &'c Channels) -> &'c [u8] {
         let list = channels.list();
-        let most = if span.is_in_time() { Spectrum::channels(span.frames) } else { CHANNELS };
+        let most = if span.is_in_time() { Spectrum::channels(span.frames) } else { CHANNELS_SEARCHED };
         list.get(..most).unwrap_or(list)
     }
 

@@ -3,9 +3,8 @@
 
 use crate::fit::{Fit, Status};
 use crate::frame_span::{BLOCK, Block, FrameSpan};
-use crate::limits::{CHANNELS_MAX, PIECES_MAX};
+use crate::limits::{CHANNELS_MAX, CHANNELS_SEARCHED, PIECES_MAX};
 use crate::source::{Overwritten, Values};
-use crate::spectrum::CHANNELS;
 
 /// A channel without a valid value in more than this share of the frames is left out. Of the others every frame must
 /// have one: all channels share one abscissa.
@@ -364,7 +363,7 @@ impl Sums<'_> {
         let slopes: Values = core::array::from_fn(|c| out.slope[c] * self.scale[c]);
         out.order = out.by_noise();
         // Of the few channels that a grid takes.
-        let few = out.order.first(CHANNELS);
+        let few = out.order.first(CHANNELS_SEARCHED);
         let mut before = zeros;
         for (p, (piece, frames)) in self.pieces.iter_mut().zip(self.counts).enumerate() {
             let u = first + step * p as f32;

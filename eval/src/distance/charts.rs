@@ -3,7 +3,7 @@
 use super::gratings::{INDENT_MM, Indices, PERIODS_MM, SPACING_MM, figure_17d, figure_22, places_mm, pressure};
 use super::layers::{Filter, figure_12, figure_16};
 use super::matching::Figure8;
-use super::tables::TABLE_6;
+use super::bars::TABLE_6;
 use anyhow::Result;
 use crate::plot::{Frame, Sample, Shape, key, marker, picture, range};
 use ridgetone_display::SUBJECTS;

@@ -1,5 +1,6 @@
 //! The tables of the page.
 
+use super::bars::{TABLE_6, bars};
 use super::gratings::{Indices, SPACING_MM, figure_17d, figure_22};
 use super::layers::{Filter, RUBBER, TABLE_1, crossing, figure_12, figure_16, table_1};
 use super::matching::block;
@@ -21,13 +22,10 @@ pub const NAMES: [&str; 10] = [
     "experiment",
 ];
 
-/// Finger 1.8 s after a ridge of 3 s (Table 6), subject by subject.
-pub const TABLE_6: [f64; 6] = [0.43, 0.74, 0.62, 0.61, 0.69, 0.66];
-
 /// A table by its name.
 pub fn table(name: &str) -> Result<Option<String>> {
     Ok(Some(match name {
-        "bars" => crate::bar::table(&super::bars::bars()?),
+        "bars" => crate::bar::table(&bars()?),
         "table_1" => noise_without_shear(),
         "figure_8" => matching()?,
         "figure_12" => layers(),

@@ -1,9 +1,8 @@
 //! What is required of the figures of a cell. A figure beyond its bar is bold on the page, and all of them are listed.
 
-use super::cells::{Cell, Group};
+use super::cells::{Cell, Group, What};
 use super::parts::Extra;
 use super::process::Noise;
-use super::tables::What;
 use crate::page::{Table, figure};
 
 /// What a figure is, and the least and the most that it may be.

@@ -3,6 +3,7 @@
 use super::process::Noise;
 use super::parts::{Extra, Speed, Tone};
 use super::window::Recipe;
+use ridgetone_host::names::name;
 use serde::{Deserialize, Serialize};
 
 /// Windows that every group is measured on, seconds.
@@ -31,16 +32,17 @@ impl Group {
         [Self::NoTone, Self::Something, Self::Sigma, Self::Accuracy, Self::FewCycles, Self::Unsteady];
 
     /// As in the data and in arguments.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::NoTone => "no_tone",
-            Self::Something => "something",
-            Self::Sigma => "sigma",
-            Self::Accuracy => "accuracy",
-            Self::FewCycles => "few_cycles",
-            Self::Unsteady => "unsteady",
-        }
+    pub fn name(self) -> &'static str {
+        name(self)
     }
+}
+
+/// The tables of a group: its judgement, its statuses, and the intervals of an unsteady tone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum What {
+    Main,
+    Status,
+    Intervals,
 }
 
 /// One row of a table.

@@ -2,7 +2,7 @@
 
 use super::Row;
 use super::bars::{self, Figure, bars};
-use super::cells::{Group, WINDOWS_S};
+use super::cells::{Group, WINDOWS_S, What};
 use super::measure::{Answers, percent};
 use crate::page::{Table, over_bound};
 
@@ -44,13 +44,6 @@ fn all(rows: &[Row]) -> impl Iterator<Item = (String, Figure)> + '_ {
     };
     let groups = Group::ALL.into_iter().flat_map(move |group| rows.iter().filter(move |row| row.group == group));
     groups.flat_map(|row| [What::Main, What::Status, What::Intervals].map(|what| (row, what))).flat_map(of)
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum What {
-    Main,
-    Status,
-    Intervals,
 }
 
 fn of_group(group: Group, what: What, rows: &[Row]) -> String {

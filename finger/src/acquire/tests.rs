@@ -1,5 +1,6 @@
 //! Against the simulated chip, and a bus that is in its way.
 
+use super::watch::PUT_OFF_MOST;
 use super::*;
 use FaultKind::{Bus, BusDead, NoAnswer, Registers, Repeated, Silent, Storm};
 use core::convert::Infallible;

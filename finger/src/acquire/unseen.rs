@@ -58,8 +58,8 @@ impl Unseen {
         self.gaps_us.saturating_add(since_us).saturating_add(CHECK_US) / period_us + 1
     }
 
-    /// The most conversions that a chip with the right registers and a fast clock made in this time, microseconds, beyond
-    /// those of a nominal clock; and those that it finishes before its reset.
+    /// By how many conversions, at most, a chip with the right registers and a fast clock was ahead of a nominal one in this
+    /// time, microseconds. The conversions that it finishes before its reset are included.
     pub fn of_clock(&self, since_us: u32) -> u32 {
         since_us / self.clock_share_us.max(1) + 2
     }

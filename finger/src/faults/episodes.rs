@@ -4,7 +4,7 @@ use crate::assembler::{Assembler, Flaws};
 use crate::faults::diagnostics::Diagnostics;
 use crate::ring::reached;
 use crate::scan::{FRAME_NS, Scan};
-use crate::touch::motion::BLOCK_FRAMES;
+use crate::touch::block::BLOCK_FRAMES;
 use ads1258::reading::CODES_PER_SUPPLY_VOLT;
 use core::ops::RangeInclusive;
 use ridgetone_proto::fault::{Fault, FaultKind, FaultSet, KINDS};

@@ -1,7 +1,8 @@
 //! An estimate is not `good` if a fault in its window may have changed it.
 
 use crate::faults::diagnostics::Diagnostics;
-use crate::touch::motion::{BLOCK_FRAMES, LONG_BLOCKS};
+use crate::touch::block::BLOCK_FRAMES;
+use crate::touch::motion::LONG_BLOCKS;
 use crate::window::Window;
 use ridgetone_proto::fault::{FaultKind, FaultSet};
 use ridgetone_proto::telemetry::{Estimate, Status, Travel};

@@ -18,6 +18,30 @@ pub fn along(direction: &Values, from: &Values, to: &Values) -> f32 {
     direction.iter().zip(from.iter().zip(to)).fold(0.0, |sum, (weight, (from, to))| sum + (to - from) * weight)
 }
 
+/// Squared length of a difference, in units of the noise, and its length along the direction that is ignored.
+#[derive(Clone, Copy)]
+pub struct Apart {
+    sum: f32,
+    along: f32,
+}
+
+impl Apart {
+    pub const NONE: Self = Self { sum: 0.0, along: 0.0 };
+
+    /// Adds a taxel's difference.
+    #[inline(always)]
+    pub fn add(&mut self, off: f32, weight: f32, pull: f32) {
+        self.sum += off * off * weight;
+        self.along += off * pull;
+    }
+
+    /// The square without what is ignored.
+    #[inline(always)]
+    pub fn square(self) -> f32 {
+        self.sum - self.along * self.along
+    }
+}
+
 /// Limit for a sum over the taxels of a scan: so much for each taxel, and a margin. The margin is given for sixteen taxels; it
 /// grows with the root of their number, as the standard deviation of the sum does.
 #[derive(Clone, Copy, Debug)]

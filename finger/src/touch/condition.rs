@@ -1,7 +1,7 @@
 //! What is taken off the frames before anything is looked for in them: mains hum of a known frequency, and a drift.
 
 use crate::touch::averages::Averages;
-use crate::touch::motion::BLOCK_FRAMES;
+use crate::touch::block::BLOCK_FRAMES;
 use crate::touch::values::{add_times, scale};
 use core::f32::consts::PI;
 use ridgetone_proto::plan::Plan;

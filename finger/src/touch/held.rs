@@ -1,6 +1,8 @@
 //! The level that is held, for the static image: the mean of the latest part of a hold in which nothing moved.
 
-use crate::touch::motion::{BLOCK_FRAMES, Motion, approach};
+use crate::touch::block::BLOCK_FRAMES;
+use crate::touch::motion::Motion;
+use crate::touch::values::approach;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::Hold;
 use ridgetone_tone::Values;

@@ -1,15 +1,16 @@
 //! The level in the air, and its drift: what a touch is compared with.
 
+use crate::touch::block::BLOCK_FRAMES;
 use crate::touch::chi_square::{Limit, Taxels, limit};
 use crate::touch::condition::Condition;
-use crate::touch::motion::{BLOCK_FRAMES, greater};
+use crate::touch::values::greater;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 
 /// A block's mean this far from the idle level is contact: 100 for 16 taxels. It is the limit of
 /// [`crate::touch::motion`], with a margin for the uncertainty of the level.
 const TOUCHED: Limit = limit(1.0, 84.0);
-/// The same in noise that is not white, whose level wanders: a multiple of what is typical.
+/// The same, if the noise is not white and its level wanders: a multiple of the typical distance.
 const OVER_TYPICAL: f32 = 8.0;
 /// A block this far off shows that the level does not go straight on: 61, as in [`crate::touch::motion`].
 const BENT: Limit = limit(1.0, 45.0);

@@ -5,9 +5,8 @@
 //! so that its way is straight; a slide takes each by its own phase.
 
 use crate::touch::chi_square::{along, distance};
-use crate::touch::motion::greater;
 use crate::touch::onset::Frames;
-use crate::touch::values::{difference, multiply};
+use crate::touch::values::{difference, greater, multiply};
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 

@@ -4,16 +4,16 @@
 //! of freedom for each taxel. First differences see quick changes. Second differences at longer distances see slow waves,
 //! but not the straight creep of a skin that was just loaded.
 
-use crate::touch::chi_square::{Limit, Taxels, along, distance, limit, root};
+pub use crate::touch::block::{BLOCK_FRAMES, Block};
+use crate::touch::chi_square::{Apart, Limit, Taxels, along, distance, limit};
 use crate::touch::noise::{KNOWN_BLOCKS, NOISE_BLOCKS, Noise};
 use crate::touch::past::{EIGHTS, Past};
-use crate::touch::values::length;
+use crate::touch::swing::{FAINT_OVER_TYPICAL, OVER_TYPICAL, Swing};
+use crate::touch::values::{greater, length};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 
-/// Frames of a block: 16.6 ms at 241 Hz.
-pub const BLOCK_FRAMES: u32 = 4;
 /// Distance of the short second difference, blocks: 33 ms.
 const SHORT: usize = 2;
 /// Distance of the long second difference, which is one of means of four blocks, blocks: 100 ms.
@@ -39,76 +39,17 @@ const BESIDE: f32 = 5.0;
 /// frames. The limit is the mean and four and a half standard deviations: a slide needs many such blocks. Averages find what
 /// is too weak for one block, above all a tone near 60 Hz: a mean of four frames has none of it.
 const FAINT: [Limit; 3] = [limit(8.0, 42.0), limit(13.0, 62.0), limit(1.0, 14.0)];
-/// The same in noise that is not white. An average varies less than a block.
-const FAINT_OVER_TYPICAL: f32 = 1.3;
 /// A comparison above this is motion: 61 for 16 taxels, a chi-square's mean of 16 and eight of its standard deviations of
 /// 5.7. A day has 5 million blocks.
 const MOVING: Limit = limit(1.0, 45.0);
 /// The same for the differences from frame to frame over a block: mean 128, eight times 35.
 const JUMPING: Limit = limit(8.0, 282.0);
-/// Standard deviations of the squares of averaged frames about their means that are motion, and those of an average of them,
-/// which has a third of theirs.
-const SWINGING: f32 = 8.0;
-const SWINGING_FAINT: f32 = 1.5;
 /// Of the greatest long comparison: what is less is the bend of a skin's creep after it, 3 % of the motion.
 const CREEP_SHARE: f32 = 1e-3;
-/// Noise that is not white makes a comparison larger while nothing moves. Motion is this many times what it was then.
-const OVER_TYPICAL: f32 = 4.0;
 /// Taxels that bear a load, at least, if nothing along it is motion: one or two alone show a slide hardly otherwise.
 const LOADED_MIN: f32 = 2.5;
 /// The noise is learnt from every eighth block once it is known.
 const LEARN_EVERY: u32 = 8;
-
-/// What one block of frames shows.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Block {
-    /// It differs within itself or from the block before: something moves right now.
-    pub now: bool,
-    /// That, or it differs from the course of the last [`SHORT_BLOCKS`].
-    pub quick: bool,
-    /// It differs from the course of the last [`LONG_BLOCKS`].
-    pub slow: bool,
-    /// The latest blocks differ among each other, if only on the average.
-    pub faint: bool,
-    /// It differs from the course of the last [`LONGEST_BLOCKS`].
-    pub longest: bool,
-}
-
-impl Block {
-    /// Whether it shows any change.
-    pub const fn moves(&self) -> bool {
-        self.moves_lately() || self.longest
-    }
-
-    /// Whether it shows one within the last [`LONG_BLOCKS`].
-    pub const fn moves_lately(&self) -> bool {
-        self.quick || self.slow || self.faint
-    }
-}
-
-/// Squared length of a difference, in units of the noise, and its length along the direction that is ignored.
-#[derive(Clone, Copy)]
-pub struct Apart {
-    sum: f32,
-    along: f32,
-}
-
-impl Apart {
-    pub const NONE: Self = Self { sum: 0.0, along: 0.0 };
-
-    /// Adds a taxel's difference.
-    #[inline(always)]
-    pub fn add(&mut self, off: f32, weight: f32, pull: f32) {
-        self.sum += off * off * weight;
-        self.along += off * pull;
-    }
-
-    /// The square without what is ignored.
-    #[inline(always)]
-    pub fn square(self) -> f32 {
-        self.sum - self.along * self.along
-    }
-}
 
 /// Comparisons: within a block, with the one before, short, long, of what averaged frames hide, and the longest.
 const COMPARISONS: usize = 6;
@@ -428,54 +369,10 @@ impl Motion {
     }
 }
 
-/// The squares of averaged frames about their means: what is faster than the means. They are weighted as differences of the means are,
-/// so only their ratio to what is typical says something. Noise alone makes them a chi-square with a degree of freedom for
-/// each frame but one of a mean, of each taxel.
-#[derive(Clone, Debug)]
-struct Swing {
-    /// Multiples of what is typical above which one block is motion, and an average of blocks.
-    limit: f32,
-    faint_limit: f32,
-    /// The sum over the block under way.
-    sum: f32,
-}
-
-impl Swing {
-    const fn new(plan: &Plan) -> Self {
-        let freedom = (BLOCK_FRAMES * (plan.frames_averaged() - 1)) as f32 * plan.channels() as f32;
-        // Standard deviation over mean.
-        let root = if freedom > 0.0 { root(2.0 / freedom) } else { 0.0 };
-        let (limit, faint_limit) = (1.0 + SWINGING * root, 1.0 + SWINGING_FAINT * root);
-        Self {
-            limit: if limit > OVER_TYPICAL { limit } else { OVER_TYPICAL },
-            faint_limit: if faint_limit > FAINT_OVER_TYPICAL { faint_limit } else { FAINT_OVER_TYPICAL },
-            sum: 0.0,
-        }
-    }
-
-    /// Adds those about one mean.
-    #[inline(never)]
-    fn add(&mut self, squares: &Values, weights: &Values) {
-        self.sum += squares.iter().zip(weights).fold(0.0, |sum, (square, weight)| sum + square * weight);
-    }
-}
-
 /// Takes one more into an average of at most [`NOISE_BLOCKS`].
 // Not inlined: there would be six of it.
 #[inline(never)]
 fn average(value: f32, averaged: &mut f32, mean: &mut f32) {
     *averaged += if *averaged < NOISE_BLOCKS { 1.0 } else { 0.0 };
     *mean += (value - *mean) / *averaged;
-}
-
-/// Moves a level by a share of its way to another one.
-pub fn approach(level: &mut Values, to: &Values, share: f32) {
-    for (level, to) in level.iter_mut().zip(to) {
-        *level += share * (to - *level);
-    }
-}
-
-/// `f32::max` is a function call on the chip, because it heeds NaN.
-pub fn greater(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
 }

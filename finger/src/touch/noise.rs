@@ -1,7 +1,8 @@
 //! The noise of each taxel, learned from blocks in which nothing moves.
 
-use crate::touch::motion::{BLOCK_FRAMES, greater};
+use crate::touch::block::BLOCK_FRAMES;
 use crate::touch::past::Past;
+use crate::touch::values::greater;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 

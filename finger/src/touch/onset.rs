@@ -4,10 +4,10 @@
 
 use crate::ring::reached;
 use crate::touch::averages::Averages;
-use crate::touch::chi_square::{Limit, Taxels, along, distance, limit};
+use crate::touch::block::BLOCK_FRAMES;
+use crate::touch::chi_square::{Apart, Limit, Taxels, along, distance, limit};
 use crate::touch::condition::Condition;
-use crate::touch::motion::{Apart, BLOCK_FRAMES, greater};
-use crate::touch::values::{add, scale};
+use crate::touch::values::{add, greater, scale};
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 

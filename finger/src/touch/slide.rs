@@ -1,8 +1,9 @@
 //! The slide: what makes a motion one, until when it moves for sure, and when it ended.
 
+use crate::touch::block::{BLOCK_FRAMES, Block};
 use crate::touch::chi_square::{Limit, limit};
 use crate::touch::condition::Condition;
-use crate::touch::motion::{BLOCK_FRAMES, Block, FAINT_BLOCKS, LONG_BLOCKS, LONGEST_BLOCKS, Motion, SHORT_BLOCKS};
+use crate::touch::motion::{FAINT_BLOCKS, LONG_BLOCKS, LONGEST_BLOCKS, Motion, SHORT_BLOCKS};
 use crate::touch::onset::{END_FRAMES, Frames};
 use crate::touch::values::{difference, scale};
 use ridgetone_proto::settings::SlideRule;

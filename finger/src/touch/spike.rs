@@ -1,7 +1,7 @@
 //! The contact spike: the paper's equations 2 and 3.
 
+use crate::touch::block::BLOCK_FRAMES;
 use crate::touch::chi_square::{Limit, limit};
-use crate::touch::motion::BLOCK_FRAMES;
 use crate::touch::onset::Frames;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;

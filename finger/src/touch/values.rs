@@ -1,4 +1,4 @@
-//! Sums over the values of a frame. Each is a function of its own, not inlined: unrolled at every call they would take kilobytes.
+//! Arithmetic with the values of a frame. The sums are not inlined: unrolled at every call they would take kilobytes.
 
 use crate::touch::chi_square::along;
 use core::hint::black_box;
@@ -40,4 +40,16 @@ pub fn difference(values: &Values, less: &Values) -> Values {
 #[inline(never)]
 pub fn length(values: &Values) -> f32 {
     libm::sqrtf(along(values, &[0.0; TAXELS], values))
+}
+
+/// Moves a level by a share of its way to another one.
+pub fn approach(level: &mut Values, to: &Values, share: f32) {
+    for (level, to) in level.iter_mut().zip(to) {
+        *level += share * (to - *level);
+    }
+}
+
+/// `f32::max` is a function call on the chip, because it heeds NaN.
+pub fn greater(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
 }

@@ -1,4 +1,4 @@
-//! The DRDY pin at the processor: the chip's own edges without those that a fault removes, and those that it adds.
+//! The DRDY pin at the processor. It has the chip's own edges; a fault removes some of them, or adds others.
 
 use super::Ads1258;
 use super::timing::Timing;

@@ -82,7 +82,7 @@ struct Talk<'a> {
     feed: &'a mut Feed,
     requests: Requests,
     seen: Seen,
-    /// The greeting with the board's own settings, while the default plan is in force in place of theirs.
+    /// The greeting with the board's own settings. It is kept while the default plan replaces the board's own.
     own: Option<Hello>,
     progress: &'a mut Progress,
 }

@@ -16,7 +16,7 @@ pub fn checks(seen: &Observations) -> Vec<Check> {
     checks
 }
 
-/// Whether the board has its own plan again, if it has another one than that which is judged.
+/// Whether the board has its own plan again. It is checked with the default plan, which may be another one.
 fn plan(Lent { plan, failed }: &Lent) -> Check {
     let own = plan.name().map_or_else(|| "the board's own plan".to_owned(), |name| format!("plan `{name}`"));
     let (verdict, finding) = match failed {

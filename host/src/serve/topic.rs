@@ -1,9 +1,12 @@
 //! The topics of a finger: `/<board>/<finger>/<topic>`.
 
+use crate::names::name;
+use serde::Serialize;
 use std::fmt::Display;
 
 /// What a message is about.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Topic {
     /// Every frame. Best effort; all others are reliable.
     Frames,
@@ -50,16 +53,7 @@ impl Topic {
     }
 
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Frames => "frames",
-            Self::Contact => "contact",
-            Self::Tone => "tone",
-            Self::Feel => "feel",
-            Self::Texture => "texture",
-            Self::Pins => "pins",
-            Self::Diagnostics => "diagnostics",
-            Self::Health => "health",
-        }
+        name(self)
     }
 }
 

@@ -1,4 +1,4 @@
-//! The texture that a finger reports, as what it becomes under a hand.
+//! A texture that a finger reports, turned into the texture that a hand feels.
 
 use crate::digits::seconds;
 use ridgetone_proto::telemetry::{Event, Overtones, Packet};

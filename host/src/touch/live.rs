@@ -1,4 +1,4 @@
-//! Serves the page, with a texture of a file or with those of a finger as it finds them.
+//! Serves the page. Its texture is that of a file, or the latest one that a finger has found.
 
 use super::output::Output;
 use super::page::{Page, Shown};

@@ -53,7 +53,7 @@ pub struct Rcc {
     has_dckcfgr: bool,
     /// HSE never starts.
     pub hse_is_dead: bool,
-    /// Nor does it from the next reset on.
+    /// From the next reset on HSE does not start.
     pub hse_dies: bool,
 }
 

@@ -59,7 +59,7 @@ fn a_hand_that_leaves_and_a_line_that_is_silent_stop_it_softly() {
     stylus.command(Command::Enable);
     stylus.run_s(0.1);
     assert_eq!(states(&stylus).last(), Some(&State::Vibrating));
-    // Nor when it is told to stop.
+    // The command to stop ends the vibration too.
     stylus.command(Command::Disable);
     let off_s = stylus.now_s();
     stylus.run_s(0.1);

@@ -1,8 +1,9 @@
 //! The pictures of the other paper's figures.
 
 use super::motion::Motion;
+use super::paper::{FITTED_MM, POLYNOMIAL, SPEEDS_MM_S, WAVELENGTHS_MM};
+use super::scan::Scan;
 use super::tables::polynomial;
-use super::{FITTED_MM, POLYNOMIAL, SPEEDS_MM_S, Scan, WAVELENGTHS_MM};
 use crate::axis::Axis;
 use crate::plot::{Frame, Sample, Shape, key, log_axis, marker, picture};
 use ridgetone_host::svg::{Anchor, Svg};

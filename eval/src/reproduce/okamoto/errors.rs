@@ -1,8 +1,8 @@
 //! Errors of wavelengths: the firmware's, those of the paper's method, and the bound.
 
-use super::motion::Motion;
+use super::motion::{Motion, SETTLES_S};
+use super::paper::{CYCLES, WINDOW_S};
 use super::run::{FELT_LATE_S, Slid, conversion_s};
-use super::{CYCLES, WINDOW_S};
 use crate::accuracy::NINETY_FIVE;
 use crate::bound::{length, orthonormal, remove};
 use crate::simulated::converter_noise_v;
@@ -16,10 +16,6 @@ use std::f64::consts::TAU;
 /// What amplitudes are taken from: away from the slide's ends and from turns, where friction builds up by millivolts.
 const SETTLED_S: f64 = 0.03;
 const SLIDING_MM_S: f64 = 20.0;
-/// So long after a turn friction still turns, seconds: a hand that leaves it with 1.3 m/s^2 has 4 mm/s after 3 ms, where the finger's
-/// friction, tanh(v / 1 mm/s), is whole but for 0.1 %; the bridges' low-pass takes five of its 0.4 ms more.
-pub const SETTLES_S: f64 = 0.005;
-
 /// Errors of wavelengths, as shares of the true one.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Errors {

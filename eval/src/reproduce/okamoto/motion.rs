@@ -3,6 +3,10 @@
 use hal_mock::sliding::Hand;
 use std::f64::consts::TAU;
 
+/// So long after a turn friction still turns, seconds: a hand that leaves it with 1.3 m/s^2 has 4 mm/s after 3 ms, where the finger's
+/// friction, tanh(v / 1 mm/s), is whole but for 0.1 %; the bridges' low-pass takes five of its 0.4 ms more.
+pub const SETTLES_S: f64 = 0.005;
+
 /// How the finger moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Motion {

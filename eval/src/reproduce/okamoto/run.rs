@@ -1,7 +1,7 @@
 //! A scale slid over the finger, and the firmware's answers to it.
 
-use super::SCAN_MM;
 use super::motion::Motion;
+use super::paper::SCAN_MM;
 use anyhow::{Context, Result};
 use hal_mock::{Sliding, sliding::Hand};
 use ridgetone::frame::TimedConversion;
@@ -13,7 +13,7 @@ use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{Settings, TAXELS};
 use ridgetone_proto::telemetry::{Estimate, Event, Packet};
 #[cfg(test)]
-use super::errors::SETTLES_S;
+use super::motion::SETTLES_S;
 #[cfg(test)]
 use ridgetone_proto::telemetry::{Span, Status};
 

@@ -2,7 +2,8 @@
 
 use super::errors::Errors;
 use super::motion::Motion;
-use super::{FITTED_MM, POLYNOMIAL, R2, SPEEDS_MM_S, Scan, WAVELENGTHS_MM};
+use super::paper::{FITTED_MM, POLYNOMIAL, R2, SPEEDS_MM_S, WAVELENGTHS_MM};
+use super::scan::Scan;
 use crate::page::{Table, figure};
 use nalgebra::{DMatrix, DVector};
 use ridgetone_host::digits::significant;

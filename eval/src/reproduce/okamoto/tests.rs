@@ -1,6 +1,11 @@
 //! Single scales, and the paper's own figures.
 
-use super::*;
+use super::errors::{Bound, Errors};
+use super::motion::Motion;
+use super::paper::{ACCURACY, FITTED_MM, LONGEST_S, POLYNOMIAL, SPEEDS_MM_S, WAVELENGTHS_MM, WINDOW_S};
+use super::run::{FELT_LATE_S, Slid, settings};
+use super::scan::{Scan, scan};
+use crate::page::table_of;
 use crate::tests::read;
 use ridgetone_proto::plan::Plan;
 

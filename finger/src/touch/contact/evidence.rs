@@ -2,12 +2,13 @@
 
 use super::{ContactDetector, STILL_BACK, STILL_BLOCKS};
 use crate::touch::averages::Averages;
+use crate::touch::block::BLOCK_FRAMES;
 use crate::touch::held::HELD_BACK;
 use crate::touch::loaded::{Air, Judged, judge};
-use crate::touch::motion::{BLOCK_FRAMES, greater};
 use crate::touch::phase::Phase;
 use crate::touch::slide::Moving;
 use crate::touch::spike::{BACK_FROM_SPIKE, SPIKE_FRAMES, SPIKE_STILL_BLOCKS};
+use crate::touch::values::greater;
 use ridgetone_tone::Values;
 
 /// Share of the touch's first load that falls at once in a release: a skin that has crept since the contact stays behind.

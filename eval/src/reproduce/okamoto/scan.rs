@@ -1,0 +1,47 @@
+//! A scan of a scale: how far off are the paper's method and the firmware.
+
+use super::errors::{Bound, Errors, fft};
+use super::motion::Motion;
+use super::paper::{ACCURACY, LONGEST_S, WINDOW_S};
+use super::run::{FELT_LATE_S, Slid, settings};
+use anyhow::Result;
+use ridgetone_proto::telemetry::{Span, Status};
+
+/// A scan of a scale.
+#[derive(Clone, Debug)]
+pub struct Scan {
+    pub wavelength_mm: f64,
+    pub motion: Motion,
+    /// Of the windows in which the finger turns; otherwise of the others.
+    pub is_turning: bool,
+    /// By the paper's method, by the firmware in its window, and in a window by accuracy.
+    pub fft: Option<f64>,
+    pub short: Errors,
+    pub long: Errors,
+    /// Mean square of the fundamental's amplitude over the channels, mV^2; none without a tone.
+    pub power_mv2: Option<f64>,
+}
+
+/// Slides once; of a hand gives the windows in which it turns apart.
+pub fn scan(wavelength_mm: f64, motion: Motion) -> Result<Vec<Scan>> {
+    let slid = Slid::new(wavelength_mm, motion)?;
+    let bound = Bound::new(&slid)?;
+    let short = slid.estimates(settings(WINDOW_S, 0.0), FELT_LATE_S)?;
+    let long = slid.estimates(settings(LONGEST_S, ACCURACY), FELT_LATE_S)?;
+    let of_slide = short.iter().find(|estimate| estimate.span == Span::Slide && estimate.status == Status::Good);
+    let power_mv2 = of_slide.map(|estimate| {
+        let squares = estimate.channels.iter().map(|channel| (1e3 * f64::from(channel.amplitude_v)).powi(2));
+        squares.sum::<f64>() / estimate.channels.len() as f64
+    });
+    let of = |is_turning: bool| Scan {
+        wavelength_mm,
+        motion,
+        is_turning,
+        fft: fft(&slid).filter(|_| !is_turning),
+        short: Errors::new(&slid, &short, &bound, is_turning),
+        long: Errors::new(&slid, &long, &bound, is_turning),
+        power_mv2,
+    };
+    let both = [false, true].into_iter().filter(|is_turning| !is_turning || motion == Motion::Hand);
+    Ok(both.map(of).collect())
+}
