@@ -101,7 +101,7 @@ pub struct Acquisition<SPI, START, RESET> {
     storm_count: u16,
     /// Unexpected edges since the latest check that found no fault.
     unexpected_edges: u8,
-    /// Board time of the latest unexpected edge.
+    /// Board time of the latest unexpected edge, or of the end of a storm.
     unexpected_us: u32,
     /// Times that another scan was put off; see [`PUT_OFF_MOST`].
     put_off: u16,
@@ -285,10 +285,12 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
     }
 
     /// Checks registers and silence, and restarts the chip on a fault. To be called twice a second at least, after
-    /// [`Drdy::Watch`], and before an estimate is reported. `now_us` is board time. The caller unmutes DRDY after it.
+    /// [`Drdy::Watch`], and before an estimate is reported. `now_us` is board time. True if DRDY was muted or the chip was restarted:
+    /// then the caller unmutes DRDY. Else a conversion may have ended meanwhile: the caller looks at DRDY once more.
     #[inline(never)]
-    pub fn watch(&mut self, now_us: u32, diagnostics: &Diagnostics, wait: &mut impl DelayNs) {
-        if core::mem::take(&mut self.muted) {
+    pub fn watch(&mut self, now_us: u32, diagnostics: &Diagnostics, wait: &mut impl DelayNs) -> bool {
+        let was_muted = core::mem::take(&mut self.muted);
+        if was_muted {
             // No conversion was read while DRDY was muted.
             let muted_us = now_us.wrapping_sub(self.latest_us);
             self.unseen.passed(muted_us);
@@ -297,6 +299,8 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
                 diagnostics.unseen.add(divide(u64::from(muted_us) * 1000, self.plan.conversion_ns()).0 as u32);
             }
             (self.storm_count, self.latest_us) = (0, now_us);
+            // The next conversion may be read late: an edge of the storm may show it.
+            self.unexpected_us = now_us;
         }
         let fault = if !self.is_set_up {
             FaultKind::NoAnswer
@@ -311,11 +315,11 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
             if self.pause_us > 0 && now_us.wrapping_sub(self.restarted_us) > self.pause_us.max(WELL_US) {
                 self.pause_us = 0;
             }
-            return;
+            return was_muted;
         };
         if now_us.wrapping_sub(self.restarted_us) < self.pause_us {
             diagnostics.fault(fault, now_us);
-            return;
+            return was_muted;
         }
         diagnostics.chip_restarts.add(1);
         self.pause_us = (2 * self.pause_us).clamp(PAUSE_LEAST_US, PAUSE_MOST_US);
@@ -336,6 +340,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
         let is_set_up = self.begin_scan(diagnostics, wait);
         // Reported even if the chip answers now: nobody reported it before.
         diagnostics.fault(if is_set_up { fault } else { FaultKind::NoAnswer }, now_us);
+        true
     }
 
     #[inline(always)]
@@ -351,8 +356,17 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
             self.announce(t_us, samples);
         }
         if self.is_unannounced || samples.enqueue(TimedConversion::new(t_us, conversion)).is_err() {
-            diagnostics.overruns.add(1);
+            self.count_lost(1, diagnostics);
         }
+    }
+
+    /// Counts conversions that were lost before the queue or at it. Gaps between frames show those of the plan's own scan too, but none of
+    /// the health readings.
+    // Not inlined: nearly never.
+    #[inline(never)]
+    fn count_lost(&self, lost: u32, diagnostics: &Diagnostics) {
+        let counter = if self.is_health { &diagnostics.unseen } else { &diagnostics.overruns };
+        counter.add(lost);
     }
 
     /// Puts the mark of a new plan into the queue, if there is a place.
@@ -369,7 +383,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
         let resolved = resolve(self.latest, self.next, reads, || adc.read().ok());
         if let Resolved::Found(conversion) | Resolved::Mended(conversion) | Resolved::Later(conversion) = resolved {
             // Before a later one they include the one that was read only once.
-            diagnostics.overruns.add(self.order.skipped(self.next, conversion.status.0));
+            self.count_lost(self.order.skipped(self.next, conversion.status.0), diagnostics);
             self.queue(t_us, conversion, samples, diagnostics);
         }
         match resolved {
@@ -382,7 +396,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
             }
             Resolved::Garbled => {
                 diagnostics.fault(FaultKind::Bus, t_us);
-                diagnostics.overruns.add(1);
+                self.count_lost(1, diagnostics);
                 self.next = self.order.next_status(self.next);
             }
             Resolved::Dead => diagnostics.fault(FaultKind::BusDead, t_us),
