@@ -69,7 +69,7 @@ pub const STYLUS: Budgets = Budgets {
 const FLASH: [(&str, u64); 9] = [
     ("ridgetone_tone", 66_100),
     ("ridgetone", 51_300),
-    ("ridgetone_firmware", 8_500),
+    ("ridgetone_firmware", 8_530),
     ("ridgetone_proto", 10_100),
     ("microfft", 5_930),
     ("ridgetone_feel", 3_090),

@@ -92,6 +92,10 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin, PIN: DrdyPin> Drdy<'_, 
                     pin.unmute();
                     break;
                 }
+                if edge != Some(false) {
+                    // An edge that has fallen meanwhile makes this run again.
+                    break;
+                }
                 // Behind an unexpected edge a conversion may have ended during the check. It is read before the next one takes its
                 // place. Of a storm's edges during the check nothing is left.
                 edge = pin.acknowledge();
