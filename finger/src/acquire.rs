@@ -83,7 +83,7 @@ pub struct Acquisition<SPI, START, RESET> {
     storm_count: u16,
     /// Unexpected edges since the latest check that found no fault.
     unexpected_edges: u8,
-    /// Board time of the latest unexpected edge.
+    /// Board time of the latest unexpected edge, or of the end of a storm.
     unexpected_us: u32,
     /// Times that another scan was put off.
     put_off: u16,
@@ -260,8 +260,17 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
             self.announce(t_us, samples);
         }
         if self.is_unannounced || samples.enqueue(TimedConversion::new(t_us, conversion)).is_err() {
-            diagnostics.overruns.add(1);
+            self.count_lost(1, diagnostics);
         }
+    }
+
+    /// Counts conversions that were lost before the queue or at it. Gaps between frames show those of the plan's own scan too, but none of
+    /// the health readings.
+    // Not inlined: nearly never.
+    #[inline(never)]
+    fn count_lost(&self, lost: u32, diagnostics: &Diagnostics) {
+        let counter = if self.is_health { &diagnostics.unseen } else { &diagnostics.overruns };
+        counter.add(lost);
     }
 
     /// Puts the mark of a new plan into the queue, if there is a place.
@@ -278,7 +287,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
         let resolved = resolve(self.latest, self.next, reads, || adc.read().ok());
         if let Resolved::Found(conversion) | Resolved::Mended(conversion) | Resolved::Later(conversion) = resolved {
             // Before a later one they include the one that was read only once.
-            diagnostics.overruns.add(self.order.skipped(self.next, conversion.status.0));
+            self.count_lost(self.order.skipped(self.next, conversion.status.0), diagnostics);
             self.queue(t_us, conversion, samples, diagnostics);
         }
         match resolved {
@@ -291,7 +300,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
             }
             Resolved::Garbled => {
                 diagnostics.fault(FaultKind::Bus, t_us);
-                diagnostics.overruns.add(1);
+                self.count_lost(1, diagnostics);
                 self.next = self.order.next_status(self.next);
             }
             Resolved::Dead => diagnostics.fault(FaultKind::BusDead, t_us),

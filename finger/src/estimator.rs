@@ -1,6 +1,7 @@
 //! The estimator: one window in, one estimate out.
 
 use crate::abscissa::{self, Fitted, Motion};
+use crate::faults::qualify::doubt;
 use crate::feeling::feel;
 use crate::pins::{Driver, Due};
 use crate::ring::reached;
@@ -18,6 +19,14 @@ use ridgetone_proto::telemetry::{
     TravelStatus,
 };
 use ridgetone_tone::{Fit, Fitter, FrameSource, Overwritten, Values};
+
+/// A gap of this share of a window, or longer, may mislead the search for its tone. The spectrum of two pieces with a gap between them has
+/// side lines nearly as strong as the tone's. From 94,000 windows of the named plans frames were taken out in a row: of those that were still
+/// good none was wrong with 11 % missing, 1 with 13 %, 3 with 15 %, and 6 to 11 % with 45 %. Frames that are missing here and there do no
+/// harm: none was wrong with 40 % missing.
+const GAP_SHARE: u32 = 10;
+/// Frames that are looked at at a time.
+const READ_FRAMES: usize = 16;
 
 /// What became of a window.
 #[derive(Clone, Debug, PartialEq)]
@@ -119,15 +128,18 @@ impl Estimator {
         let fitted = abscissa::fit(&mut self.fitter, window, source, self.settings.interferer_hz, motion);
         // By reference: a copy would lie on the stack beside it.
         let fitted = fitted.as_ref().map_err(|overwritten| *overwritten)?;
+        let least = window.frames / GAP_SHARE;
+        // Nearly always none are missing: then nothing is read again.
+        let has_gap = fitted.fit.frames.saturating_add(least) < window.frames && has_gap(window, least, source)?;
         // Kept where nothing else is between fits: the RAM is the ring's.
         let scratch = self.fitter.scratch().as_chunks_mut().0;
         scratch.iter_mut().zip(&fitted.fit.overtones).for_each(|(kept, overtone)| *kept = *overtone);
-        Ok(WindowFit::Done(self.estimate(fitted, window)))
+        Ok(WindowFit::Done(self.estimate(fitted, window, has_gap)))
     }
 
     // Not inlined: a fit is the deepest of the stack, and what this takes of it is not there yet.
     #[inline(never)]
-    fn estimate(&self, fitted: &Fitted, window: &Window) -> Estimate {
+    fn estimate(&self, fitted: &Fitted, window: &Window, has_gap: bool) -> Estimate {
         let fit = &fitted.fit;
         let frames = window.frames.saturating_sub(fitted.unplaced);
         let unplaced_us = (fitted.unplaced as f32 * 1e6 / window.frame_rate_hz) as u32;
@@ -154,6 +166,9 @@ impl Estimator {
                 // The list holds all taxels.
                 let _ = estimate.channels.push(self.channel(fitted, taxel, &window.reference));
             }
+        }
+        if has_gap {
+            doubt(&mut estimate);
         }
         estimate
     }
@@ -191,6 +206,25 @@ impl Estimator {
             residual_v: channel.residual * volts_per_code,
         }
     }
+}
+
+/// Whether more than `least` frames in a row are missing in a window.
+#[inline(never)]
+fn has_gap(window: &Window, least: u32, source: &mut dyn FrameSource) -> Result<bool, Overwritten> {
+    let (mut longest, mut gap, mut left) = (0u32, 0u32, window.frames);
+    while left > 0 {
+        let mut count = 1;
+        let first = window.first.wrapping_add(window.frames - left);
+        source.read(first, READ_FRAMES.min(left as usize), &mut |_, valid| {
+            count = valid.len() as u32;
+            for mask in valid {
+                gap = if *mask == 0 { gap + 1 } else { 0 };
+                longest = longest.max(gap);
+            }
+        })?;
+        left = left.saturating_sub(count);
+    }
+    Ok(longest > least)
 }
 
 /// How a fit's frequency moves, as an estimate has it; `per_unit` is an estimate's frequency over that of the fit.

@@ -248,6 +248,20 @@ impl Ring {
         Some(first_us.wrapping_add((at % self.in_row.max(1)) * self.frame_ns / 1000))
     }
 
+    /// When a frame was by the least late one of the times of its row and of so many rows behind it, put back by the scan's period:
+    /// microseconds, and nanoseconds on top.
+    #[inline(never)]
+    pub fn least_late(&self, number: u32, rows: u32) -> Option<(u32, i32)> {
+        let row_us = |number: u32| self.t_us.get((self.place(number)? / self.in_row.max(1)) as usize).copied();
+        let (from_us, mut least_ns) = (row_us(number)?, 0);
+        for later in (1..=rows).map(|row| row * self.in_row) {
+            let passed_us = row_us(number.wrapping_add(later))?.wrapping_sub(from_us);
+            least_ns = least_ns.min(passed_us.wrapping_mul(1000).wrapping_sub(later * self.frame_ns) as i32);
+        }
+        let in_row_ns = self.place(number)? % self.in_row.max(1) * self.frame_ns;
+        Some((from_us, least_ns.wrapping_add_unsigned(in_row_ns)))
+    }
+
     /// See [`FrameSource::read`].
     #[inline]
     pub fn read<R>(&self, first: u32, most: usize, read: impl FnOnce(&[Values], &[u16]) -> R) -> Option<R> {
@@ -338,6 +352,34 @@ mod tests {
         ring.push(&[5.0; TAXELS], 0, 7);
         assert!(ring.frame(0, &mut [0.0; TAXELS]).is_none());
         assert_eq!(ring.t_us(0), Some(7));
+    }
+
+    /// Against the times at which the conversions ended, in f64: three of four are served late, by up to half a period of `single`, and the
+    /// two crystals differ; or none is late, and the chip's clock is off by as much as is no fault.
+    #[test]
+    fn late_times_do_not_change_the_time_between_two_frames() {
+        for plan in [Plan::SINGLE, Plan::VIBRATION, Plan::HAND, Plan::PAPER] {
+            for (clock, lateness) in [(0.995, 0), (1.005, 0), (1.0, 1), (0.9999, 1), (1.0001, 1)] {
+                let mut ring = Box::new(Ring::new());
+                ring.change(&plan, 70);
+                let period_us = f64::from(Scan::new(&plan).frame_ns()) * 1e-3 * clock;
+                for n in 0..900u32 {
+                    let late_us = lateness * [21, 14, 0, 7][n as usize / plan.frames_a_row() % 4];
+                    let t_us = (f64::from(n) * period_us) as u32 + late_us;
+                    ring.push(&[1.0; TAXELS], plan.inputs, t_us.wrapping_add(u32::MAX - 9000));
+                }
+                let mut most_us = 0.0f64;
+                for first in (70..200).step_by(7) {
+                    let [from, until] = [first, first + 600].map(|frame| ring.least_late(frame, 7).unwrap());
+                    let passed_us = f64::from(until.0.wrapping_sub(from.0)) + f64::from(until.1 - from.1) * 1e-3;
+                    most_us = most_us.max((passed_us - 600.0 * period_us).abs());
+                }
+                // The counter's microsecond, and what the clock is off by: over one row, and over eight if some are late.
+                let rows_us = f64::from(plan.frames_a_row() as u32) * period_us * [1.0, 8.0][lateness as usize];
+                let bar_us = 1.1 + (clock - 1.0f64).abs() * rows_us;
+                assert!(most_us < bar_us, "{plan:?} {clock}: {most_us}");
+            }
+        }
     }
 
     /// Each of any number of taxels, around the ring's end and the wrap of the numbers, against a list of what was written.

@@ -150,7 +150,7 @@ struct Interrupt {
     /// An edge has fallen, and `drdy` has not run since.
     is_pending: Cell<bool>,
     is_muted: Cell<bool>,
-    /// When the next edge falls, as of the beginning of `drdy`, or of its latest unmuting: nanoseconds of the board.
+    /// When the next edge falls, as of the beginning of `drdy`, or of the latest look at it: nanoseconds of the board.
     ahead_ns: Cell<Option<u64>>,
     /// The scene is over: the chip is left alone.
     has_ended: Cell<bool>,
@@ -162,10 +162,21 @@ struct Pin<'a> {
     edge_us: u32,
 }
 
+impl Interrupt {
+    /// Notes an edge that has fallen.
+    fn look(&self, board: &SimulatedBoard) {
+        if !self.is_muted.get() && self.ahead_ns.get().is_some_and(|ahead_ns| ahead_ns <= board.now_ns()) {
+            self.is_pending.set(true);
+            self.ahead_ns.set(board.with_chip(|chip| chip.next_drdy_fall_ns()));
+        }
+    }
+}
+
 impl DrdyPin for Pin<'_> {
     fn acknowledge(&mut self) -> Option<bool> {
         // The board's own clock, read first thing.
         self.edge_us = now_us(self.board);
+        self.interrupt.look(self.board);
         self.interrupt.is_pending.take().then(|| self.board.with_chip(|chip| !chip.drdy_high(0)))
     }
 
@@ -203,10 +214,7 @@ impl Platform for Simulated<'_> {
         let Self { board, interrupt, drdy } = &shared.platform;
         interrupt.ahead_ns.set(board.with_chip(|chip| chip.next_drdy_fall_ns()));
         drdy.borrow_mut().run(shared, &mut board.delay());
-        let ahead_ns = interrupt.ahead_ns.get();
-        if !interrupt.is_muted.get() && ahead_ns.is_some_and(|ahead_ns| ahead_ns <= board.now_ns()) {
-            interrupt.is_pending.set(true);
-        }
+        interrupt.look(board);
     }
 
     fn now_us(&self) -> u32 {

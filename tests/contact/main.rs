@@ -226,6 +226,46 @@ fn lifting_soon_after_a_slide_moves_no_end() {
     }
 }
 
+/// As the reference does when it is off for a while: every level is so many times as high. Nothing has slid between the lift and that.
+#[test]
+fn a_lift_and_then_a_step_of_all_levels_is_no_slide() {
+    for (ms, signal) in [
+        (40, stepped::<40> as Signal),
+        (50, stepped::<50>),
+        (60, stepped::<60>),
+        (70, stepped::<70>),
+        (80, stepped::<80>),
+        (90, stepped::<90>),
+        (100, stepped::<100>),
+        (120, stepped::<120>),
+    ] {
+        let found = changes(6.0, 20.0, signal);
+        assert!(found.iter().all(|(name, _)| matches!(*name, "contact" | "release")), "{ms}: {found:?}");
+        assert!(found.iter().any(|(name, _)| *name == "release"), "{ms}: {found:?}");
+    }
+    /// The step begins so many milliseconds after the lift, and goes back in three parts.
+    fn stepped<const MS: u32>(t: f64, sign: f64, _: f64) -> f64 {
+        let since_s = t - 3.0 - f64::from(MS) * 1e-3;
+        let parts = [0.0, 0.11, 0.15, 0.19].iter().filter(|at_s| since_s >= **at_s).count();
+        // The skin creeps back.
+        let load = if t < 3.0 { load(t, 3.0) } else { 500.0 * (-(t - 3.0) / 0.03).exp() };
+        sign * load + [0.0, 20_000.0, 14_000.0, 7_000.0, 0.0][parts]
+    }
+}
+
+/// It is down again before it is known that it was in the air. The slide begins behind that.
+#[test]
+fn a_finger_that_lifts_for_a_moment_and_slides_on_slides_from_there_on() {
+    let found = changes(8.0, 20.0, |t, sign, lag| {
+        let is_down = (1.0..3.0).contains(&t) || (3.08..6.0).contains(&t);
+        let tone = if (3.08..5.0).contains(&t) { 500.0 * (TAU * (8.3 * t + lag)).sin() } else { 0.0 };
+        sign * if is_down { 5000.0 + tone } else { 0.0 }
+    });
+    let start = found.iter().find(|(name, _)| *name == "start").expect("a slide");
+    let end = found.iter().find(|(name, _)| *name == "end").expect("its end");
+    assert!((3.06..3.13).contains(&start.1) && (end.1 - 5.0).abs() < 0.02, "{found:?}");
+}
+
 #[test]
 fn a_finger_that_presses_more_and_less_does_not_slide() {
     let found = changes(8.0, 20.0, |t, sign, lag| {

@@ -56,18 +56,26 @@ fn what_once_went_wrong_does_not() {
 
 /// The same with a plan whose conversions are read once: a register that changed shortly before the health readings, whose
 /// set-up hid it; a fixed channel, whose conversions during the check were not counted; and conversions that ended while an
-/// unexpected edge was served, shortly before the health readings.
+/// unexpected edge was served, shortly before the health readings. Conversions that were overwritten during a check, or lost among the
+/// health readings; a window with a long gap; and a lift with a step of the reference soon after it.
 #[test]
 fn what_once_went_wrong_with_a_fast_plan_does_not() {
-    for (family, seeds) in [
-        (Family::RegisterFlip, [777_697, 777_398, 777_450, 778_449]),
-        (Family::Storm, [5_300_010, 5_300_036, 5_300_079, 777_201]),
+    for (family, scan, seeds) in [
+        (Family::RegisterFlip, Scan::HAND, &[777_697, 777_398, 777_450, 778_449][..]),
+        (Family::Storm, Scan::HAND, &[5_300_010, 5_300_036, 5_300_079, 777_201]),
+        (Family::Storm, Scan::SINGLE, &[9_500_569, 6_600_746, 15_000_122]),
+        (Family::DrdyStuck, Scan::SINGLE, &[9_500_042]),
     ] {
         for seed in seeds {
-            let row = &Campaign::on_pc(1, seed, Some(family), Scan::HAND).expect("a campaign").rows[0];
+            let row = &Campaign::on_pc(1, *seed, Some(family), scan).expect("a campaign").rows[0];
             assert_eq!((row.runs, row.detected.map(|delays| delays.count)), (1, Some(row.injected)), "{row:?}");
             assert!(row.is_clean(), "{row:?}");
         }
+    }
+    // Between two health readings a reference leaves no sign.
+    for seed in [778_610, 20_429] {
+        let row = &Campaign::on_pc(1, seed, Some(Family::Reference), Scan::HAND).expect("a campaign").rows[0];
+        assert!(row.is_clean(), "{row:?}");
     }
 }
 

@@ -98,9 +98,9 @@ impl Bench {
         }
     }
 
-    fn watch(&mut self) {
+    fn watch(&mut self) -> bool {
         let now_us = self.now_us();
-        self.acquisition.watch(now_us, &self.diagnostics, &mut self.board.delay());
+        self.acquisition.watch(now_us, &self.diagnostics, &mut self.board.delay())
     }
 
     /// The ids queued so far.
@@ -376,12 +376,12 @@ fn a_plan_is_written_with_read_back_and_its_mark_precedes_its_conversions() {
     assert_eq!((bench.faults(), bench.diagnostics.overruns.get()), (0, 0));
     // Where the queue is full the mark waits, and so do its conversions.
     bench.pass(70);
-    let lost = bench.diagnostics.overruns.get();
     let now_us = bench.now_us();
     bench.acquisition.change(Plan::HAND, now_us, &bench.diagnostics, &mut bench.board.delay());
     let drdy = bench.next();
     follow(&mut bench, drdy);
-    assert_eq!(bench.diagnostics.overruns.get(), lost + 1);
+    // One of the health readings.
+    assert_eq!(bench.diagnostics.unseen.get(), 1);
     bench.taken();
     let drdy = bench.next();
     follow(&mut bench, drdy);
@@ -474,6 +474,38 @@ fn lasting_trouble_puts_another_scan_off_for_a_while_only() {
         .count();
     assert_eq!(put_off, usize::from(PUT_OFF_MOST));
     assert_eq!(bench.count(Storm), 0);
+}
+
+/// The first conversion behind a storm may be read at any edge of it.
+#[test]
+fn no_other_scan_begins_right_behind_a_storm() {
+    let mut bench = inputs_of(Plan::SINGLE);
+    let now_us = bench.now_us();
+    let _ = (1..).find(|_| bench.acquisition.nothing(now_us, &bench.diagnostics) == Drdy::Mute);
+    bench.board.advance_ns(1_000_000);
+    bench.watch();
+    let answers: Vec<bool> = (0..6)
+        .map(|_| {
+            assert!(bench.next().goes_on());
+            let now_us = bench.now_us();
+            bench.acquisition.can_begin(now_us)
+        })
+        .collect();
+    assert_eq!((answers[..3].contains(&true), answers[5]), (false, true), "{answers:?}");
+}
+
+/// The assembler counts those of the plan's own scan too, and `health` reports the larger number of the two: what only the ids of the
+/// health readings show comes on top.
+#[test]
+fn a_conversion_of_the_health_readings_that_is_lost_comes_on_top() {
+    let mut bench = inputs_of(Plan::SINGLE);
+    assert!(bench.acquisition.read_health(&bench.diagnostics, &mut bench.board.delay()));
+    bench.pass(1);
+    let lost = bench.read_and_lost().1;
+    bench.board.wait_for_drdy().expect("a conversion that is not read");
+    bench.pass(2);
+    assert_eq!(bench.read_and_lost().1, lost + 1, "by the chip's own count");
+    assert_eq!((bench.diagnostics.unseen.get(), bench.diagnostics.overruns.get()), (1, 0));
 }
 
 /// Gaps between frames count only conversions of the inputs.

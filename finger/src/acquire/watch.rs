@@ -48,10 +48,13 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
     }
 
     /// Checks registers and silence, and restarts the chip on a fault. To be called twice a second at least, after
-    /// [`Drdy::Watch`](super::Drdy::Watch), and before an estimate is reported. `now_us` is board time. The caller unmutes DRDY after it.
+    /// [`Drdy::Watch`](super::Drdy::Watch), and before an estimate is reported. `now_us` is board time. True if DRDY was
+    /// muted or the chip was restarted: then the caller unmutes DRDY. Else a conversion may have ended meanwhile: the caller looks at
+    /// DRDY once more.
     #[inline(never)]
-    pub fn watch(&mut self, now_us: u32, diagnostics: &Diagnostics, wait: &mut impl DelayNs) {
-        if core::mem::take(&mut self.muted) {
+    pub fn watch(&mut self, now_us: u32, diagnostics: &Diagnostics, wait: &mut impl DelayNs) -> bool {
+        let was_muted = core::mem::take(&mut self.muted);
+        if was_muted {
             // No conversion was read while DRDY was muted.
             let muted_us = now_us.wrapping_sub(self.latest_us);
             self.unseen.passed(muted_us);
@@ -60,6 +63,8 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
                 diagnostics.unseen.add(divide(u64::from(muted_us) * 1000, self.plan.conversion_ns()).0 as u32);
             }
             (self.storm_count, self.latest_us) = (0, now_us);
+            // The next conversion may be read late: an edge of the storm may show it.
+            self.unexpected_us = now_us;
         }
         let fault = if !self.is_set_up {
             FaultKind::NoAnswer
@@ -74,11 +79,11 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
             if self.pause_us > 0 && now_us.wrapping_sub(self.restarted_us) > self.pause_us.max(WELL_US) {
                 self.pause_us = 0;
             }
-            return;
+            return was_muted;
         };
         if now_us.wrapping_sub(self.restarted_us) < self.pause_us {
             diagnostics.fault(fault, now_us);
-            return;
+            return was_muted;
         }
         diagnostics.chip_restarts.add(1);
         self.pause_us = (2 * self.pause_us).clamp(PAUSE_LEAST_US, PAUSE_MOST_US);
@@ -99,5 +104,6 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
         let is_set_up = self.begin_scan(diagnostics, wait);
         // Reported even if the chip answers now: nobody reported it before.
         diagnostics.fault(if is_set_up { fault } else { FaultKind::NoAnswer }, now_us);
+        true
     }
 }

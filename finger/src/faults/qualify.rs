@@ -30,7 +30,16 @@ pub fn qualify(estimate: &mut Estimate, window: &Window, diagnostics: &Diagnosti
     let (faults, is_end_unsure) = faults_of(window, estimate.window_s, diagnostics);
     estimate.faults = faults;
     let is_doubtful = is_end_unsure || faults.iter().any(FaultKind::changes_frequency);
-    if is_doubtful && matches!(estimate.status, Status::Good | Status::Unsteady) {
+    if is_doubtful {
+        doubt(estimate);
+    }
+}
+
+/// Makes a good or unsteady estimate doubtful, without period, speed and direction.
+// Not inlined: it is called twice.
+#[inline(never)]
+pub fn doubt(estimate: &mut Estimate) {
+    if matches!(estimate.status, Status::Good | Status::Unsteady) {
         estimate.status = Status::Doubtful;
         estimate.travel = Travel::NONE;
     }

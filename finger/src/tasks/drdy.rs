@@ -12,7 +12,7 @@ use ridgetone_proto::plan::Plan;
 
 /// DRDY's pin and its interrupt.
 pub trait DrdyPin {
-    /// Clears the interrupt. None if DRDY has not fallen, else whether it is low: there is data to read.
+    /// Clears the interrupt. None if DRDY has not fallen since the latest call, else whether it is low: there is data to read.
     fn acknowledge(&mut self) -> Option<bool>;
 
     /// Board time of the edge whose data was read after [`Self::acknowledge`], microseconds, wrapping.
@@ -55,42 +55,65 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin, PIN: DrdyPin> Drdy<'_, 
     pub fn run<P: Platform>(&mut self, shared: &Shared<P>, wait: &mut impl DelayNs) {
         let Self { acquisition, pin, samples, .. } = self;
         let Shared { platform, diagnostics, check, health, plan, .. } = shared;
-        let edge = pin.acknowledge();
-        let next = match edge {
-            Some(true) => acquisition.edge(|| pin.edge_us(), samples, diagnostics),
-            Some(false) => acquisition.nothing(pin.edge_us(), diagnostics),
-            None => acquire::Drdy::Listen,
-        };
-        match next {
-            acquire::Drdy::Listen | acquire::Drdy::Midway => {}
-            acquire::Drdy::Watch => check.store(true, Relaxed),
-            // Otherwise once more: the scan goes on.
-            acquire::Drdy::HealthRead if !acquisition.can_begin(platform.now_us()) => {}
-            acquire::Drdy::HealthRead => {
-                // The set-up that follows would hide a register that has changed.
-                acquisition.watch(platform.now_us(), diagnostics, wait);
-                acquisition.read_inputs(diagnostics, wait);
-                pin.unmute();
+        let mut edge = pin.acknowledge();
+        let (mut is_midway, mut has_checked) = (true, false);
+        loop {
+            let next = match edge {
+                Some(true) => acquisition.edge(|| pin.edge_us(), samples, diagnostics),
+                Some(false) => acquisition.nothing(pin.edge_us(), diagnostics),
+                None => acquire::Drdy::Listen,
+            };
+            is_midway &= next == acquire::Drdy::Midway;
+            match next {
+                acquire::Drdy::Listen | acquire::Drdy::Midway => {}
+                acquire::Drdy::Watch => check.store(true, Relaxed),
+                // Otherwise once more: the scan goes on.
+                acquire::Drdy::HealthRead if !acquisition.can_begin(platform.now_us()) => {}
+                acquire::Drdy::HealthRead => {
+                    // The set-up that follows would hide a register that has changed.
+                    let _ = acquisition.watch(platform.now_us(), diagnostics, wait);
+                    acquisition.read_inputs(diagnostics, wait);
+                    pin.unmute();
+                }
+                acquire::Drdy::Mute => pin.mute(),
             }
-            acquire::Drdy::Mute => pin.mute(),
-        }
-        // Right after a read the next conversion is furthest away.
-        let may_check = edge.is_some() || shared.urgent.swap(false, Relaxed) || acquisition.is_quiet(platform.now_us());
-        if may_check && check.load(Relaxed) {
-            check.store(false, Relaxed);
-            if !platform.has_ended() {
-                acquisition.watch(platform.now_us(), diagnostics, wait);
-                pin.unmute();
+            if has_checked {
+                break;
             }
-        } else if may_check
-            && (health.load(Relaxed) || plan.load(Relaxed) != self.plan_bits)
-            && acquisition.can_begin(platform.now_us())
-        {
-            self.begin_scan(shared, wait);
+            // Right after a read the next conversion is furthest away.
+            let may_check =
+                edge.is_some() || shared.urgent.swap(false, Relaxed) || acquisition.is_quiet(platform.now_us());
+            if may_check && check.load(Relaxed) {
+                check.store(false, Relaxed);
+                if platform.has_ended() {
+                    break;
+                }
+                if acquisition.watch(platform.now_us(), diagnostics, wait) {
+                    pin.unmute();
+                    break;
+                }
+                if edge != Some(false) {
+                    // An edge that has fallen meanwhile makes this run again.
+                    break;
+                }
+                // Behind an unexpected edge a conversion may have ended during the check. It is read before the next one takes its
+                // place. Of a storm's edges during the check nothing is left.
+                edge = pin.acknowledge();
+                if edge != Some(true) {
+                    break;
+                }
+                has_checked = true;
+            } else {
+                let is_due = health.load(Relaxed) || plan.load(Relaxed) != self.plan_bits;
+                if may_check && is_due && acquisition.can_begin(platform.now_us()) {
+                    self.begin_scan(shared, wait);
+                }
+                break;
+            }
         }
         shared.liveness.acquired.bump();
         // A frame is there only when its scan is over: in between `detect` would start in vain.
-        if next != acquire::Drdy::Midway {
+        if !is_midway {
             P::pend(shared, Task::Detect);
         }
     }
@@ -110,9 +133,12 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin, PIN: DrdyPin> Drdy<'_, 
             pin.unmute();
         } else if is_health_due {
             // As behind the readings.
-            acquisition.watch(shared.platform.now_us(), diagnostics, wait);
+            let _ = acquisition.watch(shared.platform.now_us(), diagnostics, wait);
             let _ = acquisition.read_health(diagnostics, wait);
             pin.unmute();
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -250,11 +250,12 @@ impl ContactDetector {
                 let back = BACK_AT_IDLE * self.load;
                 let is_back =
                     |blocks: usize| self.motion.distance(self.motion.past().back(blocks), &self.idle.level) < back;
-                let is_over = || off < back && is_back(STILL_BLOCKS as usize - 1);
+                let is_over = off < back && is_back(STILL_BLOCKS as usize - 1);
+                let is_in_air = self.air.is_known() && !block.now && off < back && is_back(1);
                 // A slow slide falls as far as a release does, but it rises again.
                 let is_quiet = self.motion.still_quick >= STILL_BLOCKS;
                 let has_fallen = is_quiet && self.has_fallen();
-                if is_quiet && is_over() || has_fallen && self.motion.still >= STILL_BLOCKS {
+                if is_quiet && is_over || has_fallen && self.motion.still >= STILL_BLOCKS {
                     self.end_hold(report);
                     self.end_phase(Ended::Hold, number, ring, report);
                     return false;
@@ -263,6 +264,11 @@ impl ContactDetector {
                     if block.quick && moving.is_creep() {
                         self.note_still_level();
                         moving.since = number.wrapping_sub(BLOCK_FRAMES - 1);
+                    }
+                    if is_in_air {
+                        // For two blocks: what moved until now is no slide, and one may begin behind it.
+                        moving = Moving::since(number.wrapping_add(1));
+                        self.contact = number;
                     }
                     self.moving(moving.with(block), has_fallen, ring, report);
                     return false;

@@ -1,0 +1,86 @@
+//! Windows with frames missing in a row: no estimate is good that the gap may have misled.
+
+#[allow(dead_code, reason = "every test file uses a part of it")]
+mod reference;
+
+use reference::Tone;
+use ridgetone::abscissa::Motion;
+use ridgetone::estimator::{Estimator, WindowFit};
+use ridgetone::surface::odometry::Mark;
+use ridgetone::window::{Table, Window};
+use ridgetone_proto::plan::Plan;
+use ridgetone_proto::settings::Settings;
+use ridgetone_proto::telemetry::{Estimate, Span, Status};
+
+/// Frames of a window of the plan `single`, 43 ms.
+const FRAMES: usize = 1003;
+
+/// The estimate of a window of one channel, of which some frames are missing.
+fn estimate(estimator: &mut Estimator, tone: &Tone, is_missing: impl Fn(usize) -> bool) -> Estimate {
+    let plan = Plan::SINGLE;
+    let valid: Vec<u16> = (0..FRAMES).map(|frame| if is_missing(frame) { 0 } else { plan.inputs }).collect();
+    let mut table = Table { values: &tone.values(), valid: &valid };
+    let window = Window {
+        first: 0,
+        frames: FRAMES as u32,
+        end_us: 1_000_000,
+        frame_rate_hz: plan.frame_rate_hz(),
+        reference: [0.0; 16],
+        span: Span::Window,
+        slide_first: 0,
+        touch_first: 0,
+        level_v: f32::NAN,
+        force_ratio: None,
+        plan,
+        odometry: Mark::NONE,
+    };
+    match estimator.run(&window, &mut table, Motion::Unknown) {
+        Ok(WindowFit::Done(estimate)) => estimate,
+        other => panic!("no estimate: {other:?}"),
+    }
+}
+
+/// How many of 120 windows with 3 to 6 cycles are good, how many of these are wrong, and how many are doubtful.
+fn counts(is_missing: impl Fn(usize, usize) -> bool) -> (u32, u32, u32) {
+    let mut estimator = Box::new(Estimator::new(Settings::DEFAULT.with_plan(Plan::SINGLE)));
+    let (mut good, mut wrong, mut doubtful) = (0, 0, 0);
+    for seed in 0..120 {
+        let cycles = 3.0 + 3.0 * (seed as f64 / 120.0);
+        let frequency = cycles / FRAMES as f64;
+        let tone = Tone { frequency, frames: FRAMES, harmonics: 4, noise: 30.0, seed: seed as u64, ..Tone::default() };
+        let estimate = estimate(&mut estimator, &tone, |frame| is_missing(seed, frame));
+        let off = (f64::from(estimate.frequency / Plan::SINGLE.frame_rate_hz()) / frequency - 1.0).abs();
+        good += u32::from(estimate.status == Status::Good);
+        wrong += u32::from(estimate.status == Status::Good && off > 0.005);
+        doubtful += u32::from(estimate.status == Status::Doubtful);
+    }
+    (good, wrong, doubtful)
+}
+
+/// Nine hundredths of the window, or more than a tenth, anywhere in it.
+#[test]
+fn a_window_with_a_long_gap_is_doubtful_and_one_with_a_short_gap_good() {
+    let gap = |share: f64| {
+        move |seed: usize, frame: usize| {
+            let length = (share * FRAMES as f64) as usize;
+            let first = (FRAMES - length) * (seed * 37 % 120) / 120;
+            (first..first + length).contains(&frame)
+        }
+    };
+    for share in [0.0, 0.05, 0.09] {
+        let (good, wrong, doubtful) = counts(gap(share));
+        assert!(good >= 118 && wrong == 0 && doubtful == 0, "{share}: {good} {wrong} {doubtful}");
+    }
+    for share in [0.11, 0.2, 0.35, 0.45] {
+        let (good, wrong, doubtful) = counts(gap(share));
+        assert!(good == 0 && wrong == 0 && doubtful > 20, "{share}: {good} {wrong} {doubtful}");
+    }
+}
+
+/// As many frames as in a long gap, but here and there.
+#[test]
+fn frames_that_are_missing_here_and_there_leave_a_window_good() {
+    let hash = |seed: usize, frame: usize| (seed * 1009 + frame).wrapping_mul(2_654_435_761) >> 7 & 0xff;
+    let (good, wrong, doubtful) = counts(|seed, frame| hash(seed, frame) < 90);
+    assert!(good >= 118 && wrong == 0 && doubtful == 0, "{good} {wrong} {doubtful}");
+}
