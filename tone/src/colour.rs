@@ -51,8 +51,19 @@ impl Colour {
 fn taken(main: usize, solution: &Solution, u: &[f32]) -> [f32; LAGS] {
     let [first, second, ..] = u else { return [0.0; LAGS] };
     let (of_one, mut taken) = (solution.nu * (second - first), [0.0; LAGS]);
-    let mut add = |count: usize, harmonics: usize| {
-        let turns = of_one * harmonics as f32;
+    let lines = solution.shape.harmonics;
+    for wave in 0..=2 * lines {
+        let (harmonic, is_mirrored) = (wave / 2, wave % 2 == 1);
+        // How many there are, and how many fundamentals away.
+        let (count, apart) = match () {
+            () if harmonic == lines => (2 + solution.shape.curves, main + 1),
+            () if is_mirrored => (1, harmonic + main + 2),
+            () => (1, harmonic.abs_diff(main)),
+        };
+        if apart == 0 {
+            continue;
+        }
+        let turns = of_one * apart as f32;
         let (_, sin) = cos_sin(from_turns(0.5 * turns));
         let weak = sin / (PI * turns);
         let share = count as f32 * weak * weak / u.len() as f32;
@@ -60,14 +71,7 @@ fn taken(main: usize, solution: &Solution, u: &[f32]) -> [f32; LAGS] {
         for (taken, cos) in taken.iter_mut().zip([1.0, cos, 2.0 * cos * cos - 1.0]) {
             *taken += share * cos;
         }
-    };
-    for harmonic in 0..solution.shape.harmonics {
-        if harmonic != main {
-            add(1, harmonic.abs_diff(main));
-        }
-        add(1, harmonic + main + 2);
     }
-    add(2 + solution.shape.curves, main + 1);
     taken
 }
 

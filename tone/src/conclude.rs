@@ -107,11 +107,13 @@ pub fn conclude(
     let is_beat = !span.is_staggered() && around.colour > BEAT_DENSITY && around.colour > BEAT_OVER_BAND * around.band;
     let is_full = is_full(best, evidence.cycles);
     let is_ambiguous = !is_seen || is_part || is_beat || is_full || is_image_strong(best, span.nu_max());
-    let status = if status == Status::Good && is_ambiguous { Status::Ambiguous } else { status };
     // A comb that moves or leaves more than noise, whose fundamental is weak, may be several tones.
     let is_comb = summit.strongest > 1 && evidence.cycles < COMB_CYCLES;
-    let is_loose = is_comb && (status == Status::Unsteady || evidence.noise_ratio > COMB_NOISE_RATIO);
-    let status = if is_loose { Status::Ambiguous } else { status };
+    let is_ambiguous = match status {
+        Status::Good => is_ambiguous || is_comb && evidence.noise_ratio > COMB_NOISE_RATIO,
+        _ => is_comb && status == Status::Unsteady,
+    };
+    let status = if is_ambiguous { Status::Ambiguous } else { status };
     let are_unlike = span.abscissa().turns(TURNED_SHARE) && evidence.noise_ratio > TURNED_NOISE_RATIO;
     let status = if status == Status::Good && are_unlike { Status::Unsteady } else { status };
     let movement = movement(span, around, factor * factor, best.nu, sigma_nu);
@@ -120,9 +122,7 @@ pub fn conclude(
         && let Some(line) = strongest_other_line(span, statistics, channels, best, blocks)?
     {
         let times = line.cycles / evidence.cycles;
-        // Whether it is within half a cycle of a multiple of this share of the tone's frequency.
-        let is_multiple_of =
-            |share: f32| (times - share * libm::roundf(times / share)).abs() * evidence.cycles < MULTIPLE_CYCLES;
+        let is_multiple_of = |share: f32| is_multiple(times, share, evidence.cycles);
         // Overtones fall as their number's square, or faster; stronger, the line is the tone and the rest a part of it.
         let is_overtone = times > 1.5 && is_multiple_of(1.0) && line.share * times * times < 1.0;
         let is_strong = line.share > OTHER_LINE_SHARE && line.contrast > OTHER_LINE_CONTRAST;
@@ -132,7 +132,8 @@ pub fn conclude(
             && evidence.cycles < CURVED_CYCLES;
         if (is_strong || is_clear) && !is_overtone {
             // A tone that moves has lines beside its own, but none as strong and as far away.
-            let nearest = libm::roundf(times).min(best.shape.harmonics as f32).max(1.0);
+            let (nearest, most) = (libm::roundf(times), best.shape.harmonics as f32);
+            let nearest = if nearest > most { most } else { nearest.max(1.0) };
             let is_apart = line.share > APART_SHARE && (times - nearest).abs() * evidence.cycles > APART_CYCLES;
             if status == Status::Good || status == Status::Unsteady && is_apart {
                 status = Status::Ambiguous;
@@ -172,6 +173,13 @@ pub fn conclude_mixtures(
     let apart = fit.movement.sigma_of_mean * fit.movement.sigma_of_mean - fit.sigma * fit.sigma;
     fit.movement.sigma_of_mean = libm::sqrtf(sigma * sigma + apart.max(0.0));
     (fit.frequency, fit.sigma) = (span.frequency(best.nu), sigma);
+}
+
+/// Whether a line at `times` the frequency of a tone of so many cycles is within half a cycle of a multiple of this share of it.
+// Not inlined: it is called three times.
+#[inline(never)]
+fn is_multiple(times: f32, share: f32, cycles: f32) -> bool {
+    (times - share * libm::roundf(times / share)).abs() * cycles < MULTIPLE_CYCLES
 }
 
 /// Whether several harmonics and a curved baseline describe nearly everything that a window of `cycles` cycles can hold.

@@ -1,7 +1,7 @@
 //! What channels have in common: the covariance of their residuals, and whether it is more than chance.
 
 use crate::limits::CHANNELS_MAX;
-use crate::normal::dot;
+use crate::normal::channels_dot;
 use crate::solve::Solution;
 use crate::source::Values;
 
@@ -25,7 +25,7 @@ pub fn may_share(covariance: &Covariance, solution: &Solution) -> bool {
     let width = solution.width;
     let (mut trace, mut squares) = (0.0, 0.0);
     for (c, row) in covariance.iter().enumerate() {
-        (trace, squares) = (trace + row[c % CHANNELS_MAX], squares + dot(row, row));
+        (trace, squares) = (trace + row[c % CHANNELS_MAX], squares + channels_dot(row, row));
     }
     let others = width as f32 - 1.0;
     let beyond = SHARED_MIN * trace / (others + SHARED_MIN) - trace / width as f32;

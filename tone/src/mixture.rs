@@ -10,7 +10,7 @@ use crate::blocks::Blocks;
 use crate::covariance::{Covariance, SHARED_MIN};
 use crate::limits::CHANNELS_MAX;
 use crate::neighbourhood::covariance;
-use crate::normal::dot;
+use crate::normal::channels_dot;
 use crate::solve::{Equations, Shape, Solution};
 use crate::source::Values;
 use core::ops::Range;
@@ -86,7 +86,7 @@ impl Mixture {
         for row in rows {
             row.iter_mut().zip(&self.factors).for_each(|(value, factor)| *value *= factor);
             for direction in &self.directions {
-                let along = dot(row, direction);
+                let along = channels_dot(row, direction);
                 add(row, direction, -along);
             }
         }
@@ -154,16 +154,22 @@ fn directions(
                 return trace / left;
             }
             (left, trace) = (left - 1.0, trace - power);
-            for (row, along) in covariance.iter_mut().zip(&direction) {
-                add(row, &direction, -power * along);
-            }
-            let own: f32 = of_tone.iter().map(|wave| dot(wave, &direction)).map(|along| along * along).sum();
-            if own < OWN_SHARE && !direction.iter().any(|value| value * value > ONE_CHANNEL) {
+            if take_out(covariance, &direction, power, of_tone) {
                 *found = direction;
             }
         }
     }
     trace / left
+}
+
+/// Takes the power of a direction out of a covariance. Whether it is neither the tone's nor a single channel's.
+#[inline(never)]
+fn take_out(covariance: &mut Covariance, direction: &Values, power: f32, of_tone: &[Values; 2]) -> bool {
+    for (row, along) in covariance.iter_mut().zip(direction) {
+        add(row, direction, -power * along);
+    }
+    let own: f32 = of_tone.iter().map(|wave| channels_dot(wave, direction)).map(|along| along * along).sum();
+    own < OWN_SHARE && !direction.iter().any(|value| value * value > ONE_CHANNEL)
 }
 
 /// The two directions of most power of a covariance, the stronger first, and their power.
@@ -176,7 +182,8 @@ fn strongest(covariance: &Covariance) -> ([Values; 2], [f32; 2]) {
     }
     at_right_angles(&mut plane);
     let with = [times(covariance, &plane[0]), times(covariance, &plane[1])];
-    let [one, two, both] = [dot(&plane[0], &with[0]), dot(&plane[1], &with[1]), dot(&plane[0], &with[1])];
+    let [one, two, both] =
+        [channels_dot(&plane[0], &with[0]), channels_dot(&plane[1], &with[1]), channels_dot(&plane[0], &with[1])];
     // Turned within their plane to where they share nothing.
     let (sum, apart) = (0.5 * (one + two), 0.5 * (one - two));
     let span = libm::sqrtf(apart * apart + both * both);
@@ -193,11 +200,11 @@ fn strongest(covariance: &Covariance) -> ([Values; 2], [f32; 2]) {
 /// Makes two vectors such of unit length, at right angles to each other, in the same plane.
 #[inline(never)]
 fn at_right_angles(plane: &mut [Values; 2]) {
-    let along = dot(&plane[0], &plane[1]) / dot(&plane[0], &plane[0]).max(f32::MIN_POSITIVE);
+    let along = channels_dot(&plane[0], &plane[1]) / channels_dot(&plane[0], &plane[0]).max(f32::MIN_POSITIVE);
     let first = plane[0];
     add(&mut plane[1], &first, -along);
     for vector in plane {
-        let length = libm::sqrtf(dot(vector, vector)).max(f32::MIN_POSITIVE);
+        let length = libm::sqrtf(channels_dot(vector, vector)).max(f32::MIN_POSITIVE);
         vector.iter_mut().for_each(|value| *value /= length);
     }
 }
@@ -205,7 +212,7 @@ fn at_right_angles(plane: &mut [Values; 2]) {
 #[inline(never)]
 fn times(covariance: &Covariance, direction: &Values) -> Values {
     let mut out = [0.0; CHANNELS_MAX];
-    out.iter_mut().zip(covariance).for_each(|(out, row)| *out = dot(row, direction));
+    out.iter_mut().zip(covariance).for_each(|(out, row)| *out = channels_dot(row, direction));
     out
 }
 
@@ -219,6 +226,7 @@ fn add(to: &mut Values, of: &Values, factor: f32) {
 mod tests {
     use super::*;
     use crate::covariance::may_share;
+    use crate::normal::dot;
 
     const BLOCKS: f32 = 16.0;
 
