@@ -54,15 +54,9 @@ fn the_page_and_its_picture_are_what_their_data_give() {
     assert!(not_met.iter().all(is_explained), "{not_met:?}");
     // The text says where the error is above its bar.
     let above = || trade.bars.cells.iter().filter(|cell| cell.is_above());
-    assert!(2 * above().filter(|cell| cell.setting.snr_db == 10.0).count() > above().count());
+    assert!(above().all(|cell| cell.setting.snr_db == 10.0));
     let is_short = |setting: Setting| matches!(setting.length, Length::Seconds(window_s) if window_s <= 0.6);
     assert!(above().all(|cell| cell.setting.cycles() < 1.5 || is_short(cell.setting)));
-    for snr_db in [20.0, 40.0] {
-        let at = trade.bars.cells.iter().filter(|cell| cell.setting.snr_db == snr_db);
-        let ratio = |cell: &&Cell| cell.accuracy.error.map_or(0.0, |error| error.ratio);
-        let worst = at.max_by(|a, b| ratio(a).total_cmp(&ratio(b))).expect("a setting").setting;
-        assert!(worst.length == Length::Seconds(0.3) && (1.65..1.75).contains(&worst.cycles()), "{worst}");
-    }
     // The text says that fewer channels and a single harmonic cost accuracy and save instructions.
     for window_s in [0.2, 1.0] {
         let row = |harmonics, channels| trade.ridgetone(window_s, 4, harmonics, channels).expect("a row");

@@ -118,7 +118,7 @@ fn the_page_says_what_its_table_says() {
         assert_eq!(row[13], "0", "wrong but good: {row:?}");
         if row[0].ends_with("turning") {
             let (good, of) = counts(row[10]);
-            assert!(number(row[9]).is_none_or(|off| off <= 0.11), "{row:?}");
+            assert!(number(row[9]).is_none_or(|off| off <= 0.36), "{row:?}");
             (good_turning, turning) = (good_turning + good, turning + of);
             held_turning += number(row[12]).map_or(0.0, |share| share * good / 100.0);
             continue;
@@ -148,9 +148,9 @@ fn the_page_says_what_its_table_says() {
         }
     }
     let shares = [held[0] / good_one_way[0], held[1] / good_one_way[1]];
-    assert_eq!(good_one_way, [545.0, 522.0]);
+    assert_eq!(good_one_way, [546.0, 522.0]);
     assert!((93.5..96.5).contains(&shares[0]) && (93.5..96.5).contains(&shares[1]), "{shares:?}");
-    assert_eq!((good_turning, held_turning.round(), turning), (21.0, 21.0, 72.0));
+    assert_eq!((good_turning, held_turning.round(), turning), (22.0, 21.0, 72.0));
 }
 
 /// Against the powers that the paper gives for four of its gratings.
