@@ -7,7 +7,7 @@ use crate::page::load;
 use crate::setting::{Length, Setting};
 use crate::trade::plans::Row;
 use crate::trade::results::Trade;
-use crate::trade::{self, Cell, Windows};
+use crate::trade::{self, Windows};
 
 #[test]
 fn the_least_run_measures_every_choice_and_every_bar() {
