@@ -10,8 +10,6 @@ pub mod plans;
 pub mod results;
 mod tables;
 
-#[cfg(test)]
-pub use bars::Cell;
 pub use bars::Windows;
 
 use crate::bench::report::Report;
