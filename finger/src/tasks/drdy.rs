@@ -88,12 +88,11 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin, PIN: DrdyPin> Drdy<'_, 
                 if platform.has_ended() {
                     break;
                 }
-                if acquisition.watch(platform.now_us(), diagnostics, wait) {
+                let was_muted = acquisition.watch(platform.now_us(), diagnostics, wait);
+                if was_muted || edge != Some(false) {
+                    // Right behind a conversion the next one does not end during the check. On the register model an edge that is kept
+                    // shows the same conversion again.
                     pin.unmute();
-                    break;
-                }
-                if edge != Some(false) {
-                    // An edge that has fallen meanwhile makes this run again.
                     break;
                 }
                 // Behind an unexpected edge a conversion may have ended during the check. It is read before the next one takes its
