@@ -45,9 +45,8 @@ const WITH_A_BOARD: [&str; 27] = [
 ];
 
 /// Commands that take too long for a test, and the test that does a little of the same.
-const LITTLE_OF: [(&str, &str); 30] = [
+const LITTLE_OF: [(&str, &str); 29] = [
     ("cargo xtask worklet", "host/tests/touch/page.rs"),
-    ("cargo xtask faults --plan hand --only reference --injections 6000", "eval/src/tests/faults.rs"),
     ("cargo xtask distance --chip", "eval/src/tests/distance.rs"),
     ("cargo xtask distance --write docs", "eval/src/tests/distance.rs"),
     ("cargo install --path host --features foxglove,mqtt", "host/tests/streams.rs"),
