@@ -88,8 +88,8 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin, PIN: DrdyPin> Drdy<'_, 
                 if platform.has_ended() {
                     break;
                 }
-                let was_muted = acquisition.watch(platform.now_us(), diagnostics, wait);
-                if was_muted || edge != Some(false) {
+                let begins_anew = acquisition.watch(platform.now_us(), diagnostics, wait);
+                if begins_anew || edge != Some(false) {
                     // Right behind a conversion the next one does not end during the check. On the register model an edge that is kept
                     // shows the same conversion again.
                     pin.unmute();
