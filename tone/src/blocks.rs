@@ -34,16 +34,18 @@ pub struct Lines {
 }
 
 impl Lines {
-    /// Cycles per half window of each line, and how many there are.
-    pub fn all(&self) -> ([f32; LINES_MAX], usize) {
+    /// Cycles per half window of each line, and how many there are; with `half` that at half the fundamental in an interferer's place,
+    /// where there is none.
+    pub fn all(&self, half: bool) -> ([f32; LINES_MAX], usize) {
         let mut all = [0.0; LINES_MAX];
         let harmonics = self.harmonics.min(LINES_MAX - self.interferer.is_some() as usize);
         for (h, nu) in all.iter_mut().enumerate().take(harmonics) {
             *nu = (h + 1) as f32 * self.nu;
         }
-        match (self.interferer, all.get_mut(harmonics)) {
-            (Some(interferer), Some(nu)) => {
-                *nu = interferer;
+        let last = self.interferer.or(half.then_some(0.5 * self.nu));
+        match (last, all.get_mut(harmonics)) {
+            (Some(last), Some(nu)) => {
+                *nu = last;
                 (all, harmonics + 1)
             }
             _ => (all, harmonics),
@@ -73,55 +75,67 @@ pub struct Blocks {
     /// Sums of squares of the channels.
     pub squares: Values,
     pub lines: Lines,
+    /// Whether the line at half the fundamental is among them; it is no part of a solution.
+    pub half: bool,
     #[cfg(feature = "long-windows")]
     long: [f32; POINTS_MAX + POINTS_MAX / 2],
 }
 
+/// Most frames on one side of a chunk's centre.
+const HALF_MAX: usize = 8;
+
 /// Frames about a chunk's centre: cosine and sine of each line at half of them, the other half is their mirror image.
-struct Centred<const HALF: usize> {
-    distance: [f32; HALF],
-    cos: [[f32; HALF]; LINES_MAX],
-    sin: [[f32; HALF]; LINES_MAX],
+struct Centred {
+    distance: [f32; HALF_MAX],
+    cos: [[f32; HALF_MAX]; LINES_MAX],
+    sin: [[f32; HALF_MAX]; LINES_MAX],
     products: [f32; PRODUCTS],
     /// Products of each line's cosine with 1, and of its sine with the distance.
     lines: [[f32; 2]; LINES_MAX],
 }
 
-impl<const HALF: usize> Centred<HALF> {
+impl Centred {
     /// None; a constant is written in its place.
     const NONE: Self = Self {
-        distance: [0.0; HALF],
-        cos: [[0.0; HALF]; LINES_MAX],
-        sin: [[0.0; HALF]; LINES_MAX],
+        distance: [0.0; HALF_MAX],
+        cos: [[0.0; HALF_MAX]; LINES_MAX],
+        sin: [[0.0; HALF_MAX]; LINES_MAX],
         products: [0.0; PRODUCTS],
         lines: [[0.0; 2]; LINES_MAX],
     };
 
+    /// For `half` frames on either side. What is behind them stays zero.
+    // One for chunks of all sizes: each of its own would take 700 bytes of flash.
     #[inline(never)]
-    fn fill(&mut self, nu: &[f32; LINES_MAX], lines: usize, step: f32) {
+    fn fill(&mut self, nu: &[f32; LINES_MAX], lines: usize, step: f32, half: usize) {
         let out = self;
-        for (i, distance) in out.distance.iter_mut().enumerate() {
+        for (i, distance) in out.distance.iter_mut().enumerate().take(half) {
             *distance = (i as f32 + 0.5) * step;
         }
         for l in 0..lines.min(LINES_MAX) {
-            for i in 0..HALF {
-                (out.cos[l][i], out.sin[l][i]) = cos_sin(from_turns(nu[l] * out.distance[i]));
+            let waves = out.cos[l].iter_mut().zip(&mut out.sin[l]);
+            for ((cos, sin), distance) in waves.zip(&out.distance).take(half) {
+                (*cos, *sin) = cos_sin(from_turns(nu[l] * distance));
             }
         }
-        let twice = |a: &[f32; HALF], b: &[f32; HALF]| a.iter().zip(b).map(|(a, b)| 2.0 * a * b).sum::<f32>();
-        let ones = [1.0; HALF];
-        out.products[product(0, 0)] = 2.0 * HALF as f32;
-        out.products[product(1, 1)] = twice(&out.distance, &out.distance);
+        out.products[product(0, 0)] = 2.0 * half as f32;
+        out.products[product(1, 1)] = twice(&out.distance, &out.distance, half);
         for l in 0..lines.min(LINES_MAX) {
             let row = 2 + 2 * l;
-            out.lines[l] = [twice(&ones, &out.cos[l]), twice(&out.distance, &out.sin[l])];
+            out.lines[l] = [twice(&[1.0; HALF_MAX], &out.cos[l], half), twice(&out.distance, &out.sin[l], half)];
             [out.products[product(row, 0)], out.products[product(row + 1, 1)]] = out.lines[l];
             for m in 0..=l {
-                out.products[product(row, 2 + 2 * m)] = twice(&out.cos[l], &out.cos[m]);
-                out.products[product(row + 1, 3 + 2 * m)] = twice(&out.sin[l], &out.sin[m]);
+                out.products[product(row, 2 + 2 * m)] = twice(&out.cos[l], &out.cos[m], half);
+                out.products[product(row + 1, 3 + 2 * m)] = twice(&out.sin[l], &out.sin[m], half);
             }
         }
     }
+}
+
+/// The product of two series over both sides of a centre.
+#[inline(never)]
+fn twice(a: &[f32; HALF_MAX], b: &[f32; HALF_MAX], half: usize) -> f32 {
+    a.iter().zip(b).take(half).map(|(a, b)| 2.0 * a * b).sum()
 }
 
 /// How a chunk's centre lies to its block's: its distance, and cosine and sine of each line there.
@@ -180,6 +194,7 @@ impl Blocks {
             width: 0,
             squares: [0.0; CHANNELS_MAX],
             lines: Lines { nu: 0.0, harmonics: 0, interferer: None },
+            half: false,
             #[cfg(feature = "long-windows")]
             long: [0.0; POINTS_MAX + POINTS_MAX / 2],
         }
@@ -232,7 +247,7 @@ impl Blocks {
     ) -> Result<(), Overwritten> {
         (self.order, self.width) = (channels.order, channels.width.min(CHANNELS_MAX));
         (self.lines, self.squares, self.are_intact) = (lines, [0.0; CHANNELS_MAX], true);
-        let (nu, line_count) = lines.all();
+        let (nu, line_count) = lines.all(self.half);
         let mut chunk = 2;
         let most = most.clamp(1, BLOCKS_MAX);
         while chunk < BLOCK && chunk * most < span.frames as usize {
@@ -279,13 +294,13 @@ impl Blocks {
         match chunk {
             2 | 4 => self.pass::<2>(span, &pass),
             8 => self.pass::<4>(span, &pass),
-            _ => self.pass::<8>(span, &pass),
+            _ => self.pass::<HALF_MAX>(span, &pass),
         }
     }
 
     fn pass<const HALF: usize>(&mut self, span: &mut FrameSpan, pass: &Pass) -> Result<(), Overwritten> {
-        let mut centred = Centred::<HALF>::NONE;
-        centred.fill(&pass.nu, pass.lines, pass.step);
+        let mut centred = Centred::NONE;
+        centred.fill(&pass.nu, pass.lines, pass.step, HALF);
         let (abscissa, frames) = (span.abscissa(), span.frames);
         let chunk = 2 * HALF as u32;
         let step = Shift::new(&pass.nu, pass.step * chunk as f32);
@@ -461,7 +476,7 @@ fn add_channel<const HALF: usize>(
     channel: u8,
     u: f32,
     shift: &Shift,
-    centred: &Centred<HALF>,
+    centred: &Centred,
     pass: &Pass,
 ) -> f32 {
     let c = channel as usize % CHANNELS_MAX;
@@ -479,7 +494,7 @@ fn add_channel<const HALF: usize>(
     // A loop of its own: the compiler unrolls short ones only, and without that nothing stays in registers.
     for i in 0..HALF {
         sum += even[i];
-        along += odd[i] * centred.distance[i];
+        along += odd[i] * centred.distance[i % HALF_MAX];
         // Of the sum and the difference, which are in registers anyway: twice those of both values.
         squares += even[i] * even[i];
         odd_squares += odd[i] * odd[i];
@@ -495,8 +510,8 @@ fn add_channel<const HALF: usize>(
         let [with_ones, with_distances] = centred.lines[l];
         let (mut with_cos, mut with_sin) = (-rest * with_ones, -slope * with_distances);
         for i in 0..HALF {
-            with_cos += even[i] * centred.cos[l][i];
-            with_sin += odd[i] * centred.sin[l][i];
+            with_cos += even[i] * centred.cos[l][i % HALF_MAX];
+            with_sin += odd[i] * centred.sin[l][i % HALF_MAX];
         }
         rows[row][k] += cos * with_cos - sin * with_sin;
         rows[row + 1][k] += sin * with_cos + cos * with_sin;

@@ -12,7 +12,7 @@ use crate::significance::{ln, significant_search_gain};
 use crate::solve::Solution;
 use crate::source::Overwritten;
 use crate::statistics::{Channels, Statistics};
-use crate::trust::{Evidence, trust};
+use crate::trust::{Evidence, STEADY_SHARE, trust};
 
 /// Cycles in the window below which its frequency cannot be estimated.
 const CYCLES_MIN: f32 = 0.6;
@@ -104,7 +104,10 @@ pub fn conclude(
         && evidence.cycles < CURVED_CYCLES
         && (evidence.noise_ratio > CURVED_NOISE_RATIO && evidence.remainder > CURVED_REMAINDER || summit.strongest > 1);
     // What channels that are late leave in the blocks looks like a beat, too.
-    let is_beat = !span.is_staggered() && around.colour > BEAT_DENSITY && around.colour > BEAT_OVER_BAND * around.band;
+    let is_beat = !span.is_staggered()
+        && around.colour > BEAT_DENSITY
+        && around.colour > BEAT_OVER_BAND * around.band
+        && evidence.remainder > STEADY_SHARE;
     let is_full = is_full(best, evidence.cycles);
     let is_ambiguous = !is_seen || is_part || is_beat || is_full || is_image_strong(best, span.nu_max());
     // A comb that moves or leaves more than noise, whose fundamental is weak, may be several tones.

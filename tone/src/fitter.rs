@@ -10,7 +10,7 @@ use crate::interferer::Interferer;
 use crate::limits::{CHANNELS_SEARCHED, HARMONICS_MAX};
 use crate::mixture::whiten;
 use crate::neighbourhood::neighbourhood;
-use crate::other_lines::lines_between;
+use crate::other_lines::{has_half_line, lines_between};
 use crate::polish::polish;
 use crate::refine::{Limits, Refinement, Summit, least_squares};
 use crate::search;
@@ -23,6 +23,8 @@ use crate::statistics::Statistics;
 pub const FRAMES_MIN: u32 = 16;
 /// Steps of the next likely one beside the best, by all channels.
 const NEXT_STEPS: usize = 3;
+/// A step that moved the highest harmonic by more, in `nu`, left amplitudes that are off by more than a hundredth.
+const LONG_STEP: f32 = 0.05;
 /// In fewer cycles a straight baseline is tried where a curved one is likelier.
 const CYCLES_BENT: f32 = 1.6;
 /// A window as short, or with as few cycles, is too rough for blocks: the last step is that of its frames.
@@ -142,7 +144,9 @@ impl Fitter {
                 let limits = Limits { score: found.least_score(), ..Limits::CANDIDATE };
                 if let Some(mut summit) = refinement.refine(&few, &lines, &limits)? {
                     if found.best.is_none() && summit.is_plain() && harmonics > 1 {
-                        refinement.solve_again(&few, &summit);
+                        if libm::fabsf(refinement.equations.solution.step) * harmonics as f32 > LONG_STEP {
+                            refinement.solve_again(&few, &summit);
+                        }
                         let Refinement { span, equations, .. } = &mut refinement;
                         let solution = &equations.solution;
                         let is_overtone = lines_between(span, statistics, &few, solution, interferer_nu)?;
@@ -233,6 +237,9 @@ impl Fitter {
                 return Ok(());
             }
         }
+        let half_power = equations.half_power();
+        // It is known now: what follows needs no more of that line.
+        blocks.half = false;
         // The neighbourhood is that of the blocks' solution.
         // A single harmonic is chosen to be quick; what others leave would be taken for noise that is shared. So would what channels
         // that are late leave where the speed changes.
@@ -242,6 +249,7 @@ impl Fitter {
             polish(span, statistics, &all, &least, at, &mut equations.solution)?;
         }
         let evidence = evidence(statistics, &all, &equations.solution);
+        let has_half = has_half_line(half_power, &equations.solution, &around, evidence.noise_ratio);
         let by = (summit, &around, &evidence);
         conclude(span, statistics, &all, blocks, &equations.solution, by, fit)?;
         if around.may_share && fit.status.has_tone() {
@@ -255,7 +263,7 @@ impl Fitter {
             }
         }
         let is_overtone = found.overtone.is_some_and(|nu| (summit.nu - nu).abs() < SAME_NU);
-        if is_overtone && fit.status == Status::Good {
+        if (is_overtone || has_half) && fit.status == Status::Good {
             fit.status = Status::Ambiguous;
         }
         fit.interferer = interferer.map(|interferer| interferer.cycles_per_frame(span.frames));

@@ -235,7 +235,7 @@ impl<'g> Grid<'g> {
     fn point(&self, nu: f32) -> Point {
         let turns = nu * self.step;
         // Harmonics must stay below half the rate of the pieces, and beside an interferer there is one less.
-        let lines = Lines { nu, harmonics: self.harmonics, interferer: self.interferer }.all().1;
+        let lines = Lines { nu, harmonics: self.harmonics, interferer: self.interferer }.all(false).1;
         let most = ((0.48 / turns) as usize).min(lines.saturating_sub(self.interferer.is_some() as usize)).max(1);
         // Of the harmonics with each other all sums are those of a multiple of the fundamental.
         let mut multiples = [self.pieces; 2 * HARMONICS_MAX + 1];

@@ -153,7 +153,7 @@ impl<'s> Series<'s> {
     fn add(&mut self, blocks: &Blocks, b: usize, solution: &Solution) {
         let (shape, b) = (&solution.shape, b % BLOCKS_MAX);
         let (u, products, waves) = (blocks.u[b], blocks.products(b), blocks.rows[b].as_chunks::<2>().0);
-        let (nu, count) = Lines { nu: solution.nu, ..blocks.lines }.all();
+        let (nu, count) = Lines { nu: solution.nu, ..blocks.lines }.all(false);
         let mut turns = [(1.0, 0.0); LINES_MAX];
         for (turn, nu) in turns.iter_mut().zip(nu).take(count) {
             *turn = cos_sin(from_turns(nu * u));

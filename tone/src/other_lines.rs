@@ -3,6 +3,7 @@
 use crate::blocks::Blocks;
 use crate::frame_span::{BLOCK, FrameSpan};
 use crate::limits::{CHANNELS_SEARCHED, HARMONICS_MAX};
+use crate::neighbourhood::Neighbourhood;
 use crate::phase::{cos_sin, from_turns};
 use crate::significance::chi_square_point;
 use crate::solve::Solution;
@@ -54,7 +55,7 @@ pub fn strongest_other_line(
 }
 
 /// Shares of a line's frequency at which a comb has lines of which it is the second or third.
-const BETWEEN: [f32; 5] = [1.0 / 2.0, 3.0 / 2.0, 1.0 / 3.0, 2.0 / 3.0, 4.0 / 3.0];
+const BETWEEN: [f32; 4] = [1.0 / 2.0, 3.0 / 2.0, 1.0 / 3.0, 2.0 / 3.0];
 /// How many of them are those of the second.
 const OF_SECOND: usize = 2;
 /// Fewest cycles in the window of such a line, and beside a curved baseline.
@@ -122,4 +123,27 @@ pub fn lines_between(
     let share = BETWEEN_SHARE * part * solution.power.iter().sum::<f32>();
     let is_there = |(power, degrees): (f32, f32)| power > share && power > chi_square_point(degrees, BETWEEN_DEVIATE);
     Ok(powers.into_iter().zip(degrees).filter(|(_, degrees)| *degrees > 0.0).any(is_there))
+}
+
+/// Fewest cycles in the window of a line at half a tone's frequency; the same beside a curved baseline, which it resembles.
+pub const HALF_CYCLES: f32 = 1.5;
+const HALF_CYCLES_CURVED: f32 = 2.5;
+/// Least share of the tone's power of such a line, the normal deviate that noise does not reach, and by how much more it must stand out
+/// beside a curved baseline, which leaves something everywhere.
+const HALF_SHARE: f32 = 1e-4;
+const HALF_DEVIATE: f32 = 3.5;
+const HALF_CURVED: f32 = 3.0;
+/// Residuals over the noise from which on they are not white.
+const HALF_COLOURED: f32 = 1.5;
+
+/// Whether a line at half a solution's frequency, of this power in all channels, says that the tone is the second harmonic of another: as
+/// it does if the fundamental is faint. No harmonic tells, if all are even ones.
+#[inline(never)]
+pub fn has_half_line(power: f32, solution: &Solution, around: &Neighbourhood, noise_ratio: f32) -> bool {
+    let is_curved = solution.shape.curves > 0;
+    let residuals = around.colour.max(around.band).max(noise_ratio);
+    let noise = if residuals > HALF_COLOURED { residuals } else { 1.0 } * if is_curved { HALF_CURVED } else { 1.0 };
+    let least = noise * chi_square_point(2.0 * solution.width as f32, HALF_DEVIATE);
+    let is_line = solution.nu >= if is_curved { HALF_CYCLES_CURVED } else { HALF_CYCLES };
+    is_line && power > least && power > HALF_SHARE * solution.power.iter().sum::<f32>()
 }

@@ -4,6 +4,7 @@
 use crate::blocks::{Blocks, Lines};
 use crate::frame_span::FrameSpan;
 use crate::limits::{BLOCKS_MAX, CHANNELS_MAX, CURVES_MAX, LINES_MAX};
+use crate::other_lines::HALF_CYCLES;
 use crate::significance::ln;
 use crate::solve::{Equations, Shape, Solution};
 use crate::source::{Overwritten, Values};
@@ -204,6 +205,9 @@ impl Refinement<'_, '_> {
         // An interferer takes the place of a harmonic.
         let most = lines.harmonics.min(LINES_MAX - lines.interferer.is_some() as usize);
         let harmonics = self.span.harmonics_apart(nu, most, limits.images);
+        // Only a result's blocks have it.
+        self.blocks.half =
+            limits.blocks == BLOCKS_MAX && lines.harmonics > 1 && nu >= HALF_CYCLES && self.span.is_in_time();
         let lines = Lines { nu, harmonics, ..*lines };
         self.blocks.collect(self.span, self.statistics, channels, lines, limits.blocks)
     }

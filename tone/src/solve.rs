@@ -135,7 +135,7 @@ impl Equations {
     /// At the blocks' lines, with the fundamental moved to `nu`; without curves it is for shapes without them.
     #[inline(never)]
     pub fn collect(&mut self, blocks: &Blocks, nu: f32, curves: bool) {
-        let (all, lines) = Lines { nu, ..blocks.lines }.all();
+        let (all, lines) = Lines { nu, ..blocks.lines }.all(blocks.half);
         (self.nu, self.lines, self.width, self.squares) = (nu, lines, blocks.width, blocks.squares);
         self.harmonics = blocks.lines.harmonics.min(lines);
         self.frames = 0.0;
@@ -397,6 +397,26 @@ impl Equations {
             }
             visit(self, Shape { curves, ..shape }, &floored);
         }
+    }
+
+    /// Power of the blocks' line at half the frequency beside the latest solution, in units of the noise: a chi-square of two degrees
+    /// for each channel if it is not there. Zero without such a line, or if f32 cannot separate it.
+    #[inline(never)]
+    pub fn half_power(&mut self) -> f32 {
+        let Shape { harmonics, curves, interferer } = self.solution.shape;
+        let size = self.solution.shape.unknowns();
+        let mut columns = self.solution.shape.columns(self.harmonics);
+        let Some(last) = columns.get_mut(size..size + 2) else { return 0.0 };
+        if interferer || self.lines <= self.harmonics {
+            return 0.0;
+        }
+        // Behind all unknowns: forward substitution leaves of its rows what the others have not.
+        (last[0], last[1]) = (2 + 2 * self.harmonics, 3 + 2 * self.harmonics);
+        let unknowns = self.solution.unknowns;
+        self.factor(&Shape { harmonics, curves: curves + 2, interferer }, &columns, SOLUTION_PRODUCT_MIN);
+        let own = core::mem::replace(&mut self.solution.unknowns, unknowns);
+        let Some(own) = own.get(size..self.normal.size) else { return 0.0 };
+        own.iter().flat_map(|row| row.iter().zip(&self.solution.weights)).map(|(own, weight)| weight * own * own).sum()
     }
 
     /// The solution for a shape. None if its equations are singular, or if it has no tone.

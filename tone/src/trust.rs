@@ -15,6 +15,10 @@ const SURE_TOGETHER: f32 = 4.0;
 const SLOW_POWER: f32 = 2.7;
 /// Slow power, in units of the noise's density at the lines, from which on the tone itself has moved.
 const UNSTEADY_POWER: f32 = 4.0;
+/// Slow power over the line's, and over that and the square of the cycles, below which a tone has not moved: 0.003 of its amplitude, and
+/// what a frequency that moves by 0.1 % (rms) through the window leaves, 0.66 (0.001 cycles)^2. Beside very little noise an onset is above it.
+pub const STEADY_SHARE: f32 = 1e-5;
+const STEADY_SHARE_PER_CYCLE: f32 = 6.6e-7;
 /// From this coherence on the residuals have the channels' signs and amplitudes as the tone has them.
 const UNSTEADY_COHERENCE: f32 = 3.0;
 /// The same with at least this slow power.
@@ -107,7 +111,8 @@ pub fn trust(of: &Neighbourhood, evidence: &Evidence) -> (Status, f32) {
         variance = variance.max(of.slow_power);
     }
     let moving = if cycles < FEW_CYCLES && contrast > CLEAR_CONTRAST { 2.0 * UNSTEADY_POWER } else { UNSTEADY_POWER };
-    let moves = of.slow_power > moving * colour
+    let steady = STEADY_SHARE.min(STEADY_SHARE_PER_CYCLE * cycles * cycles) * evidence.contrast;
+    let moves = of.slow_power > steady.max(moving * colour)
         || of.coherence > UNSTEADY_COHERENCE && of.slow_power > UNSTEADY_SLOW_POWER && contrast < UNSTEADY_CONTRAST;
     // One shape in time in all channels, or a weak one, may be a few swings of anything.
     let leaves = |share: f32| evidence.noise_ratio > NOISE_RATIO && evidence.remainder > share;

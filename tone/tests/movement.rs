@@ -2,7 +2,7 @@
 
 mod common;
 
-use ridgetone_tone::{Fit, Fitter, FrameSpan, Frames};
+use ridgetone_tone::{Fit, Fitter, FrameSpan, Frames, Status};
 use std::f64::consts::{PI, TAU};
 
 const FRAMES: usize = 240;
@@ -12,10 +12,15 @@ const SURE: f64 = 4.0;
 
 /// The fit of a tone of `cycles` cycles a window with a phase beside it, cycles, of u from -1 to 1; 30 dB of white noise.
 fn fit(cycles: f64, phase: &dyn Fn(f64) -> f64) -> Fit {
+    fit_in(0.022, cycles, phase)
+}
+
+/// The same in white noise of this standard deviation.
+fn fit_in(sigma: f64, cycles: f64, phase: &dyn Fn(f64) -> f64) -> Fit {
     let mut noise = common::normal(1);
     let value = |n: usize, c: usize, noise: f64| {
         let u = place(n);
-        ((TAU * (0.5 * cycles * u + phase(u)) + c as f64).cos() + 0.022 * noise) as f32
+        ((TAU * (0.5 * cycles * u + phase(u)) + c as f64).cos() + sigma * noise) as f32
     };
     let values: Vec<f32> =
         (0..FRAMES).flat_map(|n| (0..CHANNELS).map(move |c| (n, c))).map(|(n, c)| value(n, c, noise())).collect();
@@ -76,5 +81,20 @@ fn a_chirp_is_found_with_its_sign() {
             (found / chirp - 1.0).abs() < 0.1 && (found - chirp).abs() < SURE * sigma,
             "{found} {sigma} for {chirp}"
         );
+    }
+}
+
+/// Beside little noise residuals stand out of it that are of no account: a frequency that moves by 0.003 % is steady.
+#[test]
+fn beside_little_noise_what_hardly_moves_is_good() {
+    for cycles in [4.2, 8.3, 31.7] {
+        for (wander, status) in [(3e-5, Status::Good), (5e-3, Status::Unsteady)] {
+            // Its frequency moves along u, whose root of the mean square is the root of a third.
+            let size = wander * cycles * 3f64.sqrt() / 4.0;
+            let fit = fit_in(2e-5, cycles, &|u| size * (u * u - 1.0 / 3.0));
+            assert_eq!(fit.status, status, "{cycles} {wander}: {fit:?}");
+            let off = (f64::from(fit.frequency) * FRAMES as f64 / cycles - 1.0).abs();
+            assert!(off < 1e-5 + 0.15 * wander, "{cycles} {wander}: {off}");
+        }
     }
 }
