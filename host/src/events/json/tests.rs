@@ -108,7 +108,7 @@ fn what_a_finger_feels_has_values_or_the_reason_why_not() {
         rough: None,
         levels_db,
     };
-    let beyond = Feel { soft: measured(7.5), ..feel.clone() };
+    let beyond = Feel { soft: measured(7.5), ..feel };
     assert!(crate::feel::event::words(&beyond).contains("; soft outside the paper's scale of 1 to 7"));
     assert!(!crate::feel::event::words(&feel).contains("scale"));
     let beyond = json(&Packet { sequence: 4, event: Event::Feel(beyond) }).unwrap();
