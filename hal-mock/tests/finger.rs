@@ -131,28 +131,49 @@ fn under_a_ridged_skin_the_series_is_the_sum_of_the_ridges_that_meet() {
     }
 }
 
+/// Mean square of the channels' fundamentals over the period, from 0.8 to 3 mm.
+fn powers(finger: Finger) -> Vec<(f64, f64)> {
+    let power = |period_mm: f64| {
+        let scene = SlidingScene::new(Sliding { finger: Some(finger), ..ridged(period_mm) }).unwrap();
+        scene.channels().iter().map(|channel| channel.amplitude_v().powi(2)).sum::<f64>() / 16.0
+    };
+    (16..=60).map(|step| 0.05 * f64::from(step)).map(|period_mm| (period_mm, power(period_mm))).collect()
+}
+
 /// Okamoto et al., "Transmission of Tactile Roughness through Master-slave Systems", Figure 11: a skin with ridges of 0.6 mm has a
 /// local maximum of power at 1.2 to 1.6 mm, where a groove is as wide as a ridge or a little wider. A smooth one has none.
 #[test]
 fn ridges_of_the_skin_make_a_maximum_where_they_fall_into_grooves() {
-    let power = |parameters: Sliding| {
-        let scene = SlidingScene::new(parameters).unwrap();
-        scene.channels().iter().map(|channel| channel.amplitude_v().powi(2)).sum::<f64>()
+    let greatest = |powers: &[(f64, f64)], until_mm: f64| {
+        let those = powers.iter().filter(|(mm, _)| *mm < until_mm);
+        those.copied().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap()
     };
-    let periods_mm = || (8..=30).map(|tenths| 0.1 * f64::from(tenths));
-    let best = |from_mm: f64, until_mm: f64| {
-        let those = periods_mm().filter(|mm| (from_mm - 0.01..until_mm + 0.01).contains(mm));
-        those.max_by(|a, b| power(ridged(*a)).total_cmp(&power(ridged(*b)))).unwrap()
+    let least_beyond = |powers: &[(f64, f64)], from_mm: f64| {
+        let those = powers.iter().filter(|(mm, _)| *mm > from_mm);
+        those.copied().min_by(|a, b| a.1.total_cmp(&b.1)).unwrap()
     };
-    let peak_mm = best(0.8, 2.5);
-    assert!((1.39..1.61).contains(&peak_mm), "{peak_mm}");
-    let over = |mm: f64| power(ridged(peak_mm)) / power(ridged(mm));
-    println!("at {peak_mm} mm, over 0.8 mm {}, over 2.4 mm {}", over(0.8), over(2.4));
-    assert!(over(0.8) > 10.0 && over(2.4) > 3.0 && over(3.0) > 1.0);
+    // The maximum is at about five quarters of the skin's period.
+    for skin_ridge_mm in [0.5, 0.6, 0.7] {
+        let powers = powers(Finger { skin_ridge_mm, ..Finger::default() });
+        let (peak_mm, peak) = greatest(&powers, 2.2);
+        let (trough_mm, trough) = least_beyond(&powers, peak_mm);
+        println!("{skin_ridge_mm} mm: {peak:.2e} V^2 at {peak_mm:.2} mm, {trough:.2e} at {trough_mm:.2} mm");
+        assert!((1.19..1.35).contains(&(peak_mm / (2.0 * skin_ridge_mm))), "{skin_ridge_mm} mm: {peak_mm}");
+        assert!(peak > 1.3 * trough && peak > 3.0 * powers[0].1, "{skin_ridge_mm} mm: {powers:?}");
+    }
+    // Nearer to the skin the waves of coarser gratings arrive: the trough behind the maximum is shallow, as the paper's.
+    let powers_of = |depth_mm| powers(Finger { skin_ridge_mm: 0.6, depth_mm, ..Finger::default() });
+    let over = |depth_mm: f64| {
+        let powers = powers_of(depth_mm);
+        let (peak_mm, peak) = greatest(&powers, 2.0);
+        peak / least_beyond(&powers, peak_mm).1
+    };
+    let (near, far) = (over(0.8), over(1.3));
+    println!("maximum over trough: {near:.2} at 0.8 mm, {far:.2} at 1.3 mm");
+    assert!((1.2..1.5).contains(&near) && far > 4.0);
 
-    let smooth = |period_mm: f64| Sliding { finger: Some(Finger::default()), ..ridged(period_mm) };
-    let powers: Vec<f64> = periods_mm().map(|mm| power(smooth(mm))).collect();
-    assert!(powers.windows(2).all(|pair| pair[0] < pair[1]), "{powers:?}");
+    let smooth = powers(Finger::default());
+    assert!(smooth.windows(2).all(|pair| pair[0].1 < pair[1].1), "{smooth:?}");
 }
 
 /// What the bench of this model is: strengths and phases by period. Shown with --nocapture.
