@@ -91,6 +91,37 @@ fn a_known_vibration_is_a_sum_of_logarithms() {
     assert!((number(soft, "score") - (5.59 - 0.002 * 1.5 * sum)).abs() < 1e-4, "{soft}");
 }
 
+/// Equation 12 has 11.633 M - 16.075: nobody says 7.19 on a scale of seven steps. A file's scores may be on any scale.
+#[test]
+fn a_score_outside_of_the_papers_scale_is_said_to_be() {
+    let folder = directory();
+    let path = table(folder.path(), "any.csv", ROWS, |t_s| [2.5 + sine(0.25, 100.0, t_s)]);
+    let with = |more: &[&str]| {
+        let arguments = [&["feel", text(&path), "--rate", "2048", "--reference", REFERENCE], more].concat();
+        let scores = json_lines(&run(&[&arguments[..], &["--json"]].concat()))[0]["scores"].clone();
+        let outside: Vec<String> = scores
+            .as_array()
+            .expect("scores")
+            .iter()
+            .filter(|score| score["outside_scale"] == true)
+            .map(|score| score["name"].as_str().expect("a name").to_owned())
+            .collect();
+        (outside, stdout(&run(&arguments)))
+    };
+    let remark = "outside the paper's scale of 1 to 7";
+    let (outside, printed) = with(&["--m", "2"]);
+    assert_eq!(outside, ["rough"]);
+    let marked: Vec<&str> = printed.lines().filter(|line| line.contains(remark)).collect();
+    assert!(matches!(marked[..], [line] if line.starts_with("rough ")), "{printed}");
+    for inside in [&["--m", "1.7"][..], &[]] {
+        let (outside, printed) = with(inside);
+        assert!(outside.is_empty() && !printed.contains(remark), "{printed}");
+    }
+    let own = file(folder.path(), "own.toml", "window_s = 3\n[rough]\nconstant = 80\n");
+    let (outside, printed) = with(&["--coefficients", text(&own)]);
+    assert!(outside.is_empty() && printed.contains("80") && !printed.contains(remark), "{printed}");
+}
+
 #[test]
 fn an_absent_receptor_is_named_and_not_zero() {
     let folder = directory();

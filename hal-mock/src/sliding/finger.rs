@@ -9,6 +9,13 @@
 //! c_h being those of the ridges' profile: overtones, the cover's low-pass and the phase between the units are all in
 //! them. Under a long contact they approach the strain of a sinusoidal load, which fades as exp(-h k depth).
 //!
+//! A skin with ridges touches with these alone. A ridge bears what presses anywhere on its top, and hands it on evenly
+//! over its width: s in the exponent is then the middle of the skin's ridge, the coefficients are averaged over its
+//! width, and between two ridges nothing is handed on. So the skin samples the grating. Of a grating with nearly the
+//! skin's own period all ridges of the skin stand on ridges and over grooves almost at once: the load's waves along the
+//! skin are the beats of the two, so long that they reach the sensors. The height is held and not the load: where the
+//! skin's ridges fall into grooves all over the contact, little or nothing presses.
+//!
 //! AIN 4 u + k is piezoresistor k + 1 of unit u + 1. Units 1 and 3 are half a pitch behind the middle of the contact,
 //! 2 and 4 half a pitch ahead, seen along +x: the direction of the slide unless `reverse`.
 
@@ -48,6 +55,9 @@ pub struct Finger {
     pub lean_mm: f64,
     /// Length of the contact along the slide in mm, > 0, at least a groove's width. Default 8: plausible.
     pub contact_mm: f64,
+    /// Width of the skin's ridges in mm, 0 to half of `contact_mm`. The grooves between them are as wide, and one ridge is over the middle
+    /// of the array. Default 0: a smooth skin, as the paper's.
+    pub skin_ridge_mm: f64,
     /// Relative change of resistance per unit of shear, > 0. Default 0.2: plausible, makes tones of some millivolts.
     pub sensitivity: f64,
     /// The same for normal strain, relative to that for shear, >= 0. Default 0.5: plausible.
@@ -80,6 +90,7 @@ impl Default for Finger {
             friction: 0.5,
             lean_mm: 0.5,
             contact_mm: 8.0,
+            skin_ridge_mm: 0.0,
             sensitivity: 0.2,
             normal_share: 0.5,
             spread: 0.15,
@@ -101,7 +112,8 @@ pub(crate) struct Grating {
     pub(crate) reverse: bool,
 }
 
-/// Harmonics of a channel. What is left out is less than a thousandth of the fundamental for the paper's gratings.
+/// Harmonics of a channel. What is left out is less than a thousandth of the fundamental for the paper's gratings; under a ridged skin a
+/// hundredth of the load, so fast that the bridge's filter takes most of it.
 const HARMONICS: usize = 24;
 
 /// Points at which the integral over the contact is taken: its error is a millionth of the tone.
@@ -121,7 +133,7 @@ impl Finger {
         0.5 * self.resistor_ohm * self.capacitor_uf * 1e-6
     }
 
-    pub(crate) fn rules(&self) -> [Rule; 19] {
+    pub(crate) fn rules(&self) -> [Rule; 20] {
         [
             ("depth_mm", self.depth_mm, Range::Positive),
             ("modulus_mpa", self.modulus_mpa, Range::Positive),
@@ -134,6 +146,7 @@ impl Finger {
             ("friction", self.friction, Range::NotNegative),
             ("contact_mm", self.contact_mm, Range::Positive),
             ("lean_mm", self.lean_mm, Range::UpTo(0.5 * self.contact_mm, "contact_mm / 2")),
+            ("skin_ridge_mm", self.skin_ridge_mm, Range::UpTo(0.5 * self.contact_mm, "contact_mm / 2")),
             ("sensitivity", self.sensitivity, Range::Positive),
             ("normal_share", self.normal_share, Range::NotNegative),
             ("spread", self.spread, Range::Between(0.0, 0.99)),
@@ -184,14 +197,17 @@ impl Finger {
             let off_mm = (f64::from(point) + 0.5) * step_mm - half_mm;
             let s_mm = lean_mm + off_mm;
             let load = peak_n_mm * (1.0 - (off_mm / half_mm) * (off_mm / half_mm)) * step_mm;
+            let Some((felt_mm, share)) = self.borne(s_mm) else { continue };
+            let load = share * load;
             let pressed = material.pressed(at_mm - s_mm, self.depth_mm);
             let dragged = material.dragged(at_mm - s_mm, self.depth_mm);
             let normal = load * (pressed.normal + slip * dragged.normal);
             let shear = load * (pressed.shear + slip * dragged.shear);
             for (h, (real, imaginary)) in series.iter_mut().enumerate() {
+                let averaged = |width_mm: f64| sinc(h as f64 * PI * width_mm / grating.period_mm);
                 let profile =
-                    if h == 0 { 1.0 } else { 2.0 * sinc(h as f64 * PI * grating.ridge_mm / grating.period_mm) };
-                let (sin, cos) = libm::sincos(h as f64 * turn * s_mm);
+                    if h == 0 { 1.0 } else { 2.0 * averaged(grating.ridge_mm) * averaged(self.skin_ridge_mm) };
+                let (sin, cos) = libm::sincos(h as f64 * turn * felt_mm);
                 real.normal += profile * cos * normal;
                 real.shear += profile * cos * shear;
                 imaginary.normal += profile * sin * normal;
@@ -199,6 +215,16 @@ impl Finger {
             }
         }
         series
+    }
+
+    /// Whose load a place of the skin bears: the middle of the ridge there, and its load over that of a smooth skin; none in a groove.
+    fn borne(&self, s_mm: f64) -> Option<(f64, f64)> {
+        if self.skin_ridge_mm == 0.0 {
+            return Some((s_mm, 1.0));
+        }
+        let pitch_mm = 2.0 * self.skin_ridge_mm;
+        let middle_mm = pitch_mm * libm::round(s_mm / pitch_mm);
+        ((s_mm - middle_mm).abs() < 0.5 * self.skin_ridge_mm).then_some((middle_mm, 2.0))
     }
 }
 
@@ -209,7 +235,7 @@ fn pattern(series: &Series, felt: impl Fn(Strain) -> f64) -> Pattern {
     Pattern { mean_v: felt(mean.0), tone: tone.iter().map(harmonic).collect() }
 }
 
-/// sin(x) / x for x > 0.
+/// sin(x) / x for x >= 0.
 fn sinc(x: f64) -> f64 {
-    libm::sin(x) / x
+    if x == 0.0 { 1.0 } else { libm::sin(x) / x }
 }

@@ -56,6 +56,11 @@ impl Coefficients {
         Self::new(PAPER_WINDOW_S.into(), [("soft".to_owned(), SOFT), ("rough".to_owned(), ROUGH)])
     }
 
+    /// Whether scores are on the paper's scale. Those of other coefficients are on that of the people who gave them.
+    pub fn are_the_papers(&self) -> bool {
+        *self == Self::paper()
+    }
+
     pub fn new(window_s: f64, scores: impl IntoIterator<Item = (String, Score)>) -> Self {
         let terms = |score: Score| {
             // As short as they are in f32.

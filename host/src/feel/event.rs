@@ -1,7 +1,7 @@
 //! The board's event `feel`: the command's form of it, as JSON and in words.
 
 use super::coefficients::NAMES;
-use super::words::{JsonReceptor, JsonScore, absent, in_short, needs};
+use super::words::{JsonReceptor, JsonScore, OUTSIDE_SCALE, absent, in_short, is_outside_scale, needs};
 use crate::digits::with_sigma;
 use crate::names::name;
 use ridgetone_feel::{Firing, Indices, ROUGH, Receptor, SOFT, Score, band_hz};
@@ -59,7 +59,13 @@ impl From<&Feel> for JsonFeel {
             m_sigma: sigma(feel.force_ratio),
             receptors: Receptor::ALL.into_iter().zip(feel.per_hz).map(receptor).collect(),
             scores: scores(feel)
-                .map(|(name, found, absent)| JsonScore { name, score: value(found), score_sigma: sigma(found), absent })
+                .map(|(name, found, absent)| JsonScore {
+                    name,
+                    score: value(found),
+                    score_sigma: sigma(found),
+                    outside_scale: is_outside_scale(value(found)),
+                    absent,
+                })
                 .into(),
             spectrum: levels(feel).map(|(hz, level_db)| JsonLevel { hz, level_db }).collect(),
         }
@@ -136,6 +142,11 @@ pub fn words(feel: &Feel) -> String {
     );
     if let Some(why) = Receptor::ALL.into_iter().find_map(|receptor| why(feel, receptor)) {
         out += &format!("; {why}");
+    }
+    let outside = ratings(feel).into_iter().filter(|rating| is_outside_scale(rating.found.map(|found| found.value)));
+    let outside: Vec<_> = outside.map(|rating| rating.name).collect();
+    if !outside.is_empty() {
+        out += &format!("; {} {OUTSIDE_SCALE}", outside.join(" and "));
     }
     if !feel.faults.is_none() {
         let names: Vec<_> = feel.faults.iter().map(name).collect();

@@ -2,7 +2,7 @@
 
 use super::coefficients::{Coefficients, NAMES};
 use super::measure::{Channel, Felt};
-use super::words::{JsonReceptor, JsonScore, absent, needs};
+use super::words::{JsonReceptor, JsonScore, OUTSIDE_SCALE, absent, is_outside_scale, needs};
 use crate::digits::{plus_minus, significant};
 use ridgetone_feel::{Indices, MeanFiring, Receptor, Score};
 use serde::Serialize;
@@ -89,7 +89,8 @@ fn scores<'c>(felt: &Felt, coefficients: &'c Coefficients, m: Option<(f32, f32)>
         let found = score.of(&indices);
         let (value, sigma) = (found.map(|(value, _)| value), found.map(|(_, sigma)| sigma));
         let absent = needs(&score, &indices).map(|why| why.replace("needs M", "needs M: give --m or --image"));
-        JsonScore { name, score: value, score_sigma: sigma, absent }
+        let outside_scale = coefficients.are_the_papers() && is_outside_scale(value);
+        JsonScore { name, score: value, score_sigma: sigma, outside_scale, absent }
     };
     coefficients.scores().map(score).collect()
 }
@@ -111,9 +112,10 @@ pub fn text(felt: &Felt, coefficients: &Coefficients, m: Option<(f32, f32)>) -> 
             ),
         };
     }
-    for JsonScore { name, score, score_sigma, absent } in scores(felt, coefficients, m) {
+    for JsonScore { name, score, score_sigma, outside_scale, absent } in scores(felt, coefficients, m) {
         let value = if absent.is_some() { "-".to_owned() } else { with_sigma(score, score_sigma) };
-        let _ = writeln!(out, "{name:<10}{value:>22}  {}", absent.unwrap_or_default());
+        let remark = absent.unwrap_or_else(|| if outside_scale { OUTSIDE_SCALE } else { "" }.to_owned());
+        let _ = writeln!(out, "{name:<10}{value:>22}  {remark}");
     }
     let m = with_sigma(m.map(|(value, _)| value), m.map(|(_, sigma)| sigma));
     let _ = writeln!(out, "{:<10}{m:>22}", "M = F/N");

@@ -3,6 +3,7 @@
 use crate::digits::significant;
 use ridgetone_feel::{Absent, Firing, Indices, Receptor, Score};
 use serde::Serialize;
+use std::ops::RangeInclusive;
 
 #[derive(Serialize)]
 pub(super) struct JsonReceptor {
@@ -22,8 +23,26 @@ pub(super) struct JsonScore<'a> {
     pub name: &'a str,
     pub score: Option<f32>,
     pub score_sigma: Option<f32>,
+    /// Whether the paper's coefficients give a score that nobody could give.
+    #[serde(skip_serializing_if = "is_false")]
+    pub outside_scale: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub absent: Option<String>,
+}
+
+fn is_false(value: &bool) -> bool {
+    !value
+}
+
+/// The scale on which people scored the paper's plates (seven steps, section 2.2).
+const SCALE: RangeInclusive<f32> = 1.0..=7.0;
+
+/// What is said of a score that is outside of it.
+pub(super) const OUTSIDE_SCALE: &str = "outside the paper's scale of 1 to 7";
+
+/// Whether a score of the paper's coefficients is outside of its scale.
+pub(super) fn is_outside_scale(score: Option<f32>) -> bool {
+    score.is_some_and(|score| !SCALE.contains(&score))
 }
 
 /// Why a receptor has no intensity in a window of `window_s` seconds and `bins` bins.

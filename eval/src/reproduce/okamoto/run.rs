@@ -2,6 +2,7 @@
 
 use super::motion::Motion;
 use super::paper::SCAN_MM;
+use super::skin::Skin;
 use anyhow::{Context, Result};
 use hal_mock::{Sliding, sliding::Hand};
 use ridgetone::frame::TimedConversion;
@@ -33,6 +34,8 @@ pub const FELT_LATE_S: f64 = FILTER_S + APERTURE_S;
 pub struct Slid {
     pub scene: Sliding,
     pub motion: Motion,
+    #[cfg(test)]
+    pub skin: Skin,
     /// Frames in volts, with the times of their first taxels, seconds from the slide's begin.
     pub frames: Vec<(f64, [f64; TAXELS])>,
     /// How long the slide lasts, seconds.
@@ -43,7 +46,7 @@ pub struct Slid {
     scene_ends_s: f64,
 }
 
-fn scene(wavelength_mm: f64, motion: Motion) -> Sliding {
+fn scene(wavelength_mm: f64, motion: Motion, skin: Skin) -> Sliding {
     let (speed_mm_s, hand) = match motion {
         Motion::Steady(speed_mm_s) => (speed_mm_s, None),
         Motion::Hand => (Hand::default().peak_mm_s, Some(Hand::default())),
@@ -58,6 +61,7 @@ fn scene(wavelength_mm: f64, motion: Motion) -> Sliding {
         hold_before_s,
         hold_after_s,
         hand,
+        finger: Some(skin.finger()),
         ..Sliding::physical()
     }
 }
@@ -71,16 +75,16 @@ fn open(scene: &Sliding) -> Result<Opened> {
     Input { source: Source::Scene(scene.clone()), seed: scene.seed, ..Input::default() }.open_in(&Plan::HAND)
 }
 
-/// Settings of a window, and of the accuracy that it is to have; zero for a window of this length.
-pub fn settings(window_s: f64, accuracy: f32) -> Settings {
-    let window_s = window_s as f32;
-    Settings { window_s, hop_s: 0.05, harmonics: 2, accuracy, ..Settings::DEFAULT.with_plan(Plan::HAND) }
+/// Settings of a window for a skin, and of the accuracy that it is to have; zero for a window of this length.
+pub fn settings(skin: Skin, window_s: f64, accuracy: f32) -> Settings {
+    let (window_s, harmonics) = (window_s as f32, skin.harmonics());
+    Settings { window_s, hop_s: 0.05, harmonics, accuracy, ..Settings::DEFAULT.with_plan(Plan::HAND) }
 }
 
 impl Slid {
     /// Slides.
-    pub fn new(wavelength_mm: f64, motion: Motion) -> Result<Self> {
-        let scene = scene(wavelength_mm, motion);
+    pub fn new(wavelength_mm: f64, motion: Motion, skin: Skin) -> Result<Self> {
+        let scene = scene(wavelength_mm, motion, skin);
         let input = open(&scene)?;
         let truth = input.truth.context("a scene has its truth")?;
         let (mut frames, mut first_us) = (Vec::<(f64, [f64; TAXELS])>::new(), None);
@@ -105,6 +109,8 @@ impl Slid {
         Ok(Self {
             scene,
             motion,
+            #[cfg(test)]
+            skin,
             frames,
             lasts_s: truth.slide_end_s - truth.slide_start_s,
             begins_s,

@@ -4,6 +4,7 @@ use super::errors::{Bound, Errors, fft};
 use super::motion::Motion;
 use super::paper::{ACCURACY, LONGEST_S, WINDOW_S};
 use super::run::{FELT_LATE_S, Slid, settings};
+use super::skin::Skin;
 use anyhow::Result;
 use ridgetone_proto::telemetry::{Span, Status};
 
@@ -12,6 +13,7 @@ use ridgetone_proto::telemetry::{Span, Status};
 pub struct Scan {
     pub wavelength_mm: f64,
     pub motion: Motion,
+    pub skin: Skin,
     /// Of the windows in which the finger turns; otherwise of the others.
     pub is_turning: bool,
     /// By the paper's method, by the firmware in its window, and in a window by accuracy.
@@ -23,11 +25,11 @@ pub struct Scan {
 }
 
 /// Slides once; of a hand gives the windows in which it turns apart.
-pub fn scan(wavelength_mm: f64, motion: Motion) -> Result<Vec<Scan>> {
-    let slid = Slid::new(wavelength_mm, motion)?;
+pub fn scan(wavelength_mm: f64, motion: Motion, skin: Skin) -> Result<Vec<Scan>> {
+    let slid = Slid::new(wavelength_mm, motion, skin)?;
     let bound = Bound::new(&slid)?;
-    let short = slid.estimates(settings(WINDOW_S, 0.0), FELT_LATE_S)?;
-    let long = slid.estimates(settings(LONGEST_S, ACCURACY), FELT_LATE_S)?;
+    let short = slid.estimates(settings(skin, WINDOW_S, 0.0), FELT_LATE_S)?;
+    let long = slid.estimates(settings(skin, LONGEST_S, ACCURACY), FELT_LATE_S)?;
     let of_slide = short.iter().find(|estimate| estimate.span == Span::Slide && estimate.status == Status::Good);
     let power_mv2 = of_slide.map(|estimate| {
         let squares = estimate.channels.iter().map(|channel| (1e3 * f64::from(channel.amplitude_v)).powi(2));
@@ -36,6 +38,7 @@ pub fn scan(wavelength_mm: f64, motion: Motion) -> Result<Vec<Scan>> {
     let of = |is_turning: bool| Scan {
         wavelength_mm,
         motion,
+        skin,
         is_turning,
         fft: fft(&slid).filter(|_| !is_turning),
         short: Errors::new(&slid, &short, &bound, is_turning),

@@ -5,16 +5,18 @@ use super::motion::Motion;
 use super::paper::{ACCURACY, FITTED_MM, LONGEST_S, POLYNOMIAL, SPEEDS_MM_S, WAVELENGTHS_MM, WINDOW_S};
 use super::run::{FELT_LATE_S, Slid, settings};
 use super::scan::{Scan, scan};
+use super::skin::Skin;
 use crate::page::table_of;
 use crate::tests::read;
 use ridgetone_proto::plan::Plan;
+use ridgetone_proto::settings::Settings;
 
 /// One scale at each kind of motion: the firmware is within half a percent where the window holds 1.5 cycles, near the bound, and
 /// its intervals hold.
 #[test]
 fn a_scale_is_measured_within_half_a_percent() {
     for motion in [Motion::Steady(125.4), Motion::Hand] {
-        let scans = scan(1.5, motion).expect("a scan");
+        let scans = scan(1.5, motion, Skin::Smooth).expect("a scan");
         let one_way = &scans[0];
         for errors in [one_way.short, one_way.long] {
             assert!(errors.good > 5 && errors.wrong == 0, "{one_way:?}");
@@ -35,7 +37,7 @@ fn a_scale_is_measured_within_half_a_percent() {
 #[test]
 fn the_bound_is_the_closed_form_of_a_tone() {
     let motion = Motion::Steady(177.4);
-    let slid = Slid::new(2.0, motion).expect("a scan");
+    let slid = Slid::new(2.0, motion, Skin::Smooth).expect("a scan");
     let bound = Bound::new(&slid).expect("a bound");
     let frames = 187.0;
     let (window_s, frequency_hz) = (frames / f64::from(Plan::HAND.frame_rate_hz()), 177.4 / 2.0);
@@ -65,10 +67,10 @@ fn the_bound_is_the_closed_form_of_a_tone() {
 /// nobody takes off is 0.3 % where a hand of 100 mm/s slows down by 700 mm/s^2.
 #[test]
 fn places_have_to_be_those_that_the_finger_feels() {
-    let slid = Slid::new(2.0, Motion::Hand).expect("a scan");
+    let slid = Slid::new(2.0, Motion::Hand, Skin::Smooth).expect("a scan");
     let bound = Bound::new(&slid).expect("a bound");
     let errors = |late_s: f64| {
-        let estimates = slid.estimates(settings(WINDOW_S, 0.0), late_s).expect("estimates");
+        let estimates = slid.estimates(settings(slid.skin, WINDOW_S, 0.0), late_s).expect("estimates");
         Errors::new(&slid, &estimates, &bound, false)
     };
     let (felt, as_they_are) = (errors(FELT_LATE_S), errors(0.0));
@@ -78,34 +80,126 @@ fn places_have_to_be_those_that_the_finger_feels() {
     assert!(as_they_are.rms().is_some_and(|rms| (0.001..0.005).contains(&rms)), "{as_they_are:?}");
 }
 
+/// Root mean squares of a hand's errors over the bounds in the longer window, as they are and without the low-pass's dispersion.
+fn dispersed(wavelength_mm: f64, skin: Skin) -> [f64; 2] {
+    let slid = Slid::new(wavelength_mm, Motion::Hand, skin).expect("a scan");
+    let bound = Bound::new(&slid).expect("a bound");
+    let estimates = slid.estimates(settings(skin, LONGEST_S, ACCURACY), FELT_LATE_S).expect("estimates");
+    let (mut as_it_is, mut without, mut bounds) = (0.0, 0.0, 0.0);
+    for (off, from_s, until_s) in slid.one_way(&estimates) {
+        let dispersed = bound.dispersion_share(slid.motion, from_s, until_s);
+        as_it_is += off * off;
+        without += (off - dispersed).powi(2);
+        bounds += bound.share(slid.motion, from_s, until_s).powi(2);
+    }
+    let over_bound = [as_it_is, without].map(|sum: f64| (sum / bounds).sqrt());
+    println!("{skin:?}, {wavelength_mm} mm: over the bound {over_bound:.2?}");
+    over_bound
+}
+
 /// Why a hand's longer windows are above the bound at 3 mm: the low-pass's delay gets shorter as the tone gets higher. Taken off as the
 /// closed form has it, the errors are on the bound; and the place of each taxel is known to the firmware.
 #[test]
 fn what_is_above_the_bound_is_the_low_passes_dispersion() {
     for wavelength_mm in [2.5, 3.0] {
-        let slid = Slid::new(wavelength_mm, Motion::Hand).expect("a scan");
-        let bound = Bound::new(&slid).expect("a bound");
-        let estimates = slid.estimates(settings(LONGEST_S, ACCURACY), FELT_LATE_S).expect("estimates");
-        let (mut as_it_is, mut without, mut bounds) = (0.0, 0.0, 0.0);
-        for (off, from_s, until_s) in slid.one_way(&estimates) {
-            let dispersed = bound.dispersion_share(slid.motion, from_s, until_s);
-            as_it_is += off * off;
-            without += (off - dispersed).powi(2);
-            bounds += bound.share(slid.motion, from_s, until_s).powi(2);
-        }
-        let [as_it_is, without] = [as_it_is, without].map(|sum: f64| (sum / bounds).sqrt());
-        println!("{wavelength_mm} mm: {as_it_is:.2} bounds, {without:.2} without the dispersion");
+        let [as_it_is, without] = dispersed(wavelength_mm, Skin::Smooth);
         assert!(without < 1.3 && as_it_is > 1.1 * without, "{wavelength_mm} mm: {as_it_is:.2} {without:.2}");
     }
 }
 
-/// What the text of the page says of its table.
+/// Under the ridged skin a hand's tones are up to 60 times as strong, and the same dispersion is most of the error where tones are fast.
+#[test]
+fn under_ridges_the_dispersion_is_most_of_fast_tones_errors() {
+    for wavelength_mm in [0.5, 1.0, 1.6] {
+        let [as_it_is, without] = dispersed(wavelength_mm, Skin::Ridged);
+        assert!(as_it_is > 1.9 * without, "{wavelength_mm} mm: {as_it_is:.2} {without:.2}");
+    }
+}
+
+/// What else keeps errors under ridges above the bound: where the skin's and the grating's periods meet, odd overtones reach the sensors
+/// too, and the fifth is beyond those that are fitted.
+#[test]
+fn where_the_periods_meet_overtones_beyond_the_fourth_matter() {
+    let slid = Slid::new(1.2, Motion::Steady(73.5), Skin::Ridged).expect("a scan");
+    let bound = Bound::new(&slid).expect("a bound");
+    let over_bound = |harmonics: u8| {
+        let settings = Settings { harmonics, ..settings(Skin::Ridged, LONGEST_S, ACCURACY) };
+        let estimates = slid.estimates(settings, FELT_LATE_S).expect("estimates");
+        let errors = Errors::new(&slid, &estimates, &bound, false);
+        errors.rms().zip(errors.bound()).map(|(rms, bound)| rms / bound).expect("an error")
+    };
+    let (four, six) = (over_bound(4), over_bound(6));
+    println!("{four:.2} bounds with four harmonics, {six:.2} with six");
+    assert!(four > 3.0 && six < 2.2, "{four} {six}");
+}
+
+/// What the text of the page says of its table of the ridged skin.
+#[test]
+fn the_page_says_what_its_table_of_the_ridged_skin_says() {
+    let page = read("docs/reproduction.md");
+    let rows = rows_of(&page, "wavelengths_ridged");
+    assert_eq!(rows.len(), 5 * WAVELENGTHS_MM.len());
+    let number = |cell: &str| cell.parse::<f64>().ok();
+    // Of motions: steady, a hand one way, turning; in both windows: good ones, windows, and intervals that hold the truth.
+    let mut counts = [[[0.0; 3]; 2]; 3];
+    let mut wrong = Vec::new();
+    for row in &rows {
+        let motion = if row[0].ends_with("turning") { 2 } else { usize::from(row[0].ends_with("one way")) };
+        if row[13] != "0" {
+            wrong.push((motion, row[1], row[13]));
+        }
+        for (at, cells) in [&row[3..8], &row[8..13]].into_iter().enumerate() {
+            let (good, windows) = cells[2].split_once(" of ").expect("a count of a count");
+            let (good, windows) = (good.parse::<f64>().expect("a count"), windows.parse::<f64>().expect("a count"));
+            let held = number(cells[4]).map_or(0.0, |share| share * good / 100.0);
+            counts[motion][at] = std::array::from_fn(|which| counts[motion][at][which] + [good, windows, held][which]);
+            let (Some(bound), Some(firmware)) = (number(cells[0]), number(cells[1])) else { continue };
+            if motion < 2 {
+                assert!(firmware <= [0.06, 0.13][motion], "{row:?}");
+                let over = firmware / bound;
+                assert!(good < 14.0 || (0.7..[5.9, 13.1][motion]).contains(&over), "{row:?}");
+            }
+        }
+        assert!(motion == 2 || number(row[2]).is_none_or(|fft| (1.0..=20.0).contains(&fft)), "{row:?}");
+    }
+    let said = counts.map(|windows| windows.map(|all| all.map(f64::round)));
+    assert_eq!(said[0], [[589.0, 596.0, 583.0], [742.0, 748.0, 731.0]]);
+    assert_eq!(said[1], [[673.0, 675.0, 583.0], [645.0, 648.0, 457.0]]);
+    assert_eq!(said[2][1], [42.0, 81.0, 27.0]);
+    assert_eq!(wrong, [(1, "3", "1"), (2, "0.5", "1")]);
+}
+
+/// The maximum of power is where the page and the paper say, and only with ridges.
+#[test]
+fn the_page_has_the_papers_maximum_under_the_ridged_skin_alone() {
+    let page = read("docs/reproduction.md");
+    let powers = |name: &str| -> Vec<(f64, f64)> {
+        let rows = rows_of(&page, name).into_iter();
+        rows.filter_map(|row| Some((row[0].parse().expect("mm"), row[2].parse().ok()?))).collect()
+    };
+    let ridged = powers("powers_ridged");
+    let greatest = ridged.iter().max_by(|a, b| a.1.total_cmp(&b.1)).expect("powers");
+    assert!([1.4, 1.6].contains(&greatest.0), "{ridged:?}");
+    let at = |mm: f64| ridged.iter().find(|power| power.0 == mm).expect("a power").1;
+    // Twice that of 1 mm, 2.7 times that of 2 mm, and the least beyond it at 2.5 mm.
+    assert!((2.0..2.4).contains(&(at(1.4) / at(1.0))) && (2.6..2.8).contains(&(at(1.4) / at(2.0))), "{ridged:?}");
+    assert!(at(2.5) < at(2.0) && at(2.5) < at(3.0), "{ridged:?}");
+    assert!(powers("powers").windows(2).all(|pair| pair[0].1 < pair[1].1));
+    let r2 = |row: usize| rows_of(&page, "polynomials")[row][6].parse::<f64>().expect("R^2");
+    assert!((r2(1) - 0.919).abs() < 5e-4 && r2(0) == 0.94, "{} {}", r2(0), r2(1));
+}
+
+/// A table's rows of cells.
+fn rows_of<'p>(page: &'p str, name: &str) -> Vec<Vec<&'p str>> {
+    let rows = table_of(page, name).expect("the table").lines().skip(2);
+    rows.map(|line| line.trim_matches(['|', ' ']).split(" | ").collect()).collect()
+}
+
+/// What the text of the page says of its table of the smooth skin.
 #[test]
 fn the_page_says_what_its_table_says() {
     let page = read("docs/reproduction.md");
-    let table = table_of(&page, "wavelengths").expect("the table");
-    let rows: Vec<Vec<&str>> =
-        table.lines().skip(2).map(|line| line.trim_matches(['|', ' ']).split(" | ").collect()).collect();
+    let rows = rows_of(&page, "wavelengths");
     assert_eq!(rows.len(), 5 * WAVELENGTHS_MM.len());
     let number = |cell: &str| cell.parse::<f64>().ok();
     let counts = |cell: &str| {
@@ -173,20 +267,23 @@ fn paths<'s>(svg: &'s str, class: &str) -> Vec<&'s str> {
 fn the_pictures_show_what_the_tables_say() {
     let page = read("docs/reproduction.md");
     let numbers = |name: &str, columns: &[usize], is_shown: &dyn Fn(&str) -> bool| {
-        let rows = table_of(&page, name).expect("the table").lines().skip(2);
-        let rows: Vec<Vec<&str>> = rows.map(|line| line.trim_matches(['|', ' ']).split(" | ").collect()).collect();
-        let shown = rows.iter().filter(|row| is_shown(row[0]));
-        shown.flat_map(|row| columns.iter().map(|at| row[*at])).filter(|cell| cell.parse::<f64>().is_ok()).count()
+        let shown = rows_of(&page, name).into_iter().filter(|row| is_shown(row[0]));
+        let cells = shown.flat_map(|row| columns.iter().map(|at| row[*at]).collect::<Vec<_>>());
+        cells.filter(|cell| cell.parse::<f64>().is_ok()).count()
     };
-    let svg = read("docs/reproduction/figure-8-9-okamoto.svg");
     let one_way = |motion: &str| !motion.ends_with("turning");
-    for (column, class) in [(2, "solid two"), (4, "solid one fillone"), (9, "solid three")] {
-        assert_eq!(paths(&svg, class).len(), numbers("wavelengths", &[column], &one_way) + 1, "{class}");
+    for (picture, table) in [("okamoto", "wavelengths_ridged"), ("okamoto-smooth", "wavelengths")] {
+        let svg = read(&format!("docs/reproduction/figure-8-9-{picture}.svg"));
+        for (column, class) in [(2, "solid two"), (4, "solid one fillone"), (9, "solid three")] {
+            assert_eq!(paths(&svg, class).len(), numbers(table, &[column], &one_way) + 1, "{picture} {class}");
+        }
     }
     let svg = read("docs/reproduction/figure-10-11-okamoto.svg");
     let is_fitted = |mm: &str| mm.parse().is_ok_and(|mm: f64| FITTED_MM.contains(&mm));
-    let marks = numbers("powers", &[1, 2, 3], &|_| true) + numbers("powers", &[1, 2, 3], &is_fitted) + 1;
+    let fitted = |table: &str| numbers(table, &[1, 2, 3], &is_fitted) + 1;
+    let marks = numbers("powers_ridged", &[1, 2, 3], &|_| true) + fitted("powers_ridged");
     assert_eq!(paths(&svg, "solid one").len(), marks);
+    assert_eq!(paths(&svg, "solid three").len(), fitted("powers"));
 }
 
 /// Powers that follow equation 2 at every speed are on the paper's own curve, with its local maximum.
@@ -196,6 +293,7 @@ fn powers_of_the_papers_equation_are_on_its_curve() {
     let scan = |wavelength_mm: f64, speed_mm_s: f64| Scan {
         wavelength_mm,
         motion: Motion::Steady(speed_mm_s),
+        skin: Skin::Ridged,
         is_turning: false,
         fft: None,
         short: Errors::default(),

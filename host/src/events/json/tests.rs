@@ -108,6 +108,11 @@ fn what_a_finger_feels_has_values_or_the_reason_why_not() {
         rough: None,
         levels_db,
     };
+    let beyond = Feel { soft: measured(7.5), ..feel };
+    assert!(crate::feel::event::words(&beyond).contains("; soft outside the paper's scale of 1 to 7"));
+    assert!(!crate::feel::event::words(&feel).contains("scale"));
+    let beyond = json(&Packet { sequence: 4, event: Event::Feel(beyond) }).unwrap();
+    assert!(beyond.contains(r#""score":7.5,"score_sigma":0.5,"outside_scale":true}"#), "{beyond}");
     let line = json(&Packet { sequence: 4, event: Event::Feel(feel) }).unwrap();
     let fires = |name: &str, value: f32| {
         let half = 0.5 * value;
