@@ -8,34 +8,51 @@ use std::f64::consts::{SQRT_2, TAU};
 /// The second harmonic's amplitude, 20 dB above noise of variance 1.
 const SECOND: f64 = 10.0 * SQRT_2;
 
+/// Noise of variance 1 in each channel, autoregressive with this factor: half of its power is slow with 0.6.
+fn noise(factor: f64, seed: u64) -> impl FnMut(usize) -> f64 {
+    let (mut normal, mut last) = (common::normal(seed), [0.0; CHANNELS_MAX]);
+    move |channel| {
+        last[channel] = factor * last[channel] + (1.0 - factor * factor).sqrt() * normal();
+        last[channel]
+    }
+}
+
 /// Fits harmonics 1, 2 and 4 of these shares of the second, the fundamental with so many cycles in the window, with phases of their
-/// own in each channel.
-fn fit(frames: usize, cycles: f64, first: f64, seed: u64) -> Fit {
-    let (mut even, mut normal) = (common::even(seed), common::normal(seed + 1));
+/// own in each channel, beside noise.
+fn fit(frames: usize, cycles: f64, first: f64, seed: u64, mut noise: impl FnMut(usize) -> f64) -> Fit {
+    let mut even = common::even(seed);
     let phases: Vec<[f64; 3]> = (0..CHANNELS_MAX).map(|_| core::array::from_fn(|_| even())).collect();
     let mut values = Vec::new();
     for frame in 0..frames {
         let t = (frame as f64 + 0.5) / frames as f64;
-        for phases in &phases {
+        for (channel, phases) in phases.iter().enumerate() {
             let lines = [(1.0, first), (2.0, 1.0), (4.0, 0.4)].into_iter().zip(phases);
             let sum: f64 =
                 lines.map(|((number, share), phase)| share * (TAU * (number * cycles * t + phase)).cos()).sum();
-            values.push((SECOND * sum + normal()) as f32);
+            values.push((SECOND * sum + noise(channel)) as f32);
         }
     }
     let mut source = Frames::new(&values, CHANNELS_MAX).expect("sixteen channels");
     Fitter::new(4).fit(&mut FrameSpan::new(&mut source, 0, frames as u32)).expect("its frames are there")
 }
 
-/// Of how many windows the second harmonic is said to be the tone, and good: those in which the fundamental stands out of noise.
-fn mistaken(frames: usize, first: f64) -> usize {
-    let is_mistaken = |n: &u32| {
+/// How many of 50 windows are good, and how many of these say that the second harmonic is the tone.
+fn good_and_mistaken(frames: usize, first: f64, noise: impl Fn(u64) -> Box<dyn FnMut(usize) -> f64>) -> (usize, usize) {
+    let (mut good, mut mistaken) = (0, 0);
+    for n in 0..50u32 {
         // With fewer a curved baseline resembles the fundamental.
-        let cycles = 2.6 + 0.21 * f64::from(*n);
-        let fit = fit(frames, cycles, first, u64::from(*n) + 10);
-        fit.status == Status::Good && (f64::from(fit.frequency) * frames as f64 / cycles - 1.0).abs() > 0.05
-    };
-    (0..50).filter(is_mistaken).count()
+        let cycles = 2.6 + 0.21 * f64::from(n);
+        let seed = u64::from(n) + 10;
+        let fit = fit(frames, cycles, first, seed, noise(seed + 1));
+        let is_off = (f64::from(fit.frequency) * frames as f64 / cycles - 1.0).abs() > 0.05;
+        good += usize::from(fit.status == Status::Good);
+        mistaken += usize::from(fit.status == Status::Good && is_off);
+    }
+    (good, mistaken)
+}
+
+fn white(seed: u64) -> Box<dyn FnMut(usize) -> f64> {
+    Box::new(noise(0.0, seed))
 }
 
 /// Over all channels a line's power is a chi-square of 32 degrees, of which noise has less than 68 in 4,999 of 5,000 windows. Its share of
@@ -43,14 +60,29 @@ fn mistaken(frames: usize, first: f64) -> usize {
 /// the noise there may have half as much density again as about the tone, a share of 0.03 in 96 frames, 138, is not always enough.
 #[test]
 fn a_faint_fundamental_leaves_no_good_answer_of_twice_its_frequency() {
-    let mistaken = [(96, 0.04), (241, 0.03), (940, 0.03)].map(|(frames, first)| mistaken(frames, first));
+    let mistaken =
+        [(96, 0.04), (241, 0.03), (940, 0.03)].map(|(frames, first)| good_and_mistaken(frames, first, white).1);
     assert_eq!(mistaken, [0; 3], "of 50 each");
 }
 
-/// Without one there is nothing to say.
+/// Without one there is nothing to say, in noise that is higher at half the frequency neither.
 #[test]
 fn a_tone_without_a_line_at_half_its_frequency_is_good() {
     for frames in [96, 241, 940] {
-        assert!(mistaken(frames, 0.0) >= 49, "{frames} frames");
+        assert!(good_and_mistaken(frames, 0.0, white).0 >= 49, "{frames} frames");
+        let (coloured, _) = good_and_mistaken(frames, 0.0, |seed| Box::new(noise(0.6, seed)));
+        assert!(coloured >= 41, "{frames} frames: {coloured}");
     }
+}
+
+/// Beside very little noise everything stands out. What has less than 0.0001 of the tone's power is of no account, as a share of 0.005 of
+/// the amplitude; 0.02 is.
+#[test]
+fn beside_little_noise_its_share_of_the_power_decides() {
+    let little = |seed| -> Box<dyn FnMut(usize) -> f64> {
+        let mut noise = noise(0.0, seed);
+        Box::new(move |channel| 1e-3 * noise(channel))
+    };
+    assert!(good_and_mistaken(241, 0.005, little).0 >= 49);
+    assert_eq!(good_and_mistaken(241, 0.02, little).1, 0);
 }
