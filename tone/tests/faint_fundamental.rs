@@ -68,10 +68,11 @@ fn a_faint_fundamental_leaves_no_good_answer_of_twice_its_frequency() {
 /// Without one there is nothing to say, in noise that is higher at half the frequency neither.
 #[test]
 fn a_tone_without_a_line_at_half_its_frequency_is_good() {
-    for frames in [96, 241, 940] {
+    // So many are good in coloured noise if nobody looks for that line.
+    for (frames, without) in [(96, 39), (241, 49), (940, 50)] {
         assert!(good_and_mistaken(frames, 0.0, white).0 >= 49, "{frames} frames");
         let (coloured, _) = good_and_mistaken(frames, 0.0, |seed| Box::new(noise(0.6, seed)));
-        assert!(coloured >= 41, "{frames} frames: {coloured}");
+        assert!(coloured + 1 >= without, "{frames} frames: {coloured}");
     }
 }
 
