@@ -34,15 +34,15 @@ pub struct Lines {
 }
 
 impl Lines {
-    /// Cycles per half window of each line, and how many there are; with `half` that at half the fundamental in an interferer's place,
+    /// Cycles per half window of each line, and how many there are; with `half_line` that at half the fundamental in an interferer's place,
     /// where there is none.
-    pub fn all(&self, half: bool) -> ([f32; LINES_MAX], usize) {
+    pub fn all(&self, half_line: bool) -> ([f32; LINES_MAX], usize) {
         let mut all = [0.0; LINES_MAX];
         let harmonics = self.harmonics.min(LINES_MAX - self.interferer.is_some() as usize);
         for (h, nu) in all.iter_mut().enumerate().take(harmonics) {
             *nu = (h + 1) as f32 * self.nu;
         }
-        let last = self.interferer.or(half.then_some(0.5 * self.nu));
+        let last = self.interferer.or(half_line.then_some(0.5 * self.nu));
         match (last, all.get_mut(harmonics)) {
             (Some(last), Some(nu)) => {
                 *nu = last;
@@ -76,7 +76,7 @@ pub struct Blocks {
     pub squares: Values,
     pub lines: Lines,
     /// Whether the line at half the fundamental is among them; it is no part of a solution.
-    pub half: bool,
+    pub half_line: bool,
     #[cfg(feature = "long-windows")]
     long: [f32; POINTS_MAX + POINTS_MAX / 2],
 }
@@ -194,7 +194,7 @@ impl Blocks {
             width: 0,
             squares: [0.0; CHANNELS_MAX],
             lines: Lines { nu: 0.0, harmonics: 0, interferer: None },
-            half: false,
+            half_line: false,
             #[cfg(feature = "long-windows")]
             long: [0.0; POINTS_MAX + POINTS_MAX / 2],
         }
@@ -247,7 +247,7 @@ impl Blocks {
     ) -> Result<(), Overwritten> {
         (self.order, self.width) = (channels.order, channels.width.min(CHANNELS_MAX));
         (self.lines, self.squares, self.are_intact) = (lines, [0.0; CHANNELS_MAX], true);
-        let (nu, line_count) = lines.all(self.half);
+        let (nu, line_count) = lines.all(self.half_line);
         let mut chunk = 2;
         let most = most.clamp(1, BLOCKS_MAX);
         while chunk < BLOCK && chunk * most < span.frames as usize {

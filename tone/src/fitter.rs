@@ -239,7 +239,7 @@ impl Fitter {
         }
         let half_power = equations.half_power();
         // It is known now: what follows needs no more of that line.
-        blocks.half = false;
+        blocks.half_line = false;
         // The neighbourhood is that of the blocks' solution.
         // A single harmonic is chosen to be quick; what others leave would be taken for noise that is shared. So would what channels
         // that are late leave where the speed changes.

@@ -206,7 +206,7 @@ impl Refinement<'_, '_> {
         let most = lines.harmonics.min(LINES_MAX - lines.interferer.is_some() as usize);
         let harmonics = self.span.harmonics_apart(nu, most, limits.images);
         // Only a result's blocks have it.
-        self.blocks.half =
+        self.blocks.half_line =
             limits.blocks == BLOCKS_MAX && lines.harmonics > 1 && nu >= HALF_CYCLES && self.span.is_in_time();
         let lines = Lines { nu, harmonics, ..*lines };
         self.blocks.collect(self.span, self.statistics, channels, lines, limits.blocks)

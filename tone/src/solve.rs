@@ -135,7 +135,7 @@ impl Equations {
     /// At the blocks' lines, with the fundamental moved to `nu`; without curves it is for shapes without them.
     #[inline(never)]
     pub fn collect(&mut self, blocks: &Blocks, nu: f32, curves: bool) {
-        let (all, lines) = Lines { nu, ..blocks.lines }.all(blocks.half);
+        let (all, lines) = Lines { nu, ..blocks.lines }.all(blocks.half_line);
         (self.nu, self.lines, self.width, self.squares) = (nu, lines, blocks.width, blocks.squares);
         self.harmonics = blocks.lines.harmonics.min(lines);
         self.frames = 0.0;
