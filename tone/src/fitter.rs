@@ -23,8 +23,8 @@ use crate::statistics::Statistics;
 pub const FRAMES_MIN: u32 = 16;
 /// Steps of the next likely one beside the best, by all channels.
 const NEXT_STEPS: usize = 3;
-/// A step that moved the highest harmonic by more, in `nu`, left amplitudes that are off by more than half a percent.
-const LONG_STEP: f32 = 0.01;
+/// Behind a step that moves the highest harmonic by more, in `nu`, a solution's amplitudes are off by half a percent and more.
+const SOLVED_STEP: f32 = 0.01;
 /// In fewer cycles a straight baseline is tried where a curved one is likelier.
 const CYCLES_BENT: f32 = 1.6;
 /// A window as short, or with as few cycles, is too rough for blocks: the last step is that of its frames.
@@ -144,7 +144,7 @@ impl Fitter {
                 let limits = Limits { score: found.least_score(), ..Limits::CANDIDATE };
                 if let Some(mut summit) = refinement.refine(&few, &lines, &limits)? {
                     if found.best.is_none() && summit.is_plain() && harmonics > 1 {
-                        if libm::fabsf(refinement.equations.solution.step) * harmonics as f32 > LONG_STEP {
+                        if libm::fabsf(refinement.equations.solution.step) * harmonics as f32 > SOLVED_STEP {
                             refinement.solve_again(&few, &summit);
                         }
                         let Refinement { span, equations, .. } = &mut refinement;

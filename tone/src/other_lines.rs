@@ -138,8 +138,8 @@ const HALF_SHARED: f32 = 1.4;
 /// high, but then it is high at the tone too. Chosen on other seeds than those of docs/noise.md, as the others.
 const HALF_DENSITY: f32 = 1.5;
 
-/// Whether a line at half a solution's frequency, of this power in all channels, says that the tone is the second harmonic of another: as
-/// it does if the fundamental is faint. No harmonic tells, if all are even ones.
+/// Whether there is a line at half a solution's frequency, of this power in all channels. The tone is then the second harmonic of another,
+/// whose fundamental is faint. If all other harmonics of that one are even, no other line shows it.
 #[inline(never)]
 pub fn has_half_line(power: f32, solution: &Solution, around: &Neighbourhood, noise_ratio: f32) -> bool {
     let is_curved = solution.shape.curves > 0;

@@ -1,4 +1,4 @@
-//! A fundamental that is faint beside its second harmonic: with even harmonics alone only a line at half the frequency tells.
+//! A fundamental that is faint beside its second harmonic. If all other harmonics are even, only the line at half the frequency shows it.
 
 mod common;
 
@@ -65,7 +65,7 @@ fn a_faint_fundamental_leaves_no_good_answer_of_twice_its_frequency() {
     assert_eq!(mistaken, [0; 3], "of 50 each");
 }
 
-/// Without one there is nothing to say, in noise that is higher at half the frequency neither.
+/// Without such a line the answer is good, in noise that is higher at half the frequency too.
 #[test]
 fn a_tone_without_a_line_at_half_its_frequency_is_good() {
     // So many are good in coloured noise if nobody looks for that line.

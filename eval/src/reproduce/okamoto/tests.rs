@@ -139,7 +139,6 @@ fn the_page_says_what_its_table_of_the_ridged_skin_says() {
     let page = read("docs/reproduction.md");
     let rows = rows_of(&page, "wavelengths_ridged");
     assert_eq!(rows.len(), 5 * WAVELENGTHS_MM.len());
-    let number = |cell: &str| cell.parse::<f64>().ok();
     // Of motions: steady, a hand one way, turning; in both windows: good ones, windows, and intervals that hold the truth.
     let mut counts = [[[0.0; 3]; 2]; 3];
     let mut wrong = Vec::new();
@@ -149,8 +148,7 @@ fn the_page_says_what_its_table_of_the_ridged_skin_says() {
             wrong.push((motion, row[1], row[13]));
         }
         for (at, cells) in [&row[3..8], &row[8..13]].into_iter().enumerate() {
-            let (good, windows) = cells[2].split_once(" of ").expect("a count of a count");
-            let (good, windows) = (good.parse::<f64>().expect("a count"), windows.parse::<f64>().expect("a count"));
+            let (good, windows) = counts_of(cells[2]);
             let held = number(cells[4]).map_or(0.0, |share| share * good / 100.0);
             counts[motion][at] = std::array::from_fn(|which| counts[motion][at][which] + [good, windows, held][which]);
             let (Some(bound), Some(firmware)) = (number(cells[0]), number(cells[1])) else { continue };
@@ -195,23 +193,29 @@ fn rows_of<'p>(page: &'p str, name: &str) -> Vec<Vec<&'p str>> {
     rows.map(|line| line.trim_matches(['|', ' ']).split(" | ").collect()).collect()
 }
 
+/// A cell's number; none where there is none.
+fn number(cell: &str) -> Option<f64> {
+    cell.parse().ok()
+}
+
+/// The numbers of a cell "589 of 596".
+fn counts_of(cell: &str) -> (f64, f64) {
+    let (good, of) = cell.split_once(" of ").expect("a count of a count");
+    (good.parse().expect("a count"), of.parse().expect("a count"))
+}
+
 /// What the text of the page says of its table of the smooth skin.
 #[test]
 fn the_page_says_what_its_table_says() {
     let page = read("docs/reproduction.md");
     let rows = rows_of(&page, "wavelengths");
     assert_eq!(rows.len(), 5 * WAVELENGTHS_MM.len());
-    let number = |cell: &str| cell.parse::<f64>().ok();
-    let counts = |cell: &str| {
-        let (good, of) = cell.split_once(" of ").expect("a count of a count");
-        (good.parse::<f64>().expect("a count"), of.parse::<f64>().expect("a count"))
-    };
     let (mut held, mut good_one_way) = ([0.0; 2], [0.0; 2]);
     let (mut good_turning, mut held_turning, mut turning) = (0.0f64, 0.0f64, 0.0f64);
     for row in &rows {
         assert_eq!(row[13], "0", "wrong but good: {row:?}");
         if row[0].ends_with("turning") {
-            let (good, of) = counts(row[10]);
+            let (good, of) = counts_of(row[10]);
             assert!(number(row[9]).is_none_or(|off| off <= 0.36), "{row:?}");
             (good_turning, turning) = (good_turning + good, turning + of);
             held_turning += number(row[12]).map_or(0.0, |share| share * good / 100.0);
@@ -222,7 +226,7 @@ fn the_page_says_what_its_table_says() {
         for (at, cells) in cells.into_iter().enumerate() {
             let [bound, firmware, good, _, share] = cells else { panic!("{row:?}") };
             let (Some(bound), Some(firmware), Some(share)) = (number(bound), number(firmware), number(share)) else { continue };
-            let (good, windows) = counts(good);
+            let (good, windows) = counts_of(good);
             // Ridges of 0.6 mm hide a grating of 0.5 mm: slides are seldom found, and a window or two say nothing. None is wrong and good.
             if row[1] == "0.5" {
                 assert!(windows < 5.0, "{row:?}");
