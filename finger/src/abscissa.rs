@@ -1,11 +1,14 @@
 //! The unit of a window's frequency: cycles in time, or by place on the surface.
 
+mod lateness;
+
 use crate::scan::Scan;
 use crate::surface::odometry::track::Track;
 use crate::surface::odometry::way::Way;
 use crate::surface::profile::Profile;
 use crate::window::Window;
 use core::f32::consts::PI;
+use lateness::{LOW_PASS_SIGMA_S, Lateness};
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::Abscissa;
 use ridgetone_tone::{Fit, Fitter, FrameSource, FrameSpan, Overwritten};
@@ -116,10 +119,13 @@ pub fn fit(
         (abscissa, per_unit, slot) = (Abscissa::Place, 1.0, middle_slot);
         per_slot = (place_mm(last) - place_mm(0)) / (last.max(1) * slots) as f32;
         if by_robot.is_some() {
-            let lasts_s = last as f32 / window.frame_rate_hz;
-            let share = stretch_per_s(place_mm, last, lasts_s) * window.odometry.delay_sigma_s();
-            let by_delay = share * fit.frequency;
-            fit.sigma = libm::sqrtf(fit.sigma * fit.sigma + by_delay * by_delay);
+            let late = Lateness::new(place_mm, (last, window.frame_rate_hz), (fit.frequency, &fit.overtones));
+            fit.frequency /= 1.0 + late.by_low_pass;
+            let (delay_sigma_s, stretch) = (window.odometry.delay_sigma_s(), late.per_s * fit.frequency);
+            let by_delay = (delay_sigma_s * delay_sigma_s + LOW_PASS_SIGMA_S * LOW_PASS_SIGMA_S) * stretch * stretch;
+            for sigma in [&mut fit.sigma, &mut fit.movement.sigma_of_mean] {
+                *sigma = libm::sqrtf(*sigma * *sigma + by_delay);
+            }
         }
     }
     if by_robot.as_ref().is_some_and(|way| !way.is_intact()) {
@@ -128,62 +134,8 @@ pub fn fit(
     Ok(Fitted { fit: fit.clone(), abscissa, per_unit, per_slot, slot, scan, unplaced })
 }
 
-/// Parts of a way by which its mean and its spread are measured.
-const PARTS: u32 = 16;
-
-/// By how much of itself a way is stretched if all its places are late by a second, on the way to which it is `last` frames, `lasts_s`
-/// seconds: the slope of the speed over the place, by least squares. At a constant speed it is zero.
-#[inline(never)]
-fn stretch_per_s(place_mm: &dyn Fn(u32) -> f32, last: u32, lasts_s: f32) -> f32 {
-    let from_mm = place_mm(0);
-    let (mut sum, mut squares, mut end) = (0.0, 0.0, 0.0);
-    for part in 1..=PARTS {
-        end = place_mm(last * part / PARTS) - from_mm;
-        // The first point is at zero; both ends count half.
-        let share = if part < PARTS { 1.0 } else { 0.5 };
-        sum += share * end;
-        squares += share * end * end;
-    }
-    let mean = sum * (1.0 / PARTS as f32);
-    let variance = squares * (1.0 / PARTS as f32) - mean * mean;
-    // The integral of speed times deviation over time is half the difference of the squares at the ends.
-    let stretch = 0.5 * end * (end - 2.0 * mean) / (variance * lasts_s);
-    if stretch.is_finite() { stretch.abs() } else { 0.0 }
-}
-
 /// Frames that a time takes, rounded up.
 fn frames_in(time_us: u32, frame_us: f32) -> u32 {
     let frames = (time_us as f32 / frame_us) as u32;
     if time_us > 0 { frames + 1 } else { 0 }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The slope of places that are late over those that are not, less 1: by its definition, in f64.
-    fn stretch(place_mm: impl Fn(f64) -> f64, lasts_s: f64) -> f64 {
-        const LATE_S: f64 = 1e-4;
-        let t_s = || (0..=4000).map(|at| lasts_s * f64::from(at) / 4000.0);
-        let mean = |of: &dyn Fn(f64) -> f64| t_s().map(of).sum::<f64>() / 4001.0;
-        let (middle, late) = (mean(&place_mm), mean(&|t_s| place_mm(t_s + LATE_S)));
-        let both = mean(&|t_s| (place_mm(t_s) - middle) * (place_mm(t_s + LATE_S) - late));
-        (both / mean(&|t_s| (place_mm(t_s) - middle).powi(2)) - 1.0) / LATE_S
-    }
-
-    #[test]
-    fn a_way_is_stretched_by_its_change_of_speed() {
-        let from_rest = |t_s: f64| 25.0 * t_s * t_s;
-        let steady = |t_s: f64| 30.0 * t_s;
-        let hand = |t_s: f64| 12.0 * (1.0 - (5.0 * (t_s + 0.1)).cos());
-        let turning = |t_s: f64| 12.0 * (1.0 - (5.0 * (t_s + 0.4)).cos());
-        let ways: [&dyn Fn(f64) -> f64; 4] = [&from_rest, &steady, &hand, &turning];
-        for (number, way) in ways.iter().enumerate() {
-            let (expected, found) =
-                (stretch(way, 0.6).abs(), stretch_per_s(&|frame| way(f64::from(frame) * 0.6 / 144.0) as f32, 144, 0.6));
-            // Sixteen parts of the way are a few percent off the integrals.
-            assert!((f64::from(found) - expected).abs() < 0.03 * expected + 0.01, "{number}: {found}, {expected}");
-        }
-        assert_eq!(stretch_per_s(&|_| 3.0, 144, 0.6), 0.0, "a finger at rest");
-    }
 }

@@ -42,6 +42,8 @@ impl<'a> Abscissa<'a> {
             }
         }
         let half = 0.5 * (most - least);
+        // A turn within the first stride or the last: its ends are nearer to each other than the range is wide.
+        let length = length.max(4.0 * half - (place(frames.saturating_sub(1)) - place(0)).abs());
         (half > 0.0).then_some(Self::Path { place, centre: least + half, half, travel: length / half })
     }
 

@@ -40,6 +40,8 @@ const CYCLES: f32 = 1.4;
 /// Unless the channels have it in different phases, which a bump has not: then from this spread and this number of cycles on.
 const SPREAD: f32 = 0.3;
 const CYCLES_SPREAD: f32 = 1.15;
+/// And unless they leave this share of the tone's power that is no noise: half a cycle of sharp ridges looks like them, too.
+const SPREAD_REMAINDER: f32 = 0.005;
 /// As many cycles of a weak line, or of one that all channels have in phase, within this spread, are no period either.
 const CYCLES_DOUBTFUL: f32 = 2.7;
 const COMMON_SPREAD: f32 = 0.1;
@@ -131,7 +133,7 @@ pub fn trust(of: &Neighbourhood, evidence: &Evidence) -> (Status, f32) {
                 if is_surely_other { CYCLES_COLOURED } else { CYCLES_PERHAPS_COLOURED }
             } else if is_pair {
                 CYCLES_PAIR
-            } else if evidence.spread > SPREAD && !evidence.is_curved && !is_few {
+            } else if evidence.spread > SPREAD && !evidence.is_curved && !is_few && !leaves(SPREAD_REMAINDER) {
                 CYCLES_SPREAD
             } else {
                 CYCLES

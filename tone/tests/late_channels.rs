@@ -77,5 +77,10 @@ fn ways_that_differ_are_unsteady() {
         assert_eq!(fit(&turning, 0.0, true, (0.1, seed)).status, Status::Good, "{seed}");
         let unlike = fit(&turning, 0.7, true, (0.1, seed)).status;
         assert!(matches!(unlike, Status::Unsteady | Status::Ambiguous), "{seed}: {unlike:?}");
+        // A turn within the first stride by which a path's length is measured.
+        let turned = |frame: f64| 0.0005 * (frame - 4.0) * (frame - 4.0);
+        assert_eq!(fit(&turned, 0.0, true, (0.1, seed)).status, Status::Good, "{seed}");
+        let unlike = fit(&turned, 1.0, true, (0.1, seed)).status;
+        assert!(matches!(unlike, Status::Unsteady | Status::Ambiguous), "{seed}: {unlike:?}");
     }
 }

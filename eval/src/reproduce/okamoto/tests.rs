@@ -80,39 +80,52 @@ fn places_have_to_be_those_that_the_finger_feels() {
     assert!(as_they_are.rms().is_some_and(|rms| (0.001..0.005).contains(&rms)), "{as_they_are:?}");
 }
 
-/// Root mean squares of a hand's errors over the bounds in the longer window, as they are and without the low-pass's dispersion.
+/// Root mean squares of a hand's errors over the bounds in the longer window, as they are and with the low-pass's dispersion, which the
+/// firmware takes off.
 fn dispersed(wavelength_mm: f64, skin: Skin) -> [f64; 2] {
     let slid = Slid::new(wavelength_mm, Motion::Hand, skin).expect("a scan");
     let bound = Bound::new(&slid).expect("a bound");
     let estimates = slid.estimates(settings(skin, LONGEST_S, ACCURACY), FELT_LATE_S).expect("estimates");
-    let (mut as_it_is, mut without, mut bounds) = (0.0, 0.0, 0.0);
+    let (mut as_it_is, mut with, mut bounds) = (0.0, 0.0, 0.0);
     for (off, from_s, until_s) in slid.one_way(&estimates) {
         let dispersed = bound.dispersion_share(slid.motion, from_s, until_s);
         as_it_is += off * off;
-        without += (off - dispersed).powi(2);
+        with += (off + dispersed).powi(2);
         bounds += bound.share(slid.motion, from_s, until_s).powi(2);
     }
-    let over_bound = [as_it_is, without].map(|sum: f64| (sum / bounds).sqrt());
+    let over_bound = [as_it_is, with].map(|sum: f64| (sum / bounds).sqrt());
     println!("{skin:?}, {wavelength_mm} mm: over the bound {over_bound:.2?}");
     over_bound
 }
 
-/// Why a hand's longer windows are above the bound at 3 mm: the low-pass's delay gets shorter as the tone gets higher. Taken off as the
-/// closed form has it, the errors are on the bound; and the place of each taxel is known to the firmware.
+/// A hand's longer windows are on the bound at 3 mm too: the low-pass's delay gets shorter as the tone gets higher, and the firmware knows.
 #[test]
-fn what_is_above_the_bound_is_the_low_passes_dispersion() {
+fn a_hands_tones_are_free_of_the_low_passes_dispersion() {
     for wavelength_mm in [2.5, 3.0] {
-        let [as_it_is, without] = dispersed(wavelength_mm, Skin::Smooth);
-        assert!(without < 1.3 && as_it_is > 1.1 * without, "{wavelength_mm} mm: {as_it_is:.2} {without:.2}");
+        let [as_it_is, with] = dispersed(wavelength_mm, Skin::Smooth);
+        assert!(as_it_is < 1.3 && with > 1.1 * as_it_is, "{wavelength_mm} mm: {as_it_is:.2} {with:.2}");
     }
 }
 
-/// Under the ridged skin a hand's tones are up to 60 times as strong, and the same dispersion is most of the error where tones are fast.
+/// Under the ridged skin a hand's tones are up to 60 times as strong, and the same dispersion would be most of the error where tones are fast.
 #[test]
-fn under_ridges_the_dispersion_is_most_of_fast_tones_errors() {
+fn under_ridges_the_dispersion_would_be_most_of_fast_tones_errors() {
     for wavelength_mm in [0.5, 1.0, 1.6] {
-        let [as_it_is, without] = dispersed(wavelength_mm, Skin::Ridged);
-        assert!(as_it_is > 1.9 * without, "{wavelength_mm} mm: {as_it_is:.2} {without:.2}");
+        let [as_it_is, with] = dispersed(wavelength_mm, Skin::Ridged);
+        assert!(with > 1.9 * as_it_is, "{wavelength_mm} mm: {as_it_is:.2} {with:.2}");
+    }
+}
+
+/// What a hand's ridges show that nothing may hide behind `good`: the low-pass's delay, a turn in the first frames, half a cycle.
+#[test]
+fn by_hand_under_ridges_intervals_hold_and_nothing_is_wrong() {
+    for wavelength_mm in [0.5, 1.4, 3.0] {
+        for scan in scan(wavelength_mm, Motion::Hand, Skin::Ridged).expect("a scan") {
+            for errors in [scan.short, scan.long] {
+                assert!(errors.wrong == 0 && errors.held_share().is_none_or(|share| share > 0.9), "{scan:?}");
+                assert!(errors.rms().is_none_or(|rms| rms < 0.001), "{scan:?}");
+            }
+        }
     }
 }
 
@@ -141,19 +154,16 @@ fn the_page_says_what_its_table_of_the_ridged_skin_says() {
     assert_eq!(rows.len(), 5 * WAVELENGTHS_MM.len());
     // Of motions: steady, a hand one way, turning; in both windows: good ones, windows, and intervals that hold the truth.
     let mut counts = [[[0.0; 3]; 2]; 3];
-    let mut wrong = Vec::new();
     for row in &rows {
         let motion = if row[0].ends_with("turning") { 2 } else { usize::from(row[0].ends_with("one way")) };
-        if row[13] != "0" {
-            wrong.push((motion, row[1], row[13]));
-        }
+        assert_eq!(row[13], "0", "wrong but good: {row:?}");
         for (at, cells) in [&row[3..8], &row[8..13]].into_iter().enumerate() {
             let (good, windows) = counts_of(cells[2]);
             let held = number(cells[4]).map_or(0.0, |share| share * good / 100.0);
             counts[motion][at] = std::array::from_fn(|which| counts[motion][at][which] + [good, windows, held][which]);
             let (Some(bound), Some(firmware)) = (number(cells[0]), number(cells[1])) else { continue };
             if motion < 2 {
-                assert!(firmware <= [0.06, 0.13][motion], "{row:?}");
+                assert!(firmware <= [0.06, 0.09][motion], "{row:?}");
                 let over = firmware / bound;
                 assert!(good < 14.0 || (0.7..[5.9, 13.1][motion]).contains(&over), "{row:?}");
             }
@@ -162,9 +172,8 @@ fn the_page_says_what_its_table_of_the_ridged_skin_says() {
     }
     let said = counts.map(|windows| windows.map(|all| all.map(f64::round)));
     assert_eq!(said[0], [[589.0, 596.0, 583.0], [742.0, 748.0, 731.0]]);
-    assert_eq!(said[1], [[673.0, 675.0, 583.0], [645.0, 648.0, 457.0]]);
-    assert_eq!(said[2][1], [42.0, 81.0, 27.0]);
-    assert_eq!(wrong, [(1, "3", "1"), (2, "0.5", "1")]);
+    assert_eq!(said[1], [[673.0, 675.0, 669.0], [645.0, 648.0, 645.0]]);
+    assert_eq!(said[2][1], [14.0, 81.0, 14.0]);
 }
 
 /// The maximum of power is where the page and the paper say, and only with ridges.
@@ -216,7 +225,7 @@ fn the_page_says_what_its_table_says() {
         assert_eq!(row[13], "0", "wrong but good: {row:?}");
         if row[0].ends_with("turning") {
             let (good, of) = counts_of(row[10]);
-            assert!(number(row[9]).is_none_or(|off| off <= 0.36), "{row:?}");
+            assert!(number(row[9]).is_none_or(|off| off <= 0.096), "{row:?}");
             (good_turning, turning) = (good_turning + good, turning + of);
             held_turning += number(row[12]).map_or(0.0, |share| share * good / 100.0);
             continue;
@@ -234,7 +243,8 @@ fn the_page_says_what_its_table_says() {
             }
             let long = at == 1;
             // Of 14 windows a root mean square has an error of 19 %: a bound less two of them.
-            assert!(good < 14.0 || (0.6..1.6).contains(&(firmware / bound)), "{row:?}");
+            let most = if is_by_hand { 1.21 } else { 1.6 };
+            assert!(good < 14.0 || (0.6..most).contains(&(firmware / bound)), "{row:?}");
             assert!(firmware < 0.5 || !long && (row[1] == "0.8" || row[..2] == ["73.5", "1"]), "{row:?}");
             // Where it is not within half a percent, no unbiased estimate of these windows is.
             assert!(firmware < 0.5 || bound > 0.48, "{row:?}");
@@ -247,8 +257,8 @@ fn the_page_says_what_its_table_says() {
     }
     let shares = [held[0] / good_one_way[0], held[1] / good_one_way[1]];
     assert_eq!(good_one_way, [546.0, 522.0]);
-    assert!((93.5..96.5).contains(&shares[0]) && (93.5..96.5).contains(&shares[1]), "{shares:?}");
-    assert_eq!((good_turning, held_turning.round(), turning), (22.0, 21.0, 72.0));
+    assert!((95.5..96.5).contains(&shares[0]) && (97.5..98.5).contains(&shares[1]), "{shares:?}");
+    assert_eq!((good_turning, held_turning.round(), turning), (13.0, 13.0, 72.0));
 }
 
 /// Against the powers that the paper gives for four of its gratings.
