@@ -14,8 +14,8 @@ const STRIDE_FRAMES: u32 = 8;
 pub enum Abscissa<'a> {
     /// In time: that of frame 0, and from one frame to the next.
     Time { start: f32, step: f32 },
-    /// Along a path; `travel` is its length with all turns, in `u`.
-    Path { place: &'a dyn Fn(u32) -> f32, centre: f32, half: f32, travel: f32 },
+    /// Along a path; `travel` is its length with all turns, and `short` by how much its ends are nearer than its extremes, both in `u`.
+    Path { place: &'a dyn Fn(u32) -> f32, centre: f32, half: f32, travel: f32, short: f32 },
 }
 
 impl<'a> Abscissa<'a> {
@@ -42,9 +42,9 @@ impl<'a> Abscissa<'a> {
             }
         }
         let half = 0.5 * (most - least);
-        // A turn within the first stride or the last: its ends are nearer to each other than the range is wide.
-        let length = length.max(4.0 * half - (place(frames.saturating_sub(1)) - place(0)).abs());
-        (half > 0.0).then_some(Self::Path { place, centre: least + half, half, travel: length / half })
+        let apart = (place(frames.saturating_sub(1)) - place(0)).abs();
+        let [travel, short] = [length, 2.0 * half - apart].map(|way| way / half);
+        (half > 0.0).then_some(Self::Path { place, centre: least + half, half, travel, short })
     }
 
     /// From one frame to the next, in time.
@@ -58,6 +58,11 @@ impl<'a> Abscissa<'a> {
     /// Whether it is a path that turns back, by more than this share of its range in all.
     pub fn turns(&self, share: f32) -> bool {
         matches!(self, Self::Path { travel, .. } if *travel > 2.0 + 2.0 * share)
+    }
+
+    /// Whether it is one that turns near an end, by more than this share of its range: a stride may hide that.
+    pub fn turns_at_an_end(&self, share: f32) -> bool {
+        matches!(self, Self::Path { short, .. } if *short > 2.0 * share)
     }
 
     /// `u` of a frame.

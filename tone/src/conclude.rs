@@ -57,7 +57,7 @@ const COMB_NOISE_RATIO: f32 = 3.0;
 const TURNED_NOISE_RATIO: f32 = 2.0;
 /// So much of its range is a turn and no encoder's noise.
 const TURNED_SHARE: f32 = 0.025;
-/// And so many cycles are, too: where the way back is short, its friction is still a step in the first frames or in the last.
+/// And so many cycles are one at an end: where the way back is short, its friction is still a step in the first frames or in the last.
 const TURNED_CYCLES: f32 = 0.003;
 /// Nearer than this many cycles a window to a multiple a line counts as one.
 const MULTIPLE_CYCLES: f32 = 0.5;
@@ -119,8 +119,9 @@ pub fn conclude(
         _ => is_comb && status == Status::Unsteady,
     };
     let status = if is_ambiguous { Status::Ambiguous } else { status };
-    let turned = TURNED_SHARE.min(TURNED_CYCLES / evidence.cycles);
-    let are_unlike = span.abscissa().turns(turned) && evidence.noise_ratio > TURNED_NOISE_RATIO;
+    let (path, turned) = (span.abscissa(), TURNED_CYCLES / evidence.cycles);
+    let are_unlike =
+        (path.turns(TURNED_SHARE) || path.turns_at_an_end(turned)) && evidence.noise_ratio > TURNED_NOISE_RATIO;
     let status = if status == Status::Good && are_unlike { Status::Unsteady } else { status };
     let movement = movement(span, around, factor * factor, best.nu, sigma_nu);
     let (mut status, mut other_tone) = (status, None);
