@@ -10,10 +10,15 @@ const CLEAR: f32 = 9.0;
 /// Least variance of the wander, as a share of that of its noise: an estimate without noise is none.
 const NOISE_SHARE_MIN: f32 = 0.05;
 
-/// Share of the wander, and of the chirp, by which they are off beside the noise's part, and in one cycle: what is faster than the
-/// blocks show and, in few cycles, what baseline and harmonics take. Chosen on other seeds than those of docs/noise.md.
+/// Share of the wander, and of the chirp, by which they are off beside the noise's part, and in one cycle: in few cycles baseline and
+/// harmonics take a part. Chosen on other seeds than those of docs/noise.md, as are the next two.
 const WANDER_OFF: [f32; 2] = [0.4, 0.6];
-const CHIRP_OFF: [f32; 2] = [0.06, 0.9];
+const CHIRP_OFF: [f32; 2] = [0.06, 2.0];
+/// What is faster than the degrees that are seen: as much as so many degrees with the mean energy of the last ones that are seen.
+const FAST_DEGREES: f32 = 20.0;
+const LAST_DEGREES: u8 = 3;
+/// Share of a degree's energy that the mean may have of the next one of its kind: 1 / (2 l - 1), l being about six.
+const FAST_MEAN: f32 = 0.1;
 
 /// The movement; `colour` is the noise's variance over white noise's, `nu` and `sigma_nu` are the frequency and its standard
 /// deviation.
@@ -26,6 +31,7 @@ pub fn movement(span: &FrameSpan, of: &Neighbourhood, colour: f32, nu: f32, sigm
     let noise = if colour > 1.0 { colour.min(of.of_amplitude) } else { colour };
     let mut tails = [[0.0; 3]; PHASE_DEGREES + 2];
     let (mut square, mut square_variance) = (0.0, 0.0);
+    let (mut fast, mut last) = (0.0, 0);
     for (k, [value, variance]) in of.phase.iter().enumerate().rev() {
         let (value, variance) = (*value, noise * variance);
         let counts = k < SLOW_DEGREES || value * value > CLEAR * variance;
@@ -34,7 +40,11 @@ pub fn movement(span: &FrameSpan, of: &Neighbourhood, colour: f32, nu: f32, sigm
         let [tail, tail_variance] = [value + after, variance + variance_after];
         tails[k] = [tail, tail_variance, variance];
         let degree = (k + 2) as f32;
-        square += (2.0 * degree - 1.0) * (tail * tail - tail_variance);
+        let energy = (2.0 * degree - 1.0) * (tail * tail - tail_variance);
+        square += energy;
+        if (counts || last > 0) && last < LAST_DEGREES {
+            (fast, last) = (fast + energy.abs() * (1.0 / LAST_DEGREES as f32), last + 1);
+        }
         // The square of noise alone: what a degree has in common with a higher one is its own mean square.
         let own = 0.5 * degree * (degree + 1.0) - (k % 2) as f32;
         square_variance += 2.0 * own * own * variance * (variance + 2.0 * variance_after);
@@ -48,10 +58,10 @@ pub fn movement(span: &FrameSpan, of: &Neighbourhood, colour: f32, nu: f32, sigm
     }
     let [apart, apart_variance, _] = tails[1];
     let wander = libm::sqrtf(square.max(0.0));
-    let spread = libm::sqrtf(square_variance);
-    // Of a frequency that moves the mean is as uncertain as it is measured; of a steady one it is the weighted mean.
-    let of_noise = if square > spread { apart_variance } else { -apart_variance };
-    let apart = (apart * apart + of_noise).max(0.0);
+    // Of a frequency that moves the mean is as uncertain as it is measured, and may have a part that is not seen.
+    let of_moving = if square * square > square_variance { apart_variance + FAST_MEAN * fast } else { 0.0 };
+    let apart = apart * apart + of_moving;
+    let spread = libm::sqrtf(square_variance + FAST_DEGREES * FAST_DEGREES * fast * fast);
     // The error of a root; where the square is no larger than its own error, the root of that.
     let wander_sigma = spread / libm::sqrtf(4.0 * square.max(0.0) + spread).max(f32::MIN_POSITIVE);
     let off = |[share, of_cycles]: [f32; 2], value: f32| value * (share + of_cycles / (2.0 * nu));

@@ -59,6 +59,29 @@ fn a_slow_wander_is_found_within_a_fifth_and_its_mean_holds() {
     }
 }
 
+/// A speed whose wander has no end at any frequency, as the power of 1 / (1 + (f / corner)^2), corners being in half cycles a window: what is
+/// too fast or too weak to be seen is in the uncertainty.
+#[test]
+fn the_uncertainty_of_a_wander_counts_what_is_not_seen() {
+    let (mut holds, mut seen, mut sigmas) = (0, 0.0, 0.0);
+    for (corner, size) in [(10.0, 0.003), (20.0, 0.003), (20.0, 0.01)] {
+        for draw in 0..20 {
+            let waves = (1..=40).map(|k| (f64::from(k), f64::from(draw * 7 + k * k * 3)));
+            let of = |k: f64| size / (1.0 + (k / corner).powi(2)).sqrt();
+            let phase =
+                |u: f64| waves.clone().map(|(k, angle)| of(k) / (PI * k) * (PI * k * u + angle).sin()).sum::<f64>();
+            let slope = |u: f64| waves.clone().map(|(k, angle)| of(k) * (PI * k * u + angle).cos()).sum::<f64>();
+            let fit = fit(21.3, &phase);
+            let wander = moves(&slope).1 / 21.3;
+            let [found, sigma] = [fit.movement.wander, fit.movement.wander_sigma].map(f64::from);
+            holds += u32::from((found - wander).abs() < 2.0 * sigma);
+            (seen, sigmas) = (seen + found / wander / 60.0, sigmas + sigma / wander / 60.0);
+        }
+    }
+    println!("{holds} of 60 hold, {seen:.2} of the wander is seen, sigma is {sigmas:.2} of it");
+    assert!(holds >= 52 && (0.5..0.8).contains(&seen) && sigmas < 0.9, "{holds} {seen} {sigmas}");
+}
+
 #[test]
 fn a_steady_tone_does_not_wander() {
     let fit = fit(21.3, &|_| 0.0);
