@@ -30,6 +30,10 @@ const CYCLES_BENT: f32 = 1.6;
 /// A window as short, or with as few cycles, is too rough for blocks: the last step is that of its frames.
 const FRAMES_ROUGH: u32 = 32;
 const CYCLES_ROUGH: f32 = 1.5;
+/// Residuals of this share of what third differences take for noise, and less: the tone is in these.
+const HIDING_NOISE_RATIO: f32 = 0.5;
+const HIDING_FRAMES: u32 = 128;
+
 /// The estimator: scratch memory and settings of the fit.
 #[derive(Debug)]
 pub struct Fitter {
@@ -231,7 +235,10 @@ impl Fitter {
         let all = statistics.order;
         let least = least_squares(statistics, &all);
         let at = (equations.nu, Interferer::nu(&interferer));
-        if let Some(impulses) = impulses.filter(|_| statistics.is_spiky) {
+        // The third differences of a fast tone hide those of impulses. Of a longer window one more pass takes too long.
+        let may_hide = statistics.frames <= HIDING_FRAMES
+            && equations.solution.noise_ratio(statistics, &all).0 < HIDING_NOISE_RATIO;
+        if let Some(impulses) = impulses.filter(|_| statistics.is_spiky || may_hide) {
             impulses.find(span, statistics, &all, &equations.solution, at)?;
             if impulses.are_found() {
                 return Ok(());

@@ -85,6 +85,11 @@ fn frames_that_are_gone_are_an_error() {
 
 /// Eight channels of a tone and noise, at 500 Hz, with a gain for what all of them share.
 fn noisy(count: usize, seed: u64, shared: f32) -> Vec<f32> {
+    noisy_at(FREQUENCY_HZ, count, seed, shared)
+}
+
+/// The same of a tone of this frequency, hertz.
+fn noisy_at(frequency_hz: f32, count: usize, seed: u64, shared: f32) -> Vec<f32> {
     let mut state = seed;
     let mut normal = || {
         // A sum of twelve even numbers is nearly normal.
@@ -100,7 +105,7 @@ fn noisy(count: usize, seed: u64, shared: f32) -> Vec<f32> {
     for i in 0..count {
         let disturbance = shared * normal();
         for channel in 0..8 {
-            let turns = FREQUENCY_HZ * i as f32 / 500.0;
+            let turns = frequency_hz * i as f32 / 500.0;
             let tone = 10.0 * (core::f32::consts::TAU * turns + 2.4 * channel as f32).sin();
             out.push(tone + normal() + (1.0 + 0.1 * channel as f32) * disturbance);
         }
@@ -129,6 +134,24 @@ fn impulses_change_little() {
         }
     }
     assert!(squares < 0.15 && (0.6..1.6).contains(&own), "{squares} {own}");
+}
+
+/// Third differences of a tone of a third of the frame rate are as large as those of impulses of thirty standard deviations.
+#[test]
+fn impulses_beside_a_fast_tone_change_little() {
+    let (mut squares, mut own) = (0.0, 0.0);
+    for seed in 0..40 {
+        let clean = noisy_at(170.0, 96, seed, 0.0);
+        let mut hit = clean.clone();
+        for i in (seed as usize % 97..hit.len()).step_by(97) {
+            hit[i] += if i % 2 == 0 { 20.0 } else { -20.0 };
+        }
+        let (clean, hit) = (fit(&clean, 8), fit(&hit, 8));
+        squares += ((hit.frequency - clean.frequency) / clean.sigma).powi(2) / 40.0;
+        own += ((clean.frequency - 170.0) / clean.sigma).powi(2) / 40.0;
+    }
+    println!("{squares:.2} {own:.2}");
+    assert!(squares < 0.2 && (0.5..1.6).contains(&own), "{squares} {own}");
 }
 
 /// A step is no impulse, however far off it is.
