@@ -70,7 +70,7 @@ pub fn text(fit: &TableFit) -> String {
         }
     }
     line("status", format!("{} ({})", name(fit.status), meaning(fit.status)));
-    for (name, value) in remarks(fit.abscissa, &fit.beside) {
+    for (name, value) in remarks(fit.status, fit.abscissa, &fit.beside) {
         line(name, value);
     }
     if let Some(hz) = fit.beside.interferer_hz {

@@ -5,7 +5,7 @@ use crate::digits::{decimals, significant};
 use crate::tone::Beside;
 use ridgetone_proto::telemetry::{Abscissa, Estimate, Movement, OtherTone, Status};
 
-/// Standard deviations from which on a movement is shown.
+/// Standard deviations from which on a chirp is shown.
 const SIGNIFICANT: f32 = 3.0;
 
 /// What to do about a status that depends on the window; few words, for a narrow box.
@@ -18,15 +18,16 @@ pub const fn remedy(status: Status) -> Option<&'static str> {
     }
 }
 
-/// What is significant of the movement and beside the tone: names and values.
-pub fn remarks(abscissa: Abscissa, beside: &Beside) -> Vec<(&'static str, String)> {
+/// What is significant of the movement and beside the tone: names and values. A wander is that of an unsteady tone: its own
+/// uncertainty, of a half and more, is of how much it is.
+pub fn remarks(status: Status, abscissa: Abscissa, beside: &Beside) -> Vec<(&'static str, String)> {
     let (unit, chirp_unit) = match abscissa {
         Abscissa::Time => ("Hz", "Hz/s"),
         Abscissa::Place => ("/mm", "/mm2"),
     };
     let mut remarks = Vec::new();
-    let Movement { wander, wander_sigma, chirp, chirp_sigma, .. } = beside.movement.unwrap_or_default();
-    if wander > SIGNIFICANT * wander_sigma {
+    let Movement { wander, chirp, chirp_sigma, .. } = beside.movement.unwrap_or_default();
+    if status == Status::Unsteady && wander > 0.0 {
         remarks.push(("wander", format!("{} %", significant(100.0 * f64::from(wander), 2))));
     }
     if chirp.abs() > SIGNIFICANT * chirp_sigma {
@@ -42,7 +43,7 @@ pub fn remarks(abscissa: Abscissa, beside: &Beside) -> Vec<(&'static str, String
 
 /// The same as phrases.
 pub fn phrases(estimate: &Estimate) -> Vec<String> {
-    let remarks = remarks(estimate.abscissa, &estimate.into()).into_iter();
+    let remarks = remarks(estimate.status, estimate.abscissa, &estimate.into()).into_iter();
     remarks.map(|(name, value)| format!("{name} {value}")).collect()
 }
 
@@ -53,18 +54,21 @@ mod tests {
     #[test]
     fn only_what_is_significant_is_shown() {
         let movement =
-            Movement { wander: 0.021, wander_sigma: 0.001, sigma_mean: 0.1, chirp: -0.31, chirp_sigma: 0.05 };
+            Movement { wander: 0.021, wander_sigma: 0.013, sigma_mean: 0.1, chirp: -0.31, chirp_sigma: 0.05 };
         let other_tone = Some(OtherTone { frequency: 12.3063, share: 0.42 });
         let moving = Beside { movement: Some(movement), other_tone, interferer_hz: Some(50.0) };
-        let shown =
-            |abscissa, beside| remarks(abscissa, beside).into_iter().map(|(_, value)| value).collect::<Vec<_>>();
+        let shown = |abscissa, beside| {
+            remarks(Status::Unsteady, abscissa, beside).into_iter().map(|(_, value)| value).collect::<Vec<_>>()
+        };
         let in_time = ["2.1 %", "-0.31 +- 0.05 Hz/s", "12.31 Hz, 42 % of the power"];
         assert_eq!(shown(Abscissa::Time, &moving), in_time);
         let by_place = ["2.1 %", "-0.31 +- 0.05 /mm2", "12.31 /mm, 42 % of the power"];
         assert_eq!(shown(Abscissa::Place, &moving), by_place);
-        let steady = Movement { wander_sigma: 0.01, chirp_sigma: 0.2, ..movement };
+        let steady = Movement { chirp_sigma: 0.2, ..movement };
         for movement in [Some(steady), Some(Movement::default()), None] {
-            assert_eq!(remarks(Abscissa::Time, &Beside { movement, ..Beside::default() }), []);
+            assert_eq!(remarks(Status::Good, Abscissa::Time, &Beside { movement, ..Beside::default() }), []);
         }
+        let beside = Beside { movement: Some(Movement::default()), ..Beside::default() };
+        assert_eq!(remarks(Status::Unsteady, Abscissa::Time, &beside), [], "its amplitude moves");
     }
 }
