@@ -102,6 +102,13 @@ mod tests {
         let at_rest = Lateness::new(&|_| 3.0, (144, 240.0), (0.4, &[]));
         assert_eq!(at_rest, Lateness { per_s: 0.0, by_low_pass: 0.0 });
     }
+    /// Of a value that is anywhere within 10 % as likely as anywhere else.
+    #[test]
+    fn the_capacitors_deviation_is_that_of_an_even_distribution() {
+        assert!((LOW_PASS_S - 0.41e-3).abs() < 1e-9);
+        assert!((LOW_PASS_SIGMA_S / LOW_PASS_S - 0.1 / 3f32.sqrt()).abs() < 5e-4);
+    }
+
     /// Wavenumber of a tone and its overtone (their amplitudes are 1 and `second`) that a first-order low-pass has made late, by least
     /// squares at places that are late as slow tones are; over the true one, less 1. The low-pass is its differential equation, in f64.
     fn longer(place_mm: impl Fn(f64) -> f64, lasts_s: f64, per_mm: f64, second: f64) -> f64 {
