@@ -59,7 +59,8 @@ pub fn movement(span: &FrameSpan, of: &Neighbourhood, colour: f32, nu: f32, sigm
     let [apart, apart_variance, _] = tails[1];
     let wander = libm::sqrtf(square.max(0.0));
     // Of a frequency that moves the mean is as uncertain as it is measured, and may have a part that is not seen.
-    let of_moving = if square * square > square_variance { apart_variance + FAST_MEAN * fast } else { 0.0 };
+    let moves = square > libm::sqrtf(square_variance);
+    let of_moving = if moves { apart_variance + FAST_MEAN * fast } else { 0.0 };
     let apart = apart * apart + of_moving;
     let spread = libm::sqrtf(square_variance + FAST_DEGREES * FAST_DEGREES * fast * fast);
     // The error of a root; where the square is no larger than its own error, the root of that.

@@ -102,6 +102,7 @@ mod tests {
         let at_rest = Lateness::new(&|_| 3.0, (144, 240.0), (0.4, &[]));
         assert_eq!(at_rest, Lateness { per_s: 0.0, by_low_pass: 0.0 });
     }
+
     /// Of a value that is anywhere within 10 % as likely as anywhere else.
     #[test]
     fn the_capacitors_deviation_is_that_of_an_even_distribution() {
