@@ -121,8 +121,9 @@ pub fn fit(
         if by_robot.is_some() {
             let late = Lateness::new(place_mm, (last, window.frame_rate_hz), (fit.frequency, &fit.overtones));
             fit.frequency /= 1.0 + late.by_low_pass;
-            let (delay_sigma_s, stretch) = (window.odometry.delay_sigma_s(), late.per_s * fit.frequency);
-            let by_delay = (delay_sigma_s * delay_sigma_s + LOW_PASS_SIGMA_S * LOW_PASS_SIGMA_S) * stretch * stretch;
+            let (delay_sigma_s, change_per_s) = (window.odometry.delay_sigma_s(), late.per_s * fit.frequency);
+            let delay_variance = delay_sigma_s * delay_sigma_s + LOW_PASS_SIGMA_S * LOW_PASS_SIGMA_S;
+            let by_delay = delay_variance * change_per_s * change_per_s;
             for sigma in [&mut fit.sigma, &mut fit.movement.sigma_of_mean] {
                 *sigma = libm::sqrtf(*sigma * *sigma + by_delay);
             }

@@ -18,8 +18,8 @@ pub const fn remedy(status: Status) -> Option<&'static str> {
     }
 }
 
-/// What is significant of the movement and beside the tone: names and values. A wander is that of an unsteady tone: its own
-/// uncertainty, of a half and more, is of how much it is.
+/// What is significant of the movement and beside the tone: names and values. The wander is shown of an
+/// unsteady tone only. Its standard deviation is half of it and more, and so says nothing of whether it is there.
 pub fn remarks(status: Status, abscissa: Abscissa, beside: &Beside) -> Vec<(&'static str, String)> {
     let (unit, chirp_unit) = match abscissa {
         Abscissa::Time => ("Hz", "Hz/s"),

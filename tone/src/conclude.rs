@@ -57,7 +57,7 @@ const COMB_NOISE_RATIO: f32 = 3.0;
 const TURNED_NOISE_RATIO: f32 = 2.0;
 /// So much of its range is a turn and no encoder's noise.
 const TURNED_SHARE: f32 = 0.025;
-/// And so many cycles are one at an end: where the way back is short, its friction is still a step in the first frames or in the last.
+/// A way back of this many cycles at an end of the path is a turn, too: its friction is a step in the first frames or in the last.
 const TURNED_CYCLES: f32 = 0.003;
 /// Nearer than this many cycles a window to a multiple a line counts as one.
 const MULTIPLE_CYCLES: f32 = 0.5;

@@ -30,7 +30,7 @@ const CYCLES_BENT: f32 = 1.6;
 /// A window as short, or with as few cycles, is too rough for blocks: the last step is that of its frames.
 const FRAMES_ROUGH: u32 = 32;
 const CYCLES_ROUGH: f32 = 1.5;
-/// Residuals of this share of what third differences take for noise, and less: the tone is in these.
+/// Third differences hold the tone where residuals have at most this share of the noise by these differences.
 const HIDING_NOISE_RATIO: f32 = 0.5;
 const HIDING_FRAMES: u32 = 128;
 

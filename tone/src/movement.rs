@@ -14,10 +14,10 @@ const NOISE_SHARE_MIN: f32 = 0.05;
 /// harmonics take a part. Chosen on other seeds than those of docs/noise.md, as are the next two.
 const WANDER_OFF: [f32; 2] = [0.4, 0.6];
 const CHIRP_OFF: [f32; 2] = [0.06, 2.0];
-/// What is faster than the degrees that are seen: as much as so many degrees with the mean energy of the last ones that are seen.
+/// Number of degrees that are too fast to be seen. Each counts with the mean energy of the last degrees that are seen.
 const FAST_DEGREES: f32 = 20.0;
 const LAST_DEGREES: u8 = 3;
-/// Share of a degree's energy that the mean may have of the next one of its kind: 1 / (2 l - 1), l being about six.
+/// Share of a degree's energy by which a degree that is not seen may move the mean: 1 / (2 l - 1), where l is about six.
 const FAST_MEAN: f32 = 0.1;
 
 /// The movement; `colour` is the noise's variance over white noise's, `nu` and `sigma_nu` are the frequency and its standard

@@ -40,7 +40,7 @@ const CYCLES: f32 = 1.4;
 /// Unless the channels have it in different phases, which a bump has not: then from this spread and this number of cycles on.
 const SPREAD: f32 = 0.3;
 const CYCLES_SPREAD: f32 = 1.15;
-/// And unless they leave this share of the tone's power that is no noise: half a cycle of sharp ridges looks like them, too.
+/// This share of the tone's power that is no noise takes the exception back: half a cycle of sharp ridges looks like them, too.
 const SPREAD_REMAINDER: f32 = 0.005;
 /// As many cycles of a weak line, or of one that all channels have in phase, within this spread, are no period either.
 const CYCLES_DOUBTFUL: f32 = 2.7;

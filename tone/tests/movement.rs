@@ -59,8 +59,8 @@ fn a_slow_wander_is_found_within_a_fifth_and_its_mean_holds() {
     }
 }
 
-/// A speed whose wander has no end at any frequency, as the power of 1 / (1 + (f / corner)^2), corners being in half cycles a window: what is
-/// too fast or too weak to be seen is in the uncertainty.
+/// The speed wanders at all frequencies, with the power of 1 / (1 + (f / corner)^2). Corners are half cycles a window. The uncertainty
+/// counts the part that is too fast or too weak to be seen.
 #[test]
 fn the_uncertainty_of_a_wander_counts_what_is_not_seen() {
     let (mut holds, mut seen, mut sigmas) = (0, 0.0, 0.0);

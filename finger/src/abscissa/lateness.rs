@@ -1,4 +1,4 @@
-//! What places that are late do to a wavenumber, where the speed changes.
+//! The error of a wavenumber whose places are late, where the speed changes.
 
 use core::f32::consts::PI;
 
@@ -7,10 +7,10 @@ const PARTS: usize = 16;
 /// Delay of the bridges' low-pass for slow tones, seconds: 820 ohm beside 820 ohm, and 1 uF (docs/book/1-wiring.md). A robot's places
 /// are to be those of that much earlier.
 const LOW_PASS_S: f32 = 0.5 * 820.0 * 1e-6;
-/// Its standard deviation: that of a capacitor whose value is anywhere within 10 % of what is printed on it.
+/// Its standard deviation. The capacitor's value is anywhere within 10 % of the printed one.
 pub const LOW_PASS_SIGMA_S: f32 = 0.058 * LOW_PASS_S;
 
-/// What places that are late do to a wavenumber: its errors, as shares of it. At a constant speed there are none.
+/// Errors of a wavenumber whose places are late, as shares of it. At a constant speed there are none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lateness {
     /// If all places are late by a second; not negative.
@@ -20,8 +20,8 @@ pub struct Lateness {
 }
 
 impl Lateness {
-    /// On a way of `last` frames at a rate in hertz, for a tone of some cycles a millimetre and its overtones over the fundamental. What is
-    /// late by an error of its place shows it in the slope of the error over the place, by least squares.
+    /// On a way of `last` frames at a rate in hertz, for a tone of some cycles a millimetre. Overtones are those of a fit, over the fundamental.
+    /// Errors of places change the wavenumber by the slope of the error over the place (least squares).
     #[inline(never)]
     pub fn new(
         place_mm: &dyn Fn(u32) -> f32,
@@ -51,7 +51,7 @@ impl Lateness {
             along / squares
         };
         let per_s = slope(&|mm| mm) * (1.0 / LOW_PASS_S);
-        // Each harmonic has its own delay, and tells of the wavenumber by its power and the square of its number.
+        // Each harmonic has its own delay. It weighs as much as its power times the square of its order.
         let (mut quicker, mut weights, mut number) = (0.0, 0.0, 1.0);
         let powers = overtones.iter().map(|[re, im]| re * re + im * im);
         for power in core::iter::once(1.0).chain(powers) {

@@ -116,7 +116,7 @@ fn under_ridges_the_dispersion_would_be_most_of_fast_tones_errors() {
     }
 }
 
-/// What a hand's ridges show that nothing may hide behind `good`: the low-pass's delay, a turn in the first frames, half a cycle.
+/// The low-pass's delay, a turn in the first frames and half a cycle do not make a `good` window wrong.
 #[test]
 fn by_hand_under_ridges_intervals_hold_and_nothing_is_wrong() {
     for wavelength_mm in [0.5, 1.4, 3.0] {
