@@ -10,10 +10,11 @@
 //! | `fit` | 1 | CAN1_RX1, pended by `detect` and `line` |
 //! | `idle` | 0 | |
 //!
-//! `line` is above `drdy`: a byte lasts 10.9 us and the USART holds one, while `drdy` runs for 15 to 48 us.
+//! `line` is above `drdy`: a byte lasts 10.9 us and the USART holds one, while `drdy` runs for 15
+//! to 48 us.
 //!
-//! Only software pends `detect`, `report` and `fit`. Unlike a spawned task, an interrupt that is pended while its handler
-//! runs is not lost, so no conversion stays in a queue.
+//! Only software pends `detect`, `report` and `fit`. Unlike a spawned task, an interrupt that is
+//! pended while its handler runs is not lost, so no conversion stays in a queue.
 #![cfg_attr(target_os = "none", no_std)]
 #![cfg_attr(target_os = "none", no_main)]
 #![deny(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
@@ -21,10 +22,16 @@
 
 #[cfg(all(
     target_os = "none",
-    any(all(feature = "stm32f4", feature = "emulated"), all(feature = "feather-f405", feature = "nucleo-f446re"))
+    any(
+        all(feature = "stm32f4", feature = "emulated"),
+        all(feature = "feather-f405", feature = "nucleo-f446re")
+    )
 ))]
 compile_error!("choose one board: the feature `feather-f405`, `nucleo-f446re` or `emulated`");
-#[cfg(all(target_os = "none", not(any(feature = "stm32f4", feature = "emulated"))))]
+#[cfg(all(
+    target_os = "none",
+    not(any(feature = "stm32f4", feature = "emulated"))
+))]
 compile_error!("choose a board: the feature `feather-f405`, `nucleo-f446re` or `emulated`");
 
 #[cfg(target_os = "none")]
@@ -122,15 +129,31 @@ mod app {
         estimator_place: MaybeUninit<Estimator> = MaybeUninit::uninit(),
     ])]
     fn init(cx: init::Context) -> (Resources, Local) {
-        let Board { spi, start, reset, drdy, line, boot, flash } = board::init(cx.device, cx.core);
+        let Board {
+            spi,
+            start,
+            reset,
+            drdy,
+            line,
+            boot,
+            flash,
+        } = board::init(cx.device, cx.core);
         if let Some(Record { file, line, pc, .. }) = &boot.record {
-            defmt::error!("the run before died at {=str}:{=u32}, {=u32:#010x}", file.as_str(), *line, *pc);
+            defmt::error!(
+                "the run before died at {=str}:{=u32}, {=u32:#010x}",
+                file.as_str(),
+                *line,
+                *pc
+            );
         }
-        // Before the chip scans: the search in blank sectors takes milliseconds, in which conversions would be lost.
+        // Before the chip scans: the search in blank sectors takes milliseconds, in which
+        // conversions would be lost.
         let mut store = FlashStore::new(flash);
         let (settings, source) = store.load();
         // So too what is large: its memory is cleared, which takes longer than a conversion.
-        let detector = put(cx.local.detector_place, || Detector::booted(settings, source, boot));
+        let detector = put(cx.local.detector_place, || {
+            Detector::booted(settings, source, boot)
+        });
         let estimator = put(cx.local.estimator_place, || Estimator::new(settings));
         let shared = Shared::new(Rtic, settings.plan);
         let mut acquisition = Acquisition::new(Ads1258::new(spi), start, reset, settings.plan);
@@ -139,7 +162,9 @@ mod app {
         if acquisition.set_up(&shared.diagnostics, &mut Wait) {
             defmt::info!("the ADS1258 is set up and scans");
         } else {
-            defmt::error!("the ADS1258 does not answer as it should; trying on. Check supply, CLKSEL and wiring");
+            defmt::error!(
+                "the ADS1258 does not answer as it should; trying on. Check supply, CLKSEL and wiring"
+            );
         }
 
         let (samples_in, samples_out) = cx.local.samples.split();
@@ -157,17 +182,25 @@ mod app {
             },
             Local {
                 drdy: Drdy::new(acquisition, drdy, samples_in),
-                line: SerialLine { port: line, bytes: bytes_out },
+                line: SerialLine {
+                    port: line,
+                    bytes: bytes_out,
+                },
                 detect: Detect::new(samples_out, windows_in),
                 report: Report::new(bytes_in),
-                fit: Fit { estimator, windows: windows_out, requests: Requests::new(store) },
+                fit: Fit {
+                    estimator,
+                    windows: windows_out,
+                    requests: Requests::new(store),
+                },
             },
         )
     }
 
-    /// Makes a large value in a stack frame of its own: the first tasks run on top of `init`'s frame, and a processor
-    /// that never sleeps runs all of them there. The compiler must not know the value's address: it would build the
-    /// address of every field anew, which takes more instructions and flash than to count from the first.
+    /// Makes a large value in a stack frame of its own: the first tasks run on top of `init`'s
+    /// frame, and a processor that never sleeps runs all of them there. The compiler must not know
+    /// the value's address: it would build the address of every field anew, which takes more
+    /// instructions and flash than to count from the first.
     #[inline(never)]
     fn put<T>(place: &mut MaybeUninit<T>, make: impl FnOnce() -> T) -> &mut T {
         black_box(place.write(make()))
@@ -175,7 +208,9 @@ mod app {
 
     #[task(binds = USART3, priority = 5, local = [line], shared = [inbox, &shared])]
     fn line(mut cx: line::Context) {
-        cx.shared.inbox.lock(|inbox| cx.local.line.run(inbox, cx.shared.shared));
+        cx.shared
+            .inbox
+            .lock(|inbox| cx.local.line.run(inbox, cx.shared.shared));
     }
 
     #[task(binds = EXTI4, priority = 4, local = [drdy], shared = [&shared])]
@@ -186,9 +221,17 @@ mod app {
     // No task above it takes these locks but that of the inbox, so they mask nothing.
     #[task(binds = CAN1_RX0, priority = 3, local = [detect], shared = [ring, detector, inbox, outbox, &shared])]
     fn detect(cx: detect::Context) {
-        let detect::SharedResources { ring, detector, mut inbox, outbox, shared, .. } = cx.shared;
+        let detect::SharedResources {
+            ring,
+            detector,
+            mut inbox,
+            outbox,
+            shared,
+            ..
+        } = cx.shared;
         let detect = cx.local.detect;
-        (ring, detector, outbox).lock(|ring, detector, outbox| detect.run(detector, ring, &mut inbox, outbox, shared));
+        (ring, detector, outbox)
+            .lock(|ring, detector, outbox| detect.run(detector, ring, &mut inbox, outbox, shared));
     }
 
     #[task(binds = CAN1_TX, priority = 2, local = [report], shared = [outbox, &shared])]
@@ -206,22 +249,35 @@ mod app {
 
     #[task(binds = CAN1_RX1, priority = 1, local = [fit], shared = [ring, detector, inbox, outbox, &shared])]
     fn fit(cx: fit::Context) {
-        let fit::SharedResources { mut ring, mut detector, mut inbox, mut outbox, shared, .. } = cx.shared;
-        cx.local.fit.run(&mut ring, &mut detector, &mut inbox, &mut outbox, shared);
+        let fit::SharedResources {
+            mut ring,
+            mut detector,
+            mut inbox,
+            mut outbox,
+            shared,
+            ..
+        } = cx.shared;
+        cx.local
+            .fit
+            .run(&mut ring, &mut detector, &mut inbox, &mut outbox, shared);
     }
 
     #[idle(local = [idle: Idle = Idle::new()], shared = [outbox, &shared])]
     fn idle(mut cx: idle::Context) -> ! {
         loop {
-            // With interrupts masked the processor still wakes up, but serves them only after the clock has been read. So
-            // the sleep is measured without the interrupt that ends it.
+            // With interrupts masked the processor still wakes up, but serves them only after the
+            // clock has been read. So the sleep is measured without the interrupt that ends it.
             let slept_us = cortex_m::interrupt::free(|_| {
                 let from_us = board::now_us();
                 board::sleep();
                 (from_us, board::now_us())
             });
             let (words, outbox) = (board::stack_words(), &mut cx.shared.outbox);
-            match cx.local.idle.run(slept_us, words, board::stack_word, outbox, cx.shared.shared) {
+            match cx
+                .local
+                .idle
+                .run(slept_us, words, board::stack_word, outbox, cx.shared.shared)
+            {
                 Next::Sleep => {}
                 Next::Restart => {
                     // The last two bytes take 11 us each.

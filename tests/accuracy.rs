@@ -1,4 +1,5 @@
-//! Accuracy on request: an estimate as soon as its uncertainty meets the requested one, and no sooner.
+//! Accuracy on request: an estimate as soon as its uncertainty meets the requested one, and no
+//! sooner.
 
 #[allow(dead_code, reason = "every test file uses a part of it")]
 mod support;
@@ -11,9 +12,18 @@ use support::{Outcome, all, outcome, run};
 const HOP_S: f64 = 0.05;
 
 fn at(accuracy: f32, snr_db: f64, seed: u64) -> (Outcome, f64) {
-    let scene = SlidingScene::new(Sliding { snr_db: Some(snr_db), seed, ..Sliding::default() }).unwrap();
+    let scene = SlidingScene::new(Sliding {
+        snr_db: Some(snr_db),
+        seed,
+        ..Sliding::default()
+    })
+    .unwrap();
     let frequency_hz = scene.truth().frequency_hz;
-    let settings = Settings { accuracy, hop_s: HOP_S as f32, ..Settings::DEFAULT };
+    let settings = Settings {
+        accuracy,
+        hop_s: HOP_S as f32,
+        ..Settings::DEFAULT
+    };
     settings.validate().unwrap();
     (outcome(&run(scene, settings, all)), frequency_hz)
 }
@@ -22,7 +32,8 @@ fn relative_sigma(fit: &Estimate) -> f32 {
     fit.sigma / fit.frequency
 }
 
-/// Sigma falls at least with the length's power of -3/2, which bounds that of a window one hop shorter.
+/// Sigma falls at least with the length's power of -3/2, which bounds that of a window one hop
+/// shorter.
 #[test]
 fn an_estimate_comes_as_soon_as_it_is_accurate_and_no_sooner() {
     let (mut errors, mut late) = (Vec::new(), Vec::new());
@@ -33,9 +44,13 @@ fn an_estimate_comes_as_soon_as_it_is_accurate_and_no_sooner() {
             assert!(out.window_fits.len() > 1, "{accuracy}: {out:?}");
             for fit in &out.window_fits {
                 assert_eq!(fit.status, Status::Good, "{fit:?}");
-                assert!(relative_sigma(fit) <= accuracy, "no sooner than {accuracy}: {fit:?}");
+                assert!(
+                    relative_sigma(fit) <= accuracy,
+                    "no sooner than {accuracy}: {fit:?}"
+                );
                 let before_s = fit.window_s - HOP_S as f32;
-                // The shortest window may be better than requested, and one of less than one and a half cycles is ambiguous.
+                // The shortest window may be better than requested, and one of less than one and a
+                // half cycles is ambiguous.
                 if before_s > 0.1 && f64::from(before_s) * frequency_hz > 1.5 {
                     let before = relative_sigma(fit) * (fit.window_s / before_s).powi(3);
                     if before <= accuracy {
@@ -51,13 +66,21 @@ fn an_estimate_comes_as_soon_as_it_is_accurate_and_no_sooner() {
                 assert!(begins_s > pair[0].t_us as f64 * 1e-6 - 0.005, "{pair:?}");
             }
         }
-        assert!(lengths.iter().all(|length_s| *length_s < 1.0), "{accuracy}: {lengths:?}");
+        assert!(
+            lengths.iter().all(|length_s| *length_s < 1.0),
+            "{accuracy}: {lengths:?}"
+        );
     }
-    // One window in a hundred may look as if its noise were coloured or its tone moved: then it grows. In a test of this size
-    // chance makes three standard deviations more.
+    // One window in a hundred may look as if its noise were coloured or its tone moved: then it
+    // grows. In a test of this size chance makes three standard deviations more.
     let one_in_a_hundred = errors.len() as f64 / 100.0;
     let most = one_in_a_hundred + 3.0 * one_in_a_hundred.sqrt();
-    assert!((late.len() as f64) <= most, "{} of {}: {late:?}", late.len(), errors.len());
+    assert!(
+        (late.len() as f64) <= most,
+        "{} of {}: {late:?}",
+        late.len(),
+        errors.len()
+    );
     // Stopping where sigma is small enough must not make it a lie.
     let rms = (errors.iter().map(|error| error * error).sum::<f64>() / errors.len() as f64).sqrt();
     assert!(rms < 1.25, "{rms} sigma over {} estimates", errors.len());

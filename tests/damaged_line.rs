@@ -1,4 +1,5 @@
-//! The decoder behind a line that damages what it carries, as the fuzzer in `fuzz/` tries it; here from a seed.
+//! The decoder behind a line that damages what it carries, as the fuzzer in `fuzz/` tries it; here
+//! from a seed.
 
 #[path = "support/damage.rs"]
 mod damage;

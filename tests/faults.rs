@@ -21,9 +21,14 @@ const SLOTS: u64 = 21;
 /// Scan in the middle of the slide, at 1.8 s.
 const MIDDLE: u64 = 434;
 
-/// A touch in windows of half a second; `change` may drop conversions or change them, by their number.
+/// A touch in windows of half a second; `change` may drop conversions or change them, by their
+/// number.
 fn events(mut change: impl FnMut(u64, TimedConversion) -> Option<TimedConversion>) -> Vec<Event> {
-    let settings = Settings { window_s: 0.5, hop_s: 0.1, ..Settings::DEFAULT };
+    let settings = Settings {
+        window_s: 0.5,
+        hop_s: 0.1,
+        ..Settings::DEFAULT
+    };
     let mut pipeline = Box::new(Pipeline::new(settings));
     let mut events = Vec::new();
     let all = (0..SCANS).flat_map(|n| touch::scan(n, n, 0)).zip(0..);
@@ -51,8 +56,8 @@ fn estimates(events: &[Event]) -> Vec<&Estimate> {
     fits.collect()
 }
 
-/// Whether the window holds this device time. None if the time is up to two frames before the window, or after it: then
-/// the estimate may be doubtful too, if the fault was before its report.
+/// Whether the window holds this device time. None if the time is up to two frames before the
+/// window, or after it: then the estimate may be doubtful too, if the fault was before its report.
 fn holds(fit: &Estimate, t_us: u64) -> Option<bool> {
     let from_us = fit.t_us - (fit.window_s * 1e6) as u64;
     let is_near = (from_us - 13_000..from_us).contains(&t_us) || t_us > fit.t_us;
@@ -61,8 +66,14 @@ fn holds(fit: &Estimate, t_us: u64) -> Option<bool> {
 
 /// Those good are right: within a tenth of a percent.
 fn assert_good_ones_are_right(events: &[Event]) {
-    for fit in estimates(events).iter().filter(|fit| fit.status == Status::Good) {
-        assert!((f64::from(fit.frequency) / TONE_HZ - 1.0).abs() < 1e-3, "{fit:?}");
+    for fit in estimates(events)
+        .iter()
+        .filter(|fit| fit.status == Status::Good)
+    {
+        assert!(
+            (f64::from(fit.frequency) / TONE_HZ - 1.0).abs() < 1e-3,
+            "{fit:?}"
+        );
     }
 }
 
@@ -74,31 +85,50 @@ fn number_us(number: u64) -> u64 {
 fn nothing_is_reported_of_a_flawless_touch() {
     let events = events(|_, conversion| Some(conversion));
     assert_eq!(faults(&events), []);
-    assert!(estimates(&events).len() > 10 && estimates(&events).iter().all(|fit| fit.faults.is_none()));
+    assert!(
+        estimates(&events).len() > 10 && estimates(&events).iter().all(|fit| fit.faults.is_none())
+    );
     assert_good_ones_are_right(&events);
 }
 
 #[test]
 fn losses_are_reported_with_their_times_and_leave_estimates_good() {
     let lost = MIDDLE * SLOTS + 5;
-    let events = events(|number, conversion| (!(lost..lost + 3).contains(&number)).then_some(conversion));
-    let [begin, end] = faults(&events)[..] else { panic!("{:?}", faults(&events)) };
+    let events =
+        events(|number, conversion| (!(lost..lost + 3).contains(&number)).then_some(conversion));
+    let [begin, end] = faults(&events)[..] else {
+        panic!("{:?}", faults(&events))
+    };
     // Noticed in the scan that lacks them, reported with the next frames.
     assert!((begin.kind, begin.count, begin.until_us) == (FaultKind::Lost, 3, None));
     assert!(begin.from_us.abs_diff(number_us(lost)) < 5_000, "{begin:?}");
-    assert_eq!(end, Fault { until_us: Some(begin.from_us), ..begin });
+    assert_eq!(
+        end,
+        Fault {
+            until_us: Some(begin.from_us),
+            ..begin
+        }
+    );
     let fits = estimates(&events);
-    let touched = fits.iter().filter(|fit| fit.faults.has(FaultKind::Lost)).count();
+    let touched = fits
+        .iter()
+        .filter(|fit| fit.faults.has(FaultKind::Lost))
+        .count();
     assert!((5..11).contains(&touched), "{touched}");
     for fit in fits {
         assert_eq!(fit.status, Status::Good);
         let is_doubtful = fit.faults.has(FaultKind::Lost);
-        assert_eq!(is_doubtful, holds(fit, begin.from_us).unwrap_or(is_doubtful), "{fit:?}");
+        assert_eq!(
+            is_doubtful,
+            holds(fit, begin.from_us).unwrap_or(is_doubtful),
+            "{fit:?}"
+        );
     }
     assert_good_ones_are_right(&events);
 }
 
-/// The converter stands still for a while: no id is missing, but from then on the tone is out of step.
+/// The converter stands still for a while: no id is missing, but from then on the tone is out of
+/// step.
 #[test]
 fn a_chip_that_stands_still_for_a_moment_makes_its_windows_doubtful() {
     let from = MIDDLE * SLOTS + 5;
@@ -109,7 +139,9 @@ fn a_chip_that_stands_still_for_a_moment_makes_its_windows_doubtful() {
         });
         let reported = faults(&events);
         assert!(
-            reported.iter().any(|fault| matches!(fault.kind, FaultKind::Clock | FaultKind::Channel)),
+            reported
+                .iter()
+                .any(|fault| matches!(fault.kind, FaultKind::Clock | FaultKind::Channel)),
             "{reported:?}"
         );
         let moment_us = number_us(from);
@@ -151,17 +183,29 @@ fn a_chip_that_reset_itself_is_never_believed() {
         }
         Some(conversion)
     });
-    assert!(faults(&events).iter().any(|fault| fault.kind == FaultKind::Channel));
-    assert!(estimates(&events).iter().any(|fit| fit.status != Status::Good));
+    assert!(
+        faults(&events)
+            .iter()
+            .any(|fault| fault.kind == FaultKind::Channel)
+    );
+    assert!(
+        estimates(&events)
+            .iter()
+            .any(|fit| fit.status != Status::Good)
+    );
     for fit in estimates(&events) {
-        assert!(fit.status != Status::Good || fit.t_us < number_us(from), "{fit:?}");
+        assert!(
+            fit.status != Status::Good || fit.t_us < number_us(from),
+            "{fit:?}"
+        );
     }
     assert_good_ones_are_right(&events);
 }
 
 #[test]
 fn supply_and_reference_out_of_range_are_reported() {
-    // Supply: 4.70 V is under 4.75 V, and 4.80 V is not; reference: 3 % under 4.096 V, and 1 %. 786432 codes a volt.
+    // Supply: 4.70 V is under 4.75 V, and 4.80 V is not; reference: 3 % under 4.096 V, and 1 %.
+    // 786432 codes a volt.
     for (id, code, kind) in [
         (0x1a, 3_696_230, Some(FaultKind::Supply)),
         (0x1a, 3_774_874, None),
@@ -176,27 +220,54 @@ fn supply_and_reference_out_of_range_are_reported() {
             Some(conversion)
         });
         let reported = faults(&events);
-        assert_eq!(reported.first().map(|fault| fault.kind), kind, "{id:#x} {code}");
-        let doubtful = estimates(&events).iter().filter(|fit| fit.status == Status::Doubtful).count();
+        assert_eq!(
+            reported.first().map(|fault| fault.kind),
+            kind,
+            "{id:#x} {code}"
+        );
+        let doubtful = estimates(&events)
+            .iter()
+            .filter(|fit| fit.status == Status::Doubtful)
+            .count();
         assert_eq!(doubtful > 0, kind.is_some());
         if let [begin, end] = reported[..] {
-            assert!(begin.from_us.abs_diff(number_us(MIDDLE * SLOTS + 20)) < 20_000, "{begin:?}");
+            assert!(
+                begin.from_us.abs_diff(number_us(MIDDLE * SLOTS + 20)) < 20_000,
+                "{begin:?}"
+            );
             let until_us = end.until_us.unwrap();
-            assert!(until_us.abs_diff(number_us((MIDDLE + 19) * SLOTS + 20)) < 20_000, "{end:?}");
+            assert!(
+                until_us.abs_diff(number_us((MIDDLE + 19) * SLOTS + 20)) < 20_000,
+                "{end:?}"
+            );
         }
     }
 }
 
 #[test]
 fn a_clock_off_by_a_percent_is_reported_and_one_off_by_a_quarter_is_not() {
-    for (percent, is_off) in [(1.0, true), (-1.0, true), (3.0, true), (0.25, false), (-0.25, false)] {
+    for (percent, is_off) in [
+        (1.0, true),
+        (-1.0, true),
+        (3.0, true),
+        (0.25, false),
+        (-0.25, false),
+    ] {
         let events = events(|_, mut conversion| {
             conversion.t_us = (f64::from(conversion.t_us) * (1.0 + percent / 100.0)) as u32;
             Some(conversion)
         });
         let reported = faults(&events);
-        assert_eq!(reported.iter().any(|fault| fault.kind == FaultKind::Clock), is_off, "{percent} %: {reported:?}");
-        let status = if is_off { Status::Doubtful } else { Status::Good };
+        assert_eq!(
+            reported.iter().any(|fault| fault.kind == FaultKind::Clock),
+            is_off,
+            "{percent} %: {reported:?}"
+        );
+        let status = if is_off {
+            Status::Doubtful
+        } else {
+            Status::Good
+        };
         for fit in estimates(&events) {
             assert_eq!(fit.status, status, "{percent} %: {fit:?}");
         }
@@ -212,23 +283,59 @@ fn clipped_codes_are_reported_and_leave_the_other_channels_good() {
         }
         Some(conversion)
     });
-    assert!(faults(&events).iter().all(|fault| fault.kind == FaultKind::Overload));
-    assert_eq!(faults(&events).iter().map(|fault| fault.count).collect::<Vec<_>>(), [1, 3]);
-    // Coming back it looks like motion for the 22 blocks of four frames that it takes to know a hold: an estimate whose
-    // window ends then may hold a standstill.
-    let (clipped_us, back_us) = (number_us(MIDDLE * SLOTS + 3), number_us((MIDDLE + 2) * SLOTS + 3));
-    let statuses: Vec<_> = estimates(&events).iter().map(|fit| (fit.t_us, fit.status)).collect();
-    assert!(statuses.iter().any(|(_, status)| *status == Status::Good), "{statuses:?}");
-    assert!(statuses.iter().any(|(_, status)| *status == Status::Doubtful), "{statuses:?}");
+    assert!(
+        faults(&events)
+            .iter()
+            .all(|fault| fault.kind == FaultKind::Overload)
+    );
+    assert_eq!(
+        faults(&events)
+            .iter()
+            .map(|fault| fault.count)
+            .collect::<Vec<_>>(),
+        [1, 3]
+    );
+    // Coming back it looks like motion for the 22 blocks of four frames that it takes to know a
+    // hold: an estimate whose window ends then may hold a standstill.
+    let (clipped_us, back_us) = (
+        number_us(MIDDLE * SLOTS + 3),
+        number_us((MIDDLE + 2) * SLOTS + 3),
+    );
+    let statuses: Vec<_> = estimates(&events)
+        .iter()
+        .map(|fit| (fit.t_us, fit.status))
+        .collect();
+    assert!(
+        statuses.iter().any(|(_, status)| *status == Status::Good),
+        "{statuses:?}"
+    );
+    assert!(
+        statuses
+            .iter()
+            .any(|(_, status)| *status == Status::Doubtful),
+        "{statuses:?}"
+    );
     // An estimate that ended just before may have been reported after the fault.
-    for (t_us, status) in statuses.into_iter().filter(|(t_us, _)| !(clipped_us - 13_000..clipped_us).contains(t_us)) {
+    for (t_us, status) in statuses
+        .into_iter()
+        .filter(|(t_us, _)| !(clipped_us - 13_000..clipped_us).contains(t_us))
+    {
         let is_unsure = (clipped_us..back_us + 365_000).contains(&t_us);
-        assert_eq!(status, if is_unsure { Status::Doubtful } else { Status::Good }, "{t_us} us, back at {back_us} us");
+        assert_eq!(
+            status,
+            if is_unsure {
+                Status::Doubtful
+            } else {
+                Status::Good
+            },
+            "{t_us} us, back at {back_us} us"
+        );
     }
 }
 
-/// A broken bridge is reported, is in the fault set of every estimate, and is left out; the other inputs stay as good.
-/// Another input that changes between rail and signal makes estimates doubtful, beside it too.
+/// A broken bridge is reported, is in the fault set of every estimate, and is left out; the other
+/// inputs stay as good. Another input that changes between rail and signal makes estimates
+/// doubtful, beside it too.
 #[test]
 fn an_input_that_is_always_at_a_rail_leaves_estimates_good() {
     let comes_and_goes = MIDDLE..MIDDLE + 3;
@@ -241,14 +348,28 @@ fn an_input_that_is_always_at_a_rail_leaves_estimates_good() {
             Some(conversion)
         });
         let estimates = estimates(&events);
-        assert!(estimates.len() > 4 && estimates.iter().all(|fit| fit.faults.has(FaultKind::Overload)));
-        let doubtful = estimates.iter().filter(|fit| fit.status == Status::Doubtful).count();
-        assert!(estimates.iter().all(|fit| matches!(fit.status, Status::Good | Status::Doubtful)), "{estimates:?}");
+        assert!(
+            estimates.len() > 4
+                && estimates
+                    .iter()
+                    .all(|fit| fit.faults.has(FaultKind::Overload))
+        );
+        let doubtful = estimates
+            .iter()
+            .filter(|fit| fit.status == Status::Doubtful)
+            .count();
+        assert!(
+            estimates
+                .iter()
+                .all(|fit| matches!(fit.status, Status::Good | Status::Doubtful)),
+            "{estimates:?}"
+        );
         assert_eq!(doubtful > 0, also, "{doubtful} of {}", estimates.len());
     }
 }
 
-/// All faults together, without end: no more than four messages in an eighth of a second, and every beginning reported.
+/// All faults together, without end: no more than four messages in an eighth of a second, and every
+/// beginning reported.
 #[test]
 fn all_faults_together_make_few_messages() {
     let (diagnostics, mut ring) = (Diagnostics::new(), Box::new(Ring::new()));
@@ -257,7 +378,9 @@ fn all_faults_together_make_few_messages() {
     for (conversion, number) in (0..SCANS).flat_map(|n| touch::scan(n, n, 0)).zip(0u64..) {
         // Episodes that end and begin anew all the time.
         if number % (SLOTS * 300) < SLOTS * 5 {
-            FaultKind::ALL.into_iter().for_each(|kind| diagnostics.fault(kind, conversion.t_us));
+            FaultKind::ALL
+                .into_iter()
+                .for_each(|kind| diagnostics.fault(kind, conversion.t_us));
         }
         let mut emit = |event| {
             if let Event::Fault(fault) = event {
@@ -267,15 +390,28 @@ fn all_faults_together_make_few_messages() {
         detector.push(conversion, &mut ring, &diagnostics, &mut emit, &mut |_| {});
     }
     // Four at the end of one eighth and four at the beginning of the next.
-    let in_an_eighth =
-        |from_us: u32| reported.iter().filter(|(t_us, _)| (from_us..from_us + 125_000).contains(t_us)).count();
-    assert!(reported.iter().all(|(t_us, _)| in_an_eighth(*t_us) <= 8), "{reported:?}");
+    let in_an_eighth = |from_us: u32| {
+        reported
+            .iter()
+            .filter(|(t_us, _)| (from_us..from_us + 125_000).contains(t_us))
+            .count()
+    };
+    assert!(
+        reported.iter().all(|(t_us, _)| in_an_eighth(*t_us) <= 8),
+        "{reported:?}"
+    );
     for kind in FaultKind::ALL {
         let of_it = || reported.iter().filter(|(_, fault)| fault.kind == kind);
-        let begins = of_it().filter(|(_, fault)| fault.until_us.is_none()).count();
+        let begins = of_it()
+            .filter(|(_, fault)| fault.until_us.is_none())
+            .count();
         let ends = of_it().count() - begins;
-        // Three times 300 scans; a touch delays events at some of its moments, and two episodes are then one.
-        assert!((1..=3).contains(&begins) && (ends == begins || ends + 1 == begins), "{kind:?}: {begins} {ends}");
+        // Three times 300 scans; a touch delays events at some of its moments, and two episodes are
+        // then one.
+        assert!(
+            (1..=3).contains(&begins) && (ends == begins || ends + 1 == begins),
+            "{kind:?}: {begins} {ends}"
+        );
     }
 }
 
@@ -285,7 +421,13 @@ fn health_and_faults_are_reported_while_no_conversion_comes() {
     let (diagnostics, mut ring) = (Diagnostics::new(), Box::new(Ring::new()));
     let mut detector = Box::new(Detector::new(Settings::DEFAULT));
     for conversion in (0..100).flat_map(|n| touch::scan(n, n, 7)) {
-        detector.push(conversion, &mut ring, &diagnostics, &mut |_| {}, &mut |_| {});
+        detector.push(
+            conversion,
+            &mut ring,
+            &diagnostics,
+            &mut |_| {},
+            &mut |_| {},
+        );
     }
     let (mut healths, mut greetings, mut reported) = (Vec::new(), 0, Vec::new());
     for half in 1..=60u32 {
@@ -300,19 +442,41 @@ fn health_and_faults_are_reported_while_no_conversion_comes() {
             _ => {}
         });
     }
-    assert!((29..=30).contains(&healths.len()) && greetings == 2, "{} {greetings}", healths.len());
+    assert!(
+        (29..=30).contains(&healths.len()) && greetings == 2,
+        "{} {greetings}",
+        healths.len()
+    );
     // Device time is zero at the first conversion, at 7 us.
-    assert!(healths.windows(2).all(|two| two[1].t_us - two[0].t_us == 1_000_000));
-    assert_eq!(healths.last().map(|health| health.faults[FaultKind::Silent as usize]), Some(39));
-    let [begin, end] = reported[..] else { panic!("{reported:?}") };
-    assert_eq!((begin.from_us, end.until_us, end.count), (499_993, Some(19_499_993), 39));
+    assert!(
+        healths
+            .windows(2)
+            .all(|two| two[1].t_us - two[0].t_us == 1_000_000)
+    );
+    assert_eq!(
+        healths
+            .last()
+            .map(|health| health.faults[FaultKind::Silent as usize]),
+        Some(39)
+    );
+    let [begin, end] = reported[..] else {
+        panic!("{reported:?}")
+    };
+    assert_eq!(
+        (begin.from_us, end.until_us, end.count),
+        (499_993, Some(19_499_993), 39)
+    );
     // Lost conversions never become fewer, though there are more of them than can be counted.
     let mut latest = 0;
     for half in 61..=72 {
         diagnostics.unseen.add(u32::MAX / 4);
         detector.look(500_000 * half, &diagnostics, &mut |event| {
             if let Event::Health(health) = event {
-                assert!(health.conversions_lost >= latest, "{latest} and then {}", health.conversions_lost);
+                assert!(
+                    health.conversions_lost >= latest,
+                    "{latest} and then {}",
+                    health.conversions_lost
+                );
                 latest = health.conversions_lost;
             }
         });
@@ -321,7 +485,8 @@ fn health_and_faults_are_reported_while_no_conversion_comes() {
 }
 
 #[test]
-fn a_fault_that_changes_a_frequency_makes_a_good_or_unsteady_estimate_doubtful_and_says_nothing_of_travel() {
+fn a_fault_that_changes_a_frequency_makes_a_good_or_unsteady_estimate_doubtful_and_says_nothing_of_travel()
+ {
     let good = events(|_, conversion| Some(conversion));
     let fit = (*estimates(&good).last().unwrap()).clone();
     let window = ridgetone::window::Window {
@@ -338,29 +503,55 @@ fn a_fault_that_changes_a_frequency_makes_a_good_or_unsteady_estimate_doubtful_a
         plan: Settings::DEFAULT.plan,
         odometry: ridgetone::surface::odometry::Mark::NONE,
     };
-    let travel = Travel { status: TravelStatus::Given, ..Travel::NONE };
+    let travel = Travel {
+        status: TravelStatus::Given,
+        ..Travel::NONE
+    };
     for kind in FaultKind::ALL {
         for (ago_us, counts) in [(100_000, true), (fit.t_us as u32 - 100, false)] {
             for status in [Status::Good, Status::Unsteady] {
-                let (diagnostics, mut fit) = (Diagnostics::new(), Estimate { status, travel, ..fit.clone() });
+                let (diagnostics, mut fit) = (
+                    Diagnostics::new(),
+                    Estimate {
+                        status,
+                        travel,
+                        ..fit.clone()
+                    },
+                );
                 diagnostics.fault(kind, fit.t_us as u32 - ago_us);
                 qualify(&mut fit, &window, &diagnostics);
                 assert_eq!(fit.faults.has(kind), counts, "{kind:?}");
                 // An input that comes back so late hides that the slide is over.
                 let changes = kind.changes_frequency() || kind == FaultKind::Overload;
                 let (doubtful, travels) = (fit.status == Status::Doubtful, fit.travel.is_known());
-                assert_eq!((doubtful, travels), (counts && changes, !(counts && changes)), "{kind:?}");
+                assert_eq!(
+                    (doubtful, travels),
+                    (counts && changes, !(counts && changes)),
+                    "{kind:?}"
+                );
             }
         }
     }
-    // After enough time to find a hold, the channel is only left out. For a window shorter than that time, faults before
-    // the window count too.
-    for (ago_us, window_s, doubtful) in [(500_000, 1.0, false), (300_000, 1.0, true), (300_000, 0.2, true)] {
+    // After enough time to find a hold, the channel is only left out. For a window shorter than
+    // that time, faults before the window count too.
+    for (ago_us, window_s, doubtful) in [
+        (500_000, 1.0, false),
+        (300_000, 1.0, true),
+        (300_000, 0.2, true),
+    ] {
         let (diagnostics, mut fit) = (Diagnostics::new(), fit.clone());
         fit.window_s = window_s;
         diagnostics.fault(FaultKind::Overload, fit.t_us as u32 - ago_us);
         qualify(&mut fit, &window, &diagnostics);
         assert!(fit.faults.has(FaultKind::Overload));
-        assert_eq!(fit.status, if doubtful { Status::Doubtful } else { Status::Good }, "{ago_us} us, {window_s} s");
+        assert_eq!(
+            fit.status,
+            if doubtful {
+                Status::Doubtful
+            } else {
+                Status::Good
+            },
+            "{ago_us} us, {window_s} s"
+        );
     }
 }

@@ -1,4 +1,5 @@
-//! Event `feel`: vibrations whose spectrum has a closed form, at slow and at fast scans, and through the whole path.
+//! Event `feel`: vibrations whose spectrum has a closed form, at slow and at fast scans, and
+//! through the whole path.
 
 use ads1258::reading::volts;
 use ridgetone::feeling::{MEMORY, feel, image_ratio};
@@ -14,11 +15,19 @@ use std::f64::consts::TAU;
 const VOLTS_PER_UM: f32 = 0.01;
 
 fn settings(plan: Plan) -> Settings {
-    let feel = Feeling { volts_per_um: VOLTS_PER_UM, sigma_share: 0.1, force_ratio: 0.0 };
-    Settings { feel, ..Settings::DEFAULT.with_plan(plan) }
+    let feel = Feeling {
+        volts_per_um: VOLTS_PER_UM,
+        sigma_share: 0.1,
+        force_ratio: 0.0,
+    };
+    Settings {
+        feel,
+        ..Settings::DEFAULT.with_plan(plan)
+    }
 }
 
-/// The event of a vibration of `um` micrometres in the taxels of a mask, whose missing frames are those of `is_missing`.
+/// The event of a vibration of `um` micrometres in the taxels of a mask, whose missing frames are
+/// those of `is_missing`.
 fn felt(
     plan: Plan,
     frames: usize,
@@ -30,10 +39,20 @@ fn felt(
 ) -> Option<Feel> {
     let rate_hz = f64::from(plan.frame_rate_hz());
     let amplitude = um * f64::from(VOLTS_PER_UM) / f64::from(volts(1, Settings::DEFAULT.vref_v));
-    let value = |frame: usize| (500.0 + amplitude * (TAU * hz * frame as f64 / rate_hz + 0.4).cos()) as f32;
-    let values: Vec<[f32; TAXELS]> =
-        (0..frames).map(|i| if is_missing(i) { [0.0; TAXELS] } else { [value(i); TAXELS] }).collect();
-    let valid: Vec<u16> = (0..frames).map(|i| if is_missing(i) { 0 } else { taxels }).collect();
+    let value =
+        |frame: usize| (500.0 + amplitude * (TAU * hz * frame as f64 / rate_hz + 0.4).cos()) as f32;
+    let values: Vec<[f32; TAXELS]> = (0..frames)
+        .map(|i| {
+            if is_missing(i) {
+                [0.0; TAXELS]
+            } else {
+                [value(i); TAXELS]
+            }
+        })
+        .collect();
+    let valid: Vec<u16> = (0..frames)
+        .map(|i| if is_missing(i) { 0 } else { taxels })
+        .collect();
     let window = Window {
         first: 0,
         frames: frames as u32,
@@ -48,15 +67,21 @@ fn felt(
         plan,
         odometry: Mark::NONE,
     };
-    let mut source = Table { values: &values, valid: &valid };
-    feel(&window, &mut source, &mut [0.0; MEMORY], &settings(plan)).expect("a table loses no frames")
+    let mut source = Table {
+        values: &values,
+        valid: &valid,
+    };
+    feel(&window, &mut source, &mut [0.0; MEMORY], &settings(plan))
+        .expect("a table loses no frames")
 }
 
-/// By equations 8 and 9: decades above the threshold, in the line's bin and in those beside it, which Hamming's window gives
-/// 0.23 / 0.54 of the amplitude; times the distance of the bins.
+/// By equations 8 and 9: decades above the threshold, in the line's bin and in those beside it,
+/// which Hamming's window gives 0.23 / 0.54 of the amplitude; times the distance of the bins.
 fn closed_form(receptor: Receptor, hz: f64, um: f64, bin_hz: f64) -> f64 {
     let bin = |place: f64, share: f64| {
-        let threshold = receptor.threshold_um((hz + place * bin_hz) as f32).map(f64::from)?;
+        let threshold = receptor
+            .threshold_um((hz + place * bin_hz) as f32)
+            .map(f64::from)?;
         Some((um * share / threshold).log10().max(0.0))
     };
     [(-1.0, 0.23 / 0.54), (0.0, 1.0), (1.0, 0.23 / 0.54)]
@@ -84,11 +109,15 @@ fn a_vibration_of_known_amplitude_fires_by_the_closed_form() {
             let hz = cycles * bin_hz;
             let found = felt(plan, frames, hz, um, 0x00f3, |_| false, None).expect("an event");
             // Taxels that are not converted are not looked at.
-            assert_eq!((found.taxels, found.t_us), (0x00f3 & plan.inputs, 7_000_000));
+            assert_eq!(
+                (found.taxels, found.t_us),
+                (0x00f3 & plan.inputs, 7_000_000)
+            );
             assert!((f64::from(found.rate_hz) * stride as f64 / rate_hz - 1.0).abs() < 1e-6);
             assert!((f64::from(found.window_s) * bin_hz - 1.0).abs() < 1e-6);
             for (receptor, per_hz) in Receptor::ALL.into_iter().zip(found.per_hz) {
-                let is_too_fast = 2.0 * f64::from(receptor.corners_hz()[2]) >= rate_hz / stride as f64;
+                let is_too_fast =
+                    2.0 * f64::from(receptor.corners_hz()[2]) >= rate_hz / stride as f64;
                 assert_eq!(per_hz.is_none(), is_too_fast, "{receptor:?} at {rate_hz}");
                 let Some(per_hz) = per_hz else { continue };
                 let expected = closed_form(receptor, hz, um, bin_hz);
@@ -100,7 +129,9 @@ fn a_vibration_of_known_amplitude_fires_by_the_closed_form() {
                 // A tenth of the conversion in every bin that fires.
                 assert!(expected == 0.0 || per_hz.sigma > 0.0);
             }
-            let loudest = (0..found.levels_db.len()).max_by_key(|band| found.levels_db[*band]).unwrap();
+            let loudest = (0..found.levels_db.len())
+                .max_by_key(|band| found.levels_db[*band])
+                .unwrap();
             assert!((ridgetone_feel::band_hz(loudest) / hz as f32).log2().abs() < 0.5 / 3.0 + 1e-3);
             assert!((f64::from(found.levels_db[loudest]) - 20.0 * um.log10()).abs() <= 0.51);
         }
@@ -114,8 +145,16 @@ fn what_is_not_there_is_absent_and_never_zero() {
         None,
         "a slide shorter than the transform"
     );
-    assert_eq!(felt(Plan::PAPER, 200, 30.0, 50.0, 0, |_| false, None), None, "no taxel");
-    assert_eq!(felt(Plan::PAPER, 200, 30.0, 0.0, u16::MAX, |_| false, None), None, "dead taxels");
+    assert_eq!(
+        felt(Plan::PAPER, 200, 30.0, 50.0, 0, |_| false, None),
+        None,
+        "no taxel"
+    );
+    assert_eq!(
+        felt(Plan::PAPER, 200, 30.0, 0.0, u16::MAX, |_| false, None),
+        None,
+        "dead taxels"
+    );
     let found = felt(Plan::PAPER, 200, 30.0, 50.0, u16::MAX, |_| false, None).unwrap();
     assert_eq!(
         found.per_hz.map(|found| found.is_some()),
@@ -123,14 +162,38 @@ fn what_is_not_there_is_absent_and_never_zero() {
         "FA II and SA II need 1600 and 800 Hz"
     );
     assert!(found.soft.is_some() && found.rough.is_none() && found.force_ratio.is_none());
-    assert_eq!(found.levels_db[0], NO_LEVEL, "no line below 1.9 Hz in half a second");
+    assert_eq!(
+        found.levels_db[0], NO_LEVEL,
+        "no line below 1.9 Hz in half a second"
+    );
 }
 
 #[test]
 fn missing_frames_are_bridged_and_forces_make_a_score() {
-    let ratio = Measured { value: 1.4, sigma: 0.1 };
-    let whole = felt(Plan::TEXTURE, 1024, 40.0, 80.0, u16::MAX, |_| false, Some(ratio)).unwrap();
-    let holed = felt(Plan::TEXTURE, 1024, 40.0, 80.0, u16::MAX, |i| i < 3 || i % 50 == 7, Some(ratio)).unwrap();
+    let ratio = Measured {
+        value: 1.4,
+        sigma: 0.1,
+    };
+    let whole = felt(
+        Plan::TEXTURE,
+        1024,
+        40.0,
+        80.0,
+        u16::MAX,
+        |_| false,
+        Some(ratio),
+    )
+    .unwrap();
+    let holed = felt(
+        Plan::TEXTURE,
+        1024,
+        40.0,
+        80.0,
+        u16::MAX,
+        |i| i < 3 || i % 50 == 7,
+        Some(ratio),
+    )
+    .unwrap();
     for (whole, holed) in whole.per_hz.into_iter().zip(holed.per_hz).take(1) {
         let (whole, holed) = (whole.unwrap().value, holed.unwrap().value);
         assert!((holed / whole - 1.0).abs() < 0.2, "{whole} {holed}");
@@ -143,9 +206,18 @@ fn missing_frames_are_bridged_and_forces_make_a_score() {
 #[test]
 fn forces_come_from_the_image() {
     let taxels = [0.5f32, 0.2, 0.1, 0.4].into_iter().enumerate();
-    let pressed = |(k, level_v): (usize, f32)| Pressed { taxel: 8 + k as u8, level_v, sigma_v: 0.001 };
-    let mut image =
-        Image { start_us: 0, end_us: 1, frames: 100, hold: Hold::BeforeSlide, taxels: taxels.map(pressed).collect() };
+    let pressed = |(k, level_v): (usize, f32)| Pressed {
+        taxel: 8 + k as u8,
+        level_v,
+        sigma_v: 0.001,
+    };
+    let mut image = Image {
+        start_us: 0,
+        end_us: 1,
+        frames: 100,
+        hold: Hold::BeforeSlide,
+        taxels: taxels.map(pressed).collect(),
+    };
     // Along 0.4, across -0.2, pressure 1.2 (equation 10).
     let found = image_ratio(&image).expect("a unit");
     assert!((found.value - 0.4f32.hypot(0.2) / 1.2).abs() < 1e-6 && found.sigma > 0.0);

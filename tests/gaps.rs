@@ -16,10 +16,19 @@ use ridgetone_proto::telemetry::{Estimate, Span, Status};
 const FRAMES: usize = 1003;
 
 /// The estimate of a window of one channel, of which some frames are missing.
-fn estimate(estimator: &mut Estimator, tone: &Tone, is_missing: impl Fn(usize) -> bool) -> Estimate {
+fn estimate(
+    estimator: &mut Estimator,
+    tone: &Tone,
+    is_missing: impl Fn(usize) -> bool,
+) -> Estimate {
     let plan = Plan::SINGLE;
-    let valid: Vec<u16> = (0..FRAMES).map(|frame| if is_missing(frame) { 0 } else { plan.inputs }).collect();
-    let mut table = Table { values: &tone.values(), valid: &valid };
+    let valid: Vec<u16> = (0..FRAMES)
+        .map(|frame| if is_missing(frame) { 0 } else { plan.inputs })
+        .collect();
+    let mut table = Table {
+        values: &tone.values(),
+        valid: &valid,
+    };
     let window = Window {
         first: 0,
         frames: FRAMES as u32,
@@ -40,16 +49,25 @@ fn estimate(estimator: &mut Estimator, tone: &Tone, is_missing: impl Fn(usize) -
     }
 }
 
-/// How many of 120 windows with 3 to 6 cycles are good, how many of these are wrong, and how many are doubtful.
+/// How many of 120 windows with 3 to 6 cycles are good, how many of these are wrong, and how many
+/// are doubtful.
 fn counts(is_missing: impl Fn(usize, usize) -> bool) -> (u32, u32, u32) {
     let mut estimator = Box::new(Estimator::new(Settings::DEFAULT.with_plan(Plan::SINGLE)));
     let (mut good, mut wrong, mut doubtful) = (0, 0, 0);
     for seed in 0..120 {
         let cycles = 3.0 + 3.0 * (seed as f64 / 120.0);
         let frequency = cycles / FRAMES as f64;
-        let tone = Tone { frequency, frames: FRAMES, harmonics: 4, noise: 30.0, seed: seed as u64, ..Tone::default() };
+        let tone = Tone {
+            frequency,
+            frames: FRAMES,
+            harmonics: 4,
+            noise: 30.0,
+            seed: seed as u64,
+            ..Tone::default()
+        };
         let estimate = estimate(&mut estimator, &tone, |frame| is_missing(seed, frame));
-        let off = (f64::from(estimate.frequency / Plan::SINGLE.frame_rate_hz()) / frequency - 1.0).abs();
+        let off =
+            (f64::from(estimate.frequency / Plan::SINGLE.frame_rate_hz()) / frequency - 1.0).abs();
         good += u32::from(estimate.status == Status::Good);
         wrong += u32::from(estimate.status == Status::Good && off > 0.005);
         doubtful += u32::from(estimate.status == Status::Doubtful);
@@ -69,18 +87,28 @@ fn a_window_with_a_long_gap_is_doubtful_and_one_with_a_short_gap_good() {
     };
     for share in [0.0, 0.05, 0.09] {
         let (good, wrong, doubtful) = counts(gap(share));
-        assert!(good >= 118 && wrong == 0 && doubtful == 0, "{share}: {good} {wrong} {doubtful}");
+        assert!(
+            good >= 118 && wrong == 0 && doubtful == 0,
+            "{share}: {good} {wrong} {doubtful}"
+        );
     }
     for share in [0.11, 0.2, 0.35, 0.45] {
         let (good, wrong, doubtful) = counts(gap(share));
-        assert!(good == 0 && wrong == 0 && doubtful > 20, "{share}: {good} {wrong} {doubtful}");
+        assert!(
+            good == 0 && wrong == 0 && doubtful > 20,
+            "{share}: {good} {wrong} {doubtful}"
+        );
     }
 }
 
 /// As many frames as in a long gap, but here and there.
 #[test]
 fn frames_that_are_missing_here_and_there_leave_a_window_good() {
-    let hash = |seed: usize, frame: usize| (seed * 1009 + frame).wrapping_mul(2_654_435_761) >> 7 & 0xff;
+    let hash =
+        |seed: usize, frame: usize| (seed * 1009 + frame).wrapping_mul(2_654_435_761) >> 7 & 0xff;
     let (good, wrong, doubtful) = counts(|seed, frame| hash(seed, frame) < 90);
-    assert!(good >= 118 && wrong == 0 && doubtful == 0, "{good} {wrong} {doubtful}");
+    assert!(
+        good >= 118 && wrong == 0 && doubtful == 0,
+        "{good} {wrong} {doubtful}"
+    );
 }

@@ -4,7 +4,9 @@
 mod support;
 
 use ads1258::Status;
-use hal_mock::{Constant, Finger, Noisy, Options, Scene, SimulatedBoard, Sliding, SlidingScene, load_scene};
+use hal_mock::{
+    Constant, Finger, Noisy, Options, Scene, SimulatedBoard, Sliding, SlidingScene, load_scene,
+};
 use ridgetone::frame::TimedConversion;
 use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings, TAXELS};
 use ridgetone_proto::telemetry::{Hold, Image};
@@ -13,15 +15,24 @@ use support::{all, outcome, run, run_on};
 
 /// Images of a scene, read by a converter with noise of this `seed`.
 fn images(scene: impl Scene + 'static, seed: u64) -> Vec<Image> {
-    let board = SimulatedBoard::new(scene, Options { seed, ..Options::default() });
+    let board = SimulatedBoard::new(
+        scene,
+        Options {
+            seed,
+            ..Options::default()
+        },
+    );
     outcome(&run_on(board, Settings::default(), None, all)).images
 }
 
-/// The mean of the same scene without noise over an image's frames, less its value at the beginning:
-/// volts of each taxel.
+/// The mean of the same scene without noise over an image's frames, less its value at the
+/// beginning: volts of each taxel.
 fn pressed_v(mut scene: SlidingScene, image: &Image) -> [f64; TAXELS] {
     let untouched: [f64; TAXELS] = std::array::from_fn(|taxel| scene.volts(taxel as u8, 0.0));
-    let (start_s, length_s) = (image.start_us as f64 * 1e-6, (image.end_us - image.start_us) as f64 * 1e-6);
+    let (start_s, length_s) = (
+        image.start_us as f64 * 1e-6,
+        (image.end_us - image.start_us) as f64 * 1e-6,
+    );
     let mut sums = [0.0; TAXELS];
     for frame in 0..image.frames {
         let t_s = start_s + length_s * frame as f64 / image.frames as f64;
@@ -38,16 +49,32 @@ fn alive(image: &Image) -> Vec<u8> {
 }
 
 fn without_noise(sliding: &Sliding) -> SlidingScene {
-    let finger = sliding.finger.map(|finger| Finger { noise_uv: 0.0, ..finger });
-    SlidingScene::new(Sliding { snr_db: None, finger, ..sliding.clone() }).unwrap()
+    let finger = sliding.finger.map(|finger| Finger {
+        noise_uv: 0.0,
+        ..finger
+    });
+    SlidingScene::new(Sliding {
+        snr_db: None,
+        finger,
+        ..sliding.clone()
+    })
+    .unwrap()
 }
 
 #[test]
 fn both_holds_are_imaged_with_their_standard_error() {
-    let file = |number: usize| load_scene(format!("scenes/c{number}.toml"), FRAME_RATE_HZ as f64).unwrap();
+    let file =
+        |number: usize| load_scene(format!("scenes/c{number}.toml"), FRAME_RATE_HZ as f64).unwrap();
     let mut scenes: Vec<Sliding> = (1..=10).map(file).collect();
-    scenes.extend((1..=10).map(|number| Sliding { snr_db: Some(20.0), ..file(number) }));
-    scenes.extend((1..=10).map(|seed| Sliding { snr_db: Some(20.0), seed, ..Sliding::default() }));
+    scenes.extend((1..=10).map(|number| Sliding {
+        snr_db: Some(20.0),
+        ..file(number)
+    }));
+    scenes.extend((1..=10).map(|seed| Sliding {
+        snr_db: Some(20.0),
+        seed,
+        ..Sliding::default()
+    }));
     let (mut squares, mut count) = (0.0, 0);
     for (number, sliding) in scenes.into_iter().enumerate() {
         let scene = SlidingScene::new(sliding.clone()).unwrap();
@@ -55,11 +82,18 @@ fn both_holds_are_imaged_with_their_standard_error() {
         let images = images(scene, number as u64);
         let holds: Vec<Hold> = images.iter().map(|image| image.hold).collect();
         assert_eq!(holds, [Hold::BeforeSlide, Hold::AfterSlide], "{sliding:?}");
-        let within = [(truth.contact_s, truth.slide_start_s), (truth.slide_end_s, truth.release_s)];
+        let within = [
+            (truth.contact_s, truth.slide_start_s),
+            (truth.slide_end_s, truth.release_s),
+        ];
         for (image, (from_s, to_s)) in images.iter().zip(within) {
             let (start_s, end_s) = (image.start_us as f64 * 1e-6, image.end_us as f64 * 1e-6);
-            assert!(from_s < start_s && end_s < to_s, "{image:?} in {from_s} s to {to_s} s");
-            // The spike takes 0.3 s of a hold of one second. The last blocks are left out: they may hold the first of a motion.
+            assert!(
+                from_s < start_s && end_s < to_s,
+                "{image:?} in {from_s} s to {to_s} s"
+            );
+            // The spike takes 0.3 s of a hold of one second. The last blocks are left out: they may
+            // hold the first of a motion.
             assert!(end_s - start_s > 0.5, "{image:?}");
             let frames_s = image.frames as f64 / FRAME_RATE_HZ as f64;
             assert!((end_s - start_s - frames_s).abs() < 1e-4, "{image:?}");
@@ -72,7 +106,8 @@ fn both_holds_are_imaged_with_their_standard_error() {
             }
         }
     }
-    // Both images of a touch share the level before it, so their errors are not independent: 480 of 960 count.
+    // Both images of a touch share the level before it, so their errors are not independent: 480 of
+    // 960 count.
     let spread = (squares / count as f64).sqrt();
     assert!((spread - 1.0).abs() < 0.1, "{spread} of {count}");
 }
@@ -89,8 +124,13 @@ impl Scene for Steps {
         if !(self.touched_s.0..self.touched_s.1).contains(&t_s) || input as usize >= TAXELS {
             return 2.5;
         }
-        let slid_s: f64 = self.slides_s.iter().map(|(from, to)| (t_s - from).clamp(0.0, to - from)).sum();
-        2.5 + 1e-3 * (input as f64 - 7.5) + 1e-3 * (TAU * (8.0 * slid_s + input as f64 / 16.0)).sin()
+        let slid_s: f64 = self
+            .slides_s
+            .iter()
+            .map(|(from, to)| (t_s - from).clamp(0.0, to - from))
+            .sum();
+        2.5 + 1e-3 * (input as f64 - 7.5)
+            + 1e-3 * (TAU * (8.0 * slid_s + input as f64 / 16.0)).sin()
     }
 
     fn end_s(&self) -> f64 {
@@ -98,13 +138,18 @@ impl Scene for Steps {
     }
 }
 
-/// 1 mV a taxel and the phase in which the slides left the grating: whole cycles, so that of the start.
+/// 1 mV a taxel and the phase in which the slides left the grating: whole cycles, so that of the
+/// start.
 fn assert_steps(image: &Image) {
     assert_eq!(alive(image), (0..TAXELS as u8).collect::<Vec<_>>());
     for found in &image.taxels {
-        let expected_v = 1e-3 * (found.taxel as f64 - 7.5) + 1e-3 * (TAU * found.taxel as f64 / 16.0).sin();
+        let expected_v =
+            1e-3 * (found.taxel as f64 - 7.5) + 1e-3 * (TAU * found.taxel as f64 / 16.0).sin();
         let off_v = found.level_v as f64 - expected_v;
-        assert!(off_v.abs() < 5.0 * found.sigma_v as f64, "{found:?}: {off_v} V off");
+        assert!(
+            off_v.abs() < 5.0 * found.sigma_v as f64,
+            "{found:?}: {off_v} V off"
+        );
     }
 }
 
@@ -112,39 +157,88 @@ fn assert_steps(image: &Image) {
 fn a_touch_without_a_slide_is_one_image_and_one_with_two_slides_three() {
     for (slides_s, holds) in [
         (&[][..], &[Hold::BeforeSlide][..]),
-        (&[(2.0, 3.0), (4.0, 5.0)], &[Hold::BeforeSlide, Hold::AfterSlide, Hold::AfterSlide]),
+        (
+            &[(2.0, 3.0), (4.0, 5.0)],
+            &[Hold::BeforeSlide, Hold::AfterSlide, Hold::AfterSlide],
+        ),
     ] {
-        let images = images(Steps { touched_s: (1.0, 6.0), slides_s, end_s: 7.0 }, 1);
-        assert_eq!(images.iter().map(|image| image.hold).collect::<Vec<_>>(), holds);
+        let images = images(
+            Steps {
+                touched_s: (1.0, 6.0),
+                slides_s,
+                end_s: 7.0,
+            },
+            1,
+        );
+        assert_eq!(
+            images.iter().map(|image| image.hold).collect::<Vec<_>>(),
+            holds
+        );
         images.iter().for_each(assert_steps);
     }
 }
 
 #[test]
 fn a_record_that_ends_in_a_hold_reports_its_image() {
-    let images = images(Steps { touched_s: (1.0, 9.0), slides_s: &[(2.0, 3.0)], end_s: 4.0 }, 1);
-    assert_eq!(images.iter().map(|image| image.hold).collect::<Vec<_>>(), [Hold::BeforeSlide, Hold::AfterSlide]);
+    let images = images(
+        Steps {
+            touched_s: (1.0, 9.0),
+            slides_s: &[(2.0, 3.0)],
+            end_s: 4.0,
+        },
+        1,
+    );
+    assert_eq!(
+        images.iter().map(|image| image.hold).collect::<Vec<_>>(),
+        [Hold::BeforeSlide, Hold::AfterSlide]
+    );
     images.iter().for_each(assert_steps);
 }
 
 #[test]
 fn a_hold_that_is_too_short_has_no_image() {
-    // The spike takes at least 0.1 s of 0.3 s. The last blocks are left out: they may hold the first of a slide.
+    // The spike takes at least 0.1 s of 0.3 s. The last blocks are left out: they may hold the
+    // first of a slide.
     for hold_before_s in [0.15, 0.2] {
-        let scene = SlidingScene::new(Sliding { hold_before_s, ..Sliding::default() }).unwrap();
+        let scene = SlidingScene::new(Sliding {
+            hold_before_s,
+            ..Sliding::default()
+        })
+        .unwrap();
         let images = images(scene, 1);
-        assert_eq!(images.iter().map(|image| image.hold).collect::<Vec<_>>(), [Hold::AfterSlide], "{hold_before_s} s");
+        assert_eq!(
+            images.iter().map(|image| image.hold).collect::<Vec<_>>(),
+            [Hold::AfterSlide],
+            "{hold_before_s} s"
+        );
     }
 }
 
 #[test]
 fn a_finger_in_the_air_has_no_image() {
-    assert_eq!(images(Noisy::new(Constant { volts: [2.5; 16], end_s: 5.0 }, 20e-6, 5), 1), []);
+    assert_eq!(
+        images(
+            Noisy::new(
+                Constant {
+                    volts: [2.5; 16],
+                    end_s: 5.0
+                },
+                20e-6,
+                5
+            ),
+            1
+        ),
+        []
+    );
 }
 
 #[test]
 fn dead_taxels_are_marked() {
-    let steps = || Steps { touched_s: (1.0, 4.0), slides_s: &[(2.0, 3.0)], end_s: 5.0 };
+    let steps = || Steps {
+        touched_s: (1.0, 4.0),
+        slides_s: &[(2.0, 3.0)],
+        end_s: 5.0,
+    };
     // AIN0 has the channel id 8 (datasheet, table 9).
     let of_taxel = |timed: &TimedConversion, taxel: u8| timed.status().0 & 0x1f == 8 + taxel;
     let out = outcome(&run(steps(), Settings::default(), |_, mut timed| {

@@ -1,4 +1,5 @@
-//! Spatial period, speed and direction of a plane wave that is read slot by slot, with their uncertainties.
+//! Spatial period, speed and direction of a plane wave that is read slot by slot, with their
+//! uncertainties.
 
 #[allow(dead_code, reason = "every test file uses a part of it")]
 mod reference;
@@ -18,7 +19,12 @@ use std::f64::consts::TAU;
 /// Slots of a scan (datasheet SBAS297G, auto-scan: 16 inputs and the five internal readings).
 const SLOTS: f64 = 21.0;
 /// A column of units that sees just what its place makes of the wave.
-const ARRAY: Array = Array { pitch_mm: 2.3, edge_phase_rad: 0.0, edge_phase_sigma_rad: 0.0, ..Array::DEFAULT };
+const ARRAY: Array = Array {
+    pitch_mm: 2.3,
+    edge_phase_rad: 0.0,
+    edge_phase_sigma_rad: 0.0,
+    ..Array::DEFAULT
+};
 
 /// A wave that passes under the units, in code.
 #[derive(Clone, Copy)]
@@ -73,7 +79,10 @@ impl Wave {
 
     fn fitted(&self, fitter: &mut Fitter) -> Fitted {
         let values = self.values();
-        let mut table = Table { values: &values, valid: &vec![u16::MAX; values.len()] };
+        let mut table = Table {
+            values: &values,
+            valid: &vec![u16::MAX; values.len()],
+        };
         let window = Window {
             first: 0,
             frames: self.frames as u32,
@@ -88,38 +97,83 @@ impl Wave {
             plan: Plan::PAPER,
             odometry: Mark::NONE,
         };
-        abscissa::fit(fitter, &window, &mut table, 0.0, Motion::Unknown).expect("all frames are there")
+        abscissa::fit(fitter, &window, &mut table, 0.0, Motion::Unknown)
+            .expect("all frames are there")
     }
 }
 
 fn travel(fitted: &Fitted, array: &Array) -> Travel {
     let fit = &fitted.fit;
-    by_phases(lag(fitted, array), array, (fit.frequency * fitted.per_unit, fit.sigma * fitted.per_unit))
+    by_phases(
+        lag(fitted, array),
+        array,
+        (fit.frequency * fitted.per_unit, fit.sigma * fitted.per_unit),
+    )
 }
 
 #[test]
 fn uncertainties_are_the_spread_of_a_thousand_windows() {
     let mut fitter = Box::new(Fitter::new(4));
-    let short = Wave { frames: 97, speed_mm_s: 48.0, period_mm: 2.6, ..WAVE };
+    let short = Wave {
+        frames: 97,
+        speed_mm_s: 48.0,
+        period_mm: 2.6,
+        ..WAVE
+    };
     for (name, wave) in [
         ("20 dB", WAVE),
-        ("6 dB, backward", Wave { noise: 354.0, backward: true, ..WAVE }),
+        (
+            "6 dB, backward",
+            Wave {
+                noise: 354.0,
+                backward: true,
+                ..WAVE
+            },
+        ),
         ("0.4 s", short),
-        ("C1", Wave { speed_mm_s: 15.0, period_mm: 3.6, ..WAVE }),
-        ("one and a half cycles", Wave { frames: 75, speed_mm_s: 15.0, ..WAVE }),
-        ("a dead and a noisy channel", Wave { damaged: true, ..WAVE }),
+        (
+            "C1",
+            Wave {
+                speed_mm_s: 15.0,
+                period_mm: 3.6,
+                ..WAVE
+            },
+        ),
+        (
+            "one and a half cycles",
+            Wave {
+                frames: 75,
+                speed_mm_s: 15.0,
+                ..WAVE
+            },
+        ),
+        (
+            "a dead and a noisy channel",
+            Wave {
+                damaged: true,
+                ..WAVE
+            },
+        ),
     ] {
         let (runs, mut covered, mut squares) = (1000, [0; 2], [0.0; 2]);
         for seed in 1..=runs {
             let wave = Wave { seed, ..wave };
             let travel = travel(&wave.fitted(&mut fitter), &ARRAY);
-            let way = if wave.backward { Direction::Backward } else { Direction::Forward };
+            let way = if wave.backward {
+                Direction::Backward
+            } else {
+                Direction::Forward
+            };
             assert_eq!(
                 (travel.status, travel.direction),
                 (TravelStatus::Unique, way),
                 "{name}, seed {seed}: {travel:?}"
             );
-            let period = (travel.spatial_period_mm, travel.spatial_period_sigma_mm, wave.period_mm);
+            let period = (
+                travel.spatial_period_mm,
+                travel.spatial_period_sigma_mm,
+                wave.period_mm,
+            );
             let speed = (travel.speed_mm_s, travel.speed_sigma_mm_s, wave.speed_mm_s);
             for (which, (found, sigma, truth)) in [period, speed].into_iter().enumerate() {
                 let off = (f64::from(found) - truth) / f64::from(sigma);
@@ -130,8 +184,15 @@ fn uncertainties_are_the_spread_of_a_thousand_windows() {
         for which in 0..2 {
             let spread = (squares[which] / runs as f64).sqrt();
             // Three standard deviations of a thousand: 7 % of the spread, 2.1 % of the coverage.
-            assert!((0.93..1.07).contains(&spread), "{name}: spread {spread} of the uncertainties");
-            assert!((929..=971).contains(&covered[which]), "{name}: {} of 1000 within 95 %", covered[which]);
+            assert!(
+                (0.93..1.07).contains(&spread),
+                "{name}: spread {spread} of the uncertainties"
+            );
+            assert!(
+                (929..=971).contains(&covered[which]),
+                "{name}: {} of 1000 within 95 %",
+                covered[which]
+            );
         }
     }
 }
@@ -145,40 +206,65 @@ fn dead_and_noisy_channels_do_not_hurt() {
         f64::from(travel(&wave.fitted(&mut fitter), &ARRAY).spatial_period_sigma_mm)
     };
     let (whole, damaged) = (sigma(false), sigma(true));
-    // A pair's weight goes with the square of its strength: 1, 0.16, 0.81, 0.09, each on two units a column. Without
-    // one of the first and one of the second that is 2 * 1 / (2 + 1) = 2/3 of theirs.
+    // A pair's weight goes with the square of its strength: 1, 0.16, 0.81, 0.09, each on two units
+    // a column. Without one of the first and one of the second that is 2 * 1 / (2 + 1) = 2/3 of
+    // theirs.
     let expected = (2.06f64 / (0.81 + 0.09 + 2.0 / 3.0 * 1.16)).sqrt();
-    assert!((damaged / whole / expected - 1.0).abs() < 0.1, "{} instead of {expected}", damaged / whole);
+    assert!(
+        (damaged / whole / expected - 1.0).abs() < 0.1,
+        "{} instead of {expected}",
+        damaged / whole
+    );
 }
 
-/// The closed form: two phases of variance 2 sigma^2 / (N A^2) each (Rife and Boorstyn 1974, for a tone known but for
-/// offset and slope), times period^2 / (2 pi pitch).
+/// The closed form: two phases of variance 2 sigma^2 / (N A^2) each (Rife and Boorstyn 1974, for a
+/// tone known but for offset and slope), times period^2 / (2 pi pitch).
 #[test]
 fn the_uncertainty_is_that_of_the_closed_form() {
     let travel = travel(&WAVE.fitted(&mut Fitter::new(4)), &ARRAY);
     let strengths: f64 = [1.0, 0.16, 0.81, 0.09].iter().sum::<f64>() * 2.0;
-    let variance = 2.0 * (2.0 * WAVE.noise * WAVE.noise / (241.0 * WAVE.amplitude * WAVE.amplitude)) / strengths;
+    let variance = 2.0
+        * (2.0 * WAVE.noise * WAVE.noise / (241.0 * WAVE.amplitude * WAVE.amplitude))
+        / strengths;
     let sigma_mm = WAVE.period_mm * WAVE.period_mm / (TAU * 2.3) * variance.sqrt();
     let off = f64::from(travel.spatial_period_sigma_mm) / sigma_mm - 1.0;
     assert!(off.abs() < 0.05, "{travel:?} instead of {sigma_mm}");
 }
 
-/// Four slots pass between one unit's reading and the other's. At 92 Hz that is 7 % of a turn: who takes all of a scan
-/// as read at once is wrong by more than that, one way and the other.
+/// Four slots pass between one unit's reading and the other's. At 92 Hz that is 7 % of a turn: who
+/// takes all of a scan as read at once is wrong by more than that, one way and the other.
 #[test]
 fn a_fast_grating_comes_out_wrong_without_the_skew_of_the_slots() {
     let mut fitter = Box::new(Fitter::new(4));
     for backward in [false, true] {
         for period_mm in [2.6, 3.1, 3.6] {
-            let wave = Wave { speed_mm_s: 92.0 * period_mm, period_mm, backward, overtone: 0.0, ..WAVE };
+            let wave = Wave {
+                speed_mm_s: 92.0 * period_mm,
+                period_mm,
+                backward,
+                overtone: 0.0,
+                ..WAVE
+            };
             let fitted = wave.fitted(&mut fitter);
             let right = travel(&fitted, &ARRAY);
             let off = |travel: &Travel| f64::from(travel.spatial_period_mm) / period_mm - 1.0;
             assert_eq!(right.status, TravelStatus::Unique);
             assert!(off(&right).abs() < 5e-3, "{right:?} instead of {period_mm}");
-            assert!((f64::from(right.speed_mm_s) / wave.speed_mm_s - 1.0).abs() < 5e-3, "{right:?}");
-            let unskewed = travel(&Fitted { per_slot: 0.0, ..fitted }, &ARRAY);
-            assert!(unskewed.status != TravelStatus::Unique || off(&unskewed).abs() > 0.05, "{unskewed:?}");
+            assert!(
+                (f64::from(right.speed_mm_s) / wave.speed_mm_s - 1.0).abs() < 5e-3,
+                "{right:?}"
+            );
+            let unskewed = travel(
+                &Fitted {
+                    per_slot: 0.0,
+                    ..fitted
+                },
+                &ARRAY,
+            );
+            assert!(
+                unskewed.status != TravelStatus::Unique || off(&unskewed).abs() > 0.05,
+                "{unskewed:?}"
+            );
         }
     }
 }
@@ -188,9 +274,22 @@ fn a_fast_grating_comes_out_wrong_without_the_skew_of_the_slots() {
 fn without_two_columns_there_is_nothing() {
     let mut fitted = WAVE.fitted(&mut Fitter::new(4));
     for front in [0, u16::MAX] {
-        assert_eq!(travel(&fitted, &Array { front, ..ARRAY }).status, TravelStatus::Nothing);
+        assert_eq!(
+            travel(&fitted, &Array { front, ..ARRAY }).status,
+            TravelStatus::Nothing
+        );
     }
-    assert_eq!(travel(&fitted, &Array { alike: [0; 4], ..ARRAY }).status, TravelStatus::Nothing);
+    assert_eq!(
+        travel(
+            &fitted,
+            &Array {
+                alike: [0; 4],
+                ..ARRAY
+            }
+        )
+        .status,
+        TravelStatus::Nothing
+    );
     fitted.fit.usable = 0x0f0f;
     assert_eq!(travel(&fitted, &ARRAY).status, TravelStatus::Nothing);
     // One of each column is enough, whatever its phases.

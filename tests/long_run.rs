@@ -1,9 +1,10 @@
-//! Thirty virtual days: times against exact 64-bit arithmetic, counters against exact counts, estimates as right at the
-//! end as at the beginning, memory flat.
+//! Thirty virtual days: times against exact 64-bit arithmetic, counters against exact counts,
+//! estimates as right at the end as at the beginning, memory flat.
 //!
-//! What the normal tests skip: of the 30 days only a touch around every wrap of the board's microseconds is played, 604 of
-//! them, and a scan every twenty minutes in between. That nothing happens in what lies between is the ignored test's to
-//! say, which plays all 13 thousand million conversions: `cargo test --test long_run -- --ignored --nocapture`.
+//! What the normal tests skip: of the 30 days only a touch around every wrap of the board's
+//! microseconds is played, 604 of them, and a scan every twenty minutes in between. That nothing
+//! happens in what lies between is the ignored test's to say, which plays all 13 thousand million
+//! conversions: `cargo test --test long_run -- --ignored --nocapture`.
 
 #[path = "support/memory.rs"]
 mod memory;
@@ -20,7 +21,9 @@ use ridgetone::tasks::outbox::Outbox;
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings};
-use ridgetone_proto::telemetry::{Decoder, Estimate, Event, Health, Release, Span, Status, WIRE_MAX, encode};
+use ridgetone_proto::telemetry::{
+    Decoder, Estimate, Event, Health, Release, Span, Status, WIRE_MAX, encode,
+};
 use touch::{SCANS, TONE_HZ, scan};
 
 /// A scan's period, nanoseconds.
@@ -43,7 +46,10 @@ fn scan_at(t_us: u64) -> u64 {
 fn times_us(event: &Event) -> Vec<u64> {
     match event {
         Event::Contact(contact) => vec![contact.t_us],
-        Event::Slide(slide) => [Some(slide.start_us), slide.end_us].into_iter().flatten().collect(),
+        Event::Slide(slide) => [Some(slide.start_us), slide.end_us]
+            .into_iter()
+            .flatten()
+            .collect(),
         Event::Estimate(fit) => vec![fit.t_us],
         Event::Release(release) => vec![release.t_us],
         Event::Image(image) => vec![image.start_us, image.end_us],
@@ -51,8 +57,8 @@ fn times_us(event: &Event) -> Vec<u64> {
     }
 }
 
-/// The scans of a touch: its last hold is a second longer, and 0.9 s without contact follow, so that its end is reported
-/// before the next touch begins.
+/// The scans of a touch: its last hold is a second longer, and 0.9 s without contact follow, so
+/// that its end is reported before the next touch begins.
 fn touched() -> impl Iterator<Item = u64> + Clone {
     let hold = (0..4).flat_map(|_| HOLD);
     let rest = (0..3).flat_map(|_| 0..70);
@@ -66,11 +72,22 @@ const LENGTH: u64 = SCANS + 4 * (HOLD.end - HOLD.start) + 3 * 70;
 
 /// An estimate is that of the touch, and the same as `plain`.
 fn assert_same(fit: &Estimate, plain: &Estimate) {
-    assert_eq!((fit.status, fit.span, fit.harmonics), (Status::Good, plain.span, plain.harmonics), "{fit:?}");
-    assert!((f64::from(fit.frequency) - TONE_HZ).abs() < 5.0 * f64::from(fit.sigma), "{fit:?}");
-    // Blocks are cut elsewhere in the ring, which adds them up in another order: that is f32's own error.
+    assert_eq!(
+        (fit.status, fit.span, fit.harmonics),
+        (Status::Good, plain.span, plain.harmonics),
+        "{fit:?}"
+    );
+    assert!(
+        (f64::from(fit.frequency) - TONE_HZ).abs() < 5.0 * f64::from(fit.sigma),
+        "{fit:?}"
+    );
+    // Blocks are cut elsewhere in the ring, which adds them up in another order: that is f32's own
+    // error.
     let least = (0.1 * plain.sigma).max(2e-6 * plain.frequency);
-    assert!((fit.frequency - plain.frequency).abs() < least, "{fit:?}, and at first {plain:?}");
+    assert!(
+        (fit.frequency - plain.frequency).abs() < least,
+        "{fit:?}, and at first {plain:?}"
+    );
 }
 
 #[test]
@@ -86,28 +103,44 @@ fn a_touch_around_every_wrap_of_thirty_days_is_like_the_first() {
     // The only faults are the scans left out, which are reported too.
     let is_no_fault = |event: &Event| match event {
         Event::Fault(fault) => {
-            assert!(matches!(fault.kind, FaultKind::Lost | FaultKind::Silent), "{fault:?}");
+            assert!(
+                matches!(fault.kind, FaultKind::Lost | FaultKind::Silent),
+                "{fault:?}"
+            );
             false
         }
         Event::Health(_) | Event::Hello(_) => false,
         _ => true,
     };
-    let mut plain: Vec<Event> = play(&mut touched().zip(0..).flat_map(|(n, number)| scan(n, number, 0)));
+    let mut plain: Vec<Event> = play(
+        &mut touched()
+            .zip(0..)
+            .flat_map(|(n, number)| scan(n, number, 0)),
+    );
     plain.retain(is_no_fault);
-    let windows = plain.iter().filter(|event| matches!(event, Event::Estimate(_))).count();
+    let windows = plain
+        .iter()
+        .filter(|event| matches!(event, Event::Estimate(_)))
+        .count();
     assert!(windows > 5, "{windows}");
 
     let (mut next, mut given, mut healths) = (LENGTH, LENGTH, 0);
     for wrap in 1..=30 * DAY_S * 1_000_000 / WRAP_US {
         // The wrap comes at another place of the touch each time.
         let begin = scan_at(wrap * WRAP_US) - wrap * 137 % LENGTH;
-        let rest = (next..begin).step_by(scan_at(20 * 60_000_000) as usize).skip(1);
-        let touch = touched().zip(begin..).flat_map(|(n, number)| scan(n, number, 0));
+        let rest = (next..begin)
+            .step_by(scan_at(20 * 60_000_000) as usize)
+            .skip(1);
+        let touch = touched()
+            .zip(begin..)
+            .flat_map(|(n, number)| scan(n, number, 0));
         given += LENGTH + rest.clone().count() as u64;
         next = begin + LENGTH;
         let mut events = play(&mut rest.flat_map(|number| scan(0, number, 0)).chain(touch));
         for event in &events {
-            let Event::Health(health) = event else { continue };
+            let Event::Health(health) = event else {
+                continue;
+            };
             healths += 1;
             let done = scan_at(health.t_us);
             // Told with a scan's last conversion.
@@ -116,22 +149,46 @@ fn a_touch_around_every_wrap_of_thirty_days_is_like_the_first() {
             // Exact up to the most that 32 bits hold; there it stays.
             let lost = (next - given) * u64::from(SLOTS);
             let lost_before = u64::from(health.conversions_lost);
-            assert!(lost_before <= lost && (done < begin || lost_before == lost.min(u32::MAX.into())), "{health:?}");
+            assert!(
+                lost_before <= lost && (done < begin || lost_before == lost.min(u32::MAX.into())),
+                "{health:?}"
+            );
             assert_eq!((health.conversions_doubtful, health.hops_skipped), (0, 0));
-            assert!((f64::from(health.frame_rate_hz) * SCAN_NS as f64 / 1e9 - 1.0).abs() < 1e-6, "{health:?}");
+            assert!(
+                (f64::from(health.frame_rate_hz) * SCAN_NS as f64 / 1e9 - 1.0).abs() < 1e-6,
+                "{health:?}"
+            );
         }
         events.retain(is_no_fault);
-        assert_eq!(events.len(), plain.len(), "wrap {wrap}: {:?}", events.iter().map(times_us).collect::<Vec<_>>());
+        assert_eq!(
+            events.len(),
+            plain.len(),
+            "wrap {wrap}: {:?}",
+            events.iter().map(times_us).collect::<Vec<_>>()
+        );
         for (event, plain) in events.iter().zip(&plain) {
-            assert_eq!(std::mem::discriminant(event), std::mem::discriminant(plain), "wrap {wrap}");
+            assert_eq!(
+                std::mem::discriminant(event),
+                std::mem::discriminant(plain),
+                "wrap {wrap}"
+            );
             for (t_us, plain_us) in times_us(event).into_iter().zip(times_us(plain)) {
-                // Its time is that of a scan to the last microsecond. Which one may depend on where blocks of four began.
+                // Its time is that of a scan to the last microsecond. Which one may depend on where
+                // blocks of four began.
                 let number = (t_us * 1000).div_ceil(SCAN_NS);
                 assert_eq!(t_us, scan_us(number), "wrap {wrap}: {event:?}");
                 let expected = begin + (plain_us * 1000).div_ceil(SCAN_NS);
-                // An image is of whole blocks, and the noise that is known decides which is the first.
-                let most = if matches!(event, Event::Image(_)) { 8 } else { 4 };
-                assert!(number.abs_diff(expected) < most, "wrap {wrap}: {event:?}, and at first {plain:?}");
+                // An image is of whole blocks, and the noise that is known decides which is the
+                // first.
+                let most = if matches!(event, Event::Image(_)) {
+                    8
+                } else {
+                    4
+                };
+                assert!(
+                    number.abs_diff(expected) < most,
+                    "wrap {wrap}: {event:?}, and at first {plain:?}"
+                );
             }
             if let (Event::Estimate(fit), Event::Estimate(plain)) = (event, plain) {
                 assert_same(fit, plain);
@@ -176,7 +233,11 @@ fn play(length_s: u64) -> Played {
                 // 30 days are less than 2^32 scans, and every one of them was played.
                 let exact_us = (u64::from(report.frames) * SCAN_NS - CONVERSION_NS) / 1000;
                 assert_eq!(report.t_us, exact_us, "{report:?}");
-                assert_eq!((report.conversions_lost, report.conversions_doubtful), (0, 0), "{report:?}");
+                assert_eq!(
+                    (report.conversions_lost, report.conversions_doubtful),
+                    (0, 0),
+                    "{report:?}"
+                );
                 health = Some(report);
             }
             Event::Estimate(fit) => {
@@ -195,7 +256,10 @@ fn play(length_s: u64) -> Played {
         }
         assert_eq!(last.len(), first.len(), "touch {number}");
         let Ok(heard) = <[u64; 4]>::try_from(heard.as_slice()) else {
-            panic!("touch {number}, from {} us on: {heard:?} is not contact, start, end, release", scan_us(begin));
+            panic!(
+                "touch {number}, from {} us on: {heard:?} is not contact, start, end, release",
+                scan_us(begin)
+            );
         };
         let scans = heard.map(|t_us| {
             let number = (t_us * 1000).div_ceil(SCAN_NS);
@@ -204,16 +268,38 @@ fn play(length_s: u64) -> Played {
         });
         assert_eq!(scans, *expected.get_or_insert(scans), "touch {number}");
     }
-    Played { touches, first, last, health: health.expect("health"), resident: resident.zip(resident_bytes()) }
+    Played {
+        touches,
+        first,
+        last,
+        health: health.expect("health"),
+        resident: resident.zip(resident_bytes()),
+    }
 }
 
 fn assert_steady(played: &Played) {
-    let Played { touches, first, last, health, resident } = played;
+    let Played {
+        touches,
+        first,
+        last,
+        health,
+        resident,
+    } = played;
     println!("{touches} touches; last health {health:?}; resident bytes {resident:?}");
-    assert!(first.len() > 5 && first.len() == last.len() && last.iter().any(|fit| fit.span == Span::Slide));
+    assert!(
+        first.len() > 5
+            && first.len() == last.len()
+            && last.iter().any(|fit| fit.span == Span::Slide)
+    );
     let (begun, ended) = (u64::from(health.frames), touches * LENGTH);
-    assert!((0..=2 * FRAME_RATE_HZ as u64).contains(&(ended - begun)), "the last health is a second old at most");
-    assert!((f64::from(health.frame_rate_hz) * SCAN_NS as f64 / 1e9 - 1.0).abs() < 1e-6, "{health:?}");
+    assert!(
+        (0..=2 * FRAME_RATE_HZ as u64).contains(&(ended - begun)),
+        "the last health is a second old at most"
+    );
+    assert!(
+        (f64::from(health.frame_rate_hz) * SCAN_NS as f64 / 1e9 - 1.0).abs() < 1e-6,
+        "{health:?}"
+    );
 }
 
 #[test]
@@ -228,11 +314,14 @@ fn touch_after_touch_for_thirty_days_is_the_same() {
     assert_steady(&played);
     // No other test runs beside it: `--ignored` selects it alone.
     let (from, to) = played.resident.expect("Linux reports memory");
-    assert!(to.saturating_sub(from) < 1 << 20, "memory grows from {from} to {to} bytes");
+    assert!(
+        to.saturating_sub(from) < 1 << 20,
+        "memory grows from {from} to {to} bytes"
+    );
 }
 
-/// Messages of 30 days, one a second, with bursts that the line is too slow for and frames that it loses: the PC's count
-/// of what is missing is exact across all 39 wraps of the numbers.
+/// Messages of 30 days, one a second, with bursts that the line is too slow for and frames that it
+/// loses: the PC's count of what is missing is exact across all 39 wraps of the numbers.
 #[test]
 fn every_message_is_sent_dropped_or_lost_and_counted() {
     let (mut outbox, mut decoder) = (Outbox::<8>::new(), Decoder::new());
@@ -251,12 +340,18 @@ fn every_message_is_sent_dropped_or_lost_and_counted() {
                 continue;
             }
             let used = encode(&packet, &mut wire).unwrap();
-            let given = wire[..used].iter().filter_map(|byte| decoder.push(*byte)).last();
+            let given = wire[..used]
+                .iter()
+                .filter_map(|byte| decoder.push(*byte))
+                .last();
             assert_eq!(given.as_ref(), Some(&packet));
             received += 1;
         }
     }
-    assert!(dropped > 10_000 && lost > 1000 && posted > 39 << 16, "{posted} {dropped} {lost}");
+    assert!(
+        dropped > 10_000 && lost > 1000 && posted > 39 << 16,
+        "{posted} {dropped} {lost}"
+    );
     assert_eq!(posted, received + dropped + lost);
     // Those behind the last one received are not known to be missing yet.
     let unseen = posted - received - u64::from(decoder.missing);
@@ -268,7 +363,8 @@ fn every_message_is_sent_dropped_or_lost_and_counted() {
 fn counters_stay_at_the_most_that_they_hold() {
     let mut assembler = Assembler::new(4.096, &Plan::PAPER);
     (assembler.lost, assembler.doubtful) = (u32::MAX - 3, u32::MAX - 3);
-    // The first conversion is counted with those that are missing in front of it, so it is pushed before.
+    // The first conversion is counted with those that are missing in front of it, so it is pushed
+    // before.
     let mut scans = (0..40).flat_map(|n| scan(n, n, 0).map(move |conversion| (n, conversion)));
     for (n, mut conversion) in scans.by_ref() {
         if n == 1 {
@@ -285,15 +381,23 @@ fn counters_stay_at_the_most_that_they_hold() {
     assert_eq!((assembler.lost, assembler.doubtful), (u32::MAX, u32::MAX));
 }
 
-/// A finger that rests for a year: the frames' numbers wrap after 206 days, and the rate is right all the same.
+/// A finger that rests for a year: the frames' numbers wrap after 206 days, and the rate is right
+/// all the same.
 #[test]
 fn the_rate_is_right_before_and_after_the_frames_numbers_wrap() {
     let mut pipeline = Box::new(Pipeline::new(Settings::DEFAULT));
     let (mut healths, mut latest_us) = (0, 0);
     let mut emit = |event| {
         if let Event::Health(health) = event {
-            let Health { t_us, frame_rate_hz, .. } = health;
-            assert!((f64::from(frame_rate_hz) * SCAN_NS as f64 / 1e9 - 1.0).abs() < 1e-6, "{health:?}");
+            let Health {
+                t_us,
+                frame_rate_hz,
+                ..
+            } = health;
+            assert!(
+                (f64::from(frame_rate_hz) * SCAN_NS as f64 / 1e9 - 1.0).abs() < 1e-6,
+                "{health:?}"
+            );
             (healths, latest_us) = (healths + 1, t_us);
         }
     };
@@ -301,5 +405,8 @@ fn the_rate_is_right_before_and_after_the_frames_numbers_wrap() {
     for number in (0..200).chain((1..365 * 24).map(|n| n * hour)) {
         scan(0, number, 0).for_each(|conversion| pipeline.push(conversion, &mut emit));
     }
-    assert!(healths > 500 && latest_us > 364 * DAY_S * 1_000_000, "{healths} healths up to {latest_us} us");
+    assert!(
+        healths > 500 && latest_us > 364 * DAY_S * 1_000_000,
+        "{healths} healths up to {latest_us} us"
+    );
 }

@@ -4,26 +4,47 @@
 mod support;
 
 use ads1258::Status as StatusByte;
-use hal_mock::{Options, Playback, SimulatedBoard, Sliding, SlidingScene, TABLE_2, Trace, Truth, write_csv};
+use hal_mock::{
+    Options, Playback, SimulatedBoard, Sliding, SlidingScene, TABLE_2, Trace, Truth, write_csv,
+};
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::settings::{Settings, SlideRule};
 use ridgetone_proto::telemetry::{Event, Status};
 use support::{Outcome, all, outcome, run, run_on};
 
 fn scene(speed_mm_s: f64, period_mm: f64, snr_db: f64, seed: u64) -> SlidingScene {
-    SlidingScene::new(Sliding { speed_mm_s, period_mm, snr_db: Some(snr_db), seed, ..Sliding::default() }).unwrap()
+    SlidingScene::new(Sliding {
+        speed_mm_s,
+        period_mm,
+        snr_db: Some(snr_db),
+        seed,
+        ..Sliding::default()
+    })
+    .unwrap()
 }
 
 /// The bars of the emulated run (host/tests/emulated.rs), here without an emulator.
 fn assert_within_bars(what: &str, out: &Outcome, truth: &Truth) {
     let what = format!("{what}: {out:?} {truth:?}");
     assert_eq!(out.contacts_s.len(), 1, "{what}");
-    assert!((out.contacts_s[0] - truth.contact_s).abs() < 0.010, "{what}");
+    assert!(
+        (out.contacts_s[0] - truth.contact_s).abs() < 0.010,
+        "{what}"
+    );
     assert_eq!(out.slides_s.len(), 1, "{what}");
-    assert!((out.slides_s[0].0 - truth.slide_start_s).abs() < 0.020, "{what}");
-    assert!((out.slides_s[0].1 - truth.slide_end_s).abs() < 0.020, "{what}");
+    assert!(
+        (out.slides_s[0].0 - truth.slide_start_s).abs() < 0.020,
+        "{what}"
+    );
+    assert!(
+        (out.slides_s[0].1 - truth.slide_end_s).abs() < 0.020,
+        "{what}"
+    );
     assert_eq!(out.releases_s.len(), 1, "{what}");
-    assert!((out.releases_s[0] - truth.release_s).abs() < 0.050, "{what}");
+    assert!(
+        (out.releases_s[0] - truth.release_s).abs() < 0.050,
+        "{what}"
+    );
 
     assert_eq!(out.slide_fits.len(), 1, "{what}");
     let fit = &out.slide_fits[0];
@@ -35,26 +56,43 @@ fn assert_within_bars(what: &str, out: &Outcome, truth: &Truth) {
     assert!(!out.window_fits.is_empty(), "{what}");
     for fit in &out.window_fits {
         assert_eq!(fit.status, Status::Good, "{what}");
-        assert!((fit.frequency as f64 - truth.frequency_hz).abs() < 6.0 * fit.sigma as f64, "{what}");
+        assert!(
+            (fit.frequency as f64 - truth.frequency_hz).abs() < 6.0 * fit.sigma as f64,
+            "{what}"
+        );
     }
-    assert_eq!((out.health.conversions_lost, out.health.conversions_doubtful), (0, 0), "{what}");
+    assert_eq!(
+        (out.health.conversions_lost, out.health.conversions_doubtful),
+        (0, 0),
+        "{what}"
+    );
 }
 
 /// Every combination of Table 2 with four seeds.
 fn table_2() -> impl Iterator<Item = (String, SlidingScene)> {
-    TABLE_2.into_iter().enumerate().flat_map(|(number, (speed_mm_s, period_mm))| {
-        (1..=4).map(move |seed| {
-            let what = format!("{speed_mm_s} mm/s, {period_mm} mm, seed {seed}");
-            (what, scene(speed_mm_s, period_mm, 20.0, 10 * number as u64 + seed))
+    TABLE_2
+        .into_iter()
+        .enumerate()
+        .flat_map(|(number, (speed_mm_s, period_mm))| {
+            (1..=4).map(move |seed| {
+                let what = format!("{speed_mm_s} mm/s, {period_mm} mm, seed {seed}");
+                (
+                    what,
+                    scene(speed_mm_s, period_mm, 20.0, 10 * number as u64 + seed),
+                )
+            })
         })
-    })
 }
 
 #[test]
 fn all_of_table_2_within_its_bars() {
     for (what, scene) in table_2() {
         let truth = scene.truth();
-        assert_within_bars(&what, &outcome(&run(scene, Settings::default(), all)), &truth);
+        assert_within_bars(
+            &what,
+            &outcome(&run(scene, Settings::default(), all)),
+            &truth,
+        );
     }
 }
 
@@ -67,9 +105,17 @@ fn all_of_table_2_from_recordings_of_any_rate() {
             let mut csv = Vec::new();
             write_csv(&mut scene, rate_hz, 0.0, &mut csv).unwrap();
             let scan_rate_hz = f64::from(ridgetone_proto::settings::FRAME_RATE_HZ);
-            let playback = Playback { row_rate_hz: None, scan_rate_hz, volts_per_unit: 1.0, limit_v: 4.0 };
+            let playback = Playback {
+                row_rate_hz: None,
+                scan_rate_hz,
+                volts_per_unit: 1.0,
+                limit_v: 4.0,
+            };
             let trace = Trace::parse(&csv, "recording", playback).unwrap();
-            let options = Options { clock_error_ppm: trace.clock_error_ppm(), ..Options::default() };
+            let options = Options {
+                clock_error_ppm: trace.clock_error_ppm(),
+                ..Options::default()
+            };
             let board = SimulatedBoard::new(trace, options);
             let out = outcome(&run_on(board, Settings::default(), None, all));
             assert_within_bars(&format!("{rate_hz} Hz, {what}"), &out, &truth);
@@ -83,7 +129,10 @@ fn the_greeting_comes_first_and_health_once_a_second() {
     let end_s = scene.truth().end_s;
     let events = run(scene, Settings::default(), all);
     assert!(matches!(&events[0], Event::Hello(hello) if hello.settings == Settings::default()));
-    let health = events.iter().filter(|event| matches!(event, Event::Health(_))).count();
+    let health = events
+        .iter()
+        .filter(|event| matches!(event, Event::Health(_)))
+        .count();
     assert_eq!(health, end_s as usize + 1);
     let last = outcome(&events).health;
     // The simulated chip's own supply, reference and temperature.
@@ -98,16 +147,32 @@ fn the_greeting_comes_first_and_health_once_a_second() {
 /// No frame is whole then, so nothing is looked for; but it is not silent.
 #[test]
 fn without_a_taxel_health_is_sent_once_a_second() {
-    let still = hal_mock::Noisy::new(hal_mock::Constant { volts: [2.5; 16], end_s: 10.0 }, 20e-6, 5);
-    let events = run(still, Settings::default(), |count, conversion| (count % 21 != 3).then_some(conversion));
-    let health = events.iter().filter(|event| matches!(event, Event::Health(_))).count();
+    let still = hal_mock::Noisy::new(
+        hal_mock::Constant {
+            volts: [2.5; 16],
+            end_s: 10.0,
+        },
+        20e-6,
+        5,
+    );
+    let events = run(still, Settings::default(), |count, conversion| {
+        (count % 21 != 3).then_some(conversion)
+    });
+    let health = events
+        .iter()
+        .filter(|event| matches!(event, Event::Health(_)))
+        .count();
     assert!((10..=11).contains(&health), "{health}");
 }
 
 #[test]
 fn the_slide_by_protocol_follows_the_paper() {
     let settings = Settings {
-        slide: SlideRule::Protocol { delay_s: 1.0, speed_mm_s: 30.0, length_mm: 55.0 },
+        slide: SlideRule::Protocol {
+            delay_s: 1.0,
+            speed_mm_s: 30.0,
+            length_mm: 55.0,
+        },
         ..Settings::default()
     };
     let scene = scene(30.0, 3.6, 20.0, 3);
@@ -125,20 +190,34 @@ fn the_slide_by_protocol_follows_the_paper() {
 
 #[test]
 fn a_finger_in_the_air_says_nothing() {
-    let still = hal_mock::Noisy::new(hal_mock::Constant { volts: [2.5; 16], end_s: 20.0 }, 20e-6, 5);
+    let still = hal_mock::Noisy::new(
+        hal_mock::Constant {
+            volts: [2.5; 16],
+            end_s: 20.0,
+        },
+        20e-6,
+        5,
+    );
     let out = outcome(&run(still, Settings::default(), all));
-    assert!(out.contacts_s.is_empty() && out.slides_s.is_empty() && out.window_fits.is_empty(), "{out:?}");
+    assert!(
+        out.contacts_s.is_empty() && out.slides_s.is_empty() && out.window_fits.is_empty(),
+        "{out:?}"
+    );
 }
 
 /// From a silence of four scans on a slide may have ended unseen meanwhile.
 #[test]
 fn lost_conversions_are_counted_and_their_frames_left_out() {
-    for (hole, status) in [(11_000..11_074, Status::Good), (11_000..11_115, Status::Doubtful)] {
+    for (hole, status) in [
+        (11_000..11_074, Status::Good),
+        (11_000..11_115, Status::Doubtful),
+    ] {
         let scene = scene(30.0, 3.6, 20.0, 2);
         let truth = scene.truth();
         let mut lost = 0;
         let events = run(scene, Settings::default(), |count, conversion| {
-            // One conversion in 997, and a hole of some scans and a half in the middle of the slide.
+            // One conversion in 997, and a hole of some scans and a half in the middle of the
+            // slide.
             let gone = count % 997 == 500 || hole.contains(&count);
             lost += gone as u32;
             (!gone).then_some(conversion)
@@ -147,9 +226,16 @@ fn lost_conversions_are_counted_and_their_frames_left_out() {
         assert_eq!(out.health.conversions_lost, lost);
         let fit = &out.slide_fits[0];
         assert_eq!(fit.status, status, "{fit:?}");
-        assert_eq!(fit.faults.has(FaultKind::Silent), status == Status::Doubtful, "{fit:?}");
+        assert_eq!(
+            fit.faults.has(FaultKind::Silent),
+            status == Status::Doubtful,
+            "{fit:?}"
+        );
         assert!(fit.frames_missing > 5, "{fit:?}");
-        assert!((fit.frequency as f64 - truth.frequency_hz).abs() < 5.0 * fit.sigma as f64, "{fit:?}");
+        assert!(
+            (fit.frequency as f64 - truth.frequency_hz).abs() < 5.0 * fit.sigma as f64,
+            "{fit:?}"
+        );
     }
 }
 
@@ -173,8 +259,9 @@ fn phases_are_those_of_one_moment() {
     assert!((fit.frequency - 40.0).abs() < 1e-3, "{fit:?}");
     let first = fit.channels[0].phase_rad;
     for channel in &fit.channels {
-        let apart =
-            (channel.phase_rad - first + std::f32::consts::PI).rem_euclid(std::f32::consts::TAU) - std::f32::consts::PI;
+        let apart = (channel.phase_rad - first + std::f32::consts::PI)
+            .rem_euclid(std::f32::consts::TAU)
+            - std::f32::consts::PI;
         assert!(apart.abs() < 2e-3, "{fit:?}");
         assert!((channel.amplitude_v - 1e-3).abs() < 1e-5, "{fit:?}");
         assert!((channel.offset_v - 2.52).abs() < 1e-4, "{fit:?}");
@@ -188,13 +275,29 @@ fn a_conversion_lost_just_before_the_touch_changes_nothing() {
     for lost in 0..4 {
         // The frames just before the contact, at 0.5 s.
         let gone = (118 + lost) * 21 + 7;
-        let out = outcome(&run(scene(30.0, 3.6, 20.0, 1), Settings::default(), |count, conversion| {
-            (count != gone).then_some(conversion)
-        }));
+        let out = outcome(&run(
+            scene(30.0, 3.6, 20.0, 1),
+            Settings::default(),
+            |count, conversion| (count != gone).then_some(conversion),
+        ));
         assert_eq!(out.health.conversions_lost, 1);
-        assert_eq!((out.contacts_s.len(), out.slides_s.len(), out.releases_s.len()), (1, 1, 1), "{out:?}");
-        assert!((out.contacts_s[0] - clean.contacts_s[0]).abs() < 0.005, "{out:?}");
-        assert!((out.slides_s[0].0 - clean.slides_s[0].0).abs() < 0.005, "{out:?}");
+        assert_eq!(
+            (
+                out.contacts_s.len(),
+                out.slides_s.len(),
+                out.releases_s.len()
+            ),
+            (1, 1, 1),
+            "{out:?}"
+        );
+        assert!(
+            (out.contacts_s[0] - clean.contacts_s[0]).abs() < 0.005,
+            "{out:?}"
+        );
+        assert!(
+            (out.slides_s[0].0 - clean.slides_s[0].0).abs() < 0.005,
+            "{out:?}"
+        );
     }
 }
 
@@ -206,11 +309,20 @@ fn holes_do_not_bend_the_frequency() {
             let first = (at_s * 241.14) as u32 * 21 + 4;
             let scene = scene(30.0, 3.6, 20.0, 2);
             let truth = scene.truth();
-            let settings = Settings { window_s: 0.5, hop_s: 0.05, ..Settings::DEFAULT };
+            let settings = Settings {
+                window_s: 0.5,
+                hop_s: 0.05,
+                ..Settings::DEFAULT
+            };
             let out = outcome(&run(scene, settings, |count, conversion| {
                 (!(first..first + scans * 21).contains(&count)).then_some(conversion)
             }));
-            for fit in out.window_fits.iter().chain(&out.slide_fits).filter(|fit| fit.status == Status::Good) {
+            for fit in out
+                .window_fits
+                .iter()
+                .chain(&out.slide_fits)
+                .filter(|fit| fit.status == Status::Good)
+            {
                 let off = fit.frequency as f64 / truth.frequency_hz - 1.0;
                 assert!(off.abs() < 0.01, "{scans} scans lost at {at_s} s: {fit:?}");
             }
@@ -221,21 +333,46 @@ fn holes_do_not_bend_the_frequency() {
 /// Codes that come with SUPPLY low are not to be trusted, and not felt either.
 #[test]
 fn a_dip_of_the_supply_is_not_a_touch() {
-    let still = hal_mock::Noisy::new(hal_mock::Constant { volts: [2.5; 16], end_s: 4.0 }, 20e-6, 5);
+    let still = hal_mock::Noisy::new(
+        hal_mock::Constant {
+            volts: [2.5; 16],
+            end_s: 4.0,
+        },
+        20e-6,
+        5,
+    );
     let out = outcome(&run(still, Settings::default(), |count, mut conversion| {
         if (10_000..10_500).contains(&count) {
             let supply_low = StatusByte(conversion.status().0 | 1 << 5);
-            conversion = conversion.with_status(supply_low).with_code(conversion.code() / 3);
+            conversion = conversion
+                .with_status(supply_low)
+                .with_code(conversion.code() / 3);
         }
         Some(conversion)
     }));
-    assert!(out.contacts_s.is_empty() && out.releases_s.is_empty(), "{out:?}");
+    assert!(
+        out.contacts_s.is_empty() && out.releases_s.is_empty(),
+        "{out:?}"
+    );
     assert_eq!(out.health.conversions_doubtful, 500);
 }
 
 #[test]
 fn the_greeting_is_repeated() {
-    let still = hal_mock::Noisy::new(hal_mock::Constant { volts: [2.5; 16], end_s: 21.0 }, 20e-6, 5);
+    let still = hal_mock::Noisy::new(
+        hal_mock::Constant {
+            volts: [2.5; 16],
+            end_s: 21.0,
+        },
+        20e-6,
+        5,
+    );
     let events = run(still, Settings::default(), all);
-    assert_eq!(events.iter().filter(|event| matches!(event, Event::Hello(_))).count(), 3);
+    assert_eq!(
+        events
+            .iter()
+            .filter(|event| matches!(event, Event::Hello(_)))
+            .count(),
+        3
+    );
 }

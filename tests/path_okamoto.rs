@@ -1,10 +1,11 @@
-//! Position instead of time, against the method that such scans were evaluated with: Okamoto et al.,
-//! "Transmission of tactile roughness through master-slave systems", section IV-A.
+//! Position instead of time, against the method that such scans were evaluated with: Okamoto et
+//! al., "Transmission of tactile roughness through master-slave systems", section IV-A.
 //!
-//! There a hand moves to and fro at 197 sin(2 pi 1.07 t) mm/s over a grating, the sensor is read a thousand
-//! times a second, and every window of 32 ms gives a wavelength: the speed over the frequency with the
-//! maximal power of its spectrum. Here the same frames go to that method and to the fit along the path, and
-//! both are judged on the windows of at least one and a half cycles in which the fit has a tone: fewer may be a single bump.
+//! There a hand moves to and fro at 197 sin(2 pi 1.07 t) mm/s over a grating, the sensor is read a
+//! thousand times a second, and every window of 32 ms gives a wavelength: the speed over the
+//! frequency with the maximal power of its spectrum. Here the same frames go to that method and to
+//! the fit along the path, and both are judged on the windows of at least one and a half cycles in
+//! which the fit has a tone: fewer may be a single bump.
 
 #[allow(dead_code, reason = "every test file uses a part of it")]
 mod reference;
@@ -27,7 +28,8 @@ const WINDOW: usize = 32;
 const HOP: usize = 4;
 /// Fewest cycles along the path of a window that is judged.
 const CYCLES: f64 = 1.5;
-/// The paper's range of wavelengths, mm; those that its figure 9 gets right, and those that it does not.
+/// The paper's range of wavelengths, mm; those that its figure 9 gets right, and those that it does
+/// not.
 const RIGHT_MM: [f64; 4] = [0.5, 0.8, 1.0, 1.5];
 const WRONG_MM: [f64; 3] = [2.0, 2.5, 3.0];
 /// Amplitude of the tone, codes. The paper gives no noise; this is 20 dB below the tone.
@@ -58,7 +60,8 @@ fn scan(wavelength_mm: f64, channels: usize) -> Vec<Values> {
         .collect()
 }
 
-/// The paper's method on [`WINDOW`] frames in the middle of some: speed over the frequency of maximal power.
+/// The paper's method on [`WINDOW`] frames in the middle of some: speed over the frequency of
+/// maximal power.
 fn wavelength_by_fft(values: &[Values], first: usize) -> f64 {
     let skip = (values.len() - WINDOW) / 2;
     let power = |bin: usize| -> f64 {
@@ -66,19 +69,24 @@ fn wavelength_by_fft(values: &[Values], first: usize) -> f64 {
             let turns = |i: usize| TAU * (bin * i) as f64 / WINDOW as f64;
             let samples = values[skip..skip + WINDOW].iter().enumerate();
             let (re, im) = samples.fold((0.0, 0.0), |(re, im), (i, values)| {
-                (re + values[c] as f64 * turns(i).cos(), im + values[c] as f64 * turns(i).sin())
+                (
+                    re + values[c] as f64 * turns(i).cos(),
+                    im + values[c] as f64 * turns(i).sin(),
+                )
             });
             re * re + im * im
         };
         (0..16).map(sum).sum()
     };
-    let bin = (1..WINDOW / 2).max_by(|a, b| power(*a).total_cmp(&power(*b))).unwrap();
+    let bin = (1..WINDOW / 2)
+        .max_by(|a, b| power(*a).total_cmp(&power(*b)))
+        .unwrap();
     let middle = first as f64 + 0.5 * (values.len() - 1) as f64;
     speed_mm_s(middle).abs() / (bin as f64 * RATE_HZ / WINDOW as f64)
 }
 
-/// Cycles from which on a window must have a tone. One or two channels need 1.65: in fewer a part of a cycle with overtones looks like them
-/// (`tone/tests/few_channels.rs`).
+/// Cycles from which on a window must have a tone. One or two channels need 1.65: in fewer a part
+/// of a cycle with overtones looks like them (`tone/tests/few_channels.rs`).
 const fn cycles_least(channels: usize) -> f64 {
     if channels <= 2 { 1.8 } else { CYCLES }
 }
@@ -99,7 +107,8 @@ struct Errors {
     bias: f64,
     /// Root mean square of the fit's errors, each over its own uncertainty.
     over_sigma: f64,
-    /// Root mean square over the windows of two cycles and more, of the error times the cycles there.
+    /// Root mean square over the windows of two cycles and more, of the error times the cycles
+    /// there.
     per_cycle: f64,
 }
 
@@ -111,12 +120,19 @@ fn errors(wavelength_mm: f64, channels: usize, window: usize, harmonics: u8) -> 
     for first in (0..FRAMES - window).step_by(HOP) {
         let values = &values[first..first + window];
         let place = |frame: u32| (place_mm(first + frame as usize) - place_mm(first)) as f32;
-        let mut table = Table { values, valid: &valid };
-        let Some(mut span) = FrameSpan::new(&mut table, 0, window as u32).with_quantization(1.0).along(&place) else {
+        let mut table = Table {
+            values,
+            valid: &valid,
+        };
+        let Some(mut span) = FrameSpan::new(&mut table, 0, window as u32)
+            .with_quantization(1.0)
+            .along(&place)
+        else {
             continue;
         };
         let places = || (0..window as u32).map(place);
-        let range_mm = places().fold(f32::NEG_INFINITY, f32::max) - places().fold(f32::INFINITY, f32::min);
+        let range_mm =
+            places().fold(f32::NEG_INFINITY, f32::max) - places().fold(f32::INFINITY, f32::min);
         let cycles = range_mm as f64 / wavelength_mm;
         if cycles < CYCLES {
             continue;
@@ -143,10 +159,18 @@ fn errors(wavelength_mm: f64, channels: usize, window: usize, harmonics: u8) -> 
     let root = |sum: f64| (sum / with_tone).sqrt();
     let per_cycle = (sums.per_cycle / sums.of_two_cycles as f64).sqrt();
     let (fit, fft, over_sigma) = (root(sums.fit), root(sums.fft), root(sums.over_sigma));
-    Errors { fit, fft, over_sigma, per_cycle, bias: sums.bias / with_tone, ..sums }
+    Errors {
+        fit,
+        fft,
+        over_sigma,
+        per_cycle,
+        bias: sums.bias / with_tone,
+        ..sums
+    }
 }
 
-/// Shows a scan's errors as a line; `cargo test --test path_okamoto -- --nocapture` prints the tables.
+/// Shows a scan's errors as a line; `cargo test --test path_okamoto -- --nocapture` prints the
+/// tables.
 fn show(wavelength_mm: f64, e: &Errors) {
     println!(
         "{wavelength_mm:.1} mm: {:5.1} % of the windows with a tone; fit {:5.2} % ({:+.2} % on average), FFT {:5.2} %",
@@ -179,10 +203,15 @@ fn the_fit_along_the_path_is_better_than_the_papers_method_everywhere() {
             assert!((0.05..0.205).contains(&e.fft), "{e:?}");
             assert!(e.found as f64 > 0.95 * e.windows as f64, "{e:?}");
         }
-        // There the error doubles from 1 to 3 mm and more; here it is that of as many cycles as there are.
-        let most = |errors: &[Errors], of: fn(&Errors) -> f64| errors.iter().map(of).fold(0.0, f64::max);
+        // There the error doubles from 1 to 3 mm and more; here it is that of as many cycles as
+        // there are.
+        let most =
+            |errors: &[Errors], of: fn(&Errors) -> f64| errors.iter().map(of).fold(0.0, f64::max);
         assert!(most(&wrong, |e| e.fft) > 1.4 * most(&right, |e| e.fft));
-        assert!(most(&wrong, |e| e.per_cycle) < 1.2 * most(&right, |e| e.per_cycle), "{right:?} {wrong:?}");
+        assert!(
+            most(&wrong, |e| e.per_cycle) < 1.2 * most(&right, |e| e.per_cycle),
+            "{right:?} {wrong:?}"
+        );
         if channels == 16 {
             for e in right.iter().chain(&wrong) {
                 assert!((0.85..1.15).contains(&e.over_sigma), "{e:?}");
@@ -192,13 +221,16 @@ fn the_fit_along_the_path_is_better_than_the_papers_method_everywhere() {
     }
 }
 
-/// A spectrum is smeared by the speed's changes, so that the paper found no longer window better; a fit along
-/// the path takes all it can get, turning points of the hand included.
+/// A spectrum is smeared by the speed's changes, so that the paper found no longer window better; a
+/// fit along the path takes all it can get, turning points of the hand included.
 #[test]
 fn a_longer_window_is_better() {
     let (right, wrong) = table(16, 4 * WINDOW);
     for e in right.iter().chain(&wrong) {
-        assert!(e.fit < 0.0005 && e.found as f64 > 0.99 * e.windows as f64, "{e:?}");
+        assert!(
+            e.fit < 0.0005 && e.found as f64 > 0.99 * e.windows as f64,
+            "{e:?}"
+        );
     }
 }
 
@@ -208,7 +240,10 @@ fn a_hand_that_turns_back_reads_on() {
     for wavelength_mm in RIGHT_MM.into_iter().chain(WRONG_MM) {
         for harmonics in [1, 4] {
             let e = errors(wavelength_mm, 2, 1000, harmonics);
-            assert!(e.with_tone == e.windows && e.fit < 2e-4, "{wavelength_mm}: {e:?}");
+            assert!(
+                e.with_tone == e.windows && e.fit < 2e-4,
+                "{wavelength_mm}: {e:?}"
+            );
         }
     }
 }

@@ -21,11 +21,15 @@ const SHAPES: [(&str, Shape); 6] = [
     ("speeding up from rest", |t| 30.0 * t * t),
     ("stopping half way", |t| 30.0 * (2.0 * t).min(1.0)),
     ("there and back", |t| 30.0 * (0.5 - 0.5 * (TAU * t).cos())),
-    ("to and fro, twice", |t| 22.0 * (0.5 - 0.5 * (2.0 * TAU * t).cos())),
+    ("to and fro, twice", |t| {
+        22.0 * (0.5 - 0.5 * (2.0 * TAU * t).cos())
+    }),
 ];
 
 fn places(shape: Shape) -> Vec<f64> {
-    (0..FRAMES).map(|k| shape(k as f64 / (FRAMES - 1) as f64)).collect()
+    (0..FRAMES)
+        .map(|k| shape(k as f64 / (FRAMES - 1) as f64))
+        .collect()
 }
 
 /// Windows of sixteen channels; overtones over the fundamental, second first.
@@ -35,7 +39,8 @@ fn scan(places: &[f64], period_mm: f64, overtones: &[f64], noise: f64, seed: u64
     let frame = |place: &f64| {
         std::array::from_fn(|c| {
             let theta = TAU * (place / period_mm + phases[c]);
-            let overtone = |(h, a): (usize, &f64)| a * ((h + 2) as f64 * theta + (c * h) as f64).cos();
+            let overtone =
+                |(h, a): (usize, &f64)| a * ((h + 2) as f64 * theta + (c * h) as f64).cos();
             let wave = theta.cos() + overtones.iter().enumerate().map(overtone).sum::<f64>();
             (1000.0 * wave + noise * normal(&mut rng)).round() as f32
         })
@@ -45,9 +50,15 @@ fn scan(places: &[f64], period_mm: f64, overtones: &[f64], noise: f64, seed: u64
 
 fn fit(values: &[Values], places: &[f64], harmonics: u8) -> Fit {
     let valid = vec![u16::MAX; values.len()];
-    let mut table = Table { values, valid: &valid };
+    let mut table = Table {
+        values,
+        valid: &valid,
+    };
     let place = |frame: u32| places[frame as usize] as f32;
-    let mut span = FrameSpan::new(&mut table, 0, values.len() as u32).with_quantization(1.0).along(&place).unwrap();
+    let mut span = FrameSpan::new(&mut table, 0, values.len() as u32)
+        .with_quantization(1.0)
+        .along(&place)
+        .unwrap();
     let mut fitter = Box::new(Fitter::new(harmonics));
     fitter.fit(&mut span).unwrap()
 }
@@ -65,9 +76,19 @@ fn along_any_path_it_is_the_maximum_of_the_likelihood() {
                 (Status::Good, harmonics),
                 "{name}, {period_mm} mm: {fit:?}"
             );
-            let peak = peak_along(&values, &places, 1.0 / period_mm, 0.4 / 30.0, harmonics, true);
+            let peak = peak_along(
+                &values,
+                &places,
+                1.0 / period_mm,
+                0.4 / 30.0,
+                harmonics,
+                true,
+            );
             let off = (fit.frequency as f64 - peak) / fit.sigma as f64;
-            assert!(off.abs() < 0.1, "{name}, {period_mm} mm: {off} sigma from the reference");
+            assert!(
+                off.abs() < 0.1,
+                "{name}, {period_mm} mm: {off} sigma from the reference"
+            );
         }
     }
 }
@@ -106,8 +127,11 @@ fn a_strong_overtone_is_no_octave_error() {
 fn noise_on_a_path_is_no_tone() {
     for (name, shape) in SHAPES {
         let places = places(shape);
-        let found =
-            (0..200).filter(|seed| fit(&scan(&places, f64::INFINITY, &[], 100.0, *seed), &places, 4).status.has_tone());
+        let found = (0..200).filter(|seed| {
+            fit(&scan(&places, f64::INFINITY, &[], 100.0, *seed), &places, 4)
+                .status
+                .has_tone()
+        });
         let found = found.count();
         // At most 1 %, with a margin for 200 trials.
         assert!(found <= 5, "{name}: {found} of 200");
@@ -120,11 +144,17 @@ fn the_grains_of_an_encoder_do_no_harm() {
     let exact = places(|t| 30.0 * t * (0.5 + 0.5 * t));
     let values = scan(&exact, 3.1, &[0.4], 100.0, 3);
     for grain_mm in [0.01, 0.1, 0.3] {
-        let grains: Vec<f64> = exact.iter().map(|place| (place / grain_mm).round() * grain_mm).collect();
+        let grains: Vec<f64> = exact
+            .iter()
+            .map(|place| (place / grain_mm).round() * grain_mm)
+            .collect();
         let fit = fit(&values, &grains, 3);
         let off = fit.frequency as f64 * 3.1 - 1.0;
         // The grains move the tone.
-        assert!(fit.status.has_tone() && off.abs() < 0.002, "{grain_mm} mm: {off} {fit:?}");
+        assert!(
+            fit.status.has_tone() && off.abs() < 0.002,
+            "{grain_mm} mm: {off} {fit:?}"
+        );
     }
 }
 
@@ -132,9 +162,20 @@ fn the_grains_of_an_encoder_do_no_harm() {
 fn a_path_that_is_none_is_refused() {
     let values = vec![[0.0; 16]; FRAMES];
     let valid = vec![u16::MAX; FRAMES];
-    for place in [|_| 5.0, |frame| if frame == 7 { f32::NAN } else { frame as f32 }, |_| f32::INFINITY] {
+    for place in [
+        |_| 5.0,
+        |frame| if frame == 7 { f32::NAN } else { frame as f32 },
+        |_| f32::INFINITY,
+    ] {
         let place: fn(u32) -> f32 = place;
-        let mut table = Table { values: &values, valid: &valid };
-        assert!(FrameSpan::new(&mut table, 0, FRAMES as u32).along(&place).is_none());
+        let mut table = Table {
+            values: &values,
+            valid: &valid,
+        };
+        assert!(
+            FrameSpan::new(&mut table, 0, FRAMES as u32)
+                .along(&place)
+                .is_none()
+        );
     }
 }

@@ -1,4 +1,5 @@
-//! The whole path on physical fingers, whose skin creeps: contact, slide and tone of a touch on the paper's gratings.
+//! The whole path on physical fingers, whose skin creeps: contact, slide and tone of a touch on the
+//! paper's gratings.
 
 #[allow(dead_code, reason = "every test file uses a part of it")]
 mod support;
@@ -17,27 +18,54 @@ fn combination(number: usize) -> Sliding {
 fn touch(sliding: Sliding, seed: u64) -> (Outcome, Truth) {
     let scene = SlidingScene::new(Sliding { seed, ..sliding }).unwrap();
     let truth = scene.truth();
-    let board = SimulatedBoard::new(scene, Options { seed, ..Options::default() });
-    (outcome(&run_on(board, Settings::default(), None, all)), truth)
+    let board = SimulatedBoard::new(
+        scene,
+        Options {
+            seed,
+            ..Options::default()
+        },
+    );
+    (
+        outcome(&run_on(board, Settings::default(), None, all)),
+        truth,
+    )
 }
 
 /// One contact, one slide, one release, and the slide's ends `within_s` of the truth.
 fn assert_phases(what: &str, out: &Outcome, truth: &Truth, within_s: f64) {
-    assert_eq!((out.contacts_s.len(), out.slides_s.len(), out.releases_s.len()), (1, 1, 1), "{what}: {out:?}");
-    assert!((out.contacts_s[0] - truth.contact_s).abs() < 0.010, "{what}: {out:?}");
+    assert_eq!(
+        (
+            out.contacts_s.len(),
+            out.slides_s.len(),
+            out.releases_s.len()
+        ),
+        (1, 1, 1),
+        "{what}: {out:?}"
+    );
+    assert!(
+        (out.contacts_s[0] - truth.contact_s).abs() < 0.010,
+        "{what}: {out:?}"
+    );
     let (start_s, end_s) = out.slides_s[0];
     let off_s = (start_s - truth.slide_start_s, end_s - truth.slide_end_s);
-    assert!(off_s.0.abs() < within_s && off_s.1.abs() < within_s, "{what}: the slide's ends are off by {off_s:?} s");
+    assert!(
+        off_s.0.abs() < within_s && off_s.1.abs() < within_s,
+        "{what}: the slide's ends are off by {off_s:?} s"
+    );
 }
 
-/// With no noise but the chip's own a slide's end stands out of it at once: it is known to one frame, and the slots
-/// in it. Were a part of the standstill fitted along, the tone would be off by more than its uncertainty.
+/// With no noise but the chip's own a slide's end stands out of it at once: it is known to one
+/// frame, and the slots in it. Were a part of the standstill fitted along, the tone would be off by
+/// more than its uncertainty.
 #[test]
 fn a_slide_ends_where_it_ends_under_creep() {
     let mut squares = 0.0;
     for number in 1..=10 {
         for seed in 1..=4 {
-            let (what, (out, truth)) = (format!("C{number}, seed {seed}"), touch(combination(number), seed));
+            let (what, (out, truth)) = (
+                format!("C{number}, seed {seed}"),
+                touch(combination(number), seed),
+            );
             assert_phases(&what, &out, &truth, 0.005);
             let fit = &out.slide_fits[0];
             let sigmas = (fit.frequency as f64 - truth.frequency_hz) / fit.sigma as f64;
@@ -55,21 +83,46 @@ fn a_slide_ends_where_it_ends_under_creep() {
 fn noise_of_20_db_costs_no_slide() {
     for number in 1..=10 {
         for seed in 1..=4 {
-            let (out, truth) = touch(Sliding { snr_db: Some(20.0), ..combination(number) }, seed);
+            let (out, truth) = touch(
+                Sliding {
+                    snr_db: Some(20.0),
+                    ..combination(number)
+                },
+                seed,
+            );
             assert_phases(&format!("C{number}, seed {seed}"), &out, &truth, 0.020);
-            assert_eq!(out.slide_fits[0].status, Status::Good, "C{number}, seed {seed}: {out:?}");
+            assert_eq!(
+                out.slide_fits[0].status,
+                Status::Good,
+                "C{number}, seed {seed}: {out:?}"
+            );
         }
     }
 }
 
-/// A rubber that creeps by a fifth or within half a second, and a human finger's skin (Moy et al., table 5, subject 1),
-/// which creeps by a third: without some noise that passes for a slide.
+/// A rubber that creeps by a fifth or within half a second, and a human finger's skin (Moy et al.,
+/// table 5, subject 1), which creeps by a third: without some noise that passes for a slide.
 #[test]
 fn a_skin_that_creeps_much_or_fast_moves_no_end() {
-    for (relaxation_s, creep_s, snr_db) in [(2.4, 3.0, None), (0.475, 0.5, None), (1.42, 2.14, Some(40.0))] {
+    for (relaxation_s, creep_s, snr_db) in [
+        (2.4, 3.0, None),
+        (0.475, 0.5, None),
+        (1.42, 2.14, Some(40.0)),
+    ] {
         for number in [1, 2, 7] {
-            let finger = Some(Finger { relaxation_s, creep_s, ..Finger::default() });
-            let (out, truth) = touch(Sliding { finger, snr_db, ..combination(number) }, 1);
+            let finger = Some(Finger {
+                relaxation_s,
+                creep_s,
+                ..Finger::default()
+            });
+            let (out, truth) = touch(
+                Sliding {
+                    finger,
+                    snr_db,
+                    ..combination(number)
+                },
+                1,
+            );
             assert_phases(&format!("C{number}, {creep_s} s"), &out, &truth, 0.020);
         }
     }
@@ -80,10 +133,20 @@ fn a_skin_that_creeps_much_or_fast_moves_no_end() {
 fn a_slow_slide_is_not_cut_short() {
     for (seed, snr_db) in [(1, None), (2, Some(20.0)), (3, Some(20.0))] {
         for period_mm in [2.6, 3.1, 3.6] {
-            let slow =
-                Sliding { speed_mm_s: 3.0 * period_mm, period_mm, slide_mm: 9.5 * period_mm, snr_db, ..combination(1) };
+            let slow = Sliding {
+                speed_mm_s: 3.0 * period_mm,
+                period_mm,
+                slide_mm: 9.5 * period_mm,
+                snr_db,
+                ..combination(1)
+            };
             let (out, truth) = touch(slow, seed);
-            assert_phases(&format!("{period_mm} mm, {snr_db:?} dB"), &out, &truth, 0.020);
+            assert_phases(
+                &format!("{period_mm} mm, {snr_db:?} dB"),
+                &out,
+                &truth,
+                0.020,
+            );
         }
     }
 }

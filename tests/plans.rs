@@ -11,7 +11,13 @@ use support::{Outcome, all, outcome, run};
 
 /// A touch of one slide, and what came of it.
 fn touch(plan: Plan, speed_mm_s: f64, period_mm: f64) -> (Vec<Event>, Outcome, hal_mock::Truth) {
-    let scene = Sliding { speed_mm_s, period_mm, snr_db: Some(20.0), seed: 3, ..Sliding::default() };
+    let scene = Sliding {
+        speed_mm_s,
+        period_mm,
+        snr_db: Some(20.0),
+        seed: 3,
+        ..Sliding::default()
+    };
     let scene = SlidingScene::new(scene).unwrap();
     let truth = scene.truth();
     let events = run(scene, Settings::DEFAULT.with_plan(plan), all);
@@ -23,24 +29,65 @@ fn finds(what: &str, plan: Plan, tones: &[(f64, f64)]) {
     for (speed_mm_s, period_mm) in tones {
         let (events, out, truth) = touch(plan, *speed_mm_s, *period_mm);
         let rate_hz = f64::from(plan.frame_rate_hz());
-        let what = format!("{what}, {rate_hz} Hz, {speed_mm_s} mm/s, {period_mm} mm: {out:?} {truth:?}");
-        assert!(matches!(&events[0], Event::Hello(hello) if f64::from(hello.frame_rate_hz) == rate_hz), "{what}");
-        assert!((f64::from(out.health.frame_rate_hz) / rate_hz - 1.0).abs() < 1e-4, "{what}");
-        assert_eq!((out.contacts_s.len(), out.slides_s.len(), out.slide_fits.len()), (1, 1, 1), "{what}");
+        let what =
+            format!("{what}, {rate_hz} Hz, {speed_mm_s} mm/s, {period_mm} mm: {out:?} {truth:?}");
+        assert!(
+            matches!(&events[0], Event::Hello(hello) if f64::from(hello.frame_rate_hz) == rate_hz),
+            "{what}"
+        );
+        assert!(
+            (f64::from(out.health.frame_rate_hz) / rate_hz - 1.0).abs() < 1e-4,
+            "{what}"
+        );
+        assert_eq!(
+            (
+                out.contacts_s.len(),
+                out.slides_s.len(),
+                out.slide_fits.len()
+            ),
+            (1, 1, 1),
+            "{what}"
+        );
         // Ends are dated to a few blocks of four frames of touch detection.
         let bar_s = 0.020_f64.max(8.0 * f64::from(plan.frames_averaged()) / rate_hz);
-        assert!((out.slides_s[0].0 - truth.slide_start_s).abs() < bar_s, "{what}");
-        assert!((out.slides_s[0].1 - truth.slide_end_s).abs() < bar_s, "{what}");
+        assert!(
+            (out.slides_s[0].0 - truth.slide_start_s).abs() < bar_s,
+            "{what}"
+        );
+        assert!(
+            (out.slides_s[0].1 - truth.slide_end_s).abs() < bar_s,
+            "{what}"
+        );
         for fit in out.slide_fits.iter().chain(&out.window_fits) {
             let off_hz = f64::from(fit.frequency) - truth.frequency_hz;
-            assert_eq!((fit.status, fit.channels.len()), (Status::Good, plan.channels()), "{what}");
-            assert!(fit.channels.iter().all(|channel| plan.inputs >> channel.taxel & 1 == 1), "{what}");
+            assert_eq!(
+                (fit.status, fit.channels.len()),
+                (Status::Good, plan.channels()),
+                "{what}"
+            );
+            assert!(
+                fit.channels
+                    .iter()
+                    .all(|channel| plan.inputs >> channel.taxel & 1 == 1),
+                "{what}"
+            );
             assert!(off_hz.abs() < 6.0 * f64::from(fit.sigma), "{what}");
         }
         let slide = &out.slide_fits[0];
-        assert!((f64::from(slide.frequency) / truth.frequency_hz - 1.0).abs() < 0.002, "{what}");
-        assert_eq!((out.health.conversions_lost, out.health.conversions_doubtful), (0, 0), "{what}");
-        assert_eq!((out.health.hops_skipped, out.releases_s.len()), (0, 1), "{what}");
+        assert!(
+            (f64::from(slide.frequency) / truth.frequency_hz - 1.0).abs() < 0.002,
+            "{what}"
+        );
+        assert_eq!(
+            (out.health.conversions_lost, out.health.conversions_doubtful),
+            (0, 0),
+            "{what}"
+        );
+        assert_eq!(
+            (out.health.hops_skipped, out.releases_s.len()),
+            (0, 1),
+            "{what}"
+        );
     }
 }
 
@@ -50,11 +97,45 @@ fn the_papers_plan_and_others_as_slow_find_slides_and_their_frequencies() {
     let paper = Plan::PAPER;
     for (what, plan) in [
         ("the paper's", paper),
-        ("eight inputs", Plan { inputs: 0x00ff, ..paper }),
-        ("others than the first", Plan { inputs: 0xe0c1, ..paper }),
-        ("a higher data rate", Plan { data_rate: 2, ..paper }),
-        ("a lower one", Plan { data_rate: 0, inputs: 0x000f, ..paper }),
-        ("chopped", Plan { data_rate: 2, delay: 4, chop: true, health: HealthReadings::BetweenTouches, ..paper }),
+        (
+            "eight inputs",
+            Plan {
+                inputs: 0x00ff,
+                ..paper
+            },
+        ),
+        (
+            "others than the first",
+            Plan {
+                inputs: 0xe0c1,
+                ..paper
+            },
+        ),
+        (
+            "a higher data rate",
+            Plan {
+                data_rate: 2,
+                ..paper
+            },
+        ),
+        (
+            "a lower one",
+            Plan {
+                data_rate: 0,
+                inputs: 0x000f,
+                ..paper
+            },
+        ),
+        (
+            "chopped",
+            Plan {
+                data_rate: 2,
+                delay: 4,
+                chop: true,
+                health: HealthReadings::BetweenTouches,
+                ..paper
+            },
+        ),
     ] {
         finds(what, plan, tones);
     }
@@ -64,16 +145,25 @@ fn the_papers_plan_and_others_as_slow_find_slides_and_their_frequencies() {
 fn fast_plans_find_tones_that_the_papers_cannot() {
     // The scene's overtones are below half the frame rate, or too weak to show.
     for (what, plan, tones) in [
-        ("hand", Plan::HAND, &[(150.0, 0.6), (200.0, 1.0), (48.0, 1.6), (30.0, 0.2)][..]),
+        (
+            "hand",
+            Plan::HAND,
+            &[(150.0, 0.6), (200.0, 1.0), (48.0, 1.6), (30.0, 0.2)][..],
+        ),
         ("texture", Plan::TEXTURE, &[(120.0, 0.3), (200.0, 0.25)]),
-        ("vibration", Plan::VIBRATION, &[(150.0, 0.2), (200.0, 0.125)]),
+        (
+            "vibration",
+            Plan::VIBRATION,
+            &[(150.0, 0.2), (200.0, 0.125)],
+        ),
         ("single", Plan::SINGLE, &[(150.0, 0.2), (200.0, 0.1)]),
     ] {
         finds(what, plan, tones);
     }
 }
 
-/// Their overtones fold to other frequencies, which a comb of a lower tone may have: they may be ambiguous, and never wrong.
+/// Their overtones fold to other frequencies, which a comb of a lower tone may have: they may be
+/// ambiguous, and never wrong.
 #[test]
 fn tones_whose_overtones_alias_are_never_called_good_at_another_frequency() {
     for (plan, speed_mm_s, period_mm) in [
@@ -85,11 +175,26 @@ fn tones_whose_overtones_alias_are_never_called_good_at_another_frequency() {
         (Plan::SINGLE, 200.0, 0.04),
     ] {
         let (_, out, truth) = touch(plan, speed_mm_s, period_mm);
-        assert_eq!((out.contacts_s.len(), out.slides_s.len(), out.releases_s.len()), (1, 1, 1), "{truth:?}: {out:?}");
-        let good = out.slide_fits.iter().chain(&out.window_fits).filter(|fit| fit.status == Status::Good);
+        assert_eq!(
+            (
+                out.contacts_s.len(),
+                out.slides_s.len(),
+                out.releases_s.len()
+            ),
+            (1, 1, 1),
+            "{truth:?}: {out:?}"
+        );
+        let good = out
+            .slide_fits
+            .iter()
+            .chain(&out.window_fits)
+            .filter(|fit| fit.status == Status::Good);
         for fit in good {
             let off_hz = f64::from(fit.frequency) - truth.frequency_hz;
-            assert!(off_hz.abs() < 6.0 * f64::from(fit.sigma), "{truth:?}: {fit:?}");
+            assert!(
+                off_hz.abs() < 6.0 * f64::from(fit.sigma),
+                "{truth:?}: {fit:?}"
+            );
         }
     }
 }

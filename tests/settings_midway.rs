@@ -1,4 +1,5 @@
-//! Settings that change in the middle of a slide, as a command changes them: no window mixes two settings.
+//! Settings that change in the middle of a slide, as a command changes them: no window mixes two
+//! settings.
 
 #[path = "support/touch.rs"]
 #[allow(dead_code, reason = "a part of it is used here")]
@@ -18,7 +19,8 @@ use touch::{SCANS, TONE_HZ};
 /// The slide begins at 0.8 s, after this many scans (`touch`).
 const SLIDE_SCAN: f64 = 0.8 * FRAME_RATE_HZ as f64;
 
-/// And ends here: a window that reaches beyond, before it is known that the finger holds, may find no tone.
+/// And ends here: a window that reaches beyond, before it is known that the finger holds, may find
+/// no tone.
 const SLIDE_END_S: f32 = 2.8;
 
 struct Board {
@@ -37,13 +39,23 @@ impl Board {
         let mut due = Vec::new();
         let mut wait = |window| due.push(window);
         match conversion {
-            Some(conversion) => {
-                self.detector.push(conversion, &mut self.ring, &self.diagnostics, &mut |_| (), &mut wait)
-            }
-            None => self.detector.finish(&mut self.ring, &self.diagnostics, &mut |_| (), &mut wait),
+            Some(conversion) => self.detector.push(
+                conversion,
+                &mut self.ring,
+                &self.diagnostics,
+                &mut |_| (),
+                &mut wait,
+            ),
+            None => self
+                .detector
+                .finish(&mut self.ring, &self.diagnostics, &mut |_| (), &mut wait),
         }
         for window in due {
-            match self.estimator.run(&window, &mut &self.ring, Motion::Unknown).expect("its frames are there") {
+            match self
+                .estimator
+                .run(&window, &mut &self.ring, Motion::Unknown)
+                .expect("its frames are there")
+            {
                 WindowFit::Done(estimate) => self.estimates.push((self.is_changed, estimate)),
                 WindowFit::Growing => {}
             }
@@ -55,7 +67,14 @@ impl Board {
 fn touch(before: Settings, after: Settings, changed: u64) -> Vec<(bool, Estimate)> {
     let (detector, estimator) = (Detector::new(before), Estimator::new(before));
     let (ring, diagnostics, estimates) = (Ring::new(), Diagnostics::new(), Vec::new());
-    let mut board = Box::new(Board { detector, estimator, ring, diagnostics, estimates, is_changed: false });
+    let mut board = Box::new(Board {
+        detector,
+        estimator,
+        ring,
+        diagnostics,
+        estimates,
+        is_changed: false,
+    });
     for number in 0..SCANS {
         if number == changed {
             board.detector.change(&after, SettingsSource::Sent);
@@ -70,23 +89,45 @@ fn touch(before: Settings, after: Settings, changed: u64) -> Vec<(bool, Estimate
 
 #[test]
 fn every_window_is_of_one_length_within_the_slide_and_right() {
-    let long = Settings { window_s: 1.0, hop_s: 0.25, ..Settings::DEFAULT };
-    let short = Settings { window_s: 0.4, hop_s: 0.1, ..Settings::DEFAULT };
+    let long = Settings {
+        window_s: 1.0,
+        hop_s: 0.25,
+        ..Settings::DEFAULT
+    };
+    let short = Settings {
+        window_s: 0.4,
+        hop_s: 0.1,
+        ..Settings::DEFAULT
+    };
     for (before, after) in [(long, short), (short, long)] {
         // From before the slide until behind its end, at any phase of the hop.
         for changed in (150..700).step_by(37) {
             let changed_s = changed as f32 / FRAME_RATE_HZ;
             let estimates = touch(before, after, changed);
-            let what = format!("{} s to {} s at {changed_s} s", before.window_s, after.window_s);
-            let windows: Vec<_> = estimates.iter().filter(|(_, estimate)| estimate.span == Span::Window).collect();
+            let what = format!(
+                "{} s to {} s at {changed_s} s",
+                before.window_s, after.window_s
+            );
+            let windows: Vec<_> = estimates
+                .iter()
+                .filter(|(_, estimate)| estimate.span == Span::Window)
+                .collect();
             let mut lengths_s = [0; 2];
             for (is_after, window) in windows {
                 let end_s = window.t_us as f32 * 1e-6;
-                let due_s = if *is_after { after.window_s } else { before.window_s };
+                let due_s = if *is_after {
+                    after.window_s
+                } else {
+                    before.window_s
+                };
                 lengths_s[*is_after as usize] += 1;
-                assert!((window.window_s - due_s).abs() < 1.0 / FRAME_RATE_HZ, "{what}: {window:?}");
                 assert!(
-                    f64::from(end_s - window.window_s) > SLIDE_SCAN / f64::from(FRAME_RATE_HZ) - 0.03,
+                    (window.window_s - due_s).abs() < 1.0 / FRAME_RATE_HZ,
+                    "{what}: {window:?}"
+                );
+                assert!(
+                    f64::from(end_s - window.window_s)
+                        > SLIDE_SCAN / f64::from(FRAME_RATE_HZ) - 0.03,
                     "{what}: {window:?}"
                 );
                 if end_s > SLIDE_END_S {
@@ -99,9 +140,18 @@ fn every_window_is_of_one_length_within_the_slide_and_right() {
                 );
             }
             // What time was left for at least one of each.
-            assert!(changed_s < 0.85 + before.window_s || lengths_s[0] > 0, "{what}: {lengths_s:?}");
-            assert!(changed_s > 2.7 || lengths_s[1] > 0 || changed_s + after.window_s > 2.7, "{what}: {lengths_s:?}");
-            let whole: Vec<_> = estimates.iter().filter(|(_, estimate)| estimate.span == Span::Slide).collect();
+            assert!(
+                changed_s < 0.85 + before.window_s || lengths_s[0] > 0,
+                "{what}: {lengths_s:?}"
+            );
+            assert!(
+                changed_s > 2.7 || lengths_s[1] > 0 || changed_s + after.window_s > 2.7,
+                "{what}: {lengths_s:?}"
+            );
+            let whole: Vec<_> = estimates
+                .iter()
+                .filter(|(_, estimate)| estimate.span == Span::Slide)
+                .collect();
             assert!(
                 matches!(whole[..], [(_, fit)] if fit.status == Status::Good && fit.window_s > 1.9),
                 "{what}: {whole:?}"

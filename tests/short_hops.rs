@@ -21,7 +21,13 @@ fn windows_due(settings: Settings) -> usize {
     let (mut detector, mut ring) = (Box::new(Detector::new(settings)), Box::new(Ring::new()));
     let (diagnostics, mut due) = (Diagnostics::new(), 0);
     for conversion in conversions() {
-        detector.push(conversion, &mut ring, &diagnostics, &mut |_| (), &mut |_| due += 1);
+        detector.push(
+            conversion,
+            &mut ring,
+            &diagnostics,
+            &mut |_| (),
+            &mut |_| due += 1,
+        );
     }
     detector.finish(&mut ring, &diagnostics, &mut |_| (), &mut |_| due += 1);
     due
@@ -29,7 +35,11 @@ fn windows_due(settings: Settings) -> usize {
 
 #[test]
 fn every_window_that_is_due_is_fitted_or_counted_as_skipped() {
-    let settings = Settings { window_s: 0.1, hop_s: 0.02, ..Settings::DEFAULT };
+    let settings = Settings {
+        window_s: 0.1,
+        hop_s: 0.02,
+        ..Settings::DEFAULT
+    };
     let mut pipeline = Box::new(Pipeline::new(settings));
     let (mut estimates, mut hops_skipped) = (0, 0);
     let mut count = |event| match event {
@@ -39,7 +49,10 @@ fn every_window_that_is_due_is_fitted_or_counted_as_skipped() {
     };
     conversions().for_each(|conversion| pipeline.push(conversion, &mut count));
     pipeline.finish(&mut count);
-    assert!(hops_skipped > 0, "the slide is noticed too early for this test");
+    assert!(
+        hops_skipped > 0,
+        "the slide is noticed too early for this test"
+    );
     assert!(estimates > 50, "{estimates}");
     assert_eq!(estimates + hops_skipped, windows_due(settings));
 }

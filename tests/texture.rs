@@ -1,4 +1,5 @@
-//! The whole path to a texture: SPI bytes in, the event out, once a touch and again when the grating is another.
+//! The whole path to a texture: SPI bytes in, the event out, once a touch and again when the
+//! grating is another.
 
 #[allow(dead_code, reason = "every test file uses a part of it")]
 mod support;
@@ -15,7 +16,12 @@ const SPEED_MM_S: f64 = 30.0;
 const SLIDE_MM: f64 = 120.0;
 
 fn sliding(period_mm: f64) -> Sliding {
-    Sliding { period_mm, slide_mm: SLIDE_MM, speed_mm_s: SPEED_MM_S, ..Sliding::default() }
+    Sliding {
+        period_mm,
+        slide_mm: SLIDE_MM,
+        speed_mm_s: SPEED_MM_S,
+        ..Sliding::default()
+    }
 }
 
 /// A slide that begins on one grating and ends on another.
@@ -29,14 +35,20 @@ impl Changing {
     fn new(first: Sliding, second: Sliding) -> Self {
         let gratings = [first, second].map(|grating| SlidingScene::new(grating).expect("a scene"));
         let changes_s = gratings[0].truth().slide_start_s + 0.5 * SLIDE_MM / SPEED_MM_S;
-        Self { gratings, changes_s }
+        Self {
+            gratings,
+            changes_s,
+        }
     }
 }
 
 impl Scene for Changing {
     fn volts(&mut self, input: u8, t_s: f64) -> f64 {
         // Both have memory.
-        let [first, second] = self.gratings.each_mut().map(|grating| grating.volts(input, t_s));
+        let [first, second] = self
+            .gratings
+            .each_mut()
+            .map(|grating| grating.volts(input, t_s));
         if t_s < self.changes_s { first } else { second }
     }
 
@@ -47,43 +59,88 @@ impl Scene for Changing {
 
 /// What a PC knows: always the same speed.
 fn known_speed() -> Option<Profile> {
-    let knot = |t_us| Knot { t_us, speed_mm_s: SPEED_MM_S as f32 };
+    let knot = |t_us| Knot {
+        t_us,
+        speed_mm_s: SPEED_MM_S as f32,
+    };
     Profile::new(&[knot(0), knot(20_000_000)], After::Hold).ok()
 }
 
-fn textures(scene: impl Scene + 'static, settings: Settings, profile: Option<Profile>) -> (Vec<Texture>, Vec<Event>) {
+fn textures(
+    scene: impl Scene + 'static,
+    settings: Settings,
+    profile: Option<Profile>,
+) -> (Vec<Texture>, Vec<Event>) {
     let events = run_along(scene, settings, profile, all);
     (outcome(&events).textures, events)
 }
 
 fn assert_is(texture: &Texture, period_mm: f64) {
     let off_mm = f64::from(texture.period_mm) - period_mm;
-    assert!(off_mm.abs() < 4.0 * f64::from(texture.period_sigma_mm), "{period_mm}: {texture:?}");
-    assert!(texture.period_sigma_mm > 0.0 && texture.power_sigma_v2 > 0.0, "{texture:?}");
+    assert!(
+        off_mm.abs() < 4.0 * f64::from(texture.period_sigma_mm),
+        "{period_mm}: {texture:?}"
+    );
+    assert!(
+        texture.period_sigma_mm > 0.0 && texture.power_sigma_v2 > 0.0,
+        "{texture:?}"
+    );
 }
 
 #[test]
 fn a_grating_that_stays_is_reported_once() {
     for seed in 1..=5 {
-        let scene = Sliding { seed, ..sliding(3.6) };
+        let scene = Sliding {
+            seed,
+            ..sliding(3.6)
+        };
         let scene = SlidingScene::new(scene).expect("a scene");
         let (textures, events) = textures(scene, Settings::DEFAULT, known_speed());
         let out = outcome(&events);
-        assert!(out.window_fits.len() > 10 && textures.len() == 1, "seed {seed}: {textures:?}");
+        assert!(
+            out.window_fits.len() > 10 && textures.len() == 1,
+            "seed {seed}: {textures:?}"
+        );
         assert_is(&textures[0], 3.6);
         // Behind the estimate that has found it, and at its time.
-        let at = events.iter().position(|event| matches!(event, Event::Texture(_))).expect("a texture");
-        let Event::Estimate(estimate) = &events[at - 1] else { panic!("{:?}", events[at - 1]) };
-        assert_eq!((textures[0].t_us, textures[0].plan), (estimate.t_us, Plan::PAPER));
+        let at = events
+            .iter()
+            .position(|event| matches!(event, Event::Texture(_)))
+            .expect("a texture");
+        let Event::Estimate(estimate) = &events[at - 1] else {
+            panic!("{:?}", events[at - 1])
+        };
+        assert_eq!(
+            (textures[0].t_us, textures[0].plan),
+            (estimate.t_us, Plan::PAPER)
+        );
         // By the definitions, in f64.
-        let squares: f64 = estimate.channels.iter().map(|channel| f64::from(channel.amplitude_v).powi(2)).sum();
+        let squares: f64 = estimate
+            .channels
+            .iter()
+            .map(|channel| f64::from(channel.amplitude_v).powi(2))
+            .sum();
         let power_v2 = 0.5 * squares / estimate.channels.len() as f64;
-        assert!((f64::from(textures[0].power_v2) / power_v2 - 1.0).abs() < 1e-5, "{power_v2} {textures:?}");
-        let image = out.images.iter().find(|image| image.hold == Hold::BeforeSlide).expect("an image");
-        let mean: f64 =
-            image.taxels.iter().map(|taxel| f64::from(taxel.level_v)).sum::<f64>() / image.taxels.len() as f64;
+        assert!(
+            (f64::from(textures[0].power_v2) / power_v2 - 1.0).abs() < 1e-5,
+            "{power_v2} {textures:?}"
+        );
+        let image = out
+            .images
+            .iter()
+            .find(|image| image.hold == Hold::BeforeSlide)
+            .expect("an image");
+        let mean: f64 = image
+            .taxels
+            .iter()
+            .map(|taxel| f64::from(taxel.level_v))
+            .sum::<f64>()
+            / image.taxels.len() as f64;
         let level_v = f64::from(textures[0].level_v.expect("a level"));
-        assert!((level_v - mean).abs() < 1e-6 * mean.abs().max(1e-3), "{level_v} {mean}");
+        assert!(
+            (level_v - mean).abs() < 1e-6 * mean.abs().max(1e-3),
+            "{level_v} {mean}"
+        );
     }
 }
 
@@ -96,7 +153,8 @@ fn another_grating_in_the_same_touch_is_reported_again() {
         assert!(textures.len() >= 2, "{first_mm} {second_mm}: {textures:?}");
         assert_is(&textures[0], first_mm);
         assert!(textures.iter().skip(1).any(|texture| {
-            (f64::from(texture.period_mm) - second_mm).abs() < 4.0 * f64::from(texture.period_sigma_mm)
+            (f64::from(texture.period_mm) - second_mm).abs()
+                < 4.0 * f64::from(texture.period_sigma_mm)
         }));
     }
 }
@@ -118,7 +176,11 @@ impl Scene for Again {
 fn each_touch_reports_its_texture() {
     let scene = SlidingScene::new(sliding(3.6)).expect("a scene");
     let (textures, events) = textures(Again(scene), Settings::DEFAULT, known_speed());
-    assert_eq!((outcome(&events).contacts_s.len(), textures.len()), (3, 3), "{textures:?}");
+    assert_eq!(
+        (outcome(&events).contacts_s.len(), textures.len()),
+        (3, 3),
+        "{textures:?}"
+    );
     textures.iter().for_each(|texture| assert_is(texture, 3.6));
 }
 
@@ -127,25 +189,45 @@ fn each_touch_reports_its_texture() {
 fn the_power_s_sigma_is_its_scatter() {
     const RUNS: u64 = 50;
     let first = |seed| {
-        let scene = Sliding { seed, snr_db: Some(20.0), period_mm: 3.6, slide_mm: 40.0, ..Sliding::physical() };
+        let scene = Sliding {
+            seed,
+            snr_db: Some(20.0),
+            period_mm: 3.6,
+            slide_mm: 40.0,
+            ..Sliding::physical()
+        };
         let scene = SlidingScene::new(scene).expect("a scene");
-        textures(scene, Settings::DEFAULT, known_speed()).0.first().copied()
+        textures(scene, Settings::DEFAULT, known_speed())
+            .0
+            .first()
+            .copied()
     };
     let all: Vec<Texture> = (1..=RUNS).filter_map(first).collect();
     assert_eq!(all.len() as u64, RUNS);
-    let mean = |value: &dyn Fn(&Texture) -> f64| all.iter().map(value).sum::<f64>() / all.len() as f64;
+    let mean =
+        |value: &dyn Fn(&Texture) -> f64| all.iter().map(value).sum::<f64>() / all.len() as f64;
     let power_v2 = mean(&|texture| texture.power_v2.into());
     let scatter_v2 = mean(&|texture| (f64::from(texture.power_v2) - power_v2).powi(2)).sqrt();
     let sigma_v2 = mean(&|texture| texture.power_sigma_v2.into());
     println!("scatter {scatter_v2:e} sigma {sigma_v2:e} of {power_v2:e} V^2");
     // The scatter of 50 values is known to 10 %.
-    assert!((scatter_v2 / sigma_v2 - 1.0).abs() < 0.35, "scatter {scatter_v2:e} sigma {sigma_v2:e}");
+    assert!(
+        (scatter_v2 / sigma_v2 - 1.0).abs() < 0.35,
+        "scatter {scatter_v2:e} sigma {sigma_v2:e}"
+    );
 }
 
 #[test]
 fn without_a_speed_there_is_no_texture() {
-    let array = Array { period_least_mm: 1.2, period_most_mm: 9.0, ..Settings::DEFAULT.array };
-    let settings = Settings { array, ..Settings::DEFAULT };
+    let array = Array {
+        period_least_mm: 1.2,
+        period_most_mm: 9.0,
+        ..Settings::DEFAULT.array
+    };
+    let settings = Settings {
+        array,
+        ..Settings::DEFAULT
+    };
     let scene = || SlidingScene::new(sliding(3.6)).expect("a scene");
     let (none, events) = textures(scene(), settings, None);
     assert!(outcome(&events).window_fits.len() > 10);

@@ -1,5 +1,5 @@
-//! Spatial period, speed and direction over the whole path on a PC: SPI bytes in, telemetry out, with the simulated
-//! finger behind the chip.
+//! Spatial period, speed and direction over the whole path on a PC: SPI bytes in, telemetry out,
+//! with the simulated finger behind the chip.
 
 #[allow(dead_code, reason = "every test file uses a part of it")]
 mod support;
@@ -15,33 +15,55 @@ use support::{all, outcome, run, run_along};
 /// All estimates of a scene.
 fn estimates(scene: Sliding, settings: Settings) -> Vec<Estimate> {
     let out = outcome(&run(SlidingScene::new(scene).unwrap(), settings, all));
-    assert_eq!((out.slides_s.len(), out.slide_fits.len()), (1, 1), "{out:?}");
+    assert_eq!(
+        (out.slides_s.len(), out.slide_fits.len()),
+        (1, 1),
+        "{out:?}"
+    );
     assert!(!out.window_fits.is_empty());
     out.window_fits.into_iter().chain(out.slide_fits).collect()
 }
 
 fn with_array(array: Array) -> Settings {
-    Settings { array, ..Settings::DEFAULT }
+    Settings {
+        array,
+        ..Settings::DEFAULT
+    }
 }
 
 fn towards(reverse: bool) -> Direction {
-    if reverse { Direction::Backward } else { Direction::Forward }
+    if reverse {
+        Direction::Backward
+    } else {
+        Direction::Forward
+    }
 }
 
-/// The bars: period within 1 %, speed within 1.5 %, direction always right, at 20 dB in windows of 1 s.
+/// The bars: period within 1 %, speed within 1.5 %, direction always right, at 20 dB in windows of
+/// 1 s.
 #[test]
 fn all_of_table_2_both_ways_within_the_bars() {
     let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
     let (mut worst, mut sigmas) = ((0.0f64, 0.0f64), 0.0f64);
     for number in 1..=10 {
-        let scene = load_scene(scenes.join(format!("c{number}.toml")), FRAME_RATE_HZ.into()).unwrap();
+        let scene =
+            load_scene(scenes.join(format!("c{number}.toml")), FRAME_RATE_HZ.into()).unwrap();
         for (seed, reverse) in [(1, false), (2, true), (3, true)] {
-            let scene = Sliding { snr_db: Some(20.0), seed: 10 * number + seed, reverse, ..scene.clone() };
+            let scene = Sliding {
+                snr_db: Some(20.0),
+                seed: 10 * number + seed,
+                reverse,
+                ..scene.clone()
+            };
             let (period_mm, speed_mm_s) = (scene.period_mm, scene.speed_mm_s);
             for fit in estimates(scene, Settings::DEFAULT) {
                 let what = format!("c{number}, seed {seed}: {fit:?}");
                 let travel = fit.travel;
-                assert_eq!((travel.status, travel.direction), (TravelStatus::Unique, towards(reverse)), "{what}");
+                assert_eq!(
+                    (travel.status, travel.direction),
+                    (TravelStatus::Unique, towards(reverse)),
+                    "{what}"
+                );
                 let period_off = f64::from(travel.spatial_period_mm) / period_mm - 1.0;
                 let speed_off = f64::from(travel.speed_mm_s) / speed_mm_s - 1.0;
                 worst = (worst.0.max(period_off.abs()), worst.1.max(speed_off.abs()));
@@ -54,38 +76,88 @@ fn all_of_table_2_both_ways_within_the_bars() {
             }
         }
     }
-    eprintln!("worst: period {:.3} %, {sigmas:.2} sigma; speed {:.3} %", 100.0 * worst.0, 100.0 * worst.1);
+    eprintln!(
+        "worst: period {:.3} %, {sigmas:.2} sigma; speed {:.3} %",
+        100.0 * worst.0,
+        100.0 * worst.1
+    );
 }
 
-/// What is faster than any of the paper's: 92 Hz, where the slots of the scan are 7 % of a turn apart between units.
+/// What is faster than any of the paper's: 92 Hz, where the slots of the scan are 7 % of a turn
+/// apart between units.
 #[test]
 fn a_fast_grating_is_as_good_as_a_slow_one() {
     for reverse in [false, true] {
-        let scene = Sliding { speed_mm_s: 240.0, period_mm: 2.6, slide_mm: 600.0, reverse, ..Sliding::physical() };
-        for fit in estimates(Sliding { snr_db: Some(20.0), ..scene }, Settings::DEFAULT) {
+        let scene = Sliding {
+            speed_mm_s: 240.0,
+            period_mm: 2.6,
+            slide_mm: 600.0,
+            reverse,
+            ..Sliding::physical()
+        };
+        for fit in estimates(
+            Sliding {
+                snr_db: Some(20.0),
+                ..scene
+            },
+            Settings::DEFAULT,
+        ) {
             let travel = fit.travel;
-            assert_eq!((travel.status, travel.direction), (TravelStatus::Unique, towards(reverse)), "{fit:?}");
-            assert!((travel.spatial_period_mm / 2.6 - 1.0).abs() < 0.01, "{fit:?}");
+            assert_eq!(
+                (travel.status, travel.direction),
+                (TravelStatus::Unique, towards(reverse)),
+                "{fit:?}"
+            );
+            assert!(
+                (travel.spatial_period_mm / 2.6 - 1.0).abs() < 0.01,
+                "{fit:?}"
+            );
         }
     }
 }
 
-/// Speed by the protocol: the period comes from it, the direction from the phases, which are a check.
+/// Speed by the protocol: the period comes from it, the direction from the phases, which are a
+/// check.
 #[test]
 fn with_a_given_speed_the_period_comes_from_it() {
     for reverse in [false, true] {
-        let scene = Sliding { period_mm: 3.6, snr_db: Some(20.0), reverse, ..Sliding::physical() };
+        let scene = Sliding {
+            period_mm: 3.6,
+            snr_db: Some(20.0),
+            reverse,
+            ..Sliding::physical()
+        };
         let fits_at = |speed_mm_s| {
-            let slide = SlideRule::Protocol { delay_s: 1.0, speed_mm_s, length_mm: 55.0 };
-            estimates(scene.clone(), Settings { slide, ..Settings::DEFAULT })
+            let slide = SlideRule::Protocol {
+                delay_s: 1.0,
+                speed_mm_s,
+                length_mm: 55.0,
+            };
+            estimates(
+                scene.clone(),
+                Settings {
+                    slide,
+                    ..Settings::DEFAULT
+                },
+            )
         };
         for fit in fits_at(30.0) {
             let travel = fit.travel;
-            assert_eq!((travel.status, travel.direction), (TravelStatus::Given, towards(reverse)), "{fit:?}");
+            assert_eq!(
+                (travel.status, travel.direction),
+                (TravelStatus::Given, towards(reverse)),
+                "{fit:?}"
+            );
             assert_eq!((travel.speed_mm_s, travel.speed_sigma_mm_s), (30.0, 0.0));
-            assert!((travel.spatial_period_mm / 3.6 - 1.0).abs() < 0.002, "{fit:?}");
+            assert!(
+                (travel.spatial_period_mm / 3.6 - 1.0).abs() < 0.002,
+                "{fit:?}"
+            );
             let share = fit.sigma / fit.frequency;
-            assert!((travel.spatial_period_sigma_mm / (3.6 * share) - 1.0).abs() < 0.01, "{fit:?}");
+            assert!(
+                (travel.spatial_period_sigma_mm / (3.6 * share) - 1.0).abs() < 0.01,
+                "{fit:?}"
+            );
         }
         // A speed that is a sixth too small is another grating's.
         for fit in fits_at(25.0) {
@@ -98,30 +170,60 @@ fn with_a_given_speed_the_period_comes_from_it() {
 #[test]
 fn along_a_profile_the_period_is_the_fits_own() {
     for (reverse, sign) in [(false, 1.0), (true, 1.0), (true, -1.0)] {
-        let scene = Sliding { period_mm: 3.6, snr_db: Some(20.0), reverse, ..Sliding::physical() };
-        let knots = [Knot { t_us: 0, speed_mm_s: sign * 30.0 }];
+        let scene = Sliding {
+            period_mm: 3.6,
+            snr_db: Some(20.0),
+            reverse,
+            ..Sliding::physical()
+        };
+        let knots = [Knot {
+            t_us: 0,
+            speed_mm_s: sign * 30.0,
+        }];
         let profile = Profile::new(&knots, After::Hold).unwrap();
         let scene = SlidingScene::new(scene).unwrap();
         let out = outcome(&run_along(scene, Settings::DEFAULT, Some(profile), all));
         assert!(!out.window_fits.is_empty(), "{out:?}");
         for fit in out.window_fits {
             let travel = fit.travel;
-            assert_eq!((travel.status, travel.direction), (TravelStatus::Given, towards(reverse)), "{fit:?}");
-            assert!((travel.spatial_period_mm * fit.frequency - 1.0).abs() < 1e-6, "{fit:?}");
-            assert!((travel.spatial_period_mm / 3.6 - 1.0).abs() < 0.002, "{fit:?}");
+            assert_eq!(
+                (travel.status, travel.direction),
+                (TravelStatus::Given, towards(reverse)),
+                "{fit:?}"
+            );
+            assert!(
+                (travel.spatial_period_mm * fit.frequency - 1.0).abs() < 1e-6,
+                "{fit:?}"
+            );
+            assert!(
+                (travel.spatial_period_mm / 3.6 - 1.0).abs() < 0.002,
+                "{fit:?}"
+            );
             assert!((travel.speed_mm_s / 30.0 - 1.0).abs() < 1e-3, "{fit:?}");
         }
     }
 }
 
-/// A grating finer than the pitch looks like one of the paper's; where both are possible, the estimate is ambiguous.
+/// A grating finer than the pitch looks like one of the paper's; where both are possible, the
+/// estimate is ambiguous.
 #[test]
 fn a_grating_finer_than_the_pitch_is_ambiguous() {
-    let scene = Sliding { period_mm: 1.5, ridge_mm: 0.4, snr_db: Some(20.0), ..Sliding::physical() };
-    let array = Array { period_least_mm: 1.4, ..Array::DEFAULT };
+    let scene = Sliding {
+        period_mm: 1.5,
+        ridge_mm: 0.4,
+        snr_db: Some(20.0),
+        ..Sliding::physical()
+    };
+    let array = Array {
+        period_least_mm: 1.4,
+        ..Array::DEFAULT
+    };
     for fit in estimates(scene, with_array(array)) {
         assert_eq!(fit.travel.status, TravelStatus::Ambiguous, "{fit:?}");
-        assert!(!fit.travel.is_known() && fit.travel.speed_mm_s == 0.0, "{fit:?}");
+        assert!(
+            !fit.travel.is_known() && fit.travel.speed_mm_s == 0.0,
+            "{fit:?}"
+        );
     }
 }
 
@@ -130,10 +232,23 @@ fn a_grating_finer_than_the_pitch_is_ambiguous() {
 fn another_contact_wants_a_calibration_of_its_own() {
     for (contact_mm, least, most) in [(7.0, 0.024, 0.04), (9.0, -0.03, -0.005)] {
         for period_mm in [2.6, 3.1, 3.6] {
-            let finger = Some(Finger { contact_mm, ..Finger::default() });
-            for fit in estimates(Sliding { period_mm, finger, ..Sliding::physical() }, Settings::DEFAULT) {
+            let finger = Some(Finger {
+                contact_mm,
+                ..Finger::default()
+            });
+            for fit in estimates(
+                Sliding {
+                    period_mm,
+                    finger,
+                    ..Sliding::physical()
+                },
+                Settings::DEFAULT,
+            ) {
                 let off = f64::from(fit.travel.spatial_period_mm) / period_mm - 1.0;
-                assert!((least..most).contains(&off), "{contact_mm} mm: {off}, {fit:?}");
+                assert!(
+                    (least..most).contains(&off),
+                    "{contact_mm} mm: {off}, {fit:?}"
+                );
             }
         }
     }

@@ -33,7 +33,8 @@ impl Scene for Varying {
         let place_mm = MEAN_MM_S * since_s + swung_mm;
         // The scene slides at the mean speed: at this time of its own it is at that place.
         let outside_s = t_s - start_s - since_s;
-        self.0.volts(input, start_s + place_mm / MEAN_MM_S + outside_s)
+        self.0
+            .volts(input, start_s + place_mm / MEAN_MM_S + outside_s)
     }
 
     fn end_s(&self) -> f64 {
@@ -50,12 +51,17 @@ fn slide(profile: impl Fn(f64) -> Option<Profile>) -> Outcome {
     };
     let scene = SlidingScene::new(parameters).unwrap();
     let start_s = scene.truth().slide_start_s;
-    let settings = Settings { window_s: 0.7, hop_s: 0.1, ..Settings::DEFAULT };
+    let settings = Settings {
+        window_s: 0.7,
+        hop_s: 0.1,
+        ..Settings::DEFAULT
+    };
     outcome(&run_along(Varying(scene), settings, profile(start_s), all))
 }
 
-/// The profile of a host: speeds at as many times as a profile holds, which lead to the right places. Chords of a sine
-/// are too short by their length squared over twelve; uncorrected, they alone would make errors of 1 %.
+/// The profile of a host: speeds at as many times as a profile holds, which lead to the right
+/// places. Chords of a sine are too short by their length squared over twelve; uncorrected, they
+/// alone would make errors of 1 %.
 fn profile(start_s: f64) -> Option<Profile> {
     let step = TAU * 2.0 / (KNOTS_MAX - 1) as f64;
     let longer = 1.0 / (1.0 - step * step / 12.0);
@@ -63,7 +69,10 @@ fn profile(start_s: f64) -> Option<Profile> {
     let knots: Vec<Knot> = (0..KNOTS_MAX)
         .map(|k| {
             let since_s = 2.0 * SWING_S * k as f64 / (KNOTS_MAX - 1) as f64;
-            Knot { t_us: ((start_s + since_s) * 1e6) as u32, speed_mm_s: speed_mm_s(since_s) as f32 }
+            Knot {
+                t_us: ((start_s + since_s) * 1e6) as u32,
+                speed_mm_s: speed_mm_s(since_s) as f32,
+            }
         })
         .collect();
     Some(Profile::new(&knots, After::Hold).unwrap())
@@ -74,10 +83,15 @@ fn with_a_profile_every_window_gives_the_period() {
     let out = slide(profile);
     assert!(out.window_fits.len() > 15, "{}", out.window_fits.len());
     for fit in out.window_fits.iter().chain(&out.slide_fits) {
-        assert_eq!((fit.abscissa, fit.status), (Abscissa::Place, Status::Good), "{fit:?}");
+        assert_eq!(
+            (fit.abscissa, fit.status),
+            (Abscissa::Place, Status::Good),
+            "{fit:?}"
+        );
         let off = 1.0 / (fit.frequency as f64 * PERIOD_MM) - 1.0;
         let sigma = (fit.sigma / fit.frequency) as f64;
-        // A window has half a part in a thousand at most; a scan taken for a moment would cost four.
+        // A window has half a part in a thousand at most; a scan taken for a moment would cost
+        // four.
         assert!(off.abs() < 4.0 * sigma && sigma < 0.0005, "{off} {fit:?}");
     }
     let off = 1.0 / (out.slide_fits[0].frequency as f64 * PERIOD_MM) - 1.0;
@@ -87,7 +101,11 @@ fn with_a_profile_every_window_gives_the_period() {
 #[test]
 fn without_one_there_is_no_common_frequency() {
     let out = slide(|_| None);
-    let spread = out.window_fits.iter().filter(|fit| fit.status.has_tone()).map(|fit| fit.frequency);
+    let spread = out
+        .window_fits
+        .iter()
+        .filter(|fit| fit.status.has_tone())
+        .map(|fit| fit.frequency);
     let (least, most) = spread.fold((f32::MAX, 0f32), |(l, m), f| (l.min(f), m.max(f)));
     assert!(most > 2.0 * least, "{least} to {most} Hz");
 }

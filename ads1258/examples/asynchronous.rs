@@ -9,7 +9,11 @@ use hal_mock::{Constant, Options, SimulatedBoard};
 const VREF_V: f32 = 4.096;
 
 const CONFIG: Config = Config {
-    mux: Mux::AutoScan { differential: 0, single: 0b1111, internal: Sysred::NONE },
+    mux: Mux::AutoScan {
+        differential: 0,
+        single: 0b1111,
+        internal: Sysred::NONE,
+    },
     data_rate: DataRate::Drate1,
     idle_mode: IdleMode::Standby,
     ..Config::RESET
@@ -39,11 +43,21 @@ async fn run<SPI: SpiDevice>(
 
 /// Public, so that a test can run the example.
 pub fn main() {
-    let scene = Constant { volts: core::array::from_fn(|input| 0.1 * input as f64), ..Constant::default() };
-    let board = SimulatedBoard::new(scene, Options { noise: false, ..Options::default() });
+    let scene = Constant {
+        volts: core::array::from_fn(|input| 0.1 * input as f64),
+        ..Constant::default()
+    };
+    let board = SimulatedBoard::new(
+        scene,
+        Options {
+            noise: false,
+            ..Options::default()
+        },
+    );
     let mut adc = Ads1258::new(board.spi());
     let (mut start, mut drdy) = (board.start_pin(), board.drdy_pin());
-    let inputs_v = embassy_futures::block_on(run(&mut adc, &mut start, &mut drdy)).expect("the simulated chip answers");
+    let inputs_v = embassy_futures::block_on(run(&mut adc, &mut start, &mut drdy))
+        .expect("the simulated chip answers");
     println!("{inputs_v:.3?} V, {:.1} scans/s", CONFIG.frame_rate_hz());
     assert!((inputs_v[3] - 0.3).abs() < 1e-6);
 }

@@ -9,7 +9,14 @@ use hal_mock::{Constant, Options, SimulatedBoard};
 const VREF_V: f32 = 4.096;
 
 const CONFIG: Config = Config {
-    mux: Mux::AutoScan { differential: 0, single: 0b1111, internal: Sysred { temp: true, ..Sysred::NONE } },
+    mux: Mux::AutoScan {
+        differential: 0,
+        single: 0b1111,
+        internal: Sysred {
+            temp: true,
+            ..Sysred::NONE
+        },
+    },
     data_rate: DataRate::Drate1,
     idle_mode: IdleMode::Standby,
     ..Config::RESET
@@ -30,8 +37,12 @@ fn run<SPI: SpiDevice>(
         while matches!(drdy.is_high(), Ok(true)) {}
         let conversion = adc.read()?;
         match conversion.status.channel() {
-            Some(Channel::Single(input)) => inputs_v[usize::from(input)] = reading::volts(conversion.code, VREF_V),
-            Some(Channel::Temp) => println!("{:.1} C", reading::temperature_c(conversion.code, VREF_V)),
+            Some(Channel::Single(input)) => {
+                inputs_v[usize::from(input)] = reading::volts(conversion.code, VREF_V)
+            }
+            Some(Channel::Temp) => {
+                println!("{:.1} C", reading::temperature_c(conversion.code, VREF_V))
+            }
             _ => {}
         }
     }
@@ -41,11 +52,21 @@ fn run<SPI: SpiDevice>(
 
 /// Public, so that a test can run the example.
 pub fn main() {
-    let scene = Constant { volts: core::array::from_fn(|input| 0.1 * input as f64), ..Constant::default() };
-    let board = SimulatedBoard::new(scene, Options { noise: false, ..Options::default() });
+    let scene = Constant {
+        volts: core::array::from_fn(|input| 0.1 * input as f64),
+        ..Constant::default()
+    };
+    let board = SimulatedBoard::new(
+        scene,
+        Options {
+            noise: false,
+            ..Options::default()
+        },
+    );
     board.set_poll_ns(1_000); // each look at DRDY takes 1 us of virtual time
     let mut adc = Ads1258::new(board.spi());
-    let inputs_v = run(&mut adc, &mut board.start_pin(), &mut board.drdy_pin()).expect("the simulated chip answers");
+    let inputs_v = run(&mut adc, &mut board.start_pin(), &mut board.drdy_pin())
+        .expect("the simulated chip answers");
     println!("{inputs_v:.3?} V, {:.1} scans/s", CONFIG.frame_rate_hz());
     assert!((inputs_v[3] - 0.3).abs() < 1e-6);
     let _spi = adc.destroy();

@@ -5,11 +5,13 @@ use embedded_hal::spi::SpiDevice;
 use crate::codec::{self, Block};
 use crate::{Ads1258, Config, Conversion, Error, Register};
 
-/// Every command fails with [`Error::Spi`] if the SPI device does. Other errors are listed with the command.
+/// Every command fails with [`Error::Spi`] if the SPI device does. Other errors are listed with the
+/// command.
 impl<SPI: SpiDevice> Ads1258<SPI> {
     /// The reset command (0xC0): all registers at their reset values.
     ///
-    /// The chip finishes a running conversion first; drop its result. [`reset_by_pin`](Self::reset_by_pin) ends it.
+    /// The chip finishes a running conversion first; drop its result.
+    /// [`reset_by_pin`](Self::reset_by_pin) ends it.
     pub fn reset(&mut self) -> Result<(), Error<SPI::Error>> {
         self.spi.write(&codec::RESET).map_err(Error::Spi)?;
         self.after_reset();
@@ -18,11 +20,12 @@ impl<SPI: SpiDevice> Ads1258<SPI> {
 
     /// Writes the whole configuration, CONFIG0 to GPIOD, and reads it back. START must be low.
     ///
-    /// This also checks that there is a chip: CONFIG0 always holds ones (STAT) and zeros, and a stuck wire reads as all ones or all zeros.
+    /// This also checks that there is a chip: CONFIG0 always holds ones (STAT) and zeros, and a
+    /// stuck wire reads as all ones or all zeros.
     ///
     /// # Errors
-    /// [`Error::Config`] before anything is transferred; [`Error::Verify`] if a register does not hold what was
-    /// written.
+    /// [`Error::Config`] before anything is transferred; [`Error::Verify`] if a register does not
+    /// hold what was written.
     pub fn configure(&mut self, config: &Config) -> Result<(), Error<SPI::Error>> {
         self.write_registers(Register::Config0, &config.registers()?)?;
         self.verify()
@@ -30,9 +33,10 @@ impl<SPI: SpiDevice> Ads1258<SPI> {
 
     /// Compares all registers with what the driver has written to them, without writing.
     ///
-    /// To be called about once a second: registers have been reported to change by themselves after minutes to hours. Best
-    /// right after a [`read`](Self::read): then the next conversion is furthest away. On a mismatch [`stop`](Self::stop),
-    /// [`reset`](Self::reset) (for the reserved bits), [`configure`](Self::configure) and [`start`](Self::start) again.
+    /// To be called about once a second: registers have been reported to change by themselves after
+    /// minutes to hours. Best right after a [`read`](Self::read): then the next conversion is
+    /// furthest away. On a mismatch [`stop`](Self::stop), [`reset`](Self::reset) (for the reserved
+    /// bits), [`configure`](Self::configure) and [`start`](Self::start) again.
     ///
     /// # Errors
     /// [`Error::Verify`] with the first register that differs.
@@ -52,10 +56,17 @@ impl<SPI: SpiDevice> Ads1258<SPI> {
     /// Reads as many registers as `values` has places, from `first` on, in one transaction.
     ///
     /// # Errors
-    /// [`Error::RegisterRange`] if `values` is empty or leads beyond ID. On an error `values` is unchanged.
-    pub fn read_registers(&mut self, first: Register, values: &mut [u8]) -> Result<(), Error<SPI::Error>> {
+    /// [`Error::RegisterRange`] if `values` is empty or leads beyond ID. On an error `values` is
+    /// unchanged.
+    pub fn read_registers(
+        &mut self,
+        first: Register,
+        values: &mut [u8],
+    ) -> Result<(), Error<SPI::Error>> {
         let mut block = Block::read(first, values.len())?;
-        self.spi.transfer_in_place(block.bytes()).map_err(Error::Spi)?;
+        self.spi
+            .transfer_in_place(block.bytes())
+            .map_err(Error::Spi)?;
         block.copy_to(values);
         Ok(())
     }
@@ -64,25 +75,36 @@ impl<SPI: SpiDevice> Ads1258<SPI> {
     ///
     /// # Errors
     /// [`Error::RegisterRange`] for ID, which is read-only.
-    pub fn write_register(&mut self, register: Register, value: u8) -> Result<(), Error<SPI::Error>> {
+    pub fn write_register(
+        &mut self,
+        register: Register,
+        value: u8,
+    ) -> Result<(), Error<SPI::Error>> {
         self.write_registers(register, &[value])
     }
 
-    /// Writes the registers from `first` on in one transaction, without reading them back. START must be low.
+    /// Writes the registers from `first` on in one transaction, without reading them back. START
+    /// must be low.
     ///
     /// # Errors
     /// [`Error::RegisterRange`] if `values` is empty or leads beyond GPIOD (ID is read-only).
-    pub fn write_registers(&mut self, first: Register, values: &[u8]) -> Result<(), Error<SPI::Error>> {
+    pub fn write_registers(
+        &mut self,
+        first: Register,
+        values: &[u8],
+    ) -> Result<(), Error<SPI::Error>> {
         let mut block = Block::write(first, values)?;
         self.spi.write(block.bytes()).map_err(Error::Spi)?;
         self.after_write(first, values);
         Ok(())
     }
 
-    /// Reads ID and checks that this is an ADS1258. START must be low: with START high ID has been seen to read wrong.
+    /// Reads ID and checks that this is an ADS1258. START must be low: with START high ID has been
+    /// seen to read wrong.
     ///
-    /// Only bit 4 (ID4) is guaranteed, so this distinguishes the ADS1258 from the ADS1158 and from a DOUT that is stuck
-    /// high, but not from one that is stuck low. [`configure`](Self::configure) finds that one.
+    /// Only bit 4 (ID4) is guaranteed, so this distinguishes the ADS1258 from the ADS1158 and from
+    /// a DOUT that is stuck high, but not from one that is stuck low.
+    /// [`configure`](Self::configure) finds that one.
     ///
     /// # Errors
     /// [`Error::Id`] if ID4 is set.
@@ -90,15 +112,18 @@ impl<SPI: SpiDevice> Ads1258<SPI> {
         codec::check_id(self.read_register(Register::Id)?)
     }
 
-    /// The pulse convert command (0x80): one conversion, of the next channel of the scan, for boards with START wired low.
+    /// The pulse convert command (0x80): one conversion, of the next channel of the scan, for
+    /// boards with START wired low.
     pub fn pulse_convert(&mut self) -> Result<(), Error<SPI::Error>> {
         self.spi.write(&codec::PULSE_CONVERT).map_err(Error::Spi)
     }
 
-    /// The latest conversion, read by command in one transaction of 5 bytes: the thing to do when DRDY falls.
+    /// The latest conversion, read by command in one transaction of 5 bytes: the thing to do when
+    /// DRDY falls.
     ///
-    /// Safe at any time, unlike the direct read, which is one byte shorter: when the next conversion ends in the middle of
-    /// it, the data is not torn, and when there is nothing new it gives the last conversion again, with NEW cleared.
+    /// Safe at any time, unlike the direct read, which is one byte shorter: when the next
+    /// conversion ends in the middle of it, the data is not torn, and when there is nothing new it
+    /// gives the last conversion again, with NEW cleared.
     #[inline]
     pub fn read(&mut self) -> Result<Conversion, Error<SPI::Error>> {
         let mut frame = codec::READ_DATA;

@@ -26,7 +26,8 @@ pub enum Channel {
 const UNUSED_ID: u8 = 0x19;
 
 impl Channel {
-    /// CHID, 0 to 0x1D: DIFF0-7 = 0x00-0x07, AIN0-15 = 0x08-0x17, OFFSET 0x18, VCC 0x1A, TEMP 0x1B, GAIN 0x1C, REF 0x1D.
+    /// CHID, 0 to 0x1D: DIFF0-7 = 0x00-0x07, AIN0-15 = 0x08-0x17, OFFSET 0x18, VCC 0x1A, TEMP 0x1B,
+    /// GAIN 0x1C, REF 0x1D.
     ///
     /// A number out of range, such as `Single(16)`, gives 0x19, which the chip does not use.
     #[inline]

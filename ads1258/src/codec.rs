@@ -49,7 +49,10 @@ impl Block {
         }
         let mut bytes = [0; 1 + Register::ALL.len()];
         bytes[0] = command | first as u8 | if count > 1 { MULTIPLE } else { 0 };
-        Ok(Self { bytes, length: count.saturating_add(1) })
+        Ok(Self {
+            bytes,
+            length: count.saturating_add(1),
+        })
     }
 
     /// What is transferred in one transaction.
@@ -70,9 +73,17 @@ pub(crate) fn compare<E>(written: &Image, found: &Image) -> Result<(), Error<E>>
     let [.., gpio_inputs, _] = *written;
     for ((register, &wrote), &read) in Register::ALL.into_iter().zip(written).zip(found) {
         // An input pin reads as what is connected to it.
-        let compared = if register == Register::Gpiod { !gpio_inputs } else { 0xFF };
+        let compared = if register == Register::Gpiod {
+            !gpio_inputs
+        } else {
+            0xFF
+        };
         if (wrote ^ read) & compared != 0 {
-            return Err(Error::Verify { register, wrote, read });
+            return Err(Error::Verify {
+                register,
+                wrote,
+                read,
+            });
         }
     }
     Ok(())
@@ -80,5 +91,9 @@ pub(crate) fn compare<E>(written: &Image, found: &Image) -> Result<(), Error<E>>
 
 /// Checks that bit 4 of ID (ID4) is clear, the only bit that the datasheet guarantees.
 pub(crate) fn check_id<E>(id: u8) -> Result<u8, Error<E>> {
-    if id & 0x10 == 0 { Ok(id) } else { Err(Error::Id { read: id }) }
+    if id & 0x10 == 0 {
+        Ok(id)
+    } else {
+        Err(Error::Id { read: id })
+    }
 }

@@ -2,7 +2,8 @@
 
 use crate::{Channel, ConfigError, DataRate, Delay, IdleMode, Register, SensorBias, Sysred, rate};
 
-/// Clock from the 32.768 kHz crystal (CLKSEL low), which the chip's PLL multiplies by 480, in Hz (SBAS297G, clock source).
+/// Clock from the 32.768 kHz crystal (CLKSEL low), which the chip's PLL multiplies by 480, in Hz
+/// (SBAS297G, clock source).
 pub const CRYSTAL_CLOCK_HZ: u32 = 15_728_640;
 
 /// Lowest external clock in Hz (SBAS297G, electrical characteristics).
@@ -11,10 +12,12 @@ pub const CLOCK_MIN_HZ: u32 = 100_000;
 /// Highest external clock in Hz (SBAS297G, electrical characteristics).
 pub const CLOCK_MAX_HZ: u32 = 16_000_000;
 
-/// STAT, bit 1 of CONFIG0: the status byte precedes the data of a direct read (SBAS297G, CONFIG0 register).
+/// STAT, bit 1 of CONFIG0: the status byte precedes the data of a direct read (SBAS297G, CONFIG0
+/// register).
 const STAT: u8 = 0x02;
 
-/// What the multiplexer connects to the converter: MUXMOD and the registers that belong to it (SBAS297G, register map).
+/// What the multiplexer connects to the converter: MUXMOD and the registers that belong to it
+/// (SBAS297G, register map).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Mux {
@@ -38,12 +41,13 @@ pub enum Mux {
 
 /// The whole configuration of the chip (SBAS297G, register descriptions).
 ///
-/// The default is what the chip does after a reset, with the crystal as clock. STAT is always set: a read by command
-/// sends the status byte in any case, and so nothing depends on it.
+/// The default is what the chip does after a reset, with the crystal as clock. STAT is always set:
+/// a read by command sends the status byte in any case, and so nothing depends on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Config {
-    /// fCLK in Hz, [`CLOCK_MIN_HZ`] to [`CLOCK_MAX_HZ`]. No register holds it; the rates follow from it.
+    /// fCLK in Hz, [`CLOCK_MIN_HZ`] to [`CLOCK_MAX_HZ`]. No register holds it; the rates follow
+    /// from it.
     pub clock_hz: u32,
     /// What is converted.
     pub mux: Mux,
@@ -51,19 +55,20 @@ pub struct Config {
     pub data_rate: DataRate,
     /// DLY: time between switching the multiplexer and converting.
     pub delay: Delay,
-    /// CHOP: half the speed, noise divided by 1.4, offset drift by 25. Excludes REF, GAIN, TEMP and VCC.
+    /// CHOP: half the speed, noise divided by 1.4, offset drift by 25. Excludes REF, GAIN, TEMP and
+    /// VCC.
     pub chop: bool,
     /// IDLMOD: what the chip does while START is low.
     pub idle_mode: IdleMode,
     /// SBCS: sensor bias current.
     pub sensor_bias: SensorBias,
-    /// BYPAS: the converter measures at its own pins instead of behind the multiplexer, for an amplifier in between.
-    /// With nothing there the codes read 0x7F_FFFF.
+    /// BYPAS: the converter measures at its own pins instead of behind the multiplexer, for an
+    /// amplifier in between. With nothing there the codes read 0x7F_FFFF.
     pub bypass: bool,
     /// CLKENB: CLKIO puts out the clock when the crystal is in use.
     pub clock_output: bool,
-    /// SPIRST: the SPI port forgets a transfer when SCLK rests for 256 tCLK (16 us at 16 MHz) instead of 4096 tCLK.
-    /// Leave it off: a transfer that is interrupted for longer would be cut.
+    /// SPIRST: the SPI port forgets a transfer when SCLK rests for 256 tCLK (16 us at 16 MHz)
+    /// instead of 4096 tCLK. Leave it off: a transfer that is interrupted for longer would be cut.
     pub short_spi_timeout: bool,
     /// GPIOC: bit n set makes GPIOn an input, clear an output.
     pub gpio_inputs: u8,
@@ -78,10 +83,15 @@ impl Default for Config {
 }
 
 impl Config {
-    /// What the chip does after a reset, with the crystal as clock: AIN0 to AIN15 in turn at the highest data rate.
+    /// What the chip does after a reset, with the crystal as clock: AIN0 to AIN15 in turn at the
+    /// highest data rate.
     pub const RESET: Self = Self {
         clock_hz: CRYSTAL_CLOCK_HZ,
-        mux: Mux::AutoScan { differential: 0, single: 0xFFFF, internal: Sysred::NONE },
+        mux: Mux::AutoScan {
+            differential: 0,
+            single: 0xFFFF,
+            internal: Sysred::NONE,
+        },
         data_rate: DataRate::Drate3,
         delay: Delay::Dly0,
         chop: false,
@@ -97,7 +107,9 @@ impl Config {
     /// Checks that the chip can work like this. The error is the first rule that is broken.
     pub const fn validate(&self) -> Result<(), ConfigError> {
         if self.clock_hz < CLOCK_MIN_HZ || self.clock_hz > CLOCK_MAX_HZ {
-            return Err(ConfigError::Clock { clock_hz: self.clock_hz });
+            return Err(ConfigError::Clock {
+                clock_hz: self.clock_hz,
+            });
         }
         match self.mux {
             // All but OFFSET.
@@ -114,7 +126,8 @@ impl Config {
 
     /// The bytes for the writable registers, CONFIG0 (0x00) to GPIOD (0x08).
     ///
-    /// The registers of the multiplexer mode that is not in use are 0. Fails as [`validate`](Self::validate).
+    /// The registers of the multiplexer mode that is not in use are 0. Fails as
+    /// [`validate`](Self::validate).
     pub const fn registers(&self) -> Result<[u8; Register::WRITABLE], ConfigError> {
         if let Err(error) = self.validate() {
             return Err(error);
@@ -132,19 +145,35 @@ impl Config {
             | (self.sensor_bias as u8) << 2
             | self.data_rate as u8;
         let (muxsch, muxdif, single, sysred) = match self.mux {
-            Mux::AutoScan { differential, single, internal } => (0, differential, single, internal.to_bits()),
+            Mux::AutoScan {
+                differential,
+                single,
+                internal,
+            } => (0, differential, single, internal.to_bits()),
             Mux::Fixed { ainp, ainn } => (ainp << 4 | ainn, 0, 0, 0),
         };
         let [muxsg0, muxsg1] = single.to_le_bytes();
-        Ok([config0, config1, muxsch, muxdif, muxsg0, muxsg1, sysred, self.gpio_inputs, self.gpio_levels])
+        Ok([
+            config0,
+            config1,
+            muxsch,
+            muxdif,
+            muxsg0,
+            muxsg1,
+            sysred,
+            self.gpio_inputs,
+            self.gpio_levels,
+        ])
     }
 
     /// The channels of the scan as a mask: bit n is channel id n. 0 in fixed mode.
     pub const fn channel_mask(&self) -> u32 {
         match self.mux {
-            Mux::AutoScan { differential, single, internal } => {
-                differential as u32 | (single as u32) << 8 | (internal.to_bits() as u32) << 24
-            }
+            Mux::AutoScan {
+                differential,
+                single,
+                internal,
+            } => differential as u32 | (single as u32) << 8 | (internal.to_bits() as u32) << 24,
             Mux::Fixed { .. } => 0,
         }
     }
@@ -157,7 +186,8 @@ impl Config {
         }
     }
 
-    /// The channels of one scan in the order in which they arrive, by ascending channel id. Empty in fixed mode.
+    /// The channels of one scan in the order in which they arrive, by ascending channel id. Empty
+    /// in fixed mode.
     ///
     /// ```
     /// use ads1258::{Channel, Config};
@@ -167,12 +197,15 @@ impl Config {
     /// ```
     pub fn scan(&self) -> impl Iterator<Item = Channel> + use<> {
         let mask = self.channel_mask();
-        (0..u32::BITS as u8).filter_map(Channel::from_id).filter(move |channel| mask & channel.bit() != 0)
+        (0..u32::BITS as u8)
+            .filter_map(Channel::from_id)
+            .filter(move |channel| mask & channel.bit() != 0)
     }
 
     /// The channel that follows `channel` in the scan; after the last one the first.
     ///
-    /// For a `channel` outside the scan it is the next one in it. In fixed mode, or with an empty scan, it is `channel`.
+    /// For a `channel` outside the scan it is the next one in it. In fixed mode, or with an empty
+    /// scan, it is `channel`.
     pub const fn next_channel(&self, channel: Channel) -> Channel {
         let mask = self.channel_mask();
         let above = mask & u32::MAX.unbounded_shl((channel.id() as u32).wrapping_add(1));
@@ -184,9 +217,15 @@ impl Config {
         }
     }
 
-    /// Clock periods (tCLK) per conversion, exactly: 128 to 29764. On a fixed channel the delay counts with `chop` only.
+    /// Clock periods (tCLK) per conversion, exactly: 128 to 29764. On a fixed channel the delay
+    /// counts with `chop` only.
     pub const fn conversion_ticks(&self) -> u32 {
-        rate::ticks(matches!(self.mux, Mux::Fixed { .. }), self.data_rate, self.delay, self.chop)
+        rate::ticks(
+            matches!(self.mux, Mux::Fixed { .. }),
+            self.data_rate,
+            self.delay,
+            self.chop,
+        )
     }
 
     /// Clock periods (tCLK) per scan of all slots, exactly; 0 for an empty scan.
@@ -205,12 +244,14 @@ impl Config {
         rate::per_second(self.clock_hz, self.conversion_ticks())
     }
 
-    /// Scans per second in Hz, that is, conversions per second of each channel; 0 for an empty scan.
+    /// Scans per second in Hz, that is, conversions per second of each channel; 0 for an empty
+    /// scan.
     pub const fn frame_rate_hz(&self) -> f32 {
         rate::per_second(self.clock_hz, self.frame_ticks())
     }
 
-    /// Highest SCLK in Hz: half of the clock (SBAS297G, SPI timing: SCLK period of at least 2 tCLK).
+    /// Highest SCLK in Hz: half of the clock (SBAS297G, SPI timing: SCLK period of at least 2
+    /// tCLK).
     pub const fn sclk_max_hz(&self) -> u32 {
         self.clock_hz / 2
     }

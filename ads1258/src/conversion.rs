@@ -2,8 +2,8 @@
 
 use crate::Channel;
 
-/// One conversion as read: status byte and 24-bit two's complement code (SBAS297G, data format). One LSB is
-/// VREF / 0x78_0000 (see [`reading`](crate::reading)).
+/// One conversion as read: status byte and 24-bit two's complement code (SBAS297G, data format).
+/// One LSB is VREF / 0x78_0000 (see [`reading`](crate::reading)).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Conversion {
@@ -14,7 +14,8 @@ pub struct Conversion {
 }
 
 impl Conversion {
-    /// The four bytes that follow the read command: status byte, then the code, big endian. Every bit pattern is valid.
+    /// The four bytes that follow the read command: status byte, then the code, big endian. Every
+    /// bit pattern is valid.
     ///
     /// ```
     /// use ads1258::Conversion;
@@ -24,23 +25,29 @@ impl Conversion {
     pub const fn from_bytes(bytes: [u8; 4]) -> Self {
         let [status, high, middle, low] = bytes;
         // The code sits in the upper three bytes, so the arithmetic shift extends its sign.
-        Self { status: Status(status), code: i32::from_be_bytes([high, middle, low, 0]) >> 8 }
+        Self {
+            status: Status(status),
+            code: i32::from_be_bytes([high, middle, low, 0]) >> 8,
+        }
     }
 }
 
-/// The status byte in front of every conversion: NEW, OVF, SUPPLY, CHID\[4:0\] (SBAS297G, status byte).
+/// The status byte in front of every conversion: NEW, OVF, SUPPLY, CHID\[4:0\] (SBAS297G, status
+/// byte).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Status(pub u8);
 
 impl Status {
-    /// NEW, bit 7: this conversion has not been read before. A second read of the same data has it cleared.
+    /// NEW, bit 7: this conversion has not been read before. A second read of the same data has it
+    /// cleared.
     #[inline]
     pub const fn is_new(self) -> bool {
         self.0 & 0x80 != 0
     }
 
-    /// OVF, bit 6: the input exceeded about 1.06 VREF. When clear, a short overload is still possible.
+    /// OVF, bit 6: the input exceeded about 1.06 VREF. When clear, a short overload is still
+    /// possible.
     #[inline]
     pub const fn is_overflow(self) -> bool {
         self.0 & 0x40 != 0
@@ -58,7 +65,8 @@ impl Status {
         self.0 & 0x1F
     }
 
-    /// The channel that CHID names, or `None` for the ids the chip does not use (0x19, 0x1E, 0x1F): a garbled transfer.
+    /// The channel that CHID names, or `None` for the ids the chip does not use (0x19, 0x1E, 0x1F):
+    /// a garbled transfer.
     ///
     /// Meant for the auto-scan; this driver does not rely on CHID in fixed-channel mode.
     #[inline]

@@ -10,13 +10,14 @@ use crate::codec::Image;
 /// SPI mode 0: SCLK idles low, DIN is sampled on its rising edge (SBAS297G, SPI timing). MSB first.
 pub const MODE: spi::Mode = spi::MODE_0;
 
-/// Clock periods (tCLK) from power-up to the first command, 2^18: 16.7 ms with the crystal (SBAS297G, power-up).
+/// Clock periods (tCLK) from power-up to the first command, 2^18: 16.7 ms with the crystal
+/// (SBAS297G, power-up).
 ///
 /// The crystal itself needs about 150 ms more after power-down by the PWDN pin.
 pub const POWER_UP_TICKS: u32 = 1 << 18;
 
-/// How long [`Ads1258::reset_by_pin`] holds RESET low, in us: over 2 tCLK of the slowest clock, 20 us (SBAS297G,
-/// reset).
+/// How long [`Ads1258::reset_by_pin`] holds RESET low, in us: over 2 tCLK of the slowest clock, 20
+/// us (SBAS297G, reset).
 pub const RESET_LOW_US: u32 = 25;
 
 const RESET_IMAGE: Image = {
@@ -26,14 +27,16 @@ const RESET_IMAGE: Image = {
 
 /// An ADS1258 on an SPI device.
 ///
-/// The SPI device owns the bus and the CS pin, with [`MODE`] and at most half of the chip's clock as SCLK. With the feature
-/// `async` each method has a twin with `_async` behind its name, for an `embedded_hal_async::spi::SpiDevice`.
+/// The SPI device owns the bus and the CS pin, with [`MODE`] and at most half of the chip's clock
+/// as SCLK. With the feature `async` each method has a twin with `_async` behind its name, for an
+/// `embedded_hal_async::spi::SpiDevice`.
 ///
-/// The pins START and RESET stay with the caller, who lends them. A board that has wired them does without those
-/// methods.
+/// The pins START and RESET stay with the caller, who lends them. A board that has wired them does
+/// without those methods.
 ///
-/// Every method on the bus is one or two SPI transactions, and none waits for the chip. The driver remembers what it has
-/// written to each register, which is what [`verify`](Self::verify) compares with.
+/// Every method on the bus is one or two SPI transactions, and none waits for the chip. The driver
+/// remembers what it has written to each register, which is what [`verify`](Self::verify) compares
+/// with.
 #[derive(Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Ads1258<SPI> {
@@ -46,7 +49,10 @@ pub struct Ads1258<SPI> {
 impl<SPI> Ads1258<SPI> {
     /// Takes the SPI device. Nothing is transferred: the driver assumes the reset values.
     pub const fn new(spi: SPI) -> Self {
-        Self { spi, written: RESET_IMAGE }
+        Self {
+            spi,
+            written: RESET_IMAGE,
+        }
     }
 
     /// Gives the SPI device back.
@@ -66,10 +72,15 @@ impl<SPI> Ads1258<SPI> {
         start.set_low()
     }
 
-    /// RESET low for [`RESET_LOW_US`], then high: all registers at their reset values, at once and in any state.
+    /// RESET low for [`RESET_LOW_US`], then high: all registers at their reset values, at once and
+    /// in any state.
     ///
     /// The chip is ready on release, and no conversion is running unless START is high.
-    pub fn reset_by_pin<P: OutputPin, D: DelayNs>(&mut self, reset: &mut P, delay: &mut D) -> Result<(), P::Error> {
+    pub fn reset_by_pin<P: OutputPin, D: DelayNs>(
+        &mut self,
+        reset: &mut P,
+        delay: &mut D,
+    ) -> Result<(), P::Error> {
         reset.set_low()?;
         delay.delay_us(RESET_LOW_US);
         self.after_reset();

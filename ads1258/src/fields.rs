@@ -3,7 +3,8 @@
 /// DRATE\[1:0\]: how long the filter averages, and so speed against noise.
 ///
 /// The rates given here are those of the datasheet's table for 16 MHz, DLY 0 and CHOP 0;
-/// [`Config::conversion_rate_hz`](crate::Config::conversion_rate_hz) has all others. Source: SBAS297G, CONFIG1 register and rate and noise tables.
+/// [`Config::conversion_rate_hz`](crate::Config::conversion_rate_hz) has all others. Source:
+/// SBAS297G, CONFIG1 register and rate and noise tables.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
@@ -34,7 +35,8 @@ impl DataRate {
     }
 }
 
-/// DLY\[2:0\]: the time between switching the multiplexer and converting (SBAS297G, CONFIG1 register, switch time delay).
+/// DLY\[2:0\]: the time between switching the multiplexer and converting (SBAS297G, CONFIG1
+/// register, switch time delay).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
@@ -60,8 +62,16 @@ pub enum Delay {
 
 impl Delay {
     /// All eight in the order of their bits.
-    pub const ALL: [Self; 8] =
-        [Self::Dly0, Self::Dly1, Self::Dly2, Self::Dly3, Self::Dly4, Self::Dly5, Self::Dly6, Self::Dly7];
+    pub const ALL: [Self; 8] = [
+        Self::Dly0,
+        Self::Dly1,
+        Self::Dly2,
+        Self::Dly3,
+        Self::Dly4,
+        Self::Dly5,
+        Self::Dly6,
+        Self::Dly7,
+    ];
 
     /// TD of the rate formula in units of 128 tCLK: 0, 1, 2, 4, 8, 16, 32, 48.
     pub(crate) const fn td(self) -> u32 {
@@ -90,7 +100,8 @@ pub enum IdleMode {
     Sleep = 1,
 }
 
-/// SBCS\[1:0\]: a current through the inputs that shows a broken wire or sensor (SBAS297G, CONFIG1 register).
+/// SBCS\[1:0\]: a current through the inputs that shows a broken wire or sensor (SBAS297G, CONFIG1
+/// register).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
@@ -104,7 +115,8 @@ pub enum SensorBias {
     MicroAmps24 = 0b11,
 }
 
-/// SYSRED: `0 0 REF GAIN TEMP VCC 0 OFFSET`, the internal readings in the auto-scan. The default is the reset value 0.
+/// SYSRED: `0 0 REF GAIN TEMP VCC 0 OFFSET`, the internal readings in the auto-scan. The default is
+/// the reset value 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Sysred {
@@ -122,12 +134,25 @@ pub struct Sysred {
 
 impl Sysred {
     /// No internal reading.
-    pub const NONE: Self = Self { reference: false, gain: false, temp: false, vcc: false, offset: false };
+    pub const NONE: Self = Self {
+        reference: false,
+        gain: false,
+        temp: false,
+        vcc: false,
+        offset: false,
+    };
 
     /// All five internal readings.
-    pub const ALL: Self = Self { reference: true, gain: true, temp: true, vcc: true, offset: true };
+    pub const ALL: Self = Self {
+        reference: true,
+        gain: true,
+        temp: true,
+        vcc: true,
+        offset: true,
+    };
 
-    /// The byte for the register. Its bits follow the order of the channel ids from OFFSET, 0x18, on.
+    /// The byte for the register. Its bits follow the order of the channel ids from OFFSET, 0x18,
+    /// on.
     pub const fn to_bits(self) -> u8 {
         (self.reference as u8) << 5
             | (self.gain as u8) << 4

@@ -33,7 +33,9 @@ impl Register {
     /// All ten in the order of their addresses.
     pub const ALL: [Self; 10] = {
         use Register::*;
-        [Config0, Config1, Muxsch, Muxdif, Muxsg0, Muxsg1, Sysred, Gpioc, Gpiod, Id]
+        [
+            Config0, Config1, Muxsch, Muxdif, Muxsg0, Muxsg1, Sysred, Gpioc, Gpiod, Id,
+        ]
     };
 
     /// Values after a reset, in the same order. Of ID, 0x8B, only bit 4 is guaranteed.
@@ -43,8 +45,9 @@ impl Register {
     pub const WRITABLE: usize = 9;
 }
 
-const NAMES: [&str; 10] =
-    ["CONFIG0", "CONFIG1", "MUXSCH", "MUXDIF", "MUXSG0", "MUXSG1", "SYSRED", "GPIOC", "GPIOD", "ID"];
+const NAMES: [&str; 10] = [
+    "CONFIG0", "CONFIG1", "MUXSCH", "MUXDIF", "MUXSG0", "MUXSG1", "SYSRED", "GPIOC", "GPIOD", "ID",
+];
 
 /// The datasheet's names: `CONFIG0`, `MUXSCH`, ...
 impl fmt::Display for Register {

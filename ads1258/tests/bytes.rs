@@ -1,6 +1,8 @@
 //! Every method, byte for byte, against scripted SPI transactions.
 
-use ads1258::{Ads1258, Channel, Config, ConfigError, Conversion, Error, Mux, RESET_LOW_US, Register, Status};
+use ads1258::{
+    Ads1258, Channel, Config, ConfigError, Conversion, Error, Mux, RESET_LOW_US, Register, Status,
+};
 use embedded_hal::spi::{ErrorKind, ErrorType, Operation, Phase, Polarity, SpiDevice};
 use embedded_hal_mock::eh1::delay::{CheckedDelay, Transaction as DelayTransaction};
 use embedded_hal_mock::eh1::digital::{Mock as PinMock, State, Transaction as PinTransaction};
@@ -35,7 +37,10 @@ fn reading(command: u8, answer: &[u8]) -> Vec<SpiTransaction<u8>> {
 }
 
 /// Runs `call` on a driver whose bus expects exactly these transactions.
-fn expect<T>(script: &[Vec<SpiTransaction<u8>>], call: impl FnOnce(&mut Ads1258<SpiMock<u8>>) -> T) -> T {
+fn expect<T>(
+    script: &[Vec<SpiTransaction<u8>>],
+    call: impl FnOnce(&mut Ads1258<SpiMock<u8>>) -> T,
+) -> T {
     let mut adc = Ads1258::new(SpiMock::new(&script.concat()));
     let result = call(&mut adc);
     adc.destroy().done();
@@ -58,10 +63,15 @@ fn reset_and_pulse_convert_are_one_byte_each() {
 fn single_registers() {
     for register in Register::ALL {
         let address = register as u8;
-        let value = expect(&[reading(0x40 | address, &[0x5A])], |adc| adc.read_register(register));
+        let value = expect(&[reading(0x40 | address, &[0x5A])], |adc| {
+            adc.read_register(register)
+        });
         assert_eq!(value, Ok(0x5A));
         if register != Register::Id {
-            expect(&[writing(&[0x60 | address, 0xA5])], |adc| adc.write_register(register, 0xA5)).unwrap();
+            expect(&[writing(&[0x60 | address, 0xA5])], |adc| {
+                adc.write_register(register, 0xA5)
+            })
+            .unwrap();
         }
     }
 }
@@ -70,18 +80,27 @@ fn single_registers() {
 fn several_registers() {
     let mut values = [0; 10];
     let answer = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9];
-    expect(&[reading(0x50, &answer)], |adc| adc.read_registers(Register::Config0, &mut values)).unwrap();
+    expect(&[reading(0x50, &answer)], |adc| {
+        adc.read_registers(Register::Config0, &mut values)
+    })
+    .unwrap();
     assert_eq!(values, answer);
 
     let mut values = [0; 2];
-    expect(&[reading(0x54, &[0x12, 0x34])], |adc| adc.read_registers(Register::Muxsg0, &mut values)).unwrap();
+    expect(&[reading(0x54, &[0x12, 0x34])], |adc| {
+        adc.read_registers(Register::Muxsg0, &mut values)
+    })
+    .unwrap();
     assert_eq!(values, [0x12, 0x34]);
 
     expect(&[writing(&[0x70, 1, 2, 3, 4, 5, 6, 7, 8, 9])], |adc| {
         adc.write_registers(Register::Config0, &[1, 2, 3, 4, 5, 6, 7, 8, 9])
     })
     .unwrap();
-    expect(&[writing(&[0x77, 0xF0, 0x0A])], |adc| adc.write_registers(Register::Gpioc, &[0xF0, 0x0A])).unwrap();
+    expect(&[writing(&[0x77, 0xF0, 0x0A])], |adc| {
+        adc.write_registers(Register::Gpioc, &[0xF0, 0x0A])
+    })
+    .unwrap();
 }
 
 #[test]
@@ -90,28 +109,56 @@ fn ranges_off_the_map_transfer_nothing() {
         let places = 10 - first as usize;
         for count in [0, places + 1, 11, 12, 300] {
             let expected = Err(Error::RegisterRange { first, count });
-            assert_eq!(expect(&[], |adc| adc.read_registers(first, &mut vec![0; count])), expected);
-            assert_eq!(expect(&[], |adc| adc.write_registers(first, &vec![0; count])), expected);
+            assert_eq!(
+                expect(&[], |adc| adc.read_registers(first, &mut vec![0; count])),
+                expected
+            );
+            assert_eq!(
+                expect(&[], |adc| adc.write_registers(first, &vec![0; count])),
+                expected
+            );
         }
         // The last register, ID, can be read but not written.
-        let expected = Err(Error::RegisterRange { first, count: places });
-        assert_eq!(expect(&[], |adc| adc.write_registers(first, &vec![0; places])), expected);
+        let expected = Err(Error::RegisterRange {
+            first,
+            count: places,
+        });
+        assert_eq!(
+            expect(&[], |adc| adc.write_registers(first, &vec![0; places])),
+            expected
+        );
     }
-    let expected = Err(Error::RegisterRange { first: Register::Id, count: 1 });
-    assert_eq!(expect(&[], |adc| adc.write_register(Register::Id, 0)), expected);
+    let expected = Err(Error::RegisterRange {
+        first: Register::Id,
+        count: 1,
+    });
+    assert_eq!(
+        expect(&[], |adc| adc.write_register(Register::Id, 0)),
+        expected
+    );
 }
 
 #[test]
 fn id_counts_bit_4_only() {
     for id in 0..=0xFF_u8 {
-        let expected = if id & 0x10 == 0 { Ok(id) } else { Err(Error::Id { read: id }) };
-        assert_eq!(expect(&[reading(0x49, &[id])], |adc| adc.read_id()), expected);
+        let expected = if id & 0x10 == 0 {
+            Ok(id)
+        } else {
+            Err(Error::Id { read: id })
+        };
+        assert_eq!(
+            expect(&[reading(0x49, &[id])], |adc| adc.read_id()),
+            expected
+        );
     }
 }
 
 #[test]
 fn configure_writes_all_and_reads_all_back() {
-    let script = [writing(&[&[0x70][..], &IMAGE].concat()), reading(0x50, &IMAGE)];
+    let script = [
+        writing(&[&[0x70][..], &IMAGE].concat()),
+        reading(0x50, &IMAGE),
+    ];
     expect(&script, |adc| adc.configure(&SCAN)).unwrap();
 }
 
@@ -125,11 +172,22 @@ fn every_wrong_bit_is_found_by_configure_and_verify() {
             let expected = if register == Register::Gpiod {
                 Ok(())
             } else {
-                Err(Error::Verify { register, wrote: IMAGE[index], read: found[index] })
+                Err(Error::Verify {
+                    register,
+                    wrote: IMAGE[index],
+                    read: found[index],
+                })
             };
-            let script = [writing(&[&[0x70][..], &IMAGE].concat()), reading(0x50, &found)];
+            let script = [
+                writing(&[&[0x70][..], &IMAGE].concat()),
+                reading(0x50, &found),
+            ];
             assert_eq!(expect(&script, |adc| adc.configure(&SCAN)), expected);
-            let script = [writing(&[&[0x70][..], &IMAGE].concat()), reading(0x50, &IMAGE), reading(0x50, &found)];
+            let script = [
+                writing(&[&[0x70][..], &IMAGE].concat()),
+                reading(0x50, &IMAGE),
+                reading(0x50, &found),
+            ];
             let verified = expect(&script, |adc| {
                 adc.configure(&SCAN).unwrap();
                 adc.verify()
@@ -141,7 +199,11 @@ fn every_wrong_bit_is_found_by_configure_and_verify() {
 
 #[test]
 fn output_pins_are_verified_and_input_pins_are_not() {
-    let config = Config { gpio_inputs: 0xF0, gpio_levels: 0x05, ..SCAN };
+    let config = Config {
+        gpio_inputs: 0xF0,
+        gpio_levels: 0x05,
+        ..SCAN
+    };
     let image = config.registers().unwrap();
     assert_eq!(image[7..], [0xF0, 0x05]);
     for levels in 0..=0xFF_u8 {
@@ -150,9 +212,16 @@ fn output_pins_are_verified_and_input_pins_are_not() {
         let expected = if levels & 0x0F == 0x05 {
             Ok(())
         } else {
-            Err(Error::Verify { register: Register::Gpiod, wrote: 0x05, read: levels })
+            Err(Error::Verify {
+                register: Register::Gpiod,
+                wrote: 0x05,
+                read: levels,
+            })
         };
-        let script = [writing(&[&[0x70][..], &image].concat()), reading(0x50, &found)];
+        let script = [
+            writing(&[&[0x70][..], &image].concat()),
+            reading(0x50, &found),
+        ];
         assert_eq!(expect(&script, |adc| adc.configure(&config)), expected);
     }
 }
@@ -172,7 +241,8 @@ fn verify_knows_the_reset_values_and_every_write() {
     expect(&script, |adc| {
         adc.verify().unwrap();
         adc.write_register(Register::Config1, 0x31).unwrap();
-        adc.write_registers(Register::Muxsg0, &[0xFF, 0x0F]).unwrap();
+        adc.write_registers(Register::Muxsg0, &[0xFF, 0x0F])
+            .unwrap();
         adc.verify().unwrap();
         adc.reset().unwrap();
         adc.verify().unwrap();
@@ -182,36 +252,64 @@ fn verify_knows_the_reset_values_and_every_write() {
 #[test]
 fn a_bus_without_chip_is_found() {
     for stuck in [0x00, 0xFF] {
-        let script = [writing(&[&[0x70][..], &IMAGE].concat()), reading(0x50, &[stuck; 9])];
+        let script = [
+            writing(&[&[0x70][..], &IMAGE].concat()),
+            reading(0x50, &[stuck; 9]),
+        ];
         let result = expect(&script, |adc| adc.configure(&SCAN));
-        assert_eq!(result, Err(Error::Verify { register: Register::Config0, wrote: 0x0A, read: stuck }));
+        assert_eq!(
+            result,
+            Err(Error::Verify {
+                register: Register::Config0,
+                wrote: 0x0A,
+                read: stuck
+            })
+        );
     }
 }
 
 #[test]
 fn an_impossible_configuration_transfers_nothing() {
-    let config = Config { mux: Mux::Fixed { ainp: 16, ainn: 0 }, ..Config::default() };
+    let config = Config {
+        mux: Mux::Fixed { ainp: 16, ainn: 0 },
+        ..Config::default()
+    };
     let expected = Err(Error::Config(ConfigError::ChannelNumber { number: 16 }));
     assert_eq!(expect(&[], |adc| adc.configure(&config)), expected);
 }
 
 #[test]
 fn read_is_one_transfer_of_five_bytes() {
-    let conversion = expect(&[reading(0x30, &[0x97, 0x80, 0x00, 0x01])], |adc| adc.read()).unwrap();
-    assert_eq!(conversion, Conversion { status: Status(0x97), code: -0x7F_FFFF });
+    let conversion = expect(&[reading(0x30, &[0x97, 0x80, 0x00, 0x01])], |adc| {
+        adc.read()
+    })
+    .unwrap();
+    assert_eq!(
+        conversion,
+        Conversion {
+            status: Status(0x97),
+            code: -0x7F_FFFF
+        }
+    );
     assert_eq!(conversion.status.channel(), Some(Channel::Single(15)));
 }
 
 #[test]
 fn the_pins() {
     let adc = Ads1258::new(SpiMock::<u8>::new(&[]));
-    let mut start = PinMock::new(&[PinTransaction::set(State::High), PinTransaction::set(State::Low)]);
+    let mut start = PinMock::new(&[
+        PinTransaction::set(State::High),
+        PinTransaction::set(State::Low),
+    ]);
     adc.start(&mut start).unwrap();
     adc.stop(&mut start).unwrap();
     start.done();
 
     let mut adc = adc;
-    let mut reset = PinMock::new(&[PinTransaction::set(State::Low), PinTransaction::set(State::High)]);
+    let mut reset = PinMock::new(&[
+        PinTransaction::set(State::Low),
+        PinTransaction::set(State::High),
+    ]);
     let mut delay = CheckedDelay::new(&[DelayTransaction::delay_us(RESET_LOW_US)]);
     adc.reset_by_pin(&mut reset, &mut delay).unwrap();
     reset.done();
@@ -247,16 +345,26 @@ fn errors_of_the_bus_are_passed_on() {
     assert_eq!(adc.read_id(), Err(expected));
     assert_eq!(adc.write_register(Register::Gpiod, 0), Err(expected));
     let mut values = [0x77; 3];
-    assert_eq!(adc.read_registers(Register::Config0, &mut values), Err(expected));
+    assert_eq!(
+        adc.read_registers(Register::Config0, &mut values),
+        Err(expected)
+    );
     assert_eq!(values, [0x77; 3]);
 }
 
 #[test]
 fn errors_can_be_shown() {
-    let error: Error<ErrorKind> = Error::Verify { register: Register::Muxsg1, wrote: 0xFF, read: 0x0F };
+    let error: Error<ErrorKind> = Error::Verify {
+        register: Register::Muxsg1,
+        wrote: 0xFF,
+        read: 0x0F,
+    };
     assert_eq!(error.to_string(), "MUXSG1 should hold 0xFF, but holds 0x0F");
     let error: Error<ErrorKind> = ConfigError::EmptyScan.into();
-    assert_eq!(error.to_string(), "configuration: no channel selected for the scan");
+    assert_eq!(
+        error.to_string(),
+        "configuration: no channel selected for the scan"
+    );
     assert!(std::error::Error::source(&error).is_some());
     assert_eq!(Error::Spi(ErrorKind::Overrun).to_string(), "SPI: Overrun");
     let error: Error<ErrorKind> = Error::Id { read: 0x9B };

@@ -18,7 +18,13 @@ fn codes_are_sign_extended() {
     ] {
         let [high, middle, low] = bytes;
         let conversion = Conversion::from_bytes([0x88, high, middle, low]);
-        assert_eq!(conversion, Conversion { status: Status(0x88), code });
+        assert_eq!(
+            conversion,
+            Conversion {
+                status: Status(0x88),
+                code
+            }
+        );
     }
 }
 
@@ -65,13 +71,31 @@ fn channel_ids_and_names() {
 /// Many scans, among them each channel alone and all together.
 fn scans() -> impl Iterator<Item = Config> {
     let (all, none) = (Sysred::ALL, Sysred::NONE);
-    let ends = Sysred { reference: true, offset: true, ..none };
-    let sets = [(0, 0, all), (0xFF, 0xFFFF, all), (0x81, 0x8001, ends), (0, 0xFFFF, none), (0x10, 0, none)];
-    let alone = (0..8).map(|n| (1 << n, 0, Sysred::NONE)).chain((0..16).map(|n| (0, 1 << n, Sysred::NONE)));
-    sets.into_iter().chain(alone).map(|(differential, single, internal)| Config {
-        mux: Mux::AutoScan { differential, single, internal },
-        ..Config::default()
-    })
+    let ends = Sysred {
+        reference: true,
+        offset: true,
+        ..none
+    };
+    let sets = [
+        (0, 0, all),
+        (0xFF, 0xFFFF, all),
+        (0x81, 0x8001, ends),
+        (0, 0xFFFF, none),
+        (0x10, 0, none),
+    ];
+    let alone = (0..8)
+        .map(|n| (1 << n, 0, Sysred::NONE))
+        .chain((0..16).map(|n| (0, 1 << n, Sysred::NONE)));
+    sets.into_iter()
+        .chain(alone)
+        .map(|(differential, single, internal)| Config {
+            mux: Mux::AutoScan {
+                differential,
+                single,
+                internal,
+            },
+            ..Config::default()
+        })
 }
 
 #[test]
@@ -81,7 +105,10 @@ fn a_scan_ascends_in_channel_ids_and_wraps() {
         assert_eq!(channels.len(), config.slots());
         assert!(channels.windows(2).all(|pair| pair[0].id() < pair[1].id()));
         for (index, &channel) in channels.iter().enumerate() {
-            assert_eq!(config.next_channel(channel), channels[(index + 1) % channels.len()]);
+            assert_eq!(
+                config.next_channel(channel),
+                channels[(index + 1) % channels.len()]
+            );
             assert!(config.channel_mask() >> channel.id() & 1 == 1);
         }
     }
@@ -89,12 +116,24 @@ fn a_scan_ascends_in_channel_ids_and_wraps() {
 
 #[test]
 fn the_next_channel_of_one_outside_the_scan() {
-    let config =
-        Config { mux: Mux::AutoScan { differential: 0, single: 0b1010, internal: Sysred::NONE }, ..Config::default() };
-    assert_eq!(config.next_channel(Channel::Differential(0)), Channel::Single(1));
+    let config = Config {
+        mux: Mux::AutoScan {
+            differential: 0,
+            single: 0b1010,
+            internal: Sysred::NONE,
+        },
+        ..Config::default()
+    };
+    assert_eq!(
+        config.next_channel(Channel::Differential(0)),
+        Channel::Single(1)
+    );
     assert_eq!(config.next_channel(Channel::Single(2)), Channel::Single(3));
     assert_eq!(config.next_channel(Channel::Ref), Channel::Single(1));
-    let fixed = Config { mux: Mux::Fixed { ainp: 0, ainn: 1 }, ..Config::default() };
+    let fixed = Config {
+        mux: Mux::Fixed { ainp: 0, ainn: 1 },
+        ..Config::default()
+    };
     assert_eq!(fixed.next_channel(Channel::Vcc), Channel::Vcc);
     assert_eq!(fixed.scan().next(), None);
     assert_eq!(fixed.slots(), 1);
@@ -104,7 +143,13 @@ fn the_next_channel_of_one_outside_the_scan() {
 fn the_default_scan_is_all_inputs_and_all_internal_readings() {
     let expected: Vec<Channel> = (0..16)
         .map(Channel::Single)
-        .chain([Channel::Offset, Channel::Vcc, Channel::Temp, Channel::Gain, Channel::Ref])
+        .chain([
+            Channel::Offset,
+            Channel::Vcc,
+            Channel::Temp,
+            Channel::Gain,
+            Channel::Ref,
+        ])
         .collect();
     assert_eq!(SCAN.scan().collect::<Vec<_>>(), expected);
 }
@@ -123,15 +168,20 @@ fn internal_readings() {
 fn temperatures_are_right_to_a_thousandth_of_a_degree() {
     for vref_v in [2.5_f32, 4.096, 5.0] {
         for celsius in -40..=105 {
-            for (slope, convert) in
-                [(394.0, reading::temperature_c as fn(i32, f32) -> f32), (563.0, reading::temperature_board_c)]
-            {
+            for (slope, convert) in [
+                (394.0, reading::temperature_c as fn(i32, f32) -> f32),
+                (563.0, reading::temperature_board_c),
+            ] {
                 let sensor_v = (168_000.0 + slope * f64::from(celsius - 25)) * 1e-6;
                 let code = (sensor_v / f64::from(vref_v) * 7_864_320.0).round();
                 // The code itself is rounded, so compare with the temperature that it stands for.
-                let exact = (code * f64::from(vref_v) / 7_864_320.0 * 1e6 - 168_000.0) / slope + 25.0;
+                let exact =
+                    (code * f64::from(vref_v) / 7_864_320.0 * 1e6 - 168_000.0) / slope + 25.0;
                 let error = f64::from(convert(code as i32, vref_v)) - exact;
-                assert!(error.abs() < 1e-3, "{celsius} C at {vref_v} V: off by {error}");
+                assert!(
+                    error.abs() < 1e-3,
+                    "{celsius} C at {vref_v} V: off by {error}"
+                );
             }
         }
     }
@@ -145,5 +195,8 @@ fn small_differences_survive_only_in_integers() {
     let late = reading::volts(code, 4.096) - reading::volts(base, 4.096);
     assert!((reading::volts_above(code, base, 4.096) - exact).abs() < 1e-6 * exact);
     assert!((late - exact).abs() > 1e-2 * exact);
-    assert_eq!(reading::volts_above(i32::MAX, i32::MIN, 1.0), reading::volts(i32::MAX, 1.0));
+    assert_eq!(
+        reading::volts_above(i32::MAX, i32::MIN, 1.0),
+        reading::volts(i32::MAX, 1.0)
+    );
 }

@@ -16,7 +16,8 @@ const TABLE: [(DataRate, f32, f32); 4] = [
 const AUTO_SCAN: Mux = Config::RESET.mux;
 const FIXED: Mux = Mux::Fixed { ainp: 0, ainn: 1 };
 
-/// Whether a rate is the table's entry: exactly, or rounded to whole samples per second as most entries are.
+/// Whether a rate is the table's entry: exactly, or rounded to whole samples per second as most
+/// entries are.
 fn agrees(rate_hz: f32, entry: f32) -> bool {
     rate_hz == entry || rate_hz.round() == entry
 }
@@ -24,10 +25,24 @@ fn agrees(rate_hz: f32, entry: f32) -> bool {
 #[test]
 fn every_entry_of_the_rate_table() {
     for (data_rate, auto_scan, fixed_channel) in TABLE {
-        let rate_hz = |mux| Config { clock_hz: 16_000_000, mux, data_rate, ..Config::RESET }.conversion_rate_hz();
+        let rate_hz = |mux| {
+            Config {
+                clock_hz: 16_000_000,
+                mux,
+                data_rate,
+                ..Config::RESET
+            }
+            .conversion_rate_hz()
+        };
         let (auto_scan_hz, fixed_channel_hz) = (rate_hz(AUTO_SCAN), rate_hz(FIXED));
-        assert!(agrees(auto_scan_hz, auto_scan), "{data_rate:?}: {auto_scan_hz} is not {auto_scan}");
-        assert!(agrees(fixed_channel_hz, fixed_channel), "{data_rate:?}: {fixed_channel_hz} is not {fixed_channel}");
+        assert!(
+            agrees(auto_scan_hz, auto_scan),
+            "{data_rate:?}: {auto_scan_hz} is not {auto_scan}"
+        );
+        assert!(
+            agrees(fixed_channel_hz, fixed_channel),
+            "{data_rate:?}: {fixed_channel_hz} is not {fixed_channel}"
+        );
     }
 }
 
@@ -42,9 +57,18 @@ fn ticks_are_the_formula_without_rounding() {
                 let auto_scan = 128.0 * (n + 4.265625 + td) * halves;
                 let fixed_channel = 128.0 * (n + chop_count * (4.265625 + td)) * halves;
                 for (mux, ticks) in [(AUTO_SCAN, auto_scan), (FIXED, fixed_channel)] {
-                    let config = Config { mux, data_rate, delay, chop, ..Config::RESET };
+                    let config = Config {
+                        mux,
+                        data_rate,
+                        delay,
+                        chop,
+                        ..Config::RESET
+                    };
                     assert_eq!(f64::from(config.conversion_ticks()), ticks);
-                    assert_eq!(config.conversion_rate_hz(), (f64::from(CRYSTAL_CLOCK_HZ) / ticks) as f32);
+                    assert_eq!(
+                        config.conversion_rate_hz(),
+                        (f64::from(CRYSTAL_CLOCK_HZ) / ticks) as f32
+                    );
                 }
             }
         }
@@ -66,7 +90,11 @@ fn the_default_scan_has_241_14_frames_per_second() {
 fn the_chopped_alternative_has_240_15_frames_per_second() {
     let config = Config {
         clock_hz: 16_000_000,
-        mux: Mux::AutoScan { differential: 0, single: 0xFFFF, internal: Sysred::NONE },
+        mux: Mux::AutoScan {
+            differential: 0,
+            single: 0xFFFF,
+            internal: Sysred::NONE,
+        },
         data_rate: DataRate::Drate2,
         delay: Delay::Dly4,
         chop: true,
@@ -78,10 +106,20 @@ fn the_chopped_alternative_has_240_15_frames_per_second() {
 
 #[test]
 fn degenerate_rates_are_finite() {
-    let empty =
-        Config { mux: Mux::AutoScan { differential: 0, single: 0, internal: Sysred::NONE }, ..Config::default() };
+    let empty = Config {
+        mux: Mux::AutoScan {
+            differential: 0,
+            single: 0,
+            internal: Sysred::NONE,
+        },
+        ..Config::default()
+    };
     assert_eq!(empty.frame_rate_hz(), 0.0);
-    let fixed = Config { mux: Mux::Fixed { ainp: 0, ainn: 1 }, clock_hz: 16_000_000, ..Config::default() };
+    let fixed = Config {
+        mux: Mux::Fixed { ainp: 0, ainn: 1 },
+        clock_hz: 16_000_000,
+        ..Config::default()
+    };
     assert_eq!(fixed.frame_rate_hz(), 125_000.0);
     assert_eq!(fixed.sclk_max_hz(), 8_000_000);
 }

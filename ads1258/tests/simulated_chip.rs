@@ -1,7 +1,8 @@
 //! The driver against the simulated chip, which has a register map and a rate formula of its own.
 
 use ads1258::{
-    Ads1258, Channel, Config, DataRate, Delay, Error, Mux, POWER_UP_TICKS, Register, Status, Sysred, reading,
+    Ads1258, Channel, Config, DataRate, Delay, Error, Mux, POWER_UP_TICKS, Register, Status,
+    Sysred, reading,
 };
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::InputPin;
@@ -15,17 +16,24 @@ const REFERENCE_V: f64 = 4.096;
 
 /// A different voltage on every input, all well inside the range.
 fn scene() -> Constant {
-    Constant { volts: std::array::from_fn(|input| 0.2 * input as f64 - 1.4), ..Constant::default() }
+    Constant {
+        volts: std::array::from_fn(|input| 0.2 * input as f64 - 1.4),
+        ..Constant::default()
+    }
 }
 
 /// The code that an ideal chip gives for the single-ended input `input` of [`scene`].
 fn ideal_code(input: u8) -> i32 {
-    (scene().volts[usize::from(input)] / REFERENCE_V * f64::from(reading::CODES_PER_VREF)).round() as i32
+    (scene().volts[usize::from(input)] / REFERENCE_V * f64::from(reading::CODES_PER_VREF)).round()
+        as i32
 }
 
 /// No noise, so that codes can be compared.
 fn options() -> Options {
-    Options { noise: false, ..Options::default() }
+    Options {
+        noise: false,
+        ..Options::default()
+    }
 }
 
 fn bench(options: Options) -> (SimulatedBoard, Ads1258<ChipSpi>) {
@@ -59,7 +67,8 @@ fn reset_configure_and_verify() {
     Ads1258::new(board.spi()).verify().unwrap();
 
     adc.configure(&SCAN).unwrap();
-    adc.reset_by_pin(&mut board.reset_pin(), &mut board.delay()).unwrap();
+    adc.reset_by_pin(&mut board.reset_pin(), &mut board.delay())
+        .unwrap();
     adc.verify().unwrap();
     Ads1258::new(board.spi()).verify().unwrap();
 
@@ -72,7 +81,8 @@ fn reset_configure_and_verify() {
 fn single_and_multiple_access_agree() {
     let (_rig, mut adc) = bench(options());
     adc.write_register(Register::Muxsg1, 0x5A).unwrap();
-    adc.write_registers(Register::Muxsch, &[0x12, 0x34, 0x56]).unwrap();
+    adc.write_registers(Register::Muxsch, &[0x12, 0x34, 0x56])
+        .unwrap();
     let mut values = [0; 4];
     adc.read_registers(Register::Muxsch, &mut values).unwrap();
     assert_eq!(values, [0x12, 0x34, 0x56, 0x5A]);
@@ -81,13 +91,19 @@ fn single_and_multiple_access_agree() {
 
 #[test]
 fn an_ads1158_is_refused() {
-    let (_rig, mut adc) = bench(Options { id: 0x9B, ..options() });
+    let (_rig, mut adc) = bench(Options {
+        id: 0x9B,
+        ..options()
+    });
     assert_eq!(adc.read_id(), Err(Error::Id { read: 0x9B }));
 }
 
 #[test]
 fn a_chip_that_is_still_powering_up_is_noticed() {
-    let (board, mut adc) = bench(Options { power_up_cycles: u64::from(POWER_UP_TICKS), ..options() });
+    let (board, mut adc) = bench(Options {
+        power_up_cycles: u64::from(POWER_UP_TICKS),
+        ..options()
+    });
     assert!(matches!(adc.configure(&SCAN), Err(Error::Verify { .. })));
     board.delay().delay_ms(17);
     adc.configure(&SCAN).unwrap();
@@ -110,9 +126,13 @@ fn scans_arrive_in_ascending_channel_ids_with_the_right_codes() {
                 Channel::Single(input) => ideal_code(input),
                 Channel::Offset => 0,
                 Channel::Vcc => 5 * reading::CODES_PER_SUPPLY_VOLT,
-                Channel::Temp => (0.168 / REFERENCE_V * f64::from(reading::CODES_PER_VREF)).round() as i32,
+                Channel::Temp => {
+                    (0.168 / REFERENCE_V * f64::from(reading::CODES_PER_VREF)).round() as i32
+                }
                 Channel::Gain => reading::CODES_PER_VREF,
-                Channel::Ref => (REFERENCE_V * f64::from(reading::CODES_PER_SUPPLY_VOLT)).round() as i32,
+                Channel::Ref => {
+                    (REFERENCE_V * f64::from(reading::CODES_PER_SUPPLY_VOLT)).round() as i32
+                }
                 Channel::Differential(_) => unreachable!(),
             };
             assert_eq!(conversion.code, code, "{expected}");
@@ -123,7 +143,11 @@ fn scans_arrive_in_ascending_channel_ids_with_the_right_codes() {
 
 #[test]
 fn a_mixed_scan_follows_next_channel() {
-    let mux = Mux::AutoScan { differential: 0b1000_0001, single: 0x8101, internal: Sysred::ALL };
+    let mux = Mux::AutoScan {
+        differential: 0b1000_0001,
+        single: 0x8101,
+        internal: Sysred::ALL,
+    };
     let config = Config { mux, ..SCAN };
     let (board, mut adc) = scanning(&config, options());
     let mut expected = Channel::Differential(0);
@@ -158,16 +182,22 @@ fn a_second_read_gives_the_same_data_with_new_cleared() {
 fn a_read_across_the_end_of_a_conversion_is_not_torn() {
     let (board, mut adc) = scanning(&SCAN, options());
     for lead_ns in (0..12_000_u64).step_by(100) {
-        // Approach the edge from the one before, so that the 10 us of the read begin `lead_ns` before it.
+        // Approach the edge from the one before, so that the 10 us of the read begin `lead_ns`
+        // before it.
         let edge_ns = board.wait_for_drdy().unwrap();
         let period_ns = board.with_chip(|chip| chip.conversion_period_ns());
         let fresh = adc.read().unwrap();
         board.advance_ns(edge_ns + period_ns - lead_ns - board.now_ns());
         let conversion = adc.read().unwrap();
         // Either the old result or the next one, but never a mixture.
-        let Some(Channel::Single(input)) = conversion.status.channel() else { continue };
+        let Some(Channel::Single(input)) = conversion.status.channel() else {
+            continue;
+        };
         assert_eq!(conversion.code, ideal_code(input));
-        assert_eq!(conversion.status.is_new(), conversion.status.channel() != fresh.status.channel());
+        assert_eq!(
+            conversion.status.is_new(),
+            conversion.status.channel() != fresh.status.channel()
+        );
     }
 }
 
@@ -215,7 +245,13 @@ fn internal_readings_show_the_chip_and_its_surroundings() {
         ..Analog::default()
     };
     let config = SCAN;
-    let (board, mut adc) = scanning(&config, Options { analog, ..options() });
+    let (board, mut adc) = scanning(
+        &config,
+        Options {
+            analog,
+            ..options()
+        },
+    );
     for channel in config.scan() {
         board.wait_for_drdy().unwrap();
         let code = adc.read().unwrap().code;
@@ -228,25 +264,40 @@ fn internal_readings_show_the_chip_and_its_surroundings() {
             Channel::Temp => (reading::temperature_c(code, 2.5), 61.5, 1e-2),
             _ => continue,
         };
-        assert!((found - expected).abs() < tolerance, "{channel}: {found} is not {expected}");
+        assert!(
+            (found - expected).abs() < tolerance,
+            "{channel}: {found} is not {expected}"
+        );
     }
 }
 
 #[test]
 fn registers_that_change_by_themselves_are_found_while_scanning() {
-    let config = Config { gpio_inputs: 0x7F, ..SCAN };
+    let config = Config {
+        gpio_inputs: 0x7F,
+        ..SCAN
+    };
     let image = config.registers().unwrap();
     for register in Register::ALL.into_iter().take(9) {
         for mask in [0x80, 0x08] {
             let (board, mut adc) = scanning(&config, options());
             board.wait_for_drdy().unwrap();
             adc.verify().unwrap();
-            board.with_chip(|chip| chip.begin_fault(Fault::RegisterFlip { address: register as u8, mask }));
+            board.with_chip(|chip| {
+                chip.begin_fault(Fault::RegisterFlip {
+                    address: register as u8,
+                    mask,
+                })
+            });
             let wrote = image[register as usize];
             let expected = if register == Register::Gpiod && mask == 0x08 {
                 Ok(()) // the level of an input pin is none of the driver's business
             } else {
-                Err(Error::Verify { register, wrote, read: wrote ^ mask })
+                Err(Error::Verify {
+                    register,
+                    wrote,
+                    read: wrote ^ mask,
+                })
             };
             assert_eq!(adc.verify(), expected);
 
@@ -275,7 +326,11 @@ fn verifying_disturbs_no_conversion() {
 
 #[test]
 fn levels_on_input_pins_do_not_disturb_verification() {
-    let config = Config { gpio_inputs: 0xF0, gpio_levels: 0x06, ..SCAN };
+    let config = Config {
+        gpio_inputs: 0xF0,
+        gpio_levels: 0x06,
+        ..SCAN
+    };
     let (board, mut adc) = bench(options());
     board.with_chip(|chip| chip.set_gpio_inputs(0xA9));
     adc.configure(&config).unwrap();
@@ -310,13 +365,17 @@ fn a_stop_finishes_the_running_conversion() {
     assert!(board.wait_for_drdy().is_some());
     adc.start(&mut board.start_pin()).unwrap();
     adc.stop(&mut board.start_pin()).unwrap();
-    adc.reset_by_pin(&mut board.reset_pin(), &mut board.delay()).unwrap();
+    adc.reset_by_pin(&mut board.reset_pin(), &mut board.delay())
+        .unwrap();
     assert!(board.wait_for_drdy().is_none());
 }
 
 #[test]
 fn a_fixed_channel_measures_its_pair() {
-    let config = Config { mux: Mux::Fixed { ainp: 12, ainn: 5 }, ..Config::default() };
+    let config = Config {
+        mux: Mux::Fixed { ainp: 12, ainn: 5 },
+        ..Config::default()
+    };
     let (board, mut adc) = scanning(&config, options());
     for _ in 0..3 {
         board.wait_for_drdy().unwrap();
@@ -327,13 +386,24 @@ fn a_fixed_channel_measures_its_pair() {
 
 #[test]
 fn the_chip_takes_the_time_that_the_rates_say() {
-    for mux in
-        [Mux::AutoScan { differential: 0, single: 0xFFFF, internal: Sysred::NONE }, Mux::Fixed { ainp: 0, ainn: 1 }]
-    {
+    for mux in [
+        Mux::AutoScan {
+            differential: 0,
+            single: 0xFFFF,
+            internal: Sysred::NONE,
+        },
+        Mux::Fixed { ainp: 0, ainn: 1 },
+    ] {
         for data_rate in DataRate::ALL {
             for delay in Delay::ALL {
                 for chop in [false, true] {
-                    let config = Config { mux, data_rate, delay, chop, ..Config::default() };
+                    let config = Config {
+                        mux,
+                        data_rate,
+                        delay,
+                        chop,
+                        ..Config::default()
+                    };
                     let (board, _adc) = scanning(&config, options());
                     let first_ns = board.wait_for_drdy().unwrap();
                     let conversions = 32;
@@ -341,9 +411,13 @@ fn the_chip_takes_the_time_that_the_rates_say() {
                     for _ in 0..conversions {
                         last_ns = board.wait_for_drdy().unwrap();
                     }
-                    let expected_ns = f64::from(config.conversion_ticks()) / f64::from(config.clock_hz) * 1e9;
+                    let expected_ns =
+                        f64::from(config.conversion_ticks()) / f64::from(config.clock_hz) * 1e9;
                     let found_ns = (last_ns - first_ns) as f64 / f64::from(conversions);
-                    assert!((found_ns - expected_ns).abs() < 0.1, "{config:?}: {found_ns} is not {expected_ns} ns");
+                    assert!(
+                        (found_ns - expected_ns).abs() < 0.1,
+                        "{config:?}: {found_ns} is not {expected_ns} ns"
+                    );
                 }
             }
         }
@@ -355,7 +429,12 @@ fn a_garbled_channel_id_is_no_channel() {
     let (board, mut adc) = scanning(&SCAN, options());
     board.wait_for_drdy().unwrap();
     // AIN0, 0x08, becomes 0x19, in the byte after the command.
-    board.with_chip(|chip| chip.begin_fault(Fault::DoutFlip { bytes_ahead: 1, mask: 0x11 }));
+    board.with_chip(|chip| {
+        chip.begin_fault(Fault::DoutFlip {
+            bytes_ahead: 1,
+            mask: 0x11,
+        })
+    });
     let conversion = adc.read().unwrap();
     assert_eq!(conversion.status.channel(), None);
     assert_eq!(conversion.code, ideal_code(0));
@@ -364,13 +443,34 @@ fn a_garbled_channel_id_is_no_channel() {
 #[test]
 fn nothing_relies_on_what_the_datasheet_leaves_open() {
     let variants = [
-        Options { poison: Some(0x00), ..options() },
-        Options { poison: Some(0xFF), ..options() },
-        Options { poison: Some(0x88), ..options() },
-        Options { first_conversion_with_delay: true, ..options() },
-        Options { sleep_wake_cycles: 100_000, ..options() },
-        Options { id: 0x00, ..options() },
-        Options { id: 0xEF, ..options() },
+        Options {
+            poison: Some(0x00),
+            ..options()
+        },
+        Options {
+            poison: Some(0xFF),
+            ..options()
+        },
+        Options {
+            poison: Some(0x88),
+            ..options()
+        },
+        Options {
+            first_conversion_with_delay: true,
+            ..options()
+        },
+        Options {
+            sleep_wake_cycles: 100_000,
+            ..options()
+        },
+        Options {
+            id: 0x00,
+            ..options()
+        },
+        Options {
+            id: 0xEF,
+            ..options()
+        },
     ];
     for variant in variants {
         let config = SCAN;

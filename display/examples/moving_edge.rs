@@ -1,4 +1,5 @@
-//! A ridge moves over 4 x 4 sensors; a display of 6 x 4 pins follows at 10 updates a second. Prints the pins, a row a line.
+//! A ridge moves over 4 x 4 sensors; a display of 6 x 4 pins follows at 10 updates a second. Prints
+//! the pins, a row a line.
 //!
 //! `cargo run -p ridgetone-display --example moving_edge`
 
@@ -10,7 +11,11 @@ fn main() -> Result<(), Error> {
     let map = sensors.map(&grid, 1.5, 0.5, Quantity::Stress)?;
     let mut matching = Matching::new(&mut memory, grid.count(), sensors.count(), 0.01, map)?;
     let mut forces_n = [0.0; 24];
-    let limits = Limits { update_hz: 10.0, levels: 9, ..Limits::IDEAL };
+    let limits = Limits {
+        update_hz: 10.0,
+        levels: 9,
+        ..Limits::IDEAL
+    };
     let mut pins = Pins::new(limits, &mut forces_n)?;
     for frame in 0..40 {
         let ridge_mm = -4.0 + 0.2 * f64::from(frame);

@@ -5,8 +5,9 @@ use crate::kelvin::Kelvin;
 
 /// Strains that the skin keeps, at the places of the sensors; the memory is the caller's.
 ///
-/// A force strains the skin at once, and by and by more: the part that comes by and by is the afterimage. Where the display wants a
-/// strain, it has to add only what the afterimage lacks; where the afterimage is more, no pressing pin can take it away.
+/// A force strains the skin at once, and by and by more: the part that comes by and by is the
+/// afterimage. Where the display wants a strain, it has to add only what the afterimage lacks;
+/// where the afterimage is more, no pressing pin can take it away.
 #[derive(Debug)]
 pub struct Afterimage<'a> {
     skin: Kelvin,
@@ -28,11 +29,15 @@ impl<'a> Afterimage<'a> {
     /// Takes what the skin keeps off the wanted strains, in place.
     pub fn take_off(&self, wanted: &mut [f32]) -> Result<(), Error> {
         length("wanted strains", wanted.len(), self.kept.len())?;
-        wanted.iter_mut().zip(self.kept.iter()).for_each(|(wanted, kept)| *wanted -= kept);
+        wanted
+            .iter_mut()
+            .zip(self.kept.iter())
+            .for_each(|(wanted, kept)| *wanted -= kept);
         Ok(())
     }
 
-    /// Lets `dt_s` seconds pass, 0 to 1000, in which the forces make these strains at once and do not change.
+    /// Lets `dt_s` seconds pass, 0 to 1000, in which the forces make these strains at once and do
+    /// not change.
     pub fn advance(&mut self, dt_s: f64, at_once: &[f32]) -> Result<(), Error> {
         within("dt_s", dt_s, 0.0, 1e3)?;
         length("strains", at_once.len(), self.kept.len())?;

@@ -1,5 +1,5 @@
-//! Symmetric matrices of 16 rows, in blocks of 4 x 4: in the firmware's frame loops of fixed lengths take a third of the instructions of
-//! those of [`packed`](crate::packed).
+//! Symmetric matrices of 16 rows, in blocks of 4 x 4: in the firmware's frame loops of fixed
+//! lengths take a third of the instructions of those of [`packed`](crate::packed).
 
 use crate::packed::{inverse_root, triangle};
 
@@ -17,18 +17,23 @@ pub(crate) fn set_diagonal(matrix: &mut Blocks, value: f32) {
     matrix.fill([[0.0; FOUR]; FOUR]);
     for s in 0..FOUR {
         if let Some(block) = matrix.get_mut(triangle(s) + s) {
-            block.iter_mut().enumerate().for_each(|(i, row)| row[i % FOUR] = value);
+            block
+                .iter_mut()
+                .enumerate()
+                .for_each(|(i, row)| row[i % FOUR] = value);
         }
     }
 }
 
-/// Adds the products of each of some values with themselves, the block of s and t times their weight s ^ t. Gives the number of
-/// multiplications.
+/// Adds the products of each of some values with themselves, the block of s and t times their
+/// weight s ^ t. Gives the number of multiplications.
 pub(crate) fn add(matrix: &mut Blocks, values: &[Block], weights: &[[f32; FOUR]]) -> u32 {
     let mut multiply_adds = 0;
     for s in 0..FOUR {
         for t in 0..=s {
-            let Some(place) = matrix.get_mut(triangle(s) + t) else { continue };
+            let Some(place) = matrix.get_mut(triangle(s) + t) else {
+                continue;
+            };
             // In registers until the last of the values: most of the time is spent here.
             let mut block = *place;
             for (values, weights) in values.iter().zip(weights) {
@@ -58,16 +63,23 @@ fn add_row([a, b, c, d]: &mut [f32; FOUR], times: f32, [e, f, g, h]: &[f32; FOUR
     *d += times * h;
 }
 
-/// The Cholesky factor in its place; its diagonal holds reciprocals. None if the matrix is not positive definite.
+/// The Cholesky factor in its place; its diagonal holds reciprocals. None if the matrix is not
+/// positive definite.
 pub(crate) fn factor(matrix: &mut Blocks) -> Option<()> {
     for s in 0..FOUR {
         for t in 0..=s {
             // Of the block's row, and of that of the diagonal block above it.
             let (before, block) = matrix.split_at_mut_checked(triangle(s) + t)?;
             let block = block.first_mut()?;
-            for (left, above) in before.get(triangle(s)..)?.iter().zip(before.get(triangle(t)..)?) {
+            for (left, above) in before
+                .get(triangle(s)..)?
+                .iter()
+                .zip(before.get(triangle(t)..)?)
+            {
                 for (row, left) in block.iter_mut().zip(left) {
-                    row.iter_mut().zip(above).for_each(|(element, above)| *element -= dot(left, above));
+                    row.iter_mut()
+                        .zip(above)
+                        .for_each(|(element, above)| *element -= dot(left, above));
                 }
             }
             if let Some(diagonal) = before.get(triangle(t) + t) {
@@ -77,7 +89,9 @@ pub(crate) fn factor(matrix: &mut Blocks) -> Option<()> {
                     let (above, row) = block.split_at_mut(i);
                     let row = row.first_mut()?;
                     forward(row, above);
-                    let pivot = row[..i].iter().fold(row[i], |pivot, element| pivot - element * element);
+                    let pivot = row[..i]
+                        .iter()
+                        .fold(row[i], |pivot, element| pivot - element * element);
                     if !(pivot > 0.0) {
                         return None;
                     }
@@ -94,7 +108,9 @@ pub(crate) fn solve(lower: &Blocks, x: &mut Block) {
     for s in 0..FOUR {
         let (before, x) = x.split_at_mut(s);
         for (block, before) in lower[triangle(s)..].iter().zip(before) {
-            x[0].iter_mut().zip(block).for_each(|(x, row)| *x -= dot(row, before));
+            x[0].iter_mut()
+                .zip(block)
+                .for_each(|(x, row)| *x -= dot(row, before));
         }
         forward(&mut x[0], &lower[triangle(s) + s]);
     }
@@ -103,11 +119,17 @@ pub(crate) fn solve(lower: &Blocks, x: &mut Block) {
         for (i, row) in lower[triangle(s) + s].iter().enumerate().rev() {
             let value = x[0][i] * row[i];
             x[0][i] = value;
-            x[0][..i].iter_mut().zip(row).for_each(|(x, element)| *x -= element * value);
+            x[0][..i]
+                .iter_mut()
+                .zip(row)
+                .for_each(|(x, element)| *x -= element * value);
         }
         for (block, before) in lower[triangle(s)..].iter().zip(before) {
             for (row, value) in block.iter().zip(&x[0]) {
-                before.iter_mut().zip(row).for_each(|(before, element)| *before -= element * value);
+                before
+                    .iter_mut()
+                    .zip(row)
+                    .for_each(|(before, element)| *before -= element * value);
             }
         }
     }
@@ -116,7 +138,10 @@ pub(crate) fn solve(lower: &Blocks, x: &mut Block) {
 /// Solves with the first rows of a block on the factor's diagonal, as many as there are.
 fn forward(x: &mut [f32; FOUR], rows: &[[f32; FOUR]]) {
     for (i, row) in rows.iter().enumerate().take(FOUR) {
-        let rest = x[..i].iter().zip(row).fold(x[i], |rest, (x, element)| rest - x * element);
+        let rest = x[..i]
+            .iter()
+            .zip(row)
+            .fold(x[i], |rest, (x, element)| rest - x * element);
         x[i] = rest * row[i];
     }
 }
@@ -169,9 +194,15 @@ mod tests {
                 }
                 full[pivot] = row;
             }
-            let most = full.iter().fold(0.0, |most: f64, row| most.max(row[16].abs()));
+            let most = full
+                .iter()
+                .fold(0.0, |most: f64, row| most.max(row[16].abs()));
             for (x, row) in x.as_flattened().iter().zip(full) {
-                assert!((f64::from(*x) - row[16]).abs() < 1e-4 * most, "{x} {}", row[16]);
+                assert!(
+                    (f64::from(*x) - row[16]).abs() < 1e-4 * most,
+                    "{x} {}",
+                    row[16]
+                );
             }
         }
     }
@@ -180,7 +211,10 @@ mod tests {
     #[test]
     fn a_weight_of_zero_leaves_its_blocks() {
         let mut matrix = diagonal(0.0);
-        assert_eq!(add(&mut matrix, &[[[1.0; 4]; 4]], &[[2.0, 0.0, -1.0, 0.0]]), 16 * 6);
+        assert_eq!(
+            add(&mut matrix, &[[[1.0; 4]; 4]], &[[2.0, 0.0, -1.0, 0.0]]),
+            16 * 6
+        );
         for s in 0..4 {
             for t in 0..=s {
                 let expected = [2.0, 0.0, -1.0, 0.0][s ^ t];

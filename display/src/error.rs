@@ -54,8 +54,22 @@ pub enum Error {
 }
 
 /// Whether a setting lies between two bounds, both included.
-pub(crate) fn within(name: &'static str, value: f64, least: f64, greatest: f64) -> Result<(), Error> {
-    if value >= least && value <= greatest { Ok(()) } else { Err(Error::Setting { name, value, least, greatest }) }
+pub(crate) fn within(
+    name: &'static str,
+    value: f64,
+    least: f64,
+    greatest: f64,
+) -> Result<(), Error> {
+    if value >= least && value <= greatest {
+        Ok(())
+    } else {
+        Err(Error::Setting {
+            name,
+            value,
+            least,
+            greatest,
+        })
+    }
 }
 
 /// Whether all values are finite.
@@ -68,5 +82,13 @@ pub(crate) fn finite(what: &'static str, values: &[f32]) -> Result<(), Error> {
 
 /// Whether a slice has its length.
 pub(crate) fn length(what: &'static str, found: usize, needed: usize) -> Result<(), Error> {
-    if found == needed { Ok(()) } else { Err(Error::Length { what, found, needed }) }
+    if found == needed {
+        Ok(())
+    } else {
+        Err(Error::Length {
+            what,
+            found,
+            needed,
+        })
+    }
 }

@@ -11,19 +11,39 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// `spacing_mm` is the distance of neighbours, millimetres, from 0.01 to 100. Columns and rows: 1 to 1000.
+    /// `spacing_mm` is the distance of neighbours, millimetres, from 0.01 to 100. Columns and rows:
+    /// 1 to 1000.
     pub const fn new(columns: usize, rows: usize, spacing_mm: f64) -> Result<Self, Error> {
         // `within` is not const: a grid is often a constant.
         if !(columns >= 1 && columns <= 1000) {
-            return Err(Error::Setting { name: "columns", value: columns as f64, least: 1.0, greatest: 1000.0 });
+            return Err(Error::Setting {
+                name: "columns",
+                value: columns as f64,
+                least: 1.0,
+                greatest: 1000.0,
+            });
         }
         if !(rows >= 1 && rows <= 1000) {
-            return Err(Error::Setting { name: "rows", value: rows as f64, least: 1.0, greatest: 1000.0 });
+            return Err(Error::Setting {
+                name: "rows",
+                value: rows as f64,
+                least: 1.0,
+                greatest: 1000.0,
+            });
         }
         if !(spacing_mm >= 0.01 && spacing_mm <= 100.0) {
-            return Err(Error::Setting { name: "spacing_mm", value: spacing_mm, least: 0.01, greatest: 100.0 });
+            return Err(Error::Setting {
+                name: "spacing_mm",
+                value: spacing_mm,
+                least: 0.01,
+                greatest: 100.0,
+            });
         }
-        Ok(Self { columns, rows, spacing_mm })
+        Ok(Self {
+            columns,
+            rows,
+            spacing_mm,
+        })
     }
 
     /// Number of places.
@@ -48,14 +68,20 @@ impl Grid {
 
     /// Where number `index` is, millimetres: along x and along y.
     pub fn place_mm(&self, index: usize) -> (f64, f64) {
-        let along = |n: usize, count: usize| (n as f64 - 0.5 * (count as f64 - 1.0)) * self.spacing_mm;
-        (along(index % self.columns, self.columns), along(index / self.columns, self.rows))
+        let along =
+            |n: usize, count: usize| (n as f64 - 0.5 * (count as f64 - 1.0)) * self.spacing_mm;
+        (
+            along(index % self.columns, self.columns),
+            along(index / self.columns, self.rows),
+        )
     }
 
-    /// Response of place `at` of this grid to a unit force at place `pin` of another: what [`Matching::new`] takes as its map.
+    /// Response of place `at` of this grid to a unit force at place `pin` of another: what
+    /// [`Matching::new`] takes as its map.
     ///
-    /// If both grids have one row, they are a slice of the half plane, and the force is per millimetre across. Otherwise they are
-    /// on the half space, and the force is in newtons. `depth_mm`: 0.1 to 100. `quantity` is strain times Young's modulus, or stress.
+    /// If both grids have one row, they are a slice of the half plane, and the force is per
+    /// millimetre across. Otherwise they are on the half space, and the force is in newtons.
+    /// `depth_mm`: 0.1 to 100. `quantity` is strain times Young's modulus, or stress.
     ///
     /// [`Matching::new`]: crate::Matching::new
     pub fn map(

@@ -1,9 +1,10 @@
-//! Stress and strain in an elastic half space under a force at a point of its surface: pins in rows and columns. Compression is
-//! positive.
+//! Stress and strain in an elastic half space under a force at a point of its surface: pins in rows
+//! and columns. Compression is positive.
 //!
-//! Boussinesq's solution: Johnson, *Contact Mechanics*, section 3.2, equation 3.18. The paper's slices have no second direction, so
-//! arrays with more than one row take this instead. Values are per newton; strain is times Young's modulus, so both are per square
-//! millimetre. Depths are in millimetres, and above 0.
+//! Boussinesq's solution: Johnson, *Contact Mechanics*, section 3.2, equation 3.18. The paper's
+//! slices have no second direction, so arrays with more than one row take this instead. Values are
+//! per newton; strain is times Young's modulus, so both are per square millimetre. Depths are in
+//! millimetres, and above 0.
 
 use crate::packed::inverse_root;
 use core::f32::consts::PI;
@@ -14,17 +15,23 @@ pub fn stress(r_mm: f32, z_mm: f32) -> f32 {
     1.5 / PI * z_mm * z_mm * z_mm * inverse_root(r2) / (r2 * r2)
 }
 
-/// Normal strain along z times Young's modulus. Its sum over the plane is 1 - poisson - 2 poisson^2 times the force, which for rubber
-/// (0.5) is none: a wide even pressure does not compress it.
+/// Normal strain along z times Young's modulus. Its sum over the plane is 1 - poisson - 2 poisson^2
+/// times the force, which for rubber (0.5) is none: a wide even pressure does not compress it.
 pub fn strain(r_mm: f32, z_mm: f32, poisson: f32) -> f32 {
     strain_by_square(z_mm, poisson)(r_mm * r_mm)
 }
 
-/// The same by the square of the distance beside the force: a display computes hundreds of them at one depth.
+/// The same by the square of the distance beside the force: a display computes hundreds of them at
+/// one depth.
 pub(crate) fn strain_by_square(z_mm: f32, poisson: f32) -> impl Fn(f32) -> f32 {
     let depth = z_mm * z_mm;
-    let (scale, along, across) = (0.5 / PI * (1.0 + poisson) * z_mm, 3.0 * depth, 2.0 * poisson);
-    // The stress along z less Poisson's share of the two across, radial and around; with r^2 = R^2 - z^2 their sum has two terms.
+    let (scale, along, across) = (
+        0.5 / PI * (1.0 + poisson) * z_mm,
+        3.0 * depth,
+        2.0 * poisson,
+    );
+    // The stress along z less Poisson's share of the two across, radial and around; with r^2 = R^2
+    // - z^2 their sum has two terms.
     move |square| {
         let root = inverse_root(square + depth);
         let share = root * root;

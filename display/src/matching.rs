@@ -1,6 +1,8 @@
-//! Strain matching and stress matching: the forces of the pins whose strains in the finger are nearest to those in the sensor.
+//! Strain matching and stress matching: the forces of the pins whose strains in the finger are
+//! nearest to those in the sensor.
 //!
-//! Equations 9 to 11 of Moy et al., with forces that only press and with Tikhonov's regularisation, which the paper leaves to others.
+//! Equations 9 to 11 of Moy et al., with forces that only press and with Tikhonov's regularisation,
+//! which the paper leaves to others.
 
 use crate::error::{Error, finite, length, within};
 use crate::nonnegative::{Found, Program, solve_from};
@@ -17,7 +19,8 @@ const SENSORS_MAX: usize = 1024;
 /// Least pivot over its diagonal element: below it f32 cannot separate the pins.
 const PIVOT_MIN: f32 = 1e-5;
 
-/// Pivots at most by default. Of 4,000 frames that had nothing to do with the ones before, none took more than 10 (`tests/matching.rs`).
+/// Pivots at most by default. Of 4,000 frames that had nothing to do with the ones before, none
+/// took more than 10 (`tests/matching.rs`).
 pub(crate) const PIVOTS_MAX: u32 = 20;
 
 /// Pins and sensors with all that is computed once.
@@ -63,7 +66,8 @@ pub struct Solution<'a> {
 }
 
 impl<'a> Matching<'a> {
-    /// Values that the memory of [`Self::new`] must hold for `pins` pins and `sensors` sensors: 2000 (8 kB) for 100 pins and 16 sensors.
+    /// Values that the memory of [`Self::new`] must hold for `pins` pins and `sensors` sensors:
+    /// 2000 (8 kB) for 100 pins and 16 sensors.
     pub const fn floats(pins: usize, sensors: usize) -> usize {
         if by_sensors(pins, sensors) {
             pins * sensors + 2 * triangle(sensors) + sensors + pins
@@ -72,14 +76,16 @@ impl<'a> Matching<'a> {
         }
     }
 
-    /// Computes everything that does not change from frame to frame: about `pins^3` multiplications, or `pins sensors^2` if the sensors
-    /// are at most half as many as the pins.
+    /// Computes everything that does not change from frame to frame: about `pins^3`
+    /// multiplications, or `pins sensors^2` if the sensors are at most half as many as the pins.
     ///
     /// - `memory`: at least [`Self::floats`] values; their content does not matter.
     /// - `pins`: 1 to [`PINS_MAX`]. `sensors`: 1 to 1024.
-    /// - `regularisation`: from 0 to 10, relative to the mean square of what a pin does. It keeps noise out of the forces: they
-    ///   become smaller and more even. 0.001 to 0.1 is usual; 0 needs at least as many sensors as pins.
-    /// - `map(sensor, pin)`: strain at a sensor's place in the finger for a unit force of a pin, such as [`Grid::map`] gives.
+    /// - `regularisation`: from 0 to 10, relative to the mean square of what a pin does. It keeps
+    ///   noise out of the forces: they become smaller and more even. 0.001 to 0.1 is usual; 0 needs
+    ///   at least as many sensors as pins.
+    /// - `map(sensor, pin)`: strain at a sensor's place in the finger for a unit force of a pin,
+    ///   such as [`Grid::map`] gives.
     ///
     /// Fails if a setting or the map is impossible, and if the forces are not determined.
     ///
@@ -96,32 +102,56 @@ impl<'a> Matching<'a> {
         within("regularisation", f64::from(regularisation), 0.0, 10.0)?;
         let (found, needed) = (memory.len(), Self::floats(pins, sensors));
         if found < needed {
-            return Err(Error::Length { what: "memory", found, needed });
+            return Err(Error::Length {
+                what: "memory",
+                found,
+                needed,
+            });
         }
         let (by_pin, memory) = memory.split_at_mut(pins * sensors);
         let (x, memory) = memory.split_at_mut(pins);
         for (pin, row) in by_pin.chunks_exact_mut(sensors).enumerate() {
-            row.iter_mut().enumerate().for_each(|(sensor, value)| *value = map(sensor, pin));
+            row.iter_mut()
+                .enumerate()
+                .for_each(|(sensor, value)| *value = map(sensor, pin));
         }
         finite("element of the map", by_pin)?;
         let by_pin = &*by_pin;
-        let mean = by_pin.chunks_exact(sensors).map(|row| dot(row, row)).sum::<f32>() / pins as f32;
+        let mean = by_pin
+            .chunks_exact(sensors)
+            .map(|row| dot(row, row))
+            .sum::<f32>()
+            / pins as f32;
         let constant = regularisation * mean;
         let way = if by_sensors(pins, sensors) {
             let (all, memory) = memory.split_at_mut(triangle(sensors));
             let (lower, memory) = memory.split_at_mut(triangle(sensors));
             all.fill(0.0);
             (0..sensors).for_each(|i| all[triangle(i) + i] = constant);
-            by_pin.chunks_exact(sensors).for_each(|row| add(all, row, 1.0));
+            by_pin
+                .chunks_exact(sensors)
+                .for_each(|row| add(all, row, 1.0));
             // With more pins than sensors only the regularisation determines the forces.
             if !(regularisation > PIVOT_MIN) {
                 return Err(Error::Singular { pin: sensors });
             }
-            Way::Sensors(SensorSpace { constant, all, lower, v: &mut memory[..sensors] })
+            Way::Sensors(SensorSpace {
+                constant,
+                all,
+                lower,
+                v: &mut memory[..sensors],
+            })
         } else {
             by_pins(memory, by_pin, (pins, sensors), constant)?
         };
-        Ok(Self { pins, map: by_pin, way, x, pressing: Set::of(pins, |_| true), pivots_max: PIVOTS_MAX })
+        Ok(Self {
+            pins,
+            map: by_pin,
+            way,
+            x,
+            pressing: Set::of(pins, |_| true),
+            pivots_max: PIVOTS_MAX,
+        })
     }
 
     /// Number of pins.
@@ -134,20 +164,29 @@ impl<'a> Matching<'a> {
         self.map.len() / self.pins
     }
 
-    /// Systems to solve at most in a frame, 1 to 1000; 20 if it is not called. It bounds the time of a frame.
+    /// Systems to solve at most in a frame, 1 to 1000; 20 if it is not called. It bounds the time
+    /// of a frame.
     pub fn set_pivots_max(&mut self, pivots_max: u32) {
         self.pivots_max = pivots_max.clamp(1, 1000);
     }
 
-    /// Forces whose strains are the nearest to the wanted ones, a value for each sensor. It begins from the last frame's solution.
+    /// Forces whose strains are the nearest to the wanted ones, a value for each sensor. It begins
+    /// from the last frame's solution.
     ///
-    /// Fails if a value is not finite, or their number is wrong; the next frame does not depend on it.
+    /// Fails if a value is not finite, or their number is wrong; the next frame does not depend on
+    /// it.
     pub fn forces(&mut self, wanted: &[f32]) -> Result<Solution<'_>, Error> {
         let sensors = self.sensors();
         length("wanted strains", wanted.len(), sensors)?;
         finite("wanted strain", wanted)?;
         let found = match &mut self.way {
-            Way::Pins { free_map, program, free, b, y } => {
+            Way::Pins {
+                free_map,
+                program,
+                free,
+                b,
+                y,
+            } => {
                 for pin in 0..self.pins {
                     b[pin] = dot(&self.map[pin * sensors..][..sensors], wanted);
                     free[pin] = dot(&free_map[pin * sensors..][..sensors], wanted);
@@ -155,17 +194,34 @@ impl<'a> Matching<'a> {
                 // Values near the end of f32's range would give infinite forces.
                 finite("force of pin", b)?;
                 finite("force of pin", free)?;
-                let mut found =
-                    solve_from(program, self.pressing, (&**free, &**b), (&mut *self.x, &mut **y), self.pivots_max);
+                let mut found = solve_from(
+                    program,
+                    self.pressing,
+                    (&**free, &**b),
+                    (&mut *self.x, &mut **y),
+                    self.pivots_max,
+                );
                 found.multiply_adds += 2 * (self.pins * sensors) as u32;
                 found
             }
-            Way::Sensors(space) => space.solve_from(self.map, wanted, self.pressing, self.x, self.pivots_max),
+            Way::Sensors(space) => {
+                space.solve_from(self.map, wanted, self.pressing, self.x, self.pivots_max)
+            }
         };
         finite("force of pin", self.x)?;
         self.pressing = found.pressing;
-        let Found { pivots, is_optimal, multiply_adds, .. } = found;
-        Ok(Solution { forces: self.x, pivots, is_optimal, multiply_adds })
+        let Found {
+            pivots,
+            is_optimal,
+            multiply_adds,
+            ..
+        } = found;
+        Ok(Solution {
+            forces: self.x,
+            pivots,
+            is_optimal,
+            multiply_adds,
+        })
     }
 
     /// Strains that forces make in the finger at once, a value for each sensor (equation 10).
@@ -176,7 +232,10 @@ impl<'a> Matching<'a> {
         finite("force", forces)?;
         strains.fill(0.0);
         for (force, row) in forces.iter().zip(self.map.chunks_exact(sensors)) {
-            strains.iter_mut().zip(row).for_each(|(strain, element)| *strain += element * force);
+            strains
+                .iter_mut()
+                .zip(row)
+                .for_each(|(strain, element)| *strain += element * force);
         }
         Ok(())
     }
@@ -208,9 +267,22 @@ fn by_pins<'a>(
     invert(inverse, pins);
     for i in 0..pins {
         for sensor in 0..sensors {
-            free_map[i * sensors + sensor] = (0..pins).map(|j| at(inverse, i, j) * map[j * sensors + sensor]).sum();
+            free_map[i * sensors + sensor] = (0..pins)
+                .map(|j| at(inverse, i, j) * map[j * sensors + sensor])
+                .sum();
         }
     }
-    let program = Program { gram, inverse, lower, small };
-    Ok(Way::Pins { free_map, program, free, b, y })
+    let program = Program {
+        gram,
+        inverse,
+        lower,
+        small,
+    };
+    Ok(Way::Pins {
+        free_map,
+        program,
+        free,
+        b,
+        y,
+    })
 }

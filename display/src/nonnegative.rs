@@ -1,8 +1,10 @@
-//! Least squares without negative unknowns: the quadratic program min x'Gx/2 - b'x, x >= 0, by block principal pivoting.
+//! Least squares without negative unknowns: the quadratic program min x'Gx/2 - b'x, x >= 0, by
+//! block principal pivoting.
 //!
-//! Kim and Park, *Fast Nonnegative Matrix Factorization: An Active-Set-Like Method and Comparisons*, SIAM J. Sci. Comput. 33 (2011),
-//! section 4; after Portugal, Judice and Vicente (1994). Each pivot solves for the smaller one of the two sets: for the pins that
-//! press, with G, or for those that rest, with its inverse. So no system has more than half of the unknowns.
+//! Kim and Park, *Fast Nonnegative Matrix Factorization: An Active-Set-Like Method and
+//! Comparisons*, SIAM J. Sci. Comput. 33 (2011), section 4; after Portugal, Judice and Vicente
+//! (1994). Each pivot solves for the smaller one of the two sets: for the pins that press, with G,
+//! or for those that rest, with its inverse. So no system has more than half of the unknowns.
 
 use crate::packed::{at, factor, largest, solve, triangle};
 use crate::set::Set;
@@ -45,9 +47,13 @@ pub(crate) struct Budget {
     pub(crate) multiply_adds: u32,
 }
 
-/// Exchanges pins until none is in the wrong set, from the set that pressed last. `solve` gives those that are wrong for a set, and the
-/// number of its multiplications.
-pub(crate) fn exchange(mut pressing: Set, budget: Budget, mut solve: impl FnMut(&Set) -> (Set, u32)) -> Found {
+/// Exchanges pins until none is in the wrong set, from the set that pressed last. `solve` gives
+/// those that are wrong for a set, and the number of its multiplications.
+pub(crate) fn exchange(
+    mut pressing: Set,
+    budget: Budget,
+    mut solve: impl FnMut(&Set) -> (Set, u32),
+) -> Found {
     let (mut fewest, mut tries, mut pivots, mut multiply_adds) = (usize::MAX, 0, 0, 0);
     loop {
         let (mut wrong, more) = solve(&pressing);
@@ -55,7 +61,12 @@ pub(crate) fn exchange(mut pressing: Set, budget: Budget, mut solve: impl FnMut(
         pivots += 1;
         multiply_adds += more;
         if count == 0 || pivots >= budget.pivots || multiply_adds > budget.multiply_adds {
-            return Found { pressing, pivots, is_optimal: count == 0, multiply_adds };
+            return Found {
+                pressing,
+                pivots,
+                is_optimal: count == 0,
+                multiply_adds,
+            };
         }
         if count < fewest {
             (fewest, tries) = (count, TRIES + 1);
@@ -80,10 +91,19 @@ pub(crate) fn solve_from(
 ) -> Found {
     let n = x.len();
     let (zero_x, zero_y) = (ZERO * largest(free), ZERO * largest(b));
-    let budget = Budget { pivots: pivots_max, multiply_adds: u32::MAX };
+    let budget = Budget {
+        pivots: pivots_max,
+        multiply_adds: u32::MAX,
+    };
     let found = exchange(pressing, budget, |pressing| {
         let multiply_adds = pivot(program, pressing, (free, b), (x, y));
-        let is_wrong = |i: usize| if pressing.has(i) { x[i] < -zero_x } else { y[i] < -zero_y };
+        let is_wrong = |i: usize| {
+            if pressing.has(i) {
+                x[i] < -zero_x
+            } else {
+                y[i] < -zero_y
+            }
+        };
         (Set::of(n, is_wrong), multiply_adds)
     });
     x.iter_mut().for_each(|x| *x = x.max(0.0));
@@ -100,11 +120,15 @@ fn pivot(
     let n = x.len();
     let is_pressing = |i: usize| pressing.has(i);
     let press = 2 * pressing.count() <= n;
-    // The smaller system, over `of`: those that press, with G, or those that rest, with its inverse.
+    // The smaller system, over `of`: those that press, with G, or those that rest, with its
+    // inverse.
     let matrix = if press { program.gram } else { program.inverse };
     let of = |i: &usize| is_pressing(*i) == press;
     let size = (0..n).filter(of).count();
-    let (lower, small) = (&mut program.lower[..triangle(size)], &mut program.small[..size]);
+    let (lower, small) = (
+        &mut program.lower[..triangle(size)],
+        &mut program.small[..size],
+    );
     for (row, i) in (0..n).filter(of).enumerate() {
         for (column, j) in (0..i + 1).filter(of).enumerate() {
             lower[triangle(row) + column] = at(matrix, i, j);
@@ -117,7 +141,8 @@ fn pivot(
     } else {
         solve(lower, small);
     }
-    // Of those that rest: the gradient is the matrix times what presses, less b. Of those that press: they give way.
+    // Of those that rest: the gradient is the matrix times what presses, less b. Of those that
+    // press: they give way.
     let (inside, outside) = if press { (x, y) } else { (y, x) };
     let start = if press { b } else { free };
     for i in 0..n {
@@ -128,7 +153,10 @@ fn pivot(
         let value = small[row];
         inside[j] = value;
         let above = &matrix[triangle(j)..][..=j];
-        outside[..=j].iter_mut().zip(above).for_each(|(outside, element)| *outside += element * value);
+        outside[..=j]
+            .iter_mut()
+            .zip(above)
+            .for_each(|(outside, element)| *outside += element * value);
         for i in j + 1..n {
             outside[i] += matrix[triangle(i) + j] * value;
         }

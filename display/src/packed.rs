@@ -1,4 +1,5 @@
-//! Symmetric matrices, of which the lower triangle is kept row by row: half of the memory of the whole.
+//! Symmetric matrices, of which the lower triangle is kept row by row: half of the memory of the
+//! whole.
 
 /// Elements of the lower triangle of `n` rows.
 pub(crate) const fn triangle(n: usize) -> usize {
@@ -11,8 +12,9 @@ pub(crate) fn at(matrix: &[f32], i: usize, j: usize) -> f32 {
     matrix[triangle(i) + j]
 }
 
-/// One over the square root of a normal number above 0, to a few units in the last place: Newton's method from a first guess by the
-/// exponent. `libm` takes ten times the instructions where it may not use the processor's own.
+/// One over the square root of a normal number above 0, to a few units in the last place: Newton's
+/// method from a first guess by the exponent. `libm` takes ten times the instructions where it may
+/// not use the processor's own.
 pub(crate) fn inverse_root(x: f32) -> f32 {
     let mut root = f32::from_bits(0x5f37_59df_u32.wrapping_sub(x.to_bits() >> 1));
     for _ in 0..3 {
@@ -24,14 +26,25 @@ pub(crate) fn inverse_root(x: f32) -> f32 {
 /// The greatest absolute value; what is no number does not count.
 pub(crate) fn largest(values: &[f32]) -> f32 {
     // By comparison: `f32::max` is a call where the processor has no instruction for it.
-    values.iter().fold(0.0, |most, value| if value.abs() > most { value.abs() } else { most })
+    values.iter().fold(0.0, |most, value| {
+        if value.abs() > most {
+            value.abs()
+        } else {
+            most
+        }
+    })
 }
 
 pub(crate) fn dot(a: &[f32], b: &[f32]) -> f32 {
     // Four sums: the next product needs not wait for the last.
     let mut sums = [0.0; 4];
     let (a4, b4) = (a.chunks_exact(4), b.chunks_exact(4));
-    let rest: f32 = a4.remainder().iter().zip(b4.remainder()).map(|(a, b)| a * b).sum();
+    let rest: f32 = a4
+        .remainder()
+        .iter()
+        .zip(b4.remainder())
+        .map(|(a, b)| a * b)
+        .sum();
     for (a, b) in a4.zip(b4) {
         for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
             *sum += a * b;
@@ -40,8 +53,8 @@ pub(crate) fn dot(a: &[f32], b: &[f32]) -> f32 {
     (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
 }
 
-/// The Cholesky factor in place of the first `n` rows; its diagonal holds reciprocals. A pivot that is not more than `least` times
-/// its diagonal element is an error: its row.
+/// The Cholesky factor in place of the first `n` rows; its diagonal holds reciprocals. A pivot that
+/// is not more than `least` times its diagonal element is an error: its row.
 pub(crate) fn factor(matrix: &mut [f32], n: usize, least: f32) -> Result<(), usize> {
     for i in 0..n {
         let (above, row) = matrix.split_at_mut(triangle(i));
@@ -77,7 +90,8 @@ pub(crate) fn solve(lower: &[f32], x: &mut [f32]) {
 
 /// The inverse of the matrix in place of its factor.
 pub(crate) fn invert(lower: &mut [f32], n: usize) {
-    // First the inverse of the factor, row by row: row i of it is -1/l_ii of the rows above, weighted by row i.
+    // First the inverse of the factor, row by row: row i of it is -1/l_ii of the rows above,
+    // weighted by row i.
     for i in 0..n {
         let (above, row) = lower.split_at_mut(triangle(i));
         let diagonal = row[i];
@@ -90,7 +104,9 @@ pub(crate) fn invert(lower: &mut [f32], n: usize) {
     // Then the product of its transpose with itself: an element needs only rows from its own on.
     for i in 0..n {
         for j in 0..=i {
-            lower[triangle(i) + j] = (i..n).map(|k| lower[triangle(k) + i] * lower[triangle(k) + j]).sum();
+            lower[triangle(i) + j] = (i..n)
+                .map(|k| lower[triangle(k) + i] * lower[triangle(k) + j])
+                .sum();
         }
     }
 }
@@ -105,7 +121,10 @@ mod tests {
             for part in 0..50 {
                 let x = 2f32.powi(exponent) * (1.0 + part as f32 / 50.0);
                 let expected = 1.0 / f64::from(x).sqrt();
-                assert!((f64::from(inverse_root(x)) / expected - 1.0).abs() < 3e-7, "{x}");
+                assert!(
+                    (f64::from(inverse_root(x)) / expected - 1.0).abs() < 3e-7,
+                    "{x}"
+                );
             }
         }
     }

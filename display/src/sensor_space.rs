@@ -1,7 +1,9 @@
-//! The same optimum with unknowns of the sensors in place of the pins: for few sensors and many pins.
+//! The same optimum with unknowns of the sensors in place of the pins: for few sensors and many
+//! pins.
 //!
-//! For a set P of pins that press, (A_P' A_P + c)^-1 A_P' w = A_P' v with (A_P A_P' + c) v = w. What is left of the wanted strains is c v,
-//! so the gradient of a pin that rests is -c a'v: one product a'v is the force of a pin that presses, and the sign for one that rests.
+//! For a set P of pins that press, (A_P' A_P + c)^-1 A_P' w = A_P' v with (A_P A_P' + c) v = w.
+//! What is left of the wanted strains is c v, so the gradient of a pin that rests is -c a'v: one
+//! product a'v is the force of a pin that presses, and the sign for one that rests.
 
 use crate::nonnegative::{Budget, Found, exchange};
 use crate::packed::{dot, factor, largest, solve, triangle};
@@ -33,9 +35,15 @@ pub(crate) fn add(matrix: &mut [f32], row: &[f32], times: f32) {
         // What is left of the line belongs to the next four of the row.
         let next = fours.get(line_fours.len()).map_or(last, |four| &four[..]);
         for (elements, others) in line_fours.iter_mut().zip(fours) {
-            elements.iter_mut().zip(others).for_each(|(element, other)| *element += value * other);
+            elements
+                .iter_mut()
+                .zip(others)
+                .for_each(|(element, other)| *element += value * other);
         }
-        line_last.iter_mut().zip(next).for_each(|(element, other)| *element += value * other);
+        line_last
+            .iter_mut()
+            .zip(next)
+            .for_each(|(element, other)| *element += value * other);
         rest = below;
     }
 }
@@ -50,11 +58,20 @@ impl SensorSpace<'_> {
         x: &mut [f32],
         pivots_max: u32,
     ) -> Found {
-        let budget = Budget { pivots: pivots_max, multiply_adds: u32::MAX };
+        let budget = Budget {
+            pivots: pivots_max,
+            multiply_adds: u32::MAX,
+        };
         let found = exchange(pressing, budget, |pressing| {
             let multiply_adds = self.products(map, wanted, pressing, x);
             let zero = ZERO * largest(x);
-            let is_wrong = |i: usize| if pressing.has(i) { x[i] < -zero } else { x[i] > zero };
+            let is_wrong = |i: usize| {
+                if pressing.has(i) {
+                    x[i] < -zero
+                } else {
+                    x[i] > zero
+                }
+            };
             (Set::of(x.len(), is_wrong), multiply_adds)
         });
         for (i, x) in x.iter_mut().enumerate() {
@@ -91,7 +108,9 @@ impl SensorSpace<'_> {
         } else {
             solve(self.lower, self.v);
         }
-        x.iter_mut().zip(map.chunks_exact(sensors)).for_each(|(x, row)| *x = dot(row, self.v));
+        x.iter_mut()
+            .zip(map.chunks_exact(sensors))
+            .for_each(|(x, row)| *x = dot(row, self.v));
         let s = sensors as u32;
         changed * s * (s + 1) / 2 + s * s * s / 6 + s * s + s * pins as u32
     }

@@ -32,7 +32,10 @@ impl Set {
 
     /// The same with all pins of another set.
     pub(crate) fn flip_all(&mut self, pins: &Self) {
-        self.0.iter_mut().zip(pins.0).for_each(|(word, pins)| *word ^= pins);
+        self.0
+            .iter_mut()
+            .zip(pins.0)
+            .for_each(|(word, pins)| *word ^= pins);
     }
 
     /// Pins 4 n to 4 n + 3, a bit each.
@@ -74,7 +77,12 @@ mod tests {
     #[test]
     fn pins_go_in_and_out() {
         let mut set = Set::of(100, |pin| pin % 33 == 0);
-        assert_eq!((0..128).filter(|pin| set.has(*pin)).collect::<std::vec::Vec<_>>(), [0, 33, 66, 99]);
+        assert_eq!(
+            (0..128)
+                .filter(|pin| set.has(*pin))
+                .collect::<std::vec::Vec<_>>(),
+            [0, 33, 66, 99]
+        );
         set.flip(33);
         set.flip(127);
         assert_eq!((set.has(33), set.has(127), set.count()), (false, true, 4));
@@ -82,8 +90,14 @@ mod tests {
         assert_eq!((set.has(127), set.has(1), set.count()), (false, true, 4));
         assert_eq!(Set::of(100, |_| true).count(), 100);
         set.put_four(24, 0b1001);
-        assert_eq!((set.four(24), set.four(0), set.four(31)), (0b1001 | 0b1000, 0b0011, 0));
-        assert_eq!(set.and(&Set::of(100, |pin| pin == 96)), Set::of(100, |pin| pin == 96));
+        assert_eq!(
+            (set.four(24), set.four(0), set.four(31)),
+            (0b1001 | 0b1000, 0b0011, 0)
+        );
+        assert_eq!(
+            set.and(&Set::of(100, |pin| pin == 96)),
+            Set::of(100, |pin| pin == 96)
+        );
         for first in [0, 31, 32, 99, 127] {
             let mut set = Set::of(128, |pin| pin == first || pin > first + 20);
             set.keep_first();

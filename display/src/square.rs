@@ -1,4 +1,5 @@
-//! A square display over a square array, computed anew in each frame: for a chip whose memory is somebody else's in between.
+//! A square display over a square array, computed anew in each frame: for a chip whose memory is
+//! somebody else's in between.
 
 use crate::blocks::{Block, Blocks, FOUR, add, dot, factor, set_diagonal, solve};
 use crate::half_space::strain_by_square;
@@ -38,9 +39,10 @@ impl Default for Pressing {
 
 /// 4 x 4 sensors, and as many pins on each side as wanted, around the same middle on a half space.
 ///
-/// [`Matching`](crate::Matching) keeps 8 kB from frame to frame. This keeps 16 bytes: a frame computes the response of a quarter of the pins,
-/// and the other three are its mirror images. In sums and differences of sensors that are mirror images the response of an image is the same
-/// up to signs, and most products of the images cancel.
+/// [`Matching`](crate::Matching) keeps 8 kB from frame to frame. This keeps 16 bytes: a frame
+/// computes the response of a quarter of the pins, and the other three are its mirror images. In
+/// sums and differences of sensors that are mirror images the response of an image is the same up
+/// to signs, and most products of the images cancel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Square {
     /// Pins on a side, 1 to 10.
@@ -53,34 +55,37 @@ pub struct Square {
     pub depth_mm: f32,
     /// Poisson's ratio, 0 to 0.5.
     pub poisson: f32,
-    /// Relative to the mean square of what a pin does, above 0: see [`Matching::new`](crate::Matching::new).
+    /// Relative to the mean square of what a pin does, above 0: see
+    /// [`Matching::new`](crate::Matching::new).
     pub regularisation: f32,
     /// Systems to solve at most in a frame. The next frame goes on where this one ended.
     pub pivots_max: u32,
-    /// Multiplications of a frame behind which no other system is begun; with the one before it bounds the time, see
-    /// [`Self::multiply_adds`].
+    /// Multiplications of a frame behind which no other system is begun; with the one before it
+    /// bounds the time, see [`Self::multiply_adds`].
     pub multiply_adds_max: u32,
 }
 
 impl Square {
-    /// Values that the memory of [`Self::forces`] must hold for `side` pins on a side: 836 (3.3 kB) for 10.
+    /// Values that the memory of [`Self::forces`] must hold for `side` pins on a side: 836 (3.3 kB)
+    /// for 10.
     pub const fn floats(side: usize) -> usize {
         side.div_ceil(2) * side.div_ceil(2) * (SENSORS + FOUR) + 2 * ELEMENTS + SENSORS
     }
 
-    /// Multiplications of a system with `side` pins on a side: least and greatest number. In between they go by the pins that have just
-    /// begun or ended to press.
+    /// Multiplications of a system with `side` pins on a side: least and greatest number. In
+    /// between they go by the pins that have just begun or ended to press.
     pub const fn multiply_adds(side: usize) -> [u32; 2] {
         let quarter = side.div_ceil(2) * side.div_ceil(2);
         let least = multiply_adds(quarter);
         [least, least + (ELEMENTS * quarter) as u32]
     }
 
-    /// Forces whose strains are the nearest to the wanted ones, row by row. `wanted` are strains times Young's modulus, newtons per square
-    /// millimetre, row by row; `pressing` are the pins of the frame before, and then of this one. The memory's content does not
-    /// matter.
+    /// Forces whose strains are the nearest to the wanted ones, row by row. `wanted` are strains
+    /// times Young's modulus, newtons per square millimetre, row by row; `pressing` are the pins of
+    /// the frame before, and then of this one. The memory's content does not matter.
     ///
-    /// None if the memory is too small, if there are more than 10 x 10 pins or none, or if a wanted value or a force is not finite.
+    /// None if the memory is too small, if there are more than 10 x 10 pins or none, or if a wanted
+    /// value or a force is not finite.
     // Not inlined: a chip's firmware makes it as small as can be, and its caller perhaps not.
     #[inline(never)]
     pub fn forces<'a>(
@@ -108,19 +113,41 @@ impl Square {
             quarter,
             there,
             included: Set::NONE,
-            product: product.as_chunks_mut().0.as_chunks_mut().0.first_chunk_mut()?,
-            lower: lower.as_chunks_mut().0.as_chunks_mut().0.first_chunk_mut()?,
+            product: product
+                .as_chunks_mut()
+                .0
+                .as_chunks_mut()
+                .0
+                .first_chunk_mut()?,
+            lower: lower
+                .as_chunks_mut()
+                .0
+                .as_chunks_mut()
+                .0
+                .first_chunk_mut()?,
             wanted: by_sums(wanted.as_chunks().0.first_chunk()?),
             v: memory.as_chunks_mut().0.first_chunk_mut()?,
             x: x.as_chunks_mut().0,
         };
-        set_diagonal(system.product, self.regularisation * (squares / (self.side * self.side) as f32));
+        set_diagonal(
+            system.product,
+            self.regularisation * (squares / (self.side * self.side) as f32),
+        );
         let begin = pressing.0.and(&there);
-        let budget = Budget { pivots: self.pivots_max, multiply_adds: self.multiply_adds_max };
+        let budget = Budget {
+            pivots: self.pivots_max,
+            multiply_adds: self.multiply_adds_max,
+        };
         let found = exchange(begin, budget, |pressing| system.solve(pressing));
-        let Found { pivots, is_optimal, multiply_adds, .. } = found;
+        let Found {
+            pivots,
+            is_optimal,
+            multiply_adds,
+            ..
+        } = found;
         pressing.0 = found.pressing;
-        // Of numbers the sum is one, and of what is none it is none: a wanted value that is none is in every force.
+        // Of numbers the sum is one, and of what is none it is none: a wanted value that is none is
+        // in every force.
         let mut sum = 0.0;
         let forces = lower.get_mut(..self.side * self.side)?;
         for (n, x) in x.as_chunks::<FOUR>().0.iter().enumerate() {
@@ -133,22 +160,36 @@ impl Square {
                 if there >> image & 1 != 0
                     && let Some(force) = forces.get_mut(rows[image / 2] + columns[image % 2])
                 {
-                    *force = if pressing >> image & 1 != 0 && *x > 0.0 { *x } else { 0.0 };
+                    *force = if pressing >> image & 1 != 0 && *x > 0.0 {
+                        *x
+                    } else {
+                        0.0
+                    };
                 }
             }
         }
-        f32::is_finite(sum).then_some(Solution { forces, pivots, is_optimal, multiply_adds })
+        f32::is_finite(sum).then_some(Solution {
+            forces,
+            pivots,
+            is_optimal,
+            multiply_adds,
+        })
     }
 
     /// The response of each sensor to each pin of the first quarter.
     fn fill(&self, quarter: &mut [Block]) {
-        let (half, response) = (self.side.div_ceil(2), strain_by_square(self.depth_mm, self.poisson));
+        let (half, response) = (
+            self.side.div_ceil(2),
+            strain_by_square(self.depth_mm, self.poisson),
+        );
         let middle = |n: usize, count: usize| n as f32 - 0.5 * (count as f32 - 1.0);
         // Squared distances of the sensors along one direction.
         let along = |pin: usize| {
             let pin_mm = middle(pin, self.side) * self.spacing_mm;
             let square = |off_mm: f32| off_mm * off_mm;
-            core::array::from_fn::<f32, SIDE, _>(|n| square(middle(n, SIDE) * self.sensor_spacing_mm - pin_mm))
+            core::array::from_fn::<f32, SIDE, _>(|n| {
+                square(middle(n, SIDE) * self.sensor_spacing_mm - pin_mm)
+            })
         };
         for row in 0..half {
             let along_rows = along(row);
@@ -156,7 +197,10 @@ impl Square {
                 let along_columns = along(column);
                 let pin = by_sums(&along_rows.map(|y| along_columns.map(|x| response(y + x))));
                 // Exchanged rows and columns have the same distances.
-                for (at, pin) in [(row * half + column, pin), (column * half + row, transposed(&pin))] {
+                for (at, pin) in [
+                    (row * half + column, pin),
+                    (column * half + row, transposed(&pin)),
+                ] {
                     if let Some(place) = quarter.get_mut(at) {
                         *place = pin;
                     }
@@ -179,12 +223,14 @@ impl Square {
     }
 }
 
-/// Multiplications of a system with `quarter` pins in the first quarter, but for those that form its matrix.
+/// Multiplications of a system with `quarter` pins in the first quarter, but for those that form
+/// its matrix.
 const fn multiply_adds(quarter: usize) -> u32 {
     (SENSORS * SENSORS * SENSORS / 6 + SENSORS * SENSORS + SENSORS * quarter) as u32
 }
 
-/// One frame: as [`SensorSpace`](crate::sensor_space::SensorSpace), in sums and differences of the sensors.
+/// One frame: as [`SensorSpace`](crate::sensor_space::SensorSpace), in sums and differences of the
+/// sensors.
 struct System<'a> {
     /// The response to each pin of the first quarter.
     quarter: &'a [Block],
@@ -204,13 +250,15 @@ struct System<'a> {
 impl System<'_> {
     /// The pins that are wrong in a set that presses, and the number of multiplications.
     fn solve(&mut self, pressing: &Set) -> (Set, u32) {
-        // How often each image counts more than before, as sums; the forces' place is free until they are known.
+        // How often each image counts more than before, as sums; the forces' place is free until
+        // they are known.
         for (n, weights) in self.x.iter_mut().enumerate() {
             let (before, now) = (self.included.four(n), pressing.four(n));
             let count = |image: u32| (now >> image & 1) as i32 - (before >> image & 1) as i32;
             *weights = sums([0, 1, 2, 3].map(count)).map(|weight| weight as f32);
         }
-        let multiply_adds = multiply_adds(self.quarter.len()) + add(self.product, self.quarter, self.x);
+        let multiply_adds =
+            multiply_adds(self.quarter.len()) + add(self.product, self.quarter, self.x);
         self.included = *pressing;
         self.lower.copy_from_slice(self.product);
         *self.v = self.wanted;
@@ -225,8 +273,19 @@ impl System<'_> {
         let (zero, mut wrong) = (ZERO * largest(self.x.as_flattened()), Set::NONE);
         for (n, x) in self.x.iter().enumerate() {
             let pressing = pressing.four(n);
-            let is_wrong = |image: usize| if pressing >> image & 1 != 0 { x[image] < -zero } else { x[image] > zero };
-            wrong.put_four(n, (0..FOUR).map(|image| u32::from(is_wrong(image)) << image).sum());
+            let is_wrong = |image: usize| {
+                if pressing >> image & 1 != 0 {
+                    x[image] < -zero
+                } else {
+                    x[image] > zero
+                }
+            };
+            wrong.put_four(
+                n,
+                (0..FOUR)
+                    .map(|image| u32::from(is_wrong(image)) << image)
+                    .sum(),
+            );
         }
         (wrong.and(&self.there), multiply_adds)
     }

@@ -3,8 +3,14 @@
 use proptest::prelude::*;
 use ridgetone_display::{Error, Limits, Pins, Steps};
 
-const DISPLAY: Limits =
-    Limits { force_n: 1.0, stroke_mm: 2.0, stiffness_n_mm: 0.5, update_hz: 20.0, levels: 10, slew_n_s: 4.0 };
+const DISPLAY: Limits = Limits {
+    force_n: 1.0,
+    stroke_mm: 2.0,
+    stiffness_n_mm: 0.5,
+    update_hz: 20.0,
+    levels: 10,
+    slew_n_s: 4.0,
+};
 
 /// Anything that a line may bring.
 fn anything() -> impl Strategy<Value = f32> {
@@ -75,7 +81,14 @@ fn a_step_takes_as_long_as_the_slew_says() {
 
 #[test]
 fn the_stroke_bounds_the_force() {
-    assert_eq!(Limits { stroke_mm: 0.5, ..DISPLAY }.greatest_n(), 0.25);
+    assert_eq!(
+        Limits {
+            stroke_mm: 0.5,
+            ..DISPLAY
+        }
+        .greatest_n(),
+        0.25
+    );
     assert_eq!(DISPLAY.greatest_n(), 1.0);
 }
 
@@ -83,19 +96,69 @@ fn the_stroke_bounds_the_force() {
 fn impossible_displays_are_refused() {
     let refused = |limits: Limits| Pins::new(limits, &mut [0.0]).expect_err("refused");
     for (limits, setting) in [
-        (Limits { force_n: 0.0, ..DISPLAY }, "force_n"),
-        (Limits { force_n: f32::NAN, ..DISPLAY }, "force_n"),
-        (Limits { stroke_mm: -1.0, ..DISPLAY }, "stroke_mm"),
-        (Limits { stiffness_n_mm: f32::INFINITY, ..DISPLAY }, "stiffness_n_mm"),
-        (Limits { update_hz: 0.0, ..DISPLAY }, "update_hz"),
-        (Limits { levels: 0, ..DISPLAY }, "levels"),
-        (Limits { slew_n_s: 0.0, ..DISPLAY }, "slew_n_s"),
+        (
+            Limits {
+                force_n: 0.0,
+                ..DISPLAY
+            },
+            "force_n",
+        ),
+        (
+            Limits {
+                force_n: f32::NAN,
+                ..DISPLAY
+            },
+            "force_n",
+        ),
+        (
+            Limits {
+                stroke_mm: -1.0,
+                ..DISPLAY
+            },
+            "stroke_mm",
+        ),
+        (
+            Limits {
+                stiffness_n_mm: f32::INFINITY,
+                ..DISPLAY
+            },
+            "stiffness_n_mm",
+        ),
+        (
+            Limits {
+                update_hz: 0.0,
+                ..DISPLAY
+            },
+            "update_hz",
+        ),
+        (
+            Limits {
+                levels: 0,
+                ..DISPLAY
+            },
+            "levels",
+        ),
+        (
+            Limits {
+                slew_n_s: 0.0,
+                ..DISPLAY
+            },
+            "slew_n_s",
+        ),
     ] {
-        let Error::Setting { name, .. } = refused(limits) else { panic!("{setting}") };
+        let Error::Setting { name, .. } = refused(limits) else {
+            panic!("{setting}")
+        };
         assert_eq!(name, setting);
     }
     // 0.05 N an update, and levels of 0.1 N.
-    assert!(matches!(refused(Limits { slew_n_s: 1.0, ..DISPLAY }), Error::Frozen { .. }));
+    assert!(matches!(
+        refused(Limits {
+            slew_n_s: 1.0,
+            ..DISPLAY
+        }),
+        Error::Frozen { .. }
+    ));
     let mut forces = [0.0];
     let mut pins = Pins::new(DISPLAY, &mut forces).expect("a display");
     assert!(
@@ -103,7 +166,10 @@ fn impossible_displays_are_refused() {
             && pins.advance(f32::NAN, &[0.0]).is_err()
             && pins.release(f32::NAN).is_err()
     );
-    assert!(matches!(pins.advance(0.1, &[0.0, 0.0]), Err(Error::Length { .. })));
+    assert!(matches!(
+        pins.advance(0.1, &[0.0, 0.0]),
+        Err(Error::Length { .. })
+    ));
 }
 
 #[test]

@@ -12,10 +12,19 @@ pub struct Axis {
 impl Axis {
     /// Whole decades around all values.
     pub fn around(values: impl Iterator<Item = f64>, at: (f64, f64)) -> Self {
-        let range = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), value| (value.min(a), value.max(b)));
-        let (least, most) = if range.0 > 0.0 && range.1.is_finite() { range } else { (1.0, 10.0) };
+        let range = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), value| {
+            (value.min(a), value.max(b))
+        });
+        let (least, most) = if range.0 > 0.0 && range.1.is_finite() {
+            range
+        } else {
+            (1.0, 10.0)
+        };
         let from = least.log10().floor();
-        Self { powers: (from, most.log10().ceil().max(from + 1.0)), at }
+        Self {
+            powers: (from, most.log10().ceil().max(from + 1.0)),
+            at,
+        }
     }
 
     pub fn place(&self, value: f64) -> f64 {
@@ -47,7 +56,10 @@ impl Linear {
         let step = nice((to - from) / f64::from(wanted));
         let decimals = (-step.log10().floor()).max(0.0) as usize;
         let numbers = (from / step - 1e-9).ceil() as i64..=(to / step + 1e-9).floor() as i64;
-        numbers.map(|n| n as f64 * step).map(|value| (value, format!("{value:.decimals$}"))).collect()
+        numbers
+            .map(|n| n as f64 * step)
+            .map(|value| (value, format!("{value:.decimals$}")))
+            .collect()
     }
 }
 
@@ -65,7 +77,10 @@ mod tests {
 
     #[test]
     fn ticks_are_round_and_within() {
-        let axis = Linear { range: (-0.3, 1.0), at: (100.0, 0.0) };
+        let axis = Linear {
+            range: (-0.3, 1.0),
+            at: (100.0, 0.0),
+        };
         let ticks: Vec<String> = axis.ticks(5).into_iter().map(|(_, label)| label).collect();
         assert_eq!(ticks, ["-0.2", "0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
         assert!((axis.place(0.35) - 50.0).abs() < 1e-9);

@@ -1,9 +1,10 @@
-//! The estimators that one would otherwise pick for the one frequency that all channels share. Ridgetone's own fit is
-//! compared with them.
+//! The estimators that one would otherwise pick for the one frequency that all channels share.
+//! Ridgetone's own fit is compared with them.
 //!
 //! Each is written as its source describes it and as somebody who knows the chip would write it: in
-//! f32, on samples less their mean, with a rotation in place of a sine for every sample. None of them
-//! shares code with the fit. All take the same window and give cycles per frame ([`Method::estimate`]).
+//! f32, on samples less their mean, with a rotation in place of a sine for every sample. None of
+//! them shares code with the fit. All take the same window and give cycles per frame
+//! ([`Method::estimate`]).
 //!
 //! | method | source |
 //! |---|---|
@@ -15,7 +16,8 @@
 //! | [`oddo2009`] | Oddo et al. 2009, the paper that Ridgetone follows |
 //! | [`lm_joint`] | More 1978, the crate `levenberg-marquardt` |
 //!
-//! One more is for the PC alone, in f64, and gives an uncertainty too: `nls`, harmonic nonlinear least squares.
+//! One more is for the PC alone, in f64, and gives an uncertainty too: `nls`, harmonic nonlinear
+//! least squares.
 
 pub mod ieee1057;
 pub mod interpolated_dft;
@@ -87,9 +89,10 @@ impl Method {
         }
     }
 
-    /// The common frequency of the first `channels` channels, cycles per frame, greater than 0 and less than 0.5.
-    /// None if the method finds none, if there are fewer than 4 or more than [`FRAMES_MAX`] frames, or if no channel
-    /// varies. A channel with a value that is not finite is left out.
+    /// The common frequency of the first `channels` channels, cycles per frame, greater than 0 and
+    /// less than 0.5. None if the method finds none, if there are fewer than 4 or more than
+    /// [`FRAMES_MAX`] frames, or if no channel varies. A channel with a value that is not finite is
+    /// left out.
     ///
     /// [`Method::LmJoint`] allocates.
     pub fn estimate(self, values: &[Frame], channels: usize, scratch: &mut Scratch) -> Option<f32> {

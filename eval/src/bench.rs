@@ -1,8 +1,8 @@
 //! The cost of the firmware's steps, counted on the emulated Cortex-M4F.
 //!
-//! The images `ridgetone-bench` and `baselines-bench` do the jobs that are written for them ([`crate::workload`]). Their
-//! results must be those of this PC, to the last bit, or there is no table. `cargo xtask bench` builds the images and runs
-//! this.
+//! The images `ridgetone-bench` and `baselines-bench` do the jobs that are written for them
+//! ([`crate::workload`]). Their results must be those of this PC, to the last bit, or there is no
+//! table. `cargo xtask bench` builds the images and runs this.
 
 pub mod baselines;
 pub mod emulated;
@@ -50,8 +50,8 @@ pub struct BenchArgs {
     /// Write trade.md and its picture anew from the data in a folder, and measure nothing.
     #[arg(long, value_name = "FOLDER", num_args = 0..=1, default_missing_value = "docs", exclusive = true)]
     pub render: Option<PathBuf>,
-    /// Measure the scan plans instead: accuracy here, load and latency on the register model. Writes plans.json, and trade.md with it,
-    /// into a folder. Takes three minutes.
+    /// Measure the scan plans instead: accuracy here, load and latency on the register model.
+    /// Writes plans.json, and trade.md with it, into a folder. Takes three minutes.
     #[arg(long, value_name = "FOLDER", num_args = 0..=1, default_missing_value = "docs", exclusive = true)]
     pub plans: Option<PathBuf>,
     /// Print one JSON object.
@@ -59,8 +59,8 @@ pub struct BenchArgs {
     pub json: bool,
 }
 
-/// Runs the benchmark and the baselines', and the default scene through the emulated board's `firmware` if there is one.
-/// `flash_bytes` and `ram_bytes` are those of the board's image.
+/// Runs the benchmark and the baselines', and the default scene through the emulated board's
+/// `firmware` if there is one. `flash_bytes` and `ram_bytes` are those of the board's image.
 pub fn run(
     elf: &Path,
     baselines_elf: &Path,
@@ -84,16 +84,25 @@ pub fn run(
     let (encode_instructions, wire) = next!(measured, Message { instructions, wire });
     let mut bytes = [0; WIRE_MAX];
     let used = Wire::write(&longest_packet(), &mut bytes);
-    ensure!(wire == Wire::new(&bytes[..used]), "the longest packet: {wire:?} on the chip, {used} bytes here");
+    ensure!(
+        wire == Wire::new(&bytes[..used]),
+        "the longest packet: {wire:?} on the chip, {used} bytes here"
+    );
     let intake_instructions = next!(measured, Intake { instructions });
-    ensure!(measured.next().is_none(), "the benchmark gave more results than jobs");
+    ensure!(
+        measured.next().is_none(),
+        "the benchmark gave more results than jobs"
+    );
 
     let baselines = baselines::Baselines::new()?;
     let mut jobs = Jobs::default();
     baselines.write(&mut jobs);
     let mut measured = jobs.run(baselines_elf)?.into_iter();
     let baseline_cells = baselines.read(&mut measured)?;
-    ensure!(measured.next().is_none(), "the baselines' benchmark gave more results than jobs");
+    ensure!(
+        measured.next().is_none(),
+        "the baselines' benchmark gave more results than jobs"
+    );
 
     let firmware_stack = firmware.map(stack).transpose()?;
     let report = Report {
@@ -114,7 +123,17 @@ pub fn run(
 
 /// The most stack that the firmware has in use over the default scene, by its own measure.
 fn stack(firmware: &Path) -> Result<Stack> {
-    let outcome = demo::run(hal_mock::Sliding::default(), Options::new(firmware), &mut |_, _| {})?.outcome;
+    let outcome = demo::run(
+        hal_mock::Sliding::default(),
+        Options::new(firmware),
+        &mut |_, _| {},
+    )?
+    .outcome;
     let stack = outcome.messages.lines().find_map(Stack::parse);
-    stack.with_context(|| format!("the firmware did not report its stack: {}", outcome.messages.trim()))
+    stack.with_context(|| {
+        format!(
+            "the firmware did not report its stack: {}",
+            outcome.messages.trim()
+        )
+    })
 }

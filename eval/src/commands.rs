@@ -15,8 +15,8 @@ use crate::trade::results::Trade;
 use anyhow::Result;
 use clap::{Args, Parser, Subcommand};
 use ridgetone_host::cli::FirmwareOptions;
-use ridgetone_host::usage::UsageError;
 use ridgetone_host::output;
+use ridgetone_host::usage::UsageError;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -59,7 +59,8 @@ Examples:
   cargo xtask reproduce --wavelengths
   cargo xtask reproduce --render --out paper")]
 struct ReproduceArgs {
-    /// Run the firmware image in QEMU instead of its library on this PC; both give the same numbers.
+    /// Run the firmware image in QEMU instead of its library on this PC; both give the same
+    /// numbers.
     #[arg(long)]
     emulated: bool,
     #[command(flatten)]
@@ -70,7 +71,8 @@ struct ReproduceArgs {
     /// Folder to write to.
     #[arg(long, value_name = "FOLDER", default_value = "docs")]
     out: PathBuf,
-    /// Measure the other paper's wavelengths and powers (Okamoto et al.) instead, fill in their tables and draw their pictures alone.
+    /// Measure the other paper's wavelengths and powers (Okamoto et al.) instead, fill in their
+    /// tables and draw their pictures alone.
     #[arg(long, conflicts_with_all = ["emulated", "runs", "render"])]
     wavelengths: bool,
     /// Measure nothing: fill in the page from reproduction.json.
@@ -94,20 +96,34 @@ fn run_bench(args: &BenchArgs) -> Result<()> {
         trade::plans::write(folder)?;
         return trade::render(folder);
     }
-    let images = args.elf.as_ref().zip(args.baselines_elf.as_ref()).zip(args.flash_bytes.zip(args.ram_bytes));
+    let images = args
+        .elf
+        .as_ref()
+        .zip(args.baselines_elf.as_ref())
+        .zip(args.flash_bytes.zip(args.ram_bytes));
     let firmware = args.firmware.as_deref();
-    let chip =
-        images.map(|((elf, baselines), (flash, ram))| bench::run(elf, baselines, firmware, flash, ram)).transpose()?;
+    let chip = images
+        .map(|((elf, baselines), (flash, ram))| bench::run(elf, baselines, firmware, flash, ram))
+        .transpose()?;
     if let Some(chip) = chip.as_ref().filter(|_| !args.json) {
         output::line(chip.to_string().trim_end())?;
     }
-    let effort = if args.quick { trade::QUICK } else { trade::FULL };
-    let trade = (!args.chip).then(|| trade::measure(effort, chip.as_ref())).transpose()?;
+    let effort = if args.quick {
+        trade::QUICK
+    } else {
+        trade::FULL
+    };
+    let trade = (!args.chip)
+        .then(|| trade::measure(effort, chip.as_ref()))
+        .transpose()?;
     if let (Some(folder), Some(trade)) = (&args.write, &trade) {
         trade::write(trade, folder)?;
     }
     if args.json {
-        return output::line(&serde_json::to_string(&BenchJson { chip: chip.as_ref(), trade: trade.as_ref() })?);
+        return output::line(&serde_json::to_string(&BenchJson {
+            chip: chip.as_ref(),
+            trade: trade.as_ref(),
+        })?);
     }
     let Some(trade) = trade else { return Ok(()) };
     let noise = noise::load(args.write.as_deref().unwrap_or(Path::new("docs")))?;
@@ -116,8 +132,14 @@ fn run_bench(args: &BenchArgs) -> Result<()> {
 
 /// The trade shows the noise too: where its data are in the same folder, its page follows.
 fn run_noise(args: &NoiseArgs) -> Result<()> {
-    let Some(folder) = noise::run(args)? else { return Ok(()) };
-    if folder.join("trade.json").is_file() { trade::render(folder) } else { Ok(()) }
+    let Some(folder) = noise::run(args)? else {
+        return Ok(());
+    };
+    if folder.join("trade.json").is_file() {
+        trade::render(folder)
+    } else {
+        Ok(())
+    }
 }
 
 fn run_reproduce(args: &ReproduceArgs) -> Result<()> {
@@ -128,7 +150,10 @@ fn run_reproduce(args: &ReproduceArgs) -> Result<()> {
         return reproduce::render(&args.out);
     }
     if args.firmware.elf.is_some() && !args.emulated {
-        return Err(UsageError("--elf names a firmware image, which only runs with --emulated".into()).into());
+        return Err(UsageError(
+            "--elf names a firmware image, which only runs with --emulated".into(),
+        )
+        .into());
     }
     let elf = args.emulated.then(|| args.firmware.image()).transpose()?;
     let options = elf.as_ref().map(|elf| args.firmware.options(elf));
@@ -171,13 +196,18 @@ mod tests {
         ] {
             let refused = Cli::try_parse_from([&["ridgetone-eval", "faults"], arguments].concat());
             let error = refused.expect_err("refused");
-            assert!(error.exit_code() == 2 && error.to_string().contains(word), "{arguments:?}: {error}");
+            assert!(
+                error.exit_code() == 2 && error.to_string().contains(word),
+                "{arguments:?}: {error}"
+            );
         }
     }
 
     #[test]
     fn a_reproduction_that_makes_no_sense_is_refused() {
-        let args = |arguments: &[&str]| Cli::try_parse_from([&["ridgetone-eval", "reproduce"], arguments].concat());
+        let args = |arguments: &[&str]| {
+            Cli::try_parse_from([&["ridgetone-eval", "reproduce"], arguments].concat())
+        };
         let runs = args(&["--runs", "5"]).expect_err("refused").to_string();
         assert!(runs.contains("--runs") && runs.contains("1..=4"), "{runs}");
         let refused = |arguments: &[&str]| match args(arguments).expect("arguments").command {
@@ -185,9 +215,15 @@ mod tests {
             command => panic!("{command:?}"),
         };
         let elf = refused(&["--elf", "image.elf"]);
-        assert!(elf.is::<UsageError>() && elf.to_string().contains("--emulated"), "{elf}");
+        assert!(
+            elf.is::<UsageError>() && elf.to_string().contains("--emulated"),
+            "{elf}"
+        );
         let folder = tempfile::tempdir().expect("a folder");
         let nothing = refused(&["--render", "--out", folder.path().to_str().expect("UTF-8")]);
-        assert!(format!("{nothing:#}").contains("reproduction.json"), "{nothing:#}");
+        assert!(
+            format!("{nothing:#}").contains("reproduction.json"),
+            "{nothing:#}"
+        );
     }
 }

@@ -1,8 +1,8 @@
 //! Touch at a distance: a paper's numbers beside ours, for docs/touch-at-a-distance.md.
 //!
-//! Okamoto et al., "Transmission of Tactile Roughness through Master-slave Systems"; and
-//! Moy et al., "Human Psychophysics for Teletaction System Design" (the author's text has the tables, the captions and the prose;
-//! its curves are lost).
+//! Okamoto et al., "Transmission of Tactile Roughness through Master-slave Systems"; and Moy et
+//! al., "Human Psychophysics for Teletaction System Design" (the author's text has the tables, the
+//! captions and the prose; its curves are lost).
 
 pub mod bars;
 mod charts;
@@ -32,7 +32,8 @@ Examples:
   cargo xtask distance --chip
   cargo xtask distance --write docs")]
 pub struct DistanceArgs {
-    /// Folder with touch-at-a-distance.md to fill in; the pictures go into touch-at-a-distance/ beside it.
+    /// Folder with touch-at-a-distance.md to fill in; the pictures go into touch-at-a-distance/
+    /// beside it.
     #[arg(long, value_name = "FOLDER")]
     write: Option<PathBuf>,
     /// Count the instructions of a frame of a display with this image, and do nothing else.
@@ -65,7 +66,10 @@ pub fn run(args: &DistanceArgs) -> Result<()> {
     }
     let Some(folder) = &args.write else {
         for name in tables::NAMES {
-            output::line(&format!("{name}\n{}\n", tables::table(name)?.unwrap_or_default()))?;
+            output::line(&format!(
+                "{name}\n{}\n",
+                tables::table(name)?.unwrap_or_default()
+            ))?;
         }
         return Ok(());
     };

@@ -29,7 +29,10 @@ impl Draw {
 
     /// Gaussian, mean 0, variance 1 (Box and Muller).
     pub fn normal(&mut self) -> f64 {
-        let (radius, angle) = (-2.0 * libm::log(1.0 - self.uniform()), std::f64::consts::TAU * self.uniform());
+        let (radius, angle) = (
+            -2.0 * libm::log(1.0 - self.uniform()),
+            std::f64::consts::TAU * self.uniform(),
+        );
         radius.sqrt() * libm::cos(angle)
     }
 

@@ -54,10 +54,17 @@ pub struct FaultsArgs {
     /// Only this family.
     #[arg(long, value_enum, value_name = "NAME")]
     only: Option<Family>,
-    /// Runs on the PC with these scan plans, and nothing else: paper, hand, texture, vibration or single.
-    #[arg(long, value_name = "NAMES", value_delimiter = ',', conflicts_with = "emulated")]
+    /// Runs on the PC with these scan plans, and nothing else: paper, hand, texture, vibration or
+    /// single.
+    #[arg(
+        long,
+        value_name = "NAMES",
+        value_delimiter = ',',
+        conflicts_with = "emulated"
+    )]
     plan: Vec<String>,
-    /// Write faults.md to this folder: of all families, hence not with --only. With --plan only their tables are filled in.
+    /// Write faults.md to this folder: of all families, hence not with --only. With --plan only
+    /// their tables are filled in.
     #[arg(long, value_name = "FOLDER", conflicts_with = "only")]
     write: Option<PathBuf>,
     /// One JSON object instead of the table.
@@ -66,7 +73,8 @@ pub struct FaultsArgs {
 }
 
 pub fn run(args: &FaultsArgs) -> Result<()> {
-    let find = |name: &String| Plan::named(name).with_context(|| format!("no plan is called {name}"));
+    let find =
+        |name: &String| Plan::named(name).with_context(|| format!("no plan is called {name}"));
     let scans = args.plan.iter().map(find).collect::<Result<Vec<_>>>()?;
     let is_clean = if scans.is_empty() {
         let mut campaign = on_pc(args, Plan::PAPER)?;
@@ -90,7 +98,10 @@ pub fn run(args: &FaultsArgs) -> Result<()> {
         }
         is_clean
     };
-    ensure!(is_clean, "not everything is zero that must be: see the table");
+    ensure!(
+        is_clean,
+        "not everything is zero that must be: see the table"
+    );
     Ok(())
 }
 
@@ -98,17 +109,28 @@ fn on_pc(args: &FaultsArgs, scan: Plan) -> Result<Campaign> {
     let start = Instant::now();
     let campaign = Campaign::on_pc(args.injections, args.seed, args.only, scan)?;
     let injected: usize = campaign.rows.iter().map(|row| row.injected).sum();
-    eprintln!("ridgetone-eval: {injected} injections, {:.0} a second", injected as f64 / start.elapsed().as_secs_f64());
+    eprintln!(
+        "ridgetone-eval: {injected} injections, {:.0} a second",
+        injected as f64 / start.elapsed().as_secs_f64()
+    );
     Ok(campaign)
 }
 
 /// Writes the page and prints the table. Whether everything is zero that must be.
-fn conclude(args: &FaultsArgs, campaign: &Campaign, page: impl FnOnce(&Path) -> Result<String>) -> Result<bool> {
+fn conclude(
+    args: &FaultsArgs,
+    campaign: &Campaign,
+    page: impl FnOnce(&Path) -> Result<String>,
+) -> Result<bool> {
     if let Some(folder) = &args.write {
         let path = folder.join("faults.md");
         output::whole_text(&path, &page(&path)?)?;
     }
-    output::line(&if args.json { serde_json::to_string(campaign)? } else { table::table(campaign) })?;
+    output::line(&if args.json {
+        serde_json::to_string(campaign)?
+    } else {
+        table::table(campaign)
+    })?;
     for row in &campaign.rows {
         for complaint in &row.complaints {
             eprintln!("ridgetone-eval: {}: {complaint}", row.fault);

@@ -1,4 +1,5 @@
-//! What the benchmark of `feel` works on: frames of a scan plan and their window, the same on the chip and here.
+//! What the benchmark of `feel` works on: frames of a scan plan and their window, the same on the
+//! chip and here.
 
 use ridgetone::feeling::feel;
 use ridgetone::ring::Ring;
@@ -25,7 +26,8 @@ pub fn fill(ring: &mut Ring, number: u8) -> Option<()> {
     Some(())
 }
 
-/// A wave of twenty frames with an overtone, and a number that hardly repeats in place of noise, codes.
+/// A wave of twenty frames with an overtone, and a number that hardly repeats in place of noise,
+/// codes.
 fn values(frame: u32) -> Values {
     let (cos, sin) = cos_sin(from_turns(0.05 * (frame % 20) as f32));
     core::array::from_fn(|taxel| {
@@ -34,11 +36,19 @@ fn values(frame: u32) -> Values {
     })
 }
 
-/// What a finger feels at the end of that ring, with the default settings of the plan and a conversion of 1 mV a micrometre.
+/// What a finger feels at the end of that ring, with the default settings of the plan and a
+/// conversion of 1 mV a micrometre.
 pub fn feels(ring: &Ring, number: u8, memory: &mut [f32]) -> Option<Feel> {
     let plan = plan(number)?;
-    let feeling = Feeling { volts_per_um: 1e-3, sigma_share: 0.1, force_ratio: 0.3 };
-    let settings = Settings { feel: feeling, ..Settings::DEFAULT.with_plan(plan) };
+    let feeling = Feeling {
+        volts_per_um: 1e-3,
+        sigma_share: 0.1,
+        force_ratio: 0.3,
+    };
+    let settings = Settings {
+        feel: feeling,
+        ..Settings::DEFAULT.with_plan(plan)
+    };
     let frames = plan.ring_frames();
     let window = Window {
         first: 0,
@@ -59,9 +69,17 @@ pub fn feels(ring: &Ring, number: u8, memory: &mut [f32]) -> Option<Feel> {
 
 /// The bits of what was found, added up.
 pub fn bits(feel: &Feel) -> u32 {
-    let scores = [feel.soft, feel.rough].into_iter().chain(feel.per_hz).flatten();
-    let levels = feel.levels_db.iter().fold(0u32, |sum, level| sum.wrapping_mul(31).wrapping_add(*level as u8 as u32));
+    let scores = [feel.soft, feel.rough]
+        .into_iter()
+        .chain(feel.per_hz)
+        .flatten();
+    let levels = feel.levels_db.iter().fold(0u32, |sum, level| {
+        sum.wrapping_mul(31).wrapping_add(*level as u8 as u32)
+    });
     scores.fold(levels, |sum, found| {
-        sum.wrapping_mul(31).wrapping_add(found.value.to_bits()).wrapping_mul(31).wrapping_add(found.sigma.to_bits())
+        sum.wrapping_mul(31)
+            .wrapping_add(found.value.to_bits())
+            .wrapping_mul(31)
+            .wrapping_add(found.sigma.to_bits())
     })
 }

@@ -31,12 +31,46 @@ pub mod workload;
 #[cfg(not(target_os = "none"))]
 pub use commands::main;
 
-/// Compiles modules for the PC only.
-macro_rules! on_the_pc {
-    ($($module:ident)*) => { $(#[cfg(not(target_os = "none"))] mod $module;)* };
-}
-
-on_the_pc!(accuracy axis bar bench board bound commands distance draw faults noise page parallel plot recordings reproduce setting simulated touch trade);
+#[cfg(not(target_os = "none"))]
+mod accuracy;
+#[cfg(not(target_os = "none"))]
+mod axis;
+#[cfg(not(target_os = "none"))]
+mod bar;
+#[cfg(not(target_os = "none"))]
+mod bench;
+#[cfg(not(target_os = "none"))]
+mod board;
+#[cfg(not(target_os = "none"))]
+mod bound;
+#[cfg(not(target_os = "none"))]
+mod commands;
+#[cfg(not(target_os = "none"))]
+mod distance;
+#[cfg(not(target_os = "none"))]
+mod draw;
+#[cfg(not(target_os = "none"))]
+mod faults;
+#[cfg(not(target_os = "none"))]
+mod noise;
+#[cfg(not(target_os = "none"))]
+mod page;
+#[cfg(not(target_os = "none"))]
+mod parallel;
+#[cfg(not(target_os = "none"))]
+mod plot;
+#[cfg(not(target_os = "none"))]
+mod recordings;
+#[cfg(not(target_os = "none"))]
+mod reproduce;
+#[cfg(not(target_os = "none"))]
+mod setting;
+#[cfg(not(target_os = "none"))]
+mod simulated;
+#[cfg(not(target_os = "none"))]
+mod touch;
+#[cfg(not(target_os = "none"))]
+mod trade;
 
 #[cfg(test)]
 mod tests;

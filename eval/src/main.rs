@@ -1,4 +1,5 @@
-//! `ridgetone-eval`: what proves Ridgetone, as commands. `cargo xtask` builds their images and runs them.
+//! `ridgetone-eval`: what proves Ridgetone, as commands. `cargo xtask` builds their images and runs
+//! them.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(not(target_os = "none"))]

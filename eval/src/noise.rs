@@ -1,5 +1,5 @@
-//! Where noise is not white, where there is no tone, and where there is a tone and something else: what the estimator
-//! answers, cell by cell, for docs/noise.md.
+//! Where noise is not white, where there is no tone, and where there is a tone and something else:
+//! what the estimator answers, cell by cell, for docs/noise.md.
 
 mod autoregressions;
 mod bars;
@@ -59,7 +59,8 @@ pub struct NoiseArgs {
     /// Only cells whose name contains this.
     #[arg(long, value_name = "TEXT", conflicts_with = "write")]
     cell: Option<String>,
-    /// Folder with noise.md to fill in; noise.json is written beside it, with another seed than the page's noise-other-seed.json.
+    /// Folder with noise.md to fill in; noise.json is written beside it, with another seed than the
+    /// page's noise-other-seed.json.
     #[arg(long, value_name = "FOLDER")]
     write: Option<PathBuf>,
     /// Recordings without a tone as CSV, of sixteen channels: cells with their noise are added.
@@ -86,32 +87,59 @@ impl Row {
     /// The name, and the signal to noise ratio where the group has several.
     fn title(&self) -> String {
         let several = matches!(self.group, Group::Sigma | Group::Accuracy);
-        let snr = self.snr_db.filter(|_| several).map_or(String::new(), |db| format!(", {db} dB"));
+        let snr = self
+            .snr_db
+            .filter(|_| several)
+            .map_or(String::new(), |db| format!(", {db} dB"));
         format!("{}{snr}", self.name)
     }
 
     /// The cell that it is of; none if no cell has its name any more.
     pub(crate) fn cell(&self) -> Option<Cell> {
-        let of = |cell: &Cell| (cell.group, cell.name, cell.recipe.tone.map(|tone| tone.snr_db));
-        cells(Some(Noise::Real(&[]))).into_iter().find(|cell| of(cell) == (self.group, self.name.as_str(), self.snr_db))
+        let of = |cell: &Cell| {
+            (
+                cell.group,
+                cell.name,
+                cell.recipe.tone.map(|tone| tone.snr_db),
+            )
+        };
+        cells(Some(Noise::Real(&[])))
+            .into_iter()
+            .find(|cell| of(cell) == (self.group, self.name.as_str(), self.snr_db))
     }
 }
 
-/// The answers of every cell, or of those of one group, or whose name contains a text; with noise of the recordings, where there
-/// are some.
-pub fn rows(windows: u32, seed: u64, of: (Option<&str>, Option<&str>), recordings: &[PathBuf]) -> Result<Vec<Row>> {
+/// The answers of every cell, or of those of one group, or whose name contains a text; with noise
+/// of the recordings, where there are some.
+pub fn rows(
+    windows: u32,
+    seed: u64,
+    of: (Option<&str>, Option<&str>),
+    recordings: &[PathBuf],
+) -> Result<Vec<Row>> {
     let (group, name) = of;
     let wanted = |cell: &Cell| {
-        group.is_none_or(|wanted| wanted == cell.group.name()) && name.is_none_or(|part| cell.name.contains(part))
+        group.is_none_or(|wanted| wanted == cell.group.name())
+            && name.is_none_or(|part| cell.name.contains(part))
     };
-    let cells: Vec<_> = cells(recordings::noise(recordings)?).into_iter().filter(wanted).collect();
+    let cells: Vec<_> = cells(recordings::noise(recordings)?)
+        .into_iter()
+        .filter(wanted)
+        .collect();
     if cells.is_empty() {
         let groups = Group::ALL.map(Group::name).join(", ");
-        return Err(UsageError(format!("no cell; --group: one of {groups}; --cell: a part of a row's name")).into());
+        return Err(UsageError(format!(
+            "no cell; --group: one of {groups}; --cell: a part of a row's name"
+        ))
+        .into());
     }
-    let jobs: Vec<_> =
-        cells.iter().flat_map(|cell| WINDOWS_S.map(|window_s| (cell.recipe, window_s, windows * cell.times))).collect();
-    let answers = parallel::map("cells", &jobs, |(recipe, window_s, windows)| measure(recipe, *window_s, *windows, seed))?;
+    let jobs: Vec<_> = cells
+        .iter()
+        .flat_map(|cell| WINDOWS_S.map(|window_s| (cell.recipe, window_s, windows * cell.times)))
+        .collect();
+    let answers = parallel::map("cells", &jobs, |(recipe, window_s, windows)| {
+        measure(recipe, *window_s, *windows, seed)
+    })?;
     let answers = answers.chunks_exact(WINDOWS_S.len());
     let row = |(cell, answers): (&Cell, &[[Answers; 2]])| Row {
         group: cell.group,
@@ -125,7 +153,13 @@ pub fn rows(windows: u32, seed: u64, of: (Option<&str>, Option<&str>), recording
 
 /// The page with its tables filled in, from the rows of its seed and from those of another.
 pub fn page(rows: &[Row], other_seed: &[Row], text: &str) -> Result<String> {
-    page::filled(text, |name| if name == tables::MISSED { Some(tables::missed(rows, other_seed)) } else { tables::table(rows, name) })
+    page::filled(text, |name| {
+        if name == tables::MISSED {
+            Some(tables::missed(rows, other_seed))
+        } else {
+            tables::table(rows, name)
+        }
+    })
 }
 
 /// The rows that were measured last, from a folder; none where nothing was.
@@ -140,7 +174,9 @@ pub fn load_other_seed(folder: &Path) -> Result<Vec<Row>> {
 
 /// Fills in the page of a folder from its data.
 fn render(folder: &Path) -> Result<()> {
-    page::render(folder, PAGE, |text| page(&load(folder)?, &load_other_seed(folder)?, text))
+    page::render(folder, PAGE, |text| {
+        page(&load(folder)?, &load_other_seed(folder)?, text)
+    })
 }
 
 /// Does it, and gives the folder whose page it wrote.
@@ -153,14 +189,29 @@ pub fn run(args: &NoiseArgs) -> Result<Option<&Path>> {
     if let Some(folder) = &args.write {
         // A line for each row, so that a diff shows which changed.
         let json = serde_json::to_string(&rows)?.replace("},{\"group\"", "},\n{\"group\"");
-        let data = if args.seed == SEED { DATA } else { DATA_OF_ANOTHER_SEED };
+        let data = if args.seed == SEED {
+            DATA
+        } else {
+            DATA_OF_ANOTHER_SEED
+        };
         output::whole_text(&folder.join(data), &(json + "\n"))?;
         return render(folder).map(|()| Some(folder.as_path()));
     }
     let measured = |group: &Group| rows.iter().any(|row| row.group == *group);
-    for name in Group::ALL.into_iter().filter(measured).flat_map(tables::names) {
-        output::line(&format!("{name}\n{}\n", tables::table(&rows, &name).unwrap_or_default()))?;
+    for name in Group::ALL
+        .into_iter()
+        .filter(measured)
+        .flat_map(tables::names)
+    {
+        output::line(&format!(
+            "{name}\n{}\n",
+            tables::table(&rows, &name).unwrap_or_default()
+        ))?;
     }
-    output::line(&format!("{}\n{}", tables::MISSED, tables::missed(&rows, &[])))?;
+    output::line(&format!(
+        "{}\n{}",
+        tables::MISSED,
+        tables::missed(&rows, &[])
+    ))?;
     Ok(None)
 }

@@ -16,7 +16,11 @@ impl Table {
     pub fn new(left: usize, headings: &str) -> Self {
         let headings: Vec<&str> = headings.split('|').collect();
         let rule = (0..headings.len()).map(|column| if column < left { "---" } else { "---:" });
-        Self(format!("| {} |\n|{}|\n", headings.join(" | "), rule.collect::<Vec<_>>().join("|")))
+        Self(format!(
+            "| {} |\n|{}|\n",
+            headings.join(" | "),
+            rule.collect::<Vec<_>>().join("|")
+        ))
     }
 
     pub fn row(&mut self, cells: &[String]) {
@@ -38,8 +42,12 @@ pub fn filled(page: &str, table: impl Fn(&str) -> Option<String>) -> Result<Stri
     let mut parts = page.split(START);
     let mut text = parts.next().unwrap_or_default().to_owned();
     for part in parts {
-        let (name, rest) = part.split_once(START_END).context("a table without a name")?;
-        let (_, rest) = rest.split_once(END).with_context(|| format!("table {name}: no end"))?;
+        let (name, rest) = part
+            .split_once(START_END)
+            .context("a table without a name")?;
+        let (_, rest) = rest
+            .split_once(END)
+            .with_context(|| format!("table {name}: no end"))?;
         let table = table(name).with_context(|| format!("no table is called {name}"))?;
         text += &format!("{START}{name}{START_END}{table}{END}{rest}");
     }
@@ -61,11 +69,19 @@ pub fn load<T: DeserializeOwned>(path: &Path) -> Result<T> {
 /// The data of a page from a folder; nothing where nothing was measured.
 pub fn load_measured<T: DeserializeOwned + Default>(folder: &Path, data: &str) -> Result<T> {
     let path = folder.join(data);
-    if path.is_file() { load(&path) } else { Ok(T::default()) }
+    if path.is_file() {
+        load(&path)
+    } else {
+        Ok(T::default())
+    }
 }
 
 /// Fills in a page of a folder, and says which.
-pub fn render(folder: &Path, page: &str, filled: impl FnOnce(&str) -> Result<String>) -> Result<()> {
+pub fn render(
+    folder: &Path,
+    page: &str,
+    filled: impl FnOnce(&str) -> Result<String>,
+) -> Result<()> {
     let path = folder.join(page);
     let text = fs::read_to_string(&path).with_context(|| path.display().to_string())?;
     output::whole_text(&path, &filled(&text)?)?;
@@ -79,7 +95,11 @@ pub fn figure(value: Option<f64>, decimals: usize) -> String {
 
 /// A ratio of error and bound: two decimals near the bound, fewer far from it.
 pub fn over_bound(ratio: f64) -> String {
-    if ratio < 10.0 { format!("{ratio:.2}") } else { grouped(ratio.round() as u64) }
+    if ratio < 10.0 {
+        format!("{ratio:.2}")
+    } else {
+        grouped(ratio.round() as u64)
+    }
 }
 
 /// 1234567 as 1,234,567.
@@ -112,6 +132,9 @@ mod tests {
 
     #[test]
     fn numbers_are_grouped() {
-        assert_eq!([0, 999, 1000, 1_234_567].map(grouped), ["0", "999", "1,000", "1,234,567"]);
+        assert_eq!(
+            [0, 999, 1000, 1_234_567].map(grouped),
+            ["0", "999", "1,000", "1,234,567"]
+        );
     }
 }

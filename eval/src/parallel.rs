@@ -5,8 +5,13 @@ use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use ridgetone_host::output::Progress;
 use std::sync::Mutex;
 
-/// Does `work` on every item and shows how many are done. The results do not depend on the number of cores.
-pub fn map<T: Sync, R: Send>(what: &str, items: &[T], work: impl Fn(&T) -> Result<R> + Sync) -> Result<Vec<R>> {
+/// Does `work` on every item and shows how many are done. The results do not depend on the number
+/// of cores.
+pub fn map<T: Sync, R: Send>(
+    what: &str,
+    items: &[T],
+    work: impl Fn(&T) -> Result<R> + Sync,
+) -> Result<Vec<R>> {
     let progress = Mutex::new((0, Progress::default()));
     let counted = |item: &T| {
         let result = work(item);

@@ -7,7 +7,8 @@ use ridgetone_host::svg::{Anchor, Svg};
 /// Width of every picture, pixels.
 const WIDTH: f64 = 960.0;
 
-/// CSS of all pictures. Colours are those of Okabe and Ito, lighter on dark. Dash, marker or place differ too.
+/// CSS of all pictures. Colours are those of Okabe and Ito, lighter on dark. Dash, marker or place
+/// differ too.
 const STYLE: &str = "svg text{font:12px system-ui,'Helvetica Neue',Arial,'DejaVu Sans',sans-serif;fill:#222}\
 svg .title{font-size:14px;font-weight:600}svg .small{font-size:11px;fill:#555}svg .cell{font-size:12px}\
 svg path{fill:none}svg .card{fill:#fff;stroke:#bbb}svg .axis{stroke:#555}svg .grid{stroke:#e2e2e2}\
@@ -41,15 +42,29 @@ pub struct Frame {
 
 impl Frame {
     /// Between left, top, right and bottom edges in pixels, for some ranges of x and y.
-    pub fn new((left, top, right, bottom): (f64, f64, f64, f64), x: (f64, f64), y: (f64, f64)) -> Self {
-        Self { x: Linear { range: x, at: (left, right) }, y: Linear { range: y, at: (bottom, top) } }
+    pub fn new(
+        (left, top, right, bottom): (f64, f64, f64, f64),
+        x: (f64, f64),
+        y: (f64, f64),
+    ) -> Self {
+        Self {
+            x: Linear {
+                range: x,
+                at: (left, right),
+            },
+            y: Linear {
+                range: y,
+                at: (bottom, top),
+            },
+        }
     }
 
     pub fn at(&self, (x, y): (f64, f64)) -> (f64, f64) {
         (self.x.place(x), self.y.place(y))
     }
 
-    /// Ticks with labels at both axes, thin lines across. The axis of x has its label below, where it has one.
+    /// Ticks with labels at both axes, thin lines across. The axis of x has its label below, where
+    /// it has one.
     pub fn axes(&self, svg: &mut Svg, ticks: (u32, u32), x_label: &str, y_label: &str) {
         let ((left, right), (bottom, top)) = (self.x.at, self.y.at);
         self.grid(svg, ticks.1);
@@ -63,7 +78,13 @@ impl Frame {
         svg.line((left, bottom), (right, bottom), "axis");
         svg.line((left, bottom), (left, top), "axis");
         if !x_label.is_empty() {
-            svg.text(0.5 * (left + right), bottom + 34.0, Anchor::Middle, "small", x_label);
+            svg.text(
+                0.5 * (left + right),
+                bottom + 34.0,
+                Anchor::Middle,
+                "small",
+                x_label,
+            );
         }
         svg.text(left - 40.0, top - 9.0, Anchor::Start, "small", y_label);
     }
@@ -93,7 +114,13 @@ impl Frame {
     /// The area between two x, from the bottom to the top.
     pub fn area(&self, svg: &mut Svg, (from, to): (f64, f64), class: &str) {
         let (left, right) = (self.x.place(from), self.x.place(to));
-        svg.rect(left, self.y.at.1, right - left, self.y.at.0 - self.y.at.1, class);
+        svg.rect(
+            left,
+            self.y.at.1,
+            right - left,
+            self.y.at.0 - self.y.at.1,
+            class,
+        );
     }
 }
 
@@ -103,7 +130,13 @@ pub fn log_axis(svg: &mut Svg, axis: &Axis, (left, right): (f64, f64)) {
         let value = 10f64.powi(power);
         let (y, decimals) = (axis.place(value), usize::try_from(-power).unwrap_or(0));
         svg.line((left, y), (right, y), "grid");
-        svg.text(left - 7.0, y + 4.0, Anchor::End, "small", &format!("{value:.decimals$}"));
+        svg.text(
+            left - 7.0,
+            y + 4.0,
+            Anchor::End,
+            "small",
+            &format!("{value:.decimals$}"),
+        );
     }
     svg.line((left, axis.at.0), (left, axis.at.1), "axis");
     svg.line((left, axis.at.0), (right, axis.at.0), "axis");
@@ -111,7 +144,9 @@ pub fn log_axis(svg: &mut Svg, axis: &Axis, (left, right): (f64, f64)) {
 
 /// Least and greatest of some values, with a margin.
 pub fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    let (least, most) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), v| (v.min(l), v.max(m)));
+    let (least, most) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), v| {
+        (v.min(l), v.max(m))
+    });
     if least > most {
         return (-1.0, 1.0);
     }
@@ -130,9 +165,21 @@ pub enum Shape {
 /// A marker, filled or hollow, of a line's class.
 pub fn marker(svg: &mut Svg, shape: Shape, (x, y): (f64, f64), class: &str) {
     let corners: &[(f64, f64)] = match shape {
-        Shape::Square => &[(-3.2, -3.2), (3.2, -3.2), (3.2, 3.2), (-3.2, 3.2), (-3.2, -3.2)],
+        Shape::Square => &[
+            (-3.2, -3.2),
+            (3.2, -3.2),
+            (3.2, 3.2),
+            (-3.2, 3.2),
+            (-3.2, -3.2),
+        ],
         Shape::Triangle => &[(0.0, -4.4), (4.2, 3.2), (-4.2, 3.2), (0.0, -4.4)],
-        Shape::Diamond => &[(0.0, -4.8), (4.8, 0.0), (0.0, 4.8), (-4.8, 0.0), (0.0, -4.8)],
+        Shape::Diamond => &[
+            (0.0, -4.8),
+            (4.8, 0.0),
+            (0.0, 4.8),
+            (-4.8, 0.0),
+            (0.0, -4.8),
+        ],
     };
     let points: Vec<(f64, f64)> = corners.iter().map(|(dx, dy)| (x + dx, y + dy)).collect();
     svg.path(&points, class);
@@ -161,7 +208,10 @@ pub fn key(svg: &mut Svg, mut x: f64, y: f64, entries: &[(Sample, &str)]) -> f64
                 marker(svg, shape, (x + 13.0, middle), class);
             }
             Sample::Marker(shape, class) => marker(svg, shape, (x + 13.0, middle), class),
-            Sample::Dots(class) => svg.dots(&[(x + 4.0, middle), (x + 13.0, middle), (x + 22.0, middle)], class),
+            Sample::Dots(class) => svg.dots(
+                &[(x + 4.0, middle), (x + 13.0, middle), (x + 22.0, middle)],
+                class,
+            ),
         }
         svg.text(x + 32.0, y, Anchor::Start, "small", text);
         // That many pixels a character are on the safe side.

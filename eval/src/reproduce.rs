@@ -1,6 +1,8 @@
-//! The paper's experiment in the machine: its forty runs on the physical finger, figure for figure beside its own.
+//! The paper's experiment in the machine: its forty runs on the physical finger, figure for figure
+//! beside its own.
 //!
-//! Oddo et al., "Artificial roughness encoding with a bio-inspired MEMS-based tactile sensor array", Sensors 9 (2009).
+//! Oddo et al., "Artificial roughness encoding with a bio-inspired MEMS-based tactile sensor
+//! array", Sensors 9 (2009).
 
 mod charts;
 mod estimate;
@@ -54,9 +56,17 @@ pub fn measure_some(which: &[usize], runs: u32, place: Place<'_>) -> Result<Repr
 pub fn write(reproduction: &Reproduction, folder: &Path) -> Result<()> {
     let json = serde_json::to_string(reproduction)?;
     // A line for each run, window and curve, so that a diff shows which changed.
-    let json = ["{\"series\"", "{\"window_s\"", "{\"speed_mm_s\"", "{\"from_s\"", "{\"name\""]
-        .into_iter()
-        .fold(json, |json, start| json.replace(start, &format!("\n{start}")));
+    let json = [
+        "{\"series\"",
+        "{\"window_s\"",
+        "{\"speed_mm_s\"",
+        "{\"from_s\"",
+        "{\"name\"",
+    ]
+    .into_iter()
+    .fold(json, |json, start| {
+        json.replace(start, &format!("\n{start}"))
+    });
     fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     whole_text(&folder.join("reproduction.json"), &(json + "\n"))?;
     render(folder)
@@ -66,7 +76,8 @@ pub fn write(reproduction: &Reproduction, folder: &Path) -> Result<()> {
 pub fn render(folder: &Path) -> Result<()> {
     let reproduction: Reproduction = load(&folder.join("reproduction.json"))?;
     let folder_of_pictures = folder.join("reproduction");
-    fs::create_dir_all(&folder_of_pictures).with_context(|| folder_of_pictures.display().to_string())?;
+    fs::create_dir_all(&folder_of_pictures)
+        .with_context(|| folder_of_pictures.display().to_string())?;
     for (name, svg) in pictures(&reproduction) {
         whole_text(&folder_of_pictures.join(name), &svg)?;
     }
@@ -76,13 +87,20 @@ pub fn render(folder: &Path) -> Result<()> {
 /// The page. Figures that a run of some combinations lacks are dashes.
 pub fn page(reproduction: &Reproduction) -> Result<String> {
     // The other paper's tables come from a run of their own.
-    filled(PAGE, |name| tables::table(reproduction, name).or_else(|| table_of(PAGE, name).map(str::to_owned)))
+    filled(PAGE, |name| {
+        tables::table(reproduction, name).or_else(|| table_of(PAGE, name).map(str::to_owned))
+    })
 }
 
 /// The pictures by the names of their files, without those of runs that were not made.
 pub fn pictures(reproduction: &Reproduction) -> Vec<(&'static str, String)> {
     let combinations = &reproduction.combinations;
-    let Pictures { contacts, spectra, overlay, opposite } = &reproduction.pictures;
+    let Pictures {
+        contacts,
+        spectra,
+        overlay,
+        opposite,
+    } = &reproduction.pictures;
     let mut svgs = vec![
         ("errors.svg", charts::errors(combinations)),
         ("figure-7.svg", charts::windows(combinations)),
@@ -95,7 +113,15 @@ pub fn pictures(reproduction: &Reproduction) -> Vec<(&'static str, String)> {
     if !spectra.is_empty() {
         svgs.push(("figure-4-5.svg", figures::spectra(spectra)));
     }
-    svgs.extend(overlay.iter().map(|overlay| ("figure-6.svg", figures::overlay(overlay))));
-    svgs.extend(opposite.iter().map(|opposite| ("figure-10.svg", figures::opposite(opposite))));
+    svgs.extend(
+        overlay
+            .iter()
+            .map(|overlay| ("figure-6.svg", figures::overlay(overlay))),
+    );
+    svgs.extend(
+        opposite
+            .iter()
+            .map(|opposite| ("figure-10.svg", figures::opposite(opposite))),
+    );
     svgs
 }

@@ -42,7 +42,13 @@ impl Setting {
     pub fn table_2(length: Length, snr_db: f64, carried: u8) -> impl Iterator<Item = Self> {
         let lines = TABLE_2.into_iter();
         lines
-            .map(move |(speed_mm_s, period_mm)| Self { speed_mm_s, period_mm, length, snr_db, carried })
+            .map(move |(speed_mm_s, period_mm)| Self {
+                speed_mm_s,
+                period_mm,
+                length,
+                snr_db,
+                carried,
+            })
             .filter(|setting| setting.cycles() >= CYCLES_MIN)
     }
 
@@ -67,9 +73,10 @@ impl Setting {
     pub fn window(&self, seed: u64) -> Result<Simulated> {
         match self.length {
             // Long enough, whatever the speed.
-            Length::Seconds(window_s) => {
-                Simulated::new(&self.scene(self.speed_mm_s * (window_s + 1.0), seed), window_s)
-            }
+            Length::Seconds(window_s) => Simulated::new(
+                &self.scene(self.speed_mm_s * (window_s + 1.0), seed),
+                window_s,
+            ),
             Length::Slide => Simulated::whole_slide(&self.scene(Sliding::default().slide_mm, seed)),
         }
     }
@@ -77,21 +84,53 @@ impl Setting {
     /// A window of `window_s` seconds of its noise alone.
     pub fn noise(&self, window_s: f64, seed: u64) -> Result<Simulated> {
         let scene = self.scene(Sliding::default().slide_mm, seed);
-        Simulated::noise(&Sliding { hold_before_s: window_s + 1.5, ..scene }, window_s)
+        Simulated::noise(
+            &Sliding {
+                hold_before_s: window_s + 1.5,
+                ..scene
+            },
+            window_s,
+        )
     }
 
     fn scene(&self, slide_mm: f64, seed: u64) -> Sliding {
-        let Self { speed_mm_s, period_mm, snr_db, carried, .. } = *self;
+        let Self {
+            speed_mm_s,
+            period_mm,
+            snr_db,
+            carried,
+            ..
+        } = *self;
         let mut overtones = Sliding::default().overtones;
-        overtones.iter_mut().skip(usize::from(carried).saturating_sub(1)).for_each(|relative| *relative = 0.0);
-        Sliding { speed_mm_s, period_mm, slide_mm, snr_db: Some(snr_db), overtones, seed, ..Sliding::default() }
+        overtones
+            .iter_mut()
+            .skip(usize::from(carried).saturating_sub(1))
+            .for_each(|relative| *relative = 0.0);
+        Sliding {
+            speed_mm_s,
+            period_mm,
+            slide_mm,
+            snr_db: Some(snr_db),
+            overtones,
+            seed,
+            ..Sliding::default()
+        }
     }
 }
 
 impl fmt::Display for Setting {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { speed_mm_s, period_mm, length, snr_db, .. } = self;
-        write!(f, "{speed_mm_s} mm/s, {period_mm} mm, {length}, {snr_db} dB")
+        let Self {
+            speed_mm_s,
+            period_mm,
+            length,
+            snr_db,
+            ..
+        } = self;
+        write!(
+            f,
+            "{speed_mm_s} mm/s, {period_mm} mm, {length}, {snr_db} dB"
+        )
     }
 }
 
@@ -107,16 +146,41 @@ mod tests {
 
     #[test]
     fn a_whole_slide_is_trimmed_and_noise_has_no_tone() {
-        let setting = Setting { speed_mm_s: 48.0, period_mm: 3.1, length: Length::Slide, snr_db: 40.0, carried: 2 };
+        let setting = Setting {
+            speed_mm_s: 48.0,
+            period_mm: 3.1,
+            length: Length::Slide,
+            snr_db: 40.0,
+            carried: 2,
+        };
         let slide = setting.window(3).expect("a slide");
         // 1.25 s at 241.14 Hz are 301 frames, less five at either end.
         assert_eq!(slide.values.len(), 291);
-        let power = |window: &Simulated| window.values.iter().map(|values| f64::from(values[0]).powi(2)).sum::<f64>();
-        let mean = slide.values.iter().map(|values| f64::from(values[0])).sum::<f64>() / 291.0;
+        let power = |window: &Simulated| {
+            window
+                .values
+                .iter()
+                .map(|values| f64::from(values[0]).powi(2))
+                .sum::<f64>()
+        };
+        let mean = slide
+            .values
+            .iter()
+            .map(|values| f64::from(values[0]))
+            .sum::<f64>()
+            / 291.0;
         let tone = power(&slide) / 291.0 - mean * mean;
         let noise = setting.noise(1.0, 3).expect("noise");
-        let mean = noise.values.iter().map(|values| f64::from(values[0])).sum::<f64>() / 241.0;
+        let mean = noise
+            .values
+            .iter()
+            .map(|values| f64::from(values[0]))
+            .sum::<f64>()
+            / 241.0;
         let alone = power(&noise) / 241.0 - mean * mean;
-        assert!((0.7..1.3).contains(&(alone / noise.channels[0].sigma.powi(2))) && tone > 1000.0 * alone);
+        assert!(
+            (0.7..1.3).contains(&(alone / noise.channels[0].sigma.powi(2)))
+                && tone > 1000.0 * alone
+        );
     }
 }

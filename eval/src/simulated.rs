@@ -4,8 +4,8 @@ use crate::bound::{self, Channel, Clue, Harmonic};
 use anyhow::{Result, ensure};
 use hal_mock::{Scene, Sliding, SlidingScene};
 use ridgetone::schedule::{TRIM_FRAMES, window_frames_max};
-use ridgetone_proto::plan::Plan;
 use ridgetone_host::input::{REFERENCE_V, frame_rate_hz};
+use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::{FRAMES_MIN, Values};
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -24,7 +24,8 @@ const CHOP_FACTOR: f64 = 1.4;
 /// From the start of the slide to the earliest window, seconds.
 const AFTER_START_S: f64 = 0.1;
 
-/// From the contact spike to a window of noise alone, seconds: the spike has decayed to a billionth.
+/// From the contact spike to a window of noise alone, seconds: the spike has decayed to a
+/// billionth.
 const AFTER_CONTACT_S: f64 = 1.0;
 
 /// How a scene becomes frames.
@@ -40,7 +41,11 @@ struct Sampling {
 impl Sampling {
     /// The default scan, and the scene as it is.
     fn usual() -> Self {
-        Self { rate_hz: frame_rate_hz(), inputs: u16::MAX, gain: 1.0 }
+        Self {
+            rate_hz: frame_rate_hz(),
+            inputs: u16::MAX,
+            gain: 1.0,
+        }
     }
 }
 
@@ -58,14 +63,23 @@ pub struct Simulated {
 impl Simulated {
     /// A window of `window_s` seconds of a scene. The seed moves it within a cycle too.
     pub fn new(parameters: &Sliding, window_s: f64) -> Result<Self> {
-        Self::sampled(SlidingScene::new(parameters.clone())?, parameters.seed, window_s, Sampling::usual())
+        Self::sampled(
+            SlidingScene::new(parameters.clone())?,
+            parameters.seed,
+            window_s,
+            Sampling::usual(),
+        )
     }
 
     /// The same by a scan plan, the scene so weak that its noise is `noise_v`.
     pub fn by_plan(parameters: &Sliding, window_s: f64, plan: &Plan, noise_v: f64) -> Result<Self> {
         let scene = SlidingScene::new(parameters.clone())?;
         let gain = noise_v / scene.noise_v();
-        let sampling = Sampling { rate_hz: plan.frame_rate_hz().into(), inputs: plan.inputs, gain };
+        let sampling = Sampling {
+            rate_hz: plan.frame_rate_hz().into(),
+            inputs: plan.inputs,
+            gain,
+        };
         Self::sampled(scene, parameters.seed, window_s, sampling)
     }
 
@@ -73,18 +87,31 @@ impl Simulated {
         let truth = scene.truth();
         let from_s = truth.slide_start_s + AFTER_START_S + spread(seed) / truth.frequency_hz;
         let slide_s = truth.slide_end_s - truth.slide_start_s;
-        ensure!(from_s + window_s <= truth.slide_end_s, "a window of {window_s} s in a slide of {slide_s} s");
-        Ok(Self::at(scene, from_s, (window_s * sampling.rate_hz).round() as usize, sampling))
+        ensure!(
+            from_s + window_s <= truth.slide_end_s,
+            "a window of {window_s} s in a slide of {slide_s} s"
+        );
+        Ok(Self::at(
+            scene,
+            from_s,
+            (window_s * sampling.rate_hz).round() as usize,
+            sampling,
+        ))
     }
 
-    /// The whole slide of a scene as the detector cuts it out, its ends trimmed. The seed moves it within a frame.
+    /// The whole slide of a scene as the detector cuts it out, its ends trimmed. The seed moves it
+    /// within a frame.
     pub fn whole_slide(parameters: &Sliding) -> Result<Self> {
         let scene = SlidingScene::new(parameters.clone())?;
         let (truth, rate_hz) = (scene.truth(), frame_rate_hz());
         let slide = ((truth.slide_end_s - truth.slide_start_s) * rate_hz) as u32;
         let frames = slide.saturating_sub(2 * TRIM_FRAMES);
-        ensure!((FRAMES_MIN..=window_frames_max(&Plan::PAPER)).contains(&frames), "a slide of {slide} frames");
-        let from_s = truth.slide_start_s + (f64::from(TRIM_FRAMES) + spread(parameters.seed)) / rate_hz;
+        ensure!(
+            (FRAMES_MIN..=window_frames_max(&Plan::PAPER)).contains(&frames),
+            "a slide of {slide} frames"
+        );
+        let from_s =
+            truth.slide_start_s + (f64::from(TRIM_FRAMES) + spread(parameters.seed)) / rate_hz;
         Ok(Self::at(scene, from_s, frames as usize, Sampling::usual()))
     }
 
@@ -92,18 +119,32 @@ impl Simulated {
     pub fn noise(parameters: &Sliding, window_s: f64) -> Result<Self> {
         let scene = SlidingScene::new(parameters.clone())?;
         let (truth, from_s) = (scene.truth(), scene.truth().contact_s + AFTER_CONTACT_S);
-        ensure!(from_s + window_s <= truth.slide_start_s, "a window of {window_s} s in a hold");
+        ensure!(
+            from_s + window_s <= truth.slide_start_s,
+            "a window of {window_s} s in a hold"
+        );
         let frames = (window_s * frame_rate_hz()).round() as usize;
         let mut window = Self::at(scene, from_s, frames, Sampling::usual());
-        window.channels.iter_mut().for_each(|channel| channel.harmonics.clear());
+        window
+            .channels
+            .iter_mut()
+            .for_each(|channel| channel.harmonics.clear());
         Ok(window)
     }
 
     /// `frames` frames from the time `from_s` on.
     fn at(mut scene: SlidingScene, from_s: f64, frames: usize, sampling: Sampling) -> Self {
-        let Sampling { rate_hz, inputs, gain } = sampling;
+        let Sampling {
+            rate_hz,
+            inputs,
+            gain,
+        } = sampling;
         let truth = scene.truth();
-        let zeros_v: Vec<f64> = scene.channels().iter().map(|channel| channel.offset_v).collect();
+        let zeros_v: Vec<f64> = scene
+            .channels()
+            .iter()
+            .map(|channel| channel.offset_v)
+            .collect();
         let mut frame = |number: usize| {
             let t_s = from_s + number as f64 / rate_hz;
             std::array::from_fn(|c| match inputs >> c & 1 {
@@ -122,27 +163,44 @@ impl Simulated {
                 let phase_rad = f64::from(h) * TAU * turns + harmonic.phase_rad() - FRAC_PI_2;
                 Harmonic::polar(gain * harmonic.amplitude_v() / CODE_V, phase_rad)
             });
-            Channel { sigma, harmonics: harmonics.collect() }
+            Channel {
+                sigma,
+                harmonics: harmonics.collect(),
+            }
         });
-        Self { values, inputs, frame_rate_hz: rate_hz, frequency_hz: truth.frequency_hz, channels: channels.collect() }
+        Self {
+            values,
+            inputs,
+            frame_rate_hz: rate_hz,
+            frequency_hz: truth.frequency_hz,
+            channels: channels.collect(),
+        }
     }
 
     pub fn window_s(&self) -> f64 {
         self.values.len() as f64 / self.frame_rate_hz
     }
 
-    /// Information of each channel about the frequency with `harmonics` harmonics, and with or without an unknown slope.
+    /// Information of each channel about the frequency with `harmonics` harmonics, and with or
+    /// without an unknown slope.
     pub fn clues(&self, slope: bool, harmonics: usize) -> Result<Vec<Clue>> {
         let frames = self.values.len();
-        let window = bound::Window { frames, frame_rate_hz: self.frame_rate_hz, slope };
+        let window = bound::Window {
+            frames,
+            frame_rate_hz: self.frame_rate_hz,
+            slope,
+        };
         let mut channels = self.channels.clone();
-        channels.iter_mut().for_each(|channel| channel.harmonics.truncate(harmonics));
+        channels
+            .iter_mut()
+            .for_each(|channel| channel.harmonics.truncate(harmonics));
         let value = |channel: usize, frame: usize| f64::from(self.values[frame][channel]);
         bound::clues(&window, self.frequency_hz, &channels, &value)
     }
 }
 
-/// A number from 0 to 1 for each seed, evenly spread over many of them: multiples of the golden ratio.
+/// A number from 0 to 1 for each seed, evenly spread over many of them: multiples of the golden
+/// ratio.
 fn spread(seed: u64) -> f64 {
     (0.618_033_988_75 * seed as f64).fract()
 }

@@ -14,7 +14,9 @@ mod touch;
 mod trade;
 
 pub fn from_root(path: &str) -> std::path::PathBuf {
-    std::path::PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..").join(path)
+    std::path::PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+        .join("..")
+        .join(path)
 }
 
 pub fn read(path: &str) -> String {

@@ -1,4 +1,5 @@
-//! Touches against their truth: contact, slide and release in traces with known times, cell by cell, for docs/touch.md.
+//! Touches against their truth: contact, slide and release in traces with known times, cell by
+//! cell, for docs/touch.md.
 
 mod cells;
 mod measure;
@@ -69,13 +70,20 @@ pub struct Data {
 
 /// What is found in every cell, or in those of one group.
 pub fn rows(traces: u32, seed: u64, group: Option<&str>) -> Result<Vec<Row>> {
-    let cells: Vec<_> = cells().into_iter().filter(|cell| group.is_none_or(|wanted| wanted == cell.group)).collect();
+    let cells: Vec<_> = cells()
+        .into_iter()
+        .filter(|cell| group.is_none_or(|wanted| wanted == cell.group))
+        .collect();
     if cells.is_empty() {
         return Err(UsageError(format!("--group: one of {}", GROUPS.join(", "))).into());
     }
     parallel::map("cells", &cells, |cell| {
         let found = measure(&cell.recipe, traces, seed)?;
-        Ok(Row { group: cell.group.to_owned(), name: cell.name.clone(), found })
+        Ok(Row {
+            group: cell.group.to_owned(),
+            name: cell.name.clone(),
+            found,
+        })
     })
 }
 
@@ -104,13 +112,24 @@ pub fn run(args: &TouchArgs) -> Result<()> {
     let rows = rows(args.traces, args.seed, args.group.as_deref())?;
     if let Some(folder) = &args.write {
         let mut data = load(folder)?;
-        *(if args.before { &mut data.before } else { &mut data.now }) = rows;
+        *(if args.before {
+            &mut data.before
+        } else {
+            &mut data.now
+        }) = rows;
         // A line for each row, so that a diff shows which changed.
         let json = serde_json::to_string(&data)?.replace("{\"group\"", "\n{\"group\"");
         output::whole_text(&folder.join(DATA), &(json + "\n"))?;
-        return if folder.join(PAGE).is_file() { render(folder) } else { Ok(()) };
+        return if folder.join(PAGE).is_file() {
+            render(folder)
+        } else {
+            Ok(())
+        };
     }
-    for (name, table) in GROUPS.iter().filter_map(|name| Some((name, tables::table(&rows, name)?))) {
+    for (name, table) in GROUPS
+        .iter()
+        .filter_map(|name| Some((name, tables::table(&rows, name)?)))
+    {
         output::line(&format!("{name}\n{table}\n"))?;
     }
     Ok(())

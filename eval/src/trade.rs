@@ -1,5 +1,5 @@
-//! The cost and the accuracy of each choice: accuracy on this PC, with the code of the chip, beside instructions counted
-//! on the emulated chip.
+//! The cost and the accuracy of each choice: accuracy on this PC, with the code of the chip, beside
+//! instructions counted on the emulated chip.
 
 mod bars;
 pub mod chart;
@@ -27,25 +27,50 @@ const PAGE: &str = include_str!("../../docs/trade.md");
 /// Windows of each line of Table 2 for a row, and those of the bars.
 pub type Effort = (u32, Windows);
 /// For the page: minutes.
-pub const FULL: Effort = (100, Windows { accuracy: 1000, noise: 4000, detection: 1000 });
+pub const FULL: Effort = (
+    100,
+    Windows {
+        accuracy: 1000,
+        noise: 4000,
+        detection: 1000,
+    },
+);
 /// For a look: seconds.
-pub const QUICK: Effort = (10, Windows { accuracy: 30, noise: 200, detection: 30 });
+pub const QUICK: Effort = (
+    10,
+    Windows {
+        accuracy: 30,
+        noise: 200,
+        detection: 30,
+    },
+);
 
 /// Measures accuracy here and takes the instructions from a report of the chip, if there is one.
 pub fn measure((windows, of_bars): Effort, chip: Option<&Report>) -> Result<Trade> {
     let mut rows = grid::measure(windows)?;
     if let Some(chip) = chip {
-        rows.iter_mut().for_each(|row| row.instructions = grid::instructions(row, chip));
+        rows.iter_mut()
+            .for_each(|row| row.instructions = grid::instructions(row, chip));
     }
-    let (chip, feels) = chip.map_or_else(Default::default, |chip| (chip.bars.clone(), chip.feels.clone()));
-    Ok(Trade { windows, rows, bars: Bars::measure(of_bars)?, feels, chip })
+    let (chip, feels) = chip.map_or_else(Default::default, |chip| {
+        (chip.bars.clone(), chip.feels.clone())
+    });
+    Ok(Trade {
+        windows,
+        rows,
+        bars: Bars::measure(of_bars)?,
+        feels,
+        chip,
+    })
 }
 
 /// Writes `trade.json`, and from it `trade.md` and `trade.svg`.
 pub fn write(trade: &Trade, folder: &Path) -> Result<()> {
     let json = serde_json::to_string(trade)?;
     // A line for each row and setting, so that a diff shows which changed.
-    let json = json.replace("},{\"method\"", "},\n{\"method\"").replace("},{\"setting\"", "},\n{\"setting\"");
+    let json = json
+        .replace("},{\"method\"", "},\n{\"method\"")
+        .replace("},{\"setting\"", "},\n{\"setting\"");
     whole_text(&folder.join("trade.json"), &(json + "\n"))?;
     render(folder)
 }
@@ -54,11 +79,15 @@ pub fn write(trade: &Trade, folder: &Path) -> Result<()> {
 pub fn render(folder: &Path) -> Result<()> {
     let trade: Trade = load(&folder.join("trade.json"))?;
     let noise = noise::load(folder)?;
-    whole_text(&folder.join("trade.md"), &page(&trade, &noise, &plans::load(folder)?)?)?;
+    whole_text(
+        &folder.join("trade.md"),
+        &page(&trade, &noise, &plans::load(folder)?)?,
+    )?;
     whole_text(&folder.join("trade.svg"), &chart::draw(&trade, &noise))
 }
 
-/// The page; its tables of noise and of scan plans are those of the rows that were measured last, by runs of their own.
+/// The page; its tables of noise and of scan plans are those of the rows that were measured last,
+/// by runs of their own.
 pub fn page(trade: &Trade, noise: &[noise::Row], plans: &[plans::Row]) -> Result<String> {
     filled(PAGE, |name| match name {
         "noise" => Some(tables::noise(noise)),
@@ -69,6 +98,11 @@ pub fn page(trade: &Trade, noise: &[noise::Row], plans: &[plans::Row]) -> Result
 
 /// The tables for a terminal.
 pub fn summary(trade: &Trade, noise: &[noise::Row]) -> String {
-    let tables = ["ridgetone", "baselines", "bars"].into_iter().filter_map(|name| tables::table(trade, name));
-    tables.chain([tables::noise(noise)]).collect::<Vec<_>>().join("\n\n")
+    let tables = ["ridgetone", "baselines", "bars"]
+        .into_iter()
+        .filter_map(|name| tables::table(trade, name));
+    tables
+        .chain([tables::noise(noise)])
+        .collect::<Vec<_>>()
+        .join("\n\n")
 }

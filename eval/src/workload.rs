@@ -1,8 +1,10 @@
-//! The workload of the benchmarks: jobs from a PC for the images `ridgetone-bench` and `baselines-bench`, and their results.
+//! The workload of the benchmarks: jobs from a PC for the images `ridgetone-bench` and
+//! `baselines-bench`, and their results.
 //!
-//! Both files are rows of records: a byte with the length, then that many bytes of `postcard`. The file `workload` has
-//! [`Job`]s, and behind each its items: frames of a fit and of a baseline ([`Frame`]), conversions of a detection
-//! ([`conversion`]). The job `End` comes last. The file `results` has every [`Measured`], in the order of the jobs.
+//! Both files are rows of records: a byte with the length, then that many bytes of `postcard`. The
+//! file `workload` has [`Job`]s, and behind each its items: frames of a fit and of a baseline
+//! ([`Frame`]), conversions of a detection ([`conversion`]). The job `End` comes last. The file
+//! `results` has every [`Measured`], in the order of the jobs.
 
 use crate::moving_bump::Load;
 use ads1258::Conversion;
@@ -23,31 +25,41 @@ pub fn write<'a>(item: &impl Serialize, record: &'a mut [u8; RECORD_MAX]) -> Opt
     record.get(..=usize::from(record[0]))
 }
 
-/// Reads a record; `fill` fills a slice with the next bytes, or returns false. None if it fails, or if that is no record.
+/// Reads a record; `fill` fills a slice with the next bytes, or returns false. None if it fails, or
+/// if that is no record.
 pub fn read<T: DeserializeOwned>(mut fill: impl FnMut(&mut [u8]) -> bool) -> Option<T> {
     let (mut length, mut bytes) = ([0], [0; RECORD_MAX]);
-    let bytes = if fill(&mut length) { bytes.get_mut(..length[0].into())? } else { return None };
+    let bytes = if fill(&mut length) {
+        bytes.get_mut(..length[0].into())?
+    } else {
+        return None;
+    };
     if !fill(bytes) {
         return None;
     }
-    postcard::take_from_bytes(bytes).ok().filter(|(_, rest)| rest.is_empty()).map(|(item, _)| item)
+    postcard::take_from_bytes(bytes)
+        .ok()
+        .filter(|(_, rest)| rest.is_empty())
+        .map(|(item, _)| item)
 }
 
 /// A job of the image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Job {
     End,
-    /// Fit a window of `frames` frames with at most `harmonics` harmonics, the fundamental included; gives a [`Measured::Fit`].
+    /// Fit a window of `frames` frames with at most `harmonics` harmonics, the fundamental
+    /// included; gives a [`Measured::Fit`].
     Fit {
         harmonics: u8,
         frames: u32,
     },
-    /// A detector takes whole scans of conversions, from the first slot on; gives a [`Measured::Message`] for every event
-    /// and a [`Measured::Frame`] for every scan.
+    /// A detector takes whole scans of conversions, from the first slot on; gives a
+    /// [`Measured::Message`] for every event and a [`Measured::Frame`] for every scan.
     Detect {
         conversions: u32,
     },
-    /// What a finger feels in the named plan of this number ([`crate::feel_load`]); gives a [`Measured::Feel`].
+    /// What a finger feels in the named plan of this number ([`crate::feel_load`]); gives a
+    /// [`Measured::Feel`].
     Feel {
         plan: u8,
     },
@@ -55,19 +67,21 @@ pub enum Job {
     Encode,
     /// Take conversions in from a chip in memory; gives a [`Measured::Intake`].
     Intake,
-    /// Estimate the frequency of a window by a baseline, from the first `channels` channels; gives a [`Measured::Baseline`].
+    /// Estimate the frequency of a window by a baseline, from the first `channels` channels; gives
+    /// a [`Measured::Baseline`].
     Baseline {
         method: u8,
         channels: u8,
         frames: u32,
     },
-    /// Forces of a display of `side` rows and columns, under a bump that moves ([`crate::moving_bump`]); gives a [`Measured::Pins`]
-    /// for every frame.
+    /// Forces of a display of `side` rows and columns, under a bump that moves
+    /// ([`crate::moving_bump`]); gives a [`Measured::Pins`] for every frame.
     Pins {
         side: u8,
         frames: u32,
     },
-    /// The firmware's updates of such a display, which keeps nothing from one to the next but where its pins are.
+    /// The firmware's updates of such a display, which keeps nothing from one to the next but where
+    /// its pins are.
     Update {
         side: u8,
         load: Load,
@@ -78,7 +92,8 @@ pub enum Job {
 /// The values of a frame, and the mask of its valid taxels.
 pub type Frame = (Values, u16);
 
-/// A conversion from its record: the time in microseconds, then status and code as the chip sends them.
+/// A conversion from its record: the time in microseconds, then status and code as the chip sends
+/// them.
 pub fn conversion((t_us, bytes): (u32, [u8; 4])) -> TimedConversion {
     TimedConversion::new(t_us, Conversion::from_bytes(bytes))
 }
@@ -109,7 +124,12 @@ impl Outcome {
                 sigma_bits: fit.sigma.to_bits(),
                 harmonics: fit.harmonics,
             },
-            None => Self { status: u8::MAX, frequency_bits: 0, sigma_bits: 0, harmonics: 0 },
+            None => Self {
+                status: u8::MAX,
+                frequency_bits: 0,
+                sigma_bits: 0,
+                harmonics: 0,
+            },
         }
     }
 }
@@ -124,15 +144,21 @@ pub struct Wire {
 }
 
 impl Wire {
-    /// Encodes a packet into `wire` and returns its length. Separate from [`Self::new`], which must not be measured.
+    /// Encodes a packet into `wire` and returns its length. Separate from [`Self::new`], which must
+    /// not be measured.
     pub fn write(packet: &Packet, wire: &mut [u8; WIRE_MAX]) -> usize {
         encode(packet, wire).unwrap_or(0)
     }
 
     /// Of the bytes on the wire.
     pub fn new(wire: &[u8]) -> Self {
-        let sum = (1..).zip(wire).fold(0u32, |sum, (place, byte)| sum.wrapping_add(*byte as u32 * place));
-        Self { bytes: wire.len() as u32, sum }
+        let sum = (1..).zip(wire).fold(0u32, |sum, (place, byte)| {
+            sum.wrapping_add(*byte as u32 * place)
+        });
+        Self {
+            bytes: wire.len() as u32,
+            sum,
+        }
     }
 }
 
@@ -169,8 +195,8 @@ pub enum Measured {
         instructions: u32,
         frequency_bits: Option<u32>,
     },
-    /// One frame of a display: multiplications, and the bits of the sum of the forces; or one update: limited pins, and the sum of
-    /// the levels.
+    /// One frame of a display: multiplications, and the bits of the sum of the forces; or one
+    /// update: limited pins, and the sum of the levels.
     Pins {
         instructions: u32,
         multiply_adds: u32,
@@ -187,20 +213,31 @@ mod tests {
         item.filter(|_| bytes.is_empty())
     }
 
-    /// What stands in `item`'s record, and the record's length. A shorter one and a longer one are no records.
+    /// What stands in `item`'s record, and the record's length. A shorter one and a longer one are
+    /// no records.
     fn back<T: Serialize + DeserializeOwned + PartialEq + std::fmt::Debug>(item: &T) -> (T, usize) {
         let mut record = [0; RECORD_MAX];
         let bytes = write(item, &mut record).expect("a record").to_vec();
         let (shorter, mut longer) = (&bytes[..bytes.len() - 1], [&bytes[..], &[0]].concat());
         longer[0] += 1;
-        assert!(read_from::<T>(shorter).is_none() && read_from::<T>(&longer).is_none(), "{item:?}");
+        assert!(
+            read_from::<T>(shorter).is_none() && read_from::<T>(&longer).is_none(),
+            "{item:?}"
+        );
         (read_from(&bytes).expect("a record"), bytes.len())
     }
 
     #[test]
     fn jobs_frames_and_conversions_come_back() {
-        let fit = Job::Fit { harmonics: 4, frames: 70_000 };
-        let baseline = Job::Baseline { method: 6, channels: 16, frames: 241 };
+        let fit = Job::Fit {
+            harmonics: 4,
+            frames: 70_000,
+        };
+        let baseline = Job::Baseline {
+            method: 6,
+            channels: 16,
+            frames: 241,
+        };
         for job in [
             Job::End,
             fit,
@@ -209,15 +246,25 @@ mod tests {
             Job::Encode,
             Job::Intake,
             baseline,
-            Job::Pins { side: 10, frames: 80 },
-            Job::Update { side: 4, load: Load::Fast, frames: 80 },
+            Job::Pins {
+                side: 10,
+                frames: 80,
+            },
+            Job::Update {
+                side: 4,
+                load: Load::Fast,
+                frames: 80,
+            },
         ] {
             assert_eq!(back(&job).0, job);
         }
         assert_eq!(read_from::<Job>(&[1, 9]), None);
         let frame: Frame = (core::array::from_fn(|c| c as f32 * -1e6), 0x8001);
         assert_eq!(back(&frame), (frame, 68));
-        let read = Conversion { status: ads1258::Status(0x97), code: -0x12_3456 };
+        let read = Conversion {
+            status: ads1258::Status(0x97),
+            code: -0x12_3456,
+        };
         let timed = TimedConversion::new(0xfedc_ba98, read);
         assert_eq!(conversion(back(&conversion_record(&timed)).0), timed);
     }
@@ -225,15 +272,43 @@ mod tests {
     #[test]
     fn results_come_back() {
         let most = u32::MAX;
-        let outcome = Outcome { status: 255, frequency_bits: most, sigma_bits: most, harmonics: 255 };
+        let outcome = Outcome {
+            status: 255,
+            frequency_bits: most,
+            sigma_bits: most,
+            harmonics: 255,
+        };
         for measured in [
-            Measured::Fit { instructions: most, stack_bytes: most, outcome },
-            Measured::Frame { instructions: 7, windows: most },
-            Measured::Message { instructions: most, wire: Wire { bytes: most, sum: 0xabc } },
+            Measured::Fit {
+                instructions: most,
+                stack_bytes: most,
+                outcome,
+            },
+            Measured::Frame {
+                instructions: 7,
+                windows: most,
+            },
+            Measured::Message {
+                instructions: most,
+                wire: Wire {
+                    bytes: most,
+                    sum: 0xabc,
+                },
+            },
             Measured::Intake { instructions: most },
-            Measured::Baseline { instructions: most, frequency_bits: Some(1) },
-            Measured::Baseline { instructions: most, frequency_bits: None },
-            Measured::Pins { instructions: most, multiply_adds: 3, bits: most },
+            Measured::Baseline {
+                instructions: most,
+                frequency_bits: Some(1),
+            },
+            Measured::Baseline {
+                instructions: most,
+                frequency_bits: None,
+            },
+            Measured::Pins {
+                instructions: most,
+                multiply_adds: 3,
+                bits: most,
+            },
         ] {
             assert_eq!(back(&measured).0, measured);
         }

@@ -6,14 +6,18 @@ use ridgetone_feel::{Conversion, Firing, Receptor, amplitude_spectrum};
 
 /// Samples a second.
 pub const RATE_HZ: f32 = 2000.0;
-/// Amplitude that the sensor gives for one micrometre from peak to peak, volts: from a surface that is known
-/// (`ridgetone_feel::Reference`).
+/// Amplitude that the sensor gives for one micrometre from peak to peak, volts: from a surface that
+/// is known (`ridgetone_feel::Reference`).
 pub const VOLTS_PER_UM: f32 = 0.3;
 
-/// The intensities of a window. None if its length is no power of two from 64 to 1024. The samples are overwritten.
+/// The intensities of a window. None if its length is no power of two from 64 to 1024. The samples
+/// are overwritten.
 pub fn firing(volts: &mut [f32]) -> Option<Firing> {
     let bin_hz = RATE_HZ / volts.len() as f32;
-    let conversion = Conversion { log_per_um: VOLTS_PER_UM.log10(), log_sigma: 0.0 };
+    let conversion = Conversion {
+        log_per_um: VOLTS_PER_UM.log10(),
+        log_sigma: 0.0,
+    };
     Some(Firing::new(amplitude_spectrum(volts)?, bin_hz, &conversion))
 }
 
@@ -24,7 +28,10 @@ fn main() {
     for (receptor, intensity) in Receptor::ALL.into_iter().zip(firing.intensity) {
         match intensity {
             Some(intensity) => println!("{:<6} {intensity:.2}", receptor.name()),
-            None => println!("{:<6} absent: the rate is too low, or the window too short", receptor.name()),
+            None => println!(
+                "{:<6} absent: the rate is too low, or the window too short",
+                receptor.name()
+            ),
         }
     }
 }

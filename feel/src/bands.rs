@@ -14,8 +14,8 @@ pub fn band_hz(band: usize) -> f32 {
     FIRST_HZ * libm::exp2f((band as f32 + 0.5) / 3.0)
 }
 
-/// The power of the strongest line in each band, by the powers of the bins and their distance, hertz. None in a band without
-/// a bin.
+/// The power of the strongest line in each band, by the powers of the bins and their distance,
+/// hertz. None in a band without a bin.
 pub fn strongest_in_bands(powers: &[f32], bin_hz: f32) -> [Option<f32>; BANDS] {
     // Of `exp2f` a chip would need doubles.
     let (mut strongest, mut band, mut end_hz) = ([None; BANDS], 0, THIRD * FIRST_HZ);
@@ -25,7 +25,9 @@ pub fn strongest_in_bands(powers: &[f32], bin_hz: f32) -> [Option<f32>; BANDS] {
             band += 1;
             end_hz *= THIRD;
         }
-        let Some(most) = strongest.get_mut(band) else { break };
+        let Some(most) = strongest.get_mut(band) else {
+            break;
+        };
         if hz >= FIRST_HZ {
             *most = Some(most.map_or(*power, |most: f32| most.max(*power)));
         }

@@ -15,8 +15,8 @@ pub enum Absent {
 /// How the receptors fire in a window, in the order of [`Receptor::ALL`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Firing {
-    /// Sum over the bins of the receptor's range of the decades by which the spectrum is above the threshold (equations 8 and
-    /// 9); none where [`absent`](Self::absent).
+    /// Sum over the bins of the receptor's range of the decades by which the spectrum is above the
+    /// threshold (equations 8 and 9); none where [`absent`](Self::absent).
     pub intensity: [Option<f32>; RECEPTORS],
     /// Bins above both of two thresholds; in the diagonal, above one.
     pub above: [[f32; RECEPTORS]; RECEPTORS],
@@ -26,19 +26,27 @@ impl Firing {
     /// From an amplitude spectrum and the distance of its bins, hertz.
     pub fn new(amplitudes: &[f32], bin_hz: f32, conversion: &Conversion) -> Self {
         let mut firing = Self::default();
-        let last_hz = Receptor::ALL.iter().fold(0.0, |last: f32, receptor| last.max(receptor.corners_hz()[2]));
+        let last_hz = Receptor::ALL.iter().fold(0.0, |last: f32, receptor| {
+            last.max(receptor.corners_hz()[2])
+        });
         for (receptor, intensity) in Receptor::ALL.into_iter().zip(&mut firing.intensity) {
-            *intensity = Self::absent(receptor, amplitudes.len(), bin_hz).is_none().then_some(0.0);
+            *intensity = Self::absent(receptor, amplitudes.len(), bin_hz)
+                .is_none()
+                .then_some(0.0);
         }
         for (k, amplitude) in amplitudes.iter().enumerate().skip(1) {
             let hz = k as f32 * bin_hz;
             if hz > last_hz {
                 break;
             }
-            let (log_hz, log_um) = (libm::log10f(hz), libm::log10f(*amplitude) - conversion.log_per_um);
+            let (log_hz, log_um) = (
+                libm::log10f(hz),
+                libm::log10f(*amplitude) - conversion.log_per_um,
+            );
             let mut is_above = [false; RECEPTORS];
             for (m, receptor) in Receptor::ALL.into_iter().enumerate() {
-                let (Some(threshold), Some(intensity)) = (receptor.log_threshold(hz, log_hz), &mut firing.intensity[m])
+                let (Some(threshold), Some(intensity)) =
+                    (receptor.log_threshold(hz, log_hz), &mut firing.intensity[m])
                 else {
                     continue;
                 };
@@ -69,8 +77,8 @@ impl Firing {
         }
     }
 
-    /// The same with the mean of several windows, such as those of all channels at one time. Their scatter is taken as
-    /// common to all: it is not divided by their number.
+    /// The same with the mean of several windows, such as those of all channels at one time. Their
+    /// scatter is taken as common to all: it is not divided by their number.
     pub fn mean<'f>(firings: impl Iterator<Item = &'f Self>) -> Self {
         let mut mean = Self::default();
         for (before, firing) in firings.enumerate() {

@@ -4,11 +4,13 @@ use crate::firing::Firing;
 use crate::receptor::RECEPTORS;
 use crate::reference::SCATTER_FROM;
 
-/// Variance of a sum of logarithms of amplitudes of a random surface by the number of bins, squared decades a bin.
+/// Variance of a sum of logarithms of amplitudes of a random surface by the number of bins, squared
+/// decades a bin.
 ///
-/// The amplitude in a bin is Rayleigh's: its natural logarithm has the variance pi^2 / 24, the 0.0776 squared decades. Under
-/// Hamming's window neighbours are correlated by -0.625, the next ones by 0.133; the covariance of the logarithms goes with
-/// the dilogarithm of the square: 0.266 and 0.011 of the variance, on both sides.
+/// The amplitude in a bin is Rayleigh's: its natural logarithm has the variance pi^2 / 24, the
+/// 0.0776 squared decades. Under Hamming's window neighbours are correlated by -0.625, the next
+/// ones by 0.133; the covariance of the logarithms goes with the dilogarithm of the square: 0.266
+/// and 0.011 of the variance, on both sides.
 const VARIANCE_PER_BIN: f32 = 0.0776 * (1.0 + 2.0 * (0.266 + 0.011));
 
 /// Square matrix over the receptors.
@@ -35,9 +37,11 @@ impl MeanFiring {
         for a in 0..RECEPTORS {
             for b in 0..RECEPTORS {
                 let (before_a, after_b) = (before[a], self.mean.intensity[b].unwrap_or(0.0));
-                let off = |m: usize, from: f32| firing.intensity[m].map_or(0.0, |value| value - from);
+                let off =
+                    |m: usize, from: f32| firing.intensity[m].map_or(0.0, |value| value - from);
                 self.scatter[a][b] += off(a, before_a) * off(b, after_b);
-                self.mean.above[a][b] += (firing.above[a][b] - self.mean.above[a][b]) / self.windows;
+                self.mean.above[a][b] +=
+                    (firing.above[a][b] - self.mean.above[a][b]) / self.windows;
             }
         }
     }
@@ -52,11 +56,12 @@ impl MeanFiring {
         &self.mean
     }
 
-    /// Covariance of the mean: how other stretches of the same surface would scatter, and how an error of the conversion of
-    /// `log_sigma` decades moves all bins that are above their thresholds.
+    /// Covariance of the mean: how other stretches of the same surface would scatter, and how an
+    /// error of the conversion of `log_sigma` decades moves all bins that are above their
+    /// thresholds.
     ///
-    /// From eight windows on the first part is the windows' scatter. Of fewer it is that of a surface without a period, which
-    /// is more than that of a steady vibration.
+    /// From eight windows on the first part is the windows' scatter. Of fewer it is that of a
+    /// surface without a period, which is more than that of a steady vibration.
     pub fn covariance(&self, log_sigma: f32) -> Matrix {
         let mut covariance = [[0.0; RECEPTORS]; RECEPTORS];
         let by_scatter = self.windows >= SCATTER_FROM;
@@ -66,7 +71,8 @@ impl MeanFiring {
                     true => self.scatter[a][b] / (self.windows - 1.0),
                     false => VARIANCE_PER_BIN * self.mean.above[a][b],
                 };
-                let by_conversion = log_sigma * log_sigma * self.mean.above[a][a] * self.mean.above[b][b];
+                let by_conversion =
+                    log_sigma * log_sigma * self.mean.above[a][a] * self.mean.above[b][b];
                 covariance[a][b] = of_window / f32::max(self.windows, 1.0) + by_conversion;
             }
         }

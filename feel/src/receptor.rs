@@ -16,7 +16,8 @@ pub enum Receptor {
 /// Number of kinds.
 pub const RECEPTORS: usize = 4;
 
-/// A straight line in logarithms to the base of ten: displacement in um from peak to peak over frequency in hertz.
+/// A straight line in logarithms to the base of ten: displacement in um from peak to peak over
+/// frequency in hertz.
 #[derive(Clone, Copy)]
 struct Asymptote {
     intercept: f32,
@@ -32,7 +33,8 @@ impl Receptor {
         ["FA I", "FA II", "SA I", "SA II"][self as usize]
     }
 
-    /// Where its range begins, where its threshold bends, and where its range ends, hertz (Table 1).
+    /// Where its range begins, where its threshold bends, and where its range ends, hertz (Table
+    /// 1).
     pub const fn corners_hz(self) -> [f32; 3] {
         match self {
             Self::Fa1 => [0.5, 12.2, 67.0],
@@ -42,7 +44,8 @@ impl Receptor {
         }
     }
 
-    /// Its two lines (equations 1 to 4). The intercepts are the logarithms of 499, 52.1; 1690, 2.00e-5; 43.5, 0.787; 501, 17.1.
+    /// Its two lines (equations 1 to 4). The intercepts are the logarithms of 499, 52.1; 1690,
+    /// 2.00e-5; 43.5, 0.787; 501, 17.1.
     const fn lines(self) -> [Asymptote; 2] {
         let [below, above] = match self {
             Self::Fa1 => [(2.698_100_5, -0.890), (1.716_837_7, 0.0119)],
@@ -50,11 +53,20 @@ impl Receptor {
             Self::Sa1 => [(1.638_489_3, -0.545), (-0.104_025_27, 0.683)],
             Self::Sa2 => [(2.699_837_7, -0.783), (1.232_996_1, -0.0340)],
         };
-        [Asymptote { intercept: below.0, slope: below.1 }, Asymptote { intercept: above.0, slope: above.1 }]
+        [
+            Asymptote {
+                intercept: below.0,
+                slope: below.1,
+            },
+            Asymptote {
+                intercept: above.0,
+                slope: above.1,
+            },
+        ]
     }
 
-    /// Logarithm to the base of ten of the threshold in um from peak to peak, at a frequency and its logarithm; none outside
-    /// the receptor's range.
+    /// Logarithm to the base of ten of the threshold in um from peak to peak, at a frequency and
+    /// its logarithm; none outside the receptor's range.
     pub(crate) fn log_threshold(self, hz: f32, log_hz: f32) -> Option<f32> {
         let [from, bend, to] = self.corners_hz();
         let [below, above] = self.lines();
@@ -62,12 +74,20 @@ impl Receptor {
         (from < hz && hz <= to).then_some(line.intercept + line.slope * log_hz)
     }
 
-    /// The ends of the threshold's two lines, below the bend and above it: frequency in hertz, um from peak to peak. In
-    /// logarithms the threshold is straight between them.
+    /// The ends of the threshold's two lines, below the bend and above it: frequency in hertz, um
+    /// from peak to peak. In logarithms the threshold is straight between them.
     pub fn threshold_ends(self) -> [[(f32, f32); 2]; 2] {
         let ([from, bend, to], [below, above]) = (self.corners_hz(), self.lines());
-        let at = |line: Asymptote, hz: f32| (hz, libm::exp10f(line.intercept + line.slope * libm::log10f(hz)));
-        [[at(below, from), at(below, bend)], [at(above, bend), at(above, to)]]
+        let at = |line: Asymptote, hz: f32| {
+            (
+                hz,
+                libm::exp10f(line.intercept + line.slope * libm::log10f(hz)),
+            )
+        };
+        [
+            [at(below, from), at(below, bend)],
+            [at(above, bend), at(above, to)],
+        ]
     }
 
     /// The threshold at a frequency, um from peak to peak; none outside the receptor's range.

@@ -7,11 +7,12 @@ use core::ops::Range;
 /// Windows from which on their scatter says more of the uncertainty than a closed form.
 pub(crate) const SCATTER_FROM: f32 = 8.0;
 
-/// Distance from the reference's line of the bins that show its noise: the nearest ones outside Hamming's main lobe.
+/// Distance from the reference's line of the bins that show its noise: the nearest ones outside
+/// Hamming's main lobe.
 const BESIDE: Range<f32> = 2.5..6.5;
 
-/// What a line leaks through Hamming's window, by its amplitude over the distance in bins: the window's step of 0.08 at its
-/// ends over pi and over its mean.
+/// What a line leaks through Hamming's window, by its amplitude over the distance in bins: the
+/// window's step of 0.08 at its ends over pi and over its mean.
 const LEAKAGE: f32 = 0.08 / (core::f32::consts::PI * 0.54);
 
 /// A surface whose roughness is known, and how fast the finger runs over it.
@@ -32,8 +33,9 @@ pub struct Reference {
 pub struct SpectralLine {
     /// In the samples' unit.
     pub amplitude: f32,
-    /// Its standard deviation, by what is beside it in the spectrum: noise as strong as there turns the amplitude by that much,
-    /// and for a surface without a period it is a little more than the amplitude's own scatter.
+    /// Its standard deviation, by what is beside it in the spectrum: noise as strong as there turns
+    /// the amplitude by that much, and for a surface without a period it is a little more than the
+    /// amplitude's own scatter.
     pub sigma: f32,
     /// What reaches it from all that is further away, because a window is finite.
     pub leaked: f32,
@@ -62,13 +64,20 @@ impl Reference {
     pub fn conversion(&self, amplitude: f32, sigma: f32) -> Result<Conversion, NoAmplitude> {
         let log_per_um = libm::log10f(amplitude / (2.0 * self.ra_um));
         let share = libm::hypotf(sigma / amplitude, self.ra_sigma_um / self.ra_um);
-        if log_per_um.is_finite() { Ok(Conversion { log_per_um, log_sigma: share / LN_10 }) } else { Err(NoAmplitude) }
+        if log_per_um.is_finite() {
+            Ok(Conversion {
+                log_per_um,
+                log_sigma: share / LN_10,
+            })
+        } else {
+            Err(NoAmplitude)
+        }
     }
 }
 
 impl SpectralLine {
-    /// Measures the amplitude at `cycles` cycles in a window of [`amplitude_spectrum`]'s lengths, whose memory is used; none
-    /// for another length.
+    /// Measures the amplitude at `cycles` cycles in a window of [`amplitude_spectrum`]'s lengths,
+    /// whose memory is used; none for another length.
     pub fn measure(samples: &mut [f32], cycles: f32) -> Option<Self> {
         let amplitude = amplitude_at(samples, cycles);
         let (mut beside, mut count, mut leaked) = (0.0, 0.0, 0.0);
@@ -83,18 +92,28 @@ impl SpectralLine {
             }
         }
         let sigma = FRAC_1_SQRT_2 * libm::sqrtf(beside / f32::max(count, 1.0));
-        Some(Self { amplitude, sigma, leaked: libm::sqrtf(leaked) })
+        Some(Self {
+            amplitude,
+            sigma,
+            leaked: libm::sqrtf(leaked),
+        })
     }
 
-    /// The mean of several windows with its standard deviation: from eight windows on by their scatter, of fewer by what is
-    /// beside the line. None without a window, and where the amplitude is not more than twice what leaks.
+    /// The mean of several windows with its standard deviation: from eight windows on by their
+    /// scatter, of fewer by what is beside the line. None without a window, and where the amplitude
+    /// is not more than twice what leaks.
     pub fn mean(lines: impl Iterator<Item = Self> + Clone) -> Option<(f32, f32)> {
         let count = lines.clone().count() as f32;
-        let mean_of = |value: fn(&Self) -> f32| lines.clone().map(|line| value(&line)).sum::<f32>() / count;
+        let mean_of =
+            |value: fn(&Self) -> f32| lines.clone().map(|line| value(&line)).sum::<f32>() / count;
         let mean = mean_of(|line| line.amplitude);
         let variance = match count >= SCATTER_FROM {
             true => {
-                lines.clone().map(|line| (line.amplitude - mean) * (line.amplitude - mean)).sum::<f32>() / (count - 1.0)
+                lines
+                    .clone()
+                    .map(|line| (line.amplitude - mean) * (line.amplitude - mean))
+                    .sum::<f32>()
+                    / (count - 1.0)
             }
             false => mean_of(|line| line.sigma * line.sigma),
         };

@@ -6,11 +6,12 @@ use crate::receptor::RECEPTORS;
 /// What scores depend on: the intensities of the receptors, and M.
 pub const INDICES: usize = RECEPTORS + 1;
 
-/// Window of the paper's intensities, seconds: its 30 mm at 10 mm/s (section 2.3). The paper does not say what part of the
-/// run is transformed.
+/// Window of the paper's intensities, seconds: its 30 mm at 10 mm/s (section 2.3). The paper does
+/// not say what part of the run is transformed.
 pub const PAPER_WINDOW_S: f32 = 3.0;
 
-/// Soft, from 1 to 7 (equation 11). The paper gives no covariance, and no scatter of the scores around the line.
+/// Soft, from 1 to 7 (equation 11). The paper gives no covariance, and no scatter of the scores
+/// around the line.
 pub const SOFT: Score = Score::exact([5.59, 0.0, 0.0, -0.002, 0.0, 0.0]);
 /// Rough, from 1 to 7 (equation 12).
 pub const ROUGH: Score = Score::exact([-16.075, 0.0, 0.011, 0.0, 0.0, 11.633]);
@@ -36,8 +37,9 @@ pub struct Score {
 }
 
 impl Indices {
-    /// From windows of `window_s` seconds, as windows of `as_window_s` would have them: as many bins a hertz as those have.
-    /// `log_sigma` is that of the conversion; `m` is M with its standard deviation.
+    /// From windows of `window_s` seconds, as windows of `as_window_s` would have them: as many
+    /// bins a hertz as those have. `log_sigma` is that of the conversion; `m` is M with its
+    /// standard deviation.
     pub fn new(
         firing: &MeanFiring,
         log_sigma: f32,
@@ -61,23 +63,31 @@ impl Indices {
     /// An index with its standard deviation.
     pub fn get(&self, index: usize) -> Option<(f32, f32)> {
         let value = self.values.get(index).copied().flatten()?;
-        Some((value, libm::sqrtf(self.covariance.get(index)?.get(index)?.max(0.0))))
+        Some((
+            value,
+            libm::sqrtf(self.covariance.get(index)?.get(index)?.max(0.0)),
+        ))
     }
 }
 
 impl Score {
     /// One whose uncertainty is unknown.
     pub const fn exact(coefficients: [f32; INDICES + 1]) -> Self {
-        Self { coefficients, covariance: [[0.0; INDICES + 1]; INDICES + 1], residual_sigma: 0.0 }
+        Self {
+            coefficients,
+            covariance: [[0.0; INDICES + 1]; INDICES + 1],
+            residual_sigma: 0.0,
+        }
     }
 
     /// The first index that the score depends on and that is absent.
     pub fn missing(&self, indices: &Indices) -> Option<usize> {
-        (0..INDICES).find(|index| self.coefficients[index + 1] != 0.0 && indices.values[*index].is_none())
+        (0..INDICES)
+            .find(|index| self.coefficients[index + 1] != 0.0 && indices.values[*index].is_none())
     }
 
-    /// The score with its standard deviation: that of the indices, of the coefficients, and of people around the line. None if
-    /// an index that it depends on is absent.
+    /// The score with its standard deviation: that of the indices, of the coefficients, and of
+    /// people around the line. None if an index that it depends on is absent.
     pub fn of(&self, indices: &Indices) -> Option<(f32, f32)> {
         if self.missing(indices).is_some() {
             return None;

@@ -22,9 +22,9 @@ pub fn points(samples: usize) -> Option<usize> {
     (points >= POINTS_MIN).then_some(points)
 }
 
-/// The amplitude spectrum of a window of 64, 128, ... [`POINTS_MAX`] samples, under Hamming's window and less its mean: a
-/// sine of n whole cycles has its amplitude in bin n. The bins take the first half of the samples' memory; bin 0 is 0.
-/// None for another number of samples.
+/// The amplitude spectrum of a window of 64, 128, ... [`POINTS_MAX`] samples, under Hamming's
+/// window and less its mean: a sine of n whole cycles has its amplitude in bin n. The bins take the
+/// first half of the samples' memory; bin 0 is 0. None for another number of samples.
 // Not inlined: large, and called once a channel.
 #[inline(never)]
 pub fn amplitude_spectrum(samples: &mut [f32]) -> Option<&mut [f32]> {
@@ -34,8 +34,11 @@ pub fn amplitude_spectrum(samples: &mut [f32]) -> Option<&mut [f32]> {
     subtract_mean(samples);
     transform(samples);
     // The Nyquist bin's real part is stored behind bin 0's.
-    let [zero, nyquist, ..] = *samples else { return None };
-    // Under the window each bin is made of itself and its two neighbours. That needs no table of cosines.
+    let [zero, nyquist, ..] = *samples else {
+        return None;
+    };
+    // Under the window each bin is made of itself and its two neighbours. That needs no table of
+    // cosines.
     let half = samples.len() / 2;
     let scale = 2.0 / (MEAN * samples.len() as f32);
     let (mut left, mut here) = ([0.0; 2], [zero, 0.0]);
@@ -49,15 +52,19 @@ pub fn amplitude_spectrum(samples: &mut [f32]) -> Option<&mut [f32]> {
         let im = MEAN * here_im - SIDE * (left_im + right_im);
         // Bins from k + 2 on are still to be read, and lie behind place k.
         if let Some(place) = samples.get_mut(k) {
-            *place = if k == 0 { 0.0 } else { scale * libm::sqrtf(re * re + im * im) };
+            *place = if k == 0 {
+                0.0
+            } else {
+                scale * libm::sqrtf(re * re + im * im)
+            };
         }
         (left, here) = (here, right);
     }
     samples.get_mut(..half)
 }
 
-/// The amplitude at `cycles` cycles in the window, a whole number or not, as the spectrum has it at whole ones. It costs a sine and two
-/// cosines a sample.
+/// The amplitude at `cycles` cycles in the window, a whole number or not, as the spectrum has it at
+/// whole ones. It costs a sine and two cosines a sample.
 pub fn amplitude_at(samples: &[f32], cycles: f32) -> f32 {
     let (count, mean) = (samples.len().max(1) as f32, mean(samples));
     // Whole numbers of 2^-32 turns: a sum of angles in f32 would drift.

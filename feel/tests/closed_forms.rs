@@ -1,16 +1,22 @@
-//! What has a closed form: spectra of sines, thresholds, intensities of a vibration of known amplitude, forces, scores.
+//! What has a closed form: spectra of sines, thresholds, intensities of a vibration of known
+//! amplitude, forces, scores.
 
 use ridgetone_feel::{
-    Absent, Conversion, Firing, Indices, MeanFiring, PAPER_WINDOW_S, ROUGH, Receptor, Reference, SOFT, SpectralLine,
-    amplitude_at, amplitude_spectrum, force_ratio, points,
+    Absent, Conversion, Firing, Indices, MeanFiring, PAPER_WINDOW_S, ROUGH, Receptor, Reference,
+    SOFT, SpectralLine, amplitude_at, amplitude_spectrum, force_ratio, points,
 };
 use std::f64::consts::TAU;
 
 /// The samples are in micrometres.
-const UNIT: Conversion = Conversion { log_per_um: 0.0, log_sigma: 0.0 };
+const UNIT: Conversion = Conversion {
+    log_per_um: 0.0,
+    log_sigma: 0.0,
+};
 
 fn sine(count: usize, cycles: f64, amplitude: f64, offset: f64) -> Vec<f32> {
-    (0..count).map(|i| (offset + amplitude * (TAU * cycles * i as f64 / count as f64 + 0.7).cos()) as f32).collect()
+    (0..count)
+        .map(|i| (offset + amplitude * (TAU * cycles * i as f64 / count as f64 + 0.7).cos()) as f32)
+        .collect()
 }
 
 #[test]
@@ -27,7 +33,10 @@ fn a_sine_has_its_amplitude_in_its_bin_and_hammings_share_beside() {
                 1.0 => 0.3 * 0.23 / 0.54,
                 _ => 0.0,
             };
-            assert!((f64::from(*amplitude) - expected).abs() < 2e-6, "{count} {k}: {amplitude} {expected}");
+            assert!(
+                (f64::from(*amplitude) - expected).abs() < 2e-6,
+                "{count} {k}: {amplitude} {expected}"
+            );
         }
     }
 }
@@ -45,23 +54,38 @@ fn an_amplitude_between_two_bins_is_found() {
 #[test]
 fn leakage_is_no_amplitude() {
     let mean = |mut samples: Vec<f32>| {
-        SpectralLine::mean([SpectralLine::measure(&mut samples, 20.0).expect("a power of two")].into_iter())
+        SpectralLine::mean(
+            [SpectralLine::measure(&mut samples, 20.0).expect("a power of two")].into_iter(),
+        )
     };
     assert_eq!(mean(sine(1024, 300.5, 1.0, 2.5)), None);
-    assert_eq!((mean(vec![2.5; 1024]), SpectralLine::mean([].into_iter())), (None, None));
-    let faint: Vec<f32> =
-        sine(1024, 300.5, 1.0, 2.5).iter().zip(sine(1024, 20.0, 1e-3, 0.0)).map(|(a, b)| a + b).collect();
+    assert_eq!(
+        (mean(vec![2.5; 1024]), SpectralLine::mean([].into_iter())),
+        (None, None)
+    );
+    let faint: Vec<f32> = sine(1024, 300.5, 1.0, 2.5)
+        .iter()
+        .zip(sine(1024, 20.0, 1e-3, 0.0))
+        .map(|(a, b)| a + b)
+        .collect();
     let (amplitude, sigma) = mean(faint).expect("an amplitude");
-    assert!((amplitude - 1e-3).abs() < 2e-4 && sigma < 2e-4, "{amplitude} {sigma}");
+    assert!(
+        (amplitude - 1e-3).abs() < 2e-4 && sigma < 2e-4,
+        "{amplitude} {sigma}"
+    );
 }
 
 #[test]
 fn the_ends_of_the_spectrum_are_right() {
-    // A cycle a window, and one less than Nyquist's: their neighbours are bin 0 and the Nyquist bin.
+    // A cycle a window, and one less than Nyquist's: their neighbours are bin 0 and the Nyquist
+    // bin.
     for cycles in [1.0, 127.0] {
         let mut samples = sine(256, cycles, 1.0, 0.0);
         let amplitudes = amplitude_spectrum(&mut samples).expect("a power of two");
-        assert!((amplitudes[cycles as usize] - 1.0).abs() < 1e-5, "{amplitudes:?}");
+        assert!(
+            (amplitudes[cycles as usize] - 1.0).abs() < 1e-5,
+            "{amplitudes:?}"
+        );
     }
 }
 
@@ -69,7 +93,14 @@ fn the_ends_of_the_spectrum_are_right() {
 fn windows_are_powers_of_two() {
     assert_eq!(
         [63, 64, 127, 1023, 1024, 1 << 30].map(points),
-        [None, Some(64), Some(64), Some(512), Some(1024), Some(ridgetone_feel::POINTS_MAX)]
+        [
+            None,
+            Some(64),
+            Some(64),
+            Some(512),
+            Some(1024),
+            Some(ridgetone_feel::POINTS_MAX)
+        ]
     );
     assert_eq!(amplitude_spectrum(&mut [0.0; 100]), None);
     assert_eq!(amplitude_spectrum(&mut []), None);
@@ -79,34 +110,77 @@ fn windows_are_powers_of_two() {
 #[test]
 fn thresholds_at_their_corners() {
     let table = [
-        (Receptor::Fa1, [0.5, 12.2, 67.0], [499.0, -0.890, 52.1, 0.0119]),
-        (Receptor::Fa2, [20.0, 241.0, 800.0], [1690.0, -1.93, 2.00e-5, 1.39]),
-        (Receptor::Sa1, [0.5, 26.2, 120.0], [43.5, -0.545, 0.787, 0.683]),
-        (Receptor::Sa2, [0.5, 91.2, 400.0], [501.0, -0.783, 17.1, -0.0340]),
+        (
+            Receptor::Fa1,
+            [0.5, 12.2, 67.0],
+            [499.0, -0.890, 52.1, 0.0119],
+        ),
+        (
+            Receptor::Fa2,
+            [20.0, 241.0, 800.0],
+            [1690.0, -1.93, 2.00e-5, 1.39],
+        ),
+        (
+            Receptor::Sa1,
+            [0.5, 26.2, 120.0],
+            [43.5, -0.545, 0.787, 0.683],
+        ),
+        (
+            Receptor::Sa2,
+            [0.5, 91.2, 400.0],
+            [501.0, -0.783, 17.1, -0.0340],
+        ),
     ];
     for (receptor, corners, [a, a_slope, b, b_slope]) in table {
-        assert_eq!(receptor.corners_hz().map(f64::from).map(|hz| (hz * 1e3).round() / 1e3), corners);
+        assert_eq!(
+            receptor
+                .corners_hz()
+                .map(f64::from)
+                .map(|hz| (hz * 1e3).round() / 1e3),
+            corners
+        );
         let [from, bend, to] = corners.map(|hz: f64| hz as f32);
         let close = |found: Option<f32>, factor: f64, slope: f64, hz: f32| {
             let expected = factor * f64::from(hz).powf(slope);
             let found = f64::from(found.expect("in its range"));
-            assert!((found / expected - 1.0).abs() < 1e-5, "{receptor:?} at {hz} Hz: {found} {expected}");
+            assert!(
+                (found / expected - 1.0).abs() < 1e-5,
+                "{receptor:?} at {hz} Hz: {found} {expected}"
+            );
         };
-        assert_eq!((receptor.threshold_um(from), receptor.threshold_um(to * 1.0001)), (None, None));
-        close(receptor.threshold_um(from * 1.0001), a, a_slope, from * 1.0001);
+        assert_eq!(
+            (
+                receptor.threshold_um(from),
+                receptor.threshold_um(to * 1.0001)
+            ),
+            (None, None)
+        );
+        close(
+            receptor.threshold_um(from * 1.0001),
+            a,
+            a_slope,
+            from * 1.0001,
+        );
         close(receptor.threshold_um(bend), a, a_slope, bend);
-        close(receptor.threshold_um(bend * 1.0001), b, b_slope, bend * 1.0001);
+        close(
+            receptor.threshold_um(bend * 1.0001),
+            b,
+            b_slope,
+            bend * 1.0001,
+        );
         close(receptor.threshold_um(to), b, b_slope, to);
     }
     // Where the two lines meet, they differ by at most 5 %: the paper rounds.
     for receptor in Receptor::ALL {
         let bend = receptor.corners_hz()[1];
-        let [below, above] = [bend, bend * 1.0001].map(|hz| receptor.threshold_um(hz).expect("in its range"));
+        let [below, above] =
+            [bend, bend * 1.0001].map(|hz| receptor.threshold_um(hz).expect("in its range"));
         assert!((below / above - 1.0).abs() < 0.05, "{receptor:?}");
     }
 }
 
-/// A vibration of 30 um at 40 Hz: three bins, and the sum of their logarithms over the threshold, each.
+/// A vibration of 30 um at 40 Hz: three bins, and the sum of their logarithms over the threshold,
+/// each.
 #[test]
 fn a_vibration_of_known_amplitude_is_a_sum_of_logarithms() {
     let (count, rate_hz) = (1024, 2048.0);
@@ -115,21 +189,41 @@ fn a_vibration_of_known_amplitude_is_a_sum_of_logarithms() {
     let amplitudes = amplitude_spectrum(&mut samples).expect("a power of two");
     let firing = Firing::new(amplitudes, bin_hz, &UNIT);
     for (m, receptor) in Receptor::ALL.into_iter().enumerate() {
-        let lines = [(38.0, 30.0 * 0.23 / 0.54), (40.0, 30.0), (42.0, 30.0 * 0.23 / 0.54)];
+        let lines = [
+            (38.0, 30.0 * 0.23 / 0.54),
+            (40.0, 30.0),
+            (42.0, 30.0 * 0.23 / 0.54),
+        ];
         let decades = lines.map(|(hz, um): (f32, f64)| {
             let threshold = receptor.threshold_um(hz).expect("in its range");
             (um / f64::from(threshold)).log10().max(0.0)
         });
         let found = f64::from(firing.intensity[m].expect("the rate is high enough"));
-        assert!((found - decades.iter().sum::<f64>()).abs() < 2e-5, "{receptor:?}: {found} {decades:?}");
-        assert_eq!(firing.above[m][m] as usize, decades.iter().filter(|decades| **decades > 0.0).count());
+        assert!(
+            (found - decades.iter().sum::<f64>()).abs() < 2e-5,
+            "{receptor:?}: {found} {decades:?}"
+        );
+        assert_eq!(
+            firing.above[m][m] as usize,
+            decades.iter().filter(|decades| **decades > 0.0).count()
+        );
     }
     // 30 um are below FA I's 54 um, the middle line is above SA II's 28 um.
-    assert_eq!(Receptor::ALL.map(|receptor| firing.above[receptor as usize][receptor as usize]), [0.0, 3.0, 3.0, 1.0]);
+    assert_eq!(
+        Receptor::ALL.map(|receptor| firing.above[receptor as usize][receptor as usize]),
+        [0.0, 3.0, 3.0, 1.0]
+    );
     // A sensor of another unit with its own conversion feels the same.
     let mut samples = sine(count, 20.0, 30.0 * 0.564, 0.0);
-    let conversion = Conversion { log_per_um: 0.564f32.log10(), log_sigma: 0.0 };
-    let scaled = Firing::new(amplitude_spectrum(&mut samples).expect("a power of two"), bin_hz, &conversion);
+    let conversion = Conversion {
+        log_per_um: 0.564f32.log10(),
+        log_sigma: 0.0,
+    };
+    let scaled = Firing::new(
+        amplitude_spectrum(&mut samples).expect("a power of two"),
+        bin_hz,
+        &conversion,
+    );
     for m in 0..4 {
         let [a, b] = [firing, scaled].map(|firing| firing.intensity[m].expect("an intensity"));
         assert!((a - b).abs() < 1e-4, "{a} {b}");
@@ -140,13 +234,24 @@ fn a_vibration_of_known_amplitude_is_a_sum_of_logarithms() {
 fn a_rate_too_low_for_a_receptor_gives_no_intensity() {
     let mut samples = sine(1024, 20.0, 1000.0, 0.0);
     let amplitudes = amplitude_spectrum(&mut samples).expect("a power of two");
-    let absent = |rate_hz: f32| Receptor::ALL.map(|receptor| Firing::absent(receptor, 512, rate_hz / 1024.0));
+    let absent = |rate_hz: f32| {
+        Receptor::ALL.map(|receptor| Firing::absent(receptor, 512, rate_hz / 1024.0))
+    };
     assert_eq!(absent(1601.0), [None; 4]);
-    assert_eq!(absent(1600.0), [None, Some(Absent::RateTooLow(1600.0)), None, None]);
+    assert_eq!(
+        absent(1600.0),
+        [None, Some(Absent::RateTooLow(1600.0)), None, None]
+    );
     let firing = Firing::new(amplitudes, 1000.0 / 1024.0, &UNIT);
-    assert_eq!(firing.intensity.map(|value| value.is_some()), [true, false, true, true]);
+    assert_eq!(
+        firing.intensity.map(|value| value.is_some()),
+        [true, false, true, true]
+    );
     let firing = Firing::new(amplitudes, 241.0 / 1024.0, &UNIT);
-    assert_eq!(firing.intensity.map(|value| value.is_some()), [true, false, true, false]);
+    assert_eq!(
+        firing.intensity.map(|value| value.is_some()),
+        [true, false, true, false]
+    );
     // 64 samples at 10 kHz: the first bin is at 156 Hz.
     let too_short = Some(Absent::WindowTooShort);
     let absent = Receptor::ALL.map(|receptor| Firing::absent(receptor, 32, 1e4 / 64.0));
@@ -156,7 +261,12 @@ fn a_rate_too_low_for_a_receptor_gives_no_intensity() {
 /// Equations 5 and 6 with the paper's figures of section 3.2.
 #[test]
 fn the_papers_conversion() {
-    let reference = Reference { ra_um: 0.278, ra_sigma_um: 0.0, rsm_mm: 0.121, speed_mm_s: 10.0 };
+    let reference = Reference {
+        ra_um: 0.278,
+        ra_sigma_um: 0.0,
+        rsm_mm: 0.121,
+        speed_mm_s: 10.0,
+    };
     assert!((reference.frequency_hz() - 82.8).abs() < 0.2);
     let conversion = reference.conversion(0.313, 0.0969).expect("an amplitude");
     assert!((conversion.per_um() - 0.564).abs() < 0.002);
@@ -164,7 +274,14 @@ fn the_papers_conversion() {
     for amplitude in [0.0, f32::NAN, f32::INFINITY] {
         assert!(reference.conversion(amplitude, 0.0).is_err());
     }
-    assert!(Reference { ra_um: 0.0, ..reference }.conversion(0.3, 0.0).is_err());
+    assert!(
+        Reference {
+            ra_um: 0.0,
+            ..reference
+        }
+        .conversion(0.3, 0.0)
+        .is_err()
+    );
 }
 
 #[test]
@@ -175,7 +292,10 @@ fn forces_of_units_on_crosses() {
     let (ratio, sigma) = force_ratio(&[unit, [f32::NAN; 4]], &sigmas, 1.5).expect("a unit");
     assert!((ratio - 0.3).abs() < 1e-6);
     // 0.2 +- 0.01 sqrt 2 over 1 +- 0.02, times 1.5.
-    assert!((sigma - 1.5 * (2e-4f32 + 4e-4 * 0.04).sqrt()).abs() < 1e-6, "{sigma}");
+    assert!(
+        (sigma - 1.5 * (2e-4f32 + 4e-4 * 0.04).sqrt()).abs() < 1e-6,
+        "{sigma}"
+    );
     assert_eq!(force_ratio(&[[f32::NAN; 4]], &[[0.0; 4]], 1.0), None);
     assert_eq!(force_ratio(&[[0.0; 4]], &[[0.0; 4]], 1.0), None);
 }
@@ -184,20 +304,41 @@ fn forces_of_units_on_crosses() {
 #[test]
 fn the_papers_scores() {
     let values = [Some(10.0), Some(900.0), Some(1200.0), Some(5.0), Some(1.1)];
-    let indices = Indices { values, covariance: [[0.0; 5]; 5] };
-    let (soft, rough) = (SOFT.of(&indices).expect("a score"), ROUGH.of(&indices).expect("a score"));
+    let indices = Indices {
+        values,
+        covariance: [[0.0; 5]; 5],
+    };
+    let (soft, rough) = (
+        SOFT.of(&indices).expect("a score"),
+        ROUGH.of(&indices).expect("a score"),
+    );
     assert!((soft.0 - 3.19).abs() < 1e-4 && soft.1 == 0.0);
-    assert!((rough.0 - (-16.075 + 9.9 + 12.7963)).abs() < 1e-4, "{rough:?}");
-    let without_m = Indices { values: [values[0], values[1], values[2], values[3], None], ..indices };
-    assert_eq!((ROUGH.of(&without_m), ROUGH.missing(&without_m)), (None, Some(4)));
+    assert!(
+        (rough.0 - (-16.075 + 9.9 + 12.7963)).abs() < 1e-4,
+        "{rough:?}"
+    );
+    let without_m = Indices {
+        values: [values[0], values[1], values[2], values[3], None],
+        ..indices
+    };
+    assert_eq!(
+        (ROUGH.of(&without_m), ROUGH.missing(&without_m)),
+        (None, Some(4))
+    );
     assert!(SOFT.of(&without_m).is_some());
 }
 
 #[test]
 fn intensities_of_another_window_have_as_many_bins_a_hertz() {
     let mut mean = MeanFiring::default();
-    mean.push(&Firing { intensity: [Some(100.0), None, Some(50.0), None], above: [[10.0; 4]; 4] });
+    mean.push(&Firing {
+        intensity: [Some(100.0), None, Some(50.0), None],
+        above: [[10.0; 4]; 4],
+    });
     let indices = Indices::new(&mean, 0.0, (0.5, PAPER_WINDOW_S), Some((1.2, 0.1)));
-    assert_eq!(indices.values, [Some(600.0), None, Some(300.0), None, Some(1.2)]);
+    assert_eq!(
+        indices.values,
+        [Some(600.0), None, Some(300.0), None, Some(1.2)]
+    );
     assert!((indices.get(4).expect("M").1 - 0.1).abs() < 1e-6);
 }

@@ -3,12 +3,16 @@
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use ridgetone_feel::{
-    Conversion, Firing, Indices, MeanFiring, Receptor, Reference, Score, SpectralLine, amplitude_at, amplitude_spectrum,
+    Conversion, Firing, Indices, MeanFiring, Receptor, Reference, Score, SpectralLine,
+    amplitude_at, amplitude_spectrum,
 };
 use std::f64::consts::TAU;
 
 const RATE_HZ: f64 = 2048.0;
-const UNIT: Conversion = Conversion { log_per_um: 0.0, log_sigma: 0.0 };
+const UNIT: Conversion = Conversion {
+    log_per_um: 0.0,
+    log_sigma: 0.0,
+};
 
 struct Noise(ChaCha8Rng);
 
@@ -22,7 +26,9 @@ impl Noise {
     fn samples(&mut self, count: usize, (amplitude, hz): (f64, f64), sigma: f64) -> Vec<f32> {
         let phase = TAU * self.normal();
         let tone = |i: usize| amplitude * (TAU * hz * i as f64 / RATE_HZ + phase).cos();
-        (0..count).map(|i| (tone(i) + sigma * self.normal()) as f32).collect()
+        (0..count)
+            .map(|i| (tone(i) + sigma * self.normal()) as f32)
+            .collect()
     }
 }
 
@@ -32,13 +38,21 @@ fn noise(seed: u64) -> Noise {
 
 fn firing(mut samples: Vec<f32>, conversion: &Conversion) -> Firing {
     let bin_hz = (RATE_HZ / samples.len() as f64) as f32;
-    Firing::new(amplitude_spectrum(&mut samples).expect("a power of two"), bin_hz, conversion)
+    Firing::new(
+        amplitude_spectrum(&mut samples).expect("a power of two"),
+        bin_hz,
+        conversion,
+    )
 }
 
 /// Mean and standard deviation.
 fn spread(values: &[f64]) -> (f64, f64) {
     let mean = values.iter().sum::<f64>() / values.len() as f64;
-    let variance = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (values.len() - 1) as f64;
+    let variance = values
+        .iter()
+        .map(|value| (value - mean).powi(2))
+        .sum::<f64>()
+        / (values.len() - 1) as f64;
     (mean, variance.sqrt())
 }
 
@@ -46,8 +60,9 @@ fn variance(covariance: &[[f32; 4]; 4], receptor: Receptor) -> f64 {
     covariance[receptor as usize][receptor as usize].into()
 }
 
-/// One window has only the closed form. It holds for noise far above the thresholds and for the covariance of receptors that
-/// share bins, and is more than the scatter of noise near the thresholds and of a tone.
+/// One window has only the closed form. It holds for noise far above the thresholds and for the
+/// covariance of receptors that share bins, and is more than the scatter of noise near the
+/// thresholds and of a tone.
 #[test]
 fn the_closed_form_of_one_window() {
     let runs = |sigma: f64, tone: (f64, f64), seed: u64| -> Vec<MeanFiring> {
@@ -59,26 +74,44 @@ fn the_closed_form_of_one_window() {
         };
         (0..600).map(run).collect()
     };
-    let (sa1, fa1, fa2) = (Receptor::Sa1 as usize, Receptor::Fa1 as usize, Receptor::Fa2 as usize);
-    let value = |run: &MeanFiring, m: usize| f64::from(run.mean().intensity[m].expect("an intensity"));
+    let (sa1, fa1, fa2) = (
+        Receptor::Sa1 as usize,
+        Receptor::Fa1 as usize,
+        Receptor::Fa2 as usize,
+    );
+    let value =
+        |run: &MeanFiring, m: usize| f64::from(run.mean().intensity[m].expect("an intensity"));
     let ratio = |runs: &[MeanFiring], m: usize| {
         let (_, scatter) = spread(&runs.iter().map(|run| value(run, m)).collect::<Vec<_>>());
-        let given = runs.iter().map(|run| variance(&run.covariance(0.0), Receptor::ALL[m])).sum::<f64>();
+        let given = runs
+            .iter()
+            .map(|run| variance(&run.covariance(0.0), Receptor::ALL[m]))
+            .sum::<f64>();
         scatter / (given / runs.len() as f64).sqrt()
     };
     // Amplitudes in a bin of some 5000 um, above all thresholds.
     let loud = runs(1e5, (0.0, 0.0), 1);
     for m in 0..4 {
         let ratio = ratio(&loud, m);
-        assert!((0.92..1.08).contains(&ratio), "{:?}: {ratio}", Receptor::ALL[m]);
+        assert!(
+            (0.92..1.08).contains(&ratio),
+            "{:?}: {ratio}",
+            Receptor::ALL[m]
+        );
     }
-    let sums: Vec<f64> = loud.iter().map(|run| value(run, sa1) - value(run, fa1)).collect();
+    let sums: Vec<f64> = loud
+        .iter()
+        .map(|run| value(run, sa1) - value(run, fa1))
+        .collect();
     let given = loud.iter().map(|run| {
         let covariance = run.covariance(0.0);
         f64::from(covariance[sa1][sa1] + covariance[fa1][fa1] - 2.0 * covariance[sa1][fa1])
     });
     let ratio_of_difference = spread(&sums).1 / (given.sum::<f64>() / loud.len() as f64).sqrt();
-    assert!((0.92..1.08).contains(&ratio_of_difference), "{ratio_of_difference}");
+    assert!(
+        (0.92..1.08).contains(&ratio_of_difference),
+        "{ratio_of_difference}"
+    );
     // About at SA I's threshold of some 10 um.
     let near = ratio(&runs(200.0, (0.0, 0.0), 2), sa1);
     assert!((0.5..1.05).contains(&near), "{near}");
@@ -87,7 +120,8 @@ fn the_closed_form_of_one_window() {
     assert!(tone < 0.3, "{tone}");
 }
 
-/// From eight windows on their scatter counts; windows that overlap by half are all but independent.
+/// From eight windows on their scatter counts; windows that overlap by half are all but
+/// independent.
 #[test]
 fn the_scatter_of_several_windows() {
     let mut noise = noise(4);
@@ -108,8 +142,16 @@ fn the_scatter_of_several_windows() {
 /// The reference's amplitude is uncertain, and moves all bins at once.
 #[test]
 fn the_conversion_and_the_scores_uncertainty() {
-    let reference = Reference { ra_um: 0.5, ra_sigma_um: 0.0, rsm_mm: 0.1, speed_mm_s: 10.0 };
-    let score = Score { residual_sigma: 0.3, ..Score::exact([1.0, 0.0, 0.002, -0.004, 0.0, 0.5]) };
+    let reference = Reference {
+        ra_um: 0.5,
+        ra_sigma_um: 0.0,
+        rsm_mm: 0.1,
+        speed_mm_s: 10.0,
+    };
+    let score = Score {
+        residual_sigma: 0.3,
+        ..Score::exact([1.0, 0.0, 0.002, -0.004, 0.0, 0.5])
+    };
     for (tone, sigma) in [(1.0, 4.0), (0.0, 1.0)] {
         let mut noise = noise(5);
         let (mut logs, mut log_sigmas, mut scores, mut score_variances) =
@@ -117,7 +159,9 @@ fn the_conversion_and_the_scores_uncertainty() {
         for _ in 0..600 {
             let mut samples = noise.samples(1024, (tone, 100.0), sigma);
             let line = SpectralLine::measure(&mut samples, 50.0).expect("a power of two");
-            let conversion = reference.conversion(line.amplitude, line.sigma).expect("an amplitude");
+            let conversion = reference
+                .conversion(line.amplitude, line.sigma)
+                .expect("an amplitude");
             logs.push(f64::from(conversion.log_per_um));
             log_sigmas.push(f64::from(conversion.log_sigma).powi(2));
             let mut mean = MeanFiring::default();
@@ -128,7 +172,8 @@ fn the_conversion_and_the_scores_uncertainty() {
             scores.push(f64::from(value) + 0.3 * noise.normal());
             score_variances.push(f64::from(sigma).powi(2));
         }
-        // In noise alone an amplitude may come close to zero, and its logarithm anywhere: sigma is that of the bulk.
+        // In noise alone an amplitude may come close to zero, and its logarithm anywhere: sigma is
+        // that of the bulk.
         let middle = |mut values: Vec<f64>| {
             values.sort_by(f64::total_cmp);
             (values[values.len() * 84 / 100] - values[values.len() * 16 / 100]) / 2.0
@@ -148,19 +193,30 @@ fn the_conversion_and_the_scores_uncertainty() {
     }
 }
 
-/// A sum with one term a hertz is the same in windows of any length, if the reference has been measured in such windows.
+/// A sum with one term a hertz is the same in windows of any length, if the reference has been
+/// measured in such windows.
 #[test]
 fn per_hertz_the_window_does_not_matter() {
-    let reference = Reference { ra_um: 0.5, ra_sigma_um: 0.0, rsm_mm: 0.1, speed_mm_s: 10.0 };
+    let reference = Reference {
+        ra_um: 0.5,
+        ra_sigma_um: 0.0,
+        rsm_mm: 0.1,
+        speed_mm_s: 10.0,
+    };
     let found = [256, 1024].map(|count: usize| {
         let mut noise = noise(6);
-        let (bin_hz, mut amplitude, mut mean) = (RATE_HZ as f32 / count as f32, 0.0, MeanFiring::default());
+        let (bin_hz, mut amplitude, mut mean) =
+            (RATE_HZ as f32 / count as f32, 0.0, MeanFiring::default());
         for _ in 0..100 {
-            amplitude += amplitude_at(&noise.samples(count, (0.0, 0.0), 1.0), 100.0 / bin_hz) / 100.0;
+            amplitude +=
+                amplitude_at(&noise.samples(count, (0.0, 0.0), 1.0), 100.0 / bin_hz) / 100.0;
         }
         let conversion = reference.conversion(amplitude, 0.0).expect("an amplitude");
         for _ in 0..100 {
-            mean.push(&firing(noise.samples(count, (0.0, 0.0), 100.0), &conversion));
+            mean.push(&firing(
+                noise.samples(count, (0.0, 0.0), 100.0),
+                &conversion,
+            ));
         }
         mean.mean().intensity[Receptor::Fa2 as usize].expect("an intensity")
     });
@@ -172,19 +228,26 @@ fn per_hertz_the_window_does_not_matter() {
 /// The mean of windows, by what is beside the line and by their scatter.
 #[test]
 fn the_amplitude_of_several_windows() {
-    for (windows, tone, range) in [(4, 1.0, 0.9..1.1), (4, 0.0, 0.55..0.9), (12, 1.0, 0.9..1.15), (12, 0.0, 0.9..1.15)]
-    {
+    for (windows, tone, range) in [
+        (4, 1.0, 0.9..1.1),
+        (4, 0.0, 0.55..0.9),
+        (12, 1.0, 0.9..1.15),
+        (12, 0.0, 0.9..1.15),
+    ] {
         let mut noise = noise(7);
         let run = |_| {
             let lines: Vec<SpectralLine> = (0..windows)
                 .map(|_| {
-                    SpectralLine::measure(&mut noise.samples(256, (tone, 100.0), 1.0), 12.5).expect("a power of two")
+                    SpectralLine::measure(&mut noise.samples(256, (tone, 100.0), 1.0), 12.5)
+                        .expect("a power of two")
                 })
                 .collect();
             SpectralLine::mean(lines.into_iter()).expect("an amplitude")
         };
-        let (means, sigmas): (Vec<f64>, Vec<f64>) =
-            (0..400).map(run).map(|(mean, sigma)| (f64::from(mean), f64::from(sigma).powi(2))).unzip();
+        let (means, sigmas): (Vec<f64>, Vec<f64>) = (0..400)
+            .map(run)
+            .map(|(mean, sigma)| (f64::from(mean), f64::from(sigma).powi(2)))
+            .unzip();
         let ratio = spread(&means).1 / spread(&sigmas).0.sqrt();
         assert!(range.contains(&ratio), "{windows} {tone}: {ratio}");
     }

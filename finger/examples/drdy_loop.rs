@@ -1,5 +1,6 @@
-//! A finger in a loop over DRDY: the loop detects, and a second task fits. On a chip the fit is a task of low priority and
-//! the ring is behind its lock; here the fit is a thread, and the ADS1258 is simulated.
+//! A finger in a loop over DRDY: the loop detects, and a second task fits. On a chip the fit is a
+//! task of low priority and the ring is behind its lock; here the fit is a thread, and the ADS1258
+//! is simulated.
 //!
 //! `cargo run --example drdy_loop`
 
@@ -20,25 +21,38 @@ use ridgetone_tone::{FrameSource, Overwritten, Values};
 use std::error::Error;
 use std::sync::{Mutex, PoisonError, mpsc};
 
-/// The ring behind its lock. The lock lasts for one read, so the loop waits for microseconds at most.
+/// The ring behind its lock. The lock lasts for one read, so the loop waits for microseconds at
+/// most.
 struct LockedRing<'a>(&'a Mutex<Ring>);
 
 impl FrameSource for LockedRing<'_> {
-    fn read(&mut self, first: u32, most: usize, show: &mut dyn FnMut(&[Values], &[u16])) -> Result<(), Overwritten> {
+    fn read(
+        &mut self,
+        first: u32,
+        most: usize,
+        show: &mut dyn FnMut(&[Values], &[u16]),
+    ) -> Result<(), Overwritten> {
         let ring = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         ring.read(first, most, show).ok_or(Overwritten)
     }
 }
 
 /// The second task: fits each window that is due.
-fn fit(windows: mpsc::Receiver<Window>, ring: &Mutex<Ring>, diagnostics: &Diagnostics) -> Vec<Estimate> {
+fn fit(
+    windows: mpsc::Receiver<Window>,
+    ring: &Mutex<Ring>,
+    diagnostics: &Diagnostics,
+) -> Vec<Estimate> {
     let mut estimator = Estimator::new(Settings::DEFAULT);
     let mut estimates = Vec::new();
     for window in windows {
         match estimator.run(&window, &mut LockedRing(ring), Motion::Unknown) {
             Ok(WindowFit::Done(mut estimate)) => {
                 qualify(&mut estimate, &window, diagnostics);
-                println!("{:?} {:.3} Hz +- {:.3} Hz", estimate.status, estimate.frequency, estimate.sigma);
+                println!(
+                    "{:?} {:.3} Hz +- {:.3} Hz",
+                    estimate.status, estimate.frequency, estimate.sigma
+                );
                 estimates.push(estimate);
             }
             Ok(WindowFit::Growing) => {}
@@ -50,7 +64,11 @@ fn fit(windows: mpsc::Receiver<Window>, ring: &Mutex<Ring>, diagnostics: &Diagno
 
 /// Slides a grating of 3.1 mm over the finger at 30 mm/s.
 pub fn run() -> Result<Vec<Estimate>, Box<dyn Error>> {
-    let scene = SlidingScene::new(Sliding { speed_mm_s: 30.0, period_mm: 3.1, ..Sliding::default() })?;
+    let scene = SlidingScene::new(Sliding {
+        speed_mm_s: 30.0,
+        period_mm: 3.1,
+        ..Sliding::default()
+    })?;
     let board = SimulatedBoard::new(scene, Options::default());
     let mut adc = Ads1258::new(board.spi());
     adc.configure(&SCAN)?;
@@ -58,7 +76,8 @@ pub fn run() -> Result<Vec<Estimate>, Box<dyn Error>> {
 
     let (ring, diagnostics) = (Mutex::new(Ring::new()), Diagnostics::new());
     let mut detector = Detector::new(Settings::DEFAULT);
-    // Virtual time waits while a window is fitted: the loop hands over the next window only when the fit is done.
+    // Virtual time waits while a window is fitted: the loop hands over the next window only when
+    // the fit is done.
     let (due, windows) = mpsc::sync_channel(0);
     std::thread::scope(|scope| {
         let fit = scope.spawn(|| fit(windows, &ring, &diagnostics));
@@ -66,7 +85,13 @@ pub fn run() -> Result<Vec<Estimate>, Box<dyn Error>> {
             let conversion = TimedConversion::new((edge_ns / 1000) as u32, adc.read()?);
             let mut window = None;
             let mut locked = ring.lock().unwrap_or_else(PoisonError::into_inner);
-            detector.push(conversion, &mut locked, &diagnostics, &mut |_| (), &mut |next| window = Some(next));
+            detector.push(
+                conversion,
+                &mut locked,
+                &diagnostics,
+                &mut |_| (),
+                &mut |next| window = Some(next),
+            );
             drop(locked);
             if let Some(window) = window {
                 due.send(window)?;

@@ -39,7 +39,8 @@ pub struct Fitted {
     pub slot: f32,
     /// The scan.
     pub scan: Scan,
-    /// Frames at the window's end that were left out: the robot's messages of them were not there yet.
+    /// Frames at the window's end that were left out: the robot's messages of them were not there
+    /// yet.
     pub unplaced: u32,
 }
 
@@ -47,8 +48,13 @@ impl Fitted {
     /// A taxel's phase as if a scan were read at once, turns.
     pub fn turns(&self, taxel: usize) -> f32 {
         // Its slot is later in the scan.
-        let ahead = self.fit.frequency * self.per_slot * (self.scan.slot_of(taxel) as f32 - self.slot);
-        self.fit.channels.get(taxel).map_or(0.0, |channel| channel.phase_rad / (2.0 * PI)) - ahead
+        let ahead =
+            self.fit.frequency * self.per_slot * (self.scan.slot_of(taxel) as f32 - self.slot);
+        self.fit
+            .channels
+            .get(taxel)
+            .map_or(0.0, |channel| channel.phase_rad / (2.0 * PI))
+            - ahead
     }
 
     /// From one frame to the next, in the fit's unit: with a speed profile, millimetres.
@@ -57,7 +63,8 @@ impl Fitted {
     }
 }
 
-/// Fits a window by the places that are known of it; if none are, in time. Fails if frames were overwritten, or places.
+/// Fits a window by the places that are known of it; if none are, in time. Fails if frames were
+/// overwritten, or places.
 pub fn fit(
     fitter: &mut Fitter,
     window: &Window,
@@ -66,21 +73,30 @@ pub fn fit(
     motion: Motion,
 ) -> Result<Fitted, Overwritten> {
     let scan = Scan::new(&window.plan);
-    let Scan { channels, slots, conversion_ns, .. } = scan;
+    let Scan {
+        channels,
+        slots,
+        conversion_ns,
+        ..
+    } = scan;
     // By the converter's own clock: a single frame's time stamp has the jitter of its interrupt.
     let frame_us = 1e6 / window.frame_rate_hz;
     let last = window.frames.saturating_sub(1);
     let lasts_us = (last as f32 * frame_us) as u32;
-    // The middle of the taxels' slots, from the first: by place, a frame is there, and its taxels are read before and after it.
+    // The middle of the taxels' slots, from the first: by place, a frame is there, and its taxels
+    // are read before and after it.
     let middle_slot = 0.5 * (channels as f32 - 1.0);
     let middle_us = (middle_slot * conversion_ns as f32 * 1e-3) as u32;
     let by_robot = match motion {
         Motion::Odometry(track) => Way::new(track, &window.odometry, lasts_us, middle_us),
         _ => None,
     };
-    let unplaced = by_robot.as_ref().map_or(0, |way| frames_in(way.missing_us, frame_us));
+    let unplaced = by_robot
+        .as_ref()
+        .map_or(0, |way| frames_in(way.missing_us, frame_us));
     // Frames hold codes.
-    let mut span = FrameSpan::new(source, window.first, window.frames.saturating_sub(unplaced)).with_quantization(1.0);
+    let mut span = FrameSpan::new(source, window.first, window.frames.saturating_sub(unplaced))
+        .with_quantization(1.0);
     if interferer_hz > 0.0 {
         span = span.with_interferer(interferer_hz / window.frame_rate_hz);
     }
@@ -88,7 +104,10 @@ pub fn fit(
     let place_mm: Option<&dyn Fn(u32) -> f32> = match (motion, &by_robot) {
         (_, Some(way)) => Some(&|frame| way.place_mm(frame as f32 * frame_us)),
         (Motion::Profile(profile), None) => {
-            let start_us = window.end_us.saturating_add(middle_us.into()).saturating_sub(lasts_us.into());
+            let start_us = window
+                .end_us
+                .saturating_add(middle_us.into())
+                .saturating_sub(lasts_us.into());
             by_profile = profile.way_from(start_us);
             Some(&|frame| by_profile.place_mm((frame as f32 * frame_us) as u32))
         }
@@ -113,16 +132,26 @@ pub fn fit(
         },
     };
     let fit = fit.as_mut().map_err(|overwritten| *overwritten)?;
-    let (mut abscissa, mut per_unit, mut per_slot, mut slot) =
-        (Abscissa::Time, window.frame_rate_hz, 1.0 / slots as f32, 0.0);
+    let (mut abscissa, mut per_unit, mut per_slot, mut slot) = (
+        Abscissa::Time,
+        window.frame_rate_hz,
+        1.0 / slots as f32,
+        0.0,
+    );
     if let Some(place_mm) = place_mm {
         (abscissa, per_unit, slot) = (Abscissa::Place, 1.0, middle_slot);
         per_slot = (place_mm(last) - place_mm(0)) / (last.max(1) * slots) as f32;
         if by_robot.is_some() {
-            let late = Lateness::new(place_mm, (last, window.frame_rate_hz), (fit.frequency, &fit.overtones));
+            let late = Lateness::new(
+                place_mm,
+                (last, window.frame_rate_hz),
+                (fit.frequency, &fit.overtones),
+            );
             fit.frequency /= 1.0 + late.by_low_pass;
-            let (delay_sigma_s, change_per_s) = (window.odometry.delay_sigma_s(), late.per_s * fit.frequency);
-            let delay_variance = delay_sigma_s * delay_sigma_s + LOW_PASS_SIGMA_S * LOW_PASS_SIGMA_S;
+            let (delay_sigma_s, change_per_s) =
+                (window.odometry.delay_sigma_s(), late.per_s * fit.frequency);
+            let delay_variance =
+                delay_sigma_s * delay_sigma_s + LOW_PASS_SIGMA_S * LOW_PASS_SIGMA_S;
             let by_delay = delay_variance * change_per_s * change_per_s;
             for sigma in [&mut fit.sigma, &mut fit.movement.sigma_of_mean] {
                 *sigma = libm::sqrtf(*sigma * *sigma + by_delay);
@@ -132,7 +161,15 @@ pub fn fit(
     if by_robot.as_ref().is_some_and(|way| !way.is_intact()) {
         return Err(Overwritten);
     }
-    Ok(Fitted { fit: fit.clone(), abscissa, per_unit, per_slot, slot, scan, unplaced })
+    Ok(Fitted {
+        fit: fit.clone(),
+        abscissa,
+        per_unit,
+        per_slot,
+        slot,
+        scan,
+        unplaced,
+    })
 }
 
 /// Frames that a time takes, rounded up.

@@ -1,20 +1,22 @@
 //! From DRDY's interrupt to the queue. The supervision of the chip is in `acquire/watch.rs`.
 //!
-//! **A conversion** ([`Acquisition::edge`]) is read twice: the chip gives the same data again, with NEW cleared
-//! (SBAS297G, read by command), so a bit error on the bus shows. Then a third read decides, by whole records. A
-//! conversion that no two reads agree on is dropped. The next conversion may end between two reads: the second and third
-//! then agree on that one, and the first, read only once, is dropped. A dropped conversion leaves a gap in the ids, which
-//! [`crate::assembler`] counts. A bit error that two reads share is not detected. A plan whose conversions come too fast for
-//! that has them read once ([`Plan::is_read_twice`]), and again only where id or status is not the expected one: bit errors
-//! in a code then pass.
+//! **A conversion** ([`Acquisition::edge`]) is read twice: the chip gives the same data again, with
+//! NEW cleared (SBAS297G, read by command), so a bit error on the bus shows. Then a third read
+//! decides, by whole records. A conversion that no two reads agree on is dropped. The next
+//! conversion may end between two reads: the second and third then agree on that one, and the
+//! first, read only once, is dropped. A dropped conversion leaves a gap in the ids, which
+//! [`crate::assembler`] counts. A bit error that two reads share is not detected. A plan whose
+//! conversions come too fast for that has them read once ([`Plan::is_read_twice`]), and again only
+//! where id or status is not the expected one: bit errors in a code then pass.
 //!
-//! **The plan** ([`Acquisition::change`]) is written with read-back while the scan stands still. A mark in the queue
-//! ([`TimedConversion::of_plan`]) separates its conversions from those before. Where the scan has no health readings
-//! ([`Acquisition::read_health`]) they have a scan of their own, at the start and between touches.
+//! **The plan** ([`Acquisition::change`]) is written with read-back while the scan stands still. A
+//! mark in the queue ([`TimedConversion::of_plan`]) separates its conversions from those before.
+//! Where the scan has no health readings ([`Acquisition::read_health`]) they have a scan of their
+//! own, at the start and between touches.
 //!
-//! **The watch** ([`Acquisition::watch`]) reads the registers back. It sets the chip up again if they changed, if no
-//! conversion comes, or if the chip did not answer before: at once the first time, then after pauses that double.
-//! Nothing here waits for longer than a reset takes.
+//! **The watch** ([`Acquisition::watch`]) reads the registers back. It sets the chip up again if
+//! they changed, if no conversion comes, or if the chip did not answer before: at once the first
+//! time, then after pauses that double. Nothing here waits for longer than a reset takes.
 
 mod resolve;
 mod unseen;
@@ -33,8 +35,9 @@ use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::plan::{HealthReadings, Plan};
 use unseen::Unseen;
 
-/// Unexpected edges of DRDY, less expected ones, from which on DRDY is muted. At the default scan's 5064 conversions a
-/// second 256 edges take 50 ms or longer; at a microsecond each, a few milliseconds.
+/// Unexpected edges of DRDY, less expected ones, from which on DRDY is muted. At the default scan's
+/// 5064 conversions a second 256 edges take 50 ms or longer; at a microsecond each, a few
+/// milliseconds.
 const STORM_EDGES: u16 = 256;
 /// Unexpected edges from one request for a check to the next, while checks find faults.
 const CHECK_EDGES: u8 = 8;
@@ -47,7 +50,8 @@ type Samples<'a> = Producer<'a, TimedConversion>;
 pub enum Drdy {
     /// It goes on.
     Listen,
-    /// It goes on. The conversion was the expected one, and its scan is not over: nobody need look at the queue yet.
+    /// It goes on. The conversion was the expected one, and its scan is not over: nobody need look
+    /// at the queue yet.
     Midway,
     /// It goes on, and the caller calls [`Acquisition::watch`] at once.
     Watch,
@@ -97,7 +101,8 @@ pub struct Acquisition<SPI, START, RESET> {
 }
 
 impl<SPI, START, RESET> Acquisition<SPI, START, RESET> {
-    /// Takes the driver, the pins START and RESET, and a plan that has passed [`Plan::validate`]. Nothing is transferred.
+    /// Takes the driver, the pins START and RESET, and a plan that has passed [`Plan::validate`].
+    /// Nothing is transferred.
     pub const fn new(adc: Ads1258<SPI>, start: START, reset: RESET, plan: Plan) -> Self {
         let order = Order::of(&plan.config());
         Self {
@@ -132,18 +137,24 @@ impl<SPI, START, RESET> Acquisition<SPI, START, RESET> {
 }
 
 impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START, RESET> {
-    /// Resets the chip, writes its registers, reads them back and starts the scan, first that of the health readings if the
-    /// plan's scan has none. False if the chip does not answer; then [`Self::watch`] tries again. Takes
-    /// [`ads1258::RESET_LOW_US`] and 36 bytes on the bus.
+    /// Resets the chip, writes its registers, reads them back and starts the scan, first that of
+    /// the health readings if the plan's scan has none. False if the chip does not answer; then
+    /// [`Self::watch`] tries again. Takes [`ads1258::RESET_LOW_US`] and 36 bytes on the bus.
     pub fn set_up(&mut self, diagnostics: &Diagnostics, wait: &mut impl DelayNs) -> bool {
         self.is_health = self.plan.health == HealthReadings::BetweenTouches;
         self.begin_scan(diagnostics, wait)
     }
 
-    /// Puts another plan into force, which has passed [`Plan::validate`], as [`Self::set_up`] does. The caller unmutes DRDY
-    /// after it.
+    /// Puts another plan into force, which has passed [`Plan::validate`], as [`Self::set_up`] does.
+    /// The caller unmutes DRDY after it.
     #[inline(never)]
-    pub fn change(&mut self, plan: Plan, now_us: u32, diagnostics: &Diagnostics, wait: &mut impl DelayNs) {
+    pub fn change(
+        &mut self,
+        plan: Plan,
+        now_us: u32,
+        diagnostics: &Diagnostics,
+        wait: &mut impl DelayNs,
+    ) {
         (self.plan, self.is_unannounced) = (plan, true);
         self.is_read_twice = plan.is_read_twice();
         self.unseen = Unseen::new(plan.conversion_ns());
@@ -151,11 +162,12 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
         let _ = self.set_up(diagnostics, wait);
     }
 
-    /// Interrupts the plan's scan for one of the health readings, if the plan's has none. True if it did: the caller
-    /// unmutes DRDY after it.
+    /// Interrupts the plan's scan for one of the health readings, if the plan's has none. True if
+    /// it did: the caller unmutes DRDY after it.
     #[inline(never)]
     pub fn read_health(&mut self, diagnostics: &Diagnostics, wait: &mut impl DelayNs) -> bool {
-        let is_due = self.plan.health == HealthReadings::BetweenTouches && self.is_set_up && !self.is_health;
+        let is_due =
+            self.plan.health == HealthReadings::BetweenTouches && self.is_set_up && !self.is_health;
         if is_due {
             let _ = self.set_up(diagnostics, wait);
         }
@@ -169,30 +181,40 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
         let _ = self.begin_scan(diagnostics, wait);
     }
 
-    /// Begins a scan. It is tried again at once: a single bit error of the bus is no reason for a pause.
+    /// Begins a scan. It is tried again at once: a single bit error of the bus is no reason for a
+    /// pause.
     fn begin_scan(&mut self, diagnostics: &Diagnostics, wait: &mut impl DelayNs) -> bool {
         self.try_scan(diagnostics, wait) || self.try_scan(diagnostics, wait)
     }
 
     #[inline(never)]
     fn try_scan(&mut self, diagnostics: &Diagnostics, wait: &mut impl DelayNs) -> bool {
-        let config = if self.is_health { self.plan.health_config() } else { self.plan.config() };
+        let config = if self.is_health {
+            self.plan.health_config()
+        } else {
+            self.plan.config()
+        };
         self.order = Order::of(&config);
         (self.next, self.latest, self.early) = (self.order.first(), None, false);
         let is_configured = self.adc.stop(&mut self.start).is_ok()
             && self.adc.reset_by_pin(&mut self.reset, wait).is_ok()
             && self.adc.configure(&config).is_ok();
-        // Also if the chip does not answer: what is read shows which wire is bad. Before START: with it high ID may read wrong.
+        // Also if the chip does not answer: what is read shows which wire is bad. Before START:
+        // with it high ID may read wrong.
         let mut found = [0; Register::ALL.len()];
-        if self.adc.read_registers(Register::Config0, &mut found).is_ok() {
+        if self
+            .adc
+            .read_registers(Register::Config0, &mut found)
+            .is_ok()
+        {
             diagnostics.keep_adc_registers(found);
         }
         self.is_set_up = is_configured && self.adc.start(&mut self.start).is_ok();
         self.is_set_up
     }
 
-    /// DRDY has fallen and is low: reads the conversion and queues it with the board time of its edge, microseconds.
-    /// `edge_us` is called after the reads.
+    /// DRDY has fallen and is low: reads the conversion and queues it with the board time of its
+    /// edge, microseconds. `edge_us` is called after the reads.
     #[inline]
     pub fn edge(
         &mut self,
@@ -248,7 +270,13 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
     }
 
     #[inline(always)]
-    fn queue(&mut self, t_us: u32, conversion: Conversion, samples: &mut Samples<'_>, diagnostics: &Diagnostics) {
+    fn queue(
+        &mut self,
+        t_us: u32,
+        conversion: Conversion,
+        samples: &mut Samples<'_>,
+        diagnostics: &Diagnostics,
+    ) {
         self.early = false;
         if self.latest.is_some() {
             self.unseen.passed(t_us.wrapping_sub(self.latest_us));
@@ -259,35 +287,57 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
         if self.is_unannounced {
             self.announce(t_us, samples);
         }
-        if self.is_unannounced || samples.enqueue(TimedConversion::new(t_us, conversion)).is_err() {
+        if self.is_unannounced
+            || samples
+                .enqueue(TimedConversion::new(t_us, conversion))
+                .is_err()
+        {
             self.count_lost(1, diagnostics);
         }
     }
 
-    /// Counts conversions that were lost before the queue or at it. Gaps between frames show those of the plan's own scan too, but none of
-    /// the health readings.
+    /// Counts conversions that were lost before the queue or at it. Gaps between frames show those
+    /// of the plan's own scan too, but none of the health readings.
     // Not inlined: nearly never.
     #[inline(never)]
     fn count_lost(&self, lost: u32, diagnostics: &Diagnostics) {
-        let counter = if self.is_health { &diagnostics.unseen } else { &diagnostics.overruns };
+        let counter = if self.is_health {
+            &diagnostics.unseen
+        } else {
+            &diagnostics.overruns
+        };
         counter.add(lost);
     }
 
     /// Puts the mark of a new plan into the queue, if there is a place.
     #[inline(never)]
     fn announce(&mut self, t_us: u32, samples: &mut Samples<'_>) {
-        self.is_unannounced = samples.enqueue(TimedConversion::of_plan(self.plan, t_us)).is_err();
+        self.is_unannounced = samples
+            .enqueue(TimedConversion::of_plan(self.plan, t_us))
+            .is_err();
     }
 
     /// Takes two reads that are not both the expected conversion.
     #[inline(never)]
-    fn unexpected(&mut self, reads: Reads, t_us: u32, samples: &mut Samples<'_>, diagnostics: &Diagnostics) -> Drdy {
+    fn unexpected(
+        &mut self,
+        reads: Reads,
+        t_us: u32,
+        samples: &mut Samples<'_>,
+        diagnostics: &Diagnostics,
+    ) -> Drdy {
         self.unexpected_us = t_us;
         let adc = &mut self.adc;
         let resolved = resolve(self.latest, self.next, reads, || adc.read().ok());
-        if let Resolved::Found(conversion) | Resolved::Mended(conversion) | Resolved::Later(conversion) = resolved {
+        if let Resolved::Found(conversion)
+        | Resolved::Mended(conversion)
+        | Resolved::Later(conversion) = resolved
+        {
             // Before a later one they include the one that was read only once.
-            self.count_lost(self.order.skipped(self.next, conversion.status.0), diagnostics);
+            self.count_lost(
+                self.order.skipped(self.next, conversion.status.0),
+                diagnostics,
+            );
             self.queue(t_us, conversion, samples, diagnostics);
         }
         match resolved {

@@ -1,11 +1,11 @@
 //! Conversions in, frames out, by the chip's own channel ids.
 //!
-//! The chip says with each conversion which channel it is, so channels are not counted. A gap in their order is a loss.
-//! When the gap spans whole scans, the time stamps say how many. Time stamps wrap after 71.6 minutes: of a longer gap
-//! only the remainder is seen.
+//! The chip says with each conversion which channel it is, so channels are not counted. A gap in
+//! their order is a loss. When the gap spans whole scans, the time stamps say how many. Time stamps
+//! wrap after 71.6 minutes: of a longer gap only the remainder is seen.
 //!
-//! Conversions are buffered until there are as many as a scan has slots. A scan without a flaw takes the fast path, all
-//! others take the slow path, conversion by conversion.
+//! Conversions are buffered until there are as many as a scan has slots. A scan without a flaw
+//! takes the fast path, all others take the slow path, conversion by conversion.
 
 mod lateness;
 
@@ -18,8 +18,8 @@ use ridgetone_proto::division::divide;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::scan::TAXELS;
 
-/// How far from its time a conversion may be, microseconds: an interrupt may be late by so much, and by default it is
-/// 1 % of a scan. Of a fast scan it is three eighths of a conversion at most.
+/// How far from its time a conversion may be, microseconds: an interrupt may be late by so much,
+/// and by default it is 1 % of a scan. Of a fast scan it is three eighths of a conversion at most.
 const JITTER_US: u32 = 50;
 /// NEW and no other flag (SBAS297G, status byte): a conversion without a flaw.
 const FLAWLESS: u8 = 0x80;
@@ -42,7 +42,11 @@ impl Times {
     const fn new(scan: &Scan) -> Self {
         let share_us = scan.conversion_ns * 3 / 8000;
         Self {
-            jitter_us: if share_us < JITTER_US { share_us } else { JITTER_US },
+            jitter_us: if share_us < JITTER_US {
+                share_us
+            } else {
+                JITTER_US
+            },
             step_us: scan.conversion_ns / 1000,
             span_us: scan.conversion_ns * (scan.slots - 1) / 1000,
             gap_us: scan.frame_ns() / 2000,
@@ -61,13 +65,15 @@ pub struct Flaws {
     pub channel: u32,
     /// SUPPLY was set.
     pub supply: u32,
-    /// The next id followed, but too early or too late: later conversions are not at their expected times.
+    /// The next id followed, but too early or too late: later conversions are not at their expected
+    /// times.
     pub clock: u32,
     /// OVF was set, or the code is at the end of the scale.
     pub overload: u32,
 }
 
-/// A conversion that was too late, or too early. Only the next one shows whether the chip is late or just this time stamp.
+/// A conversion that was too late, or too early. Only the next one shows whether the chip is late
+/// or just this time stamp.
 #[derive(Clone, Copy, Debug)]
 struct OffTime {
     /// By how much it was too late, microseconds.
@@ -117,7 +123,8 @@ pub struct Assembler {
 }
 
 impl Assembler {
-    /// An assembler that has seen nothing. `vref_v` is the reference, volts. The plan has passed [`Plan::validate`].
+    /// An assembler that has seen nothing. `vref_v` is the reference, volts. The plan has passed
+    /// [`Plan::validate`].
     pub const fn new(vref_v: f32, plan: &Plan) -> Self {
         let scan = Scan::new(plan);
         let order = Order::of(&plan.config());
@@ -142,11 +149,19 @@ impl Assembler {
             frames: 0,
             lost: 0,
             doubtful: 0,
-            flaws: Flaws { lost: 0, repeated: 0, channel: 0, supply: 0, clock: 0, overload: 0 },
+            flaws: Flaws {
+                lost: 0,
+                repeated: 0,
+                channel: 0,
+                supply: 0,
+                clock: 0,
+                overload: 0,
+            },
         }
     }
 
-    /// From the next conversion on the scan is that of another plan. Its frames' numbers and times go on.
+    /// From the next conversion on the scan is that of another plan. Its frames' numbers and times
+    /// go on.
     pub fn change(&mut self, plan: &Plan) {
         self.scan = Scan::new(plan);
         self.order = Order::of(&plan.config());
@@ -167,8 +182,8 @@ impl Assembler {
         Readings::new(self.own, self.vref_v)
     }
 
-    /// Buffers one conversion. True if there is now a scan's worth of them, for [`Self::try_fast_path`] or else
-    /// [`Self::slow_path`].
+    /// Buffers one conversion. True if there is now a scan's worth of them, for
+    /// [`Self::try_fast_path`] or else [`Self::slow_path`].
     #[inline(always)]
     pub fn buffer(&mut self, timed: &TimedConversion) -> bool {
         // The buffer is never full here.
@@ -195,14 +210,29 @@ impl Assembler {
         }
     }
 
-    /// Makes a frame of the buffer if it is a scan without a flaw that follows the one before it, in time too. If it is not:
-    /// false, and only codes that belong to no frame have changed.
+    /// Makes a frame of the buffer if it is a scan without a flaw that follows the one before it,
+    /// in time too. If it is not: false, and only codes that belong to no frame have changed.
     #[inline(never)]
     pub fn try_fast_path(&mut self) -> bool {
-        let Self { scan, times, buffer, flawless, frame, .. } = self;
-        let Times { jitter_us, step_us, span_us: expected_us, .. } = *times;
+        let Self {
+            scan,
+            times,
+            buffer,
+            flawless,
+            frame,
+            ..
+        } = self;
+        let Times {
+            jitter_us,
+            step_us,
+            span_us: expected_us,
+            ..
+        } = *times;
         let mut lateness = self.lateness;
-        let (Some(first), Some(last), false) = (buffer.first(), buffer.last(), self.has_paused) else { return false };
+        let (Some(first), Some(last), false) = (buffer.first(), buffer.last(), self.has_paused)
+        else {
+            return false;
+        };
         let is_on_time = |passed_us: u32, expected_us: u32| {
             passed_us.wrapping_add(jitter_us).wrapping_sub(expected_us) <= 2 * jitter_us
         };
@@ -212,7 +242,10 @@ impl Assembler {
             None => (0, 0),
             Some(slot) => {
                 let passed_us = first.t_us.wrapping_sub(self.board_us);
-                if slot != scan.slots - 1 || self.off_time.is_some() || !is_on_time(passed_us, step_us) {
+                if slot != scan.slots - 1
+                    || self.off_time.is_some()
+                    || !is_on_time(passed_us, step_us)
+                {
                     return false;
                 }
                 if scan.slots == 1 && lateness.steps(passed_us, scan.conversion_ns) > 1 {
@@ -224,15 +257,23 @@ impl Assembler {
         if !is_on_time(span_us, expected_us) {
             return false;
         }
-        // Without a branch for each, and by sevens: all of them are nearly always as they should be.
+        // Without a branch for each, and by sevens: all of them are nearly always as they should
+        // be.
         let mut off = 0;
         let (sevens, rest) = buffer.as_chunks::<7>();
         let (seven_statuses, rest_statuses) = flawless.as_chunks::<7>();
         for (seven, statuses) in sevens.iter().zip(seven_statuses) {
-            seven.iter().zip(statuses).for_each(|(timed, status)| off |= timed.bits ^ *status as u32);
+            seven
+                .iter()
+                .zip(statuses)
+                .for_each(|(timed, status)| off |= timed.bits ^ *status as u32);
         }
-        let statuses = rest_statuses.iter().chain(seven_statuses.get(sevens.len()).into_iter().flatten());
-        rest.iter().zip(statuses).for_each(|(timed, status)| off |= timed.bits ^ *status as u32);
+        let statuses = rest_statuses
+            .iter()
+            .chain(seven_statuses.get(sevens.len()).into_iter().flatten());
+        rest.iter()
+            .zip(statuses)
+            .for_each(|(timed, status)| off |= timed.bits ^ *status as u32);
         if off as u8 != 0 {
             return false;
         }
@@ -243,7 +284,10 @@ impl Assembler {
             for (place, timed) in frame.codes.iter_mut().zip(taxels) {
                 *place = timed.code();
             }
-            clipped = frame.codes.iter().fold(0, |clipped, code| clipped | to_clip(*code));
+            clipped = frame
+                .codes
+                .iter()
+                .fold(0, |clipped, code| clipped | to_clip(*code));
         } else {
             for (taxel, timed) in self.taxels.iter().zip(taxels) {
                 frame.codes[*taxel as usize % TAXELS] = timed.code();
@@ -267,14 +311,17 @@ impl Assembler {
         true
     }
 
-    /// Takes the buffered conversions one by one. Those behind the last slot of a scan stay in the buffer, so that the
-    /// next scan can take the fast path.
+    /// Takes the buffered conversions one by one. Those behind the last slot of a scan stay in the
+    /// buffer, so that the next scan can take the fast path.
     #[inline(never)]
     pub fn slow_path(&mut self, done: &mut impl FnMut(&Frame)) {
         let buffer = core::mem::take(&mut self.buffer);
         let last_id = self.order.last_id();
         let is_last = |timed: &TimedConversion| timed.status().chid() == last_id;
-        let taken = buffer.iter().rposition(is_last).map_or(buffer.len(), |last| last + 1);
+        let taken = buffer
+            .iter()
+            .rposition(is_last)
+            .map_or(buffer.len(), |last| last + 1);
         for (at, timed) in buffer.iter().enumerate() {
             if at < taken {
                 self.take(timed, done);
@@ -290,8 +337,14 @@ impl Assembler {
         let Conversion { status, code } = timed.conversion();
         let t_us = timed.t_us;
         let own = own_of(status.chid());
-        let Some(slot) = self.order.slot_of(status.chid()).filter(|_| status.is_new()) else {
-            if let (Some(own), true, true) = (own, status.is_new(), self.scan.slots == self.scan.channels) {
+        let Some(slot) = self
+            .order
+            .slot_of(status.chid())
+            .filter(|_| status.is_new())
+        else {
+            if let (Some(own), true, true) =
+                (own, status.is_new(), self.scan.slots == self.scan.channels)
+            {
                 // The plan's scan was interrupted for it.
                 if let Some(place) = self.own.get_mut(own) {
                     *place = Some(code);
@@ -301,7 +354,11 @@ impl Assembler {
                 return;
             }
             self.doubtful = self.doubtful.saturating_add(1);
-            let flaw = if status.is_new() { &mut self.flaws.channel } else { &mut self.flaws.repeated };
+            let flaw = if status.is_new() {
+                &mut self.flaws.channel
+            } else {
+                &mut self.flaws.repeated
+            };
             *flaw = flaw.saturating_add(1);
             return;
         };
@@ -315,7 +372,9 @@ impl Assembler {
         if scans > 0 {
             self.give(done);
             self.frame.number = self.frame.number.wrapping_add(scans);
-            self.frame.t_us = self.now_us.saturating_sub(divide(slot as u64 * self.scan.conversion_ns as u64, 1000).0);
+            self.frame.t_us = self
+                .now_us
+                .saturating_sub(divide(slot as u64 * self.scan.conversion_ns as u64, 1000).0);
             (self.frame.present, self.frame.good) = (0, 0);
         }
         self.is_open = true;
@@ -332,8 +391,8 @@ impl Assembler {
         }
     }
 
-    /// Moves on to `slot` at board time `t_us` and counts what was lost before it. Returns how many scans later it is
-    /// than the latest conversion.
+    /// Moves on to `slot` at board time `t_us` and counts what was lost before it. Returns how many
+    /// scans later it is than the latest conversion.
     fn advance(&mut self, slot: u32, t_us: u32) -> u32 {
         let passed_us = t_us.wrapping_sub(self.board_us);
         self.board_us = t_us;
@@ -344,11 +403,16 @@ impl Assembler {
             return 0;
         };
         self.now_us = self.now_us.wrapping_add(passed_us as u64);
-        let Scan { slots, conversion_ns, .. } = self.scan;
+        let Scan {
+            slots,
+            conversion_ns,
+            ..
+        } = self.scan;
         if has_paused {
             self.lost = self.lost.saturating_add(slot);
             self.flaws.lost = self.flaws.lost.saturating_add(slot);
-            // The scan begins at its top, a part of a scan later than it would have: the nearest whole number counts.
+            // The scan begins at its top, a part of a scan later than it would have: the nearest
+            // whole number counts.
             (self.off_time, self.lateness) = (None, Lateness::NONE);
             let frame_us = (self.scan.frame_ns() / 1000).max(1);
             return (passed_us.saturating_add(frame_us / 2) / frame_us).max(1);
@@ -364,7 +428,10 @@ impl Assembler {
             // A chip that was set up again restarts its scan: by order there may be fewer.
             lost_by_time = by_time;
         }
-        let steps = scans.saturating_mul(slots).saturating_add(slot).saturating_sub(before);
+        let steps = scans
+            .saturating_mul(slots)
+            .saturating_add(slot)
+            .saturating_sub(before);
         let lost = steps.max(lost_by_time).saturating_sub(1);
         self.lost = self.lost.saturating_add(lost);
         self.flaws.lost = self.flaws.lost.saturating_add(lost);
@@ -372,13 +439,14 @@ impl Assembler {
         scans
     }
 
-    /// Checks whether `steps` steps of the scan fit the time that passed. After a chip stood still or restarted its scan, every
-    /// later conversion is off the time that the fit assumes. After a single late time stamp the next one is on time.
+    /// Checks whether `steps` steps of the scan fit the time that passed. After a chip stood still
+    /// or restarted its scan, every later conversion is off the time that the fit assumes. After a
+    /// single late time stamp the next one is on time.
     fn check_time(&mut self, passed_us: u32, steps: u32) {
         let expected_us = divide(steps as u64 * self.scan.conversion_ns as u64, 1000).0 as u32;
         let before = self.off_time.take();
-        let late_us =
-            (passed_us.wrapping_sub(expected_us) as i32).saturating_add(before.map_or(0, |before| before.late_us));
+        let late_us = (passed_us.wrapping_sub(expected_us) as i32)
+            .saturating_add(before.map_or(0, |before| before.late_us));
         let has_gap = steps > 1 || before.is_some_and(|before| before.has_gap);
         // 122 ppm, for the difference of the two crystals over a long gap.
         if late_us.unsigned_abs() <= self.times.jitter_us + (passed_us >> 13) {
@@ -404,7 +472,8 @@ impl Assembler {
 /// A scan's flawless statuses in their order, and its taxels.
 #[inline(never)]
 const fn table(order: Order, scan: &Scan) -> ([u8; SLOTS_MAX], [u8; TAXELS]) {
-    let (mut statuses, mut taxels, mut status, mut slot) = ([0; SLOTS_MAX], [0; TAXELS], order.first(), 0);
+    let (mut statuses, mut taxels, mut status, mut slot) =
+        ([0; SLOTS_MAX], [0; TAXELS], order.first(), 0);
     while slot < scan.slots as usize && slot < SLOTS_MAX {
         statuses[slot] = status & !NEW | FLAWLESS;
         if slot < scan.channels as usize && slot < TAXELS {
@@ -415,7 +484,8 @@ const fn table(order: Order, scan: &Scan) -> ([u8; SLOTS_MAX], [u8; TAXELS]) {
     (statuses, taxels)
 }
 
-/// Whether a code is at either end of the scale, where the chip clips (SBAS297G: 800000h and 7FFFFFh).
+/// Whether a code is at either end of the scale, where the chip clips (SBAS297G: 800000h and
+/// 7FFFFFh).
 const fn is_clipped(code: i32) -> bool {
     to_clip(code) > 0x7f_ffff
 }

@@ -56,7 +56,11 @@ impl Detector {
     /// The greeting to send before anything else.
     #[inline(never)]
     pub fn hello(&self) -> Event {
-        let part = |text: &str| text.bytes().fold(0u8, |n, digit| n.wrapping_mul(10).wrapping_add(digit - b'0'));
+        let part = |text: &str| {
+            text.bytes().fold(0u8, |n, digit| {
+                n.wrapping_mul(10).wrapping_add(digit - b'0')
+            })
+        };
         Event::Hello(Hello {
             protocol: PROTOCOL,
             version: [
@@ -86,12 +90,16 @@ impl Detector {
         self.tracker.pins.take()
     }
 
-    /// Board time at which device time is zero, microseconds, wrapping; any value before the first conversion.
+    /// Board time at which device time is zero, microseconds, wrapping; any value before the first
+    /// conversion.
     pub const fn zero_us(&self) -> u32 {
-        self.assembler.board_us.wrapping_sub(self.assembler.now_us as u32)
+        self.assembler
+            .board_us
+            .wrapping_sub(self.assembler.now_us as u32)
     }
 
-    /// Takes one conversion. Events go to `emit`, windows to be fitted to `due`, faults to `diagnostics`.
+    /// Takes one conversion. Events go to `emit`, windows to be fitted to `due`, faults to
+    /// `diagnostics`.
     #[inline(always)]
     pub fn push(
         &mut self,
@@ -115,7 +123,9 @@ impl Detector {
         emit: &mut dyn FnMut(Event),
         due: &mut dyn FnMut(Window),
     ) {
-        let Self { assembler, tracker, .. } = self;
+        let Self {
+            assembler, tracker, ..
+        } = self;
         if assembler.try_fast_path() {
             tracker.push(&assembler.frame, ring, emit, due);
         } else {
@@ -123,8 +133,11 @@ impl Detector {
             add_flaws(assembler, diagnostics);
         }
         self.episodes.check_supply(&self.assembler, diagnostics);
-        let (latest, report) = (self.tracker.clock.latest.0, &mut |fault| emit(Event::Fault(fault)));
-        self.episodes.check(latest, &self.assembler, diagnostics, report);
+        let (latest, report) = (self.tracker.clock.latest.0, &mut |fault| {
+            emit(Event::Fault(fault))
+        });
+        self.episodes
+            .check(latest, &self.assembler, diagnostics, report);
         if self.health_reporter.is_due(latest) {
             self.report_health(self.assembler.now_us, diagnostics, emit);
             if self.health_reporter.is_greeting_due() {
@@ -135,27 +148,58 @@ impl Detector {
 
     #[inline(never)]
     fn report_health(&mut self, t_us: u64, diagnostics: &Diagnostics, emit: &mut dyn FnMut(Event)) {
-        let Self { assembler, tracker, health_reporter, .. } = self;
+        let Self {
+            assembler,
+            tracker,
+            health_reporter,
+            ..
+        } = self;
         health_reporter.check_rate(assembler, &tracker.clock, diagnostics);
         diagnostics.faults.forget(assembler.board_us);
-        emit(Event::Health(health(t_us, assembler, tracker.clock.frame_rate_hz(), diagnostics)));
+        emit(Event::Health(health(
+            t_us,
+            assembler,
+            tracker.clock.frame_rate_hz(),
+            diagnostics,
+        )));
     }
 
-    /// To be called twice a second, `board_us` being now. Reports faults while no conversion comes, and `health` with the
-    /// greeting as often as otherwise. In a silence of more than 71.6 minutes device time starts again where it stood,
-    /// as it does after one ([`crate::assembler`]). Before the first conversion it is zero.
+    /// To be called twice a second, `board_us` being now. Reports faults while no conversion comes,
+    /// and `health` with the greeting as often as otherwise. In a silence of more than 71.6 minutes
+    /// device time starts again where it stood, as it does after one ([`crate::assembler`]). Before
+    /// the first conversion it is zero.
     #[inline(never)]
     pub fn look(&mut self, board_us: u32, diagnostics: &Diagnostics, emit: &mut dyn FnMut(Event)) {
-        let Self { assembler, tracker, health_reporter, episodes, .. } = self;
+        let Self {
+            assembler,
+            tracker,
+            health_reporter,
+            episodes,
+            ..
+        } = self;
         health_reporter.check_rate(assembler, &tracker.clock, diagnostics);
         diagnostics.faults.forget(board_us);
         let passed_us = board_us.wrapping_sub(assembler.board_us);
         let passed_us =
-            assembler.latest_slot.is_some().then_some(if passed_us > u32::MAX - AHEAD_US { 0 } else { passed_us });
+            assembler
+                .latest_slot
+                .is_some()
+                .then_some(if passed_us > u32::MAX - AHEAD_US {
+                    0
+                } else {
+                    passed_us
+                });
         let t_us = assembler.now_us.wrapping_add(passed_us.unwrap_or(0) as u64);
-        episodes.report((t_us, board_us), diagnostics, &mut |fault| emit(Event::Fault(fault)));
+        episodes.report((t_us, board_us), diagnostics, &mut |fault| {
+            emit(Event::Fault(fault))
+        });
         if health_reporter.is_silence_due(passed_us) {
-            emit(Event::Health(health(t_us, assembler, tracker.clock.frame_rate_hz(), diagnostics)));
+            emit(Event::Health(health(
+                t_us,
+                assembler,
+                tracker.clock.frame_rate_hz(),
+                diagnostics,
+            )));
             if health_reporter.is_greeting_due() {
                 emit(self.hello());
             }
@@ -182,14 +226,17 @@ impl Detector {
         emit: &mut dyn FnMut(Event),
         due: &mut dyn FnMut(Window),
     ) {
-        let Self { assembler, tracker, .. } = self;
+        let Self {
+            assembler, tracker, ..
+        } = self;
         assembler.finish(&mut |frame| tracker.push(frame, ring, emit, due));
         add_flaws(assembler, diagnostics);
         tracker.finish(ring, emit, due);
     }
 
-    /// Puts settings in force that passed [`Settings::validate`]. A slide that lasts goes on; its windows get the new
-    /// length, and none of them reaches back before it. Settings of another plan wait for [`Self::begin`]; then false.
+    /// Puts settings in force that passed [`Settings::validate`]. A slide that lasts goes on; its
+    /// windows get the new length, and none of them reaches back before it. Settings of another
+    /// plan wait for [`Self::begin`]; then false.
     #[inline(never)]
     pub fn change(&mut self, settings: &Settings, source: SettingsSource) -> bool {
         self.settings = *settings;
@@ -204,8 +251,8 @@ impl Detector {
         true
     }
 
-    /// The next conversions are of this plan, with the settings that wait for it. What lasts is over; numbers and times of frames
-    /// go on, and the level without touch is measured again.
+    /// The next conversions are of this plan, with the settings that wait for it. What lasts is
+    /// over; numbers and times of frames go on, and the level without touch is measured again.
     #[inline(never)]
     pub fn begin(
         &mut self,
@@ -221,7 +268,14 @@ impl Detector {
             // Others are wanted by now, and their plan follows.
             return;
         }
-        let Self { settings, assembler, tracker, episodes, health_reporter, .. } = self;
+        let Self {
+            settings,
+            assembler,
+            tracker,
+            episodes,
+            health_reporter,
+            ..
+        } = self;
         assembler.change(&plan);
         assembler.vref_v = settings.vref_v;
         episodes.set_reference(settings.vref_v);
@@ -235,8 +289,8 @@ impl Detector {
         &self.settings
     }
 
-    /// Starts again, as after power-up, or stops; then nothing is reported but `health`, faults and raw frames. The
-    /// frames' count and device time go on.
+    /// Starts again, as after power-up, or stops; then nothing is reported but `health`, faults and
+    /// raw frames. The frames' count and device time go on.
     #[inline(never)]
     pub fn restart(&mut self, is_going: bool) {
         self.tracker.restart(is_going, &self.settings);

@@ -15,15 +15,16 @@ use core::f32::consts::PI;
 use ridgetone_proto::fault::FaultSet;
 use ridgetone_proto::settings::{Settings, SlideRule, TAXELS};
 use ridgetone_proto::telemetry::{
-    Abscissa, Channel, Direction, Estimate, Feel, Movement, OtherTone, Pins, Span, Status, Texture, Travel,
-    TravelStatus,
+    Abscissa, Channel, Direction, Estimate, Feel, Movement, OtherTone, Pins, Span, Status, Texture,
+    Travel, TravelStatus,
 };
 use ridgetone_tone::{Fit, Fitter, FrameSource, Overwritten, Values};
 
-/// A gap of this share of a window, or longer, may mislead the search for its tone. The spectrum of two pieces with a gap between them has
-/// side lines nearly as strong as the tone's. From 94,000 windows of the named plans frames were taken out in a row: of those that were still
-/// good none was wrong with 11 % missing, 1 with 13 %, 3 with 15 %, and 6 to 11 % with 45 %. Frames that are missing here and there do no
-/// harm: none was wrong with 40 % missing.
+/// A gap of this share of a window, or longer, may mislead the search for its tone. The spectrum of
+/// two pieces with a gap between them has side lines nearly as strong as the tone's. From 94,000
+/// windows of the named plans frames were taken out in a row: of those that were still good none
+/// was wrong with 11 % missing, 1 with 13 %, 3 with 15 %, and 6 to 11 % with 45 %. Frames that are
+/// missing here and there do no harm: none was wrong with 40 % missing.
 const GAP_SHARE: u32 = 10;
 /// Frames that are looked at at a time.
 const READ_FRAMES: usize = 16;
@@ -68,8 +69,8 @@ impl Estimator {
         self.fitter.set_harmonics(settings.harmonics);
     }
 
-    /// Fits a window, unless its frames were overwritten. Where the motion is known the estimate is in cycles per millimetre,
-    /// elsewhere in hertz.
+    /// Fits a window, unless its frames were overwritten. Where the motion is known the estimate is
+    /// in cycles per millimetre, elsewhere in hertz.
     pub fn run(
         &mut self,
         window: &Window,
@@ -86,7 +87,15 @@ impl Estimator {
         if grows && frames < GROWING_FRAMES_MIN {
             return Ok(WindowFit::Growing);
         }
-        let fitted = self.fit(&Window { first, frames, ..*window }, source, motion);
+        let fitted = self.fit(
+            &Window {
+                first,
+                frames,
+                ..*window
+            },
+            source,
+            motion,
+        );
         if grows && let Ok(WindowFit::Done(estimate)) = &fitted {
             // The uncertainty of an unsteady tone counts its movement, which grows with the window.
             let is_accurate = matches!(estimate.status, Status::Good | Status::Unsteady)
@@ -101,8 +110,13 @@ impl Estimator {
         fitted
     }
 
-    /// What a finger would feel in a window; None where the settings have no conversion, and of a whole slide.
-    pub fn feel(&mut self, window: &Window, source: &mut dyn FrameSource) -> Result<Option<Feel>, Overwritten> {
+    /// What a finger would feel in a window; None where the settings have no conversion, and of a
+    /// whole slide.
+    pub fn feel(
+        &mut self,
+        window: &Window,
+        source: &mut dyn FrameSource,
+    ) -> Result<Option<Feel>, Overwritten> {
         if !self.settings.feel.is_on() || window.span == Span::Slide {
             return Ok(None);
         }
@@ -111,12 +125,20 @@ impl Estimator {
 
     /// An update of the display; None where the settings have none.
     pub fn pins(&mut self, due: &Due) -> Option<Pins> {
-        let Self { settings, fitter, pins, .. } = self;
-        settings.pins.is_on().then(|| pins.update(due, fitter.scratch(), settings))
+        let Self {
+            settings,
+            fitter,
+            pins,
+            ..
+        } = self;
+        settings
+            .pins
+            .is_on()
+            .then(|| pins.update(due, fitter.scratch(), settings))
     }
 
-    /// What is under the finger by the estimate of the latest [`Self::run`], if it is to be reported. It comes before
-    /// [`Self::feel`], which needs the memory.
+    /// What is under the finger by the estimate of the latest [`Self::run`], if it is to be
+    /// reported. It comes before [`Self::feel`], which needs the memory.
     pub fn texture(&mut self, estimate: &Estimate, window: &Window) -> Option<Texture> {
         let overtones = self.fitter.scratch().as_chunks().0.first_chunk()?;
         self.textures.take(estimate, overtones, window)
@@ -124,16 +146,31 @@ impl Estimator {
 
     // Not inlined, as the next one.
     #[inline(never)]
-    fn fit(&mut self, window: &Window, source: &mut dyn FrameSource, motion: Motion) -> Result<WindowFit, Overwritten> {
-        let fitted = abscissa::fit(&mut self.fitter, window, source, self.settings.interferer_hz, motion);
+    fn fit(
+        &mut self,
+        window: &Window,
+        source: &mut dyn FrameSource,
+        motion: Motion,
+    ) -> Result<WindowFit, Overwritten> {
+        let fitted = abscissa::fit(
+            &mut self.fitter,
+            window,
+            source,
+            self.settings.interferer_hz,
+            motion,
+        );
         // By reference: a copy would lie on the stack beside it.
         let fitted = fitted.as_ref().map_err(|overwritten| *overwritten)?;
         let least = window.frames / GAP_SHARE;
         // Nearly always none are missing: then nothing is read again.
-        let has_gap = fitted.fit.frames.saturating_add(least) < window.frames && has_gap(window, least, source)?;
+        let has_gap = fitted.fit.frames.saturating_add(least) < window.frames
+            && has_gap(window, least, source)?;
         // Kept where nothing else is between fits: the RAM is the ring's.
         let scratch = self.fitter.scratch().as_chunks_mut().0;
-        scratch.iter_mut().zip(&fitted.fit.overtones).for_each(|(kept, overtone)| *kept = *overtone);
+        scratch
+            .iter_mut()
+            .zip(&fitted.fit.overtones)
+            .for_each(|(kept, overtone)| *kept = *overtone);
         Ok(WindowFit::Done(self.estimate(fitted, window, has_gap)))
     }
 
@@ -164,7 +201,9 @@ impl Estimator {
         for taxel in 0..TAXELS {
             if fit.usable & 1 << taxel != 0 {
                 // The list holds all taxels.
-                let _ = estimate.channels.push(self.channel(fitted, taxel, &window.reference));
+                let _ = estimate
+                    .channels
+                    .push(self.channel(fitted, taxel, &window.reference));
             }
         }
         if has_gap {
@@ -177,20 +216,37 @@ impl Estimator {
         let (fit, array) = (&fitted.fit, &self.settings.array);
         match reported_status(fit.status) {
             Status::Good | Status::Unsteady => {}
-            Status::Ambiguous => return Travel { status: TravelStatus::Ambiguous, ..Travel::NONE },
+            Status::Ambiguous => {
+                return Travel {
+                    status: TravelStatus::Ambiguous,
+                    ..Travel::NONE
+                };
+            }
             _ => return Travel::NONE,
         }
         let (lag, relative) = (lag(fitted, array), fit.sigma / fit.frequency);
         let frequency = fit.frequency * fitted.per_unit;
         let (period_mm, speed_mm_s) = match (fitted.abscissa, self.settings.slide) {
             (Abscissa::Place, _) => (1.0 / frequency, fitted.per_frame() * window.frame_rate_hz),
-            (Abscissa::Time, SlideRule::Protocol { speed_mm_s, .. }) => (speed_mm_s / frequency, speed_mm_s),
+            (Abscissa::Time, SlideRule::Protocol { speed_mm_s, .. }) => {
+                (speed_mm_s / frequency, speed_mm_s)
+            }
             (Abscissa::Time, SlideRule::Found) => {
                 return travel::by_phases(lag, array, (frequency, relative * frequency));
             }
         };
-        let way = if speed_mm_s < 0.0 { Direction::Backward } else { Direction::Forward };
-        travel::by_speed(lag, array, (period_mm, relative * period_mm), speed_mm_s.abs(), way)
+        let way = if speed_mm_s < 0.0 {
+            Direction::Backward
+        } else {
+            Direction::Forward
+        };
+        travel::by_speed(
+            lag,
+            array,
+            (period_mm, relative * period_mm),
+            speed_mm_s.abs(),
+            way,
+        )
     }
 
     fn channel(&self, fitted: &Fitted, taxel: usize, reference: &Values) -> Channel {
@@ -227,9 +283,16 @@ fn has_gap(window: &Window, least: u32, source: &mut dyn FrameSource) -> Result<
     Ok(longest > least)
 }
 
-/// How a fit's frequency moves, as an estimate has it; `per_unit` is an estimate's frequency over that of the fit.
+/// How a fit's frequency moves, as an estimate has it; `per_unit` is an estimate's frequency over
+/// that of the fit.
 pub fn movement(fit: &Fit, per_unit: f32) -> Movement {
-    let ridgetone_tone::Movement { wander, wander_sigma, sigma_of_mean, chirp, chirp_sigma } = fit.movement;
+    let ridgetone_tone::Movement {
+        wander,
+        wander_sigma,
+        sigma_of_mean,
+        chirp,
+        chirp_sigma,
+    } = fit.movement;
     let per_unit_squared = per_unit * per_unit;
     Movement {
         wander,
@@ -242,7 +305,10 @@ pub fn movement(fit: &Fit, per_unit: f32) -> Movement {
 
 /// A fit's second tone, as an estimate has it.
 pub fn other_tone(fit: &Fit, per_unit: f32) -> Option<OtherTone> {
-    fit.other_tone.map(|other| OtherTone { frequency: other.frequency * per_unit, share: other.share })
+    fit.other_tone.map(|other| OtherTone {
+        frequency: other.frequency * per_unit,
+        share: other.share,
+    })
 }
 
 /// A fit's status as an estimate has it.
@@ -272,9 +338,24 @@ mod tests {
             chirp: 0.25,
             chirp_sigma: 0.125,
         };
-        fit.other_tone = Some(ridgetone_tone::OtherTone { frequency: 0.25, share: 0.5 });
-        let expected = Movement { wander: 0.02, wander_sigma: 0.001, sigma_mean: 2.0, chirp: 4.0, chirp_sigma: 2.0 };
+        fit.other_tone = Some(ridgetone_tone::OtherTone {
+            frequency: 0.25,
+            share: 0.5,
+        });
+        let expected = Movement {
+            wander: 0.02,
+            wander_sigma: 0.001,
+            sigma_mean: 2.0,
+            chirp: 4.0,
+            chirp_sigma: 2.0,
+        };
         assert_eq!(movement(&fit, 4.0), expected);
-        assert_eq!(other_tone(&fit, 4.0), Some(OtherTone { frequency: 1.0, share: 0.5 }));
+        assert_eq!(
+            other_tone(&fit, 4.0),
+            Some(OtherTone {
+                frequency: 1.0,
+                share: 0.5
+            })
+        );
     }
 }

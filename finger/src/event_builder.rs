@@ -12,37 +12,64 @@ use ridgetone_proto::telemetry::{Contact, Event, Release, Slide};
 pub struct EventBuilder {
     /// Volts of one code.
     pub volts_per_code: f32,
-    /// When the latest slide began, as it was reported: by its end the ring may have lost its start.
+    /// When the latest slide began, as it was reported: by its end the ring may have lost its
+    /// start.
     slide_start_us: u64,
 }
 
 impl EventBuilder {
     /// For a reference of `vref_v` volts.
     pub const fn new(vref_v: f32) -> Self {
-        Self { volts_per_code: reading::volts(1, vref_v), slide_start_us: 0 }
+        Self {
+            volts_per_code: reading::volts(1, vref_v),
+            slide_start_us: 0,
+        }
     }
 
     /// The event that reports a change.
     #[inline(never)]
     pub fn event(&mut self, change: &Change, clock: &FrameClock, ring: &Ring) -> Event {
         match *change {
-            Change::Contact { frame, taxel, height } => Event::Contact(Contact {
+            Change::Contact {
+                frame,
+                taxel,
+                height,
+            } => Event::Contact(Contact {
                 t_us: clock.time_us(frame, ring),
                 taxel,
                 height_v: height * self.volts_per_code,
             }),
-            Change::HoldEnd { held, span: (from, until), frames, idle, idle_frames, weights } => {
+            Change::HoldEnd {
+                held,
+                span: (from, until),
+                frames,
+                idle,
+                idle_frames,
+                weights,
+            } => {
                 let span_us = (clock.time_us(from, ring), clock.time_us(until, ring));
-                Event::Image(image((held, frames), (idle, idle_frames), weights, self.volts_per_code, span_us))
+                Event::Image(image(
+                    (held, frames),
+                    (idle, idle_frames),
+                    weights,
+                    self.volts_per_code,
+                    span_us,
+                ))
             }
             Change::SlideStart(start) => {
                 self.slide_start_us = clock.time_us(start, ring);
-                Event::Slide(Slide { start_us: self.slide_start_us, end_us: None })
+                Event::Slide(Slide {
+                    start_us: self.slide_start_us,
+                    end_us: None,
+                })
             }
-            Change::SlideEnd(_, end) => {
-                Event::Slide(Slide { start_us: self.slide_start_us, end_us: Some(clock.time_us(end, ring)) })
-            }
-            Change::Release(frame) => Event::Release(Release { t_us: clock.time_us(frame, ring) }),
+            Change::SlideEnd(_, end) => Event::Slide(Slide {
+                start_us: self.slide_start_us,
+                end_us: Some(clock.time_us(end, ring)),
+            }),
+            Change::Release(frame) => Event::Release(Release {
+                t_us: clock.time_us(frame, ring),
+            }),
         }
     }
 }

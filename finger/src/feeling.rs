@@ -1,11 +1,12 @@
-//! What a finger would feel in a window: its spectrum, how receptors fire, and what people would say.
+//! What a finger would feel in a window: its spectrum, how receptors fire, and what people would
+//! say.
 
 use crate::window::Window;
 use ads1258::reading;
 use core::f32::consts::LN_10;
 use ridgetone_feel::{
-    Conversion, Firing, Indices, MeanFiring, PAPER_WINDOW_S, ROUGH, Receptor, SOFT, Score, amplitude_spectrum,
-    force_ratio, points, strongest_in_bands,
+    Conversion, Firing, Indices, MeanFiring, PAPER_WINDOW_S, ROUGH, Receptor, SOFT, Score,
+    amplitude_spectrum, force_ratio, points, strongest_in_bands,
 };
 use ridgetone_proto::fault::FaultSet;
 use ridgetone_proto::settings::{Settings, TAXELS};
@@ -18,8 +19,9 @@ pub const POINTS: usize = 1024;
 /// Memory that [`feel`] needs, values: the powers of a transform's bins, and its points.
 pub const MEMORY: usize = POINTS / 2 + POINTS;
 
-/// Values a second that are enough: four times the 800 Hz that receptors respond to. From twice as many frames on, means of
-/// several frames make a longer window, and what they fold onto 800 Hz they weaken by 10 dB and more.
+/// Values a second that are enough: four times the 800 Hz that receptors respond to. From twice as
+/// many frames on, means of several frames make a longer window, and what they fold onto 800 Hz
+/// they weaken by 10 dB and more.
 const RATE_ENOUGH_HZ: f32 = 3200.0;
 /// Least time of a window, seconds, where the frames are fast: so much of 1024 values of that rate.
 const WINDOW_LEAST_S: f32 = 0.31;
@@ -28,9 +30,10 @@ const READ_FRAMES: usize = 16;
 
 const _: () = assert!(RECEPTORS == ridgetone_feel::RECEPTORS && BANDS == ridgetone_feel::BANDS);
 
-/// What a finger would feel in the latest part of a slide, at the end of a window: as much of the settings' window as a transform
-/// can hold, and always the same length, for that is what a conversion belongs to. `settings.feel` must be on. None if the slide is
-/// not as long yet, or no taxel is alive. Fails if frames were overwritten.
+/// What a finger would feel in the latest part of a slide, at the end of a window: as much of the
+/// settings' window as a transform can hold, and always the same length, for that is what a
+/// conversion belongs to. `settings.feel` must be on. None if the slide is not as long yet, or no
+/// taxel is alive. Fails if frames were overwritten.
 // Not inlined: it runs between fits, which need the stack.
 #[inline(never)]
 pub fn feel(
@@ -42,12 +45,18 @@ pub fn feel(
     let stride = ((window.plan.frame_rate_hz() / RATE_ENOUGH_HZ) as u32).max(1);
     let end = window.first.wrapping_add(window.frames);
     let wanted = settings.window_s.max(WINDOW_LEAST_S) * window.plan.frame_rate_hz() + 0.5;
-    let Some(count) = points((wanted as usize / stride as usize).min(POINTS)) else { return Ok(None) };
+    let Some(count) = points((wanted as usize / stride as usize).min(POINTS)) else {
+        return Ok(None);
+    };
     if end.wrapping_sub(window.slide_first) < count as u32 * stride {
         return Ok(None);
     }
-    let Some((powers, samples)) = memory.split_at_mut_checked(count / 2) else { return Ok(None) };
-    let Some(samples) = samples.get_mut(..count) else { return Ok(None) };
+    let Some((powers, samples)) = memory.split_at_mut_checked(count / 2) else {
+        return Ok(None);
+    };
+    let Some(samples) = samples.get_mut(..count) else {
+        return Ok(None);
+    };
     let part = Part {
         first: end.wrapping_sub(count as u32 * stride),
         stride,
@@ -56,7 +65,10 @@ pub fn feel(
     let rate_hz = window.frame_rate_hz / stride as f32;
     let bin_hz = rate_hz / count as f32;
     let known = &settings.feel;
-    let conversion = Conversion { log_per_um: libm::log10f(known.volts_per_um), log_sigma: known.sigma_share / LN_10 };
+    let conversion = Conversion {
+        log_per_um: libm::log10f(known.volts_per_um),
+        log_sigma: known.sigma_share / LN_10,
+    };
     let (mut firing, mut taxels) = (Firing::default(), 0u16);
     powers.fill(0.0);
     for taxel in 0..TAXELS {
@@ -64,7 +76,9 @@ pub fn feel(
         if !is_converted || !part.read(taxel, source, samples)? {
             continue;
         }
-        let Some(amplitudes) = amplitude_spectrum(samples) else { continue };
+        let Some(amplitudes) = amplitude_spectrum(samples) else {
+            continue;
+        };
         if amplitudes.iter().all(|amplitude| *amplitude == 0.0) {
             continue;
         }
@@ -72,7 +86,10 @@ pub fn feel(
             *amplitude *= part.gain(bin as f32 / count as f32);
             *power += *amplitude * *amplitude;
         }
-        firing.average(&Firing::new(amplitudes, bin_hz, &conversion), taxels.count_ones() as usize);
+        firing.average(
+            &Firing::new(amplitudes, bin_hz, &conversion),
+            taxels.count_ones() as usize,
+        );
         taxels |= 1 << taxel;
     }
     if taxels == 0 {
@@ -80,7 +97,10 @@ pub fn feel(
     }
     let per_square_um = known.volts_per_um * known.volts_per_um * taxels.count_ones() as f32;
     let window_s = count as f32 / rate_hz;
-    let ratio = Measured { value: known.force_ratio, sigma: 0.0 };
+    let ratio = Measured {
+        value: known.force_ratio,
+        sigma: 0.0,
+    };
     let mut feel = Feel {
         t_us: window.end_us,
         window_s,
@@ -88,7 +108,11 @@ pub fn feel(
         taxels,
         faults: FaultSet::NONE,
         per_hz: [None; RECEPTORS],
-        force_ratio: if ratio.value > 0.0 { Some(ratio) } else { window.force_ratio },
+        force_ratio: if ratio.value > 0.0 {
+            Some(ratio)
+        } else {
+            window.force_ratio
+        },
         soft: None,
         rough: None,
         levels_db: strongest_in_bands(powers, bin_hz)
@@ -104,9 +128,17 @@ fn score(feel: &mut Feel, firing: &Firing, conversion: &Conversion) {
     let mut mean = MeanFiring::default();
     mean.push(firing);
     let forces = feel.force_ratio.map(|ratio| (ratio.value, ratio.sigma));
-    let as_long_as = |window_s| Indices::new(&mean, conversion.log_sigma, (feel.window_s, window_s), forces);
+    let as_long_as = |window_s| {
+        Indices::new(
+            &mean,
+            conversion.log_sigma,
+            (feel.window_s, window_s),
+            forces,
+        )
+    };
     let (per_hz, of_paper) = (as_long_as(1.0), as_long_as(PAPER_WINDOW_S));
-    let measured = |found: Option<(f32, f32)>| found.map(|(value, sigma)| Measured { value, sigma });
+    let measured =
+        |found: Option<(f32, f32)>| found.map(|(value, sigma)| Measured { value, sigma });
     feel.per_hz = Receptor::ALL.map(|receptor| measured(per_hz.get(receptor as usize)));
     let of = |score: &Score| measured(score.of(&of_paper));
     (feel.soft, feel.rough) = (of(&SOFT), of(&ROUGH));
@@ -122,7 +154,10 @@ fn decibels(power: f32) -> i8 {
 pub fn image_ratio(image: &Image) -> Option<Measured> {
     let (mut levels, mut sigmas) = ([[f32::NAN; 4]; TAXELS / 4], [[0.0; 4]; TAXELS / 4]);
     for pressed in &image.taxels {
-        let (unit, place) = (pressed.taxel as usize / 4 % levels.len(), pressed.taxel as usize % 4);
+        let (unit, place) = (
+            pressed.taxel as usize / 4 % levels.len(),
+            pressed.taxel as usize % 4,
+        );
         (levels[unit][place], sigmas[unit][place]) = (pressed.level_v, pressed.sigma_v);
     }
     force_ratio(&levels, &sigmas, 1.0).map(|(value, sigma)| Measured { value, sigma })
@@ -137,9 +172,14 @@ struct Part {
 }
 
 impl Part {
-    /// Reads a taxel in volts. Readings that are missing are as the one before, and the first ones as the first that
-    /// is there; false if more than half are missing.
-    fn read(&self, taxel: usize, source: &mut dyn FrameSource, samples: &mut [f32]) -> Result<bool, Overwritten> {
+    /// Reads a taxel in volts. Readings that are missing are as the one before, and the first ones
+    /// as the first that is there; false if more than half are missing.
+    fn read(
+        &self,
+        taxel: usize,
+        source: &mut dyn FrameSource,
+        samples: &mut [f32],
+    ) -> Result<bool, Overwritten> {
         let frames = samples.len() as u32 * self.stride;
         let (mut latest, mut missing) = (None, 0);
         let (mut done, mut at, mut sum, mut summed) = (0, 0, 0.0, 0);
@@ -152,10 +192,9 @@ impl Part {
                     match values.get(taxel) {
                         Some(value) if valid >> taxel & 1 == 1 => {
                             if latest.is_none() {
-                                samples
-                                    .iter_mut()
-                                    .take(at)
-                                    .for_each(|sample| *sample = self.scale * self.stride as f32 * value);
+                                samples.iter_mut().take(at).for_each(|sample| {
+                                    *sample = self.scale * self.stride as f32 * value
+                                });
                                 sum = summed as f32 * value;
                             }
                             latest = Some(*value);
@@ -179,7 +218,8 @@ impl Part {
         Ok(2 * missing <= frames)
     }
 
-    /// The factor that makes up for the mean of several frames, at `cycles` cycles a value: one over Dirichlet's kernel.
+    /// The factor that makes up for the mean of several frames, at `cycles` cycles a value: one
+    /// over Dirichlet's kernel.
     fn gain(&self, cycles: f32) -> f32 {
         if self.stride == 1 || !(cycles > 0.0) {
             return 1.0;

@@ -8,7 +8,8 @@ use ridgetone_proto::plan::Plan;
 use ridgetone_proto::scan::TAXELS;
 use ridgetone_tone::Values;
 
-/// One conversion with the time of its DRDY edge, in two words: the queue to the detector is copied at every conversion.
+/// One conversion with the time of its DRDY edge, in two words: the queue to the detector is copied
+/// at every conversion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TimedConversion {
     /// Time of the falling edge of DRDY on the board's microsecond counter, wrapping.
@@ -24,24 +25,37 @@ impl TimedConversion {
     /// A conversion as read, and the time of its edge, microseconds.
     #[inline(always)]
     pub const fn new(t_us: u32, conversion: Conversion) -> Self {
-        Self { t_us, bits: (conversion.code as u32) << 8 | conversion.status.0 as u32 }
+        Self {
+            t_us,
+            bits: (conversion.code as u32) << 8 | conversion.status.0 as u32,
+        }
     }
 
     /// A mark: from here on conversions are of this plan.
     pub const fn of_plan(plan: Plan, t_us: u32) -> Self {
-        Self { t_us, bits: plan.to_bits() << 8 | MARK as u32 }
+        Self {
+            t_us,
+            bits: plan.to_bits() << 8 | MARK as u32,
+        }
     }
 
     /// The plan of a mark.
     #[inline(always)]
     pub const fn as_plan(&self) -> Option<Plan> {
-        if self.bits as u8 == MARK { Some(Plan::from_bits(self.bits >> 8)) } else { None }
+        if self.bits as u8 == MARK {
+            Some(Plan::from_bits(self.bits >> 8))
+        } else {
+            None
+        }
     }
 
     /// Status byte and 24-bit code as read.
     #[inline(always)]
     pub const fn conversion(&self) -> Conversion {
-        Conversion { status: self.status(), code: self.code() }
+        Conversion {
+            status: self.status(),
+            code: self.code(),
+        }
     }
 
     /// Status byte as read.
@@ -58,12 +72,24 @@ impl TimedConversion {
 
     /// The same with another status byte.
     pub const fn with_status(self, status: Status) -> Self {
-        Self::new(self.t_us, Conversion { status, code: self.code() })
+        Self::new(
+            self.t_us,
+            Conversion {
+                status,
+                code: self.code(),
+            },
+        )
     }
 
     /// The same with another code.
     pub const fn with_code(self, code: i32) -> Self {
-        Self::new(self.t_us, Conversion { status: self.status(), code })
+        Self::new(
+            self.t_us,
+            Conversion {
+                status: self.status(),
+                code,
+            },
+        )
     }
 }
 
@@ -78,13 +104,20 @@ pub struct Frame {
     pub codes: [i32; TAXELS],
     /// Bit k: taxel k was converted and read.
     pub present: u16,
-    /// Bit k: its conversion carried neither OVF nor SUPPLY, and its code is not at the end of the scale.
+    /// Bit k: its conversion carried neither OVF nor SUPPLY, and its code is not at the end of the
+    /// scale.
     pub good: u16,
 }
 
 impl Frame {
     /// Before the first scan.
-    pub const EMPTY: Self = Self { number: 0, t_us: 0, codes: [0; TAXELS], present: 0, good: 0 };
+    pub const EMPTY: Self = Self {
+        number: 0,
+        t_us: 0,
+        codes: [0; TAXELS],
+        present: 0,
+        good: 0,
+    };
 
     /// Writes the good codes, less their references, to their places in `values`.
     pub fn put(&self, reference: &Values, values: &mut Values) {
@@ -119,8 +152,12 @@ pub struct Readings {
 }
 
 impl Readings {
-    /// The readings of these codes, in the order of the slots. `vref_v` is the reference that is set, volts.
-    pub fn new([offset, supply, temperature, gain, reference]: [Option<i32>; OWN], vref_v: f32) -> Self {
+    /// The readings of these codes, in the order of the slots. `vref_v` is the reference that is
+    /// set, volts.
+    pub fn new(
+        [offset, supply, temperature, gain, reference]: [Option<i32>; OWN],
+        vref_v: f32,
+    ) -> Self {
         Self {
             supply_v: supply.map_or(0.0, reading::supply_v),
             reference_v: reference.map_or(0.0, reading::reference_v),
@@ -145,7 +182,11 @@ pub(crate) struct FrameClock {
 impl FrameClock {
     /// Before the first frame.
     pub const fn new(scan: &Scan) -> Self {
-        Self { latest: (0, 0), rate_from: None, frame_ns: scan.frame_ns() }
+        Self {
+            latest: (0, 0),
+            rate_from: None,
+            frame_ns: scan.frame_ns(),
+        }
     }
 
     /// Goes on with another scan.
@@ -170,8 +211,8 @@ impl FrameClock {
         }
     }
 
-    /// Device time of a frame's first slot, microseconds. For a frame that the ring does not hold it follows from the
-    /// nominal rate.
+    /// Device time of a frame's first slot, microseconds. For a frame that the ring does not hold
+    /// it follows from the nominal rate.
     #[inline(never)]
     pub fn time_us(&self, frame: u32, ring: &Ring) -> u64 {
         let (number, t_us) = self.latest;
@@ -180,6 +221,10 @@ impl FrameClock {
         }
         let back = number.wrapping_sub(frame) as i32;
         let away_us = divide(back.unsigned_abs() as u64 * self.frame_ns as u64, 1000).0;
-        if back < 0 { t_us.wrapping_add(away_us) } else { t_us.saturating_sub(away_us) }
+        if back < 0 {
+            t_us.wrapping_add(away_us)
+        } else {
+            t_us.saturating_sub(away_us)
+        }
     }
 }

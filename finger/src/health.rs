@@ -13,9 +13,9 @@ use ridgetone_proto::telemetry::Health;
 const GREETING_HEALTHS: u8 = 10;
 /// The rate may be off by this share of it, 1 / 200: no crystal is.
 const RATE_SHARE: u64 = 200;
-/// Time from one check of the rate to the next, at least, seconds. The checks twice a second and those with each `health` make
-/// 141 frames at most by default. So a clock that is off by 1 % for 0.6 s, 145 frames, is off for more than half of one of
-/// these intervals.
+/// Time from one check of the rate to the next, at least, seconds. The checks twice a second and
+/// those with each `health` make 141 frames at most by default. So a clock that is off by 1 % for
+/// 0.6 s, 145 frames, is off for more than half of one of these intervals.
 const RATE_S: f32 = 0.415;
 /// Checks, twice a second, from one `health` to the next while no conversion comes.
 const SILENT_CHECKS: u8 = 2;
@@ -33,7 +33,8 @@ pub struct HealthReporter {
     due: u32,
     /// Number of `health` since the latest greeting.
     ungreeted: u8,
-    /// At the latest check of the rate: the latest frame, its time, and the number of losses and restarts.
+    /// At the latest check of the rate: the latest frame, its time, and the number of losses and
+    /// restarts.
     rate_from: (u32, u64, u32),
     /// Checks in a row without a conversion, since the latest `health`.
     silent: u8,
@@ -44,13 +45,24 @@ impl HealthReporter {
     #[inline(never)]
     pub const fn new(plan: &Plan) -> Self {
         let (health_frames, rate_frames) = (plan.frame_rate_hz() as u32, plan.frames_in(RATE_S));
-        Self { health_frames, rate_frames, due: health_frames, ungreeted: 0, rate_from: (0, 0, 0), silent: 0 }
+        Self {
+            health_frames,
+            rate_frames,
+            due: health_frames,
+            ungreeted: 0,
+            rate_from: (0, 0, 0),
+            silent: 0,
+        }
     }
 
     /// Goes on with another plan after the frame `latest`.
     pub fn change(&mut self, plan: &Plan, latest: (u32, u64)) {
         let (number, t_us) = latest;
-        let Self { health_frames, rate_frames, .. } = Self::new(plan);
+        let Self {
+            health_frames,
+            rate_frames,
+            ..
+        } = Self::new(plan);
         (self.health_frames, self.rate_frames) = (health_frames, rate_frames);
         self.due = number.wrapping_add(health_frames);
         self.rate_from = (number, t_us, u32::MAX);
@@ -62,7 +74,11 @@ impl HealthReporter {
         let is_due = reached(latest, self.due);
         if is_due {
             let next = self.due.wrapping_add(self.health_frames);
-            self.due = if reached(latest, next) { latest.wrapping_add(self.health_frames) } else { next };
+            self.due = if reached(latest, next) {
+                latest.wrapping_add(self.health_frames)
+            } else {
+                next
+            };
         }
         is_due
     }
@@ -73,18 +89,28 @@ impl HealthReporter {
         self.ungreeted == 0
     }
 
-    /// Called twice a second: whether `health` is due because no conversion came for a second. `passed_us` is the time
-    /// since the latest one, if there was one.
+    /// Called twice a second: whether `health` is due because no conversion came for a second.
+    /// `passed_us` is the time since the latest one, if there was one.
     pub fn is_silence_due(&mut self, passed_us: Option<u32>) -> bool {
         let is_silent = passed_us.is_none_or(|passed_us| passed_us >= SILENCE_US);
-        self.silent = if is_silent { (self.silent + 1) % SILENT_CHECKS } else { 0 };
+        self.silent = if is_silent {
+            (self.silent + 1) % SILENT_CHECKS
+        } else {
+            0
+        };
         is_silent && self.silent == 0
     }
 
-    /// Reports a fault if the frames since the last check did not come at the nominal rate. Where some were lost, or the
-    /// scan was restarted, that is reported by itself, and their time says nothing of the clock.
+    /// Reports a fault if the frames since the last check did not come at the nominal rate. Where
+    /// some were lost, or the scan was restarted, that is reported by itself, and their time says
+    /// nothing of the clock.
     #[inline(never)]
-    pub fn check_rate(&mut self, assembler: &Assembler, clock: &FrameClock, diagnostics: &Diagnostics) {
+    pub fn check_rate(
+        &mut self,
+        assembler: &Assembler,
+        clock: &FrameClock,
+        diagnostics: &Diagnostics,
+    ) {
         let (number, t_us) = clock.latest;
         let breaks = assembler.lost.wrapping_add(diagnostics.chip_restarts.get());
         let (from, from_us, from_breaks) = self.rate_from;
@@ -93,10 +119,14 @@ impl HealthReporter {
             return;
         }
         self.rate_from = (number, t_us, breaks);
-        let (passed_us, nominal_us) =
-            (t_us.wrapping_sub(from_us), divide(frames as u64 * assembler.scan().frame_ns() as u64, 1000).0);
+        let (passed_us, nominal_us) = (
+            t_us.wrapping_sub(from_us),
+            divide(frames as u64 * assembler.scan().frame_ns() as u64, 1000).0,
+        );
         // Frame numbers may have wrapped in a longer time.
-        let is_known = frames < 10 * self.health_frames && passed_us <= u32::MAX as u64 && breaks == from_breaks;
+        let is_known = frames < 10 * self.health_frames
+            && passed_us <= u32::MAX as u64
+            && breaks == from_breaks;
         if is_known && RATE_SHARE * passed_us.abs_diff(nominal_us) > nominal_us {
             diagnostics.fault(FaultKind::Clock, assembler.board_us);
         }
@@ -105,15 +135,30 @@ impl HealthReporter {
 
 /// What `health` reports at a device time, microseconds.
 #[inline(never)]
-pub fn health(t_us: u64, assembler: &Assembler, frame_rate_hz: f32, diagnostics: &Diagnostics) -> Health {
+pub fn health(
+    t_us: u64,
+    assembler: &Assembler,
+    frame_rate_hz: f32,
+    diagnostics: &Diagnostics,
+) -> Health {
     let [stack_used_bytes, stack_bytes] = diagnostics.stack_bytes();
-    let Readings { supply_v, reference_v, temperature_c, offset_v, gain } = assembler.readings();
+    let Readings {
+        supply_v,
+        reference_v,
+        temperature_c,
+        offset_v,
+        gain,
+    } = assembler.readings();
     Health {
         t_us,
         frames: assembler.frames,
-        // A conversion that did not get into the queue is missing in the scan too, so the larger count holds both: the
-        // queue does not see whole scans that were not read, and the scan counts by the nominal rate.
-        conversions_lost: assembler.lost.max(diagnostics.overruns.get()).saturating_add(diagnostics.unseen.get()),
+        // A conversion that did not get into the queue is missing in the scan too, so the larger
+        // count holds both: the queue does not see whole scans that were not read, and the scan
+        // counts by the nominal rate.
+        conversions_lost: assembler
+            .lost
+            .max(diagnostics.overruns.get())
+            .saturating_add(diagnostics.unseen.get()),
         conversions_doubtful: assembler.doubtful,
         hops_skipped: diagnostics.hops_skipped.get(),
         messages_dropped: diagnostics.messages_dropped.get(),

@@ -1,9 +1,10 @@
 //! Ridgetone: the tone of the ridges under a robotic fingertip, measured on the chip.
 //!
-//! Sixteen piezoresistors under a compliant skin slide over a grating. All of them see one common frequency,
-//! f = speed / spatial period. This crate takes the conversions of an ADS1258 one by one and gives events: contact,
-//! slide, estimates of that frequency with their uncertainty, release. It needs no operating system, no allocation and no
-//! hardware. The firmware and the PC run the same code and get the same numbers to the last bit.
+//! Sixteen piezoresistors under a compliant skin slide over a grating. All of them see one common
+//! frequency, f = speed / spatial period. This crate takes the conversions of an ADS1258 one by one
+//! and gives events: contact, slide, estimates of that frequency with their uncertainty, release.
+//! It needs no operating system, no allocation and no hardware. The firmware and the PC run the
+//! same code and get the same numbers to the last bit.
 //!
 //! # The way of a sample
 //!
@@ -36,12 +37,18 @@
 //! assert!(matches!(events[..], [Event::Health(_)]));
 //! ```
 //!
-//! Method and phases follow Oddo et al., "Artificial roughness encoding with a bio-inspired MEMS-based tactile sensor
-//! array", Sensors 9 (2009), 3161-3183, "the paper" in these pages.
+//! Method and phases follow Oddo et al., "Artificial roughness encoding with a bio-inspired
+//! MEMS-based tactile sensor array", Sensors 9 (2009), 3161-3183, "the paper" in these pages.
 #![no_std]
 // A panic resets the finger: only tests may panic.
-#![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
-#![cfg_attr(not(test), deny(clippy::unreachable, clippy::todo, clippy::unimplemented))]
+#![cfg_attr(
+    not(test),
+    deny(clippy::unwrap_used, clippy::expect_used, clippy::panic)
+)]
+#![cfg_attr(
+    not(test),
+    deny(clippy::unreachable, clippy::todo, clippy::unimplemented)
+)]
 #![forbid(unsafe_code)]
 // Loops over several arrays at once read better by number.
 #![allow(clippy::needless_range_loop)]

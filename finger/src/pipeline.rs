@@ -1,7 +1,8 @@
 //! The whole path in one call, as a PC runs it: conversions in, events out.
 //!
-//! The chip runs detector and estimator as tasks of different priority. They share only the [`Ring`], and pass
-//! [`Window`]s, so both ways give the same numbers. Windows that are not fitted are counted in `hops_skipped`.
+//! The chip runs detector and estimator as tasks of different priority. They share only the
+//! [`Ring`], and pass [`Window`]s, so both ways give the same numbers. Windows that are not fitted
+//! are counted in `hops_skipped`.
 
 use crate::detector::Detector;
 use crate::estimator::{Estimator, WindowFit};
@@ -17,7 +18,8 @@ use heapless::Vec;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::Event;
 
-/// Most windows that are fitted after one conversion. A slide that is noticed late has several windows due at once.
+/// Most windows that are fitted after one conversion. A slide that is noticed late has several
+/// windows due at once.
 const WINDOWS_AT_ONCE: usize = 8;
 
 /// Each step calls the next one, so there is nothing to start.
@@ -56,15 +58,23 @@ impl Pipeline {
         }
     }
 
-    /// Estimates are by this speed profile from now on, in cycles per millimetre; without one, in hertz.
+    /// Estimates are by this speed profile from now on, in cycles per millimetre; without one, in
+    /// hertz.
     pub fn follow(&mut self, profile: Option<Profile>) {
         self.profile = profile;
     }
 
-    /// Takes a robot's message ([`ridgetone_proto::odometry`]), stuffed and without its zero, that was complete at a board time,
-    /// microseconds. Give it between the conversions before that time and those after it.
+    /// Takes a robot's message ([`ridgetone_proto::odometry`]), stuffed and without its zero, that
+    /// was complete at a board time, microseconds. Give it between the conversions before that time
+    /// and those after it.
     pub fn hear(&mut self, frame: &mut [u8], complete_us: u32) {
-        take_message(frame, complete_us, self.ring.lasts_us(), &mut self.odometer, &self.shared);
+        take_message(
+            frame,
+            complete_us,
+            self.ring.lasts_us(),
+            &mut self.odometer,
+            &self.shared,
+        );
     }
 
     /// Reports the next `frames` frames raw too.
@@ -89,7 +99,14 @@ impl Pipeline {
 
     /// Takes a conversion, or the end of the signal; then fits the windows that are due.
     fn step(&mut self, conversion: Option<TimedConversion>, emit: &mut dyn FnMut(Event)) {
-        let Self { detector, estimator, ring, shared, profile, odometer } = self;
+        let Self {
+            detector,
+            estimator,
+            ring,
+            shared,
+            profile,
+            odometer,
+        } = self;
         let mut windows = Vec::<Window, WINDOWS_AT_ONCE>::new();
         // The fit takes no time of the signal, so it always keeps up.
         let zero_us = detector.zero_us();
@@ -97,7 +114,8 @@ impl Pipeline {
             odometer.forget(t_us, &shared.track);
         }
         let due = &mut |mut window: Window| {
-            window.odometry = odometer.mark((window.end_us as u32).wrapping_add(zero_us), &shared.track);
+            window.odometry =
+                odometer.mark((window.end_us as u32).wrapping_add(zero_us), &shared.track);
             admit(window, true, |window| windows.push(window).is_ok(), shared);
         };
         match conversion {
@@ -108,7 +126,9 @@ impl Pipeline {
             emit(Event::Pins(pins));
         }
         for window in &windows {
-            if let Ok(WindowFit::Done(estimate)) = fit(window, estimator, &mut &*ring, profile.as_ref(), shared) {
+            if let Ok(WindowFit::Done(estimate)) =
+                fit(window, estimator, &mut &*ring, profile.as_ref(), shared)
+            {
                 let texture = estimator.texture(&estimate, window);
                 emit(Event::Estimate(estimate));
                 if let Some(texture) = texture {

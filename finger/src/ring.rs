@@ -1,32 +1,34 @@
 //! The latest frames in a fixed buffer, and how the fit reads them.
 //!
-//! A window of the paper's longest slide holds 62 kB. So there is one ring, windows overlap in it, and they name their
-//! frames by number. The fit reads a short block at a time. On the chip it does so behind a lock that lasts for one block,
-//! so that higher tasks wait for microseconds only. A reader learns which frames were overwritten.
+//! A window of the paper's longest slide holds 62 kB. So there is one ring, windows overlap in it,
+//! and they name their frames by number. The fit reads a short block at a time. On the chip it does
+//! so behind a lock that lasts for one block, so that higher tasks wait for microseconds only. A
+//! reader learns which frames were overwritten.
 
 use crate::scan::Scan;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{RING_FRAMES, TAXELS};
 use ridgetone_tone::{FrameSource, Overwritten, Values};
 
-/// Whether frame `number` is frame `mark` or a later one. The numbers wrap, so the two must be less than half their range
-/// apart: 103 days at 241 Hz, a day at 23.3 kHz.
+/// Whether frame `number` is frame `mark` or a later one. The numbers wrap, so the two must be less
+/// than half their range apart: 103 days at 241 Hz, a day at 23.3 kHz.
 pub const fn reached(number: u32, mark: u32) -> bool {
     number.wrapping_sub(mark) as i32 >= 0
 }
 
-/// The latest frames: [`RING_FRAMES`] rows of a sample for each of sixteen taxels. Of fewer taxels several frames share a row, so
-/// that the ring holds as many samples ([`Plan::frames_a_row`]).
+/// The latest frames: [`RING_FRAMES`] rows of a sample for each of sixteen taxels. Of fewer taxels
+/// several frames share a row, so that the ring holds as many samples ([`Plan::frames_a_row`]).
 #[derive(Debug)]
 pub struct Ring {
-    /// Where a row holds one frame, each taxel has its own place; else the taxels of a frame follow each other.
+    /// Where a row holds one frame, each taxel has its own place; else the taxels of a frame follow
+    /// each other.
     values: [Values; RING_FRAMES],
     /// Bit for bit: which of them are valid.
     valid: [u16; RING_FRAMES],
     /// Of the row's first frame.
     t_us: [u32; RING_FRAMES],
-    /// Place of the frame that is written next, in frames. It does not follow from the number: 2^32 is no multiple of the
-    /// ring's length.
+    /// Place of the frame that is written next, in frames. It does not follow from the number: 2^32
+    /// is no multiple of the ring's length.
     head: u32,
     /// Number of the frame that is written next.
     next: u32,
@@ -44,8 +46,9 @@ pub struct Ring {
 }
 
 impl Ring {
-    /// An empty ring, for frames of the default plan if no other one is set before the first of them. `const`, so that it can live in
-    /// a static, and all zeros, so that the flash holds no copy of it.
+    /// An empty ring, for frames of the default plan if no other one is set before the first of
+    /// them. `const`, so that it can live in a static, and all zeros, so that the flash holds no
+    /// copy of it.
     pub const fn new() -> Self {
         Self {
             values: [[0.0; TAXELS]; RING_FRAMES],
@@ -62,7 +65,8 @@ impl Ring {
         }
     }
 
-    /// Empties the ring; it takes frames of this plan from now on, the first of which gets `number`.
+    /// Empties the ring; it takes frames of this plan from now on, the first of which gets
+    /// `number`.
     pub fn change(&mut self, plan: &Plan, number: u32) {
         self.frames = plan.ring_frames();
         self.in_row = plan.frames_a_row() as u32;
@@ -95,13 +99,13 @@ impl Ring {
     pub fn restart(&mut self, number: u32) {
         self.next = number;
         self.filled = 0;
-        // The sums over a window round differently where the ring's end cuts a block. From the start, results do not
-        // depend on what was there before.
+        // The sums over a window round differently where the ring's end cuts a block. From the
+        // start, results do not depend on what was there before.
         self.head = 0;
     }
 
-    /// Writes the next frame: values, mask of valid taxels, and the time of its first slot (low 32 bits of the device time
-    /// in microseconds).
+    /// Writes the next frame: values, mask of valid taxels, and the time of its first slot (low 32
+    /// bits of the device time in microseconds).
     #[inline]
     pub fn push(&mut self, values: &Values, valid: u16, t_us: u32) {
         if self.in_row == 0 {
@@ -110,9 +114,11 @@ impl Ring {
         let at = self.head;
         if self.in_row == 1 {
             let at = at as usize;
-            if let (Some(v), Some(m), Some(t)) =
-                (self.values.get_mut(at), self.valid.get_mut(at), self.t_us.get_mut(at))
-            {
+            if let (Some(v), Some(m), Some(t)) = (
+                self.values.get_mut(at),
+                self.valid.get_mut(at),
+                self.t_us.get_mut(at),
+            ) {
                 *v = *values;
                 *m = valid;
                 *t = t_us;
@@ -129,10 +135,15 @@ impl Ring {
     /// Writes a frame beside others.
     #[inline(never)]
     fn pack(&mut self, values: &Values, valid: u16, t_us: u32) {
-        let (row, place) = ((self.head / self.in_row.max(1)) as usize, self.head % self.in_row.max(1) * self.channels);
-        let (Some(to), Some(mask), Some(t)) =
-            (self.values.get_mut(row), self.valid.get_mut(row), self.t_us.get_mut(row))
-        else {
+        let (row, place) = (
+            (self.head / self.in_row.max(1)) as usize,
+            self.head % self.in_row.max(1) * self.channels,
+        );
+        let (Some(to), Some(mask), Some(t)) = (
+            self.values.get_mut(row),
+            self.valid.get_mut(row),
+            self.t_us.get_mut(row),
+        ) else {
             return;
         };
         if place == 0 {
@@ -153,12 +164,16 @@ impl Ring {
     fn place(&self, number: u32) -> Option<u32> {
         let age = self.next.wrapping_sub(number);
         // For a frame that is far from those in the ring, as after a gap, this is no place in it.
-        let at = if age <= self.head { self.head - age } else { (self.head + self.frames).wrapping_sub(age) };
+        let at = if age <= self.head {
+            self.head - age
+        } else {
+            (self.head + self.frames).wrapping_sub(age)
+        };
         (age >= 1 && age <= self.filled).then_some(at)
     }
 
-    /// One frame's values and mask, if it is there and has a valid value; `place` takes values that are not in the ring as
-    /// they should be.
+    /// One frame's values and mask, if it is there and has a valid value; `place` takes values that
+    /// are not in the ring as they should be.
     #[inline]
     pub fn frame<'a>(&'a self, number: u32, place: &'a mut Values) -> Option<(&'a Values, u16)> {
         let at = self.place(number)?;
@@ -172,8 +187,13 @@ impl Ring {
 
     /// Copies a frame from beside others; gives its mask.
     fn unpack(&self, at: u32, to: &mut Values) -> u16 {
-        let (row, mut place) = ((at / self.in_row.max(1)) as usize, (at % self.in_row.max(1) * self.channels) as usize);
-        let (Some(from), Some(mask)) = (self.values.get(row), self.valid.get(row)) else { return 0 };
+        let (row, mut place) = (
+            (at / self.in_row.max(1)) as usize,
+            (at % self.in_row.max(1) * self.channels) as usize,
+        );
+        let (Some(from), Some(mask)) = (self.values.get(row), self.valid.get(row)) else {
+            return 0;
+        };
         let (mut rest, mut valid) = (self.inputs, 0);
         while rest != 0 {
             let taxel = rest.trailing_zeros() as usize % TAXELS;
@@ -184,7 +204,8 @@ impl Ring {
         valid
     }
 
-    /// The mean of those of `count` frames from `first` on that have a valid value, into `mean`. False if none has.
+    /// The mean of those of `count` frames from `first` on that have a valid value, into `mean`.
+    /// False if none has.
     #[inline(never)]
     pub fn mean(&self, first: u32, count: u32, mean: &mut Values) -> bool {
         // By their place in a row: rows are added as they are.
@@ -199,14 +220,24 @@ impl Ring {
                 continue;
             };
             let (row, beside) = ((at / self.in_row.max(1)) as usize, at % self.in_row.max(1));
-            let (Some(values), Some(valid)) = (self.values.get(row), self.valid.get(row)) else { return false };
+            let (Some(values), Some(valid)) = (self.values.get(row), self.valid.get(row)) else {
+                return false;
+            };
             if beside == 0 && left >= self.in_row && *valid == whole {
                 (0..TAXELS).for_each(|place| sums[place] += values[place]);
                 (frames, number) = (frames + self.in_row, number.wrapping_add(self.in_row));
                 continue;
             }
-            let from = if self.in_row == 1 { 0 } else { (beside * self.channels) as usize };
-            let until = if self.in_row == 1 { TAXELS } else { from + self.channels as usize };
+            let from = if self.in_row == 1 {
+                0
+            } else {
+                (beside * self.channels) as usize
+            };
+            let until = if self.in_row == 1 {
+                TAXELS
+            } else {
+                from + self.channels as usize
+            };
             let of_frame = ((1u32 << until) - (1u32 << from)) as u16;
             if *valid & of_frame != 0 {
                 for (sum, value) in sums.iter_mut().zip(values).take(until).skip(from) {
@@ -237,8 +268,8 @@ impl Ring {
         true
     }
 
-    /// Time of a frame's first slot, low 32 bits of the device time in microseconds. Of frames that share a row only the first
-    /// one's was measured.
+    /// Time of a frame's first slot, low 32 bits of the device time in microseconds. Of frames that
+    /// share a row only the first one's was measured.
     pub fn t_us(&self, number: u32) -> Option<u32> {
         let at = self.place(number)?;
         if self.in_row == 1 {
@@ -248,15 +279,23 @@ impl Ring {
         Some(first_us.wrapping_add((at % self.in_row.max(1)) * self.frame_ns / 1000))
     }
 
-    /// When a frame was by the least late one of the times of its row and of so many rows behind it, put back by the scan's period:
-    /// microseconds, and nanoseconds on top.
+    /// When a frame was by the least late one of the times of its row and of so many rows behind
+    /// it, put back by the scan's period: microseconds, and nanoseconds on top.
     #[inline(never)]
     pub fn least_late(&self, number: u32, rows: u32) -> Option<(u32, i32)> {
-        let row_us = |number: u32| self.t_us.get((self.place(number)? / self.in_row.max(1)) as usize).copied();
+        let row_us = |number: u32| {
+            self.t_us
+                .get((self.place(number)? / self.in_row.max(1)) as usize)
+                .copied()
+        };
         let (from_us, mut least_ns) = (row_us(number)?, 0);
         for later in (1..=rows).map(|row| row * self.in_row) {
             let passed_us = row_us(number.wrapping_add(later))?.wrapping_sub(from_us);
-            least_ns = least_ns.min(passed_us.wrapping_mul(1000).wrapping_sub(later * self.frame_ns) as i32);
+            least_ns = least_ns.min(
+                passed_us
+                    .wrapping_mul(1000)
+                    .wrapping_sub(later * self.frame_ns) as i32,
+            );
         }
         let in_row_ns = self.place(number)? % self.in_row.max(1) * self.frame_ns;
         Some((from_us, least_ns.wrapping_add_unsigned(in_row_ns)))
@@ -264,7 +303,12 @@ impl Ring {
 
     /// See [`FrameSource::read`].
     #[inline]
-    pub fn read<R>(&self, first: u32, most: usize, read: impl FnOnce(&[Values], &[u16]) -> R) -> Option<R> {
+    pub fn read<R>(
+        &self,
+        first: u32,
+        most: usize,
+        read: impl FnOnce(&[Values], &[u16]) -> R,
+    ) -> Option<R> {
         let at = self.place(first)?;
         let there = self.next.wrapping_sub(first);
         let count = (most as u32).min(there).min(self.frames - at);
@@ -272,7 +316,10 @@ impl Ring {
             return Some(self.read_packed(at, count, read));
         }
         let range = at as usize..(at + count) as usize;
-        Some(read(self.values.get(range.clone())?, self.valid.get(range)?))
+        Some(read(
+            self.values.get(range.clone())?,
+            self.valid.get(range)?,
+        ))
     }
 
     // Not inlined: its copies are on the stack only where they are needed.
@@ -284,7 +331,10 @@ impl Ring {
             *mask = self.unpack(at, to);
         }
         let count = count as usize;
-        read(values.get(..count).unwrap_or_default(), valid.get(..count).unwrap_or_default())
+        read(
+            values.get(..count).unwrap_or_default(),
+            valid.get(..count).unwrap_or_default(),
+        )
     }
 }
 
@@ -298,7 +348,12 @@ impl Default for Ring {
 }
 
 impl FrameSource for &Ring {
-    fn read(&mut self, first: u32, most: usize, show: &mut dyn FnMut(&[Values], &[u16])) -> Result<(), Overwritten> {
+    fn read(
+        &mut self,
+        first: u32,
+        most: usize,
+        show: &mut dyn FnMut(&[Values], &[u16]),
+    ) -> Result<(), Overwritten> {
         Ring::read(self, first, most, show).ok_or(Overwritten)
     }
 }
@@ -320,14 +375,23 @@ mod tests {
         let number = |n: u32| first.wrapping_add(n);
         assert_eq!(ring.oldest(), number(2000 - RING_FRAMES as u32));
         for n in 2000 - RING_FRAMES as u32..2000 {
-            assert_eq!(ring.frame(number(n), &mut [0.0; TAXELS]).map(|(values, _)| values[3]), Some(n as f32));
+            assert_eq!(
+                ring.frame(number(n), &mut [0.0; TAXELS])
+                    .map(|(values, _)| values[3]),
+                Some(n as f32)
+            );
             assert_eq!(ring.t_us(number(n)), Some(n));
         }
         let is_there = |n| ring.frame(number(n), &mut [0.0; TAXELS]).is_some();
         assert!(!is_there(2000) && !is_there(2000 - RING_FRAMES as u32 - 1));
         let mut read = 0;
         while let Some(shown) = ring.read(number(1200 + read), 16, |values, _| {
-            assert!(values.iter().zip(0..).all(|(v, i)| v[0] == (1200 + read + i) as f32));
+            assert!(
+                values
+                    .iter()
+                    .zip(0..)
+                    .all(|(v, i)| v[0] == (1200 + read + i) as f32)
+            );
             values.len() as u32
         }) {
             read += shown;
@@ -343,7 +407,10 @@ mod tests {
         assert!(ring.frame(70, &mut [0.0; TAXELS]).is_none() && ring.oldest() == 70);
         (0..16).for_each(|n| ring.push(&[n as f32; TAXELS], 1, n));
         // In one piece: what a window's sums round to does not depend on what was there before.
-        assert_eq!(ring.read(70, 16, |values, _| (values.len(), values[15][0])), Some((16, 15.0)));
+        assert_eq!(
+            ring.read(70, 16, |values, _| (values.len(), values[15][0])),
+            Some((16, 15.0))
+        );
     }
 
     #[test]
@@ -354,8 +421,9 @@ mod tests {
         assert_eq!(ring.t_us(0), Some(7));
     }
 
-    /// Against the times at which the conversions ended, in f64: three of four are served late, by up to half a period of `single`, and the
-    /// two crystals differ; or none is late, and the chip's clock is off by as much as is no fault.
+    /// Against the times at which the conversions ended, in f64: three of four are served late, by
+    /// up to half a period of `single`, and the two crystals differ; or none is late, and the
+    /// chip's clock is off by as much as is no fault.
     #[test]
     fn late_times_do_not_change_the_time_between_two_frames() {
         for plan in [Plan::SINGLE, Plan::VIBRATION, Plan::HAND, Plan::PAPER] {
@@ -366,34 +434,57 @@ mod tests {
                 for n in 0..900u32 {
                     let late_us = lateness * [21, 14, 0, 7][n as usize / plan.frames_a_row() % 4];
                     let t_us = (f64::from(n) * period_us) as u32 + late_us;
-                    ring.push(&[1.0; TAXELS], plan.inputs, t_us.wrapping_add(u32::MAX - 9000));
+                    ring.push(
+                        &[1.0; TAXELS],
+                        plan.inputs,
+                        t_us.wrapping_add(u32::MAX - 9000),
+                    );
                 }
                 let mut most_us = 0.0f64;
                 for first in (70..200).step_by(7) {
-                    let [from, until] = [first, first + 600].map(|frame| ring.least_late(frame, 7).unwrap());
-                    let passed_us = f64::from(until.0.wrapping_sub(from.0)) + f64::from(until.1 - from.1) * 1e-3;
+                    let [from, until] =
+                        [first, first + 600].map(|frame| ring.least_late(frame, 7).unwrap());
+                    let passed_us = f64::from(until.0.wrapping_sub(from.0))
+                        + f64::from(until.1 - from.1) * 1e-3;
                     most_us = most_us.max((passed_us - 600.0 * period_us).abs());
                 }
-                // The counter's microsecond, and what the clock is off by: over one row, and over eight if some are late.
-                let rows_us = f64::from(plan.frames_a_row() as u32) * period_us * [1.0, 8.0][lateness as usize];
+                // The counter's microsecond, and what the clock is off by: over one row, and over
+                // eight if some are late.
+                let rows_us = f64::from(plan.frames_a_row() as u32)
+                    * period_us
+                    * [1.0, 8.0][lateness as usize];
                 let bar_us = 1.1 + (clock - 1.0f64).abs() * rows_us;
                 assert!(most_us < bar_us, "{plan:?} {clock}: {most_us}");
             }
         }
     }
 
-    /// Each of any number of taxels, around the ring's end and the wrap of the numbers, against a list of what was written.
+    /// Each of any number of taxels, around the ring's end and the wrap of the numbers, against a
+    /// list of what was written.
     #[test]
     fn frames_that_share_rows_are_as_they_were_written() {
-        for (name, inputs) in
-            [("two", 0x8001u16), ("three", 0x0412), ("five", 0x001f), ("one", 0x0100), ("nine", 0x01ff)]
-        {
-            let plan = Plan { inputs, ..Plan::HAND };
+        for (name, inputs) in [
+            ("two", 0x8001u16),
+            ("three", 0x0412),
+            ("five", 0x001f),
+            ("one", 0x0100),
+            ("nine", 0x01ff),
+        ] {
+            let plan = Plan {
+                inputs,
+                ..Plan::HAND
+            };
             let mut ring = Box::new(Ring::new());
             let first = u32::MAX - 5000;
             ring.change(&plan, first);
             let number = |n: u32| first.wrapping_add(n);
-            let value = |n: u32, c: usize| if inputs >> c & 1 == 1 { (n * 16 + c as u32) as f32 } else { 0.0 };
+            let value = |n: u32, c: usize| {
+                if inputs >> c & 1 == 1 {
+                    (n * 16 + c as u32) as f32
+                } else {
+                    0.0
+                }
+            };
             let values = |n: u32| -> Values { core::array::from_fn(|c| value(n, c)) };
             // Every 37th frame is missing, and the first taxel of every 11th bad.
             let valid = |n: u32| match n {
@@ -405,23 +496,38 @@ mod tests {
             let t_us = |n: u32| (f64::from(n) * frame_us) as u32;
             let all = ring.frames() + ring.frames() / 2 + 7;
             (0..all).for_each(|n| ring.push(&values(n), valid(n), t_us(n)));
-            assert_eq!(ring.frames() as usize, RING_FRAMES * (TAXELS / inputs.count_ones() as usize), "{name}");
+            assert_eq!(
+                ring.frames() as usize,
+                RING_FRAMES * (TAXELS / inputs.count_ones() as usize),
+                "{name}"
+            );
             let oldest = all - (ring.frames() + 1 - plan.frames_a_row() as u32);
             assert_eq!(ring.oldest(), number(oldest));
             for n in oldest..all {
                 let mut place = [0.0; TAXELS];
-                let found = ring.frame(number(n), &mut place).map(|(values, valid)| (*values, valid));
+                let found = ring
+                    .frame(number(n), &mut place)
+                    .map(|(values, valid)| (*values, valid));
                 let expected = Some((values(n), valid(n))).filter(|(_, valid)| *valid != 0);
                 assert_eq!(found, expected, "{name} {n}");
-                assert!(ring.t_us(number(n)).unwrap().abs_diff(t_us(n)) <= 1, "{name} {n}");
+                assert!(
+                    ring.t_us(number(n)).unwrap().abs_diff(t_us(n)) <= 1,
+                    "{name} {n}"
+                );
             }
             let (from, count) = (oldest + 1000, 97);
             let mut mean = [0.0; TAXELS];
             assert!(ring.mean(number(from), count, &mut mean));
-            let there: std::vec::Vec<u32> = (from..from + count).filter(|n| valid(*n) != 0).collect();
+            let there: std::vec::Vec<u32> =
+                (from..from + count).filter(|n| valid(*n) != 0).collect();
             for c in (0..TAXELS).filter(|c| inputs >> c & 1 == 1) {
-                let expected = there.iter().map(|n| f64::from(value(*n, c))).sum::<f64>() / there.len() as f64;
-                assert!((f64::from(mean[c]) / expected - 1.0).abs() < 1e-5, "{name} {c}: {} {expected}", mean[c]);
+                let expected =
+                    there.iter().map(|n| f64::from(value(*n, c))).sum::<f64>() / there.len() as f64;
+                assert!(
+                    (f64::from(mean[c]) / expected - 1.0).abs() < 1e-5,
+                    "{name} {c}: {} {expected}",
+                    mean[c]
+                );
             }
             let mut read = 0;
             while let Some(shown) = ring.read(number(all - 100 + read), 16, |shown, masks| {

@@ -1,4 +1,5 @@
-//! The slots of the scan: which channel the chip converts in each, how long that takes, and which comes next.
+//! The slots of the scan: which channel the chip converts in each, how long that takes, and which
+//! comes next.
 
 use ads1258::{Config, Sysred};
 use ridgetone_proto::plan::Plan;
@@ -25,7 +26,8 @@ pub(crate) const IDS: usize = 32;
 /// Channel id of AIN0 (SBAS297G, channel ids).
 pub(crate) const FIRST_INPUT: u8 = 0x08;
 
-/// Channel ids of the internal readings: offset, supply, temperature, gain, reference (SBAS297G, channel ids).
+/// Channel ids of the internal readings: offset, supply, temperature, gain, reference (SBAS297G,
+/// channel ids).
 const OWN_IDS: [u8; OWN] = [0x18, 0x1a, 0x1b, 0x1c, 0x1d];
 
 /// NEW in the status byte (SBAS297G).
@@ -48,7 +50,9 @@ pub(crate) struct Order {
 impl Order {
     /// That of a configuration.
     pub const fn of(config: &Config) -> Self {
-        Self { mask: config.channel_mask() }
+        Self {
+            mask: config.channel_mask(),
+        }
     }
 
     /// NEW and CHID of the scan's first conversion.
@@ -69,8 +73,8 @@ impl Order {
         NEW | (if is_last { self.mask } else { above }).trailing_zeros() as u8
     }
 
-    /// Conversions of the scan between the expected one and this one, less whole scans. None for one that is not of the
-    /// scan.
+    /// Conversions of the scan between the expected one and this one, less whole scans. None for
+    /// one that is not of the scan.
     pub fn skipped(self, expected: u8, status: u8) -> u32 {
         let (mut at, mut skipped) = (expected, 0);
         while at & NEW_AND_ID != status & NEW_AND_ID {
@@ -85,7 +89,11 @@ impl Order {
     /// Slot of a channel id.
     pub const fn slot_of(self, id: u8) -> Option<u32> {
         let bit = 1u32 << (id as u32 % 32);
-        if self.mask & bit == 0 { None } else { Some((self.mask & (bit - 1)).count_ones()) }
+        if self.mask & bit == 0 {
+            None
+        } else {
+            Some((self.mask & (bit - 1)).count_ones())
+        }
     }
 }
 
@@ -137,16 +145,31 @@ mod tests {
         for (name, plan) in Plan::NAMED {
             for config in [plan.config(), plan.health_config()] {
                 let order = Order::of(&config);
-                assert_eq!(Some(order.first() & 0x1f), config.scan().next().map(Channel::id), "{name}");
-                assert_eq!(Some(order.last_id()), config.scan().last().map(Channel::id), "{name}");
+                assert_eq!(
+                    Some(order.first() & 0x1f),
+                    config.scan().next().map(Channel::id),
+                    "{name}"
+                );
+                assert_eq!(
+                    Some(order.last_id()),
+                    config.scan().last().map(Channel::id),
+                    "{name}"
+                );
                 for (slot, channel) in (0..).zip(config.scan()) {
-                    assert_eq!(order.next_status(NEW | channel.id()), NEW | config.next_channel(channel).id());
+                    assert_eq!(
+                        order.next_status(NEW | channel.id()),
+                        NEW | config.next_channel(channel).id()
+                    );
                     assert_eq!(order.slot_of(channel.id()), Some(slot));
                 }
                 assert_eq!(order.next_status(0xff), order.first());
             }
         }
-        let own: heapless::Vec<u8, OWN> = Plan::PAPER.health_config().scan().map(Channel::id).collect();
+        let own: heapless::Vec<u8, OWN> = Plan::PAPER
+            .health_config()
+            .scan()
+            .map(Channel::id)
+            .collect();
         assert_eq!(own, OWN_IDS);
     }
 }

@@ -11,23 +11,30 @@ use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Measured, Span};
 use ridgetone_tone::{FRAMES_MIN, Values};
 
-/// Frames of touch detection left out at either end of a whole slide: its ends are known to within a few of them.
+/// Frames of touch detection left out at either end of a whole slide: its ends are known to within
+/// a few of them.
 pub const TRIM_FRAMES: u32 = 5;
-/// Frames by which a whole slide is shorter than the ring, at 241 Hz. Before a slide's end is noticed the ring goes on for 20
-/// blocks of 4 frames, for one more before it is known what follows, and for up to 9 before the end is dated. The other 40 frames,
-/// 0.17 s, are left for the fit to read the oldest ones.
+/// Frames by which a whole slide is shorter than the ring, at 241 Hz. Before a slide's end is
+/// noticed the ring goes on for 20 blocks of 4 frames, for one more before it is known what
+/// follows, and for up to 9 before the end is dated. The other 40 frames, 0.17 s, are left for the
+/// fit to read the oldest ones.
 const LATE_FRAMES: u32 = 160;
 /// Frames of the shortest window that grows, as of the shortest that can be set.
 pub const GROWING_FRAMES_MIN: u32 = 24;
-/// Rows of the ring at either end of a window that its rate is measured by. An interrupt may be served late, in a storm on DRDY by most of
-/// a conversion, which is 0.1 % of a window of 43 ms. The least late one of several counts.
+/// Rows of the ring at either end of a window that its rate is measured by. An interrupt may be
+/// served late, in a storm on DRDY by most of a conversion, which is 0.1 % of a window of 43 ms.
+/// The least late one of several counts.
 const DATED_ROWS: u32 = 8;
 /// Time in which the ring may take frames in before the fit has read its oldest, seconds.
 const READING_S: f32 = 0.066;
 
 /// Most frames of a window, whole slides included.
 pub const fn window_frames_max(plan: &Plan) -> u32 {
-    if plan.frames_averaged() > 1 { plan.window_frames_most() } else { plan.ring_frames() - LATE_FRAMES }
+    if plan.frames_averaged() > 1 {
+        plan.window_frames_most()
+    } else {
+        plan.ring_frames() - LATE_FRAMES
+    }
 }
 
 /// Knows which windows fall due.
@@ -85,26 +92,42 @@ impl WindowScheduler {
         self.plan = *plan;
         (self.averaged, self.window_frames_max) = (plan.frames_averaged(), window_frames_max(plan));
         self.reach = plan.ring_frames() - plan.frames_in(READING_S);
-        let (window_frames, hop_frames) = (plan.frames_in(settings.window_s), plan.frames_in(settings.hop_s));
+        let (window_frames, hop_frames) = (
+            plan.frames_in(settings.window_s),
+            plan.frames_in(settings.hop_s),
+        );
         let most = self.window_frames_max;
-        self.window_frames = if window_frames < most { window_frames } else { most };
+        self.window_frames = if window_frames < most {
+            window_frames
+        } else {
+            most
+        };
         self.growing = settings.accuracy > 0.0;
         self.hop_frames = if hop_frames > 0 { hop_frames } else { 1 };
     }
 
-    /// Puts new settings in force. The windows of a slide that lasts since the frame `sliding` get the new length; none
-    /// of them reaches back before the slide, or is late. `latest` is the latest frame.
+    /// Puts new settings in force. The windows of a slide that lasts since the frame `sliding` get
+    /// the new length; none of them reaches back before the slide, or is late. `latest` is the
+    /// latest frame.
     pub fn change(&mut self, settings: &Settings, sliding: Option<u32>, latest: u32) {
         self.set(settings);
         if let Some(start) = sliding {
             let first = start.wrapping_add(self.first_frames());
-            self.next_end = if reached(latest, first) { latest.wrapping_add(1) } else { first };
+            self.next_end = if reached(latest, first) {
+                latest.wrapping_add(1)
+            } else {
+                first
+            };
         }
     }
 
     /// Frames of a slide's first window.
     fn first_frames(&self) -> u32 {
-        if self.growing { GROWING_FRAMES_MIN.min(self.window_frames) } else { self.window_frames }
+        if self.growing {
+            GROWING_FRAMES_MIN.min(self.window_frames)
+        } else {
+            self.window_frames
+        }
     }
 
     /// A slide has begun or is over.
@@ -121,7 +144,11 @@ impl WindowScheduler {
                     let first = first.wrapping_add(frames - most);
                     // After an end that was dated late the ring is about to lose the first frames.
                     let lost = ring.next().wrapping_sub(self.reach);
-                    let late = if reached(lost, first) { lost.wrapping_sub(first) } else { 0 };
+                    let late = if reached(lost, first) {
+                        lost.wrapping_sub(first)
+                    } else {
+                        0
+                    };
                     self.whole = Some((first.wrapping_add(late), most.saturating_sub(late)));
                 }
             }
@@ -135,10 +162,18 @@ impl WindowScheduler {
     }
 
     /// Gives the windows that a slide from frame `start` on has filled before frame `until`.
-    pub fn hop(&mut self, start: u32, until: u32, clock: &FrameClock, ring: &Ring, due: &mut dyn FnMut(Window)) {
+    pub fn hop(
+        &mut self,
+        start: u32,
+        until: u32,
+        clock: &FrameClock,
+        ring: &Ring,
+        due: &mut dyn FnMut(Window),
+    ) {
         let late = until.wrapping_sub(self.next_end);
         if self.averaged > 1 && reached(until, self.next_end) && late >= self.hop_frames {
-            // Windows are short beside the time in which a slide shows: of those that fall due at once the latest counts.
+            // Windows are short beside the time in which a slide shows: of those that fall due at
+            // once the latest counts.
             self.next_end = until.wrapping_sub(late % self.hop_frames.max(1));
         }
         while reached(until, self.next_end) {
@@ -146,7 +181,13 @@ impl WindowScheduler {
             if self.growing {
                 frames = frames.min(self.next_end.wrapping_sub(start));
             }
-            self.give((self.next_end.wrapping_sub(frames), frames, start), Span::Window, clock, ring, due);
+            self.give(
+                (self.next_end.wrapping_sub(frames), frames, start),
+                Span::Window,
+                clock,
+                ring,
+                due,
+            );
             self.next_end = self.next_end.wrapping_add(self.hop_frames);
         }
     }
@@ -158,7 +199,8 @@ impl WindowScheduler {
         }
     }
 
-    /// Gives a window of `frames` frames from `first` on, of a slide, if it is long enough and in the ring.
+    /// Gives a window of `frames` frames from `first` on, of a slide, if it is long enough and in
+    /// the ring.
     #[inline(never)]
     fn give(
         &self,
@@ -175,8 +217,13 @@ impl WindowScheduler {
         let row = self.plan.frames_a_row() as u32;
         let rows = (frames / (2 * row)).min(DATED_ROWS - 1);
         let behind = last.wrapping_sub(rows * row);
-        let (Some(from), Some(until)) = (ring.least_late(first, rows), ring.least_late(behind, rows)) else { return };
-        let passed_us = until.0.wrapping_sub(from.0) as f32 + until.1.wrapping_sub(from.1) as f32 * 1e-3;
+        let (Some(from), Some(until)) =
+            (ring.least_late(first, rows), ring.least_late(behind, rows))
+        else {
+            return;
+        };
+        let passed_us =
+            until.0.wrapping_sub(from.0) as f32 + until.1.wrapping_sub(from.1) as f32 * 1e-3;
         due(Window {
             first,
             frames,

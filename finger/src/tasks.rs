@@ -1,5 +1,5 @@
-//! What each task does, written once. The firmware binds the tasks to interrupts; the PC and the fault campaigns call them
-//! in turn.
+//! What each task does, written once. The firmware binds the tasks to interrupts; the PC and the
+//! fault campaigns call them in turn.
 //!
 //! | task | priority | starts with | does |
 //! |---|---|---|---|
@@ -11,7 +11,8 @@
 //! | [`fit`] | 1 | a window, a request | runs the estimator; requests when no window is due |
 //! | [`idle`] | 0 | | measures load and stack, ends the run |
 //!
-//! A task's resources are behind [`rtic_core::Mutex`] where a task of higher priority uses them too.
+//! A task's resources are behind [`rtic_core::Mutex`] where a task of higher priority uses them
+//! too.
 
 pub mod commands;
 pub mod detect;

@@ -1,4 +1,5 @@
-//! What a finger does, frame by frame: it is in the air, touches, holds, slides, holds, lets go; and since when.
+//! What a finger does, frame by frame: it is in the air, touches, holds, slides, holds, lets go;
+//! and since when.
 
 pub mod averages;
 pub(crate) mod block;

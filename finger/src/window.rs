@@ -17,7 +17,8 @@ pub struct Window {
     pub end_us: u64,
     /// Frames per second by the board's clock, measured over the window.
     pub frame_rate_hz: f32,
-    /// The code of every taxel that the frames' values are relative to: whole numbers, exact in f32.
+    /// The code of every taxel that the frames' values are relative to: whole numbers, exact in
+    /// f32.
     pub reference: Values,
     /// What it covers.
     pub span: Span,
@@ -25,9 +26,11 @@ pub struct Window {
     pub slide_first: u32,
     /// Number of the first frame of its touch.
     pub touch_first: u32,
-    /// Mean level of the taxels by the static image of the hold before the slide, volts; NaN without one.
+    /// Mean level of the taxels by the static image of the hold before the slide, volts; NaN
+    /// without one.
     pub level_v: f32,
-    /// Tangential over normal force by the static image of the hold before the slide, if there is one.
+    /// Tangential over normal force by the static image of the hold before the slide, if there is
+    /// one.
     pub force_ratio: Option<Measured>,
     /// The plan of its frames.
     pub plan: Plan,

@@ -1,4 +1,5 @@
-//! Bytes choose how frames are damaged on a line. The decoder reads those that come through, and nothing else.
+//! Bytes choose how frames are damaged on a line. The decoder reads those that come through, and
+//! nothing else.
 #![no_main]
 
 #[path = "../../tests/support/damage.rs"]

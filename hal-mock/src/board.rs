@@ -1,4 +1,5 @@
-//! The chip on a simulated board: its pins as embedded-hal 1.0 traits on one virtual clock. No pin ever fails.
+//! The chip on a simulated board: its pins as embedded-hal 1.0 traits on one virtual clock. No pin
+//! ever fails.
 
 use crate::chip::{Ads1258, Options};
 use crate::scene::Scene;
@@ -8,7 +9,8 @@ use embedded_hal::digital::{self, InputPin, OutputPin, PinState};
 use embedded_hal::spi::{self, Operation, SpiDevice};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// A simulated chip and the virtual clock that all its pins share. Clones are handles to the same one.
+/// A simulated chip and the virtual clock that all its pins share. Clones are handles to the same
+/// one.
 #[derive(Clone)]
 pub struct SimulatedBoard(Arc<Mutex<State>>);
 
@@ -48,11 +50,18 @@ impl SimulatedBoard {
     /// A chip in its power-up state in front of `scene`, at time 0.
     pub fn new(scene: impl Scene + 'static, options: Options) -> Self {
         let chip = Ads1258::new(Box::new(scene), options);
-        Self(Arc::new(Mutex::new(State { chip, now_ns: 0, sclk_hz: 0, read_fill: 0x00, poll_ns: 0 })))
+        Self(Arc::new(Mutex::new(State {
+            chip,
+            now_ns: 0,
+            sclk_hz: 0,
+            read_fill: 0x00,
+            poll_ns: 0,
+        })))
     }
 
     fn lock(&self) -> MutexGuard<'_, State> {
-        // A panic in a test elsewhere leaves the state whole: every change is complete before anything can panic.
+        // A panic in a test elsewhere leaves the state whole: every change is complete before
+        // anything can panic.
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -81,18 +90,20 @@ impl SimulatedBoard {
         VirtualDelay(self.clone())
     }
 
-    /// SCLK in hertz: each SPI byte takes 8 of its cycles (rounded down to nanoseconds). 0, the default: no time.
+    /// SCLK in hertz: each SPI byte takes 8 of its cycles (rounded down to nanoseconds). 0, the
+    /// default: no time.
     pub fn set_sclk_hz(&self, sclk_hz: u32) {
         self.lock().sclk_hz = sclk_hz;
     }
 
-    /// What DIN carries while a driver only reads; embedded-hal leaves it to the implementation. Default 00h.
+    /// What DIN carries while a driver only reads; embedded-hal leaves it to the implementation.
+    /// Default 00h.
     pub fn set_read_fill(&self, byte: u8) {
         self.lock().read_fill = byte;
     }
 
-    /// Nanoseconds that each look at the DRDY pin takes, after it. Default 0; a driver that polls without a delay
-    /// needs more, or virtual time stands still.
+    /// Nanoseconds that each look at the DRDY pin takes, after it. Default 0; a driver that polls
+    /// without a delay needs more, or virtual time stands still.
     pub fn set_poll_ns(&self, ns: u64) {
         self.lock().poll_ns = ns;
     }
@@ -107,8 +118,9 @@ impl SimulatedBoard {
         self.lock().advance_by(ns);
     }
 
-    /// Moves time to the next falling edge of DRDY (strictly later than now) and returns its time in nanoseconds.
-    /// `None`, and time stands still, when the scene has ended or no conversion runs.
+    /// Moves time to the next falling edge of DRDY (strictly later than now) and returns its time
+    /// in nanoseconds. `None`, and time stands still, when the scene has ended or no conversion
+    /// runs.
     pub fn wait_for_drdy(&self) -> Option<u64> {
         let mut state = self.lock();
         if state.chip.ended() {
@@ -120,8 +132,8 @@ impl SimulatedBoard {
         Some(edge_ns)
     }
 
-    /// Access to the chip itself. Where it takes the time, read [`now_ns`](Self::now_ns) before: the board is locked
-    /// inside.
+    /// Access to the chip itself. Where it takes the time, read [`now_ns`](Self::now_ns) before:
+    /// the board is locked inside.
     pub fn with_chip<R>(&self, f: impl FnOnce(&mut Ads1258) -> R) -> R {
         f(&mut self.lock().chip)
     }
@@ -135,7 +147,9 @@ impl State {
 
     fn exchange(&mut self, din: u8) -> u8 {
         let first_ns = self.now_ns;
-        let byte_ns = 8_000_000_000_u64.checked_div(u64::from(self.sclk_hz)).unwrap_or(0);
+        let byte_ns = 8_000_000_000_u64
+            .checked_div(u64::from(self.sclk_hz))
+            .unwrap_or(0);
         self.now_ns = first_ns.saturating_add(byte_ns);
         self.chip.exchange(first_ns, self.now_ns, din)
     }
@@ -153,7 +167,9 @@ impl SpiDevice for ChipSpi {
         state.chip.select(now_ns);
         for operation in operations {
             match operation {
-                Operation::Read(words) => words.iter_mut().for_each(|word| *word = state.exchange(fill)),
+                Operation::Read(words) => words
+                    .iter_mut()
+                    .for_each(|word| *word = state.exchange(fill)),
                 Operation::Write(words) => words.iter().for_each(|word| {
                     state.exchange(*word);
                 }),
@@ -165,7 +181,9 @@ impl SpiDevice for ChipSpi {
                         }
                     }
                 }
-                Operation::TransferInPlace(words) => words.iter_mut().for_each(|word| *word = state.exchange(*word)),
+                Operation::TransferInPlace(words) => words
+                    .iter_mut()
+                    .for_each(|word| *word = state.exchange(*word)),
                 Operation::DelayNs(ns) => state.advance_by(u64::from(*ns)),
             }
         }
@@ -190,7 +208,8 @@ impl OutputPin for ChipPin {
 
     fn set_state(&mut self, state: PinState) -> Result<(), Infallible> {
         let now_ns = self.0.now_ns();
-        self.0.with_chip(|chip| (self.1)(chip, now_ns, state == PinState::High));
+        self.0
+            .with_chip(|chip| (self.1)(chip, now_ns, state == PinState::High));
         Ok(())
     }
 }
@@ -221,20 +240,32 @@ impl DelayNs for VirtualDelay {
 
 #[cfg(feature = "async")]
 impl embedded_hal_async::spi::SpiDevice for ChipSpi {
-    async fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), Infallible> {
+    async fn transaction(
+        &mut self,
+        operations: &mut [Operation<'_, u8>],
+    ) -> Result<(), Infallible> {
         SpiDevice::transaction(self, operations)
     }
 }
 
-/// A wait for a falling edge moves virtual time to it. Other waits stay pending: no driver waits for DRDY to rise.
+/// A wait for a falling edge moves virtual time to it. Other waits stay pending: no driver waits
+/// for DRDY to rise.
 #[cfg(feature = "async")]
 impl embedded_hal_async::digital::Wait for DrdyPin {
     async fn wait_for_high(&mut self) -> Result<(), Infallible> {
-        if self.is_high()? { Ok(()) } else { core::future::pending().await }
+        if self.is_high()? {
+            Ok(())
+        } else {
+            core::future::pending().await
+        }
     }
 
     async fn wait_for_low(&mut self) -> Result<(), Infallible> {
-        if self.is_low()? { Ok(()) } else { self.wait_for_falling_edge().await }
+        if self.is_low()? {
+            Ok(())
+        } else {
+            self.wait_for_falling_edge().await
+        }
     }
 
     async fn wait_for_rising_edge(&mut self) -> Result<(), Infallible> {
@@ -242,7 +273,11 @@ impl embedded_hal_async::digital::Wait for DrdyPin {
     }
 
     async fn wait_for_falling_edge(&mut self) -> Result<(), Infallible> {
-        if self.0.wait_for_drdy().is_some() { Ok(()) } else { core::future::pending().await }
+        if self.0.wait_for_drdy().is_some() {
+            Ok(())
+        } else {
+            core::future::pending().await
+        }
     }
 
     async fn wait_for_any_edge(&mut self) -> Result<(), Infallible> {

@@ -1,10 +1,11 @@
 //! The bridge between the emulated board and the simulated chip on the PC.
 //!
-//! On a board the firmware uses SPI and three pins. In the emulator the same transactions travel as records through two
-//! FIFOs, each with its virtual time, so that the simulated chip advances exactly as the real one would.
+//! On a board the firmware uses SPI and three pins. In the emulator the same transactions travel as
+//! records through two FIFOs, each with its virtual time, so that the simulated chip advances
+//! exactly as the real one would.
 //!
-//! A record is a fixed header and then `length` payload bytes. All numbers are little endian. Each [`Request`] gets one
-//! [`Reply`] of the same payload length.
+//! A record is a fixed header and then `length` payload bytes. All numbers are little endian. Each
+//! [`Request`] gets one [`Reply`] of the same payload length.
 
 /// Longest payload of one record, in bytes: the longest SPI transaction of the driver fits.
 pub const PAYLOAD_MAX: usize = 32;
@@ -32,7 +33,8 @@ pub enum Operation {
     Reset = 3,
 }
 
-/// What the PC may make happen to the emulated board, for a test of how it recovers. The board starts anew after each.
+/// What the PC may make happen to the emulated board, for a test of how it recovers. The board
+/// starts anew after each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Crash {
@@ -50,7 +52,13 @@ pub enum Crash {
 
 impl Crash {
     /// Every one.
-    pub const ALL: [Self; 5] = [Self::Panic, Self::HardFault, Self::StackOverflow, Self::Hang, Self::Restart];
+    pub const ALL: [Self; 5] = [
+        Self::Panic,
+        Self::HardFault,
+        Self::StackOverflow,
+        Self::Hang,
+        Self::Restart,
+    ];
 }
 
 /// From the emulated board to the PC.
@@ -69,7 +77,8 @@ pub struct Request {
 /// From the PC to the emulated board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reply {
-    /// Level of DRDY after the operation: `true` without data (active low), and if the pin is stuck, which makes no edge.
+    /// Level of DRDY after the operation: `true` without data (active low), and if the pin is
+    /// stuck, which makes no edge.
     pub drdy_high: bool,
     /// The scene has ended: the firmware finishes, flushes its telemetry and stops the emulator.
     pub ended: bool,
@@ -81,7 +90,8 @@ pub struct Reply {
     pub line: Option<u8>,
     /// What happens to the board now.
     pub crash: Option<Crash>,
-    /// Board time of the latest falling edge of DRDY, microseconds, wrapping; zero before the first.
+    /// Board time of the latest falling edge of DRDY, microseconds, wrapping; zero before the
+    /// first.
     pub drdy_us: u32,
     /// Microseconds from `now_us` to the next falling edge, or [`NEVER`].
     pub next_drdy_us: u32,
@@ -90,14 +100,28 @@ pub struct Reply {
 impl Request {
     /// The header's bytes.
     pub fn encode(&self) -> [u8; REQUEST_BYTES] {
-        let mut bytes = [self.operation as u8, self.level as u8, self.length, 0, 0, 0, 0, 0];
+        let mut bytes = [
+            self.operation as u8,
+            self.level as u8,
+            self.length,
+            0,
+            0,
+            0,
+            0,
+            0,
+        ];
         bytes[4..].copy_from_slice(&self.now_us.to_le_bytes());
         bytes
     }
 
     /// Reads a header back; `None` if the operation is unknown or the payload too long.
     pub fn decode(b: &[u8; REQUEST_BYTES]) -> Option<Self> {
-        let all = [Operation::Poll, Operation::Transfer, Operation::Start, Operation::Reset];
+        let all = [
+            Operation::Poll,
+            Operation::Transfer,
+            Operation::Start,
+            Operation::Reset,
+        ];
         let operation = *all.get(b[0] as usize)?;
         (b[2] as usize <= PAYLOAD_MAX).then_some(Self {
             operation,
@@ -147,12 +171,26 @@ mod tests {
 
     #[test]
     fn headers_survive_the_wire() {
-        let request = Request { operation: Operation::Transfer, level: true, length: 5, now_us: 0xfedc_ba98 };
+        let request = Request {
+            operation: Operation::Transfer,
+            level: true,
+            length: 5,
+            now_us: 0xfedc_ba98,
+        };
         assert_eq!(Request::decode(&request.encode()), Some(request));
         for crash in Crash::ALL.map(Some).into_iter().chain([None]) {
             let (drdy_high, ended, line_blocked) = (true, true, true);
             let (length, line, drdy_us, next_drdy_us) = (5, crash.map(|_| 0), 7, NEVER);
-            let reply = Reply { drdy_high, ended, line_blocked, length, line, crash, drdy_us, next_drdy_us };
+            let reply = Reply {
+                drdy_high,
+                ended,
+                line_blocked,
+                length,
+                line,
+                crash,
+                drdy_us,
+                next_drdy_us,
+            };
             assert_eq!(Reply::decode(&reply.encode()), Some(reply));
         }
     }

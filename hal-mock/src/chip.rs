@@ -1,4 +1,5 @@
-//! A behavioural ADS1258: SPI bytes and pin levels in, SPI bytes and DRDY out, in virtual nanoseconds.
+//! A behavioural ADS1258: SPI bytes and pin levels in, SPI bytes and DRDY out, in virtual
+//! nanoseconds.
 //!
 //! Source of every fact: the TI datasheet SBAS297G, unless an item names another.
 
@@ -31,10 +32,11 @@ use timing::Timing;
 
 /// The simulated chip.
 ///
-/// All times are virtual nanoseconds and must not decrease from call to call; a call with an earlier time acts at the
-/// latest time seen. Scene time zero is the first start condition (rising START or pulse convert) after construction,
-/// so what is measured does not depend on how long the start-up took. Each conversion samples the scene once, at the
-/// middle of the filter's aperture: [`sample_delay_ns`](Self::sample_delay_ns) before its DRDY edge.
+/// All times are virtual nanoseconds and must not decrease from call to call; a call with an
+/// earlier time acts at the latest time seen. Scene time zero is the first start condition (rising
+/// START or pulse convert) after construction, so what is measured does not depend on how long the
+/// start-up took. Each conversion samples the scene once, at the middle of the filter's aperture:
+/// [`sample_delay_ns`](Self::sample_delay_ns) before its DRDY edge.
 pub struct Ads1258 {
     scene: Box<dyn Scene>,
     options: Options,
@@ -90,7 +92,8 @@ impl Ads1258 {
         }
     }
 
-    /// Lets time pass until `now_ns`: every conversion due by then is finished, every injection due has acted.
+    /// Lets time pass until `now_ns`: every conversion due by then is finished, every injection due
+    /// has acted.
     pub fn advance_to(&mut self, now_ns: u64) {
         while let Some(edge_ns) = self.next_event_ns().filter(|&event_ns| event_ns <= now_ns) {
             self.now_ns = self.now_ns.max(edge_ns);
@@ -103,7 +106,8 @@ impl Ads1258 {
         self.now_ns = self.now_ns.max(now_ns);
     }
 
-    /// The START pin. High converts from where the scan stopped; low finishes the running conversion, then idles.
+    /// The START pin. High converts from where the scan stopped; low finishes the running
+    /// conversion, then idles.
     pub fn set_start(&mut self, now_ns: u64, high: bool) {
         self.advance_to(now_ns);
         self.start = high;
@@ -112,8 +116,9 @@ impl Ads1258 {
         }
     }
 
-    /// The RESET pin. Low puts registers and interface into their defaults and ends the running conversion; the chip
-    /// is ready when it goes high again (and converts at once if START is high).
+    /// The RESET pin. Low puts registers and interface into their defaults and ends the running
+    /// conversion; the chip is ready when it goes high again (and converts at once if START is
+    /// high).
     pub fn set_reset(&mut self, now_ns: u64, high: bool) {
         self.advance_to(now_ns);
         let was_low = std::mem::replace(&mut self.reset_low, !high);
@@ -136,17 +141,21 @@ impl Ads1258 {
 
     /// End of the running conversion.
     fn next_result_ns(&self) -> Option<u64> {
-        self.conversion.as_ref().map(|c| c.at_ns(self.clock, c.end_cycle))
+        self.conversion
+            .as_ref()
+            .map(|c| c.at_ns(self.clock, c.end_cycle))
     }
 
     /// Whether the scene has ended at the time advanced to. The chip still converts its voltages.
     pub fn ended(&self) -> bool {
-        self.scene_time_s().is_some_and(|t_s| t_s >= self.scene.end_s())
+        self.scene_time_s()
+            .is_some_and(|t_s| t_s >= self.scene.end_s())
     }
 
     /// Scene time in seconds at the time advanced to; `None` before the first start condition.
     pub fn scene_time_s(&self) -> Option<f64> {
-        self.zero_ns.map(|zero_ns| self.now_ns.saturating_sub(zero_ns) as f64 * 1e-9)
+        self.zero_ns
+            .map(|zero_ns| self.now_ns.saturating_sub(zero_ns) as f64 * 1e-9)
     }
 
     /// Time at which scene time was zero: the first start condition.
@@ -154,10 +163,12 @@ impl Ads1258 {
         self.zero_ns
     }
 
-    /// By how many nanoseconds (rounded down) a conversion with the present settings samples its input before its
-    /// DRDY edge: 64 (N + 4) tCLK, the middle of the symmetric filter, and with CHOP half a pass more.
+    /// By how many nanoseconds (rounded down) a conversion with the present settings samples its
+    /// input before its DRDY edge: 64 (N + 4) tCLK, the middle of the symmetric filter, and with
+    /// CHOP half a pass more.
     pub fn sample_delay_ns(&self) -> u64 {
-        self.clock.ns(Timing::of(&self.registers).sample_delay_cycles())
+        self.clock
+            .ns(Timing::of(&self.registers).sample_delay_cycles())
     }
 
     /// Time from one DRDY edge to the next with the present settings, in nanoseconds, rounded down.
@@ -170,10 +181,12 @@ impl Ads1258 {
         self.clock.ns(cycles)
     }
 
-    /// The latest two results, the latest first, without faults of the bus: flags and CHID without NEW, and the code.
+    /// The latest two results, the latest first, without faults of the bus: flags and CHID without
+    /// NEW, and the code.
     pub fn latest_results(&self) -> [(u8, i32); 2] {
         // Poison has 24 bits and no sign yet.
-        self.latest.map(|outcome| (outcome.bytes()[0] & 0x7F, outcome.code << 8 >> 8))
+        self.latest
+            .map(|outcome| (outcome.bytes()[0] & 0x7F, outcome.code << 8 >> 8))
     }
 
     /// What the chip has done so far.

@@ -2,7 +2,8 @@
 
 use std::fmt::Display;
 
-/// A file that cannot be read or means nothing, in one line that names the file and, where there is one, the line.
+/// A file that cannot be read or means nothing, in one line that names the file and, where there is
+/// one, the line.
 #[derive(Debug, thiserror::Error)]
 #[error("{file}: {}{message}", .line.map_or_else(String::new, |line| format!("line {line}: ")))]
 pub struct FileError {
@@ -15,6 +16,10 @@ pub struct FileError {
 impl FileError {
     /// Of a file of that name, at a line from 1.
     pub fn new(file: &str, line: Option<u64>, message: impl Display) -> Self {
-        Self { file: file.to_owned(), line, message: message.to_string() }
+        Self {
+            file: file.to_owned(),
+            line,
+            message: message.to_string(),
+        }
     }
 }

@@ -1,4 +1,5 @@
-//! Seeded random numbers that are the same on every platform: ChaCha8, and Gaussian ones by Box and Muller with `libm`.
+//! Seeded random numbers that are the same on every platform: ChaCha8, and Gaussian ones by Box and
+//! Muller with `libm`.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};

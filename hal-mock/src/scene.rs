@@ -7,11 +7,13 @@ pub const INPUTS: usize = 16;
 
 /// A source of input voltages.
 pub trait Scene: Send {
-    /// Voltage in volts against ground on input AIN`input` (0 to 15) at `t_s` seconds of scene time.
+    /// Voltage in volts against ground on input AIN`input` (0 to 15) at `t_s` seconds of scene
+    /// time.
     ///
-    /// The simulated chip calls this once per conversion (twice for a differential one) with `t_s` never
-    /// decreasing, so a scene may draw its noise here. Times before 0 and after [`end_s`](Self::end_s) must be
-    /// valid too: the scene is then as at its ends. NaN is no reading: the conversion ends without a new result.
+    /// The simulated chip calls this once per conversion (twice for a differential one) with `t_s`
+    /// never decreasing, so a scene may draw its noise here. Times before 0 and after
+    /// [`end_s`](Self::end_s) must be valid too: the scene is then as at its ends. NaN is no
+    /// reading: the conversion ends without a new result.
     fn volts(&mut self, input: u8, t_s: f64) -> f64;
 
     /// Scene time in seconds at which the scene ends.
@@ -40,7 +42,10 @@ pub struct Constant {
 impl Default for Constant {
     /// 0 V everywhere, without end.
     fn default() -> Self {
-        Self { volts: [0.0; INPUTS], end_s: f64::INFINITY }
+        Self {
+            volts: [0.0; INPUTS],
+            end_s: f64::INFINITY,
+        }
     }
 }
 
@@ -71,7 +76,8 @@ impl<S: Scene> Scene for Repeated<S> {
 
 /// Another scene with white Gaussian noise on every reading.
 ///
-/// The generator is sequential: the same seed and the same sequence of readings give the same noise.
+/// The generator is sequential: the same seed and the same sequence of readings give the same
+/// noise.
 #[derive(Clone, Debug)]
 pub struct Noisy<S> {
     scene: S,
@@ -82,7 +88,11 @@ pub struct Noisy<S> {
 impl<S: Scene> Noisy<S> {
     /// Adds noise of standard deviation `sigma_v` volts to `scene`.
     pub fn new(scene: S, sigma_v: f64, seed: u64) -> Self {
-        Self { scene, sigma_v, random: Random::new(seed, Stream::SceneNoise) }
+        Self {
+            scene,
+            sigma_v,
+            random: Random::new(seed, Stream::SceneNoise),
+        }
     }
 }
 

@@ -1,4 +1,5 @@
-//! Scenes from short TOML files: the keys are the fields of [`Sliding`], all with defaults, and its parts are tables.
+//! Scenes from short TOML files: the keys are the fields of [`Sliding`], all with defaults, and its
+//! parts are tables.
 //!
 //! ```
 //! let scene = hal_mock::parse_scene("a.toml", "period_mm = 2.6\nspeed_mm_s = 15", 241.14)?;
@@ -18,25 +19,40 @@ use toml::de::{DeTable, DeValue};
 /// Reads a scene file, for a scan of `frame_rate_hz`. Errors name the file, the line and the key.
 pub fn load_scene(path: impl AsRef<Path>, frame_rate_hz: f64) -> Result<Sliding, FileError> {
     let file = path.as_ref().display().to_string();
-    let text = std::fs::read_to_string(&path).map_err(|error| FileError::new(&file, None, error))?;
+    let text =
+        std::fs::read_to_string(&path).map_err(|error| FileError::new(&file, None, error))?;
     parse_scene(&file, &text, frame_rate_hz)
 }
 
 /// As [`load_scene`], from the text of a file of that name.
 pub fn parse_scene(file: &str, text: &str, frame_rate_hz: f64) -> Result<Sliding, FileError> {
-    let line = |at: Range<usize>| text.get(..at.start).map(|before| before.matches('\n').count() as u64 + 1);
+    let line = |at: Range<usize>| {
+        text.get(..at.start)
+            .map(|before| before.matches('\n').count() as u64 + 1)
+    };
     let scene: Sliding = toml::from_str(text).map_err(|error| {
-        let key = error.span().and_then(|at| key_of(text, &at)).map_or_else(String::new, |key| format!("{key}: "));
+        let key = error
+            .span()
+            .and_then(|at| key_of(text, &at))
+            .map_or_else(String::new, |key| format!("{key}: "));
         let message = format!("{key}{}", error.message().replace('\n', ", "));
         FileError::new(file, error.span().and_then(line), message)
     })?;
     let keys = DeTable::parse(text).map_or_else(|_| Vec::new(), |table| keys(table.get_ref()));
-    let line_of = |name: &str| keys.iter().find(|key| key.name == name).and_then(|key| line(key.span.clone()));
+    let line_of = |name: &str| {
+        keys.iter()
+            .find(|key| key.name == name)
+            .and_then(|key| line(key.span.clone()))
+    };
     let refuse = |line: Option<u64>, message: String| Err(FileError::new(file, line, message));
 
-    let beside = ["speed_mm_s", "slide_mm", "stimulator"].into_iter().find(|key| line_of(key).is_some());
+    let beside = ["speed_mm_s", "slide_mm", "stimulator"]
+        .into_iter()
+        .find(|key| line_of(key).is_some());
     if let (Some(_), Some(key)) = (scene.hand, beside) {
-        let message = format!("{key} does not go with [hand], which has a speed of its own: leave one of them out");
+        let message = format!(
+            "{key} does not go with [hand], which has a speed of its own: leave one of them out"
+        );
         return refuse(line_of(key), message);
     }
     let truth = match SlidingScene::new(scene.clone()) {
@@ -51,7 +67,12 @@ pub fn parse_scene(file: &str, text: &str, frame_rate_hz: f64) -> Result<Sliding
             "period_mm = {period_mm}: makes {frequency_hz:.1} Hz, and {frame_rate_hz:.2} frames a second follow less \
              than half their rate: choose more than {least_mm:.3} mm, or a lower speed"
         );
-        return refuse(["period_mm", "speed_mm_s", "peak_mm_s"].into_iter().find_map(line_of), message);
+        return refuse(
+            ["period_mm", "speed_mm_s", "peak_mm_s"]
+                .into_iter()
+                .find_map(line_of),
+            message,
+        );
     }
     Ok(scene)
 }
@@ -70,18 +91,29 @@ fn keys(table: &DeTable<'_>) -> Vec<Key> {
         if let DeValue::Table(inner) = value.get_ref() {
             all.extend(keys(inner));
         }
-        all.push(Key { name: key.get_ref().to_string(), span: key.span(), value: value.span() });
+        all.push(Key {
+            name: key.get_ref().to_string(),
+            span: key.span(),
+            value: value.span(),
+        });
     }
     all
 }
 
-/// The key whose value is at a place, where the message does not name it; a key that is there twice is itself there.
+/// The key whose value is at a place, where the message does not name it; a key that is there twice
+/// is itself there.
 fn key_of(text: &str, at: &Range<usize>) -> Option<String> {
     match DeTable::parse(text) {
-        Ok(table) => keys(table.get_ref()).into_iter().find(|key| key.value == *at).map(|key| key.name),
+        Ok(table) => keys(table.get_ref())
+            .into_iter()
+            .find(|key| key.value == *at)
+            .map(|key| key.name),
         Err(_) => {
             let is_key = |text: &&str| text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
-            text.get(at.clone()).filter(is_key).filter(|key| !key.is_empty()).map(str::to_owned)
+            text.get(at.clone())
+                .filter(is_key)
+                .filter(|key| !key.is_empty())
+                .map(str::to_owned)
         }
     }
 }

@@ -1,8 +1,9 @@
 //! The paper's protocol as a scene: a grating is pressed on the finger, slides, and is lifted.
 //!
-//! Protocol, periods and speeds: Oddo et al. 2009, section 3.1 and tables 1 to 3. The channels' responses are either
-//! drawn at random around plausible values, so that tests know the tone exactly, or follow from geometry, elasticity
-//! and friction ([`Finger`]). Behind a [`Finger`] are creep and the bridge's filter. Both kinds have noise.
+//! Protocol, periods and speeds: Oddo et al. 2009, section 3.1 and tables 1 to 3. The channels'
+//! responses are either drawn at random around plausible values, so that tests know the tone
+//! exactly, or follow from geometry, elasticity and friction ([`Finger`]). Behind a [`Finger`] are
+//! creep and the bridge's filter. Both kinds have noise.
 
 mod channel;
 mod drawn;
@@ -24,7 +25,8 @@ use crate::scene::{INPUTS, Scene};
 use kelvin::{KelvinBody, Lag};
 use motion::Motion;
 
-/// Speed in mm/s and spatial period in mm of the paper's ten combinations C1 to C10, in the order of its table 3.
+/// Speed in mm/s and spatial period in mm of the paper's ten combinations C1 to C10, in the order
+/// of its table 3.
 pub const TABLE_2: [(f64, f64); 10] = [
     (15.0, 3.6),
     (30.0, 3.6),
@@ -38,13 +40,15 @@ pub const TABLE_2: [(f64, f64); 10] = [
     (48.0, 2.6),
 ];
 
-/// Seconds from touch to the full load and the spike's peak, and from the beginning of the release to its end.
+/// Seconds from touch to the full load and the spike's peak, and from the beginning of the release
+/// to its end.
 const RISE_S: f64 = 0.010;
 /// Seconds in which the spike decays to 1/e.
 const DECAY_S: f64 = 0.040;
 /// Speed in mm/s at which friction has three quarters of its full strength; plausible.
 const SLIP_MM_S: f64 = 1.0;
-/// Longest step in seconds of creep and filter, a quarter of the filter's time constant: 100 Hz are off by 0.03 %.
+/// Longest step in seconds of creep and filter, a quarter of the filter's time constant: 100 Hz are
+/// off by 0.03 %.
 const STEP_S: f64 = 1e-4;
 
 /// The truth of a scene: the times of its events, and the tone.
@@ -58,13 +62,15 @@ pub struct Truth {
     pub slide_end_s: f64,
     /// Beginning of the release in seconds.
     pub release_s: f64,
-    /// The tone: speed over period, in hertz; without the speed's ripple, of a hand by its greatest speed.
+    /// The tone: speed over period, in hertz; without the speed's ripple, of a hand by its greatest
+    /// speed.
     pub frequency_hz: f64,
     /// End of the scene in seconds.
     pub end_s: f64,
 }
 
-/// The scene. The tone is a function of place, so all signals are continuous where the speed is finite.
+/// The scene. The tone is a function of place, so all signals are continuous where the speed is
+/// finite.
 #[derive(Clone, Debug)]
 pub struct SlidingScene {
     parameters: Sliding,
@@ -91,7 +97,14 @@ impl SlidingScene {
     /// Builds the scene. An error names the first parameter outside the range in its documentation.
     pub fn new(parameters: Sliding) -> Result<Self, ParameterError> {
         parameters.check()?;
-        let Sliding { speed_mm_s, slide_mm, stimulator, finger, seed, .. } = parameters;
+        let Sliding {
+            speed_mm_s,
+            slide_mm,
+            stimulator,
+            finger,
+            seed,
+            ..
+        } = parameters;
         let mut run = Random::new(seed, Stream::Stimulator);
         let (motion, jitter_s) = match parameters.hand {
             Some(hand) => (Motion::Hand(hand), 0.0),
@@ -118,13 +131,33 @@ impl SlidingScene {
         };
         let delays = finger.map(|finger| {
             let (skin, filter) = (finger.skin(), Lag::new(finger.filter_s()));
-            [Delay { at_s: 0.0, skin, crept_v: 0.0, filter, filtered_v: 0.0 }; INPUTS]
+            [Delay {
+                at_s: 0.0,
+                skin,
+                crept_v: 0.0,
+                filter,
+                filtered_v: 0.0,
+            }; INPUTS]
         });
-        let power = channels.iter().map(|c| c.amplitude_v() * c.amplitude_v() / 2.0).sum::<f64>() / INPUTS as f64;
+        let power = channels
+            .iter()
+            .map(|c| c.amplitude_v() * c.amplitude_v() / 2.0)
+            .sum::<f64>()
+            / INPUTS as f64;
         let own_v = finger.map_or(0.0, |finger| 1e-6 * finger.noise_uv);
-        let noise_v = parameters.snr_db.map_or(own_v, |db| libm::sqrt(power / libm::pow(10.0, db / 10.0)));
+        let noise_v = parameters
+            .snr_db
+            .map_or(own_v, |db| libm::sqrt(power / libm::pow(10.0, db / 10.0)));
         let random = Random::new(seed, Stream::SceneNoise);
-        Ok(Self { parameters, truth, motion, channels, delays, noise_v, random })
+        Ok(Self {
+            parameters,
+            truth,
+            motion,
+            channels,
+            delays,
+            noise_v,
+            random,
+        })
     }
 
     /// The times of the events, and the tone.
@@ -157,16 +190,22 @@ impl SlidingScene {
         if self.parameters.reverse { -1.0 } else { 1.0 }
     }
 
-    /// Volts on AIN`input` without noise, and of a [`Finger`] without creep and filter. Inputs above 15 are at 0 V.
+    /// Volts on AIN`input` without noise, and of a [`Finger`] without creep and filter. Inputs
+    /// above 15 are at 0 V.
     pub fn clean_volts(&self, input: u8, t_s: f64) -> f64 {
-        self.channels.get(usize::from(input)).map_or(0.0, |channel| channel.offset_v + self.elastic_v(channel, t_s))
+        self.channels
+            .get(usize::from(input))
+            .map_or(0.0, |channel| {
+                channel.offset_v + self.elastic_v(channel, t_s)
+            })
     }
 
     /// Volts over the offset.
     fn elastic_v(&self, channel: &Channel, t_s: f64) -> f64 {
         let load = self.load(t_s);
         let pressed_v = if load > 0.0 {
-            let drag = libm::tanh(self.motion.speed_mm_s(t_s - self.truth.slide_start_s) / SLIP_MM_S);
+            let drag =
+                libm::tanh(self.motion.speed_mm_s(t_s - self.truth.slide_start_s) / SLIP_MM_S);
             // Without contact there is no tone either.
             load * channel.loaded_v(self.position_mm(t_s) / self.parameters.period_mm, drag)
         } else {
@@ -195,21 +234,34 @@ impl SlidingScene {
 
     /// Normal load relative to the hold's: a step on with the touch, a step off with the release.
     pub fn load(&self, t_s: f64) -> f64 {
-        step((t_s - self.truth.contact_s) / RISE_S + 1.0) * (1.0 - step((t_s - self.truth.release_s) / RISE_S))
+        step((t_s - self.truth.contact_s) / RISE_S + 1.0)
+            * (1.0 - step((t_s - self.truth.release_s) / RISE_S))
     }
 
     /// Overshoot of the touch relative to its peak.
     pub fn spike(&self, t_s: f64) -> f64 {
         let since_peak_s = t_s - self.truth.contact_s;
-        if since_peak_s < 0.0 { step(since_peak_s / RISE_S + 1.0) } else { libm::exp(-since_peak_s / DECAY_S) }
+        if since_peak_s < 0.0 {
+            step(since_peak_s / RISE_S + 1.0)
+        } else {
+            libm::exp(-since_peak_s / DECAY_S)
+        }
     }
 }
 
 impl Scene for SlidingScene {
     fn volts(&mut self, input: u8, t_s: f64) -> f64 {
-        let noise_v = if self.noise_v > 0.0 { self.noise_v * self.random.gaussian() } else { 0.0 };
+        let noise_v = if self.noise_v > 0.0 {
+            self.noise_v * self.random.gaussian()
+        } else {
+            0.0
+        };
         let at = usize::from(input);
-        let before = self.delays.as_ref().and_then(|delays| delays.get(at)).copied();
+        let before = self
+            .delays
+            .as_ref()
+            .and_then(|delays| delays.get(at))
+            .copied();
         let Some((delay, channel)) = before.zip(self.channels.get(at)) else {
             return self.clean_volts(input, t_s) + noise_v;
         };

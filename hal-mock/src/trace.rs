@@ -26,10 +26,12 @@ use std::sync::Arc;
 /// Rows whose stamps give the first guess of their spacing.
 const HEAD_ROWS: usize = 4096;
 
-/// A recording whose rate is within this share of the scan's is held: a chip's clock may be off by as much.
+/// A recording whose rate is within this share of the scan's is held: a chip's clock may be off by
+/// as much.
 const HELD_SHARE: f64 = 0.004;
 
-/// Zeros of the filter's sinc on either side: it passes up to 0.44 of the lower rate, and stops from 0.56 on.
+/// Zeros of the filter's sinc on either side: it passes up to 0.44 of the lower rate, and stops
+/// from 0.56 on.
 const ZEROS: f64 = 8.0;
 
 /// How a recording is played.
@@ -45,17 +47,20 @@ pub struct Playback {
     pub limit_v: f64,
 }
 
-/// A recording played to the chip: its column k is on AINk, inputs without a column are at 0 V. It is read row by row as
-/// it is played; one pass before that finds its rate and its faults.
+/// A recording played to the chip: its column k is on AINk, inputs without a column are at 0 V. It
+/// is read row by row as it is played; one pass before that finds its rate and its faults.
 ///
-/// - **Rows at about the scan's own rate are held**: row k is what scan k converts, unchanged. The chip's clock has to
-///   run as the recording's did: [`clock_error_ppm`](Self::clock_error_ppm).
-/// - **Rows at another rate are resampled** by a windowed sinc with the lower rate's band. Of a faster recording it takes
-///   the noise above the scan's band and leaves the rest white. A slower recording has no noise above its own band, so
-///   that neighbouring scans are alike: a fit that takes them for independent has to multiply its standard deviations by
+/// - **Rows at about the scan's own rate are held**: row k is what scan k converts, unchanged. The
+///   chip's clock has to run as the recording's did: [`clock_error_ppm`](Self::clock_error_ppm).
+/// - **Rows at another rate are resampled** by a windowed sinc with the lower rate's band. Of a
+///   faster recording it takes the noise above the scan's band and leaves the rest white. A slower
+///   recording has no noise above its own band, so that neighbouring scans are alike: a fit that
+///   takes them for independent has to multiply its standard deviations by
 ///   [`sigma_factor`](Self::sigma_factor).
-/// - **Rows that are missing**, by the stamps or because they are blank, are conversions without a result.
-/// - **A blank cell** is bridged by a straight line; in a run of more than eight it is beyond the scale, with OVF.
+/// - **Rows that are missing**, by the stamps or because they are blank, are conversions without a
+///   result.
+/// - **A blank cell** is bridged by a straight line; in a run of more than eight it is beyond the
+///   scale, with OVF.
 pub struct Trace {
     open: OpenRows,
     playback: Playback,
@@ -92,12 +97,20 @@ pub struct Beyond {
 
 impl Trace {
     /// Opens a CSV file and passes over its rows. `progress` takes the rows that have been read.
-    pub fn open(path: &Path, playback: Playback, progress: &mut dyn FnMut(u64)) -> Result<Self, FileError> {
+    pub fn open(
+        path: &Path,
+        playback: Playback,
+        progress: &mut dyn FnMut(u64),
+    ) -> Result<Self, FileError> {
         let file = path.display().to_string();
         let refuse = |error| FileError::new(&file, None, error);
         if std::fs::metadata(path).map_err(refuse)?.is_file() {
             let path = path.to_owned();
-            return Self::new(Arc::new(move || Ok(Box::new(Rows::open(&path)?))), playback, progress);
+            return Self::new(
+                Arc::new(move || Ok(Box::new(Rows::open(&path)?))),
+                playback,
+                progress,
+            );
         }
         // A pipe is read only once.
         Self::parse(&std::fs::read(path).map_err(refuse)?, &file, playback)
@@ -106,14 +119,24 @@ impl Trace {
     /// The same with the bytes of a file of that name.
     pub fn parse(bytes: &[u8], file: &str, playback: Playback) -> Result<Self, FileError> {
         let (bytes, file) = (Arc::<[u8]>::from(bytes), file.to_owned());
-        let open = move || Ok(Box::new(Rows::new(Cursor::new(Arc::clone(&bytes)), &file)?) as Box<_>);
+        let open =
+            move || Ok(Box::new(Rows::new(Cursor::new(Arc::clone(&bytes)), &file)?) as Box<_>);
         Self::new(Arc::new(open), playback, &mut |_| {})
     }
 
     /// The same with any rows.
-    pub fn new(open: OpenRows, playback: Playback, progress: &mut dyn FnMut(u64)) -> Result<Self, FileError> {
+    pub fn new(
+        open: OpenRows,
+        playback: Playback,
+        progress: &mut dyn FnMut(u64),
+    ) -> Result<Self, FileError> {
         let survey = Survey::new(open()?, &playback, progress)?;
-        Ok(Self { open, playback, survey, played: None })
+        Ok(Self {
+            open,
+            playback,
+            survey,
+            played: None,
+        })
     }
 
     /// Rows per second, missing ones counted.
@@ -126,14 +149,25 @@ impl Trace {
         self.survey.spacing_sigma_s / self.survey.spacing_s
     }
 
-    /// Error of the chip's clock with which a scan lasts as long as a row that is held; 0 where rows are resampled.
+    /// Error of the chip's clock with which a scan lasts as long as a row that is held; 0 where
+    /// rows are resampled.
     pub fn clock_error_ppm(&self) -> f64 {
-        if self.is_held() { 1e6 * (self.rate_hz() / self.playback.scan_rate_hz - 1.0) } else { 0.0 }
+        if self.is_held() {
+            1e6 * (self.rate_hz() / self.playback.scan_rate_hz - 1.0)
+        } else {
+            0.0
+        }
     }
 
     /// By how much more than for independent scans estimates of the played scans scatter.
     pub fn sigma_factor(&self) -> f64 {
-        if self.is_held() { 1.0 } else { (self.playback.scan_rate_hz / self.rate_hz()).max(1.0).sqrt() }
+        if self.is_held() {
+            1.0
+        } else {
+            (self.playback.scan_rate_hz / self.rate_hz())
+                .max(1.0)
+                .sqrt()
+        }
     }
 
     /// The first value beyond the limit.
@@ -153,7 +187,11 @@ impl Trace {
     /// The rows from the first one on, or from where they were played to.
     fn played(&mut self, from: u64) -> Option<&mut Played> {
         // A scene that is repeated begins again.
-        if self.played.as_ref().is_none_or(|played| played.is_past(from)) {
+        if self
+            .played
+            .as_ref()
+            .is_none_or(|played| played.is_past(from))
+        {
             self.played = Some(Played::new((self.open)().ok()?, self.survey.clock));
         }
         self.played.as_mut()
@@ -162,7 +200,13 @@ impl Trace {
 
 impl Scene for Trace {
     fn volts(&mut self, input: u8, t_s: f64) -> f64 {
-        let Survey { spacing_s, last, columns, alive, .. } = self.survey;
+        let Survey {
+            spacing_s,
+            last,
+            columns,
+            alive,
+            ..
+        } = self.survey;
         let column = usize::from(input);
         if column >= columns || alive & 1 << column == 0 {
             return 0.0;
@@ -172,10 +216,19 @@ impl Scene for Trace {
         let narrow = (self.playback.scan_rate_hz * spacing_s).min(1.0);
         let half = if is_held { 0.0 } else { ZEROS / narrow };
         let volts_per_unit = self.playback.volts_per_unit;
-        let (from, to) = ((at - half).max(0.0).floor() as u64, ((at + half).ceil() as u64).min(last));
-        let Some(played) = self.played(from) else { return 0.0 };
+        let (from, to) = (
+            (at - half).max(0.0).floor() as u64,
+            ((at + half).ceil() as u64).min(last),
+        );
+        let Some(played) = self.played(from) else {
+            return 0.0;
+        };
         played.read(from, to);
-        let nearest = if is_held { at as u64 } else { at.round() as u64 };
+        let nearest = if is_held {
+            at as u64
+        } else {
+            at.round() as u64
+        };
         match played.place(nearest, column) {
             Place::NoRow => return f64::NAN,
             Place::Blank => return f64::INFINITY,
@@ -186,7 +239,11 @@ impl Scene for Trace {
         for (row, value) in played.values(from, to, column) {
             let off = (row as f64 - at) * narrow;
             let window = (FRAC_PI_2 * (off / ZEROS).clamp(-1.0, 1.0)).cos().powi(2);
-            let weight = if off == 0.0 { 1.0 } else { window * (PI * off).sin() / (PI * off) };
+            let weight = if off == 0.0 {
+                1.0
+            } else {
+                window * (PI * off).sin() / (PI * off)
+            };
             sum += weight * value;
             weights += weight;
         }
@@ -217,7 +274,8 @@ impl Survey {
             if clock.is_none() && (is_over || head.len() == HEAD_ROWS) {
                 numbers = RowClock::new(&head);
                 clock = numbers;
-                head.iter().for_each(|t_s| last = clock.as_mut().map_or(0, |clock| clock.push(*t_s)));
+                head.iter()
+                    .for_each(|t_s| last = clock.as_mut().map_or(0, |clock| clock.push(*t_s)));
             }
             if is_over {
                 break;
@@ -231,7 +289,11 @@ impl Survey {
                 alive |= u16::from(!value.is_nan()) << column;
                 let volts = value * playback.volts_per_unit;
                 if volts.abs() > playback.limit_v && beyond.is_none() {
-                    beyond = Some(Beyond { row: read, column: rows.names()[column].clone(), volts });
+                    beyond = Some(Beyond {
+                        row: read,
+                        column: rows.names()[column].clone(),
+                        volts,
+                    });
                 }
             }
             match (rows.time_s(), &mut clock) {
@@ -241,11 +303,21 @@ impl Survey {
             }
         }
         let rate_hz = playback.row_rate_hz.unwrap_or(playback.scan_rate_hz);
-        let (spacing_s, spacing_sigma_s) =
-            clock.map_or((rate_hz.recip(), 0.0), |clock| (clock.spacing_s(), clock.spacing_sigma_s(0.0)));
+        let (spacing_s, spacing_sigma_s) = clock.map_or((rate_hz.recip(), 0.0), |clock| {
+            (clock.spacing_s(), clock.spacing_sigma_s(0.0))
+        });
         if !(spacing_s > 0.0 && spacing_s.is_finite()) {
             return Err(FileError::new(rows.file(), None, "its rows have no rate"));
         }
-        Ok(Self { clock: numbers, spacing_s, spacing_sigma_s, last, columns, alive, beyond, guessed: rows.guessed() })
+        Ok(Self {
+            clock: numbers,
+            spacing_s,
+            spacing_sigma_s,
+            last,
+            columns,
+            alive,
+            beyond,
+            guessed: rows.guessed(),
+        })
     }
 }

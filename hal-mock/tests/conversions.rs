@@ -23,7 +23,10 @@ fn the_scan_has_21_slots_in_ascending_chid_and_wraps() {
     assert_eq!(expected.len(), 21);
     for _ in 0..3 {
         let scan: Vec<u8> = (0..21).map(|_| next(&mut chip).1).collect();
-        assert_eq!(scan, expected.iter().map(|chid| 0x80 | chid).collect::<Vec<_>>());
+        assert_eq!(
+            scan,
+            expected.iter().map(|chid| 0x80 | chid).collect::<Vec<_>>()
+        );
     }
 }
 
@@ -54,7 +57,10 @@ fn a_clock_100_ppm_fast_scans_100_ppm_faster() {
         1000.0 / ((last - first) as f64 * 1e-9)
     };
     let fast = rate(&mut chip);
-    assert!((fast / (15_728_640.0 / 3106.0 / 21.0) - 1.0001).abs() < 1e-9, "{fast}");
+    assert!(
+        (fast / (15_728_640.0 / 3106.0 / 21.0) - 1.0001).abs() < 1e-9,
+        "{fast}"
+    );
 }
 
 #[test]
@@ -62,10 +68,16 @@ fn differential_pairs_come_first_and_offset_follows_the_inputs() {
     let mut chip = chip(|_| ());
     write(&mut chip, 0, 3, &[0x84, 0x02, 0x00, 0x01]);
     chip.set_start(0, true);
-    let scan: Vec<_> = (0..5).map(|_| next(&mut chip)).map(|(_, status, code)| (status, code)).collect();
+    let scan: Vec<_> = (0..5)
+        .map(|_| next(&mut chip))
+        .map(|(_, status, code)| (status, code))
+        .collect();
     let minus_100_mv = -(0.1_f64 / 4.096 * 7864320.0).round() as i32;
     assert_eq!(scan[..2], [(0x82, minus_100_mv), (0x87, minus_100_mv)]);
-    assert_eq!(scan[2..], [(0x89, -minus_100_mv), (0x98, 0), (0x82, minus_100_mv)]);
+    assert_eq!(
+        scan[2..],
+        [(0x89, -minus_100_mv), (0x98, 0), (0x82, minus_100_mv)]
+    );
 }
 
 #[test]
@@ -91,7 +103,9 @@ fn internal_readings_have_the_datasheets_scalings() {
     write(&mut chip, 0, 4, &[0x00, 0x00, 0x3D]);
     chip.set_start(0, true);
     let codes: Vec<f64> = (0..5).map(|_| f64::from(next(&mut chip).2)).collect();
-    let [offset, vcc, temp, gain, reference] = codes[..] else { panic!() };
+    let [offset, vcc, temp, gain, reference] = codes[..] else {
+        panic!()
+    };
     assert!((offset - 50e-6 / 4.1 * 7864320.0).abs() <= 0.5);
     assert!((vcc / 786432.0 - 4.9).abs() < 1e-6);
     let uv = temp * 4.1e6 / 7864320.0;
@@ -120,10 +134,16 @@ fn codes_clip_and_ovf_sets_beyond_1_06_vref() {
         -1.2 * reference_v,
         reference_v / 7864320.0,
     ]);
-    let options = Options { noise: false, ..Options::default() };
+    let options = Options {
+        noise: false,
+        ..Options::default()
+    };
     let mut chip = Ads1258::new(Box::new(Constant { volts, end_s: 1.0 }), options);
     chip.set_start(0, true);
-    let got: Vec<_> = (0..8).map(|_| next(&mut chip)).map(|(_, status, code)| (status & 0x40 != 0, code)).collect();
+    let got: Vec<_> = (0..8)
+        .map(|_| next(&mut chip))
+        .map(|(_, status, code)| (status & 0x40 != 0, code))
+        .collect();
     let near = |code: i32, fraction: f64| (f64::from(code) / 7864320.0 - fraction).abs() < 1e-6;
     assert_eq!(got[0], (false, 0x780000));
     assert!(!got[1].0 && near(got[1].1, 1.0599));
@@ -153,13 +173,20 @@ fn a_low_supply_sets_its_flag_and_spoils_the_data() {
 
 #[test]
 fn chopping_spoils_or_skips_the_readings_it_excludes() {
-    for (choice, expected) in [(false, vec![0x98, 0x9A, 0x9B, 0x9C, 0x9D]), (true, vec![0x98; 5])] {
+    for (choice, expected) in [
+        (false, vec![0x98, 0x9A, 0x9B, 0x9C, 0x9D]),
+        (true, vec![0x98; 5]),
+    ] {
         let mut chip = chip(|o| o.chop_skips_internal = choice);
         write(&mut chip, 0, 0, &[0x06, 0x03, 0, 0, 0, 0, 0x3D]);
         chip.set_start(0, true);
         let scan: Vec<_> = (0..5).map(|_| next(&mut chip)).collect();
         assert_eq!(scan.iter().map(|s| s.1).collect::<Vec<_>>(), expected);
-        assert!(scan.iter().filter(|s| s.1 > 0x98).all(|s| s.2 as u32 & 0xFF_FFFF == 0xA5A5A5));
+        assert!(
+            scan.iter()
+                .filter(|s| s.1 > 0x98)
+                .all(|s| s.2 as u32 & 0xFF_FFFF == 0xA5A5A5)
+        );
         // Two passes of 128 N + 546 cycles; 34 more before the first result.
         assert_eq!((scan[0].0, scan[1].0), (ns(2 * 674 + 34), ns(4 * 674 + 34)));
     }
@@ -179,7 +206,10 @@ fn unread_data_are_lost_and_drdy_pulses_for_one_cycle() {
     assert!(chip.drdy_high(second - 1));
     assert!(!chip.drdy_high(second));
     assert_eq!(read(&mut chip, second).0, 0x89, "AIN0's result is gone");
-    assert!(chip.drdy_high(second), "rises with the first SCLK of a read");
+    assert!(
+        chip.drdy_high(second),
+        "rises with the first SCLK of a read"
+    );
     let c = chip.counters();
     assert_eq!((c.conversions, c.read, c.lost), (2, 1, 1));
 }
@@ -280,7 +310,13 @@ impl Scene for Ramp {
 fn the_scene_is_sampled_a_constant_delay_before_drdy_whenever_start_rose() {
     for config0 in [0x02, 0x06] {
         let run = |zero_ns: u64| {
-            let mut chip = Ads1258::new(Box::new(Ramp), Options { noise: false, ..Options::default() });
+            let mut chip = Ads1258::new(
+                Box::new(Ramp),
+                Options {
+                    noise: false,
+                    ..Options::default()
+                },
+            );
             write(&mut chip, 0, 0, &[config0, 0x32]);
             assert!(!chip.ended());
             chip.set_start(zero_ns, true);
@@ -302,17 +338,28 @@ fn the_scene_is_sampled_a_constant_delay_before_drdy_whenever_start_rose() {
 
 #[test]
 fn noise_has_the_data_rates_strength_and_repeats_with_the_seed() {
-    for (config0, drate, uv) in [(0x02, 3, 12.0), (0x02, 2, 7.9), (0x02, 1, 4.5), (0x02, 0, 2.8), (0x06, 1, 4.5 / 1.4)]
-    {
+    for (config0, drate, uv) in [
+        (0x02, 3, 12.0),
+        (0x02, 2, 7.9),
+        (0x02, 1, 4.5),
+        (0x02, 0, 2.8),
+        (0x06, 1, 4.5 / 1.4),
+    ] {
         let run = |seed| {
             let mut chip = chip(|o| (o.noise, o.seed) = (true, seed));
             write(&mut chip, 0, 0, &[config0, drate, 0, 0, 0, 0, 0x01]);
             chip.set_start(0, true);
-            (0..20_000).map(|_| f64::from(next(&mut chip).2)).collect::<Vec<_>>()
+            (0..20_000)
+                .map(|_| f64::from(next(&mut chip).2))
+                .collect::<Vec<_>>()
         };
         let codes = run(7);
-        let rms_uv = (codes.iter().map(|c| c * c).sum::<f64>() / 20_000.0).sqrt() * 4.096e6 / 7864320.0;
-        assert!((rms_uv / uv - 1.0).abs() < 0.02, "DRATE {drate}: {rms_uv} uV");
+        let rms_uv =
+            (codes.iter().map(|c| c * c).sum::<f64>() / 20_000.0).sqrt() * 4.096e6 / 7864320.0;
+        assert!(
+            (rms_uv / uv - 1.0).abs() < 0.02,
+            "DRATE {drate}: {rms_uv} uV"
+        );
         if drate == 3 {
             assert_eq!(codes, run(7));
             assert_ne!(codes, run(8));

@@ -3,15 +3,21 @@ mod common;
 use common::{chip, next, read, write};
 use hal_mock::{Ads1258, Fault, Injection};
 
-/// CONFIG0 with the status byte, CONFIG1 with DRATE 1 and DLY 3: a conversion every 3106 tCLK (SBAS297G, auto-scan:
-/// 128 (16 + 4.265625 + 4)).
+/// CONFIG0 with the status byte, CONFIG1 with DRATE 1 and DLY 3: a conversion every 3106 tCLK
+/// (SBAS297G, auto-scan: 128 (16 + 4.265625 + 4)).
 const SCAN: [u8; 2] = [0x02, 0x31];
 /// That at 15.72864 MHz, nanoseconds.
 const PERIOD_NS: u64 = 197_474;
 
 /// A running chip with one fault at 2 ms of scene time.
 fn with(fault: Fault, lasts_s: f64) -> Ads1258 {
-    let mut chip = chip(|options| options.injections = vec![Injection { at_s: 0.002, lasts_s, fault }]);
+    let mut chip = chip(|options| {
+        options.injections = vec![Injection {
+            at_s: 0.002,
+            lasts_s,
+            fault,
+        }]
+    });
     write(&mut chip, 0, 0, &SCAN);
     chip.set_start(0, true);
     chip
@@ -20,7 +26,10 @@ fn with(fault: Fault, lasts_s: f64) -> Ads1258 {
 /// Edges that arrive until a time, each read; gives their times with what was read.
 fn serve(chip: &mut Ads1258, until_ns: u64) -> Vec<(u64, u8, i32)> {
     let mut all = Vec::new();
-    while let Some(edge_ns) = chip.next_drdy_fall_ns().filter(|edge_ns| *edge_ns < until_ns) {
+    while let Some(edge_ns) = chip
+        .next_drdy_fall_ns()
+        .filter(|edge_ns| *edge_ns < until_ns)
+    {
         let (status, code) = read(chip, edge_ns);
         all.push((edge_ns, status, code));
     }
@@ -30,17 +39,32 @@ fn serve(chip: &mut Ads1258, until_ns: u64) -> Vec<(u64, u8, i32)> {
 /// When the injection acted, which is behind the first edge from 2 ms on.
 fn begun_ns(chip: &Ads1258) -> u64 {
     let begun_ns = chip.injected()[0].begun_ns.expect("it has acted");
-    assert!((2_000_000..2_000_000 + PERIOD_NS).contains(&begun_ns), "{begun_ns}");
+    assert!(
+        (2_000_000..2_000_000 + PERIOD_NS).contains(&begun_ns),
+        "{begun_ns}"
+    );
     begun_ns
 }
 
 #[test]
 fn lost_edges_cost_their_results() {
     let mut chip = with(Fault::EdgesLost { count: 3 }, 0.0);
-    let ids: Vec<u8> = serve(&mut chip, 4_000_000).iter().map(|edge| edge.1).collect();
+    let ids: Vec<u8> = serve(&mut chip, 4_000_000)
+        .iter()
+        .map(|edge| edge.1)
+        .collect();
     // All the chip made but three, which the chip counts as overwritten.
-    assert_eq!((chip.counters().conversions - ids.len() as u64, chip.counters().lost), (3, 3));
-    let gaps: Vec<_> = ids.windows(2).filter(|pair| pair[1] != pair[0] + 1 && pair[1] != 0x88).collect();
+    assert_eq!(
+        (
+            chip.counters().conversions - ids.len() as u64,
+            chip.counters().lost
+        ),
+        (3, 3)
+    );
+    let gaps: Vec<_> = ids
+        .windows(2)
+        .filter(|pair| pair[1] != pair[0] + 1 && pair[1] != 0x88)
+        .collect();
     assert_eq!(gaps.len(), 1, "{ids:?}");
     assert_eq!(gaps[0][1] - gaps[0][0], 4);
 }
@@ -62,11 +86,18 @@ fn a_stuck_pin_has_a_level_and_no_edges() {
         serve(&mut chip, 10_000_000);
         let begun_ns = begun_ns(&chip);
         assert_eq!(chip.next_drdy_fall_ns(), None);
-        assert_eq!((chip.drdy_high(begun_ns + 50_000), chip.is_drdy_stuck()), (high, true));
+        assert_eq!(
+            (chip.drdy_high(begun_ns + 50_000), chip.is_drdy_stuck()),
+            (high, true)
+        );
         chip.advance_to(4_200_000);
         assert!(!chip.is_drdy_stuck() && chip.next_drdy_fall_ns().is_some());
         // About ten conversions in 2 ms.
-        assert!((9..=11).contains(&chip.counters().lost), "{:?}", chip.counters());
+        assert!(
+            (9..=11).contains(&chip.counters().lost),
+            "{:?}",
+            chip.counters()
+        );
     }
 }
 
@@ -78,7 +109,11 @@ fn a_storm_is_edges_without_results_between_those_with() {
     assert_eq!(new.len() as u64, chip.counters().conversions);
     // One every 10 us from its beginning to its end.
     let expected = (chip.injected()[0].over_ns.expect("it is over") - begun_ns(&chip)) / 10_000;
-    assert!((old.len() as u64).abs_diff(expected) <= 1, "{} {expected}", old.len());
+    assert!(
+        (old.len() as u64).abs_diff(expected) <= 1,
+        "{} {expected}",
+        old.len()
+    );
 }
 
 #[test]
@@ -86,7 +121,10 @@ fn dout_stuck_reads_as_it_and_the_result_is_gone() {
     for (high, all, code) in [(true, 0xFF, -1), (false, 0x00, 0)] {
         let mut chip = with(Fault::DoutStuck { high }, 0.001);
         let edges = serve(&mut chip, 4_000_000);
-        let stuck: Vec<_> = edges.iter().filter(|edge| edge.1 == all && edge.2 == code).collect();
+        let stuck: Vec<_> = edges
+            .iter()
+            .filter(|edge| edge.1 == all && edge.2 == code)
+            .collect();
         assert!((5..=6).contains(&stuck.len()), "{}", stuck.len());
         // The chip thinks that all was read.
         assert_eq!(chip.counters().lost, 0);
@@ -99,21 +137,45 @@ fn nothing_reaches_the_chip_over_a_cut_bus() {
     let edges = serve(&mut chip, 4_000_000);
     let cut = edges.iter().filter(|edge| edge.1 == 0xFF).count() as u64;
     // Nothing was read: the next results overwrote them, but for the last, which may still be read.
-    assert!(cut >= 5 && (cut - 1..=cut).contains(&chip.counters().lost), "{cut} {:?}", chip.counters());
+    assert!(
+        cut >= 5 && (cut - 1..=cut).contains(&chip.counters().lost),
+        "{cut} {:?}",
+        chip.counters()
+    );
 }
 
 #[test]
 fn a_bit_of_the_command_makes_another_command() {
-    // 30h, read by command, with bit 6 becomes 70h, write registers from 00h on: the zeros behind it go there.
-    let mut chip = with(Fault::DinFlip { bytes_ahead: 0, mask: 0x40 }, 0.0);
+    // 30h, read by command, with bit 6 becomes 70h, write registers from 00h on: the zeros behind
+    // it go there.
+    let mut chip = with(
+        Fault::DinFlip {
+            bytes_ahead: 0,
+            mask: 0x40,
+        },
+        0.0,
+    );
     serve(&mut chip, 2_500_000);
     assert_eq!(chip.registers()[..4], [0, 0, 0, 0]);
     // With bit 5 it becomes 10h, a direct read: the status comes one byte early.
-    let mut chip = with(Fault::DinFlip { bytes_ahead: 0, mask: 0x20 }, 0.0);
+    let mut chip = with(
+        Fault::DinFlip {
+            bytes_ahead: 0,
+            mask: 0x20,
+        },
+        0.0,
+    );
     let edges = serve(&mut chip, 4_000_000);
-    let direct = edges.iter().find(|edge| edge.0 == begun_ns(&chip)).expect("an edge");
-    // The high byte of the code in place of the status: AIN9 is at 0.9 V, 1B80h codes of 256 at a reference of 4.096 V.
-    let (number, volts) = (edges.iter().position(|edge| edge == direct).expect("it"), 0.1);
+    let direct = edges
+        .iter()
+        .find(|edge| edge.0 == begun_ns(&chip))
+        .expect("an edge");
+    // The high byte of the code in place of the status: AIN9 is at 0.9 V, 1B80h codes of 256 at a
+    // reference of 4.096 V.
+    let (number, volts) = (
+        edges.iter().position(|edge| edge == direct).expect("it"),
+        0.1,
+    );
     let code = (number as f64 * volts / 4.096 * 7_864_320.0).round() as i32;
     assert_eq!(i32::from(direct.1), code >> 16);
 }
@@ -122,24 +184,45 @@ fn a_bit_of_the_command_makes_another_command() {
 fn a_chip_that_resets_itself_scans_as_its_defaults_say() {
     let mut chip = with(Fault::Reset, 0.0);
     let edges = serve(&mut chip, 4_000_000);
-    assert_eq!(chip.registers(), [0x0A, 0x83, 0x00, 0x00, 0xFF, 0xFF, 0x00, 0xFF, 0x00, 0x8B]);
-    let behind: Vec<_> = edges.iter().filter(|edge| edge.0 > begun_ns(&chip)).collect();
+    assert_eq!(
+        chip.registers(),
+        [0x0A, 0x83, 0x00, 0x00, 0xFF, 0xFF, 0x00, 0xFF, 0x00, 0x8B]
+    );
+    let behind: Vec<_> = edges
+        .iter()
+        .filter(|edge| edge.0 > begun_ns(&chip))
+        .collect();
     // Sixteen inputs and no readings, DRATE 3 without delay: 128 (1 + 4.265625) tCLK are 42.85 us.
     assert!(behind.iter().all(|edge| (0x88..=0x97).contains(&edge.1)));
     assert_eq!(behind[0].1, 0x88);
-    assert!(behind[1..].windows(2).all(|pair| (42_840..42_860).contains(&(pair[1].0 - pair[0].0))));
+    assert!(
+        behind[1..]
+            .windows(2)
+            .all(|pair| (42_840..42_860).contains(&(pair[1].0 - pair[0].0)))
+    );
 }
 
 #[test]
 fn another_clock_from_a_moment_on_and_back() {
-    let mut chip = with(Fault::Clock { error_ppm: -10_000.0 }, 0.002);
+    let mut chip = with(
+        Fault::Clock {
+            error_ppm: -10_000.0,
+        },
+        0.002,
+    );
     let edges = serve(&mut chip, 7_000_000);
-    let (from_ns, over_ns) = (begun_ns(&chip), chip.injected()[0].over_ns.expect("it is over"));
+    let (from_ns, over_ns) = (
+        begun_ns(&chip),
+        chip.injected()[0].over_ns.expect("it is over"),
+    );
     for pair in edges.windows(2) {
         let slow = pair[0].0 >= from_ns && pair[1].0 <= over_ns;
         let expected_ns = PERIOD_NS as f64 * if slow { 1.0 / 0.99 } else { 1.0 };
         let apart_ns = (pair[1].0 - pair[0].0) as f64;
-        assert!((apart_ns - expected_ns).abs() < 100.0, "{apart_ns} {expected_ns}");
+        assert!(
+            (apart_ns - expected_ns).abs() < 100.0,
+            "{apart_ns} {expected_ns}"
+        );
     }
     // Nothing is sampled twice or left out.
     assert_eq!(edges.len() as u64, chip.counters().conversions);
@@ -150,11 +233,20 @@ fn supply_reference_and_inputs_are_what_they_were_afterwards() {
     let flags = |fault| {
         let mut chip = with(fault, 0.001);
         let edges = serve(&mut chip, 12_000_000);
-        let (from_ns, over_ns) = (begun_ns(&chip), chip.injected()[0].over_ns.expect("it is over"));
-        let (during, others): (Vec<_>, Vec<_>) =
-            edges.into_iter().partition(|edge| edge.0 > from_ns && edge.0 <= over_ns);
+        let (from_ns, over_ns) = (
+            begun_ns(&chip),
+            chip.injected()[0].over_ns.expect("it is over"),
+        );
+        let (during, others): (Vec<_>, Vec<_>) = edges
+            .into_iter()
+            .partition(|edge| edge.0 > from_ns && edge.0 <= over_ns);
         let odd = |edges: &[(u64, u8, i32)]| edges.iter().filter(|edge| edge.1 & 0x60 != 0).count();
-        (odd(&during), during.len(), odd(&others), chip.options().analog)
+        (
+            odd(&during),
+            during.len(),
+            odd(&others),
+            chip.options().analog,
+        )
     };
     let analog = chip(|_| ()).options().analog;
     // Below 4.3 V SUPPLY is set with every result.
@@ -165,7 +257,10 @@ fn supply_reference_and_inputs_are_what_they_were_afterwards() {
     let (during, _, others, after) = flags(Fault::Reference { volts: 3.9 });
     assert_eq!((during, others, after), (0, 0, analog));
     // AIN12 is converted once in those 5 or 6: OVF beyond 1.06 of the reference.
-    let (during, _, others, after) = flags(Fault::Input { input: 12, volts: 5.0 });
+    let (during, _, others, after) = flags(Fault::Input {
+        input: 12,
+        volts: 5.0,
+    });
     assert_eq!((during, others, after), (1, 0, analog));
 }
 
@@ -180,7 +275,11 @@ fn a_converter_that_stood_still_goes_on_with_the_next_input() {
     assert_eq!(stopped_ns, begun_ns(&chip));
     chip.advance_to(3_100_000);
     let (edge_ns, after, _) = next(&mut chip);
-    // The one under way is gone; SBAS297G: the first result 128 (16 + 4) + 68 tCLK after the start condition.
+    // The one under way is gone; SBAS297G: the first result 128 (16 + 4) + 68 tCLK after the start
+    // condition.
     assert_eq!(after, status + 2);
-    assert_eq!(edge_ns, chip.injected()[0].over_ns.expect("it is over") + 167_083);
+    assert_eq!(
+        edge_ns,
+        chip.injected()[0].over_ns.expect("it is over") + 167_083
+    );
 }

@@ -7,16 +7,30 @@ use hal_mock::{Ads1258, Finger, Hand, Options, Scene, Sliding, SlidingScene, Sti
 use std::f64::consts::{PI, TAU};
 
 fn exact(finger: Finger) -> Finger {
-    Finger { spread: 0.0, resistance_spread: 0.0, ..finger }
+    Finger {
+        spread: 0.0,
+        resistance_spread: 0.0,
+        ..finger
+    }
 }
 
 fn still(scene: Sliding) -> SlidingScene {
-    SlidingScene::new(Sliding { finger: scene.finger.map(exact), ..scene }).unwrap()
+    SlidingScene::new(Sliding {
+        finger: scene.finger.map(exact),
+        ..scene
+    })
+    .unwrap()
 }
 
 /// Normal strain and shear at a sensor from every line of every ridge, by Flamant's radial stress
 /// -2 (Fz cos + Fx sin) / (pi r) and Hooke's law.
-fn summed(scene: &Sliding, sensor_mm: f64, place_mm: f64, friction: f64, lean_mm: f64) -> (f64, f64) {
+fn summed(
+    scene: &Sliding,
+    sensor_mm: f64,
+    place_mm: f64,
+    friction: f64,
+    lean_mm: f64,
+) -> (f64, f64) {
     let finger = scene.finger.unwrap();
     let half_mm = finger.contact_mm / 2.0;
     let width_mm = PI * finger.contact_mm / 4.0;
@@ -29,12 +43,16 @@ fn summed(scene: &Sliding, sensor_mm: f64, place_mm: f64, friction: f64, lean_mm
             let at_mm = middle_mm + (f64::from(line) + 0.5) * step_mm - scene.ridge_mm / 2.0;
             let off_mm = at_mm - lean_mm;
             if off_mm.abs() < half_mm {
-                // Where there are no grooves, 1 N spread as a parabola; the ridges carry what the grooves do not.
-                let even = 1.5 * finger.force_n / (finger.contact_mm * width_mm) * (1.0 - (off_mm / half_mm).powi(2));
+                // Where there are no grooves, 1 N spread as a parabola; the ridges carry what the
+                // grooves do not.
+                let even = 1.5 * finger.force_n / (finger.contact_mm * width_mm)
+                    * (1.0 - (off_mm / half_mm).powi(2));
                 let press = even * scene.period_mm / scene.ridge_mm * step_mm;
                 let (x, z) = (sensor_mm - at_mm, finger.depth_mm);
                 let (r, angle) = (x.hypot(z), x.atan2(z));
-                let radial = 2.0 * press * (angle.cos() + friction * angle.sin()) / (PI * r) / finger.modulus_mpa;
+                let radial = 2.0 * press * (angle.cos() + friction * angle.sin())
+                    / (PI * r)
+                    / finger.modulus_mpa;
                 normal += radial * (angle.cos().powi(2) - finger.poisson * angle.sin().powi(2));
                 shear += radial * angle.sin() * angle.cos() * 2.0 * (1.0 + finger.poisson);
             }
@@ -46,30 +64,66 @@ fn summed(scene: &Sliding, sensor_mm: f64, place_mm: f64, friction: f64, lean_mm
 #[test]
 fn the_series_is_the_sum_of_the_line_loads() {
     for (reverse, friction) in [(false, 0.0), (false, 0.5), (true, 0.5)] {
-        for (period_mm, ridge_mm, poisson) in [(2.6, 0.6, 0.5), (3.6, 0.6, 0.5), (4.1, 1.5, 0.3), (8.2, 0.6, 0.5)] {
-            let finger = Finger { friction, poisson, ..Finger::default() };
+        for (period_mm, ridge_mm, poisson) in [
+            (2.6, 0.6, 0.5),
+            (3.6, 0.6, 0.5),
+            (4.1, 1.5, 0.3),
+            (8.2, 0.6, 0.5),
+        ] {
+            let finger = Finger {
+                friction,
+                poisson,
+                ..Finger::default()
+            };
             let finger = Some(finger);
             let stimulator = Stimulator::IDEAL;
-            let parameters =
-                Sliding { period_mm, ridge_mm, reverse, start_mm: 0.3, stimulator, finger, ..Sliding::physical() };
+            let parameters = Sliding {
+                period_mm,
+                ridge_mm,
+                reverse,
+                start_mm: 0.3,
+                stimulator,
+                finger,
+                ..Sliding::physical()
+            };
             let scene = still(parameters.clone());
-            let (slip, lean_mm) = if reverse { (-friction, -0.5) } else { (friction, 0.5) };
+            let (slip, lean_mm) = if reverse {
+                (-friction, -0.5)
+            } else {
+                (friction, 0.5)
+            };
             for step in 0..40 {
                 let t_s = scene.truth().slide_start_s + 0.3 + 0.0067 * f64::from(step);
-                for (input, sensor_mm, tilt) in [(0, -1.15, 1.0), (2, -1.15, -1.0), (3, -1.15, 0.0), (4, 1.15, 1.0)] {
-                    let (normal, shear) = summed(&parameters, sensor_mm, scene.position_mm(t_s), slip, lean_mm);
-                    // 5 V, two resistors of 820 ohm, 0.2 per unit of shear and half that of normal strain.
+                for (input, sensor_mm, tilt) in [
+                    (0, -1.15, 1.0),
+                    (2, -1.15, -1.0),
+                    (3, -1.15, 0.0),
+                    (4, 1.15, 1.0),
+                ] {
+                    let (normal, shear) = summed(
+                        &parameters,
+                        sensor_mm,
+                        scene.position_mm(t_s),
+                        slip,
+                        lean_mm,
+                    );
+                    // 5 V, two resistors of 820 ohm, 0.2 per unit of shear and half that of normal
+                    // strain.
                     let wanted = 2.5 + 5.0 / 4.0 * 0.2 * (tilt * shear + 0.5 * normal);
                     let got = scene.clean_volts(input, t_s);
                     // The tone is 1 to 15 mV.
-                    assert!((got - wanted).abs() < 6e-6, "{period_mm} mm, AIN{input}: {got} instead of {wanted}");
+                    assert!(
+                        (got - wanted).abs() < 6e-6,
+                        "{period_mm} mm, AIN{input}: {got} instead of {wanted}"
+                    );
                 }
             }
         }
     }
 }
 
-/// Strains at a sensor from every line under every ridge of the skin, each with the part of the ridge's top that stands on the grating.
+/// Strains at a sensor from every line under every ridge of the skin, each with the part of the
+/// ridge's top that stands on the grating.
 fn summed_under_ridges(scene: &Sliding, sensor_mm: f64, place_mm: f64) -> (f64, f64) {
     let finger = scene.finger.unwrap();
     let (half_mm, width_mm) = (finger.contact_mm / 2.0, finger.skin_ridge_mm);
@@ -83,7 +137,8 @@ fn summed_under_ridges(scene: &Sliding, sensor_mm: f64, place_mm: f64) -> (f64, 
         let on_the_grating = (-20..=20)
             .map(|other| {
                 let apart_mm = (near_mm + f64::from(other) * scene.period_mm - middle_mm).abs();
-                (0.5 * (width_mm + scene.ridge_mm) - apart_mm).clamp(0.0, width_mm.min(scene.ridge_mm))
+                (0.5 * (width_mm + scene.ridge_mm) - apart_mm)
+                    .clamp(0.0, width_mm.min(scene.ridge_mm))
             })
             .sum::<f64>()
             / width_mm;
@@ -91,13 +146,16 @@ fn summed_under_ridges(scene: &Sliding, sensor_mm: f64, place_mm: f64) -> (f64, 
             let at_mm = middle_mm + (f64::from(line) + 0.5) * step_mm - 0.5 * width_mm;
             let off_mm = at_mm - finger.lean_mm;
             if off_mm.abs() < half_mm {
-                let even = 1.5 * finger.force_n / (finger.contact_mm * across_mm) * (1.0 - (off_mm / half_mm).powi(2));
+                let even = 1.5 * finger.force_n / (finger.contact_mm * across_mm)
+                    * (1.0 - (off_mm / half_mm).powi(2));
                 // Grating and skin bear what their grooves do not.
-                let press = even * scene.period_mm / scene.ridge_mm * 2.0 * on_the_grating * step_mm;
+                let press =
+                    even * scene.period_mm / scene.ridge_mm * 2.0 * on_the_grating * step_mm;
                 let (x, z) = (sensor_mm - at_mm, finger.depth_mm);
                 let (r, angle) = (x.hypot(z), x.atan2(z));
-                let radial =
-                    2.0 * press * (angle.cos() + finger.friction * angle.sin()) / (PI * r) / finger.modulus_mpa;
+                let radial = 2.0 * press * (angle.cos() + finger.friction * angle.sin())
+                    / (PI * r)
+                    / finger.modulus_mpa;
                 normal += radial * (angle.cos().powi(2) - finger.poisson * angle.sin().powi(2));
                 shear += radial * angle.sin() * angle.cos() * 2.0 * (1.0 + finger.poisson);
             }
@@ -107,9 +165,18 @@ fn summed_under_ridges(scene: &Sliding, sensor_mm: f64, place_mm: f64) -> (f64, 
 }
 
 fn ridged(period_mm: f64) -> Sliding {
-    let finger = Some(Finger { skin_ridge_mm: 0.6, ..Finger::default() });
+    let finger = Some(Finger {
+        skin_ridge_mm: 0.6,
+        ..Finger::default()
+    });
     let ridge_mm = 0.5 * period_mm;
-    Sliding { period_mm, ridge_mm, finger, stimulator: Stimulator::IDEAL, ..Sliding::physical() }
+    Sliding {
+        period_mm,
+        ridge_mm,
+        finger,
+        stimulator: Stimulator::IDEAL,
+        ..Sliding::physical()
+    }
 }
 
 #[test]
@@ -119,13 +186,23 @@ fn under_a_ridged_skin_the_series_is_the_sum_of_the_ridges_that_meet() {
         let scene = still(parameters.clone());
         for step in 0..40 {
             let t_s = scene.truth().slide_start_s + 0.3 + 0.0067 * f64::from(step);
-            for (input, sensor_mm, tilt) in [(0, -1.15, 1.0), (2, -1.15, -1.0), (3, -1.15, 0.0), (4, 1.15, 1.0)] {
-                let (normal, shear) = summed_under_ridges(&parameters, sensor_mm, scene.position_mm(t_s));
+            for (input, sensor_mm, tilt) in [
+                (0, -1.15, 1.0),
+                (2, -1.15, -1.0),
+                (3, -1.15, 0.0),
+                (4, 1.15, 1.0),
+            ] {
+                let (normal, shear) =
+                    summed_under_ridges(&parameters, sensor_mm, scene.position_mm(t_s));
                 let wanted = 2.5 + 5.0 / 4.0 * 0.2 * (tilt * shear + 0.5 * normal);
                 let got = scene.clean_volts(input, t_s);
-                // The load makes some 10 mV. Overtones beyond the 24th are left out: at 1.2 mm all odd ones reach the sensors.
+                // The load makes some 10 mV. Overtones beyond the 24th are left out: at 1.2 mm all
+                // odd ones reach the sensors.
                 let off_max = if period_mm == 1.2 { 1e-4 } else { 4e-5 };
-                assert!((got - wanted).abs() < off_max, "{period_mm} mm, AIN{input}: {got} instead of {wanted}");
+                assert!(
+                    (got - wanted).abs() < off_max,
+                    "{period_mm} mm, AIN{input}: {got} instead of {wanted}"
+                );
             }
         }
     }
@@ -134,14 +211,27 @@ fn under_a_ridged_skin_the_series_is_the_sum_of_the_ridges_that_meet() {
 /// Mean square of the channels' fundamentals over the period, from 0.8 to 3 mm.
 fn powers(finger: Finger) -> Vec<(f64, f64)> {
     let power = |period_mm: f64| {
-        let scene = SlidingScene::new(Sliding { finger: Some(finger), ..ridged(period_mm) }).unwrap();
-        scene.channels().iter().map(|channel| channel.amplitude_v().powi(2)).sum::<f64>() / 16.0
+        let scene = SlidingScene::new(Sliding {
+            finger: Some(finger),
+            ..ridged(period_mm)
+        })
+        .unwrap();
+        scene
+            .channels()
+            .iter()
+            .map(|channel| channel.amplitude_v().powi(2))
+            .sum::<f64>()
+            / 16.0
     };
-    (16..=60).map(|step| 0.05 * f64::from(step)).map(|period_mm| (period_mm, power(period_mm))).collect()
+    (16..=60)
+        .map(|step| 0.05 * f64::from(step))
+        .map(|period_mm| (period_mm, power(period_mm)))
+        .collect()
 }
 
-/// Okamoto et al., "Transmission of Tactile Roughness through Master-slave Systems", Figure 11: a skin with ridges of 0.6 mm has a
-/// local maximum of power at 1.2 to 1.6 mm, where a groove is as wide as a ridge or a little wider. A smooth one has none.
+/// Okamoto et al., "Transmission of Tactile Roughness through Master-slave Systems", Figure 11: a
+/// skin with ridges of 0.6 mm has a local maximum of power at 1.2 to 1.6 mm, where a groove is as
+/// wide as a ridge or a little wider. A smooth one has none.
 #[test]
 fn ridges_of_the_skin_make_a_maximum_where_they_fall_into_grooves() {
     let greatest = |powers: &[(f64, f64)], until_mm: f64| {
@@ -154,15 +244,33 @@ fn ridges_of_the_skin_make_a_maximum_where_they_fall_into_grooves() {
     };
     // The maximum is at about five quarters of the skin's period.
     for skin_ridge_mm in [0.5, 0.6, 0.7] {
-        let powers = powers(Finger { skin_ridge_mm, ..Finger::default() });
+        let powers = powers(Finger {
+            skin_ridge_mm,
+            ..Finger::default()
+        });
         let (peak_mm, peak) = greatest(&powers, 2.2);
         let (trough_mm, trough) = least_beyond(&powers, peak_mm);
-        println!("{skin_ridge_mm} mm: {peak:.2e} V^2 at {peak_mm:.2} mm, {trough:.2e} at {trough_mm:.2} mm");
-        assert!((1.19..1.35).contains(&(peak_mm / (2.0 * skin_ridge_mm))), "{skin_ridge_mm} mm: {peak_mm}");
-        assert!(peak > 1.3 * trough && peak > 3.0 * powers[0].1, "{skin_ridge_mm} mm: {powers:?}");
+        println!(
+            "{skin_ridge_mm} mm: {peak:.2e} V^2 at {peak_mm:.2} mm, {trough:.2e} at {trough_mm:.2} mm"
+        );
+        assert!(
+            (1.19..1.35).contains(&(peak_mm / (2.0 * skin_ridge_mm))),
+            "{skin_ridge_mm} mm: {peak_mm}"
+        );
+        assert!(
+            peak > 1.3 * trough && peak > 3.0 * powers[0].1,
+            "{skin_ridge_mm} mm: {powers:?}"
+        );
     }
-    // Nearer to the skin the waves of coarser gratings arrive: the trough behind the maximum is shallow, as the paper's.
-    let powers_of = |depth_mm| powers(Finger { skin_ridge_mm: 0.6, depth_mm, ..Finger::default() });
+    // Nearer to the skin the waves of coarser gratings arrive: the trough behind the maximum is
+    // shallow, as the paper's.
+    let powers_of = |depth_mm| {
+        powers(Finger {
+            skin_ridge_mm: 0.6,
+            depth_mm,
+            ..Finger::default()
+        })
+    };
     let over = |depth_mm: f64| {
         let powers = powers_of(depth_mm);
         let (peak_mm, peak) = greatest(&powers, 2.0);
@@ -173,7 +281,10 @@ fn ridges_of_the_skin_make_a_maximum_where_they_fall_into_grooves() {
     assert!((1.2..1.5).contains(&near) && far > 4.0);
 
     let smooth = powers(Finger::default());
-    assert!(smooth.windows(2).all(|pair| pair[0].1 < pair[1].1), "{smooth:?}");
+    assert!(
+        smooth.windows(2).all(|pair| pair[0].1 < pair[1].1),
+        "{smooth:?}"
+    );
 }
 
 /// What the bench of this model is: strengths and phases by period. Shown with --nocapture.
@@ -181,19 +292,38 @@ fn ridges_of_the_skin_make_a_maximum_where_they_fall_into_grooves() {
 fn overtones_and_phases_come_out_of_the_geometry() {
     let mut before = 0.0;
     for period_mm in [2.6, 3.1, 3.6, 4.1] {
-        let finger = Some(Finger { friction: 0.0, lean_mm: 0.0, ..Finger::default() });
-        let scene = still(Sliding { period_mm, finger, ..Sliding::physical() });
+        let finger = Some(Finger {
+            friction: 0.0,
+            lean_mm: 0.0,
+            ..Finger::default()
+        });
+        let scene = still(Sliding {
+            period_mm,
+            finger,
+            ..Sliding::physical()
+        });
         let tone = |input: usize| &scene.channels()[input].sliding.tone;
         let fundamental_v = tone(0)[0].amplitude_v();
-        let ratios: Vec<f64> = (1..5).map(|h| tone(0)[h].amplitude_v() / fundamental_v).collect();
+        let ratios: Vec<f64> = (1..5)
+            .map(|h| tone(0)[h].amplitude_v() / fundamental_v)
+            .collect();
         let lag = (tone(0)[0].phase_rad() - tone(4)[0].phase_rad()).rem_euclid(TAU);
         let wanted = (TAU * 2.3 / period_mm).rem_euclid(TAU);
-        println!("{period_mm} mm: {:.2} mV, {ratios:.3?}, lag {lag:.3} of {wanted:.3} rad", 1e3 * fundamental_v);
+        println!(
+            "{period_mm} mm: {:.2} mV, {ratios:.3?}, lag {lag:.3} of {wanted:.3} rad",
+            1e3 * fundamental_v
+        );
         // The cover is a low-pass: coarser gratings are stronger, and so are their overtones.
         assert!(fundamental_v > before && (3e-3..12e-3).contains(&fundamental_v));
-        assert!((0.05..0.4).contains(&ratios[0]) && ratios[1] < 0.4 * ratios[0], "{ratios:?}");
+        assert!(
+            (0.05..0.4).contains(&ratios[0]) && ratios[1] < 0.4 * ratios[0],
+            "{ratios:?}"
+        );
         // The contact's ends pull at the phase.
-        assert!((lag - wanted).abs() < 0.26, "{period_mm} mm: {lag} instead of {wanted}");
+        assert!(
+            (lag - wanted).abs() < 0.26,
+            "{period_mm} mm: {lag} instead of {wanted}"
+        );
         before = fundamental_v;
     }
 }
@@ -201,43 +331,79 @@ fn overtones_and_phases_come_out_of_the_geometry() {
 #[test]
 fn under_a_long_contact_the_lag_is_that_of_the_pitch() {
     for (period_mm, _) in [(2.6, 0), (3.6, 0), (4.1, 0), (9.0, 0)] {
-        let finger = Some(Finger { contact_mm: 300.0, force_n: 3600.0, ..Finger::default() });
-        let scene = still(Sliding { period_mm, finger, ..Sliding::physical() });
+        let finger = Some(Finger {
+            contact_mm: 300.0,
+            force_n: 3600.0,
+            ..Finger::default()
+        });
+        let scene = still(Sliding {
+            period_mm,
+            finger,
+            ..Sliding::physical()
+        });
         let phase = |input: usize| scene.channels()[input].sliding.tone[0].phase_rad();
         let off = (phase(0) - phase(4) - TAU * 2.3 / period_mm + PI).rem_euclid(TAU) - PI;
         assert!(off.abs() < 1e-3, "{period_mm} mm: {off}");
-        // The cover's low-pass: shear of 3 k z exp(-k z) and, in quadrature, half of 0.5 + 1.5 k z of normal strain;
-        // with friction 0.5 half of 3 (1 - k z) and of 1.5 k z - 1, a quarter of a turn on.
+        // The cover's low-pass: shear of 3 k z exp(-k z) and, in quadrature, half of 0.5 + 1.5 k z
+        // of normal strain; with friction 0.5 half of 3 (1 - k z) and of 1.5 k z - 1, a quarter of
+        // a turn on.
         let kz = TAU * 1.3 / period_mm;
-        let (quarter, level) = (3.0 * kz + 0.25 * (1.5 * kz - 1.0), 0.5 * (0.5 + 1.5 * kz) + 1.5 * (1.0 - kz));
+        let (quarter, level) = (
+            3.0 * kz + 0.25 * (1.5 * kz - 1.0),
+            0.5 * (0.5 + 1.5 * kz) + 1.5 * (1.0 - kz),
+        );
         let pressure = 1.5 * 3600.0 / (300.0 * PI * 75.0);
         let ridge = PI * 0.6 / period_mm;
-        let wanted = 0.25 * 2.0 * ridge.sin() / ridge * pressure / 1.7 * (-kz).exp() * quarter.hypot(level);
+        let wanted =
+            0.25 * 2.0 * ridge.sin() / ridge * pressure / 1.7 * (-kz).exp() * quarter.hypot(level);
         let got = scene.channels()[0].amplitude_v();
-        assert!((got / wanted - 1.0).abs() < 2e-3, "{period_mm} mm: {got} instead of {wanted}");
+        assert!(
+            (got / wanted - 1.0).abs() < 2e-3,
+            "{period_mm} mm: {got} instead of {wanted}"
+        );
     }
 }
 
-/// Under pressure p(s) cos(k s) a sensor at s sees a wave of the complex number k - i p'/p. A cover of the response R(k)
-/// makes a phase of that, d ln R / dk times p'/p; under a parabola of half width a the units, half a pitch b from its
-/// middle, have 4 b / (a^2 - b^2) of p'/p between them. R of normal strain is (1 + 3 k z) exp(-k z), of shear
-/// k z exp(-k z). To first order: the ends themselves, which the units see too, count as the length to the power of -4.
+/// Under pressure p(s) cos(k s) a sensor at s sees a wave of the complex number k - i p'/p. A cover
+/// of the response R(k) makes a phase of that, d ln R / dk times p'/p; under a parabola of half
+/// width a the units, half a pitch b from its middle, have 4 b / (a^2 - b^2) of p'/p between them.
+/// R of normal strain is (1 + 3 k z) exp(-k z), of shear k z exp(-k z). To first order: the ends
+/// themselves, which the units see too, count as the length to the power of -4.
 #[test]
 fn the_pull_of_the_contacts_ends_is_the_closed_form() {
     for (contact_mm, off_max) in [(16.0, 0.09), (30.0, 0.05), (60.0, 0.02)] {
         for period_mm in [2.6, 3.1, 3.6, 4.1] {
-            let finger = Finger { friction: 0.0, lean_mm: 0.0, contact_mm, ..Finger::default() };
+            let finger = Finger {
+                friction: 0.0,
+                lean_mm: 0.0,
+                contact_mm,
+                ..Finger::default()
+            };
             let (k, z, a, b) = (TAU / period_mm, 1.3, 0.5 * contact_mm, 1.15);
             let apart = 4.0 * b / (a * a - b * b);
-            // The first piezoresistor alone feels shear; without its share of normal strain, nothing else.
-            for (input, normal_share, wanted) in
-                [(1, 0.5, apart * (z - 3.0 * z / (1.0 + 3.0 * k * z))), (0, 0.0, apart * (z - 1.0 / k))]
-            {
-                let finger = Some(Finger { normal_share, ..finger });
-                let scene = still(Sliding { period_mm, finger, ..Sliding::physical() });
+            // The first piezoresistor alone feels shear; without its share of normal strain,
+            // nothing else.
+            for (input, normal_share, wanted) in [
+                (1, 0.5, apart * (z - 3.0 * z / (1.0 + 3.0 * k * z))),
+                (0, 0.0, apart * (z - 1.0 / k)),
+            ] {
+                let finger = Some(Finger {
+                    normal_share,
+                    ..finger
+                });
+                let scene = still(Sliding {
+                    period_mm,
+                    finger,
+                    ..Sliding::physical()
+                });
                 let phase = |input: usize| scene.channels()[input].sliding.tone[0].phase_rad();
-                let got = (phase(input + 4) - phase(input) + TAU * 2.3 / period_mm + PI).rem_euclid(TAU) - PI;
-                assert!((got / wanted - 1.0).abs() < off_max, "{contact_mm}, {period_mm} mm: {got} for {wanted}");
+                let got = (phase(input + 4) - phase(input) + TAU * 2.3 / period_mm + PI)
+                    .rem_euclid(TAU)
+                    - PI;
+                assert!(
+                    (got / wanted - 1.0).abs() < off_max,
+                    "{contact_mm}, {period_mm} mm: {got} for {wanted}"
+                );
             }
         }
     }
@@ -249,15 +415,27 @@ fn the_pull_is_as_strong_as_documented() {
     for (contact_mm, least, most) in [(8.0, 0.24, 0.32), (5.0, 0.25, 1.13)] {
         let (mut weakest, mut strongest) = (f64::MAX, 0f64);
         for period_mm in [2.6, 3.1, 3.6, 4.1] {
-            let finger = Some(Finger { contact_mm, ..Finger::default() });
-            let scene = still(Sliding { period_mm, finger, ..Sliding::physical() });
+            let finger = Some(Finger {
+                contact_mm,
+                ..Finger::default()
+            });
+            let scene = still(Sliding {
+                period_mm,
+                finger,
+                ..Sliding::physical()
+            });
             let phase = |input: usize| scene.channels()[input].sliding.tone[0].phase_rad();
             for input in 0..4 {
-                let pull = (phase(input + 4) - phase(input) + TAU * 2.3 / period_mm + PI).rem_euclid(TAU) - PI;
+                let pull = (phase(input + 4) - phase(input) + TAU * 2.3 / period_mm + PI)
+                    .rem_euclid(TAU)
+                    - PI;
                 (weakest, strongest) = (weakest.min(pull), strongest.max(pull));
             }
         }
-        assert!(weakest > least && strongest < most, "{contact_mm} mm: {weakest} to {strongest}");
+        assert!(
+            weakest > least && strongest < most,
+            "{contact_mm} mm: {weakest} to {strongest}"
+        );
         assert!(strongest > most - 0.01, "{contact_mm} mm: {strongest}");
     }
 }
@@ -266,7 +444,12 @@ fn the_pull_is_as_strong_as_documented() {
 fn opposite_piezoresistors_and_the_leading_edge_are_as_in_the_paper() {
     for (speed_mm_s, period_mm) in TABLE_2 {
         for reverse in [false, true] {
-            let scene = still(Sliding { speed_mm_s, period_mm, reverse, ..Sliding::physical() });
+            let scene = still(Sliding {
+                speed_mm_s,
+                period_mm,
+                reverse,
+                ..Sliding::physical()
+            });
             let c = scene.channels();
             for unit in [0, 4] {
                 let [first, third] = [c[unit].sliding.tone[0], c[unit + 2].sliding.tone[0]];
@@ -284,7 +467,12 @@ fn opposite_piezoresistors_and_the_leading_edge_are_as_in_the_paper() {
 #[test]
 fn the_hold_creeps_and_the_filter_takes_its_share() {
     let record = |finger: Finger| {
-        let parameters = Sliding { finger: Some(finger), speed_mm_s: 48.0, period_mm: 2.6, ..Sliding::physical() };
+        let parameters = Sliding {
+            finger: Some(finger),
+            speed_mm_s: 48.0,
+            period_mm: 2.6,
+            ..Sliding::physical()
+        };
         let mut scene = still(parameters);
         let truth = scene.truth();
         let at_touch_v = scene.volts(0, truth.contact_s + 0.3) - 2.5;
@@ -300,24 +488,45 @@ fn the_hold_creeps_and_the_filter_takes_its_share() {
         }
         let tone = f64::hypot(real, imaginary) / scene.channels()[0].amplitude_v();
         let gone_v = scene.volts(0, truth.end_s) - 2.5;
-        (at_touch_v / resting_v, held_v / resting_v, tone, gone_v / resting_v)
+        (
+            at_touch_v / resting_v,
+            held_v / resting_v,
+            tone,
+            gone_v / resting_v,
+        )
     };
-    let finger = Finger { noise_uv: 0.0, ..Finger::default() };
+    let finger = Finger {
+        noise_uv: 0.0,
+        ..Finger::default()
+    };
     let (at_touch, held, tone, gone) = record(finger);
     // At once 95 %, and the rest by and by, but for what the touch's overshoot has brought already.
-    assert!((0.953..0.960).contains(&at_touch) && (0.963..0.970).contains(&held), "{at_touch} {held}");
+    assert!(
+        (0.953..0.960).contains(&at_touch) && (0.963..0.970).contains(&held),
+        "{at_touch} {held}"
+    );
     assert!((0.001..0.05).contains(&gone), "{gone}");
     let pole = |hz: f64| 1.0 / (hz / 388.2).hypot(1.0);
     assert!((tone / (0.95 * pole(18.46)) - 1.0).abs() < 1e-3, "{tone}");
-    let (.., tone, _) = record(Finger { capacitor_uf: 100.0, ..finger });
-    assert!((tone / (0.95 / (18.4615_f64 / 3.882).hypot(1.0)) - 1.0).abs() < 5e-3, "{tone}");
+    let (.., tone, _) = record(Finger {
+        capacitor_uf: 100.0,
+        ..finger
+    });
+    assert!(
+        (tone / (0.95 / (18.4615_f64 / 3.882).hypot(1.0)) - 1.0).abs() < 5e-3,
+        "{tone}"
+    );
     // A human finger creeps by more.
-    let (_, held, ..) = record(Finger { relaxation_s: 1.42, creep_s: 2.14, ..finger });
+    let (_, held, ..) = record(Finger {
+        relaxation_s: 1.42,
+        creep_s: 2.14,
+        ..finger
+    });
     assert!((0.75..0.85).contains(&held), "{held}");
 }
 
-/// Read by the chip's scan, what is faster than half the frame rate comes back at the difference to it, with what the
-/// filter of the board leaves of it.
+/// Read by the chip's scan, what is faster than half the frame rate comes back at the difference to
+/// it, with what the filter of the board leaves of it.
 #[test]
 fn what_is_too_fast_for_the_scan_aliases() {
     let (true_hz, frame_rate_hz) = (190.0, 15_728_640.0 / 3106.0 / 21.0);
@@ -328,7 +537,13 @@ fn what_is_too_fast_for_the_scan_aliases() {
         ..Sliding::physical()
     });
     let (truth, tone_v) = (scene.truth(), scene.channels()[0].amplitude_v());
-    let mut chip = Ads1258::new(Box::new(scene), Options { noise: false, ..Options::default() });
+    let mut chip = Ads1258::new(
+        Box::new(scene),
+        Options {
+            noise: false,
+            ..Options::default()
+        },
+    );
     // The firmware's scan: DRATE 1, DLY 3, AIN0-15 and five internal readings.
     write(&mut chip, 0, 0, &[0x02, 0x31, 0x00, 0x00, 0xFF, 0xFF, 0x3D]);
     chip.set_start(0, true);
@@ -360,7 +575,10 @@ fn what_is_too_fast_for_the_scan_aliases() {
     // 95 % of a deformation come at once, and the pole is at 388.2 Hz.
     let wanted_v = 0.95 * tone_v / (true_hz / 388.2).hypot(1.0);
     let got_v = amplitude_v(frame_rate_hz - true_hz);
-    assert!((got_v / wanted_v - 1.0).abs() < 5e-3, "{got_v} V instead of {wanted_v} V");
+    assert!(
+        (got_v / wanted_v - 1.0).abs() < 5e-3,
+        "{got_v} V instead of {wanted_v} V"
+    );
     assert!(amplitude_v(frame_rate_hz - true_hz + 15.0) < 0.01 * wanted_v);
 }
 
@@ -368,14 +586,18 @@ fn what_is_too_fast_for_the_scan_aliases() {
 fn the_touch_has_a_spike() {
     let mut scene = still(Sliding::physical());
     let truth = scene.truth();
-    let [peak, later] = [truth.contact_s + 4e-4, truth.contact_s + 0.5].map(|t_s| scene.volts(0, t_s) - 2.5);
+    let [peak, later] =
+        [truth.contact_s + 4e-4, truth.contact_s + 0.5].map(|t_s| scene.volts(0, t_s) - 2.5);
     assert!((1.4..1.65).contains(&(peak / later)), "{peak} {later}");
 }
 
 #[test]
 fn a_hand_drags_both_ways() {
     let hand = Some(Hand::default());
-    let scene = still(Sliding { hand, ..Sliding::physical() });
+    let scene = still(Sliding {
+        hand,
+        ..Sliding::physical()
+    });
     let start_s = scene.truth().slide_start_s;
     // The same place, on the way out and back: what differs is friction.
     let [out, back] = [0.2, 0.8].map(|swing| start_s + swing / 1.07);
@@ -389,8 +611,17 @@ fn a_hand_drags_both_ways() {
 #[test]
 fn runs_differ_and_the_finger_stays() {
     let run = |seed| {
-        let stimulator = Stimulator { onset_jitter_s: 0.1, ripple_percent: 2.0, ..Stimulator::default() };
-        SlidingScene::new(Sliding { seed, stimulator, ..Sliding::physical() }).unwrap()
+        let stimulator = Stimulator {
+            onset_jitter_s: 0.1,
+            ripple_percent: 2.0,
+            ..Stimulator::default()
+        };
+        SlidingScene::new(Sliding {
+            seed,
+            stimulator,
+            ..Sliding::physical()
+        })
+        .unwrap()
     };
     let (first, second) = (run(1), run(2));
     assert_eq!(first.channels(), second.channels());

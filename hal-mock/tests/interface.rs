@@ -10,7 +10,12 @@ const ONE: u64 = 60_000;
 fn reset_values_of_all_registers_read_in_one_go() {
     let mut bytes = [0x50, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
     chip(|_| ()).transfer(0, &mut bytes);
-    assert_eq!(bytes, [0xA5, 0x0A, 0x83, 0x00, 0x00, 0xFF, 0xFF, 0x00, 0xFF, 0x00, 0x8B]);
+    assert_eq!(
+        bytes,
+        [
+            0xA5, 0x0A, 0x83, 0x00, 0x00, 0xFF, 0xFF, 0x00, 0xFF, 0x00, 0x8B
+        ]
+    );
 }
 
 #[test]
@@ -28,13 +33,18 @@ fn single_access_touches_one_register_and_leaves_dout_undefined() {
 #[test]
 fn multiple_access_ends_after_the_last_register() {
     let mut chip = chip(|_| ());
-    // Three values from GPIOD on: the last would be register 0Ah; it is a command instead (here a reserved one).
+    // Three values from GPIOD on: the last would be register 0Ah; it is a command instead (here a
+    // reserved one).
     write(&mut chip, 0, 0x08, &[0xFF, 0xFF, 0xA0]);
     assert_eq!(chip.counters().register_writes, 2);
     assert_eq!(chip.counters().odd_commands, 1);
     let mut bytes = [0x58, 0, 0, 0x40, 0];
     chip.transfer(0, &mut bytes);
-    assert_eq!(bytes, [0xA5, 0x00, 0x8B, 0xA5, 0x0A], "GPIOD shows inputs, ID is read-only, CONFIG0 by a new command");
+    assert_eq!(
+        bytes,
+        [0xA5, 0x00, 0x8B, 0xA5, 0x0A],
+        "GPIOD shows inputs, ID is read-only, CONFIG0 by a new command"
+    );
 }
 
 #[test]
@@ -52,7 +62,10 @@ fn addresses_above_09_are_nothing() {
 fn reserved_and_read_only_bits_keep_their_value() {
     let mut chip = chip(|_| ());
     write(&mut chip, 0, 0, &[0xFF; 10]);
-    assert_eq!(chip.registers(), [0x7E, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0x3D, 0xFF, 0x00, 0x8B]);
+    assert_eq!(
+        chip.registers(),
+        [0x7E, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0x3D, 0xFF, 0x00, 0x8B]
+    );
 }
 
 #[test]
@@ -85,12 +98,18 @@ fn reading_by_command_again_gives_the_same_data_without_new() {
     write(&mut chip, 0, 4, &[0x08, 0x00]); // AIN3
     chip.set_start(0, true);
     let (status, first) = read(&mut chip, ONE);
-    assert_eq!((status, first), (0x80 | 0x0B, (0.3_f64 / 4.096 * 7864320.0).round() as i32));
+    assert_eq!(
+        (status, first),
+        (0x80 | 0x0B, (0.3_f64 / 4.096 * 7864320.0).round() as i32)
+    );
     let mut twice = [0x30, 0, 0, 0, 0, 0x30, 0, 0, 0, 0];
     chip.transfer(ONE, &mut twice);
     assert_eq!((twice[0], twice[5]), (0xA5, 0xA5));
     for bytes in [&twice[1..5], &twice[6..10]] {
-        assert_eq!((bytes[0], code([bytes[1], bytes[2], bytes[3]])), (0x0B, first));
+        assert_eq!(
+            (bytes[0], code([bytes[1], bytes[2], bytes[3]])),
+            (0x0B, first)
+        );
     }
     assert_eq!(chip.counters().read, 1);
 }
@@ -149,14 +168,22 @@ fn a_direct_read_behind_a_command_reads_nothing() {
 fn a_command_read_survives_a_drdy_edge_and_a_direct_read_does_not() {
     let volts = std::array::from_fn(|n| if n == 1 { -1.0 } else { 1.00001 });
     for direct in [false, true] {
-        let options = Options { noise: false, poison: Some(0), ..Options::default() };
+        let options = Options {
+            noise: false,
+            poison: Some(0),
+            ..Options::default()
+        };
         let mut chip = Ads1258::new(Box::new(Constant { volts, end_s: 1.0 }), options);
         chip.set_start(0, true);
         let first = chip.next_drdy_fall_ns().unwrap();
         chip.advance_to(first);
         let second = chip.next_drdy_fall_ns().unwrap();
         chip.select(second - 3000);
-        let mut bytes = if direct { vec![0; 4] } else { vec![0x30, 0, 0, 0, 0] };
+        let mut bytes = if direct {
+            vec![0; 4]
+        } else {
+            vec![0x30, 0, 0, 0, 0]
+        };
         for (k, byte) in bytes.iter_mut().enumerate() {
             let at = second - 3000 + 1000 * k as u64;
             *byte = chip.exchange(at, at + 900, *byte);
@@ -169,7 +196,10 @@ fn a_command_read_survives_a_drdy_edge_and_a_direct_read_does_not() {
         } else {
             assert_eq!(code([bytes[2], bytes[3], bytes[4]]), old);
         }
-        assert!(!chip.drdy_high(second + 3000), "the second result is unread");
+        assert!(
+            !chip.drdy_high(second + 3000),
+            "the second result is unread"
+        );
         assert_eq!(read(&mut chip, second + 3000).0, 0x89);
     }
 }
@@ -214,7 +244,13 @@ fn random_poison_is_unlike_what_was_sent_and_repeats_with_the_seed() {
     };
     assert_eq!(dout(1), dout(1));
     assert_ne!(dout(1), dout(2));
-    assert!(dout(1).iter().collect::<std::collections::BTreeSet<_>>().len() > 6);
+    assert!(
+        dout(1)
+            .iter()
+            .collect::<std::collections::BTreeSet<_>>()
+            .len()
+            > 6
+    );
 }
 
 #[test]
@@ -225,7 +261,10 @@ fn reset_command_defaults_the_registers_and_lets_the_conversion_finish() {
     chip.set_start(0, true);
     let edge_ns = chip.next_drdy_fall_ns();
     chip.transfer(1000, &mut [0xC0]);
-    assert_eq!(chip.registers(), [0x0A, 0x83, 0, 0, 0xFF, 0xFF, 0, 0xFF, 0, 0x8B]);
+    assert_eq!(
+        chip.registers(),
+        [0x0A, 0x83, 0, 0, 0xFF, 0xFF, 0, 0xFF, 0, 0x8B]
+    );
     assert_eq!(chip.next_drdy_fall_ns(), edge_ns);
     assert_eq!(next(&mut chip).1, 0x80 | 0x0C, "the old selection's result");
     assert_eq!(next(&mut chip).1, 0x88, "the defaults' first");
@@ -248,16 +287,28 @@ fn reset_pin_ends_everything_and_a_high_start_begins_again() {
     assert_eq!(bytes, [0xA5; 2]);
     chip.set_reset(low_ns + 1000, true);
     assert_eq!(chip.registers()[1], 0x83);
-    assert_eq!(chip.next_drdy_fall_ns(), Some(low_ns + 1000 + chip.cycles_ns(708)));
+    assert_eq!(
+        chip.next_drdy_fall_ns(),
+        Some(low_ns + 1000 + chip.cycles_ns(708))
+    );
 }
 
 #[test]
 fn faults_flip_the_bits_of_their_mask() {
     let mut chip = chip(|_| ());
-    chip.begin_fault(Fault::RegisterFlip { address: 1, mask: 0x01 });
+    chip.begin_fault(Fault::RegisterFlip {
+        address: 1,
+        mask: 0x01,
+    });
     assert_eq!(chip.registers()[1], 0x82);
-    chip.begin_fault(Fault::RegisterFlip { address: 0x20, mask: 0xFF });
-    chip.begin_fault(Fault::DoutFlip { bytes_ahead: 1, mask: 0x80 });
+    chip.begin_fault(Fault::RegisterFlip {
+        address: 0x20,
+        mask: 0xFF,
+    });
+    chip.begin_fault(Fault::DoutFlip {
+        bytes_ahead: 1,
+        mask: 0x80,
+    });
     let mut bytes = [0x49, 0];
     chip.transfer(0, &mut bytes);
     assert_eq!(bytes, [0xA5, 0x0B]);

@@ -3,7 +3,14 @@ use hal_mock::{Noisy, Scene, Sliding, SlidingScene, TABLE_2};
 use std::f64::consts::TAU;
 
 fn scene(speed_mm_s: f64, period_mm: f64, snr_db: Option<f64>, seed: u64) -> SlidingScene {
-    SlidingScene::new(Sliding { speed_mm_s, period_mm, snr_db, seed, ..Sliding::default() }).unwrap()
+    SlidingScene::new(Sliding {
+        speed_mm_s,
+        period_mm,
+        snr_db,
+        seed,
+        ..Sliding::default()
+    })
+    .unwrap()
 }
 
 /// Amplitude of a harmonic (1: the fundamental) over the slide's whole periods, in volts.
@@ -25,7 +32,9 @@ fn amplitude(scene: &SlidingScene, input: u8, harmonic: u32) -> f64 {
 
 #[test]
 fn the_ten_combinations_give_the_papers_frequencies() {
-    let nominal = [4.17, 8.33, 3.66, 7.32, 4.84, 9.68, 15.48, 5.77, 11.54, 18.46];
+    let nominal = [
+        4.17, 8.33, 3.66, 7.32, 4.84, 9.68, 15.48, 5.77, 11.54, 18.46,
+    ];
     for ((speed, period), hz) in TABLE_2.into_iter().zip(nominal) {
         let truth = scene(speed, period, None, 1).truth();
         assert!((truth.frequency_hz - hz).abs() < 0.0051);
@@ -40,7 +49,11 @@ fn every_channel_has_the_tone_and_its_overtones_at_their_strengths() {
         for (h, relative) in [1.0, 0.4, 0.2, 0.1].into_iter().enumerate() {
             let expected = channel.amplitude_v() * relative;
             let got = amplitude(&scene, input as u8, h as u32 + 1);
-            assert!((got / expected - 1.0).abs() < 1e-3, "AIN{input}, harmonic {}: {got} V", h + 1);
+            assert!(
+                (got / expected - 1.0).abs() < 1e-3,
+                "AIN{input}, harmonic {}: {got} V",
+                h + 1
+            );
         }
         assert!((1e-3..10e-3).contains(&channel.amplitude_v()));
         assert!((channel.offset_v - 2.5).abs() < 0.05);
@@ -49,7 +62,11 @@ fn every_channel_has_the_tone_and_its_overtones_at_their_strengths() {
 
 #[test]
 fn pure_tones_cross_zero_twice_a_period() {
-    let scene = SlidingScene::new(Sliding { overtones: [0.0; 3], ..Sliding::default() }).unwrap();
+    let scene = SlidingScene::new(Sliding {
+        overtones: [0.0; 3],
+        ..Sliding::default()
+    })
+    .unwrap();
     let truth = scene.truth();
     let c = &scene.channels()[0];
     let signs: Vec<bool> = (0..20_000)
@@ -58,7 +75,10 @@ fn pure_tones_cross_zero_twice_a_period() {
         .collect();
     let crossings = signs.windows(2).filter(|w| w[0] != w[1]).count();
     let expected = 2.0 * truth.frequency_hz * 2.0;
-    assert!((crossings as f64 - expected).abs() <= 1.0, "{crossings} crossings, expected {expected}");
+    assert!(
+        (crossings as f64 - expected).abs() <= 1.0,
+        "{crossings} crossings, expected {expected}"
+    );
 }
 
 #[test]
@@ -71,7 +91,11 @@ fn signals_are_continuous_everywhere() {
         let mut before = scene.clean_volts(input, 0.0);
         for k in 1..(scene.end_s() / step_s) as u32 {
             let v = scene.clean_volts(input, f64::from(k) * step_s);
-            assert!((v - before).abs() < steepest, "AIN{input} at {} s", f64::from(k) * step_s);
+            assert!(
+                (v - before).abs() < steepest,
+                "AIN{input} at {} s",
+                f64::from(k) * step_s
+            );
             before = v;
         }
     }
@@ -92,18 +116,30 @@ fn phases_are_where_the_truth_says() {
         assert!(v(t.release_s + 0.4).abs() < 1e-9);
         let peak_s = (0..3000)
             .map(|k| f64::from(k) * 5e-4)
-            .max_by(|a, b| (v(*a) * c.sliding.mean_v.signum()).total_cmp(&(v(*b) * c.sliding.mean_v.signum())))
+            .max_by(|a, b| {
+                (v(*a) * c.sliding.mean_v.signum()).total_cmp(&(v(*b) * c.sliding.mean_v.signum()))
+            })
             .unwrap();
-        assert!((peak_s - t.contact_s).abs() < 2e-3, "AIN{input}: peak at {peak_s} s");
+        assert!(
+            (peak_s - t.contact_s).abs() < 2e-3,
+            "AIN{input}: peak at {peak_s} s"
+        );
         assert!((v(t.slide_start_s - 1e-6) - v(t.slide_start_s)).abs() < 1e-6);
-        assert_eq!(v(t.slide_end_s + 0.1) - v(t.slide_end_s + 0.9), 0.0, "still after the slide");
+        assert_eq!(
+            v(t.slide_end_s + 0.1) - v(t.slide_end_s + 0.9),
+            0.0,
+            "still after the slide"
+        );
     }
     let c = scene.channels();
     assert!(c.iter().any(|c| c.sliding.mean_v < 0.0) && c.iter().any(|c| c.sliding.mean_v > 0.0));
     for unit in c.chunks(4) {
         // Half a turn apart, give or take the places of the two.
         let [first, third] = [&unit[0], &unit[2]].map(|c| c.sliding.tone[0].phase_rad());
-        assert!((third - first - 0.7).cos() < -0.8, "piezoresistors 1 and 3 of opposite sign");
+        assert!(
+            (third - first - 0.7).cos() < -0.8,
+            "piezoresistors 1 and 3 of opposite sign"
+        );
     }
     let mut fractions: Vec<f64> = c.iter().map(|c| c.spike_v / c.sliding.mean_v).collect();
     fractions.sort_by(f64::total_cmp);
@@ -115,7 +151,10 @@ fn phases_are_where_the_truth_says() {
 fn noise_is_what_the_snr_says() {
     for snr_db in [0.0, 20.0, 35.0] {
         let mut scene = scene(30.0, 3.6, Some(snr_db), 5);
-        let tone: f64 = (0..16).map(|input| amplitude(&scene, input, 1).powi(2) / 2.0).sum::<f64>() / 16.0;
+        let tone: f64 = (0..16)
+            .map(|input| amplitude(&scene, input, 1).powi(2) / 2.0)
+            .sum::<f64>()
+            / 16.0;
         let n = 40_000;
         let noise: f64 = (0..n)
             .map(|k| {
@@ -133,23 +172,50 @@ fn noise_is_what_the_snr_says() {
 fn a_seed_is_a_finger_and_a_noise() {
     let record = |seed| {
         let mut scene = scene(30.0, 3.6, Some(20.0), seed);
-        (0..1000).map(|k| scene.volts((k % 16) as u8, f64::from(k) * 1e-3)).collect::<Vec<_>>()
+        (0..1000)
+            .map(|k| scene.volts((k % 16) as u8, f64::from(k) * 1e-3))
+            .collect::<Vec<_>>()
     };
     assert_eq!(record(1), record(1));
     assert_ne!(record(1), record(2));
-    // Exact values: another platform or release must not change recorded results. The draw is of ChaCha8, seed 1.
+    // Exact values: another platform or release must not change recorded results. The draw is of
+    // ChaCha8, seed 1.
     let channel = scene(30.0, 3.6, None, 1).channels()[0].clone();
-    assert_eq!(format!("{:.9} {:.9}", channel.offset_v, channel.amplitude_v()), "2.518155549 0.005844852");
+    assert_eq!(
+        format!("{:.9} {:.9}", channel.offset_v, channel.amplitude_v()),
+        "2.518155549 0.005844852"
+    );
 }
 
 #[test]
 fn impossible_parameters_are_named() {
     let error = |p: Sliding| SlidingScene::new(p).unwrap_err().to_string();
-    let speed = error(Sliding { speed_mm_s: 0.0, ..Sliding::default() });
+    let speed = error(Sliding {
+        speed_mm_s: 0.0,
+        ..Sliding::default()
+    });
     assert_eq!(speed, "speed_mm_s = 0: must be finite and greater than 0");
-    assert!(error(Sliding { period_mm: f64::NAN, ..Sliding::default() }).starts_with("period_mm = NaN"));
-    assert!(error(Sliding { idle_s: -1.0, ..Sliding::default() }).starts_with("idle_s = -1"));
-    assert!(error(Sliding { snr_db: Some(f64::INFINITY), ..Sliding::default() }).starts_with("snr_db = inf"));
+    assert!(
+        error(Sliding {
+            period_mm: f64::NAN,
+            ..Sliding::default()
+        })
+        .starts_with("period_mm = NaN")
+    );
+    assert!(
+        error(Sliding {
+            idle_s: -1.0,
+            ..Sliding::default()
+        })
+        .starts_with("idle_s = -1")
+    );
+    assert!(
+        error(Sliding {
+            snr_db: Some(f64::INFINITY),
+            ..Sliding::default()
+        })
+        .starts_with("snr_db = inf")
+    );
 }
 
 #[test]
@@ -159,5 +225,8 @@ fn noisy_adds_its_sigma_to_any_scene() {
     let values: Vec<f64> = (0..n).map(|k| noisy.volts(0, f64::from(k))).collect();
     let mean = values.iter().sum::<f64>() / f64::from(n);
     let sigma = (values.iter().map(|v| v * v).sum::<f64>() / f64::from(n)).sqrt();
-    assert!(mean.abs() < 0.005 && (sigma / 0.25 - 1.0).abs() < 0.02, "{mean} {sigma}");
+    assert!(
+        mean.abs() < 0.005 && (sigma / 0.25 - 1.0).abs() < 0.02,
+        "{mean} {sigma}"
+    );
 }

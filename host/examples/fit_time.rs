@@ -1,5 +1,6 @@
-//! Milliseconds that the command's own work on a fit takes, without its process and without Python, at best: of a file, read
-//! and fitted, and of its rows in memory; the result as JSON in both. `python/benchmark.py` prints them beside the package's.
+//! Milliseconds that the command's own work on a fit takes, without its process and without Python,
+//! at best: of a file, read and fitted, and of its rows in memory; the result as JSON in both.
+//! `python/benchmark.py` prints them beside the package's.
 
 use anyhow::{Context, Result};
 use ridgetone_host::fit_report::json;
@@ -27,10 +28,17 @@ fn main() -> Result<()> {
     }
     let (columns, count) = (names.len(), times.len());
     let value_at = Arc::new(move |row: usize, column: usize| values[row * columns + column]);
-    let memory = Samples::array("array", names, count, value_at, Some(Arc::new(move |row| times[row])));
+    let memory = Samples::array(
+        "array",
+        names,
+        count,
+        value_at,
+        Some(Arc::new(move |row| times[row])),
+    );
     let mut best_ms = [f64::INFINITY; 2];
     for (best_ms, samples) in best_ms.iter_mut().zip([&file, &memory]) {
-        // Ten runs of a quarter of a millisecond are over before the processor's caches and clock are warm.
+        // Ten runs of a quarter of a millisecond are over before the processor's caches and clock
+        // are warm.
         let (started, mut runs) = (Instant::now(), 0);
         while runs < RUNS_MIN || started.elapsed() < DURATION_MIN {
             let begun = Instant::now();

@@ -1,5 +1,5 @@
-//! Analysis of raw frames that the board does not send: the spectrum of a window by the library's periodogram, and the
-//! reported tone as curves over the same frames.
+//! Analysis of raw frames that the board does not send: the spectrum of a window by the library's
+//! periodogram, and the reported tone as curves over the same frames.
 
 use crate::digits::seconds;
 use crate::frame::Frame;
@@ -16,14 +16,15 @@ use std::f64::consts::TAU;
 /// Power of an empty bin, decibels: below the floor of 24 bits and 16 channels.
 const LEAST_DB: f32 = -120.0;
 
-/// The neighbourhood of a line reaches five cycles a window to both sides: the estimator takes the noise there
-/// (`tone/src/neighbourhood.rs`).
+/// The neighbourhood of a line reaches five cycles a window to both sides: the estimator takes the
+/// noise there (`tone/src/neighbourhood.rs`).
 const NEIGHBOURHOOD_CYCLES: f64 = 5.0;
 
 /// Points of the shortest spectrum of the residuals: with this many, its lines look smooth.
 const POINTS_MIN: usize = 64;
 
-/// The periodogram over all channels that the board's search starts from ([`ridgetone_tone::Spectrum`]).
+/// The periodogram over all channels that the board's search starts from
+/// ([`ridgetone_tone::Spectrum`]).
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Spectrum {
     /// Device time of the window's first and last frame, seconds.
@@ -33,11 +34,13 @@ pub struct Spectrum {
     pub of_estimate: bool,
     /// From one bin to the next, hertz; the first is at 0 Hz.
     pub bin_hz: f64,
-    /// Share of the channels' power in a spectral line at each bin's frequency, decibels: 0 for that line alone.
+    /// Share of the channels' power in a spectral line at each bin's frequency, decibels: 0 for
+    /// that line alone.
     pub power_db: Vec<f32>,
     /// The strongest line between the bins, hertz, if there is one.
     pub strongest_hz: Option<f64>,
-    /// The reported tone's harmonics, the fundamental first; empty without a tone of this window in time.
+    /// The reported tone's harmonics, the fundamental first; empty without a tone of this window in
+    /// time.
     pub lines: Vec<HarmonicLine>,
 }
 
@@ -68,7 +71,8 @@ pub struct Curves {
     pub read_v: Vec<Vec<Option<f32>>>,
     /// For each taxel its offset and the fundamental, volts; none if the fit left it out.
     pub tone_v: Vec<Option<Vec<f32>>>,
-    /// For each taxel of the fit all of it: baseline, all harmonics, interferer. What is left is the residual.
+    /// For each taxel of the fit all of it: baseline, all harmonics, interferer. What is left is
+    /// the residual.
     pub fit_v: Vec<Option<Vec<f32>>>,
     /// For each taxel of the fit its harmonics, the fundamental first.
     pub harmonics: Vec<Option<Vec<Harmonic>>>,
@@ -77,9 +81,13 @@ pub struct Curves {
     pub residual_spectrum: Option<ResidualSpectrum>,
 }
 
-/// Spectrum of the latest estimate's window if all its frames are kept, else of the latest ones. None with too few frames.
+/// Spectrum of the latest estimate's window if all its frames are kept, else of the latest ones.
+/// None with too few frames.
 pub fn spectrum(live: &Live) -> Option<Spectrum> {
-    let window = live.estimate().and_then(|estimate| windowed(&live.strips, estimate)).filter(|found| found.is_whole);
+    let window = live
+        .estimate()
+        .and_then(|estimate| windowed(&live.strips, estimate))
+        .filter(|found| found.is_whole);
     let of_estimate = window.is_some();
     let frames = window.map_or_else(|| latest(live), |window| window.frames);
     let (first, last) = (frames.first()?, frames.last()?);
@@ -89,20 +97,27 @@ pub fn spectrum(live: &Live) -> Option<Spectrum> {
     }
     let rate_hz = f64::from(slots - 1) / (last.t_s - first.t_s);
     let (values, valid) = table(&frames, slots, live.settings().vref_v);
-    let mut source = Table { values: &values, valid: &valid };
+    let mut source = Table {
+        values: &values,
+        valid: &valid,
+    };
     let mut span = FrameSpan::new(&mut source, 0, slots);
     let mut fitter = Box::new(Fitter::new(1));
     let found = fitter.spectrum(&mut span).ok()?;
     let bin_hz = rate_hz / found.points as f64;
     let power_db: Vec<f32> = found.power.iter().map(|power| decibel(*power)).collect();
-    let tone = live.estimate().filter(|found| of_estimate && found.status.has_tone() && in_time(found));
+    let tone = live
+        .estimate()
+        .filter(|found| of_estimate && found.status.has_tone() && in_time(found));
     let lines = tone.map_or_else(Vec::new, |tone| lines(tone, bin_hz, &power_db));
     Some(Spectrum {
         from_s: first.t_s,
         until_s: last.t_s,
         of_estimate,
         bin_hz,
-        strongest_hz: found.strongest_cycles.map(|cycles| f64::from(cycles) * rate_hz / f64::from(slots)),
+        strongest_hz: found
+            .strongest_cycles
+            .map(|cycles| f64::from(cycles) * rate_hz / f64::from(slots)),
         lines,
         power_db,
     })
@@ -118,7 +133,10 @@ fn lines(tone: &Estimate, bin_hz: f64, power_db: &[f32]) -> Vec<HarmonicLine> {
         let frequency_hz = f64::from(k) * f64::from(tone.frequency);
         let below = (frequency_hz / bin_hz) as usize;
         let power_db = power_db.get(below)?.max(*power_db.get(below + 1)?);
-        Some(HarmonicLine { frequency_hz, power_db })
+        Some(HarmonicLine {
+            frequency_hz,
+            power_db,
+        })
     };
     (1..=tone.harmonics).map_while(line).collect()
 }
@@ -127,7 +145,8 @@ fn decibel(power: f32) -> f32 {
     (10.0 * power.log10()).max(LEAST_DB)
 }
 
-/// The spectrum of what `whole` leaves of `volts`, both by taxel, around the tone of `frequency_hz`.
+/// The spectrum of what `whole` leaves of `volts`, both by taxel, around the tone of
+/// `frequency_hz`.
 fn residual_spectrum(
     volts: &[Vec<Option<f32>>],
     whole: &[Option<Harmonics>],
@@ -138,7 +157,9 @@ fn residual_spectrum(
         let Some(found) = found else { continue };
         let (squares, residual) = (harmonics::about_line(volts), volts.iter().zip(&found.fit_v));
         // A missing value leaves nothing.
-        let residual: Vec<f64> = residual.map(|(v, fit)| v.map_or(0.0, |v| f64::from(v) - f64::from(*fit))).collect();
+        let residual: Vec<f64> = residual
+            .map(|(v, fit)| v.map_or(0.0, |v| f64::from(v) - f64::from(*fit)))
+            .collect();
         let share = residual.iter().map(|v| v * v).sum::<f64>() / squares;
         if share.is_finite() {
             channels.push((share, squares, residual));
@@ -153,58 +174,103 @@ fn residual_spectrum(
     let all = 0.5 * frames as f64 * channels.len() as f64;
     let power = |bin: usize| {
         let cycles = bin as f64 * frames as f64 / points as f64;
-        let sum: f64 = channels.iter().map(|(_, squares, rest)| harmonics::power(rest, cycles) / squares).sum();
+        let sum: f64 = channels
+            .iter()
+            .map(|(_, squares, rest)| harmonics::power(rest, cycles) / squares)
+            .sum();
         decibel((sum / all) as f32)
     };
     let power_db: Vec<f32> = (0..points / 2).map(power).collect();
     let reach_hz = NEIGHBOURHOOD_CYCLES * rate_hz / frames as f64;
     let (from_hz, until_hz) = ((frequency_hz - reach_hz).max(0.0), frequency_hz + reach_hz);
-    let bins = power_db.iter().enumerate().skip(1).map(|(bin, db)| (bin as f64 * bin_hz, *db));
-    let mut beside: Vec<f32> = bins.filter(|(hz, _)| (from_hz..=until_hz).contains(hz)).map(|(_, db)| db).collect();
+    let bins = power_db
+        .iter()
+        .enumerate()
+        .skip(1)
+        .map(|(bin, db)| (bin as f64 * bin_hz, *db));
+    let mut beside: Vec<f32> = bins
+        .filter(|(hz, _)| (from_hz..=until_hz).contains(hz))
+        .map(|(_, db)| db)
+        .collect();
     beside.sort_by(f32::total_cmp);
     let noise_db = *beside.get(beside.len() / 2)?;
-    Some(ResidualSpectrum { bin_hz, power_db, from_hz, until_hz, noise_db })
+    Some(ResidualSpectrum {
+        bin_hz,
+        power_db,
+        from_hz,
+        until_hz,
+        noise_db,
+    })
 }
 
-/// The latest estimate's tone over the frames of its window. None without a tone in time, or without any of the frames.
+/// The latest estimate's tone over the frames of its window. None without a tone in time, or
+/// without any of the frames.
 pub fn curves(live: &Live) -> Option<Curves> {
     let estimate = live.estimate()?;
     if !estimate.status.has_tone() || !in_time(estimate) {
         return None;
     }
-    let Windowed { frames, centre_s, .. } = windowed(&live.strips, estimate)?;
+    let Windowed {
+        frames, centre_s, ..
+    } = windowed(&live.strips, estimate)?;
     if frames.is_empty() {
         return None;
     }
     let plan = live.settings().plan;
     let after_s = |taxel: usize| slot_s(&plan, taxel);
     let curve = |taxel: usize| {
-        let channel = estimate.channels.iter().find(|channel| usize::from(channel.taxel) == taxel)?;
+        let channel = estimate
+            .channels
+            .iter()
+            .find(|channel| usize::from(channel.taxel) == taxel)?;
         let value = |frame: &Frame| {
             // Phases are those of a scan read at once; this taxel's slot is later.
             let t_s = frame.t_s + after_s(taxel) - centre_s;
-            let wave = (TAU * f64::from(estimate.frequency) * t_s + f64::from(channel.phase_rad)).cos() as f32;
+            let wave = (TAU * f64::from(estimate.frequency) * t_s + f64::from(channel.phase_rad))
+                .cos() as f32;
             channel.offset_v + channel.amplitude_v * wave
         };
         Some(frames.iter().map(value).collect())
     };
     let whole = |taxel: usize| -> Option<Harmonics> {
-        estimate.channels.iter().find(|channel| usize::from(channel.taxel) == taxel)?;
-        let t_s: Vec<f64> = frames.iter().map(|frame| frame.t_s + after_s(taxel) - centre_s).collect();
+        estimate
+            .channels
+            .iter()
+            .find(|channel| usize::from(channel.taxel) == taxel)?;
+        let t_s: Vec<f64> = frames
+            .iter()
+            .map(|frame| frame.t_s + after_s(taxel) - centre_s)
+            .collect();
         let volts: Vec<Option<f32>> = frames.iter().map(|frame| frame.volts[taxel]).collect();
         let interferer_hz = estimate.interferer_hz.map(f64::from);
-        harmonics::fit(&t_s, &volts, estimate.frequency.into(), estimate.harmonics, interferer_hz)
+        harmonics::fit(
+            &t_s,
+            &volts,
+            estimate.frequency.into(),
+            estimate.harmonics,
+            interferer_hz,
+        )
     };
     let whole: Vec<Option<Harmonics>> = (0..TAXELS).map(whole).collect();
-    let read_v: Vec<Vec<Option<f32>>> =
-        (0..TAXELS).map(|taxel| frames.iter().map(|frame| frame.volts[taxel]).collect()).collect();
+    let read_v: Vec<Vec<Option<f32>>> = (0..TAXELS)
+        .map(|taxel| frames.iter().map(|frame| frame.volts[taxel]).collect())
+        .collect();
     let (first, last) = (frames.first()?, frames.last()?);
     let rate_hz = (frames.len() - 1) as f64 / (last.t_s - first.t_s).max(f64::MIN_POSITIVE);
     Some(Curves {
         residual_spectrum: residual_spectrum(&read_v, &whole, (rate_hz, estimate.frequency.into())),
-        residual_v: whole.iter().map(|found| found.as_ref().map(|found| found.residual_v)).collect(),
-        harmonics: whole.iter().map(|found| found.as_ref().map(|found| found.harmonics.clone())).collect(),
-        fit_v: whole.into_iter().map(|found| found.map(|found| found.fit_v)).collect(),
+        residual_v: whole
+            .iter()
+            .map(|found| found.as_ref().map(|found| found.residual_v))
+            .collect(),
+        harmonics: whole
+            .iter()
+            .map(|found| found.as_ref().map(|found| found.harmonics.clone()))
+            .collect(),
+        fit_v: whole
+            .into_iter()
+            .map(|found| found.map(|found| found.fit_v))
+            .collect(),
         t_s: frames.iter().map(|frame| frame.t_s).collect(),
         read_v,
         tone_v: (0..TAXELS).map(curve).collect(),
@@ -213,7 +279,9 @@ pub fn curves(live: &Live) -> Option<Curves> {
 
 /// From a frame's first conversion to that of a taxel, seconds.
 fn slot_s(plan: &Plan, taxel: usize) -> f64 {
-    let before = (0..taxel).filter(|other| plan.inputs >> other & 1 != 0).count();
+    let before = (0..taxel)
+        .filter(|other| plan.inputs >> other & 1 != 0)
+        .count();
     before as f64 * f64::from(plan.conversion_ns()) * 1e-9
 }
 
@@ -229,7 +297,8 @@ struct Windowed {
 
 fn windowed(strips: &Strips, estimate: &Estimate) -> Option<Windowed> {
     let (oldest, newest) = (strips.iter().next()?, strips.iter().next_back()?);
-    let frame_s = (newest.t_s - oldest.t_s) / f64::from(newest.number.wrapping_sub(oldest.number).max(1));
+    let frame_s =
+        (newest.t_s - oldest.t_s) / f64::from(newest.number.wrapping_sub(oldest.number).max(1));
     // A window ends with its last frame: from stamp to stamp it is one frame shorter.
     let end_s = seconds(estimate.t_us);
     let start_s = end_s - f64::from(estimate.window_s) + frame_s;
@@ -251,18 +320,29 @@ fn latest(live: &Live) -> Vec<Frame> {
 }
 
 fn nominal_hz(live: &Live) -> f32 {
-    live.hello().map_or(ridgetone_proto::settings::FRAME_RATE_HZ, |hello| hello.frame_rate_hz)
+    live.hello()
+        .map_or(ridgetone_proto::settings::FRAME_RATE_HZ, |hello| {
+            hello.frame_rate_hz
+        })
 }
 
-/// Frames as the library takes them: codes minus each taxel's first code, and a mask of valid taxels.
+/// Frames as the library takes them: codes minus each taxel's first code, and a mask of valid
+/// taxels.
 fn table(frames: &[Frame], slots: u32, vref_v: f32) -> (Vec<Values>, Vec<u16>) {
     let code_v = f64::from(reading::volts(1, vref_v));
-    let zero = |taxel: usize| frames.iter().find_map(|frame| frame.volts[taxel]).unwrap_or(0.0);
+    let zero = |taxel: usize| {
+        frames
+            .iter()
+            .find_map(|frame| frame.volts[taxel])
+            .unwrap_or(0.0)
+    };
     let zeros: [f32; TAXELS] = std::array::from_fn(zero);
     let (mut values, mut valid) = (vec![[0.0; TAXELS]; slots as usize], vec![0; slots as usize]);
     for frame in frames {
         let at = frame.number.wrapping_sub(frames[0].number) as usize;
-        let (Some(values), Some(valid)) = (values.get_mut(at), valid.get_mut(at)) else { continue };
+        let (Some(values), Some(valid)) = (values.get_mut(at), valid.get_mut(at)) else {
+            continue;
+        };
         for (taxel, volts) in frame.volts.iter().enumerate() {
             if let Some(volts) = volts {
                 values[taxel] = ((f64::from(*volts) - f64::from(zeros[taxel])) / code_v) as f32;
@@ -281,9 +361,18 @@ mod tests {
     /// The driver's own order of a scan.
     #[test]
     fn a_taxel_is_as_late_as_its_conversion() {
-        for plan in
-            [Plan::PAPER, Plan::HAND, Plan { inputs: 0x5555, ..Plan::HAND }, Plan { inputs: 0x8001, ..Plan::PAPER }]
-        {
+        for plan in [
+            Plan::PAPER,
+            Plan::HAND,
+            Plan {
+                inputs: 0x5555,
+                ..Plan::HAND
+            },
+            Plan {
+                inputs: 0x8001,
+                ..Plan::PAPER
+            },
+        ] {
             let inputs = plan.config().scan().filter_map(|channel| match channel {
                 Channel::Single(input) => Some(usize::from(input)),
                 _ => None,

@@ -1,7 +1,9 @@
-//! `calibrate`: the constants that turn phases into spatial periods, from recordings of gratings of known period.
+//! `calibrate`: the constants that turn phases into spatial periods, from recordings of gratings of
+//! known period.
 //!
-//! The lag between the columns of units is modelled as a straight line over the grating's cycles per millimetre
-//! ([`Array::edge_phase_rad`]); here the line is fitted to measured lags by least squares.
+//! The lag between the columns of units is modelled as a straight line over the grating's cycles
+//! per millimetre ([`Array::edge_phase_rad`]); here the line is fitted to measured lags by least
+//! squares.
 
 use crate::input::Opened;
 use crate::replay;
@@ -16,7 +18,8 @@ use std::fmt;
 /// Fewest gratings: two make a line, and the third shows how straight it is.
 const GRATINGS_MIN: usize = 3;
 
-/// Longest period by the nominal pitch over the true one: the contact's ends then change the lag by a fifth.
+/// Longest period by the nominal pitch over the true one: the contact's ends then change the lag by
+/// a fifth.
 const PULLED_MOST: f32 = 1.25;
 
 /// The same in pitches: at two, both directions look alike.
@@ -47,11 +50,19 @@ pub struct Calibration {
     pub gratings: Vec<Point>,
 }
 
-/// Measures gratings of different periods with a scan plan and fits the line. `pitch_mm` is the units' own pitch.
+/// Measures gratings of different periods with a scan plan and fits the line. `pitch_mm` is the
+/// units' own pitch.
 pub fn run(gratings: Vec<Grating>, pitch_mm: f32, plan: Plan) -> Result<Calibration> {
     refuse_without_pairs(&plan)?;
-    ensure!(gratings.len() >= GRATINGS_MIN, "{} gratings: {GRATINGS_MIN} at least are needed", gratings.len());
-    let points = gratings.into_iter().map(|grating| measure(grating, pitch_mm, plan)).collect::<Result<Vec<_>>>()?;
+    ensure!(
+        gratings.len() >= GRATINGS_MIN,
+        "{} gratings: {GRATINGS_MIN} at least are needed",
+        gratings.len()
+    );
+    let points = gratings
+        .into_iter()
+        .map(|grating| measure(grating, pitch_mm, plan))
+        .collect::<Result<Vec<_>>>()?;
     line(points)
 }
 
@@ -67,8 +78,17 @@ fn refuse_without_pairs(plan: &Plan) -> Result<()> {
     Ok(())
 }
 
-/// The lag of a grating, as one of nominal pitch without the effect of the contact's ends would have it.
-fn measure(Grating { name, period_mm, input }: Grating, pitch_mm: f32, plan: Plan) -> Result<Point> {
+/// The lag of a grating, as one of nominal pitch without the effect of the contact's ends would
+/// have it.
+fn measure(
+    Grating {
+        name,
+        period_mm,
+        input,
+    }: Grating,
+    pitch_mm: f32,
+    plan: Plan,
+) -> Result<Point> {
     let near = period_mm as f32;
     let array = Array {
         pitch_mm,
@@ -78,7 +98,10 @@ fn measure(Grating { name, period_mm, input }: Grating, pitch_mm: f32, plan: Pla
         period_most_mm: (PULLED_MOST * near).min(PITCHES_MOST * pitch_mm),
         ..Array::DEFAULT
     };
-    let settings = Settings { array, ..Settings::DEFAULT.with_plan(plan) };
+    let settings = Settings {
+        array,
+        ..Settings::DEFAULT.with_plan(plan)
+    };
     settings.validate().with_context(|| name.clone())?;
     let (mut first, mut lags, mut doubtful) = (true, Vec::new(), 0);
     let mut sink = |packet: &Packet| {
@@ -89,7 +112,9 @@ fn measure(Grating { name, period_mm, input }: Grating, pitch_mm: f32, plan: Pla
         // The onset of friction is in a slide's first window, and in the whole slide.
         if fit.span == Span::Window && !std::mem::take(&mut first) {
             match fit.travel.status {
-                TravelStatus::Unique => lags.push(TAU * f64::from(pitch_mm) / f64::from(fit.travel.spatial_period_mm)),
+                TravelStatus::Unique => {
+                    lags.push(TAU * f64::from(pitch_mm) / f64::from(fit.travel.spatial_period_mm))
+                }
                 _ => doubtful += 1,
             }
         }
@@ -104,7 +129,12 @@ fn measure(Grating { name, period_mm, input }: Grating, pitch_mm: f32, plan: Pla
         );
     }
     let lag_rad = lags.iter().sum::<f64>() / lags.len() as f64;
-    Ok(Point { period_mm, lag_rad, residual_rad: 0.0, windows: lags.len() })
+    Ok(Point {
+        period_mm,
+        lag_rad,
+        residual_rad: 0.0,
+        windows: lags.len(),
+    })
 }
 
 /// The straight line through the lags over the wave number, by least squares.
@@ -114,7 +144,10 @@ fn line(mut points: Vec<Point>) -> Result<Calibration> {
     let wave = |point: &Point| TAU / point.period_mm;
     let (middle, lag) = (mean(&wave), mean(&|point| point.lag_rad));
     let spread = mean(&|point| (wave(point) - middle).powi(2));
-    ensure!(spread.sqrt() > 0.02 * middle, "the gratings' periods are too similar: choose for example 2.5, 3 and 4 mm");
+    ensure!(
+        spread.sqrt() > 0.02 * middle,
+        "the gratings' periods are too similar: choose for example 2.5, 3 and 4 mm"
+    );
     let pitch_mm = mean(&|point| (wave(point) - middle) * (point.lag_rad - lag)) / spread;
     let edge_phase_rad = pitch_mm * middle - lag;
     let mut squares = 0.0;
@@ -123,14 +156,28 @@ fn line(mut points: Vec<Point>) -> Result<Calibration> {
         squares += point.residual_rad * point.residual_rad;
     }
     let edge_phase_sigma_rad = (squares / (count - 2.0)).sqrt();
-    Ok(Calibration { pitch_mm, edge_phase_rad, edge_phase_sigma_rad, gratings: points })
+    Ok(Calibration {
+        pitch_mm,
+        edge_phase_rad,
+        edge_phase_sigma_rad,
+        gratings: points,
+    })
 }
 
 impl fmt::Display for Calibration {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "period       lag          residual  windows")?;
-        for Point { period_mm, lag_rad, residual_rad, windows } in &self.gratings {
-            writeln!(f, "{period_mm:>6.3} mm {lag_rad:>7.4} rad {residual_rad:>12.4} rad {windows:>8}")?;
+        for Point {
+            period_mm,
+            lag_rad,
+            residual_rad,
+            windows,
+        } in &self.gratings
+        {
+            writeln!(
+                f,
+                "{period_mm:>6.3} mm {lag_rad:>7.4} rad {residual_rad:>12.4} rad {windows:>8}"
+            )?;
         }
         writeln!(
             f,
@@ -145,23 +192,44 @@ mod tests {
     use super::*;
 
     fn points(of: &[(f64, f64)]) -> Vec<Point> {
-        of.iter().map(|&(period_mm, lag_rad)| Point { period_mm, lag_rad, residual_rad: 0.0, windows: 1 }).collect()
+        of.iter()
+            .map(|&(period_mm, lag_rad)| Point {
+                period_mm,
+                lag_rad,
+                residual_rad: 0.0,
+                windows: 1,
+            })
+            .collect()
     }
 
     #[test]
     fn a_straight_line_comes_back() {
-        let lags: Vec<_> = [2.5, 3.0, 4.0].map(|period_mm| (period_mm, TAU * 2.3 / period_mm - 0.3)).into();
+        let lags: Vec<_> = [2.5, 3.0, 4.0]
+            .map(|period_mm| (period_mm, TAU * 2.3 / period_mm - 0.3))
+            .into();
         let found = line(points(&lags)).expect("a line");
-        assert!((found.pitch_mm - 2.3).abs() < 1e-12 && (found.edge_phase_rad - 0.3).abs() < 1e-12, "{found:?}");
+        assert!(
+            (found.pitch_mm - 2.3).abs() < 1e-12 && (found.edge_phase_rad - 0.3).abs() < 1e-12,
+            "{found:?}"
+        );
         assert!(found.edge_phase_sigma_rad < 1e-12);
-        assert!(found.gratings.iter().all(|point| point.residual_rad.abs() < 1e-12));
+        assert!(
+            found
+                .gratings
+                .iter()
+                .all(|point| point.residual_rad.abs() < 1e-12)
+        );
     }
 
     #[test]
     fn residuals_of_lags_that_are_not_straight() {
         // Wave numbers 1, 2, 3 with lags 0, 3, 0: the line is level at 1, with residuals -1, 2, -1.
-        let found = line(points(&[(TAU, 0.0), (TAU / 2.0, 3.0), (TAU / 3.0, 0.0)])).expect("a line");
-        assert!(found.pitch_mm.abs() < 1e-12 && (found.edge_phase_rad + 1.0).abs() < 1e-12, "{found:?}");
+        let found =
+            line(points(&[(TAU, 0.0), (TAU / 2.0, 3.0), (TAU / 3.0, 0.0)])).expect("a line");
+        assert!(
+            found.pitch_mm.abs() < 1e-12 && (found.edge_phase_rad + 1.0).abs() < 1e-12,
+            "{found:?}"
+        );
         assert!((found.edge_phase_sigma_rad - 6f64.sqrt()).abs() < 1e-12);
     }
 
@@ -170,11 +238,23 @@ mod tests {
         let error = line(points(&[(3.0, 4.0), (3.0, 4.0), (3.01, 4.0)])).expect_err("no line");
         assert!(error.to_string().contains("too similar"), "{error}");
         let error = run(Vec::new(), 2.3, Plan::PAPER).expect_err("no line");
-        assert!(error.to_string().contains("0 gratings: 3 at least"), "{error}");
+        assert!(
+            error.to_string().contains("0 gratings: 3 at least"),
+            "{error}"
+        );
         // One input has no other to lag behind; AIN0 and AIN1 are in the same column.
-        for plan in [Plan::SINGLE, Plan { inputs: 3, ..Plan::HAND }] {
+        for plan in [
+            Plan::SINGLE,
+            Plan {
+                inputs: 3,
+                ..Plan::HAND
+            },
+        ] {
             let error = run(Vec::new(), 2.3, plan).expect_err("no pair");
-            assert!(error.to_string().contains("converts no two alike inputs"), "{error}");
+            assert!(
+                error.to_string().contains("converts no two alike inputs"),
+                "{error}"
+            );
         }
     }
 }

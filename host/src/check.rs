@@ -1,5 +1,5 @@
-//! `check`: a first power-up in one command. One conversation with the board gives [`Observations`]; every [`Check`] is a pure
-//! function of them.
+//! `check`: a first power-up in one command. One conversation with the board gives
+//! [`Observations`]; every [`Check`] is a pure function of them.
 
 mod acquisition;
 mod converter;

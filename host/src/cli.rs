@@ -1,5 +1,5 @@
-//! The command line. Each command has a file here with its arguments and its work; options that several commands share
-//! have files of their own.
+//! The command line. Each command has a file here with its arguments and its work; options that
+//! several commands share have files of their own.
 
 mod actuator;
 mod array;
@@ -39,8 +39,9 @@ use clap::{CommandFactory, Parser, Subcommand};
 
 /// The tone of the ridges under a tactile fingertip, on a PC: the same code as on the chip.
 ///
-/// Results go to standard output, everything else to standard error. Times of events are device time: seconds since the
-/// first conversion. Exit status: 0 done, 1 an error (one line says which), 2 a command that makes no sense.
+/// Results go to standard output, everything else to standard error. Times of events are device
+/// time: seconds since the first conversion. Exit status: 0 done, 1 an error (one line says which),
+/// 2 a command that makes no sense.
 #[derive(Debug, Parser)]
 #[command(name = "ridgetone", version, max_term_width = 100)]
 pub struct Cli {
@@ -55,15 +56,18 @@ pub struct Cli {
 enum Command {
     /// Fit all channels of a recording with one common frequency.
     Fit(fit::FitArgs),
-    /// Estimate what a finger feels over a recording: how four kinds of receptors fire, and scores such as soft and rough.
+    /// Estimate what a finger feels over a recording: how four kinds of receptors fire, and scores
+    /// such as soft and rough.
     Feel(feel::FeelArgs),
     /// Run a recording or a scene through the library, behind a simulated ADS1258.
     Replay(replay::ReplayArgs),
-    /// Calibrate the array, so that phases give spatial periods, from recordings of gratings of known period.
+    /// Calibrate the array, so that phases give spatial periods, from recordings of gratings of
+    /// known period.
     Calibrate(calibrate::CalibrateArgs),
     /// Run the firmware image in QEMU, with a simulated ADS1258.
     Emulate(emulate::EmulateArgs),
-    /// Check a board after its first power-up: every part of it, with the page of the book that helps.
+    /// Check a board after its first power-up: every part of it, with the page of the book that
+    /// helps.
     Check(check::CheckArgs),
     /// List the serial ports of this computer.
     Ports(ports::PortsArgs),
@@ -73,13 +77,16 @@ enum Command {
     View(view::ViewArgs),
     /// Show what the finger feels on a display of pins, and what a finger on that would feel.
     Pins(pins::PinsArgs),
-    /// Feel a texture under the mouse, a finger or a pen: a page that plays its vibration; or write that as sound.
+    /// Feel a texture under the mouse, a finger or a pen: a page that plays its vibration; or write
+    /// that as sound.
     Touch(touch::TouchArgs),
-    /// Connect a finger with a stylus over a network: textures one way, the place of the hand the other.
+    /// Connect a finger with a stylus over a network: textures one way, the place of the hand the
+    /// other.
     Link(link::LinkArgs),
     /// Record the telemetry of a board in a file.
     Record(record::RecordArgs),
-    /// Give the messages of one or many boards to other programs: Foxglove, MQTT, Zenoh, ROS 2, or lines of JSON.
+    /// Give the messages of one or many boards to other programs: Foxglove, MQTT, Zenoh, ROS 2, or
+    /// lines of JSON.
     Serve(serve::ServeArgs),
     /// Learn what a texture is from recordings, for a person's hand.
     #[command(subcommand)]
@@ -92,9 +99,11 @@ enum Command {
     /// Start, stop or restart a board, or have it estimate by place.
     #[command(subcommand, name = "command")]
     Board(command::BoardCommand),
-    /// Print the telemetry of a board on a serial line. When it is unplugged, the command waits for it.
+    /// Print the telemetry of a board on a serial line. When it is unplugged, the command waits for
+    /// it.
     Listen(monitor::ListenArgs),
-    /// Run a scene through the emulated firmware: print its results beside the truth, and draw a picture.
+    /// Run a scene through the emulated firmware: print its results beside the truth, and draw a
+    /// picture.
     Demo(demo::DemoArgs),
     /// Write a scene as a CSV trace, and print its true values.
     Scene(scene::SceneArgs),
@@ -105,8 +114,8 @@ enum Command {
 }
 
 impl Cli {
-    /// Does the command.
-    /// Fails with one line; with a [`crate::usage::UsageError`] where the command itself makes no sense.
+    /// Does the command. Fails with one line; with a [`crate::usage::UsageError`] where the command
+    /// itself makes no sense.
     pub fn run(self) -> Result<()> {
         if self.force {
             crate::output::force();
@@ -149,7 +158,9 @@ mod tests {
 
     fn replay(arguments: &[&str]) -> replay::ReplayArgs {
         let cli = Cli::try_parse_from([&["ridgetone", "replay"], arguments].concat()).unwrap();
-        let Command::Replay(args) = cli.command else { panic!("not a replay") };
+        let Command::Replay(args) = cli.command else {
+            panic!("not a replay")
+        };
         args
     }
 
@@ -162,12 +173,21 @@ mod tests {
     fn defaults_are_the_librarys_own() {
         let args = replay(&[]);
         assert_eq!(args.settings.settings().unwrap(), Settings::default());
-        assert_eq!(args.input.scene.sliding(&ridgetone_proto::plan::Plan::PAPER).unwrap(), Sliding::default());
+        assert_eq!(
+            args.input
+                .scene
+                .sliding(&ridgetone_proto::plan::Plan::PAPER)
+                .unwrap(),
+            Sliding::default()
+        );
     }
 
     #[test]
     fn settings_out_of_bounds_are_refused() {
         let error = replay(&["--window", "9"]).settings.settings().unwrap_err();
-        assert!(error.is::<UsageError>() && error.to_string().starts_with("window_s = 9"), "{error}");
+        assert!(
+            error.is::<UsageError>() && error.to_string().starts_with("window_s = 9"),
+            "{error}"
+        );
     }
 }

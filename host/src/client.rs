@@ -24,7 +24,11 @@ pub struct Client<'a> {
 
 impl<'a> Client<'a> {
     pub fn new(feed: &'a mut Feed) -> Self {
-        Self { feed, requests: new_requests(), gives: None }
+        Self {
+            feed,
+            requests: new_requests(),
+            gives: None,
+        }
     }
 
     /// The board's greeting.
@@ -35,7 +39,12 @@ impl<'a> Client<'a> {
                 *hello = Some(greeting.clone());
             }
         };
-        request(self.feed, &mut self.requests, Command::Greet, &mut |packet| keep(packet, &mut hello))?;
+        request(
+            self.feed,
+            &mut self.requests,
+            Command::Greet,
+            &mut |packet| keep(packet, &mut hello),
+        )?;
         // The reply may overtake the greeting.
         for _ in 0..PACKETS_MAX {
             if hello.is_some() {
@@ -53,18 +62,27 @@ impl<'a> Client<'a> {
         let mut first = 0;
         for part in knots.chunks(KNOTS_A_COMMAND) {
             let last = (first + part.len() == knots.len()).then_some(after);
-            let knots = heapless::Vec::from_slice(part).context("a part of the profile is too long")?;
-            self.request(Command::Follow(Part { first: first as u8, knots, last }))?;
+            let knots =
+                heapless::Vec::from_slice(part).context("a part of the profile is too long")?;
+            self.request(Command::Follow(Part {
+                first: first as u8,
+                knots,
+                last,
+            }))?;
             first += part.len();
         }
         Ok(())
     }
 
-    /// Sends a command. True if the board erased flash for it, which costs a second or two of conversions.
-    /// Fails if the board refuses the command, with the reason ([`UsageError`] for a setting), or does not answer.
+    /// Sends a command. True if the board erased flash for it, which costs a second or two of
+    /// conversions. Fails if the board refuses the command, with the reason ([`UsageError`] for a
+    /// setting), or does not answer.
     pub fn request(&mut self, command: Command) -> Result<bool> {
         let mut take = |packet: &Packet| {
-            if let Event::Reply(Reply { gives: Some(gives), .. }) = &packet.event {
+            if let Event::Reply(Reply {
+                gives: Some(gives), ..
+            }) = &packet.event
+            {
                 self.gives = Some(*gives);
             }
         };
@@ -73,7 +91,9 @@ impl<'a> Client<'a> {
         match outcome {
             Outcome::Done => Ok(false),
             Outcome::DoneErased => Ok(true),
-            Outcome::Setting(error) => Err(UsageError(settings_form::explain(&error.field, &text)).into()),
+            Outcome::Setting(error) => {
+                Err(UsageError(settings_form::explain(&error.field, &text)).into())
+            }
             Outcome::Profile | Outcome::NotStored | Outcome::Busy => bail!("the board: {text}"),
         }
     }

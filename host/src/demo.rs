@@ -23,19 +23,42 @@ pub struct Demo {
 }
 
 /// Runs a scene.
-pub fn run(scene: Sliding, options: Options<'_>, progress: &mut dyn FnMut(f64, f64)) -> Result<Demo> {
+pub fn run(
+    scene: Sliding,
+    options: Options<'_>,
+    progress: &mut dyn FnMut(f64, f64),
+) -> Result<Demo> {
     let (speed_mm_s, period_mm, seed) = (scene.speed_mm_s, scene.period_mm, scene.seed);
-    let input = Input { source: Source::Scene(scene), seed, ..Input::default() }.open()?;
+    let input = Input {
+        source: Source::Scene(scene),
+        seed,
+        ..Input::default()
+    }
+    .open()?;
     let truth = input.truth.context("the scene has no truth")?;
     let mut packets = Vec::new();
     let mut sink = |packet: &Packet| {
         packets.push(packet.clone());
         Ok(())
     };
-    let outcome = emulator::run(input, Options { keep_conversions: true, ..options }, &mut sink, progress)?;
+    let outcome = emulator::run(
+        input,
+        Options {
+            keep_conversions: true,
+            ..options
+        },
+        &mut sink,
+        progress,
+    )?;
     // Scene time begins when the board starts the chip, device time with the first result.
     let zero_s = (outcome.start_us as f64 - outcome.first_edge_us as f64) / 1e6;
-    Ok(Demo { speed_mm_s, period_mm, truth: later(truth, zero_s), outcome, packets })
+    Ok(Demo {
+        speed_mm_s,
+        period_mm,
+        truth: later(truth, zero_s),
+        outcome,
+        packets,
+    })
 }
 
 impl Demo {
@@ -55,7 +78,10 @@ impl Demo {
 
     /// The last event of a kind.
     fn last<'a, T>(&'a self, kind: impl Fn(&'a Event) -> Option<T>) -> Option<T> {
-        self.packets.iter().rev().find_map(|packet| kind(&packet.event))
+        self.packets
+            .iter()
+            .rev()
+            .find_map(|packet| kind(&packet.event))
     }
 }
 
@@ -72,12 +98,21 @@ pub fn later(truth: Truth, by_s: f64) -> Truth {
 }
 
 fn time(t_us: Option<u64>) -> String {
-    t_us.map_or_else(|| "not found".into(), |t_us| format!("{:.3} s", seconds(t_us)))
+    t_us.map_or_else(
+        || "not found".into(),
+        |t_us| format!("{:.3} s", seconds(t_us)),
+    )
 }
 
 impl fmt::Display for Demo {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { speed_mm_s, period_mm, truth, outcome, .. } = self;
+        let Self {
+            speed_mm_s,
+            period_mm,
+            truth,
+            outcome,
+            ..
+        } = self;
         let contact_us = self.last(|event| match event {
             Event::Contact(contact) => Some(contact.t_us),
             _ => None,
@@ -94,36 +129,77 @@ impl fmt::Display for Demo {
             Event::Health(health) => Some(health),
             _ => None,
         });
-        writeln!(f, "A grating of {period_mm} mm slides over the emulated fingertip at {speed_mm_s} mm/s.\n")?;
+        writeln!(
+            f,
+            "A grating of {period_mm} mm slides over the emulated fingertip at {speed_mm_s} mm/s.\n"
+        )?;
         writeln!(f, "{:<16}{:>24}{:>14}", "", "firmware", "truth")?;
-        let mut row =
-            |name: &str, found: String, true_value: String| writeln!(f, "{name:<16}{found:>24}{true_value:>14}");
-        row("contact", time(contact_us), format!("{:.3} s", truth.contact_s))?;
-        row("slide begins", time(slide_us.map(|(start_us, _)| start_us)), format!("{:.3} s", truth.slide_start_s))?;
-        row("slide ends", time(slide_us.map(|(_, end_us)| end_us)), format!("{:.3} s", truth.slide_end_s))?;
+        let mut row = |name: &str, found: String, true_value: String| {
+            writeln!(f, "{name:<16}{found:>24}{true_value:>14}")
+        };
+        row(
+            "contact",
+            time(contact_us),
+            format!("{:.3} s", truth.contact_s),
+        )?;
+        row(
+            "slide begins",
+            time(slide_us.map(|(start_us, _)| start_us)),
+            format!("{:.3} s", truth.slide_start_s),
+        )?;
+        row(
+            "slide ends",
+            time(slide_us.map(|(_, end_us)| end_us)),
+            format!("{:.3} s", truth.slide_end_s),
+        )?;
         match estimate {
             Some(e) if e.status.has_tone() => {
                 let (hz, sigma_hz) = with_sigma(e.frequency.into(), e.sigma.into());
-                row("tone", format!("{hz} +- {sigma_hz} Hz"), format!("{:.4} Hz", truth.frequency_hz))?;
+                row(
+                    "tone",
+                    format!("{hz} +- {sigma_hz} Hz"),
+                    format!("{:.4} Hz", truth.frequency_hz),
+                )?;
                 if e.status != Status::Good {
                     row("status", name(e.status).into(), String::new())?;
                 }
                 let found_mm = speed_mm_s / f64::from(e.frequency);
-                let (mm, sigma_mm) = with_sigma(found_mm, found_mm * f64::from(e.sigma / e.frequency));
-                row("spatial period", format!("{mm} +- {sigma_mm} mm"), format!("{period_mm:.4} mm"))?;
+                let (mm, sigma_mm) =
+                    with_sigma(found_mm, found_mm * f64::from(e.sigma / e.frequency));
+                row(
+                    "spatial period",
+                    format!("{mm} +- {sigma_mm} mm"),
+                    format!("{period_mm:.4} mm"),
+                )?;
                 if e.travel.is_known() {
                     let with_unit = |(value, sigma): (f32, f32), unit| {
                         let (value, sigma) = with_sigma(value.into(), sigma.into());
                         format!("{value} +- {sigma} {unit}")
                     };
                     let period = (e.travel.spatial_period_mm, e.travel.spatial_period_sigma_mm);
-                    row("period, by lags", with_unit(period, "mm"), format!("{period_mm:.4} mm"))?;
+                    row(
+                        "period, by lags",
+                        with_unit(period, "mm"),
+                        format!("{period_mm:.4} mm"),
+                    )?;
                     let speed = (e.travel.speed_mm_s, e.travel.speed_sigma_mm_s);
-                    row("speed, by lags", with_unit(speed, "mm/s"), format!("{speed_mm_s:.4} mm/s"))?;
+                    row(
+                        "speed, by lags",
+                        with_unit(speed, "mm/s"),
+                        format!("{speed_mm_s:.4} mm/s"),
+                    )?;
                 }
             }
-            Some(e) => row("tone", name(e.status).into(), format!("{:.4} Hz", truth.frequency_hz))?,
-            None => row("tone", "not found".into(), format!("{:.4} Hz", truth.frequency_hz))?,
+            Some(e) => row(
+                "tone",
+                name(e.status).into(),
+                format!("{:.4} Hz", truth.frequency_hz),
+            )?,
+            None => row(
+                "tone",
+                "not found".into(),
+                format!("{:.4} Hz", truth.frequency_hz),
+            )?,
         }
         let map = |hold: Hold| {
             let image = self.last(|event| match event {
@@ -133,7 +209,11 @@ impl fmt::Display for Demo {
             image.unwrap_or_else(|| "not found\n\n\n\n".into())
         };
         let [before, after] = [Hold::BeforeSlide, Hold::AfterSlide].map(map);
-        writeln!(f, "\n{:<44}after the slide, mV", "static image before the slide, mV")?;
+        writeln!(
+            f,
+            "\n{:<44}after the slide, mV",
+            "static image before the slide, mV"
+        )?;
         for (before, after) in before.lines().zip(after.lines()) {
             writeln!(f, "{before:<44}{after}")?;
         }
@@ -148,11 +228,28 @@ impl fmt::Display for Demo {
                 e.window_s
             )?;
         }
-        writeln!(f, "processor load  {:.1} % at most (instructions of 8 ns)", 100.0 * self.load())?;
+        writeln!(
+            f,
+            "processor load  {:.1} % at most (instructions of 8 ns)",
+            100.0 * self.load()
+        )?;
         let (read, lost) = (outcome.conversions_served, outcome.chip.lost);
-        let (skipped, dropped) = health.map_or((0, 0), |health| (health.hops_skipped, health.messages_dropped));
-        writeln!(f, "conversions     {read} read, {lost} lost; {skipped} hops skipped")?;
-        let Counts { received, missing, damaged, .. } = outcome.counts;
-        writeln!(f, "telemetry       {received} frames received, {missing} lost, {damaged} damaged; {dropped} dropped")
+        let (skipped, dropped) = health.map_or((0, 0), |health| {
+            (health.hops_skipped, health.messages_dropped)
+        });
+        writeln!(
+            f,
+            "conversions     {read} read, {lost} lost; {skipped} hops skipped"
+        )?;
+        let Counts {
+            received,
+            missing,
+            damaged,
+            ..
+        } = outcome.counts;
+        writeln!(
+            f,
+            "telemetry       {received} frames received, {missing} lost, {damaged} damaged; {dropped} dropped"
+        )
     }
 }

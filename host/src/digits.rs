@@ -1,4 +1,5 @@
-//! Numbers as text: significant digits, and as many decimals as an uncertainty needs. Device time in seconds.
+//! Numbers as text: significant digits, and as many decimals as an uncertainty needs. Device time
+//! in seconds.
 
 use ridgetone_proto::telemetry::Event;
 
@@ -28,7 +29,11 @@ pub fn significant(value: f64, digits: usize) -> String {
 /// Decimals at which an uncertainty has a digit other than 0, at least `least`.
 pub fn decimals(sigma: f64, least: usize) -> usize {
     // Half a unit of the last decimal is rounded up; single precision has at most nine decimals.
-    if sigma > 0.0 { (-(2.0 * sigma).log10()).ceil().clamp(least as f64, 9.0) as usize } else { least }
+    if sigma > 0.0 {
+        (-(2.0 * sigma).log10()).ceil().clamp(least as f64, 9.0) as usize
+    } else {
+        least
+    }
 }
 
 /// `value +- sigma`, both with the same number of [`decimals`], at least `least`.
@@ -52,10 +57,19 @@ mod tests {
         let shown = |value, sigma| with_sigma(value, sigma);
         assert_eq!(shown(8.33342, 0.00023), ("8.3334".into(), "0.0002".into()));
         assert_eq!(shown(3.60002, 6e-5), ("3.6000".into(), "0.0001".into()));
-        assert_eq!(shown(4.1666667, 2.6e-6), ("4.166667".into(), "0.000003".into()));
-        assert_eq!(shown(4.1666667, 1e-6), ("4.166667".into(), "0.000001".into()));
+        assert_eq!(
+            shown(4.1666667, 2.6e-6),
+            ("4.166667".into(), "0.000003".into())
+        );
+        assert_eq!(
+            shown(4.1666667, 1e-6),
+            ("4.166667".into(), "0.000001".into())
+        );
         assert_eq!(shown(31.25, 12.0), ("31.2500".into(), "12.0000".into()));
-        assert_eq!((shown(1.0, 0.0).1, shown(1.0, f64::NAN).1), ("0.0000".into(), "NaN".into()));
+        assert_eq!(
+            (shown(1.0, 0.0).1, shown(1.0, f64::NAN).1),
+            ("0.0000".into(), "NaN".into())
+        );
     }
 
     #[test]

@@ -1,4 +1,5 @@
-//! `emulate`: the firmware image itself, in QEMU, with the simulated chip at the other end of its bridge.
+//! `emulate`: the firmware image itself, in QEMU, with the simulated chip at the other end of its
+//! bridge.
 
 #[cfg(not(unix))]
 mod absent;
@@ -33,14 +34,16 @@ use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Decoder, PROTOCOL, Packet};
 use std::time::Duration;
 
-/// The PC's end of the line, packet by packet: takes the board's time and a received packet, and gives the bytes to send. It is
-/// called with every packet, and without one whenever the board has sent anything else.
+/// The PC's end of the line, packet by packet: takes the board's time and a received packet, and
+/// gives the bytes to send. It is called with every packet, and without one whenever the board has
+/// sent anything else.
 pub type Talk<'a> = dyn FnMut(Duration, Option<&Packet>) -> Result<Vec<u8>> + 'a;
 
-/// Runs the firmware on `input` until the input is over and the firmware has left, or this process is to stop (Ctrl-C).
-/// Packets go to `sink` as they arrive; `progress` takes the seconds of the input done, and its length.
-/// Fails if the image is not ours, the emulator is missing or fails, the firmware fails, falls silent or refuses its
-/// settings, or `sink` fails. The emulator has ended by then in any case.
+/// Runs the firmware on `input` until the input is over and the firmware has left, or this process
+/// is to stop (Ctrl-C). Packets go to `sink` as they arrive; `progress` takes the seconds of the
+/// input done, and its length. Fails if the image is not ours, the emulator is missing or fails,
+/// the firmware fails, falls silent or refuses its settings, or `sink` fails. The emulator has
+/// ended by then in any case.
 pub fn run(
     input: Opened,
     options: Options<'_>,
@@ -49,7 +52,10 @@ pub fn run(
 ) -> Result<Outcome> {
     let mut requests = Requests::new(1);
     if options.settings != Settings::DEFAULT {
-        requests.push(Command::Set { settings: options.settings, keep: false });
+        requests.push(Command::Set {
+            settings: options.settings,
+            keep: false,
+        });
     }
     let (mut has_greeted, uncertainty) = (false, input.uncertainty);
     let mut talk = |now, packet: Option<&Packet>| {
@@ -60,15 +66,23 @@ pub fn run(
             sink(&packet)?;
             match requests.answered(&packet.event) {
                 None | Some((_, Answer::Done | Answer::DoneErased)) => {}
-                Some((_, refused)) => bail!("the firmware refuses the settings: {}", events::outcome(&refused)),
+                Some((_, refused)) => bail!(
+                    "the firmware refuses the settings: {}",
+                    events::outcome(&refused)
+                ),
             }
         }
-        if has_greeted { requests.due(now) } else { Ok(Vec::new()) }
+        if has_greeted {
+            requests.due(now)
+        } else {
+            Ok(Vec::new())
+        }
     };
     run_packets(input, options, &mut talk, progress)
 }
 
-/// The same with a PC that also sends. This PC's speed decides when bytes arrive: such a run does not repeat to the bit.
+/// The same with a PC that also sends. This PC's speed decides when bytes arrive: such a run does
+/// not repeat to the bit.
 pub fn run_packets(
     input: Opened,
     options: Options<'_>,
@@ -89,7 +103,12 @@ pub fn run_packets(
     };
     let outcome = run_bytes(input, options, &mut exchange, progress)?;
     if let Some(protocol) = decoder.foreign {
-        bail!("the firmware speaks protocol {protocol}, this command {PROTOCOL}: build both from one version");
+        bail!(
+            "the firmware speaks protocol {protocol}, this command {PROTOCOL}: build both from one version"
+        );
     }
-    Ok(Outcome { counts: Counts::of(&decoder, received), ..outcome })
+    Ok(Outcome {
+        counts: Counts::of(&decoder, received),
+        ..outcome
+    })
 }

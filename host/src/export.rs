@@ -47,14 +47,19 @@ pub fn run(path: &Path, format: Format, kind: Kind, out: &mut dyn Write) -> Resu
         Format::Mcap => mcap::write(path, out),
         Format::Ndjson => {
             let mut json = JsonLines::default();
-            packets(path, &mut |packet, receipt| Ok(writeln!(out, "{}", json.line(packet, receipt)?)?))
+            packets(path, &mut |packet, receipt| {
+                Ok(writeln!(out, "{}", json.line(packet, receipt)?)?)
+            })
         }
         Format::Teleplot => {
             let mut teleplot = Teleplot::default();
-            packets(path, &mut |packet, _| match teleplot.lines(packet).as_str() {
-                "" => Ok(()),
-                lines => Ok(writeln!(out, "{lines}")?),
-            })
+            packets(
+                path,
+                &mut |packet, _| match teleplot.lines(packet).as_str() {
+                    "" => Ok(()),
+                    lines => Ok(writeln!(out, "{lines}")?),
+                },
+            )
         }
     }
 }

@@ -1,6 +1,8 @@
-//! Where packets come from: a board on a port, the emulated board, or a recording. One decoder serves all three.
+//! Where packets come from: a board on a port, the emulated board, or a recording. One decoder
+//! serves all three.
 //!
-//! A [`Source`] gives bytes; [`Feed`] decodes packets from them, counts losses, and records the bytes on request.
+//! A [`Source`] gives bytes; [`Feed`] decodes packets from them, counts losses, and records the
+//! bytes on request.
 
 mod decoded;
 mod emulated;

@@ -1,4 +1,5 @@
-//! `feel`: what the receptors of a finger would fire over a recording, and what people would say of the surface.
+//! `feel`: what the receptors of a finger would fire over a recording, and what people would say of
+//! the surface.
 
 mod coefficients;
 pub(crate) mod event;

@@ -19,7 +19,13 @@ impl Frame {
     /// A raw frame in volts, against a reference of `vref_v` volts.
     pub fn new(raw: &Raw, vref_v: f32) -> Self {
         let usable = raw.present & raw.good;
-        let volts = |taxel: usize| (usable >> taxel & 1 != 0).then(|| reading::volts(raw.codes[taxel], vref_v));
-        Self { t_s: seconds(raw.t_us), number: raw.number, volts: std::array::from_fn(volts) }
+        let volts = |taxel: usize| {
+            (usable >> taxel & 1 != 0).then(|| reading::volts(raw.codes[taxel], vref_v))
+        };
+        Self {
+            t_s: seconds(raw.t_us),
+            number: raw.number,
+            volts: std::array::from_fn(volts),
+        }
     }
 }

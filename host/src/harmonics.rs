@@ -1,5 +1,5 @@
-//! All harmonics of a known frequency in one channel, by least squares: amplitudes for display. The frequency is the
-//! estimator's; here nothing is searched.
+//! All harmonics of a known frequency in one channel, by least squares: amplitudes for display. The
+//! frequency is the estimator's; here nothing is searched.
 
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -26,8 +26,9 @@ pub struct Harmonics {
     pub residual_v: f32,
 }
 
-/// Fits `count` harmonics of `frequency_hz`, and a line at `interferer_hz` if there is one, to the known of `volts` at `t_s`
-/// (seconds from the window's centre). None if there are no more values than unknowns.
+/// Fits `count` harmonics of `frequency_hz`, and a line at `interferer_hz` if there is one, to the
+/// known of `volts` at `t_s` (seconds from the window's centre). None if there are no more values
+/// than unknowns.
 pub fn fit(
     t_s: &[f64],
     volts: &[Option<f32>],
@@ -35,14 +36,28 @@ pub fn fit(
     count: u8,
     interferer_hz: Option<f64>,
 ) -> Option<Harmonics> {
-    let half_s = t_s.iter().fold(f64::MIN_POSITIVE, |most, t_s| most.max(t_s.abs()));
-    let lines: Vec<f64> = (1..=count).map(|k| f64::from(k) * frequency_hz).chain(interferer_hz).collect();
+    let half_s = t_s
+        .iter()
+        .fold(f64::MIN_POSITIVE, |most, t_s| most.max(t_s.abs()));
+    let lines: Vec<f64> = (1..=count)
+        .map(|k| f64::from(k) * frequency_hz)
+        .chain(interferer_hz)
+        .collect();
     let row = |t_s: f64| {
         let u = t_s / half_s;
-        let waves = lines.iter().flat_map(|hz| [(TAU * hz * t_s).cos(), -(TAU * hz * t_s).sin()]);
-        [1.0, u, u * u, u * u * u].into_iter().chain(waves).collect::<Vec<f64>>()
+        let waves = lines
+            .iter()
+            .flat_map(|hz| [(TAU * hz * t_s).cos(), -(TAU * hz * t_s).sin()]);
+        [1.0, u, u * u, u * u * u]
+            .into_iter()
+            .chain(waves)
+            .collect::<Vec<f64>>()
     };
-    let known: Vec<(f64, f64)> = t_s.iter().zip(volts).filter_map(|(t_s, v)| Some((*t_s, f64::from((*v)?)))).collect();
+    let known: Vec<(f64, f64)> = t_s
+        .iter()
+        .zip(volts)
+        .filter_map(|(t_s, v)| Some((*t_s, f64::from((*v)?))))
+        .collect();
     let rows: Vec<Vec<f64>> = known.iter().map(|(t_s, _)| row(*t_s)).collect();
     let read: Vec<f64> = known.iter().map(|(_, volts)| *volts).collect();
     let unknowns = 4 + 2 * lines.len();
@@ -50,24 +65,41 @@ pub fn fit(
         return None;
     }
     let (found, squares) = least_squares(&rows, read);
-    let value = |t_s: &f64| row(*t_s).iter().zip(&found).map(|(a, b)| a * b).sum::<f64>() as f32;
+    let value = |t_s: &f64| {
+        row(*t_s)
+            .iter()
+            .zip(&found)
+            .map(|(a, b)| a * b)
+            .sum::<f64>() as f32
+    };
     let harmonic = |pair: &[f64]| Harmonic {
         amplitude_v: pair[0].hypot(pair[1]) as f32,
         phase_rad: pair[1].atan2(pair[0]) as f32,
     };
     Some(Harmonics {
         fit_v: t_s.iter().map(value).collect(),
-        harmonics: found[4..].chunks_exact(2).take(count.into()).map(harmonic).collect(),
+        harmonics: found[4..]
+            .chunks_exact(2)
+            .take(count.into())
+            .map(harmonic)
+            .collect(),
         residual_v: (squares / (known.len() - unknowns) as f64).sqrt() as f32,
     })
 }
 
 /// Sum of squares of the known values about their straight line.
 pub fn about_line(volts: &[Option<f32>]) -> f64 {
-    let known: Vec<(f64, f64)> =
-        volts.iter().enumerate().filter_map(|(at, v)| Some((at as f64, f64::from((*v)?)))).collect();
+    let known: Vec<(f64, f64)> = volts
+        .iter()
+        .enumerate()
+        .filter_map(|(at, v)| Some((at as f64, f64::from((*v)?))))
+        .collect();
     let rows: Vec<Vec<f64>> = known.iter().map(|(at, _)| vec![1.0, *at]).collect();
-    if rows.is_empty() { 0.0 } else { least_squares(&rows, known.iter().map(|(_, v)| *v).collect()).1 }
+    if rows.is_empty() {
+        0.0
+    } else {
+        least_squares(&rows, known.iter().map(|(_, v)| *v).collect()).1
+    }
 }
 
 /// Square of the sum of `values` times a wave of `cycles` in as many of them.
@@ -81,11 +113,14 @@ pub fn power(values: &[f64], cycles: f64) -> f64 {
     sum.0.powi(2) + sum.1.powi(2)
 }
 
-/// The unknowns, and the sum of the squared residuals, by the modified Gram-Schmidt process (Björck, "Solving linear least
-/// squares problems by Gram-Schmidt orthogonalization", BIT 7, 1967).
+/// The unknowns, and the sum of the squared residuals, by the modified Gram-Schmidt process
+/// (Björck, "Solving linear least squares problems by Gram-Schmidt orthogonalization", BIT 7,
+/// 1967).
 pub(crate) fn least_squares(rows: &[Vec<f64>], mut rest: Vec<f64>) -> (Vec<f64>, f64) {
     let size = rows[0].len();
-    let mut columns: Vec<Vec<f64>> = (0..size).map(|at| rows.iter().map(|row| row[at]).collect()).collect();
+    let mut columns: Vec<Vec<f64>> = (0..size)
+        .map(|at| rows.iter().map(|row| row[at]).collect())
+        .collect();
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let (mut upper, mut found) = (vec![vec![0.0; size]; size], vec![0.0; size]);
     let full: Vec<f64> = columns.iter().map(|column| dot(column, column)).collect();
@@ -98,11 +133,16 @@ pub(crate) fn least_squares(rows: &[Vec<f64>], mut rest: Vec<f64>) -> (Vec<f64>,
         }
         upper[at][at] = square;
         found[at] = dot(&this, &rest) / square;
-        rest.iter_mut().zip(&this).for_each(|(rest, value)| *rest -= found[at] * value);
+        rest.iter_mut()
+            .zip(&this)
+            .for_each(|(rest, value)| *rest -= found[at] * value);
         for later in at + 1..size {
             let share = dot(&this, &columns[later]) / square;
             upper[at][later] = share;
-            columns[later].iter_mut().zip(&this).for_each(|(later, value)| *later -= share * value);
+            columns[later]
+                .iter_mut()
+                .zip(&this)
+                .for_each(|(later, value)| *later -= share * value);
         }
     }
     for at in (0..size).rev() {
@@ -110,7 +150,9 @@ pub(crate) fn least_squares(rows: &[Vec<f64>], mut rest: Vec<f64>) -> (Vec<f64>,
             found[at] = 0.0;
             continue;
         }
-        found[at] -= (at + 1..size).map(|later| upper[at][later] * found[later]).sum::<f64>();
+        found[at] -= (at + 1..size)
+            .map(|later| upper[at][later] * found[later])
+            .sum::<f64>();
     }
     let squares = dot(&rest, &rest);
     (found, squares)
@@ -122,24 +164,43 @@ mod tests {
 
     #[test]
     fn what_was_put_in_comes_out() {
-        let t_s: Vec<f64> = (0..241).map(|at| (f64::from(at) - 120.0) / 241.14).collect();
-        let wave = |t_s: f64, k: f64, amplitude: f64, phase: f64| amplitude * (TAU * 4.17 * k * t_s + phase).cos();
+        let t_s: Vec<f64> = (0..241)
+            .map(|at| (f64::from(at) - 120.0) / 241.14)
+            .collect();
+        let wave = |t_s: f64, k: f64, amplitude: f64, phase: f64| {
+            amplitude * (TAU * 4.17 * k * t_s + phase).cos()
+        };
         let truth = |t_s: f64| {
-            0.1 + 0.02 * t_s + wave(t_s, 1.0, 3e-3, 0.5) + wave(t_s, 2.0, 1e-3, -2.0) + 5e-4 * (TAU * 50.0 * t_s).cos()
+            0.1 + 0.02 * t_s
+                + wave(t_s, 1.0, 3e-3, 0.5)
+                + wave(t_s, 2.0, 1e-3, -2.0)
+                + 5e-4 * (TAU * 50.0 * t_s).cos()
         };
         let mut volts: Vec<Option<f32>> = t_s.iter().map(|t_s| Some(truth(*t_s) as f32)).collect();
         volts[17] = None;
         let found = fit(&t_s, &volts, 4.17, 2, Some(50.0)).unwrap();
-        for (found, (amplitude_v, phase_rad)) in found.harmonics.iter().zip([(3e-3, 0.5), (1e-3, -2.0)]) {
-            assert!((f64::from(found.amplitude_v) / amplitude_v - 1.0).abs() < 1e-4, "{found:?}");
-            assert!((f64::from(found.phase_rad) - phase_rad).abs() < 1e-4, "{found:?}");
+        for (found, (amplitude_v, phase_rad)) in
+            found.harmonics.iter().zip([(3e-3, 0.5), (1e-3, -2.0)])
+        {
+            assert!(
+                (f64::from(found.amplitude_v) / amplitude_v - 1.0).abs() < 1e-4,
+                "{found:?}"
+            );
+            assert!(
+                (f64::from(found.phase_rad) - phase_rad).abs() < 1e-4,
+                "{found:?}"
+            );
         }
         assert_eq!(found.harmonics.len(), 2);
         assert!(found.residual_v < 1e-7, "{}", found.residual_v);
         // At the missing one too.
         assert!((f64::from(found.fit_v[17]) - truth(t_s[17])).abs() < 1e-7);
         let without = fit(&t_s, &volts, 4.17, 1, Some(50.0)).unwrap();
-        assert!((f64::from(without.residual_v) * 2f64.sqrt() / 1e-3 - 1.0).abs() < 0.05, "{}", without.residual_v);
+        assert!(
+            (f64::from(without.residual_v) * 2f64.sqrt() / 1e-3 - 1.0).abs() < 0.05,
+            "{}",
+            without.residual_v
+        );
         assert_eq!(fit(&t_s[..8], &volts[..8], 4.17, 2, None), None);
     }
 }

@@ -15,7 +15,8 @@ pub const REFERENCE_V: f64 = 4.096;
 /// From power-up to the chip's first answer, clock cycles (SBAS297G, power-up).
 const POWER_UP_CYCLES: u64 = ads1258::POWER_UP_TICKS as u64;
 
-/// Overload, as a multiple of the reference: the chip clips and sets a status bit (SBAS297G, data format).
+/// Overload, as a multiple of the reference: the chip clips and sets a status bit (SBAS297G, data
+/// format).
 const OVERLOAD: f64 = 1.06;
 
 #[derive(Clone, Debug)]
@@ -36,7 +37,8 @@ pub enum Source {
 #[derive(Clone, Debug)]
 pub struct Input {
     pub source: Source,
-    /// Whether the converter adds its own noise, 4.5 uV rms at the scan's data rate; a scene may switch it off too.
+    /// Whether the converter adds its own noise, 4.5 uV rms at the scan's data rate; a scene may
+    /// switch it off too.
     pub converter_noise: bool,
     /// Seed of that noise. A scene's own is in [`Sliding`].
     pub seed: u64,
@@ -44,15 +46,23 @@ pub struct Input {
 
 impl Default for Input {
     fn default() -> Self {
-        Self { source: Source::Scene(Sliding::default()), converter_noise: true, seed: 1 }
+        Self {
+            source: Source::Scene(Sliding::default()),
+            converter_noise: true,
+            seed: 1,
+        }
     }
 }
 
-/// The scene of a first look: a physical fingertip, over which the period comes out right. The plain scene, [`Sliding::default`],
-/// gives each channel a phase of its own: it is for tests.
+/// The scene of a first look: a physical fingertip, over which the period comes out right. The
+/// plain scene, [`Sliding::default`], gives each channel a phase of its own: it is for tests.
 pub fn first_scene() -> Result<Sliding> {
-    hal_mock::parse_scene("scenes/c1.toml", include_str!("../../scenes/c1.toml"), frame_rate_hz())
-        .context("the first scene")
+    hal_mock::parse_scene(
+        "scenes/c1.toml",
+        include_str!("../../scenes/c1.toml"),
+        frame_rate_hz(),
+    )
+    .context("the first scene")
 }
 
 pub struct Opened {
@@ -68,8 +78,8 @@ pub struct Opened {
     pub uncertainty: Uncertainty,
 }
 
-/// What a recording adds to the standard deviations of estimates, which the library takes from scans that it believes to be
-/// well timed.
+/// What a recording adds to the standard deviations of estimates, which the library takes from
+/// scans that it believes to be well timed.
 #[derive(Clone, Copy, Debug)]
 pub struct Uncertainty {
     /// By how much more than for independent scans estimates scatter.
@@ -78,23 +88,30 @@ pub struct Uncertainty {
     pub rate_share: f64,
 }
 
-/// The estimator takes the noise's density at the tone into its own standard deviation if it is 4.5 of its standard
-/// errors above that of independent frames, which it knows from 16 blocks of each channel (`tone/src/trust.rs`).
+/// The estimator takes the noise's density at the tone into its own standard deviation if it is 4.5
+/// of its standard errors above that of independent frames, which it knows from 16 blocks of each
+/// channel (`tone/src/trust.rs`).
 const DENSITY_SEEN: f64 = 4.5;
 const DENSITY_BLOCKS: f64 = 16.0;
 
 impl Default for Uncertainty {
     fn default() -> Self {
-        Self { factor: 1.0, rate_share: 0.0 }
+        Self {
+            factor: 1.0,
+            rate_share: 0.0,
+        }
     }
 }
 
 impl Uncertainty {
     /// Puts it into an estimate.
     pub fn apply(&self, event: &mut Event) {
-        let Event::Estimate(estimate) = event else { return };
+        let Event::Estimate(estimate) = event else {
+            return;
+        };
         let channels = estimate.channels.len().max(1) as f64;
-        let is_seen = self.factor.powi(2) > 1.0 + DENSITY_SEEN * (2.0 / (DENSITY_BLOCKS * channels)).sqrt();
+        let is_seen =
+            self.factor.powi(2) > 1.0 + DENSITY_SEEN * (2.0 / (DENSITY_BLOCKS * channels)).sqrt();
         let own = if is_seen { 1.0 } else { self.factor };
         let scaled = |sigma: &mut f32, factor: f64, value: f32| {
             *sigma = (factor * f64::from(*sigma)).hypot(self.rate_share * f64::from(value)) as f32;
@@ -135,15 +152,31 @@ impl Opened {
     /// Repeats the input for ever, with a second's pause.
     #[must_use]
     pub fn repeated(self) -> Self {
-        let scene = Again { scene: self.scene, every_s: self.end_s + PAUSE_S, end_s: f64::INFINITY };
-        Self { scene: Box::new(scene), end_s: f64::INFINITY, ..self }
+        let scene = Again {
+            scene: self.scene,
+            every_s: self.end_s + PAUSE_S,
+            end_s: f64::INFINITY,
+        };
+        Self {
+            scene: Box::new(scene),
+            end_s: f64::INFINITY,
+            ..self
+        }
     }
 
     /// Inputs at 0 V for ever, with the converter's noise.
     pub fn untouched() -> Self {
         let (scene, options) = (Box::new(Constant::default()), Input::default().options());
         let uncertainty = Uncertainty::default();
-        Self { scene, options, end_s: f64::INFINITY, truth: None, warning: None, guessed: None, uncertainty }
+        Self {
+            scene,
+            options,
+            end_s: f64::INFINITY,
+            truth: None,
+            warning: None,
+            guessed: None,
+            uncertainty,
+        }
     }
 }
 
@@ -164,7 +197,12 @@ pub fn rate_of(plan: &Plan) -> f64 {
 impl Input {
     /// The chip in front of any source.
     fn options(&self) -> Options {
-        Options { noise: self.converter_noise, seed: self.seed, power_up_cycles: POWER_UP_CYCLES, ..Options::default() }
+        Options {
+            noise: self.converter_noise,
+            seed: self.seed,
+            power_up_cycles: POWER_UP_CYCLES,
+            ..Options::default()
+        }
     }
 
     /// As [`open`](Self::open), of an input that has to fill a window.
@@ -210,7 +248,11 @@ impl Input {
                     uncertainty,
                 })
             }
-            Source::Trace { samples, rate_hz, volts_per_unit } => {
+            Source::Trace {
+                samples,
+                rate_hz,
+                volts_per_unit,
+            } => {
                 let playback = Playback {
                     row_rate_hz: *rate_hz,
                     scan_rate_hz: rate_of_scan_hz,
@@ -225,9 +267,20 @@ impl Input {
                 let (warning, end_s) = (overload(&trace, file), trace.end_s());
                 check_length(file, end_s, RECORDING_MAX_S)?;
                 options.clock_error_ppm = trace.clock_error_ppm();
-                let uncertainty = Uncertainty { factor: trace.sigma_factor(), rate_share: trace.rate_share() };
+                let uncertainty = Uncertainty {
+                    factor: trace.sigma_factor(),
+                    rate_share: trace.rate_share(),
+                };
                 let guessed = trace.guessed().map(str::to_owned);
-                Ok(Opened { scene: Box::new(trace), options, end_s, truth: None, warning, guessed, uncertainty })
+                Ok(Opened {
+                    scene: Box::new(trace),
+                    options,
+                    end_s,
+                    truth: None,
+                    warning,
+                    guessed,
+                    uncertainty,
+                })
             }
         }
     }
@@ -265,7 +318,12 @@ fn aliased(truth: &Truth, rate_hz: f64) -> Option<String> {
 /// Warns of the first value outside the chip's range.
 fn overload(trace: &Trace, file: &str) -> Option<String> {
     let beyond = trace.beyond()?;
-    let (row, column, volts, limit_v) = (beyond.row, &beyond.column, beyond.volts, OVERLOAD * REFERENCE_V);
+    let (row, column, volts, limit_v) = (
+        beyond.row,
+        &beyond.column,
+        beyond.volts,
+        OVERLOAD * REFERENCE_V,
+    );
     Some(format!(
         "{file}: row {row}, column {column}: {volts:.4e} V is beyond the chip's +-{limit_v:.2} V and will clip; scale the file with --scale"
     ))

@@ -1,4 +1,5 @@
-//! The PC side of Ridgetone, as a library for the command `ridgetone`, for `cargo xtask`, for `ridgetone-eval` and for tests.
+//! The PC side of Ridgetone, as a library for the command `ridgetone`, for `cargo xtask`, for
+//! `ridgetone-eval` and for tests.
 //!
 //! | concept | where |
 //! |---|---|

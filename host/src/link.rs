@@ -1,5 +1,6 @@
-//! `link`: a finger and a stylus with a network between them. The place of the hand goes one way, 250 times a second; textures go the
-//! other way, when they have changed and four times a second. No vibration travels: the stylus makes it from the place of its own hand.
+//! `link`: a finger and a stylus with a network between them. The place of the hand goes one way,
+//! 250 times a second; textures go the other way, when they have changed and four times a second.
+//! No vibration travels: the stylus makes it from the place of its own hand.
 //!
 //! | step | file |
 //! |---|---|

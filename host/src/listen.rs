@@ -42,7 +42,13 @@ pub enum Heard {
 
 impl Listener {
     pub fn new(feed: Feed, requester: Requester) -> Self {
-        Self { feed, requester, is_connected: false, reported: (0, 0), damaged_since: None }
+        Self {
+            feed,
+            requester,
+            is_connected: false,
+            reported: (0, 0),
+            damaged_since: None,
+        }
     }
 
     /// Waits for the next event, at most for `most`, and sends the request that is due.
@@ -79,21 +85,26 @@ impl Listener {
         if (counts.missing, counts.damaged) == self.reported {
             return None;
         }
-        // A damaged packet mostly shows as a loss with the next packet. At a wrong baud rate there is no next packet.
+        // A damaged packet mostly shows as a loss with the next packet. At a wrong baud rate there
+        // is no next packet.
         let since = *self.damaged_since.get_or_insert_with(Instant::now);
         if counts.missing <= self.reported.0 && since.elapsed() <= DAMAGED_ALONE {
             return None;
         }
         (self.reported, self.damaged_since) = ((counts.missing, counts.damaged), None);
-        Some(format!("{} packets lost, {} damaged so far", counts.missing, counts.damaged))
+        Some(format!(
+            "{} packets lost, {} damaged so far",
+            counts.missing, counts.damaged
+        ))
     }
 }
 
 /// Takes packets, and when they were received if that is known.
 pub type Sink<'a> = dyn FnMut(&Packet, Option<Receipt>) -> Result<ControlFlow<()>> + 'a;
 
-/// Gives packets to `sink`, sends the requester's requests, and reports connections and losses on standard error. Ends when
-/// the source is over, when the sink breaks off, or when this process is to stop. Gives the feed back.
+/// Gives packets to `sink`, sends the requester's requests, and reports connections and losses on
+/// standard error. Ends when the source is over, when the sink breaks off, or when this process is
+/// to stop. Gives the feed back.
 pub fn run(feed: Feed, requester: Requester, sink: &mut Sink<'_>) -> (Feed, Result<()>) {
     let mut listener = Listener::new(feed, requester);
     let ended = listen(&mut listener, sink);
@@ -111,7 +122,9 @@ fn listen(listener: &mut Listener, sink: &mut Sink<'_>) -> Result<()> {
             Some(Heard::Packet(packet, receipt)) if sink(&packet, receipt)?.is_break() => break,
             Some(Heard::Packet(..)) | None => {}
             Some(Heard::Connected(name)) => eprintln!("ridgetone: {name}: open"),
-            Some(Heard::Disconnected(name, why)) => eprintln!("ridgetone: {name}: {why}; waiting for the board"),
+            Some(Heard::Disconnected(name, why)) => {
+                eprintln!("ridgetone: {name}: {why}; waiting for the board")
+            }
             Some(Heard::Over) => break,
         }
         if let Some(losses) = listener.losses() {

@@ -1,7 +1,8 @@
-//! The state of a board, folded from its packets: the model behind the terminal's screen and the web page. It draws nothing;
-//! [`crate::feed`] gives the packets.
+//! The state of a board, folded from its packets: the model behind the terminal's screen and the
+//! web page. It draws nothing; [`crate::feed`] gives the packets.
 //!
-//! [`Live`] can be serialised. Packets in it have the same names as with `--json` ([`crate::events::json`]).
+//! [`Live`] can be serialised. Packets in it have the same names as with `--json`
+//! ([`crate::events::json`]).
 
 mod bounded;
 mod history;
@@ -17,7 +18,9 @@ use bounded::Bounded;
 use ridgetone_proto::command::Outcome;
 use ridgetone_proto::fault::Fault;
 use ridgetone_proto::settings::Settings;
-use ridgetone_proto::telemetry::{Decoder, Estimate, Event, Feel, Health, Hello, Hold, Image, Packet, Span};
+use ridgetone_proto::telemetry::{
+    Decoder, Estimate, Event, Feel, Health, Hello, Hold, Image, Packet, Span,
+};
 use serde::{Serialize, Serializer};
 
 pub type Log = Bounded<String, 200>;
@@ -68,8 +71,18 @@ pub struct Counts {
 impl Counts {
     /// A decoder's counts, and the number of packets that it gave.
     pub fn of(decoder: &Decoder, received: u64) -> Self {
-        let Decoder { missing, damaged, stepped_back, .. } = *decoder;
-        Self { received, missing, damaged, stepped_back }
+        let Decoder {
+            missing,
+            damaged,
+            stepped_back,
+            ..
+        } = *decoder;
+        Self {
+            received,
+            missing,
+            damaged,
+            stepped_back,
+        }
     }
 }
 
@@ -126,7 +139,8 @@ pub struct Live {
     /// The latest raw frames: empty unless they were requested.
     #[serde(serialize_with = "columns")]
     pub strips: Strips,
-    /// Events, a line each, oldest first: all packets but estimates, health, raw frames and requests done.
+    /// Events, a line each, oldest first: all packets but estimates, health, raw frames and
+    /// requests done.
     pub log: Log,
 }
 
@@ -145,8 +159,14 @@ macro_rules! latest {
 impl Live {
     /// The state before the first packet from `source`.
     pub fn new(source: impl Into<String>) -> Self {
-        let now = Now { source: source.into(), ..Now::default() };
-        Self { now, ..Self::default() }
+        let now = Now {
+            source: source.into(),
+            ..Now::default()
+        };
+        Self {
+            now,
+            ..Self::default()
+        }
     }
 
     latest!(hello: Hello, estimate: Estimate, whole_slide: Estimate, image_before: Image, image_after: Image, health: Health, feel: Feel);
@@ -178,7 +198,9 @@ impl Live {
             }
             Event::Image(image) => match image.hold {
                 // If an image after a slide is still kept, it belongs to the touch before this one.
-                Hold::BeforeSlide => (now.latest.image_before, now.latest.image_after) = (kept(), None),
+                Hold::BeforeSlide => {
+                    (now.latest.image_before, now.latest.image_after) = (kept(), None)
+                }
                 Hold::AfterSlide => now.latest.image_after = kept(),
             },
             Event::Health(_) => now.latest.health = kept(),
@@ -194,7 +216,8 @@ impl Live {
             Event::Pins(_) => now.latest.pins = kept(),
             Event::Reply(_) => {}
         }
-        // The log takes only what no other part of the screen shows. A request that succeeded is not logged.
+        // The log takes only what no other part of the screen shows. A request that succeeded is
+        // not logged.
         let is_usual = match &packet.event {
             Event::Estimate(_)
             | Event::Health(_)
@@ -211,7 +234,8 @@ impl Live {
         }
     }
 
-    /// The board sends a greeting after start-up, every ten seconds and on request. Most greetings change nothing.
+    /// The board sends a greeting after start-up, every ten seconds and on request. Most greetings
+    /// change nothing.
     fn greeted(&mut self, packet: &Packet, hello: &Hello) {
         let is_new = self.hello() != Some(hello);
         let has_begun = packet.sequence == 0;
@@ -238,13 +262,21 @@ impl Live {
     /// Deletes estimates, strips, static images and the log.
     pub fn clear(&mut self) {
         let Latest { hello, health, .. } = std::mem::take(&mut self.now.latest);
-        self.now.latest = Latest { hello, health, ..Latest::default() };
-        *self = Self { now: std::mem::take(&mut self.now), ..Self::default() };
+        self.now.latest = Latest {
+            hello,
+            health,
+            ..Latest::default()
+        };
+        *self = Self {
+            now: std::mem::take(&mut self.now),
+            ..Self::default()
+        };
     }
 
     /// The settings in force if the board has reported them, otherwise the defaults.
     pub fn settings(&self) -> Settings {
-        self.hello().map_or(Settings::DEFAULT, |hello| hello.settings)
+        self.hello()
+            .map_or(Settings::DEFAULT, |hello| hello.settings)
     }
 
     pub fn image(&self) -> Option<&Image> {

@@ -11,11 +11,20 @@ fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) if error.use_stderr() => {
-            eprintln!("ridgetone: {}; see --help", first_paragraph(&error.render().to_string()));
+            eprintln!(
+                "ridgetone: {}; see --help",
+                first_paragraph(&error.render().to_string())
+            );
             return ExitCode::from(2);
         }
         // Help or the version.
-        Err(error) => return if error.print().is_ok() { ExitCode::SUCCESS } else { ExitCode::FAILURE },
+        Err(error) => {
+            return if error.print().is_ok() {
+                ExitCode::SUCCESS
+            } else {
+                ExitCode::FAILURE
+            };
+        }
     };
     match cli.run() {
         Ok(()) => ExitCode::SUCCESS,
@@ -30,7 +39,9 @@ fn main() -> ExitCode {
 }
 
 fn is_closed_pipe(error: &anyhow::Error) -> bool {
-    error.downcast_ref::<std::io::Error>().is_some_and(|error| error.kind() == ErrorKind::BrokenPipe)
+    error
+        .downcast_ref::<std::io::Error>()
+        .is_some_and(|error| error.kind() == ErrorKind::BrokenPipe)
 }
 
 /// clap's message and what it supposes was meant, on one line.
@@ -38,7 +49,9 @@ fn first_paragraph(message: &str) -> String {
     let lines = || message.lines().map(str::trim);
     let first = lines().take_while(|line| !line.is_empty());
     let tips = lines().filter_map(|line| line.strip_prefix("tip: "));
-    let meant = tips.filter(|tip| tip.contains("similar")).map(|tip| format!("({tip})"));
+    let meant = tips
+        .filter(|tip| tip.contains("similar"))
+        .map(|tip| format!("({tip})"));
     let words: Vec<String> = first.map(str::to_owned).chain(meant).collect();
     words.join(" ").trim_start_matches("error: ").to_owned()
 }

@@ -1,4 +1,5 @@
-//! The messages of a recording: packets of telemetry, or the objects that `export` or `--json` have made of them.
+//! The messages of a recording: packets of telemetry, or the objects that `export` or `--json` have
+//! made of them.
 
 use crate::events::JsonLines;
 use crate::feed::{Feed, FeedEvent};
@@ -92,16 +93,35 @@ impl Message {
                 _ => None,
             }),
             // Only these two are worth reading.
-            Self::Json(text) if !text.contains(r#""type":"raw""#) && !text.contains(r#""type":"hello""#) => Ok(None),
+            Self::Json(text)
+                if !text.contains(r#""type":"raw""#) && !text.contains(r#""type":"hello""#) =>
+            {
+                Ok(None)
+            }
             Self::Json(text) => {
                 let found: JsonFrame = serde_json::from_str(text)?;
                 *vref_v = found.settings.map_or(*vref_v, |settings| settings.vref_v);
-                let JsonFrame { t_s: Some(t_s), number: Some(number), codes: Some(codes), .. } = found else {
+                let JsonFrame {
+                    t_s: Some(t_s),
+                    number: Some(number),
+                    codes: Some(codes),
+                    ..
+                } = found
+                else {
                     return Ok(None);
                 };
-                let (present, good) = (found.present.unwrap_or(u16::MAX), found.good.unwrap_or(u16::MAX));
+                let (present, good) = (
+                    found.present.unwrap_or(u16::MAX),
+                    found.good.unwrap_or(u16::MAX),
+                );
                 let is_raw = found.r#type == "raw";
-                Ok(is_raw.then(|| Raw { t_us: (t_s * 1e6).round() as u64, number, present, good, codes }))
+                Ok(is_raw.then(|| Raw {
+                    t_us: (t_s * 1e6).round() as u64,
+                    number,
+                    present,
+                    good,
+                    codes,
+                }))
             }
         }
     }
@@ -130,7 +150,8 @@ pub fn messages(path: &Path, form: Form) -> Result<Messages> {
         }
         Form::JsonLines => {
             let lines = BufReader::new(File::open(path).with_context(named)?).lines();
-            let lines = lines.filter(|line| line.as_ref().map_or(true, |line| !line.trim().is_empty()));
+            let lines =
+                lines.filter(|line| line.as_ref().map_or(true, |line| !line.trim().is_empty()));
             Ok(Box::new(lines.map(|line| Ok(Message::Json(line?)))))
         }
         Form::Mcap => {
@@ -138,8 +159,12 @@ pub fn messages(path: &Path, form: Form) -> Result<Messages> {
             let mut found = Vec::new();
             for message in mcap::MessageStream::new(&bytes).with_context(named)? {
                 let message = message.with_context(named)?;
-                if message.channel.topic.starts_with("/ridgetone/") && message.channel.message_encoding == "json" {
-                    found.push(Ok(Message::Json(String::from_utf8(message.data.into_owned()).with_context(named)?)));
+                if message.channel.topic.starts_with("/ridgetone/")
+                    && message.channel.message_encoding == "json"
+                {
+                    found.push(Ok(Message::Json(
+                        String::from_utf8(message.data.into_owned()).with_context(named)?,
+                    )));
                 }
             }
             Ok(Box::new(found.into_iter()))

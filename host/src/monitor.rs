@@ -1,5 +1,5 @@
-//! `monitor`: a board live on the terminal. The screen is drawn from [`crate::live`]; this file has the terminal, the keys
-//! and the refresh.
+//! `monitor`: a board live on the terminal. The screen is drawn from [`crate::live`]; this file has
+//! the terminal, the keys and the refresh.
 
 mod chart;
 mod felt;
@@ -43,23 +43,40 @@ impl Monitor {
     /// A screen for a feed; `settings` are put into force on the board first, but not stored.
     pub fn new(feed: Feed, settings: Option<Settings>) -> Self {
         let following = Following::new(feed, settings);
-        let (live, view) = (following.live(), View::new(following.raw.clone(), has_colour()));
-        Self { following, live, paused: None, view }
+        let (live, view) = (
+            following.live(),
+            View::new(following.raw.clone(), has_colour()),
+        );
+        Self {
+            following,
+            live,
+            paused: None,
+            view,
+        }
     }
 
-    /// Shows the screen until the user leaves or this process is to stop. Gives the feed back, for its counts.
+    /// Shows the screen until the user leaves or this process is to stop. Gives the feed back, for
+    /// its counts.
     pub fn run(mut self) -> (Feed, Result<()>) {
-        let shown = ratatui::try_init().context("the terminal").and_then(|mut terminal| {
-            let shown = self.show(&mut terminal);
-            ratatui::restore();
-            shown
-        });
+        let shown = ratatui::try_init()
+            .context("the terminal")
+            .and_then(|mut terminal| {
+                let shown = self.show(&mut terminal);
+                ratatui::restore();
+                shown
+            });
         (self.following.finish(), shown)
     }
 
     fn show(&mut self, terminal: &mut ratatui::DefaultTerminal) -> Result<()> {
         while !stop::is_requested() {
-            terminal.draw(|frame| screen::draw(frame, self.paused.as_deref().unwrap_or(&self.live), &self.view))?;
+            terminal.draw(|frame| {
+                screen::draw(
+                    frame,
+                    self.paused.as_deref().unwrap_or(&self.live),
+                    &self.view,
+                )
+            })?;
             self.take(REFRESH)?;
             while event::poll(Duration::ZERO)? {
                 if let TerminalEvent::Key(key) = event::read()?
@@ -69,8 +86,11 @@ impl Monitor {
                     return Ok(());
                 }
             }
-            self.paused =
-                self.view.is_paused.then(|| self.paused.take().unwrap_or_else(|| Box::new(self.live.clone())));
+            self.paused = self.view.is_paused.then(|| {
+                self.paused
+                    .take()
+                    .unwrap_or_else(|| Box::new(self.live.clone()))
+            });
         }
         Ok(())
     }

@@ -9,7 +9,8 @@ use std::path::Path;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::{Duration, Instant};
 
-/// Frames, stuffed and without their zeros, and when each is complete at the board, microseconds of scene time.
+/// Frames, stuffed and without their zeros, and when each is complete at the board, microseconds of
+/// scene time.
 pub type Stream = Vec<(u64, Vec<u8>)>;
 
 /// Column of the places along the surface, millimetres.
@@ -23,14 +24,19 @@ const DELAY_US: f64 = 300.0;
 /// Greatest place, millimetres: as far as the numbers on the line reach.
 const PLACE_MOST_MM: f64 = 200_000.0;
 
-/// A message of a row: its number, the robot's time in seconds, and a place in millimetres or a speed.
+/// A message of a row: its number, the robot's time in seconds, and a place in millimetres or a
+/// speed.
 pub fn message(number: usize, t_s: f64, value: f64, is_place: bool) -> Odometry {
     let reading = match is_place {
         true => Reading::Place((value * f64::from(PLACE_PER_MM)).round() as i32),
         false => Reading::Speed(value as f32),
     };
     // Both wrap, as on a robot.
-    Odometry { number: number as u16, t_us: (t_s * 1e6).round() as i64 as u32, reading }
+    Odometry {
+        number: number as u16,
+        t_us: (t_s * 1e6).round() as i64 as u32,
+        reading,
+    }
 }
 
 /// Which column of a table has the values, and whether they are places.
@@ -39,9 +45,14 @@ pub fn column(names: &[String], file: &str) -> Result<(usize, bool)> {
     match (at(PLACE_COLUMN), at(SPEED_COLUMN)) {
         (Some(place), None) => Ok((place, true)),
         (None, Some(speed)) => Ok((speed, false)),
-        (Some(_), Some(_)) => bail!("{file}: both {PLACE_COLUMN} and {SPEED_COLUMN}: leave one of them out"),
+        (Some(_), Some(_)) => {
+            bail!("{file}: both {PLACE_COLUMN} and {SPEED_COLUMN}: leave one of them out")
+        }
         (None, None) => {
-            bail!("{file}: neither {PLACE_COLUMN} nor {SPEED_COLUMN}; there are: {}", names.join(", "))
+            bail!(
+                "{file}: neither {PLACE_COLUMN} nor {SPEED_COLUMN}; there are: {}",
+                names.join(", ")
+            )
         }
     }
 }
@@ -51,20 +62,28 @@ pub fn check(value: f64, is_place: bool, file: &str, t_s: f64) -> Result<()> {
     let (name, most) = if is_place {
         (PLACE_COLUMN, PLACE_MOST_MM)
     } else {
-        (SPEED_COLUMN, f64::from(ridgetone::surface::profile::SPEED_MAX_MM_S))
+        (
+            SPEED_COLUMN,
+            f64::from(ridgetone::surface::profile::SPEED_MAX_MM_S),
+        )
     };
-    ensure!(value.abs() <= most, "{file}: time_s {t_s}: {name} {value}: choose -{most} to {most}");
+    ensure!(
+        value.abs() <= most,
+        "{file}: time_s {t_s}: {name} {value}: choose -{most} to {most}"
+    );
     Ok(())
 }
 
-/// Reads the messages of a file: columns `time_s` (the robot's clock), `place_mm` or `speed_mm_s`, and if messages were not quick
-/// `arrival_s` (device time).
+/// Reads the messages of a file: columns `time_s` (the robot's clock), `place_mm` or `speed_mm_s`,
+/// and if messages were not quick `arrival_s` (device time).
 pub fn stream(path: &Path) -> Result<Stream> {
     let table = Table::load(path)?;
     let file = table.file();
     let (column, is_place) = column(table.names(), file)?;
     let arrival = table.names().iter().position(|name| name == ARRIVAL_COLUMN);
-    let Some(time_s) = table.time_s() else { bail!("{file}: no column time_s") };
+    let Some(time_s) = table.time_s() else {
+        bail!("{file}: no column time_s")
+    };
     let mut stream = Vec::with_capacity(time_s.len());
     for (number, (t_s, row)) in time_s.iter().zip(table.rows()).enumerate() {
         // A reading that is missing is a message that is lost.
@@ -73,7 +92,10 @@ pub fn stream(path: &Path) -> Result<Stream> {
         }
         check(row[column], is_place, file, *t_s)?;
         let at_us = arrival.map_or(t_s * 1e6 + DELAY_US, |arrival| row[arrival] * 1e6);
-        ensure!(at_us >= 0.0, "{file}: time_s {t_s}: a message arrives before the run begins: add {ARRIVAL_COLUMN}");
+        ensure!(
+            at_us >= 0.0,
+            "{file}: time_s {t_s}: a message arrives before the run begins: add {ARRIVAL_COLUMN}"
+        );
         let frame = message(number, *t_s, row[column], is_place).encode();
         stream.push((at_us.round() as u64, frame[..FRAME_BYTES].to_vec()));
     }
@@ -84,8 +106,9 @@ pub fn stream(path: &Path) -> Result<Stream> {
 /// Messages of a robot that wait to be sent: a quarter of a second of 250 a second.
 const WAITING: usize = 64;
 
-/// Follows a robot that writes lines as [`stream`] reads them, a header first, into a pipe, a port or, as `-`, standard input: gives
-/// each message as it travels. A file is read at the pace of its stamps. A line that is wrong ends it, with a word on standard error.
+/// Follows a robot that writes lines as [`stream`] reads them, a header first, into a pipe, a port
+/// or, as `-`, standard input: gives each message as it travels. A file is read at the pace of its
+/// stamps. A line that is wrong ends it, with a word on standard error.
 pub fn follow(path: &Path) -> Result<Receiver<Vec<u8>>> {
     let shown = path.display().to_string();
     let is_file = path.metadata().is_ok_and(|about| about.is_file());
@@ -103,29 +126,52 @@ pub fn follow(path: &Path) -> Result<Receiver<Vec<u8>>> {
     Ok(messages)
 }
 
-fn send_lines(source: impl BufRead, file: &str, is_paced: bool, found: &SyncSender<Vec<u8>>) -> Result<()> {
+fn send_lines(
+    source: impl BufRead,
+    file: &str,
+    is_paced: bool,
+    found: &SyncSender<Vec<u8>>,
+) -> Result<()> {
     let mut lines = source.lines();
-    let Some(header) = lines.next().transpose().with_context(|| file.to_owned())? else { bail!("{file}: no line") };
-    let names: Vec<String> = header.split(',').map(|name| name.trim().to_owned()).collect();
-    let Some(time) = names.iter().position(|name| name == "time_s") else { bail!("{file}: no column time_s") };
+    let Some(header) = lines.next().transpose().with_context(|| file.to_owned())? else {
+        bail!("{file}: no line")
+    };
+    let names: Vec<String> = header
+        .split(',')
+        .map(|name| name.trim().to_owned())
+        .collect();
+    let Some(time) = names.iter().position(|name| name == "time_s") else {
+        bail!("{file}: no column time_s")
+    };
     let (column, is_place) = column(&names, file)?;
     let (begun, mut first_s) = (Instant::now(), None);
     for (number, line) in lines.enumerate() {
         let line = line.with_context(|| file.to_owned())?;
-        let values: Vec<f64> = line.split(',').map(|value| value.trim().parse().unwrap_or(f64::NAN)).collect();
+        let values: Vec<f64> = line
+            .split(',')
+            .map(|value| value.trim().parse().unwrap_or(f64::NAN))
+            .collect();
         let (Some(t_s), Some(value)) = (values.get(time), values.get(column)) else {
             bail!("{file}: line {}: {line}: too few columns", number + 2)
         };
-        ensure!(t_s.is_finite(), "{file}: line {}: {line}: no time", number + 2);
+        ensure!(
+            t_s.is_finite(),
+            "{file}: line {}: {line}: no time",
+            number + 2
+        );
         if value.is_nan() {
             continue;
         }
         check(*value, is_place, file, *t_s)?;
         if is_paced {
-            let due = Duration::try_from_secs_f64(t_s - *first_s.get_or_insert(*t_s)).unwrap_or_default();
+            let due =
+                Duration::try_from_secs_f64(t_s - *first_s.get_or_insert(*t_s)).unwrap_or_default();
             std::thread::sleep(due.saturating_sub(begun.elapsed()));
         }
-        if found.send(message(number, *t_s, *value, is_place).encode().to_vec()).is_err() {
+        if found
+            .send(message(number, *t_s, *value, is_place).encode().to_vec())
+            .is_err()
+        {
             // Nobody sends them any more.
             break;
         }
@@ -145,13 +191,26 @@ mod tests {
 
     #[test]
     fn rows_become_messages_with_the_robots_stamps() {
-        let stream =
-            of("time_s,place_mm,arrival_s\n5000,1.5,0.001\n5000.004,,0.005\n5000.008,-0.00005,0.009\n").unwrap();
-        let decoded: Vec<_> =
-            (stream.iter().cloned()).map(|(at_us, mut frame)| (at_us, Odometry::decode(&mut frame).unwrap())).collect();
-        let expected = |number, t_us, place| Odometry { number, t_us, reading: Reading::Place(place) };
+        let stream = of(
+            "time_s,place_mm,arrival_s\n5000,1.5,0.001\n5000.004,,0.005\n5000.008,-0.00005,0.009\n",
+        )
+        .unwrap();
+        let decoded: Vec<_> = (stream.iter().cloned())
+            .map(|(at_us, mut frame)| (at_us, Odometry::decode(&mut frame).unwrap()))
+            .collect();
+        let expected = |number, t_us, place| Odometry {
+            number,
+            t_us,
+            reading: Reading::Place(place),
+        };
         // 5000 s are 705,032,704 us behind the first wrap of 2^32.
-        assert_eq!(decoded, [(1000, expected(0, 705_032_704, 15_000)), (9000, expected(2, 705_040_704, -1))]);
+        assert_eq!(
+            decoded,
+            [
+                (1000, expected(0, 705_032_704, 15_000)),
+                (9000, expected(2, 705_040_704, -1))
+            ]
+        );
     }
 
     #[test]
@@ -159,7 +218,10 @@ mod tests {
         let (found, messages) = sync_channel(WAITING);
         let lines = "time_s, speed_mm_s\n1.0,5\n1.004,\n1.008,-7.5\n1.012\n1.016,2\n";
         let error = send_lines(lines.as_bytes(), "a pipe", false, &found).unwrap_err();
-        assert!(format!("{error}").contains("a pipe: line 5: 1.012: too few columns"), "{error}");
+        assert!(
+            format!("{error}").contains("a pipe: line 5: 1.012: too few columns"),
+            "{error}"
+        );
         let sent: Vec<_> = messages
             .try_iter()
             .map(|mut wire| {
@@ -167,8 +229,15 @@ mod tests {
                 Odometry::decode(&mut wire).unwrap()
             })
             .collect();
-        let expected = |number, t_us, mm_s| Odometry { number, t_us, reading: Reading::Speed(mm_s) };
-        assert_eq!(sent, [expected(0, 1_000_000, 5.0), expected(2, 1_008_000, -7.5)]);
+        let expected = |number, t_us, mm_s| Odometry {
+            number,
+            t_us,
+            reading: Reading::Speed(mm_s),
+        };
+        assert_eq!(
+            sent,
+            [expected(0, 1_000_000, 5.0), expected(2, 1_008_000, -7.5)]
+        );
     }
 
     #[test]

@@ -17,13 +17,16 @@ pub fn line(text: &str) -> Result<()> {
     Ok(())
 }
 
-/// Writes a file under a temporary name beside its place and renames it, so that it is never incomplete. An existing file is
-/// replaced, but for a recording of telemetry, which nobody can make again.
-/// Errors, those of `write` too, have the file's name.
+/// Writes a file under a temporary name beside its place and renames it, so that it is never
+/// incomplete. An existing file is replaced, but for a recording of telemetry, which nobody can
+/// make again. Errors, those of `write` too, have the file's name.
 pub fn whole_file(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<()> {
     let named = || path.display().to_string();
     if recording::is_telemetry(path).unwrap_or(false) {
-        bail!("{}: that is a recording of telemetry, which is not overwritten: choose another name", named());
+        bail!(
+            "{}: that is a recording of telemetry, which is not overwritten: choose another name",
+            named()
+        );
     }
     let directory = match path.parent() {
         Some(parent) if parent != Path::new("") => parent.to_owned(),
@@ -42,7 +45,9 @@ pub fn whole_file(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>)
     write(&mut writer).with_context(named)?;
     writer.flush().with_context(named)?;
     drop(writer);
-    file.persist(path).map_err(|error| error.error).with_context(named)?;
+    file.persist(path)
+        .map_err(|error| error.error)
+        .with_context(named)?;
     Ok(())
 }
 
@@ -54,12 +59,21 @@ pub fn force() {
     IS_FORCED.store(true, Ordering::Relaxed);
 }
 
-/// Refuses a file that exists already, unless files may be replaced. Ask before the work whose result it takes.
+/// Refuses a file that exists already, unless files may be replaced. Ask before the work whose
+/// result it takes.
 pub fn check_new(path: &Path) -> Result<()> {
-    let may_replace = IS_FORCED.load(Ordering::Relaxed) && !recording::is_telemetry(path).unwrap_or(false);
+    let may_replace =
+        IS_FORCED.load(Ordering::Relaxed) && !recording::is_telemetry(path).unwrap_or(false);
     // A device or a pipe takes what is written.
     if path.is_file() && !may_replace {
-        let (path, what) = (path.display(), if IS_FORCED.load(Ordering::Relaxed) { "" } else { ", or add --force" });
+        let (path, what) = (
+            path.display(),
+            if IS_FORCED.load(Ordering::Relaxed) {
+                ""
+            } else {
+                ", or add --force"
+            },
+        );
         bail!("{path}: this file exists already and is not overwritten: choose another name{what}");
     }
     Ok(())
@@ -103,14 +117,19 @@ const EVERY: Duration = Duration::from_secs(2);
 
 impl Default for Progress {
     fn default() -> Self {
-        Self { shown: Instant::now(), is_terminal: std::io::stderr().is_terminal(), is_open: false }
+        Self {
+            shown: Instant::now(),
+            is_terminal: std::io::stderr().is_terminal(),
+            is_open: false,
+        }
     }
 }
 
 /// Does `run`, which takes the seconds of the input done and its length, and shows them.
 pub fn with_progress<T>(run: impl FnOnce(&mut dyn FnMut(f64, f64)) -> Result<T>) -> Result<T> {
     let mut progress = Progress::default();
-    let result = run(&mut |done_s, total_s| progress.show(format_args!("{done_s:.1} of {total_s:.1} s")));
+    let result =
+        run(&mut |done_s, total_s| progress.show(format_args!("{done_s:.1} of {total_s:.1} s")));
     progress.end();
     result
 }

@@ -1,4 +1,5 @@
-//! The part of a table that is used: its rows are read up to the part's end, and only those of the part are kept.
+//! The part of a table that is used: its rows are read up to the part's end, and only those of the
+//! part are kept.
 
 use crate::speed::Column;
 use anyhow::{Context, Result, bail, ensure};
@@ -54,8 +55,14 @@ impl Part {
         progress: &mut dyn FnMut(u64),
     ) -> Result<Self> {
         let file = rows.file().to_owned();
-        let (from_s, to_s) = (selection.from_s.unwrap_or(f64::NEG_INFINITY), selection.to_s.unwrap_or(f64::INFINITY));
-        ensure!(from_s < to_s, "{file}: --from {from_s} s is not before --to {to_s} s");
+        let (from_s, to_s) = (
+            selection.from_s.unwrap_or(f64::NEG_INFINITY),
+            selection.to_s.unwrap_or(f64::INFINITY),
+        );
+        ensure!(
+            from_s < to_s,
+            "{file}: --from {from_s} s is not before --to {to_s} s"
+        );
         let mut part = Self::default();
         let (mut read, mut begin_s, mut last_s) = (0u64, 0.0, 0.0);
         let mut is_whole = true;
@@ -96,16 +103,26 @@ impl Part {
             part.times_s.push(t_s);
         }
         // A row lasts until the next one would come.
-        let lasts_s = if read > 1 { 1.001 * (last_s - begin_s) / (read - 1) as f64 } else { 0.0 };
+        let lasts_s = if read > 1 {
+            1.001 * (last_s - begin_s) / (read - 1) as f64
+        } else {
+            0.0
+        };
         let data = match is_whole {
             true => format!("the data goes from {begin_s} to {last_s} s"),
             false => format!("the data begins at {begin_s} s"),
         };
         let is_late = from_s > last_s && is_whole;
         let is_early = from_s < begin_s - lasts_s && selection.from_s.is_some();
-        ensure!(!is_early && !is_late, "{file}: --from {from_s} s is outside the data: {data}");
+        ensure!(
+            !is_early && !is_late,
+            "{file}: --from {from_s} s is outside the data: {data}"
+        );
         let is_beyond = is_whole && to_s > last_s + lasts_s && selection.to_s.is_some();
-        ensure!(read > 0 && !is_beyond, "{file}: --to {to_s} s is outside the data: {data}");
+        ensure!(
+            read > 0 && !is_beyond,
+            "{file}: --to {to_s} s is outside the data: {data}"
+        );
         ensure!(part.rows() > 0, "{file}: no row from {from_s} to {to_s} s");
         part.values = in_memory.map_or(Values::Read(kept), Values::InMemory);
         Ok(part)
@@ -132,7 +149,9 @@ impl Part {
 
 /// The rate of rows without stamps.
 pub fn given_rate_hz(file: &str, selection: &Selection) -> Result<f64> {
-    selection.rate_hz.with_context(|| format!("{file}: no column time_s: give the rate of the rows with --rate HZ"))
+    selection.rate_hz.with_context(|| {
+        format!("{file}: no column time_s: give the rate of the rows with --rate HZ")
+    })
 }
 
 /// The place of a column.
@@ -150,14 +169,22 @@ pub fn columns(rows: &dyn RowReader, selection: &Selection) -> Result<Vec<usize>
     let mut columns = Vec::new();
     for name in &selection.columns {
         let at = named(rows, name)?;
-        ensure!(!columns.contains(&at), "{file}: --columns names {name} twice");
+        ensure!(
+            !columns.contains(&at),
+            "{file}: --columns names {name} twice"
+        );
         columns.push(at);
     }
     if selection.columns.is_empty() {
         let place = selection.place.as_ref().map(Column::name);
-        columns = (0..rows.names().len()).filter(|at| Some(rows.names()[*at].as_str()) != place).collect();
+        columns = (0..rows.names().len())
+            .filter(|at| Some(rows.names()[*at].as_str()) != place)
+            .collect();
     }
     let count = columns.len();
-    ensure!(count <= TAXELS, "{file}: {count} channels, at most {TAXELS} are taken together: choose with --columns");
+    ensure!(
+        count <= TAXELS,
+        "{file}: {count} channels, at most {TAXELS} are taken together: choose with --columns"
+    );
     Ok(columns)
 }

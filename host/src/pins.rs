@@ -1,4 +1,5 @@
-//! `pins`: strains under a sensor's skin as forces of a pin display, and what such a display must be able to do.
+//! `pins`: strains under a sensor's skin as forces of a pin display, and what such a display must
+//! be able to do.
 
 mod design;
 mod grating;

@@ -6,8 +6,8 @@ use anyhow::{Result, ensure};
 use hal_mock::{FileError, RowReader};
 use ridgetone_proto::settings::TAXELS;
 
-/// A row for each frame. A taxel without any valid value is at 0 V; a frame that lacks any other taxel is left out, since
-/// `replay` and `fit` take a gap for missing frames.
+/// A row for each frame. A taxel without any valid value is at 0 V; a frame that lacks any other
+/// taxel is left out, since `replay` and `fit` take a gap for missing frames.
 pub struct RawRows {
     file: String,
     names: Vec<String>,
@@ -26,8 +26,8 @@ pub fn names() -> Vec<String> {
 }
 
 impl RawRows {
-    /// The frames of `messages`; `again` are the same messages, from which it learns which taxels are alive.
-    /// Fails if there is no frame.
+    /// The frames of `messages`; `again` are the same messages, from which it learns which taxels
+    /// are alive. Fails if there is no frame.
     pub fn new(file: &str, messages: Messages, again: Messages) -> Result<Self> {
         let (mut alive, mut vref_v) = (0, VREF_V);
         for message in again {
@@ -37,13 +37,23 @@ impl RawRows {
         }
         ensure!(alive != 0, "{file}: holds no frames: record with --raw");
         let (file, frame) = (file.to_owned(), None);
-        Ok(Self { file, names: names(), messages, alive, vref_v: VREF_V, frame, left_out: 0 })
+        Ok(Self {
+            file,
+            names: names(),
+            messages,
+            alive,
+            vref_v: VREF_V,
+            frame,
+            left_out: 0,
+        })
     }
 
     /// Moves to the next frame, whatever its time. False at the end.
     pub fn next_frame(&mut self) -> Result<bool> {
         for message in self.messages.by_ref() {
-            let Some(raw) = message?.frame(&mut self.vref_v)? else { continue };
+            let Some(raw) = message?.frame(&mut self.vref_v)? else {
+                continue;
+            };
             if raw.present & raw.good & self.alive == self.alive {
                 self.frame = Some(Frame::new(&raw, self.vref_v));
                 return Ok(true);
@@ -65,11 +75,14 @@ impl RowReader for RawRows {
 
     fn advance(&mut self) -> Result<bool, FileError> {
         let before_s = self.time_s();
-        let has_row = self.next_frame().map_err(|error| FileError::new(&self.file, None, format!("{error:#}")))?;
+        let has_row = self
+            .next_frame()
+            .map_err(|error| FileError::new(&self.file, None, format!("{error:#}")))?;
         match (before_s, self.time_s()) {
             (Some(before_s), Some(t_s)) if has_row && t_s <= before_s => {
-                let why =
-                    format!("the board restarted: time {t_s} after {before_s}; choose a part with --to {before_s}");
+                let why = format!(
+                    "the board restarted: time {t_s} after {before_s}; choose a part with --to {before_s}"
+                );
                 Err(FileError::new(&self.file, None, why))
             }
             _ => Ok(has_row),
@@ -84,7 +97,9 @@ impl RowReader for RawRows {
         values.clear();
         let volts = self.frame.map_or([None; TAXELS], |frame| frame.volts);
         // By their text: the numbers of the exported table are these to the last bit.
-        values.extend(volts.map(|volts| volts.unwrap_or(0.0).to_string().parse().unwrap_or(f64::NAN)));
+        values.extend(
+            volts.map(|volts| volts.unwrap_or(0.0).to_string().parse().unwrap_or(f64::NAN)),
+        );
         Ok(())
     }
 }

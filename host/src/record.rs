@@ -10,9 +10,15 @@ use ridgetone_proto::telemetry::Packet;
 use std::ops::ControlFlow;
 use std::path::Path;
 
-/// Writes all bytes into a new file until the source is over, `length_s` of device time have passed, or this process is to
-/// stop. The file is valid at any moment. Gives the feed back, for its counts.
-pub fn run(feed: Feed, path: &Path, requester: Requester, length_s: Option<f64>) -> Result<(Feed, Result<()>)> {
+/// Writes all bytes into a new file until the source is over, `length_s` of device time have
+/// passed, or this process is to stop. The file is valid at any moment. Gives the feed back, for
+/// its counts.
+pub fn run(
+    feed: Feed,
+    path: &Path,
+    requester: Requester,
+    length_s: Option<f64>,
+) -> Result<(Feed, Result<()>)> {
     let file = recording::create(path, &feed.name(), feed.byte_s())?;
     let feed = feed.recorded(Box::new(file));
     let mut progress = Progress::default();

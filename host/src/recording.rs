@@ -4,11 +4,13 @@
 //! ridgetone telemetry 2 {"protocol":7,"version":"0.1.0","source":"/dev/ttyUSB0"}\n\0<bytes>
 //! ```
 //!
-//! Between frames stand marks: when the frames after it were received, `@`, nanoseconds since 1970 as text, and a zero. A mark is
-//! no frame: as one it would end before its first stuffing byte says. Format 1 has no marks.
+//! Between frames stand marks: when the frames after it were received, `@`, nanoseconds since 1970
+//! as text, and a zero. A mark is no frame: as one it would end before its first stuffing byte
+//! says. Format 1 has no marks.
 //!
-//! There is no index and no end mark: a file that is cut off anywhere is valid up to there, and loses at most one frame.
-//! Bytes without the header, as `cat /dev/ttyUSB0` or `emulate --serial-out` leave them, are read too.
+//! There is no index and no end mark: a file that is cut off anywhere is valid up to there, and
+//! loses at most one frame. Bytes without the header, as `cat /dev/ttyUSB0` or `emulate
+//! --serial-out` leave them, are read too.
 
 use crate::feed::{FeedEvent, Source};
 use crate::utc::Receipt;
@@ -76,7 +78,11 @@ pub struct Recording {
 impl Keep for Recording {
     fn keep(&mut self, bytes: &[u8], receipt: Option<Receipt>) -> std::io::Result<()> {
         self.partial.extend_from_slice(bytes);
-        let whole = self.partial.iter().rposition(|byte| *byte == 0).map_or(0, |last| last + 1);
+        let whole = self
+            .partial
+            .iter()
+            .rposition(|byte| *byte == 0)
+            .map_or(0, |last| last + 1);
         if whole == 0 {
             return Ok(());
         }
@@ -92,42 +98,67 @@ impl Keep for Recording {
 impl Drop for Recording {
     fn drop(&mut self) {
         // What has arrived of a frame; there is nobody left to tell if that fails.
-        let _ = self.out.write_all(&self.partial).and_then(|()| self.out.flush());
+        let _ = self
+            .out
+            .write_all(&self.partial)
+            .and_then(|()| self.out.flush());
     }
 }
 
-/// Begins a recording of `source`, in a new file or, with `-`, on standard output. It is not buffered.
+/// Begins a recording of `source`, in a new file or, with `-`, on standard output. It is not
+/// buffered.
 pub fn create(path: &Path, source: &str, byte_s: f64) -> Result<Recording> {
     let named = || path.display().to_string();
     if path == Path::new("-") {
-        ensure!(!std::io::stdout().is_terminal(), "a recording is not for a terminal: choose a file, or pipe it");
+        ensure!(
+            !std::io::stdout().is_terminal(),
+            "a recording is not for a terminal: choose a file, or pipe it"
+        );
         let mut out = std::io::stdout();
         begin(&mut out, source, byte_s).context("standard output")?;
-        return Ok(Recording { out: Box::new(out), partial: Vec::new() });
+        return Ok(Recording {
+            out: Box::new(out),
+            partial: Vec::new(),
+        });
     }
     let mut file = match File::create_new(path) {
         Ok(file) => file,
         Err(error) if error.kind() == ErrorKind::AlreadyExists => {
-            bail!("{}: this file exists already, and no recording is overwritten: choose another name", named())
+            bail!(
+                "{}: this file exists already, and no recording is overwritten: choose another name",
+                named()
+            )
         }
         Err(error) => return Err(error).with_context(named),
     };
     begin(&mut file, source, byte_s).with_context(named)?;
-    Ok(Recording { out: Box::new(file), partial: Vec::new() })
+    Ok(Recording {
+        out: Box::new(file),
+        partial: Vec::new(),
+    })
 }
 
 fn begin(out: &mut dyn Write, source: &str, byte_s: f64) -> Result<()> {
-    let header =
-        Header { protocol: PROTOCOL, version: env!("CARGO_PKG_VERSION").to_owned(), source: source.to_owned(), byte_s };
+    let header = Header {
+        protocol: PROTOCOL,
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        source: source.to_owned(),
+        byte_s,
+    };
     let text = format!("{MAGIC}{FORMAT} {}\n\0", serde_json::to_string(&header)?);
     Ok(out.write_all(text.as_bytes())?)
 }
 
-/// Whether a file holds telemetry, by its content: it has the header, or a whole frame near its beginning.
+/// Whether a file holds telemetry, by its content: it has the header, or a whole frame near its
+/// beginning.
 pub fn is_telemetry(path: &Path) -> Result<bool> {
     let named = || path.display().to_string();
     let mut start = Vec::new();
-    File::open(path).with_context(named)?.take(LOOK_BYTES).read_to_end(&mut start).with_context(named)?;
+    File::open(path)
+        .with_context(named)?
+        .take(LOOK_BYTES)
+        .read_to_end(&mut start)
+        .with_context(named)?;
     let mut decoder = Decoder::new();
     let is_frame = |byte: &u8| decoder.push(*byte).is_some() || decoder.foreign.is_some();
     Ok(start.starts_with(MAGIC.as_bytes()) || start.iter().any(is_frame))
@@ -147,7 +178,8 @@ pub struct Recorded {
 }
 
 impl Recorded {
-    /// Fails if it cannot be read, holds something else, or was written by another version of the format or of the protocol.
+    /// Fails if it cannot be read, holds something else, or was written by another version of the
+    /// format or of the protocol.
     pub fn open(path: &Path) -> Result<Self> {
         let name = path.display().to_string();
         if !is_telemetry(path)? {
@@ -157,7 +189,13 @@ impl Recorded {
         }
         let file = File::open(path).with_context(|| name.clone())?;
         let bytes = file.metadata().with_context(|| name.clone())?.len();
-        let mut recorded = Self { name: name.clone(), file: BufReader::new(file), header: None, bytes, receipt: None };
+        let mut recorded = Self {
+            name: name.clone(),
+            file: BufReader::new(file),
+            header: None,
+            bytes,
+            receipt: None,
+        };
         recorded.read_header().with_context(|| name)?;
         Ok(recorded)
     }
@@ -167,17 +205,29 @@ impl Recorded {
             return Ok(());
         }
         let mut text = Vec::new();
-        self.bytes -= self.file.by_ref().take(HEADER_MAX).read_until(0, &mut text)? as u64;
+        self.bytes -= self
+            .file
+            .by_ref()
+            .take(HEADER_MAX)
+            .read_until(0, &mut text)? as u64;
         let text = String::from_utf8(text).context("the header")?;
-        let (format, json) =
-            text[MAGIC.len()..].trim_end_matches(['\0', '\n']).split_once(' ').context("the header")?;
+        let (format, json) = text[MAGIC.len()..]
+            .trim_end_matches(['\0', '\n'])
+            .split_once(' ')
+            .context("the header")?;
         if format != FORMAT.to_string() && format != FORMAT_BEFORE.to_string() {
-            bail!("written in format {format}, this command reads {FORMAT}: use the version that wrote it");
+            bail!(
+                "written in format {format}, this command reads {FORMAT}: use the version that wrote it"
+            );
         }
         let header: Header = serde_json::from_str(json).context("the header")?;
         if header.protocol != PROTOCOL {
-            let Header { protocol, version, .. } = header;
-            bail!("holds protocol {protocol}, this command speaks {PROTOCOL}: use version {version}, which wrote it");
+            let Header {
+                protocol, version, ..
+            } = header;
+            bail!(
+                "holds protocol {protocol}, this command speaks {PROTOCOL}: use version {version}, which wrote it"
+            );
         }
         self.header = Some(header);
         Ok(())
@@ -198,11 +248,22 @@ impl Source for Recorded {
     fn next(&mut self, _: Duration) -> Result<Option<FeedEvent<Vec<u8>>>> {
         loop {
             let mut bytes = Vec::new();
-            self.file.by_ref().take(FRAME_MAX).read_until(0, &mut bytes).with_context(|| self.name.clone())?;
+            self.file
+                .by_ref()
+                .take(FRAME_MAX)
+                .read_until(0, &mut bytes)
+                .with_context(|| self.name.clone())?;
             let Some(utc_ns) = mark_ns(&bytes).filter(|_| self.header.is_some()) else {
-                return Ok(Some(if bytes.is_empty() { FeedEvent::Over } else { FeedEvent::Data(bytes) }));
+                return Ok(Some(if bytes.is_empty() {
+                    FeedEvent::Over
+                } else {
+                    FeedEvent::Data(bytes)
+                }));
             };
-            self.receipt = Some(Receipt { utc_ns, byte_s: self.byte_s() });
+            self.receipt = Some(Receipt {
+                utc_ns,
+                byte_s: self.byte_s(),
+            });
         }
     }
 
@@ -239,8 +300,14 @@ mod tests {
             packets.push(packet.clone());
             Ok(())
         };
-        let outcome =
-            replay::run(Input::default().open().unwrap(), Settings::DEFAULT, None, &mut sink, &mut |_, _| {}).unwrap();
+        let outcome = replay::run(
+            Input::default().open().unwrap(),
+            Settings::DEFAULT,
+            None,
+            &mut sink,
+            &mut |_, _| {},
+        )
+        .unwrap();
         (outcome.serial, packets)
     }
 
@@ -261,12 +328,21 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (bytes, packets) = telemetry();
         let path = folder.path().join("whole");
-        create(&path, "a test", 0.0).unwrap().keep(&bytes, None).unwrap();
+        create(&path, "a test", 0.0)
+            .unwrap()
+            .keep(&bytes, None)
+            .unwrap();
         let header = Recorded::open(&path).unwrap().header.unwrap();
-        assert_eq!((header.protocol, header.source.as_str()), (PROTOCOL, "a test"));
+        assert_eq!(
+            (header.protocol, header.source.as_str()),
+            (PROTOCOL, "a test")
+        );
         let (found, counts) = read(&path);
         assert_eq!(found, packets);
-        assert_eq!((counts.received, counts.missing, counts.damaged), (packets.len() as u64, 0, 0));
+        assert_eq!(
+            (counts.received, counts.missing, counts.damaged),
+            (packets.len() as u64, 0, 0)
+        );
 
         // Cut off at any byte: all packets before the cut, and nothing is called damaged.
         let whole = std::fs::read(&path).unwrap();
@@ -275,7 +351,10 @@ mod tests {
             let torn = folder.path().join(format!("torn{length}"));
             std::fs::write(&torn, &whole[..length]).unwrap();
             let (found, counts) = read(&torn);
-            let complete = bytes[..length - from].iter().filter(|byte| **byte == 0).count();
+            let complete = bytes[..length - from]
+                .iter()
+                .filter(|byte| **byte == 0)
+                .count();
             assert_eq!(found, packets[..complete]);
             assert_eq!((counts.missing, counts.damaged), (0, 0));
         }
@@ -294,9 +373,17 @@ mod tests {
         // In pieces that end anywhere; a frame has the time of the piece with its end.
         let mut expected = Vec::new();
         for (number, piece) in bytes.chunks(100).enumerate() {
-            let receipt = Receipt { utc_ns: 1_769_862_605_000_000_000 + number as u64, byte_s: 1e-5 };
+            let receipt = Receipt {
+                utc_ns: 1_769_862_605_000_000_000 + number as u64,
+                byte_s: 1e-5,
+            };
             file.keep(piece, Some(receipt)).unwrap();
-            expected.extend(piece.iter().filter(|byte| **byte == 0).map(|_| Some(receipt)));
+            expected.extend(
+                piece
+                    .iter()
+                    .filter(|byte| **byte == 0)
+                    .map(|_| Some(receipt)),
+            );
         }
         drop(file);
         let mut feed = Feed::new(Recorded::open(&path).unwrap());
@@ -324,7 +411,10 @@ mod tests {
         assert!(refused("format", b"ridgetone telemetry 9 {}\n\0").contains("format 9"));
         let other = br#"ridgetone telemetry 1 {"protocol":200,"version":"7.0.0","source":"x"}"#;
         let error = refused("protocol", &[&other[..], b"\n\0"].concat());
-        assert!(error.contains("protocol 200") && error.contains("version 7.0.0"), "{error}");
+        assert!(
+            error.contains("protocol 200") && error.contains("version 7.0.0"),
+            "{error}"
+        );
         let there = folder.path().join("a.csv");
         assert!(format!("{:#}", create(&there, "x", 0.0).err().unwrap()).contains("already"));
     }

@@ -1,4 +1,5 @@
-//! `replay`: the library on this PC behind the simulated chip, conversion for conversion as on the board.
+//! `replay`: the library on this PC behind the simulated chip, conversion for conversion as on the
+//! board.
 
 use crate::input::{Opened, Uncertainty};
 use crate::live::Counts;
@@ -17,8 +18,9 @@ use ridgetone_proto::telemetry::{Decoder, Event, Packet, WIRE_MAX, encode};
 
 /// Board time at which START rises, microseconds, about that of the firmware.
 ///
-/// Any whole microsecond gives the same numbers as the emulated board, whose START rises at a whole one too: then the
-/// DRDY edges fall on the same microseconds after it, and device time begins with the first of them.
+/// Any whole microsecond gives the same numbers as the emulated board, whose START rises at a whole
+/// one too: then the DRDY edges fall on the same microseconds after it, and device time begins with
+/// the first of them.
 pub const START_US: u32 = 20_100;
 
 /// Conversions between two reports of progress.
@@ -33,9 +35,9 @@ pub struct Outcome {
     pub conversions: u64,
 }
 
-/// Runs `input` through the library. Packets go to `sink` after encoding and decoding; `progress` takes the seconds done and
-/// those to do. `settings` must have passed [`Settings::validate`]; with a `profile` estimates come in cycles per millimetre.
-/// It ends early when this process is to stop.
+/// Runs `input` through the library. Packets go to `sink` after encoding and decoding; `progress`
+/// takes the seconds done and those to do. `settings` must have passed [`Settings::validate`]; with
+/// a `profile` estimates come in cycles per millimetre. It ends early when this process is to stop.
 pub fn run(
     input: Opened,
     settings: Settings,
@@ -66,7 +68,14 @@ pub fn run_watched(
     progress: &mut dyn FnMut(f64, f64),
     watch: &mut dyn FnMut(TimedConversion),
 ) -> Result<Outcome> {
-    run_all(input, settings, (profile, Stream::new()), sink, progress, watch)
+    run_all(
+        input,
+        settings,
+        (profile, Stream::new()),
+        sink,
+        progress,
+        watch,
+    )
 }
 
 fn run_all(
@@ -80,7 +89,15 @@ fn run_all(
     let mut stream = stream.into_iter().peekable();
     let (end_s, uncertainty) = (input.end_s, input.uncertainty);
     let decoder = Decoder::default();
-    let mut wire = Wire { sequence: 0, serial: Vec::new(), decoder, received: 0, uncertainty, sink, failure: None };
+    let mut wire = Wire {
+        sequence: 0,
+        serial: Vec::new(),
+        decoder,
+        received: 0,
+        uncertainty,
+        sink,
+        failure: None,
+    };
     let mut pipeline = Box::new(Pipeline::new(settings));
     pipeline.follow(profile);
     wire.send(pipeline.hello());
@@ -98,7 +115,10 @@ fn run_all(
         wire.result()?;
         count += 1;
         if count % PROGRESS_EVERY == 0 {
-            progress((count * u64::from(plan.conversion_ns())) as f64 * 1e-9, end_s);
+            progress(
+                (count * u64::from(plan.conversion_ns())) as f64 * 1e-9,
+                end_s,
+            );
         }
         Ok(())
     });
@@ -107,10 +127,15 @@ fn run_all(
     }
     pipeline.finish(&mut |event| wire.send(event));
     wire.result()?;
-    Ok(Outcome { counts: Counts::of(&wire.decoder, wire.received), serial: wire.serial, conversions: count })
+    Ok(Outcome {
+        counts: Counts::of(&wire.decoder, wire.received),
+        serial: wire.serial,
+        conversions: count,
+    })
 }
 
-/// Board time of a conversion, microseconds: its wrapping count, and how often that has wrapped by the number of conversions.
+/// Board time of a conversion, microseconds: its wrapping count, and how often that has wrapped by
+/// the number of conversions.
 fn extended_us(number: u64, plan: &Plan, t_us: u32) -> u64 {
     let nominal_us = number * u64::from(plan.conversion_ns()) / 1000 + u64::from(START_US);
     let off_us = t_us.wrapping_sub(nominal_us as u32) as i32;
@@ -118,13 +143,20 @@ fn extended_us(number: u64, plan: &Plan, t_us: u32) -> u64 {
 }
 
 /// As [`conversions_of`], by the default plan.
-pub fn conversions(input: Opened, take: &mut dyn FnMut(TimedConversion) -> Result<()>) -> Result<()> {
+pub fn conversions(
+    input: Opened,
+    take: &mut dyn FnMut(TimedConversion) -> Result<()>,
+) -> Result<()> {
     conversions_of(input, &Plan::PAPER, take)
 }
 
-/// Sets the simulated chip up as the firmware does and gives every conversion of `input` to `take`. If the plan's scan has no
-/// health readings, they come once, before it.
-pub fn conversions_of(input: Opened, plan: &Plan, take: &mut dyn FnMut(TimedConversion) -> Result<()>) -> Result<()> {
+/// Sets the simulated chip up as the firmware does and gives every conversion of `input` to `take`.
+/// If the plan's scan has no health readings, they come once, before it.
+pub fn conversions_of(
+    input: Opened,
+    plan: &Plan,
+    take: &mut dyn FnMut(TimedConversion) -> Result<()>,
+) -> Result<()> {
     let board = SimulatedBoard::new(input.scene, input.options);
     board.set_sclk_hz(0); // as over the bridge: a transfer takes no time
 
@@ -139,7 +171,8 @@ pub fn conversions_of(input: Opened, plan: &Plan, take: &mut dyn FnMut(TimedConv
         own = config.slots();
         chip.configure(&config).context("the simulated chip")?;
     } else {
-        chip.configure(&plan.config()).context("the simulated chip")?;
+        chip.configure(&plan.config())
+            .context("the simulated chip")?;
     }
     chip.start(&mut start)?;
     while let Some(edge_ns) = board.wait_for_drdy() {
@@ -151,7 +184,8 @@ pub fn conversions_of(input: Opened, plan: &Plan, take: &mut dyn FnMut(TimedConv
             if own == 0 {
                 chip.stop(&mut start)?;
                 chip.reset_by_pin(&mut reset, &mut board.delay())?;
-                chip.configure(&plan.config()).context("the simulated chip")?;
+                chip.configure(&plan.config())
+                    .context("the simulated chip")?;
                 chip.start(&mut start)?;
             }
         }
@@ -176,11 +210,16 @@ impl Wire<'_> {
         if self.failure.is_some() {
             return;
         }
-        let packet = Packet { sequence: self.sequence, event };
+        let packet = Packet {
+            sequence: self.sequence,
+            event,
+        };
         self.sequence = self.sequence.wrapping_add(1);
         let mut bytes = [0; WIRE_MAX];
         let Ok(length) = encode(&packet, &mut bytes) else {
-            self.failure = Some(anyhow::anyhow!("a packet is longer than {WIRE_MAX} bytes on the wire"));
+            self.failure = Some(anyhow::anyhow!(
+                "a packet is longer than {WIRE_MAX} bytes on the wire"
+            ));
             return;
         };
         for byte in &bytes[..length] {

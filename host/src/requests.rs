@@ -1,6 +1,8 @@
-//! Requests to a board: each is sent with a number, and again under the same number until the board answers it.
+//! Requests to a board: each is sent with a number, and again under the same number until the board
+//! answers it.
 //!
-//! [`Requests`] knows no line and no clock, so that the emulator's loop and a serial port use the same code.
+//! [`Requests`] knows no line and no clock, so that the emulator's loop and a serial port use the
+//! same code.
 
 pub mod receiver;
 
@@ -11,8 +13,8 @@ use ridgetone_proto::telemetry::Event;
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// Time after which a request is sent again. A fit of the longest window takes a tenth of it; erasing a page of flash, which
-/// is rare, takes eight times as long.
+/// Time after which a request is sent again. A fit of the longest window takes a tenth of it;
+/// erasing a page of flash, which is rare, takes eight times as long.
 pub const PATIENCE: Duration = Duration::from_millis(250);
 
 /// Times that a request is sent: 5 s in all.
@@ -45,10 +47,16 @@ struct Sent {
 }
 
 impl Requests {
-    /// No request yet; the first one gets the number `first`. A board repeats its answer to the number that it answered last
-    /// without doing anything: a program that talks to a board for the first time should take a number by the clock.
+    /// No request yet; the first one gets the number `first`. A board repeats its answer to the
+    /// number that it answered last without doing anything: a program that talks to a board for the
+    /// first time should take a number by the clock.
     pub const fn new(first: u16) -> Self {
-        Self { next: first, queue: VecDeque::new(), current: None, sends: 0 }
+        Self {
+            next: first,
+            queue: VecDeque::new(),
+            current: None,
+            sends: 0,
+        }
     }
 
     pub fn push(&mut self, command: Command) {
@@ -62,15 +70,27 @@ impl Requests {
     /// Bytes to send at this time; mostly none.
     pub fn due(&mut self, now: Duration) -> Result<Vec<u8>> {
         if self.current.is_none() {
-            let Some(command) = self.queue.pop_front() else { return Ok(Vec::new()) };
-            let request = Request { number: self.next, command };
+            let Some(command) = self.queue.pop_front() else {
+                return Ok(Vec::new());
+            };
+            let request = Request {
+                number: self.next,
+                command,
+            };
             self.next = self.next.wrapping_add(1);
             let mut bytes = encode(&request)?;
             // Ends whatever was on the line before, which would spoil the request.
             bytes.insert(0, 0);
-            self.current = Some(Sent { request, bytes, tries: 0, due: now });
+            self.current = Some(Sent {
+                request,
+                bytes,
+                tries: 0,
+                due: now,
+            });
         }
-        let Some(sent) = self.current.as_mut().filter(|sent| now >= sent.due) else { return Ok(Vec::new()) };
+        let Some(sent) = self.current.as_mut().filter(|sent| now >= sent.due) else {
+            return Ok(Vec::new());
+        };
         if sent.tries == TRIES {
             let Request { number, command } = &sent.request;
             bail!(
@@ -82,14 +102,22 @@ impl Requests {
         Ok(sent.bytes.clone())
     }
 
-    /// Takes an event; gives the command that it answers, and the outcome. A request that finds the board busy is sent again.
+    /// Takes an event; gives the command that it answers, and the outcome. A request that finds the
+    /// board busy is sent again.
     pub fn answered(&mut self, event: &Event) -> Option<(Command, Outcome)> {
-        let Event::Reply(reply) = event else { return None };
+        let Event::Reply(reply) = event else {
+            return None;
+        };
         if reply.outcome == Outcome::Busy
-            || self.current.as_ref().is_none_or(|sent| sent.request.number != reply.number)
+            || self
+                .current
+                .as_ref()
+                .is_none_or(|sent| sent.request.number != reply.number)
         {
             return None;
         }
-        self.current.take().map(|sent| (sent.request.command, reply.outcome.clone()))
+        self.current
+            .take()
+            .map(|sent| (sent.request.command, reply.outcome.clone()))
     }
 }

@@ -1,5 +1,5 @@
-//! Rows of samples, wherever they are: a table, a recording of telemetry with raw frames, what `export` made of one, or an
-//! array in memory.
+//! Rows of samples, wherever they are: a table, a recording of telemetry with raw frames, what
+//! `export` made of one, or an array in memory.
 
 use crate::messages::{Form, messages};
 use crate::raw_rows::RawRows;
@@ -18,7 +18,8 @@ pub struct Samples {
 }
 
 impl Samples {
-    /// Those of a file in any form that [`open`] knows. A pipe, which can be read only once, is read now.
+    /// Those of a file in any form that [`open`] knows. A pipe, which can be read only once, is
+    /// read now.
     pub fn file(path: &Path) -> Result<Self> {
         Self::file_with(path, None)
     }
@@ -30,20 +31,47 @@ impl Samples {
         let open: OpenRows = if std::fs::metadata(&path).map_err(refuse)?.is_file() {
             Arc::new(move || open(&path, time.as_ref()))
         } else {
-            let (bytes, file) = (Arc::<[u8]>::from(std::fs::read(&path).map_err(refuse)?), name.clone());
-            Arc::new(move || Ok(Box::new(Rows::with(Cursor::new(Arc::clone(&bytes)), &file, time.as_ref())?)))
+            let (bytes, file) = (
+                Arc::<[u8]>::from(std::fs::read(&path).map_err(refuse)?),
+                name.clone(),
+            );
+            Arc::new(move || {
+                Ok(Box::new(Rows::with(
+                    Cursor::new(Arc::clone(&bytes)),
+                    &file,
+                    time.as_ref(),
+                )?))
+            })
         };
         Ok(Self { name, open })
     }
 
     /// Any rows, under a name for errors.
     pub fn rows(name: &str, open: OpenRows) -> Self {
-        Self { name: name.to_owned(), open }
+        Self {
+            name: name.to_owned(),
+            open,
+        }
     }
 
-    /// Rows in memory, with names of the columns: a value by row and column, NaN where it is missing, and a row's time.
-    pub fn array(name: &str, names: Vec<String>, rows: usize, value_at: ValueAt, time_s: Option<TimeAt>) -> Self {
-        let array = ArrayRows { file: name.to_owned(), names, rows, value_at, time_s, next: 0, before_s: None };
+    /// Rows in memory, with names of the columns: a value by row and column, NaN where it is
+    /// missing, and a row's time.
+    pub fn array(
+        name: &str,
+        names: Vec<String>,
+        rows: usize,
+        value_at: ValueAt,
+        time_s: Option<TimeAt>,
+    ) -> Self {
+        let array = ArrayRows {
+            file: name.to_owned(),
+            names,
+            rows,
+            value_at,
+            time_s,
+            next: 0,
+            before_s: None,
+        };
         Self::rows(name, Arc::new(move || Ok(Box::new(array.clone()))))
     }
 
@@ -99,7 +127,11 @@ impl RowReader for ArrayRows {
 
     fn advance(&mut self) -> Result<bool, FileError> {
         if self.rows == 0 || self.names.is_empty() {
-            return Err(FileError::new(&self.file, None, "no data: it needs a row and a column"));
+            return Err(FileError::new(
+                &self.file,
+                None,
+                "no data: it needs a row and a column",
+            ));
         }
         if self.next == self.rows {
             return Ok(false);
@@ -111,7 +143,9 @@ impl RowReader for ArrayRows {
                 return Err(self.refuse(&format!("time_s: {t_s} is no time")));
             }
             if let Some(before_s) = self.before_s.filter(|before_s| t_s <= *before_s) {
-                return Err(self.refuse(&format!("time_s does not increase: {t_s} after {before_s}")));
+                return Err(
+                    self.refuse(&format!("time_s does not increase: {t_s} after {before_s}"))
+                );
             }
         }
         self.before_s = t_s;
@@ -126,7 +160,10 @@ impl RowReader for ArrayRows {
         values.clear();
         values.extend((0..self.names.len()).map(|column| (self.value_at)(self.next - 1, column)));
         match values.iter().position(|value| value.is_infinite()) {
-            Some(at) => Err(self.refuse(&format!("column {}: {} is not finite", self.names[at], values[at]))),
+            Some(at) => Err(self.refuse(&format!(
+                "column {}: {} is not finite",
+                self.names[at], values[at]
+            ))),
             None => Ok(()),
         }
     }
@@ -137,21 +174,32 @@ impl RowReader for ArrayRows {
 }
 
 /// Opens a file's rows, once: those of a table, or the raw frames of telemetry, in volts.
-pub fn open(path: &Path, time: Option<&TimeColumn>) -> Result<Box<dyn RowReader + Send>, FileError> {
+pub fn open(
+    path: &Path,
+    time: Option<&TimeColumn>,
+) -> Result<Box<dyn RowReader + Send>, FileError> {
     let file = path.display().to_string();
     let refuse = |error: anyhow::Error| {
         let text = format!("{error:#}");
-        FileError::new(&file, None, text.strip_prefix(&format!("{file}: ")).unwrap_or(&text))
+        FileError::new(
+            &file,
+            None,
+            text.strip_prefix(&format!("{file}: ")).unwrap_or(&text),
+        )
     };
     match Form::of(path).map_err(|error| FileError::new(&file, None, error))? {
         Form::Table => Ok(Box::new(Rows::open_with(path, time)?)),
-        _ if time.is_some() => {
-            Err(FileError::new(&file, None, "--time-column is for tables: telemetry has its own time"))
-        }
+        _ if time.is_some() => Err(FileError::new(
+            &file,
+            None,
+            "--time-column is for tables: telemetry has its own time",
+        )),
         form => {
             // Twice: a taxel that never has a value is not missing from every frame.
             let open = || messages(path, form).map_err(refuse);
-            Ok(Box::new(RawRows::new(&file, open()?, open()?).map_err(refuse)?))
+            Ok(Box::new(
+                RawRows::new(&file, open()?, open()?).map_err(refuse)?,
+            ))
         }
     }
 }

@@ -1,7 +1,8 @@
 //! `serve`: the messages of many boards to the buses of a robot.
 //!
-//! Each finger has a thread that reads its board and each sink a thread that delivers; between them is one bounded [`queue`]
-//! a sink. So a sink that is slow or dead holds up no board and no other sink.
+//! Each finger has a thread that reads its board and each sink a thread that delivers; between them
+//! is one bounded [`queue`] a sink. So a sink that is slow or dead holds up no board and no other
+//! sink.
 //!
 //! | step | where |
 //! |---|---|
@@ -102,9 +103,16 @@ pub fn ros2() -> Result<Box<dyn Sink>> {
     Err(not_built("ROS 2", "ros2"))
 }
 
-#[cfg(not(all(feature = "foxglove", feature = "mqtt", feature = "ros2", feature = "zenoh")))]
+#[cfg(not(all(
+    feature = "foxglove",
+    feature = "mqtt",
+    feature = "ros2",
+    feature = "zenoh"
+)))]
 fn not_built(what: &str, feature: &str) -> anyhow::Error {
-    let why = format!("this command is built without {what}: `cargo install --path host --features {feature}` adds it");
+    let why = format!(
+        "this command is built without {what}: `cargo install --path host --features {feature}` adds it"
+    );
     UsageError(why).into()
 }
 
@@ -118,14 +126,20 @@ pub struct Serve {
     pub frames: bool,
 }
 
-/// Serves until all sources are over, all sinks have failed, or this process is to stop; reports the counts on standard error.
-/// Fails if no finger or no sink has ever worked.
+/// Serves until all sources are over, all sinks have failed, or this process is to stop; reports
+/// the counts on standard error. Fails if no finger or no sink has ever worked.
 pub fn run(serve: Serve, sinks: Vec<Box<dyn Sink>>) -> Result<()> {
-    let Serve { names, sources, emulator, frames } = serve;
+    let Serve {
+        names,
+        sources,
+        emulator,
+        frames,
+    } = serve;
     if sinks.is_empty() {
-        return Err(
-            UsageError("nothing to serve to: choose --foxglove, --mqtt, --zenoh, --ros2 or --json".into()).into()
-        );
+        return Err(UsageError(
+            "nothing to serve to: choose --foxglove, --mqtt, --zenoh, --ros2 or --json".into(),
+        )
+        .into());
     }
     let (names, emulator) = (Arc::new(names), emulator.map(Arc::new));
     let mut delivering = Vec::new();
@@ -140,21 +154,35 @@ pub fn run(serve: Serve, sinks: Vec<Box<dyn Sink>>) -> Result<()> {
         });
         delivering.push((queue, thread));
     }
-    let queues: Vec<Arc<Queue>> = delivering.iter().map(|(queue, _)| Arc::clone(queue)).collect();
+    let queues: Vec<Arc<Queue>> = delivering
+        .iter()
+        .map(|(queue, _)| Arc::clone(queue))
+        .collect();
     let mut reading = Vec::new();
     for (number, source) in sources.into_iter().enumerate() {
         let publisher = Publisher::new(number, queues.clone());
-        let finger = Finger::new(names.fingers[number].clone(), source, frames, emulator.clone());
+        let finger = Finger::new(
+            names.fingers[number].clone(),
+            source,
+            frames,
+            emulator.clone(),
+        );
         reading.push(std::thread::spawn(move || finger.run(publisher)));
     }
     let all_ended = |threads: &[JoinHandle<bool>]| threads.iter().all(JoinHandle::is_finished);
-    while !stop::is_requested() && !all_ended(&reading) && !queues.iter().all(|queue| queue.has_failed()) {
+    while !stop::is_requested()
+        && !all_ended(&reading)
+        && !queues.iter().all(|queue| queue.has_failed())
+    {
         sleep(LOOK);
     }
     let all_failed = queues.iter().all(|queue| queue.has_failed());
     // Fingers look at this too.
     stop::request();
-    let worked = reading.into_iter().filter_map(|thread| thread.join().ok()).fold(false, |any, one| any | one);
+    let worked = reading
+        .into_iter()
+        .filter_map(|thread| thread.join().ok())
+        .fold(false, |any, one| any | one);
     queues.iter().for_each(|queue| queue.close());
     let begun = Instant::now();
     while begun.elapsed() < FINISH && !delivering.iter().all(|(_, thread)| thread.is_finished()) {

@@ -1,7 +1,8 @@
 //! The firmware's tasks on this PC, behind the simulated chip and its faults.
 //!
-//! Virtual time takes the place of interrupts: DRDY's edges as they arrive at the pin, the watch twice a second, then the
-//! tasks that these start. The processor and the line take no time, the bus takes as long as the board's.
+//! Virtual time takes the place of interrupts: DRDY's edges as they arrive at the pin, the watch
+//! twice a second, then the tasks that these start. The processor and the line take no time, the
+//! bus takes as long as the board's.
 
 use crate::input::Opened;
 use ads1258::Ads1258;
@@ -45,7 +46,8 @@ pub trait Surroundings {
     /// `detect` takes this conversion next.
     fn read(&mut self, _conversion: &TimedConversion, _board: &SimulatedBoard) {}
 
-    /// Takes the bytes that the board has sent, mostly none, and gives those that have arrived at it.
+    /// Takes the bytes that the board has sent, mostly none, and gives those that have arrived at
+    /// it.
     fn exchange(&mut self, board: &SimulatedBoard, sent: &[u8]) -> Result<Vec<Received>>;
 }
 
@@ -63,17 +65,33 @@ impl<F: NorFlash> Start<F> {
     pub fn new(flash: F, boot: Boot) -> Self {
         let mut store = FlashStore::new(flash);
         let (settings, source) = store.load();
-        Self { store, settings, source, boot }
+        Self {
+            store,
+            settings,
+            source,
+            boot,
+        }
     }
 }
 
-/// Runs the firmware's tasks until the input is over. A restart that is requested is carried out. Gives the board back.
-pub fn run<F: NorFlash>(input: Opened, start: Start<F>, around: &mut dyn Surroundings) -> Result<SimulatedBoard> {
+/// Runs the firmware's tasks until the input is over. A restart that is requested is carried out.
+/// Gives the board back.
+pub fn run<F: NorFlash>(
+    input: Opened,
+    start: Start<F>,
+    around: &mut dyn Surroundings,
+) -> Result<SimulatedBoard> {
     let board = SimulatedBoard::new(input.scene, input.options);
     board.set_sclk_hz(SCLK_HZ);
     let mut start = start;
     while let Some(store) = run_until_restart(&board, start, around)? {
-        start = Start::new(store.release(), Boot { cause: ResetCause::Software, ..Boot::UNKNOWN });
+        start = Start::new(
+            store.release(),
+            Boot {
+                cause: ResetCause::Software,
+                ..Boot::UNKNOWN
+            },
+        );
     }
     Ok(board)
 }
@@ -85,24 +103,52 @@ fn run_until_restart<F: NorFlash>(
     around: &mut dyn Surroundings,
 ) -> Result<Option<FlashStore<F>>> {
     let mut wait = board.delay();
-    let acquisition =
-        Acquisition::new(Ads1258::new(board.spi()), board.start_pin(), board.reset_pin(), start.settings.plan);
+    let acquisition = Acquisition::new(
+        Ads1258::new(board.spi()),
+        board.start_pin(),
+        board.reset_pin(),
+        start.settings.plan,
+    );
     wait.delay_us(crate::replay::START_US);
 
-    let mut queues = (Queue::<_, SAMPLES>::new(), Queue::<_, WINDOWS>::new(), Queue::<_, BYTES>::new());
+    let mut queues = (
+        Queue::<_, SAMPLES>::new(),
+        Queue::<_, WINDOWS>::new(),
+        Queue::<_, BYTES>::new(),
+    );
     let (samples_in, samples_out) = queues.0.split();
     let (windows_in, windows_out) = queues.1.split();
     let (bytes_in, bytes_out) = queues.2.split();
     let interrupt = Interrupt::default();
-    let pin = Pin { board, interrupt: &interrupt, edge_us: 0 };
+    let pin = Pin {
+        board,
+        interrupt: &interrupt,
+        edge_us: 0,
+    };
     let drdy = RefCell::new(Drdy::new(acquisition, pin, samples_in));
-    let shared = Shared::new(Simulated { board, interrupt: &interrupt, drdy }, start.settings.plan);
-    let is_set_up = shared.platform.drdy.borrow_mut().acquisition.set_up(&shared.diagnostics, &mut wait);
+    let shared = Shared::new(
+        Simulated {
+            board,
+            interrupt: &interrupt,
+            drdy,
+        },
+        start.settings.plan,
+    );
+    let is_set_up = shared
+        .platform
+        .drdy
+        .borrow_mut()
+        .acquisition
+        .set_up(&shared.diagnostics, &mut wait);
     around.started(board, is_set_up)?;
     let mut estimator = Box::new(Estimator::new(start.settings));
     let mut tasks = Tasks {
         detect: Detect::new(samples_out, windows_in),
-        fit: Fit { estimator: &mut estimator, windows: windows_out, requests: Requests::new(start.store) },
+        fit: Fit {
+            estimator: &mut estimator,
+            windows: windows_out,
+            requests: Requests::new(start.store),
+        },
         report: Report::new(bytes_in),
         detector: Box::new(Detector::booted(start.settings, start.source, start.boot)),
         ring: Box::new(Ring::new()),
@@ -115,9 +161,13 @@ fn run_until_restart<F: NorFlash>(
     let mut policy = WatchdogPolicy::new();
     let mut watch_ns = board.now_ns() + WATCH_NS;
     loop {
-        let (edge_ns, event_ns) = board.with_chip(|chip| (chip.next_drdy_fall_ns(), chip.next_event_ns()));
+        let (edge_ns, event_ns) =
+            board.with_chip(|chip| (chip.next_drdy_fall_ns(), chip.next_event_ns()));
         let edge_ns = edge_ns.filter(|_| !interrupt.is_muted.get());
-        let next_ns = [edge_ns, event_ns].into_iter().flatten().fold(watch_ns, u64::min);
+        let next_ns = [edge_ns, event_ns]
+            .into_iter()
+            .flatten()
+            .fold(watch_ns, u64::min);
         board.advance_ns(next_ns.saturating_sub(board.now_ns()));
         if edge_ns.is_some_and(|edge_ns| edge_ns <= next_ns) {
             interrupt.is_pending.set(true);
@@ -150,7 +200,8 @@ struct Interrupt {
     /// An edge has fallen, and `drdy` has not run since.
     is_pending: Cell<bool>,
     is_muted: Cell<bool>,
-    /// When the next edge falls, as of the beginning of `drdy`, or of the latest look at it: nanoseconds of the board.
+    /// When the next edge falls, as of the beginning of `drdy`, or of the latest look at it:
+    /// nanoseconds of the board.
     ahead_ns: Cell<Option<u64>>,
     /// The scene is over: the chip is left alone.
     has_ended: Cell<bool>,
@@ -165,9 +216,15 @@ struct Pin<'a> {
 impl Interrupt {
     /// Notes an edge that has fallen.
     fn look(&self, board: &SimulatedBoard) {
-        if !self.is_muted.get() && self.ahead_ns.get().is_some_and(|ahead_ns| ahead_ns <= board.now_ns()) {
+        if !self.is_muted.get()
+            && self
+                .ahead_ns
+                .get()
+                .is_some_and(|ahead_ns| ahead_ns <= board.now_ns())
+        {
             self.is_pending.set(true);
-            self.ahead_ns.set(board.with_chip(|chip| chip.next_drdy_fall_ns()));
+            self.ahead_ns
+                .set(board.with_chip(|chip| chip.next_drdy_fall_ns()));
         }
     }
 }
@@ -177,7 +234,10 @@ impl DrdyPin for Pin<'_> {
         // The board's own clock, read first thing.
         self.edge_us = now_us(self.board);
         self.interrupt.look(self.board);
-        self.interrupt.is_pending.take().then(|| self.board.with_chip(|chip| !chip.drdy_high(0)))
+        self.interrupt
+            .is_pending
+            .take()
+            .then(|| self.board.with_chip(|chip| !chip.drdy_high(0)))
     }
 
     fn edge_us(&self) -> u32 {
@@ -191,7 +251,9 @@ impl DrdyPin for Pin<'_> {
     fn unmute(&mut self) {
         // Edges before do not count: while the chip was set up anew, its old scan has given none.
         self.interrupt.is_muted.set(false);
-        self.interrupt.ahead_ns.set(self.board.with_chip(|chip| chip.next_drdy_fall_ns()));
+        self.interrupt
+            .ahead_ns
+            .set(self.board.with_chip(|chip| chip.next_drdy_fall_ns()));
     }
 }
 
@@ -211,8 +273,14 @@ impl Platform for Simulated<'_> {
         if task != Task::Drdy {
             return;
         }
-        let Self { board, interrupt, drdy } = &shared.platform;
-        interrupt.ahead_ns.set(board.with_chip(|chip| chip.next_drdy_fall_ns()));
+        let Self {
+            board,
+            interrupt,
+            drdy,
+        } = &shared.platform;
+        interrupt
+            .ahead_ns
+            .set(board.with_chip(|chip| chip.next_drdy_fall_ns()));
         drdy.borrow_mut().run(shared, &mut board.delay());
         interrupt.look(board);
     }
@@ -246,10 +314,26 @@ impl<F: NorFlash> Tasks<'_, F> {
         if let Some(conversion) = self.detect.next().copied() {
             self.around.read(&conversion, board);
         }
-        let Self { detect, fit, report, detector, ring, inbox, outbox, line, around } = self;
+        let Self {
+            detect,
+            fit,
+            report,
+            detector,
+            ring,
+            inbox,
+            outbox,
+            line,
+            around,
+        } = self;
         detect.run(detector, ring, &mut Exclusive(&mut *inbox), outbox, shared);
         let (ring, outbox) = (&mut Exclusive(ring), &mut Exclusive(outbox));
-        fit.run(ring, &mut Exclusive(&mut *detector), &mut Exclusive(&mut *inbox), outbox, shared);
+        fit.run(
+            ring,
+            &mut Exclusive(&mut *detector),
+            &mut Exclusive(&mut *inbox),
+            outbox,
+            shared,
+        );
         let mut sent = Vec::new();
         while !outbox.is_empty() {
             report.run(outbox, shared);
@@ -259,9 +343,16 @@ impl<F: NorFlash> Tasks<'_, F> {
         }
         for received in around.exchange(board, &sent)? {
             line::receive(received, now_us(board), inbox, shared);
-            // A request is complete at its last byte: it is carried out before the next one arrives.
+            // A request is complete at its last byte: it is carried out before the next one
+            // arrives.
             if matches!(received, Received::Byte(0)) {
-                fit.run(ring, &mut Exclusive(&mut *detector), &mut Exclusive(&mut *inbox), outbox, shared);
+                fit.run(
+                    ring,
+                    &mut Exclusive(&mut *detector),
+                    &mut Exclusive(&mut *inbox),
+                    outbox,
+                    shared,
+                );
             }
         }
         Ok(())

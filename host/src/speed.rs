@@ -19,20 +19,35 @@ pub fn profile(path: &Path, after: After) -> Result<Profile> {
     Ok(knots(path, after)?.1)
 }
 
-/// Reads a speed profile, and its knots: columns `time_s` (device time) and `speed_mm_s`, one knot a row.
+/// Reads a speed profile, and its knots: columns `time_s` (device time) and `speed_mm_s`, one knot
+/// a row.
 pub fn knots(path: &Path, after: After) -> Result<(Vec<Knot>, Profile)> {
     let table = Table::load(path)?;
     let file = table.file();
     let Some(column) = table.names().iter().position(|name| name == SPEED_COLUMN) else {
-        bail!("{file}: no column {SPEED_COLUMN}; there are: {}", table.names().join(", "));
+        bail!(
+            "{file}: no column {SPEED_COLUMN}; there are: {}",
+            table.names().join(", ")
+        );
     };
-    let Some(time_s) = table.time_s() else { bail!("{file}: no column time_s") };
+    let Some(time_s) = table.time_s() else {
+        bail!("{file}: no column time_s")
+    };
     let mut knots = Vec::new();
     for (t_s, row) in time_s.iter().zip(table.rows()) {
         let t_us = (t_s * 1e6).round();
-        ensure!((0.0..=f64::from(u32::MAX)).contains(&t_us), "{file}: time_s {t_s}: choose 0 to 4294 s");
-        ensure!(!row[column].is_nan(), "{file}: time_s {t_s}: no {SPEED_COLUMN}");
-        knots.push(Knot { t_us: t_us as u32, speed_mm_s: row[column] as f32 });
+        ensure!(
+            (0.0..=f64::from(u32::MAX)).contains(&t_us),
+            "{file}: time_s {t_s}: choose 0 to 4294 s"
+        );
+        ensure!(
+            !row[column].is_nan(),
+            "{file}: time_s {t_s}: no {SPEED_COLUMN}"
+        );
+        knots.push(Knot {
+            t_us: t_us as u32,
+            speed_mm_s: row[column] as f32,
+        });
     }
     let profile = Profile::new(&knots, after).with_context(|| file.to_owned())?;
     Ok((knots, profile))
@@ -54,17 +69,24 @@ impl Column {
         }
     }
 
-    /// Places of all sampling intervals, millimetres from the first, from the rows' values, with straight lines in between.
-    /// NaN stands for a value that is missing.
+    /// Places of all sampling intervals, millimetres from the first, from the rows' values, with
+    /// straight lines in between. NaN stands for a value that is missing.
     pub fn places_mm(&self, values: &[f64], grid: &Grid) -> Vec<f32> {
         let first = values.first().copied().unwrap_or(0.0);
         let mut at_rows = Vec::with_capacity(values.len());
         let (mut place_mm, mut before) = (0.0, (0usize, first));
-        for (slot, value) in grid.places.iter().zip(values).filter(|(_, value)| !value.is_nan()) {
+        for (slot, value) in grid
+            .places
+            .iter()
+            .zip(values)
+            .filter(|(_, value)| !value.is_nan())
+        {
             place_mm = match self {
                 Self::Position(_) => value - first,
                 Self::Speed(_) => {
-                    place_mm + 0.5 * (before.1 + value) * (slot.saturating_sub(before.0)) as f64 / grid.rate_hz
+                    place_mm
+                        + 0.5 * (before.1 + value) * (slot.saturating_sub(before.0)) as f64
+                            / grid.rate_hz
                 }
             };
             before = (*slot, *value);
@@ -87,7 +109,10 @@ mod tests {
 
     #[test]
     fn speeds_are_summed_and_gaps_filled() {
-        let grid = Grid { places: vec![0, 1, 4, 5], ..Grid::even(0, 10.0) };
+        let grid = Grid {
+            places: vec![0, 1, 4, 5],
+            ..Grid::even(0, 10.0)
+        };
         let speed = Column::Speed("v".into()).places_mm(&[10.0, 20.0, 20.0, -40.0], &grid);
         assert_eq!(speed, [0.0, 1.5, 3.5, 5.5, 7.5, 6.5]);
         let blank = Column::Speed("v".into()).places_mm(&[10.0, f64::NAN, 20.0, -40.0], &grid);

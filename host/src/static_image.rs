@@ -17,7 +17,13 @@ pub fn map<T: Copy>(by_taxel: &[T; TAXELS]) -> [[T; SIDE]; SIDE] {
 
 /// Levels of an image by taxel; none for a dead taxel.
 pub fn by_taxel(image: &Image) -> [Option<Pressed>; TAXELS] {
-    std::array::from_fn(|taxel| image.taxels.iter().find(|found| usize::from(found.taxel) == taxel).copied())
+    std::array::from_fn(|taxel| {
+        image
+            .taxels
+            .iter()
+            .find(|found| usize::from(found.taxel) == taxel)
+            .copied()
+    })
 }
 
 /// The levels of an image as a map, volts; none for a dead taxel.
@@ -39,12 +45,18 @@ pub fn rows(image: &Image, width: usize, decimals: usize) -> [String; SIDE] {
 
 /// The map of an image as four lines of text in millivolts, each behind `indent`.
 pub fn text(image: &Image, indent: &str) -> String {
-    rows(image, 9, 3).map(|row| format!("{indent}{row}\n")).concat()
+    rows(image, 9, 3)
+        .map(|row| format!("{indent}{row}\n"))
+        .concat()
 }
 
 /// The greatest standard error of an image, volts; none if all taxels are dead.
 pub fn greatest_sigma_v(image: &Image) -> Option<f32> {
-    image.taxels.iter().map(|found| found.sigma_v).max_by(f32::total_cmp)
+    image
+        .taxels
+        .iter()
+        .map(|found| found.sigma_v)
+        .max_by(f32::total_cmp)
 }
 
 #[cfg(test)]
@@ -54,7 +66,11 @@ mod tests {
     use ridgetone_proto::telemetry::Hold;
 
     fn pressed(taxel: u8) -> Pressed {
-        Pressed { taxel, level_v: 1e-3 * taxel as f32 - 5e-3, sigma_v: 1e-6 * (16 - taxel) as f32 }
+        Pressed {
+            taxel,
+            level_v: 1e-3 * taxel as f32 - 5e-3,
+            sigma_v: 1e-6 * (16 - taxel) as f32,
+        }
     }
 
     fn image() -> Image {
@@ -74,24 +90,40 @@ mod tests {
         assert_eq!(taxels, (0..TAXELS).collect::<Vec<_>>());
     }
 
-    /// The scene has its own word for where units are: at rest a ridge presses on the half of the map it is under.
+    /// The scene has its own word for where units are: at rest a ridge presses on the half of the
+    /// map it is under.
     #[test]
     fn the_halves_of_the_map_are_the_scenes_columns_of_units() {
-        let finger = Some(Finger { spread: 0.0, resistance_spread: 0.0, ..Finger::default() });
+        let finger = Some(Finger {
+            spread: 0.0,
+            resistance_spread: 0.0,
+            ..Finger::default()
+        });
         let mean_of = |start_mm: f64| {
             // So wide a grating that one ridge is under one column only.
-            let sliding = Sliding { start_mm, period_mm: 4.6, finger, ..Sliding::default() };
+            let sliding = Sliding {
+                start_mm,
+                period_mm: 4.6,
+                finger,
+                ..Sliding::default()
+            };
             let scene = SlidingScene::new(sliding).unwrap();
             let hold_s = scene.truth().slide_start_s - 0.1;
-            let map =
-                map(&std::array::from_fn(|c| scene.clean_volts(c as u8, hold_s) - scene.clean_volts(c as u8, 0.0)));
+            let map = map(&std::array::from_fn(|c| {
+                scene.clean_volts(c as u8, hold_s) - scene.clean_volts(c as u8, 0.0)
+            }));
             let half = |columns: [usize; 2]| {
-                map.iter().map(|row| columns.map(|c| row[c].abs()).iter().sum::<f64>()).sum::<f64>()
+                map.iter()
+                    .map(|row| columns.map(|c| row[c].abs()).iter().sum::<f64>())
+                    .sum::<f64>()
             };
             (half([0, 1]), half([2, 3]))
         };
         let (behind, ahead) = (mean_of(-1.15), mean_of(1.15));
-        assert!(behind.0 > 1.2 * behind.1 && ahead.1 > 1.2 * ahead.0, "{behind:?} {ahead:?}");
+        assert!(
+            behind.0 > 1.2 * behind.1 && ahead.1 > 1.2 * ahead.0,
+            "{behind:?} {ahead:?}"
+        );
     }
 
     #[test]
@@ -105,6 +137,12 @@ mod tests {
         let text = text(&image(), "|");
         assert_eq!(text.lines().collect::<Vec<_>>(), expected);
         assert_eq!(greatest_sigma_v(&image()), Some(16e-6));
-        assert_eq!(greatest_sigma_v(&Image { taxels: Default::default(), ..image() }), None);
+        assert_eq!(
+            greatest_sigma_v(&Image {
+                taxels: Default::default(),
+                ..image()
+            }),
+            None
+        );
     }
 }

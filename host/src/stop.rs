@@ -1,4 +1,5 @@
-//! Ctrl-C and the signals that end a program: the first one is a request, a second one ends it at once.
+//! Ctrl-C and the signals that end a program: the first one is a request, a second one ends it at
+//! once.
 
 use anyhow::{Context, Result};
 use std::sync::atomic::{AtomicBool, Ordering};

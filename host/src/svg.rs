@@ -15,14 +15,18 @@ pub struct Svg {
 }
 
 impl Svg {
-    /// A picture of `width` by `height` pixels on a white card, legible on a light and on a dark page. `title` is for screen
-    /// readers; `style` is CSS.
+    /// A picture of `width` by `height` pixels on a white card, legible on a light and on a dark
+    /// page. `title` is for screen readers; `style` is CSS.
     pub fn new(width: f64, height: f64, title: &str, style: &str) -> Self {
         let mut body = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" role=\"img\">\n"
         );
         // Writing to a string cannot fail, here and below.
-        let _ = writeln!(body, "<title>{}</title>\n<style>{style}</style>", escape(title));
+        let _ = writeln!(
+            body,
+            "<title>{}</title>\n<style>{style}</style>",
+            escape(title)
+        );
         let mut svg = Self { body };
         svg.push(&format!(
             "<rect x=\"0.5\" y=\"0.5\" width=\"{}\" height=\"{}\" rx=\"8\" class=\"card\"/>",
@@ -49,7 +53,8 @@ impl Svg {
         self.push(&format!("<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\" class=\"{class}\">{text}</text>"));
     }
 
-    /// A text whose characters are `width` pixels wide each, blanks included; `y` is its baseline. Blanks at its end are left out.
+    /// A text whose characters are `width` pixels wide each, blanks included; `y` is its baseline.
+    /// Blanks at its end are left out.
     pub fn cells(&mut self, x: f64, y: f64, width: f64, class: &str, text: &str) {
         let text = text.trim_end();
         let length = width * text.chars().count() as f64;
@@ -61,7 +66,9 @@ impl Svg {
 
     pub fn line(&mut self, from: (f64, f64), to: (f64, f64), class: &str) {
         let ((x1, y1), (x2, y2)) = (from, to);
-        self.push(&format!("<path d=\"M{x1:.1} {y1:.1}L{x2:.1} {y2:.1}\" class=\"{class}\"/>"));
+        self.push(&format!(
+            "<path d=\"M{x1:.1} {y1:.1}L{x2:.1} {y2:.1}\" class=\"{class}\"/>"
+        ));
     }
 
     pub fn rect(&mut self, x: f64, y: f64, width: f64, height: f64, class: &str) {
@@ -94,7 +101,9 @@ impl Svg {
 }
 
 fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
 }
 
 #[cfg(test)]
@@ -106,6 +115,9 @@ mod tests {
         let mut svg = Svg::new(10.0, 10.0, "a<b", "");
         svg.text(1.0, 2.0, Anchor::End, "label", "R&D");
         let text = svg.finish();
-        assert!(text.contains("<title>a&lt;b</title>") && text.contains(">R&amp;D</text>"), "{text}");
+        assert!(
+            text.contains("<title>a&lt;b</title>") && text.contains(">R&amp;D</text>"),
+            "{text}"
+        );
     }
 }

@@ -15,7 +15,8 @@ use ridgetone_proto::telemetry::{Abscissa, Status};
 use ridgetone_tone::{FRAMES_MAX, Fit, Fitter, FrameSpan, HARMONICS_MAX, Table};
 use serde::Serialize;
 
-/// Channels are scaled to about a real one's span in codes. Quantization to 1 is then far below any file's residuals.
+/// Channels are scaled to about a real one's span in codes. Quantization to 1 is then far below any
+/// file's residuals.
 const SPAN_CODES: f64 = 1e6;
 
 /// A given rate that differs from the time stamps by more than this share gives a warning.
@@ -24,7 +25,8 @@ const RATES_DIFFER: f64 = 0.01;
 /// Blank cells are bridged where less than this share of the rows has all readings.
 const WHOLE_SHARE_MIN: f64 = 0.95;
 
-/// One channel's part of the result, in the file's unit, with the fundamental where there is a tone.
+/// One channel's part of the result, in the file's unit, with the fundamental where there is a
+/// tone.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ChannelResult {
     pub name: String,
@@ -53,8 +55,8 @@ pub struct TableFit {
     pub readings_missing: usize,
     pub status: Status,
     pub abscissa: Abscissa,
-    /// Frequency and its standard deviation, that of the rate included; hertz, or cycles per millimetre by place. None
-    /// without a tone.
+    /// Frequency and its standard deviation, that of the rate included; hertz, or cycles per
+    /// millimetre by place. None without a tone.
     pub tone: Option<(f64, f64)>,
     pub beside: Beside,
     pub harmonics: u8,
@@ -68,21 +70,34 @@ impl TableFit {
     pub fn warning(&self, selection: &Selection) -> Option<String> {
         let (rate_hz, stamped_hz) = (selection.rate_hz?, self.stamped_hz?);
         let differ = (rate_hz / stamped_hz - 1.0).abs() > RATES_DIFFER;
-        differ.then(|| format!("--rate {rate_hz} Hz is used, though time_s gives {stamped_hz:.4} Hz"))
+        differ
+            .then(|| format!("--rate {rate_hz} Hz is used, though time_s gives {stamped_hz:.4} Hz"))
     }
 }
 
-/// Fits a part of a table; no row behind the part is read. `progress` takes the rows that have been read.
-pub fn fit(rows: &mut dyn RowReader, selection: &Selection, progress: &mut dyn FnMut(u64)) -> Result<TableFit> {
+/// Fits a part of a table; no row behind the part is read. `progress` takes the rows that have been
+/// read.
+pub fn fit(
+    rows: &mut dyn RowReader,
+    selection: &Selection,
+    progress: &mut dyn FnMut(u64),
+) -> Result<TableFit> {
     if let Some(rate_hz) = selection.rate_hz {
-        ensure!(rate_hz.is_finite() && rate_hz > 0.0, "--rate {rate_hz}: must be greater than 0 Hz");
+        ensure!(
+            rate_hz.is_finite() && rate_hz > 0.0,
+            "--rate {rate_hz}: must be greater than 0 Hz"
+        );
     }
     let columns = columns(rows, selection)?;
     let part = Part::read(rows, selection, FRAMES_MAX, progress)?;
     let file = rows.file();
     let grid = match part.is_stamped {
         true => Grid::from_stamps(&part.times_s, selection.rate_hz, |row| {
-            format!("row {} (time_s {})", part.before + row as u64 + 1, part.times_s[row])
+            format!(
+                "row {} (time_s {})",
+                part.before + row as u64 + 1,
+                part.times_s[row]
+            )
         })
         .with_context(|| file.to_owned())?,
         false => Grid::even(part.rows(), given_rate_hz(file, selection)?),
@@ -95,7 +110,10 @@ pub fn fit(rows: &mut dyn RowReader, selection: &Selection, progress: &mut dyn F
 
     let scaled = Scaled::new(&part, &columns, &grid);
     if let Some(c) = scaled.units.iter().position(|unit| !unit.is_finite()) {
-        bail!("{file}: column {}: its values are too far apart to be fitted", rows.names()[columns[c]]);
+        bail!(
+            "{file}: column {}: its values are too far apart to be fitted",
+            rows.names()[columns[c]]
+        );
     }
     let places = match &selection.place {
         Some(column) => {
@@ -103,7 +121,11 @@ pub fn fit(rows: &mut dyn RowReader, selection: &Selection, progress: &mut dyn F
             let values: Vec<f64> = part.column(at).collect();
             let is_blank = |end: Option<&f64>| end.is_some_and(|value| value.is_nan());
             let is_cut = is_blank(values.first()) || is_blank(values.last());
-            ensure!(!is_cut, "{file}: column {}: blank in the first or the last row of this part", column.name());
+            ensure!(
+                !is_cut,
+                "{file}: column {}: blank in the first or the last row of this part",
+                column.name()
+            );
             column.places_mm(&values, &grid)
         }
         None => Vec::new(),
@@ -111,14 +133,20 @@ pub fn fit(rows: &mut dyn RowReader, selection: &Selection, progress: &mut dyn F
     let place = |frame: u32| places.get(frame as usize).copied().unwrap_or(f32::NAN);
     let harmonics = selection.harmonics.unwrap_or(HARMONICS_MAX as u8);
     let fit = |scaled: &Scaled| {
-        let mut source = Table { values: &scaled.values, valid: &scaled.valid };
+        let mut source = Table {
+            values: &scaled.values,
+            valid: &scaled.valid,
+        };
         let mut span = FrameSpan::new(&mut source, 0, grid.slots() as u32).with_quantization(1.0);
         if let Some(interferer_hz) = selection.interferer_hz {
             span = span.with_interferer((interferer_hz / grid.rate_hz) as f32);
         }
         if let Some(column) = &selection.place {
             let Some(along) = span.along(&place) else {
-                bail!("{file}: by column {} the finger does not move in this part", column.name());
+                bail!(
+                    "{file}: by column {} the finger does not move in this part",
+                    column.name()
+                );
             };
             span = along;
         }
@@ -156,7 +184,10 @@ pub fn fit(rows: &mut dyn RowReader, selection: &Selection, progress: &mut dyn F
         Some(Column::Speed(_)) => (Abscissa::Place, 1.0, rate_share),
         None => (Abscissa::Time, grid.rate_hz, rate_share),
     };
-    let (frequency, sigma) = (f64::from(found.frequency) * per_unit, f64::from(found.sigma) * per_unit);
+    let (frequency, sigma) = (
+        f64::from(found.frequency) * per_unit,
+        f64::from(found.sigma) * per_unit,
+    );
     let has_tone = found.status.has_tone();
     let beside = Beside {
         movement: has_tone.then(|| estimator::movement(&found, per_unit as f32)),
@@ -220,13 +251,24 @@ impl Scaled {
             bridged: [0; TAXELS],
         };
         for (c, column) in columns.iter().enumerate() {
-            let readings = || grid.places.iter().copied().zip(part.column(*column)).filter(|(_, v)| !v.is_nan());
+            let readings = || {
+                grid.places
+                    .iter()
+                    .copied()
+                    .zip(part.column(*column))
+                    .filter(|(_, v)| !v.is_nan())
+            };
             let zero = readings().next().map_or(0.0, |(_, value)| value);
-            let (least, greatest) =
-                readings().map(|(_, value)| value).fold((zero, zero), |(l, g), value| (value.min(l), value.max(g)));
+            let (least, greatest) = readings()
+                .map(|(_, value)| value)
+                .fold((zero, zero), |(l, g), value| (value.min(l), value.max(g)));
             let span = greatest - least;
             // The fit leaves a constant channel out, whatever its unit.
-            let unit = if span > f64::MIN_POSITIVE * SPAN_CODES { span / SPAN_CODES } else { 1.0 };
+            let unit = if span > f64::MIN_POSITIVE * SPAN_CODES {
+                span / SPAN_CODES
+            } else {
+                1.0
+            };
             for (place, value) in readings() {
                 scaled.values[place][c] = ((value - zero) / unit) as f32;
                 scaled.valid[place] |= 1 << c;
@@ -241,7 +283,8 @@ impl Scaled {
     /// Share of the rows that have all readings of the channels that have any.
     fn whole_share(&self) -> f64 {
         let all = self.valid.iter().fold(0, |all, valid| all | valid);
-        let count = |is: &dyn Fn(u16) -> bool| self.valid.iter().filter(|valid| is(**valid)).count() as f64;
+        let count =
+            |is: &dyn Fn(u16) -> bool| self.valid.iter().filter(|valid| is(**valid)).count() as f64;
         count(&|valid| valid == all) / count(&|valid| valid != 0).max(1.0)
     }
 
@@ -250,9 +293,13 @@ impl Scaled {
         let mut bridged = self.clone();
         for c in 0..self.units.len() {
             let readings = self.values.iter().zip(&self.valid);
-            let known: Vec<_> =
-                readings.map(|(values, valid)| (valid & 1 << c != 0).then_some(f64::from(values[c]))).collect();
-            for (slot, value) in bridge::bridged(&known).into_iter().filter(|(slot, _)| self.valid[*slot] != 0) {
+            let known: Vec<_> = readings
+                .map(|(values, valid)| (valid & 1 << c != 0).then_some(f64::from(values[c])))
+                .collect();
+            for (slot, value) in bridge::bridged(&known)
+                .into_iter()
+                .filter(|(slot, _)| self.valid[*slot] != 0)
+            {
                 bridged.values[slot][c] = value as f32;
                 bridged.valid[slot] |= 1 << c;
                 bridged.bridged[c] += 1;
@@ -261,13 +308,20 @@ impl Scaled {
         bridged
     }
 
-    /// By what factor bridged values make sigma larger: they add no information. Their share counts in each channel, weighted as the
-    /// channel is.
+    /// By what factor bridged values make sigma larger: they add no information. Their share counts
+    /// in each channel, weighted as the channel is.
     fn sigma_factor(&self, found: &Fit) -> f32 {
         let (mut all, mut bridged) = (f64::MIN_POSITIVE, 0.0);
-        for (c, count) in self.bridged.iter().enumerate().filter(|(c, _)| found.usable & 1 << c != 0) {
+        for (c, count) in self
+            .bridged
+            .iter()
+            .enumerate()
+            .filter(|(c, _)| found.usable & 1 << c != 0)
+        {
             let channel = &found.channels[c];
-            let weight = f64::from(channel.amplitude / channel.residual.max(f32::MIN_POSITIVE)).powi(2).min(1e30);
+            let weight = f64::from(channel.amplitude / channel.residual.max(f32::MIN_POSITIVE))
+                .powi(2)
+                .min(1e30);
             all += weight;
             bridged += weight * (*count as f64 / self.values.len().max(1) as f64);
         }

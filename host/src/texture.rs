@@ -1,4 +1,5 @@
-//! `texture`: what a texture is, learned from recordings; and how a finger's power depends on the period.
+//! `texture`: what a texture is, learned from recordings; and how a finger's power depends on the
+//! period.
 
 mod follower;
 mod found;
@@ -27,7 +28,8 @@ pub fn load(path: &Path) -> Result<Texture> {
 /// Reads the file of a law.
 pub fn load_law(path: &Path) -> Result<AmplitudeLaw> {
     let named = || path.display().to_string();
-    let law: AmplitudeLaw = toml::from_str(&std::fs::read_to_string(path).with_context(named)?).with_context(named)?;
+    let law: AmplitudeLaw =
+        toml::from_str(&std::fs::read_to_string(path).with_context(named)?).with_context(named)?;
     law.check().with_context(named)?;
     Ok(law)
 }

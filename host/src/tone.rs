@@ -7,16 +7,31 @@ use serde::Serialize;
 #[derive(Debug, Serialize)]
 #[serde(untagged)]
 pub enum JsonTone<T> {
-    Time { frequency_hz: Option<T>, sigma_hz: Option<T> },
-    Place { frequency_per_mm: Option<T>, sigma_per_mm: Option<T>, period_mm: Option<T>, period_sigma_mm: Option<T> },
+    Time {
+        frequency_hz: Option<T>,
+        sigma_hz: Option<T>,
+    },
+    Place {
+        frequency_per_mm: Option<T>,
+        sigma_per_mm: Option<T>,
+        period_mm: Option<T>,
+        period_sigma_mm: Option<T>,
+    },
 }
 
 impl<T: Copy> JsonTone<T> {
-    /// Fields of a frequency and its standard deviation; `period` turns both into those of the period.
+    /// Fields of a frequency and its standard deviation; `period` turns both into those of the
+    /// period.
     pub fn new(abscissa: Abscissa, tone: Option<(T, T)>, period: fn((T, T)) -> (T, T)) -> Self {
-        let (frequency, sigma) = (tone.map(|(frequency, _)| frequency), tone.map(|(_, sigma)| sigma));
+        let (frequency, sigma) = (
+            tone.map(|(frequency, _)| frequency),
+            tone.map(|(_, sigma)| sigma),
+        );
         match abscissa {
-            Abscissa::Time => Self::Time { frequency_hz: frequency, sigma_hz: sigma },
+            Abscissa::Time => Self::Time {
+                frequency_hz: frequency,
+                sigma_hz: sigma,
+            },
             Abscissa::Place => Self::Place {
                 frequency_per_mm: frequency,
                 sigma_per_mm: sigma,
@@ -39,7 +54,11 @@ pub struct Beside {
 impl From<&Estimate> for Beside {
     fn from(e: &Estimate) -> Self {
         let movement = e.status.has_tone().then_some(e.movement);
-        Self { movement, other_tone: e.other_tone, interferer_hz: e.interferer_hz }
+        Self {
+            movement,
+            other_tone: e.other_tone,
+            interferer_hz: e.interferer_hz,
+        }
     }
 }
 
@@ -74,7 +93,11 @@ enum JsonInUnit {
 impl JsonBeside {
     pub fn new(abscissa: Abscissa, beside: &Beside) -> Self {
         let part = |part: fn(&Movement) -> f32| beside.movement.as_ref().map(part);
-        let [sigma_mean, chirp, chirp_sigma] = [part(|m| m.sigma_mean), part(|m| m.chirp), part(|m| m.chirp_sigma)];
+        let [sigma_mean, chirp, chirp_sigma] = [
+            part(|m| m.sigma_mean),
+            part(|m| m.chirp),
+            part(|m| m.chirp_sigma),
+        ];
         let other_tone = beside.other_tone.map(|other| other.frequency);
         Self {
             wander_percent: part(|m| 100.0 * m.wander),

@@ -1,5 +1,5 @@
-//! `touch`: a texture under a person's hand, on a page with sound or in a file. What makes the vibration is `ridgetone-stimulus`; in the
-//! page it runs as WebAssembly.
+//! `touch`: a texture under a person's hand, on a page with sound or in a file. What makes the
+//! vibration is `ridgetone-stimulus`; in the page it runs as WebAssembly.
 //!
 //! | step | file |
 //! |---|---|

@@ -1,4 +1,5 @@
-//! A command that makes no sense, as opposed to one that fails: the process exits with status 2 instead of 1.
+//! A command that makes no sense, as opposed to one that fails: the process exits with status 2
+//! instead of 1.
 
 /// The command line requests something impossible; the text says why.
 #[derive(Debug, thiserror::Error)]

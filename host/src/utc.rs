@@ -1,10 +1,12 @@
 //! A board's clock beside UTC, by the times at which its packets arrived on this computer.
 //!
-//! A packet arrives later than the moment that it speaks of: by the time on the line, and by whatever the board, an adapter and
-//! the system take. The least delays lie on a straight line over the board's time, whose slope is the difference of the clocks:
-//! that of the line below all delays with the least sum of distances, which is an edge of their lower convex hull (S. B. Moon,
-//! P. Skelly, D. Towsley, *Estimation and removal of clock skew from network delay measurements*, INFOCOM 1999). Its height is
-//! that of the least delay nearby, so that an error of the slope does not grow with the recording.
+//! A packet arrives later than the moment that it speaks of: by the time on the line, and by
+//! whatever the board, an adapter and the system take. The least delays lie on a straight line over
+//! the board's time, whose slope is the difference of the clocks: that of the line below all delays
+//! with the least sum of distances, which is an edge of their lower convex hull (S. B. Moon, P.
+//! Skelly, D. Towsley, *Estimation and removal of clock skew from network delay measurements*,
+//! INFOCOM 1999). Its height is that of the least delay nearby, so that an error of the slope does
+//! not grow with the recording.
 
 use crate::digits::time_s;
 use ridgetone::scan::{CONVERSION_NS, FRAME_NS};
@@ -17,14 +19,16 @@ use std::time::{SystemTime, UNIX_EPOCH};
 /// One least delay is kept for each span of board time of this length, seconds.
 const BLOCK_S: f64 = 0.25;
 
-/// Delays within this much board time before or after a moment count, seconds: a crystal drifts more slowly with temperature.
+/// Delays within this much board time before or after a moment count, seconds: a crystal drifts
+/// more slowly with temperature.
 const REACH_S: f64 = 600.0;
 
 /// The same for the height of the line.
 const NEAR_S: f64 = 15.0;
 
-/// A slope counts if it changes the delay over its span by five times the scatter of the least delays, and if ten of these are
-/// there; one that no crystal has counts sooner. The scatter is the standard deviation of exponential delays with the same median.
+/// A slope counts if it changes the delay over its span by five times the scatter of the least
+/// delays, and if ten of these are there; one that no crystal has counts sooner. The scatter is the
+/// standard deviation of exponential delays with the same median.
 const SIGNIFICANT: f64 = 5.0;
 const BLOCKS_MIN: usize = 10;
 const NO_CRYSTAL: f64 = 1e-3;
@@ -46,8 +50,13 @@ pub struct Receipt {
 
 impl Receipt {
     pub fn now(byte_s: f64) -> Self {
-        let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-        Self { utc_ns: since.as_nanos() as u64, byte_s }
+        let since = SystemTime::now()
+            .duration_since(UNIX_EPOCH)
+            .unwrap_or_default();
+        Self {
+            utc_ns: since.as_nanos() as u64,
+            byte_s,
+        }
     }
 
     /// Seconds since 1970, to a quarter of a microsecond.
@@ -61,7 +70,8 @@ impl Receipt {
 pub struct Utc {
     /// Nanoseconds since 1970.
     pub utc_ns: u64,
-    /// Standard deviation. A delay that all packets have, such as an adapter's least one, is not in it.
+    /// Standard deviation. A delay that all packets have, such as an adapter's least one, is not in
+    /// it.
     pub sigma_s: f64,
     pub relation: Relation,
 }
@@ -93,7 +103,8 @@ pub struct UtcClock {
     zero_ns: Option<i64>,
     /// The packet with the least delay of each block: board time and delay, seconds.
     least: VecDeque<(f64, f64)>,
-    /// The slope that was found last: for which board time, by how many blocks, and its standard deviation.
+    /// The slope that was found last: for which board time, by how many blocks, and its standard
+    /// deviation.
     slope: Cell<Option<(i64, usize, f64, f64)>>,
     /// From a frame's first conversion to its last, seconds, by the plan of the latest greeting.
     frame_s: Option<f64>,
@@ -110,9 +121,15 @@ impl UtcClock {
             let steps_ns = u64::from(plan.slots() - 1) * u64::from(plan.conversion_ns());
             self.frame_s = Some(steps_ns as f64 * 1e-9);
         }
-        let Some(t_s) = time_s(&packet.event) else { return };
+        let Some(t_s) = time_s(&packet.event) else {
+            return;
+        };
         // A frame is complete with its last conversion, and its time is that of the first.
-        let lasts_s = if matches!(packet.event, Event::Raw(_)) { self.frame_s.unwrap_or(FRAME_S) } else { 0.0 };
+        let lasts_s = if matches!(packet.event, Event::Raw(_)) {
+            self.frame_s.unwrap_or(FRAME_S)
+        } else {
+            0.0
+        };
         let on_line_s = match receipt.byte_s > 0.0 {
             true => receipt.byte_s * encode(packet, &mut [0; WIRE_MAX]).unwrap_or(0) as f64,
             false => 0.0,
@@ -143,8 +160,15 @@ impl UtcClock {
         // Far from all packets the nearest have to do.
         let t_near_s = t_s.clamp(self.least.front()?.0, self.least.back()?.0);
         let within = |reach_s: f64| -> Vec<(f64, f64)> {
-            let first = self.least.partition_point(|(at_s, _)| *at_s < t_near_s - reach_s);
-            self.least.iter().skip(first).take_while(|(at_s, _)| *at_s <= t_near_s + reach_s).copied().collect()
+            let first = self
+                .least
+                .partition_point(|(at_s, _)| *at_s < t_near_s - reach_s);
+            self.least
+                .iter()
+                .skip(first)
+                .take_while(|(at_s, _)| *at_s <= t_near_s + reach_s)
+                .copied()
+                .collect()
         };
         let (place, count) = ((t_near_s / SLOPE_S).floor() as i64, self.least.len());
         let (slope, slope_sigma) = match self.slope.get() {
@@ -155,10 +179,18 @@ impl UtcClock {
         let near = within(NEAR_S);
         let above = |(at_s, delay_s): &(f64, f64)| delay_s - slope * (at_s - t_s);
         let delay_s = near.iter().map(above).fold(f64::INFINITY, f64::min);
-        let squares: f64 = near.iter().map(|point| (above(point) - delay_s).powi(2)).sum();
-        let scatter_s = (squares / (near.len() - 1).max(1) as f64).sqrt().max(LEAST_S);
+        let squares: f64 = near
+            .iter()
+            .map(|point| (above(point) - delay_s).powi(2))
+            .sum();
+        let scatter_s = (squares / (near.len() - 1).max(1) as f64)
+            .sqrt()
+            .max(LEAST_S);
         // The least delay may be any of those nearby.
-        let far_s = near.iter().map(|(at_s, _)| (at_s - t_s).abs()).fold(0.0, f64::max);
+        let far_s = near
+            .iter()
+            .map(|(at_s, _)| (at_s - t_s).abs())
+            .fold(0.0, f64::max);
         let utc_ns = self.zero_ns? + ((t_s + delay_s) * 1e9).round() as i64;
         Some(Utc {
             utc_ns: utc_ns.max(0) as u64,
@@ -182,15 +214,21 @@ const CRYSTALS: f64 = 100e-6;
 /// What a receipt's time is good for, seconds.
 const LEAST_S: f64 = 1e-6;
 
-/// The slope of the line below all delays, and its standard deviation; level where nothing else is significant.
+/// The slope of the line below all delays, and its standard deviation; level where nothing else is
+/// significant.
 fn slope(points: &[(f64, f64)]) -> (f64, f64) {
     let hull = lower_hull(points);
-    let (count, mean_s) = (points.len(), points.iter().map(|(t_s, _)| t_s).sum::<f64>() / points.len() as f64);
-    let Some(edge) = hull.windows(2).find(|edge| mean_s <= edge[1].0) else { return (0.0, CRYSTALS) };
+    let (count, mean_s) = (
+        points.len(),
+        points.iter().map(|(t_s, _)| t_s).sum::<f64>() / points.len() as f64,
+    );
+    let Some(edge) = hull.windows(2).find(|edge| mean_s <= edge[1].0) else {
+        return (0.0, CRYSTALS);
+    };
     let slope = (edge[1].1 - edge[0].1) / (edge[1].0 - edge[0].0);
     let above = |(t_s, delay_s): &(f64, f64)| delay_s - edge[0].1 - slope * (t_s - edge[0].0);
-    // Not the root mean square: a computer that is busy for half a second delays a block or two by milliseconds, and these few
-    // would hide a slope that all others show.
+    // Not the root mean square: a computer that is busy for half a second delays a block or two by
+    // milliseconds, and these few would hide a slope that all others show.
     let mut heights_s: Vec<f64> = points.iter().map(above).collect();
     heights_s.sort_by(f64::total_cmp);
     let scatter_s = (heights_s[count / 2] / std::f64::consts::LN_2).max(LEAST_S);
@@ -199,7 +237,18 @@ fn slope(points: &[(f64, f64)]) -> (f64, f64) {
     let sigma = scatter_s / (edge[1].0 - edge[0].0).max(span_s / (count as f64).sqrt());
     let is_enough = count >= BLOCKS_MIN || slope.abs() > NO_CRYSTAL && count > 2;
     let counts = is_enough && slope.abs() * span_s > SIGNIFICANT * scatter_s;
-    if counts { (slope, sigma) } else { (0.0, if count >= BLOCKS_MIN { sigma.min(CRYSTALS) } else { CRYSTALS }) }
+    if counts {
+        (slope, sigma)
+    } else {
+        (
+            0.0,
+            if count >= BLOCKS_MIN {
+                sigma.min(CRYSTALS)
+            } else {
+                CRYSTALS
+            },
+        )
+    }
 }
 
 /// The lower convex hull of points in the order of time.
@@ -225,8 +274,9 @@ mod tests {
 
     const EPOCH_NS: f64 = 1.769_862_605e18;
 
-    /// Frames of a board whose clock is slow by `slow` and has begun `begun_s` after a moment, for so long; delays are `least_s`
-    /// and something exponential with a mean of a millisecond, and 16 ms now and then.
+    /// Frames of a board whose clock is slow by `slow` and has begun `begun_s` after a moment, for
+    /// so long; delays are `least_s` and something exponential with a mean of a millisecond, and 16
+    /// ms now and then.
     fn clock(slow: f64, begun_s: f64, lasts_s: f64, seed: u64) -> UtcClock {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let mut clock = UtcClock::default();
@@ -234,11 +284,31 @@ mod tests {
             let t_us = (f64::from(number) * 1e6 / 241.0) as u64;
             let happens_s = begun_s + (1.0 + slow) * (t_us as f64 * 1e-6 + FRAME_S);
             let share = (f64::from(random.next_u32()) + 0.5) / 4_294_967_296.0;
-            let late_s = -share.ln() * 1e-3 + if random.next_u32() > u32::MAX / 10 * 9 { 16e-3 } else { 0.0 };
-            let raw = Raw { t_us, number, present: 0, good: 0, codes: [0; 16] };
+            let late_s = -share.ln() * 1e-3
+                + if random.next_u32() > u32::MAX / 10 * 9 {
+                    16e-3
+                } else {
+                    0.0
+                };
+            let raw = Raw {
+                t_us,
+                number,
+                present: 0,
+                good: 0,
+                codes: [0; 16],
+            };
             let utc_ns = (EPOCH_NS + (happens_s + late_s) * 1e9) as u64;
-            let packet = Packet { sequence: 1, event: Event::Raw(raw) };
-            clock.take(&packet, Receipt { utc_ns, byte_s: 0.0 });
+            let packet = Packet {
+                sequence: 1,
+                event: Event::Raw(raw),
+            };
+            clock.take(
+                &packet,
+                Receipt {
+                    utc_ns,
+                    byte_s: 0.0,
+                },
+            );
         }
         clock
     }
@@ -252,10 +322,17 @@ mod tests {
                 let moment_s = 3.0 + share * lasts_s;
                 let [one, other] = boards.map(|(slow, begun_s, seed)| {
                     let clock = clock(slow, begun_s, lasts_s + 703.25, seed);
-                    clock.utc((moment_s - begun_s) / (1.0 + slow)).expect("a time")
+                    clock
+                        .utc((moment_s - begun_s) / (1.0 + slow))
+                        .expect("a time")
                 });
                 let off_s = |utc: Utc| utc.utc_s() - EPOCH_NS * 1e-9 - moment_s;
-                assert!((one.utc_s() - other.utc_s()).abs() < 1e-3, "{lasts_s} s: {} {}", off_s(one), off_s(other));
+                assert!(
+                    (one.utc_s() - other.utc_s()).abs() < 1e-3,
+                    "{lasts_s} s: {} {}",
+                    off_s(one),
+                    off_s(other)
+                );
                 for utc in [one, other] {
                     assert!(
                         off_s(utc).abs() < 3.0 * utc.sigma_s + 1e-6,
@@ -271,8 +348,14 @@ mod tests {
 
     #[test]
     fn a_skew_is_found_with_its_uncertainty_and_none_where_a_recording_is_short() {
-        let long = clock(80e-6, 0.0, 300.0, 3).utc(150.0).expect("a time").relation;
-        assert!((long.skew_ppm - 80.0).abs() < 3.0 * long.skew_sigma_ppm && long.skew_sigma_ppm < 3.0, "{long:?}");
+        let long = clock(80e-6, 0.0, 300.0, 3)
+            .utc(150.0)
+            .expect("a time")
+            .relation;
+        assert!(
+            (long.skew_ppm - 80.0).abs() < 3.0 * long.skew_sigma_ppm && long.skew_sigma_ppm < 3.0,
+            "{long:?}"
+        );
         // An internal oscillator is off by percent: that shows at once.
         let internal = clock(0.03, 0.0, 4.0, 4).utc(2.0).expect("a time").relation;
         assert!((internal.skew_ppm - 3e4).abs() < 300.0, "{internal:?}");
@@ -283,8 +366,17 @@ mod tests {
 
     /// A release at this time of the board arrives so long after the epoch.
     fn release(clock: &mut UtcClock, t_us: u64, utc_s: f64) {
-        let packet = Packet { sequence: 1, event: Event::Release(Release { t_us }) };
-        clock.take(&packet, Receipt { utc_ns: (EPOCH_NS + utc_s * 1e9) as u64, byte_s: 0.0 });
+        let packet = Packet {
+            sequence: 1,
+            event: Event::Release(Release { t_us }),
+        };
+        clock.take(
+            &packet,
+            Receipt {
+                utc_ns: (EPOCH_NS + utc_s * 1e9) as u64,
+                byte_s: 0.0,
+            },
+        );
     }
 
     /// Without the slope, messages at one end are off by 0.9 ms.
@@ -295,11 +387,22 @@ mod tests {
             for frame in 0..1080u32 {
                 let t_s = f64::from(frame) / 241.0;
                 let late = late_at_s.iter().any(|at_s| block(*at_s) == block(t_s));
-                let late_s = if late { 5e-3 } else { 60e-6 + 40e-6 * f64::from(frame % 7) };
-                release(&mut clock, (t_s * 1e6) as u64, (1.0 - 200e-6) * t_s + late_s);
+                let late_s = if late {
+                    5e-3
+                } else {
+                    60e-6 + 40e-6 * f64::from(frame % 7)
+                };
+                release(
+                    &mut clock,
+                    (t_s * 1e6) as u64,
+                    (1.0 - 200e-6) * t_s + late_s,
+                );
             }
             let found = clock.utc(2.0).expect("a time").relation;
-            assert!((found.skew_ppm + 200.0).abs() < 4.0 * found.skew_sigma_ppm, "{late_at_s:?}: {found:?}");
+            assert!(
+                (found.skew_ppm + 200.0).abs() < 4.0 * found.skew_sigma_ppm,
+                "{late_at_s:?}: {found:?}"
+            );
             assert!(found.skew_sigma_ppm < 40.0, "{late_at_s:?}: {found:?}");
         }
     }

@@ -1,4 +1,5 @@
-//! `view`: a board live on one page in a browser. The page shows [`crate::live`], as the terminal does.
+//! `view`: a board live on one page in a browser. The page shows [`crate::live`], as the terminal
+//! does.
 //!
 //! | step | file |
 //! |---|---|
@@ -11,8 +12,8 @@
 //! | its address in a browser, and as a QR code | [`announce`] |
 //! | the status line | [`status`] |
 //!
-//! The page itself is in `host/assets`, inside the binary with the plotting library ([uPlot](https://github.com/leeoniya/uPlot),
-//! MIT). It loads nothing from anywhere else.
+//! The page itself is in `host/assets`, inside the binary with the plotting library
+//! ([uPlot](https://github.com/leeoniya/uPlot), MIT). It loads nothing from anywhere else.
 
 pub mod announce;
 pub mod app;
@@ -55,8 +56,8 @@ pub struct Options {
     pub run: Option<PathBuf>,
 }
 
-/// Serves the page, and prints its URL, until this process is to stop. `settings` are put into force on the board first, but
-/// not stored. Gives the feed back, for its counts.
+/// Serves the page, and prints its URL, until this process is to stop. `settings` are put into
+/// force on the board first, but not stored. Gives the feed back, for its counts.
 pub fn run(feed: Feed, settings: Option<Settings>, options: &Options) -> (Feed, Result<()>) {
     let mut following = Following::new(feed, settings);
     let served = serve(&mut following, options);
@@ -66,12 +67,20 @@ pub fn run(feed: Feed, settings: Option<Settings>, options: &Options) -> (Feed, 
 fn serve(following: &mut Following, options: &Options) -> Result<()> {
     let (hub, runs) = (Arc::new(Hub::new(following.live())), Arc::new(Runs::new()?));
     let access = Access::new(options.address)?;
-    let server = Server::start(access, server::routes(App { hub: Arc::clone(&hub), runs: Arc::clone(&runs) }))?;
+    let server = Server::start(
+        access,
+        server::routes(App {
+            hub: Arc::clone(&hub),
+            runs: Arc::clone(&runs),
+        }),
+    )?;
     announce::announce(&server.access, options.open)?;
     if let Some(path) = options.run.clone() {
         std::thread::spawn(move || {
-            let name =
-                path.file_name().map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into());
+            let name = path.file_name().map_or_else(
+                || path.display().to_string(),
+                |name| name.to_string_lossy().into(),
+            );
             if let Err(error) = runs.open(&name, &path) {
                 eprintln!("ridgetone: {error:#}");
             }

@@ -12,14 +12,38 @@ fn files_that_are_no_tables() {
     let cases = [
         (missing, vec!["missing.csv", "No such file"]),
         (in_file("empty.csv", ""), vec!["empty.csv", "empty"]),
-        (in_file("header.csv", "time_s,a\n"), vec!["header.csv", "no data"]),
-        (in_file("no_header.csv", "1,2\n3,4\n"), vec!["no_header.csv", "header"]),
-        (in_file("columns.csv", "time_s,a,b\n0,1,2\n0.1,3\n"), vec!["columns.csv", "line 3", "2 columns", "3"]),
-        (in_file("word.csv", "time_s,a\n0,1\n0.1,two\n"), vec!["word.csv", "line 3", "column a", "two"]),
-        (in_file("nan.csv", "time_s,a\n0,1\nNaN,1\n"), vec!["nan.csv", "line 3", "column time_s", "NaN"]),
-        (in_file("infinite.csv", "time_s,a\n0,1\n0.1,inf\n"), vec!["infinite.csv", "line 3", "inf"]),
-        (in_file("backwards.csv", "time_s,a\n0,1\n0.2,2\n0.1,3\n"), vec!["backwards.csv", "line 4", "time_s"]),
-        (in_file("binary.csv", "time_s,a\n0,\u{0}\n"), vec!["binary.csv", "line 2"]),
+        (
+            in_file("header.csv", "time_s,a\n"),
+            vec!["header.csv", "no data"],
+        ),
+        (
+            in_file("no_header.csv", "1,2\n3,4\n"),
+            vec!["no_header.csv", "header"],
+        ),
+        (
+            in_file("columns.csv", "time_s,a,b\n0,1,2\n0.1,3\n"),
+            vec!["columns.csv", "line 3", "2 columns", "3"],
+        ),
+        (
+            in_file("word.csv", "time_s,a\n0,1\n0.1,two\n"),
+            vec!["word.csv", "line 3", "column a", "two"],
+        ),
+        (
+            in_file("nan.csv", "time_s,a\n0,1\nNaN,1\n"),
+            vec!["nan.csv", "line 3", "column time_s", "NaN"],
+        ),
+        (
+            in_file("infinite.csv", "time_s,a\n0,1\n0.1,inf\n"),
+            vec!["infinite.csv", "line 3", "inf"],
+        ),
+        (
+            in_file("backwards.csv", "time_s,a\n0,1\n0.2,2\n0.1,3\n"),
+            vec!["backwards.csv", "line 4", "time_s"],
+        ),
+        (
+            in_file("binary.csv", "time_s,a\n0,\u{0}\n"),
+            vec!["binary.csv", "line 2"],
+        ),
     ];
     for (path, parts) in &cases {
         assert_one_line(&run(&["fit", text(path)]), 1, parts);
@@ -36,9 +60,17 @@ fn windows_outside_the_data() {
     assert_one_line(&fit(&["--to", "5"]), 1, &["tone.csv", "--to 5", "3.99"]);
     assert_one_line(&fit(&["--from", "4.5"]), 1, &["tone.csv", "--from 4.5"]);
     assert_one_line(&fit(&["--from", "-1"]), 1, &["tone.csv", "--from -1"]);
-    assert_one_line(&fit(&["--from", "2", "--to", "1"]), 1, &["--from 2", "--to 1"]);
+    assert_one_line(
+        &fit(&["--from", "2", "--to", "1"]),
+        1,
+        &["--from 2", "--to 1"],
+    );
     assert!(fit(&["--from", "0", "--to", "4"]).status.success());
-    assert_one_line(&fit(&["--columns", "c0,c9"]), 1, &["tone.csv", "c9", "c0, c1"]);
+    assert_one_line(
+        &fit(&["--columns", "c0,c9"]),
+        1,
+        &["tone.csv", "c9", "c0, c1"],
+    );
     assert_one_line(&fit(&["--columns", "c0,c0"]), 1, &["c0 twice"]);
 }
 
@@ -46,31 +78,59 @@ fn windows_outside_the_data() {
 fn windows_longer_than_the_recording() {
     let folder = directory();
     let path = file(folder.path(), "short.csv", &tone(2, 80, 100.0, 5.0, 0.0));
-    assert_one_line(&run(&["replay", text(&path)]), 1, &["short.csv", "0.8", "1 s", "--window"]);
-    assert!(run(&["replay", text(&path), "--window", "0.5"]).status.success());
+    assert_one_line(
+        &run(&["replay", text(&path)]),
+        1,
+        &["short.csv", "0.8", "1 s", "--window"],
+    );
+    assert!(
+        run(&["replay", text(&path), "--window", "0.5"])
+            .status
+            .success()
+    );
 }
 
 #[test]
 fn too_many_rows_and_a_pause() {
     let folder = directory();
     let long = file(folder.path(), "long.csv", &tone(1, 32_769, 100.0, 5.0, 0.0));
-    assert_one_line(&run(&["fit", text(&long)]), 1, &["long.csv", "32769", "32768", "--from"]);
-    assert!(run(&["fit", text(&long), "--from", "0.01"]).status.success());
+    assert_one_line(
+        &run(&["fit", text(&long)]),
+        1,
+        &["long.csv", "32769", "32768", "--from"],
+    );
+    assert!(
+        run(&["fit", text(&long), "--from", "0.01"])
+            .status
+            .success()
+    );
 
     let table = tone(1, 200, 100.0, 5.0, 0.0);
     let paused = table.replace("\n1.000000,", "\n61.000000,");
     let rows: Vec<&str> = paused.lines().take(102).collect();
     let paused = file(folder.path(), "paused.csv", &rows.join("\n"));
-    assert_one_line(&run(&["fit", text(&paused)]), 1, &["paused.csv", "row 101", "gap of 60.0100 s"]);
+    assert_one_line(
+        &run(&["fit", text(&paused)]),
+        1,
+        &["paused.csv", "row 101", "gap of 60.0100 s"],
+    );
 }
 
 #[test]
 fn values_out_of_reach() {
     let folder = directory();
-    let path = file(folder.path(), "huge.csv", "time_s,a\n0,-1e308\n1,1e308\n2,0\n");
+    let path = file(
+        folder.path(),
+        "huge.csv",
+        "time_s,a\n0,-1e308\n1,1e308\n2,0\n",
+    );
     assert_one_line(&run(&["fit", text(&path)]), 1, &["huge.csv", "column a"]);
     let many = file(folder.path(), "many.csv", &tone(17, 20, 100.0, 5.0, 0.0));
-    assert_one_line(&run(&["replay", text(&many)]), 1, &["many.csv", "17 channels"]);
+    assert_one_line(
+        &run(&["replay", text(&many)]),
+        1,
+        &["many.csv", "17 channels"],
+    );
 }
 
 #[test]
@@ -81,18 +141,37 @@ fn a_file_is_written_whole_or_not_at_all() {
     let taken = folder.path().join("taken");
     std::fs::create_dir(&taken).unwrap();
     assert_one_line(&run(&["scene", "-o", text(&taken)]), 1, &["taken"]);
-    let found: Vec<_> = std::fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    let found: Vec<_> = std::fs::read_dir(folder.path())
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name())
+        .collect();
     assert_eq!(found, ["taken"]);
 }
 
 #[test]
 fn inputs_that_would_play_for_ever() {
     let folder = directory();
-    let month = file(folder.path(), "month.csv", "time_s,a\n0,1\n2592000,2\n5184000,1\n");
-    assert_one_line(&run(&["replay", text(&month)]), 1, &["month.csv", "86400 s", "unit of time"]);
-    assert_one_line(&run(&["replay", "--scene-speed", "1e-6"]), 1, &["scene", "3600 s"]);
+    let month = file(
+        folder.path(),
+        "month.csv",
+        "time_s,a\n0,1\n2592000,2\n5184000,1\n",
+    );
+    assert_one_line(
+        &run(&["replay", text(&month)]),
+        1,
+        &["month.csv", "86400 s", "unit of time"],
+    );
+    assert_one_line(
+        &run(&["replay", "--scene-speed", "1e-6"]),
+        1,
+        &["scene", "3600 s"],
+    );
     let scene = folder.path().join("scene.csv");
-    assert_one_line(&run(&["scene", "--scene-speed", "1e-6", "-o", text(&scene)]), 1, &["scene", "3600 s"]);
+    assert_one_line(
+        &run(&["scene", "--scene-speed", "1e-6", "-o", text(&scene)]),
+        1,
+        &["scene", "3600 s"],
+    );
     assert!(!scene.exists());
 }
 
@@ -100,5 +179,9 @@ fn inputs_that_would_play_for_ever() {
 fn a_grating_too_fine_for_the_scan_is_reported() {
     let output = run(&["replay", "--period", "0.2", "--json"]);
     assert!(output.status.success());
-    assert!(common::stderr(&output).contains("150.0 Hz is too fast"), "{}", common::stderr(&output));
+    assert!(
+        common::stderr(&output).contains("150.0 Hz is too fast"),
+        "{}",
+        common::stderr(&output)
+    );
 }

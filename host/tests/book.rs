@@ -1,4 +1,5 @@
-//! The README, the book and the other documents: every command in them is run, or is in a list that says what runs it.
+//! The README, the book and the other documents: every command in them is run, or is in a list that
+//! says what runs it.
 
 mod common;
 #[path = "book/facts.rs"]
@@ -12,8 +13,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// Commands that need a board. Those of `ridgetone` are run on the emulated one, or on a simulated port, by `emulated.rs`,
-/// `link.rs`, `listen.rs`, `recordings.rs`, `serve.rs`, `streams.rs` and `view.rs`.
+/// Commands that need a board. Those of `ridgetone` are run on the emulated one, or on a simulated
+/// port, by `emulated.rs`, `link.rs`, `listen.rs`, `recordings.rs`, `serve.rs`, `streams.rs` and
+/// `view.rs`.
 const WITH_A_BOARD: [&str; 27] = [
     "ridgetone link --finger /dev/ttyUSB0 --stylus /dev/ttyUSB1",
     "ridgetone link --finger udp:robot.local:7450 --stylus /dev/ttyUSB0",
@@ -48,15 +50,30 @@ const WITH_A_BOARD: [&str; 27] = [
 const LITTLE_OF: [(&str, &str); 29] = [
     ("cargo xtask worklet", "host/tests/touch/page.rs"),
     ("cargo xtask distance --chip", "eval/src/tests/distance.rs"),
-    ("cargo xtask distance --write docs", "eval/src/tests/distance.rs"),
-    ("cargo install --path host --features foxglove,mqtt", "host/tests/streams.rs"),
+    (
+        "cargo xtask distance --write docs",
+        "eval/src/tests/distance.rs",
+    ),
+    (
+        "cargo install --path host --features foxglove,mqtt",
+        "host/tests/streams.rs",
+    ),
     ("cargo xtask streams", "host/tests/streams.rs"),
-    ("ridgetone serve --finger left=touch.rec --json", "host/tests/serve.rs"),
+    (
+        "ridgetone serve --finger left=touch.rec --json",
+        "host/tests/serve.rs",
+    ),
     ("cargo xtask pictures", "host/tests/view/page.rs"),
-    ("cargo test -p ridgetone-host --test view -- --ignored", "xtask/src/test.rs"),
+    (
+        "cargo test -p ridgetone-host --test view -- --ignored",
+        "xtask/src/test.rs",
+    ),
     ("pip install ./python", "python/tests/test_same.py"),
     ("pip install ./python pylsl", "python/tests/test_lsl.py"),
-    ("python python/lsl.py left /dev/ttyUSB0", "python/tests/test_lsl.py"),
+    (
+        "python python/lsl.py left /dev/ttyUSB0",
+        "python/tests/test_lsl.py",
+    ),
     ("cargo xtask board --write", "eval/src/tests/board.rs"),
     ("cargo xtask bench --write", "eval/src/tests/bench.rs"),
     ("cargo xtask bench --chip", "eval/src/tests/bench.rs"),
@@ -67,34 +84,72 @@ const LITTLE_OF: [(&str, &str); 29] = [
         "cargo xtask faults --plan hand,texture,vibration,single --seed 777001 --injections 1000 --write docs",
         "eval/src/tests/faults.rs",
     ),
-    ("cargo run --release -p ridgetone-eval -- recordings FOLDER", "eval/src/recordings.rs"),
-    ("cargo xtask noise --seed 1 --write docs", "eval/src/tests/noise.rs"),
+    (
+        "cargo run --release -p ridgetone-eval -- recordings FOLDER",
+        "eval/src/recordings.rs",
+    ),
+    (
+        "cargo xtask noise --seed 1 --write docs",
+        "eval/src/tests/noise.rs",
+    ),
     ("cargo xtask noise --write docs", "eval/src/tests/noise.rs"),
     ("cargo xtask touch --write docs", "eval/src/tests/touch.rs"),
-    ("cargo xtask reproduce --wavelengths", "eval/src/reproduce/okamoto.rs"),
-    ("cargo +nightly fuzz run settings", "tests/extremes/settings.rs"),
+    (
+        "cargo xtask reproduce --wavelengths",
+        "eval/src/reproduce/okamoto.rs",
+    ),
+    (
+        "cargo +nightly fuzz run settings",
+        "tests/extremes/settings.rs",
+    ),
     ("cargo xtask test --fresh", "xtask/src/fresh.rs"),
     ("cargo test --workspace", "xtask/src/test.rs"),
     ("cargo test -p ridgetone-tone", "xtask/src/test.rs"),
-    ("cargo test -p ridgetone-firmware --test path", "xtask/src/test.rs"),
-    ("cargo test -p ridgetone-firmware --test estimator --test extremes", "xtask/src/test.rs"),
+    (
+        "cargo test -p ridgetone-firmware --test path",
+        "xtask/src/test.rs",
+    ),
+    (
+        "cargo test -p ridgetone-firmware --test estimator --test extremes",
+        "xtask/src/test.rs",
+    ),
 ];
 
-/// What a command that needs the emulator, or minutes, or what another of these has written, has one of.
-const LONG: [&str; 6] = ["emulate", "--emulated", "reproduce", "touch.rec", "frames.csv", "finger.toml"];
+/// What a command that needs the emulator, or minutes, or what another of these has written, has
+/// one of.
+const LONG: [&str; 6] = [
+    "emulate",
+    "--emulated",
+    "reproduce",
+    "touch.rec",
+    "frames.csv",
+    "finger.toml",
+];
 
-/// Commands that go on until somebody interrupts them, for how long they may, seconds, and what they say by then.
+/// Commands that go on until somebody interrupts them, for how long they may, seconds, and what
+/// they say by then.
 const ENDLESS: [(&str, &str, &str); 6] = [
-    ("ridgetone link --emulated --delay-ms 120 --jitter-ms 40 --loss 5%", "4", " received, "),
+    (
+        "ridgetone link --emulated --delay-ms 120 --jitter-ms 40 --loss 5%",
+        "4",
+        " received, ",
+    ),
     ("ridgetone monitor --emulated", "15", " estimate "),
     ("ridgetone pins --emulated", "15", " sensor "),
-    ("ridgetone pins --emulated --page", "4", "http://127.0.0.1:8323/"),
+    (
+        "ridgetone pins --emulated --page",
+        "4",
+        "http://127.0.0.1:8323/",
+    ),
     ("ridgetone touch --emulated", "4", "http://127.0.0.1:8322/"),
     ("ridgetone view --emulated", "4", "http://127.0.0.1:8321/"),
 ];
 
 fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize().expect("the workspace")
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("..")
+        .canonicalize()
+        .expect("the workspace")
 }
 
 fn read(path: &Path) -> String {
@@ -106,7 +161,10 @@ fn pages() -> Vec<PathBuf> {
     let book = fs::read_dir(root().join("docs/book")).expect("the book");
     let mut pages: Vec<PathBuf> = book.map(|entry| entry.expect("an entry").path()).collect();
     pages.retain(|path| path.extension().is_some_and(|extension| extension == "md"));
-    assert!((1..=12).contains(&pages.len()), "at most twelve short pages: {pages:?}");
+    assert!(
+        (1..=12).contains(&pages.len()),
+        "at most twelve short pages: {pages:?}"
+    );
     pages.sort();
     pages.insert(0, root().join("README.md"));
     pages
@@ -114,8 +172,12 @@ fn pages() -> Vec<PathBuf> {
 
 /// All of `docs/`, the book and the README.
 fn documents() -> Vec<PathBuf> {
-    let docs = fs::read_dir(root().join("docs")).expect("documents").map(|entry| entry.expect("an entry").path());
-    docs.filter(|path| path.extension().is_some_and(|extension| extension == "md")).chain(pages()).collect()
+    let docs = fs::read_dir(root().join("docs"))
+        .expect("documents")
+        .map(|entry| entry.expect("an entry").path());
+    docs.filter(|path| path.extension().is_some_and(|extension| extension == "md"))
+        .chain(pages())
+        .collect()
 }
 
 /// The code blocks of a page in one language.
@@ -137,19 +199,41 @@ fn blocks(page: &str, language: &str) -> Vec<String> {
 
 /// The commands in a page's text.
 fn mentioned(page: &str) -> Vec<String> {
-    let ours = |text: &str| ["ridgetone ", "cargo "].iter().any(|name| text.starts_with(name));
-    let code = |mark| if let Mark::Code(text) = mark { Some(text.to_string()) } else { None };
-    Parser::new(page).filter_map(code).filter(|text| ours(text)).collect()
+    let ours = |text: &str| {
+        ["ridgetone ", "cargo "]
+            .iter()
+            .any(|name| text.starts_with(name))
+    };
+    let code = |mark| {
+        if let Mark::Code(text) = mark {
+            Some(text.to_string())
+        } else {
+            None
+        }
+    };
+    Parser::new(page)
+        .filter_map(code)
+        .filter(|text| ours(text))
+        .collect()
 }
 
-/// The commands of all documents, each once, as they follow: lines of blocks of the shell, without the comments behind them,
-/// and those in the text that are not the beginning of another.
+/// The commands of all documents, each once, as they follow: lines of blocks of the shell, without
+/// the comments behind them, and those in the text that are not the beginning of another.
 fn commands() -> Vec<String> {
     let mut commands: Vec<String> = Vec::new();
     let documents: Vec<String> = documents().iter().map(|path| read(path)).collect();
-    for line in documents.iter().flat_map(|page| blocks(page, "sh")).collect::<Vec<_>>().join("\n").lines() {
+    for line in documents
+        .iter()
+        .flat_map(|page| blocks(page, "sh"))
+        .collect::<Vec<_>>()
+        .join("\n")
+        .lines()
+    {
         let command = line.split(" #").next().unwrap_or_default().trim();
-        if !command.is_empty() && !command.starts_with('#') && !commands.iter().any(|known| known == command) {
+        if !command.is_empty()
+            && !command.starts_with('#')
+            && !commands.iter().any(|known| known == command)
+        {
             commands.push(command.to_owned());
         }
     }
@@ -157,7 +241,10 @@ fn commands() -> Vec<String> {
     // The longer ones first: a name alone stands for a command that is shown whole somewhere.
     mentioned.sort_by_key(|command| std::cmp::Reverse(command.len()));
     for command in mentioned {
-        if !commands.iter().any(|known| *known == command || known.starts_with(&format!("{command} "))) {
+        if !commands
+            .iter()
+            .any(|known| *known == command || known.starts_with(&format!("{command} ")))
+        {
             commands.push(command);
         }
     }
@@ -165,16 +252,18 @@ fn commands() -> Vec<String> {
     commands
 }
 
-/// Whether something else than these tests, or than the script of CI, runs a command, or nothing can.
+/// Whether something else than these tests, or than the script of CI, runs a command, or nothing
+/// can.
 fn is_elsewhere(command: &str) -> bool {
     WITH_A_BOARD.contains(&command) || LITTLE_OF.iter().any(|(long, _)| *long == command)
 }
 
-/// Runs the `ridgetone` commands, the long ones or the others, one after the other in a folder that has the files that they
-/// speak of.
+/// Runs the `ridgetone` commands, the long ones or the others, one after the other in a folder that
+/// has the files that they speak of.
 fn run_all(long: bool) {
     let folder = directory();
-    std::os::unix::fs::symlink(root().join("scenes"), folder.path().join("scenes")).expect("a link");
+    std::os::unix::fs::symlink(root().join("scenes"), folder.path().join("scenes"))
+        .expect("a link");
     for name in ["recording.csv", "trace.csv"] {
         let path = folder.path().join(name);
         assert!(run(&["scene", "-o", text(&path)]).status.success());
@@ -187,27 +276,56 @@ fn run_all(long: bool) {
         by_hand += &format!("{:.4},{a:.6},{speed_mm_s:.6}\n", f64::from(row) / 500.0);
     }
     file(folder.path(), "by_hand.csv", &by_hand);
-    file(folder.path(), "speed.csv", "time_s,speed_mm_s\n0,30\n4,30\n");
-    let rows: String = (0..200).map(|row| format!("{},{}\n", f64::from(row) * 0.02, f64::from(row) * 0.6)).collect();
-    file(folder.path(), "robot.csv", &format!("time_s,place_mm\n{rows}"));
+    file(
+        folder.path(),
+        "speed.csv",
+        "time_s,speed_mm_s\n0,30\n4,30\n",
+    );
+    let rows: String = (0..200)
+        .map(|row| format!("{},{}\n", f64::from(row) * 0.02, f64::from(row) * 0.6))
+        .collect();
+    file(
+        folder.path(),
+        "robot.csv",
+        &format!("time_s,place_mm\n{rows}"),
+    );
     // Surfaces with a tone of 100 Hz, and what people say of them.
     let mut scores = String::from("file,soft,m\n");
-    for (number, name) in ["smooth.csv", "vibration.csv", "third.csv", "fourth.csv"].into_iter().enumerate() {
-        let sample = |row: i32| (1 + number) as f64 * (std::f64::consts::TAU * f64::from(row) / 100.0).sin();
-        let rows: Vec<String> = (0..20_000).map(|row| format!("{:.6}", sample(row))).collect();
+    for (number, name) in ["smooth.csv", "vibration.csv", "third.csv", "fourth.csv"]
+        .into_iter()
+        .enumerate()
+    {
+        let sample =
+            |row: i32| (1 + number) as f64 * (std::f64::consts::TAU * f64::from(row) / 100.0).sin();
+        let rows: Vec<String> = (0..20_000)
+            .map(|row| format!("{:.6}", sample(row)))
+            .collect();
         file(folder.path(), name, &format!("a\n{}\n", rows.join("\n")));
         scores += &format!("{name},{},{}\n", 6 - number, 1 + number);
     }
     file(folder.path(), "scores.csv", &scores);
     // Gratings of known period under the physical finger.
     for (name, period_mm) in [("a", 2.5), ("b", 3.0), ("c", 4.0)] {
-        let scene =
-            file(folder.path(), &format!("{name}.toml"), &format!("period_mm = {period_mm}\nspeed_mm_s = 15\n"));
+        let scene = file(
+            folder.path(),
+            &format!("{name}.toml"),
+            &format!("period_mm = {period_mm}\nspeed_mm_s = 15\n"),
+        );
         let path = folder.path().join(format!("{name}.csv"));
-        assert!(run(&["scene", "--scene", text(&scene), "-o", text(&path)]).status.success());
+        assert!(
+            run(&["scene", "--scene", text(&scene), "-o", text(&path)])
+                .status
+                .success()
+        );
     }
-    let binary = Path::new(env!("CARGO_BIN_EXE_ridgetone")).parent().expect("a folder");
-    let path = format!("{}:{}", text(binary), std::env::var("PATH").expect("a path"));
+    let binary = Path::new(env!("CARGO_BIN_EXE_ridgetone"))
+        .parent()
+        .expect("a folder");
+    let path = format!(
+        "{}:{}",
+        text(binary),
+        std::env::var("PATH").expect("a path")
+    );
 
     let mut ran = 0;
     for command in commands() {
@@ -229,12 +347,20 @@ fn run_all(long: bool) {
             .stdin(Stdio::null())
             .output()
             .expect("a shell");
-        assert!(output.status.success(), "{command}: {}", common::stderr(&output));
-        let says = !output.stdout.is_empty() || !output.stderr.is_empty() || command.contains(" > ");
+        assert!(
+            output.status.success(),
+            "{command}: {}",
+            common::stderr(&output)
+        );
+        let says =
+            !output.stdout.is_empty() || !output.stderr.is_empty() || command.contains(" > ");
         assert!(says, "{command} says nothing");
         if let Some((_, s, word)) = endless {
             let all = format!("{}{}", stdout(&output), common::stderr(&output));
-            assert!(all.contains(word), "{command} does not say \"{word}\" within {s} s");
+            assert!(
+                all.contains(word),
+                "{command} does not say \"{word}\" within {s} s"
+            );
         }
         ran += 1;
     }
@@ -257,12 +383,26 @@ fn every_other_command_is_run_by_ci_or_needs_a_board() {
     let ci = read(&root().join(".ci/run"));
     let ci: Vec<&str> = ci.lines().map(str::trim).collect();
     let all = commands();
-    for command in all.iter().filter(|command| !command.starts_with("ridgetone ")) {
-        let run_by_ci = ci.iter().any(|line| *line == command || line.starts_with(&format!("{command} ")));
-        assert!(run_by_ci || is_elsewhere(command), "nothing runs `{command}`");
+    for command in all
+        .iter()
+        .filter(|command| !command.starts_with("ridgetone "))
+    {
+        let run_by_ci = ci
+            .iter()
+            .any(|line| *line == command || line.starts_with(&format!("{command} ")));
+        assert!(
+            run_by_ci || is_elsewhere(command),
+            "nothing runs `{command}`"
+        );
     }
-    for command in WITH_A_BOARD.into_iter().chain(LITTLE_OF.map(|(long, _)| long)) {
-        assert!(all.iter().any(|known| known == command), "no page has `{command}` any more");
+    for command in WITH_A_BOARD
+        .into_iter()
+        .chain(LITTLE_OF.map(|(long, _)| long))
+    {
+        assert!(
+            all.iter().any(|known| known == command),
+            "no page has `{command}` any more"
+        );
     }
     for (_, test) in LITTLE_OF {
         assert!(root().join(test).is_file(), "{test}");

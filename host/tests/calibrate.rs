@@ -28,9 +28,18 @@ fn the_defaults_are_the_simulated_fingers() {
         let found = &json_lines(&calibrate(&gratings(&folder, speed_mm_s, way), &["--json"]))[0];
         let number = |name: &str| found[name].as_f64().expect("a number");
         let array = Array::DEFAULT;
-        assert!((number("pitch_mm") - f64::from(array.pitch_mm)).abs() < 0.002, "{found}");
-        assert!((number("edge_phase_rad") - f64::from(array.edge_phase_rad)).abs() < 0.005, "{found}");
-        assert!((number("edge_phase_sigma_rad") - f64::from(array.edge_phase_sigma_rad)).abs() < 0.001, "{found}");
+        assert!(
+            (number("pitch_mm") - f64::from(array.pitch_mm)).abs() < 0.002,
+            "{found}"
+        );
+        assert!(
+            (number("edge_phase_rad") - f64::from(array.edge_phase_rad)).abs() < 0.005,
+            "{found}"
+        );
+        assert!(
+            (number("edge_phase_sigma_rad") - f64::from(array.edge_phase_sigma_rad)).abs() < 0.001,
+            "{found}"
+        );
     }
 }
 
@@ -40,11 +49,18 @@ fn under_a_long_contact_the_pitch_is_the_units_own() {
     let folder = directory();
     let long = "[finger]\ncontact_mm = 30\n";
     let found = &json_lines(&calibrate(&gratings(&folder, 15.0, long), &["--json"]))[0];
-    assert!((found["pitch_mm"].as_f64().unwrap() - 2.3).abs() < 0.01, "{found}");
-    assert!(found["edge_phase_rad"].as_f64().unwrap().abs() < 0.03, "{found}");
+    assert!(
+        (found["pitch_mm"].as_f64().unwrap() - 2.3).abs() < 0.01,
+        "{found}"
+    );
+    assert!(
+        found["edge_phase_rad"].as_f64().unwrap().abs() < 0.03,
+        "{found}"
+    );
 }
 
-/// The phases that the columns show do not depend on how fast, and how many of, their inputs are converted.
+/// The phases that the columns show do not depend on how fast, and how many of, their inputs are
+/// converted.
 #[test]
 fn the_constants_are_those_of_every_plan_with_both_columns() {
     let folder = directory();
@@ -53,10 +69,20 @@ fn the_constants_are_those_of_every_plan_with_both_columns() {
     for plan in ["hand", "texture"] {
         let found = &json_lines(&calibrate(&gratings, &["--plan", plan, "--json"]))[0];
         let number = |name: &str| found[name].as_f64().expect("a number");
-        assert!((number("pitch_mm") - f64::from(Array::DEFAULT.pitch_mm)).abs() < 0.02, "{plan}: {found}");
-        assert!((number("edge_phase_rad") - f64::from(Array::DEFAULT.edge_phase_rad)).abs() < 0.05, "{plan}: {found}");
+        assert!(
+            (number("pitch_mm") - f64::from(Array::DEFAULT.pitch_mm)).abs() < 0.02,
+            "{plan}: {found}"
+        );
+        assert!(
+            (number("edge_phase_rad") - f64::from(Array::DEFAULT.edge_phase_rad)).abs() < 0.05,
+            "{plan}: {found}"
+        );
     }
-    assert_one_line(&calibrate(&gratings, &["--plan", "single"]), 1, &["single", "one in each column"]);
+    assert_one_line(
+        &calibrate(&gratings, &["--plan", "single"]),
+        1,
+        &["single", "one in each column"],
+    );
 }
 
 #[test]
@@ -75,10 +101,18 @@ fn it_is_printed_as_options() {
 fn what_is_no_calibration_is_refused_in_a_line() {
     let folder = directory();
     let gratings = gratings(&folder, 28.0, "");
-    assert_one_line(&calibrate(&gratings[..2], &[]), 1, &["2 gratings: 3 at least"]);
+    assert_one_line(
+        &calibrate(&gratings[..2], &[]),
+        1,
+        &["2 gratings: 3 at least"],
+    );
     assert_one_line(&run(&["calibrate", "a.csv"]), 2, &["MM=FILE"]);
     assert_one_line(&run(&["calibrate", "0=a.csv"]), 2, &["greater than 0"]);
     let wrong = gratings[2].replace("3.5=", "2.9=");
     let three = [gratings[0].clone(), gratings[1].clone(), wrong];
-    assert_one_line(&calibrate(&three, &[]), 1, &["3.5.toml", "do not fit a period of 2.9 mm"]);
+    assert_one_line(
+        &calibrate(&three, &[]),
+        1,
+        &["3.5.toml", "do not fit a period of 2.9 mm"],
+    );
 }

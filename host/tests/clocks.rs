@@ -1,4 +1,5 @@
-//! Two boards whose clocks run differently, recorded on one computer and exported: their messages agree in UTC.
+//! Two boards whose clocks run differently, recorded on one computer and exported: their messages
+//! agree in UTC.
 #![cfg(unix)]
 
 mod common;
@@ -22,7 +23,8 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-/// What a board sends in one touch, with every frame; each with the board's time at which it sends it, seconds.
+/// What a board sends in one touch, with every frame; each with the board's time at which it sends
+/// it, seconds.
 fn telemetry() -> VecDeque<(f64, Vec<u8>)> {
     let mut pipeline = Box::new(ridgetone::pipeline::Pipeline::new(Settings::DEFAULT));
     pipeline.report_raw(u32::MAX);
@@ -56,10 +58,16 @@ impl Source for Board {
     }
 
     fn next(&mut self, most: Duration) -> Result<Option<FeedEvent<Vec<u8>>>> {
-        let Some((due_s, _)) = self.sent.front() else { return Ok(Some(FeedEvent::Over)) };
-        let wait = (self.begun + Duration::from_secs_f64(due_s / self.pace)).saturating_duration_since(Instant::now());
+        let Some((due_s, _)) = self.sent.front() else {
+            return Ok(Some(FeedEvent::Over));
+        };
+        let wait = (self.begun + Duration::from_secs_f64(due_s / self.pace))
+            .saturating_duration_since(Instant::now());
         std::thread::sleep(wait.min(most));
-        Ok((wait <= most).then(|| self.sent.pop_front()).flatten().map(|(_, bytes)| FeedEvent::Data(bytes)))
+        Ok((wait <= most)
+            .then(|| self.sent.pop_front())
+            .flatten()
+            .map(|(_, bytes)| FeedEvent::Data(bytes)))
     }
 
     fn send(&mut self, _: &[u8]) -> Result<()> {
@@ -75,41 +83,62 @@ struct Stamp {
     /// Its time in the file, less what it is by the board's own pace.
     off_s: f64,
     sigma_s: f64,
-    /// By how much the board's clock is slow, parts per million, and the standard deviation of that; not in every message.
+    /// By how much the board's clock is slow, parts per million, and the standard deviation of
+    /// that; not in every message.
     skew: Option<(f64, f64)>,
 }
 
-/// Records a board of this pace to its end, exports it, and gives the messages that have a time of the board. `zero` gives UTC at
-/// the board's time 0.
-fn stamps(path: &Path, feed: Feed, requester: Requester, pace: f64, zero: impl FnOnce() -> SystemTime) -> Vec<Stamp> {
+/// Records a board of this pace to its end, exports it, and gives the messages that have a time of
+/// the board. `zero` gives UTC at the board's time 0.
+fn stamps(
+    path: &Path,
+    feed: Feed,
+    requester: Requester,
+    pace: f64,
+    zero: impl FnOnce() -> SystemTime,
+) -> Vec<Stamp> {
     let (feed, ended) = record::run(feed, path, requester, None).expect("a recording");
     ended.expect("an end");
     drop(feed);
     let zero = zero().duration_since(UNIX_EPOCH).expect("a clock");
     let mcap = path.with_extension("mcap");
     let exported = run(&["export", text(path), "-o", text(&mcap)]);
-    assert!(exported.status.success() && stderr(&exported).contains("0 lost, 0 damaged"), "{}", stderr(&exported));
+    assert!(
+        exported.status.success() && stderr(&exported).contains("0 lost, 0 damaged"),
+        "{}",
+        stderr(&exported)
+    );
     let bytes = std::fs::read(&mcap).expect("a file");
     let mut stamps = Vec::new();
     for message in mcap::MessageStream::new(&bytes).expect("MCAP") {
         let message = message.expect("a message");
         assert!(message.publish_time >= message.log_time);
         let object: serde_json::Value = serde_json::from_slice(&message.data).expect("JSON");
-        let Some(utc_s) = object["utc_s"].as_f64() else { continue };
-        assert!((utc_s - message.log_time as f64 * 1e-9).abs() < 1e-6, "{object}");
-        let Some(t_s) = object["t_s"].as_f64() else { continue };
+        let Some(utc_s) = object["utc_s"].as_f64() else {
+            continue;
+        };
+        assert!(
+            (utc_s - message.log_time as f64 * 1e-9).abs() < 1e-6,
+            "{object}"
+        );
+        let Some(t_s) = object["t_s"].as_f64() else {
+            continue;
+        };
         stamps.push(Stamp {
             kind: message.channel.topic.clone(),
             t_s,
             off_s: (message.log_time as i128 - zero.as_nanos() as i128) as f64 * 1e-9 - t_s / pace,
             sigma_s: object["utc_sigma_s"].as_f64().expect("its uncertainty"),
-            skew: object["clock_skew_ppm"].as_f64().zip(object["clock_skew_sigma_ppm"].as_f64()),
+            skew: object["clock_skew_ppm"]
+                .as_f64()
+                .zip(object["clock_skew_sigma_ppm"].as_f64()),
         });
     }
     stamps
 }
 
-/// Runs boards of these paces beside each other, and checks that all of their messages agree in UTC. Gives the stamps of each.
+/// Runs boards of these paces beside each other, and checks that all of their messages agree in
+/// UTC. Gives the stamps of each.
 fn agree(paces: [f64; 2], board: impl Fn(&Path, f64) -> Vec<Stamp> + Sync) -> [Vec<Stamp>; 2] {
     let folder = directory();
     let boards = std::thread::scope(|scope| {
@@ -121,13 +150,31 @@ fn agree(paces: [f64; 2], board: impl Fn(&Path, f64) -> Vec<Stamp> + Sync) -> [V
     });
     let (mut least_s, mut most_s) = (f64::INFINITY, f64::NEG_INFINITY);
     for (stamps, pace) in boards.iter().zip(paces) {
-        for Stamp { kind, t_s, off_s, sigma_s, .. } in stamps {
-            assert!(off_s.abs() < 1e-3 && *sigma_s < 2e-3, "{pace}: {kind} at {t_s} s is off {off_s} +- {sigma_s} s");
+        for Stamp {
+            kind,
+            t_s,
+            off_s,
+            sigma_s,
+            ..
+        } in stamps
+        {
+            assert!(
+                off_s.abs() < 1e-3 && *sigma_s < 2e-3,
+                "{pace}: {kind} at {t_s} s is off {off_s} +- {sigma_s} s"
+            );
             (least_s, most_s) = (least_s.min(*off_s), most_s.max(*off_s));
         }
-        println!("{pace}: {} messages, skew and its standard deviation in ppm {:?}", stamps.len(), last_skew(stamps));
+        println!(
+            "{pace}: {} messages, skew and its standard deviation in ppm {:?}",
+            stamps.len(),
+            last_skew(stamps)
+        );
     }
-    println!("from {:.3} to {:.3} ms after UTC", 1e3 * least_s, 1e3 * most_s);
+    println!(
+        "from {:.3} to {:.3} ms after UTC",
+        1e3 * least_s,
+        1e3 * most_s
+    );
     // Of any two messages of the two boards.
     assert!(most_s - least_s < 1e-3, "{least_s} and {most_s} s");
     boards
@@ -140,7 +187,8 @@ fn last_skew(stamps: &[Stamp]) -> Option<(f64, f64)> {
 /// 200 ppm fast and slow: twice what crystals have. After 10 s the boards are 4 ms apart.
 const PACES: [f64; 2] = [1.0002, 0.9998];
 
-/// One moment by both clocks, to 20 us: a busy computer may stop this thread between the two readings.
+/// One moment by both clocks, to 20 us: a busy computer may stop this thread between the two
+/// readings.
 fn now() -> (Instant, SystemTime) {
     loop {
         let (begun, zero) = (Instant::now(), SystemTime::now());
@@ -155,21 +203,32 @@ fn now() -> (Instant, SystemTime) {
 fn two_boards_of_skewed_clocks_agree_within_a_millisecond() {
     let boards = agree(PACES, |path, pace| {
         let (begun, zero) = now();
-        let feed = Feed::new(Board { pace, begun, sent: telemetry() });
+        let feed = Feed::new(Board {
+            pace,
+            begun,
+            sent: telemetry(),
+        });
         stamps(path, feed, Requester::default(), pace, || zero)
     });
     for stamps in boards {
         let touch = ["contact", "slide", "release"].map(|kind| format!("/ridgetone/{kind}"));
-        assert_eq!(stamps.iter().filter(|stamp| touch.contains(&stamp.kind)).count(), 4);
+        assert_eq!(
+            stamps
+                .iter()
+                .filter(|stamp| touch.contains(&stamp.kind))
+                .count(),
+            4
+        );
     }
 }
 
 /// The byte behind each packet.
 const PACKET_END: u8 = 0;
 
-/// The firmware image on the emulated board, whose clock runs at `pace`. The computer's clock is computed from the board's, so that a
-/// slow computer does not matter: packets arrive late as behind an adapter of USB, by something exponential with a mean of a
-/// millisecond, and by 16 ms now and then.
+/// The firmware image on the emulated board, whose clock runs at `pace`. The computer's clock is
+/// computed from the board's, so that a slow computer does not matter: packets arrive late as
+/// behind an adapter of USB, by something exponential with a mean of a millisecond, and by 16 ms
+/// now and then.
 struct Firmware {
     pace: f64,
     /// UTC at which the board's counter was 0.
@@ -195,10 +254,22 @@ impl Firmware {
                 }
                 Ok(to_board.try_iter().flatten().collect())
             };
-            emulator::run_bytes(input, Options::new(&elf), &mut exchange, &mut |_, _| {}).expect("a run")
+            emulator::run_bytes(input, Options::new(&elf), &mut exchange, &mut |_, _| {})
+                .expect("a run")
         });
         let random = ChaCha8Rng::seed_from_u64(seed);
-        (Self { pace, zero, random, late_s: 0.0, arrived_ns: 0, telemetry, requests }, running)
+        (
+            Self {
+                pace,
+                zero,
+                random,
+                late_s: 0.0,
+                arrived_ns: 0,
+                telemetry,
+                requests,
+            },
+            running,
+        )
     }
 }
 
@@ -220,13 +291,21 @@ impl Source for Firmware {
         // QEMU gives bytes one by one; the next packet has a delay of its own.
         if bytes.contains(&PACKET_END) {
             let share = (f64::from(self.random.next_u32()) + 0.5) / 4_294_967_296.0;
-            self.late_s = -share.ln() * 1e-3 + if self.random.next_u32() > u32::MAX / 10 * 9 { 16e-3 } else { 0.0 };
+            self.late_s = -share.ln() * 1e-3
+                + if self.random.next_u32() > u32::MAX / 10 * 9 {
+                    16e-3
+                } else {
+                    0.0
+                };
         }
         Ok(Some(FeedEvent::Data(bytes)))
     }
 
     fn receipt(&self) -> Option<Receipt> {
-        Some(Receipt { utc_ns: self.arrived_ns, byte_s: self.byte_s() })
+        Some(Receipt {
+            utc_ns: self.arrived_ns,
+            byte_s: self.byte_s(),
+        })
     }
 
     fn byte_s(&self) -> f64 {
@@ -246,10 +325,22 @@ fn two_emulated_boards_of_skewed_clocks_agree_within_a_millisecond() {
     let length_s = 20.0;
     let boards = agree(PACES, |path, pace| {
         let scene = SlidingScene::new(Sliding::default()).expect("a scene");
-        let scene = Box::new(Again { scene, every_s: 6.0, end_s: length_s });
-        let input = Opened { scene, end_s: length_s, ..Opened::untouched() };
+        let scene = Box::new(Again {
+            scene,
+            every_s: 6.0,
+            end_s: length_s,
+        });
+        let input = Opened {
+            scene,
+            end_s: length_s,
+            ..Opened::untouched()
+        };
         // 11.7 s apart.
-        let (zero_s, seed) = if pace > 1.0 { (1_795_413_622.625, 1) } else { (1_795_413_634.325, 2) };
+        let (zero_s, seed) = if pace > 1.0 {
+            (1_795_413_622.625, 1)
+        } else {
+            (1_795_413_634.325, 2)
+        };
         let zero = UNIX_EPOCH + Duration::from_secs_f64(zero_s);
         let (board, running) = Firmware::start(pace, zero, seed, input);
         let mut requester = Requester::default();
@@ -261,13 +352,20 @@ fn two_emulated_boards_of_skewed_clocks_agree_within_a_millisecond() {
     });
     let mut surest_ppm = f64::INFINITY;
     for (stamps, pace) in boards.iter().zip(PACES) {
-        let frames = stamps.iter().filter(|stamp| stamp.kind == "/ridgetone/raw").count();
+        let frames = stamps
+            .iter()
+            .filter(|stamp| stamp.kind == "/ridgetone/raw")
+            .count();
         assert!(frames as f64 > 235.0 * length_s, "{pace}: {frames} frames");
         let (found, slow_ppm) = (last_skew(stamps), 1e6 * (1.0 / pace - 1.0));
         let (ppm, sigma_ppm) = found.expect("a skew");
-        assert!((ppm - slow_ppm).abs() < 4.0 * sigma_ppm, "{pace}: {ppm} +- {sigma_ppm} ppm");
+        assert!(
+            (ppm - slow_ppm).abs() < 4.0 * sigma_ppm,
+            "{pace}: {ppm} +- {sigma_ppm} ppm"
+        );
         surest_ppm = surest_ppm.min(sigma_ppm);
     }
-    // A computer that is busy beside delays one board's bytes or the other's, and its skew is known the less.
+    // A computer that is busy beside delays one board's bytes or the other's, and its skew is known
+    // the less.
     assert!(surest_ppm < 40.0, "{surest_ppm} ppm");
 }

@@ -1,4 +1,5 @@
-//! What the command line itself does: words that are nearly right, shells, the manual, and files that are there already.
+//! What the command line itself does: words that are nearly right, shells, the manual, and files
+//! that are there already.
 
 mod common;
 
@@ -7,28 +8,56 @@ use std::process::Command;
 
 #[test]
 fn a_word_that_is_nearly_right_is_supposed() {
-    assert_one_line(&run(&["replya"]), 2, &["unrecognized subcommand 'replya'", "similar", "'replay'"]);
-    assert_one_line(&run(&["replay", "--windw", "1"]), 2, &["--windw", "similar", "'--window'"]);
-    assert_one_line(&run(&["export", "a", "--format", "mcpa"]), 2, &["mcpa", "'mcap'"]);
+    assert_one_line(
+        &run(&["replya"]),
+        2,
+        &["unrecognized subcommand 'replya'", "similar", "'replay'"],
+    );
+    assert_one_line(
+        &run(&["replay", "--windw", "1"]),
+        2,
+        &["--windw", "similar", "'--window'"],
+    );
+    assert_one_line(
+        &run(&["export", "a", "--format", "mcpa"]),
+        2,
+        &["mcpa", "'mcap'"],
+    );
     let folder = directory();
     let table = file(folder.path(), "tone.csv", &tone(2, 400, 100.0, 5.0, 0.0));
-    assert_one_line(&run(&["fit", text(&table), "--columns", "c0,d1"]), 1, &["no column d1", "c0, c1"]);
+    assert_one_line(
+        &run(&["fit", text(&table), "--columns", "c0,d1"]),
+        1,
+        &["no column d1", "c0, c1"],
+    );
 }
 
 #[test]
 fn shells_get_scripts_that_they_can_read_and_the_manual_has_a_page_for_each_command() {
-    for (shell, word) in
-        [("bash", "complete -F _ridgetone"), ("zsh", "#compdef ridgetone"), ("fish", "complete -c ridgetone")]
-    {
+    for (shell, word) in [
+        ("bash", "complete -F _ridgetone"),
+        ("zsh", "#compdef ridgetone"),
+        ("fish", "complete -c ridgetone"),
+    ] {
         let script = run(&["completions", shell]);
-        assert!(script.status.success() && stdout(&script).contains(word), "{shell}");
+        assert!(
+            script.status.success() && stdout(&script).contains(word),
+            "{shell}"
+        );
         assert!(stdout(&script).contains("time-column"), "{shell}");
     }
     let folder = directory();
-    let script = file(folder.path(), "ridgetone.bash", &stdout(&run(&["completions", "bash"])));
+    let script = file(
+        folder.path(),
+        "ridgetone.bash",
+        &stdout(&run(&["completions", "bash"])),
+    );
     // What bash itself makes of it.
     let completion = "source \"$0\"; COMP_WORDS=(ridgetone rep); COMP_CWORD=1; _ridgetone ridgetone rep ridgetone; echo ${COMPREPLY[*]}";
-    let found = Command::new("bash").args(["-c", completion, text(&script)]).output().expect("bash");
+    let found = Command::new("bash")
+        .args(["-c", completion, text(&script)])
+        .output()
+        .expect("bash");
     assert_eq!(stdout(&found).trim(), "replay", "{}", stderr(&found));
 
     assert!(stdout(&run(&["man"])).contains(".TH ridgetone 1"));
@@ -36,7 +65,10 @@ fn shells_get_scripts_that_they_can_read_and_the_manual_has_a_page_for_each_comm
     assert!(run(&["man", "-o", text(&man)]).status.success());
     for page in ["ridgetone.1", "ridgetone-fit.1", "ridgetone-settings-set.1"] {
         let page = std::fs::read_to_string(man.join(page)).expect("a page");
-        assert!(page.contains(".SH OPTIONS") && page.contains("force"), "{page}");
+        assert!(
+            page.contains(".SH OPTIONS") && page.contains("force"),
+            "{page}"
+        );
     }
 }
 
@@ -45,19 +77,51 @@ fn no_file_is_overwritten_without_a_word() {
     let folder = directory();
     let there = file(folder.path(), "there.csv", "mine\n");
     let rec = folder.path().join("touch.rec");
-    let input = ridgetone_host::input::Input::default().open().expect("a scene");
-    let made = ridgetone_host::replay::run(input, Default::default(), None, &mut |_| Ok(()), &mut |_, _| {});
+    let input = ridgetone_host::input::Input::default()
+        .open()
+        .expect("a scene");
+    let made = ridgetone_host::replay::run(
+        input,
+        Default::default(),
+        None,
+        &mut |_| Ok(()),
+        &mut |_, _| {},
+    );
     std::fs::write(&rec, made.expect("a replay").serial).expect("a file");
     let there = text(&there);
-    for command in [&["scene", "-o", there][..], &["export", text(&rec), "-o", there], &["demo", "--svg", there]] {
-        assert_one_line(&run(command), 1, &["there.csv", "exists already", "--force"]);
+    for command in [
+        &["scene", "-o", there][..],
+        &["export", text(&rec), "-o", there],
+        &["demo", "--svg", there],
+    ] {
+        assert_one_line(
+            &run(command),
+            1,
+            &["there.csv", "exists already", "--force"],
+        );
         assert_eq!(std::fs::read_to_string(there).expect("a file"), "mine\n");
     }
-    assert!(run(&["export", text(&rec), "-o", there, "--force"]).status.success());
-    assert!(std::fs::read_to_string(there).expect("a file").starts_with("t_s,"));
+    assert!(
+        run(&["export", text(&rec), "-o", there, "--force"])
+            .status
+            .success()
+    );
+    assert!(
+        std::fs::read_to_string(there)
+            .expect("a file")
+            .starts_with("t_s,")
+    );
     // Nobody can make a recording again.
     assert_one_line(
-        &run(&["export", text(&rec), "-o", text(&rec), "--format", "csv", "--force"]),
+        &run(&[
+            "export",
+            text(&rec),
+            "-o",
+            text(&rec),
+            "--format",
+            "csv",
+            "--force",
+        ]),
         1,
         &["not overwritten"],
     );
@@ -67,24 +131,55 @@ fn no_file_is_overwritten_without_a_word() {
 fn the_format_is_that_of_the_files_name() {
     let folder = directory();
     let rec = folder.path().join("touch.rec");
-    let input = ridgetone_host::input::Input::default().open().expect("a scene");
-    let made = ridgetone_host::replay::run(input, Default::default(), None, &mut |_| Ok(()), &mut |_, _| {});
+    let input = ridgetone_host::input::Input::default()
+        .open()
+        .expect("a scene");
+    let made = ridgetone_host::replay::run(
+        input,
+        Default::default(),
+        None,
+        &mut |_| Ok(()),
+        &mut |_, _| {},
+    );
     std::fs::write(&rec, made.expect("a replay").serial).expect("a file");
-    for (name, start) in
-        [("a.csv", &b"t_s,"[..]), ("a.ndjson", b"{\"type\":\"hello\""), ("a.jsonl", b"{"), ("A.MCAP", b"\x89MCAP")]
-    {
+    for (name, start) in [
+        ("a.csv", &b"t_s,"[..]),
+        ("a.ndjson", b"{\"type\":\"hello\""),
+        ("a.jsonl", b"{"),
+        ("A.MCAP", b"\x89MCAP"),
+    ] {
         let path = folder.path().join(name);
-        assert!(run(&["export", text(&rec), "-o", text(&path)]).status.success(), "{name}");
-        assert!(std::fs::read(&path).expect("a file").starts_with(start), "{name}");
+        assert!(
+            run(&["export", text(&rec), "-o", text(&path)])
+                .status
+                .success(),
+            "{name}"
+        );
+        assert!(
+            std::fs::read(&path).expect("a file").starts_with(start),
+            "{name}"
+        );
     }
-    assert_one_line(&run(&["export", text(&rec), "-o", text(&folder.path().join("a.txt"))]), 2, &["--format"]);
+    assert_one_line(
+        &run(&[
+            "export",
+            text(&rec),
+            "-o",
+            text(&folder.path().join("a.txt")),
+        ]),
+        2,
+        &["--format"],
+    );
     assert_one_line(&run(&["export", text(&rec)]), 2, &["--format"]);
 }
 
 #[test]
 fn text_of_a_run_that_is_over_is_in_the_order_of_time() {
     let lines = stdout(&run(&["replay"]));
-    let times: Vec<f64> = lines.lines().filter_map(|line| line.get(..8)?.trim().parse().ok()).collect();
+    let times: Vec<f64> = lines
+        .lines()
+        .filter_map(|line| line.get(..8)?.trim().parse().ok())
+        .collect();
     assert!(times.len() > 10 && times.is_sorted(), "{times:?}");
     // An estimate of the whole slide comes after the slide's end, and is of a time before it.
     let at = |part: &str| lines.find(part).expect("a line");

@@ -29,9 +29,18 @@ fn emulate(input: &Input, keep_conversions: bool) -> (Outcome, Vec<Packet>) {
     emulate_with(input, Settings::DEFAULT, keep_conversions)
 }
 
-fn emulate_with(input: &Input, settings: Settings, keep_conversions: bool) -> (Outcome, Vec<Packet>) {
+fn emulate_with(
+    input: &Input,
+    settings: Settings,
+    keep_conversions: bool,
+) -> (Outcome, Vec<Packet>) {
     let elf = emulator::image::find().expect("an image");
-    let options = Options { keep_conversions, keep_serial: true, settings, ..Options::new(&elf) };
+    let options = Options {
+        keep_conversions,
+        keep_serial: true,
+        settings,
+        ..Options::new(&elf)
+    };
     let mut packets = Vec::new();
     let mut sink = |packet: &Packet| {
         packets.push(packet.clone());
@@ -57,9 +66,9 @@ fn replayed_with(input: &Input, settings: Settings) -> Vec<Packet> {
     packets
 }
 
-/// The events of each kind as they follow, but for the processor's load and stack and the chip's registers, which a
-/// pipeline on a PC does not have.
-/// Kinds may overtake each other: on the chip a fit takes a while, on the PC it is done at once.
+/// The events of each kind as they follow, but for the processor's load and stack and the chip's
+/// registers, which a pipeline on a PC does not have. Kinds may overtake each other: on the chip a
+/// fit takes a while, on the PC it is done at once.
 fn by_kind(packets: &[Packet]) -> [Vec<Event>; 13] {
     let mut kinds = [const { Vec::new() }; 13];
     for packet in packets {
@@ -93,27 +102,53 @@ fn assert_within_bars(what: &str, packets: &[Packet], outcome: &Outcome, truth: 
     // Scene time begins when the board starts the chip, device time with the first result.
     let zero_s = (outcome.first_edge_us - outcome.start_us) as f64 / 1e6;
     let scene_s = |t_us: u64| t_us as f64 / 1e6 + zero_s;
-    let (mut contacts, mut slides, mut estimates, mut holds) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let (mut contacts, mut slides, mut estimates, mut holds) =
+        (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for packet in packets {
         match &packet.event {
             Event::Contact(contact) => contacts.push(scene_s(contact.t_us)),
-            Event::Slide(slide) => slides.extend(slide.end_us.map(|end| (scene_s(slide.start_us), scene_s(end)))),
+            Event::Slide(slide) => slides.extend(
+                slide
+                    .end_us
+                    .map(|end| (scene_s(slide.start_us), scene_s(end))),
+            ),
             Event::Estimate(fit) if fit.span == Span::Slide => estimates.push(fit),
             Event::Image(image) => holds.push(image.hold),
             _ => {}
         }
     }
     assert_eq!(contacts.len(), 1, "{what}: {contacts:?}");
-    assert!((contacts[0] - truth.contact_s).abs() < 0.020, "{what}: contact at {contacts:?}, {truth:?}");
+    assert!(
+        (contacts[0] - truth.contact_s).abs() < 0.020,
+        "{what}: contact at {contacts:?}, {truth:?}"
+    );
     assert_eq!(slides.len(), 1, "{what}: {slides:?}");
-    assert!((slides[0].0 - truth.slide_start_s).abs() < 0.020, "{what}: {slides:?}, {truth:?}");
-    assert!((slides[0].1 - truth.slide_end_s).abs() < 0.020, "{what}: {slides:?}, {truth:?}");
+    assert!(
+        (slides[0].0 - truth.slide_start_s).abs() < 0.020,
+        "{what}: {slides:?}, {truth:?}"
+    );
+    assert!(
+        (slides[0].1 - truth.slide_end_s).abs() < 0.020,
+        "{what}: {slides:?}, {truth:?}"
+    );
     assert_eq!(holds, [Hold::BeforeSlide, Hold::AfterSlide], "{what}");
     assert_eq!(estimates.len(), 1, "{what}: {estimates:?}");
     let off = f64::from(estimates[0].frequency) / truth.frequency_hz - 1.0;
     assert_eq!(estimates[0].status, Status::Good, "{what}");
-    assert!(off.abs() < 0.002, "{what}: {} Hz, {truth:?}", estimates[0].frequency);
-    assert_eq!((outcome.counts.missing, outcome.counts.damaged, outcome.chip.lost), (0, 0, 0), "{what}");
+    assert!(
+        off.abs() < 0.002,
+        "{what}: {} Hz, {truth:?}",
+        estimates[0].frequency
+    );
+    assert_eq!(
+        (
+            outcome.counts.missing,
+            outcome.counts.damaged,
+            outcome.chip.lost
+        ),
+        (0, 0, 0),
+        "{what}"
+    );
 }
 
 /// All of `inputs`, two at a time.
@@ -149,91 +184,194 @@ fn all_of_table_2_within_its_bars_and_as_on_the_pc() {
         .collect();
     assert_eq!(scenes.len(), 40);
     for_all(&scenes, |scene| {
-        let what = format!("{} mm/s, {} mm, seed {}", scene.speed_mm_s, scene.period_mm, scene.seed);
+        let what = format!(
+            "{} mm/s, {} mm, seed {}",
+            scene.speed_mm_s, scene.period_mm, scene.seed
+        );
         let truth = SlidingScene::new(scene.clone()).expect("a scene").truth();
-        let input = Input { source: Source::Scene(scene.clone()), seed: scene.seed, ..Input::default() };
+        let input = Input {
+            source: Source::Scene(scene.clone()),
+            seed: scene.seed,
+            ..Input::default()
+        };
         let (outcome, packets) = emulate(&input, false);
         assert_within_bars(&what, &packets, &outcome, &truth);
-        assert_eq!(by_kind(&packets), by_kind(&replayed(&input)), "{what}: the PC gives other numbers");
+        assert_eq!(
+            by_kind(&packets),
+            by_kind(&replayed(&input)),
+            "{what}: the PC gives other numbers"
+        );
     });
 }
 
-/// The paper's gratings on the physical finger, 20 dB, windows of 1 s: spatial period within 1 %, speed within 1.5 %,
-/// the direction always right, without a given speed.
+/// The paper's gratings on the physical finger, 20 dB, windows of 1 s: spatial period within 1 %,
+/// speed within 1.5 %, the direction always right, without a given speed.
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn period_speed_and_direction_of_table_2_without_a_given_speed() {
     let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes");
-    let all: Vec<_> = (1..=10).flat_map(|number| [(number, false), (number, true)]).collect();
+    let all: Vec<_> = (1..=10)
+        .flat_map(|number| [(number, false), (number, true)])
+        .collect();
     for_all(&all, |&(number, reverse)| {
-        let scene = load_scene(scenes.join(format!("c{number}.toml")), frame_rate_hz()).expect("a scene");
+        let scene =
+            load_scene(scenes.join(format!("c{number}.toml")), frame_rate_hz()).expect("a scene");
         let seed = 500 + 2 * number + u64::from(reverse);
-        let scene = Sliding { snr_db: Some(20.0), seed, reverse, ..scene };
-        let input = Input { source: Source::Scene(scene.clone()), seed, ..Input::default() };
+        let scene = Sliding {
+            snr_db: Some(20.0),
+            seed,
+            reverse,
+            ..scene
+        };
+        let input = Input {
+            source: Source::Scene(scene.clone()),
+            seed,
+            ..Input::default()
+        };
         let (outcome, packets) = emulate(&input, false);
-        let towards = if reverse { Direction::Backward } else { Direction::Forward };
+        let towards = if reverse {
+            Direction::Backward
+        } else {
+            Direction::Forward
+        };
         let mut windows = 0;
         for packet in &packets {
-            let Event::Estimate(fit) = &packet.event else { continue };
+            let Event::Estimate(fit) = &packet.event else {
+                continue;
+            };
             let (travel, what) = (fit.travel, format!("c{number}, reverse {reverse}: {fit:?}"));
-            assert_eq!((travel.status, travel.direction), (TravelStatus::Unique, towards), "{what}");
-            assert!((f64::from(travel.spatial_period_mm) / scene.period_mm - 1.0).abs() < 0.01, "{what}");
-            assert!((f64::from(travel.speed_mm_s) / scene.speed_mm_s - 1.0).abs() < 0.015, "{what}");
+            assert_eq!(
+                (travel.status, travel.direction),
+                (TravelStatus::Unique, towards),
+                "{what}"
+            );
+            assert!(
+                (f64::from(travel.spatial_period_mm) / scene.period_mm - 1.0).abs() < 0.01,
+                "{what}"
+            );
+            assert!(
+                (f64::from(travel.speed_mm_s) / scene.speed_mm_s - 1.0).abs() < 0.015,
+                "{what}"
+            );
             windows += u32::from(fit.span == Span::Window);
         }
-        assert!(windows > 0 && (outcome.counts.missing, outcome.counts.damaged, outcome.chip.lost) == (0, 0, 0));
+        assert!(
+            windows > 0
+                && (
+                    outcome.counts.missing,
+                    outcome.counts.damaged,
+                    outcome.chip.lost
+                ) == (0, 0, 0)
+        );
         let [.., textures, _] = by_kind(&packets);
-        let Some(Event::Texture(texture)) = textures.first() else { panic!("c{number}: no texture") };
-        assert!((f64::from(texture.period_mm) / scene.period_mm - 1.0).abs() < 0.01, "c{number}: {texture:?}");
-        assert_eq!(by_kind(&packets), by_kind(&replayed(&input)), "c{number}: the PC gives other numbers");
+        let Some(Event::Texture(texture)) = textures.first() else {
+            panic!("c{number}: no texture")
+        };
+        assert!(
+            (f64::from(texture.period_mm) / scene.period_mm - 1.0).abs() < 0.01,
+            "c{number}: {texture:?}"
+        );
+        assert_eq!(
+            by_kind(&packets),
+            by_kind(&replayed(&input)),
+            "c{number}: the PC gives other numbers"
+        );
     });
 }
 
-/// What a finger feels, in windows of several lengths; M by the static image, which the plain scene has, and from the settings.
+/// What a finger feels, in windows of several lengths; M by the static image, which the plain scene
+/// has, and from the settings.
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn what_a_finger_feels_is_the_same_on_the_chip_and_on_the_pc() {
-    for_all(&[(1.0, 0.0), (0.5, 1.4), (2.0, 0.0)], |&(window_s, force_ratio)| {
-        let what = format!("windows of {window_s} s");
-        let feel = Feeling { volts_per_um: 2e-6, sigma_share: 0.1, force_ratio };
-        let settings = Settings { window_s, feel, ..Settings::DEFAULT };
-        let input = Input { source: Source::Scene(first_scene().expect("a scene")), ..Input::default() };
-        let (outcome, packets) = emulate_with(&input, settings, false);
-        // The emulated board greets with its own settings, and then takes these.
-        let [_, contacts, slides, estimates, .., feels, textures, _] = by_kind(&packets);
-        let [_, of_contacts, of_slides, of_estimates, .., expected, of_textures, _] =
-            by_kind(&replayed_with(&input, settings));
-        assert_eq!(feels, expected, "{what}: the PC gives other numbers");
-        assert_eq!(
-            (contacts, slides, &estimates, textures),
-            (of_contacts, of_slides, &of_estimates, of_textures),
-            "{what}"
-        );
-        let windows =
-            estimates.iter().filter(|event| matches!(event, Event::Estimate(fit) if fit.span == Span::Window));
-        assert!(!feels.is_empty() && feels.len() == windows.count(), "{what}: one with each window");
-        let fires = |event: &Event| match event {
-            Event::Feel(feel) => feel.per_hz[0].is_some_and(|found| found.value > 0.0) && feel.force_ratio.is_some(),
-            _ => false,
-        };
-        assert!(feels.iter().all(fires), "{what}: {feels:?}");
-        assert_eq!((outcome.counts.missing, outcome.counts.damaged, outcome.chip.lost), (0, 0, 0), "{what}");
-    });
+    for_all(
+        &[(1.0, 0.0), (0.5, 1.4), (2.0, 0.0)],
+        |&(window_s, force_ratio)| {
+            let what = format!("windows of {window_s} s");
+            let feel = Feeling {
+                volts_per_um: 2e-6,
+                sigma_share: 0.1,
+                force_ratio,
+            };
+            let settings = Settings {
+                window_s,
+                feel,
+                ..Settings::DEFAULT
+            };
+            let input = Input {
+                source: Source::Scene(first_scene().expect("a scene")),
+                ..Input::default()
+            };
+            let (outcome, packets) = emulate_with(&input, settings, false);
+            // The emulated board greets with its own settings, and then takes these.
+            let [_, contacts, slides, estimates, .., feels, textures, _] = by_kind(&packets);
+            let [
+                _,
+                of_contacts,
+                of_slides,
+                of_estimates,
+                ..,
+                expected,
+                of_textures,
+                _,
+            ] = by_kind(&replayed_with(&input, settings));
+            assert_eq!(feels, expected, "{what}: the PC gives other numbers");
+            assert_eq!(
+                (contacts, slides, &estimates, textures),
+                (of_contacts, of_slides, &of_estimates, of_textures),
+                "{what}"
+            );
+            let windows = estimates
+                .iter()
+                .filter(|event| matches!(event, Event::Estimate(fit) if fit.span == Span::Window));
+            assert!(
+                !feels.is_empty() && feels.len() == windows.count(),
+                "{what}: one with each window"
+            );
+            let fires = |event: &Event| match event {
+                Event::Feel(feel) => {
+                    feel.per_hz[0].is_some_and(|found| found.value > 0.0)
+                        && feel.force_ratio.is_some()
+                }
+                _ => false,
+            };
+            assert!(feels.iter().all(fires), "{what}: {feels:?}");
+            assert_eq!(
+                (
+                    outcome.counts.missing,
+                    outcome.counts.damaged,
+                    outcome.chip.lost
+                ),
+                (0, 0, 0),
+                "{what}"
+            );
+        },
+    );
 }
 
-/// Forces of displays while a grating slides over the finger, so seldom that no fit is longer than from one update to the next.
-/// The emulated board gets the display's settings when it has started, so the PC's first
-/// updates are more: without touch all pins rest.
+/// Forces of displays while a grating slides over the finger, so seldom that no fit is longer than
+/// from one update to the next. The emulated board gets the display's settings when it has started,
+/// so the PC's first updates are more: without touch all pins rest.
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn forces_of_pins_are_the_same_on_the_chip_and_on_the_pc() {
     let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes");
     for_all(&[(4, 20), (10, 10), (7, 8)], |&(side, rate_hz)| {
         let what = format!("{side} x {side} pins at {rate_hz} Hz");
-        let pins = PinDisplay { rate_hz, side, spacing_mm: 9.0 / f32::from(side), ..PinDisplay::DEFAULT };
-        let settings = Settings { pins, ..Settings::DEFAULT };
+        let pins = PinDisplay {
+            rate_hz,
+            side,
+            spacing_mm: 9.0 / f32::from(side),
+            ..PinDisplay::DEFAULT
+        };
+        let settings = Settings {
+            pins,
+            ..Settings::DEFAULT
+        };
         let input = Input {
-            source: Source::Scene(load_scene(scenes.join("c2.toml"), frame_rate_hz()).expect("a scene")),
+            source: Source::Scene(
+                load_scene(scenes.join("c2.toml"), frame_rate_hz()).expect("a scene"),
+            ),
             ..Input::default()
         };
         let (outcome, packets) = emulate_with(&input, settings, false);
@@ -243,10 +381,16 @@ fn forces_of_pins_are_the_same_on_the_chip_and_on_the_pc() {
             Event::Pins(pins) => (pins.t_us, pins.forces_n().collect::<Vec<_>>()),
             event => panic!("{what}: {event:?}"),
         };
-        let first = found.first().map(|event| forces(event).0).unwrap_or_else(|| panic!("{what}: no forces"));
+        let first = found
+            .first()
+            .map(|event| forces(event).0)
+            .unwrap_or_else(|| panic!("{what}: no forces"));
         expected.retain(|event| {
             let (t_us, forces_n) = forces(event);
-            assert!(t_us >= first || forces_n.iter().all(|n| *n == 0.0), "{what}: the board began too late");
+            assert!(
+                t_us >= first || forces_n.iter().all(|n| *n == 0.0),
+                "{what}: the board began too late"
+            );
             t_us >= first
         });
         assert_eq!(found.len(), expected.len(), "{what}: updates were left out");
@@ -255,19 +399,44 @@ fn forces_of_pins_are_the_same_on_the_chip_and_on_the_pc() {
         let all: Vec<_> = found.iter().map(forces).collect();
         let step_n = pins.slew_n_s / f32::from(rate_hz) + 1e-4;
         for pair in all.windows(2) {
-            assert!(pair[1].0 - pair[0].0 >= 990_000 / u64::from(rate_hz), "{what}: {pair:?}");
-            let steps = pair[1].1.iter().zip(&pair[0].1).map(|(now, before)| (now - before).abs());
+            assert!(
+                pair[1].0 - pair[0].0 >= 990_000 / u64::from(rate_hz),
+                "{what}: {pair:?}"
+            );
+            let steps = pair[1]
+                .1
+                .iter()
+                .zip(&pair[0].1)
+                .map(|(now, before)| (now - before).abs());
             assert!(steps.fold(0.0, f32::max) <= step_n, "{what}: {pair:?}");
         }
-        let most = all.iter().flat_map(|(_, forces_n)| forces_n).fold(0.0f32, |most, n| most.max(*n));
-        assert!(most > 0.1 && most <= pins.force_n + 1e-4, "{what}: {most} N");
-        assert!(all.last().is_some_and(|(_, forces_n)| forces_n.iter().all(|n| *n == 0.0)), "{what}: released");
-        assert_eq!((outcome.counts.missing, outcome.counts.damaged, outcome.chip.lost), (0, 0, 0), "{what}");
+        let most = all
+            .iter()
+            .flat_map(|(_, forces_n)| forces_n)
+            .fold(0.0f32, |most, n| most.max(*n));
+        assert!(
+            most > 0.1 && most <= pins.force_n + 1e-4,
+            "{what}: {most} N"
+        );
+        assert!(
+            all.last()
+                .is_some_and(|(_, forces_n)| forces_n.iter().all(|n| *n == 0.0)),
+            "{what}: released"
+        );
+        assert_eq!(
+            (
+                outcome.counts.missing,
+                outcome.counts.damaged,
+                outcome.chip.lost
+            ),
+            (0, 0, 0),
+            "{what}"
+        );
     });
 }
 
-/// The plain scenes from recordings, and one whose slide is longer than a window may be: of that the latest
-/// part is fitted.
+/// The plain scenes from recordings, and one whose slide is longer than a window may be: of that
+/// the latest part is fitted.
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn a_trace_is_the_same_on_the_chip_and_on_the_pc() {
@@ -276,23 +445,46 @@ fn a_trace_is_the_same_on_the_chip_and_on_the_pc() {
     let scenes: Vec<_> = combinations
         .iter()
         .zip(200..)
-        .map(|(&(speed_mm_s, period_mm), seed)| Sliding { speed_mm_s, period_mm, seed, ..Sliding::default() })
+        .map(|(&(speed_mm_s, period_mm), seed)| Sliding {
+            speed_mm_s,
+            period_mm,
+            seed,
+            ..Sliding::default()
+        })
         .collect();
     for_all(&scenes, |scene| {
         let path = folder.path().join(format!("{}.csv", scene.seed));
         let mut made = SlidingScene::new(scene.clone()).expect("a scene");
-        write_csv(&mut made, frame_rate_hz(), SLOT_S, std::fs::File::create(&path).expect("a file")).expect("a trace");
+        write_csv(
+            &mut made,
+            frame_rate_hz(),
+            SLOT_S,
+            std::fs::File::create(&path).expect("a file"),
+        )
+        .expect("a trace");
         let what = path.display().to_string();
         let samples = ridgetone_host::samples::Samples::file(&path).expect("a file");
-        let source = Source::Trace { samples, rate_hz: None, volts_per_unit: 1.0 };
-        let input = Input { source, ..Input::default() };
+        let source = Source::Trace {
+            samples,
+            rate_hz: None,
+            volts_per_unit: 1.0,
+        };
+        let input = Input {
+            source,
+            ..Input::default()
+        };
         let (outcome, packets) = emulate(&input, false);
         assert_within_bars(&what, &packets, &outcome, &made.truth());
-        assert_eq!(by_kind(&packets), by_kind(&replayed(&input)), "{what}: the PC gives other numbers");
+        assert_eq!(
+            by_kind(&packets),
+            by_kind(&replayed(&input)),
+            "{what}: the PC gives other numbers"
+        );
     });
 }
 
-/// The same with a physical finger, whose skin creeps; with no noise but the chip's a slide's end is known to a frame.
+/// The same with a physical finger, whose skin creeps; with no noise but the chip's a slide's end
+/// is known to a frame.
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn a_physical_finger_is_the_same_on_the_chip_and_on_the_pc() {
@@ -301,16 +493,27 @@ fn a_physical_finger_is_the_same_on_the_chip_and_on_the_pc() {
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../scenes/c{number}.toml"));
         let sliding = load_scene(file, frame_rate_hz()).expect("a scene");
         let truth = SlidingScene::new(sliding.clone()).expect("a scene").truth();
-        let input = Input { source: Source::Scene(sliding), ..Input::default() };
+        let input = Input {
+            source: Source::Scene(sliding),
+            ..Input::default()
+        };
         let (outcome, packets) = emulate(&input, false);
         assert_within_bars(&what, &packets, &outcome, &truth);
-        assert_eq!(by_kind(&packets), by_kind(&replayed(&input)), "{what}: the PC gives other numbers");
+        assert_eq!(
+            by_kind(&packets),
+            by_kind(&replayed(&input)),
+            "{what}: the PC gives other numbers"
+        );
         let end_us = packets.iter().find_map(|packet| match &packet.event {
             Event::Slide(slide) => slide.end_us,
             _ => None,
         });
-        let end_s = (end_us.expect("an end") + outcome.first_edge_us - outcome.start_us) as f64 / 1e6;
-        assert!((end_s - truth.slide_end_s).abs() < 0.005, "{what}: the slide ends at {end_s} s, {truth:?}");
+        let end_s =
+            (end_us.expect("an end") + outcome.first_edge_us - outcome.start_us) as f64 / 1e6;
+        assert!(
+            (end_s - truth.slide_end_s).abs() < 0.005,
+            "{what}: the slide ends at {end_s} s, {truth:?}"
+        );
     });
 }
 
@@ -322,7 +525,10 @@ fn two_runs_give_the_same_bytes() {
     assert!(!first.serial.is_empty());
     assert_eq!(first.serial, second.serial);
     assert!(matches!(packets[0].event, Event::Hello(_)));
-    assert_eq!((first.counts.missing, first.counts.damaged, first.chip.lost), (0, 0, 0));
+    assert_eq!(
+        (first.counts.missing, first.counts.damaged, first.chip.lost),
+        (0, 0, 0)
+    );
     assert_eq!(first.counts.received, packets.len() as u64);
     assert_eq!(first.conversions.len() as u64, first.conversions_served);
     assert!(second.conversions.is_empty());
@@ -341,18 +547,35 @@ fn a_minute_of_touches_is_as_right_at_its_end_as_at_its_beginning() {
 #[ignore = "needs the emulator: cargo xtask test"]
 fn the_readme_shows_what_the_demo_gives() {
     let elf = emulator::image::find().expect("an image");
-    let demo = demo::run(first_scene().expect("a scene"), Options::new(&elf), &mut |_, _| {}).expect("a demo");
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace");
+    let demo = demo::run(
+        first_scene().expect("a scene"),
+        Options::new(&elf),
+        &mut |_, _| {},
+    )
+    .expect("a demo");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .parent()
+        .expect("the workspace");
     let picture = root.join("docs/demo.svg");
     if std::env::var_os("RIDGETONE_OVERWRITE").is_some() {
         std::fs::write(&picture, demo.svg()).expect("docs/demo.svg");
     }
-    assert!(std::fs::read_to_string(&picture).expect("docs/demo.svg") == demo.svg(), "docs/demo.svg is not the demo's");
+    assert!(
+        std::fs::read_to_string(&picture).expect("docs/demo.svg") == demo.svg(),
+        "docs/demo.svg is not the demo's"
+    );
     let readme = std::fs::read_to_string(root.join("README.md")).expect("README.md");
     let moving = std::fs::read_to_string(root.join("docs/monitor.svg")).expect("docs/monitor.svg");
-    assert!(readme.contains("docs/monitor.svg") && moving.len() < 1_000_000, "{} bytes", moving.len());
+    assert!(
+        readme.contains("docs/monitor.svg") && moving.len() < 1_000_000,
+        "{} bytes",
+        moving.len()
+    );
     // What stays on the screen after the touch: the slide's tone.
-    assert!(moving.contains("slide 4.16666"), "docs/monitor.svg is not of this touch: cargo xtask pictures");
+    assert!(
+        moving.contains("slide 4.16666"),
+        "docs/monitor.svg is not of this touch: cargo xtask pictures"
+    );
     for line in demo.to_string().lines() {
         // The load depends on the compiler's version by a fraction of a percent.
         if !line.starts_with("processor load") {
@@ -360,5 +583,9 @@ fn the_readme_shows_what_the_demo_gives() {
         }
     }
     let plain = demo::run(Sliding::default(), Options::new(&elf), &mut |_, _| {}).expect("a demo");
-    assert!((0.03..0.10).contains(&plain.load()), "load {}", plain.load());
+    assert!(
+        (0.03..0.10).contains(&plain.load()),
+        "load {}",
+        plain.load()
+    );
 }

@@ -1,5 +1,6 @@
-//! An hour and a quarter of virtual time on the emulated chip: the board's microseconds wrap in it. Takes long, so nothing runs it but
-//! you: `cargo test -p ridgetone-host --test emulated_hour -- --ignored --nocapture`, after `cargo xtask firmware`.
+//! An hour and a quarter of virtual time on the emulated chip: the board's microseconds wrap in it.
+//! Takes long, so nothing runs it but you: `cargo test -p ridgetone-host --test emulated_hour --
+//! --ignored --nocapture`, after `cargo xtask firmware`.
 #![cfg(target_os = "linux")]
 
 #[path = "common/steady.rs"]

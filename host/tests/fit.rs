@@ -6,7 +6,9 @@ use common::{assert_one_line, directory, file, json_lines, run, stderr, stdout, 
 use serde_json::Value;
 
 fn number(object: &Value, name: &str) -> f64 {
-    object[name].as_f64().unwrap_or_else(|| panic!("{name} in {object}"))
+    object[name]
+        .as_f64()
+        .unwrap_or_else(|| panic!("{name} in {object}"))
 }
 
 fn fit(arguments: &[&str]) -> Value {
@@ -21,10 +23,16 @@ fn frequency_amplitudes_and_phases_are_found() {
     let folder = directory();
     let path = file(folder.path(), "tone.csv", &tone(16, 1000, 241.0, 8.0, 0.0));
     let found = fit(&[text(&path)]);
-    assert_eq!((found["type"].as_str(), found["status"].as_str()), (Some("fit"), Some("good")));
+    assert_eq!(
+        (found["type"].as_str(), found["status"].as_str()),
+        (Some("fit"), Some("good"))
+    );
     assert_eq!(found["file"].as_str(), Some(text(&path)));
     let (frequency_hz, sigma_hz) = (number(&found, "frequency_hz"), number(&found, "sigma_hz"));
-    assert!((frequency_hz - 8.0).abs() < 4.0 * sigma_hz && sigma_hz < 1e-3, "{frequency_hz} {sigma_hz}");
+    assert!(
+        (frequency_hz - 8.0).abs() < 4.0 * sigma_hz && sigma_hz < 1e-3,
+        "{frequency_hz} {sigma_hz}"
+    );
     assert!((number(&found, "rate_hz") - 241.0).abs() < 1e-3);
     assert!((number(&found, "window_s") - 1000.0 / 241.0).abs() < 1e-4);
     assert_eq!(found["harmonics"].as_u64(), Some(2));
@@ -36,8 +44,12 @@ fn frequency_amplitudes_and_phases_are_found() {
         assert_eq!(channel["name"].as_str(), Some(format!("c{c}").as_str()));
         assert!((number(channel, "offset") - (100.0 + 10.0 * c as f64)).abs() < 0.02);
         assert!((number(channel, "amplitude") - (1.0 + 0.1 * c as f64)).abs() < 0.02);
-        let phase = std::f64::consts::TAU * 8.0 * centre_s + c as f64 - number(channel, "phase_rad");
-        assert!(phase.sin().abs() < 0.02 && phase.cos() > 0.0, "channel {c}: {phase}");
+        let phase =
+            std::f64::consts::TAU * 8.0 * centre_s + c as f64 - number(channel, "phase_rad");
+        assert!(
+            phase.sin().abs() < 0.02 && phase.cos() > 0.0,
+            "channel {c}: {phase}"
+        );
         // Noise of 0.2 peak to peak, evenly spread.
         assert!((number(channel, "residual") - 0.2 / 12f64.sqrt()).abs() < 0.005);
     }
@@ -53,7 +65,9 @@ fn the_unit_does_not_matter() {
         for line in lines {
             let mut fields = line.split(',');
             csv += &format!("\n{}", fields.next().unwrap());
-            fields.for_each(|field| csv += &format!(",{:e}", field.parse::<f64>().unwrap() * factor + offset));
+            fields.for_each(|field| {
+                csv += &format!(",{:e}", field.parse::<f64>().unwrap() * factor + offset)
+            });
         }
         let path = file(folder.path(), "scaled.csv", &csv);
         fit(&[text(&path)])
@@ -61,7 +75,10 @@ fn the_unit_does_not_matter() {
     let (plain, tiny, large) = (scaled(1.0, 0.0), scaled(1e-9, 0.0), scaled(1e6, 1e10));
     for other in [&tiny, &large] {
         let difference_hz = number(&plain, "frequency_hz") - number(other, "frequency_hz");
-        assert!(difference_hz.abs() < 0.1 * number(&plain, "sigma_hz"), "{difference_hz}");
+        assert!(
+            difference_hz.abs() < 0.1 * number(&plain, "sigma_hz"),
+            "{difference_hz}"
+        );
     }
     assert!((number(&tiny["channels"][1], "amplitude") * 1e9 - 1.1).abs() < 0.02);
     assert!((number(&large["channels"][1], "offset") - 1.011e10).abs() < 0.02e6);
@@ -75,8 +92,14 @@ fn jitter_of_the_stamps_and_missing_rows_are_harmless() {
     rows.drain(301..304);
     let path = file(folder.path(), "jitter.csv", &rows.join("\n"));
     let found = fit(&[text(&path)]);
-    assert!((number(&found, "frequency_hz") / 0.5 - 1.0).abs() < 1e-3, "{found}");
-    assert_eq!((found["rows"].as_u64(), found["rows_missing"].as_u64()), (Some(897), Some(3)));
+    assert!(
+        (number(&found, "frequency_hz") / 0.5 - 1.0).abs() < 1e-3,
+        "{found}"
+    );
+    assert_eq!(
+        (found["rows"].as_u64(), found["rows_missing"].as_u64()),
+        (Some(897), Some(3))
+    );
 }
 
 #[test]
@@ -85,10 +108,23 @@ fn a_part_of_the_time_and_of_the_columns() {
     let path = file(folder.path(), "tone.csv", &tone(20, 1000, 100.0, 4.0, 0.0));
     let output = run(&["fit", text(&path)]);
     assert_one_line(&output, 1, &["20 channels", "--columns"]);
-    let found = fit(&[text(&path), "--columns", "c7,c3", "--from", "2", "--to", "5.5"]);
+    let found = fit(&[
+        text(&path),
+        "--columns",
+        "c7,c3",
+        "--from",
+        "2",
+        "--to",
+        "5.5",
+    ]);
     assert!((number(&found, "frequency_hz") - 4.0).abs() < 0.01);
     assert_eq!(found["rows"].as_u64(), Some(351));
-    let names: Vec<&str> = found["channels"].as_array().unwrap().iter().filter_map(|c| c["name"].as_str()).collect();
+    let names: Vec<&str> = found["channels"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter_map(|c| c["name"].as_str())
+        .collect();
     assert_eq!(names, ["c7", "c3"]);
 }
 
@@ -96,9 +132,16 @@ fn a_part_of_the_time_and_of_the_columns() {
 fn without_time_the_rate_is_given() {
     let folder = directory();
     let table = tone(2, 500, 50.0, 2.0, 0.0);
-    let without: Vec<&str> = table.lines().map(|line| line.split_once(',').unwrap().1).collect();
+    let without: Vec<&str> = table
+        .lines()
+        .map(|line| line.split_once(',').unwrap().1)
+        .collect();
     let path = file(folder.path(), "no_time.csv", &without.join("\n"));
-    assert_one_line(&run(&["fit", text(&path)]), 1, &["no_time.csv", "time_s", "--rate"]);
+    assert_one_line(
+        &run(&["fit", text(&path)]),
+        1,
+        &["no_time.csv", "time_s", "--rate"],
+    );
     let found = fit(&[text(&path), "--rate", "50", "--from", "1", "--to", "9"]);
     assert!((number(&found, "frequency_hz") - 2.0).abs() < 0.01);
     assert_eq!(found["rows"].as_u64(), Some(401));
@@ -116,7 +159,10 @@ fn what_cannot_be_used_is_listed_as_such() {
     let found = fit(&[text(&path)]);
     let channels = found["channels"].as_array().unwrap();
     assert_eq!(channels[2]["name"].as_str(), Some("stuck"));
-    assert_eq!((&channels[0]["usable"], &channels[2]["usable"]), (&Value::Bool(true), &Value::Bool(false)));
+    assert_eq!(
+        (&channels[0]["usable"], &channels[2]["usable"]),
+        (&Value::Bool(true), &Value::Bool(false))
+    );
     assert!(channels[2]["amplitude"].is_null());
 }
 
@@ -128,7 +174,11 @@ fn noise_alone_has_no_frequency() {
     assert_eq!(found["status"].as_str(), Some("no_tone"));
     assert!(found["frequency_hz"].is_null() && found["sigma_hz"].is_null());
     let output = run(&["fit", text(&path)]);
-    assert!(output.status.success() && stdout(&output).contains("no_tone"), "{}", stderr(&output));
+    assert!(
+        output.status.success() && stdout(&output).contains("no_tone"),
+        "{}",
+        stderr(&output)
+    );
 }
 
 #[test]
@@ -137,9 +187,15 @@ fn a_table_for_people() {
     let path = file(folder.path(), "tone.csv", &tone(2, 500, 100.0, 5.0, 0.0));
     let output = run(&["fit", text(&path), "--harmonics", "1"]);
     let lines = stdout(&output);
-    for name in
-        ["frequency_hz", "sigma_hz", "status        good", "harmonics     1", "window_s", "rows          500", "c1"]
-    {
+    for name in [
+        "frequency_hz",
+        "sigma_hz",
+        "status        good",
+        "harmonics     1",
+        "window_s",
+        "rows          500",
+        "c1",
+    ] {
         assert!(lines.contains(name), "{name}: {lines}");
     }
 }
@@ -151,6 +207,9 @@ fn a_rate_against_the_stamps_is_reported() {
     let output = run(&["fit", text(&path), "--rate", "50", "--json"]);
     assert!(output.status.success());
     let printed = common::stderr(&output);
-    assert!(printed.contains("--rate 50 Hz") && printed.contains("100.0000 Hz"), "{printed}");
+    assert!(
+        printed.contains("--rate 50 Hz") && printed.contains("100.0000 Hz"),
+        "{printed}"
+    );
     assert!(common::stderr(&run(&["fit", text(&path), "--rate", "100"])).is_empty());
 }

@@ -13,10 +13,14 @@ use std::process::Stdio;
 /// A board's end of a line, and the name of the other end.
 fn pty() -> (File, String) {
     // Not for the command: as long as it had this end too, the board would never be gone.
-    let end = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).expect("a terminal");
+    let end =
+        openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).expect("a terminal");
     grantpt(&end).expect("granted");
     unlockpt(&end).expect("unlocked");
-    let name = ptsname(&end, Vec::new()).expect("a name").into_string().expect("ASCII");
+    let name = ptsname(&end, Vec::new())
+        .expect("a name")
+        .into_string()
+        .expect("ASCII");
     (File::from(end), name)
 }
 
@@ -31,14 +35,23 @@ fn telemetry_is_printed_as_json_and_a_disconnection_is_reported() {
         .expect("the command runs");
     let mut messages = BufReader::new(child.stderr.take().expect("a pipe")).lines();
     let mut out = BufReader::new(child.stdout.take().expect("a pipe")).lines();
-    let next = |lines: &mut dyn Iterator<Item = std::io::Result<String>>| lines.next().expect("a line").expect("UTF-8");
+    let next = |lines: &mut dyn Iterator<Item = std::io::Result<String>>| {
+        lines.next().expect("a line").expect("UTF-8")
+    };
     assert_eq!(next(&mut messages), format!("ridgetone: {name}: open"));
 
     // The middle of a frame first, as when a board has been running for long.
     board.write_all(&[17, 4, 0]).expect("written");
     for sequence in [7, 8, 11] {
-        let contact = Contact { t_us: 1_500_000 + u64::from(sequence), taxel: 3, height_v: 0.02 };
-        let packet = Packet { sequence, event: Event::Contact(contact) };
+        let contact = Contact {
+            t_us: 1_500_000 + u64::from(sequence),
+            taxel: 3,
+            height_v: 0.02,
+        };
+        let packet = Packet {
+            sequence,
+            event: Event::Contact(contact),
+        };
         let mut wire = [0; WIRE_MAX];
         let used = encode(&packet, &mut wire).expect("it fits");
         board.write_all(&wire[..used]).expect("written");
@@ -48,14 +61,31 @@ fn telemetry_is_printed_as_json_and_a_disconnection_is_reported() {
         assert_eq!(begin, &expected[..expected.len() - 1]);
         let object: serde_json::Value = serde_json::from_str(&line).expect("JSON");
         let second = |name: &str| object[name].as_f64().expect("a time");
-        assert!(beside.starts_with(",\"received_utc_s\":") && second("utc_s") <= second("received_utc_s"), "{line}");
-        let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).expect("a clock").as_secs_f64();
-        assert!((now - second("received_utc_s")).abs() < 10.0 && second("utc_sigma_s") > 0.0, "{line}");
+        assert!(
+            beside.starts_with(",\"received_utc_s\":")
+                && second("utc_s") <= second("received_utc_s"),
+            "{line}"
+        );
+        let now = std::time::SystemTime::now()
+            .duration_since(std::time::UNIX_EPOCH)
+            .expect("a clock")
+            .as_secs_f64();
+        assert!(
+            (now - second("received_utc_s")).abs() < 10.0 && second("utc_sigma_s") > 0.0,
+            "{line}"
+        );
     }
-    assert_eq!(next(&mut messages), "ridgetone: 2 packets lost, 1 damaged so far");
+    assert_eq!(
+        next(&mut messages),
+        "ridgetone: 2 packets lost, 1 damaged so far"
+    );
     drop(board);
     let gone = next(&mut messages);
-    assert!(gone.starts_with(&format!("ridgetone: {name}: ")) && gone.ends_with("; waiting for the board"), "{gone}");
+    assert!(
+        gone.starts_with(&format!("ridgetone: {name}: "))
+            && gone.ends_with("; waiting for the board"),
+        "{gone}"
+    );
     assert!(child.try_wait().expect("a child").is_none(), "it waits");
     child.kill().expect("killed");
     child.wait().expect("ended");
@@ -65,16 +95,25 @@ fn telemetry_is_printed_as_json_and_a_disconnection_is_reported() {
 #[test]
 fn damage_without_end_is_reported() {
     let (mut board, name) = pty();
-    let mut child =
-        common::ridgetone().args(["listen", "--port", &name]).stderr(Stdio::piped()).spawn().expect("the command runs");
+    let mut child = common::ridgetone()
+        .args(["listen", "--port", &name])
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the command runs");
     let mut messages = BufReader::new(child.stderr.take().expect("a pipe")).lines();
-    assert_eq!(messages.next().expect("a line").expect("UTF-8"), format!("ridgetone: {name}: open"));
+    assert_eq!(
+        messages.next().expect("a line").expect("UTF-8"),
+        format!("ridgetone: {name}: open")
+    );
     for _ in 0..30 {
         board.write_all(&[17, 4, 33, 0]).expect("written");
         std::thread::sleep(std::time::Duration::from_millis(50));
     }
     let last = messages.next().expect("a line").expect("UTF-8");
-    assert!(last.starts_with("ridgetone: 0 packets lost, ") && last.ends_with(" damaged so far"), "{last}");
+    assert!(
+        last.starts_with("ridgetone: 0 packets lost, ") && last.ends_with(" damaged so far"),
+        "{last}"
+    );
     child.kill().expect("killed");
     child.wait().expect("ended");
 }
@@ -83,7 +122,11 @@ fn damage_without_end_is_reported() {
 fn a_board_that_is_not_there_is_reported_on_one_line() {
     let folder = common::directory();
     let name = folder.path().join("none");
-    common::assert_one_line(&common::run(&["listen", "--port", common::text(&name)]), 1, &[common::text(&name)]);
+    common::assert_one_line(
+        &common::run(&["listen", "--port", common::text(&name)]),
+        1,
+        &[common::text(&name)],
+    );
     let nobody = common::run(&["listen", "--usb-serial", "no such number"]);
     common::assert_one_line(&nobody, 1, &["port"]);
     common::assert_one_line(&common::run(&["listen"]), 2, &["--port", "--usb-serial"]);

@@ -12,7 +12,13 @@ use std::process::Output;
 use std::time::{Duration, Instant};
 
 /// An ELF file of this architecture with this symbol and this text in it.
-fn elf(folder: &Path, name: &str, architecture: Architecture, symbol: &str, content: &[u8]) -> PathBuf {
+fn elf(
+    folder: &Path,
+    name: &str,
+    architecture: Architecture,
+    symbol: &str,
+    content: &[u8],
+) -> PathBuf {
     let mut object = Object::new(BinaryFormat::Elf, architecture, Endianness::Little);
     let section = object.section_id(StandardSection::Text);
     object.append_section_data(section, content, 4);
@@ -33,10 +39,17 @@ fn elf(folder: &Path, name: &str, architecture: Architecture, symbol: &str, cont
 
 /// One that passes for the firmware.
 fn firmware(folder: &Path) -> PathBuf {
-    elf(folder, "firmware.elf", Architecture::Arm, "EXTI4", b"....spi.request\0")
+    elf(
+        folder,
+        "firmware.elf",
+        Architecture::Arm,
+        "EXTI4",
+        b"....spi.request\0",
+    )
 }
 
-/// Runs `emulate` with a script for an emulator, in a temporary folder of its own that must be empty afterwards.
+/// Runs `emulate` with a script for an emulator, in a temporary folder of its own that must be
+/// empty afterwards.
 fn emulate_with(script: &str, arguments: &[&str]) -> Output {
     let folder = directory();
     let (bin, temporary) = (folder.path().join("bin"), folder.path().join("tmp"));
@@ -46,14 +59,26 @@ fn emulate_with(script: &str, arguments: &[&str]) -> Output {
     std::fs::set_permissions(&fake, std::fs::Permissions::from_mode(0o755)).unwrap();
     let (svg, serial) = (folder.path().join("run.svg"), folder.path().join("run.bin"));
     let output = ridgetone()
-        .args(["emulate", "--elf", text(&firmware(folder.path())), "--svg", text(&svg), "--serial-out", text(&serial)])
+        .args([
+            "emulate",
+            "--elf",
+            text(&firmware(folder.path())),
+            "--svg",
+            text(&svg),
+            "--serial-out",
+            text(&serial),
+        ])
         .args(arguments)
         .env("PATH", &bin)
         .env("TMPDIR", &temporary)
         .output()
         .unwrap();
     assert!(!svg.exists() && !serial.exists(), "half-written");
-    assert_eq!(std::fs::read_dir(&temporary).unwrap().count(), 0, "a temporary folder is left");
+    assert_eq!(
+        std::fs::read_dir(&temporary).unwrap().count(),
+        0,
+        "a temporary folder is left"
+    );
     output
 }
 
@@ -66,13 +91,43 @@ fn images_that_are_not_ours() {
         1,
         &["none.elf", "no such firmware image", "cargo xtask firmware"],
     );
-    assert_one_line(&emulate(&file(folder.path(), "text.elf", "not an ELF")), 1, &["text.elf", "not an ELF"]);
-    let foreign = elf(folder.path(), "pc.elf", Architecture::X86_64, "EXTI4", b"spi.request\0");
+    assert_one_line(
+        &emulate(&file(folder.path(), "text.elf", "not an ELF")),
+        1,
+        &["text.elf", "not an ELF"],
+    );
+    let foreign = elf(
+        folder.path(),
+        "pc.elf",
+        Architecture::X86_64,
+        "EXTI4",
+        b"spi.request\0",
+    );
     assert_one_line(&emulate(&foreign), 1, &["pc.elf", "ARM"]);
-    let other = elf(folder.path(), "other.elf", Architecture::Arm, "main", b"spi.request\0");
-    assert_one_line(&emulate(&other), 1, &["other.elf", "not Ridgetone's firmware"]);
-    let board = elf(folder.path(), "board.elf", Architecture::Arm, "EXTI4", b"no bridge");
-    assert_one_line(&emulate(&board), 1, &["board.elf", "emulator", "cargo xtask firmware"]);
+    let other = elf(
+        folder.path(),
+        "other.elf",
+        Architecture::Arm,
+        "main",
+        b"spi.request\0",
+    );
+    assert_one_line(
+        &emulate(&other),
+        1,
+        &["other.elf", "not Ridgetone's firmware"],
+    );
+    let board = elf(
+        folder.path(),
+        "board.elf",
+        Architecture::Arm,
+        "EXTI4",
+        b"no bridge",
+    );
+    assert_one_line(
+        &emulate(&board),
+        1,
+        &["board.elf", "emulator", "cargo xtask firmware"],
+    );
     let cut = std::fs::read(firmware(folder.path())).unwrap();
     let half = folder.path().join("half.elf");
     std::fs::write(&half, &cut[..cut.len() / 2]).unwrap();
@@ -83,16 +138,35 @@ fn images_that_are_not_ours() {
 fn no_emulator_installed() {
     let folder = directory();
     let image = firmware(folder.path());
-    let output = ridgetone().args(["emulate", "--elf", text(&image)]).env("PATH", folder.path()).output().unwrap();
-    assert_one_line(&output, 1, &["qemu-system-arm is not installed", "cargo xtask setup"]);
+    let output = ridgetone()
+        .args(["emulate", "--elf", text(&image)])
+        .env("PATH", folder.path())
+        .output()
+        .unwrap();
+    assert_one_line(
+        &output,
+        1,
+        &["qemu-system-arm is not installed", "cargo xtask setup"],
+    );
 }
 
 #[test]
 fn an_emulator_that_fails_at_once() {
-    let output = emulate_with("echo 'first trouble' >&2; echo 'last trouble' >&2; exit 1", &[]);
-    assert_one_line(&output, 1, &["qemu-system-arm failed", "exit status: 1", "last trouble"]);
+    let output = emulate_with(
+        "echo 'first trouble' >&2; echo 'last trouble' >&2; exit 1",
+        &[],
+    );
+    assert_one_line(
+        &output,
+        1,
+        &["qemu-system-arm failed", "exit status: 1", "last trouble"],
+    );
     assert_one_line(&emulate_with("exit 0", &[]), 1, &["left before the end"]);
-    assert_one_line(&emulate_with("echo 'at main.rs:1' >&2; exit 101", &[]), 1, &["panicked", "main.rs"]);
+    assert_one_line(
+        &emulate_with("echo 'at main.rs:1' >&2; exit 101", &[]),
+        1,
+        &["panicked", "main.rs"],
+    );
 }
 
 #[test]
@@ -112,7 +186,10 @@ fn an_emulator_that_is_killed() {
 
 #[test]
 fn an_emulator_that_speaks_nonsense() {
-    let output = emulate_with(r"printf '\377\377\377\377\377\377\377\377' > spi.request; /bin/sleep 600", &[]);
+    let output = emulate_with(
+        r"printf '\377\377\377\377\377\377\377\377' > spi.request; /bin/sleep 600",
+        &[],
+    );
     assert_one_line(&output, 1, &["bridge"]);
 }
 

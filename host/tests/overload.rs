@@ -1,5 +1,5 @@
-//! Overload on the emulated chip: acquisition waits for nobody, and what falls by the wayside is counted, exactly.
-//! `cargo xtask test` builds the image and runs these.
+//! Overload on the emulated chip: acquisition waits for nobody, and what falls by the wayside is
+//! counted, exactly. `cargo xtask test` builds the image and runs these.
 #![cfg(target_os = "linux")]
 
 use hal_mock::Sliding;
@@ -7,17 +7,27 @@ use ridgetone_host::emulator::{self, Options, Outcome};
 use ridgetone_host::input::{Input, Source};
 use ridgetone_proto::telemetry::{Event, Health, Packet};
 
-/// Clock of a simulated chip whose scan, made for 15.72864 MHz and 5064 conversions a second, makes 23,739 of them: the
-/// most that the real one does by any setting (SBAS297G: 16 MHz, DRATE 3, no delay). No real chip bears this clock.
+/// Clock of a simulated chip whose scan, made for 15.72864 MHz and 5064 conversions a second, makes
+/// 23,739 of them: the most that the real one does by any setting (SBAS297G: 16 MHz, DRATE 3, no
+/// delay). No real chip bears this clock.
 const FAST_CLOCK_HZ: u32 = 73_734_000;
 
-/// Runs the default scene, which such a clock does not make any shorter, and gives the last `health` too.
-fn run(clock_hz: Option<u32>, change: impl FnOnce(&mut Options<'_>)) -> (Outcome, Vec<Packet>, Health) {
+/// Runs the default scene, which such a clock does not make any shorter, and gives the last
+/// `health` too.
+fn run(
+    clock_hz: Option<u32>,
+    change: impl FnOnce(&mut Options<'_>),
+) -> (Outcome, Vec<Packet>, Health) {
     let elf = emulator::image::find().expect("an image");
     let mut options = Options::new(&elf);
     change(&mut options);
     let source = Source::Scene(Sliding::default());
-    let mut input = Input { source, ..Input::default() }.open().expect("an input");
+    let mut input = Input {
+        source,
+        ..Input::default()
+    }
+    .open()
+    .expect("an input");
     if let Some(clock_hz) = clock_hz {
         input.options.clock_hz = clock_hz;
     }
@@ -35,27 +45,47 @@ fn run(clock_hz: Option<u32>, change: impl FnOnce(&mut Options<'_>)) -> (Outcome
     (outcome, packets, health)
 }
 
-/// Every conversion that the chip made was read or is reported as lost; every packet that was numbered arrived or is
-/// reported as dropped.
+/// Every conversion that the chip made was read or is reported as lost; every packet that was
+/// numbered arrived or is reported as dropped.
 fn assert_accounted(what: &str, outcome: &Outcome, packets: &[Packet], health: &Health) {
     let (made, read) = (outcome.chip.conversions, outcome.chip.read);
     let lost = u64::from(health.conversions_lost);
-    assert_eq!(outcome.arrived + outcome.read_once, read, "{what}: the bus damages nothing");
-    assert!(made - read <= lost + 1, "{what}: {made} made, {read} read, {lost} reported as lost");
-    // What was read is in a frame, or reported as lost: dropped because the queue was full. The last scan may not be over.
+    assert_eq!(
+        outcome.arrived + outcome.read_once,
+        read,
+        "{what}: the bus damages nothing"
+    );
+    assert!(
+        made - read <= lost + 1,
+        "{what}: {made} made, {read} read, {lost} reported as lost"
+    );
+    // What was read is in a frame, or reported as lost: dropped because the queue was full. The
+    // last scan may not be over.
     let slots = 21;
     let framed = u64::from(health.frames) * slots;
-    assert!(framed + lost + slots > made, "{what}: {made} made, {} frames, {lost} reported as lost", health.frames);
-    // Numbers begin at zero: what is missing before the first packet the decoder cannot know, for it may listen in late.
+    assert!(
+        framed + lost + slots > made,
+        "{what}: {made} made, {} frames, {lost} reported as lost",
+        health.frames
+    );
+    // Numbers begin at zero: what is missing before the first packet the decoder cannot know, for
+    // it may listen in late.
     let missing = outcome.counts.missing + u32::from(packets.first().expect("a packet").sequence);
-    // Interrupts on top of a fit are deepest where there is too much to do; a kilobyte is left for what these runs do not meet.
+    // Interrupts on top of a fit are deepest where there is too much to do; a kilobyte is left for
+    // what these runs do not meet.
     let (used, size) = (health.stack_used_bytes, health.stack_bytes);
     // A processor that is never idle does not measure it.
     let is_never_idle = size == 0 && health.load == 0.0;
-    assert!(is_never_idle || used + 1024 <= size, "{what}: {used} of {size} bytes of the stack");
+    assert!(
+        is_never_idle || used + 1024 <= size,
+        "{what}: {used} of {size} bytes of the stack"
+    );
     // What was dropped for the sake of that `health`, or later, it cannot know.
     let unknown = missing.checked_sub(health.messages_dropped);
-    assert!(unknown.is_some_and(|unknown| unknown <= 3) && outcome.counts.damaged == 0, "{what}: {missing} {health:?}");
+    assert!(
+        unknown.is_some_and(|unknown| unknown <= 3) && outcome.counts.damaged == 0,
+        "{what}: {missing} {health:?}"
+    );
 }
 
 #[test]
@@ -78,17 +108,24 @@ fn at_the_chips_top_speed_every_loss_is_reported() {
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn a_fit_too_slow_for_the_hop_costs_hops() {
-    // 16 ns an instruction, half the usual speed, and hops of 60 frames in 53 ms in place of 0.25 s.
+    // 16 ns an instruction, half the usual speed, and hops of 60 frames in 53 ms in place of 0.25
+    // s.
     let (outcome, packets, health) = run(Some(FAST_CLOCK_HZ), |options| options.icount_shift = 4);
     assert_accounted("slow fit", &outcome, &packets, &health);
     assert!(health.hops_skipped > 0, "{health:?}");
-    assert!(packets.iter().any(|packet| matches!(packet.event, Event::Estimate(_))), "some hops are fitted");
+    assert!(
+        packets
+            .iter()
+            .any(|packet| matches!(packet.event, Event::Estimate(_))),
+        "some hops are fitted"
+    );
 }
 
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn a_processor_too_slow_for_the_scan_reports_every_loss() {
-    // 32 ns an instruction, a quarter of the usual speed: half of the conversions find the queue full.
+    // 32 ns an instruction, a quarter of the usual speed: half of the conversions find the queue
+    // full.
     let (outcome, packets, health) = run(Some(FAST_CLOCK_HZ), |options| options.icount_shift = 5);
     assert_accounted("slow processor", &outcome, &packets, &health);
     assert!(health.conversions_lost > 1000, "{health:?}");
@@ -98,11 +135,19 @@ fn a_processor_too_slow_for_the_scan_reports_every_loss() {
 #[ignore = "needs the emulator: cargo xtask test"]
 fn a_blocked_line_costs_the_oldest_telemetry_and_no_conversion() {
     let (from_s, until_s) = (0.2, 4.2);
-    let (outcome, packets, health) = run(None, |options| options.line_blocked_s = Some((from_s, until_s)));
+    let (outcome, packets, health) = run(None, |options| {
+        options.line_blocked_s = Some((from_s, until_s))
+    });
     assert_accounted("blocked line", &outcome, &packets, &health);
     assert_eq!((outcome.chip.lost, health.conversions_lost), (0, 0));
-    assert!(health.messages_dropped > 0 && outcome.counts.missing == health.messages_dropped, "{health:?}");
+    assert!(
+        health.messages_dropped > 0 && outcome.counts.missing == health.messages_dropped,
+        "{health:?}"
+    );
     // The newest arrived when the line was free again, in one gap.
-    let gaps = packets.windows(2).filter(|pair| pair[1].sequence.wrapping_sub(pair[0].sequence) > 1).count();
+    let gaps = packets
+        .windows(2)
+        .filter(|pair| pair[1].sequence.wrapping_sub(pair[0].sequence) > 1)
+        .count();
     assert_eq!(gaps, 1);
 }

@@ -1,5 +1,5 @@
-//! `record`, `replay`, `export`, `monitor`, `ports` and `settings` without an emulator: at a pseudo-terminal, and on
-//! recordings.
+//! `record`, `replay`, `export`, `monitor`, `ports` and `settings` without an emulator: at a
+//! pseudo-terminal, and on recordings.
 #![cfg(target_os = "linux")]
 
 mod common;
@@ -18,7 +18,15 @@ use terminal::Terminal;
 /// The bytes of the default scene's telemetry.
 fn telemetry() -> Vec<u8> {
     let input = Input::default().open().expect("a scene");
-    replay::run(input, Default::default(), None, &mut |_| Ok(()), &mut |_, _| {}).expect("a replay").serial
+    replay::run(
+        input,
+        Default::default(),
+        None,
+        &mut |_| Ok(()),
+        &mut |_, _| {},
+    )
+    .expect("a replay")
+    .serial
 }
 
 /// A bare recording of them.
@@ -38,19 +46,40 @@ fn interrupt(child: &Child) {
 fn the_screen_of_a_recording_is_a_moving_picture() {
     let folder = directory();
     let (path, svg) = (recording(folder.path()), folder.path().join("touch.svg"));
-    let arguments = ["monitor", "--file", text(&path), "--pace", "0", "--svg", text(&svg)];
+    let arguments = [
+        "monitor",
+        "--file",
+        text(&path),
+        "--pace",
+        "0",
+        "--svg",
+        text(&svg),
+    ];
     assert!(run(&arguments).status.success());
     let picture = std::fs::read_to_string(&svg).expect("a picture");
-    let height: f64 =
-        picture.split_once("height=\"").and_then(|(_, rest)| rest.split('"').next()?.parse().ok()).expect("px");
+    let height: f64 = picture
+        .split_once("height=\"")
+        .and_then(|(_, rest)| rest.split('"').next()?.parse().ok())
+        .expect("px");
     let images = picture.matches(">ridgetone<").count();
-    let times = picture.split("firmware 0.1.0  ").skip(1).map(|rest| rest.split(" s").next()?.parse().ok());
-    let times: Vec<f64> = times.collect::<Option<_>>().expect("the time of each image");
+    let times = picture
+        .split("firmware 0.1.0  ")
+        .skip(1)
+        .map(|rest| rest.split(" s").next()?.parse().ok());
+    let times: Vec<f64> = times
+        .collect::<Option<_>>()
+        .expect("the time of each image");
     let took_s = times[images - 1] - times[0];
     assert_eq!(times.len(), images);
-    assert!((images as f64 * 0.2 - took_s).abs() < 0.5, "{images} images of {took_s} s");
+    assert!(
+        (images as f64 * 0.2 - took_s).abs() < 0.5,
+        "{images} images of {took_s} s"
+    );
     assert!(times.is_sorted());
-    let still = format!(".film{{transform:translateY({}px)", -height * (images - 1) as f64);
+    let still = format!(
+        ".film{{transform:translateY({}px)",
+        -height * (images - 1) as f64
+    );
     assert!(picture.contains(&still), "{still}");
     assert_eq!(picture.matches("  over").count(), 1);
     assert_one_line(&run(&arguments), 1, &["touch.svg", "--force"]);
@@ -75,7 +104,9 @@ fn a_board_is_recorded_until_ctrl_c_and_the_file_holds_what_it_sent() {
     // Every part ends with a zero: the header, frames, and the marks of their receipt.
     let written = || {
         let file = std::fs::read(&path).unwrap_or_default();
-        file.split_inclusive(|byte| *byte == 0).filter(|part| part.ends_with(&[0]) && part[0] != b'@').count()
+        file.split_inclusive(|byte| *byte == 0)
+            .filter(|part| part.ends_with(&[0]) && part[0] != b'@')
+            .count()
     };
     while written() < 1 + whole {
         std::thread::sleep(std::time::Duration::from_millis(20));
@@ -91,13 +122,23 @@ fn a_board_is_recorded_until_ctrl_c_and_the_file_holds_what_it_sent() {
     for line in &mut replayed {
         // When it was received is known of a board alone.
         let object = line.as_object_mut().expect("an object");
-        assert!(object.remove("received_utc_s").is_some_and(|utc_s| utc_s.as_f64() > Some(1.7e9)));
-        object.retain(|name, _| !["utc_s", "utc_sigma_s"].contains(&name.as_str()) && !name.starts_with("clock_"));
+        assert!(
+            object
+                .remove("received_utc_s")
+                .is_some_and(|utc_s| utc_s.as_f64() > Some(1.7e9))
+        );
+        object.retain(|name, _| {
+            !["utc_s", "utc_sigma_s"].contains(&name.as_str()) && !name.starts_with("clock_")
+        });
     }
     let scene = json_lines(&run(&["replay", "--json"]));
     assert_eq!(replayed, scene[..whole]);
     // It is not overwritten.
-    assert_one_line(&run(&["record", "--port", &board_name(), "-o", text(&path)]), 1, &["no such"]);
+    assert_one_line(
+        &run(&["record", "--port", &board_name(), "-o", text(&path)]),
+        1,
+        &["no such"],
+    );
 }
 
 fn board_name() -> String {
@@ -113,10 +154,19 @@ fn a_recording_is_replayed_and_monitored_line_by_line_and_losses_are_reported() 
     assert_eq!(stdout(&replayed), scene);
     let monitored = run(&["monitor", "--file", text(&path), "--pace", "0"]);
     assert_eq!(stdout(&monitored), scene);
-    assert!(stderr(&monitored).contains("0 lost, 0 damaged"), "{}", stderr(&monitored));
+    assert!(
+        stderr(&monitored).contains("0 lost, 0 damaged"),
+        "{}",
+        stderr(&monitored)
+    );
     // Without its third frame, and with a fourth that is damaged.
     let bytes = telemetry();
-    let ends: Vec<usize> = bytes.iter().enumerate().filter(|(_, byte)| **byte == 0).map(|(at, _)| at + 1).collect();
+    let ends: Vec<usize> = bytes
+        .iter()
+        .enumerate()
+        .filter(|(_, byte)| **byte == 0)
+        .map(|(at, _)| at + 1)
+        .collect();
     let mut damaged = [&bytes[..ends[1]], &bytes[ends[2]..]].concat();
     damaged[ends[1] + 3] ^= 0x40;
     std::fs::write(&path, damaged).expect("a file");
@@ -124,11 +174,21 @@ fn a_recording_is_replayed_and_monitored_line_by_line_and_losses_are_reported() 
     let count = ends.len() - 2;
     assert_eq!(
         stderr(&replayed).lines().last(),
-        Some(&*format!("ridgetone: {count} telemetry frames received, 2 lost, 1 damaged"))
+        Some(&*format!(
+            "ridgetone: {count} telemetry frames received, 2 lost, 1 damaged"
+        ))
     );
-    assert!(stdout(&replayed).lines().all(|line| line.starts_with('>') && line.ends_with("|g")));
+    assert!(
+        stdout(&replayed)
+            .lines()
+            .all(|line| line.starts_with('>') && line.ends_with("|g"))
+    );
     // Settings are for a scene or a table.
-    assert_one_line(&run(&["replay", text(&path), "--window", "0.5"]), 2, &["export", "--table frames"]);
+    assert_one_line(
+        &run(&["replay", text(&path), "--window", "0.5"]),
+        2,
+        &["export", "--table frames"],
+    );
 }
 
 #[test]
@@ -139,78 +199,187 @@ fn exports_go_to_files_or_standard_output_and_say_what_is_missing() {
     assert_eq!(stdout(&lines), stdout(&run(&["replay", "--json"])));
     let csv = folder.path().join("estimates.csv");
     let output = run(&["export", text(&path), "--format", "csv", "-o", text(&csv)]);
-    assert!(output.status.success() && stdout(&output).is_empty(), "{}", stderr(&output));
+    assert!(
+        output.status.success() && stdout(&output).is_empty(),
+        "{}",
+        stderr(&output)
+    );
     assert!(stderr(&output).contains("telemetry frames received, 0 lost, 0 damaged"));
-    assert!(std::fs::read_to_string(&csv).expect("a file").starts_with("t_s,window_s,span,"));
+    assert!(
+        std::fs::read_to_string(&csv)
+            .expect("a file")
+            .starts_with("t_s,window_s,span,")
+    );
     // Nobody can make a recording again.
     let before = std::fs::read(&path).expect("a file");
-    for over in [&["export", text(&path), "--format", "csv", "-o", text(&path)][..], &["scene", "-o", text(&path)]] {
+    for over in [
+        &["export", text(&path), "--format", "csv", "-o", text(&path)][..],
+        &["scene", "-o", text(&path)],
+    ] {
         assert_one_line(&run(over), 1, &[text(&path), "not overwritten"]);
         assert_eq!(std::fs::read(&path).expect("a file"), before);
     }
     let mcap = folder.path().join("touch.mcap");
-    assert!(run(&["export", text(&path), "--format", "mcap", "-o", text(&mcap)]).status.success());
+    assert!(
+        run(&["export", text(&path), "--format", "mcap", "-o", text(&mcap)])
+            .status
+            .success()
+    );
     // The format's magic at both ends (mcap.dev).
     let bytes = std::fs::read(&mcap).expect("a file");
     assert!(bytes.starts_with(b"\x89MCAP0\r\n") && bytes.ends_with(b"\x89MCAP0\r\n"));
     let frames = folder.path().join("frames.csv");
-    let none = run(&["export", text(&path), "--format", "csv", "--table", "frames", "-o", text(&frames)]);
+    let none = run(&[
+        "export",
+        text(&path),
+        "--format",
+        "csv",
+        "--table",
+        "frames",
+        "-o",
+        text(&frames),
+    ]);
     assert_one_line(&none, 1, &["record with --raw"]);
     assert!(!frames.exists());
-    assert_one_line(&run(&["export", text(&path), "--format", "mcap", "--table", "health"]), 2, &["--table"]);
+    assert_one_line(
+        &run(&[
+            "export",
+            text(&path),
+            "--format",
+            "mcap",
+            "--table",
+            "health",
+        ]),
+        2,
+        &["--table"],
+    );
     let table = file(folder.path(), "table.csv", "time_s,ain0\n0,1\n");
-    assert_one_line(&run(&["export", text(&table), "--format", "ndjson"]), 1, &["table.csv", "no telemetry"]);
+    assert_one_line(
+        &run(&["export", text(&table), "--format", "ndjson"]),
+        1,
+        &["table.csv", "no telemetry"],
+    );
 }
 
 #[test]
 fn options_that_do_not_go_together_and_missing_boards_are_refused_on_one_line() {
     let folder = directory();
     let path = recording(folder.path());
-    assert_one_line(&run(&["monitor", "--file", text(&path), "--emulated"]), 2, &["--file", "--emulated"]);
-    assert_one_line(&run(&["monitor", "--file", text(&path), "--period", "3"]), 2, &["--emulated"]);
+    assert_one_line(
+        &run(&["monitor", "--file", text(&path), "--emulated"]),
+        2,
+        &["--file", "--emulated"],
+    );
+    assert_one_line(
+        &run(&["monitor", "--file", text(&path), "--period", "3"]),
+        2,
+        &["--emulated"],
+    );
     assert_one_line(&run(&["monitor", "trace.csv"]), 2, &["--emulated"]);
-    assert_one_line(&run(&["monitor", "--port", &board_name()]), 1, &["no such port"]);
-    assert_one_line(&run(&["monitor", "--file", "no such file"]), 1, &["no such file"]);
-    assert_one_line(&run(&["monitor", "--file", text(&path), "--pace", "-1"]), 2, &["--pace"]);
-    assert_one_line(&run(&["settings", "get", "--port", &board_name()]), 1, &["no such port"]);
+    assert_one_line(
+        &run(&["monitor", "--port", &board_name()]),
+        1,
+        &["no such port"],
+    );
+    assert_one_line(
+        &run(&["monitor", "--file", "no such file"]),
+        1,
+        &["no such file"],
+    );
+    assert_one_line(
+        &run(&["monitor", "--file", text(&path), "--pace", "-1"]),
+        2,
+        &["--pace"],
+    );
+    assert_one_line(
+        &run(&["settings", "get", "--port", &board_name()]),
+        1,
+        &["no such port"],
+    );
     // Bounds and their reasons are printed before the command looks for a board.
     let port = board_name();
-    assert_one_line(&run(&["settings", "set", "window_s=9", "--port", &port]), 2, &["0.1 to 3.9", "memory"]);
+    assert_one_line(
+        &run(&["settings", "set", "window_s=9", "--port", &port]),
+        2,
+        &["0.1 to 3.9", "memory"],
+    );
     assert_one_line(
         &run(&["settings", "set", "windows=1", "--port", &port]),
         2,
         &["unknown field `windows`", "window_s"],
     );
-    assert_one_line(&run(&["settings", "set", "--port", &port]), 2, &["NAME=VALUE"]);
+    assert_one_line(
+        &run(&["settings", "set", "--port", &port]),
+        2,
+        &["NAME=VALUE"],
+    );
 }
 
 #[test]
 fn one_file_of_settings_serves_all_and_options_go_over_it() {
     let folder = directory();
-    let settings = file(folder.path(), "finger.toml", "window_s = 0.5\nharmonics = 2\n[array]\nperiod_most_mm = 3.9\n");
+    let settings = file(
+        folder.path(),
+        "finger.toml",
+        "window_s = 0.5\nharmonics = 2\n[array]\nperiod_most_mm = 3.9\n",
+    );
     let hello = |arguments: &[&str]| json_lines(&run(arguments))[0]["settings"].clone();
     let found = hello(&["replay", "--json", "--settings", text(&settings)]);
-    assert_eq!((&found["window_s"], &found["harmonics"]), (&0.5.into(), &2.into()));
+    assert_eq!(
+        (&found["window_s"], &found["harmonics"]),
+        (&0.5.into(), &2.into())
+    );
     assert!((found["array"]["period_most_mm"].as_f64().expect("a number") - 3.9).abs() < 1e-6);
-    let found = hello(&["replay", "--json", "--settings", text(&settings), "--window", "0.7"]);
-    assert_eq!((found["window_s"].as_f64().map(|s| (s * 1e3).round()), &found["harmonics"]), (Some(700.0), &2.into()));
+    let found = hello(&[
+        "replay",
+        "--json",
+        "--settings",
+        text(&settings),
+        "--window",
+        "0.7",
+    ]);
+    assert_eq!(
+        (
+            found["window_s"].as_f64().map(|s| (s * 1e3).round()),
+            &found["harmonics"]
+        ),
+        (Some(700.0), &2.into())
+    );
     let table = file(folder.path(), "tone.csv", &tone(2, 1000, 241.0, 8.0, 0.0));
     let harmonics = |arguments: &[&str]| {
         let given = ["fit", "--json", text(&table), "--settings", text(&settings)];
         json_lines(&run(&[&given[..], arguments].concat()))[0]["harmonics"].clone()
     };
-    assert_eq!((harmonics(&[]), harmonics(&["--harmonics", "1"])), (2.into(), 1.into()));
+    assert_eq!(
+        (harmonics(&[]), harmonics(&["--harmonics", "1"])),
+        (2.into(), 1.into())
+    );
     let wrong = file(folder.path(), "wrong.toml", "window_s = 7\n");
-    assert_one_line(&run(&["fit", text(&table), "--settings", text(&wrong)]), 1, &["wrong.toml", "0.1 to 3.9"]);
-    assert_one_line(&run(&["replay", "--settings", text(&wrong)]), 1, &["wrong.toml", "0.1 to 3.9", "memory"]);
+    assert_one_line(
+        &run(&["fit", text(&table), "--settings", text(&wrong)]),
+        1,
+        &["wrong.toml", "0.1 to 3.9"],
+    );
+    assert_one_line(
+        &run(&["replay", "--settings", text(&wrong)]),
+        1,
+        &["wrong.toml", "0.1 to 3.9", "memory"],
+    );
 }
 
 #[test]
 fn ports_lists_what_there_is_or_says_why_not() {
     let output = run(&["ports", "--json"]);
     if output.status.success() {
-        assert!(stdout(&output).lines().all(|line| line.starts_with("{\"name\":")));
-        assert_eq!(stdout(&output).is_empty(), stderr(&output).contains("no serial port"));
+        assert!(
+            stdout(&output)
+                .lines()
+                .all(|line| line.starts_with("{\"name\":"))
+        );
+        assert_eq!(
+            stdout(&output).is_empty(),
+            stderr(&output).contains("no serial port")
+        );
     } else {
         assert_one_line(&output, 1, &["cannot be listed"]);
     }
@@ -234,15 +403,31 @@ fn the_screen_comes_on_a_terminal_and_goes_without_a_trace() {
     terminal.read_until("touch.rec  over");
     // A picture comes in pieces; this is near its end.
     terminal.read_until("hops skipped");
-    for part in
-        ["frequency, Hz", "map after the slide", "nothing is wrong", "no raw frames", "8.3334 +- 0.0002 Hz", "q quit"]
-    {
-        assert!(terminal.shows(part), "{part:?} is not on\n{}", terminal.screen().contents());
+    for part in [
+        "frequency, Hz",
+        "map after the slide",
+        "nothing is wrong",
+        "no raw frames",
+        "8.3334 +- 0.0002 Hz",
+        "q quit",
+    ] {
+        assert!(
+            terminal.shows(part),
+            "{part:?} is not on\n{}",
+            terminal.screen().contents()
+        );
     }
     // Readable on dark and on light: nothing has a colour of its own.
     for place in 0..80 * 24 {
-        let cell = terminal.screen().cell(place / 80, place % 80).expect("a cell");
-        assert_eq!((cell.fgcolor(), cell.bgcolor()), (vt100::Color::Default, vt100::Color::Default), "{place}");
+        let cell = terminal
+            .screen()
+            .cell(place / 80, place % 80)
+            .expect("a cell");
+        assert_eq!(
+            (cell.fgcolor(), cell.bgcolor()),
+            (vt100::Color::Default, vt100::Color::Default),
+            "{place}"
+        );
     }
     assert!(terminal.screen().alternate_screen());
     terminal.send(b"h");
@@ -255,5 +440,11 @@ fn the_screen_comes_on_a_terminal_and_goes_without_a_trace() {
     assert!(!terminal.screen().alternate_screen() && !terminal.screen().hide_cursor());
     assert_eq!(terminal.screen().contents(), "");
     let mut lines = BufReader::new(child.stderr.take().expect("a pipe")).lines();
-    assert!(lines.next().expect("a line").expect("UTF-8").contains("0 lost, 0 damaged"));
+    assert!(
+        lines
+            .next()
+            .expect("a line")
+            .expect("UTF-8")
+            .contains("0 lost, 0 damaged")
+    );
 }

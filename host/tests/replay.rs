@@ -6,12 +6,18 @@ use common::{assert_one_line, directory, json_lines, run, stderr, stdout, text};
 use serde_json::Value;
 
 fn of_type<'a>(events: &'a [Value], name: &str) -> Vec<&'a Value> {
-    events.iter().filter(|event| event["type"] == name).collect()
+    events
+        .iter()
+        .filter(|event| event["type"] == name)
+        .collect()
 }
 
 fn slide_estimate(events: &[Value]) -> &Value {
     let estimates = of_type(events, "estimate");
-    estimates.into_iter().find(|event| event["span"] == "slide").expect("an estimate over the slide")
+    estimates
+        .into_iter()
+        .find(|event| event["span"] == "slide")
+        .expect("an estimate over the slide")
 }
 
 #[test]
@@ -23,8 +29,14 @@ fn the_default_scene_is_understood() {
     assert!((of_type(&events, "contact")[0]["t_s"].as_f64().unwrap() - 0.51).abs() < 0.02);
     let slides = of_type(&events, "slide");
     assert_eq!(slides.len(), 2);
-    assert_eq!((&slides[0]["state"], &slides[1]["state"]), (&"start".into(), &"end".into()));
-    assert_eq!((&slides[0]["t_s"], &slides[1]["t_s"]), (&slides[1]["start_s"], &slides[1]["end_s"]));
+    assert_eq!(
+        (&slides[0]["state"], &slides[1]["state"]),
+        (&"start".into(), &"end".into())
+    );
+    assert_eq!(
+        (&slides[0]["t_s"], &slides[1]["t_s"]),
+        (&slides[1]["start_s"], &slides[1]["end_s"])
+    );
     assert!((slides[1]["end_s"].as_f64().unwrap() - 3.51).abs() < 0.05);
     assert_eq!(of_type(&events, "release").len(), 1);
     let found = slide_estimate(&events);
@@ -37,52 +49,103 @@ fn the_default_scene_is_understood() {
     let messages = stderr(&output);
     assert_eq!(
         messages.lines().last(),
-        Some(format!("ridgetone: {} telemetry frames received, 0 lost, 0 damaged", events.len()).as_str())
+        Some(
+            format!(
+                "ridgetone: {} telemetry frames received, 0 lost, 0 damaged",
+                events.len()
+            )
+            .as_str()
+        )
     );
 }
 
 #[test]
 fn the_same_run_gives_the_same_lines() {
-    let arguments = ["replay", "--json", "--scene-speed", "48", "--period", "3.1", "--snr", "6", "--seed", "7"];
+    let arguments = [
+        "replay",
+        "--json",
+        "--scene-speed",
+        "48",
+        "--period",
+        "3.1",
+        "--snr",
+        "6",
+        "--seed",
+        "7",
+    ];
     assert_eq!(stdout(&run(&arguments)), stdout(&run(&arguments)));
-    assert_ne!(stdout(&run(&arguments)), stdout(&run(&[&arguments[..8], &["8"]].concat())));
+    assert_ne!(
+        stdout(&run(&arguments)),
+        stdout(&run(&[&arguments[..8], &["8"]].concat()))
+    );
 }
 
 #[test]
 fn a_scene_written_down_and_replayed() {
     let folder = directory();
     let trace = folder.path().join("trace.csv");
-    let output = run(&["scene", "--scene-speed", "15", "--period", "2.6", "-o", text(&trace), "--json"]);
+    let output = run(&[
+        "scene",
+        "--scene-speed",
+        "15",
+        "--period",
+        "2.6",
+        "-o",
+        text(&trace),
+        "--json",
+    ]);
     let truth = &json_lines(&output)[0];
     assert_eq!(truth["type"], "truth");
     assert!((truth["frequency_hz"].as_f64().unwrap() - 15.0 / 2.6).abs() < 1e-9);
-    assert!(stderr(&output).contains("contact 0.510 s"), "{}", stderr(&output));
+    assert!(
+        stderr(&output).contains("contact 0.510 s"),
+        "{}",
+        stderr(&output)
+    );
     let table = std::fs::read_to_string(&trace).unwrap();
     assert!(table.starts_with("time_s,ain0,"));
-    assert_eq!(table.lines().count() as u64, truth["rows"].as_u64().unwrap() + 1);
+    assert_eq!(
+        table.lines().count() as u64,
+        truth["rows"].as_u64().unwrap() + 1
+    );
 
     let events = json_lines(&run(&["replay", text(&trace), "--json"]));
     let found = slide_estimate(&events)["frequency_hz"].as_f64().unwrap();
-    assert!((found / truth["frequency_hz"].as_f64().unwrap() - 1.0).abs() < 1e-3, "{found}");
+    assert!(
+        (found / truth["frequency_hz"].as_f64().unwrap() - 1.0).abs() < 1e-3,
+        "{found}"
+    );
 
     // The same in millivolts, with the scale that says so.
     let mut millivolts = String::new();
     for (row, line) in table.lines().enumerate() {
-        let fields = line.split(',').enumerate().map(|(column, field)| match field.parse::<f64>() {
-            Ok(volts) if row > 0 && column > 0 => (1e3 * volts).to_string(),
-            _ => field.to_owned(),
-        });
+        let fields =
+            line.split(',')
+                .enumerate()
+                .map(|(column, field)| match field.parse::<f64>() {
+                    Ok(volts) if row > 0 && column > 0 => (1e3 * volts).to_string(),
+                    _ => field.to_owned(),
+                });
         millivolts += &fields.collect::<Vec<_>>().join(",");
         millivolts.push('\n');
     }
     let scaled = common::file(folder.path(), "millivolts.csv", &millivolts);
-    let events = json_lines(&run(&["replay", text(&scaled), "--scale", "0.001", "--json"]));
+    let events = json_lines(&run(&[
+        "replay",
+        text(&scaled),
+        "--scale",
+        "0.001",
+        "--json",
+    ]));
     assert!((slide_estimate(&events)["frequency_hz"].as_f64().unwrap() / found - 1.0).abs() < 1e-4);
 
     let output = run(&["replay", text(&scaled)]);
     assert!(output.status.success());
     let warning = stderr(&output).lines().next().unwrap().to_owned();
-    assert!(warning.contains("row 1, column ain0") && warning.contains("--scale"), "{warning}");
+    assert!(
+        warning.contains("row 1, column ain0") && warning.contains("--scale"),
+        "{warning}"
+    );
 }
 
 #[test]
@@ -105,24 +168,45 @@ fn settings_reach_the_library() {
     ]));
     let settings = &events[0]["settings"];
     assert_eq!(settings["slide"]["rule"], "protocol");
-    assert_eq!((settings["window_s"].as_f64(), settings["harmonics"].as_u64()), (Some(0.5), Some(2)));
+    assert_eq!(
+        (
+            settings["window_s"].as_f64(),
+            settings["harmonics"].as_u64()
+        ),
+        (Some(0.5), Some(2))
+    );
     let slide = of_type(&events, "slide")[1];
     let length_s = slide["end_s"].as_f64().unwrap() - slide["start_s"].as_f64().unwrap();
     assert!((length_s - 1.5).abs() < 0.02, "{length_s}");
     assert!(of_type(&events, "estimate").len() > 8);
-    assert!((slide_estimate(&events)["frequency_hz"].as_f64().unwrap() / (30.0 / 3.6) - 1.0).abs() < 1e-3);
+    assert!(
+        (slide_estimate(&events)["frequency_hz"].as_f64().unwrap() / (30.0 / 3.6) - 1.0).abs()
+            < 1e-3
+    );
 }
 
 #[test]
 fn commands_that_make_no_sense() {
     let status = 2;
-    assert_one_line(&run(&["replay", "--window", "9"]), status, &["window_s", "9", "0.1", "3.9"]);
+    assert_one_line(
+        &run(&["replay", "--window", "9"]),
+        status,
+        &["window_s", "9", "0.1", "3.9"],
+    );
     assert_one_line(&run(&["replay", "--hop", "x"]), status, &["--hop"]);
-    assert_one_line(&run(&["replay", "any.csv", "--period", "3"]), status, &["--period"]);
+    assert_one_line(
+        &run(&["replay", "any.csv", "--period", "3"]),
+        status,
+        &["--period"],
+    );
     assert_one_line(&run(&["replay", "--scale", "2"]), status, &["FILE.csv"]);
     assert_one_line(&run(&["replay", "--length", "50"]), status, &["--speed"]);
     assert_one_line(&run(&["fit"]), status, &["FILE.csv"]);
-    assert_one_line(&run(&["fit", "any.csv", "--harmonics", "6"]), status, &["--harmonics"]);
+    assert_one_line(
+        &run(&["fit", "any.csv", "--harmonics", "6"]),
+        status,
+        &["--harmonics"],
+    );
     assert_one_line(
         &run(&["scene", "-o", "any.csv", "--scene-speed", "0"]),
         status,
@@ -136,9 +220,17 @@ fn commands_that_make_no_sense() {
 #[test]
 fn a_reader_that_leaves_early_is_no_error() {
     use std::process::Stdio;
-    let mut child =
-        common::ridgetone().args(["replay", "--json"]).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut child = common::ridgetone()
+        .args(["replay", "--json"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
     drop(child.stdout.take());
     let output = child.wait_with_output().unwrap();
-    assert!(output.status.success() && !stderr(&output).contains("thread 'main'"), "{}", stderr(&output));
+    assert!(
+        output.status.success() && !stderr(&output).contains("thread 'main'"),
+        "{}",
+        stderr(&output)
+    );
 }

@@ -1,4 +1,5 @@
-//! `serve`, at pseudo-terminals, with its lines of JSON. `streams.rs` has the receivers that are features.
+//! `serve`, at pseudo-terminals, with its lines of JSON. `streams.rs` has the receivers that are
+//! features.
 #![cfg(target_os = "linux")]
 
 mod common;
@@ -27,7 +28,10 @@ struct Serving {
 impl Serving {
     fn start(fingers: &[&str]) -> Self {
         let mut command = common::ridgetone();
-        command.arg("serve").arg("--json").args(fingers.iter().flat_map(|finger| ["--finger", finger]));
+        command
+            .arg("serve")
+            .arg("--json")
+            .args(fingers.iter().flat_map(|finger| ["--finger", finger]));
         let mut child = piped(&mut command).spawn().expect("the command runs");
         let lines = BufReader::new(child.stdout.take().expect("a pipe")).lines();
         Self { child, lines }
@@ -37,10 +41,14 @@ impl Serving {
     fn next(&mut self) -> Option<(String, Value)> {
         let line = self.lines.next()?.expect("UTF-8");
         let mut object: Value = serde_json::from_str(&line).expect("JSON");
-        Some((object["topic"].as_str().expect("a topic").to_owned(), object["message"].take()))
+        Some((
+            object["topic"].as_str().expect("a topic").to_owned(),
+            object["message"].take(),
+        ))
     }
 
-    /// Interrupts it as Ctrl-C does; gives the messages that were left and what it reported. It must end well.
+    /// Interrupts it as Ctrl-C does; gives the messages that were left and what it reported. It
+    /// must end well.
     fn interrupt(mut self) -> (Vec<(String, Value)>, String) {
         let pid = Pid::from_raw(self.child.id() as i32).expect("a process");
         kill_process(pid, Signal::INT).expect("interrupted");
@@ -53,14 +61,22 @@ impl Serving {
             rest.push(message);
         }
         let mut report = String::new();
-        self.child.stderr.take().expect("a pipe").read_to_string(&mut report).expect("UTF-8");
+        self.child
+            .stderr
+            .take()
+            .expect("a pipe")
+            .read_to_string(&mut report)
+            .expect("UTF-8");
         assert!(self.child.wait().expect("ended").success(), "{report}");
         (rest, report)
     }
 }
 
 fn piped(command: &mut Command) -> &mut Command {
-    command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped())
+    command
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
 }
 
 /// Every topic's messages are numbered from 0 without a gap; gives how many there are of each.
@@ -68,7 +84,11 @@ fn counted(messages: &[(String, Value)]) -> BTreeMap<String, u64> {
     let mut counts = BTreeMap::new();
     for (topic, message) in messages {
         let count = counts.entry(topic.clone()).or_insert(0);
-        assert_eq!(message["index"].as_u64(), Some(*count), "{topic}: {message}");
+        assert_eq!(
+            message["index"].as_u64(),
+            Some(*count),
+            "{topic}: {message}"
+        );
         *count += 1;
     }
     counts
@@ -77,11 +97,20 @@ fn counted(messages: &[(String, Value)]) -> BTreeMap<String, u64> {
 #[test]
 fn fingers_are_served_beside_one_that_is_not_there() {
     let (left, right) = (SerialBoard::new(), SerialBoard::new());
-    let fingers = [format!("left={}", left.name), format!("right={}", right.name), "gone=/dev/no-such-port".to_owned()];
+    let fingers = [
+        format!("left={}", left.name),
+        format!("right={}", right.name),
+        "gone=/dev/no-such-port".to_owned(),
+    ];
     let mut serving = Serving::start(&fingers.each_ref().map(String::as_str));
     let mut messages = Vec::new();
-    let of = |messages: &[(String, Value)], topic: &str| messages.iter().filter(|(found, _)| found == topic).count();
-    while ["left", "right"].iter().any(|name| of(&messages, &format!("/ridgetone/{name}/frames")) < 400) {
+    let of = |messages: &[(String, Value)], topic: &str| {
+        messages.iter().filter(|(found, _)| found == topic).count()
+    };
+    while ["left", "right"]
+        .iter()
+        .any(|name| of(&messages, &format!("/ridgetone/{name}/frames")) < 400)
+    {
         messages.push(serving.next().expect("a message"));
     }
     let (rest, report) = serving.interrupt();
@@ -89,28 +118,65 @@ fn fingers_are_served_beside_one_that_is_not_there() {
     let counts = counted(&messages);
     for (name, board) in [("left", &left), ("right", &right)] {
         let path = |topic: &str| format!("/ridgetone/{name}/{topic}");
-        assert!(counts[&path("frames")] >= 400 && counts[&path("health")] >= 1, "{counts:?}");
+        assert!(
+            counts[&path("frames")] >= 400 && counts[&path("health")] >= 1,
+            "{counts:?}"
+        );
         let found = |kind: &str| {
-            messages.iter().find(|(topic, message)| topic.starts_with(&path("")) && message["type"] == kind)
+            messages
+                .iter()
+                .find(|(topic, message)| topic.starts_with(&path("")) && message["type"] == kind)
         };
-        assert_eq!(found("hello").expect("a greeting").1["positions_mm"][4], serde_json::json!([1.15, 1.15]));
-        let frames: Vec<&Value> =
-            messages.iter().filter(|(topic, _)| *topic == path("frames")).map(|(_, m)| m).collect();
-        let numbers = frames.iter().map(|frame| frame["number"].as_u64().expect("a number"));
-        assert!(numbers.eq(0..frames.len() as u64), "every frame in its order");
+        assert_eq!(
+            found("hello").expect("a greeting").1["positions_mm"][4],
+            serde_json::json!([1.15, 1.15])
+        );
+        let frames: Vec<&Value> = messages
+            .iter()
+            .filter(|(topic, _)| *topic == path("frames"))
+            .map(|(_, m)| m)
+            .collect();
+        let numbers = frames
+            .iter()
+            .map(|frame| frame["number"].as_u64().expect("a number"));
+        assert!(
+            numbers.eq(0..frames.len() as u64),
+            "every frame in its order"
+        );
         // The board's clock in UTC, beside when it really began.
         let last = frames[frames.len() - 1];
-        let off_s =
-            last["utc_s"].as_f64().expect("a time") - last["t_s"].as_f64().expect("a time") - board.begun_utc_s();
+        let off_s = last["utc_s"].as_f64().expect("a time")
+            - last["t_s"].as_f64().expect("a time")
+            - board.begun_utc_s();
         assert!(off_s.abs() < 0.02, "{off_s}");
-        assert!(last["volts"][15].is_number() && last["utc_sigma_s"].is_number(), "{last}");
+        assert!(
+            last["volts"][15].is_number() && last["utc_sigma_s"].is_number(),
+            "{last}"
+        );
     }
-    let failed = messages.iter().filter(|(topic, _)| topic == "/ridgetone/gone/diagnostics").collect::<Vec<_>>();
-    assert_eq!((failed.len(), &failed[0].1["state"]), (1, &Value::from("failed")), "once, not at every attempt");
-    assert!(report.contains("ridgetone: gone: /dev/no-such-port: ") && report.contains("; trying again"), "{report}");
-    assert!(report.contains("ridgetone: left: ") && report.contains(" 0 lost, 0 damaged"), "{report}");
+    let failed = messages
+        .iter()
+        .filter(|(topic, _)| topic == "/ridgetone/gone/diagnostics")
+        .collect::<Vec<_>>();
+    assert_eq!(
+        (failed.len(), &failed[0].1["state"]),
+        (1, &Value::from("failed")),
+        "once, not at every attempt"
+    );
     assert!(
-        report.contains(&format!("json: {} messages delivered, 0 frames and 0 events lost\n", messages.len())),
+        report.contains("ridgetone: gone: /dev/no-such-port: ")
+            && report.contains("; trying again"),
+        "{report}"
+    );
+    assert!(
+        report.contains("ridgetone: left: ") && report.contains(" 0 lost, 0 damaged"),
+        "{report}"
+    );
+    assert!(
+        report.contains(&format!(
+            "json: {} messages delivered, 0 frames and 0 events lost\n",
+            messages.len()
+        )),
         "{report}"
     );
 }
@@ -128,15 +194,31 @@ fn a_slow_reader_loses_frames_by_count() {
     }
     board.stop();
     let frames = board.frames();
-    assert!(board.late_s() < 0.5 && frames > 9000, "{} s late after {frames} frames", board.late_s());
+    assert!(
+        board.late_s() < 0.5 && frames > 9000,
+        "{} s late after {frames} frames",
+        board.late_s()
+    );
     sleep(Duration::from_millis(300));
     let (messages, report) = serving.interrupt();
-    let lost: u64 =
-        messages.iter().filter_map(|(_, message)| message["frames"].as_u64().filter(|_| message["at"] == "json")).sum();
-    let frames_read = messages.iter().filter(|(_, message)| message["type"] == "raw").count() as u64;
+    let lost: u64 = messages
+        .iter()
+        .filter_map(|(_, message)| {
+            message["frames"]
+                .as_u64()
+                .filter(|_| message["at"] == "json")
+        })
+        .sum();
+    let frames_read = messages
+        .iter()
+        .filter(|(_, message)| message["type"] == "raw")
+        .count() as u64;
     assert!(lost > 1000, "{lost}");
     assert_eq!(1 + frames_read + lost, board.frames(), "{report}");
-    assert!(report.contains(&format!(", {lost} frames and 0 events lost")), "{report}");
+    assert!(
+        report.contains(&format!(", {lost} frames and 0 events lost")),
+        "{report}"
+    );
 }
 
 #[test]
@@ -144,20 +226,50 @@ fn a_recording_is_played_in_real_time_as_if_it_happened_now() {
     let folder = common::directory();
     let path = folder.path().join("touch.rec");
     let input = Input::default().open().expect("a scene");
-    let outcome = replay::run(input, Settings::DEFAULT, None, &mut |_| Ok(()), &mut |_, _| {}).expect("a run");
-    recording::create(&path, "a test", 0.0).expect("a file").keep(&outcome.serial, None).expect("kept");
+    let outcome = replay::run(
+        input,
+        Settings::DEFAULT,
+        None,
+        &mut |_| Ok(()),
+        &mut |_, _| {},
+    )
+    .expect("a run");
+    recording::create(&path, "a test", 0.0)
+        .expect("a file")
+        .keep(&outcome.serial, None)
+        .expect("kept");
     let begun = Instant::now();
     let mut serving = Serving::start(&[&format!("left={}", common::text(&path))]);
     let (messages, report) = serving.finish();
     let lasts_s = begun.elapsed().as_secs_f64();
     let counts = counted(&messages);
-    assert!(counts["/ridgetone/left/tone"] > 2 && counts["/ridgetone/left/contact"] >= 3, "{counts:?}");
-    let times_s = messages.iter().filter_map(|(_, message)| message["t_s"].as_f64());
-    let (first_s, last_s) = times_s.fold((f64::INFINITY, 0.0_f64), |(a, b), t_s| (a.min(t_s), b.max(t_s)));
-    assert!(lasts_s > 0.95 * (last_s - first_s) && last_s - first_s > 2.0, "{lasts_s} s for {first_s} to {last_s}");
-    let now_s = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).expect("a clock").as_secs_f64();
-    let last = messages.iter().rev().find(|(_, message)| message["utc_s"].is_number()).expect("a time");
-    assert!((now_s - last.1["utc_s"].as_f64().expect("a time")).abs() < 5.0, "{last:?}");
+    assert!(
+        counts["/ridgetone/left/tone"] > 2 && counts["/ridgetone/left/contact"] >= 3,
+        "{counts:?}"
+    );
+    let times_s = messages
+        .iter()
+        .filter_map(|(_, message)| message["t_s"].as_f64());
+    let (first_s, last_s) = times_s.fold((f64::INFINITY, 0.0_f64), |(a, b), t_s| {
+        (a.min(t_s), b.max(t_s))
+    });
+    assert!(
+        lasts_s > 0.95 * (last_s - first_s) && last_s - first_s > 2.0,
+        "{lasts_s} s for {first_s} to {last_s}"
+    );
+    let now_s = std::time::SystemTime::now()
+        .duration_since(std::time::UNIX_EPOCH)
+        .expect("a clock")
+        .as_secs_f64();
+    let last = messages
+        .iter()
+        .rev()
+        .find(|(_, message)| message["utc_s"].is_number())
+        .expect("a time");
+    assert!(
+        (now_s - last.1["utc_s"].as_f64().expect("a time")).abs() < 5.0,
+        "{last:?}"
+    );
     assert_eq!(messages.last().expect("a message").1["state"], "over");
     assert!(report.contains("0 frames and 0 events lost"), "{report}");
 }
@@ -165,24 +277,33 @@ fn a_recording_is_played_in_real_time_as_if_it_happened_now() {
 #[test]
 fn what_a_page_serves_is_a_source_too() {
     let board = SerialBoard::new();
-    let mut view = piped(common::ridgetone().args(["view", "--listen", "127.0.0.1:0", "--port", &board.name]))
-        .spawn()
-        .expect("a page");
+    let mut view =
+        piped(common::ridgetone().args(["view", "--listen", "127.0.0.1:0", "--port", &board.name]))
+            .spawn()
+            .expect("a page");
     let mut printed = BufReader::new(view.stdout.take().expect("a pipe")).lines();
     let address = printed.find_map(|line| {
         let line = line.expect("UTF-8");
-        line.split_whitespace().find(|word| word.starts_with("http://")).map(str::to_owned)
+        line.split_whitespace()
+            .find(|word| word.starts_with("http://"))
+            .map(str::to_owned)
     });
     let mut serving = Serving::start(&[&format!("left={}", address.expect("an address"))]);
     let mut messages = Vec::new();
-    while messages.iter().filter(|(topic, _)| topic == "/ridgetone/left/frames").count() < 200 {
+    while messages
+        .iter()
+        .filter(|(topic, _)| topic == "/ridgetone/left/frames")
+        .count()
+        < 200
+    {
         messages.push(serving.next().expect("a message"));
     }
     counted(&messages);
     // The page's end is reported, and it is waited for.
     view.kill().expect("killed");
     view.wait().expect("ended");
-    let failed = std::iter::from_fn(|| serving.next()).find(|(_, message)| message["type"] == "connection");
+    let failed =
+        std::iter::from_fn(|| serving.next()).find(|(_, message)| message["type"] == "connection");
     assert_eq!(failed.expect("a message").1["state"], "failed");
     let (_, report) = serving.interrupt();
     assert!(report.contains("; trying again"), "{report}");
@@ -194,19 +315,43 @@ fn what_makes_no_sense_is_refused_on_one_line() {
         common::assert_one_line(&common::run(&[&["serve"], arguments].concat()), 2, parts);
     };
     refused(&["--json"], &["--finger"]);
-    refused(&["--finger", "a=emulated"], &["--foxglove", "--mqtt", "--json"]);
-    refused(&["--json", "--finger", "a=x", "--finger", "a=y"], &["two fingers are named a"]);
+    refused(
+        &["--finger", "a=emulated"],
+        &["--foxglove", "--mqtt", "--json"],
+    );
+    refused(
+        &["--json", "--finger", "a=x", "--finger", "a=y"],
+        &["two fingers are named a"],
+    );
     refused(&["--json", "--finger", "a/b=x"], &["a/b", "letters"]);
-    refused(&["--json", "--board", "a/b", "--finger", "a=x"], &["a/b", "letters"]);
+    refused(
+        &["--json", "--board", "a/b", "--finger", "a=x"],
+        &["a/b", "letters"],
+    );
     refused(&["--json", "--finger", "/dev/ttyUSB0"], &["NAME=SOURCE"]);
-    refused(&["--json", "--finger", "a=http://nowhere"], &["http://HOST:PORT"]);
+    refused(
+        &["--json", "--finger", "a=http://nowhere"],
+        &["http://HOST:PORT"],
+    );
     refused(&["--foxglove", "nowhere", "--finger", "a=x"], &["nowhere"]);
     #[cfg(not(feature = "mqtt"))]
-    refused(&["--mqtt", "--finger", "a=x"], &["cargo install --path host --features mqtt"]);
+    refused(
+        &["--mqtt", "--finger", "a=x"],
+        &["cargo install --path host --features mqtt"],
+    );
     #[cfg(not(feature = "ros2"))]
-    refused(&["--ros2", "--finger", "a=x"], &["cargo install --path host --features ros2"]);
+    refused(
+        &["--ros2", "--finger", "a=x"],
+        &["cargo install --path host --features ros2"],
+    );
     #[cfg(not(feature = "zenoh"))]
-    refused(&["--zenoh", "--finger", "a=x"], &["cargo install --path host --features zenoh"]);
+    refused(
+        &["--zenoh", "--finger", "a=x"],
+        &["cargo install --path host --features zenoh"],
+    );
     #[cfg(not(feature = "foxglove"))]
-    refused(&["--foxglove", "--finger", "a=x"], &["cargo install --path host --features foxglove"]);
+    refused(
+        &["--foxglove", "--finger", "a=x"],
+        &["cargo install --path host --features foxglove"],
+    );
 }

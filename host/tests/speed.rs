@@ -12,7 +12,10 @@ const PERIOD_MM: f64 = 2.5;
 
 /// Place and speed of a hand that goes 100 mm to and fro, once in two seconds.
 fn hand(t_s: f64) -> (f64, f64) {
-    (50.0 * (1.0 - (TAU * t_s / 2.0).cos()), 50.0 * TAU / 2.0 * (TAU * t_s / 2.0).sin())
+    (
+        50.0 * (1.0 - (TAU * t_s / 2.0).cos()),
+        50.0 * TAU / 2.0 * (TAU * t_s / 2.0).sin(),
+    )
 }
 
 /// A recording of that hand: two channels, its place and its speed.
@@ -26,7 +29,10 @@ fn recording(folder: &tempfile::TempDir) -> PathBuf {
             0.2 * (f64::from(state >> 8) / f64::from(1 << 24) - 0.5)
         };
         let turns = TAU * place_mm / PERIOD_MM;
-        let (a, b) = (turns.cos() + noise(), 5.0 + 0.5 * (turns + 1.0).sin() + noise());
+        let (a, b) = (
+            turns.cos() + noise(),
+            5.0 + 0.5 * (turns + 1.0).sin() + noise(),
+        );
         let _ = writeln!(csv, "{t_s:.4},{a:.6},{place_mm:.6},{b:.6},{speed_mm_s:.6}");
     }
     file(folder.path(), "hand.csv", &csv)
@@ -38,18 +44,47 @@ fn a_column_of_places_or_speeds_makes_it_cycles_per_millimetre() {
     let path = recording(&folder);
     for place in [["--position-column", "x_mm"], ["--speed-column", "v_mm_s"]] {
         let columns = ["--columns", "a,b"];
-        let found = &json_lines(&run(&[&["fit", text(&path), "--json"][..], &place[..], &columns[..]].concat()))[0];
-        let (period, sigma) = (found["period_mm"].as_f64().unwrap(), found["period_sigma_mm"].as_f64().unwrap());
-        assert_eq!((&found["abscissa"], &found["status"]), (&"place".into(), &"good".into()), "{found}");
-        assert!((period - PERIOD_MM).abs() < 4.0 * sigma + 1e-5 && sigma < 1e-3, "{found}");
+        let found = &json_lines(&run(&[
+            &["fit", text(&path), "--json"][..],
+            &place[..],
+            &columns[..],
+        ]
+        .concat()))[0];
+        let (period, sigma) = (
+            found["period_mm"].as_f64().unwrap(),
+            found["period_sigma_mm"].as_f64().unwrap(),
+        );
+        assert_eq!(
+            (&found["abscissa"], &found["status"]),
+            (&"place".into(), &"good".into()),
+            "{found}"
+        );
+        assert!(
+            (period - PERIOD_MM).abs() < 4.0 * sigma + 1e-5 && sigma < 1e-3,
+            "{found}"
+        );
         assert!((found["frequency_per_mm"].as_f64().unwrap() * period - 1.0).abs() < 1e-6);
-        assert!(found.get("frequency_hz").is_none() && found["channels"].as_array().unwrap().len() == 2);
+        assert!(
+            found.get("frequency_hz").is_none() && found["channels"].as_array().unwrap().len() == 2
+        );
     }
     // In time the same rows have no one frequency that explains them.
     let found = &json_lines(&run(&["fit", text(&path), "--columns", "a,b", "--json"]))[0];
     assert_eq!(found["abscissa"], "time");
-    let printed = stdout(&run(&["fit", text(&path), "--columns", "a,b", "--position-column", "x_mm"]));
-    for part in ["frequency_per_mm", "sigma_per_mm", "period_mm        2.50", "period_sigma_mm"] {
+    let printed = stdout(&run(&[
+        "fit",
+        text(&path),
+        "--columns",
+        "a,b",
+        "--position-column",
+        "x_mm",
+    ]));
+    for part in [
+        "frequency_per_mm",
+        "sigma_per_mm",
+        "period_mm        2.50",
+        "period_sigma_mm",
+    ] {
         assert!(printed.contains(part), "{part:?} is not in {printed}");
     }
 }
@@ -58,16 +93,40 @@ fn a_column_of_places_or_speeds_makes_it_cycles_per_millimetre() {
 fn the_column_of_the_place_is_no_channel() {
     let folder = directory();
     let path = recording(&folder);
-    let found = &json_lines(&run(&["fit", text(&path), "--position-column", "x_mm", "--json"]))[0];
-    let names: Vec<_> = found["channels"].as_array().unwrap().iter().map(|channel| channel["name"].clone()).collect();
+    let found = &json_lines(&run(&[
+        "fit",
+        text(&path),
+        "--position-column",
+        "x_mm",
+        "--json",
+    ]))[0];
+    let names: Vec<_> = found["channels"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|channel| channel["name"].clone())
+        .collect();
     assert_eq!(names, ["a", "b", "v_mm_s"]);
 }
 
 #[test]
 fn wrong_columns_are_refused() {
     let folder = directory();
-    let path = file(folder.path(), "rest.csv", &format!("a,x\n{}", "1,5\n2,5\n1,5\n3,5\n".repeat(10)));
-    let fit = |column: &str| run(&["fit", text(&path), "--rate", "10", "--position-column", column]);
+    let path = file(
+        folder.path(),
+        "rest.csv",
+        &format!("a,x\n{}", "1,5\n2,5\n1,5\n3,5\n".repeat(10)),
+    );
+    let fit = |column: &str| {
+        run(&[
+            "fit",
+            text(&path),
+            "--rate",
+            "10",
+            "--position-column",
+            column,
+        ])
+    };
     assert_one_line(&fit("y"), 1, &["no column y", "a, x"]);
     assert_one_line(&fit("x"), 1, &["by column x the finger does not move"]);
 }
@@ -77,15 +136,28 @@ fn a_profile_makes_the_chips_estimates_periods() {
     let folder = directory();
     let profile = file(folder.path(), "speed.csv", "time_s,speed_mm_s\n0,30\n");
     let events = json_lines(&run(&["replay", "--profile", text(&profile), "--json"]));
-    let estimates: Vec<_> = events.iter().filter(|event| event["type"] == "estimate").collect();
+    let estimates: Vec<_> = events
+        .iter()
+        .filter(|event| event["type"] == "estimate")
+        .collect();
     assert!(!estimates.is_empty());
     for estimate in estimates {
-        assert_eq!((&estimate["abscissa"], &estimate["status"]), (&"place".into(), &"good".into()), "{estimate}");
-        let (period, sigma) = (estimate["period_mm"].as_f64().unwrap(), estimate["period_sigma_mm"].as_f64().unwrap());
+        assert_eq!(
+            (&estimate["abscissa"], &estimate["status"]),
+            (&"place".into(), &"good".into()),
+            "{estimate}"
+        );
+        let (period, sigma) = (
+            estimate["period_mm"].as_f64().unwrap(),
+            estimate["period_sigma_mm"].as_f64().unwrap(),
+        );
         assert!((period - 3.6).abs() < 5.0 * sigma, "{estimate}");
     }
     let printed = stdout(&run(&["replay", "--profile", text(&profile)]));
-    assert!(printed.contains("3.6000 mm +- 0.0001 mm  good"), "{printed}");
+    assert!(
+        printed.contains("3.6000 mm +- 0.0001 mm  good"),
+        "{printed}"
+    );
 }
 
 #[test]
@@ -95,9 +167,29 @@ fn wrong_profiles_are_refused() {
         let path = file(folder.path(), name, content);
         run(&[&["replay", "--profile", text(&path)][..], more].concat())
     };
-    assert_one_line(&replay("a.csv", "time_s,v\n0,30\n", &[]), 1, &["a.csv", "no column speed_mm_s"]);
-    assert_one_line(&replay("b.csv", "speed_mm_s\n30\n", &[]), 1, &["b.csv", "no column time_s"]);
-    assert_one_line(&replay("c.csv", "time_s,speed_mm_s\n-1,30\n", &[]), 1, &["c.csv", "time_s -1"]);
-    assert_one_line(&replay("d.csv", "time_s,speed_mm_s\n0,3000\n", &[]), 1, &["d.csv", "a speed of 3000 mm/s"]);
-    assert_one_line(&replay("e.csv", "time_s,speed_mm_s\n0,30\n", &["--profile-repeats"]), 1, &["two to repeat"]);
+    assert_one_line(
+        &replay("a.csv", "time_s,v\n0,30\n", &[]),
+        1,
+        &["a.csv", "no column speed_mm_s"],
+    );
+    assert_one_line(
+        &replay("b.csv", "speed_mm_s\n30\n", &[]),
+        1,
+        &["b.csv", "no column time_s"],
+    );
+    assert_one_line(
+        &replay("c.csv", "time_s,speed_mm_s\n-1,30\n", &[]),
+        1,
+        &["c.csv", "time_s -1"],
+    );
+    assert_one_line(
+        &replay("d.csv", "time_s,speed_mm_s\n0,3000\n", &[]),
+        1,
+        &["d.csv", "a speed of 3000 mm/s"],
+    );
+    assert_one_line(
+        &replay("e.csv", "time_s,speed_mm_s\n0,30\n", &["--profile-repeats"]),
+        1,
+        &["two to repeat"],
+    );
 }

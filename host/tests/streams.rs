@@ -23,12 +23,17 @@ use std::time::Duration;
 
 /// Numbers of the messages of a topic that have arrived.
 fn indices(all: &[Received], topic: &str) -> BTreeSet<u64> {
-    all.iter().filter(|one| one.topic == topic).filter_map(|one| one.message["index"].as_u64()).collect()
+    all.iter()
+        .filter(|one| one.topic == topic)
+        .filter_map(|one| one.message["index"].as_u64())
+        .collect()
 }
 
 /// How many numbers are missing before the greatest.
 fn gaps(indices: &BTreeSet<u64>) -> u64 {
-    indices.last().map_or(0, |last| last + 1 - indices.len() as u64)
+    indices
+        .last()
+        .map_or(0, |last| last + 1 - indices.len() as u64)
 }
 
 #[test]
@@ -36,32 +41,49 @@ fn a_broker_gets_every_message_and_the_schemas() {
     let broker = Broker::start();
     let subscriber = Subscriber::start(broker.port);
     let board = SerialBoard::new();
-    let serving = Serving::start(&[&board], &["--mqtt", &format!("mqtt://127.0.0.1:{}", broker.port)]);
+    let serving = Serving::start(
+        &[&board],
+        &["--mqtt", &format!("mqtt://127.0.0.1:{}", broker.port)],
+    );
     sleep(Duration::from_secs(3));
     let report = serving.interrupt();
     let all = subscriber.finish();
     let frames = indices(&all, "ridgetone/f0/frames");
-    assert!(frames.len() > 400 && gaps(&frames) == 0, "{} frames, {report}", frames.len());
+    assert!(
+        frames.len() > 400 && gaps(&frames) == 0,
+        "{} frames, {report}",
+        frames.len()
+    );
     for topic in ["diagnostics", "health"] {
         let found = indices(&all, &format!("ridgetone/f0/{topic}"));
         assert!(!found.is_empty() && gaps(&found) == 0, "{topic}: {found:?}");
     }
-    let schema = all.iter().find(|one| one.topic == "ridgetone/f0/frames/schema").expect("a schema");
+    let schema = all
+        .iter()
+        .find(|one| one.topic == "ridgetone/f0/frames/schema")
+        .expect("a schema");
     assert_eq!(schema.message["properties"]["volts"]["type"], "array");
-    let states: Vec<&Value> =
-        all.iter().filter(|one| one.topic == "ridgetone/status").map(|one| &one.message["state"]).collect();
+    let states: Vec<&Value> = all
+        .iter()
+        .filter(|one| one.topic == "ridgetone/status")
+        .map(|one| &one.message["state"])
+        .collect();
     assert_eq!(states, ["online", "offline"]);
     assert!(report.contains("0 frames and 0 events lost\n"), "{report}");
 }
 
-/// The connection breaks for seconds. Every event arrives, and every frame that does not is counted.
+/// The connection breaks for seconds. Every event arrives, and every frame that does not is
+/// counted.
 #[test]
 fn what_a_broken_connection_costs_is_counted_and_reported() {
     let broker = Broker::start();
     let subscriber = Subscriber::start(broker.port);
     let relay = Relay::start(broker.port);
     let board = SerialBoard::of_rate(2000.0);
-    let serving = Serving::start(&[&board], &["--mqtt", &format!("mqtt://127.0.0.1:{}", relay.port)]);
+    let serving = Serving::start(
+        &[&board],
+        &["--mqtt", &format!("mqtt://127.0.0.1:{}", relay.port)],
+    );
     sleep(Duration::from_secs(2));
     relay.cut();
     sleep(Duration::from_secs(4));
@@ -72,7 +94,10 @@ fn what_a_broken_connection_costs_is_counted_and_reported() {
     let report = serving.interrupt();
     let all = subscriber.finish();
     let reported = |name: &str| -> u64 {
-        all.iter().filter(|one| one.message["at"] == "mqtt").filter_map(|one| one.message[name].as_u64()).sum()
+        all.iter()
+            .filter(|one| one.message["at"] == "mqtt")
+            .filter_map(|one| one.message[name].as_u64())
+            .sum()
     };
     let (lost, unconfirmed) = (reported("frames"), reported("frames_unconfirmed"));
     let missing = gaps(&indices(&all, "ridgetone/f0/frames"));
@@ -85,10 +110,20 @@ fn what_a_broken_connection_costs_is_counted_and_reported() {
         let found = indices(&all, &format!("ridgetone/f0/{topic}"));
         assert_eq!(gaps(&found), 0, "{topic}: {found:?}");
     }
-    assert!(indices(&all, "ridgetone/f0/health").len() >= 9, "events of the break arrive later");
+    assert!(
+        indices(&all, "ridgetone/f0/health").len() >= 9,
+        "events of the break arrive later"
+    );
     // Held up, it would be as late as the break is long, 4 s.
-    assert!(board.late_s() < 2.0, "the board was held up for {} s", board.late_s());
-    assert!(report.contains("; trying again") && report.matches("connected").count() >= 2, "{report}");
+    assert!(
+        board.late_s() < 2.0,
+        "the board was held up for {} s",
+        board.late_s()
+    );
+    assert!(
+        report.contains("; trying again") && report.matches("connected").count() >= 2,
+        "{report}"
+    );
 }
 
 /// A broker that has stopped takes nothing and says nothing; the board goes on.
@@ -96,17 +131,29 @@ fn what_a_broken_connection_costs_is_counted_and_reported() {
 fn a_broker_that_hangs_holds_up_no_board() {
     let broker = Broker::start();
     let board = SerialBoard::of_rate(2000.0);
-    let serving = Serving::start(&[&board], &["--mqtt", &format!("mqtt://127.0.0.1:{}", broker.port)]);
+    let serving = Serving::start(
+        &[&board],
+        &["--mqtt", &format!("mqtt://127.0.0.1:{}", broker.port)],
+    );
     sleep(Duration::from_secs(1));
     broker.hang();
     sleep(Duration::from_secs(8));
     board.stop();
-    // Held up, it would be as late as the broker hangs, 8 s. A processor that is busy makes it late too.
-    assert!(board.late_s() < 4.0 && board.frames() > 12_000, "{} s late, {} frames", board.late_s(), board.frames());
+    // Held up, it would be as late as the broker hangs, 8 s. A processor that is busy makes it late
+    // too.
+    assert!(
+        board.late_s() < 4.0 && board.frames() > 12_000,
+        "{} s late, {} frames",
+        board.late_s(),
+        board.frames()
+    );
     broker.go_on();
     sleep(Duration::from_secs(2));
     let report = serving.interrupt();
-    assert!(report.contains("mqtt: ") && report.contains("delivered"), "{report}");
+    assert!(
+        report.contains("mqtt: ") && report.contains("delivered"),
+        "{report}"
+    );
 }
 
 #[test]
@@ -122,23 +169,38 @@ fn a_broker_that_is_not_there_is_waited_for() {
     let all = subscriber.finish();
     assert!(!indices(&all, "ridgetone/f0/frames").is_empty(), "{report}");
     assert!(
-        report.contains(&format!("ridgetone: mqtt: 127.0.0.1:{port}: ")) && report.contains("; trying again"),
+        report.contains(&format!("ridgetone: mqtt: 127.0.0.1:{port}: "))
+            && report.contains("; trying again"),
         "{report}"
     );
     drop(broker);
 }
 
-/// What the Foxglove app does: it connects, gets the channels with their schemas, and subscribes to all.
+/// What the Foxglove app does: it connects, gets the channels with their schemas, and subscribes to
+/// all.
 #[test]
 fn foxglove_gets_channels_schemas_and_messages() {
     let (port, board) = (mosquitto::free_port(), SerialBoard::new());
     let serving = Serving::start(&[&board], &["--foxglove", &format!("127.0.0.1:{port}")]);
     let mut viewer = foxglove::Viewer::connect(port);
     viewer.subscribe_to(7);
-    for topic in ["frames", "contact", "tone", "feel", "texture", "pins", "diagnostics", "health"] {
+    for topic in [
+        "frames",
+        "contact",
+        "tone",
+        "feel",
+        "texture",
+        "pins",
+        "diagnostics",
+        "health",
+    ] {
         let channel = &viewer.channels[&format!("/ridgetone/f0/{topic}")];
-        assert_eq!((&channel["encoding"], &channel["schemaEncoding"]), (&"json".into(), &"jsonschema".into()));
-        let schema: Value = serde_json::from_str(channel["schema"].as_str().expect("a schema")).expect("JSON");
+        assert_eq!(
+            (&channel["encoding"], &channel["schemaEncoding"]),
+            (&"json".into(), &"jsonschema".into())
+        );
+        let schema: Value =
+            serde_json::from_str(channel["schema"].as_str().expect("a schema")).expect("JSON");
         assert_eq!(schema["title"], format!("ridgetone.{topic}"));
     }
     let mut found: BTreeMap<String, Vec<(u64, Value)>> = BTreeMap::new();
@@ -148,18 +210,37 @@ fn foxglove_gets_channels_schemas_and_messages() {
     }
     let frames = &found["/ridgetone/f0/frames"];
     for pair in frames.windows(2) {
-        assert_eq!(pair[1].1["index"].as_u64(), pair[0].1["index"].as_u64().map(|index| index + 1));
+        assert_eq!(
+            pair[1].1["index"].as_u64(),
+            pair[0].1["index"].as_u64().map(|index| index + 1)
+        );
     }
     let (log_ns, last) = frames.last().expect("a frame");
-    assert!((*log_ns as f64 * 1e-9 - last["utc_s"].as_f64().expect("a time")).abs() < 1e-6, "{last}");
+    assert!(
+        (*log_ns as f64 * 1e-9 - last["utc_s"].as_f64().expect("a time")).abs() < 1e-6,
+        "{last}"
+    );
     assert!(!found["/ridgetone/f0/health"].is_empty());
     let report = serving.interrupt();
-    assert!(report.contains(&format!("ridgetone: foxglove: ws://127.0.0.1:{port}")), "{report}");
+    assert!(
+        report.contains(&format!("ridgetone: foxglove: ws://127.0.0.1:{port}")),
+        "{report}"
+    );
     // A second one at the same address is refused, and nothing else is served: an error.
     let busy = std::net::TcpListener::bind(("127.0.0.1", port)).expect("free again");
     let address = format!("127.0.0.1:{port}");
-    let second = common::run(&["serve", "--finger", "a=/dev/no-such-port", "--foxglove", &address]);
+    let second = common::run(&[
+        "serve",
+        "--finger",
+        "a=/dev/no-such-port",
+        "--foxglove",
+        &address,
+    ]);
     assert_eq!(second.status.code(), Some(1));
-    assert!(common::stderr(&second).contains("no sink works"), "{}", common::stderr(&second));
+    assert!(
+        common::stderr(&second).contains("no sink works"),
+        "{}",
+        common::stderr(&second)
+    );
     drop(busy);
 }

@@ -1,5 +1,5 @@
-//! Tables as they are: separators, decimals, names and units of the time, missing cells; and what `record` and `export` write,
-//! read back by every command that takes a recording.
+//! Tables as they are: separators, decimals, names and units of the time, missing cells; and what
+//! `record` and `export` write, read back by every command that takes a recording.
 
 mod common;
 
@@ -16,12 +16,24 @@ fn fit(path: &Path, options: &[&str]) -> (Value, String) {
 }
 
 /// A table of our own with another header and other cells.
-fn rewritten(table: &str, header: &str, separator: &str, cell: impl Fn(usize, &str) -> String) -> String {
+fn rewritten(
+    table: &str,
+    header: &str,
+    separator: &str,
+    cell: impl Fn(usize, &str) -> String,
+) -> String {
     let line = |line: &str| {
-        let cells: Vec<String> = line.split(',').enumerate().map(|(at, text)| cell(at, text)).collect();
+        let cells: Vec<String> = line
+            .split(',')
+            .enumerate()
+            .map(|(at, text)| cell(at, text))
+            .collect();
         cells.join(separator)
     };
-    std::iter::once(header.to_owned()).chain(table.lines().skip(1).map(line)).collect::<Vec<_>>().join("\n")
+    std::iter::once(header.to_owned())
+        .chain(table.lines().skip(1).map(line))
+        .collect::<Vec<_>>()
+        .join("\n")
 }
 
 #[test]
@@ -29,7 +41,10 @@ fn separators_decimals_and_times_of_all_kinds_give_the_same_numbers() {
     let folder = directory();
     let table = tone(2, 400, 100.0, 5.0, 0.0);
     let plain = fit(&file(folder.path(), "plain.csv", &table), &[]);
-    assert_eq!((plain.0["status"].as_str(), plain.1.as_str()), (Some("good"), ""));
+    assert_eq!(
+        (plain.0["status"].as_str(), plain.1.as_str()),
+        (Some("good"), "")
+    );
     let same = |_: usize, text: &str| text.to_owned();
     let comma = |_: usize, text: &str| text.replace('.', ",");
     let times = |factor: f64| {
@@ -46,17 +61,73 @@ fn separators_decimals_and_times_of_all_kinds_give_the_same_numbers() {
     let (same, comma, clock): (Cell<'_>, Cell<'_>, Cell<'_>) = (&same, &comma, &clock);
     let (ms, us) = (times(1e3), times(1e6));
     for (name, header, separator, cell, options, said) in [
-        ("semicolons", "time_s;c0;c1", ";", comma, &[][..], "separated by semicolons; decimals follow a comma"),
-        ("tabs", "t (s)\tc0\tc1", "\t", same, &[], "tabs; column t (s) is the time in seconds"),
+        (
+            "semicolons",
+            "time_s;c0;c1",
+            ";",
+            comma,
+            &[][..],
+            "separated by semicolons; decimals follow a comma",
+        ),
+        (
+            "tabs",
+            "t (s)\tc0\tc1",
+            "\t",
+            same,
+            &[],
+            "tabs; column t (s) is the time in seconds",
+        ),
         ("spaces", "time_s c0 c1", "  ", same, &[], "white space"),
         ("numpy", "# time_s,c0,c1", ",", same, &[], ""),
-        ("bare", "Time,c0,c1", ",", same, &[], "column Time is the time in seconds"),
-        ("ms", "time_ms,c0,c1", ",", &ms, &[], "column time_ms is the time in milliseconds"),
+        (
+            "bare",
+            "Time,c0,c1",
+            ",",
+            same,
+            &[],
+            "column Time is the time in seconds",
+        ),
+        (
+            "ms",
+            "time_ms,c0,c1",
+            ",",
+            &ms,
+            &[],
+            "column time_ms is the time in milliseconds",
+        ),
         ("us", "t [us],c0,c1", ",", &us, &[], "microseconds"),
-        ("asked", "x,c0,c1", ",", &ms, &["--time-column", "x:ms"], "column x is the time in milliseconds"),
-        ("excel", "sep=;\ntime_s;c0;c1;", ";", &|_, text| text.to_owned(), &[], "semicolons"),
-        ("comments", "# made by hand\n# time_s,c0,c1", ",", same, &[], ""),
-        ("clock", "timestamp,c0,c1", ",", clock, &[], "column timestamp is the time in seconds"),
+        (
+            "asked",
+            "x,c0,c1",
+            ",",
+            &ms,
+            &["--time-column", "x:ms"],
+            "column x is the time in milliseconds",
+        ),
+        (
+            "excel",
+            "sep=;\ntime_s;c0;c1;",
+            ";",
+            &|_, text| text.to_owned(),
+            &[],
+            "semicolons",
+        ),
+        (
+            "comments",
+            "# made by hand\n# time_s,c0,c1",
+            ",",
+            same,
+            &[],
+            "",
+        ),
+        (
+            "clock",
+            "timestamp,c0,c1",
+            ",",
+            clock,
+            &[],
+            "column timestamp is the time in seconds",
+        ),
     ] {
         let mut rows = rewritten(&table, header, separator, cell);
         if header.ends_with(";c1;") {
@@ -79,7 +150,10 @@ fn separators_decimals_and_times_of_all_kinds_give_the_same_numbers() {
         } else {
             assert_eq!(found, plain.0, "{name}");
         }
-        assert!(beside.contains(said) && beside.lines().count() == usize::from(!said.is_empty()), "{name}: {beside}");
+        assert!(
+            beside.contains(said) && beside.lines().count() == usize::from(!said.is_empty()),
+            "{name}: {beside}"
+        );
     }
 }
 
@@ -88,11 +162,31 @@ fn missing_cells_have_many_names() {
     let folder = directory();
     let table = tone(2, 400, 100.0, 5.0, 0.0);
     let lacking = |mark: &str| {
-        let cell = |at: usize, text: &str| if at == 1 && text.ends_with('7') { mark } else { text }.to_owned();
-        fit(&file(folder.path(), "lacking.csv", &rewritten(&table, "time_s,c0,c1", ",", cell)), &[]).0
+        let cell = |at: usize, text: &str| {
+            if at == 1 && text.ends_with('7') {
+                mark
+            } else {
+                text
+            }
+            .to_owned()
+        };
+        fit(
+            &file(
+                folder.path(),
+                "lacking.csv",
+                &rewritten(&table, "time_s,c0,c1", ",", cell),
+            ),
+            &[],
+        )
+        .0
     };
     let blank = lacking("");
-    assert!(blank["readings_missing"].as_u64().is_some_and(|count| count > 10) && blank["status"] == "good");
+    assert!(
+        blank["readings_missing"]
+            .as_u64()
+            .is_some_and(|count| count > 10)
+            && blank["status"] == "good"
+    );
     for mark in ["NaN", "nan", "NA", "N/A", "null"] {
         assert_eq!(lacking(mark), blank, "{mark}");
     }
@@ -102,17 +196,49 @@ fn missing_cells_have_many_names() {
 fn what_cannot_be_guessed_is_refused_with_the_way_out() {
     let folder = directory();
     let cases = [
-        ("whole.csv", "t,a\n0,1\n4,2\n8,1\n", &["column t", "whole numbers", "--time-column t:ms"][..]),
-        ("two.csv", "t,time,a\n0,0,1\n", &["t, time", "--time-column"]),
-        ("thousands.csv", "time_s;a\n0,5;1,5\n1.5;2.5\n", &["line 3", "1.5", "points or commas"]),
-        ("decimals.csv", "time_s,a\n0,0,1,5\n0,1,2,5\n", &["4 columns, the header has 2", "semicolons"]),
-        ("ties.csv", "t,a\n0.5,1\n0.5,2\n", &["does not increase", "--time-column none"]),
-        ("word.csv", "time_ms,a\nsoon,1\n", &["column time_ms", "soon"]),
-        ("latin.csv", "time_s,a\n0,1\n", &["no column x; there are: time_s, a"]),
+        (
+            "whole.csv",
+            "t,a\n0,1\n4,2\n8,1\n",
+            &["column t", "whole numbers", "--time-column t:ms"][..],
+        ),
+        (
+            "two.csv",
+            "t,time,a\n0,0,1\n",
+            &["t, time", "--time-column"],
+        ),
+        (
+            "thousands.csv",
+            "time_s;a\n0,5;1,5\n1.5;2.5\n",
+            &["line 3", "1.5", "points or commas"],
+        ),
+        (
+            "decimals.csv",
+            "time_s,a\n0,0,1,5\n0,1,2,5\n",
+            &["4 columns, the header has 2", "semicolons"],
+        ),
+        (
+            "ties.csv",
+            "t,a\n0.5,1\n0.5,2\n",
+            &["does not increase", "--time-column none"],
+        ),
+        (
+            "word.csv",
+            "time_ms,a\nsoon,1\n",
+            &["column time_ms", "soon"],
+        ),
+        (
+            "latin.csv",
+            "time_s,a\n0,1\n",
+            &["no column x; there are: time_s, a"],
+        ),
     ];
     for (name, content, parts) in cases {
         let path = file(folder.path(), name, content);
-        let options: &[&str] = if name == "latin.csv" { &["--time-column", "x"] } else { &[] };
+        let options: &[&str] = if name == "latin.csv" {
+            &["--time-column", "x"]
+        } else {
+            &[]
+        };
         for command in ["fit", "replay"] {
             assert_one_line(&run(&[&[command, text(&path)], options].concat()), 1, parts);
         }
@@ -120,17 +246,39 @@ fn what_cannot_be_guessed_is_refused_with_the_way_out() {
     let ways_out = file(
         folder.path(),
         "whole.csv",
-        &(0..100).fold("t,a\n".into(), |csv, row| format!("{csv}{},{}\n", 4 * row, row % 7)),
+        &(0..100).fold("t,a\n".into(), |csv, row| {
+            format!("{csv}{},{}\n", 4 * row, row % 7)
+        }),
     );
-    assert!(run(&["fit", text(&ways_out), "--time-column", "t:ms"]).status.success());
-    assert!(run(&["fit", text(&ways_out), "--time-column", "none", "--rate", "250"]).status.success());
-    assert_one_line(&run(&["fit", text(&ways_out), "--time-column", "t:min"]), 2, &["s, ms, us or ns"]);
+    assert!(
+        run(&["fit", text(&ways_out), "--time-column", "t:ms"])
+            .status
+            .success()
+    );
+    assert!(
+        run(&[
+            "fit",
+            text(&ways_out),
+            "--time-column",
+            "none",
+            "--rate",
+            "250"
+        ])
+        .status
+        .success()
+    );
+    assert_one_line(
+        &run(&["fit", text(&ways_out), "--time-column", "t:min"]),
+        2,
+        &["s, ms, us or ns"],
+    );
     let utf16 = folder.path().join("utf16.csv");
     std::fs::write(&utf16, [0xff, 0xfe, b't', 0, b'\n', 0]).expect("a file");
     assert_one_line(&run(&["fit", text(&utf16)]), 1, &["not UTF-8", "save it"]);
 }
 
-/// A recording of telemetry with raw frames, as a board sends them, and all that `export` makes of it.
+/// A recording of telemetry with raw frames, as a board sends them, and all that `export` makes of
+/// it.
 fn recorded(folder: &Path) -> Vec<std::path::PathBuf> {
     use ridgetone_proto::settings::Settings;
     use ridgetone_proto::telemetry::{Event, Packet, WIRE_MAX, encode};
@@ -138,7 +286,9 @@ fn recorded(folder: &Path) -> Vec<std::path::PathBuf> {
     let mut pipeline = Box::new(ridgetone::pipeline::Pipeline::new(Settings::DEFAULT));
     pipeline.report_raw(u32::MAX);
     events.push(pipeline.hello());
-    let input = ridgetone_host::input::Input::default().open().expect("a scene");
+    let input = ridgetone_host::input::Input::default()
+        .open()
+        .expect("a scene");
     let mut take = |timed| {
         pipeline.push(timed, &mut |event: Event| events.push(event));
         Ok(())
@@ -147,15 +297,31 @@ fn recorded(folder: &Path) -> Vec<std::path::PathBuf> {
     let mut bytes = Vec::new();
     for (sequence, event) in events.into_iter().enumerate() {
         let mut wire = [0; WIRE_MAX];
-        let used = encode(&Packet { sequence: sequence as u16, event }, &mut wire).expect("it fits");
+        let used = encode(
+            &Packet {
+                sequence: sequence as u16,
+                event,
+            },
+            &mut wire,
+        )
+        .expect("it fits");
         bytes.extend_from_slice(&wire[..used]);
     }
     let rec = folder.join("touch.rec");
     std::fs::write(&rec, bytes).expect("a file");
     let mut all = vec![rec.clone()];
-    for (name, format) in [("csv", &["csv", "--table", "frames"][..]), ("mcap", &["mcap"]), ("ndjson", &["ndjson"])] {
+    for (name, format) in [
+        ("csv", &["csv", "--table", "frames"][..]),
+        ("mcap", &["mcap"]),
+        ("ndjson", &["ndjson"]),
+    ] {
         let path = folder.join(format!("touch.{name}"));
-        let made = run(&[&["export", text(&rec), "--format"], format, &["-o", text(&path)]].concat());
+        let made = run(&[
+            &["export", text(&rec), "--format"],
+            format,
+            &["-o", text(&path)],
+        ]
+        .concat());
         assert!(made.status.success(), "{}", stderr(&made));
         all.push(path);
     }
@@ -166,7 +332,15 @@ fn recorded(folder: &Path) -> Vec<std::path::PathBuf> {
 fn what_is_written_is_read_by_every_command_that_takes_a_recording() {
     let folder = directory();
     let all = recorded(folder.path());
-    let surface = ["--reference", "ra_um=0.5,rsm_mm=3.6,speed_mm_s=30", "--from", "1.6", "--to", "3.4", "--json"];
+    let surface = [
+        "--reference",
+        "ra_um=0.5,rsm_mm=3.6,speed_mm_s=30",
+        "--from",
+        "1.6",
+        "--to",
+        "3.4",
+        "--json",
+    ];
     let results = |path: &Path| {
         let path = text(path);
         let without_name = |output| {
@@ -179,9 +353,17 @@ fn what_is_written_is_read_by_every_command_that_takes_a_recording() {
                 .collect::<Vec<_>>()
         };
         let gratings = [2.5, 3.6, 4.0].map(|mm| format!("{mm}={path}"));
-        let calibrated = run(&["calibrate", &gratings[0], &gratings[1], &gratings[2], "--json"]);
+        let calibrated = run(&[
+            "calibrate",
+            &gratings[0],
+            &gratings[1],
+            &gratings[2],
+            "--json",
+        ]);
         [
-            without_name(run(&["fit", path, "--from", "1.6", "--to", "3.4", "--json"])),
+            without_name(run(&[
+                "fit", path, "--from", "1.6", "--to", "3.4", "--json",
+            ])),
             without_name(run(&[&["feel", path], &surface[..]].concat())),
             // The same grating three times is no line; it is refused after all of it was replayed.
             vec![stderr(&calibrated).replace(path, "").into()],
@@ -192,24 +374,45 @@ fn what_is_written_is_read_by_every_command_that_takes_a_recording() {
     for path in &all {
         assert_eq!(results(path), expected, "{}", path.display());
     }
-    // `replay` of telemetry prints it; of frames in another form it plays them, and both find the slide's tone.
+    // `replay` of telemetry prints it; of frames in another form it plays them, and both find the
+    // slide's tone.
     let tone = |path: &Path| {
         let lines = json_lines(&run(&["replay", text(path), "--json", "--noise", "off"]));
-        let whole = lines.iter().find(|line| line["span"] == "slide").expect("an estimate of the slide");
+        let whole = lines
+            .iter()
+            .find(|line| line["span"] == "slide")
+            .expect("an estimate of the slide");
         whole["frequency_hz"].as_f64().expect("a tone")
     };
     let board_hz = tone(&all[0]);
     for path in &all[1..] {
-        assert!((tone(path) / board_hz - 1.0).abs() < 1e-4, "{}", path.display());
+        assert!(
+            (tone(path) / board_hz - 1.0).abs() < 1e-4,
+            "{}",
+            path.display()
+        );
     }
-    assert_one_line(&run(&["fit", text(&all[0]), "--time-column", "x"]), 1, &["--time-column is for tables"]);
+    assert_one_line(
+        &run(&["fit", text(&all[0]), "--time-column", "x"]),
+        1,
+        &["--time-column is for tables"],
+    );
     let shown = stdout(&run(&["monitor", "--file", text(&all[0]), "--pace", "0"]));
     assert!(shown.contains("contact"));
     // Volts beside the codes, in text too: 7,864,320 codes are 4.096 V (SBAS297G).
-    let frame = shown.lines().find(|line| line.contains("raw       frame 700")).expect("a frame");
-    let (codes, volts) = frame.split_once("codes [").and_then(|(_, rest)| rest.split_once("]; mV ")).expect("both");
+    let frame = shown
+        .lines()
+        .find(|line| line.contains("raw       frame 700"))
+        .expect("a frame");
+    let (codes, volts) = frame
+        .split_once("codes [")
+        .and_then(|(_, rest)| rest.split_once("]; mV "))
+        .expect("both");
     for (code, mv) in codes.split(", ").zip(volts.split(' ')) {
         let expected = code.parse::<f64>().expect("a code") * 4096.0 / 7_864_320.0;
-        assert!((mv.parse::<f64>().expect("a voltage") - expected).abs() < 1e-3, "{frame}");
+        assert!(
+            (mv.parse::<f64>().expect("a voltage") - expected).abs() < 1e-3,
+            "{frame}"
+        );
     }
 }

@@ -10,7 +10,10 @@ const C1: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/c1.toml");
 
 fn estimates(more: &[&str]) -> Vec<Value> {
     let events = json_lines(&run(&[&["replay", "--scene", C1, "--json"], more].concat()));
-    events.into_iter().filter(|event| event["type"] == "estimate").collect()
+    events
+        .into_iter()
+        .filter(|event| event["type"] == "estimate")
+        .collect()
 }
 
 #[test]
@@ -18,16 +21,35 @@ fn period_speed_and_direction_are_reported_with_their_uncertainties() {
     let found = estimates(&[]);
     assert!(found.len() > 2);
     for estimate in found {
-        assert_eq!((&estimate["travel"], &estimate["direction"]), (&"unique".into(), &"backward".into()), "{estimate}");
+        assert_eq!(
+            (&estimate["travel"], &estimate["direction"]),
+            (&"unique".into(), &"backward".into()),
+            "{estimate}"
+        );
         let number = |name: &str| estimate[name].as_f64().expect("a number");
-        let (period_sigma, speed_sigma) = (number("spatial_period_sigma_mm"), number("speed_sigma_mm_s"));
-        assert!((number("spatial_period_mm") / 3.6 - 1.0).abs() < 0.01 && period_sigma > 0.0, "{estimate}");
-        assert!((number("speed_mm_s") / 15.0 - 1.0).abs() < 0.015 && speed_sigma > 0.0, "{estimate}");
+        let (period_sigma, speed_sigma) = (
+            number("spatial_period_sigma_mm"),
+            number("speed_sigma_mm_s"),
+        );
+        assert!(
+            (number("spatial_period_mm") / 3.6 - 1.0).abs() < 0.01 && period_sigma > 0.0,
+            "{estimate}"
+        );
+        assert!(
+            (number("speed_mm_s") / 15.0 - 1.0).abs() < 0.015 && speed_sigma > 0.0,
+            "{estimate}"
+        );
         let speed = number("frequency_hz") * number("spatial_period_mm");
-        assert!((number("speed_mm_s") / speed - 1.0).abs() < 1e-6, "{estimate}");
+        assert!(
+            (number("speed_mm_s") / speed - 1.0).abs() < 1e-6,
+            "{estimate}"
+        );
     }
     let printed = stdout(&run(&["replay", "--scene", C1]));
-    assert!(printed.contains("; period 3.6") && printed.contains(" mm, backward at 15.0"), "{printed}");
+    assert!(
+        printed.contains("; period 3.6") && printed.contains(" mm, backward at 15.0"),
+        "{printed}"
+    );
 }
 
 #[test]
@@ -43,7 +65,11 @@ fn what_is_possible_is_the_users_to_say() {
     ] {
         for estimate in estimates(options) {
             assert_eq!(estimate["travel"], verdict, "{options:?}: {estimate}");
-            assert_eq!(estimate["spatial_period_mm"].is_null(), verdict != "unique", "{estimate}");
+            assert_eq!(
+                estimate["spatial_period_mm"].is_null(),
+                verdict != "unique",
+                "{estimate}"
+            );
         }
     }
     assert_one_line(
@@ -61,9 +87,16 @@ fn a_given_speed_gives_the_period() {
         let speed_mm_s: f64 = speed.parse().expect("a number");
         for estimate in estimates(&["--speed", speed]) {
             assert_eq!(estimate["travel"], verdict, "{estimate}");
-            assert_eq!(estimate["speed_mm_s"].as_f64(), Some(speed_mm_s), "{estimate}");
+            assert_eq!(
+                estimate["speed_mm_s"].as_f64(),
+                Some(speed_mm_s),
+                "{estimate}"
+            );
             let period_mm = estimate["spatial_period_mm"].as_f64().expect("a number");
-            assert!((period_mm * 15.0 / speed_mm_s / 3.6 - 1.0).abs() < 0.002, "{estimate}");
+            assert!(
+                (period_mm * 15.0 / speed_mm_s / 3.6 - 1.0).abs() < 0.002,
+                "{estimate}"
+            );
         }
     }
 }

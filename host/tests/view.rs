@@ -1,4 +1,5 @@
-//! `view`: the messages to its pages, the server, and the page in a browser, which `cargo xtask test` installs.
+//! `view`: the messages to its pages, the server, and the page in a browser, which `cargo xtask
+//! test` installs.
 #![cfg(target_os = "linux")]
 
 mod common;
@@ -40,7 +41,10 @@ fn packets_with(settings: Settings, until_s: f64) -> Vec<Packet> {
         Ok(())
     };
     replay::conversions(Input::default().open().expect("a scene"), &mut take).expect("a run");
-    (0..).zip(events).map(|(sequence, event)| Packet { sequence, event }).collect()
+    (0..)
+        .zip(events)
+        .map(|(sequence, event)| Packet { sequence, event })
+        .collect()
 }
 
 /// The same as a recording.
@@ -90,7 +94,11 @@ impl View {
         let mut stdout = BufReader::new(child.stdout.take().expect("a pipe"));
         let mut url = String::new();
         stdout.read_line(&mut url).expect("a line");
-        Self { child, url: url.trim().to_owned(), stdout }
+        Self {
+            child,
+            url: url.trim().to_owned(),
+            stdout,
+        }
     }
 
     /// Address and port.

@@ -1,4 +1,5 @@
-//! `serve` to Zenoh, beside a session of the crate, and beside a peer of Zenoh's package for Python.
+//! `serve` to Zenoh, beside a session of the crate, and beside a peer of Zenoh's package for
+//! Python.
 #![cfg(target_os = "linux")]
 
 mod common;
@@ -23,12 +24,17 @@ use zenoh::{Config, Wait};
 /// A peer that listens at this port and looks for nobody.
 fn peer(port: u16) -> zenoh::Session {
     let mut config = Config::default();
-    config.insert_json5("listen/endpoints", &format!("[\"tcp/127.0.0.1:{port}\"]")).expect("an address");
-    config.insert_json5("scouting/multicast/enabled", "false").expect("a switch");
+    config
+        .insert_json5("listen/endpoints", &format!("[\"tcp/127.0.0.1:{port}\"]"))
+        .expect("an address");
+    config
+        .insert_json5("scouting/multicast/enabled", "false")
+        .expect("a switch");
     zenoh::open(config).wait().expect("a session")
 }
 
-/// Two servers of one network find each other by multicast, and a peer of one gets the messages of both: one at a time.
+/// Two servers of one network find each other by multicast, and a peer of one gets the messages of
+/// both: one at a time.
 fn alone() -> MutexGuard<'static, ()> {
     static SERVER: Mutex<()> = Mutex::new(());
     // A test that has failed holds up no other.
@@ -36,7 +42,10 @@ fn alone() -> MutexGuard<'static, ()> {
 }
 
 fn free_port() -> u16 {
-    TcpListener::bind("127.0.0.1:0").and_then(|free| free.local_addr()).expect("a port").port()
+    TcpListener::bind("127.0.0.1:0")
+        .and_then(|free| free.local_addr())
+        .expect("a port")
+        .port()
 }
 
 #[test]
@@ -44,7 +53,10 @@ fn a_peer_gets_messages_without_a_gap_and_its_end_holds_up_no_board() {
     let _alone = alone();
     let port = free_port();
     let session = peer(port);
-    let subscriber = session.declare_subscriber("ridgetone/**").wait().expect("a subscription");
+    let subscriber = session
+        .declare_subscriber("ridgetone/**")
+        .wait()
+        .expect("a subscription");
     let board = SerialBoard::of_rate(1000.0);
     let serving = Serving::start(&[&board], &["--zenoh", &format!("tcp/127.0.0.1:{port}")]);
     let mut found: BTreeMap<String, Vec<u64>> = BTreeMap::new();
@@ -57,18 +69,31 @@ fn a_peer_gets_messages_without_a_gap_and_its_end_holds_up_no_board() {
         let message: Value = serde_json::from_slice(&sample.payload().to_bytes()).expect("JSON");
         assert_eq!(sample.encoding().to_string(), "application/json");
         let index = message["index"].as_u64();
-        found.entry(sample.key_expr().to_string()).or_default().extend(index);
+        found
+            .entry(sample.key_expr().to_string())
+            .or_default()
+            .extend(index);
     }
     assert!(!found["ridgetone/f0/health"].is_empty(), "{found:?}");
     for (topic, indices) in &found {
-        assert!(indices.windows(2).all(|pair| pair[1] == pair[0] + 1), "{topic}: {indices:?}");
+        assert!(
+            indices.windows(2).all(|pair| pair[1] == pair[0] + 1),
+            "{topic}: {indices:?}"
+        );
     }
     drop((subscriber, session));
     sleep(Duration::from_secs(2));
     board.stop();
-    assert!(board.late_s() < 0.5, "the board was held up for {} s", board.late_s());
+    assert!(
+        board.late_s() < 0.5,
+        "the board was held up for {} s",
+        board.late_s()
+    );
     let stderr = serving.interrupt();
-    assert!(stderr.contains("zenoh: open as ") && stderr.contains("0 frames and 0 events lost"), "{stderr}");
+    assert!(
+        stderr.contains("zenoh: open as ") && stderr.contains("0 frames and 0 events lost"),
+        "{stderr}"
+    );
 }
 
 #[test]
@@ -87,14 +112,29 @@ fn a_peer_of_another_program_gets_messages_without_a_gap() {
         if key == "ridgetone/f0/frames" {
             let number = message["number"].as_f64().expect("a number") % 1000.0;
             let volts = (2e6 + 100.0 * number) * 4.096 / 7_864_320.0;
-            assert!((message["volts"][0].as_f64().expect("volts") - volts).abs() < 1e-6, "{message}");
+            assert!(
+                (message["volts"][0].as_f64().expect("volts") - volts).abs() < 1e-6,
+                "{message}"
+            );
         }
-        found.entry(key).or_default().extend(message["index"].as_u64());
+        found
+            .entry(key)
+            .or_default()
+            .extend(message["index"].as_u64());
     }
     for (key, indices) in &found {
-        assert!(indices.windows(2).all(|pair| pair[1] == pair[0] + 1), "{key}: {indices:?}");
+        assert!(
+            indices.windows(2).all(|pair| pair[1] == pair[0] + 1),
+            "{key}: {indices:?}"
+        );
     }
-    println!("{:?}", found.iter().map(|(key, indices)| (key, indices.len())).collect::<Vec<_>>());
+    println!(
+        "{:?}",
+        found
+            .iter()
+            .map(|(key, indices)| (key, indices.len()))
+            .collect::<Vec<_>>()
+    );
     assert!(found["ridgetone/f0/frames"].len() > 1400 && !found["ridgetone/f0/health"].is_empty());
     let stderr = serving.interrupt();
     assert!(stderr.contains("0 frames and 0 events lost"), "{stderr}");
@@ -102,6 +142,12 @@ fn a_peer_of_another_program_gets_messages_without_a_gap() {
 
 #[test]
 fn an_address_that_is_none_is_refused() {
-    let refused = common::run(&["serve", "--finger", "a=/dev/no-such-port", "--zenoh", "nowhere"]);
+    let refused = common::run(&[
+        "serve",
+        "--finger",
+        "a=/dev/no-such-port",
+        "--zenoh",
+        "nowhere",
+    ]);
     common::assert_one_line(&refused, 2, &["nowhere", "tcp/HOST:PORT"]);
 }

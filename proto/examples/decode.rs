@@ -1,6 +1,7 @@
 //! The bytes of a finger's line, decoded into packets.
 //!
-//! `cargo run -p ridgetone-proto --example decode < FILE`, with what the serial port gave in the file.
+//! `cargo run -p ridgetone-proto --example decode < FILE`, with what the serial port gave in the
+//! file.
 
 use ridgetone_proto::telemetry::{Decoder, Event, Packet};
 use std::io::Read;
@@ -8,7 +9,10 @@ use std::io::Read;
 /// The packets in some bytes, and the decoder, which has counted the damaged and the missing ones.
 pub fn decode(bytes: impl IntoIterator<Item = u8>) -> (Vec<Packet>, Decoder) {
     let mut decoder = Decoder::new();
-    let packets = bytes.into_iter().filter_map(|byte| decoder.push(byte)).collect();
+    let packets = bytes
+        .into_iter()
+        .filter_map(|byte| decoder.push(byte))
+        .collect();
     (packets, decoder)
 }
 
@@ -18,12 +22,21 @@ fn main() -> std::io::Result<()> {
     let (packets, decoder) = decode(bytes);
     for packet in &packets {
         match &packet.event {
-            Event::Contact(contact) => println!("{} us: taxel {} was touched", contact.t_us, contact.taxel),
+            Event::Contact(contact) => {
+                println!("{} us: taxel {} was touched", contact.t_us, contact.taxel)
+            }
             Event::Release(release) => println!("{} us: released", release.t_us),
-            Event::Estimate(estimate) => println!("{:?}: {:.2} Hz", estimate.status, estimate.frequency),
+            Event::Estimate(estimate) => {
+                println!("{:?}: {:.2} Hz", estimate.status, estimate.frequency)
+            }
             _ => {}
         }
     }
-    println!("{} packets, {} damaged, {} missing", packets.len(), decoder.damaged, decoder.missing);
+    println!(
+        "{} packets, {} damaged, {} missing",
+        packets.len(),
+        decoder.damaged,
+        decoder.missing
+    );
     Ok(())
 }

@@ -1,4 +1,5 @@
-//! Why the firmware started, how the run before ended, and where its settings come from: parts of `hello`.
+//! Why the firmware started, how the run before ended, and where its settings come from: parts of
+//! `hello`.
 
 use serde::{Deserialize, Serialize};
 
@@ -23,7 +24,8 @@ pub enum ResetCause {
 }
 
 impl ResetCause {
-    /// From RCC_CSR's flags (RM0090, 7.3.21). Every reset pulls the pin NRST, so its flag counts only alone.
+    /// From RCC_CSR's flags (RM0090, 7.3.21). Every reset pulls the pin NRST, so its flag counts
+    /// only alone.
     pub const fn from_flags(csr: u32) -> Self {
         const PIN: u32 = 1 << 26;
         const BROWN_OUT_OR_POWER: u32 = 1 << 25 | 1 << 27;
@@ -53,8 +55,9 @@ pub enum Oscillator {
     Unknown,
     /// The board's crystal or external clock (HSE).
     External,
-    /// The chip's own oscillator (HSI): the external one did not start. It is off by up to 1 % at 25 degrees Celsius and
-    /// 8 % between -40 and 105 (DS8626, HSI oscillator characteristics), and so are all times and frequencies.
+    /// The chip's own oscillator (HSI): the external one did not start. It is off by up to 1 % at
+    /// 25 degrees Celsius and 8 % between -40 and 105 (DS8626, HSI oscillator characteristics), and
+    /// so are all times and frequencies.
     Internal,
 }
 
@@ -104,7 +107,8 @@ pub struct Record {
     pub death: Death,
     /// The board's microsecond counter at the end; it wraps after 71.6 minutes.
     pub t_us: u32,
-    /// Address of the instruction (HardFault). 0 otherwise, and after an overflow of the stack, where it is lost.
+    /// Address of the instruction (HardFault). 0 otherwise, and after an overflow of the stack,
+    /// where it is lost.
     pub pc: u32,
     /// Return address of the function (HardFault), 0 otherwise.
     pub lr: u32,
@@ -127,7 +131,8 @@ pub enum SettingsSource {
     Sent,
     /// The compiled-in defaults: what was stored cannot be read.
     Damaged,
-    /// The flash, but what was stored last cannot be read: these are the settings stored before that.
+    /// The flash, but what was stored last cannot be read: these are the settings stored before
+    /// that.
     StoredBefore,
 }
 
@@ -158,7 +163,8 @@ impl Boot {
 mod tests {
     use super::*;
 
-    /// What an STM32F405 has in the top byte of RCC_CSR (RM0090, 7.3.21): LPWR, WWDG, IWDG, SFT, POR, PIN, BOR, RMVF.
+    /// What an STM32F405 has in the top byte of RCC_CSR (RM0090, 7.3.21): LPWR, WWDG, IWDG, SFT,
+    /// POR, PIN, BOR, RMVF.
     #[test]
     fn the_cause_is_read_from_the_flags() {
         let cases = [
@@ -173,7 +179,11 @@ mod tests {
         ];
         for (flags, cause) in cases {
             // The bits below are the oscillator's.
-            assert_eq!(ResetCause::from_flags(flags << 24 | 3), cause, "{flags:08b}");
+            assert_eq!(
+                ResetCause::from_flags(flags << 24 | 3),
+                cause,
+                "{flags:08b}"
+            );
         }
     }
 
@@ -181,9 +191,18 @@ mod tests {
     #[test]
     fn the_brown_out_level_is_read_from_the_option_bytes() {
         assert_eq!(BrownOut::from_option_bytes(0x0fff_aaed), BrownOut::Off);
-        let levels = [BrownOut::Level3, BrownOut::Level2, BrownOut::Level1, BrownOut::Off];
+        let levels = [
+            BrownOut::Level3,
+            BrownOut::Level2,
+            BrownOut::Level1,
+            BrownOut::Off,
+        ];
         for (bits, level) in levels.into_iter().enumerate() {
-            assert_eq!(BrownOut::from_option_bytes(0x0fff_aae1 | (bits as u32) << 2), level, "{bits:02b}");
+            assert_eq!(
+                BrownOut::from_option_bytes(0x0fff_aae1 | (bits as u32) << 2),
+                level,
+                "{bits:02b}"
+            );
         }
     }
 }

@@ -7,7 +7,8 @@ use crate::settings::{Settings, SettingsError};
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
-/// Most bytes of a request on the wire. The longest ones are settings with a protocol, and a full part of a speed profile.
+/// Most bytes of a request on the wire. The longest ones are settings with a protocol, and a full
+/// part of a speed profile.
 pub const REQUEST_WIRE_MAX: usize = 136;
 
 /// Most knots of a speed profile that one command carries.
@@ -19,8 +20,9 @@ pub const KNOTS_A_COMMAND: usize = 8;
 pub enum Command {
     /// Send `hello`, which carries the settings in force.
     Greet,
-    /// Use these settings from the next window on; with `keep` also after the next start. About every 1,024th time
-    /// keeping costs 1 to 2 s of conversions ([`Outcome::DoneErased`]), but never during a touch.
+    /// Use these settings from the next window on; with `keep` also after the next start. About
+    /// every 1,024th time keeping costs 1 to 2 s of conversions ([`Outcome::DoneErased`]), but
+    /// never during a touch.
     Set {
         /// All of them.
         settings: Settings,
@@ -60,7 +62,8 @@ pub struct Part {
 /// A command with its number, which the reply repeats.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Request {
-    /// Chosen by the PC. A repeated number is a repeated request: the board replies, but does not carry it out twice.
+    /// Chosen by the PC. A repeated number is a repeated request: the board replies, but does not
+    /// carry it out twice.
     pub number: u16,
     /// The command.
     pub command: Command,
@@ -89,7 +92,11 @@ pub struct Reply {
 impl Reply {
     /// A reply that is not to settings.
     pub const fn new(number: u16, outcome: Outcome) -> Self {
-        Self { number, outcome, gives: None }
+        Self {
+            number,
+            outcome,
+            gives: None,
+        }
     }
 }
 
@@ -100,12 +107,15 @@ pub enum Outcome {
     Done,
     /// A setting is outside its bounds; nothing has changed.
     Setting(SettingsError),
-    /// The speed profile is refused: its knots are out of order, too many or too fast, or a part is missing.
+    /// The speed profile is refused: its knots are out of order, too many or too fast, or a part is
+    /// missing.
     Profile,
-    /// In force, but not stored: the flash refuses, or a page would have to be erased during a touch.
+    /// In force, but not stored: the flash refuses, or a page would have to be erased during a
+    /// touch.
     NotStored,
     /// The board carries out another request; send this one again.
     Busy,
-    /// Done, and a sector of the flash was erased for it: conversions of 1 to 2 s were lost, and are reported so.
+    /// Done, and a sector of the flash was erased for it: conversions of 1 to 2 s were lost, and
+    /// are reported so.
     DoneErased,
 }

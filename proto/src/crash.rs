@@ -1,12 +1,14 @@
 //! The crash record: a [`Record`] in RAM that start-up does not clear.
 //!
-//! After power-up this RAM holds random values, so a record counts only with its checksum, and only once.
+//! After power-up this RAM holds random values, so a record counts only with its checksum, and only
+//! once.
 
 use crate::boot::{Death, FILE_BYTES, Record};
 use crate::framing::CHECKSUM;
 
-/// Words of RAM for one record: checksum, [`Death`], time, two addresses, line, and the file's name padded with zeros.
-/// Written in words, because to decode postcard would take a kilobyte of flash more.
+/// Words of RAM for one record: checksum, [`Death`], time, two addresses, line, and the file's name
+/// padded with zeros. Written in words, because to decode postcard would take a kilobyte of flash
+/// more.
 pub const STORED_WORDS: usize = 6 + FILE_BYTES / 4;
 
 /// By their numbers in the record.
@@ -16,26 +18,47 @@ const DEATHS: [Death; 2] = [Death::Panic, Death::HardFault];
 pub type Stored = [u32; STORED_WORDS];
 
 impl Record {
-    /// A panic at `t_us` on the board's counter, in a line of a source file; in its name all but ASCII becomes `?`.
+    /// A panic at `t_us` on the board's counter, in a line of a source file; in its name all but
+    /// ASCII becomes `?`.
     pub fn of_panic(t_us: u32, file: &str, line: u32) -> Self {
         let mut end = heapless::String::new();
         let skipped = file.len().saturating_sub(FILE_BYTES);
         for byte in file.bytes().skip(skipped) {
             // The capacity is `FILE_BYTES`.
-            let _ = end.push(if byte.is_ascii() { char::from(byte) } else { '?' });
+            let _ = end.push(if byte.is_ascii() {
+                char::from(byte)
+            } else {
+                '?'
+            });
         }
-        Self { death: Death::Panic, t_us, pc: 0, lr: 0, file: end, line }
+        Self {
+            death: Death::Panic,
+            t_us,
+            pc: 0,
+            lr: 0,
+            file: end,
+            line,
+        }
     }
 
-    /// A HardFault at `t_us` on the board's counter, by an instruction at `pc`; `lr` is the return address.
+    /// A HardFault at `t_us` on the board's counter, by an instruction at `pc`; `lr` is the return
+    /// address.
     pub const fn of_hard_fault(t_us: u32, pc: u32, lr: u32) -> Self {
-        Self { death: Death::HardFault, t_us, pc, lr, file: heapless::String::new(), line: 0 }
+        Self {
+            death: Death::HardFault,
+            t_us,
+            pc,
+            lr,
+            file: heapless::String::new(),
+            line: 0,
+        }
     }
 
     /// Writes the record into RAM that a reset does not clear.
     pub fn store(&self, ram: &mut Stored) {
         let [_, death, t_us, pc, lr, line, file @ ..] = ram;
-        (*death, *t_us, *pc, *lr, *line) = (self.death as u32, self.t_us, self.pc, self.lr, self.line);
+        (*death, *t_us, *pc, *lr, *line) =
+            (self.death as u32, self.t_us, self.pc, self.lr, self.line);
         let mut bytes = self.file.bytes();
         for word in file {
             *word = u32::from_le_bytes(core::array::from_fn(|_| bytes.next().unwrap_or(0)));
@@ -48,13 +71,26 @@ impl Record {
         let found = *ram;
         *ram = [0; STORED_WORDS];
         let [checksum, death, t_us, pc, lr, line, words @ ..] = found;
-        let death = *DEATHS.get(death as usize).filter(|_| checksum == checksum_of(&found))?;
+        let death = *DEATHS
+            .get(death as usize)
+            .filter(|_| checksum == checksum_of(&found))?;
         let mut file = heapless::String::new();
-        for byte in words.iter().flat_map(|word| word.to_le_bytes()).take_while(|byte| *byte != 0) {
+        for byte in words
+            .iter()
+            .flat_map(|word| word.to_le_bytes())
+            .take_while(|byte| *byte != 0)
+        {
             // The capacity is `FILE_BYTES`.
             let _ = file.push(char::from(byte));
         }
-        Some(Self { death, t_us, pc, lr, file, line })
+        Some(Self {
+            death,
+            t_us,
+            pc,
+            lr,
+            file,
+            line,
+        })
     }
 }
 
@@ -73,7 +109,11 @@ mod tests {
     use super::*;
 
     fn longest() -> Record {
-        let mut record = Record::of_panic(u32::MAX, "/somewhere/ridgetone/tone/src/moments.rs", u32::MAX);
+        let mut record = Record::of_panic(
+            u32::MAX,
+            "/somewhere/ridgetone/tone/src/moments.rs",
+            u32::MAX,
+        );
         (record.pc, record.lr) = (u32::MAX, u32::MAX);
         record
     }
@@ -101,7 +141,11 @@ mod tests {
                 let mut ram = [0; STORED_WORDS];
                 longest().store(&mut ram);
                 ram[place] ^= 1 << bit;
-                assert_eq!(Record::take(&mut ram), None, "bit {bit} of word {place} flipped");
+                assert_eq!(
+                    Record::take(&mut ram),
+                    None,
+                    "bit {bit} of word {place} flipped"
+                );
             }
         }
     }

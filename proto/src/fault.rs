@@ -1,4 +1,5 @@
-//! Faults that can occur in the field and be detected: their kinds, and what each does to an estimate.
+//! Faults that can occur in the field and be detected: their kinds, and what each does to an
+//! estimate.
 
 use crate::text_form;
 use serde::{Deserialize, Serialize, Serializer};
@@ -43,27 +44,38 @@ impl FaultKind {
     /// Every kind, in the order of their numbers.
     pub const ALL: [Self; KINDS] = {
         use FaultKind::*;
-        [Lost, Repeated, Bus, BusDead, Channel, Silent, Storm, Registers, NoAnswer, Supply, Reference, Clock, Overload]
+        [
+            Lost, Repeated, Bus, BusDead, Channel, Silent, Storm, Registers, NoAnswer, Supply,
+            Reference, Clock, Overload,
+        ]
     };
 
-    /// Whether the fault may change a measured frequency by more than the estimate's uncertainty. Then no estimate is
-    /// [`Good`](crate::telemetry::Status::Good).
+    /// Whether the fault may change a measured frequency by more than the estimate's uncertainty.
+    /// Then no estimate is [`Good`](crate::telemetry::Status::Good).
     ///
-    /// It does not if the fit leaves out what is missing and knows the times of all other frames: [`Self::Lost`],
-    /// [`Self::Repeated`], [`Self::Bus`] (corrected or left out) and [`Self::Overload`] (the channel is left out; if it
-    /// returns shortly before a window's end it can hide the end of the slide, which the qualification checks).
+    /// It does not if the fit leaves out what is missing and knows the times of all other frames:
+    /// [`Self::Lost`], [`Self::Repeated`], [`Self::Bus`] (corrected or left out) and
+    /// [`Self::Overload`] (the channel is left out; if it returns shortly before a window's end it
+    /// can hide the end of the slide, which the qualification checks).
     ///
-    /// All others do. After [`Self::BusDead`], [`Self::Silent`], [`Self::Registers`] and [`Self::NoAnswer`] the scan
-    /// restarts at another time; with [`Self::Channel`] and [`Self::Clock`] its rate is not known; in a [`Self::Storm`]
-    /// times may belong to other edges; with [`Self::Supply`] and [`Self::Reference`] the codes are not specified.
+    /// All others do. After [`Self::BusDead`], [`Self::Silent`], [`Self::Registers`] and
+    /// [`Self::NoAnswer`] the scan restarts at another time; with [`Self::Channel`] and
+    /// [`Self::Clock`] its rate is not known; in a [`Self::Storm`] times may belong to other edges;
+    /// with [`Self::Supply`] and [`Self::Reference`] the codes are not specified.
     pub const fn changes_frequency(self) -> bool {
-        !matches!(self, Self::Lost | Self::Repeated | Self::Bus | Self::Overload)
+        !matches!(
+            self,
+            Self::Lost | Self::Repeated | Self::Bus | Self::Overload
+        )
     }
 
-    /// Whether the levels of the taxels may change with the fault, or unseen during it. Such a change can look like the
-    /// start of a slide, or hide its end.
+    /// Whether the levels of the taxels may change with the fault, or unseen during it. Such a
+    /// change can look like the start of a slide, or hide its end.
     pub const fn moves_levels(self) -> bool {
-        matches!(self, Self::Registers | Self::Supply | Self::Reference | Self::Silent)
+        matches!(
+            self,
+            Self::Registers | Self::Supply | Self::Reference | Self::Silent
+        )
     }
 }
 
@@ -83,7 +95,10 @@ pub struct Fault {
 }
 
 /// Serialises a count of each kind; in text formats by the kind's name.
-pub(crate) fn by_kind<S: Serializer>(counts: &[u32; KINDS], serializer: S) -> Result<S::Ok, S::Error> {
+pub(crate) fn by_kind<S: Serializer>(
+    counts: &[u32; KINDS],
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
     if serializer.is_human_readable() {
         serializer.collect_map(FaultKind::ALL.into_iter().zip(counts))
     } else {
@@ -97,7 +112,11 @@ pub struct FaultSet(u16);
 
 impl Serialize for FaultSet {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        if serializer.is_human_readable() { serializer.collect_seq(self.iter()) } else { self.0.serialize(serializer) }
+        if serializer.is_human_readable() {
+            serializer.collect_seq(self.iter())
+        } else {
+            self.0.serialize(serializer)
+        }
     }
 }
 
@@ -140,7 +159,9 @@ impl FaultSet {
 
     /// Its kinds, in the order of their numbers.
     pub fn iter(self) -> impl Iterator<Item = FaultKind> {
-        FaultKind::ALL.into_iter().filter(move |kind| self.has(*kind))
+        FaultKind::ALL
+            .into_iter()
+            .filter(move |kind| self.has(*kind))
     }
 }
 
@@ -154,7 +175,13 @@ mod tests {
             assert_eq!(kind as usize, number);
             assert!(FaultSet::NONE.with(kind).iter().eq([kind]));
         }
-        let two = FaultSet::NONE.with(FaultKind::Clock).and(FaultSet::NONE.with(FaultKind::Lost));
-        assert!(two.iter().eq([FaultKind::Lost, FaultKind::Clock]) && !two.is_none() && FaultSet::NONE.is_none());
+        let two = FaultSet::NONE
+            .with(FaultKind::Clock)
+            .and(FaultSet::NONE.with(FaultKind::Lost));
+        assert!(
+            two.iter().eq([FaultKind::Lost, FaultKind::Clock])
+                && !two.is_none()
+                && FaultSet::NONE.is_none()
+        );
     }
 }

@@ -1,4 +1,5 @@
-//! Framing on the line, in both directions: postcard, then CRC-32 little endian, both stuffed by COBS, then a zero byte.
+//! Framing on the line, in both directions: postcard, then CRC-32 little endian, both stuffed by
+//! COBS, then a zero byte.
 //!
 //! A reader may start anywhere; it finds its place at the next zero.
 
@@ -11,12 +12,13 @@ pub const WIRE_MAX: usize = 512;
 /// Bytes of the checksum after the content.
 const CHECKSUM_BYTES: usize = 4;
 
-/// Most bytes of a message before stuffing, checksum included. COBS adds one byte in 254 and one in front; the zero at the
-/// end is one more.
+/// Most bytes of a message before stuffing, checksum included. COBS adds one byte in 254 and one in
+/// front; the zero at the end is one more.
 const PLAIN_MAX: usize = WIRE_MAX - WIRE_MAX / 254 - 2;
 
 /// CRC-32 as in Ethernet and zip (polynomial 0x04C11DB7, reflected), byte by byte without a table.
-pub(crate) const CHECKSUM: crc::Crc<u32, crc::NoTable> = crc::Crc::<u32, crc::NoTable>::new(&crc::CRC_32_ISO_HDLC);
+pub(crate) const CHECKSUM: crc::Crc<u32, crc::NoTable> =
+    crc::Crc::<u32, crc::NoTable>::new(&crc::CRC_32_ISO_HDLC);
 
 /// The message is longer on the wire than its buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -33,22 +35,31 @@ pub fn checksum(bytes: &[u8]) -> u32 {
 pub fn encode<T: Serialize>(message: &T, wire: &mut [u8]) -> Result<usize, TooLong> {
     let mut plain = [0; PLAIN_MAX];
     let content = plain.get_mut(..PLAIN_MAX - CHECKSUM_BYTES).ok_or(TooLong)?;
-    let length = postcard::to_slice(message, content).map_err(|_| TooLong)?.len();
+    let length = postcard::to_slice(message, content)
+        .map_err(|_| TooLong)?
+        .len();
     seal(&mut plain, length, wire)
 }
 
 /// Encodes a content of a form of its own, unless it is longer than `wire`. Returns the bytes used.
 pub fn encode_bytes(content: &[u8], wire: &mut [u8]) -> Result<usize, TooLong> {
     let mut plain = [0; PLAIN_MAX];
-    plain.get_mut(..content.len()).ok_or(TooLong)?.copy_from_slice(content);
+    plain
+        .get_mut(..content.len())
+        .ok_or(TooLong)?
+        .copy_from_slice(content);
     seal(&mut plain, content.len(), wire)
 }
 
-/// Adds checksum, stuffing and the zero. Apart from [`encode`], so that it is compiled once for all types.
+/// Adds checksum, stuffing and the zero. Apart from [`encode`], so that it is compiled once for all
+/// types.
 #[inline(never)]
 fn seal(plain: &mut [u8; PLAIN_MAX], length: usize, wire: &mut [u8]) -> Result<usize, TooLong> {
     let checksum = checksum(plain.get(..length).ok_or(TooLong)?).to_le_bytes();
-    plain.get_mut(length..length + CHECKSUM_BYTES).ok_or(TooLong)?.copy_from_slice(&checksum);
+    plain
+        .get_mut(length..length + CHECKSUM_BYTES)
+        .ok_or(TooLong)?
+        .copy_from_slice(&checksum);
     let content = plain.get(..length + CHECKSUM_BYTES).ok_or(TooLong)?;
     let used = cobs::try_encode(content, wire).map_err(|_| TooLong)?;
     *wire.get_mut(used).ok_or(TooLong)? = 0;
@@ -76,7 +87,8 @@ pub enum Pushed {
     More,
     /// It is complete: [`Inbox::take`] returns it.
     Whole,
-    /// It is dropped: it was longer than the buffer, bytes of it were lost, or the frame before it was not taken yet.
+    /// It is dropped: it was longer than the buffer, bytes of it were lost, or the frame before it
+    /// was not taken yet.
     Damaged,
 }
 
@@ -92,7 +104,11 @@ pub struct Inbox<const N: usize> {
 impl<const N: usize> Inbox<N> {
     /// An empty inbox, which finds its place at the next zero byte.
     pub const fn new() -> Self {
-        Self { bytes: Vec::new(), whole: false, skipping: false }
+        Self {
+            bytes: Vec::new(),
+            whole: false,
+            skipping: false,
+        }
     }
 
     /// Takes one byte.
@@ -152,13 +168,17 @@ mod tests {
     }
 
     fn push(inbox: &mut Inbox<16>, bytes: &[u8]) -> std::vec::Vec<Pushed> {
-        bytes.iter().map(|byte| inbox.push(*byte)).filter(|pushed| *pushed != Pushed::More).collect()
+        bytes
+            .iter()
+            .map(|byte| inbox.push(*byte))
+            .filter(|pushed| *pushed != Pushed::More)
+            .collect()
     }
 
     #[test]
     fn a_frame_is_postcard_checksum_and_stuffing() {
-        // 7 as a varint; the CRC-32 of one byte 7 is 0x4c667a2e by zlib; no zero among them, so COBS puts their number
-        // and one more in front.
+        // 7 as a varint; the CRC-32 of one byte 7 is 0x4c667a2e by zlib; no zero among them, so
+        // COBS puts their number and one more in front.
         assert_eq!(frame(7), [6, 7, 0x2e, 0x7a, 0x66, 0x4c, 0]);
         assert_eq!(encode(&7u32, &mut [0; 6]), Err(TooLong));
     }
@@ -171,12 +191,18 @@ mod tests {
         assert_eq!(push(&mut inbox, &frame(2)), [Pushed::Damaged]);
         let third = frame(3);
         assert_eq!(push(&mut inbox, &third[..3]), []);
-        assert_eq!(inbox.take().and_then(|mut frame| decode::<u32>(&mut frame)), Some(1));
+        assert_eq!(
+            inbox.take().and_then(|mut frame| decode::<u32>(&mut frame)),
+            Some(1)
+        );
         assert!(inbox.take().is_none());
         // Its beginning was lost.
         assert_eq!(push(&mut inbox, &third[3..]), [Pushed::Damaged]);
         assert_eq!(push(&mut inbox, &frame(4)), [Pushed::Whole]);
-        assert_eq!(inbox.take().and_then(|mut frame| decode::<u32>(&mut frame)), Some(4));
+        assert_eq!(
+            inbox.take().and_then(|mut frame| decode::<u32>(&mut frame)),
+            Some(4)
+        );
     }
 
     #[test]
@@ -188,6 +214,9 @@ mod tests {
         inbox.spoil();
         assert_eq!(push(&mut inbox, &frame(5)[3..]), [Pushed::Damaged]);
         assert_eq!(push(&mut inbox, &frame(6)), [Pushed::Whole]);
-        assert_eq!(inbox.take().and_then(|mut frame| decode::<u32>(&mut frame)), Some(6));
+        assert_eq!(
+            inbox.take().and_then(|mut frame| decode::<u32>(&mut frame)),
+            Some(6)
+        );
     }
 }

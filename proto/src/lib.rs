@@ -1,8 +1,14 @@
 #![doc = include_str!("../README.md")]
 #![no_std]
 // A panic resets the finger, so only tests may panic.
-#![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
-#![cfg_attr(not(test), deny(clippy::unreachable, clippy::todo, clippy::unimplemented))]
+#![cfg_attr(
+    not(test),
+    deny(clippy::unwrap_used, clippy::expect_used, clippy::panic)
+)]
+#![cfg_attr(
+    not(test),
+    deny(clippy::unreachable, clippy::todo, clippy::unimplemented)
+)]
 #![forbid(unsafe_code)]
 // `!(a > b)` is intended: a NaN belongs on that side.
 #![allow(clippy::neg_cmp_op_on_partial_ord)]

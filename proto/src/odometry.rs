@@ -1,7 +1,9 @@
-//! What a robot streams: where its finger is on the surface, or how fast it moves, each with a stamp of the robot's own clock.
+//! What a robot streams: where its finger is on the surface, or how fast it moves, each with a
+//! stamp of the robot's own clock.
 //!
-//! Messages travel between requests, up to 250 a second, framed as they are ([`crate::framing`]), and get no reply. The content
-//! has a fixed length, so that a robot needs no library for it; all numbers are little endian:
+//! Messages travel between requests, up to 250 a second, framed as they are ([`crate::framing`]),
+//! and get no reply. The content has a fixed length, so that a robot needs no library for it; all
+//! numbers are little endian:
 //!
 //! | bytes | content |
 //! |---|---|
@@ -65,11 +67,15 @@ impl Odometry {
         let [g, h, i, j] = value;
         let mut wire = [0; WIRE_BYTES];
         // It always fits.
-        let _ = framing::encode_bytes(&[MARK[0], MARK[1], kind, a, b, c, d, e, f, g, h, i, j], &mut wire);
+        let _ = framing::encode_bytes(
+            &[MARK[0], MARK[1], kind, a, b, c, d, e, f, g, h, i, j],
+            &mut wire,
+        );
         wire
     }
 
-    /// Whether a stuffed frame without its zero claims to be a message. Its checksum is not looked at.
+    /// Whether a stuffed frame without its zero claims to be a message. Its checksum is not looked
+    /// at.
     pub fn claims(frame: &[u8]) -> bool {
         frame.len() == FRAME_BYTES && matches!(frame, [_, 0xff, 0xff, PLACE | SPEED, ..])
     }
@@ -87,7 +93,11 @@ impl Odometry {
             SPEED => Reading::Speed(f32::from_le_bytes(value)),
             _ => return None,
         };
-        Some(Self { number: u16::from_le_bytes([a, b]), t_us: u32::from_le_bytes([c, d, e, f]), reading })
+        Some(Self {
+            number: u16::from_le_bytes([a, b]),
+            t_us: u32::from_le_bytes([c, d, e, f]),
+            reading,
+        })
     }
 }
 
@@ -96,21 +106,37 @@ mod tests {
     use super::*;
     use crate::command::Request;
 
-    const PLACED: Odometry = Odometry { number: 0x0201, t_us: 0x0605_0403, reading: Reading::Place(-2) };
+    const PLACED: Odometry = Odometry {
+        number: 0x0201,
+        t_us: 0x0605_0403,
+        reading: Reading::Place(-2),
+    };
 
     #[test]
     fn a_message_is_its_table_checksum_and_stuffing() {
         let wire = PLACED.encode();
-        // CRC-32 of the thirteen bytes by zlib: 0xb6248b1e. No byte is zero, so COBS counts all of them.
-        let expected = [18, 255, 255, 4, 1, 2, 3, 4, 5, 6, 0xfe, 255, 255, 255, 0x1e, 0x8b, 0x24, 0xb6, 0];
+        // CRC-32 of the thirteen bytes by zlib: 0xb6248b1e. No byte is zero, so COBS counts all of
+        // them.
+        let expected = [
+            18, 255, 255, 4, 1, 2, 3, 4, 5, 6, 0xfe, 255, 255, 255, 0x1e, 0x8b, 0x24, 0xb6, 0,
+        ];
         assert_eq!(wire, expected);
     }
 
     #[test]
     fn messages_survive_the_wire_and_damaged_ones_are_refused() {
-        for reading in [Reading::Place(0), Reading::Place(i32::MIN), Reading::Speed(-197.5), Reading::Speed(0.0)] {
+        for reading in [
+            Reading::Place(0),
+            Reading::Place(i32::MIN),
+            Reading::Speed(-197.5),
+            Reading::Speed(0.0),
+        ] {
             for (number, t_us) in [(0, 0), (u16::MAX, u32::MAX), (256, 1 << 24)] {
-                let message = Odometry { number, t_us, reading };
+                let message = Odometry {
+                    number,
+                    t_us,
+                    reading,
+                };
                 let mut wire = message.encode();
                 let frame = &mut wire[..FRAME_BYTES];
                 assert!(Odometry::claims(frame) && !frame.contains(&0));
@@ -121,7 +147,11 @@ mod tests {
             for bit in 0..8 {
                 let mut wire = PLACED.encode();
                 wire[at] ^= 1 << bit;
-                assert_eq!(Odometry::decode(&mut wire[..FRAME_BYTES]), None, "bit {bit} of byte {at}");
+                assert_eq!(
+                    Odometry::decode(&mut wire[..FRAME_BYTES]),
+                    None,
+                    "bit {bit} of byte {at}"
+                );
             }
         }
     }
@@ -129,10 +159,16 @@ mod tests {
     /// Neither is taken for the other.
     #[test]
     fn no_message_is_a_request() {
-        assert_eq!(framing::decode::<Request>(&mut PLACED.encode()[..FRAME_BYTES]), None);
+        assert_eq!(
+            framing::decode::<Request>(&mut PLACED.encode()[..FRAME_BYTES]),
+            None
+        );
         let mut wire = [0; 32];
         for number in [0xffff, 0x7fff, 0x3fff] {
-            for command in [crate::command::Command::Greet, crate::command::Command::Raw { frames: u32::MAX }] {
+            for command in [
+                crate::command::Command::Greet,
+                crate::command::Command::Raw { frames: u32::MAX },
+            ] {
                 let used = framing::encode(&Request { number, command }, &mut wire).unwrap();
                 assert!(!Odometry::claims(&wire[..used - 1]));
             }

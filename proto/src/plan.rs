@@ -1,23 +1,26 @@
-//! A scan plan: which inputs the chip converts, how fast, and what follows from it for frames, windows and touches.
+//! A scan plan: which inputs the chip converts, how fast, and what follows from it for frames,
+//! windows and touches.
 
 use crate::division::divide;
 use crate::frame::{RING_FRAMES, TAXELS};
 use ads1258::{CRYSTAL_CLOCK_HZ, Config, DataRate, Delay, IdleMode, Mux, Sysred};
 use serde::{Deserialize, Serialize};
 
-/// Frames per second that touch detection works at, nearly: the paper's. Faster frames are averaged for it.
+/// Frames per second that touch detection works at, nearly: the paper's. Faster frames are averaged
+/// for it.
 const TOUCH_RATE_HZ: f32 = 241.0;
-/// Least frames per second: touch detection compares blocks of four of them, which have to be shorter than the changes that
-/// it looks for.
+/// Least frames per second: touch detection compares blocks of four of them, which have to be
+/// shorter than the changes that it looks for.
 pub const FRAME_RATE_LEAST_HZ: f32 = 180.0;
 /// Most frames per second: the chip's fastest scan (SBAS297G, rate table, 16 MHz).
 pub const FRAME_RATE_MOST_HZ: f32 = 23_740.0;
-/// A conversion is read twice where it lasts this long, nanoseconds: two reads with all that belongs to them take up to 48 us
-/// on the boards, and other tasks need as much again.
+/// A conversion is read twice where it lasts this long, nanoseconds: two reads with all that
+/// belongs to them take up to 48 us on the boards, and other tasks need as much again.
 const READ_TWICE_NS: u32 = 96_000;
 /// Most frames of a window: the estimator's longest transform on the chip has as many points.
 const TRANSFORM_FRAMES: u32 = 1024;
-/// Frames of touch detection that pass after a window's end before it is fitted, at most, and until the fit has read it: 0.4 s.
+/// Frames of touch detection that pass after a window's end before it is fitted, at most, and until
+/// the fit has read it: 0.4 s.
 const LATE_TOUCH_FRAMES: u32 = 96;
 /// Frames that a plan without averages leaves for that: 0.75 s.
 const LATE_FRAMES: u32 = 180;
@@ -34,11 +37,13 @@ const HOP_LEAST_S: f32 = 0.05;
 pub enum HealthReadings {
     /// In every scan, behind the inputs: five conversions more.
     EveryScan,
-    /// At the start, and twice a second while nothing touches the finger: a pause of the scan of less than a millisecond.
+    /// At the start, and twice a second while nothing touches the finger: a pause of the scan of
+    /// less than a millisecond.
     BetweenTouches,
 }
 
-/// Which inputs the chip converts, and how. The fields are those of the chip's registers (SBAS297G).
+/// Which inputs the chip converts, and how. The fields are those of the chip's registers
+/// (SBAS297G).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Plan {
@@ -48,7 +53,8 @@ pub struct Plan {
     pub data_rate: u8,
     /// DLY, 0 to 7: how long an input settles before it is converted.
     pub delay: u8,
-    /// CHOP: each conversion is two with the inputs exchanged. It excludes health readings in every scan.
+    /// CHOP: each conversion is two with the inputs exchanged. It excludes health readings in every
+    /// scan.
     pub chop: bool,
     /// When the chip converts its own readings.
     pub health: HealthReadings,
@@ -78,8 +84,13 @@ pub struct PlanError {
 
 impl Plan {
     /// All inputs at 241 Hz, as in the paper, with the health readings in every scan.
-    pub const PAPER: Self =
-        Self { inputs: u16::MAX, data_rate: 1, delay: 3, chop: false, health: HealthReadings::EveryScan };
+    pub const PAPER: Self = Self {
+        inputs: u16::MAX,
+        data_rate: 1,
+        delay: 3,
+        chop: false,
+        health: HealthReadings::EveryScan,
+    };
     /// All inputs at 1.46 kHz: a hand that explores.
     pub const HAND: Self = Self::fastest(u16::MAX);
     /// The first piezoresistor of each unit at 5.8 kHz: fine texture.
@@ -89,8 +100,8 @@ impl Plan {
     /// One input at 23.3 kHz.
     pub const SINGLE: Self = Self::fastest(0x0001);
 
-    /// The usual plans and their names. Their rates are those of the 15.72864 MHz crystal; with a clock of 16 MHz the chip would make
-    /// 1.48, 5.9, 11.9 and 23.7 kHz.
+    /// The usual plans and their names. Their rates are those of the 15.72864 MHz crystal; with a
+    /// clock of 16 MHz the chip would make 1.48, 5.9, 11.9 and 23.7 kHz.
     pub const NAMED: [(&'static str, Self); 5] = [
         ("paper", Self::PAPER),
         ("hand", Self::HAND),
@@ -101,20 +112,33 @@ impl Plan {
 
     /// Some inputs as fast as the chip converts them.
     const fn fastest(inputs: u16) -> Self {
-        Self { inputs, data_rate: 3, delay: 0, chop: false, health: HealthReadings::BetweenTouches }
+        Self {
+            inputs,
+            data_rate: 3,
+            delay: 0,
+            chop: false,
+            health: HealthReadings::BetweenTouches,
+        }
     }
 
     /// The plan of this name.
     pub fn named(name: &str) -> Option<Self> {
-        Self::NAMED.iter().find(|(named, _)| *named == name).map(|(_, plan)| *plan)
+        Self::NAMED
+            .iter()
+            .find(|(named, _)| *named == name)
+            .map(|(_, plan)| *plan)
     }
 
     /// Its name, if it is a usual one.
     pub fn name(&self) -> Option<&'static str> {
-        Self::NAMED.iter().find(|(_, plan)| plan == self).map(|(name, _)| *name)
+        Self::NAMED
+            .iter()
+            .find(|(_, plan)| plan == self)
+            .map(|(name, _)| *name)
     }
 
-    /// The chip's configuration. Standby in place of sleep makes the first conversion after START come at once.
+    /// The chip's configuration. Standby in place of sleep makes the first conversion after START
+    /// come at once.
     pub const fn config(&self) -> Config {
         let internal = match self.health {
             HealthReadings::EveryScan => Sysred::ALL,
@@ -130,7 +154,11 @@ impl Plan {
 
     const fn config_of(&self, single: u16, internal: Sysred, chop: bool) -> Config {
         Config {
-            mux: Mux::AutoScan { differential: 0, single, internal },
+            mux: Mux::AutoScan {
+                differential: 0,
+                single,
+                internal,
+            },
             data_rate: match self.data_rate {
                 0 => DataRate::Drate0,
                 1 => DataRate::Drate1,
@@ -167,7 +195,11 @@ impl Plan {
 
     /// A conversion's period at the nominal clock, nanoseconds.
     pub const fn conversion_ns(&self) -> u32 {
-        divide(self.config().conversion_ticks() as u64 * 1_000_000_000, CRYSTAL_CLOCK_HZ).0 as u32
+        divide(
+            self.config().conversion_ticks() as u64 * 1_000_000_000,
+            CRYSTAL_CLOCK_HZ,
+        )
+        .0 as u32
     }
 
     /// Frames per second at the nominal clock.
@@ -205,9 +237,17 @@ impl Plan {
     /// Most frames of a window that can be set.
     pub const fn window_frames_most(&self) -> u32 {
         let averaged = self.frames_averaged();
-        let late = if averaged > 1 { LATE_TOUCH_FRAMES * averaged } else { LATE_FRAMES };
+        let late = if averaged > 1 {
+            LATE_TOUCH_FRAMES * averaged
+        } else {
+            LATE_FRAMES
+        };
         let most = self.ring_frames().saturating_sub(late);
-        if most < TRANSFORM_FRAMES { most } else { TRANSFORM_FRAMES }
+        if most < TRANSFORM_FRAMES {
+            most
+        } else {
+            TRANSFORM_FRAMES
+        }
     }
 
     /// Frames in a time, rounded.
@@ -218,7 +258,11 @@ impl Plan {
 
     /// Parts of a second in which the bounds of windows are whole numbers.
     const fn parts(&self) -> f32 {
-        if self.frames_averaged() > 1 { 1000.0 } else { 10.0 }
+        if self.frames_averaged() > 1 {
+            1000.0
+        } else {
+            10.0
+        }
     }
 
     /// Shortest window, seconds.
@@ -233,20 +277,33 @@ impl Plan {
         parts as u32 as f32 / self.parts()
     }
 
-    /// The window and the hop that are used unless others are set, seconds: a quarter of the window, in whole hundredths.
+    /// The window and the hop that are used unless others are set, seconds: a quarter of the
+    /// window, in whole hundredths.
     pub const fn default_window(&self) -> (f32, f32) {
         let most_s = self.window_most_s();
         let window_s = if WINDOW_S < most_s { WINDOW_S } else { most_s };
         let hop_s = 0.25 * window_s;
-        // Up to whole hundredths: of the plan `hand` a fit along a robot's way takes 0.9 quarters of the window and more.
+        // Up to whole hundredths: of the plan `hand` a fit along a robot's way takes 0.9 quarters
+        // of the window and more.
         let hop_s = (100.0 * hop_s + 0.999) as u32 as f32 / 100.0;
-        (window_s, if hop_s > HOP_LEAST_S { hop_s } else { HOP_LEAST_S })
+        (
+            window_s,
+            if hop_s > HOP_LEAST_S {
+                hop_s
+            } else {
+                HOP_LEAST_S
+            },
+        )
     }
 
     /// What it gives.
     pub const fn gives(&self) -> Gives {
         let frame_rate_hz = self.frame_rate_hz();
-        Gives { frame_rate_hz, nyquist_hz: 0.5 * frame_rate_hz, window_most_s: self.window_most_s() }
+        Gives {
+            frame_rate_hz,
+            nyquist_hz: 0.5 * frame_rate_hz,
+            window_most_s: self.window_most_s(),
+        }
     }
 
     /// Checks that it can work. The error is the first rule that is broken.
@@ -278,7 +335,11 @@ impl Plan {
             data_rate: (bits >> 16) as u8 & 3,
             delay: (bits >> 18) as u8 & 7,
             chop: bits >> 21 & 1 == 1,
-            health: if bits >> 22 & 1 == 1 { HealthReadings::BetweenTouches } else { HealthReadings::EveryScan },
+            health: if bits >> 22 & 1 == 1 {
+                HealthReadings::BetweenTouches
+            } else {
+                HealthReadings::EveryScan
+            },
         }
     }
 }
@@ -301,7 +362,11 @@ pub(crate) fn within(bounds: &[Bounds], values: &[f32]) -> Result<(), PlanError>
     for (&(field, least, greatest), &value) in bounds.iter().zip(values) {
         // A NaN is outside all bounds.
         if !(value >= least && value <= greatest) {
-            return Err(PlanError { field, value, bounds: (least, greatest) });
+            return Err(PlanError {
+                field,
+                value,
+                bounds: (least, greatest),
+            });
         }
     }
     Ok(())
@@ -313,7 +378,8 @@ mod tests {
 
     #[test]
     fn the_named_plans_have_their_rates() {
-        // SBAS297G, rate formula, by hand: 15.72864 MHz / (128 x 5.265625) = 23,336.3 conversions a second.
+        // SBAS297G, rate formula, by hand: 15.72864 MHz / (128 x 5.265625) = 23,336.3 conversions a
+        // second.
         for (name, rate_hz, channels, averaged, window_s) in [
             ("paper", 241.14, 16, 1, 3.9),
             ("hand", 1458.5, 16, 6, 0.373),
@@ -324,18 +390,43 @@ mod tests {
             let plan = Plan::named(name).unwrap();
             assert_eq!((plan.validate(), plan.name()), (Ok(()), Some(name)));
             let gives = plan.gives();
-            assert!((gives.frame_rate_hz / rate_hz - 1.0).abs() < 3e-5, "{name}: {gives:?}");
-            assert_eq!((plan.channels(), plan.frames_averaged()), (channels, averaged), "{name}");
-            assert_eq!((gives.window_most_s, gives.nyquist_hz), (window_s, gives.frame_rate_hz / 2.0), "{name}");
+            assert!(
+                (gives.frame_rate_hz / rate_hz - 1.0).abs() < 3e-5,
+                "{name}: {gives:?}"
+            );
+            assert_eq!(
+                (plan.channels(), plan.frames_averaged()),
+                (channels, averaged),
+                "{name}"
+            );
+            assert_eq!(
+                (gives.window_most_s, gives.nyquist_hz),
+                (window_s, gives.frame_rate_hz / 2.0),
+                "{name}"
+            );
             assert_eq!(plan.is_read_twice(), name == "paper");
             assert_eq!(plan.config().validate(), Ok(()));
             assert_eq!(plan.health_config().validate(), Ok(()));
             assert_eq!(Plan::from_bits(plan.to_bits()), plan);
             // The ring holds as many samples of a few channels as of all.
-            assert_eq!(plan.ring_frames() as usize * channels, RING_FRAMES * TAXELS, "{name}");
+            assert_eq!(
+                plan.ring_frames() as usize * channels,
+                RING_FRAMES * TAXELS,
+                "{name}"
+            );
         }
-        assert_eq!(Plan::NAMED.map(|(_, plan)| plan.default_window().1), [0.25, 0.1, 0.05, 0.05, 0.05]);
-        assert_eq!((Plan::PAPER.slots(), Plan::HAND.slots(), Plan::SINGLE.slots()), (21, 16, 1));
+        assert_eq!(
+            Plan::NAMED.map(|(_, plan)| plan.default_window().1),
+            [0.25, 0.1, 0.05, 0.05, 0.05]
+        );
+        assert_eq!(
+            (
+                Plan::PAPER.slots(),
+                Plan::HAND.slots(),
+                Plan::SINGLE.slots()
+            ),
+            (21, 16, 1)
+        );
     }
 
     #[test]
@@ -343,36 +434,78 @@ mod tests {
         let paper = Plan::PAPER;
         for (plan, field) in [
             (Plan { inputs: 0, ..paper }, "inputs"),
-            (Plan { data_rate: 4, ..paper }, "data_rate"),
+            (
+                Plan {
+                    data_rate: 4,
+                    ..paper
+                },
+                "data_rate",
+            ),
             (Plan { delay: 8, ..paper }, "delay"),
-            (Plan { chop: true, data_rate: 3, delay: 0, ..paper }, "chop"),
-            (Plan { data_rate: 0, ..paper }, "frame_rate_hz"),
+            (
+                Plan {
+                    chop: true,
+                    data_rate: 3,
+                    delay: 0,
+                    ..paper
+                },
+                "chop",
+            ),
+            (
+                Plan {
+                    data_rate: 0,
+                    ..paper
+                },
+                "frame_rate_hz",
+            ),
             (Plan { delay: 7, ..paper }, "frame_rate_hz"),
         ] {
             assert_eq!(plan.validate().map_err(|error| error.field), Err(field));
         }
-        // SBAS297G, section "Chop": 16 MHz, CHOP 1, DRATE 2, DLY 4 make 240.15 Hz of sixteen inputs; here by the crystal.
-        let chopped =
-            Plan { data_rate: 2, delay: 4, chop: true, health: HealthReadings::BetweenTouches, ..Plan::PAPER };
+        // SBAS297G, section "Chop": 16 MHz, CHOP 1, DRATE 2, DLY 4 make 240.15 Hz of sixteen
+        // inputs; here by the crystal.
+        let chopped = Plan {
+            data_rate: 2,
+            delay: 4,
+            chop: true,
+            health: HealthReadings::BetweenTouches,
+            ..Plan::PAPER
+        };
         assert_eq!(chopped.validate(), Ok(()));
-        assert!((chopped.frame_rate_hz() - 236.08).abs() < 0.01, "{}", chopped.frame_rate_hz());
+        assert!(
+            (chopped.frame_rate_hz() - 236.08).abs() < 0.01,
+            "{}",
+            chopped.frame_rate_hz()
+        );
     }
 
     #[test]
     fn every_valid_plan_has_a_window_and_survives_its_bits() {
         for bits in (0..1 << 7).map(|bits| bits << 16) {
             for channels in 1..=TAXELS {
-                let plan = Plan { inputs: (0xffff_u32 >> (TAXELS - channels)) as u16, ..Plan::from_bits(bits) };
+                let plan = Plan {
+                    inputs: (0xffff_u32 >> (TAXELS - channels)) as u16,
+                    ..Plan::from_bits(bits)
+                };
                 assert_eq!(Plan::from_bits(plan.to_bits()), plan);
                 if plan.validate().is_err() {
                     continue;
                 }
                 let (window_s, hop_s) = plan.default_window();
-                assert!(plan.window_least_s() <= window_s && window_s <= plan.window_most_s(), "{plan:?}");
-                assert!(hop_s >= HOP_LEAST_S && plan.window_frames_most() > 60, "{plan:?}");
+                assert!(
+                    plan.window_least_s() <= window_s && window_s <= plan.window_most_s(),
+                    "{plan:?}"
+                );
+                assert!(
+                    hop_s >= HOP_LEAST_S && plan.window_frames_most() > 60,
+                    "{plan:?}"
+                );
                 // Touch detection works at 180 to 362 frames a second.
                 let touch_hz = plan.frame_rate_hz() / plan.frames_averaged() as f32;
-                assert!((FRAME_RATE_LEAST_HZ..=362.0).contains(&touch_hz), "{plan:?}: {touch_hz}");
+                assert!(
+                    (FRAME_RATE_LEAST_HZ..=362.0).contains(&touch_hz),
+                    "{plan:?}: {touch_hz}"
+                );
             }
         }
     }

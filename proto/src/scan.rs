@@ -4,8 +4,8 @@ pub use crate::frame::{RING_FRAMES, TAXELS};
 use crate::plan::Plan;
 use ads1258::Config;
 
-/// The chip's configuration by default: 21 slots at 15.72864 MHz / (128 x 24.265625), which makes 241.14 scans a second (SBAS297G, rate
-/// formula).
+/// The chip's configuration by default: 21 slots at 15.72864 MHz / (128 x 24.265625), which makes
+/// 241.14 scans a second (SBAS297G, rate formula).
 pub const SCAN: Config = Plan::PAPER.config();
 
 /// Frames per second of the default scan at the chip's nominal clock.

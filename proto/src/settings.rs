@@ -10,9 +10,11 @@ use serde::{Deserialize, Serialize};
 /// Where the sliding phase comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum SlideRule {
-    /// From the signal: the slide starts when the held signals begin to change together, and ends when they stop.
+    /// From the signal: the slide starts when the held signals begin to change together, and ends
+    /// when they stop.
     Found,
-    /// From the stimulus's protocol (paper, equations 4 and 5): `delay_s` after the spike, `length_mm` at `speed_mm_s`.
+    /// From the stimulus's protocol (paper, equations 4 and 5): `delay_s` after the spike,
+    /// `length_mm` at `speed_mm_s`.
     Protocol {
         /// Hold time between the contact spike and the slide, seconds.
         delay_s: f32,
@@ -23,15 +25,17 @@ pub enum SlideRule {
     },
 }
 
-/// Positions of the piezoresistors, and what is known of the gratings. With it phases give a spatial period.
+/// Positions of the piezoresistors, and what is known of the gratings. With it phases give a
+/// spatial period.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Array {
-    /// Distance between the two columns of units along the motion, millimetres, as it appears in the phases: turns of
-    /// lag over cycles per millimetre. It is the units' pitch if the contact is much longer.
+    /// Distance between the two columns of units along the motion, millimetres, as it appears in
+    /// the phases: turns of lag over cycles per millimetre. It is the units' pitch if the contact
+    /// is much longer.
     pub pitch_mm: f32,
-    /// Phase by which the contact's ends reduce the lag between the columns, radians. The lag is 2 pi `pitch_mm` /
-    /// period - `edge_phase_rad`; both are measured with gratings of known period.
+    /// Phase by which the contact's ends reduce the lag between the columns, radians. The lag is 2
+    /// pi `pitch_mm` / period - `edge_phase_rad`; both are measured with gratings of known period.
     pub edge_phase_rad: f32,
     /// Standard deviation of true lags around that straight line, radians.
     pub edge_phase_sigma_rad: f32,
@@ -41,19 +45,23 @@ pub struct Array {
     pub period_most_mm: f32,
     /// Whether the grating may move along +x.
     pub may_go_forward: bool,
-    /// Whether it may move against +x. If only one direction is possible, every period above one pitch is unique.
+    /// Whether it may move against +x. If only one direction is possible, every period above one
+    /// pitch is unique.
     pub may_go_backward: bool,
     /// Bit k: taxel k is in the front column, further along +x.
     pub front: u16,
-    /// Masks of taxels that respond alike: the same piezoresistor of every unit. A taxel in no mask is not used.
+    /// Masks of taxels that respond alike: the same piezoresistor of every unit. A taxel in no mask
+    /// is not used.
     pub alike: [u16; 4],
 }
 
 impl Array {
-    /// Four units of four piezoresistors (paper, section 2.1): AIN 4 u + k is piezoresistor k + 1 of unit u + 1; units
-    /// 2 and 4 are in front, at a pitch of 2.3 mm. `pitch_mm` and the edge phase were measured on the simulated finger
-    /// with a contact 8 mm long (`host/tests/calibrate.rs`). **Measure them on your own finger**: they change with the
-    /// force. The possible periods are those of the paper's gratings with a margin, as far as the answer is unique.
+    /// Four units of four piezoresistors (paper, section 2.1): AIN 4 u + k is piezoresistor k + 1
+    /// of unit u + 1; units 2 and 4 are in front, at a pitch of 2.3 mm. `pitch_mm` and the edge
+    /// phase were measured on the simulated finger with a contact 8 mm long
+    /// (`host/tests/calibrate.rs`). **Measure them on your own finger**: they change with the
+    /// force. The possible periods are those of the paper's gratings with a margin, as far as the
+    /// answer is unique.
     pub const DEFAULT: Self = Self {
         pitch_mm: 2.364,
         edge_phase_rad: 0.41,
@@ -67,13 +75,14 @@ impl Array {
     };
 }
 
-/// What turns a vibration into what a finger feels (Sensors 18 (2018) 1588; the crate `ridgetone-feel`). **Measure it with
-/// your own finger** on a surface of known roughness: `ridgetone feel`.
+/// What turns a vibration into what a finger feels (Sensors 18 (2018) 1588; the crate
+/// `ridgetone-feel`). **Measure it with your own finger** on a surface of known roughness:
+/// `ridgetone feel`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Feeling {
-    /// Amplitude of a taxel's reading over the displacement from peak to peak, volts per micrometre (equation 6), measured
-    /// in windows as long as those of the events. Zero: no event `feel`.
+    /// Amplitude of a taxel's reading over the displacement from peak to peak, volts per micrometre
+    /// (equation 6), measured in windows as long as those of the events. Zero: no event `feel`.
     pub volts_per_um: f32,
     /// Its standard deviation over it.
     pub sigma_share: f32,
@@ -83,7 +92,11 @@ pub struct Feeling {
 
 impl Feeling {
     /// No event `feel`: nobody knows the conversion of a finger that was not measured.
-    pub const DEFAULT: Self = Self { volts_per_um: 0.0, sigma_share: 0.0, force_ratio: 0.0 };
+    pub const DEFAULT: Self = Self {
+        volts_per_um: 0.0,
+        sigma_share: 0.0,
+        force_ratio: 0.0,
+    };
 
     /// Whether events `feel` are reported.
     pub fn is_on(&self) -> bool {
@@ -91,11 +104,13 @@ impl Feeling {
     }
 }
 
-/// A square display of pins that presses what this finger feels into another one (event `pins`; the crate `ridgetone-display`).
+/// A square display of pins that presses what this finger feels into another one (event `pins`; the
+/// crate `ridgetone-display`).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PinDisplay {
-    /// Updates a second, at most: from one to the next are whole frames of touch detection, 241 a second. Zero: no event `pins`.
+    /// Updates a second, at most: from one to the next are whole frames of touch detection, 241 a
+    /// second. Zero: no event `pins`.
     pub rate_hz: u8,
     /// Pins on a side.
     pub side: u8,
@@ -105,7 +120,8 @@ pub struct PinDisplay {
     pub spacing_mm: f32,
     /// Rubber, and skin, between the pins and the receptors of the finger on them, millimetres.
     pub depth_mm: f32,
-    /// Young's modulus over the reading at a strain of one: megapascals a volt. **Measure it on your own finger.**
+    /// Young's modulus over the reading at a strain of one: megapascals a volt. **Measure it on
+    /// your own finger.**
     pub mpa_per_v: f32,
     /// Greatest force of a pin, newtons.
     pub force_n: f32,
@@ -116,11 +132,13 @@ pub struct PinDisplay {
 }
 
 impl PinDisplay {
-    /// What a finger opposes to a pin, newtons a millimetre: 3000 N/m at 2 N over about six pins (Moy et al., section 3.1).
+    /// What a finger opposes to a pin, newtons a millimetre: 3000 N/m at 2 N over about six pins
+    /// (Moy et al., section 3.1).
     pub const STIFFNESS_N_MM: f32 = 0.5;
 
-    /// No event `pins`. Pins and layer of 2 mm are the paper's (Moy et al., section 5), force, stroke and slew those of its ideal
-    /// display (section 1). 13.6 MPa/V are the simulated finger's: rubber of 1.7 MPa, and 0.125 V at a strain of one.
+    /// No event `pins`. Pins and layer of 2 mm are the paper's (Moy et al., section 5), force,
+    /// stroke and slew those of its ideal display (section 1). 13.6 MPa/V are the simulated
+    /// finger's: rubber of 1.7 MPa, and 0.125 V at a strain of one.
     pub const DEFAULT: Self = Self {
         rate_hz: 0,
         side: 4,
@@ -141,7 +159,11 @@ impl PinDisplay {
     /// Greatest force that both force and stroke allow, newtons.
     pub const fn greatest_n(&self) -> f32 {
         let by_stroke_n = self.stroke_mm * Self::STIFFNESS_N_MM;
-        if by_stroke_n < self.force_n { by_stroke_n } else { self.force_n }
+        if by_stroke_n < self.force_n {
+            by_stroke_n
+        } else {
+            self.force_n
+        }
     }
 }
 
@@ -154,8 +176,9 @@ pub struct Settings {
     pub hop_s: f32,
     /// Most harmonics of the tone that are fitted, the fundamental included.
     pub harmonics: u8,
-    /// Required accuracy: standard deviation over frequency. Windows then grow hop by hop until the estimate meets it or
-    /// the window has `window_s`; only this last estimate is sent. Zero: every window has `window_s`.
+    /// Required accuracy: standard deviation over frequency. Windows then grow hop by hop until the
+    /// estimate meets it or the window has `window_s`; only this last estimate is sent. Zero: every
+    /// window has `window_s`.
     pub accuracy: f32,
     /// Frequency of a known interferer in all channels (mains hum), hertz; zero: none.
     pub interferer_hz: f32,
@@ -194,8 +217,9 @@ pub struct SettingsError {
 }
 
 impl Settings {
-    /// The defaults. A window of one second is the paper's longest. The paper saw the fundamental and three overtones in
-    /// its gratings (section 5). 4.096 V is the usual reference for a chip on 5 V.
+    /// The defaults. A window of one second is the paper's longest. The paper saw the fundamental
+    /// and three overtones in its gratings (section 5). 4.096 V is the usual reference for a chip
+    /// on 5 V.
     pub const DEFAULT: Self = Self {
         window_s: 1.0,
         hop_s: 0.25,
@@ -213,33 +237,74 @@ impl Settings {
     /// These settings for another plan, with its default window and hop.
     pub const fn with_plan(self, plan: Plan) -> Self {
         let (window_s, hop_s) = plan.default_window();
-        Self { plan, window_s, hop_s, ..self }
+        Self {
+            plan,
+            window_s,
+            hop_s,
+            ..self
+        }
     }
 
     /// Checks every bound. The error is the first field outside its own.
     #[inline(never)]
     pub fn validate(&self) -> Result<(), SettingsError> {
-        self.check().map_err(|PlanError { field, value, bounds: (least, greatest) }| {
-            // A test shows that every name fits.
-            SettingsError { field: String::try_from(field).unwrap_or_default(), value, least, greatest }
-        })
+        self.check().map_err(
+            |PlanError {
+                 field,
+                 value,
+                 bounds: (least, greatest),
+             }| {
+                // A test shows that every name fits.
+                SettingsError {
+                    field: String::try_from(field).unwrap_or_default(),
+                    value,
+                    least,
+                    greatest,
+                }
+            },
+        )
     }
 
     fn check(&self) -> Result<(), PlanError> {
         self.plan.validate()?;
         let most_s = self.plan.window_most_s();
-        let hop_most_s = if most_s > HOP_LEAST_MOST_S { most_s } else { HOP_LEAST_MOST_S };
-        let windows = [("window_s", self.plan.window_least_s(), most_s), ("hop_s", HOP_LEAST_S, hop_most_s)];
+        let hop_most_s = if most_s > HOP_LEAST_MOST_S {
+            most_s
+        } else {
+            HOP_LEAST_MOST_S
+        };
+        let windows = [
+            ("window_s", self.plan.window_least_s(), most_s),
+            ("hop_s", HOP_LEAST_S, hop_most_s),
+        ];
         within(&windows, &[self.window_s, self.hop_s])?;
-        let Array { pitch_mm, edge_phase_rad, edge_phase_sigma_rad, period_least_mm, period_most_mm, .. } = self.array;
-        let Array { may_go_forward, may_go_backward, alike, .. } = self.array;
+        let Array {
+            pitch_mm,
+            edge_phase_rad,
+            edge_phase_sigma_rad,
+            period_least_mm,
+            period_most_mm,
+            ..
+        } = self.array;
+        let Array {
+            may_go_forward,
+            may_go_backward,
+            alike,
+            ..
+        } = self.array;
         // A taxel in two masks would count twice. The error reports the mask of such taxels.
-        let (_, twice) = alike.iter().fold((0, 0), |(seen, twice), mask| (seen | mask, twice | seen & mask));
+        let (_, twice) = alike.iter().fold((0, 0), |(seen, twice), mask| {
+            (seen | mask, twice | seen & mask)
+        });
         // Fields that are not used get a value within their bounds.
         let unless_zero = |value: f32, least: f32| if value == 0.0 { least } else { value };
         let (delay_s, speed_mm_s, length_mm) = match self.slide {
             SlideRule::Found => (0.0, 1.0, 1.0),
-            SlideRule::Protocol { delay_s, speed_mm_s, length_mm } => (delay_s, speed_mm_s, length_mm),
+            SlideRule::Protocol {
+                delay_s,
+                speed_mm_s,
+                length_mm,
+            } => (delay_s, speed_mm_s, length_mm),
         };
         let values = [
             self.harmonics as f32,
@@ -269,9 +334,14 @@ impl Settings {
             self.pins.stroke_mm,
         ];
         within(&BOUNDS, &values)?;
-        // With less than a level an update no pin would ever move; a millionth more, since the quotients are rounded.
-        let least_n_s = 1.000_001 * self.pins.greatest_n() / self.pins.levels as f32 * self.pins.rate_hz as f32;
-        let others = [("period_most_mm", period_least_mm, PERIOD_GREATEST_MM), ("slew_n_s", least_n_s, 1e6)];
+        // With less than a level an update no pin would ever move; a millionth more, since the
+        // quotients are rounded.
+        let least_n_s =
+            1.000_001 * self.pins.greatest_n() / self.pins.levels as f32 * self.pins.rate_hz as f32;
+        let others = [
+            ("period_most_mm", period_least_mm, PERIOD_GREATEST_MM),
+            ("slew_n_s", least_n_s, 1e6),
+        ];
         within(&others, &[period_most_mm, self.pins.slew_n_s])
     }
 }
@@ -283,8 +353,8 @@ const HOP_LEAST_MOST_S: f32 = 1.0;
 /// Greatest possible spatial period, millimetres.
 const PERIOD_GREATEST_MM: f32 = 100.0;
 
-/// Names, least and greatest values, in the order of the values in `Settings::check`. A table, because one call for
-/// each field takes a kilobyte of flash more.
+/// Names, least and greatest values, in the order of the values in `Settings::check`. A table,
+/// because one call for each field takes a kilobyte of flash more.
 const BOUNDS: [Bounds; 25] = [
     ("harmonics", 1.0, 5.0),
     // With a tenth the fit calls the window too short; no crystal has a millionth.
@@ -329,51 +399,222 @@ mod tests {
 
     #[test]
     fn the_field_outside_its_bounds_is_named() {
-        let with = |array| Settings { array, ..Settings::DEFAULT };
-        let feeling = |feel| Settings { feel, ..Settings::DEFAULT };
-        let display = |pins| Settings { pins, ..Settings::DEFAULT };
-        let on = PinDisplay { rate_hz: 20, ..PinDisplay::DEFAULT };
+        let with = |array| Settings {
+            array,
+            ..Settings::DEFAULT
+        };
+        let feeling = |feel| Settings {
+            feel,
+            ..Settings::DEFAULT
+        };
+        let display = |pins| Settings {
+            pins,
+            ..Settings::DEFAULT
+        };
+        let on = PinDisplay {
+            rate_hz: 20,
+            ..PinDisplay::DEFAULT
+        };
         for (settings, field) in [
-            (Settings { window_s: 5.0, ..Settings::DEFAULT }, "window_s"),
-            (Settings { window_s: f32::NAN, ..Settings::DEFAULT }, "window_s"),
-            (Settings { hop_s: 0.0, ..Settings::DEFAULT }, "hop_s"),
-            (Settings { harmonics: 6, ..Settings::DEFAULT }, "harmonics"),
-            (Settings { accuracy: 0.2, ..Settings::DEFAULT }, "accuracy"),
-            (Settings { accuracy: f32::NAN, ..Settings::DEFAULT }, "accuracy"),
-            (Settings { interferer_hz: -50.0, ..Settings::DEFAULT }, "interferer_hz"),
-            (Settings { vref_v: 9.0, ..Settings::DEFAULT }, "vref_v"),
-            (with(Array { pitch_mm: 0.0, ..Array::DEFAULT }), "pitch_mm"),
-            (with(Array { edge_phase_rad: 4.0, ..Array::DEFAULT }), "edge_phase_rad"),
-            (with(Array { edge_phase_sigma_rad: f32::NAN, ..Array::DEFAULT }), "edge_phase_sigma_rad"),
-            (with(Array { period_least_mm: 0.0, ..Array::DEFAULT }), "period_least_mm"),
-            (with(Array { period_least_mm: 5.0, ..Array::DEFAULT }), "period_most_mm"),
-            (with(Array { may_go_forward: false, may_go_backward: false, ..Array::DEFAULT }), "may_go_forward"),
-            (with(Array { alike: [0x1111, 0x2222, 0x4444, 0x8889], ..Array::DEFAULT }), "alike"),
-            (feeling(Feeling { volts_per_um: -1.0, ..Feeling::DEFAULT }), "volts_per_um"),
-            (feeling(Feeling { sigma_share: f32::NAN, ..Feeling::DEFAULT }), "sigma_share"),
-            (feeling(Feeling { force_ratio: f32::INFINITY, ..Feeling::DEFAULT }), "force_ratio"),
+            (
+                Settings {
+                    window_s: 5.0,
+                    ..Settings::DEFAULT
+                },
+                "window_s",
+            ),
+            (
+                Settings {
+                    window_s: f32::NAN,
+                    ..Settings::DEFAULT
+                },
+                "window_s",
+            ),
+            (
+                Settings {
+                    hop_s: 0.0,
+                    ..Settings::DEFAULT
+                },
+                "hop_s",
+            ),
+            (
+                Settings {
+                    harmonics: 6,
+                    ..Settings::DEFAULT
+                },
+                "harmonics",
+            ),
+            (
+                Settings {
+                    accuracy: 0.2,
+                    ..Settings::DEFAULT
+                },
+                "accuracy",
+            ),
+            (
+                Settings {
+                    accuracy: f32::NAN,
+                    ..Settings::DEFAULT
+                },
+                "accuracy",
+            ),
+            (
+                Settings {
+                    interferer_hz: -50.0,
+                    ..Settings::DEFAULT
+                },
+                "interferer_hz",
+            ),
+            (
+                Settings {
+                    vref_v: 9.0,
+                    ..Settings::DEFAULT
+                },
+                "vref_v",
+            ),
+            (
+                with(Array {
+                    pitch_mm: 0.0,
+                    ..Array::DEFAULT
+                }),
+                "pitch_mm",
+            ),
+            (
+                with(Array {
+                    edge_phase_rad: 4.0,
+                    ..Array::DEFAULT
+                }),
+                "edge_phase_rad",
+            ),
+            (
+                with(Array {
+                    edge_phase_sigma_rad: f32::NAN,
+                    ..Array::DEFAULT
+                }),
+                "edge_phase_sigma_rad",
+            ),
+            (
+                with(Array {
+                    period_least_mm: 0.0,
+                    ..Array::DEFAULT
+                }),
+                "period_least_mm",
+            ),
+            (
+                with(Array {
+                    period_least_mm: 5.0,
+                    ..Array::DEFAULT
+                }),
+                "period_most_mm",
+            ),
+            (
+                with(Array {
+                    may_go_forward: false,
+                    may_go_backward: false,
+                    ..Array::DEFAULT
+                }),
+                "may_go_forward",
+            ),
+            (
+                with(Array {
+                    alike: [0x1111, 0x2222, 0x4444, 0x8889],
+                    ..Array::DEFAULT
+                }),
+                "alike",
+            ),
+            (
+                feeling(Feeling {
+                    volts_per_um: -1.0,
+                    ..Feeling::DEFAULT
+                }),
+                "volts_per_um",
+            ),
+            (
+                feeling(Feeling {
+                    sigma_share: f32::NAN,
+                    ..Feeling::DEFAULT
+                }),
+                "sigma_share",
+            ),
+            (
+                feeling(Feeling {
+                    force_ratio: f32::INFINITY,
+                    ..Feeling::DEFAULT
+                }),
+                "force_ratio",
+            ),
             (display(PinDisplay { rate_hz: 7, ..on }), "rate_hz"),
             (display(PinDisplay { rate_hz: 51, ..on }), "rate_hz"),
             (display(PinDisplay { side: 11, ..on }), "side"),
             (display(PinDisplay { levels: 0, ..on }), "levels"),
-            (display(PinDisplay { spacing_mm: f32::NAN, ..on }), "spacing_mm"),
-            (display(PinDisplay { depth_mm: 0.0, ..on }), "depth_mm"),
-            (display(PinDisplay { mpa_per_v: -1.0, ..on }), "mpa_per_v"),
-            (display(PinDisplay { force_n: f32::INFINITY, ..on }), "force_n"),
-            (display(PinDisplay { stroke_mm: 0.0, ..on }), "stroke_mm"),
+            (
+                display(PinDisplay {
+                    spacing_mm: f32::NAN,
+                    ..on
+                }),
+                "spacing_mm",
+            ),
+            (
+                display(PinDisplay {
+                    depth_mm: 0.0,
+                    ..on
+                }),
+                "depth_mm",
+            ),
+            (
+                display(PinDisplay {
+                    mpa_per_v: -1.0,
+                    ..on
+                }),
+                "mpa_per_v",
+            ),
+            (
+                display(PinDisplay {
+                    force_n: f32::INFINITY,
+                    ..on
+                }),
+                "force_n",
+            ),
+            (
+                display(PinDisplay {
+                    stroke_mm: 0.0,
+                    ..on
+                }),
+                "stroke_mm",
+            ),
             // A level is 0.01 N, and an update may change 0.005 N.
-            (display(PinDisplay { slew_n_s: 0.1, ..on }), "slew_n_s"),
+            (
+                display(PinDisplay {
+                    slew_n_s: 0.1,
+                    ..on
+                }),
+                "slew_n_s",
+            ),
             (
                 Settings {
-                    slide: SlideRule::Protocol { delay_s: 1.0, speed_mm_s: 0.0, length_mm: 55.0 },
+                    slide: SlideRule::Protocol {
+                        delay_s: 1.0,
+                        speed_mm_s: 0.0,
+                        length_mm: 55.0,
+                    },
                     ..Settings::DEFAULT
                 },
                 "speed_mm_s",
             ),
         ] {
-            assert_eq!(settings.validate().map_err(|error| error.field).unwrap_err(), field);
+            assert_eq!(
+                settings
+                    .validate()
+                    .map_err(|error| error.field)
+                    .unwrap_err(),
+                field
+            );
         }
-        assert!(BOUNDS.iter().all(|(field, ..)| String::<24>::try_from(*field).is_ok()));
+        assert!(
+            BOUNDS
+                .iter()
+                .all(|(field, ..)| String::<24>::try_from(*field).is_ok())
+        );
     }
 
     #[test]
@@ -381,10 +622,19 @@ mod tests {
         for (name, plan) in Plan::NAMED {
             let settings = Settings::DEFAULT.with_plan(plan);
             assert_eq!(settings.validate(), Ok(()), "{name}");
-            let longer = Settings { window_s: plan.window_most_s() + 0.002, ..settings };
+            let longer = Settings {
+                window_s: plan.window_most_s() + 0.002,
+                ..settings
+            };
             assert_eq!(longer.validate().unwrap_err().field, "window_s", "{name}");
         }
-        let settings = Settings { plan: Plan { inputs: 0, ..Plan::PAPER }, ..Settings::DEFAULT };
+        let settings = Settings {
+            plan: Plan {
+                inputs: 0,
+                ..Plan::PAPER
+            },
+            ..Settings::DEFAULT
+        };
         assert_eq!(settings.validate().unwrap_err().field, "inputs");
         assert_eq!(Settings::DEFAULT.with_plan(Plan::PAPER), Settings::DEFAULT);
     }

@@ -1,15 +1,18 @@
 //! Settings that survive a loss of power at any moment.
 //!
-//! Records follow each other in two pages of flash. Each has a number and, written last, a checksum. The record with
-//! the highest number and a matching checksum is valid; if a write was interrupted or a page is worn, the one before.
-//! When a page is full the other one is erased for the next record, never the page with the valid record.
+//! Records follow each other in two pages of flash. Each has a number and, written last, a
+//! checksum. The record with the highest number and a matching checksum is valid; if a write was
+//! interrupted or a page is worn, the one before. When a page is full the other one is erased for
+//! the next record, never the page with the valid record.
 //!
-//! An erasure stops the STM32F405 for 1 to 2 s, because its code is in the same bank of flash (RM0090, 3.5.1; DS8626). All
-//! conversions of that time are lost. So it happens only between touches, the loss is counted and reported, and the reply
-//! gives the reason ([`Saved::Erasing`], [`DoneErased`](crate::command::Outcome::DoneErased)). The watchdog's 8 s are longer.
+//! An erasure stops the STM32F405 for 1 to 2 s, because its code is in the same bank of flash
+//! (RM0090, 3.5.1; DS8626). All conversions of that time are lost. So it happens only between
+//! touches, the loss is counted and reported, and the reply gives the reason ([`Saved::Erasing`],
+//! [`DoneErased`](crate::command::Outcome::DoneErased)). The watchdog's 8 s are longer.
 //!
-//! The crate `sequential-storage` (8.0.2) lost settings: it judges a page by its first and last word, and an
-//! interrupted erasure leaves undefined data (RM0090, 3.6). It also takes 9.1 to 11.2 kB more flash.
+//! The crate `sequential-storage` (8.0.2) lost settings: it judges a page by its first and last
+//! word, and an interrupted erasure leaves undefined data (RM0090, 3.6). It also takes 9.1 to 11.2
+//! kB more flash.
 
 use crate::boot::SettingsSource;
 use crate::framing::checksum;
@@ -39,8 +42,8 @@ pub trait Store {
     /// The settings for a start, always valid, and where they come from.
     fn load(&mut self) -> (Settings, SettingsSource);
 
-    /// Stores settings; none stands for the defaults. Without `may_erase` a full page is an error, which changes
-    /// nothing.
+    /// Stores settings; none stands for the defaults. Without `may_erase` a full page is an error,
+    /// which changes nothing.
     fn save(&mut self, settings: Option<&Settings>, may_erase: bool) -> Result<Saved, NotStored>;
 }
 
@@ -60,8 +63,9 @@ pub struct NotStored;
 /// Place of a record, counted through both pages.
 type Slot = u32;
 
-/// A [`Store`] in [`PAGES`] consecutive pages of flash, for settings only. Offsets count from the start of the first page.
-/// A page is the unit of erasure ([`NorFlash::ERASE_SIZE`]), a word of [`WORD_BYTES`] the unit of programming.
+/// A [`Store`] in [`PAGES`] consecutive pages of flash, for settings only. Offsets count from the
+/// start of the first page. A page is the unit of erasure ([`NorFlash::ERASE_SIZE`]), a word of
+/// [`WORD_BYTES`] the unit of programming.
 #[derive(Debug)]
 pub struct FlashStore<F: NorFlash> {
     flash: F,
@@ -76,7 +80,13 @@ impl<F: NorFlash> FlashStore<F> {
 
     /// A store in pages with any content.
     pub const fn new(flash: F) -> Self {
-        const { assert!(Self::SLOTS > 0 && F::WRITE_SIZE == WORD_BYTES && WORD_BYTES.is_multiple_of(F::READ_SIZE)) };
+        const {
+            assert!(
+                Self::SLOTS > 0
+                    && F::WRITE_SIZE == WORD_BYTES
+                    && WORD_BYTES.is_multiple_of(F::READ_SIZE)
+            )
+        };
         Self { flash }
     }
 
@@ -104,9 +114,10 @@ impl<F: NorFlash> FlashStore<F> {
         record
     }
 
-    /// The record with the highest number below `limit` and a matching checksum: its number, slot and bytes. A damaged
-    /// record may have the number of its replacement, so equal numbers are ordered by slot. The search reads from the
-    /// last slot back, where the newest record usually is, to compute few checksums.
+    /// The record with the highest number below `limit` and a matching checksum: its number, slot
+    /// and bytes. A damaged record may have the number of its replacement, so equal numbers are
+    /// ordered by slot. The search reads from the last slot back, where the newest record usually
+    /// is, to compute few checksums.
     fn newest_below(&mut self, limit: (u32, Slot)) -> Option<((u32, Slot), [u8; RECORD_BYTES])> {
         let mut newest: Option<((u32, Slot), [u8; RECORD_BYTES])> = None;
         for slot in (0..Self::ALL).rev() {
@@ -126,11 +137,15 @@ impl<F: NorFlash> FlashStore<F> {
     /// Whether a slot is erased.
     fn is_erased(&mut self, slot: Slot) -> bool {
         // By words: a start looks at thousands of slots.
-        self.record(slot).as_chunks::<WORD_BYTES>().0.iter().all(|word| u32::from_ne_bytes(*word) == u32::MAX)
+        self.record(slot)
+            .as_chunks::<WORD_BYTES>()
+            .0
+            .iter()
+            .all(|word| u32::from_ne_bytes(*word) == u32::MAX)
     }
 
-    /// The next free slot after a record, or the first one: in the same page, or in the other one, which is erased for
-    /// it.
+    /// The next free slot after a record, or the first one: in the same page, or in the other one,
+    /// which is erased for it.
     fn next_slot(
         &mut self,
         after: Option<Slot>,
@@ -152,7 +167,9 @@ impl<F: NorFlash> FlashStore<F> {
         if !may_erase || keep.is_some_and(|kept| kept / Self::SLOTS == page) {
             return Err(NotStored);
         }
-        self.flash.erase(page * Self::PAGE_BYTES, (page + 1) * Self::PAGE_BYTES).map_err(|_| NotStored)?;
+        self.flash
+            .erase(page * Self::PAGE_BYTES, (page + 1) * Self::PAGE_BYTES)
+            .map_err(|_| NotStored)?;
         Ok((slot, Saved::Erasing))
     }
 }
@@ -169,7 +186,8 @@ impl<F: NorFlash> Store for FlashStore<F> {
             };
             // Unreadable data in the next slot were meant to be a record.
             let next = Self::next(at.1);
-            let is_last = limit == NO_LIMIT && (self.is_erased(next) || is_whole(&self.record(next)));
+            let is_last =
+                limit == NO_LIMIT && (self.is_erased(next) || is_whole(&self.record(next)));
             return match (settings, is_last) {
                 (Some(settings), true) => (settings, SettingsSource::Stored),
                 (Some(settings), false) => (settings, SettingsSource::StoredBefore),
@@ -178,7 +196,14 @@ impl<F: NorFlash> Store for FlashStore<F> {
             };
         }
         let blank = (0..Self::ALL).all(|slot| self.is_erased(slot));
-        (Settings::DEFAULT, if blank { SettingsSource::Default } else { SettingsSource::Damaged })
+        (
+            Settings::DEFAULT,
+            if blank {
+                SettingsSource::Default
+            } else {
+                SettingsSource::Damaged
+            },
+        )
     }
 
     #[inline(never)]
@@ -187,9 +212,13 @@ impl<F: NorFlash> Store for FlashStore<F> {
         let number = newest.map_or(0, |(number, _)| number.wrapping_add(1));
         let mut record = [0; RECORD_BYTES];
         let (content, sum) = record.split_last_chunk_mut::<4>().ok_or(NotStored)?;
-        content.get_mut(..4).ok_or(NotStored)?.copy_from_slice(&number.to_le_bytes());
+        content
+            .get_mut(..4)
+            .ok_or(NotStored)?
+            .copy_from_slice(&number.to_le_bytes());
         *content.get_mut(4).ok_or(NotStored)? = VERSION;
-        postcard::to_slice(&settings, content.get_mut(CONTENT).ok_or(NotStored)?).map_err(|_| NotStored)?;
+        postcard::to_slice(&settings, content.get_mut(CONTENT).ok_or(NotStored)?)
+            .map_err(|_| NotStored)?;
         *sum = checksum(content).to_le_bytes();
 
         let keep = newest.map(|(_, slot)| slot);
@@ -199,7 +228,9 @@ impl<F: NorFlash> Store for FlashStore<F> {
             let (slot, how) = self.next_slot(after, keep, may_erase)?;
             saved = if how == Saved::Erasing { how } else { saved };
             // A slot that cannot be read back is worn: try the next one.
-            if self.flash.write(Self::offset(slot), &record).is_ok() && self.record(slot).iter().eq(&record) {
+            if self.flash.write(Self::offset(slot), &record).is_ok()
+                && self.record(slot).iter().eq(&record)
+            {
                 return Ok(saved);
             }
             after = Some(slot);
@@ -213,12 +244,16 @@ const NO_LIMIT: (u32, Slot) = (u32::MAX, 0);
 
 /// Whether a record's checksum matches.
 fn is_whole(record: &[u8; RECORD_BYTES]) -> bool {
-    record.split_last_chunk::<4>().is_some_and(|(content, sum)| checksum(content) == u32::from_le_bytes(*sum))
+    record
+        .split_last_chunk::<4>()
+        .is_some_and(|(content, sum)| checksum(content) == u32::from_le_bytes(*sum))
 }
 
-/// Content of a record: settings, or none for the defaults. None if it is unreadable or out of bounds.
+/// Content of a record: settings, or none for the defaults. None if it is unreadable or out of
+/// bounds.
 fn content(record: &[u8; RECORD_BYTES]) -> Option<Option<Settings>> {
     let (settings, _) = postcard::take_from_bytes::<Option<Settings>>(record.get(CONTENT)?).ok()?;
-    let good = record.get(4) == Some(&VERSION) && settings.is_none_or(|settings| settings.validate().is_ok());
+    let good = record.get(4) == Some(&VERSION)
+        && settings.is_none_or(|settings| settings.validate().is_ok());
     good.then_some(settings)
 }

@@ -1,4 +1,5 @@
-//! What the board sends: events, each in a numbered packet. [`crate::framing`] says how a packet travels.
+//! What the board sends: events, each in a numbered packet. [`crate::framing`] says how a packet
+//! travels.
 
 mod decoder;
 mod estimate;
@@ -11,7 +12,9 @@ mod texture;
 
 pub use crate::framing::{TooLong, WIRE_MAX};
 pub use decoder::{Decoder, Events, PacketDecoder};
-pub use estimate::{Abscissa, Channel, Direction, Estimate, Movement, OtherTone, Span, Status, Travel, TravelStatus};
+pub use estimate::{
+    Abscissa, Channel, Direction, Estimate, Movement, OtherTone, Span, Status, Travel, TravelStatus,
+};
 pub use event::{Contact, Event, Health, Hello, OdometryCounts, Raw, Release, Slide};
 pub use feel::{BANDS, Feel, Measured, NO_LEVEL, RECEPTORS};
 pub use image::{Hold, Image, Pressed};

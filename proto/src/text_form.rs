@@ -11,5 +11,8 @@ where
     if !serializer.is_human_readable() {
         return t_us.serialize(serializer);
     }
-    (*t_us).into().map(|t_us| t_us as f64 / 1e6).serialize(serializer)
+    (*t_us)
+        .into()
+        .map(|t_us| t_us as f64 / 1e6)
+        .serialize(serializer)
 }

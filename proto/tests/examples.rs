@@ -10,8 +10,15 @@ use ridgetone_proto::telemetry::{Contact, Event, Packet, WIRE_MAX, encode};
 fn packets_come_out_and_a_lost_and_a_damaged_one_are_counted() {
     let packets: Vec<Packet> = (0..8)
         .map(|sequence| {
-            let contact = Contact { t_us: 1_000_000 * u64::from(sequence), taxel: 3, height_v: 0.012 };
-            Packet { sequence, event: Event::Contact(contact) }
+            let contact = Contact {
+                t_us: 1_000_000 * u64::from(sequence),
+                taxel: 3,
+                height_v: 0.012,
+            };
+            Packet {
+                sequence,
+                event: Event::Contact(contact),
+            }
         })
         .collect();
     let mut bytes = Vec::new();
@@ -25,7 +32,10 @@ fn packets_come_out_and_a_lost_and_a_damaged_one_are_counted() {
         bytes.extend_from_slice(&wire[..used]);
     }
     let (decoded, decoder) = decode::decode(bytes);
-    let expected: Vec<Packet> = packets.into_iter().filter(|packet| ![2, 5].contains(&packet.sequence)).collect();
+    let expected: Vec<Packet> = packets
+        .into_iter()
+        .filter(|packet| ![2, 5].contains(&packet.sequence))
+        .collect();
     assert_eq!(decoded, expected);
     // The damaged one is missing too: nobody knows its number.
     assert_eq!((decoder.damaged, decoder.missing), (1, 2));

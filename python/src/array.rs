@@ -15,7 +15,12 @@ use std::sync::Arc;
 pub struct Samples(pub samples::Samples);
 
 /// What [`Samples::read`] gives.
-type Rows<'py> = (Vec<String>, Option<Bound<'py, PyByteArray>>, Bound<'py, PyByteArray>, Option<String>);
+type Rows<'py> = (
+    Vec<String>,
+    Option<Bound<'py, PyByteArray>>,
+    Bound<'py, PyByteArray>,
+    Option<String>,
+);
 
 struct Read {
     names: Vec<String>,
@@ -38,20 +43,33 @@ struct View<T: Element> {
 
 impl<T: Element> View<T> {
     fn new(buffer: PyBuffer<T>) -> PyResult<Self> {
-        let (Ok(shape), Ok(strides)) = (buffer.shape().try_into(), buffer.strides().try_into()) else {
-            return Err(PyTypeError::new_err("an array of two dimensions is needed: rows, then channels"));
+        let (Ok(shape), Ok(strides)) = (buffer.shape().try_into(), buffer.strides().try_into())
+        else {
+            return Err(PyTypeError::new_err(
+                "an array of two dimensions is needed: rows, then channels",
+            ));
         };
-        Ok(Self { start: buffer.buf_ptr() as usize, shape, strides, buffer })
+        Ok(Self {
+            start: buffer.buf_ptr() as usize,
+            shape,
+            strides,
+            buffer,
+        })
     }
 
     fn at(&self, row: usize, column: usize) -> T {
         assert!(row < self.shape[0] && column < self.shape[1]);
         let offset = row as isize * self.strides[0] + column as isize * self.strides[1];
-        #[expect(unsafe_code, reason = "the safe readers copy, or hold the interpreter's lock")]
-        // SAFETY: `buffer` keeps the memory of this shape and these strides alive, and the indices are inside it. As in
-        // NumPy's own loops, it is the caller who must not write to an array that is being read.
+        #[expect(
+            unsafe_code,
+            reason = "the safe readers copy, or hold the interpreter's lock"
+        )]
+        // SAFETY: `buffer` keeps the memory of this shape and these strides alive, and the indices
+        // are inside it. As in NumPy's own loops, it is the caller who must not write to an array
+        // that is being read.
         unsafe {
-            std::ptr::with_exposed_provenance::<T>(self.start.wrapping_add_signed(offset)).read_unaligned()
+            std::ptr::with_exposed_provenance::<T>(self.start.wrapping_add_signed(offset))
+                .read_unaligned()
         }
     }
 }
@@ -67,7 +85,10 @@ fn view(array: &Bound<'_, PyAny>) -> PyResult<(ValueAt, [usize; 2])> {
     let view = View::new(PyBuffer::<f32>::get(array)?)?;
     view.buffer.buf_ptr().expose_provenance();
     let shape = view.shape;
-    Ok((Arc::new(move |row, column| view.at(row, column).into()), shape))
+    Ok((
+        Arc::new(move |row, column| view.at(row, column).into()),
+        shape,
+    ))
 }
 
 #[pymethods]
@@ -75,8 +96,13 @@ impl Samples {
     /// Those of a file in any form that the command reads.
     #[staticmethod]
     fn file(path: PathBuf, time_column: Option<&str>) -> PyResult<Self> {
-        let time = time_column.map(TimeColumn::parse).transpose().map_err(crate::UsageError::new_err)?;
-        samples::Samples::file_with(&path, time).map(Self).map_err(raised)
+        let time = time_column
+            .map(TimeColumn::parse)
+            .transpose()
+            .map_err(crate::UsageError::new_err)?;
+        samples::Samples::file_with(&path, time)
+            .map(Self)
+            .map_err(raised)
     }
 
     /// Those of an array, with a column of times or none.
@@ -89,16 +115,23 @@ impl Samples {
     ) -> PyResult<Self> {
         let (value_at, [rows, columns]) = view(values)?;
         if names.len() != columns {
-            return Err(crate::UsageError::new_err(format!("{} names for {columns} columns", names.len())));
+            return Err(crate::UsageError::new_err(format!(
+                "{} names for {columns} columns",
+                names.len()
+            )));
         }
         let times = match times.map(view).transpose()? {
             Some((_, [stamps, _])) if stamps != rows => {
-                return Err(crate::UsageError::new_err(format!("{stamps} times for {rows} rows")));
+                return Err(crate::UsageError::new_err(format!(
+                    "{stamps} times for {rows} rows"
+                )));
             }
             Some((time_at, _)) => Some(Arc::new(move |row| time_at(row, 0)) as samples::TimeAt),
             None => None,
         };
-        Ok(Self(samples::Samples::array(name, names, rows, value_at, times)))
+        Ok(Self(samples::Samples::array(
+            name, names, rows, value_at, times,
+        )))
     }
 
     #[getter]
@@ -106,9 +139,15 @@ impl Samples {
         self.0.name()
     }
 
-    /// All rows: names of the columns, times or none, values row by row, both as bytes of f64, and what was guessed.
+    /// All rows: names of the columns, times or none, values row by row, both as bytes of f64, and
+    /// what was guessed.
     fn read<'py>(&self, py: Python<'py>) -> PyResult<Rows<'py>> {
-        let Read { names, times, values, guessed } = py.detach(|| self.read_all()).map_err(raised)?;
+        let Read {
+            names,
+            times,
+            values,
+            guessed,
+        } = py.detach(|| self.read_all()).map_err(raised)?;
         let times = (!times.is_empty()).then(|| PyByteArray::new(py, &times));
         Ok((names, times, PyByteArray::new(py, &values), guessed))
     }
@@ -123,6 +162,11 @@ impl Samples {
             times.extend(rows.time_s().into_iter().flat_map(f64::to_ne_bytes));
             values.extend(row.iter().flat_map(|value| value.to_ne_bytes()));
         }
-        Ok(Read { names: rows.names().to_vec(), times, values, guessed: rows.guessed() })
+        Ok(Read {
+            names: rows.names().to_vec(),
+            times,
+            values,
+            guessed: rows.guessed(),
+        })
     }
 }

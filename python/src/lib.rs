@@ -1,7 +1,8 @@
-//! The native part of the Python package `ridgetone`: the library that the command `ridgetone` is made of.
+//! The native part of the Python package `ridgetone`: the library that the command `ridgetone` is
+//! made of.
 //!
-//! Results cross as the JSON of the command's `--json`, made by the same functions, so that numbers are equal to the last
-//! bit. `ridgetone/__init__.py` makes Python's types of it.
+//! Results cross as the JSON of the command's `--json`, made by the same functions, so that numbers
+//! are equal to the last bit. `ridgetone/__init__.py` makes Python's types of it.
 
 mod array;
 mod live;
@@ -11,16 +12,33 @@ use pyo3::prelude::*;
 use pyo3::{PyErr, create_exception};
 use ridgetone_host::usage;
 
-create_exception!(ridgetone, Error, pyo3::exceptions::PyException, "What the command says in its one line.");
-create_exception!(ridgetone, UsageError, Error, "Something impossible was requested.");
+create_exception!(
+    ridgetone,
+    Error,
+    pyo3::exceptions::PyException,
+    "What the command says in its one line."
+);
+create_exception!(
+    ridgetone,
+    UsageError,
+    Error,
+    "Something impossible was requested."
+);
 
-/// The command's one line as an exception. An exception on its way through the library stays what it is.
+/// The command's one line as an exception. An exception on its way through the library stays what
+/// it is.
 fn raised(error: anyhow::Error) -> PyErr {
     if error.is::<PyErr>() {
-        return error.downcast::<PyErr>().unwrap_or_else(|error| Error::new_err(error.to_string()));
+        return error
+            .downcast::<PyErr>()
+            .unwrap_or_else(|error| Error::new_err(error.to_string()));
     }
     let text = format!("{error:#}").replace(['\n', '\r'], " ");
-    if error.is::<usage::UsageError>() { UsageError::new_err(text) } else { Error::new_err(text) }
+    if error.is::<usage::UsageError>() {
+        UsageError::new_err(text)
+    } else {
+        Error::new_err(text)
+    }
 }
 
 #[pymodule]

@@ -28,7 +28,10 @@ const SILENCE: Duration = Duration::from_secs(30);
 impl Board {
     /// Opens a serial port, the only one there is, or the emulated board.
     #[new]
-    #[expect(clippy::too_many_arguments, reason = "the options of `ridgetone monitor`")]
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "the options of `ridgetone monitor`"
+    )]
     fn new(
         py: Python<'_>,
         port: Option<String>,
@@ -43,7 +46,9 @@ impl Board {
         record: Option<PathBuf>,
     ) -> PyResult<Self> {
         let open = || -> Result<_> {
-            let settings = settings.map(|text| settings_form::with_json(&Settings::DEFAULT, text)).transpose()?;
+            let settings = settings
+                .map(|text| settings_form::with_json(&Settings::DEFAULT, text))
+                .transpose()?;
             let mut feed = match emulated {
                 true => emulate(scene.as_deref(), once, pace, elf)?,
                 false => Feed::new(Link::open(System, Wanted::new(port, usb_serial))?),
@@ -54,7 +59,10 @@ impl Board {
             }
             let mut requester = Requester::with_settings(settings);
             requester.want_raw_if(raw);
-            Ok(Self(Mutex::new(Some((Listener::new(feed, requester), JsonLines::default())))))
+            Ok(Self(Mutex::new(Some((
+                Listener::new(feed, requester),
+                JsonLines::default(),
+            )))))
         };
         py.detach(open).map_err(raised)
     }
@@ -99,7 +107,10 @@ impl Board {
     /// Packets received, missing and damaged.
     fn counts(&self) -> PyResult<(u64, u32, u32)> {
         let board = self.lock();
-        let counts = board.as_ref().map(|(listener, _)| listener.feed.counts()).unwrap_or_default();
+        let counts = board
+            .as_ref()
+            .map(|(listener, _)| listener.feed.counts())
+            .unwrap_or_default();
         Ok((counts.received, counts.missing, counts.damaged))
     }
 
@@ -115,12 +126,16 @@ impl Board {
 
     fn heard(&self, most: Duration) -> Result<Option<(&'static str, String)>> {
         let mut board = self.lock();
-        let Some((listener, json)) = board.as_mut() else { return Ok(Some(("over", String::new()))) };
+        let Some((listener, json)) = board.as_mut() else {
+            return Ok(Some(("over", String::new())));
+        };
         let heard = listener.next(most)?;
         let losses = listener.losses();
         Ok(match heard {
             Some(Heard::Packet(packet, receipt)) => Some(("event", json.line(&packet, receipt)?)),
-            Some(Heard::Disconnected(name, why)) => Some(("warning", format!("{name}: {why}; waiting for the board"))),
+            Some(Heard::Disconnected(name, why)) => {
+                Some(("warning", format!("{name}: {why}; waiting for the board")))
+            }
             Some(Heard::Over) => Some(("over", String::new())),
             Some(Heard::Connected(_)) | None => losses.map(|losses| ("warning", losses)),
         })
@@ -135,11 +150,23 @@ impl Board {
 }
 
 fn emulate(scene: Option<&Path>, once: bool, pace: f64, elf: Option<PathBuf>) -> Result<Feed> {
-    let scene = scene.map(|path| hal_mock::load_scene(path, frame_rate_hz())).transpose()?;
+    let scene = scene
+        .map(|path| hal_mock::load_scene(path, frame_rate_hz()))
+        .transpose()?;
     let scene = scene.map_or_else(first_scene, Ok)?;
     let seed = scene.seed;
-    let input = Input { source: Source::Scene(scene), seed, ..Input::default() }.open()?;
+    let input = Input {
+        source: Source::Scene(scene),
+        seed,
+        ..Input::default()
+    }
+    .open()?;
     let input = if once { input } else { input.repeated() };
     let elf = elf.map_or_else(emulator::image::find, Ok)?;
-    Ok(Feed::new(Emulated::start(input, elf, SILENCE, (pace > 0.0).then_some(pace))))
+    Ok(Feed::new(Emulated::start(
+        input,
+        elf,
+        SILENCE,
+        (pace > 0.0).then_some(pace),
+    )))
 }

@@ -1,4 +1,5 @@
-//! The command's work on recordings: `fit`, `feel`, `replay`, and its forms of settings and messages.
+//! The command's work on recordings: `fit`, `feel`, `replay`, and its forms of settings and
+//! messages.
 
 use crate::array::Samples;
 use crate::raised;
@@ -18,7 +19,9 @@ use std::path::{Path, PathBuf};
 
 /// What was guessed of a file.
 fn named(name: &str, guessed: Option<&String>) -> impl Iterator<Item = String> {
-    guessed.map(|guessed| format!("{name}: {guessed}")).into_iter()
+    guessed
+        .map(|guessed| format!("{name}: {guessed}"))
+        .into_iter()
 }
 
 /// The fit's object as JSON, and what to look at.
@@ -36,11 +39,23 @@ pub fn fit(
     speed_column: Option<String>,
     position_column: Option<String>,
 ) -> PyResult<(String, Vec<String>)> {
-    let place = position_column.map(Column::Position).or(speed_column.map(Column::Speed));
-    let selection = Selection { rate_hz, from_s, to_s, columns, harmonics, place, interferer_hz: mains_hz };
+    let place = position_column
+        .map(Column::Position)
+        .or(speed_column.map(Column::Speed));
+    let selection = Selection {
+        rate_hz,
+        from_s,
+        to_s,
+        columns,
+        harmonics,
+        place,
+        interferer_hz: mains_hz,
+    };
     let run = || -> Result<_> {
         let fit = table_fit::fit(&mut *samples.0.open()?, &selection, &mut |_| {})?;
-        let remarks = named(samples.0.name(), fit.guessed.as_ref()).chain(fit.warning(&selection)).collect();
+        let remarks = named(samples.0.name(), fit.guessed.as_ref())
+            .chain(fit.warning(&selection))
+            .collect();
         Ok((fit_report::json(samples.0.name(), &fit)?, remarks))
     };
     py.detach(run).map_err(raised)
@@ -63,22 +78,47 @@ pub fn feel(
     coefficients: Option<PathBuf>,
 ) -> PyResult<(String, Vec<String>)> {
     let (ra_um, rsm_mm, speed_mm_s, ra_sigma_um) = surface;
-    let surface = Reference { ra_um, ra_sigma_um, rsm_mm, speed_mm_s };
-    let reference = felt::KnownSurface { surface, samples: reference.map(|samples| samples.0.clone()) };
-    let selection = Selection { rate_hz, from_s, to_s, columns, ..Selection::default() };
-    let options = felt::Options { selection, window_s, reference };
+    let surface = Reference {
+        ra_um,
+        ra_sigma_um,
+        rsm_mm,
+        speed_mm_s,
+    };
+    let reference = felt::KnownSurface {
+        surface,
+        samples: reference.map(|samples| samples.0.clone()),
+    };
+    let selection = Selection {
+        rate_hz,
+        from_s,
+        to_s,
+        columns,
+        ..Selection::default()
+    };
+    let options = felt::Options {
+        selection,
+        window_s,
+        reference,
+    };
     let run = || -> Result<_> {
-        let coefficients =
-            coefficients.as_deref().map_or_else(|| Ok(felt::Coefficients::paper()), felt::Coefficients::load)?;
+        let coefficients = coefficients
+            .as_deref()
+            .map_or_else(|| Ok(felt::Coefficients::paper()), felt::Coefficients::load)?;
         let felt = felt::measure(&samples.0, &options, &mut |_| {})?;
-        Ok((felt::json(&felt, &coefficients, m)?, named(&felt.file, felt.guessed.as_ref()).collect()))
+        Ok((
+            felt::json(&felt, &coefficients, m)?,
+            named(&felt.file, felt.guessed.as_ref()).collect(),
+        ))
     };
     py.detach(run).map_err(raised)
 }
 
 /// What `replay` prints, a JSON object each; what to look at; and a picture if it is wanted.
 #[pyfunction]
-#[expect(clippy::too_many_arguments, reason = "the options of `ridgetone replay`")]
+#[expect(
+    clippy::too_many_arguments,
+    reason = "the options of `ridgetone replay`"
+)]
 pub fn replay(
     py: Python<'_>,
     samples: Option<&Samples>,
@@ -94,11 +134,19 @@ pub fn replay(
 ) -> PyResult<(Vec<String>, Vec<String>, Option<String>)> {
     let run = || -> Result<_> {
         let settings = settings_form::with_json(&Settings::DEFAULT, settings)?;
-        let profile = profile.map(|path| speed::profile(&path, speed::after(profile_repeats))).transpose()?;
-        let scene = scene.map(|path| hal_mock::load_scene(path, frame_rate_hz())).transpose()?;
+        let profile = profile
+            .map(|path| speed::profile(&path, speed::after(profile_repeats)))
+            .transpose()?;
+        let scene = scene
+            .map(|path| hal_mock::load_scene(path, frame_rate_hz()))
+            .transpose()?;
         let (source, seed) = match samples {
             Some(Samples(samples)) => {
-                let source = Source::Trace { samples: samples.clone(), rate_hz, volts_per_unit: scale };
+                let source = Source::Trace {
+                    samples: samples.clone(),
+                    rate_hz,
+                    volts_per_unit: scale,
+                };
                 (source, seed.unwrap_or(1))
             }
             None => {
@@ -108,8 +156,18 @@ pub fn replay(
                 (Source::Scene(scene), seed)
             }
         };
-        let mut input = Input { source, converter_noise: noise, seed }.open_for(&settings)?;
-        let remarks = input.guessed.take().into_iter().chain(input.warning.take()).collect();
+        let mut input = Input {
+            source,
+            converter_noise: noise,
+            seed,
+        }
+        .open_for(&settings)?;
+        let remarks = input
+            .guessed
+            .take()
+            .into_iter()
+            .chain(input.warning.take())
+            .collect();
         let truth = input.truth;
         let (mut lines, mut packets, mut conversions) = (Vec::new(), Vec::new(), Vec::new());
         let mut sink = |packet: &Packet| {
@@ -121,9 +179,20 @@ pub fn replay(
             Ok(Python::attach(|py| py.check_signals())?)
         };
         let mut watch = |conversion| conversions.extend(picture.then_some(conversion));
-        player::run_watched(input, settings, profile, &mut sink, &mut |_, _| {}, &mut watch)?;
-        let drawing =
-            picture.then(|| draw(&Recording::new(&conversions, &packets), truth.map(|truth| truth.frequency_hz)));
+        player::run_watched(
+            input,
+            settings,
+            profile,
+            &mut sink,
+            &mut |_, _| {},
+            &mut watch,
+        )?;
+        let drawing = picture.then(|| {
+            draw(
+                &Recording::new(&conversions, &packets),
+                truth.map(|truth| truth.frequency_hz),
+            )
+        });
         Ok((lines, remarks, drawing))
     };
     py.detach(run).map_err(raised)
@@ -132,9 +201,12 @@ pub fn replay(
 /// The library's settings, or a file's, with some of them changed: all as JSON.
 #[pyfunction]
 pub fn settings(file: Option<PathBuf>, changes: &str) -> PyResult<String> {
-    let base = file.as_deref().map_or(Ok(Settings::DEFAULT), settings_form::load);
+    let base = file
+        .as_deref()
+        .map_or(Ok(Settings::DEFAULT), settings_form::load);
     let made = base.and_then(|base| settings_form::with_json(&base, changes));
-    made.and_then(|settings| Ok(settings_form::json(&settings)?)).map_err(raised)
+    made.and_then(|settings| Ok(settings_form::json(&settings)?))
+        .map_err(raised)
 }
 
 /// The messages of a recording but its raw frames, a JSON object each. None of a table.

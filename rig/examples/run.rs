@@ -8,7 +8,9 @@ use std::time::Instant;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().collect();
-    let [_, board, seconds] = &*arguments else { return Err("run BOARD SECONDS".into()) };
+    let [_, board, seconds] = &*arguments else {
+        return Err("run BOARD SECONDS".into());
+    };
     let board = Board::named(board).ok_or("feather-f405 or nucleo-f446re")?;
     let scene = SlidingScene::new(Sliding::default())?;
     let mut rig = Rig::new(board, &Image::built(board)?, scene, Start::default())?;
@@ -16,7 +18,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let outcome = rig.run_ns((seconds.parse::<f64>()? * 1e9) as u64);
     let passed_s = begun.elapsed().as_secs_f64();
     let mut decoder = Decoder::new();
-    for packet in rig.take_sent().into_iter().filter_map(|byte| decoder.push(byte)) {
+    for packet in rig
+        .take_sent()
+        .into_iter()
+        .filter_map(|byte| decoder.push(byte))
+    {
         match packet.event {
             Event::Image(_) | Event::Raw(_) => {}
             event => println!("{event:?}"),

@@ -1,7 +1,8 @@
-//! A board's serial line as a port of this PC, in real time: `serve feather-f405` prints the port's path, and
-//! `ridgetone monitor --port PATH` and all other commands work with it. The image runs on the register model, in front of the
-//! demo's touch, again and again, or at rest: `serve feather-f405 rest`. `serve stylus-f405` is a stylus, whose hand goes to and fro by
-//! 40 mm once a second.
+//! A board's serial line as a port of this PC, in real time: `serve feather-f405` prints the port's
+//! path, and `ridgetone monitor --port PATH` and all other commands work with it. The image runs on
+//! the register model, in front of the demo's touch, again and again, or at rest: `serve
+//! feather-f405 rest`. `serve stylus-f405` is a stylus, whose hand goes to and fro by 40 mm once a
+//! second.
 
 use hal_mock::{Constant, Repeated, Scene, Sliding, SlidingScene};
 use rig::{Board, Image, Rig, Start};
@@ -17,7 +18,10 @@ const STEP_NS: u64 = 1_000_000;
 fn main() -> Result<(), Box<dyn Error>> {
     let usage = "serve feather-f405, nucleo-f446re or stylus-f405, with `rest` behind it for a finger that touches nothing, a hand that rests";
     let mut arguments = std::env::args().skip(1);
-    let board = arguments.next().and_then(|name| Board::named(&name)).ok_or(usage)?;
+    let board = arguments
+        .next()
+        .and_then(|name| Board::named(&name))
+        .ok_or(usage)?;
     let (rest, moves) = (arguments.next(), board == Board::StylusF405);
     let scene: Box<dyn Scene> = match rest.as_deref() {
         None => Box::new(Repeated(SlidingScene::new(Sliding::default())?)),
@@ -41,7 +45,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         // A byte at a time never waits.
         let sent = rig.take_sent();
-        if !sent.iter().all(|byte| matches!(ours.write(&[*byte]), Ok(1))) {
+        if !sent
+            .iter()
+            .all(|byte| matches!(ours.write(&[*byte]), Ok(1)))
+        {
             // Nobody has read for long. A cable keeps nothing.
             theirs.clear(ClearBuffer::Input)?;
         }

@@ -1,4 +1,5 @@
-//! The boards: what is wired to which pin. Written from the wiring page of the book, not from the firmware.
+//! The boards: what is wired to which pin. Written from the wiring page of the book, not from the
+//! firmware.
 
 /// A pin by its port (0 is A) and number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,7 +54,8 @@ pub(crate) struct Wiring {
     pub ccm_bytes: usize,
     /// RCC has DCKCFGR.
     pub has_dckcfgr: bool,
-    /// Highest clocks of the processor, APB1 and APB2, hertz (DS8626 and DS10693, general operating conditions).
+    /// Highest clocks of the processor, APB1 and APB2, hertz (DS8626 and DS10693, general operating
+    /// conditions).
     pub limits_hz: [u64; 3],
     /// DBGMCU_IDCODE: device and revision (RM0090 38.6.1, RM0390 33.6.1).
     pub id_code: u32,
@@ -69,7 +71,10 @@ impl Board {
 
     /// The board of this name.
     pub fn named(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().chain([Self::StylusF405]).find(|board| board.name() == name)
+        Self::ALL
+            .into_iter()
+            .chain([Self::StylusF405])
+            .find(|board| board.name() == name)
     }
 
     /// The name of its image's file.
@@ -116,7 +121,10 @@ impl Board {
             },
             Self::StylusF405 => Wiring {
                 adc: None,
-                stylus: Some(StylusPins { channels: [Pin(PORT_C, 6), Pin(PORT_C, 7)], output: Pin(PORT_A, 4) }),
+                stylus: Some(StylusPins {
+                    channels: [Pin(PORT_C, 6), Pin(PORT_C, 7)],
+                    output: Pin(PORT_A, 4),
+                }),
                 ..Self::FeatherF405.wiring()
             },
             Self::NucleoF446re => Wiring {

@@ -1,4 +1,5 @@
-//! All that the processor reaches: memory, peripherals, time. The pins end in the simulated ADC and the serial line.
+//! All that the processor reaches: memory, peripherals, time. The pins end in the simulated ADC and
+//! the serial line.
 
 mod access;
 mod events;

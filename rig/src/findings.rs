@@ -15,7 +15,8 @@ pub enum Rule {
     WaitStates,
     /// Clocks stay within their limits (datasheets; VCO: RM0090, 7.3.2).
     ClockLimit,
-    /// SCK's pad is fast enough for the APB's clock (errata ES0182 and ES0298, delayed SCK feedback).
+    /// SCK's pad is fast enough for the APB's clock (errata ES0182 and ES0298, delayed SCK
+    /// feedback).
     PadSpeed,
     /// Pins have the function of the board's table.
     PinFunction,
@@ -23,7 +24,8 @@ pub enum Rule {
     SpiMode,
     /// SCLK is at most half the ADC's clock (SBAS297G).
     SpiClock,
-    /// CS is low 2.5 tCLK before SCLK and high 2 tCLK between transactions; it rises when SPI is idle (SBAS297G).
+    /// CS is low 2.5 tCLK before SCLK and high 2 tCLK between transactions; it rises when SPI is
+    /// idle (SBAS297G).
     ChipSelect,
     /// ADC registers are written while START is low (SBAS297G).
     AdcWrite,
@@ -31,7 +33,8 @@ pub enum Rule {
     SpiOverrun,
     /// No byte is lost in the USART's receiver.
     UsartOverrun,
-    /// The flash is written after its keys, with PG or SER set, in the width of PSIZE (RM0090, 3.6).
+    /// The flash is written after its keys, with PG or SER set, in the width of PSIZE (RM0090,
+    /// 3.6).
     FlashSequence,
     /// A word of flash is programmed once between erases.
     FlashWordTwice,
@@ -39,8 +42,8 @@ pub enum Rule {
     Watchdog,
     /// The stack stays above its end.
     StackEnd,
-    /// An interrupt has a cause in its peripheral, unless software has pended it, or a run of the same priority has
-    /// served it.
+    /// An interrupt has a cause in its peripheral, unless software has pended it, or a run of the
+    /// same priority has served it.
     SpuriousInterrupt,
     /// TIM2's reload register is written: manuals disagree on its reset value.
     TimerReload,
@@ -63,8 +66,18 @@ pub struct Finding {
 
 impl fmt::Display for Finding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { rule, detail, pc, at_ns, times } = self;
-        write!(f, "{rule:?}: {detail} ({times} times, first {:.6} s, at {pc:#010x})", *at_ns as f64 * 1e-9)
+        let Self {
+            rule,
+            detail,
+            pc,
+            at_ns,
+            times,
+        } = self;
+        write!(
+            f,
+            "{rule:?}: {detail} ({times} times, first {:.6} s, at {pc:#010x})",
+            *at_ns as f64 * 1e-9
+        )
     }
 }
 
@@ -75,9 +88,19 @@ pub(crate) struct Findings(pub Vec<Finding>);
 impl Findings {
     /// Notes a broken rule; the same at the same instruction is counted.
     pub fn add(&mut self, rule: Rule, detail: String, pc: u32, at_ns: u64) {
-        match self.0.iter_mut().find(|found| found.rule == rule && found.pc == pc) {
+        match self
+            .0
+            .iter_mut()
+            .find(|found| found.rule == rule && found.pc == pc)
+        {
             Some(found) => found.times += 1,
-            None => self.0.push(Finding { rule, detail, pc, at_ns, times: 1 }),
+            None => self.0.push(Finding {
+                rule,
+                detail,
+                pc,
+                at_ns,
+                times: 1,
+            }),
         }
     }
 }

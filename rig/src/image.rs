@@ -19,7 +19,12 @@ pub struct ImageError(PathBuf, String);
 
 impl fmt::Display for ImageError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}; `cargo xtask firmware` builds the images", self.0.display(), self.1)
+        write!(
+            f,
+            "{}: {}; `cargo xtask firmware` builds the images",
+            self.0.display(),
+            self.1
+        )
     }
 }
 
@@ -29,9 +34,14 @@ impl Image {
     /// A board's image, as `cargo xtask firmware` has built it in this tree.
     pub fn built(board: Board) -> Result<Self, ImageError> {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-        let target =
-            std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), |target| root.join(target));
-        Self::read(&target.join("firmware").join(board.name()).join(board.file()))
+        let target = std::env::var_os("CARGO_TARGET_DIR")
+            .map_or_else(|| root.join("target"), |target| root.join(target));
+        Self::read(
+            &target
+                .join("firmware")
+                .join(board.name())
+                .join(board.file()),
+        )
     }
 
     /// Reads an ELF file.
@@ -52,8 +62,10 @@ impl Image {
                 segments.push((place, data.to_vec()));
             }
         }
-        let symbols =
-            file.symbols().filter_map(|one| Some((one.name().ok()?.to_owned(), one.address() as u32))).collect();
+        let symbols = file
+            .symbols()
+            .filter_map(|one| Some((one.name().ok()?.to_owned(), one.address() as u32)))
+            .collect();
         Ok(Self { segments, symbols })
     }
 
@@ -61,16 +73,25 @@ impl Image {
     #[cfg(test)]
     pub(crate) fn of_words(words: &[u32], name: &str, value: u32) -> Self {
         let bytes = words.iter().flat_map(|word| word.to_le_bytes()).collect();
-        Self { segments: vec![(0x0800_0000, bytes)], symbols: vec![(name.to_owned(), value)] }
+        Self {
+            segments: vec![(0x0800_0000, bytes)],
+            symbols: vec![(name.to_owned(), value)],
+        }
     }
 
     /// The address of a function, by a part of its mangled name.
     pub fn function(&self, part: &str) -> Option<u32> {
-        self.symbols.iter().find(|(name, _)| name.contains(part)).map(|(_, value)| value & !1)
+        self.symbols
+            .iter()
+            .find(|(name, _)| name.contains(part))
+            .map(|(_, value)| value & !1)
     }
 
     /// The value of a symbol.
     pub fn symbol(&self, name: &str) -> Option<u32> {
-        self.symbols.iter().find(|(other, _)| other == name).map(|(_, value)| *value)
+        self.symbols
+            .iter()
+            .find(|(other, _)| other == name)
+            .map(|(_, value)| *value)
     }
 }

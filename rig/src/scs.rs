@@ -1,4 +1,5 @@
-//! The system control space: interrupt controller, exceptions, processor control (DDI 0403E, B3.2 to B3.4).
+//! The system control space: interrupt controller, exceptions, processor control (DDI 0403E, B3.2
+//! to B3.4).
 
 mod registers;
 mod state;

@@ -2,7 +2,8 @@
 
 use std::fmt;
 
-/// The run ends: the image has touched something that is not modelled, or the processor has locked up.
+/// The run ends: the image has touched something that is not modelled, or the processor has locked
+/// up.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Failure {
     /// What it was.
@@ -17,8 +18,17 @@ pub struct Failure {
 
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { what, address, pc, at_ns } = self;
-        write!(f, "{what} at {address:#010x}: instruction {pc:#010x}, {:.6} s", *at_ns as f64 * 1e-9)
+        let Self {
+            what,
+            address,
+            pc,
+            at_ns,
+        } = self;
+        write!(
+            f,
+            "{what} at {address:#010x}: instruction {pc:#010x}, {:.6} s",
+            *at_ns as f64 * 1e-9
+        )
     }
 }
 

@@ -1,6 +1,7 @@
 //! Virtual time: processor cycles, and nanoseconds through the present clock.
 
-/// Time since power-up. Cycles are what instructions and on-chip peripherals count; nanoseconds are what the ADC counts.
+/// Time since power-up. Cycles are what instructions and on-chip peripherals count; nanoseconds are
+/// what the ADC counts.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Time {
     /// Processor cycles since power-up.
@@ -13,7 +14,12 @@ pub(crate) struct Time {
 impl Time {
     /// Power-up with a processor clock in kilohertz.
     pub const fn new(khz: u64) -> Self {
-        Self { cycles: 0, base_cycles: 0, base_ns: 0, khz }
+        Self {
+            cycles: 0,
+            base_cycles: 0,
+            base_ns: 0,
+            khz,
+        }
     }
 
     /// Nanoseconds since power-up.

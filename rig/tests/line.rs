@@ -11,10 +11,20 @@ use rig::{ProcessorFault, Rule};
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn short_commands_and_usual_settings_arrive_while_the_chip_scans() {
     for board in BOARDS {
-        for command in [Command::Greet, Command::Set { settings: Settings::DEFAULT, keep: false }] {
+        for command in [
+            Command::Greet,
+            Command::Set {
+                settings: Settings::DEFAULT,
+                keep: false,
+            },
+        ] {
             let mut run = Run::at_rest(board);
             for number in 1..=200 {
-                assert_eq!(run.command(number, command.clone()), Outcome::Done, "{board:?}: request {number}");
+                assert_eq!(
+                    run.command(number, command.clone()),
+                    Outcome::Done,
+                    "{board:?}: request {number}"
+                );
                 // Not in step with the conversions.
                 run.run_s(0.00037);
             }
@@ -24,8 +34,8 @@ fn short_commands_and_usual_settings_arrive_while_the_chip_scans() {
     }
 }
 
-/// The line's task is late by three bytes at the end of a request: the end is kept, the byte behind it is lost and counted,
-/// and the next request arrives.
+/// The line's task is late by three bytes at the end of a request: the end is kept, the byte behind
+/// it is lost and counted, and the next request arrives.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn an_overrun_keeps_the_byte_before_it_and_is_counted() {
@@ -41,12 +51,26 @@ fn an_overrun_keeps_the_byte_before_it_and_is_counted() {
         run.rig.send(&[*end, 0x55]);
         run.run_s(40e-6);
         run.rig.inject(ProcessorFault::Unmask(irq));
-        assert_eq!(run.run_to(0.1, reply_to(1)), Outcome::Done, "{board:?}: the zero that ends it is kept");
+        assert_eq!(
+            run.run_to(0.1, reply_to(1)),
+            Outcome::Done,
+            "{board:?}: the zero that ends it is kept"
+        );
         assert_eq!(run.command(2, Command::Greet), Outcome::Done, "{board:?}");
         let report = run.run_to(3.0, health);
-        assert_eq!((report.bytes_overrun, run.rig.received()[0]), (1, 1), "{board:?}");
-        let [finding] = run.rig.findings() else { panic!("{:#?}", run.rig.findings()) };
-        assert_eq!((finding.rule, finding.times), (Rule::UsartOverrun, 1), "{board:?}");
+        assert_eq!(
+            (report.bytes_overrun, run.rig.received()[0]),
+            (1, 1),
+            "{board:?}"
+        );
+        let [finding] = run.rig.findings() else {
+            panic!("{:#?}", run.rig.findings())
+        };
+        assert_eq!(
+            (finding.rule, finding.times),
+            (Rule::UsartOverrun, 1),
+            "{board:?}"
+        );
     }
 }
 
@@ -64,8 +88,14 @@ fn times_of_edges_are_right_to_some_microseconds_also_while_bytes_arrive() {
             let late: Vec<i64> = (run.rig.readings().iter().skip(from))
                 .map(|reading| i64::from(reading.t_us) - (reading.edge_ns / 1000) as i64)
                 .collect();
-            let (least, most) = (late.iter().min().expect("readings"), late.iter().max().expect("readings"));
-            println!("{board:?}: with {bytes} bytes arriving time stamps jitter by {} us", most - least);
+            let (least, most) = (
+                late.iter().min().expect("readings"),
+                late.iter().max().expect("readings"),
+            );
+            println!(
+                "{board:?}: with {bytes} bytes arriving time stamps jitter by {} us",
+                most - least
+            );
             assert!(most - least <= 3, "{board:?}: {least} to {most} us");
         }
     }

@@ -1,5 +1,5 @@
-//! Every scan plan on the register model: set by a request, with its default windows and four harmonics, for a minute of touches
-//! and slides.
+//! Every scan plan on the register model: set by a request, with its default windows and four
+//! harmonics, for a minute of touches and slides.
 
 mod common;
 
@@ -11,12 +11,21 @@ use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Health, Status};
 use rig::{Board, Start};
 
-/// A stroke of 60 mm at 200 mm/s over a grating: 200 Hz for 0.3 s, and 400 Hz where the overtones do not alias.
+/// A stroke of 60 mm at 200 mm/s over a grating: 200 Hz for 0.3 s, and 400 Hz where the overtones
+/// do not alias.
 fn scene(plan: &Plan) -> Sliding {
     match *plan {
         Plan::PAPER => Sliding::default(),
-        Plan::HAND => Sliding { speed_mm_s: 200.0, period_mm: 1.0, ..Sliding::default() },
-        _ => Sliding { speed_mm_s: 200.0, period_mm: 0.5, ..Sliding::default() },
+        Plan::HAND => Sliding {
+            speed_mm_s: 200.0,
+            period_mm: 1.0,
+            ..Sliding::default()
+        },
+        _ => Sliding {
+            speed_mm_s: 200.0,
+            period_mm: 0.5,
+            ..Sliding::default()
+        },
     }
 }
 
@@ -35,7 +44,16 @@ fn run_plan(board: Board, plan: Plan, seconds: u32) -> (Run, Did) {
     let mut run = Run::new(board, scene, Start::default());
     run.run_to(1.0, hello);
     let settings = Settings::DEFAULT.with_plan(plan);
-    assert_eq!(run.command(1, Command::Set { settings, keep: false }), Outcome::Done);
+    assert_eq!(
+        run.command(
+            1,
+            Command::Set {
+                settings,
+                keep: false
+            }
+        ),
+        Outcome::Done
+    );
     run.run_s(0.1);
     let before = run.events.len();
     let lost_before = run.rig.adc().counters().lost;
@@ -46,7 +64,10 @@ fn run_plan(board: Board, plan: Plan, seconds: u32) -> (Run, Did) {
     run.assert_rules();
     assert!(run.rig.resets().is_empty(), "{:?}", run.rig.resets());
     let counters = run.rig.adc().counters();
-    assert_eq!(counters.lost, lost_before, "{board:?}, {plan:?}: {counters:?}");
+    assert_eq!(
+        counters.lost, lost_before,
+        "{board:?}, {plan:?}: {counters:?}"
+    );
     let registers = run.rig.adc().registers();
     assert_eq!(registers[..9], plan.config().registers().expect("a plan"));
     let events = &run.events[before..];
@@ -66,11 +87,27 @@ fn run_plan(board: Board, plan: Plan, seconds: u32) -> (Run, Did) {
             _ => {}
         }
     }
-    (run, Did { last, loads, good, slides })
+    (
+        run,
+        Did {
+            last,
+            loads,
+            good,
+            slides,
+        },
+    )
 }
 
 fn check(board: Board, name: &str, plan: Plan, seconds: u32) {
-    let (run, Did { last, loads, good, slides }) = run_plan(board, plan, seconds);
+    let (
+        run,
+        Did {
+            last,
+            loads,
+            good,
+            slides,
+        },
+    ) = run_plan(board, plan, seconds);
     let mean = loads.iter().sum::<f32>() / loads.len() as f32 * 100.0;
     let most = loads.iter().fold(0.0f32, |most, load| most.max(*load)) * 100.0;
     let stack = (last.stack_used_bytes, last.stack_bytes);
@@ -79,12 +116,36 @@ fn check(board: Board, name: &str, plan: Plan, seconds: u32) {
          good estimates; stack {stack:?}; {:.2} frames/s",
         last.frame_rate_hz
     );
-    assert_eq!((last.conversions_lost, last.hops_skipped, last.messages_dropped), (0, 0, 0), "{name}: {last:?}");
-    assert_eq!((last.chip_restarts, last.faults.iter().sum::<u32>()), (0, 0), "{name}: {last:?}");
-    assert!((last.frame_rate_hz / plan.frame_rate_hz() - 1.0).abs() < 1e-3, "{name}: {last:?}");
-    assert!((last.supply_v - 5.0).abs() < 0.01 && (last.reference_v - 4.096).abs() < 0.01, "{name}: {last:?}");
-    assert!(slides as u32 >= seconds / 7 && good as u32 >= seconds / 7, "{name}: {slides} slides, {good} estimates");
-    assert!(last.stack_used_bytes + 1024 <= last.stack_bytes, "{name}: {last:?}");
+    assert_eq!(
+        (
+            last.conversions_lost,
+            last.hops_skipped,
+            last.messages_dropped
+        ),
+        (0, 0, 0),
+        "{name}: {last:?}"
+    );
+    assert_eq!(
+        (last.chip_restarts, last.faults.iter().sum::<u32>()),
+        (0, 0),
+        "{name}: {last:?}"
+    );
+    assert!(
+        (last.frame_rate_hz / plan.frame_rate_hz() - 1.0).abs() < 1e-3,
+        "{name}: {last:?}"
+    );
+    assert!(
+        (last.supply_v - 5.0).abs() < 0.01 && (last.reference_v - 4.096).abs() < 0.01,
+        "{name}: {last:?}"
+    );
+    assert!(
+        slides as u32 >= seconds / 7 && good as u32 >= seconds / 7,
+        "{name}: {slides} slides, {good} estimates"
+    );
+    assert!(
+        last.stack_used_bytes + 1024 <= last.stack_bytes,
+        "{name}: {last:?}"
+    );
     drop(run);
 }
 
@@ -102,7 +163,11 @@ fn each_plan_loses_nothing_and_skips_no_hop_in_a_minute() {
     // Each board on a core of its own.
     std::thread::scope(|scope| {
         for board in BOARDS {
-            scope.spawn(move || Plan::NAMED.into_iter().for_each(|(name, plan)| check(board, name, plan, 60)));
+            scope.spawn(move || {
+                Plan::NAMED
+                    .into_iter()
+                    .for_each(|(name, plan)| check(board, name, plan, 60))
+            });
         }
     });
 }

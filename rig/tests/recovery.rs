@@ -13,46 +13,75 @@ use rig::{ProcessorFault, Rule, Start};
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn the_watchdog_bites_when_a_task_hangs_and_the_greeting_says_so() {
-    // EXTI4, CAN1_RX0 and CAN1_RX1: the tasks `drdy`, `detect` and `fit`; all others go on. `fit` is due in a slide only.
+    // EXTI4, CAN1_RX0 and CAN1_RX1: the tasks `drdy`, `detect` and `fit`; all others go on. `fit`
+    // is due in a slide only.
     let [feather, nucleo] = BOARDS;
     let at_work = |board| {
         let mut run = Run::sliding(board);
         run.run_s(2.5);
         run
     };
-    for (board, irq, mut run) in
-        [(feather, 10, Run::at_rest(feather)), (nucleo, 20, Run::at_rest(nucleo)), (feather, 21, at_work(feather))]
-    {
+    for (board, irq, mut run) in [
+        (feather, 10, Run::at_rest(feather)),
+        (nucleo, 20, Run::at_rest(nucleo)),
+        (feather, 21, at_work(feather)),
+    ] {
         run.rig.inject(ProcessorFault::Mask(irq));
         let from_ns = run.rig.now_ns();
         // A greeting is repeated every ten seconds: not that one.
-        run.run_to(10.0, |event| hello(event).filter(|greeting| greeting.boot.cause == ResetCause::Watchdog));
-        let [reset] = run.rig.resets() else { panic!("{:?}", run.rig.resets()) };
+        run.run_to(10.0, |event| {
+            hello(event).filter(|greeting| greeting.boot.cause == ResetCause::Watchdog)
+        });
+        let [reset] = run.rig.resets() else {
+            panic!("{:?}", run.rig.resets())
+        };
         let bites_s = (reset.at_ns - from_ns) as f64 * 1e-9;
         println!("{board:?}: it bites {bites_s:.2} s after interrupt {irq} stands still");
         assert!(bites_s < 9.0, "{board:?}");
-        assert!(run.rig.findings().iter().any(|finding| finding.rule == Rule::Watchdog));
+        assert!(
+            run.rig
+                .findings()
+                .iter()
+                .any(|finding| finding.rule == Rule::Watchdog)
+        );
     }
 }
 
-/// The image is not changed: the processor jumps into a function of it that panics and that nothing calls.
+/// The image is not changed: the processor jumps into a function of it that panics and that nothing
+/// calls.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn a_panic_leaves_a_record() {
     for board in BOARDS {
         let mut run = Run::at_rest(board);
-        let panics = image(board).function("embedded_hal_bus3spi14no_delay_panic").expect("a function that panics");
+        let panics = image(board)
+            .function("embedded_hal_bus3spi14no_delay_panic")
+            .expect("a function that panics");
         let before_us = run.rig.now_ns() / 1000;
         run.rig.inject(ProcessorFault::JumpTo(panics));
         let boot = run.run_to(2.0, hello).boot;
         assert_eq!(boot.cause, ResetCause::Software, "{board:?}");
         let record = boot.record.expect("a record");
-        assert_eq!((record.death, record.pc, record.lr), (Death::Panic, 0, 0), "{record:?}");
-        assert!(record.file.ends_with("/src/spi/mod.rs") && record.line > 0, "{record:?}");
+        assert_eq!(
+            (record.death, record.pc, record.lr),
+            (Death::Panic, 0, 0),
+            "{record:?}"
+        );
+        assert!(
+            record.file.ends_with("/src/spi/mod.rs") && record.line > 0,
+            "{record:?}"
+        );
         // The counter starts some milliseconds after the power.
-        assert!(before_us.abs_diff(record.t_us.into()) < 20_000, "{before_us} us, {record:?}");
+        assert!(
+            before_us.abs_diff(record.t_us.into()) < 20_000,
+            "{before_us} us, {record:?}"
+        );
         run.rig.press_reset().expect("a reset");
-        assert_eq!(run.run_to(1.0, hello).boot.record, None, "{board:?}: it is reported once");
+        assert_eq!(
+            run.run_to(1.0, hello).boot.record,
+            None,
+            "{board:?}: it is reported once"
+        );
     }
 }
 
@@ -65,7 +94,11 @@ fn a_hard_fault_leaves_a_record() {
         let greeting = run.run_to(2.0, hello);
         assert_eq!(greeting.boot.cause, ResetCause::Software, "{board:?}");
         let record = greeting.boot.record.expect("a record");
-        assert_eq!((record.death, record.pc), (Death::HardFault, 0x6000_0000), "{record:?}");
+        assert_eq!(
+            (record.death, record.pc),
+            (Death::HardFault, 0x6000_0000),
+            "{record:?}"
+        );
     }
 }
 
@@ -75,12 +108,21 @@ fn a_stack_overflow_leaves_a_record() {
     for board in BOARDS {
         let mut run = Run::at_rest(board);
         // Already below: from a little above it the next instruction may as well pop as push.
-        run.rig.inject(ProcessorFault::StackPointer(image(board).symbol("_stack_end").expect("memory.x") - 8));
+        run.rig.inject(ProcessorFault::StackPointer(
+            image(board).symbol("_stack_end").expect("memory.x") - 8,
+        ));
         let greeting = run.run_to(2.0, hello);
         assert_eq!(greeting.boot.cause, ResetCause::Software, "{board:?}");
         let record = greeting.boot.record.expect("a record");
         assert_eq!(record.death, Death::HardFault, "{record:?}");
-        assert!(run.rig.findings().iter().any(|finding| finding.rule == Rule::StackEnd), "{:?}", run.rig.findings());
+        assert!(
+            run.rig
+                .findings()
+                .iter()
+                .any(|finding| finding.rule == Rule::StackEnd),
+            "{:?}",
+            run.rig.findings()
+        );
     }
 }
 
@@ -91,9 +133,17 @@ fn a_restart_by_command_differs_from_the_reset_button() {
         let mut run = Run::at_rest(board);
         run.rig.send(&request(1, Command::Restart));
         let greeting = run.run_to(3.0, hello);
-        assert_eq!((greeting.boot.cause, greeting.boot.record), (ResetCause::Software, None), "{board:?}");
+        assert_eq!(
+            (greeting.boot.cause, greeting.boot.record),
+            (ResetCause::Software, None),
+            "{board:?}"
+        );
         run.rig.press_reset().expect("a reset");
-        assert_eq!(run.run_to(1.0, hello).boot.cause, ResetCause::Pin, "{board:?}");
+        assert_eq!(
+            run.run_to(1.0, hello).boot.cause,
+            ResetCause::Pin,
+            "{board:?}"
+        );
     }
 }
 
@@ -111,7 +161,11 @@ fn a_reset_within_a_packet_costs_no_greeting() {
             "{board:?}: a part of it has left"
         );
         run.rig.press_reset().expect("a reset");
-        assert_eq!(run.run_to(1.0, hello).boot.cause, ResetCause::Pin, "{board:?}");
+        assert_eq!(
+            run.run_to(1.0, hello).boot.cause,
+            ResetCause::Pin,
+            "{board:?}"
+        );
     }
 }
 
@@ -124,7 +178,10 @@ fn a_board_without_an_adc_greets_and_says_what_is_missing() {
             run.rig.adc_fault(Fault::BusCut { high }, true);
             run.run_to(2.0, hello);
             let report = run.run_to(3.0, health);
-            assert!(report.faults[FaultKind::NoAnswer as usize] > 0, "{board:?}: {report:?}");
+            assert!(
+                report.faults[FaultKind::NoAnswer as usize] > 0,
+                "{board:?}: {report:?}"
+            );
             run.run_s(3.0);
             run.assert_rules();
             assert!(run.rig.resets().is_empty(), "{board:?}");
@@ -136,24 +193,42 @@ fn a_board_without_an_adc_greets_and_says_what_is_missing() {
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn a_bus_that_dies_for_two_seconds_is_reported_and_the_next_touch_is_right() {
     for (board, high) in BOARDS.into_iter().zip([false, true]) {
-        let scene = SlidingScene::new(Sliding { idle_s: 7.0, ..Sliding::default() }).expect("a scene");
+        let scene = SlidingScene::new(Sliding {
+            idle_s: 7.0,
+            ..Sliding::default()
+        })
+        .expect("a scene");
         let mut run = Run::new(board, scene, Start::default());
         run.run_s(1.0);
         run.rig.adc_fault(Fault::BusCut { high }, true);
         let begun = run.run_to(1.0, fault_of);
-        assert!(begun.until_us.is_none() && begun.kind != FaultKind::Lost, "{board:?}: {begun:?}");
+        assert!(
+            begun.until_us.is_none() && begun.kind != FaultKind::Lost,
+            "{board:?}: {begun:?}"
+        );
         run.run_s(2.0);
         run.rig.adc_fault(Fault::BusCut { high }, false);
-        let whole = run.run_to(10.0, |event| estimate_of(event).filter(|one| one.span == Span::Slide));
+        let whole = run.run_to(10.0, |event| {
+            estimate_of(event).filter(|one| one.span == Span::Slide)
+        });
         // 3.6 mm at 30 mm/s.
         let off = (whole.frequency - 30.0 / 3.6).abs() / whole.sigma;
-        assert!(whole.status == Status::Good && off < 4.0, "{board:?}: {whole:?}");
+        assert!(
+            whole.status == Status::Good && off < 4.0,
+            "{board:?}: {whole:?}"
+        );
         let report = run.run_to(2.0, health);
         // 21 conversions a frame: what was not read is reported as lost.
         let accounted = f64::from(report.frames) * 21.0 + f64::from(report.conversions_lost);
         let made = f64::from(report.frame_rate_hz) * 21.0 * report.t_us as f64 * 1e-6;
-        assert!((accounted / made - 1.0).abs() < 0.005, "{board:?}: {accounted} of {made}");
-        assert!(run.rig.resets().is_empty(), "{board:?}: no reset of the board mends it");
+        assert!(
+            (accounted / made - 1.0).abs() < 0.005,
+            "{board:?}: {accounted} of {made}"
+        );
+        assert!(
+            run.rig.resets().is_empty(),
+            "{board:?}: no reset of the board mends it"
+        );
         run.assert_rules();
     }
 }

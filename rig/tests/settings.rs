@@ -11,11 +11,17 @@ use rig::{Board, Start};
 
 /// Settings that differ by their number.
 fn settings(number: u16) -> Settings {
-    Settings { hop_s: 0.25 + 0.01 * f32::from(number % 50), ..Settings::DEFAULT }
+    Settings {
+        hop_s: 0.25 + 0.01 * f32::from(number % 50),
+        ..Settings::DEFAULT
+    }
 }
 
 fn keep(number: u16) -> Command {
-    Command::Set { settings: settings(number), keep: true }
+    Command::Set {
+        settings: settings(number),
+        keep: true,
+    }
 }
 
 /// A board that has just greeted.
@@ -40,7 +46,11 @@ fn kept_settings_survive_the_loss_of_power_at_any_word() {
         let before = run.rig.flash_counts();
         assert_eq!(run.command(1, keep(1)), Outcome::Done, "{board:?}");
         let words = run.rig.flash_counts().0 - before.0;
-        assert_eq!(after_power(&mut run), (settings(1), SettingsSource::Stored), "{board:?}");
+        assert_eq!(
+            after_power(&mut run),
+            (settings(1), SettingsSource::Stored),
+            "{board:?}"
+        );
         let mut kept = settings(1);
         for cut in (0..=words).step_by(if board == Board::FeatherF405 { 1 } else { 7 }) {
             let number = 2 + cut as u16;
@@ -49,8 +59,14 @@ fn kept_settings_survive_the_loss_of_power_at_any_word() {
             run.rig.send(&common::request(number, keep(number)));
             run.run_s(0.1);
             let (found, _) = after_power(&mut run);
-            assert!(found == kept || found == settings(number), "{board:?}, cut behind word {cut}: {found:?}");
-            assert!(cut < words || found == settings(number), "all {words} words are there: {found:?}");
+            assert!(
+                found == kept || found == settings(number),
+                "{board:?}, cut behind word {cut}: {found:?}"
+            );
+            assert!(
+                cut < words || found == settings(number),
+                "all {words} words are there: {found:?}"
+            );
             kept = found;
         }
         run.assert_rules();
@@ -61,8 +77,9 @@ fn kept_settings_survive_the_loss_of_power_at_any_word() {
 /// Records of a sector: 128 KiB of 128 bytes each.
 const RECORDS: u16 = 1024;
 
-/// What the erase of a sector may leave when the power goes: half of it is blank; all is programmed, as an erase begins; of
-/// every byte some bits are erased; all is blank but a bit at the end.
+/// What the erase of a sector may leave when the power goes: half of it is blank; all is
+/// programmed, as an erase begins; of every byte some bits are erased; all is blank but a bit at
+/// the end.
 const REMAINS: [fn(usize, u8) -> u8; 4] = [
     |at, byte| if at < 64 * 1024 { 0xFF } else { byte },
     |_, _| 0,
@@ -87,7 +104,11 @@ fn store_address(board: Board) -> u32 {
 fn with_store(board: Board, store: &[u8]) -> Run {
     let mut run = greeted(board);
     run.rig.overwrite_flash(store_address(board), store);
-    assert_eq!(after_power(&mut run), (settings(2 * RECORDS), SettingsSource::Stored), "{board:?}");
+    assert_eq!(
+        after_power(&mut run),
+        (settings(2 * RECORDS), SettingsSource::Stored),
+        "{board:?}"
+    );
     run
 }
 
@@ -97,22 +118,41 @@ fn a_full_store_is_erased_and_survives_the_loss_of_power_meanwhile() {
     let (store, last) = (full_store(), 2 * RECORDS);
     for board in BOARDS {
         let mut run = with_store(board, &store);
-        assert_eq!(run.command(1, keep(last + 1)), Outcome::DoneErased, "{board:?}");
+        assert_eq!(
+            run.command(1, keep(last + 1)),
+            Outcome::DoneErased,
+            "{board:?}"
+        );
         assert_eq!(run.rig.flash_counts().1, 1);
         // The watchdog lives on.
         run.run_s(2.0);
         assert!(run.rig.resets().len() == 1, "{:?}", run.rig.resets());
-        assert_eq!(after_power(&mut run), (settings(last + 1), SettingsSource::Stored), "{board:?}");
+        assert_eq!(
+            after_power(&mut run),
+            (settings(last + 1), SettingsSource::Stored),
+            "{board:?}"
+        );
         run.assert_rules();
         for (way, remains) in REMAINS.into_iter().enumerate() {
             let mut run = with_store(board, &store);
             run.rig.cut_erase(remains);
-            assert_eq!(run.command(1, keep(last + 1)), Outcome::NotStored, "{board:?}, {way}: the power is gone");
+            assert_eq!(
+                run.command(1, keep(last + 1)),
+                Outcome::NotStored,
+                "{board:?}, {way}: the power is gone"
+            );
             let (found, source) = after_power(&mut run);
             assert_eq!(found, settings(last), "{board:?}, {way}: {source:?}");
             let again = run.command(1, keep(last + 2));
-            assert!([Outcome::Done, Outcome::DoneErased].contains(&again), "{board:?}, {way}: {again:?}");
-            assert_eq!(after_power(&mut run), (settings(last + 2), SettingsSource::Stored), "{board:?}, {way}");
+            assert!(
+                [Outcome::Done, Outcome::DoneErased].contains(&again),
+                "{board:?}, {way}: {again:?}"
+            );
+            assert_eq!(
+                after_power(&mut run),
+                (settings(last + 2), SettingsSource::Stored),
+                "{board:?}, {way}"
+            );
         }
     }
 }

@@ -11,9 +11,16 @@ use rig::{ProcessorFault, Start};
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn the_image_copes_with_what_the_rom_loader_leaves() {
     for board in BOARDS {
-        let start = Start { after_rom_loader: true, ..Start::default() };
+        let start = Start {
+            after_rom_loader: true,
+            ..Start::default()
+        };
         let mut run = Run::new(board, Constant::default(), start);
-        assert_eq!(run.run_to(1.0, hello).boot.oscillator, Oscillator::External, "{board:?}");
+        assert_eq!(
+            run.run_to(1.0, hello).boot.oscillator,
+            Oscillator::External,
+            "{board:?}"
+        );
         run.run_s(0.5);
         run.assert_rules();
     }
@@ -23,9 +30,16 @@ fn the_image_copes_with_what_the_rom_loader_leaves() {
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn the_board_greets_without_its_crystal_and_says_so() {
     for board in BOARDS {
-        let start = Start { hse_is_dead: true, ..Start::default() };
+        let start = Start {
+            hse_is_dead: true,
+            ..Start::default()
+        };
         let mut run = Run::new(board, Constant::default(), start);
-        assert_eq!(run.run_to(1.0, hello).boot.oscillator, Oscillator::Internal, "{board:?}");
+        assert_eq!(
+            run.run_to(1.0, hello).boot.oscillator,
+            Oscillator::Internal,
+            "{board:?}"
+        );
         run.run_s(0.5);
         run.assert_rules();
         assert!(run.rig.readings().len() > 2000, "{board:?}: it scans");
@@ -37,11 +51,19 @@ fn the_board_greets_without_its_crystal_and_says_so() {
 fn a_crystal_that_dies_before_a_warm_start_is_reported() {
     for board in BOARDS {
         let mut run = Run::new(board, Constant::default(), Start::default());
-        assert_eq!(run.run_to(1.0, hello).boot.oscillator, Oscillator::External, "{board:?}");
+        assert_eq!(
+            run.run_to(1.0, hello).boot.oscillator,
+            Oscillator::External,
+            "{board:?}"
+        );
         run.rig.inject(ProcessorFault::OscillatorDies);
         run.rig.press_reset().expect("a reset");
         let boot = run.run_to(1.0, hello).boot;
-        assert_eq!((boot.cause, boot.oscillator), (ResetCause::Pin, Oscillator::Internal), "{board:?}");
+        assert_eq!(
+            (boot.cause, boot.oscillator),
+            (ResetCause::Pin, Oscillator::Internal),
+            "{board:?}"
+        );
         run.assert_rules();
     }
 }
@@ -58,9 +80,15 @@ fn the_brown_out_level_is_that_of_the_option_bytes() {
     ];
     for board in BOARDS {
         for (option_bytes, level) in levels {
-            let start = Start { option_bytes, ..Start::default() };
+            let start = Start {
+                option_bytes,
+                ..Start::default()
+            };
             let greeting = Run::new(board, Constant::default(), start).run_to(1.0, hello);
-            assert_eq!(greeting.boot.brown_out, level, "{board:?}: {option_bytes:#x}");
+            assert_eq!(
+                greeting.boot.brown_out, level,
+                "{board:?}: {option_bytes:#x}"
+            );
         }
     }
 }

@@ -1,4 +1,5 @@
-//! Time: TIM2 as the microsecond counter, 32 bit, wrapping after 71.6 minutes; TIM4 as a slow heartbeat.
+//! Time: TIM2 as the microsecond counter, 32 bit, wrapping after 71.6 minutes; TIM4 as a slow
+//! heartbeat.
 
 use stm32f4xx_hal::pac::{RCC, TIM2, TIM4};
 use stm32f4xx_hal::rcc::{Enable, Reset};
@@ -7,7 +8,9 @@ use stm32f4xx_hal::rcc::{Enable, Reset};
 pub fn start(timer: TIM2, rcc: &mut RCC, ticks_per_us: u32) {
     TIM2::enable(rcc);
     TIM2::reset(rcc);
-    timer.psc().write(|w| w.psc().set(ticks_per_us.saturating_sub(1) as u16));
+    timer
+        .psc()
+        .write(|w| w.psc().set(ticks_per_us.saturating_sub(1) as u16));
     // Manuals and register descriptions disagree on what it holds after a reset.
     timer.arr().write(|w| w.arr().set(u32::MAX));
     // Loads the prescaler now instead of at the first wrap.
@@ -28,7 +31,10 @@ pub fn start_heartbeat(timer: TIM4, rcc: &mut RCC, ticks_per_us: u32) {
     TIM4::enable(rcc);
     TIM4::reset(rcc);
     // 1000 periods of 500 us each. The counter has 16 bits.
-    timer.psc().write(|w| w.psc().set(ticks_per_us.saturating_mul(500).saturating_sub(1) as u16));
+    timer.psc().write(|w| {
+        w.psc()
+            .set(ticks_per_us.saturating_mul(500).saturating_sub(1) as u16)
+    });
     timer.arr().write(|w| w.arr().set(999));
     timer.egr().write(|w| w.ug().set_bit());
     timer.sr().write(|w| w.uif().clear_bit());
@@ -38,7 +44,8 @@ pub fn start_heartbeat(timer: TIM4, rcc: &mut RCC, ticks_per_us: u32) {
 
 /// Clears the interrupt TIM4.
 pub fn acknowledge_heartbeat() {
-    // SAFETY: TIM4 always exists, nothing else uses it once it runs, and a write to its status only clears flags.
+    // SAFETY: TIM4 always exists, nothing else uses it once it runs, and a write to its status only
+    // clears flags.
     unsafe { (*TIM4::ptr()).sr().write(|w| w.uif().clear_bit()) };
     cortex_m::asm::dsb();
 }

@@ -1,13 +1,16 @@
 //! The ADS1258's pins on the STM32F4 boards: SPI1 on PA5 to PA7, DRDY on line 4 of EXTI.
 //!
-//! The time of a DRDY edge is read first in its interrupt: 12 cycles (0.07 us) late, or a few microseconds if interrupts were
-//! masked. A timer's input capture would be exact, but no pin of line 4 is on a free timer channel.
+//! The time of a DRDY edge is read first in its interrupt: 12 cycles (0.07 us) late, or a few
+//! microseconds if interrupts were masked. A timer's input capture would be exact, but no pin of
+//! line 4 is on a free timer channel.
 
 use core::convert::Infallible;
 use embedded_hal::digital::{ErrorType, OutputPin};
 use embedded_hal_bus::spi::{ExclusiveDevice, NoDelay};
 use ridgetone::tasks::drdy::DrdyPin;
-use stm32f4xx_hal::gpio::{Edge, ExtiPin, Input, Output, PA5, PA6, PA7, Pin, PinState, Pull, Speed};
+use stm32f4xx_hal::gpio::{
+    Edge, ExtiPin, Input, Output, PA5, PA6, PA7, Pin, PinState, Pull, Speed,
+};
 use stm32f4xx_hal::pac::{EXTI, SPI1, SYSCFG};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::Rcc;
@@ -23,10 +26,12 @@ const SPI_HZ: u32 = 5_250_000;
 /// Reads of SPI_SR until the bus is not busy: the last bit's second half lasts 16 cycles.
 const BUSY_READS: u32 = 100;
 
-/// Processor cycles to let CS settle: 190 ns at 168 MHz, over 2.5 tCLK (159 ns) and 2 tCLK (127 ns).
+/// Processor cycles to let CS settle: 190 ns at 168 MHz, over 2.5 tCLK (159 ns) and 2 tCLK (127
+/// ns).
 const CS_SETTLE_CYCLES: u32 = 32;
 
-pub type Spi<const PORT: char, const NUMBER: u8> = ExclusiveDevice<spi::Spi<SPI1>, SettledCs<PORT, NUMBER>, NoDelay>;
+pub type Spi<const PORT: char, const NUMBER: u8> =
+    ExclusiveDevice<spi::Spi<SPI1>, SettledCs<PORT, NUMBER>, NoDelay>;
 
 /// CS that gives the chip its set-up time after each edge.
 pub struct SettledCs<const PORT: char, const NUMBER: u8>(Pin<PORT, NUMBER, Output>);
@@ -43,8 +48,8 @@ impl<const PORT: char, const NUMBER: u8> OutputPin for SettledCs<PORT, NUMBER> {
     }
 
     fn set_high(&mut self) -> Result<(), Infallible> {
-        // The last byte is received half a clock before it ends, and the HAL (0.23) waits no longer.
-        // SAFETY: reading the status has no side effect before the next read of data.
+        // The last byte is received half a clock before it ends, and the HAL (0.23) waits no
+        // longer. SAFETY: reading the status has no side effect before the next read of data.
         let is_busy = || unsafe { (*SPI1::ptr()).sr().read().bsy().bit_is_set() };
         let _ = (0..BUSY_READS).any(|_| !is_busy());
         self.0.set_high();
@@ -68,7 +73,11 @@ impl<const PORT: char> Drdy<PORT> {
         pin.make_interrupt_source(&mut syscfg);
         pin.trigger_on_edge(&mut exti, Edge::Falling);
         pin.enable_interrupt(&mut exti);
-        Self { pin, exti, edge_us: 0 }
+        Self {
+            pin,
+            exti,
+            edge_us: 0,
+        }
     }
 }
 
@@ -109,13 +118,21 @@ pub fn spi<const PORT: char, const NUMBER: u8>(
     let mut sck = sck.into_alternate::<5>();
     let miso = miso.into_alternate::<5>();
     let mut mosi = mosi.into_alternate::<5>();
-    // The slowest setting of the pins is too slow above 4 MHz (datasheets DS8626 and DS10693, I/O AC characteristics).
+    // The slowest setting of the pins is too slow above 4 MHz (datasheets DS8626 and DS10693, I/O
+    // AC characteristics).
     cs.set_speed(Speed::Medium);
-    // SPI1 takes its input's clock back from this pad: a medium one delays it so much at 84 MHz that the last bit may be
-    // wrong (errata ES0182 and ES0298, "corrupted last bit of data and/or CRC ... delayed SCK feedback").
+    // SPI1 takes its input's clock back from this pad: a medium one delays it so much at 84 MHz
+    // that the last bit may be wrong (errata ES0182 and ES0298, "corrupted last bit of data and/or
+    // CRC ... delayed SCK feedback").
     sck.set_speed(Speed::High);
     mosi.set_speed(Speed::Medium);
-    let bus = spi::Spi::new(spi1, (Some(sck), Some(miso), Some(mosi)), ads1258::MODE, SPI_HZ.Hz(), rcc);
+    let bus = spi::Spi::new(
+        spi1,
+        (Some(sck), Some(miso), Some(mosi)),
+        ads1258::MODE,
+        SPI_HZ.Hz(),
+        rcc,
+    );
     // CS never fails.
     match ExclusiveDevice::new_no_delay(bus, SettledCs(cs)) {
         Ok(spi) => spi,

@@ -20,7 +20,8 @@ static RAM: Ram = Ram(UnsafeCell::new(MaybeUninit::uninit()));
 fn ram() -> &'static mut Stored {
     let first = RAM.0.get().cast::<u32>();
     for at in 0..STORED_WORDS {
-        // SAFETY: within RAM. A word may hold anything; read and written once, it is something to the compiler too.
+        // SAFETY: within RAM. A word may hold anything; read and written once, it is something to
+        // the compiler too.
         unsafe {
             let word = first.add(at);
             word.write_volatile(word.read_volatile());
@@ -43,6 +44,8 @@ pub fn keep(record: &Record) {
 
 /// The record of a panic.
 pub fn record_of(info: &core::panic::PanicInfo) -> Record {
-    let (file, line) = info.location().map_or(("", 0), |place| (place.file(), place.line()));
+    let (file, line) = info
+        .location()
+        .map_or(("", 0), |place| (place.file(), place.line()));
     Record::of_panic(now_us(), file, line)
 }

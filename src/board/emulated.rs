@@ -1,8 +1,9 @@
 //! QEMU's `netduinoplus2`, an STM32F405 with the ADS1258 simulated on the PC.
 //!
-//! The emulator has no RCC (the internal oscillator works, crystal and PLL would wait for ever), no GPIO and no DMA. SPI,
-//! START, RESET and DRDY travel as [`hal_mock::bridge`] records through two FIFOs. Telemetry and requests use USART3 (the
-//! emulator's third serial port). Its timers run at 1 GHz of virtual time.
+//! The emulator has no RCC (the internal oscillator works, crystal and PLL would wait for ever), no
+//! GPIO and no DMA. SPI, START, RESET and DRDY travel as [`hal_mock::bridge`] records through two
+//! FIFOs. Telemetry and requests use USART3 (the emulator's third serial port). Its timers run at 1
+//! GHz of virtual time.
 
 mod kept;
 pub(super) mod link;
@@ -39,7 +40,8 @@ pub type Reset = Pin;
 pub type SerialLine = serial_line::SerialLine<USART3>;
 pub type Board = parts::Parts<Spi, Start, Reset, Drdy, SerialLine, SettingsFlash>;
 
-/// An SPI device whose transactions travel over the bridge, for what the driver does: one write or transfer in place.
+/// An SPI device whose transactions travel over the bridge, for what the driver does: one write or
+/// transfer in place.
 pub struct Bridge;
 
 impl spi::ErrorType for Bridge {
@@ -94,28 +96,47 @@ pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
     let line = SerialLine::new(device.USART3, (gpiob.pb10, gpiob.pb11), &mut rcc);
 
     let cause = kept.map_or(ResetCause::Unknown, |(_, cause)| cause);
-    let boot = Boot { cause, record: crash::take_record(), ..Boot::UNKNOWN };
+    let boot = Boot {
+        cause,
+        record: crash::take_record(),
+        ..Boot::UNKNOWN
+    };
     link::open(core.SYST, kept.is_some());
     let mut start = Pin(Operation::Start);
     let mut reset = Pin(Operation::Reset);
     let (Ok(()), Ok(())) = (start.set_low(), reset.set_high());
     // SAFETY: this is done once.
     let flash = unsafe { SettingsFlash::new() };
-    Board { spi: Bridge, start, reset, drdy: Drdy, line, boot, flash }
+    Board {
+        spi: Bridge,
+        start,
+        reset,
+        drdy: Drdy,
+        line,
+        boot,
+        flash,
+    }
 }
 
 /// Waits until an interrupt is pending, masked or not.
 ///
-/// Not by WFI: the emulator then skips to the next event some nanoseconds off, so that no two runs are the same.
+/// Not by WFI: the emulator then skips to the next event some nanoseconds off, so that no two runs
+/// are the same.
 pub fn sleep() {
     /// The exception that is served next, 0 for none (Armv7-M, ICSR.VECTPENDING).
     const VECTPENDING: u32 = 0x1ff << 12;
-    /// 2000 instructions are 16 us at 125 MIPS; this number of ticks of SysTick, at 168 MHz, is 18 us.
+    /// 2000 instructions are 16 us at 125 MIPS; this number of ticks of SysTick, at 168 MHz, is 18
+    /// us.
     const LONG_TICKS: u32 = 3000;
     // SAFETY: reading ICSR has no side effect.
     while unsafe { (*SCB::PTR).icsr.read() } & VECTPENDING == 0 {
-        // Only the alarm can end this. While it is far the register is read rarely: one read costs hundreds of NOPs.
-        let blocks = if SYST::get_current() > LONG_TICKS { 16 } else { 1 };
+        // Only the alarm can end this. While it is far the register is read rarely: one read costs
+        // hundreds of NOPs.
+        let blocks = if SYST::get_current() > LONG_TICKS {
+            16
+        } else {
+            1
+        };
         // SAFETY: counts a register down, `blocks` is not 0.
         unsafe {
             core::arch::asm!(
@@ -136,11 +157,14 @@ pub fn leave() {
     let mut meter = DepthMeter::new();
     let deepest = (0..stack::words()).fold(0, |_, _| meter.step(stack::words(), stack::word));
     let size = 4 * stack::words();
-    semihost::print(format_args!("stack: {deepest} of {size} bytes used at most"));
+    semihost::print(format_args!(
+        "stack: {deepest} of {size} bytes used at most"
+    ));
     semihost::exit(Exit::Done)
 }
 
-/// Keeps the record and resets if the PC has requested the crash; else prints it and ends the emulator.
+/// Keeps the record and resets if the PC has requested the crash; else prints it and ends the
+/// emulator.
 pub fn die(record: &Record) -> ! {
     crash::keep(record);
     link::restart_if_requested(ResetCause::Software);
@@ -149,7 +173,9 @@ pub fn die(record: &Record) -> ! {
         // The panic handler has printed its message.
         Death::Panic => semihost::exit(Exit::Panic),
         Death::HardFault => {
-            semihost::print(format_args!("hard fault at {pc:#010x}, called from {lr:#010x}"));
+            semihost::print(format_args!(
+                "hard fault at {pc:#010x}, called from {lr:#010x}"
+            ));
             semihost::exit(Exit::Fault)
         }
     }

@@ -2,10 +2,12 @@
 //!
 //! Its pins are in `docs/book/1-wiring.md`, which a test compares with this file.
 //!
-//! Telemetry leaves on TX (PB10, USART3, AF7), requests arrive on RX (PB11), at 921600 baud, 8N1. The baud rate
-//! generator divides 42 MHz by 46 and is 0.93 % slow, which every receiver tolerates (8N1 allows about 4 %).
+//! Telemetry leaves on TX (PB10, USART3, AF7), requests arrive on RX (PB11), at 921600 baud, 8N1.
+//! The baud rate generator divides 42 MHz by 46 and is 0.93 % slow, which every receiver tolerates
+//! (8N1 allows about 4 %).
 //!
-//! A timer's input capture would date the edges of DRDY exactly, if DRDY were on D6 (PC6, TIM3 CH1) and RESET on A4.
+//! A timer's input capture would date the edges of DRDY exactly, if DRDY were on D6 (PC6, TIM3 CH1)
+//! and RESET on A4.
 
 use super::stm32f4::{self, External};
 use super::{converter, parts, serial_line};
@@ -27,8 +29,12 @@ pub type Board = parts::Parts<Spi, Start, Reset, Drdy, SerialLine, SettingsFlash
 
 pub fn init(device: pac::Peripherals, _core: cortex_m::Peripherals) -> Board {
     let boot = stm32f4::begin(&device);
-    let crystal = External { mhz: 12, is_clock: false };
-    let (mut rcc, oscillator) = stm32f4::start_clocks(device.RCC, crystal, device.TIM2, device.TIM4);
+    let crystal = External {
+        mhz: 12,
+        is_clock: false,
+    };
+    let (mut rcc, oscillator) =
+        stm32f4::start_clocks(device.RCC, crystal, device.TIM2, device.TIM4);
     let gpioa = device.GPIOA.split(&mut rcc);
     let gpiob = device.GPIOB.split(&mut rcc);
     let gpioc = device.GPIOC.split(&mut rcc);
@@ -37,7 +43,12 @@ pub fn init(device: pac::Peripherals, _core: cortex_m::Peripherals) -> Board {
     Board {
         start: gpioc.pc5.into_push_pull_output_in_state(PinState::Low),
         reset: gpioc.pc6.into_push_pull_output_in_state(PinState::High),
-        spi: converter::spi(device.SPI1, (gpioa.pa5, gpioa.pa6, gpioa.pa7), gpioa.pa4, &mut rcc),
+        spi: converter::spi(
+            device.SPI1,
+            (gpioa.pa5, gpioa.pa6, gpioa.pa7),
+            gpioa.pa4,
+            &mut rcc,
+        ),
         drdy: Drdy::new(gpioc.pc4, device.EXTI, device.SYSCFG, &mut rcc),
         line: SerialLine::new(device.USART3, (gpiob.pb10, rx), &mut rcc),
         boot: Boot { oscillator, ..boot },

@@ -1,11 +1,13 @@
-//! The last two sectors of the flash, for settings, 128 KiB each: 10 and 11 of the STM32F405RG (RM0090, table 5), 6 and 7
-//! of the STM32F446RE (RM0390, table 4).
+//! The last two sectors of the flash, for settings, 128 KiB each: 10 and 11 of the STM32F405RG
+//! (RM0090, table 5), 6 and 7 of the STM32F446RE (RM0390, table 4).
 //!
-//! The firmware runs from the same bank, so the processor stands still meanwhile: 16 us for a word, at most 100 us, and
-//! 1 s for a sector, at most 2 s (DS8626, flash memory programming, words of 32 bits).
+//! The firmware runs from the same bank, so the processor stands still meanwhile: 16 us for a word,
+//! at most 100 us, and 1 s for a sector, at most 2 s (DS8626, flash memory programming, words of 32
+//! bits).
 //!
-//! Why not `stm32f4xx_hal::flash` (0.23): it programs byte by byte, four times as long, does not reset the data cache,
-//! never clears an error, panics if the flash does not unlock, and reaches all of it.
+//! Why not `stm32f4xx_hal::flash` (0.23): it programs byte by byte, four times as long, does not
+//! reset the data cache, never clears an error, panics if the flash does not unlock, and reaches
+//! all of it.
 
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 use ridgetone_proto::store::{PAGES, WORD_BYTES};
@@ -69,14 +71,22 @@ impl SettingsFlash {
             flash.acr().modify(|_, w| w.dcrst().clear_bit());
             flash.acr().modify(|_, w| w.dcen().set_bit());
         }
-        if failed { Err(NorFlashErrorKind::Other) } else { Ok(()) }
+        if failed {
+            Err(NorFlashErrorKind::Other)
+        } else {
+            Ok(())
+        }
     }
 }
 
 /// The address of `bytes` bytes from `offset` on, if they lie in the two sectors.
 fn address(offset: u32, bytes: usize) -> Result<usize, NorFlashErrorKind> {
     let end = (offset as usize).saturating_add(bytes);
-    if end > CAPACITY { Err(NorFlashErrorKind::OutOfBounds) } else { Ok(first() + offset as usize) }
+    if end > CAPACITY {
+        Err(NorFlashErrorKind::OutOfBounds)
+    } else {
+        Ok(first() + offset as usize)
+    }
 }
 
 /// Bytes of both.
@@ -117,10 +127,19 @@ impl NorFlash for SettingsFlash {
         if !offset.is_multiple_of(WORD_BYTES as u32) || !rest.is_empty() {
             return Err(NorFlashErrorKind::NotAligned);
         }
-        for (place, word) in (address(offset, bytes.len())?..).step_by(WORD_BYTES).zip(words) {
+        for (place, word) in (address(offset, bytes.len())?..)
+            .step_by(WORD_BYTES)
+            .zip(words)
+        {
             self.unlocked(|flash| {
                 // SAFETY: PSIZE has two bits.
-                flash.cr().write(|w| unsafe { w.psize().bits(PSIZE) }.lock().clear_bit().pg().set_bit());
+                flash.cr().write(|w| {
+                    unsafe { w.psize().bits(PSIZE) }
+                        .lock()
+                        .clear_bit()
+                        .pg()
+                        .set_bit()
+                });
                 // SAFETY: a whole word in the two sectors; nothing else lies there.
                 unsafe { (place as *mut u32).write_volatile(u32::from_ne_bytes(*word)) };
             })?;
@@ -138,7 +157,11 @@ impl NorFlash for SettingsFlash {
         self.unlocked(|flash| {
             // SAFETY: PSIZE has two bits, and the number is that of one of the two sectors.
             flash.cr().write(|w| {
-                unsafe { w.psize().bits(PSIZE).snb().bits(first_sector() + page) }.lock().clear_bit().ser().set_bit()
+                unsafe { w.psize().bits(PSIZE).snb().bits(first_sector() + page) }
+                    .lock()
+                    .clear_bit()
+                    .ser()
+                    .set_bit()
             });
             flash.cr().modify(|_, w| w.strt().set_bit());
         })

@@ -9,8 +9,9 @@ use super::stm32f4::die;
 use cortex_m_rt::ExceptionFrame;
 use ridgetone_proto::boot::Record;
 
-/// Entry of a HardFault. If less than 1 KiB of the stack is left, the handler starts at its top: it overwrites the
-/// processor's frame only if that is near the top, which a full stack's frame is not.
+/// Entry of a HardFault. If less than 1 KiB of the stack is left, the handler starts at its top: it
+/// overwrites the processor's frame only if that is near the top, which a full stack's frame is
+/// not.
 #[unsafe(naked)]
 #[unsafe(export_name = "HardFault")]
 unsafe extern "C" fn enter_hard_fault() -> ! {
@@ -24,7 +25,8 @@ unsafe extern "C" fn enter_hard_fault() -> ! {
         "movw r1, #:lower16:_stack_start",
         "movt r1, #:upper16:_stack_start",
         "msr msp, r1",
-        // No lazy stacking of the FPU's registers: without memory it would be a second fault (Armv7-M, FPCCR.LSPACT).
+        // No lazy stacking of the FPU's registers: without memory it would be a second fault
+        // (Armv7-M, FPCCR.LSPACT).
         "2:",
         "movw r2, #0xef34",
         "movt r2, #0xe000",
@@ -36,10 +38,12 @@ unsafe extern "C" fn enter_hard_fault() -> ! {
     )
 }
 
-/// `frame`: where the processor has put its registers, or would have if the stack had not overflowed.
+/// `frame`: where the processor has put its registers, or would have if the stack had not
+/// overflowed.
 unsafe extern "C" fn handle_hard_fault(frame: *const ExceptionFrame) -> ! {
     let (pc, lr) = if stack::holds(frame) {
-        // SAFETY: it lies in the stack, where the processor has put it; nothing has been put over it.
+        // SAFETY: it lies in the stack, where the processor has put it; nothing has been put over
+        // it.
         unsafe { ((*frame).pc(), (*frame).lr()) }
     } else {
         (0, 0)

@@ -2,8 +2,9 @@
 //!
 //! # Porting
 //!
-//! A board is a module with the items below; `docs/book/5-another-board.md` has the steps. `main.rs` names no pin and no
-//! register. A board with an STM32F4 is little more than its pins, as `nucleo_f446re.rs` shows.
+//! A board is a module with the items below; `docs/book/5-another-board.md` has the steps.
+//! `main.rs` names no pin and no register. A board with an STM32F4 is little more than its pins, as
+//! `nucleo_f446re.rs` shows.
 //!
 //! | item | what it must do |
 //! |---|---|
@@ -29,17 +30,19 @@
 //! CS: low at least 2.5 tCLK before the first SCLK edge, high at least 2 tCLK between transactions
 //! (159 ns and 127 ns at 15.72864 MHz, ADS1258 datasheet SBAS297G).
 //!
-//! Interrupts: `EXTI4` is DRDY, `USART3` the line's "transmitter empty" and "byte received" (a line on another USART
-//! forwards its interrupt, see `nucleo_f446re.rs`). `CAN1_TX`, `CAN1_RX0` and `CAN1_RX1` are the three tasks that only
-//! software pends; the boards do not use CAN. On a chip that lacks these names change them in `main.rs` and here, with
-//! `device` in `rtic::app`. Priorities need five levels.
+//! Interrupts: `EXTI4` is DRDY, `USART3` the line's "transmitter empty" and "byte received" (a line
+//! on another USART forwards its interrupt, see `nucleo_f446re.rs`). `CAN1_TX`, `CAN1_RX0` and
+//! `CAN1_RX1` are the three tasks that only software pends; the boards do not use CAN. On a chip
+//! that lacks these names change them in `main.rs` and here, with `device` in `rtic::app`.
+//! Priorities need five levels.
 //!
 //! Panics: a board has its own panic handler, which calls `die`.
 //!
 //! [`DrdyPin`]: ridgetone::tasks::drdy::DrdyPin
 //! [`WATCHDOG_S`]: ridgetone::tasks::liveness::WATCHDOG_S
 
-// The only place of the firmware where unsafe code is allowed: registers, linker symbols, host calls of the emulator.
+// The only place of the firmware where unsafe code is allowed: registers, linker symbols, host
+// calls of the emulator.
 #![allow(unsafe_code)]
 
 mod clock;

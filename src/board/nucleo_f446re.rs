@@ -1,11 +1,11 @@
-//! ST Nucleo-F446RE (MB1136), 168 MHz from the 8 MHz that its ST-LINK puts on OSC_IN (UM1724, "OSC clock supply": the
-//! bridges are so from MB1136 C-02 on).
+//! ST Nucleo-F446RE (MB1136), 168 MHz from the 8 MHz that its ST-LINK puts on OSC_IN (UM1724, "OSC
+//! clock supply": the bridges are so from MB1136 C-02 on).
 //!
 //! Its pins are in `docs/book/1-wiring.md`, which a test compares with this file.
 //!
-//! Telemetry leaves on PA2, requests arrive on PA3 (USART2, AF7), a serial port of the PC through the ST-LINK, at
-//! 921600 baud, 8N1; 0.93 % slow as on the Feather. D0 and D1 are these pins only after two bridges are soldered
-//! (UM1724).
+//! Telemetry leaves on PA2, requests arrive on PA3 (USART2, AF7), a serial port of the PC through
+//! the ST-LINK, at 921600 baud, 8N1; 0.93 % slow as on the Feather. D0 and D1 are these pins only
+//! after two bridges are soldered (UM1724).
 
 use super::stm32f4::{self, External};
 use super::{converter, parts, serial_line};
@@ -28,7 +28,10 @@ pub type Board = parts::Parts<Spi, Start, Reset, Drdy, SerialLine, SettingsFlash
 
 pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
     let boot = stm32f4::begin(&device);
-    let clock = External { mhz: 8, is_clock: true };
+    let clock = External {
+        mhz: 8,
+        is_clock: true,
+    };
     let (mut rcc, oscillator) = stm32f4::start_clocks(device.RCC, clock, device.TIM2, device.TIM4);
     let gpioa = device.GPIOA.split(&mut rcc);
     let gpiob = device.GPIOB.split(&mut rcc);
@@ -38,15 +41,20 @@ pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
     let board = Board {
         start: gpioc.pc7.into_push_pull_output_in_state(PinState::Low),
         reset: gpioa.pa9.into_push_pull_output_in_state(PinState::High),
-        spi: converter::spi(device.SPI1, (gpioa.pa5, gpioa.pa6, gpioa.pa7), gpiob.pb6, &mut rcc),
+        spi: converter::spi(
+            device.SPI1,
+            (gpioa.pa5, gpioa.pa6, gpioa.pa7),
+            gpiob.pb6,
+            &mut rcc,
+        ),
         drdy: Drdy::new(gpioa.pa4, device.EXTI, device.SYSCFG, &mut rcc),
         line: SerialLine::new(device.USART2, (gpioa.pa2, rx), &mut rcc),
         boot: Boot { oscillator, ..boot },
         flash: SettingsFlash::new(device.FLASH),
     };
     let mut nvic = core.NVIC;
-    // SAFETY: the priority of the task that it becomes part of, so neither interrupts the other; RTIC has set it before
-    // it called `init`, and serves no interrupt before the end of it.
+    // SAFETY: the priority of the task that it becomes part of, so neither interrupts the other;
+    // RTIC has set it before it called `init`, and serves no interrupt before the end of it.
     unsafe {
         nvic.set_priority(Interrupt::USART2, NVIC::get_priority(Interrupt::USART3));
         NVIC::unmask(Interrupt::USART2);
@@ -60,6 +68,7 @@ fn USART2() {
     unsafe extern "C" {
         fn USART3();
     }
-    // SAFETY: RTIC defines it as an interrupt handler; that of USART3 cannot run at the same time: see `init`.
+    // SAFETY: RTIC defines it as an interrupt handler; that of USART3 cannot run at the same time:
+    // see `init`.
     unsafe { USART3() }
 }

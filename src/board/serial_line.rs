@@ -11,7 +11,8 @@ use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::Rcc;
 use stm32f4xx_hal::serial::{Config, Instance, RxListen, SerialExt, Tx, TxISR, TxListen};
 
-/// Bits per second, 8N1: 92 kB/s, ten times as much as sixteen channels at four windows a second need.
+/// Bits per second, 8N1: 92 kB/s, ten times as much as sixteen channels at four windows a second
+/// need.
 const LINE_BAUD: u32 = 921_600;
 
 /// The line's USART.
@@ -23,14 +24,18 @@ impl<Usart: Instance + SerialExt> SerialLine<Usart> {
     /// Sets the USART up. Its receiver's interrupt is on, its transmitter's off.
     pub fn new(
         usart: Usart,
-        pins: (impl Into<Usart::Tx<PushPull>>, impl Into<Usart::Rx<PushPull>>),
+        pins: (
+            impl Into<Usart::Tx<PushPull>>,
+            impl Into<Usart::Rx<PushPull>>,
+        ),
         rcc: &mut Rcc,
     ) -> Self {
         #[allow(clippy::panic, reason = "at start-up, and never: both are constants")]
-        let (mut tx, mut rx) = match usart.serial(pins, Config::default().baudrate(LINE_BAUD.bps()), rcc) {
-            Ok(serial) => serial.split(),
-            Err(_) => panic!("the USART cannot do {LINE_BAUD} baud"),
-        };
+        let (mut tx, mut rx) =
+            match usart.serial(pins, Config::default().baudrate(LINE_BAUD.bps()), rcc) {
+                Ok(serial) => serial.split(),
+                Err(_) => panic!("the USART cannot do {LINE_BAUD} baud"),
+            };
         tx.unlisten();
         rx.listen();
         Self { tx }
@@ -38,20 +43,23 @@ impl<Usart: Instance + SerialExt> SerialLine<Usart> {
 }
 
 impl<Usart: Instance<RB = RegisterBlock>> SerialPort for SerialLine<Usart> {
-    /// Not by the HAL (0.23), which drops the byte in the data register if the one after it was lost.
+    /// Not by the HAL (0.23), which drops the byte in the data register if the one after it was
+    /// lost.
     fn receive(&mut self) -> Option<Received> {
         #[cfg(feature = "emulated")]
         if let Some(byte) = link::received() {
             return Some(Received::Byte(byte));
         }
-        // SAFETY: nothing else receives. Its status, then its data, clears the flags (RM0090, 30.6.1).
+        // SAFETY: nothing else receives. Its status, then its data, clears the flags (RM0090,
+        // 30.6.1).
         let usart = unsafe { &*Usart::ptr() };
         let status = usart.sr().read();
         if status.rxne().bit_is_clear() && status.ore().bit_is_clear() {
             return None;
         }
         let byte = usart.dr().read().bits() as u8;
-        let is_damaged = status.fe().bit_is_set() || status.nf().bit_is_set() || status.rxne().bit_is_clear();
+        let is_damaged =
+            status.fe().bit_is_set() || status.nf().bit_is_set() || status.rxne().bit_is_clear();
         Some(match (is_damaged, status.ore().bit_is_set()) {
             (true, _) => Received::Damaged,
             (false, true) => Received::Overrun(byte),

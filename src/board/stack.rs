@@ -9,7 +9,10 @@ unsafe extern "C" {
 
 /// Lowest address, and the first behind the highest.
 fn bounds() -> (usize, usize) {
-    (&raw const _stack_end as usize, &raw const _stack_start as usize)
+    (
+        &raw const _stack_end as usize,
+        &raw const _stack_start as usize,
+    )
 }
 
 /// The stack's size in words.

@@ -1,4 +1,5 @@
-//! What all boards with an STM32F4 share, the stylus too: 168 MHz, the two timers, the watchdog, the end of a run.
+//! What all boards with an STM32F4 share, the stylus too: 168 MHz, the two timers, the watchdog,
+//! the end of a run.
 
 use super::crash;
 use cortex_m::peripheral::NVIC;
@@ -9,8 +10,8 @@ use stm32f4xx_hal::pac::{self, DBGMCU, IWDG, RCC, TIM2, TIM4};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{Config, Rcc};
 
-/// Reads of RCC_CR, 4 cycles of 16 MHz each at least, that the external oscillator may take to start: 100 ms. A crystal
-/// takes 2 ms (DS8626, HSE start-up time, typical).
+/// Reads of RCC_CR, 4 cycles of 16 MHz each at least, that the external oscillator may take to
+/// start: 100 ms. A crystal takes 2 ms (DS8626, HSE start-up time, typical).
 const OSCILLATOR_READS: u32 = 400_000;
 
 /// Clock of the timers on APB1 in MHz: twice PCLK1.
@@ -22,9 +23,21 @@ pub fn begin(device: &pac::Peripherals) -> Boot {
     start_watchdog(&device.IWDG, &device.DBGMCU);
     let brown_out = BrownOut::from_option_bytes(device.FLASH.optcr().read().bits());
     let cause = take_reset_cause(&device.RCC);
-    let boot = Boot { cause, oscillator: Oscillator::Unknown, brown_out, record: crash::take_record() };
+    let boot = Boot {
+        cause,
+        oscillator: Oscillator::Unknown,
+        brown_out,
+        record: crash::take_record(),
+    };
     // A debugger keeps its clock and the RTT buffer its memory while the processor sleeps.
-    device.DBGMCU.cr().modify(|_, w| w.dbg_sleep().set_bit().dbg_stop().set_bit().dbg_standby().set_bit());
+    device.DBGMCU.cr().modify(|_, w| {
+        w.dbg_sleep()
+            .set_bit()
+            .dbg_stop()
+            .set_bit()
+            .dbg_standby()
+            .set_bit()
+    });
     boot
 }
 
@@ -36,21 +49,45 @@ pub struct External {
     pub is_clock: bool,
 }
 
-/// Runs the processor at 168 MHz from the `external` oscillator, or from its own if that one does not start, and starts
-/// the two timers. The rest of this file depends on it.
-pub fn start_clocks(rcc: RCC, external: External, counter: TIM2, heartbeat: TIM4) -> (Rcc, Oscillator) {
+/// Runs the processor at 168 MHz from the `external` oscillator, or from its own if that one does
+/// not start, and starts the two timers. The rest of this file depends on it.
+pub fn start_clocks(
+    rcc: RCC,
+    external: External,
+    counter: TIM2,
+    heartbeat: TIM4,
+) -> (Rcc, Oscillator) {
     stop_pll(&rcc);
     let has_started = start_external(&rcc, external.is_clock);
-    // The HAL (0.23) waits for an external oscillator for ever. So it sets up all from the internal one. It is called once,
-    // with constants: so the compiler removes its panics. After it only the source of the PLL's 2 MHz changes.
-    let mut rcc = rcc.freeze(Config::hsi().sysclk(168.MHz()).pclk1(42.MHz()).pclk2(84.MHz()));
-    let oscillator = if has_started { Oscillator::External } else { Oscillator::Internal };
+    // The HAL (0.23) waits for an external oscillator for ever. So it sets up all from the internal
+    // one. It is called once, with constants: so the compiler removes its panics. After it only the
+    // source of the PLL's 2 MHz changes.
+    let mut rcc = rcc.freeze(
+        Config::hsi()
+            .sysclk(168.MHz())
+            .pclk1(42.MHz())
+            .pclk2(84.MHz()),
+    );
+    let oscillator = if has_started {
+        Oscillator::External
+    } else {
+        Oscillator::Internal
+    };
     if has_started {
         stop_pll(&rcc);
         // 2 MHz * 168 / 2; 336 MHz / 7 for USB (RM0090, 7.3.2).
         // SAFETY: of the allowed values.
         rcc.pllcfgr().write(|w| unsafe {
-            w.pllsrc().hse().pllm().bits(external.mhz / 2).plln().bits(168).pllp().div2().pllq().bits(7)
+            w.pllsrc()
+                .hse()
+                .pllm()
+                .bits(external.mhz / 2)
+                .plln()
+                .bits(168)
+                .pllp()
+                .div2()
+                .pllq()
+                .bits(7)
         });
         rcc.cr().modify(|_, w| w.pllon().set_bit());
         while rcc.cr().read().pllrdy().bit_is_clear() {}
@@ -62,8 +99,8 @@ pub fn start_clocks(rcc: RCC, external: External, counter: TIM2, heartbeat: TIM4
     (rcc, oscillator)
 }
 
-/// Runs on the internal oscillator, with the PLL off: its divisors can be written only then (RM0090, 7.3.2). The boot loader
-/// in the chip's ROM starts an image with it on.
+/// Runs on the internal oscillator, with the PLL off: its divisors can be written only then
+/// (RM0090, 7.3.2). The boot loader in the chip's ROM starts an image with it on.
 fn stop_pll(rcc: &RCC) {
     rcc.cr().modify(|_, w| w.hsion().set_bit());
     while rcc.cr().read().hsirdy().bit_is_clear() {}
@@ -73,7 +110,8 @@ fn stop_pll(rcc: &RCC) {
     while rcc.cr().read().pllrdy().bit_is_set() {}
 }
 
-/// Starts the external oscillator anew. False, and it is off, if it does not start within [`OSCILLATOR_READS`].
+/// Starts the external oscillator anew. False, and it is off, if it does not start within
+/// [`OSCILLATOR_READS`].
 fn start_external(rcc: &RCC, is_clock: bool) -> bool {
     rcc.cr().modify(|_, w| w.hseon().clear_bit());
     // Its kind can be chosen only while it is off (RM0090, 7.3.1).
@@ -87,8 +125,8 @@ fn start_external(rcc: &RCC, is_clock: bool) -> bool {
     has_started
 }
 
-/// Masks an interrupt that no task serves. The boot loader in the chip's ROM may have left one on, such as USB's.
-/// cortex-m-rt's own handler would wait for the watchdog.
+/// Masks an interrupt that no task serves. The boot loader in the chip's ROM may have left one on,
+/// such as USB's. cortex-m-rt's own handler would wait for the watchdog.
 #[cortex_m_rt::exception]
 unsafe fn DefaultHandler(number: i16) {
     /// An interrupt by its number.
@@ -105,7 +143,8 @@ unsafe fn DefaultHandler(number: i16) {
     }
 }
 
-/// Starts the independent watchdog (RM0090, 21.3). It stops for a debugger that halts the processor.
+/// Starts the independent watchdog (RM0090, 21.3). It stops for a debugger that halts the
+/// processor.
 fn start_watchdog(watchdog: &IWDG, debug: &DBGMCU) {
     /// Divides by 64: a tick takes 2 ms of the nominal 32 kHz.
     const PRESCALER: u16 = 4;
@@ -119,7 +158,8 @@ fn start_watchdog(watchdog: &IWDG, debug: &DBGMCU) {
     watchdog.pr().write(|w| unsafe { w.bits(PRESCALER) });
     // SAFETY: 12 bits, see above.
     watchdog.rlr().write(|w| unsafe { w.bits(TICKS as u16) });
-    // Both values take some of its ticks to arrive; if fed before, it would start from the old ones.
+    // Both values take some of its ticks to arrive; if fed before, it would start from the old
+    // ones.
     while watchdog.sr().read().bits() != 0 {}
     feed_watchdog();
 }
@@ -136,7 +176,8 @@ fn take_reset_cause(rcc: &RCC) -> ResetCause {
     ResetCause::from_flags(flags)
 }
 
-/// Keeps the record for the next run's greeting and log, and resets. Nothing is logged here: the panic may be the log's.
+/// Keeps the record for the next run's greeting and log, and resets. Nothing is logged here: the
+/// panic may be the log's.
 pub fn die(record: &Record) -> ! {
     crash::keep(record);
     cortex_m::peripheral::SCB::sys_reset()

@@ -1,9 +1,12 @@
-//! The stylus's board: an Adafruit Feather STM32F405 Express with an encoder and an actuator in place of a finger. Only registers.
+//! The stylus's board: an Adafruit Feather STM32F405 Express with an encoder and an actuator in
+//! place of a finger. Only registers.
 //!
-//! Its pins are in `docs/book/5-another-board.md`. What any STM32F4 needs is the finger's own, from `src/board/`.
+//! Its pins are in `docs/book/5-another-board.md`. What any STM32F4 needs is the finger's own, from
+//! `src/board/`.
 //!
-//! Two timers work without the processor: TIM3 counts the encoder's edges, all four of a period; TIM6 triggers the converter, which
-//! then puts out what the interrupt of the trigger before has left in its holding register.
+//! Two timers work without the processor: TIM3 counts the encoder's edges, all four of a period;
+//! TIM6 triggers the converter, which then puts out what the interrupt of the trigger before has
+//! left in its holding register.
 
 // As in `src/board/`: registers and linker symbols.
 #![allow(unsafe_code)]
@@ -52,10 +55,12 @@ pub struct Board {
 pub struct Samples(());
 
 impl Samples {
-    /// The encoder's counter, board time, and microseconds since the trigger whose interrupt this clears.
+    /// The encoder's counter, board time, and microseconds since the trigger whose interrupt this
+    /// clears.
     #[inline(always)]
     pub fn read(&mut self) -> (u16, u32, u32) {
-        // SAFETY: nothing else uses these timers once they run; the status's bit is all that is written.
+        // SAFETY: nothing else uses these timers once they run; the status's bit is all that is
+        // written.
         unsafe {
             let counter = (*TIM3::ptr()).cnt().read().bits() as u16;
             (*TIM6::ptr()).sr().write(|w| w.bits(0));
@@ -79,16 +84,26 @@ impl Samples {
 
 pub fn init(device: pac::Peripherals) -> Board {
     let boot = stm32f4::begin(&device);
-    let crystal = External { mhz: 12, is_clock: false };
-    let (mut rcc, oscillator) = stm32f4::start_clocks(device.RCC, crystal, device.TIM2, device.TIM4);
+    let crystal = External {
+        mhz: 12,
+        is_clock: false,
+    };
+    let (mut rcc, oscillator) =
+        stm32f4::start_clocks(device.RCC, crystal, device.TIM2, device.TIM4);
     let gpioa = device.GPIOA.split(&mut rcc);
     let gpiob = device.GPIOB.split(&mut rcc);
     let gpioc = device.GPIOC.split(&mut rcc);
     // Before the converter is on: otherwise the pin's input draws current (RM0090, 14.3.1).
     gpioa.pa4.into_analog();
     // Up: encoders with open collectors need it, and without one nothing floats.
-    gpioc.pc6.into_alternate::<2>().set_internal_resistor(Pull::Up);
-    gpioc.pc7.into_alternate::<2>().set_internal_resistor(Pull::Up);
+    gpioc
+        .pc6
+        .into_alternate::<2>()
+        .set_internal_resistor(Pull::Up);
+    gpioc
+        .pc7
+        .into_alternate::<2>()
+        .set_internal_resistor(Pull::Up);
     let rx = gpiob.pb11.into_alternate::<7>().internal_resistor(Pull::Up);
     start_encoder(device.TIM3, &mut rcc);
     start_converter(device.DAC, &mut rcc);
@@ -102,8 +117,8 @@ pub fn init(device: pac::Peripherals) -> Board {
 
 /// TIM3 counts every edge of both channels, up or down (RM0090, 18.3.12 and 18.4).
 fn start_encoder(timer: TIM3, rcc: &mut RCC) {
-    /// CC1S and CC2S: TI1 and TI2. IC1F and IC2F: a level counts once it has lasted for 6 samples at 84 MHz / 8, 0.57 us; the edges of
-    /// a channel are 3.3 us apart at 3 m/s and 5 um.
+    /// CC1S and CC2S: TI1 and TI2. IC1F and IC2F: a level counts once it has lasted for 6 samples
+    /// at 84 MHz / 8, 0.57 us; the edges of a channel are 3.3 us apart at 3 m/s and 5 um.
     const INPUTS: u32 = 0b01 | 0b1000 << 4 | 0b01 << 8 | 0b1000 << 12;
     /// SMS: encoder mode 3.
     const BOTH_CHANNELS: u32 = 0b011;
@@ -118,8 +133,9 @@ fn start_encoder(timer: TIM3, rcc: &mut RCC) {
     timer.cr1().write(|w| w.cen().set_bit());
 }
 
-/// Channel 1, triggered by TIM6 (RM0090, 14.5.1). It begins at code 0. Its buffer is off: with it the output ends 0.2 V before both
-/// rails, so it would step by that as it is switched on, and cut the greatest amplitudes (DS8626, DAC characteristics).
+/// Channel 1, triggered by TIM6 (RM0090, 14.5.1). It begins at code 0. Its buffer is off: with it
+/// the output ends 0.2 V before both rails, so it would step by that as it is switched on, and cut
+/// the greatest amplitudes (DS8626, DAC characteristics).
 fn start_converter(converter: DAC, rcc: &mut RCC) {
     /// EN1, BOFF1 and TEN1; TSEL1 0: TIM6's TRGO.
     const ON: u32 = 1 | 1 << 1 | 1 << 2;
@@ -129,7 +145,8 @@ fn start_converter(converter: DAC, rcc: &mut RCC) {
     converter.cr().write(|w| unsafe { w.bits(ON) });
 }
 
-/// TIM6 triggers the converter and requests the interrupt of a sample, at each of its updates (RM0090, 20.4).
+/// TIM6 triggers the converter and requests the interrupt of a sample, at each of its updates
+/// (RM0090, 20.4).
 fn start_samples(timer: TIM6, rcc: &mut RCC) {
     /// MMS: the update is TRGO.
     const UPDATE: u32 = 0b010 << 4;

@@ -1,4 +1,5 @@
-//! The stylus's firmware: binds what [`ridgetone_stylus`] decides, and the finger's line, to interrupts.
+//! The stylus's firmware: binds what [`ridgetone_stylus`] decides, and the finger's line, to
+//! interrupts.
 //!
 //! | task | priority | interrupt |
 //! |---|---|---|
@@ -9,8 +10,9 @@
 //! | `requests` | 1 | CAN1_RX1, pended by `line`, and by `sample` every 4 ms |
 //! | `idle` | 0 | |
 //!
-//! `line` is above `sample`: a byte lasts 10.9 us and the USART holds one. The converter takes a sample when its timer triggers it,
-//! so `sample` may be late by nearly a period without being heard.
+//! `line` is above `sample`: a byte lasts 10.9 us and the USART holds one. The converter takes a
+//! sample when its timer triggers it, so `sample` may be late by nearly a period without being
+//! heard.
 #![cfg_attr(target_os = "none", no_std)]
 #![cfg_attr(target_os = "none", no_main)]
 #![deny(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
@@ -92,9 +94,18 @@ mod app {
 
     #[init(local = [bytes: Queue<u8, BYTES> = Queue::new()])]
     fn init(cx: init::Context) -> (Resources, Local) {
-        let Board { samples, line, boot } = board::init(cx.device);
+        let Board {
+            samples,
+            line,
+            boot,
+        } = board::init(cx.device);
         if let Some(Record { file, line, pc, .. }) = &boot.record {
-            defmt::error!("the run before died at {=str}:{=u32}, {=u32:#010x}", file.as_str(), *line, *pc);
+            defmt::error!(
+                "the run before died at {=str}:{=u32}, {=u32:#010x}",
+                file.as_str(),
+                *line,
+                *pc
+            );
         }
         let (bytes_in, bytes_out) = cx.local.bytes.split();
         (
@@ -108,7 +119,10 @@ mod app {
             },
             Local {
                 samples,
-                line: SerialLine { port: line, bytes: bytes_out },
+                line: SerialLine {
+                    port: line,
+                    bytes: bytes_out,
+                },
                 report: Report::new(bytes_in),
                 reports: Reports::new(boot),
             },
@@ -117,7 +131,9 @@ mod app {
 
     #[task(binds = USART3, priority = 5, local = [line], shared = [inbox, &shared])]
     fn line(mut cx: line::Context) {
-        cx.shared.inbox.lock(|inbox| cx.local.line.run(inbox, cx.shared.shared));
+        cx.shared
+            .inbox
+            .lock(|inbox| cx.local.line.run(inbox, cx.shared.shared));
     }
 
     // No task above it takes this lock, so it masks nothing.
@@ -148,8 +164,17 @@ mod app {
 
     #[task(binds = CAN1_RX1, priority = 1, local = [reports], shared = [sampler, inbox, outbox, &shared, &liveness])]
     fn requests(cx: requests::Context) {
-        let requests::SharedResources { mut sampler, mut inbox, mut outbox, shared, liveness, .. } = cx.shared;
-        cx.local.reports.run(&mut sampler, &mut inbox, &mut outbox, shared, liveness);
+        let requests::SharedResources {
+            mut sampler,
+            mut inbox,
+            mut outbox,
+            shared,
+            liveness,
+            ..
+        } = cx.shared;
+        cx.local
+            .reports
+            .run(&mut sampler, &mut inbox, &mut outbox, shared, liveness);
     }
 
     #[idle(local = [idle: Idle = Idle::new()], shared = [outbox, &shared])]
@@ -162,7 +187,11 @@ mod app {
                 (from_us, board::now_us())
             });
             let (words, outbox) = (board::stack_words(), &mut cx.shared.outbox);
-            match cx.local.idle.run(slept_us, words, board::stack_word, outbox, cx.shared.shared) {
+            match cx
+                .local
+                .idle
+                .run(slept_us, words, board::stack_word, outbox, cx.shared.shared)
+            {
                 Next::Sleep => {}
                 Next::Restart => {
                     // The last two bytes take 11 us each.

@@ -16,7 +16,10 @@ fn main() -> Result<(), Error> {
         let place_mm = 10.0 * libm::sin(core::f64::consts::TAU * t_s);
         let volts = stimulus.next((place_mm / 0.005) as i32);
         if n % 50 == 0 {
-            println!("{t_s:5.3} s {place_mm:+6.2} mm {volts:6.1} V {}*", " ".repeat((volts / 3.0) as usize));
+            println!(
+                "{t_s:5.3} s {place_mm:+6.2} mm {volts:6.1} V {}*",
+                " ".repeat((volts / 3.0) as usize)
+            );
         }
     }
     Ok(())

@@ -18,6 +18,20 @@ pub enum Error {
 }
 
 /// Whether a value lies between two bounds, both included.
-pub(crate) fn within(name: &'static str, value: f32, least: f32, greatest: f32) -> Result<(), Error> {
-    if value >= least && value <= greatest { Ok(()) } else { Err(Error::Setting { name, value, least, greatest }) }
+pub(crate) fn within(
+    name: &'static str,
+    value: f32,
+    least: f32,
+    greatest: f32,
+) -> Result<(), Error> {
+    if value >= least && value <= greatest {
+        Ok(())
+    } else {
+        Err(Error::Setting {
+            name,
+            value,
+            least,
+            greatest,
+        })
+    }
 }

@@ -3,7 +3,8 @@
 use crate::bounds::between;
 use crate::error::{Error, within};
 
-/// Signal power of a sensor over the spatial period, a polynomial, and the power that drives the actuator to its end.
+/// Signal power of a sensor over the spatial period, a polynomial, and the power that drives the
+/// actuator to its end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct AmplitudeLaw {
@@ -16,8 +17,8 @@ pub struct AmplitudeLaw {
 }
 
 impl AmplitudeLaw {
-    /// Okamoto et al., *Transmission of Tactile Roughness through Master-slave Systems*, equation 2 (R^2 = 0.94, 0.8 to 2.0 mm), and
-    /// P_max of equation 3.
+    /// Okamoto et al., *Transmission of Tactile Roughness through Master-slave Systems*, equation 2
+    /// (R^2 = 0.94, 0.8 to 2.0 mm), and P_max of equation 3.
     pub const OKAMOTO: Self = Self {
         coefficients: [72_298.0, -248_938.0, 309_743.0, -162_663.0, 30_770.0],
         period_mm: (0.8, 2.0),
@@ -38,12 +39,21 @@ impl AmplitudeLaw {
     pub fn power(&self, period_mm: f32) -> f32 {
         let (least, most) = self.period_mm;
         let x = between(period_mm, least, most);
-        self.coefficients.iter().rev().fold(0.0, |sum, coefficient| sum * x + coefficient).max(0.0)
+        self.coefficients
+            .iter()
+            .rev()
+            .fold(0.0, |sum, coefficient| sum * x + coefficient)
+            .max(0.0)
     }
 
-    /// Amplitude over the greatest one of the actuator (equation 3), 0 to 1, at a power, or at the law's own if that is 0.
+    /// Amplitude over the greatest one of the actuator (equation 3), 0 to 1, at a power, or at the
+    /// law's own if that is 0.
     pub fn share(&self, period_mm: f32, power: f32) -> f32 {
-        let power = if power > 0.0 { power } else { self.power(period_mm) };
+        let power = if power > 0.0 {
+            power
+        } else {
+            self.power(period_mm)
+        };
         (power / self.power_max).clamp(0.0, 1.0)
     }
 }

@@ -1,12 +1,15 @@
 //! Places of a hand that arrive one by one, at uneven times: where the hand was at any time since.
 
-/// Time without a place after which the hand counts as resting, seconds: pointers report at least 60 times a second while they move.
+/// Time without a place after which the hand counts as resting, seconds: pointers report at least
+/// 60 times a second while they move.
 const REST_S: f64 = 0.03;
 
-/// Time before a new place at which a hand that rested set out, seconds: a report of a pointer at 125 Hz.
+/// Time before a new place at which a hand that rested set out, seconds: a report of a pointer at
+/// 125 Hz.
 const SET_OUT_S: f64 = 0.008;
 
-/// The latest `N` places of a hand. Between two of them it is on a straight line; a hand that rested sets out only then.
+/// The latest `N` places of a hand. Between two of them it is on a straight line; a hand that
+/// rested sets out only then.
 #[derive(Clone, Copy, Debug)]
 pub struct Path<const N: usize> {
     /// Seconds and millimetres, in the order of time from `first` on.
@@ -17,16 +20,21 @@ pub struct Path<const N: usize> {
 
 impl<const N: usize> Default for Path<N> {
     fn default() -> Self {
-        Self { points: [(0.0, 0.0); N], first: 0, count: 0 }
+        Self {
+            points: [(0.0, 0.0); N],
+            first: 0,
+            count: 0,
+        }
     }
 }
 
 impl<const N: usize> Path<N> {
-    /// Takes a place in millimetres at a time in seconds. Gives whether it was taken: not a place that is no number, nor one that is not
-    /// later than the one before.
+    /// Takes a place in millimetres at a time in seconds. Gives whether it was taken: not a place
+    /// that is no number, nor one that is not later than the one before.
     pub fn push(&mut self, t_s: f64, place_mm: f64) -> bool {
         let last = self.last();
-        if !(t_s.is_finite() && place_mm.is_finite() && last.is_none_or(|(last_s, _)| t_s > last_s)) {
+        if !(t_s.is_finite() && place_mm.is_finite() && last.is_none_or(|(last_s, _)| t_s > last_s))
+        {
             return false;
         }
         if let Some((last_s, last_mm)) = last
@@ -48,7 +56,8 @@ impl<const N: usize> Path<N> {
         self.count.checked_sub(1).map(|n| self.point(n))
     }
 
-    /// Place at a time, millimetres: the first one before all reports, and the last one after them. None without a report.
+    /// Place at a time, millimetres: the first one before all reports, and the last one after them.
+    /// None without a report.
     pub fn place_mm(&self, t_s: f64) -> Option<f64> {
         let (mut below, mut above) = (0, self.count.checked_sub(1)?);
         let (first, last) = (self.point(below), self.point(above));
@@ -60,7 +69,11 @@ impl<const N: usize> Path<N> {
         }
         while above - below > 1 {
             let middle = usize::midpoint(below, above);
-            if self.point(middle).0 <= t_s { below = middle } else { above = middle }
+            if self.point(middle).0 <= t_s {
+                below = middle
+            } else {
+                above = middle
+            }
         }
         let ((from_s, from_mm), (to_s, to_mm)) = (self.point(below), self.point(above));
         Some(from_mm + (to_mm - from_mm) * (t_s - from_s) / (to_s - from_s))
@@ -81,7 +94,10 @@ impl<const N: usize> Path<N> {
     }
 
     fn point(&self, n: usize) -> (f64, f64) {
-        self.points.get((self.first + n) % N.max(1)).copied().unwrap_or_default()
+        self.points
+            .get((self.first + n) % N.max(1))
+            .copied()
+            .unwrap_or_default()
     }
 }
 
@@ -94,11 +110,19 @@ mod tests {
         let mut path = Path::<8>::default();
         assert_eq!((path.place_mm(0.0), path.last()), (None, None));
         assert!(path.push(0.0, 1.0) && path.push(0.01, 2.0));
-        assert!(!path.push(0.01, 9.0) && !path.push(f64::NAN, 9.0) && !path.push(1.0, f64::INFINITY));
-        assert_eq!([-1.0, 0.0, 0.005, 0.01, 9.0].map(|t_s| path.place_mm(t_s)), [1.0, 1.0, 1.5, 2.0, 2.0].map(Some));
+        assert!(
+            !path.push(0.01, 9.0) && !path.push(f64::NAN, 9.0) && !path.push(1.0, f64::INFINITY)
+        );
+        assert_eq!(
+            [-1.0, 0.0, 0.005, 0.01, 9.0].map(|t_s| path.place_mm(t_s)),
+            [1.0, 1.0, 1.5, 2.0, 2.0].map(Some)
+        );
         // It rests for a second, and then moves.
         assert!(path.push(1.0, 3.0));
-        assert_eq!([0.5, 0.992, 1.0].map(|t_s| path.place_mm(t_s)), [2.0, 2.0, 3.0].map(Some));
+        assert_eq!(
+            [0.5, 0.992, 1.0].map(|t_s| path.place_mm(t_s)),
+            [2.0, 2.0, 3.0].map(Some)
+        );
         assert!((path.place_mm(0.996).expect("a place") - 2.5).abs() < 1e-9);
     }
 

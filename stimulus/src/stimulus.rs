@@ -11,7 +11,8 @@ use core::f32::consts::FRAC_PI_2;
 /// Turns as 32 bits: phases are exact for any place, and wrap by themselves.
 const TURN: f32 = 4_294_967_296.0;
 
-/// A texture, checked and turned into steps of phase for an encoder: [`Stimulus::prepare`] makes it, [`Stimulus::take`] takes it.
+/// A texture, checked and turned into steps of phase for an encoder: [`Stimulus::prepare`] makes
+/// it, [`Stimulus::take`] takes it.
 #[derive(Clone, Copy, Debug)]
 pub struct Prepared {
     step: u32,
@@ -22,8 +23,9 @@ pub struct Prepared {
     overtones: [(f32, u32); HARMONICS_MAX - 1],
 }
 
-/// A texture under a hand: y = A(period) sin(2 pi x / period) + B, by the place x of the hand (Okamoto et al., equations 1 to 5, with the
-/// place in place of speed times time: a hand that stops or turns stays on the same surface).
+/// A texture under a hand: y = A(period) sin(2 pi x / period) + B, by the place x of the hand
+/// (Okamoto et al., equations 1 to 5, with the place in place of speed times time: a hand that
+/// stops or turns stays on the same surface).
 #[derive(Clone, Copy, Debug)]
 pub struct Stimulus {
     actuator: Actuator,
@@ -80,26 +82,36 @@ impl Stimulus {
         }
     }
 
-    /// Takes a texture. The phase goes on where it is, and the amplitude changes within [`Actuator::fade_s`].
+    /// Takes a texture. The phase goes on where it is, and the amplitude changes within
+    /// [`Actuator::fade_s`].
     pub fn set_texture(&mut self, texture: &Texture) -> Result<(), Error> {
         let prepared = self.prepare(texture)?;
         self.take(&prepared);
         Ok(())
     }
 
-    /// Checks a texture and computes what takes long, so that [`Self::take`] can be short: on a board it keeps an interrupt waiting.
+    /// Checks a texture and computes what takes long, so that [`Self::take`] can be short: on a
+    /// board it keeps an interrupt waiting.
     pub fn prepare(&self, texture: &Texture) -> Result<Prepared, Error> {
         texture.check()?;
         let cycles = f64::from(self.encoder.count_mm) / f64::from(texture.period_mm);
         let overtone = |n: usize| {
             let harmonic = texture.overtones[n];
-            (harmonic.amplitude, (f64::from(harmonic.phase_cycles) * f64::from(TURN)) as i64 as u32)
+            (
+                harmonic.amplitude,
+                (f64::from(harmonic.phase_cycles) * f64::from(TURN)) as i64 as u32,
+            )
         };
         let overtones = core::array::from_fn(overtone);
-        let peak = 1.0 + overtones.iter().map(|(amplitude, _)| amplitude).sum::<f32>();
+        let peak = 1.0
+            + overtones
+                .iter()
+                .map(|(amplitude, _)| amplitude)
+                .sum::<f32>();
         let share = self.law.share(texture.period_mm, texture.power);
         Ok(Prepared {
-            // A count of more than half of a cycle would be an alias; the phase is right all the same.
+            // A count of more than half of a cycle would be an alias; the phase is right all the
+            // same.
             step: (cycles * f64::from(TURN)) as u64 as u32,
             step_cycles: cycles as f32,
             // With overtones the peak is at most the actuator's.
@@ -109,22 +121,39 @@ impl Stimulus {
         })
     }
 
-    /// Takes a texture that [`Self::prepare`] has made: as [`Self::set_texture`], in some ten instructions.
+    /// Takes a texture that [`Self::prepare`] has made: as [`Self::set_texture`], in some ten
+    /// instructions.
     pub fn take(&mut self, prepared: &Prepared) {
-        let Prepared { step, step_cycles, wanted_v, most_v, overtones } = *prepared;
-        // It goes on where the output is, which is ahead of the count: from there on the period is another. A first texture begins at
-        // the count.
-        let ahead = if self.step_cycles > 0.0 { self.ahead } else { 0.0 };
-        let phase = self.phase_at(self.counts).wrapping_add(turns(ahead * self.step_cycles));
-        let behind = step.wrapping_mul(self.counts as u32).wrapping_add(turns(ahead * step_cycles));
+        let Prepared {
+            step,
+            step_cycles,
+            wanted_v,
+            most_v,
+            overtones,
+        } = *prepared;
+        // It goes on where the output is, which is ahead of the count: from there on the period is
+        // another. A first texture begins at the count.
+        let ahead = if self.step_cycles > 0.0 {
+            self.ahead
+        } else {
+            0.0
+        };
+        let phase = self
+            .phase_at(self.counts)
+            .wrapping_add(turns(ahead * self.step_cycles));
+        let behind = step
+            .wrapping_mul(self.counts as u32)
+            .wrapping_add(turns(ahead * step_cycles));
         self.offset = phase.wrapping_sub(behind);
         (self.step, self.step_cycles) = (step, step_cycles);
         (self.wanted_v, self.overtones) = (wanted_v, overtones);
-        // Overtones come at once: where there are more of them the amplitude has to make room. The slew softens that.
+        // Overtones come at once: where there are more of them the amplitude has to make room. The
+        // slew softens that.
         self.amplitude_v = between(self.amplitude_v, 0.0, most_v);
     }
 
-    /// The hand is off the surface, or the line is silent: the vibration fades within [`Actuator::fade_s`]. [`Self::down`] ends it.
+    /// The hand is off the surface, or the line is silent: the vibration fades within
+    /// [`Actuator::fade_s`]. [`Self::down`] ends it.
     pub fn lift(&mut self) {
         self.is_down = false;
     }
@@ -134,15 +163,22 @@ impl Stimulus {
         self.is_down = true;
     }
 
-    /// The next sample, volts, from the encoder's counts; it may wrap. Call it at the encoder's rate.
+    /// The next sample, volts, from the encoder's counts; it may wrap. Call it at the encoder's
+    /// rate.
     ///
     /// Always from 0 to the actuator's voltage, and no farther from the last sample than its slew.
     pub fn next(&mut self, counts: i32) -> f32 {
         let (counts, ahead, speed) = self.hand.advance(&self.encoder, counts);
         (self.counts, self.ahead) = (counts, ahead);
-        let phase = self.phase_at(counts).wrapping_add(turns(ahead * self.step_cycles));
+        let phase = self
+            .phase_at(counts)
+            .wrapping_add(turns(ahead * self.step_cycles));
         let frequency_hz = speed * self.step_cycles * self.encoder.rate_hz;
-        let wanted_v = if self.is_down { self.wanted_v * self.actuator.share(frequency_hz) } else { 0.0 };
+        let wanted_v = if self.is_down {
+            self.wanted_v * self.actuator.share(frequency_hz)
+        } else {
+            0.0
+        };
         let step_v = self.actuator.bias_v() / (self.actuator.fade_s * self.encoder.rate_hz);
         self.amplitude_v += between(wanted_v - self.amplitude_v, -step_v, step_v);
         let mut sum = sine(phase);
@@ -155,7 +191,11 @@ impl Stimulus {
         }
         let bias_v = self.actuator.bias_v();
         let slew_v = self.actuator.slew_v_s / self.encoder.rate_hz;
-        let moved = between(bias_v + self.amplitude_v * sum, self.output_v - slew_v, self.output_v + slew_v);
+        let moved = between(
+            bias_v + self.amplitude_v * sum,
+            self.output_v - slew_v,
+            self.output_v + slew_v,
+        );
         self.output_v = between(moved, 0.0, self.actuator.voltage_v);
         self.output_v
     }
@@ -181,30 +221,46 @@ impl Stimulus {
     }
 
     fn phase_at(&self, counts: i32) -> u32 {
-        self.offset.wrapping_add(self.step.wrapping_mul(counts as u32))
+        self.offset
+            .wrapping_add(self.step.wrapping_mul(counts as u32))
     }
 }
 
-/// Phase of a number of cycles. Whole cycles drop out. They may be many if the hand is fast and the latency is long.
+/// Phase of a number of cycles. Whole cycles drop out. They may be many if the hand is fast and the
+/// latency is long.
 fn turns(cycles: f32) -> u32 {
     let part = cycles - (cycles as i32) as f32;
     // Less than one in size, so twice this fits; f32 has no bit to lose.
     ((part * (0.5 * TURN)) as i32 as u32) << 1
 }
 
-/// Coefficients of sin(pi x / 2) from -1 to 1 by odd powers of x, within 6e-9 (Hastings, *Approximations for Digital Computers*, sheet 16).
-/// `libm::sinf` computes in f64, which takes a thousand cycles on a processor that has f32 alone.
-const SINE: [f32; 5] = [FRAC_PI_2, -0.645_963_7, 0.079_689_68, -0.004_673_766, 0.000_151_485];
+/// Coefficients of sin(pi x / 2) from -1 to 1 by odd powers of x, within 6e-9 (Hastings,
+/// *Approximations for Digital Computers*, sheet 16). `libm::sinf` computes in f64, which takes a
+/// thousand cycles on a processor that has f32 alone.
+const SINE: [f32; 5] = [
+    FRAC_PI_2,
+    -0.645_963_7,
+    0.079_689_68,
+    -0.004_673_766,
+    0.000_151_485,
+];
 
 /// Sine of a phase, within 3e-7.
 fn sine(phase: u32) -> f32 {
     const QUARTER: u32 = 1 << 30;
     // From a quarter to three quarters of a turn it is mirrored: sin(pi - x) = sin(x).
     let is_behind = phase.wrapping_add(QUARTER) >= 2 * QUARTER;
-    let phase = if is_behind { (2 * QUARTER).wrapping_sub(phase) } else { phase };
+    let phase = if is_behind {
+        (2 * QUARTER).wrapping_sub(phase)
+    } else {
+        phase
+    };
     let x = phase as i32 as f32 * (1.0 / QUARTER as f32);
     let square = x * x;
-    x * SINE.iter().rev().fold(0.0, |sum, coefficient| sum * square + coefficient)
+    x * SINE
+        .iter()
+        .rev()
+        .fold(0.0, |sum, coefficient| sum * square + coefficient)
 }
 
 #[cfg(test)]
@@ -219,12 +275,21 @@ mod tests {
             let true_sine = libm::sin(TAU * f64::from(phase) / f64::from(TURN));
             assert!((f64::from(sine(phase)) - true_sine).abs() < 3e-7, "{phase}");
         }
-        assert_eq!([0, 1 << 30, 1 << 31, 3 << 30].map(|phase| libm::roundf(1e6 * sine(phase))), [0.0, 1e6, 0.0, -1e6]);
+        assert_eq!(
+            [0, 1 << 30, 1 << 31, 3 << 30].map(|phase| libm::roundf(1e6 * sine(phase))),
+            [0.0, 1e6, 0.0, -1e6]
+        );
     }
 
     #[test]
     fn whole_cycles_drop_out() {
-        for (cycles, phase) in [(0.25, 1 << 30), (1200.25, 1 << 30), (-0.25, 3 << 30), (-3.5, 1 << 31), (7.0, 0)] {
+        for (cycles, phase) in [
+            (0.25, 1 << 30),
+            (1200.25, 1 << 30),
+            (-0.25, 3 << 30),
+            (-3.5, 1 << 31),
+            (7.0, 0),
+        ] {
             assert_eq!(turns(cycles), phase, "{cycles}");
         }
     }

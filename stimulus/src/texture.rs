@@ -24,10 +24,12 @@ pub struct Texture {
     /// Its standard deviation, millimetres, 0 to 100.
     #[cfg_attr(feature = "serde", serde(default))]
     pub period_sigma_mm: f32,
-    /// Signal power of the sensor at the period, in the unit of the [`AmplitudeLaw`](crate::AmplitudeLaw), 0 to 1e12; 0: by the law.
+    /// Signal power of the sensor at the period, in the unit of the
+    /// [`AmplitudeLaw`](crate::AmplitudeLaw), 0 to 1e12; 0: by the law.
     #[cfg_attr(feature = "serde", serde(default))]
     pub power: f32,
-    /// Force under which it was touched, newtons, 0 to 1000; 0 if nobody knows it. A finger that is live does not: its levels are volts.
+    /// Force under which it was touched, newtons, 0 to 1000; 0 if nobody knows it. A finger that is
+    /// live does not: its levels are volts.
     #[cfg_attr(feature = "serde", serde(default))]
     pub force_n: f32,
     /// Time of the measurement, seconds of the sender's clock, 0 to 1e9.
@@ -41,7 +43,10 @@ pub struct Texture {
 impl Texture {
     /// A plain one: a sine.
     pub const fn new(period_mm: f32) -> Self {
-        let none = Harmonic { amplitude: 0.0, phase_cycles: 0.0 };
+        let none = Harmonic {
+            amplitude: 0.0,
+            phase_cycles: 0.0,
+        };
         Self {
             period_mm,
             period_sigma_mm: 0.0,

@@ -9,11 +9,13 @@ use crate::path::Path;
 use crate::stimulus::Stimulus;
 use crate::texture::Texture;
 
-/// A step of a place in samples of sound, millimetres: a twentieth of the paper's encoder, for which a place is a number of these.
+/// A step of a place in samples of sound, millimetres: a twentieth of the paper's encoder, for
+/// which a place is a number of these.
 const COUNT_MM: f32 = 2.5e-4;
 
-/// A texture under a hand whose places arrive one by one, as samples from -1 to 1: what a pointer on a screen feels, or a hand on the other
-/// side of a network. `N` is the number of places that are kept.
+/// A texture under a hand whose places arrive one by one, as samples from -1 to 1: what a pointer
+/// on a screen feels, or a hand on the other side of a network. `N` is the number of places that
+/// are kept.
 #[derive(Clone, Copy, Debug)]
 pub struct Vibration<const N: usize> {
     stimulus: Stimulus,
@@ -29,7 +31,11 @@ impl<const N: usize> Vibration<N> {
     /// For samples at a rate, hertz; without a texture it is silent.
     pub fn new(actuator: Actuator, law: AmplitudeLaw, rate_hz: f32) -> Result<Self, Error> {
         // What holds a sample holds it half of a sample longer than it is old.
-        let encoder = Encoder { count_mm: COUNT_MM, rate_hz, latency_s: 0.5 / rate_hz.max(1.0) };
+        let encoder = Encoder {
+            count_mm: COUNT_MM,
+            rate_hz,
+            latency_s: 0.5 / rate_hz.max(1.0),
+        };
         Ok(Self {
             stimulus: Stimulus::new(actuator, encoder, law)?,
             bias_v: actuator.bias_v(),
@@ -46,15 +52,16 @@ impl<const N: usize> Vibration<N> {
         self.stimulus.set_texture(texture)
     }
 
-    /// Adds a delay, and waits for each place, 0 to 0.2 s: longer than the time from one place to the next, so that the hand is known on both
-    /// sides of every sample.
+    /// Adds a delay, and waits for each place, 0 to 0.2 s: longer than the time from one place to
+    /// the next, so that the hand is known on both sides of every sample.
     pub fn set_delay(&mut self, delay: Delay, wait_s: f32) -> Result<(), Error> {
         within("wait_s", wait_s, 0.0, 0.2)?;
         (self.delay, self.wait_s) = (delay, wait_s.into());
         Ok(())
     }
 
-    /// The hand is down on a place, in millimetres, at a time in seconds: also if it was somewhere else before.
+    /// The hand is down on a place, in millimetres, at a time in seconds: also if it was somewhere
+    /// else before.
     pub fn down(&mut self, t_s: f64, place_mm: f64) {
         if !self.is_down {
             self.path.clear();
@@ -75,18 +82,23 @@ impl<const N: usize> Vibration<N> {
         self.stimulus.lift();
     }
 
-    /// The next sample, at a time that is a sample later: volts over half of the actuator's, from -1 to 1.
+    /// The next sample, at a time that is a sample later: volts over half of the actuator's, from
+    /// -1 to 1.
     pub fn next(&mut self, t_s: f64) -> f32 {
         let at_s = t_s - self.wait_s;
         let is_late = self.is_down && self.path.last().is_some_and(|(last_s, _)| at_s > last_s);
         self.late = self.late.wrapping_add(is_late.into());
-        let place_mm = self.path.place_mm(at_s - self.delay.at_s(t_s)).unwrap_or(0.0);
+        let place_mm = self
+            .path
+            .place_mm(at_s - self.delay.at_s(t_s))
+            .unwrap_or(0.0);
         // Beyond 32 bits they wrap, as an encoder does.
         let counts = libm::floor(place_mm / f64::from(COUNT_MM)) as i64 as i32;
         ((self.stimulus.next(counts) - self.bias_v) / self.bias_v).clamp(-1.0, 1.0)
     }
 
-    /// Samples for which the hand's next place was not known yet: it rested, or its report was late. It wraps.
+    /// Samples for which the hand's next place was not known yet: it rested, or its report was
+    /// late. It wraps.
     pub fn late(&self) -> u32 {
         self.late
     }

@@ -14,12 +14,24 @@ enum Step {
 
 fn texture() -> impl Strategy<Value = Texture> {
     let value = || prop_oneof![4 => 0.0f32..5.0, 1 => any::<f32>(), 1 => Just(f32::NAN)];
-    (value(), value(), value(), prop::array::uniform3((value(), value()))).prop_map(
-        |(period_mm, sigma, power, overtones)| {
-            let overtones = overtones.map(|(amplitude, phase_cycles)| Harmonic { amplitude, phase_cycles });
-            Texture { period_sigma_mm: sigma, power: 2000.0 * power, overtones, ..Texture::new(period_mm) }
-        },
+    (
+        value(),
+        value(),
+        value(),
+        prop::array::uniform3((value(), value())),
     )
+        .prop_map(|(period_mm, sigma, power, overtones)| {
+            let overtones = overtones.map(|(amplitude, phase_cycles)| Harmonic {
+                amplitude,
+                phase_cycles,
+            });
+            Texture {
+                period_sigma_mm: sigma,
+                power: 2000.0 * power,
+                overtones,
+                ..Texture::new(period_mm)
+            }
+        })
 }
 
 fn step() -> impl Strategy<Value = Step> {
@@ -70,13 +82,18 @@ proptest! {
 
 #[test]
 fn a_hand_that_leaves_stops_the_vibration_softly() {
-    let mut stimulus = Stimulus::new(Actuator::PIEZO, Encoder::OKAMOTO, AmplitudeLaw::OKAMOTO).expect("a stimulus");
+    let mut stimulus = Stimulus::new(Actuator::PIEZO, Encoder::OKAMOTO, AmplitudeLaw::OKAMOTO)
+        .expect("a stimulus");
     stimulus.set_texture(&Texture::new(2.0)).expect("a texture");
     stimulus.down();
     for n in 0..1000 {
         stimulus.next(4 * n);
     }
-    assert!((stimulus.amplitude_v() - 55.0).abs() < 0.3, "{}", stimulus.amplitude_v());
+    assert!(
+        (stimulus.amplitude_v() - 55.0).abs() < 0.3,
+        "{}",
+        stimulus.amplitude_v()
+    );
     stimulus.lift();
     // 20 ms are 100 samples for the greatest amplitude.
     let after: Vec<f32> = (1000..1100).map(|n| stimulus.next(4 * n)).collect();
@@ -87,8 +104,14 @@ fn a_hand_that_leaves_stops_the_vibration_softly() {
 #[test]
 fn fast_hands_and_resonances_are_held_back() {
     let amplitude = |actuator: Actuator, counts_a_sample: i32| {
-        let mut stimulus = Stimulus::new(actuator, Encoder::OKAMOTO, AmplitudeLaw::OKAMOTO).expect("a stimulus");
-        stimulus.set_texture(&Texture { power: 6000.0, ..Texture::new(1.0) }).expect("a texture");
+        let mut stimulus =
+            Stimulus::new(actuator, Encoder::OKAMOTO, AmplitudeLaw::OKAMOTO).expect("a stimulus");
+        stimulus
+            .set_texture(&Texture {
+                power: 6000.0,
+                ..Texture::new(1.0)
+            })
+            .expect("a texture");
         stimulus.down();
         for n in 0..2000 {
             stimulus.next(counts_a_sample * n);
@@ -98,14 +121,24 @@ fn fast_hands_and_resonances_are_held_back() {
     // 100, 400 and 700 Hz: the reach is 310 Hz, and nothing from 620 Hz on.
     assert_eq!(amplitude(Actuator::PIEZO, 4), 75.0);
     let faded = amplitude(Actuator::PIEZO, 16);
-    assert!((faded - 75.0 * (2.0 - 400.0 / 310.0)).abs() < 0.5, "{faded}");
+    assert!(
+        (faded - 75.0 * (2.0 - 400.0 / 310.0)).abs() < 0.5,
+        "{faded}"
+    );
     assert_eq!(amplitude(Actuator::PIEZO, 28), 0.0);
     // At its resonance it moves five times as much.
-    let held = amplitude(Actuator { resonance: (100.0, 5.0), ..Actuator::PIEZO }, 4);
+    let held = amplitude(
+        Actuator {
+            resonance: (100.0, 5.0),
+            ..Actuator::PIEZO
+        },
+        4,
+    );
     assert!((held - 15.0).abs() < 0.2, "{held}");
 }
 
-/// A texture with overtones after one without: the peak of its waves is never beyond the actuator's.
+/// A texture with overtones after one without: the peak of its waves is never beyond the
+/// actuator's.
 #[test]
 fn overtones_find_room_below_the_voltage() {
     let mut stimulus = Stimulus::default();
@@ -115,8 +148,16 @@ fn overtones_find_room_below_the_voltage() {
         stimulus.next(4 * n);
     }
     let alone_v = stimulus.amplitude_v();
-    let overtones = [Harmonic { amplitude: 1.0, phase_cycles: 0.25 }; 3];
-    stimulus.set_texture(&Texture { overtones, ..Texture::new(1.4) }).expect("a texture");
+    let overtones = [Harmonic {
+        amplitude: 1.0,
+        phase_cycles: 0.25,
+    }; 3];
+    stimulus
+        .set_texture(&Texture {
+            overtones,
+            ..Texture::new(1.4)
+        })
+        .expect("a texture");
     let bias_v = stimulus.actuator().bias_v();
     assert!(
         alone_v > 0.4 * bias_v && stimulus.amplitude_v() <= 0.2501 * bias_v,
@@ -130,23 +171,113 @@ fn what_is_impossible_is_refused_and_the_last_texture_stays() {
     let new = |actuator, encoder, law| Stimulus::new(actuator, encoder, law).err();
     let (a, e, l) = (Actuator::PIEZO, Encoder::OKAMOTO, AmplitudeLaw::OKAMOTO);
     for (error, setting) in [
-        (new(Actuator { voltage_v: f32::NAN, ..a }, e, l), "voltage_v"),
-        (new(Actuator { cutoff_hz: 0.0, ..a }, e, l), "cutoff_hz"),
-        (new(Actuator { resonance: (100.0, 0.5), ..a }, e, l), "resonance.1"),
-        (new(Actuator { slew_v_s: -1.0, ..a }, e, l), "slew_v_s"),
+        (
+            new(
+                Actuator {
+                    voltage_v: f32::NAN,
+                    ..a
+                },
+                e,
+                l,
+            ),
+            "voltage_v",
+        ),
+        (
+            new(
+                Actuator {
+                    cutoff_hz: 0.0,
+                    ..a
+                },
+                e,
+                l,
+            ),
+            "cutoff_hz",
+        ),
+        (
+            new(
+                Actuator {
+                    resonance: (100.0, 0.5),
+                    ..a
+                },
+                e,
+                l,
+            ),
+            "resonance.1",
+        ),
+        (
+            new(
+                Actuator {
+                    slew_v_s: -1.0,
+                    ..a
+                },
+                e,
+                l,
+            ),
+            "slew_v_s",
+        ),
         (new(Actuator { fade_s: 0.0, ..a }, e, l), "fade_s"),
         (new(a, Encoder { count_mm: 0.0, ..e }, l), "count_mm"),
-        (new(a, Encoder { rate_hz: f32::INFINITY, ..e }, l), "rate_hz"),
-        (new(a, Encoder { latency_s: 1.0, ..e }, l), "latency_s"),
-        (new(a, e, AmplitudeLaw { power_max: 0.0, ..l }), "power_max"),
-        (new(a, e, AmplitudeLaw { period_mm: (2.0, 1.0), ..l }), "period_mm.1"),
+        (
+            new(
+                a,
+                Encoder {
+                    rate_hz: f32::INFINITY,
+                    ..e
+                },
+                l,
+            ),
+            "rate_hz",
+        ),
+        (
+            new(
+                a,
+                Encoder {
+                    latency_s: 1.0,
+                    ..e
+                },
+                l,
+            ),
+            "latency_s",
+        ),
+        (
+            new(
+                a,
+                e,
+                AmplitudeLaw {
+                    power_max: 0.0,
+                    ..l
+                },
+            ),
+            "power_max",
+        ),
+        (
+            new(
+                a,
+                e,
+                AmplitudeLaw {
+                    period_mm: (2.0, 1.0),
+                    ..l
+                },
+            ),
+            "period_mm.1",
+        ),
     ] {
-        assert!(matches!(error, Some(Error::Setting { name, .. }) if name == setting), "{setting}: {error:?}");
+        assert!(
+            matches!(error, Some(Error::Setting { name, .. }) if name == setting),
+            "{setting}: {error:?}"
+        );
     }
     let mut stimulus = Stimulus::new(a, e, l).expect("a stimulus");
     stimulus.set_texture(&Texture::new(1.4)).expect("a texture");
     let mut other = stimulus;
-    for texture in [Texture::new(0.0), Texture::new(f32::NAN), Texture { power: f32::INFINITY, ..Texture::new(1.0) }] {
+    for texture in [
+        Texture::new(0.0),
+        Texture::new(f32::NAN),
+        Texture {
+            power: f32::INFINITY,
+            ..Texture::new(1.0)
+        },
+    ] {
         assert!(stimulus.set_texture(&texture).is_err());
     }
     stimulus.down();

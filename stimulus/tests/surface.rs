@@ -13,26 +13,40 @@ fn counts(x_mm: f64) -> i32 {
 /// Equations 2 and 3 in f64.
 fn amplitude_v(period_mm: f64) -> f64 {
     let x = period_mm;
-    75.0 / 6000.0 * (30770.0 * x.powi(4) - 162_663.0 * x.powi(3) + 309_743.0 * x * x - 248_938.0 * x + 72298.0)
+    75.0 / 6000.0
+        * (30770.0 * x.powi(4) - 162_663.0 * x.powi(3) + 309_743.0 * x * x - 248_938.0 * x
+            + 72298.0)
 }
 
 type Hand = (&'static str, fn(f64) -> f64);
 
-/// Place of the hand, millimetres: the paper's mean hand, one that is as fast as its experiments, and one that goes to and fro slowly.
+/// Place of the hand, millimetres: the paper's mean hand, one that is as fast as its experiments,
+/// and one that goes to and fro slowly.
 fn hands() -> [Hand; 4] {
     [
-        ("197 mm/s at 1.07 Hz", |t| 197.0 / (TAU * 1.07) * (1.0 - (TAU * 1.07 * t).cos())),
+        ("197 mm/s at 1.07 Hz", |t| {
+            197.0 / (TAU * 1.07) * (1.0 - (TAU * 1.07 * t).cos())
+        }),
         ("230 mm/s", |t| 230.0 * t),
         ("-230 mm/s", |t| -230.0 * t),
-        ("20 mm/s at 0.5 Hz", |t| 20.0 / (TAU * 0.5) * (TAU * 0.5 * t).sin()),
+        ("20 mm/s at 0.5 Hz", |t| {
+            20.0 / (TAU * 0.5) * (TAU * 0.5 * t).sin()
+        }),
     ]
 }
 
-/// Amplitude over the true one, phase against the true one in cycles, and the greatest error over the amplitude.
+/// Amplitude over the true one, phase against the true one in cycles, and the greatest error over
+/// the amplitude.
 fn against_the_surface(period_mm: f64, latency_s: f64, place: fn(f64) -> f64) -> (f64, f64, f64) {
-    let encoder = Encoder { latency_s: latency_s as f32, ..Encoder::OKAMOTO };
-    let mut stimulus = Stimulus::new(Actuator::PIEZO, encoder, AmplitudeLaw::OKAMOTO).expect("a stimulus");
-    stimulus.set_texture(&Texture::new(period_mm as f32)).expect("a texture");
+    let encoder = Encoder {
+        latency_s: latency_s as f32,
+        ..Encoder::OKAMOTO
+    };
+    let mut stimulus =
+        Stimulus::new(Actuator::PIEZO, encoder, AmplitudeLaw::OKAMOTO).expect("a stimulus");
+    stimulus
+        .set_texture(&Texture::new(period_mm as f32))
+        .expect("a texture");
     stimulus.down();
     // Equations of a sine and a cosine of the true surface.
     let (mut ss, mut sc, mut cc, mut ys, mut yc, mut worst) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0f64);
@@ -60,7 +74,8 @@ fn the_output_is_the_surface() {
         for period_mm in [0.8, 1.0, 1.4, 2.0] {
             for latency_s in [1e-4, 6e-4, 2e-3] {
                 let (amplitude, phase, worst) = against_the_surface(period_mm, latency_s, place);
-                let case = format!("{name}, {period_mm} mm, {latency_s} s: {amplitude} {phase} {worst}");
+                let case =
+                    format!("{name}, {period_mm} mm, {latency_s} s: {amplitude} {phase} {worst}");
                 println!("{case}");
                 assert!((amplitude - 1.0).abs() < 0.01, "{case}");
                 assert!(phase.abs() < 0.02, "{case}");
@@ -74,8 +89,12 @@ fn the_output_is_the_surface() {
 /// Without prediction the same hand would be far off: what is predicted counts.
 #[test]
 fn latency_without_prediction_is_felt() {
-    let encoder = Encoder { latency_s: 0.0, ..Encoder::OKAMOTO };
-    let mut stimulus = Stimulus::new(Actuator::PIEZO, encoder, AmplitudeLaw::OKAMOTO).expect("a stimulus");
+    let encoder = Encoder {
+        latency_s: 0.0,
+        ..Encoder::OKAMOTO
+    };
+    let mut stimulus =
+        Stimulus::new(Actuator::PIEZO, encoder, AmplitudeLaw::OKAMOTO).expect("a stimulus");
     stimulus.set_texture(&Texture::new(1.0)).expect("a texture");
     stimulus.down();
     let mut worst = 0.0f64;
@@ -83,7 +102,9 @@ fn latency_without_prediction_is_felt() {
         let t = f64::from(n) / RATE_HZ;
         let y = f64::from(stimulus.next(counts(230.0 * t))) - 75.0;
         if t > 0.1 {
-            worst = worst.max((y - amplitude_v(1.0) * (TAU * 230.0 * (t + 6e-4)).sin()).abs() / amplitude_v(1.0));
+            worst = worst.max(
+                (y - amplitude_v(1.0) * (TAU * 230.0 * (t + 6e-4)).sin()).abs() / amplitude_v(1.0),
+            );
         }
     }
     assert!(worst > 0.5, "{worst}");
@@ -94,7 +115,10 @@ fn the_law_is_equations_2_and_3() {
     for period_mm in [0.8f32, 1.0, 1.2, 1.4, 1.6, 1.8, 2.0] {
         let share = f64::from(AmplitudeLaw::OKAMOTO.share(period_mm, 0.0));
         // Sums of large numbers in f32: a thousandth of a volt.
-        assert!((75.0 * share - amplitude_v(f64::from(period_mm))).abs() < 2e-3, "{period_mm}");
+        assert!(
+            (75.0 * share - amplitude_v(f64::from(period_mm))).abs() < 2e-3,
+            "{period_mm}"
+        );
     }
     // The local peak of section IV-B, at 1.2 to 1.6 mm.
     let at = |period_mm| AmplitudeLaw::OKAMOTO.power(period_mm);
@@ -104,11 +128,12 @@ fn the_law_is_equations_2_and_3() {
     assert_eq!(AmplitudeLaw::OKAMOTO.share(1.4, 1e9), 1.0);
 }
 
-/// Through turns, through a wrap of the encoder, and through a change of texture the output has no step: none beyond what the steepest
-/// sine of this hand has.
+/// Through turns, through a wrap of the encoder, and through a change of texture the output has no
+/// step: none beyond what the steepest sine of this hand has.
 #[test]
 fn the_phase_is_continuous() {
-    let mut stimulus = Stimulus::new(Actuator::PIEZO, Encoder::OKAMOTO, AmplitudeLaw::OKAMOTO).expect("a stimulus");
+    let mut stimulus = Stimulus::new(Actuator::PIEZO, Encoder::OKAMOTO, AmplitudeLaw::OKAMOTO)
+        .expect("a stimulus");
     stimulus.down();
     let mut last = 75.0f32;
     for n in 0..20_000 {
@@ -117,7 +142,12 @@ fn the_phase_is_continuous() {
         let x = 100.0 / (TAU * 2.0) * (TAU * 2.0 * t).sin();
         if n % 1500 == 0 {
             let period_mm = [1.0, 1.4, 2.0][(n as usize / 1500) % 3];
-            stimulus.set_texture(&Texture { power: 3000.0, ..Texture::new(period_mm) }).expect("a texture");
+            stimulus
+                .set_texture(&Texture {
+                    power: 3000.0,
+                    ..Texture::new(period_mm)
+                })
+                .expect("a texture");
         }
         let y = stimulus.next(counts(x).wrapping_add(i32::MAX - 100));
         // 37.5 V at 100 Hz, and the fade of 75 V in 20 ms.
@@ -127,17 +157,27 @@ fn the_phase_is_continuous() {
     }
 }
 
-/// The same under a long latency, over which the output is many counts ahead of the hand: a change of texture begins where the output is.
+/// The same under a long latency, over which the output is many counts ahead of the hand: a change
+/// of texture begins where the output is.
 #[test]
 fn a_change_of_texture_under_latency_is_no_step() {
-    let encoder = Encoder { latency_s: 2e-3, ..Encoder::OKAMOTO };
-    let mut stimulus = Stimulus::new(Actuator::PIEZO, encoder, AmplitudeLaw::OKAMOTO).expect("a stimulus");
+    let encoder = Encoder {
+        latency_s: 2e-3,
+        ..Encoder::OKAMOTO
+    };
+    let mut stimulus =
+        Stimulus::new(Actuator::PIEZO, encoder, AmplitudeLaw::OKAMOTO).expect("a stimulus");
     stimulus.down();
     let mut last = 75.0f32;
     for n in 0..5000 {
         if n % 300 == 0 {
             let period_mm = [1.0, 2.0, 0.8][(n as usize / 300) % 3];
-            stimulus.set_texture(&Texture { power: 3000.0, ..Texture::new(period_mm) }).expect("a texture");
+            stimulus
+                .set_texture(&Texture {
+                    power: 3000.0,
+                    ..Texture::new(period_mm)
+                })
+                .expect("a texture");
         }
         let y = stimulus.next(counts(100.0 * f64::from(n) / RATE_HZ));
         // 37.5 V at 125 Hz, and the fade of 75 V in 20 ms.
@@ -149,13 +189,22 @@ fn a_change_of_texture_under_latency_is_no_step() {
 
 #[test]
 fn overtones_are_where_they_belong() {
-    let mut texture = Texture { power: 6000.0, ..Texture::new(2.0) };
-    texture.overtones[1] = Harmonic { amplitude: 0.5, phase_cycles: 0.25 };
-    let mut stimulus = Stimulus::new(Actuator::PIEZO, Encoder::OKAMOTO, AmplitudeLaw::OKAMOTO).expect("a stimulus");
+    let mut texture = Texture {
+        power: 6000.0,
+        ..Texture::new(2.0)
+    };
+    texture.overtones[1] = Harmonic {
+        amplitude: 0.5,
+        phase_cycles: 0.25,
+    };
+    let mut stimulus = Stimulus::new(Actuator::PIEZO, Encoder::OKAMOTO, AmplitudeLaw::OKAMOTO)
+        .expect("a stimulus");
     stimulus.set_texture(&texture).expect("a texture");
     stimulus.down();
     // 50 mm/s: 25 and 75 Hz, over whole seconds.
-    let y: Vec<f64> = (0..10_000).map(|n| f64::from(stimulus.next(counts(0.01 * f64::from(n)))) - 75.0).collect();
+    let y: Vec<f64> = (0..10_000)
+        .map(|n| f64::from(stimulus.next(counts(0.01 * f64::from(n)))) - 75.0)
+        .collect();
     let part = |harmonic: f64| {
         let (mut s, mut c) = (0.0, 0.0);
         for (n, y) in y.iter().enumerate().skip(5000) {
@@ -165,7 +214,13 @@ fn overtones_are_where_they_belong() {
         (s, c)
     };
     let (fundamental, second, third) = (part(1.0), part(2.0), part(3.0));
-    assert!((fundamental.0 - 50.0).abs() < 0.5 && fundamental.1.abs() < 2.0, "{fundamental:?}");
+    assert!(
+        (fundamental.0 - 50.0).abs() < 0.5 && fundamental.1.abs() < 2.0,
+        "{fundamental:?}"
+    );
     assert!(second.0.hypot(second.1) < 0.5, "{second:?}");
-    assert!((third.1 - 25.0).abs() < 0.5 && third.0.abs() < 2.0, "{third:?}");
+    assert!(
+        (third.1 - 25.0).abs() < 0.5 && third.0.abs() < 2.0,
+        "{third:?}"
+    );
 }

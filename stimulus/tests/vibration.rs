@@ -1,4 +1,5 @@
-//! A hand whose places arrive one by one, as sound: against the surface in f64, and within its limits.
+//! A hand whose places arrive one by one, as sound: against the surface in f64, and within its
+//! limits.
 
 use ridgetone_stimulus::{Actuator, AmplitudeLaw, Delay, Texture, Vibration};
 use std::f64::consts::TAU;
@@ -10,12 +11,21 @@ fn place_mm(t_s: f64) -> f64 {
     120.0 / (TAU * 1.07) * (1.0 - (TAU * 1.07 * t_s).cos())
 }
 
-/// Greatest error of the samples of 2 s against the surface under a hand `delay_s` ago, over the amplitude. A place comes each 8 ms.
+/// Greatest error of the samples of 2 s against the surface under a hand `delay_s` ago, over the
+/// amplitude. A place comes each 8 ms.
 fn worst(period_mm: f32, wait_s: f64, delay_s: f64) -> f64 {
     let mut vibration =
-        Vibration::<256>::new(Actuator::PIEZO, AmplitudeLaw::OKAMOTO, RATE_HZ as f32).expect("a vibration");
-    vibration.set_texture(&Texture::new(period_mm)).expect("a texture");
-    vibration.set_delay(Delay::new(delay_s as f32, 0.0, 1).expect("a delay"), wait_s as f32).expect("a delay");
+        Vibration::<256>::new(Actuator::PIEZO, AmplitudeLaw::OKAMOTO, RATE_HZ as f32)
+            .expect("a vibration");
+    vibration
+        .set_texture(&Texture::new(period_mm))
+        .expect("a texture");
+    vibration
+        .set_delay(
+            Delay::new(delay_s as f32, 0.0, 1).expect("a delay"),
+            wait_s as f32,
+        )
+        .expect("a delay");
     let amplitude = f64::from(AmplitudeLaw::OKAMOTO.share(period_mm, 0.0));
     let (mut reported, mut worst) = (0, 0.0f64);
     for n in 0..96_000 {
@@ -38,8 +48,12 @@ fn worst(period_mm: f32, wait_s: f64, delay_s: f64) -> f64 {
 fn the_sound_is_the_surface_under_the_hand_the_stated_time_ago() {
     for (period_mm, wait_s, delay_s) in [(1.0, 0.01, 0.0), (1.4, 0.02, 0.0), (2.0, 0.01, 0.12)] {
         let worst = worst(period_mm, wait_s, delay_s);
-        // Straight lines between places 8 ms apart are off by v' t^2 / 8, 6.5 um; the tracker lags as much: 0.02 cycles.
-        assert!(worst < 0.02 * TAU, "{period_mm} mm, {wait_s} s, {delay_s} s: {worst}");
+        // Straight lines between places 8 ms apart are off by v' t^2 / 8, 6.5 um; the tracker lags
+        // as much: 0.02 cycles.
+        assert!(
+            worst < 0.02 * TAU,
+            "{period_mm} mm, {wait_s} s, {delay_s} s: {worst}"
+        );
     }
 }
 
@@ -50,15 +64,24 @@ fn without_a_wait_places_are_missing() {
 
 #[test]
 fn no_step_is_beyond_the_slew_whatever_hand_and_delay_do() {
-    let actuator = Actuator { slew_v_s: 50_000.0, ..Actuator::PIEZO };
-    let mut vibration = Vibration::<64>::new(actuator, AmplitudeLaw::OKAMOTO, RATE_HZ as f32).expect("a vibration");
-    vibration.set_delay(Delay::new(0.12, 0.04, 3).expect("a delay"), 0.01).expect("a delay");
+    let actuator = Actuator {
+        slew_v_s: 50_000.0,
+        ..Actuator::PIEZO
+    };
+    let mut vibration =
+        Vibration::<64>::new(actuator, AmplitudeLaw::OKAMOTO, RATE_HZ as f32).expect("a vibration");
+    vibration
+        .set_delay(Delay::new(0.12, 0.04, 3).expect("a delay"), 0.01)
+        .expect("a delay");
     let (mut last, mut loudest) = (0.0f32, 0.0f32);
     for n in 0..96_000u32 {
         let t_s = f64::from(n) / RATE_HZ;
         if n % 4000 == 0 {
             let period_mm = [0.8, 1.4, f32::NAN, 3.0, -1.0][n as usize / 4000 % 5];
-            assert_eq!(vibration.set_texture(&Texture::new(period_mm)).is_ok(), period_mm > 0.0);
+            assert_eq!(
+                vibration.set_texture(&Texture::new(period_mm)).is_ok(),
+                period_mm > 0.0
+            );
         }
         match n % 391 {
             0 => vibration.down(t_s, place_mm(t_s) + f64::from(n % 7)),
@@ -69,11 +92,16 @@ fn no_step_is_beyond_the_slew_whatever_hand_and_delay_do() {
             _ => {}
         }
         let y = vibration.next(t_s);
-        assert!(y.abs() <= 1.0 && (y - last).abs() <= 50_000.0 / 75.0 / 48_000.0 + 1e-5, "{n}: {last} {y}");
+        assert!(
+            y.abs() <= 1.0 && (y - last).abs() <= 50_000.0 / 75.0 / 48_000.0 + 1e-5,
+            "{n}: {last} {y}"
+        );
         (last, loudest) = (y, loudest.max(y.abs()));
     }
     assert!(loudest > 0.3, "{loudest}");
     vibration.lift();
-    let end = (0..48_000).map(|n| vibration.next(2.0 + f64::from(n) / RATE_HZ)).last();
+    let end = (0..48_000)
+        .map(|n| vibration.next(2.0 + f64::from(n) / RATE_HZ))
+        .last();
     assert_eq!((end, vibration.amplitude()), (Some(0.0), 0.0));
 }

@@ -8,8 +8,8 @@ pub struct Counter {
 }
 
 impl Counter {
-    /// Takes a reading, less than 32,768 counts after the one before: at 10,000 readings a second that is a hand of 1.6 km/s with
-    /// counts of 5 um. Gives all counts, wrapping.
+    /// Takes a reading, less than 32,768 counts after the one before: at 10,000 readings a second
+    /// that is a hand of 1.6 km/s with counts of 5 um. Gives all counts, wrapping.
     pub fn read(&mut self, counter: u16) -> i32 {
         let moved = counter.wrapping_sub(self.last) as i16;
         self.last = counter;
@@ -26,7 +26,9 @@ mod tests {
     fn it_goes_on_over_both_ends() {
         let mut counter = Counter::default();
         let mut place = 0i32;
-        for step in [30_000, 30_000, 30_000, -32_000, -32_000, -32_000, -32_000, 1, -1] {
+        for step in [
+            30_000, 30_000, 30_000, -32_000, -32_000, -32_000, -32_000, 1, -1,
+        ] {
             place += step;
             assert_eq!(counter.read(place as u16), place);
         }

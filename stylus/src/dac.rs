@@ -1,4 +1,5 @@
-//! From volts to codes of the 12-bit converter. A code is never farther from the last one than the slew allows.
+//! From volts to codes of the 12-bit converter. A code is never farther from the last one than the
+//! slew allows.
 
 use crate::SAMPLE_HZ;
 use ridgetone_stimulus::Actuator;
@@ -6,8 +7,8 @@ use ridgetone_stimulus::Actuator;
 /// Greatest code (RM0090, 14.3.5: 12 bits).
 pub const CODE_MAX: u16 = 4095;
 
-/// Makes the converter's code for each sample. The code starts at 0, as the converter's does, stays there until [`Self::rise`],
-/// and then rises no faster than a vibration fades in.
+/// Makes the converter's code for each sample. The code starts at 0, as the converter's does, stays
+/// there until [`Self::rise`], and then rises no faster than a vibration fades in.
 #[derive(Clone, Copy, Debug)]
 pub struct Dac {
     code: u16,
@@ -30,12 +31,24 @@ impl Dac {
         let step = |v_s: f32| ((v_s / SAMPLE_HZ as f32 * codes_a_volt) as u16).clamp(1, CODE_MAX);
         // It reaches the middle of the actuator's range in the time in which a vibration fades in.
         let soft = step(actuator.slew_v_s.min(actuator.bias_v() / actuator.fade_s));
-        Self { code: 0, codes_a_volt, slew: step(actuator.slew_v_s), soft, is_down: true, has_risen: false }
+        Self {
+            code: 0,
+            codes_a_volt,
+            slew: step(actuator.slew_v_s),
+            soft,
+            is_down: true,
+            has_risen: false,
+        }
     }
 
     /// The same code and state with the limits of `actuator`.
     pub fn with(self, actuator: &Actuator) -> Self {
-        Self { code: self.code, is_down: self.is_down, has_risen: self.has_risen, ..Self::new(actuator) }
+        Self {
+            code: self.code,
+            is_down: self.is_down,
+            has_risen: self.has_risen,
+            ..Self::new(actuator)
+        }
     }
 
     /// From now on the code follows the wanted voltage.
@@ -56,10 +69,16 @@ impl Dac {
     /// The code of the next sample. `volts`: the wanted voltage, from 0 to the actuator's greatest.
     pub fn next(&mut self, volts: f32) -> u16 {
         // A NaN would become 0; the stimulus has none.
-        let wanted = if self.is_down { 0 } else { (volts * self.codes_a_volt + 0.5) as u16 };
+        let wanted = if self.is_down {
+            0
+        } else {
+            (volts * self.codes_a_volt + 0.5) as u16
+        };
         let wanted = wanted.min(CODE_MAX);
         let most = if self.has_risen { self.slew } else { self.soft };
-        self.code = wanted.max(self.code.saturating_sub(most)).min(self.code.saturating_add(most));
+        self.code = wanted
+            .max(self.code.saturating_sub(most))
+            .min(self.code.saturating_add(most));
         self.has_risen |= self.code == wanted && !self.is_down;
         self.code
     }
@@ -76,28 +95,47 @@ mod tests {
         dac.rise();
         let codes: [u16; 250] = core::array::from_fn(|_| dac.next(75.0));
         // 20 ms are 200 samples for 2048 codes.
-        assert!(codes.windows(2).all(|pair| pair[1] - pair[0] <= 10), "{codes:?}");
+        assert!(
+            codes.windows(2).all(|pair| pair[1] - pair[0] <= 10),
+            "{codes:?}"
+        );
         assert_eq!((codes[0], codes[204], codes[249]), (10, 2048, 2048));
         dac.fall();
         let codes: [u16; 250] = core::array::from_fn(|_| dac.next(140.0));
-        assert!(codes.windows(2).all(|pair| pair[0] - pair[1] <= 10), "{codes:?}");
+        assert!(
+            codes.windows(2).all(|pair| pair[0] - pair[1] <= 10),
+            "{codes:?}"
+        );
         assert!(dac.is_down());
     }
 
     #[test]
     fn no_step_is_more_than_the_slew() {
         // 1000 V/s are 0.1 V a sample, 2.73 codes.
-        let mut dac = Dac::new(&Actuator { slew_v_s: 1000.0, ..Actuator::PIEZO });
+        let mut dac = Dac::new(&Actuator {
+            slew_v_s: 1000.0,
+            ..Actuator::PIEZO
+        });
         dac.rise();
         let mut last = 0;
         for n in 0..20_000 {
             let code = dac.next([0.0, 150.0, 75.0, f32::NAN, 1e9, -1e9][n / 3000 % 6]);
-            assert!(code.abs_diff(last) <= 2 && code <= CODE_MAX, "{n}: {last} {code}");
+            assert!(
+                code.abs_diff(last) <= 2 && code <= CODE_MAX,
+                "{n}: {last} {code}"
+            );
             last = code;
         }
-        let mut slow = Dac::new(&Actuator { slew_v_s: 1.0, ..Actuator::PIEZO });
+        let mut slow = Dac::new(&Actuator {
+            slew_v_s: 1.0,
+            ..Actuator::PIEZO
+        });
         slow.rise();
-        assert_eq!([slow.next(75.0), slow.next(75.0)], [1, 2], "a code at least");
+        assert_eq!(
+            [slow.next(75.0), slow.next(75.0)],
+            [1, 2],
+            "a code at least"
+        );
     }
 
     #[test]

@@ -1,8 +1,10 @@
-//! When the stylus may vibrate: a texture is there, it is enabled, the line is alive, and the hand moves.
+//! When the stylus may vibrate: a texture is there, it is enabled, the line is alive, and the hand
+//! moves.
 
 use serde::{Deserialize, Serialize};
 
-/// Counts by which the hand must move to count as moving: an encoder at rest on an edge goes to and fro by one.
+/// Counts by which the hand must move to count as moving: an encoder at rest on an edge goes to and
+/// fro by one.
 const MOVED_COUNTS: u32 = 2;
 
 /// What it does, and why.
@@ -39,7 +41,8 @@ pub struct Gate {
 }
 
 impl Gate {
-    /// Disabled, and without a texture. Samples until it stops: without a movement, and without a request.
+    /// Disabled, and without a texture. Samples until it stops: without a movement, and without a
+    /// request.
     pub const fn new(still: u32, silence: u32) -> Self {
         Self {
             still,

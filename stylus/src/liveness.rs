@@ -1,4 +1,5 @@
-//! Signs of life of the tasks, for the watchdog: it is fed while samples are made and `requests` runs.
+//! Signs of life of the tasks, for the watchdog: it is fed while samples are made and `requests`
+//! runs.
 
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
@@ -12,13 +13,17 @@ pub struct Liveness {
 impl Liveness {
     /// Nothing yet.
     pub const fn new() -> Self {
-        Self { samples: AtomicU32::new(0), requests: AtomicU32::new(0) }
+        Self {
+            samples: AtomicU32::new(0),
+            requests: AtomicU32::new(0),
+        }
     }
 
     /// `requests` has run to its end; the sampler had made `samples` samples by then.
     pub fn ran(&self, samples: u32) {
         self.samples.store(samples, Relaxed);
-        self.requests.store(self.requests.load(Relaxed).wrapping_add(1), Relaxed);
+        self.requests
+            .store(self.requests.load(Relaxed).wrapping_add(1), Relaxed);
     }
 }
 
@@ -32,13 +37,19 @@ pub struct WatchdogPolicy {
 impl WatchdogPolicy {
     /// The watchdog was just fed; nothing done since.
     pub const fn new() -> Self {
-        Self { samples: 0, requests: 0 }
+        Self {
+            samples: 0,
+            requests: 0,
+        }
     }
 
     /// Whether to feed the watchdog now: both have gone on.
     #[must_use]
     pub fn feeds(&mut self, liveness: &Liveness) -> bool {
-        let (samples, requests) = (liveness.samples.load(Relaxed), liveness.requests.load(Relaxed));
+        let (samples, requests) = (
+            liveness.samples.load(Relaxed),
+            liveness.requests.load(Relaxed),
+        );
         let is_alive = samples != self.samples && requests != self.requests;
         if is_alive {
             (self.samples, self.requests) = (samples, requests);

@@ -1,7 +1,9 @@
-//! What travels between a stylus and a PC: requests with replies, and events, each in a numbered packet.
+//! What travels between a stylus and a PC: requests with replies, and events, each in a numbered
+//! packet.
 //!
-//! Framing, checksum and packets are the finger's ([`ridgetone_proto`]). Every message carries a [`Mark`], so that neither
-//! takes the other's: what a stylus sends is damaged for a finger's reader, and the other way round.
+//! Framing, checksum and packets are the finger's ([`ridgetone_proto`]). Every message carries a
+//! [`Mark`], so that neither takes the other's: what a stylus sends is damaged for a finger's
+//! reader, and the other way round.
 
 use crate::gate::State;
 use crate::parameters::Parameters;
@@ -31,7 +33,11 @@ impl<T: Serialize> Serialize for Mark<T> {
 impl<'de, T: Deserialize<'de>> Deserialize<'de> for Mark<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let (mark, content) = <(u8, T)>::deserialize(deserializer)?;
-        if mark == MARK { Ok(Self(content)) } else { Err(D::Error::custom("not a stylus's message")) }
+        if mark == MARK {
+            Ok(Self(content))
+        } else {
+            Err(D::Error::custom("not a stylus's message"))
+        }
     }
 }
 
@@ -45,7 +51,11 @@ impl Events for Mark<Event> {
     const PROTOCOL: u8 = PROTOCOL;
 
     fn greeting(&self) -> Option<u8> {
-        if let Event::Hello(hello) = &self.0 { Some(hello.protocol) } else { None }
+        if let Event::Hello(hello) = &self.0 {
+            Some(hello.protocol)
+        } else {
+            None
+        }
     }
 
     #[inline(never)]
@@ -62,13 +72,15 @@ pub enum Command {
     Greet,
     /// Use this texture, from the next sample on.
     Texture(Texture),
-    /// Use these parameters. Only at rest: see [`Outcome::NotAtRest`]. The texture is forgotten, and it must be enabled again.
+    /// Use these parameters. Only at rest: see [`Outcome::NotAtRest`]. The texture is forgotten,
+    /// and it must be enabled again.
     Configure(Parameters),
     /// Vibrate when the hand moves.
     Enable,
     /// Stop, softly.
     Disable,
-    /// Nothing but that the line is alive: any whole request says so. Without one for [`Parameters::silence_s`] the stylus stops.
+    /// Nothing but that the line is alive: any whole request says so. Without one for
+    /// [`Parameters::silence_s`] the stylus stops.
     Alive,
     /// Stop, go down to 0 V, softly, and reset the board.
     Restart,
@@ -77,7 +89,8 @@ pub enum Command {
 /// A command with its number, which the reply repeats.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Request {
-    /// Chosen by the PC. A repeated number is a repeated request: the stylus replies, but does not carry it out twice.
+    /// Chosen by the PC. A repeated number is a repeated request: the stylus replies, but does not
+    /// carry it out twice.
     pub number: u16,
     /// The command.
     pub command: Mark<Command>,
@@ -99,7 +112,8 @@ pub enum Outcome {
     Done,
     /// A value of a texture or a parameter is impossible, a NaN among them; nothing has changed.
     Refused(SettingsError),
-    /// Parameters change only while the output rests: send `Disable` first, and wait for [`Parameters`]' `fade_s`.
+    /// Parameters change only while the output rests: send `Disable` first, and wait for
+    /// [`Parameters`]' `fade_s`.
     NotAtRest,
     /// The board is about to reset.
     Restarting,
@@ -176,7 +190,8 @@ pub struct Health {
     pub samples: u32,
     /// Samples that were not there in time: the converter held the one before.
     pub deadlines_missed: u32,
-    /// Longest time from a sample's trigger to the reading of the encoder, microseconds, whole ones.
+    /// Longest time from a sample's trigger to the reading of the encoder, microseconds, whole
+    /// ones.
     pub latest_reading_us: u32,
     /// What it does, and why.
     pub state: State,

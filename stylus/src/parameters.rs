@@ -1,4 +1,5 @@
-//! What can be set. Nothing of it is kept: a stylus that has started is silent until a PC sends a texture and enables it.
+//! What can be set. Nothing of it is kept: a stylus that has started is silent until a PC sends a
+//! texture and enables it.
 
 use crate::SAMPLE_HZ;
 use heapless::String;
@@ -6,32 +7,37 @@ use ridgetone_proto::settings::SettingsError;
 use ridgetone_stimulus::{Actuator, AmplitudeLaw, Encoder, Error, Stimulus};
 use serde::{Deserialize, Serialize};
 
-/// From the reading of the encoder to the middle of what the converter holds, samples: one until the trigger that follows, and half
-/// of the one that it is held for.
+/// From the reading of the encoder to the middle of what the converter holds, samples: one until
+/// the trigger that follows, and half of the one that it is held for.
 const CONVERTER_SAMPLES: f32 = 1.5;
 
 /// Everything that a user can set.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Parameters {
-    /// Limits of the actuator. Its voltage is what the converter's greatest code gives behind the amplifier.
+    /// Limits of the actuator. Its voltage is what the converter's greatest code gives behind the
+    /// amplifier.
     pub actuator: Actuator,
     /// One count of the encoder, all four edges counted, millimetres, 0.0001 to 1.
     pub count_mm: f32,
-    /// Latency of what follows the converter, such as a filter, seconds, 0 to 0.0198. The converter's own 1.5 samples are added.
+    /// Latency of what follows the converter, such as a filter, seconds, 0 to 0.0198. The
+    /// converter's own 1.5 samples are added.
     pub latency_s: f32,
     /// How strongly a texture without a power is felt.
     pub law: AmplitudeLaw,
-    /// Without a movement of two counts for this time the vibration stops, until the hand moves; seconds, 0.01 to 60.
+    /// Without a movement of two counts for this time the vibration stops, until the hand moves;
+    /// seconds, 0.01 to 60.
     pub still_s: f32,
-    /// Without a whole request for this time the vibration stops, until it is enabled again; seconds, 0.01 to 60.
+    /// Without a whole request for this time the vibration stops, until it is enabled again;
+    /// seconds, 0.01 to 60.
     pub silence_s: f32,
     /// Events `Place` a second, 0 to 250; 0: none.
     pub places_hz: f32,
 }
 
 impl Parameters {
-    /// The paper's actuator, encoder and law (Okamoto et al., section III-A, equation 2). Half a second to stop: people keep a finger
-    /// still for longer when they do not explore, and a link that loses each third request at 10 Hz is silent for so long once an hour.
+    /// The paper's actuator, encoder and law (Okamoto et al., section III-A, equation 2). Half a
+    /// second to stop: people keep a finger still for longer when they do not explore, and a link
+    /// that loses each third request at 10 Hz is silent for so long once an hour.
     pub const DEFAULT: Self = Self {
         actuator: Actuator::PIEZO,
         count_mm: Encoder::OKAMOTO.count_mm,
@@ -51,23 +57,41 @@ impl Parameters {
         let own_s = CONVERTER_SAMPLES / rate_hz;
         // Named with the bounds of what was sent.
         within("latency_s", self.latency_s, (0.0, 0.0198))?;
-        let encoder = Encoder { count_mm: self.count_mm, rate_hz, latency_s: own_s + self.latency_s };
+        let encoder = Encoder {
+            count_mm: self.count_mm,
+            rate_hz,
+            latency_s: own_s + self.latency_s,
+        };
         Stimulus::new(self.actuator, encoder, self.law).map_err(named)
     }
 }
 
 fn within(name: &str, value: f32, (least, greatest): (f32, f32)) -> Result<(), SettingsError> {
-    if value >= least && value <= greatest { Ok(()) } else { Err(refusal(name, value, (least, greatest))) }
+    if value >= least && value <= greatest {
+        Ok(())
+    } else {
+        Err(refusal(name, value, (least, greatest)))
+    }
 }
 
 fn refusal(name: &str, value: f32, (least, greatest): (f32, f32)) -> SettingsError {
-    SettingsError { field: String::try_from(name).unwrap_or_default(), value, least, greatest }
+    SettingsError {
+        field: String::try_from(name).unwrap_or_default(),
+        value,
+        least,
+        greatest,
+    }
 }
 
 /// What the stimulus refuses, as it travels.
 pub(crate) fn named(error: Error) -> SettingsError {
     match error {
-        Error::Setting { name, value, least, greatest } => refusal(name, value, (least, greatest)),
+        Error::Setting {
+            name,
+            value,
+            least,
+            greatest,
+        } => refusal(name, value, (least, greatest)),
     }
 }
 
@@ -84,19 +108,80 @@ mod tests {
     fn the_defaults_are_possible_and_what_is_not_is_named() {
         assert!(Parameters::DEFAULT.stimulus().is_ok());
         let (defaults, nan) = (Parameters::DEFAULT, f32::NAN);
-        let actuator = |actuator| Parameters { actuator, ..defaults };
+        let actuator = |actuator| Parameters {
+            actuator,
+            ..defaults
+        };
         for (parameters, name) in [
-            (Parameters { still_s: nan, ..defaults }, "still_s"),
-            (Parameters { silence_s: 0.0, ..defaults }, "silence_s"),
-            (Parameters { places_hz: 251.0, ..defaults }, "places_hz"),
-            (Parameters { latency_s: 0.0199, ..defaults }, "latency_s"),
-            (Parameters { count_mm: -0.005, ..defaults }, "count_mm"),
-            (actuator(Actuator { voltage_v: nan, ..Actuator::PIEZO }), "voltage_v"),
-            (actuator(Actuator { slew_v_s: f32::INFINITY, ..Actuator::PIEZO }), "slew_v_s"),
-            (Parameters { law: AmplitudeLaw { power_max: nan, ..AmplitudeLaw::OKAMOTO }, ..defaults }, "power_max"),
+            (
+                Parameters {
+                    still_s: nan,
+                    ..defaults
+                },
+                "still_s",
+            ),
+            (
+                Parameters {
+                    silence_s: 0.0,
+                    ..defaults
+                },
+                "silence_s",
+            ),
+            (
+                Parameters {
+                    places_hz: 251.0,
+                    ..defaults
+                },
+                "places_hz",
+            ),
+            (
+                Parameters {
+                    latency_s: 0.0199,
+                    ..defaults
+                },
+                "latency_s",
+            ),
+            (
+                Parameters {
+                    count_mm: -0.005,
+                    ..defaults
+                },
+                "count_mm",
+            ),
+            (
+                actuator(Actuator {
+                    voltage_v: nan,
+                    ..Actuator::PIEZO
+                }),
+                "voltage_v",
+            ),
+            (
+                actuator(Actuator {
+                    slew_v_s: f32::INFINITY,
+                    ..Actuator::PIEZO
+                }),
+                "slew_v_s",
+            ),
+            (
+                Parameters {
+                    law: AmplitudeLaw {
+                        power_max: nan,
+                        ..AmplitudeLaw::OKAMOTO
+                    },
+                    ..defaults
+                },
+                "power_max",
+            ),
         ] {
             assert_eq!(parameters.stimulus().expect_err(name).field, name);
         }
-        assert!(Parameters { latency_s: 0.0198, ..defaults }.stimulus().is_ok());
+        assert!(
+            Parameters {
+                latency_s: 0.0198,
+                ..defaults
+            }
+            .stimulus()
+            .is_ok()
+        );
     }
 }

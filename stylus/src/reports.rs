@@ -36,7 +36,15 @@ impl Reports {
     /// Nothing reported yet. `boot`: how this run began.
     pub const fn new(boot: Boot) -> Self {
         let (placed, healthy, damaged) = (0, 0, 0);
-        Self { requests: Requests::new(), boot, placed, healthy, greeted: None, state: State::Disabled, damaged }
+        Self {
+            requests: Requests::new(),
+            boot,
+            placed,
+            healthy,
+            greeted: None,
+            state: State::Disabled,
+            damaged,
+        }
     }
 
     /// Runs when a request has arrived, and every [`REPORT_SAMPLES`] samples.
@@ -53,15 +61,26 @@ impl Reports {
         let mut emit = |event| outbox.lock(|outbox| post(outbox, Mark(event), shared));
         let t_us = look.place.t_us;
         let since = |at: u32| look.samples.wrapping_sub(at);
-        if is_asked || self.greeted.is_none_or(|at| since(at) >= HELLO_S * SAMPLE_HZ) {
+        if is_asked
+            || self
+                .greeted
+                .is_none_or(|at| since(at) >= HELLO_S * SAMPLE_HZ)
+        {
             self.greeted = Some(look.samples);
             emit(Event::Hello(self.hello()));
         }
         if self.state != look.state {
             self.state = look.state;
-            emit(Event::State(Change { t_us, state: look.state }));
+            emit(Event::State(Change {
+                t_us,
+                state: look.state,
+            }));
         }
-        let requests = shared.diagnostics.requests_damaged.get().wrapping_sub(self.damaged);
+        let requests = shared
+            .diagnostics
+            .requests_damaged
+            .get()
+            .wrapping_sub(self.damaged);
         if requests > 0 {
             self.damaged = self.damaged.wrapping_add(requests);
             emit(Event::Damaged(Damaged { t_us, requests }));
@@ -120,6 +139,9 @@ mod tests {
     #[test]
     fn the_version_is_the_crate_s() {
         let [major, minor, patch] = super::VERSION;
-        assert_eq!(std::format!("{major}.{minor}.{patch}"), env!("CARGO_PKG_VERSION"));
+        assert_eq!(
+            std::format!("{major}.{minor}.{patch}"),
+            env!("CARGO_PKG_VERSION")
+        );
     }
 }

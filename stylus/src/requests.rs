@@ -1,4 +1,5 @@
-//! Requests: each is decided, carried out within a short lock, and answered. A damaged one is refused without its number.
+//! Requests: each is decided, carried out within a short lock, and answered. A damaged one is
+//! refused without its number.
 
 use crate::message::{Command, Event, Mark, Outcome, Reply, Request};
 use crate::parameters::{Parameters, named};
@@ -27,7 +28,11 @@ impl Default for Requests {
 impl Requests {
     /// Before the first one.
     pub const fn new() -> Self {
-        Self { parameters: Parameters::DEFAULT, latest: None, is_restarting: false }
+        Self {
+            parameters: Parameters::DEFAULT,
+            latest: None,
+            is_restarting: false,
+        }
     }
 
     /// The board resets as soon as its output is down.
@@ -35,8 +40,8 @@ impl Requests {
         self.is_restarting
     }
 
-    /// Carries out the request in the inbox, if there is one, and posts its reply. Gives whether `hello` is due, as a greeting or as
-    /// new parameters demand.
+    /// Carries out the request in the inbox, if there is one, and posts its reply. Gives whether
+    /// `hello` is due, as a greeting or as new parameters demand.
     #[inline(never)]
     pub fn step<P: Platform>(
         &mut self,
@@ -45,15 +50,24 @@ impl Requests {
         outbox: &mut impl Mutex<T = Outbox<PACKETS, Mark<Event>>>,
         shared: &Shared<P>,
     ) -> bool {
-        let Some(mut frame) = inbox.lock(|inbox| inbox.requests.take()) else { return false };
-        let Some(Request { number, command: Mark(command) }) = decode(&mut frame) else {
+        let Some(mut frame) = inbox.lock(|inbox| inbox.requests.take()) else {
+            return false;
+        };
+        let Some(Request {
+            number,
+            command: Mark(command),
+        }) = decode(&mut frame)
+        else {
             shared.diagnostics.requests_damaged.add(1);
             return false;
         };
         sampler.lock(|sampler| sampler.heard());
         let again = self.latest.as_ref().filter(|reply| reply.number == number);
         let is_new = again.is_none();
-        let reply = again.cloned().unwrap_or_else(|| Reply { number, outcome: self.carry_out(&command, sampler) });
+        let reply = again.cloned().unwrap_or_else(|| Reply {
+            number,
+            outcome: self.carry_out(&command, sampler),
+        });
         let is_done = reply.outcome == Outcome::Done;
         // A PC that repeats a request which came too early must get a new decision.
         self.latest = Some(reply.clone()).filter(|reply| reply.outcome != Outcome::NotAtRest);
@@ -75,7 +89,9 @@ impl Requests {
                 }
             }
             Command::Configure(parameters) => match parameters.stimulus() {
-                Ok(stimulus) if sampler.lock(|sampler| sampler.configure(parameters, &stimulus)) => {
+                Ok(stimulus)
+                    if sampler.lock(|sampler| sampler.configure(parameters, &stimulus)) =>
+                {
                     self.parameters = *parameters;
                 }
                 Ok(_) => return Outcome::NotAtRest,

@@ -1,7 +1,7 @@
 //! The interrupt of a sample: the encoder's counter in, the converter's next code out.
 //!
-//! A timer triggers the converter and requests the interrupt at once. So the code of a run leaves with the trigger after it, on
-//! time whenever the run was; it must only be there by then.
+//! A timer triggers the converter and requests the interrupt at once. So the code of a run leaves
+//! with the trigger after it, on time whenever the run was; it must only be there by then.
 
 use crate::counter::Counter;
 use crate::dac::Dac;
@@ -38,7 +38,8 @@ pub struct Sampler {
     dac: Dac,
     counter: Counter,
     counts: i32,
-    /// Device time of the latest reading, microseconds, and board time of the trigger before it; none before the first run.
+    /// Device time of the latest reading, microseconds, and board time of the trigger before it;
+    /// none before the first run.
     t_us: u64,
     trigger_us: Option<u32>,
     late_us: u32,
@@ -76,17 +77,23 @@ impl Sampler {
         }
     }
 
-    /// Takes a reading of the encoder's counter at a board time, which wraps, so long after the latest trigger, both in microseconds.
-    /// Gives the code for the next trigger.
+    /// Takes a reading of the encoder's counter at a board time, which wraps, so long after the
+    /// latest trigger, both in microseconds. Gives the code for the next trigger.
     #[inline]
     pub fn next(&mut self, now_us: u32, late_us: u32, counter: u16) -> u16 {
         let trigger_us = now_us.wrapping_sub(late_us);
-        let passed_us = trigger_us.wrapping_sub(self.trigger_us.unwrap_or(trigger_us.wrapping_sub(SAMPLE_US)));
-        // The two counters step at different moments, so it is a multiple of the period but for 1 us. Usually one trigger has been
-        // since the run before; those in between had none.
+        let passed_us = trigger_us.wrapping_sub(
+            self.trigger_us
+                .unwrap_or(trigger_us.wrapping_sub(SAMPLE_US)),
+        );
+        // The two counters step at different moments, so it is a multiple of the period but for 1
+        // us. Usually one trigger has been since the run before; those in between had none.
         let triggers = (passed_us.saturating_add(SAMPLE_US / 2) / SAMPLE_US).max(1);
-        self.t_us =
-            self.t_us.wrapping_add(u64::from(passed_us)).wrapping_add(late_us.into()).wrapping_sub(self.late_us.into());
+        self.t_us = self
+            .t_us
+            .wrapping_add(u64::from(passed_us))
+            .wrapping_add(late_us.into())
+            .wrapping_sub(self.late_us.into());
         (self.trigger_us, self.late_us) = (Some(trigger_us), late_us);
         self.samples = self.samples.wrapping_add(triggers);
         self.deadlines_missed = self.deadlines_missed.saturating_add(triggers - 1);
@@ -102,7 +109,8 @@ impl Sampler {
         self.dac.next(self.stimulus.next(self.counts))
     }
 
-    /// The code was written. `is_late`: the trigger that it was for has been before it. Gives whether `requests` is due.
+    /// The code was written. `is_late`: the trigger that it was for has been before it. Gives
+    /// whether `requests` is due.
     #[inline]
     pub fn written(&mut self, is_late: bool) -> bool {
         if is_late {
@@ -119,7 +127,11 @@ impl Sampler {
     /// What `next` left.
     pub fn look(&self) -> Look {
         Look {
-            place: Place { t_us: self.t_us, counts: self.counts, speed_mm_s: self.stimulus.speed_mm_s() },
+            place: Place {
+                t_us: self.t_us,
+                counts: self.counts,
+                speed_mm_s: self.stimulus.speed_mm_s(),
+            },
             state: self.gate.state(),
             amplitude_v: self.stimulus.amplitude_v(),
             samples: self.samples,
@@ -172,5 +184,8 @@ impl Sampler {
 }
 
 fn gate(parameters: &Parameters) -> Gate {
-    Gate::new(samples(parameters.still_s).max(1), samples(parameters.silence_s).max(1))
+    Gate::new(
+        samples(parameters.still_s).max(1),
+        samples(parameters.silence_s).max(1),
+    )
 }

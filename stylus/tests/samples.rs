@@ -61,12 +61,16 @@ impl Bench {
     }
 
     fn bytes(&mut self, bytes: &[u8]) -> Option<Outcome> {
-        let (mut sampler, mut inbox, mut outbox) =
-            (Exclusive(&mut self.sampler), Exclusive(&mut self.inbox), Exclusive(&mut self.outbox));
+        let (mut sampler, mut inbox, mut outbox) = (
+            Exclusive(&mut self.sampler),
+            Exclusive(&mut self.inbox),
+            Exclusive(&mut self.outbox),
+        );
         for byte in bytes {
             inbox.0.requests.push(*byte);
         }
-        self.requests.step(&mut sampler, &mut inbox, &mut outbox, &self.shared);
+        self.requests
+            .step(&mut sampler, &mut inbox, &mut outbox, &self.shared);
         match self.outbox.take()?.event.0 {
             Event::Reply(reply) => Some(reply.outcome),
             event => panic!("{event:?}"),
@@ -76,7 +80,10 @@ impl Bench {
     fn command(&mut self, command: Command) -> Option<Outcome> {
         self.number += 1;
         let mut wire = [0; REQUEST_WIRE_MAX];
-        let request = Request { number: self.number, command: Mark(command) };
+        let request = Request {
+            number: self.number,
+            command: Mark(command),
+        };
         let used = framing::encode(&request, &mut wire).expect("it fits");
         self.bytes(&wire[..used])
     }
@@ -85,8 +92,14 @@ impl Bench {
 #[test]
 fn the_longest_requests_fit_the_wire() {
     let mut wire = [0; REQUEST_WIRE_MAX];
-    for command in [Command::Configure(Parameters::DEFAULT), Command::Texture(Texture::new(1.4))] {
-        let request = Request { number: u16::MAX, command: Mark(command) };
+    for command in [
+        Command::Configure(Parameters::DEFAULT),
+        Command::Texture(Texture::new(1.4)),
+    ] {
+        let request = Request {
+            number: u16::MAX,
+            command: Mark(command),
+        };
         let used = framing::encode(&request, &mut wire).expect("it fits");
         assert!(used <= REQUEST_WIRE_MAX, "{used}");
     }
@@ -94,7 +107,10 @@ fn the_longest_requests_fit_the_wire() {
 }
 
 fn request_of_the_finger() -> ridgetone_proto::command::Request {
-    ridgetone_proto::command::Request { number: 1, command: ridgetone_proto::command::Command::Greet }
+    ridgetone_proto::command::Request {
+        number: 1,
+        command: ridgetone_proto::command::Command::Greet,
+    }
 }
 
 #[test]
@@ -104,8 +120,16 @@ fn neither_takes_the_others_messages() {
     let mut bench = Bench::new();
     assert_eq!(bench.bytes(&wire[..used]), None);
     assert_eq!(bench.shared.diagnostics.requests_damaged.get(), 1);
-    for command in [Command::Greet, Command::Enable, Command::Restart, Command::Texture(Texture::new(1.0))] {
-        let request = Request { number: 1, command: Mark(command) };
+    for command in [
+        Command::Greet,
+        Command::Enable,
+        Command::Restart,
+        Command::Texture(Texture::new(1.0)),
+    ] {
+        let request = Request {
+            number: 1,
+            command: Mark(command),
+        };
         let used = framing::encode(&request, &mut wire).expect("it fits");
         let taken = framing::decode::<ridgetone_proto::command::Request>(&mut wire[..used - 1]);
         assert_eq!(taken, None, "{command:?}");
@@ -118,37 +142,64 @@ fn time_goes_on_over_a_wrap_and_missed_triggers_are_counted() {
     for n in 1..=100u32 {
         bench.sample(0);
         let look = bench.sampler.look();
-        assert_eq!((look.place.t_us, look.samples, look.deadlines_missed), (u64::from(100 * n), n, 0));
+        assert_eq!(
+            (look.place.t_us, look.samples, look.deadlines_missed),
+            (u64::from(100 * n), n, 0)
+        );
     }
     // A run that is late by 30 us is in time; the counters step at different moments.
     bench.sampler.next(bench.now_us.wrapping_add(131), 30, 0);
     let look = bench.sampler.look();
-    assert_eq!((look.samples, look.deadlines_missed, look.latest_reading_us), (101, 0, 30));
+    assert_eq!(
+        (look.samples, look.deadlines_missed, look.latest_reading_us),
+        (101, 0, 30)
+    );
     // Three triggers without a run, and a code that is not there in time.
     bench.sampler.next(bench.now_us.wrapping_add(500), 0, 0);
     bench.sampler.written(true);
     let look = bench.sampler.look();
-    assert_eq!((look.place.t_us, look.samples, look.deadlines_missed), (10_500, 105, 4));
+    assert_eq!(
+        (look.place.t_us, look.samples, look.deadlines_missed),
+        (10_500, 105, 4)
+    );
 }
 
 #[test]
 fn a_texture_is_taken_and_impossible_ones_are_named() {
     let mut bench = Bench::new();
-    assert_eq!(bench.command(Command::Texture(Texture::new(1.4))), Some(Outcome::Done));
+    assert_eq!(
+        bench.command(Command::Texture(Texture::new(1.4))),
+        Some(Outcome::Done)
+    );
     let refused = bench.command(Command::Texture(Texture::new(f32::NAN)));
-    assert!(matches!(&refused, Some(Outcome::Refused(error)) if error.field == "period_mm"), "{refused:?}");
+    assert!(
+        matches!(&refused, Some(Outcome::Refused(error)) if error.field == "period_mm"),
+        "{refused:?}"
+    );
     assert_eq!(bench.command(Command::Enable), Some(Outcome::Done));
     let codes: Vec<u16> = (0..2000).map(|n| bench.sample(3 * n)).collect();
     assert_eq!(bench.sampler.look().state, State::Vibrating);
     assert!(codes.iter().max() > Some(&2500) && codes[1000..].iter().min() < Some(&1600));
-    assert_eq!(bench.command(Command::Configure(Parameters::DEFAULT)), Some(Outcome::NotAtRest));
+    assert_eq!(
+        bench.command(Command::Configure(Parameters::DEFAULT)),
+        Some(Outcome::NotAtRest)
+    );
     assert_eq!(bench.command(Command::Disable), Some(Outcome::Done));
     for _ in 0..400 {
         bench.sample(6000);
     }
     assert_eq!(bench.sample(6000), 2048);
-    let actuator = Actuator { voltage_v: 5.0, ..Actuator::PIEZO };
-    assert_eq!(bench.command(Command::Configure(Parameters { actuator, ..Parameters::DEFAULT })), Some(Outcome::Done));
+    let actuator = Actuator {
+        voltage_v: 5.0,
+        ..Actuator::PIEZO
+    };
+    assert_eq!(
+        bench.command(Command::Configure(Parameters {
+            actuator,
+            ..Parameters::DEFAULT
+        })),
+        Some(Outcome::Done)
+    );
     assert_eq!(bench.sample(6000), 2048, "the middle is the middle");
     assert_eq!(bench.command(Command::Restart), Some(Outcome::Done));
     for _ in 0..400 {

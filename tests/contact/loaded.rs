@@ -4,13 +4,18 @@ use crate::{Signal, all_changes, assert_reported, changes, load};
 use ridgetone_proto::settings::SlideRule;
 use std::f64::consts::TAU;
 
-/// The level at the start is that of a finger that holds: no contact is reported, and the air is known from its release on.
+/// The level at the start is that of a finger that holds: no contact is reported, and the air is
+/// known from its release on.
 #[test]
 fn a_finger_that_is_on_something_at_the_start_slides_and_lifts() {
     fn touch(t: f64, hz: f64, lag: f64) -> f64 {
         let tone = |from_s: f64| 500.0 * (TAU * (hz * (t - from_s).clamp(0.0, 2.0) + lag)).sin();
         let first = if t < 5.0 { 1000.0 + tone(2.0) } else { 0.0 };
-        let second = if (7.0..12.0).contains(&t) { load(t - 6.0, 99.0) + tone(9.0) } else { 0.0 };
+        let second = if (7.0..12.0).contains(&t) {
+            load(t - 6.0, 99.0) + tone(9.0)
+        } else {
+            0.0
+        };
         first + second
     }
     let signals: [Signal; 3] = [
@@ -20,22 +25,46 @@ fn a_finger_that_is_on_something_at_the_start_slides_and_lifts() {
     ];
     for signal in signals {
         let first = [("start", 2.0), ("end", 4.0), ("release", 5.0)];
-        let second = [("contact", 7.0), ("start", 9.0), ("end", 11.0), ("release", 12.0)];
-        assert_reported(&changes(14.0, 20.0, signal), &[&first[..], &second].concat(), 0.03);
+        let second = [
+            ("contact", 7.0),
+            ("start", 9.0),
+            ("end", 11.0),
+            ("release", 12.0),
+        ];
+        assert_reported(
+            &changes(14.0, 20.0, signal),
+            &[&first[..], &second].concat(),
+            0.03,
+        );
     }
 }
 
-/// Without a slide a release from a loaded start is taken for a contact; the next slide shows what is the air.
+/// Without a slide a release from a loaded start is taken for a contact; the next slide shows what
+/// is the air.
 #[test]
 fn a_loaded_start_without_a_slide_is_set_right_by_the_next_one() {
     let found = changes(14.0, 20.0, |t, sign, lag| {
         let tone = 500.0 * (TAU * (8.3 * (t - 5.0).clamp(0.0, 2.0) + lag)).sin();
         let is_down = t < 1.0 || (3.0..8.0).contains(&t);
-        let second = if (10.0..12.0).contains(&t) { load(t - 9.0, 99.0) } else { 0.0 };
+        let second = if (10.0..12.0).contains(&t) {
+            load(t - 9.0, 99.0)
+        } else {
+            0.0
+        };
         sign * (if is_down { 1000.0 + tone } else { 0.0 } + second)
     });
-    let from_slide_on: Vec<_> = found.iter().copied().filter(|(_, at_s)| *at_s > 4.5).collect();
-    let expected = [("start", 5.0), ("end", 7.0), ("release", 8.0), ("contact", 10.0), ("release", 12.0)];
+    let from_slide_on: Vec<_> = found
+        .iter()
+        .copied()
+        .filter(|(_, at_s)| *at_s > 4.5)
+        .collect();
+    let expected = [
+        ("start", 5.0),
+        ("end", 7.0),
+        ("release", 8.0),
+        ("contact", 10.0),
+        ("release", 12.0),
+    ];
     assert_reported(&from_slide_on, &expected, 0.03);
 }
 
@@ -44,16 +73,28 @@ fn a_loaded_start_without_a_slide_is_set_right_by_the_next_one() {
 fn a_gentle_first_contact_is_no_slide() {
     let found = changes(8.0, 20.0, |t, sign, lag| {
         let pressed = 0.5 - 0.5 * (TAU * (t - 1.0).clamp(0.0, 0.5)).cos();
-        if t < 5.0 { sign * (0.4 + lag) * 3000.0 * pressed } else { 0.0 }
+        if t < 5.0 {
+            sign * (0.4 + lag) * 3000.0 * pressed
+        } else {
+            0.0
+        }
     });
     let names: Vec<_> = found.iter().map(|(name, _)| *name).collect();
     assert_eq!(names, ["contact", "release"], "{found:?}");
-    assert!((1.0..1.6).contains(&found[0].1) && (found[1].1 - 5.0).abs() < 0.01, "{found:?}");
+    assert!(
+        (1.0..1.6).contains(&found[0].1) && (found[1].1 - 5.0).abs() < 0.01,
+        "{found:?}"
+    );
 }
 
-const PLANNED: SlideRule = SlideRule::Protocol { delay_s: 0.5, speed_mm_s: 20.0, length_mm: 20.0 };
+const PLANNED: SlideRule = SlideRule::Protocol {
+    delay_s: 0.5,
+    speed_mm_s: 20.0,
+    length_mm: 20.0,
+};
 
-/// The finger is loaded until 5 s, and again from 7 s to 12 s. Both times it slides for two seconds.
+/// The finger is loaded until 5 s, and again from 7 s to 12 s. Both times it slides for two
+/// seconds.
 fn two_touches(t: f64, hz: f64, lag: f64) -> f64 {
     let tone = |from_s: f64| 500.0 * (TAU * (hz * (t - from_s).clamp(0.0, 2.0) + lag)).sin();
     if t < 5.0 {
@@ -71,27 +112,56 @@ const TWO_TOUCHES: [Signal; 3] = [
     |t, sign, lag| sign * two_touches(t, 60.0, lag),
 ];
 
-/// Slides are only those of the plan. The first motion passes for a contact, a lift too, and a touch that brings the first level back for a
-/// release. But the detector goes on.
+/// Slides are only those of the plan. The first motion passes for a contact, a lift too, and a
+/// touch that brings the first level back for a release. But the detector goes on.
 #[test]
 fn by_the_protocol_a_loaded_start_does_not_stop_the_detector() {
     for signal in TWO_TOUCHES {
         let found = all_changes(14.0, 20.0, |_| PLANNED, signal);
         assert_eq!(found[0].0, "contact", "{found:?}");
         let planned_s = found[0].1 + 0.5;
-        assert!(found.iter().any(|(name, at_s)| *name == "start" && (at_s - planned_s).abs() < 0.02), "{found:?}");
+        assert!(
+            found
+                .iter()
+                .any(|(name, at_s)| *name == "start" && (at_s - planned_s).abs() < 0.02),
+            "{found:?}"
+        );
         for (name, expected_s) in [("contact", 5.0), ("release", 7.0), ("contact", 12.0)] {
-            assert!(found.iter().any(|(found, at_s)| *found == name && (at_s - expected_s).abs() < 0.02), "{found:?}");
+            assert!(
+                found
+                    .iter()
+                    .any(|(found, at_s)| *found == name && (at_s - expected_s).abs() < 0.02),
+                "{found:?}"
+            );
         }
     }
 }
 
-/// The rule changes after the slide, when the air is not known yet, and there is no image of that hold.
+/// The rule changes after the slide, when the air is not known yet, and there is no image of that
+/// hold.
 #[test]
 fn a_change_to_the_protocol_in_a_hold_of_a_loaded_start_hides_no_release() {
     for signal in TWO_TOUCHES {
-        let found = all_changes(14.0, 20.0, |t| if t < 4.5 { SlideRule::Found } else { PLANNED }, signal);
-        let first: Vec<_> = found.iter().copied().filter(|(_, at_s)| *at_s < 7.2).collect();
-        assert_reported(&first, &[("start", 2.0), ("end", 4.0), ("release", 5.0), ("contact", 7.0)], 0.03);
+        let found = all_changes(
+            14.0,
+            20.0,
+            |t| if t < 4.5 { SlideRule::Found } else { PLANNED },
+            signal,
+        );
+        let first: Vec<_> = found
+            .iter()
+            .copied()
+            .filter(|(_, at_s)| *at_s < 7.2)
+            .collect();
+        assert_reported(
+            &first,
+            &[
+                ("start", 2.0),
+                ("end", 4.0),
+                ("release", 5.0),
+                ("contact", 7.0),
+            ],
+            0.03,
+        );
     }
 }

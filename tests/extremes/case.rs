@@ -4,10 +4,12 @@ use crate::reference::{Baseline, Likelihood};
 use ridgetone_tone::{Fit, Fitter, FrameSpan, Status, Table};
 use std::ops::Range;
 
-/// Three tenths of the uncertainty. The fit takes `u` by block, of which there are eight to sixteen: it has up to one and a half
-/// percent less of the information, and is off the maximum by a tenth of its uncertainty, root mean square, at most.
+/// Three tenths of the uncertainty. The fit takes `u` by block, of which there are eight to
+/// sixteen: it has up to one and a half percent less of the information, and is off the maximum by
+/// a tenth of its uncertainty, root mean square, at most.
 pub const OFF_MAX: f64 = 0.3;
-/// Bounds of the fit's sigma over that of f64, which ignores that few frames give an uncertain noise.
+/// Bounds of the fit's sigma over that of f64, which ignores that few frames give an uncertain
+/// noise.
 const SURE: Range<f64> = 0.8..1.25;
 
 /// A window and how to fit it.
@@ -26,12 +28,22 @@ pub struct Case {
 impl Case {
     /// All of it valid, up to four harmonics.
     pub fn new(values: Vec<[f32; 16]>) -> Self {
-        Self { valid: vec![u16::MAX; values.len()], values, harmonics: 4, interferer: None, step: 1.0 }
+        Self {
+            valid: vec![u16::MAX; values.len()],
+            values,
+            harmonics: 4,
+            interferer: None,
+            step: 1.0,
+        }
     }
 
     pub fn fit(&self) -> Fit {
-        let mut table = Table { values: &self.values, valid: &self.valid };
-        let mut span = FrameSpan::new(&mut table, 0, self.values.len() as u32).with_quantization(self.step);
+        let mut table = Table {
+            values: &self.values,
+            valid: &self.valid,
+        };
+        let mut span =
+            FrameSpan::new(&mut table, 0, self.values.len() as u32).with_quantization(self.step);
         if let Some(cycles) = self.interferer {
             span = span.with_interferer(cycles);
         }
@@ -40,20 +52,31 @@ impl Case {
         fit
     }
 
-    /// How far a fit is from the maximum of its likelihood next to `near`, in standard deviations of f64, and its
-    /// own sigma over that. A fit does not report its baseline: the nearest of the four counts.
+    /// How far a fit is from the maximum of its likelihood next to `near`, in standard deviations
+    /// of f64, and its own sigma over that. A fit does not report its baseline: the nearest of the
+    /// four counts.
     pub fn off(&self, fit: &Fit, near: f64) -> (f64, f64) {
         self.off_at_least(fit, near, 0.0)
     }
 
     /// The same where no standard deviation counts as smaller than `least`.
     pub fn off_at_least(&self, fit: &Fit, near: f64, least: f64) -> (f64, f64) {
-        // Taxels that are invalid in more than a tenth of the frames do not keep frames from counting.
+        // Taxels that are invalid in more than a tenth of the frames do not keep frames from
+        // counting.
         let some = self.valid.iter().filter(|valid| **valid != 0);
-        let share = |c: usize| some.clone().filter(|valid| **valid & 1 << c == 0).count() * 10 <= some.clone().count();
-        let taxels = (0..16).filter(|c| share(*c)).fold(0, |mask, c| mask | 1 << c);
+        let share = |c: usize| {
+            some.clone().filter(|valid| **valid & 1 << c == 0).count() * 10 <= some.clone().count()
+        };
+        let taxels = (0..16)
+            .filter(|c| share(*c))
+            .fold(0, |mask, c| mask | 1 << c);
         let mut nearest = (f64::MAX, 0.0);
-        for baseline in [Baseline::Line, Baseline::Relaxing(1), Baseline::Relaxing(2), Baseline::Relaxing(3)] {
+        for baseline in [
+            Baseline::Line,
+            Baseline::Relaxing(1),
+            Baseline::Relaxing(2),
+            Baseline::Relaxing(3),
+        ] {
             let mut likelihood = Likelihood::new(&self.values, fit.harmonics as usize, baseline);
             likelihood.interferer = self.interferer.map(f64::from);
             let likelihood = likelihood.only(fit.usable, &self.valid, taxels);
@@ -72,7 +95,8 @@ impl Case {
         nearest
     }
 
-    /// Fits it and asserts that the fit is good, at the maximum next to `near`, and as sure as f64 is.
+    /// Fits it and asserts that the fit is good, at the maximum next to `near`, and as sure as f64
+    /// is.
     #[track_caller]
     pub fn assert_good(&self, what: &str, near: f64) -> Fit {
         let fit = self.fit();
@@ -81,11 +105,15 @@ impl Case {
         fit
     }
 
-    /// Asserts that a fit is at the maximum next to `near`. Where the model is wrong there is no telling how sure.
+    /// Asserts that a fit is at the maximum next to `near`. Where the model is wrong there is no
+    /// telling how sure.
     #[track_caller]
     pub fn assert_near_peak(&self, what: &str, fit: &Fit, near: f64) {
         let (off, _) = self.off(fit, near);
-        assert!(off < OFF_MAX, "{what}: {off:.3} sigma from the reference, near {near}: {fit:?}");
+        assert!(
+            off < OFF_MAX,
+            "{what}: {off:.3} sigma from the reference, near {near}: {fit:?}"
+        );
     }
 
     /// Asserts that a fit is at the maximum next to `near`, and as sure as f64 is.
@@ -93,17 +121,32 @@ impl Case {
     pub fn assert_at_peak(&self, what: &str, fit: &Fit, near: f64) {
         self.assert_near_peak(what, fit, near);
         let (_, sure) = self.off(fit, near);
-        assert!(SURE.contains(&sure), "{what}: sigma is {sure:.3} of the reference's: {fit:?}");
+        assert!(
+            SURE.contains(&sure),
+            "{what}: sigma is {sure:.3} of the reference's: {fit:?}"
+        );
     }
 }
 
 /// A fit holds finite numbers only; those of a frequency make sense.
 #[track_caller]
 pub fn assert_finite(fit: &Fit) {
-    let channels = fit.channels.iter().flat_map(|c| [c.offset, c.amplitude, c.phase_rad, c.residual]);
-    assert!([fit.frequency, fit.sigma].into_iter().chain(channels).all(f32::is_finite), "{fit:?}");
+    let channels = fit
+        .channels
+        .iter()
+        .flat_map(|c| [c.offset, c.amplitude, c.phase_rad, c.residual]);
+    assert!(
+        [fit.frequency, fit.sigma]
+            .into_iter()
+            .chain(channels)
+            .all(f32::is_finite),
+        "{fit:?}"
+    );
     if fit.status.has_tone() {
-        assert!(fit.frequency > 0.0 && fit.frequency < 0.5 && fit.sigma > 0.0, "{fit:?}");
+        assert!(
+            fit.frequency > 0.0 && fit.frequency < 0.5 && fit.sigma > 0.0,
+            "{fit:?}"
+        );
     } else {
         assert_eq!((fit.frequency, fit.sigma), (0.0, 0.0), "{fit:?}");
     }

@@ -1,6 +1,6 @@
-//! The corners of what a fit may be given: any scale, a level far above the tone, few frames and many, one channel alive. The
-//! fit in f32 is as near to the maximum of the same likelihood in f64 as [`OFF_MAX`] says. The seed is fixed; `cargo
-//! xtask test --fresh` draws another.
+//! The corners of what a fit may be given: any scale, a level far above the tone, few frames and
+//! many, one channel alive. The fit in f32 is as near to the maximum of the same likelihood in f64
+//! as [`OFF_MAX`] says. The seed is fixed; `cargo xtask test --fresh` draws another.
 
 use crate::case::{Case, OFF_MAX};
 use crate::properties::{config, seed};
@@ -10,10 +10,11 @@ use proptest::test_runner::{TestCaseError, TestError, TestRunner};
 use ridgetone_tone::{FRAMES_MAX, Status};
 use std::f64::consts::TAU;
 
-/// A twentieth of the last digit of f32 counts as much as the bound: a frequency cannot be nearer than half of it.
+/// A twentieth of the last digit of f32 counts as much as the bound: a frequency cannot be nearer
+/// than half of it.
 const LAST_DIGITS: f64 = 1e-6;
-/// Of thousands of corners a few are further: of 18,000 windows and 1,100 recordings one by 0.7 bounds, ten by 0.3 to 0.6. Most of
-/// them have a tone of a few steps of f32.
+/// Of thousands of corners a few are further: of 18,000 windows and 1,100 recordings one by 0.7
+/// bounds, ten by 0.3 to 0.6. Most of them have a tone of a few steps of f32.
 const THOUSANDS_OFF_MAX: f64 = 1.0;
 /// Least channels and frames with which a tone must be found.
 const CLEAR: (usize, usize) = (4, 64);
@@ -49,7 +50,8 @@ prop_compose! {
         harmonics in 1u8..=4,
         seed: u64,
     ) -> Corner {
-        // As many short ones as long ones; as many slow tones as fast ones, of which all harmonics are in the band.
+        // As many short ones as long ones; as many slow tones as fast ones, of which all harmonics
+        // are in the band.
         let frames = (24.0 * (longest / 24.0f64).powf(long)).round();
         let (least, most) = (2.0, (0.4 / f64::from(harmonics) * frames).max(2.1));
         let cycles = least * f64::powf(most / least, share);
@@ -63,12 +65,28 @@ impl Corner {
         let mut noise = Noise::new(self.seed);
         let tone = self.level / self.over_tone;
         let mut value = |n: usize, c: usize| {
-            let wave = (TAU * self.cycles * n as f64 / self.frames as f64 + c as f64).cos() + noise.next() / self.clear;
-            let level = if c.is_multiple_of(2) { self.level } else { -self.level };
-            (level + if self.alive & 1 << c == 0 { 0.0 } else { tone * wave }) as f32
+            let wave = (TAU * self.cycles * n as f64 / self.frames as f64 + c as f64).cos()
+                + noise.next() / self.clear;
+            let level = if c.is_multiple_of(2) {
+                self.level
+            } else {
+                -self.level
+            };
+            (level
+                + if self.alive & 1 << c == 0 {
+                    0.0
+                } else {
+                    tone * wave
+                }) as f32
         };
-        let values = (0..self.frames).map(|n| std::array::from_fn(|c| value(n, c))).collect();
-        Case { harmonics: self.harmonics, step: 0.0, ..Case::new(values) }
+        let values = (0..self.frames)
+            .map(|n| std::array::from_fn(|c| value(n, c)))
+            .collect();
+        Case {
+            harmonics: self.harmonics,
+            step: 0.0,
+            ..Case::new(values)
+        }
     }
 
     fn is_clear(&self) -> bool {
@@ -84,7 +102,8 @@ impl Corner {
         prop_assert!(fit.status.has_tone() || !self.is_clear(), "{fit:?}");
         if fit.status == Status::Good {
             let truth = self.cycles / self.frames as f64;
-            // What is off by a line is not the tone: whether that may be is for the tests of other files.
+            // What is off by a line is not the tone: whether that may be is for the tests of other
+            // files.
             if (f64::from(fit.frequency) - truth).abs() * (self.frames as f64) < 0.5 {
                 let (off, _) = case.off_at_least(&fit, truth, LAST_DIGITS * truth);
                 prop_assert!(off < off_max, "{off} of the bound: {fit:?}");
@@ -98,9 +117,12 @@ impl Corner {
 
 fn check(cases: u32, longest: f64, seed: u64, off_max: f64) {
     println!("PROPTEST_RNG_SEED={seed}");
-    match TestRunner::new(config(cases, seed)).run(&corner(longest), |corner| corner.check(off_max)) {
+    match TestRunner::new(config(cases, seed)).run(&corner(longest), |corner| corner.check(off_max))
+    {
         Ok(()) => {}
-        Err(TestError::Fail(reason, corner)) => panic!("PROPTEST_RNG_SEED={seed}: {corner:?}: {reason}"),
+        Err(TestError::Fail(reason, corner)) => {
+            panic!("PROPTEST_RNG_SEED={seed}: {corner:?}: {reason}")
+        }
         Err(error) => panic!("PROPTEST_RNG_SEED={seed}: {error}"),
     }
 }
@@ -115,7 +137,8 @@ fn f32_is_beside_f64_in_every_corner_of_a_recording() {
     check(12, LONGEST, seed(), OFF_MAX);
 }
 
-/// A refinement that begins beside a strong tone of two cycles takes curves for its misfit. It must not stop there.
+/// A refinement that begins beside a strong tone of two cycles takes curves for its misfit. It must
+/// not stop there.
 #[test]
 fn a_strong_tone_of_few_cycles_is_at_its_maximum() {
     for frames in [965, FRAMES_MAX.min(10_012)] {
@@ -130,7 +153,9 @@ fn a_strong_tone_of_few_cycles_is_at_its_maximum() {
                 harmonics: 1,
                 seed: 1,
             };
-            corner.check(OFF_MAX).unwrap_or_else(|error| panic!("{corner:?}: {error}"));
+            corner
+                .check(OFF_MAX)
+                .unwrap_or_else(|error| panic!("{corner:?}: {error}"));
         }
     }
 }

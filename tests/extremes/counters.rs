@@ -1,4 +1,5 @@
-//! Counters that wrap: the board's microseconds after 71.6 minutes, the frames' numbers after 206 days.
+//! Counters that wrap: the board's microseconds after 71.6 minutes, the frames' numbers after 206
+//! days.
 
 use crate::any_settings::touch::{SCANS, scan};
 use ridgetone::frame::TimedConversion;
@@ -7,7 +8,12 @@ use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings};
 use ridgetone_proto::telemetry::{Event, Status};
 
 fn events(conversions: impl Iterator<Item = TimedConversion>, accuracy: f32) -> Vec<Event> {
-    let settings = Settings { window_s: 0.5, hop_s: 0.1, accuracy, ..Settings::DEFAULT };
+    let settings = Settings {
+        window_s: 0.5,
+        hop_s: 0.1,
+        accuracy,
+        ..Settings::DEFAULT
+    };
     let mut pipeline = Box::new(Pipeline::new(settings));
     let mut events = Vec::new();
     for conversion in conversions {
@@ -20,16 +26,23 @@ fn events(conversions: impl Iterator<Item = TimedConversion>, accuracy: f32) -> 
 #[test]
 fn time_stamps_that_wrap_change_nothing() {
     let plain = events((0..SCANS).flat_map(|n| scan(n, n, 0)), 0.0);
-    let fits = plain.iter().filter(|event| matches!(event, Event::Estimate(fit) if fit.status == Status::Good)).count();
+    let fits = plain
+        .iter()
+        .filter(|event| matches!(event, Event::Estimate(fit) if fit.status == Status::Good))
+        .count();
     assert!(fits > 15, "{fits}");
     for seconds in [0, 1, 2, 3] {
         let start_us = 0u32.wrapping_sub(seconds * 1_000_000 + 313);
-        assert_eq!(events((0..SCANS).flat_map(|n| scan(n, n, start_us)), 0.0), plain, "{seconds} s before the wrap");
+        assert_eq!(
+            events((0..SCANS).flat_map(|n| scan(n, n, start_us)), 0.0),
+            plain,
+            "{seconds} s before the wrap"
+        );
     }
 }
 
-/// The finger rests for 206 days, of which only one conversion an hour arrives, and is then touched. The longest
-/// gap that the time stamps can measure is 71.6 minutes.
+/// The finger rests for 206 days, of which only one conversion an hour arrives, and is then
+/// touched. The longest gap that the time stamps can measure is 71.6 minutes.
 #[test]
 fn frame_numbers_that_wrap_change_nothing() {
     const IDLE: u64 = 60;
@@ -40,20 +53,38 @@ fn frame_numbers_that_wrap_change_nothing() {
     let numbers = (1..=steps).map(|step| IDLE + skipped * step / steps);
     let rest = numbers.flat_map(|number| scan(IDLE, number, 0).take(1));
     let touch = (IDLE..SCANS).flat_map(|n| scan(n, n + skipped, 0).skip((n == IDLE) as usize));
-    let rested = (0..IDLE).flat_map(|n| scan(n, n, 0)).chain(rest).chain(touch);
+    let rested = (0..IDLE)
+        .flat_map(|n| scan(n, n, 0))
+        .chain(rest)
+        .chain(touch);
     // Windows of one length, and windows that grow.
     for accuracy in [0.0, 0.001] {
         let wrapped = estimates(&events(rested.clone(), accuracy));
         let plain = estimates(&events((0..SCANS).flat_map(|n| scan(n, n, 0)), accuracy));
-        assert!(plain.len() > 4 && wrapped.len() == plain.len(), "{} {}", plain.len(), wrapped.len());
+        assert!(
+            plain.len() > 4 && wrapped.len() == plain.len(),
+            "{} {}",
+            plain.len(),
+            wrapped.len()
+        );
         for (wrapped, plain) in wrapped.iter().zip(&plain) {
-            assert_eq!((wrapped.status, wrapped.span, wrapped.harmonics), (plain.status, plain.span, plain.harmonics));
+            assert_eq!(
+                (wrapped.status, wrapped.span, wrapped.harmonics),
+                (plain.status, plain.span, plain.harmonics)
+            );
             let off = (wrapped.frequency - plain.frequency).abs();
-            // Blocks are cut elsewhere in the ring, which adds them up in another order: that is f32's own error.
-            assert!(off < (0.1 * plain.sigma).max(2e-6 * plain.frequency), "{wrapped:?} {plain:?}");
+            // Blocks are cut elsewhere in the ring, which adds them up in another order: that is
+            // f32's own error.
+            assert!(
+                off < (0.1 * plain.sigma).max(2e-6 * plain.frequency),
+                "{wrapped:?} {plain:?}"
+            );
             // The rate is nominal, in f32.
             let off = wrapped.t_us.abs_diff(plain.t_us + later_us);
-            assert!((off as f64) < 1e-6 * later_us as f64, "{wrapped:?} {plain:?}");
+            assert!(
+                (off as f64) < 1e-6 * later_us as f64,
+                "{wrapped:?} {plain:?}"
+            );
         }
     }
 }

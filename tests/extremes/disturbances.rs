@@ -23,13 +23,20 @@ fn missing_frames() {
     ];
     for (what, gone) in gaps {
         for seed in 0..5 {
-            let tone = Tone { seed, ..Tone::default() };
+            let tone = Tone {
+                seed,
+                ..Tone::default()
+            };
             let mut case = Case::new(tone.values());
             for n in (0..FRAMES).filter(|n| gone(*n)) {
                 (case.valid[n], case.values[n]) = (0, [f32::NAN; 16]);
             }
             let there = case.valid.iter().filter(|valid| **valid != 0).count();
-            assert_eq!(case.assert_good(what, FREQUENCY).frames as usize, there, "{what}");
+            assert_eq!(
+                case.assert_good(what, FREQUENCY).frames as usize,
+                there,
+                "{what}"
+            );
         }
     }
 }
@@ -37,18 +44,36 @@ fn missing_frames() {
 #[test]
 fn more_holes_than_frames_are_too_short() {
     let mut case = Case::new(Tone::default().values());
-    (0..FRAMES).filter(|n| n % 5 > 1).for_each(|n| case.valid[n] = 0);
+    (0..FRAMES)
+        .filter(|n| n % 5 > 1)
+        .for_each(|n| case.valid[n] = 0);
     assert_eq!(case.fit().status, Status::TooShort);
 }
 
 /// A tone in a part of the window, in noise throughout, and its fit.
 fn partly(check: impl Fn(&str, &Case, &ridgetone_tone::Fit, f64), cycles: &[f64]) {
-    for (from, to) in [(0.3, 1.0), (0.5, 1.0), (0.7, 1.0), (0.0, 0.7), (0.0, 0.5), (0.0, 0.3), (0.2, 0.8)] {
+    for (from, to) in [
+        (0.3, 1.0),
+        (0.5, 1.0),
+        (0.7, 1.0),
+        (0.0, 0.7),
+        (0.0, 0.5),
+        (0.0, 0.3),
+        (0.2, 0.8),
+    ] {
         for cycles in cycles {
             for seed in 0..5 {
                 let frequency = cycles / FRAMES as f64;
-                let tone = Tone { frequency, seed, ..Tone::default() };
-                let silence = Tone { amplitude: 0.0, ..tone.clone() }.values();
+                let tone = Tone {
+                    frequency,
+                    seed,
+                    ..Tone::default()
+                };
+                let silence = Tone {
+                    amplitude: 0.0,
+                    ..tone.clone()
+                }
+                .values();
                 let mut case = Case::new(tone.values());
                 for (n, frame) in case.values.iter_mut().enumerate() {
                     if !(from..to).contains(&(n as f64 / FRAMES as f64)) {
@@ -69,7 +94,10 @@ fn a_tone_that_starts_or_ends_inside_is_found() {
         |what, _, fit, frequency| {
             assert!(fit.status.has_tone(), "{what}: {fit:?}");
             let off = (fit.frequency as f64 - frequency).abs() * FRAMES as f64;
-            assert!(off < 0.5 || fit.status == Status::Ambiguous, "{what}: {off} bins, {fit:?}");
+            assert!(
+                off < 0.5 || fit.status == Status::Ambiguous,
+                "{what}: {off} bins, {fit:?}"
+            );
         },
         &[8.34, 20.0],
     );
@@ -79,7 +107,10 @@ fn a_tone_that_starts_or_ends_inside_is_found() {
 fn a_packet_of_few_cycles_is_no_comb() {
     let check = |what: &str, _: &Case, fit: &ridgetone_tone::Fit, frequency: f64| {
         let off = (fit.frequency as f64 - frequency).abs() * FRAMES as f64;
-        assert!(fit.status != Status::Good || off < 0.5, "{what}: {off} bins, {fit:?}");
+        assert!(
+            fit.status != Status::Good || off < 0.5,
+            "{what}: {off} bins, {fit:?}"
+        );
     };
     partly(check, &[4.3]);
 }
@@ -94,7 +125,8 @@ fn a_tone_that_starts_or_ends_inside_is_at_its_maximum() {
     partly(check, &[4.3, 8.34, 20.0]);
 }
 
-/// A reference that jumps moves all channels at once, by a share of their level: a step has overtones too, and is no tone.
+/// A reference that jumps moves all channels at once, by a share of their level: a step has
+/// overtones too, and is no tone.
 #[test]
 fn a_step_of_the_reference_is_no_tone() {
     const STEP_FRAMES: usize = 438;
@@ -102,11 +134,18 @@ fn a_step_of_the_reference_is_no_tone() {
     for seed in 0..120u64 {
         let mut noise = Noise::new(seed);
         let cycles = 2.5 + 3.0 * (seed as f64 * 0.618).fract();
-        let (at, share) = (0.1 + 0.8 * (seed as f64 * 0.414).fract(), 0.03 + 0.17 * (seed as f64 * 0.732).fract());
+        let (at, share) = (
+            0.1 + 0.8 * (seed as f64 * 0.414).fract(),
+            0.03 + 0.17 * (seed as f64 * 0.732).fract(),
+        );
         let values = codes(STEP_FRAMES, |c, n| {
             let (phase, tone) = (c as f64 * 0.4, cycles / STEP_FRAMES as f64);
             let level = 40_000.0 + 1_500.0 * c as f64;
-            let reference = if n < (at - 0.5) * STEP_FRAMES as f64 { 1.0 } else { 1.0 + share };
+            let reference = if n < (at - 0.5) * STEP_FRAMES as f64 {
+                1.0
+            } else {
+                1.0 + share
+            };
             (level + 1000.0 * (TAU * tone * n + phase).cos()) / reference + 50.0 * noise.next()
         });
         let case = Case::new(values);
@@ -124,13 +163,20 @@ fn a_step_of_the_reference_is_no_tone() {
 /// One of them; if one is the other's harmonic, the lower one.
 #[test]
 fn two_tones_of_equal_strength() {
-    for (ratio, common) in [(1.15, None), (1.3, None), (1.5, None), (2.0, Some(1.0)), (3.0, Some(1.0)), (3.7, None)] {
+    for (ratio, common) in [
+        (1.15, None),
+        (1.3, None),
+        (1.5, None),
+        (2.0, Some(1.0)),
+        (3.0, Some(1.0)),
+        (3.7, None),
+    ] {
         for seed in 0..10 {
             let mut noise = Noise::new(seed);
             let values = codes(FRAMES, |c, t| {
                 let phase = (c as u64 + 7 * seed) as f64;
-                let tones =
-                    (TAU * FREQUENCY * t + 1.3 * phase).cos() + (TAU * ratio * FREQUENCY * t + 2.9 * phase).cos();
+                let tones = (TAU * FREQUENCY * t + 1.3 * phase).cos()
+                    + (TAU * ratio * FREQUENCY * t + 2.9 * phase).cos();
                 1000.0 * tones + 50.0 * noise.next()
             });
             let case = Case::new(values);
@@ -143,26 +189,46 @@ fn two_tones_of_equal_strength() {
             // Half a bin: the other tone pulls.
             let off = either.map(|tone| (fit.frequency as f64 - tone).abs());
             let least = off.into_iter().fold(f64::MAX, f64::min);
-            assert!(least < 0.5 / FRAMES as f64 || fit.status == Status::Ambiguous, "{what}: {fit:?}");
-            // What all channels have of the other tone is taken out, so that the truth is nearer than a reference that is
-            // pulled by it.
-            assert!(least < 5.0 * fit.sigma as f64 || fit.status != Status::Good, "{what}: {fit:?}");
+            assert!(
+                least < 0.5 / FRAMES as f64 || fit.status == Status::Ambiguous,
+                "{what}: {fit:?}"
+            );
+            // What all channels have of the other tone is taken out, so that the truth is nearer
+            // than a reference that is pulled by it.
+            assert!(
+                least < 5.0 * fit.sigma as f64 || fit.status != Status::Good,
+                "{what}: {fit:?}"
+            );
             if let Some(common) = common {
                 let off = (fit.frequency as f64 - common * FREQUENCY).abs();
-                assert!(fit.status == Status::Ambiguous || off < 5.0 * fit.sigma as f64, "{what}: {fit:?}");
+                assert!(
+                    fit.status == Status::Ambiguous || off < 5.0 * fit.sigma as f64,
+                    "{what}: {fit:?}"
+                );
             }
         }
     }
 }
 
-/// Mains ten times as strong as the tone, at a frequency that is known: also where the frame rate folds it.
+/// Mains ten times as strong as the tone, at a frequency that is known: also where the frame rate
+/// folds it.
 #[test]
 fn mains_stronger_than_the_tone() {
-    for (mains_hz, rate_hz) in [(50.0, 241.14), (60.0, 241.14), (60.0, 100.0), (50.0, 70.0), (60.0, 61.7)] {
+    for (mains_hz, rate_hz) in [
+        (50.0, 241.14),
+        (60.0, 241.14),
+        (60.0, 100.0),
+        (50.0, 70.0),
+        (60.0, 61.7),
+    ] {
         let cycles = mains_hz / rate_hz;
         for frequency in [0.0346, 0.11, 3.2 / FRAMES as f64] {
             for seed in 0..5 {
-                let tone = Tone { frequency, seed, ..Tone::default() };
+                let tone = Tone {
+                    frequency,
+                    seed,
+                    ..Tone::default()
+                };
                 let mut case = Case::new(tone.values());
                 add_mains(&mut case, cycles);
                 let what = format!("{mains_hz} Hz at {rate_hz} Hz, {frequency}, seed {seed}");
@@ -181,20 +247,31 @@ fn mains_missing_in_the_settings_are_the_tone() {
     add_mains(&mut case, 50.0 / 241.14);
     case.interferer = None;
     let fit = case.fit();
-    // The tone is what all channels share beside them, and is taken out: the reference, which leaves it in, is less sure.
+    // The tone is what all channels share beside them, and is taken out: the reference, which
+    // leaves it in, is less sure.
     let off = (fit.frequency as f64 - 50.0 / 241.14).abs();
-    assert!(fit.status == Status::Good && off < 5.0 * fit.sigma as f64, "{fit:?}");
+    assert!(
+        fit.status == Status::Good && off < 5.0 * fit.sigma as f64,
+        "{fit:?}"
+    );
 }
 
-/// Folded onto zero, or onto half the frame rate, mains have one phase only, and its sine is nowhere.
+/// Folded onto zero, or onto half the frame rate, mains have one phase only, and its sine is
+/// nowhere.
 #[test]
 fn mains_folded_onto_zero_and_onto_half_the_frame_rate() {
     for cycles in [1.0, 0.5] {
         for seed in 0..5 {
-            let tone = Tone { seed, ..Tone::default() };
+            let tone = Tone {
+                seed,
+                ..Tone::default()
+            };
             let mut case = Case::new(tone.values());
             add_mains(&mut case, cycles);
-            case.assert_good(&format!("{cycles} cycles of mains per frame"), tone.frequency);
+            case.assert_good(
+                &format!("{cycles} cycles of mains per frame"),
+                tone.frequency,
+            );
         }
     }
 }
@@ -203,7 +280,8 @@ fn add_mains(case: &mut Case, cycles_per_frame: f64) {
     case.interferer = Some(cycles_per_frame as f32);
     for (n, frame) in case.values.iter_mut().enumerate() {
         for (c, value) in frame.iter_mut().enumerate() {
-            *value += (10_000.0 * (TAU * cycles_per_frame * n as f64 + c as f64).cos()).round() as f32;
+            *value +=
+                (10_000.0 * (TAU * cycles_per_frame * n as f64 + c as f64).cos()).round() as f32;
         }
     }
 }

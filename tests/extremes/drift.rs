@@ -14,22 +14,39 @@ const TIMES: [f64; 5] = [0.2, 0.5, 1.0, 3.0, f64::INFINITY];
 /// A drift from one at the window's start to zero at its end; `t` is in frames from its centre.
 fn drift(time: f64, t: f64) -> f64 {
     let x = t / FRAMES as f64 + 0.5;
-    if time.is_finite() { ((-x / time).exp() - (-1.0 / time).exp()) / (1.0 - (-1.0 / time).exp()) } else { 1.0 - x }
+    if time.is_finite() {
+        ((-x / time).exp() - (-1.0 / time).exp()) / (1.0 - (-1.0 / time).exp())
+    } else {
+        1.0 - x
+    }
 }
 
-/// A tone with its noise 20 dB below, on a drift that swings each channel by up to `swing` amplitudes.
+/// A tone with its noise 20 dB below, on a drift that swings each channel by up to `swing`
+/// amplitudes.
 fn window(cycles: f64, time: f64, swing: f64, amplitude: f64, seed: u64) -> Case {
     window_with(&[1.0], cycles, time, swing, amplitude, seed)
 }
 
 /// The same with `harmonics` of these shares.
-fn window_with(harmonics: &[f64], cycles: f64, time: f64, swing: f64, amplitude: f64, seed: u64) -> Case {
+fn window_with(
+    harmonics: &[f64],
+    cycles: f64,
+    time: f64,
+    swing: f64,
+    amplitude: f64,
+    seed: u64,
+) -> Case {
     let mut noise = Noise::new(seed);
-    let factors: Vec<f64> = (0..16).map(|c| swing * AMPLITUDE * ((c as f64 * 0.7 + seed as f64).sin())).collect();
+    let factors: Vec<f64> = (0..16)
+        .map(|c| swing * AMPLITUDE * ((c as f64 * 0.7 + seed as f64).sin()))
+        .collect();
     Case::new(codes(FRAMES, |c, t| {
         let phase = 2.4 * c as f64 + 0.77 * seed as f64;
         let wave = |(h, share): (usize, &f64)| {
-            share * (TAU * (h + 1) as f64 * cycles / FRAMES as f64 * t + phase * (1.0 + 0.3 * h as f64)).cos()
+            share
+                * (TAU * (h + 1) as f64 * cycles / FRAMES as f64 * t
+                    + phase * (1.0 + 0.3 * h as f64))
+                    .cos()
         };
         let tone = amplitude * harmonics.iter().enumerate().map(wave).sum::<f64>();
         tone + factors[c] * drift(time, t) + 0.0707 * AMPLITUDE * noise.next()
@@ -39,19 +56,37 @@ fn window_with(harmonics: &[f64], cycles: f64, time: f64, swing: f64, amplitude:
 /// The mean error over fifty windows is within its own noise and a tenth of the uncertainty.
 fn assert_unbiased(cycles: f64, time: f64, swing: f64) -> Result<(), String> {
     let truth = cycles / FRAMES as f64;
-    let fits: Vec<_> = (0..50).map(|seed| window(cycles, time, swing, AMPLITUDE, seed).fit()).collect();
-    let good: Vec<_> = fits.iter().filter(|fit| fit.status == Status::Good).collect();
+    let fits: Vec<_> = (0..50)
+        .map(|seed| window(cycles, time, swing, AMPLITUDE, seed).fit())
+        .collect();
+    let good: Vec<_> = fits
+        .iter()
+        .filter(|fit| fit.status == Status::Good)
+        .collect();
     let count = good.len() as f64;
-    // By the uncertainty of a window without a drift: what the fit makes of it must not widen the bar.
+    // By the uncertainty of a window without a drift: what the fit makes of it must not widen the
+    // bar.
     let clean = window(cycles, time, 0.0, AMPLITUDE, 0).fit().sigma as f64;
-    let errors: Vec<f64> = good.iter().map(|fit| (fit.frequency as f64 - truth) / clean).collect();
+    let errors: Vec<f64> = good
+        .iter()
+        .map(|fit| (fit.frequency as f64 - truth) / clean)
+        .collect();
     let mean = errors.iter().sum::<f64>() / count;
-    let spread = (errors.iter().map(|error| (error - mean).powi(2)).sum::<f64>() / (count - 1.0)).sqrt();
+    let spread = (errors
+        .iter()
+        .map(|error| (error - mean).powi(2))
+        .sum::<f64>()
+        / (count - 1.0))
+        .sqrt();
     let bar = 3.0 * spread / count.sqrt() + 0.1;
     let what = format!(
         "{cycles} cycles, time {time}, swing {swing}: {count} of 50 good, mean error {mean:.2} sigma, spread {spread:.2}"
     );
-    if count >= 45.0 && mean.abs() < bar && spread < 2.0 { Ok(()) } else { Err(what) }
+    if count >= 45.0 && mean.abs() < bar && spread < 2.0 {
+        Ok(())
+    } else {
+        Err(what)
+    }
 }
 
 /// Asserts it of every number of cycles with every drift under it.
@@ -65,7 +100,12 @@ fn assert_all_unbiased(cycles: &[f64], times: &[f64], swings: &[f64]) {
             }
         }
     }
-    assert!(failed.is_empty(), "{} of {tried}:\n{}", failed.len(), failed.join("\n"));
+    assert!(
+        failed.is_empty(),
+        "{} of {tried}:\n{}",
+        failed.len(),
+        failed.join("\n")
+    );
 }
 
 #[test]
@@ -89,8 +129,8 @@ fn a_quick_drift_does_not_bias_three_cycles() {
     assert_all_unbiased(&[3.0, 3.4], &TIMES[..1], &[2.0]);
 }
 
-/// A low line with its overtones mimics a drift and a tone: there must be no part of the tone's frequency among the
-/// answers.
+/// A low line with its overtones mimics a drift and a tone: there must be no part of the tone's
+/// frequency among the answers.
 #[test]
 fn a_huge_drift_makes_no_tone_a_part_of_itself() {
     let mut wrong = Vec::new();
@@ -100,7 +140,10 @@ fn a_huge_drift_makes_no_tone_a_part_of_itself() {
                 let truth = cycles / FRAMES as f64;
                 let fits = (0..20).map(|seed| window(cycles, time, swing, AMPLITUDE, seed).fit());
                 let good: Vec<_> = fits.filter(|fit| fit.status == Status::Good).collect();
-                let off = good.iter().filter(|fit| (fit.frequency as f64 / truth - 1.0).abs() > 0.25).count();
+                let off = good
+                    .iter()
+                    .filter(|fit| (fit.frequency as f64 / truth - 1.0).abs() > 0.25)
+                    .count();
                 for seed in 0..2 {
                     eprintln!(
                         "{cycles} {time} {swing} {:?}",
@@ -121,9 +164,10 @@ fn a_huge_drift_makes_no_tone_a_part_of_itself() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// From one cycle on a drift, a slight one or a steep one, makes no other tone of what is there: what is good is right, most
-/// has the right frequency, and from one and a half cycles on, with overtones from 1.66, most is good. Fewer are never good: a
-/// single bump resembles them, and overtones with the drift's curves fill so short a window.
+/// From one cycle on a drift, a slight one or a steep one, makes no other tone of what is there:
+/// what is good is right, most has the right frequency, and from one and a half cycles on, with
+/// overtones from 1.66, most is good. Fewer are never good: a single bump resembles them, and
+/// overtones with the drift's curves fill so short a window.
 #[test]
 fn one_cycle_or_two_on_a_drift_are_right() {
     let mut wrong = Vec::new();
@@ -131,16 +175,33 @@ fn one_cycle_or_two_on_a_drift_are_right() {
         for cycles in [1.0, 1.1, 1.25, 1.35, 1.5, 1.66, 1.85, 1.95] {
             for swing in [0.5, 2.0, 10.0] {
                 let truth = cycles / FRAMES as f64;
-                let case = |k: u64| window_with(harmonics, cycles, TIMES[k as usize % 5], swing, AMPLITUDE, k);
+                let case = |k: u64| {
+                    window_with(
+                        harmonics,
+                        cycles,
+                        TIMES[k as usize % 5],
+                        swing,
+                        AMPLITUDE,
+                        k,
+                    )
+                };
                 let fits: Vec<_> = (0..30).map(|k| case(k).fit()).collect();
-                let good: Vec<_> = fits.iter().filter(|fit| fit.status == Status::Good).collect();
-                let off = |fit: &&&Fit| (fit.frequency as f64 - truth).abs() > 5.0 * fit.sigma as f64;
+                let good: Vec<_> = fits
+                    .iter()
+                    .filter(|fit| fit.status == Status::Good)
+                    .collect();
+                let off =
+                    |fit: &&&Fit| (fit.frequency as f64 - truth).abs() > 5.0 * fit.sigma as f64;
                 let off = good.iter().filter(off).count();
                 let right = |fit: &&Fit| (fit.frequency as f64 / truth - 1.0).abs() < 0.1;
                 let right = fits.iter().filter(right).count();
                 // With overtones as few cycles may be others: of a lower tone with more of them.
                 let is_full = harmonics.len() > 1 && cycles < 1.66;
-                let (least, least_right) = if cycles < 1.5 { (0, 9) } else { (if is_full { 0 } else { 20 }, 20) };
+                let (least, least_right) = if cycles < 1.5 {
+                    (0, 9)
+                } else {
+                    (if is_full { 0 } else { 20 }, 20)
+                };
                 if off > 0 || good.len() < least || right < least_right {
                     let harmonics = harmonics.len();
                     wrong.push(format!(
@@ -158,7 +219,9 @@ fn assert_no_tone(times: &[f64], swings: &[f64]) {
     let mut found = Vec::new();
     for time in times.iter().copied() {
         for swing in swings.iter().copied() {
-            let good = (0..40).filter(|seed| window(3.0, time, swing, 0.0, *seed).fit().status == Status::Good).count();
+            let good = (0..40)
+                .filter(|seed| window(3.0, time, swing, 0.0, *seed).fit().status == Status::Good)
+                .count();
             if good > 0 {
                 found.push(format!("time {time}, swing {swing}: {good} of 40 good"));
             }
@@ -185,7 +248,10 @@ fn a_tone_on_a_drift_is_at_its_maximum() {
         for time in [1.0, 3.0, f64::INFINITY] {
             for seed in 0..5 {
                 let case = window(cycles, time, 3.0, AMPLITUDE, seed);
-                case.assert_good(&format!("{cycles} cycles, time {time}"), cycles / FRAMES as f64);
+                case.assert_good(
+                    &format!("{cycles} cycles, time {time}"),
+                    cycles / FRAMES as f64,
+                );
             }
         }
     }

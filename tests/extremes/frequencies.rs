@@ -1,4 +1,5 @@
-//! Frequencies and windows: less than a cycle, next to half the frame rate, on and between bins, short and long.
+//! Frequencies and windows: less than a cycle, next to half the frame rate, on and between bins,
+//! short and long.
 
 use crate::case::Case;
 use crate::reference::Tone;
@@ -7,10 +8,17 @@ use ridgetone_tone::Status;
 
 /// A frequency of `cycles` cycles in `frames` frames.
 fn tone(cycles: f64, frames: usize, noise: f64, seed: u64) -> Tone {
-    Tone { frequency: cycles / frames as f64, frames, noise, seed, ..Tone::default() }
+    Tone {
+        frequency: cycles / frames as f64,
+        frames,
+        noise,
+        seed,
+        ..Tone::default()
+    }
 }
 
-/// From 0.6 cycles on there is a frequency if the noise allows; below, the status is too short. None is good.
+/// From 0.6 cycles on there is a frequency if the noise allows; below, the status is too short.
+/// None is good.
 #[test]
 fn half_a_cycle_to_one() {
     let (mut ambiguous, mut too_short, mut wrong) = (0, 0, 0);
@@ -31,24 +39,39 @@ fn half_a_cycle_to_one() {
                     Status::TooShort | Status::NoTone => too_short += 1,
                     other => panic!("{other:?}: {tone:?}"),
                 }
-                assert!(cycles < 0.8 || noise > 50.0 || fit.status.has_tone(), "{tone:?} {fit:?}");
-                // Below a cycle an ambiguous one may be another: a tone with as many unknowns, or a drift.
+                assert!(
+                    cycles < 0.8 || noise > 50.0 || fit.status.has_tone(),
+                    "{tone:?} {fit:?}"
+                );
+                // Below a cycle an ambiguous one may be another: a tone with as many unknowns, or a
+                // drift.
                 let off = (fit.frequency as f64 - tone.frequency).abs();
                 let is_right = off < 5.0 * fit.sigma as f64;
                 wrong += u32::from(fit.status.has_tone() && !is_right);
-                assert!(!fit.status.has_tone() || is_right || cycles < 0.95, "{tone:?} {fit:?}");
+                assert!(
+                    !fit.status.has_tone() || is_right || cycles < 0.95,
+                    "{tone:?} {fit:?}"
+                );
             }
         }
     }
     let counts = format!("{ambiguous} ambiguous, {wrong} of them wrong, {too_short} too short");
-    assert!(ambiguous >= 40 && too_short >= 8 && 7 * wrong <= ambiguous, "{counts}");
+    assert!(
+        ambiguous >= 40 && too_short >= 8 && 7 * wrong <= ambiguous,
+        "{counts}"
+    );
 }
 
 #[test]
 fn next_to_half_the_frame_rate() {
     for frequency in [0.45, 0.47, 0.49, 0.495, 0.498, 0.499, 0.4995, 0.4999] {
         for seed in 0..4 {
-            let tone = Tone { frequency, noise: 50.0, seed, ..Tone::default() };
+            let tone = Tone {
+                frequency,
+                noise: 50.0,
+                seed,
+                ..Tone::default()
+            };
             let mut case = Case::new(tone.values());
             case.harmonics = 1;
             let fit = case.fit();
@@ -72,7 +95,10 @@ fn on_a_bin_and_between_two() {
                 let tone = tone(cycles, frames, 200.0, seed);
                 Case::new(tone.values()).assert_good(&format!("{tone:?}"), tone.frequency);
                 let bins = (2 * frames).next_power_of_two() as f64 / 2.0;
-                let tone = Tone { frequency: cycles / bins, ..tone };
+                let tone = Tone {
+                    frequency: cycles / bins,
+                    ..tone
+                };
                 Case::new(tone.values()).assert_good(&format!("{tone:?}"), tone.frequency);
             }
         }
@@ -82,9 +108,21 @@ fn on_a_bin_and_between_two() {
 #[test]
 fn the_shortest_window_and_the_longest() {
     let frames_of = |window_s: f32| (window_s * FRAME_RATE_HZ).round() as usize;
-    let accepts = |window_s| Settings { window_s, ..Settings::DEFAULT }.validate().is_ok();
+    let accepts = |window_s| {
+        Settings {
+            window_s,
+            ..Settings::DEFAULT
+        }
+        .validate()
+        .is_ok()
+    };
     let (shortest, longest) = (0.1, 3.9);
-    assert!(accepts(shortest) && !accepts(0.99 * shortest) && accepts(longest) && !accepts(1.01 * longest));
+    assert!(
+        accepts(shortest)
+            && !accepts(0.99 * shortest)
+            && accepts(longest)
+            && !accepts(1.01 * longest)
+    );
     for (window_s, cycles, carried, most) in [
         (shortest, 1.0, 1, 1),
         (shortest, 1.3, 1, 4),
@@ -97,11 +135,21 @@ fn the_shortest_window_and_the_longest() {
         (longest, 411.7, 1, 5),
     ] {
         for seed in 0..4 {
-            let tone = Tone { harmonics: carried, ..tone(cycles, frames_of(window_s), 50.0, seed) };
-            let case = Case { harmonics: most, ..Case::new(tone.values()) };
+            let tone = Tone {
+                harmonics: carried,
+                ..tone(cycles, frames_of(window_s), 50.0, seed)
+            };
+            let case = Case {
+                harmonics: most,
+                ..Case::new(tone.values())
+            };
             let fit = case.fit();
             // So few may be a single bump, though the channels have it in different phases.
-            let expected = if cycles < 1.15 { Status::Ambiguous } else { Status::Good };
+            let expected = if cycles < 1.15 {
+                Status::Ambiguous
+            } else {
+                Status::Good
+            };
             assert_eq!(fit.status, expected, "{tone:?} {fit:?}");
             case.assert_near_peak(&format!("{tone:?}"), &fit, tone.frequency);
             assert_eq!(fit.harmonics as usize, carried, "{tone:?} {fit:?}");

@@ -15,14 +15,21 @@ fn window(seed: u64, channel: impl Fn(usize) -> (f64, f64, f64)) -> Vec<[f32; 16
     let mut noise = Noise::new(seed);
     codes(FRAMES, |c, t| {
         let (amplitude, offset, sigma) = channel(c);
-        (offset + amplitude * (TAU * FREQUENCY * t + c as f64).sin() + sigma * noise.next()).clamp(-RAIL, RAIL)
+        (offset + amplitude * (TAU * FREQUENCY * t + c as f64).sin() + sigma * noise.next())
+            .clamp(-RAIL, RAIL)
     })
 }
 
 #[test]
 fn ten_codes_at_the_rail() {
     for seed in 0..10 {
-        let values = window(seed, |c| (10.0, if c % 2 == 0 { RAIL - 20.0 } else { 20.0 - RAIL }, 2.0));
+        let values = window(seed, |c| {
+            (
+                10.0,
+                if c % 2 == 0 { RAIL - 20.0 } else { 20.0 - RAIL },
+                2.0,
+            )
+        });
         Case::new(values).assert_good("ten codes", FREQUENCY);
     }
 }
@@ -32,27 +39,35 @@ fn full_scale() {
     for snr_db in [10, 20, 40, 50] {
         let noise = RAIL * (0.5 / 10f64.powf(0.1 * snr_db as f64)).sqrt();
         for seed in 0..5 {
-            // Where the noise is large the rail clips it; harmonics hold what that makes of the tone.
+            // Where the noise is large the rail clips it; harmonics hold what that makes of the
+            // tone.
             let values = window(seed, |_| (RAIL, 0.0, noise));
             Case::new(values).assert_good(&format!("full scale, {snr_db} dB"), FREQUENCY);
         }
     }
 }
 
-/// From 60 dB on the bound is at the last digits of f32: the frequency is right to those, and sigma shows it.
+/// From 60 dB on the bound is at the last digits of f32: the frequency is right to those, and sigma
+/// shows it.
 #[test]
 fn what_f32_cannot_hold_is_reported() {
     let strongest = |c: usize| 4e6 * 1e-6f64.powf(c as f64 / 15.0);
     for seed in 0..20 {
         for (what, values) in [
             ("60 dB", window(seed, |_| (RAIL, 0.0, 6000.0))),
-            ("92 dB in one channel", window(seed, |c| (strongest(c), 1000.0 * c as f64, 100.0))),
+            (
+                "92 dB in one channel",
+                window(seed, |c| (strongest(c), 1000.0 * c as f64, 100.0)),
+            ),
             ("120 dB", window(seed, |_| (RAIL, 0.0, 6.0))),
             ("no noise", window(seed, |_| (RAIL, 0.0, 0.0))),
         ] {
             let fit = Case::new(values).fit();
             assert_eq!(fit.status, Status::Good, "{what}: {fit:?}");
-            let (off, sigma) = ((fit.frequency as f64 - FREQUENCY).abs() / FREQUENCY, fit.sigma as f64 / FREQUENCY);
+            let (off, sigma) = (
+                (fit.frequency as f64 - FREQUENCY).abs() / FREQUENCY,
+                fit.sigma as f64 / FREQUENCY,
+            );
             assert!(off < 4.0 * sigma && sigma < 2e-6, "{what}: {off} {sigma}");
         }
     }
@@ -63,7 +78,13 @@ fn amplitudes_a_million_apart() {
     let amplitude = |c: usize| 4e6 * 1e-6f64.powf(c as f64 / 15.0);
     for seed in 0..5 {
         // As clear in every channel, and then all in the same noise.
-        let values = window(seed, |c| (amplitude(c), 1000.0 * c as f64, (0.1 * amplitude(c)).max(0.5)));
+        let values = window(seed, |c| {
+            (
+                amplitude(c),
+                1000.0 * c as f64,
+                (0.1 * amplitude(c)).max(0.5),
+            )
+        });
         Case::new(values).assert_good("each in its own noise", FREQUENCY);
         let values = window(seed, |c| (amplitude(15 - c), 1000.0 * c as f64, 40_000.0));
         Case::new(values).assert_good("all in the same noise", FREQUENCY);
@@ -81,7 +102,11 @@ fn all_zero_is_nothing() {
 #[test]
 fn stuck_clipped_at_the_rail() {
     for seed in 0..5 {
-        let tone = Tone { seed, noise: 50.0, ..Tone::default() };
+        let tone = Tone {
+            seed,
+            noise: 50.0,
+            ..Tone::default()
+        };
         let mut case = Case::new(tone.values());
         let offset = tone.channel(7).offset as f32;
         let held = case.values[100][11];
@@ -112,7 +137,13 @@ fn stuck_clipped_at_the_rail() {
 fn one_channel_is_left() {
     for seed in 0..5 {
         for (what, noise) in [("constant", 0.0), ("noise", 100.0)] {
-            let values = window(seed, |c| if c == 6 { (1000.0, 5e6, 100.0) } else { (0.0, -3e6, noise) });
+            let values = window(seed, |c| {
+                if c == 6 {
+                    (1000.0, 5e6, 100.0)
+                } else {
+                    (0.0, -3e6, noise)
+                }
+            });
             let case = Case::new(values);
             let fit = case.assert_good(what, FREQUENCY);
             assert_eq!(fit.usable, if noise > 0.0 { u16::MAX } else { 1 << 6 });

@@ -25,24 +25,46 @@ fn behind_the_mask_they_change_nothing() {
             }
         }
         let fit = case.fit();
-        assert_eq!((fit.status, fit.frames, fit.usable), (expected.status, expected.frames, expected.usable));
-        assert_eq!((fit.frequency, fit.sigma, fit.channels), (expected.frequency, expected.sigma, expected.channels));
+        assert_eq!(
+            (fit.status, fit.frames, fit.usable),
+            (expected.status, expected.frames, expected.usable)
+        );
+        assert_eq!(
+            (fit.frequency, fit.sigma, fit.channels),
+            (expected.frequency, expected.sigma, expected.channels)
+        );
     }
 }
 
-/// In front of it they cost their channel, or the fit, but are never given away: [`Case::fit`] looks at every field.
+/// In front of it they cost their channel, or the fit, but are never given away: [`Case::fit`]
+/// looks at every field.
 #[test]
 fn in_valid_values_they_stay_inside() {
     for strange in STRANGE {
         for frames in [24, 145, 241, 965] {
-            for (at, channels) in [(0, 1u16), (frames / 2, 1 << 15), (frames - 1, 0b1010), (frames / 3, u16::MAX)] {
-                let mut case = Case::new(Tone { frames, frequency: 0.1, ..Tone::default() }.values());
+            for (at, channels) in [
+                (0, 1u16),
+                (frames / 2, 1 << 15),
+                (frames - 1, 0b1010),
+                (frames / 3, u16::MAX),
+            ] {
+                let mut case = Case::new(
+                    Tone {
+                        frames,
+                        frequency: 0.1,
+                        ..Tone::default()
+                    }
+                    .values(),
+                );
                 for c in (0..16).filter(|c| channels & 1 << c != 0) {
                     case.values[at][c] = strange;
                 }
                 let fit = case.fit();
                 let finite = strange.is_finite();
-                assert!(finite || fit.status != Status::Good || fit.usable & channels == 0, "{strange} {fit:?}");
+                assert!(
+                    finite || fit.status != Status::Good || fit.usable & channels == 0,
+                    "{strange} {fit:?}"
+                );
             }
         }
     }
@@ -54,7 +76,11 @@ fn a_channel_of_nothing_else_is_left_out() {
         let mut case = Case::new(Tone::default().values());
         case.values.iter_mut().for_each(|frame| frame[4] = strange);
         let fit = case.fit();
-        assert_eq!((fit.status, fit.usable), (Status::Good, !(1 << 4)), "{fit:?}");
+        assert_eq!(
+            (fit.status, fit.usable),
+            (Status::Good, !(1 << 4)),
+            "{fit:?}"
+        );
     }
 }
 

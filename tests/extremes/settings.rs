@@ -29,7 +29,11 @@ fn any_settings_are_refused_or_run() {
             accuracy: if n % 5 < 3 { 0.0 } else { between(1e-6, 0.1) },
             interferer_hz: if n % 7 < 4 { 0.0 } else { between(5.0, 1000.0) },
             vref_v: between(0.5, 5.5),
-            slide: if n % 2 == 0 { SlideRule::Found } else { protocol },
+            slide: if n % 2 == 0 {
+                SlideRule::Found
+            } else {
+                protocol
+            },
             array: Array {
                 pitch_mm: between(0.1, 100.0),
                 edge_phase_rad: between(-3.1, 3.1),
@@ -48,7 +52,11 @@ fn any_settings_are_refused_or_run() {
                 force_ratio: between(0.0, 100.0),
             },
             pins: PinDisplay {
-                rate_hz: if n % 2 == 0 { 0 } else { between(8.0, 50.0) as u8 },
+                rate_hz: if n % 2 == 0 {
+                    0
+                } else {
+                    between(8.0, 50.0) as u8
+                },
                 side: between(4.0, 10.0) as u8,
                 levels: between(1.0, 250.0) as u8,
                 spacing_mm: between(0.1, 100.0),

@@ -9,11 +9,13 @@ pub enum Baseline {
     Line,
     /// A polynomial of the third degree.
     Curve,
-    /// A line and this number of exponentials, of time constants of half the window, a sixth, and an eighteenth of it.
+    /// A line and this number of exponentials, of time constants of half the window, a sixth, and
+    /// an eighteenth of it.
     Relaxing(usize),
 }
 
-/// The likelihood of a frequency, with unknown noise in every channel and every other unknown fitted to it.
+/// The likelihood of a frequency, with unknown noise in every channel and every other unknown
+/// fitted to it.
 #[derive(Clone, Debug)]
 pub struct Likelihood<'a> {
     values: &'a [[f32; 16]],
@@ -36,21 +38,42 @@ impl<'a> Likelihood<'a> {
         let centre = 0.5 * (values.len() as f64 - 1.0);
         let places = (0..values.len()).map(|n| n as f64 - centre).collect();
         let rows = (0..values.len()).collect();
-        Self { values, places, highest: 0.5, rows, channels: u16::MAX, harmonics, baseline, interferer: None }
+        Self {
+            values,
+            places,
+            highest: 0.5,
+            rows,
+            channels: u16::MAX,
+            harmonics,
+            baseline,
+            interferer: None,
+        }
     }
 
     /// Of the channels in `channels` alone, in the frames in which all of `taxels` are valid.
     pub fn only(self, channels: u16, valid: &[u16], taxels: u16) -> Self {
-        let rows = (0..self.values.len()).filter(|n| valid[*n] & taxels == taxels).collect();
-        Self { rows, channels, ..self }
+        let rows = (0..self.values.len())
+            .filter(|n| valid[*n] & taxels == taxels)
+            .collect();
+        Self {
+            rows,
+            channels,
+            ..self
+        }
     }
 
-    /// Frequency, cycles per frame, where it is greatest within `reach` of `near`: the best of a row of them, then
-    /// golden section.
+    /// Frequency, cycles per frame, where it is greatest within `reach` of `near`: the best of a
+    /// row of them, then golden section.
     pub fn peak(&self, near: f64, reach: f64) -> f64 {
         let sides = 8;
         let at = |i: i32| near + reach * i as f64 / sides as f64;
-        let cost = |f: f64| if f > 0.0 && f < self.highest { self.cost(f) } else { f64::INFINITY };
+        let cost = |f: f64| {
+            if f > 0.0 && f < self.highest {
+                self.cost(f)
+            } else {
+                f64::INFINITY
+            }
+        };
         let costs = (-sides..=sides).map(|i| (cost(at(i)), i));
         let (_, best) = costs.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
         let (mut a, mut b) = (at(best - 1), at(best + 1));
@@ -71,8 +94,8 @@ impl<'a> Likelihood<'a> {
         0.5 * (a + b)
     }
 
-    /// Standard deviation of the frequency, cycles per frame, by the curvature at the maximum `peak`: the
-    /// Cramer-Rao bound with the residuals for the noise.
+    /// Standard deviation of the frequency, cycles per frame, by the curvature at the maximum
+    /// `peak`: the Cramer-Rao bound with the residuals for the noise.
     pub fn sigma(&self, peak: f64) -> f64 {
         let mut step = 1e-4 / self.values.len() as f64;
         for _ in 0..4 {
@@ -88,7 +111,11 @@ impl<'a> Likelihood<'a> {
         let mut sum = 0.0;
         for c in (0..16).filter(|c| self.channels & 1 << c != 0) {
             let first = self.values[self.rows[0]][c] as f64;
-            let mut rest: Vec<f64> = self.rows.iter().map(|n| self.values[*n][c] as f64 - first).collect();
+            let mut rest: Vec<f64> = self
+                .rows
+                .iter()
+                .map(|n| self.values[*n][c] as f64 - first)
+                .collect();
             for unit in &basis {
                 take_off(&mut rest, unit);
             }
@@ -98,15 +125,21 @@ impl<'a> Likelihood<'a> {
     }
 
     fn columns(&self, f: f64) -> Vec<Vec<f64>> {
-        let half = self.places.iter().fold(0.0, |most: f64, place| most.max(place.abs()));
-        let column = |of: &dyn Fn(f64) -> f64| self.rows.iter().map(|n| of(self.places[*n])).collect();
+        let half = self
+            .places
+            .iter()
+            .fold(0.0, |most: f64, place| most.max(place.abs()));
+        let column =
+            |of: &dyn Fn(f64) -> f64| self.rows.iter().map(|n| of(self.places[*n])).collect();
         let degree = match self.baseline {
             Baseline::Level => 0,
             Baseline::Line => 1,
             Baseline::Curve => 3,
             Baseline::Relaxing(_) => 1,
         };
-        let mut columns: Vec<Vec<f64>> = (0..=degree).map(|d| column(&|t| (t / half).powi(d))).collect();
+        let mut columns: Vec<Vec<f64>> = (0..=degree)
+            .map(|d| column(&|t| (t / half).powi(d)))
+            .collect();
         if let Baseline::Relaxing(count) = self.baseline {
             columns.extend(
                 [1.0f64, 3.0, 9.0]
@@ -133,8 +166,8 @@ fn take_off(from: &mut [f64], unit: &[f64]) {
     from.iter_mut().zip(unit).for_each(|(x, u)| *x -= along * u);
 }
 
-/// Modified Gram-Schmidt, twice. A column, of elements about one, that the others span or that is nothing but
-/// rounding is left out.
+/// Modified Gram-Schmidt, twice. A column, of elements about one, that the others span or that is
+/// nothing but rounding is left out.
 fn orthonormal(columns: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     let mut basis: Vec<Vec<f64>> = Vec::new();
     for mut column in columns {
@@ -152,13 +185,33 @@ fn orthonormal(columns: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
 
 /// The maximum within 0.4 bins of `near` over all channels of a whole window.
 pub fn log_likelihood_peak(values: &[[f32; 16]], near: f64, harmonics: usize, slope: bool) -> f64 {
-    let baseline = if slope { Baseline::Line } else { Baseline::Level };
+    let baseline = if slope {
+        Baseline::Line
+    } else {
+        Baseline::Level
+    };
     Likelihood::new(values, harmonics, baseline).peak(near, 0.4 / values.len() as f64)
 }
 
 /// The same along a path, in cycles per unit of `places`, within `reach` of `near`.
-pub fn peak_along(values: &[[f32; 16]], places: &[f64], near: f64, reach: f64, harmonics: usize, slope: bool) -> f64 {
-    let baseline = if slope { Baseline::Line } else { Baseline::Level };
+pub fn peak_along(
+    values: &[[f32; 16]],
+    places: &[f64],
+    near: f64,
+    reach: f64,
+    harmonics: usize,
+    slope: bool,
+) -> f64 {
+    let baseline = if slope {
+        Baseline::Line
+    } else {
+        Baseline::Level
+    };
     let in_time = Likelihood::new(values, harmonics, baseline);
-    Likelihood { places: places.to_vec(), highest: f64::INFINITY, ..in_time }.peak(near, reach)
+    Likelihood {
+        places: places.to_vec(),
+        highest: f64::INFINITY,
+        ..in_time
+    }
+    .peak(near, reach)
 }

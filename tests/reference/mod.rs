@@ -70,7 +70,11 @@ impl Tone {
         let mut noise = Noise(self.uniform(0));
         let channels: Vec<_> = (0..16).map(|c| self.channel(c)).collect();
         codes(self.frames, |c, t| {
-            let Truth { amplitude, offset, phase_rad } = channels[c];
+            let Truth {
+                amplitude,
+                offset,
+                phase_rad,
+            } = channels[c];
             let theta = TAU * self.frequency * t + phase_rad;
             let mut wave = theta.cos();
             for h in 2..=self.harmonics {

@@ -1,5 +1,6 @@
-//! A line that damages what it carries, in front of the decoder. Which frames arrived whole is known from the bytes:
-//! what is between two zeros is, byte for byte, a frame that was sent, or it is damaged.
+//! A line that damages what it carries, in front of the decoder. Which frames arrived whole is
+//! known from the bytes: what is between two zeros is, byte for byte, a frame that was sent, or it
+//! is damaged.
 
 #[allow(dead_code, reason = "a part of it is used here")]
 #[path = "touch.rs"]
@@ -18,8 +19,8 @@ pub struct Tried {
     pub whole: u32,
     /// Spans between two zeros that are not a frame of the sender.
     pub damaged: u32,
-    /// Of those, the ones that the decoder takes for packets: whole frames that nobody sent. A fuzzer may make them; at
-    /// random they are one in four thousand million.
+    /// Of those, the ones that the decoder takes for packets: whole frames that nobody sent. A
+    /// fuzzer may make them; at random they are one in four thousand million.
     pub forged: u32,
 }
 
@@ -43,7 +44,8 @@ struct Sent {
     frames: HashMap<Vec<u8>, Packet>,
     line: Vec<u8>,
     number: u16,
-    /// Whether a frame arrived twice or too early: by their numbers that looks like a loss, or like a new start.
+    /// Whether a frame arrived twice or too early: by their numbers that looks like a loss, or like
+    /// a new start.
     shuffled: bool,
 }
 
@@ -53,7 +55,10 @@ impl Sent {
         let events = telemetry();
         // From 1 on: a greeting of number 0 is a new start.
         self.number += 1;
-        let packet = Packet { sequence: self.number, event: events[usize::from(which) % events.len()].clone() };
+        let packet = Packet {
+            sequence: self.number,
+            event: events[usize::from(which) % events.len()].clone(),
+        };
         let mut wire = [0; WIRE_MAX];
         let used = encode(&packet, &mut wire).expect("every event fits the wire");
         self.frames.insert(wire[..used - 1].to_vec(), packet);
@@ -62,9 +67,15 @@ impl Sent {
 
     /// Does what the next bytes say; false when there are none.
     fn step(&mut self, bytes: &mut impl Iterator<Item = u8>) -> bool {
-        let (Some(what), Some(which)) = (bytes.next(), bytes.next()) else { return false };
+        let (Some(what), Some(which)) = (bytes.next(), bytes.next()) else {
+            return false;
+        };
         let mut frame = self.frame(which);
-        let mut at = || bytes.next().map_or(0, |byte| usize::from(byte) << 1 | usize::from(which & 1));
+        let mut at = || {
+            bytes
+                .next()
+                .map_or(0, |byte| usize::from(byte) << 1 | usize::from(which & 1))
+        };
         match what % 11 {
             // Cut behind, and in front.
             0 => frame.truncate(at() % frame.len()),
@@ -76,7 +87,10 @@ impl Sent {
             }
             // Merged with the next: its delimiter is lost, or was made another byte.
             3 => drop(frame.pop()),
-            4 => frame.last_mut().into_iter().for_each(|last| *last = which | 1),
+            4 => frame
+                .last_mut()
+                .into_iter()
+                .for_each(|last| *last = which | 1),
             // Flipped bits.
             5 | 6 => {
                 for _ in 0..=what / 64 {
@@ -108,7 +122,8 @@ impl Sent {
     }
 }
 
-/// Sends what `bytes` say and damages it as they say; panics if the decoder gives, counts or loses anything wrong.
+/// Sends what `bytes` say and damages it as they say; panics if the decoder gives, counts or loses
+/// anything wrong.
 pub fn try_line(bytes: &[u8]) -> Tried {
     let mut sent = Sent::default();
     let mut bytes = bytes.iter().copied();
@@ -124,7 +139,11 @@ pub fn try_line(bytes: &[u8]) -> Tried {
         };
         match sent.frames.get(content) {
             Some(packet) => {
-                assert_eq!(given, std::slice::from_ref(packet), "a frame that arrived whole is read");
+                assert_eq!(
+                    given,
+                    std::slice::from_ref(packet),
+                    "a frame that arrived whole is read"
+                );
                 tried.whole += 1;
                 numbers.push(packet.sequence);
             }
@@ -132,15 +151,29 @@ pub fn try_line(bytes: &[u8]) -> Tried {
             None => {
                 let mut wire = [0; WIRE_MAX];
                 let used = encode(&given[0], &mut wire).expect("it fitted");
-                assert!(given.len() == 1 && wire[..used] == *span, "{given:?} out of {span:?}");
+                assert!(
+                    given.len() == 1 && wire[..used] == *span,
+                    "{given:?} out of {span:?}"
+                );
                 tried.forged += 1;
             }
         }
     }
     assert_eq!(decoder.damaged, tried.damaged);
-    if let (Some(first), Some(last), false, 0) = (numbers.first(), numbers.last(), sent.shuffled, tried.forged) {
-        assert_eq!(decoder.missing, u32::from(last - first) + 1 - tried.whole, "{numbers:?}");
+    if let (Some(first), Some(last), false, 0) =
+        (numbers.first(), numbers.last(), sent.shuffled, tried.forged)
+    {
+        assert_eq!(
+            decoder.missing,
+            u32::from(last - first) + 1 - tried.whole,
+            "{numbers:?}"
+        );
     }
-    assert!(decoder.missing <= u32::from(sent.number) * 2, "{} missing of {}", decoder.missing, sent.number);
+    assert!(
+        decoder.missing <= u32::from(sent.number) * 2,
+        "{} missing of {}",
+        decoder.missing,
+        sent.number
+    );
     tried
 }

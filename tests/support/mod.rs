@@ -1,4 +1,5 @@
-//! What the whole-path tests share: a board that runs a scene through driver, pipeline and telemetry.
+//! What the whole-path tests share: a board that runs a scene through driver, pipeline and
+//! telemetry.
 
 use hal_mock::{Options, Scene, SimulatedBoard};
 use ridgetone::frame::TimedConversion;
@@ -24,15 +25,27 @@ pub fn run_along(
     profile: Option<Profile>,
     keep: impl FnMut(u32, TimedConversion) -> Option<TimedConversion>,
 ) -> Vec<Event> {
-    run_on(SimulatedBoard::new(scene, Options::default()), settings, profile, keep)
+    run_on(
+        SimulatedBoard::new(scene, Options::default()),
+        settings,
+        profile,
+        keep,
+    )
 }
 
-/// Frames of a robot's messages, stuffed and without their zeros, and when each is complete: seconds of scene time.
+/// Frames of a robot's messages, stuffed and without their zeros, and when each is complete:
+/// seconds of scene time.
 pub type Stream = Vec<(f64, Vec<u8>)>;
 
 /// The same with a robot's messages, in the order of their times.
 pub fn run_streamed(scene: impl Scene + 'static, settings: Settings, stream: Stream) -> Vec<Event> {
-    run_all(SimulatedBoard::new(scene, Options::default()), settings, None, stream, all)
+    run_all(
+        SimulatedBoard::new(scene, Options::default()),
+        settings,
+        None,
+        stream,
+        all,
+    )
 }
 
 /// The same on a board of one's own.
@@ -70,10 +83,15 @@ fn run_all(
         if board.with_chip(|chip| chip.ended()) {
             break;
         }
-        while let Some((at_s, mut frame)) = stream.next_if(|(at_s, _)| zero_s + at_s < edge_ns as f64 * 1e-9) {
+        while let Some((at_s, mut frame)) =
+            stream.next_if(|(at_s, _)| zero_s + at_s < edge_ns as f64 * 1e-9)
+        {
             pipeline.hear(&mut frame, ((zero_s + at_s) * 1e6) as u64 as u32);
         }
-        if let Some(kept) = keep(count, TimedConversion::new((edge_ns / 1000) as u32, conversion)) {
+        if let Some(kept) = keep(
+            count,
+            TimedConversion::new((edge_ns / 1000) as u32, conversion),
+        ) {
             pipeline.push(kept, &mut |event| wire.send(event));
         }
         count += 1;
@@ -98,10 +116,18 @@ struct Wire {
 impl Wire {
     fn send(&mut self, event: Event) {
         let mut bytes = [0; WIRE_MAX];
-        let used = encode(&Packet { sequence: self.sequence, event }, &mut bytes).unwrap();
+        let used = encode(
+            &Packet {
+                sequence: self.sequence,
+                event,
+            },
+            &mut bytes,
+        )
+        .unwrap();
         self.sequence = self.sequence.wrapping_add(1);
         for byte in &bytes[..used] {
-            self.received.extend(self.decoder.push(*byte).map(|packet| packet.event));
+            self.received
+                .extend(self.decoder.push(*byte).map(|packet| packet.event));
         }
     }
 }
@@ -135,7 +161,11 @@ pub fn outcome(events: &[Event]) -> Outcome {
         match event {
             Event::Contact(contact) => out.contacts_s.push(seconds(contact.t_us)),
             Event::Slide(slide) => {
-                out.slides_s.extend(slide.end_us.map(|end| (seconds(slide.start_us), seconds(end))));
+                out.slides_s.extend(
+                    slide
+                        .end_us
+                        .map(|end| (seconds(slide.start_us), seconds(end))),
+                );
             }
             Event::Release(release) => out.releases_s.push(seconds(release.t_us)),
             Event::Estimate(fit) if fit.span == ridgetone_proto::telemetry::Span::Slide => {
@@ -145,7 +175,12 @@ pub fn outcome(events: &[Event]) -> Outcome {
             Event::Health(health) => out.health = *health,
             Event::Image(image) => out.images.push(image.clone()),
             Event::Texture(texture) => out.textures.push(*texture),
-            Event::Hello(_) | Event::Fault(_) | Event::Reply(_) | Event::Raw(_) | Event::Feel(_) | Event::Pins(_) => {}
+            Event::Hello(_)
+            | Event::Fault(_)
+            | Event::Reply(_)
+            | Event::Raw(_)
+            | Event::Feel(_)
+            | Event::Pins(_) => {}
         }
     }
     out

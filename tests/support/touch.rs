@@ -1,4 +1,5 @@
-//! A touch as conversions, without a chip: idle, contact, hold, a slide of two seconds, hold, release.
+//! A touch as conversions, without a chip: idle, contact, hold, a slide of two seconds, hold,
+//! release.
 
 use ads1258::{Conversion, Status};
 use ridgetone::frame::TimedConversion;
@@ -15,14 +16,23 @@ pub const TONE_HZ: f64 = 8.3;
 /// The chip's own readings (SBAS297G): offset 0, supply 5 V, 25 degrees, gain 1, reference 4.096 V.
 const OWN: [i32; 5] = [0, 3_932_160, 322_560, 7_864_320, 3_221_225];
 
-/// A scan of the touch, dated as scan number `number` on a counter that began at `start_us` and wraps.
-pub fn scan(scan: u64, number: u64, start_us: u32) -> impl Iterator<Item = TimedConversion> + Clone {
+/// A scan of the touch, dated as scan number `number` on a counter that began at `start_us` and
+/// wraps.
+pub fn scan(
+    scan: u64,
+    number: u64,
+    start_us: u32,
+) -> impl Iterator<Item = TimedConversion> + Clone {
     let ids = (0..32u8).filter(|id| SCAN.channel_mask() & 1 << id != 0);
     ids.zip(0u64..).map(move |(id, slot)| {
         let ns = |scan: u64| (scan * SLOTS as u64 + slot) * CONVERSION_NS;
         // New, and of this channel.
         let status = Status(0x80 | id);
-        let code = if slot < 16 { code(slot, ns(scan) as f64 * 1e-9) } else { OWN[slot as usize - 16] };
+        let code = if slot < 16 {
+            code(slot, ns(scan) as f64 * 1e-9)
+        } else {
+            OWN[slot as usize - 16]
+        };
         let t_us = start_us.wrapping_add((ns(number) / 1000) as u32);
         TimedConversion::new(t_us, Conversion { status, code })
     })
@@ -30,9 +40,17 @@ pub fn scan(scan: u64, number: u64, start_us: u32) -> impl Iterator<Item = Timed
 
 fn code(taxel: u64, t_s: f64) -> i32 {
     let sign = if taxel.is_multiple_of(2) { 1.0 } else { -1.0 };
-    let load = if (0.3..3.1).contains(&t_s) { 50_000.0 + 30_000.0 * (-(t_s - 0.3) / 0.03).exp() } else { 0.0 };
+    let load = if (0.3..3.1).contains(&t_s) {
+        50_000.0 + 30_000.0 * (-(t_s - 0.3) / 0.03).exp()
+    } else {
+        0.0
+    };
     let slid_s = (t_s - 0.8).clamp(0.0, 2.0);
-    let tone = if load > 0.0 { 5000.0 * (TAU * TONE_HZ * slid_s + taxel as f64).sin() } else { 0.0 };
+    let tone = if load > 0.0 {
+        5000.0 * (TAU * TONE_HZ * slid_s + taxel as f64).sin()
+    } else {
+        0.0
+    };
     // Noise by hashing: the same in every run, and no generator to carry along.
     let hash = ((t_s * 1e9) as u64 ^ taxel << 56).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     let noise = ((hash >> 40) as f64 / (1u64 << 24) as f64 - 0.5) * 200.0;

@@ -15,10 +15,14 @@ pub fn fit(volts: &[f32]) -> Result<Fit, Overwritten> {
 fn main() -> Result<(), Overwritten> {
     let sample = |i: usize| {
         let (t_s, phase) = ((i / CHANNELS) as f32 / RATE_HZ, (i % CHANNELS) as f32);
-        1.5 + 0.002 * (core::f32::consts::TAU * 23.4 * t_s + phase).sin() + 1e-4 * (i as f32 * i as f32 * 0.37).sin()
+        1.5 + 0.002 * (core::f32::consts::TAU * 23.4 * t_s + phase).sin()
+            + 1e-4 * (i as f32 * i as f32 * 0.37).sin()
     };
     let volts: Vec<f32> = (0..400 * CHANNELS).map(sample).collect();
     let fit = fit(&volts)?;
-    println!("{:?}: {:.3} +- {:.3} Hz, {} harmonics", fit.status, fit.frequency, fit.sigma, fit.harmonics);
+    println!(
+        "{:?}: {:.3} +- {:.3} Hz, {} harmonics",
+        fit.status, fit.frequency, fit.sigma, fit.harmonics
+    );
     Ok(())
 }

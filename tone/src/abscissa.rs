@@ -1,9 +1,10 @@
 //! The abscissa of a span: `u`, -1 at its start and 1 at its end.
 //!
-//! It is a frame's place in time, or along a path. A frequency is `nu`, cycles per unit of `u`: half the cycles in the
-//! span.
+//! It is a frame's place in time, or along a path. A frequency is `nu`, cycles per unit of `u`:
+//! half the cycles in the span.
 
-/// Frames that are visited at a time: as long a source is locked, and as many share one table of the harmonics.
+/// Frames that are visited at a time: as long a source is locked, and as many share one table of
+/// the harmonics.
 pub const BLOCK: usize = 16;
 
 /// Frames from one place to the next whose distance counts for the length of a path.
@@ -14,15 +15,25 @@ const STRIDE_FRAMES: u32 = 8;
 pub enum Abscissa<'a> {
     /// In time: that of frame 0, and from one frame to the next.
     Time { start: f32, step: f32 },
-    /// Along a path; `travel` is its length with all turns, and `short` by how much its ends are nearer than its extremes, both in `u`.
-    Path { place: &'a dyn Fn(u32) -> f32, centre: f32, half: f32, travel: f32, short: f32 },
+    /// Along a path; `travel` is its length with all turns, and `short` by how much its ends are
+    /// nearer than its extremes, both in `u`.
+    Path {
+        place: &'a dyn Fn(u32) -> f32,
+        centre: f32,
+        half: f32,
+        travel: f32,
+        short: f32,
+    },
 }
 
 impl<'a> Abscissa<'a> {
     /// Of `frames` frames in time.
     pub fn time(frames: u32) -> Self {
         let step = 2.0 / frames.max(1) as f32;
-        Self::Time { start: -0.5 * (frames as f32 - 1.0) * step, step }
+        Self::Time {
+            start: -0.5 * (frames as f32 - 1.0) * step,
+            step,
+        }
     }
 
     /// Of `frames` frames along a path. None if it does not move, or a place is not finite.
@@ -44,7 +55,13 @@ impl<'a> Abscissa<'a> {
         let half = 0.5 * (most - least);
         let apart = (place(frames.saturating_sub(1)) - place(0)).abs();
         let [travel, short] = [length, 2.0 * half - apart].map(|way| way / half);
-        (half > 0.0).then_some(Self::Path { place, centre: least + half, half, travel, short })
+        (half > 0.0).then_some(Self::Path {
+            place,
+            centre: least + half,
+            half,
+            travel,
+            short,
+        })
     }
 
     /// From one frame to the next, in time.
@@ -60,7 +77,8 @@ impl<'a> Abscissa<'a> {
         matches!(self, Self::Path { travel, .. } if *travel > 2.0 + 2.0 * share)
     }
 
-    /// Whether it is one that turns near an end, by more than this share of its range: a stride may hide that.
+    /// Whether it is one that turns near an end, by more than this share of its range: a stride may
+    /// hide that.
     pub fn turns_at_an_end(&self, share: f32) -> bool {
         matches!(self, Self::Path { short, .. } if *short > 2.0 * share)
     }
@@ -69,17 +87,27 @@ impl<'a> Abscissa<'a> {
     pub fn u(&self, frame: u32) -> f32 {
         match self {
             Self::Time { start, step } => start + step * frame as f32,
-            Self::Path { place, centre, half, .. } => (place(frame) - centre) / half,
+            Self::Path {
+                place,
+                centre,
+                half,
+                ..
+            } => (place(frame) - centre) / half,
         }
     }
 
-    /// `u` of the frames of a block that begins with frame `first`; not of use behind the last of `frames`.
+    /// `u` of the frames of a block that begins with frame `first`; not of use behind the last of
+    /// `frames`.
     pub fn block(&self, first: u32, frames: u32) -> [f32; BLOCK] {
         match self {
-            Self::Time { start, step } => core::array::from_fn(|i| start + step * (first + i as u32) as f32),
+            Self::Time { start, step } => {
+                core::array::from_fn(|i| start + step * (first + i as u32) as f32)
+            }
             Self::Path { .. } => {
                 let mut u = [0.0; BLOCK];
-                u.iter_mut().zip(first..frames).for_each(|(u, frame)| *u = self.u(frame));
+                u.iter_mut()
+                    .zip(first..frames)
+                    .for_each(|(u, frame)| *u = self.u(frame));
                 u
             }
         }

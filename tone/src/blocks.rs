@@ -1,8 +1,9 @@
-//! The second pass: the window in at most [`BLOCKS_MAX`] blocks, each as the sums of its frames times a local basis: 1, `v`
-//! (`u` from the block's centre), and cosine and sine of each line with their phases at the block's centre.
+//! The second pass: the window in at most [`BLOCKS_MAX`] blocks, each as the sums of its frames
+//! times a local basis: 1, `v` (`u` from the block's centre), and cosine and sine of each line with
+//! their phases at the block's centre.
 //!
-//! Whatever follows needs the frames no more: lines that are off by a small part of a cycle a window, baselines that are
-//! smooth, and how amplitude and phase move from block to block.
+//! Whatever follows needs the frames no more: lines that are off by a small part of a cycle a
+//! window, baselines that are smooth, and how amplitude and phase move from block to block.
 
 use crate::frame_span::{BLOCK, Block, FrameSpan};
 use crate::limits::{BLOCKS_MAX, CHANNELS_MAX, LINES_MAX, PIECES_MAX, POINTS_MAX};
@@ -20,7 +21,11 @@ pub const PRODUCTS: usize = LOCAL * (LOCAL + 1) / 2;
 #[inline(always)]
 pub const fn product(row: usize, column: usize) -> usize {
     let index = row * (row + 1) / 2 + column;
-    if index < PRODUCTS { index } else { PRODUCTS - 1 }
+    if index < PRODUCTS {
+        index
+    } else {
+        PRODUCTS - 1
+    }
 }
 
 /// The lines of a pass.
@@ -34,11 +39,13 @@ pub struct Lines {
 }
 
 impl Lines {
-    /// Cycles per half window of each line, and how many there are; with `half_line` that at half the fundamental in an interferer's place,
-    /// where there is none.
+    /// Cycles per half window of each line, and how many there are; with `half_line` that at half
+    /// the fundamental in an interferer's place, where there is none.
     pub fn all(&self, half_line: bool) -> ([f32; LINES_MAX], usize) {
         let mut all = [0.0; LINES_MAX];
-        let harmonics = self.harmonics.min(LINES_MAX - self.interferer.is_some() as usize);
+        let harmonics = self
+            .harmonics
+            .min(LINES_MAX - self.interferer.is_some() as usize);
         for (h, nu) in all.iter_mut().enumerate().take(harmonics) {
             *nu = (h + 1) as f32 * self.nu;
         }
@@ -62,8 +69,8 @@ pub struct Blocks {
     products: [[f32; PRODUCTS]; BLOCKS_MAX],
     /// How many blocks, from the first one on, have the products of the first one.
     alike: u8,
-    /// With the channels, which are in the order of the pass and in units of their scale, less their lines. Before there are
-    /// blocks, other steps have their memory here.
+    /// With the channels, which are in the order of the pass and in units of their scale, less
+    /// their lines. Before there are blocks, other steps have their memory here.
     pub rows: [[Values; LOCAL]; BLOCKS_MAX],
     /// How many there are.
     pub count: usize,
@@ -84,7 +91,8 @@ pub struct Blocks {
 /// Most frames on one side of a chunk's centre.
 const HALF_MAX: usize = 8;
 
-/// Frames about a chunk's centre: cosine and sine of each line at half of them, the other half is their mirror image.
+/// Frames about a chunk's centre: cosine and sine of each line at half of them, the other half is
+/// their mirror image.
 struct Centred {
     distance: [f32; HALF_MAX],
     cos: [[f32; HALF_MAX]; LINES_MAX],
@@ -122,8 +130,14 @@ impl Centred {
         out.products[product(1, 1)] = twice(&out.distance, &out.distance, half);
         for l in 0..lines.min(LINES_MAX) {
             let row = 2 + 2 * l;
-            out.lines[l] = [twice(&[1.0; HALF_MAX], &out.cos[l], half), twice(&out.distance, &out.sin[l], half)];
-            [out.products[product(row, 0)], out.products[product(row + 1, 1)]] = out.lines[l];
+            out.lines[l] = [
+                twice(&[1.0; HALF_MAX], &out.cos[l], half),
+                twice(&out.distance, &out.sin[l], half),
+            ];
+            [
+                out.products[product(row, 0)],
+                out.products[product(row + 1, 1)],
+            ] = out.lines[l];
             for m in 0..=l {
                 out.products[product(row, 2 + 2 * m)] = twice(&out.cos[l], &out.cos[m], half);
                 out.products[product(row + 1, 3 + 2 * m)] = twice(&out.sin[l], &out.sin[m], half);
@@ -147,12 +161,18 @@ struct Shift {
 
 impl Shift {
     fn new(nu: &[f32; LINES_MAX], distance: f32) -> Self {
-        Self { distance, turns: nu.map(|nu| cos_sin(from_turns(nu * distance))) }
+        Self {
+            distance,
+            turns: nu.map(|nu| cos_sin(from_turns(nu * distance))),
+        }
     }
 
     /// That of the next chunk, where `step` is from one to the next.
     fn next(&self, step: &Self) -> Self {
-        let mut next = Self { distance: self.distance + step.distance, turns: self.turns };
+        let mut next = Self {
+            distance: self.distance + step.distance,
+            turns: self.turns,
+        };
         for ((cos, sin), (by_cos, by_sin)) in next.turns.iter_mut().zip(&step.turns) {
             (*cos, *sin) = (*cos * by_cos - *sin * by_sin, *sin * by_cos + *cos * by_sin);
         }
@@ -193,7 +213,11 @@ impl Blocks {
             order: [0; CHANNELS_MAX],
             width: 0,
             squares: [0.0; CHANNELS_MAX],
-            lines: Lines { nu: 0.0, harmonics: 0, interferer: None },
+            lines: Lines {
+                nu: 0.0,
+                harmonics: 0,
+                interferer: None,
+            },
             half_line: false,
             #[cfg(feature = "long-windows")]
             long: [0.0; POINTS_MAX + POINTS_MAX / 2],
@@ -202,21 +226,40 @@ impl Blocks {
 
     /// Products of the basis of block `b` with itself.
     pub fn products(&self, b: usize) -> &[f32; PRODUCTS] {
-        &self.products[if b < self.alike as usize { 0 } else { b % BLOCKS_MAX }]
+        &self.products[if b < self.alike as usize {
+            0
+        } else {
+            b % BLOCKS_MAX
+        }]
     }
 
     /// The pieces' memory, before there are blocks: behind that of a periodogram.
     pub fn pieces_mut(&mut self) -> &mut [Values] {
         self.are_intact = false;
-        self.rows.as_flattened_mut().split_at_mut(BLOCKS_MAX * LOCAL - PIECES_MAX).1
+        self.rows
+            .as_flattened_mut()
+            .split_at_mut(BLOCKS_MAX * LOCAL - PIECES_MAX)
+            .1
     }
 
     /// The first pieces, and memory for a grid: of each of its series a sum and a difference.
-    pub fn grid_memory<const SERIES: usize>(&mut self, count: usize) -> (&[Values], &mut [[[f32; SERIES]; 2]]) {
+    pub fn grid_memory<const SERIES: usize>(
+        &mut self,
+        count: usize,
+    ) -> (&[Values], &mut [[[f32; SERIES]; 2]]) {
         self.are_intact = false;
         let rows = self.rows.as_flattened();
-        let pieces = rows.get(rows.len() - PIECES_MAX..).and_then(|pieces| pieces.get(..count)).unwrap_or_default();
-        let folded = self.products.as_flattened_mut().as_chunks_mut().0.as_chunks_mut().0;
+        let pieces = rows
+            .get(rows.len() - PIECES_MAX..)
+            .and_then(|pieces| pieces.get(..count))
+            .unwrap_or_default();
+        let folded = self
+            .products
+            .as_flattened_mut()
+            .as_chunks_mut()
+            .0
+            .as_chunks_mut()
+            .0;
         (pieces, folded.get_mut(..PIECES_MAX / 2).unwrap_or_default())
     }
 
@@ -232,7 +275,9 @@ impl Blocks {
         let memory = &mut self.long[..];
         #[cfg(not(feature = "long-windows"))]
         let memory = self.rows.as_flattened_mut().as_flattened_mut();
-        memory.get_mut(..POINTS_MAX + POINTS_MAX / 2).unwrap_or_default()
+        memory
+            .get_mut(..POINTS_MAX + POINTS_MAX / 2)
+            .unwrap_or_default()
     }
 
     /// Collects at most `most` blocks of some channels and lines.
@@ -253,12 +298,22 @@ impl Blocks {
         while chunk < BLOCK && chunk * most < span.frames as usize {
             chunk *= 2;
         }
-        let frames_per_block = (chunk as u32 * span.frames.div_ceil(((most * chunk) as u32).max(1))).max(1);
+        let frames_per_block =
+            (chunk as u32 * span.frames.div_ceil(((most * chunk) as u32).max(1))).max(1);
         let abscissa = span.abscissa();
-        // Along a path, which may turn back, a block is not of frames that follow each other but of neighbours.
-        self.count = if span.is_in_time() { span.frames.div_ceil(frames_per_block) as usize } else { most };
+        // Along a path, which may turn back, a block is not of frames that follow each other but of
+        // neighbours.
+        self.count = if span.is_in_time() {
+            span.frames.div_ceil(frames_per_block) as usize
+        } else {
+            most
+        };
         let is_by_frame = !span.is_in_time() || chunk == 2;
-        let whole_blocks = if is_by_frame { 0 } else { (span.frames / frames_per_block) as usize };
+        let whole_blocks = if is_by_frame {
+            0
+        } else {
+            (span.frames / frames_per_block) as usize
+        };
         let pass = Pass {
             statistics,
             nu,
@@ -283,11 +338,15 @@ impl Blocks {
             if b == 0 || b >= self.alike as usize {
                 self.products[b] = [0.0; PRODUCTS];
             }
-            let used = self.rows[b].as_flattened_mut().get_mut(..(2 + 2 * line_count) * CHANNELS_MAX);
+            let used = self.rows[b]
+                .as_flattened_mut()
+                .get_mut(..(2 + 2 * line_count) * CHANNELS_MAX);
             used.unwrap_or_default().fill(0.0);
             let first = b as u32 * frames_per_block;
             self.u[b] = match (abscissa.step(), sums[b]) {
-                (Some(step), _) => pass.start + step * (first as f32 + 0.5 * (frames_per_block - 1) as f32),
+                (Some(step), _) => {
+                    pass.start + step * (first as f32 + 0.5 * (frames_per_block - 1) as f32)
+                }
                 (None, (count, sum)) => sum / f32::max(count, 1.0),
             };
         }
@@ -298,16 +357,27 @@ impl Blocks {
         }
     }
 
-    fn pass<const HALF: usize>(&mut self, span: &mut FrameSpan, pass: &Pass) -> Result<(), Overwritten> {
+    fn pass<const HALF: usize>(
+        &mut self,
+        span: &mut FrameSpan,
+        pass: &Pass,
+    ) -> Result<(), Overwritten> {
         let mut centred = Centred::NONE;
         centred.fill(&pass.nu, pass.lines, pass.step, HALF);
         let (abscissa, frames) = (span.abscissa(), span.frames);
         let chunk = 2 * HALF as u32;
         let step = Shift::new(&pass.nu, pass.step * chunk as f32);
-        let first = Shift::new(&pass.nu, -0.5 * pass.step * pass.frames_per_block.saturating_sub(chunk) as f32);
+        let first = Shift::new(
+            &pass.nu,
+            -0.5 * pass.step * pass.frames_per_block.saturating_sub(chunk) as f32,
+        );
         let mut shift = first;
         // Of a block whose frames are all there the products are those of any other.
-        let chunks_of_first = if self.alike > 0 { pass.frames_per_block / chunk } else { 0 };
+        let chunks_of_first = if self.alike > 0 {
+            pass.frames_per_block / chunk
+        } else {
+            0
+        };
         for _ in 0..chunks_of_first {
             add_products(&mut self.products[0], &centred.products, &shift, pass.lines);
             shift = shift.next(&step);
@@ -326,38 +396,68 @@ impl Blocks {
                 let frame = first_frame % pass.frames_per_block.max(1);
                 shift = if frame == 0 { first } else { shift.next(&step) };
                 let is_whole = number < pass.whole_blocks;
-                let valid = block.valid.get(start..start + chunk as usize).unwrap_or_default();
-                let missing = if block.complete { 0 } else { valid.iter().filter(|valid| **valid == 0).count() };
-                // Where most are missing, frame by frame; else a frame that is missing has a value as any other, and is taken out
-                // again.
+                let valid = block
+                    .valid
+                    .get(start..start + chunk as usize)
+                    .unwrap_or_default();
+                let missing = if block.complete {
+                    0
+                } else {
+                    valid.iter().filter(|valid| **valid == 0).count()
+                };
+                // Where most are missing, frame by frame; else a frame that is missing has a value
+                // as any other, and is taken out again.
                 let is_sparse = !is_whole && missing > HALF;
                 if is_sparse || missing > 0 {
                     let u = abscissa.block(block.first, frames);
-                    self.add_frames(&block, start..start + chunk as usize, number, (&u, is_sparse), pass);
+                    self.add_frames(
+                        &block,
+                        start..start + chunk as usize,
+                        number,
+                        (&u, is_sparse),
+                        pass,
+                    );
                 }
                 if is_sparse {
                     continue;
                 }
                 if !is_whole {
-                    add_products(&mut self.products[number], &centred.products, &shift, pass.lines);
+                    add_products(
+                        &mut self.products[number],
+                        &centred.products,
+                        &shift,
+                        pass.lines,
+                    );
                 }
                 let u = self.u[number] + shift.distance;
                 let rows = &mut self.rows[number];
-                for (k, (channel, squares)) in self.order.iter().zip(&mut self.squares).enumerate().take(self.width) {
+                for (k, (channel, squares)) in self
+                    .order
+                    .iter()
+                    .zip(&mut self.squares)
+                    .enumerate()
+                    .take(self.width)
+                {
                     *squares += add_channel(rows, halves, k, *channel, u, &shift, &centred, pass);
                 }
             }
         })
     }
 
-    /// Adds each frame to the block of its place: those that follow each other are mostly in the same one.
+    /// Adds each frame to the block of its place: those that follow each other are mostly in the
+    /// same one.
     #[inline(never)]
     fn add_by_frame(&mut self, block: &Block, u: &[f32; BLOCK], pass: &Pass) {
         let count = self.count;
         // Only along a path there is no step.
         let (in_time, first, by) = (pass.step > 0.0, block.first, pass.frames_per_block.max(1));
-        let number =
-            |i: usize| if in_time { ((first + i as u32) / by) as usize } else { neighbours(u[i % BLOCK], count) };
+        let number = |i: usize| {
+            if in_time {
+                ((first + i as u32) / by) as usize
+            } else {
+                neighbours(u[i % BLOCK], count)
+            }
+        };
         let mut from = 0;
         while from < BLOCK {
             let (own, mut to) = (number(from), from + 1);
@@ -369,8 +469,8 @@ impl Blocks {
         }
     }
 
-    /// Adds those of some frames to block `number` that are there, or takes those out that are not there: by fours, as far as these
-    /// have any.
+    /// Adds those of some frames to block `number` that are there, or takes those out that are not
+    /// there: by fours, as far as these have any.
     #[inline(never)]
     fn add_frames(
         &mut self,
@@ -385,13 +485,30 @@ impl Blocks {
         if number < self.alike as usize {
             // Without a frame it is no longer as the others.
             let like = self.products[0];
-            self.products.iter_mut().take(self.alike as usize).for_each(|products| *products = like);
+            self.products
+                .iter_mut()
+                .take(self.alike as usize)
+                .for_each(|products| *products = like);
             self.alike = 0;
         }
-        let Statistics { offset, slope, scale, .. } = pass.statistics;
-        let fours = block.values.as_chunks::<FOUR>().0.iter().zip(u.as_chunks::<FOUR>().0);
-        for (((values, u), valid), first) in fours.zip(block.valid.as_chunks::<FOUR>().0).zip((0..).step_by(FOUR)) {
-            let is_in = |i: &usize| frames.contains(&(first + i)) && (valid[i % FOUR] != 0) == are_there;
+        let Statistics {
+            offset,
+            slope,
+            scale,
+            ..
+        } = pass.statistics;
+        let fours = block
+            .values
+            .as_chunks::<FOUR>()
+            .0
+            .iter()
+            .zip(u.as_chunks::<FOUR>().0);
+        for (((values, u), valid), first) in fours
+            .zip(block.valid.as_chunks::<FOUR>().0)
+            .zip((0..).step_by(FOUR))
+        {
+            let is_in =
+                |i: &usize| frames.contains(&(first + i)) && (valid[i % FOUR] != 0) == are_there;
             if !(0..FOUR).any(|i| is_in(&i)) {
                 continue;
             }
@@ -410,17 +527,28 @@ impl Blocks {
             for (row, factors) in basis.as_flattened().iter().enumerate().take(2 * pairs) {
                 let (own, others) = products.split_at_mut((row + 1).min(products.len()));
                 let factors = factors.map(|factor| weight * factor);
-                own.iter_mut().zip(basis.as_flattened()).for_each(|(product, with)| add_four(product, with, &factors));
+                own.iter_mut()
+                    .zip(basis.as_flattened())
+                    .for_each(|(product, with)| add_four(product, with, &factors));
                 products = others;
             }
             let rows = &mut self.rows[number].as_chunks_mut::<2>().0;
-            for (k, (channel, squares)) in self.order.iter().zip(&mut self.squares).enumerate().take(self.width) {
+            for (k, (channel, squares)) in self
+                .order
+                .iter()
+                .zip(&mut self.squares)
+                .enumerate()
+                .take(self.width)
+            {
                 let (c, k) = (*channel as usize % CHANNELS_MAX, k % CHANNELS_MAX);
                 let (offset, slope, scale) = (offset[c], slope[c], scale[c]);
-                let values: [f32; FOUR] = core::array::from_fn(|i| (values[i][c] - offset - slope * u[i]) * scale);
+                let values: [f32; FOUR] =
+                    core::array::from_fn(|i| (values[i][c] - offset - slope * u[i]) * scale);
                 let weighted: [f32; FOUR] = core::array::from_fn(|i| weights[i] * values[i]);
                 add_four(squares, &values, &weighted);
-                for ([one, other], [with_one, with_other]) in rows.iter_mut().zip(&basis).take(pairs) {
+                for ([one, other], [with_one, with_other]) in
+                    rows.iter_mut().zip(&basis).take(pairs)
+                {
                     add_four(&mut one[k], with_one, &weighted);
                     add_four(&mut other[k], with_other, &weighted);
                 }
@@ -480,18 +608,28 @@ fn add_channel<const HALF: usize>(
     pass: &Pass,
 ) -> f32 {
     let c = channel as usize % CHANNELS_MAX;
-    let Statistics { offset, slope, scale, .. } = pass.statistics;
+    let Statistics {
+        offset,
+        slope,
+        scale,
+        ..
+    } = pass.statistics;
     let (offset, scale) = (offset[c], scale[c]);
-    // The line at the chunk's centre as f32 holds it is subtracted frame by frame, and what it lacks from the sums.
+    // The line at the chunk's centre as f32 holds it is subtracted frame by frame, and what it
+    // lacks from the sums.
     let zero = offset + slope[c] * u;
     let (rest, slope) = ((slope[c] * u - (zero - offset)) * scale, slope[c] * scale);
     let (mut even, mut odd) = ([0.0; HALF], [0.0; HALF]);
     let (mut sum, mut along, mut squares, mut odd_squares) = (0.0, 0.0, 0.0, 0.0);
     for i in 0..HALF {
-        let (after, before) = ((after[i][c] - zero) * scale, (before[HALF - 1 - i][c] - zero) * scale);
+        let (after, before) = (
+            (after[i][c] - zero) * scale,
+            (before[HALF - 1 - i][c] - zero) * scale,
+        );
         (even[i], odd[i]) = (after + before, after - before);
     }
-    // A loop of its own: the compiler unrolls short ones only, and without that nothing stays in registers.
+    // A loop of its own: the compiler unrolls short ones only, and without that nothing stays in
+    // registers.
     for i in 0..HALF {
         sum += even[i];
         along += odd[i] * centred.distance[i % HALF_MAX];

@@ -5,7 +5,8 @@ use crate::limits::{CHANNELS_MAX, POINTS_CHIP};
 use crate::source::{FrameSource, Overwritten, Values};
 use core::ops::Range;
 
-/// Most impulses of a window that the chip can fit: one value in a hundred of its longest, and some more. What are beyond stay.
+/// Most impulses of a window that the chip can fit: one value in a hundred of its longest, and some
+/// more. What are beyond stay.
 const IMPULSES_CHIP: usize = 160;
 /// The same of any window.
 #[cfg(not(feature = "long-windows"))]
@@ -31,7 +32,12 @@ pub struct Impulses {
 
 impl Impulses {
     /// None; a constant is written in its place.
-    pub const NONE: Self = Self { places: [0; IMPULSES_MAX], values: [0.0; IMPULSES_MAX], count: 0, is_of_chip: true };
+    pub const NONE: Self = Self {
+        places: [0; IMPULSES_MAX],
+        values: [0.0; IMPULSES_MAX],
+        count: 0,
+        is_of_chip: true,
+    };
 
     /// Whether there are some.
     pub fn are_found(&self) -> bool {
@@ -51,7 +57,10 @@ impl Impulses {
     /// The next one: its frame in the span, its channel, and what replaces it.
     pub fn push(&mut self, frame: usize, channel: usize, value: f32) {
         if self.count < self.most()
-            && let (Some(place), Some(replaced)) = (self.places.get_mut(self.count), self.values.get_mut(self.count))
+            && let (Some(place), Some(replaced)) = (
+                self.places.get_mut(self.count),
+                self.values.get_mut(self.count),
+            )
         {
             (*place, *replaced) = ((frame * CHANNELS_MAX + channel) as Place, value);
         }
@@ -59,17 +68,28 @@ impl Impulses {
     }
 
     fn most(&self) -> usize {
-        if self.is_of_chip { IMPULSES_CHIP } else { IMPULSES_MAX }
+        if self.is_of_chip {
+            IMPULSES_CHIP
+        } else {
+            IMPULSES_MAX
+        }
     }
 
     /// Those of the frames' blocks: frame, channel and what replaces the value.
     fn of(&self, frames: Range<usize>) -> impl Iterator<Item = (usize, usize, f32)> {
         const BLOCK_PLACES: usize = BLOCK * CHANNELS_MAX;
         let blocks = frames.start / BLOCK..frames.end.div_ceil(BLOCK);
-        let places = self.places.get(..self.count.min(self.most())).unwrap_or_default();
+        let places = self
+            .places
+            .get(..self.count.min(self.most()))
+            .unwrap_or_default();
         // They are in the order of their blocks.
         let first = places.partition_point(|place| *place as usize / BLOCK_PLACES < blocks.start);
-        let all = places.iter().zip(&self.values).skip(first).map(|(place, value)| (*place as usize, *value));
+        let all = places
+            .iter()
+            .zip(&self.values)
+            .skip(first)
+            .map(|(place, value)| (*place as usize, *value));
         all.take_while(move |(place, _)| place / BLOCK_PLACES < blocks.end)
             .map(|(place, value)| (place / CHANNELS_MAX, place % CHANNELS_MAX, value))
     }
@@ -84,22 +104,34 @@ pub struct Cleaned<'c> {
 }
 
 impl FrameSource for Cleaned<'_> {
-    fn read(&mut self, first: u32, most: usize, show: &mut dyn FnMut(&[Values], &[u16])) -> Result<(), Overwritten> {
+    fn read(
+        &mut self,
+        first: u32,
+        most: usize,
+        show: &mut dyn FnMut(&[Values], &[u16]),
+    ) -> Result<(), Overwritten> {
         let from = first.wrapping_sub(self.first) as usize;
         let impulses = self.impulses;
-        self.source.read(first, most.min(BLOCK), &mut |values, valid| {
-            let frames = from..from + values.len();
-            if impulses.of(frames.clone()).next().is_none() {
-                return show(values, valid);
-            }
-            let mut copies = [[0.0; CHANNELS_MAX]; BLOCK];
-            copies.iter_mut().zip(values).for_each(|(copy, values)| *copy = *values);
-            for (frame, channel, value) in impulses.of(frames) {
-                if let Some(copy) = frame.checked_sub(from).and_then(|place| copies.get_mut(place)) {
-                    copy[channel] = value;
+        self.source
+            .read(first, most.min(BLOCK), &mut |values, valid| {
+                let frames = from..from + values.len();
+                if impulses.of(frames.clone()).next().is_none() {
+                    return show(values, valid);
                 }
-            }
-            show(copies.get(..values.len()).unwrap_or_default(), valid);
-        })
+                let mut copies = [[0.0; CHANNELS_MAX]; BLOCK];
+                copies
+                    .iter_mut()
+                    .zip(values)
+                    .for_each(|(copy, values)| *copy = *values);
+                for (frame, channel, value) in impulses.of(frames) {
+                    if let Some(copy) = frame
+                        .checked_sub(from)
+                        .and_then(|place| copies.get_mut(place))
+                    {
+                        copy[channel] = value;
+                    }
+                }
+                show(copies.get(..values.len()).unwrap_or_default(), valid);
+            })
     }
 }

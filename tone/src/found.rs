@@ -4,12 +4,13 @@ use crate::refine::Summit;
 
 /// Candidates whose scores are this close are compared by all channels.
 pub const CLOSE_SCORE: f32 = 25.0;
-/// Candidates nearer than this to the end of another's refinement, cycles per half window, are the same.
+/// Candidates nearer than this to the end of another's refinement, cycles per half window, are the
+/// same.
 pub const SAME_NU: f32 = 0.08;
 /// Cycles from which a model whose residuals are noise is not one of a drift.
 const CYCLES_PLAIN: f32 = 3.0;
-/// Residuals of more than this share of its power may hide more than noise: the noise is not known where what is in the
-/// window is fast.
+/// Residuals of more than this share of its power may hide more than noise: the noise is not known
+/// where what is in the window is fast.
 const REMAINDER_PLAIN: f32 = 0.125;
 
 impl Summit {
@@ -30,8 +31,9 @@ impl Summit {
         (self.model.score - over.model.score + penalties) / frames - penalties
     }
 
-    /// Residuals far above the noise are no noise. They change little from frame to frame: this many frames say no more than
-    /// one. The power is that of a few recordings of a ridged board, and of no theory.
+    /// Residuals far above the noise are no noise. They change little from frame to frame: this
+    /// many frames say no more than one. The power is that of a few recordings of a ridged board,
+    /// and of no theory.
     fn frames_of_one(&self) -> f32 {
         let ratio = self.noise_ratio.max(1.0);
         libm::sqrtf(ratio * libm::sqrtf(ratio))
@@ -59,7 +61,10 @@ impl Found {
     }
 
     pub fn has(&self, nu: f32) -> bool {
-        [&self.best, &self.other].into_iter().flatten().any(|summit| summit.is_near(nu))
+        [&self.best, &self.other]
+            .into_iter()
+            .flatten()
+            .any(|summit| summit.is_near(nu))
     }
 
     /// The score that a refinement must come to.
@@ -80,6 +85,8 @@ impl Found {
             self.other = Some(summit);
         }
         let best = self.best;
-        self.other = self.other.filter(|other| best.is_some_and(|best| other.lead(&best) > -CLOSE_SCORE));
+        self.other = self
+            .other
+            .filter(|other| best.is_some_and(|best| other.lead(&best) > -CLOSE_SCORE));
     }
 }

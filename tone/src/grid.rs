@@ -1,12 +1,14 @@
-//! Below four cycles a window a tone, its harmonics and a curved baseline resemble each other: their exact likelihoods on a
-//! grid of frequencies, from the window's pieces.
+//! Below four cycles a window a tone, its harmonics and a curved baseline resemble each other:
+//! their exact likelihoods on a grid of frequencies, from the window's pieces.
 //!
-//! The pieces of a few channels and the curves are folded about the window's centre: a cosine needs the sums of mirror images
-//! alone, and a sine their differences.
+//! The pieces of a few channels and the curves are folded about the window's centre: a cosine needs
+//! the sums of mirror images alone, and a sine their differences.
 
 use crate::blocks::Lines;
 use crate::curves::curves;
-use crate::limits::{CANDIDATES_MAX, CHANNELS_MAX, CHANNELS_SEARCHED, CURVES_MAX, HARMONICS_MAX, PIECES_MAX};
+use crate::limits::{
+    CANDIDATES_MAX, CHANNELS_MAX, CHANNELS_SEARCHED, CURVES_MAX, HARMONICS_MAX, PIECES_MAX,
+};
 use crate::models::{Models, SIDES, SIZE};
 use crate::phase::{cos_sin, from_turns};
 use crate::refine::likelihood;
@@ -15,7 +17,8 @@ use crate::source::Values;
 use crate::statistics::{Channels, Statistics};
 use heapless::Vec;
 
-/// Series that meet the waves: the right-hand sides, which are channels and curves; level and slope.
+/// Series that meet the waves: the right-hand sides, which are channels and curves; level and
+/// slope.
 const SERIES: usize = SIDES + 2;
 const LEVEL: usize = SIDES;
 /// Cycles in the window from which the grid begins, and its step.
@@ -23,13 +26,15 @@ const FIRST_CYCLES: f32 = 0.57;
 const STEP_CYCLES: f32 = 0.19;
 /// Its steps; the last has 3.61 cycles.
 const STEPS: usize = 17;
-/// With at least this number of harmonics it has points between two whose scores are less than this below the best.
+/// With at least this number of harmonics it has points between two whose scores are less than this
+/// below the best.
 const FINE_HARMONICS: usize = 3;
 const FINE_SCORE: f32 = 12.0;
 /// Most points, with those at candidates of the periodogram.
 pub const POINTS: usize = 2 * STEPS + CANDIDATES_MAX;
 
-/// Points between those of the grid, for each candidate; a step that is too short for one, cycles per half window.
+/// Points between those of the grid, for each candidate; a step that is too short for one, cycles
+/// per half window.
 const REFINEMENTS: usize = 2;
 const TINY: f32 = 0.003;
 
@@ -44,7 +49,10 @@ pub struct Point {
 
 impl Default for Point {
     fn default() -> Self {
-        Self { nu: 0.0, score: f32::NEG_INFINITY }
+        Self {
+            nu: 0.0,
+            score: f32::NEG_INFINITY,
+        }
     }
 }
 
@@ -73,7 +81,8 @@ pub struct Grid<'g> {
 }
 
 impl<'g> Grid<'g> {
-    /// Without pieces, with memory for them. It is filled in its place: as a result of `fill` it would be copied.
+    /// Without pieces, with memory for them. It is filled in its place: as a result of `fill` it
+    /// would be copied.
     #[inline(always)]
     pub const fn empty(folded: &'g mut [Folded]) -> Self {
         Self {
@@ -92,7 +101,8 @@ impl<'g> Grid<'g> {
         }
     }
 
-    /// Takes the pieces of some channels, for a greatest number of harmonics and an interferer, with curves or without.
+    /// Takes the pieces of some channels, for a greatest number of harmonics and an interferer,
+    /// with curves or without.
     #[inline(never)]
     pub fn fill(
         &mut self,
@@ -103,14 +113,19 @@ impl<'g> Grid<'g> {
         is_curved: bool,
     ) {
         let count = pieces.len().min(PIECES_MAX).min(2 * self.folded.len());
-        (self.rows, self.pieces, self.step) = (count.div_ceil(2), count as f32, statistics.piece_step);
+        (self.rows, self.pieces, self.step) =
+            (count.div_ceil(2), count as f32, statistics.piece_step);
         self.ln_pieces = ln(self.pieces);
         self.width = channels.list().len().min(CHANNELS_SEARCHED);
-        (self.harmonics, self.interferer, self.baseline) = (harmonics, interferer, f32::NEG_INFINITY);
+        (self.harmonics, self.interferer, self.baseline) =
+            (harmonics, interferer, f32::NEG_INFINITY);
         let mut units = [(0, 0.0); CHANNELS_SEARCHED];
         for (unit, c) in units.iter_mut().zip(channels.list()) {
             let c = *c as usize % CHANNELS_MAX;
-            *unit = (c, libm::sqrtf(statistics.frames as f32 / statistics.about_line[c]));
+            *unit = (
+                c,
+                libm::sqrtf(statistics.frames as f32 / statistics.about_line[c]),
+            );
         }
         let mut products = [[0.0; SERIES]; SERIES];
         for row in 0..self.rows {
@@ -120,7 +135,9 @@ impl<'g> Grid<'g> {
             let share = if after == before { 0.5 } else { 1.0 };
             let at = |piece: usize, u: f32| series(pieces, piece, u, &units, is_curved);
             let (mut one, mut other) = (at(after, u), at(before, -u));
-            one.iter_mut().chain(&mut other).for_each(|value| *value *= share);
+            one.iter_mut()
+                .chain(&mut other)
+                .for_each(|value| *value *= share);
             if let Some([sums, differences]) = self.folded.get_mut(row) {
                 for s in 0..SERIES {
                     (sums[s], differences[s]) = (one[s] + other[s], one[s] - other[s]);
@@ -140,16 +157,24 @@ impl<'g> Grid<'g> {
             products[c][c] = 1.0;
         }
         self.inverse_squares = core::array::from_fn(|c| 1.0 / products[c][c]);
-        self.curves = core::array::from_fn(|k| products[CHANNELS_SEARCHED + k][CHANNELS_SEARCHED + k]);
-        self.models = Models::new(core::array::from_fn(|s| core::array::from_fn(|t| products[s][t])));
+        self.curves =
+            core::array::from_fn(|k| products[CHANNELS_SEARCHED + k][CHANNELS_SEARCHED + k]);
+        self.models = Models::new(core::array::from_fn(|s| {
+            core::array::from_fn(|t| products[s][t])
+        }));
         let mut own = [[0.0; SIZE]; 2];
         [own[0][0], own[1][0]] = [products[LEVEL][LEVEL], products[LEVEL + 1][LEVEL + 1]];
-        let is_whole = self.models.add(&own, [&products[LEVEL], &products[LEVEL + 1]], self.pieces);
+        let is_whole = self
+            .models
+            .add(&own, [&products[LEVEL], &products[LEVEL + 1]], self.pieces);
         if let Some(nu) = interferer {
             let (turns, before) = (nu * self.step, self.models);
             let transform = self.transform(turns);
             let own = products_with(&transform, &[], (self.pieces, self.sum(2.0 * turns)));
-            if !self.models.add(&own, [&transform[0], &transform[1]], self.pieces) {
+            if !self
+                .models
+                .add(&own, [&transform[0], &transform[1]], self.pieces)
+            {
                 // Folded to next to nothing by the pieces' rate it is a part of the baseline.
                 (self.models, self.interferer) = (before, None);
             }
@@ -159,7 +184,8 @@ impl<'g> Grid<'g> {
         }
     }
 
-    /// Sums of every series times cosine and sine of a wave of `turns` turns from one piece to the next.
+    /// Sums of every series times cosine and sine of a wave of `turns` turns from one piece to the
+    /// next.
     #[inline(never)]
     fn transform(&self, turns: f32) -> [[f32; SERIES]; 2] {
         let mut sums = [[0.0; SERIES]; 2];
@@ -180,21 +206,32 @@ impl<'g> Grid<'g> {
     fn sum(&self, turns: f32) -> f32 {
         let (_, sin) = cos_sin(from_turns(0.5 * turns));
         let (_, all) = cos_sin(from_turns(0.5 * turns * self.pieces));
-        if sin.abs() > 1e-6 { all / sin } else { self.pieces }
+        if sin.abs() > 1e-6 {
+            all / sin
+        } else {
+            self.pieces
+        }
     }
 
     /// The points and those at other frequencies, from the lowest frequency on.
     pub fn points(&self, others: impl Iterator<Item = f32>) -> Vec<Point, POINTS> {
         // A line alone is as wide as two cycles: every other point shows it.
         let stride = if self.harmonics == 1 { 2 } else { 1 };
-        let cycles = (0..STEPS).step_by(stride).map(|k| FIRST_CYCLES + STEP_CYCLES * k as f32);
+        let cycles = (0..STEPS)
+            .step_by(stride)
+            .map(|k| FIRST_CYCLES + STEP_CYCLES * k as f32);
         let mut points: Vec<Point, POINTS> = Vec::new();
-        for nu in cycles.map(|cycles| cycles / (self.pieces * self.step)).chain(others) {
+        for nu in cycles
+            .map(|cycles| cycles / (self.pieces * self.step))
+            .chain(others)
+        {
             insert(&mut points, self.point(nu));
         }
         // Summits of many harmonics are narrower than the grid: it is finer where it is likely.
         if self.harmonics >= FINE_HARMONICS {
-            let best = points.iter().fold(f32::NEG_INFINITY, |best, point| best.max(point.score));
+            let best = points
+                .iter()
+                .fold(f32::NEG_INFINITY, |best, point| best.max(point.score));
             // From the last on: what is put in moves none that is to come.
             for k in (1..points.len()).rev() {
                 if let Some([one, other]) = points.get(k - 1..=k)
@@ -234,9 +271,18 @@ impl<'g> Grid<'g> {
     #[inline(never)]
     fn point(&self, nu: f32) -> Point {
         let turns = nu * self.step;
-        // Harmonics must stay below half the rate of the pieces, and beside an interferer there is one less.
-        let lines = Lines { nu, harmonics: self.harmonics, interferer: self.interferer }.all(false).1;
-        let most = ((0.48 / turns) as usize).min(lines.saturating_sub(self.interferer.is_some() as usize)).max(1);
+        // Harmonics must stay below half the rate of the pieces, and beside an interferer there is
+        // one less.
+        let lines = Lines {
+            nu,
+            harmonics: self.harmonics,
+            interferer: self.interferer,
+        }
+        .all(false)
+        .1;
+        let most = ((0.48 / turns) as usize)
+            .min(lines.saturating_sub(self.interferer.is_some() as usize))
+            .max(1);
         // Of the harmonics with each other all sums are those of a multiple of the fundamental.
         let mut multiples = [self.pieces; 2 * HARMONICS_MAX + 1];
         for (m, multiple) in multiples.iter_mut().enumerate().take(2 * most + 1).skip(1) {
@@ -277,8 +323,14 @@ impl<'g> Grid<'g> {
 
 /// Puts a point to its place by frequency.
 fn insert(points: &mut Vec<Point, POINTS>, mut point: Point) {
-    let place = points.iter().position(|other| other.nu > point.nu).unwrap_or(points.len());
-    points.iter_mut().skip(place).for_each(|other| core::mem::swap(other, &mut point));
+    let place = points
+        .iter()
+        .position(|other| other.nu > point.nu)
+        .unwrap_or(points.len());
+    points
+        .iter_mut()
+        .skip(place)
+        .for_each(|other| core::mem::swap(other, &mut point));
     let _ = points.push(point);
 }
 
@@ -297,14 +349,22 @@ fn series(
         }
     }
     let [.., first, second, third, level, slope] = &mut series;
-    let [a, b, c] = if is_curved { curves(u) } else { [[0.0; 2]; CURVES_MAX] };
+    let [a, b, c] = if is_curved {
+        curves(u)
+    } else {
+        [[0.0; 2]; CURVES_MAX]
+    };
     (*level, *slope, *first, *second, *third) = (1.0, u, a[0], b[0], c[0]);
     series
 }
 
-/// Products of a wave's cosine and of its sine with level or slope, with other waves, and with itself, from the sums of the
-/// cosines of their differences and sums.
-fn products_with(transform: &[[f32; SERIES]; 2], others: &[(f32, f32)], own: (f32, f32)) -> [[f32; SIZE]; 2] {
+/// Products of a wave's cosine and of its sine with level or slope, with other waves, and with
+/// itself, from the sums of the cosines of their differences and sums.
+fn products_with(
+    transform: &[[f32; SERIES]; 2],
+    others: &[(f32, f32)],
+    own: (f32, f32),
+) -> [[f32; SIZE]; 2] {
     let mut products = [[0.0; SIZE]; 2];
     [products[0][0], products[1][0]] = [transform[0][LEVEL], transform[1][LEVEL + 1]];
     for (i, (apart, both)) in others.iter().chain([&own]).enumerate() {

@@ -1,7 +1,8 @@
-//! All models of a frequency in one factor: ever more lines, and with each number of them ever more curves.
+//! All models of a frequency in one factor: ever more lines, and with each number of them ever more
+//! curves.
 //!
-//! About the window's centre a cosine is even and a sine is odd: there are two systems of half the size. A curve is one more
-//! right-hand side of both.
+//! About the window's centre a cosine is even and a sine is odd: there are two systems of half the
+//! size. A curve is one more right-hand side of both.
 
 use crate::limits::{CHANNELS_SEARCHED, CURVES_MAX, LINES_MAX};
 use crate::solve::{CURVE_SHARE_MIN, LIKELIHOOD_PRODUCT_MIN, RESIDUAL_SHARE_MIN, WAVE_SHARE_MIN};
@@ -36,7 +37,10 @@ pub struct Models {
 impl Models {
     /// Of nothing.
     pub const NONE: Self = Self {
-        halves: [Half { lower: [[0.0; SIZE]; SIZE], sides: [[0.0; SIDES]; SIZE] }; 2],
+        halves: [Half {
+            lower: [[0.0; SIZE]; SIZE],
+            sides: [[0.0; SIDES]; SIZE],
+        }; 2],
         size: 0,
         product: 0.0,
         rest: [[0.0; SIDES]; SIDES],
@@ -44,12 +48,17 @@ impl Models {
 
     /// Without unknowns: products of the sides.
     pub fn new(rest: [[f32; SIDES]; SIDES]) -> Self {
-        Self { product: 1.0, rest, ..Self::NONE }
+        Self {
+            product: 1.0,
+            rest,
+            ..Self::NONE
+        }
     }
 
-    /// One unknown more in each half, the even one first: its products with those that are there and behind them with itself,
-    /// and its right-hand sides. False if f32 cannot separate it from them. A wave whose square is next to nothing counts as
-    /// none: folded onto half the frame rate an interferer has one phase only.
+    /// One unknown more in each half, the even one first: its products with those that are there
+    /// and behind them with itself, and its right-hand sides. False if f32 cannot separate it from
+    /// them. A wave whose square is next to nothing counts as none: folded onto half the frame rate
+    /// an interferer has one phase only.
     #[inline(never)]
     pub fn add(&mut self, products: &[[f32; SIZE]; 2], sides: [&[f32]; 2], count: f32) -> bool {
         let size = self.size % SIZE;
@@ -60,15 +69,31 @@ impl Models {
             }
             let (known, rows) = half.lower.split_at_mut(size);
             let (known_sides, side_rows) = half.sides.split_at_mut(size);
-            let (Some(row), Some(side)) = (rows.first_mut(), side_rows.first_mut()) else { return false };
-            side.iter_mut().zip(sides).for_each(|(side, value)| *side = *value);
+            let (Some(row), Some(side)) = (rows.first_mut(), side_rows.first_mut()) else {
+                return false;
+            };
+            side.iter_mut()
+                .zip(sides)
+                .for_each(|(side, value)| *side = *value);
             let mut pivot = diagonal;
-            for (j, ((above, known_side), product)) in known.iter().zip(known_sides.iter()).zip(products).enumerate() {
-                let done = row.iter().zip(above).take(j).map(|(a, b)| a * b).sum::<f32>();
+            for (j, ((above, known_side), product)) in known
+                .iter()
+                .zip(known_sides.iter())
+                .zip(products)
+                .enumerate()
+            {
+                let done = row
+                    .iter()
+                    .zip(above)
+                    .take(j)
+                    .map(|(a, b)| a * b)
+                    .sum::<f32>();
                 let factor = (product - done) * above[j % SIZE];
                 row[j % SIZE] = factor;
                 pivot -= factor * factor;
-                side.iter_mut().zip(known_side).for_each(|(side, known)| *side -= factor * known);
+                side.iter_mut()
+                    .zip(known_side)
+                    .for_each(|(side, known)| *side -= factor * known);
             }
             self.product *= pivot / diagonal;
             if !(pivot > PIVOT_SHARE_MIN * diagonal && self.product > LIKELIHOOD_PRODUCT_MIN) {
@@ -87,8 +112,9 @@ impl Models {
         true
     }
 
-    /// Visits the product over the channels of their residuals' shares, without and with ever more curves, as far as those can
-    /// be separated; `inverse_squares` are one over the channels' squares.
+    /// Visits the product over the channels of their residuals' shares, without and with ever more
+    /// curves, as far as those can be separated; `inverse_squares` are one over the channels'
+    /// squares.
     #[inline(never)]
     pub fn residuals(
         &self,
@@ -100,7 +126,9 @@ impl Models {
         for (c, residual) in residuals.iter_mut().enumerate() {
             *residual = self.rest[c][c];
         }
-        rest.iter_mut().zip(self.rest.iter().skip(CHANNELS_SEARCHED)).for_each(|(rest, row)| *rest = *row);
+        rest.iter_mut()
+            .zip(self.rest.iter().skip(CHANNELS_SEARCHED))
+            .for_each(|(rest, row)| *rest = *row);
         for used in 0..=CURVES_MAX {
             if let Some(k) = used.checked_sub(1) {
                 let (known, others) = rest.split_at_mut(used);
@@ -111,7 +139,10 @@ impl Models {
                 }
                 let inverse = 1.0 / pivot;
                 let with_own: [f32; CURVES_MAX] = core::array::from_fn(|l| {
-                    others.get(l).and_then(|other| other.get(CHANNELS_SEARCHED + k)).map_or(0.0, |product| *product)
+                    others
+                        .get(l)
+                        .and_then(|other| other.get(CHANNELS_SEARCHED + k))
+                        .map_or(0.0, |product| *product)
                 });
                 for (l, other) in others.iter_mut().enumerate() {
                     let factor = with_own[l] * inverse;
@@ -132,7 +163,11 @@ impl Models {
             for (residual, inverse) in residuals.iter().zip(inverse_squares) {
                 let share = residual * inverse;
                 // Not `f32::max`, which is a call.
-                product *= if share > RESIDUAL_SHARE_MIN { share } else { RESIDUAL_SHARE_MIN };
+                product *= if share > RESIDUAL_SHARE_MIN {
+                    share
+                } else {
+                    RESIDUAL_SHARE_MIN
+                };
             }
             visit(product);
         }

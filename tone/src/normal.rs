@@ -1,4 +1,5 @@
-//! Normal equations of a handful of unknowns: the Cholesky factor, for one vector or for all channels at once.
+//! Normal equations of a handful of unknowns: the Cholesky factor, for one vector or for all
+//! channels at once.
 
 use crate::limits::{CHANNELS_MAX, UNKNOWNS_MAX};
 use crate::source::Values;
@@ -25,12 +26,19 @@ impl Normal {
     /// An empty matrix of `size` unknowns, at most [`UNKNOWNS_MAX`].
     #[inline(always)]
     pub const fn new(size: usize) -> Self {
-        Self { size: if size < UNKNOWNS_MAX { size } else { UNKNOWNS_MAX }, lower: [[0.0; UNKNOWNS_MAX]; UNKNOWNS_MAX] }
+        Self {
+            size: if size < UNKNOWNS_MAX {
+                size
+            } else {
+                UNKNOWNS_MAX
+            },
+            lower: [[0.0; UNKNOWNS_MAX]; UNKNOWNS_MAX],
+        }
     }
 
-    /// Replaces the matrix by its factor, for as many unknowns, from the first on, as f32 can separate: `size` is then their
-    /// number. A pivot must be more than a millionth of its diagonal element, and all of these shares' product more than
-    /// `product_min`.
+    /// Replaces the matrix by its factor, for as many unknowns, from the first on, as f32 can
+    /// separate: `size` is then their number. A pivot must be more than a millionth of its diagonal
+    /// element, and all of these shares' product more than `product_min`.
     pub fn factor(&mut self, product_min: f32) {
         let mut product = 1.0;
         for i in 0..self.size.min(UNKNOWNS_MAX) {
@@ -49,8 +57,8 @@ impl Normal {
         }
     }
 
-    /// Forward substitution of one right-hand side, in place. The product of two such is that of the one's solution with
-    /// the other's right-hand side.
+    /// Forward substitution of one right-hand side, in place. The product of two such is that of
+    /// the one's solution with the other's right-hand side.
     #[inline(never)]
     pub fn forward(&self, x: &mut Vector) {
         for (i, row) in self.lower.iter().enumerate().take(self.size) {
@@ -62,7 +70,9 @@ impl Normal {
     pub fn forward_rows(&self, x: &mut Rows, width: usize) {
         for (i, row) in self.lower.iter().enumerate().take(self.size) {
             let (known, unknown) = x.split_at_mut(i);
-            let Some(first) = unknown.first_mut() else { return };
+            let Some(first) = unknown.first_mut() else {
+                return;
+            };
             subtract(first, known, row, row[i], width);
         }
     }
@@ -72,24 +82,43 @@ impl Normal {
         let size = self.size.min(UNKNOWNS_MAX);
         for i in (0..size).rev() {
             let (unknown, known) = x.split_at_mut(i + 1);
-            let Some(last) = unknown.last_mut() else { return };
+            let Some(last) = unknown.last_mut() else {
+                return;
+            };
             let mut factors = [0.0; UNKNOWNS_MAX];
             let below = self.lower.iter().take(size).skip(i + 1);
-            factors.iter_mut().zip(below).for_each(|(factor, row)| *factor = row[i]);
-            subtract(last, known.get(..size - i - 1).unwrap_or_default(), &factors, self.lower[i][i], width);
+            factors
+                .iter_mut()
+                .zip(below)
+                .for_each(|(factor, row)| *factor = row[i]);
+            subtract(
+                last,
+                known.get(..size - i - 1).unwrap_or_default(),
+                &factors,
+                self.lower[i][i],
+                width,
+            );
         }
     }
 }
 
-/// Subtracts rows times factors from the first `width` channels of another, and multiplies these by `scale`. By fours, which stay in
-/// registers: what is behind the channels should be zeros.
+/// Subtracts rows times factors from the first `width` channels of another, and multiplies these by
+/// `scale`. By fours, which stay in registers: what is behind the channels should be zeros.
 #[inline(never)]
 pub fn subtract(from: &mut Values, rows: &[Values], factors: &[f32], scale: f32, width: usize) {
-    for (i, four) in from.as_chunks_mut::<4>().0.iter_mut().enumerate().take(width.div_ceil(4)) {
+    for (i, four) in from
+        .as_chunks_mut::<4>()
+        .0
+        .iter_mut()
+        .enumerate()
+        .take(width.div_ceil(4))
+    {
         let mut left = *four;
         for (row, factor) in rows.iter().zip(factors) {
             let row = &row.as_chunks::<4>().0[i % (CHANNELS_MAX / 4)];
-            left.iter_mut().zip(row).for_each(|(left, value)| *left -= factor * value);
+            left.iter_mut()
+                .zip(row)
+                .for_each(|(left, value)| *left -= factor * value);
         }
         *four = left.map(|left| left * scale);
     }

@@ -9,8 +9,8 @@ pub(crate) const TURN: f32 = 4_294_967_296.0;
 
 /// A phase from turns (any sign, magnitude below 2^31): the fraction of a turn in units of 2^-32.
 pub fn from_turns(turns: f32) -> u32 {
-    // The nearest whole turns are subtracted first, exactly, so that the fraction keeps all its bits; half a turn to either side
-    // fits into 32 bits, to which the core converts by itself.
+    // The nearest whole turns are subtracted first, exactly, so that the fraction keeps all its
+    // bits; half a turn to either side fits into 32 bits, to which the core converts by itself.
     let fraction = turns - (turns + 0.5f32.copysign(turns)) as i32 as f32;
     (fraction * TURN) as i32 as u32
 }
@@ -46,7 +46,9 @@ mod tests {
             let phase = i.wrapping_mul(21_474_837);
             let (c, s) = cos_sin(phase);
             let angle = phase as f64 * std::f64::consts::TAU / 4_294_967_296.0;
-            worst = worst.max((c as f64 - angle.cos()).abs()).max((s as f64 - angle.sin()).abs());
+            worst = worst
+                .max((c as f64 - angle.cos()).abs())
+                .max((s as f64 - angle.sin()).abs());
         }
         assert!(worst < 1.5e-7, "{worst:e}");
     }

@@ -1,7 +1,8 @@
 //! The last pass: residuals and the Gauss-Newton step from the frames themselves.
 //!
-//! The blocks take a wave's place for that of its block: that is as good as the frames but for a small share of the
-//! information. And the difference of two sums of squares loses a small residual in rounding.
+//! The blocks take a wave's place for that of its block: that is as good as the frames but for a
+//! small share of the information. And the difference of two sums of squares loses a small residual
+//! in rounding.
 
 use crate::abscissa::Abscissa;
 use crate::found::SAME_NU;
@@ -13,11 +14,12 @@ use crate::statistics::{Channels, Statistics};
 use crate::waves::Waves;
 use core::f32::consts::PI;
 
-/// Where so much of a path's range is gone back, lateness is left where it is, in the residuals: it moves the ways there and back apart by
-/// more than a first-order step describes.
+/// Where so much of a path's range is gone back, lateness is left where it is, in the residuals: it
+/// moves the ways there and back apart by more than a first-order step describes.
 const TURNED_SHARE: f32 = 0.1;
 
-/// Takes the step that the frames ask for from `nu`, at which the solution's unknowns are, and replaces its residuals.
+/// Takes the step that the frames ask for from `nu`, at which the solution's unknowns are, and
+/// replaces its residuals.
 #[inline(never)]
 pub fn polish(
     span: &mut FrameSpan,
@@ -41,7 +43,8 @@ pub fn polish(
     let mut waves = Waves::new(span, statistics, solution, (nu, interferer));
     span.blocks(&statistics.offset, &mut |block| {
         waves.go(abscissa.block(block.first, frames));
-        // The angle by which a whole frame's lateness moves the fundamental, where the path is not at its mean speed.
+        // The angle by which a whole frame's lateness moves the fundamental, where the path is not
+        // at its mean speed.
         let mut faster = [0.0; BLOCK];
         if block.first == 0 {
             before = waves.u[0] - mean;
@@ -51,8 +54,16 @@ pub fn polish(
             before = *u;
         }
         let there = block.valid.map(|valid| (valid != 0) as u8 as f32);
-        for ((k, c), (squares, scores)) in channels.list().iter().enumerate().zip(squares.iter_mut().zip(&mut scores)) {
-            let (residuals, derivatives) = (waves.residuals(block.values, *c as usize, k), waves.derivatives(k));
+        for ((k, c), (squares, scores)) in channels
+            .list()
+            .iter()
+            .enumerate()
+            .zip(squares.iter_mut().zip(&mut scores))
+        {
+            let (residuals, derivatives) = (
+                waves.residuals(block.values, *c as usize, k),
+                waves.derivatives(k),
+            );
             let later = later.map_or(0.0, |later| later[*c as usize % CHANNELS_MAX]);
             let (mut square, mut score) = (0.0, 0.0);
             for i in 0..BLOCK {
@@ -82,7 +93,8 @@ pub fn polish(
     if before > 0.0 && after > 0.0 {
         solution.information *= after / before;
         let step = score / solution.information;
-        // A longer one leads to another line, as from half a cycle of a drift to two: the refinement's end stands.
+        // A longer one leads to another line, as from half a cycle of a drift to two: the
+        // refinement's end stands.
         if step * step < (SAME_NU * SAME_NU).max(1.0 / solution.information) {
             (solution.step, solution.nu) = (step, nu + step);
         }

@@ -1,5 +1,5 @@
-//! Refines a candidate: Gauss-Newton steps lead to the maximum of its likelihood, which also chooses the shape of the model
-//! (the number of harmonics, and whether the baseline is curved).
+//! Refines a candidate: Gauss-Newton steps lead to the maximum of its likelihood, which also
+//! chooses the shape of the model (the number of harmonics, and whether the baseline is curved).
 
 use crate::blocks::{Blocks, Lines};
 use crate::frame_span::FrameSpan;
@@ -11,19 +11,23 @@ use crate::source::{Overwritten, Values};
 use crate::statistics::{Channels, Statistics};
 use core::f32::consts::PI;
 
-/// Longest step in `nu`, half a bin of a periodogram: further away the slope of the likelihood misleads.
+/// Longest step in `nu`, half a bin of a periodogram: further away the slope of the likelihood
+/// misleads.
 const STEP_MAX: f32 = 0.25;
-/// The blocks' sums hold near the frequency at which they were collected. Greatest share of the residuals that may come from
-/// the distance to it.
+/// The blocks' sums hold near the frequency at which they were collected. Greatest share of the
+/// residuals that may come from the distance to it.
 const MOVED_SHARE: f32 = 0.005;
-/// The shape is chosen again after a step that moves the highest harmonic by more than this, in `nu`.
+/// The shape is chosen again after a step that moves the highest harmonic by more than this, in
+/// `nu`.
 const LONG_STEP: f32 = 0.1;
-/// The same in windows of fewer than [`CYCLES_FEW`] cycles, where a curve can stand for a harmonic and the shape changes often.
+/// The same in windows of fewer than [`CYCLES_FEW`] cycles, where a curve can stand for a harmonic
+/// and the shape changes often.
 const LONG_STEP_FEW: f32 = 0.004;
 const CYCLES_FEW: f32 = 3.0;
 /// Steps in such windows whose expected gain is not used yet: the shape still changes.
 const STEPS_FEW: usize = 2;
-/// With at least this number of cycles a step's error grows with its cube. With fewer, the waves correlate with the baseline.
+/// With at least this number of cycles a step's error grows with its cube. With fewer, the waves
+/// correlate with the baseline.
 const CYCLES_CUBIC: f32 = 2.0;
 /// Cycles that each curve of the baseline adds to it.
 const CYCLES_CURVE: f32 = 0.5;
@@ -34,8 +38,9 @@ const TAKEN_MAX: f32 = 1.0 - 1e-6;
 /// A refinement gains at most this multiple of the gain that a step expects, and this score more.
 const SURE_GAINS: f32 = 2.0;
 const SURE_SCORE: f32 = 30.0;
-/// Bounds of the secant's slope: the change of the solution's step from one frequency to the next, over the distance between
-/// them, with the sign reversed. It is 1 where the steps converge at once.
+/// Bounds of the secant's slope: the change of the solution's step from one frequency to the next,
+/// over the distance between them, with the sign reversed. It is 1 where the steps converge at
+/// once.
 const SLOPE_MIN: f32 = 0.25;
 const SLOPE_MAX: f32 = 3.0;
 /// Smallest change of `nu` that f32 resolves well, as a share of it.
@@ -60,22 +65,39 @@ pub fn least_squares(statistics: &Statistics, channels: &Channels) -> Values {
     least
 }
 
-/// The log-likelihood of `width` channels, by the product of their residuals' shares of the squares, less the penalty for
-/// the unknowns of each; `frames` and their logarithm.
-pub fn likelihood((frames, ln_frames): (f32, f32), width: usize, product: f32, unknowns: usize) -> f32 {
-    -0.5 * (frames - unknowns as f32).max(0.0) * ln(product) - 0.5 * ln_frames * unknowns as f32 * width as f32
+/// The log-likelihood of `width` channels, by the product of their residuals' shares of the
+/// squares, less the penalty for the unknowns of each; `frames` and their logarithm.
+pub fn likelihood(
+    (frames, ln_frames): (f32, f32),
+    width: usize,
+    product: f32,
+    unknowns: usize,
+) -> f32 {
+    -0.5 * (frames - unknowns as f32).max(0.0) * ln(product)
+        - 0.5 * ln_frames * unknowns as f32 * width as f32
 }
 
 /// The same of residuals.
-fn score(equations: &Equations, ln_frames: f32, residuals: &Values, least: &Values, unknowns: usize) -> f32 {
+fn score(
+    equations: &Equations,
+    ln_frames: f32,
+    residuals: &Values,
+    least: &Values,
+    unknowns: usize,
+) -> f32 {
     let (frames, width) = ((equations.frames, ln_frames), equations.width());
     let mut sum = 0.0;
-    // One logarithm for four: a residual is no less than a millionth of its squares, so f32 holds their product.
+    // One logarithm for four: a residual is no less than a millionth of its squares, so f32 holds
+    // their product.
     for first in (0..width).step_by(4) {
         let last = (first + 4).min(width);
         let mut product = 1.0;
         for c in first..last {
-            let residual = if residuals[c] > least[c] { residuals[c] } else { least[c] };
+            let residual = if residuals[c] > least[c] {
+                residuals[c]
+            } else {
+                least[c]
+            };
             product *= residual / equations.squares()[c];
         }
         sum += likelihood(frames, last - first, product, unknowns);
@@ -85,14 +107,29 @@ fn score(equations: &Equations, ln_frames: f32, residuals: &Values, least: &Valu
 
 /// The likeliest model at a frequency, and the likeliest without a tone.
 #[inline(never)]
-fn choose(equations: &mut Equations, least: &Values, lines: &Lines, curved: bool) -> (Option<Model>, Model) {
-    let none = Model { shape: Shape::default(), score: f32::NEG_INFINITY };
+fn choose(
+    equations: &mut Equations,
+    least: &Values,
+    lines: &Lines,
+    curved: bool,
+) -> (Option<Model>, Model) {
+    let none = Model {
+        shape: Shape::default(),
+        score: f32::NEG_INFINITY,
+    };
     let (mut best, mut baseline) = (None, none);
     let curves = if curved { CURVES_MAX } else { 0 };
     let ln_frames = ln(equations.frames);
-    let shape = Shape { harmonics: lines.harmonics, curves, interferer: lines.interferer.is_some() };
+    let shape = Shape {
+        harmonics: lines.harmonics,
+        curves,
+        interferer: lines.interferer.is_some(),
+    };
     equations.residuals(shape, &mut |equations, shape, residuals| {
-        let model = Model { shape, score: score(equations, ln_frames, residuals, least, shape.unknowns()) };
+        let model = Model {
+            shape,
+            score: score(equations, ln_frames, residuals, least, shape.unknowns()),
+        };
         if shape.harmonics == 0 {
             if model.score > baseline.score {
                 baseline = model;
@@ -134,7 +171,10 @@ fn noise_ratio(statistics: &Statistics, channels: &Channels, solution: &Solution
     let (ratio, of_most, known) = solution.noise_ratio(statistics, channels);
     // Of the residuals and of third differences, a quarter as many but each of four frames.
     let sigma = libm::sqrtf(4.0 / (solution.frames * known));
-    (of_most, known > 0.0 && ratio * (1.0 - taken(solution)) < 1.0 + NOISE_DEVIATE * sigma)
+    (
+        of_most,
+        known > 0.0 && ratio * (1.0 - taken(solution)) < 1.0 + NOISE_DEVIATE * sigma,
+    )
 }
 
 /// How far to refine.
@@ -156,16 +196,29 @@ pub struct Limits {
 
 impl Limits {
     /// For a candidate. Eight blocks leave the memory of the window's pieces untouched.
-    pub const CANDIDATE: Self =
-        Self { blocks: 8, steps: 5, sigmas: 0.5, score: f32::NEG_INFINITY, is_straight: false, images: false };
+    pub const CANDIDATE: Self = Self {
+        blocks: 8,
+        steps: 5,
+        sigmas: 0.5,
+        score: f32::NEG_INFINITY,
+        is_straight: false,
+        images: false,
+    };
     /// For the result.
-    pub const RESULT: Self =
-        Self { blocks: BLOCKS_MAX, steps: 8, sigmas: 0.02, score: f32::NEG_INFINITY, is_straight: false, images: true };
+    pub const RESULT: Self = Self {
+        blocks: BLOCKS_MAX,
+        steps: 8,
+        sigmas: 0.02,
+        score: f32::NEG_INFINITY,
+        is_straight: false,
+        images: true,
+    };
 }
 
-/// The error of a step. It grows with the cube of the angle by which the step turns the ends of the window (the waves'
-/// third-order terms); that of a secant grows with the slope's distance from 1. The weights follow the residuals: that moves
-/// the maximum by the step's share in the degrees of freedom.
+/// The error of a step. It grows with the cube of the angle by which the step turns the ends of the
+/// window (the waves' third-order terms); that of a secant grows with the slope's distance from 1.
+/// The weights follow the residuals: that moves the maximum by the step's share in the degrees of
+/// freedom.
 fn remainder(solution: &Solution, step: f32, slope: Option<f32>, nu_max: f32) -> f32 {
     let harmonics = solution.shape.harmonics as f32;
     let angle = 2.0 * PI * harmonics * step;
@@ -183,9 +236,9 @@ fn remainder(solution: &Solution, step: f32, slope: Option<f32>, nu_max: f32) ->
     step.abs() * (0.1 * angle * angle + 2.5 / freedom)
 }
 
-/// How far the highest harmonic may move from the frequency at which its blocks were collected, in `nu`. The phase at a block's
-/// ends is then off by this distance times half the block's length. A third of that phase's square, times the tone's power, is
-/// left in the residuals.
+/// How far the highest harmonic may move from the frequency at which its blocks were collected, in
+/// `nu`. The phase at a block's ends is then off by this distance times half the block's length. A
+/// third of that phase's square, times the tone's power, is left in the residuals.
 fn move_max(solution: &Solution, blocks: usize) -> f32 {
     let samples = solution.frames * solution.width as f32;
     let power = solution.power.iter().sum::<f32>() / samples;
@@ -201,27 +254,45 @@ pub struct Refinement<'c, 's> {
 }
 
 impl Refinement<'_, '_> {
-    fn collect(&mut self, channels: &Channels, lines: &Lines, nu: f32, limits: &Limits) -> Result<(), Overwritten> {
+    fn collect(
+        &mut self,
+        channels: &Channels,
+        lines: &Lines,
+        nu: f32,
+        limits: &Limits,
+    ) -> Result<(), Overwritten> {
         // An interferer takes the place of a harmonic.
-        let most = lines.harmonics.min(LINES_MAX - lines.interferer.is_some() as usize);
+        let most = lines
+            .harmonics
+            .min(LINES_MAX - lines.interferer.is_some() as usize);
         let harmonics = self.span.harmonics_apart(nu, most, limits.images);
         // Only a result's blocks have it.
-        self.blocks.half_line =
-            limits.blocks == BLOCKS_MAX && lines.harmonics > 1 && nu >= HALF_CYCLES && self.span.is_in_time();
-        let lines = Lines { nu, harmonics, ..*lines };
-        self.blocks.collect(self.span, self.statistics, channels, lines, limits.blocks)
+        self.blocks.half_line = limits.blocks == BLOCKS_MAX
+            && lines.harmonics > 1
+            && nu >= HALF_CYCLES
+            && self.span.is_in_time();
+        let lines = Lines {
+            nu,
+            harmonics,
+            ..*lines
+        };
+        self.blocks
+            .collect(self.span, self.statistics, channels, lines, limits.blocks)
     }
 
     /// The solution at the end of the latest refinement: it is one step behind.
     pub fn solve_again(&mut self, channels: &Channels, summit: &Summit) {
         let shape = summit.model.shape;
-        self.equations.collect(self.blocks, summit.nu, shape.curves > 0);
+        self.equations
+            .collect(self.blocks, summit.nu, shape.curves > 0);
         // It had one a small step before.
-        let _ = self.equations.solve(shape, &least_squares(self.statistics, channels));
+        let _ = self
+            .equations
+            .solve(shape, &least_squares(self.statistics, channels));
     }
 
-    /// Gauss-Newton steps from the fundamental of `lines`. Leaves the solution. None if there is no tone that can be
-    /// separated from the baseline, or none that is likely enough.
+    /// Gauss-Newton steps from the fundamental of `lines`. Leaves the solution. None if there is no
+    /// tone that can be separated from the baseline, or none that is likely enough.
     #[inline(never)]
     pub fn refine(
         &mut self,
@@ -242,8 +313,9 @@ impl Refinement<'_, '_> {
                 chosen = chosen.filter(|(shape, _)| shape.harmonics <= self.blocks.lines.harmonics);
             }
             // The shape is chosen where the refinement begins, and anew behind a long step.
-            let curved =
-                !limits.is_straight && self.span.is_in_time() && chosen.is_none_or(|(shape, _)| shape.curves > 0);
+            let curved = !limits.is_straight
+                && self.span.is_in_time()
+                && chosen.is_none_or(|(shape, _)| shape.curves > 0);
             let equations = &mut *self.equations;
             equations.collect(self.blocks, nu, curved);
             let (shape, baseline) = match chosen {
@@ -257,16 +329,25 @@ impl Refinement<'_, '_> {
                 return Ok(None);
             }
             let (solution, ln_frames) = (&equations.solution, ln(equations.frames));
-            let score = score(equations, ln_frames, &solution.residual_squares, &least, shape.unknowns());
-            let expected = -0.5 * solution.frames * solution.width as f32 * ln(1.0 - taken(solution));
+            let score = score(
+                equations,
+                ln_frames,
+                &solution.residual_squares,
+                &least,
+                shape.unknowns(),
+            );
+            let expected =
+                -0.5 * solution.frames * solution.width as f32 * ln(1.0 - taken(solution));
             // Where the shape changes on the way, the first steps promise too little.
             let is_known = 2.0 * nu >= CYCLES_FEW || step >= STEPS_FEW;
             if is_known && score + SURE_GAINS * expected + SURE_SCORE < limits.score {
                 return Ok(None);
             }
-            // Along a path a block's frames are not spread evenly about its centre; the last step is that of the frames then.
+            // Along a path a block's frames are not spread evenly about its centre; the last step
+            // is that of the frames then.
             most = move_max(solution, self.blocks.count);
-            // A step should take itself back: where it does less, as in few cycles, the secant leads further.
+            // A step should take itself back: where it does less, as in few cycles, the secant
+            // leads further.
             let slope = match last {
                 Some((at, step, of)) if of == shape => Some((step - solution.step) / (nu - at)),
                 _ => None,
@@ -277,22 +358,40 @@ impl Refinement<'_, '_> {
             let next = (nu + change).min(nu_max).max(0.15);
             let tolerance = limits.sigmas / libm::sqrtf(solution.information);
             let is_tiny = change.abs() < STEP_SHARE_MIN * nu;
-            if step + 1 < limits.steps && !is_tiny && remainder(solution, change, slope, nu_max) > tolerance {
-                let long = if 2.0 * nu < CYCLES_FEW { LONG_STEP_FEW } else { LONG_STEP };
+            if step + 1 < limits.steps
+                && !is_tiny
+                && remainder(solution, change, slope, nu_max) > tolerance
+            {
+                let long = if 2.0 * nu < CYCLES_FEW {
+                    LONG_STEP_FEW
+                } else {
+                    LONG_STEP
+                };
                 let is_long = change.abs() * shape.harmonics as f32 > long;
-                chosen = if is_long { None } else { Some((shape, baseline)) };
+                chosen = if is_long {
+                    None
+                } else {
+                    Some((shape, baseline))
+                };
                 nu = next;
                 continue;
             }
-            // What remains is less than the tolerance: the solution is that at `nu`, its frequency one step ahead.
+            // What remains is less than the tolerance: the solution is that at `nu`, its frequency
+            // one step ahead.
             equations.solution.nu = next;
             let power = &equations.solution.power;
-            let strongest = (0..power.len()).fold(0, |most, h| if power[h] > power[most] { h } else { most }) + 1;
-            let (noise_ratio, explains_all) = noise_ratio(self.statistics, channels, &equations.solution);
+            let strongest = (0..power.len())
+                .fold(0, |most, h| if power[h] > power[most] { h } else { most })
+                + 1;
+            let (noise_ratio, explains_all) =
+                noise_ratio(self.statistics, channels, &equations.solution);
             let unknowns = shape.unknowns() as f32 * equations.width() as f32;
             return Ok(Some(Summit {
                 nu: next,
-                model: Model { shape, score: score + expected },
+                model: Model {
+                    shape,
+                    score: score + expected,
+                },
                 baseline,
                 strongest,
                 penalty: 0.5 * ln_frames * unknowns,

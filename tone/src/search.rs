@@ -1,5 +1,6 @@
-//! Finds candidates for the frequency of a window's tone. From three cycles on they are lines of a periodogram ([`lines`]);
-//! below four cycles they are maxima of a likelihood on a grid of frequencies ([`slow`]).
+//! Finds candidates for the frequency of a window's tone. From three cycles on they are lines of a
+//! periodogram ([`lines`]); below four cycles they are maxima of a likelihood on a grid of
+//! frequencies ([`slow`]).
 
 use crate::blocks::Blocks;
 use crate::frame_span::FrameSpan;
@@ -14,12 +15,13 @@ use heapless::Vec;
 
 /// The periodogram is searched from this number of cycles on.
 const PERIODOGRAM_CYCLES: f32 = 3.0;
-/// A candidate of the periodogram with fewer cycles than this is refined only if the grid is searched too, which then has a point
-/// there.
+/// A candidate of the periodogram with fewer cycles than this is refined only if the grid is
+/// searched too, which then has a point there.
 const GRID_CYCLES: f32 = 3.4;
 /// Most candidates from the grid.
 const OF_GRID: usize = 4;
-/// A candidate of the grid is kept if its gain over a baseline is at least this share of the greatest gain,
+/// A candidate of the grid is kept if its gain over a baseline is at least this share of the
+/// greatest gain,
 const GAIN_SHARE_MIN: f32 = 0.85;
 /// or at most this much less than the greatest gain, in units of the score.
 const SURE_GAIN: f32 = 25.0;
@@ -44,14 +46,24 @@ pub fn interferer(
     let periodogram = Periodogram::new(span, statistics, channels.list(), None, points, power)?;
     let from = (2.0 * (nu - reach)).max(1.0) * periodogram.bins_per_cycle;
     let to = 2.0 * (nu + reach) * periodogram.bins_per_cycle;
-    periodogram.power.iter_mut().take(from as usize).for_each(|power| *power = 0.0);
-    periodogram.power.iter_mut().skip(to as usize + 2).for_each(|power| *power = 0.0);
-    let peak = periodogram.strongest(1.0).map_or(nu, |peak| 0.5 * peak.cycles);
+    periodogram
+        .power
+        .iter_mut()
+        .take(from as usize)
+        .for_each(|power| *power = 0.0);
+    periodogram
+        .power
+        .iter_mut()
+        .skip(to as usize + 2)
+        .for_each(|power| *power = 0.0);
+    let peak = periodogram
+        .strongest(1.0)
+        .map_or(nu, |peak| 0.5 * peak.cycles);
     Ok(peak.min(nu + reach).max(nu - reach))
 }
 
-/// Candidates of the periodogram, less an interferer as `equations` have it: the strongest line, and the fundamentals of
-/// which it may be a harmonic.
+/// Candidates of the periodogram, less an interferer as `equations` have it: the strongest line,
+/// and the fundamentals of which it may be a harmonic.
 #[inline(never)]
 pub fn lines(
     span: &mut FrameSpan,
@@ -64,12 +76,15 @@ pub fn lines(
     let mut candidates = Candidates::new();
     let (power, points) = blocks.transform_memory();
     let list = Periodogram::channels(span, channels);
-    let mut waves = interferer.map(|(nu, solution)| Waves::new(span, statistics, solution, (nu, None)));
+    let mut waves =
+        interferer.map(|(nu, solution)| Waves::new(span, statistics, solution, (nu, None)));
     let mut periodogram = Periodogram::new(span, statistics, list, waves.as_mut(), points, power)?;
     if let Some((nu, _)) = interferer {
         periodogram.blank(2.0 * nu);
     }
-    let Some(peak) = periodogram.strongest(PERIODOGRAM_CYCLES) else { return Ok(candidates) };
+    let Some(peak) = periodogram.strongest(PERIODOGRAM_CYCLES) else {
+        return Ok(candidates);
+    };
     let cycles = (1..=harmonics.min(ORDERS)).map(|order| peak.cycles / order as f32);
     for cycles in cycles {
         let _ = candidates.push(0.5 * cycles);
@@ -86,8 +101,9 @@ pub fn is_slow(nu: f32) -> bool {
     2.0 * nu < GRID_CYCLES
 }
 
-/// Candidates below four cycles a window, from the window's pieces, which are in `blocks`. The grid also gets a point at each
-/// candidate of the periodogram (`lines`): without it the grid would miss a tone of many harmonics.
+/// Candidates below four cycles a window, from the window's pieces, which are in `blocks`. The grid
+/// also gets a point at each candidate of the periodogram (`lines`): without it the grid would miss
+/// a tone of many harmonics.
 // Not inlined: the grid leaves the stack.
 #[inline(never)]
 pub fn slow(
@@ -99,7 +115,13 @@ pub fn slow(
 ) -> Candidates {
     let (pieces, folded) = blocks.grid_memory(statistics.pieces);
     let mut grid = Grid::empty(folded);
-    grid.fill(pieces, statistics, channels, (harmonics, interferer), is_in_time);
+    grid.fill(
+        pieces,
+        statistics,
+        channels,
+        (harmonics, interferer),
+        is_in_time,
+    );
     let points = grid.points(lines.iter().copied().filter(|nu| is_slow(*nu)));
     let mut found: Vec<Point, OF_GRID> = Vec::new();
     for i in 0..points.len() {

@@ -1,5 +1,5 @@
-//! What noise alone reaches: the limits of every test in the fit. Many places call it, but seldom: it is not inlined, to
-//! save flash.
+//! What noise alone reaches: the limits of every test in the fit. Many places call it, but seldom:
+//! it is not inlined, to save flash.
 
 /// Natural logarithm.
 #[inline(never)]
@@ -15,10 +15,10 @@ pub fn chi_square_point(degrees: f32, deviate: f32) -> f32 {
     degrees * cube * cube * cube
 }
 
-/// Gain in log-likelihood that one search reaches in noise alone in one window out of a hundred: half the
-/// chi-square point of `unknowns` degrees of freedom at one hundredth over the number of tries. A search
-/// between the frequencies of a transform counts for twice as many of them, and the number of harmonics and
-/// the place of the fundamental are chosen too: four tries a frame.
+/// Gain in log-likelihood that one search reaches in noise alone in one window out of a hundred:
+/// half the chi-square point of `unknowns` degrees of freedom at one hundredth over the number of
+/// tries. A search between the frequencies of a transform counts for twice as many of them, and the
+/// number of harmonics and the place of the fundamental are chosen too: four tries a frame.
 #[inline(never)]
 pub fn significant_search_gain(unknowns: f32, frames: u32) -> f32 {
     // Normal deviate of the tail, by Mills' ratio.

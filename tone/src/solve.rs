@@ -1,5 +1,5 @@
-//! Least squares from the blocks of a window: one frequency for all channels, by one Gauss-Newton step; harmonics and
-//! baseline are projected out (variable projection).
+//! Least squares from the blocks of a window: one frequency for all channels, by one Gauss-Newton
+//! step; harmonics and baseline are projected out (variable projection).
 
 use crate::blocks::{Blocks, LOCAL, Lines, PRODUCTS, product};
 use crate::curves::curves;
@@ -14,13 +14,14 @@ use core::f32::consts::PI;
 pub const WAVES: usize = 2 * HARMONICS_MAX;
 /// Where the curves begin among the columns: behind level, slope and the lines.
 pub const CURVES: usize = 2 + 2 * LINES_MAX;
-/// Least share of a channel's squares that its residuals are taken to have: below, they are rounding.
+/// Least share of a channel's squares that its residuals are taken to have: below, they are
+/// rounding.
 pub const RESIDUAL_SHARE_MIN: f32 = 1e-6;
 
 /// Share of a channel's squares below which its residuals are taken frame by frame.
 const CANCELLED_SHARE: f32 = 1e-3;
-/// Least product of the shares that are each unknown's own: below, f32 invents what nearly equal functions explain. Curves,
-/// which a solution has too, resemble each other.
+/// Least product of the shares that are each unknown's own: below, f32 invents what nearly equal
+/// functions explain. Curves, which a solution has too, resemble each other.
 pub const LIKELIHOOD_PRODUCT_MIN: f32 = 1e-6;
 const SOLUTION_PRODUCT_MIN: f32 = 1e-13;
 /// Mean square below which an interferer's cosine or sine is nothing but rounding.
@@ -78,15 +79,16 @@ pub struct Equations {
     /// Products of level, slope, lines, and curves; the lower triangle.
     products: Matrix,
     rows: Rows,
-    /// Of the waves times `u`: with the columns, of waves up to their own line; with each other times `u` again; and with the
-    /// channels.
+    /// Of the waves times `u`: with the columns, of waves up to their own line; with each other
+    /// times `u` again; and with the channels.
     u_products: [[f32; UNKNOWNS_MAX]; WAVES],
     uu_products: [[f32; WAVES]; WAVES],
     u_rows: [Values; WAVES],
     squares: Values,
     /// The factor of the latest shape.
     normal: Normal,
-    /// The latest solution; its unknowns are the channels behind forward substitution before there is one.
+    /// The latest solution; its unknowns are the channels behind forward substitution before there
+    /// is one.
     pub solution: Solution,
 }
 
@@ -108,14 +110,17 @@ pub struct Solution {
     pub information: f32,
     /// What each harmonic contributes to it.
     pub line_information: [f32; HARMONICS_MAX],
-    /// Power of each harmonic, in units of the noise: over all channels, a chi-square of two degrees each.
+    /// Power of each harmonic, in units of the noise: over all channels, a chi-square of two
+    /// degrees each.
     pub power: [f32; HARMONICS_MAX],
-    /// Variances of the fundamental's cosine and sine factors, and their covariance, for noise of variance 1.
+    /// Variances of the fundamental's cosine and sine factors, and their covariance, for noise of
+    /// variance 1.
     pub fundamental: [f32; 3],
 }
 
 impl Equations {
-    /// None yet. A constant of zeros is written in its place; the result of a function would be copied.
+    /// None yet. A constant of zeros is written in its place; the result of a function would be
+    /// copied.
     pub const NONE: Self = Self {
         nu: 0.0,
         harmonics: 0,
@@ -132,7 +137,8 @@ impl Equations {
         solution: Solution::NONE,
     };
 
-    /// At the blocks' lines, with the fundamental moved to `nu`; without curves it is for shapes without them.
+    /// At the blocks' lines, with the fundamental moved to `nu`; without curves it is for shapes
+    /// without them.
     #[inline(never)]
     pub fn collect(&mut self, blocks: &Blocks, nu: f32, curves: bool) {
         let (all, lines) = Lines { nu, ..blocks.lines }.all(blocks.half_line);
@@ -144,24 +150,46 @@ impl Equations {
                 (*products, *row) = ([0.0; UNKNOWNS_MAX], [0.0; CHANNELS_MAX]);
             }
         }
-        let of_u = self.u_products.iter_mut().zip(&mut self.uu_products).zip(&mut self.u_rows);
+        let of_u = self
+            .u_products
+            .iter_mut()
+            .zip(&mut self.uu_products)
+            .zip(&mut self.u_rows);
         for ((products, uu_products), row) in of_u.take(2 * lines) {
-            (*products, *uu_products, *row) = ([0.0; UNKNOWNS_MAX], [0.0; WAVES], [0.0; CHANNELS_MAX]);
+            (*products, *uu_products, *row) =
+                ([0.0; UNKNOWNS_MAX], [0.0; WAVES], [0.0; CHANNELS_MAX]);
         }
         for b in 0..blocks.count.min(BLOCKS_MAX) {
-            self.add(blocks.u[b], blocks.products(b), &blocks.rows[b], &all, curves);
+            self.add(
+                blocks.u[b],
+                blocks.products(b),
+                &blocks.rows[b],
+                &all,
+                curves,
+            );
         }
     }
 
     #[inline(never)]
-    fn add(&mut self, u: f32, of: &[f32; PRODUCTS], local: &[Values; LOCAL], nu: &[f32; LINES_MAX], with_curves: bool) {
+    fn add(
+        &mut self,
+        u: f32,
+        of: &[f32; PRODUCTS],
+        local: &[Values; LOCAL],
+        nu: &[f32; LINES_MAX],
+        with_curves: bool,
+    ) {
         let (lines, width) = (self.lines.min(LINES_MAX), self.width.min(CHANNELS_MAX));
         let (n, v, vv) = (of[product(0, 0)], of[product(1, 0)], of[product(1, 1)]);
         self.frames += n;
         self.products[0][0] += n;
         self.products[1][0] += u * n + v;
         self.products[1][1] += u * u * n + 2.0 * u * v + vv;
-        let curves = if with_curves { curves(u) } else { [[0.0; 2]; CURVES_MAX] };
+        let curves = if with_curves {
+            curves(u)
+        } else {
+            [[0.0; 2]; CURVES_MAX]
+        };
         if with_curves {
             for (k, [value, slope]) in curves.iter().enumerate() {
                 let row = &mut self.products[CURVES + k];
@@ -171,7 +199,12 @@ impl Equations {
                 for (product, [value, slope]) in row[CURVES..].iter_mut().zip(&curves) {
                     *product += value * one + slope * along;
                 }
-                for ((row, one), along) in self.rows[CURVES + k].iter_mut().zip(&local[0]).zip(&local[1]).take(width) {
+                for ((row, one), along) in self.rows[CURVES + k]
+                    .iter_mut()
+                    .zip(&local[0])
+                    .zip(&local[1])
+                    .take(width)
+                {
                     *row += value * one + slope * along;
                 }
             }
@@ -188,19 +221,34 @@ impl Equations {
             *turn = cos_sin(from_turns(nu * u));
         }
         let (wave_products, curve_products) = self.products.split_at_mut(CURVES);
-        let [_, wave_products @ ..] = wave_products.as_chunks_mut::<2>().0 else { return };
-        let [_, wave_rows @ ..] = self.rows.as_chunks_mut::<2>().0 else { return };
-        let [_, local @ ..] = local.as_chunks::<2>().0 else { return };
-        let products = wave_products.iter_mut().zip(self.u_products.as_chunks_mut::<2>().0);
+        let [_, wave_products @ ..] = wave_products.as_chunks_mut::<2>().0 else {
+            return;
+        };
+        let [_, wave_rows @ ..] = self.rows.as_chunks_mut::<2>().0 else {
+            return;
+        };
+        let [_, local @ ..] = local.as_chunks::<2>().0 else {
+            return;
+        };
+        let products = wave_products
+            .iter_mut()
+            .zip(self.u_products.as_chunks_mut::<2>().0);
         let products = products.zip(self.uu_products.as_chunks_mut::<2>().0);
-        let rows = wave_rows.iter_mut().zip(self.u_rows.as_chunks_mut::<2>().0).zip(local);
+        let rows = wave_rows
+            .iter_mut()
+            .zip(self.u_rows.as_chunks_mut::<2>().0)
+            .zip(local);
         for (l, ((((of_waves, of_u), of_uu), rows), (cos, sin))) in
             products.zip(rows).zip(&turns).enumerate().take(lines)
         {
             let at = 2 + 2 * l;
             // Rotated from the block's centre to the window's.
-            let turn =
-                |with_cos: f32, with_sin: f32| [cos * with_cos - sin * with_sin, sin * with_cos + cos * with_sin];
+            let turn = |with_cos: f32, with_sin: f32| {
+                [
+                    cos * with_cos - sin * with_sin,
+                    sin * with_cos + cos * with_sin,
+                ]
+            };
             let ones = turn(of[product(at, 0)], of[product(at + 1, 0)]);
             let alongs = turn(of[product(at, 1)], of[product(at + 1, 1)]);
             for p in 0..2 {
@@ -219,14 +267,20 @@ impl Equations {
             }
             for (m, (other_cos, other_sin)) in turns.iter().enumerate().take(l + 1) {
                 let other = 2 + 2 * m;
-                let upper = if m == l { product(at + 1, other) } else { product(at, other + 1) };
+                let upper = if m == l {
+                    product(at + 1, other)
+                } else {
+                    product(at, other + 1)
+                };
                 let with_cos = turn(of[product(at, other)], of[product(at + 1, other)]);
                 let with_sin = turn(of[upper], of[product(at + 1, other + 1)]);
                 for p in 0..2 {
                     let cos = other_cos * with_cos[p] - other_sin * with_sin[p];
                     let sin = other_sin * with_cos[p] + other_cos * with_sin[p];
                     let add = |pairs: &mut [f32], pair: usize, cos: f32, sin: f32| {
-                        if let Some([with_cos, with_sin]) = pairs.as_chunks_mut::<2>().0.get_mut(pair) {
+                        if let Some([with_cos, with_sin]) =
+                            pairs.as_chunks_mut::<2>().0.get_mut(pair)
+                        {
                             *with_cos += cos;
                             *with_sin += sin;
                         }
@@ -262,7 +316,9 @@ impl Equations {
     /// Whether residuals are mostly rounding of the sums whose difference they are.
     pub fn is_cancelled(&self) -> bool {
         let residuals = self.solution.residual_squares.iter().zip(&self.squares);
-        residuals.take(self.width()).any(|(residual, square)| *residual < CANCELLED_SHARE * square)
+        residuals
+            .take(self.width())
+            .any(|(residual, square)| *residual < CANCELLED_SHARE * square)
     }
 
     /// Their sums of squares.
@@ -271,46 +327,69 @@ impl Equations {
     }
 
     fn product(&self, a: usize, b: usize) -> f32 {
-        self.products.get(a.max(b)).and_then(|row| row.get(a.min(b))).map_or(0.0, |product| *product)
+        self.products
+            .get(a.max(b))
+            .and_then(|row| row.get(a.min(b)))
+            .map_or(0.0, |product| *product)
     }
 
     /// The product of a wave times `u` and a column.
     fn u_product(&self, wave: usize, column: usize) -> f32 {
         let is_later = (2..CURVES).contains(&column) && column >= 4 + 2 * (wave / 2);
-        let (row, column) = if is_later { (column - 2, 2 + wave) } else { (wave, column) };
-        self.u_products.get(row).and_then(|row| row.get(column)).map_or(0.0, |product| *product)
+        let (row, column) = if is_later {
+            (column - 2, 2 + wave)
+        } else {
+            (wave, column)
+        };
+        self.u_products
+            .get(row)
+            .and_then(|row| row.get(column))
+            .map_or(0.0, |product| *product)
     }
 
-    /// The factor of a shape's equations, and the channels behind forward substitution. The size is less than the shape's if
-    /// f32 cannot separate all unknowns.
+    /// The factor of a shape's equations, and the channels behind forward substitution. The size is
+    /// less than the shape's if f32 cannot separate all unknowns.
     fn factor(&mut self, shape: &Shape, columns: &[usize; UNKNOWNS_MAX], product_min: f32) {
         let size = shape.unknowns().min(UNKNOWNS_MAX);
         self.normal.size = size;
-        let unknowns = self.normal.lower.iter_mut().zip(&mut self.solution.unknowns).zip(columns);
+        let unknowns = self
+            .normal
+            .lower
+            .iter_mut()
+            .zip(&mut self.solution.unknowns)
+            .zip(columns);
         for (i, ((lower, unknown), column)) in unknowns.enumerate().take(size) {
             for (lower, other) in lower.iter_mut().zip(columns).take(i + 1) {
                 let row = self.products.get(*column.max(other));
-                *lower = row.and_then(|row| row.get(*column.min(other))).map_or(0.0, |product| *product);
+                *lower = row
+                    .and_then(|row| row.get(*column.min(other)))
+                    .map_or(0.0, |product| *product);
             }
             if let Some(row) = self.rows.get(*column) {
                 unknown.copy_from_slice(row);
             }
         }
-        // Folded onto half the frame rate an interferer has one phase only: of the other nothing is there to fit.
+        // Folded onto half the frame rate an interferer has one phase only: of the other nothing is
+        // there to fit.
         for i in 2..shape.first_wave().min(UNKNOWNS_MAX) {
             if self.normal.lower[i][i] < WAVE_SHARE_MIN * self.frames {
-                self.normal.lower.iter_mut().take(size).for_each(|row| row[i] = 0.0);
+                self.normal
+                    .lower
+                    .iter_mut()
+                    .take(size)
+                    .for_each(|row| row[i] = 0.0);
                 self.normal.lower[i] = [0.0; UNKNOWNS_MAX];
                 self.normal.lower[i][i] = 1.0;
                 self.solution.unknowns[i] = [0.0; CHANNELS_MAX];
             }
         }
         self.normal.factor(product_min);
-        self.normal.forward_rows(&mut self.solution.unknowns, self.width);
+        self.normal
+            .forward_rows(&mut self.solution.unknowns, self.width);
     }
 
-    /// Visits the residual sums of squares of each number of harmonics up to those of `shape`, and for each of them of each
-    /// number of curves up to its own, as far as they can be separated.
+    /// Visits the residual sums of squares of each number of harmonics up to those of `shape`, and
+    /// for each of them of each number of curves up to its own, as far as they can be separated.
     #[inline(never)]
     pub fn residuals(&mut self, shape: Shape, visit: &mut dyn FnMut(&Self, Shape, &Values)) {
         let waves = Shape { curves: 0, ..shape };
@@ -340,7 +419,8 @@ impl Equations {
                 return;
             }
             for (i, row) in rows.iter().enumerate().take(to).skip(from) {
-                let factors: [f32; CURVES_MAX] = core::array::from_fn(|k| borders[k].get(i).copied().unwrap_or(0.0));
+                let factors: [f32; CURVES_MAX] =
+                    core::array::from_fn(|k| borders[k].get(i).copied().unwrap_or(0.0));
                 for (k, factor) in factors.iter().enumerate().take(curves) {
                     for (with, other) in with_curves[k].iter_mut().zip(&factors).take(k + 1) {
                         *with -= factor * other;
@@ -399,24 +479,44 @@ impl Equations {
         }
     }
 
-    /// Power of the blocks' line at half the frequency beside the latest solution, in units of the noise: a chi-square of two degrees
-    /// for each channel if it is not there. Zero without such a line, or if f32 cannot separate it.
+    /// Power of the blocks' line at half the frequency beside the latest solution, in units of the
+    /// noise: a chi-square of two degrees for each channel if it is not there. Zero without such a
+    /// line, or if f32 cannot separate it.
     #[inline(never)]
     pub fn half_power(&mut self) -> f32 {
-        let Shape { harmonics, curves, interferer } = self.solution.shape;
+        let Shape {
+            harmonics,
+            curves,
+            interferer,
+        } = self.solution.shape;
         let size = self.solution.shape.unknowns();
         let mut columns = self.solution.shape.columns(self.harmonics);
-        let Some(last) = columns.get_mut(size..size + 2) else { return 0.0 };
+        let Some(last) = columns.get_mut(size..size + 2) else {
+            return 0.0;
+        };
         if interferer || self.lines <= self.harmonics {
             return 0.0;
         }
         // Behind all unknowns: forward substitution leaves of its rows what the others have not.
         (last[0], last[1]) = (2 + 2 * self.harmonics, 3 + 2 * self.harmonics);
         let unknowns = self.solution.unknowns;
-        self.factor(&Shape { harmonics, curves: curves + 2, interferer }, &columns, SOLUTION_PRODUCT_MIN);
+        self.factor(
+            &Shape {
+                harmonics,
+                curves: curves + 2,
+                interferer,
+            },
+            &columns,
+            SOLUTION_PRODUCT_MIN,
+        );
         let own = core::mem::replace(&mut self.solution.unknowns, unknowns);
-        let Some(own) = own.get(size..self.normal.size) else { return 0.0 };
-        own.iter().flat_map(|row| row.iter().zip(&self.solution.weights)).map(|(own, weight)| weight * own * own).sum()
+        let Some(own) = own.get(size..self.normal.size) else {
+            return 0.0;
+        };
+        own.iter()
+            .flat_map(|row| row.iter().zip(&self.solution.weights))
+            .map(|(own, weight)| weight * own * own)
+            .sum()
     }
 
     /// The solution for a shape. None if its equations are singular, or if it has no tone.
@@ -440,18 +540,34 @@ impl Equations {
         let width = self.width.min(CHANNELS_MAX);
         let mut explained = [0.0; CHANNELS_MAX];
         for row in out.unknowns.iter().take(size) {
-            explained.iter_mut().zip(row).take(width).for_each(|(explained, value)| *explained += value * value);
+            explained
+                .iter_mut()
+                .zip(row)
+                .take(width)
+                .for_each(|(explained, value)| *explained += value * value);
         }
         for c in 0..width {
-            let residual = (self.squares[c] - explained[c]).max(RESIDUAL_SHARE_MIN * self.squares[c]).max(least[c]);
+            let residual = (self.squares[c] - explained[c])
+                .max(RESIDUAL_SHARE_MIN * self.squares[c])
+                .max(least[c]);
             out.residual_squares[c] = residual;
-            out.weights[c] = if residual > 0.0 { freedom / residual } else { 0.0 };
+            out.weights[c] = if residual > 0.0 {
+                freedom / residual
+            } else {
+                0.0
+            };
         }
         let waves = 2 * shape.harmonics.min(HARMONICS_MAX);
         let mut gradients = self.u_rows;
         for (projection, gradient) in projections.iter_mut().zip(&mut gradients).take(waves) {
             normal.forward(projection);
-            subtract(gradient, out.unknowns.get(..size).unwrap_or_default(), projection, 1.0, width);
+            subtract(
+                gradient,
+                out.unknowns.get(..size).unwrap_or_default(),
+                projection,
+                1.0,
+                width,
+            );
         }
         normal.backward_rows(&mut out.unknowns, self.width);
         let first = shape.first_wave();
@@ -468,9 +584,14 @@ impl Equations {
         out.power = [0.0; HARMONICS_MAX];
         let mut line_information = [0.0; HARMONICS_MAX];
         let (mut score, mut information) = (0.0, 0.0);
-        for (d, (gradient, projection)) in gradients.iter().zip(&projections).enumerate().take(waves) {
+        for (d, (gradient, projection)) in
+            gradients.iter().zip(&projections).enumerate().take(waves)
+        {
             let (factor, amplitude) = out.derivative(d);
-            let (own, h) = (&out.unknowns[(first + d) % UNKNOWNS_MAX], d / 2 % HARMONICS_MAX);
+            let (own, h) = (
+                &out.unknowns[(first + d) % UNKNOWNS_MAX],
+                d / 2 % HARMONICS_MAX,
+            );
             let (mut power, mut weighted) = (0.0, [0.0; CHANNELS_MAX]);
             for c in 0..width {
                 weighted[c] = out.weights[c] * amplitude[c];
@@ -478,12 +599,19 @@ impl Equations {
                 power += out.weights[c] * own[c] * own[c];
             }
             let weighted = weighted.get(..width).unwrap_or(&weighted);
-            for (e, (uu, other_projection)) in
-                self.uu_products[d % WAVES].iter().zip(&projections).enumerate().take(d + 1)
+            for (e, (uu, other_projection)) in self.uu_products[d % WAVES]
+                .iter()
+                .zip(&projections)
+                .enumerate()
+                .take(d + 1)
             {
                 let (other_factor, other) = out.derivative(e);
                 let spread = uu - within(projection, other_projection);
-                let part = if e < d { 2.0 } else { 1.0 } * spread * dot(weighted, other) * factor * other_factor;
+                let part = if e < d { 2.0 } else { 1.0 }
+                    * spread
+                    * dot(weighted, other)
+                    * factor
+                    * other_factor;
                 information += part;
                 if d / 2 == e / 2 {
                     line_information[h] += part;
@@ -498,10 +626,15 @@ impl Equations {
 }
 
 impl Solution {
-    /// No solution yet. A constant of zeros is written in its place; the result of a function would be copied.
+    /// No solution yet. A constant of zeros is written in its place; the result of a function would
+    /// be copied.
     pub const NONE: Self = Self {
         nu: 0.0,
-        shape: Shape { harmonics: 0, curves: 0, interferer: false },
+        shape: Shape {
+            harmonics: 0,
+            curves: 0,
+            interferer: false,
+        },
         width: 0,
         frames: 0.0,
         unknowns: [[0.0; CHANNELS_MAX]; UNKNOWNS_MAX],
@@ -514,16 +647,25 @@ impl Solution {
         fundamental: [0.0; 3],
     };
 
-    /// The derivative of the model by `nu` is a sum of waves times `u`: the factor of a wave (cosine and sine of the first
-    /// harmonic, and so on) is this number times this of each channel.
+    /// The derivative of the model by `nu` is a sum of waves times `u`: the factor of a wave
+    /// (cosine and sine of the first harmonic, and so on) is this number times this of each
+    /// channel.
     pub fn derivative(&self, wave: usize) -> (f32, &Values) {
         let order = 2.0 * PI * (wave / 2 + 1) as f32;
         let amplitude = &self.unknowns[(self.shape.first_wave() + (wave ^ 1)) % UNKNOWNS_MAX];
-        (if wave.is_multiple_of(2) { order } else { -order }, amplitude)
+        (
+            if wave.is_multiple_of(2) {
+                order
+            } else {
+                -order
+            },
+            amplitude,
+        )
     }
 
-    /// Power of the residuals over the noise, by the frames' third differences: its mean over the channels of which it is known,
-    /// its harmonic mean, to which a broken channel adds little, and their number.
+    /// Power of the residuals over the noise, by the frames' third differences: its mean over the
+    /// channels of which it is known, its harmonic mean, to which a broken channel adds little, and
+    /// their number.
     pub fn noise_ratio(&self, statistics: &Statistics, channels: &Channels) -> (f32, f32, f32) {
         let (mut ratio, mut inverse, mut known) = (0.0, 0.0, 0.0);
         for (c, weight) in channels.list().iter().zip(&self.weights) {
@@ -532,7 +674,11 @@ impl Solution {
                 (ratio, inverse, known) = (ratio + 1.0 / share, inverse + share, known + 1.0);
             }
         }
-        if known > 0.0 { (ratio / known, known / inverse, known) } else { (1.0, 1.0, 0.0) }
+        if known > 0.0 {
+            (ratio / known, known / inverse, known)
+        } else {
+            (1.0, 1.0, 0.0)
+        }
     }
 
     /// Power of the residuals over the tone's.

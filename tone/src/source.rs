@@ -2,10 +2,12 @@
 
 use crate::limits::CHANNELS_MAX;
 
-/// One frame's values, in any unit, one for each channel; channels that a source does not have are invalid.
+/// One frame's values, in any unit, one for each channel; channels that a source does not have are
+/// invalid.
 pub type Values = [f32; CHANNELS_MAX];
 
-/// The window's frames are gone from their source: newer ones took their place before the fit had read them.
+/// The window's frames are gone from their source: newer ones took their place before the fit had
+/// read them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Overwritten;
 
@@ -19,17 +21,22 @@ impl core::error::Error for Overwritten {}
 
 /// Where the fit reads frames from: memory, or a ring behind a lock that another task writes to.
 pub trait FrameSource {
-    /// Calls `show` once with at least one and up to `most` consecutive frames from frame number `first` on: their
-    /// values, and for each frame a mask of the channels that hold a valid value (bit k is channel k; 0 is a missing
-    /// frame).
+    /// Calls `show` once with at least one and up to `most` consecutive frames from frame number
+    /// `first` on: their values, and for each frame a mask of the channels that hold a valid value
+    /// (bit k is channel k; 0 is a missing frame).
     ///
     /// # Errors
     /// If frame `first` is not, or no longer, there; `show` is then not called.
-    fn read(&mut self, first: u32, most: usize, show: &mut dyn FnMut(&[Values], &[u16])) -> Result<(), Overwritten>;
+    fn read(
+        &mut self,
+        first: u32,
+        most: usize,
+        show: &mut dyn FnMut(&[Values], &[u16]),
+    ) -> Result<(), Overwritten>;
 }
 
-/// Frames in memory as they are sampled: the values of one frame after the other, numbered from 0. A value that is not
-/// finite is invalid.
+/// Frames in memory as they are sampled: the values of one frame after the other, numbered from 0.
+/// A value that is not finite is invalid.
 #[derive(Clone, Copy, Debug)]
 pub struct Frames<'a> {
     values: &'a [f32],
@@ -37,10 +44,14 @@ pub struct Frames<'a> {
 }
 
 impl<'a> Frames<'a> {
-    /// Frames of `channels` values each. None if `channels` is not 1 to [`CHANNELS_MAX`]; values behind the last whole
-    /// frame are ignored.
+    /// Frames of `channels` values each. None if `channels` is not 1 to [`CHANNELS_MAX`]; values
+    /// behind the last whole frame are ignored.
     pub const fn new(values: &'a [f32], channels: usize) -> Option<Self> {
-        if channels == 0 || channels > CHANNELS_MAX { None } else { Some(Self { values, channels }) }
+        if channels == 0 || channels > CHANNELS_MAX {
+            None
+        } else {
+            Some(Self { values, channels })
+        }
     }
 
     /// How many frames there are.
@@ -54,14 +65,26 @@ impl<'a> Frames<'a> {
 }
 
 impl FrameSource for Frames<'_> {
-    fn read(&mut self, first: u32, most: usize, show: &mut dyn FnMut(&[Values], &[u16])) -> Result<(), Overwritten> {
+    fn read(
+        &mut self,
+        first: u32,
+        most: usize,
+        show: &mut dyn FnMut(&[Values], &[u16]),
+    ) -> Result<(), Overwritten> {
         // The fit reads no more than this at a time.
         let (mut values, mut valid) = ([[0.0; CHANNELS_MAX]; 16], [0; 16]);
         let mut count = 0;
-        let from = self.values.get(first as usize * self.channels..).unwrap_or_default();
+        let from = self
+            .values
+            .get(first as usize * self.channels..)
+            .unwrap_or_default();
         let places = values.iter_mut().zip(&mut valid);
         for (frame, (values, valid)) in from.chunks_exact(self.channels).take(most).zip(places) {
-            for (c, (value, place)) in frame.iter().zip(values).enumerate().filter(|(_, (value, _))| value.is_finite())
+            for (c, (value, place)) in frame
+                .iter()
+                .zip(values)
+                .enumerate()
+                .filter(|(_, (value, _))| value.is_finite())
             {
                 *place = *value;
                 *valid |= 1 << c;
@@ -71,7 +94,10 @@ impl FrameSource for Frames<'_> {
         if count == 0 {
             return Err(Overwritten);
         }
-        show(values.get(..count).unwrap_or_default(), valid.get(..count).unwrap_or_default());
+        show(
+            values.get(..count).unwrap_or_default(),
+            valid.get(..count).unwrap_or_default(),
+        );
         Ok(())
     }
 }
@@ -86,7 +112,12 @@ pub struct Table<'a> {
 }
 
 impl FrameSource for Table<'_> {
-    fn read(&mut self, first: u32, most: usize, show: &mut dyn FnMut(&[Values], &[u16])) -> Result<(), Overwritten> {
+    fn read(
+        &mut self,
+        first: u32,
+        most: usize,
+        show: &mut dyn FnMut(&[Values], &[u16]),
+    ) -> Result<(), Overwritten> {
         let first = first as usize;
         let end = first.saturating_add(most).min(self.values.len());
         match (self.values.get(first..end), self.valid.get(first..end)) {

@@ -1,7 +1,7 @@
 //! Periodogram over the channels: where lines may be.
 //!
-//! Each channel, less its straight line, is transformed on its own and counts by the share of its own power that a line
-//! takes, so that a noisy channel does not hide the others.
+//! Each channel, less its straight line, is transformed on its own and counts by the share of its
+//! own power that a line takes, so that a noisy channel does not hide the others.
 
 use crate::frame_span::{BLOCK, FrameSpan};
 use crate::limits::{CHANNELS_MAX, CHANNELS_SEARCHED, POINTS_CHIP, POINTS_MAX};
@@ -20,8 +20,8 @@ const POINTS_MIN: usize = 64;
 /// A periodogram over the channels.
 #[derive(Clone, Copy, Debug)]
 pub struct Spectrum<'m> {
-    /// Share of the channels' power that a line at each bin's frequency takes; all zero if there are more frames than a
-    /// transform has points, or if no channel is usable.
+    /// Share of the channels' power that a line at each bin's frequency takes; all zero if there
+    /// are more frames than a transform has points, or if no channel is usable.
     pub power: &'m [f32],
     /// Points of the transform: bin k has k cycles in as many frames.
     pub points: usize,
@@ -39,10 +39,14 @@ pub struct Peak {
 }
 
 impl Spectrum<'_> {
-    /// How many channels the periodogram of a window in time takes, those with the least share of noise: a long window has
-    /// enough of a line in two.
+    /// How many channels the periodogram of a window in time takes, those with the least share of
+    /// noise: a long window has enough of a line in two.
     pub const fn channels(frames: u32) -> usize {
-        if frames > FRAMES_LONG { CHANNELS_LONG } else { CHANNELS_SEARCHED }
+        if frames > FRAMES_LONG {
+            CHANNELS_LONG
+        } else {
+            CHANNELS_SEARCHED
+        }
     }
 }
 
@@ -57,12 +61,16 @@ impl<'m> Periodogram<'m> {
     /// The channels of a periodogram.
     pub fn channels<'c>(span: &FrameSpan, channels: &'c Channels) -> &'c [u8] {
         let list = channels.list();
-        let most = if span.is_in_time() { Spectrum::channels(span.frames) } else { CHANNELS_SEARCHED };
+        let most = if span.is_in_time() {
+            Spectrum::channels(span.frames)
+        } else {
+            CHANNELS_SEARCHED
+        };
         list.get(..most).unwrap_or(list)
     }
 
-    /// Of some channels, or of what a solution leaves of them, where each counts by its weight there; `memory` is for
-    /// transforms. Without power if the memory is too small for the frames.
+    /// Of some channels, or of what a solution leaves of them, where each counts by its weight
+    /// there; `memory` is for transforms. Without power if the memory is too small for the frames.
     pub fn new(
         span: &mut FrameSpan,
         statistics: &Statistics,
@@ -74,10 +82,19 @@ impl<'m> Periodogram<'m> {
         let frames = span.frames as usize;
         let points = transform_size(frames, memory.len().min(2 * power.len()));
         // A path's first and last frame lie at its very ends, those in time half a frame inside.
-        let bins_per_cycle = points as f32 / if span.is_in_time() { frames } else { frames - 1 } as f32;
+        let bins_per_cycle = points as f32
+            / if span.is_in_time() {
+                frames
+            } else {
+                frames - 1
+            } as f32;
         let (power, memory) = (power.get_mut(..points / 2), memory.get_mut(..points));
         let (Some(power), Some(memory), true) = (power, memory, frames <= points) else {
-            return Ok(Self { power: &mut [], points, bins_per_cycle });
+            return Ok(Self {
+                power: &mut [],
+                points,
+                bins_per_cycle,
+            });
         };
         power.fill(0.0);
         for (k, channel) in channels.iter().enumerate() {
@@ -86,21 +103,36 @@ impl<'m> Periodogram<'m> {
                 Some(waves) => waves.solution.weights[k % CHANNELS_MAX],
                 None => 1.0 / statistics.about_line[c],
             };
-            copy(span, statistics, (c, k, libm::sqrtf(weight)), rest.as_deref_mut(), memory)?;
+            copy(
+                span,
+                statistics,
+                (c, k, libm::sqrtf(weight)),
+                rest.as_deref_mut(),
+                memory,
+            )?;
             add_power(memory, power);
         }
-        // A line alone has a magnitude of half its amplitude times the frames; half its square is the power.
+        // A line alone has a magnitude of half its amplitude times the frames; half its square is
+        // the power.
         let all = 0.5 * statistics.frames as f32 * channels.len() as f32;
         power.iter_mut().for_each(|power| *power /= all);
         // A path that turns back has places closer together than its frames can separate lines.
         if !span.is_in_time() {
             let highest = (2.0 * span.nu_max() * bins_per_cycle) as usize;
-            power.iter_mut().skip(highest + 1).for_each(|power| *power = 0.0);
+            power
+                .iter_mut()
+                .skip(highest + 1)
+                .for_each(|power| *power = 0.0);
         }
-        Ok(Self { power, points, bins_per_cycle })
+        Ok(Self {
+            power,
+            points,
+            bins_per_cycle,
+        })
     }
 
-    /// The strongest line of at least `least_cycles` cycles, interpolated between bins by the higher neighbour of the peak.
+    /// The strongest line of at least `least_cycles` cycles, interpolated between bins by the
+    /// higher neighbour of the peak.
     pub fn strongest(&self, least_cycles: f32) -> Option<Peak> {
         let least = ((least_cycles * self.bins_per_cycle) as usize).max(1);
         let (mut bin, mut peak) = (0, 0.0);
@@ -111,27 +143,39 @@ impl<'m> Periodogram<'m> {
         }
         let left = self.power.get(bin.checked_sub(1)?).copied()?;
         let right = self.power.get(bin + 1).copied().unwrap_or(0.0);
-        // A line half way between two bins is as high in both; one in the middle of a bin has its skirt in the next.
+        // A line half way between two bins is as high in both; one in the middle of a bin has its
+        // skirt in the next.
         let half_turns = 1.0 / self.bins_per_cycle;
         let (_, sin) = cos_sin(from_turns(0.5 * half_turns));
         let skirt = sin / (PI * half_turns);
         let beside = libm::sqrtf(left.max(right) / peak.max(f32::MIN_POSITIVE));
         // Where bins are close both are small differences.
-        let between = ((beside - skirt) / (1.0 + beside - 2.0 * skirt).max(f32::MIN_POSITIVE)).clamp(0.0, 0.5);
+        let between = ((beside - skirt) / (1.0 + beside - 2.0 * skirt).max(f32::MIN_POSITIVE))
+            .clamp(0.0, 0.5);
         let between = if right > left { between } else { -between };
-        Some(Peak { cycles: (bin as f32 + between) / self.bins_per_cycle, power: peak })
+        Some(Peak {
+            cycles: (bin as f32 + between) / self.bins_per_cycle,
+            power: peak,
+        })
     }
 
     /// Takes out the bins next to an interferer.
     pub fn blank(&mut self, cycles: f32) {
-        let (from, to) = ((cycles - 0.8) * self.bins_per_cycle, (cycles + 0.8) * self.bins_per_cycle + 1.0);
-        self.power.iter_mut().take(to as usize).skip(from as usize).for_each(|power| *power = 0.0);
+        let (from, to) = (
+            (cycles - 0.8) * self.bins_per_cycle,
+            (cycles + 0.8) * self.bins_per_cycle + 1.0,
+        );
+        self.power
+            .iter_mut()
+            .take(to as usize)
+            .skip(from as usize)
+            .for_each(|power| *power = 0.0);
     }
 }
 
-/// Copies a channel, less its line or what a solution says of it, in units of its scale, with a weight, frame by frame; along
-/// a path each frame goes to its place, which makes the transform that of the path. Zeros behind them and where frames are
-/// missing.
+/// Copies a channel, less its line or what a solution says of it, in units of its scale, with a
+/// weight, frame by frame; along a path each frame goes to its place, which makes the transform
+/// that of the path. Zeros behind them and where frames are missing.
 fn copy(
     span: &mut FrameSpan,
     statistics: &Statistics,
@@ -140,7 +184,12 @@ fn copy(
     out: &mut [f32],
 ) -> Result<(), Overwritten> {
     out.fill(0.0);
-    let (abscissa, frames, in_time, c) = (span.abscissa(), span.frames, span.is_in_time(), c % CHANNELS_MAX);
+    let (abscissa, frames, in_time, c) = (
+        span.abscissa(),
+        span.frames,
+        span.is_in_time(),
+        c % CHANNELS_MAX,
+    );
     let (offset, slope) = (statistics.offset[c], statistics.slope[c]);
     let scale = statistics.scale[c] * weight;
     span.blocks(&statistics.offset, &mut |block| {
@@ -148,11 +197,15 @@ fn copy(
         let values: [f32; BLOCK] = match &mut rest {
             Some(waves) => {
                 waves.go(u);
-                waves.residuals(block.values, c, k).map(|residual| weight * residual)
+                waves
+                    .residuals(block.values, c, k)
+                    .map(|residual| weight * residual)
             }
             None => core::array::from_fn(|i| (block.values[i][c] - offset - slope * u[i]) * scale),
         };
-        let places = out.get_mut(block.first as usize..).and_then(|out| out.first_chunk_mut::<BLOCK>());
+        let places = out
+            .get_mut(block.first as usize..)
+            .and_then(|out| out.first_chunk_mut::<BLOCK>());
         if let (true, true, Some(places)) = (block.complete, in_time, places) {
             *places = values;
             return;
@@ -172,11 +225,19 @@ fn copy(
 /// Points of the transform of `frames` frames with memory for `most`.
 fn transform_size(frames: usize, most: usize) -> usize {
     // No longer on a PC than on the chip where the chip can do it at all: both give the same bits.
-    let most = most.min(if frames > POINTS_CHIP { POINTS_MAX } else { POINTS_CHIP });
+    let most = most.min(if frames > POINTS_CHIP {
+        POINTS_MAX
+    } else {
+        POINTS_CHIP
+    });
     let mut size = POINTS_MIN;
     while size < frames {
         // In steps of four on the chip: each size of transform takes a kilobyte of flash.
-        let next = if size < POINTS_CHIP { 4 * size } else { 2 * size };
+        let next = if size < POINTS_CHIP {
+            4 * size
+        } else {
+            2 * size
+        };
         if next > most {
             break;
         }
@@ -185,8 +246,8 @@ fn transform_size(frames: usize, most: usize) -> usize {
     size
 }
 
-/// The transform of a real signal in its place, as real and imaginary parts; the first two are bin 0 and the Nyquist bin.
-/// Nothing is done if the length is none of the transform's own.
+/// The transform of a real signal in its place, as real and imaginary parts; the first two are bin
+/// 0 and the Nyquist bin. Nothing is done if the length is none of the transform's own.
 pub fn transform(signal: &mut [f32]) {
     macro_rules! transform {
         ($($points:literal $name:ident),*) => {

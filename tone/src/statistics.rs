@@ -1,15 +1,16 @@
-//! The first pass: level, slope, power and noise of every channel, which of them can be used, and the window in pieces,
-//! means of a few frames each.
+//! The first pass: level, slope, power and noise of every channel, which of them can be used, and
+//! the window in pieces, means of a few frames each.
 
 use crate::fit::{Fit, Status};
 use crate::frame_span::{BLOCK, Block, FrameSpan};
 use crate::limits::{CHANNELS_MAX, CHANNELS_SEARCHED, PIECES_MAX};
 use crate::source::{Overwritten, Values};
 
-/// A channel without a valid value in more than this share of the frames is left out. Of the others every frame must
-/// have one: all channels share one abscissa.
+/// A channel without a valid value in more than this share of the frames is left out. Of the others
+/// every frame must have one: all channels share one abscissa.
 const INVALID_SHARE_MAX: f32 = 0.1;
-/// A longer window is surveyed for its order of magnitude in blocks that are as many times farther apart.
+/// A longer window is surveyed for its order of magnitude in blocks that are as many times farther
+/// apart.
 const SURVEY_FRAMES: u32 = 256;
 /// Power about a channel's line, as a share of all, below which it is rounding.
 const ROUNDING_SHARE: f32 = 1e-6;
@@ -18,8 +19,8 @@ const QUAD: usize = 4;
 const THIRD_DIFFERENCE_SQUARES: f32 = 20.0;
 /// From a channel's first value in a block to its last, both included.
 const COLUMN: usize = (BLOCK - 1) * CHANNELS_MAX + 1;
-/// A third difference of six times their mean magnitude is seldom noise: in white noise of 940 frames and sixteen channels
-/// in one window of a hundred.
+/// A third difference of six times their mean magnitude is seldom noise: in white noise of 940
+/// frames and sixteen channels in one window of a hundred.
 const SPIKY: f32 = 6.0;
 
 /// Level, slope, power and noise of every channel.
@@ -27,17 +28,20 @@ const SPIKY: f32 = 6.0;
 pub struct Statistics {
     /// Frames that count.
     pub frames: u32,
-    /// Channels that can be used: nearly all frames have a valid value of them, and they are neither constant nor a ramp.
+    /// Channels that can be used: nearly all frames have a valid value of them, and they are
+    /// neither constant nor a ramp.
     pub usable: u16,
-    /// A straight line through each channel: its value at the centre, and its slope per unit of `u`.
+    /// A straight line through each channel: its value at the centre, and its slope per unit of
+    /// `u`.
     pub offset: Values,
     pub slope: Values,
     /// Sum of squares about that line, in units of `scale`.
     pub about_line: Values,
-    /// A power of two by which values are multiplied, so that their squares can neither overflow nor vanish.
+    /// A power of two by which values are multiplied, so that their squares can neither overflow
+    /// nor vanish.
     pub scale: Values,
-    /// Variance of a frame's noise by the third differences of consecutive frames, in units of `scale`: a tone below a tenth
-    /// of the frame rate adds very little. 0 if it is not known.
+    /// Variance of a frame's noise by the third differences of consecutive frames, in units of
+    /// `scale`: a tone below a tenth of the frame rate adds very little. 0 if it is not known.
     pub noise_variance: Values,
     /// The usable channels, those with the least share of noise first.
     pub order: Channels,
@@ -60,7 +64,10 @@ pub struct Channels {
 impl Channels {
     /// The first of them, as many as `most`.
     pub fn first(self, most: usize) -> Self {
-        Self { width: self.width.min(most), ..self }
+        Self {
+            width: self.width.min(most),
+            ..self
+        }
     }
 
     pub fn list(&self) -> &[u8] {
@@ -89,8 +96,8 @@ struct Sums<'p> {
 }
 
 impl Statistics {
-    /// Collects them. Fills `pieces`, at least [`PIECES_MAX`], with the means less the line; only of the channels with the least
-    /// noise, which the grid takes.
+    /// Collects them. Fills `pieces`, at least [`PIECES_MAX`], with the means less the line; only
+    /// of the channels with the least noise, which the grid takes.
     pub fn collect(span: &mut FrameSpan, pieces: &mut [Values]) -> Result<Self, Overwritten> {
         let survey = survey(span)?;
         span.channels = survey.reliable;
@@ -131,7 +138,9 @@ impl Statistics {
             Some(step) => step * piece_frames as f32,
             None => 2.0 / count.max(1) as f32,
         };
-        let first = abscissa.step().map_or(-1.0 + 0.5 * step, |one| -1.0 + 0.5 * one * piece_frames as f32);
+        let first = abscissa.step().map_or(-1.0 + 0.5 * step, |one| {
+            -1.0 + 0.5 * one * piece_frames as f32
+        });
         Ok(sums.end(span, first, step))
     }
 
@@ -152,7 +161,10 @@ impl Statistics {
             order[count % CHANNELS_MAX] = moving;
             count += 1;
         }
-        Channels { order, width: count }
+        Channels {
+            order,
+            width: count,
+        }
     }
 
     /// Of a window without a tone: offsets and residuals about a straight line.
@@ -163,7 +175,8 @@ impl Statistics {
             let c = c % CHANNELS_MAX;
             let channel = &mut fit.channels[c];
             channel.offset = self.offset[c];
-            channel.residual = libm::sqrtf(self.about_line[c] / (self.frames as f32 - 2.0)) / self.scale[c];
+            channel.residual =
+                libm::sqrtf(self.about_line[c] / (self.frames as f32 - 2.0)) / self.scale[c];
         }
     }
 }
@@ -175,20 +188,32 @@ struct Survey {
     scale: Values,
 }
 
-/// Which channels have valid values in nearly all frames that have any; values of the first frame that counts; and how
-/// large the channels' changes are.
+/// Which channels have valid values in nearly all frames that have any; values of the first frame
+/// that counts; and how large the channels' changes are.
 // Not inlined: what it takes of the stack is given back.
 #[inline(never)]
 fn survey(span: &mut FrameSpan) -> Result<Survey, Overwritten> {
     let (mut frames, mut invalid) = (0u32, [0u32; CHANNELS_MAX]);
-    let (mut least, mut most) = ([f32::INFINITY; CHANNELS_MAX], [f32::NEG_INFINITY; CHANNELS_MAX]);
+    let (mut least, mut most) = (
+        [f32::INFINITY; CHANNELS_MAX],
+        [f32::NEG_INFINITY; CHANNELS_MAX],
+    );
     let stride = (span.frames / SURVEY_FRAMES).max(1);
     span.channels = 0;
     span.blocks(&[0.0; CHANNELS_MAX], &mut |block| {
-        // One frame of every block, or of some in a long window, is enough for the order of magnitude.
+        // One frame of every block, or of some in a long window, is enough for the order of
+        // magnitude.
         let is_seen = (block.first / BLOCK as u32).is_multiple_of(stride);
-        if is_seen && let Some((values, valid)) = block.values.iter().zip(block.valid).find(|(_, valid)| **valid != 0) {
-            for (c, ((value, least), most)) in values.iter().zip(&mut least).zip(&mut most).enumerate() {
+        if is_seen
+            && let Some((values, valid)) = block
+                .values
+                .iter()
+                .zip(block.valid)
+                .find(|(_, valid)| **valid != 0)
+        {
+            for (c, ((value, least), most)) in
+                values.iter().zip(&mut least).zip(&mut most).enumerate()
+            {
                 if valid & 1 << c != 0 {
                     // Not `f32::min`, which is a call.
                     *least = if value < least { *value } else { *least };
@@ -219,7 +244,11 @@ fn survey(span: &mut FrameSpan) -> Result<Survey, Overwritten> {
     }
     span.channels = reliable;
     let first = span.first_counted()?.unwrap_or_default();
-    Ok(Survey { reliable, first, scale })
+    Ok(Survey {
+        reliable,
+        first,
+        scale,
+    })
 }
 
 impl Sums<'_> {
@@ -227,19 +256,24 @@ impl Sums<'_> {
     fn add(&mut self, block: &Block, u: &[f32; BLOCK]) {
         let in_time = self.in_time;
         let quads = block.valid.as_chunks::<QUAD>().0;
-        let full: [f32; BLOCK / QUAD] =
-            core::array::from_fn(|q| quads.get(q).is_some_and(|quad| !quad.contains(&0)) as u8 as f32);
+        let full: [f32; BLOCK / QUAD] = core::array::from_fn(|q| {
+            quads.get(q).is_some_and(|quad| !quad.contains(&0)) as u8 as f32
+        });
         self.quads += full.iter().sum::<f32>() as u32;
         if block.complete && in_time {
             self.frames += BLOCK as u32;
             let middle = 0.5 * (u[0] + u[BLOCK - 1]);
             let step = u[1] - u[0];
             self.u += BLOCK as f32 * middle;
-            self.uu += BLOCK as f32 * (middle * middle + step * step * ((BLOCK * BLOCK - 1) as f32 / 12.0));
+            self.uu += BLOCK as f32
+                * (middle * middle + step * step * ((BLOCK * BLOCK - 1) as f32 / 12.0));
             let within = self.piece_frames.clamp(1, BLOCK);
             let first = block.first as usize / self.piece_frames.max(1);
             let counts = self.counts.get_mut(first..).unwrap_or_default();
-            counts.iter_mut().take(BLOCK / within).for_each(|count| *count += within as u16);
+            counts
+                .iter_mut()
+                .take(BLOCK / within)
+                .for_each(|count| *count += within as u16);
             return self.add_values(block, &full);
         }
         for (i, ((u, values), valid)) in u.iter().zip(block.values).zip(block.valid).enumerate() {
@@ -251,9 +285,8 @@ impl Sums<'_> {
             self.uu += u * u;
             let place = match in_time {
                 true => (block.first as usize + i) / self.piece_frames.max(1),
-                false => {
-                    ((0.5 * (u + 1.0) * self.pieces.len() as f32) as usize).min(self.pieces.len().saturating_sub(1))
-                }
+                false => ((0.5 * (u + 1.0) * self.pieces.len() as f32) as usize)
+                    .min(self.pieces.len().saturating_sub(1)),
             };
             if let Some(count) = self.counts.get_mut(place) {
                 *count += 1;
@@ -267,23 +300,32 @@ impl Sums<'_> {
         self.add_values(block, &full);
     }
 
-    /// Adds a block's values. A frame that does not count has those of the first one: they add nothing. Third differences
-    /// count where a quad is full, and pieces are taken in time alone.
+    /// Adds a block's values. A frame that does not count has those of the first one: they add
+    /// nothing. Third differences count where a quad is full, and pieces are taken in time alone.
     fn add_values(&mut self, block: &Block, full: &[f32; BLOCK / QUAD]) {
         let first = block.first as usize / self.piece_frames.max(1);
-        let pieces = if self.in_time { self.pieces.get_mut(first..).unwrap_or_default() } else { &mut [] };
+        let pieces = if self.in_time {
+            self.pieces.get_mut(first..).unwrap_or_default()
+        } else {
+            &mut []
+        };
         let within = self.piece_frames.clamp(1, BLOCK);
         for c in 0..CHANNELS_MAX {
             let (zero, scale) = (self.zero[c], self.scale[c]);
             let (mut sum, mut squares, mut third_squares) = (0.0, 0.0, 0.0);
             let (mut thirds, mut most) = (0.0, self.third_most[c]);
             let mut quads = [0.0; BLOCK / QUAD];
-            // The channel's values from one address on: each frame's has a constant distance from it.
-            let values = block.values.as_flattened().get(c..).and_then(|values| values.first_chunk::<COLUMN>());
+            // The channel's values from one address on: each frame's has a constant distance from
+            // it.
+            let values = block
+                .values
+                .as_flattened()
+                .get(c..)
+                .and_then(|values| values.first_chunk::<COLUMN>());
             let Some(values) = values else { continue };
             for (q, (quad, full)) in quads.iter_mut().zip(full).enumerate() {
-                let [a, b, c, d] =
-                    [0, 1, 2, 3].map(|i: usize| (values[(QUAD * q + i) % BLOCK * CHANNELS_MAX] - zero) * scale);
+                let [a, b, c, d] = [0, 1, 2, 3]
+                    .map(|i: usize| (values[(QUAD * q + i) % BLOCK * CHANNELS_MAX] - zero) * scale);
                 *quad = (a + b) + (c + d);
                 sum += *quad;
                 squares = squares + a * a + b * b + c * c + d * d;
@@ -299,10 +341,16 @@ impl Sums<'_> {
             self.third[c] += thirds;
             self.third_most[c] = most;
             match within {
-                QUAD => pieces.iter_mut().zip(quads).for_each(|(piece, quad)| piece[c] = quad),
+                QUAD => pieces
+                    .iter_mut()
+                    .zip(quads)
+                    .for_each(|(piece, quad)| piece[c] = quad),
                 BLOCK => pieces.iter_mut().take(1).for_each(|piece| piece[c] += sum),
                 _ => {
-                    for (piece, frames) in pieces.iter_mut().zip(block.values.chunks_exact(within.max(1))) {
+                    for (piece, frames) in pieces
+                        .iter_mut()
+                        .zip(block.values.chunks_exact(within.max(1)))
+                    {
                         piece[c] = frames.iter().map(|frame| (frame[c] - zero) * scale).sum();
                     }
                 }
@@ -322,7 +370,10 @@ impl Sums<'_> {
             about_line: zeros,
             scale: self.scale,
             noise_variance: zeros,
-            order: Channels { order: [0; CHANNELS_MAX], width: 0 },
+            order: Channels {
+                order: [0; CHANNELS_MAX],
+                width: 0,
+            },
             pieces: self.pieces.len(),
             piece_step: step,
             quantization_step: span.quantization_step,
@@ -338,7 +389,9 @@ impl Sums<'_> {
             weight += frames;
             along += frames * u;
             spread += frames * u * u;
-            uy.iter_mut().zip(piece.iter()).for_each(|(uy, sum)| *uy += u * sum);
+            uy.iter_mut()
+                .zip(piece.iter())
+                .for_each(|(uy, sum)| *uy += u * sum);
         }
         let spread = spread - along * along / weight;
         let all_spread = self.uu - self.u * self.u / count;
@@ -347,7 +400,8 @@ impl Sums<'_> {
             let slope = (uy[c] - along * self.y[c] / weight) / spread;
             let mean = self.y[c] / count;
             let about = self.squares[c] - self.y[c] * mean - slope * slope * all_spread;
-            // Below this the sum is rounding: the channel is constant, or a ramp. A NaN is not above it.
+            // Below this the sum is rounding: the channel is constant, or a ramp. A NaN is not
+            // above it.
             if !(about > ROUNDING_SHARE * self.squares[c] && about > 0.0 && about.is_finite()) {
                 continue;
             }
@@ -357,9 +411,11 @@ impl Sums<'_> {
             out.slope[c] = slope / self.scale[c];
             out.about_line[c] = about;
             out.is_spiky |= self.third_most[c] * self.quads as f32 > SPIKY * self.third[c];
-            out.noise_variance[c] = self.third_squares[c] / (THIRD_DIFFERENCE_SQUARES * self.quads.max(1) as f32);
+            out.noise_variance[c] =
+                self.third_squares[c] / (THIRD_DIFFERENCE_SQUARES * self.quads.max(1) as f32);
         }
-        let levels: Values = core::array::from_fn(|c| (out.offset[c] - self.zero[c]) * self.scale[c]);
+        let levels: Values =
+            core::array::from_fn(|c| (out.offset[c] - self.zero[c]) * self.scale[c]);
         let slopes: Values = core::array::from_fn(|c| out.slope[c] * self.scale[c]);
         out.order = out.by_noise();
         // Of the few channels that a grid takes.

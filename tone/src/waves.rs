@@ -18,7 +18,12 @@ fn middle(u: &[f32; PART]) -> f32 {
 
 /// Cosine and sine of a line at the places `u`; `turn` is by one frame, where all are as far apart.
 #[inline(never)]
-pub fn along(nu: f32, turn: Option<(f32, f32)>, u: &[f32; BLOCK], [cosines, sines]: [&mut [f32; BLOCK]; 2]) {
+pub fn along(
+    nu: f32,
+    turn: Option<(f32, f32)>,
+    u: &[f32; BLOCK],
+    [cosines, sines]: [&mut [f32; BLOCK]; 2],
+) {
     let (mut cos, mut sin) = cos_sin(from_turns(nu * u[0]));
     for (i, (to_cos, to_sin)) in cosines.iter_mut().zip(sines).enumerate() {
         (*to_cos, *to_sin) = (cos, sin);
@@ -29,7 +34,8 @@ pub fn along(nu: f32, turn: Option<(f32, f32)>, u: &[f32; BLOCK], [cosines, sine
     }
 }
 
-/// A solution over a block of frames: `u`, cosine and sine of each line, and the curves about the middle of each part.
+/// A solution over a block of frames: `u`, cosine and sine of each line, and the curves about the
+/// middle of each part.
 pub struct Waves<'s> {
     statistics: &'s Statistics,
     pub solution: &'s Solution,
@@ -60,7 +66,10 @@ impl<'s> Waves<'s> {
             nu,
             harmonics: shape.harmonics.min(LINES_MAX - shape.interferer as usize),
             interferer: interferer.filter(|_| shape.interferer),
-            turn: span.abscissa().step().map(|step| cos_sin(from_turns(nu * step))),
+            turn: span
+                .abscissa()
+                .step()
+                .map(|step| cos_sin(from_turns(nu * step))),
             u: [0.0; BLOCK],
             cos: none,
             sin: none,
@@ -75,14 +84,23 @@ impl<'s> Waves<'s> {
         let ([first_cos, cosines @ ..], [first_sin, sines @ ..]) = (&mut self.cos, &mut self.sin);
         along(self.nu, self.turn, &u, [first_cos, first_sin]);
         let (mut of_cos, mut of_sin) = (&*first_cos, &*first_sin);
-        for (cos, sin) in cosines.iter_mut().zip(sines).take(self.harmonics.saturating_sub(1)) {
+        for (cos, sin) in cosines
+            .iter_mut()
+            .zip(sines)
+            .take(self.harmonics.saturating_sub(1))
+        {
             for i in 0..BLOCK {
                 let (c, s) = (of_cos[i], of_sin[i]);
-                (cos[i], sin[i]) = (c * first_cos[i] - s * first_sin[i], s * first_cos[i] + c * first_sin[i]);
+                (cos[i], sin[i]) = (
+                    c * first_cos[i] - s * first_sin[i],
+                    s * first_cos[i] + c * first_sin[i],
+                );
             }
             (of_cos, of_sin) = (cos, sin);
         }
-        if let (Some(interferer), Some(cos), Some(sin)) = (self.interferer, self.cos.last_mut(), self.sin.last_mut()) {
+        if let (Some(interferer), Some(cos), Some(sin)) =
+            (self.interferer, self.cos.last_mut(), self.sin.last_mut())
+        {
             for (i, u) in u.iter().enumerate() {
                 (cos[i], sin[i]) = cos_sin(from_turns(interferer * u));
             }
@@ -95,20 +113,29 @@ impl<'s> Waves<'s> {
     }
 
     fn unknown(&self, index: usize, k: usize) -> f32 {
-        self.solution.unknowns.get(index).map_or(0.0, |row| row[k % CHANNELS_MAX])
+        self.solution
+            .unknowns
+            .get(index)
+            .map_or(0.0, |row| row[k % CHANNELS_MAX])
     }
 
-    /// Residuals of the solution's channel `k`, which is channel `c` of the frames, in units of its scale.
+    /// Residuals of the solution's channel `k`, which is channel `c` of the frames, in units of its
+    /// scale.
     #[inline(never)]
     pub fn residuals(&self, values: &[Values; BLOCK], c: usize, k: usize) -> [f32; BLOCK] {
         let (shape, c) = (&self.solution.shape, c % CHANNELS_MAX);
         let scale = self.statistics.scale[c];
-        let (level, slope) = (self.unknown(0, k), self.unknown(1, k) + self.statistics.slope[c] * scale);
+        let (level, slope) = (
+            self.unknown(0, k),
+            self.unknown(1, k) + self.statistics.slope[c] * scale,
+        );
         let offset = self.statistics.offset[c];
         let mut residual: [f32; BLOCK] =
             core::array::from_fn(|i| (values[i][c] - offset) * scale - level - slope * self.u[i]);
         let interferer = self.interferer.map(|_| (LINES_MAX - 1, 2));
-        let lines = (0..self.harmonics).map(|h| (h, shape.first_wave() + 2 * h)).chain(interferer);
+        let lines = (0..self.harmonics)
+            .map(|h| (h, shape.first_wave() + 2 * h))
+            .chain(interferer);
         for (line, first) in lines {
             let (with_cos, with_sin) = (self.unknown(first, k), self.unknown(first + 1, k));
             let (cos, sin) = (&self.cos[line % LINES_MAX], &self.sin[line % LINES_MAX]);
@@ -116,8 +143,16 @@ impl<'s> Waves<'s> {
                 residual[i] -= with_cos * cos[i] + with_sin * sin[i];
             }
         }
-        let parts = residual.as_chunks_mut::<PART>().0.iter_mut().zip(self.u.as_chunks::<PART>().0);
-        for ((residual, u), curves) in parts.zip(&self.curves).take(if shape.curves > 0 { BLOCK } else { 0 }) {
+        let parts = residual
+            .as_chunks_mut::<PART>()
+            .0
+            .iter_mut()
+            .zip(self.u.as_chunks::<PART>().0);
+        for ((residual, u), curves) in
+            parts
+                .zip(&self.curves)
+                .take(if shape.curves > 0 { BLOCK } else { 0 })
+        {
             for (curve, [value, along]) in curves.iter().enumerate().take(shape.curves) {
                 let factor = self.unknown(shape.first_curve() + curve, k);
                 for (residual, at) in residual.iter_mut().zip(u) {
@@ -133,7 +168,10 @@ impl<'s> Waves<'s> {
         let mut derivative = [0.0; BLOCK];
         for h in 0..self.harmonics {
             let (first, order) = (self.solution.shape.first_wave() + 2 * h, (h + 1) as f32);
-            let (of_cos, of_sin) = (order * self.unknown(first + 1, k), order * self.unknown(first, k));
+            let (of_cos, of_sin) = (
+                order * self.unknown(first + 1, k),
+                order * self.unknown(first, k),
+            );
             let (cos, sin) = (&self.cos[h % LINES_MAX], &self.sin[h % LINES_MAX]);
             for i in 0..BLOCK {
                 derivative[i] += of_cos * cos[i] - of_sin * sin[i];

@@ -1,4 +1,5 @@
-//! A fundamental that is faint beside its second harmonic. If all other harmonics are even, only the line at half the frequency shows it.
+//! A fundamental that is faint beside its second harmonic. If all other harmonics are even, only
+//! the line at half the frequency shows it.
 
 mod common;
 
@@ -8,7 +9,8 @@ use std::f64::consts::{SQRT_2, TAU};
 /// The second harmonic's amplitude, 20 dB above noise of variance 1.
 const SECOND: f64 = 10.0 * SQRT_2;
 
-/// Noise of variance 1 in each channel, autoregressive with this factor: half of its power is slow with 0.6.
+/// Noise of variance 1 in each channel, autoregressive with this factor: half of its power is slow
+/// with 0.6.
 fn noise(factor: f64, seed: u64) -> impl FnMut(usize) -> f64 {
     let (mut normal, mut last) = (common::normal(seed), [0.0; CHANNELS_MAX]);
     move |channel| {
@@ -17,27 +19,44 @@ fn noise(factor: f64, seed: u64) -> impl FnMut(usize) -> f64 {
     }
 }
 
-/// Fits harmonics 1, 2 and 4 of these shares of the second, the fundamental with so many cycles in the window, with phases of their
-/// own in each channel, beside noise.
-fn fit(frames: usize, cycles: f64, first: f64, seed: u64, mut noise: impl FnMut(usize) -> f64) -> Fit {
+/// Fits harmonics 1, 2 and 4 of these shares of the second, the fundamental with so many cycles in
+/// the window, with phases of their own in each channel, beside noise.
+fn fit(
+    frames: usize,
+    cycles: f64,
+    first: f64,
+    seed: u64,
+    mut noise: impl FnMut(usize) -> f64,
+) -> Fit {
     let mut even = common::even(seed);
-    let phases: Vec<[f64; 3]> = (0..CHANNELS_MAX).map(|_| core::array::from_fn(|_| even())).collect();
+    let phases: Vec<[f64; 3]> = (0..CHANNELS_MAX)
+        .map(|_| core::array::from_fn(|_| even()))
+        .collect();
     let mut values = Vec::new();
     for frame in 0..frames {
         let t = (frame as f64 + 0.5) / frames as f64;
         for (channel, phases) in phases.iter().enumerate() {
-            let lines = [(1.0, first), (2.0, 1.0), (4.0, 0.4)].into_iter().zip(phases);
-            let sum: f64 =
-                lines.map(|((number, share), phase)| share * (TAU * (number * cycles * t + phase)).cos()).sum();
+            let lines = [(1.0, first), (2.0, 1.0), (4.0, 0.4)]
+                .into_iter()
+                .zip(phases);
+            let sum: f64 = lines
+                .map(|((number, share), phase)| share * (TAU * (number * cycles * t + phase)).cos())
+                .sum();
             values.push((SECOND * sum + noise(channel)) as f32);
         }
     }
     let mut source = Frames::new(&values, CHANNELS_MAX).expect("sixteen channels");
-    Fitter::new(4).fit(&mut FrameSpan::new(&mut source, 0, frames as u32)).expect("its frames are there")
+    Fitter::new(4)
+        .fit(&mut FrameSpan::new(&mut source, 0, frames as u32))
+        .expect("its frames are there")
 }
 
 /// How many of 50 windows are good, and how many of these say that the second harmonic is the tone.
-fn good_and_mistaken(frames: usize, first: f64, noise: impl Fn(u64) -> Box<dyn FnMut(usize) -> f64>) -> (usize, usize) {
+fn good_and_mistaken(
+    frames: usize,
+    first: f64,
+    noise: impl Fn(u64) -> Box<dyn FnMut(usize) -> f64>,
+) -> (usize, usize) {
     let (mut good, mut mistaken) = (0, 0);
     for n in 0..50u32 {
         // With fewer a curved baseline resembles the fundamental.
@@ -55,13 +74,15 @@ fn white(seed: u64) -> Box<dyn FnMut(usize) -> f64> {
     Box::new(noise(0.0, seed))
 }
 
-/// Over all channels a line's power is a chi-square of 32 degrees, of which noise has less than 68 in 4,999 of 5,000 windows. Its share of
-/// the second harmonic adds frames (share x SECOND)^2 / 2 for each channel: over all 246 in 96 frames, 347 in 241 and 1,354 in 940. As
-/// the noise there may have half as much density again as about the tone, a share of 0.03 in 96 frames, 138, is not always enough.
+/// Over all channels a line's power is a chi-square of 32 degrees, of which noise has less than 68
+/// in 4,999 of 5,000 windows. Its share of the second harmonic adds frames (share x SECOND)^2 / 2
+/// for each channel: over all 246 in 96 frames, 347 in 241 and 1,354 in 940. As the noise there may
+/// have half as much density again as about the tone, a share of 0.03 in 96 frames, 138, is not
+/// always enough.
 #[test]
 fn a_faint_fundamental_leaves_no_good_answer_of_twice_its_frequency() {
-    let mistaken =
-        [(96, 0.04), (241, 0.03), (940, 0.03)].map(|(frames, first)| good_and_mistaken(frames, first, white).1);
+    let mistaken = [(96, 0.04), (241, 0.03), (940, 0.03)]
+        .map(|(frames, first)| good_and_mistaken(frames, first, white).1);
     assert_eq!(mistaken, [0; 3], "of 50 each");
 }
 
@@ -70,14 +91,17 @@ fn a_faint_fundamental_leaves_no_good_answer_of_twice_its_frequency() {
 fn a_tone_without_a_line_at_half_its_frequency_is_good() {
     // So many are good in coloured noise if nobody looks for that line.
     for (frames, without) in [(96, 39), (241, 49), (940, 50)] {
-        assert!(good_and_mistaken(frames, 0.0, white).0 >= 49, "{frames} frames");
+        assert!(
+            good_and_mistaken(frames, 0.0, white).0 >= 49,
+            "{frames} frames"
+        );
         let (coloured, _) = good_and_mistaken(frames, 0.0, |seed| Box::new(noise(0.6, seed)));
         assert!(coloured + 1 >= without, "{frames} frames: {coloured}");
     }
 }
 
-/// Beside very little noise everything stands out. What has less than 0.0001 of the tone's power is of no account, as a share of 0.005 of
-/// the amplitude; 0.02 is.
+/// Beside very little noise everything stands out. What has less than 0.0001 of the tone's power is
+/// of no account, as a share of 0.005 of the amplitude; 0.02 is.
 #[test]
 fn beside_little_noise_its_share_of_the_power_decides() {
     let little = |seed| -> Box<dyn FnMut(usize) -> f64> {

@@ -1,4 +1,5 @@
-//! Few channels and few cycles: a part of a cycle with overtones looks like one and a half cycles beside a curved baseline.
+//! Few channels and few cycles: a part of a cycle with overtones looks like one and a half cycles
+//! beside a curved baseline.
 
 mod common;
 
@@ -8,7 +9,8 @@ use std::f64::consts::TAU;
 const FRAMES: usize = 240;
 const WINDOWS: u32 = 500;
 
-/// A tone with overtones 20 dB above white noise, as `channels` channels see it; equal numbers give equal windows.
+/// A tone with overtones 20 dB above white noise, as `channels` channels see it; equal numbers give
+/// equal windows.
 fn fit(cycles: f64, channels: usize, number: u32) -> Fit {
     let seed = u64::from(number) * 7_919 + (cycles * 1e6) as u64 + channels as u64;
     let mut even = common::even(seed);
@@ -22,15 +24,20 @@ fn fit(cycles: f64, channels: usize, number: u32) -> Fit {
         let t = (frame as f64 + 0.5) / FRAMES as f64 - 0.5;
         for channel in 0..channels {
             let turns = cycles * t + start + 0.11 * channel as f64;
-            let wave =
-                |h: u32, amplitude: f64| amplitude * (TAU * (f64::from(h) * turns + phases[h as usize - 1])).cos();
+            let wave = |h: u32, amplitude: f64| {
+                amplitude * (TAU * (f64::from(h) * turns + phases[h as usize - 1])).cos()
+            };
             // A sum of twelve even numbers is nearly normal.
             let noise = (0..12).map(|_| even()).sum::<f64>() - 6.0;
-            values.push((wave(1, 1.0) + wave(2, 0.4) + wave(3, 0.2) + wave(4, 0.1) + 0.0707 * noise) as f32);
+            values.push(
+                (wave(1, 1.0) + wave(2, 0.4) + wave(3, 0.2) + wave(4, 0.1) + 0.0707 * noise) as f32,
+            );
         }
     }
     let mut frames = Frames::new(&values, channels).expect("as many values as channels");
-    Fitter::new(4).fit(&mut FrameSpan::new(&mut frames, 0, FRAMES as u32)).expect("its frames are there")
+    Fitter::new(4)
+        .fit(&mut FrameSpan::new(&mut frames, 0, FRAMES as u32))
+        .expect("its frames are there")
 }
 
 /// Good answers, and those of them that are off by more than 5 %.
@@ -51,7 +58,10 @@ fn a_part_of_a_cycle_in_few_channels_is_no_tone_of_more_cycles() {
     for channels in [1, 2, 4, 8] {
         for cycles in [0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9] {
             let (_, wrong) = good_and_wrong(cycles, channels);
-            assert!(wrong <= WINDOWS / 100, "{channels} channels, {cycles} cycles: {wrong} of {WINDOWS}");
+            assert!(
+                wrong <= WINDOWS / 100,
+                "{channels} channels, {cycles} cycles: {wrong} of {WINDOWS}"
+            );
         }
     }
 }
@@ -61,6 +71,9 @@ fn a_part_of_a_cycle_in_few_channels_is_no_tone_of_more_cycles() {
 fn two_cycles_in_few_channels_are_good() {
     for (channels, cycles) in [(1, 1.7), (1, 2.0), (2, 1.7), (4, 1.5), (8, 1.5)] {
         let (good, wrong) = good_and_wrong(cycles, channels);
-        assert!(good >= WINDOWS - WINDOWS / 100 && wrong == 0, "{channels} channels, {cycles} cycles: {good}, {wrong}");
+        assert!(
+            good >= WINDOWS - WINDOWS / 100 && wrong == 0,
+            "{channels} channels, {cycles} cycles: {good}, {wrong}"
+        );
     }
 }

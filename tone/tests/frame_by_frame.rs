@@ -1,4 +1,5 @@
-//! Windows that are taken frame by frame: those too short for chunks, and those along a path; with frames missing.
+//! Windows that are taken frame by frame: those too short for chunks, and those along a path; with
+//! frames missing.
 
 mod common;
 
@@ -9,23 +10,34 @@ const CHANNELS: usize = 16;
 /// Standard deviation of the noise, over the amplitude: 20 dB.
 const NOISE: f64 = 0.070_71;
 
-/// Frames of a tone of so many cycles at the places of the frames, 0 to 1, every ninth frame missing.
+/// Frames of a tone of so many cycles at the places of the frames, 0 to 1, every ninth frame
+/// missing.
 fn frames(places: &[f64], cycles: f64, seed: u64) -> Vec<f32> {
     let mut normal = common::normal(seed);
     let mut values = Vec::new();
     for (number, place) in places.iter().enumerate() {
         for channel in 0..CHANNELS {
             let value = 4.0 + (TAU * cycles * place + channel as f64).cos() + NOISE * normal();
-            values.push(if number % 9 == 5 { f32::NAN } else { value as f32 });
+            values.push(if number % 9 == 5 {
+                f32::NAN
+            } else {
+                value as f32
+            });
         }
     }
     values
 }
 
-/// The Cramer-Rao bound of the frequency, cycles over the whole, by the sums over the frames that are there: amplitudes and phases
-/// of all channels are unknown, and many cycles make them independent of the levels.
+/// The Cramer-Rao bound of the frequency, cycles over the whole, by the sums over the frames that
+/// are there: amplitudes and phases of all channels are unknown, and many cycles make them
+/// independent of the levels.
 fn bound(places: &[f64]) -> f64 {
-    let there: Vec<f64> = places.iter().enumerate().filter(|(number, _)| number % 9 != 5).map(|(_, at)| *at).collect();
+    let there: Vec<f64> = places
+        .iter()
+        .enumerate()
+        .filter(|(number, _)| number % 9 != 5)
+        .map(|(_, at)| *at)
+        .collect();
     let mean = there.iter().sum::<f64>() / there.len() as f64;
     let spread: f64 = there.iter().map(|at| (at - mean).powi(2)).sum();
     NOISE / TAU / (0.5 * CHANNELS as f64 * spread).sqrt()
@@ -41,16 +53,21 @@ fn error_over_bound(places: &[f64], cycles: f64, fit: impl Fn(&[f32]) -> (Status
     ((1..=20).map(square).sum::<f64>() / 20.0).sqrt()
 }
 
-/// Twenty errors have a root mean square within 0.6 and 1.4 of their standard deviation but for one time in a hundred.
+/// Twenty errors have a root mean square within 0.6 and 1.4 of their standard deviation but for one
+/// time in a hundred.
 const NEAR_THE_BOUND: std::ops::Range<f64> = 0.6..1.4;
 
 #[test]
 fn short_windows_are_on_the_bound() {
     for count in [24usize, 31, 32, 33, 40] {
-        let places: Vec<f64> = (0..count).map(|number| number as f64 / count as f64).collect();
+        let places: Vec<f64> = (0..count)
+            .map(|number| number as f64 / count as f64)
+            .collect();
         let ratio = error_over_bound(&places, 3.6, |values| {
             let mut source = Frames::new(values, CHANNELS).unwrap();
-            let fit = Fitter::new(1).fit(&mut FrameSpan::new(&mut source, 0, count as u32)).unwrap();
+            let fit = Fitter::new(1)
+                .fit(&mut FrameSpan::new(&mut source, 0, count as u32))
+                .unwrap();
             (fit.status, f64::from(fit.frequency) * count as f64)
         });
         assert!(NEAR_THE_BOUND.contains(&ratio), "{count} frames: {ratio}");
@@ -68,7 +85,9 @@ fn windows_along_a_path_are_on_the_bound() {
         let ratio = error_over_bound(&places, 7.3, |values| {
             let mut source = Frames::new(values, CHANNELS).unwrap();
             let place = |number: u32| at(number) as f32;
-            let mut span = FrameSpan::new(&mut source, 0, count as u32).along(&place).unwrap();
+            let mut span = FrameSpan::new(&mut source, 0, count as u32)
+                .along(&place)
+                .unwrap();
             let fit = Fitter::new(1).fit(&mut span).unwrap();
             (fit.status, f64::from(fit.frequency))
         });

@@ -1,4 +1,5 @@
-//! Harmonics above half the frame rate, which are seen at their images, and an interferer beside five harmonics.
+//! Harmonics above half the frame rate, which are seen at their images, and an interferer beside
+//! five harmonics.
 
 mod common;
 
@@ -27,8 +28,11 @@ impl Window {
             let t = (frame as f64 + 0.5) / self.frames as f64 - 0.5;
             for channel in 0..CHANNELS {
                 let turns = self.cycles * t + 0.11 * channel as f64;
-                let tone =
-                    self.harmonics.iter().zip(1..).map(|(a, h)| a * (TAU * f64::from(h) * turns + f64::from(h)).cos());
+                let tone = self
+                    .harmonics
+                    .iter()
+                    .zip(1..)
+                    .map(|(a, h)| a * (TAU * f64::from(h) * turns + f64::from(h)).cos());
                 let hum = self.hum.1 * (TAU * self.hum.0 * t + 0.3).cos();
                 values.push((tone.sum::<f64>() + hum + self.noise * normal()) as f32);
             }
@@ -38,7 +42,9 @@ impl Window {
         if self.hum.1 > 0.0 {
             span = span.with_interferer((self.hum.0 / self.frames as f64) as f32);
         }
-        Fitter::new(harmonics).fit(&mut span).expect("its frames are there")
+        Fitter::new(harmonics)
+            .fit(&mut span)
+            .expect("its frames are there")
     }
 
     /// Cycles by which a fit is off, and the same over its sigma.
@@ -53,31 +59,61 @@ impl Window {
 fn five_harmonics_beside_an_interferer_are_four() {
     for n in 0..40 {
         let (cycles, hum) = (6.0 + 0.317 * f64::from(n), (49.8, 3.0));
-        let window = Window { frames: 240, cycles, harmonics: [1.0, 0.3, 0.2, 0.1], hum, noise: 0.01 };
+        let window = Window {
+            frames: 240,
+            cycles,
+            harmonics: [1.0, 0.3, 0.2, 0.1],
+            hum,
+            noise: 0.01,
+        };
         let fit = window.fit(5);
-        assert!(fit.status == Status::Good && window.off(&fit).1 < 5.0, "{cycles}: {fit:?}");
+        assert!(
+            fit.status == Status::Good && window.off(&fit).1 < 5.0,
+            "{cycles}: {fit:?}"
+        );
         let four = window.fit(4);
-        assert_eq!((fit.frequency, fit.sigma, fit.harmonics), (four.frequency, four.sigma, four.harmonics), "{cycles}");
+        assert_eq!(
+            (fit.frequency, fit.sigma, fit.harmonics),
+            (four.frequency, four.sigma, four.harmonics),
+            "{cycles}"
+        );
     }
 }
 
-/// From 8 to 118 cycles a window of 240 frames, most of whose overtones are above half the frame rate. A comb of a lower frequency that
-/// passes through their images is no reading of it. Bar: one of a hundred is wrong and good; none of them is without a frequency.
+/// From 8 to 118 cycles a window of 240 frames, most of whose overtones are above half the frame
+/// rate. A comb of a lower frequency that passes through their images is no reading of it. Bar: one
+/// of a hundred is wrong and good; none of them is without a frequency.
 #[test]
 fn overtones_above_half_the_frame_rate_make_no_lower_tone() {
-    for harmonics in [[1.0, 0.1, 0.05, 0.02], [1.0, 0.2, 0.2, 0.1], [1.0, 0.5, 0.33, 0.25]] {
+    for harmonics in [
+        [1.0, 0.1, 0.05, 0.02],
+        [1.0, 0.2, 0.2, 0.1],
+        [1.0, 0.5, 0.33, 0.25],
+    ] {
         for noise in [0.001, 0.03] {
             let windows = (0..1000).map(|n| {
                 let cycles = 8.0 + 0.11 * f64::from(n);
-                Window { frames: 240, cycles, harmonics, hum: (0.0, 0.0), noise }
+                Window {
+                    frames: 240,
+                    cycles,
+                    harmonics,
+                    hum: (0.0, 0.0),
+                    noise,
+                }
             });
             let fits: Vec<_> = windows.map(|window| (window.fit(4), window)).collect();
-            let count =
-                |of: &dyn Fn(&Fit, &Window) -> bool| fits.iter().filter(|(fit, window)| of(fit, window)).count();
+            let count = |of: &dyn Fn(&Fit, &Window) -> bool| {
+                fits.iter().filter(|(fit, window)| of(fit, window)).count()
+            };
             let wrong = count(&|fit, window| fit.status == Status::Good && window.off(fit).0 > 0.5);
             let lost = count(&|fit, _| !fit.status.has_tone());
-            println!("{harmonics:?}, noise {noise}: of 1000 {wrong} wrong and good, {lost} without a frequency");
-            assert!(wrong <= 5 && lost == 0, "{harmonics:?}, noise {noise}: {wrong} wrong, {lost} lost");
+            println!(
+                "{harmonics:?}, noise {noise}: of 1000 {wrong} wrong and good, {lost} without a frequency"
+            );
+            assert!(
+                wrong <= 5 && lost == 0,
+                "{harmonics:?}, noise {noise}: {wrong} wrong, {lost} lost"
+            );
         }
     }
 }

@@ -1,4 +1,5 @@
-//! Along a path channels that are read one after the other are at places of their own; and where it turns, friction turns with it.
+//! Along a path channels that are read one after the other are at places of their own; and where it
+//! turns, friction turns with it.
 
 mod common;
 
@@ -8,7 +9,8 @@ use std::f64::consts::TAU;
 const COUNT: usize = 240;
 const PERIOD_MM: f64 = 2.0;
 
-/// Frames by which each channel is late. The first ones have the largest amplitudes, so that errors do not cancel.
+/// Frames by which each channel is late. The first ones have the largest amplitudes, so that errors
+/// do not cancel.
 fn later(channel: usize) -> f64 {
     (channel as f64 - 7.5) / 16.0
 }
@@ -19,7 +21,8 @@ fn noise(sigma: f64, seed: u64) -> impl FnMut() -> f64 {
     move || sigma * normal()
 }
 
-/// Fits cos(TAU x / period) along places `x_mm` of frames that need not be whole; `way` is added to the levels where the path goes back.
+/// Fits cos(TAU x / period) along places `x_mm` of frames that need not be whole; `way` is added to
+/// the levels where the path goes back.
 fn fit(x_mm: &dyn Fn(f64) -> f64, way: f64, is_lateness_known: bool, noise: (f64, u64)) -> Fit {
     fit_with(0.0, x_mm, way, is_lateness_known, noise)
 }
@@ -47,7 +50,9 @@ fn fit_with(
     let mut frames = Frames::new(&values, CHANNELS_MAX).expect("sixteen channels");
     let place = |frame: u32| x_mm(f64::from(frame)) as f32;
     let late: [f32; CHANNELS_MAX] = std::array::from_fn(|channel| later(channel) as f32);
-    let mut span = FrameSpan::new(&mut frames, 0, COUNT as u32).along(&place).expect("it moves");
+    let mut span = FrameSpan::new(&mut frames, 0, COUNT as u32)
+        .along(&place)
+        .expect("it moves");
     if is_lateness_known {
         span = span.with_lateness(&late);
     }
@@ -59,9 +64,10 @@ fn faster(frame: f64) -> f64 {
     0.02 * frame + 0.5 * frame * frame * 0.16 / COUNT as f64
 }
 
-/// A channel that is late by t frames is v t further: with the speed v = v0 + a n that is a t n more than at the start, a t n / x of the
-/// wavelength in the mean. By the amplitudes' squares the channels are early by 0.1 frames, so that at the mean speed of 0.1 mm and with
-/// a = 0.16 / 240 mm a frame the error is 0.1 x 0.00067 / 0.1 = 0.07 % but for the weights.
+/// A channel that is late by t frames is v t further: with the speed v = v0 + a n that is a t n
+/// more than at the start, a t n / x of the wavelength in the mean. By the amplitudes' squares the
+/// channels are early by 0.1 frames, so that at the mean speed of 0.1 mm and with a = 0.16 / 240 mm
+/// a frame the error is 0.1 x 0.00067 / 0.1 = 0.07 % but for the weights.
 #[test]
 fn channels_that_are_late_do_not_bend_the_wavelength() {
     let (mut known, mut unknown) = (0.0, 0.0);
@@ -77,8 +83,13 @@ fn channels_that_are_late_do_not_bend_the_wavelength() {
         unknown += off(&fit(&faster, 0.0, false, (2e-3, seed))).powi(2) / 20.0;
     }
     let (known, unknown) = (known.sqrt(), unknown.sqrt());
-    println!("off by {known:.1e} of the wavelength where the lateness is known, by {unknown:.1e} where it is not");
-    assert!((0.0002..0.002).contains(&unknown) && known < 0.1 * unknown, "{known:.1e} {unknown:.1e}");
+    println!(
+        "off by {known:.1e} of the wavelength where the lateness is known, by {unknown:.1e} where it is not"
+    );
+    assert!(
+        (0.0002..0.002).contains(&unknown) && known < 0.1 * unknown,
+        "{known:.1e} {unknown:.1e}"
+    );
 }
 
 /// A path that turns is as good as another, unless its ways differ by more than noise.
@@ -86,23 +97,41 @@ fn channels_that_are_late_do_not_bend_the_wavelength() {
 fn ways_that_differ_are_unsteady() {
     let turning = |frame: f64| 0.1 * (frame - frame * frame / 320.0);
     for seed in 1..=20 {
-        assert_eq!(fit(&turning, 0.0, true, (0.1, seed)).status, Status::Good, "{seed}");
+        assert_eq!(
+            fit(&turning, 0.0, true, (0.1, seed)).status,
+            Status::Good,
+            "{seed}"
+        );
         let unlike = fit(&turning, 0.7, true, (0.1, seed)).status;
-        assert!(matches!(unlike, Status::Unsteady | Status::Ambiguous), "{seed}: {unlike:?}");
+        assert!(
+            matches!(unlike, Status::Unsteady | Status::Ambiguous),
+            "{seed}: {unlike:?}"
+        );
         // A turn within the first stride by which a path's length is measured.
         let turned = |frame: f64| 0.0005 * (frame - 4.0) * (frame - 4.0);
-        assert_eq!(fit(&turned, 0.0, true, (0.1, seed)).status, Status::Good, "{seed}");
+        assert_eq!(
+            fit(&turned, 0.0, true, (0.1, seed)).status,
+            Status::Good,
+            "{seed}"
+        );
         let unlike = fit(&turned, 1.0, true, (0.1, seed)).status;
-        assert!(matches!(unlike, Status::Unsteady | Status::Ambiguous), "{seed}: {unlike:?}");
+        assert!(
+            matches!(unlike, Status::Unsteady | Status::Ambiguous),
+            "{seed}: {unlike:?}"
+        );
     }
 }
 
-/// A stage that stalls on its way and slips back by 1 % of it, as recordings of real ones have it, beside overtones that are not fitted:
-/// nothing turns with it.
+/// A stage that stalls on its way and slips back by 1 % of it, as recordings of real ones have it,
+/// beside overtones that are not fitted: nothing turns with it.
 #[test]
 fn a_stage_that_slips_back_on_its_way_is_steady() {
     let slips = |frame: f64| 0.08 * (frame - 14.0 * ((frame - 120.0) / 11.0).tanh());
     for seed in 1..=20 {
-        assert_eq!(fit_with(0.05, &slips, 0.0, true, (0.005, seed)).status, Status::Good, "{seed}");
+        assert_eq!(
+            fit_with(0.05, &slips, 0.0, true, (0.005, seed)).status,
+            Status::Good,
+            "{seed}"
+        );
     }
 }

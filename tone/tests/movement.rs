@@ -1,4 +1,5 @@
-//! A frequency that moves within the window, against what its own formula says: how much it wanders, its plain mean, its change.
+//! A frequency that moves within the window, against what its own formula says: how much it
+//! wanders, its plain mean, its change.
 
 mod common;
 
@@ -10,7 +11,8 @@ const CHANNELS: usize = 16;
 /// Standard deviations that an error may have.
 const SURE: f64 = 4.0;
 
-/// The fit of a tone of `cycles` cycles a window with a phase beside it, cycles, of u from -1 to 1; 30 dB of white noise.
+/// The fit of a tone of `cycles` cycles a window with a phase beside it, cycles, of u from -1 to 1;
+/// 30 dB of white noise.
 fn fit(cycles: f64, phase: &dyn Fn(f64) -> f64) -> Fit {
     fit_in(0.022, cycles, phase)
 }
@@ -22,10 +24,14 @@ fn fit_in(sigma: f64, cycles: f64, phase: &dyn Fn(f64) -> f64) -> Fit {
         let u = place(n);
         ((TAU * (0.5 * cycles * u + phase(u)) + c as f64).cos() + sigma * noise) as f32
     };
-    let values: Vec<f32> =
-        (0..FRAMES).flat_map(|n| (0..CHANNELS).map(move |c| (n, c))).map(|(n, c)| value(n, c, noise())).collect();
+    let values: Vec<f32> = (0..FRAMES)
+        .flat_map(|n| (0..CHANNELS).map(move |c| (n, c)))
+        .map(|(n, c)| value(n, c, noise()))
+        .collect();
     let mut frames = Frames::new(&values, CHANNELS).expect("whole frames");
-    Fitter::new(1).fit(&mut FrameSpan::new(&mut frames, 0, FRAMES as u32)).expect("all frames are there")
+    Fitter::new(1)
+        .fit(&mut FrameSpan::new(&mut frames, 0, FRAMES as u32))
+        .expect("all frames are there")
 }
 
 /// Of a frame, from -1 to 1.
@@ -33,34 +39,54 @@ fn place(n: usize) -> f64 {
     (2.0 * n as f64 + 1.0) / FRAMES as f64 - 1.0
 }
 
-/// The mean of the frequency's deviation, cycles a window, and its standard deviation over the window.
+/// The mean of the frequency's deviation, cycles a window, and its standard deviation over the
+/// window.
 fn moves(slope: &dyn Fn(f64) -> f64) -> (f64, f64) {
     let deviations: Vec<f64> = (0..FRAMES).map(|n| 2.0 * slope(place(n))).collect();
     let mean = deviations.iter().sum::<f64>() / FRAMES as f64;
-    let square = deviations.iter().map(|deviation| (deviation - mean).powi(2)).sum::<f64>() / FRAMES as f64;
+    let square = deviations
+        .iter()
+        .map(|deviation| (deviation - mean).powi(2))
+        .sum::<f64>()
+        / FRAMES as f64;
     (mean, square.sqrt())
 }
 
 #[test]
 fn a_slow_wander_is_found_within_a_fifth_and_its_mean_holds() {
-    for (cycles, turns, start) in
-        [(21.3, 1.0, 0.0), (21.3, 1.0, 0.5), (21.3, 1.5, 0.5), (21.3, 2.0, 0.0), (21.3, 3.0, 0.5), (40.7, 2.0, 0.25)]
-    {
+    for (cycles, turns, start) in [
+        (21.3, 1.0, 0.0),
+        (21.3, 1.0, 0.5),
+        (21.3, 1.5, 0.5),
+        (21.3, 2.0, 0.0),
+        (21.3, 3.0, 0.5),
+        (40.7, 2.0, 0.25),
+    ] {
         let angle = |u: f64| PI * (turns * u + start);
         let fit = fit(cycles, &|u| 0.02 * angle(u).cos());
         let (mean, wander) = moves(&|u| -0.02 * PI * turns * angle(u).sin());
         let (wander, found) = (wander / cycles, f64::from(fit.movement.wander));
-        assert!((found / wander - 1.0).abs() < 0.2, "{cycles} {turns} {start}: {found} for {wander}");
-        assert!((found - wander).abs() < 2.0 * f64::from(fit.movement.wander_sigma), "{fit:?}");
-        // The plain mean is off the frequency by up to ten times the uncertainty of the weighted one.
+        assert!(
+            (found / wander - 1.0).abs() < 0.2,
+            "{cycles} {turns} {start}: {found} for {wander}"
+        );
+        assert!(
+            (found - wander).abs() < 2.0 * f64::from(fit.movement.wander_sigma),
+            "{fit:?}"
+        );
+        // The plain mean is off the frequency by up to ten times the uncertainty of the weighted
+        // one.
         let error = f64::from(fit.frequency) * FRAMES as f64 - (cycles + mean);
         let sigma = f64::from(fit.movement.sigma_of_mean) * FRAMES as f64;
-        assert!(error.abs() < 2.0 * sigma, "{cycles} {turns} {start}: {error} of {sigma}");
+        assert!(
+            error.abs() < 2.0 * sigma,
+            "{cycles} {turns} {start}: {error} of {sigma}"
+        );
     }
 }
 
-/// The speed wanders at all frequencies, with the power of 1 / (1 + (f / corner)^2). Corners are half cycles a window. The uncertainty
-/// counts the part that is too fast or too weak to be seen.
+/// The speed wanders at all frequencies, with the power of 1 / (1 + (f / corner)^2). Corners are
+/// half cycles a window. The uncertainty counts the part that is too fast or too weak to be seen.
 #[test]
 fn the_uncertainty_of_a_wander_counts_what_is_not_seen() {
     let (mut holds, mut seen, mut sigmas) = (0, 0.0, 0.0);
@@ -68,9 +94,18 @@ fn the_uncertainty_of_a_wander_counts_what_is_not_seen() {
         for draw in 0..20 {
             let waves = (1..=40).map(|k| (f64::from(k), f64::from(draw * 7 + k * k * 3)));
             let of = |k: f64| size / (1.0 + (k / corner).powi(2)).sqrt();
-            let phase =
-                |u: f64| waves.clone().map(|(k, angle)| of(k) / (PI * k) * (PI * k * u + angle).sin()).sum::<f64>();
-            let slope = |u: f64| waves.clone().map(|(k, angle)| of(k) * (PI * k * u + angle).cos()).sum::<f64>();
+            let phase = |u: f64| {
+                waves
+                    .clone()
+                    .map(|(k, angle)| of(k) / (PI * k) * (PI * k * u + angle).sin())
+                    .sum::<f64>()
+            };
+            let slope = |u: f64| {
+                waves
+                    .clone()
+                    .map(|(k, angle)| of(k) * (PI * k * u + angle).cos())
+                    .sum::<f64>()
+            };
             let fit = fit(21.3, &phase);
             let wander = moves(&slope).1 / 21.3;
             let [found, sigma] = [fit.movement.wander, fit.movement.wander_sigma].map(f64::from);
@@ -79,18 +114,30 @@ fn the_uncertainty_of_a_wander_counts_what_is_not_seen() {
         }
     }
     println!("{holds} of 60 hold, {seen:.2} of the wander is seen, sigma is {sigmas:.2} of it");
-    assert!(holds >= 52 && (0.5..0.8).contains(&seen) && sigmas < 0.9, "{holds} {seen} {sigmas}");
+    assert!(
+        holds >= 52 && (0.5..0.8).contains(&seen) && sigmas < 0.9,
+        "{holds} {seen} {sigmas}"
+    );
 }
 
 #[test]
 fn a_steady_tone_does_not_wander() {
     let fit = fit(21.3, &|_| 0.0);
     let movement = &fit.movement;
-    assert!(f64::from(movement.wander) < SURE * f64::from(movement.wander_sigma), "{fit:?}");
+    assert!(
+        f64::from(movement.wander) < SURE * f64::from(movement.wander_sigma),
+        "{fit:?}"
+    );
     assert!(movement.wander + movement.wander_sigma < 1e-3, "{fit:?}");
     // Whether it is steady is known no better than by twice the frequency's uncertainty and a half.
-    assert!((1.0..4.0).contains(&(movement.sigma_of_mean / fit.sigma)), "{fit:?}");
-    assert!(movement.chirp.abs() < SURE as f32 * movement.chirp_sigma, "{fit:?}");
+    assert!(
+        (1.0..4.0).contains(&(movement.sigma_of_mean / fit.sigma)),
+        "{fit:?}"
+    );
+    assert!(
+        movement.chirp.abs() < SURE as f32 * movement.chirp_sigma,
+        "{fit:?}"
+    );
 }
 
 #[test]
@@ -99,7 +146,10 @@ fn a_chirp_is_found_with_its_sign() {
         let fit = fit(21.3, &|u| size * u * u);
         // The phase's second derivative, cycles per frame per frame.
         let chirp = 2.0 * size / (FRAMES as f64 / 2.0).powi(2);
-        let (found, sigma) = (f64::from(fit.movement.chirp), f64::from(fit.movement.chirp_sigma));
+        let (found, sigma) = (
+            f64::from(fit.movement.chirp),
+            f64::from(fit.movement.chirp_sigma),
+        );
         assert!(
             (found / chirp - 1.0).abs() < 0.1 && (found - chirp).abs() < SURE * sigma,
             "{found} {sigma} for {chirp}"
@@ -107,7 +157,8 @@ fn a_chirp_is_found_with_its_sign() {
     }
 }
 
-/// Beside little noise residuals stand out of it that are of no account: a frequency that moves by 0.003 % is steady.
+/// Beside little noise residuals stand out of it that are of no account: a frequency that moves by
+/// 0.003 % is steady.
 #[test]
 fn beside_little_noise_what_hardly_moves_is_good() {
     for cycles in [4.2, 8.3, 31.7] {

@@ -12,7 +12,8 @@ const NU: f64 = 0.0437;
 /// Standard deviation of the noise where the largest gain is 1.
 const NOISE: f64 = 0.01;
 
-/// Sixteen channels, each with a gain and a delay of its own, of cos u and overtones of these amplitudes and phases (turns).
+/// Sixteen channels, each with a gain and a delay of its own, of cos u and overtones of these
+/// amplitudes and phases (turns).
 fn frames(overtones: [(f64, f64); OVERTONES], seed: u64, shared: f64) -> Vec<f32> {
     let mut unit = common::normal(seed);
     let mut normal = || NOISE * unit();
@@ -21,8 +22,10 @@ fn frames(overtones: [(f64, f64); OVERTONES], seed: u64, shared: f64) -> Vec<f32
         let disturbance = shared * normal();
         for channel in 0..CHANNELS {
             let u = NU * i as f64 + delay(channel);
-            let above =
-                overtones.iter().zip(2..).map(|((size, turns), k)| size * (TAU * (f64::from(k) * u + turns)).cos());
+            let above = overtones
+                .iter()
+                .zip(2..)
+                .map(|((size, turns), k)| size * (TAU * (f64::from(k) * u + turns)).cos());
             let wave = (TAU * u).cos() + above.sum::<f64>();
             out.push((3.0 + gain(channel) * wave + normal() + disturbance) as f32);
         }
@@ -40,7 +43,9 @@ fn delay(channel: usize) -> f64 {
 
 fn fit(values: &[f32], harmonics: u8) -> Fit {
     let mut frames = Frames::new(values, CHANNELS).expect("sixteen channels");
-    Fitter::new(harmonics).fit(&mut FrameSpan::new(&mut frames, 0, COUNT as u32)).expect("its frames are there")
+    Fitter::new(harmonics)
+        .fit(&mut FrameSpan::new(&mut frames, 0, COUNT as u32))
+        .expect("its frames are there")
 }
 
 /// Real and imaginary part.
@@ -48,8 +53,9 @@ fn complex((size, turns): (f64, f64)) -> [f64; 2] {
     [size * (TAU * turns).cos(), size * (TAU * turns).sin()]
 }
 
-/// Variance of a part of the ratio: of each channel's factors it is 2 / N of the noise's, and the channels add up as their squares.
-/// The fundamental's own noise adds to it, at most k^2 times the overtone's square as much.
+/// Variance of a part of the ratio: of each channel's factors it is 2 / N of the noise's, and the
+/// channels add up as their squares. The fundamental's own noise adds to it, at most k^2 times the
+/// overtone's square as much.
 fn sigma(number: usize, size: f64) -> f64 {
     let squares: f64 = (0..CHANNELS).map(|channel| gain(channel).powi(2)).sum();
     NOISE * (2.0 / COUNT as f64 / squares * (1.0 + (number as f64 * size).powi(2))).sqrt()
@@ -66,31 +72,48 @@ fn known_ratios_come_back_within_their_noise() {
         for (n, (found, made)) in fit.overtones.iter().zip(made).enumerate() {
             for (found, made_part) in found.iter().zip(complex(made)) {
                 let off = (f64::from(*found) - made_part) / sigma(n + 2, made.0);
-                assert!(off.abs() < 5.0, "{seed} {n}: {off} sigma, {:?}", fit.overtones);
+                assert!(
+                    off.abs() < 5.0,
+                    "{seed} {n}: {off} sigma, {:?}",
+                    fit.overtones
+                );
                 squares[n] += off * off / (2 * RUNS) as f64;
             }
         }
     }
     println!("mean squares over their bounds: {squares:?}");
-    // Of 50 values of variance 1 the mean square is known to 0.2. The bound counts a noise of the fundamental that overtones have
-    // only a part of.
-    assert!(squares.iter().all(|square| (0.3..1.8).contains(square)), "{squares:?}");
+    // Of 50 values of variance 1 the mean square is known to 0.2. The bound counts a noise of the
+    // fundamental that overtones have only a part of.
+    assert!(
+        squares.iter().all(|square| (0.3..1.8).contains(square)),
+        "{squares:?}"
+    );
 }
 
-/// A disturbance of all channels is taken out of the frequency, by mixtures of channels: these have other overtones.
+/// A disturbance of all channels is taken out of the frequency, by mixtures of channels: these have
+/// other overtones.
 #[test]
 fn a_shared_disturbance_leaves_them() {
     let made = [(0.3, 0.1), (0.15, -0.35), (0.08, 0.45)];
     for seed in 1..=10 {
-        let (alone, disturbed) = (fit(&frames(made, seed, 0.0), 4), fit(&frames(made, seed, 3.0), 4));
+        let (alone, disturbed) = (
+            fit(&frames(made, seed, 0.0), 4),
+            fit(&frames(made, seed, 3.0), 4),
+        );
         assert!(disturbed.status.has_tone(), "{disturbed:?}");
-        let own = (0..CHANNELS).all(|c| disturbed.channels[c].residual > 2.0 * alone.channels[c].residual);
+        let own = (0..CHANNELS)
+            .all(|c| disturbed.channels[c].residual > 2.0 * alone.channels[c].residual);
         assert!(own, "{disturbed:?}");
         for (n, (found, made)) in disturbed.overtones.iter().zip(made).enumerate() {
             for (found, made_part) in found.iter().zip(complex(made)) {
-                // At worst all channels add it up in step: as many times the noise of one as the root of their number.
+                // At worst all channels add it up in step: as many times the noise of one as the
+                // root of their number.
                 let sigma = sigma(n + 2, made.0) * (1.0 + 9.0 * CHANNELS as f64).sqrt();
-                assert!((f64::from(*found) - made_part).abs() < 4.0 * sigma, "{seed} {n}: {:?}", disturbed.overtones);
+                assert!(
+                    (f64::from(*found) - made_part).abs() < 4.0 * sigma,
+                    "{seed} {n}: {:?}",
+                    disturbed.overtones
+                );
             }
         }
     }
@@ -102,7 +125,12 @@ fn what_is_not_fitted_is_zero() {
     for harmonics in 1..=3 {
         let fit = fit(&frames(made, 7, 0.0), harmonics);
         assert!(
-            fit.harmonics <= harmonics && fit.overtones.iter().skip(harmonics as usize - 1).all(|o| *o == [0.0; 2])
+            fit.harmonics <= harmonics
+                && fit
+                    .overtones
+                    .iter()
+                    .skip(harmonics as usize - 1)
+                    .all(|o| *o == [0.0; 2])
         );
     }
     let noise: Vec<f32> = frames([(0.0, 0.0); OVERTONES], 3, 0.0)
@@ -114,7 +142,10 @@ fn what_is_not_fitted_is_zero() {
         })
         .collect();
     let none = fit(&noise, 4);
-    assert_eq!((none.status, none.overtones), (Status::NoTone, [[0.0; 2]; OVERTONES]));
+    assert_eq!(
+        (none.status, none.overtones),
+        (Status::NoTone, [[0.0; 2]; OVERTONES])
+    );
 }
 
 /// A power of two scales exactly.

@@ -8,7 +8,8 @@ use std::f64::consts::TAU;
 /// Share of its frequency by which a tone that is named may be off.
 const NEAR: f64 = 0.05;
 
-/// Fits two tones, cycles in the window, 20 dB above the noise, with phases of their own in each channel.
+/// Fits two tones, cycles in the window, 20 dB above the noise, with phases of their own in each
+/// channel.
 fn fit(frames: usize, cycles: [f64; 2], seed: u64) -> Fit {
     let mut normal = common::normal(seed);
     let phases: Vec<[f64; 2]> = (0..CHANNELS_MAX).map(|_| [normal(), normal()]).collect();
@@ -16,12 +17,17 @@ fn fit(frames: usize, cycles: [f64; 2], seed: u64) -> Fit {
     for frame in 0..frames {
         let t = (frame as f64 + 0.5) / frames as f64;
         for phases in &phases {
-            let tones = cycles.iter().zip(phases).map(|(cycles, phase)| (TAU * (cycles * t + phase)).cos());
+            let tones = cycles
+                .iter()
+                .zip(phases)
+                .map(|(cycles, phase)| (TAU * (cycles * t + phase)).cos());
             values.push((10.0 * std::f64::consts::SQRT_2 * tones.sum::<f64>() + normal()) as f32);
         }
     }
     let mut source = Frames::new(&values, CHANNELS_MAX).expect("sixteen channels");
-    Fitter::new(4).fit(&mut FrameSpan::new(&mut source, 0, frames as u32)).expect("its frames are there")
+    Fitter::new(4)
+        .fit(&mut FrameSpan::new(&mut source, 0, frames as u32))
+        .expect("its frames are there")
 }
 
 /// Less than a cycle a window apart they are one line that beats, in each channel at another time.
@@ -37,7 +43,8 @@ fn two_tones_that_are_one_line_are_ambiguous() {
             }
         }
     }
-    // In 48 frames of 11.5 cycles an image of the third harmonic is two cycles away and takes a part of the beat.
+    // In 48 frames of 11.5 cycles an image of the third harmonic is two cycles away and takes a
+    // part of the beat.
     assert!(good.len() <= 1, "good though there are two: {good:?}");
 }
 
@@ -51,14 +58,17 @@ fn two_tones_are_both_named_or_the_answer_is_ambiguous() {
             // Below an octave: a second tone there is an overtone.
             let tones = [cycles, cycles * (1.2 + 0.015 * f64::from(n))];
             let fit = fit(frames, tones, u64::from(n) + 1000);
-            let is_near =
-                |per_frame: f32, cycles: f64| (f64::from(per_frame) * frames as f64 / cycles - 1.0).abs() < NEAR;
+            let is_near = |per_frame: f32, cycles: f64| {
+                (f64::from(per_frame) * frames as f64 / cycles - 1.0).abs() < NEAR
+            };
             let other = fit.other_tone.map(|other| other.frequency);
-            let is_named =
-                |[one, two]: [f64; 2]| is_near(fit.frequency, one) && other.is_some_and(|at| is_near(at, two));
+            let is_named = |[one, two]: [f64; 2]| {
+                is_near(fit.frequency, one) && other.is_some_and(|at| is_near(at, two))
+            };
             let names_both = is_named(tones) || is_named([tones[1], tones[0]]);
             named += u32::from(names_both);
-            unnamed += u32::from(!names_both && matches!(fit.status, Status::Good | Status::Unsteady));
+            unnamed +=
+                u32::from(!names_both && matches!(fit.status, Status::Good | Status::Unsteady));
         }
     }
     println!("both named in {named} of 160 windows, sure of one alone in {unnamed}");

@@ -22,13 +22,20 @@ fn frames(channels: usize, count: usize, unit: f32) -> Vec<f32> {
 fn fit(values: &[f32], channels: usize) -> Fit {
     let mut frames = Frames::new(values, channels).unwrap();
     let count = frames.count();
-    Fitter::new(3).fit(&mut FrameSpan::new(&mut frames, 0, count).with_frame_rate(500.0)).unwrap()
+    Fitter::new(3)
+        .fit(&mut FrameSpan::new(&mut frames, 0, count).with_frame_rate(500.0))
+        .unwrap()
 }
 
 fn assert_tone(fit: &Fit, channels: usize) {
     assert_eq!(fit.status, Status::Good, "{channels} channels");
     assert_eq!(fit.usable.count_ones() as usize, channels);
-    assert!((fit.frequency - FREQUENCY_HZ).abs() < 5.0 * fit.sigma, "{} +- {} Hz", fit.frequency, fit.sigma);
+    assert!(
+        (fit.frequency - FREQUENCY_HZ).abs() < 5.0 * fit.sigma,
+        "{} +- {} Hz",
+        fit.frequency,
+        fit.sigma
+    );
     assert!(fit.sigma < 0.05, "{} Hz", fit.sigma);
 }
 
@@ -52,8 +59,14 @@ fn another_unit_gives_the_same_frequency_to_the_last_bit() {
     // A power of two scales exactly.
     for unit in [2f32.powi(-30), 2f32.powi(10)] {
         let (of_unit, of_one) = (fit(&frames(8, 300, unit), 8), fit(&frames(8, 300, 1.0), 8));
-        assert_eq!((of_unit.frequency, of_unit.sigma), (of_one.frequency, of_one.sigma));
-        assert_eq!(of_unit.channels[3].amplitude, of_one.channels[3].amplitude * unit);
+        assert_eq!(
+            (of_unit.frequency, of_unit.sigma),
+            (of_one.frequency, of_one.sigma)
+        );
+        assert_eq!(
+            of_unit.channels[3].amplitude,
+            of_one.channels[3].amplitude * unit
+        );
     }
 }
 
@@ -70,17 +83,33 @@ fn a_value_that_is_not_finite_is_a_gap() {
 fn frames_and_a_table_give_the_same_fit() {
     let values = frames(16, 300, 1.0);
     let table: Vec<[f32; 16]> = values.as_chunks().0.to_vec();
-    let mut table = Table { values: &table, valid: &[u16::MAX; 300] };
-    let of_table = Fitter::new(3).fit(&mut FrameSpan::new(&mut table, 0, 300).with_frame_rate(500.0)).unwrap();
+    let mut table = Table {
+        values: &table,
+        valid: &[u16::MAX; 300],
+    };
+    let of_table = Fitter::new(3)
+        .fit(&mut FrameSpan::new(&mut table, 0, 300).with_frame_rate(500.0))
+        .unwrap();
     assert_eq!(of_table.frequency, fit(&values, 16).frequency);
 }
 
 #[test]
 fn frames_that_are_gone_are_an_error() {
     let mut frames = Frames::new(&[1.0; 40], 4).unwrap();
-    assert_eq!(frames.read(10, 1, &mut |_, _| panic!("nothing to show")), Err(Overwritten));
-    assert_eq!(Fitter::new(1).fit(&mut FrameSpan::new(&mut frames, 0, 20)).map(|_| ()), Err(Overwritten));
-    assert_eq!(Overwritten.to_string(), "newer frames have overwritten those of the window");
+    assert_eq!(
+        frames.read(10, 1, &mut |_, _| panic!("nothing to show")),
+        Err(Overwritten)
+    );
+    assert_eq!(
+        Fitter::new(1)
+            .fit(&mut FrameSpan::new(&mut frames, 0, 20))
+            .map(|_| ()),
+        Err(Overwritten)
+    );
+    assert_eq!(
+        Overwritten.to_string(),
+        "newer frames have overwritten those of the window"
+    );
 }
 
 /// Eight channels of a tone and noise, at 500 Hz, with a gain for what all of them share.
@@ -95,7 +124,9 @@ fn noisy_at(frequency_hz: f32, count: usize, seed: u64, shared: f32) -> Vec<f32>
         // A sum of twelve even numbers is nearly normal.
         (0..12)
             .map(|_| {
-                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                state = state
+                    .wrapping_mul(6_364_136_223_846_793_005)
+                    .wrapping_add(1_442_695_040_888_963_407);
                 (state >> 40) as f32 / (1 << 24) as f32
             })
             .sum::<f32>()
@@ -113,8 +144,8 @@ fn noisy_at(frequency_hz: f32, count: usize, seed: u64, shared: f32) -> Vec<f32>
     out
 }
 
-/// Squares weigh an impulse of twenty standard deviations as four hundred values: with one in a hundred the error would be
-/// 2.2 times as large.
+/// Squares weigh an impulse of twenty standard deviations as four hundred values: with one in a
+/// hundred the error would be 2.2 times as large.
 #[test]
 fn impulses_change_little() {
     let (mut squares, mut own) = (0.0, 0.0);
@@ -129,14 +160,24 @@ fn impulses_change_little() {
         squares += ((hit.frequency - clean.frequency) / clean.sigma).powi(2) / 40.0;
         own += ((clean.frequency - FREQUENCY_HZ) / clean.sigma).powi(2) / 40.0;
         for (hit, clean) in hit.channels.iter().zip(&clean.channels).take(8) {
-            assert!((hit.amplitude - clean.amplitude).abs() < 0.15, "{hit:?} {clean:?}");
-            assert!((0.85..1.15).contains(&(hit.residual / clean.residual)), "{hit:?} {clean:?}");
+            assert!(
+                (hit.amplitude - clean.amplitude).abs() < 0.15,
+                "{hit:?} {clean:?}"
+            );
+            assert!(
+                (0.85..1.15).contains(&(hit.residual / clean.residual)),
+                "{hit:?} {clean:?}"
+            );
         }
     }
-    assert!(squares < 0.15 && (0.6..1.6).contains(&own), "{squares} {own}");
+    assert!(
+        squares < 0.15 && (0.6..1.6).contains(&own),
+        "{squares} {own}"
+    );
 }
 
-/// Third differences of a tone of a third of the frame rate are as large as those of impulses of thirty standard deviations.
+/// Third differences of a tone of a third of the frame rate are as large as those of impulses of
+/// thirty standard deviations.
 #[test]
 fn impulses_beside_a_fast_tone_change_little() {
     let (mut squares, mut own) = (0.0, 0.0);
@@ -151,20 +192,33 @@ fn impulses_beside_a_fast_tone_change_little() {
         own += ((clean.frequency - 170.0) / clean.sigma).powi(2) / 40.0;
     }
     println!("{squares:.2} {own:.2}");
-    assert!(squares < 0.2 && (0.5..1.6).contains(&own), "{squares} {own}");
+    assert!(
+        squares < 0.2 && (0.5..1.6).contains(&own),
+        "{squares} {own}"
+    );
 }
 
 /// A step is no impulse, however far off it is.
 #[test]
 fn what_is_no_impulse_is_left() {
     let mut stepped = noisy(400, 1, 0.0);
-    stepped.iter_mut().skip(8 * 200).for_each(|value| *value += 60.0);
+    stepped
+        .iter_mut()
+        .skip(8 * 200)
+        .for_each(|value| *value += 60.0);
     let fit = fit(&stepped, 8);
-    assert!(fit.channels.iter().take(8).all(|channel| channel.residual > 5.0) || !fit.status.has_tone(), "{fit:?}");
+    assert!(
+        fit.channels
+            .iter()
+            .take(8)
+            .all(|channel| channel.residual > 5.0)
+            || !fit.status.has_tone(),
+        "{fit:?}"
+    );
 }
 
-/// A disturbance that all channels have, three times as strong as their own noise: channels that are taken as independent have
-/// all of it in their error.
+/// A disturbance that all channels have, three times as strong as their own noise: channels that
+/// are taken as independent have all of it in their error.
 #[test]
 fn what_channels_share_is_taken_out() {
     let (mut alone, mut shared, mut sigma) = (0.0, 0.0, 0.0);
@@ -172,13 +226,17 @@ fn what_channels_share_is_taken_out() {
         let off = |gain: f32| {
             let fit = fit(&noisy(400, seed, gain), 8);
             assert_tone(&fit, 8);
-            ((fit.frequency - FREQUENCY_HZ).powi(2) / 40.0, fit.sigma.powi(2) / 40.0)
+            (
+                (fit.frequency - FREQUENCY_HZ).powi(2) / 40.0,
+                fit.sigma.powi(2) / 40.0,
+            )
         };
         alone += off(0.0).0;
         let (square, variance) = off(3.0);
         (shared, sigma) = (shared + square, sigma + variance);
     }
-    // The direction of eight that is taken out has an eighth of the information, and its estimate costs as much again.
+    // The direction of eight that is taken out has an eighth of the information, and its estimate
+    // costs as much again.
     assert!(shared < 2.0 * alone, "{shared} {alone}");
     assert!((0.5..1.5).contains(&(shared / sigma)), "{shared} {sigma}");
 }

@@ -11,10 +11,13 @@ use std::{fs, thread};
 /// Of the README, in the workspace.
 const MOVING_PICTURE: &str = "docs/monitor.svg";
 
-/// Installs and builds everything, runs a scene file or else the default scene, and prints the place of the picture.
+/// Installs and builds everything, runs a scene file or else the default scene, and prints the
+/// place of the picture.
 pub fn demo(svg: &Path, scene: Option<&Path>) -> Result<()> {
     // Before anything that takes long.
-    let absolute = |path: &Path| fs::canonicalize(path).with_context(|| format!("cannot read {}", path.display()));
+    let absolute = |path: &Path| {
+        fs::canonicalize(path).with_context(|| format!("cannot read {}", path.display()))
+    };
     let scene = scene.map(absolute).transpose()?;
     let elf = build()?;
     let svg = root().join(svg);
@@ -23,7 +26,11 @@ pub fn demo(svg: &Path, scene: Option<&Path>) -> Result<()> {
     }
     announce("sliding a grating over the emulated finger");
     let mut demo = program("ridgetone-host", "ridgetone", "demo");
-    demo.arg("--force").arg("--elf").arg(elf).arg("--svg").arg(&svg);
+    demo.arg("--force")
+        .arg("--elf")
+        .arg(elf)
+        .arg("--svg")
+        .arg(&svg);
     if let Some(scene) = scene {
         demo.arg("--scene").arg(scene);
     }
@@ -32,12 +39,17 @@ pub fn demo(svg: &Path, scene: Option<&Path>) -> Result<()> {
     Ok(())
 }
 
-/// Makes the README's moving picture: the screen of `monitor` while the demo's grating slides over the emulated finger.
+/// Makes the README's moving picture: the screen of `monitor` while the demo's grating slides over
+/// the emulated finger.
 pub fn moving_picture() -> Result<()> {
     let elf = build()?;
     announce("following a touch of the emulated finger in real time");
     let mut monitor = program("ridgetone-host", "ridgetone", "monitor");
-    monitor.args(["--force", "--emulated", "--once", "--svg"]).arg(root().join(MOVING_PICTURE)).arg("--elf").arg(elf);
+    monitor
+        .args(["--force", "--emulated", "--once", "--svg"])
+        .arg(root().join(MOVING_PICTURE))
+        .arg("--elf")
+        .arg(elf);
     run(&mut monitor)?;
     println!("{MOVING_PICTURE}");
     Ok(())
@@ -47,12 +59,22 @@ pub fn moving_picture() -> Result<()> {
 fn build() -> Result<PathBuf> {
     setup::qemu()?;
     Toolchain::find_or_install()?;
-    announce("building the firmware image and the command `ridgetone`, which takes a few minutes the first time");
+    announce(
+        "building the firmware image and the command `ridgetone`, which takes a few minutes the first time",
+    );
     let mut command = clean("cargo");
-    command.args(["build", "--quiet", "--release", "--package", "ridgetone-host"]);
+    command.args([
+        "build",
+        "--quiet",
+        "--release",
+        "--package",
+        "ridgetone-host",
+    ]);
     // Both at once: the last step of each has one core.
     let command = thread::spawn(move || run(&mut command));
     let image = images::build(Board::Emulated.image());
-    command.join().map_err(|_| anyhow!("the build panicked"))??;
+    command
+        .join()
+        .map_err(|_| anyhow!("the build panicked"))??;
     Ok(image?.0)
 }

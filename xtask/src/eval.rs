@@ -1,4 +1,5 @@
-//! Tasks that `ridgetone-eval` does, with the images that they need: `bench`, `board`, `noise`, `touch`, `distance`, `faults`, `reproduce`.
+//! Tasks that `ridgetone-eval` does, with the images that they need: `bench`, `board`, `noise`,
+//! `touch`, `distance`, `faults`, `reproduce`.
 
 use crate::images::{self, Board};
 use crate::setup;
@@ -8,15 +9,21 @@ use std::process::Command;
 
 /// A command of `ridgetone-eval`, built from this tree.
 fn eval(command: &str) -> Command {
-    announce(format_args!("`ridgetone-eval {command}`, built from this tree"));
+    announce(format_args!(
+        "`ridgetone-eval {command}`, built from this tree"
+    ));
     program("ridgetone-eval", "ridgetone-eval", command)
 }
 
-/// Builds the benchmarks and the images of both boards, counts in the emulator and measures accuracy here.
+/// Builds the benchmarks and the images of both boards, counts in the emulator and measures
+/// accuracy here.
 pub fn bench(flags: &[String]) -> Result<()> {
     let mut bench = eval("bench");
     bench.args(flags);
-    if flags.iter().any(|flag| flag == "--plans" || flag.starts_with("--plans=")) {
+    if flags
+        .iter()
+        .any(|flag| flag == "--plans" || flag.starts_with("--plans="))
+    {
         images::build(Board::FeatherF405.image())?;
     } else if !has(flags, "--help") && !has(flags, "--render") {
         // What measures nothing needs no image.
@@ -25,8 +32,19 @@ pub fn bench(flags: &[String]) -> Result<()> {
         let (elf, _) = images::build(images::BENCH)?;
         let (baselines, _) = images::build(images::BASELINES)?;
         let (firmware, _) = images::build(Board::Emulated.image())?;
-        bench.arg("--elf").arg(elf).arg("--baselines-elf").arg(baselines).arg("--firmware").arg(firmware);
-        bench.args(["--flash-bytes", &sizes.flash.to_string(), "--ram-bytes", &sizes.ram.to_string()]);
+        bench
+            .arg("--elf")
+            .arg(elf)
+            .arg("--baselines-elf")
+            .arg(baselines)
+            .arg("--firmware")
+            .arg(firmware);
+        bench.args([
+            "--flash-bytes",
+            &sizes.flash.to_string(),
+            "--ram-bytes",
+            &sizes.ram.to_string(),
+        ]);
     }
     run(&mut bench)
 }
@@ -41,7 +59,8 @@ pub fn touch(flags: &[String]) -> Result<()> {
     run(eval("touch").args(flags))
 }
 
-/// Computes on this PC; with `--chip` it builds the benchmark of a display and counts in the emulator.
+/// Computes on this PC; with `--chip` it builds the benchmark of a display and counts in the
+/// emulator.
 pub fn distance(flags: &[String]) -> Result<()> {
     let mut distance = eval("distance");
     distance.args(flags.iter().filter(|flag| *flag != "--chip"));
@@ -52,7 +71,8 @@ pub fn distance(flags: &[String]) -> Result<()> {
     run(&mut distance)
 }
 
-/// Builds the boards' images and measures them on the register model; with `--write` it fills in `docs/board.md`.
+/// Builds the boards' images and measures them on the register model; with `--write` it fills in
+/// `docs/board.md`.
 pub fn board(write: bool) -> Result<()> {
     for board in Board::REAL {
         images::build(board.image())?;
@@ -64,13 +84,22 @@ pub fn board(write: bool) -> Result<()> {
     run(&mut board)
 }
 
-/// Builds the emulated board's image and injects faults: ten thousand; with `--quick` one thousand; with `--full` a hundred
-/// thousand, for `docs/faults.md`. Fails if a number is not zero that must be.
+/// Builds the emulated board's image and injects faults: ten thousand; with `--quick` one thousand;
+/// with `--full` a hundred thousand, for `docs/faults.md`. Fails if a number is not zero that must
+/// be.
 pub fn faults(flags: &[String]) -> Result<()> {
     let mut faults = eval("faults");
-    faults.args(flags.iter().filter(|flag| !["--quick", "--full"].contains(&flag.as_str())));
+    faults.args(
+        flags
+            .iter()
+            .filter(|flag| !["--quick", "--full"].contains(&flag.as_str())),
+    );
     // With a plan it runs on the PC alone.
-    if !has(flags, "--help") && !flags.iter().any(|flag| flag == "--plan" || flag.starts_with("--plan=")) {
+    if !has(flags, "--help")
+        && !flags
+            .iter()
+            .any(|flag| flag == "--plan" || flag.starts_with("--plan="))
+    {
         setup::qemu()?;
         let (elf, _) = images::build(Board::Emulated.image())?;
         let (injections, emulated) = match (has(flags, "--quick"), has(flags, "--full")) {
@@ -78,7 +107,9 @@ pub fn faults(flags: &[String]) -> Result<()> {
             (_, true) => ("100000", "10"),
             _ => ("10000", "4"),
         };
-        faults.args(["--injections", injections, "--emulated", emulated, "--elf"]).arg(elf);
+        faults
+            .args(["--injections", injections, "--emulated", emulated, "--elf"])
+            .arg(elf);
         if has(flags, "--full") {
             faults.arg("--write").arg(root().join("docs"));
         }
@@ -92,7 +123,9 @@ pub fn reproduce(flags: &[String]) -> Result<()> {
     reproduce.args(flags);
     if has(flags, "--emulated") && !has(flags, "--elf") {
         setup::qemu()?;
-        reproduce.arg("--elf").arg(images::build(Board::Emulated.image())?.0);
+        reproduce
+            .arg("--elf")
+            .arg(images::build(Board::Emulated.image())?.0);
     }
     run(&mut reproduce)
 }

@@ -6,8 +6,8 @@ use crate::tools::{clean, find, read, run};
 use anyhow::{Context, Result, bail};
 use std::path::Path;
 
-/// Of probe-rs from 0.28 on. Without them the probe halts at each reset and HardFault, and with it the recovery that the
-/// firmware has of its own: restart, crash record, watchdog.
+/// Of probe-rs from 0.28 on. Without them the probe halts at each reset and HardFault, and with it
+/// the recovery that the firmware has of its own: restart, crash record, watchdog.
 const NO_HALT: [&str; 2] = ["--no-catch-reset", "--no-catch-hardfault"];
 
 /// Builds a board's image, flashes it and shows its log until interrupted.
@@ -21,12 +21,16 @@ pub fn flash(board: Board) -> Result<()> {
 
 /// The same with an image that is built already, on the board that it is for. Cargo's runner.
 pub fn flash_image(image: &Path) -> Result<()> {
-    let chip = inspect::chip(&read(image)?).with_context(|| format!("{} is for no board", image.display()))?;
+    let chip = inspect::chip(&read(image)?)
+        .with_context(|| format!("{} is for no board", image.display()))?;
     let Some(probe_rs) = find("probe-rs") else {
         bail!(
             "probe-rs is missing; install version 0.28 or later with `cargo install probe-rs-tools --locked` or from \
              https://probe.rs"
         );
     };
-    run(clean(probe_rs).args(["run", "--chip", &chip]).args(NO_HALT).arg(image))
+    run(clean(probe_rs)
+        .args(["run", "--chip", &chip])
+        .args(NO_HALT)
+        .arg(image))
 }

@@ -13,19 +13,30 @@ const SEED: &str = "RIDGETONE_SEED";
 const TESTS_SEED: &str = "PROPTEST_RNG_SEED";
 
 /// The programs of tests that draw numbers from it, with their packages' folders.
-const PROGRAMS: [(&str, &str); 4] =
-    [("", "extremes"), ("display", "limits"), ("stimulus", "limits"), ("stylus", "samples")];
+const PROGRAMS: [(&str, &str); 4] = [
+    ("", "extremes"),
+    ("display", "limits"),
+    ("stimulus", "limits"),
+    ("stylus", "samples"),
+];
 
 /// Runs them, the long ones too, with a seed from the clock or from [`SEED`], and prints it.
 pub fn run_tests() -> Result<()> {
     let seed = match env::var(SEED) {
-        Ok(text) => text.parse().with_context(|| format!("{SEED}: {text}: not a whole number"))?,
-        Err(_) => SystemTime::now().duration_since(UNIX_EPOCH).context("a clock before 1970")?.as_secs(),
+        Ok(text) => text
+            .parse()
+            .with_context(|| format!("{SEED}: {text}: not a whole number"))?,
+        Err(_) => SystemTime::now()
+            .duration_since(UNIX_EPOCH)
+            .context("a clock before 1970")?
+            .as_secs(),
     };
     let repeat = format!("{SEED}={seed} cargo xtask test --fresh");
     announce(format_args!("random tests; this run again: {repeat}"));
     let mut tests = test(&PROGRAMS.map(|(_, program)| ["--test", program]).concat());
-    tests.env(TESTS_SEED, seed.to_string()).args(["--no-fail-fast", "--", "--include-ignored"]);
+    tests
+        .env(TESTS_SEED, seed.to_string())
+        .args(["--no-fail-fast", "--", "--include-ignored"]);
     run(&mut tests).with_context(|| format!("random tests; again: {repeat}"))
 }
 
@@ -42,9 +53,12 @@ mod tests {
         let entries = fs::read_dir(package.join("tests")).into_iter().flatten();
         let paths = entries.map(|entry| entry.expect("an entry").path());
         let is_random = |path: &Path| {
-            let files = fs::read_dir(path)
-                .map_or(vec![path.to_owned()], |files| files.map(|file| file.expect("a file").path()).collect());
-            files.iter().any(|file| fs::read_to_string(file).is_ok_and(|text| text.contains("use proptest::")))
+            let files = fs::read_dir(path).map_or(vec![path.to_owned()], |files| {
+                files.map(|file| file.expect("a file").path()).collect()
+            });
+            files.iter().any(|file| {
+                fs::read_to_string(file).is_ok_and(|text| text.contains("use proptest::"))
+            })
         };
         paths
             .filter(|path| is_random(path))
@@ -55,15 +69,30 @@ mod tests {
     #[test]
     fn the_list_has_every_random_program() {
         let mut packages = vec![root().to_owned()];
-        packages.extend(fs::read_dir(root()).expect("the workspace").map(|entry| entry.expect("an entry").path()));
+        packages.extend(
+            fs::read_dir(root())
+                .expect("the workspace")
+                .map(|entry| entry.expect("an entry").path()),
+        );
         let found: BTreeSet<_> = packages
             .iter()
             .flat_map(|package| {
-                let folder = package.strip_prefix(root()).expect("in the workspace").display().to_string();
-                random_programs(package).into_iter().map(move |program| (folder.clone(), program))
+                let folder = package
+                    .strip_prefix(root())
+                    .expect("in the workspace")
+                    .display()
+                    .to_string();
+                random_programs(package)
+                    .into_iter()
+                    .map(move |program| (folder.clone(), program))
             })
             .collect();
-        assert_eq!(found, PROGRAMS.map(|(folder, program)| (folder.to_owned(), program.to_owned())).into());
+        assert_eq!(
+            found,
+            PROGRAMS
+                .map(|(folder, program)| (folder.to_owned(), program.to_owned()))
+                .into()
+        );
     }
 
     /// Without a seed from there, `proptest` draws one in every run.

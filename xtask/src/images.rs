@@ -32,11 +32,20 @@ pub const BASELINES: Image = bench("bench-baselines", "baselines-bench");
 pub const PINS: Image = bench("bench-pins", "pins-bench");
 
 const fn bench(name: &'static str, binary: &'static str) -> Image {
-    Image { package: "ridgetone-eval", name, binary, profile: USUAL, interrupts: &[] }
+    Image {
+        package: "ridgetone-eval",
+        name,
+        binary,
+        profile: USUAL,
+        interrupts: &[],
+    }
 }
 
 /// The emulated board's firmware with every addition checked for overflow.
-pub const OVERFLOW_CHECKED: Image = Image { profile: "overflow-checked", ..Board::Emulated.image() };
+pub const OVERFLOW_CHECKED: Image = Image {
+    profile: "overflow-checked",
+    ..Board::Emulated.image()
+};
 
 /// The profile of all that is not for a test alone, in the workspace's `Cargo.toml`.
 const USUAL: &str = "image";
@@ -76,7 +85,13 @@ impl Board {
             Self::Emulated => (EMULATED, FIRMWARE, &[inspect::DRDY, inspect::USART3]),
             Self::StylusF405 => ("stylus-f405", STYLUS, &[inspect::TIM6, inspect::USART3]),
         };
-        Image { package: FIRMWARE, name, binary, profile: USUAL, interrupts }
+        Image {
+            package: FIRMWARE,
+            name,
+            binary,
+            profile: USUAL,
+            interrupts,
+        }
     }
 }
 
@@ -93,23 +108,53 @@ impl Image {
 
     /// A command of cargo for this image, such as `build`.
     fn cargo(self, toolchain: &Toolchain, subcommand: &str) -> Command {
-        let Self { package, name, binary, profile, .. } = self;
+        let Self {
+            package,
+            name,
+            binary,
+            profile,
+            ..
+        } = self;
         let mut cargo = toolchain.cargo(subcommand);
-        cargo.args(["--quiet", "--profile", profile, "--package", package, "--bin", binary, "--features", name]);
+        cargo.args([
+            "--quiet",
+            "--profile",
+            profile,
+            "--package",
+            package,
+            "--bin",
+            binary,
+            "--features",
+            name,
+        ]);
         if self == PINS {
-            // The whole program is optimised at link time as the package with `main` is: here as the firmware's.
-            cargo.args(["--config", "profile.image.package.ridgetone-eval.opt-level=\"s\""]);
+            // The whole program is optimised at link time as the package with `main` is: here as
+            // the firmware's.
+            cargo.args([
+                "--config",
+                "profile.image.package.ridgetone-eval.opt-level=\"s\"",
+            ]);
         }
         cargo
     }
 }
 
-/// Builds an image and checks it. Gives its path, such as `target/firmware/emulated/ridgetone-firmware.elf`, and sizes.
+/// Builds an image and checks it. Gives its path, such as
+/// `target/firmware/emulated/ridgetone-firmware.elf`, and sizes.
 pub fn build(image: Image) -> Result<(PathBuf, Sizes)> {
-    let Image { name, binary, profile, interrupts, .. } = image;
+    let Image {
+        name,
+        binary,
+        profile,
+        interrupts,
+        ..
+    } = image;
     let toolchain = Toolchain::find_or_install()?;
-    announce(format_args!("building the image {name}, which may take a minute the first time"));
-    run(&mut image.cargo(&toolchain, "build")).with_context(|| format!("the image {name} does not build"))?;
+    announce(format_args!(
+        "building the image {name}, which may take a minute the first time"
+    ));
+    run(&mut image.cargo(&toolchain, "build"))
+        .with_context(|| format!("the image {name} does not build"))?;
 
     let bytes = read(&target_dir().join(TARGET).join(profile).join(binary))?;
     let unfit = || format!("the image {name} is not fit to run");
@@ -119,7 +164,11 @@ pub fn build(image: Image) -> Result<(PathBuf, Sizes)> {
         panics::check(&bytes).with_context(unfit)?;
         sizes::table(&bytes, budgets).with_context(unfit)?;
     }
-    let folder = if profile == USUAL { name.to_owned() } else { format!("{name}-{profile}") };
+    let folder = if profile == USUAL {
+        name.to_owned()
+    } else {
+        format!("{name}-{profile}")
+    };
     let folder = target_dir().join("firmware").join(folder);
     create(&folder)?;
     let path = folder.join(binary).with_extension("elf");
@@ -129,7 +178,10 @@ pub fn build(image: Image) -> Result<(PathBuf, Sizes)> {
 
 /// Builds one image or all, and prints their sizes, by crate and static too.
 pub fn build_and_print(board: Option<Board>) -> Result<()> {
-    for board in board.as_ref().map_or(Board::value_variants(), std::slice::from_ref) {
+    for board in board
+        .as_ref()
+        .map_or(Board::value_variants(), std::slice::from_ref)
+    {
         let (path, sizes) = build(board.image())?;
         println!("{:<13} {sizes}", board.image().name);
         println!("{:<13} {}", "", path.display());
@@ -140,11 +192,15 @@ pub fn build_and_print(board: Option<Board>) -> Result<()> {
     Ok(())
 }
 
-/// Lints the firmware and the benchmarks. Debian's packages have no clippy: there the compiler's own warnings are
-/// denied.
+/// Lints the firmware and the benchmarks. Debian's packages have no clippy: there the compiler's
+/// own warnings are denied.
 pub fn lint() -> Result<()> {
     let toolchain = Toolchain::find_or_install()?;
-    for image in Board::value_variants().iter().map(|board| board.image()).chain([BENCH, BASELINES, PINS]) {
+    for image in Board::value_variants()
+        .iter()
+        .map(|board| board.image())
+        .chain([BENCH, BASELINES, PINS])
+    {
         announce(format_args!("linting the image {}", image.name));
         let clippy = toolchain == Toolchain::Rustup;
         let mut cargo = image.cargo(&toolchain, if clippy { "clippy" } else { "check" });

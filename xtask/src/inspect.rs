@@ -10,7 +10,8 @@ const RAM_BYTES: u64 = 128 * 1024;
 /// An interrupt: its name, which is its handler's symbol, and its word in the vector table.
 pub type Interrupt = (&'static str, usize);
 
-/// EXTI4 (interrupt 10), DRDY's falling edge; sixteen of the processor's own vectors come before the first.
+/// EXTI4 (interrupt 10), DRDY's falling edge; sixteen of the processor's own vectors come before
+/// the first.
 pub const DRDY: Interrupt = ("EXTI4", 16 + 10);
 
 /// The USARTs that a line may be on (interrupts 38 and 39).
@@ -36,8 +37,16 @@ pub struct Sizes {
 
 impl fmt::Display for Sizes {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let Self { flash, flash_size, ram, stack } = self;
-        write!(f, "flash {flash} of {flash_size} bytes, RAM {ram} of {RAM_BYTES} bytes and {stack} for the stack")
+        let Self {
+            flash,
+            flash_size,
+            ram,
+            stack,
+        } = self;
+        write!(
+            f,
+            "flash {flash} of {flash_size} bytes, RAM {ram} of {RAM_BYTES} bytes and {stack} for the stack"
+        )
     }
 }
 
@@ -45,13 +54,19 @@ impl fmt::Display for Sizes {
 pub fn check(image: &[u8], interrupts: &[Interrupt]) -> Result<Sizes> {
     let file = object::File::parse(image).context("no ELF file")?;
     let section = |name: &str| {
-        let section = file.section_by_name(name).with_context(|| format!("no section {name}"))?;
+        let section = file
+            .section_by_name(name)
+            .with_context(|| format!("no section {name}"))?;
         ensure!(section.size() > 0, "section {name} is empty");
         Ok(section)
     };
     let symbol = |name: &str| {
-        let symbol = file.symbols().find(|symbol| symbol.name() == Ok(name) && !symbol.is_undefined());
-        symbol.map(|symbol| symbol.address()).with_context(|| format!("no symbol {name}"))
+        let symbol = file
+            .symbols()
+            .find(|symbol| symbol.name() == Ok(name) && !symbol.is_undefined());
+        symbol
+            .map(|symbol| symbol.address())
+            .with_context(|| format!("no symbol {name}"))
     };
     let text = section(".text")?;
     let code = text.address()..text.address() + text.size();
@@ -59,20 +74,36 @@ pub fn check(image: &[u8], interrupts: &[Interrupt]) -> Result<Sizes> {
     let vectors = section(".vector_table")?;
     let table = vectors.data().context("the vector table has no content")?;
     let vector = |word: usize| {
-        let bytes = table.get(4 * word..4 * word + 4).and_then(|bytes| bytes.try_into().ok());
-        bytes.map(|bytes| u64::from(u32::from_le_bytes(bytes))).context("the vector table is too short")
+        let bytes = table
+            .get(4 * word..4 * word + 4)
+            .and_then(|bytes| bytes.try_into().ok());
+        bytes
+            .map(|bytes| u64::from(u32::from_le_bytes(bytes)))
+            .context("the vector table is too short")
     };
-    ensure!(vector(0)? == symbol("_stack_start")?, "the vector table does not begin with the stack");
+    ensure!(
+        vector(0)? == symbol("_stack_start")?,
+        "the vector table does not begin with the stack"
+    );
     // Bit 0 of a vector says Thumb.
     let reset = vector(1)?;
-    ensure!(reset & 1 == 1 && code.contains(&(reset - 1)), "the reset vector {reset:#x} does not point to code");
+    ensure!(
+        reset & 1 == 1 && code.contains(&(reset - 1)),
+        "the reset vector {reset:#x} does not point to code"
+    );
     for (name, word) in interrupts {
         if vector(*word)? | 1 != symbol(name)? | 1 || symbol(name)? == symbol("DefaultHandler")? {
             bail!("the interrupt {name} has no handler");
         }
     }
 
-    let sum = |names: &[&str]| names.iter().flat_map(|name| file.section_by_name(name)).map(|s| s.size()).sum();
+    let sum = |names: &[&str]| {
+        names
+            .iter()
+            .flat_map(|name| file.section_by_name(name))
+            .map(|s| s.size())
+            .sum()
+    };
     Ok(Sizes {
         flash: sum(&[".vector_table", ".text", ".rodata", ".data"]),
         flash_size: symbol("_flash_size")?,
@@ -84,7 +115,13 @@ pub fn check(image: &[u8], interrupts: &[Interrupt]) -> Result<Sizes> {
 /// The chip that an image is for, by its name at probe-rs: build.rs puts it into a symbol's name.
 pub fn chip(image: &[u8]) -> Result<String> {
     let file = object::File::parse(image).context("no ELF file")?;
-    let chip = file.symbols().find_map(|symbol| symbol.name().ok()?.strip_prefix("_chip_").map(str::to_owned));
+    let chip = file.symbols().find_map(|symbol| {
+        symbol
+            .name()
+            .ok()?
+            .strip_prefix("_chip_")
+            .map(str::to_owned)
+    });
     chip.context("it has no symbol _chip_...")
 }
 
@@ -92,7 +129,9 @@ pub fn chip(image: &[u8]) -> Result<String> {
 mod tests {
     use super::{DRDY, check, chip};
     use object::write::{Object, Symbol, SymbolSection};
-    use object::{Architecture, BinaryFormat, Endianness, SectionKind, SymbolFlags, SymbolKind, SymbolScope};
+    use object::{
+        Architecture, BinaryFormat, Endianness, SectionKind, SymbolFlags, SymbolKind, SymbolScope,
+    };
 
     /// An image with this much code, its vector table at address 0 and all of the code behind it.
     fn image(code: usize, drdy: u32, default: u32) -> Vec<u8> {
@@ -137,7 +176,10 @@ mod tests {
     fn an_image_with_code_is_measured() {
         let sizes = check(&image(1000, 64, 32), &[DRDY]).expect("it passes");
         assert_eq!(chip(&image(1000, 64, 32)).expect("a chip"), "STM32F405RGTx");
-        assert_eq!((sizes.flash, sizes.flash_size, sizes.ram, sizes.stack), (4 * 98 + 1000, 0x8_0000, 0, 0x8000));
+        assert_eq!(
+            (sizes.flash, sizes.flash_size, sizes.ram, sizes.stack),
+            (4 * 98 + 1000, 0x8_0000, 0, 0x8000)
+        );
     }
 
     #[test]

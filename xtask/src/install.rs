@@ -8,10 +8,13 @@ use std::process::Command;
 pub fn debian(packages: &[&str]) -> Result<()> {
     let list = packages.join(" ");
     let Some(apt) = find("apt-get") else {
-        bail!("this is not Debian or Ubuntu; install what its packages `{list}` hold by your system's own means");
+        bail!(
+            "this is not Debian or Ubuntu; install what its packages `{list}` hold by your system's own means"
+        );
     };
     let is_root = output_of(Command::new("id").arg("-u")).is_ok_and(|id| id == "0");
-    let sudo_works = || find("sudo").is_some() && output_of(Command::new("sudo").args(["-n", "true"])).is_ok();
+    let sudo_works =
+        || find("sudo").is_some() && output_of(Command::new("sudo").args(["-n", "true"])).is_ok();
     if !is_root && !sudo_works() {
         bail!("no right to install packages; run: sudo apt-get install {list}");
     }
@@ -20,11 +23,19 @@ pub fn debian(packages: &[&str]) -> Result<()> {
         if !is_root {
             command.arg("-n").arg(&apt);
         }
-        command.env("DEBIAN_FRONTEND", "noninteractive").args(arguments);
+        command
+            .env("DEBIAN_FRONTEND", "noninteractive")
+            .args(arguments);
         output_of(&mut command)
     };
-    let install: Vec<&str> = ["install", "--yes", "--no-install-recommends"].iter().chain(packages).copied().collect();
-    announce(format_args!("installing {list} with apt-get, which may take a minute"));
+    let install: Vec<&str> = ["install", "--yes", "--no-install-recommends"]
+        .iter()
+        .chain(packages)
+        .copied()
+        .collect();
+    announce(format_args!(
+        "installing {list} with apt-get, which may take a minute"
+    ));
     if apt_get(&install).is_err() {
         // The package lists may be missing or old.
         announce("fetching apt's package lists");

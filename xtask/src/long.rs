@@ -11,7 +11,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{self, Receiver, Sender};
 
-/// Tests that take minutes, and show what shorter ones show too: `cargo test` runs them by their names.
+/// Tests that take minutes, and show what shorter ones show too: `cargo test` runs them by their
+/// names.
 pub const NEVER: [&str; 4] = [
     "touch_after_touch_for_thirty_days",
     "each_plan_loses_nothing_and_skips_no_hop_in_a_minute_of_the_emulator",
@@ -45,7 +46,9 @@ pub fn run_tests() -> Result<()> {
     let browser = setup::browser()?;
     setup::broker()?;
     let (sender, receiver) = mpsc::channel();
-    announce("all tests: those on this PC, long ones, those of the emulated firmware and of the boards' images");
+    announce(
+        "all tests: those on this PC, long ones, those of the emulated firmware and of the boards' images",
+    );
     both(|| run_busy(&browser, &receiver), || run_beside(&sender))?;
     println!(
         "ran: tests on this PC, long tests, all tests of the emulated firmware, all runs of the boards' images on the \
@@ -61,8 +64,21 @@ fn run_busy(browser: &Path, images: &Receiver<Built>) -> Result<()> {
     let images = images.recv().context("there are no images")?;
     announce("long tests, and tests of the emulated firmware");
     // Not `--lib`: it would build the Python package's library too, which has no tests.
-    let mut long = test(&["--exclude", RIG, "--tests", "--", "--ignored", "--skip", PAGES, "--skip", WAITING.1]);
-    run(long.args(NEVER.map(|name| ["--skip", name]).concat()).envs(images)).context("long tests")?;
+    let mut long = test(&[
+        "--exclude",
+        RIG,
+        "--tests",
+        "--",
+        "--ignored",
+        "--skip",
+        PAGES,
+        "--skip",
+        WAITING.1,
+    ]);
+    run(long
+        .args(NEVER.map(|name| ["--skip", name]).concat())
+        .envs(images))
+    .context("long tests")?;
     announce("tests of the pages in a browser");
     let mut pages = test(&["--test", "view", "--test", "touch", "--test", "pins", "--"]);
     // One of them prints how late the sound is.
@@ -71,13 +87,16 @@ fn run_busy(browser: &Path, images: &Receiver<Built>) -> Result<()> {
     streams::run_tests()
 }
 
-/// What keeps one core busy at most: links images, builds the wheel, waits, or runs in virtual time. The output of each is
-/// printed at its end, as the others print meanwhile.
+/// What keeps one core busy at most: links images, builds the wheel, waits, or runs in virtual
+/// time. The output of each is printed at its end, as the others print meanwhile.
 fn run_beside(images: &Sender<Built>) -> Result<()> {
     for board in Board::REAL {
         images::build(board.image())?;
     }
-    let built: Result<Built> = IMAGES.map(|(name, image)| Ok((name, images::build(image)?.0))).into_iter().collect();
+    let built: Result<Built> = IMAGES
+        .map(|(name, image)| Ok((name, images::build(image)?.0)))
+        .into_iter()
+        .collect();
     // Nobody receives them if a test has failed meanwhile.
     let _ = images.send(built?);
     let python = python::build()?;
@@ -88,8 +107,12 @@ fn run_beside(images: &Sender<Built>) -> Result<()> {
     for program in rig_programs()? {
         rig.args(["--test", &program]);
     }
-    rig.args(["--", "--ignored", "--test-threads=1"]).args(NEVER.map(|name| ["--skip", name]).concat());
-    println!("{}", output_of(&mut rig).context("tests of the boards' images")?);
+    rig.args(["--", "--ignored", "--test-threads=1"])
+        .args(NEVER.map(|name| ["--skip", name]).concat());
+    println!(
+        "{}",
+        output_of(&mut rig).context("tests of the boards' images")?
+    );
     println!("{}", python::run_tests(&python)?);
     Ok(())
 }
@@ -101,7 +124,10 @@ fn rig_programs() -> Result<Vec<String>> {
     for entry in fs::read_dir(&folder).with_context(|| folder.display().to_string())? {
         let path = entry?.path();
         if path.extension().is_some_and(|extension| extension == "rs") {
-            programs.extend(path.file_stem().map(|stem| stem.to_string_lossy().into_owned()));
+            programs.extend(
+                path.file_stem()
+                    .map(|stem| stem.to_string_lossy().into_owned()),
+            );
         }
     }
     Ok(programs)

@@ -44,7 +44,8 @@ struct Flags {
 
 #[derive(Subcommand)]
 enum Task {
-    /// Slides a grating over the emulated finger and shows the firmware's result. Installs and builds everything it needs.
+    /// Slides a grating over the emulated finger and shows the firmware's result. Installs and
+    /// builds everything it needs.
     Demo {
         /// Where the picture goes, SVG.
         #[arg(long, default_value = "target/demo.svg")]
@@ -53,19 +54,22 @@ enum Task {
         #[arg(long, value_name = "FILE")]
         scene: Option<PathBuf>,
     },
-    /// Counts the instructions of the firmware's steps on the emulated chip and measures its accuracy beside other
-    /// methods', with the bars they have to meet. With --write it fills in docs/trade.md.
+    /// Counts the instructions of the firmware's steps on the emulated chip and measures its
+    /// accuracy beside other methods', with the bars they have to meet. With --write it fills in
+    /// docs/trade.md.
     #[command(disable_help_flag = true)]
     Bench(Flags),
-    /// Fits windows whose noise is not white, that hold no tone, or a tone and something else. With --write docs it fills in
-    /// docs/noise.md.
+    /// Fits windows whose noise is not white, that hold no tone, or a tone and something else. With
+    /// --write docs it fills in docs/noise.md.
     #[command(disable_help_flag = true)]
     Noise(Flags),
-    /// Looks for contacts, slides and releases in traces with known times. With --write docs it fills in docs/touch.md.
+    /// Looks for contacts, slides and releases in traces with known times. With --write docs it
+    /// fills in docs/touch.md.
     #[command(disable_help_flag = true)]
     Touch(Flags),
-    /// Computes what a pin display does to a finger, beside a paper's figures. With --write docs it fills in
-    /// docs/touch-at-a-distance.md; with --chip it counts the instructions of a frame in the emulator.
+    /// Computes what a pin display does to a finger, beside a paper's figures. With --write docs it
+    /// fills in docs/touch-at-a-distance.md; with --chip it counts the instructions of a frame in
+    /// the emulator.
     #[command(disable_help_flag = true)]
     Distance(Flags),
     /// Measures start, load, interrupts and jitter of the boards' images on the register model.
@@ -74,33 +78,39 @@ enum Task {
         #[arg(long)]
         write: bool,
     },
-    /// Injects ten thousand faults and prints their consequences: one thousand with --quick; a hundred thousand with --full,
-    /// which fills in docs/faults.md and takes most of an hour.
+    /// Injects ten thousand faults and prints their consequences: one thousand with --quick; a
+    /// hundred thousand with --full, which fills in docs/faults.md and takes most of an hour.
     #[command(disable_help_flag = true)]
     Faults(Flags),
     /// Repeats the paper's experiment beside its own figures and fills in docs/reproduction.md.
     #[command(disable_help_flag = true)]
     Reproduce(Flags),
-    /// Tests Zenoh and ROS 2, beside programs of others too, and streams the frames of ten boards, and of a fast one, to MQTT and
-    /// Foxglove for a minute each: prints what is lost and how late the rest arrives.
+    /// Tests Zenoh and ROS 2, beside programs of others too, and streams the frames of ten boards,
+    /// and of a fast one, to MQTT and Foxglove for a minute each: prints what is lost and how late
+    /// the rest arrives.
     Streams,
-    /// Checks that the command builds for Windows and macOS, where rustup may fetch their core libraries.
+    /// Checks that the command builds for Windows and macOS, where rustup may fetch their core
+    /// libraries.
     CheckSystems,
     /// Runs the tests on this PC and one emulated run of each kind.
     Test {
-        /// Everything: long tests, every emulated run, the benchmark, the pages in a browser, streams, the Python package.
+        /// Everything: long tests, every emulated run, the benchmark, the pages in a browser,
+        /// streams, the Python package.
         #[arg(long)]
         all: bool,
-        /// The random tests alone, with a seed that is drawn and printed: `RIDGETONE_SEED` in the environment repeats a run.
+        /// The random tests alone, with a seed that is drawn and printed: `RIDGETONE_SEED` in the
+        /// environment repeats a run.
         #[arg(long, conflicts_with = "all")]
         fresh: bool,
     },
-    /// Takes docs/monitor.svg, which moves, and docs/view.png: the terminal and the page during a touch of scenes/c1.toml.
+    /// Takes docs/monitor.svg, which moves, and docs/view.png: the terminal and the page during a
+    /// touch of scenes/c1.toml.
     Pictures,
-    /// Builds what makes the sound of `ridgetone touch`, host/assets/touch/stimulus.wasm: after a change of stimulus/.
+    /// Builds what makes the sound of `ridgetone touch`, host/assets/touch/stimulus.wasm: after a
+    /// change of stimulus/.
     Worklet,
-    /// Finds or installs the tools of the firmware and its tests: the core library for Cortex-M, the emulator, a browser,
-    /// a broker of MQTT, Python.
+    /// Finds or installs the tools of the firmware and its tests: the core library for Cortex-M,
+    /// the emulator, a browser, a broker of MQTT, Python.
     Setup,
     /// Builds the firmware images, checks that there is code in them and no unknown panic, prints
     /// their sizes, of flash by crate and of RAM by static; a budget that is exceeded is an error.
@@ -120,7 +130,8 @@ enum Task {
         /// Which.
         #[arg(long, value_enum, default_value = "feather-f405")]
         board: Board,
-        /// An image that is built already, in place of the board's: an ELF file of one of the real boards.
+        /// An image that is built already, in place of the board's: an ELF file of one of the real
+        /// boards.
         #[arg(long, value_name = "FILE", conflicts_with = "board")]
         image: Option<PathBuf>,
     },
@@ -148,7 +159,9 @@ fn main() -> ExitCode {
         Task::Worklet => worklet::build(),
         Task::Setup => setup::run(),
         Task::Firmware { board } => images::build_and_print(board),
-        Task::Flash { image: Some(image), .. } => flash::flash_image(&image),
+        Task::Flash {
+            image: Some(image), ..
+        } => flash::flash_image(&image),
         Task::Flash { board, image: None } => flash::flash(board),
     };
     match done {

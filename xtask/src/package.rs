@@ -18,13 +18,16 @@ const PACKAGES: [&str; 7] = [
 
 /// Packs each and builds it from its package, without network.
 ///
-/// In a target folder and a home of cargo of their own: cargo never reads a package of the same version again.
+/// In a target folder and a home of cargo of their own: cargo never reads a package of the same
+/// version again.
 pub fn check() -> Result<()> {
     let folder = target_dir().join("package-check");
     remove(&folder)?;
     let home = folder.join("home");
     create(&home.join("registry"))?;
-    let usual = env::var_os("CARGO_HOME").map(PathBuf::from).or_else(|| Some(env::home_dir()?.join(".cargo")));
+    let usual = env::var_os("CARGO_HOME")
+        .map(PathBuf::from)
+        .or_else(|| Some(env::home_dir()?.join(".cargo")));
     let usual = usual.context("neither CARGO_HOME nor a home directory")?;
     for part in ["registry/index", "registry/cache", "config.toml"] {
         if usual.join(part).exists() {
@@ -35,10 +38,17 @@ pub fn check() -> Result<()> {
     let mut cargo = clean("cargo");
     cargo.args(["package", "--quiet", "--offline", "--allow-dirty"]);
     cargo.args(PACKAGES.iter().flat_map(|name| ["--package", name]));
-    run(cargo.env("CARGO_HOME", &home).env("CARGO_TARGET_DIR", &target)).context("a package does not build")?;
+    run(cargo
+        .env("CARGO_HOME", &home)
+        .env("CARGO_TARGET_DIR", &target))
+    .context("a package does not build")?;
     for name in PACKAGES {
-        let file = target.join("package").join(format!("{name}-{}.crate", env!("CARGO_PKG_VERSION")));
-        let bytes = fs::metadata(&file).with_context(|| format!("no {}", file.display()))?.len();
+        let file = target
+            .join("package")
+            .join(format!("{name}-{}.crate", env!("CARGO_PKG_VERSION")));
+        let bytes = fs::metadata(&file)
+            .with_context(|| format!("no {}", file.display()))?
+            .len();
         println!("{name:<15} {bytes} bytes packed");
     }
     remove(&folder)

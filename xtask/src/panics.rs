@@ -1,19 +1,26 @@
-//! Which panics are in an image. Every call that may panic hands over a `core::panic::Location`: file, line, column. The
-//! linker drops those that nothing refers to, so those in an image are its panics, inlined or not.
+//! Which panics are in an image. Every call that may panic hands over a `core::panic::Location`:
+//! file, line, column. The linker drops those that nothing refers to, so those in an image are its
+//! panics, inlined or not.
 
 use anyhow::{Context, Result, ensure};
 use object::{Object, ObjectSection};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// An index that is counted by a loop, or is the number of an unknown or harmonic of a shape, which `Settings` bounds. No
-/// conversion, byte or request gives one. What the compiler checks there would cost instructions to write otherwise.
+/// An index that is counted by a loop, or is the number of an unknown or harmonic of a shape, which
+/// `Settings` bounds. No conversion, byte or request gives one. What the compiler checks there
+/// would cost instructions to write otherwise.
 const COUNTED: &str = "indices are counted by loops within a shape's bounds, never taken from data";
 
-/// Panics that an image of the firmware may have, as far as the compiler knows: source file (of a package from a registry
-/// its name, without version, and the file in it), most places in it, and why they are no danger. A place more than that
-/// is an error: write it without, or say here why not.
+/// Panics that an image of the firmware may have, as far as the compiler knows: source file (of a
+/// package from a registry its name, without version, and the file in it), most places in it, and
+/// why they are no danger. A place more than that is an error: write it without, or say here why
+/// not.
 const ALLOWED: [(&str, usize, &str); 17] = [
-    ("finger/src/frame.rs", 1, "a taxel's number, from a mask of 16 bits"),
+    (
+        "finger/src/frame.rs",
+        1,
+        "a taxel's number, from a mask of 16 bits",
+    ),
     ("finger/src/touch/onset.rs", 1, COUNTED),
     ("display/src/packed.rs", 10, COUNTED),
     ("display/src/sensor_space.rs", 6, COUNTED),
@@ -22,20 +29,49 @@ const ALLOWED: [(&str, usize, &str); 17] = [
     ("tone/src/conclude.rs", 1, COUNTED),
     ("tone/src/fit.rs", 1, COUNTED),
     ("tone/src/spectrum.rs", 5, COUNTED),
-    ("tone/src/frame_span.rs", 2, "a part of a block, counted up to its size"),
+    (
+        "tone/src/frame_span.rs",
+        2,
+        "a part of a block, counted up to its size",
+    ),
     ("tone/src/waves.rs", 11, COUNTED),
-    ("cobs/src/dec.rs", 2, "bounds that are compared before; host/src/requests/noise.rs sends noise"),
-    ("postcard/src/varint.rs", 4, "a byte of a number, counted up to the most that it has"),
-    ("heapless/src/spsc.rs", 2, "remainder by the queue's size, a constant"),
-    ("defmt-rtt/src/lib.rs", 2, "a log within a log: nothing that is logged logs"),
-    ("embedded-hal-bus/src/spi/mod.rs", 1, "a delay within a transfer: the driver has none"),
-    ("src/board/emulated/link.rs", 1, "emulated board only: the panic that a test requests"),
+    (
+        "cobs/src/dec.rs",
+        2,
+        "bounds that are compared before; host/src/requests/noise.rs sends noise",
+    ),
+    (
+        "postcard/src/varint.rs",
+        4,
+        "a byte of a number, counted up to the most that it has",
+    ),
+    (
+        "heapless/src/spsc.rs",
+        2,
+        "remainder by the queue's size, a constant",
+    ),
+    (
+        "defmt-rtt/src/lib.rs",
+        2,
+        "a log within a log: nothing that is logged logs",
+    ),
+    (
+        "embedded-hal-bus/src/spi/mod.rs",
+        1,
+        "a delay within a transfer: the driver has none",
+    ),
+    (
+        "src/board/emulated/link.rs",
+        1,
+        "emulated board only: the panic that a test requests",
+    ),
 ];
 
 /// The places that panic: lines and columns by file, as in [`ALLOWED`].
 type Places = BTreeMap<String, BTreeSet<(u32, u32)>>;
 
-/// Bytes of a `core::panic::Location` on a 32-bit target: the name's address and length, line, column.
+/// Bytes of a `core::panic::Location` on a 32-bit target: the name's address and length, line,
+/// column.
 const LOCATION_BYTES: usize = 16;
 
 /// Longest name that is believed to be one.
@@ -68,20 +104,33 @@ fn places(image: &[u8]) -> Result<Places> {
                 continue;
             }
             if let Some(name) = text_at(name, length).filter(|name| name.ends_with(".rs")) {
-                found.entry(shorten(name)).or_default().insert((line, column));
+                found
+                    .entry(shorten(name))
+                    .or_default()
+                    .insert((line, column));
             }
         }
     }
     Ok(found)
 }
 
-/// A file of a package from a registry without where the registry is, and without the package's version.
+/// A file of a package from a registry without where the registry is, and without the package's
+/// version.
 fn shorten(name: &str) -> String {
-    let Some((_, behind)) = name.split_once("/registry/src/") else { return name.to_owned() };
+    let Some((_, behind)) = name.split_once("/registry/src/") else {
+        return name.to_owned();
+    };
     let in_registry = behind.split_once('/').map_or(behind, |(_, rest)| rest);
-    let Some((package, rest)) = in_registry.split_once('/') else { return in_registry.to_owned() };
-    let is_version = |(at, _): &(usize, &str)| package[at + 1..].starts_with(|first: char| first.is_ascii_digit());
-    let name = package.match_indices('-').find(is_version).map_or(package, |(at, _)| &package[..at]);
+    let Some((package, rest)) = in_registry.split_once('/') else {
+        return in_registry.to_owned();
+    };
+    let is_version = |(at, _): &(usize, &str)| {
+        package[at + 1..].starts_with(|first: char| first.is_ascii_digit())
+    };
+    let name = package
+        .match_indices('-')
+        .find(is_version)
+        .map_or(package, |(at, _)| &package[..at]);
     format!("{name}/{rest}")
 }
 
@@ -90,10 +139,20 @@ pub fn check(image: &[u8]) -> Result<usize> {
     let found = places(image)?;
     let mut more = Vec::new();
     for (file, places) in &found {
-        let most = ALLOWED.iter().find(|(allowed, ..)| allowed == file).map_or(0, |(_, places, _)| *places);
+        let most = ALLOWED
+            .iter()
+            .find(|(allowed, ..)| allowed == file)
+            .map_or(0, |(_, places, _)| *places);
         if places.len() > most {
-            let list: Vec<String> = places.iter().map(|(line, column)| format!("{file}:{line}:{column}")).collect();
-            more.push(format!("{} places in {file}, {most} known: {}", places.len(), list.join(", ")));
+            let list: Vec<String> = places
+                .iter()
+                .map(|(line, column)| format!("{file}:{line}:{column}"))
+                .collect();
+            more.push(format!(
+                "{} places in {file}, {most} known: {}",
+                places.len(),
+                list.join(", ")
+            ));
         }
     }
     ensure!(
@@ -110,42 +169,64 @@ mod tests {
     use object::write::Object;
     use object::{Architecture, BinaryFormat, Endianness, SectionKind};
 
-    /// An image with these places in its constants, which lie at address 0, a word of something else before each.
+    /// An image with these places in its constants, which lie at address 0, a word of something
+    /// else before each.
     fn image(places: &[(&str, u32, u32)]) -> Vec<u8> {
         let (mut words, mut names) = (Vec::new(), Vec::new());
         let names_at = 20 * places.len();
         for (name, line, column) in places {
-            words.extend([0xdead_beef, (names_at + names.len()) as u32, name.len() as u32, *line, *column]);
+            words.extend([
+                0xdead_beef,
+                (names_at + names.len()) as u32,
+                name.len() as u32,
+                *line,
+                *column,
+            ]);
             names.extend(name.bytes());
         }
-        let mut bytes: Vec<u8> = words.iter().flat_map(|word: &u32| word.to_le_bytes()).collect();
+        let mut bytes: Vec<u8> = words
+            .iter()
+            .flat_map(|word: &u32| word.to_le_bytes())
+            .collect();
         bytes.extend(names);
         let mut object = Object::new(BinaryFormat::Elf, Architecture::Arm, Endianness::Little);
-        let section = object.add_section(Vec::new(), b".rodata".to_vec(), SectionKind::ReadOnlyData);
+        let section =
+            object.add_section(Vec::new(), b".rodata".to_vec(), SectionKind::ReadOnlyData);
         object.append_section_data(section, &bytes, 4);
         object.write().expect("an ELF file")
     }
 
     #[test]
     fn places_are_found_with_the_registry_s_path_taken_off() {
-        let registry = "/home/someone/.cargo/registry/src/index-1949cf8c6b5b557f/defmt-rtt-1.3.1/src/lib.rs";
-        let found = places(&image(&[("src/search.rs", 153, 11), (registry, 173, 13)])).expect("places");
+        let registry =
+            "/home/someone/.cargo/registry/src/index-1949cf8c6b5b557f/defmt-rtt-1.3.1/src/lib.rs";
+        let found =
+            places(&image(&[("src/search.rs", 153, 11), (registry, 173, 13)])).expect("places");
         let place = |file: &str, place| (file.to_owned(), BTreeSet::from([place]));
-        let expected = [place("defmt-rtt/src/lib.rs", (173, 13)), place("src/search.rs", (153, 11))];
+        let expected = [
+            place("defmt-rtt/src/lib.rs", (173, 13)),
+            place("src/search.rs", (153, 11)),
+        ];
         assert_eq!(found, BTreeMap::from(expected));
     }
 
     #[test]
     fn a_panic_that_was_not_known_is_refused_with_its_place() {
-        let known = [("tone/src/normal.rs", 50, 27), ("tone/src/normal.rs", 86, 35)];
+        let known = [
+            ("tone/src/normal.rs", 50, 27),
+            ("tone/src/normal.rs", 86, 35),
+        ];
         assert_eq!(check(&image(&known)).expect("known"), 2);
         let one_more = [known[0], known[1], ("tone/src/normal.rs", 90, 1)];
         let error = check(&image(&one_more)).expect_err("one more").to_string();
         assert!(
-            error.contains("3 places in tone/src/normal.rs, 2 known") && error.contains("normal.rs:90:1"),
+            error.contains("3 places in tone/src/normal.rs, 2 known")
+                && error.contains("normal.rs:90:1"),
             "{error}"
         );
-        let other = check(&image(&[("src/search.rs", 153, 11)])).expect_err("not known").to_string();
+        let other = check(&image(&[("src/search.rs", 153, 11)]))
+            .expect_err("not known")
+            .to_string();
         assert!(other.contains("src/search.rs:153:11"), "{other}");
     }
 

@@ -7,7 +7,13 @@ use std::path::{Path, PathBuf};
 use std::{env, fs};
 
 /// The interpreter's names, the first is Debian's.
-const NAMES: [&str; 5] = ["python3", "python3.14", "python3.13", "python3.12", "python3.11"];
+const NAMES: [&str; 5] = [
+    "python3",
+    "python3.14",
+    "python3.13",
+    "python3.12",
+    "python3.11",
+];
 
 /// What Debian has an interpreter in that can make environments.
 const PACKAGES: [&str; 2] = ["python3", "python3-venv"];
@@ -19,11 +25,15 @@ pub fn interpreter() -> Result<PathBuf> {
     let is_usable = |path: &PathBuf| output_of(clean(path).args(["-c", check])).is_ok();
     let there = || NAMES.into_iter().filter_map(find).find(is_usable);
     if there().is_none() {
-        install::debian(&PACKAGES).context("Python is missing, or older than 3.11, or without venv")?;
+        install::debian(&PACKAGES)
+            .context("Python is missing, or older than 3.11, or without venv")?;
     }
     match there() {
         Some(path) => Ok(path),
-        None => bail!("no Python from 3.11 on with venv is in PATH (tried {})", NAMES.join(", ")),
+        None => bail!(
+            "no Python from 3.11 on with venv is in PATH (tried {})",
+            NAMES.join(", ")
+        ),
     }
 }
 
@@ -32,10 +42,13 @@ pub fn environment(name: &str, packages: &[&str]) -> Result<PathBuf> {
     let environment = target_dir().join(name);
     let inside = environment.join(if cfg!(windows) { "Scripts" } else { "bin" });
     if !inside.join("pip").exists() {
-        run(clean(interpreter()?).args(["-m", "venv"]).arg(&environment)).context("an environment of Python")?;
+        run(clean(interpreter()?).args(["-m", "venv"]).arg(&environment))
+            .context("an environment of Python")?;
     }
     let mut pip = clean(inside.join("pip"));
-    run(pip.args(["install", "--quiet", "--disable-pip-version-check"]).args(packages))?;
+    run(pip
+        .args(["install", "--quiet", "--disable-pip-version-check"])
+        .args(packages))?;
     Ok(inside.join("python"))
 }
 
@@ -50,8 +63,11 @@ pub fn run_tests(python: &Path) -> Result<String> {
     let name = format!("ridgetone{}", env::consts::EXE_SUFFIX);
     // A copy: other tests build the command anew meanwhile.
     let command = python.with_file_name(&name);
-    fs::copy(target_dir().join("debug").join(&name), &command).context("the command of `cargo test`")?;
+    fs::copy(target_dir().join("debug").join(&name), &command)
+        .context("the command of `cargo test`")?;
     let mut tests = clean(python);
-    tests.args(["-m", "pytest", "--quiet", "-c", "python/pyproject.toml"]).env("RIDGETONE_COMMAND", command);
+    tests
+        .args(["-m", "pytest", "--quiet", "-c", "python/pyproject.toml"])
+        .env("RIDGETONE_COMMAND", command);
     output_of(&mut tests).context("tests of the Python package")
 }

@@ -1,4 +1,5 @@
-//! `release`: the images of the real boards as files for every way to flash them, with their checksums.
+//! `release`: the images of the real boards as files for every way to flash them, with their
+//! checksums.
 
 use crate::dfu::{self, Segment};
 use crate::images::{self, Board};
@@ -18,8 +19,9 @@ const SUMS: &str = "SHA256SUMS";
 /// Sections that are in flash, but for the first values of `.data`, whose place a symbol gives.
 const IN_FLASH: [&str; 3] = [".vector_table", ".text", ".rodata"];
 
-/// Builds each image, writes it as ELF, as raw bytes (for the drive that an ST-LINK shows) and for the chip's USB boot
-/// loader, looks whether the files hold what they must, and writes the checksums.
+/// Builds each image, writes it as ELF, as raw bytes (for the drive that an ST-LINK shows) and for
+/// the chip's USB boot loader, looks whether the files hold what they must, and writes the
+/// checksums.
 pub fn run() -> Result<()> {
     let folder = target_dir().join(FOLDER);
     remove(&folder)?;
@@ -33,7 +35,11 @@ pub fn run() -> Result<()> {
         check(&elf, &binary, &dfu).context(image.name)?;
         announce(format_args!("{}: {sizes}", image.name));
         for (extension, bytes) in [("elf", &elf), ("bin", &binary), ("dfu", &dfu)] {
-            let name = format!("ridgetone-{}-{}.{extension}", env!("CARGO_PKG_VERSION"), image.name);
+            let name = format!(
+                "ridgetone-{}-{}.{extension}",
+                env!("CARGO_PKG_VERSION"),
+                image.name
+            );
             write(&folder.join(&name), bytes)?;
             sums += &sum_line(&name, bytes);
         }
@@ -46,19 +52,30 @@ pub fn run() -> Result<()> {
 
 /// A line of [`SUMS`].
 fn sum_line(name: &str, bytes: &[u8]) -> String {
-    let sum: String = Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+    let sum: String = Sha256::digest(bytes)
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect();
     format!("{sum}  {name}\n")
 }
 
-/// What an image has to be loaded with, where it lies in flash: that is the physical address, not where it runs.
+/// What an image has to be loaded with, where it lies in flash: that is the physical address, not
+/// where it runs.
 fn segments(elf: &[u8]) -> Result<Vec<Segment>> {
     let file = ElfFile32::<Endianness>::parse(elf).context("no ELF file")?;
     let endian = file.endian();
     let mut segments = Vec::new();
     for header in file.elf_program_headers() {
         if header.p_type(endian) == PT_LOAD && header.p_filesz(endian) > 0 {
-            let bytes = header.data(endian, elf).ok().context("a segment lies outside of the file")?.to_vec();
-            segments.push(Segment { address: header.p_paddr(endian), bytes });
+            let bytes = header
+                .data(endian, elf)
+                .ok()
+                .context("a segment lies outside of the file")?
+                .to_vec();
+            segments.push(Segment {
+                address: header.p_paddr(endian),
+                bytes,
+            });
         }
     }
     segments.sort_by_key(|segment| segment.address);
@@ -71,7 +88,11 @@ fn raw(segments: &[Segment]) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     for segment in segments {
         let at = (segment.address - first) as usize;
-        ensure!(at >= bytes.len(), "two segments overlap at {:#x}", segment.address);
+        ensure!(
+            at >= bytes.len(),
+            "two segments overlap at {:#x}",
+            segment.address
+        );
         bytes.resize(at, 0xff);
         bytes.extend(&segment.bytes);
     }
@@ -81,17 +102,42 @@ fn raw(segments: &[Segment]) -> Result<Vec<u8>> {
 /// Compares the files with the image's sections, which they are not made from.
 fn check(elf: &[u8], binary: &[u8], dfu: &[u8]) -> Result<()> {
     let file = object::File::parse(elf).context("no ELF file")?;
-    let symbol = |name: &str| file.symbols().find(|symbol| symbol.name() == Ok(name)).map(|symbol| symbol.address());
+    let symbol = |name: &str| {
+        file.symbols()
+            .find(|symbol| symbol.name() == Ok(name))
+            .map(|symbol| symbol.address())
+    };
     let data_at = symbol("__sidata").context("no symbol __sidata")?;
-    let base = file.section_by_name(IN_FLASH[0]).context("no vector table")?.address();
+    let base = file
+        .section_by_name(IN_FLASH[0])
+        .context("no vector table")?
+        .address();
     let from_dfu = raw(&dfu::read(dfu)?)?;
-    ensure!(from_dfu == binary, "the DFU file holds something else than the raw one");
+    ensure!(
+        from_dfu == binary,
+        "the DFU file holds something else than the raw one"
+    );
     for name in IN_FLASH.into_iter().chain([".data"]) {
-        let section = file.section_by_name(name).with_context(|| format!("no section {name}"))?;
-        let content = section.data().with_context(|| format!("the section {name} has no content"))?;
-        let address = if name == ".data" { data_at } else { section.address() };
-        let at = usize::try_from(address.checked_sub(base).context("it lies before the vector table")?)?;
-        ensure!(binary.get(at..at + content.len()) == Some(content), "the section {name} is not at {address:#x}");
+        let section = file
+            .section_by_name(name)
+            .with_context(|| format!("no section {name}"))?;
+        let content = section
+            .data()
+            .with_context(|| format!("the section {name} has no content"))?;
+        let address = if name == ".data" {
+            data_at
+        } else {
+            section.address()
+        };
+        let at = usize::try_from(
+            address
+                .checked_sub(base)
+                .context("it lies before the vector table")?,
+        )?;
+        ensure!(
+            binary.get(at..at + content.len()) == Some(content),
+            "the section {name} is not at {address:#x}"
+        );
     }
     Ok(())
 }
@@ -103,7 +149,10 @@ mod tests {
 
     #[test]
     fn a_gap_is_erased_flash_and_an_overlap_is_refused() {
-        let segment = |address, bytes: &[u8]| Segment { address, bytes: bytes.to_vec() };
+        let segment = |address, bytes: &[u8]| Segment {
+            address,
+            bytes: bytes.to_vec(),
+        };
         let apart = [segment(0x100, &[1, 2]), segment(0x104, &[3])];
         assert_eq!(raw(&apart).expect("they fit"), [1, 2, 0xff, 0xff, 3]);
         assert!(raw(&[segment(0x100, &[1, 2]), segment(0x101, &[3])]).is_err());

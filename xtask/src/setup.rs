@@ -27,7 +27,10 @@ pub fn run() -> Result<()> {
     match Toolchain::find_or_install()? {
         Toolchain::Rustup => println!("core library for {TARGET}: with the compiler"),
         Toolchain::Debian { linker } => {
-            println!("core library for {TARGET}: built from Debian's sources, linked by {}", linker.display());
+            println!(
+                "core library for {TARGET}: built from Debian's sources, linked by {}",
+                linker.display()
+            );
         }
     }
     let qemu = qemu()?;
@@ -39,7 +42,9 @@ pub fn run() -> Result<()> {
     }
     match broker() {
         Ok(path) => println!("broker: {}", path.display()),
-        Err(error) => println!("broker: not there ({error:#}); needed for the tests of streams only"),
+        Err(error) => {
+            println!("broker: not there ({error:#}); needed for the tests of streams only")
+        }
     }
     match python::interpreter() {
         Ok(path) => println!("Python: {}", path.display()),
@@ -60,7 +65,11 @@ pub fn qemu() -> Result<PathBuf> {
     let path = find(QEMU).with_context(|| format!("{QEMU} is not in PATH"))?;
     let machines = output_of(clean(&path).args(["-machine", "help"]))?;
     let is_known = machines.lines().any(|line| line.starts_with(MACHINE));
-    ensure!(is_known, "{} does not know the machine {MACHINE}", path.display());
+    ensure!(
+        is_known,
+        "{} does not know the machine {MACHINE}",
+        path.display()
+    );
     Ok(path)
 }
 
@@ -75,8 +84,10 @@ pub fn browser() -> Result<PathBuf> {
 
 /// A broker of MQTT, installed if there is none. Debian has it where PATH of a user does not lead.
 pub fn broker() -> Result<PathBuf> {
-    let there =
-        || find("mosquitto").or_else(|| Some(PathBuf::from("/usr/sbin/mosquitto")).filter(|path| path.is_file()));
+    let there = || {
+        find("mosquitto")
+            .or_else(|| Some(PathBuf::from("/usr/sbin/mosquitto")).filter(|path| path.is_file()))
+    };
     if there().is_none() || find("mosquitto_sub").is_none() {
         install::debian(&BROKER_PACKAGES).context("a broker of MQTT is missing")?;
     }

@@ -1,6 +1,8 @@
-//! What an image takes of flash by crate and of RAM by static, against budgets: a step that grows is seen where it grows.
+//! What an image takes of flash by crate and of RAM by static, against budgets: a step that grows
+//! is seen where it grows.
 //!
-//! The compiler merges functions across crates: a function counts for the crate that it was merged into.
+//! The compiler merges functions across crates: a function counts for the crate that it was merged
+//! into.
 
 use anyhow::{Context, Result, ensure};
 use object::{Object, ObjectSymbol};
@@ -25,9 +27,13 @@ pub struct Budgets {
 }
 
 /// A finger's.
-pub const FINGER: Budgets = Budgets { flash: &FLASH, ram: &RAM };
+pub const FINGER: Budgets = Budgets {
+    flash: &FLASH,
+    ram: &RAM,
+};
 
-/// An emulated finger's. Its chip is on a PC, which takes more than a board's peripherals, and no board has to hold it.
+/// An emulated finger's. Its chip is on a PC, which takes more than a board's peripherals, and no
+/// board has to hold it.
 pub const EMULATED: Budgets = Budgets {
     flash: &[
         ("ridgetone_tone", 67_100),
@@ -50,7 +56,8 @@ pub const EMULATED: Budgets = Budgets {
     ],
 };
 
-/// A stylus's. What it takes and a tenth: the chip has room for more, and a step that grows is seen.
+/// A stylus's. What it takes and a tenth: the chip has room for more, and a step that grows is
+/// seen.
 pub const STYLUS: Budgets = Budgets {
     flash: &[
         ("ridgetone_stylus", 7_300),
@@ -65,7 +72,8 @@ pub const STYLUS: Budgets = Budgets {
     ram: &[("outbox", 1_200), ("bytes", 624), (OTHER, 2_500)],
 };
 
-/// Most bytes of flash by crate. Together they are less than the 160 KiB that an image may take; the smaller board has 256.
+/// Most bytes of flash by crate. Together they are less than the 160 KiB that an image may take;
+/// the smaller board has 256.
 const FLASH: [(&str, u64); 9] = [
     ("ridgetone_tone", 65_900),
     ("ridgetone", 51_700),
@@ -78,8 +86,8 @@ const FLASH: [(&str, u64); 9] = [
     (OTHER, 8_350),
 ];
 
-/// Most bytes of RAM by static, without the stack's 16 KiB. Together they are no more than 112 KiB, what the stack leaves of
-/// the smaller board's 128.
+/// Most bytes of RAM by static, without the stack's 16 KiB. Together they are no more than 112 KiB,
+/// what the stack leaves of the smaller board's 128.
 const RAM: [(&str, u64); 6] = [
     ("ring", 78_432),
     ("estimator_place", 23_400),
@@ -94,13 +102,21 @@ pub fn table(image: &[u8], budgets: &Budgets) -> Result<String> {
     let file = object::File::parse(image).context("no ELF file")?;
     let (mut flash, mut ram) = (BTreeMap::new(), BTreeMap::new());
     // Functions with the same code are one; so are a function and its aliases.
-    let mut places: Vec<_> = file.symbols().filter(|one| one.size() > 0 && !one.is_undefined()).collect();
+    let mut places: Vec<_> = file
+        .symbols()
+        .filter(|one| one.size() > 0 && !one.is_undefined())
+        .collect();
     places.sort_by_key(|one| (one.address() & !1, !one.is_global()));
     places.dedup_by_key(|one| one.address() & !1);
     for symbol in places {
-        let name = format!("{:#}", rustc_demangle::demangle(symbol.name().unwrap_or_default()));
+        let name = format!(
+            "{:#}",
+            rustc_demangle::demangle(symbol.name().unwrap_or_default())
+        );
         if symbol.address() < RAM_ADDRESS {
-            *flash.entry(known(crate_of(&name), budgets.flash)).or_default() += symbol.size();
+            *flash
+                .entry(known(crate_of(&name), budgets.flash))
+                .or_default() += symbol.size();
         } else {
             *ram.entry(known(static_of(&name), budgets.ram)).or_default() += symbol.size();
         }
@@ -117,25 +133,33 @@ fn rows(memory: &str, used: &BTreeMap<&str, u64>, budgets: &[(&str, u64)]) -> Re
             "{name} takes {bytes} bytes of {memory}, its budget is {budget}: make it smaller, or raise the budget in \
              xtask/src/sizes.rs and say why in the commit"
         );
-        writeln!(rows, "{memory:>19}  {name:<18} {bytes:>6} of {budget:>6} bytes")?;
+        writeln!(
+            rows,
+            "{memory:>19}  {name:<18} {bytes:>6} of {budget:>6} bytes"
+        )?;
     }
     Ok(rows)
 }
 
 /// A name, if it has a row.
 fn known(name: &str, rows: &[(&'static str, u64)]) -> &'static str {
-    rows.iter().find(|(row, _)| *row == name).map_or(OTHER, |(row, _)| row)
+    rows.iter()
+        .find(|(row, _)| *row == name)
+        .map_or(OTHER, |(row, _)| row)
 }
 
-/// The crate of a function or constant: the first name before `::`. Those without are handlers of interrupts, in capitals,
-/// nameless constants, and what compiler and linker add.
+/// The crate of a function or constant: the first name before `::`. Those without are handlers of
+/// interrupts, in capitals, nameless constants, and what compiler and linker add.
 fn crate_of(name: &str) -> &str {
     if name.starts_with(".L") {
         return CONSTANTS;
     }
     let is_part = |character: char| character.is_ascii_alphanumeric() || character == '_';
     match name.find("::") {
-        Some(end) => match &name[name[..end].rfind(|character| !is_part(character)).map_or(0, |at| at + 1)..end] {
+        Some(end) => match &name[name[..end]
+            .rfind(|character| !is_part(character))
+            .map_or(0, |at| at + 1)..end]
+        {
             // The two binaries of one package.
             "ridgetone_stylus_firmware" => "ridgetone_firmware",
             name => name,
@@ -148,8 +172,14 @@ fn crate_of(name: &str) -> &str {
 /// The name of a static, without what RTIC puts before it.
 fn static_of(name: &str) -> &str {
     let name = name.rsplit("::").next().unwrap_or(name);
-    let rtic = ["__rtic_internal_local_init_", "__rtic_internal_local_", "__rtic_internal_shared_resource_"];
-    rtic.iter().find_map(|prefix| name.strip_prefix(prefix)).unwrap_or(name)
+    let rtic = [
+        "__rtic_internal_local_init_",
+        "__rtic_internal_local_",
+        "__rtic_internal_shared_resource_",
+    ];
+    rtic.iter()
+        .find_map(|prefix| name.strip_prefix(prefix))
+        .unwrap_or(name)
 }
 
 #[cfg(test)]
@@ -178,15 +208,26 @@ mod tests {
 
     fn row(table: &str, memory: &str, name: &str) -> u64 {
         let row = table.lines().find(|line| {
-            let mut words =
-                line.trim_start().strip_prefix(memory).unwrap_or_default().split("  ").filter(|w| !w.is_empty());
-            words.next().is_some_and(|word| word.trim_start().starts_with(&format!("{name} ")) || word.trim() == name)
+            let mut words = line
+                .trim_start()
+                .strip_prefix(memory)
+                .unwrap_or_default()
+                .split("  ")
+                .filter(|w| !w.is_empty());
+            words.next().is_some_and(|word| {
+                word.trim_start().starts_with(&format!("{name} ")) || word.trim() == name
+            })
         });
         let row = row.unwrap_or_else(|| panic!("no row {name} in\n{table}"));
-        row.split(" of ").next().and_then(|row| row.rsplit(' ').next()).and_then(|bytes| bytes.parse().ok()).expect(row)
+        row.split(" of ")
+            .next()
+            .and_then(|row| row.rsplit(' ').next())
+            .and_then(|bytes| bytes.parse().ok())
+            .expect(row)
     }
 
-    /// Names as the compiler mangles them: a function, a method of a trait, its alias, a handler, a constant, a static.
+    /// Names as the compiler mangles them: a function, a method of a trait, its alias, a handler, a
+    /// constant, a static.
     #[test]
     fn bytes_count_for_the_crate_or_static_whose_they_are() {
         let table = table(&image(&[
@@ -214,7 +255,11 @@ mod tests {
         for (name, bytes) in expected {
             assert_eq!(row(&table, "flash", name), bytes, "{name}\n{table}");
         }
-        assert_eq!((row(&table, "RAM", "ring"), row(&table, "RAM", OTHER)), (6000, 512), "{table}");
+        assert_eq!(
+            (row(&table, "RAM", "ring"), row(&table, "RAM", OTHER)),
+            (6000, 512),
+            "{table}"
+        );
     }
 
     #[test]
@@ -222,8 +267,16 @@ mod tests {
         let name = "_ZN14ridgetone_tone6refine6refine17h2b82fad203c35ef4E";
         let [(_, budget), ..] = FLASH;
         assert!(table(&image(&[(name, 0x0800_0101, budget)]), &FINGER).is_ok());
-        let error = table(&image(&[(name, 0x0800_0101, budget + 1)]), &FINGER).expect_err("too large").to_string();
-        assert!(error.contains(&format!("ridgetone_tone takes {} bytes of flash", budget + 1)), "{error}");
+        let error = table(&image(&[(name, 0x0800_0101, budget + 1)]), &FINGER)
+            .expect_err("too large")
+            .to_string();
+        assert!(
+            error.contains(&format!(
+                "ridgetone_tone takes {} bytes of flash",
+                budget + 1
+            )),
+            "{error}"
+        );
     }
 
     /// 160 KiB of flash, and of RAM what the stack leaves (memory.x).

@@ -9,10 +9,14 @@ use std::process::Command;
 /// Features of what most people stream to.
 const STREAMS: [&str; 2] = ["foxglove", "mqtt"];
 
-/// A program of tests of `serve`, with features that are built here alone. Those of all other crates are the usual ones, so
-/// that little is built again.
+/// A program of tests of `serve`, with features that are built here alone. Those of all other
+/// crates are the usual ones, so that little is built again.
 fn test(features: &[&str], program: &str) -> Command {
-    let features = features.iter().map(|feature| format!("ridgetone-host/{feature}")).collect::<Vec<_>>().join(",");
+    let features = features
+        .iter()
+        .map(|feature| format!("ridgetone-host/{feature}"))
+        .collect::<Vec<_>>()
+        .join(",");
     crate::test::test(&["--features", &features, "--test", program, "--"])
 }
 
@@ -23,19 +27,22 @@ pub fn run_tests() -> Result<()> {
     run(&mut test(&STREAMS, "streams")).context("tests of streams")
 }
 
-/// Receivers that nobody here wrote, as packages of Python: Cyclone DDS reads what is for ROS 2, and Zenoh's own package.
+/// Receivers that nobody here wrote, as packages of Python: Cyclone DDS reads what is for ROS 2,
+/// and Zenoh's own package.
 const PEERS: [&str; 2] = ["cyclonedds==11.0.1", "eclipse-zenoh==1.10.2"];
 
-/// Tests Zenoh and ROS 2, whose 253 crates take minutes, beside [`PEERS`] too. Then ten boards and a fast one, a minute each: prints what is lost and how late
-/// the rest arrives.
+/// Tests Zenoh and ROS 2, whose 253 crates take minutes, beside [`PEERS`] too. Then ten boards and
+/// a fast one, a minute each: prints what is lost and how late the rest arrives.
 pub fn measure() -> Result<()> {
     setup::broker()?;
     let peers = python::environment("peers", &PEERS).context("Cyclone DDS and Zenoh for Python")?;
     for one in ["zenoh", "ros2"] {
         announce(format_args!("streams: {one}"));
         let mut tests = test(&[one], one);
-        run(tests.arg("--include-ignored").env("RIDGETONE_PEERS", &peers))
-            .with_context(|| format!("tests of {one}"))?;
+        run(tests
+            .arg("--include-ignored")
+            .env("RIDGETONE_PEERS", &peers))
+        .with_context(|| format!("tests of {one}"))?;
     }
     announce("ten boards and a fast one, for a minute each");
     run(test(&STREAMS, "streams").args(["--ignored", "--nocapture"])).context("streams")
@@ -52,8 +59,15 @@ pub fn check_systems() -> Result<()> {
             continue;
         }
         announce(format_args!("checking the command for {target}"));
-        run(clean("cargo").args(["check", "--quiet", "--package", "ridgetone-host", "--target", target]))
-            .with_context(|| format!("the command does not build for {target}"))?;
+        run(clean("cargo").args([
+            "check",
+            "--quiet",
+            "--package",
+            "ridgetone-host",
+            "--target",
+            target,
+        ]))
+        .with_context(|| format!("the command does not build for {target}"))?;
     }
     Ok(())
 }

@@ -40,12 +40,27 @@ pub fn prepare() -> Result<()> {
 pub fn run_tests() -> Result<()> {
     prepare()?;
     announce("tests on this PC; beside them the other images, of which each keeps one core busy");
-    both(on_this_pc, || Board::REAL.into_iter().try_for_each(|board| images::build(board.image()).map(drop)))?;
+    both(on_this_pc, || {
+        Board::REAL
+            .into_iter()
+            .try_for_each(|board| images::build(board.image()).map(drop))
+    })?;
     announce("the images of the boards on the register model");
     let mut rig = test(&RIG.map(|program| ["--test", program]).concat());
     run(rig.args(["--", "--ignored"])).context("tests of the boards' images")?;
-    announce("one run of each kind on the emulated chip; `cargo xtask test --all` runs all of them");
-    let mut emulated = test(&["--test", "emulated", "--test", "crashes", "--test", "overload", "--", "--ignored"]);
+    announce(
+        "one run of each kind on the emulated chip; `cargo xtask test --all` runs all of them",
+    );
+    let mut emulated = test(&[
+        "--test",
+        "emulated",
+        "--test",
+        "crashes",
+        "--test",
+        "overload",
+        "--",
+        "--ignored",
+    ]);
     run(emulated.args(EMULATED)).context("tests of the emulated firmware")
 }
 
@@ -59,7 +74,9 @@ pub fn take_pictures() -> Result<()> {
     let browser = setup::browser()?;
     prepare()?;
     let mut picture = test(&["--test", "view", "--", "--ignored", PICTURE]);
-    picture.env("RIDGETONE_BROWSER", browser).env("RIDGETONE_PICTURES", root().join("docs"));
+    picture
+        .env("RIDGETONE_BROWSER", browser)
+        .env("RIDGETONE_PICTURES", root().join("docs"));
     run(&mut picture).context("the picture of the page")
 }
 
@@ -73,19 +90,30 @@ mod tests {
     #[test]
     fn the_listed_tests_exist() {
         let sources = |folder: &str| {
-            let paths =
-                fs::read_dir(root().join(folder)).expect("a folder").map(|entry| entry.expect("an entry").path());
+            let paths = fs::read_dir(root().join(folder))
+                .expect("a folder")
+                .map(|entry| entry.expect("an entry").path());
             paths
                 .filter(|path| path.is_file())
                 .map(|path| fs::read_to_string(path).expect("a file"))
                 .collect::<String>()
         };
-        let tests: String =
-            ["host/tests", "host/tests/emulated", "host/tests/view", "tests", "rig/tests"].map(sources).concat();
+        let tests: String = [
+            "host/tests",
+            "host/tests/emulated",
+            "host/tests/view",
+            "tests",
+            "rig/tests",
+        ]
+        .map(sources)
+        .concat();
         for name in EMULATED.iter().chain(&NEVER).chain(&[PICTURE, WAITING.1]) {
             assert!(tests.contains(&format!("fn {name}")), "{name}");
         }
         assert!(tests.contains("mod page;"));
-        assert!(RIG.iter().all(|program| root().join(format!("rig/tests/{program}.rs")).is_file()));
+        assert!(
+            RIG.iter()
+                .all(|program| root().join(format!("rig/tests/{program}.rs")).is_file())
+        );
     }
 }

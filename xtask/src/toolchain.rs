@@ -1,7 +1,8 @@
 //! The compiler for the Cortex-M4F, and the core library for it. There are two ways to one:
 //!
 //! 1. `rustup target add thumbv7em-none-eabihf`: what most people have.
-//! 2. Debian's packages, with the library's sources, which cargo builds along: for machines where rustup may not download.
+//! 2. Debian's packages, with the library's sources, which cargo builds along: for machines where
+//!    rustup may not download.
 //!
 //! The environment variable `RIDGETONE_TOOLCHAIN` forces one: `rustup` or `debian`.
 
@@ -65,7 +66,8 @@ impl Toolchain {
             Self::Debian { linker } => {
                 let mut command = clean("/usr/bin/cargo");
                 let path = env::var_os("PATH").unwrap_or_default();
-                let path = std::iter::once(PathBuf::from("/usr/bin")).chain(env::split_paths(&path));
+                let path =
+                    std::iter::once(PathBuf::from("/usr/bin")).chain(env::split_paths(&path));
                 if let Ok(path) = env::join_paths(path) {
                     command.env("PATH", path);
                 }
@@ -82,18 +84,29 @@ impl Toolchain {
     }
 
     fn rustup() -> Result<Self> {
-        let library = output_of(clean("rustc").args(["--print", "target-libdir", "--target", TARGET]))?;
-        let entries = Path::new(&library).read_dir().with_context(|| format!("no {library}"))?;
-        let has_core = entries.flatten().any(|entry| entry.file_name().to_string_lossy().starts_with("libcore-"));
+        let library =
+            output_of(clean("rustc").args(["--print", "target-libdir", "--target", TARGET]))?;
+        let entries = Path::new(&library)
+            .read_dir()
+            .with_context(|| format!("no {library}"))?;
+        let has_core = entries
+            .flatten()
+            .any(|entry| entry.file_name().to_string_lossy().starts_with("libcore-"));
         ensure!(has_core, "no core library in {library}");
         Ok(Self::Rustup)
     }
 
     fn install_rustup() -> Result<Self> {
-        let Some(rustup) = find("rustup") else { bail!("rustup is not installed") };
-        announce(format_args!("rustup target add {TARGET}, which may take a minute"));
+        let Some(rustup) = find("rustup") else {
+            bail!("rustup is not installed")
+        };
+        announce(format_args!(
+            "rustup target add {TARGET}, which may take a minute"
+        ));
         // One try: where downloads are not allowed, there is another way.
-        run(clean(rustup).env("RUSTUP_MAX_RETRIES", "1").args(["target", "add", TARGET]))?;
+        run(clean(rustup)
+            .env("RUSTUP_MAX_RETRIES", "1")
+            .args(["target", "add", TARGET]))?;
         Self::rustup()
     }
 
@@ -101,7 +114,10 @@ impl Toolchain {
         ensure!(Path::new("/usr/bin/cargo").exists(), "no /usr/bin/cargo");
         let version = output_of(clean("/usr/bin/rustc").arg("--version"))?;
         let is_new = parse_version(&version).is_some_and(|version| version >= OLDEST);
-        ensure!(is_new, "/usr/bin/rustc is `{version}`, 1.88 or newer is needed");
+        ensure!(
+            is_new,
+            "/usr/bin/rustc is `{version}`, 1.88 or newer is needed"
+        );
         let sysroot = output_of(clean("/usr/bin/rustc").args(["--print", "sysroot"]))?;
         let core = Path::new(&sysroot).join("lib/rustlib/src/rust/library/core/Cargo.toml");
         ensure!(core.exists(), "no sources of the core library in {sysroot}");
@@ -128,9 +144,16 @@ fn parse_version(text: &str) -> Option<(u32, u32)> {
 
 /// rust-lld: of the rustup toolchain, or else LLVM's own.
 fn linker() -> Result<PathBuf> {
-    let sysroots = ["rustc", "/usr/bin/rustc"].map(|rustc| output_of(clean(rustc).args(["--print", "sysroot"])));
-    let hosts = sysroots.into_iter().flatten().filter_map(|root| Path::new(&root).join("lib/rustlib").read_dir().ok());
-    let mut with_toolchain = hosts.flatten().flatten().map(|host| host.path().join("bin/rust-lld"));
+    let sysroots = ["rustc", "/usr/bin/rustc"]
+        .map(|rustc| output_of(clean(rustc).args(["--print", "sysroot"])));
+    let hosts = sysroots
+        .into_iter()
+        .flatten()
+        .filter_map(|root| Path::new(&root).join("lib/rustlib").read_dir().ok());
+    let mut with_toolchain = hosts
+        .flatten()
+        .flatten()
+        .map(|host| host.path().join("bin/rust-lld"));
     with_toolchain
         .find(|path| path.is_file())
         .or_else(|| find("rust-lld"))
@@ -144,7 +167,10 @@ mod tests {
 
     #[test]
     fn versions_are_read() {
-        assert_eq!(parse_version("rustc 1.96.0 (ac68faa20 2026-05-25)"), Some((1, 96)));
+        assert_eq!(
+            parse_version("rustc 1.96.0 (ac68faa20 2026-05-25)"),
+            Some((1, 96))
+        );
         assert_eq!(parse_version("rustc 1.88.0-nightly"), Some((1, 88)));
         assert_eq!(parse_version("command not found"), None);
     }

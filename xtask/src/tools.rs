@@ -13,13 +13,17 @@ pub fn root() -> &'static Path {
 
 /// Where cargo puts what it builds.
 pub fn target_dir() -> PathBuf {
-    root().join(env::var_os("CARGO_TARGET_DIR").map_or_else(|| PathBuf::from("target"), PathBuf::from))
+    root().join(
+        env::var_os("CARGO_TARGET_DIR").map_or_else(|| PathBuf::from("target"), PathBuf::from),
+    )
 }
 
 /// A program's full path, if PATH has it.
 pub fn find(program: &str) -> Option<PathBuf> {
     let name = format!("{program}{}", env::consts::EXE_SUFFIX);
-    env::split_paths(&env::var_os("PATH")?).map(|folder| folder.join(&name)).find(|path| path.is_file())
+    env::split_paths(&env::var_os("PATH")?)
+        .map(|folder| folder.join(&name))
+        .find(|path| path.is_file())
 }
 
 /// Announces a step that takes a while.
@@ -28,14 +32,27 @@ pub fn announce(what: impl std::fmt::Display) {
 }
 
 /// Beginnings of the names of cargo's variables that an inner cargo needs.
-const KEPT: [&str; 6] = ["CARGO_HOME", "CARGO_TARGET_DIR", "CARGO_NET_", "CARGO_HTTP_", "CARGO_TERM_", "CARGO_REGISTR"];
+const KEPT: [&str; 6] = [
+    "CARGO_HOME",
+    "CARGO_TARGET_DIR",
+    "CARGO_NET_",
+    "CARGO_HTTP_",
+    "CARGO_TERM_",
+    "CARGO_REGISTR",
+];
 
 /// Other variables that cargo and rustup set.
-const REMOVED: [&str; 6] =
-    ["RUSTC", "RUSTDOC", "RUSTFLAGS", "RUSTUP_TOOLCHAIN", "RUST_RECURSION_COUNT", "LD_LIBRARY_PATH"];
+const REMOVED: [&str; 6] = [
+    "RUSTC",
+    "RUSTDOC",
+    "RUSTFLAGS",
+    "RUSTUP_TOOLCHAIN",
+    "RUST_RECURSION_COUNT",
+    "LD_LIBRARY_PATH",
+];
 
-/// A command in the workspace's root, without what `cargo run` has put into the environment: with it
-/// the inner cargo would use the outer one's compiler.
+/// A command in the workspace's root, without what `cargo run` has put into the environment: with
+/// it the inner cargo would use the outer one's compiler.
 pub fn clean(program: impl AsRef<std::ffi::OsStr>) -> Command {
     let mut command = Command::new(program);
     command.current_dir(root());
@@ -52,7 +69,17 @@ pub fn clean(program: impl AsRef<std::ffi::OsStr>) -> Command {
 /// A command of one of this workspace's programs, which cargo builds first.
 pub fn program(package: &str, name: &str, command: &str) -> Command {
     let mut cargo = clean("cargo");
-    cargo.args(["run", "--quiet", "--release", "--package", package, "--bin", name, "--", command]);
+    cargo.args([
+        "run",
+        "--quiet",
+        "--release",
+        "--package",
+        package,
+        "--bin",
+        name,
+        "--",
+        command,
+    ]);
     cargo
 }
 
@@ -63,23 +90,43 @@ pub fn run(command: &mut Command) -> Result<()> {
 
 /// Runs a command and gives its output, without the end of the last line.
 pub fn output_of(command: &mut Command) -> Result<String> {
-    finish(command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()))
+    finish(
+        command
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped()),
+    )
 }
 
 fn finish(command: &mut Command) -> Result<String> {
     let name = command.get_program().to_string_lossy().into_owned();
-    let output = command.spawn().and_then(Child::wait_with_output).with_context(|| format!("cannot run {name}"))?;
-    let [printed, errors] = [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text));
-    ensure!(output.status.success(), "{name} failed ({}) {}\n{}", output.status, errors.trim(), printed.trim());
+    let output = command
+        .spawn()
+        .and_then(Child::wait_with_output)
+        .with_context(|| format!("cannot run {name}"))?;
+    let [printed, errors] =
+        [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text));
+    ensure!(
+        output.status.success(),
+        "{name} failed ({}) {}\n{}",
+        output.status,
+        errors.trim(),
+        printed.trim()
+    );
     Ok(String::from_utf8_lossy(&output.stdout).trim().to_owned())
 }
 
 /// Does two things at once. Gives both results, or all errors: one may have come of the other.
-pub fn both<A, B: Send>(here: impl FnOnce() -> Result<A>, beside: impl FnOnce() -> Result<B> + Send) -> Result<(A, B)> {
+pub fn both<A, B: Send>(
+    here: impl FnOnce() -> Result<A>,
+    beside: impl FnOnce() -> Result<B> + Send,
+) -> Result<(A, B)> {
     thread::scope(|scope| {
         let beside = scope.spawn(beside);
         let here = here();
-        let beside = beside.join().map_err(|_| anyhow!("what ran beside ended without a result"))?;
+        let beside = beside
+            .join()
+            .map_err(|_| anyhow!("what ran beside ended without a result"))?;
         match (here, beside) {
             (Ok(here), Ok(beside)) => Ok((here, beside)),
             (Err(here), Err(beside)) => Err(anyhow!("{here:#}; and beside it: {beside:#}")),
@@ -96,7 +143,8 @@ pub fn create(folder: &Path) -> Result<()> {
 /// Removes a folder, if it is there.
 pub fn remove(folder: &Path) -> Result<()> {
     if folder.exists() {
-        fs::remove_dir_all(folder).with_context(|| format!("cannot remove {}", folder.display()))?;
+        fs::remove_dir_all(folder)
+            .with_context(|| format!("cannot remove {}", folder.display()))?;
     }
     Ok(())
 }
@@ -120,8 +168,15 @@ mod tests {
         let (here, beside) = both(|| Ok(1), || Ok("two")).expect("neither fails");
         assert_eq!((here, beside), (1, "two"));
         let failed = |name: &'static str| move || -> Result<()> { Err(anyhow!(name)) };
-        let all = both(failed("here"), failed("beside")).expect_err("both fail").to_string();
+        let all = both(failed("here"), failed("beside"))
+            .expect_err("both fail")
+            .to_string();
         assert!(all.contains("here") && all.contains("beside"), "{all}");
-        assert_eq!(both(|| Ok(()), failed("beside")).expect_err("one fails").to_string(), "beside");
+        assert_eq!(
+            both(|| Ok(()), failed("beside"))
+                .expect_err("one fails")
+                .to_string(),
+            "beside"
+        );
     }
 }

@@ -21,15 +21,22 @@ fn main() -> ! {
         loop {
             match files.read()? {
                 Job::End => return Some(()),
-                Job::Baseline { method, channels, frames } => {
+                Job::Baseline {
+                    method,
+                    channels,
+                    frames,
+                } => {
                     let method = Method::from_number(method)?;
                     let window = WINDOW.get_mut(..frames as usize)?;
                     for frame in window.iter_mut() {
                         (*frame, _) = files.read::<workload::Frame>()?;
                     }
-                    let (instructions, frequency) =
-                        counter.measure(|| estimate(method, window, usize::from(channels), SCRATCH));
-                    files.write(Measured::Baseline { instructions, frequency_bits: frequency.map(f32::to_bits) })?;
+                    let (instructions, frequency) = counter
+                        .measure(|| estimate(method, window, usize::from(channels), SCRATCH));
+                    files.write(Measured::Baseline {
+                        instructions,
+                        frequency_bits: frequency.map(f32::to_bits),
+                    })?;
                 }
                 // The fit's image does the others.
                 _ => return None,
@@ -40,6 +47,11 @@ fn main() -> ! {
 
 /// What is measured, with nothing of the rest inlined into it.
 #[inline(never)]
-fn estimate(method: Method, window: &[Frame], channels: usize, scratch: &mut Scratch) -> Option<f32> {
+fn estimate(
+    method: Method,
+    window: &[Frame],
+    channels: usize,
+    scratch: &mut Scratch,
+) -> Option<f32> {
     method.estimate(window, channels, scratch)
 }

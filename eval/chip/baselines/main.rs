@@ -19,6 +19,8 @@ mod machine;
 /// On a PC there is nothing to run.
 #[cfg(not(target_os = "none"))]
 fn main() {
-    eprintln!("This is the baselines' benchmark of the chip; run it in the emulator: cargo xtask bench");
+    eprintln!(
+        "This is the baselines' benchmark of the chip; run it in the emulator: cargo xtask bench"
+    );
     std::process::exit(2);
 }

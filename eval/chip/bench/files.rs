@@ -13,16 +13,19 @@ pub struct Files {
 impl Files {
     /// Opens them, does `work` and leaves the emulator.
     pub fn run(work: impl FnOnce(&Self) -> Option<()>) -> ! {
-        let (Some(workload), Some(results)) =
-            (File::open(c"workload", semihost::Mode::Read), File::open(c"results", semihost::Mode::Write))
-        else {
+        let (Some(workload), Some(results)) = (
+            File::open(c"workload", semihost::Mode::Read),
+            File::open(c"results", semihost::Mode::Write),
+        ) else {
             semihost::print(format_args!("cannot open workload and results"));
             semihost::exit(Exit::Bridge)
         };
         match work(&Self { workload, results }) {
             Some(()) => semihost::exit(Exit::Done),
             None => {
-                semihost::print(format_args!("the workload is not whole, or results cannot be written"));
+                semihost::print(format_args!(
+                    "the workload is not whole, or results cannot be written"
+                ));
                 semihost::exit(Exit::Bridge)
             }
         }
@@ -37,6 +40,8 @@ impl Files {
     /// As [`Self::read`].
     #[inline(never)]
     pub fn write(&self, measured: Measured) -> Option<()> {
-        self.results.write_all(workload::write(&measured, &mut [0; RECORD_MAX])?).then_some(())
+        self.results
+            .write_all(workload::write(&measured, &mut [0; RECORD_MAX])?)
+            .then_some(())
     }
 }

@@ -1,5 +1,5 @@
-//! What DRDY's interrupt does with a conversion, from a chip in memory: the same function as in the firmware. What
-//! the interrupt's entry and a board's SPI take comes on top.
+//! What DRDY's interrupt does with a conversion, from a chip in memory: the same function as in the
+//! firmware. What the interrupt's entry and a board's SPI take comes on top.
 
 use crate::machine::Counter;
 use ads1258::Ads1258;
@@ -21,7 +21,8 @@ const SAMPLES: usize = ridgetone::tasks::shared::SAMPLES;
 /// Conversions that are taken in: the queue's end is among them.
 const TAKEN: u32 = 3 * SAMPLES as u32;
 
-/// The chip: every second transaction gives the next code, the others the same once more, with NEW cleared.
+/// The chip: every second transaction gives the next code, the others the same once more, with NEW
+/// cleared.
 struct Chip(u32);
 
 impl ErrorType for Chip {
@@ -68,7 +69,11 @@ fn answer(transaction: u32) -> [u8; 5] {
     // AIN0 to AIN15 have the ids 8 to 23, OFFSET 24, VCC to REF 26 to 29 (SBAS297G).
     let slot = (count % SLOTS) as u8;
     let id = if slot < 17 { 8 + slot } else { 9 + slot };
-    let new = if transaction.is_multiple_of(2) { 0x80 } else { 0 };
+    let new = if transaction.is_multiple_of(2) {
+        0x80
+    } else {
+        0
+    };
     [0, new | id, high, middle, low]
 }
 
@@ -84,7 +89,11 @@ pub fn measure(counter: &Counter) -> Option<u32> {
         let (instructions, drdy) = counter.measure(|| black_box(edge()));
         most = most.max(instructions);
         let [_, bytes @ ..] = answer(2 * count);
-        let expected = if (count + 1).is_multiple_of(SLOTS) { Drdy::Listen } else { Drdy::Midway };
+        let expected = if (count + 1).is_multiple_of(SLOTS) {
+            Drdy::Listen
+        } else {
+            Drdy::Midway
+        };
         if drdy != expected || out.dequeue()? != conversion((count, bytes)) {
             return None;
         }

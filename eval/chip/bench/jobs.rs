@@ -27,7 +27,14 @@ fn main() -> ! {
     static mut FITTER: Fitter = Fitter::new(1);
     static mut DETECTOR: Detector = Detector::new(Settings::DEFAULT);
 
-    Files::run(|files| Bench { files, counter: Counter::start(), ring: RING }.all(FITTER, DETECTOR))
+    Files::run(|files| {
+        Bench {
+            files,
+            counter: Counter::start(),
+            ring: RING,
+        }
+        .all(FITTER, DETECTOR)
+    })
 }
 
 /// Apart: what it is copied from is off the stack when a fit is measured.
@@ -81,7 +88,11 @@ impl Bench<'_> {
         let from = stack::paint();
         let (instructions, fit) = self.counter.measure(|| fit(fitter, self.ring, frames));
         let stack_bytes = stack::deepest(from);
-        self.files.write(Measured::Fit { instructions, stack_bytes, outcome: Outcome::new(fit.as_ref()) })
+        self.files.write(Measured::Fit {
+            instructions,
+            stack_bytes,
+            outcome: Outcome::new(fit.as_ref()),
+        })
     }
 
     #[inline(never)]
@@ -92,7 +103,11 @@ impl Bench<'_> {
         let stack_bytes = stack::deepest(from);
         let bits = found.as_ref().map_or(0, feel_load::bits);
         self.ring.change(&Plan::PAPER, 0);
-        self.files.write(Measured::Feel { instructions, stack_bytes, bits })
+        self.files.write(Measured::Feel {
+            instructions,
+            stack_bytes,
+            bits,
+        })
     }
 
     #[inline(never)]
@@ -107,12 +122,17 @@ impl Bench<'_> {
             let mut windows = 0;
             let mut emit = |event| drop(events.push(event));
             let mut due = |_| windows += 1;
-            let (instructions, ()) = self.counter.measure(|| detect(detector, &scan, self.ring, &mut emit, &mut due));
+            let (instructions, ()) = self
+                .counter
+                .measure(|| detect(detector, &scan, self.ring, &mut emit, &mut due));
             for event in events {
                 self.encode(&Packet { sequence, event })?;
                 sequence = sequence.wrapping_add(1);
             }
-            self.files.write(Measured::Frame { instructions, windows })?;
+            self.files.write(Measured::Frame {
+                instructions,
+                windows,
+            })?;
         }
         Some(())
     }
@@ -121,11 +141,15 @@ impl Bench<'_> {
     fn encode(&mut self, packet: &Packet) -> Option<()> {
         let mut wire = [0; WIRE_MAX];
         let (instructions, used) = self.counter.measure(|| Wire::write(packet, &mut wire));
-        self.files.write(Measured::Message { instructions, wire: Wire::new(wire.get(..used)?) })
+        self.files.write(Measured::Message {
+            instructions,
+            wire: Wire::new(wire.get(..used)?),
+        })
     }
 }
 
-/// Sets the fitter to another number of harmonics. Apart, so that what it takes of the stack is given back.
+/// Sets the fitter to another number of harmonics. Apart, so that what it takes of the stack is
+/// given back.
 #[inline(never)]
 fn renew(fitter: &mut Fitter, harmonics: u8) {
     *fitter = Fitter::new(harmonics.min(HARMONICS_MAX as u8));
@@ -134,7 +158,9 @@ fn renew(fitter: &mut Fitter, harmonics: u8) {
 /// What is measured, with nothing of the rest inlined into it.
 #[inline(never)]
 fn fit(fitter: &mut Fitter, ring: &Ring, frames: u32) -> Option<Fit> {
-    fitter.fit(&mut FrameSpan::new(&mut &*ring, 0, frames).with_quantization(1.0)).ok()
+    fitter
+        .fit(&mut FrameSpan::new(&mut &*ring, 0, frames).with_quantization(1.0))
+        .ok()
 }
 
 /// As [`fit`].

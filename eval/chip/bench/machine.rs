@@ -20,8 +20,8 @@ const TIM2_CNT: *const u32 = 0x4000_0024 as *const u32;
 /// TIM2, value at which it starts over.
 const TIM2_ARR: *mut u32 = 0x4000_002c as *mut u32;
 
-/// Counts instructions: TIM2 at the emulator's 1 GHz, where with `-icount shift=0` an instruction takes a nanosecond.
-/// Exact and repeatable up to 2^32 of them.
+/// Counts instructions: TIM2 at the emulator's 1 GHz, where with `-icount shift=0` an instruction
+/// takes a nanosecond. Exact and repeatable up to 2^32 of them.
 pub struct Counter {
     /// Instructions that measuring nothing takes.
     nothing: u32,
@@ -69,8 +69,8 @@ pub mod stack {
         static _stack_end: u32;
     }
 
-    /// Left alone below the stack pointer, bytes: the compiler may read the pointer before it puts this
-    /// function's own registers below it.
+    /// Left alone below the stack pointer, bytes: the compiler may read the pointer before it puts
+    /// this function's own registers below it.
     const OWN: u32 = 128;
 
     /// Fills the free stack; returns its start.
@@ -107,6 +107,10 @@ fn panic(info: &core::panic::PanicInfo) -> ! {
 
 #[exception]
 unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
-    semihost::print(format_args!("hard fault at {:#010x}, called from {:#010x}", frame.pc(), frame.lr()));
+    semihost::print(format_args!(
+        "hard fault at {:#010x}, called from {:#010x}",
+        frame.pc(),
+        frame.lr()
+    ));
     semihost::exit(Exit::Fault)
 }

@@ -23,18 +23,29 @@ fn main() -> ! {
                 Job::Pins { side, frames } => {
                     let mut matching = matching(MEMORY, side.into()).ok()?;
                     for frame in 0..frames {
-                        let (instructions, done) = counter.measure(|| measured(&mut matching, frame));
+                        let (instructions, done) =
+                            counter.measure(|| measured(&mut matching, frame));
                         let (multiply_adds, bits) = done?;
-                        files.write(Measured::Pins { instructions, multiply_adds, bits })?;
+                        files.write(Measured::Pins {
+                            instructions,
+                            multiply_adds,
+                            bits,
+                        })?;
                     }
                 }
                 Job::Update { side, load, frames } => {
                     let (settings, mut driver) = (settings(side), Driver::new());
                     for frame in 0..frames {
-                        let (due, settings) = (load.due(frame), settings_in(&settings, load, frame));
-                        let (instructions, pins) = counter.measure(|| driver.update(&due, MEMORY, &settings));
+                        let (due, settings) =
+                            (load.due(frame), settings_in(&settings, load, frame));
+                        let (instructions, pins) =
+                            counter.measure(|| driver.update(&due, MEMORY, &settings));
                         let (multiply_adds, bits) = summary(&pins);
-                        files.write(Measured::Pins { instructions, multiply_adds, bits })?;
+                        files.write(Measured::Pins {
+                            instructions,
+                            multiply_adds,
+                            bits,
+                        })?;
                     }
                 }
                 // Other images do the others.

@@ -1,4 +1,5 @@
-//! The benchmark of a display of pins: as `ridgetone-bench`, an image of its own, since its memory does not fit beside the fit's.
+//! The benchmark of a display of pins: as `ridgetone-bench`, an image of its own, since its memory
+//! does not fit beside the fit's.
 #![cfg_attr(target_os = "none", no_std)]
 #![cfg_attr(target_os = "none", no_main)]
 
@@ -16,6 +17,8 @@ mod machine;
 /// On a PC there is nothing to run.
 #[cfg(not(target_os = "none"))]
 fn main() {
-    eprintln!("This is the pins' benchmark of the chip; run it in the emulator: cargo xtask distance --chip");
+    eprintln!(
+        "This is the pins' benchmark of the chip; run it in the emulator: cargo xtask distance --chip"
+    );
     std::process::exit(2);
 }

@@ -1,9 +1,10 @@
 //! The four-parameter sine fit of IEEE Std 1057, by channel, averaged over channels.
 //!
-//! IEEE Std 1057, "Digitizing waveform recorders", the algorithm for a four-parameter least-squares fit to sine wave data
-//! using matrix operations: each repetition solves for cosine, sine, offset and a correction of the frequency. Its
-//! properties: Haendel, "Properties of the IEEE-STD-1057 four-parameter sine wave fit algorithm", IEEE Trans. Instrum.
-//! Meas. 49(6), 2000. It starts at the peak of the periodogram of all channels.
+//! IEEE Std 1057, "Digitizing waveform recorders", the algorithm for a four-parameter least-squares
+//! fit to sine wave data using matrix operations: each repetition solves for cosine, sine, offset
+//! and a correction of the frequency. Its properties: Haendel, "Properties of the IEEE-STD-1057
+//! four-parameter sine wave fit algorithm", IEEE Trans. Instrum. Meas. 49(6), 2000. It starts at
+//! the peak of the periodogram of all channels.
 
 use super::periodogram::Peak;
 use super::rotation::{Rotation, middle};
@@ -14,8 +15,8 @@ use nalgebra::{Matrix4, Vector4};
 /// Most repetitions; a channel that needs more has not converged and is left out.
 const REPETITIONS: usize = 20;
 
-/// A correction of the frequency below this, in cycles per window, ends the repetitions: a hundredth of the bound of a
-/// single channel at 40 dB and 241 frames.
+/// A correction of the frequency below this, in cycles per window, ends the repetitions: a
+/// hundredth of the bound of a single channel at 40 dB and 241 frames.
 const ENOUGH: f32 = 3e-6;
 
 /// A channel that moves farther than this from the guess, in cycles per window, is left out.
@@ -26,7 +27,9 @@ pub fn estimate(values: &[Frame], channels: usize, scratch: &mut Scratch) -> Opt
     let guess = Peak::find(values, channels, scratch)?.frequency(0.0);
     let (mut sum, mut count) = (0.0, 0.0);
     for channel in 0..channels {
-        let Some(points) = centred(values, channel, &mut scratch.points) else { continue };
+        let Some(points) = centred(values, channel, &mut scratch.points) else {
+            continue;
+        };
         if let Some(frequency) = fit(points, guess) {
             sum += frequency;
             count += 1.0;
@@ -35,8 +38,8 @@ pub fn estimate(values: &[Frame], channels: usize, scratch: &mut Scratch) -> Opt
     (count > 0.0).then(|| sum / count)
 }
 
-/// One channel's frequency. None if it leads away from the guess, if the unknowns cannot be separated, or if it does not
-/// converge.
+/// One channel's frequency. None if it leads away from the guess, if the unknowns cannot be
+/// separated, or if it does not converge.
 fn fit(points: &[f32], guess: f32) -> Option<f32> {
     let frames = points.len();
     let mut frequency = guess;
@@ -60,14 +63,22 @@ fn fit(points: &[f32], guess: f32) -> Option<f32> {
     None
 }
 
-/// Least-squares solution for the factors of cosine, sine, one, and the derivative by the frequency of a cosine and sine
-/// wave in `direction`, time running from -1 to 1.
+/// Least-squares solution for the factors of cosine, sine, one, and the derivative by the frequency
+/// of a cosine and sine wave in `direction`, time running from -1 to 1.
 fn solve(points: &[f32], frequency: f32, direction: (f32, f32)) -> Option<Vector4<f32>> {
     let per_frame = 1.0 / middle(points.len());
     let (mut normal, mut right) = (Matrix4::zeros(), Vector4::zeros());
     let mut time = -1.0;
-    for (point, (cos, sin)) in points.iter().zip(Rotation::new(frequency, points.len()).iter()) {
-        let row = Vector4::new(cos, sin, 1.0, time * (direction.1 * cos - direction.0 * sin));
+    for (point, (cos, sin)) in points
+        .iter()
+        .zip(Rotation::new(frequency, points.len()).iter())
+    {
+        let row = Vector4::new(
+            cos,
+            sin,
+            1.0,
+            time * (direction.1 * cos - direction.0 * sin),
+        );
         time += per_frame;
         right += row * *point;
         // The upper triangle is the lower one's image.

@@ -1,10 +1,11 @@
-//! The crate `levenberg-marquardt` on the joint problem: offset, cosine and sine of every channel and one frequency, from
-//! the periodogram's peak.
+//! The crate `levenberg-marquardt` on the joint problem: offset, cosine and sine of every channel
+//! and one frequency, from the periodogram's peak.
 //!
-//! The crate is MINPACK's algorithm (More, "The Levenberg-Marquardt algorithm: implementation and theory", 1978), here with
-//! its own tolerances and with the exact derivatives. It takes the derivatives as a dense matrix of channels x frames rows
-//! and 3 x channels + 1 columns, of which all but four in a row are zero: 755 kB for 16 channels and 241 frames in f32,
-//! which is more than the chip's memory; 2 channels take 14 kB and fit.
+//! The crate is MINPACK's algorithm (More, "The Levenberg-Marquardt algorithm: implementation and
+//! theory", 1978), here with its own tolerances and with the exact derivatives. It takes the
+//! derivatives as a dense matrix of channels x frames rows and 3 x channels + 1 columns, of which
+//! all but four in a row are zero: 755 kB for 16 channels and 241 frames in f32, which is more than
+//! the chip's memory; 2 channels take 14 kB and fit.
 
 use super::periodogram::Peak;
 use super::rotation::{Rotation, middle};
@@ -27,13 +28,22 @@ pub fn estimate(values: &[Frame], channels: usize, scratch: &mut Scratch) -> Opt
     parameters[3 * channels] = frequency * frames as f32;
     for channel in 0..channels {
         // A channel that does not vary stays at zero.
-        let Some(points) = centred(values, channel, &mut scratch.points) else { continue };
-        samples.rows_mut(channel * frames, frames).copy_from_slice(points);
+        let Some(points) = centred(values, channel, &mut scratch.points) else {
+            continue;
+        };
+        samples
+            .rows_mut(channel * frames, frames)
+            .copy_from_slice(points);
         let (along_cos, along_sin) = rotation.project(points);
         parameters[3 * channel] = 2.0 / frames as f32 * along_cos;
         parameters[3 * channel + 1] = 2.0 / frames as f32 * along_sin;
     }
-    let problem = Problem { samples, frames, channels, parameters };
+    let problem = Problem {
+        samples,
+        frames,
+        channels,
+        parameters,
+    };
     // Where it stopped is the best it found, for whatever reason it stopped.
     let (problem, _) = LevenbergMarquardt::new().minimize(problem);
     Some(problem.frequency())
@@ -44,7 +54,8 @@ struct Problem {
     samples: DVector<f32>,
     frames: usize,
     channels: usize,
-    /// Factors of cosine and sine and the offset of each channel; last the frequency in cycles per window.
+    /// Factors of cosine and sine and the offset of each channel; last the frequency in cycles per
+    /// window.
     parameters: DVector<f32>,
 }
 
@@ -75,7 +86,9 @@ impl LeastSquaresProblem<f32, Dyn, Dyn> for Problem {
             let first = channel * self.frames;
             let mut rows = residuals.rows_mut(first, self.frames);
             let samples = self.samples.rows(first, self.frames);
-            for ((residual, sample), (cos, sin)) in rows.iter_mut().zip(samples.iter()).zip(rotation.iter()) {
+            for ((residual, sample), (cos, sin)) in
+                rows.iter_mut().zip(samples.iter()).zip(rotation.iter())
+            {
                 *residual = a * cos + b * sin + offset - sample;
             }
         }
@@ -89,7 +102,9 @@ impl LeastSquaresProblem<f32, Dyn, Dyn> for Problem {
         for channel in 0..self.channels {
             let [a, b] = [0, 1].map(|k| self.parameters[3 * channel + k]);
             let mut angle = -per_frame * middle(self.frames);
-            for (row, (cos, sin)) in (channel * self.frames..).zip(rotation.iter().take(self.frames)) {
+            for (row, (cos, sin)) in
+                (channel * self.frames..).zip(rotation.iter().take(self.frames))
+            {
                 jacobian[(row, 3 * channel)] = cos;
                 jacobian[(row, 3 * channel + 1)] = sin;
                 jacobian[(row, 3 * channel + 2)] = 1.0;

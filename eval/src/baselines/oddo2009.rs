@@ -1,16 +1,20 @@
-//! The paper's own method: gradient descent on seven parameters of two channels, from the periodogram's peak.
+//! The paper's own method: gradient descent on seven parameters of two channels, from the
+//! periodogram's peak.
 //!
-//! Oddo et al., "Artificial roughness encoding with a bio-inspired MEMS-based tactile sensor array", Sensors 9 (2009):
-//! h = B + A sin(2 pi f (t - t0)) for each of two channels (equation 8), f common, and E, the sum of the squares of what
-//! is left of both (equation 9), descended by its gradient. The first guess of f is the periodogram's highest line
-//! (equation 6), here of both channels together.
+//! Oddo et al., "Artificial roughness encoding with a bio-inspired MEMS-based tactile sensor
+//! array", Sensors 9 (2009): h = B + A sin(2 pi f (t - t0)) for each of two channels (equation 8),
+//! f common, and E, the sum of the squares of what is left of both (equation 9), descended by its
+//! gradient. The first guess of f is the periodogram's highest line (equation 6), here of both
+//! channels together.
 //!
 //! The paper leaves open:
-//! - the other first guesses: here offset, amplitude and time by projection on the guessed frequency;
+//! - the other first guesses: here offset, amplitude and time by projection on the guessed
+//!   frequency;
 //! - the origin of time: here the middle of the window, where f and t0 disturb each other least;
-//! - the units of the parameters, which a gradient depends on: here such that E of the first guess bends by 1 along each
-//!   of them, if the window were whole cycles;
-//! - the length of a step: here it grows by a fifth after a step down; a step up is halved and tried again;
+//! - the units of the parameters, which a gradient depends on: here such that E of the first guess
+//!   bends by 1 along each of them, if the window were whole cycles;
+//! - the length of a step: here it grows by a fifth after a step down; a step up is halved and
+//!   tried again;
 //! - the end: here a step shorter than [`ENOUGH`], or [`STEPS`] of them.
 
 use super::periodogram::Peak;
@@ -23,8 +27,8 @@ pub const CHANNELS_MAX: usize = 2;
 
 pub const STEPS: usize = 500;
 
-/// A step shorter than this share of the tone itself is the last. It moves the frequency by 5.5e-6 cycles per window at
-/// most: a fortieth of the bound of two channels at 40 dB and 241 frames.
+/// A step shorter than this share of the tone itself is the last. It moves the frequency by 5.5e-6
+/// cycles per window at most: a fortieth of the bound of two channels at 40 dB and 241 frames.
 pub const ENOUGH: f32 = 1e-5;
 
 /// Offset, amplitude and time of two channels, and the frequency, with time in frames.
@@ -37,20 +41,28 @@ pub fn estimate(values: &[Frame], channels: usize, scratch: &mut Scratch) -> Opt
     let frames = values.len();
     let mut at = [0.0; 7];
     at[6] = frequency;
-    // How much E bends along each parameter. A channel that does not vary stays where it is: a sine of no amplitude.
+    // How much E bends along each parameter. A channel that does not vary stays where it is: a sine
+    // of no amplitude.
     let mut bend = [1.0; 7];
     bend[6] = 0.0;
     let buffers = [&mut scratch.points, &mut scratch.second];
     let mut signals: [&[f32]; CHANNELS_MAX] = [&[], &[]];
     let mut size = 0.0;
     for (channel, points) in buffers.into_iter().enumerate().take(channels) {
-        let Some(points) = centred(values, channel, points) else { continue };
+        let Some(points) = centred(values, channel, points) else {
+            continue;
+        };
         let (along_cos, along_sin) = Rotation::new(frequency, frames).project(points);
-        let amplitude = 2.0 / frames as f32 * libm::sqrtf(along_cos * along_cos + along_sin * along_sin);
+        let amplitude =
+            2.0 / frames as f32 * libm::sqrtf(along_cos * along_cos + along_sin * along_sin);
         let (turn, tone) = (TAU * frequency, amplitude * amplitude * frames as f32);
         at[3 * channel + 1] = amplitude;
         at[3 * channel + 2] = -libm::atan2f(along_cos, along_sin) / turn;
-        bend[3 * channel..3 * channel + 3].copy_from_slice(&[2.0 * frames as f32, frames as f32, tone * turn * turn]);
+        bend[3 * channel..3 * channel + 3].copy_from_slice(&[
+            2.0 * frames as f32,
+            frames as f32,
+            tone * turn * turn,
+        ]);
         bend[6] += tone * TAU * TAU * middle(frames) * middle(frames) / 3.0;
         size += tone;
         signals[channel] = points;
@@ -59,7 +71,12 @@ pub fn estimate(values: &[Frame], channels: usize, scratch: &mut Scratch) -> Opt
 }
 
 /// Goes down until a step's square is less than `enough`. Gives the frequency.
-fn descend(signals: &[&[f32]; CHANNELS_MAX], mut at: Parameters, bend: &Parameters, enough: f32) -> Option<f32> {
+fn descend(
+    signals: &[&[f32]; CHANNELS_MAX],
+    mut at: Parameters,
+    bend: &Parameters,
+    enough: f32,
+) -> Option<f32> {
     let (mut error, mut gradient) = slope(signals, &at);
     let mut length = 1.0;
     for _ in 0..STEPS {
@@ -87,8 +104,14 @@ fn slope(signals: &[&[f32]; CHANNELS_MAX], at: &Parameters) -> (f32, Parameters)
     let frequency = at[6];
     let (mut error, mut gradient) = (0.0, [0.0; 7]);
     for (channel, points) in signals.iter().enumerate() {
-        let (offset, amplitude, delay) = (at[3 * channel], at[3 * channel + 1], at[3 * channel + 2]);
-        let [mut along_one, mut along_sin, mut along_cos, mut along_cos_time] = [0.0; 4];
+        let (offset, amplitude, delay) =
+            (at[3 * channel], at[3 * channel + 1], at[3 * channel + 2]);
+        let [
+            mut along_one,
+            mut along_sin,
+            mut along_cos,
+            mut along_cos_time,
+        ] = [0.0; 4];
         let mut time = -middle(points.len()) - delay;
         let rotation = Rotation::delayed(frequency, points.len(), frequency * delay);
         for (point, (cos, sin)) in points.iter().zip(rotation.iter()) {

@@ -1,9 +1,10 @@
 //! The highest line of the periodogram, summed over channels.
 //!
-//! Where channels share one frequency and the noise is the same in all of them, the maximum of the summed periodogram is
-//! near the maximum of the likelihood (Rife and Boorstyn, "Single-tone parameter estimation from discrete-time
-//! observations", IEEE Trans. Inf. Theory 20(5), 1974). The transform is padded with zeros to the next power
-//! of two, no further: a line's distance to the next is the error's limit.
+//! Where channels share one frequency and the noise is the same in all of them, the maximum of the
+//! summed periodogram is near the maximum of the likelihood (Rife and Boorstyn, "Single-tone
+//! parameter estimation from discrete-time observations", IEEE Trans. Inf. Theory 20(5), 1974). The
+//! transform is padded with zeros to the next power of two, no further: a line's distance to the
+//! next is the error's limit.
 
 use super::samples::{FRAMES_MAX, Frame, Scratch, centred};
 
@@ -51,7 +52,11 @@ impl Peak {
         // Line 0 is the mean, which has been taken off.
         let below = *power.get(line.checked_sub(1)?)?;
         let above = power.get(line + 1).copied().unwrap_or(0.0);
-        Some(Self { line, points: size, power: [below, highest, above] })
+        Some(Self {
+            line,
+            points: size,
+            power: [below, highest, above],
+        })
     }
 
     /// Frequency of a place `lines_above` lines above the highest, cycles per frame.

@@ -23,7 +23,10 @@ impl Rotation {
         // In whole numbers: a product of floats would be off by a rounding of all its turns.
         let to_middle = (u64::from(step) * (frames as u64).saturating_sub(1) / 2) as u32;
         let first = from_turns(-cycles).wrapping_sub(to_middle);
-        Self { first: cos_sin(first), step: cos_sin(step) }
+        Self {
+            first: cos_sin(first),
+            step: cos_sin(step),
+        }
     }
 
     /// Cosine and sine, frame by frame, without end.
@@ -36,7 +39,8 @@ impl Rotation {
         })
     }
 
-    /// Sums of the points times cosine and sine: the transform at this frequency is the first less i times the second.
+    /// Sums of the points times cosine and sine: the transform at this frequency is the first less
+    /// i times the second.
     pub fn project(&self, points: &[f32]) -> (f32, f32) {
         let (mut along_cos, mut along_sin) = (0.0, 0.0);
         for (point, (cos, sin)) in points.iter().zip(self.iter()) {
@@ -67,7 +71,8 @@ mod tests {
                 let rotation = Rotation::delayed(frequency, frames, 0.3);
                 for (n, (cos, sin)) in rotation.iter().take(frames).enumerate() {
                     let time = n as f64 - 0.5 * (frames as f64 - 1.0);
-                    let (s, c) = (TAU * (f64::from(frequency) * time - f64::from(0.3f32))).sin_cos();
+                    let (s, c) =
+                        (TAU * (f64::from(frequency) * time - f64::from(0.3f32))).sin_cos();
                     worst = worst.max((f64::from(cos) - c).hypot(f64::from(sin) - s));
                 }
             }

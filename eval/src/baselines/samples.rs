@@ -19,7 +19,11 @@ pub struct Scratch {
 }
 
 impl Scratch {
-    pub const EMPTY: Self = Self { points: [0.0; FRAMES_MAX], second: [0.0; FRAMES_MAX], power: [0.0; FRAMES_MAX / 2] };
+    pub const EMPTY: Self = Self {
+        points: [0.0; FRAMES_MAX],
+        second: [0.0; FRAMES_MAX],
+        power: [0.0; FRAMES_MAX / 2],
+    };
 }
 
 /// Fewest frames of a window: below four a sine with an offset is not determined.
@@ -27,8 +31,13 @@ const FRAMES_MIN: usize = 4;
 
 /// Writes the samples of a channel, less their mean, to the front of `points` and gives them.
 ///
-/// None if the channel does not vary, if a value is not finite, or if there are too few or too many frames.
-pub fn centred<'a>(values: &[Frame], channel: usize, points: &'a mut [f32]) -> Option<&'a mut [f32]> {
+/// None if the channel does not vary, if a value is not finite, or if there are too few or too many
+/// frames.
+pub fn centred<'a>(
+    values: &[Frame],
+    channel: usize,
+    points: &'a mut [f32],
+) -> Option<&'a mut [f32]> {
     if !(FRAMES_MIN..=FRAMES_MAX).contains(&values.len()) {
         return None;
     }

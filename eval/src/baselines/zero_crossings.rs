@@ -1,22 +1,25 @@
 //! The line through the times of the zero crossings, by channel; the median of the channels.
 //!
-//! Friedman, "A zero crossing algorithm for the estimation of the frequency of a single sinusoid in white noise", IEEE
-//! Trans. Signal Process. 42(6), 1994: crossings between two samples by linear interpolation, the period by least
-//! squares through all of them. Noise makes several crossings where there is one: they count as one, in their middle,
-//! until the signal has left the hysteresis at the other side.
+//! Friedman, "A zero crossing algorithm for the estimation of the frequency of a single sinusoid in
+//! white noise", IEEE Trans. Signal Process. 42(6), 1994: crossings between two samples by linear
+//! interpolation, the period by least squares through all of them. Noise makes several crossings
+//! where there is one: they count as one, in their middle, until the signal has left the hysteresis
+//! at the other side.
 
 use super::samples::{CHANNELS, Frame, Scratch, centred, rms};
 
-/// Hysteresis to either side of zero, in root mean squares of the channel: half a sine's amplitude. With less of it the
-/// noise crosses too often at 10 dB, with more the overtones hide crossings.
+/// Hysteresis to either side of zero, in root mean squares of the channel: half a sine's amplitude.
+/// With less of it the noise crosses too often at 10 dB, with more the overtones hide crossings.
 const HYSTERESIS: f32 = 0.7;
 
-/// The frequency, cycles per frame: the median of the channels that have two crossings at least. The mean would be at the
-/// mercy of the weakest channel, whose noise makes crossings of its own.
+/// The frequency, cycles per frame: the median of the channels that have two crossings at least.
+/// The mean would be at the mercy of the weakest channel, whose noise makes crossings of its own.
 pub fn estimate(values: &[Frame], channels: usize, scratch: &mut Scratch) -> Option<f32> {
     let (mut half_periods, mut count) = ([0.0; CHANNELS], 0);
     for channel in 0..channels {
-        let Some(points) = centred(values, channel, &mut scratch.points) else { continue };
+        let Some(points) = centred(values, channel, &mut scratch.points) else {
+            continue;
+        };
         if let (Some(found), Some(place)) = (half_period(points), half_periods.get_mut(count)) {
             *place = found;
             count += 1;
@@ -59,10 +62,15 @@ fn half_period(points: &[f32]) -> Option<f32> {
         }
         was_above = Some(above);
     }
-    // Where a wave is longer above zero than below, rising and falling crossings are two parallel lines.
+    // Where a wave is longer above zero than below, rising and falling crossings are two parallel
+    // lines.
     let [rising, falling] = lines.map(CrossingSums::spread);
     let (square, product) = (rising.0 + falling.0, rising.1 + falling.1);
-    let (square, product) = if square > 0.0 { (square, product) } else { both.spread() };
+    let (square, product) = if square > 0.0 {
+        (square, product)
+    } else {
+        both.spread()
+    };
     (square > 0.0 && product > 0.0).then(|| product / square)
 }
 
@@ -87,7 +95,14 @@ impl CrossingSums {
 
     /// Square of the numbers' spread about their mean, and product of theirs and the times'.
     fn spread(self) -> (f32, f32) {
-        let mean = if self.count > 0.0 { self.number / self.count } else { 0.0 };
-        (self.square - mean * self.number, self.product - mean * self.time)
+        let mean = if self.count > 0.0 {
+            self.number / self.count
+        } else {
+            0.0
+        };
+        (
+            self.square - mean * self.number,
+            self.product - mean * self.time,
+        )
     }
 }

@@ -8,7 +8,8 @@ use crate::workload::{Job, Measured};
 use anyhow::{Result, ensure};
 use serde::Serialize;
 
-/// Lengths of windows, seconds: those of the fits that leave the chip memory for Levenberg and Marquardt.
+/// Lengths of windows, seconds: those of the fits that leave the chip memory for Levenberg and
+/// Marquardt.
 const WINDOWS_S: [f64; 5] = [0.2, 0.3, 0.4, 0.6, 1.0];
 /// Harmonics of the scenes: the tone alone, which all the methods assume, and those of a grating.
 pub const CARRIED: [u8; 2] = [1, 4];
@@ -43,28 +44,48 @@ pub struct Baselines(Vec<(f64, u8, Vec<Simulated>)>);
 
 impl Baselines {
     pub fn new() -> Result<Self> {
-        let scenes = WINDOWS_S.into_iter().flat_map(|window_s| CARRIED.map(|carried| (window_s, carried)));
-        let windows = |(window_s, carried)| Ok((window_s, carried, fits::windows(window_s, carried)?));
+        let scenes = WINDOWS_S
+            .into_iter()
+            .flat_map(|window_s| CARRIED.map(|carried| (window_s, carried)));
+        let windows =
+            |(window_s, carried)| Ok((window_s, carried, fits::windows(window_s, carried)?));
         scenes.map(windows).collect::<Result<_>>().map(Self)
     }
 
-    /// All kinds in their order, without those that do not fit the chip and those that are the same with fewer channels.
+    /// All kinds in their order, without those that do not fit the chip and those that are the same
+    /// with fewer channels.
     fn kinds(&self) -> impl Iterator<Item = Kind<'_>> {
         self.0.iter().flat_map(|(window_s, carried, windows)| {
             CHANNELS.into_iter().flat_map(move |channels| {
                 let fits = move |method: &Method| {
                     usize::from(channels) <= method.channels_max().min(method.channels_on_chip())
                 };
-                let kind = move |method| Kind { method, window_s: *window_s, carried: *carried, channels, windows };
+                let kind = move |method| Kind {
+                    method,
+                    window_s: *window_s,
+                    carried: *carried,
+                    channels,
+                    windows,
+                };
                 Method::ALL.into_iter().filter(fits).map(kind)
             })
         })
     }
 
     pub fn write(&self, jobs: &mut Jobs) {
-        for Kind { method, channels, windows, .. } in self.kinds() {
+        for Kind {
+            method,
+            channels,
+            windows,
+            ..
+        } in self.kinds()
+        {
             for window in windows {
-                let job = Job::Baseline { method: method as u8, channels, frames: window.values.len() as u32 };
+                let job = Job::Baseline {
+                    method: method as u8,
+                    channels,
+                    frames: window.values.len() as u32,
+                };
                 jobs.add(job, window.values.iter().map(|values| (values, u16::MAX)));
             }
         }
@@ -72,16 +93,34 @@ impl Baselines {
 
     pub fn read(&self, measured: &mut dyn Iterator<Item = Measured>) -> Result<Vec<BaselineCell>> {
         let mut scratch = Scratch::EMPTY;
-        self.kinds().map(|kind| kind.read(measured, &mut scratch)).collect()
+        self.kinds()
+            .map(|kind| kind.read(measured, &mut scratch))
+            .collect()
     }
 }
 
 impl Kind<'_> {
-    fn read(&self, measured: &mut dyn Iterator<Item = Measured>, scratch: &mut Scratch) -> Result<BaselineCell> {
-        let Self { method, window_s, carried, channels, windows } = *self;
+    fn read(
+        &self,
+        measured: &mut dyn Iterator<Item = Measured>,
+        scratch: &mut Scratch,
+    ) -> Result<BaselineCell> {
+        let Self {
+            method,
+            window_s,
+            carried,
+            channels,
+            windows,
+        } = *self;
         let (mut sum, mut worst, mut found) = (0.0, 0, 0);
         for window in windows {
-            let (instructions, frequency_bits) = next!(measured, Baseline { instructions, frequency_bits });
+            let (instructions, frequency_bits) = next!(
+                measured,
+                Baseline {
+                    instructions,
+                    frequency_bits
+                }
+            );
             let frequency = frequency_bits.map(f32::from_bits);
             let here = method.estimate(&window.values, usize::from(channels), scratch);
             ensure!(

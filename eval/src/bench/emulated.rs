@@ -31,14 +31,20 @@ impl Jobs {
     }
 
     fn record(&mut self, item: &impl Serialize) {
-        self.0.extend(write(item, &mut [0; RECORD_MAX]).unwrap_or_default());
+        self.0
+            .extend(write(item, &mut [0; RECORD_MAX]).unwrap_or_default());
     }
 
     /// Has an image do all jobs, in a directory that is gone afterwards.
     pub fn run(mut self, elf: &Path) -> Result<Vec<Measured>> {
-        let elf = elf.canonicalize().with_context(|| elf.display().to_string())?;
+        let elf = elf
+            .canonicalize()
+            .with_context(|| elf.display().to_string())?;
         self.record(&Job::End);
-        let directory = tempfile::Builder::new().prefix("ridgetone-").tempdir().context("a temporary directory")?;
+        let directory = tempfile::Builder::new()
+            .prefix("ridgetone-")
+            .tempdir()
+            .context("a temporary directory")?;
         fs::write(directory.path().join("workload"), &self.0).context("the workload")?;
         // One instruction a nanosecond: the timers, which run at 1 GHz here, count instructions.
         let mut child = qemu(&elf, directory.path(), "shift=0", &["null"], Stdio::null)?;
@@ -59,11 +65,19 @@ impl Jobs {
         if let Some(mut stderr) = child.stderr.take() {
             stderr.read_to_string(&mut words).context(QEMU)?;
         }
-        ensure!(status.success(), "the benchmark ended with {status}: {}", words.trim());
-        let results = fs::read(directory.path().join("results")).context("the benchmark's results")?;
+        ensure!(
+            status.success(),
+            "the benchmark ended with {status}: {}",
+            words.trim()
+        );
+        let results =
+            fs::read(directory.path().join("results")).context("the benchmark's results")?;
         let (mut rest, mut measured) = (&results[..], Vec::new());
         while !rest.is_empty() {
-            measured.push(read(|bytes| rest.read_exact(bytes).is_ok()).context("the benchmark's results are damaged")?);
+            measured.push(
+                read(|bytes| rest.read_exact(bytes).is_ok())
+                    .context("the benchmark's results are damaged")?,
+            );
         }
         Ok(measured)
     }

@@ -29,12 +29,29 @@ pub fn read(measured: &mut dyn Iterator<Item = Measured>) -> Result<Vec<Cell>> {
     let mut cells = Vec::new();
     let (mut ring, mut fitter) = (Box::new(Ring::new()), Box::new(Fitter::new(4)));
     for (number, (name, plan)) in (0..).zip(Plan::NAMED) {
-        let (instructions, stack_bytes, on_chip) = next!(measured, Feel { instructions, stack_bytes, bits });
+        let (instructions, stack_bytes, on_chip) = next!(
+            measured,
+            Feel {
+                instructions,
+                stack_bytes,
+                bits
+            }
+        );
         fill(&mut ring, number).context("a plan")?;
-        let found = feels(&ring, number, fitter.scratch()).with_context(|| format!("{name}: nothing is felt"))?;
-        ensure!(on_chip == bits(&found), "{name}: the chip feels something else than this PC");
+        let found = feels(&ring, number, fitter.scratch())
+            .with_context(|| format!("{name}: nothing is felt"))?;
+        ensure!(
+            on_chip == bits(&found),
+            "{name}: the chip feels something else than this PC"
+        );
         let window_s = f64::from(found.window_s);
-        cells.push(Cell { plan: name.into(), channels: plan.channels(), window_s, instructions, stack_bytes });
+        cells.push(Cell {
+            plan: name.into(),
+            channels: plan.channels(),
+            window_s,
+            instructions,
+            stack_bytes,
+        });
     }
     Ok(cells)
 }
@@ -42,7 +59,14 @@ pub fn read(measured: &mut dyn Iterator<Item = Measured>) -> Result<Vec<Cell>> {
 /// The cells as a table.
 pub fn table(cells: &[Cell]) -> String {
     let mut table = Table::new(1, "plan|channels|window, ms|instructions|ms|stack, bytes");
-    for Cell { plan, channels, window_s, instructions, stack_bytes } in cells {
+    for Cell {
+        plan,
+        channels,
+        window_s,
+        instructions,
+        stack_bytes,
+    } in cells
+    {
         table.row(&[
             format!("`{plan}`"),
             channels.to_string(),

@@ -18,15 +18,17 @@ pub const HARMONICS: [u8; 4] = [1, 2, 3, 4];
 /// Noise, decibels below the tone.
 pub const SNR_DB: f64 = 20.0;
 
-/// Whether a fit of up to `harmonics` harmonics is measured in a scene of `carried`: as many as there are, with any
-/// number of channels; what fewer do to a scene like a grating's, and what the default does to a pure tone, with all.
+/// Whether a fit of up to `harmonics` harmonics is measured in a scene of `carried`: as many as
+/// there are, with any number of channels; what fewer do to a scene like a grating's, and what the
+/// default does to a pure tone, with all.
 pub fn is_measured(carried: u8, harmonics: u8, channels: u8) -> bool {
     let [fewest, .., most] = HARMONICS;
     let all = usize::from(channels) == TAXELS;
     carried == harmonics || all && (carried == most || carried == fewest && harmonics == most)
 }
 
-/// Instructions of one pass of cosine and sine over 16 x 240 samples, measured on the same emulator: the unit of costs.
+/// Instructions of one pass of cosine and sine over 16 x 240 samples, measured on the same
+/// emulator: the unit of costs.
 pub const PASS_INSTRUCTIONS: f64 = 14_300.0;
 
 /// The cost of fits of one kind.
@@ -38,7 +40,8 @@ pub struct Cell {
     /// Most harmonics, the fundamental included.
     pub harmonics: u8,
     pub carried: u8,
-    /// Windows fitted: one for each line of the paper's Table 2 with at least one cycle in the window.
+    /// Windows fitted: one for each line of the paper's Table 2 with at least one cycle in the
+    /// window.
     pub windows: u32,
     /// Those in which the tone was found.
     pub good: u32,
@@ -66,9 +69,18 @@ impl Fits {
         for window_s in WINDOWS_S {
             for channels in CHANNELS {
                 for harmonics in HARMONICS {
-                    for carried in HARMONICS.into_iter().filter(|carried| is_measured(*carried, harmonics, channels)) {
+                    for carried in HARMONICS
+                        .into_iter()
+                        .filter(|carried| is_measured(*carried, harmonics, channels))
+                    {
                         let windows = windows(window_s, carried)?;
-                        kinds.push(Kind { window_s, channels, harmonics, carried, windows });
+                        kinds.push(Kind {
+                            window_s,
+                            channels,
+                            harmonics,
+                            carried,
+                            windows,
+                        });
                     }
                 }
             }
@@ -80,7 +92,10 @@ impl Fits {
         for kind in &self.0 {
             for window in &kind.windows {
                 let valid = first(kind.channels);
-                let job = Job::Fit { harmonics: kind.harmonics, frames: window.values.len() as u32 };
+                let job = Job::Fit {
+                    harmonics: kind.harmonics,
+                    frames: window.values.len() as u32,
+                };
                 jobs.add(job, window.values.iter().map(|values| (values, valid)));
             }
         }
@@ -93,10 +108,23 @@ impl Fits {
 
 impl Kind {
     fn read(&self, measured: &mut dyn Iterator<Item = Measured>) -> Result<Cell> {
-        let Self { window_s, channels, harmonics, carried, ref windows } = *self;
+        let Self {
+            window_s,
+            channels,
+            harmonics,
+            carried,
+            ref windows,
+        } = *self;
         let (mut sum, mut worst, mut stack, mut good) = (0.0, 0, 0, 0);
         for window in windows {
-            let (instructions, stack_bytes, outcome) = next!(measured, Fit { instructions, stack_bytes, outcome });
+            let (instructions, stack_bytes, outcome) = next!(
+                measured,
+                Fit {
+                    instructions,
+                    stack_bytes,
+                    outcome
+                }
+            );
             let fit = fit(&window.values, harmonics, first(channels))?;
             let here = Outcome::new(Some(&fit));
             ensure!(
@@ -129,5 +157,8 @@ impl Kind {
 /// One window for each line of Table 2 that has a cycle in it.
 pub fn windows(window_s: f64, carried: u8) -> Result<Vec<Simulated>> {
     let settings = Setting::table_2(Length::Seconds(window_s), SNR_DB, carried);
-    settings.zip(1..).map(|(setting, seed)| setting.window(seed)).collect()
+    settings
+        .zip(1..)
+        .map(|(setting, seed)| setting.window(seed))
+        .collect()
 }

@@ -45,7 +45,9 @@ impl Frames {
     }
 
     pub fn write(&self, jobs: &mut Jobs) {
-        let job = Job::Detect { conversions: self.conversions.len() as u32 };
+        let job = Job::Detect {
+            conversions: self.conversions.len() as u32,
+        };
         jobs.add(job, self.conversions.iter().map(conversion_record));
     }
 
@@ -57,22 +59,41 @@ impl Frames {
             let (mut events, mut due) = (Vec::new(), 0);
             for conversion in scan {
                 let mut emit = |event| events.push(event);
-                detector.push(*conversion, &mut ring, &diagnostics, &mut emit, &mut |_| due += 1);
+                detector.push(*conversion, &mut ring, &diagnostics, &mut emit, &mut |_| {
+                    due += 1
+                });
             }
             for event in events {
                 let (_, wire) = next!(measured, Message { instructions, wire });
                 let mut bytes = [0; WIRE_MAX];
                 let packet = Packet { sequence, event };
                 let used = Wire::write(&packet, &mut bytes);
-                ensure!(wire == Wire::new(&bytes[..used]), "the chip did not send {packet:?}");
+                ensure!(
+                    wire == Wire::new(&bytes[..used]),
+                    "the chip did not send {packet:?}"
+                );
                 sequence = sequence.wrapping_add(1);
             }
-            let (instructions, windows) = next!(measured, Frame { instructions, windows });
+            let (instructions, windows) = next!(
+                measured,
+                Frame {
+                    instructions,
+                    windows
+                }
+            );
             let number = frames.len();
-            ensure!(windows == due, "frame {number}: {windows} windows are due on the chip, {due} here");
+            ensure!(
+                windows == due,
+                "frame {number}: {windows} windows are due on the chip, {due} here"
+            );
             frames.push(instructions);
         }
-        let Truth { contact_s, slide_start_s, slide_end_s, .. } = self.truth;
+        let Truth {
+            contact_s,
+            slide_start_s,
+            slide_end_s,
+            ..
+        } = self.truth;
         // Well within each phase: after the learning at its start.
         [
             ("idle", 0.2, contact_s - 0.05),
@@ -89,10 +110,17 @@ impl Frames {
 /// Sums up the frames of a span of time.
 fn phase(name: &'static str, from_s: f64, to_s: f64, frames: &[u32]) -> Result<Phase> {
     let within = |number: usize| (from_s..to_s).contains(&(number as f64 / frame_rate_hz()));
-    let costs: Vec<u32> =
-        frames.iter().enumerate().filter(|(number, _)| within(*number)).map(|(_, cost)| *cost).collect();
+    let costs: Vec<u32> = frames
+        .iter()
+        .enumerate()
+        .filter(|(number, _)| within(*number))
+        .map(|(_, cost)| *cost)
+        .collect();
     let sum: f64 = costs.iter().map(|cost| f64::from(*cost)).sum();
-    let worst = costs.iter().max().with_context(|| format!("no frame is {name}"))?;
+    let worst = costs
+        .iter()
+        .max()
+        .with_context(|| format!("no frame is {name}"))?;
     Ok(Phase {
         name,
         frames: costs.len() as u32,

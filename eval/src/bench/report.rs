@@ -10,9 +10,12 @@ use serde::Serialize;
 use std::fmt;
 
 /// Harmonics and most instructions of a fit of 16 channels and 241 frames.
-const FIT_BARS: [(u8, &str, u64); 2] =
-    [(1, "fit, 16 channels x 241 frames, one harmonic", 150_000), (4, "fit, the same with three overtones", 350_000)];
-/// Most instructions of frame assembly, contact and window: of any frame, and on average over a touch.
+const FIT_BARS: [(u8, &str, u64); 2] = [
+    (1, "fit, 16 channels x 241 frames, one harmonic", 150_000),
+    (4, "fit, the same with three overtones", 350_000),
+];
+/// Most instructions of frame assembly, contact and window: of any frame, and on average over a
+/// touch.
 const FRAME_BARS: (u64, u64) = (20_000, 1_300);
 /// Most instructions to read, stamp and queue a conversion.
 const INTAKE_BAR: u64 = 300;
@@ -50,27 +53,62 @@ impl Stack {
     /// Reads the line that the emulated firmware prints at its end; none of any other line.
     pub fn parse(line: &str) -> Option<Self> {
         let (deepest, size) = line.trim().strip_prefix("stack: ")?.split_once(" of ")?;
-        Some(Self { deepest: deepest.parse().ok()?, size: size.split_once(' ')?.0.parse().ok()? })
+        Some(Self {
+            deepest: deepest.parse().ok()?,
+            size: size.split_once(' ')?.0.parse().ok()?,
+        })
     }
 }
 
 impl Report {
     pub fn with_bars(mut self) -> Self {
         let same = |cell: &&Cell, harmonics| {
-            (cell.channels, cell.frames, cell.harmonics, cell.carried) == (16, 241, harmonics, harmonics)
+            (cell.channels, cell.frames, cell.harmonics, cell.carried)
+                == (16, 241, harmonics, harmonics)
         };
         for (harmonics, what, limit) in FIT_BARS {
             let cells = self.fits.iter().filter(|cell| same(cell, harmonics));
-            self.bars.extend(cells.map(|cell| Bar::at_most(what, limit, cell.instructions_worst.into())));
+            self.bars.extend(
+                cells.map(|cell| Bar::at_most(what, limit, cell.instructions_worst.into())),
+            );
         }
-        let worst = self.frames.iter().map(|phase| phase.instructions_worst).max().unwrap_or(0);
-        let mean = self.frames.iter().find(|phase| phase.name == "all").map_or(0.0, |phase| phase.instructions_mean);
+        let worst = self
+            .frames
+            .iter()
+            .map(|phase| phase.instructions_worst)
+            .max()
+            .unwrap_or(0);
+        let mean = self
+            .frames
+            .iter()
+            .find(|phase| phase.name == "all")
+            .map_or(0.0, |phase| phase.instructions_mean);
         self.bars.extend([
-            Bar::at_most("frames, contact and window, a frame at most", FRAME_BARS.0, worst.into()),
-            Bar::at_most("the same on average over a touch", FRAME_BARS.1, mean.round() as u64),
-            Bar::at_most("a conversion from interrupt to queue", INTAKE_BAR, self.intake_instructions.into()),
-            Bar::at_most("flash of the Feather's image, bytes", FLASH_BAR, self.flash_bytes),
-            Bar::at_most("static RAM of the Feather's image, bytes", RAM_BAR, self.ram_bytes),
+            Bar::at_most(
+                "frames, contact and window, a frame at most",
+                FRAME_BARS.0,
+                worst.into(),
+            ),
+            Bar::at_most(
+                "the same on average over a touch",
+                FRAME_BARS.1,
+                mean.round() as u64,
+            ),
+            Bar::at_most(
+                "a conversion from interrupt to queue",
+                INTAKE_BAR,
+                self.intake_instructions.into(),
+            ),
+            Bar::at_most(
+                "flash of the Feather's image, bytes",
+                FLASH_BAR,
+                self.flash_bytes,
+            ),
+            Bar::at_most(
+                "static RAM of the Feather's image, bytes",
+                RAM_BAR,
+                self.ram_bytes,
+            ),
         ]);
         self
     }
@@ -78,8 +116,14 @@ impl Report {
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "Instructions on the emulated Cortex-M4F, exact.\n\nFits of Table 2's windows at 20 dB:\n")?;
-        let mut fits = Table::new(0, "window, s|channels|harmonics there|set|good|worst|passes|stack, bytes");
+        writeln!(
+            f,
+            "Instructions on the emulated Cortex-M4F, exact.\n\nFits of Table 2's windows at 20 dB:\n"
+        )?;
+        let mut fits = Table::new(
+            0,
+            "window, s|channels|harmonics there|set|good|worst|passes|stack, bytes",
+        );
         for cell in &self.fits {
             fits.row(&[
                 cell.window_s.to_string(),
@@ -104,18 +148,41 @@ impl fmt::Display for Report {
                 grouped(cell.instructions_worst.into()),
             ]);
         }
-        writeln!(f, "{}\n\nFrame assembly, contact and window, a frame (21 conversions):\n", baselines.end())?;
+        writeln!(
+            f,
+            "{}\n\nFrame assembly, contact and window, a frame (21 conversions):\n",
+            baselines.end()
+        )?;
         let mut frames = Table::new(1, "phase|frames|mean|worst");
-        for Phase { name, frames: count, instructions_mean, instructions_worst } in &self.frames {
+        for Phase {
+            name,
+            frames: count,
+            instructions_mean,
+            instructions_worst,
+        } in &self.frames
+        {
             let mean = grouped(instructions_mean.round() as u64);
-            frames.row(&[(*name).into(), count.to_string(), mean, grouped((*instructions_worst).into())]);
+            frames.row(&[
+                (*name).into(),
+                count.to_string(),
+                mean,
+                grouped((*instructions_worst).into()),
+            ]);
         }
-        writeln!(f, "{}\n\nWhat a finger feels in a window:\n\n{}\n", frames.end(), feels::table(&self.feels))?;
+        writeln!(
+            f,
+            "{}\n\nWhat a finger feels in a window:\n\n{}\n",
+            frames.end(),
+            feels::table(&self.feels)
+        )?;
         let (encode, bytes) = (grouped(self.encode_instructions.into()), self.encode_bytes);
         writeln!(f, "The longest packet, {bytes} bytes, encoded: {encode}")?;
         if let Some(Stack { deepest, size }) = self.firmware_stack {
             let (deepest, size) = (grouped(deepest.into()), grouped(size.into()));
-            writeln!(f, "The whole firmware's stack over a touch: {deepest} of {size} bytes at most")?;
+            writeln!(
+                f,
+                "The whole firmware's stack over a touch: {deepest} of {size} bytes at most"
+            )?;
         }
         writeln!(f, "\n{}", bar::table(&self.bars))
     }
@@ -140,7 +207,12 @@ mod tests {
             passes_worst: 1.0,
             stack_bytes: 5,
         };
-        let frame = Phase { name: "all", frames: 1, instructions_mean: 1300.6, instructions_worst: 20_000 };
+        let frame = Phase {
+            name: "all",
+            frames: 1,
+            instructions_mean: 1300.6,
+            instructions_worst: 20_000,
+        };
         let baseline = BaselineCell {
             method: "parabolic",
             window_s: 1.0,
@@ -170,7 +242,13 @@ mod tests {
         assert_eq!(met, [false, true, true, false, false, true, false]);
         let text = report.to_string();
         assert_eq!(text.matches("NOT MET").count(), 4);
-        for part in ["| 150,001 | **NOT MET** |", "| 9 of 10 |", "1,234", "2 of 3", "5,678 of 32,768"] {
+        for part in [
+            "| 150,001 | **NOT MET** |",
+            "| 9 of 10 |",
+            "1,234",
+            "2 of 3",
+            "5,678 of 32,768",
+        ] {
             assert!(text.contains(part), "{part} in {text}");
         }
     }

@@ -1,4 +1,5 @@
-//! The stylus in figures: its image under a simulated hand, while requests arrive one behind the other.
+//! The stylus in figures: its image under a simulated hand, while requests arrive one behind the
+//! other.
 
 use super::CYCLES_US;
 use crate::page::Table;
@@ -40,15 +41,30 @@ struct Case(Vec<String>);
 impl Bench {
     fn new() -> Result<Self> {
         let image = Image::built(Board::StylusF405)?;
-        let rig = Rig::new(Board::StylusF405, &image, Constant::default(), Start::default())?;
-        let mut bench = Self { rig, decoder: Decoder::new(), number: 0, health: None };
+        let rig = Rig::new(
+            Board::StylusF405,
+            &image,
+            Constant::default(),
+            Start::default(),
+        )?;
+        let mut bench = Self {
+            rig,
+            decoder: Decoder::new(),
+            number: 0,
+            health: None,
+        };
         bench.run_s(0.1)?;
         Ok(bench)
     }
 
     fn run_s(&mut self, s: f64) -> Result<()> {
         self.rig.run_ns((s * 1e9) as u64)?;
-        for packet in self.rig.take_sent().into_iter().filter_map(|byte| self.decoder.push(byte)) {
+        for packet in self
+            .rig
+            .take_sent()
+            .into_iter()
+            .filter_map(|byte| self.decoder.push(byte))
+        {
             if let Event::Health(health) = packet.event.0 {
                 self.health = Some(health);
             }
@@ -59,7 +75,10 @@ impl Bench {
     fn request(&mut self, command: Command) -> Result<Vec<u8>> {
         self.number = self.number.wrapping_add(1);
         let mut wire = [0; REQUEST_WIRE_MAX];
-        let request = Request { number: self.number, command: Mark(command) };
+        let request = Request {
+            number: self.number,
+            command: Mark(command),
+        };
         let length = framing::encode(&request, &mut wire).map_err(|_| anyhow!("a request"))?;
         Ok(wire[..length].to_vec())
     }
@@ -74,15 +93,23 @@ impl Bench {
 /// Measures a texture under an actuator.
 fn case(texture: Texture, actuator: Actuator) -> Result<Case> {
     let mut bench = Bench::new()?;
-    bench.send(Command::Configure(Parameters { actuator, ..Parameters::DEFAULT }))?;
+    bench.send(Command::Configure(Parameters {
+        actuator,
+        ..Parameters::DEFAULT
+    }))?;
     bench.send(Command::Texture(texture))?;
     bench.send(Command::Enable)?;
     let (from_ns, count_mm) = (bench.rig.now_ns(), f64::from(Parameters::DEFAULT.count_mm));
     let place = move |ns: u64| place_mm((ns as f64 - from_ns as f64) * 1e-9);
-    bench.rig.move_hand(move |ns| (place(ns) / count_mm).floor() as i64);
+    bench
+        .rig
+        .move_hand(move |ns| (place(ns) / count_mm).floor() as i64);
     bench.run_s(0.2)?;
     bench.rig.forget_served();
-    let (reads, outputs) = (bench.rig.encoder_reads_ns().len(), bench.rig.outputs().len());
+    let (reads, outputs) = (
+        bench.rig.encoder_reads_ns().len(),
+        bench.rig.outputs().len(),
+    );
     let (cycles, asleep) = bench.rig.cycles();
     for _ in 0..(CASE_S * 10.0) as u32 {
         // 0.1 s are 9.2 kB.
@@ -94,17 +121,35 @@ fn case(texture: Texture, actuator: Actuator) -> Result<Case> {
     let served = bench.rig.served(IRQ_TIM6);
     let outputs = &bench.rig.outputs()[outputs..];
     let reads_ns = &bench.rig.encoder_reads_ns()[reads..];
-    let periods: Vec<u64> = outputs.windows(2).map(|pair| pair[1].at_ns - pair[0].at_ns).collect();
+    let periods: Vec<u64> = outputs
+        .windows(2)
+        .map(|pair| pair[1].at_ns - pair[0].at_ns)
+        .collect();
     // The first output may belong to a reading before.
-    let delays: Vec<u64> = reads_ns.iter().zip(&outputs[1..]).map(|(read, out)| out.at_ns.saturating_sub(*read)).collect();
-    let (least, most) = |of: &[u64]| -> Option<(u64, u64)> { Some((*of.iter().min()?, *of.iter().max()?)) }(&delays).context("no reading")?;
-    let jitter_ns = periods.iter().map(|ns| ns.abs_diff(1000 * u64::from(SAMPLE_US))).max().context("no output")?;
+    let delays: Vec<u64> = reads_ns
+        .iter()
+        .zip(&outputs[1..])
+        .map(|(read, out)| out.at_ns.saturating_sub(*read))
+        .collect();
+    let (least, most) =
+        |of: &[u64]| -> Option<(u64, u64)> { Some((*of.iter().min()?, *of.iter().max()?)) }(
+            &delays,
+        )
+        .context("no reading")?;
+    let jitter_ns = periods
+        .iter()
+        .map(|ns| ns.abs_diff(1000 * u64::from(SAMPLE_US)))
+        .max()
+        .context("no output")?;
     let [amplitude, phase] = against(outputs, place, &texture, &actuator);
     let us = |cycles: f64| format!("{:.1}", cycles / CYCLES_US);
     let mean = |cycles: u64| cycles as f64 / served.times.max(1) as f64;
     // Without the requests: the latest `health` of theirs.
     let health = bench.health.context("no health")?;
-    ensure!(health.samples > SAMPLE_HZ, "health is older than the measurement");
+    ensure!(
+        health.samples > SAMPLE_HZ,
+        "health is older than the measurement"
+    );
     Ok(Case(vec![
         us(mean(served.run_cycles)),
         us(served.longest_run_cycles as f64),
@@ -119,20 +164,40 @@ fn case(texture: Texture, actuator: Actuator) -> Result<Case> {
     ]))
 }
 
-/// Amplitude over the true one, and phase against the place of the hand at the middle of each output, cycles: of the fundamental.
-fn against(outputs: &[Output], place: impl Fn(u64) -> f64, texture: &Texture, actuator: &Actuator) -> [f64; 2] {
+/// Amplitude over the true one, and phase against the place of the hand at the middle of each
+/// output, cycles: of the fundamental.
+fn against(
+    outputs: &[Output],
+    place: impl Fn(u64) -> f64,
+    texture: &Texture,
+    actuator: &Actuator,
+) -> [f64; 2] {
     let (mut ys, mut yc, mut ss) = (0.0, 0.0, 0.0);
     for output in outputs {
         let volts = f64::from(output.code.unwrap_or(0)) / 4095.0 * f64::from(actuator.voltage_v);
         let y = volts - f64::from(actuator.bias_v());
-        let (s, c) = (TAU * place(output.at_ns + 500 * u64::from(SAMPLE_US)) / f64::from(texture.period_mm)).sin_cos();
+        let (s, c) = (TAU * place(output.at_ns + 500 * u64::from(SAMPLE_US))
+            / f64::from(texture.period_mm))
+        .sin_cos();
         (ys, yc, ss) = (ys + y * s, yc + y * c, ss + s * s);
     }
-    let peak = 1.0 + texture.overtones.iter().map(|one| f64::from(one.amplitude)).sum::<f64>();
+    let peak = 1.0
+        + texture
+            .overtones
+            .iter()
+            .map(|one| f64::from(one.amplitude))
+            .sum::<f64>();
     // Less where the actuator moves more: a second order (Actuator::resonance).
-    let (at_hz, gain) = (f64::from(actuator.resonance.0), f64::from(actuator.resonance.1));
+    let (at_hz, gain) = (
+        f64::from(actuator.resonance.0),
+        f64::from(actuator.resonance.1),
+    );
     let ratio = HAND_MM_S / f64::from(texture.period_mm) / at_hz;
-    let share = if at_hz > 0.0 { (1.0 - ratio * ratio).hypot(ratio / gain) } else { 1.0 };
+    let share = if at_hz > 0.0 {
+        (1.0 - ratio * ratio).hypot(ratio / gain)
+    } else {
+        1.0
+    };
     let true_v = f64::from(actuator.bias_v()) / peak * share;
     [(ys / ss).hypot(yc / ss) / true_v, yc.atan2(ys) / TAU]
 }
@@ -156,10 +221,23 @@ const ROWS: [&str; 10] = [
 /// The table of the page.
 pub fn table() -> Result<String> {
     // By its power: the full amplitude.
-    let sine = Texture { power: 6000.0, ..Texture::new(2.0) };
-    let overtone = |phase_cycles| Harmonic { amplitude: 0.2, phase_cycles };
-    let full = Texture { overtones: [0.1, -0.7, 0.4].map(overtone), ..sine };
-    let resonance = Actuator { resonance: (1000.0, 3.0), cutoff_hz: 1000.0, ..Actuator::PIEZO };
+    let sine = Texture {
+        power: 6000.0,
+        ..Texture::new(2.0)
+    };
+    let overtone = |phase_cycles| Harmonic {
+        amplitude: 0.2,
+        phase_cycles,
+    };
+    let full = Texture {
+        overtones: [0.1, -0.7, 0.4].map(overtone),
+        ..sine
+    };
+    let resonance = Actuator {
+        resonance: (1000.0, 3.0),
+        cutoff_hz: 1000.0,
+        ..Actuator::PIEZO
+    };
     let cases = [case(sine, Actuator::PIEZO)?, case(full, resonance)?];
     let mut table = Table::new(1, &format!("|{}", CASES.join("|")));
     for (row, name) in ROWS.iter().enumerate() {

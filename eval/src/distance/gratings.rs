@@ -19,8 +19,8 @@ pub fn pressure(period_mm: f64) -> Pressure {
     Pressure::under(&ridges(period_mm, INDENT_MM))
 }
 
-/// Modulation indices of strain at the receptors (Figure 18), and of stress at the skin (Figure 19): each with and without shear stress
-/// between two layers of rubber.
+/// Modulation indices of strain at the receptors (Figure 18), and of stress at the skin (Figure
+/// 19): each with and without shear stress between two layers of rubber.
 #[derive(Clone, Copy, Debug)]
 pub struct Indices {
     pub strain: (f64, f64),
@@ -60,7 +60,9 @@ pub fn places_mm(cells: usize) -> impl Iterator<Item = f64> {
 /// Spacing of the pins in Figure 22, millimetres.
 pub const SPACING_MM: f64 = 2.0;
 
-/// Index of normal stress under 2 mm of rubber, if pins are off by a share of their height, with a period of `pins` pins (Figure 22).
+/// Index of normal stress under 2 mm of rubber, if pins are off by a share of their height, with a
+/// period of `pins` pins (Figure 22).
 pub fn figure_22(pins: usize, error: f64) -> f64 {
-    Pressure::under(&pins_with_errors(SPACING_MM, pins, error)).index(1, |k| normal_wave(k, RUBBER_MM).z)
+    Pressure::under(&pins_with_errors(SPACING_MM, pins, error))
+        .index(1, |k| normal_wave(k, RUBBER_MM).z)
 }

@@ -22,7 +22,8 @@ pub enum Contact {
 /// Half of the block's and the cylinder's width, millimetres.
 const HALF_WIDTH_MM: f64 = 10.0;
 
-/// Rows of Table 1: contact, angle to the normal in degrees, the paper's signal-to-noise ratio in decibels.
+/// Rows of Table 1: contact, angle to the normal in degrees, the paper's signal-to-noise ratio in
+/// decibels.
 pub const TABLE_1: [(Contact, f64, f64); 6] = [
     (Contact::Line, 0.0, 16.0),
     (Contact::Line, 30.0, 11.0),
@@ -53,22 +54,34 @@ impl Contact {
     }
 }
 
-/// Sum over wave numbers above 0, by the rule of midpoints: the domain is infinite, since under an oblique load strain fades only as
-/// 1 / x.
+/// Sum over wave numbers above 0, by the rule of midpoints: the domain is infinite, since under an
+/// oblique load strain fades only as 1 / x.
 fn over_waves(step: f64, most: f64, f: impl Fn(f64) -> f64) -> f64 {
-    (0..(most / step) as usize).map(|n| f((n as f64 + 0.5) * step) * step).sum()
+    (0..(most / step) as usize)
+        .map(|n| f((n as f64 + 0.5) * step) * step)
+        .sum()
 }
 
-/// Signal-to-noise ratio (equation 12) in decibels, without sampling, if shear stress does not cross the interface of two layers.
+/// Signal-to-noise ratio (equation 12) in decibels, without sampling, if shear stress does not
+/// cross the interface of two layers.
 pub fn table_1(contact: Contact, degrees: f64, poisson: f64) -> f64 {
     let (sin, cos) = libm::sincos(degrees.to_radians());
     let (interface, depth) = (TABLE_1_MM, 2.0 * TABLE_1_MM);
     let parts = |k: f64| {
         let load = contact.spectrum(k);
-        let whole = [cos * normal_wave(k, depth).strain(poisson), sin * tangential_wave(k, depth).strain(poisson)];
+        let whole = [
+            cos * normal_wave(k, depth).strain(poisson),
+            sin * tangential_wave(k, depth).strain(poisson),
+        ];
         let second = normal_wave(k, interface).strain(poisson);
-        let cut = [cos * normal_wave(k, interface).z * second, sin * tangential_wave(k, interface).z * second];
-        (load * load * squared(whole), load * load * squared([whole[0] - cut[0], whole[1] - cut[1]]))
+        let cut = [
+            cos * normal_wave(k, interface).z * second,
+            sin * tangential_wave(k, interface).z * second,
+        ];
+        (
+            load * load * squared(whole),
+            load * load * squared([whole[0] - cut[0], whole[1] - cut[1]]),
+        )
     };
     let sum = |part: fn((f64, f64)) -> f64| over_waves(5e-4, 12.0, |k| part(parts(k)));
     decibels(sum(|parts| parts.0) / sum(|parts| parts.1))
@@ -85,13 +98,17 @@ fn decibels(ratio: f64) -> f64 {
 /// Layers of Figure 12: 1 mm and, with the 0.7 mm of skin over the receptors, 1.7 mm.
 pub const FIGURE_12_MM: (f64, f64) = (1.0, 1.7);
 
-/// Strain over the load, relative to that of an even load, at cycles per millimetre: with and without shear.
+/// Strain over the load, relative to that of an even load, at cycles per millimetre: with and
+/// without shear.
 pub fn figure_12(cycles_mm: f64) -> (f64, f64) {
     let k = TAU * cycles_mm;
     let (first, second) = FIGURE_12_MM;
     let even = normal_wave(0.0, first).strain(RUBBER);
     let with = normal_wave(k, first + second).strain(RUBBER);
-    (with / even, strain_without_shear(k, first, second, RUBBER) / even)
+    (
+        with / even,
+        strain_without_shear(k, first, second, RUBBER) / even,
+    )
 }
 
 /// How a display makes a profile of samples: the paper's text does not say which.
@@ -110,7 +127,13 @@ pub enum Filter {
 }
 
 impl Filter {
-    pub const ALL: [Self; 5] = [Self::Linear, Self::Hold, Self::Impulses, Self::HalfPins, Self::LowPass];
+    pub const ALL: [Self; 5] = [
+        Self::Linear,
+        Self::Hold,
+        Self::Impulses,
+        Self::HalfPins,
+        Self::LowPass,
+    ];
 
     pub fn name(self) -> &'static str {
         match self {
@@ -140,18 +163,21 @@ const PHASES: u32 = 8;
 /// Wave numbers of the integral, per thickness of a layer: at the most exp(-14) of a load is left.
 const WAVES: (f64, f64) = (0.02, 14.0);
 
-/// Signal-to-noise ratio of a normal line load in decibels at the worst phase of sampling, for a spacing over the thickness of one
-/// layer of two that are alike (Figure 16).
+/// Signal-to-noise ratio of a normal line load in decibels at the worst phase of sampling, for a
+/// spacing over the thickness of one layer of two that are alike (Figure 16).
 pub fn figure_16(ratio: f64, filter: Filter, with_shear: bool) -> f64 {
     let phases = (0..=PHASES).map(|phase| 0.5 * f64::from(phase) / f64::from(PHASES));
-    phases.map(|phase| sampled(ratio, filter, with_shear, phase)).fold(f64::INFINITY, f64::min)
+    phases
+        .map(|phase| sampled(ratio, filter, with_shear, phase))
+        .fold(f64::INFINITY, f64::min)
 }
 
 fn sampled(spacing: f64, filter: Filter, with_shear: bool, phase: f64) -> f64 {
     let turn = TAU / spacing;
     let images = (2.0 * WAVES.1 / turn) as i32 + 1;
     let noise = |k: f64| {
-        // Complex amplitudes of the samples: of pressure, and of shear, which is a quarter of a turn behind.
+        // Complex amplitudes of the samples: of pressure, and of shear, which is a quarter of a
+        // turn behind.
         let (mut pressure, mut shear) = ([0.0; 2], [0.0; 2]);
         for image in -images..=images {
             let stress = normal_wave(k + turn * f64::from(image), 1.0);
@@ -163,11 +189,17 @@ fn sampled(spacing: f64, filter: Filter, with_shear: bool, phase: f64) -> f64 {
         }
         let pass = filter.pass(k, spacing);
         let by_pressure = pass * normal_wave(k, 1.0).strain(RUBBER);
-        let by_shear = if with_shear { -pass * tangential_wave(k, 1.0).strain(RUBBER) } else { 0.0 };
+        let by_shear = if with_shear {
+            -pass * tangential_wave(k, 1.0).strain(RUBBER)
+        } else {
+            0.0
+        };
         let made = [0, 1].map(|part| by_pressure * pressure[part] + by_shear * shear[part]);
         squared([made[0] - normal_wave(k, 2.0).strain(RUBBER), made[1]])
     };
-    let signal = over_waves(WAVES.0, WAVES.1, |k| normal_wave(k, 2.0).strain(RUBBER).powi(2));
+    let signal = over_waves(WAVES.0, WAVES.1, |k| {
+        normal_wave(k, 2.0).strain(RUBBER).powi(2)
+    });
     decibels(signal / over_waves(WAVES.0, WAVES.1, noise))
 }
 
@@ -183,7 +215,11 @@ pub fn crossing(filter: Filter) -> Option<f64> {
     }
     for _ in 0..12 {
         let middle = 0.5 * (below + above);
-        if gain(middle) > 0.0 { below = middle } else { above = middle }
+        if gain(middle) > 0.0 {
+            below = middle
+        } else {
+            above = middle
+        }
     }
     Some(0.5 * (below + above))
 }

@@ -40,39 +40,70 @@ pub fn table(name: &str) -> Result<Option<String>> {
 }
 
 fn noise_without_shear() -> String {
-    let mut table = Table::new(1, "contact|angle|paper, dB|here, dB|with a Poisson's ratio of 0.45, dB");
+    let mut table = Table::new(
+        1,
+        "contact|angle|paper, dB|here, dB|with a Poisson's ratio of 0.45, dB",
+    );
     for (contact, degrees, paper) in TABLE_1 {
         let here = |poisson| format!("{:.2}", table_1(contact, degrees, poisson));
-        table.row(&[contact.name().into(), format!("{degrees:.0}"), format!("{paper:.0}"), here(RUBBER), here(0.45)]);
+        table.row(&[
+            contact.name().into(),
+            format!("{degrees:.0}"),
+            format!("{paper:.0}"),
+            here(RUBBER),
+            here(0.45),
+        ]);
     }
     table.end()
 }
 
 fn matching() -> Result<String> {
     let figure = block()?;
-    let mut table = Table::new(1, "forces|rms error of strain, %|least, N/mm|greatest, N/mm");
+    let mut table = Table::new(
+        1,
+        "forces|rms error of strain, %|least, N/mm|greatest, N/mm",
+    );
     for way in &figure.ways {
-        let (least, most) = way.forces.iter().fold((f64::MAX, f64::MIN), |(l, m), f| (f.min(l), f.max(m)));
-        table.row(&[way.name.into(), format!("{:.2}", 100.0 * way.error), format!("{least:.3}"), format!("{most:.3}")]);
+        let (least, most) = way
+            .forces
+            .iter()
+            .fold((f64::MAX, f64::MIN), |(l, m), f| (f.min(l), f.max(m)));
+        table.row(&[
+            way.name.into(),
+            format!("{:.2}", 100.0 * way.error),
+            format!("{least:.3}"),
+            format!("{most:.3}"),
+        ]);
     }
-    Ok(format!("{}\n\nThe map's condition is {:.1}.", table.end(), figure.condition))
+    Ok(format!(
+        "{}\n\nThe map's condition is {:.1}.",
+        table.end(),
+        figure.condition
+    ))
 }
 
 fn layers() -> String {
     let mut table = Table::new(0, "cycles/mm|with shear|without shear");
     for cycles in [0.0, 0.02, 0.039, 0.051, 0.062, 0.1, 0.15, 0.25, 0.4] {
         let (with, without) = figure_12(cycles);
-        table.row(&[format!("{cycles:.3}"), format!("{with:.3}"), format!("{without:.3}")]);
+        table.row(&[
+            format!("{cycles:.3}"),
+            format!("{with:.3}"),
+            format!("{without:.3}"),
+        ]);
     }
     table.end()
 }
 
 fn sampling() -> String {
-    let mut table =
-        Table::new(1, "display|with shear at 0.5, dB|without, dB|at 1|without|at 2|without|shear is of no use from");
+    let mut table = Table::new(
+        1,
+        "display|with shear at 0.5, dB|without, dB|at 1|without|at 2|without|shear is of no use from",
+    );
     for filter in Filter::ALL {
-        let cells =
-            [0.5, 1.0, 2.0].map(|ratio| [true, false].map(|shear| format!("{:.1}", figure_16(ratio, filter, shear))));
+        let cells = [0.5, 1.0, 2.0].map(|ratio| {
+            [true, false].map(|shear| format!("{:.1}", figure_16(ratio, filter, shear)))
+        });
         let from = crossing(filter).map_or("never".into(), |ratio| format!("{ratio:.2}"));
         table.row(&[vec![filter.name().into()], cells.concat(), vec![from]].concat());
     }
@@ -89,13 +120,22 @@ fn in_the_paper(period_mm: f64) -> &'static str {
 }
 
 fn gratings() -> String {
-    let mut table =
-        Table::new(0, "period, mm|paper: strain|strain|strain, no shear|stress|stress, no shear|mean strain");
+    let mut table = Table::new(
+        0,
+        "period, mm|paper: strain|strain|strain, no shear|stress|stress, no shear|mean strain",
+    );
     for period_mm in super::gratings::PERIODS_MM {
         let Indices { strain, stress } = Indices::of(period_mm);
         let (_, mean) = figure_17d(period_mm);
-        let figures = [strain.0, strain.1, stress.0, stress.1, mean].map(|value| format!("{value:.3}"));
-        table.row(&[vec![format!("{period_mm:.1}"), in_the_paper(period_mm).into()], figures.to_vec()].concat());
+        let figures =
+            [strain.0, strain.1, stress.0, stress.1, mean].map(|value| format!("{value:.3}"));
+        table.row(
+            &[
+                vec![format!("{period_mm:.1}"), in_the_paper(period_mm).into()],
+                figures.to_vec(),
+            ]
+            .concat(),
+        );
     }
     table.end()
 }
@@ -106,17 +146,33 @@ fn errors() -> String {
         let figures = [0.05, 0.1, 0.2].map(|error| format!("{:.3}", figure_22(pins, error)));
         let paper = if pins == 2 { "about 0.06" } else { "below 0.1" };
         let period_mm = SPACING_MM * pins as f64;
-        table.row(&[vec![format!("{period_mm:.0}"), pins.to_string(), paper.into()], figures.to_vec()].concat());
+        table.row(
+            &[
+                vec![format!("{period_mm:.0}"), pins.to_string(), paper.into()],
+                figures.to_vec(),
+            ]
+            .concat(),
+        );
     }
     table.end()
 }
 
 fn skin() -> String {
-    let mut table = Table::new(0, "subject|paper|exp(-1.8 s / creep time)|the Kelvin model after 3 s");
+    let mut table = Table::new(
+        0,
+        "subject|paper|exp(-1.8 s / creep time)|the Kelvin model after 3 s",
+    );
     for (n, (subject, paper)) in SUBJECTS.iter().zip(TABLE_6).enumerate() {
-        let figures = [paper, subject.retained_by_creep_time(1.8), subject.retained(3.0, 1.8)];
+        let figures = [
+            paper,
+            subject.retained_by_creep_time(1.8),
+            subject.retained(3.0, 1.8),
+        ];
         let digits = [2, 3, 3];
-        let cells = figures.into_iter().zip(digits).map(|(value, digits)| format!("{value:.digits$}"));
+        let cells = figures
+            .into_iter()
+            .zip(digits)
+            .map(|(value, digits)| format!("{value:.digits$}"));
         table.row(&[vec![(n + 1).to_string()], cells.collect()].concat());
     }
     table.end()
@@ -127,14 +183,29 @@ fn designs() -> Result<String> {
         0,
         "spacing, mm|layer, mm|resolution, %|index from pin to pin|worst index|at, mm|the pins themselves|not noticed up to, %",
     );
-    for (spacing_mm, depth_mm) in [(1.0, 1.0), (2.0, 1.0), (2.0, 2.0), (2.0, 3.0), (3.0, 2.0), (3.0, 3.0), (4.0, 4.0)] {
+    for (spacing_mm, depth_mm) in [
+        (1.0, 1.0),
+        (2.0, 1.0),
+        (2.0, 2.0),
+        (2.0, 3.0),
+        (3.0, 2.0),
+        (3.0, 3.0),
+        (4.0, 4.0),
+    ] {
         let design = Design::new(spacing_mm, depth_mm, 10.0)?;
         let figures = [design.index, design.worst_index].map(|value| format!("{value:.3}"));
         table.row(
             &[
-                vec![format!("{spacing_mm:.0}"), format!("{depth_mm:.0}"), "10".into()],
+                vec![
+                    format!("{spacing_mm:.0}"),
+                    format!("{depth_mm:.0}"),
+                    "10".into(),
+                ],
                 figures.to_vec(),
-                vec![format!("{:.0}", design.worst_period_mm), format!("{:.4}", design.pins_index)],
+                vec![
+                    format!("{:.0}", design.worst_period_mm),
+                    format!("{:.4}", design.pins_index),
+                ],
                 vec![format!("{:.1}", design.resolution_max_percent)],
             ]
             .concat(),

@@ -1,17 +1,20 @@
-//! Frames of telemetry with bit errors: how many the decoder refuses, and whether it reads the next frame.
+//! Frames of telemetry with bit errors: how many the decoder refuses, and whether it reads the next
+//! frame.
 //!
-//! What a CRC-32 guarantees holds for the message that it is taken of, which is at most 504 bytes here: any burst of up
-//! to 32 bits is noticed, any 3 bit errors, and in messages of up to 371 bytes any 4 (Koopman, *32-bit cyclic redundancy
-//! codes for Internet applications*, DSN 2002, table 1: for 0x04C11DB7 the Hamming distance is 5 up to 2,974 bits and 4
-//! up to 91,607). On the line that message is stuffed by COBS: where a bit error makes a zero, the frame becomes
-//! two; where it hits one of the stuffing's lengths, bytes change elsewhere too, and the guarantee is lost. Of such
-//! frames, and of those with more errors, one in 2^32 passes the checksum, so of ten million 0.002; the
-//! stuffing refuses a part of them before, and the content's encoding behind it: what is left over, unknown, or out of
-//! range.
+//! What a CRC-32 guarantees holds for the message that it is taken of, which is at most 504 bytes
+//! here: any burst of up to 32 bits is noticed, any 3 bit errors, and in messages of up to 371
+//! bytes any 4 (Koopman, *32-bit cyclic redundancy codes for Internet applications*, DSN 2002,
+//! table 1: for 0x04C11DB7 the Hamming distance is 5 up to 2,974 bits and 4 up to 91,607). On the
+//! line that message is stuffed by COBS: where a bit error makes a zero, the frame becomes two;
+//! where it hits one of the stuffing's lengths, bytes change elsewhere too, and the guarantee is
+//! lost. Of such frames, and of those with more errors, one in 2^32 passes the checksum, so of ten
+//! million 0.002; the stuffing refuses a part of them before, and the content's encoding behind it:
+//! what is left over, unknown, or out of range.
 //!
-//! One message passes by itself: the empty one, whose checksum is 0. Zeros in a row, as in `health`, are stuffed as ones,
-//! and five ones that two bit errors cut out of their frame are the empty message. The decoder refuses it since no packet is
-//! empty; the count `empty` has their number.
+//! One message passes by itself: the empty one, whose checksum is 0. Zeros in a row, as in
+//! `health`, are stuffed as ones, and five ones that two bit errors cut out of their frame are the
+//! empty message. The decoder refuses it since no packet is empty; the count `empty` has their
+//! number.
 
 use super::counts::add_fields;
 use crate::parallel;
@@ -28,7 +31,8 @@ use serde::Serialize;
 const SINGLE_MAX: u32 = 16;
 /// Longest burst, bits.
 const BURST_MAX: u32 = 64;
-/// Frames that one seed makes: enough to keep a thread busy, and few enough to keep all threads busy.
+/// Frames that one seed makes: enough to keep a thread busy, and few enough to keep all threads
+/// busy.
 const BATCH: u64 = 50_000;
 
 /// The checksum by a table: another implementation than the decoder's.
@@ -42,7 +46,8 @@ pub struct BitErrors {
     pub refused: u64,
     /// Of these, those of which it returned a packet. Must be zero.
     pub accepted_damaged: u64,
-    /// Of these, those with a non-empty part whose checksum is right; the decoder may still refuse the content.
+    /// Of these, those with a non-empty part whose checksum is right; the decoder may still refuse
+    /// the content.
     pub checksum_passed: u64,
     /// Of these, those with the empty message as a part.
     pub empty: u64,
@@ -52,17 +57,29 @@ pub struct BitErrors {
 
 add_fields!(BitErrors: sent refused accepted_damaged checksum_passed empty next_lost);
 
-/// Sends `frames` frames of telemetry, each with bit errors: 1 to 16 anywhere in it, its delimiter included, or a
-/// burst of 2 to 64. Frames are those of `touch`, one after the other. The same `seed` gives the same errors, on any number
-/// of threads. Ten million take half a minute on two cores.
+/// Sends `frames` frames of telemetry, each with bit errors: 1 to 16 anywhere in it, its delimiter
+/// included, or a burst of 2 to 64. Frames are those of `touch`, one after the other. The same
+/// `seed` gives the same errors, on any number of threads. Ten million take half a minute on two
+/// cores.
 pub fn count(touch: Opened, frames: u64, seed: u64) -> Result<BitErrors> {
-    let serial = replay::run(touch, Settings::DEFAULT, None, &mut |_| Ok(()), &mut |_, _| {})?.serial;
+    let serial = replay::run(
+        touch,
+        Settings::DEFAULT,
+        None,
+        &mut |_| Ok(()),
+        &mut |_, _| {},
+    )?
+    .serial;
     let telemetry: Vec<&[u8]> = serial.split_inclusive(|byte| *byte == 0).collect();
     let batches: Vec<u64> = (0..frames.div_ceil(BATCH)).collect();
     let counted = parallel::map("batches of damaged frames", &batches, |batch| {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(*batch);
-        Ok(count_batch(&telemetry, BATCH.min(frames - batch * BATCH), &mut rng))
+        Ok(count_batch(
+            &telemetry,
+            BATCH.min(frames - batch * BATCH),
+            &mut rng,
+        ))
     })?;
     let mut bit_errors = BitErrors::default();
     counted.into_iter().for_each(|more| bit_errors += more);
@@ -72,7 +89,10 @@ pub fn count(touch: Opened, frames: u64, seed: u64) -> Result<BitErrors> {
 fn count_batch(telemetry: &[&[u8]], frames: u64, rng: &mut ChaCha8Rng) -> BitErrors {
     let mut bit_errors = BitErrors::default();
     let mut decoder = Decoder::new();
-    let behind = Packet { sequence: 0, event: Event::Release(Release { t_us: 1_000_000 }) };
+    let behind = Packet {
+        sequence: 0,
+        event: Event::Release(Release { t_us: 1_000_000 }),
+    };
     let mut wire = [0; WIRE_MAX];
     let used = encode(&behind, &mut wire).unwrap_or(0);
     for (_, whole) in (0..frames).zip(telemetry.iter().cycle()) {
@@ -82,12 +102,20 @@ fn count_batch(telemetry: &[&[u8]], frames: u64, rng: &mut ChaCha8Rng) -> BitErr
         }
         bit_errors.sent += 1;
         let lengths = frame.split(|byte| *byte == 0).filter_map(passing);
-        let (empty, filled) = lengths.fold((false, false), |(e, f), length| (e || length == 0, f || length > 0));
-        (bit_errors.empty, bit_errors.checksum_passed) =
-            (bit_errors.empty + u64::from(empty), bit_errors.checksum_passed + u64::from(filled));
+        let (empty, filled) = lengths.fold((false, false), |(e, f), length| {
+            (e || length == 0, f || length > 0)
+        });
+        (bit_errors.empty, bit_errors.checksum_passed) = (
+            bit_errors.empty + u64::from(empty),
+            bit_errors.checksum_passed + u64::from(filled),
+        );
         // After a frame whose delimiter is damaged comes that of an idle line.
         let delimiter: &[u8] = if frame.last() == Some(&0) { &[] } else { &[0] };
-        let given = frame.iter().chain(delimiter).filter_map(|byte| decoder.push(*byte)).count();
+        let given = frame
+            .iter()
+            .chain(delimiter)
+            .filter_map(|byte| decoder.push(*byte))
+            .count();
         bit_errors.accepted_damaged += u64::from(given > 0);
         bit_errors.refused += u64::from(given == 0);
         let next = wire[..used].iter().filter_map(|byte| decoder.push(*byte));
@@ -109,7 +137,9 @@ fn damage(frame: &mut [u8], rng: &mut ChaCha8Rng) {
         // A burst begins and ends with a bit error.
         at(first);
         at(first + length - 1);
-        (first + 1..first + length - 1).filter(|_| rng.next_u32().is_multiple_of(2)).for_each(at);
+        (first + 1..first + length - 1)
+            .filter(|_| rng.next_u32().is_multiple_of(2))
+            .for_each(at);
     }
 }
 
@@ -132,7 +162,12 @@ mod tests {
         let bit_errors = count(touch, 300_000, 1).unwrap();
         println!("{bit_errors:?}");
         // One frame in 2^32 passes: with this seed none does.
-        let expected = BitErrors { sent: 300_000, refused: 300_000, empty: bit_errors.empty, ..BitErrors::default() };
+        let expected = BitErrors {
+            sent: 300_000,
+            refused: 300_000,
+            empty: bit_errors.empty,
+            ..BitErrors::default()
+        };
         assert_eq!(bit_errors, expected);
     }
 
@@ -144,7 +179,12 @@ mod tests {
         println!("{bit_errors:?}");
         assert_eq!(
             bit_errors,
-            BitErrors { sent: 10_000_000, refused: 10_000_000, empty: bit_errors.empty, ..BitErrors::default() }
+            BitErrors {
+                sent: 10_000_000,
+                refused: 10_000_000,
+                empty: bit_errors.empty,
+                ..BitErrors::default()
+            }
         );
     }
 
@@ -152,16 +192,34 @@ mod tests {
     fn the_empty_message_passes_the_checksum_and_is_no_packet() {
         assert_eq!(passing(&[1; 5]), Some(0));
         let mut decoder = Decoder::new();
-        assert_eq!([1, 1, 1, 1, 1, 0].iter().filter_map(|byte| decoder.push(*byte)).count(), 0);
+        assert_eq!(
+            [1, 1, 1, 1, 1, 0]
+                .iter()
+                .filter_map(|byte| decoder.push(*byte))
+                .count(),
+            0
+        );
         assert_eq!(decoder.damaged, 1);
     }
 
-    /// Every single bit and every burst of up to 32 of the message itself is noticed, as the checksum guarantees.
+    /// Every single bit and every burst of up to 32 of the message itself is noticed, as the
+    /// checksum guarantees.
     #[test]
     fn what_the_checksum_guarantees_holds_for_the_content() {
         let touch = Input::default().open().unwrap();
-        let serial = replay::run(touch, Settings::DEFAULT, None, &mut |_| Ok(()), &mut |_, _| {}).unwrap().serial;
-        let longest = serial.split(|byte| *byte == 0).max_by_key(|frame| frame.len()).unwrap();
+        let serial = replay::run(
+            touch,
+            Settings::DEFAULT,
+            None,
+            &mut |_| Ok(()),
+            &mut |_, _| {},
+        )
+        .unwrap()
+        .serial;
+        let longest = serial
+            .split(|byte| *byte == 0)
+            .max_by_key(|frame| frame.len())
+            .unwrap();
         assert!(passing(longest).is_some());
         let plain = cobs::decode_vec(longest).unwrap();
         let mut rng = ChaCha8Rng::seed_from_u64(3);
@@ -169,10 +227,17 @@ mod tests {
         for first in 0..bits - 32 {
             let mut damaged = plain.clone();
             let pattern = u64::from(rng.next_u32() | 1) << (first % 8);
-            for (byte, errors) in damaged[first as usize / 8..].iter_mut().zip(pattern.to_le_bytes()) {
+            for (byte, errors) in damaged[first as usize / 8..]
+                .iter_mut()
+                .zip(pattern.to_le_bytes())
+            {
                 *byte ^= errors;
             }
-            assert_eq!(passing(&cobs::encode_vec(&damaged)), None, "a burst from bit {first} on");
+            assert_eq!(
+                passing(&cobs::encode_vec(&damaged)),
+                None,
+                "a burst from bit {first} on"
+            );
         }
     }
 }

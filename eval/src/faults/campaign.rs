@@ -29,7 +29,8 @@ pub struct Campaign {
 }
 
 impl Campaign {
-    /// Runs at least `injections` injections that act on this PC, an equal number of each family; only of one family if it is named.
+    /// Runs at least `injections` injections that act on this PC, an equal number of each family;
+    /// only of one family if it is named.
     pub fn on_pc(injections: u64, seed: u64, only: Option<Family>, scan: Scan) -> Result<Self> {
         let place = match scan {
             Scan::PAPER => Place::Pc,
@@ -37,7 +38,11 @@ impl Campaign {
         };
         let families: Vec<_> = families(only).collect();
         // Runs without injections come on top.
-        let injecting = families.iter().filter(|family| **family != Family::None).count().max(1);
+        let injecting = families
+            .iter()
+            .filter(|family| **family != Family::None)
+            .count()
+            .max(1);
         let share = (injections as usize).div_ceil(injecting);
         let mut rows = Vec::new();
         for family in families {
@@ -45,34 +50,55 @@ impl Campaign {
             let mut acted = 0;
             while acted < share {
                 let plans = plans(family, seed + judgements.len() as u64, share - acted, scan);
-                let more = parallel::map(family.title(), &plans, |plan| Ok((plan.seed, run(plan)?)))?;
-                let more_acted =
-                    more.iter().map(|(_, judgement)| standing_for(family, judgement.fates.len())).sum::<usize>();
-                ensure!(more_acted > 0, "{}: in {} runs nothing acts", family.title(), plans.len());
+                let more =
+                    parallel::map(family.title(), &plans, |plan| Ok((plan.seed, run(plan)?)))?;
+                let more_acted = more
+                    .iter()
+                    .map(|(_, judgement)| standing_for(family, judgement.fates.len()))
+                    .sum::<usize>();
+                ensure!(
+                    more_acted > 0,
+                    "{}: in {} runs nothing acts",
+                    family.title(),
+                    plans.len()
+                );
                 acted += more_acted;
                 judgements.extend(more);
             }
             rows.push(Row::of_family(family, place, &judgements));
         }
-        Ok(Self { seed, rows, bit_errors: None })
+        Ok(Self {
+            seed,
+            rows,
+            bit_errors: None,
+        })
     }
 
     /// Adds `runs` runs of each family on the emulated chip; only of one family if it is named.
-    pub fn on_emulator(&mut self, runs: u64, only: Option<Family>, options: emulator::Options<'_>) -> Result<()> {
+    pub fn on_emulator(
+        &mut self,
+        runs: u64,
+        only: Option<Family>,
+        options: emulator::Options<'_>,
+    ) -> Result<()> {
         for family in families(only) {
             let seeds = self.seed..self.seed + runs;
-            let plans: Vec<_> = seeds.map(|seed| Plan::new(family, seed, EMULATED_SLIDE_S, Scan::PAPER)).collect();
+            let plans: Vec<_> = seeds
+                .map(|seed| Plan::new(family, seed, EMULATED_SLIDE_S, Scan::PAPER))
+                .collect();
             let made = |plan: &Plan| {
                 let what = || format!("{}, seed {}", family.title(), plan.seed);
                 Ok((plan.seed, emulated::run(plan, options).with_context(what)?))
             };
             let judgements = parallel::map(family.title(), &plans, made)?;
-            self.rows.push(Row::of_family(family, Place::Emulator, &judgements));
+            self.rows
+                .push(Row::of_family(family, Place::Emulator, &judgements));
         }
         Ok(())
     }
 
-    /// Adds the rows of damage on the line and of lost power that belong to `injections` injections into the chip.
+    /// Adds the rows of damage on the line and of lost power that belong to `injections` injections
+    /// into the chip.
     pub fn on_lines(&mut self, injections: u64) -> Result<()> {
         let (rows, bit_errors) = lines::rows(injections, self.seed)?;
         self.rows.extend(rows);
@@ -101,11 +127,18 @@ fn plans(family: Family, mut seed: u64, injections: usize, scan: Scan) -> Vec<Pl
 
 /// How many injections a run counts for: one without any stands for as many as a run with them has.
 fn standing_for(family: Family, injections: usize) -> usize {
-    if family == Family::None { 2 } else { injections }
+    if family == Family::None {
+        2
+    } else {
+        injections
+    }
 }
 
 fn families(only: Option<Family>) -> impl Iterator<Item = Family> {
-    Family::value_variants().iter().copied().filter(move |family| only.is_none_or(|only| only == *family))
+    Family::value_variants()
+        .iter()
+        .copied()
+        .filter(move |family| only.is_none_or(|only| only == *family))
 }
 
 pub fn run(plan: &Plan) -> Result<Judgement> {

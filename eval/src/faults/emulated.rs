@@ -18,17 +18,24 @@ pub fn run(plan: &Plan, options: Options<'_>) -> Result<Judgement> {
         packets.push(packet.clone());
         Ok(())
     };
-    let options = Options { keep_conversions: true, ..options };
+    let options = Options {
+        keep_conversions: true,
+        ..options
+    };
     let outcome = emulator::run(input, options, &mut sink, &mut |_, _| {})?;
     Ok(judge(plan, &truth, &ran(packets, &outcome)?))
 }
 
-/// The results of a run of the image in the form of one on the PC. Which reads the firmware took is not known: a
-/// conversion that it read twice and that arrived right at least once counts as delivered.
+/// The results of a run of the image in the form of one on the PC. Which reads the firmware took is
+/// not known: a conversion that it read twice and that arrived right at least once counts as
+/// delivered.
 fn ran(packets: Vec<Packet>, outcome: &Outcome) -> Result<Ran> {
     let image = SCAN.registers()?;
     let mut order = ScanOrder::new(&SCAN);
-    let whole = outcome.conversions.iter().filter(|timed| order.take(&timed.conversion()));
+    let whole = outcome
+        .conversions
+        .iter()
+        .filter(|timed| order.take(&timed.conversion()));
     // GPIOD shows the pins.
     let writable = Register::Gpiod as usize;
     Ok(Ran {

@@ -48,17 +48,20 @@ pub enum Family {
 impl Family {
     /// The families of a single fault: all but the first and the last.
     fn single() -> &'static [Self] {
-        let [_, single @ .., _] = Self::value_variants() else { return &[] };
+        let [_, single @ .., _] = Self::value_variants() else {
+            return &[];
+        };
         single
     }
 
     /// Its name, in the JSON and on the command line.
     pub fn name(self) -> String {
-        self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+        self.to_possible_value()
+            .map_or_else(String::new, |value| value.get_name().to_owned())
     }
 
-    /// What it is, for people; the kinds of report of which one must follow; and whether the exact number of lost conversions
-    /// is known: then the firmware must not report one more.
+    /// What it is, for people; the kinds of report of which one must follow; and whether the exact
+    /// number of lost conversions is known: then the firmware must not report one more.
     const fn facts(self) -> (&'static str, &'static [FaultKind], bool) {
         use FaultKind::*;
         match self {
@@ -66,20 +69,38 @@ impl Family {
             Self::EdgesLost => ("1 to 40 edges of DRDY lost", &[Lost], true),
             Self::EdgeRepeated => ("edge of DRDY repeated", &[Repeated], true),
             // If it is shorter than the watch's half second, it is a gap.
-            Self::DrdyStuck => ("DRDY stuck high or low, 1 to 600 ms", &[Silent, Lost], false),
+            Self::DrdyStuck => (
+                "DRDY stuck high or low, 1 to 600 ms",
+                &[Silent, Lost],
+                false,
+            ),
             Self::Storm => ("storm on DRDY, 5 to 300 ms", &[Storm, Repeated], false),
             Self::DoutFlip => ("bit error from the chip", &[Bus], true),
             // The bit decides what the chip does: it reads registers, writes them, or does nothing.
-            Self::DinFlip => {
-                ("bit error in a read's command", &[Bus, BusDead, Repeated, Registers, Channel, Lost], false)
-            }
-            Self::DoutStuck => ("DOUT stuck at ones or zeros, 0.2 to 300 ms", &[BusDead], false),
+            Self::DinFlip => (
+                "bit error in a read's command",
+                &[Bus, BusDead, Repeated, Registers, Channel, Lost],
+                false,
+            ),
+            Self::DoutStuck => (
+                "DOUT stuck at ones or zeros, 0.2 to 300 ms",
+                &[BusDead],
+                false,
+            ),
             Self::BusCut => ("bus cut: ones or zeros, 0.2 to 300 ms", &[BusDead], false),
             Self::Stall => ("converter stood still, 1 to 600 ms", &[Silent, Lost], false),
             Self::Reset => ("chip reset itself", &[Registers], false),
             Self::RegisterFlip => ("register changed by itself", &[Registers], false),
-            Self::Supply => ("supply of 3.5 to 4.6 V or 5.4 to 5.8 V, 20 to 700 ms", &[Supply], true),
-            Self::Reference => ("reference off by 3 to 20 %, 20 to 700 ms", &[Reference], true),
+            Self::Supply => (
+                "supply of 3.5 to 4.6 V or 5.4 to 5.8 V, 20 to 700 ms",
+                &[Supply],
+                true,
+            ),
+            Self::Reference => (
+                "reference off by 3 to 20 %, 20 to 700 ms",
+                &[Reference],
+                true,
+            ),
             Self::Clock => ("chip's clock off by 1 %, 0.6 to 1.2 s", &[Clock], true),
             Self::Input => ("input at a rail, 5 to 300 ms", &[Overload], true),
             Self::Mixed => ("six of these, 30 to 300 ms apart", &FaultKind::ALL, false),
@@ -90,11 +111,12 @@ impl Family {
         self.facts().0
     }
 
-    /// Whether this kind of report may follow, of which one must. Where a conversion is read once, a bit error in its status is what the
-    /// bit says.
+    /// Whether this kind of report may follow, of which one must. Where a conversion is read once,
+    /// a bit error in its status is what the bit says.
     pub fn expects(self, kind: FaultKind, is_read_twice: bool) -> bool {
         let flips_flags = !is_read_twice && matches!(self, Self::DoutFlip | Self::DinFlip);
-        self.facts().1.contains(&kind) || flips_flags && matches!(kind, FaultKind::Overload | FaultKind::Supply)
+        self.facts().1.contains(&kind)
+            || flips_flags && matches!(kind, FaultKind::Overload | FaultKind::Supply)
     }
 
     pub const fn loss_is_known(self) -> bool {
@@ -103,7 +125,10 @@ impl Family {
 
     /// Whether it changes bits of what is read: of the record itself, or where in it the code is.
     pub const fn alters(self) -> bool {
-        matches!(self, Self::DoutFlip | Self::DinFlip | Self::RegisterFlip | Self::Mixed)
+        matches!(
+            self,
+            Self::DoutFlip | Self::DinFlip | Self::RegisterFlip | Self::Mixed
+        )
     }
 
     /// A fault of this family, and how long it lasts, seconds.
@@ -117,23 +142,63 @@ impl Family {
             Self::RegisterFlip => {
                 // CONFIG0 to GPIOC: GPIOD shows the pins, ID is read-only.
                 let address = draw.whole(0, 7) as u8;
-                (Fault::RegisterFlip { address, mask: bit(draw, 0) }, 0.0)
+                (
+                    Fault::RegisterFlip {
+                        address,
+                        mask: bit(draw, 0),
+                    },
+                    0.0,
+                )
             }
             Self::Reset => (Fault::Reset, 0.0),
             Self::Stall => (Fault::Stall, draw.log(0.001, 0.6)),
             // One of the four bytes that carry the result, of the first read.
-            Self::DoutFlip => (Fault::DoutFlip { bytes_ahead: draw.whole(1, 4), mask: bit(draw, 0) }, 0.0),
+            Self::DoutFlip => (
+                Fault::DoutFlip {
+                    bytes_ahead: draw.whole(1, 4),
+                    mask: bit(draw, 0),
+                },
+                0.0,
+            ),
             // The chip ignores the lower four bits, and what comes behind the command.
-            Self::DinFlip => (Fault::DinFlip { bytes_ahead: 5 * draw.whole(0, 1), mask: bit(draw, 4) }, 0.0),
-            Self::DoutStuck => (Fault::DoutStuck { high: draw.coin() }, draw.log(0.0002, 0.3)),
+            Self::DinFlip => (
+                Fault::DinFlip {
+                    bytes_ahead: 5 * draw.whole(0, 1),
+                    mask: bit(draw, 4),
+                },
+                0.0,
+            ),
+            Self::DoutStuck => (
+                Fault::DoutStuck { high: draw.coin() },
+                draw.log(0.0002, 0.3),
+            ),
             Self::BusCut => (Fault::BusCut { high: draw.coin() }, draw.log(0.0002, 0.3)),
             Self::DrdyStuck => (Fault::DrdyStuck { high: draw.coin() }, draw.log(0.001, 0.6)),
             // Faster than the chip's fastest scan of 23,739 a second.
-            Self::Storm => (Fault::Storm { period_ns: draw.whole(5_000, 40_000) }, draw.log(0.005, 0.3)),
-            Self::EdgesLost => (Fault::EdgesLost { count: draw.whole(1, 40) as u32 }, 0.0),
-            Self::EdgeRepeated => (Fault::EdgeRepeated { after_ns: draw.whole(30_000, 160_000) }, 0.0),
+            Self::Storm => (
+                Fault::Storm {
+                    period_ns: draw.whole(5_000, 40_000),
+                },
+                draw.log(0.005, 0.3),
+            ),
+            Self::EdgesLost => (
+                Fault::EdgesLost {
+                    count: draw.whole(1, 40) as u32,
+                },
+                0.0,
+            ),
+            Self::EdgeRepeated => (
+                Fault::EdgeRepeated {
+                    after_ns: draw.whole(30_000, 160_000),
+                },
+                0.0,
+            ),
             Self::Supply => {
-                let volts = if draw.coin() { draw.even(3.5, 4.6) } else { draw.even(5.4, 5.8) };
+                let volts = if draw.coin() {
+                    draw.even(3.5, 4.6)
+                } else {
+                    draw.even(5.4, 5.8)
+                };
                 (Fault::Supply { volts }, draw.log(0.02, 0.7))
             }
             Self::Reference => {
@@ -147,7 +212,13 @@ impl Family {
             }
             Self::Input => {
                 let volts = if draw.coin() { 5.0 } else { -5.0 };
-                (Fault::Input { input: draw.whole(0, 15) as u8, volts }, draw.log(0.005, 0.3))
+                (
+                    Fault::Input {
+                        input: draw.whole(0, 15) as u8,
+                        volts,
+                    },
+                    draw.log(0.005, 0.3),
+                )
             }
         }
     }

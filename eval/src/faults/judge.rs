@@ -8,7 +8,8 @@ use hal_mock::{Fault, Injected, Truth};
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::telemetry::{Estimate, Event, Health, Status};
 
-/// A frequency is wrong if its error is more than five of its standard deviations and more than half a percent.
+/// A frequency is wrong if its error is more than five of its standard deviations and more than
+/// half a percent.
 const SIGMAS: f64 = 5.0;
 const SHARE: f64 = 0.005;
 
@@ -18,10 +19,12 @@ pub const NOT_REPORTED: &str = "not reported";
 /// The end of the complaint that conversions arrived altered.
 pub const ALTERED: &str = "differ from the chip's";
 
-/// An episode may start this much before the injection, nanoseconds: two conversions, the tolerance of device time.
+/// An episode may start this much before the injection, nanoseconds: two conversions, the tolerance
+/// of device time.
 const SLACK_NS: u64 = 400_000;
 
-/// A register that does not show in what is read is found by the check twice a second, which may wait for a conversion, nanoseconds.
+/// A register that does not show in what is read is found by the check twice a second, which may
+/// wait for a conversion, nanoseconds.
 const CHECK_NS: u64 = 510_000_000;
 
 /// A bit error of one of the next two reads has arrived within this time, nanoseconds.
@@ -35,9 +38,11 @@ const SUPPLY_BIT_V: f64 = 4.3;
 pub struct Fate {
     /// From its start to the report, seconds of device time; none if there was no report.
     pub detected_s: Option<f64>,
-    /// There was no report, and nothing that the firmware reads was other than without it but codes.
+    /// There was no report, and nothing that the firmware reads was other than without it but
+    /// codes.
     pub is_unseen: bool,
-    /// From its end to the end of the next scan without a flaw and with right registers, seconds, if there was one.
+    /// From its end to the end of the next scan without a flaw and with right registers, seconds,
+    /// if there was one.
     pub recovered_s: Option<f64>,
 }
 
@@ -73,21 +78,34 @@ pub fn judge(plan: &Plan, truth: &Truth, ran: &Ran) -> Judgement {
         judgement.counts.false_alarms = episodes.len() as u64;
         for Episode { kind, from_ns, .. } in &episodes {
             let from_s = from_ns.saturating_sub(ran.zero_ns) as f64 * 1e-9;
-            judgement.complaints.push(format!("false alarm: {kind:?} at {from_s:.3} s"));
+            judgement
+                .complaints
+                .push(format!("false alarm: {kind:?} at {from_s:.3} s"));
         }
     }
     if !ran.registers_right {
-        judgement.complaints.push("the registers are wrong at the end".into());
+        judgement
+            .complaints
+            .push("the registers are wrong at the end".into());
     }
     if ran.line != (0, 0) {
-        judgement.complaints.push(format!("telemetry: {} packets lost, {} damaged", ran.line.0, ran.line.1));
+        judgement.complaints.push(format!(
+            "telemetry: {} packets lost, {} damaged",
+            ran.line.0, ran.line.1
+        ));
     }
     for number in 0..ran.injected.len() {
-        let Some(fate) = fate(plan, ran, &episodes, number) else { continue };
+        let Some(fate) = fate(plan, ran, &episodes, number) else {
+            continue;
+        };
         if fate.detected_s.is_none() && !fate.is_unseen {
-            let injection =
-                plan.injections.get(number).map(|injection| (injection.at_s, injection.fault, injection.lasts_s));
-            judgement.complaints.push(format!("{NOT_REPORTED}: {injection:?}"));
+            let injection = plan
+                .injections
+                .get(number)
+                .map(|injection| (injection.at_s, injection.fault, injection.lasts_s));
+            judgement
+                .complaints
+                .push(format!("{NOT_REPORTED}: {injection:?}"));
         }
         judgement.fates.push(fate);
     }
@@ -98,11 +116,21 @@ fn episodes(ran: &Ran) -> Vec<Episode> {
     let to_ns = |device_us: u64| ran.zero_ns + device_us * 1000;
     let mut episodes = Vec::<Episode>::new();
     for packet in &ran.packets {
-        let Event::Fault(fault) = &packet.event else { continue };
+        let Event::Fault(fault) = &packet.event else {
+            continue;
+        };
         match fault.until_us {
-            None => episodes.push(Episode { kind: fault.kind, from_ns: to_ns(fault.from_us), until_ns: None }),
+            None => episodes.push(Episode {
+                kind: fault.kind,
+                from_ns: to_ns(fault.from_us),
+                until_ns: None,
+            }),
             Some(until_us) => {
-                if let Some(open) = episodes.iter_mut().rev().find(|episode| episode.kind == fault.kind) {
+                if let Some(open) = episodes
+                    .iter_mut()
+                    .rev()
+                    .find(|episode| episode.kind == fault.kind)
+                {
                     open.until_ns = Some(to_ns(until_us));
                 }
             }
@@ -113,40 +141,64 @@ fn episodes(ran: &Ran) -> Vec<Episode> {
 
 /// The fate of an injection; none if it did not act.
 fn fate(plan: &Plan, ran: &Ran, episodes: &[Episode], number: usize) -> Option<Fate> {
-    let Injected { begun_ns: Some(begun_ns), over_ns } = *ran.injected.get(number)? else { return None };
-    let next_ns = ran.injected.get(number + 1).and_then(|next| next.begun_ns).unwrap_or(ran.end_ns);
+    let Injected {
+        begun_ns: Some(begun_ns),
+        over_ns,
+    } = *ran.injected.get(number)?
+    else {
+        return None;
+    };
+    let next_ns = ran
+        .injected
+        .get(number + 1)
+        .and_then(|next| next.begun_ns)
+        .unwrap_or(ran.end_ns);
     let over_ns = over_ns.unwrap_or(begun_ns).max(begun_ns);
     // In a mixed run the next injection may act before the check.
-    let is_flip = plan.injections.get(number).is_some_and(|one| matches!(one.fault, Fault::RegisterFlip { .. }));
+    let is_flip = plan
+        .injections
+        .get(number)
+        .is_some_and(|one| matches!(one.fault, Fault::RegisterFlip { .. }));
     let reported = episodes.iter().filter(|episode| {
         // In a mixed run the episode of the injection before may still last.
-        let seen_since = episode.until_ns.is_none_or(|until_ns| until_ns + SLACK_NS >= begun_ns);
-        let by_check = is_flip && episode.kind == FaultKind::Registers && episode.from_ns < begun_ns + CHECK_NS;
+        let seen_since = episode
+            .until_ns
+            .is_none_or(|until_ns| until_ns + SLACK_NS >= begun_ns);
+        let by_check = is_flip
+            && episode.kind == FaultKind::Registers
+            && episode.from_ns < begun_ns + CHECK_NS;
         plan.family.expects(episode.kind, plan.scan.is_read_twice())
             && (episode.from_ns < next_ns || by_check)
             && seen_since
     });
-    let detected_s = reported.map(|episode| episode.from_ns.saturating_sub(begun_ns) as f64 * 1e-9).reduce(f64::min);
+    let detected_s = reported
+        .map(|episode| episode.from_ns.saturating_sub(begun_ns) as f64 * 1e-9)
+        .reduce(f64::min);
     let whole_ns = ran.whole_ns.iter().find(|whole_ns| **whole_ns > over_ns);
     Some(Fate {
         detected_s,
-        is_unseen: detected_s.is_none() && leaves_no_sign(plan.injections[number].fault, begun_ns, over_ns, ran),
+        is_unseen: detected_s.is_none()
+            && leaves_no_sign(plan.injections[number].fault, begun_ns, over_ns, ran),
         recovered_s: whole_ns.map(|whole_ns| (whole_ns - over_ns) as f64 * 1e-9),
     })
 }
 
-/// Whether a fault left no sign in ids, statuses and times: it changed nothing but a code that was read once; or the supply, above the
-/// chip's own bound, or the reference between two readings of them.
+/// Whether a fault left no sign in ids, statuses and times: it changed nothing but a code that was
+/// read once; or the supply, above the chip's own bound, or the reference between two readings of
+/// them.
 fn leaves_no_sign(fault: Fault, begun_ns: u64, over_ns: u64, ran: &Ran) -> bool {
     let has_no_reading = |reading| {
         // A reading of which only a part fell into it may be right.
         let within = begun_ns + READING_NS..=over_ns;
-        !ran.readings_ns.iter().any(|(read, at_ns)| *read == reading && within.contains(at_ns))
+        !ran.readings_ns
+            .iter()
+            .any(|(read, at_ns)| *read == reading && within.contains(at_ns))
     };
     match fault {
-        Fault::DoutFlip { .. } | Fault::DinFlip { .. } => {
-            ran.unseen_ns.iter().any(|at_ns| (begun_ns..begun_ns + BIT_ERROR_NS).contains(at_ns))
-        }
+        Fault::DoutFlip { .. } | Fault::DinFlip { .. } => ran
+            .unseen_ns
+            .iter()
+            .any(|at_ns| (begun_ns..begun_ns + BIT_ERROR_NS).contains(at_ns)),
         Fault::Supply { volts } => volts >= SUPPLY_BIT_V && has_no_reading(Channel::Vcc),
         Fault::Reference { .. } => has_no_reading(Channel::Ref),
         _ => false,
@@ -154,16 +206,24 @@ fn leaves_no_sign(fault: Fault, begun_ns: u64, over_ns: u64, ran: &Ran) -> bool 
 }
 
 fn judge_conversions(plan: &Plan, ran: &Ran, health: &Health, judgement: &mut Judgement) {
-    let (made, taken, lost) = (ran.chip.conversions, ran.delivered, u64::from(health.conversions_lost));
+    let (made, taken, lost) = (
+        ran.chip.conversions,
+        ran.delivered,
+        u64::from(health.conversions_lost),
+    );
     let counts = &mut judgement.counts;
     counts.silent = made.saturating_sub(taken + lost);
     counts.excess = (taken + lost).saturating_sub(made);
     counts.altered = ran.altered;
     if counts.silent > 0 || counts.excess > 0 && plan.family.loss_is_known() {
-        judgement.complaints.push(format!("{made} conversions made, {taken} taken, {lost} reported as lost"));
+        judgement.complaints.push(format!(
+            "{made} conversions made, {taken} taken, {lost} reported as lost"
+        ));
     }
     if ran.altered > 0 {
-        judgement.complaints.push(format!("{} conversions {ALTERED}", ran.altered));
+        judgement
+            .complaints
+            .push(format!("{} conversions {ALTERED}", ran.altered));
     }
 }
 

@@ -25,7 +25,8 @@ pub struct Heard {
     pub damaged: u64,
     /// Requests that the board answered. Must be zero.
     pub answered: u64,
-    /// Whether the settings in force, the speed profile or anything in the flash has changed. Must be false.
+    /// Whether the settings in force, the speed profile or anything in the flash has changed. Must
+    /// be false.
     pub changed: bool,
     /// Whether the board obeys the next request. Must be true.
     pub obeys: bool,
@@ -42,10 +43,21 @@ struct Subject {
 impl Subject {
     fn new() -> Result<Self> {
         let mut board = Receiver::new(CutFlash::new(1));
-        board.hear(&request(1, Command::Set { settings: settings(STORED), keep: true })?);
+        board.hear(&request(
+            1,
+            Command::Set {
+                settings: settings(STORED),
+                keep: true,
+            },
+        )?);
         let pages = board.into_pages();
         let flash = pages.bytes.clone();
-        Ok(Self { board: Receiver::new(pages), flash, heard: Heard::default(), last: 0 })
+        Ok(Self {
+            board: Receiver::new(pages),
+            flash,
+            heard: Heard::default(),
+            last: 0,
+        })
     }
 
     fn hear(&mut self, bytes: &[u8]) -> Vec<Reply> {
@@ -58,7 +70,11 @@ impl Subject {
     }
 
     fn conclude(mut self) -> Result<Heard> {
-        let mut heard = Heard { damaged: self.board.damaged(), answered: self.board.answered, ..self.heard };
+        let mut heard = Heard {
+            damaged: self.board.damaged(),
+            answered: self.board.answered,
+            ..self.heard
+        };
         heard.changed = self.board.in_force() != (settings(STORED), SettingsSource::Stored)
             || self.board.profile().is_some()
             || self.board.is_restarting();
@@ -79,12 +95,21 @@ fn request(number: u16, command: Command) -> Result<Vec<u8>> {
 
 /// The requests that would change most.
 fn requests() -> Result<Vec<Vec<u8>>> {
-    let set = Command::Set { settings: settings(OTHER), keep: true };
-    [set, Command::Forget, Command::Stop, Command::Restart, Command::Raw { frames: u32::MAX }]
-        .into_iter()
-        .zip(2..)
-        .map(|(command, number)| request(number, command))
-        .collect()
+    let set = Command::Set {
+        settings: settings(OTHER),
+        keep: true,
+    };
+    [
+        set,
+        Command::Forget,
+        Command::Stop,
+        Command::Restart,
+        Command::Raw { frames: u32::MAX },
+    ]
+    .into_iter()
+    .zip(2..)
+    .map(|(command, number)| request(number, command))
+    .collect()
 }
 
 pub fn random_bytes(bytes: u64, seed: u64) -> Result<Heard> {
@@ -98,7 +123,8 @@ pub fn random_bytes(bytes: u64, seed: u64) -> Result<Heard> {
     subject.conclude()
 }
 
-/// Sends `frames` damaged requests: with bit errors, without their end, without a part, or two in one.
+/// Sends `frames` damaged requests: with bit errors, without their end, without a part, or two in
+/// one.
 pub fn damaged_requests(frames: u64, seed: u64) -> Result<Heard> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut subject = Subject::new()?;
@@ -146,22 +172,43 @@ mod tests {
 
     fn send_random_bytes(bytes: u64) {
         let heard = random_bytes(bytes, 1).expect("requests");
-        assert!(heard.bytes >= bytes && heard.damaged > bytes / 333, "{heard:?}");
-        assert_eq!((heard.answered, heard.changed, heard.obeys), (0, false, true), "{heard:?}");
+        assert!(
+            heard.bytes >= bytes && heard.damaged > bytes / 333,
+            "{heard:?}"
+        );
+        assert_eq!(
+            (heard.answered, heard.changed, heard.obeys),
+            (0, false, true),
+            "{heard:?}"
+        );
     }
 
     #[test]
     fn damaged_requests_change_nothing() {
         let heard = damaged_requests(300_000, 1).expect("requests");
         assert!(heard.damaged > 250_000, "{heard:?}");
-        assert_eq!((heard.answered, heard.changed, heard.obeys), (0, false, true), "{heard:?}");
+        assert_eq!(
+            (heard.answered, heard.changed, heard.obeys),
+            (0, false, true),
+            "{heard:?}"
+        );
     }
 
     #[test]
     fn a_repeated_request_is_answered_again_and_not_done_twice() {
         let mut board = Receiver::new(CutFlash::<PAGE_BYTES>::new(1));
-        let set = request(5, Command::Set { settings: settings(3), keep: true }).expect("a request");
-        let done = [Reply { gives: Some(settings(0).plan.gives()), ..Reply::new(5, Outcome::Done) }];
+        let set = request(
+            5,
+            Command::Set {
+                settings: settings(3),
+                keep: true,
+            },
+        )
+        .expect("a request");
+        let done = [Reply {
+            gives: Some(settings(0).plan.gives()),
+            ..Reply::new(5, Outcome::Done)
+        }];
         for _ in 0..1000 {
             assert_eq!(board.hear(&set), done);
         }
@@ -178,14 +225,23 @@ mod tests {
         let flood = 10_000u16;
         let mut taken = 0;
         for number in 0..flood {
-            for byte in
-                request(number, Command::Set { settings: settings(number.into()), keep: false }).expect("a request")
+            for byte in request(
+                number,
+                Command::Set {
+                    settings: settings(number.into()),
+                    keep: false,
+                },
+            )
+            .expect("a request")
             {
                 taken += u64::from(board.push(byte));
             }
         }
         assert_eq!((taken, board.damaged()), (1, u64::from(flood) - 1));
-        let done = Reply { gives: Some(settings(0).plan.gives()), ..Reply::new(0, Outcome::Done) };
+        let done = Reply {
+            gives: Some(settings(0).plan.gives()),
+            ..Reply::new(0, Outcome::Done)
+        };
         assert_eq!(board.obey(), Some(done));
         assert_eq!(board.in_force().0, settings(0));
         let next = request(9, Command::Greet).expect("a request");

@@ -1,5 +1,5 @@
-//! Rows of damage on the line, both ways, and of power that is lost while settings are stored. These run no touch: they
-//! test the line's receiver, the decoder and the store of settings alone.
+//! Rows of damage on the line, both ways, and of power that is lost while settings are stored.
+//! These run no touch: they test the line's receiver, the decoder and the store of settings alone.
 
 use super::bit_errors::{self, BitErrors};
 use super::counts::Counts;
@@ -33,21 +33,37 @@ const CUTS: (&str, &str) = ("power_cuts", "power lost while settings are stored"
 #[cfg(test)]
 pub const TITLES: [&str; 4] = [BIT_ERRORS.1, RANDOM.1, DAMAGED.1, CUTS.1];
 
-/// Rows and counts of frames for `injections` injections into the chip: for 100,000 ten million frames and 100 MB.
+/// Rows and counts of frames for `injections` injections into the chip: for 100,000 ten million
+/// frames and 100 MB.
 pub fn rows(injections: u64, seed: u64) -> Result<(Vec<Row>, BitErrors)> {
-    let errors = bit_errors::count(Input::default().open()?, injections * TELEMETRY_FRAMES, seed)?;
-    let random = batches("random bytes", injections * RANDOM_BYTES / BYTES_A_BOARD, seed, |seed| {
-        line_noise::random_bytes(BYTES_A_BOARD, seed)
-    })?;
-    let damaged = batches("damaged requests", injections * REQUESTS / REQUESTS_A_BOARD, seed, |seed| {
-        line_noise::damaged_requests(REQUESTS_A_BOARD, seed)
-    })?;
-    let cut = batches("cuts of power", injections / INJECTIONS_A_CUT, seed, |seed| {
-        let mut cuts = cut_everywhere::<{ RECORD_BYTES as u32 }>(0, 5, seed);
-        cuts += cut_everywhere::<{ 2 * RECORD_BYTES as u32 }>(0, 7, seed);
-        cuts += cut_everywhere::<{ 8 * RECORD_BYTES as u32 + 104 }>(8, 16, seed);
-        Ok(cuts)
-    })?;
+    let errors = bit_errors::count(
+        Input::default().open()?,
+        injections * TELEMETRY_FRAMES,
+        seed,
+    )?;
+    let random = batches(
+        "random bytes",
+        injections * RANDOM_BYTES / BYTES_A_BOARD,
+        seed,
+        |seed| line_noise::random_bytes(BYTES_A_BOARD, seed),
+    )?;
+    let damaged = batches(
+        "damaged requests",
+        injections * REQUESTS / REQUESTS_A_BOARD,
+        seed,
+        |seed| line_noise::damaged_requests(REQUESTS_A_BOARD, seed),
+    )?;
+    let cut = batches(
+        "cuts of power",
+        injections / INJECTIONS_A_CUT,
+        seed,
+        |seed| {
+            let mut cuts = cut_everywhere::<{ RECORD_BYTES as u32 }>(0, 5, seed);
+            cuts += cut_everywhere::<{ 2 * RECORD_BYTES as u32 }>(0, 7, seed);
+            cuts += cut_everywhere::<{ 8 * RECORD_BYTES as u32 + 104 }>(8, 16, seed);
+            Ok(cuts)
+        },
+    )?;
     let mut cuts = Cuts::default();
     cut.into_iter().for_each(|more| cuts += more);
     cuts += cut_everywhere::<{ 128 * 1024 }>(2 * RECORDS - 1, 2, seed);
@@ -63,14 +79,29 @@ pub fn rows(injections: u64, seed: u64) -> Result<(Vec<Row>, BitErrors)> {
 }
 
 /// At least one batch, each with a seed of its own.
-fn batches<T: Send>(what: &str, count: u64, seed: u64, make: impl Fn(u64) -> Result<T> + Sync) -> Result<Vec<T>> {
+fn batches<T: Send>(
+    what: &str,
+    count: u64,
+    seed: u64,
+    make: impl Fn(u64) -> Result<T> + Sync,
+) -> Result<Vec<T>> {
     let seeds: Vec<u64> = (seed..seed + count.max(1)).collect();
     parallel::map(what, &seeds, |seed| make(*seed))
 }
 
 fn of_bit_errors(errors: &BitErrors) -> Row {
-    let counts = Counts { silent: errors.next_lost, altered: errors.accepted_damaged, ..Counts::default() };
-    Row::without_touch(BIT_ERRORS, errors.sent, errors.refused, Some(errors.sent - errors.next_lost), counts)
+    let counts = Counts {
+        silent: errors.next_lost,
+        altered: errors.accepted_damaged,
+        ..Counts::default()
+    };
+    Row::without_touch(
+        BIT_ERRORS,
+        errors.sent,
+        errors.refused,
+        Some(errors.sent - errors.next_lost),
+        counts,
+    )
 }
 
 fn of_requests(title: (&str, &str), boards: &[Heard]) -> Row {
@@ -78,15 +109,34 @@ fn of_requests(title: (&str, &str), boards: &[Heard]) -> Row {
     let (frames, damaged) = (sum(|heard| heard.frames), sum(|heard| heard.damaged));
     let deaf = sum(|heard| u64::from(!heard.obeys));
     let altered = sum(|heard| heard.answered + u64::from(heard.changed));
-    let counts = Counts { silent: frames.saturating_sub(damaged) + deaf, altered, ..Counts::default() };
+    let counts = Counts {
+        silent: frames.saturating_sub(damaged) + deaf,
+        altered,
+        ..Counts::default()
+    };
     // Which frame makes a board deaf is not known.
-    Row::without_touch(title, frames, damaged, (deaf == 0).then_some(frames), counts)
+    Row::without_touch(
+        title,
+        frames,
+        damaged,
+        (deaf == 0).then_some(frames),
+        counts,
+    )
 }
 
 fn of_cuts(cuts: &Cuts) -> Row {
-    let counts = Counts { altered: cuts.wrong, ..Counts::default() };
+    let counts = Counts {
+        altered: cuts.wrong,
+        ..Counts::default()
+    };
     // Settings that are whole, or were not begun, need no report.
-    Row::without_touch(CUTS, cuts.injected, cuts.reported, Some(cuts.old + cuts.new + cuts.defaults), counts)
+    Row::without_touch(
+        CUTS,
+        cuts.injected,
+        cuts.reported,
+        Some(cuts.old + cuts.new + cuts.defaults),
+        counts,
+    )
 }
 
 #[cfg(test)]
@@ -96,30 +146,125 @@ mod tests {
     #[test]
     fn nothing_damaged_is_taken_and_all_of_it_is_reported() {
         let (rows, bit_errors) = rows(1000, 1).expect("rows");
-        assert!(rows.iter().map(|row| &row.fault).zip(TITLES).all(|(row, title)| row.starts_with(title)), "{rows:?}");
-        assert_eq!((rows.len(), rows[0].injected as u64), (TITLES.len(), bit_errors.sent));
+        assert!(
+            rows.iter()
+                .map(|row| &row.fault)
+                .zip(TITLES)
+                .all(|(row, title)| row.starts_with(title)),
+            "{rows:?}"
+        );
+        assert_eq!(
+            (rows.len(), rows[0].injected as u64),
+            (TITLES.len(), bit_errors.sent)
+        );
         for row in &rows {
             println!("{row:?}");
             assert!(row.is_clean() && row.injected > 1000, "{row:?}");
-            assert_eq!(row.recovered.map(|delays| delays.count), Some(row.injected), "{row:?}");
+            assert_eq!(
+                row.recovered.map(|delays| delays.count),
+                Some(row.injected),
+                "{row:?}"
+            );
         }
-        let reported: Vec<_> = rows.iter().filter_map(|row| row.detected).map(|delays| delays.count).collect();
-        assert_eq!(reported[..3], [rows[0].injected, rows[1].injected, rows[2].injected]);
-        assert!(reported[3] > 100 && reported[3] < rows[3].injected, "{reported:?}");
+        let reported: Vec<_> = rows
+            .iter()
+            .filter_map(|row| row.detected)
+            .map(|delays| delays.count)
+            .collect();
+        assert_eq!(
+            reported[..3],
+            [rows[0].injected, rows[1].injected, rows[2].injected]
+        );
+        assert!(
+            reported[3] > 100 && reported[3] < rows[3].injected,
+            "{reported:?}"
+        );
     }
 
     #[test]
     fn what_goes_wrong_is_not_clean() {
-        let heard = Heard { frames: 10, damaged: 10, obeys: true, ..Heard::default() };
+        let heard = Heard {
+            frames: 10,
+            damaged: 10,
+            obeys: true,
+            ..Heard::default()
+        };
         assert!(of_requests(("", ""), &[heard]).is_clean());
-        assert!(!of_requests(("", ""), &[Heard { damaged: 9, ..heard }]).is_clean());
-        assert!(!of_requests(("", ""), &[heard, Heard { obeys: false, ..heard }]).is_clean());
-        assert!(!of_requests(("", ""), &[heard, Heard { answered: 1, ..heard }]).is_clean());
-        assert!(!of_requests(("", ""), &[heard, Heard { changed: true, ..heard }]).is_clean());
-        let bit_errors = BitErrors { sent: 10, refused: 10, ..BitErrors::default() };
+        assert!(
+            !of_requests(
+                ("", ""),
+                &[Heard {
+                    damaged: 9,
+                    ..heard
+                }]
+            )
+            .is_clean()
+        );
+        assert!(
+            !of_requests(
+                ("", ""),
+                &[
+                    heard,
+                    Heard {
+                        obeys: false,
+                        ..heard
+                    }
+                ]
+            )
+            .is_clean()
+        );
+        assert!(
+            !of_requests(
+                ("", ""),
+                &[
+                    heard,
+                    Heard {
+                        answered: 1,
+                        ..heard
+                    }
+                ]
+            )
+            .is_clean()
+        );
+        assert!(
+            !of_requests(
+                ("", ""),
+                &[
+                    heard,
+                    Heard {
+                        changed: true,
+                        ..heard
+                    }
+                ]
+            )
+            .is_clean()
+        );
+        let bit_errors = BitErrors {
+            sent: 10,
+            refused: 10,
+            ..BitErrors::default()
+        };
         assert!(of_bit_errors(&bit_errors).is_clean());
-        assert!(!of_bit_errors(&BitErrors { accepted_damaged: 1, ..bit_errors }).is_clean());
-        assert!(!of_bit_errors(&BitErrors { next_lost: 1, ..bit_errors }).is_clean());
-        assert!(!of_cuts(&Cuts { wrong: 1, ..Cuts::default() }).is_clean());
+        assert!(
+            !of_bit_errors(&BitErrors {
+                accepted_damaged: 1,
+                ..bit_errors
+            })
+            .is_clean()
+        );
+        assert!(
+            !of_bit_errors(&BitErrors {
+                next_lost: 1,
+                ..bit_errors
+            })
+            .is_clean()
+        );
+        assert!(
+            !of_cuts(&Cuts {
+                wrong: 1,
+                ..Cuts::default()
+            })
+            .is_clean()
+        );
     }
 }

@@ -8,11 +8,13 @@ use ridgetone_host::input::{Input, Opened, Source};
 use ridgetone_proto::plan::Plan as Scan;
 use ridgetone_proto::settings::{HOP_LEAST_S, Settings};
 
-/// Scene time of the first injection, seconds, at the least: the chip runs and the idle level is known.
+/// Scene time of the first injection, seconds, at the least: the chip runs and the idle level is
+/// known.
 const FIRST_S: f64 = 0.35;
 /// From the last one to the scene's end, seconds, at the least: its episode is over and reported.
 const LAST_S: f64 = 0.5;
-/// From the end of one to the next, seconds: an episode is over when its kind has not been seen for a second.
+/// From the end of one to the next, seconds: an episode is over when its kind has not been seen for
+/// a second.
 const APART_S: (f64, f64) = (1.25, 1.6);
 /// The same within a mixed run.
 const MIXED_APART_S: (f64, f64) = (0.03, 0.3);
@@ -32,10 +34,14 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// The run of this seed. `slide_s` is the length of its slide, seconds. A window holds as many periods with any scan.
+    /// The run of this seed. `slide_s` is the length of its slide, seconds. A window holds as many
+    /// periods with any scan.
     pub fn new(family: Family, seed: u64, slide_s: f64, scan: Scan) -> Self {
         let mut draw = Draw::new(seed);
-        let (speed_mm_s, period_mm) = (draw.even(25.0, 50.0), draw.even(2.6, 4.1) * window_share(&scan));
+        let (speed_mm_s, period_mm) = (
+            draw.even(25.0, 50.0),
+            draw.even(2.6, 4.1) * window_share(&scan),
+        );
         let sliding = Sliding {
             speed_mm_s,
             period_mm,
@@ -48,7 +54,11 @@ impl Plan {
             seed,
             ..Sliding::default()
         };
-        let end_s = sliding.idle_s + sliding.hold_before_s + slide_s + sliding.hold_after_s + sliding.release_idle_s;
+        let end_s = sliding.idle_s
+            + sliding.hold_before_s
+            + slide_s
+            + sliding.hold_after_s
+            + sliding.release_idle_s;
         let mut injections = Vec::new();
         let mixed = family == Family::Mixed;
         let mut at_s = FIRST_S + draw.even(0.0, APART_S.0);
@@ -58,16 +68,31 @@ impl Plan {
             if at_s + lasts_s > end_s - LAST_S {
                 break;
             }
-            injections.push(Injection { at_s, lasts_s, fault });
+            injections.push(Injection {
+                at_s,
+                lasts_s,
+                fault,
+            });
             let (least_s, most_s) = if mixed { MIXED_APART_S } else { APART_S };
             at_s += lasts_s + draw.even(least_s, most_s);
         }
-        Self { family, seed, sliding, injections, scan }
+        Self {
+            family,
+            seed,
+            sliding,
+            injections,
+            scan,
+        }
     }
 
     pub fn open(&self) -> Result<(Opened, Truth)> {
         let source = Source::Scene(self.sliding.clone());
-        let mut input = Input { source, seed: self.seed, ..Input::default() }.open_in(&self.scan)?;
+        let mut input = Input {
+            source,
+            seed: self.seed,
+            ..Input::default()
+        }
+        .open_in(&self.scan)?;
         input.options.injections = self.injections.clone();
         let truth = input.truth.context("a scene without its truth")?;
         Ok((input, truth))
@@ -77,15 +102,27 @@ impl Plan {
     pub fn settings(&self) -> Settings {
         let share = window_share(&self.scan) as f32;
         let (window_s, hop_s) = (WINDOW_S * share, (HOP_S * share).max(HOP_LEAST_S));
-        Settings { window_s, hop_s, plan: self.scan, ..Settings::DEFAULT }
+        Settings {
+            window_s,
+            hop_s,
+            plan: self.scan,
+            ..Settings::DEFAULT
+        }
     }
 }
 
 /// The fault, at an input that the scan converts.
 fn converted(fault: Fault, scan: &Scan) -> Fault {
-    let Fault::Input { input, volts } = fault else { return fault };
+    let Fault::Input { input, volts } = fault else {
+        return fault;
+    };
     let mut inputs = (0..16).filter(|input| scan.inputs >> input & 1 == 1);
-    Fault::Input { input: inputs.nth(usize::from(input) % scan.channels()).unwrap_or(input), volts }
+    Fault::Input {
+        input: inputs
+            .nth(usize::from(input) % scan.channels())
+            .unwrap_or(input),
+        volts,
+    }
 }
 
 /// The scan's window as a share of [`WINDOW_S`].

@@ -1,7 +1,7 @@
 //! Loss of power at every word that the store of settings writes, in a flash on this PC.
 //!
-//! The flash works as in the manual: erasing sets bits, programming clears them. An operation that loses power has changed
-//! any part of its bits, and no others.
+//! The flash works as in the manual: erasing sets bits, programming clears them. An operation that
+//! loses power has changed any part of its bits, and no others.
 
 use super::counts::add_fields;
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
@@ -56,7 +56,8 @@ impl<const PAGE_BYTES: u32> CutFlash<PAGE_BYTES> {
         self
     }
 
-    /// Whether power lasts until the end of the next operation; an error if it is gone before it begins.
+    /// Whether power lasts until the end of the next operation; an error if it is gone before it
+    /// begins.
     fn lasts(&mut self) -> Result<bool, NorFlashErrorKind> {
         if self.is_off {
             return Err(NorFlashErrorKind::Other);
@@ -74,7 +75,11 @@ impl<const PAGE_BYTES: u32> CutFlash<PAGE_BYTES> {
             return Err(NorFlashErrorKind::OutOfBounds);
         }
         let lasts = self.lasts()?;
-        let mask = if lasts { u32::MAX } else { part(&mut self.random) };
+        let mask = if lasts {
+            u32::MAX
+        } else {
+            part(&mut self.random)
+        };
         let place = &mut self.bytes[range];
         self.wrong += u64::from(place.iter().any(|byte| *byte != 0xff));
         // The bits that were not done are still set.
@@ -105,7 +110,10 @@ impl<const PAGE_BYTES: u32> ReadNorFlash for CutFlash<PAGE_BYTES> {
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
         self.reads += 1;
-        let Some(kept) = self.bytes.get(offset as usize..offset as usize + bytes.len()) else {
+        let Some(kept) = self
+            .bytes
+            .get(offset as usize..offset as usize + bytes.len())
+        else {
             self.wrong += 1;
             return Err(NorFlashErrorKind::OutOfBounds);
         };
@@ -126,7 +134,10 @@ impl<const PAGE_BYTES: u32> NorFlash for CutFlash<PAGE_BYTES> {
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
         let (words, rest) = bytes.as_chunks::<WORD_BYTES>();
         self.wrong += u64::from(!rest.is_empty());
-        (offset..).step_by(WORD_BYTES).zip(words).try_for_each(|(offset, word)| self.program(offset, *word))
+        (offset..)
+            .step_by(WORD_BYTES)
+            .zip(words)
+            .try_for_each(|(offset, word)| self.program(offset, *word))
     }
 
     /// One page.
@@ -145,7 +156,9 @@ impl<const PAGE_BYTES: u32> NorFlash for CutFlash<PAGE_BYTES> {
         }
         for word in page.as_chunks_mut::<WORD_BYTES>().0 {
             let set = part(&mut self.random).to_le_bytes();
-            word.iter_mut().zip(set).for_each(|(byte, set)| *byte |= set);
+            word.iter_mut()
+                .zip(set)
+                .for_each(|(byte, set)| *byte |= set);
         }
         Err(NorFlashErrorKind::Other)
     }
@@ -163,8 +176,9 @@ pub struct Cuts {
     pub new: u64,
     /// The defaults, where nothing had been stored before.
     pub defaults: u64,
-    /// Anything else: other settings; the old ones without the report although new ones were begun; a store that refused
-    /// when power was back; an operation that a flash does not allow. Must be zero.
+    /// Anything else: other settings; the old ones without the report although new ones were begun;
+    /// a store that refused when power was back; an operation that a flash does not allow. Must be
+    /// zero.
     pub wrong: u64,
 }
 
@@ -172,11 +186,15 @@ add_fields!(Cuts: injected old reported new defaults wrong);
 
 /// Settings that differ from those of every other number.
 pub fn settings(number: u64) -> Settings {
-    Settings { window_s: 0.1 + (number % 3800) as f32 * 1e-3, ..Settings::DEFAULT }
+    Settings {
+        window_s: 0.1 + (number % 3800) as f32 * 1e-3,
+        ..Settings::DEFAULT
+    }
 }
 
-/// Stores `saves` settings into pages that hold `prefilled` others, and loses power in the middle of every word and erasure
-/// of that; then once more in the middle of the next save. `seed` chooses the bits that are done.
+/// Stores `saves` settings into pages that hold `prefilled` others, and loses power in the middle
+/// of every word and erasure of that; then once more in the middle of the next save. `seed` chooses
+/// the bits that are done.
 pub fn cut_everywhere<const PAGE_BYTES: u32>(prefilled: u64, saves: u64, seed: u64) -> Cuts {
     let mut cuts = Cuts::default();
     let mut store = FlashStore::new(CutFlash::<PAGE_BYTES>::new(seed));
@@ -199,7 +217,11 @@ pub fn cut_everywhere<const PAGE_BYTES: u32>(prefilled: u64, saves: u64, seed: u
                 break;
             }
             let found = look(&left, old, settings(number), &mut cuts);
-            let before = if found == Some(settings(number)) { Some(settings(number)) } else { old };
+            let before = if found == Some(settings(number)) {
+                Some(settings(number))
+            } else {
+                old
+            };
             // Power is back and lost again while the next are stored.
             let again = second.next_u64() % 26;
             let mut store = FlashStore::new(left.power(Some(again)));

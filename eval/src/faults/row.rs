@@ -48,14 +48,22 @@ pub struct Delays {
 impl Delays {
     /// A number without times.
     pub const fn untimed(count: u64) -> Self {
-        Self { count: count as usize, median_s: f64::NAN, longest_s: f64::NAN }
+        Self {
+            count: count as usize,
+            median_s: f64::NAN,
+            longest_s: f64::NAN,
+        }
     }
 
     fn of(mut all_s: Vec<f64>) -> Self {
         all_s.sort_by(f64::total_cmp);
         let count = all_s.len();
         let at = |place: usize| all_s.get(place).copied().unwrap_or(0.0);
-        Self { count, median_s: at(count / 2), longest_s: at(count.saturating_sub(1)) }
+        Self {
+            count,
+            median_s: at(count / 2),
+            longest_s: at(count.saturating_sub(1)),
+        }
     }
 }
 
@@ -93,20 +101,33 @@ impl Row {
     /// Of the runs of one family, each with its seed.
     pub fn of_family(family: Family, place: Place, judgements: &[(u64, Judgement)]) -> Self {
         let mut counts = Counts::default();
-        judgements.iter().for_each(|(_, judgement)| counts += judgement.counts);
-        let fates = || judgements.iter().flat_map(|(_, judgement)| &judgement.fates);
+        judgements
+            .iter()
+            .for_each(|(_, judgement)| counts += judgement.counts);
+        let fates = || {
+            judgements
+                .iter()
+                .flat_map(|(_, judgement)| &judgement.fates)
+        };
         let injected = fates().count();
         let some = |delays: Vec<f64>| (injected > 0).then(|| Delays::of(delays));
         let of_run = |(seed, judgement): &(u64, Judgement)| {
-            judgement.complaints.iter().map(|complaint| (*seed, complaint.clone())).collect::<Vec<_>>()
+            judgement
+                .complaints
+                .iter()
+                .map(|complaint| (*seed, complaint.clone()))
+                .collect::<Vec<_>>()
         };
         let mut complaints: Vec<_> = judgements.iter().flat_map(of_run).collect();
-        // What is allowed comes last: faults without a report in mixed runs, and what arrives altered where it is read once.
+        // What is allowed comes last: faults without a report in mixed runs, and what arrives
+        // altered where it is read once.
         complaints.sort_by_key(|(_, complaint)| match complaint {
             complaint if complaint.ends_with(ALTERED) && may_alter(family, place) => 2,
             complaint => u8::from(complaint.starts_with(NOT_REPORTED)),
         });
-        let complaints = complaints.into_iter().map(|(seed, complaint)| format!("seed {seed}: {complaint}"));
+        let complaints = complaints
+            .into_iter()
+            .map(|(seed, complaint)| format!("seed {seed}: {complaint}"));
         Self {
             name: family.name(),
             fault: family.title().into(),
@@ -122,7 +143,8 @@ impl Row {
         }
     }
 
-    /// Of injections on the line or into the store, without a touch: those detected and those recovered.
+    /// Of injections on the line or into the store, without a touch: those detected and those
+    /// recovered.
     pub fn without_touch(
         (name, fault): (&str, &str),
         injected: u64,
@@ -147,14 +169,26 @@ impl Row {
 
     /// Whether everything is zero that must be.
     pub fn is_clean(&self) -> bool {
-        let altered = if self.may_alter() { 0 } else { self.counts.altered };
-        Counts { altered, ..self.counts }.is_clean(self.loss_is_known) && !self.has_missed()
+        let altered = if self.may_alter() {
+            0
+        } else {
+            self.counts.altered
+        };
+        Counts {
+            altered,
+            ..self.counts
+        }
+        .is_clean(self.loss_is_known)
+            && !self.has_missed()
     }
 
-    /// Whether a fault of a touch was not reported that should have been. In a mixed run one may hide another.
+    /// Whether a fault of a touch was not reported that should have been. In a mixed run one may
+    /// hide another.
     fn has_missed(&self) -> bool {
         let reported = self.detected.map_or(0, |delays| delays.count);
-        self.runs > 0 && self.name != Family::Mixed.name() && reported + self.unseen != self.injected
+        self.runs > 0
+            && self.name != Family::Mixed.name()
+            && reported + self.unseen != self.injected
     }
 
     /// Whether conversions may arrive altered.

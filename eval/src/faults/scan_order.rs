@@ -12,12 +12,16 @@ pub struct ScanOrder {
 
 impl ScanOrder {
     pub fn new(scan: &Config) -> Self {
-        Self { channels: scan.channel_mask(), taken: 0 }
+        Self {
+            channels: scan.channel_mask(),
+            taken: 0,
+        }
     }
 
     /// Place of a channel in the scan.
     fn slot_of(&self, id: u8) -> Option<usize> {
-        (self.channels >> id & 1 != 0).then(|| (self.channels & ((1 << id) - 1)).count_ones() as usize)
+        (self.channels >> id & 1 != 0)
+            .then(|| (self.channels & ((1 << id) - 1)).count_ones() as usize)
     }
 
     /// Takes a new conversion; true if it ends a scan without a flaw.
@@ -48,7 +52,12 @@ mod tests {
         // The datasheet's ids of AIN0 to AIN15, OFFSET, VCC, TEMP, GAIN, REF.
         let ids: Vec<u8> = (0x08..=0x18).chain(0x1A..=0x1D).collect();
         let scan = |order: &mut ScanOrder, ids: &[u8]| {
-            let ends = ids.iter().map(|id| order.take(&Conversion { status: Status(0x80 | id), code: 1 }));
+            let ends = ids.iter().map(|id| {
+                order.take(&Conversion {
+                    status: Status(0x80 | id),
+                    code: 1,
+                })
+            });
             ends.filter(|end| *end).count()
         };
         let mut order = ScanOrder::new(&SCAN);

@@ -21,10 +21,17 @@ pub fn page(campaign: &Campaign) -> Result<String> {
 /// A page with the table of runs with the scan plan of this name filled in, and nothing else.
 pub fn with_plan(page: &str, plan: &str, campaign: &Campaign) -> Result<String> {
     let table = table(campaign);
-    filled(page, |name| if name == plan { Some(table.clone()) } else { table_of(page, name).map(str::to_owned) })
+    filled(page, |name| {
+        if name == plan {
+            Some(table.clone())
+        } else {
+            table_of(page, name).map(str::to_owned)
+        }
+    })
 }
 
-/// Numbers of injections and touches, and of damaged frames of telemetry; none if these were not counted.
+/// Numbers of injections and touches, and of damaged frames of telemetry; none if these were not
+/// counted.
 fn numbers(campaign: &Campaign) -> Option<String> {
     let errors = campaign.bit_errors?;
     let headings = "injections in touches|touches|first seed|damaged frames of telemetry|checksum right by chance|\
@@ -33,7 +40,14 @@ fn numbers(campaign: &Campaign) -> Option<String> {
     let of_touches = campaign.rows.iter().filter(|row| row.runs > 0);
     let injected: usize = of_touches.clone().map(|row| row.injected).sum();
     let runs: usize = of_touches.map(|row| row.runs).sum();
-    let numbers = [injected as u64, runs as u64, campaign.seed, errors.sent, errors.checksum_passed, errors.empty];
+    let numbers = [
+        injected as u64,
+        runs as u64,
+        campaign.seed,
+        errors.sent,
+        errors.checksum_passed,
+        errors.empty,
+    ];
     table.row(&numbers.map(grouped));
     Some(table.end())
 }
@@ -53,7 +67,11 @@ fn cells(row: &Row) -> Vec<String> {
     if row.unseen > 0 {
         detected[0] += &format!(" ({})", grouped(row.unseen as u64));
     }
-    let mut cells = vec![row.fault.clone(), row.place.title(), grouped(row.injected as u64)];
+    let mut cells = vec![
+        row.fault.clone(),
+        row.place.title(),
+        grouped(row.injected as u64),
+    ];
     cells.extend(detected.into_iter().chain(recovered));
     let estimates = [counts.good, counts.good_with_faults, counts.doubtful].map(grouped);
     let excess = grouped(counts.excess);
@@ -63,7 +81,11 @@ fn cells(row: &Row) -> Vec<String> {
         grouped(counts.wrong_with_faults),
         grouped(counts.off),
         grouped(counts.silent),
-        if row.loss_is_known { excess } else { format!("({excess})") },
+        if row.loss_is_known {
+            excess
+        } else {
+            format!("({excess})")
+        },
         // Which reads the image took is not known.
         match row.place {
             Place::Emulator => "-".into(),
@@ -77,7 +99,14 @@ fn cells(row: &Row) -> Vec<String> {
 
 /// How many, and how soon.
 fn delay_cells(delays: &Option<Delays>) -> [String; 2] {
-    let Some(Delays { count, median_s, longest_s }) = *delays else { return ["-".into(), "-".into()] };
+    let Some(Delays {
+        count,
+        median_s,
+        longest_s,
+    }) = *delays
+    else {
+        return ["-".into(), "-".into()];
+    };
     let times = if count == 0 || median_s.is_nan() {
         "-".into()
     } else {
@@ -87,7 +116,11 @@ fn delay_cells(delays: &Option<Delays>) -> [String; 2] {
 }
 
 fn seconds(seconds: f64) -> String {
-    if seconds < 0.0995 { format!("{:.1} ms", 1e3 * seconds) } else { format!("{seconds:.2} s") }
+    if seconds < 0.0995 {
+        format!("{:.1} ms", 1e3 * seconds)
+    } else {
+        format!("{seconds:.2} s")
+    }
 }
 
 #[cfg(test)]
@@ -96,8 +129,12 @@ mod tests {
 
     #[test]
     fn the_page_has_a_row_for_every_fault() {
-        let mut campaign = Campaign::on_pc(1, 1, None, ridgetone_proto::plan::Plan::PAPER).expect("a campaign");
-        assert!(page(&campaign).is_err(), "without the lines it is not whole");
+        let mut campaign =
+            Campaign::on_pc(1, 1, None, ridgetone_proto::plan::Plan::PAPER).expect("a campaign");
+        assert!(
+            page(&campaign).is_err(),
+            "without the lines it is not whole"
+        );
         campaign.on_lines(1).expect("rows");
         let page = page(&campaign).expect("a page");
         // Those of a scan plan are of a run of their own.

@@ -1,4 +1,5 @@
-//! What the campaign observes of the firmware's tasks on this PC, behind the simulated chip and its faults.
+//! What the campaign observes of the firmware's tasks on this PC, behind the simulated chip and its
+//! faults.
 
 use super::power_cuts::CutFlash;
 use super::scan_order::ScanOrder;
@@ -30,11 +31,14 @@ pub struct Ran {
     pub delivered: u64,
     /// Those among them that are not what the chip had converted.
     pub altered: u64,
-    /// When one arrived, nanoseconds of the simulated board, whose code is not the chip's although its status is: nothing shows that.
+    /// When one arrived, nanoseconds of the simulated board, whose code is not the chip's although
+    /// its status is: nothing shows that.
     pub unseen_ns: Vec<u64>,
-    /// When the chip's readings of supply and reference arrived, nanoseconds of the simulated board.
+    /// When the chip's readings of supply and reference arrived, nanoseconds of the simulated
+    /// board.
     pub readings_ns: Vec<(Channel, u64)>,
-    /// Times of the simulated board, nanoseconds, at which a scan was complete without a flaw while the registers were right.
+    /// Times of the simulated board, nanoseconds, at which a scan was complete without a flaw while
+    /// the registers were right.
     pub whole_ns: Vec<u64>,
     /// Zero of the device time, nanoseconds of the simulated board.
     pub zero_ns: u64,
@@ -48,11 +52,17 @@ pub fn run(input: Opened, settings: Settings) -> Result<Ran> {
     let mut observer = Observer {
         decoder: Decoder::new(),
         ran: Ran::default(),
-        registers: [settings.plan.config().registers()?, settings.plan.health_config().registers()?],
+        registers: [
+            settings.plan.config().registers()?,
+            settings.plan.health_config().registers()?,
+        ],
         order: ScanOrder::new(&settings.plan.config()),
         begun: false,
     };
-    let start = Start { settings, ..Start::new(CutFlash::<1024>::new(1), Boot::UNKNOWN) };
+    let start = Start {
+        settings,
+        ..Start::new(CutFlash::<1024>::new(1), Boot::UNKNOWN)
+    };
     let board = simulated::run(input, start, &mut observer)?;
     Ok(observer.into_ran(&board))
 }
@@ -78,8 +88,13 @@ impl Surroundings for Observer {
         if !status.is_new() {
             return;
         }
-        let (truth, registers, edge_ns) =
-            board.with_chip(|chip| (chip.latest_results(), chip.registers(), chip.latest_drdy_fall_ns().unwrap_or(0)));
+        let (truth, registers, edge_ns) = board.with_chip(|chip| {
+            (
+                chip.latest_results(),
+                chip.registers(),
+                chip.latest_drdy_fall_ns().unwrap_or(0),
+            )
+        });
         let ran = &mut self.ran;
         if !std::mem::replace(&mut self.begun, true) {
             ran.zero_ns = edge_ns;
@@ -87,7 +102,11 @@ impl Surroundings for Observer {
         ran.delivered += 1;
         let is_altered = !truth.contains(&(status.0 & 0x7F, timed.code()));
         ran.altered += u64::from(is_altered);
-        if is_altered && truth.iter().any(|(flags_and_id, _)| *flags_and_id == status.0 & 0x7F) {
+        if is_altered
+            && truth
+                .iter()
+                .any(|(flags_and_id, _)| *flags_and_id == status.0 & 0x7F)
+        {
             ran.unseen_ns.push(board.now_ns());
         }
         if let Some(reading @ (Channel::Vcc | Channel::Ref)) = Channel::from_id(status.chid()) {
@@ -100,7 +119,9 @@ impl Surroundings for Observer {
     }
 
     fn exchange(&mut self, _: &SimulatedBoard, sent: &[u8]) -> Result<Vec<Received>> {
-        self.ran.packets.extend(sent.iter().filter_map(|byte| self.decoder.push(*byte)));
+        self.ran
+            .packets
+            .extend(sent.iter().filter_map(|byte| self.decoder.push(*byte)));
         Ok(Vec::new())
     }
 }
@@ -109,7 +130,10 @@ impl Observer {
     fn into_ran(self, board: &SimulatedBoard) -> Ran {
         let (line, end_ns) = ((self.decoder.missing, self.decoder.damaged), board.now_ns());
         let registers = board.with_chip(|chip| chip.registers());
-        let registers_right = self.registers.iter().any(|right| writable(right) == writable(&registers));
+        let registers_right = self
+            .registers
+            .iter()
+            .any(|right| writable(right) == writable(&registers));
         board.with_chip(|chip| Ran {
             line,
             chip: chip.counters(),

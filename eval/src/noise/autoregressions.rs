@@ -1,6 +1,7 @@
 //! A sum of first-order autoregressions and white noise, whitened exactly by a Kalman filter.
 //!
-//! Source: Harvey, "Forecasting, structural time series models and the Kalman filter" (1989), section 3.4.
+//! Source: Harvey, "Forecasting, structural time series models and the Kalman filter" (1989),
+//! section 3.4.
 
 use crate::bound::{Clue, orthonormal, remove};
 
@@ -19,8 +20,13 @@ impl Autoregressions {
         let parts = &self.parts;
         let count = parts.len();
         // Covariance of the parts' prediction, and the prediction of each column's.
-        let mut covariance: Vec<Vec<f64>> =
-            (0..count).map(|i| (0..count).map(|j| if i == j { parts[i].1 } else { 0.0 }).collect()).collect();
+        let mut covariance: Vec<Vec<f64>> = (0..count)
+            .map(|i| {
+                (0..count)
+                    .map(|j| if i == j { parts[i].1 } else { 0.0 })
+                    .collect()
+            })
+            .collect();
         let mut predicted = vec![vec![0.0; count]; columns.len()];
         for n in 0..columns.first().map_or(0, Vec::len) {
             let sums: Vec<f64> = covariance.iter().map(|row| row.iter().sum()).collect();
@@ -35,8 +41,13 @@ impl Autoregressions {
             for i in 0..count {
                 for j in 0..count {
                     let (a, b) = (parts[i].0, parts[j].0);
-                    let kick = if i == j { (1.0 - a * a) * parts[i].1 } else { 0.0 };
-                    covariance[i][j] = a * b * (covariance[i][j] - sums[i] * sums[j] / variance) + kick;
+                    let kick = if i == j {
+                        (1.0 - a * a) * parts[i].1
+                    } else {
+                        0.0
+                    };
+                    covariance[i][j] =
+                        a * b * (covariance[i][j] - sums[i] * sums[j] / variance) + kick;
                 }
             }
         }
@@ -53,7 +64,10 @@ impl Autoregressions {
             let (mut derivative, values) = (pair[0].clone(), &pair[1]);
             remove(&mut derivative, &basis);
             let along = |with: &[f64]| derivative.iter().zip(with).map(|(a, b)| a * b).sum();
-            Clue { information: along(&derivative), score: along(values) }
+            Clue {
+                information: along(&derivative),
+                score: along(values),
+            }
         };
         whitened.chunks_exact(2).map(clue).collect()
     }

@@ -1,4 +1,5 @@
-//! What is required of the figures of a cell. A figure beyond its bar is bold on the page, and all of them are listed.
+//! What is required of the figures of a cell. A figure beyond its bar is bold on the page, and all
+//! of them are listed.
 
 use super::cells::{Cell, Group, What};
 use super::parts::Extra;
@@ -20,25 +21,38 @@ pub struct Figure {
 impl Figure {
     /// With `decimals` decimals, or a dash.
     pub fn new(value: Option<f64>, decimals: usize) -> Self {
-        Self { text: figure(value, decimals), value, bar: None }
+        Self {
+            text: figure(value, decimals),
+            value,
+            bar: None,
+        }
     }
 
     /// The value counts as it is before it is rounded.
     fn is_beyond(&self) -> bool {
-        self.value.zip(self.bar).is_some_and(|(value, Bar(_, least, most))| !(least..=most).contains(&value))
+        self.value
+            .zip(self.bar)
+            .is_some_and(|(value, Bar(_, least, most))| !(least..=most).contains(&value))
     }
 
     pub fn marked(&self) -> String {
-        if self.is_beyond() { format!("**{}**", self.text) } else { self.text.clone() }
+        if self.is_beyond() {
+            format!("**{}**", self.text)
+        } else {
+            self.text.clone()
+        }
     }
 }
 
-/// The bars of the figures of a cell, in their order, in a window of the shortest length or of another.
+/// The bars of the figures of a cell, in their order, in a window of the shortest length or of
+/// another.
 pub fn bars(cell: &Cell, what: What, is_shortest: bool) -> [Option<Bar>; 4] {
     let at_most = |what: &'static str, most: f64| Some(Bar(what, 0.0, most));
     let (extra, noise) = (cell.recipe.extra, cell.recipe.noise);
-    let (cycles, snr_db, harmonics) =
-        cell.recipe.tone.map_or_else(Default::default, |t| (t.cycles.0, t.snr_db, t.harmonics));
+    let (cycles, snr_db, harmonics) = cell
+        .recipe
+        .tone
+        .map_or_else(Default::default, |t| (t.cycles.0, t.snr_db, t.harmonics));
     let is_clean = extra == Extra::Nothing;
     // Intervals of few frames: their noise is less certain.
     let least = if is_shortest { 90.0 } else { 92.0 };
@@ -54,9 +68,11 @@ pub fn bars(cell: &Cell, what: What, is_shortest: bool) -> [Option<Bar>; 4] {
         (Group::NoTone, What::Main) => {
             let good = match extra {
                 Extra::Relaxations(1, _) => at_most("no tone, one relaxation: good, %", 0.0),
-                Extra::Relaxations(..) | Extra::LogCreep(_) | Extra::Step(_) | Extra::Bump(_) | Extra::Spike(_) => {
-                    at_most("no tone, other drifts: good, %", 1.0)
-                }
+                Extra::Relaxations(..)
+                | Extra::LogCreep(_)
+                | Extra::Step(_)
+                | Extra::Bump(_)
+                | Extra::Spike(_) => at_most("no tone, other drifts: good, %", 1.0),
                 _ if is_shortest || noise == Noise::NarrowBand => {
                     at_most("no tone, 0.2 s or narrow band: good, %", 10.0)
                 }
@@ -65,13 +81,24 @@ pub fn bars(cell: &Cell, what: What, is_shortest: bool) -> [Option<Bar>; 4] {
             [good, None, None, None]
         }
         // A multiple of a fundamental that stands out is never to be good.
-        (Group::Something, What::Main) if harmonics[0] < harmonics[1] => {
-            [None, at_most("a faint fundamental: wrong of the good, %", 0.0), None, None]
-        }
-        (Group::Something, What::Main) => [None, at_most("something else: wrong of the good, %", 2.0), None, None],
-        (Group::Something, What::Status) => {
-            [None, None, None, at_most("two tones: neither both named nor ambiguous, %", 0.0)]
-        }
+        (Group::Something, What::Main) if harmonics[0] < harmonics[1] => [
+            None,
+            at_most("a faint fundamental: wrong of the good, %", 0.0),
+            None,
+            None,
+        ],
+        (Group::Something, What::Main) => [
+            None,
+            at_most("something else: wrong of the good, %", 2.0),
+            None,
+            None,
+        ],
+        (Group::Something, What::Status) => [
+            None,
+            None,
+            None,
+            at_most("two tones: neither both named nor ambiguous, %", 0.0),
+        ],
         (Group::Sigma, What::Main) => {
             let bound = bound.filter(|_| is_clean);
             [
@@ -89,13 +116,28 @@ pub fn bars(cell: &Cell, what: What, is_shortest: bool) -> [Option<Bar>; 4] {
             };
             // For the bound a drift's size is unknown, though an answer may need none.
             let sigma = at_most("white noise: sigma, x bound", 1.03).filter(|_| is_clean);
-            [bound, at_most("octave errors", 0.0), not_good.filter(|_| is_clean && cycles >= 1.5), sigma]
+            [
+                bound,
+                at_most("octave errors", 0.0),
+                not_good.filter(|_| is_clean && cycles >= 1.5),
+                sigma,
+            ]
         }
         (Group::FewCycles, What::Main) => {
             let good = at_most("below 0.7 cycles: good, %", 0.0).filter(|_| cycles < 0.7);
-            [good, at_most("below one cycle: good and wrong, %", 1.0).filter(|_| cycles < 1.0), None, None]
+            [
+                good,
+                at_most("below one cycle: good and wrong, %", 1.0).filter(|_| cycles < 1.0),
+                None,
+                None,
+            ]
         }
-        (Group::Unsteady, What::Main) => [None, None, holds("not steady: weighted mean, by good answers, %"), None],
+        (Group::Unsteady, What::Main) => [
+            None,
+            None,
+            holds("not steady: weighted mean, by good answers, %"),
+            None,
+        ],
         (Group::Unsteady, What::Intervals) => [
             holds("not steady: weighted mean, %"),
             holds("not steady: mean, %"),
@@ -110,7 +152,11 @@ pub fn bars(cell: &Cell, what: What, is_shortest: bool) -> [Option<Bar>; 4] {
 pub fn missed(figures: &[(String, Figure)], other_seed: &[(String, Figure)]) -> String {
     let judged = |(_, figure): &&(String, Figure)| figure.value.is_some() && figure.bar.is_some();
     let mut all: Vec<Bar> = Vec::new();
-    for bar in figures.iter().filter(judged).filter_map(|(_, figure)| figure.bar) {
+    for bar in figures
+        .iter()
+        .filter(judged)
+        .filter_map(|(_, figure)| figure.bar)
+    {
         if !all.contains(&bar) {
             all.push(bar);
         }
@@ -118,19 +164,38 @@ pub fn missed(figures: &[(String, Figure)], other_seed: &[(String, Figure)]) -> 
     let mut table = Table::new(2, "figure|bar|beyond it|of|other seed|where");
     for bar in all {
         let of = |figures: &[(String, Figure)]| {
-            let of_bar = figures.iter().filter(judged).filter(|(_, figure)| figure.bar == Some(bar));
+            let of_bar = figures
+                .iter()
+                .filter(judged)
+                .filter(|(_, figure)| figure.bar == Some(bar));
             let places = of_bar.clone().filter(|(_, figure)| figure.is_beyond());
-            (places.map(|(place, figure)| format!("{place}: {}", figure.text)).collect::<Vec<_>>(), of_bar.count())
+            (
+                places
+                    .map(|(place, figure)| format!("{place}: {}", figure.text))
+                    .collect::<Vec<_>>(),
+                of_bar.count(),
+            )
         };
         let ((beyond, count), (others, of_others)) = (of(figures), of(other_seed));
-        let other = if of_others == 0 { "-".into() } else { format!("{} of {of_others}", others.len()) };
+        let other = if of_others == 0 {
+            "-".into()
+        } else {
+            format!("{} of {of_others}", others.len())
+        };
         let Bar(what, least, most) = bar;
         let limit = match (least > 0.0, most) {
             (false, _) => format!("at most {most}"),
             (true, 100.0) => format!("at least {least}"),
             _ => format!("{least} to {most}"),
         };
-        table.row(&[what.into(), limit, beyond.len().to_string(), count.to_string(), other, beyond.join("; ")]);
+        table.row(&[
+            what.into(),
+            limit,
+            beyond.len().to_string(),
+            count.to_string(),
+            other,
+            beyond.join("; "),
+        ]);
     }
     table.end()
 }
@@ -142,12 +207,31 @@ mod tests {
     #[test]
     fn a_figure_beyond_its_bar_is_bold_and_is_listed() {
         let bar = Some(Bar("intervals", 92.0, 98.0));
-        let figures = [91.96, 92.0, 98.0, 98.04].map(|value| Figure { bar, ..Figure::new(Some(value), 1) });
-        assert_eq!(figures.each_ref().map(Figure::marked), ["**92.0**", "92.0", "98.0", "**98.0**"]);
-        let none = [Figure { bar, ..Figure::new(None, 1) }, Figure::new(Some(5.0), 0)];
+        let figures = [91.96, 92.0, 98.0, 98.04].map(|value| Figure {
+            bar,
+            ..Figure::new(Some(value), 1)
+        });
+        assert_eq!(
+            figures.each_ref().map(Figure::marked),
+            ["**92.0**", "92.0", "98.0", "**98.0**"]
+        );
+        let none = [
+            Figure {
+                bar,
+                ..Figure::new(None, 1)
+            },
+            Figure::new(Some(5.0), 0),
+        ];
         assert_eq!(none.each_ref().map(Figure::marked), ["-", "5"]);
-        let placed: Vec<_> = figures.into_iter().chain(none).map(|figure| ("here".to_owned(), figure)).collect();
+        let placed: Vec<_> = figures
+            .into_iter()
+            .chain(none)
+            .map(|figure| ("here".to_owned(), figure))
+            .collect();
         let table = missed(&placed, &placed[3..]);
-        assert!(table.ends_with("| intervals | 92 to 98 | 2 | 4 | 1 of 1 | here: 92.0; here: 98.0 |"), "{table}");
+        assert!(
+            table.ends_with("| intervals | 92 to 98 | 2 | 4 | 1 of 1 | here: 92.0; here: 98.0 |"),
+            "{table}"
+        );
     }
 }

@@ -39,19 +39,25 @@ pub struct Figures {
 /// The kinds that were measured.
 pub fn kinds(rows: &[Row]) -> Vec<Kind> {
     let find = |name: &str, group: Group, snr_db: Option<f64>| {
-        rows.iter().find(|row| (row.name.as_str(), row.group, row.snr_db) == (name, group, snr_db))
+        rows.iter()
+            .find(|row| (row.name.as_str(), row.group, row.snr_db) == (name, group, snr_db))
     };
     let figures = |with: &[Answers], without: Option<&Vec<Answers>>| {
         let figures = |(n, answers): (usize, &Answers)| Figures {
             over_bound: answers.over_bound(),
             covered_percent: percent(answers.covered, answers.good),
             good_percent: percent(answers.good, answers.windows),
-            false_alarms_percent: without.and_then(|all| all.get(n)).map(|none| percent(none.good, none.windows)),
+            false_alarms_percent: without
+                .and_then(|all| all.get(n))
+                .map(|none| percent(none.good, none.windows)),
         };
         with.iter().enumerate().map(figures).collect()
     };
     let kind = |name: &str| {
-        let (with, without) = (find(name, Group::Sigma, Some(SNR_DB))?, find(name, Group::NoTone, None));
+        let (with, without) = (
+            find(name, Group::Sigma, Some(SNR_DB))?,
+            find(name, Group::NoTone, None),
+        );
         Some(Kind {
             name: name.to_owned(),
             ours: figures(&with.answers, without.map(|row| &row.answers)),

@@ -3,8 +3,8 @@
 use super::bound;
 use super::process::Noise;
 use super::window::{Recipe, Window};
-use crate::baselines::nls;
 use crate::accuracy::{Accuracy, Answer, NINETY_FIVE, Sample, rounded};
+use crate::baselines::nls;
 use crate::draw::Draw;
 use anyhow::{Context, Result};
 use ridgetone_host::input::frame_rate_hz;
@@ -16,7 +16,8 @@ use serde::{Deserialize, Serialize};
 const HARMONICS: u8 = 4;
 /// A good answer off by more than this share is wrong.
 const WRONG: f64 = 0.05;
-/// Of two tones one that is farther from both than this many of its sigmas: tones may be nearer to each other than 5 %.
+/// Of two tones one that is farther from both than this many of its sigmas: tones may be nearer to
+/// each other than 5 %.
 const WRONG_SIGMAS: f64 = 5.0;
 /// The opponent, which is a hundred times as slow, gets every tenth window.
 const NLS_EVERY: u64 = 10;
@@ -29,7 +30,8 @@ pub struct Answers {
     pub ambiguous: u32,
     #[serde(default)]
     pub unsteady: u32,
-    /// Good ones off by more than 5 %, or where there is no tone; of two tones, farther than five sigmas from both.
+    /// Good ones off by more than 5 %, or where there is no tone; of two tones, farther than five
+    /// sigmas from both.
     pub wrong: u32,
     /// Good ones whose 95 % interval holds the mean frequency.
     pub covered: u32,
@@ -83,25 +85,58 @@ impl Reported {
     fn by(fit: &Fit) -> Self {
         let (frequency, sigma) = (f64::from(fit.frequency), f64::from(fit.sigma));
         let second = fit.other_tone.map(|tone| f64::from(tone.frequency));
-        Self { status: fit.status, frequency, sigma, half_width: NINETY_FIVE * sigma, second, movement: fit.movement }
+        Self {
+            status: fit.status,
+            frequency,
+            sigma,
+            half_width: NINETY_FIVE * sigma,
+            second,
+            movement: fit.movement,
+        }
     }
 
     fn by_opponent(estimate: Option<nls::Estimate>) -> Self {
-        let status = if estimate.is_some() { Status::Good } else { Status::NoTone };
-        let [frequency, sigma, half_width] =
-            estimate.map_or([0.0; 3], |estimate| [estimate.frequency, estimate.sigma, estimate.half_width]);
-        Self { status, frequency, sigma, half_width, second: None, movement: Default::default() }
+        let status = if estimate.is_some() {
+            Status::Good
+        } else {
+            Status::NoTone
+        };
+        let [frequency, sigma, half_width] = estimate.map_or([0.0; 3], |estimate| {
+            [estimate.frequency, estimate.sigma, estimate.half_width]
+        });
+        Self {
+            status,
+            frequency,
+            sigma,
+            half_width,
+            second: None,
+            movement: Default::default(),
+        }
     }
 
-    /// The answer to a window with a bound, as the trade counts it. The rate turns cycles per frame into hertz.
+    /// The answer to a window with a bound, as the trade counts it. The rate turns cycles per frame
+    /// into hertz.
     fn sample(&self, recipe: &Recipe, window: &Window, rate_hz: f64) -> Option<Sample> {
         let (clue, true_hz) = (bound::clue(window)?, rate_hz * window.mean?);
         let bound_hz = rate_hz * clue.sigma_hz();
         // Impulses are in the score, and not in the bound.
-        let luck_hz = if recipe.noise == Noise::Impulses { bound_hz } else { rate_hz * clue.error_hz() };
+        let luck_hz = if recipe.noise == Noise::Impulses {
+            bound_hz
+        } else {
+            rate_hz * clue.error_hz()
+        };
         let (hz, sigma_hz) = (rate_hz * self.frequency, Some(rate_hz * self.sigma));
-        let answer = Answer { hz, sigma_hz, ambiguous: self.status != Status::Good };
-        Some(Sample { true_hz, bound_hz, luck_hz, answer: self.status.has_tone().then_some(answer) })
+        let answer = Answer {
+            hz,
+            sigma_hz,
+            ambiguous: self.status != Status::Good,
+        };
+        Some(Sample {
+            true_hz,
+            bound_hz,
+            luck_hz,
+            answer: self.status.has_tone().then_some(answer),
+        })
     }
 }
 
@@ -134,12 +169,15 @@ impl Answers {
             self.wrong += 1;
             return;
         };
-        let holds = |truth: f64| u32::from((reported.frequency - truth).abs() <= reported.half_width);
+        let holds =
+            |truth: f64| u32::from((reported.frequency - truth).abs() <= reported.half_width);
         self.covered += holds(mean);
         self.covered_weighted += holds(weighted);
         let is_right = match window.second {
             Some(second) => {
-                let off = (reported.frequency - mean).abs().min((reported.frequency - second).abs());
+                let off = (reported.frequency - mean)
+                    .abs()
+                    .min((reported.frequency - second).abs());
                 off <= WRONG_SIGMAS * reported.sigma
             }
             None => is_near(reported.frequency, mean),
@@ -165,15 +203,25 @@ impl Answers {
 
 impl Movement {
     fn add(&mut self, reported: &Reported, window: &Window) {
-        let (Some(mean), Some(weighted)) = (window.mean, window.weighted) else { return };
+        let (Some(mean), Some(weighted)) = (window.mean, window.weighted) else {
+            return;
+        };
         let moves = reported.movement;
-        let holds = |found: f64, truth: f64, sigma: f64| u32::from((found - truth).abs() <= NINETY_FIVE * sigma);
+        let holds = |found: f64, truth: f64, sigma: f64| {
+            u32::from((found - truth).abs() <= NINETY_FIVE * sigma)
+        };
         self.answers += 1;
         self.mean += holds(reported.frequency, mean, moves.sigma_of_mean.into());
         self.weighted += u32::from((reported.frequency - weighted).abs() <= reported.half_width);
-        self.wander += holds(moves.wander.into(), window.wander, moves.wander_sigma.into());
+        self.wander += holds(
+            moves.wander.into(),
+            window.wander,
+            moves.wander_sigma.into(),
+        );
         self.lines += u32::from(window.chirp.is_some());
-        self.chirp += window.chirp.map_or(0, |chirp| holds(moves.chirp.into(), chirp, moves.chirp_sigma.into()));
+        self.chirp += window.chirp.map_or(0, |chirp| {
+            holds(moves.chirp.into(), chirp, moves.chirp_sigma.into())
+        });
     }
 }
 
@@ -182,24 +230,32 @@ pub fn percent(count: u32, of: u32) -> f64 {
     100.0 * f64::from(count) / f64::from(of.max(1))
 }
 
-/// The answers to `windows` windows of `window_s` seconds, and those of the opponent to some of them. Equal seeds give equal
-/// windows.
+/// The answers to `windows` windows of `window_s` seconds, and those of the opponent to some of
+/// them. Equal seeds give equal windows.
 pub fn measure(recipe: &Recipe, window_s: f64, windows: u32, seed: u64) -> Result<[Answers; 2]> {
     let (mut answers, mut samples) = ([Answers::default(); 2], [Vec::new(), Vec::new()]);
     let rate_hz = frame_rate_hz();
     let frames = (window_s * rate_hz).round() as usize;
     let mut fitter = Box::new(Fitter::new(HARMONICS));
     for number in 0..u64::from(windows) {
-        let window = recipe.make(frames, rate_hz, &mut Draw::new(seed.wrapping_mul(1_000_003).wrapping_add(number)));
+        let window = recipe.make(
+            frames,
+            rate_hz,
+            &mut Draw::new(seed.wrapping_mul(1_000_003).wrapping_add(number)),
+        );
         let valid = vec![u16::MAX; frames];
-        let mut table = Table { values: &window.values, valid: &valid };
+        let mut table = Table {
+            values: &window.values,
+            valid: &valid,
+        };
         let mut span = FrameSpan::new(&mut table, 0, frames as u32).with_quantization(window.step);
         if let Some(cycles) = window.interferer {
             span = span.with_interferer(cycles as f32);
         }
         let fit = fitter.fit(&mut span).context("a table loses no frames")?;
         let opponent = number.is_multiple_of(NLS_EVERY).then(|| {
-            let estimate = nls::estimate(&window.values, TAXELS, HARMONICS.into(), window.interferer);
+            let estimate =
+                nls::estimate(&window.values, TAXELS, HARMONICS.into(), window.interferer);
             Reported::by_opponent(estimate)
         });
         for (who, reported) in [Some(Reported::by(&fit)), opponent].into_iter().enumerate() {
@@ -210,8 +266,15 @@ pub fn measure(recipe: &Recipe, window_s: f64, windows: u32, seed: u64) -> Resul
     }
     for (answers, samples) in answers.iter_mut().zip(&samples) {
         answers.accuracy = (!samples.is_empty()).then(|| Accuracy::new(samples));
-        let good = samples.iter().filter_map(|sample| Some((sample.bound_hz, sample.answer.filter(|answer| !answer.ambiguous)?.sigma_hz?)));
-        let (sum, count) = good.fold((0.0, 0.0), |(sum, count), (bound_hz, sigma_hz)| (sum + sigma_hz / bound_hz, count + 1.0));
+        let good = samples.iter().filter_map(|sample| {
+            Some((
+                sample.bound_hz,
+                sample.answer.filter(|answer| !answer.ambiguous)?.sigma_hz?,
+            ))
+        });
+        let (sum, count) = good.fold((0.0, 0.0), |(sum, count), (bound_hz, sigma_hz)| {
+            (sum + sigma_hz / bound_hz, count + 1.0)
+        });
         answers.sigma_over_bound = (count > 0.0).then(|| rounded(sum / count));
     }
     Ok(answers)
@@ -225,30 +288,98 @@ mod tests {
     /// In white noise the estimator is on its bound: what this counts is known from the trade.
     #[test]
     fn answers_in_white_noise_are_good_and_their_intervals_hold() {
-        let tone =
-            Tone { cycles: (4.0, 12.0), harmonics: [1.0, 0.4, 0.2, 0.1, 0.0], snr_db: 20.0, speed: Speed::Steady };
-        let recipe = Recipe { noise: Noise::White, tone: Some(tone), extra: Extra::Nothing };
+        let tone = Tone {
+            cycles: (4.0, 12.0),
+            harmonics: [1.0, 0.4, 0.2, 0.1, 0.0],
+            snr_db: 20.0,
+            speed: Speed::Steady,
+        };
+        let recipe = Recipe {
+            noise: Noise::White,
+            tone: Some(tone),
+            extra: Extra::Nothing,
+        };
         let [answers, opponent] = measure(&recipe, 1.0, 40, 7).expect("answers");
-        assert_eq!((answers.windows, answers.good, answers.wrong), (40, 40, 0), "{answers:?}");
-        assert!(answers.covered >= 34 && answers.covered_weighted == answers.covered, "{answers:?}");
-        assert!((0.7..1.3).contains(&answers.error_in_sigmas().expect("errors")), "{answers:?}");
-        assert!((0.9..1.1).contains(&answers.over_bound().expect("a bound")), "{answers:?}");
-        assert!((0.98..1.05).contains(&answers.sigma_over_bound.expect("a bound")), "{answers:?}");
-        assert_eq!((opponent.windows, opponent.good, opponent.wrong), (4, 4, 0), "{opponent:?}");
-        assert_eq!(measure(&recipe, 1.0, 40, 7).expect("answers")[0], answers, "equal seeds");
-        assert_ne!(measure(&recipe, 1.0, 40, 8).expect("answers")[0].squares, answers.squares, "other seeds");
-        let [none, opponent] = measure(&Recipe { tone: None, ..recipe }, 1.0, 40, 7).expect("answers");
-        assert_eq!((none.good, none.wrong, opponent.good), (0, 0, 0), "{none:?}");
+        assert_eq!(
+            (answers.windows, answers.good, answers.wrong),
+            (40, 40, 0),
+            "{answers:?}"
+        );
+        assert!(
+            answers.covered >= 34 && answers.covered_weighted == answers.covered,
+            "{answers:?}"
+        );
+        assert!(
+            (0.7..1.3).contains(&answers.error_in_sigmas().expect("errors")),
+            "{answers:?}"
+        );
+        assert!(
+            (0.9..1.1).contains(&answers.over_bound().expect("a bound")),
+            "{answers:?}"
+        );
+        assert!(
+            (0.98..1.05).contains(&answers.sigma_over_bound.expect("a bound")),
+            "{answers:?}"
+        );
+        assert_eq!(
+            (opponent.windows, opponent.good, opponent.wrong),
+            (4, 4, 0),
+            "{opponent:?}"
+        );
+        assert_eq!(
+            measure(&recipe, 1.0, 40, 7).expect("answers")[0],
+            answers,
+            "equal seeds"
+        );
+        assert_ne!(
+            measure(&recipe, 1.0, 40, 8).expect("answers")[0].squares,
+            answers.squares,
+            "other seeds"
+        );
+        let [none, opponent] = measure(
+            &Recipe {
+                tone: None,
+                ..recipe
+            },
+            1.0,
+            40,
+            7,
+        )
+        .expect("answers");
+        assert_eq!(
+            (none.good, none.wrong, opponent.good),
+            (0, 0, 0),
+            "{none:?}"
+        );
     }
 
     #[test]
     fn two_tones_are_named_in_either_order() {
-        let window = Window { mean: Some(0.03), weighted: Some(0.03), second: Some(0.05), ..Window::default() };
+        let window = Window {
+            mean: Some(0.03),
+            weighted: Some(0.03),
+            second: Some(0.05),
+            ..Window::default()
+        };
         let reported = |frequency, second| {
             let mut answers = Answers::default();
             let movement = Default::default();
-            answers.add(&Reported { status: Status::Good, frequency, sigma: 1e-3, half_width: 2e-3, second, movement }, &window);
-            (answers.second, answers.unnamed.expect("two tones"), answers.wrong)
+            answers.add(
+                &Reported {
+                    status: Status::Good,
+                    frequency,
+                    sigma: 1e-3,
+                    half_width: 2e-3,
+                    second,
+                    movement,
+                },
+                &window,
+            );
+            (
+                answers.second,
+                answers.unnamed.expect("two tones"),
+                answers.wrong,
+            )
         };
         assert_eq!(reported(0.03, Some(0.0505)), (1, 0, 0));
         assert_eq!(reported(0.05, Some(0.03)), (1, 0, 0));

@@ -26,8 +26,8 @@ pub struct Tone {
     pub speed: Speed,
 }
 
-/// What is in the window beside tone and noise. Sizes are in amplitudes of the tone; without a tone in standard deviations
-/// of the noise.
+/// What is in the window beside tone and noise. Sizes are in amplitudes of the tone; without a tone
+/// in standard deviations of the noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Extra {
     Nothing,
@@ -79,7 +79,9 @@ pub fn frequencies(tone: &Tone, count: usize, rate_hz: f64, draw: &mut Draw) -> 
             };
             (0..count).map(|_| next()).collect()
         }
-        Speed::Chirp(share) => (0..count).map(|n| middle * (1.0 + share * (n as f64 / count as f64 - 0.5))).collect(),
+        Speed::Chirp(share) => (0..count)
+            .map(|n| middle * (1.0 + share * (n as f64 / count as f64 - 0.5)))
+            .collect(),
     }
 }
 
@@ -94,7 +96,8 @@ pub fn add_tone(
 ) -> Vec<[f64; TAXELS]> {
     let count = frames.len();
     let mut derivative = vec![[0.0; TAXELS]; count];
-    let phases: [[f64; 5]; TAXELS] = std::array::from_fn(|_| std::array::from_fn(|_| draw.even(0.0, TAU)));
+    let phases: [[f64; 5]; TAXELS] =
+        std::array::from_fn(|_| std::array::from_fn(|_| draw.even(0.0, TAU)));
     let gains: [f64; TAXELS] = std::array::from_fn(|c| match extra {
         Extra::DeadChannels if (3..5).contains(&c) => 0.0,
         _ => draw.even(0.5, 1.5),
@@ -108,13 +111,19 @@ pub fn add_tone(
             _ => 1.0,
         };
         for (c, value) in frame.iter_mut().enumerate() {
-            let wave = |(h, relative): (usize, &f64)| relative * (TAU * (h + 1) as f64 * turns + phases[c][h]).cos();
-            *value += envelope * amplitude * gains[c] * harmonics.iter().enumerate().map(wave).sum::<f64>();
+            let wave = |(h, relative): (usize, &f64)| {
+                relative * (TAU * (h + 1) as f64 * turns + phases[c][h]).cos()
+            };
+            *value += envelope
+                * amplitude
+                * gains[c]
+                * harmonics.iter().enumerate().map(wave).sum::<f64>();
             let slope = |(h, relative): (usize, &f64)| {
                 let turn = TAU * (h + 1) as f64;
                 -turn * n as f64 * relative * (turn * turns + phases[c][h]).sin()
             };
-            derivative[n][c] = amplitude * gains[c] * harmonics.iter().enumerate().map(slope).sum::<f64>();
+            derivative[n][c] =
+                amplitude * gains[c] * harmonics.iter().enumerate().map(slope).sum::<f64>();
         }
         turns += frequency;
     }
@@ -126,21 +135,38 @@ pub fn add_waves(frames: &mut [[f64; TAXELS]], frequency: f64, amplitude: f64, d
     for c in 0..TAXELS {
         let (gain, phase) = (amplitude * draw.even(0.5, 1.5), draw.even(0.0, TAU));
         let wave = |n: usize| gain * (TAU * frequency * n as f64 + phase).cos();
-        frames.iter_mut().enumerate().for_each(|(n, frame)| frame[c] += wave(n));
+        frames
+            .iter_mut()
+            .enumerate()
+            .for_each(|(n, frame)| frame[c] += wave(n));
     }
 }
 
-/// Adds what is neither tone nor noise, with a gain of its own in each channel, and gives its shapes.
-pub fn add_baseline(frames: &mut [[f64; TAXELS]], extra: Extra, amplitude: f64, draw: &mut Draw) -> Vec<Vec<f64>> {
+/// Adds what is neither tone nor noise, with a gain of its own in each channel, and gives its
+/// shapes.
+pub fn add_baseline(
+    frames: &mut [[f64; TAXELS]],
+    extra: Extra,
+    amplitude: f64,
+    draw: &mut Draw,
+) -> Vec<Vec<f64>> {
     let count = frames.len();
     let (place, width) = (draw.even(0.2, 0.8), draw.log(0.08, 0.25));
     let decay = draw.even(0.02, 0.05);
     let mut shapes = Vec::new();
     let mut add = |size: f64, shape: &dyn Fn(f64) -> f64, draw: &mut Draw| {
-        let gains: [f64; TAXELS] = std::array::from_fn(|_| if draw.coin() { 1.0 } else { -1.0 } * draw.even(0.5, 1.5));
-        shapes.push((0..count).map(|n| shape((n as f64 + 0.5) / count as f64)).collect::<Vec<f64>>());
+        let gains: [f64; TAXELS] =
+            std::array::from_fn(|_| if draw.coin() { 1.0 } else { -1.0 } * draw.even(0.5, 1.5));
+        shapes.push(
+            (0..count)
+                .map(|n| shape((n as f64 + 0.5) / count as f64))
+                .collect::<Vec<f64>>(),
+        );
         for (frame, shape) in frames.iter_mut().zip(shapes.last().into_iter().flatten()) {
-            frame.iter_mut().zip(gains).for_each(|(value, gain)| *value += gain * size * amplitude * shape);
+            frame
+                .iter_mut()
+                .zip(gains)
+                .for_each(|(value, gain)| *value += gain * size * amplitude * shape);
         }
     };
     match extra {
@@ -155,9 +181,24 @@ pub fn add_baseline(frames: &mut [[f64; TAXELS]], extra: Extra, amplitude: f64, 
             add(size, &|part| (part / before).ln_1p(), draw);
         }
         Extra::Step(size) => add(size, &|part| f64::from(u8::from(part > place)), draw),
-        Extra::Bump(size) => add(size, &|part| (-0.5 * ((part - place) / width).powi(2)).exp(), draw),
-        // It begins in the first quarter of the window. Its length is a share of the window, as all lengths here are.
-        Extra::Spike(size) => add(size, &|part| if part < 0.3 * place { 0.0 } else { (-(part - 0.3 * place) / decay).exp() }, draw),
+        Extra::Bump(size) => add(
+            size,
+            &|part| (-0.5 * ((part - place) / width).powi(2)).exp(),
+            draw,
+        ),
+        // It begins in the first quarter of the window. Its length is a share of the window, as all
+        // lengths here are.
+        Extra::Spike(size) => add(
+            size,
+            &|part| {
+                if part < 0.3 * place {
+                    0.0
+                } else {
+                    (-(part - 0.3 * place) / decay).exp()
+                }
+            },
+            draw,
+        ),
         _ => {}
     }
     shapes

@@ -29,9 +29,11 @@ pub enum Noise {
     SharedPhases,
     /// A random walk, the same in all channels but for a gain.
     SharedWalk,
-    /// A vibration of 3 to 30 Hz, a tenth of its frequency wide, with a phase of its own in each channel.
+    /// A vibration of 3 to 30 Hz, a tenth of its frequency wide, with a phase of its own in each
+    /// channel.
     NarrowBand,
-    /// What some recordings without a tone hold, less level and slope: each window from a place of its own.
+    /// What some recordings without a tone hold, less level and slope: each window from a place of
+    /// its own.
     Real(&'static [Vec<[f64; TAXELS]>]),
 }
 
@@ -40,46 +42,86 @@ pub enum Noise {
 pub enum Covariance {
     /// Each channel has its own.
     Independent(Autoregressions),
-    /// Two disturbances of one process reach each channel with gains; beside them white noise of a variance.
-    Shared { process: Autoregressions, gains: Box<[[f64; 2]; TAXELS]>, white: f64 },
+    /// Two disturbances of one process reach each channel with gains; beside them white noise of a
+    /// variance.
+    Shared {
+        process: Autoregressions,
+        gains: Box<[[f64; 2]; TAXELS]>,
+        white: f64,
+    },
 }
 
 /// A process of one channel, sample after sample.
 type Process<'a> = Box<dyn FnMut(&mut Draw) -> f64 + 'a>;
 
 /// Frames of the noise, and their covariance where it has a closed form.
-pub fn frames(noise: Noise, count: usize, rate_hz: f64, draw: &mut Draw) -> (Vec<[f64; TAXELS]>, Option<Covariance>) {
+pub fn frames(
+    noise: Noise,
+    count: usize,
+    rate_hz: f64,
+    draw: &mut Draw,
+) -> (Vec<[f64; TAXELS]>, Option<Covariance>) {
     type Make<'a> = &'a dyn Fn(&mut Draw) -> Process<'static>;
     let independent = |process: Make, parts: Vec<(f64, f64)>, white: f64, draw: &mut Draw| {
         let mut channels: Vec<_> = (0..TAXELS).map(|_| process(draw)).collect();
-        let frames = (0..count).map(|_| std::array::from_fn(|c| channels[c](draw))).collect();
-        (frames, Some(Covariance::Independent(Autoregressions { parts, white })))
+        let frames = (0..count)
+            .map(|_| std::array::from_fn(|c| channels[c](draw)))
+            .collect();
+        (
+            frames,
+            Some(Covariance::Independent(Autoregressions { parts, white })),
+        )
     };
     let shared = |process: Make, parts: Vec<(f64, f64)>, phases: bool, draw: &mut Draw| {
         let mut both = [process(draw), process(draw)];
         let gains: [[f64; 2]; TAXELS] = std::array::from_fn(|_| {
             let (gain, phase) = (draw.even(0.5, 1.5), draw.even(0.0, TAU));
-            if phases { [gain * phase.cos(), gain * phase.sin()] } else { [gain, 0.0] }
+            if phases {
+                [gain * phase.cos(), gain * phase.sin()]
+            } else {
+                [gain, 0.0]
+            }
         });
         let frame = |_| {
             let [a, b] = both.each_mut().map(|process| process(draw));
             std::array::from_fn(|c| {
-                (1.0 - FLOOR).sqrt() * (gains[c][0] * a + gains[c][1] * b) + FLOOR.sqrt() * draw.normal()
+                (1.0 - FLOOR).sqrt() * (gains[c][0] * a + gains[c][1] * b)
+                    + FLOOR.sqrt() * draw.normal()
             })
         };
         let frames = (0..count).map(frame).collect();
-        let parts: Vec<_> = parts.iter().map(|(factor, variance)| (*factor, (1.0 - FLOOR) * variance)).collect();
+        let parts: Vec<_> = parts
+            .iter()
+            .map(|(factor, variance)| (*factor, (1.0 - FLOOR) * variance))
+            .collect();
         let process = Autoregressions { parts, white: 0.0 };
-        let covariance = Covariance::Shared { gains: Box::new(gains), white: FLOOR, process };
-        (frames, Some(covariance).filter(|_| matches!(noise, Noise::SharedPink | Noise::SharedPhases)))
+        let covariance = Covariance::Shared {
+            gains: Box::new(gains),
+            white: FLOOR,
+            process,
+        };
+        (
+            frames,
+            Some(covariance).filter(|_| matches!(noise, Noise::SharedPink | Noise::SharedPhases)),
+        )
     };
-    let pink_parts = || pink_factors(rate_hz).map(|factor| (factor, 1.0 / PINK_CORNERS_HZ.len() as f64)).to_vec();
+    let pink_parts = || {
+        pink_factors(rate_hz)
+            .map(|factor| (factor, 1.0 / PINK_CORNERS_HZ.len() as f64))
+            .to_vec()
+    };
     match noise {
         Noise::White => independent(&|_| Box::new(Draw::normal), Vec::new(), 1.0, draw),
-        // The covariance of what is left without the impulses: they are known from the rest at a glance.
+        // The covariance of what is left without the impulses: they are known from the rest at a
+        // glance.
         Noise::Impulses => independent(&|_| Box::new(impulses), Vec::new(), 1.0, draw),
         Noise::Pink => independent(&|draw| pink(rate_hz, draw), pink_parts(), 0.0, draw),
-        Noise::Ar(phi) => independent(&|draw| autoregressive(phi, draw), vec![(phi, 1.0)], 0.0, draw),
+        Noise::Ar(phi) => independent(
+            &|draw| autoregressive(phi, draw),
+            vec![(phi, 1.0)],
+            0.0,
+            draw,
+        ),
         Noise::SharedPink => shared(&|draw| pink(rate_hz, draw), pink_parts(), false, draw),
         Noise::SharedPhases => shared(&|draw| pink(rate_hz, draw), pink_parts(), true, draw),
         // Its mean square grows; over the window it is about 1.
@@ -89,31 +131,55 @@ pub fn frames(noise: Noise, count: usize, rate_hz: f64, draw: &mut Draw) -> (Vec
         }
         Noise::NarrowBand => {
             let centre = draw.log(3.0, 30.0) / rate_hz;
-            shared(&|draw| resonance(centre, 0.1 * centre, draw), Vec::new(), true, draw)
+            shared(
+                &|draw| resonance(centre, 0.1 * centre, draw),
+                Vec::new(),
+                true,
+                draw,
+            )
         }
         Noise::Real(recordings) => (real(recordings, count, draw), None),
     }
 }
 
-/// A piece of one of the recordings that are long enough, less level and slope, of mean square one in each channel.
+/// A piece of one of the recordings that are long enough, less level and slope, of mean square one
+/// in each channel.
 fn real(recordings: &[Vec<[f64; TAXELS]>], count: usize, draw: &mut Draw) -> Vec<[f64; TAXELS]> {
-    let long: Vec<_> = recordings.iter().filter(|recording| recording.len() >= count).collect();
+    let long: Vec<_> = recordings
+        .iter()
+        .filter(|recording| recording.len() >= count)
+        .collect();
     let mut frames = vec![[0.0; TAXELS]; count];
-    let Some(recording) = long.get(draw.whole(0, long.len().max(1) as u64 - 1) as usize) else { return frames };
+    let Some(recording) = long.get(draw.whole(0, long.len().max(1) as u64 - 1) as usize) else {
+        return frames;
+    };
     let first = draw.whole(0, (recording.len() - count) as u64) as usize;
-    let line = orthonormal(vec![vec![1.0; count], (0..count).map(|n| n as f64).collect()]);
+    let line = orthonormal(vec![
+        vec![1.0; count],
+        (0..count).map(|n| n as f64).collect(),
+    ]);
     for c in 0..TAXELS {
-        let mut column: Vec<f64> = recording[first..first + count].iter().map(|frame| frame[c]).collect();
+        let mut column: Vec<f64> = recording[first..first + count]
+            .iter()
+            .map(|frame| frame[c])
+            .collect();
         remove(&mut column, &line);
         let rms = (column.iter().map(|value| value * value).sum::<f64>() / count as f64).sqrt();
-        frames.iter_mut().zip(&column).for_each(|(frame, value)| frame[c] = value / rms.max(f64::MIN_POSITIVE));
+        frames
+            .iter_mut()
+            .zip(&column)
+            .for_each(|(frame, value)| frame[c] = value / rms.max(f64::MIN_POSITIVE));
     }
     frames
 }
 
 fn impulses(draw: &mut Draw) -> f64 {
     let (share, size) = IMPULSES;
-    let hit = if draw.even(0.0, 1.0) < share { if draw.coin() { size } else { -size } } else { 0.0 };
+    let hit = if draw.even(0.0, 1.0) < share {
+        if draw.coin() { size } else { -size }
+    } else {
+        0.0
+    };
     draw.normal() + hit
 }
 
@@ -147,7 +213,10 @@ fn walk(step: f64) -> Process<'static> {
 
 /// White noise through a resonance: `centre` and `width` in cycles per frame.
 fn resonance(centre: f64, width: f64, draw: &mut Draw) -> Process<'static> {
-    let (radius, turn) = ((-std::f64::consts::PI * width).exp(), (TAU * centre).sin_cos());
+    let (radius, turn) = (
+        (-std::f64::consts::PI * width).exp(),
+        (TAU * centre).sin_cos(),
+    );
     let mut state = (draw.normal(), draw.normal());
     Box::new(move |draw| {
         let kick = (1.0 - radius * radius).sqrt();
@@ -182,11 +251,14 @@ mod tests {
         [sums[0] / sums[3], sums[1] / sums[0], sums[2] / sums[0]]
     }
 
-    /// Closed forms: an autoregression correlates by its factor, impulses add 1 % of 400; a shared disturbance correlates
-    /// channels by its share and the mean of their gains, squared, over the mean of their squares.
+    /// Closed forms: an autoregression correlates by its factor, impulses add 1 % of 400; a shared
+    /// disturbance correlates channels by its share and the mean of their gains, squared, over the
+    /// mean of their squares.
     #[test]
     fn each_process_has_the_moments_of_its_definition() {
-        let near = |got: f64, expected: f64, within: f64| assert!((got - expected).abs() < within, "{got}, {expected}");
+        let near = |got: f64, expected: f64, within: f64| {
+            assert!((got - expected).abs() < within, "{got}, {expected}")
+        };
         for (noise, square, next, other) in [
             (Noise::White, 1.0, 0.0, 0.0),
             (Noise::Impulses, 5.0, 0.0, 0.0),
@@ -229,6 +301,11 @@ mod tests {
         let [first, .., last] = octaves;
         assert!((0.4..2.5).contains(&(first / last)), "{octaves:?}");
         let mean = octaves.iter().sum::<f64>() / 6.0;
-        assert!(octaves.iter().all(|power| (0.5..2.0).contains(&(power / mean))), "{octaves:?}");
+        assert!(
+            octaves
+                .iter()
+                .all(|power| (0.5..2.0).contains(&(power / mean))),
+            "{octaves:?}"
+        );
     }
 }

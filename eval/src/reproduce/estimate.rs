@@ -1,4 +1,5 @@
-//! The paper's way from a recording to a frequency: contact, cut, first guess, least squares; and our own fit beside it.
+//! The paper's way from a recording to a frequency: contact, cut, first guess, least squares; and
+//! our own fit beside it.
 
 use super::paper::{DELAY_S, LENGTH_MM, SPIKE_BEFORE_S};
 use super::taken::Taken;
@@ -21,7 +22,8 @@ pub struct Cut {
     pub frames: Range<usize>,
 }
 
-/// Finds the contact spike in two channels and cuts the slide out (equations 2 to 5). None in a shorter recording.
+/// Finds the contact spike in two channels and cuts the slide out (equations 2 to 5). None in a
+/// shorter recording.
 pub fn cut(taken: &Taken, taxels: [usize; 2], speed_mm_s: f64) -> Option<Cut> {
     let spikes = taxels.iter().filter_map(|&taxel| {
         let head = &taken.volts(taxel)[..taken.frame_at(taxel, SPIKE_BEFORE_S)];
@@ -42,15 +44,23 @@ pub fn cut(taken: &Taken, taxels: [usize; 2], speed_mm_s: f64) -> Option<Cut> {
     })
 }
 
-/// Power of the lines 1 to n / 2 of n samples less their mean: the square of each line's amplitude, in the samples' unit
-/// squared. Line k is at k / n cycles per sample; nothing is padded, as in the paper (equation 6).
+/// Power of the lines 1 to n / 2 of n samples less their mean: the square of each line's amplitude,
+/// in the samples' unit squared. Line k is at k / n cycles per sample; nothing is padded, as in the
+/// paper (equation 6).
 pub fn periodogram(samples: &[f64]) -> Vec<f64> {
     let count = samples.len();
     let mean = samples.iter().sum::<f64>() / count as f64;
-    let table: Vec<(f64, f64)> = (0..count).map(|n| (TAU * n as f64 / count as f64).sin_cos()).collect();
+    let table: Vec<(f64, f64)> = (0..count)
+        .map(|n| (TAU * n as f64 / count as f64).sin_cos())
+        .collect();
     let line = |k: usize| {
-        let turned = samples.iter().enumerate().map(|(n, x)| ((x - mean), table[n * k % count]));
-        let (cos, sin) = turned.fold((0.0, 0.0), |(c, s), (x, (sin, cos))| (c + x * cos, s + x * sin));
+        let turned = samples
+            .iter()
+            .enumerate()
+            .map(|(n, x)| ((x - mean), table[n * k % count]));
+        let (cos, sin) = turned.fold((0.0, 0.0), |(c, s), (x, (sin, cos))| {
+            (c + x * cos, s + x * sin)
+        });
         4.0 * (cos * cos + sin * sin) / (count * count) as f64
     };
     (1..=count / 2).map(line).collect()
@@ -64,12 +74,15 @@ fn highest(power: &[f64], count: usize) -> Option<f64> {
 
 /// Naive Fourier analysis: the highest line of each channel by itself, and their mean, hertz.
 pub fn fft_hz(taken: &Taken, taxels: &[usize], frames: &Range<usize>) -> Option<f64> {
-    let lines = taxels.iter().map(|taxel| highest(&periodogram(&taken.samples(*taxel, frames)), frames.len()));
+    let lines = taxels
+        .iter()
+        .map(|taxel| highest(&periodogram(&taken.samples(*taxel, frames)), frames.len()));
     let lines: Option<Vec<f64>> = lines.collect();
     lines.map(|lines| taken.rate_hz * lines.iter().sum::<f64>() / taxels.len() as f64)
 }
 
-/// The paper's least squares: gradient descent on seven parameters of two channels (equation 9), hertz.
+/// The paper's least squares: gradient descent on seven parameters of two channels (equation 9),
+/// hertz.
 pub fn least_squares_hz(
     taken: &Taken,
     taxels: [usize; 2],
@@ -87,20 +100,35 @@ pub fn least_squares_hz(
     Some(f64::from(frequency) * taken.rate_hz)
 }
 
-/// Our fit of all channels with the firmware's harmonics: frequency and sigma, hertz. None without a single tone.
+/// Our fit of all channels with the firmware's harmonics: frequency and sigma, hertz. None without
+/// a single tone.
 pub fn joint_hz(taken: &Taken, frames: &Range<usize>) -> Result<Option<(f64, f64)>> {
-    let Some(part) = taken.codes.get(frames.clone()).filter(|part| !part.is_empty()) else { return Ok(None) };
+    let Some(part) = taken
+        .codes
+        .get(frames.clone())
+        .filter(|part| !part.is_empty())
+    else {
+        return Ok(None);
+    };
     let zero = part[0];
-    let values: Vec<[f32; TAXELS]> =
-        part.iter().map(|codes| std::array::from_fn(|taxel| codes[taxel] - zero[taxel])).collect();
+    let values: Vec<[f32; TAXELS]> = part
+        .iter()
+        .map(|codes| std::array::from_fn(|taxel| codes[taxel] - zero[taxel]))
+        .collect();
     let fit = fit(&values, Settings::DEFAULT.harmonics, u16::MAX)?;
     // The stimulator's speed has a ripple: the mean counts.
     let single = matches!(fit.status, Status::Good | Status::Unsteady);
-    Ok(single.then(|| (f64::from(fit.frequency) * taken.rate_hz, f64::from(fit.sigma) * taken.rate_hz)))
+    Ok(single.then(|| {
+        (
+            f64::from(fit.frequency) * taken.rate_hz,
+            f64::from(fit.sigma) * taken.rate_hz,
+        )
+    }))
 }
 
-/// A sine and an offset at a known frequency, by least squares: offset, amplitude of the cosine and of the sine, with
-/// times from the first one: the end of the gradient descent of equation 9 at this frequency.
+/// A sine and an offset at a known frequency, by least squares: offset, amplitude of the cosine and
+/// of the sine, with times from the first one: the end of the gradient descent of equation 9 at
+/// this frequency.
 pub fn sine(points: &[(f64, f64)], hz: f64) -> [f64; 3] {
     let zero_s = points.first().map_or(0.0, |point| point.0);
     let mut sums = [[0.0; 4]; 3];
@@ -108,24 +136,35 @@ pub fn sine(points: &[(f64, f64)], hz: f64) -> [f64; 3] {
         let (sin, cos) = (TAU * hz * (t_s - zero_s)).sin_cos();
         let row = [1.0, cos, sin];
         for (sums, a) in sums.iter_mut().zip(row) {
-            row.iter().chain([y]).zip(sums).for_each(|(b, sum)| *sum += a * b);
+            row.iter()
+                .chain([y])
+                .zip(sums)
+                .for_each(|(b, sum)| *sum += a * b);
         }
     }
     solve(sums)
 }
 
-/// Gauss's elimination of three equations, the largest pivot first; zeros where they do not determine the unknowns.
+/// Gauss's elimination of three equations, the largest pivot first; zeros where they do not
+/// determine the unknowns.
 fn solve(mut rows: [[f64; 4]; 3]) -> [f64; 3] {
     for column in 0..3 {
-        let pivot = (column..3).max_by(|a, b| rows[*a][column].abs().total_cmp(&rows[*b][column].abs()));
+        let pivot =
+            (column..3).max_by(|a, b| rows[*a][column].abs().total_cmp(&rows[*b][column].abs()));
         rows.swap(column, pivot.unwrap_or(column));
         let own = rows[column];
         if own[column] == 0.0 {
             return [0.0; 3];
         }
-        for (_, row) in rows.iter_mut().enumerate().filter(|(number, _)| *number != column) {
+        for (_, row) in rows
+            .iter_mut()
+            .enumerate()
+            .filter(|(number, _)| *number != column)
+        {
             let factor = row[column] / own[column];
-            row.iter_mut().zip(own).for_each(|(x, own)| *x -= factor * own);
+            row.iter_mut()
+                .zip(own)
+                .for_each(|(x, own)| *x -= factor * own);
         }
     }
     std::array::from_fn(|n| rows[n][3] / rows[n][n])
@@ -137,7 +176,9 @@ mod tests {
 
     #[test]
     fn a_line_of_the_periodogram_is_a_tones_amplitude_squared() {
-        let samples: Vec<f64> = (0..90).map(|n| 5.0 + 3.0 * (TAU * 7.0 * f64::from(n) / 90.0 + 0.4).cos()).collect();
+        let samples: Vec<f64> = (0..90)
+            .map(|n| 5.0 + 3.0 * (TAU * 7.0 * f64::from(n) / 90.0 + 0.4).cos())
+            .collect();
         let power = periodogram(&samples);
         assert_eq!(power.len(), 45);
         assert!((power[6] - 9.0).abs() < 1e-9 && power.iter().sum::<f64>() - power[6] < 1e-9);
@@ -148,9 +189,17 @@ mod tests {
     fn a_sine_is_found_again() {
         let points: Vec<(f64, f64)> = (0..100)
             .map(|n| 2.0 + f64::from(n) * 0.01)
-            .map(|t_s| (t_s, 1.5 + 0.5 * (TAU * 3.3 * (t_s - 2.0)).cos() - 2.0 * (TAU * 3.3 * (t_s - 2.0)).sin()))
+            .map(|t_s| {
+                (
+                    t_s,
+                    1.5 + 0.5 * (TAU * 3.3 * (t_s - 2.0)).cos()
+                        - 2.0 * (TAU * 3.3 * (t_s - 2.0)).sin(),
+                )
+            })
             .collect();
         let [offset, cos, sin] = sine(&points, 3.3);
-        assert!((offset - 1.5).abs() < 1e-9 && (cos - 0.5).abs() < 1e-9 && (sin + 2.0).abs() < 1e-9);
+        assert!(
+            (offset - 1.5).abs() < 1e-9 && (cos - 0.5).abs() < 1e-9 && (sin + 2.0).abs() < 1e-9
+        );
     }
 }

@@ -10,8 +10,8 @@ use hal_mock::TABLE_2;
 
 /// Data series of Figure 3.
 const FIGURE_3: [usize; 2] = [12, 16];
-/// Of Figures 4 and 5: the paper does not say which. Lines 0.5 Hz apart mean 30 mm/s, and 1.4 Hz between the nominal
-/// frequencies of the two the gratings of 3.6 and 3.1 mm.
+/// Of Figures 4 and 5: the paper does not say which. Lines 0.5 Hz apart mean 30 mm/s, and 1.4 Hz
+/// between the nominal frequencies of the two the gratings of 3.6 and 3.1 mm.
 const FIGURES_4_5: [usize; 2] = [5, 21];
 /// Of Figure 6.
 const FIGURE_6: usize = 20;
@@ -30,7 +30,8 @@ pub fn add(all: &mut Pictures, more: &Pictures) {
     all.opposite = all.opposite.take().or_else(|| more.opposite.clone());
 }
 
-/// The pictures of a run, by combination and run from 0 on. Of `runs` runs the last stands for those not taken.
+/// The pictures of a run, by combination and run from 0 on. Of `runs` runs the last stands for
+/// those not taken.
 pub fn of_run((c, run): (usize, u32), runs: u32, taken: &Taken, cut: &Cut) -> Pictures {
     let number = series(c, run);
     let is = |wanted: usize| {
@@ -41,8 +42,14 @@ pub fn of_run((c, run): (usize, u32), runs: u32, taken: &Taken, cut: &Cut) -> Pi
     if FIGURE_3.into_iter().any(is) {
         pictures.contacts.push(contact(number, taken, cut));
     }
-    for (figure, _) in FIGURES_4_5.into_iter().enumerate().filter(|(_, wanted)| is(*wanted)) {
-        pictures.spectra.push(spectrum((c, number), figure == 1, taken, cut));
+    for (figure, _) in FIGURES_4_5
+        .into_iter()
+        .enumerate()
+        .filter(|(_, wanted)| is(*wanted))
+    {
+        pictures
+            .spectra
+            .push(spectrum((c, number), figure == 1, taken, cut));
     }
     if is(FIGURE_6) {
         pictures.overlay = overlay(number, taken, cut);
@@ -82,7 +89,10 @@ fn spectrum((c, series): (usize, usize), short: bool, taken: &Taken, cut: &Cut) 
         curve: Curve::new(taken.part(taxel, &frames)),
         nominal_hz: speed_mm_s / period_mm,
         line_hz: taken.rate_hz / frames.len() as f64,
-        mv: periodogram(&taken.samples(taxel, &frames)).iter().map(|power| (1e6 * power.sqrt()).round() / 1e3).collect(),
+        mv: periodogram(&taken.samples(taxel, &frames))
+            .iter()
+            .map(|power| (1e6 * power.sqrt()).round() / 1e3)
+            .collect(),
     }
 }
 
@@ -90,12 +100,23 @@ fn overlay(series: usize, taken: &Taken, cut: &Cut) -> Option<Overlay> {
     let hz = least_squares_hz(taken, PAIR, &cut.frames, &mut Box::new(Scratch::EMPTY))?;
     let parts = PAIR.map(|taxel| taken.part(taxel, &cut.frames));
     let sines_mv = parts.map(|part| sine(part, hz).map(|volts| 1e3 * volts));
-    Some(Overlay { series, taxels: PAIR, curves: parts.map(Curve::new), hz, sines_mv })
+    Some(Overlay {
+        series,
+        taxels: PAIR,
+        curves: parts.map(Curve::new),
+        hz,
+        sines_mv,
+    })
 }
 
 fn opposite(series: usize, taken: &Taken, cut: &Cut) -> Option<Opposite> {
     let (_, taxels) = FIGURE_10;
     let curves = taxels.map(|taxel| Curve::new(taken.part(taxel, &cut.frames)));
     let volts = taxels.map(|taxel| taken.samples(taxel, &cut.frames));
-    Some(Opposite { series, taxels, curves, correlation: correlation(&volts, 0)? })
+    Some(Opposite {
+        series,
+        taxels,
+        curves,
+        correlation: correlation(&volts, 0)?,
+    })
 }

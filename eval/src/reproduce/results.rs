@@ -1,4 +1,5 @@
-//! The data of a reproduction: figures of every run and of the windows, and the curves of the pictures.
+//! The data of a reproduction: figures of every run and of the windows, and the curves of the
+//! pictures.
 
 use hal_mock::TABLE_2;
 use serde::{Deserialize, Serialize};
@@ -29,12 +30,15 @@ pub struct Combination {
 impl Combination {
     /// Its number in the paper's tables, from 0 on.
     pub fn number(&self) -> Option<usize> {
-        TABLE_2.into_iter().position(|line| line == (self.speed_mm_s, self.period_mm))
+        TABLE_2
+            .into_iter()
+            .position(|line| line == (self.speed_mm_s, self.period_mm))
     }
 
     /// Its name in the paper's tables, C1 to C10; empty if the paper has none.
     pub fn name(&self) -> String {
-        self.number().map_or_else(String::new, |c| format!("C{}", c + 1))
+        self.number()
+            .map_or_else(String::new, |c| format!("C{}", c + 1))
     }
 
     pub fn nominal_hz(&self) -> f64 {
@@ -46,14 +50,21 @@ impl Combination {
         100.0 * hz / self.nominal_hz()
     }
 
-    /// RMS difference of an estimate from the nominal frequency (equation 10), hertz. None if a run has no estimate.
+    /// RMS difference of an estimate from the nominal frequency (equation 10), hertz. None if a run
+    /// has no estimate.
     pub fn rms_hz(&self, estimate: impl Fn(&Run) -> Option<f64>) -> Option<f64> {
-        rms(self.runs.iter().map(|run| Some(estimate(run)? - self.nominal_hz())))
+        rms(self
+            .runs
+            .iter()
+            .map(|run| Some(estimate(run)? - self.nominal_hz())))
     }
 
     /// The same against the true frequency of each run, hertz.
     pub fn own_rms_hz(&self, estimate: impl Fn(&Run) -> Option<f64>) -> Option<f64> {
-        rms(self.runs.iter().map(|run| Some(estimate(run)? - run.true_hz)))
+        rms(self
+            .runs
+            .iter()
+            .map(|run| Some(estimate(run)? - run.true_hz)))
     }
 }
 
@@ -123,7 +134,8 @@ pub struct Windows {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Cause {
     pub name: String,
-    /// RMS of the relative error of the paper's least squares against the nominal frequency, percent, over 55 mm.
+    /// RMS of the relative error of the paper's least squares against the nominal frequency,
+    /// percent, over 55 mm.
     pub least_squares_percent: f64,
     pub all_percent: f64,
 }
@@ -156,11 +168,22 @@ impl Curve {
         let from_s = samples.first().map_or(0.0, |sample| sample.0);
         let last_s = samples.last().map_or(0.0, |sample| sample.0);
         let step_s = (last_s - from_s) / (samples.len().max(2) - 1) as f64;
-        Self { from_s, step_s, mv: samples.iter().map(|(_, volts)| (1e5 * volts).round() / 100.0).collect() }
+        Self {
+            from_s,
+            step_s,
+            mv: samples
+                .iter()
+                .map(|(_, volts)| (1e5 * volts).round() / 100.0)
+                .collect(),
+        }
     }
 
     pub fn points(&self) -> Vec<(f64, f64)> {
-        self.mv.iter().enumerate().map(|(n, mv)| (self.from_s + n as f64 * self.step_s, *mv)).collect()
+        self.mv
+            .iter()
+            .enumerate()
+            .map(|(n, mv)| (self.from_s + n as f64 * self.step_s, *mv))
+            .collect()
     }
 }
 

@@ -21,7 +21,11 @@ pub fn table(reproduction: &Reproduction, name: &str) -> Option<String> {
 
 /// The first columns: name, spatial period, speed.
 fn first_cells(combination: &Combination) -> Vec<String> {
-    vec![combination.name(), combination.period_mm.to_string(), combination.speed_mm_s.to_string()]
+    vec![
+        combination.name(),
+        combination.period_mm.to_string(),
+        combination.speed_mm_s.to_string(),
+    ]
 }
 
 /// Speeds of Table 2, mm/s.
@@ -35,14 +39,27 @@ fn table_2(reproduction: &Reproduction) -> String {
     for speed_mm_s in SPEEDS_MM_S {
         let mut row = vec![speed_mm_s.to_string()];
         for period_mm in coarse_first() {
-            let tested = hal_mock::TABLE_2.into_iter().position(|line| line == (speed_mm_s, period_mm));
+            let tested = hal_mock::TABLE_2
+                .into_iter()
+                .position(|line| line == (speed_mm_s, period_mm));
             let paper = tested.map(|c| FREQUENCY_HZ[c]).or_else(|| {
-                NOT_TESTED.into_iter().find(|cell| (cell.0, cell.1) == (speed_mm_s, period_mm)).map(|cell| cell.2)
+                NOT_TESTED
+                    .into_iter()
+                    .find(|cell| (cell.0, cell.1) == (speed_mm_s, period_mm))
+                    .map(|cell| cell.2)
             });
-            let note = if tested.is_none() { " (not tested)" } else { "" };
+            let note = if tested.is_none() {
+                " (not tested)"
+            } else {
+                ""
+            };
             let mut cells = reproduction.expected.iter();
-            let cell = cells.find(|cell| (cell.speed_mm_s, cell.period_mm) == (speed_mm_s, period_mm));
-            row.extend([format!("{}{note}", figure(paper, 2)), figure(cell.and_then(|cell| cell.hz), 4)]);
+            let cell =
+                cells.find(|cell| (cell.speed_mm_s, cell.period_mm) == (speed_mm_s, period_mm));
+            row.extend([
+                format!("{}{note}", figure(paper, 2)),
+                figure(cell.and_then(|cell| cell.hz), 4),
+            ]);
         }
         table.row(&row);
     }
@@ -55,14 +72,19 @@ fn table_3(combinations: &[Combination], pair: usize, paper: &PairErrors) -> Str
                     LSq, %: here|paper";
     let mut table = Table::new(1, headings);
     for combination in combinations {
-        let Some(c) = combination.number() else { continue };
+        let Some(c) = combination.number() else {
+            continue;
+        };
         let mut row = first_cells(combination);
         row.push(figure(Some(FREQUENCY_HZ[c]), 2));
         let fft = combination.rms_hz(|run| run.pairs[pair].fft_hz);
         let least_squares = combination.rms_hz(|run| run.pairs[pair].least_squares_hz);
         for (hz, paper) in [(fft, paper.fft), (least_squares, paper.least_squares)] {
             row.extend([figure(hz, 3), figure(Some(paper.hz[c]), 3)]);
-            row.extend([percent(combination, hz, 2), figure(Some(paper.percent[c]), 2)]);
+            row.extend([
+                percent(combination, hz, 2),
+                figure(Some(paper.percent[c]), 2),
+            ]);
         }
         table.row(&row);
     }
@@ -80,10 +102,15 @@ fn table_3_all(combinations: &[Combination]) -> String {
     let mut table = Table::new(1, headings);
     let all_fit = |run: &Run| run.all_fit_hz.map(|fit| fit.0);
     for combination in combinations {
-        let Some(c) = combination.number() else { continue };
+        let Some(c) = combination.number() else {
+            continue;
+        };
         let mut row = first_cells(combination);
         row.push(figure(Some(TABLE_3[0].least_squares.percent[c]), 2));
-        for hz in [combination.rms_hz(|run| run.all_fft_hz), combination.rms_hz(all_fit)] {
+        for hz in [
+            combination.rms_hz(|run| run.all_fft_hz),
+            combination.rms_hz(all_fit),
+        ] {
             row.extend([figure(hz, 3), percent(combination, hz, 2)]);
         }
         let own = [
@@ -99,9 +126,13 @@ fn table_3_all(combinations: &[Combination]) -> String {
 
 /// The error that each imperfection makes alone.
 fn causes(reproduction: &Reproduction) -> String {
-    let mut table = Table::new(1, "imperfect|least squares, 2 channels, %|fit, 16 channels, %");
+    let mut table = Table::new(
+        1,
+        "imperfect|least squares, 2 channels, %|fit, 16 channels, %",
+    );
     for cause in &reproduction.causes {
-        let [two, all] = [cause.least_squares_percent, cause.all_percent].map(|percent| significant(percent, 2));
+        let [two, all] =
+            [cause.least_squares_percent, cause.all_percent].map(|percent| significant(percent, 2));
         table.row(&[cause.name.clone(), two, all]);
     }
     table.end()
@@ -118,16 +149,31 @@ fn windows(combinations: &[Combination]) -> String {
     for window_s in LENGTHS_S {
         let all: Vec<(&Combination, &Windows)> = combinations
             .iter()
-            .flat_map(|c| c.windows.iter().filter(|w| w.window_s == window_s).map(move |w| (c, w)))
+            .flat_map(|c| {
+                c.windows
+                    .iter()
+                    .filter(|w| w.window_s == window_s)
+                    .map(move |w| (c, w))
+            })
             .collect();
         let of = |hz: &dyn Fn(&Windows) -> Option<f64>| {
-            let mut all: Vec<f64> = all.iter().filter_map(|(c, w)| Some(c.percent(hz(w)?))).collect();
+            let mut all: Vec<f64> = all
+                .iter()
+                .filter_map(|(c, w)| Some(c.percent(hz(w)?)))
+                .collect();
             all.sort_by(f64::total_cmp);
-            let [Some(least), Some(most)] = [all.first(), all.last()] else { return "-".into() };
+            let [Some(least), Some(most)] = [all.first(), all.last()] else {
+                return "-".into();
+            };
             let middle = 0.5 * (all[(all.len() - 1) / 2] + all[all.len() / 2]);
-            [*least, middle, *most].map(|percent| significant(percent, 2)).join(", ")
+            [*least, middle, *most]
+                .map(|percent| significant(percent, 2))
+                .join(", ")
         };
-        let found = all.iter().map(|(_, w)| 100 * w.all_found / w.windows.max(1)).min();
+        let found = all
+            .iter()
+            .map(|(_, w)| 100 * w.all_found / w.windows.max(1))
+            .min();
         table.row(&[
             window_s.to_string(),
             of(&|window| Some(window.fft_hz)),
@@ -143,11 +189,17 @@ fn windows(combinations: &[Combination]) -> String {
 /// Repeatability by combination, and the paper's ranges.
 fn repeatability(combinations: &[Combination]) -> String {
     let first = std::iter::once("piezoresistor 1 of".into());
-    let headings = first.chain(combinations.iter().map(Combination::name)).chain(["paper".into()]);
+    let headings = first
+        .chain(combinations.iter().map(Combination::name))
+        .chain(["paper".into()]);
     let mut table = Table::new(1, &headings.collect::<Vec<String>>().join("|"));
     for (n, (least, most)) in REPEATABILITY.into_iter().enumerate() {
         let mut row = vec![format!("MEMS {}", n + 1)];
-        row.extend(combinations.iter().map(|combination| figure(combination.repeatability.map(|both| both[n]), 2)));
+        row.extend(
+            combinations
+                .iter()
+                .map(|combination| figure(combination.repeatability.map(|both| both[n]), 2)),
+        );
         row.push(format!("{least:.2} to {most:.2}"));
         table.row(&row);
     }

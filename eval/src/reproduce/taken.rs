@@ -35,7 +35,12 @@ pub struct Taken {
 impl Taken {
     pub fn new(scene: Sliding, place: Place<'_>) -> Result<Self> {
         let seed = scene.seed;
-        let input = Input { source: Source::Scene(scene), seed, ..Input::default() }.open()?;
+        let input = Input {
+            source: Source::Scene(scene),
+            seed,
+            ..Input::default()
+        }
+        .open()?;
         let truth = input.truth.context("the scene has no truth")?;
         let (mut packets, mut conversions) = (Vec::new(), Vec::new());
         let mut sink = |packet: &Packet| {
@@ -45,17 +50,30 @@ impl Taken {
         let start_us = match place {
             Place::Pc => {
                 let watch = &mut |timed| conversions.push(timed);
-                replay::run_watched(input, Settings::DEFAULT, None, &mut sink, &mut |_, _| {}, watch)?;
+                replay::run_watched(
+                    input,
+                    Settings::DEFAULT,
+                    None,
+                    &mut sink,
+                    &mut |_, _| {},
+                    watch,
+                )?;
                 u64::from(START_US)
             }
             Place::Emulator(options) => {
-                let options = Options { keep_conversions: true, ..*options };
+                let options = Options {
+                    keep_conversions: true,
+                    ..*options
+                };
                 let outcome = emulator::run(input, options, &mut sink, &mut |_, _| {})?;
                 conversions = outcome.conversions;
                 outcome.start_us
             }
         };
-        let first_us = conversions.first().context("the board has read nothing")?.t_us;
+        let first_us = conversions
+            .first()
+            .context("the board has read nothing")?
+            .t_us;
         let recording = Recording::new(&conversions, &packets);
         let volts_per_code = f64::from(ads1258::reading::volts(1, Settings::DEFAULT.vref_v));
         let frames = recording.channels.iter().map(Vec::len).min().unwrap_or(0);
@@ -67,12 +85,20 @@ impl Taken {
         });
         let codes = codes.collect();
         let truth = later(truth, (start_us as f64 - f64::from(first_us)) * 1e-6);
-        Ok(Self { truth, recording, packets, codes, rate_hz: frame_rate_hz() })
+        Ok(Self {
+            truth,
+            recording,
+            packets,
+            codes,
+            rate_hz: frame_rate_hz(),
+        })
     }
 
     /// The channel of a taxel, volts above its idle level, frame by frame.
     pub fn volts(&self, taxel: usize) -> &[(f64, f64)] {
-        self.recording.channels.get(taxel).map_or(&[], |channel| &channel[..channel.len().min(self.codes.len())])
+        self.recording.channels.get(taxel).map_or(&[], |channel| {
+            &channel[..channel.len().min(self.codes.len())]
+        })
     }
 
     /// Some frames of it; empty if they are not all there.
@@ -81,7 +107,10 @@ impl Taken {
     }
 
     pub fn samples(&self, taxel: usize, frames: &Range<usize>) -> Vec<f64> {
-        self.part(taxel, frames).iter().map(|(_, volts)| *volts).collect()
+        self.part(taxel, frames)
+            .iter()
+            .map(|(_, volts)| *volts)
+            .collect()
     }
 
     /// The first frame of a taxel that is not before a time.
@@ -98,7 +127,12 @@ impl Taken {
         slides.max_by(|a, b| (a.1 - a.0).total_cmp(&(b.1 - b.0)))
     }
 
-    pub fn events<'a, T: 'a>(&'a self, kind: impl Fn(&'a Event) -> Option<T> + 'a) -> impl Iterator<Item = T> + 'a {
-        self.packets.iter().filter_map(move |packet| kind(&packet.event))
+    pub fn events<'a, T: 'a>(
+        &'a self,
+        kind: impl Fn(&'a Event) -> Option<T> + 'a,
+    ) -> impl Iterator<Item = T> + 'a {
+        self.packets
+            .iter()
+            .filter_map(move |packet| kind(&packet.event))
     }
 }

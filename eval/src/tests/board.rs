@@ -36,12 +36,20 @@ fn the_page_is_that_of_the_images() {
     let page = read("docs/board.md");
     let fresh = board::page(&board::measure().expect("a measurement"), &page).expect("a page");
     let differs = |(page, fresh): &(&str, &str)| {
-        let (page, fresh): (Vec<&str>, Vec<&str>) = (page.split(' ').collect(), fresh.split(' ').collect());
-        page.len() != fresh.len() || !page.iter().zip(fresh).all(|(page, fresh)| is_close(page, fresh))
+        let (page, fresh): (Vec<&str>, Vec<&str>) =
+            (page.split(' ').collect(), fresh.split(' ').collect());
+        page.len() != fresh.len()
+            || !page
+                .iter()
+                .zip(fresh)
+                .all(|(page, fresh)| is_close(page, fresh))
     };
     let changed: Vec<_> = page.lines().zip(fresh.lines()).filter(differs).collect();
     let is_as_long = page.lines().count() == fresh.lines().count();
-    assert!(is_as_long && changed.is_empty(), "cargo xtask board --write: {changed:#?}");
+    assert!(
+        is_as_long && changed.is_empty(),
+        "cargo xtask board --write: {changed:#?}"
+    );
 }
 
 /// The README's load is that of the slower of the two boards.
@@ -49,11 +57,17 @@ fn the_page_is_that_of_the_images() {
 fn the_readme_has_the_pages_load() {
     let (page, readme) = (read("docs/board.md"), read("README.md"));
     let load = |phase: &str| {
-        let row = page.lines().find_map(|line| line.strip_prefix(&format!("| {phase}, 5064 conversions a second | ")));
+        let row = page.lines().find_map(|line| {
+            line.strip_prefix(&format!("| {phase}, 5064 conversions a second | "))
+        });
         let row = row.unwrap_or_else(|| panic!("no row {phase}"));
-        row.trim_end_matches(" |").split(" | ").map(|cell| cell.parse::<f64>().expect("a figure")).fold(0.0, f64::max)
+        row.trim_end_matches(" |")
+            .split(" | ")
+            .map(|cell| cell.parse::<f64>().expect("a figure"))
+            .fold(0.0, f64::max)
     };
     let (rest, sliding) = (load("at rest").round(), load("sliding, with fits").round());
-    let sentence = format!("busy {rest} % of the time at rest and {sliding} % while the finger slides");
+    let sentence =
+        format!("busy {rest} % of the time at rest and {sliding} % while the finger slides");
     assert!(readme.contains(&sentence), "README.md lacks: {sentence}");
 }

@@ -10,13 +10,24 @@ use ridgetone_host::emulator::{self, Options};
 fn a_run_of_each_family_of_faults_and_nothing_wrong_is_reported_as_right() {
     let elf = emulator::image::find().expect("an image");
     for family in Family::value_variants() {
-        let mut campaign = Campaign { seed: 1, rows: Vec::new(), bit_errors: None };
-        campaign.on_emulator(1, Some(*family), Options::new(&elf)).expect("a run");
-        let [row] = &campaign.rows[..] else { panic!("{:?}", campaign.rows) };
+        let mut campaign = Campaign {
+            seed: 1,
+            rows: Vec::new(),
+            bit_errors: None,
+        };
+        campaign
+            .on_emulator(1, Some(*family), Options::new(&elf))
+            .expect("a run");
+        let [row] = &campaign.rows[..] else {
+            panic!("{:?}", campaign.rows)
+        };
         assert!(row.is_clean(), "{row:?}");
         assert_eq!(row.injected == 0, *family == Family::None, "{row:?}");
         // Every single one is reported; in a mixed run one fault may hide another.
         let reported = row.detected.map_or(0, |delays| delays.count);
-        assert!(reported == row.injected || *family == Family::Mixed, "{row:?}");
+        assert!(
+            reported == row.injected || *family == Family::Mixed,
+            "{row:?}"
+        );
     }
 }

@@ -8,7 +8,10 @@ fn the_page_is_what_its_data_give() {
     let rows = noise::load(&from_root("docs")).expect("the data");
     let other_seed = noise::load_other_seed(&from_root("docs")).expect("the data");
     // `cargo xtask noise --write docs` measures.
-    assert!(noise::page(&rows, &other_seed, &read("docs/noise.md")).expect("a page") == read("docs/noise.md"));
+    assert!(
+        noise::page(&rows, &other_seed, &read("docs/noise.md")).expect("a page")
+            == read("docs/noise.md")
+    );
 }
 
 /// The measured figures repeat: a few windows of each cell, on any number of cores.

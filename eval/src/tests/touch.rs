@@ -17,9 +17,17 @@ fn both_detectors_have_the_same_rows() {
     let page = read("docs/touch.md");
     let names = |table: &str| -> Vec<String> {
         let rows = table_of(&page, table).expect("a table").lines().skip(2);
-        rows.map(|row| row.split(" | ").next().expect("a name").to_owned()).collect()
+        rows.map(|row| row.split(" | ").next().expect("a name").to_owned())
+            .collect()
     };
-    for group in ["tones", "lengths", "early", "contact", "lift", "disturbances"] {
+    for group in [
+        "tones",
+        "lengths",
+        "early",
+        "contact",
+        "lift",
+        "disturbances",
+    ] {
         assert_eq!(names(group), names(&format!("before_{group}")));
     }
 }

@@ -17,8 +17,12 @@ pub fn table(rows: &[Row], name: &str) -> Option<String> {
 }
 
 fn cells(found: &Found) -> Vec<String> {
-    let share =
-        |count: u32, of: u32| figure((of > 0).then(|| 100.0 * f64::from(count) / f64::from(of)), 1);
+    let share = |count: u32, of: u32| {
+        figure(
+            (of > 0).then(|| 100.0 * f64::from(count) / f64::from(of)),
+            1,
+        )
+    };
     let spread = |[low, median, high]: [f64; 3]| format!("{median:.0} ({low:.0}, {high:.0})");
     let errors = |ms: Option<[f64; 3]>| ms.map_or_else(|| "-".into(), spread);
     vec![

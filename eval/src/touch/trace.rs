@@ -13,8 +13,8 @@ use std::f64::consts::TAU;
 const PERIOD_MM: f64 = 3.6;
 /// Noise of the converter at the scan's data rate, volts rms.
 const CONVERTER_V: f64 = 4.5e-6;
-/// Whoever knows the motion sees it from where its squares, in units of the noise, add up to this: five standard
-/// deviations.
+/// Whoever knows the motion sees it from where its squares, in units of the noise, add up to this:
+/// five standard deviations.
 const VISIBLE: f64 = 25.0;
 
 /// From where to where a number is drawn; evenly in the logarithm, so both are above zero.
@@ -49,7 +49,8 @@ pub struct Recipe {
     pub press: f64,
     /// The finger is on the grating when the trace begins.
     pub loaded: bool,
-    /// The physical finger in place of drawn channels: creep and filter are its own, and its noise too.
+    /// The physical finger in place of drawn channels: creep and filter are its own, and its noise
+    /// too.
     pub physical: bool,
 }
 
@@ -109,7 +110,10 @@ impl Trace {
         let speed_mm_s = tone_hz * PERIOD_MM;
         let still = Sliding::default();
         let slide_mm = slide_s.map_or(1e-3 * PERIOD_MM, |slide_s| speed_mm_s * (slide_s - ramp_s));
-        let stimulator = Stimulator { ramp_s: if slide_s.is_some() { ramp_s } else { 0.0 }, ..Stimulator::IDEAL };
+        let stimulator = Stimulator {
+            ramp_s: if slide_s.is_some() { ramp_s } else { 0.0 },
+            ..Stimulator::IDEAL
+        };
         let parameters = Sliding {
             speed_mm_s,
             period_mm: PERIOD_MM,
@@ -122,7 +126,10 @@ impl Trace {
             snr_db: (!recipe.physical && !recipe.pink).then_some(recipe.snr_db),
             seed,
             stimulator,
-            finger: recipe.physical.then(|| Finger { finger_seed: seed, ..Finger::default() }),
+            finger: recipe.physical.then(|| Finger {
+                finger_seed: seed,
+                ..Finger::default()
+            }),
             ..still
         };
         let spike = recipe.spike.map(&mut of);
@@ -130,16 +137,26 @@ impl Trace {
         let scene = SlidingScene::new(parameters)?;
         let times = scene.truth();
         let channels = &scene.channels()[..TAXELS];
-        let mean_square = |of: &dyn Fn(usize) -> f64| (0..TAXELS).map(|c| of(c).powi(2)).sum::<f64>() / TAXELS as f64;
+        let mean_square = |of: &dyn Fn(usize) -> f64| {
+            (0..TAXELS).map(|c| of(c).powi(2)).sum::<f64>() / TAXELS as f64
+        };
         let tone_v = mean_square(&|c| channels[c].amplitude_v()).sqrt();
         let loads_v: [f64; TAXELS] = std::array::from_fn(|c| channels[c].sliding.mean_v);
-        // Of a spike that is as high as the load in each channel the square is four times the hold's.
+        // Of a spike that is as high as the load in each channel the square is four times the
+        // hold's.
         let spike = spike.map_or(0.0, |square| square.sqrt() - 1.0);
         let rate_hz = frame_rate_hz();
-        let from_s = if recipe.loaded { times.contact_s + 1.0 } else { 0.0 };
+        let from_s = if recipe.loaded {
+            times.contact_s + 1.0
+        } else {
+            0.0
+        };
         let frames = ((times.end_s - from_s) * rate_hz) as u32;
-        let pink =
-            if recipe.pink { process::frames(Noise::Pink, frames as usize, rate_hz, &mut draw).0 } else { Vec::new() };
+        let pink = if recipe.pink {
+            process::frames(Noise::Pink, frames as usize, rate_hz, &mut draw).0
+        } else {
+            Vec::new()
+        };
         let extras = Extras {
             recipe: *recipe,
             loads_v,
@@ -155,26 +172,54 @@ impl Trace {
             contact_s: times.contact_s,
             release_s: times.release_s,
         };
-        let sigma_v = if recipe.pink { extras.pink_v } else { scene.noise_v() }.hypot(CONVERTER_V);
+        let sigma_v = if recipe.pink {
+            extras.pink_v
+        } else {
+            scene.noise_v()
+        }
+        .hypot(CONVERTER_V);
         let slide = recipe.slide_s.map(|_| {
             let (start_s, end_s) = (times.slide_start_s, times.slide_end_s);
             let visible = |at_s: f64, step_s: f64| {
                 let volts = |t_s: f64| (0..TAXELS).map(move |c| (c, t_s));
-                let rest: Vec<f64> = volts(at_s).map(|(c, t_s)| scene.clean_volts(c as u8, t_s)).collect();
+                let rest: Vec<f64> = volts(at_s)
+                    .map(|(c, t_s)| scene.clean_volts(c as u8, t_s))
+                    .collect();
                 let (mut t_s, mut sum) = (at_s, 0.0);
                 while sum < VISIBLE && (start_s..=end_s).contains(&t_s) {
-                    let off = |(c, t_s): (usize, f64)| (scene.clean_volts(c as u8, t_s) - rest[c]) / sigma_v;
+                    let off = |(c, t_s): (usize, f64)| {
+                        (scene.clean_volts(c as u8, t_s) - rest[c]) / sigma_v
+                    };
                     sum += volts(t_s).map(off).map(|off| off * off).sum::<f64>();
                     t_s += step_s;
                 }
                 t_s - from_s
             };
-            let (visible_from_s, visible_to_s) = (visible(start_s, 1.0 / rate_hz), visible(end_s, -1.0 / rate_hz));
-            SlideTruth { start_s: start_s - from_s, end_s: end_s - from_s, visible_from_s, visible_to_s }
+            let (visible_from_s, visible_to_s) = (
+                visible(start_s, 1.0 / rate_hz),
+                visible(end_s, -1.0 / rate_hz),
+            );
+            SlideTruth {
+                start_s: start_s - from_s,
+                end_s: end_s - from_s,
+                visible_from_s,
+                visible_to_s,
+            }
         });
         let contact_s = (!recipe.loaded).then_some(times.contact_s);
-        let truth = Truth { contact_s, slide, release_s: times.release_s - from_s };
-        Ok(Self { scene, extras, draw, truth, from_s, frames })
+        let truth = Truth {
+            contact_s,
+            slide,
+            release_s: times.release_s - from_s,
+        };
+        Ok(Self {
+            scene,
+            extras,
+            draw,
+            truth,
+            from_s,
+            frames,
+        })
     }
 
     pub fn truth(&self) -> Truth {
@@ -185,13 +230,17 @@ impl Trace {
         self.frames
     }
 
-    /// The code of a channel in a frame, which is converted at a time from the trace's start on. Times must not decrease.
+    /// The code of a channel in a frame, which is converted at a time from the trace's start on.
+    /// Times must not decrease.
     pub fn code(&mut self, channel: usize, frame: u32, t_s: f64) -> i32 {
         let t_s = self.from_s + t_s;
         let volts = self.scene.volts(channel as u8, t_s) + self.extras.volts(channel, frame, t_s);
-        let pressed_v = self.scene.clean_volts(channel as u8, t_s) - self.scene.channels()[channel].offset_v;
+        let pressed_v =
+            self.scene.clean_volts(channel as u8, t_s) - self.scene.channels()[channel].offset_v;
         let volts = volts + self.extras.press(t_s) * pressed_v;
-        let more = self.extras.load(self.scene.load(t_s), self.scene.spike(t_s));
+        let more = self
+            .extras
+            .load(self.scene.load(t_s), self.scene.spike(t_s));
         let volts = volts + more * self.extras.loads_v[channel] + CONVERTER_V * self.draw.normal();
         (volts / CODE_V).round() as i32
     }
@@ -210,7 +259,11 @@ impl Extras {
         let mut volts = recipe.drift_v_s * self.signs[c] * t_s;
         if recipe.creep > 0.0 && held_s > 0.0 {
             let crept = |for_s: f64| 1.0 - (-for_s / self.creep_s).exp();
-            let back = if gone_s > 0.0 { 1.0 - crept(gone_s) } else { 1.0 };
+            let back = if gone_s > 0.0 {
+                1.0 - crept(gone_s)
+            } else {
+                1.0
+            };
             let share = crept(held_s.min(self.release_s - self.contact_s)) * back;
             volts += recipe.creep * self.tone_v * share * self.loads_v[c] / self.rms_load_v();
         }
@@ -218,7 +271,11 @@ impl Extras {
             let (amplitude_v, phase) = self.hum[c];
             volts += amplitude_v * (TAU * self.hum_hz * t_s + phase).sin();
         }
-        volts + self.pink.get(frame as usize).map_or(0.0, |noise| self.pink_v * noise[c])
+        volts
+            + self
+                .pink
+                .get(frame as usize)
+                .map_or(0.0, |noise| self.pink_v * noise[c])
     }
 
     /// Share by which the load is more than it should be.

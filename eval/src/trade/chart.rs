@@ -1,4 +1,5 @@
-//! The picture of the trade: error against instructions, one line for each method, the bound beside them.
+//! The picture of the trade: error against instructions, one line for each method, the bound beside
+//! them.
 
 use super::noise_chart::{self, SHAPES};
 use super::results::{Row, Trade};
@@ -22,8 +23,11 @@ const BOTTOM: f64 = 550.0;
 const LABEL_HEIGHT: f64 = 14.0;
 
 /// Classes of lines and their markers; each shape has each of them once.
-const LINES: [(&str, &str); 3] =
-    [("one", "solid one fillone"), ("two", "solid two filltwo"), ("three", "solid three fillthree")];
+const LINES: [(&str, &str); 3] = [
+    ("one", "solid one fillone"),
+    ("two", "solid two filltwo"),
+    ("three", "solid three fillthree"),
+];
 
 /// A method's line: its name, and cost and error by window.
 struct MethodCurve<'a> {
@@ -34,42 +38,85 @@ struct MethodCurve<'a> {
 /// The picture; where the noise of `noise` was compared with its bound, that is below.
 pub fn draw(trade: &Trade, noise: &[noise::Row]) -> String {
     let lines = lines(trade);
-    let points = || lines.iter().flat_map(|line| &line.rows).filter_map(|row| point(row));
-    let bounds: Vec<(f64, f64)> = WINDOWS_S.into_iter().filter_map(|window_s| bound(trade, window_s)).collect();
+    let points = || {
+        lines
+            .iter()
+            .flat_map(|line| &line.rows)
+            .filter_map(|row| point(row))
+    };
+    let bounds: Vec<(f64, f64)> = WINDOWS_S
+        .into_iter()
+        .filter_map(|window_s| bound(trade, window_s))
+        .collect();
     let x = Axis::around(points().map(|point| point.0), (LEFT, RIGHT));
-    let y = Axis::around(points().map(|point| point.1).chain(bounds.iter().map(|bound| bound.1)), (BOTTOM, TOP));
+    let y = Axis::around(
+        points()
+            .map(|point| point.1)
+            .chain(bounds.iter().map(|bound| bound.1)),
+        (BOTTOM, TOP),
+    );
 
     let kinds = noise::kinds(noise);
-    let has_bounds = kinds.iter().flat_map(|kind| &kind.ours).any(|figures| figures.over_bound.is_some());
+    let has_bounds = kinds
+        .iter()
+        .flat_map(|kind| &kind.ours)
+        .any(|figures| figures.over_bound.is_some());
     let below = if has_bounds { noise_chart::HEIGHT } else { 0.0 };
     let mut svg = picture(HEIGHT + below, "Cost and error of a fit");
-    let title =
-        "RMS error, % of the frequency, against instructions; a grating with overtones, noise 20 dB below its tone";
+    let title = "RMS error, % of the frequency, against instructions; a grating with overtones, noise 20 dB below its tone";
     svg.text(22.0, 26.0, Anchor::Start, "title", title);
     log_axis(&mut svg, &y, (LEFT, RIGHT));
     for power in x.ticks() {
         let at = x.place(10f64.powi(power));
         svg.line((at, TOP), (at, BOTTOM), "grid");
-        svg.text(at, BOTTOM + 20.0, Anchor::Middle, "small", &format!("1e{power}"));
+        svg.text(
+            at,
+            BOTTOM + 20.0,
+            Anchor::Middle,
+            "small",
+            &format!("1e{power}"),
+        );
     }
-    let below =
-        "instructions on the Cortex-M4F, costliest window; each marker is a length of window, longer ones err less";
-    svg.text(0.5 * (LEFT + RIGHT), BOTTOM + 40.0, Anchor::Middle, "small", below);
+    let below = "instructions on the Cortex-M4F, costliest window; each marker is a length of window, longer ones err less";
+    svg.text(
+        0.5 * (LEFT + RIGHT),
+        BOTTOM + 40.0,
+        Anchor::Middle,
+        "small",
+        below,
+    );
     draw_bounds(&mut svg, &y, &bounds);
 
-    let styles = SHAPES.into_iter().flat_map(|shape| LINES.map(|(line, class)| (line, shape, class)));
+    let styles = SHAPES
+        .into_iter()
+        .flat_map(|shape| LINES.map(|(line, class)| (line, shape, class)));
     let mut entries = Vec::new();
     for (line, (class, shape, marker_class)) in lines.iter().zip(styles) {
-        let points: Vec<(f64, f64)> =
-            line.rows.iter().filter_map(|row| point(row)).map(|(a, b)| (x.place(a), y.place(b))).collect();
+        let points: Vec<(f64, f64)> = line
+            .rows
+            .iter()
+            .filter_map(|row| point(row))
+            .map(|(a, b)| (x.place(a), y.place(b)))
+            .collect();
         svg.path(&points, class);
-        points.iter().for_each(|point| marker(&mut svg, shape, *point, marker_class));
+        points
+            .iter()
+            .for_each(|point| marker(&mut svg, shape, *point, marker_class));
         if entries.is_empty() {
             for (row, (x, y)) in line.rows.iter().zip(points) {
-                svg.text(x - 7.0, y - 6.0, Anchor::End, "cell", &format!("{} s", row.window_s));
+                svg.text(
+                    x - 7.0,
+                    y - 6.0,
+                    Anchor::End,
+                    "cell",
+                    &format!("{} s", row.window_s),
+                );
             }
         }
-        entries.push((Sample::Marked(class, shape, marker_class), line.name.as_str()));
+        entries.push((
+            Sample::Marked(class, shape, marker_class),
+            line.name.as_str(),
+        ));
     }
     for (n, entries) in entries.chunks(3).enumerate() {
         key(&mut svg, LEFT, BOTTOM + 76.0 + 22.0 * n as f64, entries);
@@ -98,19 +145,37 @@ fn draw_bounds(svg: &mut Svg, y: &Axis, bounds: &[(f64, f64)]) {
 fn lines(trade: &Trade) -> Vec<MethodCurve<'_>> {
     let [one, .., four] = HARMONICS;
     let ours = |harmonics: u8, name: &str| {
-        let rows =
-            WINDOWS_S.into_iter().filter_map(|window_s| trade.ridgetone(window_s, four, harmonics, TAXELS as u8));
-        MethodCurve { name: name.into(), rows: rows.filter(|row| point(row).is_some()).collect() }
+        let rows = WINDOWS_S
+            .into_iter()
+            .filter_map(|window_s| trade.ridgetone(window_s, four, harmonics, TAXELS as u8));
+        MethodCurve {
+            name: name.into(),
+            rows: rows.filter(|row| point(row).is_some()).collect(),
+        }
     };
     let baseline = |method: Method| {
-        let rows = WINDOWS_S.into_iter().flat_map(|window_s| trade.baseline(window_s, four, method.name()));
+        let rows = WINDOWS_S
+            .into_iter()
+            .flat_map(|window_s| trade.baseline(window_s, four, method.name()));
         let rows: Vec<&Row> = rows.filter(|row| point(row).is_some()).collect();
-        let channels = rows.first().map(|row| row.channels).filter(|channels| usize::from(*channels) < TAXELS);
+        let channels = rows
+            .first()
+            .map(|row| row.channels)
+            .filter(|channels| usize::from(*channels) < TAXELS);
         let name = channels.map_or_else(String::new, |channels| format!(", {channels} channels"));
-        MethodCurve { name: format!("{}{name}", method.name()), rows }
+        MethodCurve {
+            name: format!("{}{name}", method.name()),
+            rows,
+        }
     };
-    let ours = [ours(four, "Ridgetone, four harmonics"), ours(one, "Ridgetone, one harmonic")];
-    ours.into_iter().chain(Method::ALL.map(baseline)).filter(|line| !line.rows.is_empty()).collect()
+    let ours = [
+        ours(four, "Ridgetone, four harmonics"),
+        ours(one, "Ridgetone, one harmonic"),
+    ];
+    ours.into_iter()
+        .chain(Method::ALL.map(baseline))
+        .filter(|line| !line.rows.is_empty())
+        .collect()
 }
 
 /// Instructions and percent.

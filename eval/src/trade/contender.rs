@@ -1,10 +1,10 @@
 //! The estimators: Ridgetone's own fit, and the baselines.
 
+use crate::accuracy::{Answer, Sample};
 use crate::baselines::{Method, Scratch, nls};
 use crate::bound::Clue;
 use crate::setting::Setting;
 use crate::simulated::Simulated;
-use crate::accuracy::{Answer, Sample};
 use anyhow::{Context, Result};
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::{Fit, Fitter, FrameSpan, Status, Table, Values};
@@ -12,32 +12,31 @@ use ridgetone_tone::{Fit, Fitter, FrameSpan, Status, Table, Values};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Contender {
     /// Ridgetone's fit of the first `channels` channels with up to `harmonics` harmonics.
-    Ridgetone {
-        harmonics: u8,
-        channels: u8,
-    },
+    Ridgetone { harmonics: u8, channels: u8 },
     /// The opponent on all channels, with up to `harmonics` harmonics.
-    Nls {
-        harmonics: u8,
-    },
+    Nls { harmonics: u8 },
     /// Another method on the first `channels` channels.
-    Baseline {
-        method: Method,
-        channels: u8,
-    },
+    Baseline { method: Method, channels: u8 },
 }
 
 impl Contender {
     /// Ridgetone's fit of all channels.
     pub const fn whole(harmonics: u8) -> Self {
-        Self::Ridgetone { harmonics, channels: TAXELS as u8 }
+        Self::Ridgetone {
+            harmonics,
+            channels: TAXELS as u8,
+        }
     }
 
     pub fn answer(&self, window: &Simulated) -> Result<Option<Answer>> {
         match *self {
-            Self::Ridgetone { harmonics, channels } => {
-                Ok(answer(&fit(&window.values, harmonics, first(channels))?, window.frame_rate_hz))
-            }
+            Self::Ridgetone {
+                harmonics,
+                channels,
+            } => Ok(answer(
+                &fit(&window.values, harmonics, first(channels))?,
+                window.frame_rate_hz,
+            )),
             Self::Nls { harmonics } => {
                 let estimate = nls::estimate(&window.values, TAXELS, harmonics.into(), None);
                 let to_hz = |per_frame: f64| per_frame * window.frame_rate_hz;
@@ -48,9 +47,17 @@ impl Contender {
                 }))
             }
             Self::Baseline { method, channels } => {
-                let estimate = method.estimate(&window.values, channels.into(), &mut Box::new(Scratch::EMPTY));
+                let estimate = method.estimate(
+                    &window.values,
+                    channels.into(),
+                    &mut Box::new(Scratch::EMPTY),
+                );
                 let hz = estimate.map(|frequency| f64::from(frequency) * window.frame_rate_hz);
-                Ok(hz.map(|hz| Answer { hz, sigma_hz: None, ambiguous: false }))
+                Ok(hz.map(|hz| Answer {
+                    hz,
+                    sigma_hz: None,
+                    ambiguous: false,
+                }))
             }
         }
     }
@@ -68,7 +75,11 @@ impl Contender {
 pub fn answer(fit: &Fit, frame_rate_hz: f64) -> Option<Answer> {
     let to_hz = |per_frame: f32| f64::from(per_frame) * frame_rate_hz;
     let (hz, sigma_hz) = (to_hz(fit.frequency), Some(to_hz(fit.sigma)));
-    fit.status.has_tone().then_some(Answer { hz, sigma_hz, ambiguous: fit.status != Status::Good })
+    fit.status.has_tone().then_some(Answer {
+        hz,
+        sigma_hz,
+        ambiguous: fit.status != Status::Good,
+    })
 }
 
 /// The mask of the first `channels` taxels: bit k is taxel k.
@@ -79,9 +90,13 @@ pub fn first(channels: u8) -> u16 {
 /// Ridgetone's fit of a window's frames, of the taxels in `inputs`.
 pub fn fit(values: &[Values], harmonics: u8, inputs: u16) -> Result<Fit> {
     let valid = vec![inputs; values.len()];
-    let mut table = Table { values, valid: &valid };
+    let mut table = Table {
+        values,
+        valid: &valid,
+    };
     let mut fitter = Box::new(Fitter::new(harmonics));
-    let fit = fitter.fit(&mut FrameSpan::new(&mut table, 0, valid.len() as u32).with_quantization(1.0));
+    let fit =
+        fitter.fit(&mut FrameSpan::new(&mut table, 0, valid.len() as u32).with_quantization(1.0));
     fit.context("a table loses no frames")
 }
 

@@ -1,12 +1,12 @@
 //! The trade: accuracy by window, channels and harmonics, beside other methods on the same windows.
 
-use crate::accuracy::{Accuracy, Sample};
 use super::contender::{Contender, samples};
 use super::results::{NLS, RIDGETONE, Row};
+use crate::accuracy::{Accuracy, Sample};
 use crate::baselines::Method;
+use crate::bench::baselines;
 use crate::bench::fits::{CHANNELS, HARMONICS, SNR_DB, WINDOWS_S, is_measured};
 use crate::bench::report::Report;
-use crate::bench::baselines;
 use crate::parallel;
 use crate::setting::{Length, Setting};
 use anyhow::Result;
@@ -21,27 +21,48 @@ const SEEDS: u64 = 10_000_000;
 pub fn instructions(row: &Row, chip: &Report) -> Option<u32> {
     let key = (row.window_s, row.carried, row.harmonics, row.channels);
     if row.method == RIDGETONE {
-        let same = chip.fits.iter().find(|fit| (fit.window_s, fit.carried, fit.harmonics, fit.channels) == key);
+        let same = chip
+            .fits
+            .iter()
+            .find(|fit| (fit.window_s, fit.carried, fit.harmonics, fit.channels) == key);
         return same.map(|fit| fit.instructions_worst);
     }
-    let mut own = chip.baselines.iter().filter(|cell| cell.method == row.method);
+    let mut own = chip
+        .baselines
+        .iter()
+        .filter(|cell| cell.method == row.method);
     let same = own.find(|cell| (cell.window_s, cell.carried, 1, cell.channels) == key);
     same.map(|cell| cell.instructions_worst)
 }
 
 /// The estimators for scenes of `carried` harmonics.
 fn contenders(carried: u8) -> Vec<Contender> {
-    let fits = HARMONICS.into_iter().flat_map(|harmonics| CHANNELS.map(|channels| (harmonics, channels)));
+    let fits = HARMONICS
+        .into_iter()
+        .flat_map(|harmonics| CHANNELS.map(|channels| (harmonics, channels)));
     let mut all: Vec<Contender> = fits
         .filter(|(harmonics, channels)| is_measured(carried, *harmonics, *channels))
-        .map(|(harmonics, channels)| Contender::Ridgetone { harmonics, channels })
+        .map(|(harmonics, channels)| Contender::Ridgetone {
+            harmonics,
+            channels,
+        })
         .collect();
     if baselines::CARRIED.contains(&carried) {
         // A method that fits the chip only with fewer channels is measured with those too.
-        let own = |method: Method| [method.channels_max(), method.channels_max().min(method.channels_on_chip())];
+        let own = |method: Method| {
+            [
+                method.channels_max(),
+                method.channels_max().min(method.channels_on_chip()),
+            ]
+        };
         let mut baselines: Vec<Contender> = Method::ALL
             .into_iter()
-            .flat_map(|method| own(method).map(|channels| Contender::Baseline { method, channels: channels as u8 }))
+            .flat_map(|method| {
+                own(method).map(|channels| Contender::Baseline {
+                    method,
+                    channels: channels as u8,
+                })
+            })
             .collect();
         baselines.dedup();
         all.extend(baselines);
@@ -55,7 +76,12 @@ pub fn measure(windows: u32) -> Result<Vec<Row>> {
     let mut rows = Vec::new();
     for (window_s, number) in WINDOWS_S.into_iter().zip(0..) {
         for carried in HARMONICS {
-            rows.extend(of_scene(window_s, carried, windows, SEEDS * (10 * number + u64::from(carried)))?);
+            rows.extend(of_scene(
+                window_s,
+                carried,
+                windows,
+                SEEDS * (10 * number + u64::from(carried)),
+            )?);
         }
     }
     Ok(rows)
@@ -63,20 +89,37 @@ pub fn measure(windows: u32) -> Result<Vec<Row>> {
 
 fn of_scene(window_s: f64, carried: u8, windows: u32, seed: u64) -> Result<Vec<Row>> {
     let contenders = contenders(carried);
-    let quick: Vec<Contender> = contenders.iter().filter(|contender| !is_slow(contender)).copied().collect();
+    let quick: Vec<Contender> = contenders
+        .iter()
+        .filter(|contender| !is_slow(contender))
+        .copied()
+        .collect();
     let settings = Setting::table_2(Length::Seconds(window_s), SNR_DB, carried);
     let runs = 0..u64::from(windows);
-    let items: Vec<(Setting, u64)> = settings.flat_map(|setting| runs.clone().map(move |run| (setting, run))).collect();
+    let items: Vec<(Setting, u64)> = settings
+        .flat_map(|setting| runs.clone().map(move |run| (setting, run)))
+        .collect();
     let what = format!("trade, {window_s} s, {carried} harmonics");
     let all = parallel::map(&what, &items, |(setting, run)| {
-        let who = if run % SLOW_EVERY == 0 { &contenders } else { &quick };
-        Ok(who.iter().copied().zip(samples(setting, seed + run, who)?).collect::<Vec<_>>())
+        let who = if run % SLOW_EVERY == 0 {
+            &contenders
+        } else {
+            &quick
+        };
+        Ok(who
+            .iter()
+            .copied()
+            .zip(samples(setting, seed + run, who)?)
+            .collect::<Vec<_>>())
     })?;
     let row = |contender: &Contender| {
         let own = all.iter().flatten().filter(|(who, _)| who == contender);
         let own: Vec<Sample> = own.map(|(_, sample)| *sample).collect();
         let (method, harmonics, channels) = match *contender {
-            Contender::Ridgetone { harmonics, channels } => (RIDGETONE, harmonics, channels),
+            Contender::Ridgetone {
+                harmonics,
+                channels,
+            } => (RIDGETONE, harmonics, channels),
             Contender::Nls { harmonics } => (NLS, harmonics, TAXELS as u8),
             Contender::Baseline { method, channels } => (method.name(), 1, channels),
         };
@@ -94,7 +137,15 @@ fn of_scene(window_s: f64, carried: u8, windows: u32, seed: u64) -> Result<Vec<R
     Ok(contenders.iter().map(row).collect())
 }
 
-/// Whether it takes long for a long window: the Jacobian of all channels at once, or many candidates.
+/// Whether it takes long for a long window: the Jacobian of all channels at once, or many
+/// candidates.
 fn is_slow(contender: &Contender) -> bool {
-    matches!(contender, Contender::Nls { .. } | Contender::Baseline { method: Method::LmJoint, .. })
+    matches!(
+        contender,
+        Contender::Nls { .. }
+            | Contender::Baseline {
+                method: Method::LmJoint,
+                ..
+            }
+    )
 }

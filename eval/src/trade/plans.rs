@@ -1,8 +1,9 @@
-//! The trade of channels against frame rate: a scan plan and a window, with error, latency and load.
+//! The trade of channels against frame rate: a scan plan and a window, with error, latency and
+//! load.
 //!
-//! Every fast plan makes the same conversions a second. The scene is the same for all: a pure tone that each plan can follow, and the
-//! converter's own noise at the plan's data rate. So the information of a second is nearly the same, and the rows show what else a
-//! choice costs.
+//! Every fast plan makes the same conversions a second. The scene is the same for all: a pure tone
+//! that each plan can follow, and the converter's own noise at the plan's data rate. So the
+//! information of a second is nearly the same, and the rows show what else a choice costs.
 
 mod accuracy;
 mod on_board;
@@ -22,11 +23,16 @@ use std::path::Path;
 /// The data, beside `trade.json`.
 const DATA: &str = "plans.json";
 
-/// Lengths of windows, seconds; a plan has those that it allows, and its longest up to the last of these.
+/// Lengths of windows, seconds; a plan has those that it allows, and its longest up to the last of
+/// these.
 const WINDOWS_S: [f64; 5] = [0.032, 0.064, 0.128, 0.4, 1.0];
 
-/// The first and third piezoresistor of each unit: those along the sliding direction, which feel it most.
-const EIGHT: Plan = Plan { inputs: 0x5555, ..Plan::HAND };
+/// The first and third piezoresistor of each unit: those along the sliding direction, which feel it
+/// most.
+const EIGHT: Plan = Plan {
+    inputs: 0x5555,
+    ..Plan::HAND
+};
 
 /// Least default hop of a plan, seconds.
 const HOP_LEAST_S: f32 = 0.05;
@@ -44,25 +50,43 @@ struct Choice {
 impl Choice {
     /// All of them, from the most channels on.
     fn all() -> Vec<Self> {
-        let [(_, paper), (_, hand), (_, texture), (_, vibration), (_, single)] = Plan::NAMED;
+        let [
+            (_, paper),
+            (_, hand),
+            (_, texture),
+            (_, vibration),
+            (_, single),
+        ] = Plan::NAMED;
         let of = |plan: Plan| {
             let most_s = (f64::from(plan.window_most_s()) * 1e3).round() * 1e-3;
             let least_s = f64::from(plan.window_least_s());
             let [.., last_s] = WINDOWS_S;
-            let mut windows_s: Vec<f64> =
-                WINDOWS_S.into_iter().filter(|window_s| (least_s..most_s).contains(window_s)).collect();
+            let mut windows_s: Vec<f64> = WINDOWS_S
+                .into_iter()
+                .filter(|window_s| (least_s..most_s).contains(window_s))
+                .collect();
             windows_s.push(most_s.min(last_s));
             windows_s.dedup();
-            windows_s.into_iter().map(move |window_s| Self { plan, window_s })
+            windows_s
+                .into_iter()
+                .map(move |window_s| Self { plan, window_s })
         };
-        [paper, hand, EIGHT, texture, vibration, single].into_iter().flat_map(of).collect()
+        [paper, hand, EIGHT, texture, vibration, single]
+            .into_iter()
+            .flat_map(of)
+            .collect()
     }
 
-    /// The settings of the firmware: up to four harmonics, as by default, and the hop by the rule of a plan's default window.
+    /// The settings of the firmware: up to four harmonics, as by default, and the hop by the rule
+    /// of a plan's default window.
     fn settings(self) -> Settings {
         let window_s = self.window_s as f32;
         let hop_s = (0.25 * window_s).max(HOP_LEAST_S);
-        Settings { window_s, hop_s, ..Settings::DEFAULT.with_plan(self.plan) }
+        Settings {
+            window_s,
+            hop_s,
+            ..Settings::DEFAULT.with_plan(self.plan)
+        }
     }
 }
 
@@ -92,25 +116,32 @@ pub struct OnBoard {
 }
 
 impl Row {
-    /// From the first frame of the window to the last byte of its estimate on the line, at most, seconds.
+    /// From the first frame of the window to the last byte of its estimate on the line, at most,
+    /// seconds.
     pub fn latency_s(&self) -> Option<f64> {
         self.board.map(|board| self.window_s + board.late_s)
     }
 }
 
-/// Measures each choice, with `windows` windows of each tone; `board` says whether to run the image on the register model too.
+/// Measures each choice, with `windows` windows of each tone; `board` says whether to run the image
+/// on the register model too.
 pub fn measure(windows: u32, board: bool) -> Result<Vec<Row>> {
     let choices = Choice::all();
     let accuracies = accuracy::measure(&choices, windows)?;
     let boards = match board {
         true => {
             let image = on_board::image()?;
-            parallel::map("plans on the register model", &choices, |choice| on_board::measure(&image, *choice).map(Some))?
+            parallel::map("plans on the register model", &choices, |choice| {
+                on_board::measure(&image, *choice).map(Some)
+            })?
         }
         false => vec![None; choices.len()],
     };
     let row = |((choice, accuracy), board): ((&Choice, Accuracy), Option<OnBoard>)| Row {
-        plan: choice.plan.name().map_or_else(|| format!("0x{:04x}", choice.plan.inputs), str::to_owned),
+        plan: choice
+            .plan
+            .name()
+            .map_or_else(|| format!("0x{:04x}", choice.plan.inputs), str::to_owned),
         channels: choice.plan.channels(),
         frame_rate_hz: choice.plan.frame_rate_hz().into(),
         window_s: choice.window_s,
@@ -118,7 +149,12 @@ pub fn measure(windows: u32, board: bool) -> Result<Vec<Row>> {
         accuracy,
         board,
     };
-    Ok(choices.iter().zip(accuracies).zip(boards).map(row).collect())
+    Ok(choices
+        .iter()
+        .zip(accuracies)
+        .zip(boards)
+        .map(row)
+        .collect())
 }
 
 /// Measures for the page, and writes the data into a folder.
@@ -142,7 +178,9 @@ pub fn table(rows: &[Row]) -> String {
     rows.sort_by(|a, b| a.window_s.total_cmp(&b.window_s));
     for row in rows {
         let error = row.accuracy.error;
-        let board = |of: fn(&OnBoard) -> f64, decimals: usize| page::figure(row.board.as_ref().map(of), decimals);
+        let board = |of: fn(&OnBoard) -> f64, decimals: usize| {
+            page::figure(row.board.as_ref().map(of), decimals)
+        };
         table.row(&[
             format!("{:.0}", 1e3 * row.window_s),
             format!("`{}`", row.plan),
@@ -151,7 +189,10 @@ pub fn table(rows: &[Row]) -> String {
             or_dash(error.map(|error| significant(error.rms_hz, 2))),
             or_dash(error.map(|error| significant(error.rms_percent, 2))),
             or_dash(error.map(|error| over_bound(error.ratio))),
-            share(row.accuracy.windows - row.accuracy.good, row.accuracy.windows),
+            share(
+                row.accuracy.windows - row.accuracy.good,
+                row.accuracy.windows,
+            ),
             format!("{:.0}", 1e3 * row.hop_s),
             board(|board| 1e3 * board.fit_s, 1),
             page::figure(row.latency_s().map(|latency_s| 1e3 * latency_s), 0),

@@ -1,7 +1,7 @@
 //! The data of a trade, as `trade.json` has them.
 
-use crate::accuracy::Accuracy;
 use super::bars::Bars;
+use crate::accuracy::Accuracy;
 use crate::bar::Bar;
 use crate::bench::emulated::CLOCK_HZ;
 use crate::bench::feels;
@@ -36,17 +36,32 @@ impl Trade {
     }
 
     /// The row of a fit of up to `harmonics` harmonics in scenes of `carried`.
-    pub fn ridgetone(&self, window_s: f64, carried: u8, harmonics: u8, channels: u8) -> Option<&Row> {
+    pub fn ridgetone(
+        &self,
+        window_s: f64,
+        carried: u8,
+        harmonics: u8,
+        channels: u8,
+    ) -> Option<&Row> {
         let key = (RIDGETONE, window_s, carried, harmonics, channels);
-        self.rows
-            .iter()
-            .find(|row| (row.method.as_str(), row.window_s, row.carried, row.harmonics, row.channels) == key)
+        self.rows.iter().find(|row| {
+            (
+                row.method.as_str(),
+                row.window_s,
+                row.carried,
+                row.harmonics,
+                row.channels,
+            ) == key
+        })
     }
 
-    /// Rows of another method in scenes of `carried` harmonics: on all channels, and on those that fit the chip.
+    /// Rows of another method in scenes of `carried` harmonics: on all channels, and on those that
+    /// fit the chip.
     pub fn baseline(&self, window_s: f64, carried: u8, method: &str) -> impl Iterator<Item = &Row> {
         let key = (method, window_s, carried);
-        self.rows.iter().filter(move |row| (row.method.as_str(), row.window_s, row.carried) == key)
+        self.rows
+            .iter()
+            .filter(move |row| (row.method.as_str(), row.window_s, row.carried) == key)
     }
 }
 
@@ -68,12 +83,14 @@ pub struct Row {
 impl Row {
     /// From the first frame of the window to the estimate, seconds: one instruction a cycle.
     pub fn latency_s(&self) -> Option<f64> {
-        self.instructions.map(|instructions| self.window_s + f64::from(instructions) / CLOCK_HZ)
+        self.instructions
+            .map(|instructions| self.window_s + f64::from(instructions) / CLOCK_HZ)
     }
 
     /// The instructions in passes of cosine and sine over 16 x 240 samples.
     pub fn passes(&self) -> Option<f64> {
-        self.instructions.map(|instructions| f64::from(instructions) / PASS_INSTRUCTIONS)
+        self.instructions
+            .map(|instructions| f64::from(instructions) / PASS_INSTRUCTIONS)
     }
 
     pub fn rms_percent(&self) -> Option<f64> {

@@ -52,9 +52,17 @@ fn ratio(row: &Row) -> String {
 
 /// Latency, passes and instructions.
 fn costs(row: &Row) -> [String; 3] {
-    let latency = row.latency_s().map(|latency_s| format!("{:.2}", 1e3 * latency_s));
-    let instructions = row.instructions.map(|instructions| grouped(instructions.into()));
-    [or_dash(latency), or_dash(instructions), or_dash(row.passes().map(|passes| format!("{passes:.1}")))]
+    let latency = row
+        .latency_s()
+        .map(|latency_s| format!("{:.2}", 1e3 * latency_s));
+    let instructions = row
+        .instructions
+        .map(|instructions| grouped(instructions.into()));
+    [
+        or_dash(latency),
+        or_dash(instructions),
+        or_dash(row.passes().map(|passes| format!("{passes:.1}"))),
+    ]
 }
 
 /// `count` as a share of `of`, percent.
@@ -65,13 +73,20 @@ pub fn share(count: u32, of: u32) -> String {
     }
 }
 
-/// Windows without a single frequency, and those with a multiple or a fraction of the true one, percent of all.
+/// Windows without a single frequency, and those with a multiple or a fraction of the true one,
+/// percent of all.
 fn failures(row: &Row) -> [String; 2] {
-    let Accuracy { windows, good, octaves, .. } = row.accuracy;
+    let Accuracy {
+        windows,
+        good,
+        octaves,
+        ..
+    } = row.accuracy;
     [share(windows - good, windows), share(octaves, windows)]
 }
 
-/// An estimator's error, and how often it fails: under RMS in percent, x bound, no answer and octaves.
+/// An estimator's error, and how often it fails: under RMS in percent, x bound, no answer and
+/// octaves.
 fn quality(row: &Row) -> impl Iterator<Item = String> {
     [percent(row), ratio(row)].into_iter().chain(failures(row))
 }
@@ -83,7 +98,9 @@ fn ridgetone(trade: &Trade) -> String {
         let mut table = Table::new(0, headings);
         for channels in CHANNELS {
             for harmonics in HARMONICS {
-                let Some(row) = trade.ridgetone(window_s, harmonics, harmonics, channels) else { continue };
+                let Some(row) = trade.ridgetone(window_s, harmonics, harmonics, channels) else {
+                    continue;
+                };
                 let rms_hz = or_dash(row.accuracy.error.map(|error| significant(error.rms_hz, 2)));
                 let mut cells = vec![channels.to_string(), harmonics.to_string(), rms_hz];
                 cells.extend(quality(row));
@@ -104,10 +121,19 @@ fn harmonics(trade: &Trade) -> String {
     let mut table = Table::new(0, headings);
     for window_s in WINDOWS_S {
         let grating = HARMONICS.map(|harmonics| (most, harmonics));
-        for (carried, harmonics) in grating.into_iter().chain([(fewest, fewest), (fewest, most)]) {
-            let Some(row) = trade.ridgetone(window_s, carried, harmonics, all) else { continue };
+        for (carried, harmonics) in grating
+            .into_iter()
+            .chain([(fewest, fewest), (fewest, most)])
+        {
+            let Some(row) = trade.ridgetone(window_s, carried, harmonics, all) else {
+                continue;
+            };
             let [_, instructions, passes] = costs(row);
-            let mut cells = vec![window_s.to_string(), carried.to_string(), harmonics.to_string()];
+            let mut cells = vec![
+                window_s.to_string(),
+                carried.to_string(),
+                harmonics.to_string(),
+            ];
             cells.extend(quality(row));
             cells.extend([instructions, passes]);
             table.row(&cells);
@@ -126,14 +152,22 @@ fn baselines(trade: &Trade) -> String {
             let names = Method::ALL.map(Method::name).into_iter().chain([NLS]);
             let others = names.flat_map(|name| trade.baseline(window_s, carried, name));
             for row in ours.into_iter().chain(others) {
-                let name = if row.method == RIDGETONE { format!("**{RIDGETONE}**") } else { row.method.clone() };
+                let name = if row.method == RIDGETONE {
+                    format!("**{RIDGETONE}**")
+                } else {
+                    row.method.clone()
+                };
                 let mut cells = vec![window_s.to_string(), name, row.channels.to_string()];
                 cells.extend(quality(row));
                 cells.extend(costs(row));
                 table.row(&cells);
             }
         }
-        let what = if carried == 1 { "The tone alone" } else { "A grating: the tone and its overtones" };
+        let what = if carried == 1 {
+            "The tone alone"
+        } else {
+            "A grating: the tone and its overtones"
+        };
         format!("### {what}\n\n{}", table.end())
     };
     CARRIED.map(of_scene).join("\n\n")
@@ -141,14 +175,22 @@ fn baselines(trade: &Trade) -> String {
 
 /// Noise of each kind: the estimator and its opponent, by window.
 pub fn noise(rows: &[noise::Row]) -> String {
-    let windows = noise::WINDOWS_S.map(|window_s| format!("{window_s} s")).join("|");
+    let windows = noise::WINDOWS_S
+        .map(|window_s| format!("{window_s} s"))
+        .join("|");
     let mut table = Table::new(2, &format!("noise|method|{windows}"));
     for kind in noise::kinds(rows) {
-        for (method, by_window) in [(format!("**{RIDGETONE}**"), kind.ours), (NLS.to_owned(), kind.nls)] {
+        for (method, by_window) in [
+            (format!("**{RIDGETONE}**"), kind.ours),
+            (NLS.to_owned(), kind.nls),
+        ] {
             let cells = by_window.iter().map(|figures| {
                 let ratio = or_dash(figures.over_bound.map(over_bound));
                 let alarms = figure(figures.false_alarms_percent, 1);
-                format!("{ratio} / {:.0} / {:.0} / {alarms}", figures.covered_percent, figures.good_percent)
+                format!(
+                    "{ratio} / {:.0} / {:.0} / {alarms}",
+                    figures.covered_percent, figures.good_percent
+                )
             });
             table.row(&[vec![kind.name.clone(), method], cells.collect()].concat());
         }
@@ -165,14 +207,28 @@ fn cells(bars: &Bars) -> String {
             let of_line = |setting: &Setting| (setting.speed_mm_s, setting.period_mm) == line;
             let ours = |length| {
                 let mut cells = bars.cells.iter();
-                let same = |setting: &Setting| of_line(setting) && (setting.length, setting.snr_db) == (length, snr_db);
-                let Some(cell) = cells.find(|cell| same(&cell.setting)) else { return String::new() };
-                let Some(error) = cell.accuracy.error else { return "-".into() };
+                let same = |setting: &Setting| {
+                    of_line(setting) && (setting.length, setting.snr_db) == (length, snr_db)
+                };
+                let Some(cell) = cells.find(|cell| same(&cell.setting)) else {
+                    return String::new();
+                };
+                let Some(error) = cell.accuracy.error else {
+                    return "-".into();
+                };
                 let figure = format!("{:.3} \u{b1} {:.3}", error.ratio, error.ratio_sigma);
-                if cell.is_above() { format!("**{figure}**") } else { figure }
+                if cell.is_above() {
+                    format!("**{figure}**")
+                } else {
+                    figure
+                }
             };
             let (speed_mm_s, period_mm) = line;
-            let mut row = vec![speed_mm_s.to_string(), period_mm.to_string(), format!("{:.2}", speed_mm_s / period_mm)];
+            let mut row = vec![
+                speed_mm_s.to_string(),
+                period_mm.to_string(),
+                format!("{:.2}", speed_mm_s / period_mm),
+            ];
             row.extend(LENGTHS.map(ours));
             table.row(&row);
         }

@@ -10,7 +10,8 @@ pub enum Resolved {
     Found(Conversion),
     /// A conversion that two reads agree on, a third does not, or of which only NEW is wrong.
     Mended(Conversion),
-    /// The conversion after the one whose edge is served: it ended between the first read and the second.
+    /// The conversion after the one whose edge is served: it ended between the first read and the
+    /// second.
     Later(Conversion),
     /// No two reads agree.
     Garbled,
@@ -25,8 +26,8 @@ pub enum Resolved {
 /// Two reads of a conversion. None: the read failed.
 pub type Reads = [Option<Conversion>; 2];
 
-/// Resolves two reads that are not both the expected conversion, with a `third` if they differ. `latest` is the
-/// conversion before, `next` is NEW and CHID of the expected one.
+/// Resolves two reads that are not both the expected conversion, with a `third` if they differ.
+/// `latest` is the conversion before, `next` is NEW and CHID of the expected one.
 pub fn resolve(
     latest: Option<Conversion>,
     next: u8,
@@ -48,8 +49,11 @@ pub fn resolve(
         };
     }
     let third = third();
-    let agree = |one: Option<Conversion>| one.filter(|one| third.is_some_and(|third| is_same(*one, third)));
-    let Some(agreed) = agree(first).or(agree(again)) else { return Resolved::Garbled };
+    let agree =
+        |one: Option<Conversion>| one.filter(|one| third.is_some_and(|third| is_same(*one, third)));
+    let Some(agreed) = agree(first).or(agree(again)) else {
+        return Resolved::Garbled;
+    };
     let is_first = agree(first).is_some();
     if is_dead(agreed) {
         Resolved::Dead
@@ -68,13 +72,17 @@ fn is_same(one: Conversion, other: Conversion) -> bool {
     one.code == other.code && (one.status.0 ^ other.status.0) & !NEW == 0
 }
 
-/// Nothing but ones, or nothing but zeros, whatever NEW is: CHID 1Fh is unused, and 00h (DIFF0) is not of the scan.
+/// Nothing but ones, or nothing but zeros, whatever NEW is: CHID 1Fh is unused, and 00h (DIFF0) is
+/// not of the scan.
 fn is_dead(read: Conversion) -> bool {
     matches!((read.status.0 & !NEW, read.code), (0x7f, -1) | (0, 0))
 }
 
 fn as_new(read: Conversion) -> Conversion {
-    Conversion { status: Status(read.status.0 | NEW), ..read }
+    Conversion {
+        status: Status(read.status.0 | NEW),
+        ..read
+    }
 }
 
 #[cfg(test)]
@@ -83,10 +91,14 @@ mod tests {
     use Resolved::*;
 
     fn read(status: u8, code: i32) -> Option<Conversion> {
-        Some(Conversion { status: Status(status), code })
+        Some(Conversion {
+            status: Status(status),
+            code,
+        })
     }
 
-    /// After AIN0 (id 8) AIN1 (9) is expected. What is read first, again, and if needed a third time.
+    /// After AIN0 (id 8) AIN1 (9) is expected. What is read first, again, and if needed a third
+    /// time.
     fn resolved(first: (u8, i32), again: (u8, i32), third: (u8, i32)) -> Resolved {
         let [first, again, third] = [first, again, third].map(|(status, code)| read(status, code));
         resolve(read(0x88, 7), 0x89, [first, again], || third)
@@ -104,7 +116,10 @@ mod tests {
         assert_eq!(resolved((0x33, 5), (0x89, 5), (0x09, 5)), Mended(good));
         assert_eq!(resolved((0x89, 4), (0x09, 5), (0x09, 6)), Garbled);
         assert_eq!(resolve(None, 0x88, [None, None], || None), Garbled);
-        assert_eq!(resolve(None, 0x88, [None, read(0x08, 1)], || read(0x08, 1)), Mended(read(0x88, 1).unwrap()));
+        assert_eq!(
+            resolve(None, 0x88, [None, read(0x08, 1)], || read(0x08, 1)),
+            Mended(read(0x88, 1).unwrap())
+        );
     }
 
     #[test]
@@ -122,12 +137,18 @@ mod tests {
         assert_eq!(resolved((0x88, 7), (0x88, 7), NONE), Repeated);
         assert_eq!(resolved((0x08, 6), (0x08, 7), (0x08, 7)), RepeatedGarbled);
         // A whole scan later the same channel may have the same code.
-        assert_eq!(resolved((0x88, 7), (0x08, 7), NONE), Found(read(0x88, 7).unwrap()));
+        assert_eq!(
+            resolved((0x88, 7), (0x08, 7), NONE),
+            Found(read(0x88, 7).unwrap())
+        );
     }
 
     #[test]
     fn the_next_conversion_between_two_reads_is_taken_once() {
-        assert_eq!(resolved((0x89, 5), (0x8a, 6), (0x0a, 6)), Later(read(0x8a, 6).unwrap()));
+        assert_eq!(
+            resolved((0x89, 5), (0x8a, 6), (0x0a, 6)),
+            Later(read(0x8a, 6).unwrap())
+        );
     }
 
     #[test]

@@ -66,13 +66,34 @@ impl Bench {
 
     fn with(plan: Plan) -> Self {
         // Every code another one, by the noise.
-        let board = SimulatedBoard::new(Constant { end_s: f64::INFINITY, ..Constant::default() }, Options::default());
+        let board = SimulatedBoard::new(
+            Constant {
+                end_s: f64::INFINITY,
+                ..Constant::default()
+            },
+            Options::default(),
+        );
         let trouble = Rc::<RefCell<Trouble>>::default();
-        let wire = Wire { spi: board.spi(), board: board.clone(), trouble: trouble.clone() };
-        let mut acquisition = Acquisition::new(Ads1258::new(wire), board.start_pin(), board.reset_pin(), plan);
+        let wire = Wire {
+            spi: board.spi(),
+            board: board.clone(),
+            trouble: trouble.clone(),
+        };
+        let mut acquisition = Acquisition::new(
+            Ads1258::new(wire),
+            board.start_pin(),
+            board.reset_pin(),
+            plan,
+        );
         let diagnostics = Diagnostics::new();
         assert!(acquisition.set_up(&diagnostics, &mut board.delay()));
-        Self { board, trouble, acquisition, queue: Queue::new(), diagnostics }
+        Self {
+            board,
+            trouble,
+            acquisition,
+            queue: Queue::new(),
+            diagnostics,
+        }
     }
 
     fn now_us(&self) -> u32 {
@@ -82,7 +103,8 @@ impl Bench {
     /// Serves the interrupt of an edge, whose time the board takes as it gets there.
     fn serve(&mut self) -> Drdy {
         let t_us = self.now_us();
-        self.acquisition.edge(|| t_us, &mut self.queue.split().0, &self.diagnostics)
+        self.acquisition
+            .edge(|| t_us, &mut self.queue.split().0, &self.diagnostics)
     }
 
     /// The next conversion, served at its edge.
@@ -100,12 +122,16 @@ impl Bench {
 
     fn watch(&mut self) -> bool {
         let now_us = self.now_us();
-        self.acquisition.watch(now_us, &self.diagnostics, &mut self.board.delay())
+        self.acquisition
+            .watch(now_us, &self.diagnostics, &mut self.board.delay())
     }
 
     /// The ids queued so far.
     fn ids(&mut self) -> Vec<u8> {
-        self.taken().iter().map(|timed| timed.status().chid()).collect()
+        self.taken()
+            .iter()
+            .map(|timed| timed.status().chid())
+            .collect()
     }
 
     fn taken(&mut self) -> Vec<TimedConversion> {
@@ -123,7 +149,8 @@ impl Bench {
 
     /// Counts of the simulated chip.
     fn read_and_lost(&self) -> (u64, u64) {
-        self.board.with_chip(|chip| (chip.counters().read, chip.counters().lost))
+        self.board
+            .with_chip(|chip| (chip.counters().read, chip.counters().lost))
     }
 }
 
@@ -137,11 +164,21 @@ impl Drdy {
 fn every_conversion_is_read_twice_and_queued_once() {
     let mut bench = Bench::new();
     for n in 1..=50 {
-        let expected = if n % 21 == 0 { Drdy::Listen } else { Drdy::Midway };
-        assert_eq!(bench.next(), expected, "the detector looks when a scan is over: {n}");
+        let expected = if n % 21 == 0 {
+            Drdy::Listen
+        } else {
+            Drdy::Midway
+        };
+        assert_eq!(
+            bench.next(),
+            expected,
+            "the detector looks when a scan is over: {n}"
+        );
     }
     // Two scans and a bit (SBAS297G: ascending CHID; 19h is unused).
-    let scan = [8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23, 24, 26, 27, 28, 29];
+    let scan = [
+        8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23, 24, 26, 27, 28, 29,
+    ];
     assert!(bench.ids().iter().eq(scan.iter().cycle().take(50)));
     assert_eq!((bench.faults(), bench.read_and_lost()), (0, (50, 0)));
 }
@@ -155,14 +192,25 @@ fn a_bit_that_falls_over_is_mended_wherever_it_is() {
             for n in 0..30 {
                 plain.pass(1);
                 if n == 7 {
-                    bench
-                        .board
-                        .with_chip(|chip| chip.begin_fault(Fault::DoutFlip { bytes_ahead: byte, mask: 1 << bit }));
+                    bench.board.with_chip(|chip| {
+                        chip.begin_fault(Fault::DoutFlip {
+                            bytes_ahead: byte,
+                            mask: 1 << bit,
+                        })
+                    });
                 }
-                assert_eq!(bench.next() == Drdy::Watch, n == 7, "byte {byte}, bit {bit}");
+                assert_eq!(
+                    bench.next() == Drdy::Watch,
+                    n == 7,
+                    "byte {byte}, bit {bit}"
+                );
             }
             assert_eq!(bench.taken(), plain.taken(), "byte {byte}, bit {bit}");
-            assert_eq!((bench.count(Bus), bench.faults()), (1, 1), "byte {byte}, bit {bit}");
+            assert_eq!(
+                (bench.count(Bus), bench.faults()),
+                (1, 1),
+                "byte {byte}, bit {bit}"
+            );
         }
     }
 }
@@ -171,11 +219,26 @@ fn a_bit_that_falls_over_is_mended_wherever_it_is() {
 fn what_no_two_reads_agree_on_is_dropped_and_counted() {
     let mut bench = Bench::new();
     for byte in [2, 8, 14] {
-        bench.board.with_chip(|chip| chip.begin_fault(Fault::DoutFlip { bytes_ahead: byte, mask: 1 << (byte / 5) }));
+        bench.board.with_chip(|chip| {
+            chip.begin_fault(Fault::DoutFlip {
+                bytes_ahead: byte,
+                mask: 1 << (byte / 5),
+            })
+        });
     }
-    assert_eq!([bench.next(), bench.next(), bench.next()], [Drdy::Watch, Drdy::Midway, Drdy::Midway]);
+    assert_eq!(
+        [bench.next(), bench.next(), bench.next()],
+        [Drdy::Watch, Drdy::Midway, Drdy::Midway]
+    );
     assert_eq!(bench.ids(), [9, 10]);
-    assert_eq!((bench.count(Bus), bench.faults(), bench.diagnostics.overruns.get()), (1, 1, 1));
+    assert_eq!(
+        (
+            bench.count(Bus),
+            bench.faults(),
+            bench.diagnostics.overruns.get()
+        ),
+        (1, 1, 1)
+    );
 }
 
 #[test]
@@ -185,7 +248,8 @@ fn a_conversion_that_ends_between_two_reads_is_taken_once_and_none_is_lost_in_si
         let mut bench = Bench::new();
         bench.pass(1);
         bench.board.wait_for_drdy();
-        // The board is late: the next edge is between the first read and the second, or (the last time) behind both.
+        // The board is late: the next edge is between the first read and the second, or (the last
+        // time) behind both.
         bench.trouble.borrow_mut().waits_ns = std::vec![late_ns, 2000];
         assert!(bench.serve().goes_on());
         let between = late_ns > period_ns - 2000;
@@ -195,8 +259,18 @@ fn a_conversion_that_ends_between_two_reads_is_taken_once_and_none_is_lost_in_si
         }
         assert!((0..5).all(|_| bench.next().goes_on()));
         let ids = bench.ids();
-        assert_eq!(ids, if between { &[8, 10, 11, 12, 13, 14, 15][..] } else { &[8, 9, 10, 11, 12, 13, 14] });
-        assert_eq!((bench.faults(), bench.diagnostics.overruns.get()), (0, between as u32));
+        assert_eq!(
+            ids,
+            if between {
+                &[8, 10, 11, 12, 13, 14, 15][..]
+            } else {
+                &[8, 9, 10, 11, 12, 13, 14]
+            }
+        );
+        assert_eq!(
+            (bench.faults(), bench.diagnostics.overruns.get()),
+            (0, between as u32)
+        );
         assert_eq!(bench.read_and_lost().0, ids.len() as u64 + between as u64);
     }
 }
@@ -205,7 +279,10 @@ fn a_conversion_that_ends_between_two_reads_is_taken_once_and_none_is_lost_in_si
 fn what_does_not_fit_the_queue_is_counted() {
     let mut bench = Bench::new();
     assert!((0..70).all(|_| bench.next().goes_on()));
-    assert_eq!((bench.taken().len(), bench.diagnostics.overruns.get()), (63, 7));
+    assert_eq!(
+        (bench.taken().len(), bench.diagnostics.overruns.get()),
+        (63, 7)
+    );
 }
 
 #[test]
@@ -214,7 +291,10 @@ fn an_edge_without_a_conversion_is_counted_and_gives_none() {
     bench.pass(1);
     bench.board.advance_ns(50_000);
     assert_eq!(bench.serve(), Drdy::Watch);
-    assert_eq!(bench.acquisition.nothing(0, &bench.diagnostics), Drdy::Listen);
+    assert_eq!(
+        bench.acquisition.nothing(0, &bench.diagnostics),
+        Drdy::Listen
+    );
     assert_eq!((bench.count(Repeated), bench.faults()), (2, 2));
     bench.watch();
     assert_eq!((bench.next(), bench.ids()), (Drdy::Midway, std::vec![8, 9]));
@@ -231,16 +311,31 @@ fn a_storm_is_muted_until_the_next_watch() {
     bench.board.advance_ns(500_000_000);
     bench.watch();
     assert!(bench.next().goes_on() || bench.next().goes_on());
-    assert_eq!((bench.count(Silent), bench.diagnostics.chip_restarts.get()), (0, 0));
+    assert_eq!(
+        (bench.count(Silent), bench.diagnostics.chip_restarts.get()),
+        (0, 0)
+    );
 }
 
 #[test]
 fn registers_that_change_are_written_anew_and_the_scan_begins_at_its_top() {
     let mut bench = Bench::new();
     bench.pass(5);
-    bench.board.with_chip(|chip| chip.begin_fault(Fault::RegisterFlip { address: CONFIG1, mask: 0x02 }));
+    bench.board.with_chip(|chip| {
+        chip.begin_fault(Fault::RegisterFlip {
+            address: CONFIG1,
+            mask: 0x02,
+        })
+    });
     bench.watch();
-    assert_eq!((bench.count(Registers), bench.faults(), bench.diagnostics.chip_restarts.get()), (1, 1, 1));
+    assert_eq!(
+        (
+            bench.count(Registers),
+            bench.faults(),
+            bench.diagnostics.chip_restarts.get()
+        ),
+        (1, 1, 1)
+    );
     let registers = bench.board.with_chip(|chip| chip.registers());
     assert_eq!(registers[..9], Plan::PAPER.config().registers().unwrap());
     bench.ids();
@@ -251,9 +346,17 @@ fn registers_that_change_are_written_anew_and_the_scan_begins_at_its_top() {
 fn one_wrong_look_at_the_registers_is_no_reason_to_restart() {
     let mut bench = Bench::new();
     bench.pass(1);
-    bench.board.with_chip(|chip| chip.begin_fault(Fault::DoutFlip { bytes_ahead: 3, mask: 0x10 }));
+    bench.board.with_chip(|chip| {
+        chip.begin_fault(Fault::DoutFlip {
+            bytes_ahead: 3,
+            mask: 0x10,
+        })
+    });
     bench.watch();
-    assert_eq!((bench.faults(), bench.diagnostics.chip_restarts.get()), (0, 0));
+    assert_eq!(
+        (bench.faults(), bench.diagnostics.chip_restarts.get()),
+        (0, 0)
+    );
 }
 
 #[test]
@@ -272,7 +375,13 @@ fn a_chip_that_resets_itself_is_noticed_by_its_ids_within_one_scan() {
     bench.watch();
     bench.ids();
     assert!((0..21).all(|_| bench.next().goes_on()));
-    assert_eq!((bench.count(Registers), bench.diagnostics.chip_restarts.get()), (1, 1));
+    assert_eq!(
+        (
+            bench.count(Registers),
+            bench.diagnostics.chip_restarts.get()
+        ),
+        (1, 1)
+    );
 }
 
 #[test]
@@ -288,8 +397,14 @@ fn a_silent_chip_is_restarted_again_and_again_with_pauses_that_grow() {
             restarts_ms.push(half * 500);
         }
     }
-    // At once, then as soon as pauses of 125 ms, 250 ms, ... 4 s are over at one of the looks twice a second.
-    assert_eq!(restarts_ms, [500, 1000, 1500, 2000, 3000, 5000, 9000, 13000, 17000, 21000, 25000, 29000]);
+    // At once, then as soon as pauses of 125 ms, 250 ms, ... 4 s are over at one of the looks twice
+    // a second.
+    assert_eq!(
+        restarts_ms,
+        [
+            500, 1000, 1500, 2000, 3000, 5000, 9000, 13000, 17000, 21000, 25000, 29000
+        ]
+    );
     assert_eq!((bench.count(Silent), bench.faults()), (60, 60));
     bench.board.with_chip(|chip| chip.end_fault(Fault::Stall));
     // It goes on by itself as soon as it can; after a while trouble is mended at once again.
@@ -298,9 +413,20 @@ fn a_silent_chip_is_restarted_again_and_again_with_pauses_that_grow() {
         bench.ids();
     }
     bench.watch();
-    bench.board.with_chip(|chip| chip.begin_fault(Fault::RegisterFlip { address: MUXSG0, mask: 0x01 }));
+    bench.board.with_chip(|chip| {
+        chip.begin_fault(Fault::RegisterFlip {
+            address: MUXSG0,
+            mask: 0x01,
+        })
+    });
     bench.watch();
-    assert_eq!((bench.count(Registers), bench.diagnostics.chip_restarts.get()), (1, 13));
+    assert_eq!(
+        (
+            bench.count(Registers),
+            bench.diagnostics.chip_restarts.get()
+        ),
+        (1, 13)
+    );
 }
 
 #[test]
@@ -312,8 +438,15 @@ fn a_dead_bus_gives_no_conversion_and_is_tried_again_until_it_lives() {
         assert_eq!(bench.next(), Drdy::Watch);
         bench.watch();
         // It cannot be set up, so it is not started either.
-        assert_eq!(bench.board.wait_for_drdy().and(bench.board.wait_for_drdy()), None);
-        assert_eq!((bench.count(BusDead), bench.count(NoAnswer), bench.faults()), (1, 1, 2), "{stuck:#x}");
+        assert_eq!(
+            bench.board.wait_for_drdy().and(bench.board.wait_for_drdy()),
+            None
+        );
+        assert_eq!(
+            (bench.count(BusDead), bench.count(NoAnswer), bench.faults()),
+            (1, 1, 2),
+            "{stuck:#x}"
+        );
         assert_eq!(bench.ids(), [8, 9, 10]);
         bench.trouble.borrow_mut().stuck = None;
         bench.board.advance_ns(500_000_000);
@@ -326,7 +459,9 @@ fn a_dead_bus_gives_no_conversion_and_is_tried_again_until_it_lives() {
 /// As `tasks::drdy` does.
 fn follow(bench: &mut Bench, drdy: Drdy) {
     if drdy == Drdy::HealthRead {
-        bench.acquisition.read_inputs(&bench.diagnostics, &mut bench.board.delay());
+        bench
+            .acquisition
+            .read_inputs(&bench.diagnostics, &mut bench.board.delay());
     }
 }
 
@@ -341,18 +476,34 @@ fn a_fast_plan_reads_its_health_at_the_start_and_when_it_is_requested() {
                 assert_eq!(drdy == Drdy::HealthRead, n == 4, "{plan:?} {n}");
                 follow(&mut bench, drdy);
             }
-            let taxels = (0..16u8).filter(|taxel| plan.inputs >> taxel & 1 == 1).map(|taxel| 8 + taxel);
+            let taxels = (0..16u8)
+                .filter(|taxel| plan.inputs >> taxel & 1 == 1)
+                .map(|taxel| 8 + taxel);
             let taxels: Vec<u8> = taxels.collect();
-            let expected = [24, 26, 27, 28, 29].into_iter().chain(taxels.into_iter().cycle().take(35));
+            let expected = [24, 26, 27, 28, 29]
+                .into_iter()
+                .chain(taxels.into_iter().cycle().take(35));
             assert!(bench.ids().into_iter().eq(expected), "{plan:?} {round}");
             assert_eq!(bench.board.with_chip(|chip| chip.registers())[..9], inputs);
             bench.watch();
-            assert_eq!((bench.faults(), bench.diagnostics.chip_restarts.get()), (0, 0));
-            assert!(bench.acquisition.read_health(&bench.diagnostics, &mut bench.board.delay()));
+            assert_eq!(
+                (bench.faults(), bench.diagnostics.chip_restarts.get()),
+                (0, 0)
+            );
+            assert!(
+                bench
+                    .acquisition
+                    .read_health(&bench.diagnostics, &mut bench.board.delay())
+            );
         }
     }
     let mut paper = Bench::new();
-    assert!(!paper.acquisition.read_health(&paper.diagnostics, &mut paper.board.delay()), "they are in its scan");
+    assert!(
+        !paper
+            .acquisition
+            .read_health(&paper.diagnostics, &mut paper.board.delay()),
+        "they are in its scan"
+    );
 }
 
 #[test]
@@ -362,14 +513,19 @@ fn a_plan_is_written_with_read_back_and_its_mark_precedes_its_conversions() {
     for plan in [Plan::SINGLE, Plan::HAND, Plan::PAPER] {
         bench.taken();
         let now_us = bench.now_us();
-        bench.acquisition.change(plan, now_us, &bench.diagnostics, &mut bench.board.delay());
+        bench
+            .acquisition
+            .change(plan, now_us, &bench.diagnostics, &mut bench.board.delay());
         for _ in 0..10 {
             let drdy = bench.next();
             follow(&mut bench, drdy);
         }
         let taken = bench.taken();
         assert_eq!(taken[0].as_plan(), Some(plan));
-        assert!(taken.len() == 11 && taken[1..].iter().all(|timed| timed.as_plan().is_none()), "{taken:?}");
+        assert!(
+            taken.len() == 11 && taken[1..].iter().all(|timed| timed.as_plan().is_none()),
+            "{taken:?}"
+        );
         let registers = bench.board.with_chip(|chip| chip.registers());
         assert_eq!(registers[..9], plan.config().registers().unwrap());
     }
@@ -377,7 +533,12 @@ fn a_plan_is_written_with_read_back_and_its_mark_precedes_its_conversions() {
     // Where the queue is full the mark waits, and so do its conversions.
     bench.pass(70);
     let now_us = bench.now_us();
-    bench.acquisition.change(Plan::HAND, now_us, &bench.diagnostics, &mut bench.board.delay());
+    bench.acquisition.change(
+        Plan::HAND,
+        now_us,
+        &bench.diagnostics,
+        &mut bench.board.delay(),
+    );
     let drdy = bench.next();
     follow(&mut bench, drdy);
     // One of the health readings.
@@ -398,14 +559,23 @@ fn a_fast_plan_reads_once_and_finds_wrong_ids() {
     bench.taken();
     // A bit of the id, of NEW, of the code.
     for (byte, mask, is_seen) in [(1, 0x01, true), (1, 0x80, true), (3, 0x10, false)] {
-        bench.board.with_chip(|chip| chip.begin_fault(Fault::DoutFlip { bytes_ahead: byte, mask }));
+        bench.board.with_chip(|chip| {
+            chip.begin_fault(Fault::DoutFlip {
+                bytes_ahead: byte,
+                mask,
+            })
+        });
         let before = bench.count(Bus);
         let _ = bench.next();
         assert_eq!(bench.count(Bus) > before, is_seen, "{byte} {mask:#x}");
         bench.pass(3);
     }
     let ids = bench.ids();
-    assert!(ids.windows(2).all(|pair| pair[1] == if pair[0] == 23 { 8 } else { pair[0] + 1 }), "{ids:?}");
+    assert!(
+        ids.windows(2)
+            .all(|pair| pair[1] == if pair[0] == 23 { 8 } else { pair[0] + 1 }),
+        "{ids:?}"
+    );
     assert_eq!(bench.diagnostics.overruns.get(), 0);
 }
 
@@ -414,14 +584,26 @@ fn a_set_up_that_fails_once_is_tried_again_at_once() {
     let mut bench = Bench::new();
     bench.pass(5);
     bench.board.with_chip(|chip| {
-        chip.begin_fault(Fault::RegisterFlip { address: CONFIG1, mask: 0x02 });
-        // Two looks at nine registers, one at CONFIG0, each behind a command; the set-up writes nine, and of what it reads back a
-        // bit falls over.
-        chip.begin_fault(Fault::DoutFlip { bytes_ahead: 10 + 10 + 2 + 10 + 5, mask: 0x04 });
+        chip.begin_fault(Fault::RegisterFlip {
+            address: CONFIG1,
+            mask: 0x02,
+        });
+        // Two looks at nine registers, one at CONFIG0, each behind a command; the set-up writes
+        // nine, and of what it reads back a bit falls over.
+        chip.begin_fault(Fault::DoutFlip {
+            bytes_ahead: 10 + 10 + 2 + 10 + 5,
+            mask: 0x04,
+        });
     });
     bench.watch();
-    assert_eq!((bench.count(NoAnswer), bench.diagnostics.chip_restarts.get()), (0, 1));
-    assert_eq!(bench.board.with_chip(|chip| chip.registers())[..9], Plan::PAPER.config().registers().unwrap());
+    assert_eq!(
+        (bench.count(NoAnswer), bench.diagnostics.chip_restarts.get()),
+        (0, 1)
+    );
+    assert_eq!(
+        bench.board.with_chip(|chip| chip.registers())[..9],
+        Plan::PAPER.config().registers().unwrap()
+    );
     bench.ids();
     assert_eq!((bench.next(), bench.ids()), (Drdy::Midway, std::vec![8]));
 }
@@ -445,7 +627,10 @@ fn another_scan_begins_only_where_it_is_known_when_the_latest_conversion_ended()
         bench.acquisition.can_begin(now_us)
     };
     assert!(can_begin(&mut bench, 0) && can_begin(&mut bench, 2 * period_ns / 5));
-    assert!(!can_begin(&mut bench, 3 * period_ns / 5), "the next conversion is near");
+    assert!(
+        !can_begin(&mut bench, 3 * period_ns / 5),
+        "the next conversion is near"
+    );
     assert!(can_begin(&mut bench, 500 * period_ns), "the chip is silent");
     // While an unexpected edge was served a conversion may have ended.
     let now_us = bench.now_us();
@@ -456,7 +641,11 @@ fn another_scan_begins_only_where_it_is_known_when_the_latest_conversion_ended()
             can_begin(&mut bench, 0)
         })
         .collect();
-    assert_eq!((answers[..3].contains(&true), answers[5]), (false, true), "{answers:?}");
+    assert_eq!(
+        (answers[..3].contains(&true), answers[5]),
+        (false, true),
+        "{answers:?}"
+    );
 }
 
 /// Edges that go on, too few for a storm: health readings and another plan wait, but not for ever.
@@ -491,21 +680,38 @@ fn no_other_scan_begins_right_behind_a_storm() {
             bench.acquisition.can_begin(now_us)
         })
         .collect();
-    assert_eq!((answers[..3].contains(&true), answers[5]), (false, true), "{answers:?}");
+    assert_eq!(
+        (answers[..3].contains(&true), answers[5]),
+        (false, true),
+        "{answers:?}"
+    );
 }
 
-/// The assembler counts those of the plan's own scan too, and `health` reports the larger number of the two: what only the ids of the
-/// health readings show comes on top.
+/// The assembler counts those of the plan's own scan too, and `health` reports the larger number of
+/// the two: what only the ids of the health readings show comes on top.
 #[test]
 fn a_conversion_of_the_health_readings_that_is_lost_comes_on_top() {
     let mut bench = inputs_of(Plan::SINGLE);
-    assert!(bench.acquisition.read_health(&bench.diagnostics, &mut bench.board.delay()));
+    assert!(
+        bench
+            .acquisition
+            .read_health(&bench.diagnostics, &mut bench.board.delay())
+    );
     bench.pass(1);
     let lost = bench.read_and_lost().1;
-    bench.board.wait_for_drdy().expect("a conversion that is not read");
+    bench
+        .board
+        .wait_for_drdy()
+        .expect("a conversion that is not read");
     bench.pass(2);
     assert_eq!(bench.read_and_lost().1, lost + 1, "by the chip's own count");
-    assert_eq!((bench.diagnostics.unseen.get(), bench.diagnostics.overruns.get()), (1, 0));
+    assert_eq!(
+        (
+            bench.diagnostics.unseen.get(),
+            bench.diagnostics.overruns.get()
+        ),
+        (1, 0)
+    );
 }
 
 /// Gaps between frames count only conversions of the inputs.
@@ -514,11 +720,16 @@ fn conversions_of_health_readings_that_pass_while_drdy_is_muted_are_counted() {
     for (is_health, expected) in [(true, 11_669), (false, 0)] {
         let mut bench = inputs_of(Plan::HAND);
         if is_health {
-            assert!(bench.acquisition.read_health(&bench.diagnostics, &mut bench.board.delay()));
+            assert!(
+                bench
+                    .acquisition
+                    .read_health(&bench.diagnostics, &mut bench.board.delay())
+            );
             bench.pass(2);
         }
         let now_us = bench.now_us();
-        let served = (1..).find(|_| bench.acquisition.nothing(now_us, &bench.diagnostics) == Drdy::Mute);
+        let served =
+            (1..).find(|_| bench.acquisition.nothing(now_us, &bench.diagnostics) == Drdy::Mute);
         assert_eq!(served, Some(STORM_EDGES), "{is_health}");
         assert!(!bench.acquisition.can_begin(now_us), "it is muted");
         bench.board.advance_ns(500_000_000);

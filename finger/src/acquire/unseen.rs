@@ -1,8 +1,8 @@
 //! How many conversions a chip can have made that nobody saw.
 //!
-//! After a gap the chip's ids and the time say what was lost, if its registers are right. With other registers, as after
-//! a reset of its own, the chip is up to five times as fast (SBAS297G, rate table), and its ids are those of another
-//! scan: then only an upper limit is known.
+//! After a gap the chip's ids and the time say what was lost, if its registers are right. With
+//! other registers, as after a reset of its own, the chip is up to five times as fast (SBAS297G,
+//! rate table), and its ids are those of another scan: then only an upper limit is known.
 
 use ridgetone_proto::division::divide;
 
@@ -10,11 +10,12 @@ use ridgetone_proto::division::divide;
 const CLOCK_MOST_HZ: u64 = 16_000_000;
 /// MUXMOD in CONFIG0: fixed channel.
 const MUXMOD: u8 = 0x20;
-/// Clock periods of a conversion, at least (SBAS297G, rate table): scanning, 128 (1 + 4.265625), and with a fixed channel.
+/// Clock periods of a conversion, at least (SBAS297G, rate table): scanning, 128 (1 + 4.265625),
+/// and with a fixed channel.
 const SCANNING_TICKS: u64 = 674;
 const FIXED_TICKS: u64 = 128;
-/// From the begin of a check that finds a changed register to the stop of the scan, at most, microseconds: 26 bytes at 5.25 MHz take
-/// 40, and each of the three transfers begins and ends.
+/// From the begin of a check that finds a changed register to the stop of the scan, at most,
+/// microseconds: 26 bytes at 5.25 MHz take 40, and each of the three transfers begins and ends.
 const CHECK_US: u32 = 100;
 
 /// Times without a conversion since the registers were known to be right.
@@ -23,7 +24,8 @@ pub struct Unseen {
     gaps_us: u32,
     /// In this time a clock that is 2 % fast makes one conversion of the scan more, microseconds.
     clock_share_us: u32,
-    /// A longer time between two conversions is a gap, microseconds: two conversions and a late interrupt.
+    /// A longer time between two conversions is a gap, microseconds: two conversions and a late
+    /// interrupt.
     gap_us: u32,
 }
 
@@ -31,7 +33,11 @@ impl Unseen {
     /// None, in a scan with this period of a conversion, nanoseconds.
     pub const fn new(conversion_ns: u32) -> Self {
         let gap_us = divide(conversion_ns as u64 * 228, 100_000).0 as u32;
-        Self { gaps_us: 0, clock_share_us: conversion_ns / 20, gap_us }
+        Self {
+            gaps_us: 0,
+            clock_share_us: conversion_ns / 20,
+            gap_us,
+        }
     }
 
     /// Adds the time from one conversion to the next, microseconds.
@@ -47,19 +53,29 @@ impl Unseen {
         self.gaps_us = 0;
     }
 
-    /// The most conversions that the chip can have made in the gaps and from the latest one to the stop of the scan. A check that began
-    /// so long after the latest one, microseconds, has found a changed register.
-    /// `config0` is its register now; none, or all ones from a stuck bus, says nothing.
+    /// The most conversions that the chip can have made in the gaps and from the latest one to the
+    /// stop of the scan. A check that began so long after the latest one, microseconds, has found a
+    /// changed register. `config0` is its register now; none, or all ones from a stuck bus, says
+    /// nothing.
     pub fn at_most(&self, since_us: u32, config0: Option<u8>) -> u32 {
         let is_fixed = config0.is_some_and(|config0| config0 != 0xff && config0 & MUXMOD != 0);
-        let ticks = if is_fixed { FIXED_TICKS } else { SCANNING_TICKS };
+        let ticks = if is_fixed {
+            FIXED_TICKS
+        } else {
+            SCANNING_TICKS
+        };
         // Rounded down, so that there are not too few.
         let period_us = (ticks * 1_000_000 / CLOCK_MOST_HZ) as u32;
-        self.gaps_us.saturating_add(since_us).saturating_add(CHECK_US) / period_us + 1
+        self.gaps_us
+            .saturating_add(since_us)
+            .saturating_add(CHECK_US)
+            / period_us
+            + 1
     }
 
-    /// By how many conversions, at most, a chip with the right registers and a fast clock was ahead of a nominal one in this
-    /// time, microseconds. The conversions that it finishes before its reset are included.
+    /// By how many conversions, at most, a chip with the right registers and a fast clock was ahead
+    /// of a nominal one in this time, microseconds. The conversions that it finishes before its
+    /// reset are included.
     pub fn of_clock(&self, since_us: u32) -> u32 {
         since_us / self.clock_share_us.max(1) + 2
     }
@@ -72,7 +88,9 @@ mod tests {
     #[test]
     fn only_gaps_since_the_registers_were_right_count() {
         let mut unseen = Unseen::new(197_474);
-        [197, 198, 400].into_iter().for_each(|passed_us| unseen.passed(passed_us));
+        [197, 198, 400]
+            .into_iter()
+            .for_each(|passed_us| unseen.passed(passed_us));
         // 23,739 conversions a second (SBAS297G, rate table, 16 MHz), in the 100 us of the check.
         assert_eq!(unseen.at_most(0, None), 3);
         unseen.passed(10_000);

@@ -1,4 +1,5 @@
-//! The supervision of the chip: when its scan may be interrupted, and what happens when the chip does not work.
+//! The supervision of the chip: when its scan may be interrupted, and what happens when the chip
+//! does not work.
 
 use super::Acquisition;
 use crate::faults::diagnostics::Diagnostics;
@@ -9,50 +10,65 @@ use embedded_hal::spi::SpiDevice;
 use ridgetone_proto::division::divide;
 use ridgetone_proto::fault::FaultKind;
 
-/// Conversions after an unexpected edge until the times of edges are those of conversions again. The service of such an edge, with
-/// the check of the chip, takes one conversion at most.
+/// Conversions after an unexpected edge until the times of edges are those of conversions again.
+/// The service of such an edge, with the check of the chip, takes one conversion at most.
 const STEADY_CONVERSIONS: u32 = 4;
-/// Times that another scan waits for a safe moment. If trouble lasts for longer, it begins at any moment: with the plan `hand`,
-/// health readings last for a second at most, and another plan waits for 0.2 s at most.
+/// Times that another scan waits for a safe moment. If trouble lasts for longer, it begins at any
+/// moment: with the plan `hand`, health readings last for a second at most, and another plan waits
+/// for 0.2 s at most.
 pub const PUT_OFF_MOST: u16 = 4_000;
 /// Without a conversion for so long, the chip is silent, microseconds: by default 500 conversions.
 const SILENT_US: u32 = 100_000;
 /// Without a conversion for so long, a check need not wait for the next one, microseconds.
 const QUIET_US: u32 = 10_000;
-/// From the first restart to the next, if the fault stays, microseconds; then twice as long each time.
+/// From the first restart to the next, if the fault stays, microseconds; then twice as long each
+/// time.
 const PAUSE_LEAST_US: u32 = 125_000;
-/// Longest pause, microseconds. A restart delays the other interrupts by 0.1 ms, so longer pauses would save nothing,
-/// and a chip that works again would be found later.
+/// Longest pause, microseconds. A restart delays the other interrupts by 0.1 ms, so longer pauses
+/// would save nothing, and a chip that works again would be found later.
 const PAUSE_MOST_US: u32 = 4_000_000;
-/// A chip without a fault for so long after a restart, and for longer than the pause, works, microseconds.
+/// A chip without a fault for so long after a restart, and for longer than the pause, works,
+/// microseconds.
 const WELL_US: u32 = 1_000_000;
 
 impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START, RESET> {
-    /// Whether no conversion is likely soon, so that [`Self::watch`] need not wait for one. The best time for it is right
-    /// after a conversion: the next edge is furthest away.
+    /// Whether no conversion is likely soon, so that [`Self::watch`] need not wait for one. The
+    /// best time for it is right after a conversion: the next edge is furthest away.
     pub fn is_quiet(&self, now_us: u32) -> bool {
         self.muted || !self.is_set_up || now_us.wrapping_sub(self.latest_us) > QUIET_US
     }
 
-    /// Whether another scan can begin now and lose no conversion: the next one is far off, or none is likely soon. An edge's
-    /// time is that of a conversion's end, but not soon after an unexpected edge: a conversion may have ended while that one
-    /// was served. No scan begins while DRDY is muted: the next conversion of this scan shows how many were lost. After
-    /// 4,000 refusals in a row the answer is yes.
+    /// Whether another scan can begin now and lose no conversion: the next one is far off, or none
+    /// is likely soon. An edge's time is that of a conversion's end, but not soon after an
+    /// unexpected edge: a conversion may have ended while that one was served. No scan begins while
+    /// DRDY is muted: the next conversion of this scan shows how many were lost. After 4,000
+    /// refusals in a row the answer is yes.
     pub fn can_begin(&mut self, now_us: u32) -> bool {
         let period_us = self.plan.conversion_ns() / 1000;
         let is_steady = now_us.wrapping_sub(self.unexpected_us) > STEADY_CONVERSIONS * period_us;
         let is_next_far = is_steady && now_us.wrapping_sub(self.latest_us) < period_us / 2;
-        let can = !self.muted && (is_next_far || self.is_quiet(now_us) || self.put_off >= PUT_OFF_MOST);
-        self.put_off = if can { 0 } else { self.put_off.saturating_add(1) };
+        let can =
+            !self.muted && (is_next_far || self.is_quiet(now_us) || self.put_off >= PUT_OFF_MOST);
+        self.put_off = if can {
+            0
+        } else {
+            self.put_off.saturating_add(1)
+        };
         can
     }
 
-    /// Checks registers and silence, and restarts the chip on a fault. To be called twice a second at least, after
-    /// [`Drdy::Watch`](super::Drdy::Watch), and before an estimate is reported. `now_us` is board time. True if DRDY was
-    /// muted or the chip was restarted: then the caller unmutes DRDY. Else, behind an unexpected edge, a conversion may have ended
-    /// meanwhile: the caller looks at DRDY once more.
+    /// Checks registers and silence, and restarts the chip on a fault. To be called twice a second
+    /// at least, after [`Drdy::Watch`](super::Drdy::Watch), and before an estimate is reported.
+    /// `now_us` is board time. True if DRDY was muted or the chip was restarted: then the caller
+    /// unmutes DRDY. Else, behind an unexpected edge, a conversion may have ended meanwhile: the
+    /// caller looks at DRDY once more.
     #[inline(never)]
-    pub fn watch(&mut self, now_us: u32, diagnostics: &Diagnostics, wait: &mut impl DelayNs) -> bool {
+    pub fn watch(
+        &mut self,
+        now_us: u32,
+        diagnostics: &Diagnostics,
+        wait: &mut impl DelayNs,
+    ) -> bool {
         let was_muted = core::mem::take(&mut self.muted);
         if was_muted {
             // No conversion was read while DRDY was muted.
@@ -60,7 +76,9 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
             self.unseen.passed(muted_us);
             if self.is_health {
                 // Gaps between frames count only conversions of the plan's own scan.
-                diagnostics.unseen.add(divide(u64::from(muted_us) * 1000, self.plan.conversion_ns()).0 as u32);
+                diagnostics
+                    .unseen
+                    .add(divide(u64::from(muted_us) * 1000, self.plan.conversion_ns()).0 as u32);
             }
             (self.storm_count, self.latest_us) = (0, now_us);
             // The next conversion may be read late: an edge of the storm may show it.
@@ -69,14 +87,17 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
         let fault = if !self.is_set_up {
             FaultKind::NoAnswer
         } else if self.adc.verify().is_err() && self.adc.verify().is_err() {
-            // Registers read while START is high may be wrong once (seen on real chips): hence a second look.
+            // Registers read while START is high may be wrong once (seen on real chips): hence a
+            // second look.
             FaultKind::Registers
         } else if now_us.wrapping_sub(self.latest_us) > SILENT_US {
             FaultKind::Silent
         } else {
             self.unexpected_edges = 0;
             self.unseen.reset();
-            if self.pause_us > 0 && now_us.wrapping_sub(self.restarted_us) > self.pause_us.max(WELL_US) {
+            if self.pause_us > 0
+                && now_us.wrapping_sub(self.restarted_us) > self.pause_us.max(WELL_US)
+            {
                 self.pause_us = 0;
             }
             return was_muted;
@@ -94,7 +115,9 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
             FaultKind::NoAnswer => {}
             FaultKind::Registers => {
                 let config0 = self.adc.read_register(Register::Config0).ok();
-                diagnostics.unseen.add(self.unseen.at_most(since_us, config0));
+                diagnostics
+                    .unseen
+                    .add(self.unseen.at_most(since_us, config0));
             }
             _ => diagnostics.unseen.add(self.unseen.of_clock(since_us)),
         }
@@ -103,7 +126,14 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
         self.is_health = false;
         let is_set_up = self.begin_scan(diagnostics, wait);
         // Reported even if the chip answers now: nobody reported it before.
-        diagnostics.fault(if is_set_up { fault } else { FaultKind::NoAnswer }, now_us);
+        diagnostics.fault(
+            if is_set_up {
+                fault
+            } else {
+                FaultKind::NoAnswer
+            },
+            now_us,
+        );
         true
     }
 }

@@ -1,16 +1,20 @@
 //! By how much the conversions of a scan of one slot are late.
 //!
-//! Their ids are all the same, so only time shows a loss. A conversion that is read late hides a loss behind it: the time to the next one
-//! is too short. But a conversion is late by less than the time of one, because the next one takes its place, and no conversion is early.
-//! So the least late ones are on time, and the others are measured from them.
+//! Their ids are all the same, so only time shows a loss. A conversion that is read late hides a
+//! loss behind it: the time to the next one is too short. But a conversion is late by less than the
+//! time of one, because the next one takes its place, and no conversion is early. So the least late
+//! ones are on time, and the others are measured from them.
 
 use ridgetone_proto::division::divide;
 
-/// The lateness shrinks with each conversion by the time of one over two to the power of this: by 1.6 %, more than a clock is off.
+/// The lateness shrinks with each conversion by the time of one over two to the power of this: by
+/// 1.6 %, more than a clock is off.
 const CATCH_UP: u32 = 6;
-/// The same in a storm, which may hold up all conversions alike: 244 ppm, twice what two crystals differ by.
+/// The same in a storm, which may hold up all conversions alike: 244 ppm, twice what two crystals
+/// differ by.
 const CATCH_UP_IN_STORM: u32 = 12;
-/// After a conversion that was off its time so many more may be in a storm: 0.17 s with the plan `single`.
+/// After a conversion that was off its time so many more may be in a storm: 0.17 s with the plan
+/// `single`.
 const STORM_CONVERSIONS: u16 = 4096;
 /// After so many lost conversions in a row the two clocks differ by more than service is late.
 const LONG_GAP: u32 = 8;
@@ -24,21 +28,36 @@ pub struct Lateness {
 }
 
 impl Lateness {
-    pub const NONE: Self = Self { late_ns: 0, in_storm: 0 };
+    pub const NONE: Self = Self {
+        late_ns: 0,
+        in_storm: 0,
+    };
 
-    /// Takes the time since the conversion before, microseconds, and the time of one conversion, nanoseconds. Gives how many conversions
-    /// later this one is, at least one.
+    /// Takes the time since the conversion before, microseconds, and the time of one conversion,
+    /// nanoseconds. Gives how many conversions later this one is, at least one.
     // Not inlined: it is called twice.
     #[inline(never)]
     pub fn steps(&mut self, passed_us: u32, step_ns: u32) -> u32 {
         let passed_ns = passed_us as u64 * 1000;
         let is_off_time = passed_ns.abs_diff(step_ns as u64) > (step_ns * 3 / 8) as u64;
-        self.in_storm = if is_off_time { STORM_CONVERSIONS } else { self.in_storm.saturating_sub(1) };
-        let catch_up = if self.in_storm > 0 { CATCH_UP_IN_STORM } else { CATCH_UP };
+        self.in_storm = if is_off_time {
+            STORM_CONVERSIONS
+        } else {
+            self.in_storm.saturating_sub(1)
+        };
+        let catch_up = if self.in_storm > 0 {
+            CATCH_UP_IN_STORM
+        } else {
+            CATCH_UP
+        };
         let on_time_ns = (step_ns + (step_ns >> catch_up)) as u64;
         let late_ns = (self.late_ns as u64 + passed_ns).saturating_sub(on_time_ns);
         // An edge that is served when three quarters have passed shows the next conversion.
-        let early_ns = if late_ns > (LONG_GAP * step_ns) as u64 { step_ns / 2 } else { step_ns / 4 };
+        let early_ns = if late_ns > (LONG_GAP * step_ns) as u64 {
+            step_ns / 2
+        } else {
+            step_ns / 4
+        };
         if late_ns + (early_ns as u64) < step_ns as u64 {
             // Nearly always: without the division.
             self.late_ns = late_ns as u32;

@@ -6,13 +6,25 @@ extern crate std;
 use std::vec::Vec;
 
 /// The scan's channel ids as the datasheet orders them.
-const IDS: [u8; 21] = [8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23, 24, 26, 27, 28, 29];
+const IDS: [u8; 21] = [
+    8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23, 24, 26, 27, 28, 29,
+];
 
 fn conversion(count: u32, flags: u8) -> TimedConversion {
     let slot = count as usize % 21;
     let t_us = (count as u64 * 3106 * 1_000_000 / 15_728_640) as u32;
-    let code = if slot < 16 { count as i32 } else { [3, 3_932_160, 1_677_722, 7_864_320, 3_221_225][slot - 16] };
-    TimedConversion::new(t_us, Conversion { status: Status(flags | IDS[slot]), code })
+    let code = if slot < 16 {
+        count as i32
+    } else {
+        [3, 3_932_160, 1_677_722, 7_864_320, 3_221_225][slot - 16]
+    };
+    TimedConversion::new(
+        t_us,
+        Conversion {
+            status: Status(flags | IDS[slot]),
+            code,
+        },
+    )
 }
 
 fn run(counts: impl Iterator<Item = u32>, start_us: u32) -> (Assembler, Vec<Frame>) {
@@ -31,17 +43,28 @@ fn whole_scans_become_frames_and_readings() {
     let (assembler, frames) = run(0..63, u32::MAX - 3000);
     assert_eq!(frames.len(), 3);
     for (n, frame) in frames.iter().enumerate() {
-        assert_eq!((frame.number, frame.present, frame.good), (n as u32, 0xffff, 0xffff));
+        assert_eq!(
+            (frame.number, frame.present, frame.good),
+            (n as u32, 0xffff, 0xffff)
+        );
         assert_eq!(frame.codes[5], n as i32 * 21 + 5);
         // Frame period by the datasheet's formula: 21 x 3106 / 15.72864 MHz.
-        assert!((frame.t_us as f64 - n as f64 * 4146.957).abs() < 2.0, "{}", frame.t_us);
+        assert!(
+            (frame.t_us as f64 - n as f64 * 4146.957).abs() < 2.0,
+            "{}",
+            frame.t_us
+        );
     }
     assert_eq!((assembler.lost, assembler.doubtful), (0, 0));
     let r = assembler.readings();
     assert_eq!((r.supply_v, r.gain), (5.0, 1.0));
     assert!((r.reference_v - 4.096).abs() < 1e-5);
     // 1677722 codes of 4.096 V / 7864320 are 873.8 mV: (873813 - 168000) / 394 + 25 degrees.
-    assert!((r.temperature_c - 1816.4).abs() < 1.0, "{}", r.temperature_c);
+    assert!(
+        (r.temperature_c - 1816.4).abs() < 1.0,
+        "{}",
+        r.temperature_c
+    );
 }
 
 #[test]
@@ -55,7 +78,10 @@ fn a_lost_conversion_leaves_its_taxel_out() {
 #[test]
 fn a_loss_across_the_scans_border_ends_the_frame() {
     let (assembler, frames) = run((0..63).filter(|c| !(18..24).contains(c)), 0);
-    assert_eq!(frames.iter().map(|f| f.number).collect::<Vec<_>>(), [0, 1, 2]);
+    assert_eq!(
+        frames.iter().map(|f| f.number).collect::<Vec<_>>(),
+        [0, 1, 2]
+    );
     assert_eq!(frames[1].present, !0b111);
     assert_eq!(assembler.lost, 6);
 }
@@ -63,13 +89,21 @@ fn a_loss_across_the_scans_border_ends_the_frame() {
 #[test]
 fn whole_scans_lost_are_counted_by_time() {
     for gap in [21, 42, 210, 21 * 241, 5, 30] {
-        let (assembler, frames) = run((0..5000 + 21 * 300).filter(|c| !(500..500 + gap).contains(c)), 0);
+        let (assembler, frames) = run(
+            (0..5000 + 21 * 300).filter(|c| !(500..500 + gap).contains(c)),
+            0,
+        );
         assert_eq!(assembler.lost, gap, "{gap}");
-        assert_eq!(frames.last().unwrap().number, (5000 + 21 * 300) / 21 - 1, "{gap}");
+        assert_eq!(
+            frames.last().unwrap().number,
+            (5000 + 21 * 300) / 21 - 1,
+            "{gap}"
+        );
     }
 }
 
-/// Whatever the board's clock says by then, device time begins with the first conversion, and nothing was lost before it.
+/// Whatever the board's clock says by then, device time begins with the first conversion, and
+/// nothing was lost before it.
 #[test]
 fn a_first_scan_with_a_flaw_loses_nothing() {
     for flaw in [0x80, 0xc0] {
@@ -80,9 +114,19 @@ fn a_first_scan_with_a_flaw_loses_nothing() {
             timed.t_us += 20_100;
             assembler.push(&timed, |frame| frames.push(*frame));
         }
-        let numbers: Vec<_> = frames.iter().map(|frame| (frame.number, frame.t_us / 1000)).collect();
+        let numbers: Vec<_> = frames
+            .iter()
+            .map(|frame| (frame.number, frame.t_us / 1000))
+            .collect();
         assert_eq!(numbers, [(0, 0), (1, 4), (2, 8)]);
-        assert_eq!((assembler.lost, assembler.flaws.lost, assembler.flaws.channel), (0, 0, 0));
+        assert_eq!(
+            (
+                assembler.lost,
+                assembler.flaws.lost,
+                assembler.flaws.channel
+            ),
+            (0, 0, 0)
+        );
     }
 }
 
@@ -99,8 +143,13 @@ fn flags_and_unknown_ids_are_reported() {
         };
         assembler.push(&conversion(count, flags), |frame| frames.push(*frame));
     }
-    let stranger = Conversion { status: Status(0x80 | 0x19), code: 1 };
-    assembler.push(&TimedConversion::new(4200, stranger), |frame| frames.push(*frame));
+    let stranger = Conversion {
+        status: Status(0x80 | 0x19),
+        code: 1,
+    };
+    assembler.push(&TimedConversion::new(4200, stranger), |frame| {
+        frames.push(*frame)
+    });
     assembler.finish(&mut |frame: &Frame| frames.push(*frame));
     assert_eq!(frames.len(), 1);
     assert_eq!(frames[0].good, !0b11_1000);
@@ -128,12 +177,17 @@ fn the_scan_after_a_loss_is_whole_again() {
     assert_eq!(frames.len(), 5);
     let present = frames.iter().map(|frame| frame.present).collect::<Vec<_>>();
     assert_eq!(present, [0xffff, !(1 << 9), 0xffff, 0xffff, 0xffff]);
-    assert!(frames.iter().zip(0..).all(|(frame, n)| frame.number == n && frame.codes[3] == n as i32 * 21 + 3));
+    assert!(
+        frames
+            .iter()
+            .zip(0..)
+            .all(|(frame, n)| frame.number == n && frame.codes[3] == n as i32 * 21 + 3)
+    );
     assert_eq!((assembler.lost, assembler.buffer.len()), (1, 0));
 }
 
-/// Conversions of one slot, as those of the plan `single`, each with its count and by how much of a conversion it is late: what is
-/// counted as lost, and the number of the last frame.
+/// Conversions of one slot, as those of the plan `single`, each with its count and by how much of a
+/// conversion it is late: what is counted as lost, and the number of the last frame.
 fn of_one_slot(plan: &Plan, code: i32, late: &[(u32, f64)]) -> (u32, u32) {
     let conversion_us = plan.conversion_ns() as f64 / 1000.0;
     let mut assembler = Assembler::new(4.096, plan);
@@ -141,7 +195,10 @@ fn of_one_slot(plan: &Plan, code: i32, late: &[(u32, f64)]) -> (u32, u32) {
     for (count, late) in late {
         let t_us = ((*count as f64 + late) * conversion_us) as u32;
         let status = Status(0x80 | assembler.order.first());
-        assembler.push(&TimedConversion::new(t_us, Conversion { status, code }), |frame| last = frame.number);
+        assembler.push(
+            &TimedConversion::new(t_us, Conversion { status, code }),
+            |frame| last = frame.number,
+        );
     }
     (assembler.lost, last)
 }
@@ -150,47 +207,70 @@ fn on_time(counts: core::ops::Range<u32>) -> impl Iterator<Item = (u32, f64)> {
     counts.map(|count| (count, 0.0))
 }
 
-/// In a storm conversions are read late by a half and more, a little later each, until one is lost: no two are as far apart as two
-/// conversions. So it was in the campaign of faults.
+/// In a storm conversions are read late by a half and more, a little later each, until one is lost:
+/// no two are as far apart as two conversions. So it was in the campaign of faults.
 #[test]
 fn a_conversion_lost_while_service_comes_later_and_later_is_counted() {
     let creeping = [(50, 0.47), (51, 0.53), (52, 0.57), (53, 0.62), (55, 0.02)];
-    let times: Vec<_> =
-        on_time(0..44).chain((44..50).map(|count| (count, 0.45))).chain(creeping).chain(on_time(56..3000)).collect();
+    let times: Vec<_> = on_time(0..44)
+        .chain((44..50).map(|count| (count, 0.45)))
+        .chain(creeping)
+        .chain(on_time(56..3000))
+        .collect();
     assert_eq!(of_one_slot(&Plan::SINGLE, 7, &times), (1, 2999));
     // As much later, and nothing is lost.
-    let times: Vec<_> = on_time(0..50).chain(creeping[..4].iter().copied()).chain(on_time(54..3000)).collect();
+    let times: Vec<_> = on_time(0..50)
+        .chain(creeping[..4].iter().copied())
+        .chain(on_time(54..3000))
+        .collect();
     assert_eq!(of_one_slot(&Plan::SINGLE, 7, &times), (0, 2999));
 }
 
 /// All conversions of 43 ms are read late by as much, and one is lost.
 #[test]
 fn a_conversion_lost_while_service_is_late_for_long_is_counted() {
-    let times: Vec<_> =
-        on_time(0..44).chain((44..1044).map(|count| (count, 0.62))).chain(on_time(1045..3000)).collect();
+    let times: Vec<_> = on_time(0..44)
+        .chain((44..1044).map(|count| (count, 0.62)))
+        .chain(on_time(1045..3000))
+        .collect();
     assert_eq!(of_one_slot(&Plan::SINGLE, 7, &times), (1, 2999));
 }
 
 /// A conversion with a flaw does not take the fast path. It is late but once.
 #[test]
 fn flaws_do_not_make_conversions_later() {
-    let times: Vec<_> = on_time(0..44).chain([(44, 0.3), (45, 0.6)]).chain(on_time(46..300)).collect();
+    let times: Vec<_> = on_time(0..44)
+        .chain([(44, 0.3), (45, 0.6)])
+        .chain(on_time(46..300))
+        .collect();
     assert_eq!(of_one_slot(&Plan::SINGLE, 0x7f_ffff, &times), (0, 299));
 }
 
 #[test]
 fn gaps_of_one_slot_are_counted_by_time_though_clocks_differ() {
     // The slowest scan of one slot too.
-    for plan in [Plan::SINGLE, Plan { data_rate: 0, delay: 7, chop: true, ..Plan::SINGLE }] {
+    for plan in [
+        Plan::SINGLE,
+        Plan {
+            data_rate: 0,
+            delay: 7,
+            chop: true,
+            ..Plan::SINGLE
+        },
+    ] {
         for gap in [1, 2, 7, 8, 9, 500, 2000] {
-            let times: Vec<_> = on_time(0..6000).filter(|(count, _)| !(500..500 + gap).contains(count)).collect();
+            let times: Vec<_> = on_time(0..6000)
+                .filter(|(count, _)| !(500..500 + gap).contains(count))
+                .collect();
             assert_eq!(of_one_slot(&plan, 7, &times), (gap, 5999), "{gap}");
         }
-        // A clock that is off by a percent is a fault, and no loss; nor is one conversion of eight that is late, by crystals that
-        // differ by 100 ppm.
+        // A clock that is off by a percent is a fault, and no loss; nor is one conversion of eight
+        // that is late, by crystals that differ by 100 ppm.
         for (rate, late) in [(0.99, 0.0), (1.01, 0.0), (0.9999, 0.6), (1.0001, 0.6)] {
-            let late =
-                |count: u32| f64::from(count) * (rate - 1.0) + late * f64::from(u8::from(count.is_multiple_of(8)));
+            let late = |count: u32| {
+                f64::from(count) * (rate - 1.0)
+                    + late * f64::from(u8::from(count.is_multiple_of(8)))
+            };
             let times: Vec<_> = (0..6000).map(|count| (count, late(count))).collect();
             assert_eq!(of_one_slot(&plan, 7, &times), (0, 5999), "{rate}");
         }

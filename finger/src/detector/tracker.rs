@@ -81,23 +81,56 @@ impl Tracker {
         self.contact.rule = settings.slide;
         self.contact.set_mains(settings.interferer_hz);
         self.events.volts_per_code = reading::volts(1, settings.vref_v);
-        self.scheduler.change(settings, self.sliding().map(|(start, _)| start), self.clock.latest.0);
+        self.scheduler.change(
+            settings,
+            self.sliding().map(|(start, _)| start),
+            self.clock.latest.0,
+        );
     }
 
     /// While a slide lasts: its first frame, and the frame up to which it is known to have lasted.
     fn sliding(&self) -> Option<(u32, u32)> {
         let grid = self.averager.grid();
-        self.contact.sliding().map(|(start, until)| (grid.first_frame(start), grid.first_frame(until)))
+        self.contact
+            .sliding()
+            .map(|(start, until)| (grid.first_frame(start), grid.first_frame(until)))
     }
 
-    pub fn push(&mut self, frame: &Frame, ring: &mut Ring, emit: &mut dyn FnMut(Event), due: &mut dyn FnMut(Window)) {
-        let Self { contact, clock, scheduler, events, pins, averager, plan, .. } = self;
+    pub fn push(
+        &mut self,
+        frame: &Frame,
+        ring: &mut Ring,
+        emit: &mut dyn FnMut(Event),
+        due: &mut dyn FnMut(Window),
+    ) {
+        let Self {
+            contact,
+            clock,
+            scheduler,
+            events,
+            pins,
+            averager,
+            plan,
+            ..
+        } = self;
         let inputs = plan.inputs;
         clock.latest = (frame.number, frame.t_us);
         if self.raw_frames > 0 {
             self.raw_frames -= 1;
-            let Frame { number, t_us, present, good, codes } = *frame;
-            emit(Event::Raw(Raw { t_us, number, present, good, codes }));
+            let Frame {
+                number,
+                t_us,
+                present,
+                good,
+                codes,
+            } = *frame;
+            emit(Event::Raw(Raw {
+                t_us,
+                number,
+                present,
+                good,
+                codes,
+            }));
         }
         if self.is_stopped {
             return;
@@ -108,7 +141,11 @@ impl Tracker {
                 return;
             }
             self.has_begun = true;
-            scheduler.reference.iter_mut().zip(frame.codes).for_each(|(value, code)| *value = code as f32);
+            scheduler
+                .reference
+                .iter_mut()
+                .zip(frame.codes)
+                .for_each(|(value, code)| *value = code as f32);
             clock.rate_from = Some(clock.latest);
             ring.change(plan, frame.number);
             averager.restart(frame.number);
@@ -125,28 +162,53 @@ impl Tracker {
         // An incomplete frame has no valid value: the fit needs one abscissa for all channels.
         let valid = if is_complete { frame.good } else { 0 };
         ring.push(&self.values, valid, frame.t_us as u32);
-        let Some(number) = averager.push(frame.number, &self.values, inputs, valid != 0) else { return };
+        let Some(number) = averager.push(frame.number, &self.values, inputs, valid != 0) else {
+            return;
+        };
         let (ring, grid) = (&*ring, &averager.grid());
         scheduler.give_whole(clock, ring, due);
-        let values = averager.latest().map_or((&self.values, None), |(mean, squares)| (mean, Some(squares)));
+        let values = averager
+            .latest()
+            .map_or((&self.values, None), |(mean, squares)| {
+                (mean, Some(squares))
+            });
         contact.push(number, values, Averages::new(ring, *grid), &mut |change| {
             let change = change.in_frames(grid);
             scheduler.follow(&change, ring);
             let event = events.event(&change, clock, ring);
             if let Event::Image(image) = &event {
-                (scheduler.level_v, scheduler.force_ratio) = (image_level_v(image), image_ratio(image));
+                (scheduler.level_v, scheduler.force_ratio) =
+                    (image_level_v(image), image_ratio(image));
             }
             emit(event);
         });
         pins.step(number, frame.t_us, || contact.pressed());
         if let Some((start, until)) = contact.sliding() {
-            scheduler.hop(grid.first_frame(start), grid.first_frame(until), clock, ring, due);
+            scheduler.hop(
+                grid.first_frame(start),
+                grid.first_frame(until),
+                clock,
+                ring,
+                due,
+            );
         }
     }
 
     /// The signal has ended: a slide that still lasts is over.
-    pub fn finish(&mut self, ring: &Ring, emit: &mut dyn FnMut(Event), due: &mut dyn FnMut(Window)) {
-        let Self { contact, clock, scheduler, events, averager, .. } = self;
+    pub fn finish(
+        &mut self,
+        ring: &Ring,
+        emit: &mut dyn FnMut(Event),
+        due: &mut dyn FnMut(Window),
+    ) {
+        let Self {
+            contact,
+            clock,
+            scheduler,
+            events,
+            averager,
+            ..
+        } = self;
         let grid = &averager.grid();
         contact.finish(averager.next(), &mut |change| {
             let change = change.in_frames(grid);
@@ -165,8 +227,8 @@ const fn contact(settings: &Settings) -> ContactDetector {
     contact
 }
 
-/// Fills the places of missing scans with frames that have no valid taxel. Their times are spread over the gap, since a
-/// window may end there and measure its rate.
+/// Fills the places of missing scans with frames that have no valid taxel. Their times are spread
+/// over the gap, since a window may end there and measure its rate.
 fn fill_gap(frame: &Frame, ring: &mut Ring) {
     let missing = frame.number.wrapping_sub(ring.next());
     if missing == 0 {
@@ -176,7 +238,9 @@ fn fill_gap(frame: &Frame, ring: &mut Ring) {
         ring.restart(frame.number);
         return;
     }
-    let from_us = ring.t_us(ring.next().wrapping_sub(1)).unwrap_or(frame.t_us as u32);
+    let from_us = ring
+        .t_us(ring.next().wrapping_sub(1))
+        .unwrap_or(frame.t_us as u32);
     let passed_us = (frame.t_us as u32).wrapping_sub(from_us) as u64;
     for i in 1..=missing as u64 {
         let after_us = divide(passed_us * i, missing + 1).0 as u32;

@@ -23,7 +23,8 @@ pub struct Diagnostics {
     pub messages_dropped: Counter,
     /// Times the ADC was set up again.
     pub chip_restarts: Counter,
-    /// Requests and messages of odometry that were damaged, or arrived before the previous one was taken.
+    /// Requests and messages of odometry that were damaged, or arrived before the previous one was
+    /// taken.
     pub requests_damaged: Counter,
     /// Bytes that the USART lost because the one before was not yet read.
     pub bytes_overrun: Counter,
@@ -35,7 +36,8 @@ pub struct Diagnostics {
     pub(crate) load_bits: AtomicU32,
     /// Most stack in use since start-up, and the stack's size, bytes.
     pub(crate) stack: [AtomicU32; 2],
-    /// Board time since which the inputs that are at a rail have been the same, microseconds, and how many there are.
+    /// Board time since which the inputs that are at a rail have been the same, microseconds, and
+    /// how many there are.
     railed_us: AtomicU32,
     railed: AtomicU32,
     /// The faults.
@@ -75,14 +77,17 @@ impl Diagnostics {
         f32::from_bits(self.load_bits.load(Relaxed))
     }
 
-    /// Most stack in use since start-up, and the stack's size, bytes; zero where nothing measures it.
+    /// Most stack in use since start-up, and the stack's size, bytes; zero where nothing measures
+    /// it.
     pub fn stack_bytes(&self) -> [u32; 2] {
         self.stack.each_ref().map(|bytes| bytes.load(Relaxed))
     }
 
     /// The chip's registers, CONFIG0 to ID, as they were read at its latest set-up; zeros before.
     pub fn adc_registers(&self) -> [u8; Register::ALL.len()] {
-        self.adc_registers.each_ref().map(|register| register.load(Relaxed))
+        self.adc_registers
+            .each_ref()
+            .map(|register| register.load(Relaxed))
     }
 
     /// A fault was seen at this board time, microseconds.
@@ -90,7 +95,8 @@ impl Diagnostics {
         self.faults.add(kind, 1, board_us);
     }
 
-    /// `inputs` inputs were at a rail in the scan before this board time, microseconds. Zero changes nothing.
+    /// `inputs` inputs were at a rail in the scan before this board time, microseconds. Zero
+    /// changes nothing.
     pub fn overload(&self, inputs: u32, board_us: u32) {
         if inputs == 0 {
             return;
@@ -102,8 +108,8 @@ impl Diagnostics {
         self.faults.add(FaultKind::Overload, inputs, board_us);
     }
 
-    /// Whether an input has reached a rail or left one between two device times, their low 32 bits, microseconds. An input
-    /// that is always there, such as a broken bridge's, does neither.
+    /// Whether an input has reached a rail or left one between two device times, their low 32 bits,
+    /// microseconds. An input that is always there, such as a broken bridge's, does neither.
     pub fn rails_change(&self, from_us: u32, to_us: u32) -> bool {
         let is_since = |since_us| self.faults.since(since_us).has(FaultKind::Overload);
         let is_steady = || self.faults.is_before(self.railed_us.load(Relaxed), from_us);
@@ -123,6 +129,9 @@ mod tests {
             diagnostics.unseen.add(u32::MAX - 100_000);
             diagnostics.overruns.add(u32::MAX - 1);
         }
-        assert_eq!((diagnostics.overruns.get(), diagnostics.unseen.get()), (u32::MAX, u32::MAX));
+        assert_eq!(
+            (diagnostics.overruns.get(), diagnostics.unseen.get()),
+            (u32::MAX, u32::MAX)
+        );
     }
 }

@@ -11,15 +11,15 @@ use ridgetone_proto::fault::{Fault, FaultKind, FaultSet, KINDS};
 
 /// An episode is over when its kind was not seen for so long, microseconds.
 const OVER_US: u32 = 1_000_000;
-/// Most messages in [`MESSAGES_US`], microseconds. The next interval reports what exceeds that. If all kinds begin and
-/// end every [`OVER_US`], as often as they can, they make 26 messages a second.
+/// Most messages in [`MESSAGES_US`], microseconds. The next interval reports what exceeds that. If
+/// all kinds begin and end every [`OVER_US`], as often as they can, they make 26 messages a second.
 const MESSAGES_MAX: u8 = 4;
 const MESSAGES_US: u32 = 125_000;
 /// While an episode lasts, its end is looked for in every sixteenth frame.
 const CHECK_FRAMES: u32 = 16;
 
-/// Without a conversion for so long a slide may have ended unseen, nanoseconds: motion detection compares blocks of as much, 4
-/// frames at 241 Hz.
+/// Without a conversion for so long a slide may have ended unseen, nanoseconds: motion detection
+/// compares blocks of as much, 4 frames at 241 Hz.
 const SILENT_NS: u32 = BLOCK_FRAMES * FRAME_NS as u32;
 
 /// A clock may be off by 2 % unseen, which is one conversion in 50.
@@ -27,7 +27,8 @@ const CLOCK_SHARE: u32 = 50;
 /// Most conversions by which a gap is longer, where its number of whole scans is uncertain.
 const UNSURE_CONVERSIONS: u32 = 10_000;
 
-/// Analogue supply as the chip reads it, codes (SBAS297G, recommended operating conditions: 4.75 to 5.25 V).
+/// Analogue supply as the chip reads it, codes (SBAS297G, recommended operating conditions: 4.75 to
+/// 5.25 V).
 const SUPPLY: RangeInclusive<i32> = codes(4.75, 5.25);
 /// The reference may be off what is set by this share of it.
 const REFERENCE_SHARE: f32 = 0.02;
@@ -50,7 +51,8 @@ pub struct FaultEpisodes {
     /// Device time since which messages are counted, low 32 bits, and their number.
     since_us: u32,
     messages: u8,
-    /// Whether an episode lasts, so that its end is to be looked for at frame `check_at`; at first too.
+    /// Whether an episode lasts, so that its end is to be looked for at frame `check_at`; at first
+    /// too.
     is_active: bool,
     check_at: u32,
 }
@@ -104,9 +106,15 @@ impl FaultEpisodes {
         }
     }
 
-    /// Reports episodes that begin and those that are over. `now_us` is now, in device time and in board time.
+    /// Reports episodes that begin and those that are over. `now_us` is now, in device time and in
+    /// board time.
     #[inline(never)]
-    pub fn report(&mut self, now_us: (u64, u32), diagnostics: &Diagnostics, report: &mut dyn FnMut(Fault)) {
+    pub fn report(
+        &mut self,
+        now_us: (u64, u32),
+        diagnostics: &Diagnostics,
+        report: &mut dyn FnMut(Fault),
+    ) {
         let ((device_us, board_us), faults) = (now_us, &diagnostics.faults);
         if (device_us as u32).wrapping_sub(self.since_us) >= MESSAGES_US {
             (self.since_us, self.messages) = (device_us as u32, 0);
@@ -115,12 +123,14 @@ impl FaultEpisodes {
         let kinds = fresh.and(self.lasting);
         self.is_active = !kinds.is_none();
         for kind in kinds.iter() {
-            // A fault from a task of a higher priority may be later than now, and one from before the first conversion
-            // earlier than zero: now and zero are near enough.
+            // A fault from a task of a higher priority may be later than now, and one from before
+            // the first conversion earlier than zero: now and zero are near enough.
             let age_us = |seen_us: u32| (board_us.wrapping_sub(seen_us) as i32).max(0) as u32;
             let device_us = |seen_us| device_us.saturating_sub(age_us(seen_us) as u64);
             let seen_us = faults.seen_us(kind);
-            let Some(from_us) = self.from_us.get_mut(kind as usize) else { continue };
+            let Some(from_us) = self.from_us.get_mut(kind as usize) else {
+                continue;
+            };
             if !self.lasting.has(kind) {
                 self.lasting = self.lasting.with(kind);
                 *from_us = device_us(faults.first_us(kind));
@@ -130,20 +140,29 @@ impl FaultEpisodes {
                 continue;
             }
             if is_over {
-                (self.lasting, self.reported) = (self.lasting.without(kind), self.reported.without(kind));
+                (self.lasting, self.reported) =
+                    (self.lasting.without(kind), self.reported.without(kind));
             } else {
                 self.reported = self.reported.with(kind);
             }
             self.messages += 1;
             let until_us = is_over.then(|| device_us(seen_us));
-            report(Fault { kind, from_us: *from_us, until_us, count: faults.count(kind) });
+            report(Fault {
+                kind,
+                from_us: *from_us,
+                until_us,
+                count: faults.count(kind),
+            });
         }
     }
 }
 
 /// The reference's range about what is set, codes.
 const fn reference_codes(vref_v: f32) -> RangeInclusive<i32> {
-    codes(vref_v * (1.0 - REFERENCE_SHARE), vref_v * (1.0 + REFERENCE_SHARE))
+    codes(
+        vref_v * (1.0 - REFERENCE_SHARE),
+        vref_v * (1.0 + REFERENCE_SHARE),
+    )
 }
 
 /// Adds the assembler's new flaws to `diagnostics`.
@@ -151,11 +170,22 @@ const fn reference_codes(vref_v: f32) -> RangeInclusive<i32> {
 pub fn add_flaws(assembler: &mut Assembler, diagnostics: &Diagnostics) {
     let board_us = assembler.board_us;
     set_zero(assembler, diagnostics);
-    let Flaws { lost, repeated, channel, supply, clock, overload } = core::mem::take(&mut assembler.flaws);
-    let Scan { slots, conversion_ns, .. } = *assembler.scan();
-    // In a gap of this many conversions the clock's error is half a scan or more, so the number of whole scans in it is
-    // uncertain. The most that can be lost is reported. A longer gap is counted by the time alone: the chip was set up again,
-    // or the board was off.
+    let Flaws {
+        lost,
+        repeated,
+        channel,
+        supply,
+        clock,
+        overload,
+    } = core::mem::take(&mut assembler.flaws);
+    let Scan {
+        slots,
+        conversion_ns,
+        ..
+    } = *assembler.scan();
+    // In a gap of this many conversions the clock's error is half a scan or more, so the number of
+    // whole scans in it is uncertain. The most that can be lost is reported. A longer gap is
+    // counted by the time alone: the chip was set up again, or the board was off.
     let unsure = CLOCK_SHARE * slots.max(2) / 2;
     if (unsure..=unsure + UNSURE_CONVERSIONS).contains(&lost) {
         diagnostics.unseen.add(lost / CLOCK_SHARE + slots / 2 + 1);
@@ -166,7 +196,10 @@ pub fn add_flaws(assembler: &mut Assembler, diagnostics: &Diagnostics) {
         (FaultKind::Channel, channel),
         (FaultKind::Supply, supply),
         (FaultKind::Clock, clock),
-        (FaultKind::Silent, (lost >= SILENT_NS / conversion_ns.max(1)) as u32),
+        (
+            FaultKind::Silent,
+            (lost >= SILENT_NS / conversion_ns.max(1)) as u32,
+        ),
     ] {
         diagnostics.faults.add(kind, times, board_us);
     }
@@ -175,5 +208,7 @@ pub fn add_flaws(assembler: &mut Assembler, diagnostics: &Diagnostics) {
 
 /// Sets the board time at which device time is zero.
 fn set_zero(assembler: &Assembler, diagnostics: &Diagnostics) {
-    diagnostics.faults.set_zero(assembler.board_us.wrapping_sub(assembler.now_us as u32));
+    diagnostics
+        .faults
+        .set_zero(assembler.board_us.wrapping_sub(assembler.now_us as u32));
 }

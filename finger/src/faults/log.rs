@@ -1,13 +1,16 @@
-//! How often each kind of fault was seen, and when: every task writes, the detector and the fit read.
+//! How often each kind of fault was seen, and when: every task writes, the detector and the fit
+//! read.
 
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use ridgetone_proto::fault::{FaultKind, FaultSet, KINDS};
 
-/// A fault seen longer ago than this no longer counts for windows, microseconds: longer than any window, and much shorter
-/// than half the counter's range, beyond which an old fault would look new.
+/// A fault seen longer ago than this no longer counts for windows, microseconds: longer than any
+/// window, and much shorter than half the counter's range, beyond which an old fault would look
+/// new.
 const OLD_US: u32 = 60_000_000;
 
-/// A counter that stops at its largest value: after a wrap `health` would report less than was lost.
+/// A counter that stops at its largest value: after a wrap `health` would report less than was
+/// lost.
 #[derive(Debug, Default)]
 pub struct Counter(AtomicU32);
 
@@ -21,7 +24,9 @@ impl Counter {
     // Not inlined: counters seldom change.
     #[inline(never)]
     pub fn add(&self, by: u32) {
-        let _ = self.0.fetch_update(Relaxed, Relaxed, |count| Some(count.saturating_add(by)));
+        let _ = self
+            .0
+            .fetch_update(Relaxed, Relaxed, |count| Some(count.saturating_add(by)));
     }
 
     /// The count.
@@ -55,16 +60,28 @@ pub struct FaultLog {
 impl FaultLog {
     /// Nothing seen.
     pub const fn new() -> Self {
-        let kinds =
-            [const { Seen { count: Counter::new(), first_us: AtomicU32::new(0), last_us: AtomicU32::new(0) } }; KINDS];
+        let kinds = [const {
+            Seen {
+                count: Counter::new(),
+                first_us: AtomicU32::new(0),
+                last_us: AtomicU32::new(0),
+            }
+        }; KINDS];
         let [fresh, recent, zero_us] = [const { AtomicU32::new(0) }; 3];
-        Self { kinds, fresh, recent, zero_us }
+        Self {
+            kinds,
+            fresh,
+            recent,
+            zero_us,
+        }
     }
 
     /// A fault was seen `times` times, the last time at `board_us`. Zero times change nothing.
     #[inline(never)]
     pub fn add(&self, kind: FaultKind, times: u32, board_us: u32) {
-        let Some(seen) = self.kinds.get(kind as usize).filter(|_| times > 0) else { return };
+        let Some(seen) = self.kinds.get(kind as usize).filter(|_| times > 0) else {
+            return;
+        };
         seen.count.add(times);
         if self.fresh.load(Relaxed) & 1 << kind as u32 == 0 {
             seen.first_us.store(board_us, Relaxed);
@@ -82,17 +99,24 @@ impl FaultLog {
 
     /// How often one kind was seen.
     pub fn count(&self, kind: FaultKind) -> u32 {
-        self.kinds.get(kind as usize).map_or(0, |seen| seen.count.get())
+        self.kinds
+            .get(kind as usize)
+            .map_or(0, |seen| seen.count.get())
     }
 
     /// Board time at which a kind was seen last; any value if it was not.
     pub fn seen_us(&self, kind: FaultKind) -> u32 {
-        self.kinds.get(kind as usize).map_or(0, |seen| seen.last_us.load(Relaxed))
+        self.kinds
+            .get(kind as usize)
+            .map_or(0, |seen| seen.last_us.load(Relaxed))
     }
 
-    /// Board time at which a kind was first seen before the latest [`Self::take_fresh`]; any value if it was not.
+    /// Board time at which a kind was first seen before the latest [`Self::take_fresh`]; any value
+    /// if it was not.
     pub fn first_us(&self, kind: FaultKind) -> u32 {
-        self.kinds.get(kind as usize).map_or(0, |seen| seen.first_us.load(Relaxed))
+        self.kinds
+            .get(kind as usize)
+            .map_or(0, |seen| seen.first_us.load(Relaxed))
     }
 
     /// Whether a fault was seen since the latest [`Self::take_fresh`].
@@ -111,16 +135,19 @@ impl FaultLog {
         self.zero_us.store(board_us, Relaxed);
     }
 
-    /// The kinds seen since a device time, its low 32 bits, microseconds. `since_us` is less than half an hour ago.
+    /// The kinds seen since a device time, its low 32 bits, microseconds. `since_us` is less than
+    /// half an hour ago.
     pub fn since(&self, since_us: u32) -> FaultSet {
         let since_us = self.zero_us.load(Relaxed).wrapping_add(since_us);
         let recent = self.recent.load(Relaxed);
-        let seen =
-            FaultSet::of_bits(recent).iter().filter(|kind| self.seen_us(*kind).wrapping_sub(since_us) as i32 >= 0);
+        let seen = FaultSet::of_bits(recent)
+            .iter()
+            .filter(|kind| self.seen_us(*kind).wrapping_sub(since_us) as i32 >= 0);
         seen.fold(FaultSet::NONE, FaultSet::with)
     }
 
-    /// Whether a board time is before a device time, its low 32 bits, microseconds; they are less than half an hour apart.
+    /// Whether a board time is before a device time, its low 32 bits, microseconds; they are less
+    /// than half an hour apart.
     pub fn is_before(&self, board_us: u32, device_us: u32) -> bool {
         let since_us = self.zero_us.load(Relaxed).wrapping_add(device_us);
         (board_us.wrapping_sub(since_us) as i32) < 0
@@ -162,12 +189,22 @@ mod tests {
         fault_log.add(Lost, 2, 200);
         fault_log.add(Bus, 0, 200);
         assert!(fault_log.has_fresh());
-        assert_eq!((fault_log.count(Lost), fault_log.seen_us(Lost), fault_log.counts()[0]), (5, 200, 5));
+        assert_eq!(
+            (
+                fault_log.count(Lost),
+                fault_log.seen_us(Lost),
+                fault_log.counts()[0]
+            ),
+            (5, 200, 5)
+        );
         assert_eq!(fault_log.first_us(Lost), 100);
         assert!(fault_log.take_fresh().iter().eq([Lost]));
         assert!(!fault_log.has_fresh() && fault_log.take_fresh().is_none());
         fault_log.add(Lost, 1, 300);
-        assert_eq!((fault_log.first_us(Lost), fault_log.seen_us(Lost)), (300, 300));
+        assert_eq!(
+            (fault_log.first_us(Lost), fault_log.seen_us(Lost)),
+            (300, 300)
+        );
     }
 
     #[test]
@@ -189,7 +226,11 @@ mod tests {
         for now_us in (0..u32::MAX).step_by(30_000_000) {
             fault_log.forget(now_us);
             let began_us = now_us.wrapping_sub(1_000_000);
-            assert_eq!(fault_log.since(began_us).has(Silent), now_us < 30_000_000, "{now_us}");
+            assert_eq!(
+                fault_log.since(began_us).has(Silent),
+                now_us < 30_000_000,
+                "{now_us}"
+            );
         }
         assert_eq!(fault_log.count(Silent), 1);
     }

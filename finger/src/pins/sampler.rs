@@ -9,20 +9,29 @@ use ridgetone_tone::Values;
 pub struct Due {
     /// Device time, microseconds.
     pub t_us: u64,
-    /// Taxels that were good in all complete frames since the last update that was taken; bit k is taxel k.
+    /// Taxels that were good in all complete frames since the last update that was taken; bit k is
+    /// taxel k.
     good: u16,
     /// Those of them whose values count.
     pub taxels: u16,
-    /// Updates that fell due after the last one that was taken, and were not taken in time; 255 for more.
+    /// Updates that fell due after the last one that was taken, and were not taken in time; 255 for
+    /// more.
     pub skipped: u8,
-    /// Means over a block of frames, less the level without touch, codes; zero without touch, and where the air is not known.
+    /// Means over a block of frames, less the level without touch, codes; zero without touch, and
+    /// where the air is not known.
     pub pressed: Values,
 }
 
 impl Due {
     /// One in which these taxels count.
     pub const fn new(t_us: u64, taxels: u16, pressed: Values) -> Self {
-        Self { t_us, good: taxels, taxels, skipped: 0, pressed }
+        Self {
+            t_us,
+            good: taxels,
+            taxels,
+            skipped: 0,
+            pressed,
+        }
     }
 }
 
@@ -41,7 +50,11 @@ impl Sampler {
     /// Before the first frame.
     #[inline(never)]
     pub const fn new(display: &PinDisplay, plan: &Plan) -> Self {
-        let mut sampler = Self { every: 0, good: u16::MAX, due: None };
+        let mut sampler = Self {
+            every: 0,
+            good: u16::MAX,
+            due: None,
+        };
         sampler.change(display, plan);
         sampler
     }
@@ -63,8 +76,9 @@ impl Sampler {
         self.good &= good;
     }
 
-    /// One frame of touch detection further. `pressed` gives the values and which of them are alive. The frame's number counts, so
-    /// that updates do not depend on when they were switched on.
+    /// One frame of touch detection further. `pressed` gives the values and which of them are
+    /// alive. The frame's number counts, so that updates do not depend on when they were switched
+    /// on.
     #[inline(always)]
     pub fn step(&mut self, number: u32, t_us: u64, pressed: impl FnOnce() -> (Values, u16)) {
         if self.every > 0 && number.is_multiple_of(self.every) {
@@ -75,10 +89,17 @@ impl Sampler {
     #[inline(never)]
     fn fall_due(&mut self, t_us: u64, (pressed, alive): (Values, u16)) {
         // An update that was not taken in time is lost, but not which taxels were bad before it.
-        let (before, skipped) =
-            self.due.as_ref().map_or((u16::MAX, 0), |due| (due.good, due.skipped.saturating_add(1)));
+        let (before, skipped) = self.due.as_ref().map_or((u16::MAX, 0), |due| {
+            (due.good, due.skipped.saturating_add(1))
+        });
         let good = core::mem::replace(&mut self.good, u16::MAX) & before;
-        self.due = Some(Due { t_us, good, taxels: good & alive, skipped, pressed });
+        self.due = Some(Due {
+            t_us,
+            good,
+            taxels: good & alive,
+            skipped,
+            pressed,
+        });
     }
 
     /// Whether an update waits.
@@ -97,7 +118,10 @@ mod tests {
     use super::*;
     use ridgetone_proto::settings::TAXELS;
 
-    const ON: PinDisplay = PinDisplay { rate_hz: 50, ..PinDisplay::DEFAULT };
+    const ON: PinDisplay = PinDisplay {
+        rate_hz: 50,
+        ..PinDisplay::DEFAULT
+    };
 
     fn dues(display: &PinDisplay, plan: &Plan, frames: u64) -> impl Iterator<Item = (u64, Due)> {
         let mut sampler = Sampler::new(display, plan);
@@ -114,7 +138,11 @@ mod tests {
             let frame_rate_hz = plan.frame_rate_hz() / plan.frames_averaged() as f32;
             for rate_hz in 8..=50 {
                 let display = PinDisplay { rate_hz, ..ON };
-                let found = dues(&display, &plan, 1000).map(|(frame, _)| frame).last().expect("updates") + 1;
+                let found = dues(&display, &plan, 1000)
+                    .map(|(frame, _)| frame)
+                    .last()
+                    .expect("updates")
+                    + 1;
                 let count = dues(&display, &plan, 1000).count() as f32;
                 let found_hz = frame_rate_hz * count / found as f32;
                 // A step of whole frames, and no slower than that.
@@ -131,8 +159,15 @@ mod tests {
     #[test]
     fn an_update_has_the_taxels_that_were_good_since_the_last_one() {
         let found: Vec<Due> = dues(&ON, &Plan::PAPER, 15).map(|(_, due)| due).collect();
-        assert_eq!(found.iter().map(|due| due.taxels).collect::<Vec<_>>(), [0x0fff, 0x0ffe, 0x0fff]);
-        assert!(found.iter().all(|due| due.pressed == [due.t_us as f32; TAXELS]));
+        assert_eq!(
+            found.iter().map(|due| due.taxels).collect::<Vec<_>>(),
+            [0x0fff, 0x0ffe, 0x0fff]
+        );
+        assert!(
+            found
+                .iter()
+                .all(|due| due.pressed == [due.t_us as f32; TAXELS])
+        );
     }
 
     #[test]
@@ -141,10 +176,17 @@ mod tests {
         for frame in 0..10 {
             sampler.note(if frame == 2 { !4 } else { u16::MAX });
             // Without touch no taxel counts, and that is no fault of theirs.
-            sampler.step(frame as u32 + 1, frame, || ([0.0; TAXELS], if frame < 5 { 0 } else { u16::MAX }));
+            sampler.step(frame as u32 + 1, frame, || {
+                ([0.0; TAXELS], if frame < 5 { 0 } else { u16::MAX })
+            });
         }
         assert!(sampler.is_due());
-        assert_eq!(sampler.take().map(|due| (due.t_us, due.taxels, due.skipped)), Some((9, !4, 1)));
+        assert_eq!(
+            sampler
+                .take()
+                .map(|due| (due.t_us, due.taxels, due.skipped)),
+            Some((9, !4, 1))
+        );
         assert_eq!(sampler.take(), None);
     }
 

@@ -1,31 +1,33 @@
 //! By how much the tone in one column of units lags behind that in the other.
 //!
-//! The units stand in two columns, one pitch apart along the motion. Piezoresistors that respond alike (the same one of
-//! every unit) see the same wave in both columns, earlier or later: the difference of their phases is due to the wave.
-//! The phases of unlike ones differ by themselves. So phases are averaged over the alike ones of each column, each
-//! weighted by the inverse of its variance; then the columns' differences are averaged too. With Gaussian noise this is
-//! the maximum of the likelihood. A dead or noisy channel has almost no weight.
+//! The units stand in two columns, one pitch apart along the motion. Piezoresistors that respond
+//! alike (the same one of every unit) see the same wave in both columns, earlier or later: the
+//! difference of their phases is due to the wave. The phases of unlike ones differ by themselves.
+//! So phases are averaged over the alike ones of each column, each weighted by the inverse of its
+//! variance; then the columns' differences are averaged too. With Gaussian noise this is the
+//! maximum of the likelihood. A dead or noisy channel has almost no weight.
 
 use crate::abscissa::Fitted;
 use core::f32::consts::PI;
 use ridgetone_proto::settings::{Array, TAXELS};
 use ridgetone_tone::phase::{cos_sin, from_turns};
 
-/// From this scatter on, in standard deviations of its chi-squared, the channels disagree by more than noise.
+/// From this scatter on, in standard deviations of its chi-squared, the channels disagree by more
+/// than noise.
 const DISAGREE: f32 = 4.0;
 
 /// A lag and its uncertainty.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lag {
-    /// Lag of the front column behind the other, turns, -0.5 to 0.5. It is positive if a wave that is longer than two
-    /// pitches reaches the front column later.
+    /// Lag of the front column behind the other, turns, -0.5 to 0.5. It is positive if a wave that
+    /// is longer than two pitches reaches the front column later.
     pub turns: f32,
     /// Standard deviation, turns.
     pub sigma: f32,
 }
 
-/// A weighted sum of phases as a vector. Its angle is their mean. `weight` less its length is half of their chi-squared
-/// about the mean.
+/// A weighted sum of phases as a vector. Its angle is their mean. `weight` less its length is half
+/// of their chi-squared about the mean.
 #[derive(Clone, Copy, Default)]
 struct Sum {
     cos: f32,
@@ -61,14 +63,17 @@ fn column(fitted: &Fitted, taxels: u16) -> Sum {
     sum
 }
 
-/// The lag between the columns of `array`, corrected for the slots of the scan ([`Fitted::turns`]). If the channels
-/// disagree by more than their noise, the uncertainty is that of their scatter. None if no piezoresistors that respond
-/// alike have the tone in both columns.
+/// The lag between the columns of `array`, corrected for the slots of the scan ([`Fitted::turns`]).
+/// If the channels disagree by more than their noise, the uncertainty is that of their scatter.
+/// None if no piezoresistors that respond alike have the tone in both columns.
 #[inline(never)]
 pub fn lag(fitted: &Fitted, array: &Array) -> Option<Lag> {
     let (mut total, mut short, mut freedom) = (Sum::default(), 0.0, -1.0);
     for alike in array.alike.iter().map(|alike| alike & fitted.fit.usable) {
-        let (rear, front) = (column(fitted, alike & !array.front), column(fitted, alike & array.front));
+        let (rear, front) = (
+            column(fitted, alike & !array.front),
+            column(fitted, alike & array.front),
+        );
         let (rear_length, front_length) = (rear.length(), front.length());
         let lengths = rear_length * front_length;
         if !(lengths > 0.0) {
@@ -90,5 +95,8 @@ pub fn lag(fitted: &Fitted, array: &Array) -> Option<Lag> {
     if freedom > 0.0 && scatter > freedom + DISAGREE * libm::sqrtf(2.0 * freedom) {
         variance *= scatter / freedom;
     }
-    Some(Lag { turns: libm::atan2f(total.sin, total.cos) / (2.0 * PI), sigma: libm::sqrtf(variance) / (2.0 * PI) })
+    Some(Lag {
+        turns: libm::atan2f(total.sin, total.cos) / (2.0 * PI),
+        sigma: libm::sqrtf(variance) / (2.0 * PI),
+    })
 }

@@ -1,5 +1,5 @@
-//! A robot's odometry: its messages are numbered, their stamps aligned with the board's clock, and their places kept, so that a
-//! window can be fitted by place while the speed varies and turns.
+//! A robot's odometry: its messages are numbered, their stamps aligned with the board's clock, and
+//! their places kept, so that a window can be fitted by place while the speed varies and turns.
 //!
 //! | step | module |
 //! |---|---|
@@ -19,30 +19,36 @@ use alignment::Alignment;
 use ridgetone_proto::odometry::{Odometry, PLACE_PER_MM, Reading};
 use track::{ENTRIES, Entry, Track};
 
-/// Without a message for so long places are stale, microseconds: a hand that goes to and fro at 1.07 Hz (197 mm/s at most) is by
-/// then 7 mm from where its speed would lead.
+/// Without a message for so long places are stale, microseconds: a hand that goes to and fro at
+/// 1.07 Hz (197 mm/s at most) is by then 7 mm from where its speed would lead.
 pub const STALE_US: u32 = 100_000;
 /// A message that took so much longer than the quickest ones is late, microseconds.
 const LATE_US: i32 = 20_000;
-/// A stamp whose delay differs by so much from the quickest ones is of another clock, microseconds: the robot has started again.
+/// A stamp whose delay differs by so much from the quickest ones is of another clock, microseconds:
+/// the robot has started again.
 const JUMP_US: u32 = 1_000_000;
-/// Fastest motion, tenths of a micrometre in a microsecond: 2000 mm/s, [`crate::surface::profile::SPEED_MAX_MM_S`].
+/// Fastest motion, tenths of a micrometre in a microsecond: 2000 mm/s,
+/// [`crate::surface::profile::SPEED_MAX_MM_S`].
 const STEPS_A_US: u32 = 20;
 /// Fastest speed, millimetres per second.
 const SPEED_MAX_MM_S: f32 = crate::surface::profile::SPEED_MAX_MM_S;
-/// Without a message for so long there is no robot, microseconds. Much shorter than half the range of the clocks, beyond which an
-/// old stamp would look new.
+/// Without a message for so long there is no robot, microseconds. Much shorter than half the range
+/// of the clocks, beyond which an old stamp would look new.
 const GONE_US: u32 = 60_000_000;
-/// Entries that a window may use, enough for a full ring of frames. The others are for those that come while it is fitted.
+/// Entries that a window may use, enough for a full ring of frames. The others are for those that
+/// come while it is fitted.
 const USABLE: u16 = ENTRIES as u16 - 4;
 
-/// Unit of the difference of the clocks' rates in a [`Mark`]: 0.1 us in a full ring; [`alignment::FASTER_MOST`] is 16,777 of it.
+/// Unit of the difference of the clocks' rates in a [`Mark`]: 0.1 us in a full ring;
+/// [`alignment::FASTER_MOST`] is 16,777 of it.
 const FASTER_UNIT: f32 = 1.0 / (1u32 << 25) as f32;
-/// Only every eighth message's delay is looked at, because that takes time. The mean is over about eight of these.
+/// Only every eighth message's delay is looked at, because that takes time. The mean is over about
+/// eight of these.
 const DELAY_EVERY: u16 = 8;
 const DELAY_MESSAGES: f32 = 8.0;
-/// Standard deviation of the quickest messages' delay over the mean delay beyond theirs. Stamps and times of arrival show the one and
-/// not the other; what makes messages late, such as a scheduler or a bus, makes the quickest ones late by about as much.
+/// Standard deviation of the quickest messages' delay over the mean delay beyond theirs. Stamps and
+/// times of arrival show the one and not the other; what makes messages late, such as a scheduler
+/// or a bus, makes the quickest ones late by about as much.
 const DELAY_SHARE: f32 = 0.5;
 
 /// What is known of the robot's motion when a window falls due.
@@ -56,16 +62,24 @@ pub struct Mark {
     newest: Entry,
     /// The robot's time at the window's end, microseconds.
     end_us: u32,
-    /// Microseconds of the robot's clock in one of the board's, less 1, in units of [`FASTER_UNIT`].
+    /// Microseconds of the robot's clock in one of the board's, less 1, in units of
+    /// [`FASTER_UNIT`].
     faster: i16,
-    /// Standard deviation of the delay of the quickest messages, microseconds: all places may be that late.
+    /// Standard deviation of the delay of the quickest messages, microseconds: all places may be
+    /// that late.
     delay_sigma_us: u16,
 }
 
 impl Mark {
     /// No robot streams.
-    pub const NONE: Self =
-        Self { until: 0, oldest: 0, newest: Entry { t_us: 0, place: 0 }, end_us: 0, faster: 0, delay_sigma_us: 0 };
+    pub const NONE: Self = Self {
+        until: 0,
+        oldest: 0,
+        newest: Entry { t_us: 0, place: 0 },
+        end_us: 0,
+        faster: 0,
+        delay_sigma_us: 0,
+    };
 
     /// Whether a robot streams.
     pub const fn is_some(&self) -> bool {
@@ -109,15 +123,38 @@ pub struct Odometer {
 impl Odometer {
     /// Before the first message.
     pub const fn new() -> Self {
-        Self { alignment: Alignment::new(), newest: None, arrived: 0, over_us: 0.0 }
+        Self {
+            alignment: Alignment::new(),
+            newest: None,
+            arrived: 0,
+            over_us: 0.0,
+        }
     }
 
-    /// Takes a message that was sent at a board time, microseconds, wrapping, but for a delay. The track is to last for `ring_us`.
+    /// Takes a message that was sent at a board time, microseconds, wrapping, but for a delay. The
+    /// track is to last for `ring_us`.
     #[inline(never)]
-    pub fn take(&mut self, message: &Odometry, sent_us: u32, ring_us: u32, track: &Track, diagnostics: &Diagnostics) {
-        let Odometry { number, t_us, reading } = *message;
-        let speed_mm_s = if let Reading::Speed(mm_s) = reading { mm_s } else { f32::NAN };
-        if speed_mm_s.abs() > SPEED_MAX_MM_S || matches!(reading, Reading::Speed(mm_s) if mm_s.is_nan()) {
+    pub fn take(
+        &mut self,
+        message: &Odometry,
+        sent_us: u32,
+        ring_us: u32,
+        track: &Track,
+        diagnostics: &Diagnostics,
+    ) {
+        let Odometry {
+            number,
+            t_us,
+            reading,
+        } = *message;
+        let speed_mm_s = if let Reading::Speed(mm_s) = reading {
+            mm_s
+        } else {
+            f32::NAN
+        };
+        if speed_mm_s.abs() > SPEED_MAX_MM_S
+            || matches!(reading, Reading::Speed(mm_s) if mm_s.is_nan())
+        {
             return diagnostics.requests_damaged.add(1);
         }
         let counters = &diagnostics.odometry;
@@ -126,7 +163,13 @@ impl Odometer {
         // Beside the quickest of late: clocks drift apart by seconds in an hour.
         let over_us = delay_us.wrapping_sub(self.alignment.least_us());
         let begins = self.newest.is_none() || over_us.unsigned_abs() >= JUMP_US;
-        let newest = self.newest.unwrap_or(Newest { number, t_us, place: 0, rest: 0.0, speed_mm_s });
+        let newest = self.newest.unwrap_or(Newest {
+            number,
+            t_us,
+            place: 0,
+            rest: 0.0,
+            speed_mm_s,
+        });
         let passed_us = t_us.wrapping_sub(newest.t_us) as i32;
         let ahead = number.wrapping_sub(newest.number) as i16;
         if begins {
@@ -134,7 +177,11 @@ impl Odometer {
             self.over_us = 0.0;
         } else if ahead <= 0 && (ahead > -(u32::BITS as i16) || passed_us <= 0) {
             let bit = 1u32.checked_shl(ahead.unsigned_abs().into()).unwrap_or(0);
-            let counter = if self.arrived & bit != 0 { &counters.doubled } else { &counters.late };
+            let counter = if self.arrived & bit != 0 {
+                &counters.doubled
+            } else {
+                &counters.late
+            };
             self.arrived |= bit;
             return counter.add(1);
         } else {
@@ -144,12 +191,18 @@ impl Odometer {
             self.alignment.take(t_us, delay_us);
             if number.is_multiple_of(DELAY_EVERY) {
                 let over_us = self.alignment.robot_us(sent_us).0.wrapping_sub(t_us) as i32;
-                self.over_us += (over_us.clamp(0, LATE_US) as f32 - self.over_us) * (1.0 / DELAY_MESSAGES);
+                self.over_us +=
+                    (over_us.clamp(0, LATE_US) as f32 - self.over_us) * (1.0 / DELAY_MESSAGES);
             }
         }
-        // Numbers that go back, or on by more than can have been sent since, are those of a program that has started again.
+        // Numbers that go back, or on by more than can have been sent since, are those of a program
+        // that has started again.
         let is_new_run = ahead < 0 || i32::from(ahead) > passed_us / 1000 + 32;
-        let steps = if begins || is_new_run { 1 } else { u32::from(ahead.unsigned_abs()) };
+        let steps = if begins || is_new_run {
+            1
+        } else {
+            u32::from(ahead.unsigned_abs())
+        };
         counters.numbers.add(steps);
         self.arrived = self.arrived.checked_shl(steps).unwrap_or(0) | 1;
         if !begins && passed_us <= 0 {
@@ -162,17 +215,28 @@ impl Odometer {
         if let Reading::Place(sent) = reading {
             place = sent;
         } else {
-            let way = 0.5 * (speed_mm_s + newest.speed_mm_s) * (PLACE_PER_MM * 1e-6) * passed_us as f32 + newest.rest;
+            let way =
+                0.5 * (speed_mm_s + newest.speed_mm_s) * (PLACE_PER_MM * 1e-6) * passed_us as f32
+                    + newest.rest;
             let whole = libm::roundf(way);
             // After a place it is none.
-            (place, rest) = (place.wrapping_add(whole as i32), if way.is_nan() { 0.0 } else { way - whole });
+            (place, rest) = (
+                place.wrapping_add(whole as i32),
+                if way.is_nan() { 0.0 } else { way - whole },
+            );
         }
         let is_other = newest.speed_mm_s.is_nan() != speed_mm_s.is_nan();
         let way = place.wrapping_sub(newest.place).unsigned_abs();
         if begins || is_other || passed_us > STALE_US || way > STEPS_A_US * (passed_us + 1) {
             track.clear();
         }
-        self.newest = Some(Newest { number, t_us, place, rest, speed_mm_s });
+        self.newest = Some(Newest {
+            number,
+            t_us,
+            place,
+            rest,
+            speed_mm_s,
+        });
         track.put(Entry { t_us, place }, ring_us / u32::from(USABLE));
     }
 
@@ -185,17 +249,36 @@ impl Odometer {
     /// What is known for a window that ends at a board time, microseconds, wrapping.
     #[inline(never)]
     pub fn mark(&self, board_us: u32, track: &Track) -> Mark {
-        let (Some((until, newest)), Some(_)) = (track.newest(), self.newest) else { return Mark::NONE };
+        let (Some((until, newest)), Some(_)) = (track.newest(), self.newest) else {
+            return Mark::NONE;
+        };
         let (end_us, faster) = self.alignment.robot_us(board_us);
         let oldest = until.wrapping_sub(USABLE.min(until.wrapping_sub(track.oldest())));
-        let (faster, delay_sigma_us) = ((faster * (1.0 / FASTER_UNIT)) as i16, (self.over_us * DELAY_SHARE) as u16);
-        Mark { until, oldest, newest, end_us, faster, delay_sigma_us }
+        let (faster, delay_sigma_us) = (
+            (faster * (1.0 / FASTER_UNIT)) as i16,
+            (self.over_us * DELAY_SHARE) as u16,
+        );
+        Mark {
+            until,
+            oldest,
+            newest,
+            end_us,
+            faster,
+            delay_sigma_us,
+        }
     }
 
-    /// Forgets a robot that has been silent for a minute, `board_us` being now. To be called every few minutes at least.
+    /// Forgets a robot that has been silent for a minute, `board_us` being now. To be called every
+    /// few minutes at least.
     pub fn forget(&mut self, board_us: u32, track: &Track) {
         let Some(newest) = self.newest else { return };
-        if self.alignment.robot_us(board_us).0.wrapping_sub(newest.t_us) as i32 > GONE_US as i32 {
+        if self
+            .alignment
+            .robot_us(board_us)
+            .0
+            .wrapping_sub(newest.t_us) as i32
+            > GONE_US as i32
+        {
             self.newest = None;
             track.clear();
         }
@@ -217,13 +300,23 @@ mod tests {
     #[test]
     fn a_clock_that_stands_still_loses_nothing() {
         for step_us in [8_000, 10_000] {
-            let (mut odometer, track, diagnostics) = (Odometer::new(), Track::new(), Diagnostics::new());
+            let (mut odometer, track, diagnostics) =
+                (Odometer::new(), Track::new(), Diagnostics::new());
             for (number, sent_us) in (0u16..2500).zip((5_000u32..).step_by(4_000)) {
                 let t_us = sent_us / step_us * step_us;
-                let message = Odometry { number, t_us, reading: Reading::Place(i32::from(number)) };
+                let message = Odometry {
+                    number,
+                    t_us,
+                    reading: Reading::Place(i32::from(number)),
+                };
                 odometer.take(&message, sent_us + 300, 4_000_000, &track, &diagnostics);
             }
-            let OdometryCounts { received, lost, doubled, .. } = diagnostics.odometry.get();
+            let OdometryCounts {
+                received,
+                lost,
+                doubled,
+                ..
+            } = diagnostics.odometry.get();
             assert_eq!((received, lost, doubled), (2500, 0, 0), "{step_us}");
         }
     }
@@ -232,14 +325,25 @@ mod tests {
     #[test]
     fn numbers_that_begin_anew_are_no_loss() {
         for (until, again) in [(40_000u16, 0u16), (30_000, 0), (10, 30_000)] {
-            let (mut odometer, track, diagnostics) = (Odometer::new(), Track::new(), Diagnostics::new());
+            let (mut odometer, track, diagnostics) =
+                (Odometer::new(), Track::new(), Diagnostics::new());
             let numbers = (until - 10..until).chain(again..again + 10);
             for (number, t_us) in numbers.zip((5_000u32..).step_by(4_000)) {
-                let message = Odometry { number, t_us, reading: Reading::Place(0) };
+                let message = Odometry {
+                    number,
+                    t_us,
+                    reading: Reading::Place(0),
+                };
                 odometer.take(&message, t_us + 300, 4_000_000, &track, &diagnostics);
             }
             let counts = diagnostics.odometry.get();
-            let expected = OdometryCounts { received: 20, lost: 0, late: 0, doubled: 0, windows_by_time: 0 };
+            let expected = OdometryCounts {
+                received: 20,
+                lost: 0,
+                late: 0,
+                doubled: 0,
+                windows_by_time: 0,
+            };
             assert_eq!(counts, expected, "{until} {again}");
         }
     }

@@ -1,10 +1,13 @@
-//! What is under the finger, from its estimates: a texture is reported once a touch, and again when it has changed.
+//! What is under the finger, from its estimates: a texture is reported once a touch, and again when
+//! it has changed.
 
 use crate::window::Window;
-use ridgetone_proto::telemetry::{Estimate, Image, Measured, Overtones, Status, Texture, TravelStatus};
+use ridgetone_proto::telemetry::{
+    Estimate, Image, Measured, Overtones, Status, Texture, TravelStatus,
+};
 
-/// Standard deviations of the difference above which a texture has changed: by one, noise alone would
-/// differ in every third window; by three, in one of 370.
+/// Standard deviations of the difference above which a texture has changed: by one, noise alone
+/// would differ in every third window; by three, in one of 370.
 const CHANGED: f32 = 3.0;
 
 /// The latest texture that was reported.
@@ -19,7 +22,13 @@ pub struct TextureReporter {
 impl TextureReporter {
     /// Nothing reported.
     pub const fn new() -> Self {
-        Self { touch_first: None, latest: [Measured { value: 0.0, sigma: 0.0 }; 2] }
+        Self {
+            touch_first: None,
+            latest: [Measured {
+                value: 0.0,
+                sigma: 0.0,
+            }; 2],
+        }
     }
 
     /// The next texture is reported, even if it has not changed: a PC may not have the latest one.
@@ -27,17 +36,26 @@ impl TextureReporter {
         self.touch_first = None;
     }
 
-    /// The texture that a window's estimate has found, if it is to be reported: the first one since a touch began, and one that
-    /// differs from that by more than three standard deviations of the difference, in its period or in its power. Another plan
-    /// begins another touch.
+    /// The texture that a window's estimate has found, if it is to be reported: the first one since
+    /// a touch began, and one that differs from that by more than three standard deviations of the
+    /// difference, in its period or in its power. Another plan begins another touch.
     #[inline(never)]
-    pub fn take(&mut self, estimate: &Estimate, overtones: &Overtones, window: &Window) -> Option<Texture> {
+    pub fn take(
+        &mut self,
+        estimate: &Estimate,
+        overtones: &Overtones,
+        window: &Window,
+    ) -> Option<Texture> {
         let texture = texture(estimate, overtones, window)?;
-        let found = [(texture.period_mm, texture.period_sigma_mm), (texture.power_v2, texture.power_sigma_v2)]
-            .map(|(value, sigma)| Measured { value, sigma });
+        let found = [
+            (texture.period_mm, texture.period_sigma_mm),
+            (texture.power_v2, texture.power_sigma_v2),
+        ]
+        .map(|(value, sigma)| Measured { value, sigma });
         let is_same = found.iter().zip(&self.latest).all(|(found, latest)| {
             let difference = found.value - latest.value;
-            difference * difference <= CHANGED * CHANGED * (found.sigma * found.sigma + latest.sigma * latest.sigma)
+            difference * difference
+                <= CHANGED * CHANGED * (found.sigma * found.sigma + latest.sigma * latest.sigma)
         });
         if is_same && self.touch_first == Some(window.touch_first) {
             return None;
@@ -47,8 +65,8 @@ impl TextureReporter {
     }
 }
 
-/// The texture that an estimate has found: a tone that can be trusted, and a period that the phases do not contradict. Without a
-/// speed, which the array may find too, there is no period.
+/// The texture that an estimate has found: a tone that can be trusted, and a period that the phases
+/// do not contradict. Without a speed, which the array may find too, there is no period.
 #[inline(always)]
 fn texture(estimate: &Estimate, overtones: &Overtones, window: &Window) -> Option<Texture> {
     let travel = &estimate.travel;
@@ -79,7 +97,8 @@ fn texture(estimate: &Estimate, overtones: &Overtones, window: &Window) -> Optio
     };
     // Neither infinite nor NaN.
     let is_known =
-        texture.period_mm + texture.period_sigma_mm + texture.power_v2 + texture.power_sigma_v2 < f32::INFINITY;
+        texture.period_mm + texture.period_sigma_mm + texture.power_v2 + texture.power_sigma_v2
+            < f32::INFINITY;
     is_known.then_some(texture)
 }
 
@@ -123,7 +142,9 @@ mod tests {
 
     /// 3.6 mm by the phases alone, with a standard deviation of 1 um.
     fn found() -> Estimate {
-        let Event::Estimate(mut estimate) = longest_packet().event else { panic!("an estimate") };
+        let Event::Estimate(mut estimate) = longest_packet().event else {
+            panic!("an estimate")
+        };
         estimate.travel.status = TravelStatus::Unique;
         (estimate.frames_missing, estimate.window_s) = (0, 1.0);
         estimate
@@ -138,17 +159,42 @@ mod tests {
     #[test]
     fn it_comes_once_a_touch_and_again_when_it_has_changed() {
         let mut reporter = TextureReporter::new();
-        let mut take = |estimate: &Estimate, window: &Window| reporter.take(estimate, &OVERTONES, window).is_some();
+        let mut take = |estimate: &Estimate, window: &Window| {
+            reporter.take(estimate, &OVERTONES, window).is_some()
+        };
         let moved = |by_mm| with(|estimate| estimate.travel.spatial_period_mm += by_mm);
         assert!(take(&found(), &TOUCH));
         // Of the difference of two the standard deviation is 1.41 um: three of them are 4.24 um.
         assert!(!take(&found(), &TOUCH) && !take(&moved(0.0041), &TOUCH));
         assert!(take(&moved(0.0044), &TOUCH) && !take(&moved(0.0044), &TOUCH));
         assert!(take(&found(), &TOUCH));
-        assert!(take(&found(), &Window { touch_first: 8, ..TOUCH }));
-        assert!(!take(&found(), &Window { touch_first: 8, ..TOUCH }));
+        assert!(take(
+            &found(),
+            &Window {
+                touch_first: 8,
+                ..TOUCH
+            }
+        ));
+        assert!(!take(
+            &found(),
+            &Window {
+                touch_first: 8,
+                ..TOUCH
+            }
+        ));
         reporter.forget();
-        assert!(reporter.take(&found(), &OVERTONES, &Window { touch_first: 8, ..TOUCH }).is_some());
+        assert!(
+            reporter
+                .take(
+                    &found(),
+                    &OVERTONES,
+                    &Window {
+                        touch_first: 8,
+                        ..TOUCH
+                    }
+                )
+                .is_some()
+        );
     }
 
     /// A PC that greets may have come in the middle of a touch.
@@ -160,57 +206,130 @@ mod tests {
         let (mut executor, track) = (CommandExecutor::new(), Track::new());
         let mut again = |command: Option<Command>| {
             if let Some(command) = command {
-                executor.carry_out(&command, (&mut detector, &mut estimator), &track, &mut |_| {});
+                executor.carry_out(
+                    &command,
+                    (&mut detector, &mut estimator),
+                    &track,
+                    &mut |_| {},
+                );
             }
-            estimator.textures.take(&found(), &OVERTONES, &TOUCH).is_some()
+            estimator
+                .textures
+                .take(&found(), &OVERTONES, &TOUCH)
+                .is_some()
         };
         assert!(again(None) && !again(None));
-        assert!(!again(Some(Command::Raw { frames: 0 })) && again(Some(Command::Greet)) && !again(None));
+        assert!(
+            !again(Some(Command::Raw { frames: 0 })) && again(Some(Command::Greet)) && !again(None)
+        );
     }
 
-    /// 16 channels of 1 mV in noise of 5 uV, 241 frames: an amplitude is known to 0.46 uV, the mean of the powers to 1.14e-10 V^2.
+    /// 16 channels of 1 mV in noise of 5 uV, 241 frames: an amplitude is known to 0.46 uV, the mean
+    /// of the powers to 1.14e-10 V^2.
     #[test]
     fn its_power_counts_too_with_its_own_sigma() {
-        let scaled = |by: f32| with(|estimate| estimate.channels.iter_mut().for_each(|c| c.amplitude_v *= by));
+        let scaled = |by: f32| {
+            with(|estimate| {
+                estimate
+                    .channels
+                    .iter_mut()
+                    .for_each(|c| c.amplitude_v *= by)
+            })
+        };
         let mut reporter = TextureReporter::new();
-        let texture = reporter.take(&found(), &OVERTONES, &TOUCH).expect("a texture");
+        let texture = reporter
+            .take(&found(), &OVERTONES, &TOUCH)
+            .expect("a texture");
         let sigma_v2 = 1e-3 * 5e-6 * (2.0f64 / 241.0 / 16.0).sqrt();
-        assert!((f64::from(texture.power_v2) / 5e-7 - 1.0).abs() < 1e-5, "{texture:?}");
-        assert!((f64::from(texture.power_sigma_v2) / sigma_v2 - 1.0).abs() < 1e-5, "{texture:?}");
-        assert_eq!((texture.plan, texture.level_v, texture.overtones), (Plan::PAPER, Some(0.25), OVERTONES));
+        assert!(
+            (f64::from(texture.power_v2) / 5e-7 - 1.0).abs() < 1e-5,
+            "{texture:?}"
+        );
+        assert!(
+            (f64::from(texture.power_sigma_v2) / sigma_v2 - 1.0).abs() < 1e-5,
+            "{texture:?}"
+        );
+        assert_eq!(
+            (texture.plan, texture.level_v, texture.overtones),
+            (Plan::PAPER, Some(0.25), OVERTONES)
+        );
         // 4.24 of them are 9.7e-4 of the power, and half of that of the amplitude.
         assert!(reporter.take(&scaled(1.0004), &OVERTONES, &TOUCH).is_none());
         assert!(reporter.take(&scaled(1.0006), &OVERTONES, &TOUCH).is_some());
         // Missing frames say nothing: with a quarter of them sigma is twice as large.
         let gaps = with(|estimate| estimate.frames_missing = 241 - 60);
-        let texture = TextureReporter::new().take(&gaps, &OVERTONES, &TOUCH).expect("a texture");
-        assert!((f64::from(texture.power_sigma_v2) / sigma_v2 - 2.0).abs() < 0.01, "{texture:?}");
-        let without = Window { level_v: f32::NAN, ..TOUCH };
-        assert_eq!(TextureReporter::new().take(&found(), &OVERTONES, &without).expect("a texture").level_v, None);
+        let texture = TextureReporter::new()
+            .take(&gaps, &OVERTONES, &TOUCH)
+            .expect("a texture");
+        assert!(
+            (f64::from(texture.power_sigma_v2) / sigma_v2 - 2.0).abs() < 0.01,
+            "{texture:?}"
+        );
+        let without = Window {
+            level_v: f32::NAN,
+            ..TOUCH
+        };
+        assert_eq!(
+            TextureReporter::new()
+                .take(&found(), &OVERTONES, &without)
+                .expect("a texture")
+                .level_v,
+            None
+        );
     }
 
     #[test]
     fn what_is_not_sure_or_no_number_is_no_texture() {
-        let takes =
-            |change: &dyn Fn(&mut Estimate)| TextureReporter::new().take(&with(change), &OVERTONES, &TOUCH).is_some();
+        let takes = |change: &dyn Fn(&mut Estimate)| {
+            TextureReporter::new()
+                .take(&with(change), &OVERTONES, &TOUCH)
+                .is_some()
+        };
         assert!(takes(&|_| ()));
         assert!(takes(&|estimate| estimate.status = Status::Unsteady));
-        assert!(takes(&|estimate| estimate.travel.status = TravelStatus::Given));
-        for status in [Status::NoTone, Status::Doubtful, Status::Ambiguous, Status::TooShort, Status::Nothing] {
+        assert!(takes(
+            &|estimate| estimate.travel.status = TravelStatus::Given
+        ));
+        for status in [
+            Status::NoTone,
+            Status::Doubtful,
+            Status::Ambiguous,
+            Status::TooShort,
+            Status::Nothing,
+        ] {
             assert!(!takes(&|estimate| estimate.status = status), "{status:?}");
         }
         // No speed is known, and the phases do not find it.
         assert!(!takes(&|estimate| estimate.travel = Travel::NONE));
-        for status in [TravelStatus::Ambiguous, TravelStatus::OutOfRange, TravelStatus::Contradicted] {
-            assert!(!takes(&|estimate| estimate.travel.status = status), "{status:?}");
+        for status in [
+            TravelStatus::Ambiguous,
+            TravelStatus::OutOfRange,
+            TravelStatus::Contradicted,
+        ] {
+            assert!(
+                !takes(&|estimate| estimate.travel.status = status),
+                "{status:?}"
+            );
         }
         for value in [f32::NAN, f32::INFINITY, 0.0, -1.0] {
-            assert!(!takes(&|estimate| estimate.travel.spatial_period_mm = value), "{value}");
+            assert!(
+                !takes(&|estimate| estimate.travel.spatial_period_mm = value),
+                "{value}"
+            );
         }
         for value in [f32::NAN, f32::INFINITY] {
-            assert!(!takes(&|estimate| estimate.travel.spatial_period_sigma_mm = value), "{value}");
-            assert!(!takes(&|estimate| estimate.channels[3].amplitude_v = value), "{value}");
-            assert!(!takes(&|estimate| estimate.channels[3].residual_v = value), "{value}");
+            assert!(
+                !takes(&|estimate| estimate.travel.spatial_period_sigma_mm = value),
+                "{value}"
+            );
+            assert!(
+                !takes(&|estimate| estimate.channels[3].amplitude_v = value),
+                "{value}"
+            );
+            assert!(
+                !takes(&|estimate| estimate.channels[3].residual_v = value),
+                "{value}"
+            );
         }
         assert!(!takes(&|estimate| estimate.channels.clear()));
         assert!(!takes(&|estimate| estimate.frames_missing = u16::MAX));

@@ -12,8 +12,9 @@ use ridgetone_proto::settings::Settings;
 use ridgetone_proto::store::{NotStored, Saved, Store};
 use ridgetone_proto::telemetry::Event;
 
-/// Decides commands and carries them out. Its memory is bounded: a profile, the latest reply. The parts of the next profile are
-/// kept in the slots of a robot's track, which is of no use meanwhile.
+/// Decides commands and carries them out. Its memory is bounded: a profile, the latest reply. The
+/// parts of the next profile are kept in the slots of a robot's track, which is of no use
+/// meanwhile.
 #[derive(Debug, Default)]
 pub struct CommandExecutor {
     /// The speed profile in force.
@@ -28,12 +29,17 @@ pub struct CommandExecutor {
 impl CommandExecutor {
     /// An executor before the first command.
     pub const fn new() -> Self {
-        Self { profile: None, knots: 0, latest: None, restarting: false }
+        Self {
+            profile: None,
+            knots: 0,
+            latest: None,
+            restarting: false,
+        }
     }
 
-    /// Decides a command, and stores settings that are to be kept. Gives the reply, and the command for
-    /// [`Self::carry_out`] unless it is refused. While the finger `is_touched` no page is erased: that stops the
-    /// processor for a second.
+    /// Decides a command, and stores settings that are to be kept. Gives the reply, and the command
+    /// for [`Self::carry_out`] unless it is refused. While the finger `is_touched` no page is
+    /// erased: that stops the processor for a second.
     #[inline(never)]
     pub fn decide(
         &mut self,
@@ -68,17 +74,27 @@ impl CommandExecutor {
             _ => None,
         };
         let is_in_force = !matches!(outcome, Outcome::Busy | Outcome::Setting(_));
-        let gives = settings.filter(|_| is_in_force).map(|settings| settings.plan.gives());
-        let reply = Reply { number, outcome, gives };
+        let gives = settings
+            .filter(|_| is_in_force)
+            .map(|settings| settings.plan.gives());
+        let reply = Reply {
+            number,
+            outcome,
+            gives,
+        };
         // A PC that repeats a request after `Busy` must get a new decision.
         if reply.outcome != Outcome::Busy {
             self.latest = Some(reply.clone());
         }
-        let is_refused = matches!(reply.outcome, Outcome::Busy | Outcome::Setting(_) | Outcome::Profile);
+        let is_refused = matches!(
+            reply.outcome,
+            Outcome::Busy | Outcome::Setting(_) | Outcome::Profile
+        );
         (Some(command).filter(|_| !is_refused), reply)
     }
 
-    /// Takes a part of a profile. A part that does not fit drops all parts; the profile in force stays.
+    /// Takes a part of a profile. A part that does not fit drops all parts; the profile in force
+    /// stays.
     fn collect(&mut self, part: &Part, track: &Track) -> Outcome {
         if part.first == 0 {
             self.knots = 0;
@@ -92,7 +108,11 @@ impl CommandExecutor {
             }
             self.knots += part.knots.len();
         }
-        if !fits || part.last.is_some_and(|after| self.collected(after, track).is_none()) {
+        if !fits
+            || part
+                .last
+                .is_some_and(|after| self.collected(after, track).is_none())
+        {
             self.knots = 0;
             track.lend(false);
             return Outcome::Profile;
@@ -105,7 +125,10 @@ impl CommandExecutor {
     fn collected(&self, after: After, track: &Track) -> Option<Profile> {
         let knot = |slot| {
             let [t_us, speed_bits] = track.read(slot);
-            Knot { t_us, speed_mm_s: f32::from_bits(speed_bits) }
+            Knot {
+                t_us,
+                speed_mm_s: f32::from_bits(speed_bits),
+            }
         };
         let knots: Vec<Knot, KNOTS_MAX> = (0..self.knots.min(KNOTS_MAX)).map(knot).collect();
         Profile::new(&knots, after).ok()
@@ -185,16 +208,27 @@ mod tests {
 
     impl Store for Kept {
         fn load(&mut self) -> (Settings, SettingsSource) {
-            (self.settings.unwrap_or(Settings::DEFAULT), SettingsSource::Stored)
+            (
+                self.settings.unwrap_or(Settings::DEFAULT),
+                SettingsSource::Stored,
+            )
         }
 
-        fn save(&mut self, settings: Option<&Settings>, may_erase: bool) -> Result<Saved, NotStored> {
+        fn save(
+            &mut self,
+            settings: Option<&Settings>,
+            may_erase: bool,
+        ) -> Result<Saved, NotStored> {
             if self.full && !may_erase {
                 return Err(NotStored);
             }
             self.settings = settings.copied();
             self.saves += 1;
-            Ok(if self.full { Saved::Erasing } else { Saved::AtOnce })
+            Ok(if self.full {
+                Saved::Erasing
+            } else {
+                Saved::AtOnce
+            })
         }
     }
 
@@ -210,63 +244,185 @@ mod tests {
     impl Board {
         fn new() -> Self {
             let settings = Settings::DEFAULT;
-            let (detector, estimator) = (Box::new(Detector::new(settings)), Box::new(Estimator::new(settings)));
+            let (detector, estimator) = (
+                Box::new(Detector::new(settings)),
+                Box::new(Estimator::new(settings)),
+            );
             let (track, store) = (Track::new(), Kept::default());
-            Self { executor: CommandExecutor::new(), detector, estimator, track, store, greeted: vec![] }
+            Self {
+                executor: CommandExecutor::new(),
+                detector,
+                estimator,
+                track,
+                store,
+                greeted: vec![],
+            }
         }
 
         fn execute(&mut self, number: u16, command: Command, touched: bool) -> Outcome {
-            let (command, reply) =
-                self.executor.decide(Request { number, command }, touched, &mut self.store, &self.track);
+            let (command, reply) = self.executor.decide(
+                Request { number, command },
+                touched,
+                &mut self.store,
+                &self.track,
+            );
             assert_eq!(reply.number, number);
             let mut emit = |event| match event {
                 Event::Hello(hello) => self.greeted.push(hello),
                 event => panic!("{event:?}"),
             };
             if let Some(command) = command {
-                self.executor.carry_out(&command, (&mut self.detector, &mut self.estimator), &self.track, &mut emit);
+                self.executor.carry_out(
+                    &command,
+                    (&mut self.detector, &mut self.estimator),
+                    &self.track,
+                    &mut emit,
+                );
             }
             reply.outcome
         }
     }
 
-    const OTHERS: Settings = Settings { window_s: 0.5, harmonics: 2, ..Settings::DEFAULT };
+    const OTHERS: Settings = Settings {
+        window_s: 0.5,
+        harmonics: 2,
+        ..Settings::DEFAULT
+    };
 
     #[test]
     fn the_longest_requests_fit_the_wire_and_every_name_fits_a_reply() {
-        let slide = SlideRule::Protocol { delay_s: 1.0, speed_mm_s: 30.0, length_mm: 55.0 };
-        let array = Array { front: u16::MAX, alike: [u16::MAX; 4], ..Array::DEFAULT };
-        let settings = Settings { slide, array, ..Settings::DEFAULT };
-        let knots = Vec::from_slice(&[Knot { t_us: u32::MAX, speed_mm_s: 1.0 }; KNOTS_A_COMMAND]).unwrap();
-        let part = Part { first: u8::MAX, knots, last: Some(After::Repeat) };
-        // By hand: number 3, kind 1, settings 117, keep 1; number 3, kind 1, first 1, knots 1 + 8 (5 + 4), last 2; then
-        // 4 of checksum, 1 of stuffing and the zero.
-        for (command, bytes) in [(Command::Set { settings, keep: true }, 128), (Command::Follow(part), 86)] {
+        let slide = SlideRule::Protocol {
+            delay_s: 1.0,
+            speed_mm_s: 30.0,
+            length_mm: 55.0,
+        };
+        let array = Array {
+            front: u16::MAX,
+            alike: [u16::MAX; 4],
+            ..Array::DEFAULT
+        };
+        let settings = Settings {
+            slide,
+            array,
+            ..Settings::DEFAULT
+        };
+        let knots = Vec::from_slice(
+            &[Knot {
+                t_us: u32::MAX,
+                speed_mm_s: 1.0,
+            }; KNOTS_A_COMMAND],
+        )
+        .unwrap();
+        let part = Part {
+            first: u8::MAX,
+            knots,
+            last: Some(After::Repeat),
+        };
+        // By hand: number 3, kind 1, settings 117, keep 1; number 3, kind 1, first 1, knots 1 + 8
+        // (5 + 4), last 2; then 4 of checksum, 1 of stuffing and the zero.
+        for (command, bytes) in [
+            (
+                Command::Set {
+                    settings,
+                    keep: true,
+                },
+                128,
+            ),
+            (Command::Follow(part), 86),
+        ] {
             let mut wire = [0; REQUEST_WIRE_MAX];
-            assert_eq!(wire::encode(&Request { number: u16::MAX, command }, &mut wire), Ok(bytes));
+            assert_eq!(
+                wire::encode(
+                    &Request {
+                        number: u16::MAX,
+                        command
+                    },
+                    &mut wire
+                ),
+                Ok(bytes)
+            );
         }
     }
 
     #[test]
     fn settings_are_in_force_and_kept_if_they_are_to_be() {
         let mut board = Board::new();
-        assert_eq!(board.execute(1, Command::Set { settings: OTHERS, keep: false }, false), Outcome::Done);
-        assert_eq!((board.store.settings, board.greeted[0].settings), (None, OTHERS));
-        assert_eq!(board.execute(2, Command::Set { settings: OTHERS, keep: true }, false), Outcome::Done);
-        assert_eq!((board.store.settings, board.greeted[1].source), (Some(OTHERS), SettingsSource::Sent));
+        assert_eq!(
+            board.execute(
+                1,
+                Command::Set {
+                    settings: OTHERS,
+                    keep: false
+                },
+                false
+            ),
+            Outcome::Done
+        );
+        assert_eq!(
+            (board.store.settings, board.greeted[0].settings),
+            (None, OTHERS)
+        );
+        assert_eq!(
+            board.execute(
+                2,
+                Command::Set {
+                    settings: OTHERS,
+                    keep: true
+                },
+                false
+            ),
+            Outcome::Done
+        );
+        assert_eq!(
+            (board.store.settings, board.greeted[1].source),
+            (Some(OTHERS), SettingsSource::Sent)
+        );
         // The same number again: nothing happens twice.
-        assert_eq!(board.execute(2, Command::Set { settings: OTHERS, keep: true }, false), Outcome::Done);
+        assert_eq!(
+            board.execute(
+                2,
+                Command::Set {
+                    settings: OTHERS,
+                    keep: true
+                },
+                false
+            ),
+            Outcome::Done
+        );
         assert_eq!((board.store.saves, board.greeted.len()), (1, 2));
         assert_eq!(board.execute(3, Command::Forget, false), Outcome::Done);
-        assert_eq!((board.store.settings, board.greeted[2].settings), (None, Settings::DEFAULT));
+        assert_eq!(
+            (board.store.settings, board.greeted[2].settings),
+            (None, Settings::DEFAULT)
+        );
     }
 
     #[test]
     fn settings_outside_their_bounds_change_nothing() {
         let mut board = Board::new();
-        let settings = Settings { vref_v: f32::INFINITY, ..OTHERS };
-        let refused = board.execute(1, Command::Set { settings, keep: true }, false);
-        assert!(matches!(refused, Outcome::Setting(SettingsError { least: 0.5, greatest: 5.5, .. })), "{refused:?}");
+        let settings = Settings {
+            vref_v: f32::INFINITY,
+            ..OTHERS
+        };
+        let refused = board.execute(
+            1,
+            Command::Set {
+                settings,
+                keep: true,
+            },
+            false,
+        );
+        assert!(
+            matches!(
+                refused,
+                Outcome::Setting(SettingsError {
+                    least: 0.5,
+                    greatest: 5.5,
+                    ..
+                })
+            ),
+            "{refused:?}"
+        );
         assert_eq!((board.store.saves, board.greeted.len()), (0, 0));
     }
 
@@ -274,37 +430,95 @@ mod tests {
     fn in_a_touch_a_full_page_is_reported() {
         let mut board = Board::new();
         board.store.full = true;
-        assert_eq!(board.execute(1, Command::Set { settings: OTHERS, keep: true }, true), Outcome::NotStored);
+        assert_eq!(
+            board.execute(
+                1,
+                Command::Set {
+                    settings: OTHERS,
+                    keep: true
+                },
+                true
+            ),
+            Outcome::NotStored
+        );
         assert_eq!((board.store.saves, board.greeted[0].settings), (0, OTHERS));
-        assert_eq!(board.execute(2, Command::Set { settings: OTHERS, keep: true }, false), Outcome::DoneErased);
+        assert_eq!(
+            board.execute(
+                2,
+                Command::Set {
+                    settings: OTHERS,
+                    keep: true
+                },
+                false
+            ),
+            Outcome::DoneErased
+        );
         assert_eq!(board.store.settings, Some(OTHERS));
     }
 
     #[test]
     fn a_profile_comes_in_parts_and_is_in_force_with_the_last() {
-        let knots = |from: u32, count: u32| (from..from + count).map(|k| Knot { t_us: k, speed_mm_s: 5.0 }).collect();
-        let part =
-            |first: u32, count, last| Command::Follow(Part { first: first as u8, knots: knots(first, count), last });
+        let knots = |from: u32, count: u32| {
+            (from..from + count)
+                .map(|k| Knot {
+                    t_us: k,
+                    speed_mm_s: 5.0,
+                })
+                .collect()
+        };
+        let part = |first: u32, count, last| {
+            Command::Follow(Part {
+                first: first as u8,
+                knots: knots(first, count),
+                last,
+            })
+        };
         let mut board = Board::new();
         for (number, first) in (0u16..).zip((0..24).step_by(8)) {
-            assert_eq!(board.execute(number, part(first, 8, None), false), Outcome::Done);
+            assert_eq!(
+                board.execute(number, part(first, 8, None), false),
+                Outcome::Done
+            );
             assert_eq!(board.executor.profile.as_ref(), None);
         }
-        assert_eq!(board.execute(3, part(24, 8, Some(After::Repeat)), false), Outcome::Done);
-        let all: vec::Vec<Knot> = (0..32).map(|k| Knot { t_us: k, speed_mm_s: 5.0 }).collect();
+        assert_eq!(
+            board.execute(3, part(24, 8, Some(After::Repeat)), false),
+            Outcome::Done
+        );
+        let all: vec::Vec<Knot> = (0..32)
+            .map(|k| Knot {
+                t_us: k,
+                speed_mm_s: 5.0,
+            })
+            .collect();
         let whole = Profile::new(&all, After::Repeat).unwrap();
         assert_eq!(board.executor.profile.as_ref(), Some(&whole));
-        // A part is missing; one that is out of order; one knot too many. The profile in force stays.
+        // A part is missing; one that is out of order; one knot too many. The profile in force
+        // stays.
         for (number, wrong) in (4u16..).zip([
             vec![part(8, 8, Some(After::Hold))],
             vec![part(0, 8, None), part(16, 8, Some(After::Hold))],
             vec![part(0, 8, None), part(0, 1, Some(After::Repeat))],
-            vec![part(0, 8, None), part(8, 8, None), part(16, 8, None), part(24, 8, None), part(32, 1, None)],
+            vec![
+                part(0, 8, None),
+                part(8, 8, None),
+                part(16, 8, None),
+                part(24, 8, None),
+                part(32, 1, None),
+            ],
         ]) {
             let last = wrong.len() - 1;
             for (k, part) in wrong.into_iter().enumerate() {
                 let outcome = board.execute(number * 10 + k as u16, part, false);
-                assert_eq!(outcome, if k == last { Outcome::Profile } else { Outcome::Done }, "{number}");
+                assert_eq!(
+                    outcome,
+                    if k == last {
+                        Outcome::Profile
+                    } else {
+                        Outcome::Done
+                    },
+                    "{number}"
+                );
             }
         }
         assert_eq!(board.executor.profile.as_ref(), Some(&whole));
@@ -317,7 +531,17 @@ mod tests {
         let mut board = Board::new();
         assert_eq!(board.execute(1, Command::Restart, false), Outcome::Done);
         assert!(board.executor.restarting);
-        assert_eq!(board.execute(2, Command::Set { settings: OTHERS, keep: true }, false), Outcome::Busy);
+        assert_eq!(
+            board.execute(
+                2,
+                Command::Set {
+                    settings: OTHERS,
+                    keep: true
+                },
+                false
+            ),
+            Outcome::Busy
+        );
         assert_eq!(board.execute(1, Command::Restart, false), Outcome::Done);
         assert_eq!((board.store.saves, board.greeted.len()), (0, 0));
     }

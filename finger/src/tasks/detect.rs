@@ -1,4 +1,5 @@
-//! `detect`: conversions and a robot's messages in, in the order of their times; events, and windows that are due, out.
+//! `detect`: conversions and a robot's messages in, in the order of their times; events, and
+//! windows that are due, out.
 
 use super::line::{Inboxes, ODOMETRY_US};
 use super::outbox::{Outbox, post};
@@ -24,8 +25,16 @@ pub struct Detect<'a> {
 
 impl<'a> Detect<'a> {
     /// `samples`: from `drdy`; `windows`: to `fit`.
-    pub const fn new(samples: Consumer<'a, TimedConversion>, windows: Producer<'a, Window>) -> Self {
-        Self { samples, windows, odometer: Odometer::new(), is_greeted: false }
+    pub const fn new(
+        samples: Consumer<'a, TimedConversion>,
+        windows: Producer<'a, Window>,
+    ) -> Self {
+        Self {
+            samples,
+            windows,
+            odometer: Odometer::new(),
+            is_greeted: false,
+        }
     }
 
     /// The next conversion in the queue.
@@ -42,9 +51,18 @@ impl<'a> Detect<'a> {
         outbox: &mut Outbox<PACKETS>,
         shared: &Shared<P>,
     ) {
-        let Shared { platform, diagnostics, .. } = shared;
+        let Shared {
+            platform,
+            diagnostics,
+            ..
+        } = shared;
         let mut emit = |event: Event| post(outbox, event, shared);
-        let Self { samples, windows, odometer, is_greeted } = self;
+        let Self {
+            samples,
+            windows,
+            odometer,
+            is_greeted,
+        } = self;
         if !core::mem::replace(is_greeted, true) {
             emit(detector.hello());
         }
@@ -52,7 +70,8 @@ impl<'a> Detect<'a> {
             if shared.has_odometry.load(Relaxed) {
                 // It comes before the conversions that are later.
                 let complete_us = shared.odometry_us.load(Relaxed);
-                let is_next = |next: &TimedConversion| next.t_us.wrapping_sub(complete_us) as i32 > 0;
+                let is_next =
+                    |next: &TimedConversion| next.t_us.wrapping_sub(complete_us) as i32 > 0;
                 if samples.peek().is_none_or(is_next) {
                     take_odometry(complete_us, ring.lasts_us(), odometer, inbox, shared);
                 }
@@ -69,8 +88,14 @@ impl<'a> Detect<'a> {
             let zero_us = detector.zero_us();
             let mut due = |mut window: Window| {
                 let keeps_up = windows.is_empty();
-                window.odometry = odometer.mark((window.end_us as u32).wrapping_add(zero_us), &shared.track);
-                admit(window, keeps_up, |window| windows.enqueue(window).is_ok(), shared);
+                window.odometry =
+                    odometer.mark((window.end_us as u32).wrapping_add(zero_us), &shared.track);
+                admit(
+                    window,
+                    keeps_up,
+                    |window| windows.enqueue(window).is_ok(),
+                    shared,
+                );
             };
             match conversion {
                 Some(conversion) => match conversion.as_plan() {
@@ -106,12 +131,14 @@ fn take_odometry<P: Platform>(
     shared: &Shared<P>,
 ) {
     shared.has_odometry.store(false, Relaxed);
-    let Some(mut frame) = inbox.lock(|inbox| inbox.odometry.take()) else { return };
+    let Some(mut frame) = inbox.lock(|inbox| inbox.odometry.take()) else {
+        return;
+    };
     take_message(&mut frame, complete_us, ring_us, odometer, shared);
 }
 
-/// Takes a robot's message, stuffed and without its zero, that was complete at a board time, microseconds. A full ring lasts for
-/// `ring_us`.
+/// Takes a robot's message, stuffed and without its zero, that was complete at a board time,
+/// microseconds. A full ring lasts for `ring_us`.
 pub fn take_message<P: Platform>(
     frame: &mut [u8],
     complete_us: u32,
@@ -119,18 +146,32 @@ pub fn take_message<P: Platform>(
     odometer: &mut Odometer,
     shared: &Shared<P>,
 ) {
-    let Shared { diagnostics, track, .. } = shared;
+    let Shared {
+        diagnostics, track, ..
+    } = shared;
     match Odometry::decode(frame) {
         Some(message) => {
-            odometer.take(&message, complete_us.wrapping_sub(ODOMETRY_US), ring_us, track, diagnostics);
+            odometer.take(
+                &message,
+                complete_us.wrapping_sub(ODOMETRY_US),
+                ring_us,
+                track,
+                diagnostics,
+            );
         }
         None => diagnostics.requests_damaged.add(1),
     }
 }
 
-/// Gives a window that is due to the fit by `put`, which is false if there is no place, or counts it as skipped. A hop is
-/// fitted only if the fit keeps up: if it would be fitted before the next hop. A whole slide always is.
-pub fn admit<P: Platform>(window: Window, keeps_up: bool, put: impl FnOnce(Window) -> bool, shared: &Shared<P>) {
+/// Gives a window that is due to the fit by `put`, which is false if there is no place, or counts
+/// it as skipped. A hop is fitted only if the fit keeps up: if it would be fitted before the next
+/// hop. A whole slide always is.
+pub fn admit<P: Platform>(
+    window: Window,
+    keeps_up: bool,
+    put: impl FnOnce(Window) -> bool,
+    shared: &Shared<P>,
+) {
     if (window.span == Span::Slide || keeps_up) && put(window) {
         shared.liveness.fits_due.bump();
     } else {

@@ -12,10 +12,12 @@ use ridgetone_proto::plan::Plan;
 
 /// DRDY's pin and its interrupt.
 pub trait DrdyPin {
-    /// Clears the interrupt. None if DRDY has not fallen since the latest call, else whether it is low: there is data to read.
+    /// Clears the interrupt. None if DRDY has not fallen since the latest call, else whether it is
+    /// low: there is data to read.
     fn acknowledge(&mut self) -> Option<bool>;
 
-    /// Board time of the edge whose data was read after [`Self::acknowledge`], microseconds, wrapping.
+    /// Board time of the edge whose data was read after [`Self::acknowledge`], microseconds,
+    /// wrapping.
     fn edge_us(&self) -> u32;
 
     /// No more interrupts until [`Self::unmute`].
@@ -45,16 +47,35 @@ impl<'a, SPI, START, RESET, PIN> Drdy<'a, SPI, START, RESET, PIN> {
         samples: Producer<'a, TimedConversion>,
     ) -> Self {
         let plan_bits = acquisition.plan().to_bits();
-        Self { acquisition, pin, samples, plan_bits }
+        Self {
+            acquisition,
+            pin,
+            samples,
+            plan_bits,
+        }
     }
 }
 
-impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin, PIN: DrdyPin> Drdy<'_, SPI, START, RESET, PIN> {
+impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin, PIN: DrdyPin>
+    Drdy<'_, SPI, START, RESET, PIN>
+{
     /// Runs when DRDY has fallen, and when another task requests a check of the chip.
     #[inline(always)]
     pub fn run<P: Platform>(&mut self, shared: &Shared<P>, wait: &mut impl DelayNs) {
-        let Self { acquisition, pin, samples, .. } = self;
-        let Shared { platform, diagnostics, check, health, plan, .. } = shared;
+        let Self {
+            acquisition,
+            pin,
+            samples,
+            ..
+        } = self;
+        let Shared {
+            platform,
+            diagnostics,
+            check,
+            health,
+            plan,
+            ..
+        } = shared;
         let mut edge = pin.acknowledge();
         let (mut is_midway, mut has_checked) = (true, false);
         loop {
@@ -81,8 +102,9 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin, PIN: DrdyPin> Drdy<'_, 
                 break;
             }
             // Right after a read the next conversion is furthest away.
-            let may_check =
-                edge.is_some() || shared.urgent.swap(false, Relaxed) || acquisition.is_quiet(platform.now_us());
+            let may_check = edge.is_some()
+                || shared.urgent.swap(false, Relaxed)
+                || acquisition.is_quiet(platform.now_us());
             if may_check && check.load(Relaxed) {
                 check.store(false, Relaxed);
                 if platform.has_ended() {
@@ -90,13 +112,14 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin, PIN: DrdyPin> Drdy<'_, 
                 }
                 let begins_anew = acquisition.watch(platform.now_us(), diagnostics, wait);
                 if begins_anew || edge != Some(false) {
-                    // Right behind a conversion the next one does not end during the check. On the register model an edge that is kept
-                    // shows the same conversion again.
+                    // Right behind a conversion the next one does not end during the check. On the
+                    // register model an edge that is kept shows the same conversion again.
                     pin.unmute();
                     break;
                 }
-                // Behind an unexpected edge a conversion may have ended during the check. It is read before the next one takes its
-                // place. Of a storm's edges during the check nothing is left.
+                // Behind an unexpected edge a conversion may have ended during the check. It is
+                // read before the next one takes its place. Of a storm's edges during the check
+                // nothing is left.
                 edge = pin.acknowledge();
                 if edge != Some(true) {
                     break;
@@ -120,7 +143,12 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin, PIN: DrdyPin> Drdy<'_, 
     /// Begins the scan of another plan, or that of the health readings.
     #[inline(never)]
     fn begin_scan<P: Platform>(&mut self, shared: &Shared<P>, wait: &mut impl DelayNs) {
-        let Self { acquisition, pin, plan_bits, .. } = self;
+        let Self {
+            acquisition,
+            pin,
+            plan_bits,
+            ..
+        } = self;
         let (diagnostics, bits) = (&shared.diagnostics, shared.plan.load(Relaxed));
         let is_health_due = shared.health.swap(false, Relaxed);
         if shared.platform.has_ended() {
@@ -128,7 +156,12 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin, PIN: DrdyPin> Drdy<'_, 
         }
         if bits != *plan_bits {
             *plan_bits = bits;
-            acquisition.change(Plan::from_bits(bits), shared.platform.now_us(), diagnostics, wait);
+            acquisition.change(
+                Plan::from_bits(bits),
+                shared.platform.now_us(),
+                diagnostics,
+                wait,
+            );
             pin.unmute();
         } else if is_health_due {
             // As behind the readings.

@@ -1,4 +1,5 @@
-//! `fit`: windows in, estimates out; then requests, which change nothing before the windows that are due are fitted.
+//! `fit`: windows in, estimates out; then requests, which change nothing before the windows that
+//! are due are fitted.
 
 use super::line::Inboxes;
 use super::outbox::{Outbox, post};
@@ -39,20 +40,35 @@ impl<S: Store> Fit<'_, S> {
         outbox: &mut impl Mutex<T = Outbox<PACKETS>>,
         shared: &Shared<P>,
     ) {
-        let Self { estimator, windows, requests } = self;
+        let Self {
+            estimator,
+            windows,
+            requests,
+        } = self;
         loop {
             loop {
                 // It takes a small part of the time of a fit.
                 pins(estimator, detector, outbox, shared);
                 // By reference, as the estimate: a copy would lie on the stack beside it.
-                let Some(window) = &windows.dequeue() else { break };
+                let Some(window) = &windows.dequeue() else {
+                    break;
+                };
                 let source = &mut Locked(&mut *ring);
-                if let Ok(WindowFit::Done(estimate)) = &fit(window, estimator, source, requests.profile(), shared) {
+                if let Ok(WindowFit::Done(estimate)) =
+                    &fit(window, estimator, source, requests.profile(), shared)
+                {
                     report(outbox, estimate, (window, estimator), shared);
                 }
                 report_feel(outbox, source, (window, estimator), shared);
             }
-            if !requests.step(|| windows.ready(), estimator, detector, inbox, outbox, shared) {
+            if !requests.step(
+                || windows.ready(),
+                estimator,
+                detector,
+                inbox,
+                outbox,
+                shared,
+            ) {
                 break;
             }
         }
@@ -68,7 +84,10 @@ fn pins<P: Platform>(
     outbox: &mut impl Mutex<T = Outbox<PACKETS>>,
     shared: &Shared<P>,
 ) {
-    if let Some(pins) = detector.lock(|detector| detector.take_pins()).and_then(|due| estimator.pins(&due)) {
+    if let Some(pins) = detector
+        .lock(|detector| detector.take_pins())
+        .and_then(|due| estimator.pins(&due))
+    {
         outbox.lock(|outbox| post(outbox, Event::Pins(pins), shared));
     }
 }
@@ -103,8 +122,8 @@ fn report_feel<P: Platform>(
     }
 }
 
-/// Fits a window. Before the estimate is qualified, the chip is checked, unless that was done since the window's end.
-/// The caller reports an estimate only if it is [`WindowFit::Done`].
+/// Fits a window. Before the estimate is qualified, the chip is checked, unless that was done since
+/// the window's end. The caller reports an estimate only if it is [`WindowFit::Done`].
 pub fn fit<P: Platform>(
     window: &Window,
     estimator: &mut Estimator,
@@ -156,7 +175,13 @@ pub fn feel<P: Platform>(
 struct Locked<M>(M);
 
 impl<M: Mutex<T: DerefMut<Target = Ring>>> FrameSource for Locked<M> {
-    fn read(&mut self, first: u32, most: usize, show: &mut dyn FnMut(&[Values], &[u16])) -> Result<(), Overwritten> {
-        self.0.lock(|ring| ring.read(first, most, show).ok_or(Overwritten))
+    fn read(
+        &mut self,
+        first: u32,
+        most: usize,
+        show: &mut dyn FnMut(&[Values], &[u16]),
+    ) -> Result<(), Overwritten> {
+        self.0
+            .lock(|ring| ring.read(first, most, show).ok_or(Overwritten))
     }
 }

@@ -7,10 +7,11 @@ use rtic_core::Mutex;
 
 /// From one reading to the next, microseconds: once a second, as `health` is sent.
 const PERIOD_US: u32 = 1_000_000;
-/// What start-up writes into every word of the stack (cortex-m-rt's `paint-stack`). The lowest word that has lost it is
-/// the greatest depth.
+/// What start-up writes into every word of the stack (cortex-m-rt's `paint-stack`). The lowest word
+/// that has lost it is the greatest depth.
 pub const PAINT: u32 = 0xcccc_cccc;
-/// Words in one step, about 40 instructions. With one step for each conversion, 32 KiB take a fifth of a second.
+/// Words in one step, about 40 instructions. With one step for each conversion, 32 KiB take a fifth
+/// of a second.
 const STEP_WORDS: usize = 8;
 
 /// What the board does next.
@@ -35,11 +36,17 @@ pub struct Idle {
 impl Idle {
     /// Nothing measured.
     pub const fn new() -> Self {
-        Self { load: LoadMeter { began_us: 0, asleep_us: 0 }, depth: DepthMeter::new() }
+        Self {
+            load: LoadMeter {
+                began_us: 0,
+                asleep_us: 0,
+            },
+            depth: DepthMeter::new(),
+        }
     }
 
-    /// Runs after each sleep. `slept_us` is its start and its end on the microsecond counter. The stack has `words` words;
-    /// `word` reads one by its number from the far end.
+    /// Runs after each sleep. `slept_us` is its start and its end on the microsecond counter. The
+    /// stack has `words` words; `word` reads one by its number from the far end.
     pub fn run<P, E>(
         &mut self,
         slept_us: (u32, u32),
@@ -66,7 +73,8 @@ impl Idle {
     }
 }
 
-/// Adds up sleep and turns it into a load. The first period begins when the microsecond counter starts.
+/// Adds up sleep and turns it into a load. The first period begins when the microsecond counter
+/// starts.
 #[derive(Debug, Default)]
 struct LoadMeter {
     began_us: u32,
@@ -74,8 +82,8 @@ struct LoadMeter {
 }
 
 impl LoadMeter {
-    /// Takes one sleep, from `from_us` to `to_us` on the wrapping microsecond counter. When a period is over, gives the
-    /// load since the period before, 0 to 1.
+    /// Takes one sleep, from `from_us` to `to_us` on the wrapping microsecond counter. When a
+    /// period is over, gives the load since the period before, 0 to 1.
     fn slept(&mut self, from_us: u32, to_us: u32) -> Option<f32> {
         self.asleep_us += to_us.wrapping_sub(from_us);
         let elapsed_us = to_us.wrapping_sub(self.began_us);
@@ -83,7 +91,10 @@ impl LoadMeter {
             return None;
         }
         let load = 1.0 - self.asleep_us as f32 / elapsed_us as f32;
-        *self = Self { began_us: to_us, asleep_us: 0 };
+        *self = Self {
+            began_us: to_us,
+            asleep_us: 0,
+        };
         Some(load.clamp(0.0, 1.0))
     }
 }
@@ -100,11 +111,15 @@ pub struct DepthMeter {
 impl DepthMeter {
     /// Nothing searched.
     pub const fn new() -> Self {
-        Self { next: 0, free: None }
+        Self {
+            next: 0,
+            free: None,
+        }
     }
 
-    /// Searches the next few of `words` words, which `word` reads by their number from the far end. Gives the most bytes
-    /// that were in use since start-up, by the last complete search; zero before that.
+    /// Searches the next few of `words` words, which `word` reads by their number from the far end.
+    /// Gives the most bytes that were in use since start-up, by the last complete search; zero
+    /// before that.
     pub fn step(&mut self, words: usize, word: impl Fn(usize) -> u32) -> u32 {
         // A used word stays used, so it is not searched again.
         let free = self.free.unwrap_or(words);
@@ -114,7 +129,8 @@ impl DepthMeter {
             None if until == free => (self.free, self.next) = (Some(free), 0),
             None => self.next = until,
         }
-        self.free.map_or(0, |free| 4 * words.saturating_sub(free) as u32)
+        self.free
+            .map_or(0, |free| 4 * words.saturating_sub(free) as u32)
     }
 }
 
@@ -133,7 +149,10 @@ mod tests {
 
     #[test]
     fn the_counter_may_wrap() {
-        let mut meter = LoadMeter { began_us: u32::MAX - 499_999, asleep_us: 0 };
+        let mut meter = LoadMeter {
+            began_us: u32::MAX - 499_999,
+            asleep_us: 0,
+        };
         assert_eq!(meter.slept(u32::MAX, 499_999), None);
         assert_eq!(meter.slept(500_000, 500_000), Some(0.5));
     }
@@ -156,7 +175,11 @@ mod tests {
             stack[deepest] = 0;
             assert_eq!(search(&mut meter, &stack), used_bytes);
         }
-        assert_eq!(search(&mut DepthMeter::new(), &stack), 4000, "by one that has seen nothing before");
+        assert_eq!(
+            search(&mut DepthMeter::new(), &stack),
+            4000,
+            "by one that has seen nothing before"
+        );
     }
 
     #[test]

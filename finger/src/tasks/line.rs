@@ -18,7 +18,8 @@ pub const ODOMETRY_US: u32 = odometry::WIRE_BYTES as u32 * BYTE_NS / 1000;
 pub struct Inboxes {
     /// For `fit`.
     pub requests: Inbox<REQUEST_WIRE_MAX>,
-    /// A robot's message, for `detect`. The next one may follow at once: `detect` has the time of a message to take this one.
+    /// A robot's message, for `detect`. The next one may follow at once: `detect` has the time of a
+    /// message to take this one.
     pub odometry: Option<[u8; odometry::FRAME_BYTES]>,
     arriving: Inbox<{ odometry::FRAME_BYTES }>,
 }
@@ -26,7 +27,11 @@ pub struct Inboxes {
 impl Inboxes {
     /// Nothing has arrived.
     pub const fn new() -> Self {
-        Self { requests: Inbox::new(), odometry: None, arriving: Inbox::new() }
+        Self {
+            requests: Inbox::new(),
+            odometry: None,
+            arriving: Inbox::new(),
+        }
     }
 
     /// Takes a byte; gives the state of the frame, and whether it is a robot's.
@@ -35,8 +40,12 @@ impl Inboxes {
         if self.arriving.push(byte) != Pushed::Whole {
             return (request, false);
         }
-        let frame = self.arriving.whole().filter(|frame| Odometry::claims(frame));
-        let frame: Option<[u8; odometry::FRAME_BYTES]> = frame.and_then(|frame| frame.try_into().ok());
+        let frame = self
+            .arriving
+            .whole()
+            .filter(|frame| Odometry::claims(frame));
+        let frame: Option<[u8; odometry::FRAME_BYTES]> =
+            frame.and_then(|frame| frame.try_into().ok());
         self.arriving.drop_whole();
         if frame.is_none() {
             return (request, false);
@@ -74,7 +83,8 @@ pub trait SerialPort {
     /// What has arrived, if something has.
     fn receive(&mut self) -> Option<Received>;
 
-    /// Whether [`Self::send`] can take a byte. False while the interrupt of the byte before it is still to come.
+    /// Whether [`Self::send`] can take a byte. False while the interrupt of the byte before it is
+    /// still to come.
     fn is_ready(&self) -> bool;
 
     /// Sends a byte. Its interrupt comes when the next byte can be taken.
@@ -102,7 +112,9 @@ impl<PORT: SerialPort> SerialLine<'_, PORT> {
     pub fn run<P: Platform>(&mut self, inbox: &mut Inboxes, shared: &Shared<P>) {
         let Self { port, bytes } = self;
         if let Some(received) = port.receive() {
-            let received_us = port.received_us().unwrap_or_else(|| shared.platform.now_us());
+            let received_us = port
+                .received_us()
+                .unwrap_or_else(|| shared.platform.now_us());
             receive(received, received_us, inbox, shared);
         }
         if !port.is_ready() {
@@ -121,9 +133,14 @@ impl<PORT: SerialPort> SerialLine<'_, PORT> {
     }
 }
 
-/// Takes a byte that has arrived at a board time, microseconds. A whole request starts `fit`, a robot's message `detect`; a damaged
-/// one and a lost byte are counted.
-pub fn receive<P: Platform>(received: Received, now_us: u32, inbox: &mut Inboxes, shared: &Shared<P>) {
+/// Takes a byte that has arrived at a board time, microseconds. A whole request starts `fit`, a
+/// robot's message `detect`; a damaged one and a lost byte are counted.
+pub fn receive<P: Platform>(
+    received: Received,
+    now_us: u32,
+    inbox: &mut Inboxes,
+    shared: &Shared<P>,
+) {
     if let Received::Byte(byte) | Received::Overrun(byte) = received {
         match inbox.push(byte) {
             (Pushed::More, _) => {}
@@ -165,7 +182,8 @@ mod tests {
         }
     }
 
-    /// A request waits for a fit; messages of a robot come and go meanwhile, each with its own time.
+    /// A request waits for a fit; messages of a robot come and go meanwhile, each with its own
+    /// time.
     #[test]
     fn a_robot_is_heard_while_a_request_waits() {
         use ridgetone_proto::odometry::Reading;
@@ -173,7 +191,10 @@ mod tests {
         struct Detect(Cell<u32>);
         impl Platform for Detect {
             fn pend(shared: &Shared<Self>, task: Task) {
-                shared.platform.0.set(shared.platform.0.get() + u32::from(task == Task::Detect));
+                shared
+                    .platform
+                    .0
+                    .set(shared.platform.0.get() + u32::from(task == Task::Detect));
             }
 
             fn now_us(&self) -> u32 {
@@ -183,16 +204,30 @@ mod tests {
         let shared = Shared::new(Detect::default(), ridgetone_proto::plan::Plan::PAPER);
         let mut inbox = Inboxes::new();
         let push = |bytes: &[u8], at_us, inbox: &mut Inboxes| {
-            bytes.iter().for_each(|byte| receive(Received::Byte(*byte), at_us, inbox, &shared));
-            (shared.platform.0.get(), shared.diagnostics.requests_damaged.get(), shared.odometry_us.load(Relaxed))
+            bytes
+                .iter()
+                .for_each(|byte| receive(Received::Byte(*byte), at_us, inbox, &shared));
+            (
+                shared.platform.0.get(),
+                shared.diagnostics.requests_damaged.get(),
+                shared.odometry_us.load(Relaxed),
+            )
         };
         let mut wire = [0; 32];
         let used = framing::encode(&7u16, &mut wire).expect("it fits");
-        let message = |number| Odometry { number, t_us: 5, reading: Reading::Place(0) };
+        let message = |number| Odometry {
+            number,
+            t_us: 5,
+            reading: Reading::Place(0),
+        };
         assert_eq!(push(&wire[..used], 10, &mut inbox), (0, 0, 0));
         for number in 1..=3 {
             assert_eq!(
-                push(&message(number).encode(), 10 * u32::from(number), &mut inbox),
+                push(
+                    &message(number).encode(),
+                    10 * u32::from(number),
+                    &mut inbox
+                ),
                 (number.into(), 0, 10 * u32::from(number))
             );
             let mut frame = inbox.odometry.take().expect("a message");
@@ -201,7 +236,13 @@ mod tests {
         // Nobody takes the fourth before the fifth is complete, which is dropped and counted.
         assert_eq!(push(&message(4).encode(), 40, &mut inbox), (4, 0, 40));
         assert_eq!(push(&message(5).encode(), 50, &mut inbox), (4, 1, 40));
-        assert_eq!(inbox.odometry.take().and_then(|mut frame| Odometry::decode(&mut frame)), Some(message(4)));
+        assert_eq!(
+            inbox
+                .odometry
+                .take()
+                .and_then(|mut frame| Odometry::decode(&mut frame)),
+            Some(message(4))
+        );
         assert!(inbox.requests.take().is_some());
         // A message is no request, and a request no message.
         assert_eq!(push(&message(6).encode(), 60, &mut inbox), (5, 1, 60));
@@ -215,20 +256,41 @@ mod tests {
     fn an_overrun_spoils_the_request_after_the_good_byte_and_is_counted() {
         let mut wire = [0; 32];
         let used = framing::encode(&7u16, &mut wire).expect("it fits");
-        let (request, shared) = (&wire[..used], Shared::new(Pended::default(), ridgetone_proto::plan::Plan::PAPER));
+        let (request, shared) = (
+            &wire[..used],
+            Shared::new(Pended::default(), ridgetone_proto::plan::Plan::PAPER),
+        );
         let mut inbox = Inboxes::new();
         let mut send = |bytes: &[u8], last: fn(u8) -> Received| {
             let (last_byte, others) = bytes.split_last().expect("bytes");
-            others.iter().for_each(|byte| receive(Received::Byte(*byte), 0, &mut inbox, &shared));
+            others
+                .iter()
+                .for_each(|byte| receive(Received::Byte(*byte), 0, &mut inbox, &shared));
             receive(last(*last_byte), 0, &mut inbox, &shared);
             let whole = inbox.requests.take().is_some();
-            (whole, shared.platform.0.get(), shared.diagnostics.bytes_overrun.get())
+            (
+                whole,
+                shared.platform.0.get(),
+                shared.diagnostics.bytes_overrun.get(),
+            )
         };
         assert_eq!(send(request, Received::Byte), (true, 1, 0));
-        assert_eq!(send(request, Received::Overrun), (true, 2, 1), "the first byte of the next one is lost");
+        assert_eq!(
+            send(request, Received::Overrun),
+            (true, 2, 1),
+            "the first byte of the next one is lost"
+        );
         assert_eq!(send(&request[1..], Received::Byte), (false, 2, 1));
-        assert_eq!(send(request, Received::Byte), (true, 3, 1), "the one after it is whole");
-        assert_eq!(send(&request[..2], Received::Overrun), (false, 3, 2), "a byte in the middle is lost");
+        assert_eq!(
+            send(request, Received::Byte),
+            (true, 3, 1),
+            "the one after it is whole"
+        );
+        assert_eq!(
+            send(&request[..2], Received::Overrun),
+            (false, 3, 2),
+            "a byte in the middle is lost"
+        );
         assert_eq!(send(&request[3..], Received::Byte), (false, 3, 2));
         assert_eq!(send(&request[..2], |_| Received::Damaged), (false, 3, 2));
         assert_eq!(send(&request[2..], Received::Byte), (false, 3, 2));

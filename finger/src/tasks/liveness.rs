@@ -2,19 +2,22 @@
 //!
 //! The watchdog is fed twice a second if each of these has made progress since the last feeding:
 //!
-//! - **Acquisition**: `drdy` ran to its end, for a conversion or for a check of the chip. The check comes twice a second
-//!   without conversions too: a silent chip is reported as a fault, and a reset of the board would not mend it.
+//! - **Acquisition**: `drdy` ran to its end, for a conversion or for a check of the chip. The check
+//!   comes twice a second without conversions too: a silent chip is reported as a fault, and a
+//!   reset of the board would not mend it.
 //! - **Detection**: `detect`, which each `drdy` starts, emptied its queue.
-//! - **The fit**: it has nothing to do, or finished a window. A fit that is slower than the hop skips hops; only a fit that
-//!   takes longer than the watchdog's period counts as hung.
+//! - **The fit**: it has nothing to do, or finished a window. A fit that is slower than the hop
+//!   skips hops; only a fit that takes longer than the watchdog's period counts as hung.
 //!
-//! `watch` interrupts the fit, so a busy fit does not delay the feeding. If a task of the same or a higher priority hangs,
-//! the watchdog is not fed. The line does not count: a blocked line costs telemetry, and a reset would not free it.
+//! `watch` interrupts the fit, so a busy fit does not delay the feeding. If a task of the same or a
+//! higher priority hangs, the watchdog is not fed. The line does not count: a blocked line costs
+//! telemetry, and a reset would not free it.
 
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
-/// Period of the watchdog, seconds: to erase a sector of flash stops the processor for up to 2 s at 3.3 V (DS8626, flash
-/// programming, x32), and the watchdog's oscillator is up to 47 / 32 faster than nominal (DS8626, LSI), which leaves 5.4 s.
+/// Period of the watchdog, seconds: to erase a sector of flash stops the processor for up to 2 s at
+/// 3.3 V (DS8626, flash programming, x32), and the watchdog's oscillator is up to 47 / 32 faster
+/// than nominal (DS8626, LSI), which leaves 5.4 s.
 pub const WATCHDOG_S: u32 = 8;
 
 /// Counts the progress of one task. Only one priority writes it, so a load and a store are enough.
@@ -53,7 +56,12 @@ impl Liveness {
     /// Nothing done yet.
     pub const fn new() -> Self {
         let [acquired, detected, fits_due, fits_done] = [const { Progress::new() }; 4];
-        Self { acquired, detected, fits_due, fits_done }
+        Self {
+            acquired,
+            detected,
+            fits_due,
+            fits_done,
+        }
     }
 }
 
@@ -68,7 +76,11 @@ pub struct WatchdogPolicy {
 impl WatchdogPolicy {
     /// The watchdog was just fed; nothing done since.
     pub const fn new() -> Self {
-        Self { acquired: 0, detected: 0, fits_done: 0 }
+        Self {
+            acquired: 0,
+            detected: 0,
+            fits_done: 0,
+        }
     }
 
     /// Whether to feed the watchdog now.
@@ -120,7 +132,12 @@ mod tests {
 
     #[test]
     fn it_is_fed_as_long_as_all_go_on_and_never_again_once_one_stands_still() {
-        for still in [Still::None, Still::Acquisition, Still::Detection, Still::Fit] {
+        for still in [
+            Still::None,
+            Still::Acquisition,
+            Still::Detection,
+            Still::Fit,
+        ] {
             let (liveness, mut watchdog_policy) = (Liveness::new(), WatchdogPolicy::new());
             for _ in 0..10 {
                 live(&liveness, Still::None);

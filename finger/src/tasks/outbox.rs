@@ -14,13 +14,19 @@ pub struct Outbox<const N: usize, E = Event> {
 impl<const N: usize, E> Outbox<N, E> {
     /// An empty outbox; `const`, so that it can live in a static.
     pub const fn new() -> Self {
-        Self { waiting: Deque::new(), sequence: 0 }
+        Self {
+            waiting: Deque::new(),
+            sequence: 0,
+        }
     }
 
     /// Numbers an event and queues it. Returns whether an event was dropped for it.
     pub fn post(&mut self, event: E) -> bool {
         let dropped = self.waiting.is_full() && self.waiting.pop_front().is_some();
-        let packet = Packet { sequence: self.sequence, event };
+        let packet = Packet {
+            sequence: self.sequence,
+            event,
+        };
         self.sequence = self.sequence.wrapping_add(1);
         // Fails only with a capacity of zero.
         self.waiting.push_back(packet).is_err() || dropped
@@ -52,7 +58,10 @@ mod tests {
     use ridgetone_proto::telemetry::Health;
 
     fn event(frames: u32) -> Event {
-        Event::Health(Health { frames, ..Health::default() })
+        Event::Health(Health {
+            frames,
+            ..Health::default()
+        })
     }
 
     #[test]
@@ -61,8 +70,20 @@ mod tests {
         assert!(outbox.is_empty());
         assert!(!outbox.post(event(10)));
         assert!(!outbox.post(event(11)));
-        assert_eq!(outbox.take(), Some(Packet { sequence: 0, event: event(10) }));
-        assert_eq!(outbox.take(), Some(Packet { sequence: 1, event: event(11) }));
+        assert_eq!(
+            outbox.take(),
+            Some(Packet {
+                sequence: 0,
+                event: event(10)
+            })
+        );
+        assert_eq!(
+            outbox.take(),
+            Some(Packet {
+                sequence: 1,
+                event: event(11)
+            })
+        );
         assert_eq!(outbox.take(), None);
     }
 

@@ -14,17 +14,26 @@ pub struct Report<'a> {
 }
 
 impl<'a> Report<'a> {
-    /// `bytes`: to `line`. A zero goes first. It ends a packet that a reset may have cut; without it the greeting would be
-    /// taken for the rest of that packet.
+    /// `bytes`: to `line`. A zero goes first. It ends a packet that a reset may have cut; without
+    /// it the greeting would be taken for the rest of that packet.
     pub fn new(mut bytes: Producer<'a, u8>) -> Self {
         let _ = bytes.enqueue(0);
-        Self { bytes, wire: [0; WIRE_MAX] }
+        Self {
+            bytes,
+            wire: [0; WIRE_MAX],
+        }
     }
 
     /// Runs when an event was posted, and when the queue of bytes is nearly empty.
-    pub fn run<P: Platform, E: Events>(&mut self, outbox: &mut impl Mutex<T = Outbox<PACKETS, E>>, shared: &Shared<P>) {
+    pub fn run<P: Platform, E: Events>(
+        &mut self,
+        outbox: &mut impl Mutex<T = Outbox<PACKETS, E>>,
+        shared: &Shared<P>,
+    ) {
         while self.bytes.len() <= LOW_WATER {
-            let Some(packet) = outbox.lock(|outbox| outbox.take()) else { break };
+            let Some(packet) = outbox.lock(|outbox| outbox.take()) else {
+                break;
+            };
             let length = E::encode(&packet, &mut self.wire).ok();
             let Some(encoded) = length.and_then(|length| self.wire.get(..length)) else {
                 shared.diagnostics.messages_dropped.add(1);

@@ -1,4 +1,5 @@
-//! Requests take turns with windows: a request changes nothing before the windows that were due before it are fitted.
+//! Requests take turns with windows: a request changes nothing before the windows that were due
+//! before it are fitted.
 
 use super::commands::CommandExecutor;
 use super::line::Inboxes;
@@ -26,7 +27,11 @@ pub struct Requests<S> {
 impl<S: Store> Requests<S> {
     /// No request yet. `store` keeps settings.
     pub const fn new(store: S) -> Self {
-        Self { executor: CommandExecutor::new(), store, decided: None }
+        Self {
+            executor: CommandExecutor::new(),
+            store,
+            decided: None,
+        }
     }
 
     /// The speed profile in force.
@@ -39,8 +44,8 @@ impl<S: Store> Requests<S> {
         self.store
     }
 
-    /// Carries out a request, if there is one and `is_window_due` returns false. False if there is no request. While a
-    /// window is due nothing is carried out: fit it, then call this again.
+    /// Carries out a request, if there is one and `is_window_due` returns false. False if there is
+    /// no request. While a window is due nothing is carried out: fit it, then call this again.
     // Not inlined: it runs between fits, which need the stack.
     #[inline(never)]
     pub fn step<P: Platform>(
@@ -52,14 +57,20 @@ impl<S: Store> Requests<S> {
         outbox: &mut impl Mutex<T = Outbox<PACKETS>>,
         shared: &Shared<P>,
     ) -> bool {
-        let Self { executor, store, decided } = self;
+        let Self {
+            executor,
+            store,
+            decided,
+        } = self;
         if decided.is_none() {
             *decided = take(inbox, shared).map(|request| {
                 let is_touched = detector.lock(|detector| detector.is_touched());
                 executor.decide(request, is_touched, store, &shared.track)
             });
         }
-        let Some((command, reply)) = decided else { return false };
+        let Some((command, reply)) = decided else {
+            return false;
+        };
         let mut emit = |event: Event| outbox.lock(|outbox| post(outbox, event, shared));
         let is_carried_out = detector.lock(|detector| {
             // A window may have fallen due while the request was decided.

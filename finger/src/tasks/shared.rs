@@ -7,14 +7,16 @@ use core::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::telemetry::WIRE_MAX;
 
-/// Places of the queue of conversions from `drdy` to `detect`: 17 ms at 5064 a second, 3.7 ms at 23,336; the longest step of `detect`
-/// takes 0.14 ms. A queue holds one less than that.
+/// Places of the queue of conversions from `drdy` to `detect`: 17 ms at 5064 a second, 3.7 ms at
+/// 23,336; the longest step of `detect` takes 0.14 ms. A queue holds one less than that.
 pub const SAMPLES: usize = 88;
 
-/// Places of the queue of windows from `detect` to `fit`: one hop may wait, the other places are for whole slides.
+/// Places of the queue of windows from `detect` to `fit`: one hop may wait, the other places are
+/// for whole slides.
 pub const WINDOWS: usize = 4;
 
-/// Places of the queue of bytes from `report` to `line`: one packet is sent while the next is encoded.
+/// Places of the queue of bytes from `report` to `line`: one packet is sent while the next is
+/// encoded.
 pub const BYTES: usize = 616;
 
 /// With no more than this many bytes in their queue the longest packet still fits.
@@ -84,8 +86,17 @@ pub struct Shared<P> {
 impl<P> Shared<P> {
     /// Nothing counted, nothing to do. The chip has the plan that it is set up with.
     pub const fn new(platform: P, plan: Plan) -> Self {
-        let [check, urgent, look, health, touched, finished, sending, restarting, has_odometry] =
-            [const { AtomicBool::new(false) }; 9];
+        let [
+            check,
+            urgent,
+            look,
+            health,
+            touched,
+            finished,
+            sending,
+            restarting,
+            has_odometry,
+        ] = [const { AtomicBool::new(false) }; 9];
         let (diagnostics, liveness) = (Diagnostics::new(), Liveness::new());
         let plan = AtomicU32::new(plan.to_bits());
         let (track, odometry_us) = (Track::new(), AtomicU32::new(0));

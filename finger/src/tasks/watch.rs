@@ -4,8 +4,8 @@ use super::liveness::WatchdogPolicy;
 use super::shared::{Platform, Shared, Task};
 use core::sync::atomic::Ordering::Relaxed;
 
-/// Requests a check of the chip, with the next conversion, or at once if none is likely soon. Returns whether the
-/// watchdog is to be fed.
+/// Requests a check of the chip, with the next conversion, or at once if none is likely soon.
+/// Returns whether the watchdog is to be fed.
 #[must_use]
 pub fn run<P: Platform>(policy: &mut WatchdogPolicy, shared: &Shared<P>) -> bool {
     let is_alive = policy.feeds(&shared.liveness);

@@ -1,4 +1,5 @@
-//! Frames for touch detection: those of a fast plan are averaged, so that there are some 241 a second of any plan.
+//! Frames for touch detection: those of a fast plan are averaged, so that there are some 241 a
+//! second of any plan.
 //!
 //! A mean hides what is faster than it. So the squares of the frames about their means go with it.
 
@@ -21,7 +22,8 @@ impl Grid {
     /// First frame of a mean.
     #[inline(always)]
     pub const fn first_frame(&self, number: u32) -> u32 {
-        self.first.wrapping_sub(self.number.wrapping_sub(number).wrapping_mul(self.frames))
+        self.first
+            .wrapping_sub(self.number.wrapping_sub(number).wrapping_mul(self.frames))
     }
 }
 
@@ -47,7 +49,9 @@ impl<'a> Averages<'a> {
         if self.grid.frames == 1 {
             return self.ring.frame(number, place).map(|(values, _)| values);
         }
-        self.ring.mean(self.grid.first_frame(number), self.grid.frames, place).then_some(&*place)
+        self.ring
+            .mean(self.grid.first_frame(number), self.grid.frames, place)
+            .then_some(&*place)
     }
 }
 
@@ -71,7 +75,11 @@ impl Averager {
     pub const fn new(plan: &Plan) -> Self {
         let frames = plan.frames_averaged();
         Self {
-            grid: Grid { frames, number: 0, first: 0 },
+            grid: Grid {
+                frames,
+                number: 0,
+                first: 0,
+            },
             sums: [0.0; TAXELS],
             squares: [0.0; TAXELS],
             count: 0,
@@ -82,13 +90,22 @@ impl Averager {
 
     /// Begins anew with frame `first`.
     pub fn restart(&mut self, first: u32) {
-        self.grid = Grid { number: if self.grid.frames == 1 { first } else { self.grid.number }, first, ..self.grid };
+        self.grid = Grid {
+            number: if self.grid.frames == 1 {
+                first
+            } else {
+                self.grid.number
+            },
+            first,
+            ..self.grid
+        };
         self.begin();
         self.mean = [0.0; TAXELS];
     }
 
     fn begin(&mut self) {
-        (self.sums, self.squares, self.count, self.has_ended) = ([0.0; TAXELS], [0.0; TAXELS], 0, false);
+        (self.sums, self.squares, self.count, self.has_ended) =
+            ([0.0; TAXELS], [0.0; TAXELS], 0, false);
     }
 
     /// Where the means are.
@@ -101,9 +118,16 @@ impl Averager {
         self.grid.number
     }
 
-    /// Takes a frame with values of some taxels, if they are valid. Gives the number of the mean that ends with it.
+    /// Takes a frame with values of some taxels, if they are valid. Gives the number of the mean
+    /// that ends with it.
     #[inline(always)]
-    pub fn push(&mut self, number: u32, values: &Values, inputs: u16, is_valid: bool) -> Option<u32> {
+    pub fn push(
+        &mut self,
+        number: u32,
+        values: &Values,
+        inputs: u16,
+        is_valid: bool,
+    ) -> Option<u32> {
         if self.grid.frames == 1 {
             (self.grid.number, self.grid.first) = (number.wrapping_add(1), number.wrapping_add(1));
             return is_valid.then_some(number);
@@ -150,7 +174,10 @@ impl Averager {
 
     fn skip(&mut self, means: u32) {
         self.grid.number = self.grid.number.wrapping_add(means);
-        self.grid.first = self.grid.first.wrapping_add(means.wrapping_mul(self.grid.frames));
+        self.grid.first = self
+            .grid
+            .first
+            .wrapping_add(means.wrapping_mul(self.grid.frames));
     }
 
     fn end(&mut self, inputs: u16) {
@@ -168,10 +195,15 @@ impl Averager {
         self.has_ended = true;
     }
 
-    /// The mean that has just ended, and the squares of its frames about it, if frames are averaged.
+    /// The mean that has just ended, and the squares of its frames about it, if frames are
+    /// averaged.
     #[inline(always)]
     pub fn latest(&self) -> Option<(&Values, &Values)> {
-        if self.grid.frames == 1 { None } else { Some((&self.mean, &self.squares)) }
+        if self.grid.frames == 1 {
+            None
+        } else {
+            Some((&self.mean, &self.squares))
+        }
     }
 }
 
@@ -191,7 +223,8 @@ mod tests {
         let first = u32::MAX - 100;
         ring.change(&plan, first);
         averager.restart(first);
-        let value = |n: u32, c: usize| 3e6 + c as f32 * 1e5 + (n.wrapping_mul(2_654_435_761) >> 20) as f32;
+        let value =
+            |n: u32, c: usize| 3e6 + c as f32 * 1e5 + (n.wrapping_mul(2_654_435_761) >> 20) as f32;
         let is_missing = |n: u32| (300..310).contains(&n) || n % 53 == 7 || (455..560).contains(&n);
         let mut ended = Vec::new();
         for n in 0..900 {
@@ -207,22 +240,35 @@ mod tests {
                 let there: Vec<u32> = group.filter(|n| !is_missing(*n)).collect();
                 let (means, about) = averager.latest().unwrap();
                 let mut place = [0.0; TAXELS];
-                let of_ring = *Averages::new(&ring, averager.grid()).frame(mean, &mut place).unwrap();
+                let of_ring = *Averages::new(&ring, averager.grid())
+                    .frame(mean, &mut place)
+                    .unwrap();
                 for c in (0..TAXELS).filter(|c| inputs >> c & 1 == 1) {
-                    let expected = there.iter().map(|n| f64::from(value(*n, c))).sum::<f64>() / there.len() as f64;
-                    let squares = there.iter().map(|n| (f64::from(value(*n, c)) - expected).powi(2)).sum::<f64>();
+                    let expected = there.iter().map(|n| f64::from(value(*n, c))).sum::<f64>()
+                        / there.len() as f64;
+                    let squares = there
+                        .iter()
+                        .map(|n| (f64::from(value(*n, c)) - expected).powi(2))
+                        .sum::<f64>();
                     let squares = squares * f64::from(frames) / there.len() as f64;
                     assert!((f64::from(means[c]) - expected).abs() < 1.0, "{mean}");
                     assert!((f64::from(of_ring[c]) - expected).abs() < 3.0, "{mean}");
                     // The first mean is far from zero, from which its squares are taken.
                     if mean > 0 {
-                        assert!((f64::from(about[c]) / squares - 1.0).abs() < 1e-3, "{mean}: {} {squares}", about[c]);
+                        assert!(
+                            (f64::from(about[c]) / squares - 1.0).abs() < 1e-3,
+                            "{mean}: {} {squares}",
+                            about[c]
+                        );
                     }
                 }
             }
         }
         let wanted: Vec<u32> = (0..37).filter(|mean| !(18..23).contains(mean)).collect();
         assert_eq!(ended, wanted);
-        assert_eq!(averager.grid().first_frame(3), first.wrapping_add(3 * frames));
+        assert_eq!(
+            averager.grid().first_frame(3),
+            first.wrapping_add(3 * frames)
+        );
     }
 }

@@ -8,7 +8,8 @@ pub const BLOCK_FRAMES: u32 = 4;
 pub struct Block {
     /// It differs within itself or from the block before: something moves right now.
     pub now: bool,
-    /// That, or it differs from the course of the last [`SHORT_BLOCKS`](super::motion::SHORT_BLOCKS).
+    /// That, or it differs from the course of the last
+    /// [`SHORT_BLOCKS`](super::motion::SHORT_BLOCKS).
     pub quick: bool,
     /// It differs from the course of the last [`LONG_BLOCKS`](super::motion::LONG_BLOCKS).
     pub slow: bool,

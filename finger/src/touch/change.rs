@@ -44,10 +44,32 @@ impl Change<'_> {
     pub fn in_frames(self, grid: &Grid) -> Self {
         let frame = |mean| grid.first_frame(mean);
         match self {
-            Self::Contact { frame: peak, taxel, height } => Self::Contact { frame: frame(peak), taxel, height },
-            Self::HoldEnd { held, span: (from, until), frames, idle, idle_frames, weights } => {
+            Self::Contact {
+                frame: peak,
+                taxel,
+                height,
+            } => Self::Contact {
+                frame: frame(peak),
+                taxel,
+                height,
+            },
+            Self::HoldEnd {
+                held,
+                span: (from, until),
+                frames,
+                idle,
+                idle_frames,
+                weights,
+            } => {
                 let span = (frame(from), frame(until));
-                Self::HoldEnd { held, span, frames: frames * grid.frames, idle, idle_frames, weights }
+                Self::HoldEnd {
+                    held,
+                    span,
+                    frames: frames * grid.frames,
+                    idle,
+                    idle_frames,
+                    weights,
+                }
             }
             Self::SlideStart(start) => Self::SlideStart(frame(start)),
             Self::SlideEnd(start, end) => Self::SlideEnd(frame(start), frame(end)),

@@ -1,24 +1,37 @@
-//! Squared distances in units of the noise. Noise alone makes them a chi-square with a degree of freedom for each taxel.
+//! Squared distances in units of the noise. Noise alone makes them a chi-square with a degree of
+//! freedom for each taxel.
 
 use ridgetone_tone::Values;
 
 /// Squared distance of two levels, each taxel's times its weight.
 #[inline(never)]
 pub fn distance(weights: &Values, a: &Values, b: &Values) -> f32 {
-    // Four at a time: one at a time takes a third more instructions. In the air and in a hold most of a block's instructions are here.
+    // Four at a time: one at a time takes a third more instructions. In the air and in a hold most
+    // of a block's instructions are here.
     let [weights, a, b] = [weights, a, b].map(|values| values.as_chunks::<4>().0);
-    weights.iter().zip(a.iter().zip(b)).fold(0.0, |sum, ([s, t, u, v], ([a, b, c, d], [e, f, g, h]))| {
-        sum + (a - e) * (a - e) * s + (b - f) * (b - f) * t + (c - g) * (c - g) * u + (d - h) * (d - h) * v
-    })
+    weights.iter().zip(a.iter().zip(b)).fold(
+        0.0,
+        |sum, ([s, t, u, v], ([a, b, c, d], [e, f, g, h]))| {
+            sum + (a - e) * (a - e) * s
+                + (b - f) * (b - f) * t
+                + (c - g) * (c - g) * u
+                + (d - h) * (d - h) * v
+        },
+    )
 }
 
-/// How far it is from one level to another in a direction, which is weighted as the squares of a distance are.
+/// How far it is from one level to another in a direction, which is weighted as the squares of a
+/// distance are.
 #[inline(never)]
 pub fn along(direction: &Values, from: &Values, to: &Values) -> f32 {
-    direction.iter().zip(from.iter().zip(to)).fold(0.0, |sum, (weight, (from, to))| sum + (to - from) * weight)
+    direction
+        .iter()
+        .zip(from.iter().zip(to))
+        .fold(0.0, |sum, (weight, (from, to))| sum + (to - from) * weight)
 }
 
-/// Squared length of a difference, in units of the noise, and its length along the direction that is ignored.
+/// Squared length of a difference, in units of the noise, and its length along the direction that
+/// is ignored.
 #[derive(Clone, Copy)]
 pub struct Apart {
     sum: f32,
@@ -26,7 +39,10 @@ pub struct Apart {
 }
 
 impl Apart {
-    pub const NONE: Self = Self { sum: 0.0, along: 0.0 };
+    pub const NONE: Self = Self {
+        sum: 0.0,
+        along: 0.0,
+    };
 
     /// Adds a taxel's difference.
     #[inline(always)]
@@ -42,8 +58,9 @@ impl Apart {
     }
 }
 
-/// Limit for a sum over the taxels of a scan: so much for each taxel, and a margin. The margin is given for sixteen taxels; it
-/// grows with the root of their number, as the standard deviation of the sum does.
+/// Limit for a sum over the taxels of a scan: so much for each taxel, and a margin. The margin is
+/// given for sixteen taxels; it grows with the root of their number, as the standard deviation of
+/// the sum does.
 #[derive(Clone, Copy, Debug)]
 pub struct Limit {
     for_each: f32,
@@ -52,7 +69,10 @@ pub struct Limit {
 
 /// See [`Limit`].
 pub const fn limit(for_each: f32, margin_of_16: f32) -> Limit {
-    Limit { for_each, margin_of_16 }
+    Limit {
+        for_each,
+        margin_of_16,
+    }
 }
 
 /// How many taxels there are.
@@ -66,7 +86,10 @@ pub struct Taxels {
 impl Taxels {
     /// Of `count` taxels.
     pub const fn new(count: usize) -> Self {
-        Self { count: count as f32, root: root(count as f32 / 16.0) }
+        Self {
+            count: count as f32,
+            root: root(count as f32 / 16.0),
+        }
     }
 
     /// The limit for them.
@@ -104,7 +127,10 @@ mod tests {
     fn a_root_is_one() {
         assert_eq!((root(0.0), root(1.0)), (0.0, 1.0));
         for square in (1..1000).map(|n| n as f32 * 1e-3) {
-            assert!((root(square) * root(square) / square - 1.0).abs() < 4.0 * f32::EPSILON, "{square}");
+            assert!(
+                (root(square) * root(square) / square - 1.0).abs() < 4.0 * f32::EPSILON,
+                "{square}"
+            );
         }
     }
 }

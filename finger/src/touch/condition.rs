@@ -1,4 +1,5 @@
-//! What is taken off the frames before anything is looked for in them: mains hum of a known frequency, and a drift.
+//! What is taken off the frames before anything is looked for in them: mains hum of a known
+//! frequency, and a drift.
 
 use crate::touch::averages::Averages;
 use crate::touch::block::BLOCK_FRAMES;
@@ -8,18 +9,20 @@ use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 
-/// Least gain of the notch at rest, before it is scaled to one. Hum within 10 Hz of a multiple of the frame rate has less:
-/// the scale would raise the noise.
+/// Least gain of the notch at rest, before it is scaled to one. Hum within 10 Hz of a multiple of
+/// the frame rate has less: the scale would raise the noise.
 const GAIN_MIN: f32 = 0.07;
 
 /// What is known of hum and drift.
 #[derive(Clone, Debug)]
 pub struct Condition {
-    /// Weights of a frame and of its neighbours in a filter that is zero at the hum's frequency and one at rest.
+    /// Weights of a frame and of its neighbours in a filter that is zero at the hum's frequency and
+    /// one at rest.
     notch: Option<(f32, f32)>,
     /// Frequency of the hum, hertz, until the filter is made for it.
     new_mains_hz: Option<f32>,
-    /// What has drifted, codes, up to frame `latest`; and what each frame adds. None: there is no drift.
+    /// What has drifted, codes, up to frame `latest`; and what each frame adds. None: there is no
+    /// drift.
     drifted: Values,
     has_drifted: bool,
     rate: Option<Values>,
@@ -65,7 +68,8 @@ impl Condition {
     fn tune(&mut self, interferer_hz: f32) {
         let twice_cos = 2.0 * cos_turns(interferer_hz / self.rate_hz);
         let gain = 2.0 - twice_cos;
-        self.notch = (interferer_hz > 0.0 && gain > GAIN_MIN).then_some((-twice_cos / gain, 1.0 / gain));
+        self.notch =
+            (interferer_hz > 0.0 && gain > GAIN_MIN).then_some((-twice_cos / gain, 1.0 / gain));
     }
 
     /// Whether a drift is known.
@@ -81,11 +85,14 @@ impl Condition {
     /// The levels rise by this in each block from now on, or do not.
     pub fn set_drift(&mut self, per_block: Option<&Values>) {
         self.rate = per_block.copied();
-        self.rate.iter_mut().for_each(|rate| scale(rate, 1.0 / BLOCK_FRAMES as f32));
+        self.rate
+            .iter_mut()
+            .for_each(|rate| scale(rate, 1.0 / BLOCK_FRAMES as f32));
         self.is_plain &= self.rate.is_none();
     }
 
-    /// The latest frame that can be looked at, if frame `number` is the latest one of the ring: hum needs the next one.
+    /// The latest frame that can be looked at, if frame `number` is the latest one of the ring: hum
+    /// needs the next one.
     #[inline(always)]
     pub fn reach(&mut self, number: u32) -> u32 {
         if self.is_plain {
@@ -100,7 +107,11 @@ impl Condition {
         if let Some(mains_hz) = self.new_mains_hz.take() {
             self.tune(mains_hz);
         }
-        let number = if self.notch.is_some() { number.wrapping_sub(1) } else { number };
+        let number = if self.notch.is_some() {
+            number.wrapping_sub(1)
+        } else {
+            number
+        };
         if let Some(rate) = &self.rate {
             let passed = number.wrapping_sub(self.latest) as f32;
             add_times(&mut self.drifted, passed, rate);
@@ -111,10 +122,15 @@ impl Condition {
         number
     }
 
-    /// A frame of the ring without hum and drift, if it is there and has a valid value; `place` takes what is not in the
-    /// ring as it should be.
+    /// A frame of the ring without hum and drift, if it is there and has a valid value; `place`
+    /// takes what is not in the ring as it should be.
     #[inline(always)]
-    pub fn frame<'a>(&self, ring: Averages<'a>, number: u32, place: &'a mut Values) -> Option<&'a Values> {
+    pub fn frame<'a>(
+        &self,
+        ring: Averages<'a>,
+        number: u32,
+        place: &'a mut Values,
+    ) -> Option<&'a Values> {
         if self.is_plain() {
             return ring.frame(number, place);
         }
@@ -126,7 +142,8 @@ impl Condition {
     #[inline(never)]
     pub fn cleaned(&self, ring: Averages, number: u32) -> Option<Values> {
         let mut place = [0.0; TAXELS];
-        ring.frame(number, &mut place).map(|values| self.clean(ring, number, values))
+        ring.frame(number, &mut place)
+            .map(|values| self.clean(ring, number, values))
     }
 
     #[inline(never)]
@@ -135,10 +152,14 @@ impl Condition {
         if let Some((middle, beside)) = self.notch {
             let [mut one, mut other] = [[0.0; TAXELS]; 2];
             let (before, behind) = (number.wrapping_sub(1), number.wrapping_add(1));
-            let neighbours = ring.frame(before, &mut one).zip(ring.frame(behind, &mut other));
+            let neighbours = ring
+                .frame(before, &mut one)
+                .zip(ring.frame(behind, &mut other));
             // Without both the hum stays.
             if let Some((before, behind)) = neighbours {
-                (0..TAXELS).for_each(|c| values[c] = middle * values[c] + beside * (before[c] + behind[c]));
+                (0..TAXELS).for_each(|c| {
+                    values[c] = middle * values[c] + beside * (before[c] + behind[c])
+                });
             }
         }
         if let Some(rate) = &self.rate {
@@ -157,13 +178,21 @@ impl Condition {
     }
 }
 
-/// The cosine of an angle in turns, to four millionths, by the series of half the angle: a tenth of the code of a cosine of any
-/// angle.
+/// The cosine of an angle in turns, to four millionths, by the series of half the angle: a tenth of
+/// the code of a cosine of any angle.
 fn cos_turns(turns: f32) -> f32 {
     let angle = PI * (turns - libm::floorf(turns + 0.5));
     let square = angle * angle;
-    let coefficients = [-1.0 / 90.0, -1.0 / 56.0, -1.0 / 30.0, -1.0 / 12.0, -1.0 / 2.0];
-    let half = coefficients.into_iter().fold(1.0, |series, coefficient| 1.0 + series * square * coefficient);
+    let coefficients = [
+        -1.0 / 90.0,
+        -1.0 / 56.0,
+        -1.0 / 30.0,
+        -1.0 / 12.0,
+        -1.0 / 2.0,
+    ];
+    let half = coefficients.into_iter().fold(1.0, |series, coefficient| {
+        1.0 + series * square * coefficient
+    });
     2.0 * half * half - 1.0
 }
 

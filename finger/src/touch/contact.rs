@@ -1,9 +1,10 @@
 //! Phases of a touch: idle (A), contact spike and hold (B), slide (C), hold (D), release (E).
 //!
-//! The spike is found as in the paper's equations 2 and 3, over all taxels: the taxel whose deviation from its idle level
-//! is the greatest gives the time. The slide comes either from the protocol (equations 4 and 5) or from the signal: it
-//! starts when the held levels begin to change and ends when they stop. Both times are searched for in the ring, as soon
-//! as a block of frames shows that there is one to find.
+//! The spike is found as in the paper's equations 2 and 3, over all taxels: the taxel whose
+//! deviation from its idle level is the greatest gives the time. The slide comes either from the
+//! protocol (equations 4 and 5) or from the signal: it starts when the held levels begin to change
+//! and ends when they stop. Both times are searched for in the ring, as soon as a block of frames
+//! shows that there is one to find.
 
 mod evidence;
 
@@ -33,17 +34,20 @@ const LEARN_BLOCKS: u32 = 8;
 const STILL_BLOCKS: u32 = 4;
 /// Blocks after which the load of a hold is measured anew: 133 ms.
 const LOAD_BLOCKS: u32 = 8;
-/// Latest blocks that are no part of the level before a motion: a slow one may have begun in them. 133 ms.
+/// Latest blocks that are no part of the level before a motion: a slow one may have begun in them.
+/// 133 ms.
 const STILL_BACK: usize = 8;
 /// Blocks after which the direction that is no motion is measured anew in a slide: 133 ms.
 const AIM_BLOCKS: u32 = 8;
-/// From the contact to a slide that began before the spike was over, frames: 50 ms, within which a spike hides it.
+/// From the contact to a slide that began before the spike was over, frames: 50 ms, within which a
+/// spike hides it.
 const HIDDEN_FRAMES: u32 = 12;
 
 /// The state machine.
 #[derive(Clone, Debug)]
 pub struct ContactDetector {
-    /// Where slides come from, from the next touch on, and for the part of this one that has not begun.
+    /// Where slides come from, from the next touch on, and for the part of this one that has not
+    /// begun.
     pub rule: SlideRule,
     phase: Phase,
     /// The next block may hold the last of what has ended: it is not judged.
@@ -53,16 +57,19 @@ pub struct ContactDetector {
     idle: Idle,
     air: Air,
     spike: Spike,
-    /// A contact spike, or a release after a slide, has shown that the idle level is that in the air.
+    /// A contact spike, or a release after a slide, has shown that the idle level is that in the
+    /// air.
     was_in_air: bool,
     /// Frame of the touch's spike: no slide begins before it.
     contact: u32,
     held: HeldLevel,
     /// Squared distance of the held level from idle, in units of the noise.
     load: f32,
-    /// Length of the load that the touch began with, codes: what is learned of the noise later does not change it.
+    /// Length of the load that the touch began with, codes: what is learned of the noise later does
+    /// not change it.
     first_load: f32,
-    /// Level at which the taxels were still before the latest motion; none in one that was there before the spike was over.
+    /// Level at which the taxels were still before the latest motion; none in one that was there
+    /// before the spike was over.
     still_level: Option<Values>,
     /// Blocks until the direction that is no motion is measured anew.
     aim_in: u32,
@@ -116,8 +123,8 @@ impl ContactDetector {
         !matches!(self.phase, Phase::Learning(_) | Phase::Idle)
     }
 
-    /// Means of the taxels over the latest block, less the level without touch, codes; zero without touch, and where the air is not
-    /// known. And which taxels are alive, a bit each.
+    /// Means of the taxels over the latest block, less the level without touch, codes; zero without
+    /// touch, and where the air is not known. And which taxels are alive, a bit each.
     #[inline(never)]
     pub fn pressed(&self) -> (Values, u16) {
         let (mut pressed, mut alive) = ([0.0; TAXELS], 0);
@@ -146,8 +153,8 @@ impl ContactDetector {
         }
     }
 
-    /// Takes frame `number`, the latest one in `ring`; where it is a mean, with the squares of frames about it. Reports what
-    /// changed.
+    /// Takes frame `number`, the latest one in `ring`; where it is a mean, with the squares of
+    /// frames about it. Reports what changed.
     pub fn push(
         &mut self,
         number: u32,
@@ -161,16 +168,23 @@ impl ContactDetector {
         let values = if self.condition.is_plain() {
             values
         } else {
-            let Some(frame) = self.condition.cleaned(ring, number) else { return };
+            let Some(frame) = self.condition.cleaned(ring, number) else {
+                return;
+            };
             cleaned = frame;
             &cleaned
         };
         match self.phase {
             Phase::Slide(_) => self.air.follow_slide(values, self.motion.weights()),
-            Phase::Spike(_) => self.spike.follow(number, values, &self.idle.level, self.motion.weights()),
+            Phase::Spike(_) => {
+                self.spike
+                    .follow(number, values, &self.idle.level, self.motion.weights())
+            }
             _ => {}
         }
-        let Some(block) = self.motion.push(values, squares) else { return };
+        let Some(block) = self.motion.push(values, squares) else {
+            return;
+        };
         if core::mem::take(&mut self.skips_block) {
             if self.phase == Phase::Idle {
                 self.enter(Phase::Idle);
@@ -186,16 +200,29 @@ impl ContactDetector {
             Phase::Hold | Phase::Moving(_) => self.end_hold(report),
             Phase::Slide(start) => {
                 self.phase = Phase::Hold;
-                report(Change::SlideEnd(start, if self.planned.is_some() { number } else { self.moving_until }));
+                report(Change::SlideEnd(
+                    start,
+                    if self.planned.is_some() {
+                        number
+                    } else {
+                        self.moving_until
+                    },
+                ));
             }
             _ => {}
         }
     }
 
-    /// One block further, which ends with frame `number`. True if the finger was still, so that the noise can be learned
-    /// from it.
+    /// One block further, which ends with frame `number`. True if the finger was still, so that the
+    /// noise can be learned from it.
     #[inline(never)]
-    fn step(&mut self, number: u32, block: Block, ring: Averages, report: &mut dyn FnMut(Change)) -> bool {
+    fn step(
+        &mut self,
+        number: u32,
+        block: Block,
+        ring: Averages,
+        report: &mut dyn FnMut(Change),
+    ) -> bool {
         let mean = self.motion.past().back(0);
         match self.phase {
             Phase::Learning(blocks) => {
@@ -213,8 +240,9 @@ impl ContactDetector {
                     return true;
                 }
                 let idle = &self.idle.level;
-                let is_nearer =
-                    |before: &Values| self.motion.distance(mean, before) < self.motion.distance(idle, before);
+                let is_nearer = |before: &Values| {
+                    self.motion.distance(mean, before) < self.motion.distance(idle, before)
+                };
                 if matches!(&self.air, Air::Known(Some(before)) if is_nearer(before)) {
                     self.enter(Phase::CreepingBack);
                 } else {
@@ -233,9 +261,14 @@ impl ContactDetector {
             Phase::Spike(since) => {
                 self.follow_motion(block, number);
                 let passed = number.wrapping_sub(since);
-                let is_due = passed >= SPIKE_FRAMES || self.motion.still_quick >= SPIKE_STILL_BLOCKS;
+                let is_due =
+                    passed >= SPIKE_FRAMES || self.motion.still_quick >= SPIKE_STILL_BLOCKS;
                 // By the protocol every touch begins with a contact.
-                if is_due && (self.was_in_air || !self.finds_slides() || self.is_contact(since, number, ring)) {
+                if is_due
+                    && (self.was_in_air
+                        || !self.finds_slides()
+                        || self.is_contact(since, number, ring))
+                {
                     self.end_phase(Ended::Spike, number, ring, report);
                 }
                 false
@@ -248,8 +281,11 @@ impl ContactDetector {
                 let off = self.motion.distance(mean, &self.idle.level);
                 // What changes along the load alone is not quick: the oldest block counts too.
                 let back = BACK_AT_IDLE * self.load;
-                let is_back =
-                    |blocks: usize| self.motion.distance(self.motion.past().back(blocks), &self.idle.level) < back;
+                let is_back = |blocks: usize| {
+                    self.motion
+                        .distance(self.motion.past().back(blocks), &self.idle.level)
+                        < back
+                };
                 let is_over = off < back && is_back(STILL_BLOCKS as usize - 1);
                 let is_in_air = self.air.is_known() && !block.now && off < back && is_back(1);
                 // A slow slide falls as far as a release does, but it rises again.
@@ -266,7 +302,8 @@ impl ContactDetector {
                         moving.since = number.wrapping_sub(BLOCK_FRAMES - 1);
                     }
                     if is_in_air {
-                        // For two blocks: what moved until now is no slide, and one may begin behind it.
+                        // For two blocks: what moved until now is no slide, and one may begin
+                        // behind it.
                         moving = Moving::since(number.wrapping_add(1));
                         self.contact = number;
                     }
@@ -288,7 +325,8 @@ impl ContactDetector {
         // Where the air is not known only a motion shows a release.
         if moves && (self.finds_slides() || !self.air.is_known()) {
             self.note_still_level();
-            self.phase = Phase::Moving(Moving::since(number.wrapping_sub(BLOCK_FRAMES - 1)).with(block));
+            self.phase =
+                Phase::Moving(Moving::since(number.wrapping_sub(BLOCK_FRAMES - 1)).with(block));
         } else if !moves && self.motion.still <= HELD_BACK as u32 {
             self.held.restart();
         } else if !moves && off > IS_LOAD * self.load {
@@ -298,14 +336,29 @@ impl ContactDetector {
     }
 
     /// One block further while something moves: it becomes a slide, or is still again.
-    fn moving(&mut self, moving: Moving, has_fallen: bool, ring: Averages, report: &mut dyn FnMut(Change)) {
+    fn moving(
+        &mut self,
+        moving: Moving,
+        has_fallen: bool,
+        ring: Averages,
+        report: &mut dyn FnMut(Change),
+    ) {
         if self.finds_slides() && moving.is_slide() && !has_fallen {
             self.is_slow = moving.is_slow();
             let left = match &self.still_level {
-                Some(level) => self.frames(ring).departure(level, moving.since, self.contact),
+                Some(level) => self
+                    .frames(ring)
+                    .departure(level, moving.since, self.contact),
                 None => self.contact.wrapping_add(HIDDEN_FRAMES),
             };
-            self.begin_slide(if reached(left, self.contact) { left } else { self.contact }, report);
+            self.begin_slide(
+                if reached(left, self.contact) {
+                    left
+                } else {
+                    self.contact
+                },
+                report,
+            );
         } else if self.motion.still >= STILL_BLOCKS && self.motion.still_longest >= STILL_BLOCKS {
             self.phase = Phase::Hold;
             self.motion.restart_lately();
@@ -325,15 +378,28 @@ impl ContactDetector {
     }
 
     /// One block further in the slide that began at frame `start`.
-    fn slide(&mut self, start: u32, number: u32, block: Block, ring: Averages, report: &mut dyn FnMut(Change)) {
+    fn slide(
+        &mut self,
+        start: u32,
+        number: u32,
+        block: Block,
+        ring: Averages,
+        report: &mut dyn FnMut(Change),
+    ) {
         if self.planned.is_some() {
             return;
         }
         self.follow_motion(block, number);
         // Still, or in the air: there a slide is over even if something goes on shaking the finger.
-        self.aim_in = if self.aim_in > 0 { self.aim_in - 1 } else { AIM_BLOCKS - 1 };
+        self.aim_in = if self.aim_in > 0 {
+            self.aim_in - 1
+        } else {
+            AIM_BLOCKS - 1
+        };
         let mut is_over = self.motion.still >= STILL_BLOCKS
-            && (self.motion.still_longest >= STILL_BLOCKS || !self.is_slow || !self.motion.is_weak());
+            && (self.motion.still_longest >= STILL_BLOCKS
+                || !self.is_slow
+                || !self.motion.is_weak());
         if self.aim_in == 0 {
             let recent = self.motion.past().recent_mean();
             let off = self.motion.distance(&recent, &self.idle.level);
@@ -347,10 +413,16 @@ impl ContactDetector {
         }
     }
 
-    /// Something was over with the block that ends with frame `over`, the latest one: where the taxels are now decides
-    /// what it was and what comes next.
+    /// Something was over with the block that ends with frame `over`, the latest one: where the
+    /// taxels are now decides what it was and what comes next.
     #[inline(never)]
-    fn end_phase(&mut self, ended: Ended, over: u32, ring: Averages, report: &mut dyn FnMut(Change)) {
+    fn end_phase(
+        &mut self,
+        ended: Ended,
+        over: u32,
+        ring: Averages,
+        report: &mut dyn FnMut(Change),
+    ) {
         let level = self.motion.past().mean_of_four(0);
         let off = self.motion.distance(&level, &self.idle.level);
         let before = self.still_level.replace(level);
@@ -362,7 +434,9 @@ impl ContactDetector {
                 if self.motion.still_quick < SPIKE_STILL_BLOCKS {
                     self.still_level = None;
                 }
-                if is_released && self.spike.height(self.motion.weights()) < self.motion.taxels.limit(TAP) {
+                if is_released
+                    && self.spike.height(self.motion.weights()) < self.motion.taxels.limit(TAP)
+                {
                     self.enter(Phase::Idle);
                     return;
                 }
@@ -381,7 +455,13 @@ impl ContactDetector {
                     arrived = Some(lifted);
                     frames.hold_before(lifted, start)
                 } else {
-                    slide_end(&frames, &self.motion, &level, (self.moving_until, self.until_is_loose), over)
+                    slide_end(
+                        &frames,
+                        &self.motion,
+                        &level,
+                        (self.moving_until, self.until_is_loose),
+                        over,
+                    )
                 };
                 report(Change::SlideEnd(start, end));
                 is_released
@@ -399,7 +479,8 @@ impl ContactDetector {
             });
             report(Change::Release(arrived));
             // Nothing slides in the air: what it came back to after a slide is the air.
-            let has_slid = ended != Ended::Spike && (ended != Ended::Hold || self.held.hold == Hold::AfterSlide);
+            let has_slid = ended != Ended::Spike
+                && (ended != Ended::Hold || self.held.hold == Hold::AfterSlide);
             self.was_in_air |= self.air.is_known() && has_slid;
             self.air = Air::Known(self.air.is_known().then_some(self.idle.level));
             self.idle.restart(level, &self.condition);
@@ -419,19 +500,34 @@ impl ContactDetector {
             self.first_load = length(&difference(&level, &self.idle.level));
         }
         self.aim(&level);
-        self.begin_hold(if ended == Ended::Spike { Hold::BeforeSlide } else { Hold::AfterSlide });
+        self.begin_hold(if ended == Ended::Spike {
+            Hold::BeforeSlide
+        } else {
+            Hold::AfterSlide
+        });
     }
 
     /// What is along the way from idle to this level is no motion.
     #[inline(never)]
     fn aim(&mut self, level: &Values) {
-        self.motion.ignore(Some(difference(level, &self.idle.level)));
+        self.motion
+            .ignore(Some(difference(level, &self.idle.level)));
     }
 
     /// The idle level follows the latest block, which is `off` from it.
     fn follow_idle(&mut self, off: f32) {
-        let Self { idle, motion, condition, .. } = self;
-        if idle.follow(motion.past().back(0), off, (motion.weights(), motion.taxels), condition) {
+        let Self {
+            idle,
+            motion,
+            condition,
+            ..
+        } = self;
+        if idle.follow(
+            motion.past().back(0),
+            off,
+            (motion.weights(), motion.taxels),
+            condition,
+        ) {
             motion.forget(condition.drifts().then_some(&idle.slope));
         }
     }
@@ -446,12 +542,18 @@ impl ContactDetector {
         let (frame, taxel, height) = self.spike.highest(self.motion.weights());
         self.contact = frame;
         self.planned = planned(self.rule, frame, &self.condition);
-        report(Change::Contact { frame, taxel, height });
+        report(Change::Contact {
+            frame,
+            taxel,
+            height,
+        });
     }
 
     /// Starts and ends the slide by protocol.
     fn follow_plan(&mut self, number: u32, report: &mut dyn FnMut(Change)) {
-        let Some((start, end)) = self.planned else { return };
+        let Some((start, end)) = self.planned else {
+            return;
+        };
         match self.phase {
             Phase::Hold if reached(number, start) => self.begin_slide(start, report),
             Phase::Slide(_) if reached(number, end) => {

@@ -1,4 +1,5 @@
-//! The level that is held, for the static image: the mean of the latest part of a hold in which nothing moved.
+//! The level that is held, for the static image: the mean of the latest part of a hold in which
+//! nothing moved.
 
 use crate::touch::block::BLOCK_FRAMES;
 use crate::touch::motion::Motion;
@@ -7,8 +8,8 @@ use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::Hold;
 use ridgetone_tone::Values;
 
-/// Latest blocks that are no part of the level: that in which a motion is noticed, and the one before it, which may hold
-/// the first of it.
+/// Latest blocks that are no part of the level: that in which a motion is noticed, and the one
+/// before it, which may hold the first of it.
 pub const HELD_BACK: usize = 2;
 /// Fewest blocks that are worth an image: 0.1 s.
 const BLOCKS_MIN: u32 = 6;
@@ -35,7 +36,14 @@ pub struct HeldLevel {
 
 impl HeldLevel {
     pub const fn new() -> Self {
-        Self { level: [0.0; TAXELS], from: 0, until: 0, blocks: 0, good: u16::MAX, hold: Hold::BeforeSlide }
+        Self {
+            level: [0.0; TAXELS],
+            from: 0,
+            until: 0,
+            blocks: 0,
+            good: u16::MAX,
+            hold: Hold::BeforeSlide,
+        }
     }
 
     /// Begins anew: nothing is in the mean yet.
@@ -45,12 +53,18 @@ impl HeldLevel {
 
     /// One still block further, which ends with frame `number`.
     pub fn extend(&mut self, number: u32, motion: &Motion) {
-        self.until = number.wrapping_sub(HELD_BACK as u32 * BLOCK_FRAMES).wrapping_add(1);
+        self.until = number
+            .wrapping_sub(HELD_BACK as u32 * BLOCK_FRAMES)
+            .wrapping_add(1);
         if self.blocks == 0 {
             self.from = self.until.wrapping_sub(BLOCK_FRAMES);
         }
         self.blocks = self.blocks.saturating_add(1);
-        approach(&mut self.level, motion.past().back(HELD_BACK), 1.0 / self.blocks as f32);
+        approach(
+            &mut self.level,
+            motion.past().back(HELD_BACK),
+            1.0 / self.blocks as f32,
+        );
     }
 
     /// Frames in the mean.

@@ -12,20 +12,23 @@ use ridgetone_tone::Values;
 const TOUCHED: Limit = limit(1.0, 84.0);
 /// The same, if the noise is not white and its level wanders: a multiple of the typical distance.
 const OVER_TYPICAL: f32 = 8.0;
-/// A block this far off shows that the level does not go straight on: 61, as in [`crate::touch::motion`].
+/// A block this far off shows that the level does not go straight on: 61, as in
+/// [`crate::touch::motion`].
 const BENT: Limit = limit(1.0, 45.0);
-/// Blocks that a line through the latest levels is fitted to: 0.27 to 1.06 s. Fewer would follow a gentle touch.
+/// Blocks that a line through the latest levels is fitted to: 0.27 to 1.06 s. Fewer would follow a
+/// gentle touch.
 const BLOCKS: (f32, f32) = (16.0, 64.0);
 /// The square of a slope, over its variance, that is a drift and no chance: 100 for 16 taxels.
 const DRIFTS: Limit = limit(1.0, 84.0);
 /// Blocks of a straight course that show a drift: a skin that creeps back bends before.
 const DRIFT_BLOCKS: f32 = 24.0;
 
-/// A level is that of the middle of a block, and a slope is known at its end: 1.5 of 4 frames later.
+/// A level is that of the middle of a block, and a slope is known at its end: 1.5 of 4 frames
+/// later.
 const AHEAD: f32 = 0.5 - 0.5 / BLOCK_FRAMES as f32;
 
-/// A line through the latest blocks: a polynomial filter with a memory that grows, of the first order (Brookner, "Tracking
-/// and Kalman Filtering Made Easy" (1998), chapter 7).
+/// A line through the latest blocks: a polynomial filter with a memory that grows, of the first
+/// order (Brookner, "Tracking and Kalman Filtering Made Easy" (1998), chapter 7).
 #[derive(Clone, Debug)]
 pub struct Idle {
     /// Level of the latest block, codes, the drift that is known left out.
@@ -39,7 +42,12 @@ pub struct Idle {
 
 impl Idle {
     pub const fn new() -> Self {
-        Self { level: [0.0; TAXELS], slope: [0.0; TAXELS], blocks: 0.0, typical: 0.0 }
+        Self {
+            level: [0.0; TAXELS],
+            slope: [0.0; TAXELS],
+            blocks: 0.0,
+            typical: 0.0,
+        }
     }
 
     /// Begins anew at a level that four blocks have shown. A drift goes on.
@@ -63,8 +71,9 @@ impl Idle {
         greater(taxels.limit(TOUCHED), OVER_TYPICAL * self.typical)
     }
 
-    /// One block further in the air: its mean, and the squared distance from the level; `weights` are one over the variance of
-    /// each taxel's frames. Measures the drift. True if the noise is to be learned anew: what was taken for noise was the drift.
+    /// One block further in the air: its mean, and the squared distance from the level; `weights`
+    /// are one over the variance of each taxel's frames. Measures the drift. True if the noise is
+    /// to be learned anew: what was taken for noise was the drift.
     #[inline(never)]
     #[must_use]
     pub fn follow(
@@ -76,7 +85,11 @@ impl Idle {
     ) -> bool {
         let (least, most) = BLOCKS;
         if self.blocks >= 4.0 {
-            let share = if self.blocks < 32.0 { 1.0 / self.blocks } else { 1.0 / 32.0 };
+            let share = if self.blocks < 32.0 {
+                1.0 / self.blocks
+            } else {
+                1.0 / 32.0
+            };
             self.typical += (off - self.typical) * share;
         }
         if off > taxels.limit(BENT) && self.blocks > least {
@@ -86,11 +99,18 @@ impl Idle {
         }
         let blocks = self.blocks;
         let share = 1.0 / (blocks * (blocks + 1.0));
-        let (to_level, to_slope) = ((4.0 * blocks - 2.0) * share, if blocks > 1.0 { 6.0 * share } else { 0.0 });
+        let (to_level, to_slope) = (
+            (4.0 * blocks - 2.0) * share,
+            if blocks > 1.0 { 6.0 * share } else { 0.0 },
+        );
         let is_known = condition.drifts();
         let mut square = 0.0;
         for c in 0..TAXELS {
-            let expected = if is_known { self.level[c] } else { self.level[c] + self.slope[c] };
+            let expected = if is_known {
+                self.level[c]
+            } else {
+                self.level[c] + self.slope[c]
+            };
             let off = mean[c] - expected;
             self.level[c] = expected + to_level * off;
             self.slope[c] += to_slope * off;
@@ -99,8 +119,8 @@ impl Idle {
             }
             square += self.slope[c] * self.slope[c] * weights[c];
         }
-        // The slope's variance is 12 / n^3 of that of a block's mean. Noise that wanders has steeper slopes than its blocks
-        // show.
+        // The slope's variance is 12 / n^3 of that of a block's mean. Noise that wanders has
+        // steeper slopes than its blocks show.
         let wander = greater(1.0, self.typical / taxels.count);
         let times = square * (BLOCK_FRAMES as f32 / 12.0) * blocks * blocks * blocks;
         let drifts = times > taxels.limit(DRIFTS) * wander * wander;

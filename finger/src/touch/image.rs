@@ -6,18 +6,19 @@ use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::{Image, Pressed};
 use ridgetone_tone::Values;
 
-/// A taxel whose frames vary by less than this has no noise, squared codes: a tenth more than rounding makes of any
-/// (1/12), which is the least that the detector takes for noise.
+/// A taxel whose frames vary by less than this has no noise, squared codes: a tenth more than
+/// rounding makes of any (1/12), which is the least that the detector takes for noise.
 const DEAD_VARIANCE: f32 = 1.1 / 12.0;
 
-/// Whether a taxel has neither changed since the touch began nor any noise, by its codes above the level before, and by the variance of its frames.
+/// Whether a taxel has neither changed since the touch began nor any noise, by its codes above the
+/// level before, and by the variance of its frames.
 pub fn is_dead(pressed: f32, variance: f32) -> bool {
     pressed.abs() < 1.0 && variance < DEAD_VARIANCE
 }
 
-/// The image of a hold, beside the level before the touch and the frames that this level is the mean of. `weights` are one
-/// over the variance of each taxel's frames. The mean over the hold began and ended at `span_us`, device time in
-/// microseconds, and has `frames` frames.
+/// The image of a hold, beside the level before the touch and the frames that this level is the
+/// mean of. `weights` are one over the variance of each taxel's frames. The mean over the hold
+/// began and ended at `span_us`, device time in microseconds, and has `frames` frames.
 pub fn image(
     (held, frames): (&HeldLevel, u32),
     (idle, idle_frames): (&Values, f32),
@@ -32,8 +33,18 @@ pub fn image(
         if held.good >> c & 1 == 1 && !is_dead(pressed, variance) {
             let sigma_v = libm::sqrtf(variance * of_mean) * volts_per_code;
             // There is space for every taxel.
-            let _ = taxels.push(Pressed { taxel: c as u8, level_v: pressed * volts_per_code, sigma_v });
+            let _ = taxels.push(Pressed {
+                taxel: c as u8,
+                level_v: pressed * volts_per_code,
+                sigma_v,
+            });
         }
     }
-    Image { start_us, end_us, frames, hold: held.hold, taxels }
+    Image {
+        start_us,
+        end_us,
+        frames,
+        hold: held.hold,
+        taxels,
+    }
 }

@@ -1,8 +1,10 @@
-//! A start under load: the level that was taken for idle is that of a finger that rests on something.
+//! A start under load: the level that was taken for idle is that of a finger that rests on
+//! something.
 //!
-//! A contact is at its load at once and stays away from idle. A slide goes about its mean, and the level before it is one of those that
-//! it comes by: a sine is off its mean by at most the root of two of its standard deviations. A slow contact presses all taxels alike,
-//! so that its way is straight; a slide takes each by its own phase.
+//! A contact is at its load at once and stays away from idle. A slide goes about its mean, and the
+//! level before it is one of those that it comes by: a sine is off its mean by at most the root of
+//! two of its standard deviations. A slow contact presses all taxels alike, so that its way is
+//! straight; a slide takes each by its own phase.
 
 use crate::touch::chi_square::{along, distance};
 use crate::touch::onset::Frames;
@@ -12,20 +14,23 @@ use ridgetone_tone::Values;
 
 /// Frames after the first touch in which a contact is at its load: 33 ms.
 const EARLY_FRAMES: u32 = 8;
-/// Frames after which little is left of a spike: 100 ms; and those that show whether the levels move on after it.
+/// Frames after which little is left of a spike: 100 ms; and those that show whether the levels
+/// move on after it.
 const LATE_FRAMES: (u32, u32) = (24, 48);
 /// Frames that are looked at, about: more would take too long.
 const LOOKED_AT: u32 = 40;
 /// Share of the later distance, squared, that a contact has at once. A tone above 10 Hz has it too.
 const AT_ONCE: f32 = 0.5;
-/// A level this far from the mean of a motion, squared, over the motion's mean square, is none of its levels. A sine has at most 2.
+/// A level this far from the mean of a motion, squared, over the motion's mean square, is none of
+/// its levels. A sine has at most 2.
 const BESIDE_MOTION: f32 = 4.0;
-/// Share of a slow motion's mean square that is not along one direction: a gentle contact presses all taxels alike, and a slide takes
-/// each by its own phase.
+/// Share of a slow motion's mean square that is not along one direction: a gentle contact presses
+/// all taxels alike, and a slide takes each by its own phase.
 const BENT: f32 = 0.2;
 /// Share of a motion's mean square that its first half has too.
 const GOES_ON: f32 = 0.1;
-/// The highest of a contact's frames, squared, over the later ones, that is a spike: only a contact has one.
+/// The highest of a contact's frames, squared, over the later ones, that is a spike: only a contact
+/// has one.
 const SPIKED: f32 = 1.5;
 /// Frames after which a motion that began slowly is judged, if it is not still before: 1 s.
 const JUDGED_AFTER: u32 = 241;
@@ -40,7 +45,11 @@ pub struct Course {
 
 impl Course {
     const fn new() -> Self {
-        Self { mean: [0.0; TAXELS], squares: 0.0, frames: 0.0 }
+        Self {
+            mean: [0.0; TAXELS],
+            squares: 0.0,
+            frames: 0.0,
+        }
     }
 
     /// Takes a frame (Welford's method).
@@ -62,7 +71,9 @@ impl Course {
 
     /// Whether a level is none of those of the motion.
     fn is_beside(&self, level: &Values, weights: &Values, taxels: f32) -> bool {
-        self.frames > 0.0 && distance(weights, level, &self.mean) > BESIDE_MOTION * greater(self.spread(taxels), taxels)
+        self.frames > 0.0
+            && distance(weights, level, &self.mean)
+                > BESIDE_MOTION * greater(self.spread(taxels), taxels)
     }
 }
 
@@ -122,7 +133,11 @@ fn look_at(frames: &Frames, first: u32, all: u32, take: &mut dyn FnMut(u32, &Val
 pub fn judge(frames: &Frames, level: &Values, first: u32, last: u32, is_still: bool) -> Judged {
     let (weights, taxels) = (frames.weights, frames.taxels.count);
     let all = last.wrapping_sub(first);
-    let (from, until) = if all < 2 * LATE_FRAMES.0 { (all / 2, all) } else { LATE_FRAMES };
+    let (from, until) = if all < 2 * LATE_FRAMES.0 {
+        (all / 2, all)
+    } else {
+        LATE_FRAMES
+    };
     let (mut late, mut half, mut early) = (Course::new(), Course::new(), 0.0);
     look_at(frames, first, all, &mut |at, values| {
         if at < EARLY_FRAMES {
@@ -139,7 +154,11 @@ pub fn judge(frames: &Frames, level: &Values, first: u32, last: u32, is_still: b
     if early > AT_ONCE * (off + spread) {
         let moves = off < BESIDE_MOTION * spread && half.spread(taxels) > GOES_ON * spread;
         let has_spike = early > SPIKED * (off + spread);
-        return if moves { Judged::Slide(late) } else { Judged::Contact { has_spike } };
+        return if moves {
+            Judged::Slide(late)
+        } else {
+            Judged::Contact { has_spike }
+        };
     }
     if all < JUDGED_AFTER && !is_still {
         return Judged::Unclear;
@@ -155,7 +174,11 @@ pub fn judge(frames: &Frames, level: &Values, first: u32, last: u32, is_still: b
         }
     });
     let straight = squares / greater(count * off, 1.0) - 1.0;
-    if spread - straight > BENT * spread { Judged::Slide(late) } else { Judged::Contact { has_spike: false } }
+    if spread - straight > BENT * spread {
+        Judged::Slide(late)
+    } else {
+        Judged::Contact { has_spike: false }
+    }
 }
 
 #[cfg(test)]
@@ -173,8 +196,14 @@ mod tests {
         for c in 0..TAXELS {
             let mean = (0..50).map(|n| f64::from(value(n, c))).sum::<f64>() / 50.0;
             assert!((f64::from(course.mean[c]) - mean).abs() < 1e-3, "{c}");
-            squares += f64::from(weights[c]) * (0..50).map(|n| (f64::from(value(n, c)) - mean).powi(2)).sum::<f64>();
+            squares += f64::from(weights[c])
+                * (0..50)
+                    .map(|n| (f64::from(value(n, c)) - mean).powi(2))
+                    .sum::<f64>();
         }
-        assert!((f64::from(course.spread(16.0)) - (squares / 50.0 - 16.0)).abs() < 1e-4 * squares / 50.0);
+        assert!(
+            (f64::from(course.spread(16.0)) - (squares / 50.0 - 16.0)).abs()
+                < 1e-4 * squares / 50.0
+        );
     }
 }

@@ -1,8 +1,9 @@
 //! Is anything moving? Short means of the frames compared with each other at several distances.
 //!
-//! Each comparison sums over the taxels in units of their noise, so under a still finger it is a chi-square with a degree
-//! of freedom for each taxel. First differences see quick changes. Second differences at longer distances see slow waves,
-//! but not the straight creep of a skin that was just loaded.
+//! Each comparison sums over the taxels in units of their noise, so under a still finger it is a
+//! chi-square with a degree of freedom for each taxel. First differences see quick changes. Second
+//! differences at longer distances see slow waves, but not the straight creep of a skin that was
+//! just loaded.
 
 pub use crate::touch::block::{BLOCK_FRAMES, Block};
 use crate::touch::chi_square::{Apart, Limit, Taxels, along, distance, limit};
@@ -22,36 +23,43 @@ const LONG: usize = 6;
 pub const SHORT_BLOCKS: u32 = 2 * SHORT as u32;
 /// Blocks that the long comparison reaches back: 250 ms.
 pub const LONG_BLOCKS: u32 = 2 * LONG as u32 + 3;
-/// Blocks that the longest comparison reaches back: a second difference of means of eight blocks, at a distance of two of them, once in
-/// eight blocks. 0.66 to 0.78 s. It finds a tone of 1 Hz that is as weak as the noise.
+/// Blocks that the longest comparison reaches back: a second difference of means of eight blocks,
+/// at a distance of two of them, once in eight blocks. 0.66 to 0.78 s. It finds a tone of 1 Hz that
+/// is as weak as the noise.
 pub const LONGEST_BLOCKS: u32 = 8 * EIGHTS as u32 + 7;
-/// A motion of which no long comparison was above this is a weak one: the long one may miss parts of it. Eight times [`MOVING`].
+/// A motion of which no long comparison was above this is a weak one: the long one may miss parts
+/// of it. Eight times [`MOVING`].
 const WEAK: Limit = limit(8.0, 360.0);
 /// Blocks after which little is left of one in the averages of the quick comparisons: 116 ms.
 pub const FAINT_BLOCKS: u32 = 7;
 /// Share of the latest block in these averages.
 const FAINT_SHARE: f32 = 0.2;
-/// Weight of the comparison with the block before, beside that within a block: they have the same standard deviation then.
-/// Together they find a tone of 35 to 50 Hz that is as weak as the noise; alone neither does.
+/// Weight of the comparison with the block before, beside that within a block: they have the same
+/// standard deviation then. Together they find a tone of 35 to 50 Hz that is as weak as the noise;
+/// alone neither does.
 const BESIDE: f32 = 5.0;
-/// An average above this is motion. The averages are of the comparison within blocks, of that together with the comparison
-/// with the block before, and of the short one. An average has a ninth of a block's variance, more where neighbours share
-/// frames. The limit is the mean and four and a half standard deviations: a slide needs many such blocks. Averages find what
-/// is too weak for one block, above all a tone near 60 Hz: a mean of four frames has none of it.
+/// An average above this is motion. The averages are of the comparison within blocks, of that
+/// together with the comparison with the block before, and of the short one. An average has a ninth
+/// of a block's variance, more where neighbours share frames. The limit is the mean and four and a
+/// half standard deviations: a slide needs many such blocks. Averages find what is too weak for one
+/// block, above all a tone near 60 Hz: a mean of four frames has none of it.
 const FAINT: [Limit; 3] = [limit(8.0, 42.0), limit(13.0, 62.0), limit(1.0, 14.0)];
-/// A comparison above this is motion: 61 for 16 taxels, a chi-square's mean of 16 and eight of its standard deviations of
-/// 5.7. A day has 5 million blocks.
+/// A comparison above this is motion: 61 for 16 taxels, a chi-square's mean of 16 and eight of its
+/// standard deviations of 5.7. A day has 5 million blocks.
 const MOVING: Limit = limit(1.0, 45.0);
 /// The same for the differences from frame to frame over a block: mean 128, eight times 35.
 const JUMPING: Limit = limit(8.0, 282.0);
-/// Of the greatest long comparison: what is less is the bend of a skin's creep after it, 3 % of the motion.
+/// Of the greatest long comparison: what is less is the bend of a skin's creep after it, 3 % of the
+/// motion.
 const CREEP_SHARE: f32 = 1e-3;
-/// Taxels that bear a load, at least, if nothing along it is motion: one or two alone show a slide hardly otherwise.
+/// Taxels that bear a load, at least, if nothing along it is motion: one or two alone show a slide
+/// hardly otherwise.
 const LOADED_MIN: f32 = 2.5;
 /// The noise is learnt from every eighth block once it is known.
 const LEARN_EVERY: u32 = 8;
 
-/// Comparisons: within a block, with the one before, short, long, of what averaged frames hide, and the longest.
+/// Comparisons: within a block, with the one before, short, long, of what averaged frames hide, and
+/// the longest.
 const COMPARISONS: usize = 6;
 const LONG_BEND: usize = 3;
 const LONGEST: usize = 5;
@@ -91,7 +99,8 @@ pub struct Motion {
     typical: [f32; COMPARISONS],
     /// Still blocks that these were learned from, at most [`NOISE_BLOCKS`].
     learned: [f32; COMPARISONS],
-    /// Averages over the latest blocks: of the first, of the first two together, of the third, and of the fifth.
+    /// Averages over the latest blocks: of the first, of the first two together, of the third, and
+    /// of the fifth.
     faint: [f32; AVERAGES],
     /// Blocks in a row without a quick change, since the last restart.
     pub still_quick: u32,
@@ -131,7 +140,11 @@ impl Motion {
 
     /// Forgets the past but not the noise: the next block is compared with nothing.
     pub fn restart(&mut self) {
-        (self.past.count_of_eights, self.still_longest, self.compared[LONGEST]) = (0, 0, 0.0);
+        (
+            self.past.count_of_eights,
+            self.still_longest,
+            self.compared[LONGEST],
+        ) = (0, 0, 0.0);
         self.restart_lately();
     }
 
@@ -145,7 +158,8 @@ impl Motion {
         self.greatest_bend = 0.0;
     }
 
-    /// Takes the next frame, and where it is a mean the squares of frames about it. Gives what the block shows that it ends.
+    /// Takes the next frame, and where it is a mean the squares of frames about it. Gives what the
+    /// block shows that it ends.
     #[inline]
     pub fn push(&mut self, values: &Values, squares: Option<&Values>) -> Option<Block> {
         if let Some(squares) = squares {
@@ -169,7 +183,12 @@ impl Motion {
         let mut within = 0.0;
         let (mut change, mut bend) = (Apart::NONE, Apart::NONE);
         let mean: Values = core::array::from_fn(|c| {
-            let changes = [first[c] - before[c], second[c] - first[c], third[c] - second[c], fourth[c] - third[c]];
+            let changes = [
+                first[c] - before[c],
+                second[c] - first[c],
+                third[c] - second[c],
+                fourth[c] - third[c],
+            ];
             let [one, two, three, four] = changes.map(|change| change * change);
             let (weight, pull) = (self.noise.weights[c], self.pull[c]);
             self.squares[c] = one + two + three + four;
@@ -180,8 +199,8 @@ impl Motion {
             mean
         });
         self.before = Some(*fourth);
-        // In units of the noise: a mean of four frames has a quarter of the variance of one, a first difference of such
-        // means twice that, a second difference six times.
+        // In units of the noise: a mean of four frames has a quarter of the variance of one, a
+        // first difference of such means twice that, a second difference six times.
         let known = self.past.count;
         let frames = BLOCK_FRAMES as f32;
         let if_known = |blocks: usize, apart: f32| if known >= blocks { apart } else { 0.0 };
@@ -210,14 +229,29 @@ impl Motion {
         let taxels = self.taxels;
         let (jumping, moving) = (taxels.limit(JUMPING), taxels.limit(MOVING));
         // Until it is known what is typical nothing swings.
-        let typical_swing = if self.learned[4] >= KNOWN_BLOCKS { self.typical[4] } else { f32::INFINITY };
-        let limits = [jumping, moving, moving, moving, self.swing.limit * typical_swing, moving];
+        let typical_swing = if self.learned[4] >= KNOWN_BLOCKS {
+            self.typical[4]
+        } else {
+            f32::INFINITY
+        };
+        let limits = [
+            jumping,
+            moving,
+            moving,
+            moving,
+            self.swing.limit * typical_swing,
+            moving,
+        ];
         self.greatest_bend = greater(self.greatest_bend, long);
         let limit = |which: usize| {
             let limit = greater(limits[which], OVER_TYPICAL * self.typical[which]);
             // Noise that wanders makes twice as much of means of eight blocks as of four.
             let of_wander = OVER_TYPICAL * (2.0 * self.typical[LONG_BEND] - taxels.count);
-            let limit = if which == LONGEST { greater(limit, of_wander) } else { limit };
+            let limit = if which == LONGEST {
+                greater(limit, of_wander)
+            } else {
+                limit
+            };
             if which == LONG_BEND || which == LONGEST {
                 greater(limit, CREEP_SHARE * self.greatest_bend)
             } else {
@@ -226,7 +260,13 @@ impl Motion {
         };
         let over = |which: usize| self.compared[which] > limit(which);
         // One block counts no more than a motion that it shows alone.
-        let most = |which: usize| if over(which) { limit(which) } else { self.compared[which] };
+        let most = |which: usize| {
+            if over(which) {
+                limit(which)
+            } else {
+                self.compared[which]
+            }
+        };
         let latest = [most(0), most(0) + BESIDE * most(1), most(2), most(4)];
         let [within, beside, short, _, swing, _] = self.typical;
         let typical = [within, within + BESIDE * beside, short, swing];
@@ -235,21 +275,42 @@ impl Motion {
         let mut faint = false;
         for which in 0..AVERAGES {
             self.faint[which] += FAINT_SHARE * (latest[which] - self.faint[which]);
-            faint |= self.faint[which] > greater(limits[which], FAINT_OVER_TYPICAL * typical[which]);
+            faint |=
+                self.faint[which] > greater(limits[which], FAINT_OVER_TYPICAL * typical[which]);
         }
         let now = over(0) || over(1) || over(4);
-        let block = Block { now, quick: now || over(2), slow: over(3), faint, longest: over(LONGEST) };
-        self.still_quick = if block.quick { 0 } else { self.still_quick.saturating_add(1) };
-        self.still_longest = if block.longest { 0 } else { self.still_longest.saturating_add(1) };
-        self.still = if block.moves_lately() { 0 } else { self.still.saturating_add(1) };
+        let block = Block {
+            now,
+            quick: now || over(2),
+            slow: over(3),
+            faint,
+            longest: over(LONGEST),
+        };
+        self.still_quick = if block.quick {
+            0
+        } else {
+            self.still_quick.saturating_add(1)
+        };
+        self.still_longest = if block.longest {
+            0
+        } else {
+            self.still_longest.saturating_add(1)
+        };
+        self.still = if block.moves_lately() {
+            0
+        } else {
+            self.still.saturating_add(1)
+        };
         block
     }
 
-    /// How far the mean of the latest four blocks, and two before it at a distance of [`LONG`], are off a straight course.
+    /// How far the mean of the latest four blocks, and two before it at a distance of [`LONG`], are
+    /// off a straight course.
     #[inline]
     fn long_bend(&self) -> f32 {
         const FAR: usize = LONG / 2;
-        let [a, b, c, d, e, f] = [0, 1, FAR, FAR + 1, 2 * FAR, 2 * FAR + 1].map(|back| self.past.pair(back));
+        let [a, b, c, d, e, f] =
+            [0, 1, FAR, FAR + 1, 2 * FAR, 2 * FAR + 1].map(|back| self.past.pair(back));
         let mut bend = Apart::NONE;
         for taxel in 0..TAXELS {
             let off = a[taxel] + b[taxel] + e[taxel] + f[taxel] - 2.0 * (c[taxel] + d[taxel]);
@@ -258,7 +319,8 @@ impl Motion {
         bend.square() * (1.0 / 16.0)
     }
 
-    /// How far means of eight blocks are off a straight course: the latest one, and two before it at a distance of two.
+    /// How far means of eight blocks are off a straight course: the latest one, and two before it
+    /// at a distance of two.
     #[inline(never)]
     fn longest_bend(&self) -> f32 {
         let [near, middle, far] = [0, 2, 4].map(|back| self.past.eight(back));
@@ -270,7 +332,8 @@ impl Motion {
         bend.square() * (1.0 / 64.0)
     }
 
-    /// Whether the motion since the last restart is so weak that the long comparison may miss parts of it.
+    /// Whether the motion since the last restart is so weak that the long comparison may miss parts
+    /// of it.
     pub fn is_weak(&self) -> bool {
         self.greatest_bend < self.taxels.limit(WEAK)
     }
@@ -282,7 +345,11 @@ impl Motion {
             return;
         }
         // What is known well needs only one block of eight.
-        self.until_learning = if self.until_learning > 0 { self.until_learning - 1 } else { LEARN_EVERY - 1 };
+        self.until_learning = if self.until_learning > 0 {
+            self.until_learning - 1
+        } else {
+            LEARN_EVERY - 1
+        };
         if self.until_learning > 0 && self.learned[0] >= NOISE_BLOCKS {
             return;
         }
@@ -294,23 +361,28 @@ impl Motion {
             return;
         }
         // A comparison with nothing says nothing.
-        for ((compared, learned), typical) in self.compared.iter().zip(&mut self.learned).zip(&mut self.typical) {
+        for ((compared, learned), typical) in self
+            .compared
+            .iter()
+            .zip(&mut self.learned)
+            .zip(&mut self.typical)
+        {
             if *compared > 0.0 {
                 average(*compared, learned, typical);
             }
         }
     }
 
-    /// What is typical is to be learned anew, and the noise soon: a drift by `slope` in each block was taken for noise until now, or
-    /// there is none any more.
+    /// What is typical is to be learned anew, and the noise soon: a drift by `slope` in each block
+    /// was taken for noise until now, or there is none any more.
     pub fn forget(&mut self, slope: Option<&Values>) {
         self.restart();
         (self.learned, self.unfit) = ([0.0; COMPARISONS], 2);
         self.noise.forget(slope);
     }
 
-    /// Changes along this direction, if there is one, are no motion from now on: the finger presses more or less, or its
-    /// skin creeps.
+    /// Changes along this direction, if there is one, are no motion from now on: the finger presses
+    /// more or less, or its skin creeps.
     pub fn ignore(&mut self, load: Option<Values>) {
         (self.load, self.has_load) = (load.unwrap_or([0.0; TAXELS]), load.is_some());
         self.aim();
@@ -325,7 +397,11 @@ impl Motion {
             (square, fourth) = (square + one, fourth + one * one);
         }
         let is_wide = square * square > LOADED_MIN * fourth;
-        let share = if is_wide { 1.0 / libm::sqrtf(square) } else { 0.0 };
+        let share = if is_wide {
+            1.0 / libm::sqrtf(square)
+        } else {
+            0.0
+        };
         for c in 0..TAXELS {
             self.pull[c] = load[c] * weights[c] * share;
         }
@@ -341,7 +417,8 @@ impl Motion {
         distance(&self.noise.weights, a, b)
     }
 
-    /// How far it is from one level to another along the direction that is ignored, in units of one frame's noise.
+    /// How far it is from one level to another along the direction that is ignored, in units of one
+    /// frame's noise.
     pub fn along(&self, from: &Values, to: &Values) -> f32 {
         along(&self.pull, from, to)
     }
@@ -355,7 +432,10 @@ impl Motion {
 
     /// How much more slow comparisons are than in white noise, at least one.
     pub fn wander(&self) -> f32 {
-        greater(1.0, greater(self.typical[1], self.typical[3]) / self.taxels.count)
+        greater(
+            1.0,
+            greater(self.typical[1], self.typical[3]) / self.taxels.count,
+        )
     }
 
     /// What a product with a difference gives its length along the direction that is ignored.

@@ -20,35 +20,51 @@ pub struct Noise {
     pub weights: Values,
     /// By the differences from frame to frame: right for white noise.
     quick_variance: Values,
-    /// By the differences from block to block: larger where neighbouring frames share their noise, as those of a
-    /// recording that was interpolated do.
+    /// By the differences from block to block: larger where neighbouring frames share their noise,
+    /// as those of a recording that was interpolated do.
     slow_variance: Values,
     /// Blocks that the noise was learned from, at most [`NOISE_BLOCKS`].
     pub learned: f32,
 }
 
 impl Noise {
-    /// The weights of an ideal chip, until there is better. The first block alone makes the variances.
+    /// The weights of an ideal chip, until there is better. The first block alone makes the
+    /// variances.
     pub const fn new() -> Self {
-        Self { weights: [1.0; TAXELS], quick_variance: [0.0; TAXELS], slow_variance: [0.0; TAXELS], learned: 0.0 }
-    }
-
-    /// Takes off what a drift by `slope` in each block has added. The noise of a few blocks alone would be too little for
-    /// some taxel. The weights follow with the next block that teaches it.
-    #[inline(never)]
-    pub fn forget(&mut self, slope: Option<&Values>) {
-        self.learned = if self.learned < KNOWN_BLOCKS { self.learned } else { KNOWN_BLOCKS };
-        let Some(slope) = slope else { return };
-        for c in 0..TAXELS {
-            // In a block it adds four squares of a quarter of the slope, and one of all of it to the difference of two means.
-            let square = slope[c] * slope[c];
-            let quick = self.quick_variance[c] - square * (1.0 / (2 * BLOCK_FRAMES * BLOCK_FRAMES) as f32);
-            self.quick_variance[c] = greater(quick, ROUNDING_VARIANCE);
-            self.slow_variance[c] = greater(self.slow_variance[c] - square * (BLOCK_FRAMES as f32 / 2.0), 0.0);
+        Self {
+            weights: [1.0; TAXELS],
+            quick_variance: [0.0; TAXELS],
+            slow_variance: [0.0; TAXELS],
+            learned: 0.0,
         }
     }
 
-    /// Learns from the latest block of `past`, whose squared changes from frame to frame are `squares`.
+    /// Takes off what a drift by `slope` in each block has added. The noise of a few blocks alone
+    /// would be too little for some taxel. The weights follow with the next block that teaches it.
+    #[inline(never)]
+    pub fn forget(&mut self, slope: Option<&Values>) {
+        self.learned = if self.learned < KNOWN_BLOCKS {
+            self.learned
+        } else {
+            KNOWN_BLOCKS
+        };
+        let Some(slope) = slope else { return };
+        for c in 0..TAXELS {
+            // In a block it adds four squares of a quarter of the slope, and one of all of it to
+            // the difference of two means.
+            let square = slope[c] * slope[c];
+            let quick =
+                self.quick_variance[c] - square * (1.0 / (2 * BLOCK_FRAMES * BLOCK_FRAMES) as f32);
+            self.quick_variance[c] = greater(quick, ROUNDING_VARIANCE);
+            self.slow_variance[c] = greater(
+                self.slow_variance[c] - square * (BLOCK_FRAMES as f32 / 2.0),
+                0.0,
+            );
+        }
+    }
+
+    /// Learns from the latest block of `past`, whose squared changes from frame to frame are
+    /// `squares`.
     pub fn learn(&mut self, past: &Past, squares: &Values) {
         if self.learned < NOISE_BLOCKS {
             self.learned += 1.0;
@@ -57,7 +73,8 @@ impl Noise {
         let mean = past.back(0);
         let before = if past.count > 1 { past.back(1) } else { mean };
         for c in 0..TAXELS {
-            // The difference of two neighbours has twice the variance of one frame; a mean of four has a quarter of it.
+            // The difference of two neighbours has twice the variance of one frame; a mean of four
+            // has a quarter of it.
             let quick_now = squares[c] * (1.0 / (2 * BLOCK_FRAMES) as f32);
             let off = mean[c] - before[c];
             let slow_now = off * off * (BLOCK_FRAMES as f32 / 2.0);

@@ -11,25 +11,28 @@ use crate::touch::values::{add, greater, scale};
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 
-/// A frame this far from a level is not at that level: 42 for 16 taxels, a chi-square's mean of 16 and 4.5 times its
-/// standard deviation of 5.7.
+/// A frame this far from a level is not at that level: 42 for 16 taxels, a chi-square's mean of 16
+/// and 4.5 times its standard deviation of 5.7.
 const DEPARTED: Limit = limit(1.0, 26.0);
-/// Between the distances of frames at a level, whose mean is 16, and those of frames in motion, of noise and a tone as strong
-/// as it, whose mean is 32: where both are as likely.
+/// Between the distances of frames at a level, whose mean is 16, and those of frames in motion, of
+/// noise and a tone as strong as it, whose mean is 32: where both are as likely.
 const BETWEEN: Limit = limit(1.0, 7.0);
-/// The same for means of four frames, to which the uncertainty of a level of sixteen adds a quarter.
+/// The same for means of four frames, to which the uncertainty of a level of sixteen adds a
+/// quarter.
 const BETWEEN_MEANS: Limit = limit(1.25, 18.0);
-/// A motion with frames this far off begins at once, or ends at once; and the same as [`BETWEEN`] for its frames. What is less
-/// after a strong motion may be the curve of a skin's creep.
+/// A motion with frames this far off begins at once, or ends at once; and the same as [`BETWEEN`]
+/// for its frames. What is less after a strong motion may be the curve of a skin's creep.
 const SHARP_START: (Limit, Limit) = (limit(90.0, 0.0), DEPARTED);
 const SHARP_END: (Limit, Limit) = (limit(600.0, 0.0), limit(10.0, 0.0));
 /// One frame counts at most three of these: a knock is no motion that goes on.
 const MOST: f32 = 3.0;
-/// A sum that is so much less than at its most, or more than at its least, will not come back: 50 ms of noise.
+/// A sum that is so much less than at its most, or more than at its least, will not come back: 50
+/// ms of noise.
 const PAST: Limit = limit(5.0, 20.0);
 /// Frames that are searched for the moment of a release: 0.66 s.
 pub const SEARCH_FRAMES: u32 = 160;
-/// Share of the way to a level that is a fall: the skin creeps by about a quarter of it until the fall is noticed.
+/// Share of the way to a level that is a fall: the skin creeps by about a quarter of it until the
+/// fall is noticed.
 const MOST_OF_FALL: f32 = 0.75;
 /// Frames that are searched for the start of a motion before the block that showed it, and behind.
 const START_FRAMES: (u32, u32) = (44, 16);
@@ -55,8 +58,8 @@ pub struct Frames<'a> {
     pub pull: &'a Values,
 }
 
-/// What frames and means of four speak for; and frames by a greater limit, where a motion begins or ends at once: the curve
-/// of a skin's creep is none.
+/// What frames and means of four speak for; and frames by a greater limit, where a motion begins or
+/// ends at once: the curve of a skin's creep is none.
 struct Spoken {
     single: Extremes,
     mean: Extremes,
@@ -77,17 +80,33 @@ struct Extremes {
 
 impl Extremes {
     const fn at(last: u32, past: f32) -> Self {
-        Self { sum: 0.0, most: 0.0, most_from: last, least: 0.0, least_from: last, past }
+        Self {
+            sum: 0.0,
+            most: 0.0,
+            most_from: last,
+            least: 0.0,
+            least_from: last,
+            past,
+        }
     }
 
     /// Whether what was looked for is far behind.
     fn is_past(&self, most: bool) -> bool {
-        if most { self.most - self.sum > self.past } else { self.sum - self.least > self.past }
+        if most {
+            self.most - self.sum > self.past
+        } else {
+            self.sum - self.least > self.past
+        }
     }
 
-    /// Adds what speaks for motion, a squared distance of which the noise alone makes as many as there are taxels.
+    /// Adds what speaks for motion, a squared distance of which the noise alone makes as many as
+    /// there are taxels.
     fn add(&mut self, apart: f32, between: f32, frame: u32) {
-        self.sum += if apart > MOST * between { MOST * between } else { apart } - between;
+        self.sum += if apart > MOST * between {
+            MOST * between
+        } else {
+            apart
+        } - between;
         if self.sum > self.most {
             (self.most, self.most_from) = (self.sum, frame);
         }
@@ -98,7 +117,8 @@ impl Extremes {
 }
 
 impl Frames<'_> {
-    /// A frame without hum and drift, if it is there. [`Self::speak`] has this inlined: it is the dearest search.
+    /// A frame without hum and drift, if it is there. [`Self::speak`] has this inlined: it is the
+    /// dearest search.
     #[inline(never)]
     pub fn values<'a>(&'a self, frame: u32, place: &'a mut Values) -> Option<&'a Values> {
         self.condition.frame(self.ring, frame, place)
@@ -107,13 +127,16 @@ impl Frames<'_> {
     fn is_off(&self, level: &Values, frame: u32) -> bool {
         let mut place = [0.0; TAXELS];
         let values = self.values(frame, &mut place);
-        values.is_some_and(|values| distance(self.weights, values, level) > self.taxels.limit(DEPARTED))
+        values.is_some_and(|values| {
+            distance(self.weights, values, level) > self.taxels.limit(DEPARTED)
+        })
     }
 
-    /// Looks back from frame `last`, at a number of frames, and adds up how much they speak for motion away from `level`, which
-    /// rises by `creep` in a frame. What is along the load is none. Gives the frame from which on they speak most for it,
-    /// and the one from which on they speak least. Means of four frames show a slow motion earlier than frames do, and one
-    /// near 60 Hz not at all: `earlier` decides between the two.
+    /// Looks back from frame `last`, at a number of frames, and adds up how much they speak for
+    /// motion away from `level`, which rises by `creep` in a frame. What is along the load is none.
+    /// Gives the frame from which on they speak most for it, and the one from which on they speak
+    /// least. Means of four frames show a slow motion earlier than frames do, and one near 60 Hz
+    /// not at all: `earlier` decides between the two.
     #[inline(never)]
     fn speak(
         &self,
@@ -133,7 +156,8 @@ impl Frames<'_> {
         let share = 1.0 / self.wander;
         let mut place = [0.0; TAXELS];
         // Side by side they are read at once.
-        let mut taxels: [[f32; 4]; TAXELS] = core::array::from_fn(|c| [level[c], self.weights[c], self.pull[c], 0.0]);
+        let mut taxels: [[f32; 4]; TAXELS] =
+            core::array::from_fn(|c| [level[c], self.weights[c], self.pull[c], 0.0]);
         for back in 0..frames {
             let frame = last.wrapping_sub(back * stride);
             let mut apart = Apart::NONE;
@@ -145,7 +169,10 @@ impl Frames<'_> {
                 }
             }
             if let Some(creep) = creep {
-                taxels.iter_mut().zip(creep).for_each(|([level, ..], creep)| *level -= creep);
+                taxels
+                    .iter_mut()
+                    .zip(creep)
+                    .for_each(|([level, ..], creep)| *level -= creep);
             }
             let square = apart.square() * share;
             peak = greater(peak, square);
@@ -156,22 +183,42 @@ impl Frames<'_> {
                 for [_, weight, pull, four] in &mut taxels {
                     apart.add(core::mem::take(four), *weight, *pull);
                 }
-                mean.add(apart.square() * share * (1.0 / BLOCK_FRAMES as f32), between_means, frame);
-                if [&single, &mean, &sharp].iter().all(|sums| sums.is_past(for_start)) {
+                mean.add(
+                    apart.square() * share * (1.0 / BLOCK_FRAMES as f32),
+                    between_means,
+                    frame,
+                );
+                if [&single, &mean, &sharp]
+                    .iter()
+                    .all(|sums| sums.is_past(for_start))
+                {
                     break;
                 }
             }
         }
-        Spoken { single, mean, sharp: (peak > is_sharp).then_some(sharp) }
+        Spoken {
+            single,
+            mean,
+            sharp: (peak > is_sharp).then_some(sharp),
+        }
     }
 
-    /// The first frame of a motion away from `level` that block `since` showed, `earliest` or later.
+    /// The first frame of a motion away from `level` that block `since` showed, `earliest` or
+    /// later.
     pub fn departure(&self, level: &Values, since: u32, earliest: u32) -> u32 {
         let (before, behind) = START_FRAMES;
         let last = since.wrapping_add(behind);
-        let last = if reached(last, self.condition.latest()) { self.condition.latest() } else { last };
+        let last = if reached(last, self.condition.latest()) {
+            self.condition.latest()
+        } else {
+            last
+        };
         let frames = last.wrapping_sub(earliest).min(before + behind);
-        let Spoken { single, mean, sharp } = self.speak(level, None, last, frames, 1, true);
+        let Spoken {
+            single,
+            mean,
+            sharp,
+        } = self.speak(level, None, last, frames, 1, true);
         if let Some(sharp) = sharp {
             return sharp.most_from;
         }
@@ -185,7 +232,8 @@ impl Frames<'_> {
         }
     }
 
-    /// The first of the frames up to `last` that are at `level` without a break. One frame alone off it may be noise.
+    /// The first of the frames up to `last` that are at `level` without a break. One frame alone
+    /// off it may be noise.
     #[inline(never)]
     pub fn arrival(&self, level: &Values, last: u32) -> u32 {
         let mut was_off = false;
@@ -200,8 +248,8 @@ impl Frames<'_> {
         last
     }
 
-    /// The first of the frames up to `last` that have gone most of the way from one level to another along the load. What a skin
-    /// creeps back after the load is less.
+    /// The first of the frames up to `last` that have gone most of the way from one level to
+    /// another along the load. What a skin creeps back after the load is less.
     #[inline(never)]
     pub fn fall(&self, from: &Values, to: &Values, last: u32) -> u32 {
         let (most, mut place) = (MOST_OF_FALL * along(self.pull, from, to), [0.0; TAXELS]);
@@ -215,11 +263,23 @@ impl Frames<'_> {
         last
     }
 
-    /// The first frame behind a motion that is over in frame `last`, in which the taxels are at `level` and rise by `creep`
-    /// each frame: the frames from there on speak least for motion. No earlier than `earliest`. Looks at one frame of `stride`.
-    pub fn motion_end(&self, level: &Values, creep: Option<&Values>, last: u32, earliest: u32, stride: u32) -> u32 {
+    /// The first frame behind a motion that is over in frame `last`, in which the taxels are at
+    /// `level` and rise by `creep` each frame: the frames from there on speak least for motion. No
+    /// earlier than `earliest`. Looks at one frame of `stride`.
+    pub fn motion_end(
+        &self,
+        level: &Values,
+        creep: Option<&Values>,
+        last: u32,
+        earliest: u32,
+        stride: u32,
+    ) -> u32 {
         let frames = (last.wrapping_sub(earliest) / stride).min(END_FRAMES);
-        let Spoken { single, mean, sharp } = self.speak(level, creep, last, frames, stride, false);
+        let Spoken {
+            single,
+            mean,
+            sharp,
+        } = self.speak(level, creep, last, frames, stride, false);
         if let Some(sharp) = sharp {
             return sharp.least_from;
         }
@@ -247,11 +307,16 @@ impl Frames<'_> {
         sum
     }
 
-    /// The first frame of a hold that a release at frame `lifted` ended; that frame if there was none.
+    /// The first frame of a hold that a release at frame `lifted` ended; that frame if there was
+    /// none.
     pub fn hold_before(&self, lifted: u32, earliest: u32) -> u32 {
         let last = lifted.wrapping_sub(LIFTING_FRAMES);
         let level = self.mean(last, PLATEAU_FRAMES);
         let held = self.motion_end(&level, None, last, earliest, 2);
-        if last.wrapping_sub(held) < PLATEAU_FRAMES { lifted } else { held }
+        if last.wrapping_sub(held) < PLATEAU_FRAMES {
+            lifted
+        } else {
+            held
+        }
     }
 }

@@ -1,5 +1,5 @@
-//! Means of the latest blocks of frames, for the comparisons of [`crate::touch::motion`]: each block for a short while, sums of two
-//! for longer, and sums of eight for the longest.
+//! Means of the latest blocks of frames, for the comparisons of [`crate::touch::motion`]: each
+//! block for a short while, sums of two for longer, and sums of eight for the longest.
 
 use crate::touch::values::{add, scale};
 use ridgetone_proto::settings::TAXELS;
@@ -80,7 +80,8 @@ impl Past {
         self.count_of_eights = (self.count_of_eights + 1).min(EIGHTS);
     }
 
-    /// The block `back` blocks before the latest, at most [`HISTORY`] - 1. It may be older than a restart.
+    /// The block `back` blocks before the latest, at most [`HISTORY`] - 1. It may be older than a
+    /// restart.
     pub fn back(&self, back: usize) -> &Values {
         &self.blocks[self.latest.wrapping_sub(back) % HISTORY]
     }
@@ -95,8 +96,8 @@ impl Past {
         &self.eights[(self.latest_eight + EIGHTS - back) % EIGHTS]
     }
 
-    /// The mean of four blocks, the latest `skip` left out, at most [`FURTHEST`]. Older ones are remembered in pairs: `skip` is one less
-    /// where it would cut a pair.
+    /// The mean of four blocks, the latest `skip` left out, at most [`FURTHEST`]. Older ones are
+    /// remembered in pairs: `skip` is one less where it would cut a pair.
     #[inline(never)]
     pub fn mean_of_four(&self, skip: usize) -> Values {
         let mut sum = [0.0; TAXELS];
@@ -150,7 +151,10 @@ mod tests {
                 assert!(off == 0.0 || off == 1.0, "{skip}: {off}");
             }
             let (latest, oldest) = (past.eight(0)[3] / 8.0, past.eight(EIGHTS - 1)[3] / 8.0);
-            assert!((3.5..11.5).contains(&(number - latest)), "{number}: {latest}");
+            assert!(
+                (3.5..11.5).contains(&(number - latest)),
+                "{number}: {latest}"
+            );
             assert_eq!(latest - oldest, 8.0 * (EIGHTS - 1) as f32);
             assert_eq!(past.eight_is_new, number - latest == 3.5);
         }

@@ -8,7 +8,8 @@ pub enum Phase {
     /// Blocks that have taught the idle level.
     Learning(u32),
     Idle,
-    /// The skin creeps back to where it was before the latest touch: the next block's mean is the idle level.
+    /// The skin creeps back to where it was before the latest touch: the next block's mean is the
+    /// idle level.
     CreepingBack,
     /// Touched since the block that ends with this frame; the spike's peak is looked for.
     Spike(u32),

@@ -13,7 +13,8 @@ use ridgetone_tone::Values;
 const LASTING_BLOCKS: u32 = 11;
 /// The same for a slow motion, of which the first blocks do not show: 116 ms.
 const SLOW_LASTING_BLOCKS: u32 = 7;
-/// Blocks with quick changes after which a motion is a slide: it stays in the comparison for some when it is over.
+/// Blocks with quick changes after which a motion is a slide: it stays in the comparison for some
+/// when it is over.
 const SLIDE_BLOCKS: u32 = LASTING_BLOCKS + SHORT_BLOCKS;
 /// Blocks with these or faint changes after which it is one.
 const FAINT_SLIDE_BLOCKS: u32 = LASTING_BLOCKS + FAINT_BLOCKS;
@@ -21,17 +22,19 @@ const FAINT_SLIDE_BLOCKS: u32 = LASTING_BLOCKS + FAINT_BLOCKS;
 const SLOW_SLIDE_BLOCKS: u32 = SLOW_LASTING_BLOCKS + LONG_BLOCKS;
 /// Blocks with any changes, those of the longest comparison too, after which it is one.
 const LONGEST_SLIDE_BLOCKS: u32 = SLOW_LASTING_BLOCKS + LONGEST_BLOCKS;
-/// Blocks after which four times what is typical, in an average with a share of 0.2 for each, is less than 1.3 times: 4 to 1 + 3 x
-/// 0.8^n.
+/// Blocks after which four times what is typical, in an average with a share of 0.2 for each, is
+/// less than 1.3 times: 4 to 1 + 3 x 0.8^n.
 const FADED_BLOCKS: u32 = 11;
-/// Blocks from the one in which a slide is last known to have moved to the mean of four that shows where the taxels were
-/// soon after it: a slow tone in noise may go on for one of them unnoticed.
+/// Blocks from the one in which a slide is last known to have moved to the mean of four that shows
+/// where the taxels were soon after it: a slow tone in noise may go on for one of them unnoticed.
 const SOON_BLOCKS: u32 = 2;
-/// Frames by which a slide may end before it is taken for sure to have moved: what is left of it in an average shows too.
+/// Frames by which a slide may end before it is taken for sure to have moved: what is left of it in
+/// an average shows too.
 const UNSURE_FRAMES: u32 = 40;
 /// Least distance of two means of four blocks that shows a creep, blocks: nearer ones share some.
 const CREEP_BLOCKS: u32 = 4;
-/// Their squared distance, in units of its noise, that is a creep: 61 for 16 taxels, as in [`crate::touch::motion`].
+/// Their squared distance, in units of its noise, that is a creep: 61 for 16 taxels, as in
+/// [`crate::touch::motion`].
 const CREEPS: Limit = limit(1.0, 45.0);
 
 /// A motion that may become a slide.
@@ -50,12 +53,24 @@ pub struct Moving {
 impl Moving {
     /// Before its first block, which begins with frame `since`.
     pub const fn since(since: u32) -> Self {
-        Self { since, quick: 0, faint: 0, any: 0, longest: 0 }
+        Self {
+            since,
+            quick: 0,
+            faint: 0,
+            any: 0,
+            longest: 0,
+        }
     }
 
     /// One that has lasted long enough, since a block that begins with frame `since`.
     pub const fn sliding_since(since: u32) -> Self {
-        Self { since, quick: SLIDE_BLOCKS, faint: 0, any: 1, longest: 0 }
+        Self {
+            since,
+            quick: SLIDE_BLOCKS,
+            faint: 0,
+            any: 1,
+            longest: 0,
+        }
     }
 
     /// One block further.
@@ -85,10 +100,12 @@ impl Moving {
     }
 }
 
-/// The frame until which something moved for sure, by the block that ends with frame `number`. Its comparisons show a
-/// change somewhere in their reach, and only that within the block is a change right now.
+/// The frame until which something moved for sure, by the block that ends with frame `number`. Its
+/// comparisons show a change somewhere in their reach, and only that within the block is a change
+/// right now.
 ///
-/// Of averaged frames, whose windows are short, an average counts only when nothing is left in it of a block as strong as one can be.
+/// Of averaged frames, whose windows are short, an average counts only when nothing is left in it
+/// of a block as strong as one can be.
 pub const fn moved_until(block: Block, number: u32, is_averaged: bool) -> Option<u32> {
     let reach = match block {
         Block { now: true, .. } => 0,
@@ -102,18 +119,29 @@ pub const fn moved_until(block: Block, number: u32, is_averaged: bool) -> Option
     Some(number.wrapping_sub(BLOCK_FRAMES * (reach + 1) - 1))
 }
 
-/// First frame of the slide that the protocol plans for a touch at frame `contact`, and the one behind its last. None if
-/// the slide is found by motion.
+/// First frame of the slide that the protocol plans for a touch at frame `contact`, and the one
+/// behind its last. None if the slide is found by motion.
 pub fn planned(rule: SlideRule, contact: u32, condition: &Condition) -> Option<(u32, u32)> {
-    let SlideRule::Protocol { delay_s, speed_mm_s, length_mm } = rule else { return None };
+    let SlideRule::Protocol {
+        delay_s,
+        speed_mm_s,
+        length_mm,
+    } = rule
+    else {
+        return None;
+    };
     let start = contact.wrapping_add(condition.frames_in(delay_s));
-    Some((start, start.wrapping_add(condition.frames_in(length_mm / speed_mm_s))))
+    Some((
+        start,
+        start.wrapping_add(condition.frames_in(length_mm / speed_mm_s)),
+    ))
 }
 
-/// The first frame after a slide: where the taxels arrived at the course along which the skin creeps when nothing moves
-/// any more. The slide moved until frame `moving_until` at least; if `is_loose`, only the longest comparison shows it, which says little of
-/// when. The block that ends with frame `over`, the latest one,
-/// shows that it has ended. `level` is the mean of the last four blocks.
+/// The first frame after a slide: where the taxels arrived at the course along which the skin
+/// creeps when nothing moves any more. The slide moved until frame `moving_until` at least; if
+/// `is_loose`, only the longest comparison shows it, which says little of when. The block that ends
+/// with frame `over`, the latest one, shows that it has ended. `level` is the mean of the last four
+/// blocks.
 pub fn slide_end(
     frames: &Frames,
     motion: &Motion,
@@ -124,17 +152,29 @@ pub fn slide_end(
     if is_loose {
         let earliest = moving_until.wrapping_sub(UNSURE_FRAMES);
         let last = over.wrapping_sub(2 * BLOCK_FRAMES);
-        return frames.motion_end(level, None, last, earliest, last.wrapping_sub(earliest) / END_FRAMES + 1);
+        return frames.motion_end(
+            level,
+            None,
+            last,
+            earliest,
+            last.wrapping_sub(earliest) / END_FRAMES + 1,
+        );
     }
     // Blocks between the mean soon after the slide and that of the last four.
     let still = over.wrapping_sub(moving_until) / BLOCK_FRAMES;
     let skip = still.saturating_sub(SOON_BLOCKS + 4);
     let soon = frames.mean(over.wrapping_sub(skip * BLOCK_FRAMES), 4 * BLOCK_FRAMES);
     // The means of two times sixteen frames: only what their noise does not make is a creep.
-    let is_creep =
-        skip >= CREEP_BLOCKS && motion.distance(level, &soon) * (2 * BLOCK_FRAMES) as f32 > motion.taxels.limit(CREEPS);
+    let is_creep = skip >= CREEP_BLOCKS
+        && motion.distance(level, &soon) * (2 * BLOCK_FRAMES) as f32 > motion.taxels.limit(CREEPS);
     let mut creep = difference(level, &soon);
     scale(&mut creep, 1.0 / (skip.max(1) * BLOCK_FRAMES) as f32);
     let middle = over.wrapping_sub(skip * BLOCK_FRAMES + 2 * BLOCK_FRAMES - 1);
-    frames.motion_end(&soon, is_creep.then_some(&creep), middle, moving_until.wrapping_sub(UNSURE_FRAMES), 1)
+    frames.motion_end(
+        &soon,
+        is_creep.then_some(&creep),
+        middle,
+        moving_until.wrapping_sub(UNSURE_FRAMES),
+        1,
+    )
 }

@@ -8,22 +8,24 @@ use ridgetone_tone::Values;
 
 /// A higher frame replaces a taxel's peak if it comes within this number of frames after it: 20 ms.
 const PEAK_FRAMES: u32 = 5;
-/// A higher frame that comes later replaces the peak only if it is higher by more than this number of standard deviations.
+/// A higher frame that comes later replaces the peak only if it is higher by more than this number
+/// of standard deviations.
 const CLEAR: f32 = 4.0;
-/// It must also be higher by more than this share of the peak: otherwise a slide that has begun would look like the contact.
+/// It must also be higher by more than this share of the peak: otherwise a slide that has begun
+/// would look like the contact.
 const CLEAR_SHARE: f32 = 0.25;
 /// The spike may have begun this number of frames before the block that shows the first touch.
 const LOOK_BACK: u32 = 4;
-/// Time within which the spike's peak is looked for after the first touch, frames: 0.3 s. The paper looks for it in the
-/// first 0.8 s of a record that contains it.
+/// Time within which the spike's peak is looked for after the first touch, frames: 0.3 s. The paper
+/// looks for it in the first 0.8 s of a record that contains it.
 pub const SPIKE_FRAMES: u32 = 72;
 /// Blocks in a row without a quick change after which the spike is over: 100 ms.
 pub const SPIKE_STILL_BLOCKS: u32 = 6;
-/// After a spike the skin creeps back to its idle level. A deviation that is below a twentieth of the spike's peak is taken for
-/// that; this is the square of the twentieth.
+/// After a spike the skin creeps back to its idle level. A deviation that is below a twentieth of
+/// the spike's peak is taken for that; this is the square of the twentieth.
 pub const BACK_FROM_SPIKE: f32 = 1.0 / 400.0;
-/// A tap that leaves no load is reported if the squared height of its spike, in units of the noise, is at least this: 30
-/// standard deviations in every taxel. A lower spike is a vibration.
+/// A tap that leaves no load is reported if the squared height of its spike, in units of the noise,
+/// is at least this: 30 standard deviations in every taxel. A lower spike is a vibration.
 pub const TAP: Limit = limit(900.0, 0.0);
 
 /// The highest deviation of every taxel so far.
@@ -39,14 +41,22 @@ pub struct Spike {
 
 impl Spike {
     pub const fn new() -> Self {
-        Self { peak: [0.0; TAXELS], frame: [0; TAXELS], first: 0 }
+        Self {
+            peak: [0.0; TAXELS],
+            frame: [0; TAXELS],
+            first: 0,
+        }
     }
 
-    /// Looks at the block that ends with frame `number`, which shows the first touch, and at the [`LOOK_BACK`] frames before it.
+    /// Looks at the block that ends with frame `number`, which shows the first touch, and at the
+    /// [`LOOK_BACK`] frames before it.
     #[inline(never)]
     pub fn begin(number: u32, idle: &Values, frames: &Frames) -> Self {
         let first = number.wrapping_sub(BLOCK_FRAMES - 1 + LOOK_BACK);
-        let mut spike = Self { first, ..Self::new() };
+        let mut spike = Self {
+            first,
+            ..Self::new()
+        };
         for number in (0..BLOCK_FRAMES + LOOK_BACK).map(|frames| first.wrapping_add(frames)) {
             if let Some(values) = frames.values(number, &mut [0.0; TAXELS]) {
                 spike.follow(number, values, idle, frames.weights);
@@ -64,10 +74,12 @@ impl Spike {
             let off = values[c] - idle[c];
             let higher = off.abs() - self.peak[c].abs();
             if higher > 0.0 {
-                // A touch without a spike is a step: noise decides which of its frames is the highest. So a frame that comes
-                // long after the peak replaces it only if it is higher by more than noise.
+                // A touch without a spike is a step: noise decides which of its frames is the
+                // highest. So a frame that comes long after the peak replaces it only if it is
+                // higher by more than noise.
                 let late = u32::from(frame - self.frame[c]) > PEAK_FRAMES;
-                let clear = higher * higher * weights[c] > CLEAR * CLEAR && higher > CLEAR_SHARE * self.peak[c].abs();
+                let clear = higher * higher * weights[c] > CLEAR * CLEAR
+                    && higher > CLEAR_SHARE * self.peak[c].abs();
                 if !late || clear {
                     (self.peak[c], self.frame[c]) = (off, frame);
                 }
@@ -77,14 +89,18 @@ impl Spike {
 
     /// Squared height over all taxels, in units of the noise.
     pub fn height(&self, weights: &Values) -> f32 {
-        self.peak.iter().zip(weights).fold(0.0, |sum, (peak, weight)| sum + peak * peak * weight)
+        self.peak
+            .iter()
+            .zip(weights)
+            .fold(0.0, |sum, (peak, weight)| sum + peak * peak * weight)
     }
 
-    /// Equation 2: frame, taxel and height of the highest peak. If noise may have decided which peak is the highest, the earliest
-    /// of these peaks.
+    /// Equation 2: frame, taxel and height of the highest peak. If noise may have decided which
+    /// peak is the highest, the earliest of these peaks.
     pub fn highest(&self, weights: &Values) -> (u32, u8, f32) {
         let height = |c: usize| self.peak[c].abs();
-        let highest = (1..TAXELS).fold(0, |best, c| if height(c) > height(best) { c } else { best });
+        let highest =
+            (1..TAXELS).fold(0, |best, c| if height(c) > height(best) { c } else { best });
         let mut best = highest;
         for c in 0..TAXELS {
             let less = height(highest) - height(c);
@@ -92,6 +108,10 @@ impl Spike {
                 best = c;
             }
         }
-        (self.first.wrapping_add(self.frame[best].into()), best as u8, self.peak[best])
+        (
+            self.first.wrapping_add(self.frame[best].into()),
+            best as u8,
+            self.peak[best],
+        )
     }
 }

@@ -1,4 +1,5 @@
-//! Arithmetic with the values of a frame. The sums are not inlined: unrolled at every call they would take kilobytes.
+//! Arithmetic with the values of a frame. The sums are not inlined: unrolled at every call they
+//! would take kilobytes.
 
 use crate::touch::chi_square::along;
 use core::hint::black_box;
@@ -8,26 +9,37 @@ use ridgetone_tone::Values;
 /// Adds other values.
 #[inline(never)]
 pub fn add(to: &mut Values, values: &Values) {
-    to.iter_mut().zip(values).for_each(|(to, value)| *to += value);
+    to.iter_mut()
+        .zip(values)
+        .for_each(|(to, value)| *to += value);
 }
 
 /// Adds `times` times other values.
 #[inline(never)]
 pub fn add_times(to: &mut Values, times: f32, values: &Values) {
-    to.iter_mut().zip(values).for_each(|(to, value)| *to += times * value);
+    to.iter_mut()
+        .zip(values)
+        .for_each(|(to, value)| *to += times * value);
 }
 
 /// Multiplies all by one number.
 #[inline(never)]
 pub fn scale(values: &mut Values, by: f32) {
-    // The compiler must not know the number of values: it would unroll the loop, which takes five times the flash.
-    values.iter_mut().take(black_box(TAXELS)).for_each(|value| *value *= by);
+    // The compiler must not know the number of values: it would unroll the loop, which takes five
+    // times the flash.
+    values
+        .iter_mut()
+        .take(black_box(TAXELS))
+        .for_each(|value| *value *= by);
 }
 
 /// Multiplies each by another one.
 #[inline(never)]
 pub fn multiply(values: &mut Values, by: &Values) {
-    values.iter_mut().zip(by).for_each(|(value, by)| *value *= by);
+    values
+        .iter_mut()
+        .zip(by)
+        .for_each(|(value, by)| *value *= by);
 }
 
 /// Values less others.

@@ -1,4 +1,5 @@
-//! Clock cycles to nanoseconds, exactly: integers only, from the absolute count, so nothing accumulates.
+//! Clock cycles to nanoseconds, exactly: integers only, from the absolute count, so nothing
+//! accumulates.
 
 /// The chip's clock as an integer number of microhertz (1 ppm of 16 MHz is 16 million of them).
 #[derive(Clone, Copy, Debug)]
@@ -12,7 +13,9 @@ const SCALE: u128 = 1_000_000_000_000_000;
 impl Clock {
     pub(crate) fn new(nominal_hz: u32, error_ppm: f64) -> Self {
         let microhertz = libm::rint(f64::from(nominal_hz) * (1e6 + error_ppm));
-        Self { microhertz: (microhertz as u64).max(1) }
+        Self {
+            microhertz: (microhertz as u64).max(1),
+        }
     }
 
     /// Duration of `cycles` in nanoseconds, rounded down.

@@ -15,9 +15,18 @@ const OVERFLOW: f64 = 1.06;
 const TEMP_UV_AT_25_C: f64 = 168_000.0;
 
 /// Ideal code of a slot, neither rounded nor clipped. `input` returns an external input's volts.
-pub(crate) fn ideal(slot: Slot, analog: &Analog, chop: bool, mut input: impl FnMut(u8) -> f64) -> f64 {
+pub(crate) fn ideal(
+    slot: Slot,
+    analog: &Analog,
+    chop: bool,
+    mut input: impl FnMut(u8) -> f64,
+) -> f64 {
     let per_volt = VREF_CODE / analog.reference_v;
-    let offset = if chop { 0.0 } else { analog.offset_v * per_volt };
+    let offset = if chop {
+        0.0
+    } else {
+        analog.offset_v * per_volt
+    };
     let volts = match slot {
         Slot::Fixed { ainp, ainn } => input(ainp) - input(ainn),
         Slot::Scanned(pair) if pair < SINGLE => input(2 * pair) - input(2 * pair + 1),
@@ -44,5 +53,8 @@ pub(crate) fn noise_sigma(drate: u8, chop: bool, analog: &Analog) -> f64 {
 
 /// Rounds to the nearest code and clips; true when OVF is set.
 pub(crate) fn quantise(code: f64) -> (i32, bool) {
-    (libm::rint(code).clamp(MIN_CODE, MAX_CODE) as i32, code.abs() > OVERFLOW * VREF_CODE)
+    (
+        libm::rint(code).clamp(MIN_CODE, MAX_CODE) as i32,
+        code.abs() > OVERFLOW * VREF_CODE,
+    )
 }

@@ -7,7 +7,8 @@ use super::registers::{BYPAS, CHOP, IDLMOD, Registers};
 use super::slot::{OFFSET, Slot, next_slot};
 use super::timing::Timing;
 
-/// A running conversion, with the settings that it began with: a register write acts on the next one.
+/// A running conversion, with the settings that it began with: a register write acts on the next
+/// one.
 #[derive(Clone, Debug)]
 pub(crate) struct Conversion {
     /// Time of this run's cycle 0, its start condition.
@@ -50,8 +51,10 @@ impl Outcome {
     /// Status byte and the three data bytes.
     pub(crate) fn bytes(self) -> [u8; 4] {
         let [_, high, mid, low] = self.code.to_be_bytes();
-        let status =
-            u8::from(self.new) << 7 | u8::from(self.overflow) << 6 | u8::from(self.supply) << 5 | (self.chid & 0x1F);
+        let status = u8::from(self.new) << 7
+            | u8::from(self.overflow) << 6
+            | u8::from(self.supply) << 5
+            | (self.chid & 0x1F);
         [status, high, mid, low]
     }
 }
@@ -68,20 +71,33 @@ impl Ads1258 {
         // A start during power-up takes effect at its end.
         let epoch_ns = self.now_ns.max(self.clock.ns(self.options.power_up_cycles));
         let timing = Timing::of(&self.registers);
-        let wake = if self.registers.bit(IDLMOD) { self.options.sleep_wake_cycles } else { 0 };
+        let wake = if self.registers.bit(IDLMOD) {
+            self.options.sleep_wake_cycles
+        } else {
+            0
+        };
         self.zero_ns.get_or_insert(epoch_ns);
-        self.begin(epoch_ns, wake + timing.first_cycles(self.options.first_conversion_with_delay));
+        self.begin(
+            epoch_ns,
+            wake + timing.first_cycles(self.options.first_conversion_with_delay),
+        );
     }
 
     fn begin(&mut self, epoch_ns: u64, end_cycle: u64) {
-        self.conversion = next_slot(&self.registers, self.last_chid, self.options.chop_skips_internal).map(|slot| {
+        self.conversion = next_slot(
+            &self.registers,
+            self.last_chid,
+            self.options.chop_skips_internal,
+        )
+        .map(|slot| {
             if slot.chid().is_some() {
                 self.last_chid = slot.chid();
             }
             Conversion {
                 epoch_ns,
                 end_cycle,
-                sample_cycle: end_cycle.saturating_sub(Timing::of(&self.registers).sample_delay_cycles()),
+                sample_cycle: end_cycle
+                    .saturating_sub(Timing::of(&self.registers).sample_delay_cycles()),
                 slot,
                 registers: self.registers.clone(),
             }
@@ -90,7 +106,9 @@ impl Ads1258 {
 
     /// Ends the running conversion at its DRDY edge and begins the next one if START is high.
     pub(crate) fn finish_conversion(&mut self, edge_ns: u64) {
-        let Some(conversion) = self.conversion.take() else { return };
+        let Some(conversion) = self.conversion.take() else {
+            return;
+        };
         self.counters.conversions += 1;
         self.counters.lost += u64::from(self.outcome.new);
         self.outcome = self.measure(&conversion);
@@ -105,16 +123,18 @@ impl Ads1258 {
 
     fn measure(&mut self, c: &Conversion) -> Outcome {
         let zero_ns = self.zero_ns.unwrap_or(c.epoch_ns);
-        // Seconds of the run from its cycles, not from rounded nanoseconds: the same for every start-up time.
+        // Seconds of the run from its cycles, not from rounded nanoseconds: the same for every
+        // start-up time.
         let t_s = (c.epoch_ns - zero_ns) as f64 * 1e-9 + self.clock.seconds(c.sample_cycle);
-        // With the ADC's inputs taken from pins where nothing is connected the codes clip. The internal readings other
-        // than OFFSET do not go over these pins.
+        // With the ADC's inputs taken from pins where nothing is connected the codes clip. The
+        // internal readings other than OFFSET do not go over these pins.
         let external = c.slot.chid().is_none_or(|chid| chid <= OFFSET);
         let (analog, chop) = (self.options.analog, c.registers.bit(CHOP));
         let (scene, held) = (&mut self.scene, self.faults.held);
         let mut ideal = code::ideal(c.slot, &analog, chop, |input| {
             let volts = scene.volts(input, t_s);
-            held.filter(|(at, _)| *at == input).map_or(volts, |(_, held_v)| held_v)
+            held.filter(|(at, _)| *at == input)
+                .map_or(volts, |(_, held_v)| held_v)
         });
         if c.registers.bit(BYPAS) && external {
             ideal = f64::INFINITY;
@@ -124,14 +144,32 @@ impl Ads1258 {
         }
         // A recording that lacks this reading.
         if ideal.is_nan() {
-            return Outcome { new: false, ..self.outcome };
+            return Outcome {
+                new: false,
+                ..self.outcome
+            };
         }
         let (mut code, overflow) = code::quantise(ideal);
         let supply = analog.avdd_v < SUPPLY_V;
         if supply || (chop && c.slot.excluded_by_chop()) {
-            code = i32::from_be_bytes([0, self.poison_byte(), self.poison_byte(), self.poison_byte()]);
+            code = i32::from_be_bytes([
+                0,
+                self.poison_byte(),
+                self.poison_byte(),
+                self.poison_byte(),
+            ]);
         }
-        let chid = c.slot.chid().or(self.options.fixed_channel_chid).unwrap_or_else(|| self.poison_byte());
-        Outcome { new: true, overflow, supply, chid, code }
+        let chid = c
+            .slot
+            .chid()
+            .or(self.options.fixed_channel_chid)
+            .unwrap_or_else(|| self.poison_byte());
+        Outcome {
+            new: true,
+            overflow,
+            supply,
+            chid,
+            code,
+        }
     }
 }

@@ -3,7 +3,8 @@
 use super::Ads1258;
 use super::clock::Clock;
 
-/// A fault, from [`Ads1258::begin_fault`] to [`Ads1258::end_fault`], or by [`Injection`](super::Injection)s.
+/// A fault, from [`Ads1258::begin_fault`] to [`Ads1258::end_fault`], or by
+/// [`Injection`](super::Injection)s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[allow(missing_docs, reason = "the sentence of each variant names its fields")]
 pub enum Fault {
@@ -11,12 +12,15 @@ pub enum Fault {
     RegisterFlip { address: u8, mask: u8 },
     /// The chip resets itself, once, as a dip of its digital supply makes it.
     Reset,
-    /// The converter stands still: no conversion ends or begins. The end is a new start condition if START is high.
+    /// The converter stands still: no conversion ends or begins. The end is a new start condition
+    /// if START is high.
     Stall,
-    /// Inverts the bits of `mask` in one byte from the chip, once, `bytes_ahead` of the next byte. Behind an edge of DRDY
-    /// the next byte is the command of a read, and the four that follow are its result.
+    /// Inverts the bits of `mask` in one byte from the chip, once, `bytes_ahead` of the next byte.
+    /// Behind an edge of DRDY the next byte is the command of a read, and the four that follow are
+    /// its result.
     DoutFlip { bytes_ahead: u64, mask: u8 },
-    /// The same in a byte to the chip, which obeys the changed byte: a read may become a write of registers.
+    /// The same in a byte to the chip, which obeys the changed byte: a read may become a write of
+    /// registers.
     DinFlip { bytes_ahead: u64, mask: u8 },
     /// DOUT is stuck, at ones if `high`. The chip still receives.
     DoutStuck { high: bool },
@@ -30,7 +34,8 @@ pub enum Fault {
     EdgesLost { count: u32 },
     /// One edge of DRDY too many, `after_ns` nanoseconds from now.
     EdgeRepeated { after_ns: u64 },
-    /// Another analogue supply AVDD - AVSS in volts. Below 4.3 V the chip sets SUPPLY, and its data are poison.
+    /// Another analogue supply AVDD - AVSS in volts. Below 4.3 V the chip sets SUPPLY, and its data
+    /// are poison.
     Supply { volts: f64 },
     /// Another reference VREFP - VREFN in volts.
     Reference { volts: f64 },
@@ -50,7 +55,8 @@ pub(crate) struct Faults {
     dout_stuck: Option<bool>,
     /// The chip receives nothing.
     pub(crate) is_cut: bool,
-    /// Bits of DIN and DOUT to invert in later bytes, by the count of bytes exchanged since construction.
+    /// Bits of DIN and DOUT to invert in later bytes, by the count of bytes exchanged since
+    /// construction.
     bit_errors: Vec<(u64, [u8; 2])>,
     exchanged: u64,
     /// The level of DRDY, true for high.
@@ -81,7 +87,8 @@ impl Faults {
 
     /// The byte that arrives in place of `dout`.
     pub(crate) fn on_dout(&self, dout: u8) -> u8 {
-        self.dout_stuck.map_or(dout, |high| if high { 0xFF } else { 0x00 })
+        self.dout_stuck
+            .map_or(dout, |high| if high { 0xFF } else { 0x00 })
     }
 }
 
@@ -89,7 +96,11 @@ impl Ads1258 {
     /// A fault begins at the time advanced to.
     pub fn begin_fault(&mut self, fault: Fault) {
         let (analog, faults) = (&mut self.options.analog, &mut self.faults);
-        faults.before.get_or_insert((analog.avdd_v, analog.reference_v, self.options.clock_error_ppm));
+        faults.before.get_or_insert((
+            analog.avdd_v,
+            analog.reference_v,
+            self.options.clock_error_ppm,
+        ));
         match fault {
             Fault::RegisterFlip { address, mask } => self.registers.invert(address, mask),
             Fault::Reset => {
@@ -97,16 +108,20 @@ impl Ads1258 {
                 self.start_again();
             }
             Fault::Stall => (faults.stalled, self.conversion) = (true, None),
-            Fault::DoutFlip { bytes_ahead, mask } => {
-                faults.bit_errors.push((faults.exchanged + bytes_ahead, [0, mask]))
-            }
-            Fault::DinFlip { bytes_ahead, mask } => faults.bit_errors.push((faults.exchanged + bytes_ahead, [mask, 0])),
+            Fault::DoutFlip { bytes_ahead, mask } => faults
+                .bit_errors
+                .push((faults.exchanged + bytes_ahead, [0, mask])),
+            Fault::DinFlip { bytes_ahead, mask } => faults
+                .bit_errors
+                .push((faults.exchanged + bytes_ahead, [mask, 0])),
             Fault::DoutStuck { high } => faults.dout_stuck = Some(high),
             Fault::BusCut { high } => (faults.dout_stuck, faults.is_cut) = (Some(high), true),
             Fault::DrdyStuck { high } => faults.drdy_stuck = Some(high),
             Fault::Storm { period_ns } => faults.storm_ns = Some((self.now_ns, period_ns.max(1))),
             Fault::EdgesLost { count } => faults.edges_lost = count,
-            Fault::EdgeRepeated { after_ns } => faults.edge_repeated_ns = Some(self.now_ns + after_ns),
+            Fault::EdgeRepeated { after_ns } => {
+                faults.edge_repeated_ns = Some(self.now_ns + after_ns)
+            }
             Fault::Supply { volts } => analog.avdd_v = volts,
             Fault::Reference { volts } => analog.reference_v = volts,
             Fault::Clock { error_ppm } => self.set_clock_error(error_ppm),
@@ -114,7 +129,8 @@ impl Ads1258 {
         }
     }
 
-    /// A fault ends at the time advanced to. Supply, reference and clock return to their values before the first fault.
+    /// A fault ends at the time advanced to. Supply, reference and clock return to their values
+    /// before the first fault.
     pub fn end_fault(&mut self, fault: Fault) {
         let (analog, faults) = (&mut self.options.analog, &mut self.faults);
         let (supply_v, reference_v, error_ppm) = faults.before.unwrap_or_default();
@@ -125,7 +141,9 @@ impl Ads1258 {
                     self.start_again();
                 }
             }
-            Fault::DoutStuck { .. } | Fault::BusCut { .. } => (faults.dout_stuck, faults.is_cut) = (None, false),
+            Fault::DoutStuck { .. } | Fault::BusCut { .. } => {
+                (faults.dout_stuck, faults.is_cut) = (None, false)
+            }
             Fault::DrdyStuck { .. } => faults.drdy_stuck = None,
             Fault::Storm { .. } => faults.storm_ns = None,
             Fault::Supply { .. } => analog.avdd_v = supply_v,
@@ -145,7 +163,10 @@ impl Ads1258 {
     }
 
     fn set_clock_error(&mut self, error_ppm: f64) {
-        self.conversion = self.conversion.take().map(|running| running.rebased(self.clock, self.now_ns));
+        self.conversion = self
+            .conversion
+            .take()
+            .map(|running| running.rebased(self.clock, self.now_ns));
         self.options.clock_error_ppm = error_ppm;
         self.clock = Clock::new(self.options.clock_hz, error_ppm);
     }

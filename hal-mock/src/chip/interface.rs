@@ -9,7 +9,8 @@ enum State {
     /// After CS low or the time-out: a command or a direct read.
     #[default]
     FrameStart,
-    /// Behind a finished command: another one may follow without toggling CS, a direct read may not.
+    /// Behind a finished command: another one may follow without toggling CS, a direct read may
+    /// not.
     Command,
     /// Read by command: the result latched at the command, so that a DRDY edge does not touch it.
     Data { bytes: [u8; 4], at: usize },
@@ -54,9 +55,9 @@ impl Ads1258 {
         self.select(now_ns);
     }
 
-    /// One byte within a frame: `din` in, DOUT out. The first SCLK edge is at `first_sclk_ns`, the last at `last_sclk_ns`;
-    /// the byte acts at the first. If SCLK was idle since the byte before for 4096 tCLK (SPIRST = 0) or 256 tCLK
-    /// (SPIRST = 1), the interface is reset.
+    /// One byte within a frame: `din` in, DOUT out. The first SCLK edge is at `first_sclk_ns`, the
+    /// last at `last_sclk_ns`; the byte acts at the first. If SCLK was idle since the byte before
+    /// for 4096 tCLK (SPIRST = 0) or 256 tCLK (SPIRST = 1), the interface is reset.
     pub fn exchange(&mut self, first_sclk_ns: u64, last_sclk_ns: u64, din: u8) -> u8 {
         self.advance_to(first_sclk_ns);
         let [din_errors, dout_errors] = self.faults.next();
@@ -74,8 +75,16 @@ impl Ads1258 {
     }
 
     fn time_out(&mut self, now_ns: u64) {
-        let limit_ns = self.clock.ns(if self.registers.bit(SPIRST) { 256 } else { 4096 });
-        if self.interface.idle_since_ns.is_some_and(|since_ns| now_ns.saturating_sub(since_ns) >= limit_ns) {
+        let limit_ns = self.clock.ns(if self.registers.bit(SPIRST) {
+            256
+        } else {
+            4096
+        });
+        if self
+            .interface
+            .idle_since_ns
+            .is_some_and(|since_ns| now_ns.saturating_sub(since_ns) >= limit_ns)
+        {
             self.interface = Interface::default();
         }
     }
@@ -94,21 +103,48 @@ impl Ads1258 {
                 _ => self.command(din),
             },
             State::Command => self.command(din),
-            State::Data { bytes, at } => {
-                (bytes[at], if at == 3 { State::Command } else { State::Data { bytes, at: at + 1 } })
-            }
-            State::Direct { at } => {
-                (self.outcome.bytes()[at], if at == 3 { State::Spent } else { State::Direct { at: at + 1 } })
-            }
+            State::Data { bytes, at } => (
+                bytes[at],
+                if at == 3 {
+                    State::Command
+                } else {
+                    State::Data { bytes, at: at + 1 }
+                },
+            ),
+            State::Direct { at } => (
+                self.outcome.bytes()[at],
+                if at == 3 {
+                    State::Spent
+                } else {
+                    State::Direct { at: at + 1 }
+                },
+            ),
             State::Spent => (0, State::Spent),
             State::Lost => (self.poison_byte(), State::Lost),
             State::Read { address, several } => {
-                let dout = self.registers.read(address).unwrap_or_else(|| self.poison_byte());
-                (dout, State::Read { address: address + 1, several }.or_end(address, several))
+                let dout = self
+                    .registers
+                    .read(address)
+                    .unwrap_or_else(|| self.poison_byte());
+                (
+                    dout,
+                    State::Read {
+                        address: address + 1,
+                        several,
+                    }
+                    .or_end(address, several),
+                )
             }
             State::Write { address, several } => {
                 self.write_register(address, din);
-                (self.poison_byte(), State::Write { address: address + 1, several }.or_end(address, several))
+                (
+                    self.poison_byte(),
+                    State::Write {
+                        address: address + 1,
+                        several,
+                    }
+                    .or_end(address, several),
+                )
             }
         };
         self.interface.state = next;
@@ -160,7 +196,8 @@ impl Ads1258 {
         }
         self.counters.register_writes += 1;
         self.registers.write(address, value);
-        // A write to the selection of channels puts the scan back to its top, and starts one that had no channel.
+        // A write to the selection of channels puts the scan back to its top, and starts one that
+        // had no channel.
         if matches!(address, MUXDIF | MUXSG0 | MUXSG1 | SYSRED) {
             self.last_chid = None;
         }
@@ -171,8 +208,13 @@ impl Ads1258 {
 }
 
 impl State {
-    /// Itself while more registers follow, else the end of the command: single access, or after address 09h.
+    /// Itself while more registers follow, else the end of the command: single access, or after
+    /// address 09h.
     fn or_end(self, address: u8, several: bool) -> Self {
-        if several && usize::from(address) + 1 < REGISTERS { self } else { State::Command }
+        if several && usize::from(address) + 1 < REGISTERS {
+            self
+        } else {
+            State::Command
+        }
     }
 }

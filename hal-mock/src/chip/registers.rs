@@ -42,7 +42,11 @@ pub(crate) struct Registers {
 
 impl Registers {
     pub(crate) fn new(id: u8) -> Self {
-        let mut registers = Self { bytes: RESET, gpio_inputs: 0, id };
+        let mut registers = Self {
+            bytes: RESET,
+            gpio_inputs: 0,
+            id,
+        };
         registers.reset();
         registers
     }
@@ -55,11 +59,17 @@ impl Registers {
     /// `None` above 09h.
     pub(crate) fn read(&self, address: u8) -> Option<u8> {
         let byte = *self.bytes.get(usize::from(address))?;
-        // GPIOD shows the pins: the driven level where GPIOC says output (0), the outside level elsewhere.
-        Some(if address == GPIOD { (byte & !self.byte(GPIOC)) | (self.gpio_inputs & self.byte(GPIOC)) } else { byte })
+        // GPIOD shows the pins: the driven level where GPIOC says output (0), the outside level
+        // elsewhere.
+        Some(if address == GPIOD {
+            (byte & !self.byte(GPIOC)) | (self.gpio_inputs & self.byte(GPIOC))
+        } else {
+            byte
+        })
     }
 
-    /// A write over SPI: read-only and reserved bits keep their value, addresses above 09h are ignored.
+    /// A write over SPI: read-only and reserved bits keep their value, addresses above 09h are
+    /// ignored.
     pub(crate) fn write(&mut self, address: u8, value: u8) {
         let at = usize::from(address);
         if let (Some(byte), Some(&mask)) = (self.bytes.get_mut(at), WRITABLE.get(at)) {

@@ -1,7 +1,8 @@
-//! Faults by a schedule, in the chip's virtual time, so that they act at the same moments under every driver.
+//! Faults by a schedule, in the chip's virtual time, so that they act at the same moments under
+//! every driver.
 //!
-//! A fault acts right behind an edge of DRDY, before its result is read, so the time of an edge that was announced does
-//! not change. While nothing is converted the fault acts at its own time.
+//! A fault acts right behind an edge of DRDY, before its result is read, so the time of an edge
+//! that was announced does not change. While nothing is converted the fault acts at its own time.
 
 use super::Ads1258;
 use super::faults::Fault;
@@ -41,11 +42,19 @@ impl Schedule {
         let mut steps: Vec<_> = injections
             .iter()
             .enumerate()
-            .flat_map(|(number, one)| [(ns(one.at_s), number, true), (ns(one.at_s + one.lasts_s), number, false)])
+            .flat_map(|(number, one)| {
+                [
+                    (ns(one.at_s), number, true),
+                    (ns(one.at_s + one.lasts_s), number, false),
+                ]
+            })
             .collect();
         // Stable: a fault of no duration begins before it ends.
         steps.sort_by_key(|step| step.0);
-        Self { steps: steps.into(), log: vec![Injected::default(); injections.len()] }
+        Self {
+            steps: steps.into(),
+            log: vec![Injected::default(); injections.len()],
+        }
     }
 }
 
@@ -55,24 +64,49 @@ impl Ads1258 {
         &self.schedule.log
     }
 
-    /// Time of the next moment at which anything happens by itself: a result, or while nothing is converted an injection.
+    /// Time of the next moment at which anything happens by itself: a result, or while nothing is
+    /// converted an injection.
     pub fn next_event_ns(&self) -> Option<u64> {
-        self.next_result_ns().or_else(|| Some(self.next_step_ns()?.max(self.now_ns)))
+        self.next_result_ns()
+            .or_else(|| Some(self.next_step_ns()?.max(self.now_ns)))
     }
 
     fn next_step_ns(&self) -> Option<u64> {
-        self.schedule.steps.front().and_then(|step| Some(self.zero_ns?.saturating_add(step.0)))
+        self.schedule
+            .steps
+            .front()
+            .and_then(|step| Some(self.zero_ns?.saturating_add(step.0)))
     }
 
     /// Begins and ends the injections whose time has come.
     pub(crate) fn inject(&mut self) {
-        while self.next_step_ns().is_some_and(|step_ns| step_ns <= self.now_ns) {
-            let Some((_, number, begins)) = self.schedule.steps.pop_front() else { return };
-            let Some(fault) = self.options.injections.get(number).map(|injection| injection.fault) else { return };
+        while self
+            .next_step_ns()
+            .is_some_and(|step_ns| step_ns <= self.now_ns)
+        {
+            let Some((_, number, begins)) = self.schedule.steps.pop_front() else {
+                return;
+            };
+            let Some(fault) = self
+                .options
+                .injections
+                .get(number)
+                .map(|injection| injection.fault)
+            else {
+                return;
+            };
             if let Some(log) = self.schedule.log.get_mut(number) {
-                *(if begins { &mut log.begun_ns } else { &mut log.over_ns }) = Some(self.now_ns);
+                *(if begins {
+                    &mut log.begun_ns
+                } else {
+                    &mut log.over_ns
+                }) = Some(self.now_ns);
             }
-            if begins { self.begin_fault(fault) } else { self.end_fault(fault) }
+            if begins {
+                self.begin_fault(fault)
+            } else {
+                self.end_fault(fault)
+            }
         }
     }
 }

@@ -33,23 +33,36 @@ impl Slot {
     }
 
     pub(crate) fn excluded_by_chop(self) -> bool {
-        self.chid().is_some_and(|chid| EXCLUDED_BY_CHOP >> chid & 1 == 1)
+        self.chid()
+            .is_some_and(|chid| EXCLUDED_BY_CHOP >> chid & 1 == 1)
     }
 }
 
-/// What follows CHID `last` (`None`: at the top): ascending, wrapping, of those that are selected, if any is.
-pub(crate) fn next_slot(registers: &Registers, last: Option<u8>, chop_skips_internal: bool) -> Option<Slot> {
+/// What follows CHID `last` (`None`: at the top): ascending, wrapping, of those that are selected,
+/// if any is.
+pub(crate) fn next_slot(
+    registers: &Registers,
+    last: Option<u8>,
+    chop_skips_internal: bool,
+) -> Option<Slot> {
     if registers.bit(MUXMOD) {
         let muxsch = registers.byte(MUXSCH);
-        return Some(Slot::Fixed { ainp: muxsch >> 4, ainn: muxsch & 0x0F });
+        return Some(Slot::Fixed {
+            ainp: muxsch >> 4,
+            ainn: muxsch & 0x0F,
+        });
     }
     // The registers hold one bit for each CHID, in its order.
-    let mut selected = u32::from_le_bytes([MUXDIF, MUXSG0, MUXSG1, SYSRED].map(|address| registers.byte(address)));
+    let mut selected =
+        u32::from_le_bytes([MUXDIF, MUXSG0, MUXSG1, SYSRED].map(|address| registers.byte(address)));
     // Bits of SYSRED that are reserved select nothing, also where a fault has set them.
     selected &= 0x3DFF_FFFF;
     if registers.bit(CHOP) && chop_skips_internal {
         selected &= !EXCLUDED_BY_CHOP;
     }
     let first = last.map_or(0, |chid| (chid + 1) & 0x1F);
-    (0..0x20).map(|step| (first + step) & 0x1F).find(|chid| selected >> chid & 1 == 1).map(Slot::Scanned)
+    (0..0x20)
+        .map(|step| (first + step) & 0x1F)
+        .find(|chid| selected >> chid & 1 == 1)
+        .map(Slot::Scanned)
 }

@@ -36,18 +36,22 @@ impl Timing {
 
     /// From one result to the next. Source: the datasheet's rate table, all entries.
     pub(crate) fn period_cycles(self) -> u64 {
-        if self.fixed && !self.chop { 128 * self.n } else { self.pass_cycles() << u32::from(self.chop) }
+        if self.fixed && !self.chop {
+            128 * self.n
+        } else {
+            self.pass_cycles() << u32::from(self.chop)
+        }
     }
 
-    /// From the start condition in standby to the first result: 128 (N + 4) + 68 without chopping. Chopping needs two
-    /// passes. Whether DLY counts here is not specified: `with_delay` decides.
+    /// From the start condition in standby to the first result: 128 (N + 4) + 68 without chopping.
+    /// Chopping needs two passes. Whether DLY counts here is not specified: `with_delay` decides.
     pub(crate) fn first_cycles(self, with_delay: bool) -> u64 {
         let pass = 128 * self.n + SETTLE_CYCLES + if with_delay { 128 * self.td } else { 0 };
         (pass << u32::from(self.chop)) + START_CYCLES
     }
 
-    /// From the sampling instant to the result. The filter is symmetric, so this is half of its length of 128 (N + 4)
-    /// tCLK. With chopping it is the middle of two such passes.
+    /// From the sampling instant to the result. The filter is symmetric, so this is half of its
+    /// length of 128 (N + 4) tCLK. With chopping it is the middle of two such passes.
     pub(crate) fn sample_delay_cycles(self) -> u64 {
         64 * (self.n + 4) + if self.chop { self.pass_cycles() / 2 } else { 0 }
     }
@@ -68,11 +72,20 @@ mod tests {
     #[test]
     fn the_rate_table_at_16_mhz() {
         let sps = |t: Timing| 16e6 / t.period_cycles() as f64;
-        for (drate, auto, fixed) in
-            [(3, 23739.0, 125000.0), (2, 15123.0, 31250.0), (1, 6168.0, 7812.5), (0, 1831.0, 1953.0)]
-        {
-            assert!((sps(timing(0x02, drate)) - auto).abs() < 1.0, "auto, DRATE {drate}");
-            assert!((sps(timing(0x22, drate)) - fixed).abs() < 1.0, "fixed, DRATE {drate}");
+        for (drate, auto, fixed) in [
+            (3, 23739.0, 125000.0),
+            (2, 15123.0, 31250.0),
+            (1, 6168.0, 7812.5),
+            (0, 1831.0, 1953.0),
+        ] {
+            assert!(
+                (sps(timing(0x02, drate)) - auto).abs() < 1.0,
+                "auto, DRATE {drate}"
+            );
+            assert!(
+                (sps(timing(0x22, drate)) - fixed).abs() < 1.0,
+                "fixed, DRATE {drate}"
+            );
         }
     }
 

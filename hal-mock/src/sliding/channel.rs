@@ -1,11 +1,13 @@
-//! A channel's response to load and grating: a constant and a Fourier series in the grating's place.
+//! A channel's response to load and grating: a constant and a Fourier series in the grating's
+//! place.
 
 use core::f64::consts::TAU;
 
 /// Pitch of the units along the sliding direction in mm (paper, section 2.1).
 pub(crate) const PITCH_MM: f64 = 2.3;
 
-/// One harmonic of a channel's tone: `cos_v` cos(h k x) + `sin_v` sin(h k x), at place x, k one turn per period.
+/// One harmonic of a channel's tone: `cos_v` cos(h k x) + `sin_v` sin(h k x), at place x, k one
+/// turn per period.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Harmonic {
     /// Its part in phase with the place, in volts.
@@ -18,7 +20,10 @@ impl Harmonic {
     /// `amplitude_v` sin(h k x + `phase_rad`).
     pub(crate) fn of_sine(amplitude_v: f64, phase_rad: f64) -> Self {
         let (sin, cos) = libm::sincos(phase_rad);
-        Self { cos_v: amplitude_v * sin, sin_v: amplitude_v * cos }
+        Self {
+            cos_v: amplitude_v * sin,
+            sin_v: amplitude_v * cos,
+        }
     }
 
     /// Amplitude in volts, not negative.
@@ -45,8 +50,14 @@ impl Pattern {
     /// The difference of two patterns of as many harmonics.
     pub(crate) fn less(&self, other: &Self) -> Self {
         let pairs = self.tone.iter().zip(&other.tone);
-        let tone = pairs.map(|(a, b)| Harmonic { cos_v: a.cos_v - b.cos_v, sin_v: a.sin_v - b.sin_v });
-        Self { mean_v: self.mean_v - other.mean_v, tone: tone.collect() }
+        let tone = pairs.map(|(a, b)| Harmonic {
+            cos_v: a.cos_v - b.cos_v,
+            sin_v: a.sin_v - b.sin_v,
+        });
+        Self {
+            mean_v: self.mean_v - other.mean_v,
+            tone: tone.collect(),
+        }
     }
 
     /// Volts at a place, which is given in turns: millimetres over the spatial period.
@@ -68,25 +79,34 @@ impl Pattern {
 pub struct Channel {
     /// Voltage without contact, in volts.
     pub offset_v: f64,
-    /// Under the hold's load while the grating slides: its mean is the load's step, its tone that of the ridges.
+    /// Under the hold's load while the grating slides: its mean is the load's step, its tone that
+    /// of the ridges.
     pub sliding: Pattern,
-    /// The part of `sliding` that friction makes: missing at rest, reversed while the grating slides back.
+    /// The part of `sliding` that friction makes: missing at rest, reversed while the grating
+    /// slides back.
     pub drag: Pattern,
     /// Height of the contact spike over the load's step in volts.
     pub spike_v: f64,
 }
 
 impl Channel {
-    /// Volts over the offset under the hold's load, at a place in turns; `drag` is 1 at full slip, 0 at rest, -1 at
-    /// full slip back.
+    /// Volts over the offset under the hold's load, at a place in turns; `drag` is 1 at full slip,
+    /// 0 at rest, -1 at full slip back.
     pub(crate) fn loaded_v(&self, turns: f64, drag: f64) -> f64 {
         // Drawn channels have no drag.
-        let missing_v = if self.drag.tone.is_empty() { 0.0 } else { (1.0 - drag) * self.drag.volts(turns) };
+        let missing_v = if self.drag.tone.is_empty() {
+            0.0
+        } else {
+            (1.0 - drag) * self.drag.volts(turns)
+        };
         self.sliding.volts(turns) - missing_v
     }
 
     /// Amplitude of the tone's fundamental while the grating slides, in volts.
     pub fn amplitude_v(&self) -> f64 {
-        self.sliding.tone.first().map_or(0.0, |fundamental| fundamental.amplitude_v())
+        self.sliding
+            .tone
+            .first()
+            .map_or(0.0, |fundamental| fundamental.amplitude_v())
     }
 }

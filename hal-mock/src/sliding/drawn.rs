@@ -1,8 +1,8 @@
-//! Channels drawn at random around plausible values, with overtones of given strength: for tests that need to know the
-//! tone exactly. What the channels look like is not in the paper as numbers.
+//! Channels drawn at random around plausible values, with overtones of given strength: for tests
+//! that need to know the tone exactly. What the channels look like is not in the paper as numbers.
 //!
-//! AIN 4 u + k is piezoresistor k + 1 of unit u + 1. Piezoresistors 1 and 3 lie along the sliding direction: they feel
-//! it most, with opposite sign. Units 2 and 4 lie one pitch further along it.
+//! AIN 4 u + k is piezoresistor k + 1 of unit u + 1. Piezoresistors 1 and 3 lie along the sliding
+//! direction: they feel it most, with opposite sign. Units 2 and 4 lie one pitch further along it.
 
 use super::channel::{Channel, Harmonic, PITCH_MM, Pattern};
 use crate::random::{Random, Stream};
@@ -16,8 +16,13 @@ pub(crate) const OVERTONES: usize = 3;
 const BRIDGE_V: f64 = 2.5;
 
 /// Draws all channels.
-pub(crate) fn channels(period_mm: f64, overtones: [f64; OVERTONES], seed: u64) -> [Channel; INPUTS] {
-    // Millivolts of tone and load per piezoresistor, relative heights of its spike, and how strongly a unit feels it.
+pub(crate) fn channels(
+    period_mm: f64,
+    overtones: [f64; OVERTONES],
+    seed: u64,
+) -> [Channel; INPUTS] {
+    // Millivolts of tone and load per piezoresistor, relative heights of its spike, and how
+    // strongly a unit feels it.
     const TONE_MV: [f64; 4] = [6.0, 2.4, -5.2, 1.9];
     const LOAD_MV: [f64; 4] = [14.0, 8.0, -11.0, -6.0];
     const SPIKE: [f64; 4] = [0.90, 0.35, 0.70, 0.20];
@@ -33,14 +38,27 @@ pub(crate) fn channels(period_mm: f64, overtones: [f64; OVERTONES], seed: u64) -
         let amplitude_v = about(1e-3 * TONE_MV[piezo] * UNIT[unit], 0.15);
         let offset_v = BRIDGE_V + 0.03 * random.symmetric();
         let place_mm = if unit % 2 == 1 { PITCH_MM } else { 0.0 };
-        // Every piezoresistor sits a little beside its unit's centre, hence the fixed part per piezoresistor.
-        let phase_rad = -TAU * place_mm / period_mm + 0.35 * piezo as f64 + 0.3 * random.symmetric();
+        // Every piezoresistor sits a little beside its unit's centre, hence the fixed part per
+        // piezoresistor.
+        let phase_rad =
+            -TAU * place_mm / period_mm + 0.35 * piezo as f64 + 0.3 * random.symmetric();
         let mut own = || PI * random.symmetric();
         let harmonics = [(1.0, 0.0), (second, own()), (third, own()), (fourth, own())];
-        let tone = harmonics.into_iter().zip(1..).map(|((relative, extra_rad), h)| {
-            Harmonic::of_sine(amplitude_v * relative, f64::from(h) * phase_rad + extra_rad)
-        });
-        let sliding = Pattern { mean_v: load_v, tone: tone.collect() };
-        Channel { offset_v, sliding, drag: Pattern::default(), spike_v }
+        let tone = harmonics
+            .into_iter()
+            .zip(1..)
+            .map(|((relative, extra_rad), h)| {
+                Harmonic::of_sine(amplitude_v * relative, f64::from(h) * phase_rad + extra_rad)
+            });
+        let sliding = Pattern {
+            mean_v: load_v,
+            tone: tone.collect(),
+        };
+        Channel {
+            offset_v,
+            sliding,
+            drag: Pattern::default(),
+            spike_v,
+        }
     })
 }

@@ -1,23 +1,27 @@
 //! The fingertip as a physical thing: how its sixteen channels respond to a grating on its cover.
 //!
-//! Each ridge presses evenly on the cover over its width, under a contact of finite length, and friction drags along
-//! with it. The strain at a sensor is the sum of the ridges' line loads ([`line_load`](super::line_load)). For a
-//! periodic grating it is periodic in the grating's place x, a Fourier series with the coefficients
+//! Each ridge presses evenly on the cover over its width, under a contact of finite length, and
+//! friction drags along with it. The strain at a sensor is the sum of the ridges' line loads
+//! ([`line_load`](super::line_load)). For a periodic grating it is periodic in the grating's place
+//! x, a Fourier series with the coefficients
 //!
 //! > c_h integral of strain(sensor - s) pressure(s) exp(i h k s) ds,
 //!
-//! c_h being those of the ridges' profile: overtones, the cover's low-pass and the phase between the units are all in
-//! them. Under a long contact they approach the strain of a sinusoidal load, which fades as exp(-h k depth).
+//! c_h being those of the ridges' profile: overtones, the cover's low-pass and the phase between
+//! the units are all in them. Under a long contact they approach the strain of a sinusoidal load,
+//! which fades as exp(-h k depth).
 //!
-//! A skin with ridges touches with these alone. A ridge bears what presses anywhere on its top, and hands it on evenly
-//! over its width: s in the exponent is then the middle of the skin's ridge, the coefficients are averaged over its
-//! width, and between two ridges nothing is handed on. So the skin samples the grating. Of a grating with nearly the
-//! skin's own period all ridges of the skin stand on ridges and over grooves almost at once: the load's waves along the
-//! skin are the beats of the two, so long that they reach the sensors. The height is held and not the load: where the
+//! A skin with ridges touches with these alone. A ridge bears what presses anywhere on its top, and
+//! hands it on evenly over its width: s in the exponent is then the middle of the skin's ridge, the
+//! coefficients are averaged over its width, and between two ridges nothing is handed on. So the
+//! skin samples the grating. Of a grating with nearly the skin's own period all ridges of the skin
+//! stand on ridges and over grooves almost at once: the load's waves along the skin are the beats
+//! of the two, so long that they reach the sensors. The height is held and not the load: where the
 //! skin's ridges fall into grooves all over the contact, little or nothing presses.
 //!
-//! AIN 4 u + k is piezoresistor k + 1 of unit u + 1. Units 1 and 3 are half a pitch behind the middle of the contact,
-//! 2 and 4 half a pitch ahead, seen along +x: the direction of the slide unless `reverse`.
+//! AIN 4 u + k is piezoresistor k + 1 of unit u + 1. Units 1 and 3 are half a pitch behind the
+//! middle of the contact, 2 and 4 half a pitch ahead, seen along +x: the direction of the slide
+//! unless `reverse`.
 
 use super::channel::{Channel, Harmonic, PITCH_MM, Pattern};
 use super::kelvin::KelvinBody;
@@ -35,12 +39,14 @@ pub struct Finger {
     pub finger_seed: u64,
     /// Thickness of the cover over the sensors in mm, > 0. Default 1.3 (paper, section 2.2).
     pub depth_mm: f64,
-    /// Young's modulus of the cover in MPa, > 0. Default 1.7: shore A 40 (paper, section 2.2) by Gent's relation.
+    /// Young's modulus of the cover in MPa, > 0. Default 1.7: shore A 40 (paper, section 2.2) by
+    /// Gent's relation.
     pub modulus_mpa: f64,
     /// Poisson's ratio of the cover, 0 to 0.5. Default 0.5: rubber.
     pub poisson: f64,
-    /// Time constants of the cover as a Kelvin body in seconds, > 0, relaxation <= creep. Default 2.85 and 3: the "very
-    /// small viscoelastic effect" of a rubber layer (Moy et al., figure 29); plausible.
+    /// Time constants of the cover as a Kelvin body in seconds, > 0, relaxation <= creep. Default
+    /// 2.85 and 3: the "very small viscoelastic effect" of a rubber layer (Moy et al., figure 29);
+    /// plausible.
     pub relaxation_s: f64,
     /// See `relaxation_s`.
     pub creep_s: f64,
@@ -50,29 +56,37 @@ pub struct Finger {
     pub overshoot: f64,
     /// Friction: tangential over normal force at full slip, >= 0. Default 0.5: plausible.
     pub friction: f64,
-    /// How far friction drags the middle of the contact along at full slip, in mm, 0 to half of `contact_mm`. It makes
-    /// the units at the grating's leading edge the stronger ones, as in the paper (section 5). Default 0.5: plausible.
+    /// How far friction drags the middle of the contact along at full slip, in mm, 0 to half of
+    /// `contact_mm`. It makes the units at the grating's leading edge the stronger ones, as in the
+    /// paper (section 5). Default 0.5: plausible.
     pub lean_mm: f64,
-    /// Length of the contact along the slide in mm, > 0, at least a groove's width. Default 8: plausible.
+    /// Length of the contact along the slide in mm, > 0, at least a groove's width. Default 8:
+    /// plausible.
     pub contact_mm: f64,
-    /// Width of the skin's ridges in mm, 0 to half of `contact_mm`. The grooves between them are as wide, and one ridge is over the middle
-    /// of the array. Default 0: a smooth skin, as the paper's.
+    /// Width of the skin's ridges in mm, 0 to half of `contact_mm`. The grooves between them are as
+    /// wide, and one ridge is over the middle of the array. Default 0: a smooth skin, as the
+    /// paper's.
     pub skin_ridge_mm: f64,
-    /// Relative change of resistance per unit of shear, > 0. Default 0.2: plausible, makes tones of some millivolts.
+    /// Relative change of resistance per unit of shear, > 0. Default 0.2: plausible, makes tones of
+    /// some millivolts.
     pub sensitivity: f64,
     /// The same for normal strain, relative to that for shear, >= 0. Default 0.5: plausible.
     pub normal_share: f64,
-    /// Greatest relative deviation of a sensitivity from the others', 0 to 0.99. Default 0.15: plausible.
+    /// Greatest relative deviation of a sensitivity from the others', 0 to 0.99. Default 0.15:
+    /// plausible.
     pub spread: f64,
     /// Supply of the quarter bridges in V, > 0. Default 5 (paper, section 2.3).
     pub supply_v: f64,
-    /// Completing resistor in ohm, > 0. Default 820 (paper, section 2.3), as are the piezoresistors on the average.
+    /// Completing resistor in ohm, > 0. Default 820 (paper, section 2.3), as are the piezoresistors
+    /// on the average.
     pub resistor_ohm: f64,
-    /// Greatest deviation of a piezoresistor from that, relative, 0 to 0.99. Default 0.02: plausible.
+    /// Greatest deviation of a piezoresistor from that, relative, 0 to 0.99. Default 0.02:
+    /// plausible.
     pub resistance_spread: f64,
     /// Capacitor beside it in uF, > 0. Default 1 (paper, section 2.3): a pole near 390 Hz.
     pub capacitor_uf: f64,
-    /// White noise of the bridge in uV RMS, >= 0, where `snr_db` is not given. Default 0.064: thermal, (k T / C)^1/2.
+    /// White noise of the bridge in uV RMS, >= 0, where `snr_db` is not given. Default 0.064:
+    /// thermal, (k T / C)^1/2.
     pub noise_uv: f64,
 }
 
@@ -112,14 +126,16 @@ pub(crate) struct Grating {
     pub(crate) reverse: bool,
 }
 
-/// Harmonics of a channel. What is left out is less than a thousandth of the fundamental for the paper's gratings; under a ridged skin a
-/// hundredth of the load, so fast that the bridge's filter takes most of it.
+/// Harmonics of a channel. What is left out is less than a thousandth of the fundamental for the
+/// paper's gratings; under a ridged skin a hundredth of the load, so fast that the bridge's filter
+/// takes most of it.
 const HARMONICS: usize = 24;
 
 /// Points at which the integral over the contact is taken: its error is a millionth of the tone.
 const POINTS: u32 = 2000;
 
-/// Strain's Fourier series at a sensor: real and imaginary part of the coefficients, the mean first.
+/// Strain's Fourier series at a sensor: real and imaginary part of the coefficients, the mean
+/// first.
 type Series = [(Strain, Strain); HARMONICS + 1];
 
 impl Finger {
@@ -128,7 +144,8 @@ impl Finger {
         KelvinBody::new(self.relaxation_s, self.creep_s)
     }
 
-    /// Time constant of the bridge and its capacitor in seconds: both resistances are parallel for it.
+    /// Time constant of the bridge and its capacitor in seconds: both resistances are parallel for
+    /// it.
     pub(crate) fn filter_s(&self) -> f64 {
         0.5 * self.resistor_ohm * self.capacitor_uf * 1e-6
     }
@@ -140,19 +157,35 @@ impl Finger {
             ("poisson", self.poisson, Range::Between(0.0, 0.5)),
             ("relaxation_s", self.relaxation_s, Range::Positive),
             ("creep_s", self.creep_s, Range::Positive),
-            ("relaxation_s", self.relaxation_s, Range::UpTo(self.creep_s, "creep_s")),
+            (
+                "relaxation_s",
+                self.relaxation_s,
+                Range::UpTo(self.creep_s, "creep_s"),
+            ),
             ("force_n", self.force_n, Range::Positive),
             ("overshoot", self.overshoot, Range::NotNegative),
             ("friction", self.friction, Range::NotNegative),
             ("contact_mm", self.contact_mm, Range::Positive),
-            ("lean_mm", self.lean_mm, Range::UpTo(0.5 * self.contact_mm, "contact_mm / 2")),
-            ("skin_ridge_mm", self.skin_ridge_mm, Range::UpTo(0.5 * self.contact_mm, "contact_mm / 2")),
+            (
+                "lean_mm",
+                self.lean_mm,
+                Range::UpTo(0.5 * self.contact_mm, "contact_mm / 2"),
+            ),
+            (
+                "skin_ridge_mm",
+                self.skin_ridge_mm,
+                Range::UpTo(0.5 * self.contact_mm, "contact_mm / 2"),
+            ),
             ("sensitivity", self.sensitivity, Range::Positive),
             ("normal_share", self.normal_share, Range::NotNegative),
             ("spread", self.spread, Range::Between(0.0, 0.99)),
             ("supply_v", self.supply_v, Range::Positive),
             ("resistor_ohm", self.resistor_ohm, Range::Positive),
-            ("resistance_spread", self.resistance_spread, Range::Between(0.0, 0.99)),
+            (
+                "resistance_spread",
+                self.resistance_spread,
+                Range::Between(0.0, 0.99),
+            ),
             ("capacitor_uf", self.capacitor_uf, Range::Positive),
             ("noise_uv", self.noise_uv, Range::NotNegative),
         ]
@@ -160,36 +193,57 @@ impl Finger {
 
     /// All channels under a grating.
     pub(crate) fn channels(&self, grating: Grating) -> [Channel; INPUTS] {
-        let (slip, lean_mm) =
-            if grating.reverse { (-self.friction, -self.lean_mm) } else { (self.friction, self.lean_mm) };
+        let (slip, lean_mm) = if grating.reverse {
+            (-self.friction, -self.lean_mm)
+        } else {
+            (self.friction, self.lean_mm)
+        };
         let columns = [-0.5, 0.5].map(|pitches| {
             let at_mm = pitches * PITCH_MM;
-            [self.series(grating, at_mm, 0.0, 0.0), self.series(grating, at_mm, slip, lean_mm)]
+            [
+                self.series(grating, at_mm, 0.0, 0.0),
+                self.series(grating, at_mm, slip, lean_mm),
+            ]
         });
         let mut random = Random::new(self.finger_seed, Stream::Skin);
         std::array::from_fn(|input| {
-            // Piezoresistors 1 and 3 are on opposite sides of the mesa: shear tilts it and stretches one of them while
-            // it compresses the other. Pressure does the same to all four.
+            // Piezoresistors 1 and 3 are on opposite sides of the mesa: shear tilts it and
+            // stretches one of them while it compresses the other. Pressure does the same to all
+            // four.
             let tilt = [1.0, 0.0, -1.0, 0.0][input % 4];
             let gain = self.sensitivity * (1.0 + self.spread * random.symmetric());
             let resistance = 1.0 + self.resistance_spread * random.symmetric();
             let offset_v = self.supply_v / (1.0 + resistance);
-            // Of the divider's voltage, per relative change of one of its two all but equal resistors.
+            // Of the divider's voltage, per relative change of one of its two all but equal
+            // resistors.
             let volts = 0.25 * self.supply_v * gain;
-            let felt = |strain: Strain| volts * (tilt * strain.shear + self.normal_share * strain.normal);
-            let [resting, sliding] = columns[(input / 4) % 2].each_ref().map(|series| pattern(series, felt));
-            let mut channel = Channel { offset_v, drag: sliding.less(&resting), sliding, spike_v: 0.0 };
-            channel.spike_v = self.overshoot * channel.loaded_v(grating.start_mm / grating.period_mm, 0.0);
+            let felt =
+                |strain: Strain| volts * (tilt * strain.shear + self.normal_share * strain.normal);
+            let [resting, sliding] = columns[(input / 4) % 2]
+                .each_ref()
+                .map(|series| pattern(series, felt));
+            let mut channel = Channel {
+                offset_v,
+                drag: sliding.less(&resting),
+                sliding,
+                spike_v: 0.0,
+            };
+            channel.spike_v =
+                self.overshoot * channel.loaded_v(grating.start_mm / grating.period_mm, 0.0);
             channel
         })
     }
 
-    /// The series of strain at a sensor `at_mm` ahead of the middle of the array, under a pressure whose middle is at
-    /// `lean_mm` and which drags by `slip` times its strength.
+    /// The series of strain at a sensor `at_mm` ahead of the middle of the array, under a pressure
+    /// whose middle is at `lean_mm` and which drags by `slip` times its strength.
     fn series(&self, grating: Grating, at_mm: f64, slip: f64, lean_mm: f64) -> Series {
-        let material = Material { modulus_mpa: self.modulus_mpa, poisson: self.poisson };
+        let material = Material {
+            modulus_mpa: self.modulus_mpa,
+            poisson: self.poisson,
+        };
         let (half_mm, step_mm) = (0.5 * self.contact_mm, self.contact_mm / f64::from(POINTS));
-        // A round contact as Hertz has it, summed up across: a parabola along, and as wide on the average as a circle.
+        // A round contact as Hertz has it, summed up across: a parabola along, and as wide on the
+        // average as a circle.
         let peak_n_mm = 1.5 * self.force_n / (self.contact_mm * (0.25 * PI * self.contact_mm));
         let turn = TAU / grating.period_mm;
         let mut series = Series::default();
@@ -197,7 +251,9 @@ impl Finger {
             let off_mm = (f64::from(point) + 0.5) * step_mm - half_mm;
             let s_mm = lean_mm + off_mm;
             let load = peak_n_mm * (1.0 - (off_mm / half_mm) * (off_mm / half_mm)) * step_mm;
-            let Some((felt_mm, share)) = self.borne(s_mm) else { continue };
+            let Some((felt_mm, share)) = self.borne(s_mm) else {
+                continue;
+            };
             let load = share * load;
             let pressed = material.pressed(at_mm - s_mm, self.depth_mm);
             let dragged = material.dragged(at_mm - s_mm, self.depth_mm);
@@ -205,8 +261,11 @@ impl Finger {
             let shear = load * (pressed.shear + slip * dragged.shear);
             for (h, (real, imaginary)) in series.iter_mut().enumerate() {
                 let averaged = |width_mm: f64| sinc(h as f64 * PI * width_mm / grating.period_mm);
-                let profile =
-                    if h == 0 { 1.0 } else { 2.0 * averaged(grating.ridge_mm) * averaged(self.skin_ridge_mm) };
+                let profile = if h == 0 {
+                    1.0
+                } else {
+                    2.0 * averaged(grating.ridge_mm) * averaged(self.skin_ridge_mm)
+                };
                 let (sin, cos) = libm::sincos(h as f64 * turn * felt_mm);
                 real.normal += profile * cos * normal;
                 real.shear += profile * cos * shear;
@@ -217,7 +276,8 @@ impl Finger {
         series
     }
 
-    /// Whose load a place of the skin bears: the middle of the ridge there, and its load over that of a smooth skin; none in a groove.
+    /// Whose load a place of the skin bears: the middle of the ridge there, and its load over that
+    /// of a smooth skin; none in a groove.
     fn borne(&self, s_mm: f64) -> Option<(f64, f64)> {
         if self.skin_ridge_mm == 0.0 {
             return Some((s_mm, 1.0));
@@ -228,11 +288,18 @@ impl Finger {
     }
 }
 
-/// A channel's pattern from the strain's series: Re(c exp(-i h k x)) is Re(c) cos(h k x) + Im(c) sin(h k x).
+/// A channel's pattern from the strain's series: Re(c exp(-i h k x)) is Re(c) cos(h k x) + Im(c)
+/// sin(h k x).
 fn pattern(series: &Series, felt: impl Fn(Strain) -> f64) -> Pattern {
     let [mean, tone @ ..] = series;
-    let harmonic = |(real, imaginary): &(Strain, Strain)| Harmonic { cos_v: felt(*real), sin_v: felt(*imaginary) };
-    Pattern { mean_v: felt(mean.0), tone: tone.iter().map(harmonic).collect() }
+    let harmonic = |(real, imaginary): &(Strain, Strain)| Harmonic {
+        cos_v: felt(*real),
+        sin_v: felt(*imaginary),
+    };
+    Pattern {
+        mean_v: felt(mean.0),
+        tone: tone.iter().map(harmonic).collect(),
+    }
 }
 
 /// sin(x) / x for x >= 0.

@@ -13,7 +13,8 @@ impl Lag {
         Self { time_s, value: 0.0 }
     }
 
-    /// Lets `dt_s` > 0 seconds pass in which the input goes along a straight line, for which this is exact.
+    /// Lets `dt_s` > 0 seconds pass in which the input goes along a straight line, for which this
+    /// is exact.
     pub(crate) fn advance(&mut self, dt_s: f64, from: f64, to: f64) -> f64 {
         // In the end the value trails a ramp by the time constant.
         let behind = (to - from) / dt_s * self.time_s;
@@ -22,10 +23,11 @@ impl Lag {
     }
 }
 
-/// A viscoelastic solid: a spring beside a spring and a damper in series (Fung; Moy et al., equations 5 to 8).
+/// A viscoelastic solid: a spring beside a spring and a damper in series (Fung; Moy et al.,
+/// equations 5 to 8).
 ///
-/// Under a constant force its deformation jumps to `relaxation_s` / `creep_s` of its final value and creeps on with the
-/// time constant `creep_s`. When the force is gone it creeps back as slowly.
+/// Under a constant force its deformation jumps to `relaxation_s` / `creep_s` of its final value
+/// and creeps on with the time constant `creep_s`. When the force is gone it creeps back as slowly.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct KelvinBody {
     /// The part of the deformation that follows the force without delay.
@@ -34,12 +36,17 @@ pub(crate) struct KelvinBody {
 }
 
 impl KelvinBody {
-    /// At rest. Time constants in seconds: of the force at constant deformation, and of deformation at constant force.
+    /// At rest. Time constants in seconds: of the force at constant deformation, and of deformation
+    /// at constant force.
     pub(crate) fn new(relaxation_s: f64, creep_s: f64) -> Self {
-        Self { at_once: relaxation_s / creep_s, delayed: Lag::new(creep_s) }
+        Self {
+            at_once: relaxation_s / creep_s,
+            delayed: Lag::new(creep_s),
+        }
     }
 
-    /// As [`Lag::advance`] for the force. Returns the deformation, relative to the final one under the same force.
+    /// As [`Lag::advance`] for the force. Returns the deformation, relative to the final one under
+    /// the same force.
     pub(crate) fn advance(&mut self, dt_s: f64, from: f64, to: f64) -> f64 {
         let delayed = self.delayed.advance(dt_s, from, to);
         self.at_once * to + (1.0 - self.at_once) * delayed
@@ -50,8 +57,8 @@ impl KelvinBody {
 mod tests {
     use super::*;
 
-    /// A, B in N, c in 1/s, and the time constants of relaxation and creep in s (Moy et al., table 5), then what is
-    /// left of the deformation 1.8 s after a force of 3 s (table 6).
+    /// A, B in N, c in 1/s, and the time constants of relaxation and creep in s (Moy et al., table
+    /// 5), then what is left of the deformation 1.8 s after a force of 3 s (table 6).
     const SUBJECTS: [([f64; 3], [f64; 2], f64); 6] = [
         ([2.29, 1.15, 0.70], [1.42, 2.14], 0.43),
         ([1.95, 1.10, 0.26], [3.90, 6.11], 0.74),
@@ -69,23 +76,41 @@ mod tests {
             // What springs back at once is left out of account there.
             let released = body.advance(1e-9, 0.0, 0.0);
             let later = body.advance(1.8, 0.0, 0.0);
-            assert!((later / released - retained).abs() < 0.0051, "subject {}: {}", subject + 1, later / released);
+            assert!(
+                (later / released - retained).abs() < 0.0051,
+                "subject {}: {}",
+                subject + 1,
+                later / released
+            );
         }
     }
 
     #[test]
     fn relaxation_is_equation_15() {
-        // Under a step of deformation the force is A + B exp(-c t): put in, it must give the step back.
+        // Under a step of deformation the force is A + B exp(-c t): put in, it must give the step
+        // back.
         for (subject, ([a, b, c], [relaxation_s, creep_s], _)) in SUBJECTS.into_iter().enumerate() {
-            assert!((creep_s / relaxation_s - 1.0 - b / a).abs() < 0.01, "subject {}", subject + 1);
+            assert!(
+                (creep_s / relaxation_s - 1.0 - b / a).abs() < 0.01,
+                "subject {}",
+                subject + 1
+            );
             // Subject 3's printed c contradicts his printed time constant, which table 6 bears out.
-            assert!(subject == 2 || (c * relaxation_s - 1.0).abs() < 0.02, "subject {}", subject + 1);
+            assert!(
+                subject == 2 || (c * relaxation_s - 1.0).abs() < 0.02,
+                "subject {}",
+                subject + 1
+            );
             let force = |t_s: f64| (a + b * (-t_s / relaxation_s).exp()) / a;
             let mut body = KelvinBody::new(relaxation_s, relaxation_s * (1.0 + b / a));
             for step in 0..10_000 {
                 let t_s = f64::from(step) * 1e-3;
                 let deformation = body.advance(1e-3, force(t_s), force(t_s + 1e-3));
-                assert!((deformation - 1.0).abs() < 1e-6, "subject {}: {deformation} at {t_s} s", subject + 1);
+                assert!(
+                    (deformation - 1.0).abs() < 1e-6,
+                    "subject {}: {deformation} at {t_s} s",
+                    subject + 1
+                );
             }
         }
     }
@@ -105,7 +130,14 @@ mod tests {
         let wave = |t_s: f64| (core::f64::consts::TAU * hz * t_s).sin();
         let dt_s = 1e-6;
         let power: f64 = (0..100_000)
-            .map(|k| lag.advance(dt_s, wave(f64::from(k) * dt_s), wave(f64::from(k + 1) * dt_s)).powi(2))
+            .map(|k| {
+                lag.advance(
+                    dt_s,
+                    wave(f64::from(k) * dt_s),
+                    wave(f64::from(k + 1) * dt_s),
+                )
+                .powi(2)
+            })
             .sum();
         assert!((power / 100_000.0 - 0.25).abs() < 0.002, "{power}");
     }

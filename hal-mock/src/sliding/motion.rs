@@ -1,4 +1,5 @@
-//! Where the grating is: the stimulator's steady slide with its imperfections, and a hand that moves to and fro.
+//! Where the grating is: the stimulator's steady slide with its imperfections, and a hand that
+//! moves to and fro.
 
 use core::f64::consts::{PI, TAU};
 
@@ -6,32 +7,44 @@ use core::f64::consts::{PI, TAU};
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Stimulator {
-    /// Time from rest to speed, and back at the end, in seconds, >= 0. Default 0.02: plausible, not in the paper.
+    /// Time from rest to speed, and back at the end, in seconds, >= 0. Default 0.02: plausible, not
+    /// in the paper.
     pub ramp_s: f64,
     /// By how much the mean speed is off, in percent, -99 to 1000. Default 0.
     pub speed_error_percent: f64,
-    /// Amplitude of the speed's ripple in percent of the speed, 0 to 99. Default 0. Its phase is the seed's.
+    /// Amplitude of the speed's ripple in percent of the speed, 0 to 99. Default 0. Its phase is
+    /// the seed's.
     pub ripple_percent: f64,
     /// Frequency of the ripple in hertz, > 0. Default 5.
     pub ripple_hz: f64,
-    /// Greatest time by which the slide begins early or late, in seconds, 0 to `hold_before_s`. Default 0.
+    /// Greatest time by which the slide begins early or late, in seconds, 0 to `hold_before_s`.
+    /// Default 0.
     pub onset_jitter_s: f64,
 }
 
 impl Stimulator {
     /// At its exact speed from the start.
-    pub const IDEAL: Self =
-        Self { ramp_s: 0.0, speed_error_percent: 0.0, ripple_percent: 0.0, ripple_hz: 5.0, onset_jitter_s: 0.0 };
+    pub const IDEAL: Self = Self {
+        ramp_s: 0.0,
+        speed_error_percent: 0.0,
+        ripple_percent: 0.0,
+        ripple_hz: 5.0,
+        onset_jitter_s: 0.0,
+    };
 }
 
 impl Default for Stimulator {
     fn default() -> Self {
-        Self { ramp_s: 0.02, ..Self::IDEAL }
+        Self {
+            ramp_s: 0.02,
+            ..Self::IDEAL
+        }
     }
 }
 
-/// A hand that moves to and fro, v(t) = `peak_mm_s` sin(2 pi `swing_hz` t): Okamoto et al., *Transmission of Tactile
-/// Roughness through Master-slave Systems*, section IV, whose figures are the defaults.
+/// A hand that moves to and fro, v(t) = `peak_mm_s` sin(2 pi `swing_hz` t): Okamoto et al.,
+/// *Transmission of Tactile Roughness through Master-slave Systems*, section IV, whose figures are
+/// the defaults.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Hand {
@@ -45,24 +58,46 @@ pub struct Hand {
 
 impl Default for Hand {
     fn default() -> Self {
-        Self { peak_mm_s: 197.0, swing_hz: 1.07, swings: 5.0 }
+        Self {
+            peak_mm_s: 197.0,
+            swing_hz: 1.07,
+            swings: 5.0,
+        }
     }
 }
 
 /// A motion, as functions of the time since it began.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Motion {
-    /// Speed in mm/s once the ramp is over, seconds of each ramp and of all; the ripple's relative amplitude, its
-    /// angular frequency in 1/s and its phase in radians.
-    Steady { speed_mm_s: f64, ramp_s: f64, planned_s: f64, ripple: f64, omega: f64, phase_rad: f64 },
+    /// Speed in mm/s once the ramp is over, seconds of each ramp and of all; the ripple's relative
+    /// amplitude, its angular frequency in 1/s and its phase in radians.
+    Steady {
+        speed_mm_s: f64,
+        ramp_s: f64,
+        planned_s: f64,
+        ripple: f64,
+        omega: f64,
+        phase_rad: f64,
+    },
     /// To and fro.
     Hand(Hand),
 }
 
 impl Motion {
     /// `slide_mm` at `speed_mm_s`, as the stimulator does it. `random` is uniform in 0 to 1.
-    pub(crate) fn steady(speed_mm_s: f64, slide_mm: f64, stimulator: Stimulator, random: f64) -> Self {
-        let Stimulator { ramp_s, speed_error_percent, ripple_percent, ripple_hz, .. } = stimulator;
+    pub(crate) fn steady(
+        speed_mm_s: f64,
+        slide_mm: f64,
+        stimulator: Stimulator,
+        random: f64,
+    ) -> Self {
+        let Stimulator {
+            ramp_s,
+            speed_error_percent,
+            ripple_percent,
+            ripple_hz,
+            ..
+        } = stimulator;
         let speed_mm_s = speed_mm_s * (1.0 + 0.01 * speed_error_percent);
         Self::Steady {
             speed_mm_s,
@@ -85,35 +120,68 @@ impl Motion {
     /// Duration in seconds.
     pub(crate) fn duration_s(&self) -> f64 {
         match *self {
-            Self::Steady { planned_s, ripple: 0.0, .. } => planned_s,
-            Self::Steady { planned_s, ripple, omega, .. } => {
+            Self::Steady {
+                planned_s,
+                ripple: 0.0,
+                ..
+            } => planned_s,
+            Self::Steady {
+                planned_s,
+                ripple,
+                omega,
+                ..
+            } => {
                 // Time that ripples is never off by more than this, and always increases.
                 let most_s = 2.0 * ripple / omega;
                 let (mut low_s, mut high_s) = ((planned_s - most_s).max(0.0), planned_s + most_s);
                 for _ in 0..60 {
                     let middle_s = 0.5 * (low_s + high_s);
-                    if self.rippled_s(middle_s) < planned_s { low_s = middle_s } else { high_s = middle_s }
+                    if self.rippled_s(middle_s) < planned_s {
+                        low_s = middle_s
+                    } else {
+                        high_s = middle_s
+                    }
                 }
                 high_s
             }
-            Self::Hand(Hand { swing_hz, swings, .. }) => swings / swing_hz,
+            Self::Hand(Hand {
+                swing_hz, swings, ..
+            }) => swings / swing_hz,
         }
     }
 
     /// Millimetres from the start.
     pub(crate) fn place_mm(&self, since_s: f64) -> f64 {
         match *self {
-            Self::Steady { speed_mm_s, ramp_s, planned_s, .. } => {
+            Self::Steady {
+                speed_mm_s,
+                ramp_s,
+                planned_s,
+                ..
+            } => {
                 let s = self.rippled_s(since_s).clamp(0.0, planned_s);
-                // A ramp of half a cosine lags behind full speed by half its length; both ramps are alike.
+                // A ramp of half a cosine lags behind full speed by half its length; both ramps are
+                // alike.
                 let ramped = |s: f64| {
-                    if s >= ramp_s { s - 0.5 * ramp_s } else { 0.5 * (s - ramp_s / PI * libm::sin(PI * s / ramp_s)) }
+                    if s >= ramp_s {
+                        s - 0.5 * ramp_s
+                    } else {
+                        0.5 * (s - ramp_s / PI * libm::sin(PI * s / ramp_s))
+                    }
                 };
                 let to_go_s = planned_s - s;
-                let s = if to_go_s < ramp_s { planned_s - ramp_s - ramped(to_go_s) } else { ramped(s) };
+                let s = if to_go_s < ramp_s {
+                    planned_s - ramp_s - ramped(to_go_s)
+                } else {
+                    ramped(s)
+                };
                 speed_mm_s * s
             }
-            Self::Hand(Hand { peak_mm_s, swing_hz, .. }) => {
+            Self::Hand(Hand {
+                peak_mm_s,
+                swing_hz,
+                ..
+            }) => {
                 let turns = swing_hz * since_s.clamp(0.0, self.duration_s());
                 peak_mm_s / (TAU * swing_hz) * (1.0 - libm::cos(TAU * turns))
             }
@@ -126,21 +194,43 @@ impl Motion {
             return 0.0;
         }
         match *self {
-            Self::Steady { speed_mm_s, ramp_s, planned_s, ripple, omega, phase_rad } => {
+            Self::Steady {
+                speed_mm_s,
+                ramp_s,
+                planned_s,
+                ripple,
+                omega,
+                phase_rad,
+            } => {
                 let s = self.rippled_s(since_s);
                 let edge_s = s.min(planned_s - s);
-                let ramp = if edge_s < ramp_s { 0.5 - 0.5 * libm::cos(PI * edge_s / ramp_s) } else { 1.0 };
+                let ramp = if edge_s < ramp_s {
+                    0.5 - 0.5 * libm::cos(PI * edge_s / ramp_s)
+                } else {
+                    1.0
+                };
                 speed_mm_s * ramp * (1.0 + ripple * libm::sin(omega * since_s + phase_rad))
             }
-            Self::Hand(Hand { peak_mm_s, swing_hz, .. }) => peak_mm_s * libm::sin(TAU * swing_hz * since_s),
+            Self::Hand(Hand {
+                peak_mm_s,
+                swing_hz,
+                ..
+            }) => peak_mm_s * libm::sin(TAU * swing_hz * since_s),
         }
     }
 
     /// Seconds of the planned motion that have passed when the speed ripples.
     fn rippled_s(&self, since_s: f64) -> f64 {
         match *self {
-            Self::Steady { ripple, omega, phase_rad, .. } if ripple > 0.0 => {
-                since_s + ripple / omega * (libm::cos(phase_rad) - libm::cos(omega * since_s + phase_rad))
+            Self::Steady {
+                ripple,
+                omega,
+                phase_rad,
+                ..
+            } if ripple > 0.0 => {
+                since_s
+                    + ripple / omega
+                        * (libm::cos(phase_rad) - libm::cos(omega * since_s + phase_rad))
             }
             _ => since_s,
         }
@@ -152,22 +242,36 @@ mod tests {
     use super::*;
 
     fn uneven() -> Motion {
-        let stimulator =
-            Stimulator { ramp_s: 0.05, speed_error_percent: 1.0, ripple_percent: 20.0, ..Stimulator::IDEAL };
+        let stimulator = Stimulator {
+            ramp_s: 0.05,
+            speed_error_percent: 1.0,
+            ripple_percent: 20.0,
+            ..Stimulator::IDEAL
+        };
         Motion::steady(30.0, 60.0, stimulator, 0.3)
     }
 
     #[test]
     fn the_speed_is_the_places_derivative() {
-        for motion in [uneven(), Motion::Hand(Hand::default()), Motion::steady(15.0, 60.0, Stimulator::IDEAL, 0.0)] {
+        for motion in [
+            uneven(),
+            Motion::Hand(Hand::default()),
+            Motion::steady(15.0, 60.0, Stimulator::IDEAL, 0.0),
+        ] {
             let duration_s = motion.duration_s();
             for k in 1..1000 {
                 let (s, h) = (duration_s * f64::from(k) / 1000.0, 1e-6);
                 let slope = (motion.place_mm(s + h) - motion.place_mm(s - h)) / (2.0 * h);
-                assert!((slope - motion.speed_mm_s(s)).abs() < 1e-3, "{motion:?} at {s} s: {slope}");
+                assert!(
+                    (slope - motion.speed_mm_s(s)).abs() < 1e-3,
+                    "{motion:?} at {s} s: {slope}"
+                );
             }
             assert_eq!((motion.place_mm(-1.0), motion.speed_mm_s(-1.0)), (0.0, 0.0));
-            assert_eq!(motion.place_mm(duration_s), motion.place_mm(duration_s + 1.0));
+            assert_eq!(
+                motion.place_mm(duration_s),
+                motion.place_mm(duration_s + 1.0)
+            );
         }
     }
 

@@ -5,8 +5,9 @@ use super::finger::{Finger, Grating};
 use super::motion::{Hand, Stimulator};
 use super::range::{ParameterError, Range, check};
 
-/// Parameters of a [`SlidingScene`](super::SlidingScene); the defaults are the paper's protocol at 30 mm/s and 3.6 mm,
-/// on drawn channels with 20 dB. A scene file begins with [`physical`](Self::physical) instead.
+/// Parameters of a [`SlidingScene`](super::SlidingScene); the defaults are the paper's protocol at
+/// 30 mm/s and 3.6 mm, on drawn channels with 20 dB. A scene file begins with
+/// [`physical`](Self::physical) instead.
 #[derive(Clone, Debug, PartialEq, serde::Deserialize)]
 #[serde(deny_unknown_fields, default = "Sliding::physical")]
 pub struct Sliding {
@@ -14,7 +15,8 @@ pub struct Sliding {
     pub speed_mm_s: f64,
     /// Spatial period of the grating in mm, > 0.
     pub period_mm: f64,
-    /// Width of its ridges in mm, 0 < x < `period_mm`; the rest of a period is groove. Only a `finger` feels it.
+    /// Width of its ridges in mm, 0 < x < `period_mm`; the rest of a period is groove. Only a
+    /// `finger` feels it.
     pub ridge_mm: f64,
     /// Where a ridge is at the touch, in mm ahead of the middle of the contact.
     pub start_mm: f64,
@@ -30,13 +32,16 @@ pub struct Sliding {
     pub hold_after_s: f64,
     /// Phase E, from the beginning of the release to the end, in seconds, >= 0.
     pub release_idle_s: f64,
-    /// 10 log10 of the tone's mean power over the noise's: mean over channels of A^2 / 2, with the fundamental's
-    /// amplitude A, over sigma^2, the same on all channels, per reading. `None`: no noise but the finger's own.
+    /// 10 log10 of the tone's mean power over the noise's: mean over channels of A^2 / 2, with the
+    /// fundamental's amplitude A, over sigma^2, the same on all channels, per reading. `None`: no
+    /// noise but the finger's own.
     pub snr_db: Option<f64>,
-    /// Amplitudes of the 2nd, 3rd and 4th harmonic of drawn channels relative to the fundamental; 0 leaves one out.
+    /// Amplitudes of the 2nd, 3rd and 4th harmonic of drawn channels relative to the fundamental; 0
+    /// leaves one out.
     #[serde(skip)]
     pub overtones: [f64; OVERTONES],
-    /// Seed of the run: its noise, the ripple's phase, the jitter; of drawn channels their gains, phases and offsets too.
+    /// Seed of the run: its noise, the ripple's phase, the jitter; of drawn channels their gains,
+    /// phases and offsets too.
     pub seed: u64,
     /// How the stimulator deviates from speed and time.
     pub stimulator: Stimulator,
@@ -60,7 +65,10 @@ pub struct Converter {
 
 impl Default for Converter {
     fn default() -> Self {
-        Self { clock_error_ppm: 0.0, converter_noise: true }
+        Self {
+            clock_error_ppm: 0.0,
+            converter_noise: true,
+        }
     }
 }
 
@@ -91,13 +99,29 @@ impl Default for Sliding {
 impl Sliding {
     /// The paper's protocol on the physical finger, with no noise but its own.
     pub fn physical() -> Self {
-        Self { snr_db: None, stimulator: Stimulator::default(), finger: Some(Finger::default()), ..Self::default() }
+        Self {
+            snr_db: None,
+            stimulator: Stimulator::default(),
+            finger: Some(Finger::default()),
+            ..Self::default()
+        }
     }
 
     /// What slides over the finger.
     pub(crate) fn grating(&self) -> Grating {
-        let Self { period_mm, ridge_mm, start_mm, reverse, .. } = *self;
-        Grating { period_mm, ridge_mm, start_mm, reverse }
+        let Self {
+            period_mm,
+            ridge_mm,
+            start_mm,
+            reverse,
+            ..
+        } = *self;
+        Grating {
+            period_mm,
+            ridge_mm,
+            start_mm,
+            reverse,
+        }
     }
 
     pub(crate) fn check(&self) -> Result<(), ParameterError> {
@@ -117,12 +141,32 @@ impl Sliding {
             ("overtones[1]", self.overtones[1], Range::NotNegative),
             ("overtones[2]", self.overtones[2], Range::NotNegative),
             ("snr_db", self.snr_db.unwrap_or(0.0), Range::Any),
-            ("speed_error_percent", s.speed_error_percent, Range::Between(-99.0, 1000.0)),
-            ("ripple_percent", s.ripple_percent, Range::Between(0.0, 99.0)),
+            (
+                "speed_error_percent",
+                s.speed_error_percent,
+                Range::Between(-99.0, 1000.0),
+            ),
+            (
+                "ripple_percent",
+                s.ripple_percent,
+                Range::Between(0.0, 99.0),
+            ),
             ("ripple_hz", s.ripple_hz, Range::Positive),
-            ("clock_error_ppm", self.converter.clock_error_ppm, Range::Between(-1e4, 1e4)),
-            ("onset_jitter_s", s.onset_jitter_s, Range::UpTo(self.hold_before_s, "hold_before_s")),
-            ("ramp_s", s.ramp_s, Range::UpTo(self.slide_mm / speed_mm_s, "slide_mm / speed_mm_s")),
+            (
+                "clock_error_ppm",
+                self.converter.clock_error_ppm,
+                Range::Between(-1e4, 1e4),
+            ),
+            (
+                "onset_jitter_s",
+                s.onset_jitter_s,
+                Range::UpTo(self.hold_before_s, "hold_before_s"),
+            ),
+            (
+                "ramp_s",
+                s.ramp_s,
+                Range::UpTo(self.slide_mm / speed_mm_s, "slide_mm / speed_mm_s"),
+            ),
         ];
         if let Some(hand) = self.hand {
             rules.extend([
@@ -133,11 +177,19 @@ impl Sliding {
         }
         if let Some(finger) = self.finger {
             rules.push(("ridge_mm", self.ridge_mm, Range::Positive));
-            rules.push(("ridge_mm", self.ridge_mm, Range::Below(self.period_mm, "period_mm")));
+            rules.push((
+                "ridge_mm",
+                self.ridge_mm,
+                Range::Below(self.period_mm, "period_mm"),
+            ));
             rules.extend(finger.rules());
             // Otherwise there are moments in which no ridge carries the load.
             let most_mm = finger.contact_mm + self.ridge_mm;
-            rules.push(("period_mm", self.period_mm, Range::UpTo(most_mm, "contact_mm + ridge_mm")));
+            rules.push((
+                "period_mm",
+                self.period_mm,
+                Range::UpTo(most_mm, "contact_mm + ridge_mm"),
+            ));
         }
         check(&rules)
     }

@@ -22,13 +22,26 @@ pub(crate) fn check(rules: &[Rule]) -> Result<(), ParameterError> {
             Range::Any => (true, "a number".into(), ""),
             Range::Positive => (value > 0.0, "greater than 0".into(), ""),
             Range::NotNegative => (value >= 0.0, "not negative".into(), ""),
-            Range::Between(low, high) => ((low..=high).contains(&value), format!("from {low} to {high}"), ""),
-            Range::UpTo(limit, what) => {
-                ((0.0..=limit).contains(&value), format!("from 0 to {limit:.4} = {what}"), what)
+            Range::Between(low, high) => (
+                (low..=high).contains(&value),
+                format!("from {low} to {high}"),
+                "",
+            ),
+            Range::UpTo(limit, what) => (
+                (0.0..=limit).contains(&value),
+                format!("from 0 to {limit:.4} = {what}"),
+                what,
+            ),
+            Range::Below(limit, what) => {
+                (value < limit, format!("less than {limit} = {what}"), what)
             }
-            Range::Below(limit, what) => (value < limit, format!("less than {limit} = {what}"), what),
         };
-        (!(fits && value.is_finite())).then_some(ParameterError { name, value, wanted, limit })
+        (!(fits && value.is_finite())).then_some(ParameterError {
+            name,
+            value,
+            wanted,
+            limit,
+        })
     });
     broken.map_or(Ok(()), Err)
 }

@@ -1,19 +1,24 @@
-//! The clock of a recording's rows: their numbers by their time stamps, and the even spacing behind these.
+//! The clock of a recording's rows: their numbers by their time stamps, and the even spacing behind
+//! these.
 
-/// A stamp of more than this many spacings behind the row before it follows a gap, in which rows are missing.
+/// A stamp of more than this many spacings behind the row before it follows a gap, in which rows
+/// are missing.
 const GAP: f64 = 1.5;
 
-/// Rows over which the first guess of the spacing is taken: it divides the rounding of stamps by this number.
+/// Rows over which the first guess of the spacing is taken: it divides the rounding of stamps by
+/// this number.
 const APART: usize = 16;
 
-/// Share of a stamp's error that the expected time of the next one takes over: it follows a drift, and not the rounding.
+/// Share of a stamp's error that the expected time of the next one takes over: it follows a drift,
+/// and not the rounding.
 const FOLLOW: f64 = 0.125;
 
-/// The same each time that the rows are numbered by the spacing that the numbers before gave. A first guess may be too
-/// wrong for more than one row.
+/// The same each time that the rows are numbered by the spacing that the numbers before gave. A
+/// first guess may be too wrong for more than one row.
 const ROUNDS: [f64; 4] = [1.0, 1.0, FOLLOW, FOLLOW];
 
-/// Numbers rows by their stamps, and fits a straight line through the stamps over these numbers by least squares.
+/// Numbers rows by their stamps, and fits a straight line through the stamps over these numbers by
+/// least squares.
 #[derive(Clone, Copy, Debug)]
 pub struct RowClock {
     first_s: f64,
@@ -36,7 +41,10 @@ impl RowClock {
     /// A clock for rows with stamps that begin with `head`, in seconds. None of fewer than two.
     pub fn new(head: &[f64]) -> Option<Self> {
         let apart = APART.min(head.len().saturating_sub(1));
-        let mut spans: Vec<f64> = head.windows(apart + 1).map(|stamps| stamps[apart] - stamps[0]).collect();
+        let mut spans: Vec<f64> = head
+            .windows(apart + 1)
+            .map(|stamps| stamps[apart] - stamps[0])
+            .collect();
         spans.sort_by(f64::total_cmp);
         let guess_s = spans.get(spans.len() / 2).filter(|_| apart > 0)? / apart as f64;
         let mut clock = Self::with_spacing(head[0], guess_s);
@@ -68,13 +76,18 @@ impl RowClock {
         }
     }
 
-    /// Takes the next row's stamp, seconds. Gives the row's number, missing rows counted; the first one has number 0.
+    /// Takes the next row's stamp, seconds. Gives the row's number, missing rows counted; the first
+    /// one has number 0.
     pub fn push(&mut self, t_s: f64) -> u64 {
         let since_s = t_s - self.first_s;
         if self.rows > 0.0 {
             let spacings = (since_s - self.expected_s) / self.guess_s;
             // Clipped, so that a stamp in another century does not overflow.
-            let steps = if spacings > GAP { spacings.round().min(1e12) } else { 1.0 };
+            let steps = if spacings > GAP {
+                spacings.round().min(1e12)
+            } else {
+                1.0
+            };
             self.number += steps as u64;
             self.expected_s += steps * self.guess_s;
             self.expected_s += self.follow * (since_s - self.expected_s);
@@ -96,11 +109,16 @@ impl RowClock {
         self.guess_s + self.slope()
     }
 
-    /// Standard deviation of the spacing, seconds, if the stamps' errors are independent, and at least `error_s` each.
+    /// Standard deviation of the spacing, seconds, if the stamps' errors are independent, and at
+    /// least `error_s` each.
     pub fn spacing_sigma_s(&self, error_s: f64) -> f64 {
         let residuals = (self.seconds_squared - self.slope() * self.products).max(0.0);
         let variance = (residuals / (self.rows - 2.0).max(1.0)).max(error_s * error_s);
-        if self.rows > 1.0 { (variance / self.numbers_squared).sqrt() } else { 0.0 }
+        if self.rows > 1.0 {
+            (variance / self.numbers_squared).sqrt()
+        } else {
+            0.0
+        }
     }
 
     /// Time of row 0 by the straight line, seconds.
@@ -109,6 +127,10 @@ impl RowClock {
     }
 
     fn slope(&self) -> f64 {
-        if self.rows > 1.0 { self.products / self.numbers_squared } else { 0.0 }
+        if self.rows > 1.0 {
+            self.products / self.numbers_squared
+        } else {
+            0.0
+        }
     }
 }

@@ -1,4 +1,5 @@
-//! How a table is written: what separates its columns, what follows its decimals, and which column is the time in what unit.
+//! How a table is written: what separates its columns, what follows its decimals, and which column
+//! is the time in what unit.
 
 use core::cell::Cell;
 
@@ -34,7 +35,8 @@ const MISSING: [&str; 5] = ["NA", "N/A", "null", "NULL", "None"];
 pub enum TimeColumn {
     /// None is.
     Nothing,
-    /// The one of this name, with how many of its units are a second; none if its name or its numbers have to say.
+    /// The one of this name, with how many of its units are a second; none if its name or its
+    /// numbers have to say.
     Named(String, Option<f64>),
 }
 
@@ -44,7 +46,9 @@ impl TimeColumn {
         if text == "none" {
             return Ok(Self::Nothing);
         }
-        let Some((name, unit)) = text.rsplit_once(':') else { return Ok(Self::Named(text.to_owned(), None)) };
+        let Some((name, unit)) = text.rsplit_once(':') else {
+            return Ok(Self::Named(text.to_owned(), None));
+        };
         match per_second(unit) {
             Some(unit) => Ok(Self::Named(name.to_owned(), Some(unit))),
             None => Err(format!("unit {unit:?}: choose s, ms, us or ns")),
@@ -53,27 +57,48 @@ impl TimeColumn {
 }
 
 fn per_second(unit: &str) -> Option<f64> {
-    UNITS.iter().find(|(name, _)| *name == unit.to_lowercase()).map(|(_, per_second)| *per_second)
+    UNITS
+        .iter()
+        .find(|(name, _)| *name == unit.to_lowercase())
+        .map(|(_, per_second)| *per_second)
 }
 
 /// Which column is the time: its place, and its units in a second if its name says that.
 /// The error names columns of which each may be it.
-pub fn time_column(columns: &[String], wanted: Option<&TimeColumn>) -> Result<Option<(usize, Option<f64>)>, String> {
+pub fn time_column(
+    columns: &[String],
+    wanted: Option<&TimeColumn>,
+) -> Result<Option<(usize, Option<f64>)>, String> {
     match wanted {
         Some(TimeColumn::Nothing) => return Ok(None),
         Some(TimeColumn::Named(name, unit)) => {
             let Some(at) = columns.iter().position(|column| column == name) else {
-                return Err(format!("no column {name}; there are: {}", columns.join(", ")));
+                return Err(format!(
+                    "no column {name}; there are: {}",
+                    columns.join(", ")
+                ));
             };
             return Ok(Some((at, unit.or_else(|| named_unit(name).flatten()))));
         }
         None => {}
     }
-    let exact: Vec<usize> = (0..columns.len()).filter(|at| columns[*at] == TIME_COLUMN).collect();
-    let with_unit = || (0..columns.len()).filter(|at| named_unit(&columns[*at]).flatten().is_some()).collect();
-    let bare = || (0..columns.len()).filter(|at| named_unit(&columns[*at]).is_some()).collect();
+    let exact: Vec<usize> = (0..columns.len())
+        .filter(|at| columns[*at] == TIME_COLUMN)
+        .collect();
+    let with_unit = || {
+        (0..columns.len())
+            .filter(|at| named_unit(&columns[*at]).flatten().is_some())
+            .collect()
+    };
+    let bare = || {
+        (0..columns.len())
+            .filter(|at| named_unit(&columns[*at]).is_some())
+            .collect()
+    };
     let found: Vec<usize> = match exact.len() {
-        0 => Some(with_unit()).filter(|found: &Vec<usize>| !found.is_empty()).unwrap_or_else(bare),
+        0 => Some(with_unit())
+            .filter(|found: &Vec<usize>| !found.is_empty())
+            .unwrap_or_else(bare),
         _ => exact,
     };
     match found[..] {
@@ -84,12 +109,16 @@ pub fn time_column(columns: &[String], wanted: Option<&TimeColumn>) -> Result<Op
         }
         _ => {
             let names: Vec<&str> = found.iter().map(|at| columns[*at].as_str()).collect();
-            Err(format!("{} may all be the time: choose with --time-column NAME, or none", names.join(", ")))
+            Err(format!(
+                "{} may all be the time: choose with --time-column NAME, or none",
+                names.join(", ")
+            ))
         }
     }
 }
 
-/// Whether a name is a time's: some if it is, with its units in a second if it says so. `time_ms`, `t (s)`, `Time [us]`.
+/// Whether a name is a time's: some if it is, with its units in a second if it says so. `time_ms`,
+/// `t (s)`, `Time [us]`.
 fn named_unit(name: &str) -> Option<Option<f64>> {
     let name = name.trim().to_lowercase();
     if TIME_NAMES.contains(&name.as_str()) {
@@ -123,13 +152,23 @@ impl Dialect {
             })
             .collect();
         let words = |text: &str| text.split_whitespace().count();
-        let mut found = Self { separator: ',', is_trailing: false, decimals: Cell::new(None) };
-        if let Some(separator) = [';', '\t', ','].into_iter().find(|separator| outside.contains(*separator)) {
+        let mut found = Self {
+            separator: ',',
+            is_trailing: false,
+            decimals: Cell::new(None),
+        };
+        if let Some(separator) = [';', '\t', ',']
+            .into_iter()
+            .find(|separator| outside.contains(*separator))
+        {
             found.separator = separator;
         } else if words(&outside) > 1 && row.is_some_and(|row| words(row) == words(&outside)) {
             found.separator = ' ';
         }
-        found.is_trailing = !found.is_space() && outside.trim_end_matches([' ', '\r', '\n']).ends_with(found.separator);
+        found.is_trailing = !found.is_space()
+            && outside
+                .trim_end_matches([' ', '\r', '\n'])
+                .ends_with(found.separator);
         found
     }
 
@@ -137,10 +176,20 @@ impl Dialect {
     pub fn cells<'a>(&self, line: &'a str) -> impl Iterator<Item = &'a str> + use<'a> {
         let (separator, is_space) = (self.separator, self.is_space());
         let line = line.trim_end_matches(['\r', '\n']);
-        let line = if self.is_trailing { line.trim_end().strip_suffix(separator).unwrap_or(line) } else { line };
-        line.split(move |c: char| if is_space { c.is_whitespace() } else { c == separator })
-            .map(str::trim)
-            .filter(move |cell| !is_space || !cell.is_empty())
+        let line = if self.is_trailing {
+            line.trim_end().strip_suffix(separator).unwrap_or(line)
+        } else {
+            line
+        };
+        line.split(move |c: char| {
+            if is_space {
+                c.is_whitespace()
+            } else {
+                c == separator
+            }
+        })
+        .map(str::trim)
+        .filter(move |cell| !is_space || !cell.is_empty())
     }
 
     /// The number in a cell, NaN where it is missing; none where it is no number.
@@ -154,8 +203,13 @@ impl Dialect {
         if cell.is_empty() || MISSING.contains(&cell) {
             return Some(f64::NAN);
         }
-        // `1,5` where columns are separated by something else; never beside `1.5`, where it may be a thousand and more.
-        let value = cell.replacen(',', ".", 1).parse().ok().filter(|_| self.separator != ',' && !cell.contains('.'));
+        // `1,5` where columns are separated by something else; never beside `1.5`, where it may be
+        // a thousand and more.
+        let value = cell
+            .replacen(',', ".", 1)
+            .parse()
+            .ok()
+            .filter(|_| self.separator != ',' && !cell.contains('.'));
         value.filter(|_| self.note(',').is_some())
     }
 
@@ -176,8 +230,10 @@ impl Dialect {
             ' ' => Some("white space"),
             _ => None,
         };
-        let mut guessed: Vec<String> =
-            separated.map(|by| format!("columns are separated by {by}")).into_iter().collect();
+        let mut guessed: Vec<String> = separated
+            .map(|by| format!("columns are separated by {by}"))
+            .into_iter()
+            .collect();
         if self.decimals.get() == Some(',') {
             guessed.push("decimals follow a comma".into());
         }
@@ -191,15 +247,32 @@ pub fn clock_time_s(text: &str) -> Option<f64> {
         Some((date, time)) => (Some(date), time),
         None => (None, text),
     };
-    let mut parts = time.trim().trim_end_matches('Z').splitn(3, ':').map(str::parse::<f64>);
-    let (hours, minutes, seconds) = (parts.next()?.ok()?, parts.next()?.ok()?, parts.next().unwrap_or(Ok(0.0)).ok()?);
+    let mut parts = time
+        .trim()
+        .trim_end_matches('Z')
+        .splitn(3, ':')
+        .map(str::parse::<f64>);
+    let (hours, minutes, seconds) = (
+        parts.next()?.ok()?,
+        parts.next()?.ok()?,
+        parts.next().unwrap_or(Ok(0.0)).ok()?,
+    );
     let mut days = 0.0;
     if let Some(date) = date {
         let mut parts = date.splitn(3, '-').map(str::parse::<i64>);
-        let (year, month, day) = (parts.next()?.ok()?, parts.next()?.ok()?, parts.next()?.ok()?);
+        let (year, month, day) = (
+            parts.next()?.ok()?,
+            parts.next()?.ok()?,
+            parts.next()?.ok()?,
+        );
         // Years that begin in March have their leap day at the end.
-        let (year, month) = if month > 2 { (year, month - 3) } else { (year - 1, month + 9) };
-        days = (year * 365 + year.div_euclid(4) - year.div_euclid(100) + year.div_euclid(400) - 719_469
+        let (year, month) = if month > 2 {
+            (year, month - 3)
+        } else {
+            (year - 1, month + 9)
+        };
+        days = (year * 365 + year.div_euclid(4) - year.div_euclid(100) + year.div_euclid(400)
+            - 719_469
             + (153 * month + 2) / 5
             + day) as f64;
     }
@@ -228,11 +301,23 @@ mod tests {
             assert_eq!(time_column(&columns(names), None), Ok(found), "{names:?}");
         }
         let both = time_column(&columns(&["t", "time", "a"]), None).unwrap_err();
-        assert!(both.contains("t, time") && both.contains("--time-column"), "{both}");
+        assert!(
+            both.contains("t, time") && both.contains("--time-column"),
+            "{both}"
+        );
         let wanted = |text| TimeColumn::parse(text).unwrap();
-        assert_eq!(time_column(&columns(&["t", "time"]), Some(&wanted("t:ms"))), Ok(Some((0, Some(1e3)))));
-        assert_eq!(time_column(&columns(&["t", "a"]), Some(&wanted("none"))), Ok(None));
-        assert!(time_column(&columns(&["t"]), Some(&wanted("x"))).is_err_and(|why| why.contains("there are: t")));
+        assert_eq!(
+            time_column(&columns(&["t", "time"]), Some(&wanted("t:ms"))),
+            Ok(Some((0, Some(1e3))))
+        );
+        assert_eq!(
+            time_column(&columns(&["t", "a"]), Some(&wanted("none"))),
+            Ok(None)
+        );
+        assert!(
+            time_column(&columns(&["t"]), Some(&wanted("x")))
+                .is_err_and(|why| why.contains("there are: t"))
+        );
         assert!(TimeColumn::parse("t:min").is_err_and(|why| why.contains("ms")));
     }
 
@@ -250,19 +335,39 @@ mod tests {
             assert_eq!(dialect(header, row).separator, separator, "{header}");
         }
         let semicolons = dialect("a;b;", "1,5;2;");
-        assert_eq!(semicolons.cells("1,5; 2;\r\n").collect::<Vec<_>>(), ["1,5", "2"]);
+        assert_eq!(
+            semicolons.cells("1,5; 2;\r\n").collect::<Vec<_>>(),
+            ["1,5", "2"]
+        );
         assert_eq!(semicolons.number("1,5"), Some(1.5));
-        assert_eq!(semicolons.guessed(), ["columns are separated by semicolons", "decimals follow a comma"]);
+        assert_eq!(
+            semicolons.guessed(),
+            [
+                "columns are separated by semicolons",
+                "decimals follow a comma"
+            ]
+        );
         // A thousand and more, or one and a half?
         assert_eq!(semicolons.number("2.5"), None);
-        assert_eq!(dialect("a b", "1 2").cells("  1   2 \n").collect::<Vec<_>>(), ["1", "2"]);
-        assert!(dialect("a,b", "").number("NA").unwrap().is_nan() && dialect("a,b", "").number("x").is_none());
+        assert_eq!(
+            dialect("a b", "1 2")
+                .cells("  1   2 \n")
+                .collect::<Vec<_>>(),
+            ["1", "2"]
+        );
+        assert!(
+            dialect("a,b", "").number("NA").unwrap().is_nan()
+                && dialect("a,b", "").number("x").is_none()
+        );
     }
 
     #[test]
     fn dates_are_seconds_since_1970() {
         // `date -u -d 2026-01-31T12:30:05.25 +%s.%N`
-        assert_eq!(clock_time_s("2026-01-31T12:30:05.25Z"), Some(1_769_862_605.25));
+        assert_eq!(
+            clock_time_s("2026-01-31T12:30:05.25Z"),
+            Some(1_769_862_605.25)
+        );
         assert_eq!(clock_time_s("2000-02-29 00:00:00"), Some(951_782_400.0));
         assert_eq!(clock_time_s("00:01:01.5"), Some(61.5));
         assert!(clock_time_s("yesterday").is_none());

@@ -43,7 +43,15 @@ pub struct Played {
 impl Played {
     /// `clock` numbers rows by their stamps; without one they follow on each other.
     pub fn new(rows: Box<dyn RowReader + Send>, clock: Option<RowClock>) -> Self {
-        Self { rows, clock, next: None, read: 0, is_over: false, first: 0, around: VecDeque::new() }
+        Self {
+            rows,
+            clock,
+            next: None,
+            read: 0,
+            is_over: false,
+            first: 0,
+            around: VecDeque::new(),
+        }
     }
 
     /// Whether a row is forgotten already.
@@ -51,11 +59,14 @@ impl Played {
         row < self.first
     }
 
-    /// Makes rows from `from` to `to` available, and those that bridge them; rows before may be forgotten.
+    /// Makes rows from `from` to `to` available, and those that bridge them; rows before may be
+    /// forgotten.
     pub fn read(&mut self, from: u64, to: u64) {
         while !self.is_over && self.first + (self.around.len() as u64) <= to + BRIDGE_ROWS as u64 {
             self.push();
-            while self.around.len() > 1 + BRIDGE_ROWS && self.first < from.saturating_sub(BRIDGE_ROWS as u64) {
+            while self.around.len() > 1 + BRIDGE_ROWS
+                && self.first < from.saturating_sub(BRIDGE_ROWS as u64)
+            {
                 self.around.pop_front();
                 self.first += 1;
             }
@@ -64,7 +75,9 @@ impl Played {
 
     pub fn place(&self, row: u64, column: usize) -> Place {
         match self.around.get(row.saturating_sub(self.first) as usize) {
-            Some(row) if !row.is_missing && row.blank & 1 << column == 0 => Place::Value(row.values[column]),
+            Some(row) if !row.is_missing && row.blank & 1 << column == 0 => {
+                Place::Value(row.values[column])
+            }
             Some(row) if !row.is_missing => Place::Blank,
             _ => Place::NoRow,
         }
@@ -72,8 +85,12 @@ impl Played {
 
     /// Numbers and values, bridged where they are missing, of rows from `from` to `to`.
     pub fn values(&self, from: u64, to: u64, column: usize) -> impl Iterator<Item = (u64, f64)> {
-        let numbered = (self.first..).zip(&self.around).skip(from.saturating_sub(self.first) as usize);
-        numbered.take_while(move |(number, _)| *number <= to).map(move |(number, row)| (number, row.values[column]))
+        let numbered = (self.first..)
+            .zip(&self.around)
+            .skip(from.saturating_sub(self.first) as usize);
+        numbered
+            .take_while(move |(number, _)| *number <= to)
+            .map(move |(number, row)| (number, row.values[column]))
     }
 
     /// Adds the row that follows, which may be a missing one.
@@ -84,8 +101,16 @@ impl Played {
             return;
         };
         let before = self.around.back().copied();
-        let before = before.unwrap_or(Row { values: [0.0; INPUTS], blank: u16::MAX, is_missing: true });
-        let mut row = Row { blank: 0, is_missing: at > number || next.iter().all(|value| value.is_nan()), ..before };
+        let before = before.unwrap_or(Row {
+            values: [0.0; INPUTS],
+            blank: u16::MAX,
+            is_missing: true,
+        });
+        let mut row = Row {
+            blank: 0,
+            is_missing: at > number || next.iter().all(|value| value.is_nan()),
+            ..before
+        };
         for (column, value) in next.iter().enumerate() {
             if value.is_nan() {
                 row.blank |= 1 << column;
@@ -106,19 +131,27 @@ impl Played {
         if before & bit == 0 {
             return;
         }
-        let count = self.around.iter().rev().take_while(|row| row.blank & bit != 0).count();
+        let count = self
+            .around
+            .iter()
+            .rev()
+            .take_while(|row| row.blank & bit != 0)
+            .count();
         if count > BRIDGE_ROWS {
             return;
         }
         let start = self.around.len() - count;
-        let from = start.checked_sub(1).map_or(value, |before| self.around[before].values[column]);
+        let from = start
+            .checked_sub(1)
+            .map_or(value, |before| self.around[before].values[column]);
         for (step, row) in self.around.range_mut(start..).enumerate() {
             row.values[column] = from + (value - from) * (step + 1) as f64 / (count + 1) as f64;
             row.blank &= !bit;
         }
     }
 
-    /// None at the end. The first pass has read all rows without an error, so one here ends the recording.
+    /// None at the end. The first pass has read all rows without an error, so one here ends the
+    /// recording.
     fn next_row(&mut self) -> Option<(u64, Vec<f64>)> {
         let mut values = Vec::with_capacity(INPUTS);
         if !self.rows.advance().ok()? || self.rows.values(&mut values).is_err() {
@@ -141,8 +174,10 @@ mod tests {
     #[test]
     fn only_rows_around_the_present_one_are_kept() {
         // A row of every ten thousand is there, and of the others a few.
-        let csv: String =
-            (0..2_000_000u64).filter(|row| row % 10_000 < 3).map(|row| format!("{row},{row}\n")).collect();
+        let csv: String = (0..2_000_000u64)
+            .filter(|row| row % 10_000 < 3)
+            .map(|row| format!("{row},{row}\n"))
+            .collect();
         let rows = Rows::new(std::io::Cursor::new(format!("time_s,a\n{csv}")), "t.csv").unwrap();
         let clock = RowClock::new(&[0.0, 1.0, 2.0]);
         let mut played = Played::new(Box::new(rows), clock);
@@ -150,7 +185,14 @@ mod tests {
             played.read(row - 16, row + 16);
             assert!(played.around.len() < 64, "{} rows", played.around.len());
             let is_there = row % 10_000 < 3;
-            assert_eq!(played.place(row, 0), if is_there { Place::Value(row as f64) } else { Place::NoRow });
+            assert_eq!(
+                played.place(row, 0),
+                if is_there {
+                    Place::Value(row as f64)
+                } else {
+                    Place::NoRow
+                }
+            );
         }
     }
 }

@@ -20,10 +20,12 @@ pub trait RowReader {
     /// Time of the present row in seconds, strictly increasing; none without stamps.
     fn time_s(&self) -> Option<f64>;
 
-    /// Reads the values of the present row, in the order of [`names`](Self::names). NaN stands for a missing reading.
+    /// Reads the values of the present row, in the order of [`names`](Self::names). NaN stands for
+    /// a missing reading.
     fn values(&self, values: &mut Vec<f64>) -> Result<(), FileError>;
 
-    /// The value of any row, from 0, and column, where all rows are in memory: a reader need not copy them.
+    /// The value of any row, from 0, and column, where all rows are in memory: a reader need not
+    /// copy them.
     fn in_memory(&self) -> Option<ValueAt> {
         None
     }

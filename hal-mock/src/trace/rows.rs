@@ -13,10 +13,12 @@ const LINE_MAX: u64 = 1 << 22;
 /// Bytes read from a file at once.
 const BUFFER: usize = 1 << 17;
 
-/// A reader of a header and then one row per scan, with the time in any column. Errors name the file and the line.
+/// A reader of a header and then one row per scan, with the time in any column. Errors name the
+/// file and the line.
 ///
-/// Columns are separated by commas, semicolons, tabs or white space; where it is not commas, decimals may follow a comma. The
-/// time is `time_s`, or a column whose name says so: `t`, `time_ms`, `Time [us]`. The header may be a comment.
+/// Columns are separated by commas, semicolons, tabs or white space; where it is not commas,
+/// decimals may follow a comma. The time is `time_s`, or a column whose name says so: `t`,
+/// `time_ms`, `Time [us]`. The header may be a comment.
 ///
 /// A value is read when it is asked for: rows that are only passed cost little.
 pub struct Rows<'a> {
@@ -57,11 +59,19 @@ impl<'a> Rows<'a> {
     }
 
     /// The same where somebody says which column is the time.
-    pub fn with(input: impl BufRead + Send + 'a, file: &str, time: Option<&TimeColumn>) -> Result<Self, FileError> {
+    pub fn with(
+        input: impl BufRead + Send + 'a,
+        file: &str,
+        time: Option<&TimeColumn>,
+    ) -> Result<Self, FileError> {
         Self::boxed(Box::new(input), file, time)
     }
 
-    fn boxed(input: Box<dyn BufRead + Send + 'a>, file: &str, time: Option<&TimeColumn>) -> Result<Self, FileError> {
+    fn boxed(
+        input: Box<dyn BufRead + Send + 'a>,
+        file: &str,
+        time: Option<&TimeColumn>,
+    ) -> Result<Self, FileError> {
         let mut rows = Self {
             file: file.to_owned(),
             names: Vec::new(),
@@ -80,7 +90,11 @@ impl<'a> Rows<'a> {
             return Err(FileError::new(&rows.file, None, "the file is empty"));
         }
         // Spreadsheets say so in front of the header.
-        let separator = rows.text.trim().strip_prefix("sep=").and_then(|separator| separator.chars().next());
+        let separator = rows
+            .text
+            .trim()
+            .strip_prefix("sep=")
+            .and_then(|separator| separator.chars().next());
         if separator.is_some() && !rows.next_line()? {
             return Err(rows.refuse("no data after its first line"));
         }
@@ -93,8 +107,13 @@ impl<'a> Rows<'a> {
             separator => {
                 let mut reader = csv::ReaderBuilder::new();
                 let mut record = csv::StringRecord::new();
-                reader.has_headers(false).trim(csv::Trim::All).delimiter(separator as u8);
-                let read = reader.from_reader(header.as_bytes()).read_record(&mut record);
+                reader
+                    .has_headers(false)
+                    .trim(csv::Trim::All)
+                    .delimiter(separator as u8);
+                let read = reader
+                    .from_reader(header.as_bytes())
+                    .read_record(&mut record);
                 read.map_err(|error| FileError::new(&rows.file, Some(line), error))?;
                 record.iter().map(str::to_owned).collect()
             }
@@ -103,7 +122,11 @@ impl<'a> Rows<'a> {
             rows.columns.pop();
         }
         let refuse = |why: &str| FileError::new(&rows.file, Some(line), why);
-        if rows.columns.iter().all(|name| rows.dialect.number(name).is_some_and(|value| !value.is_nan())) {
+        if rows.columns.iter().all(|name| {
+            rows.dialect
+                .number(name)
+                .is_some_and(|value| !value.is_nan())
+        }) {
             return Err(refuse("no header: the first line must name the columns"));
         }
         let time = time_column(&rows.columns, time).map_err(|why| refuse(&why))?;
@@ -111,16 +134,29 @@ impl<'a> Rows<'a> {
             return Err(refuse("no channel: the header has only a time column"));
         }
         let named = |(at, _): &(usize, &String)| Some(*at) != time.map(|(at, _)| at);
-        rows.names = rows.columns.iter().enumerate().filter(named).map(|(_, name)| name.clone()).collect();
+        rows.names = rows
+            .columns
+            .iter()
+            .enumerate()
+            .filter(named)
+            .map(|(_, name)| name.clone())
+            .collect();
         (rows.time_at, rows.per_second) = (time.map(|(at, _)| at), time.and_then(|(_, unit)| unit));
         Ok(rows)
     }
 
-    /// The header's line and its number. It may be the last of some comments; then the first row is read already.
+    /// The header's line and its number. It may be the last of some comments; then the first row is
+    /// read already.
     fn header(&mut self) -> Result<(u64, String), FileError> {
         let mut comment = None;
         while self.text.trim_start().starts_with('#') {
-            comment = Some((self.line, self.text.trim_start().trim_start_matches(['#', ' ']).to_owned()));
+            comment = Some((
+                self.line,
+                self.text
+                    .trim_start()
+                    .trim_start_matches(['#', ' '])
+                    .to_owned(),
+            ));
             if !self.next_line()? {
                 return comment.ok_or_else(|| self.refuse("no header"));
             }
@@ -128,7 +164,10 @@ impl<'a> Rows<'a> {
         let (line, text) = (self.line, std::mem::take(&mut self.text));
         if let Some((at, comment)) = comment {
             let dialect = Dialect::of(&comment, Some(&text));
-            if dialect.cells(&text).all(|cell| dialect.number(cell).is_some() || clock_time_s(cell).is_some()) {
+            if dialect
+                .cells(&text)
+                .all(|cell| dialect.number(cell).is_some() || clock_time_s(cell).is_some())
+            {
                 self.peeked = Some((line, text));
                 return Ok((at, comment));
             }
@@ -141,7 +180,9 @@ impl<'a> Rows<'a> {
 
     fn number(&self, column: &str, text: &str) -> Result<f64, FileError> {
         match self.dialect.number(text) {
-            Some(value) if value.is_infinite() => Err(self.refuse(&format!("column {column}: {text:?} is not finite"))),
+            Some(value) if value.is_infinite() => {
+                Err(self.refuse(&format!("column {column}: {text:?} is not finite")))
+            }
             Some(value) => Ok(value),
             None if self.dialect.separator != ',' && text.contains([',', '.']) => {
                 let why = "is not a number beside the others: decimals follow either points or commas, and nothing else has any";
@@ -154,24 +195,43 @@ impl<'a> Rows<'a> {
     /// The present row's time, seconds.
     fn stamp_s(&self, at: usize) -> Result<f64, FileError> {
         let name = &self.columns[at];
-        let Some(text) = self.dialect.cells(&self.text).nth(at) else { return Err(self.wrong_count()) };
-        let time_s = match Some(text).filter(|text| text.contains(':')).and_then(clock_time_s) {
+        let Some(text) = self.dialect.cells(&self.text).nth(at) else {
+            return Err(self.wrong_count());
+        };
+        let time_s = match Some(text)
+            .filter(|text| text.contains(':'))
+            .and_then(clock_time_s)
+        {
             Some(time_s) => time_s,
             None => self.number(name, text)? / self.per_second.unwrap_or(1.0),
         };
         if time_s.is_nan() {
             return Err(self.refuse(&format!("column {name}: {text:?} is no time")));
         }
-        let Some(before_s) = self.before_s else { return Ok(time_s) };
-        let shown = if name == TIME_COLUMN { TIME_COLUMN.to_owned() } else { format!("column {name}") };
+        let Some(before_s) = self.before_s else {
+            return Ok(time_s);
+        };
+        let shown = if name == TIME_COLUMN {
+            TIME_COLUMN.to_owned()
+        } else {
+            format!("column {name}")
+        };
         if time_s <= before_s {
-            let way_out = if name == TIME_COLUMN { "" } else { "; if it is no time, say --time-column none" };
-            return Err(self.refuse(&format!("{shown} does not increase: {time_s} after {before_s}{way_out}")));
+            let way_out = if name == TIME_COLUMN {
+                ""
+            } else {
+                "; if it is no time, say --time-column none"
+            };
+            return Err(self.refuse(&format!(
+                "{shown} does not increase: {time_s} after {before_s}{way_out}"
+            )));
         }
         let is_whole = time_s.fract() == 0.0 && before_s.fract() == 0.0;
         if self.per_second.is_none() && is_whole && !text.contains(':') {
             let why = "whole numbers without a unit: say which with --time-column";
-            return Err(self.refuse(&format!("{shown}: {why} {name}:ms (or s, us, ns), or --time-column none")));
+            return Err(self.refuse(&format!(
+                "{shown}: {why} {name}:ms (or s, us, ns), or --time-column none"
+            )));
         }
         Ok(time_s)
     }
@@ -186,7 +246,11 @@ impl<'a> Rows<'a> {
         loop {
             let mut bytes = std::mem::take(&mut self.text).into_bytes();
             bytes.clear();
-            let read = self.input.by_ref().take(LINE_MAX).read_until(b'\n', &mut bytes);
+            let read = self
+                .input
+                .by_ref()
+                .take(LINE_MAX)
+                .read_until(b'\n', &mut bytes);
             if read.map_err(|error| FileError::new(&self.file, None, error))? == 0 {
                 return Ok(false);
             }
@@ -198,7 +262,8 @@ impl<'a> Rows<'a> {
             if self.line == 1 && bytes.starts_with(b"\xEF\xBB\xBF") {
                 bytes.drain(..3);
             }
-            self.text = String::from_utf8(bytes).map_err(|_| self.refuse("not UTF-8 text: save it as such"))?;
+            self.text = String::from_utf8(bytes)
+                .map_err(|_| self.refuse("not UTF-8 text: save it as such"))?;
             // No number needs its quotes, and only a name may have a comma in them.
             if !self.columns.is_empty() && self.text.contains('"') {
                 self.text = self.text.replace('"', "");
@@ -212,8 +277,14 @@ impl<'a> Rows<'a> {
     fn wrong_count(&self) -> FileError {
         let (cells, columns) = (self.dialect.cells(&self.text).count(), self.columns.len());
         let is_comma = self.dialect.separator == ',' && cells == 2 * columns;
-        let way_out = if is_comma { "; if commas are decimals, separate columns by semicolons" } else { "" };
-        self.refuse(&format!("{cells} columns, the header has {columns}{way_out}"))
+        let way_out = if is_comma {
+            "; if commas are decimals, separate columns by semicolons"
+        } else {
+            ""
+        };
+        self.refuse(&format!(
+            "{cells} columns, the header has {columns}{way_out}"
+        ))
     }
 
     fn refuse(&self, message: &str) -> FileError {
@@ -224,7 +295,11 @@ impl<'a> Rows<'a> {
 impl RowReader for Rows<'_> {
     fn advance(&mut self) -> Result<bool, FileError> {
         if !self.next_line()? {
-            return if self.has_rows { Ok(false) } else { Err(self.refuse("no data after the header")) };
+            return if self.has_rows {
+                Ok(false)
+            } else {
+                Err(self.refuse("no data after the header"))
+            };
         }
         self.has_rows = true;
         if let Some(at) = self.time_at {
@@ -247,7 +322,11 @@ impl RowReader for Rows<'_> {
                 values.push(self.number(column, text)?);
             }
         }
-        if fields == self.columns.len() { Ok(()) } else { Err(self.wrong_count()) }
+        if fields == self.columns.len() {
+            Ok(())
+        } else {
+            Err(self.wrong_count())
+        }
     }
 
     fn file(&self) -> &str {
@@ -260,7 +339,10 @@ impl RowReader for Rows<'_> {
 
     fn guessed(&self) -> Option<String> {
         let mut guessed = self.dialect.guessed();
-        let time = self.time_at.map(|at| &self.columns[at]).filter(|name| *name != TIME_COLUMN);
+        let time = self
+            .time_at
+            .map(|at| &self.columns[at])
+            .filter(|name| *name != TIME_COLUMN);
         if let Some(name) = time {
             let unit = match self.per_second.unwrap_or(1.0) {
                 1e3 => "milliseconds",

@@ -34,7 +34,12 @@ impl Table {
             times.extend(source.time_s());
         }
         let time_s = Some(times).filter(|times| !times.is_empty());
-        Ok(Self { file: source.file().to_owned(), names: source.names().to_vec(), rows, time_s })
+        Ok(Self {
+            file: source.file().to_owned(),
+            names: source.names().to_vec(),
+            rows,
+            time_s,
+        })
     }
 
     /// The file's name, as errors give it.
@@ -47,7 +52,8 @@ impl Table {
         &self.names
     }
 
-    /// The rows, each as long as [`names`](Self::names), in the file's unit. NaN stands for a missing reading.
+    /// The rows, each as long as [`names`](Self::names), in the file's unit. NaN stands for a
+    /// missing reading.
     pub fn rows(&self) -> &[Vec<f64>] {
         &self.rows
     }

@@ -5,10 +5,20 @@ use hal_mock::{Ads1258, Constant, Options};
 
 /// AINn at n volts / 10, without noise, poison A5h.
 pub fn chip(change: impl FnOnce(&mut Options)) -> Ads1258 {
-    let mut options = Options { noise: false, poison: Some(0xA5), ..Options::default() };
+    let mut options = Options {
+        noise: false,
+        poison: Some(0xA5),
+        ..Options::default()
+    };
     change(&mut options);
     let volts = std::array::from_fn(|n| n as f64 / 10.0);
-    Ads1258::new(Box::new(Constant { volts, end_s: f64::INFINITY }), options)
+    Ads1258::new(
+        Box::new(Constant {
+            volts,
+            end_s: f64::INFINITY,
+        }),
+        options,
+    )
 }
 
 pub fn write(chip: &mut Ads1258, now_ns: u64, address: u8, values: &[u8]) {

@@ -37,7 +37,13 @@ const HOPS_S: [f32; 2] = [0.3, 0.35];
 
 /// Talks to the board. What failed is in [`Observations::ended`]; settings are restored then too.
 pub fn gather(feed: &mut Feed, plan: Plan, progress: &mut Progress) -> Observations {
-    let mut talk = Talk { feed, requests: new_requests(), seen: Seen::default(), own: None, progress };
+    let mut talk = Talk {
+        feed,
+        requests: new_requests(),
+        seen: Seen::default(),
+        own: None,
+        progress,
+    };
     let mut found = Observations::default();
     if let Err(error) = talk.run(plan, &mut found) {
         found.ended = Some(format!("{error:#}"));
@@ -65,7 +71,9 @@ impl Seen {
                 self.has_started |= packet.sequence == 0;
                 self.hello = Some(hello.clone());
             }
-            Event::Health(health) => (self.health, self.healths) = (Some(*health), self.healths + 1),
+            Event::Health(health) => {
+                (self.health, self.healths) = (Some(*health), self.healths + 1)
+            }
             Event::Raw(raw) => self.frames.iter_mut().for_each(|frames| frames.push(*raw)),
             Event::Contact(contact) => self.touches_us.push((contact.t_us, None)),
             Event::Release(release) => {
@@ -82,7 +90,8 @@ struct Talk<'a> {
     feed: &'a mut Feed,
     requests: Requests,
     seen: Seen,
-    /// The greeting with the board's own settings. It is kept while the default plan replaces the board's own.
+    /// The greeting with the board's own settings. It is kept while the default plan replaces the
+    /// board's own.
     own: Option<Hello>,
     progress: &'a mut Progress,
 }
@@ -93,13 +102,23 @@ impl Talk<'_> {
         let greeted = self.request(Command::Greet);
         // Without an answer the board may still be heard. One that was silent for all tries is not.
         let is_heard = greeted.is_ok() || self.feed.counts().received > 0;
-        let heard = if is_heard { self.listen(|seen| seen.hello.is_some() && seen.health.is_some()) } else { Ok(()) };
+        let heard = if is_heard {
+            self.listen(|seen| seen.hello.is_some() && seen.health.is_some())
+        } else {
+            Ok(())
+        };
         (found.hello, found.health) = (self.seen.hello.clone(), self.seen.health);
         if let Err(error) = greeted {
-            let unanswered = Exchanged { commands: 1, sends: self.requests.sends, ..Exchanged::default() };
+            let unanswered = Exchanged {
+                commands: 1,
+                sends: self.requests.sends,
+                ..Exchanged::default()
+            };
             found.exchanged = is_heard.then_some(unanswered);
             let (bytes, packets) = (self.feed.bytes(), self.feed.counts().received);
-            return Err(error.context(format!("{bytes} bytes received, {packets} packets understood")));
+            return Err(error.context(format!(
+                "{bytes} bytes received, {packets} packets understood"
+            )));
         }
         heard?;
         self.lend_plan(found)?;
@@ -109,15 +128,28 @@ impl Talk<'_> {
         done
     }
 
-    /// Puts the default plan in force, for which frames, noise and mains are judged, if the board has another one.
+    /// Puts the default plan in force, for which frames, noise and mains are judged, if the board
+    /// has another one.
     fn lend_plan(&mut self, found: &mut Observations) -> Result<()> {
-        let Some(own) = found.hello.clone().filter(|hello| hello.settings.plan != Scan::PAPER) else { return Ok(()) };
+        let Some(own) = found
+            .hello
+            .clone()
+            .filter(|hello| hello.settings.plan != Scan::PAPER)
+        else {
+            return Ok(());
+        };
         let settings = own.settings.with_plan(Scan::PAPER);
         (self.seen.hello, self.own) = (None, Some(own));
         self.progress.show(format_args!("another scan plan"));
-        match self.request(Command::Set { settings, keep: false })? {
+        match self.request(Command::Set {
+            settings,
+            keep: false,
+        })? {
             Outcome::Done => {}
-            refused => bail!("the default scan plan is refused: {}", events::outcome(&refused)),
+            refused => bail!(
+                "the default scan plan is refused: {}",
+                events::outcome(&refused)
+            ),
         }
         // The first report behind it may still count the other plan's conversions.
         let from = self.seen.healths;
@@ -128,17 +160,29 @@ impl Talk<'_> {
 
     /// Puts the board's own settings in force again.
     fn return_plan(&mut self, found: &mut Observations) {
-        let Some(Hello { settings, .. }) = self.own.take() else { return };
-        let is_back = |seen: &Seen| seen.hello.as_ref().is_some_and(|hello| hello.settings == settings);
+        let Some(Hello { settings, .. }) = self.own.take() else {
+            return;
+        };
+        let is_back = |seen: &Seen| {
+            seen.hello
+                .as_ref()
+                .is_some_and(|hello| hello.settings == settings)
+        };
         let failed = match is_back(&self.seen) {
             true => None,
-            false => match self.request(Command::Set { settings, keep: false }) {
+            false => match self.request(Command::Set {
+                settings,
+                keep: false,
+            }) {
                 Ok(Outcome::Done) => None,
                 Ok(refused) => Some(events::outcome(&refused)),
                 Err(error) => Some(format!("{error:#}")),
             },
         };
-        found.lent = Some(Lent { plan: settings.plan, failed });
+        found.lent = Some(Lent {
+            plan: settings.plan,
+            failed,
+        });
     }
 
     /// What is judged, with the default plan in force.
@@ -159,14 +203,21 @@ impl Talk<'_> {
     }
 
     fn request(&mut self, command: Command) -> Result<Outcome> {
-        let Self { feed, requests, seen, .. } = self;
+        let Self {
+            feed,
+            requests,
+            seen,
+            ..
+        } = self;
         request(feed, requests, command, &mut |packet| seen.take(packet))
     }
 
     /// Requests raw frames for `length_s` seconds and some more.
     fn request_frames(&mut self, length_s: f64) -> Result<Outcome> {
         let frames = (length_s + SPARE_S) * f64::from(FRAME_RATE_HZ);
-        self.request(Command::Raw { frames: frames as u32 })
+        self.request(Command::Raw {
+            frames: frames as u32,
+        })
     }
 
     /// Reads packets until `is_done`.
@@ -204,7 +255,8 @@ impl Talk<'_> {
         exchanged.shortest_bytes = lengths().min().unwrap_or(0);
         exchanged.longest_bytes = lengths().max().unwrap_or(0);
         for (probe, number) in probes.iter().zip(1u64..) {
-            self.progress.show_count("commands of every length", number, probes.len() as u64);
+            self.progress
+                .show_count("commands of every length", number, probes.len() as u64);
             let outcome = self.request(probe.command.clone());
             exchanged.sends = self.requests.sends - sends;
             exchanged.answered += u32::from((probe.is_right)(&outcome?));
@@ -215,8 +267,8 @@ impl Talk<'_> {
         Ok(())
     }
 
-    /// Listens for a while. The length counts in messages of `health`, one a second, because device time stands still
-    /// without conversions.
+    /// Listens for a while. The length counts in messages of `health`, one a second, because device
+    /// time stands still without conversions.
     fn watch(&mut self, length_s: f64) -> Result<Watched> {
         self.request_frames(length_s)?;
         // The counters as they are behind the last command.
@@ -227,7 +279,8 @@ impl Talk<'_> {
         (self.seen.frames, self.seen.has_started) = (Some(Vec::new()), false);
         let (from, seconds) = (self.seen.healths, length_s.ceil() as u32);
         for second in 1..=seconds {
-            self.progress.show(format_args!("watching for losses: {second} of {seconds} s"));
+            self.progress
+                .show(format_args!("watching for losses: {second} of {seconds} s"));
             self.listen(|seen| seen.healths >= from + second)?;
         }
         Ok(Watched {
@@ -241,18 +294,32 @@ impl Talk<'_> {
         })
     }
 
-    /// Stores changed settings, restarts the board, looks for them, and restores what was stored and what was in force.
+    /// Stores changed settings, restarts the board, looks for them, and restores what was stored
+    /// and what was in force.
     fn keep(&mut self) -> Result<Kept> {
         self.progress.show(format_args!("storing settings"));
-        let in_force = self.own.clone().or(self.seen.hello.clone()).context("the board did not greet")?;
+        let in_force = self
+            .own
+            .clone()
+            .or(self.seen.hello.clone())
+            .context("the board did not greet")?;
         // What the flash holds shows after a restart only.
         let stored = match in_force.source {
             SettingsSource::Sent => self.restart()?,
             _ => in_force.clone(),
         };
-        let hop_s = HOPS_S.into_iter().find(|hop_s| *hop_s != stored.settings.hop_s).unwrap_or_default();
-        let changed = Settings { hop_s, ..stored.settings };
-        let mut kept = Kept { sent: Some(changed), ..Kept::default() };
+        let hop_s = HOPS_S
+            .into_iter()
+            .find(|hop_s| *hop_s != stored.settings.hop_s)
+            .unwrap_or_default();
+        let changed = Settings {
+            hop_s,
+            ..stored.settings
+        };
+        let mut kept = Kept {
+            sent: Some(changed),
+            ..Kept::default()
+        };
         if let Err(error) = self.store(changed, &mut kept) {
             kept.failed = Some(format!("{error:#}"));
         }
@@ -265,7 +332,10 @@ impl Talk<'_> {
     fn store(&mut self, settings: Settings, kept: &mut Kept) -> Result<()> {
         // Also if no answer comes.
         kept.may_have_changed = true;
-        match self.request(Command::Set { settings, keep: true })? {
+        match self.request(Command::Set {
+            settings,
+            keep: true,
+        })? {
             Outcome::Done => {}
             Outcome::DoneErased => kept.has_erased = true,
             refused => {
@@ -278,12 +348,19 @@ impl Talk<'_> {
         Ok(())
     }
 
-    /// The request that restores the flash comes first and waits for nothing else: it is also sent after Ctrl-C.
+    /// The request that restores the flash comes first and waits for nothing else: it is also sent
+    /// after Ctrl-C.
     fn restore(&mut self, stored: &Hello, in_force: &Hello, may_have_changed: bool) -> Result<()> {
-        let was_stored = matches!(stored.source, SettingsSource::Stored | SettingsSource::StoredBefore);
+        let was_stored = matches!(
+            stored.source,
+            SettingsSource::Stored | SettingsSource::StoredBefore
+        );
         if may_have_changed {
             let outcome = self.request(match was_stored {
-                true => Command::Set { settings: stored.settings, keep: true },
+                true => Command::Set {
+                    settings: stored.settings,
+                    keep: true,
+                },
                 false => Command::Forget,
             })?;
             if !matches!(outcome, Outcome::Done | Outcome::DoneErased) {
@@ -292,13 +369,19 @@ impl Talk<'_> {
         }
         if !stop::is_requested() {
             let found = self.restart()?;
-            let is_stored = matches!(found.source, SettingsSource::Stored | SettingsSource::StoredBefore);
+            let is_stored = matches!(
+                found.source,
+                SettingsSource::Stored | SettingsSource::StoredBefore
+            );
             if found.settings != stored.settings || is_stored != was_stored {
                 bail!("after a restart other settings are in force");
             }
         }
         if in_force.source == SettingsSource::Sent {
-            self.request(Command::Set { settings: in_force.settings, keep: false })?;
+            self.request(Command::Set {
+                settings: in_force.settings,
+                keep: false,
+            })?;
         }
         Ok(())
     }
@@ -310,7 +393,9 @@ impl Talk<'_> {
         self.progress.show(format_args!("the board restarts"));
         // That greeting may be lost; the next one comes after ten.
         let from = self.seen.healths;
-        self.listen(|seen| seen.has_started || seen.hello.is_some() && seen.healths > from + GREETING_HEALTHS)?;
+        self.listen(|seen| {
+            seen.has_started || seen.hello.is_some() && seen.healths > from + GREETING_HEALTHS
+        })?;
         self.seen.hello.clone().context("the board did not greet")
     }
 }

@@ -88,7 +88,8 @@ impl Watched {
     /// Whether nothing touched the finger at a device time, microseconds.
     pub fn is_untouched(&self, t_us: u64) -> bool {
         !self.touches_us.iter().any(|(contact_us, release_us)| {
-            t_us + MARGIN_US >= *contact_us && release_us.is_none_or(|release_us| t_us <= release_us + MARGIN_US)
+            t_us + MARGIN_US >= *contact_us
+                && release_us.is_none_or(|release_us| t_us <= release_us + MARGIN_US)
         })
     }
 
@@ -96,9 +97,14 @@ impl Watched {
     pub fn untouched(&self) -> Vec<&[Raw]> {
         self.frames
             .chunk_by(|a, b| {
-                a.number.checked_add(1) == Some(b.number) && self.is_untouched(a.t_us) && self.is_untouched(b.t_us)
+                a.number.checked_add(1) == Some(b.number)
+                    && self.is_untouched(a.t_us)
+                    && self.is_untouched(b.t_us)
             })
-            .filter(|run| run.first().is_some_and(|frame| self.is_untouched(frame.t_us)))
+            .filter(|run| {
+                run.first()
+                    .is_some_and(|frame| self.is_untouched(frame.t_us))
+            })
             .collect()
     }
 
@@ -111,7 +117,10 @@ impl Watched {
 impl Observations {
     /// The latest `health` before the board was restarted.
     pub fn latest(&self) -> Option<&Health> {
-        self.watched.as_ref().map(|watched| &watched.after).or(self.health.as_ref())
+        self.watched
+            .as_ref()
+            .map(|watched| &watched.after)
+            .or(self.health.as_ref())
     }
 
     /// Why something was not seen.
@@ -122,6 +131,8 @@ impl Observations {
 
 /// Bits of a mask of inputs as names: "AIN3, AIN7".
 pub fn input_names(mask: u16) -> String {
-    let names = (0..TAXELS).filter(|input| mask >> input & 1 != 0).map(|input| format!("AIN{input}"));
+    let names = (0..TAXELS)
+        .filter(|input| mask >> input & 1 != 0)
+        .map(|input| format!("AIN{input}"));
     names.collect::<Vec<_>>().join(", ")
 }

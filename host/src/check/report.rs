@@ -45,7 +45,12 @@ impl Report {
     /// `board` is the name of its port.
     pub fn new(board: String, inputs: Inputs, seen: &Observations) -> Self {
         let checks = judge(seen, inputs);
-        let count = |verdict| checks.iter().filter(|check| check.verdict == verdict).count();
+        let count = |verdict| {
+            checks
+                .iter()
+                .filter(|check| check.verdict == verdict)
+                .count()
+        };
         let (warned, failed) = (count(Verdict::Warn), count(Verdict::Fail));
         let summary = Summary {
             verdict: graded(warned > 0, failed > 0),
@@ -56,7 +61,10 @@ impl Report {
             ended: seen.ended.clone(),
             board,
             inputs,
-            firmware: seen.hello.as_ref().map(|hello| hello.version.map(|part| part.to_string()).join(".")),
+            firmware: seen
+                .hello
+                .as_ref()
+                .map(|hello| hello.version.map(|part| part.to_string()).join(".")),
             protocol: PROTOCOL,
             version: env!("CARGO_PKG_VERSION"),
             system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
@@ -78,42 +86,82 @@ impl Report {
     /// Fails if the file exists.
     pub fn refuse_existing(path: &Path) -> Result<()> {
         if path.exists() {
-            bail!("{}: this file exists already, and no report is overwritten: choose another name", path.display());
+            bail!(
+                "{}: this file exists already, and no report is overwritten: choose another name",
+                path.display()
+            );
         }
         Ok(())
     }
 
     /// Writes a new file: JSON if its name ends in `.json`, else text.
     pub fn write(&self, path: &Path) -> Result<()> {
-        let text = match path.extension().is_some_and(|extension| extension == "json") {
+        let text = match path
+            .extension()
+            .is_some_and(|extension| extension == "json")
+        {
             true => serde_json::to_string_pretty(self)? + "\n",
             false => self.to_string(),
         };
         let named = || path.display().to_string();
-        File::create_new(path).with_context(named)?.write_all(text.as_bytes()).with_context(named)
+        File::create_new(path)
+            .with_context(named)?
+            .write_all(text.as_bytes())
+            .with_context(named)
     }
 
     /// Names of the checks that failed.
     pub fn failed(&self) -> Vec<&'static str> {
-        self.checks.iter().filter(|check| check.verdict == Verdict::Fail).map(|check| check.name).collect()
+        self.checks
+            .iter()
+            .filter(|check| check.verdict == Verdict::Fail)
+            .map(|check| check.name)
+            .collect()
     }
 }
 
 impl Display for Report {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let Summary { passed, warned, failed, skipped, ended, board, firmware, protocol, version, system, .. } =
-            &self.summary;
+        let Summary {
+            passed,
+            warned,
+            failed,
+            skipped,
+            ended,
+            board,
+            firmware,
+            protocol,
+            version,
+            system,
+            ..
+        } = &self.summary;
         let firmware = firmware.as_deref().unwrap_or("unknown");
-        writeln!(f, "{board}: firmware {firmware}; ridgetone {version}, protocol {protocol}, {system}")?;
-        for Check { name: what, verdict, finding, page, .. } in &self.checks {
+        writeln!(
+            f,
+            "{board}: firmware {firmware}; ridgetone {version}, protocol {protocol}, {system}"
+        )?;
+        for Check {
+            name: what,
+            verdict,
+            finding,
+            page,
+            ..
+        } in &self.checks
+        {
             let verdict_name = name(verdict);
-            let help =
-                if matches!(verdict, Verdict::Warn | Verdict::Fail) { format!(" -> {page}") } else { String::new() };
+            let help = if matches!(verdict, Verdict::Warn | Verdict::Fail) {
+                format!(" -> {page}")
+            } else {
+                String::new()
+            };
             writeln!(f, "{verdict_name:<8}{what:<15}{finding}{help}")?;
         }
         if let Some(why) = ended {
             writeln!(f, "It ended early: {why}")?;
         }
-        writeln!(f, "{passed} passed, {warned} warned, {failed} failed, {skipped} skipped")
+        writeln!(
+            f,
+            "{passed} passed, {warned} warned, {failed} failed, {skipped} skipped"
+        )
     }
 }

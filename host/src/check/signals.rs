@@ -7,24 +7,36 @@ use std::f64::consts::TAU;
 /// The ends of the scale, codes (SBAS297G, data format).
 const SCALE: (i32, i32) = (-0x80_0000, 0x7f_ffff);
 
-/// Frames of a part in which a line is looked for: two seconds. A mains frequency is steady for so long, and it keeps 120 Hz
-/// apart from its alias of 121.1 Hz at 241.14 frames a second.
+/// Frames of a part in which a line is looked for: two seconds. A mains frequency is steady for so
+/// long, and it keeps 120 Hz apart from its alias of 121.1 Hz at 241.14 frames a second.
 const LINE_FRAMES: usize = (2.0 * FRAME_RATE_HZ) as usize;
 
-/// Frames of a part through which a straight line of times is drawn, ten seconds: crystals drift by less than a microsecond.
+/// Frames of a part through which a straight line of times is drawn, ten seconds: crystals drift by
+/// less than a microsecond.
 const CLOCK_FRAMES: usize = (10.0 * FRAME_RATE_HZ) as usize;
 
 /// The codes of one input in consecutive frames.
 fn codes(frames: &[Raw], input: usize) -> impl Iterator<Item = f64> {
-    frames.iter().filter(move |frame| frame.present >> input & 1 != 0).map(move |frame| f64::from(frame.codes[input]))
+    frames
+        .iter()
+        .filter(move |frame| frame.present >> input & 1 != 0)
+        .map(move |frame| f64::from(frame.codes[input]))
 }
 
-/// Inputs whose code never changes, and those that are at an end of the scale in one frame of a hundred, as masks.
+/// Inputs whose code never changes, and those that are at an end of the scale in one frame of a
+/// hundred, as masks.
 pub fn dead_and_railed(frames: &[Raw]) -> (u16, u16) {
     let (mut dead, mut railed) = (0, 0);
     for input in 0..TAXELS {
-        let present = || frames.iter().filter(|frame| frame.present >> input & 1 != 0).map(|frame| frame.codes[input]);
-        let at_rail = present().filter(|code| *code <= SCALE.0 || *code >= SCALE.1).count();
+        let present = || {
+            frames
+                .iter()
+                .filter(|frame| frame.present >> input & 1 != 0)
+                .map(|frame| frame.codes[input])
+        };
+        let at_rail = present()
+            .filter(|code| *code <= SCALE.0 || *code >= SCALE.1)
+            .count();
         let count = present().count();
         let is_railed = at_rail > 0 && 100 * at_rail >= count;
         let is_dead = count > 1 && !is_railed && present().min() == present().max();
@@ -34,7 +46,8 @@ pub fn dead_and_railed(frames: &[Raw]) -> (u16, u16) {
     (dead, railed)
 }
 
-/// Noise of an input, codes rms, from the differences between neighbouring frames: drifts do not count.
+/// Noise of an input, codes rms, from the differences between neighbouring frames: drifts do not
+/// count.
 pub fn noise(runs: &[&[Raw]], input: usize) -> Option<f64> {
     let (mut sum, mut count) = (0.0, 0u32);
     for run in runs {
@@ -46,8 +59,8 @@ pub fn noise(runs: &[&[Raw]], input: usize) -> Option<f64> {
     (count > 0).then(|| (sum / (2.0 * f64::from(count))).sqrt())
 }
 
-/// A line of `frequency_hz` in an input, codes rms: mean power of parts of two seconds, each with a Hann window, by which
-/// tones and drifts 2 Hz away do not count. None without such a part.
+/// A line of `frequency_hz` in an input, codes rms: mean power of parts of two seconds, each with a
+/// Hann window, by which tones and drifts 2 Hz away do not count. None without such a part.
 pub fn line(runs: &[&[Raw]], input: usize, frequency_hz: f64, frame_rate_hz: f64) -> Option<f64> {
     let (mut power, mut parts) = (0.0, 0u32);
     for part in runs.iter().flat_map(|run| run.chunks_exact(LINE_FRAMES)) {
@@ -60,7 +73,10 @@ pub fn line(runs: &[&[Raw]], input: usize, frequency_hz: f64, frame_rate_hz: f64
         for (code, at) in codes.iter().zip(0u32..) {
             let window = 1.0 - (TAU * (f64::from(at) + 0.5) / LINE_FRAMES as f64).cos();
             let (sin, cos) = (TAU * frequency_hz / frame_rate_hz * f64::from(at)).sin_cos();
-            (re, im) = (re + window * (code - mean) * cos, im + window * (code - mean) * sin);
+            (re, im) = (
+                re + window * (code - mean) * cos,
+                im + window * (code - mean) * sin,
+            );
         }
         // The window's mean is 1; the mean square of a tone is half its amplitude's.
         let amplitude = 2.0 * re.hypot(im) / LINE_FRAMES as f64;
@@ -81,8 +97,14 @@ impl Clock {
     /// None with less than a second of frames.
     pub fn of(frames: &[Raw]) -> Option<Self> {
         let (first, last) = (frames.first()?, frames.last()?);
-        let count = last.number.checked_sub(first.number).filter(|count| *count as f32 >= FRAME_RATE_HZ)?;
-        let passed_us = last.t_us.checked_sub(first.t_us).filter(|passed_us| *passed_us > 0)?;
+        let count = last
+            .number
+            .checked_sub(first.number)
+            .filter(|count| *count as f32 >= FRAME_RATE_HZ)?;
+        let passed_us = last
+            .t_us
+            .checked_sub(first.t_us)
+            .filter(|passed_us| *passed_us > 0)?;
         let (mut sum, mut worst) = (0.0, 0.0f64);
         for part in frames.chunks(CLOCK_FRAMES) {
             for residual_us in residuals_us(part) {
@@ -99,17 +121,28 @@ impl Clock {
 
 /// Residuals of the least-squares line of time over frame number.
 fn residuals_us(frames: &[Raw]) -> Vec<f64> {
-    let Some(first) = frames.first() else { return Vec::new() };
+    let Some(first) = frames.first() else {
+        return Vec::new();
+    };
     let points = frames.iter().map(|frame| {
         // Differences, so that nothing is lost in f64 after weeks.
-        (f64::from(frame.number.wrapping_sub(first.number)), frame.t_us.wrapping_sub(first.t_us) as f64)
+        (
+            f64::from(frame.number.wrapping_sub(first.number)),
+            frame.t_us.wrapping_sub(first.t_us) as f64,
+        )
     });
     let points: Vec<(f64, f64)> = points.collect();
     let n = points.len() as f64;
     let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / n;
     let (x_mean, y_mean) = (mean(|p| p.0), mean(|p| p.1));
     let sxx: f64 = points.iter().map(|(x, _)| (x - x_mean).powi(2)).sum();
-    let sxy: f64 = points.iter().map(|(x, y)| (x - x_mean) * (y - y_mean)).sum();
+    let sxy: f64 = points
+        .iter()
+        .map(|(x, y)| (x - x_mean) * (y - y_mean))
+        .sum();
     let slope = if sxx > 0.0 { sxy / sxx } else { 0.0 };
-    points.iter().map(|(x, y)| y - y_mean - slope * (x - x_mean)).collect()
+    points
+        .iter()
+        .map(|(x, y)| y - y_mean - slope * (x - x_mean))
+        .collect()
 }

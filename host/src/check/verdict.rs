@@ -48,12 +48,30 @@ pub const TELEMETRY: &str = "docs/book/4-telemetry.md";
 pub const TROUBLESHOOTING: &str = "docs/book/6-troubleshooting.md";
 
 impl Check {
-    pub fn new(name: &'static str, page: &'static str, verdict: Verdict, finding: String, values: Value) -> Self {
-        Self { name, verdict, finding, values, page }
+    pub fn new(
+        name: &'static str,
+        page: &'static str,
+        verdict: Verdict,
+        finding: String,
+        values: Value,
+    ) -> Self {
+        Self {
+            name,
+            verdict,
+            finding,
+            values,
+            page,
+        }
     }
 
     pub fn skipped(name: &'static str, page: &'static str, why: impl Into<String>) -> Self {
-        Self::new(name, page, Verdict::Skipped, why.into(), Value::Object(Default::default()))
+        Self::new(
+            name,
+            page,
+            Verdict::Skipped,
+            why.into(),
+            Value::Object(Default::default()),
+        )
     }
 }
 

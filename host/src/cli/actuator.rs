@@ -11,13 +11,15 @@ use std::path::PathBuf;
 
 #[derive(Args, Clone, Debug)]
 pub struct ActuatorOptions {
-    /// A finger's own law of power over period, as `texture law` writes it; with it a texture's power counts [default: the paper's law].
+    /// A finger's own law of power over period, as `texture law` writes it; with it a texture's
+    /// power counts [default: the paper's law].
     #[arg(long, value_name = "FILE.toml")]
     law: Option<PathBuf>,
     /// Greatest voltage of the actuator, V; a sample of 1 is half of it above rest.
     #[arg(long, value_name = "V", default_value_t = f64::from(Actuator::PIEZO.voltage_v), value_parser = positive)]
     voltage_v: f64,
-    /// Frequency at which the actuator moves 3 dB less, Hz: vibrations above it fade, and are gone at twice of it.
+    /// Frequency at which the actuator moves 3 dB less, Hz: vibrations above it fade, and are gone
+    /// at twice of it.
     #[arg(long, value_name = "HZ", default_value_t = f64::from(Actuator::PIEZO.cutoff_hz), value_parser = positive)]
     cutoff_hz: f64,
     /// Greatest change of the voltage, V/s.
@@ -50,10 +52,19 @@ pub struct DelayOptions {
 
 impl DelayOptions {
     pub fn delay(&self, seed: u32) -> Result<Delay> {
-        let delay = Delay::new((self.delay_ms / 1e3) as f32, (self.jitter_ms / 1e3) as f32, seed);
+        let delay = Delay::new(
+            (self.delay_ms / 1e3) as f32,
+            (self.jitter_ms / 1e3) as f32,
+            seed,
+        );
         delay.map_err(|_| {
-            let Self { delay_ms, jitter_ms } = self;
-            let why = format!("--delay-ms {delay_ms} --jitter-ms {jitter_ms}: choose 0 to 1000, and 0 to 500");
+            let Self {
+                delay_ms,
+                jitter_ms,
+            } = self;
+            let why = format!(
+                "--delay-ms {delay_ms} --jitter-ms {jitter_ms}: choose 0 to 1000, and 0 to 500"
+            );
             UsageError(why).into()
         })
     }

@@ -17,10 +17,12 @@ pub enum Way {
 /// What is known of the units and of the gratings.
 #[derive(Args, Clone, Debug)]
 pub struct ArrayOptions {
-    /// Distance between the two columns of units along the motion, mm, as `calibrate` finds it [default: 2.364].
+    /// Distance between the two columns of units along the motion, mm, as `calibrate` finds it
+    /// [default: 2.364].
     #[arg(long, value_name = "MM")]
     pub pitch: Option<f32>,
-    /// Phase by which the contact's ends reduce the lag between the columns, rad, as `calibrate` finds it [default: 0.41].
+    /// Phase by which the contact's ends reduce the lag between the columns, rad, as `calibrate`
+    /// finds it [default: 0.41].
     #[arg(long, value_name = "RAD", allow_negative_numbers = true)]
     pub edge_phase: Option<f32>,
     /// Standard deviation of that phase, rad, as `calibrate` finds it [default: 0.01].
@@ -29,10 +31,12 @@ pub struct ArrayOptions {
     /// Shortest possible spatial period, mm [default: 2.3].
     #[arg(long, value_name = "MM")]
     pub period_least: Option<f32>,
-    /// Longest possible spatial period, mm; between one pitch and two the answer is unique [default: 4.2].
+    /// Longest possible spatial period, mm; between one pitch and two the answer is unique
+    /// [default: 4.2].
     #[arg(long, value_name = "MM")]
     pub period_most: Option<f32>,
-    /// Possible directions of the grating; if only one, every period above one pitch is unique [default: either].
+    /// Possible directions of the grating; if only one, every period above one pitch is unique
+    /// [default: either].
     #[arg(long, value_enum, value_name = "WAY")]
     pub direction: Option<Way>,
 }
@@ -46,8 +50,12 @@ impl ArrayOptions {
             edge_phase_sigma_rad: self.edge_phase_sigma.unwrap_or(array.edge_phase_sigma_rad),
             period_least_mm: self.period_least.unwrap_or(array.period_least_mm),
             period_most_mm: self.period_most.unwrap_or(array.period_most_mm),
-            may_go_forward: self.direction.map_or(array.may_go_forward, |way| way != Way::Backward),
-            may_go_backward: self.direction.map_or(array.may_go_backward, |way| way != Way::Forward),
+            may_go_forward: self
+                .direction
+                .map_or(array.may_go_forward, |way| way != Way::Backward),
+            may_go_backward: self
+                .direction
+                .map_or(array.may_go_backward, |way| way != Way::Forward),
             ..array
         }
     }

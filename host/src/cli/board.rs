@@ -11,7 +11,8 @@ use clap::Args;
 
 #[derive(Args, Clone, Debug)]
 pub struct BoardOptions {
-    /// A board at this serial port; without NAME, and without any of these, at the only port there is (`ridgetone ports`).
+    /// A board at this serial port; without NAME, and without any of these, at the only port there
+    /// is (`ridgetone ports`).
     #[arg(long, value_name = "NAME", num_args = 0..=1, conflicts_with_all = ["usb_serial", "emulated"])]
     port: Option<Option<String>>,
     /// The board, or the adapter on its line, with this USB serial number.
@@ -25,15 +26,24 @@ pub struct BoardOptions {
 }
 
 impl BoardOptions {
-    /// Opens the board's line. The emulated board is in front of `input`, or of the first scene, and runs at `pace`, or as fast
-    /// as it can; with `again` its input repeats.
-    pub fn open(&self, input: Option<&InputOptions>, pace: Option<f64>, again: bool) -> Result<Feed> {
+    /// Opens the board's line. The emulated board is in front of `input`, or of the first scene,
+    /// and runs at `pace`, or as fast as it can; with `again` its input repeats.
+    pub fn open(
+        &self,
+        input: Option<&InputOptions>,
+        pace: Option<f64>,
+        again: bool,
+    ) -> Result<Feed> {
         if self.emulated {
             let input = match input.filter(|input| input.is_given()) {
                 Some(input) => input.input(&ridgetone_proto::plan::Plan::PAPER)?,
                 None => {
                     let scene = first_scene()?;
-                    Input { seed: scene.seed, source: Source::Scene(scene), ..Input::default() }
+                    Input {
+                        seed: scene.seed,
+                        source: Source::Scene(scene),
+                        ..Input::default()
+                    }
                 }
             };
             let input = input.open()?;
@@ -53,18 +63,24 @@ impl BoardOptions {
         Ok(Feed::new(Emulated::start(input, elf, silence, pace)))
     }
 
-    /// The same for requests alone: the emulated board feels the first scene at the speed of a real one.
+    /// The same for requests alone: the emulated board feels the first scene at the speed of a real
+    /// one.
     pub fn open_for_request(&self) -> Result<Feed> {
         self.open(None, Some(1.0), true)
     }
 
     /// The same with nothing that touches the emulated board.
     pub fn open_untouched(&self) -> Result<Feed> {
-        if self.emulated { self.emulate(Opened::untouched(), Some(1.0)) } else { self.open_for_request() }
+        if self.emulated {
+            self.emulate(Opened::untouched(), Some(1.0))
+        } else {
+            self.open_for_request()
+        }
     }
 }
 
 /// Options of the emulated board without `--emulated`.
 pub fn misplaced() -> anyhow::Error {
-    UsageError("FILE.csv, a scene and --elf are for the emulated board: add --emulated".into()).into()
+    UsageError("FILE.csv, a scene and --elf are for the emulated board: add --emulated".into())
+        .into()
 }

@@ -21,13 +21,15 @@ in either direction.
 Example:
   ridgetone calibrate 2.5=a.csv 3=b.csv 3.5=c.csv 4=d.csv")]
 pub struct CalibrateArgs {
-    /// Spatial period in mm and recording of a grating: a CSV file of volts, or a scene file; at least three.
+    /// Spatial period in mm and recording of a grating: a CSV file of volts, or a scene file; at
+    /// least three.
     #[arg(value_name = "MM=FILE", required = true, value_parser = grating)]
     files: Vec<(f64, PathBuf)>,
     /// Pitch of the units themselves, mm.
     #[arg(long, value_name = "MM", default_value_t = UNIT_PITCH_MM as f32)]
     nominal: f32,
-    /// Scan plan of the board: paper, hand, texture or vibration [default: paper]. Recordings of another rate are resampled.
+    /// Scan plan of the board: paper, hand, texture or vibration [default: paper]. Recordings of
+    /// another rate are resampled.
     #[arg(long, value_name = "NAME", value_parser = plan)]
     plan: Option<Plan>,
     /// One JSON object on one line instead of text.
@@ -36,7 +38,9 @@ pub struct CalibrateArgs {
 }
 
 fn grating(text: &str) -> Result<(f64, PathBuf), String> {
-    let (period, file) = text.split_once('=').ok_or("write MM=FILE, such as 2.5=a.csv")?;
+    let (period, file) = text
+        .split_once('=')
+        .ok_or("write MM=FILE, such as 2.5=a.csv")?;
     Ok((positive(period)?, file.into()))
 }
 
@@ -44,16 +48,35 @@ impl CalibrateArgs {
     pub(super) fn run(self) -> Result<()> {
         let plan = self.plan.unwrap_or(Plan::PAPER);
         let open = |(period_mm, path): &(f64, PathBuf)| {
-            let source = match path.extension().is_some_and(|extension| extension == "toml") {
+            let source = match path
+                .extension()
+                .is_some_and(|extension| extension == "toml")
+            {
                 true => Source::Scene(hal_mock::load_scene(path, rate_of(&plan))?),
-                false => Source::Trace { samples: Samples::file(path)?, rate_hz: None, volts_per_unit: 1.0 },
+                false => Source::Trace {
+                    samples: Samples::file(path)?,
+                    rate_hz: None,
+                    volts_per_unit: 1.0,
+                },
             };
-            let input = Input { source, ..Input::default() }.open_in(&plan)?;
-            Ok(Grating { name: path.display().to_string(), period_mm: *period_mm, input })
+            let input = Input {
+                source,
+                ..Input::default()
+            }
+            .open_in(&plan)?;
+            Ok(Grating {
+                name: path.display().to_string(),
+                period_mm: *period_mm,
+                input,
+            })
         };
         let gratings = self.files.iter().map(open).collect::<Result<_>>()?;
         let found = calibrate::run(gratings, self.nominal, plan)?;
-        let text = if self.json { serde_json::to_string(&found)? } else { found.to_string() };
+        let text = if self.json {
+            serde_json::to_string(&found)?
+        } else {
+            found.to_string()
+        };
         output::line(text.trim_end())
     }
 }

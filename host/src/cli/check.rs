@@ -26,7 +26,8 @@ pub struct CheckArgs {
     /// How long to watch for losses, seconds of the board's clock.
     #[arg(long = "for", value_name = "S", default_value_t = 60.0, value_parser = positive)]
     length: f64,
-    /// What is connected to the analog inputs: noise is judged if they are shorted to AINCOM, pick-up unless they are open.
+    /// What is connected to the analog inputs: noise is judged if they are shorted to AINCOM,
+    /// pick-up unless they are open.
     #[arg(long, value_enum, value_name = "KIND", default_value_t = Inputs::InUse)]
     inputs: Inputs,
     /// Do not store settings, and do not restart the board.
@@ -35,7 +36,8 @@ pub struct CheckArgs {
     /// One JSON object a line instead of text: each check, then a summary.
     #[arg(long)]
     json: bool,
-    /// Also write the report here, as JSON if the name ends in .json; an existing file is not overwritten.
+    /// Also write the report here, as JSON if the name ends in .json; an existing file is not
+    /// overwritten.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 }
@@ -47,7 +49,10 @@ impl CheckArgs {
         }
         stop::on_signal()?;
         let mut feed = self.board.open_untouched()?;
-        let plan = Plan { length_s: self.length, stores: !self.no_store };
+        let plan = Plan {
+            length_s: self.length,
+            stores: !self.no_store,
+        };
         let seen = gather(&mut feed, plan, &mut Progress::default());
         let report = Report::new(port_name(feed.name()), self.inputs, &seen);
         report.print(self.json)?;
@@ -65,5 +70,8 @@ impl CheckArgs {
 /// The port with its USB name, if it has one.
 fn port_name(name: String) -> String {
     let found = System.list().unwrap_or_default();
-    found.iter().find(|port| port.name == name).map_or(name, ToString::to_string)
+    found
+        .iter()
+        .find(|port| port.name == name)
+        .map_or(name, ToString::to_string)
 }

@@ -16,7 +16,8 @@ Examples:
   ridgetone command stop
   ridgetone command follow speed.csv --port /dev/ttyUSB0")]
 pub enum BoardCommand {
-    /// Start over, as after power-up: the board learns its level without touch again, so nothing should touch the finger.
+    /// Start over, as after power-up: the board learns its level without touch again, so nothing
+    /// should touch the finger.
     #[command(after_help = "\
 Example:
   ridgetone command start")]
@@ -62,7 +63,11 @@ impl BoardCommand {
     pub(super) fn run(self) -> Result<()> {
         let (board, request, done) = match self {
             Self::Start(board) => (board, Command::Start, "it starts over"),
-            Self::Stop(board) => (board, Command::Stop, "it sends nothing but health until `command start`"),
+            Self::Stop(board) => (
+                board,
+                Command::Stop,
+                "it sends nothing but health until `command start`",
+            ),
             Self::Restart(board) => (board, Command::Restart, "it restarts"),
             Self::Unfollow(board) => (board, Command::Unfollow, "estimates come by time"),
             Self::Follow(args) => {
@@ -70,7 +75,10 @@ impl BoardCommand {
                 let (knots, _) = speed::knots(&args.file, after)?;
                 let mut feed = args.board.open_for_request()?;
                 Client::new(&mut feed).follow(&knots, after)?;
-                eprintln!("ridgetone: {}: estimates come by place, in cycles per mm", feed.name());
+                eprintln!(
+                    "ridgetone: {}: estimates come by place, in cycles per mm",
+                    feed.name()
+                );
                 return Ok(());
             }
         };

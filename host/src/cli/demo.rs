@@ -27,7 +27,11 @@ pub struct DemoArgs {
 
 impl DemoArgs {
     pub(super) fn run(self) -> Result<()> {
-        let scene = self.scene.as_ref().map(|path| hal_mock::load_scene(path, frame_rate_hz())).transpose()?;
+        let scene = self
+            .scene
+            .as_ref()
+            .map(|path| hal_mock::load_scene(path, frame_rate_hz()))
+            .transpose()?;
         let scene = scene.map_or_else(first_scene, Ok)?;
         if scene.hand.is_some() {
             bail!("a hand has no single speed to compare with: use `ridgetone emulate --scene`");

@@ -49,11 +49,19 @@ pub struct EmulateArgs {
 impl EmulateArgs {
     pub(super) fn run(self) -> Result<()> {
         stop::on_signal()?;
-        self.svg.iter().chain(&self.serial_out).try_for_each(|path| output::check_new(path))?;
+        self.svg
+            .iter()
+            .chain(&self.serial_out)
+            .try_for_each(|path| output::check_new(path))?;
         let elf = self.firmware.image()?;
         let settings = self.settings.settings()?;
         let input = self.input.open_for(&settings)?;
-        let stream = self.odometry.as_deref().map(odometry::stream).transpose()?.unwrap_or_default();
+        let stream = self
+            .odometry
+            .as_deref()
+            .map(odometry::stream)
+            .transpose()?
+            .unwrap_or_default();
         let options = emulator::Options {
             settings,
             odometry: &stream,
@@ -62,7 +70,13 @@ impl EmulateArgs {
             log: self.log.then_some(|line| eprintln!("log: {line}")),
             ..self.firmware.options(&elf)
         };
-        let mut printer = Printer::new(LineOptions { json: self.json, teleplot: false }, true);
+        let mut printer = Printer::new(
+            LineOptions {
+                json: self.json,
+                teleplot: false,
+            },
+            true,
+        );
         let mut packets = Vec::new();
         let mut sink = |packet: &Packet| {
             if self.svg.is_some() {
@@ -70,7 +84,8 @@ impl EmulateArgs {
             }
             printer.print(packet, None)
         };
-        let outcome = output::with_progress(|progress| emulator::run(input, options, &mut sink, progress))?;
+        let outcome =
+            output::with_progress(|progress| emulator::run(input, options, &mut sink, progress))?;
         drop(printer);
         for line in outcome.messages.lines() {
             eprintln!("firmware: {line}");

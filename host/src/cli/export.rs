@@ -39,10 +39,15 @@ impl ExportArgs {
     pub(super) fn run(self) -> Result<()> {
         let by_name = || self.output.as_deref().and_then(Format::by_name);
         let Some(format) = self.format.or_else(by_name) else {
-            return Err(UsageError("the file's name does not say the format: add --format".into()).into());
+            return Err(
+                UsageError("the file's name does not say the format: add --format".into()).into(),
+            );
         };
         if self.table.is_some() && format != Format::Csv {
-            return Err(UsageError("--table is for --format csv: the others hold everything".into()).into());
+            return Err(UsageError(
+                "--table is for --format csv: the others hold everything".into(),
+            )
+            .into());
         }
         stop::on_signal()?;
         let kind = self.table.unwrap_or(Kind::Estimates);
@@ -55,7 +60,10 @@ impl ExportArgs {
         } else {
             let stdout = std::io::stdout().lock();
             if format == Format::Mcap && stdout.is_terminal() {
-                return Err(UsageError("MCAP is not for a terminal: write it to a file with -o".into()).into());
+                return Err(UsageError(
+                    "MCAP is not for a terminal: write it to a file with -o".into(),
+                )
+                .into());
             }
             let mut out = std::io::BufWriter::new(stdout);
             counts = run(&self.file, format, kind, &mut out)?;

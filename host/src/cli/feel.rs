@@ -1,4 +1,5 @@
-//! `feel`: what the receptors of a finger would fire over a recording, and what people would say of it.
+//! `feel`: what the receptors of a finger would fire over a recording, and what people would say of
+//! it.
 
 use super::parse::{number, positive};
 use crate::feel::{self, Coefficients, KnownSurface, Options};
@@ -34,14 +35,15 @@ pub struct FeelArgs {
     file: Option<PathBuf>,
     #[command(flatten)]
     measure: Option<MeasureOptions>,
-    /// Column of FILE.csv that is the time, with its unit (s, ms, us, ns) if its name does not say it; `none` if none is.
+    /// Column of FILE.csv that is the time, with its unit (s, ms, us, ns) if its name does not say
+    /// it; `none` if none is.
     #[arg(long, value_name = "NAME[:UNIT]", value_parser = TimeColumn::parse)]
     time_column: Option<TimeColumn>,
     /// M, tangential over normal force, with its standard deviation.
     #[arg(long, value_name = "VALUE[+-SIGMA]", value_parser = with_sigma, conflicts_with = "image")]
     m: Option<(f32, f32)>,
-    /// Estimate M from the last static image in the JSON lines of `replay` or `emulate`: opposite piezoresistors of a unit
-    /// differ by the tangential force.
+    /// Estimate M from the last static image in the JSON lines of `replay` or `emulate`: opposite
+    /// piezoresistors of a unit differ by the tangential force.
     #[arg(long, value_name = "FILE.ndjson")]
     image: Option<PathBuf>,
     /// M by a force sensor over M by the image.
@@ -60,7 +62,8 @@ pub struct FeelArgs {
 
 #[derive(Debug, Subcommand)]
 enum FeelCommand {
-    /// Find coefficients of scores from recordings and what people said: stepwise linear regression.
+    /// Find coefficients of scores from recordings and what people said: stepwise linear
+    /// regression.
     Train(TrainArgs),
 }
 
@@ -88,8 +91,8 @@ struct TrainArgs {
 
 #[derive(Debug, Args)]
 struct MeasureOptions {
-    /// Surface of known roughness: Ra in um, RSm in mm, the finger's speed in mm/s; also ra_sigma_um, and file, its recording
-    /// if it is not FILE.csv itself.
+    /// Surface of known roughness: Ra in um, RSm in mm, the finger's speed in mm/s; also
+    /// ra_sigma_um, and file, its recording if it is not FILE.csv itself.
     #[arg(long, value_name = "ra_um=UM,rsm_mm=MM,speed_mm_s=MM_S", value_parser = reference)]
     reference: KnownSurface,
     /// Rows per second [default: from the column time_s].
@@ -104,34 +107,59 @@ struct MeasureOptions {
     /// Columns to use, at most 16 [default: all but time_s].
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     columns: Vec<String>,
-    /// Longest window, seconds: the next shorter power of two of rows is taken, at most 32768 [default: as long as fits].
+    /// Longest window, seconds: the next shorter power of two of rows is taken, at most 32768
+    /// [default: as long as fits].
     #[arg(long, value_name = "S", value_parser = positive)]
     window: Option<f64>,
 }
 
 fn reference(text: &str) -> Result<KnownSurface, String> {
-    let (mut ra_um, mut rsm_mm, mut speed_mm_s, mut ra_sigma_um, mut samples) = (None, None, None, 0.0, None);
+    let (mut ra_um, mut rsm_mm, mut speed_mm_s, mut ra_sigma_um, mut samples) =
+        (None, None, None, 0.0, None);
     for part in text.split(',') {
-        let (name, value) = part.split_once('=').ok_or_else(|| format!("{part}: write NAME=VALUE"))?;
-        let value_of = |value| positive(value).map(|value| value as f32).map_err(|why| format!("{name}: {why}"));
+        let (name, value) = part
+            .split_once('=')
+            .ok_or_else(|| format!("{part}: write NAME=VALUE"))?;
+        let value_of = |value| {
+            positive(value)
+                .map(|value| value as f32)
+                .map_err(|why| format!("{name}: {why}"))
+        };
         match name {
             "ra_um" => ra_um = Some(value_of(value)?),
             "rsm_mm" => rsm_mm = Some(value_of(value)?),
             "speed_mm_s" => speed_mm_s = Some(value_of(value)?),
             "ra_sigma_um" => ra_sigma_um = value_of(value)?,
-            "file" => samples = Some(Samples::file(value.as_ref()).map_err(|why| format!("{why:#}"))?),
-            _ => return Err(format!("unknown {name}: choose ra_um, rsm_mm, speed_mm_s, ra_sigma_um or file")),
+            "file" => {
+                samples = Some(Samples::file(value.as_ref()).map_err(|why| format!("{why:#}"))?)
+            }
+            _ => {
+                return Err(format!(
+                    "unknown {name}: choose ra_um, rsm_mm, speed_mm_s, ra_sigma_um or file"
+                ));
+            }
         }
     }
     let (Some(ra_um), Some(rsm_mm), Some(speed_mm_s)) = (ra_um, rsm_mm, speed_mm_s) else {
         return Err("ra_um, rsm_mm and speed_mm_s are needed".into());
     };
-    Ok(KnownSurface { surface: Reference { ra_um, ra_sigma_um, rsm_mm, speed_mm_s }, samples })
+    Ok(KnownSurface {
+        surface: Reference {
+            ra_um,
+            ra_sigma_um,
+            rsm_mm,
+            speed_mm_s,
+        },
+        samples,
+    })
 }
 
 fn with_sigma(text: &str) -> Result<(f32, f32), String> {
-    let (value, sigma) =
-        text.split_once("+-").map_or((text, Ok(0.0)), |(value, sigma)| (value, positive(sigma.trim())));
+    let (value, sigma) = text
+        .split_once("+-")
+        .map_or((text, Ok(0.0)), |(value, sigma)| {
+            (value, positive(sigma.trim()))
+        });
     Ok((number(value.trim())? as f32, sigma? as f32))
 }
 
@@ -140,9 +168,15 @@ fn image_ratio(path: &Path, gain: f64) -> Result<(f32, f32)> {
     let named = || path.display().to_string();
     let text = std::fs::read_to_string(path).with_context(named)?;
     let (mut levels, mut sigmas) = ([[f32::NAN; 4]; 4], [[0.0; 4]; 4]);
-    let lines = text.lines().rev().filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok());
+    let lines = text
+        .lines()
+        .rev()
+        .filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok());
     let Some(image) = lines.into_iter().find(|line| line["type"] == "image") else {
-        bail!("{}: no static image: write it with `ridgetone replay --json`", named())
+        bail!(
+            "{}: no static image: write it with `ridgetone replay --json`",
+            named()
+        )
     };
     for pressed in image["taxels"].as_array().into_iter().flatten() {
         let number = |name: &str| pressed[name].as_f64().unwrap_or(f64::NAN);
@@ -158,8 +192,25 @@ fn image_ratio(path: &Path, gain: f64) -> Result<(f32, f32)> {
 
 impl MeasureOptions {
     fn options(self) -> Options {
-        let Self { reference, rate: rate_hz, from: from_s, to: to_s, columns, window: window_s } = self;
-        Options { selection: Selection { rate_hz, from_s, to_s, columns, ..Selection::default() }, window_s, reference }
+        let Self {
+            reference,
+            rate: rate_hz,
+            from: from_s,
+            to: to_s,
+            columns,
+            window: window_s,
+        } = self;
+        Options {
+            selection: Selection {
+                rate_hz,
+                from_s,
+                to_s,
+                columns,
+                ..Selection::default()
+            },
+            window_s,
+            reference,
+        }
     }
 }
 
@@ -178,9 +229,15 @@ impl FeelArgs {
         let (Some(file), Some(measure)) = (self.file, self.measure) else {
             bail!("FILE.csv and --reference are needed")
         };
-        let coefficients =
-            self.coefficients.as_deref().map_or_else(|| Ok(Coefficients::paper()), Coefficients::load)?;
-        let by_image = self.image.as_deref().map(|path| image_ratio(path, self.image_gain)).transpose()?;
+        let coefficients = self
+            .coefficients
+            .as_deref()
+            .map_or_else(|| Ok(Coefficients::paper()), Coefficients::load)?;
+        let by_image = self
+            .image
+            .as_deref()
+            .map(|path| image_ratio(path, self.image_gain))
+            .transpose()?;
         let m = self.m.or(by_image);
         let samples = Samples::file_with(&file, self.time_column)?;
         let felt = with_progress(|progress| feel::measure(&samples, &measure.options(), progress))?;
@@ -190,7 +247,11 @@ impl FeelArgs {
         if let Some(path) = &self.svg {
             output::new_text(path, &feel::draw(&felt))?;
         }
-        let text = if self.json { feel::json(&felt, &coefficients, m)? } else { feel::text(&felt, &coefficients, m) };
+        let text = if self.json {
+            feel::json(&felt, &coefficients, m)?
+        } else {
+            feel::text(&felt, &coefficients, m)
+        };
         output::line(text.trim_end())
     }
 }
@@ -201,10 +262,17 @@ impl TrainArgs {
         let training = with_progress(|progress| feel::train(&self.scores, &options, progress))?;
         if let Some(path) = &self.output {
             let Some(coefficients) = training.coefficients() else {
-                bail!("{}: nothing measured explains any score: no coefficients to write", training.file)
+                bail!(
+                    "{}: nothing measured explains any score: no coefficients to write",
+                    training.file
+                )
             };
             output::new_text(path, &coefficients.toml()?)?;
         }
-        output::line(&if self.json { serde_json::to_string(&training)? } else { training.to_string() })
+        output::line(&if self.json {
+            serde_json::to_string(&training)?
+        } else {
+            training.to_string()
+        })
     }
 }

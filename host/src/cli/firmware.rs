@@ -22,7 +22,10 @@ impl FirmwareOptions {
     pub fn image(&self) -> Result<PathBuf> {
         match &self.elf {
             Some(elf) if !elf.is_file() => {
-                bail!("{}: there is no such firmware image; `cargo xtask firmware` builds one", elf.display())
+                bail!(
+                    "{}: there is no such firmware image; `cargo xtask firmware` builds one",
+                    elf.display()
+                )
             }
             Some(elf) => Ok(elf.clone()),
             None => emulator::image::find(),
@@ -32,6 +35,9 @@ impl FirmwareOptions {
     /// How the image is run.
     pub fn options<'a>(&self, elf: &'a Path) -> emulator::Options<'a> {
         let silence = Duration::try_from_secs_f64(self.patience).unwrap_or(Duration::MAX);
-        emulator::Options { silence, ..emulator::Options::new(elf) }
+        emulator::Options {
+            silence,
+            ..emulator::Options::new(elf)
+        }
     }
 }

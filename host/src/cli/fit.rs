@@ -29,8 +29,8 @@ pub struct FitArgs {
     /// Rows per second [default: from the column time_s].
     #[arg(long, value_name = "HZ", value_parser = positive)]
     rate: Option<f64>,
-    /// Column that is the time, with its unit (s, ms, us, ns) if its name does not say it; `none` if none is [default: time_s,
-    /// or a column whose name says that it is the time].
+    /// Column that is the time, with its unit (s, ms, us, ns) if its name does not say it; `none`
+    /// if none is [default: time_s, or a column whose name says that it is the time].
     #[arg(long, value_name = "NAME[:UNIT]", value_parser = TimeColumn::parse)]
     time_column: Option<TimeColumn>,
     /// First time to use, seconds as in time_s; without that column, row / rate.
@@ -39,7 +39,8 @@ pub struct FitArgs {
     /// Last time to use, seconds.
     #[arg(long, value_name = "S", value_parser = number, allow_negative_numbers = true)]
     to: Option<f64>,
-    /// Fit by place, with this column as the speed over the surface, mm/s: cycles per mm at any speed.
+    /// Fit by place, with this column as the speed over the surface, mm/s: cycles per mm at any
+    /// speed.
     #[arg(long, value_name = "NAME", conflicts_with = "position_column")]
     speed_column: Option<String>,
     /// Fit by place, with this column as the place on the surface, mm.
@@ -48,13 +49,15 @@ pub struct FitArgs {
     /// Columns to fit, at most 16 [default: all but time_s, speed and place].
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     columns: Vec<String>,
-    /// Settings file; only harmonics and interferer_hz are used here, and the two options below override them.
+    /// Settings file; only harmonics and interferer_hz are used here, and the two options below
+    /// override them.
     #[arg(long, value_name = "FILE.toml")]
     settings: Option<PathBuf>,
     /// Most harmonics to fit, the fundamental included, 1 to 5 [default: 5].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=5))]
     harmonics: Option<u8>,
-    /// Known interferer in all columns, hertz, such as mains of 50 or 60; it may be aliased [default: none].
+    /// Known interferer in all columns, hertz, such as mains of 50 or 60; it may be aliased
+    /// [default: none].
     #[arg(long, value_name = "HZ", value_parser = positive)]
     mains: Option<f64>,
     /// One JSON object on one line instead of the table.
@@ -64,7 +67,11 @@ pub struct FitArgs {
 
 impl FitArgs {
     pub(super) fn run(self) -> Result<()> {
-        let settings = self.settings.as_deref().map(settings_form::load).transpose()?;
+        let settings = self
+            .settings
+            .as_deref()
+            .map(settings_form::load)
+            .transpose()?;
         let mut rows = samples::open(&self.file, self.time_column.as_ref())?;
         let file = rows.file().to_owned();
         let selection = Selection {
@@ -72,12 +79,21 @@ impl FitArgs {
             from_s: self.from,
             to_s: self.to,
             columns: self.columns,
-            harmonics: self.harmonics.or(settings.map(|settings| settings.harmonics)),
-            place: self.position_column.map(Column::Position).or(self.speed_column.map(Column::Speed)),
-            interferer_hz: self.mains.or(settings.map(|settings| settings.interferer_hz.into()).filter(|hz| *hz > 0.0)),
+            harmonics: self
+                .harmonics
+                .or(settings.map(|settings| settings.harmonics)),
+            place: self
+                .position_column
+                .map(Column::Position)
+                .or(self.speed_column.map(Column::Speed)),
+            interferer_hz: self.mains.or(settings
+                .map(|settings| settings.interferer_hz.into())
+                .filter(|hz| *hz > 0.0)),
         };
         let mut progress = Progress::default();
-        let fit = table_fit::fit(&mut *rows, &selection, &mut |read| progress.show(format_args!("{read} rows read")));
+        let fit = table_fit::fit(&mut *rows, &selection, &mut |read| {
+            progress.show(format_args!("{read} rows read"))
+        });
         progress.end();
         let fit = fit?;
         if let Some(guessed) = &fit.guessed {

@@ -51,8 +51,16 @@ impl ManArgs {
         std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
         let mut commands = vec![command];
         while let Some(command) = commands.pop() {
-            commands.extend(command.get_subcommands().filter(|command| command.get_name() != "help").cloned());
-            let name = command.get_display_name().unwrap_or(command.get_name()).to_owned();
+            commands.extend(
+                command
+                    .get_subcommands()
+                    .filter(|command| command.get_name() != "help")
+                    .cloned(),
+            );
+            let name = command
+                .get_display_name()
+                .unwrap_or(command.get_name())
+                .to_owned();
             output::new_file(&folder.join(format!("{name}.1")), |file| {
                 Ok(clap_mangen::Man::new(command).render(file)?)
             })?;

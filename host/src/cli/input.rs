@@ -13,7 +13,8 @@ use std::path::PathBuf;
 
 #[derive(Args, Clone, Debug)]
 pub struct SceneOptions {
-    /// Scene file, such as scenes/c1.toml; scenes/every_key.toml explains all keys [default: a plain scene; with --emulated scenes/c1.toml].
+    /// Scene file, such as scenes/c1.toml; scenes/every_key.toml explains all keys [default: a
+    /// plain scene; with --emulated scenes/c1.toml].
     #[arg(long = "scene", value_name = "FILE.toml", conflicts_with_all = ["scene_speed", "period", "snr"])]
     scene_file: Option<PathBuf>,
     /// Speed of the grating, mm/s [default: 30].
@@ -25,15 +26,16 @@ pub struct SceneOptions {
     /// Power of the tone over that of the noise, dB, or `none` for no noise [default: 20].
     #[arg(long, value_name = "DB", value_parser = decibel, allow_negative_numbers = true)]
     snr: Option<Decibel>,
-    /// Seed of all noise, and of the channels' differences where there is no scene file [default: 1, or the file's].
+    /// Seed of all noise, and of the channels' differences where there is no scene file [default:
+    /// 1, or the file's].
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
 }
 
 #[derive(Args, Clone, Debug)]
 pub struct InputOptions {
-    /// Recording to play: CSV with a header, at most 16 columns of volts, and time_s [default: a scene]. Rows at the scan's
-    /// rate are held, others are resampled.
+    /// Recording to play: CSV with a header, at most 16 columns of volts, and time_s [default: a
+    /// scene]. Rows at the scan's rate are held, others are resampled.
     #[arg(value_name = "FILE.csv")]
     pub(super) file: Option<PathBuf>,
     /// Volts per unit of FILE.csv.
@@ -49,8 +51,8 @@ pub struct InputOptions {
     /// Rows per second where FILE.csv has no time_s [default: the scan's 241.14].
     #[arg(long, value_name = "HZ", value_parser = positive, requires = "file")]
     pub(super) rate: Option<f64>,
-    /// Column of FILE.csv that is the time, with its unit (s, ms, us, ns) if its name does not say it; `none` if none is
-    /// [default: time_s, or a column whose name says that it is the time].
+    /// Column of FILE.csv that is the time, with its unit (s, ms, us, ns) if its name does not say
+    /// it; `none` if none is [default: time_s, or a column whose name says that it is the time].
     #[arg(long, value_name = "NAME[:UNIT]", value_parser = TimeColumn::parse, requires = "file")]
     time_column: Option<TimeColumn>,
     /// Noise of the converter itself, 4.5 uV rms; a scene file may switch it off too.
@@ -65,7 +67,11 @@ pub struct InputOptions {
 struct Decibel(Option<f64>);
 
 fn decibel(text: &str) -> Result<Decibel, String> {
-    if text == "none" { Ok(Decibel(None)) } else { number(text).map(|db| Decibel(Some(db))) }
+    if text == "none" {
+        Ok(Decibel(None))
+    } else {
+        number(text).map(|db| Decibel(Some(db)))
+    }
 }
 
 fn on_off(text: &str) -> Result<bool, String> {
@@ -79,7 +85,13 @@ fn on_off(text: &str) -> Result<bool, String> {
 impl SceneOptions {
     /// Whether an option makes a scene.
     fn makes_scene(&self) -> bool {
-        let Self { scene_file, scene_speed, period, snr, seed: _ } = self;
+        let Self {
+            scene_file,
+            scene_speed,
+            period,
+            snr,
+            seed: _,
+        } = self;
         scene_file.is_some() || scene_speed.is_some() || period.is_some() || snr.is_some()
     }
 
@@ -87,7 +99,10 @@ impl SceneOptions {
     pub fn sliding(&self, plan: &Plan) -> Result<Sliding> {
         if let Some(path) = &self.scene_file {
             let scene = hal_mock::load_scene(path, rate_of(plan))?;
-            return Ok(Sliding { seed: self.seed.unwrap_or(scene.seed), ..scene });
+            return Ok(Sliding {
+                seed: self.seed.unwrap_or(scene.seed),
+                ..scene
+            });
         }
         let default = Sliding::default();
         Ok(Sliding {
@@ -124,7 +139,11 @@ impl InputOptions {
         let (source, seed) = match &self.file {
             Some(path) => {
                 let samples = Samples::file_with(path, self.time_column.clone())?;
-                let source = Source::Trace { samples, rate_hz: self.rate, volts_per_unit: self.scale };
+                let source = Source::Trace {
+                    samples,
+                    rate_hz: self.rate,
+                    volts_per_unit: self.scale,
+                };
                 (source, self.scene.seed.unwrap_or(1))
             }
             None => {
@@ -133,7 +152,11 @@ impl InputOptions {
                 (Source::Scene(scene), seed)
             }
         };
-        Ok(Input { source, converter_noise: self.noise, seed })
+        Ok(Input {
+            source,
+            converter_noise: self.noise,
+            seed,
+        })
     }
 
     /// Opens an input that has to fill a window, and prints its warning.

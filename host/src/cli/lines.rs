@@ -27,17 +27,20 @@ pub struct LineOptions {
     pub teleplot: bool,
 }
 
-/// Prints all packets of a feed, and at the end the counts. Text of a recording is in the order of time; a board is not held up.
+/// Prints all packets of a feed, and at the end the counts. Text of a recording is in the order of
+/// time; a board is not held up.
 pub fn print(feed: Feed, requester: Requester, lines: LineOptions) -> Result<()> {
     let mut printer = Printer::new(lines, !feed.has_board());
-    let (feed, ended) =
-        listen::run(feed, requester, &mut |packet, receipt| printer.print(packet, receipt).map(ControlFlow::Continue));
+    let (feed, ended) = listen::run(feed, requester, &mut |packet, receipt| {
+        printer.print(packet, receipt).map(ControlFlow::Continue)
+    });
     drop(printer);
     report(feed.counts());
     ended
 }
 
-/// Device time by which a line may come too late for its place, seconds: an estimate of a whole slide comes after its end.
+/// Device time by which a line may come too late for its place, seconds: an estimate of a whole
+/// slide comes after its end.
 const LATE_S: f64 = 0.5;
 
 /// Prints packets as lines. Dropped, it prints what it has held back.
@@ -56,13 +59,23 @@ impl Printer {
         let teleplot = lines.teleplot.then(Teleplot::default);
         // For programs lines are in the order of their numbers.
         let held = (in_order && json.is_none() && teleplot.is_none()).then(VecDeque::new);
-        Self { json, teleplot, vref_v: Settings::DEFAULT.vref_v, held, now_s: 0.0 }
+        Self {
+            json,
+            teleplot,
+            vref_v: Settings::DEFAULT.vref_v,
+            held,
+            now_s: 0.0,
+        }
     }
 
     pub fn print(&mut self, packet: &Packet, receipt: Option<Receipt>) -> Result<()> {
         if let Some(teleplot) = &mut self.teleplot {
             let lines = teleplot.lines(packet);
-            return if lines.is_empty() { Ok(()) } else { output::line(&lines) };
+            return if lines.is_empty() {
+                Ok(())
+            } else {
+                output::line(&lines)
+            };
         }
         if let Some(json) = &mut self.json {
             return output::line(&json.line(packet, receipt)?);
@@ -79,7 +92,9 @@ impl Printer {
             self.flush(f64::INFINITY)?;
             self.now_s = 0.0;
         }
-        let Some(held) = &mut self.held else { return output::line(&text) };
+        let Some(held) = &mut self.held else {
+            return output::line(&text);
+        };
         let t_s = time_s(&packet.event).unwrap_or(self.now_s);
         self.now_s = self.now_s.max(t_s);
         let place = held.partition_point(|(held_s, _)| *held_s <= t_s);
@@ -89,9 +104,12 @@ impl Printer {
 
     /// Prints what is no later than this.
     fn flush(&mut self, until_s: f64) -> Result<()> {
-        let Some(held) = &mut self.held else { return Ok(()) };
+        let Some(held) = &mut self.held else {
+            return Ok(());
+        };
         let due = held.partition_point(|(t_s, _)| *t_s <= until_s);
-        held.drain(..due).try_for_each(|(_, text)| output::line(&text))
+        held.drain(..due)
+            .try_for_each(|(_, text)| output::line(&text))
     }
 }
 
@@ -104,7 +122,8 @@ impl Drop for Printer {
 
 /// What a frame's codes are in millivolts; a dash where they cannot be trusted.
 fn millivolts(frame: &Frame) -> String {
-    let value = |volts: &Option<f32>| volts.map_or("-".to_owned(), |volts| format!("{:+.3}", 1e3 * volts));
+    let value =
+        |volts: &Option<f32>| volts.map_or("-".to_owned(), |volts| format!("{:+.3}", 1e3 * volts));
     frame.volts.iter().map(value).collect::<Vec<_>>().join(" ")
 }
 
@@ -115,7 +134,11 @@ fn fitted(text: &str) -> String {
         false => usize::MAX,
     };
     let cut = |line: &str| match line.char_indices().nth(width).is_some() {
-        true => line.chars().take(width.saturating_sub(1)).chain(['\u{2026}']).collect(),
+        true => line
+            .chars()
+            .take(width.saturating_sub(1))
+            .chain(['\u{2026}'])
+            .collect(),
         false => line.to_owned(),
     };
     text.lines().map(cut).collect::<Vec<String>>().join("\n")
@@ -123,6 +146,11 @@ fn fitted(text: &str) -> String {
 
 /// Writes the counts to standard error.
 pub fn report(counts: Counts) {
-    let Counts { received, missing, damaged, .. } = counts;
+    let Counts {
+        received,
+        missing,
+        damaged,
+        ..
+    } = counts;
     eprintln!("ridgetone: {received} telemetry frames received, {missing} lost, {damaged} damaged");
 }

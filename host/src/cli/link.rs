@@ -38,11 +38,17 @@ Examples:
   ridgetone link --finger /dev/ttyUSB0 --stylus udp:0.0.0.0:7450
   ridgetone link --finger udp:robot.local:7450 --stylus simulated")]
 pub struct LinkArgs {
-    /// The finger: a serial port; `emulated`, or `emulated:SCENE.toml`; a recording of telemetry; or udp:HOST:PORT, a finger's end elsewhere.
-    #[arg(long, value_name = "SOURCE", required_unless_present = "emulated", conflicts_with = "emulated")]
+    /// The finger: a serial port; `emulated`, or `emulated:SCENE.toml`; a recording of telemetry;
+    /// or udp:HOST:PORT, a finger's end elsewhere.
+    #[arg(
+        long,
+        value_name = "SOURCE",
+        required_unless_present = "emulated",
+        conflicts_with = "emulated"
+    )]
     finger: Option<String>,
-    /// The stylus: `simulated`, a hand that nobody moves; the serial port of a stylus' board; or udp:ADDRESS:PORT, where a stylus' end
-    /// elsewhere finds this one.
+    /// The stylus: `simulated`, a hand that nobody moves; the serial port of a stylus' board; or
+    /// udp:ADDRESS:PORT, where a stylus' end elsewhere finds this one.
     #[arg(long, value_name = "STYLUS", default_value = "simulated")]
     stylus: String,
     /// The emulated finger.
@@ -66,7 +72,8 @@ pub struct LinkArgs {
     hand: HandOptions,
     #[command(flatten)]
     actuator: ActuatorOptions,
-    /// Of a stylus' board: way of one count of its encoder, all four edges counted, mm [default: the paper's 0.005].
+    /// Of a stylus' board: way of one count of its encoder, all four edges counted, mm [default:
+    /// the paper's 0.005].
     #[arg(long, value_name = "MM", value_parser = positive)]
     count_mm: Option<f64>,
     /// Of a stylus' board: latency of what follows its converter, such as a filter, ms.
@@ -85,7 +92,11 @@ pub struct LinkArgs {
 /// A share, 0 to 1.
 fn percent(text: &str) -> Result<f64, String> {
     let percent = number(text.trim_end_matches('%').trim_end())?;
-    if (0.0..=100.0).contains(&percent) { Ok(percent / 100.0) } else { Err("choose 0 to 100 %".into()) }
+    if (0.0..=100.0).contains(&percent) {
+        Ok(percent / 100.0)
+    } else {
+        Err("choose 0 to 100 %".into())
+    }
 }
 
 impl LinkArgs {
@@ -93,26 +104,42 @@ impl LinkArgs {
         let output = self.actuator.output()?;
         self.delay.delay(1)?;
         let hand = self.hand.hand(Hand::OKAMOTO)?;
-        let DelayOptions { delay_ms, jitter_ms } = self.delay;
+        let DelayOptions {
+            delay_ms,
+            jitter_ms,
+        } = self.delay;
         let mut bytes = [0; 4];
         getrandom::fill(&mut bytes).map_err(|error| anyhow::anyhow!("random numbers: {error}"))?;
         let options = Options {
             delay_ms: (delay_ms, jitter_ms),
-            impairments: Impairments { loss: self.loss, doubled: self.doubled, damaged: self.damaged },
+            impairments: Impairments {
+                loss: self.loss,
+                doubled: self.doubled,
+                damaged: self.damaged,
+            },
             seed: self.seed,
             run: u32::from_le_bytes(bytes),
             hand,
             output,
         };
         let finger = self.finger.as_deref().unwrap_or("emulated");
-        let ends = match (finger.strip_prefix("udp:"), self.stylus.strip_prefix("udp:")) {
+        let ends = match (
+            finger.strip_prefix("udp:"),
+            self.stylus.strip_prefix("udp:"),
+        ) {
             (None, Some(place)) => {
                 let socket = Socket::at(place)?;
-                eprintln!("ridgetone: a stylus finds this finger at udp:{}", socket.address()?);
+                eprintln!(
+                    "ridgetone: a stylus finds this finger at udp:{}",
+                    socket.address()?
+                );
                 Ends::Finger(socket)
             }
             (Some(_), Some(_)) => {
-                return Err(UsageError("one end must be here: --stylus simulated, or a port".into()).into());
+                return Err(UsageError(
+                    "one end must be here: --stylus simulated, or a port".into(),
+                )
+                .into());
             }
             (Some(place), None) => Ends::Stylus(Socket::to(place)?),
             (None, None) => Ends::Here,
@@ -138,7 +165,9 @@ impl LinkArgs {
         let line = port::Link::open(port::System, Wanted::Name(port.to_owned()))
             .context("--stylus: simulated, udp:ADDRESS:PORT or a serial port")?;
         let parameters = Parameters {
-            count_mm: self.count_mm.map_or(Parameters::DEFAULT.count_mm, |mm| mm as f32),
+            count_mm: self
+                .count_mm
+                .map_or(Parameters::DEFAULT.count_mm, |mm| mm as f32),
             latency_s: (self.latency_ms / 1e3) as f32,
             ..Parameters::DEFAULT
         };
@@ -149,9 +178,10 @@ impl LinkArgs {
     fn open(&self, finger: &str) -> Result<crate::feed::Feed> {
         let source = Source::of(finger)?;
         if let Source::Url(url) = &source {
-            return Err(
-                UsageError(format!("{url}: a page gives no packets: give a port, emulated or a recording")).into()
-            );
+            return Err(UsageError(format!(
+                "{url}: a page gives no packets: give a port, emulated or a recording"
+            ))
+            .into());
         }
         let emulator = match &source {
             Source::Emulated(_) => {

@@ -34,10 +34,12 @@ pub struct MonitorArgs {
     /// Print lines instead of a screen.
     #[arg(long)]
     plain: bool,
-    /// Request every raw frame of a board and print it; with --json with volts beside the codes. The screen has them anyway.
+    /// Request every raw frame of a board and print it; with --json with volts beside the codes.
+    /// The screen has them anyway.
     #[arg(long)]
     raw: bool,
-    /// Draw the screen of the run as a moving picture instead of showing it, of half a minute at most.
+    /// Draw the screen of the run as a moving picture instead of showing it, of half a minute at
+    /// most.
     #[arg(long, value_name = "FILE.svg", conflicts_with_all = ["plain", "raw", "settings", "json", "teleplot"])]
     svg: Option<PathBuf>,
     #[command(flatten)]
@@ -46,7 +48,11 @@ pub struct MonitorArgs {
 
 impl MonitorArgs {
     pub(super) fn run(self) -> Result<()> {
-        let settings = self.settings.as_deref().map(settings_form::load).transpose()?;
+        let settings = self
+            .settings
+            .as_deref()
+            .map(settings_form::load)
+            .transpose()?;
         stop::on_signal()?;
         self.svg.as_deref().map_or(Ok(()), output::check_new)?;
         let feed = self.source.open()?;
@@ -96,6 +102,10 @@ impl ListenArgs {
         let wanted = Wanted::new(self.port, self.usb_serial);
         let mut requester = Requester::default();
         requester.want_raw_if(self.raw);
-        print(Feed::new(Link::open(System, wanted)?), requester, self.lines)
+        print(
+            Feed::new(Link::open(System, wanted)?),
+            requester,
+            self.lines,
+        )
     }
 }

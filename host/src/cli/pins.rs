@@ -42,8 +42,8 @@ pub struct PinsArgs {
     /// Show a board, which is what it does without --emulated and --file too.
     #[arg(long, conflicts_with_all = ["recording", "emulated", "design"])]
     live: bool,
-    /// Show it on a page in a browser instead, at this address of this computer; an address that others reach needs the token that is
-    /// printed with it.
+    /// Show it on a page in a browser instead, at this address of this computer; an address that
+    /// others reach needs the token that is printed with it.
     #[arg(
         long,
         value_name = "ADDRESS:PORT",
@@ -120,11 +120,22 @@ fn percent(text: &str) -> Result<f64, String> {
 }
 
 fn columns_and_rows(text: &str) -> Result<(usize, usize), String> {
-    let (columns, rows) = text.split_once('x').ok_or("write COLUMNSxROWS, such as 4x4")?;
-    let number = |text: &str| text.parse::<usize>().ok().filter(|n| (1..=100).contains(n)).ok_or("1 to 100");
+    let (columns, rows) = text
+        .split_once('x')
+        .ok_or("write COLUMNSxROWS, such as 4x4")?;
+    let number = |text: &str| {
+        text.parse::<usize>()
+            .ok()
+            .filter(|n| (1..=100).contains(n))
+            .ok_or("1 to 100")
+    };
     let (columns, rows) = (number(columns)?, number(rows)?);
     if columns * rows > ridgetone_display::PINS_MAX {
-        return Err(format!("{} pins: at most {}", columns * rows, ridgetone_display::PINS_MAX));
+        return Err(format!(
+            "{} pins: at most {}",
+            columns * rows,
+            ridgetone_display::PINS_MAX
+        ));
     }
     Ok((columns, rows))
 }
@@ -148,7 +159,9 @@ impl DisplayOptions {
             depth_mm: self.depth_mm,
             quantity,
             regularisation: self.regularisation as f32,
-            skin: self.subject.map(|subject| SUBJECTS[usize::from(subject) - 1]),
+            skin: self
+                .subject
+                .map(|subject| SUBJECTS[usize::from(subject) - 1]),
             limits,
             gain: self.gain,
             volts_per_strain: self.volts_per_strain.unwrap_or_else(volts_per_strain),
@@ -160,13 +173,25 @@ impl DisplayOptions {
 impl PinsArgs {
     pub(super) fn run(self) -> Result<()> {
         if self.design {
-            let design = Design::new(self.display.spacing_mm, self.display.depth_mm, self.resolution)?;
-            return output::line(&if self.json { serde_json::to_string(&design)? } else { text(&design) });
+            let design = Design::new(
+                self.display.spacing_mm,
+                self.display.depth_mm,
+                self.resolution,
+            )?;
+            return output::line(&if self.json {
+                serde_json::to_string(&design)?
+            } else {
+                text(&design)
+            });
         }
-        let setup = self.display.setup().map_err(|error| UsageError(format!("{error:#}")))?;
+        let setup = self
+            .display
+            .setup()
+            .map_err(|error| UsageError(format!("{error:#}")))?;
         let mut memory = Memory::new(&setup);
         // What is impossible is a matter of the options.
-        let player = Player::new(setup, &mut memory).map_err(|error| UsageError(format!("{error:#}")));
+        let player =
+            Player::new(setup, &mut memory).map_err(|error| UsageError(format!("{error:#}")));
         let mut player = player?;
         stop::on_signal()?;
         let feed = self.source.open()?;
@@ -175,7 +200,9 @@ impl PinsArgs {
             (false, true) => Show::Lines,
             (false, false) => Show::Screen,
         };
-        let show = self.page.map_or(show, |address| Show::Page(address, self.open));
+        let show = self
+            .page
+            .map_or(show, |address| Show::Page(address, self.open));
         let (feed, shown) = run(feed, &mut player, show);
         report(feed.counts());
         shown

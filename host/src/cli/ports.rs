@@ -22,7 +22,11 @@ impl PortsArgs {
             eprintln!("ridgetone: there is no serial port");
         }
         for port in found {
-            output::line(&if self.json { serde_json::to_string(&port)? } else { port.to_string() })?;
+            output::line(&if self.json {
+                serde_json::to_string(&port)?
+            } else {
+                port.to_string()
+            })?;
         }
         Ok(())
     }

@@ -25,7 +25,8 @@ pub struct RecordArgs {
     board: BoardOptions,
     #[command(flatten)]
     input: InputOptions,
-    /// File to write; an existing one is not overwritten. `-` is standard output, for another program.
+    /// File to write; an existing one is not overwritten. `-` is standard output, for another
+    /// program.
     #[arg(short, long, value_name = "RECORDING")]
     output: PathBuf,
     /// Include every raw frame (20 kB a second).
@@ -41,7 +42,11 @@ pub struct RecordArgs {
 
 impl RecordArgs {
     pub(super) fn run(self) -> Result<()> {
-        let settings = self.settings.as_deref().map(settings_form::load).transpose()?;
+        let settings = self
+            .settings
+            .as_deref()
+            .map(settings_form::load)
+            .transpose()?;
         let mut requester = Requester::with_settings(settings);
         requester.want_raw_if(self.raw);
         stop::on_signal()?;

@@ -32,15 +32,16 @@ pub struct ReplayArgs {
     pub(super) input: InputOptions,
     #[command(flatten)]
     pub(super) settings: SettingsOptions,
-    /// Speed over the surface while it varies: CSV with time_s (device time) and speed_mm_s, at most 32 rows, straight
-    /// lines in between. Estimates then come in cycles per mm.
+    /// Speed over the surface while it varies: CSV with time_s (device time) and speed_mm_s, at
+    /// most 32 rows, straight lines in between. Estimates then come in cycles per mm.
     #[arg(long, value_name = "FILE.csv")]
     profile: Option<PathBuf>,
     /// Repeat the profile when it ends [default: its last speed goes on].
     #[arg(long, requires = "profile")]
     profile_repeats: bool,
-    /// A robot's odometry while the speed varies and turns: CSV with time_s (the robot's clock) and place_mm or speed_mm_s, 20 to 250
-    /// rows a second; with arrival_s (device time) where messages were slow. Estimates then come in cycles per mm.
+    /// A robot's odometry while the speed varies and turns: CSV with time_s (the robot's clock) and
+    /// place_mm or speed_mm_s, 20 to 250 rows a second; with arrival_s (device time) where messages
+    /// were slow. Estimates then come in cycles per mm.
     #[arg(long, value_name = "FILE.csv", conflicts_with = "profile")]
     odometry: Option<PathBuf>,
     #[command(flatten)]
@@ -50,13 +51,23 @@ pub struct ReplayArgs {
 impl ReplayArgs {
     pub(super) fn run(self) -> Result<()> {
         stop::on_signal()?;
-        // A file that cannot be read is left to the reader of tables, whose message names the problem.
-        if let Some(file) = self.input.file.as_ref().filter(|file| recording::is_telemetry(file).unwrap_or(false)) {
+        // A file that cannot be read is left to the reader of tables, whose message names the
+        // problem.
+        if let Some(file) = self
+            .input
+            .file
+            .as_ref()
+            .filter(|file| recording::is_telemetry(file).unwrap_or(false))
+        {
             return self.print_telemetry(file);
         }
         let settings = self.settings.settings()?;
         let after = speed::after(self.profile_repeats);
-        let profile = self.profile.as_ref().map(|path| speed::profile(path, after)).transpose()?;
+        let profile = self
+            .profile
+            .as_ref()
+            .map(|path| speed::profile(path, after))
+            .transpose()?;
         let stream = self.odometry.as_deref().map(odometry::stream).transpose()?;
         let input = self.input.open_for(&settings)?;
         let mut printer = Printer::new(self.lines, true);
@@ -82,6 +93,10 @@ impl ReplayArgs {
             );
             return Err(UsageError(why).into());
         }
-        print(Feed::new(Recorded::open(file)?), Requester::default(), self.lines)
+        print(
+            Feed::new(Recorded::open(file)?),
+            Requester::default(),
+            self.lines,
+        )
     }
 }

@@ -17,7 +17,8 @@ Examples:
 pub struct SceneArgs {
     #[command(flatten)]
     scene: SceneOptions,
-    /// File to write: time_s and 16 columns of volts, read one after the other as the scan does, 241.14 times a second.
+    /// File to write: time_s and 16 columns of volts, read one after the other as the scan does,
+    /// 241.14 times a second.
     #[arg(short, long, value_name = "FILE.csv")]
     output: PathBuf,
     /// Also the truth as one JSON object on standard output.
@@ -48,7 +49,8 @@ struct TruthForm {
 
 impl SceneArgs {
     pub(super) fn run(self) -> Result<()> {
-        let mut scene = SlidingScene::new(self.scene.sliding(&ridgetone_proto::plan::Plan::PAPER)?)?;
+        let mut scene =
+            SlidingScene::new(self.scene.sliding(&ridgetone_proto::plan::Plan::PAPER)?)?;
         let (truth, rate_hz, mut rows) = (scene.truth(), frame_rate_hz(), 0);
         check_length("the scene", truth.end_s, SCENE_MAX_S)?;
         output::new_file(&self.output, |file| {
@@ -58,10 +60,21 @@ impl SceneArgs {
         let file = self.output.display().to_string();
         eprintln!(
             "{file}: {rows} rows at {rate_hz:.2} Hz; contact {:.3} s, slide {:.3} to {:.3} s, release {:.3} s, end {:.3} s, tone {:.4} Hz",
-            truth.contact_s, truth.slide_start_s, truth.slide_end_s, truth.release_s, truth.end_s, truth.frequency_hz
+            truth.contact_s,
+            truth.slide_start_s,
+            truth.slide_end_s,
+            truth.release_s,
+            truth.end_s,
+            truth.frequency_hz
         );
         if self.json {
-            let json = TruthJson { r#type: "truth", file: &file, rows, rate_hz, truth };
+            let json = TruthJson {
+                r#type: "truth",
+                file: &file,
+                rows,
+                rate_hz,
+                truth,
+            };
             output::line(&serde_json::to_string(&json)?)?;
         }
         Ok(())

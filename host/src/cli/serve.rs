@@ -20,8 +20,9 @@ Examples:
   ridgetone serve --finger left=/dev/ttyUSB0 --mqtt mqtt://robot.local
   ridgetone serve --finger left=touch.rec --json")]
 pub struct ServeArgs {
-    /// A finger's name, and where its messages come from: a serial port; `emulated`, or `emulated:SCENE.toml`; a recording of
-    /// telemetry, played in real time; or http://HOST:PORT, where `ridgetone view` serves. Repeat it for each finger.
+    /// A finger's name, and where its messages come from: a serial port; `emulated`, or
+    /// `emulated:SCENE.toml`; a recording of telemetry, played in real time; or http://HOST:PORT,
+    /// where `ridgetone view` serves. Repeat it for each finger.
     #[arg(long = "finger", value_name = "NAME=SOURCE", required = true)]
     fingers: Vec<String>,
     /// First part of all topics: the name of what carries the fingers.
@@ -33,7 +34,8 @@ pub struct ServeArgs {
     /// Publish to this broker of MQTT 5: mqtt://[USER:PASSWORD@]HOST[:PORT].
     #[arg(long, value_name = "URL", num_args = 0..=1, default_missing_value = "mqtt://127.0.0.1:1883")]
     mqtt: Option<String>,
-    /// Publish to peers of Zenoh that multicast finds, and to one at an address, such as tcp/robot.local:7447.
+    /// Publish to peers of Zenoh that multicast finds, and to one at an address, such as
+    /// tcp/robot.local:7447.
     #[arg(long, value_name = "ADDRESS", num_args = 0..=1)]
     zenoh: Option<Option<String>>,
     /// Be a node of ROS 2 in the domain of ROS_DOMAIN_ID.
@@ -69,7 +71,9 @@ impl ServeArgs {
         if self.json {
             sinks.push(serve::lines());
         }
-        let is_emulated = sources.iter().any(|source| matches!(source, Source::Emulated(_)));
+        let is_emulated = sources
+            .iter()
+            .any(|source| matches!(source, Source::Emulated(_)));
         let emulator = match is_emulated || self.firmware.elf.is_some() {
             true => {
                 let elf = self.firmware.image()?;
@@ -79,7 +83,18 @@ impl ServeArgs {
             false => None,
         };
         stop::on_signal()?;
-        let names = Names { board: self.board, fingers: names };
-        serve::run(Serve { names, sources, emulator, frames: !self.no_frames }, sinks)
+        let names = Names {
+            board: self.board,
+            fingers: names,
+        };
+        serve::run(
+            Serve {
+                names,
+                sources,
+                emulator,
+                frames: !self.no_frames,
+            },
+            sinks,
+        )
     }
 }

@@ -60,17 +60,28 @@ impl SettingsCommand {
             Self::Get(board) => {
                 let mut feed = board.open_for_request()?;
                 let hello = Client::new(&mut feed).hello()?;
-                eprintln!("ridgetone: {}: settings {}", feed.name(), names::name(hello.source));
+                eprintln!(
+                    "ridgetone: {}: settings {}",
+                    feed.name(),
+                    names::name(hello.source)
+                );
                 return output::line(settings_form::toml(&hello.settings)?.trim_end());
             }
             Self::Set(args) => {
                 let (erased, gives) = args.set()?;
-                let kept = if args.keep { "in force and stored" } else { "in force until the next start" };
-                let gives = gives.map_or(String::new(), |gives| format!(": {}", events::given(&gives)));
+                let kept = if args.keep {
+                    "in force and stored"
+                } else {
+                    "in force until the next start"
+                };
+                let gives = gives.map_or(String::new(), |gives| {
+                    format!(": {}", events::given(&gives))
+                });
                 report(&format!("{kept}{gives}"), erased);
             }
             Self::Forget(board) => {
-                let erased = Client::new(&mut board.open_for_request()?).request(Command::Forget)?;
+                let erased =
+                    Client::new(&mut board.open_for_request()?).request(Command::Forget)?;
                 report("erased: the defaults are in force", erased);
             }
         }
@@ -81,7 +92,11 @@ impl SettingsCommand {
 impl SetArgs {
     /// Whether the board has erased flash for it, and what their plan gives.
     fn set(&self) -> Result<(bool, Option<Gives>)> {
-        let from_file = self.settings.as_deref().map(settings_form::load).transpose()?;
+        let from_file = self
+            .settings
+            .as_deref()
+            .map(settings_form::load)
+            .transpose()?;
         // A wrong name or value is refused before a board is opened.
         settings_form::change(&from_file.unwrap_or_default(), &self.changes)?;
         let mut feed = self.board.open_for_request()?;
@@ -91,12 +106,19 @@ impl SetArgs {
             None => board.hello()?.settings,
         };
         let settings = settings_form::change(&base, &self.changes)?;
-        let erased = board.request(Command::Set { settings, keep: self.keep })?;
+        let erased = board.request(Command::Set {
+            settings,
+            keep: self.keep,
+        })?;
         Ok((erased, board.gives))
     }
 }
 
 fn report(what: &str, erased: bool) {
-    let erased = if erased { "; the flash was erased for it, which cost a second or two of conversions" } else { "" };
+    let erased = if erased {
+        "; the flash was erased for it, which cost a second or two of conversions"
+    } else {
+        ""
+    };
     eprintln!("ridgetone: {what}{erased}");
 }

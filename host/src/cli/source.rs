@@ -19,11 +19,13 @@ pub struct SourceOptions {
     board: BoardOptions,
     #[command(flatten)]
     input: InputOptions,
-    /// Seconds of device time in a second, of the emulated board and of a recording; 0: as fast as possible.
+    /// Seconds of device time in a second, of the emulated board and of a recording; 0: as fast as
+    /// possible.
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = pace, allow_negative_numbers = true)]
     pace: f64,
-    /// A robot's odometry, sent to the board as it comes: lines of time_s (the robot's clock) and place_mm or speed_mm_s below a
-    /// header, 20 to 250 a second, from a pipe, a port, a file at its own pace, or `-` for standard input.
+    /// A robot's odometry, sent to the board as it comes: lines of time_s (the robot's clock) and
+    /// place_mm or speed_mm_s below a header, 20 to 250 a second, from a pipe, a port, a file at
+    /// its own pace, or `-` for standard input.
     #[arg(long, value_name = "FILE|PORT|-", conflicts_with = "recording")]
     odometry: Option<PathBuf>,
     /// The emulated touch once, not again and again.
@@ -33,7 +35,11 @@ pub struct SourceOptions {
 
 fn pace(text: &str) -> Result<f64, String> {
     let pace = number(text)?;
-    if pace >= 0.0 { Ok(pace) } else { Err("must be 0, as fast as possible, or greater".into()) }
+    if pace >= 0.0 {
+        Ok(pace)
+    } else {
+        Err("must be 0, as fast as possible, or greater".into())
+    }
 }
 
 impl SourceOptions {

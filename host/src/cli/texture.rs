@@ -74,8 +74,15 @@ pub struct LawArgs {
 
 fn speed(text: &str) -> Result<Speed, String> {
     let (mm_s, sigma) = text.split_once("+-").unwrap_or((text, ""));
-    let sigma_mm_s = if sigma.is_empty() { 0.0 } else { positive(sigma.trim())? };
-    Ok(Speed { mm_s: positive(mm_s.trim())?, sigma_mm_s })
+    let sigma_mm_s = if sigma.is_empty() {
+        0.0
+    } else {
+        positive(sigma.trim())?
+    };
+    Ok(Speed {
+        mm_s: positive(mm_s.trim())?,
+        sigma_mm_s,
+    })
 }
 
 #[derive(Serialize)]
@@ -99,16 +106,35 @@ impl TextureCommand {
 impl LearnArgs {
     fn run(self) -> Result<()> {
         self.output.as_deref().map_or(Ok(()), output::check_new)?;
-        let files = self.files.iter().map(|path| Samples::file(path)).collect::<Result<Vec<_>>>()?;
+        let files = self
+            .files
+            .iter()
+            .map(|path| Samples::file(path))
+            .collect::<Result<Vec<_>>>()?;
         let (rate_hz, from_s, to_s) = (self.rate, self.from, self.to);
-        let selection = Selection { rate_hz, from_s, to_s, columns: self.columns, ..Selection::default() };
+        let selection = Selection {
+            rate_hz,
+            from_s,
+            to_s,
+            columns: self.columns,
+            ..Selection::default()
+        };
         let learned = texture::learn(&files, &selection, self.speed, self.force_n)?;
         if let Some(path) = &self.output {
             save(path, &learned.texture)?;
         }
-        let Learned { texture, recordings, scatter } = &learned;
+        let Learned {
+            texture,
+            recordings,
+            scatter,
+        } = &learned;
         if self.json {
-            let json = Json { r#type: "texture", recordings: *recordings, scatter: *scatter, texture };
+            let json = Json {
+                r#type: "texture",
+                recordings: *recordings,
+                scatter: *scatter,
+                texture,
+            };
             return output::line(&serde_json::to_string(&json)?);
         }
         let mut text = format!(
@@ -116,11 +142,15 @@ impl LearnArgs {
             texture.period_mm, texture.period_sigma_mm, texture.power
         );
         for (n, overtone) in (2..).zip(texture.overtones) {
-            text +=
-                &format!("\nharmonic {n} {:.4} of the first, {:+.3} cycles", overtone.amplitude, overtone.phase_cycles);
+            text += &format!(
+                "\nharmonic {n} {:.4} of the first, {:+.3} cycles",
+                overtone.amplitude, overtone.phase_cycles
+            );
         }
         if *scatter > 1.0 {
-            text += &format!("\n{recordings} recordings scatter {scatter:.1} times more than their sigmas allow");
+            text += &format!(
+                "\n{recordings} recordings scatter {scatter:.1} times more than their sigmas allow"
+            );
         }
         output::line(&text)
     }
@@ -129,7 +159,11 @@ impl LearnArgs {
 impl LawArgs {
     fn run(self) -> Result<()> {
         self.output.as_deref().map_or(Ok(()), output::check_new)?;
-        let textures = self.files.iter().map(|path| texture::load(path)).collect::<Result<Vec<_>>>()?;
+        let textures = self
+            .files
+            .iter()
+            .map(|path| texture::load(path))
+            .collect::<Result<Vec<_>>>()?;
         let law = texture::law(&textures)?;
         if let Some(path) = &self.output {
             save(path, &law)?;

@@ -37,7 +37,8 @@ Examples:
   ridgetone touch texture.toml --speed-mm-s 125 --turns-hz 1.07 --delay-ms 120 -o out.ahap
   ridgetone touch texture.toml --speed-mm-s 100 -o - | aplay -f S16_LE -r 48000")]
 pub struct TouchArgs {
-    /// A texture, as `texture learn` writes it, or a recording of telemetry [default: from a board].
+    /// A texture, as `texture learn` writes it, or a recording of telemetry [default: from a
+    /// board].
     #[arg(value_name = "TEXTURE", conflicts_with_all = ["port", "usb_serial", "emulated", "elf"])]
     texture: Option<PathBuf>,
     #[command(flatten)]
@@ -52,9 +53,16 @@ pub struct TouchArgs {
     #[arg(long = "for", value_name = "S", default_value_t = 2.0, value_parser = positive, requires = "output")]
     seconds: f64,
     /// Write it here.
-    #[arg(short, long, value_name = "FILE", requires = "texture", requires = "speed_mm_s")]
+    #[arg(
+        short,
+        long,
+        value_name = "FILE",
+        requires = "texture",
+        requires = "speed_mm_s"
+    )]
     output: Option<PathBuf>,
-    /// Where the page is served. Browsers play sound like this only from this computer's own addresses.
+    /// Where the page is served. Browsers play sound like this only from this computer's own
+    /// addresses.
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8322", value_parser = address, conflicts_with = "output")]
     listen: SocketAddr,
     /// Open the page in the browser.
@@ -70,26 +78,51 @@ impl TouchArgs {
         let output = self.actuator.output()?;
         let delay = self.delay.delay(1)?;
         if let Some(path) = &self.output {
-            let texture = self.texture.as_deref().context("no texture").and_then(any_texture)?;
-            let hand = self.hand.hand(Hand { speed_mm_s: 100.0, turns_hz: 0.0 })?;
+            let texture = self
+                .texture
+                .as_deref()
+                .context("no texture")
+                .and_then(any_texture)?;
+            let hand = self.hand.hand(Hand {
+                speed_mm_s: 100.0,
+                turns_hz: 0.0,
+            })?;
             if self.seconds > SECONDS_MAX {
-                return Err(UsageError(format!("--for {}: at most {SECONDS_MAX} s", self.seconds)).into());
+                return Err(
+                    UsageError(format!("--for {}: at most {SECONDS_MAX} s", self.seconds)).into(),
+                );
             }
-            return self.write(path, &texture, &output, &Run { hand, delay, seconds: self.seconds });
+            return self.write(
+                path,
+                &texture,
+                &output,
+                &Run {
+                    hand,
+                    delay,
+                    seconds: self.seconds,
+                },
+            );
         }
         if self.hand.speed_mm_s.is_some() {
             return Err(UsageError("--speed-mm-s is for a file: add -o out.wav".into()).into());
         }
         stop::on_signal()?;
         let textures = match &self.texture {
-            Some(path) if is_telemetry(path)? => {
-                Textures::Finger(Box::new(Feed::new(Recorded::open(path)?).paced(Pace::new(1.0))))
-            }
+            Some(path) if is_telemetry(path)? => Textures::Finger(Box::new(
+                Feed::new(Recorded::open(path)?).paced(Pace::new(1.0)),
+            )),
             Some(path) => Textures::Fixed(path.display().to_string(), texture::load(path)?),
             None => Textures::Finger(Box::new(self.board.open(None, Some(1.0), true)?)),
         };
-        let DelayOptions { delay_ms, jitter_ms } = self.delay;
-        let options = Options { address: self.listen, open: self.open, delay_ms: (delay_ms, jitter_ms) };
+        let DelayOptions {
+            delay_ms,
+            jitter_ms,
+        } = self.delay;
+        let options = Options {
+            address: self.listen,
+            open: self.open,
+            delay_ms: (delay_ms, jitter_ms),
+        };
         let (feed, served) = serve(textures, output, options);
         if let Some(feed) = feed {
             report(feed.counts());
@@ -101,7 +134,11 @@ impl TouchArgs {
         let kind = path.extension().and_then(|kind| kind.to_str());
         let is_stdout = path == Path::new("-");
         if !is_stdout && !matches!(kind, Some("wav" | "ahap")) {
-            return Err(UsageError(format!("{}: write to a .wav, to an .ahap, or to -", path.display())).into());
+            return Err(UsageError(format!(
+                "{}: write to a .wav, to an .ahap, or to -",
+                path.display()
+            ))
+            .into());
         }
         if !is_stdout {
             output::check_new(path)?;
@@ -114,13 +151,21 @@ impl TouchArgs {
                 stdout.flush()?;
             }
             Some("ahap") => {
-                let pattern = ahap::pattern(&rendered, texture, &run.hand, self.delay.delay_ms / 1e3);
+                let pattern =
+                    ahap::pattern(&rendered, texture, &run.hand, self.delay.delay_ms / 1e3);
                 output::new_text(path, &(serde_json::to_string_pretty(&pattern)? + "\n"))?;
             }
             _ => output::new_file(path, |file| wav::write(file, &rendered.samples))?,
         }
-        let peak = rendered.samples.iter().fold(0.0f32, |peak, y| peak.max(y.abs()));
-        let place = if is_stdout { "standard output".into() } else { path.display().to_string() };
+        let peak = rendered
+            .samples
+            .iter()
+            .fold(0.0f32, |peak, y| peak.max(y.abs()));
+        let place = if is_stdout {
+            "standard output".into()
+        } else {
+            path.display().to_string()
+        };
         eprintln!(
             "ridgetone: {place}: {:.4} mm at {:.1} mm/s is {:.1} Hz; {:.2} s at {RATE_HZ} Hz, peak {peak:.3} of 1",
             texture.period_mm,
@@ -147,6 +192,9 @@ fn any_texture(path: &Path) -> Result<Texture> {
     }
     match latest {
         Some(texture) => Ok(texture),
-        None => bail!("{}: no texture in it: a slide with a spatial period is needed", path.display()),
+        None => bail!(
+            "{}: no texture in it: a slide with a spatial period is needed",
+            path.display()
+        ),
     }
 }

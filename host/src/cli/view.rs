@@ -29,8 +29,8 @@ pub struct ViewArgs {
     /// Put these settings into force first; they are not stored.
     #[arg(long, value_name = "FILE.toml", conflicts_with = "recording")]
     settings: Option<PathBuf>,
-    /// Where the page is served: an address of this computer and a port; port 0 is any free one. An address that others reach
-    /// needs the token that is printed with it.
+    /// Where the page is served: an address of this computer and a port; port 0 is any free one. An
+    /// address that others reach needs the token that is printed with it.
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8321", value_parser = address)]
     listen: SocketAddr,
     /// Open the page in the browser.
@@ -40,10 +40,18 @@ pub struct ViewArgs {
 
 impl ViewArgs {
     pub(super) fn run(self) -> Result<()> {
-        let settings = self.settings.as_deref().map(settings_form::load).transpose()?;
+        let settings = self
+            .settings
+            .as_deref()
+            .map(settings_form::load)
+            .transpose()?;
         stop::on_signal()?;
         let (feed, served) = {
-            let options = Options { address: self.listen, open: self.open, run: self.source.recording().cloned() };
+            let options = Options {
+                address: self.listen,
+                open: self.open,
+                run: self.source.recording().cloned(),
+            };
             view::run(self.source.open()?, settings, &options)
         };
         report(feed.counts());

@@ -13,7 +13,8 @@ const READ_RESULT: u8 = 0x30;
 /// NEW in the status byte: a result that was not read before.
 const NEW: u8 = 0x80;
 
-/// How long before the end of a message its bytes may arrive, microseconds. Exchanges with the board are some 15,000 a second.
+/// How long before the end of a message its bytes may arrive, microseconds. Exchanges with the
+/// board are some 15,000 a second.
 const AHEAD_US: u64 = 3500;
 
 /// Nanoseconds in a microsecond: the board counts these, the chip those.
@@ -32,7 +33,8 @@ pub struct ChipEnd {
     pub(super) ended: bool,
     /// What happens to the board with the first reply at or after this board time, microseconds.
     crash: Option<(u64, Crash)>,
-    /// A robot's messages that are not complete at the board yet, microseconds of scene time, and the place in the first of them.
+    /// A robot's messages that are not complete at the board yet, microseconds of scene time, and
+    /// the place in the first of them.
     odometry: VecDeque<(u64, Vec<u8>)>,
     byte: usize,
     /// Those that are complete, and when they were.
@@ -43,9 +45,11 @@ pub struct ChipEnd {
     pub(super) conversions: Vec<TimedConversion>,
     /// Results read by the board.
     pub(super) served: u64,
-    /// Results that the board has read twice, or that are the latest, and of which at least one read arrived as converted.
+    /// Results that the board has read twice, or that are the latest, and of which at least one
+    /// read arrived as converted.
     pub(super) arrived: u64,
-    /// Results that the board has read a single time, the latest one left out: the next was ready before a second read.
+    /// Results that the board has read a single time, the latest one left out: the next was ready
+    /// before a second read.
     pub(super) read_once: u64,
     /// Reads of the latest result.
     reads: u32,
@@ -112,7 +116,10 @@ impl ChipEnd {
             line_blocked: !self.ended && self.is_line_blocked(),
             length: payload.len() as u8,
             line: self.line_byte(),
-            crash: self.crash.take_if(|(at_us, _)| *at_us <= self.now_us).map(|(_, crash)| crash),
+            crash: self
+                .crash
+                .take_if(|(at_us, _)| *at_us <= self.now_us)
+                .map(|(_, crash)| crash),
             drdy_us: self.edge_us(),
             next_drdy_us: next_us.unwrap_or(NEVER),
         }
@@ -120,7 +127,8 @@ impl ChipEnd {
 
     /// The next byte of a robot's message, one an exchange; the zero that ends it when it is due.
     fn line_byte(&mut self) -> Option<u8> {
-        let scene_us = (self.now_us * NS_PER_US).checked_sub(self.chip.scene_zero_ns()?)? / NS_PER_US;
+        let scene_us =
+            (self.now_us * NS_PER_US).checked_sub(self.chip.scene_zero_ns()?)? / NS_PER_US;
         let (due_us, frame) = self.odometry.front()?;
         let byte = frame.get(self.byte).copied();
         if scene_us + byte.map_or(0, |_| AHEAD_US) < *due_us {
@@ -161,11 +169,14 @@ impl ChipEnd {
         self.served += 1;
         self.first_edge_us = self.first_edge_us.or_else(|| Some(edge_ns? / NS_PER_US));
         if self.keep {
-            self.conversions.push(TimedConversion::new(self.edge_us(), conversion));
+            self.conversions
+                .push(TimedConversion::new(self.edge_us(), conversion));
         }
-        // Decided by the edge and not by the time of the read: then the board's speed does not matter, and the board gets
-        // what `replay` gets.
-        let (Some(edge_ns), Some(zero_ns)) = (edge_ns, self.chip.scene_zero_ns()) else { return };
+        // Decided by the edge and not by the time of the read: then the board's speed does not
+        // matter, and the board gets what `replay` gets.
+        let (Some(edge_ns), Some(zero_ns)) = (edge_ns, self.chip.scene_zero_ns()) else {
+            return;
+        };
         self.ended |= edge_ns.saturating_sub(zero_ns) as f64 * 1e-9 >= self.end_s;
     }
 
@@ -181,7 +192,8 @@ impl ChipEnd {
 
     fn is_line_blocked(&self) -> bool {
         let now_s = self.progress_s().0;
-        self.line_blocked_s.is_some_and(|(from_s, until_s)| (from_s..until_s).contains(&now_s))
+        self.line_blocked_s
+            .is_some_and(|(from_s, until_s)| (from_s..until_s).contains(&now_s))
     }
 }
 
@@ -191,8 +203,14 @@ mod tests {
     use hal_mock::Constant;
 
     fn end(end_s: f64) -> ChipEnd {
-        let scene = Box::new(Constant { end_s, ..Constant::default() });
-        let options = crate::emulator::Options { keep_conversions: true, ..crate::emulator::Options::new("".as_ref()) };
+        let scene = Box::new(Constant {
+            end_s,
+            ..Constant::default()
+        });
+        let options = crate::emulator::Options {
+            keep_conversions: true,
+            ..crate::emulator::Options::new("".as_ref())
+        };
         let chip = hal_mock::Options::default();
         ChipEnd::new(
             Opened {
@@ -209,7 +227,12 @@ mod tests {
     }
 
     fn request(operation: Operation, level: bool, length: u8, now_us: u32) -> Request {
-        Request { operation, level, length, now_us }
+        Request {
+            operation,
+            level,
+            length,
+            now_us,
+        }
     }
 
     #[test]
@@ -217,12 +240,19 @@ mod tests {
         let mut end = end(1.0);
         let reply = end.answer(&request(Operation::Start, true, 0, 100), &mut []);
         assert!(reply.drdy_high && reply.next_drdy_us != NEVER);
-        let early = end.answer(&request(Operation::Poll, false, 0, 100 + reply.next_drdy_us - 1), &mut []);
+        let early = end.answer(
+            &request(Operation::Poll, false, 0, 100 + reply.next_drdy_us - 1),
+            &mut [],
+        );
         assert!(early.drdy_high);
         let at = 100 + reply.next_drdy_us;
         let there = end.answer(&request(Operation::Poll, false, 0, at), &mut []);
         assert!(!there.drdy_high);
-        assert!(there.drdy_us == at || there.drdy_us + 1 == at, "{} {at}", there.drdy_us);
+        assert!(
+            there.drdy_us == at || there.drdy_us + 1 == at,
+            "{} {at}",
+            there.drdy_us
+        );
     }
 
     #[test]
@@ -231,7 +261,10 @@ mod tests {
         end.answer(&request(Operation::Poll, false, 0, u32::MAX), &mut []);
         let reply = end.answer(&request(Operation::Start, true, 0, 10), &mut []);
         assert_eq!(end.now_us, (1 << 32) + 10);
-        let reply = end.answer(&request(Operation::Poll, false, 0, 10 + reply.next_drdy_us), &mut []);
+        let reply = end.answer(
+            &request(Operation::Poll, false, 0, 10 + reply.next_drdy_us),
+            &mut [],
+        );
         assert!(!reply.drdy_high && reply.drdy_us < 10_000);
     }
 
@@ -246,13 +279,22 @@ mod tests {
             let poll = end.answer(&request(Operation::Poll, false, 0, now_us), &mut []);
             assert!(!poll.ended, "not before the result has been read");
             let mut payload = [READ_RESULT, 0, 0, 0, 0];
-            reply = end.answer(&request(Operation::Transfer, false, 5, now_us), &mut payload);
+            reply = end.answer(
+                &request(Operation::Transfer, false, 5, now_us),
+                &mut payload,
+            );
         }
         assert!(now_us >= 10_000);
-        assert_eq!((end.served, end.chip.counters().lost), (end.conversions.len() as u64, 0));
+        assert_eq!(
+            (end.served, end.chip.counters().lost),
+            (end.conversions.len() as u64, 0)
+        );
         assert_eq!(end.read_once, end.served - 1, "each a single time");
         assert_eq!(end.arrived, 1, "the latest, which may still be confirmed");
         let t_us: Vec<u32> = end.conversions.iter().map(|c| c.t_us).collect();
-        assert!(t_us.iter().rev().skip(1).all(|t_us| *t_us < 10_000), "{t_us:?}");
+        assert!(
+            t_us.iter().rev().skip(1).all(|t_us| *t_us < 10_000),
+            "{t_us:?}"
+        );
     }
 }

@@ -20,10 +20,19 @@ const MARKER: &[u8] = b"spi.request\0";
 /// directory, else of the one this program was built in.
 pub fn find() -> Result<PathBuf> {
     let here = std::env::current_dir().unwrap_or_default();
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new("."));
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .parent()
+        .unwrap_or(Path::new("."));
     let chosen = std::env::var_os("CARGO_TARGET_DIR").map(|target| root.join(target));
-    let usual = here.ancestors().chain([root]).map(|root| root.join("target"));
-    let found = chosen.into_iter().chain(usual).map(|target| target.join(IMAGE)).find(|image| image.is_file());
+    let usual = here
+        .ancestors()
+        .chain([root])
+        .map(|root| root.join("target"));
+    let found = chosen
+        .into_iter()
+        .chain(usual)
+        .map(|target| target.join(IMAGE))
+        .find(|image| image.is_file());
     found.with_context(|| {
         format!("no firmware image target/{IMAGE}: build it with `cargo xtask firmware`, or name one with --elf")
     })
@@ -41,7 +50,11 @@ pub fn check(path: &Path) -> Result<PathBuf> {
         "{shown}: built for {:?}, not for the 32-bit ARM of the fingertip",
         file.architecture()
     );
-    let address = |name| file.symbols().find(|s| s.name() == Ok(name) && s.is_definition()).map(|s| s.address());
+    let address = |name| {
+        file.symbols()
+            .find(|s| s.name() == Ok(name) && s.is_definition())
+            .map(|s| s.address())
+    };
     let handler = address(HANDLER);
     ensure!(
         handler.is_some() && handler != address(NO_HANDLER),

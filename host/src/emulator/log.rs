@@ -12,20 +12,27 @@ pub struct Log {
 }
 
 impl Log {
-    /// Decodes the log of this image; each line goes to `print`: board time in seconds, level, text.
+    /// Decodes the log of this image; each line goes to `print`: board time in seconds, level,
+    /// text.
     pub fn new(image: &Path, print: fn(&str)) -> Result<Self> {
         let shown = image.display();
         let bytes = std::fs::read(image).with_context(|| format!("{shown}"))?;
         let Some(table) = Table::parse(&bytes).with_context(|| format!("{shown}: its log"))? else {
             bail!("{shown}: an image without a log");
         };
-        Ok(Self { table, rest: Vec::new(), print })
+        Ok(Self {
+            table,
+            rest: Vec::new(),
+            print,
+        })
     }
 
     pub fn push(&mut self, bytes: &[u8]) {
         self.rest.extend_from_slice(bytes);
         // A frame ends with a zero.
-        let Some(last) = self.rest.iter().rposition(|byte| *byte == 0) else { return };
+        let Some(last) = self.rest.iter().rposition(|byte| *byte == 0) else {
+            return;
+        };
         let mut decoder = self.table.new_stream_decoder();
         decoder.received(&self.rest[..=last]);
         loop {

@@ -33,7 +33,8 @@ pub struct Options<'a> {
 }
 
 impl<'a> Options<'a> {
-    /// At most half a minute of silence; nothing is kept, nothing happens to the board, and it has its usual speed.
+    /// At most half a minute of silence; nothing is kept, nothing happens to the board, and it has
+    /// its usual speed.
     pub fn new(elf: &'a Path) -> Self {
         Self {
             elf,

@@ -15,9 +15,11 @@ pub struct Outcome {
     pub counts: Counts,
     pub conversions_served: u64,
     pub chip: hal_mock::Counters,
-    /// Conversions that the board has read twice, or that are the last, and of which at least one read arrived as converted.
+    /// Conversions that the board has read twice, or that are the last, and of which at least one
+    /// read arrived as converted.
     pub arrived: u64,
-    /// Conversions that the board read a single time, so that nothing confirms them: the next one was ready before.
+    /// Conversions that the board read a single time, so that nothing confirms them: the next one
+    /// was ready before.
     pub read_once: u64,
     /// When each injected fault acted, nanoseconds of board time.
     pub injected: Vec<hal_mock::Injected>,
@@ -34,5 +36,6 @@ pub struct Outcome {
     pub end_us: u64,
 }
 
-/// The PC's end of the line: takes the board's time and the received bytes, and gives the bytes to send.
+/// The PC's end of the line: takes the board's time and the received bytes, and gives the bytes to
+/// send.
 pub type Exchange<'a> = dyn FnMut(Duration, &[u8]) -> Result<Vec<u8>> + 'a;

@@ -22,7 +22,8 @@ pub const MESSAGES: usize = 2;
 pub struct Emulator {
     child: Child,
     directory: Option<TempDir>,
-    /// Pipes from the emulator, by [`REQUESTS`], [`SERIAL`], [`MESSAGES`] and the rest, the board's log.
+    /// Pipes from the emulator, by [`REQUESTS`], [`SERIAL`], [`MESSAGES`] and the rest, the board's
+    /// log.
     pub pipes: [File; 4],
     reply: File,
     /// To the board's third serial port.
@@ -31,9 +32,15 @@ pub struct Emulator {
     unsent: Vec<u8>,
 }
 
-/// Starts QEMU on an image, whose path must be absolute, in a directory with the image's files. Its standard input and output
-/// are `stdio`, its standard error is a pipe.
-pub fn qemu(image: &Path, directory: &Path, icount: &str, ports: &[&str], stdio: fn() -> Stdio) -> Result<Child> {
+/// Starts QEMU on an image, whose path must be absolute, in a directory with the image's files. Its
+/// standard input and output are `stdio`, its standard error is a pipe.
+pub fn qemu(
+    image: &Path,
+    directory: &Path,
+    icount: &str,
+    ports: &[&str],
+    stdio: fn() -> Stdio,
+) -> Result<Child> {
     let spawned = Command::new(QEMU)
         .args(["-machine", "netduinoplus2", "-icount", icount])
         .args(["-display", "none", "-monitor", "none"])
@@ -48,42 +55,71 @@ pub fn qemu(image: &Path, directory: &Path, icount: &str, ports: &[&str], stdio:
         .spawn();
     match spawned {
         Err(error) if error.kind() == ErrorKind::NotFound => {
-            bail!("{QEMU} is not installed: `cargo xtask setup` installs it (Debian: apt-get install qemu-system-arm)")
+            bail!(
+                "{QEMU} is not installed: `cargo xtask setup` installs it (Debian: apt-get install qemu-system-arm)"
+            )
         }
         spawned => spawned.context(QEMU),
     }
 }
 
 impl Emulator {
-    /// Starts the emulator on an image, whose path must be absolute. An instruction takes 2^`icount_shift` ns.
+    /// Starts the emulator on an image, whose path must be absolute. An instruction takes
+    /// 2^`icount_shift` ns.
     pub fn start(image: &Path, icount_shift: u8) -> Result<Self> {
-        let directory = tempfile::Builder::new().prefix("ridgetone-").tempdir().context("a temporary directory")?;
+        let directory = tempfile::Builder::new()
+            .prefix("ridgetone-")
+            .tempdir()
+            .context("a temporary directory")?;
         let request = fifo(&directory.path().join("spi.request"))?;
         let reply = fifo(&directory.path().join("spi.reply"))?;
         let log = fifo(&directory.path().join("defmt.log"))?;
         let icount = format!("shift={icount_shift},sleep=off");
-        let mut child = qemu(image, directory.path(), &icount, &["null", "null", "stdio"], Stdio::piped)?;
-        let (Some(line), Some(serial), Some(messages)) = (child.stdin.take(), child.stdout.take(), child.stderr.take())
+        let mut child = qemu(
+            image,
+            directory.path(),
+            &icount,
+            &["null", "null", "stdio"],
+            Stdio::piped,
+        )?;
+        let (Some(line), Some(serial), Some(messages)) =
+            (child.stdin.take(), child.stdout.take(), child.stderr.take())
         else {
             bail!("{QEMU}: no pipes");
         };
         // A board that does not read must not block the loop that serves it.
         let flags = fcntl_getfl(&line).context("the line to the emulated board")?;
         fcntl_setfl(&line, flags | OFlags::NONBLOCK).context("the line to the emulated board")?;
-        let pipes = [request, OwnedFd::from(serial).into(), OwnedFd::from(messages).into(), log];
-        Ok(Self { child, directory: Some(directory), pipes, reply, line, unsent: Vec::new() })
+        let pipes = [
+            request,
+            OwnedFd::from(serial).into(),
+            OwnedFd::from(messages).into(),
+            log,
+        ];
+        Ok(Self {
+            child,
+            directory: Some(directory),
+            pipes,
+            reply,
+            line,
+            unsent: Vec::new(),
+        })
     }
 
-    /// Removes the directory once both ends of the bridge are open: nothing is left behind even if this program is killed.
+    /// Removes the directory once both ends of the bridge are open: nothing is left behind even if
+    /// this program is killed.
     pub fn connected(&mut self) {
         self.directory = None;
     }
 
     pub fn reply(&mut self, bytes: &[u8]) -> Result<()> {
-        self.reply.write_all(bytes).context("the bridge to the emulated board")
+        self.reply
+            .write_all(bytes)
+            .context("the bridge to the emulated board")
     }
 
-    /// Sends bytes to the board's serial port; bytes that it does not accept now go with the next call.
+    /// Sends bytes to the board's serial port; bytes that it does not accept now go with the next
+    /// call.
     pub fn send(&mut self, bytes: &[u8]) -> Result<()> {
         self.unsent.extend_from_slice(bytes);
         while !self.unsent.is_empty() {
@@ -112,23 +148,34 @@ impl Drop for Emulator {
     }
 }
 
-/// Makes a FIFO and opens it for both directions, which never blocks, whatever happens at the other end.
+/// Makes a FIFO and opens it for both directions, which never blocks, whatever happens at the other
+/// end.
 fn fifo(path: &Path) -> Result<File> {
     let named = || path.display().to_string();
     make_fifo(path).with_context(named)?;
     let flags = OFlags::RDWR | OFlags::NONBLOCK | OFlags::CLOEXEC;
-    Ok(File::from(rustix::fs::open(path, flags, Mode::empty()).with_context(named)?))
+    Ok(File::from(
+        rustix::fs::open(path, flags, Mode::empty()).with_context(named)?,
+    ))
 }
 
 #[cfg(target_os = "linux")]
 fn make_fifo(path: &Path) -> Result<()> {
-    Ok(rustix::fs::mkfifoat(rustix::fs::CWD, path, Mode::RUSR | Mode::WUSR)?)
+    Ok(rustix::fs::mkfifoat(
+        rustix::fs::CWD,
+        path,
+        Mode::RUSR | Mode::WUSR,
+    )?)
 }
 
 /// By the program: rustix has no call for macOS.
 #[cfg(not(target_os = "linux"))]
 fn make_fifo(path: &Path) -> Result<()> {
-    let made = Command::new("mkfifo").args(["-m", "600"]).arg(path).status().context("mkfifo")?;
+    let made = Command::new("mkfifo")
+        .args(["-m", "600"])
+        .arg(path)
+        .status()
+        .context("mkfifo")?;
     anyhow::ensure!(made.success(), "mkfifo failed");
     Ok(())
 }

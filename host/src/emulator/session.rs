@@ -1,5 +1,6 @@
-//! One run of the emulator. A loop serves four pipes: the bridge's requests, the telemetry, QEMU's messages, and the log.
-//! Whenever they are silent it looks at the process, so that it ends however the emulator ends.
+//! One run of the emulator. A loop serves four pipes: the bridge's requests, the telemetry, QEMU's
+//! messages, and the log. Whenever they are silent it looks at the process, so that it ends however
+//! the emulator ends.
 
 use super::chip_end::ChipEnd;
 use super::image;
@@ -19,10 +20,12 @@ use std::time::{Duration, Instant};
 /// Time between two looks at the process while its pipes are silent, nanoseconds.
 const LOOK_NS: i64 = 50_000_000;
 
-/// Board time that the firmware has to start the chip, and to read the last result after the input's end, seconds.
+/// Board time that the firmware has to start the chip, and to read the last result after the
+/// input's end, seconds.
 const PATIENCE_S: f64 = 10.0;
 
-/// As [`run_packets`](super::run_packets) with the bytes of the line: it neither decodes nor counts packets.
+/// As [`run_packets`](super::run_packets) with the bytes of the line: it neither decodes nor counts
+/// packets.
 pub fn run_bytes(
     input: Opened,
     options: Options<'_>,
@@ -30,7 +33,10 @@ pub fn run_bytes(
     progress: &mut dyn FnMut(f64, f64),
 ) -> Result<Outcome> {
     let image = image::check(options.elf)?;
-    let log = options.log.map(|print| Log::new(&image, print)).transpose()?;
+    let log = options
+        .log
+        .map(|print| Log::new(&image, print))
+        .transpose()?;
     let mut session = Session {
         emulator: Emulator::start(&image, options.icount_shift)?,
         chip: ChipEnd::new(input, &options),
@@ -74,7 +80,8 @@ impl Session {
         while !stop::is_requested() {
             if self.serve_ready(LOOK_NS, exchange)? {
                 self.active = Instant::now();
-                self.emulator.send(&exchange(Duration::from_micros(self.chip.now_us), &[])?)?;
+                self.emulator
+                    .send(&exchange(Duration::from_micros(self.chip.now_us), &[])?)?;
                 let (done_s, end_s) = self.chip.progress_s();
                 progress(done_s, end_s);
                 if self.chip.start_us.is_none() && self.chip.now_us as f64 * 1e-6 > PATIENCE_S {
@@ -84,14 +91,22 @@ impl Session {
                     );
                 }
                 if done_s > end_s + PATIENCE_S {
-                    bail!("the firmware has stopped reading the chip{}", self.last_message());
+                    bail!(
+                        "the firmware has stopped reading the chip{}",
+                        self.last_message()
+                    );
                 }
             } else if let Some(status) = self.emulator.exit_status()? {
-                // Reads the rest without waiting: a process that the emulator left behind may hold the pipes open.
+                // Reads the rest without waiting: a process that the emulator left behind may hold
+                // the pipes open.
                 while self.serve_ready(0, exchange)? {}
                 return Ok(Some(status));
             } else if self.active.elapsed() > silence {
-                let when = if self.chip.ended { " after the end of the input" } else { "" };
+                let when = if self.chip.ended {
+                    " after the end of the input"
+                } else {
+                    ""
+                };
                 bail!(
                     "{QEMU}: no sign of life from the firmware for {} s{when}{}",
                     silence.as_secs_f32(),
@@ -106,14 +121,27 @@ impl Session {
     fn serve_ready(&mut self, most_ns: i64, exchange: &mut Exchange<'_>) -> Result<bool> {
         let pipes = &self.emulator.pipes;
         let open: Vec<usize> = (0..pipes.len()).filter(|at| self.open[*at]).collect();
-        let mut fds: Vec<PollFd<'_>> = open.iter().map(|at| PollFd::new(&pipes[*at], PollFlags::IN)).collect();
-        match poll(&mut fds, Some(&Timespec { tv_sec: 0, tv_nsec: most_ns })) {
+        let mut fds: Vec<PollFd<'_>> = open
+            .iter()
+            .map(|at| PollFd::new(&pipes[*at], PollFlags::IN))
+            .collect();
+        match poll(
+            &mut fds,
+            Some(&Timespec {
+                tv_sec: 0,
+                tv_nsec: most_ns,
+            }),
+        ) {
             Ok(_) | Err(rustix::io::Errno::INTR) => {}
             Err(error) => return Err(error).context("poll"),
         }
         let is_ready: Vec<bool> = fds.iter().map(|fd| !fd.revents().is_empty()).collect();
         let mut any = false;
-        for (at, _) in open.into_iter().zip(is_ready).filter(|(_, is_ready)| *is_ready) {
+        for (at, _) in open
+            .into_iter()
+            .zip(is_ready)
+            .filter(|(_, is_ready)| *is_ready)
+        {
             any |= self.receive(at, exchange)?;
         }
         Ok(any)
@@ -124,7 +152,11 @@ impl Session {
         let mut bytes = [0; 4096];
         let length = match self.emulator.pipes[at].read(&mut bytes) {
             Ok(length) => length,
-            Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted) => return Ok(false),
+            Err(error)
+                if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted) =>
+            {
+                return Ok(false);
+            }
             Err(error) => return Err(error).context(QEMU),
         };
         self.open[at] = length > 0;
@@ -151,10 +183,14 @@ impl Session {
     fn answer(&mut self) -> Result<()> {
         while let Some((header, rest)) = self.incoming.split_first_chunk::<REQUEST_BYTES>() {
             let Some(request) = Request::decode(header) else {
-                bail!("the firmware does not speak this program's bridge: build both from the same sources");
+                bail!(
+                    "the firmware does not speak this program's bridge: build both from the same sources"
+                );
             };
             let length = usize::from(request.length);
-            let Some(sent) = rest.get(..length) else { break };
+            let Some(sent) = rest.get(..length) else {
+                break;
+            };
             let mut payload = [0; PAYLOAD_MAX];
             let payload = &mut payload[..length];
             payload.copy_from_slice(sent);
@@ -179,8 +215,18 @@ impl Session {
             Some(Some(101)) => bail!("the firmware panicked{last}"),
             _ => bail!("{QEMU} failed: {}{last}", status.unwrap_or_default()),
         }
-        let ChipEnd { chip, now_us, start_us, first_edge_us, conversions, served, arrived, read_once, heard, .. } =
-            self.chip;
+        let ChipEnd {
+            chip,
+            now_us,
+            start_us,
+            first_edge_us,
+            conversions,
+            served,
+            arrived,
+            read_once,
+            heard,
+            ..
+        } = self.chip;
         Ok(Outcome {
             serial: self.serial.unwrap_or_default(),
             messages: String::from_utf8_lossy(&self.messages).into_owned(),
@@ -202,6 +248,9 @@ impl Session {
     /// The emulator's last line, to append to an error.
     fn last_message(&self) -> String {
         let text = String::from_utf8_lossy(&self.messages);
-        text.lines().map(str::trim).rfind(|line| !line.is_empty()).map_or_else(String::new, |line| format!(": {line}"))
+        text.lines()
+            .map(str::trim)
+            .rfind(|line| !line.is_empty())
+            .map_or_else(String::new, |line| format!(": {line}"))
     }
 }

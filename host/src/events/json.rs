@@ -15,8 +15,8 @@ use ridgetone_proto::fault::{Fault, FaultSet};
 use ridgetone_proto::plan::{Gives, Plan};
 use ridgetone_proto::settings::{Settings, SettingsError, TAXELS};
 use ridgetone_proto::telemetry::{
-    Abscissa, Channel, Contact, Direction, Event, Health, Image, Packet, Raw, Release, Slide, Span, Status, Texture,
-    Travel, TravelStatus,
+    Abscissa, Channel, Contact, Direction, Event, Health, Image, Packet, Raw, Release, Slide, Span,
+    Status, Texture, Travel, TravelStatus,
 };
 use ridgetone_stimulus::{HARMONICS_MAX, Harmonic};
 use serde::Serialize;
@@ -124,7 +124,11 @@ enum State {
 
 impl State {
     const fn of(end_us: Option<u64>) -> Self {
-        if end_us.is_some() { Self::End } else { Self::Start }
+        if end_us.is_some() {
+            Self::End
+        } else {
+            Self::Start
+        }
     }
 }
 
@@ -192,9 +196,27 @@ struct JsonTexture {
 
 impl From<&Texture> for JsonTexture {
     fn from(texture: &Texture) -> Self {
-        let Texture { t_us, plan, period_mm, period_sigma_mm, power_v2, power_sigma_v2, overtones, level_v } = *texture;
+        let Texture {
+            t_us,
+            plan,
+            period_mm,
+            period_sigma_mm,
+            power_v2,
+            power_sigma_v2,
+            overtones,
+            level_v,
+        } = *texture;
         let overtones = overtones_as_sines(&overtones);
-        Self { t_s: seconds(t_us), plan, period_mm, period_sigma_mm, power_v2, power_sigma_v2, overtones, level_v }
+        Self {
+            t_s: seconds(t_us),
+            plan,
+            period_mm,
+            period_sigma_mm,
+            power_v2,
+            power_sigma_v2,
+            overtones,
+            level_v,
+        }
     }
 }
 
@@ -203,8 +225,8 @@ pub fn json(packet: &Packet) -> serde_json::Result<String> {
     serde_json::to_string(&serializable(packet))
 }
 
-/// The packets of a board as [`json`] has them; raw frames with volts beside the codes. It needs all packets: the reference is
-/// in the greeting.
+/// The packets of a board as [`json`] has them; raw frames with volts beside the codes. It needs
+/// all packets: the reference is in the greeting.
 #[derive(Clone, Debug)]
 pub struct JsonLines {
     vref_v: f32,
@@ -213,13 +235,20 @@ pub struct JsonLines {
 
 impl Default for JsonLines {
     fn default() -> Self {
-        Self { vref_v: Settings::DEFAULT.vref_v, clock: UtcClock::default() }
+        Self {
+            vref_v: Settings::DEFAULT.vref_v,
+            clock: UtcClock::default(),
+        }
     }
 }
 
 impl JsonLines {
     /// A packet as one JSON object on one line, without the line's end.
-    pub fn line(&mut self, packet: &Packet, receipt: Option<Receipt>) -> serde_json::Result<String> {
+    pub fn line(
+        &mut self,
+        packet: &Packet,
+        receipt: Option<Receipt>,
+    ) -> serde_json::Result<String> {
         serde_json::to_string(&self.serializable(packet, receipt))
     }
 
@@ -230,7 +259,10 @@ impl JsonLines {
         }
         let receipt = receipt.map(|receipt| {
             self.clock.take(packet, receipt);
-            let utc = packet.event.t_us().and_then(|t_us| self.clock.utc(seconds(t_us)));
+            let utc = packet
+                .event
+                .t_us()
+                .and_then(|t_us| self.clock.utc(seconds(t_us)));
             let is_health = matches!(packet.event, Event::Health(_));
             JsonReceipt {
                 received_utc_s: receipt.utc_s(),
@@ -239,7 +271,10 @@ impl JsonLines {
                 relation: utc.filter(|_| is_health).map(|utc| utc.relation),
             }
         });
-        JsonPacket { receipt, ..with_reference(packet, Some(self.vref_v)) }
+        JsonPacket {
+            receipt,
+            ..with_reference(packet, Some(self.vref_v))
+        }
     }
 }
 
@@ -270,13 +305,21 @@ fn with_reference(packet: &Packet, vref_v: Option<f32>) -> JsonPacket<'_> {
             }),
         },
         Event::Contact(contact) => Body::Contact(contact),
-        Event::Slide(slide) => Body::Slide { t_s, slide, state: State::of(slide.end_us) },
+        Event::Slide(slide) => Body::Slide {
+            t_s,
+            slide,
+            state: State::of(slide.end_us),
+        },
         Event::Estimate(e) => Body::Estimate {
             t_s,
             window_s: e.window_s,
             span: e.span,
             abscissa: e.abscissa,
-            tone: JsonTone::new(e.abscissa, e.status.has_tone().then_some((e.frequency, e.sigma)), period_f32),
+            tone: JsonTone::new(
+                e.abscissa,
+                e.status.has_tone().then_some((e.frequency, e.sigma)),
+                period_f32,
+            ),
             beside: JsonBeside::new(e.abscissa, &e.into()),
             status: e.status,
             harmonics: e.harmonics,
@@ -288,14 +331,30 @@ fn with_reference(packet: &Packet, vref_v: Option<f32>) -> JsonPacket<'_> {
         Event::Release(release) => Body::Release(release),
         Event::Health(health) => Body::Health(health),
         Event::Image(image) => Body::Image { t_s, image },
-        Event::Fault(fault) => Body::Fault { t_s, fault, state: State::of(fault.until_us) },
-        Event::Reply(e) => Body::Reply { number: e.number, outcome: &e.outcome, gives: e.gives.as_ref() },
+        Event::Fault(fault) => Body::Fault {
+            t_s,
+            fault,
+            state: State::of(fault.until_us),
+        },
+        Event::Reply(e) => Body::Reply {
+            number: e.number,
+            outcome: &e.outcome,
+            gives: e.gives.as_ref(),
+        },
         Event::Feel(feel) => Body::Feel(feel.into()),
         Event::Texture(texture) => Body::Texture(texture.into()),
         Event::Pins(pins) => Body::Pins(pins.into()),
-        Event::Raw(raw) => Body::Raw { raw, volts: vref_v.map(|vref_v| Frame::new(raw, vref_v).volts) },
+        Event::Raw(raw) => Body::Raw {
+            raw,
+            volts: vref_v.map(|vref_v| Frame::new(raw, vref_v).volts),
+        },
     };
-    JsonPacket { r#type: name(&packet.event).to_lowercase(), sequence: packet.sequence, body, receipt: None }
+    JsonPacket {
+        r#type: name(&packet.event).to_lowercase(),
+        sequence: packet.sequence,
+        body,
+        receipt: None,
+    }
 }
 
 #[cfg(test)]

@@ -26,9 +26,27 @@ pub struct PinForces {
 
 impl From<&Pins> for PinForces {
     fn from(pins: &Pins) -> Self {
-        let Pins { t_us, taxels, limited, skipped, is_optimal, level_n, .. } = *pins;
+        let Pins {
+            t_us,
+            taxels,
+            limited,
+            skipped,
+            is_optimal,
+            level_n,
+            ..
+        } = *pins;
         let (side, limited) = (pins.side(), limited.into());
         let forces_n = pins.forces_n().collect();
-        Self { t_s: seconds(t_us), rows: side, columns: side, forces_n, level_n, limited, skipped, is_optimal, taxels }
+        Self {
+            t_s: seconds(t_us),
+            rows: side,
+            columns: side,
+            forces_n,
+            level_n,
+            limited,
+            skipped,
+            is_optimal,
+            taxels,
+        }
     }
 }

@@ -13,21 +13,28 @@ use ridgetone_proto::fault::{Fault, FaultKind};
 use ridgetone_proto::plan::Gives;
 use ridgetone_proto::settings::SlideRule;
 use ridgetone_proto::telemetry::{
-    Abscissa, Channel, Estimate, Event, Health, Hello, Hold, Image, Packet, Pins, Span, Texture, Travel, TravelStatus,
+    Abscissa, Channel, Estimate, Event, Health, Hello, Hold, Image, Packet, Pins, Span, Texture,
+    Travel, TravelStatus,
 };
 
 /// A packet as one line, without its end; an image as five.
 pub fn text(packet: &Packet) -> String {
     match &packet.event {
         Event::Hello(e) => format!("{:>10}  hello     {}", "", hello(e)),
-        Event::Contact(e) => {
-            line(e.t_us, "contact", &format!("taxel {}, spike of {:.2} mV", e.taxel, 1e3 * e.height_v))
-        }
+        Event::Contact(e) => line(
+            e.t_us,
+            "contact",
+            &format!("taxel {}, spike of {:.2} mV", e.taxel, 1e3 * e.height_v),
+        ),
         Event::Slide(e) => match e.end_us {
             None => line(e.start_us, "slide", "begins"),
             Some(end_us) => {
                 let length_s = seconds(end_us) - seconds(e.start_us);
-                line(end_us, "slide", &format!("ends; {length_s:.3} s since {:.3} s", seconds(e.start_us)))
+                line(
+                    end_us,
+                    "slide",
+                    &format!("ends; {length_s:.3} s since {:.3} s", seconds(e.start_us)),
+                )
             }
         },
         Event::Estimate(e) => line(e.t_us, "estimate", &estimate(e)),
@@ -39,7 +46,11 @@ pub fn text(packet: &Packet) -> String {
         Event::Feel(e) => line(e.t_us, "feel", &words(e)),
         Event::Texture(e) => line(e.t_us, "texture", &texture(e)),
         Event::Pins(e) => line(e.t_us, "pins", &pins(e)),
-        Event::Raw(e) => line(e.t_us, "raw", &format!("frame {}, codes {:?}", e.number, e.codes)),
+        Event::Raw(e) => line(
+            e.t_us,
+            "raw",
+            &format!("frame {}, codes {:?}", e.number, e.codes),
+        ),
     }
 }
 
@@ -52,8 +63,14 @@ fn hello(e: &Hello) -> String {
     let s = &e.settings;
     let slide = match s.slide {
         SlideRule::Found => "slide found in the signal".to_owned(),
-        SlideRule::Protocol { delay_s, speed_mm_s, length_mm } => {
-            format!("slide by protocol: {delay_s} s after contact, {length_mm} mm at {speed_mm_s} mm/s")
+        SlideRule::Protocol {
+            delay_s,
+            speed_mm_s,
+            length_mm,
+        } => {
+            format!(
+                "slide by protocol: {delay_s} s after contact, {length_mm} mm at {speed_mm_s} mm/s"
+            )
         }
     };
     let accuracy = match s.accuracy {
@@ -73,7 +90,9 @@ fn hello(e: &Hello) -> String {
         cause => format!(", started by {}", name(cause)),
     };
     let oscillator = match e.boot.oscillator {
-        Oscillator::Internal => ", INTERNAL OSCILLATOR: the external one did not start, all times are off by up to 8 %",
+        Oscillator::Internal => {
+            ", INTERNAL OSCILLATOR: the external one did not start, all times are off by up to 8 %"
+        }
         Oscillator::External | Oscillator::Unknown => "",
     };
     let brown_out = match e.boot.brown_out {
@@ -81,7 +100,14 @@ fn hello(e: &Hello) -> String {
         level => format!(", brown-out {}", name(level)),
     };
     let record = e.boot.record.as_ref().map_or_else(String::new, |r| {
-        format!(", after a {} in {} line {}, pc {:#010x}, lr {:#010x}", name(r.death), r.file, r.line, r.pc, r.lr)
+        format!(
+            ", after a {} in {} line {}, pc {:#010x}, lr {:#010x}",
+            name(r.death),
+            r.file,
+            r.line,
+            r.pc,
+            r.lr
+        )
     });
     format!(
         "firmware {major}.{minor}.{patch}, protocol {}, {:.2} frames/s, windows of {} s every {} s, up to {} harmonics, reference {} V{accuracy}{interferer}, {slide}{source}{cause}{oscillator}{brown_out}{record}",
@@ -115,7 +141,12 @@ fn estimate(e: &Estimate) -> String {
         out += &format!(", harmonics {}", e.harmonics);
         let strongest = |a: &&Channel, b: &&Channel| a.amplitude_v.total_cmp(&b.amplitude_v);
         if let Some(c) = e.channels.iter().max_by(strongest) {
-            out += &format!(", {} channels, most {:.3} mV on taxel {}", e.channels.len(), 1e3 * c.amplitude_v, c.taxel);
+            out += &format!(
+                ", {} channels, most {:.3} mV on taxel {}",
+                e.channels.len(),
+                1e3 * c.amplitude_v,
+                c.taxel
+            );
         }
     }
     if e.travel.status != TravelStatus::Nothing {
@@ -142,7 +173,11 @@ fn image(e: &Image) -> String {
     };
     let length_s = seconds(e.end_us) - seconds(e.start_us);
     let map = static_image::text(e, &format!("{:22}", ""));
-    format!("{hold}, mean of {length_s:.3} s since {:.3} s; {sigma}\n{}", seconds(e.start_us), map.trim_end())
+    format!(
+        "{hold}, mean of {length_s:.3} s since {:.3} s; {sigma}\n{}",
+        seconds(e.start_us),
+        map.trim_end()
+    )
 }
 
 fn travel(e: &Travel) -> String {
@@ -151,8 +186,13 @@ fn travel(e: &Travel) -> String {
         return format!("period {status}");
     }
     let direction = e.direction.known().map_or("either way", name);
-    let (period_mm, period_sigma_mm) = with_sigma(e.spatial_period_mm.into(), e.spatial_period_sigma_mm.into());
-    let Travel { speed_mm_s, speed_sigma_mm_s, .. } = e;
+    let (period_mm, period_sigma_mm) =
+        with_sigma(e.spatial_period_mm.into(), e.spatial_period_sigma_mm.into());
+    let Travel {
+        speed_mm_s,
+        speed_sigma_mm_s,
+        ..
+    } = e;
     format!(
         "period {period_mm} mm +- {period_sigma_mm} mm, {direction} at {speed_mm_s:.3} mm/s +- {speed_sigma_mm_s:.3} mm/s ({status})"
     )
@@ -160,9 +200,16 @@ fn travel(e: &Travel) -> String {
 
 fn texture(e: &Texture) -> String {
     let (period_mm, period_sigma_mm) = with_sigma(e.period_mm.into(), e.period_sigma_mm.into());
-    let (power_uv2, power_sigma_uv2) = with_sigma(1e12 * f64::from(e.power_v2), 1e12 * f64::from(e.power_sigma_v2));
-    let level = e.level_v.map_or(String::new(), |level_v| format!(", pressed to {:.3} mV", 1e3 * level_v));
-    let overtones = overtones(&e.overtones).map(|overtone| format!("{:.1}", 100.0 * overtone.amplitude)).join(" ");
+    let (power_uv2, power_sigma_uv2) = with_sigma(
+        1e12 * f64::from(e.power_v2),
+        1e12 * f64::from(e.power_sigma_v2),
+    );
+    let level = e.level_v.map_or(String::new(), |level_v| {
+        format!(", pressed to {:.3} mV", 1e3 * level_v)
+    });
+    let overtones = overtones(&e.overtones)
+        .map(|overtone| format!("{:.1}", 100.0 * overtone.amplitude))
+        .join(" ");
     format!(
         "period {period_mm} mm +- {period_sigma_mm} mm, power {power_uv2} uV^2 +- {power_sigma_uv2} uV^2, overtones {overtones} %{level}"
     )
@@ -170,9 +217,19 @@ fn texture(e: &Texture) -> String {
 
 fn pins(e: &Pins) -> String {
     let side = e.side();
-    let (sum, most) = e.forces_n().fold((0.0f32, 0.0f32), |(sum, most), n| (sum + n, most.max(n)));
-    let limited = if e.limited > 0 { format!("; {} beyond the greatest force", e.limited) } else { String::new() };
-    let skipped = if e.skipped > 0 { format!("; {} updates left out before", e.skipped) } else { String::new() };
+    let (sum, most) = e
+        .forces_n()
+        .fold((0.0f32, 0.0f32), |(sum, most), n| (sum + n, most.max(n)));
+    let limited = if e.limited > 0 {
+        format!("; {} beyond the greatest force", e.limited)
+    } else {
+        String::new()
+    };
+    let skipped = if e.skipped > 0 {
+        format!("; {} updates left out before", e.skipped)
+    } else {
+        String::new()
+    };
     format!("{side} x {side}, {sum:.3} N in all, {most:.3} N at most{limited}{skipped}")
 }
 
@@ -182,20 +239,33 @@ fn fault(e: &Fault) -> String {
         None => format!("{kind} begins; seen {} times since start-up", e.count),
         Some(until_us) => {
             let length_s = seconds(until_us) - seconds(e.from_us);
-            format!("{kind} is over; {length_s:.3} s since {:.3} s; seen {} times", seconds(e.from_us), e.count)
+            format!(
+                "{kind} is over; {length_s:.3} s since {:.3} s; seen {} times",
+                seconds(e.from_us),
+                e.count
+            )
         }
     }
 }
 
 fn reply(e: &Reply) -> String {
-    let gives = e.gives.as_ref().map_or(String::new(), |gives| format!("; {}", given(gives)));
+    let gives = e
+        .gives
+        .as_ref()
+        .map_or(String::new(), |gives| format!("; {}", given(gives)));
     format!("request {}: {}{gives}", e.number, outcome(&e.outcome))
 }
 
 /// What a plan gives.
 pub fn given(gives: &Gives) -> String {
-    let Gives { frame_rate_hz, nyquist_hz, window_most_s } = gives;
-    format!("{frame_rate_hz:.2} frames/s, tones below {nyquist_hz:.1} Hz, windows up to {window_most_s} s")
+    let Gives {
+        frame_rate_hz,
+        nyquist_hz,
+        window_most_s,
+    } = gives;
+    format!(
+        "{frame_rate_hz:.2} frames/s, tones below {nyquist_hz:.1} Hz, windows up to {window_most_s} s"
+    )
 }
 
 pub fn outcome(outcome: &Outcome) -> String {
@@ -214,13 +284,22 @@ pub fn outcome(outcome: &Outcome) -> String {
 }
 
 fn health(e: &Health) -> String {
-    let load = if e.load > 0.0 { format!(", load {:.1} %", 100.0 * e.load) } else { String::new() };
+    let load = if e.load > 0.0 {
+        format!(", load {:.1} %", 100.0 * e.load)
+    } else {
+        String::new()
+    };
     let stack = match e.stack_bytes {
         0 => String::new(),
         bytes => format!(", stack {} of {bytes} bytes", e.stack_used_bytes),
     };
-    let seen = FaultKind::ALL.into_iter().zip(e.faults).filter(|(_, count)| *count > 0);
-    let faults: String = seen.map(|(kind, count)| format!(", {} {count} times", name(kind))).collect();
+    let seen = FaultKind::ALL
+        .into_iter()
+        .zip(e.faults)
+        .filter(|(_, count)| *count > 0);
+    let faults: String = seen
+        .map(|(kind, count)| format!(", {} {count} times", name(kind)))
+        .collect();
     format!(
         "{} frames at {:.3} Hz; conversions: {} lost, {} doubtful; {} hops skipped, {} messages dropped, {} restarts of the ADC{faults}{load}{stack}; supply {:.3} V, reference {:.4} V, {:.1} C, offset {:.1} uV, gain {:.6}",
         e.frames,

@@ -1,5 +1,5 @@
-//! MCAP (<https://mcap.dev>): a channel of JSON for each kind of packet, with a schema, at UTC. No compression, which would
-//! need C.
+//! MCAP (<https://mcap.dev>): a channel of JSON for each kind of packet, with a schema, at UTC. No
+//! compression, which would need C.
 
 use super::packets::packets;
 use super::schema::Schema;
@@ -16,10 +16,11 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
 
-/// Writes all packets. It reads the recording twice: schemas come first, and what the whole of it says of the board's clock.
+/// Writes all packets. It reads the recording twice: schemas come first, and what the whole of it
+/// says of the board's clock.
 ///
-/// `log_time` is when a message's moment was in UTC, `publish_time` when it was received. Without times of receipt both are
-/// device time.
+/// `log_time` is when a message's moment was in UTC, `publish_time` when it was received. Without
+/// times of receipt both are device time.
 pub fn write(path: &Path, out: &mut dyn Write) -> Result<Counts> {
     let mut schemas: BTreeMap<String, Schema> = BTreeMap::new();
     let mut messages = Messages::default();
@@ -32,22 +33,40 @@ pub fn write(path: &Path, out: &mut dyn Write) -> Result<Counts> {
     if schemas.is_empty() {
         bail!("{}: holds no packets", path.display());
     }
-    let options = WriteOptions::new().compression(None).library("ridgetone").disable_seeking(true);
+    let options = WriteOptions::new()
+        .compression(None)
+        .library("ridgetone")
+        .disable_seeking(true);
     let mut file = options.create(NoSeek::new(out))?;
     let mut channels = BTreeMap::new();
     for (kind, schema) in &schemas {
-        let schema =
-            file.add_schema(&format!("ridgetone.{kind}"), "jsonschema", schema.json().to_string().as_bytes())?;
-        let channel = file.add_channel(schema, &format!("/ridgetone/{kind}"), "json", &BTreeMap::new())?;
+        let schema = file.add_schema(
+            &format!("ridgetone.{kind}"),
+            "jsonschema",
+            schema.json().to_string().as_bytes(),
+        )?;
+        let channel = file.add_channel(
+            schema,
+            &format!("/ridgetone/{kind}"),
+            "json",
+            &BTreeMap::new(),
+        )?;
         channels.insert(kind, channel);
     }
     messages = messages.again();
     let counts = packets(path, &mut |packet, receipt| {
         let (kind, message) = messages.message(packet, receipt)?;
-        let Some(channel_id) = channels.get(&kind).copied() else { return Ok(()) };
+        let Some(channel_id) = channels.get(&kind).copied() else {
+            return Ok(());
+        };
         let log_time = messages.time_ns;
         let publish_time = receipt.map_or(log_time, |receipt| receipt.utc_ns);
-        let header = MessageHeader { channel_id, sequence: packet.sequence.into(), log_time, publish_time };
+        let header = MessageHeader {
+            channel_id,
+            sequence: packet.sequence.into(),
+            log_time,
+            publish_time,
+        };
         Ok(file.write_to_known_channel(&header, message.to_string().as_bytes())?)
     })?;
     file.finish()?;
@@ -69,7 +88,10 @@ struct Messages {
 impl Messages {
     /// The same from the beginning, with what was learned.
     fn again(self) -> Self {
-        Self { clocks: self.clocks, ..Self::default() }
+        Self {
+            clocks: self.clocks,
+            ..Self::default()
+        }
     }
 
     fn learn(&mut self, packet: &Packet, receipt: Option<Receipt>) {

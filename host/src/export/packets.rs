@@ -12,7 +12,10 @@ use std::path::Path;
 use std::time::Duration;
 
 /// Gives every packet of a recording to `sink`, and shows the progress.
-pub fn packets(path: &Path, sink: &mut dyn FnMut(&Packet, Option<Receipt>) -> Result<()>) -> Result<Counts> {
+pub fn packets(
+    path: &Path,
+    sink: &mut dyn FnMut(&Packet, Option<Receipt>) -> Result<()>,
+) -> Result<Counts> {
     let recorded = Recorded::open(path)?;
     let bytes = recorded.bytes;
     let mut feed = Feed::new(recorded);

@@ -26,10 +26,14 @@ impl Schema {
             }
             Value::Object(fields) => {
                 for (name, value) in fields {
-                    let at = self.properties.iter().position(|(known, _)| known == name).unwrap_or_else(|| {
-                        self.properties.push((name.clone(), Self::default()));
-                        self.properties.len() - 1
-                    });
+                    let at = self
+                        .properties
+                        .iter()
+                        .position(|(known, _)| known == name)
+                        .unwrap_or_else(|| {
+                            self.properties.push((name.clone(), Self::default()));
+                            self.properties.len() - 1
+                        });
                     self.properties[at].1.see(value);
                 }
                 "object"
@@ -38,7 +42,8 @@ impl Schema {
         self.types.insert(name);
     }
 
-    /// The JSON schema. Null is listed only where it is the only type, because readers expect one type.
+    /// The JSON schema. Null is listed only where it is the only type, because readers expect one
+    /// type.
     pub fn json(&self) -> Value {
         let mut fields = Map::new();
         let types: Vec<_> = self.types.iter().filter(|name| **name != "null").collect();
@@ -48,8 +53,11 @@ impl Schema {
             several => drop(fields.insert("type".into(), json!(several))),
         }
         if !self.properties.is_empty() {
-            let properties: Map<_, _> =
-                self.properties.iter().map(|(name, schema)| (name.clone(), schema.json())).collect();
+            let properties: Map<_, _> = self
+                .properties
+                .iter()
+                .map(|(name, schema)| (name.clone(), schema.json()))
+                .collect();
             fields.insert("properties".into(), properties.into());
         }
         if let Some(items) = &self.items {

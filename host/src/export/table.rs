@@ -24,9 +24,11 @@ pub enum Kind {
     Frames,
     /// A row for each second: counters and readings.
     Health,
-    /// A row for each event `feel`: what receptors would fire, and scores; unknown values are empty.
+    /// A row for each event `feel`: what receptors would fire, and scores; unknown values are
+    /// empty.
     Feel,
-    /// A row for each event `texture`: what is under the finger; unknown values, and the name of a plan without one, are empty.
+    /// A row for each event `texture`: what is under the finger; unknown values, and the name of a
+    /// plan without one, are empty.
     Texture,
 }
 
@@ -72,7 +74,16 @@ struct TextureRow {
 
 impl TextureRow {
     fn new(texture: &Texture) -> Self {
-        let Texture { t_us, plan, period_mm, period_sigma_mm, power_v2, power_sigma_v2, level_v, .. } = *texture;
+        let Texture {
+            t_us,
+            plan,
+            period_mm,
+            period_sigma_mm,
+            power_v2,
+            power_sigma_v2,
+            level_v,
+            ..
+        } = *texture;
         let [second, third, fourth] = overtones(&texture.overtones);
         Self {
             t_s: seconds(t_us),
@@ -98,17 +109,23 @@ pub fn write(path: &Path, kind: Kind, out: &mut dyn Write) -> Result<Counts> {
     let counts = match kind {
         Kind::Frames => frames(path, &mut csv, &mut rows)?,
         Kind::Estimates => packets(path, &mut |packet, _| {
-            let Event::Estimate(estimate) = &packet.event else { return Ok(()) };
+            let Event::Estimate(estimate) = &packet.event else {
+                return Ok(());
+            };
             rows += 1;
             Ok(csv.serialize(Point::new(estimate))?)
         })?,
         Kind::Health => packets(path, &mut |packet, _| {
-            let Event::Health(health) = packet.event else { return Ok(()) };
+            let Event::Health(health) = packet.event else {
+                return Ok(());
+            };
             rows += 1;
             Ok(csv.serialize(HealthRow::new(&health))?)
         })?,
         Kind::Feel => packets(path, &mut |packet, _| {
-            let Event::Feel(feel) = &packet.event else { return Ok(()) };
+            let Event::Feel(feel) = &packet.event else {
+                return Ok(());
+            };
             let (names, values): (Vec<_>, Vec<_>) = feel_row(feel).into_iter().unzip();
             if rows == 0 {
                 csv.write_record(names)?;
@@ -117,14 +134,20 @@ pub fn write(path: &Path, kind: Kind, out: &mut dyn Write) -> Result<Counts> {
             Ok(csv.write_record(values)?)
         })?,
         Kind::Texture => packets(path, &mut |packet, _| {
-            let Event::Texture(texture) = &packet.event else { return Ok(()) };
+            let Event::Texture(texture) = &packet.event else {
+                return Ok(());
+            };
             rows += 1;
             Ok(csv.serialize(TextureRow::new(texture))?)
         })?,
     };
     csv.flush()?;
     if rows == 0 {
-        bail!("{}: holds no {}", path.display(), format!("{kind:?}").to_lowercase());
+        bail!(
+            "{}: holds no {}",
+            path.display(),
+            format!("{kind:?}").to_lowercase()
+        );
     }
     Ok(counts)
 }
@@ -133,7 +156,10 @@ pub fn write(path: &Path, kind: Kind, out: &mut dyn Write) -> Result<Counts> {
 fn feel_row(feel: &Feel) -> Vec<(String, String)> {
     let number = |found: Option<f32>| found.map_or(String::new(), |found| found.to_string());
     let measured = |name: String, found: Option<Measured>| {
-        let sigma = (format!("{name}_sigma"), number(found.map(|found| found.sigma)));
+        let sigma = (
+            format!("{name}_sigma"),
+            number(found.map(|found| found.sigma)),
+        );
         [(name, number(found.map(|found| found.value))), sigma]
     };
     let mut row = vec![
@@ -142,8 +168,16 @@ fn feel_row(feel: &Feel) -> Vec<(String, String)> {
         ("rate_hz".to_owned(), number(Some(feel.rate_hz))),
     ];
     row.extend(measured("m".to_owned(), feel.force_ratio));
-    row.extend(receptors(feel).into_iter().flat_map(|found| measured(format!("{}_per_hz", found.key), found.found)));
-    row.extend(ratings(feel).into_iter().flat_map(|found| measured(found.key.to_owned(), found.found)));
+    row.extend(
+        receptors(feel)
+            .into_iter()
+            .flat_map(|found| measured(format!("{}_per_hz", found.key), found.found)),
+    );
+    row.extend(
+        ratings(feel)
+            .into_iter()
+            .flat_map(|found| measured(found.key.to_owned(), found.found)),
+    );
     row
 }
 
@@ -158,10 +192,15 @@ fn frames(path: &Path, csv: &mut csv::Writer<&mut dyn Write>, rows: &mut u64) ->
         *rows += 1;
         frames.values(&mut values)?;
         let t_s = frames.time_s().unwrap_or_default();
-        csv.write_record(std::iter::once(format!("{t_s:.6}")).chain(values.iter().map(f64::to_string)))?;
+        csv.write_record(
+            std::iter::once(format!("{t_s:.6}")).chain(values.iter().map(f64::to_string)),
+        )?;
     }
     if frames.left_out > 0 {
-        eprintln!("ridgetone: {} frames lack a taxel and are left out", frames.left_out);
+        eprintln!(
+            "ridgetone: {} frames lack a taxel and are left out",
+            frames.left_out
+        );
     }
     Ok(counts)
 }

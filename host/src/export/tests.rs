@@ -10,25 +10,51 @@ use ridgetone_proto::telemetry::{Event, Packet, Raw, WIRE_MAX, encode};
 use std::path::PathBuf;
 
 /// What a finger feels is reported: two microvolts are a micrometre.
-const SETTINGS: Settings =
-    Settings { feel: Feeling { volts_per_um: 2e-6, sigma_share: 0.1, force_ratio: 1.4 }, ..Settings::DEFAULT };
+const SETTINGS: Settings = Settings {
+    feel: Feeling {
+        volts_per_um: 2e-6,
+        sigma_share: 0.1,
+        force_ratio: 1.4,
+    },
+    ..Settings::DEFAULT
+};
 
-/// A recording of the default scene and of 100 raw frames, of which the one with number 50 lacks a taxel.
+/// A recording of the default scene and of 100 raw frames, of which the one with number 50 lacks a
+/// taxel.
 fn recorded(folder: &Path) -> PathBuf {
     let path = folder.join("touch.rec");
-    let mut bytes =
-        replay::run(Input::default().open().unwrap(), SETTINGS, None, &mut |_| Ok(()), &mut |_, _| {}).unwrap().serial;
+    let mut bytes = replay::run(
+        Input::default().open().unwrap(),
+        SETTINGS,
+        None,
+        &mut |_| Ok(()),
+        &mut |_, _| {},
+    )
+    .unwrap()
+    .serial;
     let sent = bytes.iter().filter(|byte| **byte == 0).count() as u16;
     for number in 0..100 {
         let codes = std::array::from_fn(|taxel| (number as i32 + 1) * 1000 * taxel as i32);
         let present = if number == 50 { !2 } else { u16::MAX };
-        let raw = Raw { t_us: 6_000_000 + 4147 * u64::from(number), number, present, good: !1, codes };
+        let raw = Raw {
+            t_us: 6_000_000 + 4147 * u64::from(number),
+            number,
+            present,
+            good: !1,
+            codes,
+        };
         let mut wire = [0; WIRE_MAX];
-        let packet = Packet { sequence: sent + number as u16, event: Event::Raw(raw) };
+        let packet = Packet {
+            sequence: sent + number as u16,
+            event: Event::Raw(raw),
+        };
         let used = encode(&packet, &mut wire).unwrap();
         bytes.extend(&wire[..used]);
     }
-    recording::create(&path, "a test", 0.0).unwrap().keep(&bytes, None).unwrap();
+    recording::create(&path, "a test", 0.0)
+        .unwrap()
+        .keep(&bytes, None)
+        .unwrap();
     path
 }
 
@@ -46,7 +72,8 @@ fn frames_become_a_table_that_replay_takes() {
     let table = Table::parse(&csv, "frames").unwrap();
     assert_eq!((table.names().len(), table.rows().len()), (TAXELS, 99));
     assert_eq!(table.time_s().unwrap()[1], 6.004147);
-    // Taxel 0 was never good; codes are volts by the reference: 7,864,320 of them are 4.096 V (SBAS297G).
+    // Taxel 0 was never good; codes are volts by the reference: 7,864,320 of them are 4.096 V
+    // (SBAS297G).
     for (channel, volts) in table.rows()[9].iter().enumerate() {
         let expected = 10_000.0 * channel as f64 * 4.096 / 7_864_320.0;
         assert!((volts - expected).abs() < 1e-7, "{channel}: {volts}");
@@ -61,10 +88,16 @@ fn estimates_and_health_have_a_row_each_and_no_number_where_none_is_known() {
     let column = |name: &str| header.iter().position(|found| found == name).unwrap();
     let rows: Vec<_> = rows.records().map(Result::unwrap).collect();
     assert!(rows.len() > 3);
-    let whole = rows.iter().find(|row| &row[column("span")] == "slide").unwrap();
+    let whole = rows
+        .iter()
+        .find(|row| &row[column("span")] == "slide")
+        .unwrap();
     assert!((whole[column("frequency")].parse::<f64>().unwrap() / (30.0 / 3.6) - 1.0).abs() < 1e-3);
     let (csv, _) = exported(Format::Csv, Kind::Health);
-    assert_eq!(csv::Reader::from_reader(csv.as_slice()).records().count(), 6);
+    assert_eq!(
+        csv::Reader::from_reader(csv.as_slice()).records().count(),
+        6
+    );
 }
 
 #[test]
@@ -77,10 +110,21 @@ fn what_a_finger_feels_has_a_row_each_and_nothing_where_it_is_absent() {
     assert!(rows.len() > 3);
     for row in &rows {
         let value = |name: &str| row[column(name)].parse::<f64>().ok();
-        assert!(value("fa1_per_hz") > Some(0.0) && value("fa1_per_hz_sigma") > Some(0.0), "{row:?}");
+        assert!(
+            value("fa1_per_hz") > Some(0.0) && value("fa1_per_hz_sigma") > Some(0.0),
+            "{row:?}"
+        );
         assert!((value("m").unwrap() - 1.4).abs() < 1e-6 && value("m_sigma") == Some(0.0));
         // 241 frames a second are too few for FA II, and Rough needs it.
-        assert_eq!([value("fa2_per_hz"), value("sa2_per_hz"), value("rough"), value("rough_sigma")], [None; 4]);
+        assert_eq!(
+            [
+                value("fa2_per_hz"),
+                value("sa2_per_hz"),
+                value("rough"),
+                value("rough_sigma")
+            ],
+            [None; 4]
+        );
         // Equation 11 over SA I of the paper's three seconds.
         let soft = 5.59 - 0.002 * 3.0 * value("sa1_per_hz").unwrap();
         assert!((value("soft").unwrap() - soft).abs() < 1e-5, "{row:?}");
@@ -114,7 +158,10 @@ fn a_texture_has_a_row_each() {
     assert_eq!((rows.len(), &rows[0][1]), (1, "paper"));
     // The default scene's grating.
     let [period_mm, sigma_mm] = [2, 3].map(|at| rows[0][at].parse::<f64>().unwrap());
-    assert!((period_mm - 3.6).abs() < 4.0 * sigma_mm, "{period_mm} {sigma_mm}");
+    assert!(
+        (period_mm - 3.6).abs() < 4.0 * sigma_mm,
+        "{period_mm} {sigma_mm}"
+    );
 }
 
 #[test]
@@ -122,8 +169,13 @@ fn a_recording_without_frames_says_how_to_get_them() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("empty.rec");
     recording::create(&path, "a test", 0.0).unwrap();
-    let error = run(&path, Format::Csv, Kind::Frames, &mut Vec::new()).unwrap_err().to_string();
-    assert!(error.contains("empty.rec") && error.contains("record with --raw"), "{error}");
+    let error = run(&path, Format::Csv, Kind::Frames, &mut Vec::new())
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.contains("empty.rec") && error.contains("record with --raw"),
+        "{error}"
+    );
     assert!(run(&path, Format::Mcap, Kind::Frames, &mut Vec::new()).is_err());
 }
 
@@ -132,10 +184,16 @@ fn json_lines_and_teleplot_have_every_packet() {
     let (lines, counts) = exported(Format::Ndjson, Kind::Estimates);
     let text = String::from_utf8(lines).unwrap();
     assert_eq!(text.lines().count() as u64, counts.received);
-    assert!(text.lines().all(|line| serde_json::from_str::<serde_json::Value>(line).unwrap()["sequence"].is_u64()));
+    assert!(text.lines().all(|line| {
+        serde_json::from_str::<serde_json::Value>(line).unwrap()["sequence"].is_u64()
+    }));
     let (lines, _) = exported(Format::Teleplot, Kind::Estimates);
     let text = String::from_utf8(lines).unwrap();
-    assert!(text.lines().all(|line| line.starts_with('>') && line.ends_with("|g") && line.split(':').count() == 3));
+    assert!(
+        text.lines().all(|line| line.starts_with('>')
+            && line.ends_with("|g")
+            && line.split(':').count() == 3)
+    );
     assert!(text.contains(">ain15_v:6000.000:"));
 }
 
@@ -146,20 +204,38 @@ fn mcap_holds_every_packet_with_a_schema_that_names_its_fields() {
     for message in ::mcap::MessageStream::new(&bytes).unwrap() {
         let message = message.unwrap();
         let schema = message.channel.schema.as_ref().unwrap();
-        assert_eq!((schema.encoding.as_str(), message.channel.message_encoding.as_str()), ("jsonschema", "json"));
+        assert_eq!(
+            (
+                schema.encoding.as_str(),
+                message.channel.message_encoding.as_str()
+            ),
+            ("jsonschema", "json")
+        );
         let schema: serde_json::Value = serde_json::from_slice(&schema.data).unwrap();
         let value: serde_json::Value = serde_json::from_slice(&message.data).unwrap();
-        assert!(value.as_object().unwrap().keys().all(|name| schema["properties"][name]["type"].is_string()));
+        assert!(
+            value
+                .as_object()
+                .unwrap()
+                .keys()
+                .all(|name| schema["properties"][name]["type"].is_string())
+        );
         if let Some(t_s) = value["t_s"].as_f64() {
             assert_eq!(message.log_time, (t_s * 1e6).round() as u64 * 1000);
         }
         if value["type"] == "estimate" {
             assert_eq!(schema["properties"]["frequency_hz"]["type"], "number");
-            assert_eq!(schema["properties"]["channels"]["items"]["properties"]["amplitude_v"]["type"], "number");
+            assert_eq!(
+                schema["properties"]["channels"]["items"]["properties"]["amplitude_v"]["type"],
+                "number"
+            );
         }
         *kinds.entry(message.channel.topic.clone()).or_insert(0u64) += 1;
     }
     assert_eq!(kinds.values().sum::<u64>(), counts.received);
-    assert_eq!((kinds["/ridgetone/raw"], kinds["/ridgetone/contact"]), (100, 1));
+    assert_eq!(
+        (kinds["/ridgetone/raw"], kinds["/ridgetone/contact"]),
+        (100, 1)
+    );
     assert!(kinds["/ridgetone/feel"] > 3 && kinds["/ridgetone/texture"] == 1);
 }

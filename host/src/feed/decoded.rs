@@ -51,24 +51,33 @@ impl Feed {
     /// Delays packets until their device time: for a recording, which has all of them at once.
     #[must_use]
     pub fn paced(self, pace: Pace) -> Self {
-        Self { pace: Some(pace), ..self }
+        Self {
+            pace: Some(pace),
+            ..self
+        }
     }
 
     /// Writes all bytes to `recording` as they arrive.
     #[must_use]
     pub fn recorded(self, recording: Box<dyn Keep + Send>) -> Self {
-        Self { recording: Some(recording), ..self }
+        Self {
+            recording: Some(recording),
+            ..self
+        }
     }
 
     /// Sends a robot's messages while it waits for packets.
     #[must_use]
     pub fn with_odometry(self, messages: Receiver<Vec<u8>>) -> Self {
-        Self { odometry: Some(messages), ..self }
+        Self {
+            odometry: Some(messages),
+            ..self
+        }
     }
 
-    /// Waits for the next event, at most for `most`. After a disconnection the gap in the sequence numbers gives the number
-    /// of missing packets.
-    /// Fails if the board speaks another protocol, the source cannot go on, or the recording cannot be written.
+    /// Waits for the next event, at most for `most`. After a disconnection the gap in the sequence
+    /// numbers gives the number of missing packets. Fails if the board speaks another protocol, the
+    /// source cannot go on, or the recording cannot be written.
     pub fn next(&mut self, most: Duration) -> Result<Option<FeedEvent<Packet>>> {
         let begun = Instant::now();
         loop {
@@ -93,7 +102,8 @@ impl Feed {
             let wait = match &self.odometry {
                 Some(messages) => {
                     for message in messages.try_iter() {
-                        // A board that is away loses them, as on the line; that it is away the source says itself.
+                        // A board that is away loses them, as on the line; that it is away the
+                        // source says itself.
                         let _ = self.source.send(&message);
                     }
                     left.min(SEND)
@@ -113,9 +123,11 @@ impl Feed {
             FeedEvent::Connected(name) => self.queue.push_back((FeedEvent::Connected(name), None)),
             FeedEvent::Data(bytes) => self.decode(&bytes, self.source.receipt())?,
             FeedEvent::Disconnected(name, why) => {
-                // Ends a frame that was cut off, which would spoil the first one after the reconnection.
+                // Ends a frame that was cut off, which would spoil the first one after the
+                // reconnection.
                 self.decode(&[0], self.source.receipt())?;
-                self.queue.push_back((FeedEvent::Disconnected(name, why), None));
+                self.queue
+                    .push_back((FeedEvent::Disconnected(name, why), None));
             }
             FeedEvent::Over => {
                 self.is_over = true;
@@ -124,7 +136,9 @@ impl Feed {
         }
         if let Some(protocol) = self.decoder.foreign {
             let name = self.name();
-            bail!("{name}: the board speaks protocol {protocol}, this command {PROTOCOL}: build both from one version");
+            bail!(
+                "{name}: the board speaks protocol {protocol}, this command {PROTOCOL}: build both from one version"
+            );
         }
         Ok(())
     }
@@ -141,7 +155,8 @@ impl Feed {
         Ok(())
     }
 
-    /// When the packet that [`next`](Self::next) gave last was received; none of a recording that does not say it.
+    /// When the packet that [`next`](Self::next) gave last was received; none of a recording that
+    /// does not say it.
     pub fn receipt(&self) -> Option<Receipt> {
         self.receipt
     }

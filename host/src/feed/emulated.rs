@@ -12,8 +12,8 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// Delay after which the emulated board's clock is set back: this computer is too slow for it, and it must not hurry to make
-/// up for the delay.
+/// Delay after which the emulated board's clock is set back: this computer is too slow for it, and
+/// it must not hurry to make up for the delay.
 const LATE_MAX: Duration = Duration::from_millis(500);
 
 /// Board time between two readings of this computer's clock.
@@ -33,8 +33,8 @@ pub struct Emulated {
 }
 
 impl Emulated {
-    /// Starts the firmware image `elf` in front of `input`. `pace` is board time over wall time; none: as fast as possible.
-    /// With a pace, bytes arrive at their board time and not before.
+    /// Starts the firmware image `elf` in front of `input`. `pace` is board time over wall time;
+    /// none: as fast as possible. With a pace, bytes arrive at their board time and not before.
     /// After `silence` without a sign of life it gives up.
     pub fn start(input: Opened, elf: PathBuf, silence: Duration, pace: Option<f64>) -> Self {
         let (to_feed, telemetry) = channel();
@@ -44,13 +44,17 @@ impl Emulated {
         let idle = Arc::new(AtomicBool::new(false));
         let waits = Arc::clone(&idle);
         let thread = std::thread::spawn(move || {
-            let options = Options { silence, ..Options::new(&elf) };
+            let options = Options {
+                silence,
+                ..Options::new(&elf)
+            };
             let (mut begun, mut next) = (Instant::now(), Duration::ZERO);
             let mut exchange = |now: Duration, bytes: &[u8]| {
                 while waits.load(Ordering::Relaxed) && !stopped.load(Ordering::Relaxed) {
                     let here = Instant::now();
                     std::thread::sleep(LOOK_IDLE);
-                    // Here alone: what two looks at the clock take, at every exchange, would be a skew of hundreds of ppm.
+                    // Here alone: what two looks at the clock take, at every exchange, would be a
+                    // skew of hundreds of ppm.
                     begun += here.elapsed();
                 }
                 if stopped.load(Ordering::Relaxed) {
@@ -69,13 +73,21 @@ impl Emulated {
                 }
                 if !bytes.is_empty() {
                     // The receiver is gone only if this thread is to end too.
-                    to_feed.send(bytes.to_vec()).map_err(|_| anyhow!("nobody listens to the emulated board"))?;
+                    to_feed
+                        .send(bytes.to_vec())
+                        .map_err(|_| anyhow!("nobody listens to the emulated board"))?;
                 }
                 Ok(to_board.try_iter().flatten().collect())
             };
             emulator::run_bytes(input, options, &mut exchange, &mut |_, _| {}).map(|_| ())
         });
-        Self { telemetry, requests, stop, idle, thread: Some(thread) }
+        Self {
+            telemetry,
+            requests,
+            stop,
+            idle,
+            thread: Some(thread),
+        }
     }
 
     fn join(&mut self) -> Result<()> {
@@ -106,7 +118,9 @@ impl Source for Emulated {
     }
 
     fn send(&mut self, bytes: &[u8]) -> Result<()> {
-        self.requests.send(bytes.to_vec()).context("the emulated board has ended")
+        self.requests
+            .send(bytes.to_vec())
+            .context("the emulated board has ended")
     }
 
     fn idle(&mut self, idle: bool) -> bool {

@@ -1,5 +1,5 @@
-//! A feed folded into [`Live`], whose board keeps sending raw frames: the common part of the terminal's screen and the web
-//! page.
+//! A feed folded into [`Live`], whose board keeps sending raw frames: the common part of the
+//! terminal's screen and the web page.
 
 use super::decoded::Feed;
 use super::requester::Requester;
@@ -47,14 +47,26 @@ pub struct SettingsReply {
 }
 
 impl Following {
-    /// Follows a feed, and requests raw frames if there is a board; `settings` are put into force first, but not stored.
+    /// Follows a feed, and requests raw frames if there is a board; `settings` are put into force
+    /// first, but not stored.
     pub fn new(feed: Feed, settings: Option<Settings>) -> Self {
-        let raw = if feed.has_board() { RawFrames::On } else { RawFrames::Unavailable };
+        let raw = if feed.has_board() {
+            RawFrames::On
+        } else {
+            RawFrames::Unavailable
+        };
         let mut requester = Requester::with_settings(settings);
         if raw == RawFrames::On {
             requester.want_raw(true);
         }
-        Self { feed, requester, raw, settings_reply: None, is_setting: false, is_idle: false }
+        Self {
+            feed,
+            requester,
+            raw,
+            settings_reply: None,
+            is_setting: false,
+            is_idle: false,
+        }
     }
 
     /// A state that knows the name of the source alone.
@@ -65,7 +77,11 @@ impl Following {
     /// Requests raw frames, or ends them; without a board it does nothing.
     pub fn want_raw(&mut self, wanted: bool) {
         if self.raw != RawFrames::Unavailable {
-            self.raw = if wanted { RawFrames::On } else { RawFrames::Off };
+            self.raw = if wanted {
+                RawFrames::On
+            } else {
+                RawFrames::Off
+            };
             self.requester.want_raw(wanted);
         }
     }
@@ -84,7 +100,10 @@ impl Following {
     /// Puts settings into force on the board, without storing them.
     pub fn set(&mut self, settings: Settings) {
         (self.settings_reply, self.is_setting) = (None, true);
-        self.requester.push(Command::Set { settings, keep: false });
+        self.requester.push(Command::Set {
+            settings,
+            keep: false,
+        });
         // Its greeting says what is in force.
         self.requester.push(Command::Greet);
     }
@@ -105,7 +124,8 @@ impl Following {
         self.feed.receipt()
     }
 
-    /// Folds an event, if there is one, and sends the request that is due. Call it after every [`Self::next`].
+    /// Folds an event, if there is one, and sends the request that is due. Call it after every
+    /// [`Self::next`].
     pub fn fold(&mut self, event: Option<&FeedEvent<Packet>>, live: &mut Live) {
         match event {
             Some(FeedEvent::Data(packet)) => {
@@ -116,8 +136,13 @@ impl Following {
                     if matches!(command, Command::Set { .. }) {
                         let text = match &packet.event {
                             _ if !is_done => why.clone(),
-                            Event::Reply(Reply { gives: Some(gives), .. }) => {
-                                format!("In force until the board's next start: {}.", events::given(gives))
+                            Event::Reply(Reply {
+                                gives: Some(gives), ..
+                            }) => {
+                                format!(
+                                    "In force until the board's next start: {}.",
+                                    events::given(gives)
+                                )
                             }
                             _ => "In force until the board's next start.".into(),
                         };
@@ -161,7 +186,8 @@ impl Following {
         }
     }
 
-    /// Ends raw frames, and gives the feed back. It does not wait for the answer: the board stops by itself after a minute.
+    /// Ends raw frames, and gives the feed back. It does not wait for the answer: the board stops
+    /// by itself after a minute.
     pub fn finish(mut self) -> Feed {
         if self.raw == RawFrames::On {
             self.requester.want_raw(false);

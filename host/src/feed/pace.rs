@@ -21,10 +21,12 @@ impl Pace {
         Self { speed, mark: None }
     }
 
-    /// Time that a packet has to wait. It does not wait without a time, or with an earlier time than the packets before it;
-    /// a gap or a restart of the board sets a new mark.
+    /// Time that a packet has to wait. It does not wait without a time, or with an earlier time
+    /// than the packets before it; a gap or a restart of the board sets a new mark.
     pub fn wait(&mut self, packet: &Packet, now: Instant) -> Duration {
-        let Some(t_s) = time_s(&packet.event) else { return Duration::ZERO };
+        let Some(t_s) = time_s(&packet.event) else {
+            return Duration::ZERO;
+        };
         let (mark_s, mark) = *self.mark.get_or_insert((t_s, now));
         let passed_s = mark_s + now.saturating_duration_since(mark).as_secs_f64() * self.speed;
         let ahead_s = t_s - passed_s;

@@ -12,13 +12,16 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 /// Time between two requests for raw frames.
 const RENEW: Duration = Duration::from_secs(5);
 
-/// Frames in a request for raw frames, a minute's: a board whose reader is gone stops sending by itself, and the emulated
-/// board may run some times faster than this clock.
+/// Frames in a request for raw frames, a minute's: a board whose reader is gone stops sending by
+/// itself, and the emulated board may run some times faster than this clock.
 const FRAMES: u32 = (60.0 * FRAME_RATE_HZ) as u32;
 
-/// Their first number comes from the clock: a board only repeats its answer to the number that it answered last.
+/// Their first number comes from the clock: a board only repeats its answer to the number that it
+/// answered last.
 pub fn new_requests() -> Requests {
-    let clock = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    let clock = SystemTime::now()
+        .duration_since(UNIX_EPOCH)
+        .unwrap_or_default();
     Requests::new((clock.as_millis() % 65_536) as u16)
 }
 
@@ -54,7 +57,10 @@ pub struct Requester {
 
 impl Default for Requester {
     fn default() -> Self {
-        Self { requests: new_requests(), renew: None }
+        Self {
+            requests: new_requests(),
+            renew: None,
+        }
     }
 }
 
@@ -63,7 +69,10 @@ impl Requester {
     pub fn with_settings(settings: Option<Settings>) -> Self {
         let mut requester = Self::default();
         if let Some(settings) = settings {
-            requester.push(Command::Set { settings, keep: false });
+            requester.push(Command::Set {
+                settings,
+                keep: false,
+            });
         }
         requester
     }
@@ -95,10 +104,13 @@ impl Requester {
             self.renew = Some(now + RENEW);
             self.requests.push(Command::Raw { frames: FRAMES });
         }
-        let sent = self.requests.due(feed.elapsed()).and_then(|bytes| match bytes.as_slice() {
-            [] => Ok(()),
-            bytes => feed.send(bytes),
-        });
+        let sent = self
+            .requests
+            .due(feed.elapsed())
+            .and_then(|bytes| match bytes.as_slice() {
+                [] => Ok(()),
+                bytes => feed.send(bytes),
+            });
         if sent.is_err() {
             *self = Self::default();
         }
@@ -107,7 +119,8 @@ impl Requester {
 
     /// Takes a packet; gives the command that it answers, and the outcome.
     pub fn answered(&mut self, packet: &Packet) -> Option<(Command, Outcome)> {
-        if let (Event::Hello(_), 0, Some(renew)) = (&packet.event, packet.sequence, &mut self.renew) {
+        if let (Event::Hello(_), 0, Some(renew)) = (&packet.event, packet.sequence, &mut self.renew)
+        {
             // The board has restarted, and no longer sends raw frames.
             *renew = Instant::now();
         }

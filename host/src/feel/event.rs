@@ -1,7 +1,9 @@
 //! The board's event `feel`: the command's form of it, as JSON and in words.
 
 use super::coefficients::NAMES;
-use super::words::{JsonReceptor, JsonScore, OUTSIDE_SCALE, absent, in_short, is_outside_scale, needs};
+use super::words::{
+    JsonReceptor, JsonScore, OUTSIDE_SCALE, absent, in_short, is_outside_scale, needs,
+};
 use crate::digits::with_sigma;
 use crate::names::name;
 use ridgetone_feel::{Firing, Indices, ROUGH, Receptor, SOFT, Score, band_hz};
@@ -57,7 +59,11 @@ impl From<&Feel> for JsonFeel {
             faults: feel.faults,
             m: value(feel.force_ratio),
             m_sigma: sigma(feel.force_ratio),
-            receptors: Receptor::ALL.into_iter().zip(feel.per_hz).map(receptor).collect(),
+            receptors: Receptor::ALL
+                .into_iter()
+                .zip(feel.per_hz)
+                .map(receptor)
+                .collect(),
             scores: scores(feel)
                 .map(|(name, found, absent)| JsonScore {
                     name,
@@ -67,20 +73,32 @@ impl From<&Feel> for JsonFeel {
                     absent,
                 })
                 .into(),
-            spectrum: levels(feel).map(|(hz, level_db)| JsonLevel { hz, level_db }).collect(),
+            spectrum: levels(feel)
+                .map(|(hz, level_db)| JsonLevel { hz, level_db })
+                .collect(),
         }
     }
 }
 
-/// Middles and levels of the bands that have a line, hertz and decibels over one micrometre from peak to peak.
+/// Middles and levels of the bands that have a line, hertz and decibels over one micrometre from
+/// peak to peak.
 pub fn levels(feel: &Feel) -> impl Iterator<Item = (f32, i8)> {
-    let known = feel.levels_db.into_iter().enumerate().filter(|(_, level_db)| *level_db != NO_LEVEL);
+    let known = feel
+        .levels_db
+        .into_iter()
+        .enumerate()
+        .filter(|(_, level_db)| *level_db != NO_LEVEL);
     known.map(|(band, level_db)| (band_hz(band), level_db))
 }
 
 /// Why a receptor has no intensity.
 fn why(feel: &Feel, receptor: Receptor) -> Option<String> {
-    absent(receptor, feel.rate_hz.into(), feel.window_s.into(), bins(feel))
+    absent(
+        receptor,
+        feel.rate_hz.into(),
+        feel.window_s.into(),
+        bins(feel),
+    )
 }
 
 /// Bins of the event's transform.
@@ -91,8 +109,17 @@ fn bins(feel: &Feel) -> usize {
 /// The scores, each with why it is absent.
 fn scores(feel: &Feel) -> [(&'static str, Option<Measured>, Option<String>); 2] {
     let [fa1, fa2, sa1, sa2] = feel.per_hz.map(|found| found.map(|found| found.value));
-    let values = [fa1, fa2, sa1, sa2, feel.force_ratio.map(|ratio| ratio.value)];
-    let indices = Indices { values, covariance: Default::default() };
+    let values = [
+        fa1,
+        fa2,
+        sa1,
+        sa2,
+        feel.force_ratio.map(|ratio| ratio.value),
+    ];
+    let indices = Indices {
+        values,
+        covariance: Default::default(),
+    };
     let [soft, rough] = SCORES;
     let of = |(name, score): (&'static str, Score), found| (name, found, needs(&score, &indices));
     [of(soft, feel.soft), of(rough, feel.rough)]
@@ -120,7 +147,12 @@ pub fn receptors(feel: &Feel) -> [Reading; RECEPTORS] {
 
 /// What people would say, from 1 to 7.
 pub fn ratings(feel: &Feel) -> [Reading; 2] {
-    scores(feel).map(|(name, found, absent)| Reading { name, key: name, found, absent })
+    scores(feel).map(|(name, found, absent)| Reading {
+        name,
+        key: name,
+        found,
+        absent,
+    })
 }
 
 /// The event in words.
@@ -140,10 +172,15 @@ pub fn words(feel: &Feel) -> String {
         ratings(feel).map(word).join(", "),
         feel.taxels.count_ones()
     );
-    if let Some(why) = Receptor::ALL.into_iter().find_map(|receptor| why(feel, receptor)) {
+    if let Some(why) = Receptor::ALL
+        .into_iter()
+        .find_map(|receptor| why(feel, receptor))
+    {
         out += &format!("; {why}");
     }
-    let outside = ratings(feel).into_iter().filter(|rating| is_outside_scale(rating.found.map(|found| found.value)));
+    let outside = ratings(feel)
+        .into_iter()
+        .filter(|rating| is_outside_scale(rating.found.map(|found| found.value)));
     let outside: Vec<_> = outside.map(|rating| rating.name).collect();
     if !outside.is_empty() {
         out += &format!("; {} {OUTSIDE_SCALE}", outside.join(" and "));

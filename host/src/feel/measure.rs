@@ -1,4 +1,5 @@
-//! A recording to what is felt over it: windows, the reference, the receptors of each channel and of all together.
+//! A recording to what is felt over it: windows, the reference, the receptors of each channel and
+//! of all together.
 
 use crate::grid::Grid;
 use crate::part::{Part, given_rate_hz};
@@ -6,15 +7,16 @@ use crate::samples::Samples;
 use crate::table_fit::{Selection, columns};
 use anyhow::{Context, Result, bail, ensure};
 use ridgetone_feel::{
-    Conversion, Firing, Indices, MeanFiring, POINTS_MAX, Reference, SpectralLine, amplitude_spectrum, points,
+    Conversion, Firing, Indices, MeanFiring, POINTS_MAX, Reference, SpectralLine,
+    amplitude_spectrum, points,
 };
 use std::ops::Range;
 
 /// Most rows of a recording: seven minutes at 10 kHz, half a gigabyte of sixteen channels.
 const ROWS_MAX: usize = 1 << 22;
 
-/// Share by which the rates of a recording and of its reference may differ: in a bin of another width a surface without a
-/// period has another amplitude.
+/// Share by which the rates of a recording and of its reference may differ: in a bin of another
+/// width a surface without a period has another amplitude.
 pub const RATES_DIFFER: f64 = 0.01;
 
 /// What f32 can square, and the noise beside it.
@@ -56,7 +58,8 @@ pub struct Felt {
     pub window_s: f64,
     pub reference: Reference,
     pub channels: Vec<Channel>,
-    /// The mean of the channels that count, and the standard deviation of their conversion, decades.
+    /// The mean of the channels that count, and the standard deviation of their conversion,
+    /// decades.
     pub firing: MeanFiring,
     pub log_sigma: f32,
     /// Mean amplitudes of these channels from bin 0 on, um from peak to peak.
@@ -66,9 +69,15 @@ pub struct Felt {
 }
 
 impl Felt {
-    /// The indices as a window of `as_window_s` would have them; one of a second has a bin each hertz.
+    /// The indices as a window of `as_window_s` would have them; one of a second has a bin each
+    /// hertz.
     pub fn indices(&self, as_window_s: f64, m: Option<(f32, f32)>) -> Indices {
-        Indices::new(&self.firing, self.log_sigma, (self.window_s as f32, as_window_s as f32), m)
+        Indices::new(
+            &self.firing,
+            self.log_sigma,
+            (self.window_s as f32, as_window_s as f32),
+            m,
+        )
     }
 
     pub fn bins(&self) -> usize {
@@ -92,9 +101,17 @@ struct Loaded {
 }
 
 /// Measures what is felt. `progress` takes the rows that have been read.
-pub fn measure(samples: &Samples, options: &Options, progress: &mut dyn FnMut(u64)) -> Result<Felt> {
+pub fn measure(
+    samples: &Samples,
+    options: &Options,
+    progress: &mut dyn FnMut(u64),
+) -> Result<Felt> {
     let samples = Loaded::read(samples, &options.selection, progress)?;
-    let other = options.reference.samples.as_ref().map(|other| Loaded::read(other, &options.selection, progress));
+    let other = options
+        .reference
+        .samples
+        .as_ref()
+        .map(|other| Loaded::read(other, &options.selection, progress));
     let other = other.transpose()?;
     let reference = other.as_ref().unwrap_or(&samples);
     ensure!(
@@ -104,10 +121,20 @@ pub fn measure(samples: &Samples, options: &Options, progress: &mut dyn FnMut(u6
         samples.rate_hz,
         reference.rate_hz
     );
-    let wanted = options.window_s.map_or(POINTS_MAX, |window_s| (window_s * samples.rate_hz).round() as usize);
+    let wanted = options.window_s.map_or(POINTS_MAX, |window_s| {
+        (window_s * samples.rate_hz).round() as usize
+    });
     let rows = samples.slots().min(reference.slots()).min(wanted);
-    let Some(window) = points(rows) else { bail!("{}: {rows} rows in a window, at least 64 are needed", samples.file) };
-    let (window_s, bin_hz) = (window as f64 / samples.rate_hz, (samples.rate_hz / window as f64) as f32);
+    let Some(window) = points(rows) else {
+        bail!(
+            "{}: {rows} rows in a window, at least 64 are needed",
+            samples.file
+        )
+    };
+    let (window_s, bin_hz) = (
+        window as f64 / samples.rate_hz,
+        (samples.rate_hz / window as f64) as f32,
+    );
 
     let surface = options.reference.surface;
     let hz = surface.frequency_hz();
@@ -122,9 +149,16 @@ pub fn measure(samples: &Samples, options: &Options, progress: &mut dyn FnMut(u6
             bail!("{}: no column {name}", reference.file)
         };
         let conversion = conversion(&surface, values, window, hz / bin_hz);
-        channels.push(Channel { name: name.clone(), conversion, firing: MeanFiring::default() });
+        channels.push(Channel {
+            name: name.clone(),
+            conversion,
+            firing: MeanFiring::default(),
+        });
     }
-    let used: Vec<f32> = channels.iter().filter_map(|channel| Some(channel.conversion?.log_sigma)).collect();
+    let used: Vec<f32> = channels
+        .iter()
+        .filter_map(|channel| Some(channel.conversion?.log_sigma))
+        .collect();
     ensure!(
         !used.is_empty(),
         "{}: the reference has no amplitude at {hz} Hz (speed_mm_s over rsm_mm) in any column: choose a recording in \
@@ -137,11 +171,15 @@ pub fn measure(samples: &Samples, options: &Options, progress: &mut dyn FnMut(u6
     for start in &starts {
         let mut together = Vec::new();
         for (channel, (_, values)) in channels.iter_mut().zip(&samples.channels) {
-            let (Some(conversion), Some(values)) = (channel.conversion, values.get(*start..start + window)) else {
+            let (Some(conversion), Some(values)) =
+                (channel.conversion, values.get(*start..start + window))
+            else {
                 continue;
             };
             let mut values = values.to_vec();
-            let Some(amplitudes) = amplitude_spectrum(&mut values) else { continue };
+            let Some(amplitudes) = amplitude_spectrum(&mut values) else {
+                continue;
+            };
             let found = Firing::new(amplitudes, bin_hz, &conversion);
             channel.firing.push(&found);
             together.push(found);
@@ -163,34 +201,55 @@ pub fn measure(samples: &Samples, options: &Options, progress: &mut dyn FnMut(u6
         channels,
         firing,
         log_sigma: used.iter().sum::<f32>() / used.len() as f32,
-        spectrum_um: log_um.into_iter().map(|sum| 10f64.powf(sum / count)).collect(),
+        spectrum_um: log_um
+            .into_iter()
+            .map(|sum| 10f64.powf(sum / count))
+            .collect(),
         guessed: samples.guessed,
     })
 }
 
-/// Starts of windows that overlap by half or less, so that each counts as one of its own; two or more use all rows.
+/// Starts of windows that overlap by half or less, so that each counts as one of its own; two or
+/// more use all rows.
 fn starts(rows: usize, window: usize) -> Vec<usize> {
     let steps = (rows - window) / (window / 2);
-    (0..=steps).map(|step| (step * (rows - window)).checked_div(steps).unwrap_or(0)).collect()
+    (0..=steps)
+        .map(|step| (step * (rows - window)).checked_div(steps).unwrap_or(0))
+        .collect()
 }
 
 /// D by the mean amplitude over the windows; none without one.
-fn conversion(surface: &Reference, values: &[f32], window: usize, cycles: f32) -> Option<Conversion> {
-    let line = |start| SpectralLine::measure(&mut values.get(start..start + window)?.to_vec(), cycles);
-    let lines: Option<Vec<SpectralLine>> = starts(values.len(), window).into_iter().map(line).collect();
+fn conversion(
+    surface: &Reference,
+    values: &[f32],
+    window: usize,
+    cycles: f32,
+) -> Option<Conversion> {
+    let line =
+        |start| SpectralLine::measure(&mut values.get(start..start + window)?.to_vec(), cycles);
+    let lines: Option<Vec<SpectralLine>> =
+        starts(values.len(), window).into_iter().map(line).collect();
     let (amplitude, sigma) = SpectralLine::mean(lines?.into_iter())?;
     surface.conversion(amplitude, sigma).ok()
 }
 
 impl Loaded {
-    fn read(samples: &Samples, selection: &Selection, progress: &mut dyn FnMut(u64)) -> Result<Self> {
+    fn read(
+        samples: &Samples,
+        selection: &Selection,
+        progress: &mut dyn FnMut(u64),
+    ) -> Result<Self> {
         let rows = &mut *samples.open()?;
         let columns = columns(rows, selection)?;
         let part = Part::read(rows, selection, ROWS_MAX, progress)?;
         let file = rows.file().to_owned();
         let grid = match part.is_stamped {
             true => Grid::from_stamps(&part.times_s, selection.rate_hz, |row| {
-                format!("row {} (time_s {})", part.before + row as u64 + 1, part.times_s[row])
+                format!(
+                    "row {} (time_s {})",
+                    part.before + row as u64 + 1,
+                    part.times_s[row]
+                )
             })
             .with_context(|| file.clone())?,
             false => Grid::even(part.rows(), given_rate_hz(&file, selection)?),
@@ -202,7 +261,9 @@ impl Loaded {
             readings_missing += part.rows() - known.len();
             let values = bridged(&known, grid.slots());
             let name = rows.names()[*column].clone();
-            let greatest = values.iter().fold(0.0, |greatest: f32, value| greatest.max(value.abs()));
+            let greatest = values
+                .iter()
+                .fold(0.0, |greatest: f32, value| greatest.max(value.abs()));
             ensure!(
                 greatest == 0.0 || SQUARED.contains(&greatest),
                 "{file}: column {name}: its values differ by {greatest:e}, which f32 cannot square: scale them"
@@ -211,7 +272,15 @@ impl Loaded {
         };
         let channels = columns.iter().map(&mut channel).collect::<Result<_>>()?;
         let (rate_hz, rows_missing) = (grid.rate_hz, grid.missing());
-        Ok(Self { file, rate_hz, rows: part.rows(), rows_missing, readings_missing, channels, guessed: rows.guessed() })
+        Ok(Self {
+            file,
+            rate_hz,
+            rows: part.rows(),
+            rows_missing,
+            readings_missing,
+            channels,
+            guessed: rows.guessed(),
+        })
     }
 
     /// Samples of a channel, missing rows included.
@@ -220,10 +289,13 @@ impl Loaded {
     }
 }
 
-/// Readings at their places, less the first one; straight lines where readings are missing. Zeros without any reading.
+/// Readings at their places, less the first one; straight lines where readings are missing. Zeros
+/// without any reading.
 fn bridged(known: &[(usize, f64)], slots: usize) -> Vec<f32> {
     let mut values = vec![0.0; slots];
-    let Some((_, first)) = known.first().copied() else { return values };
+    let Some((_, first)) = known.first().copied() else {
+        return values;
+    };
     for pair in known.windows(2) {
         let [(from, a), (to, b)] = [pair[0], pair[1]];
         for (step, value) in values[from..to].iter_mut().enumerate() {
@@ -250,7 +322,10 @@ mod tests {
 
     #[test]
     fn missing_readings_are_bridged() {
-        assert_eq!(bridged(&[(1, 10.0), (2, 12.0), (4, 16.0)], 6), [0.0, 0.0, 2.0, 4.0, 6.0, 6.0]);
+        assert_eq!(
+            bridged(&[(1, 10.0), (2, 12.0), (4, 16.0)], 6),
+            [0.0, 0.0, 2.0, 4.0, 6.0, 6.0]
+        );
         assert_eq!(bridged(&[], 2), [0.0, 0.0]);
     }
 }

@@ -37,7 +37,11 @@ struct JsonChannel<'a> {
 }
 
 /// One JSON object on one line, without the line's end.
-pub fn json(felt: &Felt, coefficients: &Coefficients, m: Option<(f32, f32)>) -> serde_json::Result<String> {
+pub fn json(
+    felt: &Felt,
+    coefficients: &Coefficients,
+    m: Option<(f32, f32)>,
+) -> serde_json::Result<String> {
     serde_json::to_string(&Json {
         r#type: "feel",
         file: &felt.file,
@@ -52,11 +56,22 @@ pub fn json(felt: &Felt, coefficients: &Coefficients, m: Option<(f32, f32)>) -> 
         m_sigma: m.map(|(_, sigma)| sigma),
         receptors: receptors(felt, &felt.firing, felt.log_sigma),
         scores: scores(felt, coefficients, m),
-        channels: felt.channels.iter().map(|channel| json_channel(felt, channel)).collect(),
+        channels: felt
+            .channels
+            .iter()
+            .map(|channel| json_channel(felt, channel))
+            .collect(),
     })
 }
 
-fn json_channel<'a>(felt: &Felt, Channel { name, conversion, firing }: &'a Channel) -> JsonChannel<'a> {
+fn json_channel<'a>(
+    felt: &Felt,
+    Channel {
+        name,
+        conversion,
+        firing,
+    }: &'a Channel,
+) -> JsonChannel<'a> {
     JsonChannel {
         name,
         usable: conversion.is_some(),
@@ -67,7 +82,8 @@ fn json_channel<'a>(felt: &Felt, Channel { name, conversion, firing }: &'a Chann
 }
 
 fn receptors(felt: &Felt, firing: &MeanFiring, log_sigma: f32) -> Vec<JsonReceptor> {
-    let as_window = |as_s: f64| Indices::new(firing, log_sigma, (felt.window_s as f32, as_s as f32), None);
+    let as_window =
+        |as_s: f64| Indices::new(firing, log_sigma, (felt.window_s as f32, as_s as f32), None);
     let (window, second) = (as_window(felt.window_s), as_window(1.0));
     let receptor = |receptor: Receptor| {
         let (window, second) = (window.get(receptor as usize), second.get(receptor as usize));
@@ -83,14 +99,25 @@ fn receptors(felt: &Felt, firing: &MeanFiring, log_sigma: f32) -> Vec<JsonRecept
     Receptor::ALL.map(receptor).into()
 }
 
-fn scores<'c>(felt: &Felt, coefficients: &'c Coefficients, m: Option<(f32, f32)>) -> Vec<JsonScore<'c>> {
+fn scores<'c>(
+    felt: &Felt,
+    coefficients: &'c Coefficients,
+    m: Option<(f32, f32)>,
+) -> Vec<JsonScore<'c>> {
     let indices = felt.indices(coefficients.window_s, m);
     let score = |(name, score): (&'c str, Score)| {
         let found = score.of(&indices);
         let (value, sigma) = (found.map(|(value, _)| value), found.map(|(_, sigma)| sigma));
-        let absent = needs(&score, &indices).map(|why| why.replace("needs M", "needs M: give --m or --image"));
+        let absent = needs(&score, &indices)
+            .map(|why| why.replace("needs M", "needs M: give --m or --image"));
         let outside_scale = coefficients.are_the_papers() && is_outside_scale(value);
-        JsonScore { name, score: value, score_sigma: sigma, outside_scale, absent }
+        JsonScore {
+            name,
+            score: value,
+            score_sigma: sigma,
+            outside_scale,
+            absent,
+        }
     };
     coefficients.scores().map(score).collect()
 }
@@ -98,9 +125,23 @@ fn scores<'c>(felt: &Felt, coefficients: &'c Coefficients, m: Option<(f32, f32)>
 pub fn text(felt: &Felt, coefficients: &Coefficients, m: Option<(f32, f32)>) -> String {
     let mut out = String::new();
     // Writing to a string cannot fail, here and below.
-    let _ = writeln!(out, "{:<10}{:>22}{:>22}", "receptor", "intensity", "per hertz");
-    for (found, receptor) in receptors(felt, &felt.firing, felt.log_sigma).into_iter().zip(Receptor::ALL) {
-        let JsonReceptor { intensity, intensity_sigma, intensity_per_hz, intensity_per_hz_sigma, absent, .. } = found;
+    let _ = writeln!(
+        out,
+        "{:<10}{:>22}{:>22}",
+        "receptor", "intensity", "per hertz"
+    );
+    for (found, receptor) in receptors(felt, &felt.firing, felt.log_sigma)
+        .into_iter()
+        .zip(Receptor::ALL)
+    {
+        let JsonReceptor {
+            intensity,
+            intensity_sigma,
+            intensity_per_hz,
+            intensity_per_hz_sigma,
+            absent,
+            ..
+        } = found;
         let _ = match absent {
             Some(why) => writeln!(out, "{:<10}{:>22}  {why}", receptor.name(), "-"),
             None => writeln!(
@@ -112,9 +153,21 @@ pub fn text(felt: &Felt, coefficients: &Coefficients, m: Option<(f32, f32)>) -> 
             ),
         };
     }
-    for JsonScore { name, score, score_sigma, outside_scale, absent } in scores(felt, coefficients, m) {
-        let value = if absent.is_some() { "-".to_owned() } else { with_sigma(score, score_sigma) };
-        let remark = absent.unwrap_or_else(|| if outside_scale { OUTSIDE_SCALE } else { "" }.to_owned());
+    for JsonScore {
+        name,
+        score,
+        score_sigma,
+        outside_scale,
+        absent,
+    } in scores(felt, coefficients, m)
+    {
+        let value = if absent.is_some() {
+            "-".to_owned()
+        } else {
+            with_sigma(score, score_sigma)
+        };
+        let remark =
+            absent.unwrap_or_else(|| if outside_scale { OUTSIDE_SCALE } else { "" }.to_owned());
         let _ = writeln!(out, "{name:<10}{value:>22}  {remark}");
     }
     let m = with_sigma(m.map(|(value, _)| value), m.map(|(_, sigma)| sigma));
@@ -130,20 +183,35 @@ pub fn text(felt: &Felt, coefficients: &Coefficients, m: Option<(f32, f32)>) -> 
         felt.rows_missing,
         felt.readings_missing
     );
-    for Channel { name, conversion, .. } in &felt.channels {
+    for Channel {
+        name, conversion, ..
+    } in &felt.channels
+    {
         let _ = match conversion {
             Some(conversion) => {
                 let (value, sigma) = (conversion.per_um().into(), conversion.per_um_sigma().into());
-                writeln!(out, "{name}: {} +- {} a micrometre", significant(value, 4), significant(sigma, 2))
+                writeln!(
+                    out,
+                    "{name}: {} +- {} a micrometre",
+                    significant(value, 4),
+                    significant(sigma, 2)
+                )
             }
-            None => writeln!(out, "{name}: not used: the reference has no amplitude in it"),
+            None => writeln!(
+                out,
+                "{name}: not used: the reference has no amplitude in it"
+            ),
         };
     }
-    out.lines().map(|line| format!("{}\n", line.trim_end())).collect()
+    out.lines()
+        .map(|line| format!("{}\n", line.trim_end()))
+        .collect()
 }
 
 fn with_sigma(value: Option<f32>, sigma: Option<f32>) -> String {
-    let (Some(value), Some(sigma)) = (value, sigma) else { return "-".to_owned() };
+    let (Some(value), Some(sigma)) = (value, sigma) else {
+        return "-".to_owned();
+    };
     if sigma == 0.0 {
         return significant(value.into(), 4);
     }

@@ -4,8 +4,8 @@ use super::coefficients::NAMES;
 use ridgetone_feel::{RECEPTORS, Receptor};
 use serde::Serialize;
 
-/// A threshold, to the scale of the event's spectrum. In decibels over the logarithm of the frequency it is straight between
-/// its ends.
+/// A threshold, to the scale of the event's spectrum. In decibels over the logarithm of the
+/// frequency it is straight between its ends.
 #[derive(Clone, Debug, Serialize)]
 pub struct Threshold {
     /// As in JSON.
@@ -49,8 +49,15 @@ mod tests {
             (sa1.level_db[2], 26.2, 0.787 * 26.2f64.powf(0.683)),
             (sa2.level_db[3], 400.0, 17.1 * 400f64.powf(-0.034)),
         ] {
-            assert!((f64::from(found) - expected(um)).abs() < 0.01, "at {hz} Hz: {found} and {}", expected(um));
+            assert!(
+                (f64::from(found) - expected(um)).abs() < 0.01,
+                "at {hz} Hz: {found} and {}",
+                expected(um)
+            );
         }
-        assert_eq!((fa2.receptor, fa2.name, fa2.hz), ("fa2", "FA II", [20.0, 241.0, 241.0, 800.0]));
+        assert_eq!(
+            (fa2.receptor, fa2.name, fa2.hz),
+            ("fa2", "FA II", [20.0, 241.0, 241.0, 800.0])
+        );
     }
 }

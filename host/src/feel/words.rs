@@ -1,4 +1,5 @@
-//! What receptors and scores are in JSON, and why one has no value: of a recording, and of a board's event.
+//! What receptors and scores are in JSON, and why one has no value: of a recording, and of a
+//! board's event.
 
 use crate::digits::significant;
 use ridgetone_feel::{Absent, Firing, Indices, Receptor, Score};
@@ -46,11 +47,21 @@ pub(super) fn is_outside_scale(score: Option<f32>) -> bool {
 }
 
 /// Why a receptor has no intensity in a window of `window_s` seconds and `bins` bins.
-pub(super) fn absent(receptor: Receptor, rate_hz: f64, window_s: f64, bins: usize) -> Option<String> {
+pub(super) fn absent(
+    receptor: Receptor,
+    rate_hz: f64,
+    window_s: f64,
+    bins: usize,
+) -> Option<String> {
     let why = Firing::absent(receptor, bins, (1.0 / window_s) as f32)?;
     Some(match why {
         Absent::RateTooLow(_) => {
-            format!("{} {}, here are {}", receptor.name(), in_short(why), significant(rate_hz, 5))
+            format!(
+                "{} {}, here are {}",
+                receptor.name(),
+                in_short(why),
+                significant(rate_hz, 5)
+            )
         }
         Absent::WindowTooShort => {
             let seconds = significant(window_s, 2);
@@ -73,8 +84,10 @@ pub(super) fn in_short(why: Absent) -> String {
 
 /// The first index that a score lacks.
 pub(super) fn needs(score: &Score, indices: &Indices) -> Option<String> {
-    score.missing(indices).map(|index| match Receptor::ALL.get(index) {
-        Some(receptor) => format!("needs the intensity of {}", receptor.name()),
-        None => "needs M".to_owned(),
-    })
+    score
+        .missing(indices)
+        .map(|index| match Receptor::ALL.get(index) {
+            Some(receptor) => format!("needs the intensity of {}", receptor.name()),
+            None => "needs M".to_owned(),
+        })
 }

@@ -1,5 +1,5 @@
-//! The stylus' end on a board of its own, the image `stylus-f405`: places of its encoder come from it, textures and parameters go to it,
-//! and the vibration is made there.
+//! The stylus' end on a board of its own, the image `stylus-f405`: places of its encoder come from
+//! it, textures and parameters go to it, and the vibration is made there.
 
 use super::message::{Body, Message, Receiver};
 use super::requests::StylusRequests;
@@ -18,14 +18,15 @@ use serde::Serialize;
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// Packets before number 0, at most, whose loss makes a wrapped number look like a restart's: those of a second, after which the board
-/// counts as silent.
+/// Packets before number 0, at most, whose loss makes a wrapped number look like a restart's: those
+/// of a second, after which the board counts as silent.
 const LOST_MAX: u16 = 260;
 
 /// What the board does, in a report.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Doing {
-    /// `disabled`, `line_silent`, `no_texture`, `hand_still` or `vibrating`; none while nothing is heard of it.
+    /// `disabled`, `line_silent`, `no_texture`, `hand_still` or `vibrating`; none while nothing is
+    /// heard of it.
     pub state: Option<State>,
     /// Samples that were not there in time, since its start.
     pub deadlines_missed: u32,
@@ -59,9 +60,19 @@ pub struct BoardEnd {
 }
 
 impl BoardEnd {
-    /// A board on a line. `parameters` come from the caller but for the actuator and the law, which are `output`'s.
-    pub fn new(line: Box<dyn Source>, output: Output, parameters: Parameters, run: u32) -> Result<Self> {
-        let parameters = Parameters { actuator: output.actuator, law: output.law(), ..parameters };
+    /// A board on a line. `parameters` come from the caller but for the actuator and the law, which
+    /// are `output`'s.
+    pub fn new(
+        line: Box<dyn Source>,
+        output: Output,
+        parameters: Parameters,
+        run: u32,
+    ) -> Result<Self> {
+        let parameters = Parameters {
+            actuator: output.actuator,
+            law: output.law(),
+            ..parameters
+        };
         parameters.stimulus()?;
         Ok(Self {
             receiver: Receiver::default(),
@@ -79,14 +90,24 @@ impl BoardEnd {
             heard_s: Some(0.0),
             is_lost: false,
             sequence: None,
-            doing: Doing { state: None, deadlines_missed: 0, packets_lost: 0, packets_damaged: 0, silences: 0 },
+            doing: Doing {
+                state: None,
+                deadlines_missed: 0,
+                packets_lost: 0,
+                packets_damaged: 0,
+                silences: 0,
+            },
         })
     }
 
     /// What the board does.
     pub fn doing(&self) -> Doing {
         let (packets_lost, packets_damaged) = (self.decoder.missing, self.decoder.damaged);
-        Doing { packets_lost, packets_damaged, ..self.doing }
+        Doing {
+            packets_lost,
+            packets_damaged,
+            ..self.doing
+        }
     }
 
     /// The texture that the board has been given, if it is felt as soon as the hand moves.
@@ -110,7 +131,11 @@ impl BoardEnd {
 
     /// Takes what has arrived of the finger's end.
     pub fn take(&mut self, t_s: f64, bytes: &[u8]) {
-        if let Some(Message { body: Body::Texture(texture), .. }) = self.receiver.take(bytes) {
+        if let Some(Message {
+            body: Body::Texture(texture),
+            ..
+        }) = self.receiver.take(bytes)
+        {
             self.link_heard_s = Some(t_s);
             self.requests.texture = texture.map(|texture| self.output.counted(&texture));
         }
@@ -121,16 +146,23 @@ impl BoardEnd {
         while let Some(event) = self.line.next(Duration::ZERO)? {
             match event {
                 FeedEvent::Data(bytes) => self.hear(t_s, &bytes)?,
-                FeedEvent::Disconnected(name, why) => self.lose(&format!("{name}: {why}; waiting for the stylus")),
+                FeedEvent::Disconnected(name, why) => {
+                    self.lose(&format!("{name}: {why}; waiting for the stylus"))
+                }
                 FeedEvent::Connected(_) => {}
                 FeedEvent::Over => bail!("{}: the stylus' line is over", self.line.name()),
             }
         }
         if self.heard_s.is_some_and(|heard_s| t_s - heard_s > SILENT_S) {
             let name = self.line.name();
-            self.lose(&format!("{name}: the stylus is silent; without requests its vibration stops by itself"));
+            self.lose(&format!(
+                "{name}: the stylus is silent; without requests its vibration stops by itself"
+            ));
         }
-        if self.link_heard_s.is_some_and(|heard_s| t_s - heard_s > SILENT_S) {
+        if self
+            .link_heard_s
+            .is_some_and(|heard_s| t_s - heard_s > SILENT_S)
+        {
             (self.link_heard_s, self.requests.texture) = (None, None);
         }
         if let Some((number, command)) = self.requests.due(t_s) {
@@ -165,7 +197,14 @@ impl BoardEnd {
         Ok(())
     }
 
-    fn take_packet(&mut self, t_s: f64, Packet { sequence, event: Mark(event) }: Packet) -> Result<()> {
+    fn take_packet(
+        &mut self,
+        t_s: f64,
+        Packet {
+            sequence,
+            event: Mark(event),
+        }: Packet,
+    ) -> Result<()> {
         // The number wraps every few minutes, and the packets before may be lost.
         let before = self.sequence.replace(sequence);
         let is_first = sequence == 0 && before.is_none_or(|before| before < u16::MAX - LOST_MAX);
@@ -179,10 +218,18 @@ impl BoardEnd {
                 self.requests.has(&hello.parameters);
             }
             Event::Place(place) => {
-                let moved = self.counts.map_or(0, |counts| place.counts.wrapping_sub(counts));
-                (self.counts, self.travelled) = (Some(place.counts), self.travelled + i64::from(moved));
+                let moved = self
+                    .counts
+                    .map_or(0, |counts| place.counts.wrapping_sub(counts));
+                (self.counts, self.travelled) =
+                    (Some(place.counts), self.travelled + i64::from(moved));
                 let body = Body::Place(self.travelled as f64 * self.count_mm);
-                self.due.push_back(Message { run: self.run, number: self.number, t_s, body });
+                self.due.push_back(Message {
+                    run: self.run,
+                    number: self.number,
+                    t_s,
+                    body,
+                });
                 self.number = self.number.wrapping_add(1);
             }
             Event::State(change) => self.is_now(change.state),
@@ -192,9 +239,15 @@ impl BoardEnd {
             }
             Event::Reply(reply) => match self.requests.answered(t_s, &reply) {
                 Some((Command::Texture(texture), why)) => {
-                    eprintln!("ridgetone: the stylus refuses the texture of {} mm: {why}", texture.period_mm);
+                    eprintln!(
+                        "ridgetone: the stylus refuses the texture of {} mm: {why}",
+                        texture.period_mm
+                    );
                 }
-                Some((_, why)) => bail!("{}: the stylus refuses its parameters: {why}", self.line.name()),
+                Some((_, why)) => bail!(
+                    "{}: the stylus refuses its parameters: {why}",
+                    self.line.name()
+                ),
                 None => {}
             },
             Event::Damaged(_) => {}
@@ -207,7 +260,8 @@ impl BoardEnd {
         self.requests.is_now(state);
     }
 
-    /// Nothing is heard of the board any more. It is disabled, if it still hears, and gets no sign of life.
+    /// Nothing is heard of the board any more. It is disabled, if it still hears, and gets no sign
+    /// of life.
     fn lose(&mut self, why: &str) {
         if self.heard_s.take().is_some() {
             eprintln!("ridgetone: {why}");
@@ -220,7 +274,13 @@ impl BoardEnd {
     fn send(&mut self, number: u16, command: Command) {
         let mut wire = [0; REQUEST_WIRE_MAX];
         // The longest fits, and what a line that is away does not take is sent again.
-        if let Ok(used) = framing::encode(&Request { number, command: Mark(command) }, &mut wire) {
+        if let Ok(used) = framing::encode(
+            &Request {
+                number,
+                command: Mark(command),
+            },
+            &mut wire,
+        ) {
             let _ = self.line.send(&wire[..used]);
         }
     }
@@ -229,7 +289,13 @@ impl BoardEnd {
 impl Doing {
     /// A line for people.
     pub fn text(&self) -> String {
-        let Self { deadlines_missed, packets_lost, packets_damaged, silences, .. } = self;
+        let Self {
+            deadlines_missed,
+            packets_lost,
+            packets_damaged,
+            silences,
+            ..
+        } = self;
         format!(
             "stylus {}; {deadlines_missed} samples late, {packets_lost} packets lost, {packets_damaged} damaged, silent {silences} times",
             self.state.map_or("silent", name)
@@ -265,24 +331,50 @@ mod tests {
 
     fn hear(end: &mut BoardEnd, sequence: u16, event: Event) {
         let mut wire = [0; WIRE_MAX];
-        let used = Mark::<Event>::encode(&Packet { sequence, event: Mark(event) }, &mut wire).expect("it fits");
+        let used = Mark::<Event>::encode(
+            &Packet {
+                sequence,
+                event: Mark(event),
+            },
+            &mut wire,
+        )
+        .expect("it fits");
         end.hear(1.0, &wire[..used]).expect("heard");
     }
 
-    /// Counts of the hand after packets up to one number, then a greeting under number 0 and a place of `counts` counts.
+    /// Counts of the hand after packets up to one number, then a greeting under number 0 and a
+    /// place of `counts` counts.
     fn counts(last: u16, counts: i32) -> Option<f64> {
         let output = Output::new(Actuator::PIEZO, None).expect("an output");
-        let mut end = BoardEnd::new(Box::new(Silent), output, Parameters::DEFAULT, 1).expect("an end");
-        let place = |counts| Event::Place(Place { t_us: 0, counts, speed_mm_s: 0.0 });
+        let mut end =
+            BoardEnd::new(Box::new(Silent), output, Parameters::DEFAULT, 1).expect("an end");
+        let place = |counts| {
+            Event::Place(Place {
+                t_us: 0,
+                counts,
+                speed_mm_s: 0.0,
+            })
+        };
         hear(&mut end, last - 1, place(0));
         hear(&mut end, last, place(1000));
         let (version, parameters, boot) = ([0; 3], Parameters::DEFAULT, Boot::UNKNOWN);
-        hear(&mut end, 0, Event::Hello(Hello { protocol: PROTOCOL, version, sample_hz: SAMPLE_HZ, parameters, boot }));
+        hear(
+            &mut end,
+            0,
+            Event::Hello(Hello {
+                protocol: PROTOCOL,
+                version,
+                sample_hz: SAMPLE_HZ,
+                parameters,
+                boot,
+            }),
+        );
         hear(&mut end, 1, place(counts));
         end.place_mm().map(|mm| (mm / end.count_mm).round())
     }
 
-    /// The encoder of a board that has started counts from 0, where the hand is; that of one whose number wraps goes on.
+    /// The encoder of a board that has started counts from 0, where the hand is; that of one whose
+    /// number wraps goes on.
     #[test]
     fn a_number_that_wraps_is_no_restart() {
         for last in [u16::MAX, u16::MAX - 1, u16::MAX - LOST_MAX] {

@@ -3,7 +3,8 @@
 use super::message::{Body, Message, Receiver};
 use ridgetone_stimulus::Texture;
 
-/// Time between two messages if nothing changes, seconds: what is lost is soon made up for, and a dead link is known.
+/// Time between two messages if nothing changes, seconds: what is lost is soon made up for, and a
+/// dead link is known.
 pub const REPEAT_S: f64 = 0.25;
 
 #[derive(Clone, Debug, Default)]
@@ -20,7 +21,10 @@ pub struct FingerEnd {
 impl FingerEnd {
     /// `run`: a number that the messages of an earlier run do not have.
     pub fn new(run: u32) -> Self {
-        Self { run, ..Self::default() }
+        Self {
+            run,
+            ..Self::default()
+        }
     }
 
     pub fn texture(&self) -> Option<Texture> {
@@ -40,13 +44,21 @@ impl FingerEnd {
         self.sent_s = Some(t_s);
         let number = self.number;
         self.number = number.wrapping_add(1);
-        Some(Message { run: self.run, number, t_s, body: Body::Texture(self.texture) })
+        Some(Message {
+            run: self.run,
+            number,
+            t_s,
+            body: Body::Texture(self.texture),
+        })
     }
 
     /// Takes what has arrived; gives whether it was used.
     pub fn take(&mut self, bytes: &[u8]) -> bool {
         match self.receiver.take(bytes) {
-            Some(Message { body: Body::Place(place_mm), .. }) => {
+            Some(Message {
+                body: Body::Place(place_mm),
+                ..
+            }) => {
                 self.place_mm = Some(place_mm);
                 true
             }

@@ -1,4 +1,5 @@
-//! What travels: numbered messages, framed as on the serial line ([`ridgetone_proto::framing`]), and what is counted of them.
+//! What travels: numbered messages, framed as on the serial line ([`ridgetone_proto::framing`]),
+//! and what is counted of them.
 
 use ridgetone_proto::framing::{WIRE_MAX, decode, encode};
 use ridgetone_stimulus::Texture;
@@ -60,7 +61,12 @@ pub struct Receiver {
 
 impl Default for Receiver {
     fn default() -> Self {
-        Self { counts: Counts::default(), run: 0, next: None, seen: vec![None; REMEMBERED] }
+        Self {
+            counts: Counts::default(),
+            run: 0,
+            next: None,
+            seen: vec![None; REMEMBERED],
+        }
     }
 }
 
@@ -74,7 +80,11 @@ impl Receiver {
             return None;
         };
         if message.run != self.run {
-            *self = Self { counts: self.counts, run: message.run, ..Self::default() };
+            *self = Self {
+                counts: self.counts,
+                run: message.run,
+                ..Self::default()
+            };
         }
         let place = message.number as usize % REMEMBERED;
         if self.seen[place] == Some(message.number) {
@@ -97,7 +107,8 @@ impl Receiver {
 }
 
 impl Message {
-    /// Whether its numbers can be used: a checksum of 32 bits lets one damaged message of four thousand millions through.
+    /// Whether its numbers can be used: a checksum of 32 bits lets one damaged message of four
+    /// thousand millions through.
     fn is_possible(&self) -> bool {
         self.t_s.is_finite()
             && match &self.body {
@@ -112,18 +123,34 @@ mod tests {
     use super::*;
 
     fn place(number: u32) -> Message {
-        Message { run: 7, number, t_s: 0.004 * f64::from(number), body: Body::Place(f64::from(number)) }
+        Message {
+            run: 7,
+            number,
+            t_s: 0.004 * f64::from(number),
+            body: Body::Place(f64::from(number)),
+        }
     }
 
     #[test]
     fn what_is_lost_late_doubled_or_damaged_is_counted() {
         let mut receiver = Receiver::default();
         for number in [0, 1, 5, 3, 5, 3, 6] {
-            let is_new = [0, 1, 5, 6].contains(&number) && receiver.next.is_none_or(|next| next <= number);
-            assert_eq!(receiver.take(&place(number).bytes()).is_some(), is_new, "{number}");
+            let is_new =
+                [0, 1, 5, 6].contains(&number) && receiver.next.is_none_or(|next| next <= number);
+            assert_eq!(
+                receiver.take(&place(number).bytes()).is_some(),
+                is_new,
+                "{number}"
+            );
         }
         // 2 and 4 have not come; 3 came late, and then again, as 5 did.
-        let counts = Counts { received: 4, lost: 2, late: 1, doubled: 2, damaged: 0 };
+        let counts = Counts {
+            received: 4,
+            lost: 2,
+            late: 1,
+            doubled: 2,
+            damaged: 0,
+        };
         assert_eq!(receiver.counts, counts);
         let good = place(7).bytes();
         for bit in 0..8 * (good.len() - 1) {
@@ -132,13 +159,33 @@ mod tests {
             assert_eq!(receiver.take(&bad), None, "{bit}");
         }
         assert_eq!(receiver.take(&[]), None);
-        assert_eq!(receiver.counts, Counts { damaged: 8 * (good.len() as u64 - 1) + 1, ..counts });
+        assert_eq!(
+            receiver.counts,
+            Counts {
+                damaged: 8 * (good.len() as u64 - 1) + 1,
+                ..counts
+            }
+        );
         assert!(receiver.take(&good).is_some());
         // The sender begins anew.
-        assert!(receiver.take(&Message { run: 8, ..place(0) }.bytes()).is_some());
+        assert!(
+            receiver
+                .take(&Message { run: 8, ..place(0) }.bytes())
+                .is_some()
+        );
         // Another one, which sent to others before: nothing is lost.
         let lost = receiver.counts.lost;
-        assert!(receiver.take(&Message { run: 9, ..place(15_000) }.bytes()).is_some());
+        assert!(
+            receiver
+                .take(
+                    &Message {
+                        run: 9,
+                        ..place(15_000)
+                    }
+                    .bytes()
+                )
+                .is_some()
+        );
         assert_eq!(receiver.counts.lost, lost);
     }
 
@@ -146,11 +193,50 @@ mod tests {
     fn impossible_numbers_are_damage() {
         let mut receiver = Receiver::default();
         let texture = |period_mm| Body::Texture(Some(Texture::new(period_mm)));
-        for body in [texture(f32::NAN), texture(-1.0), texture(1e9), Body::Place(f64::NAN), Body::Place(1e300)] {
-            assert_eq!(receiver.take(&Message { run: 7, number: 0, t_s: 0.0, body }.bytes()), None, "{body:?}");
+        for body in [
+            texture(f32::NAN),
+            texture(-1.0),
+            texture(1e9),
+            Body::Place(f64::NAN),
+            Body::Place(1e300),
+        ] {
+            assert_eq!(
+                receiver.take(
+                    &Message {
+                        run: 7,
+                        number: 0,
+                        t_s: 0.0,
+                        body
+                    }
+                    .bytes()
+                ),
+                None,
+                "{body:?}"
+            );
         }
-        assert_eq!(receiver.take(&Message { t_s: f64::NAN, ..place(0) }.bytes()), None);
+        assert_eq!(
+            receiver.take(
+                &Message {
+                    t_s: f64::NAN,
+                    ..place(0)
+                }
+                .bytes()
+            ),
+            None
+        );
         assert_eq!((receiver.counts.damaged, receiver.counts.received), (6, 0));
-        assert!(receiver.take(&Message { run: 7, number: 0, t_s: 0.0, body: texture(1.4) }.bytes()).is_some());
+        assert!(
+            receiver
+                .take(
+                    &Message {
+                        run: 7,
+                        number: 0,
+                        t_s: 0.0,
+                        body: texture(1.4)
+                    }
+                    .bytes()
+                )
+                .is_some()
+        );
     }
 }

@@ -26,7 +26,13 @@ pub struct Network {
 
 impl Network {
     pub fn new(delay: Delay, impairments: Impairments, seed: u64) -> Self {
-        Self { delay, impairments, random: ChaCha8Rng::seed_from_u64(seed), under_way: VecDeque::new(), sent: 0 }
+        Self {
+            delay,
+            impairments,
+            random: ChaCha8Rng::seed_from_u64(seed),
+            under_way: VecDeque::new(),
+            sent: 0,
+        }
     }
 
     fn happens(&mut self, share: f64) -> bool {

@@ -1,4 +1,5 @@
-//! What a stylus' board is to be requested next, until it does what is wanted: one request at a time, each until it is answered.
+//! What a stylus' board is to be requested next, until it does what is wanted: one request at a
+//! time, each until it is answered.
 
 use ridgetone_proto::settings::SettingsError;
 use ridgetone_stimulus::Texture;
@@ -6,8 +7,9 @@ use ridgetone_stylus::gate::State;
 use ridgetone_stylus::message::{Command, Outcome, Reply};
 use ridgetone_stylus::parameters::Parameters;
 
-/// Time after which a request that was not answered is sent again, and the least time between two signs of life, seconds: five in
-/// the half of a second after which a board that hears nothing stops.
+/// Time after which a request that was not answered is sent again, and the least time between two
+/// signs of life, seconds: five in the half of a second after which a board that hears nothing
+/// stops.
 const REPEAT_S: f64 = 0.1;
 
 /// What the board is known to have done since it was heard first.
@@ -40,9 +42,17 @@ pub struct StylusRequests {
 }
 
 impl StylusRequests {
-    /// `first`: the first request's number. A board repeats its reply to the number that it answered last.
+    /// `first`: the first request's number. A board repeats its reply to the number that it
+    /// answered last.
     pub fn new(parameters: Parameters, first: u16) -> Self {
-        Self { parameters, texture: None, done: Done::default(), refused: None, sent: None, number: first }
+        Self {
+            parameters,
+            texture: None,
+            done: Done::default(),
+            refused: None,
+            sent: None,
+            number: first,
+        }
     }
 
     /// Nothing is known of the board: it has started, or nobody has heard it.
@@ -69,7 +79,8 @@ impl StylusRequests {
                 return None;
             }
             // What a texture that is no longer wanted was sent for is over.
-            let is_old = matches!(sent.command, Command::Texture(texture) if Some(texture) != self.texture);
+            let is_old =
+                matches!(sent.command, Command::Texture(texture) if Some(texture) != self.texture);
             if !is_old {
                 sent.t_s = t_s;
                 return Some((sent.number, sent.command));
@@ -79,37 +90,61 @@ impl StylusRequests {
         let command = self.next().or(is_quiet.then_some(Command::Alive))?;
         let number = self.number;
         self.number = number.wrapping_add(1);
-        self.sent = Some(Sent { number, command, t_s, is_answered: false });
+        self.sent = Some(Sent {
+            number,
+            command,
+            t_s,
+            is_answered: false,
+        });
         Some((number, command))
     }
 
     /// What leads on. Parameters change at rest alone, so a board is disabled first.
     fn next(&self) -> Option<Command> {
-        let Done { is_at_rest, is_configured, texture, is_enabled } = self.done;
+        let Done {
+            is_at_rest,
+            is_configured,
+            texture,
+            is_enabled,
+        } = self.done;
         let wanted = self.texture.filter(|wanted| Some(*wanted) != self.refused);
         match wanted {
-            _ if !is_configured => {
-                Some(if is_at_rest { Command::Configure(self.parameters) } else { Command::Disable })
-            }
+            _ if !is_configured => Some(if is_at_rest {
+                Command::Configure(self.parameters)
+            } else {
+                Command::Disable
+            }),
             None => (!is_at_rest).then_some(Command::Disable),
             Some(wanted) if texture != Some(wanted) => Some(Command::Texture(wanted)),
             Some(_) => (!is_enabled).then_some(Command::Enable),
         }
     }
 
-    /// Takes a reply. Gives what the board refuses: a texture is not sent again then; with parameters the board cannot be used.
+    /// Takes a reply. Gives what the board refuses: a texture is not sent again then; with
+    /// parameters the board cannot be used.
     pub fn answered(&mut self, t_s: f64, reply: &Reply) -> Option<(Command, SettingsError)> {
-        let sent = self.sent.as_mut().filter(|sent| sent.number == reply.number && !sent.is_answered)?;
+        let sent = self
+            .sent
+            .as_mut()
+            .filter(|sent| sent.number == reply.number && !sent.is_answered)?;
         sent.is_answered = true;
         let command = sent.command;
         match (&reply.outcome, command) {
             (Outcome::Done, Command::Configure(_)) => {
                 // The texture is forgotten.
-                self.done = Done { is_at_rest: true, is_configured: true, ..Done::default() };
+                self.done = Done {
+                    is_at_rest: true,
+                    is_configured: true,
+                    ..Done::default()
+                };
             }
             (Outcome::Done, Command::Texture(texture)) => self.done.texture = Some(texture),
-            (Outcome::Done, Command::Enable) => (self.done.is_enabled, self.done.is_at_rest) = (true, false),
-            (Outcome::Done, Command::Disable) => (self.done.is_enabled, self.done.is_at_rest) = (false, true),
+            (Outcome::Done, Command::Enable) => {
+                (self.done.is_enabled, self.done.is_at_rest) = (true, false)
+            }
+            (Outcome::Done, Command::Disable) => {
+                (self.done.is_enabled, self.done.is_at_rest) = (false, true)
+            }
             (Outcome::Done, Command::Greet | Command::Alive | Command::Restart) => {}
             // Its output still falls: the same once more, soon.
             (Outcome::NotAtRest, _) => (sent.is_answered, sent.t_s) = (false, t_s),
@@ -124,10 +159,12 @@ impl StylusRequests {
         None
     }
 
-    /// The board says what it does. One that was silent for it must be enabled again, and one without a texture has started since.
+    /// The board says what it does. One that was silent for it must be enabled again, and one
+    /// without a texture has started since.
     pub fn is_now(&mut self, state: State) {
         if state == State::NoTexture && self.done.texture.is_some() {
-            // It has started again, and its greeting was lost: its parameters, and so its limits, are not known.
+            // It has started again, and its greeting was lost: its parameters, and so its limits,
+            // are not known.
             self.forget();
         }
         if matches!(state, State::LineSilent | State::Disabled) && self.done.is_enabled {
@@ -135,7 +172,8 @@ impl StylusRequests {
         }
     }
 
-    /// The board says which parameters are in force: others than the wanted ones, if it has started again.
+    /// The board says which parameters are in force: others than the wanted ones, if it has started
+    /// again.
     pub fn has(&mut self, parameters: &Parameters) {
         if self.done.is_configured && *parameters != self.parameters {
             self.forget();
@@ -150,7 +188,10 @@ mod tests {
     /// Time after which any request may be due.
     const LATER_S: f64 = 1.1 * REPEAT_S;
 
-    const WANTED: Parameters = Parameters { still_s: 0.4, ..Parameters::DEFAULT };
+    const WANTED: Parameters = Parameters {
+        still_s: 0.4,
+        ..Parameters::DEFAULT
+    };
 
     /// Answers requests until there is none but signs of life; gives them.
     fn commands_until_idle(requests: &mut StylusRequests, t_s: &mut f64) -> Vec<Command> {
@@ -158,7 +199,13 @@ mod tests {
         for _ in 0..20 {
             *t_s += LATER_S;
             let (number, command) = requests.due(*t_s).expect("a request");
-            requests.answered(*t_s, &Reply { number, outcome: Outcome::Done });
+            requests.answered(
+                *t_s,
+                &Reply {
+                    number,
+                    outcome: Outcome::Done,
+                },
+            );
             if command == Command::Alive {
                 return commands;
             }
@@ -170,32 +217,58 @@ mod tests {
     #[test]
     fn a_board_is_set_up_gets_its_texture_and_is_kept_alive() {
         let (mut requests, mut t_s) = (StylusRequests::new(WANTED, 7), 0.0);
-        assert_eq!(commands_until_idle(&mut requests, &mut t_s), [Command::Disable, Command::Configure(WANTED)]);
+        assert_eq!(
+            commands_until_idle(&mut requests, &mut t_s),
+            [Command::Disable, Command::Configure(WANTED)]
+        );
         let [first, second] = [1.4, 0.9].map(Texture::new);
         requests.texture = Some(first);
-        assert_eq!(commands_until_idle(&mut requests, &mut t_s), [Command::Texture(first), Command::Enable]);
+        assert_eq!(
+            commands_until_idle(&mut requests, &mut t_s),
+            [Command::Texture(first), Command::Enable]
+        );
         assert!(requests.is_done());
         requests.texture = Some(second);
         assert!(!requests.is_done());
-        assert_eq!(commands_until_idle(&mut requests, &mut t_s), [Command::Texture(second)]);
+        assert_eq!(
+            commands_until_idle(&mut requests, &mut t_s),
+            [Command::Texture(second)]
+        );
         requests.texture = None;
-        assert_eq!(commands_until_idle(&mut requests, &mut t_s), [Command::Disable]);
+        assert_eq!(
+            commands_until_idle(&mut requests, &mut t_s),
+            [Command::Disable]
+        );
         assert!(requests.is_at_rest());
         // The same again: the board still has it.
         requests.texture = Some(second);
-        assert_eq!(commands_until_idle(&mut requests, &mut t_s), [Command::Enable]);
+        assert_eq!(
+            commands_until_idle(&mut requests, &mut t_s),
+            [Command::Enable]
+        );
         // The line was silent for the board, so it has stopped.
         requests.is_now(State::LineSilent);
-        assert_eq!(commands_until_idle(&mut requests, &mut t_s), [Command::Enable]);
+        assert_eq!(
+            commands_until_idle(&mut requests, &mut t_s),
+            [Command::Enable]
+        );
         // It has started again.
         requests.has(&Parameters::DEFAULT);
-        let all = [Command::Disable, Command::Configure(WANTED), Command::Texture(second), Command::Enable];
+        let all = [
+            Command::Disable,
+            Command::Configure(WANTED),
+            Command::Texture(second),
+            Command::Enable,
+        ];
         assert_eq!(commands_until_idle(&mut requests, &mut t_s), all);
         requests.has(&WANTED);
         assert_eq!(commands_until_idle(&mut requests, &mut t_s), []);
         // It has started again, and its greeting was lost.
         requests.is_now(State::Disabled);
-        assert_eq!(commands_until_idle(&mut requests, &mut t_s), [Command::Enable]);
+        assert_eq!(
+            commands_until_idle(&mut requests, &mut t_s),
+            [Command::Enable]
+        );
         requests.is_now(State::NoTexture);
         assert_eq!(commands_until_idle(&mut requests, &mut t_s), all);
     }
@@ -207,12 +280,33 @@ mod tests {
         assert_eq!(requests.due(0.99 * REPEAT_S), None);
         assert_eq!(requests.due(REPEAT_S), Some((u16::MAX, Command::Disable)));
         // Of another one.
-        requests.answered(0.1, &Reply { number: 3, outcome: Outcome::Done });
+        requests.answered(
+            0.1,
+            &Reply {
+                number: 3,
+                outcome: Outcome::Done,
+            },
+        );
         assert!(!requests.is_at_rest());
-        requests.answered(0.1, &Reply { number: u16::MAX, outcome: Outcome::Done });
+        requests.answered(
+            0.1,
+            &Reply {
+                number: u16::MAX,
+                outcome: Outcome::Done,
+            },
+        );
         assert_eq!(requests.due(0.1), Some((0, Command::Configure(WANTED))));
-        requests.answered(0.1, &Reply { number: 0, outcome: Outcome::NotAtRest });
-        assert_eq!((requests.due(0.15), requests.due(0.2)), (None, Some((0, Command::Configure(WANTED)))));
+        requests.answered(
+            0.1,
+            &Reply {
+                number: 0,
+                outcome: Outcome::NotAtRest,
+            },
+        );
+        assert_eq!(
+            (requests.due(0.15), requests.due(0.2)),
+            (None, Some((0, Command::Configure(WANTED))))
+        );
     }
 
     #[test]
@@ -223,10 +317,20 @@ mod tests {
         requests.texture = Some(bad);
         let (number, command) = requests.due(t_s + LATER_S).expect("a request");
         assert_eq!(command, Command::Texture(bad));
-        let why =
-            SettingsError { field: "period_mm".try_into().expect("short"), value: 1e9, least: 0.05, greatest: 100.0 };
-        let reply = Reply { number, outcome: Outcome::Refused(why.clone()) };
-        assert_eq!(requests.answered(t_s + LATER_S, &reply), Some((command, why)));
+        let why = SettingsError {
+            field: "period_mm".try_into().expect("short"),
+            value: 1e9,
+            least: 0.05,
+            greatest: 100.0,
+        };
+        let reply = Reply {
+            number,
+            outcome: Outcome::Refused(why.clone()),
+        };
+        assert_eq!(
+            requests.answered(t_s + LATER_S, &reply),
+            Some((command, why))
+        );
         t_s += LATER_S;
         assert_eq!(commands_until_idle(&mut requests, &mut t_s), []);
         assert!(!requests.is_done());
@@ -239,8 +343,16 @@ mod tests {
         commands_until_idle(&mut requests, &mut t_s);
         let [first, second] = [1.4, 0.9].map(Texture::new);
         requests.texture = Some(first);
-        assert_eq!(requests.due(t_s + LATER_S).map(|(_, command)| command), Some(Command::Texture(first)));
+        assert_eq!(
+            requests.due(t_s + LATER_S).map(|(_, command)| command),
+            Some(Command::Texture(first))
+        );
         requests.texture = Some(second);
-        assert_eq!(requests.due(t_s + 2.0 * LATER_S).map(|(_, command)| command), Some(Command::Texture(second)));
+        assert_eq!(
+            requests
+                .due(t_s + 2.0 * LATER_S)
+                .map(|(_, command)| command),
+            Some(Command::Texture(second))
+        );
     }
 }

@@ -81,7 +81,8 @@ pub struct Report {
     pub period_sigma_mm: Option<f32>,
     /// How far the place that the finger knows is from that of the hand.
     pub behind_mm: Option<f64>,
-    /// Error of the stimulus against the texture under the finger at the place of the hand, rms over the amplitude.
+    /// Error of the stimulus against the texture under the finger at the place of the hand, rms
+    /// over the amplitude.
     pub error_percent: Option<f64>,
     pub error_cycles: Option<f64>,
     /// That of a vibration which would have travelled.
@@ -92,7 +93,8 @@ impl Link {
     /// With a board the hand and the actuator are its own; without one they are simulated.
     pub fn new(options: &Options, ends: Ends, board: Option<BoardEnd>) -> Result<Self> {
         let (mean_ms, sigma_ms) = options.delay_ms;
-        let delay = |seed: u64| Delay::new((mean_ms / 1e3) as f32, (sigma_ms / 1e3) as f32, seed as u32);
+        let delay =
+            |seed: u64| Delay::new((mean_ms / 1e3) as f32, (sigma_ms / 1e3) as f32, seed as u32);
         let network = |seed: u64| anyhow::Ok(Network::new(delay(seed)?, options.impairments, seed));
         Ok(Self {
             finger: FingerEnd::new(options.run),
@@ -108,7 +110,15 @@ impl Link {
     /// Sends and takes all messages up to a time, seconds. Times must not decrease.
     pub fn step(&mut self, t_s: f64) -> Result<()> {
         self.t_s = t_s;
-        let Self { finger, stylus, to_finger, to_stylus, board, ends, .. } = self;
+        let Self {
+            finger,
+            stylus,
+            to_finger,
+            to_stylus,
+            board,
+            ends,
+            ..
+        } = self;
         if let Some(board) = board {
             board.step(t_s)?;
             while let Some(message) = board.due() {
@@ -166,10 +176,15 @@ impl Link {
 
     /// A stylus' board must not go on until its line is silent for it.
     fn stop_softly(&mut self) {
-        let (begun, Some(board)) = (Instant::now(), &mut self.board) else { return };
+        let (begun, Some(board)) = (Instant::now(), &mut self.board) else {
+            return;
+        };
         while !board.stop_softly() && begun.elapsed() < REST {
             std::thread::sleep(STEP);
-            if board.step(self.t_s + begun.elapsed().as_secs_f64()).is_err() {
+            if board
+                .step(self.t_s + begun.elapsed().as_secs_f64())
+                .is_err()
+            {
                 break;
             }
         }
@@ -184,18 +199,32 @@ impl Link {
             _ => self.stylus.texture.filter(|_| self.stylus.is_felt()),
         };
         let is_here = matches!(self.ends, Ends::Here);
-        let hand_mm = self.board.as_ref().map_or(Some(self.stylus.place_mm(t_s)), BoardEnd::place_mm);
-        let receiver = self.board.as_ref().map_or(&self.stylus.receiver, |board| &board.receiver);
+        let hand_mm = self
+            .board
+            .as_ref()
+            .map_or(Some(self.stylus.place_mm(t_s)), BoardEnd::place_mm);
+        let receiver = self
+            .board
+            .as_ref()
+            .map_or(&self.stylus.receiver, |board| &board.receiver);
         Report {
             t_s,
             places_sent: self.to_finger.sent,
             places: self.finger.receiver.counts,
             textures_sent: self.to_stylus.sent,
             textures: receiver.counts,
-            is_felt: self.board.as_ref().map_or(self.stylus.is_felt(), BoardEnd::is_felt),
+            is_felt: self
+                .board
+                .as_ref()
+                .map_or(self.stylus.is_felt(), BoardEnd::is_felt),
             period_mm: texture.map(|texture| texture.period_mm),
             period_sigma_mm: texture.map(|texture| texture.period_sigma_mm),
-            behind_mm: self.finger.place_mm.filter(|_| is_here).zip(hand_mm).map(|(mm, hand_mm)| (mm - hand_mm).abs()),
+            behind_mm: self
+                .finger
+                .place_mm
+                .filter(|_| is_here)
+                .zip(hand_mm)
+                .map(|(mm, hand_mm)| (mm - hand_mm).abs()),
             stylus: self.board.as_ref().map(BoardEnd::doing),
             error_percent: error.percent(),
             error_cycles: error.cycles(),
@@ -208,7 +237,13 @@ impl Report {
     /// A line for people.
     pub fn text(&self) -> String {
         let way = |name: &str, sent: u64, counts: &Counts| {
-            let Counts { received, lost, late, doubled, damaged } = counts;
+            let Counts {
+                received,
+                lost,
+                late,
+                doubled,
+                damaged,
+            } = counts;
             format!(
                 "{name} {sent} sent, {received} received, {lost} lost, {late} late, {doubled} doubled, {damaged} damaged"
             )
@@ -219,14 +254,22 @@ impl Report {
         };
         let error = match (self.error_percent, self.as_vibration_percent) {
             (Some(percent), Some(late)) => {
-                let cycles = self.error_cycles.map_or(String::new(), |cycles| format!(" and {cycles:.4} cycles"));
-                format!("stimulus off by {percent:.2} % of the amplitude{cycles} (as a vibration by {late:.0} %)")
+                let cycles = self
+                    .error_cycles
+                    .map_or(String::new(), |cycles| format!(" and {cycles:.4} cycles"));
+                format!(
+                    "stimulus off by {percent:.2} % of the amplitude{cycles} (as a vibration by {late:.0} %)"
+                )
             }
             _ if self.stylus.is_some() && self.is_felt => "it is felt".into(),
             _ => "nothing is felt".into(),
         };
-        let stylus = self.stylus.map_or(String::new(), |stylus| format!("\n           {}", stylus.text()));
-        let behind = self.behind_mm.map_or(String::new(), |mm| format!("; the finger knows a place {mm:.1} mm off"));
+        let stylus = self.stylus.map_or(String::new(), |stylus| {
+            format!("\n           {}", stylus.text())
+        });
+        let behind = self.behind_mm.map_or(String::new(), |mm| {
+            format!("; the finger knows a place {mm:.1} mm off")
+        });
         format!(
             "{:7.1} s  {}{behind}\n           {}\n           {texture}; {error}{stylus}",
             self.t_s,
@@ -251,16 +294,26 @@ fn take(finger: &mut Follower, end: &mut FingerEnd) -> Result<bool> {
     Ok(true)
 }
 
-/// Runs the link in real time until its finger is over, for `seconds`, or until this process is to stop. Gives the feed back, if
-/// there is one, for its counts.
-pub fn run(feed: Option<Feed>, link: &mut Link, json: bool, seconds: Option<f64>) -> (Option<Feed>, Result<()>) {
+/// Runs the link in real time until its finger is over, for `seconds`, or until this process is to
+/// stop. Gives the feed back, if there is one, for its counts.
+pub fn run(
+    feed: Option<Feed>,
+    link: &mut Link,
+    json: bool,
+    seconds: Option<f64>,
+) -> (Option<Feed>, Result<()>) {
     let mut finger = feed.map(Follower::new);
     let done = follow(finger.as_mut(), link, json, seconds);
     link.stop_softly();
     (finger.map(Follower::into_feed), done)
 }
 
-fn follow(mut finger: Option<&mut Follower>, link: &mut Link, json: bool, seconds: Option<f64>) -> Result<()> {
+fn follow(
+    mut finger: Option<&mut Follower>,
+    link: &mut Link,
+    json: bool,
+    seconds: Option<f64>,
+) -> Result<()> {
     let (begun, mut reported_s) = (Instant::now(), 0.0);
     let mut goes_on = true;
     while goes_on && !stop::is_requested() {
@@ -278,7 +331,11 @@ fn follow(mut finger: Option<&mut Follower>, link: &mut Link, json: bool, second
         if t_s - reported_s >= REPORT_S || !goes_on {
             reported_s = t_s;
             let report = link.report(t_s);
-            output::line(&if json { serde_json::to_string(&report)? } else { report.text() })?;
+            output::line(&if json {
+                serde_json::to_string(&report)?
+            } else {
+                report.text()
+            })?;
         }
     }
     Ok(())

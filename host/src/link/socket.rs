@@ -4,11 +4,17 @@ use anyhow::{Context, Result};
 use std::io::ErrorKind;
 use std::net::{SocketAddr, ToSocketAddrs, UdpSocket};
 
-/// Nobody listens there, or nothing has come: as if it were lost. Windows calls the first of these a reset.
-const NOTHING: [ErrorKind; 4] =
-    [ErrorKind::WouldBlock, ErrorKind::ConnectionRefused, ErrorKind::ConnectionReset, ErrorKind::Interrupted];
+/// Nobody listens there, or nothing has come: as if it were lost. Windows calls the first of these
+/// a reset.
+const NOTHING: [ErrorKind; 4] = [
+    ErrorKind::WouldBlock,
+    ErrorKind::ConnectionRefused,
+    ErrorKind::ConnectionReset,
+    ErrorKind::Interrupted,
+];
 
-/// Longest datagram that there can be, bytes: one that does not fit is an error on Windows, and anybody may send it.
+/// Longest datagram that there can be, bytes: one that does not fit is an error on Windows, and
+/// anybody may send it.
 const LONGEST: usize = 65_536;
 
 pub struct Socket {
@@ -21,14 +27,23 @@ impl Socket {
     /// To the finger's end, at HOST:PORT.
     pub fn to(place: &str) -> Result<Self> {
         let named = || format!("{place}: write HOST:PORT, such as robot.local:7450");
-        let peer = place.to_socket_addrs().with_context(named)?.next().with_context(named)?;
-        let here = if peer.is_ipv4() { "0.0.0.0:0" } else { "[::]:0" };
+        let peer = place
+            .to_socket_addrs()
+            .with_context(named)?
+            .next()
+            .with_context(named)?;
+        let here = if peer.is_ipv4() {
+            "0.0.0.0:0"
+        } else {
+            "[::]:0"
+        };
         Self::bound(UdpSocket::bind(here).with_context(named)?, Some(peer))
     }
 
     /// Waits for a stylus at an address of this computer.
     pub fn at(place: &str) -> Result<Self> {
-        let named = || format!("{place}: write ADDRESS:PORT of this computer, such as 0.0.0.0:7450");
+        let named =
+            || format!("{place}: write ADDRESS:PORT of this computer, such as 0.0.0.0:7450");
         Self::bound(UdpSocket::bind(place).with_context(named)?, None)
     }
 

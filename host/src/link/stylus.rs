@@ -1,4 +1,5 @@
-//! The stylus' end: a hand that is simulated, its encoder, and the voltage of an actuator; and how far what is felt is from the texture.
+//! The stylus' end: a hand that is simulated, its encoder, and the voltage of an actuator; and how
+//! far what is felt is from the texture.
 
 use super::message::{Body, Message, Receiver};
 use crate::touch::{Hand, Output};
@@ -9,7 +10,8 @@ use std::f64::consts::TAU;
 /// Places that are sent a second.
 const PLACES_HZ: f64 = 250.0;
 
-/// Time without a message after which the link is dead, and the vibration fades, seconds: four of them are missing.
+/// Time without a message after which the link is dead, and the vibration fades, seconds: four of
+/// them are missing.
 pub const SILENT_S: f64 = 1.0;
 
 /// Length of what a phase is measured over, seconds.
@@ -40,7 +42,8 @@ pub struct Error {
 }
 
 impl Error {
-    /// Root mean square of the voltage's error over the amplitude, percent; none if nothing was felt.
+    /// Root mean square of the voltage's error over the amplitude, percent; none if nothing was
+    /// felt.
     pub fn percent(&self) -> Option<f64> {
         (self.count > 0).then(|| 100.0 * (self.squares / self.count as f64).sqrt())
     }
@@ -80,7 +83,8 @@ pub struct StylusEnd {
 }
 
 impl StylusEnd {
-    /// `delay_s` is the mean delay, to say what a vibration would have felt like that had to travel.
+    /// `delay_s` is the mean delay, to say what a vibration would have felt like that had to
+    /// travel.
     pub fn new(output: Output, hand: Hand, delay_s: f64, run: u32) -> Result<Self> {
         let stimulus = Stimulus::new(output.actuator, Encoder::OKAMOTO, output.law())?;
         Ok(Self {
@@ -120,16 +124,31 @@ impl StylusEnd {
 
     /// Takes what has arrived.
     pub fn take(&mut self, t_s: f64, bytes: &[u8]) {
-        let Some(Message { body: Body::Texture(texture), .. }) = self.receiver.take(bytes) else { return };
+        let Some(Message {
+            body: Body::Texture(texture),
+            ..
+        }) = self.receiver.take(bytes)
+        else {
+            return;
+        };
         self.heard_s = Some(t_s);
         let Some(texture) = texture else {
             self.lift();
             return;
         };
-        if self.texture != Some(texture) && self.stimulus.set_texture(&self.output.counted(&texture)).is_ok() {
+        if self.texture != Some(texture)
+            && self
+                .stimulus
+                .set_texture(&self.output.counted(&texture))
+                .is_ok()
+        {
             (self.texture, self.sums) = (Some(texture), Sums::default());
-            // The phase goes on where it is: no hand feels where a texture began. Half a count is of the new period.
-            self.anchor = ((f64::from(self.counts) + 0.5) * count_mm(), self.phase_cycles());
+            // The phase goes on where it is: no hand feels where a texture began. Half a count is
+            // of the new period.
+            self.anchor = (
+                (f64::from(self.counts) + 0.5) * count_mm(),
+                self.phase_cycles(),
+            );
         }
         if self.texture.is_some() {
             self.stimulus.down();
@@ -144,17 +163,24 @@ impl StylusEnd {
 
     /// Phase half a count ahead of the latest count, where the hand is.
     fn phase_cycles(&self) -> f64 {
-        let period_mm = self.texture.map_or(1.0, |texture| f64::from(texture.period_mm));
+        let period_mm = self
+            .texture
+            .map_or(1.0, |texture| f64::from(texture.period_mm));
         f64::from(self.stimulus.phase_cycles()) + 0.5 * count_mm() / period_mm
     }
 
-    /// Makes the samples up to a time. `found` is what the finger has under it now, for the error; none if nobody here knows.
+    /// Makes the samples up to a time. `found` is what the finger has under it now, for the error;
+    /// none if nobody here knows.
     pub fn advance(&mut self, t_s: f64, found: Option<Texture>) {
         let rate_hz = f64::from(Encoder::OKAMOTO.rate_hz);
         let slew_v = self.output.actuator.slew_v_s / Encoder::OKAMOTO.rate_hz;
         while self.samples as f64 / rate_hz < t_s {
             let now_s = self.samples as f64 / rate_hz;
-            if self.is_down && self.heard_s.is_some_and(|heard_s| now_s - heard_s > SILENT_S) {
+            if self.is_down
+                && self
+                    .heard_s
+                    .is_some_and(|heard_s| now_s - heard_s > SILENT_S)
+            {
                 self.lift();
             }
             self.counts = (self.hand.place_mm(now_s) / count_mm()).floor() as i64 as i32;
@@ -168,10 +194,17 @@ impl StylusEnd {
 
     /// Compares a sample with the texture under the finger at the true place of the hand, in f64.
     fn compare(&mut self, now_s: f64, found: Option<Texture>) {
-        let Some(found) = found.filter(|_| self.is_down) else { return };
+        let Some(found) = found.filter(|_| self.is_down) else {
+            return;
+        };
         let bias_v = self.output.actuator.bias_v();
         // With overtones the peak is at most the actuator's.
-        let peak = 1.0 + found.overtones.iter().map(|overtone| overtone.amplitude).sum::<f32>();
+        let peak = 1.0
+            + found
+                .overtones
+                .iter()
+                .map(|overtone| overtone.amplitude)
+                .sum::<f32>();
         let wanted_v = f64::from(bias_v * self.output.share(&found) / peak);
         if f64::from(self.stimulus.amplitude_v()) < f64::from(THERE) * wanted_v || wanted_v <= 0.0 {
             return;
@@ -196,7 +229,14 @@ impl StylusEnd {
         if f64::from(sums.count) < STRETCH_S * f64::from(Encoder::OKAMOTO.rate_hz) {
             return;
         }
-        let Sums { ss, sc, cc, ys, yc, count } = std::mem::take(sums);
+        let Sums {
+            ss,
+            sc,
+            cc,
+            ys,
+            yc,
+            count,
+        } = std::mem::take(sums);
         let det = ss * cc - sc * sc;
         // A stretch in which the hand turns has too little of a cycle for a phase.
         if det > 0.05 * f64::from(count).powi(2) {
@@ -214,7 +254,12 @@ impl StylusEnd {
         let number = self.number;
         self.number = number.wrapping_add(1);
         let t_s = f64::from(number) / PLACES_HZ;
-        Some(Message { run: self.run, number, t_s, body: Body::Place(self.hand.place_mm(t_s)) })
+        Some(Message {
+            run: self.run,
+            number,
+            t_s,
+            body: Body::Place(self.hand.place_mm(t_s)),
+        })
     }
 }
 
@@ -222,7 +267,10 @@ impl StylusEnd {
 fn overtones(texture: &Texture, phase: f64) -> f64 {
     let overtones = (2..).zip(&texture.overtones);
     overtones
-        .map(|(n, of)| f64::from(of.amplitude) * (f64::from(n) * phase + TAU * f64::from(of.phase_cycles)).sin())
+        .map(|(n, of)| {
+            f64::from(of.amplitude)
+                * (f64::from(n) * phase + TAU * f64::from(of.phase_cycles)).sin()
+        })
         .sum()
 }
 

@@ -23,7 +23,9 @@ pub fn columns<S: Serializer>(strips: &Strips, serializer: S) -> Result<S::Ok, S
     Columns {
         t_s: frames().map(|frame| frame.t_s).collect(),
         number: frames().map(|frame| frame.number).collect(),
-        volts: (0..TAXELS).map(|taxel| frames().map(|frame| frame.volts[taxel]).collect()).collect(),
+        volts: (0..TAXELS)
+            .map(|taxel| frames().map(|frame| frame.volts[taxel]).collect())
+            .collect(),
     }
     .serialize(serializer)
 }

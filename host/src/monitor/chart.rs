@@ -10,7 +10,8 @@ use ratatui::symbols::Marker;
 use ratatui::widgets::{Axis, Chart, Dataset, GraphType, Paragraph};
 use ridgetone_proto::telemetry::{Abscissa, Status};
 
-/// Least height of the chart, as a share of the frequency: magnified further, a millionth would look like noise.
+/// Least height of the chart, as a share of the frequency: magnified further, a millionth would
+/// look like noise.
 const LEAST_SHARE: f64 = 1e-4;
 
 /// Margin above and below, as a share of the height.
@@ -20,31 +21,54 @@ const MARGIN: f64 = 0.1;
 const BAR_DOTS: usize = 96;
 
 pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
-    let abscissa = live.history.iter().next_back().map_or(Abscissa::Time, |point| point.abscissa);
+    let abscissa = live
+        .history
+        .iter()
+        .next_back()
+        .map_or(Abscissa::Time, |point| point.abscissa);
     let (what, unit) = match abscissa {
         Abscissa::Time => ("frequency", "Hz"),
         Abscissa::Place => ("cycles per mm", "/mm"),
     };
     let block = boxed(format!("{what}, {unit}, last {} s", view.history_s()));
-    let last_s = live.history.iter().map(|point| point.t_s).fold(f64::NEG_INFINITY, f64::max);
+    let last_s = live
+        .history
+        .iter()
+        .map(|point| point.t_s)
+        .fold(f64::NEG_INFINITY, f64::max);
     let end_s = live.now.now_s.unwrap_or(last_s).max(last_s);
     // The axis has its full length from the start.
     let begin_s = (end_s - view.history_s()).max(0.0);
     let end_s = begin_s + view.history_s();
-    let shown: Vec<&Point> =
-        live.history.iter().filter(|point| point.t_s >= begin_s && point.abscissa == abscissa).collect();
+    let shown: Vec<&Point> = live
+        .history
+        .iter()
+        .filter(|point| point.t_s >= begin_s && point.abscissa == abscissa)
+        .collect();
     let Some(bounds) = bounds(&shown) else {
-        let text = if live.history.is_empty() { "no frequency yet" } else { "no frequency in this time" };
+        let text = if live.history.is_empty() {
+            "no frequency yet"
+        } else {
+            "no frequency in this time"
+        };
         frame.render_widget(Paragraph::new(text).block(block), area);
         return;
     };
     let place = |good: bool| -> Vec<(f64, f64)> {
         let fits = |point: &&&Point| (point.status == Status::Good) == good;
-        shown.iter().filter(fits).filter_map(|point| Some((point.t_s, point.frequency?.into()))).collect()
+        shown
+            .iter()
+            .filter(fits)
+            .filter_map(|point| Some((point.t_s, point.frequency?.into())))
+            .collect()
     };
     let (good, others, bars) = (place(true), place(false), bars(&shown));
     let set = |points, marker, style| {
-        Dataset::default().data(points).marker(marker).style(style).graph_type(GraphType::Scatter)
+        Dataset::default()
+            .data(points)
+            .marker(marker)
+            .style(style)
+            .graph_type(GraphType::Scatter)
     };
     let sets = vec![
         set(&bars, Marker::Braille, Style::new()),
@@ -52,7 +76,8 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
         set(&others, Marker::Custom('x'), alarm(view)),
     ];
     let decimals = decimals(bounds);
-    let labels = [bounds[0], 0.5 * (bounds[0] + bounds[1]), bounds[1]].map(|value| format!("{value:.decimals$}"));
+    let labels = [bounds[0], 0.5 * (bounds[0] + bounds[1]), bounds[1]]
+        .map(|value| format!("{value:.decimals$}"));
     let times = [begin_s, end_s].map(|t_s| format!("{t_s:.1} s"));
     let chart = Chart::new(sets)
         .block(block)
@@ -64,12 +89,17 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
 
 /// Range of the frequencies with their uncertainties; none without a frequency.
 fn bounds(points: &[&Point]) -> Option<[f64; 2]> {
-    let known = points.iter().filter_map(|point| Some((f64::from(point.frequency?), f64::from(point.sigma?))));
-    let (low, high) = known.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (frequency, sigma)| {
-        // An uncertain estimate must not flatten the others.
-        let sigma = sigma.min(0.1 * frequency);
-        (low.min(frequency - sigma), high.max(frequency + sigma))
-    });
+    let known = points
+        .iter()
+        .filter_map(|point| Some((f64::from(point.frequency?), f64::from(point.sigma?))));
+    let (low, high) = known.fold(
+        (f64::INFINITY, f64::NEG_INFINITY),
+        |(low, high), (frequency, sigma)| {
+            // An uncertain estimate must not flatten the others.
+            let sigma = sigma.min(0.1 * frequency);
+            (low.min(frequency - sigma), high.max(frequency + sigma))
+        },
+    );
     if low > high {
         return None;
     }
@@ -87,7 +117,9 @@ fn decimals(bounds: [f64; 2]) -> usize {
 fn bars(points: &[&Point]) -> Vec<(f64, f64)> {
     let mut dots = Vec::new();
     for point in points {
-        let (Some(frequency), Some(sigma)) = (point.frequency, point.sigma) else { continue };
+        let (Some(frequency), Some(sigma)) = (point.frequency, point.sigma) else {
+            continue;
+        };
         let (frequency, sigma) = (f64::from(frequency), f64::from(sigma));
         let dot = |dot: usize| frequency + sigma * (2.0 * dot as f64 / BAR_DOTS as f64 - 1.0);
         dots.extend((0..=BAR_DOTS).map(|number| (point.t_s, dot(number))));
@@ -101,11 +133,22 @@ mod tests {
 
     #[test]
     fn labels_tell_the_chart_s_ends_apart() {
-        for bounds in [[8.3331, 8.3336], [8.0, 9.0], [0.0, 100.0], [0.27777, 0.27778]] {
+        for bounds in [
+            [8.3331, 8.3336],
+            [8.0, 9.0],
+            [0.0, 100.0],
+            [0.27777, 0.27778],
+        ] {
             let places = decimals(bounds);
-            assert_ne!(format!("{:.places$}", bounds[0]), format!("{:.places$}", bounds[1]));
+            assert_ne!(
+                format!("{:.places$}", bounds[0]),
+                format!("{:.places$}", bounds[1])
+            );
             let middle = 0.5 * (bounds[0] + bounds[1]);
-            assert_ne!(format!("{:.places$}", bounds[0]), format!("{middle:.places$}"));
+            assert_ne!(
+                format!("{:.places$}", bounds[0]),
+                format!("{middle:.places$}")
+            );
         }
     }
 }

@@ -29,12 +29,16 @@ const REST_S: f64 = 6.0;
 const CELL: (f64, f64) = (7.5, 16.0);
 const MARGIN: f64 = 12.0;
 
-/// Follows a feed to its end, to [`IMAGES_MAX`] images, or until this process is to stop. Gives the feed back, for its counts,
-/// and the picture as SVG. A reader who wants no motion, and a program that knows none, gets the last image.
+/// Follows a feed to its end, to [`IMAGES_MAX`] images, or until this process is to stop. Gives the
+/// feed back, for its counts, and the picture as SVG. A reader who wants no motion, and a program
+/// that knows none, gets the last image.
 pub fn draw(feed: Feed, has_colour: bool) -> (Feed, Result<String>) {
     let mut following = Following::new(feed, None);
     let images = images(&mut following, has_colour);
-    (following.finish(), images.and_then(|images| picture(&images)))
+    (
+        following.finish(),
+        images.and_then(|images| picture(&images)),
+    )
 }
 
 fn images(following: &mut Following, has_colour: bool) -> Result<Vec<Buffer>> {
@@ -48,7 +52,9 @@ fn images(following: &mut Following, has_colour: bool) -> Result<Vec<Buffer>> {
         following.fold(event.as_ref(), &mut live);
         view.raw = following.raw.clone();
         let is_over = live.now.connection == Connection::Over;
-        let Some(now_s) = live.now.now_s else { continue };
+        let Some(now_s) = live.now.now_s else {
+            continue;
+        };
         let due_s = due_s.get_or_insert(now_s);
         if !is_over && now_s < *due_s {
             continue;
@@ -74,8 +80,14 @@ fn images(following: &mut Following, has_colour: bool) -> Result<Vec<Buffer>> {
 
 /// All images below each other, moved past a window of the size of one.
 fn picture(images: &[Buffer]) -> Result<String> {
-    ensure!(!images.is_empty(), "nothing was received: there is no picture to draw");
-    let (width, height) = (CELL.0 * f64::from(SIZE.0) + 2.0 * MARGIN, CELL.1 * f64::from(SIZE.1) + 2.0 * MARGIN);
+    ensure!(
+        !images.is_empty(),
+        "nothing was received: there is no picture to draw"
+    );
+    let (width, height) = (
+        CELL.0 * f64::from(SIZE.0) + 2.0 * MARGIN,
+        CELL.1 * f64::from(SIZE.1) + 2.0 * MARGIN,
+    );
     let (count, last) = (images.len(), images.len() - 1);
     let shown_s = STEP_S * count as f64;
     let (whole_s, shown) = (shown_s + REST_S, 100.0 * shown_s / (shown_s + REST_S));
@@ -90,7 +102,12 @@ fn picture(images: &[Buffer]) -> Result<String> {
          @media(prefers-reduced-motion:reduce){{.film{{animation:none}}}}",
         -height * count as f64
     );
-    let mut svg = Svg::new(width, height, "The terminal's screen of ridgetone monitor during a touch", &style);
+    let mut svg = Svg::new(
+        width,
+        height,
+        "The terminal's screen of ridgetone monitor during a touch",
+        &style,
+    );
     svg.push("<g class=\"film\">");
     for (number, image) in images.iter().enumerate() {
         for row in 0..SIZE.1 {
@@ -111,7 +128,12 @@ fn runs(image: &Buffer, row: u16) -> Vec<(u16, &'static str, String)> {
         let cell = &image[(column, row)];
         let class = match cell {
             cell if cell.fg == Color::Red => "alarm",
-            cell if cell.modifier.intersects(Modifier::BOLD | Modifier::REVERSED) => "bold",
+            cell if cell
+                .modifier
+                .intersects(Modifier::BOLD | Modifier::REVERSED) =>
+            {
+                "bold"
+            }
             _ => "text",
         };
         match runs.last_mut() {

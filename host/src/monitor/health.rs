@@ -11,23 +11,45 @@ use ratatui::widgets::Paragraph;
 
 pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
     let (title, style) = match live.now.faults.as_slice() {
-        [] => (format!("health: nothing is wrong; {} packets", live.now.counts.received), Default::default()),
+        [] => (
+            format!(
+                "health: nothing is wrong; {} packets",
+                live.now.counts.received
+            ),
+            Default::default(),
+        ),
         faults => {
             let names: Vec<_> = faults.iter().map(|fault| name(fault.kind)).collect();
             (format!("health: FAULT: {}", names.join(", ")), alarm(view))
         }
     };
-    let title = if live.health().is_none() { "health: none yet".to_owned() } else { title };
+    let title = if live.health().is_none() {
+        "health: none yet".to_owned()
+    } else {
+        title
+    };
     let lines = vec![readings(live), losses(live, view)];
-    frame.render_widget(Paragraph::new(lines).block(boxed(title).title_style(style)), area);
+    frame.render_widget(
+        Paragraph::new(lines).block(boxed(title).title_style(style)),
+        area,
+    );
 }
 
 fn readings(live: &Live) -> Line<'static> {
-    let Some(health) = live.health() else { return Line::raw("") };
-    let load = if health.load > 0.0 { format!("  load {:.1} %", 100.0 * health.load) } else { String::new() };
+    let Some(health) = live.health() else {
+        return Line::raw("");
+    };
+    let load = if health.load > 0.0 {
+        format!("  load {:.1} %", 100.0 * health.load)
+    } else {
+        String::new()
+    };
     let stack = match health.stack_bytes {
         0 => String::new(),
-        bytes => format!("  stack {} %", u64::from(health.stack_used_bytes) * 100 / u64::from(bytes)),
+        bytes => format!(
+            "  stack {} %",
+            u64::from(health.stack_used_bytes) * 100 / u64::from(bytes)
+        ),
     };
     Line::raw(format!(
         "{:.2} frames/s{load}{stack}  {:.1} C  supply {:.2} V  ref {:.3} V",
@@ -39,7 +61,11 @@ fn readings(live: &Live) -> Line<'static> {
 fn losses(live: &Live, view: &View) -> Line<'static> {
     let mut spans = Vec::new();
     let mut count = |before: &str, count: u32, what: &str| {
-        let style = if count == 0 { Default::default() } else { alarm(view) };
+        let style = if count == 0 {
+            Default::default()
+        } else {
+            alarm(view)
+        };
         spans.push(Span::raw(before.to_owned()));
         spans.push(Span::styled(format!("{count} {what}"), style));
     };

@@ -20,7 +20,10 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live) {
 
 fn lines(live: &Live) -> Vec<Line<'static>> {
     let Some(image) = live.image() else {
-        return vec![Line::raw("none yet: it comes when"), Line::raw("a hold is over")];
+        return vec![
+            Line::raw("none yet: it comes when"),
+            Line::raw("a hold is over"),
+        ];
     };
     let mut lines = Vec::new();
     for (row, text) in static_image::rows(image, 6, 1).into_iter().enumerate() {
@@ -30,6 +33,8 @@ fn lines(live: &Live) -> Vec<Line<'static>> {
         lines.push(Line::raw(text));
     }
     let sigma = static_image::greatest_sigma_v(image);
-    lines.push(Line::raw(sigma.map_or(String::new(), |sigma_v| format!("+-{:.3} mV at most", 1e3 * sigma_v))));
+    lines.push(Line::raw(sigma.map_or(String::new(), |sigma_v| {
+        format!("+-{:.3} mV at most", 1e3 * sigma_v)
+    })));
     lines
 }

@@ -1,7 +1,7 @@
 //! The screen: [`Live`] drawn into the terminal, at least 80 x 24.
 //!
-//! Colours are the terminal's own, so that the screen is readable on dark and on light: important text is bold or reversed,
-//! and only alarms are red.
+//! Colours are the terminal's own, so that the screen is readable on dark and on light: important
+//! text is bold or reversed, and only alarms are red.
 
 use super::style::{alarm, bold, boxed};
 use super::view::{FEEL_KEY, HELP, KEYS, View};
@@ -41,8 +41,11 @@ pub fn draw(frame: &mut Frame<'_>, live: &Live, view: &View) {
     let log_rows = if spare >= 8 + LOG_ROWS { LOG_ROWS } else { 0 };
     let middle_rows = MAP_ROWS + if spare >= 8 { 8 } else { 0 };
     // The spectrum takes half of what the history has beyond its least.
-    let middle_rows =
-        if view.shows_feel { middle_rows.max(spare.saturating_sub(log_rows) / 2 + MAP_ROWS) } else { middle_rows };
+    let middle_rows = if view.shows_feel {
+        middle_rows.max(spare.saturating_sub(log_rows) / 2 + MAP_ROWS)
+    } else {
+        middle_rows
+    };
     let [top, above, middle, below, log, keys] = Layout::vertical([
         Constraint::Length(1),
         Constraint::Min(8),
@@ -52,7 +55,8 @@ pub fn draw(frame: &mut Frame<'_>, live: &Live, view: &View) {
         Constraint::Length(1),
     ])
     .areas(area);
-    let sides = |area| Layout::horizontal([Constraint::Min(0), Constraint::Length(RIGHT)]).areas(area);
+    let sides =
+        |area| Layout::horizontal([Constraint::Min(0), Constraint::Length(RIGHT)]).areas(area);
     header(frame, top, live, view);
     let [left, right] = sides(above);
     chart::draw(frame, left, live, view);
@@ -68,7 +72,11 @@ pub fn draw(frame: &mut Frame<'_>, live: &Live, view: &View) {
     if log_rows > 0 {
         log_lines(frame, log, live);
     }
-    let feel_key = if live.feel().is_some() || view.shows_feel { FEEL_KEY } else { "" };
+    let feel_key = if live.feel().is_some() || view.shows_feel {
+        FEEL_KEY
+    } else {
+        ""
+    };
     frame.render_widget(Line::raw(format!("{KEYS}{feel_key}")), keys);
     if view.shows_help {
         help(frame, area);
@@ -85,7 +93,11 @@ fn header(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
         Connection::Disconnected { .. } => Span::styled("UNPLUGGED, waiting for it", alarm(view)),
         Connection::Over => Span::raw("over"),
     };
-    let mut spans = vec![Span::styled("ridgetone", bold()), Span::raw(format!("  {}  ", live.now.source)), state];
+    let mut spans = vec![
+        Span::styled("ridgetone", bold()),
+        Span::raw(format!("  {}  ", live.now.source)),
+        state,
+    ];
     if let Some(hello) = live.hello() {
         let [major, minor, patch] = hello.version;
         spans.push(Span::raw(format!("  firmware {major}.{minor}.{patch}")));
@@ -94,11 +106,17 @@ fn header(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
         spans.push(Span::raw(format!("  {now_s:.1} s")));
     }
     if live.now.restarts > 0 {
-        spans.push(Span::styled(format!("  {} restarts", live.now.restarts), alarm(view)));
+        spans.push(Span::styled(
+            format!("  {} restarts", live.now.restarts),
+            alarm(view),
+        ));
     }
     if view.is_paused {
         spans.push(Span::raw("  "));
-        spans.push(Span::styled(" PAUSED ", Style::new().add_modifier(Modifier::REVERSED)));
+        spans.push(Span::styled(
+            " PAUSED ",
+            Style::new().add_modifier(Modifier::REVERSED),
+        ));
     }
     frame.render_widget(Line::from(spans), area);
 }
@@ -106,7 +124,12 @@ fn header(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
 fn log_lines(frame: &mut Frame<'_>, area: Rect, live: &Live) {
     let rows = usize::from(area.height.saturating_sub(2));
     let skipped = live.log.len().saturating_sub(rows);
-    let lines: Vec<Line<'_>> = live.log.iter().skip(skipped).map(|line| Line::raw(line.as_str())).collect();
+    let lines: Vec<Line<'_>> = live
+        .log
+        .iter()
+        .skip(skipped)
+        .map(|line| Line::raw(line.as_str()))
+        .collect();
     frame.render_widget(Paragraph::new(lines).block(boxed("what happened")), area);
 }
 
@@ -114,8 +137,16 @@ fn help(frame: &mut Frame<'_>, area: Rect) {
     let (width, height) = (62, HELP.len() as u16 + 2);
     let x = area.x + (area.width - width) / 2;
     let y = area.y + (area.height - height) / 2;
-    let place = Rect { x, y, width, height };
+    let place = Rect {
+        x,
+        y,
+        width,
+        height,
+    };
     frame.render_widget(Clear, place);
-    let lines: Vec<Line<'_>> = HELP.iter().map(|line| Line::raw(format!(" {line}"))).collect();
+    let lines: Vec<Line<'_>> = HELP
+        .iter()
+        .map(|line| Line::raw(format!(" {line}")))
+        .collect();
     frame.render_widget(Paragraph::new(lines).block(boxed("help")), place);
 }

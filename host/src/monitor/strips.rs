@@ -1,4 +1,5 @@
-//! The sixteen channels: strips of their voltage where raw frames come, otherwise their amplitudes in the latest window.
+//! The sixteen channels: strips of their voltage where raw frames come, otherwise their amplitudes
+//! in the latest window.
 
 use super::style::{alarm, boxed};
 use super::view::View;
@@ -19,11 +20,18 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
     let columns = if usize::from(rows) >= TAXELS { 1 } else { 2 };
     let width = usize::from(area.width.saturating_sub(2)) / columns;
     let (title, lines) = if live.strips.is_empty() {
-        (format!("amplitudes in the window; {}", no_frames(view)), amplitudes(live, width))
+        (
+            format!("amplitudes in the window; {}", no_frames(view)),
+            amplitudes(live, width),
+        )
     } else {
         raw(live, view, width)
     };
-    let style = if matches!(view.raw, RawFrames::Refused(_)) { alarm(view) } else { Default::default() };
+    let style = if matches!(view.raw, RawFrames::Refused(_)) {
+        alarm(view)
+    } else {
+        Default::default()
+    };
     let block = boxed(title).title_style(style);
     let inner = block.inner(area);
     frame.render_widget(block, area);
@@ -49,8 +57,14 @@ fn label(taxel: usize) -> String {
 /// A bar for each channel that the latest estimate has, all on one scale.
 fn amplitudes(live: &Live, width: usize) -> Vec<Line<'static>> {
     let found: [Option<f32>; TAXELS] = std::array::from_fn(|taxel| {
-        let channels = live.estimate().filter(|estimate| estimate.status.has_tone()).map(|estimate| &estimate.channels);
-        channels?.iter().find(|channel| usize::from(channel.taxel) == taxel).map(|channel| channel.amplitude_v)
+        let channels = live
+            .estimate()
+            .filter(|estimate| estimate.status.has_tone())
+            .map(|estimate| &estimate.channels);
+        channels?
+            .iter()
+            .find(|channel| usize::from(channel.taxel) == taxel)
+            .map(|channel| channel.amplitude_v)
     });
     let most_v = found.iter().flatten().copied().fold(0.0f32, f32::max);
     let columns = width.saturating_sub(3 + 10 + 1);
@@ -59,7 +73,9 @@ fn amplitudes(live: &Live, width: usize) -> Vec<Line<'static>> {
             None => format!("{:>10}", "-"),
             Some(volts) => format!("{:>7.3} mV", 1e3 * volts),
         };
-        let share = amplitude_v.filter(|_| most_v > 0.0).map_or(0.0, |volts| volts / most_v);
+        let share = amplitude_v
+            .filter(|_| most_v > 0.0)
+            .map_or(0.0, |volts| volts / most_v);
         let eighths = (share * 8.0 * columns as f32).round() as usize;
         Line::raw(format!("{}{value} {}", label(taxel), bar(eighths)))
     };
@@ -74,41 +90,82 @@ pub fn bar(eighths: usize) -> String {
 
 /// Each channel's voltage about its mean, all on one scale.
 fn raw(live: &Live, view: &View, width: usize) -> (String, Vec<Line<'static>>) {
-    let end_s = live.strips.iter().next_back().map_or(0.0, |frame| frame.t_s);
+    let end_s = live
+        .strips
+        .iter()
+        .next_back()
+        .map_or(0.0, |frame| frame.t_s);
     let begin_s = end_s - view.strips_s();
-    let frames: Vec<&RawFrame> = live.strips.iter().filter(|frame| frame.t_s > begin_s).collect();
+    let frames: Vec<&RawFrame> = live
+        .strips
+        .iter()
+        .filter(|frame| frame.t_s > begin_s)
+        .collect();
     let places = width.saturating_sub(3 + 1);
-    let means: Vec<Vec<Option<f32>>> =
-        (0..TAXELS).map(|taxel| columns(&frames, taxel, begin_s, view.strips_s(), places)).collect();
-    let half_v = means.iter().flatten().flatten().map(|volts| volts.abs()).fold(0.0f32, f32::max);
+    let means: Vec<Vec<Option<f32>>> = (0..TAXELS)
+        .map(|taxel| columns(&frames, taxel, begin_s, view.strips_s(), places))
+        .collect();
+    let half_v = means
+        .iter()
+        .flatten()
+        .flatten()
+        .map(|volts| volts.abs())
+        .fold(0.0f32, f32::max);
     let lines = means.iter().enumerate().map(|(taxel, means)| {
-        let strip: String = means.iter().map(|mean| mean.map_or(' ', |volts| height(volts, half_v))).collect();
+        let strip: String = means
+            .iter()
+            .map(|mean| mean.map_or(' ', |volts| height(volts, half_v)))
+            .collect();
         let alive = means.iter().any(Option::is_some);
         Line::from(vec![
             Span::raw(label(taxel)),
-            if alive { Span::raw(strip) } else { Span::styled("no valid frame", alarm(view)) },
+            if alive {
+                Span::raw(strip)
+            } else {
+                Span::styled("no valid frame", alarm(view))
+            },
         ])
     });
-    (format!("strips, {} s, +-{:.3} mV", view.strips_s(), 1e3 * half_v), lines.collect())
+    (
+        format!("strips, {} s, +-{:.3} mV", view.strips_s(), 1e3 * half_v),
+        lines.collect(),
+    )
 }
 
 /// Means of a channel in `places` columns of time, less the mean of all; none where no frame is.
-fn columns(frames: &[&RawFrame], taxel: usize, begin_s: f64, length_s: f64, places: usize) -> Vec<Option<f32>> {
+fn columns(
+    frames: &[&RawFrame],
+    taxel: usize,
+    begin_s: f64,
+    length_s: f64,
+    places: usize,
+) -> Vec<Option<f32>> {
     let mut sums = vec![(0.0f64, 0u32); places];
     for frame in frames {
         let place = ((frame.t_s - begin_s) / length_s * places as f64) as usize;
-        if let (Some(volts), Some(sum)) = (frame.volts[taxel], sums.get_mut(place.min(places.saturating_sub(1)))) {
+        if let (Some(volts), Some(sum)) = (
+            frame.volts[taxel],
+            sums.get_mut(place.min(places.saturating_sub(1))),
+        ) {
             *sum = (sum.0 + f64::from(volts), sum.1 + 1);
         }
     }
-    let (sum, count) = sums.iter().fold((0.0, 0), |all, one| (all.0 + one.0, all.1 + one.1));
+    let (sum, count) = sums
+        .iter()
+        .fold((0.0, 0), |all, one| (all.0 + one.0, all.1 + one.1));
     let mean = sum / f64::from(count.max(1));
-    sums.iter().map(|(sum, count)| (*count > 0).then(|| (sum / f64::from(*count) - mean) as f32)).collect()
+    sums.iter()
+        .map(|(sum, count)| (*count > 0).then(|| (sum / f64::from(*count) - mean) as f32))
+        .collect()
 }
 
 /// The bar for a voltage from -`half_v` to +`half_v`; the middle is half high.
 fn height(volts: f32, half_v: f32) -> char {
-    let share = if half_v > 0.0 { 0.5 + 0.5 * volts / half_v } else { 0.5 };
+    let share = if half_v > 0.0 {
+        0.5 + 0.5 * volts / half_v
+    } else {
+        0.5
+    };
     BARS[1 + (share * 7.0).round().clamp(0.0, 7.0) as usize]
 }
 
@@ -118,8 +175,14 @@ mod tests {
 
     #[test]
     fn bars_have_their_length_and_height() {
-        assert_eq!((bar(0), bar(3), bar(16), bar(17)), (String::new(), "▍".into(), "██".into(), "██▏".into()));
-        assert_eq!([-1.0, 0.0, 1.0, 2.0].map(|volts| height(volts, 1.0)), ['▁', '▅', '█', '█']);
+        assert_eq!(
+            (bar(0), bar(3), bar(16), bar(17)),
+            (String::new(), "▍".into(), "██".into(), "██▏".into())
+        );
+        assert_eq!(
+            [-1.0, 0.0, 1.0, 2.0].map(|volts| height(volts, 1.0)),
+            ['▁', '▅', '█', '█']
+        );
         assert_eq!(height(0.0, 0.0), '▅');
     }
 

@@ -5,7 +5,11 @@ use ratatui::style::{Color, Modifier, Style};
 use ratatui::widgets::Block;
 
 pub fn alarm(view: &View) -> Style {
-    if view.has_colour { bold().fg(Color::Red) } else { bold().add_modifier(Modifier::REVERSED) }
+    if view.has_colour {
+        bold().fg(Color::Red)
+    } else {
+        bold().add_modifier(Modifier::REVERSED)
+    }
 }
 
 pub fn bold() -> Style {

@@ -25,7 +25,14 @@ fn touched() -> Live {
         live.take(packet);
         Ok(())
     };
-    replay::run(Input::default().open().unwrap(), Settings::DEFAULT, None, &mut sink, &mut |_, _| {}).unwrap();
+    replay::run(
+        Input::default().open().unwrap(),
+        Settings::DEFAULT,
+        None,
+        &mut sink,
+        &mut |_, _| {},
+    )
+    .unwrap();
     live
 }
 
@@ -36,9 +43,23 @@ fn feeling() -> Live {
         live.take(packet);
         Ok(())
     };
-    let feel = Feeling { volts_per_um: 2e-6, sigma_share: 0.1, force_ratio: 1.4 };
-    let settings = Settings { feel, ..Settings::DEFAULT };
-    replay::run(Input::default().open().unwrap(), settings, None, &mut sink, &mut |_, _| {}).unwrap();
+    let feel = Feeling {
+        volts_per_um: 2e-6,
+        sigma_share: 0.1,
+        force_ratio: 1.4,
+    };
+    let settings = Settings {
+        feel,
+        ..Settings::DEFAULT
+    };
+    replay::run(
+        Input::default().open().unwrap(),
+        settings,
+        None,
+        &mut sink,
+        &mut |_, _| {},
+    )
+    .unwrap();
     live
 }
 
@@ -53,7 +74,10 @@ fn with_frames(mut live: Live) -> Live {
             good: u16::MAX,
             codes: std::array::from_fn(swing),
         };
-        live.take(&Packet { sequence: 1, event: Event::Raw(raw) });
+        live.take(&Packet {
+            sequence: 1,
+            event: Event::Raw(raw),
+        });
     }
     live
 }
@@ -72,7 +96,11 @@ fn lines(buffer: &Buffer) -> Vec<String> {
 
 fn assert_shows(lines: &[String], parts: &[&str]) {
     for part in parts {
-        assert!(lines.iter().any(|line| line.contains(part)), "{part:?} is not on\n{}", lines.join("\n"));
+        assert!(
+            lines.iter().any(|line| line.contains(part)),
+            "{part:?} is not on\n{}",
+            lines.join("\n")
+        );
     }
 }
 
@@ -110,13 +138,29 @@ fn at_80_by_24_everything_is_there() {
         assert!(lines.iter().any(|line| line.contains(&label)));
     }
     assert_shows(&lines, &["no valid frame"]);
-    assert!(lines.iter().filter(|line| line.contains('▁') && line.contains('█')).count() >= 1);
+    assert!(
+        lines
+            .iter()
+            .filter(|line| line.contains('▁') && line.contains('█'))
+            .count()
+            >= 1
+    );
     // The chart has a point for each window.
     assert!(lines.iter().any(|line| line.contains('•')));
     // The strip with the widest swing is the one with the highest bars.
-    let strip =
-        |taxel: usize| lines.iter().find_map(|line| line.split(&format!("{taxel:>2} ")).nth(1)).unwrap().to_owned();
-    assert!(strip(15).contains('█') && !strip(0).contains('█'), "{} {}", strip(15), strip(0));
+    let strip = |taxel: usize| {
+        lines
+            .iter()
+            .find_map(|line| line.split(&format!("{taxel:>2} ")).nth(1))
+            .unwrap()
+            .to_owned()
+    };
+    assert!(
+        strip(15).contains('█') && !strip(0).contains('█'),
+        "{} {}",
+        strip(15),
+        strip(0)
+    );
 }
 
 #[test]
@@ -133,13 +177,27 @@ fn it_uses_the_terminal_s_own_colours_and_red_only_for_alarms() {
             .collect::<Vec<_>>()
     };
     assert_eq!(colours(&live, &view()), []);
-    let fault = Fault { kind: FaultKind::Supply, from_us: 1, until_us: None, count: 3 };
-    live.take(&Packet { sequence: 1, event: Event::Fault(fault) });
+    let fault = Fault {
+        kind: FaultKind::Supply,
+        from_us: 1,
+        until_us: None,
+        count: 3,
+    };
+    live.take(&Packet {
+        sequence: 1,
+        event: Event::Fault(fault),
+    });
     live.now.counts.missing = 7;
     let buffer = drawn(&live, &view(), LEAST);
     assert_shows(&lines(&buffer), &["health: FAULT: supply", "7 lost"]);
     let red = colours(&live, &view());
-    assert!(!red.is_empty() && red.iter().all(|colours| *colours == (Color::Red, Color::Reset)), "{red:?}");
+    assert!(
+        !red.is_empty()
+            && red
+                .iter()
+                .all(|colours| *colours == (Color::Red, Color::Reset)),
+        "{red:?}"
+    );
     // Where colours are not wanted it is reversed instead.
     assert_eq!(colours(&live, &View::new(RawFrames::On, false)), []);
 }
@@ -148,33 +206,47 @@ fn it_uses_the_terminal_s_own_colours_and_red_only_for_alarms() {
 fn larger_screens_show_a_strip_a_row_and_the_log() {
     let lines = lines(&drawn(&with_frames(touched()), &view(), (120, 48)));
     assert_shows(&lines, &["what happened", "contact", "the finger is off"]);
-    let strips = lines
-        .iter()
-        .filter(|line| line.starts_with('│') && line.chars().filter(|c| "▁▂▃▄▅▆▇█".contains(*c)).count() > 40);
+    let strips = lines.iter().filter(|line| {
+        line.starts_with('│') && line.chars().filter(|c| "▁▂▃▄▅▆▇█".contains(*c)).count() > 40
+    });
     assert_eq!(strips.count(), TAXELS - 1);
 }
 
 #[test]
 fn without_raw_frames_there_are_amplitudes_and_the_reason() {
     let shown = |raw| lines(&drawn(&touched(), &View::new(raw, true), LEAST));
-    assert_shows(&shown(RawFrames::Unavailable), &["amplitudes in the window; no raw frames", " mV █"]);
-    assert_shows(&shown(RawFrames::Refused("no answer".into())), &["no answer"]);
+    assert_shows(
+        &shown(RawFrames::Unavailable),
+        &["amplitudes in the window; no raw frames", " mV █"],
+    );
+    assert_shows(
+        &shown(RawFrames::Refused("no answer".into())),
+        &["no answer"],
+    );
     assert_shows(&shown(RawFrames::Off), &["r: strips"]);
 }
 
 #[test]
 fn an_empty_model_a_small_screen_and_the_help_are_drawn_too() {
     let mut live = Live::new("emulated board");
-    assert_shows(&lines(&drawn(&live, &view(), LEAST)), &["nothing received yet", "no estimate yet", "none yet"]);
+    assert_shows(
+        &lines(&drawn(&live, &view(), LEAST)),
+        &["nothing received yet", "no estimate yet", "none yet"],
+    );
     assert_shows(&lines(&drawn(&live, &view(), (60, 20))), &["needs 80 x 24"]);
     for size in [(1, 1), (79, 24), (80, 23), (300, 100)] {
         drawn(&with_frames(touched()), &view(), size);
     }
-    live.now.connection = Connection::Disconnected { why: "no such device".into() };
+    live.now.connection = Connection::Disconnected {
+        why: "no such device".into(),
+    };
     assert_shows(&lines(&drawn(&live, &view(), LEAST)), &["UNPLUGGED"]);
     let mut view = view();
     view.press(KeyEvent::from(KeyCode::Char('h')));
-    assert_shows(&lines(&drawn(&live, &view, LEAST)), &["request raw frames of the board", "any key closes this"]);
+    assert_shows(
+        &lines(&drawn(&live, &view, LEAST)),
+        &["request raw frames of the board", "any key closes this"],
+    );
 }
 
 #[test]
@@ -185,7 +257,10 @@ fn what_a_finger_feels_takes_the_place_of_the_strips() {
     let without = lines(&drawn(&touched(), &view, LEAST));
     let with = lines(&drawn(&live, &view, LEAST));
     assert_eq!(with[..23], without[..23]);
-    assert_eq!(with[23].trim_end(), format!("{}  f feel", without[23].trim_end()));
+    assert_eq!(
+        with[23].trim_end(),
+        format!("{}  f feel", without[23].trim_end())
+    );
     view.press(KeyEvent::from(KeyCode::Char('f')));
     let found = live.feel().unwrap();
     let shown = lines(&drawn(&live, &view, LEAST));
@@ -201,24 +276,57 @@ fn what_a_finger_feels_takes_the_place_of_the_strips() {
     ];
     assert_shows(&shown, &parts);
     let bars = |name: &str| {
-        let line = shown.iter().find(|line| line.starts_with(&format!("│{name}"))).unwrap();
+        let line = shown
+            .iter()
+            .find(|line| line.starts_with(&format!("│{name}")))
+            .unwrap();
         (line.clone(), line.chars().filter(|c| *c == '█').count())
     };
     let (fa1, sa1) = (bars("FA I "), bars("SA I "));
-    assert!(fa1.0.contains(&intensity(0)) && sa1.0.contains(&intensity(2)), "{fa1:?} {sa1:?}");
-    // One scale: SA I, whose threshold is the lowest here, has the longest bar, in the ratio of the intensities.
+    assert!(
+        fa1.0.contains(&intensity(0)) && sa1.0.contains(&intensity(2)),
+        "{fa1:?} {sa1:?}"
+    );
+    // One scale: SA I, whose threshold is the lowest here, has the longest bar, in the ratio of the
+    // intensities.
     let ratio = found.per_hz[0].unwrap().value / found.per_hz[2].unwrap().value;
-    assert!((fa1.1 as f32 - ratio * sa1.1 as f32).abs() <= 1.0 && sa1.1 > 15, "{fa1:?} {sa1:?} {ratio}");
+    assert!(
+        (fa1.1 as f32 - ratio * sa1.1 as f32).abs() <= 1.0 && sa1.1 > 15,
+        "{fa1:?} {sa1:?} {ratio}"
+    );
     let soft = shown.iter().find(|line| line.starts_with("│soft")).unwrap();
     assert!(soft.contains('●') && soft.contains("┄7"), "{soft}");
-    assert!(!shown.iter().any(|line| line.contains("dB over")), "no rows for a plot");
+    assert!(
+        !shown.iter().any(|line| line.contains("dB over")),
+        "no rows for a plot"
+    );
 
     let plot = lines(&drawn(&live, &view, (100, 48)));
-    assert_shows(&plot, &["dB over 1 um; • level, a FA I, b FA II, c SA I, d SA II", "0.5 Hz", "20 Hz", "800 Hz"]);
-    let title = plot.iter().position(|line| line.contains("dB over")).unwrap();
-    let points =
-        |letter: char| plot[title + 1..].iter().flat_map(|line| line.chars().take(69)).filter(|c| *c == letter).count();
-    assert!("abcd•".chars().all(|letter| points(letter) > 5), "{}", plot.join("\n"));
+    assert_shows(
+        &plot,
+        &[
+            "dB over 1 um; • level, a FA I, b FA II, c SA I, d SA II",
+            "0.5 Hz",
+            "20 Hz",
+            "800 Hz",
+        ],
+    );
+    let title = plot
+        .iter()
+        .position(|line| line.contains("dB over"))
+        .unwrap();
+    let points = |letter: char| {
+        plot[title + 1..]
+            .iter()
+            .flat_map(|line| line.chars().take(69))
+            .filter(|c| *c == letter)
+            .count()
+    };
+    assert!(
+        "abcd•".chars().all(|letter| points(letter) > 5),
+        "{}",
+        plot.join("\n")
+    );
     view.press(KeyEvent::from(KeyCode::Char('f')));
     assert!(!view.shows_feel);
 }
@@ -227,22 +335,44 @@ fn what_a_finger_feels_takes_the_place_of_the_strips() {
 fn without_an_event_it_says_what_to_set_and_faults_are_alarms() {
     let mut view = view();
     view.press(KeyEvent::from(KeyCode::Char('f')));
-    assert_shows(&lines(&drawn(&touched(), &view, LEAST)), &["feel.volts_per_um to what `ridgetone feel` finds"]);
+    assert_shows(
+        &lines(&drawn(&touched(), &view, LEAST)),
+        &["feel.volts_per_um to what `ridgetone feel` finds"],
+    );
     let mut live = feeling();
     let mut found = *live.feel().unwrap();
     // A fast board has all of them.
     (found.rate_hz, found.window_s) = (3200.0, 0.32);
-    found.per_hz = [Some(Measured { value: 1.5, sigma: 0.1 }); 4];
-    found.rough = Some(Measured { value: 4.25, sigma: 0.5 });
+    found.per_hz = [Some(Measured {
+        value: 1.5,
+        sigma: 0.1,
+    }); 4];
+    found.rough = Some(Measured {
+        value: 4.25,
+        sigma: 0.5,
+    });
     found.faults = found.faults.with(FaultKind::Lost);
-    live.take(&Packet { sequence: 1, event: Event::Feel(found) });
+    live.take(&Packet {
+        sequence: 1,
+        event: Event::Feel(found),
+    });
     let shown = lines(&drawn(&live, &view, LEAST));
-    assert_shows(&shown, &["FA II     1.50 +- 0.10 █", "rough     4.25 +- 0.50 1", "faults: lost"]);
+    assert_shows(
+        &shown,
+        &[
+            "FA II     1.50 +- 0.10 █",
+            "rough     4.25 +- 0.50 1",
+            "faults: lost",
+        ],
+    );
     for size in [(1, 1), (79, 24), (80, 25), (80, 33), (300, 100)] {
         drawn(&live, &view, size);
     }
     live.clear();
-    assert_shows(&lines(&drawn(&live, &view, LEAST)), &["nothing yet: it comes with each window"]);
+    assert_shows(
+        &lines(&drawn(&live, &view, LEAST)),
+        &["nothing yet: it comes with each window"],
+    );
 }
 
 /// A scene with raw frames, up to a moment of its slide.
@@ -250,14 +380,28 @@ fn sliding(scene: Sliding, until_s: f64) -> Live {
     let mut live = Live::new("emulated board");
     let mut pipeline = Box::new(Pipeline::new(Settings::DEFAULT));
     pipeline.report_raw(u32::MAX);
-    let mut packets = vec![Packet { sequence: 0, event: pipeline.hello() }];
-    let input = Input { source: Source::Scene(scene), ..Input::default() };
+    let mut packets = vec![Packet {
+        sequence: 0,
+        event: pipeline.hello(),
+    }];
+    let input = Input {
+        source: Source::Scene(scene),
+        ..Input::default()
+    };
     replay::conversions(input.open().unwrap(), &mut |conversion| {
-        pipeline.push(conversion, &mut |event| packets.push(Packet { sequence: packets.len() as u16, event }));
+        pipeline.push(conversion, &mut |event| {
+            packets.push(Packet {
+                sequence: packets.len() as u16,
+                event,
+            })
+        });
         Ok(())
     })
     .unwrap();
-    for packet in packets.iter().filter(|packet| time_s(&packet.event).is_none_or(|t_s| t_s <= until_s)) {
+    for packet in packets
+        .iter()
+        .filter(|packet| time_s(&packet.event).is_none_or(|t_s| t_s <= until_s))
+    {
         live.take(packet);
         live.now.counts.received += 1;
     }
@@ -270,25 +414,66 @@ fn what_helps_against_a_status_is_on_the_smallest_screen_too() {
     let mut estimate = live.estimate().unwrap().clone();
     let shown = |live: &Live, size| lines(&drawn(live, &view(), size));
     estimate.status = Status::Unsteady;
-    estimate.movement =
-        Movement { wander: 0.021, wander_sigma: 0.002, sigma_mean: 0.02, chirp: -0.31, chirp_sigma: 0.04 };
-    live.take(&Packet { sequence: 9, event: Event::Estimate(estimate.clone()) });
-    let parts = ["unsteady, wander 2.1 %", "shorten the window, give the", "speed, or add one harmonic", "speed  28.6"];
+    estimate.movement = Movement {
+        wander: 0.021,
+        wander_sigma: 0.002,
+        sigma_mean: 0.02,
+        chirp: -0.31,
+        chirp_sigma: 0.04,
+    };
+    live.take(&Packet {
+        sequence: 9,
+        event: Event::Estimate(estimate.clone()),
+    });
+    let parts = [
+        "unsteady, wander 2.1 %",
+        "shorten the window, give the",
+        "speed, or add one harmonic",
+        "speed  28.6",
+    ];
     assert_shows(&shown(&live, LEAST), &parts);
-    assert_shows(&shown(&live, (80, 31)), &[&parts[..], &["chirp -0.31 +- 0.04 Hz/s"]].concat());
+    assert_shows(
+        &shown(&live, (80, 31)),
+        &[&parts[..], &["chirp -0.31 +- 0.04 Hz/s"]].concat(),
+    );
     estimate.status = Status::Ambiguous;
     estimate.movement = Movement::default();
-    estimate.other_tone = Some(OtherTone { frequency: 12.31, share: 0.42 });
-    live.take(&Packet { sequence: 10, event: Event::Estimate(estimate) });
-    assert_shows(&shown(&live, LEAST), &["ambiguous ", "use a longer window", "other tone 12.31 Hz, 42 % of"]);
+    estimate.other_tone = Some(OtherTone {
+        frequency: 12.31,
+        share: 0.42,
+    });
+    live.take(&Packet {
+        sequence: 10,
+        event: Event::Estimate(estimate),
+    });
+    assert_shows(
+        &shown(&live, LEAST),
+        &[
+            "ambiguous ",
+            "use a longer window",
+            "other tone 12.31 Hz, 42 % of",
+        ],
+    );
 }
 
 /// The screen in the book, which is to be copied by hand when it changes.
 #[test]
 fn the_book_shows_the_screen() {
-    let lines = lines(&drawn(&sliding(first_scene().unwrap(), 3.4), &view(), LEAST));
-    let shown = lines.iter().map(|line| line.trim_end()).collect::<Vec<_>>().join("\n");
-    let page = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/book/2-first-run.md")).unwrap();
+    let lines = lines(&drawn(
+        &sliding(first_scene().unwrap(), 3.4),
+        &view(),
+        LEAST,
+    ));
+    let shown = lines
+        .iter()
+        .map(|line| line.trim_end())
+        .collect::<Vec<_>>()
+        .join("\n");
+    let page = std::fs::read_to_string(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../docs/book/2-first-run.md"
+    ))
+    .unwrap();
     assert!(page.contains(&shown), "the page lacks\n{shown}");
 }
 
@@ -297,11 +482,20 @@ fn keys_do_what_the_help_says() {
     let mut view = view();
     let key = |code| KeyEvent::from(code);
     assert_eq!(view.press(key(KeyCode::Char('q'))), Some(Action::Quit));
-    assert_eq!(view.press(KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL)), Some(Action::Quit));
+    assert_eq!(
+        view.press(KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL)),
+        Some(Action::Quit)
+    );
     assert_eq!(view.press(key(KeyCode::Char('c'))), Some(Action::Clear));
     assert_eq!(view.press(key(KeyCode::Char('r'))), Some(Action::Raw));
-    assert_eq!((view.press(key(KeyCode::Char('p'))), view.is_paused), (None, true));
-    assert_eq!((view.press(key(KeyCode::Char(' '))), view.is_paused), (None, false));
+    assert_eq!(
+        (view.press(key(KeyCode::Char('p'))), view.is_paused),
+        (None, true)
+    );
+    assert_eq!(
+        (view.press(key(KeyCode::Char(' '))), view.is_paused),
+        (None, false)
+    );
     let (history_s, strips_s) = (view.history_s(), view.strips_s());
     for _ in 0..9 {
         view.press(key(KeyCode::Char('-')));
@@ -315,5 +509,8 @@ fn keys_do_what_the_help_says() {
     assert!(view.history_s() < history_s && view.strips_s() < strips_s);
     view.press(key(KeyCode::Char('?')));
     assert!(view.shows_help);
-    assert_eq!((view.press(key(KeyCode::Char('q'))), view.shows_help), (None, false));
+    assert_eq!(
+        (view.press(key(KeyCode::Char('q'))), view.shows_help),
+        (None, false)
+    );
 }

@@ -37,7 +37,10 @@ fn phase_name(phase: Phase) -> &'static str {
 
 fn lines(live: &Live, view: &View) -> Vec<Line<'static>> {
     let Some(estimate) = live.estimate() else {
-        return vec![Line::raw("no estimate yet"), Line::raw("touch, hold, slide")];
+        return vec![
+            Line::raw("no estimate yet"),
+            Line::raw("touch, hold, slide"),
+        ];
     };
     let mut lines = vec![Line::styled(frequency(estimate), bold())];
     let remedy = remedy(estimate.status);
@@ -45,18 +48,33 @@ fn lines(live: &Live, view: &View) -> Vec<Line<'static>> {
     let mut status = name(estimate.status).to_owned();
     // The smallest screen has six rows here: with a remedy, the time gives way.
     match remedy {
-        None => status += &format!(", {:.2} s until {:.2} s", estimate.window_s, seconds(estimate.t_us)),
-        Some(_) => {
-            status.extend(remarks.next_if(|remark| remark.starts_with("wander")).map(|wander| format!(", {wander}")))
+        None => {
+            status += &format!(
+                ", {:.2} s until {:.2} s",
+                estimate.window_s,
+                seconds(estimate.t_us)
+            )
         }
+        Some(_) => status.extend(
+            remarks
+                .next_if(|remark| remark.starts_with("wander"))
+                .map(|wander| format!(", {wander}")),
+        ),
     }
-    let style = if estimate.status == Status::Good { Default::default() } else { alarm(view) };
+    let style = if estimate.status == Status::Good {
+        Default::default()
+    } else {
+        alarm(view)
+    };
     lines.push(Line::styled(status, style));
     lines.extend(remedy.map(|remedy| Line::styled(remedy, style)));
     lines.extend(travel(&estimate.travel).into_iter().map(Line::raw));
     if !estimate.faults.is_none() {
         let names: Vec<_> = estimate.faults.iter().map(name).collect();
-        lines.push(Line::styled(format!("faults: {}", names.join(", ")), alarm(view)));
+        lines.push(Line::styled(
+            format!("faults: {}", names.join(", ")),
+            alarm(view),
+        ));
     }
     lines.extend(remarks.map(Line::raw));
     if let Some(whole) = live.whole_slide() {
@@ -86,7 +104,13 @@ fn travel(travel: &Travel) -> [String; 2] {
         };
         return [format!("period {why}"), format!("speed  {why}")];
     }
-    let Travel { spatial_period_mm, spatial_period_sigma_mm, speed_mm_s, speed_sigma_mm_s, .. } = *travel;
+    let Travel {
+        spatial_period_mm,
+        spatial_period_sigma_mm,
+        speed_mm_s,
+        speed_sigma_mm_s,
+        ..
+    } = *travel;
     // Short, for a narrow box.
     let short = |value: f32, sigma: f32, least| plus_minus(value.into(), sigma.into(), least);
     let period = short(spatial_period_mm, spatial_period_sigma_mm, 2);
@@ -96,5 +120,8 @@ fn travel(travel: &Travel) -> [String; 2] {
         Direction::Backward => " <-",
         Direction::Unknown => "",
     };
-    [format!("period {period} mm"), format!("speed  {speed} mm/s{arrow}")]
+    [
+        format!("period {period} mm"),
+        format!("speed  {speed} mm/s{arrow}"),
+    ]
 }

@@ -33,7 +33,15 @@ pub struct View {
 
 impl View {
     pub fn new(raw: RawFrames, has_colour: bool) -> Self {
-        Self { is_paused: false, shows_help: false, shows_feel: false, raw, has_colour, history: 1, strips: 1 }
+        Self {
+            is_paused: false,
+            shows_help: false,
+            shows_feel: false,
+            raw,
+            has_colour,
+            history: 1,
+            strips: 1,
+        }
     }
 
     pub fn history_s(&self) -> f64 {
@@ -54,7 +62,9 @@ impl View {
             return None;
         }
         match key.code {
-            KeyCode::Char('c') if key.modifiers.contains(KeyModifiers::CONTROL) => return Some(Action::Quit),
+            KeyCode::Char('c') if key.modifiers.contains(KeyModifiers::CONTROL) => {
+                return Some(Action::Quit);
+            }
             KeyCode::Char('q') | KeyCode::Esc => return Some(Action::Quit),
             KeyCode::Char('c') => return Some(Action::Clear),
             KeyCode::Char('r') => return Some(Action::Raw),

@@ -32,7 +32,8 @@ impl Panel {
     }
 }
 
-/// Centred labels on one line, moved into the panel at its ends; a label that would touch another is left out.
+/// Centred labels on one line, moved into the panel at its ends; a label that would touch another
+/// is left out.
 pub fn spaced(mut labels: Vec<(f64, String)>, panel: Panel) -> Vec<(f64, String)> {
     labels.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut placed = Vec::new();
@@ -73,23 +74,49 @@ pub fn thinned(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
         let (least, greatest) = (column.iter().min_by(by_y), column.iter().max_by(by_y));
         let mut inner: Vec<(f64, f64)> = least.into_iter().chain(greatest).copied().collect();
         inner.sort_by(|a, b| a.0.total_cmp(&b.0));
-        out.extend(column.first().into_iter().chain(&inner).chain(column.last()));
+        out.extend(
+            column
+                .first()
+                .into_iter()
+                .chain(&inner)
+                .chain(column.last()),
+        );
     }
     out
 }
 
 pub fn axis(svg: &mut Svg, panel: Panel, from_s: f64, to_s: f64, label: &str) {
     let step_s = nice((to_s - from_s) / 4.0);
-    let decimals = if step_s < 0.1 { 2 } else { usize::from(step_s < 1.0) };
-    svg.line((panel.left, STRIPS_END_Y), (panel.right, STRIPS_END_Y), "axis");
+    let decimals = if step_s < 0.1 {
+        2
+    } else {
+        usize::from(step_s < 1.0)
+    };
+    svg.line(
+        (panel.left, STRIPS_END_Y),
+        (panel.right, STRIPS_END_Y),
+        "axis",
+    );
     let first = (from_s / step_s).ceil() as i64;
     for tick in first..=(to_s / step_s).floor() as i64 {
         let t_s = tick as f64 * step_s;
         let x = panel.x(t_s, from_s, to_s);
         svg.line((x, STRIPS_END_Y), (x, STRIPS_END_Y + 5.0), "axis");
-        svg.text(x, STRIPS_END_Y + 18.0, Anchor::Middle, "small", &format!("{t_s:.decimals$}"));
+        svg.text(
+            x,
+            STRIPS_END_Y + 18.0,
+            Anchor::Middle,
+            "small",
+            &format!("{t_s:.decimals$}"),
+        );
     }
-    svg.text(panel.middle(), STRIPS_END_Y + 34.0, Anchor::Middle, "small", label);
+    svg.text(
+        panel.middle(),
+        STRIPS_END_Y + 34.0,
+        Anchor::Middle,
+        "small",
+        label,
+    );
 }
 
 #[cfg(test)]
@@ -105,14 +132,28 @@ mod tests {
     fn labels_do_not_touch() {
         let labels = [(5.0, "contact"), (12.0, "slide"), (300.0, "release")];
         let labels = labels.map(|(x, text)| (x, text.to_owned()));
-        let placed = spaced(labels.into(), Panel { left: 0.0, right: 310.0 });
-        assert_eq!(placed.iter().map(|(_, text)| text.as_str()).collect::<Vec<_>>(), ["contact", "release"]);
+        let placed = spaced(
+            labels.into(),
+            Panel {
+                left: 0.0,
+                right: 310.0,
+            },
+        );
+        assert_eq!(
+            placed
+                .iter()
+                .map(|(_, text)| text.as_str())
+                .collect::<Vec<_>>(),
+            ["contact", "release"]
+        );
         assert!(placed[1].0 < 300.0);
     }
 
     #[test]
     fn thinning_keeps_the_extremes() {
-        let points: Vec<(f64, f64)> = (0..1000).map(|i| (f64::from(i) * 0.01, f64::from(i % 97))).collect();
+        let points: Vec<(f64, f64)> = (0..1000)
+            .map(|i| (f64::from(i) * 0.01, f64::from(i % 97)))
+            .collect();
         let thin = thinned(&points);
         assert!(thin.len() <= 40);
         assert!(thin.iter().any(|(_, y)| *y == 96.0) && thin.iter().any(|(_, y)| *y == 0.0));

@@ -35,9 +35,13 @@ impl Recording {
             match &packet.event {
                 Event::Hello(e) => vref_v = e.settings.vref_v,
                 Event::Contact(e) => recording.contacts_s.push(seconds(e.t_us)),
-                Event::Slide(e) => recording.slides_s.extend(e.end_us.map(|end| (seconds(e.start_us), seconds(end)))),
+                Event::Slide(e) => recording
+                    .slides_s
+                    .extend(e.end_us.map(|end| (seconds(e.start_us), seconds(end)))),
                 Event::Release(e) => recording.releases_s.push(seconds(e.t_us)),
-                Event::Estimate(e) if e.span == Span::Slide => recording.slide_fit = Some(e.clone()),
+                Event::Estimate(e) if e.span == Span::Slide => {
+                    recording.slide_fit = Some(e.clone())
+                }
                 Event::Estimate(_) | Event::Health(_) | Event::Image(_) => {}
                 Event::Fault(_) | Event::Reply(_) | Event::Raw(_) | Event::Feel(_) => {}
                 Event::Texture(_) | Event::Pins(_) => {}
@@ -50,7 +54,8 @@ impl Recording {
             let taxel = usize::from(c.status().chid().wrapping_sub(FIRST_CHID));
             if let Some(channel) = recording.channels.get_mut(taxel) {
                 // In f64: the idle level of volts is taken off millivolts below.
-                let volts = f64::from(c.code()) * f64::from(vref_v) / f64::from(ads1258::reading::CODES_PER_VREF);
+                let volts = f64::from(c.code()) * f64::from(vref_v)
+                    / f64::from(ads1258::reading::CODES_PER_VREF);
                 channel.push((seconds(t_us), volts));
             }
         }
@@ -64,8 +69,15 @@ impl Recording {
 
     pub fn span_s(&self) -> (f64, f64) {
         let all = || self.channels.iter().flatten().map(|(t_s, _)| *t_s);
-        let (from_s, to_s) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
-        if from_s < to_s { (from_s, to_s) } else { (0.0, 1.0) }
+        let (from_s, to_s) = (
+            all().fold(f64::INFINITY, f64::min),
+            all().fold(f64::NEG_INFINITY, f64::max),
+        );
+        if from_s < to_s {
+            (from_s, to_s)
+        } else {
+            (0.0, 1.0)
+        }
     }
 
     /// Widest range of any channel in a span of time, volts.
@@ -80,7 +92,15 @@ impl Recording {
 
 /// Least and greatest value in a span of time; zeros without a sample.
 pub fn extremes(channel: &[(f64, f64)], from_s: f64, to_s: f64) -> (f64, f64) {
-    let inside = channel.iter().filter(|(t_s, _)| (from_s..=to_s).contains(t_s));
-    let (least, greatest) = inside.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, g), (_, v)| (v.min(l), v.max(g)));
-    if least <= greatest { (least, greatest) } else { (0.0, 0.0) }
+    let inside = channel
+        .iter()
+        .filter(|(t_s, _)| (from_s..=to_s).contains(t_s));
+    let (least, greatest) = inside.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, g), (_, v)| {
+        (v.min(l), v.max(g))
+    });
+    if least <= greatest {
+        (least, greatest)
+    } else {
+        (0.0, 0.0)
+    }
 }

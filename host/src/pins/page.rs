@@ -14,11 +14,23 @@ use serde::Serialize;
 use std::net::SocketAddr;
 
 const FILES: &[File] = &[
-    ("/", "text/html; charset=utf-8", include_str!("../../assets/pins/index.html")),
+    (
+        "/",
+        "text/html; charset=utf-8",
+        include_str!("../../assets/pins/index.html"),
+    ),
     STYLE,
     ICON,
-    ("/pins.css", "text/css; charset=utf-8", include_str!("../../assets/pins/pins.css")),
-    ("/pins.js", "text/javascript; charset=utf-8", include_str!("../../assets/pins/pins.js")),
+    (
+        "/pins.css",
+        "text/css; charset=utf-8",
+        include_str!("../../assets/pins/pins.css"),
+    ),
+    (
+        "/pins.js",
+        "text/javascript; charset=utf-8",
+        include_str!("../../assets/pins/pins.js"),
+    ),
 ];
 
 #[derive(Serialize)]
@@ -41,12 +53,25 @@ pub struct Page {
 
 impl Page {
     /// Serves it, and prints its address.
-    pub fn start(address: SocketAddr, open: bool, source: &str, player: &Player<'_>) -> Result<Self> {
+    pub fn start(
+        address: SocketAddr,
+        open: bool,
+        source: &str,
+        player: &Player<'_>,
+    ) -> Result<Self> {
         let latest = Latest::new(json(source, None, player)?);
-        let events = Router::new().route("/events", get(latest::events)).with_state(latest.clone());
-        let server = Server::start(Access::new(address)?, with_files(Router::new(), FILES).merge(events))?;
+        let events = Router::new()
+            .route("/events", get(latest::events))
+            .with_state(latest.clone());
+        let server = Server::start(
+            Access::new(address)?,
+            with_files(Router::new(), FILES).merge(events),
+        )?;
         announce::announce(&server.access, open)?;
-        Ok(Self { latest, _server: server })
+        Ok(Self {
+            latest,
+            _server: server,
+        })
     }
 
     pub fn show(&self, source: &str, update: &Update, player: &Player<'_>) -> Result<()> {

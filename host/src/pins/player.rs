@@ -44,7 +44,10 @@ impl Setup {
             quantity: Quantity::Strain,
             regularisation: 0.01,
             skin: None,
-            limits: Limits { update_hz: 20.0, ..Limits::IDEAL },
+            limits: Limits {
+                update_hz: 20.0,
+                ..Limits::IDEAL
+            },
             gain: 1.0,
             volts_per_strain: volts_per_strain(),
             modulus_mpa: Finger::default().modulus_mpa,
@@ -62,11 +65,16 @@ pub struct Memory {
 impl Memory {
     pub fn new(setup: &Setup) -> Self {
         let pins = setup.pins.count();
-        Self { matching: vec![0.0; Matching::floats(pins, SENSORS)], kept: vec![0.0; SENSORS], forces: vec![0.0; pins] }
+        Self {
+            matching: vec![0.0; Matching::floats(pins, SENSORS)],
+            kept: vec![0.0; SENSORS],
+            forces: vec![0.0; pins],
+        }
     }
 }
 
-/// One update of the display. Strains have no unit; where stresses are matched, they are stresses over Young's modulus.
+/// One update of the display. Strains have no unit; where stresses are matched, they are stresses
+/// over Young's modulus.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "type", rename = "pins")]
 pub struct Update {
@@ -84,8 +92,14 @@ pub struct Update {
 impl Update {
     /// Root mean square of the difference between what is felt and what is in the sensor.
     pub fn error(&self, gain: f64) -> f64 {
-        let off = |(felt, sensor): (&f32, &f32)| (f64::from(*felt) - gain * f64::from(*sensor)).powi(2);
-        let sum: f64 = self.felt_strain.iter().zip(&self.sensor_strain).map(off).sum();
+        let off =
+            |(felt, sensor): (&f32, &f32)| (f64::from(*felt) - gain * f64::from(*sensor)).powi(2);
+        let sum: f64 = self
+            .felt_strain
+            .iter()
+            .zip(&self.sensor_strain)
+            .map(off)
+            .sum();
         (sum / self.felt_strain.len() as f64).sqrt()
     }
 }
@@ -109,12 +123,34 @@ impl<'a> Player<'a> {
         let pins = setup.pins.count();
         let sensors = Grid::new(SIDE, SIDE, 0.5 * UNIT_PITCH_MM)?;
         // As in the simulated finger: rubber.
-        let map = sensors.map(&setup.pins, setup.depth_mm, Finger::default().poisson, setup.quantity)?;
-        let matching = Matching::new(&mut memory.matching, pins, SENSORS, setup.regularisation, map)?;
-        let afterimage = setup.skin.map(|skin| Afterimage::new(skin, &mut memory.kept));
+        let map = sensors.map(
+            &setup.pins,
+            setup.depth_mm,
+            Finger::default().poisson,
+            setup.quantity,
+        )?;
+        let matching = Matching::new(
+            &mut memory.matching,
+            pins,
+            SENSORS,
+            setup.regularisation,
+            map,
+        )?;
+        let afterimage = setup
+            .skin
+            .map(|skin| Afterimage::new(skin, &mut memory.kept));
         let display = Pins::new(setup.limits, &mut memory.forces)?;
         let (skin, vref_v) = (Skin::default(), Settings::DEFAULT.vref_v);
-        Ok(Self { setup, matching, afterimage, display, skin, vref_v, sums: Default::default(), updated_s: None })
+        Ok(Self {
+            setup,
+            matching,
+            afterimage,
+            display,
+            skin,
+            vref_v,
+            sums: Default::default(),
+            updated_s: None,
+        })
     }
 
     pub fn setup(&self) -> &Setup {
@@ -128,7 +164,8 @@ impl<'a> Player<'a> {
                 self.vref_v = hello.settings.vref_v;
                 if packet.sequence == 0 {
                     // The board has restarted: its clock and its levels are new.
-                    (self.skin, self.updated_s, self.sums) = (Skin::default(), None, Default::default());
+                    (self.skin, self.updated_s, self.sums) =
+                        (Skin::default(), None, Default::default());
                 }
             }
             Event::Contact(_) => self.skin.touched(true),
@@ -140,7 +177,9 @@ impl<'a> Player<'a> {
     }
 
     fn frame(&mut self, frame: &Frame) -> Result<Option<Update>> {
-        let Some(volts) = self.skin.push(frame) else { return Ok(None) };
+        let Some(volts) = self.skin.push(frame) else {
+            return Ok(None);
+        };
         for ((sum, count), volts) in self.sums.iter_mut().zip(volts) {
             if let Some(volts) = volts {
                 (*sum, *count) = (*sum + f64::from(volts), *count + 1);
@@ -151,19 +190,31 @@ impl<'a> Player<'a> {
             self.updated_s = Some(frame.t_s);
             return Ok(None);
         }
-        // The frames between two updates are averaged: the display shows nothing faster. Updates are whole frames apart, so that
-        // they are never too many.
+        // The frames between two updates are averaged: the display shows nothing faster. Updates
+        // are whole frames apart, so that they are never too many.
         if since_s < 0.999 / f64::from(self.setup.limits.update_hz) {
             return Ok(None);
         }
         let sums = std::mem::take(&mut self.sums);
         let volts = sums.map(|(sum, count)| (count > 0).then(|| (sum / f64::from(count)) as f32));
         self.updated_s = Some(frame.t_s);
-        let taxels = (0..TAXELS).filter(|taxel| volts[*taxel].is_some()).fold(0, |bits, taxel| bits | 1 << taxel);
-        self.update(frame.t_s, since_s, (strains(&volts, self.setup.volts_per_strain), taxels)).map(Some)
+        let taxels = (0..TAXELS)
+            .filter(|taxel| volts[*taxel].is_some())
+            .fold(0, |bits, taxel| bits | 1 << taxel);
+        self.update(
+            frame.t_s,
+            since_s,
+            (strains(&volts, self.setup.volts_per_strain), taxels),
+        )
+        .map(Some)
     }
 
-    fn update(&mut self, t_s: f64, since_s: f64, (sensor, taxels): ([f32; SENSORS], u16)) -> Result<Update> {
+    fn update(
+        &mut self,
+        t_s: f64,
+        since_s: f64,
+        (sensor, taxels): ([f32; SENSORS], u16),
+    ) -> Result<Update> {
         // Matching has the unit of stress: newtons per square millimetre.
         let per_strain = (self.setup.gain * self.setup.modulus_mpa) as f32;
         let mut wanted = sensor.map(|strain| per_strain * strain);
@@ -172,8 +223,20 @@ impl<'a> Player<'a> {
         }
         let solution = self.matching.forces(&wanted)?;
         let is_optimal = solution.is_optimal;
-        let limited = self.display.advance(since_s.min(1e3) as f32, solution.forces)?.unwrap_or(0);
-        self.felt(since_s, sensor, PinForces { limited, is_optimal, taxels, ..self.pins(t_s) })
+        let limited = self
+            .display
+            .advance(since_s.min(1e3) as f32, solution.forces)?
+            .unwrap_or(0);
+        self.felt(
+            since_s,
+            sensor,
+            PinForces {
+                limited,
+                is_optimal,
+                taxels,
+                ..self.pins(t_s)
+            },
+        )
     }
 
     /// Nothing has come for so long: the pins go down. Gives an update while they do.
@@ -210,11 +273,23 @@ impl<'a> Player<'a> {
         let mut kept = vec![0.0; SENSORS];
         if let Some(afterimage) = &mut self.afterimage {
             kept.copy_from_slice(afterimage.kept());
-            felt.iter_mut().zip(&kept).for_each(|(felt, kept)| *felt += kept);
+            felt.iter_mut()
+                .zip(&kept)
+                .for_each(|(felt, kept)| *felt += kept);
             afterimage.advance(dt_s.clamp(0.0, 1e3), &at_once)?;
         }
-        let strain = |values: Vec<f32>| values.into_iter().map(|value| value / self.setup.modulus_mpa as f32).collect();
+        let strain = |values: Vec<f32>| {
+            values
+                .into_iter()
+                .map(|value| value / self.setup.modulus_mpa as f32)
+                .collect()
+        };
         let (felt_strain, kept_strain) = (strain(felt), strain(kept));
-        Ok(Update { pins, sensor_strain: sensor.to_vec(), felt_strain, kept_strain })
+        Ok(Update {
+            pins,
+            sensor_strain: sensor.to_vec(),
+            felt_strain,
+            kept_strain,
+        })
     }
 }

@@ -10,7 +10,9 @@ use crate::output;
 use crate::stop;
 use anyhow::{Context, Result};
 use ratatui::DefaultTerminal;
-use ratatui::crossterm::event::{self, Event as TerminalEvent, KeyCode, KeyEventKind, KeyModifiers};
+use ratatui::crossterm::event::{
+    self, Event as TerminalEvent, KeyCode, KeyEventKind, KeyModifiers,
+};
 use ridgetone_proto::telemetry::{Event, Packet};
 use std::cell::Cell;
 use std::net::SocketAddr;
@@ -29,19 +31,22 @@ pub enum Show {
     Page(SocketAddr, bool),
 }
 
-/// Follows a feed to its end, or until the user or this process is to stop. Gives the feed back, for its counts.
+/// Follows a feed to its end, or until the user or this process is to stop. Gives the feed back,
+/// for its counts.
 pub fn run(feed: Feed, player: &mut Player<'_>, show: Show) -> (Feed, Result<()>) {
     let mut requester = Requester::default();
     requester.want_raw_if(feed.has_board());
     let mut listener = Listener::new(feed, requester);
     let shown = match show {
-        Show::Screen => ratatui::try_init().context("the terminal").and_then(|mut terminal| {
-            let shown = follow(&mut listener, player, &mut |source, update, player| {
-                draw(&mut terminal, source, update, player)
-            });
-            ratatui::restore();
-            shown
-        }),
+        Show::Screen => ratatui::try_init()
+            .context("the terminal")
+            .and_then(|mut terminal| {
+                let shown = follow(&mut listener, player, &mut |source, update, player| {
+                    draw(&mut terminal, source, update, player)
+                });
+                ratatui::restore();
+                shown
+            }),
         Show::Page(address, open) => {
             let name = listener.feed.name();
             Page::start(address, open, &name, player).and_then(|page| {
@@ -65,7 +70,11 @@ fn lines(listener: &mut Listener, player: &mut Player<'_>, show: Show) -> Result
     let mut board = |packet: &Packet| {
         match &packet.event {
             Event::Hello(hello) => board_computes.set(hello.settings.pins.is_on()),
-            Event::Pins(_) => output::line(&if is_json { events::json(packet)? } else { events::text(packet) })?,
+            Event::Pins(_) => output::line(&if is_json {
+                events::json(packet)?
+            } else {
+                events::text(packet)
+            })?,
             _ => {}
         }
         Ok(board_computes.get())
@@ -108,13 +117,19 @@ fn follow_beside(
                 if board(&packet)? { None } else { update }
             }
             Some(Heard::Over) => break,
-            _ if heard_at.elapsed().as_secs_f64() > SILENCE_S => player.silent(LOOK.as_secs_f64())?,
+            _ if heard_at.elapsed().as_secs_f64() > SILENCE_S => {
+                player.silent(LOOK.as_secs_f64())?
+            }
             _ => None,
         };
         let is_new = update.is_some();
         latest = update.or(latest);
         let name = listener.feed.name();
-        if !sink(&name, latest.as_ref().map(|latest| (latest, is_new)), player)? {
+        if !sink(
+            &name,
+            latest.as_ref().map(|latest| (latest, is_new)),
+            player,
+        )? {
             break;
         }
     }
@@ -129,7 +144,8 @@ fn draw(
     player: &Player<'_>,
 ) -> Result<bool> {
     if update.is_none_or(|(_, is_new)| is_new) {
-        terminal.draw(|frame| screen::draw(frame, source, update.map(|(update, _)| update), player))?;
+        terminal
+            .draw(|frame| screen::draw(frame, source, update.map(|(update, _)| update), player))?;
     }
     while event::poll(Duration::ZERO)? {
         if let TerminalEvent::Key(key) = event::read()?

@@ -1,4 +1,5 @@
-//! The screen: strain in the sensor, forces of the pins, strain in the finger, as shades and numbers.
+//! The screen: strain in the sensor, forces of the pins, strain in the finger, as shades and
+//! numbers.
 
 use super::player::{Player, Update};
 use ratatui::Frame;
@@ -24,25 +25,72 @@ pub fn draw(frame: &mut Frame<'_>, source: &str, update: Option<&Update>, player
     ])
     .areas(frame.area());
     let Some(update) = update else {
-        frame.render_widget(Line::raw(format!("ridgetone pins  {source}  learning the level without touch")), top);
+        frame.render_widget(
+            Line::raw(format!(
+                "ridgetone pins  {source}  learning the level without touch"
+            )),
+            top,
+        );
         frame.render_widget(Line::raw("q quit"), keys);
         return;
     };
-    frame.render_widget(Line::raw(format!("ridgetone pins  {source}  {:.2} s", update.pins.t_s)), top);
+    frame.render_widget(
+        Line::raw(format!(
+            "ridgetone pins  {source}  {:.2} s",
+            update.pins.t_s
+        )),
+        top,
+    );
     let boxes: [Rect; 3] = Layout::horizontal([Constraint::Ratio(1, 3); 3]).areas(middle);
-    let gained: Vec<f32> = update.sensor_strain.iter().map(|strain| setup.gain as f32 * strain).collect();
+    let gained: Vec<f32> = update
+        .sensor_strain
+        .iter()
+        .map(|strain| setup.gain as f32 * strain)
+        .collect();
     let greatest = |values: &[f32]| values.iter().fold(1e-6f32, |most, value| most.max(*value));
     // The same scale for both strains, so that equal shades are equal strains.
     let strain = greatest(&gained).max(greatest(&update.felt_strain));
-    let force = setup.limits.greatest_n().min(greatest(&update.pins.forces_n).max(0.05));
+    let force = setup
+        .limits
+        .greatest_n()
+        .min(greatest(&update.pins.forces_n).max(0.05));
     for (place, title, values, columns, most, scale, decimals) in [
-        (boxes[0], "strain in the sensor, %", &gained, 4, strain, 100.0, 2),
-        (boxes[1], "forces of the pins, N", &update.pins.forces_n, update.pins.columns, force, 1.0, 2),
-        (boxes[2], "strain in the finger, %", &update.felt_strain, 4, strain, 100.0, 2),
+        (
+            boxes[0],
+            "strain in the sensor, %",
+            &gained,
+            4,
+            strain,
+            100.0,
+            2,
+        ),
+        (
+            boxes[1],
+            "forces of the pins, N",
+            &update.pins.forces_n,
+            update.pins.columns,
+            force,
+            1.0,
+            2,
+        ),
+        (
+            boxes[2],
+            "strain in the finger, %",
+            &update.felt_strain,
+            4,
+            strain,
+            100.0,
+            2,
+        ),
     ] {
-        let lines: Vec<Line<'static>> =
-            cells(values, columns, most, scale, decimals).into_iter().map(Line::raw).collect();
-        frame.render_widget(Paragraph::new(lines).block(Block::bordered().title(format!(" {title} "))), place);
+        let lines: Vec<Line<'static>> = cells(values, columns, most, scale, decimals)
+            .into_iter()
+            .map(Line::raw)
+            .collect();
+        frame.render_widget(
+            Paragraph::new(lines).block(Block::bordered().title(format!(" {title} "))),
+            place,
+        );
     }
     frame.render_widget(Paragraph::new(summary(update, setup.gain)), below);
     frame.render_widget(Line::raw("q quit"), keys);
@@ -54,9 +102,15 @@ fn cells(values: &[f32], columns: usize, most: f32, scale: f32, decimals: usize)
     let mut lines = Vec::new();
     for row in values.chunks(columns) {
         let width = if columns < WIDE { 6 } else { 2 };
-        let shades: String = row.iter().map(|value| shade(value).to_string().repeat(width)).collect();
+        let shades: String = row
+            .iter()
+            .map(|value| shade(value).to_string().repeat(width))
+            .collect();
         let numbers: String = match columns < WIDE {
-            true => row.iter().map(|value| format!("{:>6.decimals$}", scale * value)).collect(),
+            true => row
+                .iter()
+                .map(|value| format!("{:>6.decimals$}", scale * value))
+                .collect(),
             false => shades.clone(),
         };
         lines.extend([shades, numbers]);
@@ -67,8 +121,11 @@ fn cells(values: &[f32], columns: usize, most: f32, scale: f32, decimals: usize)
 /// What a person wants to know of an update, in a line.
 pub fn summary(update: &Update, gain: f64) -> String {
     let most = |values: &[f32]| values.iter().fold(f32::MIN, |most, value| most.max(*value));
-    let limited =
-        if update.pins.limited > 0 { format!(", {} pins at their limit", update.pins.limited) } else { String::new() };
+    let limited = if update.pins.limited > 0 {
+        format!(", {} pins at their limit", update.pins.limited)
+    } else {
+        String::new()
+    };
     format!(
         "{:8.3} s  sensor {:+.2} %  finger {:+.2} %, off by {:.2} % rms  pins {:.2} N at most, {:.2} N in all{limited}",
         update.pins.t_s,

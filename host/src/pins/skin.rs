@@ -1,4 +1,5 @@
-//! Raw frames to strains under the sensor's skin, by the firmware's rule ([`ridgetone::pins::strains`]).
+//! Raw frames to strains under the sensor's skin, by the firmware's rule
+//! ([`ridgetone::pins::strains`]).
 
 use crate::frame::Frame;
 use crate::static_image::SIDE;
@@ -7,7 +8,8 @@ use ridgetone::pins::strains::{by_place, of_pressure};
 use ridgetone_proto::settings::TAXELS;
 use std::collections::VecDeque;
 
-/// Frames of the level without touch, and those before a contact that may belong to it already: 0.4 s and 0.1 s at 241 frames a second.
+/// Frames of the level without touch, and those before a contact that may belong to it already: 0.4
+/// s and 0.1 s at 241 frames a second.
 const LEVEL_FRAMES: usize = 96;
 const LATE_FRAMES: usize = 24;
 
@@ -44,24 +46,34 @@ impl Skin {
             // The fewest that are a level: as many as may come late.
             if self.latest.len() >= 2 * LATE_FRAMES {
                 let frames = || self.latest.iter().take(self.latest.len() - LATE_FRAMES);
-                self.level = Some(std::array::from_fn(|taxel| mean(frames().filter_map(|volts| volts[taxel]))));
+                self.level = Some(std::array::from_fn(|taxel| {
+                    mean(frames().filter_map(|volts| volts[taxel]))
+                }));
             }
         }
         let level = self.level.as_ref()?;
-        Some(std::array::from_fn(|taxel| Some(frame.volts[taxel]? - level[taxel]?)))
+        Some(std::array::from_fn(|taxel| {
+            Some(frame.volts[taxel]? - level[taxel]?)
+        }))
     }
 }
 
-/// Strains as a map, row by row, from volts above the level. What is dead takes the mean of its unit, and a dead unit has none.
+/// Strains as a map, row by row, from volts above the level. What is dead takes the mean of its
+/// unit, and a dead unit has none.
 pub fn strains(volts: &Volts, volts_per_strain: f64) -> [f32; SIDE * SIDE] {
-    let usable = volts.iter().rev().fold(0, |mask, volts| mask << 1 | u16::from(volts.is_some()));
+    let usable = volts
+        .iter()
+        .rev()
+        .fold(0, |mask, volts| mask << 1 | u16::from(volts.is_some()));
     let pressed = of_pressure(&volts.map(|volts| volts.unwrap_or(0.0)), usable);
     by_place(&pressed).map(|volts| (f64::from(volts) / volts_per_strain) as f32)
 }
 
 /// Mean of some values; none of none.
 fn mean(values: impl Iterator<Item = f32>) -> Option<f32> {
-    let (sum, count) = values.fold((0.0, 0u32), |(sum, count), value| (sum + f64::from(value), count + 1));
+    let (sum, count) = values.fold((0.0, 0u32), |(sum, count), value| {
+        (sum + f64::from(value), count + 1)
+    });
     (count > 0).then(|| (sum / f64::from(count)) as f32)
 }
 
@@ -72,20 +84,36 @@ mod tests {
     #[test]
     fn shear_is_cancelled_and_the_dead_are_replaced() {
         // Pressure of 0.01 and a shear that tilts each unit.
-        let mut volts: Volts = std::array::from_fn(|taxel| Some(0.00125 + [0.007, 0.0, -0.007, 0.0][taxel % 4]));
-        assert!(strains(&volts, 0.125).iter().all(|strain| (strain - 0.01).abs() < 1e-6));
+        let mut volts: Volts =
+            std::array::from_fn(|taxel| Some(0.00125 + [0.007, 0.0, -0.007, 0.0][taxel % 4]));
+        assert!(
+            strains(&volts, 0.125)
+                .iter()
+                .all(|strain| (strain - 0.01).abs() < 1e-6)
+        );
         // Without its pair piezoresistor 1 says nothing.
         (volts[2], volts[5]) = (None, None);
-        assert!(strains(&volts, 0.125).iter().all(|strain| (strain - 0.01).abs() < 1e-6));
+        assert!(
+            strains(&volts, 0.125)
+                .iter()
+                .all(|strain| (strain - 0.01).abs() < 1e-6)
+        );
         volts[8..12].fill(None);
-        let dead = strains(&volts, 0.125).iter().filter(|strain| **strain == 0.0).count();
+        let dead = strains(&volts, 0.125)
+            .iter()
+            .filter(|strain| **strain == 0.0)
+            .count();
         assert_eq!(dead, 4);
     }
 
     #[test]
     fn the_level_does_not_follow_a_touch() {
         let mut skin = Skin::default();
-        let frame = |volts: f32| Frame { t_s: 0.0, number: 0, volts: [Some(volts); TAXELS] };
+        let frame = |volts: f32| Frame {
+            t_s: 0.0,
+            number: 0,
+            volts: [Some(volts); TAXELS],
+        };
         assert!((0..47).all(|_| skin.push(&frame(2.5)).is_none()));
         assert_eq!(skin.push(&frame(2.5)), Some([Some(0.0); TAXELS]));
         // The contact is reported 20 frames late, and then lasts.
@@ -93,10 +121,17 @@ mod tests {
             if n == 20 {
                 skin.touched(true);
             }
-            assert_eq!(skin.push(&frame(2.6)), Some([Some(2.6 - 2.5); TAXELS]), "{n}");
+            assert_eq!(
+                skin.push(&frame(2.6)),
+                Some([Some(2.6 - 2.5); TAXELS]),
+                "{n}"
+            );
         }
         skin.touched(false);
-        let after = (0..100).filter_map(|_| skin.push(&frame(2.51))).last().expect("a level");
+        let after = (0..100)
+            .filter_map(|_| skin.push(&frame(2.51)))
+            .last()
+            .expect("a level");
         assert!(after[0].expect("alive").abs() < 1e-6);
     }
 }

@@ -32,7 +32,14 @@ impl<P: Ports> Link<P> {
             }
             _ => anyhow!("{name}: {error}"),
         })?;
-        Ok(Self { ports, name, usb_serial, line: Some(line), is_new: true, looked: Instant::now() })
+        Ok(Self {
+            ports,
+            name,
+            usb_serial,
+            line: Some(line),
+            is_new: true,
+            looked: Instant::now(),
+        })
     }
 
     fn read(&mut self, most: Duration) -> Option<FeedEvent<Vec<u8>>> {
@@ -45,13 +52,19 @@ impl<P: Ports> Link<P> {
             Ok(length) => return Some(FeedEvent::Data(bytes[..length].to_vec())),
             Err(error) => error,
         };
-        if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted) {
+        if matches!(
+            error.kind(),
+            ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted
+        ) {
             return None;
         }
         // Closed at once: while it is open, Linux gives the device another name when it comes back.
         self.line = None;
         self.looked = Instant::now();
-        Some(FeedEvent::Disconnected(self.name.clone(), error.to_string()))
+        Some(FeedEvent::Disconnected(
+            self.name.clone(),
+            error.to_string(),
+        ))
     }
 
     /// Opens the board if it is back.
@@ -64,7 +77,9 @@ impl<P: Ports> Link<P> {
                 let mut fitting = with_serial_number(&found, number);
                 let first = fitting.next();
                 // Two ports with one number do not identify the board.
-                first.filter(|_| fitting.next().is_none()).map(|one| one.name.clone())
+                first
+                    .filter(|_| fitting.next().is_none())
+                    .map(|one| one.name.clone())
             }
         };
         // A failure to open is not reported: the system may still be setting the port up.
@@ -109,7 +124,13 @@ impl<P: Ports> Source for Link<P> {
 
     fn send(&mut self, bytes: &[u8]) -> Result<()> {
         let name = || self.name.clone();
-        let line = self.line.as_mut().ok_or(io::Error::from(ErrorKind::NotConnected)).with_context(name)?;
-        line.write_all(bytes).and_then(|()| line.flush()).with_context(name)
+        let line = self
+            .line
+            .as_mut()
+            .ok_or(io::Error::from(ErrorKind::NotConnected))
+            .with_context(name)?;
+        line.write_all(bytes)
+            .and_then(|()| line.flush())
+            .with_context(name)
     }
 }

@@ -17,7 +17,8 @@ pub struct Found {
 /// What a USB device reports about itself.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Usb {
-    /// Serial number, which identifies the device under another name. Many cheap adapters have none.
+    /// Serial number, which identifies the device under another name. Many cheap adapters have
+    /// none.
     pub serial_number: Option<String>,
     pub product: Option<String>,
     pub vendor_id: u16,
@@ -29,7 +30,11 @@ impl fmt::Display for Found {
         write!(f, "{}", self.name)?;
         let Some(usb) = &self.usb else { return Ok(()) };
         let product = usb.product.as_deref().unwrap_or("USB");
-        write!(f, " ({product}, serial number {})", usb.serial_number.as_deref().unwrap_or("none"))
+        write!(
+            f,
+            " ({product}, serial number {})",
+            usb.serial_number.as_deref().unwrap_or("none")
+        )
     }
 }
 
@@ -58,14 +63,17 @@ pub enum Wanted {
 impl Wanted {
     /// By a port's name, by a USB serial number, or without both the only board.
     pub fn new(port: Option<String>, usb_serial: Option<String>) -> Self {
-        port.map(Self::Name).or(usb_serial.map(Self::UsbSerial)).unwrap_or(Self::Only)
+        port.map(Self::Name)
+            .or(usb_serial.map(Self::UsbSerial))
+            .unwrap_or(Self::Only)
     }
 
     /// Name of the board's port, and its USB serial number if no other port has the same.
     pub(super) fn find(self, ports: &impl Ports) -> Result<(String, Option<String>)> {
         let list = || ports.list().map_err(list_error);
         match self {
-            // The name may be in no list, and there may be no list: the port is opened all the same.
+            // The name may be in no list, and there may be no list: the port is opened all the
+            // same.
             Self::Name(name) => {
                 let usb_serial = serial_number_of(&name, &ports.list().unwrap_or_default());
                 Ok((name, usb_serial))
@@ -81,7 +89,10 @@ impl Wanted {
                 let fitting: Vec<_> = with_serial_number(&found, &number).collect();
                 match fitting.as_slice() {
                     [one] => Ok((one.name.clone(), Some(number))),
-                    [] => bail!("no serial port has the USB serial number {number}: {}", names(found.iter())),
+                    [] => bail!(
+                        "no serial port has the USB serial number {number}: {}",
+                        names(found.iter())
+                    ),
                     _ => bail!(
                         "more than one port has the USB serial number {number}, choose with --port: {}",
                         names(fitting.into_iter())
@@ -111,14 +122,21 @@ pub(super) fn only(found: &[Found]) -> Result<&Found> {
         .context("there is no USB serial port: plug the board in, or use --emulated; --port NAME opens any other")?;
     if usb.next().is_some() {
         let names = names(found.iter().filter(|port| port.usb.is_some()));
-        bail!("there is more than one USB serial port, choose with --port or --usb-serial: {names}");
+        bail!(
+            "there is more than one USB serial port, choose with --port or --usb-serial: {names}"
+        );
     }
     Ok(first)
 }
 
 /// Ports with a USB serial number.
-pub(super) fn with_serial_number<'a>(found: &'a [Found], number: &'a str) -> impl Iterator<Item = &'a Found> {
-    found.iter().filter(move |port| serial_number(port) == Some(number))
+pub(super) fn with_serial_number<'a>(
+    found: &'a [Found],
+    number: &'a str,
+) -> impl Iterator<Item = &'a Found> {
+    found
+        .iter()
+        .filter(move |port| serial_number(port) == Some(number))
 }
 
 fn serial_number(port: &Found) -> Option<&str> {

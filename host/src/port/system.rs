@@ -5,7 +5,8 @@ use serialport::{SerialPort, SerialPortType};
 use std::io;
 use std::time::Duration;
 
-/// Speed of the telemetry line, bits per second (the firmware's is in `src/board/serial_line.rs`); 8 data bits, no parity, 1 stop bit.
+/// Speed of the telemetry line, bits per second (the firmware's is in `src/board/serial_line.rs`);
+/// 8 data bits, no parity, 1 stop bit.
 pub const BAUD: u32 = 921_600;
 
 /// Time of a byte on that line, with its start and its stop bit, seconds.
@@ -28,7 +29,8 @@ impl Ports for System {
     fn list(&self) -> io::Result<Vec<Found>> {
         // The library panics without this directory, as in some containers.
         #[cfg(target_os = "linux")]
-        std::fs::read_dir(TERMINALS).map_err(|error| io::Error::new(error.kind(), format!("{TERMINALS}: {error}")))?;
+        std::fs::read_dir(TERMINALS)
+            .map_err(|error| io::Error::new(error.kind(), format!("{TERMINALS}: {error}")))?;
         let ports = serialport::available_ports()?;
         let mut found: Vec<Found> = ports
             .into_iter()

@@ -25,7 +25,10 @@ impl Plugged {
         grantpt(&end).unwrap();
         unlockpt(&end).unwrap();
         let name = ptsname(&end, Vec::new()).unwrap().into_string().unwrap();
-        Self { end: end.into(), name }
+        Self {
+            end: end.into(),
+            name,
+        }
     }
 
     fn send(&mut self, bytes: &[u8]) {
@@ -40,8 +43,14 @@ struct Bench(Arc<Mutex<Vec<Found>>>);
 impl Bench {
     fn has(&self, ports: &[(&str, Option<&str>)]) {
         let found = ports.iter().map(|(name, number)| {
-            let usb = number.map(|number| Usb { serial_number: Some(number.to_owned()), ..Usb::default() });
-            Found { name: (*name).to_owned(), usb }
+            let usb = number.map(|number| Usb {
+                serial_number: Some(number.to_owned()),
+                ..Usb::default()
+            });
+            Found {
+                name: (*name).to_owned(),
+                usb,
+            }
         });
         *self.0.lock().unwrap() = found.collect();
     }
@@ -60,7 +69,12 @@ impl Ports for Bench {
 }
 
 fn frame(sequence: u16) -> Vec<u8> {
-    let packet = Packet { sequence, event: Event::Release(Release { t_us: 1 << 40 | u64::from(sequence) }) };
+    let packet = Packet {
+        sequence,
+        event: Event::Release(Release {
+            t_us: 1 << 40 | u64::from(sequence),
+        }),
+    };
     let mut wire = [0; WIRE_MAX];
     let used = encode(&packet, &mut wire).unwrap();
     wire[..used].to_vec()
@@ -85,14 +99,21 @@ fn numbers(link: &mut Feed, count: usize) -> Vec<u16> {
         Some(FeedEvent::Data(packet)) => packet.sequence,
         other => panic!("{other:?} instead of a packet"),
     };
-    (0..count).map(|_| number(link.next(PATIENCE).unwrap())).collect()
+    (0..count)
+        .map(|_| number(link.next(PATIENCE).unwrap()))
+        .collect()
 }
 
-/// Sends 0 to 9 and half of 10, is unplugged until half of 20, and sends up to 29 at another terminal.
+/// Sends 0 to 9 and half of 10, is unplugged until half of 20, and sends up to 29 at another
+/// terminal.
 fn moves(wanted: impl FnOnce(&str) -> Wanted) {
     let bench = Bench::default();
     let mut first = Plugged::new();
-    bench.has(&[("/dev/none", None), (&first.name, Some("R-7")), ("/dev/other", Some("R-8"))]);
+    bench.has(&[
+        ("/dev/none", None),
+        (&first.name, Some("R-7")),
+        ("/dev/other", Some("R-8")),
+    ]);
     let mut link = Feed::new(Link::open(bench.clone(), wanted(&first.name)).unwrap());
     assert_eq!(connected(&mut link), first.name);
     (0..10).for_each(|number| first.send(&frame(number)));
@@ -106,7 +127,11 @@ fn moves(wanted: impl FnOnce(&str) -> Wanted) {
     drop(first);
     assert_eq!(disconnected(&mut link), old_name);
     let unsent = link.send(b"x").unwrap_err();
-    assert_eq!(unsent.downcast_ref::<io::Error>().map(io::Error::kind), Some(ErrorKind::NotConnected), "{unsent:#}");
+    assert_eq!(
+        unsent.downcast_ref::<io::Error>().map(io::Error::kind),
+        Some(ErrorKind::NotConnected),
+        "{unsent:#}"
+    );
     // Another board at the old name is not ours.
     let stranger = Plugged::new();
     bench.has(&[(&stranger.name, Some("R-8"))]);
@@ -160,21 +185,42 @@ fn without_a_serial_number_it_is_the_name_that_counts() {
     plug(&second);
     assert_eq!(connected(&mut link), name);
     second.send(&frame(2));
-    assert_eq!((numbers(&mut link, 1), link.counts().missing, link.counts().damaged), (vec![2], 2, 0));
+    assert_eq!(
+        (
+            numbers(&mut link, 1),
+            link.counts().missing,
+            link.counts().damaged
+        ),
+        (vec![2], 2, 0)
+    );
 }
 
 #[test]
 fn a_missing_board_is_an_error_that_lists_the_ports() {
     let bench = Bench::default();
-    let open = |wanted| Link::open(bench.clone(), wanted).map(|_| ()).unwrap_err().to_string();
+    let open = |wanted| {
+        Link::open(bench.clone(), wanted)
+            .map(|_| ())
+            .unwrap_err()
+            .to_string()
+    };
     let number = || Wanted::UsbSerial("R-9".into());
-    assert_eq!(open(number()), "no serial port has the USB serial number R-9: there is no serial port");
+    assert_eq!(
+        open(number()),
+        "no serial port has the USB serial number R-9: there is no serial port"
+    );
     bench.has(&[("/dev/none-a", Some("R-8")), ("/dev/none-b", None)]);
     let error = open(number());
-    assert!(error.ends_with("there are /dev/none-a (USB, serial number R-8), /dev/none-b"), "{error}");
+    assert!(
+        error.ends_with("there are /dev/none-a (USB, serial number R-8), /dev/none-b"),
+        "{error}"
+    );
     assert!(open(Wanted::Name("/dev/none-a".into())).starts_with("/dev/none-a: "));
     bench.has(&[("/dev/none-a", Some("R-9")), ("/dev/none-b", Some("R-9"))]);
-    assert!(open(number()).starts_with("more than one port has the USB serial number R-9, choose with --port"));
+    assert!(
+        open(number())
+            .starts_with("more than one port has the USB serial number R-9, choose with --port")
+    );
 }
 
 #[test]
@@ -183,22 +229,38 @@ fn the_only_port_is_found_and_of_several_none_is_guessed() {
         let bench = Bench::default();
         bench.has(ports);
         let found = bench.list().unwrap();
-        only(&found).map(|port| port.name.clone()).map_err(|error| error.to_string())
+        only(&found)
+            .map(|port| port.name.clone())
+            .map_err(|error| error.to_string())
     };
     assert!(only(&[]).unwrap_err().contains("--emulated"));
     // A port of the mainboard is there whether anything is plugged into it or not.
     assert!(only(&[("/dev/a", None)]).unwrap_err().contains("--port"));
-    assert_eq!(only(&[("/dev/a", None), ("/dev/b", Some("R-7"))]), Ok("/dev/b".into()));
-    let error = only(&[("/dev/a", None), ("/dev/b", Some("R-7")), ("/dev/c", Some("R-8"))]).unwrap_err();
+    assert_eq!(
+        only(&[("/dev/a", None), ("/dev/b", Some("R-7"))]),
+        Ok("/dev/b".into())
+    );
+    let error = only(&[
+        ("/dev/a", None),
+        ("/dev/b", Some("R-7")),
+        ("/dev/c", Some("R-8")),
+    ])
+    .unwrap_err();
     assert!(
-        error.contains("--usb-serial") && error.contains("R-7") && error.contains("R-8") && !error.contains("/dev/a")
+        error.contains("--usb-serial")
+            && error.contains("R-7")
+            && error.contains("R-8")
+            && !error.contains("/dev/a")
     );
 }
 
 #[test]
 fn the_ports_of_this_computer_are_listed_or_an_error_names_the_directory() {
     match System.list() {
-        Ok(found) => assert!(found.iter().all(|port| port.name.starts_with("/dev/")), "{found:?}"),
+        Ok(found) => assert!(
+            found.iter().all(|port| port.name.starts_with("/dev/")),
+            "{found:?}"
+        ),
         Err(error) => assert!(error.to_string().contains(system::TERMINALS), "{error}"),
     }
 }

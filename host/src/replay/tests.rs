@@ -5,20 +5,33 @@ use crate::input::{Input, SLOT_S, Source, frame_rate_hz};
 use hal_mock::{Sliding, SlidingScene, write_csv};
 use ridgetone_proto::telemetry::{Span, Status};
 
-/// Estimates of windows of touches of which some channels were recorded at `rate_hz`: each one's error by its sigma.
+/// Estimates of windows of touches of which some channels were recorded at `rate_hz`: each one's
+/// error by its sigma.
 fn errors(rate_hz: f64, decimals: usize, channels: usize) -> Vec<f64> {
     let (folder, mut errors) = (tempfile::tempdir().unwrap(), Vec::new());
     let path = folder.path().join("touch.csv");
     for seed in 0..30 {
         let speed_mm_s = 20.0 + (seed * 7 % 23) as f64;
-        let scene = Sliding { seed, speed_mm_s, slide_mm: 3.0 * speed_mm_s, ..Sliding::default() };
+        let scene = Sliding {
+            seed,
+            speed_mm_s,
+            slide_mm: 3.0 * speed_mm_s,
+            ..Sliding::default()
+        };
         let mut scene = SlidingScene::new(scene).unwrap();
         let mut csv = Vec::new();
         write_csv(&mut scene, rate_hz, SLOT_S, &mut csv).unwrap();
         let rounded = |line: &str| {
             let (time, values) = line.split_once(',').unwrap();
-            let values = values.split(',').take(channels).collect::<Vec<_>>().join(",");
-            time.parse::<f64>().map_or(format!("{time},{values}"), |t_s| format!("{t_s:.decimals$},{values}"))
+            let values = values
+                .split(',')
+                .take(channels)
+                .collect::<Vec<_>>()
+                .join(",");
+            time.parse::<f64>()
+                .map_or(format!("{time},{values}"), |t_s| {
+                    format!("{t_s:.decimals$},{values}")
+                })
         };
         let csv: Vec<String> = str::from_utf8(&csv).unwrap().lines().map(rounded).collect();
         std::fs::write(&path, csv.join("\n")).unwrap();
@@ -27,7 +40,13 @@ fn errors(rate_hz: f64, decimals: usize, channels: usize) -> Vec<f64> {
             rate_hz: None,
             volts_per_unit: 1.0,
         };
-        let input = Input { source, converter_noise: false, seed: 1 }.open().unwrap();
+        let input = Input {
+            source,
+            converter_noise: false,
+            seed: 1,
+        }
+        .open()
+        .unwrap();
         let mut sink = |packet: &Packet| {
             if let Event::Estimate(fit) = &packet.event
                 && fit.span == Span::Window
@@ -38,7 +57,17 @@ fn errors(rate_hz: f64, decimals: usize, channels: usize) -> Vec<f64> {
             }
             Ok(())
         };
-        run(input, Settings { window_s: 0.5, ..Settings::DEFAULT }, None, &mut sink, &mut |_, _| {}).unwrap();
+        run(
+            input,
+            Settings {
+                window_s: 0.5,
+                ..Settings::DEFAULT
+            },
+            None,
+            &mut sink,
+            &mut |_, _| {},
+        )
+        .unwrap();
     }
     errors
 }
@@ -52,14 +81,23 @@ fn recordings_of_any_rate_leave_intervals_that_hold() {
         (1000.0, 3, 16),
         (200.0, 3, 16),
         (100.0, 3, 16),
-        // The estimator sees that neighbouring scans are alike in sixteen channels, but not in these.
+        // The estimator sees that neighbouring scans are alike in sixteen channels, but not in
+        // these.
         (150.0, 3, 4),
         (150.0, 3, 1),
     ] {
         let errors = errors(rate_hz, decimals, channels);
-        let held = errors.iter().filter(|error| error.abs() < 1.96).count() as f64 / errors.len() as f64;
-        let rms = (errors.iter().map(|error| error * error).sum::<f64>() / errors.len() as f64).sqrt();
-        let what = format!("{rate_hz} Hz, {channels} channels, {} windows: {held:.3}, rms {rms:.2}", errors.len());
-        assert!((0.92..=0.98).contains(&held) && (0.85..1.2).contains(&rms) && errors.len() > 300, "{what}");
+        let held =
+            errors.iter().filter(|error| error.abs() < 1.96).count() as f64 / errors.len() as f64;
+        let rms =
+            (errors.iter().map(|error| error * error).sum::<f64>() / errors.len() as f64).sqrt();
+        let what = format!(
+            "{rate_hz} Hz, {channels} channels, {} windows: {held:.3}, rms {rms:.2}",
+            errors.len()
+        );
+        assert!(
+            (0.92..=0.98).contains(&held) && (0.85..1.2).contains(&rms) && errors.len() > 300,
+            "{what}"
+        );
     }
 }

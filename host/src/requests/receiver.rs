@@ -1,4 +1,5 @@
-//! The board's receiver on this PC: bytes in, replies out, through the code of the firmware's tasks `line` and `fit`.
+//! The board's receiver on this PC: bytes in, replies out, through the code of the firmware's tasks
+//! `line` and `fit`.
 
 use embedded_storage::nor_flash::NorFlash;
 use ridgetone::detector::Detector;
@@ -68,13 +69,26 @@ impl<F: NorFlash> Receiver<F> {
 
     /// The task `fit` when no window is due.
     pub fn obey(&mut self) -> Option<Reply> {
-        let Self { inbox, requests, detector, estimator, outbox, shared, .. } = self;
-        let (detector, inbox, outbox) = (&mut Exclusive(detector), &mut Exclusive(inbox), &mut Exclusive(outbox));
+        let Self {
+            inbox,
+            requests,
+            detector,
+            estimator,
+            outbox,
+            shared,
+            ..
+        } = self;
+        let (detector, inbox, outbox) = (
+            &mut Exclusive(detector),
+            &mut Exclusive(inbox),
+            &mut Exclusive(outbox),
+        );
         while requests.step(|| false, estimator, detector, inbox, outbox, shared) {}
-        let replies = std::iter::from_fn(|| outbox.take()).filter_map(|packet| match packet.event {
-            Event::Reply(reply) => Some(reply),
-            _ => None,
-        });
+        let replies =
+            std::iter::from_fn(|| outbox.take()).filter_map(|packet| match packet.event {
+                Event::Reply(reply) => Some(reply),
+                _ => None,
+            });
         let reply = replies.last();
         self.answered += u64::from(reply.is_some());
         reply
@@ -82,7 +96,10 @@ impl<F: NorFlash> Receiver<F> {
 
     /// Both at once.
     pub fn hear(&mut self, bytes: &[u8]) -> Vec<Reply> {
-        bytes.iter().filter_map(|byte| if self.push(*byte) { self.obey() } else { None }).collect()
+        bytes
+            .iter()
+            .filter_map(|byte| if self.push(*byte) { self.obey() } else { None })
+            .collect()
     }
 
     /// Requests that were damaged, as `health` has them.

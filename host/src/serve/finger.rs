@@ -1,4 +1,5 @@
-//! A finger: its source is read from the beginning to the end, and opened again after a failure if that can help.
+//! A finger: its source is read from the beginning to the end, and opened again after a failure if
+//! that can help.
 
 use super::name::Source;
 use super::open::{self, Emulator};
@@ -31,11 +32,23 @@ pub struct Finger {
 }
 
 impl Finger {
-    pub fn new(name: String, source: Source, frames: bool, emulator: Option<Arc<Emulator>>) -> Self {
-        Self { name, source, frames, emulator, counts: Counts::default() }
+    pub fn new(
+        name: String,
+        source: Source,
+        frames: bool,
+        emulator: Option<Arc<Emulator>>,
+    ) -> Self {
+        Self {
+            name,
+            source,
+            frames,
+            emulator,
+            counts: Counts::default(),
+        }
     }
 
-    /// Publishes until the source is over or this process is to stop, and reports the counts. Gives whether anything came.
+    /// Publishes until the source is over or this process is to stop, and reports the counts. Gives
+    /// whether anything came.
     pub fn run(mut self, mut publisher: Publisher) -> bool {
         let mut reported = String::new();
         while let Err(error) = self.read(&mut publisher) {
@@ -47,9 +60,14 @@ impl Finger {
             let comes_back = matches!(self.source, Source::Port(_) | Source::Url(_));
             // Once, not at every attempt.
             if why != reported {
-                self.say(&format!("{why}{}", if comes_back { "; trying again" } else { "" }));
+                self.say(&format!(
+                    "{why}{}",
+                    if comes_back { "; trying again" } else { "" }
+                ));
                 let note = json!({"type": "connection", "state": "failed", "why": why});
-                let _ = publisher.note(note).inspect_err(|error| self.say(&format!("{error:#}")));
+                let _ = publisher
+                    .note(note)
+                    .inspect_err(|error| self.say(&format!("{error:#}")));
                 reported = why;
             }
             if !comes_back {
@@ -60,8 +78,15 @@ impl Finger {
                 std::thread::sleep(LOOK);
             }
         }
-        let Counts { received, missing, damaged, .. } = self.counts;
-        self.say(&format!("{received} telemetry frames received, {missing} lost, {damaged} damaged"));
+        let Counts {
+            received,
+            missing,
+            damaged,
+            ..
+        } = self.counts;
+        self.say(&format!(
+            "{received} telemetry frames received, {missing} lost, {damaged} damaged"
+        ));
         received > 0
     }
 
@@ -87,7 +112,12 @@ impl Finger {
         let mut listener = Listener::new(feed, requester);
         let before = self.counts;
         let ended = self.listen(&mut listener, publisher);
-        let Counts { received, missing, damaged, stepped_back } = listener.feed.counts();
+        let Counts {
+            received,
+            missing,
+            damaged,
+            stepped_back,
+        } = listener.feed.counts();
         self.counts.received = before.received + received;
         self.counts.missing = before.missing + missing;
         self.counts.damaged = before.damaged + damaged;
@@ -104,7 +134,11 @@ impl Finger {
             match listener.next(LOOK)? {
                 Some(Heard::Packet(packet, receipt)) => {
                     // A recording is played as if it happened now.
-                    let receipt = if listener.feed.has_board() { receipt } else { Some(Receipt::now(0.0)) };
+                    let receipt = if listener.feed.has_board() {
+                        receipt
+                    } else {
+                        Some(Receipt::now(0.0))
+                    };
                     publisher.publish(lines.line(&packet, receipt)?)?;
                 }
                 Some(Heard::Connected(name)) => self.connected(&name, publisher)?,
@@ -121,8 +155,12 @@ impl Finger {
             }
             if let Some(losses) = listener.losses() {
                 self.say(&losses);
-                let Counts { missing, damaged, .. } = listener.feed.counts();
-                publisher.note(json!({"type": "lost", "at": "line", "packets": missing, "damaged": damaged}))?;
+                let Counts {
+                    missing, damaged, ..
+                } = listener.feed.counts();
+                publisher.note(
+                    json!({"type": "lost", "at": "line", "packets": missing, "damaged": damaged}),
+                )?;
             }
         }
         Ok(())

@@ -1,7 +1,7 @@
 //! Foxglove's WebSocket: a channel a topic, JSON with a schema.
 //!
-//! The crate has a queue of its own for each viewer, from which a slow one loses the oldest messages; it does not say how many.
-//! `index` of the messages does.
+//! The crate has a queue of its own for each viewer, from which a slow one loses the oldest
+//! messages; it does not say how many. `index` of the messages does.
 
 use super::queue::Queue;
 use super::schema;
@@ -26,7 +26,9 @@ impl Sink for Foxglove {
 
     fn run(self: Box<Self>, queue: &Queue, names: &Names) -> Result<()> {
         // The server's tasks run here too.
-        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .enable_all()
+            .build()?;
         runtime.block_on(self.serve(queue, names))
     }
 }
@@ -44,22 +46,38 @@ impl Foxglove {
             .await
             .with_context(|| self.address.to_string())?;
         let (ip, port) = (self.address.ip(), server.port());
-        eprintln!("ridgetone: foxglove: ws://{}; or open {}", SocketAddr::new(ip, port), server.app_url());
+        eprintln!(
+            "ridgetone: foxglove: ws://{}; or open {}",
+            SocketAddr::new(ip, port),
+            server.app_url()
+        );
         let channel = |finger, topic: Topic| -> Result<Arc<RawChannel>> {
             let schema = schema::json(topic).to_string().into_bytes();
             Ok(context
                 .channel_builder(format!("/{}", names.path(finger, topic)))
                 .message_encoding("json")
-                .schema(Schema::new(format!("ridgetone.{topic}"), "jsonschema", schema))
+                .schema(Schema::new(
+                    format!("ridgetone.{topic}"),
+                    "jsonschema",
+                    schema,
+                ))
                 .build_raw()?)
         };
         let channels = (0..names.fingers.len())
-            .map(|finger| Topic::ALL.iter().map(|topic| channel(finger, *topic)).collect())
+            .map(|finger| {
+                Topic::ALL
+                    .iter()
+                    .map(|topic| channel(finger, *topic))
+                    .collect()
+            })
             .collect::<Result<Vec<Vec<_>>>>()?;
         while let Some(taken) = queue.next().await {
             let message = &taken.message;
             let channel = &channels[message.finger][message.topic as usize];
-            channel.log_with_meta(message.json.as_bytes(), PartialMetadata::with_log_time(message.time_ns));
+            channel.log_with_meta(
+                message.json.as_bytes(),
+                PartialMetadata::with_log_time(message.time_ns),
+            );
             // The server's turn.
             tokio::task::yield_now().await;
         }

@@ -18,7 +18,10 @@ impl Sink for Lines {
         while let Some(taken) = runtime.block_on(queue.next()) {
             let message = &taken.message;
             let topic = names.path(message.finger, message.topic);
-            output::line(&format!(r#"{{"topic":"/{topic}","message":{}}}"#, message.json))?;
+            output::line(&format!(
+                r#"{{"topic":"/{topic}","message":{}}}"#,
+                message.json
+            ))?;
         }
         Ok(())
     }

@@ -21,7 +21,8 @@ pub struct Message {
 pub struct Lost {
     pub frames: u64,
     pub events: u64,
-    /// Frames that were handed over to a connection that broke: nobody knows whether they have arrived.
+    /// Frames that were handed over to a connection that broke: nobody knows whether they have
+    /// arrived.
     pub unconfirmed: u64,
 }
 
@@ -35,21 +36,33 @@ impl Lost {
 
 /// What a sink has lost of a finger. It is for that sink alone, and so has no number on its topic.
 pub fn lost(finger: usize, sink: &str, lost: Lost) -> Message {
-    let Lost { frames, events, unconfirmed } = lost;
+    let Lost {
+        frames,
+        events,
+        unconfirmed,
+    } = lost;
     let now = Receipt::now(0.0);
     let json = json!({"type": "lost", "at": sink, "frames": frames, "events": events,
         "frames_unconfirmed": unconfirmed, "received_utc_s": now.utc_s()});
-    Message { finger, topic: Topic::Diagnostics, json: json.to_string(), time_ns: now.utc_ns }
+    Message {
+        finger,
+        topic: Topic::Diagnostics,
+        json: json.to_string(),
+        time_ns: now.utc_ns,
+    }
 }
 
-/// The centre of each taxel's unit: along the sliding direction and across, millimetres from the array's centre. The four
-/// taxels of a unit lie around it, on a cross whose size the paper does not give.
+/// The centre of each taxel's unit: along the sliding direction and across, millimetres from the
+/// array's centre. The four taxels of a unit lie around it, on a cross whose size the paper does
+/// not give.
 pub fn positions_mm() -> Vec<[f64; 2]> {
     let places = || {
-        PLACES
-            .iter()
-            .enumerate()
-            .flat_map(|(row, taxels)| taxels.iter().enumerate().map(move |(column, taxel)| (*taxel, row, column)))
+        PLACES.iter().enumerate().flat_map(|(row, taxels)| {
+            taxels
+                .iter()
+                .enumerate()
+                .map(move |(column, taxel)| (*taxel, row, column))
+        })
     };
     let mut all = vec![[0.0; 2]; places().count()];
     for (taxel, row, column) in places() {

@@ -1,8 +1,10 @@
-//! MQTT 5: frames with QoS 0, all other messages with QoS 1; the schemas are retained beside the topics.
+//! MQTT 5: frames with QoS 0, all other messages with QoS 1; the schemas are retained beside the
+//! topics.
 //!
-//! A session lives as long as its connection. When that breaks, events that the broker has not acknowledged wait again. A
-//! broker acknowledges in the order of publication (MQTT 5.0, 4.6): frames before an acknowledged event have arrived, and those
-//! after the last one are counted as not confirmed.
+//! A session lives as long as its connection. When that breaks, events that the broker has not
+//! acknowledged wait again. A broker acknowledges in the order of publication (MQTT 5.0, 4.6):
+//! frames before an acknowledged event have arrived, and those after the last one are counted as
+//! not confirmed.
 
 use super::queue::{Queue, Taken};
 use super::schema;
@@ -36,7 +38,8 @@ const CHANNEL: usize = 64;
 /// Events that wait for their acknowledgement; a broker may want less.
 const UNACKNOWLEDGED_MAX: u16 = 256;
 
-/// What `<board>/status` says, retained; the broker says the second one too if the connection breaks.
+/// What `<board>/status` says, retained; the broker says the second one too if the connection
+/// breaks.
 const ONLINE: &str = r#"{"state":"online"}"#;
 const OFFLINE: &str = r#"{"state":"offline"}"#;
 
@@ -70,7 +73,9 @@ impl Flight {
     }
 
     fn acknowledge(&mut self, packet: u16) {
-        let Some(number) = self.numbers.remove(&packet) else { return };
+        let Some(number) = self.numbers.remove(&packet) else {
+            return;
+        };
         let confirmed = (number + 1).saturating_sub(self.first);
         self.entries.drain(..confirmed as usize);
         self.first += confirmed;
@@ -83,13 +88,18 @@ impl Sink for Mqtt {
     }
 
     fn run(self: Box<Self>, queue: &Queue, names: &Names) -> Result<()> {
-        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .enable_all()
+            .build()?;
         runtime.block_on(async {
             let mut reported = String::new();
             while let Err(error) = self.session(queue, names).await {
                 let why = format!("{error:#}");
                 if why != reported {
-                    eprintln!("ridgetone: mqtt: {}:{}: {why}; trying again", self.host, self.port);
+                    eprintln!(
+                        "ridgetone: mqtt: {}:{}: {why}; trying again",
+                        self.host, self.port
+                    );
                     reported = why;
                 }
                 if queue.is_closed() {
@@ -104,36 +114,61 @@ impl Sink for Mqtt {
 
 impl Mqtt {
     pub fn new(url: &str) -> Result<Self> {
-        let wrong = |why: &str| UsageError(format!("{url}: {why}; write mqtt://[USER:PASSWORD@]HOST[:PORT]"));
+        let wrong = |why: &str| {
+            UsageError(format!(
+                "{url}: {why}; write mqtt://[USER:PASSWORD@]HOST[:PORT]"
+            ))
+        };
         if url.starts_with("mqtts://") {
             return Err(wrong("this command speaks MQTT without TLS").into());
         }
-        let rest = url.strip_prefix("mqtt://").ok_or_else(|| wrong("no address of a broker"))?.trim_end_matches('/');
+        let rest = url
+            .strip_prefix("mqtt://")
+            .ok_or_else(|| wrong("no address of a broker"))?
+            .trim_end_matches('/');
         let (login, place) = match rest.rsplit_once('@') {
             None => (None, rest),
-            Some((login, place)) => (Some(login.split_once(':').ok_or_else(|| wrong("no password"))?), place),
+            Some((login, place)) => (
+                Some(login.split_once(':').ok_or_else(|| wrong("no password"))?),
+                place,
+            ),
         };
         let (host, port) = match place.rsplit_once(':') {
-            Some((host, port)) if !port.ends_with(']') => (host, port.parse().map_err(|_| wrong("no such port"))?),
+            Some((host, port)) if !port.ends_with(']') => {
+                (host, port.parse().map_err(|_| wrong("no such port"))?)
+            }
             _ => (place, PORT),
         };
         if host.is_empty() || host.contains('/') {
             return Err(wrong("no host").into());
         }
         let login = login.map(|(user, password)| (user.to_owned(), password.to_owned()));
-        Ok(Self { host: host.to_owned(), port, login })
+        Ok(Self {
+            host: host.to_owned(),
+            port,
+            login,
+        })
     }
 
     fn options(&self, names: &Names) -> MqttOptions {
         // No two on a broker may have the same.
         let client = format!("ridgetone-{:x}", Receipt::now(0.0).utc_ns);
         let mut options = MqttOptions::new(client, &self.host, self.port);
-        options.set_keep_alive(PING).set_clean_start(true).set_outgoing_inflight_upper_limit(UNACKNOWLEDGED_MAX);
+        options
+            .set_keep_alive(PING)
+            .set_clean_start(true)
+            .set_outgoing_inflight_upper_limit(UNACKNOWLEDGED_MAX);
         // Otherwise a frame waits for the acknowledgement of the one before, up to 40 ms.
         let mut network = NetworkOptions::new();
         network.set_tcp_nodelay(true);
         options.set_network_options(network);
-        options.set_last_will(LastWill::new(names.status(), OFFLINE, QoS::AtLeastOnce, true, None));
+        options.set_last_will(LastWill::new(
+            names.status(),
+            OFFLINE,
+            QoS::AtLeastOnce,
+            true,
+            None,
+        ));
         if let Some((user, password)) = &self.login {
             options.set_credentials(user, password);
         }
@@ -160,15 +195,24 @@ impl Mqtt {
     }
 
     /// Drives the connection until it breaks, and gives why.
-    async fn poll(&self, events: &mut EventLoop, flight: &RefCell<Flight>, connected: &Notify) -> anyhow::Error {
+    async fn poll(
+        &self,
+        events: &mut EventLoop,
+        flight: &RefCell<Flight>,
+        connected: &Notify,
+    ) -> anyhow::Error {
         loop {
             match timeout(2 * PING, events.poll()).await {
                 Ok(Ok(Event::Incoming(Incoming::ConnAck(_)))) => {
                     eprintln!("ridgetone: mqtt: {}:{}: connected", self.host, self.port);
                     connected.notify_one();
                 }
-                Ok(Ok(Event::Incoming(Incoming::PubAck(ack)))) => flight.borrow_mut().acknowledge(ack.pkid),
-                Ok(Ok(Event::Outgoing(Outgoing::Publish(packet)))) => flight.borrow_mut().write(packet),
+                Ok(Ok(Event::Incoming(Incoming::PubAck(ack)))) => {
+                    flight.borrow_mut().acknowledge(ack.pkid)
+                }
+                Ok(Ok(Event::Outgoing(Outgoing::Publish(packet)))) => {
+                    flight.borrow_mut().write(packet)
+                }
                 Ok(Ok(_)) => {}
                 Ok(Err(error)) => return anyhow!(error),
                 Err(_) => return anyhow!("the broker does not answer"),
@@ -178,28 +222,56 @@ impl Mqtt {
 }
 
 /// Says whether this command publishes.
-async fn report(client: &AsyncClient, names: &Names, flight: &RefCell<Flight>, state: &'static str) -> Result<()> {
+async fn report(
+    client: &AsyncClient,
+    names: &Names,
+    flight: &RefCell<Flight>,
+    state: &'static str,
+) -> Result<()> {
     flight.borrow_mut().entries.push_back(None);
-    Ok(client.publish(names.status(), QoS::AtLeastOnce, true, state).await?)
+    Ok(client
+        .publish(names.status(), QoS::AtLeastOnce, true, state)
+        .await?)
 }
 
 /// Publishes what waits, and at the end waits for the acknowledgements.
-async fn deliver(client: &AsyncClient, queue: &Queue, names: &Names, flight: &RefCell<Flight>) -> Result<()> {
+async fn deliver(
+    client: &AsyncClient,
+    queue: &Queue,
+    names: &Names,
+    flight: &RefCell<Flight>,
+) -> Result<()> {
     report(client, names, flight, ONLINE).await?;
     for finger in 0..names.fingers.len() {
         for topic in Topic::ALL {
             flight.borrow_mut().entries.push_back(None);
             let path = format!("{}/schema", names.path(finger, topic));
-            client.publish(path, QoS::AtLeastOnce, true, schema::json(topic).to_string()).await?;
+            client
+                .publish(
+                    path,
+                    QoS::AtLeastOnce,
+                    true,
+                    schema::json(topic).to_string(),
+                )
+                .await?;
         }
     }
     while let Some(taken) = queue.next().await {
-        let (topic, path) = (taken.message.topic, names.path(taken.message.finger, taken.message.topic));
-        let quality = if topic == Topic::Frames { QoS::AtMostOnce } else { QoS::AtLeastOnce };
+        let (topic, path) = (
+            taken.message.topic,
+            names.path(taken.message.finger, taken.message.topic),
+        );
+        let quality = if topic == Topic::Frames {
+            QoS::AtMostOnce
+        } else {
+            QoS::AtLeastOnce
+        };
         let json = taken.message.json.clone();
         flight.borrow_mut().entries.push_back(Some(taken));
         // A subscriber gets the latest state at once.
-        client.publish(path, quality, topic == Topic::Health, json).await?;
+        client
+            .publish(path, quality, topic == Topic::Health, json)
+            .await?;
     }
     // Its acknowledgement confirms all frames before it.
     report(client, names, flight, OFFLINE).await?;
@@ -221,13 +293,29 @@ mod tests {
     #[test]
     fn addresses_of_brokers_are_read() {
         let read = |url: &str| Mqtt::new(url).map(|mqtt| (mqtt.host, mqtt.port, mqtt.login));
-        assert_eq!(read("mqtt://robot.local").unwrap(), ("robot.local".into(), 1883, None));
+        assert_eq!(
+            read("mqtt://robot.local").unwrap(),
+            ("robot.local".into(), 1883, None)
+        );
         let login = Some(("me".to_owned(), "a@b".to_owned()));
-        assert_eq!(read("mqtt://me:a@b@10.0.0.2:2883/").unwrap(), ("10.0.0.2".into(), 2883, login));
+        assert_eq!(
+            read("mqtt://me:a@b@10.0.0.2:2883/").unwrap(),
+            ("10.0.0.2".into(), 2883, login)
+        );
         assert_eq!(read("mqtt://[::1]").unwrap().0, "[::1]");
-        for wrong in ["http://x", "mqtts://x", "mqtt://", "mqtt://x:port", "mqtt://me@x", "mqtt://x/y"] {
+        for wrong in [
+            "http://x",
+            "mqtts://x",
+            "mqtt://",
+            "mqtt://x:port",
+            "mqtt://me@x",
+            "mqtt://x/y",
+        ] {
             let error = read(wrong).unwrap_err();
-            assert!(error.is::<UsageError>() && error.to_string().starts_with(wrong), "{error}");
+            assert!(
+                error.is::<UsageError>() && error.to_string().starts_with(wrong),
+                "{error}"
+            );
         }
     }
 }

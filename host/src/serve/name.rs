@@ -18,19 +18,28 @@ pub enum Source {
 }
 
 impl Source {
-    /// By its form: `emulated`, `emulated:SCENE.toml`, `http://HOST:PORT`, a file of telemetry, otherwise a port.
+    /// By its form: `emulated`, `emulated:SCENE.toml`, `http://HOST:PORT`, a file of telemetry,
+    /// otherwise a port.
     pub fn of(text: &str) -> Result<Self> {
         Ok(match text {
-            "" => return Err(usage("no source behind =: a port, emulated, a recording or http://HOST:PORT")),
+            "" => {
+                return Err(usage(
+                    "no source behind =: a port, emulated, a recording or http://HOST:PORT",
+                ));
+            }
             "emulated" => Self::Emulated(None),
-            _ if text.starts_with("emulated:") => Self::Emulated(Some(text["emulated:".len()..].into())),
+            _ if text.starts_with("emulated:") => {
+                Self::Emulated(Some(text["emulated:".len()..].into()))
+            }
             _ if text.contains("://") => {
                 super::url::host(text)?;
                 Self::Url(text.to_owned())
             }
             _ if std::fs::metadata(text).is_ok_and(|found| found.is_file()) => {
                 if !is_telemetry(text.as_ref())? {
-                    return Err(usage(&format!("{text}: holds no telemetry as `record` writes it")));
+                    return Err(usage(&format!(
+                        "{text}: holds no telemetry as `record` writes it"
+                    )));
                 }
                 Self::Recording(text.into())
             }
@@ -43,7 +52,9 @@ impl Source {
 pub fn check(name: &str) -> Result<()> {
     let is_fit = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     if name.is_empty() || !name.chars().all(is_fit) {
-        return Err(usage(&format!("{name:?} is no name in a topic: use letters, digits, _ and -")));
+        return Err(usage(&format!(
+            "{name:?} is no name in a topic: use letters, digits, _ and -"
+        )));
     }
     Ok(())
 }
@@ -54,11 +65,15 @@ pub fn fingers(given: &[String]) -> Result<(Vec<String>, Vec<Source>)> {
     let mut sources = Vec::new();
     for text in given {
         let Some((name, source)) = text.split_once('=') else {
-            return Err(usage(&format!("--finger {text}: write NAME=SOURCE, such as left=/dev/ttyUSB0")));
+            return Err(usage(&format!(
+                "--finger {text}: write NAME=SOURCE, such as left=/dev/ttyUSB0"
+            )));
         };
         check(name)?;
         if names.iter().any(|known| known == name) {
-            return Err(usage(&format!("two fingers are named {name}: each needs a name of its own")));
+            return Err(usage(&format!(
+                "two fingers are named {name}: each needs a name of its own"
+            )));
         }
         names.push(name.to_owned());
         sources.push(Source::of(source)?);
@@ -80,7 +95,12 @@ mod tests {
         let table = folder.path().join("a.csv");
         std::fs::write(&table, "time_s,a\n0,1\n").unwrap();
         let table = table.to_str().unwrap();
-        let given = ["a=/dev/ttyUSB0", "b=emulated", "c=emulated:scenes/c7.toml", "d=http://127.0.0.1:8321"];
+        let given = [
+            "a=/dev/ttyUSB0",
+            "b=emulated",
+            "c=emulated:scenes/c7.toml",
+            "d=http://127.0.0.1:8321",
+        ];
         let (names, sources) = fingers(&given.map(str::to_owned)).unwrap();
         assert_eq!(names, ["a", "b", "c", "d"]);
         let expected = [
@@ -91,7 +111,13 @@ mod tests {
         ];
         assert_eq!(sources, expected);
         let refused = |given: &[&str]| {
-            let error = fingers(&given.iter().map(|text| (*text).to_owned()).collect::<Vec<_>>()).unwrap_err();
+            let error = fingers(
+                &given
+                    .iter()
+                    .map(|text| (*text).to_owned())
+                    .collect::<Vec<_>>(),
+            )
+            .unwrap_err();
             assert!(error.is::<UsageError>(), "{error}");
             error.to_string()
         };

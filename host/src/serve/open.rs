@@ -21,16 +21,29 @@ pub fn feed(source: &Source, emulator: Option<&Emulator>) -> Result<Feed> {
     match source {
         Source::Recording(path) => Ok(Feed::new(Recorded::open(path)?).paced(Pace::new(1.0))),
         Source::Emulated(scene) => emulated(scene.as_deref(), emulator),
-        Source::Port(name) | Source::Url(name) => {
-            Ok(Feed::new(Link::open(System, Wanted::new(Some(name.clone()), None))?))
-        }
+        Source::Port(name) | Source::Url(name) => Ok(Feed::new(Link::open(
+            System,
+            Wanted::new(Some(name.clone()), None),
+        )?)),
     }
 }
 
 /// At the speed of a real board, touched again and again.
 fn emulated(scene: Option<&Path>, emulator: Option<&Emulator>) -> Result<Feed> {
     let emulator = emulator.ok_or_else(|| anyhow::anyhow!("no firmware image to emulate"))?;
-    let scene = scene.map_or_else(first_scene, |path| Ok(hal_mock::load_scene(path, frame_rate_hz())?))?;
-    let input = Input { seed: scene.seed, source: input::Source::Scene(scene), ..Input::default() }.open()?;
-    Ok(Feed::new(Emulated::start(input.repeated(), emulator.elf.clone(), emulator.silence, Some(1.0))))
+    let scene = scene.map_or_else(first_scene, |path| {
+        Ok(hal_mock::load_scene(path, frame_rate_hz())?)
+    })?;
+    let input = Input {
+        seed: scene.seed,
+        source: input::Source::Scene(scene),
+        ..Input::default()
+    }
+    .open()?;
+    Ok(Feed::new(Emulated::start(
+        input.repeated(),
+        emulator.elf.clone(),
+        emulator.silence,
+        Some(1.0),
+    )))
 }

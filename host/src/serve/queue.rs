@@ -1,5 +1,5 @@
-//! What waits for a sink. A board never waits: where the queue is full the oldest message is lost, counted, and reported as soon
-//! as the sink takes messages again.
+//! What waits for a sink. A board never waits: where the queue is full the oldest message is lost,
+//! counted, and reported as soon as the sink takes messages again.
 
 use super::message::{Lost, Message, lost};
 use super::topic::Topic;
@@ -43,13 +43,29 @@ pub struct Counts {
 
 impl fmt::Display for Counts {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { delivered, lost: Lost { frames, events, unconfirmed }, left } = self;
-        write!(f, "{delivered} messages delivered, {frames} frames and {events} events lost")?;
+        let Self {
+            delivered,
+            lost:
+                Lost {
+                    frames,
+                    events,
+                    unconfirmed,
+                },
+            left,
+        } = self;
+        write!(
+            f,
+            "{delivered} messages delivered, {frames} frames and {events} events lost"
+        )?;
         match unconfirmed {
             0 => {}
             _ => write!(f, ", {unconfirmed} frames not confirmed")?,
         }
-        if *left > 0 { write!(f, ", {left} left behind") } else { Ok(()) }
+        if *left > 0 {
+            write!(f, ", {left} left behind")
+        } else {
+            Ok(())
+        }
     }
 }
 
@@ -69,8 +85,16 @@ struct State {
 
 impl Queue {
     pub fn new(sink: &'static str, fingers: usize) -> Self {
-        let state = State { order: 1, lost: vec![Lost::default(); fingers], ..State::default() };
-        Self { sink, state: Mutex::new(state), changed: Notify::new() }
+        let state = State {
+            order: 1,
+            lost: vec![Lost::default(); fingers],
+            ..State::default()
+        };
+        Self {
+            sink,
+            state: Mutex::new(state),
+            changed: Notify::new(),
+        }
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
@@ -80,7 +104,10 @@ impl Queue {
     /// Adds a message. It never waits.
     pub fn push(&self, message: Arc<Message>) {
         let mut state = self.state();
-        let taken = Taken { order: state.order, message };
+        let taken = Taken {
+            order: state.order,
+            message,
+        };
         state.order += 1;
         if state.has_failed {
             state.lose(&taken.message);
@@ -107,13 +134,17 @@ impl Queue {
         }
     }
 
-    /// Takes messages back that were taken and not delivered: events wait again, frames count as not confirmed.
+    /// Takes messages back that were taken and not delivered: events wait again, frames count as
+    /// not confirmed.
     pub fn put_back(&self, taken: impl DoubleEndedIterator<Item = Taken>) {
         let mut state = self.state();
         for taken in taken.rev() {
             state.counts.delivered -= 1;
             if taken.message.topic == Topic::Frames {
-                let lost = Lost { unconfirmed: 1, ..Lost::default() };
+                let lost = Lost {
+                    unconfirmed: 1,
+                    ..Lost::default()
+                };
                 state.lost[taken.message.finger].add(lost);
                 state.counts.lost.add(lost);
             } else {
@@ -143,7 +174,10 @@ impl Queue {
 
     pub fn counts(&self) -> Counts {
         let state = self.state();
-        Counts { left: (state.frames.len() + state.events.len()) as u64, ..state.counts }
+        Counts {
+            left: (state.frames.len() + state.events.len()) as u64,
+            ..state.counts
+        }
     }
 }
 
@@ -163,8 +197,14 @@ impl State {
 
     fn lose(&mut self, message: &Message) {
         let lost = match message.topic {
-            Topic::Frames => Lost { frames: 1, ..Lost::default() },
-            _ => Lost { events: 1, ..Lost::default() },
+            Topic::Frames => Lost {
+                frames: 1,
+                ..Lost::default()
+            },
+            _ => Lost {
+                events: 1,
+                ..Lost::default()
+            },
         };
         self.lost[message.finger].add(lost);
         self.counts.lost.add(lost);
@@ -173,17 +213,28 @@ impl State {
     /// A message about what a finger has lost here, if it is time for one.
     fn report(&mut self, sink: &str) -> Option<Taken> {
         let is_due = self.is_closed || self.reported.is_none_or(|at| at.elapsed() >= REPORT_EVERY);
-        let finger = self.lost.iter().position(|lost| is_due && *lost != Lost::default());
+        let finger = self
+            .lost
+            .iter()
+            .position(|lost| is_due && *lost != Lost::default());
         let Some(finger) = finger else {
             // Every finger's losses are reported at the same time.
             self.reported = self.reported.filter(|_| !is_due);
             return None;
         };
-        if self.lost.iter().skip(finger + 1).all(|lost| *lost == Lost::default()) {
+        if self
+            .lost
+            .iter()
+            .skip(finger + 1)
+            .all(|lost| *lost == Lost::default())
+        {
             self.reported = Some(Instant::now());
         }
         let message = lost(finger, sink, std::mem::take(&mut self.lost[finger]));
-        Some(Taken { order: 0, message: Arc::new(message) })
+        Some(Taken {
+            order: 0,
+            message: Arc::new(message),
+        })
     }
 
     /// The oldest message.
@@ -201,12 +252,19 @@ mod tests {
     use super::*;
 
     fn message(finger: usize, topic: Topic, number: usize) -> Arc<Message> {
-        Arc::new(Message { finger, topic, json: number.to_string(), time_ns: 0 })
+        Arc::new(Message {
+            finger,
+            topic,
+            json: number.to_string(),
+            time_ns: 0,
+        })
     }
 
     fn drain(queue: &Queue) -> Vec<Taken> {
         queue.close();
-        let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .build()
+            .unwrap();
         let mut all = Vec::new();
         while let Some(taken) = runtime.block_on(queue.next()) {
             all.push(taken);
@@ -224,16 +282,44 @@ mod tests {
         let all = drain(&queue);
         for (finger, taken) in all[..2].iter().enumerate() {
             let json: serde_json::Value = serde_json::from_str(&taken.message.json).unwrap();
-            assert_eq!((taken.message.finger, taken.message.topic), (finger, Topic::Diagnostics));
+            assert_eq!(
+                (taken.message.finger, taken.message.topic),
+                (finger, Topic::Diagnostics)
+            );
             let count = |name: &str| json[name].as_u64().unwrap();
-            assert_eq!((count("frames"), count("events"), count("frames_unconfirmed")), (5, 0, 0));
-            assert_eq!((json["type"].as_str(), json["at"].as_str()), (Some("lost"), Some("test")));
+            assert_eq!(
+                (
+                    count("frames"),
+                    count("events"),
+                    count("frames_unconfirmed")
+                ),
+                (5, 0, 0)
+            );
+            assert_eq!(
+                (json["type"].as_str(), json["at"].as_str()),
+                (Some("lost"), Some("test"))
+            );
         }
-        let numbers: Vec<usize> = all[2..].iter().map(|taken| taken.message.json.parse().unwrap()).collect();
-        assert_eq!(numbers, (10..FRAMES_MAX + 10).chain([7]).collect::<Vec<_>>());
+        let numbers: Vec<usize> = all[2..]
+            .iter()
+            .map(|taken| taken.message.json.parse().unwrap())
+            .collect();
+        assert_eq!(
+            numbers,
+            (10..FRAMES_MAX + 10).chain([7]).collect::<Vec<_>>()
+        );
         let counts = queue.counts();
         assert_eq!(counts.delivered, 2 + FRAMES_MAX as u64 + 1);
-        assert_eq!((counts.lost, counts.left), (Lost { frames: 10, ..Lost::default() }, 0));
+        assert_eq!(
+            (counts.lost, counts.left),
+            (
+                Lost {
+                    frames: 10,
+                    ..Lost::default()
+                },
+                0
+            )
+        );
     }
 
     #[test]
@@ -245,7 +331,14 @@ mod tests {
         for number in 0..2 * FRAMES_MAX {
             queue.push(message(0, Topic::Frames, number));
         }
-        assert_eq!(queue.counts().lost, Lost { frames: FRAMES_MAX as u64, events: 3, unconfirmed: 0 });
+        assert_eq!(
+            queue.counts().lost,
+            Lost {
+                frames: FRAMES_MAX as u64,
+                events: 3,
+                unconfirmed: 0
+            }
+        );
         assert_eq!(queue.counts().left, (FRAMES_MAX + EVENTS_MAX) as u64);
     }
 
@@ -253,13 +346,27 @@ mod tests {
     fn what_is_put_back_comes_again_in_its_order_but_frames_do_not() {
         let queue = Queue::new("test", 1);
         let topics = [Topic::Tone, Topic::Frames, Topic::Contact, Topic::Health];
-        topics.iter().enumerate().for_each(|(number, topic)| queue.push(message(0, *topic, number)));
-        let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
-        let taken: Vec<Taken> = (0..3).map(|_| runtime.block_on(queue.next()).unwrap()).collect();
+        topics
+            .iter()
+            .enumerate()
+            .for_each(|(number, topic)| queue.push(message(0, *topic, number)));
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .build()
+            .unwrap();
+        let taken: Vec<Taken> = (0..3)
+            .map(|_| runtime.block_on(queue.next()).unwrap())
+            .collect();
         queue.put_back(taken.into_iter());
         let all = drain(&queue);
-        assert!(all[0].message.json.contains(r#""frames_unconfirmed":1"#), "{:?}", all[0]);
-        let rest: Vec<&str> = all[1..].iter().map(|taken| taken.message.json.as_str()).collect();
+        assert!(
+            all[0].message.json.contains(r#""frames_unconfirmed":1"#),
+            "{:?}",
+            all[0]
+        );
+        let rest: Vec<&str> = all[1..]
+            .iter()
+            .map(|taken| taken.message.json.as_str())
+            .collect();
         assert_eq!(rest, ["0", "2", "3"]);
         assert_eq!(queue.counts().delivered, 4);
     }

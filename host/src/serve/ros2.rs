@@ -1,7 +1,8 @@
-//! ROS 2 by DDS, without an installation of ROS: frames as `sensor_msgs/PointCloud2`, all other messages as JSON in
-//! `std_msgs/String`.
+//! ROS 2 by DDS, without an installation of ROS: frames as `sensor_msgs/PointCloud2`, all other
+//! messages as JSON in `std_msgs/String`.
 //!
-//! A subscriber that is slow holds the node up, and not the boards: what is lost then is lost in the queue, by count.
+//! A subscriber that is slow holds the node up, and not the boards: what is lost then is lost in
+//! the queue, by count.
 
 use super::message::{Message, positions_mm};
 use super::queue::Queue;
@@ -10,12 +11,14 @@ use super::topic::{Names, Topic};
 use anyhow::{Context as _, Result, anyhow};
 use ros2_client::qos::{History, WhenFull};
 use ros2_client::{
-    Context, ContextOptions, MessageTypeName, Name, Node, NodeName, NodeOptions, Publisher, QosProfile, WriteError,
+    Context, ContextOptions, MessageTypeName, Name, Node, NodeName, NodeOptions, Publisher,
+    QosProfile, WriteError,
 };
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// Messages that a subscriber may be behind: four seconds of frames, a minute and more of all others.
+/// Messages that a subscriber may be behind: four seconds of frames, a minute and more of all
+/// others.
 const DEPTH: usize = 1000;
 
 /// The variable that chooses a domain.
@@ -82,15 +85,22 @@ impl Sink for Ros2 {
 
     fn run(self: Box<Self>, queue: &Queue, names: &Names) -> Result<()> {
         let domain = std::env::var(DOMAIN).unwrap_or_else(|_| "0".into());
-        let domain = domain.parse().map_err(|_| anyhow!("{DOMAIN}={domain}: no number of a domain"))?;
-        let context =
-            Context::with_options(ContextOptions::new().domain_id(domain)).map_err(|error| anyhow!("{error:?}"))?;
+        let domain = domain
+            .parse()
+            .map_err(|_| anyhow!("{DOMAIN}={domain}: no number of a domain"))?;
+        let context = Context::with_options(ContextOptions::new().domain_id(domain))
+            .map_err(|error| anyhow!("{error:?}"))?;
         let node = NodeName::new("/", "ridgetone").map_err(|error| anyhow!("{error:?}"))?;
-        let mut node = context.new_node(node, NodeOptions::new()).map_err(|error| anyhow!("{error:?}"))?;
+        let mut node = context
+            .new_node(node, NodeOptions::new())
+            .map_err(|error| anyhow!("{error:?}"))?;
         let mut publishers = BTreeMap::new();
         for finger in 0..names.fingers.len() {
             for topic in Topic::ALL {
-                publishers.insert((finger, topic), Channel::new(&mut node, names, finger, topic)?);
+                publishers.insert(
+                    (finger, topic),
+                    Channel::new(&mut node, names, finger, topic)?,
+                );
             }
         }
         eprintln!("ridgetone: ros2: open in domain {domain}");
@@ -116,14 +126,29 @@ impl Channel {
         let name = Name::new(&format!("/{namespace}"), base).map_err(|error| wrong(&error))?;
         let quality = QosProfile::publisher_default().history(History::KeepLast { depth: DEPTH });
         let (package, kind, quality) = match topic {
-            Topic::Frames => ("sensor_msgs", "PointCloud2", quality.reliability_best_effort()),
-            _ => ("std_msgs", "String", quality.reliability_reliable(WhenFull::DEFAULT)),
+            Topic::Frames => (
+                "sensor_msgs",
+                "PointCloud2",
+                quality.reliability_best_effort(),
+            ),
+            _ => (
+                "std_msgs",
+                "String",
+                quality.reliability_reliable(WhenFull::DEFAULT),
+            ),
         };
-        let place =
-            node.create_topic(&name, MessageTypeName::new(package, kind), &quality).map_err(|error| wrong(&error))?;
+        let place = node
+            .create_topic(&name, MessageTypeName::new(package, kind), &quality)
+            .map_err(|error| wrong(&error))?;
         Ok(match topic {
-            Topic::Frames => Self::Cloud(node.create_publisher(&place, None).map_err(|error| wrong(&error))?),
-            _ => Self::Json(node.create_publisher(&place, None).map_err(|error| wrong(&error))?),
+            Topic::Frames => Self::Cloud(
+                node.create_publisher(&place, None)
+                    .map_err(|error| wrong(&error))?,
+            ),
+            _ => Self::Json(
+                node.create_publisher(&place, None)
+                    .map_err(|error| wrong(&error))?,
+            ),
         })
     }
 
@@ -152,7 +177,14 @@ fn cloud(message: &Message, names: &Names) -> Result<PointCloud2> {
     let Volts { volts } = serde_json::from_str(&message.json).context("a frame")?;
     let points = positions_mm().into_iter().zip(&volts);
     let data: Vec<u8> = points
-        .flat_map(|([x_mm, y_mm], volts)| [x_mm as f32 * 1e-3, y_mm as f32 * 1e-3, 0.0, volts.unwrap_or(f32::NAN)])
+        .flat_map(|([x_mm, y_mm], volts)| {
+            [
+                x_mm as f32 * 1e-3,
+                y_mm as f32 * 1e-3,
+                0.0,
+                volts.unwrap_or(f32::NAN),
+            ]
+        })
         .flat_map(f32::to_le_bytes)
         .collect();
     let field = |(at, name): (usize, &&str)| PointField {
@@ -161,10 +193,15 @@ fn cloud(message: &Message, names: &Names) -> Result<PointCloud2> {
         datatype: FLOAT32,
         count: 1,
     };
-    let stamp =
-        Time { sec: (message.time_ns / 1_000_000_000) as i32, nanosec: (message.time_ns % 1_000_000_000) as u32 };
+    let stamp = Time {
+        sec: (message.time_ns / 1_000_000_000) as i32,
+        nanosec: (message.time_ns % 1_000_000_000) as u32,
+    };
     Ok(PointCloud2 {
-        header: Header { stamp, frame_id: format!("{}/{}", names.board, names.fingers[message.finger]) },
+        header: Header {
+            stamp,
+            frame_id: format!("{}/{}", names.board, names.fingers[message.finger]),
+        },
         height: 1,
         width: data.len() as u32 / POINT,
         fields: FIELDS.iter().enumerate().map(field).collect(),

@@ -23,12 +23,20 @@ pub struct Lines {
 
 /// The host and the port of `http://HOST:PORT`.
 pub fn host(url: &str) -> Result<&str> {
-    let host = url.strip_prefix("http://").map(|rest| rest.trim_end_matches('/'));
+    let host = url
+        .strip_prefix("http://")
+        .map(|rest| rest.trim_end_matches('/'));
     match host.filter(|host| {
-        !host.contains('/') && host.rsplit_once(':').is_some_and(|(_, port)| port.parse::<u16>().is_ok())
+        !host.contains('/')
+            && host
+                .rsplit_once(':')
+                .is_some_and(|(_, port)| port.parse::<u16>().is_ok())
     }) {
         Some(host) => Ok(host),
-        None => Err(UsageError(format!("{url}: write http://HOST:PORT, the address of `ridgetone view`")).into()),
+        None => Err(UsageError(format!(
+            "{url}: write http://HOST:PORT, the address of `ridgetone view`"
+        ))
+        .into()),
     }
 }
 
@@ -36,7 +44,11 @@ impl Lines {
     pub fn open(url: &str) -> Result<Self> {
         let host = host(url)?;
         let named = || format!("{url}: is `ridgetone view` running there?");
-        let address = host.to_socket_addrs().with_context(named)?.next().with_context(named)?;
+        let address = host
+            .to_socket_addrs()
+            .with_context(named)?
+            .next()
+            .with_context(named)?;
         let mut stream = TcpStream::connect_timeout(&address, CONNECT).with_context(named)?;
         stream.set_read_timeout(Some(CONNECT))?;
         // A server sends the answer to version 1.0 as it is, without chunks.
@@ -44,24 +56,34 @@ impl Lines {
         let mut reader = BufReader::new(stream);
         let (mut status, mut header) = (String::new(), String::new());
         reader.read_line(&mut status).with_context(named)?;
-        ensure!(status.split(' ').nth(1) == Some("200"), "{url}: answers {:?} to {PATH}", status.trim());
+        ensure!(
+            status.split(' ').nth(1) == Some("200"),
+            "{url}: answers {:?} to {PATH}",
+            status.trim()
+        );
         while reader.read_line(&mut header).with_context(named)? > 2 {
             header.clear();
         }
         reader.get_ref().set_read_timeout(Some(LOOK))?;
-        Ok(Self { reader, partial: Vec::new() })
+        Ok(Self {
+            reader,
+            partial: Vec::new(),
+        })
     }
 
     /// Waits a moment for the next line.
     /// Fails if the connection ends.
     pub fn next(&mut self) -> Result<Option<String>> {
         match self.reader.read_until(b'\n', &mut self.partial) {
-            Ok(_) if self.partial.ends_with(b"\n") => {
-                Ok(Some(String::from_utf8(std::mem::take(&mut self.partial)).context("a line")?))
-            }
+            Ok(_) if self.partial.ends_with(b"\n") => Ok(Some(
+                String::from_utf8(std::mem::take(&mut self.partial)).context("a line")?,
+            )),
             Ok(_) => bail!("the page has closed the connection"),
             Err(error)
-                if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted) =>
+                if matches!(
+                    error.kind(),
+                    ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted
+                ) =>
             {
                 Ok(None)
             }

@@ -11,7 +11,9 @@ pub fn meaning(name: &str) -> Option<&'static str> {
         "accuracy" => "required, as a share of the frequency; 0: windows of one length",
         "interferer_hz" => "known hum in all channels, Hz; 0: none",
         "vref_v" => "the ADS1258's reference, V",
-        "plan" => "what the chip converts: \"paper\", \"hand\", \"texture\", \"vibration\", \"single\"",
+        "plan" => {
+            "what the chip converts: \"paper\", \"hand\", \"texture\", \"vibration\", \"single\""
+        }
         "inputs" => "that are converted: bit k is AINk",
         "data_rate" => "DRATE of the ADS1258, 0 to 3",
         "delay" => "DLY of the ADS1258, 0 to 7: an input settles before it is converted",
@@ -21,22 +23,30 @@ pub fn meaning(name: &str) -> Option<&'static str> {
         "delay_s" => "from contact to slide, s",
         "speed_mm_s" => "of the stimulus, mm/s",
         "length_mm" => "of the slide to use, mm",
-        "pitch_mm" => "between the columns of units, mm: `ridgetone calibrate` finds it, and the next two",
-        "edge_phase_rad" => "phase by which the contact's ends reduce the lag between the columns, rad",
+        "pitch_mm" => {
+            "between the columns of units, mm: `ridgetone calibrate` finds it, and the next two"
+        }
+        "edge_phase_rad" => {
+            "phase by which the contact's ends reduce the lag between the columns, rad"
+        }
         "edge_phase_sigma_rad" => "standard deviation of true lags around these, rad",
         "period_least_mm" => "shortest possible period, mm",
         "period_most_mm" => "longest possible period, mm",
         "may_go_forward" => "whether the grating may move along +x",
         "may_go_backward" => "whether it may move against +x",
         "front" => "taxels of the front column: bit k is taxel k",
-        "volts_per_um" => "of a taxel's reading by displacement, V/um from peak to peak; 0: no event `feel`",
+        "volts_per_um" => {
+            "of a taxel's reading by displacement, V/um from peak to peak; 0: no event `feel`"
+        }
         "sigma_share" => "standard deviation of volts_per_um over it",
         "force_ratio" => "tangential over normal force; 0: by the static image before the slide",
         "rate_hz" => "updates of a display of pins a second, 8 to 50; 0: no event `pins`",
         "side" => "pins on a side, 4 to 10",
         "levels" => "levels of a pin, 1 to 250",
         "spacing_mm" => "distance of the pins, mm",
-        "depth_mm" => "rubber and skin between the pins and the receptors of the finger on them, mm",
+        "depth_mm" => {
+            "rubber and skin between the pins and the receptors of the finger on them, mm"
+        }
         "mpa_per_v" => "Young's modulus over the reading at a strain of one, MPa/V",
         "force_n" => "greatest force of a pin, N",
         "stroke_mm" => "greatest way of a pin, mm; the finger opposes 0.5 N/mm",
@@ -58,18 +68,26 @@ pub fn explain(field: &str, text: &str) -> String {
             "24 frames are the fewest that hold four harmonics; the longest is what the board has memory for with this plan"
         }
         "inputs" => "bit k of `plan.inputs` stands for AINk",
-        "chop" => "the chip cannot read its own health while it chops: choose plan.health = \"between_touches\"",
+        "chop" => {
+            "the chip cannot read its own health while it chops: choose plan.health = \"between_touches\""
+        }
         "frame_rate_hz" => {
             "what this plan gives: touch detection needs 180 frames a second; choose fewer inputs, a higher data_rate or a shorter delay"
         }
         "hop_s" => "0.02 s are five frames; a hop longer than a window leaves frames out",
         "harmonics" => "the fundamental counts as one",
-        "accuracy" => "a share of the frequency, or 0 for windows of one length; no crystal is better than a millionth",
+        "accuracy" => {
+            "a share of the frequency, or 0 for windows of one length; no crystal is better than a millionth"
+        }
         "interferer_hz" => "0 for none; below 5 Hz it cannot be distinguished from drift",
         "vref_v" => "the ADS1258 takes a reference of 0.5 V up to its supply",
         "delay_s" | "speed_mm_s" | "length_mm" => "the protocol that the stimulus follows",
-        "pitch_mm" | "edge_phase_rad" | "edge_phase_sigma_rad" => "`ridgetone calibrate` finds them",
-        "period_least_mm" | "period_most_mm" => "the longest possible period is not below the shortest",
+        "pitch_mm" | "edge_phase_rad" | "edge_phase_sigma_rad" => {
+            "`ridgetone calibrate` finds them"
+        }
+        "period_least_mm" | "period_most_mm" => {
+            "the longest possible period is not below the shortest"
+        }
         _ => return text.to_owned(),
     };
     format!("{text} ({why})")

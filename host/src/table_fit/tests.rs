@@ -35,19 +35,32 @@ impl Recorded {
     fn csv(&self, keeps: impl Fn(usize, usize) -> bool) -> String {
         let mut noise = Noise(ChaCha8Rng::seed_from_u64(self.seed));
         let rows = (self.length_s * self.rate_hz) as usize;
-        let (start_s, decimals) = (10.0 + noise.uniform(), -self.step_s.log10().round() as usize);
+        let (start_s, decimals) = (
+            10.0 + noise.uniform(),
+            -self.step_s.log10().round() as usize,
+        );
         let phases: [f64; 16] = std::array::from_fn(|_| TAU * noise.uniform());
         let mut csv = String::from("time_s");
         (0..16).for_each(|c| write!(csv, ",c{c}").unwrap());
         for row in 0..rows {
             let t_s = row as f64 / self.rate_hz;
             let stamp_s = start_s + t_s + self.jitter_s * noise.normal();
-            let values =
-                phases.map(|phase| 2f64.sqrt() * (TAU * self.frequency_hz * t_s + phase).cos() + 0.1 * noise.normal());
+            let values = phases.map(|phase| {
+                2f64.sqrt() * (TAU * self.frequency_hz * t_s + phase).cos() + 0.1 * noise.normal()
+            });
             if (0..16).any(|c| keeps(row, c)) {
-                write!(csv, "\n{:.decimals$}", (stamp_s / self.step_s).round() * self.step_s).unwrap();
+                write!(
+                    csv,
+                    "\n{:.decimals$}",
+                    (stamp_s / self.step_s).round() * self.step_s
+                )
+                .unwrap();
                 for (c, value) in values.iter().enumerate() {
-                    let _ = if keeps(row, c) { write!(csv, ",{value:.6}") } else { write!(csv, ",") };
+                    let _ = if keeps(row, c) {
+                        write!(csv, ",{value:.6}")
+                    } else {
+                        write!(csv, ",")
+                    };
                 }
             }
         }
@@ -60,7 +73,12 @@ impl Recorded {
 }
 
 fn fit_text(csv: &str) -> TableFit {
-    fit(&mut Rows::new(csv.as_bytes(), "t.csv").unwrap(), &Selection::default(), &mut |_| {}).unwrap()
+    fit(
+        &mut Rows::new(csv.as_bytes(), "t.csv").unwrap(),
+        &Selection::default(),
+        &mut |_| {},
+    )
+    .unwrap()
 }
 
 /// Share of the files whose interval of 1.96 sigma holds the truth.
@@ -83,8 +101,9 @@ fn rates_of_rounded_stamps_leave_intervals_that_hold() {
         ("1 s, the scan's rate", 1.0, 241.14..241.14, 0.0),
         ("1 s, jitter", 1.0, 150.0..200.0, 0.4e-3),
     ] {
-        // At the scan's rate 48 stamps have each rounding about as often: the rate is a little better than independent
-        // roundings would leave it. Measured over 4,000 windows 97.7 % hold, with exact stamps 95.1 %.
+        // At the scan's rate 48 stamps have each rounding about as often: the rate is a little
+        // better than independent roundings would leave it. Measured over 4,000 windows 97.7 %
+        // hold, with exact stamps 95.1 %.
         let files = if length_s < 0.5 { 4000 } else { 500 };
         let held = coverage(files, |seed, noise| Recorded {
             rate_hz: rates_hz.start + (rates_hz.end - rates_hz.start) * noise.uniform(),
@@ -98,9 +117,17 @@ fn rates_of_rounded_stamps_leave_intervals_that_hold() {
     }
 }
 
-/// One second by the scan's rate in whole milliseconds: rows are 4.147 ms apart, which stamps show as 4 or 5.
+/// One second by the scan's rate in whole milliseconds: rows are 4.147 ms apart, which stamps show
+/// as 4 or 5.
 fn second(seed: u64) -> Recorded {
-    Recorded { rate_hz: 241.14, length_s: 1.0, frequency_hz: 8.3, step_s: 1e-3, jitter_s: 0.0, seed }
+    Recorded {
+        rate_hz: 241.14,
+        length_s: 1.0,
+        frequency_hz: 8.3,
+        step_s: 1e-3,
+        jitter_s: 0.0,
+        seed,
+    }
 }
 
 #[test]
@@ -108,9 +135,16 @@ fn rows_that_are_lost_are_counted() {
     for seed in 0..100 {
         let (lost, from) = (1 + seed as usize % 40, 3 + 7 * (seed as usize % 27));
         let found = second(seed).fit(|row, _| !(from..from + lost).contains(&row));
-        assert_eq!((found.rows, found.rows_missing), (241 - lost, lost), "{lost} rows from {from}, seed {seed}");
+        assert_eq!(
+            (found.rows, found.rows_missing),
+            (241 - lost, lost),
+            "{lost} rows from {from}, seed {seed}"
+        );
         let (frequency_hz, sigma_hz) = found.tone.unwrap();
-        assert!((frequency_hz - 8.3).abs() < 4.0 * sigma_hz, "{lost} rows from {from}, seed {seed}: {frequency_hz}");
+        assert!(
+            (frequency_hz - 8.3).abs() < 4.0 * sigma_hz,
+            "{lost} rows from {from}, seed {seed}: {frequency_hz}"
+        );
     }
     // Every tenth row, and a gap besides.
     let found = second(1).fit(|row, _| row % 10 != 5 && !(100..120).contains(&row));
@@ -122,15 +156,28 @@ fn blank_cells_are_missing_readings_of_one_channel() {
     let mut held = 0;
     for seed in 0..200 {
         // A quarter of all readings, and one channel from its middle on.
-        let keeps = |row: usize, c: usize| !(row * 7 + c * 5 + row * c).is_multiple_of(4) && (c != 3 || row < 120);
+        let keeps = |row: usize, c: usize| {
+            !(row * 7 + c * 5 + row * c).is_multiple_of(4) && (c != 3 || row < 120)
+        };
         let recorded = second(seed);
         let found = recorded.fit(keeps);
         let blank = (0..241 * 16).filter(|at| !keeps(at / 16, at % 16)).count();
-        assert_eq!((found.rows, found.rows_missing, found.readings_missing), (241, 0, blank));
+        assert_eq!(
+            (found.rows, found.rows_missing, found.readings_missing),
+            (241, 0, blank)
+        );
         let (frequency_hz, sigma_hz) = found.tone.unwrap();
         held += u32::from((frequency_hz - 8.3).abs() < 1.96 * sigma_hz);
-        let mut amplitudes = found.channels.iter().filter_map(|channel| channel.amplitude);
-        assert!(amplitudes.by_ref().take(15).all(|amplitude| (amplitude - 2f64.sqrt()).abs() < 0.1));
+        let mut amplitudes = found
+            .channels
+            .iter()
+            .filter_map(|channel| channel.amplitude);
+        assert!(
+            amplitudes
+                .by_ref()
+                .take(15)
+                .all(|amplitude| (amplitude - 2f64.sqrt()).abs() < 0.1)
+        );
     }
     assert!((184..=197).contains(&held), "{held} of 200");
     let csv = second(1).csv(|_, c| c != 3);
@@ -147,7 +194,10 @@ fn blank_cells_at_random_cost_what_they_are() {
     for (share, frequency_hz) in [(0.03, 8.3), (0.1, 8.3), (0.1, 29.0), (0.2, 8.3)] {
         let (mut good, mut held, mut sigma_ratio) = (0, 0, 0.0);
         for seed in 0..100 {
-            let recorded = Recorded { frequency_hz, ..second(seed) };
+            let recorded = Recorded {
+                frequency_hz,
+                ..second(seed)
+            };
             let mut noise = Noise(ChaCha8Rng::seed_from_u64(seed ^ 0xB1A2));
             let is_kept: Vec<bool> = (0..241 * 16).map(|_| noise.uniform() >= share).collect();
             let keeps = |row: usize, c: usize| is_kept[16 * row + c];
@@ -158,8 +208,14 @@ fn blank_cells_at_random_cost_what_they_are() {
             sigma_ratio += sigma_hz / whole.tone.unwrap().1 / 100.0;
         }
         let expected = (1.0 / (1.0 - share)).sqrt();
-        assert!((0.9..1.25).contains(&(sigma_ratio / expected)), "{share}, {frequency_hz} Hz: {sigma_ratio}");
-        assert!((88..=99).contains(&held), "{share}, {frequency_hz} Hz: {held} of 100");
+        assert!(
+            (0.9..1.25).contains(&(sigma_ratio / expected)),
+            "{share}, {frequency_hz} Hz: {sigma_ratio}"
+        );
+        assert!(
+            (88..=99).contains(&held),
+            "{share}, {frequency_hz} Hz: {held} of 100"
+        );
         assert!(good >= 98, "{share}, {frequency_hz} Hz: {good} of 100");
     }
 }
@@ -176,18 +232,41 @@ fn no_more_is_read_than_the_part_needs() {
             Ok(read)
         }
     }
-    let recorded = Recorded { length_s: 60.0, ..second(1) };
+    let recorded = Recorded {
+        length_s: 60.0,
+        ..second(1)
+    };
     let (mut csv, read) = (recorded.csv(|_, _| true), AtomicUsize::new(0));
     // What is not needed may be anything.
     let half = csv.len() / 2;
     csv.truncate(csv[..half].rfind('\n').unwrap());
     csv += "\n9,this,is,no,row";
-    let begin_s: f64 = csv.lines().nth(1).unwrap().split(',').next().unwrap().parse().unwrap();
-    let mut rows = Rows::new(BufReader::with_capacity(4096, Counted(csv.as_bytes(), &read)), "t.csv").unwrap();
-    let selection = Selection { from_s: Some(begin_s + 4.0), to_s: Some(begin_s + 5.0), ..Selection::default() };
+    let begin_s: f64 = csv
+        .lines()
+        .nth(1)
+        .unwrap()
+        .split(',')
+        .next()
+        .unwrap()
+        .parse()
+        .unwrap();
+    let mut rows = Rows::new(
+        BufReader::with_capacity(4096, Counted(csv.as_bytes(), &read)),
+        "t.csv",
+    )
+    .unwrap();
+    let selection = Selection {
+        from_s: Some(begin_s + 4.0),
+        to_s: Some(begin_s + 5.0),
+        ..Selection::default()
+    };
     let found = fit(&mut rows, &selection, &mut |_| {}).unwrap();
     assert!((240..=242).contains(&found.rows), "{}", found.rows);
-    let needed = csv.lines().take(5 * 242).map(|line| line.len() + 1).sum::<usize>();
+    let needed = csv
+        .lines()
+        .take(5 * 242)
+        .map(|line| line.len() + 1)
+        .sum::<usize>();
     let read = read.load(Ordering::Relaxed);
     assert!(read < needed + 2 * 4096, "{read} of {}", csv.len());
 }

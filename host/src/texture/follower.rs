@@ -34,11 +34,16 @@ pub struct Follower {
 impl Follower {
     pub fn new(feed: Feed) -> Self {
         let listener = Listener::new(feed, Requester::default());
-        Self { listener, heard_at: Instant::now(), is_silent: false, is_over: false }
+        Self {
+            listener,
+            heard_at: Instant::now(),
+            is_silent: false,
+            is_over: false,
+        }
     }
 
-    /// Greets the board, which then reports its texture even if that has not changed. It need not answer: a finger may be wired to
-    /// send only, and then reports a texture when it has changed.
+    /// Greets the board, which then reports its texture even if that has not changed. It need not
+    /// answer: a finger may be wired to send only, and then reports a texture when it has changed.
     fn greet(&mut self) {
         let (feed, mut requests) = (&mut self.listener.feed, new_requests());
         requests.push(Command::Greet);
@@ -54,7 +59,8 @@ impl Follower {
         self.listener.feed
     }
 
-    /// Nobody looks, or somebody does again: an emulated board waits meanwhile, and counts as heard.
+    /// Nobody looks, or somebody does again: an emulated board waits meanwhile, and counts as
+    /// heard.
     pub fn idle(&mut self, idle: bool) {
         if self.listener.feed.idle(idle) || idle {
             self.heard_at = Instant::now();
@@ -68,10 +74,13 @@ impl Follower {
                 self.heard_at = Instant::now();
                 let is_back = std::mem::take(&mut self.is_silent);
                 if is_back {
-                    // It may be another surface by now, or the same, of which the board would say nothing.
+                    // It may be another surface by now, or the same, of which the board would say
+                    // nothing.
                     self.greet();
                 }
-                Ok(found(&packet).map(News::Texture).or(is_back.then_some(News::Back)))
+                Ok(found(&packet)
+                    .map(News::Texture)
+                    .or(is_back.then_some(News::Back)))
             }
             Some(Heard::Connected(_)) => {
                 self.greet();
@@ -101,7 +110,9 @@ mod tests {
     use ridgetone_proto::command::Request;
     use ridgetone_proto::framing;
     use ridgetone_proto::plan::Plan;
-    use ridgetone_proto::telemetry::{Event, Packet, Release, Texture as Reported, WIRE_MAX, encode};
+    use ridgetone_proto::telemetry::{
+        Event, Packet, Release, Texture as Reported, WIRE_MAX, encode,
+    };
     use std::collections::VecDeque;
     use std::sync::{Arc, Mutex};
 
@@ -132,8 +143,16 @@ mod tests {
     /// The commands among the bytes that were sent.
     fn commands(sent: &Mutex<Vec<u8>>) -> Vec<Command> {
         let sent = std::mem::take(&mut *sent.lock().expect("alone"));
-        let frames = sent.split(|byte| *byte == 0).filter(|frame| !frame.is_empty());
-        frames.map(|frame| framing::decode::<Request>(&mut frame.to_vec()).expect("a request").command).collect()
+        let frames = sent
+            .split(|byte| *byte == 0)
+            .filter(|frame| !frame.is_empty());
+        frames
+            .map(|frame| {
+                framing::decode::<Request>(&mut frame.to_vec())
+                    .expect("a request")
+                    .command
+            })
+            .collect()
     }
 
     #[test]
@@ -169,7 +188,10 @@ mod tests {
                 // The event's, as sines.
                 let [second, above @ ..] = texture.overtones;
                 assert_eq!((second.amplitude, second.phase_cycles), (0.25, 0.0));
-                assert!(above.iter().all(|overtone| overtone.amplitude == 0.0), "{texture:?}");
+                assert!(
+                    above.iter().all(|overtone| overtone.amplitude == 0.0),
+                    "{texture:?}"
+                );
                 texture.period_mm
             }
             news => panic!("{news:?}"),
@@ -179,7 +201,10 @@ mod tests {
         assert_eq!(next(), None);
         assert_eq!(next(), Some(News::Disconnected("a".into(), "gone".into())));
         assert_eq!(commands(&sent), []);
-        assert_eq!((next(), commands(&sent)), (Some(News::Back), vec![Command::Greet]));
+        assert_eq!(
+            (next(), commands(&sent)),
+            (Some(News::Back), vec![Command::Greet])
+        );
         assert_eq!(period_mm(next()), 2.5);
         assert_eq!((next(), commands(&sent)), (Some(News::Over), vec![]));
     }

@@ -1,17 +1,21 @@
-//! A haptic pattern for Apple's devices (*Representing haptic patterns in AHAP files*): it has intensities and sharpnesses, and no waveform.
+//! A haptic pattern for Apple's devices (*Representing haptic patterns in AHAP files*): it has
+//! intensities and sharpnesses, and no waveform.
 
 use super::hand::Hand;
 use super::render::{RATE_HZ, Rendered};
 use ridgetone_stimulus::Texture;
 use serde_json::{Value, json};
 
-/// Length of an event, seconds: a gap of this length is not felt yet (Okamoto et al., section I: 40 to 60 ms).
+/// Length of an event, seconds: a gap of this length is not felt yet (Okamoto et al., section I: 40
+/// to 60 ms).
 const EVENT_S: f64 = 0.05;
 
-/// Frequencies of the sharpnesses 0 and 1, hertz. Apple's documents say only "dull" and "sharp": this is a choice.
+/// Frequencies of the sharpnesses 0 and 1, hertz. Apple's documents say only "dull" and "sharp":
+/// this is a choice.
 const SHARPNESS_HZ: (f64, f64) = (80.0, 230.0);
 
-/// Events of 50 ms: the mean amplitude is the intensity, the hand's mean speed over the period is the sharpness.
+/// Events of 50 ms: the mean amplitude is the intensity, the hand's mean speed over the period is
+/// the sharpness.
 pub fn pattern(rendered: &Rendered, texture: &Texture, hand: &Hand, delay_s: f64) -> Value {
     let length = (EVENT_S * f64::from(RATE_HZ)) as usize;
     let events = rendered.amplitudes.chunks_exact(length).enumerate().map(|(n, amplitudes)| {

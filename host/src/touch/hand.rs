@@ -12,7 +12,10 @@ pub struct Hand {
 
 impl Hand {
     /// The paper's mean hand.
-    pub const OKAMOTO: Self = Self { speed_mm_s: 125.4, turns_hz: 1.07 };
+    pub const OKAMOTO: Self = Self {
+        speed_mm_s: 125.4,
+        turns_hz: 1.07,
+    };
 
     /// Place at a time, millimetres: 0 at the beginning.
     pub fn place_mm(&self, t_s: f64) -> f64 {

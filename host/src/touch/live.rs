@@ -31,8 +31,13 @@ pub struct Options {
     pub delay_ms: (f64, f64),
 }
 
-/// Serves the page until this process is to stop. Gives the feed back, if there was one, for its counts.
-pub fn serve(textures: Textures, output: Output, options: Options) -> (Option<Box<Feed>>, Result<()>) {
+/// Serves the page until this process is to stop. Gives the feed back, if there was one, for its
+/// counts.
+pub fn serve(
+    textures: Textures,
+    output: Output,
+    options: Options,
+) -> (Option<Box<Feed>>, Result<()>) {
     let shown = |source: String, status: &str, texture| Shown {
         source,
         status: status.into(),
@@ -44,7 +49,10 @@ pub fn serve(textures: Textures, output: Output, options: Options) -> (Option<Bo
     match textures {
         Textures::Fixed(name, texture) => {
             let shown = shown(name, "A texture of a file.", Some(texture));
-            (None, with_page(shown, output, options, &mut |_| std::thread::sleep(LOOK)).map(drop))
+            (
+                None,
+                with_page(shown, output, options, &mut |_| std::thread::sleep(LOOK)).map(drop),
+            )
         }
         Textures::Finger(feed) => {
             let shown = shown(feed.name(), WAITING, None);
@@ -64,7 +72,12 @@ pub fn serve(textures: Textures, output: Output, options: Options) -> (Option<Bo
 const WAITING: &str = "No texture yet: the finger has to slide over one.";
 const FOUND: &str = "The texture under the finger.";
 
-fn with_page(shown: Shown, output: Output, options: Options, step: &mut dyn FnMut(&Page)) -> Result<()> {
+fn with_page(
+    shown: Shown,
+    output: Output,
+    options: Options,
+    step: &mut dyn FnMut(&Page),
+) -> Result<()> {
     let page = Page::new(output, shown)?;
     let server = Server::start(Access::new(options.address)?, page.routes())?;
     announce::announce(&server.access, options.open)?;
@@ -87,13 +100,20 @@ fn step(finger: &mut Follower, page: &Page) -> Result<()> {
             (shown.texture, shown.number) = (Some(texture), shown.number + 1);
             (shown.is_silent, shown.status) = (false, FOUND.into());
         }),
-        Some(News::Back) => page.change(|shown| (shown.is_silent, shown.status) = (false, status(shown.texture))),
-        Some(News::Over) => page.change(|shown| shown.status = "The recording is over: its last texture.".into()),
-        Some(News::Disconnected(name, why)) => {
-            page.change(|shown| (shown.is_silent, shown.status) = (true, format!("{name}: {why}. Plug it in again.")))
+        Some(News::Back) => {
+            page.change(|shown| (shown.is_silent, shown.status) = (false, status(shown.texture)))
         }
+        Some(News::Over) => {
+            page.change(|shown| shown.status = "The recording is over: its last texture.".into())
+        }
+        Some(News::Disconnected(name, why)) => page.change(|shown| {
+            (shown.is_silent, shown.status) = (true, format!("{name}: {why}. Plug it in again."))
+        }),
         Some(News::Silent) => page.change(|shown| {
-            (shown.is_silent, shown.status) = (true, "The finger is silent: the vibration has faded.".into())
+            (shown.is_silent, shown.status) = (
+                true,
+                "The finger is silent: the vibration has faded.".into(),
+            )
         }),
         None => Ok(()),
     }

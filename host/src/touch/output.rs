@@ -16,10 +16,14 @@ pub struct Output {
 }
 
 impl Output {
-    /// With a law of one's own finger a texture's power counts. Without one the amplitude follows the paper's law over the period: its
-    /// power has the unit of the paper's sensor.
+    /// With a law of one's own finger a texture's power counts. Without one the amplitude follows
+    /// the paper's law over the period: its power has the unit of the paper's sensor.
     pub fn new(actuator: Actuator, own: Option<AmplitudeLaw>) -> Result<Self> {
-        let output = Self { actuator, law: own.unwrap_or(AmplitudeLaw::OKAMOTO), uses_power: own.is_some() };
+        let output = Self {
+            actuator,
+            law: own.unwrap_or(AmplitudeLaw::OKAMOTO),
+            uses_power: own.is_some(),
+        };
         output.vibration(48_000.0)?;
         Ok(output)
     }
@@ -30,12 +34,16 @@ impl Output {
 
     /// A texture as the law counts it.
     pub fn counted(&self, texture: &Texture) -> Texture {
-        Texture { power: if self.uses_power { texture.power } else { 0.0 }, ..*texture }
+        Texture {
+            power: if self.uses_power { texture.power } else { 0.0 },
+            ..*texture
+        }
     }
 
     /// Its amplitude over the actuator's greatest, 0 to 1.
     pub fn share(&self, texture: &Texture) -> f32 {
-        self.law.share(texture.period_mm, self.counted(texture).power)
+        self.law
+            .share(texture.period_mm, self.counted(texture).power)
     }
 
     pub fn law(&self) -> AmplitudeLaw {

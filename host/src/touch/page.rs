@@ -24,14 +24,22 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// One of the page's own scripts.
 macro_rules! js {
     ($name:literal) => {
-        (concat!("/", $name), "text/javascript; charset=utf-8", include_str!(concat!("../../assets/touch/", $name)))
+        (
+            concat!("/", $name),
+            "text/javascript; charset=utf-8",
+            include_str!(concat!("../../assets/touch/", $name)),
+        )
     };
 }
 
 const FILES: &[File] = &[
     STYLE,
     ICON,
-    ("/touch.css", "text/css; charset=utf-8", include_str!("../../assets/touch/touch.css")),
+    (
+        "/touch.css",
+        "text/css; charset=utf-8",
+        include_str!("../../assets/touch/touch.css"),
+    ),
     js!("touch.js"),
     js!("surface.js"),
     js!("worklet.js"),
@@ -86,7 +94,11 @@ pub struct Page {
 impl Page {
     pub fn new(output: Output, shown: Shown) -> Result<Self> {
         let latest = Latest::new(json(&output, &shown)?);
-        Ok(Self { output, shown: Arc::new(Mutex::new(shown)), latest })
+        Ok(Self {
+            output,
+            shown: Arc::new(Mutex::new(shown)),
+            latest,
+        })
     }
 
     /// Changes what is shown, and sends it.
@@ -110,14 +122,24 @@ impl Page {
     }
 
     pub fn routes(&self) -> Router {
-        let own = Router::new().route("/texture", post(texture)).with_state(self.clone());
-        let events = Router::new().route("/events", get(latest::events)).with_state(self.latest.clone());
+        let own = Router::new()
+            .route("/texture", post(texture))
+            .with_state(self.clone());
+        let events = Router::new()
+            .route("/events", get(latest::events))
+            .with_state(self.latest.clone());
         let html = || async {
-            ([(header::CONTENT_SECURITY_POLICY, POLICY)], Html(include_str!("../../assets/touch/index.html")))
+            (
+                [(header::CONTENT_SECURITY_POLICY, POLICY)],
+                Html(include_str!("../../assets/touch/index.html")),
+            )
         };
         let script = || async {
             // What is loaded by a worklet has the policy of its own file too.
-            let headers = [(header::CONTENT_SECURITY_POLICY, POLICY), (header::CONTENT_TYPE, "application/wasm")];
+            let headers = [
+                (header::CONTENT_SECURITY_POLICY, POLICY),
+                (header::CONTENT_TYPE, "application/wasm"),
+            ];
             (headers, WASM).into_response()
         };
         with_files(Router::new(), FILES)
@@ -129,7 +151,13 @@ impl Page {
 }
 
 fn json(output: &Output, shown: &Shown) -> Result<String> {
-    let Actuator { voltage_v, cutoff_hz, slew_v_s, fade_s, .. } = output.actuator;
+    let Actuator {
+        voltage_v,
+        cutoff_hz,
+        slew_v_s,
+        fade_s,
+        ..
+    } = output.actuator;
     Ok(serde_json::to_string(&Json {
         source: &shown.source,
         status: &shown.status,

@@ -9,7 +9,10 @@ const BYTES: u32 = 2;
 
 /// Little endian; 1 is 32767.
 pub fn pcm(samples: &[f32]) -> Vec<u8> {
-    samples.iter().flat_map(|y| ((y.clamp(-1.0, 1.0) * f32::from(i16::MAX)).round() as i16).to_le_bytes()).collect()
+    samples
+        .iter()
+        .flat_map(|y| ((y.clamp(-1.0, 1.0) * f32::from(i16::MAX)).round() as i16).to_le_bytes())
+        .collect()
 }
 
 pub fn write(file: &mut dyn Write, samples: &[f32]) -> Result<()> {

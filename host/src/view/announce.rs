@@ -19,7 +19,9 @@ pub fn announce(access: &Access, open: bool) -> Result<()> {
     output::line(&url)?;
     if access.token.is_some() {
         output::line(&code(&url, std::io::stdout().is_terminal())?)?;
-        eprintln!("ridgetone: whoever has this address can watch and set the board, and what travels is not encrypted");
+        eprintln!(
+            "ridgetone: whoever has this address can watch and set the board, and what travels is not encrypted"
+        );
     }
     if open && let Err(error) = browse(&url) {
         eprintln!("ridgetone: no browser was opened ({error}): open {url} yourself");
@@ -29,9 +31,13 @@ pub fn announce(access: &Access, open: bool) -> Result<()> {
 
 /// A QR code in half blocks: two rows of modules a line.
 pub fn code(text: &str, colours: bool) -> Result<String> {
-    let code =
-        QrCode::encode_text(text, QrCodeEcc::Low).map_err(|_| anyhow!("this address is too long for a QR code"))?;
-    let (begin, end) = if colours { (COLOURS, COLOURS_OFF) } else { ("", "") };
+    let code = QrCode::encode_text(text, QrCodeEcc::Low)
+        .map_err(|_| anyhow!("this address is too long for a QR code"))?;
+    let (begin, end) = if colours {
+        (COLOURS, COLOURS_OFF)
+    } else {
+        ("", "")
+    };
     let modules = -QUIET..code.size() + QUIET;
     let line = |y: i32| {
         let half = |x: i32| match (code.get_module(x, y), code.get_module(x, y + 1)) {
@@ -40,9 +46,17 @@ pub fn code(text: &str, colours: bool) -> Result<String> {
             (false, true) => '\u{2584}',
             (false, false) => ' ',
         };
-        format!("{begin}{}{end}", modules.clone().map(half).collect::<String>())
+        format!(
+            "{begin}{}{end}",
+            modules.clone().map(half).collect::<String>()
+        )
     };
-    Ok(modules.clone().step_by(2).map(line).collect::<Vec<_>>().join("\n"))
+    Ok(modules
+        .clone()
+        .step_by(2)
+        .map(line)
+        .collect::<Vec<_>>()
+        .join("\n"))
 }
 
 fn browse(url: &str) -> std::io::Result<()> {
@@ -52,8 +66,16 @@ fn browse(url: &str) -> std::io::Result<()> {
         _ => ("xdg-open", &[]),
     };
     let mut command = Command::new(program);
-    command.args(arguments).arg(url).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
-    command.spawn().map(drop).map_err(|error| std::io::Error::new(error.kind(), format!("{program}: {error}")))
+    command
+        .args(arguments)
+        .arg(url)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null());
+    command
+        .spawn()
+        .map(drop)
+        .map_err(|error| std::io::Error::new(error.kind(), format!("{program}: {error}")))
 }
 
 #[cfg(test)]
@@ -62,7 +84,11 @@ mod tests {
 
     #[test]
     fn a_code_has_its_quiet_zone_and_its_three_corners() {
-        let text = code("http://192.168.1.7:8321/?token=0123456789abcdef0123456789abcdef", false).unwrap();
+        let text = code(
+            "http://192.168.1.7:8321/?token=0123456789abcdef0123456789abcdef",
+            false,
+        )
+        .unwrap();
         let lines: Vec<Vec<char>> = text.lines().map(|line| line.chars().collect()).collect();
         let is_dark = |x: usize, y: usize| match lines[y / 2][x] {
             '\u{2588}' => true,
@@ -73,7 +99,9 @@ mod tests {
         let size = lines[0].len();
         // Version 4 and its quiet zone (ISO/IEC 18004, table 1): 78 bytes in it at level L.
         assert_eq!(size, 33 + 8);
-        assert!((0..size).all(|k| (0..4).all(|q| !is_dark(k, q) && !is_dark(q, k) && !is_dark(size - 1 - q, k))));
+        assert!((0..size).all(|k| {
+            (0..4).all(|q| !is_dark(k, q) && !is_dark(q, k) && !is_dark(size - 1 - q, k))
+        }));
         // A finder pattern: dark 7 x 7, light 5 x 5, dark 3 x 3.
         for (left, top) in [(4, 4), (size - 11, 4), (4, size - 11)] {
             for (x, y) in (0..49_usize).map(|at| (at % 7, at / 7)) {

@@ -32,5 +32,7 @@ pub fn json(value: &impl Serialize) -> Result<String> {
 
 /// Does what takes long without keeping the pages waiting.
 pub async fn on_a_thread(work: impl FnOnce() -> Result<String> + Send + 'static) -> Result<String> {
-    tokio::task::spawn_blocking(work).await.context("the work ended without a result")?
+    tokio::task::spawn_blocking(work)
+        .await
+        .context("the work ended without a result")?
 }

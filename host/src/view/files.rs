@@ -3,7 +3,11 @@
 /// One of the page's own scripts: name, type, content.
 macro_rules! js {
     ($name:literal) => {
-        (concat!("/", $name), "text/javascript; charset=utf-8", include_str!(concat!("../../assets/view/", $name)))
+        (
+            concat!("/", $name),
+            "text/javascript; charset=utf-8",
+            include_str!(concat!("../../assets/view/", $name)),
+        )
     };
 }
 
@@ -11,16 +15,36 @@ macro_rules! js {
 pub type File = (&'static str, &'static str, &'static str);
 
 /// What all pages look like.
-pub const STYLE: File = ("/view.css", "text/css; charset=utf-8", include_str!("../../assets/view/view.css"));
-pub const ICON: File = ("/icon.svg", "image/svg+xml", include_str!("../../assets/view/icon.svg"));
+pub const STYLE: File = (
+    "/view.css",
+    "text/css; charset=utf-8",
+    include_str!("../../assets/view/view.css"),
+);
+pub const ICON: File = (
+    "/icon.svg",
+    "image/svg+xml",
+    include_str!("../../assets/view/icon.svg"),
+);
 
 /// The files of the page of `view`.
 pub const FILES: &[File] = &[
-    ("/", "text/html; charset=utf-8", include_str!("../../assets/view/index.html")),
+    (
+        "/",
+        "text/html; charset=utf-8",
+        include_str!("../../assets/view/index.html"),
+    ),
     STYLE,
     ICON,
-    ("/uPlot.js", "text/javascript; charset=utf-8", include_str!("../../assets/uplot/uPlot.iife.min.js")),
-    ("/uPlot.css", "text/css; charset=utf-8", include_str!("../../assets/uplot/uPlot.min.css")),
+    (
+        "/uPlot.js",
+        "text/javascript; charset=utf-8",
+        include_str!("../../assets/uplot/uPlot.iife.min.js"),
+    ),
+    (
+        "/uPlot.css",
+        "text/css; charset=utf-8",
+        include_str!("../../assets/uplot/uPlot.min.css"),
+    ),
     js!("view.js"),
     js!("model.js"),
     js!("draw.js"),

@@ -1,7 +1,8 @@
 //! What the pages get: a new page everything, and all pages ten times a second what is new.
 //!
-//! The thread that folds packets never waits for a page. Each page has a short queue; a page that is too slow for it loses
-//! the queue, and gets everything again with the number of updates that it missed.
+//! The thread that folds packets never waits for a page. Each page has a short queue; a page that
+//! is too slow for it loses the queue, and gets everything again with the number of updates that it
+//! missed.
 
 use super::message::{Common, Message, STREAM, State, Update};
 use super::status;
@@ -92,7 +93,11 @@ impl Hub {
             spectrum_made: Some(Instant::now()),
             ..Inner::default()
         };
-        Self { inner: Mutex::new(inner), updates: broadcast::channel(QUEUE).0, packets: broadcast::channel(PACKETS).0 }
+        Self {
+            inner: Mutex::new(inner),
+            updates: broadcast::channel(QUEUE).0,
+            packets: broadcast::channel(PACKETS).0,
+        }
     }
 
     /// Folds an event, if there is one.
@@ -102,7 +107,9 @@ impl Hub {
         inner.no_raw = status::no_raw(&following.raw);
         inner.can_set = following.has_board() && inner.live.hello().is_some();
         inner.settings_reply.clone_from(&following.settings_reply);
-        let Some(FeedEvent::Data(packet)) = event else { return };
+        let Some(FeedEvent::Data(packet)) = event else {
+            return;
+        };
         inner.received = Some(Instant::now());
         inner.latest.push(packet, following.receipt());
         if let Some(tape) = &mut inner.tape
@@ -121,7 +128,13 @@ impl Hub {
         }
         match packet.event {
             Event::Estimate(_) => inner.points.extend(inner.live.history.iter().next_back()),
-            Event::Raw(_) => inner.live.strips.iter().next_back().into_iter().for_each(|f| inner.frames.push(*f)),
+            Event::Raw(_) => inner
+                .live
+                .strips
+                .iter()
+                .next_back()
+                .into_iter()
+                .for_each(|f| inner.frames.push(*f)),
             _ => {}
         }
     }
@@ -140,10 +153,16 @@ impl Hub {
         inner.number += 1;
         let analysed = inner.analyse();
         let message = if inner.live.now.restarts == inner.sent_restarts {
-            Message { kind: "update", json: inner.update(analysed)?.into() }
+            Message {
+                kind: "update",
+                json: inner.update(analysed)?.into(),
+            }
         } else {
             // The time axis is new: no data that pages have fit it.
-            Message { kind: "state", json: inner.state(0)?.into() }
+            Message {
+                kind: "state",
+                json: inner.state(0)?.into(),
+            }
         };
         (inner.points, inner.frames) = Default::default();
         (inner.sent_log, inner.sent_restarts) = (inner.live.log.clone(), inner.live.now.restarts);
@@ -159,7 +178,13 @@ impl Hub {
         // Under one lock, so that the state and the queue neither overlap nor leave a gap.
         self.send_new(&mut inner)?;
         let updates = self.updates.subscribe();
-        Ok((Message { kind: "state", json: inner.state(missed)?.into() }, updates))
+        Ok((
+            Message {
+                kind: "state",
+                json: inner.state(missed)?.into(),
+            },
+            updates,
+        ))
     }
 
     /// The latest greeting, and the queue of all packets after it.
@@ -195,14 +220,18 @@ impl Hub {
     /// A tape of the latest minute.
     pub fn record_latest(&self, path: PathBuf) -> Result<Tape> {
         let inner = self.lock();
-        inner.latest.tape(path, &inner.live.now.source, inner.live.hello())
+        inner
+            .latest
+            .tape(path, &inner.live.now.source, inner.live.hello())
     }
 
     /// Whether a page or a program looks, or something is recorded.
     pub fn is_watched(&self) -> bool {
         let inner = self.lock();
         let looked = inner.looked.is_some_and(|looked| looked.elapsed() < LOOKED);
-        looked || inner.tape.is_some() || self.updates.receiver_count() + self.packets.receiver_count() > 0
+        looked
+            || inner.tape.is_some()
+            || self.updates.receiver_count() + self.packets.receiver_count() > 0
     }
 
     fn lock(&self) -> MutexGuard<'_, Inner> {
@@ -214,8 +243,20 @@ impl Hub {
 /// Everything of a state that somebody looks back at.
 pub fn state_of(live: Live) -> Result<String> {
     let (spectrum, curves) = (spectrum(&live), curves(&live));
-    let no_raw = live.strips.is_empty().then(|| status::no_raw(&RawFrames::Unavailable)).flatten();
-    Inner { live, spectrum, curves, no_raw, received: Some(Instant::now()), ..Inner::default() }.state(0)
+    let no_raw = live
+        .strips
+        .is_empty()
+        .then(|| status::no_raw(&RawFrames::Unavailable))
+        .flatten();
+    Inner {
+        live,
+        spectrum,
+        curves,
+        no_raw,
+        received: Some(Instant::now()),
+        ..Inner::default()
+    }
+    .state(0)
 }
 
 impl Inner {
@@ -226,14 +267,22 @@ impl Inner {
             return (self.spectrum.take().is_some(), self.curves.take().is_some());
         }
         self.spectrum_is_old |= !self.frames.is_empty();
-        let is_due = self.spectrum_is_old && self.spectrum_made.is_none_or(|made| made.elapsed() >= SPECTRUM_EVERY);
+        let is_due = self.spectrum_is_old
+            && self
+                .spectrum_made
+                .is_none_or(|made| made.elapsed() >= SPECTRUM_EVERY);
         if is_due {
             (self.spectrum, self.spectrum_made) = (spectrum(&self.live), Some(Instant::now()));
             self.spectrum_is_old = false;
         }
-        let (of_us, newest) = (self.live.estimate().map(|found| found.t_us), self.live.strips.iter().next_back());
+        let (of_us, newest) = (
+            self.live.estimate().map(|found| found.t_us),
+            self.live.strips.iter().next_back(),
+        );
         // An estimate may overtake the last frames of its window.
-        let has_all = of_us.zip(newest).is_none_or(|(of_us, newest)| newest.t_s + FRAME_S > seconds(of_us));
+        let has_all = of_us
+            .zip(newest)
+            .is_none_or(|(of_us, newest)| newest.t_s + FRAME_S > seconds(of_us));
         let is_new = of_us != self.curves_of_us && has_all;
         if is_new {
             (self.curves, self.curves_of_us) = (curves(&self.live), of_us);
@@ -244,8 +293,13 @@ impl Inner {
     fn common(&self) -> Common<'_> {
         let status = status::status(&self.live, self.received.map(|received| received.elapsed()));
         let latest = self.live.estimate();
-        let remedy = latest.and_then(|latest| remedy(latest.status)).map(str::to_owned);
-        let remarks = remedy.into_iter().chain(latest.map(phrases).unwrap_or_default()).collect();
+        let remedy = latest
+            .and_then(|latest| remedy(latest.status))
+            .map(str::to_owned);
+        let remarks = remedy
+            .into_iter()
+            .chain(latest.map(phrases).unwrap_or_default())
+            .collect();
         Common {
             update: self.number,
             status,

@@ -1,4 +1,5 @@
-//! A page that shows one state: every change of it as a server-sent event `state`. A slow page gets the latest one.
+//! A page that shows one state: every change of it as a server-sent event `state`. A slow page gets
+//! the latest one.
 
 use axum::extract::State;
 use axum::response::sse::{Event, KeepAlive, Sse};
@@ -38,7 +39,12 @@ pub async fn events(State(latest): State<Latest>) -> Response {
     let events = unfold(states, |mut states| async {
         states.changed().await.ok()?;
         let json = Arc::clone(&states.borrow_and_update());
-        Some((Ok::<_, Infallible>(Event::default().event("state").retry(RETRY).data(&*json)), states))
+        Some((
+            Ok::<_, Infallible>(Event::default().event("state").retry(RETRY).data(&*json)),
+            states,
+        ))
     });
-    Sse::new(events).keep_alive(KeepAlive::default()).into_response()
+    Sse::new(events)
+        .keep_alive(KeepAlive::default())
+        .into_response()
 }

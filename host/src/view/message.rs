@@ -9,7 +9,8 @@ use ridgetone_feel::RECEPTORS;
 use serde::Serialize;
 use std::sync::Arc;
 
-/// Version of what the pages get. It rises when a field goes or changes its meaning; new fields leave it.
+/// Version of what the pages get. It rises when a field goes or changes its meaning; new fields
+/// leave it.
 pub const STREAM: u32 = 1;
 
 #[derive(Clone, Debug)]
@@ -53,7 +54,8 @@ pub struct State<'a> {
     pub curves: Option<&'a Curves>,
 }
 
-/// What is new. A spectrum or curves that have not changed are left out; `null` means that they are gone.
+/// What is new. A spectrum or curves that have not changed are left out; `null` means that they are
+/// gone.
 #[derive(Serialize)]
 pub struct Update<'a> {
     #[serde(flatten)]

@@ -52,14 +52,25 @@ pub struct Summary {
 }
 
 impl Run {
-    /// Reads telemetry as it is; anything else, and telemetry with new `settings`, goes through the library first.
+    /// Reads telemetry as it is; anything else, and telemetry with new `settings`, goes through the
+    /// library first.
     pub fn open(name: &str, path: &Path, settings: Option<Settings>) -> Result<Self> {
         let (packets, frames) = (Vec::new(), Vec::new());
-        let mut run = Self { name: name.to_owned(), path: path.to_owned(), packets, frames, remark: None };
+        let mut run = Self {
+            name: name.to_owned(),
+            path: path.to_owned(),
+            packets,
+            frames,
+            remark: None,
+        };
         run.read(settings).map_err(|error| {
             // The name that people know, once.
             let text = format!("{error:#}").replace(&path.display().to_string(), name);
-            if text.starts_with(name) { anyhow!(text) } else { anyhow!("{name}: {text}") }
+            if text.starts_with(name) {
+                anyhow!(text)
+            } else {
+                anyhow!("{name}: {text}")
+            }
         })?;
         Ok(run)
     }
@@ -82,12 +93,23 @@ impl Run {
     /// Through the library, as `replay` does, with every frame.
     fn replay(&mut self, settings: Settings) -> Result<()> {
         let samples = Samples::file(&self.path)?;
-        let source = Source::Trace { samples, rate_hz: None, volts_per_unit: 1.0 };
-        let input = Input { source, ..Input::default() }.open_for(&settings)?;
+        let source = Source::Trace {
+            samples,
+            rate_hz: None,
+            volts_per_unit: 1.0,
+        };
+        let input = Input {
+            source,
+            ..Input::default()
+        }
+        .open_for(&settings)?;
         self.remark = input.warning.clone().or_else(|| input.guessed.clone());
         let uncertainty = input.uncertainty;
         // The simulated chip has the default reference.
-        let mut pipeline = Box::new(Pipeline::new(Settings { vref_v: Settings::DEFAULT.vref_v, ..settings }));
+        let mut pipeline = Box::new(Pipeline::new(Settings {
+            vref_v: Settings::DEFAULT.vref_v,
+            ..settings
+        }));
         pipeline.report_raw(u32::MAX);
         let hello = pipeline.hello();
         let mut sequence = 0;
@@ -106,11 +128,15 @@ impl Run {
     }
 
     fn take(&mut self, packet: Packet) {
-        if matches!(packet.event, Event::Hello(_)) && packet.sequence == 0 && self.ends_s().is_some() {
+        if matches!(packet.event, Event::Hello(_))
+            && packet.sequence == 0
+            && self.ends_s().is_some()
+        {
             // Its clock begins at zero again.
             self.packets.clear();
             self.frames.clear();
-            self.remark = Some("the board restarted: this is what came after the last restart".into());
+            self.remark =
+                Some("the board restarted: this is what came after the last restart".into());
         }
         match packet.event {
             Event::Raw(raw) => self.frames.push(raw),
@@ -120,8 +146,17 @@ impl Run {
 
     /// The first and the last time.
     fn ends_s(&self) -> Option<(f64, f64)> {
-        let frames = self.frames.first().into_iter().chain(self.frames.last()).map(raw_s);
-        let times = self.packets.iter().filter_map(|packet| time_s(&packet.event)).chain(frames);
+        let frames = self
+            .frames
+            .first()
+            .into_iter()
+            .chain(self.frames.last())
+            .map(raw_s);
+        let times = self
+            .packets
+            .iter()
+            .filter_map(|packet| time_s(&packet.event))
+            .chain(frames);
         times.fold(None, |ends, t_s| {
             let (from_s, until_s) = ends.unwrap_or((t_s, t_s));
             Some((t_s.min(from_s), t_s.max(until_s)))
@@ -130,7 +165,11 @@ impl Run {
 
     pub fn summary(&self) -> Summary {
         let (from_s, until_s) = self.ends_s().unwrap_or_default();
-        let contacts = || self.packets.iter().filter(|packet| matches!(packet.event, Event::Contact(_)));
+        let contacts = || {
+            self.packets
+                .iter()
+                .filter(|packet| matches!(packet.event, Event::Contact(_)))
+        };
         let estimates = || {
             let estimate = |packet: &'_ Packet| match &packet.event {
                 Event::Estimate(found) if found.status.has_tone() => Some(Point::new(found)),
@@ -145,35 +184,51 @@ impl Run {
             frames: self.frames.len(),
             touches: contacts().count(),
             contact_s: contacts().next().and_then(|packet| time_s(&packet.event)),
-            estimate: estimates().find(|found| found.span == Span::Slide).or_else(|| estimates().next()),
+            estimate: estimates()
+                .find(|found| found.span == Span::Slide)
+                .or_else(|| estimates().next()),
             remark: self.remark.clone(),
         }
     }
 
     /// The settings of its board.
     pub fn settings(&self) -> Settings {
-        self.hello().map_or(Settings::DEFAULT, |hello| hello.settings)
+        self.hello()
+            .map_or(Settings::DEFAULT, |hello| hello.settings)
     }
 
     fn hello(&self) -> Option<&Hello> {
-        self.packets.iter().rev().find_map(|packet| match &packet.event {
-            Event::Hello(hello) => Some(hello),
-            _ => None,
-        })
+        self.packets
+            .iter()
+            .rev()
+            .find_map(|packet| match &packet.event {
+                Event::Hello(hello) => Some(hello),
+                _ => None,
+            })
     }
 
-    /// The board's state at a time; with a `mark` at the mark's end, with the estimate of the marked part.
+    /// The board's state at a time; with a `mark` at the mark's end, with the estimate of the
+    /// marked part.
     pub fn at(&self, t_s: f64, mark: Option<Part>) -> Result<Live> {
         let t_s = mark.map_or(t_s, |mark| mark.until_s);
         let mut live = Live::new(self.name.clone());
         let is_past = |packet: &&Packet| time_s(&packet.event).is_none_or(|then_s| then_s <= t_s);
-        self.packets.iter().filter(is_past).for_each(|packet| live.take(packet));
+        self.packets
+            .iter()
+            .filter(is_past)
+            .for_each(|packet| live.take(packet));
         let end = self.frames.partition_point(|raw| raw_s(raw) <= t_s);
         for raw in &self.frames[end.saturating_sub(STRIP_FRAMES)..end] {
-            live.take(&Packet { sequence: 1, event: Event::Raw(*raw) });
+            live.take(&Packet {
+                sequence: 1,
+                event: Event::Raw(*raw),
+            });
         }
         if let Some(mark) = mark {
-            live.take(&Packet { sequence: 1, event: Event::Estimate(self.estimate(mark)?) });
+            live.take(&Packet {
+                sequence: 1,
+                event: Event::Estimate(self.estimate(mark)?),
+            });
         }
         live.now.now_s = Some(t_s);
         Ok(live)
@@ -182,24 +237,43 @@ impl Run {
     /// The board's own estimate of a part.
     pub fn estimate(&self, Part { from_s, until_s }: Part) -> Result<Estimate> {
         let begin = self.frames.partition_point(|raw| raw_s(raw) < from_s);
-        let end = self.frames.partition_point(|raw| raw_s(raw) <= until_s).max(begin);
+        let end = self
+            .frames
+            .partition_point(|raw| raw_s(raw) <= until_s)
+            .max(begin);
         let frames = &self.frames[begin..end];
         let enough = frames.len() >= FRAMES_MIN as usize;
-        ensure!(enough, "the marked part has {} raw frames, and a fit needs {FRAMES_MIN}: mark more", frames.len());
+        ensure!(
+            enough,
+            "the marked part has {} raw frames, and a fit needs {FRAMES_MIN}: mark more",
+            frames.len()
+        );
         let (first, last) = (frames[0], frames[frames.len() - 1]);
         let slots = last.number.wrapping_sub(first.number) as usize + 1;
-        ensure!(slots <= FRAMES_MAX, "the marked part has {slots} frames, and a fit takes {FRAMES_MAX}: mark less");
+        ensure!(
+            slots <= FRAMES_MAX,
+            "the marked part has {slots} frames, and a fit takes {FRAMES_MAX}: mark less"
+        );
         let usable = |raw: &Raw, taxel: usize| raw.present & raw.good & 1 << taxel != 0;
         let reference: Values = std::array::from_fn(|taxel| {
-            frames.iter().find(|raw| usable(raw, taxel)).map_or(0.0, |raw| raw.codes[taxel] as f32)
+            frames
+                .iter()
+                .find(|raw| usable(raw, taxel))
+                .map_or(0.0, |raw| raw.codes[taxel] as f32)
         });
         let (mut values, mut valid) = (vec![[0.0; TAXELS]; slots], vec![0; slots]);
         for raw in frames {
             let at = raw.number.wrapping_sub(first.number) as usize;
-            let (Some(values), Some(valid)) = (values.get_mut(at), valid.get_mut(at)) else { continue };
+            let (Some(values), Some(valid)) = (values.get_mut(at), valid.get_mut(at)) else {
+                continue;
+            };
             *valid = raw.present & raw.good;
             for taxel in 0..TAXELS {
-                values[taxel] = if usable(raw, taxel) { raw.codes[taxel] as f32 - reference[taxel] } else { 0.0 };
+                values[taxel] = if usable(raw, taxel) {
+                    raw.codes[taxel] as f32 - reference[taxel]
+                } else {
+                    0.0
+                };
             }
         }
         let window = Window {
@@ -217,8 +291,14 @@ impl Run {
             odometry: Mark::NONE,
         };
         // The part is as long as it was marked.
-        let settings = Settings { accuracy: 0.0, ..self.settings() };
-        let mut source = Table { values: &values, valid: &valid };
+        let settings = Settings {
+            accuracy: 0.0,
+            ..self.settings()
+        };
+        let mut source = Table {
+            values: &values,
+            valid: &valid,
+        };
         let mut estimator = Box::new(Estimator::new(settings));
         match estimator.run(&window, &mut source, Motion::Unknown) {
             Ok(WindowFit::Done(estimate)) => Ok(estimate),

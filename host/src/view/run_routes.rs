@@ -42,7 +42,10 @@ struct Moment {
 
 pub fn routes() -> Router<App> {
     Router::new()
-        .route("/runs", get(list).post(add).layer(DefaultBodyLimit::max(FILE_MOST)))
+        .route(
+            "/runs",
+            get(list).post(add).layer(DefaultBodyLimit::max(FILE_MOST)),
+        )
         .route("/runs/{id}/state.json", get(state))
         .route("/runs/{id}/settings", post(again))
         .route("/runs/{id}/file", get(file))
@@ -55,12 +58,23 @@ async fn list(State(app): State<App>) -> Response {
     answer(json(&app.runs.list()))
 }
 
-async fn add(State(app): State<App>, Query(Named { name }): Query<Named>, bytes: Bytes) -> Response {
+async fn add(
+    State(app): State<App>,
+    Query(Named { name }): Query<Named>,
+    bytes: Bytes,
+) -> Response {
     answer(on_a_thread(move || json(&app.runs.add(&name, &bytes)?)).await)
 }
 
-async fn state(State(app): State<App>, Path(id): Path<u64>, Query(moment): Query<Moment>) -> Response {
-    let mark = moment.from_s.zip(moment.until_s).map(|(from_s, until_s)| Part { from_s, until_s });
+async fn state(
+    State(app): State<App>,
+    Path(id): Path<u64>,
+    Query(moment): Query<Moment>,
+) -> Response {
+    let mark = moment
+        .from_s
+        .zip(moment.until_s)
+        .map(|(from_s, until_s)| Part { from_s, until_s });
     answer(on_a_thread(move || hub::state_of(app.runs.get(id)?.at(moment.t_s, mark)?)).await)
 }
 
@@ -93,7 +107,10 @@ async fn record_latest(State(app): State<App>) -> Response {
 
 /// A tape as a run.
 fn opened(app: &App, tape: Tape) -> Result<String> {
-    ensure!(!tape.is_empty(), "nothing was received while it was recorded");
+    ensure!(
+        !tape.is_empty(),
+        "nothing was received while it was recorded"
+    );
     let (path, name) = (tape.path.clone(), tape.name());
     // Its file is complete when it is dropped.
     drop(tape);

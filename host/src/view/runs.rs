@@ -1,4 +1,5 @@
-//! The runs that pages look back at, by their numbers. Their files are in a folder that goes with the command.
+//! The runs that pages look back at, by their numbers. Their files are in a folder that goes with
+//! the command.
 
 use super::run::{Run, Summary};
 use crate::settings_form;
@@ -32,8 +33,14 @@ pub struct Numbered {
 
 impl Runs {
     pub fn new() -> Result<Self> {
-        let folder = tempfile::Builder::new().prefix("ridgetone-").tempdir().context("a temporary folder")?;
-        Ok(Self { folder, list: Mutex::default() })
+        let folder = tempfile::Builder::new()
+            .prefix("ridgetone-")
+            .tempdir()
+            .context("a temporary folder")?;
+        Ok(Self {
+            folder,
+            list: Mutex::default(),
+        })
     }
 
     /// A new file in the folder.
@@ -74,13 +81,21 @@ impl Runs {
         let settings = settings_form::with_json(&run.settings(), json)?;
         let run = Arc::new(Run::open(&run.name, &run.path, Some(settings))?);
         let summary = run.summary();
-        self.lock().runs.iter_mut().filter(|(known, _)| *known == id).for_each(|(_, known)| *known = Arc::clone(&run));
+        self.lock()
+            .runs
+            .iter_mut()
+            .filter(|(known, _)| *known == id)
+            .for_each(|(_, known)| *known = Arc::clone(&run));
         Ok(Numbered { id, summary })
     }
 
     pub fn get(&self, id: u64) -> Result<Arc<Run>> {
         let list = self.lock();
-        let found = list.runs.iter().find(|(known, _)| *known == id).context("this run is closed")?;
+        let found = list
+            .runs
+            .iter()
+            .find(|(known, _)| *known == id)
+            .context("this run is closed")?;
         Ok(Arc::clone(&found.1))
     }
 
@@ -95,7 +110,14 @@ impl Runs {
     }
 
     pub fn list(&self) -> Vec<Numbered> {
-        self.lock().runs.iter().map(|(id, run)| Numbered { id: *id, summary: run.summary() }).collect()
+        self.lock()
+            .runs
+            .iter()
+            .map(|(id, run)| Numbered {
+                id: *id,
+                summary: run.summary(),
+            })
+            .collect()
     }
 
     fn lock(&self) -> MutexGuard<'_, List> {

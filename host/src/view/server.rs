@@ -49,16 +49,27 @@ impl Server {
     /// Serves what is at these paths, each answer guarded.
     pub fn start(access: Access, routes: Router) -> Result<Self> {
         let address = access.address;
-        let what = || format!("{address}: choose another with --listen 127.0.0.1:PORT, or any free one with PORT 0");
+        let what = || {
+            format!(
+                "{address}: choose another with --listen 127.0.0.1:PORT, or any free one with PORT 0"
+            )
+        };
         let listener = TcpListener::bind(address).with_context(what)?;
         listener.set_nonblocking(true)?;
-        let access = Access { address: listener.local_addr()?, ..access };
-        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+        let access = Access {
+            address: listener.local_addr()?,
+            ..access
+        };
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .enable_all()
+            .build()?;
         let (running, dropped) = oneshot::channel::<()>();
         let routes = routes.layer(from_fn_with_state(access.clone(), guard));
         let serve = async move {
             // It fails only without a runtime.
-            let Ok(listener) = tokio::net::TcpListener::from_std(listener) else { return };
+            let Ok(listener) = tokio::net::TcpListener::from_std(listener) else {
+                return;
+            };
             let served = std::pin::pin!(async move { axum::serve(listener, routes).await });
             // It does not wait for pages, which listen for ever.
             if let Either::Left((Err(error), _)) = select(served, dropped).await {
@@ -66,7 +77,10 @@ impl Server {
             }
         };
         std::thread::spawn(move || runtime.block_on(serve));
-        Ok(Self { access, _running: running })
+        Ok(Self {
+            access,
+            _running: running,
+        })
     }
 }
 
@@ -81,15 +95,28 @@ pub fn routes(app: App) -> Router {
 }
 
 /// Adds the files of a page.
-pub fn with_files<S: Clone + Send + Sync + 'static>(routes: Router<S>, files: &'static [File]) -> Router<S> {
-    files.iter().copied().fold(routes, |routes, (path, kind, content)| {
-        routes.route(path, get(move || async move { ([(header::CONTENT_TYPE, kind)], content) }))
-    })
+pub fn with_files<S: Clone + Send + Sync + 'static>(
+    routes: Router<S>,
+    files: &'static [File],
+) -> Router<S> {
+    files
+        .iter()
+        .copied()
+        .fold(routes, |routes, (path, kind, content)| {
+            routes.route(
+                path,
+                get(move || async move { ([(header::CONTENT_TYPE, kind)], content) }),
+            )
+        })
 }
 
 async fn state(State(App { hub, .. }): State<App>) -> Response {
     match hub.join(0) {
-        Ok((message, _)) => ([(header::CONTENT_TYPE, "application/json")], message.json.to_string()).into_response(),
+        Ok((message, _)) => (
+            [(header::CONTENT_TYPE, "application/json")],
+            message.json.to_string(),
+        )
+            .into_response(),
         Err(error) => (StatusCode::INTERNAL_SERVER_ERROR, format!("{error:#}\n")).into_response(),
     }
 }
@@ -100,18 +127,30 @@ async fn settings(State(App { hub, .. }): State<App>, json: String) -> Response 
 
 async fn packets(State(App { hub, .. }): State<App>) -> Response {
     let (greeting, packets) = hub.join_packets();
-    let lines = unfold((greeting, packets), |(mut greeting, mut packets)| async move {
-        let line = match greeting.take() {
-            Some(line) => line,
-            None => match packets.recv().await {
-                Ok(line) => line,
-                Err(RecvError::Lagged(count)) => format!("{{\"type\":\"missed\",\"count\":{count}}}\n").into(),
-                Err(RecvError::Closed) => return None,
-            },
-        };
-        Some((Ok::<_, Infallible>(Bytes::copy_from_slice(line.as_bytes())), (None, packets)))
-    });
-    ([(header::CONTENT_TYPE, "application/x-ndjson")], Body::from_stream(lines)).into_response()
+    let lines = unfold(
+        (greeting, packets),
+        |(mut greeting, mut packets)| async move {
+            let line = match greeting.take() {
+                Some(line) => line,
+                None => match packets.recv().await {
+                    Ok(line) => line,
+                    Err(RecvError::Lagged(count)) => {
+                        format!("{{\"type\":\"missed\",\"count\":{count}}}\n").into()
+                    }
+                    Err(RecvError::Closed) => return None,
+                },
+            };
+            Some((
+                Ok::<_, Infallible>(Bytes::copy_from_slice(line.as_bytes())),
+                (None, packets),
+            ))
+        },
+    );
+    (
+        [(header::CONTENT_TYPE, "application/x-ndjson")],
+        Body::from_stream(lines),
+    )
+        .into_response()
 }
 
 async fn events(State(App { hub, .. }): State<App>) -> impl IntoResponse {
@@ -125,10 +164,23 @@ struct Page {
 }
 
 fn messages(hub: Arc<Hub>) -> impl Stream<Item = Result<Event, Infallible>> {
-    unfold(Page { hub, updates: None, missed: 0 }, |mut page| async {
-        let message = page.next().await?;
-        Some((Ok(Event::default().event(message.kind).retry(RETRY).data(&*message.json)), page))
-    })
+    unfold(
+        Page {
+            hub,
+            updates: None,
+            missed: 0,
+        },
+        |mut page| async {
+            let message = page.next().await?;
+            Some((
+                Ok(Event::default()
+                    .event(message.kind)
+                    .retry(RETRY)
+                    .data(&*message.json)),
+                page,
+            ))
+        },
+    )
 }
 
 impl Page {
@@ -154,25 +206,43 @@ mod tests {
     #[test]
     fn a_slow_page_gets_everything_again_and_the_number_of_missed_updates() {
         let hub = Arc::new(Hub::new(crate::live::Live::new("a test")));
-        let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
-        let mut page = Page { hub: Arc::clone(&hub), updates: None, missed: 0 };
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .build()
+            .unwrap();
+        let mut page = Page {
+            hub: Arc::clone(&hub),
+            updates: None,
+            missed: 0,
+        };
         let mut next = || {
             let message = runtime.block_on(page.next()).unwrap();
-            (message.kind, serde_json::from_str::<serde_json::Value>(&message.json).unwrap())
+            (
+                message.kind,
+                serde_json::from_str::<serde_json::Value>(&message.json).unwrap(),
+            )
         };
         let (kind, state) = next();
-        assert_eq!((kind, &state["missed"], &state["live"]["source"]), ("state", &0.into(), &"a test".into()));
+        assert_eq!(
+            (kind, &state["missed"], &state["live"]["source"]),
+            ("state", &0.into(), &"a test".into())
+        );
         hub.publish().unwrap();
         let (kind, update) = next();
         let number = state["update"].as_u64().unwrap();
-        assert_eq!((kind, update["update"].as_u64()), ("update", Some(number + 1)));
+        assert_eq!(
+            (kind, update["update"].as_u64()),
+            ("update", Some(number + 1))
+        );
         for _ in 0..1000 {
             hub.publish().unwrap();
         }
         let (kind, state) = next();
         let missed = state["missed"].as_u64().unwrap();
         // All but the length of the queue.
-        assert!(kind == "state" && (900..1000).contains(&missed), "{kind}, {missed}");
+        assert!(
+            kind == "state" && (900..1000).contains(&missed),
+            "{kind}, {missed}"
+        );
         assert_eq!(state["update"].as_u64(), Some(number + 1002));
         hub.publish().unwrap();
         assert_eq!(next().0, "update");

@@ -27,7 +27,9 @@ pub fn no_raw(raw: &RawFrames) -> Option<String> {
     match raw {
         RawFrames::On => None,
         RawFrames::Off => Some("Raw frames are switched off.".into()),
-        RawFrames::Unavailable => Some("This recording holds no raw frames, from which this is drawn.".into()),
+        RawFrames::Unavailable => {
+            Some("This recording holds no raw frames, from which this is drawn.".into())
+        }
         RawFrames::Refused(why) => Some(format!("There are {why}.")),
     }
 }
@@ -40,7 +42,9 @@ fn touch(live: &Live) -> &'static str {
         }
         Phase::Idle => "Nothing touches the finger.",
         Phase::Held => "The finger is touched. Slide the grating.",
-        Phase::Sliding if live.estimate().is_none() => "The grating slides. The first window is not full yet.",
+        Phase::Sliding if live.estimate().is_none() => {
+            "The grating slides. The first window is not full yet."
+        }
         Phase::Sliding => "The grating slides.",
         Phase::HeldAfter => "The slide is over, and the finger is still touched.",
     }
@@ -65,7 +69,9 @@ mod tests {
         assert!(status(&live, now).starts_with("Nothing touches the finger yet"));
         live.now.touches = 1;
         assert_eq!(status(&live, now), "Nothing touches the finger.");
-        live.now.connection = Connection::Disconnected { why: "Broken pipe".into() };
+        live.now.connection = Connection::Disconnected {
+            why: "Broken pipe".into(),
+        };
         assert!(status(&live, now).contains("disconnected (Broken pipe)"));
         live.now.connection = Connection::Over;
         assert!(status(&live, now).starts_with("The recording is over"));

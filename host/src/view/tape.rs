@@ -1,4 +1,5 @@
-//! What a page records, as `record` writes it: all packets from one moment to another, or those of the latest minute.
+//! What a page records, as `record` writes it: all packets from one moment to another, or those of
+//! the latest minute.
 
 use crate::digits::time_s;
 use crate::recording::{self, Keep, Recording};
@@ -12,7 +13,8 @@ use std::time::{Duration, Instant};
 /// Longest tape, bytes: more than three hours of raw frames. For longer ones there is `record`.
 const MOST: usize = 256 << 20;
 
-/// What is kept without anybody's wish: this length, and at most this number of packets, a bit more than a board sends in this time.
+/// What is kept without anybody's wish: this length, and at most this number of packets, a bit more
+/// than a board sends in this time.
 const LATEST: Duration = Duration::from_secs(60);
 const LATEST_MOST: usize = 16_000;
 
@@ -26,7 +28,12 @@ impl Latest {
             // The board has restarted, and its clock begins at zero.
             self.0.clear();
         }
-        while self.0.len() >= LATEST_MOST || self.0.front().is_some_and(|(then, ..)| then.elapsed() > LATEST) {
+        while self.0.len() >= LATEST_MOST
+            || self
+                .0
+                .front()
+                .is_some_and(|(then, ..)| then.elapsed() > LATEST)
+        {
             self.0.pop_front();
         }
         self.0.push_back((Instant::now(), packet.clone(), receipt));
@@ -54,7 +61,14 @@ pub struct Tape {
 
 impl Tape {
     pub fn new(path: PathBuf, source: &str) -> Self {
-        Self { path, source: source.to_owned(), begun: Instant::now(), file: None, bytes: 0, times_s: None }
+        Self {
+            path,
+            source: source.to_owned(),
+            begun: Instant::now(),
+            file: None,
+            bytes: 0,
+            times_s: None,
+        }
     }
 
     pub fn length_s(&self) -> f64 {
@@ -63,7 +77,12 @@ impl Tape {
 
     /// A name for its file.
     pub fn name(&self) -> String {
-        let source = self.source.rsplit(['/', '\\']).next().unwrap_or_default().replace(' ', "-");
+        let source = self
+            .source
+            .rsplit(['/', '\\'])
+            .next()
+            .unwrap_or_default()
+            .replace(' ', "-");
         let (from_s, until_s) = self.times_s.unwrap_or_default();
         format!("{source}-{from_s:.1}s-{until_s:.1}s.rec")
     }
@@ -73,15 +92,30 @@ impl Tape {
         self.file.is_none()
     }
 
-    /// Keeps a packet; in front of the first one the latest greeting, without which nobody knows the reference.
-    pub fn keep(&mut self, packet: &Packet, receipt: Option<Receipt>, hello: Option<&Hello>) -> Result<()> {
-        ensure!(self.bytes < MOST, "the recording is full; `ridgetone record` makes longer ones");
+    /// Keeps a packet; in front of the first one the latest greeting, without which nobody knows
+    /// the reference.
+    pub fn keep(
+        &mut self,
+        packet: &Packet,
+        receipt: Option<Receipt>,
+        hello: Option<&Hello>,
+    ) -> Result<()> {
+        ensure!(
+            self.bytes < MOST,
+            "the recording is full; `ridgetone record` makes longer ones"
+        );
         if self.file.is_none() {
             let byte_s = receipt.map_or(0.0, |receipt| receipt.byte_s);
             self.file = Some(recording::create(&self.path, &self.source, byte_s)?);
             if let (Some(hello), false) = (hello, matches!(packet.event, Event::Hello(_))) {
                 let sequence = packet.sequence.wrapping_sub(1);
-                self.write(&Packet { sequence, event: Event::Hello(hello.clone()) }, receipt)?;
+                self.write(
+                    &Packet {
+                        sequence,
+                        event: Event::Hello(hello.clone()),
+                    },
+                    receipt,
+                )?;
             }
         }
         if let Some(t_s) = time_s(&packet.event) {

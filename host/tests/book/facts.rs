@@ -18,28 +18,40 @@ fn every_link_leads_to_a_file() {
     let mut links = 0;
     for page in pages() {
         for mark in Parser::new(&read(&page)) {
-            let (Mark::Start(Tag::Link { dest_url: to, .. }) | Mark::Start(Tag::Image { dest_url: to, .. })) = mark
+            let (Mark::Start(Tag::Link { dest_url: to, .. })
+            | Mark::Start(Tag::Image { dest_url: to, .. })) = mark
             else {
                 continue;
             };
             let to = to.split('#').next().unwrap_or_default();
             if !to.is_empty() && !to.contains("://") {
                 links += 1;
-                assert!(page.with_file_name("").join(to).exists(), "{}: {to}", page.display());
+                assert!(
+                    page.with_file_name("").join(to).exists(),
+                    "{}: {to}",
+                    page.display()
+                );
             }
         }
     }
     assert!(links > 30);
 }
 
-/// The tables of the ways of a conversion and of a window: `file`: `function`, or `file`: `Type::function`, each once.
+/// The tables of the ways of a conversion and of a window: `file`: `function`, or `file`:
+/// `Type::function`, each once.
 #[test]
 fn the_ways_name_functions_that_exist() {
     let page = read(&root().join("docs/book/9-how-it-works.md"));
-    let (_, ways) = page.split_once("## The way of one conversion").expect("the ways");
+    let (_, ways) = page
+        .split_once("## The way of one conversion")
+        .expect("the ways");
     let mut named = Vec::new();
     let mut source = None;
-    for code in ways.lines().filter(|line| line.starts_with('|')).flat_map(|line| line.split('`').skip(1).step_by(2)) {
+    for code in ways
+        .lines()
+        .filter(|line| line.starts_with('|'))
+        .flat_map(|line| line.split('`').skip(1).step_by(2))
+    {
         if code.ends_with(".rs") {
             source = Some((code, read(&root().join(code))));
             continue;
@@ -47,27 +59,45 @@ fn the_ways_name_functions_that_exist() {
         let (file, source) = source.as_ref().expect("a file before its functions");
         let (of, function) = code.rsplit_once("::").unwrap_or(("", code));
         let has = |starts: &str, name: &str| {
-            let words = |line: &str| line.split(|c: char| !c.is_alphanumeric() && c != '_').any(|word| word == name);
-            source.lines().any(|line| line.contains(starts) && words(line))
+            let words = |line: &str| {
+                line.split(|c: char| !c.is_alphanumeric() && c != '_')
+                    .any(|word| word == name)
+            };
+            source
+                .lines()
+                .any(|line| line.contains(starts) && words(line))
         };
         assert!(has("fn ", function), "{file} has no function {function}");
-        assert!(of.is_empty() || has("impl", of), "{file} has no methods of {of}");
+        assert!(
+            of.is_empty() || has("impl", of),
+            "{file} has no methods of {of}"
+        );
         named.push((*file, code));
     }
     let mut once = named.clone();
     once.sort_unstable();
     once.dedup();
-    assert!(named.len() > 35 && once.len() == named.len(), "a function comes once: {named:?}");
+    assert!(
+        named.len() > 35 && once.len() == named.len(),
+        "a function comes once: {named:?}"
+    );
 }
 
 /// A row whose file was in a row before says "again", and why.
 #[test]
 fn the_way_of_a_window_says_where_it_comes_back() {
     let page = read(&root().join("docs/book/9-how-it-works.md"));
-    let (_, way) = page.split_once("## The way of one window").expect("the way");
+    let (_, way) = page
+        .split_once("## The way of one window")
+        .expect("the way");
     let (mut seen, mut rows) = (Vec::new(), 0);
     for row in way.lines().filter(|line| line.starts_with('|')) {
-        let mut files: Vec<&str> = row.split('`').skip(1).step_by(2).filter(|code| code.ends_with(".rs")).collect();
+        let mut files: Vec<&str> = row
+            .split('`')
+            .skip(1)
+            .step_by(2)
+            .filter(|code| code.ends_with(".rs"))
+            .collect();
         let is_again = files.iter().any(|file| seen.contains(file));
         assert_eq!(is_again, row.contains("again"), "{row}");
         rows += usize::from(is_again);
@@ -76,7 +106,8 @@ fn the_way_of_a_window_says_where_it_comes_back() {
     assert!(seen.len() > 25 && rows > 0, "{seen:?}");
 }
 
-/// What `init` of a board's file names belongs together: the pins' names in the table are those in the code.
+/// What `init` of a board's file names belongs together: the pins' names in the table are those in
+/// the code.
 #[test]
 fn the_wiring_is_the_firmwares() {
     let page = read(&root().join("docs/book/1-wiring.md"));
@@ -99,20 +130,41 @@ fn the_wiring_is_the_firmwares() {
         ("RESET", "reset: "),
     ];
     for (signal, field) in signals {
-        let row = rows.iter().find(|row| row[0] == signal).unwrap_or_else(|| panic!("no row {signal}"));
+        let row = rows
+            .iter()
+            .find(|row| row[0] == signal)
+            .unwrap_or_else(|| panic!("no row {signal}"));
         for (code, pin) in [(&feather, row[2]), (&nucleo, row[4])] {
-            let line = code.lines().find(|line| line.trim_start().starts_with(field)).expect("the field");
-            assert!(line.contains(&format!(".{}", pin.to_lowercase())), "{signal} is not on {pin}: {line}");
+            let line = code
+                .lines()
+                .find(|line| line.trim_start().starts_with(field))
+                .expect("the field");
+            assert!(
+                line.contains(&format!(".{}", pin.to_lowercase())),
+                "{signal} is not on {pin}: {line}"
+            );
         }
         for text in [row[1], row[2]] {
-            assert!(drawing.contains(&format!(">{text}<")), "{signal}: the drawing has no {text}");
+            assert!(
+                drawing.contains(&format!(">{text}<")),
+                "{signal}: the drawing has no {text}"
+            );
         }
     }
-    let row = rows.iter().find(|row| row[0].starts_with("telemetry")).expect("the line's row");
+    let row = rows
+        .iter()
+        .find(|row| row[0].starts_with("telemetry"))
+        .expect("the line's row");
     for (code, pins) in [(&feather, row[2]), (&nucleo, row[4])] {
         let (tx, rx) = pins.split_once(", ").expect("two pins");
-        assert!(code.contains(&format!(".{}, rx)", tx.to_lowercase())), "TX is not on {tx}");
-        assert!(code.contains(&format!(".{}.into_alternate", rx.to_lowercase())), "RX is not on {rx}");
+        assert!(
+            code.contains(&format!(".{}, rx)", tx.to_lowercase())),
+            "TX is not on {tx}"
+        );
+        assert!(
+            code.contains(&format!(".{}.into_alternate", rx.to_lowercase())),
+            "RX is not on {rx}"
+        );
     }
 }
 
@@ -123,51 +175,96 @@ fn the_stylus_s_pins_are_the_firmwares() {
     let board = read(&root().join("src/stylus/board.rs"));
     let pins = [
         ("| amplifier", "PA4", "gpioa.pa4.into_analog()"),
-        ("| encoder, channel A", "PC6", "gpioc.pc6.into_alternate::<2>()"),
-        ("| encoder, channel B", "PC7", "gpioc.pc7.into_alternate::<2>()"),
+        (
+            "| encoder, channel A",
+            "PC6",
+            "gpioc.pc6.into_alternate::<2>()",
+        ),
+        (
+            "| encoder, channel B",
+            "PC7",
+            "gpioc.pc7.into_alternate::<2>()",
+        ),
         ("| telemetry out", "PB10, PB11", "(gpiob.pb10, rx)"),
     ];
     for (signal, pin, code) in pins {
-        let row = page.lines().find(|line| line.starts_with(signal)).unwrap_or_else(|| panic!("no row {signal}"));
-        assert!(row.split('|').nth(3).is_some_and(|cell| cell.trim() == pin), "{row}");
+        let row = page
+            .lines()
+            .find(|line| line.starts_with(signal))
+            .unwrap_or_else(|| panic!("no row {signal}"));
+        assert!(
+            row.split('|').nth(3).is_some_and(|cell| cell.trim() == pin),
+            "{row}"
+        );
         assert!(board.contains(code), "{signal} is not on {pin}");
     }
 }
 
-/// Every setting of the defaults has a row, in one of the chapters, with its default; and what is beyond a row's range is refused.
+/// Every setting of the defaults has a row, in one of the chapters, with its default; and what is
+/// beyond a row's range is refused.
 #[test]
 fn every_setting_is_in_a_table_with_its_range() {
     let chapters = ["2-first-run", "4-telemetry", "11-what-a-finger-feels"];
-    let pages = chapters.map(|name| read(&root().join(format!("docs/book/{name}.md")))).concat();
-    let rows: Vec<Vec<&str>> = pages.lines().map(|line| line.split('|').map(str::trim).collect()).collect();
-    let settings: serde_json::Value = serde_json::from_str(&json(&Settings::DEFAULT).unwrap()).unwrap();
+    let pages = chapters
+        .map(|name| read(&root().join(format!("docs/book/{name}.md"))))
+        .concat();
+    let rows: Vec<Vec<&str>> = pages
+        .lines()
+        .map(|line| line.split('|').map(str::trim).collect())
+        .collect();
+    let settings: serde_json::Value =
+        serde_json::from_str(&json(&Settings::DEFAULT).unwrap()).unwrap();
     let tables = |(name, value): (&String, &serde_json::Value)| match value {
-        serde_json::Value::Object(fields) => fields.keys().map(|field| format!("{name}.{field}")).collect(),
+        serde_json::Value::Object(fields) => fields
+            .keys()
+            .map(|field| format!("{name}.{field}"))
+            .collect(),
         _ => vec![name.clone()],
     };
-    let names: Vec<String> = settings.as_object().unwrap().iter().flat_map(tables).collect();
+    let names: Vec<String> = settings
+        .as_object()
+        .unwrap()
+        .iter()
+        .flat_map(tables)
+        .collect();
     assert!(names.len() > 25, "{names:?}");
     for name in names {
-        let row = rows.iter().find(|row| row.get(1).is_some_and(|cell| cell.contains(&format!("`{name}`"))));
+        let row = rows.iter().find(|row| {
+            row.get(1)
+                .is_some_and(|cell| cell.contains(&format!("`{name}`")))
+        });
         let row = row.unwrap_or_else(|| panic!("{name} is in no table"));
         // Numbers of the range, of which the last two are its bounds.
         let cell = row[3].split(';').next().unwrap().replace(',', "");
-        let range: Vec<f64> = cell.split(' ').filter_map(|word| word.parse().ok()).collect();
-        let default = settings.pointer(&format!("/{}", name.replace('.', "/"))).and_then(serde_json::Value::as_f64);
-        let (Some(default), [.., least, most]) = (default, &range[..]) else { continue };
+        let range: Vec<f64> = cell
+            .split(' ')
+            .filter_map(|word| word.parse().ok())
+            .collect();
+        let default = settings
+            .pointer(&format!("/{}", name.replace('.', "/")))
+            .and_then(serde_json::Value::as_f64);
+        let (Some(default), [.., least, most]) = (default, &range[..]) else {
+            continue;
+        };
         let shown = row[4].split(&[' ', ':'][..]).next().unwrap();
-        let shown = shown
-            .strip_prefix("0x")
-            .map_or(shown.parse().ok(), |hex| Some(u32::from_str_radix(hex, 16).unwrap().into()));
+        let shown = shown.strip_prefix("0x").map_or(shown.parse().ok(), |hex| {
+            Some(u32::from_str_radix(hex, 16).unwrap().into())
+        });
         assert_eq!(shown, Some(default), "{name}");
         let set = |value: f64| change(&Settings::DEFAULT, &[format!("{name}={value}")]);
-        for wrong in [least - 0.3 * (most - least).abs().max(1.0), most + 0.3 * (most - least).abs().max(1.0)] {
+        for wrong in [
+            least - 0.3 * (most - least).abs().max(1.0),
+            most + 0.3 * (most - least).abs().max(1.0),
+        ] {
             assert!(set(wrong).is_err(), "{name} = {wrong}");
         }
         for right in [least, most] {
             // A number of something is whole; others are rounded outwards by the page.
             let inwards = right + (0.5 * (least + most) - right) * 1e-3;
-            assert!([*right, inwards].iter().any(|value| set(*value).is_ok()), "{name} = {right}");
+            assert!(
+                [*right, inwards].iter().any(|value| set(*value).is_ok()),
+                "{name} = {right}"
+            );
         }
     }
 }
@@ -175,18 +272,30 @@ fn every_setting_is_in_a_table_with_its_range() {
 #[test]
 fn every_kind_of_fault_has_a_remedy() {
     let page = read(&root().join("docs/book/6-troubleshooting.md"));
-    let symptoms: Vec<&str> = page.lines().filter_map(|line| line.strip_prefix("| ")?.split(" | ").next()).collect();
+    let symptoms: Vec<&str> = page
+        .lines()
+        .filter_map(|line| line.strip_prefix("| ")?.split(" | ").next())
+        .collect();
     for kind in FaultKind::ALL {
         let name = format!("`{}`", names::name(kind));
-        assert!(symptoms.iter().any(|symptom| symptom.contains(&name)), "{name}");
+        assert!(
+            symptoms.iter().any(|symptom| symptom.contains(&name)),
+            "{name}"
+        );
     }
 }
 
 #[test]
 fn the_reader_in_python_reads_what_the_command_prints() {
     let page = read(&root().join("docs/book/4-telemetry.md"));
-    let [reader] = &blocks(&page, "python")[..] else { panic!("one reader") };
-    assert!(reader.lines().count() <= 30, "{} lines", reader.lines().count());
+    let [reader] = &blocks(&page, "python")[..] else {
+        panic!("one reader")
+    };
+    assert!(
+        reader.lines().count() <= 30,
+        "{} lines",
+        reader.lines().count()
+    );
     let folder = directory();
     let script = file(folder.path(), "reader.py", reader);
 
@@ -203,7 +312,12 @@ fn the_reader_in_python_reads_what_the_command_prints() {
         }
         Ok(())
     };
-    let input = Input { source: Source::Scene(Default::default()), ..Input::default() }.open().expect("an input");
+    let input = Input {
+        source: Source::Scene(Default::default()),
+        ..Input::default()
+    }
+    .open()
+    .expect("an input");
     replay::run(input, Settings::DEFAULT, None, &mut sink, &mut |_, _| {}).expect("a replay");
 
     let mut python = Command::new("python3")
@@ -219,15 +333,24 @@ fn the_reader_in_python_reads_what_the_command_prints() {
     let read: Vec<serde_json::Value> = json_lines(&output);
 
     let printed = json_lines(&run(&["replay", "--json"]));
-    let estimates: Vec<_> = printed.iter().filter(|message| message["type"] == "estimate").collect();
-    assert!(estimates.len() > 4 && read.len() == estimates.len(), "{read:?}");
+    let estimates: Vec<_> = printed
+        .iter()
+        .filter(|message| message["type"] == "estimate")
+        .collect();
+    assert!(
+        estimates.len() > 4 && read.len() == estimates.len(),
+        "{read:?}"
+    );
     let number = |value: &serde_json::Value| value.as_f64().unwrap_or(0.0);
     for (read, printed) in read.iter().zip(estimates) {
         assert_eq!(read[0], printed["sequence"]);
         assert!((number(&read[1]) - number(&printed["t_s"])).abs() < 1e-9);
         assert_eq!(read[2], printed["status"]);
         // They are f32 on the wire; each prints what reads back to the same.
-        assert_eq!(number(&read[3]) as f32, number(&printed["frequency_hz"]) as f32);
+        assert_eq!(
+            number(&read[3]) as f32,
+            number(&printed["frequency_hz"]) as f32
+        );
         assert_eq!(number(&read[4]) as f32, number(&printed["sigma_hz"]) as f32);
     }
 }

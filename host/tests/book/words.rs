@@ -1,11 +1,13 @@
-//! One word for one thing: names that the project has given up stay away, and a name of a type is that of one type.
+//! One word for one thing: names that the project has given up stay away, and a name of a type is
+//! that of one type.
 
 use super::{read, root};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Names that had several meanings, or none that a stranger knows. No item is called by them: no crate, module, type, function or
-/// constant. As names of local values `rest`, `left`, `wait`, `whole` and `keep` are ordinary words.
+/// Names that had several meanings, or none that a stranger knows. No item is called by them: no
+/// crate, module, type, function or constant. As names of local values `rest`, `left`, `wait`,
+/// `whole` and `keep` are ordinary words.
 const GIVEN_UP: [&str; 39] = [
     "hot",
     "wire",
@@ -52,23 +54,38 @@ const GIVEN_UP: [&str; 39] = [
 const ONE_OF_EACH: [&str; 2] = ["Verdict", "Order"];
 
 /// What is declared in a line of Rust: the names behind these words.
-const DECLARES: [&str; 8] = ["fn", "struct", "enum", "trait", "type", "mod", "const", "static"];
+const DECLARES: [&str; 8] = [
+    "fn", "struct", "enum", "trait", "type", "mod", "const", "static",
+];
 
 #[test]
 fn names_that_were_given_up_stay_away() {
-    let mut counts: BTreeMap<&str, Vec<String>> =
-        GIVEN_UP.iter().chain(&ONE_OF_EACH).map(|name| (*name, Vec::new())).collect();
+    let mut counts: BTreeMap<&str, Vec<String>> = GIVEN_UP
+        .iter()
+        .chain(&ONE_OF_EACH)
+        .map(|name| (*name, Vec::new()))
+        .collect();
     let mut declared = 0;
     for path in sources() {
-        let place = path.strip_prefix(root()).expect("in it").display().to_string();
-        for part in Path::new(&place).with_extension("").iter().filter_map(|part| part.to_str()) {
+        let place = path
+            .strip_prefix(root())
+            .expect("in it")
+            .display()
+            .to_string();
+        for part in Path::new(&place)
+            .with_extension("")
+            .iter()
+            .filter_map(|part| part.to_str())
+        {
             if let Some(places) = counts.get_mut(part) {
                 places.push(place.clone());
             }
         }
         for (number, line) in read(&path).lines().enumerate() {
             let code = line.split("//").next().unwrap_or_default();
-            let words: Vec<&str> = code.split(|c: char| !c.is_alphanumeric() && c != '_').collect();
+            let words: Vec<&str> = code
+                .split(|c: char| !c.is_alphanumeric() && c != '_')
+                .collect();
             for pair in words.windows(2).filter(|pair| DECLARES.contains(&pair[0])) {
                 declared += 1;
                 if let Some(places) = counts.get_mut(pair[1]) {
@@ -81,7 +98,9 @@ fn names_that_were_given_up_stay_away() {
     for (name, places) in &counts {
         println!("{name}: {} {}", places.len(), places.join(" "));
     }
-    let too_many = |(name, places): &(&&str, &Vec<String>)| places.len() > usize::from(ONE_OF_EACH.contains(name));
+    let too_many = |(name, places): &(&&str, &Vec<String>)| {
+        places.len() > usize::from(ONE_OF_EACH.contains(name))
+    };
     let found: Vec<_> = counts.iter().filter(too_many).collect();
     assert!(found.is_empty(), "{found:?}");
 }
@@ -91,8 +110,15 @@ fn sources() -> Vec<PathBuf> {
     let mut folders = vec![root()];
     let mut files = Vec::new();
     while let Some(folder) = folders.pop() {
-        for entry in folder.read_dir().expect("a folder").map(|entry| entry.expect("an entry").path()) {
-            let name = entry.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+        for entry in folder
+            .read_dir()
+            .expect("a folder")
+            .map(|entry| entry.expect("an entry").path())
+        {
+            let name = entry
+                .file_name()
+                .and_then(|name| name.to_str())
+                .unwrap_or_default();
             if entry.is_dir() && name != "target" && !name.starts_with('.') {
                 folders.push(entry);
             } else if entry.extension().is_some_and(|extension| extension == "rs") {

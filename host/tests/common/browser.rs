@@ -34,12 +34,28 @@ pub fn command(profile: &Path, look: Look) -> Command {
     let mut command = Command::new(browser());
     command
         // The sandbox needs a user who is not root; what is opened is our own page.
-        .args(["--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--no-first-run"])
-        .args(["--disable-background-networking", "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"])
-        .args(["--enable-logging=stderr", "--log-level=0", "--force-device-scale-factor=1"])
+        .args([
+            "--headless=new",
+            "--no-sandbox",
+            "--disable-gpu",
+            "--disable-dev-shm-usage",
+            "--no-first-run",
+        ])
+        .args([
+            "--disable-background-networking",
+            "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",
+        ])
+        .args([
+            "--enable-logging=stderr",
+            "--log-level=0",
+            "--force-device-scale-factor=1",
+        ])
         .arg(format!("--user-data-dir={}", profile.display()))
         .arg(format!("--window-size={},{}", look.width, look.height))
-        .arg(format!("--blink-settings=preferredColorScheme={}", u8::from(!look.dark)));
+        .arg(format!(
+            "--blink-settings=preferredColorScheme={}",
+            u8::from(!look.dark)
+        ));
     command
 }
 
@@ -77,23 +93,47 @@ impl Browser {
             .spawn()
             .expect("a shell");
         // In the order in which the shell opens them.
-        let commands = File::options().write(true).open(commands).expect("the pipe");
+        let commands = File::options()
+            .write(true)
+            .open(commands)
+            .expect("the pipe");
         let answers = File::open(answers).expect("the pipe");
         let (to_us, heard) = channel();
         spawn(move || {
             for message in BufReader::new(answers).split(0).map_while(Result::ok) {
-                if to_us.send(serde_json::from_slice(&message).expect("JSON")).is_err() {
+                if to_us
+                    .send(serde_json::from_slice(&message).expect("JSON"))
+                    .is_err()
+                {
                     return;
                 }
             }
         });
         let (session, events) = (String::new(), Vec::new());
-        let mut browser = Self { child, commands, answers: heard, session, number: 0, events, folder };
+        let mut browser = Self {
+            child,
+            commands,
+            answers: heard,
+            session,
+            number: 0,
+            events,
+            folder,
+        };
         let targets = browser.call("Target.getTargets", json!({}));
         let infos = targets["targetInfos"].as_array().expect("pages");
-        let page = infos.iter().find(|info| info["type"] == "page").expect("a page")["targetId"].clone();
-        let attached = browser.call("Target.attachToTarget", json!({"targetId": page, "flatten": true}));
-        browser.session = attached["sessionId"].as_str().expect("a session").to_owned();
+        let page = infos
+            .iter()
+            .find(|info| info["type"] == "page")
+            .expect("a page")["targetId"]
+            .clone();
+        let attached = browser.call(
+            "Target.attachToTarget",
+            json!({"targetId": page, "flatten": true}),
+        );
+        browser.session = attached["sessionId"]
+            .as_str()
+            .expect("a session")
+            .to_owned();
         for domain in ["Page", "Runtime", "Log", "Network"] {
             browser.call(&format!("{domain}.enable"), json!({}));
         }
@@ -112,14 +152,19 @@ impl Browser {
         if !self.session.is_empty() && !method.starts_with("Browser.") {
             command["sessionId"] = self.session.clone().into();
         }
-        self.commands.write_all(format!("{command}\0").as_bytes()).expect("a browser: cargo xtask setup installs one");
+        self.commands
+            .write_all(format!("{command}\0").as_bytes())
+            .expect("a browser: cargo xtask setup installs one");
     }
 
     /// Calls a method and gives its result.
     pub fn call(&mut self, method: &str, parameters: Value) -> Value {
         self.tell(method, parameters);
         loop {
-            let message = self.answers.recv_timeout(PATIENCE).expect("the browser answers");
+            let message = self
+                .answers
+                .recv_timeout(PATIENCE)
+                .expect("the browser answers");
             if message["id"] == self.number {
                 assert!(message["error"].is_null(), "{method}: {message}");
                 return message["result"].clone();
@@ -130,7 +175,11 @@ impl Browser {
 
     /// From now on the page is looked at like this.
     pub fn look(&mut self, look: Look) {
-        let Look { width, height, dark } = look;
+        let Look {
+            width,
+            height,
+            dark,
+        } = look;
         let size = json!({"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 500});
         self.call("Emulation.setDeviceMetricsOverride", size);
         let scheme = if dark { "dark" } else { "light" };
@@ -146,7 +195,8 @@ impl Browser {
 
     /// Value of an expression in the page, awaited.
     pub fn value(&mut self, expression: &str) -> Value {
-        let parameters = json!({"expression": expression, "returnByValue": true, "awaitPromise": true});
+        let parameters =
+            json!({"expression": expression, "returnByValue": true, "awaitPromise": true});
         let found = self.call("Runtime.evaluate", parameters);
         assert!(found["exceptionDetails"].is_null(), "{expression}: {found}");
         found["result"]["value"].clone()
@@ -156,27 +206,49 @@ impl Browser {
     pub fn wait(&mut self, expression: &str) {
         let begun = Instant::now();
         while self.value(expression) != true {
-            assert!(begun.elapsed() < PATIENCE, "never: {expression}; {:?}", self.errors());
+            assert!(
+                begun.elapsed() < PATIENCE,
+                "never: {expression}; {:?}",
+                self.errors()
+            );
             sleep(Duration::from_millis(50));
         }
     }
 
     /// Messages in the console, and exceptions of scripts.
     pub fn errors(&self) -> Vec<String> {
-        let bad = ["Log.entryAdded", "Runtime.consoleAPICalled", "Runtime.exceptionThrown"];
+        let bad = [
+            "Log.entryAdded",
+            "Runtime.consoleAPICalled",
+            "Runtime.exceptionThrown",
+        ];
         let is_error = |event: &&Value| bad.iter().any(|method| event["method"] == *method);
-        self.events.iter().filter(is_error).map(Value::to_string).collect()
+        self.events
+            .iter()
+            .filter(is_error)
+            .map(Value::to_string)
+            .collect()
     }
 
     /// URLs that the page requested.
     pub fn requests(&self) -> Vec<String> {
-        let sent = self.events.iter().filter(|event| event["method"] == "Network.requestWillBeSent");
-        sent.map(|event| event["params"]["request"]["url"].as_str().unwrap_or_default().to_owned()).collect()
+        let sent = self
+            .events
+            .iter()
+            .filter(|event| event["method"] == "Network.requestWillBeSent");
+        sent.map(|event| {
+            event["params"]["request"]["url"]
+                .as_str()
+                .unwrap_or_default()
+                .to_owned()
+        })
+        .collect()
     }
 
     /// What a click on this element saves: its name, and its content when it is there whole.
     pub fn saved(&mut self, element: &str) -> (String, Vec<u8>) {
-        // By the mouse: what nobody has clicked on, a browser may keep from saving one file after the other.
+        // By the mouse: what nobody has clicked on, a browser may keep from saving one file after
+        // the other.
         let place = self.value(&format!(
             "(() => {{ const button = document.querySelector('{element}'); button.scrollIntoView({{ block: 'center' }}); \
              const {{ left, top, width, height }} = button.getBoundingClientRect(); \
@@ -192,11 +264,18 @@ impl Browser {
         let end = self.event("Browser.downloadProgress", ended);
         assert_eq!(end["state"], "completed", "{element}");
         let content = std::fs::read(self.folder.path().join("saved").join(guid)).expect("a file");
-        (began["suggestedFilename"].as_str().expect("a name").to_owned(), content)
+        (
+            began["suggestedFilename"]
+                .as_str()
+                .expect("a name")
+                .to_owned(),
+            content,
+        )
     }
 
-    /// What a click on this element would save: its name and its content, taken on the way to the disk. A browser may ask
-    /// somebody before it saves a second file, so only a first one is let through to there.
+    /// What a click on this element would save: its name and its content, taken on the way to the
+    /// disk. A browser may ask somebody before it saves a second file, so only a first one is let
+    /// through to there.
     pub fn offered(&mut self, element: &str) -> (String, Vec<u8>) {
         let taken = self.value(&format!(
             "(async () => {{ \
@@ -213,8 +292,15 @@ impl Browser {
                 return [name, [...new Uint8Array(await blob.arrayBuffer())]]; \
             }})()"
         ));
-        let bytes = taken[1].as_array().expect("bytes").iter().map(|byte| byte.as_u64().expect("a byte") as u8);
-        (taken[0].as_str().expect("a name").to_owned(), bytes.collect())
+        let bytes = taken[1]
+            .as_array()
+            .expect("bytes")
+            .iter()
+            .map(|byte| byte.as_u64().expect("a byte") as u8);
+        (
+            taken[0].as_str().expect("a name").to_owned(),
+            bytes.collect(),
+        )
     }
 
     /// Waits for an event, and takes it.
@@ -224,8 +310,10 @@ impl Browser {
             if let Some(at) = self.events.iter().position(is_it) {
                 return self.events.remove(at)["params"].take();
             }
-            let message =
-                self.answers.recv_timeout(PATIENCE).unwrap_or_else(|_| panic!("no {method}: {:?}", self.errors()));
+            let message = self
+                .answers
+                .recv_timeout(PATIENCE)
+                .unwrap_or_else(|_| panic!("no {method}: {:?}", self.errors()));
             self.events.push(message);
         }
     }

@@ -12,7 +12,10 @@ pub fn ridgetone() -> Command {
 
 /// Runs the command with arguments.
 pub fn run(arguments: &[&str]) -> Output {
-    ridgetone().args(arguments).output().expect("the command runs")
+    ridgetone()
+        .args(arguments)
+        .output()
+        .expect("the command runs")
 }
 
 /// What the command wrote to standard output.
@@ -28,7 +31,10 @@ pub fn stderr(output: &Output) -> String {
 /// Standard output as JSON objects, one a line; the command must have succeeded.
 pub fn json_lines(output: &Output) -> Vec<serde_json::Value> {
     assert!(output.status.success(), "{}", stderr(output));
-    stdout(output).lines().map(|line| serde_json::from_str(line).expect("JSON")).collect()
+    stdout(output)
+        .lines()
+        .map(|line| serde_json::from_str(line).expect("JSON"))
+        .collect()
 }
 
 /// The command failed with this status and printed one line of reason, which holds all of `parts`.
@@ -36,7 +42,10 @@ pub fn assert_one_line(output: &Output, status: i32, parts: &[&str]) {
     let printed = stderr(output);
     assert_eq!(output.status.code(), Some(status), "{printed}");
     assert_eq!(printed.lines().count(), 1, "{printed}");
-    assert!(printed.starts_with("ridgetone: ") && !printed.contains("thread 'main'"), "{printed}");
+    assert!(
+        printed.starts_with("ridgetone: ") && !printed.contains("thread 'main'"),
+        "{printed}"
+    );
     for part in parts {
         assert!(printed.contains(part), "{part:?} is not in {printed}");
     }
@@ -59,9 +68,16 @@ pub fn text(path: &Path) -> &str {
     path.to_str().expect("UTF-8")
 }
 
-/// A table of `channels` columns: a tone of `frequency_hz` with an overtone, a little noise, amplitudes and phases of
-/// their own, sampled at `rate_hz`. With `jitter_s` stamps are rounded down to that.
-pub fn tone(channels: usize, rows: usize, rate_hz: f64, frequency_hz: f64, jitter_s: f64) -> String {
+/// A table of `channels` columns: a tone of `frequency_hz` with an overtone, a little noise,
+/// amplitudes and phases of their own, sampled at `rate_hz`. With `jitter_s` stamps are rounded
+/// down to that.
+pub fn tone(
+    channels: usize,
+    rows: usize,
+    rate_hz: f64,
+    frequency_hz: f64,
+    jitter_s: f64,
+) -> String {
     let mut csv = String::from("time_s");
     for c in 0..channels {
         let _ = write!(csv, ",c{c}");
@@ -69,14 +85,20 @@ pub fn tone(channels: usize, rows: usize, rate_hz: f64, frequency_hz: f64, jitte
     let mut state = 1u32;
     for row in 0..rows {
         let t_s = row as f64 / rate_hz;
-        let stamp_s = if jitter_s > 0.0 { (t_s / jitter_s).floor() * jitter_s } else { t_s };
+        let stamp_s = if jitter_s > 0.0 {
+            (t_s / jitter_s).floor() * jitter_s
+        } else {
+            t_s
+        };
         let _ = write!(csv, "\n{stamp_s:.6}");
         for c in 0..channels {
             // Numerical Recipes' quick generator: what matters is that it is the same everywhere.
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             let noise = f64::from(state >> 8) / f64::from(1 << 24) - 0.5;
             let phase = std::f64::consts::TAU * frequency_hz * t_s + c as f64;
-            let value = 100.0 + 10.0 * c as f64 + (1.0 + 0.1 * c as f64) * (phase.cos() + 0.4 * (2.0 * phase).sin());
+            let value = 100.0
+                + 10.0 * c as f64
+                + (1.0 + 0.1 * c as f64) * (phase.cos() + 0.4 * (2.0 * phase).sin());
             let _ = write!(csv, ",{:.6}", value + 0.2 * noise);
         }
     }

@@ -14,7 +14,10 @@ pub struct RamFlash {
 
 impl Default for RamFlash {
     fn default() -> Self {
-        Self { bytes: Arc::new(Mutex::new(vec![0xff; 2048])), is_worn: false }
+        Self {
+            bytes: Arc::new(Mutex::new(vec![0xff; 2048])),
+            is_worn: false,
+        }
     }
 }
 

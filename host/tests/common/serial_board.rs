@@ -1,4 +1,5 @@
-//! A board at a pseudo-terminal: it greets, answers requests and sends frames at their time, as a real one does.
+//! A board at a pseudo-terminal: it greets, answers requests and sends frames at their time, as a
+//! real one does.
 #![allow(dead_code, reason = "every test file uses a part of it")]
 
 use ridgetone::scan::{CONVERSION_NS, FRAME_NS};
@@ -56,12 +57,24 @@ impl SerialBoard {
     pub fn waiting(rate_hz: f64) -> Self {
         let (end, name) = raw_end();
         let is_fast = rate_hz > f64::from(FRAME_RATE_HZ) + 1.0;
-        let frame_s = if is_fast { rate_hz.recip() } else { (FRAME_NS - CONVERSION_NS) as f64 * 1e-9 };
+        let frame_s = if is_fast {
+            rate_hz.recip()
+        } else {
+            (FRAME_NS - CONVERSION_NS) as f64 * 1e-9
+        };
         let shared = Arc::new(Shared::default());
-        let mut line =
-            BoardEnd { end, sequence: 0, byte_s: if is_fast { 0.0 } else { BYTE_S }, shared: Arc::clone(&shared) };
+        let mut line = BoardEnd {
+            end,
+            sequence: 0,
+            byte_s: if is_fast { 0.0 } else { BYTE_S },
+            shared: Arc::clone(&shared),
+        };
         std::thread::spawn(move || line.run(rate_hz, frame_s));
-        Self { name, frame_s, shared }
+        Self {
+            name,
+            frame_s,
+            shared,
+        }
     }
 
     /// UTC of the board's time 0, seconds.
@@ -90,13 +103,17 @@ impl SerialBoard {
 
 /// A board's end of a line, and the name that the other end is opened by.
 pub fn raw_end() -> (File, String) {
-    let end = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).expect("a terminal");
+    let end =
+        openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).expect("a terminal");
     grantpt(&end).expect("granted");
     unlockpt(&end).expect("unlocked");
     let mut modes = tcgetattr(&end).expect("modes");
     modes.make_raw();
     tcsetattr(&end, OptionalActions::Now, &modes).expect("raw");
-    let name = ptsname(&end, Vec::new()).expect("a name").into_string().expect("ASCII");
+    let name = ptsname(&end, Vec::new())
+        .expect("a name")
+        .into_string()
+        .expect("ASCII");
     (File::from(end), name)
 }
 
@@ -139,11 +156,29 @@ impl BoardEnd {
             let due = begun + Duration::from_secs_f64(t_s + frame_s);
             sleep(due.saturating_duration_since(Instant::now()));
             let t_us = (t_s * 1e6).round() as u64;
-            let codes = std::array::from_fn(|taxel| 2_000_000 + (number as i32 % 1000) * 100 + taxel as i32);
-            self.send(Event::Raw(Raw { t_us, number, present: u16::MAX, good: u16::MAX, codes }), due);
+            let codes = std::array::from_fn(|taxel| {
+                2_000_000 + (number as i32 % 1000) * 100 + taxel as i32
+            });
+            self.send(
+                Event::Raw(Raw {
+                    t_us,
+                    number,
+                    present: u16::MAX,
+                    good: u16::MAX,
+                    codes,
+                }),
+                due,
+            );
             self.shared.frames.fetch_add(1, Relaxed);
             if number % rate_hz as u32 == 0 {
-                self.send(Event::Health(Health { t_us, frames: number, ..Health::default() }), due);
+                self.send(
+                    Event::Health(Health {
+                        t_us,
+                        frames: number,
+                        ..Health::default()
+                    }),
+                    due,
+                );
             }
             self.answer(&requests);
         }
@@ -154,7 +189,10 @@ impl BoardEnd {
         let mut wants = false;
         while let Ok(Request { number, command }) = requests.try_recv() {
             wants |= matches!(command, Command::Raw { .. });
-            self.send(Event::Reply(Reply::new(number, Outcome::Done)), Instant::now());
+            self.send(
+                Event::Reply(Reply::new(number, Outcome::Done)),
+                Instant::now(),
+            );
         }
         wants
     }
@@ -162,12 +200,21 @@ impl BoardEnd {
     /// Sends a packet that is due; it has arrived when its last byte is through.
     fn send(&mut self, event: Event, due: Instant) {
         let mut wire = [0; WIRE_MAX];
-        let used = encode(&Packet { sequence: self.sequence, event }, &mut wire).expect("it fits");
+        let used = encode(
+            &Packet {
+                sequence: self.sequence,
+                event,
+            },
+            &mut wire,
+        )
+        .expect("it fits");
         self.sequence = self.sequence.wrapping_add(1);
         sleep(Duration::from_secs_f64(self.byte_s * used as f64));
         // Nobody may have opened the line yet, or any more.
         let _ = self.end.write_all(&wire[..used]);
-        self.shared.late_us.fetch_max(due.elapsed().as_micros() as u64, Relaxed);
+        self.shared
+            .late_us
+            .fetch_max(due.elapsed().as_micros() as u64, Relaxed);
     }
 }
 
@@ -184,9 +231,12 @@ fn requests(mut end: File) -> Receiver<Request> {
             };
             for byte in &bytes[..count] {
                 if inbox.push(*byte) == Pushed::Whole
-                    && let Some(request) = inbox.take().and_then(|mut frame| framing::decode(&mut frame))
+                    && let Some(request) = inbox
+                        .take()
+                        .and_then(|mut frame| framing::decode(&mut frame))
                 {
-                    // A board that has ended answers nothing, but its line stays: what is on it can still be read.
+                    // A board that has ended answers nothing, but its line stays: what is on it can
+                    // still be read.
                     let _ = found.send(request);
                 }
             }

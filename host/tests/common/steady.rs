@@ -22,8 +22,8 @@ const OFF: f64 = 0.002;
 /// Bytes by which the memory of this process may grow: what the allocator keeps in reserve.
 const GROWTH_BYTES: u64 = 4 << 20;
 
-/// How much deeper the stack may get after two touches, bytes: the tasks above the fit may meet it at its deepest
-/// later only, each with a frame of up to 104 bytes and what it takes itself.
+/// How much deeper the stack may get after two touches, bytes: the tasks above the fit may meet it
+/// at its deepest later only, each with a frame of up to 104 bytes and what it takes itself.
 const STACK_GROWTH_BYTES: u32 = 2048;
 
 /// Counts and extremes of the events.
@@ -43,23 +43,31 @@ struct Seen {
     resident: Option<(u64, u64)>,
 }
 
-/// Runs touches for `end_s` seconds of virtual time and checks all of them; `alone` in its process also that this does not
-/// grow.
+/// Runs touches for `end_s` seconds of virtual time and checks all of them; `alone` in its process
+/// also that this does not grow.
 pub fn run(end_s: f64, alone: bool) {
     let elf = emulator::image::find().expect("an image");
     let scene = SlidingScene::new(Sliding::default()).expect("a scene");
     let truth = scene.truth();
     assert!(truth.end_s < EVERY_S);
     let input = Opened {
-        scene: Box::new(Again { scene, every_s: EVERY_S, end_s }),
-        options: Options { power_up_cycles: ads1258::POWER_UP_TICKS.into(), ..Options::default() },
+        scene: Box::new(Again {
+            scene,
+            every_s: EVERY_S,
+            end_s,
+        }),
+        options: Options {
+            power_up_cycles: ads1258::POWER_UP_TICKS.into(),
+            ..Options::default()
+        },
         end_s,
         truth: None,
         warning: None,
         guessed: None,
         uncertainty: Default::default(),
     };
-    // When the scene began is not known before the run is over: its times are compared then, by their extremes.
+    // When the scene began is not known before the run is over: its times are compared then, by
+    // their extremes.
     let [mut contact_off, mut start_off, mut end_off] = [Spread::default(); 3];
     let mut seen = Seen::default();
     let mut sink = |packet: &Packet| {
@@ -91,32 +99,70 @@ pub fn run(end_s: f64, alone: bool) {
         Ok(())
     };
     let (begun, mut progress) = (Instant::now(), Progress::default());
-    let outcome = emulator::run(input, emulator::Options::new(&elf), &mut sink, &mut |done_s, all_s| {
-        progress.show(format_args!("{done_s:.1} of {all_s:.1} s"))
-    });
+    let outcome = emulator::run(
+        input,
+        emulator::Options::new(&elf),
+        &mut sink,
+        &mut |done_s, all_s| progress.show(format_args!("{done_s:.1} of {all_s:.1} s")),
+    );
     progress.end();
     let outcome = outcome.expect("a run");
-    println!("{end_s} s of virtual time in {:.1} s of wall time", begun.elapsed().as_secs_f64());
+    println!(
+        "{end_s} s of virtual time in {:.1} s of wall time",
+        begun.elapsed().as_secs_f64()
+    );
 
     // One greeting at the start and one after ten healths each: no second start.
-    assert_eq!(seen.hellos, 1 + seen.healths / 10, "a restart would greet once more");
+    assert_eq!(
+        seen.hellos,
+        1 + seen.healths / 10,
+        "a restart would greet once more"
+    );
     let touches = (end_s / EVERY_S).floor() as u64;
     let found = [seen.contacts, seen.slides, seen.estimates, seen.releases];
-    assert_eq!(found, [touches; 4], "contacts, slides, estimates of them and releases");
-    assert_eq!((outcome.counts.missing, outcome.counts.damaged, outcome.chip.lost), (0, 0, 0));
+    assert_eq!(
+        found, [touches; 4],
+        "contacts, slides, estimates of them and releases"
+    );
+    assert_eq!(
+        (
+            outcome.counts.missing,
+            outcome.counts.damaged,
+            outcome.chip.lost
+        ),
+        (0, 0, 0)
+    );
 
     // Device time begins with the first result, the scene when START rises.
     let zero_s = (outcome.first_edge_us - outcome.start_us) as f64 / 1e6;
-    for (what, spread) in [("contacts", contact_off), ("starts of slides", start_off), ("ends of slides", end_off)] {
-        println!("{what}: off by {:.6} to {:.6} s", spread.least_s + zero_s, spread.most_s + zero_s);
-        assert!(spread.least_s + zero_s > -OFF_S && spread.most_s + zero_s < OFF_S, "{what}: {spread:?}");
+    for (what, spread) in [
+        ("contacts", contact_off),
+        ("starts of slides", start_off),
+        ("ends of slides", end_off),
+    ] {
+        println!(
+            "{what}: off by {:.6} to {:.6} s",
+            spread.least_s + zero_s,
+            spread.most_s + zero_s
+        );
+        assert!(
+            spread.least_s + zero_s > -OFF_S && spread.most_s + zero_s < OFF_S,
+            "{what}: {spread:?}"
+        );
     }
 
     let (first, last) = (seen.first.expect("health"), seen.last.expect("health"));
-    println!("first and last health:\n{first:?}\n{last:?}\n{}", outcome.messages);
+    println!(
+        "first and last health:\n{first:?}\n{last:?}\n{}",
+        outcome.messages
+    );
     // One a second, and one at the end.
     let seconds = u64::from(last.frames) / FRAME_RATE_HZ as u64;
-    assert!(seen.healths.abs_diff(seconds + 1) <= 1, "{} healths in {seconds} s", seen.healths);
+    assert!(
+        seen.healths.abs_diff(seconds + 1) <= 1,
+        "{} healths in {seconds} s",
+        seen.healths
+    );
     let quiet = |health: &Health| {
         let lost = health.conversions_lost + health.conversions_doubtful;
         lost + health.hops_skipped + health.messages_dropped + health.chip_restarts
@@ -124,20 +170,40 @@ pub fn run(end_s: f64, alone: bool) {
     assert_eq!(quiet(&last), 0, "{last:?}");
     // Measured since the start, so within a microsecond of both ends.
     let rate_hz = f64::from(SCAN.clock_hz) / f64::from(SCAN.frame_ticks());
-    assert!((f64::from(last.frame_rate_hz) / rate_hz - 1.0).abs() < 2.0 / last.t_us as f64 + 1e-6, "{last:?}");
+    assert!(
+        (f64::from(last.frame_rate_hz) / rate_hz - 1.0).abs() < 2.0 / last.t_us as f64 + 1e-6,
+        "{last:?}"
+    );
     // After two touches nothing goes much deeper.
     let after_two = seen.after_two.expect("two touches").stack_used_bytes;
-    println!("stack: {after_two} bytes after two touches, {} at last, of {}", last.stack_used_bytes, last.stack_bytes);
-    assert!(last.stack_used_bytes.abs_diff(after_two) < STACK_GROWTH_BYTES, "{after_two} bytes, then {last:?}");
-    // The end of the time stamps beside the chip's own count of results: conversions after the last health are not in it.
+    println!(
+        "stack: {after_two} bytes after two touches, {} at last, of {}",
+        last.stack_used_bytes, last.stack_bytes
+    );
+    assert!(
+        last.stack_used_bytes.abs_diff(after_two) < STACK_GROWTH_BYTES,
+        "{after_two} bytes, then {last:?}"
+    );
+    // The end of the time stamps beside the chip's own count of results: conversions after the last
+    // health are not in it.
     let reported_s = last.t_us as f64 / 1e6;
-    let served_s = outcome.conversions_served as f64 * f64::from(SCAN.conversion_ticks()) / f64::from(SCAN.clock_hz);
-    assert!((0.0..1.1).contains(&(served_s - reported_s)), "{reported_s} s reported, {served_s} s of conversions read");
+    let served_s = outcome.conversions_served as f64 * f64::from(SCAN.conversion_ticks())
+        / f64::from(SCAN.clock_hz);
+    assert!(
+        (0.0..1.1).contains(&(served_s - reported_s)),
+        "{reported_s} s reported, {served_s} s of conversions read"
+    );
     let board_us = outcome.end_us - outcome.first_edge_us;
-    assert!(board_us.abs_diff((served_s * 1e6) as u64) < 20_000, "{board_us} us, {served_s} s");
+    assert!(
+        board_us.abs_diff((served_s * 1e6) as u64) < 20_000,
+        "{board_us} us, {served_s} s"
+    );
     if let Some((from, to)) = seen.resident.filter(|_| alone) {
         println!("resident memory of this process: {from} bytes at first, {to} at last");
-        assert!(to.saturating_sub(from) < GROWTH_BYTES, "{from} to {to} bytes");
+        assert!(
+            to.saturating_sub(from) < GROWTH_BYTES,
+            "{from} to {to} bytes"
+        );
     }
 }
 
@@ -146,13 +212,24 @@ impl Seen {
         self.healths += 1;
         self.first.get_or_insert(health);
         self.last = Some(health);
-        // The latest conversion's time is a whole number of the chip's periods after the first, by exact arithmetic.
-        let (ticks, clock_hz) = (u128::from(SCAN.conversion_ticks()), u128::from(SCAN.clock_hz));
+        // The latest conversion's time is a whole number of the chip's periods after the first, by
+        // exact arithmetic.
+        let (ticks, clock_hz) = (
+            u128::from(SCAN.conversion_ticks()),
+            u128::from(SCAN.clock_hz),
+        );
         let number = (u128::from(health.t_us) * clock_hz + ticks * 500_000) / (ticks * 1_000_000);
         let exact_us = number * ticks * 1_000_000 / clock_hz;
-        assert!(exact_us.abs_diff(health.t_us.into()) <= 1, "{health:?} is not the time of conversion {number}");
+        assert!(
+            exact_us.abs_diff(health.t_us.into()) <= 1,
+            "{health:?} is not the time of conversion {number}"
+        );
         // Whole scans: the last health comes in the middle of one.
-        assert_eq!((number + 1) / SCAN.slots() as u128, health.frames.into(), "{health:?}");
+        assert_eq!(
+            (number + 1) / SCAN.slots() as u128,
+            health.frames.into(),
+            "{health:?}"
+        );
         if (health.t_us as f64) < 2e6 * EVERY_S {
             return;
         }
@@ -172,7 +249,10 @@ struct Spread {
 
 impl Default for Spread {
     fn default() -> Self {
-        Self { least_s: f64::INFINITY, most_s: f64::NEG_INFINITY }
+        Self {
+            least_s: f64::INFINITY,
+            most_s: f64::NEG_INFINITY,
+        }
     }
 }
 

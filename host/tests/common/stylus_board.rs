@@ -1,4 +1,5 @@
-//! A stylus at a pseudo-terminal: what its image binds to interrupts runs here in real time, with a hand that moves.
+//! A stylus at a pseudo-terminal: what its image binds to interrupts runs here in real time, with a
+//! hand that moves.
 #![allow(dead_code, reason = "every test file uses a part of it")]
 
 use super::serial_board::raw_end;
@@ -112,8 +113,16 @@ impl Running {
     }
 
     fn requests(&mut self) -> Vec<Packet> {
-        let Self { sampler, reports, inbox, outbox, shared, liveness } = self;
-        let (mut sampler, mut inbox, mut outbox) = (Exclusive(sampler), Exclusive(inbox), Exclusive(outbox));
+        let Self {
+            sampler,
+            reports,
+            inbox,
+            outbox,
+            shared,
+            liveness,
+        } = self;
+        let (mut sampler, mut inbox, mut outbox) =
+            (Exclusive(sampler), Exclusive(inbox), Exclusive(outbox));
         reports.run(&mut sampler, &mut inbox, &mut outbox, shared, liveness);
         std::iter::from_fn(|| outbox.0.take()).collect()
     }
@@ -157,7 +166,11 @@ fn run(end: &File, counts: fn(f64) -> i64, inner: &Inner) {
         while f64::from(samples) * 1e-6 * f64::from(SAMPLE_US) < begun.elapsed().as_secs_f64() {
             samples += 1;
             let t_s = f64::from(samples) * 1e-6 * f64::from(SAMPLE_US);
-            let code = board.sampler.next(samples.wrapping_mul(SAMPLE_US), 0, (counts(t_s) - zero) as u16);
+            let code = board.sampler.next(
+                samples.wrapping_mul(SAMPLE_US),
+                0,
+                (counts(t_s) - zero) as u16,
+            );
             let is_due = board.sampler.written(false);
             {
                 let mut trace = inner.trace.lock().expect("a trace");
@@ -176,7 +189,12 @@ fn run(end: &File, counts: fn(f64) -> i64, inner: &Inner) {
 fn send(mut end: &File, packets: Vec<Packet>, inner: &Inner) {
     for packet in packets {
         if let Event::Hello(hello) = &packet.event.0 {
-            inner.trace.lock().expect("a trace").parameters.push(hello.parameters);
+            inner
+                .trace
+                .lock()
+                .expect("a trace")
+                .parameters
+                .push(hello.parameters);
         }
         let mut wire = [0; WIRE_MAX];
         let used = Mark::<Event>::encode(&packet, &mut wire).expect("it fits");

@@ -24,20 +24,40 @@ pub struct Terminal {
 impl Terminal {
     /// A new one of `columns` columns and `rows` rows.
     pub fn new(columns: u16, rows: u16) -> Self {
-        let end = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).expect("a terminal");
+        let end = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)
+            .expect("a terminal");
         grantpt(&end).expect("granted");
         unlockpt(&end).expect("unlocked");
-        let size = Winsize { ws_col: columns, ws_row: rows, ws_xpixel: 0, ws_ypixel: 0 };
+        let size = Winsize {
+            ws_col: columns,
+            ws_row: rows,
+            ws_xpixel: 0,
+            ws_ypixel: 0,
+        };
         tcsetwinsize(&end, size).expect("a size");
-        let name = ptsname(&end, Vec::new()).expect("a name").into_string().expect("ASCII");
+        let name = ptsname(&end, Vec::new())
+            .expect("a name")
+            .into_string()
+            .expect("ASCII");
         let some = |size| NonZero::new(size).expect("a size");
         let screen = vt100::Parser::new(some(rows), some(columns), 0);
-        Self { end: end.into(), name, received: Vec::new(), screen }
+        Self {
+            end: end.into(),
+            name,
+            received: Vec::new(),
+            screen,
+        }
     }
 
     /// The other end, for a child.
     pub fn other_end(&self) -> File {
-        open(self.name.as_str(), OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC, Mode::empty()).expect("an end").into()
+        open(
+            self.name.as_str(),
+            OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC,
+            Mode::empty(),
+        )
+        .expect("an end")
+        .into()
     }
 
     /// Our end as a file.
@@ -54,7 +74,11 @@ impl Terminal {
     pub fn read_until(&mut self, part: &str) {
         let begun = Instant::now();
         while !self.shows(part) {
-            assert!(begun.elapsed() < PATIENCE, "{part:?} does not come:\n{}", self.screen.screen().contents());
+            assert!(
+                begun.elapsed() < PATIENCE,
+                "{part:?} does not come:\n{}",
+                self.screen.screen().contents()
+            );
             self.read();
         }
     }

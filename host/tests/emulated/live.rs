@@ -6,19 +6,53 @@ use crate::common::{directory, json_lines, run, stderr, stdout, text};
 #[ignore = "needs the emulator: cargo xtask test"]
 fn the_emulated_board_is_recorded_with_raw_frames_from_which_the_library_gets_the_same_tone() {
     let folder = directory();
-    let (recording, frames) = (folder.path().join("touch.rec"), folder.path().join("frames.csv"));
-    let recorded = run(&["record", "--emulated", "--period", "3.6", "--raw", "-o", text(&recording)]);
+    let (recording, frames) = (
+        folder.path().join("touch.rec"),
+        folder.path().join("frames.csv"),
+    );
+    let recorded = run(&[
+        "record",
+        "--emulated",
+        "--period",
+        "3.6",
+        "--raw",
+        "-o",
+        text(&recording),
+    ]);
     assert!(recorded.status.success(), "{}", stderr(&recorded));
-    assert!(stderr(&recorded).contains("0 lost, 0 damaged"), "{}", stderr(&recorded));
+    assert!(
+        stderr(&recorded).contains("0 lost, 0 damaged"),
+        "{}",
+        stderr(&recorded)
+    );
     let events = json_lines(&run(&["replay", text(&recording), "--json"]));
     let tone = |lines: &[serde_json::Value]| {
-        let whole = lines.iter().find(|line| line["span"] == "slide").expect("an estimate of the slide");
+        let whole = lines
+            .iter()
+            .find(|line| line["span"] == "slide")
+            .expect("an estimate of the slide");
         whole["frequency_hz"].as_f64().expect("a tone")
     };
-    let numbers: Vec<u64> =
-        events.iter().filter(|line| line["type"] == "raw").filter_map(|line| line["number"].as_u64()).collect();
-    assert!(numbers.len() > 1000 && numbers.windows(2).all(|pair| pair[1] == pair[0] + 1), "{}", numbers.len());
-    let output = run(&["export", text(&recording), "--format", "csv", "--table", "frames", "-o", text(&frames)]);
+    let numbers: Vec<u64> = events
+        .iter()
+        .filter(|line| line["type"] == "raw")
+        .filter_map(|line| line["number"].as_u64())
+        .collect();
+    assert!(
+        numbers.len() > 1000 && numbers.windows(2).all(|pair| pair[1] == pair[0] + 1),
+        "{}",
+        numbers.len()
+    );
+    let output = run(&[
+        "export",
+        text(&recording),
+        "--format",
+        "csv",
+        "--table",
+        "frames",
+        "-o",
+        text(&frames),
+    ]);
     assert!(output.status.success(), "{}", stderr(&output));
     let again = json_lines(&run(&["replay", text(&frames), "--noise", "off", "--json"]));
     // The paper's 30 mm/s over 3.6 mm, on the board and from its frames.
@@ -34,25 +68,57 @@ fn the_emulated_board_reports_its_settings_takes_others_and_refuses_what_is_out_
     let found = run(&["settings", "get", "--emulated"]);
     assert!(found.status.success(), "{}", stderr(&found));
     let file = crate::common::file(folder.path(), "finger.toml", &stdout(&found));
-    assert_eq!(ridgetone_host::settings_form::load(&file).expect("settings"), Default::default());
+    assert_eq!(
+        ridgetone_host::settings_form::load(&file).expect("settings"),
+        Default::default()
+    );
     let set = run(&["settings", "set", "--emulated", "window_s=0.5", "--keep"]);
-    assert!(set.status.success() && stderr(&set).contains("in force and stored"), "{}", stderr(&set));
+    assert!(
+        set.status.success() && stderr(&set).contains("in force and stored"),
+        "{}",
+        stderr(&set)
+    );
     let file = crate::common::file(folder.path(), "short.toml", "window_s = 0.5\nhop_s = 0.5\n");
-    let lines = run(&["monitor", "--emulated", "--once", "--json", "--settings", text(&file)]);
+    let lines = run(&[
+        "monitor",
+        "--emulated",
+        "--once",
+        "--json",
+        "--settings",
+        text(&file),
+    ]);
     let lines = json_lines(&lines);
-    let windows: Vec<f64> =
-        lines.iter().filter(|line| line["span"] == "window").filter_map(|line| line["window_s"].as_f64()).collect();
-    assert!(windows.len() >= 3 && windows.iter().all(|window_s| (window_s - 0.5).abs() < 0.01), "{windows:?}");
+    let windows: Vec<f64> = lines
+        .iter()
+        .filter(|line| line["span"] == "window")
+        .filter_map(|line| line["window_s"].as_f64())
+        .collect();
+    assert!(
+        windows.len() >= 3 && windows.iter().all(|window_s| (window_s - 0.5).abs() < 0.01),
+        "{windows:?}"
+    );
 }
 
-/// The chip's firmware with settings of a file says of the default scene what the library says on the PC.
+/// The chip's firmware with settings of a file says of the default scene what the library says on
+/// the PC.
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn an_emulated_run_takes_a_file_of_settings_as_a_replay_does() {
     let folder = directory();
-    let file = crate::common::file(folder.path(), "short.toml", "window_s = 0.5\nharmonics = 2\n");
+    let file = crate::common::file(
+        folder.path(),
+        "short.toml",
+        "window_s = 0.5\nharmonics = 2\n",
+    );
     let estimates = |command: &str| {
-        let output = run(&[command, "--json", "--settings", text(&file), "--hop", "0.125"]);
+        let output = run(&[
+            command,
+            "--json",
+            "--settings",
+            text(&file),
+            "--hop",
+            "0.125",
+        ]);
         assert!(output.status.success(), "{}", stderr(&output));
         let mut lines = json_lines(&output);
         lines.retain_mut(|line| {
@@ -66,7 +132,11 @@ fn an_emulated_run_takes_a_file_of_settings_as_a_replay_does() {
     assert!(found.len() > 10, "{}", found.len());
     assert_eq!(found, estimates("replay"));
     let demo = run(&["demo", "--settings", text(&file)]);
-    assert!(demo.status.success() && stdout(&demo).contains("4.16"), "{}", stderr(&demo));
+    assert!(
+        demo.status.success() && stdout(&demo).contains("4.16"),
+        "{}",
+        stderr(&demo)
+    );
 }
 
 #[test]
@@ -74,11 +144,22 @@ fn an_emulated_run_takes_a_file_of_settings_as_a_replay_does() {
 fn the_emulated_board_obeys_commands() {
     let folder = directory();
     let speed = crate::common::file(folder.path(), "speed.csv", "time_s,speed_mm_s\n0,30\n");
-    for request in [&["start"][..], &["stop"], &["restart"], &["unfollow"], &["follow", text(&speed)]] {
+    for request in [
+        &["start"][..],
+        &["stop"],
+        &["restart"],
+        &["unfollow"],
+        &["follow", text(&speed)],
+    ] {
         let done = run(&[&["command"], request, &["--emulated"]].concat());
-        assert!(done.status.success() && stderr(&done).contains("emulated board: "), "{request:?}: {}", stderr(&done));
+        assert!(
+            done.status.success() && stderr(&done).contains("emulated board: "),
+            "{request:?}: {}",
+            stderr(&done)
+        );
     }
-    let backwards = crate::common::file(folder.path(), "back.csv", "time_s,speed_mm_s\n1,30\n1,20\n");
+    let backwards =
+        crate::common::file(folder.path(), "back.csv", "time_s,speed_mm_s\n1,30\n1,20\n");
     let refused = run(&["command", "follow", text(&backwards), "--emulated"]);
     crate::common::assert_one_line(&refused, 1, &["back.csv", "does not increase"]);
 }
@@ -89,14 +170,35 @@ fn the_emulated_board_obeys_commands() {
 fn the_emulated_board_passes_its_check() {
     let folder = directory();
     let report = folder.path().join("check.json");
-    let lines = json_lines(&run(&["check", "--emulated", "--for", "5", "--json", "-o", text(&report)]));
+    let lines = json_lines(&run(&[
+        "check",
+        "--emulated",
+        "--for",
+        "5",
+        "--json",
+        "-o",
+        text(&report),
+    ]));
     let (summary, checks) = lines.split_last().expect("lines");
     let verdicts = |verdict: &str| -> Vec<&str> {
-        checks.iter().filter(|check| check["verdict"] == verdict).filter_map(|check| check["name"].as_str()).collect()
+        checks
+            .iter()
+            .filter(|check| check["verdict"] == verdict)
+            .filter_map(|check| check["name"].as_str())
+            .collect()
     };
-    assert_eq!(verdicts("skipped"), ["reset", "brown_out", "oscillator", "noise"], "{checks:?}");
-    assert_eq!((verdicts("pass").len(), &summary["verdict"]), (checks.len() - 4, &"pass".into()), "{checks:?}");
-    let whole: serde_json::Value = serde_json::from_slice(&std::fs::read(&report).expect("a report")).expect("JSON");
+    assert_eq!(
+        verdicts("skipped"),
+        ["reset", "brown_out", "oscillator", "noise"],
+        "{checks:?}"
+    );
+    assert_eq!(
+        (verdicts("pass").len(), &summary["verdict"]),
+        (checks.len() - 4, &"pass".into()),
+        "{checks:?}"
+    );
+    let whole: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(&report).expect("a report")).expect("JSON");
     assert_eq!(&whole["summary"], summary);
     let again = run(&["check", "--emulated", "-o", text(&report)]);
     crate::common::assert_one_line(&again, 1, &["exists"]);

@@ -1,4 +1,5 @@
-//! A robot's odometry over the emulated board's line: as the library on this PC gets it, bit for bit.
+//! A robot's odometry over the emulated board's line: as the library on this PC gets it, bit for
+//! bit.
 
 use super::by_kind;
 use hal_mock::{Hand, Sliding, SlidingScene};
@@ -11,19 +12,26 @@ use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Abscissa, Event, Health, Packet, Span, Status};
 use std::f64::consts::TAU;
 
-const HAND: Hand = Hand { peak_mm_s: 60.0, swing_hz: 0.8, swings: 4.0 };
+const HAND: Hand = Hand {
+    peak_mm_s: 60.0,
+    swing_hz: 0.8,
+    swings: 4.0,
+};
 const PERIOD_MM: f64 = 2.6;
 /// The robot's clock against the board's.
 const SKEW: f64 = 200e-6;
 
-/// Messages of a hand that begins at `start_s`, 250 a second, and how many were lost, doubled and damaged.
+/// Messages of a hand that begins at `start_s`, 250 a second, and how many were lost, doubled and
+/// damaged.
 fn messages(start_s: f64, end_s: f64) -> (Stream, [u32; 4]) {
     let (mut stream, mut did) = (Stream::new(), [0; 4]);
     for number in 0..((end_s - 0.1) * 250.0) as usize {
         let t_s = 0.03 + number as f64 * 0.004;
         let since_s = (t_s - start_s).clamp(0.0, HAND.swings / HAND.swing_hz);
-        let mm = HAND.peak_mm_s / (TAU * HAND.swing_hz) * (1.0 - (TAU * HAND.swing_hz * since_s).cos());
-        let mut frame = message(number, 4290.0 + t_s * (1.0 + SKEW), mm, true).encode()[..FRAME_BYTES].to_vec();
+        let mm =
+            HAND.peak_mm_s / (TAU * HAND.swing_hz) * (1.0 - (TAU * HAND.swing_hz * since_s).cos());
+        let mut frame =
+            message(number, 4290.0 + t_s * (1.0 + SKEW), mm, true).encode()[..FRAME_BYTES].to_vec();
         // Not in step with anything.
         let at_us = (t_s * 1e6) as u64 + 300 + (number as u64 * 7919 % 1000);
         match number % 40 {
@@ -52,22 +60,49 @@ fn messages(start_s: f64, end_s: f64) -> (Stream, [u32; 4]) {
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn windows_by_place_are_those_of_the_pc_bit_for_bit() {
-    let scene = Sliding { period_mm: PERIOD_MM, hand: Some(HAND), ..Sliding::default() };
+    let scene = Sliding {
+        period_mm: PERIOD_MM,
+        hand: Some(HAND),
+        ..Sliding::default()
+    };
     let truth = SlidingScene::new(scene.clone()).expect("a scene").truth();
     let (stream, [arrived, lost, doubled, damaged]) = messages(truth.slide_start_s, truth.end_s);
-    let input = Input { source: Source::Scene(scene), ..Input::default() };
+    let input = Input {
+        source: Source::Scene(scene),
+        ..Input::default()
+    };
     let elf = emulator::image::find().expect("an image");
-    let options = Options { odometry: &stream, ..Options::new(&elf) };
+    let options = Options {
+        odometry: &stream,
+        ..Options::new(&elf)
+    };
     let mut packets = Vec::new();
     let mut sink = |packet: &Packet| {
         packets.push(packet.clone());
         Ok(())
     };
-    let outcome = emulator::run(input.open().expect("an input"), options, &mut sink, &mut |_, _| {}).expect("a run");
-    assert_eq!((outcome.counts.missing, outcome.counts.damaged, outcome.chip.lost), (0, 0, 0));
+    let outcome = emulator::run(
+        input.open().expect("an input"),
+        options,
+        &mut sink,
+        &mut |_, _| {},
+    )
+    .expect("a run");
+    assert_eq!(
+        (
+            outcome.counts.missing,
+            outcome.counts.damaged,
+            outcome.chip.lost
+        ),
+        (0, 0, 0)
+    );
     assert_eq!(outcome.heard.len(), stream.len());
     assert!(
-        outcome.heard.iter().zip(&stream).all(|(heard, sent)| heard.1 == sent.1 && heard.0.abs_diff(sent.0) < 1000)
+        outcome
+            .heard
+            .iter()
+            .zip(&stream)
+            .all(|(heard, sent)| heard.1 == sent.1 && heard.0.abs_diff(sent.0) < 1000)
     );
 
     let mut on_pc = Vec::new();
@@ -76,7 +111,14 @@ fn windows_by_place_are_those_of_the_pc_bit_for_bit() {
         Ok(())
     };
     let input = input.open().expect("an input");
-    replay::run_streamed(input, Settings::DEFAULT, outcome.heard.clone(), &mut sink, &mut |_, _| {}).expect("a replay");
+    replay::run_streamed(
+        input,
+        Settings::DEFAULT,
+        outcome.heard.clone(),
+        &mut sink,
+        &mut |_, _| {},
+    )
+    .expect("a replay");
     for (board, pc) in by_kind(&packets).iter().zip(&by_kind(&on_pc)) {
         assert_eq!(board, pc);
     }
@@ -87,19 +129,40 @@ fn windows_by_place_are_those_of_the_pc_bit_for_bit() {
     });
     let health: Health = health.expect("health");
     let counts = health.odometry;
-    println!("{counts:?}; stack {} of {} bytes", health.stack_used_bytes, health.stack_bytes);
+    println!(
+        "{counts:?}; stack {} of {} bytes",
+        health.stack_used_bytes, health.stack_bytes
+    );
     assert_eq!(counts.received, arrived + doubled - damaged);
-    assert_eq!((counts.lost, counts.doubled, counts.windows_by_time), (lost + damaged, doubled, 0));
-    assert_eq!((health.requests_damaged, health.hops_skipped, health.conversions_lost), (damaged, 0, 0));
-    assert!(health.stack_used_bytes + 1024 <= health.stack_bytes, "{health:?}");
+    assert_eq!(
+        (counts.lost, counts.doubled, counts.windows_by_time),
+        (lost + damaged, doubled, 0)
+    );
+    assert_eq!(
+        (
+            health.requests_damaged,
+            health.hops_skipped,
+            health.conversions_lost
+        ),
+        (damaged, 0, 0)
+    );
+    assert!(
+        health.stack_used_bytes + 1024 <= health.stack_bytes,
+        "{health:?}"
+    );
     let (mut windows, mut good) = (0, 0);
     for packet in &packets {
-        let Event::Estimate(one) = &packet.event else { continue };
+        let Event::Estimate(one) = &packet.event else {
+            continue;
+        };
         assert_eq!(one.abscissa, Abscissa::Place, "{one:?}");
         windows += u32::from(one.span == Span::Window);
         if one.status == Status::Good {
             good += 1;
-            assert!((1.0 / (f64::from(one.frequency) * PERIOD_MM) - 1.0).abs() < 0.005, "{one:?}");
+            assert!(
+                (1.0 / (f64::from(one.frequency) * PERIOD_MM) - 1.0).abs() < 0.005,
+                "{one:?}"
+            );
         }
     }
     assert!(windows > 12 && 2 * good > windows, "{good} of {windows}");

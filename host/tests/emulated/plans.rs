@@ -13,8 +13,16 @@ use ridgetone_proto::telemetry::{Event, Health, Packet, Span, Status};
 fn scene(plan: &Plan) -> Sliding {
     match *plan {
         Plan::PAPER => Sliding::default(),
-        Plan::HAND => Sliding { speed_mm_s: 200.0, period_mm: 1.0, ..Sliding::default() },
-        _ => Sliding { speed_mm_s: 200.0, period_mm: 0.5, ..Sliding::default() },
+        Plan::HAND => Sliding {
+            speed_mm_s: 200.0,
+            period_mm: 1.0,
+            ..Sliding::default()
+        },
+        _ => Sliding {
+            speed_mm_s: 200.0,
+            period_mm: 0.5,
+            ..Sliding::default()
+        },
     }
 }
 
@@ -34,11 +42,30 @@ fn run(name: &str, plan: Plan, input: Opened) -> Vec<Packet> {
         packets.push(packet.clone());
         Ok(())
     };
-    let options = Options { settings: Settings::DEFAULT.with_plan(plan), ..Options::new(&elf) };
+    let options = Options {
+        settings: Settings::DEFAULT.with_plan(plan),
+        ..Options::new(&elf)
+    };
     let outcome = emulator::run(input, options, &mut sink, &mut |_, _| {}).expect("a run");
-    assert_eq!((outcome.counts.missing, outcome.counts.damaged, outcome.chip.lost), (0, 0, 0), "{name}");
+    assert_eq!(
+        (
+            outcome.counts.missing,
+            outcome.counts.damaged,
+            outcome.chip.lost
+        ),
+        (0, 0, 0),
+        "{name}"
+    );
     let health = last_health(&packets);
-    assert_eq!((health.conversions_lost, health.hops_skipped, health.chip_restarts), (0, 0, 0), "{name}: {health:?}");
+    assert_eq!(
+        (
+            health.conversions_lost,
+            health.hops_skipped,
+            health.chip_restarts
+        ),
+        (0, 0, 0),
+        "{name}: {health:?}"
+    );
     packets
 }
 
@@ -48,7 +75,12 @@ fn each_plan_finds_its_tone_in_the_emulator() {
     for (name, plan) in Plan::NAMED {
         let scene = scene(&plan);
         let frequency_hz = scene.speed_mm_s / scene.period_mm;
-        let input = Input { source: Source::Scene(scene), ..Input::default() }.open_in(&plan).expect("an input");
+        let input = Input {
+            source: Source::Scene(scene),
+            ..Input::default()
+        }
+        .open_in(&plan)
+        .expect("an input");
         let packets = run(name, plan, input);
         let slide = packets.iter().find_map(|packet| match &packet.event {
             Event::Estimate(one) if one.span == Span::Slide => Some(one.clone()),
@@ -56,24 +88,43 @@ fn each_plan_finds_its_tone_in_the_emulator() {
         });
         let slide = slide.unwrap_or_else(|| panic!("{name}: no estimate of a slide"));
         let off = (f64::from(slide.frequency) - frequency_hz).abs() / f64::from(slide.sigma);
-        assert!(slide.status == Status::Good && off < 6.0, "{name}: {slide:?}");
+        assert!(
+            slide.status == Status::Good && off < 6.0,
+            "{name}: {slide:?}"
+        );
         assert_eq!(slide.channels.len(), plan.channels(), "{name}");
         let health = last_health(&packets);
-        assert!((health.frame_rate_hz / plan.frame_rate_hz() - 1.0).abs() < 1e-3, "{name}: {health:?}");
+        assert!(
+            (health.frame_rate_hz / plan.frame_rate_hz() - 1.0).abs() < 1e-3,
+            "{name}: {health:?}"
+        );
         assert!((health.supply_v - 5.0).abs() < 0.01, "{name}: {health:?}");
     }
 }
 
-/// A minute of touches with the plan's default windows and four harmonics. The register model has the same in `cargo xtask test --all`.
+/// A minute of touches with the plan's default windows and four harmonics. The register model has
+/// the same in `cargo xtask test --all`.
 #[test]
 #[ignore = "takes five to ten minutes in the emulator"]
 fn each_plan_loses_nothing_and_skips_no_hop_in_a_minute_of_the_emulator() {
     for (name, plan) in Plan::NAMED {
         let scene = SlidingScene::new(scene(&plan)).expect("a scene");
         let every_s = scene.end_s();
-        let scene = Box::new(Again { scene, every_s, end_s: 60.0 });
+        let scene = Box::new(Again {
+            scene,
+            every_s,
+            end_s: 60.0,
+        });
         let (mut good, mut slides, mut loads) = (0, 0, Vec::new());
-        for packet in run(name, plan, Opened { scene, end_s: 60.0, ..Opened::untouched() }) {
+        for packet in run(
+            name,
+            plan,
+            Opened {
+                scene,
+                end_s: 60.0,
+                ..Opened::untouched()
+            },
+        ) {
             match packet.event {
                 Event::Estimate(one) => good += u32::from(one.status == Status::Good),
                 Event::Slide(slide) => slides += u32::from(slide.end_us.is_some()),
@@ -83,9 +134,19 @@ fn each_plan_loses_nothing_and_skips_no_hop_in_a_minute_of_the_emulator() {
             }
         }
         let busiest = loads.iter().copied().fold(0.0, f32::max);
-        println!("{name}: {slides} slides, {good} good estimates, load {:.1} % in its busiest second", 100.0 * busiest);
-        assert!(loads.len() > 50, "{name}: {} readings of health", loads.len());
-        assert!(slides >= (60.0 / every_s) as u32 - 1 && good >= slides, "{name}: {slides}, {good}");
+        println!(
+            "{name}: {slides} slides, {good} good estimates, load {:.1} % in its busiest second",
+            100.0 * busiest
+        );
+        assert!(
+            loads.len() > 50,
+            "{name}: {} readings of health",
+            loads.len()
+        );
+        assert!(
+            slides >= (60.0 / every_s) as u32 - 1 && good >= slides,
+            "{name}: {slides}, {good}"
+        );
     }
 }
 
@@ -94,8 +155,20 @@ fn each_plan_loses_nothing_and_skips_no_hop_in_a_minute_of_the_emulator() {
 fn a_plan_that_is_sent_is_in_force_after_a_greeting_and_says_what_it_gives() {
     let plan = Plan::HAND;
     let settings = Settings::DEFAULT.with_plan(plan);
-    let run = talk(&[], vec![Command::Set { settings, keep: false }]);
-    assert_eq!(run.answers.iter().map(|(_, outcome)| outcome).collect::<Vec<_>>(), [&Outcome::Done]);
+    let run = talk(
+        &[],
+        vec![Command::Set {
+            settings,
+            keep: false,
+        }],
+    );
+    assert_eq!(
+        run.answers
+            .iter()
+            .map(|(_, outcome)| outcome)
+            .collect::<Vec<_>>(),
+        [&Outcome::Done]
+    );
     let gives = run.packets.iter().find_map(|packet| match &packet.event {
         Event::Reply(reply) => reply.gives,
         _ => None,
@@ -106,6 +179,17 @@ fn a_plan_that_is_sent_is_in_force_after_a_greeting_and_says_what_it_gives() {
     });
     assert!(greeted);
     let health = last_health(&run.packets);
-    assert_eq!((health.conversions_lost, health.hops_skipped, health.chip_restarts), (0, 0, 0), "{health:?}");
-    assert!((health.frame_rate_hz / plan.frame_rate_hz() - 1.0).abs() < 1e-3, "{health:?}");
+    assert_eq!(
+        (
+            health.conversions_lost,
+            health.hops_skipped,
+            health.chip_restarts
+        ),
+        (0, 0, 0),
+        "{health:?}"
+    );
+    assert!(
+        (health.frame_rate_hz / plan.frame_rate_hz() - 1.0).abs() < 1e-3,
+        "{health:?}"
+    );
 }

@@ -37,20 +37,41 @@ pub fn talk(bytes: &[u8], commands: Vec<Command>) -> Talked {
             packets.push(packet.clone());
             if let Some((bytes, commands)) = first.take() {
                 sent = bytes;
-                commands.into_iter().for_each(|command| requests.push(command));
+                commands
+                    .into_iter()
+                    .for_each(|command| requests.push(command));
             }
-            answers.extend(requests.answered(&packet.event).map(|(_, outcome)| (packets.len(), outcome)));
+            answers.extend(
+                requests
+                    .answered(&packet.event)
+                    .map(|(_, outcome)| (packets.len(), outcome)),
+            );
         }
         sent.extend(requests.due(now)?);
         Ok(sent)
     };
     let input = Input::default().open().expect("an input");
-    let outcome = emulator::run_packets(input, Options::new(&elf), &mut talk, &mut |_, _| {}).expect("a run");
+    let outcome =
+        emulator::run_packets(input, Options::new(&elf), &mut talk, &mut |_, _| {}).expect("a run");
     assert_eq!(answers.len(), count, "every request is answered once");
-    let replies = packets.iter().filter(|packet| matches!(packet.event, Event::Reply(_))).count();
+    let replies = packets
+        .iter()
+        .filter(|packet| matches!(packet.event, Event::Reply(_)))
+        .count();
     assert!(replies >= count);
-    assert_eq!((outcome.counts.missing, outcome.counts.damaged, outcome.chip.lost), (0, 0, 0));
-    Talked { packets, answers, outcome }
+    assert_eq!(
+        (
+            outcome.counts.missing,
+            outcome.counts.damaged,
+            outcome.chip.lost
+        ),
+        (0, 0, 0)
+    );
+    Talked {
+        packets,
+        answers,
+        outcome,
+    }
 }
 
 fn windows_s(packets: &[Packet]) -> Vec<f32> {
@@ -64,19 +85,41 @@ fn windows_s(packets: &[Packet]) -> Vec<f32> {
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn settings_that_were_sent_are_in_force_and_others_are_refused() {
-    let settings = Settings { window_s: 0.4, hop_s: 0.1, ..Settings::DEFAULT };
-    let bad = Settings { window_s: 5.0, ..Settings::DEFAULT };
+    let settings = Settings {
+        window_s: 0.4,
+        hop_s: 0.1,
+        ..Settings::DEFAULT
+    };
+    let bad = Settings {
+        window_s: 5.0,
+        ..Settings::DEFAULT
+    };
     let run = talk(
         &[],
         vec![
-            Command::Set { settings, keep: true },
-            Command::Set { settings: bad, keep: true },
+            Command::Set {
+                settings,
+                keep: true,
+            },
+            Command::Set {
+                settings: bad,
+                keep: true,
+            },
             Command::Raw { frames: 10 },
         ],
     );
     let field = "window_s".try_into().expect("a name");
-    let refused = Outcome::Setting(SettingsError { field, value: 5.0, least: 0.1, greatest: 3.9 });
-    let outcomes: Vec<_> = run.answers.iter().map(|(_, outcome)| outcome.clone()).collect();
+    let refused = Outcome::Setting(SettingsError {
+        field,
+        value: 5.0,
+        least: 0.1,
+        greatest: 3.9,
+    });
+    let outcomes: Vec<_> = run
+        .answers
+        .iter()
+        .map(|(_, outcome)| outcome.clone())
+        .collect();
     assert_eq!(outcomes, [Outcome::Done, refused, Outcome::Done]);
     // The greeting comes again, with the settings in force.
     let hello = run.packets.iter().filter_map(|packet| match &packet.event {
@@ -84,9 +127,18 @@ fn settings_that_were_sent_are_in_force_and_others_are_refused() {
         _ => None,
     });
     let hello: Vec<_> = hello.collect();
-    assert_eq!(hello[..2], [(Settings::DEFAULT, SettingsSource::Default), (settings, SettingsSource::Sent)]);
+    assert_eq!(
+        hello[..2],
+        [
+            (Settings::DEFAULT, SettingsSource::Default),
+            (settings, SettingsSource::Sent)
+        ]
+    );
     let windows_s = windows_s(&run.packets);
-    assert!(windows_s.len() > 10 && windows_s.iter().all(|s| (s - 0.4).abs() < 0.005), "{windows_s:?}");
+    assert!(
+        windows_s.len() > 10 && windows_s.iter().all(|s| (s - 0.4).abs() < 0.005),
+        "{windows_s:?}"
+    );
     let raw: Vec<_> = run
         .packets
         .iter()
@@ -96,40 +148,72 @@ fn settings_that_were_sent_are_in_force_and_others_are_refused() {
         })
         .collect();
     assert_eq!(raw.len(), 10);
-    assert!(raw.windows(2).all(|pair| pair[1].number == pair[0].number + 1));
-    assert!(raw.iter().all(|raw| raw.present == u16::MAX && raw.codes.iter().all(|code| *code != 0)));
+    assert!(
+        raw.windows(2)
+            .all(|pair| pair[1].number == pair[0].number + 1)
+    );
+    assert!(
+        raw.iter()
+            .all(|raw| raw.present == u16::MAX && raw.codes.iter().all(|code| *code != 0))
+    );
 }
 
 /// What is kept is in force after the restart that was ordered; what is not, is not.
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn settings_that_are_kept_survive_a_restart() {
-    let kept = Settings { window_s: 0.4, hop_s: 0.1, ..Settings::DEFAULT };
-    let passing = Settings { window_s: 0.6, ..kept };
+    let kept = Settings {
+        window_s: 0.4,
+        hop_s: 0.1,
+        ..Settings::DEFAULT
+    };
+    let passing = Settings {
+        window_s: 0.6,
+        ..kept
+    };
     let run = talk(
         &[],
         vec![
-            Command::Set { settings: kept, keep: true },
-            Command::Set { settings: passing, keep: false },
+            Command::Set {
+                settings: kept,
+                keep: true,
+            },
+            Command::Set {
+                settings: passing,
+                keep: false,
+            },
             Command::Restart,
         ],
     );
-    assert!(run.answers.iter().all(|(_, outcome)| *outcome == Outcome::Done));
+    assert!(
+        run.answers
+            .iter()
+            .all(|(_, outcome)| *outcome == Outcome::Done)
+    );
     let greetings: Vec<_> = run
         .packets
         .iter()
         .filter_map(|packet| match &packet.event {
-            Event::Hello(hello) if packet.sequence == 0 => Some((hello.boot.cause, hello.settings, hello.source)),
+            Event::Hello(hello) if packet.sequence == 0 => {
+                Some((hello.boot.cause, hello.settings, hello.source))
+            }
             _ => None,
         })
         .collect();
     let expected = [
-        (ResetCause::Unknown, Settings::DEFAULT, SettingsSource::Default),
+        (
+            ResetCause::Unknown,
+            Settings::DEFAULT,
+            SettingsSource::Default,
+        ),
         (ResetCause::Software, kept, SettingsSource::Stored),
     ];
     assert_eq!(greetings, expected);
     let windows_s = windows_s(run.events_behind(2));
-    assert!(windows_s.len() > 5 && windows_s.iter().all(|s| (s - 0.4).abs() < 0.005), "{windows_s:?}");
+    assert!(
+        windows_s.len() > 5 && windows_s.iter().all(|s| (s - 0.4).abs() < 0.005),
+        "{windows_s:?}"
+    );
 }
 
 #[test]
@@ -137,11 +221,21 @@ fn settings_that_are_kept_survive_a_restart() {
 fn a_board_that_was_stopped_sends_nothing_but_health_until_it_is_started() {
     let run = talk(&[], vec![Command::Stop]);
     let behind = run.events_behind(0);
-    assert!(behind.iter().all(|packet| matches!(packet.event, Event::Health(_))), "{behind:?}");
+    assert!(
+        behind
+            .iter()
+            .all(|packet| matches!(packet.event, Event::Health(_))),
+        "{behind:?}"
+    );
     assert!(behind.len() >= 3, "{behind:?}");
     let run = talk(&[], vec![Command::Stop, Command::Start]);
     let behind = run.events_behind(1);
-    assert!(behind.iter().any(|packet| matches!(packet.event, Event::Contact(_))), "{behind:?}");
+    assert!(
+        behind
+            .iter()
+            .any(|packet| matches!(packet.event, Event::Contact(_))),
+        "{behind:?}"
+    );
     assert!(windows_s(behind).len() >= 3, "{behind:?}");
 }
 
@@ -149,14 +243,29 @@ fn a_board_that_was_stopped_sends_nothing_but_health_until_it_is_started() {
 #[ignore = "needs the emulator: cargo xtask test"]
 fn with_a_speed_profile_estimates_come_by_place() {
     // 30 mm/s, as the usual scene has it; a part at a time.
-    let knots = [0, 1_000_000].map(|t_us| Knot { t_us, speed_mm_s: 30.0 });
+    let knots = [0, 1_000_000].map(|t_us| Knot {
+        t_us,
+        speed_mm_s: 30.0,
+    });
     let part = |first: u8, last| {
-        let knots = heapless::Vec::from_slice(&knots[usize::from(first)..][..1]).expect("one knot fits");
+        let knots =
+            heapless::Vec::from_slice(&knots[usize::from(first)..][..1]).expect("one knot fits");
         Command::Follow(Part { first, knots, last })
     };
-    let missing = Command::Follow(Part { first: 5, knots: heapless::Vec::new(), last: Some(After::Hold) });
-    let run = talk(&[], vec![missing, part(0, None), part(1, Some(After::Hold))]);
-    let outcomes: Vec<_> = run.answers.iter().map(|(_, outcome)| outcome.clone()).collect();
+    let missing = Command::Follow(Part {
+        first: 5,
+        knots: heapless::Vec::new(),
+        last: Some(After::Hold),
+    });
+    let run = talk(
+        &[],
+        vec![missing, part(0, None), part(1, Some(After::Hold))],
+    );
+    let outcomes: Vec<_> = run
+        .answers
+        .iter()
+        .map(|(_, outcome)| outcome.clone())
+        .collect();
     assert_eq!(outcomes, [Outcome::Profile, Outcome::Done, Outcome::Done]);
     let estimates: Vec<_> = run
         .packets
@@ -169,10 +278,16 @@ fn with_a_speed_profile_estimates_come_by_place() {
     assert!(estimates.len() > 4);
     // The grating's period is 3.6 mm.
     let off = |fit: &&ridgetone_proto::telemetry::Estimate| (fit.frequency * 3.6 - 1.0).abs();
-    assert!(estimates.iter().all(|fit| fit.abscissa == Abscissa::Place && off(fit) < 0.005), "{estimates:?}");
+    assert!(
+        estimates
+            .iter()
+            .all(|fit| fit.abscissa == Abscissa::Place && off(fit) < 0.005),
+        "{estimates:?}"
+    );
 }
 
-/// Ten kilobytes of noise before the request: about as much as the emulated line takes within the scene.
+/// Ten kilobytes of noise before the request: about as much as the emulated line takes within the
+/// scene.
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn noise_on_the_line_is_counted_and_changes_nothing() {
@@ -184,11 +299,22 @@ fn noise_on_the_line_is_counted_and_changes_nothing() {
         _ => None,
     });
     let damaged = damaged.next_back().expect("health");
-    // What is between two zeros is a frame. The last one is ended by the zero in front of the request.
-    let frames = noise.split(|byte| *byte == 0).filter(|frame| !frame.is_empty()).count();
-    // While the noise is on its way the request is sent again and again; of two that arrive at once the second is dropped.
-    assert!((frames..=frames + TRIES as usize).contains(&(damaged as usize)), "{damaged} damaged of {frames}");
-    assert_eq!(run.answers.last().map(|(_, outcome)| outcome), Some(&Outcome::Done));
+    // What is between two zeros is a frame. The last one is ended by the zero in front of the
+    // request.
+    let frames = noise
+        .split(|byte| *byte == 0)
+        .filter(|frame| !frame.is_empty())
+        .count();
+    // While the noise is on its way the request is sent again and again; of two that arrive at once
+    // the second is dropped.
+    assert!(
+        (frames..=frames + TRIES as usize).contains(&(damaged as usize)),
+        "{damaged} damaged of {frames}"
+    );
+    assert_eq!(
+        run.answers.last().map(|(_, outcome)| outcome),
+        Some(&Outcome::Done)
+    );
     let in_force = run.packets.iter().all(|packet| match &packet.event {
         Event::Hello(hello) => hello.settings == Settings::DEFAULT,
         _ => true,

@@ -9,14 +9,26 @@ use serde_json::Value;
 use std::io::{BufRead, BufReader};
 use std::process::Stdio;
 
-const LOOK: Look = Look { width: 1280, height: 800, dark: false };
+const LOOK: Look = Look {
+    width: 1280,
+    height: 800,
+    dark: false,
+};
 
 /// Numbers that a picture speaks of.
 fn numbers(browser: &mut Browser, id: &str) -> Vec<f64> {
-    let label = browser.value(&format!("document.querySelector('#{id} canvas').getAttribute('aria-label')"));
-    let label = label.as_str().unwrap_or_else(|| panic!("{id} says nothing")).to_owned();
+    let label = browser.value(&format!(
+        "document.querySelector('#{id} canvas').getAttribute('aria-label')"
+    ));
+    let label = label
+        .as_str()
+        .unwrap_or_else(|| panic!("{id} says nothing"))
+        .to_owned();
     let (_, values) = label.split_once(": ").expect("values");
-    values.split(", ").map(|value| value.parse().expect("a number")).collect()
+    values
+        .split(", ")
+        .map(|value| value.parse().expect("a number"))
+        .collect()
 }
 
 /// Share of a canvas's pixels in which something is drawn.
@@ -38,7 +50,9 @@ fn the_emulated_touch_is_shown_as_three_pictures() {
         .spawn()
         .expect("the command runs");
     let mut url = String::new();
-    BufReader::new(child.stdout.take().expect("a pipe")).read_line(&mut url).expect("a line");
+    BufReader::new(child.stdout.take().expect("a pipe"))
+        .read_line(&mut url)
+        .expect("a line");
     let mut browser = Browser::start(LOOK);
     browser.open(url.trim());
     browser.wait("document.getElementById('status')?.textContent === 'The pins press.'");
@@ -50,15 +64,33 @@ fn the_emulated_touch_is_shown_as_three_pictures() {
     );
     let [sensor, forces, felt] = ["sensor", "forces", "felt"].map(|id| numbers(&mut browser, id));
     assert_eq!([sensor.len(), forces.len(), felt.len()], [16; 3]);
-    assert!(forces.iter().all(|n| (0.0..=2.0).contains(n)) && forces.iter().any(|n| *n > 0.0), "{forces:?}");
+    assert!(
+        forces.iter().all(|n| (0.0..=2.0).contains(n)) && forces.iter().any(|n| *n > 0.0),
+        "{forces:?}"
+    );
     for id in ["sensor", "forces", "felt"] {
         assert!(drawn(&mut browser, id) > 0.8, "{id}");
     }
     let summary = browser.value("document.getElementById('summary').textContent");
-    assert!(summary.as_str().is_some_and(|text| text.contains(" N in all")), "{summary}");
-    assert_eq!(browser.value("document.getElementById('source').textContent"), Value::from("emulated board"));
+    assert!(
+        summary
+            .as_str()
+            .is_some_and(|text| text.contains(" N in all")),
+        "{summary}"
+    );
+    assert_eq!(
+        browser.value("document.getElementById('source').textContent"),
+        Value::from("emulated board")
+    );
     assert_eq!(browser.errors(), Vec::<String>::new());
-    assert!(browser.requests().iter().all(|request| request.starts_with(url.trim())), "{:?}", browser.requests());
+    assert!(
+        browser
+            .requests()
+            .iter()
+            .all(|request| request.starts_with(url.trim())),
+        "{:?}",
+        browser.requests()
+    );
     let _ = child.kill();
     let _ = child.wait();
 }
@@ -66,9 +98,17 @@ fn the_emulated_touch_is_shown_as_three_pictures() {
 #[test]
 fn a_page_is_no_text() {
     for other in ["--json", "--plain"] {
-        assert_one_line(&run(&["pins", "--emulated", "--page", "127.0.0.1:0", other]), 2, &["--page"]);
+        assert_one_line(
+            &run(&["pins", "--emulated", "--page", "127.0.0.1:0", other]),
+            2,
+            &["--page"],
+        );
     }
     assert_one_line(&run(&["pins", "--emulated", "--open"]), 2, &["--page"]);
-    assert_one_line(&run(&["pins", "--emulated", "--page", "nowhere"]), 2, &["127.0.0.1:8321"]);
+    assert_one_line(
+        &run(&["pins", "--emulated", "--page", "nowhere"]),
+        2,
+        &["127.0.0.1:8321"],
+    );
     assert_one_line(&run(&["pins", "--live", "--emulated"]), 2, &["--live"]);
 }

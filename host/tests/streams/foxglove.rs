@@ -1,5 +1,5 @@
-//! A viewer of Foxglove's WebSocket protocol, as its specification says (docs.foxglove.dev/docs/sdk/websocket-server): a
-//! second opinion on what the crate sends.
+//! A viewer of Foxglove's WebSocket protocol, as its specification says
+//! (docs.foxglove.dev/docs/sdk/websocket-server): a second opinion on what the crate sends.
 
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -33,21 +33,33 @@ impl Viewer {
             }
             sleep(Duration::from_millis(20));
         };
-        stream.set_read_timeout(Some(Duration::from_secs(20))).expect("a limit");
+        stream
+            .set_read_timeout(Some(Duration::from_secs(20)))
+            .expect("a limit");
         let mut stream = BufReader::new(stream);
         let request = format!(
             "GET / HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n\
              Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\
              Sec-WebSocket-Protocol: foxglove.sdk.v1\r\n\r\n"
         );
-        stream.get_mut().write_all(request.as_bytes()).expect("sent");
+        stream
+            .get_mut()
+            .write_all(request.as_bytes())
+            .expect("sent");
         let mut answer = String::new();
         while !answer.ends_with("\r\n\r\n") {
             stream.read_line(&mut answer).expect("an answer");
         }
         // The answer to the key of RFC 6455, 1.3.
-        assert!(answer.starts_with("HTTP/1.1 101") && answer.contains("s3pPLMBiTxaQ9kYGzzhZRbK+xOo="), "{answer}");
-        Self { stream, channels: BTreeMap::new(), subscribed: Vec::new() }
+        assert!(
+            answer.starts_with("HTTP/1.1 101") && answer.contains("s3pPLMBiTxaQ9kYGzzhZRbK+xOo="),
+            "{answer}"
+        );
+        Self {
+            stream,
+            channels: BTreeMap::new(),
+            subscribed: Vec::new(),
+        }
     }
 
     /// Waits until `count` channels are advertised, and subscribes to all.
@@ -57,17 +69,22 @@ impl Viewer {
             assert_eq!(code, TEXT);
             let message: Value = serde_json::from_slice(&content).expect("JSON");
             for channel in message["channels"].as_array().into_iter().flatten() {
-                self.channels.insert(channel["topic"].as_str().expect("a topic").to_owned(), channel.clone());
+                self.channels.insert(
+                    channel["topic"].as_str().expect("a topic").to_owned(),
+                    channel.clone(),
+                );
             }
         }
         self.subscribed = self.channels.keys().cloned().collect();
         let wanted = self.subscribed.iter().enumerate();
-        let wanted: Vec<Value> =
-            wanted.map(|(number, topic)| json!({"id": number, "channelId": self.channels[topic]["id"]})).collect();
+        let wanted: Vec<Value> = wanted
+            .map(|(number, topic)| json!({"id": number, "channelId": self.channels[topic]["id"]}))
+            .collect();
         self.send(&json!({"op": "subscribe", "subscriptions": wanted}).to_string());
     }
 
-    /// The next message: its topic, its time in nanoseconds since 1970, its object. None at the end.
+    /// The next message: its topic, its time in nanoseconds since 1970, its object. None at the
+    /// end.
     pub fn next(&mut self) -> Option<(String, u64, Value)> {
         loop {
             let (code, content) = self.frame()?;
@@ -94,7 +111,9 @@ impl Viewer {
                 0
             }
         };
-        self.stream.read_exact(&mut length[8 - extended..]).expect("a length");
+        self.stream
+            .read_exact(&mut length[8 - extended..])
+            .expect("a length");
         let mut content = vec![0; u64::from_be_bytes(length) as usize];
         self.stream.read_exact(&mut content).expect("a content");
         Some((head[0] & 0x0f, content))
@@ -104,6 +123,9 @@ impl Viewer {
     fn send(&mut self, text: &str) {
         let length = u16::try_from(text.len()).expect("short").to_be_bytes();
         let head = [0x80 | TEXT, 0x80 | 126, length[0], length[1], 0, 0, 0, 0];
-        self.stream.get_mut().write_all(&[&head[..], text.as_bytes()].concat()).expect("sent");
+        self.stream
+            .get_mut()
+            .write_all(&[&head[..], text.as_bytes()].concat())
+            .expect("sent");
     }
 }

@@ -19,12 +19,17 @@ const TICKS_HZ: f64 = 100.0;
 #[test]
 #[ignore = "two minutes"]
 fn ten_boards_and_a_fast_one_arrive_in_time_and_nothing_is_lost_silently() {
-    let seconds = std::env::var("RIDGETONE_STREAMS_S").ok().and_then(|text| text.parse().ok()).unwrap_or(60);
+    let seconds = std::env::var("RIDGETONE_STREAMS_S")
+        .ok()
+        .and_then(|text| text.parse().ok())
+        .unwrap_or(60);
     println!(
         "| boards | receiver | frames | lost, counted | lost, not counted | p50, ms | p99, ms | most, ms | processor |"
     );
     println!("|---|---|---|---|---|---|---|---|---|");
-    let slow: Vec<SerialBoard> = (0..10).map(|_| SerialBoard::waiting(f64::from(FRAME_RATE_HZ))).collect();
+    let slow: Vec<SerialBoard> = (0..10)
+        .map(|_| SerialBoard::waiting(f64::from(FRAME_RATE_HZ)))
+        .collect();
     measure("10 at 241 Hz", &slow, seconds);
     measure("1 at 1480 Hz", &[SerialBoard::waiting(1480.0)], seconds);
 }
@@ -32,7 +37,10 @@ fn ten_boards_and_a_fast_one_arrive_in_time_and_nothing_is_lost_silently() {
 fn measure(what: &str, boards: &[SerialBoard], seconds: u64) {
     let (broker, port) = (Broker::start(), mosquitto::free_port());
     let subscriber = Subscriber::start(broker.port);
-    let (url, address) = (format!("mqtt://127.0.0.1:{}", broker.port), format!("127.0.0.1:{port}"));
+    let (url, address) = (
+        format!("mqtt://127.0.0.1:{}", broker.port),
+        format!("127.0.0.1:{port}"),
+    );
     let all: Vec<&SerialBoard> = boards.iter().collect();
     let serving = Serving::start(&all, &["--mqtt", &url, "--foxglove", &address]);
     let mut viewer = Viewer::connect(port);
@@ -41,7 +49,9 @@ fn measure(what: &str, boards: &[SerialBoard], seconds: u64) {
     let reader = std::thread::spawn(move || {
         let mut got = Got::new();
         while let Some((topic, _, message)) = viewer.next() {
-            let now = SystemTime::now().duration_since(UNIX_EPOCH).expect("a clock");
+            let now = SystemTime::now()
+                .duration_since(UNIX_EPOCH)
+                .expect("a clock");
             got.push((now.as_secs_f64(), topic[1..].to_owned(), message));
         }
         got
@@ -53,16 +63,37 @@ fn measure(what: &str, boards: &[SerialBoard], seconds: u64) {
     sleep(Duration::from_millis(500));
     let stderr = serving.interrupt();
     let foxglove = reader.join().expect("messages");
-    let mqtt = subscriber.finish().into_iter().map(|one| (one.utc_s, one.topic, one.message)).collect();
+    let mqtt = subscriber
+        .finish()
+        .into_iter()
+        .map(|one| (one.utc_s, one.topic, one.message))
+        .collect();
     let late_ms = 1e3 * boards.iter().map(SerialBoard::late_s).fold(0.0, f64::max);
     let load = std::fs::read_to_string("/proc/loadavg").unwrap_or_default();
-    eprintln!("{what}: a board itself was {late_ms:.0} ms late at most; this computer's load: {}", load.trim());
+    eprintln!(
+        "{what}: a board itself was {late_ms:.0} ms late at most; this computer's load: {}",
+        load.trim()
+    );
     for (receiver, got) in [("mqtt", mqtt), ("foxglove", foxglove)] {
-        report(what, receiver, &got, boards, 100.0 * busy_s / seconds as f64, &stderr);
+        report(
+            what,
+            receiver,
+            &got,
+            boards,
+            100.0 * busy_s / seconds as f64,
+            &stderr,
+        );
     }
 }
 
-fn report(what: &str, receiver: &str, got: &Got, boards: &[SerialBoard], percent: f64, stderr: &str) {
+fn report(
+    what: &str,
+    receiver: &str,
+    got: &Got,
+    boards: &[SerialBoard],
+    percent: f64,
+    stderr: &str,
+) {
     let mut late_ms = Vec::new();
     let mut numbers: BTreeMap<String, Vec<u64>> = BTreeMap::new();
     let mut counted = 0;
@@ -77,16 +108,23 @@ fn report(what: &str, receiver: &str, got: &Got, boards: &[SerialBoard], percent
                 .sum::<u64>();
         }
         if message["type"] == "raw" {
-            let board: usize = topic.split('/').nth(1).and_then(|name| name[1..].parse().ok()).expect("a finger");
-            let converted_s =
-                boards[board].begun_utc_s() + message["t_s"].as_f64().expect("a time") + boards[board].frame_s;
+            let board: usize = topic
+                .split('/')
+                .nth(1)
+                .and_then(|name| name[1..].parse().ok())
+                .expect("a finger");
+            let converted_s = boards[board].begun_utc_s()
+                + message["t_s"].as_f64().expect("a time")
+                + boards[board].frame_s;
             late_ms.push(1e3 * (utc_s - converted_s));
         }
     }
     // A viewer that subscribes later lacks the first messages of a topic.
     let missing: u64 = numbers
         .values()
-        .map(|numbers| numbers.last().unwrap_or(&0) + 1 - numbers.first().unwrap_or(&0) - numbers.len() as u64)
+        .map(|numbers| {
+            numbers.last().unwrap_or(&0) + 1 - numbers.first().unwrap_or(&0) - numbers.len() as u64
+        })
         .sum();
     let sent: u64 = boards.iter().map(SerialBoard::frames).sum();
     late_ms.sort_by(f64::total_cmp);
@@ -99,13 +137,26 @@ fn report(what: &str, receiver: &str, got: &Got, boards: &[SerialBoard], percent
         part(1.0)
     );
     assert_eq!(silent, 0, "{stderr}");
-    assert_eq!(frames + counted, sent, "every frame arrives or is counted: {stderr}");
+    assert_eq!(
+        frames + counted,
+        sent,
+        "every frame arrives or is counted: {stderr}"
+    );
 }
 
 /// Processor time of a process so far, seconds.
 fn processor_s(id: u32) -> f64 {
     let stat = std::fs::read_to_string(format!("/proc/{id}/stat")).expect("a process");
-    let fields: Vec<&str> = stat.rsplit(") ").next().expect("fields").split(' ').collect();
+    let fields: Vec<&str> = stat
+        .rsplit(") ")
+        .next()
+        .expect("fields")
+        .split(' ')
+        .collect();
     // utime and stime (proc(5)).
-    fields[11..13].iter().map(|field| field.parse::<f64>().expect("ticks")).sum::<f64>() / TICKS_HZ
+    fields[11..13]
+        .iter()
+        .map(|field| field.parse::<f64>().expect("ticks"))
+        .sum::<f64>()
+        / TICKS_HZ
 }

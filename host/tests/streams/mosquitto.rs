@@ -11,13 +11,24 @@ use std::time::{Duration, Instant};
 
 /// A port that nobody has.
 pub fn free_port() -> u16 {
-    TcpListener::bind("127.0.0.1:0").and_then(|free| free.local_addr()).expect("a port").port()
+    TcpListener::bind("127.0.0.1:0")
+        .and_then(|free| free.local_addr())
+        .expect("a port")
+        .port()
 }
 
 /// The path of a program of Debian's mosquitto.
 fn program(name: &str) -> String {
-    let places = ["/usr/sbin/", "/usr/bin/", "/usr/local/sbin/", "/opt/homebrew/sbin/"];
-    let found = places.iter().map(|place| format!("{place}{name}")).find(|path| std::path::Path::new(path).exists());
+    let places = [
+        "/usr/sbin/",
+        "/usr/bin/",
+        "/usr/local/sbin/",
+        "/opt/homebrew/sbin/",
+    ];
+    let found = places
+        .iter()
+        .map(|place| format!("{place}{name}"))
+        .find(|path| std::path::Path::new(path).exists());
     found.unwrap_or_else(|| {
         panic!(
             "{name} is not there: `apt-get install mosquitto mosquitto-clients`, or `cargo xtask setup`, installs it"
@@ -44,13 +55,26 @@ impl Broker {
             &format!("listener {port} 127.0.0.1\nallow_anonymous true\nset_tcp_nodelay true\n"),
         );
         let mut broker = Command::new(program("mosquitto"));
-        let child = broker.arg("-c").arg(config).stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("a broker");
+        let child = broker
+            .arg("-c")
+            .arg(config)
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("a broker");
         let begun = Instant::now();
         while TcpStream::connect(("127.0.0.1", port)).is_err() {
-            assert!(begun.elapsed() < Duration::from_secs(20), "the broker does not listen");
+            assert!(
+                begun.elapsed() < Duration::from_secs(20),
+                "the broker does not listen"
+            );
             sleep(Duration::from_millis(20));
         }
-        Self { port, child, _folder: folder }
+        Self {
+            port,
+            child,
+            _folder: folder,
+        }
     }
 
     pub fn hang(&self) {
@@ -62,7 +86,11 @@ impl Broker {
     }
 
     fn signal(&self, signal: Signal) {
-        kill_process(Pid::from_raw(self.child.id() as i32).expect("a process"), signal).expect("a signal");
+        kill_process(
+            Pid::from_raw(self.child.id() as i32).expect("a process"),
+            signal,
+        )
+        .expect("a signal");
     }
 }
 
@@ -95,9 +123,18 @@ impl Subscriber {
         // "-d" prints the acknowledgement of the subscription; its lines do not begin with a time.
         subscriber.args(["-V", "mqttv5", "-q", "1", "-d", "-F", "%U %t %p"]);
         subscriber.args(["-t", "ridgetone/#", "-p", &port.to_string()]);
-        let mut child = subscriber.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().expect("a subscriber");
-        let mut lines = BufReader::new(child.stdout.take().expect("a pipe")).lines().map(|line| line.expect("UTF-8"));
-        assert!(lines.any(|line| line.starts_with("Subscribed")), "a subscription");
+        let mut child = subscriber
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("a subscriber");
+        let mut lines = BufReader::new(child.stdout.take().expect("a pipe"))
+            .lines()
+            .map(|line| line.expect("UTF-8"));
+        assert!(
+            lines.any(|line| line.starts_with("Subscribed")),
+            "a subscription"
+        );
         let got = Arc::new(Mutex::new(Vec::new()));
         let shared = Arc::clone(&got);
         std::thread::spawn(move || {
@@ -111,8 +148,17 @@ impl Subscriber {
     /// What has arrived. `serve` must have ended: its last message is its status.
     pub fn finish(mut self) -> Vec<Received> {
         let begun = Instant::now();
-        while self.got.lock().expect("messages").last().is_none_or(|one| one.topic != "ridgetone/status") {
-            assert!(begun.elapsed() < Duration::from_secs(60), "no last message arrives");
+        while self
+            .got
+            .lock()
+            .expect("messages")
+            .last()
+            .is_none_or(|one| one.topic != "ridgetone/status")
+        {
+            assert!(
+                begun.elapsed() < Duration::from_secs(60),
+                "no last message arrives"
+            );
             sleep(Duration::from_millis(20));
         }
         self.child.kill().expect("ended");
@@ -126,8 +172,13 @@ impl Received {
         let mut parts = line.splitn(3, ' ');
         let utc_s = parts.next()?.parse().ok()?;
         let topic = parts.next()?.to_owned();
-        let message = serde_json::from_str(parts.next()?).unwrap_or_else(|error| panic!("{error}: {line}"));
-        Some(Self { utc_s, topic, message })
+        let message =
+            serde_json::from_str(parts.next()?).unwrap_or_else(|error| panic!("{error}: {line}"));
+        Some(Self {
+            utc_s,
+            topic,
+            message,
+        })
     }
 }
 
@@ -148,10 +199,15 @@ impl Relay {
             for near in listener.incoming() {
                 let mut ends = shared.lock().expect("ends");
                 // Cut: the connection is closed at once.
-                let (Some(ends), Ok(near)) = (ends.as_mut(), near) else { continue };
+                let (Some(ends), Ok(near)) = (ends.as_mut(), near) else {
+                    continue;
+                };
                 let far = TcpStream::connect(("127.0.0.1", to)).expect("the broker");
                 for (from, into) in [(&near, &far), (&far, &near)] {
-                    let (mut from, mut into) = (from.try_clone().expect("an end"), into.try_clone().expect("an end"));
+                    let (mut from, mut into) = (
+                        from.try_clone().expect("an end"),
+                        into.try_clone().expect("an end"),
+                    );
                     std::thread::spawn(move || pass(&mut from, &mut into));
                 }
                 ends.extend([near, far]);

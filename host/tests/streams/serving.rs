@@ -16,11 +16,26 @@ impl Serving {
     }
 
     /// The same with these variables.
-    pub fn start_with(boards: &[&SerialBoard], arguments: &[&str], variables: &[(&str, &str)]) -> Self {
-        let fingers = boards.iter().enumerate().map(|(number, board)| format!("--finger=f{number}={}", board.name));
+    pub fn start_with(
+        boards: &[&SerialBoard],
+        arguments: &[&str],
+        variables: &[(&str, &str)],
+    ) -> Self {
+        let fingers = boards
+            .iter()
+            .enumerate()
+            .map(|(number, board)| format!("--finger=f{number}={}", board.name));
         let mut command = common::ridgetone();
-        command.arg("serve").args(fingers).args(arguments).envs(variables.iter().copied());
-        let child = command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped()).spawn();
+        command
+            .arg("serve")
+            .args(fingers)
+            .args(arguments)
+            .envs(variables.iter().copied());
+        let child = command
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn();
         Self(Some(child.expect("the command runs")))
     }
 
@@ -31,9 +46,18 @@ impl Serving {
     /// Interrupts it as Ctrl-C does; gives what it reported. It must end well.
     pub fn interrupt(mut self) -> String {
         let mut child = self.0.take().expect("a child");
-        kill_process(Pid::from_raw(child.id() as i32).expect("a process"), Signal::INT).expect("interrupted");
+        kill_process(
+            Pid::from_raw(child.id() as i32).expect("a process"),
+            Signal::INT,
+        )
+        .expect("interrupted");
         let mut report = String::new();
-        child.stderr.take().expect("a pipe").read_to_string(&mut report).expect("UTF-8");
+        child
+            .stderr
+            .take()
+            .expect("a pipe")
+            .read_to_string(&mut report)
+            .expect("UTF-8");
         assert!(child.wait().expect("ended").success(), "{report}");
         report
     }

@@ -1,4 +1,5 @@
-//! How late the page's sound is: the pointer moves, the page records its sound, and a latency is fitted to both.
+//! How late the page's sound is: the pointer moves, the page records its sound, and a latency is
+//! fitted to both.
 
 use super::browser::Browser;
 use super::{drag, mouse, surface};
@@ -6,26 +7,30 @@ use std::f64::consts::TAU;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// A vibration as the page has made it, beside the pointer's events as a listener of the test's own has seen them.
+/// A vibration as the page has made it, beside the pointer's events as a listener of the test's own
+/// has seen them.
 pub struct Measured {
     /// Time on the page's clock in seconds and place in millimetres.
     pub pointer: Vec<(f64, f64)>,
     /// Time on the page's clock at which a sample is heard, and the sample.
     pub sound: Vec<(f64, f64)>,
     pub rate_hz: f64,
-    /// Longest time from a place of the pointer until the page knew the next one, if that is somewhere else, seconds.
+    /// Longest time from a place of the pointer until the page knew the next one, if that is
+    /// somewhere else, seconds.
     unknown_s: f64,
-    /// How far the clocks of page and sound have moved against each other meanwhile, seconds: the test reads them, and the page
-    /// does; the larger one counts.
+    /// How far the clocks of page and sound have moved against each other meanwhile, seconds: the
+    /// test reads them, and the page does; the larger one counts.
     slipped_s: f64,
-    /// How much later than after its wait a place is heard, by the clocks alone, seconds. The page has read the difference of
-    /// its clock and that of the sound it makes; the test, of the sound that is heard.
+    /// How much later than after its wait a place is heard, by the clocks alone, seconds. The page
+    /// has read the difference of its clock and that of the sound it makes; the test, of the sound
+    /// that is heard.
     pub clocks_s: f64,
     /// Of the output alone, as the browser says, seconds.
     pub output_s: f64,
 }
 
-/// Time on the page's clock less that of the sound which is heard, seconds: the middle of several readings, as the browser rounds each.
+/// Time on the page's clock less that of the sound which is heard, seconds: the middle of several
+/// readings, as the browser rounds each.
 fn clocks(browser: &mut Browser) -> f64 {
     let mut offsets: Vec<f64> = serde_json::from_value(browser.value(
         "(async () => { const found = []; for (let n = 0; n < 20; n += 1) { \
@@ -65,31 +70,42 @@ fn measure(browser: &mut Browser) -> Measured {
          output_s: globalThis.ridgetone.context.baseLatency + (globalThis.ridgetone.context.outputLatency || 0) })",
     );
     let number = |name: &str| found[name].as_f64().expect("a number");
-    let samples = found["samples"].as_array().expect("samples").iter().enumerate();
+    let samples = found["samples"]
+        .as_array()
+        .expect("samples")
+        .iter()
+        .enumerate();
     let heard_s = |n: usize| number("from_s") + n as f64 / number("rate_hz") + offset;
     let [least_s, most_s] = [0, 1].map(|n| found["offsets_s"][n].as_f64().expect("an offset"));
     let seen: Vec<(f64, f64, f64)> = serde_json::from_value(found["seen"].clone()).expect("places");
     Measured {
         pointer: seen.iter().map(|(at_s, _, x_mm)| (*at_s, *x_mm)).collect(),
         // A hand that turns reports nothing for a while.
-        unknown_s: (seen.windows(2).filter(|pair| (pair[1].2 - pair[0].2).abs() > 0.3))
-            .map(|pair| pair[1].1 - pair[0].0)
-            .fold(0.0, f64::max),
+        unknown_s: (seen
+            .windows(2)
+            .filter(|pair| (pair[1].2 - pair[0].2).abs() > 0.3))
+        .map(|pair| pair[1].1 - pair[0].0)
+        .fold(0.0, f64::max),
         slipped_s: (offset - before).abs().max(most_s - least_s),
         clocks_s: least_s + offset,
-        sound: samples.map(|(n, y)| (heard_s(n), y.as_f64().expect("a sample"))).collect(),
+        sound: samples
+            .map(|(n, y)| (heard_s(n), y.as_f64().expect("a sample")))
+            .collect(),
         rate_hz: number("rate_hz"),
         output_s: number("output_s"),
     }
 }
 
-/// Measurements until one is not disturbed: where other programs hold up the browser for longer than the wait, or its sound, it is them that are measured.
+/// Measurements until one is not disturbed: where other programs hold up the browser for longer
+/// than the wait, or its sound, it is them that are measured.
 pub fn measure_undisturbed(browser: &mut Browser, wait_s: f64) -> Measured {
     for _ in 0..10 {
         let measured = measure(browser);
-        // The first wait is a pointer's of 60 Hz: its rare late places are part of the figures, and no bar is on them.
+        // The first wait is a pointer's of 60 Hz: its rare late places are part of the figures, and
+        // no bar is on them.
         let is_known = wait_s < 0.05 || measured.unknown_s < 0.8 * wait_s;
-        // The sound has at most 79 cycles a second. A latency in the middle of such a slip is off by 0.02 cycles at both ends.
+        // The sound has at most 79 cycles a second. A latency in the middle of such a slip is off
+        // by 0.02 cycles at both ends.
         if is_known && measured.slipped_s < 0.000_5 {
             return measured;
         }
@@ -104,44 +120,65 @@ pub fn measure_undisturbed(browser: &mut Browser, wait_s: f64) -> Measured {
 
 /// Place of the pointer at a time, on straight lines.
 fn place_mm(pointer: &[(f64, f64)], t_s: f64) -> f64 {
-    let n = pointer.partition_point(|(at_s, _)| *at_s <= t_s).clamp(1, pointer.len() - 1);
+    let n = pointer
+        .partition_point(|(at_s, _)| *at_s <= t_s)
+        .clamp(1, pointer.len() - 1);
     let ((from_s, from_mm), (to_s, to_mm)) = (pointer[n - 1], pointer[n]);
     from_mm + (to_mm - from_mm) * ((t_s - from_s) / (to_s - from_s)).clamp(0.0, 1.0)
 }
 
-/// Phase errors in cycles of stretches of 20 ms in which the hand is faster than 40 mm/s, if the sound is so late.
+/// Phase errors in cycles of stretches of 20 ms in which the hand is faster than 40 mm/s, if the
+/// sound is so late.
 fn phase_errors(measured: &Measured, period_mm: f64, latency_s: f64) -> Vec<f64> {
     let first_s = measured.pointer[0].0;
-    let stretches = measured.sound.chunks_exact((0.02 * measured.rate_hz) as usize).filter_map(|stretch| {
-        let [from_s, to_s] = [stretch[0].0 - latency_s, stretch[stretch.len() - 1].0 - latency_s];
-        // The vibration comes within 20 ms.
-        if from_s < first_s + 0.1 || to_s > first_s + 1.95 {
-            return None;
-        }
-        let speed = (place_mm(&measured.pointer, to_s) - place_mm(&measured.pointer, from_s)).abs() / 0.02;
-        if speed < 40.0 {
-            return None;
-        }
-        let (mut ss, mut sc, mut cc, mut ys, mut yc) = (0.0, 0.0, 0.0, 0.0, 0.0);
-        for (t_s, y) in stretch {
-            let (s, c) = (TAU * place_mm(&measured.pointer, t_s - latency_s) / period_mm).sin_cos();
-            (ss, sc, cc, ys, yc) = (ss + s * s, sc + s * c, cc + c * c, ys + y * s, yc + y * c);
-        }
-        let det = ss * cc - sc * sc;
-        Some(((yc * ss - ys * sc) / det).atan2((ys * cc - yc * sc) / det) / TAU)
-    });
+    let stretches = measured
+        .sound
+        .chunks_exact((0.02 * measured.rate_hz) as usize)
+        .filter_map(|stretch| {
+            let [from_s, to_s] = [
+                stretch[0].0 - latency_s,
+                stretch[stretch.len() - 1].0 - latency_s,
+            ];
+            // The vibration comes within 20 ms.
+            if from_s < first_s + 0.1 || to_s > first_s + 1.95 {
+                return None;
+            }
+            let speed = (place_mm(&measured.pointer, to_s) - place_mm(&measured.pointer, from_s))
+                .abs()
+                / 0.02;
+            if speed < 40.0 {
+                return None;
+            }
+            let (mut ss, mut sc, mut cc, mut ys, mut yc) = (0.0, 0.0, 0.0, 0.0, 0.0);
+            for (t_s, y) in stretch {
+                let (s, c) =
+                    (TAU * place_mm(&measured.pointer, t_s - latency_s) / period_mm).sin_cos();
+                (ss, sc, cc, ys, yc) = (ss + s * s, sc + s * c, cc + c * c, ys + y * s, yc + y * c);
+            }
+            let det = ss * cc - sc * sc;
+            Some(((yc * ss - ys * sc) / det).atan2((ys * cc - yc * sc) / det) / TAU)
+        });
     stretches.collect()
 }
 
-/// The least mean squared phase error over latencies from 0 to 0.4 s: latency, and errors as rms and worst.
+/// The least mean squared phase error over latencies from 0 to 0.4 s: latency, and errors as rms
+/// and worst.
 pub fn best(measured: &Measured, period_mm: f64) -> (f64, f64, f64) {
-    let rms = |errors: &[f64]| (errors.iter().map(|e| e * e).sum::<f64>() / errors.len().max(1) as f64).sqrt();
+    let rms = |errors: &[f64]| {
+        (errors.iter().map(|e| e * e).sum::<f64>() / errors.len().max(1) as f64).sqrt()
+    };
     let try_each = |first: f64, step: f64, count: u32| {
-        let tried = (0..count).map(|n| first + step * f64::from(n)).map(|latency_s| {
-            let errors = phase_errors(measured, period_mm, latency_s);
-            assert!(errors.len() > 20, "{}", errors.len());
-            (latency_s, rms(&errors), errors.iter().fold(0.0f64, |worst, e| worst.max(e.abs())))
-        });
+        let tried = (0..count)
+            .map(|n| first + step * f64::from(n))
+            .map(|latency_s| {
+                let errors = phase_errors(measured, period_mm, latency_s);
+                assert!(errors.len() > 20, "{}", errors.len());
+                (
+                    latency_s,
+                    rms(&errors),
+                    errors.iter().fold(0.0f64, |worst, e| worst.max(e.abs())),
+                )
+            });
         tried.min_by(|a, b| a.1.total_cmp(&b.1)).expect("a latency")
     };
     // A cycle takes at least 12 ms.

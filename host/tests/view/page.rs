@@ -17,7 +17,11 @@ use std::path::PathBuf;
 use std::thread::sleep;
 use std::time::Duration;
 
-const LOOK: Look = Look { width: 1280, height: 800, dark: false };
+const LOOK: Look = Look {
+    width: 1280,
+    height: 800,
+    dark: false,
+};
 
 const TEXT: &str = "(id) => document.getElementById(id).textContent";
 
@@ -29,7 +33,11 @@ const DRAWN: &str = "(canvas) => { \
     return data.filter((value, at) => at % 4 === 3 && value > 0).length / (data.length / 4); }";
 
 fn text(browser: &mut Browser, id: &str) -> String {
-    browser.value(&format!("({TEXT})('{id}')")).as_str().expect("a text").to_owned()
+    browser
+        .value(&format!("({TEXT})('{id}')"))
+        .as_str()
+        .expect("a text")
+        .to_owned()
 }
 
 fn save(what: &str, how: &str) -> String {
@@ -47,7 +55,9 @@ fn choose(browser: &mut Browser, id: &str, option: &str) {
 /// Whether all plots have something on them.
 fn assert_drawn(browser: &mut Browser, plots: &[&str]) {
     for plot in plots {
-        let share = browser.value(&format!("({DRAWN})(document.querySelector('#{plot} canvas'))"));
+        let share = browser.value(&format!(
+            "({DRAWN})(document.querySelector('#{plot} canvas'))"
+        ));
         assert!(share.as_f64() > Some(0.01), "{plot}: {share}");
     }
 }
@@ -62,34 +72,81 @@ fn a_recording_is_shown_with_the_numbers_of_json_and_can_be_paused_and_saved() {
     let mut browser = Browser::start(LOOK);
     browser.open(&view.url);
     browser.wait("document.getElementById('status')?.textContent.startsWith('The recording is over') === true");
-    let lines = common::json_lines(&common::run(&[&["monitor", "--json"][..], &arguments].concat()));
-    let estimate = lines.iter().rfind(|line| line["type"] == "estimate").expect("an estimate");
-    let (expected_hz, sigma_hz) = (estimate["frequency_hz"].as_f64().unwrap(), estimate["sigma_hz"].as_f64().unwrap());
+    let lines = common::json_lines(&common::run(
+        &[&["monitor", "--json"][..], &arguments].concat(),
+    ));
+    let estimate = lines
+        .iter()
+        .rfind(|line| line["type"] == "estimate")
+        .expect("an estimate");
+    let (expected_hz, sigma_hz) = (
+        estimate["frequency_hz"].as_f64().unwrap(),
+        estimate["sigma_hz"].as_f64().unwrap(),
+    );
     let shown = text(&mut browser, "frequency");
     let numbers: Vec<&str> = shown.trim_end_matches(" Hz").split(" ± ").collect();
     let decimals = numbers[0].split_once('.').expect("decimals").1.len();
-    assert_eq!(shown, format!("{expected_hz:.decimals$} ± {sigma_hz:.decimals$} Hz"));
+    assert_eq!(
+        shown,
+        format!("{expected_hz:.decimals$} ± {sigma_hz:.decimals$} Hz")
+    );
     assert!(decimals >= 4, "{shown}");
     assert_eq!(text(&mut browser, "phase"), "sliding");
     browser.wait("[...document.querySelectorAll('.empty')].every((text) => text.hidden)");
-    assert_drawn(&mut browser, &["strips", "history", "spectrum", "fit", "map"]);
+    assert_drawn(
+        &mut browser,
+        &["strips", "history", "spectrum", "fit", "map"],
+    );
 
     // The channels as CSV are a recording: the fit finds the tone in it.
     let (name, csv) = browser.saved(&save("strips", "csv"));
-    assert!(name.starts_with("ridgetone-strips-") && name.ends_with(".csv"), "{name}");
-    let saved = common::file(folder.path(), "strips.csv", &String::from_utf8(csv).expect("UTF-8"));
-    let (from, to) = (format!("{}", estimate["t_s"].as_f64().unwrap() - 1.0), format!("{}", estimate["t_s"]));
-    let fit = common::run(&["fit", common::text(&saved), "--from", &from, "--to", &to, "--json"]);
-    let fitted_hz = common::json_lines(&fit)[0]["frequency_hz"].as_f64().expect("a frequency");
-    assert!((fitted_hz - expected_hz).abs() < 2.0 * sigma_hz, "{fitted_hz} and {expected_hz}");
+    assert!(
+        name.starts_with("ridgetone-strips-") && name.ends_with(".csv"),
+        "{name}"
+    );
+    let saved = common::file(
+        folder.path(),
+        "strips.csv",
+        &String::from_utf8(csv).expect("UTF-8"),
+    );
+    let (from, to) = (
+        format!("{}", estimate["t_s"].as_f64().unwrap() - 1.0),
+        format!("{}", estimate["t_s"]),
+    );
+    let fit = common::run(&[
+        "fit",
+        common::text(&saved),
+        "--from",
+        &from,
+        "--to",
+        &to,
+        "--json",
+    ]);
+    let fitted_hz = common::json_lines(&fit)[0]["frequency_hz"]
+        .as_f64()
+        .expect("a frequency");
+    assert!(
+        (fitted_hz - expected_hz).abs() < 2.0 * sigma_hz,
+        "{fitted_hz} and {expected_hz}"
+    );
     let (_, csv) = browser.offered(&save("history", "csv"));
-    let estimates = lines.iter().filter(|line| line["type"] == "estimate").count();
+    let estimates = lines
+        .iter()
+        .filter(|line| line["type"] == "estimate")
+        .count();
     let csv = String::from_utf8(csv).expect("UTF-8");
     assert_eq!(csv.lines().count(), 1 + estimates);
-    assert!(csv.starts_with("t_s,window_s,span,abscissa,status,frequency,sigma,"), "{csv}");
+    assert!(
+        csv.starts_with("t_s,window_s,span,abscissa,status,frequency,sigma,"),
+        "{csv}"
+    );
     for (what, rows) in [("spectrum", 127), ("fit", 241), ("map", 16)] {
         let (_, csv) = browser.offered(&save(what, "csv"));
-        assert_eq!(String::from_utf8(csv).expect("UTF-8").lines().count(), 1 + rows, "{what}");
+        assert_eq!(
+            String::from_utf8(csv).expect("UTF-8").lines().count(),
+            1 + rows,
+            "{what}"
+        );
     }
     for what in ["strips", "history", "spectrum", "fit", "map"] {
         let (name, png) = browser.offered(&save(what, "png"));
@@ -118,7 +175,10 @@ fn a_recording_is_shown_with_the_numbers_of_json_and_can_be_paused_and_saved() {
         .skip(1)
         .map(|row| row.split(',').next().unwrap().parse().unwrap())
         .collect();
-    assert!((37..65).contains(&zoomed.len()) && zoomed[0] > 15.0 && zoomed[zoomed.len() - 1] < 80.0, "{zoomed:?}");
+    assert!(
+        (37..65).contains(&zoomed.len()) && zoomed[0] > 15.0 && zoomed[zoomed.len() - 1] < 80.0,
+        "{zoomed:?}"
+    );
     assert_quiet(&browser, &view);
 }
 
@@ -126,22 +186,44 @@ fn a_recording_is_shown_with_the_numbers_of_json_and_can_be_paused_and_saved() {
 fn assert_quiet(browser: &Browser, view: &View) {
     assert_eq!(browser.errors(), Vec::<String>::new());
     let requests = browser.requests();
-    let is_ours = |url: &&String| url.starts_with(&view.url) || url.starts_with(&format!("blob:{}", view.url));
-    assert!(requests.len() >= 11 && requests.iter().all(|url| is_ours(&url)), "{requests:?}");
+    let is_ours = |url: &&String| {
+        url.starts_with(&view.url) || url.starts_with(&format!("blob:{}", view.url))
+    };
+    assert!(
+        requests.len() >= 11 && requests.iter().all(|url| is_ours(&url)),
+        "{requests:?}"
+    );
 }
 
 #[test]
 #[ignore = "needs a browser; cargo xtask test installs one"]
 fn a_restarted_command_is_found_again_and_missing_raw_frames_and_an_unsteady_tone_are_explained() {
     let folder = common::directory();
-    let mut only: Vec<_> = packets(3.2).into_iter().filter(|packet| !matches!(packet.event, Event::Raw(_))).collect();
+    let mut only: Vec<_> = packets(3.2)
+        .into_iter()
+        .filter(|packet| !matches!(packet.event, Event::Raw(_)))
+        .collect();
     let is_estimate = |packet: &&mut Packet| matches!(packet.event, Event::Estimate(_));
-    if let Some(Packet { event: Event::Estimate(estimate), .. }) = only.iter_mut().rfind(is_estimate) {
+    if let Some(Packet {
+        event: Event::Estimate(estimate),
+        ..
+    }) = only.iter_mut().rfind(is_estimate)
+    {
         estimate.status = Status::Unsteady;
-        estimate.movement = Movement { wander: 0.02, wander_sigma: 0.001, ..Movement::default() };
-        estimate.other_tone = Some(OtherTone { frequency: 12.5, share: 0.25 });
+        estimate.movement = Movement {
+            wander: 0.02,
+            wander_sigma: 0.001,
+            ..Movement::default()
+        };
+        estimate.other_tone = Some(OtherTone {
+            frequency: 12.5,
+            share: 0.25,
+        });
     }
-    let numbered: Vec<_> = (0..).zip(only).map(|(sequence, packet)| Packet { sequence, ..packet }).collect();
+    let numbered: Vec<_> = (0..)
+        .zip(only)
+        .map(|(sequence, packet)| Packet { sequence, ..packet })
+        .collect();
     let path = recorded(folder.path(), &numbered);
     let arguments = ["--file", common::text(&path), "--pace", "0"];
     let view = View::start(&arguments);
@@ -150,24 +232,37 @@ fn a_restarted_command_is_found_again_and_missing_raw_frames_and_an_unsteady_ton
     browser.open(&view.url);
     browser.wait("document.getElementById('status')?.textContent.startsWith('The recording is over') === true");
     let why = browser.value("document.querySelector('#strips .empty').textContent");
-    assert_eq!(why, "This recording holds no raw frames, from which this is drawn.");
+    assert_eq!(
+        why,
+        "This recording holds no raw frames, from which this is drawn."
+    );
     assert_drawn(&mut browser, &["history", "map"]);
     let shown = text(&mut browser, "frequency");
     assert!(shown.ends_with(" Hz"), "{shown}");
     let beside = text(&mut browser, "frequency-small");
-    for part in
-        ["unsteady", "wander 2.0 %", "other tone 12.50 Hz, 25 % of the power", "shorten the window, give the speed"]
-    {
+    for part in [
+        "unsteady",
+        "wander 2.0 %",
+        "other tone 12.50 Hz, 25 % of the power",
+        "shorten the window, give the speed",
+    ] {
         assert!(beside.contains(part), "{part}: {beside}");
     }
     drop(view);
-    browser.wait("document.getElementById('status').textContent.startsWith('The command cannot be reached')");
+    browser.wait(
+        "document.getElementById('status').textContent.startsWith('The command cannot be reached')",
+    );
     let _again = View::at(&address, &arguments);
-    browser.wait("document.getElementById('status').textContent.startsWith('The recording is over')");
+    browser
+        .wait("document.getElementById('status').textContent.startsWith('The recording is over')");
     assert_eq!(text(&mut browser, "frequency"), shown);
 }
 
-const PHONE: Look = Look { width: 390, height: 844, dark: false };
+const PHONE: Look = Look {
+    width: 390,
+    height: 844,
+    dark: false,
+};
 
 /// What a finger hits on a phone that is smaller than 44 px (WCAG 2.2, 2.5.5).
 const TARGETS: &str = "[...document.querySelectorAll('button, select, input, a, label.button')] \
@@ -181,8 +276,15 @@ const TARGETS: &str = "[...document.querySelectorAll('button, select, input, a, 
 fn the_emulated_board_waits_while_nobody_looks_takes_settings_and_is_recorded() {
     let view = View::start(&["--emulated"]);
     let now_s = || {
-        let (_, _, body) = request(view.address(), "/state.json", view.address(), Duration::from_secs(20));
-        serde_json::from_str::<Value>(&body).expect("JSON")["live"]["now_s"].as_f64().unwrap_or_default()
+        let (_, _, body) = request(
+            view.address(),
+            "/state.json",
+            view.address(),
+            Duration::from_secs(20),
+        );
+        serde_json::from_str::<Value>(&body).expect("JSON")["live"]["now_s"]
+            .as_f64()
+            .unwrap_or_default()
     };
     sleep(Duration::from_secs(2));
     assert!(now_s() < 0.5, "nobody has looked yet");
@@ -198,17 +300,26 @@ fn the_emulated_board_waits_while_nobody_looks_takes_settings_and_is_recorded() 
     }
     browser.value("document.getElementById('settings-send').click()");
     browser.wait("document.getElementById('settings-message').textContent.startsWith('In force')");
-    browser.wait("document.getElementById('frequency-small').textContent.includes('window of 0.50 s')");
+    browser.wait(
+        "document.getElementById('frequency-small').textContent.includes('window of 0.50 s')",
+    );
     let words = text(&mut browser, "fit-small");
     assert!(words.contains("f ") && !words.contains("3f "), "{words}");
     browser.value("document.getElementById('record').click()");
     browser.wait("document.querySelectorAll('#run-rows tr').length === 1");
     let row = browser.value("document.querySelector('#run-rows tr').textContent");
-    assert!(row.as_str().is_some_and(|row| row.starts_with("emulated-board-") && row.contains(" Hz")), "{row}");
+    assert!(
+        row.as_str()
+            .is_some_and(|row| row.starts_with("emulated-board-") && row.contains(" Hz")),
+        "{row}"
+    );
     // What has passed without anybody's recording can be looked at too.
     browser.value("document.getElementById('latest').click()");
     browser.wait("document.querySelectorAll('#run-rows tr').length === 2 && !document.getElementById('scrub').hidden");
-    let begins = browser.value("Number(document.getElementById('time').min)").as_f64().expect("a time");
+    let begins = browser
+        .value("Number(document.getElementById('time').min)")
+        .as_f64()
+        .expect("a time");
     assert!(begins < 0.1, "{begins}");
     browser.value("document.getElementById('live').click()");
     // A new plan brings its own window and hop.
@@ -220,7 +331,8 @@ fn the_emulated_board_waits_while_nobody_looks_takes_settings_and_is_recorded() 
     browser.wait("document.getElementById('settings-message').textContent.includes('1458.')");
     browser.wait("Math.abs(Number(document.getElementById('window_s').value) - 0.373) < 0.001");
     assert_quiet(&browser, &view);
-    // Nobody sees the page: the board stops three seconds after somebody has asked for its state, and goes on with the page.
+    // Nobody sees the page: the board stops three seconds after somebody has asked for its state,
+    // and goes on with the page.
     let see = |browser: &mut Browser, hidden: bool| {
         browser.value(&format!(
             "(() => {{ Object.defineProperty(document, 'hidden', {{ value: {hidden}, configurable: true }}); \
@@ -235,7 +347,9 @@ fn the_emulated_board_waits_while_nobody_looks_takes_settings_and_is_recorded() 
     assert!((0.0..4.5).contains(&passed_s), "{passed_s} s");
     see(&mut browser, false);
     let later_s = before_s + passed_s + 4.0;
-    browser.wait(&format!("parseFloat(document.getElementById('source').textContent.split(', ').at(-1)) > {later_s}"));
+    browser.wait(&format!(
+        "parseFloat(document.getElementById('source').textContent.split(', ').at(-1)) > {later_s}"
+    ));
 }
 
 #[test]
@@ -244,12 +358,24 @@ fn one_wild_estimate_and_one_spike_stretch_no_axis_and_a_token_opens_the_page() 
     let folder = common::directory();
     let plain = packets(3.2);
     let mut wild = plain.clone();
-    let mut estimates = wild.iter_mut().filter(|packet| matches!(packet.event, Event::Estimate(_)));
-    if let Some(Packet { event: Event::Estimate(estimate), .. }) = estimates.nth(1) {
+    let mut estimates = wild
+        .iter_mut()
+        .filter(|packet| matches!(packet.event, Event::Estimate(_)));
+    if let Some(Packet {
+        event: Event::Estimate(estimate),
+        ..
+    }) = estimates.nth(1)
+    {
         (estimate.frequency, estimate.status) = (90.0, Status::Ambiguous);
     }
-    let mut frames = wild.iter_mut().filter(|packet| matches!(packet.event, Event::Raw(_)));
-    if let Some(Packet { event: Event::Raw(raw), .. }) = frames.nth(700) {
+    let mut frames = wild
+        .iter_mut()
+        .filter(|packet| matches!(packet.event, Event::Raw(_)));
+    if let Some(Packet {
+        event: Event::Raw(raw),
+        ..
+    }) = frames.nth(700)
+    {
         raw.codes = [7_000_000; 16];
     }
     let mut axes_shown = Vec::new();
@@ -258,7 +384,11 @@ fn one_wild_estimate_and_one_spike_stretch_no_axis_and_a_token_opens_the_page() 
         // Served as to a phone: with a token, which the address no longer shows afterwards.
         let view = View::at("0.0.0.0:0", &["--file", common::text(&path), "--pace", "0"]);
         let mut browser = Browser::start(LOOK);
-        let (_, rest) = view.url.trim_start_matches("http://").split_once(':').expect("a port");
+        let (_, rest) = view
+            .url
+            .trim_start_matches("http://")
+            .split_once(':')
+            .expect("a port");
         browser.open(&format!("http://127.0.0.1:{rest}"));
         browser.wait("document.getElementById('status')?.textContent.startsWith('The recording is over') === true");
         browser.wait("document.querySelector('#fit .empty').hidden");
@@ -268,41 +398,80 @@ fn one_wild_estimate_and_one_spike_stretch_no_axis_and_a_token_opens_the_page() 
         assert_drawn(&mut browser, &["strips", "history", "spectrum", "fit"]);
         assert_eq!(browser.errors(), Vec::<String>::new());
     }
-    assert_eq!(axes_shown[0].0[0], axes_shown[1].0[0], "the rows of the channels");
-    assert!(axes_shown[0].1.is_empty() && axes_shown[1].1 == "1 beyond the axis", "{axes_shown:?}");
+    assert_eq!(
+        axes_shown[0].0[0], axes_shown[1].0[0],
+        "the rows of the channels"
+    );
+    assert!(
+        axes_shown[0].1.is_empty() && axes_shown[1].1 == "1 beyond the axis",
+        "{axes_shown:?}"
+    );
     let ends = |axes_shown: &Value| -> Vec<f64> {
-        axes_shown.as_str().expect("a range").split(' ').filter_map(|word| word.parse().ok()).collect()
+        axes_shown
+            .as_str()
+            .expect("a range")
+            .split(' ')
+            .filter_map(|word| word.parse().ok())
+            .collect()
     };
     let (plain, wild) = (ends(&axes_shown[0].0[1]), ends(&axes_shown[1].0[1]));
-    assert!(wild[1] - wild[0] < 3.0 * (plain[1] - plain[0]), "{plain:?} and {wild:?}");
+    assert!(
+        wild[1] - wild[0] < 3.0 * (plain[1] - plain[0]),
+        "{plain:?} and {wild:?}"
+    );
 }
 
-/// The picture of the page that the documents show, in the folder that `cargo xtask pictures` names.
+/// The picture of the page that the documents show, in the folder that `cargo xtask pictures`
+/// names.
 #[test]
 #[ignore = "needs the firmware image and a browser; cargo xtask test builds and installs them"]
 fn the_picture_of_the_page_shows_the_period_of_the_first_scene() {
     let view = View::start(&["--emulated"]);
-    let mut browser = Browser::start(Look { width: 1280, height: 978, dark: false });
+    let mut browser = Browser::start(Look {
+        width: 1280,
+        height: 978,
+        dark: false,
+    });
     browser.call("Emulation.setScrollbarsHidden", json!({"hidden": true}));
     browser.open(&view.url);
     browser.wait("/, 5\\.[34] s$/.test(document.querySelector('#source')?.textContent)");
     let period = text(&mut browser, "period");
-    let (mm, sigma_mm) = period.trim_end_matches(" mm").split_once(" ± ").unwrap_or_else(|| panic!("{period}"));
+    let (mm, sigma_mm) = period
+        .trim_end_matches(" mm")
+        .split_once(" ± ")
+        .unwrap_or_else(|| panic!("{period}"));
     let apart_mm = (mm.parse::<f64>().expect("mm") - 3.6).abs();
-    assert!(apart_mm < 2.0 * sigma_mm.parse::<f64>().expect("mm"), "{period}");
-    assert_drawn(&mut browser, &["strips", "history", "spectrum", "fit", "map"]);
+    assert!(
+        apart_mm < 2.0 * sigma_mm.parse::<f64>().expect("mm"),
+        "{period}"
+    );
+    assert_drawn(
+        &mut browser,
+        &["strips", "history", "spectrum", "fit", "map"],
+    );
     let taken = browser.call("Page.captureScreenshot", json!({"format": "png"}));
     let kept = std::env::var_os("RIDGETONE_PICTURES");
     let folder = common::directory();
-    let path = kept.map_or_else(|| folder.path().to_owned(), PathBuf::from).join("view.png");
+    let path = kept
+        .map_or_else(|| folder.path().to_owned(), PathBuf::from)
+        .join("view.png");
     std::fs::write(&path, base64(taken["data"].as_str().expect("a picture"))).expect("a file");
-    assert!(std::fs::read(&path).expect("a file").starts_with(b"\x89PNG"));
+    assert!(
+        std::fs::read(&path)
+            .expect("a file")
+            .starts_with(b"\x89PNG")
+    );
 }
 
 /// The bytes of a text in base 64 (RFC 4648, section 4).
 fn base64(text: &str) -> Vec<u8> {
     const DIGITS: &[u8] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let digit = |byte: &u8| DIGITS.iter().position(|digit| digit == byte).map(|digit| digit as u32);
+    let digit = |byte: &u8| {
+        DIGITS
+            .iter()
+            .position(|digit| digit == byte)
+            .map(|digit| digit as u32)
+    };
     let digits: Vec<u32> = text.as_bytes().iter().filter_map(digit).collect();
     let bytes = |four: &[u32]| {
         let bits = four.iter().fold(0, |bits, digit| bits << 6 | digit) << (6 * (4 - four.len()));
@@ -320,17 +489,28 @@ fn the_emulated_board_is_live_in_light_dark_and_on_a_phone() {
     browser.wait(
         "document.getElementById('phase')?.textContent === 'sliding' && document.getElementById('frequency').textContent.includes('Hz')",
     );
-    assert_drawn(&mut browser, &["strips", "history", "spectrum", "fit", "map"]);
+    assert_drawn(
+        &mut browser,
+        &["strips", "history", "spectrum", "fit", "map"],
+    );
     let looks = [
         ("light", LOOK),
         ("dark", Look { dark: true, ..LOOK }),
         ("phone", PHONE),
-        ("phone-dark", Look { dark: true, ..PHONE }),
+        (
+            "phone-dark",
+            Look {
+                dark: true,
+                ..PHONE
+            },
+        ),
     ];
     for (name, look) in looks {
         browser.look(look);
         sleep(Duration::from_millis(700));
-        let wide = browser.value("document.documentElement.scrollWidth").as_u64();
+        let wide = browser
+            .value("document.documentElement.scrollWidth")
+            .as_u64();
         assert!(wide <= Some(u64::from(look.width)), "{name}: {wide:?}");
         let found = browser.value(include_str!("readable.js"));
         assert_eq!(found, json!([]), "{name}");
@@ -340,7 +520,9 @@ fn the_emulated_board_is_live_in_light_dark_and_on_a_phone() {
         assert_drawn(&mut browser, &["strips", "history", "map"]);
     }
     browser.look(LOOK);
-    let pixels = |browser: &mut Browser| browser.value("document.querySelector('#strips canvas').toDataURL()");
+    let pixels = |browser: &mut Browser| {
+        browser.value("document.querySelector('#strips canvas').toDataURL()")
+    };
     let before = pixels(&mut browser);
     sleep(Duration::from_millis(500));
     let after = pixels(&mut browser);
@@ -349,7 +531,11 @@ fn the_emulated_board_is_live_in_light_dark_and_on_a_phone() {
     sleep(Duration::from_millis(300));
     let (still, received) = (pixels(&mut browser), text(&mut browser, "lost-small"));
     sleep(Duration::from_millis(700));
-    assert_eq!((pixels(&mut browser), text(&mut browser, "lost-small")), (still.clone(), received), "it is paused");
+    assert_eq!(
+        (pixels(&mut browser), text(&mut browser, "lost-small")),
+        (still.clone(), received),
+        "it is paused"
+    );
     browser.value("document.getElementById('pause').click()");
     sleep(Duration::from_millis(500));
     assert_ne!(pixels(&mut browser), still, "it goes on");

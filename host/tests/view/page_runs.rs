@@ -1,4 +1,5 @@
-//! Runs on the page in a browser: dropped, looked at, marked, compared, with the mouse and with keys.
+//! Runs on the page in a browser: dropped, looked at, marked, compared, with the mouse and with
+//! keys.
 
 use super::browser::Browser;
 use super::{LOOK, Look, PHONE, TARGETS, View, assert_drawn, save, text};
@@ -12,8 +13,15 @@ use std::time::Duration;
 /// Presses a key, as a keyboard does.
 fn press(browser: &mut Browser, key: &str) {
     for kind in ["keyDown", "keyUp"] {
-        let text = if kind == "keyDown" && key.len() == 1 { key } else { "" };
-        browser.call("Input.dispatchKeyEvent", json!({"type": kind, "key": key, "text": text}));
+        let text = if kind == "keyDown" && key.len() == 1 {
+            key
+        } else {
+            ""
+        };
+        browser.call(
+            "Input.dispatchKeyEvent",
+            json!({"type": kind, "key": key, "text": text}),
+        );
     }
 }
 
@@ -22,11 +30,21 @@ fn controls(browser: &mut Browser) -> Vec<(String, String)> {
     let tree = browser.call("Accessibility.getFullAXTree", json!({}));
     let focusable = |node: &&Value| {
         let properties = node["properties"].as_array();
-        properties.is_some_and(|all| all.iter().any(|p| p["name"] == "focusable" && p["value"]["value"] == true))
+        properties.is_some_and(|all| {
+            all.iter()
+                .any(|p| p["name"] == "focusable" && p["value"]["value"] == true)
+        })
     };
     let text = |value: &Value| value["value"].as_str().unwrap_or_default().to_owned();
-    let nodes = tree["nodes"].as_array().expect("a tree").iter().filter(|node| node["ignored"] == false);
-    nodes.filter(focusable).map(|node| (text(&node["role"]), text(&node["name"]))).collect()
+    let nodes = tree["nodes"]
+        .as_array()
+        .expect("a tree")
+        .iter()
+        .filter(|node| node["ignored"] == false);
+    nodes
+        .filter(focusable)
+        .map(|node| (text(&node["role"]), text(&node["name"])))
+        .collect()
 }
 
 /// Moves the slider of a run.
@@ -47,37 +65,80 @@ fn a_file_that_is_dropped_is_scrubbed_marked_and_compared_with_keys_too() {
     let path = recorded(folder.path(), &packets(f64::INFINITY));
     let quiet = recorded_as(folder.path(), "quiet.rec", &packets(0.5));
     let table = folder.path().join("other.csv");
-    assert!(common::run(&["scene", "--scene-speed", "20", "-o", common::text(&table)]).status.success());
+    assert!(
+        common::run(&["scene", "--scene-speed", "20", "-o", common::text(&table)])
+            .status
+            .success()
+    );
     let view = View::start(&["--file", common::text(&quiet), "--pace", "0"]);
     let mut browser = Browser::start(LOOK);
     browser.open(&view.url);
     browser.wait("document.querySelectorAll('#run-rows tr').length === 1");
     for (count, file) in [(2, &path), (3, &table)] {
         drop_file(&mut browser, file);
-        browser.wait(&format!("document.querySelectorAll('#run-rows tr').length === {count}"));
+        browser.wait(&format!(
+            "document.querySelectorAll('#run-rows tr').length === {count}"
+        ));
     }
     let message = text(&mut browser, "runs-message");
-    let rows = browser.value("[...document.querySelectorAll('#run-rows tr')].map((row) => row.textContent)");
-    assert!(message.is_empty() && rows[1].as_str().is_some_and(|row| row.starts_with("touch.rec")), "{message} {rows}");
+    let rows = browser
+        .value("[...document.querySelectorAll('#run-rows tr')].map((row) => row.textContent)");
+    assert!(
+        message.is_empty()
+            && rows[1]
+                .as_str()
+                .is_some_and(|row| row.starts_with("touch.rec")),
+        "{message} {rows}"
+    );
     // A letter is refused in words.
-    drop_file(&mut browser, &common::file(folder.path(), "letter.txt", "Dear all,\nthis is no table.\n"));
+    drop_file(
+        &mut browser,
+        &common::file(
+            folder.path(),
+            "letter.txt",
+            "Dear all,\nthis is no table.\n",
+        ),
+    );
     browser.wait("document.getElementById('runs-message').textContent.startsWith('letter.txt')");
 
     // At any of its times.
     browser.value("document.querySelector('[aria-label=\"Look touch.rec\"]').click()");
     browser.wait("document.getElementById('run-name').textContent === 'touch.rec'");
-    let lines = common::json_lines(&common::run(&["monitor", "--file", common::text(&path), "--pace", "0", "--json"]));
-    let windows: Vec<&Value> = lines.iter().filter(|line| line["span"] == "window").collect();
-    for (t_s, phase) in [(0.2, "no contact"), (windows[1]["t_s"].as_f64().expect("a time") + 0.02, "sliding")] {
+    let lines = common::json_lines(&common::run(&[
+        "monitor",
+        "--file",
+        common::text(&path),
+        "--pace",
+        "0",
+        "--json",
+    ]));
+    let windows: Vec<&Value> = lines
+        .iter()
+        .filter(|line| line["span"] == "window")
+        .collect();
+    for (t_s, phase) in [
+        (0.2, "no contact"),
+        (
+            windows[1]["t_s"].as_f64().expect("a time") + 0.02,
+            "sliding",
+        ),
+    ] {
         go(&mut browser, t_s);
         assert_eq!(text(&mut browser, "phase"), phase, "{t_s}");
     }
     let frequency = |browser: &mut Browser| -> f64 {
-        text(browser, "frequency").split(' ').next().and_then(|hz| hz.parse().ok()).expect("a frequency")
+        text(browser, "frequency")
+            .split(' ')
+            .next()
+            .and_then(|hz| hz.parse().ok())
+            .expect("a frequency")
     };
     let second_hz = windows[1]["frequency_hz"].as_f64().expect("a frequency");
     assert!((frequency(&mut browser) / second_hz - 1.0).abs() < 1e-5);
-    assert_drawn(&mut browser, &["strips", "history", "spectrum", "fit", "map"]);
+    assert_drawn(
+        &mut browser,
+        &["strips", "history", "spectrum", "fit", "map"],
+    );
 
     // A part is marked with keys; its estimate is that of `fit`.
     let end_s = windows[1]["t_s"].as_f64().expect("a time");
@@ -85,53 +146,87 @@ fn a_file_that_is_dropped_is_scrubbed_marked_and_compared_with_keys_too() {
         go(&mut browser, t_s);
         press(&mut browser, key);
     }
-    browser.wait("document.getElementById('frequency-small').textContent.includes('window of 0.70 s')");
+    browser.wait(
+        "document.getElementById('frequency-small').textContent.includes('window of 0.70 s')",
+    );
     assert!(text(&mut browser, "scrub-message").starts_with("Marked "));
     press(&mut browser, ",");
     assert!((frequency(&mut browser) / second_hz - 1.0).abs() < 0.01);
 
     // Beside another run.
     browser.value("document.querySelector('[aria-label=\"Compare other.csv\"]').click()");
-    browser.wait("document.getElementById('difference').textContent.includes('touch.rec − other.csv: ')");
+    browser.wait(
+        "document.getElementById('difference').textContent.includes('touch.rec − other.csv: ')",
+    );
     let apart = text(&mut browser, "difference");
-    let apart_hz: f64 =
-        apart.split("csv: ").nth(1).and_then(|hz| hz.split(' ').next()?.parse().ok()).expect("a difference");
+    let apart_hz: f64 = apart
+        .split("csv: ")
+        .nth(1)
+        .and_then(|hz| hz.split(' ').next()?.parse().ok())
+        .expect("a difference");
     // 30 and 20 mm/s over the same grating.
-    assert!((apart_hz - second_hz / 3.0).abs() < 0.01 * second_hz, "{apart}");
+    assert!(
+        (apart_hz - second_hz / 3.0).abs() < 0.01 * second_hz,
+        "{apart}"
+    );
 
     // The same frames with other settings.
     browser.value(
         "(() => { const window_s = document.getElementById('window_s'); window_s.value = '0.5'; \
          window_s.dispatchEvent(new Event('input', { bubbles: true })); document.getElementById('settings-send').click(); })()",
     );
-    browser.wait("document.getElementById('settings-message').textContent.includes('with the new settings')");
+    browser.wait(
+        "document.getElementById('settings-message').textContent.includes('with the new settings')",
+    );
     browser.value("document.getElementById('mark-none').click()");
-    browser.wait("document.getElementById('frequency-small').textContent.includes('window of 0.50 s')");
+    browser.wait(
+        "document.getElementById('frequency-small').textContent.includes('window of 0.50 s')",
+    );
 
     // Keys zoom a plot and move it, and show all again.
     browser.value("document.querySelector('#history .plot').focus()");
     let range = |browser: &mut Browser| -> Vec<f64> {
         let (_, csv) = browser.offered(&save("strips", "csv"));
         let csv = String::from_utf8(csv).expect("UTF-8");
-        csv.lines().skip(1).map(|row| row.split(',').next().unwrap().parse().unwrap()).collect()
+        csv.lines()
+            .skip(1)
+            .map(|row| row.split(',').next().unwrap().parse().unwrap())
+            .collect()
     };
     browser.value("document.querySelector('#strips .plot').focus()");
     let all = range(&mut browser);
     press(&mut browser, "+");
     let near = range(&mut browser);
-    assert!((near.len() as f64 / (2.0 * 241.0) - 0.6).abs() < 0.05, "{} of {}", near.len(), all.len());
+    assert!(
+        (near.len() as f64 / (2.0 * 241.0) - 0.6).abs() < 0.05,
+        "{} of {}",
+        near.len(),
+        all.len()
+    );
     press(&mut browser, "ArrowLeft");
     let moved = range(&mut browser);
-    assert!((near[0] - moved[0] - 0.2 * 1.2).abs() < 0.05, "{} and {}", near[0], moved[0]);
+    assert!(
+        (near[0] - moved[0] - 0.2 * 1.2).abs() < 0.05,
+        "{} and {}",
+        near[0],
+        moved[0]
+    );
     press(&mut browser, "0");
     assert!(range(&mut browser).len() > near.len());
 
     // Every control has a name.
     let controls = controls(&mut browser);
-    let nameless: Vec<_> =
-        controls.iter().filter(|(role, name)| name.trim().is_empty() && role != "RootWebArea").collect();
-    assert!(nameless.is_empty() && controls.len() > 35, "{nameless:?} of {}", controls.len());
-    let is_there = |role: &str, name: &str| controls.iter().any(|(r, n)| r == role && n.contains(name));
+    let nameless: Vec<_> = controls
+        .iter()
+        .filter(|(role, name)| name.trim().is_empty() && role != "RootWebArea")
+        .collect();
+    assert!(
+        nameless.is_empty() && controls.len() > 35,
+        "{nameless:?} of {}",
+        controls.len()
+    );
+    let is_there =
+        |role: &str, name: &str| controls.iter().any(|(r, n)| r == role && n.contains(name));
     for (role, name) in [
         ("slider", "time"),
         ("button", "Compare other.csv"),
@@ -144,20 +239,34 @@ fn a_file_that_is_dropped_is_scrubbed_marked_and_compared_with_keys_too() {
     for look in [LOOK, Look { dark: true, ..LOOK }, PHONE] {
         browser.look(look);
         sleep(Duration::from_millis(300));
-        assert_eq!(browser.value(include_str!("readable.js")), json!([]), "{look:?}");
+        assert_eq!(
+            browser.value(include_str!("readable.js")),
+            json!([]),
+            "{look:?}"
+        );
     }
     assert_eq!(browser.value(TARGETS), json!([]));
     browser.value("document.getElementById('live').click()");
-    assert_eq!(text(&mut browser, "status"), "The recording is over. The page shows its end.");
+    assert_eq!(
+        text(&mut browser, "status"),
+        "The recording is over. The page shows its end."
+    );
     // The browser itself notes the answer to the letter.
     let refused = "Failed to load resource: the server responded with a status of 422";
-    assert!(browser.errors().iter().all(|error| error.contains(refused)), "{:?}", browser.errors());
+    assert!(
+        browser.errors().iter().all(|error| error.contains(refused)),
+        "{:?}",
+        browser.errors()
+    );
 }
 
 /// Drops a file of this computer onto the page.
 fn drop_file(browser: &mut Browser, path: &Path) {
     for kind in ["dragEnter", "dragOver", "drop"] {
         let data = json!({"items": [], "files": [common::text(path)], "dragOperationsMask": 1});
-        browser.call("Input.dispatchDragEvent", json!({"type": kind, "x": 300, "y": 300, "data": data}));
+        browser.call(
+            "Input.dispatchDragEvent",
+            json!({"type": kind, "x": 300, "y": 300, "data": data}),
+        );
     }
 }

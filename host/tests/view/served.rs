@@ -12,8 +12,13 @@ use std::time::{Duration, Instant};
 /// Status, head and body of the answer to a request; of an endless one what comes within `most`.
 pub fn request(address: &str, path: &str, host: &str, most: Duration) -> (u16, String, String) {
     let mut line = TcpStream::connect(address).expect("it listens");
-    line.set_read_timeout(Some(Duration::from_millis(100))).expect("a timeout");
-    write!(line, "GET {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n").expect("sent");
+    line.set_read_timeout(Some(Duration::from_millis(100)))
+        .expect("a timeout");
+    write!(
+        line,
+        "GET {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n"
+    )
+    .expect("sent");
     let (mut bytes, mut part, begun) = (Vec::new(), [0; 65_536], Instant::now());
     while begun.elapsed() < most {
         match line.read(&mut part) {
@@ -24,7 +29,11 @@ pub fn request(address: &str, path: &str, host: &str, most: Duration) -> (u16, S
     }
     let text = String::from_utf8_lossy(&bytes).into_owned();
     let (head, body) = text.split_once("\r\n\r\n").expect("a head");
-    let status = head.split(' ').nth(1).and_then(|status| status.parse().ok()).expect("a status");
+    let status = head
+        .split(' ')
+        .nth(1)
+        .and_then(|status| status.parse().ok())
+        .expect("a status");
     (status, head.to_lowercase(), body.to_owned())
 }
 
@@ -37,17 +46,38 @@ fn other_programs_get_every_packet_as_with_json() {
     let view = View::start(&["--file", common::text(&path), "--pace", "1"]);
     let address = view.address().to_owned();
     let (status, head, body) = request(&address, "/packets", &address, Duration::from_secs(2));
-    assert!(status == 200 && head.contains("content-type: application/x-ndjson"), "{head}");
+    assert!(
+        status == 200 && head.contains("content-type: application/x-ndjson"),
+        "{head}"
+    );
     // Between the lines are the lengths of HTTP's chunks; the last line may be cut.
     let mut found: Vec<&str> = body.lines().filter(|line| line.starts_with('{')).collect();
     found.pop();
-    let printed = common::stdout(&common::run(&["monitor", "--file", common::text(&path), "--pace", "0", "--json"]));
+    let printed = common::stdout(&common::run(&[
+        "monitor",
+        "--file",
+        common::text(&path),
+        "--pace",
+        "0",
+        "--json",
+    ]));
     let printed: Vec<&str> = printed.lines().collect();
-    assert!(found[0].starts_with(r#"{"type":"hello""#) && found.len() > 200, "{}", found.len());
+    assert!(
+        found[0].starts_with(r#"{"type":"hello""#) && found.len() > 200,
+        "{}",
+        found.len()
+    );
     // The greeting comes first, and then whatever follows on the moment of the request.
-    let first = printed.iter().position(|line| *line == found[1]).expect("a packet");
+    let first = printed
+        .iter()
+        .position(|line| *line == found[1])
+        .expect("a packet");
     assert_eq!(found[1..], printed[first..][..found.len() - 1]);
-    assert!(found.iter().any(|line| line.starts_with(r#"{"type":"raw""#) && line.contains(r#""volts":["#)));
+    assert!(
+        found
+            .iter()
+            .any(|line| line.starts_with(r#"{"type":"raw""#) && line.contains(r#""volts":["#))
+    );
 }
 
 #[test]
@@ -60,7 +90,10 @@ fn it_serves_this_computer_only_and_its_state_as_json() {
     let port = address.strip_prefix("127.0.0.1:").expect("loopback");
     let state = || -> Value {
         let (status, head, body) = request(&address, "/state.json", &address, LONG);
-        assert!(status == 200 && head.contains("content-type: application/json"), "{head}");
+        assert!(
+            status == 200 && head.contains("content-type: application/json"),
+            "{head}"
+        );
         serde_json::from_str(&body).expect("JSON")
     };
     let begun = Instant::now();
@@ -70,19 +103,45 @@ fn it_serves_this_computer_only_and_its_state_as_json() {
     }
     let live = &state()["live"];
     // The same numbers as with --json.
-    let lines = common::json_lines(&common::run(&["monitor", "--file", common::text(&path), "--pace", "0", "--json"]));
-    let estimates: Vec<&Value> = lines.iter().filter(|line| line["type"] == "estimate").collect();
-    assert_eq!(live["history"].as_array().map(Vec::len), Some(estimates.len()));
-    assert_eq!(&live["latest"]["estimate"], *estimates.last().expect("an estimate"));
+    let lines = common::json_lines(&common::run(&[
+        "monitor",
+        "--file",
+        common::text(&path),
+        "--pace",
+        "0",
+        "--json",
+    ]));
+    let estimates: Vec<&Value> = lines
+        .iter()
+        .filter(|line| line["type"] == "estimate")
+        .collect();
+    assert_eq!(
+        live["history"].as_array().map(Vec::len),
+        Some(estimates.len())
+    );
+    assert_eq!(
+        &live["latest"]["estimate"],
+        *estimates.last().expect("an estimate")
+    );
     assert_eq!(live["counts"]["received"], packets.len());
 
-    for host in
-        ["example.org", &format!("example.org:{port}"), &format!("127.0.0.1.example.org:{port}"), "127.0.0.1:1", ""]
-    {
+    for host in [
+        "example.org",
+        &format!("example.org:{port}"),
+        &format!("127.0.0.1.example.org:{port}"),
+        "127.0.0.1:1",
+        "",
+    ] {
         for path in ["/", "/state.json", "/events", "/packets", "/uPlot.js"] {
             let (status, _, body) = request(&address, path, host, LONG);
-            assert!(status == 403 || host.is_empty() && status == 400, "{host} {path}: {status}");
-            assert!(!body.contains("latest") && !body.contains("uPlot"), "{host} {path}");
+            assert!(
+                status == 403 || host.is_empty() && status == 400,
+                "{host} {path}: {status}"
+            );
+            assert!(
+                !body.contains("latest") && !body.contains("uPlot"),
+                "{host} {path}"
+            );
         }
     }
     for host in [format!("localhost:{port}"), format!("[::1]:{port}")] {
@@ -90,20 +149,30 @@ fn it_serves_this_computer_only_and_its_state_as_json() {
     }
     for path in ["/", "/view.js", "/uPlot.css", "/state.json"] {
         let (_, head, _) = request(&address, path, &address, LONG);
-        assert!(head.contains("content-security-policy: default-src 'self';"), "{head}");
-        assert!(head.contains("cache-control: no-store") && !head.contains("access-control"), "{head}");
+        assert!(
+            head.contains("content-security-policy: default-src 'self';"),
+            "{head}"
+        );
+        assert!(
+            head.contains("cache-control: no-store") && !head.contains("access-control"),
+            "{head}"
+        );
     }
     assert_eq!(request(&address, "/../Cargo.toml", &address, LONG).0, 404);
     let (_, head, body) = request(&address, "/events", &address, Duration::from_secs(1));
     assert!(head.contains("text/event-stream"), "{head}");
-    assert!(body.contains("event: state") && body.matches("event: update").count() >= 3, "{}", body.len());
+    assert!(
+        body.contains("event: state") && body.matches("event: update").count() >= 3,
+        "{}",
+        body.len()
+    );
 
     // On no address but the given one: every other one of 127.0.0.0/8 is this computer too.
     assert!(TcpStream::connect(format!("127.0.0.2:{port}")).is_err());
 
     // Ctrl-C ends it, though a page is listening.
-    let _page =
-        TcpStream::connect(&address).map(|mut line| write!(line, "GET /events HTTP/1.1\r\nHost: {address}\r\n\r\n"));
+    let _page = TcpStream::connect(&address)
+        .map(|mut line| write!(line, "GET /events HTTP/1.1\r\nHost: {address}\r\n\r\n"));
     kill_process(Pid::from_child(&view.child), Signal::INT).expect("a signal");
     let begun = Instant::now();
     let status = loop {
@@ -114,8 +183,16 @@ fn it_serves_this_computer_only_and_its_state_as_json() {
         sleep(Duration::from_millis(20));
     };
     let mut stderr = String::new();
-    view.child.stderr.take().expect("a pipe").read_to_string(&mut stderr).expect("text");
-    assert!(status.success() && stderr.contains(" telemetry frames received, 0 lost, 0 damaged"), "{status}: {stderr}");
+    view.child
+        .stderr
+        .take()
+        .expect("a pipe")
+        .read_to_string(&mut stderr)
+        .expect("text");
+    assert!(
+        status.success() && stderr.contains(" telemetry frames received, 0 lost, 0 damaged"),
+        "{status}: {stderr}"
+    );
 }
 
 #[test]
@@ -123,14 +200,25 @@ fn addresses_that_are_none_or_that_are_taken_are_refused_on_one_line() {
     let folder = common::directory();
     let path = recorded(folder.path(), &packets(0.5));
     let file = common::text(&path);
-    common::assert_one_line(&common::run(&["view", "--file", file, "--listen", "8321"]), 2, &["127.0.0.1:8321"]);
+    common::assert_one_line(
+        &common::run(&["view", "--file", file, "--listen", "8321"]),
+        2,
+        &["127.0.0.1:8321"],
+    );
     let taken = TcpListener::bind("127.0.0.1:0").expect("a port");
     let address = taken.local_addr().expect("an address").to_string();
     let output = common::run(&["view", "--file", file, "--listen", &address]);
     assert_eq!(output.status.code(), Some(1));
     let stderr = common::stderr(&output);
-    assert!(stderr.contains(&address) && stderr.contains("choose another"), "{stderr}");
-    common::assert_one_line(&common::run(&["view", "--file", "no such file"]), 1, &["no such file"]);
+    assert!(
+        stderr.contains(&address) && stderr.contains("choose another"),
+        "{stderr}"
+    );
+    common::assert_one_line(
+        &common::run(&["view", "--file", "no such file"]),
+        1,
+        &["no such file"],
+    );
 }
 
 #[test]
@@ -141,24 +229,53 @@ fn beyond_this_computer_it_needs_the_token_that_is_printed_and_is_a_code_too() {
     let (place, token) = view.address().split_once("/?token=").expect("a token");
     let port = place.rsplit(':').next().expect("a port");
     let (address, token) = (format!("127.0.0.1:{port}"), token.to_owned());
-    assert!(token.len() == 32 && token.bytes().all(|byte| byte.is_ascii_hexdigit()), "{token}");
-    for path in ["/", "/events", "/state.json", "/packets", "/view.js", "/runs", "/?token=", "/?token=0"] {
+    assert!(
+        token.len() == 32 && token.bytes().all(|byte| byte.is_ascii_hexdigit()),
+        "{token}"
+    );
+    for path in [
+        "/",
+        "/events",
+        "/state.json",
+        "/packets",
+        "/view.js",
+        "/runs",
+        "/?token=",
+        "/?token=0",
+    ] {
         for host in [address.as_str(), place, "localhost"] {
             let (status, _, body) = request(&address, path, host, LONG);
-            assert!(status == 403 && body.contains("token") && !body.contains("uPlot"), "{path}: {status}");
+            assert!(
+                status == 403 && body.contains("token") && !body.contains("uPlot"),
+                "{path}: {status}"
+            );
         }
     }
     let (status, head, _) = request(&address, &format!("/?token={token}"), place, LONG);
-    assert!(status == 303 && head.contains("location: /\r\n") && head.contains("httponly; samesite=lax"), "{head}");
+    assert!(
+        status == 303
+            && head.contains("location: /\r\n")
+            && head.contains("httponly; samesite=lax"),
+        "{head}"
+    );
     let (status, _, body) = request(&address, &format!("/state.json?token={token}"), place, LONG);
     assert!(status == 200 && body.contains("latest"), "{status}");
     let mut warned = String::new();
-    BufReader::new(view.child.stderr.take().expect("a pipe")).read_line(&mut warned).expect("a line");
+    BufReader::new(view.child.stderr.take().expect("a pipe"))
+        .read_line(&mut warned)
+        .expect("a line");
     let _ = view.child.kill();
     let mut printed = String::new();
     view.stdout.read_to_string(&mut printed).expect("text");
     // Version 4: 33 modules and the quiet zone, two rows a line.
-    assert!(printed.lines().filter(|line| line.chars().count() == 41).count() == 21, "{printed}");
+    assert!(
+        printed
+            .lines()
+            .filter(|line| line.chars().count() == 41)
+            .count()
+            == 21,
+        "{printed}"
+    );
     assert!(warned.contains("not encrypted"), "{warned}");
 }
 
@@ -167,10 +284,23 @@ fn open_starts_the_browser_with_the_address() {
     let folder = common::directory();
     let path = recorded(folder.path(), &packets(0.5));
     let opened = folder.path().join("opened");
-    let stub = common::file(folder.path(), "xdg-open", &format!("#!/bin/sh\necho \"$1\" > '{}'\n", opened.display()));
-    std::fs::set_permissions(&stub, std::os::unix::fs::PermissionsExt::from_mode(0o755)).expect("a mode");
-    let searched = format!("{}:{}", folder.path().display(), std::env::var("PATH").expect("a path"));
-    let view = View::with("127.0.0.1:0", &["--file", common::text(&path), "--open"], &[("PATH", &searched)]);
+    let stub = common::file(
+        folder.path(),
+        "xdg-open",
+        &format!("#!/bin/sh\necho \"$1\" > '{}'\n", opened.display()),
+    );
+    std::fs::set_permissions(&stub, std::os::unix::fs::PermissionsExt::from_mode(0o755))
+        .expect("a mode");
+    let searched = format!(
+        "{}:{}",
+        folder.path().display(),
+        std::env::var("PATH").expect("a path")
+    );
+    let view = View::with(
+        "127.0.0.1:0",
+        &["--file", common::text(&path), "--open"],
+        &[("PATH", &searched)],
+    );
     let begun = Instant::now();
     while std::fs::read_to_string(&opened).unwrap_or_default().trim() != view.url {
         assert!(begun.elapsed() < LONG, "nothing was opened");
@@ -178,10 +308,18 @@ fn open_starts_the_browser_with_the_address() {
     }
     // Without one it says what to do, and goes on.
     let nothing = folder.path().join("nothing");
-    let mut view =
-        View::with("127.0.0.1:0", &["--file", common::text(&path), "--open"], &[("PATH", common::text(&nothing))]);
+    let mut view = View::with(
+        "127.0.0.1:0",
+        &["--file", common::text(&path), "--open"],
+        &[("PATH", common::text(&nothing))],
+    );
     let mut report = String::new();
-    BufReader::new(view.child.stderr.take().expect("a pipe")).read_line(&mut report).expect("a line");
+    BufReader::new(view.child.stderr.take().expect("a pipe"))
+        .read_line(&mut report)
+        .expect("a line");
     let (status, _, _) = request(view.address(), "/", view.address(), LONG);
-    assert!(status == 200 && report.contains("xdg-open") && report.contains(&view.url), "{report}");
+    assert!(
+        status == 200 && report.contains("xdg-open") && report.contains(&view.url),
+        "{report}"
+    );
 }

@@ -12,13 +12,29 @@ use std::time::{Duration, Instant};
 /// The answer to a POST: its status and its body.
 fn post(address: &str, path: &str, origin: &str, body: &[u8]) -> (u16, String) {
     let mut line = TcpStream::connect(address).expect("it listens");
-    write!(line, "POST {path} HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\nOrigin: {origin}\r\n").expect("sent");
-    write!(line, "Content-Type: application/octet-stream\r\nContent-Length: {}\r\n\r\n", body.len()).expect("sent");
+    write!(
+        line,
+        "POST {path} HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\nOrigin: {origin}\r\n"
+    )
+    .expect("sent");
+    write!(
+        line,
+        "Content-Type: application/octet-stream\r\nContent-Length: {}\r\n\r\n",
+        body.len()
+    )
+    .expect("sent");
     line.write_all(body).expect("sent");
     let mut text = String::new();
     line.read_to_string(&mut text).expect("an answer");
-    let status = text.split(' ').nth(1).and_then(|status| status.parse().ok()).expect("a status");
-    (status, text.split_once("\r\n\r\n").expect("a head").1.to_owned())
+    let status = text
+        .split(' ')
+        .nth(1)
+        .and_then(|status| status.parse().ok())
+        .expect("a status");
+    (
+        status,
+        text.split_once("\r\n\r\n").expect("a head").1.to_owned(),
+    )
 }
 
 #[test]
@@ -27,75 +43,195 @@ fn a_run_is_what_the_commands_say_of_its_file_at_any_time_and_in_any_part() {
     let all = packets(f64::INFINITY);
     let path = recorded(folder.path(), &all);
     let view = View::start(&["--file", common::text(&path), "--pace", "1"]);
-    let (address, origin) = (view.address().to_owned(), format!("http://{}", view.address()));
-    let json = |text: &str| -> Value { serde_json::from_str(text).unwrap_or_else(|_| panic!("{text}")) };
+    let (address, origin) = (
+        view.address().to_owned(),
+        format!("http://{}", view.address()),
+    );
+    let json =
+        |text: &str| -> Value { serde_json::from_str(text).unwrap_or_else(|_| panic!("{text}")) };
     let bytes = std::fs::read(&path).expect("a file");
     let (status, body) = post(&address, "/runs?name=touch.rec", &origin, &bytes);
     let run = json(&body);
-    assert!(status == 200 && run["name"] == "touch.rec" && run["touches"] == 1, "{body}");
+    assert!(
+        status == 200 && run["name"] == "touch.rec" && run["touches"] == 1,
+        "{body}"
+    );
     let id = run["id"].as_u64().expect("a number");
     let get = |path: &str| request(&address, path, &address, LONG);
     let at = |query: &str| json(&get(&format!("/runs/{id}/state.json?{query}")).2);
 
     // At a time it is what the board had sent by then.
-    let lines = common::json_lines(&common::run(&["monitor", "--file", common::text(&path), "--pace", "0", "--json"]));
-    let estimates: Vec<&Value> = lines.iter().filter(|line| line["type"] == "estimate").collect();
+    let lines = common::json_lines(&common::run(&[
+        "monitor",
+        "--file",
+        common::text(&path),
+        "--pace",
+        "0",
+        "--json",
+    ]));
+    let estimates: Vec<&Value> = lines
+        .iter()
+        .filter(|line| line["type"] == "estimate")
+        .collect();
     let third = estimates[2];
     let t_s = third["t_s"].as_f64().expect("a time");
     let state = at(&format!("t_s={}", t_s + 0.01));
-    assert_eq!(state["live"]["latest"]["estimate"]["frequency_hz"], third["frequency_hz"]);
     assert_eq!(
-        (&state["live"]["history"].as_array().map(Vec::len), &state["live"]["phase"]),
+        state["live"]["latest"]["estimate"]["frequency_hz"],
+        third["frequency_hz"]
+    );
+    assert_eq!(
+        (
+            &state["live"]["history"].as_array().map(Vec::len),
+            &state["live"]["phase"]
+        ),
         (&Some(3), &"sliding".into())
     );
-    let last_s = state["live"]["strips"]["t_s"].as_array().and_then(|all| all.last()?.as_f64()).expect("frames");
-    assert!((last_s - t_s).abs() < 0.02 && state["curves"]["fit_v"].is_array(), "{last_s} and {t_s}");
+    let last_s = state["live"]["strips"]["t_s"]
+        .as_array()
+        .and_then(|all| all.last()?.as_f64())
+        .expect("frames");
+    assert!(
+        (last_s - t_s).abs() < 0.02 && state["curves"]["fit_v"].is_array(),
+        "{last_s} and {t_s}"
+    );
     assert_eq!(
         run["estimate"]["frequency"],
-        estimates.iter().rfind(|e| e["span"] == "slide").expect("one")["frequency_hz"]
+        estimates
+            .iter()
+            .rfind(|e| e["span"] == "slide")
+            .expect("one")["frequency_hz"]
     );
 
     // A part has what `fit` makes of the same frames.
-    let marked = at(&format!("from_s={}&until_s={}", t_s - 1.3, t_s - 0.1))["live"]["latest"]["estimate"].clone();
+    let marked =
+        at(&format!("from_s={}&until_s={}", t_s - 1.3, t_s - 0.1))["live"]["latest"]["estimate"]
+            .clone();
     let frames = folder.path().join("frames.csv");
-    let export = ["export", common::text(&path), "--format", "csv", "--table", "frames", "-o", common::text(&frames)];
+    let export = [
+        "export",
+        common::text(&path),
+        "--format",
+        "csv",
+        "--table",
+        "frames",
+        "-o",
+        common::text(&frames),
+    ];
     assert!(common::run(&export).status.success());
     let (from, to) = (format!("{}", t_s - 1.3), format!("{}", t_s - 0.1));
-    let fit =
-        &common::json_lines(&common::run(&["fit", common::text(&frames), "--from", &from, "--to", &to, "--json"]))[0];
-    let [here, there] = [&marked, fit].map(|found| found["frequency_hz"].as_f64().expect("a frequency"));
+    let fit = &common::json_lines(&common::run(&[
+        "fit",
+        common::text(&frames),
+        "--from",
+        &from,
+        "--to",
+        &to,
+        "--json",
+    ]))[0];
+    let [here, there] =
+        [&marked, fit].map(|found| found["frequency_hz"].as_f64().expect("a frequency"));
     let sigma_hz = fit["sigma_hz"].as_f64().expect("a sigma");
-    assert!((here - there).abs() < 0.5 * sigma_hz && marked["status"] == fit["status"], "{here} {there} {sigma_hz}");
+    assert!(
+        (here - there).abs() < 0.5 * sigma_hz && marked["status"] == fit["status"],
+        "{here} {there} {sigma_hz}"
+    );
     let short = get(&format!("/runs/{id}/state.json?from_s=2&until_s=2.01"));
-    assert!(short.0 == 422 && short.2.contains("mark more"), "{}", short.2);
+    assert!(
+        short.0 == 422 && short.2.contains("mark more"),
+        "{}",
+        short.2
+    );
 
     // The same frames with other settings, and as a table.
-    let (status, body) = post(&address, &format!("/runs/{id}/settings"), &origin, br#"{"window_s":0.5}"#);
+    let (status, body) = post(
+        &address,
+        &format!("/runs/{id}/settings"),
+        &origin,
+        br#"{"window_s":0.5}"#,
+    );
     assert!(status == 200, "{body}");
     let state = at(&format!("t_s={}", t_s + 0.01));
-    assert!((state["live"]["latest"]["estimate"]["window_s"].as_f64().expect("a window") - 0.5).abs() < 0.01);
-    let refused = post(&address, &format!("/runs/{id}/settings"), &origin, br#"{"window_s":9}"#);
-    assert!(refused.0 == 422 && refused.1.contains("0.1 to 3.9"), "{}", refused.1);
-    let (status, body) = post(&address, "/runs?name=frames.csv", &origin, &std::fs::read(&frames).expect("a file"));
-    let [a, b] = [&run, &json(&body)].map(|run| run["estimate"]["frequency"].as_f64().expect("a frequency"));
+    assert!(
+        (state["live"]["latest"]["estimate"]["window_s"]
+            .as_f64()
+            .expect("a window")
+            - 0.5)
+            .abs()
+            < 0.01
+    );
+    let refused = post(
+        &address,
+        &format!("/runs/{id}/settings"),
+        &origin,
+        br#"{"window_s":9}"#,
+    );
+    assert!(
+        refused.0 == 422 && refused.1.contains("0.1 to 3.9"),
+        "{}",
+        refused.1
+    );
+    let (status, body) = post(
+        &address,
+        "/runs?name=frames.csv",
+        &origin,
+        &std::fs::read(&frames).expect("a file"),
+    );
+    let [a, b] =
+        [&run, &json(&body)].map(|run| run["estimate"]["frequency"].as_f64().expect("a frequency"));
     assert!(status == 200 && (a / b - 1.0).abs() < 1e-4, "{a} and {b}");
 
     let exported = folder.path().join("touch.mcap");
-    assert!(common::run(&["export", common::text(&path), "-o", common::text(&exported)]).status.success());
-    let (status, body) = post(&address, "/runs?name=touch.mcap", &origin, &std::fs::read(&exported).expect("a file"));
-    let [a, b] = [&run, &json(&body)].map(|run| run["estimate"]["frequency"].as_f64().expect("a frequency"));
+    assert!(
+        common::run(&["export", common::text(&path), "-o", common::text(&exported)])
+            .status
+            .success()
+    );
+    let (status, body) = post(
+        &address,
+        "/runs?name=touch.mcap",
+        &origin,
+        &std::fs::read(&exported).expect("a file"),
+    );
+    let [a, b] =
+        [&run, &json(&body)].map(|run| run["estimate"]["frequency"].as_f64().expect("a frequency"));
     assert!(status == 200 && (a / b - 1.0).abs() < 1e-4, "{a} and {b}");
 
-    // What is no run is refused by the name that people know; what comes from another page is not taken.
-    let refused = post(&address, "/runs?name=a%20letter.txt", &origin, b"Dear all,\nthis is no table.\n");
-    assert!(refused.0 == 422 && refused.1.starts_with("a letter.txt") && !refused.1.contains("/tmp"), "{}", refused.1);
-    assert_eq!(post(&address, "/runs?name=x", "http://example.org", &bytes).0, 403);
+    // What is no run is refused by the name that people know; what comes from another page is not
+    // taken.
+    let refused = post(
+        &address,
+        "/runs?name=a%20letter.txt",
+        &origin,
+        b"Dear all,\nthis is no table.\n",
+    );
+    assert!(
+        refused.0 == 422 && refused.1.starts_with("a letter.txt") && !refused.1.contains("/tmp"),
+        "{}",
+        refused.1
+    );
+    assert_eq!(
+        post(&address, "/runs?name=x", "http://example.org", &bytes).0,
+        403
+    );
     // The command's own file is there from the beginning, and the first one goes.
-    let names =
-        |text: &str| json(text).as_array().expect("a list").iter().map(|run| run["name"].clone()).collect::<Vec<_>>();
+    let names = |text: &str| {
+        json(text)
+            .as_array()
+            .expect("a list")
+            .iter()
+            .map(|run| run["name"].clone())
+            .collect::<Vec<_>>()
+    };
     let listed = names(&get("/runs").2);
-    assert!(listed.iter().filter(|name| **name == "touch.rec").count() == 2 && listed.contains(&"frames.csv".into()));
-    assert_eq!(post(&address, &format!("/runs/{id}/close"), &origin, b"").0, 200);
+    assert!(
+        listed.iter().filter(|name| **name == "touch.rec").count() == 2
+            && listed.contains(&"frames.csv".into())
+    );
+    assert_eq!(
+        post(&address, &format!("/runs/{id}/close"), &origin, b"").0,
+        200
+    );
     assert_eq!(get(&format!("/runs/{id}/state.json?t_s=1")).0, 422);
 }
 
@@ -105,10 +241,18 @@ fn what_is_recorded_and_the_last_minute_are_runs_that_the_commands_read() {
     let path = recorded(folder.path(), &packets(f64::INFINITY));
     // Slowly: it must not be over before it is recorded.
     let view = View::start(&["--file", common::text(&path), "--pace", "0.5"]);
-    let (address, origin) = (view.address().to_owned(), format!("http://{}", view.address()));
-    let json = |text: &str| -> Value { serde_json::from_str(text).unwrap_or_else(|_| panic!("{text}")) };
+    let (address, origin) = (
+        view.address().to_owned(),
+        format!("http://{}", view.address()),
+    );
+    let json =
+        |text: &str| -> Value { serde_json::from_str(text).unwrap_or_else(|_| panic!("{text}")) };
     let get = |path: &str| request(&address, path, &address, LONG);
-    let received = || json(&get("/state.json").2)["live"]["counts"]["received"].as_u64().expect("a count");
+    let received = || {
+        json(&get("/state.json").2)["live"]["counts"]["received"]
+            .as_u64()
+            .expect("a count")
+    };
     let wait_for = |count: u64| {
         let begun = Instant::now();
         while received() < count {
@@ -118,18 +262,34 @@ fn what_is_recorded_and_the_last_minute_are_runs_that_the_commands_read() {
     };
     wait_for(50);
     let before = received();
-    assert_eq!(post(&address, "/record", &origin, b""), (200, String::new()));
+    assert_eq!(
+        post(&address, "/record", &origin, b""),
+        (200, String::new())
+    );
     assert!(json(&get("/state.json").2)["recording_s"].is_number());
     wait_for(before + 200);
     let (status, body) = post(&address, "/record", &origin, b"");
     let run = json(&body);
     let frames = run["frames"].as_u64().expect("a count");
-    assert!(status == 200 && (150..=received()).contains(&frames) && run["name"] != "", "{body}");
+    assert!(
+        status == 200 && (150..=received()).contains(&frames) && run["name"] != "",
+        "{body}"
+    );
     // The last minute is all that has come, since it is shorter.
     let (status, body) = post(&address, "/record/latest", &origin, b"");
     let latest = json(&body);
-    assert!(status == 200 && latest["from_s"].as_f64() < Some(0.1), "{body}");
-    assert!(latest["frames"].as_u64() >= Some(frames + 40) && latest["until_s"].as_f64() >= run["until_s"].as_f64());
+    assert!(
+        status == 200 && latest["from_s"].as_f64() < Some(0.1),
+        "{body}"
+    );
+    assert!(
+        latest["frames"].as_u64() >= Some(frames + 40)
+            && latest["until_s"].as_f64() >= run["until_s"].as_f64()
+    );
     let (_, _, file) = get(&format!("/runs/{}/file", run["id"]));
-    assert!(file.starts_with("ridgetone telemetry 2 {"), "{}", &file[..40]);
+    assert!(
+        file.starts_with("ridgetone telemetry 2 {"),
+        "{}",
+        &file[..40]
+    );
 }

@@ -17,7 +17,9 @@ const SLIDING_S: f64 = 3.0;
 
 fn live() -> Live {
     let mut live = Live::new("a test");
-    packets(SLIDING_S).iter().for_each(|packet| live.take(packet));
+    packets(SLIDING_S)
+        .iter()
+        .for_each(|packet| live.take(packet));
     live
 }
 
@@ -25,7 +27,10 @@ fn live() -> Live {
 fn line(t_s: &[f64], values: &[f64], frequency_hz: f64) -> (f64, f64) {
     let mean = values.iter().sum::<f64>() / values.len() as f64;
     let sum = |wave: fn(f64) -> f64| -> f64 {
-        t_s.iter().zip(values).map(|(t_s, value)| (value - mean) * wave(TAU * frequency_hz * t_s)).sum()
+        t_s.iter()
+            .zip(values)
+            .map(|(t_s, value)| (value - mean) * wave(TAU * frequency_hz * t_s))
+            .sum()
     };
     let scale = 2.0 / values.len() as f64;
     (scale * sum(f64::cos), scale * sum(f64::sin))
@@ -33,9 +38,20 @@ fn line(t_s: &[f64], values: &[f64], frequency_hz: f64) -> (f64, f64) {
 
 /// Frames of the latest window: times, and volts of each taxel.
 fn window(strips: &Strips, from_s: f64, until_s: f64) -> (Vec<f64>, Vec<Vec<f64>>) {
-    let inside = || strips.iter().filter(|frame| frame.t_s >= from_s && frame.t_s <= until_s);
-    let volts = |taxel: usize| inside().map(|frame| f64::from(frame.volts[taxel].expect("a value"))).collect();
-    (inside().map(|frame| frame.t_s).collect(), (0..16).map(volts).collect())
+    let inside = || {
+        strips
+            .iter()
+            .filter(|frame| frame.t_s >= from_s && frame.t_s <= until_s)
+    };
+    let volts = |taxel: usize| {
+        inside()
+            .map(|frame| f64::from(frame.volts[taxel].expect("a value")))
+            .collect()
+    };
+    (
+        inside().map(|frame| frame.t_s).collect(),
+        (0..16).map(volts).collect(),
+    )
 }
 
 #[test]
@@ -52,11 +68,22 @@ fn the_spectrum_is_that_of_a_plain_fourier_sum_over_the_latest_window() {
         let hz = bin as f64 * found.bin_hz;
         let share = |values: &Vec<f64>| {
             // About its straight line, as the library has it.
-            let (mean, middle) = (values.iter().sum::<f64>() / frames, t_s.iter().sum::<f64>() / frames);
+            let (mean, middle) = (
+                values.iter().sum::<f64>() / frames,
+                t_s.iter().sum::<f64>() / frames,
+            );
             let along = |t_s: &f64| t_s - middle;
-            let slope = t_s.iter().zip(values).map(|(t, v)| along(t) * (v - mean)).sum::<f64>()
+            let slope = t_s
+                .iter()
+                .zip(values)
+                .map(|(t, v)| along(t) * (v - mean))
+                .sum::<f64>()
                 / t_s.iter().map(|t| along(t).powi(2)).sum::<f64>();
-            let rest: Vec<f64> = t_s.iter().zip(values).map(|(t, v)| v - mean - slope * along(t)).collect();
+            let rest: Vec<f64> = t_s
+                .iter()
+                .zip(values)
+                .map(|(t, v)| v - mean - slope * along(t))
+                .collect();
             let (re, im) = (0..rest.len()).fold((0.0, 0.0), |(re, im), n| {
                 let angle = TAU * hz * (t_s[n] - t_s[0]);
                 (re + rest[n] * angle.cos(), im + rest[n] * angle.sin())
@@ -65,50 +92,98 @@ fn the_spectrum_is_that_of_a_plain_fourier_sum_over_the_latest_window() {
         };
         let power = volts.iter().map(share).sum::<f64>() / (16.0 * 0.5 * frames);
         let db = 10.0 * power.log10();
-        assert!((f64::from(found.power_db[bin]) - db).abs() < 0.1, "bin {bin}: {} and {db}", found.power_db[bin]);
+        assert!(
+            (f64::from(found.power_db[bin]) - db).abs() < 0.1,
+            "bin {bin}: {} and {db}",
+            found.power_db[bin]
+        );
     }
-    let peak = found.power_db.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+    let peak = found
+        .power_db
+        .iter()
+        .copied()
+        .fold(f32::NEG_INFINITY, f32::max);
     assert!((-3.0..=0.0).contains(&peak), "{peak}");
     // The reported tone and its harmonics are marked, and the noise beside it is far below.
     assert_eq!(found.lines.len(), usize::from(estimate.harmonics));
     for (line, k) in found.lines.iter().zip(1..) {
         assert!((line.frequency_hz / f64::from(estimate.frequency) - f64::from(k)).abs() < 1e-6);
     }
-    let rest = curves(&live).expect("curves").residual_spectrum.expect("noise beside the line");
-    assert!((found.lines[0].power_db - peak).abs() < 1.0 && rest.power_db.len() == found.power_db.len());
+    let rest = curves(&live)
+        .expect("curves")
+        .residual_spectrum
+        .expect("noise beside the line");
+    assert!(
+        (found.lines[0].power_db - peak).abs() < 1.0 && rest.power_db.len() == found.power_db.len()
+    );
     let hz = f64::from(estimate.frequency);
-    assert!((rest.until_hz - hz - 5.0).abs() < 0.1 && (rest.from_hz - (hz - 5.0).max(0.0)).abs() < 0.1);
-    // The scene's noise is white: by the board's residuals, its share of the power is spread over 120 bins.
+    assert!(
+        (rest.until_hz - hz - 5.0).abs() < 0.1 && (rest.from_hz - (hz - 5.0).max(0.0)).abs() < 0.1
+    );
+    // The scene's noise is white: by the board's residuals, its share of the power is spread over
+    // 120 bins.
     let of = |power: f32| power.powi(2);
-    let share =
-        |c: &ridgetone_proto::telemetry::Channel| of(c.residual_v) / (0.5 * of(c.amplitude_v) + of(c.residual_v));
-    let mut shares: Vec<(f32, u8)> = estimate.channels.iter().map(|channel| (share(channel), channel.taxel)).collect();
+    let share = |c: &ridgetone_proto::telemetry::Channel| {
+        of(c.residual_v) / (0.5 * of(c.amplitude_v) + of(c.residual_v))
+    };
+    let mut shares: Vec<(f32, u8)> = estimate
+        .channels
+        .iter()
+        .map(|channel| (share(channel), channel.taxel))
+        .collect();
     shares.sort_by(|a, b| a.0.total_cmp(&b.0));
     let expected_db = 10.0 * (0.5 * (shares[0].0 + shares[1].0) / 120.0).log10();
-    assert!((rest.noise_db - expected_db).abs() < 3.0, "{} and {expected_db}", rest.noise_db);
+    assert!(
+        (rest.noise_db - expected_db).abs() < 3.0,
+        "{} and {expected_db}",
+        rest.noise_db
+    );
     // By a plain Fourier sum over what the curves leave of the two channels with the least noise.
     let curves = curves(&live).expect("curves");
     for bin in [3, 9, 40, 100] {
         let power: f64 = shares[..2]
             .iter()
             .map(|(_, taxel)| {
-                let (read, fit) =
-                    (&curves.read_v[usize::from(*taxel)], curves.fit_v[usize::from(*taxel)].as_ref().expect("a fit"));
-                let read: Vec<f64> = read.iter().map(|v| f64::from(v.expect("a value"))).collect();
+                let (read, fit) = (
+                    &curves.read_v[usize::from(*taxel)],
+                    curves.fit_v[usize::from(*taxel)].as_ref().expect("a fit"),
+                );
+                let read: Vec<f64> = read
+                    .iter()
+                    .map(|v| f64::from(v.expect("a value")))
+                    .collect();
                 let (mean, middle) = (read.iter().sum::<f64>() / frames, 0.5 * (frames - 1.0));
                 let along = |n: usize| n as f64 - middle;
-                let slope = read.iter().enumerate().map(|(n, v)| along(n) * (v - mean)).sum::<f64>()
+                let slope = read
+                    .iter()
+                    .enumerate()
+                    .map(|(n, v)| along(n) * (v - mean))
+                    .sum::<f64>()
                     / (0..read.len()).map(|n| along(n).powi(2)).sum::<f64>();
-                let about: f64 = read.iter().enumerate().map(|(n, v)| (v - mean - slope * along(n)).powi(2)).sum();
-                let (re, im) = read.iter().zip(fit).enumerate().fold((0.0, 0.0), |(re, im), (n, (read, fit))| {
-                    let angle = TAU * bin as f64 * n as f64 / 256.0;
-                    (re + (read - f64::from(*fit)) * angle.cos(), im + (read - f64::from(*fit)) * angle.sin())
-                });
+                let about: f64 = read
+                    .iter()
+                    .enumerate()
+                    .map(|(n, v)| (v - mean - slope * along(n)).powi(2))
+                    .sum();
+                let (re, im) = read.iter().zip(fit).enumerate().fold(
+                    (0.0, 0.0),
+                    |(re, im), (n, (read, fit))| {
+                        let angle = TAU * bin as f64 * n as f64 / 256.0;
+                        (
+                            re + (read - f64::from(*fit)) * angle.cos(),
+                            im + (read - f64::from(*fit)) * angle.sin(),
+                        )
+                    },
+                );
                 (re * re + im * im) / about
             })
             .sum();
         let db = 10.0 * (power / (0.5 * frames * 2.0)).log10();
-        assert!((f64::from(rest.power_db[bin]) - db).abs() < 0.2, "bin {bin}: {} and {db}", rest.power_db[bin]);
+        assert!(
+            (f64::from(rest.power_db[bin]) - db).abs() < 0.2,
+            "bin {bin}: {} and {db}",
+            rest.power_db[bin]
+        );
     }
 }
 
@@ -123,12 +198,21 @@ fn the_curves_leave_nothing_of_the_fundamental_in_any_channel() {
         // All harmonics with a bend in the baseline: what is left is what the board says.
         let residual_v = curves.residual_v[taxel].expect("a residual");
         let share = residual_v / channel.residual_v;
-        assert!((0.93..1.07).contains(&share), "taxel {taxel}: {share} of the board's residual");
+        assert!(
+            (0.93..1.07).contains(&share),
+            "taxel {taxel}: {share} of the board's residual"
+        );
         let harmonics = curves.harmonics[taxel].as_ref().expect("harmonics");
         let share = harmonics[0].amplitude_v / channel.amplitude_v;
-        assert!(harmonics.len() == usize::from(estimate.harmonics) && (share - 1.0).abs() < 0.01, "{share}");
+        assert!(
+            harmonics.len() == usize::from(estimate.harmonics) && (share - 1.0).abs() < 0.01,
+            "{share}"
+        );
         let turn = f64::from(harmonics[0].phase_rad - channel.phase_rad) / TAU;
-        assert!((turn - turn.round()).abs() < 0.005, "taxel {taxel}: {turn} turns off the board's phase");
+        assert!(
+            (turn - turn.round()).abs() < 0.005,
+            "taxel {taxel}: {turn} turns off the board's phase"
+        );
         let tone = curves.tone_v[taxel].as_ref().expect("a curve");
         let rest: Vec<f64> = curves.read_v[taxel]
             .iter()
@@ -142,13 +226,20 @@ fn the_curves_leave_nothing_of_the_fundamental_in_any_channel() {
     }
     // Of a whole slide the first frames may be gone.
     let mut over = Live::new("a test");
-    packets(f64::INFINITY).iter().for_each(|packet| over.take(packet));
+    packets(f64::INFINITY)
+        .iter()
+        .for_each(|packet| over.take(packet));
     let slide_s = over.whole_slide().expect("a slide").t_us as f64 / 1e6;
     let mut later = Strips::default();
-    over.strips.iter().filter(|frame| frame.t_s > slide_s - 0.5).for_each(|frame| later.push(*frame));
+    over.strips
+        .iter()
+        .filter(|frame| frame.t_s > slide_s - 0.5)
+        .for_each(|frame| later.push(*frame));
     over.strips = later;
     let found = ridgetone_host::analysis::curves(&over).expect("those that are there");
-    assert!((119..123).contains(&found.t_s.len()) && found.t_s.iter().all(|t_s| *t_s < slide_s + 0.003));
+    assert!(
+        (119..123).contains(&found.t_s.len()) && found.t_s.iter().all(|t_s| *t_s < slide_s + 0.003)
+    );
     assert!(!spectrum(&over).expect("of the latest frames").of_estimate);
 }
 
@@ -170,14 +261,19 @@ fn json(text: &str) -> Value {
 fn add(early: &mut Value, update: &Value) {
     let live = &mut early["live"];
     let extend = |to: &mut Value, new: &Value| {
-        to.as_array_mut().expect("a list").extend(new.as_array().expect("a list").iter().cloned());
+        to.as_array_mut()
+            .expect("a list")
+            .extend(new.as_array().expect("a list").iter().cloned());
     };
     extend(&mut live["history"], &update["points"]);
     for name in ["t_s", "number"] {
         extend(&mut live["strips"][name], &update["strips"][name]);
     }
     for taxel in 0..16 {
-        extend(&mut live["strips"]["volts"][taxel], &update["strips"]["volts"][taxel]);
+        extend(
+            &mut live["strips"]["volts"][taxel],
+            &update["strips"]["volts"][taxel],
+        );
     }
     if !update["log"].is_null() {
         live["log"] = update["log"].clone();
@@ -200,7 +296,12 @@ fn updates_make_of_an_early_state_what_a_late_one_is() {
     let (state, mut updates) = hub.join(0).expect("a state");
     let mut early = json(&state.json);
     assert_eq!(
-        (state.kind, &early["status"].as_str().map(|status| status.starts_with("Nothing was received"))),
+        (
+            state.kind,
+            &early["status"]
+                .as_str()
+                .map(|status| status.starts_with("Nothing was received"))
+        ),
         ("state", &Some(true))
     );
     let mut events = 0;
@@ -223,9 +324,16 @@ fn updates_make_of_an_early_state_what_a_late_one_is() {
     let last = json(&updates.try_recv().expect("an update").json);
     add(&mut early, &last);
     assert_eq!(last["live"]["connection"]["state"], "over");
-    assert!(last["no_raw"].as_str().is_some_and(|why| why.contains("recording")));
+    assert!(
+        last["no_raw"]
+            .as_str()
+            .is_some_and(|why| why.contains("recording"))
+    );
     let late = json(&hub.join(0).expect("a state").0.json);
-    let frames = early["live"]["strips"]["number"].as_array().expect("a list").len();
+    let frames = early["live"]["strips"]["number"]
+        .as_array()
+        .expect("a list")
+        .len();
     assert!(frames > 650, "{frames}");
     for name in ["strips", "history", "log", "phase", "latest"] {
         assert_eq!(early["live"][name], late["live"][name], "{name}");
@@ -233,7 +341,8 @@ fn updates_make_of_an_early_state_what_a_late_one_is() {
     assert_eq!(late["places"][1], json("[3, 2, 7, 6]"));
 }
 
-/// A board whose frames, a hundredth of a second apart, are received without delay, but for `late_s` of the later half.
+/// A board whose frames, a hundredth of a second apart, are received without delay, but for
+/// `late_s` of the later half.
 struct Paused {
     next: u32,
     late_s: f64,
@@ -243,7 +352,11 @@ impl Paused {
     const HALF: u32 = 300;
 
     fn receipt_s(&self, number: u32) -> f64 {
-        let late_s = if number < Self::HALF { 0.0 } else { self.late_s };
+        let late_s = if number < Self::HALF {
+            0.0
+        } else {
+            self.late_s
+        };
         1.7e9 + 0.01 * f64::from(number) + late_s
     }
 }
@@ -256,14 +369,29 @@ impl Source for Paused {
     fn next(&mut self, _: Duration) -> anyhow::Result<Option<FeedEvent<Vec<u8>>>> {
         let number = self.next;
         self.next += 1;
-        let raw = Raw { t_us: u64::from(number) * 10_000, number, present: 1, good: 1, codes: [0; 16] };
+        let raw = Raw {
+            t_us: u64::from(number) * 10_000,
+            number,
+            present: 1,
+            good: 1,
+            codes: [0; 16],
+        };
         let mut wire = [0; WIRE_MAX];
-        let used = encode(&Packet { sequence: number as u16, event: Event::Raw(raw) }, &mut wire)?;
+        let used = encode(
+            &Packet {
+                sequence: number as u16,
+                event: Event::Raw(raw),
+            },
+            &mut wire,
+        )?;
         Ok(Some(FeedEvent::Data(wire[..used].to_vec())))
     }
 
     fn receipt(&self) -> Option<Receipt> {
-        Some(Receipt { utc_ns: (1e9 * self.receipt_s(self.next - 1)) as u64, byte_s: 0.0 })
+        Some(Receipt {
+            utc_ns: (1e9 * self.receipt_s(self.next - 1)) as u64,
+            byte_s: 0.0,
+        })
     }
 
     fn send(&mut self, _: &[u8]) -> anyhow::Result<()> {
@@ -291,5 +419,9 @@ fn after_a_pause_of_the_board_s_clock_its_times_are_not_those_of_before() {
     assert!(before.len() > 200 && before.iter().all(|apart_s| apart_s.abs() < 0.01));
     hub.forget_clock();
     let after = dated(Paused::HALF);
-    assert!(after.len() > 200 && after.iter().all(|apart_s| apart_s.abs() < 0.01), "{:?}", after.last());
+    assert!(
+        after.len() > 200 && after.iter().all(|apart_s| apart_s.abs() < 0.01),
+        "{:?}",
+        after.last()
+    );
 }

@@ -11,10 +11,12 @@ pub trait Events: DeserializeOwned {
     /// Version of their wire contract.
     const PROTOCOL: u8;
 
-    /// The version that a greeting names; none for other events. A greeting with number zero means a restart.
+    /// The version that a greeting names; none for other events. A greeting with number zero means
+    /// a restart.
     fn greeting(&self) -> Option<u8>;
 
-    /// Encodes a packet ([`crate::framing`]). Returns the bytes used of `wire`. Here, so that it is compiled, small, where the event is.
+    /// Encodes a packet ([`crate::framing`]). Returns the bytes used of `wire`. Here, so that it is
+    /// compiled, small, where the event is.
     fn encode(packet: &Packet<Self>, wire: &mut [u8; WIRE_MAX]) -> Result<usize, TooLong>;
 }
 
@@ -22,7 +24,11 @@ impl Events for Event {
     const PROTOCOL: u8 = PROTOCOL;
 
     fn greeting(&self) -> Option<u8> {
-        if let Self::Hello(hello) = self { Some(hello.protocol) } else { None }
+        if let Self::Hello(hello) = self {
+            Some(hello.protocol)
+        } else {
+            None
+        }
     }
 
     fn encode(packet: &Packet, wire: &mut [u8; WIRE_MAX]) -> Result<usize, TooLong> {
@@ -40,12 +46,14 @@ pub struct PacketDecoder<E> {
     expected: Option<u16>,
     /// Frames that failed stuffing, checksum or content and were skipped.
     pub damaged: u32,
-    /// Protocol of the device, if it is not [`Events::PROTOCOL`]: then its packets are not returned.
+    /// Protocol of the device, if it is not [`Events::PROTOCOL`]: then its packets are not
+    /// returned.
     pub foreign: Option<u8>,
-    /// Packets that never arrived, by their sequence numbers. Of a gap of 32,768 or more only what is beyond whole
-    /// multiples of 65,536 counts, if that is less than 32,768.
+    /// Packets that never arrived, by their sequence numbers. Of a gap of 32,768 or more only what
+    /// is beyond whole multiples of 65,536 counts, if that is less than 32,768.
     pub missing: u32,
-    /// Times that the numbers stepped back: the line repeated itself, or a restarted device's greeting was lost.
+    /// Times that the numbers stepped back: the line repeated itself, or a restarted device's
+    /// greeting was lost.
     pub stepped_back: u32,
     events: PhantomData<E>,
 }
@@ -74,7 +82,10 @@ impl<E: Events> PacketDecoder<E> {
     pub fn push(&mut self, byte: u8) -> Option<Packet<E>> {
         let packet = match self.inbox.push(byte) {
             Pushed::More => return None,
-            Pushed::Whole => self.inbox.take().and_then(|mut frame| framing::decode::<Packet<E>>(&mut frame)),
+            Pushed::Whole => self
+                .inbox
+                .take()
+                .and_then(|mut frame| framing::decode::<Packet<E>>(&mut frame)),
             Pushed::Damaged => None,
         };
         let Some(packet) = packet else {
@@ -88,7 +99,8 @@ impl<E: Events> PacketDecoder<E> {
             }
             _ => 0,
         };
-        // A gap of more than half the numbers is a step back: one repetition is not a loss of 65,535.
+        // A gap of more than half the numbers is a step back: one repetition is not a loss of
+        // 65,535.
         if gap <= u16::MAX / 2 {
             self.missing = self.missing.saturating_add(gap as u32);
         } else {
@@ -125,13 +137,22 @@ mod tests {
         let bytes = sent(u16::MAX, estimate());
         let mut decoder = Decoder::new();
         let packets: std::vec::Vec<_> = bytes.iter().filter_map(|b| decoder.push(*b)).collect();
-        assert_eq!(packets, [Packet { sequence: u16::MAX, event: estimate() }]);
+        assert_eq!(
+            packets,
+            [Packet {
+                sequence: u16::MAX,
+                event: estimate()
+            }]
+        );
         assert_eq!((decoder.damaged, decoder.missing), (0, 0));
     }
 
     #[test]
     fn every_damaged_byte_is_detected_and_the_next_packet_is_decoded() {
-        let (bad, good) = (sent(7, estimate()), sent(8, Event::Release(Release { t_us: 5 })));
+        let (bad, good) = (
+            sent(7, estimate()),
+            sent(8, Event::Release(Release { t_us: 5 })),
+        );
         for place in 0..bad.len() - 1 {
             let mut bytes = bad.clone();
             bytes[place] ^= 0x10;
@@ -164,25 +185,42 @@ mod tests {
             }
         }
         // 2 is 25,537 numbers ahead of 40,002, which a gap may be; 4 to 6 are lost.
-        assert_eq!((decoder.damaged, decoder.missing, decoder.stepped_back), (0, 25_536 + 3, 1));
+        assert_eq!(
+            (decoder.damaged, decoder.missing, decoder.stepped_back),
+            (0, 25_536 + 3, 1)
+        );
     }
 
     #[test]
     fn packets_of_another_protocol_are_not_returned() {
         let hello = |protocol| {
-            let (settings, source, boot) = (Settings::DEFAULT, SettingsSource::Default, Boot::default());
-            Event::Hello(Hello { protocol, version: [0, 1, 0], frame_rate_hz: 241.14, settings, source, boot })
+            let (settings, source, boot) =
+                (Settings::DEFAULT, SettingsSource::Default, Boot::default());
+            Event::Hello(Hello {
+                protocol,
+                version: [0, 1, 0],
+                frame_rate_hz: 241.14,
+                settings,
+                source,
+                boot,
+            })
         };
         let mut decoder = Decoder::new();
         let received = |decoder: &mut Decoder, sequence, event| {
-            sent(sequence, event).iter().filter_map(|byte| decoder.push(*byte)).count()
+            sent(sequence, event)
+                .iter()
+                .filter_map(|byte| decoder.push(*byte))
+                .count()
         };
         assert_eq!(received(&mut decoder, 0, hello(PROTOCOL + 1)), 0);
         assert_eq!(received(&mut decoder, 1, estimate()), 0);
         assert_eq!(decoder.foreign, Some(PROTOCOL + 1));
         assert_eq!(received(&mut decoder, 0, hello(PROTOCOL)), 1);
         assert_eq!(received(&mut decoder, 1, estimate()), 1);
-        assert_eq!((decoder.foreign, decoder.missing, decoder.damaged), (None, 0, 0));
+        assert_eq!(
+            (decoder.foreign, decoder.missing, decoder.damaged),
+            (None, 0, 0)
+        );
     }
 
     #[test]
@@ -194,7 +232,10 @@ mod tests {
             assert_eq!(decoder.push((x >> 24) as u8), None);
         }
         decoder.push(0);
-        let packets: std::vec::Vec<_> = sent(3, estimate()).iter().filter_map(|b| decoder.push(*b)).collect();
+        let packets: std::vec::Vec<_> = sent(3, estimate())
+            .iter()
+            .filter_map(|b| decoder.push(*b))
+            .collect();
         assert_eq!(packets.len(), 1);
     }
 }

@@ -1,4 +1,5 @@
-//! An estimate: one frequency for all channels of a window, with its uncertainty, and what follows from the phases.
+//! An estimate: one frequency for all channels of a window, with its uncertainty, and what follows
+//! from the phases.
 
 use crate::fault::FaultSet;
 use crate::settings::TAXELS;
@@ -18,21 +19,24 @@ pub struct Estimate {
     pub status: Status,
     /// Unit in which the frequency counts its cycles.
     pub abscissa: Abscissa,
-    /// The common frequency, hertz, or by place cycles per millimetre; zero without a tone ([`Status::has_tone`]).
+    /// The common frequency, hertz, or by place cycles per millimetre; zero without a tone
+    /// ([`Status::has_tone`]).
     pub frequency: f32,
-    /// Its standard deviation as an estimate of the mean that is weighted with a parabola, 1 in the window's middle and 0 at
-    /// its ends, in the same unit; zero without a tone.
+    /// Its standard deviation as an estimate of the mean that is weighted with a parabola, 1 in the
+    /// window's middle and 0 at its ends, in the same unit; zero without a tone.
     pub sigma: f32,
     /// How the frequency moves within the window.
     pub movement: Movement,
     /// A second tone that is significant beside the first.
     pub other_tone: Option<OtherTone>,
-    /// Frequency of the interferer ([`Settings::interferer_hz`](crate::settings::Settings::interferer_hz)) as fitted, hertz;
+    /// Frequency of the interferer
+    /// ([`Settings::interferer_hz`](crate::settings::Settings::interferer_hz)) as fitted, hertz;
     /// none if none is set, or if the window is too short to fit it.
     pub interferer_hz: Option<f32>,
     /// Harmonics fitted, the fundamental included.
     pub harmonics: u8,
-    /// Frames of the window that were left out: missing, or without a valid value of a taxel that is valid otherwise.
+    /// Frames of the window that were left out: missing, or without a valid value of a taxel that
+    /// is valid otherwise.
     pub frames_missing: u16,
     /// Faults during the window that may have changed the frequency.
     pub faults: FaultSet,
@@ -54,33 +58,41 @@ pub enum Status {
     TooShort,
     /// No valid channel or no valid frame.
     Nothing,
-    /// Two frequencies an octave (or another harmonic step) apart explain the window about equally well; or the window has too
-    /// few cycles to tell a tone from a single bump, or another line about as strong.
+    /// Two frequencies an octave (or another harmonic step) apart explain the window about equally
+    /// well; or the window has too few cycles to tell a tone from a single bump, or another line
+    /// about as strong.
     Ambiguous,
     /// A common tone, but [`Estimate::faults`] may have changed it.
     Doubtful,
-    /// A common tone that moves within the window, or a disturbance of all channels that looks like it. The frequency is its
-    /// mean, weighted most in the window's middle, and its uncertainty counts the movement.
+    /// A common tone that moves within the window, or a disturbance of all channels that looks like
+    /// it. The frequency is its mean, weighted most in the window's middle, and its uncertainty
+    /// counts the movement.
     Unsteady,
 }
 
 impl Status {
     /// Whether an estimate of this status has a frequency.
     pub const fn has_tone(self) -> bool {
-        matches!(self, Self::Good | Self::Ambiguous | Self::Doubtful | Self::Unsteady)
+        matches!(
+            self,
+            Self::Good | Self::Ambiguous | Self::Doubtful | Self::Unsteady
+        )
     }
 }
 
 /// How the frequency moves within the window; zeros without a tone.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Movement {
-    /// How much the frequency differs from its mean, root mean square over the window, as a share of it (0.02 is 2 %).
+    /// How much the frequency differs from its mean, root mean square over the window, as a share
+    /// of it (0.02 is 2 %).
     pub wander: f32,
     /// Its standard deviation.
     pub wander_sigma: f32,
-    /// Standard deviation of [`Estimate::frequency`] as an estimate of the plain mean over the window, in the same unit.
+    /// Standard deviation of [`Estimate::frequency`] as an estimate of the plain mean over the
+    /// window, in the same unit.
     pub sigma_mean: f32,
-    /// Change of the frequency: hertz per second, or by place cycles per millimetre, per millimetre.
+    /// Change of the frequency: hertz per second, or by place cycles per millimetre, per
+    /// millimetre.
     pub chirp: f32,
     /// Its standard deviation, in the same unit.
     pub chirp_sigma: f32,
@@ -104,8 +116,8 @@ pub struct Channel {
     pub offset_v: f32,
     /// Amplitude of the fundamental, volts.
     pub amplitude_v: f32,
-    /// Phase of the fundamental as a cosine at the window's centre, radians, -pi to pi. By place the centre is half way
-    /// between the window's ends on the surface.
+    /// Phase of the fundamental as a cosine at the window's centre, radians, -pi to pi. By place
+    /// the centre is half way between the window's ends on the surface.
     pub phase_rad: f32,
     /// Standard deviation of the residual, volts.
     pub residual_v: f32,
@@ -127,7 +139,8 @@ pub enum Span {
 pub enum Abscissa {
     /// Time: cycles per second.
     Time,
-    /// Place on the surface, by the PC's speed profile or a robot's odometry: cycles per millimetre.
+    /// Place on the surface, by the PC's speed profile or a robot's odometry: cycles per
+    /// millimetre.
     Place,
 }
 
@@ -161,7 +174,10 @@ impl Travel {
 
     /// Whether there are a period and a speed.
     pub const fn is_known(&self) -> bool {
-        matches!(self.status, TravelStatus::Unique | TravelStatus::Given | TravelStatus::Contradicted)
+        matches!(
+            self.status,
+            TravelStatus::Unique | TravelStatus::Given | TravelStatus::Contradicted
+        )
     }
 }
 

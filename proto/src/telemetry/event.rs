@@ -100,8 +100,8 @@ pub struct Health {
     pub t_us: u64,
     /// Frames since start-up; wraps after 206 days.
     pub frames: u32,
-    /// Conversions lost: overruns of the queue and gaps in the scan. A chip that ran with other registers may have been
-    /// faster: then as many more as it can have made at most.
+    /// Conversions lost: overruns of the queue and gaps in the scan. A chip that ran with other
+    /// registers may have been faster: then as many more as it can have made at most.
     pub conversions_lost: u32,
     /// Conversions with OVF or SUPPLY set, with NEW missing, or of a channel outside the scan.
     pub conversions_doubtful: u32,
@@ -109,7 +109,8 @@ pub struct Health {
     pub hops_skipped: u32,
     /// Events that were dropped because the line was slow.
     pub messages_dropped: u32,
-    /// Times that the ADC was set up again because its registers were wrong, or could not be set up.
+    /// Times that the ADC was set up again because its registers were wrong, or could not be set
+    /// up.
     pub chip_restarts: u32,
     /// Times that each kind of fault was seen, in the order of [`crate::fault::FaultKind::ALL`].
     #[serde(serialize_with = "fault::by_kind")]
@@ -120,7 +121,8 @@ pub struct Health {
     pub bytes_overrun: u32,
     /// Messages of a robot's odometry.
     pub odometry: OdometryCounts,
-    /// The ADS1258's registers, CONFIG0 to ID, as they were read at its latest set-up; zeros before.
+    /// The ADS1258's registers, CONFIG0 to ID, as they were read at its latest set-up; zeros
+    /// before.
     pub adc_registers: [u8; 10],
     /// Most bytes of the stack in use since start-up; zero where nothing measures it, as on a PC.
     pub stack_used_bytes: u32,
@@ -142,7 +144,8 @@ pub struct Health {
     pub gain: f32,
 }
 
-/// Messages of a robot's odometry since start-up ([`crate::odometry`]). Damaged ones count as `requests_damaged`.
+/// Messages of a robot's odometry since start-up ([`crate::odometry`]). Damaged ones count as
+/// `requests_damaged`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct OdometryCounts {
     /// Messages that arrived as they were sent.
@@ -174,7 +177,8 @@ pub struct Raw {
 }
 
 impl Event {
-    /// Device time of the event, microseconds: its end, if it has lasted. A greeting and a reply have none.
+    /// Device time of the event, microseconds: its end, if it has lasted. A greeting and a reply
+    /// have none.
     pub fn t_us(&self) -> Option<u64> {
         Some(match self {
             Self::Hello(_) | Self::Reply(_) => return None,

@@ -26,7 +26,8 @@ pub struct Pressed {
     pub sigma_v: f32,
 }
 
-/// The static image. It is sent when the hold is over. A hold without 0.1 s of uninterrupted rest has none.
+/// The static image. It is sent when the hold is over. A hold without 0.1 s of uninterrupted rest
+/// has none.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Image {
     /// Device time of the first frame of the mean, microseconds.
@@ -39,7 +40,7 @@ pub struct Image {
     pub frames: u32,
     /// Which hold it is.
     pub hold: Hold,
-    /// The taxels that are alive. A dead one had a conversion in the hold that cannot be trusted, or has no noise and
-    /// the code that it had before the touch.
+    /// The taxels that are alive. A dead one had a conversion in the hold that cannot be trusted,
+    /// or has no noise and the code that it had before the touch.
     pub taxels: Vec<Pressed, TAXELS>,
 }

@@ -29,7 +29,13 @@ pub fn encode(packet: &Packet, wire: &mut [u8; WIRE_MAX]) -> Result<usize, TooLo
 
 /// A packet whose every field takes as many bytes as it can, for tests of buffers.
 pub fn longest_packet() -> Packet {
-    let channel = |taxel| Channel { taxel, offset_v: 2.5, amplitude_v: 1e-3, phase_rad: -3.1, residual_v: 5e-6 };
+    let channel = |taxel| Channel {
+        taxel,
+        offset_v: 2.5,
+        amplitude_v: 1e-3,
+        phase_rad: -3.1,
+        residual_v: 5e-6,
+    };
     let estimate = Estimate {
         t_us: u64::MAX,
         window_s: 1.0,
@@ -38,8 +44,17 @@ pub fn longest_packet() -> Packet {
         abscissa: Abscissa::Place,
         frequency: 8.333_333,
         sigma: 1e-3,
-        movement: Movement { wander: 0.02, wander_sigma: 1e-3, sigma_mean: 2e-3, chirp: 0.3, chirp_sigma: 1e-2 },
-        other_tone: Some(OtherTone { frequency: 12.5, share: 0.4 }),
+        movement: Movement {
+            wander: 0.02,
+            wander_sigma: 1e-3,
+            sigma_mean: 2e-3,
+            chirp: 0.3,
+            chirp_sigma: 1e-2,
+        },
+        other_tone: Some(OtherTone {
+            frequency: 12.5,
+            share: 0.4,
+        }),
         interferer_hz: Some(50.02),
         harmonics: 5,
         frames_missing: u16::MAX,
@@ -54,5 +69,8 @@ pub fn longest_packet() -> Packet {
         },
         channels: (0..TAXELS as u8).map(channel).collect(),
     };
-    Packet { sequence: u16::MAX, event: Event::Estimate(estimate) }
+    Packet {
+        sequence: u16::MAX,
+        event: Event::Estimate(estimate),
+    }
 }

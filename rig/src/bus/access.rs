@@ -8,7 +8,8 @@ use crate::width::Width;
 const FLASH: u32 = 0x0800_0000;
 const CCM: u32 = 0x1000_0000;
 const RAM: u32 = 0x2000_0000;
-/// Bit-band alias of RAM and of peripherals: one word for each bit (DDI 0403E, B3.1; RM0090, 2.3.4).
+/// Bit-band alias of RAM and of peripherals: one word for each bit (DDI 0403E, B3.1; RM0090,
+/// 2.3.4).
 const RAM_BITS: u32 = 0x2200_0000;
 const PERIPHERALS: u32 = 0x4000_0000;
 const PERIPHERAL_BITS: u32 = 0x4200_0000;
@@ -42,12 +43,20 @@ impl Bus {
 
     /// A word that must be aligned.
     pub fn read_aligned(&mut self, address: u32) -> Result<u32, Stop> {
-        if address & 3 != 0 { Err(Stop::Usage(Usage::Unaligned)) } else { self.read(address, 4) }
+        if address & 3 != 0 {
+            Err(Stop::Usage(Usage::Unaligned))
+        } else {
+            self.read(address, 4)
+        }
     }
 
     /// The same.
     pub fn write_aligned(&mut self, address: u32, value: u32) -> Result<(), Stop> {
-        if address & 3 != 0 { Err(Stop::Usage(Usage::Unaligned)) } else { self.write(address, 4, value) }
+        if address & 3 != 0 {
+            Err(Stop::Usage(Usage::Unaligned))
+        } else {
+            self.write(address, 4, value)
+        }
     }
 
     /// Reads 1, 2 or 4 bytes.
@@ -67,10 +76,13 @@ impl Bus {
     #[inline(never)]
     fn read_elsewhere(&mut self, address: u32, bytes: u32) -> Result<u32, Stop> {
         let at = |from: u32| (address - from) as usize;
-        let inside = |memory: &[u8], at: usize| memory.get(at..at + bytes as usize).map(little_endian);
+        let inside =
+            |memory: &[u8], at: usize| memory.get(at..at + bytes as usize).map(little_endian);
         match address {
             // What lies at 0: the flash, or the ROM's loader, of which nothing is known.
-            0..FLASH if self.syscfg.memrmp == 0 => inside(&self.flash.bytes, at(0)).ok_or(Stop::Bus(address)),
+            0..FLASH if self.syscfg.memrmp == 0 => {
+                inside(&self.flash.bytes, at(0)).ok_or(Stop::Bus(address))
+            }
             0..FLASH => Ok(0xFFFF_FFFF),
             CCM..0x1001_0000 => inside(&self.ccm, at(CCM)).ok_or(Stop::Bus(address)),
             RAM_BITS..0x2240_0000 => {
@@ -79,7 +91,8 @@ impl Bus {
             }
             PERIPHERALS..0x4002_8000 => self.read_peripheral(address, bytes),
             PERIPHERAL_BITS..0x4250_0000 => {
-                let word = self.read_peripheral(PERIPHERALS + (address - PERIPHERAL_BITS) / 128 * 4, 4)?;
+                let word =
+                    self.read_peripheral(PERIPHERALS + (address - PERIPHERAL_BITS) / 128 * 4, 4)?;
                 Ok(word >> bit_of(address, 32) & 1)
             }
             SYSTEM..=0xE00F_FFFF => self.read_system(address, bytes),
@@ -108,7 +121,10 @@ impl Bus {
             }
             CCM..0x1001_0000 => {
                 let at = (address - CCM) as usize;
-                self.ccm.get_mut(at..at + bytes as usize).map(|place| put(place, value)).ok_or(Stop::Bus(address))
+                self.ccm
+                    .get_mut(at..at + bytes as usize)
+                    .map(|place| put(place, value))
+                    .ok_or(Stop::Bus(address))
             }
             RAM_BITS..0x2240_0000 => {
                 let (byte, bit) = (RAM + (address - RAM_BITS) / 32, bit_of(address, 8));
@@ -117,7 +133,10 @@ impl Bus {
             }
             PERIPHERALS..0x4002_8000 => self.write_peripheral(address, bytes, value),
             PERIPHERAL_BITS..0x4250_0000 => {
-                let (register, bit) = (PERIPHERALS + (address - PERIPHERAL_BITS) / 128 * 4, bit_of(address, 32));
+                let (register, bit) = (
+                    PERIPHERALS + (address - PERIPHERAL_BITS) / 128 * 4,
+                    bit_of(address, 32),
+                );
                 let word = self.read_peripheral(register, 4)?;
                 self.write_peripheral(register, 4, word & !(1 << bit) | (value & 1) << bit)
             }
@@ -148,15 +167,22 @@ impl Bus {
     fn read_peripheral(&mut self, address: u32, bytes: u32) -> Result<u32, Stop> {
         self.time.cycles += REGISTER_CYCLES;
         self.catch_up();
-        let word = self.register(address & !3).ok_or_else(|| self.unmodelled("a register", address))?;
+        let word = self
+            .register(address & !3)
+            .ok_or_else(|| self.unmodelled("a register", address))?;
         Ok(part(word, address, bytes))
     }
 
     fn write_peripheral(&mut self, address: u32, bytes: u32, value: u32) -> Result<(), Stop> {
         self.time.cycles += REGISTER_CYCLES;
         self.catch_up();
-        // The bridge repeats a short value over the word; the registers that are written so have 16 bits at most.
-        let done = if address & 3 == 0 { self.set_register(address, part(value, 0, bytes)) } else { None };
+        // The bridge repeats a short value over the word; the registers that are written so have 16
+        // bits at most.
+        let done = if address & 3 == 0 {
+            self.set_register(address, part(value, 0, bytes))
+        } else {
+            None
+        };
         self.attend();
         done.ok_or_else(|| self.unmodelled("a register", address))
     }
@@ -177,7 +203,11 @@ fn bit_of(alias: u32, bits: u32) -> u32 {
 
 /// A word's bytes from an address on.
 fn part(word: u32, address: u32, bytes: u32) -> u32 {
-    if bytes == 4 { word } else { word >> (8 * (address & 3)) & !(u32::MAX << (8 * bytes)) }
+    if bytes == 4 {
+        word
+    } else {
+        word >> (8 * (address & 3)) & !(u32::MAX << (8 * bytes))
+    }
 }
 
 fn put(place: &mut [u8], value: u32) {

@@ -35,7 +35,11 @@ impl Bus {
 
     /// When DRDY falls next. To be called whenever the ADC may have changed its mind.
     pub fn expect_drdy(&mut self) {
-        self.drdy_falls = self.adc.chip.next_drdy_fall_ns().map(|ns| self.time.cycle_at(ns).max(self.time.cycles + 1));
+        self.drdy_falls = self
+            .adc
+            .chip
+            .next_drdy_fall_ns()
+            .map(|ns| self.time.cycle_at(ns).max(self.time.cycles + 1));
     }
 
     /// Lets everything happen that is due, and sets the interrupts' lines.
@@ -46,19 +50,34 @@ impl Bus {
         self.shift();
         self.usart.advance(now, self.byte_cycles());
         self.tim4.advance(now, self.timer_ratio());
-        if let Some(cycle) = self.tim6.advance(now, self.timer_ratio()).filter(|_| self.tim6.triggers()) {
+        if let Some(cycle) = self
+            .tim6
+            .advance(now, self.timer_ratio())
+            .filter(|_| self.tim6.triggers())
+        {
             self.trigger_dac(cycle);
         }
         if self.drdy_falls.is_some_and(|cycle| cycle <= now) {
             self.drdy_edge();
         }
         if self.spi.overruns > overruns.0 {
-            self.note(Some((Rule::SpiOverrun, "a byte arrives before the one before is read".into())));
+            self.note(Some((
+                Rule::SpiOverrun,
+                "a byte arrives before the one before is read".into(),
+            )));
         }
         if self.usart.overruns > overruns.1 {
-            self.note(Some((Rule::UsartOverrun, "a byte arrives before the one before is read".into())));
+            self.note(Some((
+                Rule::UsartOverrun,
+                "a byte arrives before the one before is read".into(),
+            )));
         }
-        if self.iwdg.next_event_ns().is_some_and(|ns| ns <= self.time.ns()) && !self.has_bitten {
+        if self
+            .iwdg
+            .next_event_ns()
+            .is_some_and(|ns| ns <= self.time.ns())
+            && !self.has_bitten
+        {
             self.has_bitten = true;
             self.note(Some((Rule::Watchdog, "nobody has fed it".into())));
         }
@@ -66,7 +85,11 @@ impl Bus {
         self.scs.set_line(IRQ_EXTI4, self.exti.is_requested(4));
         self.scs.set_line(IRQ_TIM4, self.tim4.is_requested());
         self.scs.set_line(IRQ_TIM6_DAC, self.tim6.is_requested());
-        let irq = if self.wiring.usart == 2 { IRQ_USART2 } else { IRQ_USART3 };
+        let irq = if self.wiring.usart == 2 {
+            IRQ_USART2
+        } else {
+            IRQ_USART3
+        };
         self.scs.set_line(irq, self.usart.is_requested());
         // Nothing here serves USB, so it goes on.
         if self.usb_rises.take_if(|cycle| *cycle <= now).is_some() {
@@ -76,7 +99,13 @@ impl Bus {
 
     /// DRDY falls, once or more often since it was looked at last.
     fn drdy_edge(&mut self) {
-        let Some(AdcPins { drdy: Pin(port, pin), .. }) = self.wiring.adc else { return };
+        let Some(AdcPins {
+            drdy: Pin(port, pin),
+            ..
+        }) = self.wiring.adc
+        else {
+            return;
+        };
         self.adc.chip.advance_to(self.time.ns());
         if self.syscfg.port(pin) == port {
             self.exti.fall(pin);
@@ -88,18 +117,26 @@ impl Bus {
     pub fn trigger_dac(&mut self, cycle: u64) {
         /// From the trigger to DOR1, cycles of APB1 (RM0090, 14.3.4).
         const TRIGGER_CYCLES: u64 = 3;
-        self.dac.trigger(self.time.ns_at(cycle + TRIGGER_CYCLES * self.apb_ratio(0)));
+        self.dac
+            .trigger(self.time.ns_at(cycle + TRIGGER_CYCLES * self.apb_ratio(0)));
     }
 
     /// Starts the next byte on SPI, if one waits.
     fn shift(&mut self) {
-        let Some(out) = self.spi.take_next() else { return };
+        let Some(out) = self.spi.take_next() else {
+            return;
+        };
         let now = self.time.cycles;
         let bit = self.spi.divider() * self.apb_ratio(1);
-        // In mode 0 the first edge is half a bit after the start; the last falling one ends the byte.
-        let (first_ns, last_ns) = (self.time.ns_at(now + bit / 2), self.time.ns_at(now + 8 * bit));
+        // In mode 0 the first edge is half a bit after the start; the last falling one ends the
+        // byte.
+        let (first_ns, last_ns) = (
+            self.time.ns_at(now + bit / 2),
+            self.time.ns_at(now + 8 * bit),
+        );
         let (incoming, broken) = self.adc.exchange(out, first_ns, last_ns);
-        self.spi.begin(incoming, now + 8 * bit - bit / 2, now + 8 * bit);
+        self.spi
+            .begin(incoming, now + 8 * bit - bit / 2, now + 8 * bit);
         self.note(broken);
         self.expect_drdy();
     }

@@ -27,7 +27,8 @@ const USART_DR: u32 = 0x04;
 const CNT: u32 = 0x24;
 const EGR: u32 = 0x14;
 
-/// Where a peripheral's bit is in RCC: the bus, as in [`crate::peripherals::rcc::Rcc`], and the bit.
+/// Where a peripheral's bit is in RCC: the bus, as in [`crate::peripherals::rcc::Rcc`], and the
+/// bit.
 const fn clock_of(base: u32) -> Option<(usize, u32)> {
     Some(match base {
         TIM2 => (3, 0),
@@ -50,13 +51,20 @@ impl Bus {
     fn locate(&mut self, address: u32) -> (u32, u32) {
         let base = address & !0x3FF;
         if let Some((bus, bit)) = clock_of(base).filter(|(bus, bit)| !self.rcc.is_on(*bus, *bit)) {
-            self.note(Some((Rule::ClockOn, format!("{address:#010x}: bit {bit} of bus {bus} is off in RCC"))));
+            self.note(Some((
+                Rule::ClockOn,
+                format!("{address:#010x}: bit {bit} of bus {bus} is off in RCC"),
+            )));
         }
         (base, address - base)
     }
 
     fn line_base(&self) -> u32 {
-        if self.wiring.usart == 2 { USART2 } else { USART3 }
+        if self.wiring.usart == 2 {
+            USART2
+        } else {
+            USART3
+        }
     }
 
     /// Reads a peripheral's register; none if it is not modelled.
@@ -99,7 +107,11 @@ impl Bus {
             TIM2 => {
                 self.tim2.write(offset, value, now, ratio)?;
                 let detail = || "TIM2 runs, and nobody has written ARR".to_owned();
-                self.note(self.tim2.runs_unset().then(|| (Rule::TimerReload, detail())));
+                self.note(
+                    self.tim2
+                        .runs_unset()
+                        .then(|| (Rule::TimerReload, detail())),
+                );
             }
             TIM3 => {
                 let was_on = self.encoder.is_on();
@@ -165,10 +177,25 @@ impl Bus {
     /// Resets peripherals by their bits in RCC's registers; none if one is not modelled.
     fn reset_peripherals(&mut self, bus: usize, bits: u32) -> Option<()> {
         let line = self.line_base();
-        let known = [TIM2, TIM3, TIM4, TIM6, DAC, line, PWR, SPI1, SYSCFG, GPIOA, GPIOA + 0x400, GPIOC];
+        let known = [
+            TIM2,
+            TIM3,
+            TIM4,
+            TIM6,
+            DAC,
+            line,
+            PWR,
+            SPI1,
+            SYSCFG,
+            GPIOA,
+            GPIOA + 0x400,
+            GPIOC,
+        ];
         let mut left = bits;
         for base in known {
-            let Some((_, bit)) = clock_of(base).filter(|(its, bit)| *its == bus && bits >> bit & 1 != 0) else {
+            let Some((_, bit)) =
+                clock_of(base).filter(|(its, bit)| *its == bus && bits >> bit & 1 != 0)
+            else {
                 continue;
             };
             left &= !(1 << bit);

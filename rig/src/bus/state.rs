@@ -71,12 +71,17 @@ impl Bus {
             deadline: 0,
             pc: 0,
             // After power-up RAM holds anything.
-            ram: (0..RAM_BYTES).map(|at| (at as u32).wrapping_mul(0x9E37_79B9).to_be_bytes()[0]).collect(),
+            ram: (0..RAM_BYTES)
+                .map(|at| (at as u32).wrapping_mul(0x9E37_79B9).to_be_bytes()[0])
+                .collect(),
             ccm: vec![0x55; wiring.ccm_bytes],
             flash: Flash::new(wiring.flash_bytes, option_bytes),
             scs: Scs::new(),
             wiring,
-            clocks: Clocks { hclk: HSI_HZ, pclk: [HSI_HZ; 2] },
+            clocks: Clocks {
+                hclk: HSI_HZ,
+                pclk: [HSI_HZ; 2],
+            },
             rcc: Rcc::new(ResetCause::Power, wiring.has_dckcfgr),
             gpio: [Gpio::new(0), Gpio::new(1), Gpio::new(2)],
             exti: Exti::default(),
@@ -133,7 +138,12 @@ impl Bus {
     /// Ends the run: this is not modelled.
     pub fn unmodelled(&self, what: &str, address: u32) -> Stop {
         let what = format!("{what} that is not modelled");
-        Stop::Failed(Box::new(Failure { what, address, pc: self.pc, at_ns: self.time.ns() }))
+        Stop::Failed(Box::new(Failure {
+            what,
+            address,
+            pc: self.pc,
+            at_ns: self.time.ns(),
+        }))
     }
 
     /// Notes a broken rule.

@@ -48,18 +48,26 @@ impl Bench {
 
     fn of(board: Board) -> Self {
         let adc = Adc::new(Box::new(Constant::default()), Options::default());
-        Self(Bus::new(board.wiring(), adc, crate::Start::default().option_bytes))
+        Self(Bus::new(
+            board.wiring(),
+            adc,
+            crate::Start::default().option_bytes,
+        ))
     }
 
     fn set(&mut self, address: u32, value: u32) -> &mut Self {
-        self.0.write(address, 4, value).expect("a register that is modelled");
+        self.0
+            .write(address, 4, value)
+            .expect("a register that is modelled");
         // As before the next instruction.
         self.0.catch_up();
         self
     }
 
     fn get(&mut self, address: u32) -> u32 {
-        self.0.read(address, 4).expect("a register that is modelled")
+        self.0
+            .read(address, 4)
+            .expect("a register that is modelled")
     }
 
     fn wait_us(&mut self, us: u64) -> &mut Self {
@@ -70,29 +78,45 @@ impl Bench {
 
     /// 168 MHz from 12 MHz, all clocks of peripherals on.
     fn clocks(&mut self) -> &mut Self {
-        self.set(FLASH_ACR, 0x705).set(RCC_CR, 0x83 | 1 << 16).wait_us(2001);
-        self.set(RCC_PLLCFGR, 6 | 168 << 6 | 1 << 22 | 7 << 24).set(RCC_CR, 0x83 | 1 << 16 | 1 << 24).wait_us(201);
+        self.set(FLASH_ACR, 0x705)
+            .set(RCC_CR, 0x83 | 1 << 16)
+            .wait_us(2001);
+        self.set(RCC_PLLCFGR, 6 | 168 << 6 | 1 << 22 | 7 << 24)
+            .set(RCC_CR, 0x83 | 1 << 16 | 1 << 24)
+            .wait_us(201);
         self.set(RCC_CFGR, 5 << 10 | 4 << 13 | 2);
-        self.set(AHB1ENR, 7).set(APB1ENR, 1 | 1 << 2 | 1 << 18).set(APB2ENR, 1 << 12 | 1 << 14)
+        self.set(AHB1ENR, 7)
+            .set(APB1ENR, 1 | 1 << 2 | 1 << 18)
+            .set(APB2ENR, 1 << 12 | 1 << 14)
     }
 
     /// The pins of the Feather: CS, START and RESET driven, SPI1 and USART3 with fast pads.
     fn pins(&mut self) -> &mut Self {
         self.set(GPIOA + BSRR, 1 << 4).set(GPIOC + BSRR, 1 << 6);
-        self.set(GPIOA + MODER, 0xA800_0000 | 1 << 8 | 0b10_1010 << 10).set(GPIOA + AFRL, 0x555 << 20);
-        self.set(GPIOA + OSPEEDR, 2 << 10).set(GPIOC + MODER, 1 << 10 | 1 << 12);
-        self.set(GPIOB + MODER, 0b1010 << 20).set(GPIOB + AFRH, 0x77 << 8)
+        self.set(GPIOA + MODER, 0xA800_0000 | 1 << 8 | 0b10_1010 << 10)
+            .set(GPIOA + AFRL, 0x555 << 20);
+        self.set(GPIOA + OSPEEDR, 2 << 10)
+            .set(GPIOC + MODER, 1 << 10 | 1 << 12);
+        self.set(GPIOB + MODER, 0b1010 << 20)
+            .set(GPIOB + AFRH, 0x77 << 8)
     }
 
     fn ready() -> Self {
         let mut bench = Self::new();
-        bench.clocks().pins().set(SPI1, SPI_ON).set(USART3 + 8, 46).set(USART3 + 0x0C, 0x200C);
+        bench
+            .clocks()
+            .pins()
+            .set(SPI1, SPI_ON)
+            .set(USART3 + 8, 46)
+            .set(USART3 + 0x0C, 0x200C);
         assert_eq!(bench.0.findings.0, [], "the set-up keeps every rule");
         bench
     }
 
     fn byte(&mut self, out: u8) -> u32 {
-        self.set(SPI1 + 0x0C, out.into()).wait_us(2).get(SPI1 + 0x0C)
+        self.set(SPI1 + 0x0C, out.into())
+            .wait_us(2)
+            .get(SPI1 + 0x0C)
     }
 
     fn cs(&mut self, low: bool) -> &mut Self {
@@ -100,12 +124,19 @@ impl Bench {
     }
 
     fn unlock(&mut self) -> &mut Self {
-        self.set(FLASH_KEYR, 0x4567_0123).set(FLASH_KEYR, 0xCDEF_89AB)
+        self.set(FLASH_KEYR, 0x4567_0123)
+            .set(FLASH_KEYR, 0xCDEF_89AB)
     }
 
     #[track_caller]
     fn breaks(&self, rule: Rule) {
-        let broken: Vec<Rule> = self.0.findings.0.iter().map(|finding| finding.rule).collect();
+        let broken: Vec<Rule> = self
+            .0
+            .findings
+            .0
+            .iter()
+            .map(|finding| finding.rule)
+            .collect();
         assert_eq!(broken, [rule], "{:?}", self.0.findings.0);
     }
 

@@ -11,11 +11,12 @@ const AF_TIM3: u32 = 2;
 const AF_SPI1: u32 = 5;
 const AF_USART: u32 = 7;
 
-/// After the ROM's loader, cycles until USB requests its interrupt: the image has chosen its own vectors by then.
+/// After the ROM's loader, cycles until USB requests its interrupt: the image has chosen its own
+/// vectors by then.
 const USB_CYCLES: u64 = 100;
 
-/// The APB's clock up to which SCK's pad may have medium speed, hertz (from memory: the errata sheets have a table for 30 pF
-/// and 2.7 V; medium is enough at 42 MHz and not at 84 MHz).
+/// The APB's clock up to which SCK's pad may have medium speed, hertz (from memory: the errata
+/// sheets have a table for 30 pF and 2.7 V; medium is enough at 42 MHz and not at 84 MHz).
 const MEDIUM_PAD_HZ: u64 = 42_000_000;
 /// The pad's speed from which 84 MHz are allowed: fast.
 const FAST: u32 = 2;
@@ -25,7 +26,8 @@ impl Bus {
         &self.gpio[usize::from(pin.0)]
     }
 
-    /// The level on a wire to the ADC: what an output drives, or else that of the wiring page's pull resistors.
+    /// The level on a wire to the ADC: what an output drives, or else that of the wiring page's
+    /// pull resistors.
     fn level(&self, pin: Pin, pulled: bool) -> bool {
         self.port(pin).driven(pin.1).unwrap_or(pulled)
     }
@@ -46,7 +48,13 @@ impl Bus {
 
     /// Puts DRDY's level where its pin is read.
     pub fn show_drdy(&mut self) {
-        let Some(AdcPins { drdy: Pin(port, pin), .. }) = self.wiring.adc else { return };
+        let Some(AdcPins {
+            drdy: Pin(port, pin),
+            ..
+        }) = self.wiring.adc
+        else {
+            return;
+        };
         let high = self.adc.chip.drdy_high(self.time.ns());
         let outside = &mut self.gpio[usize::from(port)].outside;
         *outside = *outside & !(1 << pin) | u16::from(high) << pin;
@@ -56,17 +64,31 @@ impl Bus {
     pub fn change_clocks(&mut self) {
         let (clocks, pll) = self.rcc.clocks(&self.wiring);
         let limits = self.wiring.limits_hz;
-        if self.rcc.hse().is_some_and(|is_bypassed| is_bypassed != self.wiring.is_bypassed) {
-            self.note(Some((Rule::ClockLimit, "HSEBYP does not fit the board's oscillator".into())));
+        if self
+            .rcc
+            .hse()
+            .is_some_and(|is_bypassed| is_bypassed != self.wiring.is_bypassed)
+        {
+            self.note(Some((
+                Rule::ClockLimit,
+                "HSEBYP does not fit the board's oscillator".into(),
+            )));
         }
-        let is_above = [clocks.hclk, clocks.pclk[0], clocks.pclk[1]].iter().zip(limits).any(|(hz, limit)| *hz > limit);
+        let is_above = [clocks.hclk, clocks.pclk[0], clocks.pclk[1]]
+            .iter()
+            .zip(limits)
+            .any(|(hz, limit)| *hz > limit);
         if is_above {
             self.note(Some((Rule::ClockLimit, format!("{clocks:?}"))));
         }
         if let Some([input, vco]) = pll
-            && !((1_000_000..=2_000_000).contains(&input) && (100_000_000..=432_000_000).contains(&vco))
+            && !((1_000_000..=2_000_000).contains(&input)
+                && (100_000_000..=432_000_000).contains(&vco))
         {
-            self.note(Some((Rule::ClockLimit, format!("the PLL's input {input} Hz, its VCO {vco} Hz"))));
+            self.note(Some((
+                Rule::ClockLimit,
+                format!("the PLL's input {input} Hz, its VCO {vco} Hz"),
+            )));
         }
         // One more wait state for each 30 MHz at 2.7 to 3.6 V (RM0090, table 10).
         let needed = clocks.hclk.saturating_sub(1) / 30_000_000;
@@ -79,8 +101,8 @@ impl Bus {
         self.expect_drdy();
     }
 
-    /// The ROM's loader has run: the PLL is the clock, with wait states for it, HSE is on, the ROM lies at address 0, USB's
-    /// interrupt is on, and USB will request it.
+    /// The ROM's loader has run: the PLL is the clock, with wait states for it, HSE is on, the ROM
+    /// lies at address 0, USB's interrupt is on, and USB will request it.
     pub fn leave_as_rom_loader(&mut self) {
         // Three wait states, as 96 MHz need.
         let _ = self.flash.write(0, 3);
@@ -91,7 +113,8 @@ impl Bus {
         self.change_clocks();
     }
 
-    /// Processor cycles in one of the clock of the timers on APB1: twice the APB's if that is divided (RM0090, 7.2).
+    /// Processor cycles in one of the clock of the timers on APB1: twice the APB's if that is
+    /// divided (RM0090, 7.2).
     pub fn timer_ratio(&self) -> u64 {
         let divider = self.apb_ratio(0);
         if divider == 1 { 1 } else { divider / 2 }
@@ -105,7 +128,10 @@ impl Bus {
     /// The rules for SPI, as it is switched on.
     pub fn check_spi(&mut self) {
         let Some(adc) = self.wiring.adc else {
-            return self.note(Some((Rule::PinFunction, "SPI1 is on, and nothing is wired to it".into())));
+            return self.note(Some((
+                Rule::PinFunction,
+                "SPI1 is on, and nothing is wired to it".into(),
+            )));
         };
         let Pin(port, sck) = adc.sck;
         self.check_functions(&[adc.sck, adc.miso, adc.mosi], AF_SPI1);
@@ -115,10 +141,16 @@ impl Bus {
         let apb_hz = self.clocks.pclk[1];
         let speed = self.gpio[usize::from(port)].speed(sck);
         if apb_hz > MEDIUM_PAD_HZ && speed < FAST {
-            self.note(Some((Rule::PadSpeed, format!("SCK's OSPEEDR is {speed} at APB2 {apb_hz} Hz"))));
+            self.note(Some((
+                Rule::PadSpeed,
+                format!("SCK's OSPEEDR is {speed} at APB2 {apb_hz} Hz"),
+            )));
         }
         if !self.spi.fits_adc() {
-            self.note(Some((Rule::SpiMode, "not mode 0, 8 bits, most significant first".into())));
+            self.note(Some((
+                Rule::SpiMode,
+                "not mode 0, 8 bits, most significant first".into(),
+            )));
         }
         let sclk_hz = apb_hz / self.spi.divider();
         if sclk_hz * 2 > u64::from(self.adc.clock_hz()) {
@@ -135,15 +167,26 @@ impl Bus {
     pub fn check_encoder(&mut self) {
         match self.wiring.stylus {
             Some(stylus) => self.check_functions(&stylus.channels, AF_TIM3),
-            None => self.note(Some((Rule::PinFunction, "TIM3 counts, and nothing is wired to it".into()))),
+            None => self.note(Some((
+                Rule::PinFunction,
+                "TIM3 counts, and nothing is wired to it".into(),
+            ))),
         }
     }
 
-    /// The rules for the converter, as it is switched on: its pin is analogue by then (RM0090, 14.3.1).
+    /// The rules for the converter, as it is switched on: its pin is analogue by then (RM0090,
+    /// 14.3.1).
     pub fn check_dac(&mut self) {
         let is_analogue = |pin: Pin| self.port(pin).mode(pin.1) == 3;
-        if !self.wiring.stylus.is_some_and(|stylus| is_analogue(stylus.output)) {
-            self.note(Some((Rule::PinFunction, "the converter is on, and its pin is not analogue".into())));
+        if !self
+            .wiring
+            .stylus
+            .is_some_and(|stylus| is_analogue(stylus.output))
+        {
+            self.note(Some((
+                Rule::PinFunction,
+                "the converter is on, and its pin is not analogue".into(),
+            )));
         }
     }
 

@@ -1,4 +1,5 @@
-//! 32-bit Thumb encodings without the floating-point ones (DDI 0403E, A5.3). `a` is the first half word, `b` the second.
+//! 32-bit Thumb encodings without the floating-point ones (DDI 0403E, A5.3). `a` is the first half
+//! word, `b` the second.
 
 use super::decode16::immediate_shift;
 use super::op::Op;
@@ -32,7 +33,21 @@ fn many(a: u16, b: u16) -> Op {
         2 => true,
         _ => return Op::Unmodelled,
     };
-    if a & 0x10 == 0 { Op::StoreMany { n, list: b, back, down } } else { Op::LoadMany { n, list: b, back, down } }
+    if a & 0x10 == 0 {
+        Op::StoreMany {
+            n,
+            list: b,
+            back,
+            down,
+        }
+    } else {
+        Op::LoadMany {
+            n,
+            list: b,
+            back,
+            down,
+        }
+    }
 }
 
 fn dual_or_exclusive(a: u16, b: u16) -> Op {
@@ -46,9 +61,21 @@ fn dual_or_exclusive(a: u16, b: u16) -> Op {
             _ => Index::After,
         };
         return if is_load {
-            Op::LoadPair { t, t2, n, offset, index }
+            Op::LoadPair {
+                t,
+                t2,
+                n,
+                offset,
+                index,
+            }
         } else {
-            Op::StorePair { t, t2, n, offset, index }
+            Op::StorePair {
+                t,
+                t2,
+                n,
+                offset,
+                index,
+            }
         };
     }
     let width = match b >> 4 & 15 {
@@ -57,16 +84,43 @@ fn dual_or_exclusive(a: u16, b: u16) -> Op {
         _ => Width::Word,
     };
     match (up, is_load, b >> 4 & 15) {
-        (false, false, _) => Op::StoreExclusive { width: Width::Word, d: reg(b, 8), t, n, offset: (b & 0xFF) * 4 },
-        (false, true, _) => Op::LoadExclusive { width: Width::Word, t, n, offset: (b & 0xFF) * 4 },
-        (true, true, 0 | 1) => Op::TableBranch { n, m: reg(b, 0), halves: b & 0x10 != 0 },
-        (true, true, 4 | 5) => Op::LoadExclusive { width, t, n, offset: 0 },
-        (true, false, 4 | 5) => Op::StoreExclusive { width, d: reg(b, 0), t, n, offset: 0 },
+        (false, false, _) => Op::StoreExclusive {
+            width: Width::Word,
+            d: reg(b, 8),
+            t,
+            n,
+            offset: (b & 0xFF) * 4,
+        },
+        (false, true, _) => Op::LoadExclusive {
+            width: Width::Word,
+            t,
+            n,
+            offset: (b & 0xFF) * 4,
+        },
+        (true, true, 0 | 1) => Op::TableBranch {
+            n,
+            m: reg(b, 0),
+            halves: b & 0x10 != 0,
+        },
+        (true, true, 4 | 5) => Op::LoadExclusive {
+            width,
+            t,
+            n,
+            offset: 0,
+        },
+        (true, false, 4 | 5) => Op::StoreExclusive {
+            width,
+            d: reg(b, 0),
+            t,
+            n,
+            offset: 0,
+        },
         _ => Op::Undefined,
     }
 }
 
-/// The data-processing operation of a 32-bit encoding with its destination and first operand, if any is compared or moved.
+/// The data-processing operation of a 32-bit encoding with its destination and first operand, if
+/// any is compared or moved.
 fn data_processing(a: u16, b: u16) -> Option<(Dp, Flags, u8, u8)> {
     let (sets, n, d) = (a & 0x10 != 0, reg(a, 0), reg(b, 8));
     let flags = if sets { Flags::Set } else { Flags::Keep };
@@ -104,7 +158,15 @@ fn shifted_register(a: u16, b: u16) -> Op {
     let (shift, by) = immediate_shift(kind, by);
     match data_processing(a, b) {
         Some((_, _, 15, _)) | None => Op::Undefined,
-        Some((f, flags, d, n)) => Op::DpReg { f, flags, d, n, m, shift, by },
+        Some((f, flags, d, n)) => Op::DpReg {
+            f,
+            flags,
+            d,
+            n,
+            m,
+            shift,
+            by,
+        },
     }
 }
 
@@ -128,7 +190,14 @@ fn modified_immediate(a: u16, b: u16) -> Op {
     };
     match data_processing(a, b) {
         Some((_, _, 15, _)) | None => Op::Undefined,
-        Some((f, flags, d, n)) => Op::DpImm { f, flags, d, n, imm, carry },
+        Some((f, flags, d, n)) => Op::DpImm {
+            f,
+            flags,
+            d,
+            n,
+            imm,
+            carry,
+        },
     }
 }
 
@@ -139,27 +208,73 @@ fn plain_immediate(a: u16, b: u16, pc: u32) -> Op {
     let wide = (u32::from(a & 15) << 12 | imm) as u16;
     let (flags, carry) = (Flags::Keep, None);
     match a >> 4 & 31 {
-        0 if n == 15 => Op::Constant { d, value: ((pc & !3) + 4).wrapping_add(imm) },
-        0 => Op::DpImm { f: Dp::Add, flags, d, n, imm, carry },
-        4 => Op::Constant { d, value: wide.into() },
-        10 if n == 15 => Op::Constant { d, value: ((pc & !3) + 4).wrapping_sub(imm) },
-        10 => Op::DpImm { f: Dp::Sub, flags, d, n, imm, carry },
+        0 if n == 15 => Op::Constant {
+            d,
+            value: ((pc & !3) + 4).wrapping_add(imm),
+        },
+        0 => Op::DpImm {
+            f: Dp::Add,
+            flags,
+            d,
+            n,
+            imm,
+            carry,
+        },
+        4 => Op::Constant {
+            d,
+            value: wide.into(),
+        },
+        10 if n == 15 => Op::Constant {
+            d,
+            value: ((pc & !3) + 4).wrapping_sub(imm),
+        },
+        10 => Op::DpImm {
+            f: Dp::Sub,
+            flags,
+            d,
+            n,
+            imm,
+            carry,
+        },
         12 => Op::MovT { d, imm: wide },
         16 | 18 | 24 | 26 => {
             let signed = a & 0x80 == 0;
-            let shift = if a & 0x20 == 0 { Shift::Lsl } else { Shift::Asr };
+            let shift = if a & 0x20 == 0 {
+                Shift::Lsl
+            } else {
+                Shift::Asr
+            };
             if shift == Shift::Asr && lsb == 0 {
                 return Op::Unmodelled;
             }
-            Op::Saturate { d, n, bits: last + u8::from(signed), shift, by: lsb, signed }
+            Op::Saturate {
+                d,
+                n,
+                bits: last + u8::from(signed),
+                shift,
+                by: lsb,
+                signed,
+            }
         }
-        20 | 28 => Op::BitExtract { d, n, lsb, width: last + 1, signed: a & 0x80 == 0 },
-        22 if last >= lsb => Op::BitInsert { d, n: if n == 15 { SINK } else { n }, lsb, width: last + 1 - lsb },
+        20 | 28 => Op::BitExtract {
+            d,
+            n,
+            lsb,
+            width: last + 1,
+            signed: a & 0x80 == 0,
+        },
+        22 if last >= lsb => Op::BitInsert {
+            d,
+            n: if n == 15 { SINK } else { n },
+            lsb,
+            width: last + 1 - lsb,
+        },
         _ => Op::Undefined,
     }
 }
 
-/// Offset and index of a load or store with 12 or 8 bits of offset; none if the offset is a register.
+/// Offset and index of a load or store with 12 or 8 bits of offset; none if the offset is a
+/// register.
 fn offset(a: u16, b: u16) -> Option<(i16, Index)> {
     if a & 0x80 != 0 {
         return Some(((b & 0xFFF) as i16, Index::Offset));
@@ -194,17 +309,29 @@ fn width(a: u16) -> Option<Width> {
 fn store(a: u16, b: u16) -> Op {
     let (t, n) = (reg(b, 12), reg(a, 0));
     match (width(a), offset(a, b)) {
-        (Some(width), Some((offset, index))) if n != 15 => Op::Store { width, t, n, offset, index },
-        (Some(width), None) if n != 15 && b & 0xFC0 == 0 => {
-            Op::StoreReg { width, t, n, m: reg(b, 0), by: (b >> 4 & 3) as u8 }
-        }
+        (Some(width), Some((offset, index))) if n != 15 => Op::Store {
+            width,
+            t,
+            n,
+            offset,
+            index,
+        },
+        (Some(width), None) if n != 15 && b & 0xFC0 == 0 => Op::StoreReg {
+            width,
+            t,
+            n,
+            m: reg(b, 0),
+            by: (b >> 4 & 3) as u8,
+        },
         _ => Op::Undefined,
     }
 }
 
 fn load(a: u16, b: u16, pc: u32) -> Op {
     let (t, n) = (reg(b, 12), reg(a, 0));
-    let Some(width) = width(a) else { return Op::Undefined };
+    let Some(width) = width(a) else {
+        return Op::Undefined;
+    };
     if t == 15 && width != Width::Word {
         // Preload hints.
         return Op::Nop;
@@ -212,11 +339,27 @@ fn load(a: u16, b: u16, pc: u32) -> Op {
     if n == 15 {
         let imm = i32::from(b & 0xFFF);
         let offset = if a & 0x80 != 0 { imm } else { -imm };
-        return Op::LoadLiteral { width, t, address: ((pc & !3) + 4).wrapping_add_signed(offset) };
+        return Op::LoadLiteral {
+            width,
+            t,
+            address: ((pc & !3) + 4).wrapping_add_signed(offset),
+        };
     }
     match offset(a, b) {
-        Some((offset, index)) => Op::Load { width, t, n, offset, index },
-        None if b & 0xFC0 == 0 => Op::LoadReg { width, t, n, m: reg(b, 0), by: (b >> 4 & 3) as u8 },
+        Some((offset, index)) => Op::Load {
+            width,
+            t,
+            n,
+            offset,
+            index,
+        },
+        None if b & 0xFC0 == 0 => Op::LoadReg {
+            width,
+            t,
+            n,
+            m: reg(b, 0),
+            by: (b >> 4 & 3) as u8,
+        },
         None => Op::Undefined,
     }
 }
@@ -228,21 +371,53 @@ fn register(a: u16, b: u16) -> Op {
         (0..=7, 0) => {
             let shift = [Shift::Lsl, Shift::Lsr, Shift::Asr, Shift::Ror][usize::from(op >> 1)];
             let flags = if op & 1 != 0 { Flags::Set } else { Flags::Keep };
-            Op::ShiftReg { shift, flags, d, n, m }
+            Op::ShiftReg {
+                shift,
+                flags,
+                d,
+                n,
+                m,
+            }
         }
         (0 | 1 | 4 | 5, 8..=15) => {
-            let width = [Width::SignedHalf, Width::Half, Width::SignedByte, Width::Byte]
-                [usize::from(op & 1) + 2 * usize::from(op >> 2)];
+            let width = [
+                Width::SignedHalf,
+                Width::Half,
+                Width::SignedByte,
+                Width::Byte,
+            ][usize::from(op & 1) + 2 * usize::from(op >> 2)];
             let n = if n == 15 { SINK } else { n };
-            Op::Extend { d, n, m, rotate: (b >> 4 & 3) as u8 * 8, width }
+            Op::Extend {
+                d,
+                n,
+                m,
+                rotate: (b >> 4 & 3) as u8 * 8,
+                width,
+            }
         }
-        (8, 8..=11) => Op::SaturatingAdd { d, n, m, subtract: b & 0x20 != 0, twice: b & 0x10 != 0 },
+        (8, 8..=11) => Op::SaturatingAdd {
+            d,
+            n,
+            m,
+            subtract: b & 0x20 != 0,
+            twice: b & 0x10 != 0,
+        },
         (9, 8) => Op::ReverseBytes { d, m },
         (9, 9) => Op::ReverseHalves { d, m },
         (9, 10) => Op::ReverseBits { d, m },
         (11, 8) => Op::CountZeros { d, m },
-        (9, 5) => Op::HalvesUnsigned { d, n, m, subtract: false },
-        (13, 5) => Op::HalvesUnsigned { d, n, m, subtract: true },
+        (9, 5) => Op::HalvesUnsigned {
+            d,
+            n,
+            m,
+            subtract: false,
+        },
+        (13, 5) => Op::HalvesUnsigned {
+            d,
+            n,
+            m,
+            subtract: true,
+        },
         _ => Op::Unmodelled,
     }
 }
@@ -250,15 +425,46 @@ fn register(a: u16, b: u16) -> Op {
 fn multiply(a: u16, b: u16) -> Op {
     let (d, n, m, addend) = (reg(b, 8), reg(a, 0), reg(b, 0), reg(b, 12));
     match (a >> 4 & 7, b >> 4 & 3) {
-        (0, 0) if addend == 15 => Op::Mul { flags: Flags::Keep, d, n, m },
-        (0, 0) => Op::MulAdd { d, n, m, a: addend, subtract: false },
-        (0, 1) => Op::MulAdd { d, n, m, a: addend, subtract: true },
+        (0, 0) if addend == 15 => Op::Mul {
+            flags: Flags::Keep,
+            d,
+            n,
+            m,
+        },
+        (0, 0) => Op::MulAdd {
+            d,
+            n,
+            m,
+            a: addend,
+            subtract: false,
+        },
+        (0, 1) => Op::MulAdd {
+            d,
+            n,
+            m,
+            a: addend,
+            subtract: true,
+        },
         (1, halves) => {
             let a = if addend == 15 { SINK } else { addend };
-            Op::HalfMul { d, n, m, a, n_high: halves & 2 != 0, m_high: halves & 1 != 0 }
+            Op::HalfMul {
+                d,
+                n,
+                m,
+                a,
+                n_high: halves & 2 != 0,
+                m_high: halves & 1 != 0,
+            }
         }
         // SMMUL without rounding (DDI 0403E, A7.7.148): the upper half of a long product.
-        (5, 0) if addend == 15 => Op::LongMul { low: SINK, high: d, n, m, signed: true, accumulate: false },
+        (5, 0) if addend == 15 => Op::LongMul {
+            low: SINK,
+            high: d,
+            n,
+            m,
+            signed: true,
+            accumulate: false,
+        },
         _ => Op::Unmodelled,
     }
 }
@@ -266,12 +472,50 @@ fn multiply(a: u16, b: u16) -> Op {
 fn long_multiply(a: u16, b: u16) -> Op {
     let (low, high, n, m) = (reg(b, 12), reg(b, 8), reg(a, 0), reg(b, 0));
     match (a >> 4 & 7, b >> 4 & 15) {
-        (0, 0) => Op::LongMul { low, high, n, m, signed: true, accumulate: false },
-        (2, 0) => Op::LongMul { low, high, n, m, signed: false, accumulate: false },
-        (4, 0) => Op::LongMul { low, high, n, m, signed: true, accumulate: true },
-        (6, 0) => Op::LongMul { low, high, n, m, signed: false, accumulate: true },
-        (1, 15) => Op::Divide { d: high, n, m, signed: true },
-        (3, 15) => Op::Divide { d: high, n, m, signed: false },
+        (0, 0) => Op::LongMul {
+            low,
+            high,
+            n,
+            m,
+            signed: true,
+            accumulate: false,
+        },
+        (2, 0) => Op::LongMul {
+            low,
+            high,
+            n,
+            m,
+            signed: false,
+            accumulate: false,
+        },
+        (4, 0) => Op::LongMul {
+            low,
+            high,
+            n,
+            m,
+            signed: true,
+            accumulate: true,
+        },
+        (6, 0) => Op::LongMul {
+            low,
+            high,
+            n,
+            m,
+            signed: false,
+            accumulate: true,
+        },
+        (1, 15) => Op::Divide {
+            d: high,
+            n,
+            m,
+            signed: true,
+        },
+        (3, 15) => Op::Divide {
+            d: high,
+            n,
+            m,
+            signed: false,
+        },
         _ => Op::Unmodelled,
     }
 }

@@ -39,25 +39,74 @@ fn transfer(a: u16, b: u16, is_double: bool) -> Op {
     if !before && !up {
         // Bit 6 of these is no part of a register's number.
         let (t, t2) = ((b >> 12) as u8, n);
-        let t2 = if a & 0x40 == 0 { return Op::Undefined } else { t2 };
-        let s = if is_double { (b << 1 & 0x1E) as u8 } else { sm(b) };
-        return if is_load { Op::FloatPairToCore { t, t2, s } } else { Op::CorePairToFloat { t, t2, s } };
+        let t2 = if a & 0x40 == 0 {
+            return Op::Undefined;
+        } else {
+            t2
+        };
+        let s = if is_double {
+            (b << 1 & 0x1E) as u8
+        } else {
+            sm(b)
+        };
+        return if is_load {
+            Op::FloatPairToCore { t, t2, s }
+        } else {
+            Op::CorePairToFloat { t, t2, s }
+        };
     }
     // A double is two singles with one name.
-    let s = if is_double { (b >> 11 & 0x1E | a >> 1 & 0x20) as u8 } else { sd(a, b) };
+    let s = if is_double {
+        (b >> 11 & 0x1E | a >> 1 & 0x20) as u8
+    } else {
+        sd(a, b)
+    };
     if s >= 32 {
         return Op::Undefined;
     }
     let words = (b & 0xFF) as u8;
     if before && !back {
-        let (offset, words) = (i16::from(words) * if up { 4 } else { -4 }, 1 + u8::from(is_double));
-        return if is_load { Op::FloatLoad { s, n, offset, words } } else { Op::FloatStore { s, n, offset, words } };
+        let (offset, words) = (
+            i16::from(words) * if up { 4 } else { -4 },
+            1 + u8::from(is_double),
+        );
+        return if is_load {
+            Op::FloatLoad {
+                s,
+                n,
+                offset,
+                words,
+            }
+        } else {
+            Op::FloatStore {
+                s,
+                n,
+                offset,
+                words,
+            }
+        };
     }
     if u32::from(s) + u32::from(words) > 32 {
         return Op::Undefined;
     }
     let down = before;
-    if is_load { Op::FloatLoadMany { n, s, words, back, down } } else { Op::FloatStoreMany { n, s, words, back, down } }
+    if is_load {
+        Op::FloatLoadMany {
+            n,
+            s,
+            words,
+            back,
+            down,
+        }
+    } else {
+        Op::FloatStoreMany {
+            n,
+            s,
+            words,
+            back,
+            down,
+        }
+    }
 }
 
 fn core_transfer(a: u16, b: u16) -> Op {
@@ -74,7 +123,12 @@ fn core_transfer(a: u16, b: u16) -> Op {
 fn arithmetic(a: u16, b: u16) -> Op {
     let (d, n, m) = (sd(a, b), sn(a, b), sm(b));
     let second = b & 0x40 != 0;
-    let two = |first, other| Op::Float2 { f: if second { other } else { first }, d, n, m };
+    let two = |first, other| Op::Float2 {
+        f: if second { other } else { first },
+        d,
+        n,
+        m,
+    };
     match a >> 4 & 11 {
         0 => two(Float2::Mla, Float2::Mls),
         1 => two(Float2::Nmls, Float2::Nmla),
@@ -83,7 +137,10 @@ fn arithmetic(a: u16, b: u16) -> Op {
         8 if !second => two(Float2::Div, Float2::Div),
         9 => two(Float2::Fnms, Float2::Fnma),
         10 => two(Float2::Fma, Float2::Fms),
-        11 if !second => Op::FloatConstant { d, bits: constant((a << 4 & 0xF0 | b & 15) as u8) },
+        11 if !second => Op::FloatConstant {
+            d,
+            bits: constant((a << 4 & 0xF0 | b & 15) as u8),
+        },
         11 => other(a, b, d, m),
         _ => Op::Undefined,
     }
@@ -91,7 +148,11 @@ fn arithmetic(a: u16, b: u16) -> Op {
 
 /// VFPExpandImm for single precision.
 fn constant(imm8: u8) -> u32 {
-    let (sign, b6, low) = (u32::from(imm8 >> 7), u32::from(imm8 >> 6 & 1), u32::from(imm8 & 0x3F));
+    let (sign, b6, low) = (
+        u32::from(imm8 >> 7),
+        u32::from(imm8 >> 6 & 1),
+        u32::from(imm8 & 0x3F),
+    );
     let exponent = (1 - b6) << 7 | if b6 != 0 { 0x7C } else { 0 } | low >> 4;
     sign << 31 | exponent << 23 | (low & 15) << 19
 }
@@ -99,15 +160,41 @@ fn constant(imm8: u8) -> u32 {
 fn other(a: u16, b: u16, d: u8, m: u8) -> Op {
     let high = b & 0x80 != 0;
     match (a & 15, high) {
-        (0, false) => Op::Float1 { f: Float1::Mov, d, m },
-        (0, true) => Op::Float1 { f: Float1::Abs, d, m },
-        (1, false) => Op::Float1 { f: Float1::Neg, d, m },
-        (1, true) => Op::Float1 { f: Float1::Sqrt, d, m },
+        (0, false) => Op::Float1 {
+            f: Float1::Mov,
+            d,
+            m,
+        },
+        (0, true) => Op::Float1 {
+            f: Float1::Abs,
+            d,
+            m,
+        },
+        (1, false) => Op::Float1 {
+            f: Float1::Neg,
+            d,
+            m,
+        },
+        (1, true) => Op::Float1 {
+            f: Float1::Sqrt,
+            d,
+            m,
+        },
         (4, _) => Op::FloatCompare { d, m },
         (5, _) => Op::FloatCompare { d, m: FLOAT_ZERO },
         (8, signed) => Op::IntToFloat { d, m, signed },
-        (12, to_zero) => Op::FloatToInt { d, m, signed: false, to_zero },
-        (13, to_zero) => Op::FloatToInt { d, m, signed: true, to_zero },
+        (12, to_zero) => Op::FloatToInt {
+            d,
+            m,
+            signed: false,
+            to_zero,
+        },
+        (13, to_zero) => Op::FloatToInt {
+            d,
+            m,
+            signed: true,
+            to_zero,
+        },
         _ => Op::Unmodelled,
     }
 }
@@ -117,17 +204,34 @@ mod tests {
     use super::{constant, decode};
     use crate::cpu::op::Op;
 
-    /// As an assembler encodes them: `vmov d0, r0, r3` and `vmov r0, r1, d0`, and `vmov s0, s1, r0, r3`.
+    /// As an assembler encodes them: `vmov d0, r0, r3` and `vmov r0, r1, d0`, and `vmov s0, s1, r0,
+    /// r3`.
     #[test]
     fn pairs_move_to_a_double_and_back() {
-        assert!(matches!(decode(0xEC43, 0x0B10), Op::CorePairToFloat { t: 0, t2: 3, s: 0 }));
-        assert!(matches!(decode(0xEC51, 0x0B10), Op::FloatPairToCore { t: 0, t2: 1, s: 0 }));
-        assert!(matches!(decode(0xEC43, 0x0A10), Op::CorePairToFloat { t: 0, t2: 3, s: 0 }));
+        assert!(matches!(
+            decode(0xEC43, 0x0B10),
+            Op::CorePairToFloat { t: 0, t2: 3, s: 0 }
+        ));
+        assert!(matches!(
+            decode(0xEC51, 0x0B10),
+            Op::FloatPairToCore { t: 0, t2: 1, s: 0 }
+        ));
+        assert!(matches!(
+            decode(0xEC43, 0x0A10),
+            Op::CorePairToFloat { t: 0, t2: 3, s: 0 }
+        ));
     }
 
     #[test]
     fn constants_expand() {
-        for (imm8, value) in [(0x70, 1.0_f32), (0x00, 2.0), (0x60, 0.5), (0xF0, -1.0), (0x78, 1.5), (0x3F, 31.0)] {
+        for (imm8, value) in [
+            (0x70, 1.0_f32),
+            (0x00, 2.0),
+            (0x60, 0.5),
+            (0xF0, -1.0),
+            (0x78, 1.5),
+            (0x3F, 31.0),
+        ] {
             assert_eq!(constant(imm8), value.to_bits(), "{imm8:#x}");
         }
     }

@@ -1,11 +1,13 @@
-//! Entry of and return from exceptions, with the floating-point unit's lazy stacking (DDI 0403E, B1.5.6 to B1.5.8).
+//! Entry of and return from exceptions, with the floating-point unit's lazy stacking (DDI 0403E,
+//! B1.5.6 to B1.5.8).
 
 use super::state::Cpu;
 use crate::bus::Bus;
 use crate::scs::{HARD_FAULT, Masks};
 use crate::stop::Stop;
 
-/// Cycles of an entry, of a return, and of a return that goes on with the next exception (DDI 0439B, 3.9).
+/// Cycles of an entry, of a return, and of a return that goes on with the next exception (DDI
+/// 0439B, 3.9).
 const ENTRY: u64 = 12;
 const RETURN: u64 = 10;
 
@@ -19,15 +21,24 @@ const ALIGNED: u32 = 1 << 9;
 impl Cpu {
     /// What masks exceptions.
     pub fn masks(&self) -> Masks {
-        Masks { primask: self.primask, faultmask: self.faultmask, basepri: self.basepri }
+        Masks {
+            primask: self.primask,
+            faultmask: self.faultmask,
+            basepri: self.basepri,
+        }
     }
 
     /// Takes an exception. A fault while its frame is stored is the caller's to judge.
     pub fn enter(&mut self, number: u16, bus: &mut Bus) -> Result<(), Stop> {
         self.is_asleep = false;
         self.exclusive = None;
-        let it = u32::from(if self.it == super::state::LAST_OF_IT { 0 } else { self.it });
-        let status = self.apsr() | u32::from(self.ipsr) | 1 << 24 | (it & 3) << 25 | (it >> 2) << 10;
+        let it = u32::from(if self.it == super::state::LAST_OF_IT {
+            0
+        } else {
+            self.it
+        });
+        let status =
+            self.apsr() | u32::from(self.ipsr) | 1 << 24 | (it & 3) << 25 | (it >> 2) << 10;
         let bytes = if self.fpca { EXTENDED } else { BASIC };
         let misaligned = self.r[13] & 4 != 0;
         let frame = (self.r[13] & !7).wrapping_sub(bytes);
@@ -41,7 +52,8 @@ impl Cpu {
             self.pc,
             status | if misaligned { ALIGNED } else { 0 },
         ];
-        // Returns to a handler or a thread, on the main stack, with or without the floating-point registers.
+        // Returns to a handler or a thread, on the main stack, with or without the floating-point
+        // registers.
         self.r[14] = match (self.ipsr != 0, self.fpca) {
             (true, false) => 0xFFFF_FFF1,
             (false, false) => 0xFFFF_FFF9,
@@ -84,7 +96,8 @@ impl Cpu {
         bus.write_aligned(place.wrapping_add(64), self.fpscr)
     }
 
-    /// Stores the floating-point registers of the interrupted code now, as this code is about to use them.
+    /// Stores the floating-point registers of the interrupted code now, as this code is about to
+    /// use them.
     pub(super) fn stack_lazily(&mut self, bus: &mut Bus) -> Result<(), Stop> {
         if let Some(place) = bus.scs.lazy_frame.take() {
             bus.time.cycles += 17;

@@ -1,5 +1,6 @@
-//! What each instruction does. Cycles are those of the Cortex-M4 reference manual (DDI 0439B, table 3-1), one being
-//! counted already: a load 2, a taken branch 2, a computed one 3, a division of integers 4, of floats 14.
+//! What each instruction does. Cycles are those of the Cortex-M4 reference manual (DDI 0439B, table
+//! 3-1), one being counted already: a load 2, a taken branch 2, a computed one 3, a division of
+//! integers 4, of floats 14.
 
 use super::op::Op;
 use super::operands::{Flags, SINK};
@@ -19,16 +20,45 @@ impl Cpu {
     #[inline(always)]
     pub(super) fn execute(&mut self, op: Op, bus: &mut Bus) -> Result<(), Stop> {
         match op {
-            Op::DpImm { f, flags, d, n, imm, carry } => {
+            Op::DpImm {
+                f,
+                flags,
+                d,
+                n,
+                imm,
+                carry,
+            } => {
                 let (a, sets) = (self.r[usize::from(n)], self.sets(flags));
                 self.data_processing(f, sets, d, a, imm, carry.unwrap_or(self.c));
             }
-            Op::DpReg { f, flags, d, n, m, shift, by } => {
-                let (a, b, sets) = (self.r[usize::from(n)], self.r[usize::from(m)], self.sets(flags));
-                let (b, carry) = if by == 0 { (b, self.c) } else { self.shift(shift, b, by.into()) };
+            Op::DpReg {
+                f,
+                flags,
+                d,
+                n,
+                m,
+                shift,
+                by,
+            } => {
+                let (a, b, sets) = (
+                    self.r[usize::from(n)],
+                    self.r[usize::from(m)],
+                    self.sets(flags),
+                );
+                let (b, carry) = if by == 0 {
+                    (b, self.c)
+                } else {
+                    self.shift(shift, b, by.into())
+                };
                 self.data_processing(f, sets, d, a, b, carry);
             }
-            Op::ShiftReg { shift, flags, d, n, m } => {
+            Op::ShiftReg {
+                shift,
+                flags,
+                d,
+                n,
+                m,
+            } => {
                 let (by, sets) = (self.r[usize::from(m)] & 0xFF, self.sets(flags));
                 let (value, carry) = self.shift(shift, self.r[usize::from(n)], by);
                 self.r[usize::from(d)] = value;
@@ -42,7 +72,13 @@ impl Cpu {
                 let d = &mut self.r[usize::from(d)];
                 *d = *d & 0xFFFF | u32::from(imm) << 16;
             }
-            Op::Load { width, t, n, offset, index } => {
+            Op::Load {
+                width,
+                t,
+                n,
+                offset,
+                index,
+            } => {
                 let address = self.indexed(n, offset, index);
                 let value = bus.load(width, address.0)?;
                 self.r[usize::from(n)] = address.1;
@@ -57,7 +93,13 @@ impl Cpu {
                 let value = bus.load(width, address)?;
                 self.loaded(t, value, bus)?;
             }
-            Op::Store { width, t, n, offset, index } => {
+            Op::Store {
+                width,
+                t,
+                n,
+                offset,
+                index,
+            } => {
                 let address = self.indexed(n, offset, index);
                 bus.store(width, address.0, self.r[usize::from(t)])?;
                 self.r[usize::from(n)] = address.1;
@@ -89,7 +131,11 @@ impl Cpu {
             }
             Op::MovPc { m } => self.branch(self.r[usize::from(m)] & !1, COMPUTED_BRANCH, bus),
             Op::AddPc { m } => {
-                self.branch(self.r[15].wrapping_add(self.r[usize::from(m)]) & !1, COMPUTED_BRANCH, bus);
+                self.branch(
+                    self.r[15].wrapping_add(self.r[usize::from(m)]) & !1,
+                    COMPUTED_BRANCH,
+                    bus,
+                );
             }
             Op::TableBranch { n, m, halves } => {
                 let (base, at) = (self.r[usize::from(n)], self.r[usize::from(m)]);
@@ -135,9 +181,13 @@ impl Cpu {
                 self.is_asleep = true;
                 bus.attend();
             }
-            Op::ReadSpecial { .. } | Op::WriteSpecial { .. } | Op::Mask { .. } => self.special(op, bus)?,
+            Op::ReadSpecial { .. } | Op::WriteSpecial { .. } | Op::Mask { .. } => {
+                self.special(op, bus)?
+            }
             Op::Undefined => return Err(Stop::Usage(Usage::Undefined)),
-            Op::Unmodelled | Op::Breakpoint => return Err(bus.unmodelled("an instruction", self.r[15] - 4)),
+            Op::Unmodelled | Op::Breakpoint => {
+                return Err(bus.unmodelled("an instruction", self.r[15] - 4));
+            }
             _ => self.float(op, bus)?,
         }
         if self.it == LAST_OF_IT {

@@ -21,22 +21,44 @@ impl Cpu {
         self.fpca = true;
         let value = |s: &[u32; 33], at: u8| f32::from_bits(s[usize::from(at)]);
         match op {
-            Op::FloatLoad { s, n, offset, words } => {
+            Op::FloatLoad {
+                s,
+                n,
+                offset,
+                words,
+            } => {
                 let address = self.base(n).wrapping_add_signed(offset.into());
                 self.load_floats(s, words, address, bus)?;
             }
-            Op::FloatStore { s, n, offset, words } => {
+            Op::FloatStore {
+                s,
+                n,
+                offset,
+                words,
+            } => {
                 let address = self.base(n).wrapping_add_signed(offset.into());
                 self.store_floats(s, words, address, bus)?;
             }
-            Op::FloatLoadMany { n, s, words, back, down } => {
+            Op::FloatLoadMany {
+                n,
+                s,
+                words,
+                back,
+                down,
+            } => {
                 let (from, after) = self.span(n, words, down);
                 self.load_floats(s, words, from, bus)?;
                 if back {
                     self.r[usize::from(n)] = after;
                 }
             }
-            Op::FloatStoreMany { n, s, words, back, down } => {
+            Op::FloatStoreMany {
+                n,
+                s,
+                words,
+                back,
+                down,
+            } => {
                 let (from, after) = self.span(n, words, down);
                 self.store_floats(s, words, from, bus)?;
                 if back {
@@ -62,7 +84,9 @@ impl Cpu {
                 let status = self.r[usize::from(t)];
                 // Other modes than the default one.
                 if status & 0x07C0_0000 != 0 {
-                    return Err(bus.unmodelled("this mode of the floating-point unit", self.r[15] - 4));
+                    return Err(
+                        bus.unmodelled("this mode of the floating-point unit", self.r[15] - 4)
+                    );
                 }
                 self.fpscr = status;
             }
@@ -116,14 +140,32 @@ impl Cpu {
             }
             Op::IntToFloat { d, m, signed } => {
                 let bits = self.s[usize::from(m)];
-                let value = if signed { bits as i32 as f32 } else { bits as f32 };
+                let value = if signed {
+                    bits as i32 as f32
+                } else {
+                    bits as f32
+                };
                 self.s[usize::from(d)] = value.to_bits();
             }
-            Op::FloatToInt { d, m, signed, to_zero } => {
+            Op::FloatToInt {
+                d,
+                m,
+                signed,
+                to_zero,
+            } => {
                 let value = value(&self.s, m);
-                // Beyond the range both this and the chip take the nearest number, and zero for NaN.
-                let value = if to_zero { value } else { value.round_ties_even() };
-                self.s[usize::from(d)] = if signed { value as i32 as u32 } else { value as u32 };
+                // Beyond the range both this and the chip take the nearest number, and zero for
+                // NaN.
+                let value = if to_zero {
+                    value
+                } else {
+                    value.round_ties_even()
+                };
+                self.s[usize::from(d)] = if signed {
+                    value as i32 as u32
+                } else {
+                    value as u32
+                };
             }
             _ => return Err(bus.unmodelled("an instruction", self.r[15] - 4)),
         }
@@ -132,7 +174,11 @@ impl Cpu {
 
     /// The address register of a load or store; the program counter counts from a whole word.
     fn base(&self, n: u8) -> u32 {
-        if n == 15 { self.r[15] & !3 } else { self.r[usize::from(n)] }
+        if n == 15 {
+            self.r[15] & !3
+        } else {
+            self.r[usize::from(n)]
+        }
     }
 
     fn load_floats(&mut self, s: u8, words: u8, from: u32, bus: &mut Bus) -> Result<(), Stop> {
@@ -146,7 +192,10 @@ impl Cpu {
     fn store_floats(&mut self, s: u8, words: u8, from: u32, bus: &mut Bus) -> Result<(), Stop> {
         bus.time.cycles += u64::from(words);
         for at in 0..words {
-            bus.write_aligned(from.wrapping_add(u32::from(at) * 4), self.s[usize::from(s + at)])?;
+            bus.write_aligned(
+                from.wrapping_add(u32::from(at) * 4),
+                self.s[usize::from(s + at)],
+            )?;
         }
         Ok(())
     }

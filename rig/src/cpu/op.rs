@@ -1,9 +1,11 @@
-//! A decoded instruction. Names and fields are those of the Armv7-M architecture reference manual (DDI 0403E).
+//! A decoded instruction. Names and fields are those of the Armv7-M architecture reference manual
+//! (DDI 0403E).
 
 use super::operands::{Dp, Flags, Float1, Float2, Index, Shift};
 use crate::width::Width;
 
-/// An instruction. `d` is the destination, `n` and `m` are operands, `t` is what a load or store moves.
+/// An instruction. `d` is the destination, `n` and `m` are operands, `t` is what a load or store
+/// moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Op {
     /// An encoding that the architecture leaves undefined, or UDF.

@@ -47,7 +47,8 @@ pub enum Index {
     After,
 }
 
-/// Single-precision arithmetic with two operands; those that accumulate round twice (VMLA is not fused).
+/// Single-precision arithmetic with two operands; those that accumulate round twice (VMLA is not
+/// fused).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Float2 {
     Mla,

@@ -24,7 +24,8 @@ impl Cpu {
 
     pub(super) fn set_apsr(&mut self, bits: u32) {
         let flag = |at: u32| bits >> at & 1 != 0;
-        (self.n, self.z, self.c, self.v, self.q) = (flag(31), flag(30), flag(29), flag(28), flag(27));
+        (self.n, self.z, self.c, self.v, self.q) =
+            (flag(31), flag(30), flag(29), flag(28), flag(27));
     }
 
     pub(super) fn special(&mut self, op: Op, bus: &mut Bus) -> Result<(), Stop> {
@@ -50,7 +51,9 @@ impl Cpu {
                     MSP => self.r[13] = value & !3,
                     PRIMASK => self.primask = value & 1 != 0,
                     BASEPRI => self.basepri = priority,
-                    BASEPRI_MAX if priority != 0 && (self.basepri == 0 || priority < self.basepri) => {
+                    BASEPRI_MAX
+                        if priority != 0 && (self.basepri == 0 || priority < self.basepri) =>
+                    {
                         self.basepri = priority;
                     }
                     BASEPRI_MAX => {}
@@ -60,7 +63,11 @@ impl Cpu {
                 }
                 bus.attend();
             }
-            Op::Mask { primask, faultmask, set } => {
+            Op::Mask {
+                primask,
+                faultmask,
+                set,
+            } => {
                 if primask {
                     self.primask = set;
                 }

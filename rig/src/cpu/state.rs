@@ -10,7 +10,8 @@ pub const UNKNOWN: (Op, u8) = (Op::Nop, 0);
 
 /// A Cortex-M4F.
 pub(crate) struct Cpu {
-    /// R0 to R15, and a register that swallows results. While an instruction runs, R15 is its address plus 4.
+    /// R0 to R15, and a register that swallows results. While an instruction runs, R15 is its
+    /// address plus 4.
     pub r: [u32; 17],
     /// S0 to S31, and a constant zero.
     pub s: [u32; 33],
@@ -83,5 +84,6 @@ impl Cpu {
     }
 }
 
-/// The value of `it` while the last instruction of a block runs: bit 3 to 0 are zero, and no block has this condition.
+/// The value of `it` while the last instruction of a block runs: bit 3 to 0 are zero, and no block
+/// has this condition.
 pub const LAST_OF_IT: u8 = 0xF0;

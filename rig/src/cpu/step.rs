@@ -10,7 +10,11 @@ impl Cpu {
     /// Starts at the vectors at address 0 (DDI 0403E, B1.5.5).
     pub fn reset(&mut self, bus: &mut Bus) -> Result<(), Stop> {
         let (instructions, cache) = (self.instructions, std::mem::take(&mut self.cache));
-        *self = Self { instructions, cache, ..Self::new(0) };
+        *self = Self {
+            instructions,
+            cache,
+            ..Self::new(0)
+        };
         self.r[13] = bus.read(0, 4)? & !3;
         self.r[14] = !0;
         self.pc = bus.read(4, 4)? & !1;
@@ -47,7 +51,10 @@ impl Cpu {
         let decoded = if first >> 11 < 0b11101 {
             (decode16::decode(first, pc), 2)
         } else {
-            (decode32::decode(first, bus.fetch(pc.wrapping_add(2))?, pc), 4)
+            (
+                decode32::decode(first, bus.fetch(pc.wrapping_add(2))?, pc),
+                4,
+            )
         };
         if let Some(place) = self.cache.get_mut((pc.wrapping_sub(FLASH) >> 1) as usize) {
             *place = decoded;
@@ -61,9 +68,13 @@ impl Cpu {
             return true;
         }
         let runs = self.holds(self.it >> 4);
-        // Flags of the next one are still to be left alone by 16-bit encodings: `execute` looks at `it` before this
-        // step's value is gone, so the last one of a block keeps a mark.
-        self.it = if self.it & 7 == 0 { LAST_OF_IT } else { self.it & 0xE0 | self.it << 1 & 0x1F };
+        // Flags of the next one are still to be left alone by 16-bit encodings: `execute` looks at
+        // `it` before this step's value is gone, so the last one of a block keeps a mark.
+        self.it = if self.it & 7 == 0 {
+            LAST_OF_IT
+        } else {
+            self.it & 0xE0 | self.it << 1 & 0x1F
+        };
         if !runs && self.it == LAST_OF_IT {
             self.it = 0;
         }

@@ -21,29 +21,53 @@ impl Cpu {
     /// The first address of several words, and what the address register holds after them.
     pub(super) fn span(&self, n: u8, words: u8, down: bool) -> (u32, u32) {
         let (base, bytes) = (self.r[usize::from(n)], u32::from(words) * 4);
-        if down { (base.wrapping_sub(bytes), base.wrapping_sub(bytes)) } else { (base, base.wrapping_add(bytes)) }
+        if down {
+            (base.wrapping_sub(bytes), base.wrapping_sub(bytes))
+        } else {
+            (base, base.wrapping_add(bytes))
+        }
     }
 
     pub(super) fn transfer(&mut self, op: Op, bus: &mut Bus) -> Result<(), Stop> {
         match op {
-            Op::LoadPair { t, t2, n, offset, index } => {
+            Op::LoadPair {
+                t,
+                t2,
+                n,
+                offset,
+                index,
+            } => {
                 let (address, after) = self.indexed(n, offset, index);
                 let address = if n == 15 { address & !3 } else { address };
                 bus.time.cycles += 2;
-                let (first, second) = (bus.read_aligned(address)?, bus.read_aligned(address.wrapping_add(4))?);
+                let (first, second) = (
+                    bus.read_aligned(address)?,
+                    bus.read_aligned(address.wrapping_add(4))?,
+                );
                 if n != 15 {
                     self.r[usize::from(n)] = after;
                 }
                 (self.r[usize::from(t)], self.r[usize::from(t2)]) = (first, second);
             }
-            Op::StorePair { t, t2, n, offset, index } => {
+            Op::StorePair {
+                t,
+                t2,
+                n,
+                offset,
+                index,
+            } => {
                 let (address, after) = self.indexed(n, offset, index);
                 bus.time.cycles += 2;
                 bus.write_aligned(address, self.r[usize::from(t)])?;
                 bus.write_aligned(address.wrapping_add(4), self.r[usize::from(t2)])?;
                 self.r[usize::from(n)] = after;
             }
-            Op::LoadMany { n, list, back, down } => {
+            Op::LoadMany {
+                n,
+                list,
+                back,
+                down,
+            } => {
                 let (from, after) = self.span(n, list.count_ones() as u8, down);
                 let mut address = from;
                 let mut target = None;
@@ -66,7 +90,12 @@ impl Cpu {
                     self.jump(to, bus)?;
                 }
             }
-            Op::StoreMany { n, list, back, down } => {
+            Op::StoreMany {
+                n,
+                list,
+                back,
+                down,
+            } => {
                 let (from, after) = self.span(n, list.count_ones() as u8, down);
                 let mut address = from;
                 for t in (0..15_usize).filter(|t| list >> t & 1 != 0) {
@@ -78,12 +107,23 @@ impl Cpu {
                     self.r[usize::from(n)] = after;
                 }
             }
-            Op::LoadExclusive { width, t, n, offset } => {
+            Op::LoadExclusive {
+                width,
+                t,
+                n,
+                offset,
+            } => {
                 let address = self.r[usize::from(n)].wrapping_add(offset.into());
                 self.r[usize::from(t)] = bus.load(width, address)?;
                 self.exclusive = Some(address);
             }
-            Op::StoreExclusive { width, d, t, n, offset } => {
+            Op::StoreExclusive {
+                width,
+                d,
+                t,
+                n,
+                offset,
+            } => {
                 let address = self.r[usize::from(n)].wrapping_add(offset.into());
                 let holds = self.exclusive.take() == Some(address);
                 if holds {

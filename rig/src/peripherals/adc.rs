@@ -1,4 +1,5 @@
-//! The simulated ADS1258 on SPI1 and the pins, and what the datasheet asks of their timing (SBAS297G).
+//! The simulated ADS1258 on SPI1 and the pins, and what the datasheet asks of their timing
+//! (SBAS297G).
 
 use crate::findings::Rule;
 use hal_mock::{Ads1258, Options, Scene};
@@ -79,7 +80,12 @@ impl Adc {
             self.chip.select(now_ns);
             self.bytes.clear();
             let short = since_ns < 2.0 * self.tclk_ns;
-            return short.then(|| (Rule::ChipSelect, format!("CS was high for {since_ns} ns only")));
+            return short.then(|| {
+                (
+                    Rule::ChipSelect,
+                    format!("CS was high for {since_ns} ns only"),
+                )
+            });
         }
         self.chip.deselect(now_ns);
         self.keep_reading();
@@ -88,7 +94,9 @@ impl Adc {
 
     /// Keeps what a transfer has read.
     fn keep_reading(&mut self) {
-        let [(READ_RESULT, _), (_, a), (_, b), (_, c), (_, d), ..] = *self.bytes else { return };
+        let [(READ_RESULT, _), (_, a), (_, b), (_, c), (_, d), ..] = *self.bytes else {
+            return;
+        };
         if a & NEW == 0 {
             self.reads += 1;
             return;
@@ -96,7 +104,11 @@ impl Adc {
         self.read_once += u64::from(self.reads == 1);
         self.reads = 1;
         let edge_ns = self.chip.latest_drdy_fall_ns().unwrap_or(0);
-        self.readings.push(Reading { edge_ns, t_us: self.t_us, bytes: [a, b, c, d] });
+        self.readings.push(Reading {
+            edge_ns,
+            t_us: self.t_us,
+            bytes: [a, b, c, d],
+        });
     }
 
     /// START.
@@ -119,7 +131,12 @@ impl Adc {
     }
 
     /// A byte on the bus: its first and last edge of SCLK.
-    pub fn exchange(&mut self, out: u8, first_ns: u64, last_ns: u64) -> (u8, Option<(Rule, String)>) {
+    pub fn exchange(
+        &mut self,
+        out: u8,
+        first_ns: u64,
+        last_ns: u64,
+    ) -> (u8, Option<(Rule, String)>) {
         if !self.cs_low {
             return (0xFF, None);
         }
@@ -127,7 +144,10 @@ impl Adc {
         let broken = if self.bytes.is_empty() && since_ns < 2.5 * self.tclk_ns {
             Some((Rule::ChipSelect, format!("SCLK {since_ns} ns after CS")))
         } else if self.bytes.is_empty() && self.start && out >> 5 == WRITE {
-            Some((Rule::AdcWrite, format!("command {out:#04x} while START is high")))
+            Some((
+                Rule::AdcWrite,
+                format!("command {out:#04x} while START is high"),
+            ))
         } else {
             None
         };

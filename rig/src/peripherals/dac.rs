@@ -1,4 +1,5 @@
-//! Channel 1 of the digital-to-analogue converter, 12 bits, triggered by TIM6 (RM0090, 14.3 and 14.5).
+//! Channel 1 of the digital-to-analogue converter, 12 bits, triggered by TIM6 (RM0090, 14.3 and
+//! 14.5).
 
 const EN1: u32 = 1;
 const BOFF1: u32 = 1 << 1;
@@ -30,9 +31,15 @@ impl Dac {
     /// As after a reset: the pin is let go.
     pub fn reset(&mut self, now_ns: u64) {
         let was_on = self.is_on();
-        *self = Self { outputs: std::mem::take(&mut self.outputs), ..Self::default() };
+        *self = Self {
+            outputs: std::mem::take(&mut self.outputs),
+            ..Self::default()
+        };
         if was_on {
-            self.outputs.push(Output { at_ns: now_ns, code: None });
+            self.outputs.push(Output {
+                at_ns: now_ns,
+                code: None,
+            });
         }
     }
 
@@ -40,7 +47,10 @@ impl Dac {
     pub fn trigger(&mut self, out_ns: u64) {
         if self.cr & (EN1 | TEN1) == EN1 | TEN1 {
             self.dor = self.dhr;
-            self.outputs.push(Output { at_ns: out_ns, code: Some(self.dor as u16) });
+            self.outputs.push(Output {
+                at_ns: out_ns,
+                code: Some(self.dor as u16),
+            });
         }
     }
 
@@ -56,12 +66,16 @@ impl Dac {
 
     pub fn write(&mut self, offset: u32, value: u32, now_ns: u64) -> Option<()> {
         match offset {
-            // TSEL1 0: TIM6. No other trigger, no waves, no DMA, no second channel, no output without a trigger.
+            // TSEL1 0: TIM6. No other trigger, no waves, no DMA, no second channel, no output
+            // without a trigger.
             0x00 if value == 0 || value & !BOFF1 == EN1 | TEN1 || value & !BOFF1 == TEN1 => {
                 let was_on = self.is_on();
                 self.cr = value;
                 if was_on != self.is_on() {
-                    self.outputs.push(Output { at_ns: now_ns, code: self.is_on().then_some(self.dor as u16) });
+                    self.outputs.push(Output {
+                        at_ns: now_ns,
+                        code: self.is_on().then_some(self.dor as u16),
+                    });
                 }
             }
             0x08 => self.dhr = value & 0xFFF,

@@ -1,5 +1,6 @@
-//! TIM3 as the counter of a quadrature encoder (RM0090, 18.3.12 and 18.4). The hand is a function of time: its place in counts, all
-//! four edges of a period counted. The edges themselves and the input filter's delay are not modelled.
+//! TIM3 as the counter of a quadrature encoder (RM0090, 18.3.12 and 18.4). The hand is a function
+//! of time: its place in counts, all four edges of a period counted. The edges themselves and the
+//! input filter's delay are not modelled.
 
 /// CR1.
 const CEN: u32 = 1;
@@ -26,13 +27,25 @@ pub struct Encoder {
 impl Encoder {
     pub fn new() -> Self {
         let (hand, reads_ns): (Hand, _) = (Box::new(|_| 0), Vec::new());
-        Self { cr1: 0, smcr: 0, ccmr1: 0, arr: 0xFFFF, from: (0, 0), hand, reads_ns }
+        Self {
+            cr1: 0,
+            smcr: 0,
+            ccmr1: 0,
+            arr: 0xFFFF,
+            from: (0, 0),
+            hand,
+            reads_ns,
+        }
     }
 
     /// As after a reset. The hand goes on.
     pub fn reset(&mut self) {
         let hand = std::mem::replace(&mut self.hand, Box::new(|_| 0));
-        *self = Self { hand, reads_ns: std::mem::take(&mut self.reads_ns), ..Self::new() };
+        *self = Self {
+            hand,
+            reads_ns: std::mem::take(&mut self.reads_ns),
+            ..Self::new()
+        };
     }
 
     /// Whether it runs.
@@ -46,7 +59,11 @@ impl Encoder {
     }
 
     fn count(&self, now_ns: u64) -> u32 {
-        let moved = if self.counts() { (self.hand)(now_ns) - self.from.1 } else { 0 };
+        let moved = if self.counts() {
+            (self.hand)(now_ns) - self.from.1
+        } else {
+            0
+        };
         (i64::from(self.from.0) + moved).rem_euclid(i64::from(self.arr) + 1) as u32
     }
 

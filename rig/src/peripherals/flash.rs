@@ -1,4 +1,5 @@
-//! The flash with its interface (RM0090, 3.8): wait states, programming and erasing, both of which stall the processor.
+//! The flash with its interface (RM0090, 3.8): wait states, programming and erasing, both of which
+//! stall the processor.
 
 use crate::findings::Rule;
 
@@ -28,7 +29,8 @@ pub struct Flash {
     pub erased: u64,
     /// No more words are stored from now on, or after this many: the power is gone.
     pub words_left: Option<u64>,
-    /// The power goes within the next erase, and leaves this of a byte by its place in the sector and its content.
+    /// The power goes within the next erase, and leaves this of a byte by its place in the sector
+    /// and its content.
     pub erase_remains: Option<fn(usize, u8) -> u8>,
     /// FLASH_OPTCR: the option bytes.
     optcr: u32,
@@ -47,7 +49,18 @@ impl Flash {
         let (acr, sr, cr) = (0, 0, LOCK);
         let (keys_seen, programmed, erased, words_left, erase_remains) = (0, 0, 0, None, None);
         let bytes = vec![0xFF; bytes];
-        Self { bytes, acr, sr, cr, keys_seen, programmed, erased, words_left, erase_remains, optcr }
+        Self {
+            bytes,
+            acr,
+            sr,
+            cr,
+            keys_seen,
+            programmed,
+            erased,
+            words_left,
+            erase_remains,
+            optcr,
+        }
     }
 
     /// As after a reset; what is stored stays.
@@ -85,19 +98,27 @@ impl Flash {
             0x00 => self.acr = value & 0x1F07,
             0x04 => {
                 let is_right = KEYS.get(self.keys_seen) == Some(&value);
-                self.keys_seen = if is_right { self.keys_seen + 1 } else { usize::MAX };
+                self.keys_seen = if is_right {
+                    self.keys_seen + 1
+                } else {
+                    usize::MAX
+                };
                 if self.keys_seen == KEYS.len() {
                     (self.cr, self.keys_seen) = (self.cr & !LOCK, 0);
                 }
                 if !is_right {
-                    effect.broken = Some((Rule::FlashSequence, format!("a wrong key {value:#010x}")));
+                    effect.broken =
+                        Some((Rule::FlashSequence, format!("a wrong key {value:#010x}")));
                 }
             }
             0x0C => self.sr &= !(value & 0xF3),
             0x10 if self.cr & LOCK != 0 => {
                 // Writes to a locked register are lost; to lock it again is harmless.
                 if value & LOCK == 0 {
-                    effect.broken = Some((Rule::FlashSequence, "FLASH_CR is written while it is locked".into()));
+                    effect.broken = Some((
+                        Rule::FlashSequence,
+                        "FLASH_CR is written while it is locked".into(),
+                    ));
                 }
             }
             0x10 => {
@@ -121,13 +142,23 @@ impl Flash {
 
     fn erase(&mut self, cr: u32, effect: &mut Effect) {
         let (from, bytes) = Self::sector(cr >> 3 & 15);
-        let Some(sector) = self.bytes.get_mut(from..from + bytes).filter(|_| cr & (SER | PG) == SER) else {
+        let Some(sector) = self
+            .bytes
+            .get_mut(from..from + bytes)
+            .filter(|_| cr & (SER | PG) == SER)
+        else {
             self.sr |= PGSERR;
-            effect.broken = Some((Rule::FlashSequence, format!("STRT without a sector to erase, {cr:#010x}")));
+            effect.broken = Some((
+                Rule::FlashSequence,
+                format!("STRT without a sector to erase, {cr:#010x}"),
+            ));
             return;
         };
         if let Some(remains) = self.erase_remains.take() {
-            sector.iter_mut().enumerate().for_each(|(at, byte)| *byte = remains(at, *byte));
+            sector
+                .iter_mut()
+                .enumerate()
+                .for_each(|(at, byte)| *byte = remains(at, *byte));
             self.words_left = Some(0);
         } else if self.words_left.is_none_or(|left| left > 0) {
             sector.fill(0xFF);
@@ -141,7 +172,10 @@ impl Flash {
         let mut effect = Effect::default();
         let mut refuse = |bit: u32, why: &str| {
             self.sr |= bit;
-            effect.broken = Some((Rule::FlashSequence, format!("{why}: {at:#x}, FLASH_CR {:#010x}", self.cr)));
+            effect.broken = Some((
+                Rule::FlashSequence,
+                format!("{why}: {at:#x}, FLASH_CR {:#010x}", self.cr),
+            ));
         };
         // Whether a locked register still lets PG act is not specified; nothing may rely on it.
         if self.cr & LOCK != 0 || self.cr & PG == 0 {
@@ -152,9 +186,14 @@ impl Flash {
             refuse(PGPERR, "a store of another width than PSIZE");
             return effect;
         }
-        let Some(place) = self.bytes.get_mut(at..at + bytes as usize) else { return effect };
+        let Some(place) = self.bytes.get_mut(at..at + bytes as usize) else {
+            return effect;
+        };
         if place.iter().any(|byte| *byte != 0xFF) {
-            effect.broken = Some((Rule::FlashWordTwice, format!("a word that is not erased is programmed: {at:#x}")));
+            effect.broken = Some((
+                Rule::FlashWordTwice,
+                format!("a word that is not erased is programmed: {at:#x}"),
+            ));
         }
         effect.stall_ns = PROGRAM_NS;
         if let Some(left) = &mut self.words_left {
@@ -164,7 +203,10 @@ impl Flash {
             *left -= 1;
         }
         // Bits go from 1 to 0 only.
-        place.iter_mut().zip(value.to_le_bytes()).for_each(|(byte, new)| *byte &= new);
+        place
+            .iter_mut()
+            .zip(value.to_le_bytes())
+            .for_each(|(byte, new)| *byte &= new);
         self.programmed += 1;
         effect
     }

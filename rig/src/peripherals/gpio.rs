@@ -14,18 +14,30 @@ pub struct Gpio {
 
 impl Gpio {
     pub const fn new(port: u8) -> Self {
-        // The debugger's pins have a function of their own (RM0090, 8.4.1 to 8.4.4). OSPEEDR of port A: RM0090 has
-        // 0x0C000000, the register descriptions 0; nothing depends on it.
+        // The debugger's pins have a function of their own (RM0090, 8.4.1 to 8.4.4). OSPEEDR of
+        // port A: RM0090 has 0x0C000000, the register descriptions 0; nothing depends on it.
         let (moder, ospeedr, pupdr) = match port {
             0 => (0xA800_0000, 0x0C00_0000, 0x6400_0000),
             1 => (0x0280, 0xC0, 0x0100),
             _ => (0, 0, 0),
         };
-        Self { port, moder, otyper: 0, ospeedr, pupdr, odr: 0, afr: [0; 2], outside: 0 }
+        Self {
+            port,
+            moder,
+            otyper: 0,
+            ospeedr,
+            pupdr,
+            odr: 0,
+            afr: [0; 2],
+            outside: 0,
+        }
     }
 
     pub fn reset(&mut self) {
-        *self = Self { outside: self.outside, ..Self::new(self.port) };
+        *self = Self {
+            outside: self.outside,
+            ..Self::new(self.port)
+        };
     }
 
     /// 0 input, 1 output, 2 alternate, 3 analogue.

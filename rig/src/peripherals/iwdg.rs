@@ -20,18 +20,25 @@ pub struct Iwdg {
 
 impl Iwdg {
     pub fn new() -> Self {
-        Self { rlr: 0xFFF, ..Self::default() }
+        Self {
+            rlr: 0xFFF,
+            ..Self::default()
+        }
     }
 
     /// As after a reset; the count goes on.
     pub fn reset(&mut self) {
-        *self = Self { feeds: self.feeds, ..Self::new() };
+        *self = Self {
+            feeds: self.feeds,
+            ..Self::new()
+        };
     }
 
     /// When it bites unless it is fed.
     pub fn next_event_ns(&self) -> Option<u64> {
         let cycles = u64::from(self.rlr + 1) * (4 << self.pr.min(6));
-        self.is_started.then(|| self.fed_ns + cycles * 1_000_000_000 / LSI_HZ)
+        self.is_started
+            .then(|| self.fed_ns + cycles * 1_000_000_000 / LSI_HZ)
     }
 
     pub fn read(&self, offset: u32, now_ns: u64) -> Option<u32> {
@@ -39,7 +46,9 @@ impl Iwdg {
             0x00 => 0,
             0x04 => self.pr,
             0x08 => self.rlr,
-            0x0C => u32::from(now_ns < self.updated_ns[0]) | u32::from(now_ns < self.updated_ns[1]) << 1,
+            0x0C => {
+                u32::from(now_ns < self.updated_ns[0]) | u32::from(now_ns < self.updated_ns[1]) << 1
+            }
             _ => return None,
         })
     }
@@ -57,7 +66,9 @@ impl Iwdg {
             }
             (0x00, _) => self.is_open = false,
             (0x04, 0..=7) if self.is_open => (self.pr, self.updated_ns[0]) = (value, arrives_ns),
-            (0x08, 0..=0xFFF) if self.is_open => (self.rlr, self.updated_ns[1]) = (value, arrives_ns),
+            (0x08, 0..=0xFFF) if self.is_open => {
+                (self.rlr, self.updated_ns[1]) = (value, arrives_ns)
+            }
             _ => return None,
         }
         Some(())

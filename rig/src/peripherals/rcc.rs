@@ -5,7 +5,8 @@ use crate::findings::Rule;
 
 /// The internal oscillator, hertz.
 pub const HSI_HZ: u64 = 16_000_000;
-/// From HSEON to HSERDY, nanoseconds: 2 ms of a typical crystal (DS8626, HSE oscillator characteristics).
+/// From HSEON to HSERDY, nanoseconds: 2 ms of a typical crystal (DS8626, HSE oscillator
+/// characteristics).
 const HSE_START_NS: u64 = 2_000_000;
 /// From PLLON to PLLRDY, nanoseconds: 75 to 200 us (DS8626, main PLL characteristics).
 const PLL_LOCK_NS: u64 = 200_000;
@@ -107,22 +108,38 @@ impl Rcc {
     }
 
     fn has_hse(&self, now_ns: u64) -> bool {
-        self.cr & HSEON != 0 && !self.hse_is_dead && (self.cr & HSEBYP != 0 || now_ns >= self.hse_ready_ns)
+        self.cr & HSEON != 0
+            && !self.hse_is_dead
+            && (self.cr & HSEBYP != 0 || now_ns >= self.hse_ready_ns)
     }
 
     fn pll_source_works(&self, now_ns: u64) -> bool {
-        if self.pllcfgr & 1 << 22 != 0 { self.has_hse(now_ns) } else { self.cr & HSION != 0 }
+        if self.pllcfgr & 1 << 22 != 0 {
+            self.has_hse(now_ns)
+        } else {
+            self.cr & HSION != 0
+        }
     }
 
     fn has_pll(&self, now_ns: u64) -> bool {
-        self.cr & PLLON != 0 && self.pll_source_works(now_ns) && now_ns >= self.pll_on_ns + PLL_LOCK_NS
+        self.cr & PLLON != 0
+            && self.pll_source_works(now_ns)
+            && now_ns >= self.pll_on_ns + PLL_LOCK_NS
     }
 
-    /// The clocks as the registers choose them, and the PLL's input and VCO in hertz if it is the source.
+    /// The clocks as the registers choose them, and the PLL's input and VCO in hertz if it is the
+    /// source.
     pub fn clocks(&self, wiring: &Wiring) -> (Clocks, Option<[u64; 2]>) {
-        let (m, n) = (u64::from(self.pllcfgr & 63).max(1), u64::from(self.pllcfgr >> 6 & 511));
+        let (m, n) = (
+            u64::from(self.pllcfgr & 63).max(1),
+            u64::from(self.pllcfgr >> 6 & 511),
+        );
         let p = 2 * (1 + u64::from(self.pllcfgr >> 16 & 3));
-        let source = if self.pllcfgr & 1 << 22 != 0 { wiring.hse_hz } else { HSI_HZ };
+        let source = if self.pllcfgr & 1 << 22 != 0 {
+            wiring.hse_hz
+        } else {
+            HSI_HZ
+        };
         let (sysclk, pll) = match self.cfgr & 3 {
             0 => (HSI_HZ, None),
             1 => (wiring.hse_hz, None),
@@ -135,7 +152,10 @@ impl Rcc {
         };
         let apb = |field: u32| if field & 4 == 0 { 0 } else { (field & 3) + 1 };
         let hclk = sysclk >> ahb;
-        let pclk = [hclk >> apb(self.cfgr >> 10 & 7), hclk >> apb(self.cfgr >> 13 & 7)];
+        let pclk = [
+            hclk >> apb(self.cfgr >> 10 & 7),
+            hclk >> apb(self.cfgr >> 13 & 7),
+        ];
         (Clocks { hclk, pclk }, pll)
     }
 
@@ -180,12 +200,18 @@ impl Rcc {
                 let changes_kind = (value ^ self.cr) & HSEBYP != 0 && self.cr & HSEON != 0;
                 let value = if changes_kind { value ^ HSEBYP } else { value };
                 if changes_kind {
-                    changed.broken = Some((Rule::HseOff, format!("HSEBYP is written, {value:#010x}, while HSEON")));
+                    changed.broken = Some((
+                        Rule::HseOff,
+                        format!("HSEBYP is written, {value:#010x}, while HSEON"),
+                    ));
                 }
                 if value & !self.cr & PLLON != 0 {
                     self.pll_on_ns = now_ns;
                     if !self.pll_source_works(now_ns) {
-                        changed.broken = Some((Rule::ClockLimit, "the PLL starts before its source is ready".into()));
+                        changed.broken = Some((
+                            Rule::ClockLimit,
+                            "the PLL starts before its source is ready".into(),
+                        ));
                     }
                 }
                 // CSS and the second PLL are not modelled.
@@ -196,7 +222,10 @@ impl Rcc {
             }
             0x04 => {
                 if self.cr & PLLON != 0 {
-                    changed.broken = Some((Rule::PllOff, format!("PLLCFGR is written, {value:#010x}, while PLLON")));
+                    changed.broken = Some((
+                        Rule::PllOff,
+                        format!("PLLCFGR is written, {value:#010x}, while PLLON"),
+                    ));
                 }
                 self.pllcfgr = value;
             }
@@ -211,14 +240,21 @@ impl Rcc {
                     _ => return None,
                 };
                 if !works {
-                    changed.broken = Some((Rule::ClockLimit, "a clock is chosen that is not ready".into()));
+                    changed.broken = Some((
+                        Rule::ClockLimit,
+                        "a clock is chosen that is not ready".into(),
+                    ));
                 }
                 self.cfgr = value;
                 changed.clocks = true;
             }
             0x0C => {}
-            0x10..=0x18 => changed.resets = Some(self.set_resets((offset as usize - 0x10) / 4, value)),
-            0x20 | 0x24 => changed.resets = Some(self.set_resets(3 + (offset as usize - 0x20) / 4, value)),
+            0x10..=0x18 => {
+                changed.resets = Some(self.set_resets((offset as usize - 0x10) / 4, value))
+            }
+            0x20 | 0x24 => {
+                changed.resets = Some(self.set_resets(3 + (offset as usize - 0x20) / 4, value))
+            }
             0x30..=0x38 => self.enabled[(offset as usize - 0x30) / 4] = value,
             0x40 | 0x44 => self.enabled[3 + (offset as usize - 0x40) / 4] = value,
             0x74 => {
@@ -239,7 +275,8 @@ impl Rcc {
         (bus, value)
     }
 
-    /// The PLL runs from HSI with the values of the reset, 96 MHz, and is the processor's clock. HSE is on too, as a crystal.
+    /// The PLL runs from HSI with the values of the reset, 96 MHz, and is the processor's clock.
+    /// HSE is on too, as a crystal.
     pub fn leave_pll_on(&mut self) {
         self.cr |= PLLON | HSEON;
         self.cfgr = 2 | 5 << 10 | 4 << 13;

@@ -6,7 +6,8 @@ pub struct Pwr {
 }
 
 impl Pwr {
-    /// VOS chooses the full range after a reset (from memory: 0x4000 on the STM32F405, 0xC000 on the STM32F446).
+    /// VOS chooses the full range after a reset (from memory: 0x4000 on the STM32F405, 0xC000 on
+    /// the STM32F446).
     pub const fn new() -> Self {
         Self { cr: 0xC000 }
     }
@@ -27,7 +28,8 @@ impl Pwr {
     }
 }
 
-/// What a debugger may stop (RM0090, 38.16). There is none; the registers hold what is written. A reset leaves them.
+/// What a debugger may stop (RM0090, 38.16). There is none; the registers hold what is written. A
+/// reset leaves them.
 pub struct Dbgmcu {
     id_code: u32,
     registers: [u32; 3],
@@ -35,7 +37,10 @@ pub struct Dbgmcu {
 
 impl Dbgmcu {
     pub const fn new(id_code: u32) -> Self {
-        Self { id_code, registers: [0; 3] }
+        Self {
+            id_code,
+            registers: [0; 3],
+        }
     }
 
     pub fn read(&self, offset: u32) -> Option<u32> {
@@ -47,7 +52,9 @@ impl Dbgmcu {
     }
 
     pub fn write(&mut self, offset: u32, value: u32) -> Option<()> {
-        let register = self.registers.get_mut((offset as usize).wrapping_sub(4) / 4)?;
+        let register = self
+            .registers
+            .get_mut((offset as usize).wrapping_sub(4) / 4)?;
         *register = value;
         Some(())
     }

@@ -21,7 +21,8 @@ pub struct Spi {
     overrun_read: bool,
     /// The byte that waits for the shift register.
     waiting: Option<u8>,
-    /// What comes back of the byte in the shift register, until its last bit is sampled, and the cycle of that.
+    /// What comes back of the byte in the shift register, until its last bit is sampled, and the
+    /// cycle of that.
     incoming: Option<(u8, u64)>,
     /// The cycle at which the byte in the shift register ends, half a bit later.
     shifting: Option<u64>,
@@ -32,7 +33,10 @@ pub struct Spi {
 impl Spi {
     /// As after a reset; the count goes on.
     pub fn reset(&mut self) {
-        *self = Self { overruns: self.overruns, ..Self::default() };
+        *self = Self {
+            overruns: self.overruns,
+            ..Self::default()
+        };
     }
 
     /// Whether it is on.
@@ -57,7 +61,11 @@ impl Spi {
 
     /// The byte to shift next, if the shift register is free.
     pub fn take_next(&mut self) -> Option<u8> {
-        if self.shifting.is_some() || !self.is_on() { None } else { self.waiting.take() }
+        if self.shifting.is_some() || !self.is_on() {
+            None
+        } else {
+            self.waiting.take()
+        }
     }
 
     /// A byte is under way: the cycles at which its last bit is sampled and at which it ends.
@@ -113,7 +121,8 @@ impl Spi {
     pub fn write(&mut self, offset: u32, value: u32) -> Option<()> {
         match offset {
             0x00 => self.cr1 = value & 0xFFFF,
-            // Interrupts, DMA and the TI format are not modelled; SSOE is without effect on a master that ignores NSS.
+            // Interrupts, DMA and the TI format are not modelled; SSOE is without effect on a
+            // master that ignores NSS.
             0x04 if value & !4 == 0 => self.cr2 = value,
             0x0C => self.waiting = Some(value as u8),
             // I2SCFGR: SPI, not I2S.

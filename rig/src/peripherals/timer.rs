@@ -22,10 +22,21 @@ pub struct Timer {
 }
 
 impl Timer {
-    /// The counter's highest value, and ARR after a reset: RM0090 has all ones, the register descriptions zero.
+    /// The counter's highest value, and ARR after a reset: RM0090 has all ones, the register
+    /// descriptions zero.
     pub const fn new(top: u32) -> Self {
         let (psc, from) = ([0; 2], (0, 0));
-        Self { top, cr1: 0, cr2: 0, dier: 0, has_wrapped: false, psc, arr: top, is_arr_written: false, from }
+        Self {
+            top,
+            cr1: 0,
+            cr2: 0,
+            dier: 0,
+            has_wrapped: false,
+            psc,
+            arr: top,
+            is_arr_written: false,
+            from,
+        }
     }
 
     pub fn reset(&mut self) {
@@ -44,10 +55,18 @@ impl Timer {
 
     /// The counter, and how often it has wrapped since `from`.
     fn count(&self, now: u64, ratio: u64) -> (u32, u64) {
-        let passed = if self.cr1 & CEN == 0 { 0 } else { (now - self.from.1) / self.cycles_per_count(ratio) };
+        let passed = if self.cr1 & CEN == 0 {
+            0
+        } else {
+            (now - self.from.1) / self.cycles_per_count(ratio)
+        };
         let (sum, period) = (u64::from(self.from.0) + passed, u64::from(self.arr) + 1);
         // A reload value of zero stops the counter.
-        if self.arr == 0 { (0, 0) } else { ((sum % period) as u32, sum / period) }
+        if self.arr == 0 {
+            (0, 0)
+        } else {
+            ((sum % period) as u32, sum / period)
+        }
     }
 
     /// Whether each wrap triggers something else.
@@ -57,7 +76,8 @@ impl Timer {
 
     /// When it wraps next, if that is an interrupt or a trigger.
     pub fn next_event(&self, ratio: u64) -> Option<u64> {
-        let wakes = self.cr1 & CEN != 0 && (self.dier & UIF != 0 || self.triggers()) && self.arr != 0;
+        let wakes =
+            self.cr1 & CEN != 0 && (self.dier & UIF != 0 || self.triggers()) && self.arr != 0;
         let left = (u64::from(self.arr) + 1).saturating_sub(self.from.0.into());
         wakes.then(|| self.from.1 + left * self.cycles_per_count(ratio))
     }
@@ -99,7 +119,8 @@ impl Timer {
     pub fn write(&mut self, offset: u32, value: u32, now: u64, ratio: u64) -> Option<()> {
         let (count, _) = self.count(now, ratio);
         match offset {
-            // Counting down, one pulse and the like are not modelled; ARPE and URS are without effect here.
+            // Counting down, one pulse and the like are not modelled; ARPE and URS are without
+            // effect here.
             0x00 if value & !0x85 == 0 => {
                 self.cr1 = value;
                 self.restart(count, now);

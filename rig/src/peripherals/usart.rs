@@ -55,9 +55,19 @@ impl Usart {
 
     /// As after a reset. What is on the cable stays there.
     pub fn reset(&mut self) {
-        let (arriving, sent) = (std::mem::take(&mut self.arriving), std::mem::take(&mut self.sent));
+        let (arriving, sent) = (
+            std::mem::take(&mut self.arriving),
+            std::mem::take(&mut self.sent),
+        );
         let (overruns, unheard, taken) = (self.overruns, self.unheard, self.taken);
-        *self = Self { arriving, sent, overruns, unheard, taken, ..Self::new() };
+        *self = Self {
+            arriving,
+            sent,
+            overruns,
+            unheard,
+            taken,
+            ..Self::new()
+        };
     }
 
     pub fn is_on(&self) -> bool {
@@ -81,12 +91,23 @@ impl Usart {
     }
 
     pub fn next_event(&self) -> Option<u64> {
-        [self.leaving.map(|(_, end)| end), self.arriving.front().map(|(_, end)| *end)].into_iter().flatten().min()
+        [
+            self.leaving.map(|(_, end)| end),
+            self.arriving.front().map(|(_, end)| *end),
+        ]
+        .into_iter()
+        .flatten()
+        .min()
     }
 
     /// Lets bytes arrive and leave until now; `byte_cycles` is how long one takes.
     pub fn advance(&mut self, now: u64, byte_cycles: u64) {
-        while let Some((byte, _)) = self.arriving.front().copied().filter(|(_, end)| *end <= now) {
+        while let Some((byte, _)) = self
+            .arriving
+            .front()
+            .copied()
+            .filter(|(_, end)| *end <= now)
+        {
             self.arriving.pop_front();
             if self.cr[0] & (UE | RE) != UE | RE {
                 self.unheard += 1;

@@ -24,7 +24,9 @@ impl Rig {
         match fault {
             ProcessorFault::JumpTo(address) => self.cpu.pc = address & !1,
             ProcessorFault::StackPointer(address) => self.cpu.r[13] = address & !3,
-            ProcessorFault::Microseconds(value) => self.bus.tim2.restart(value, self.bus.time.cycles),
+            ProcessorFault::Microseconds(value) => {
+                self.bus.tim2.restart(value, self.bus.time.cycles)
+            }
             ProcessorFault::Mask(irq) => self.bus.scs.mask(irq),
             ProcessorFault::Unmask(irq) => self.bus.scs.unmask(irq),
             ProcessorFault::OscillatorDies => self.bus.rcc.hse_dies = true,
@@ -34,13 +36,15 @@ impl Rig {
         self.bus.attend();
     }
 
-    /// Cuts the power of the flash after `words` more words: what is written behind them is lost, and so is an erase.
+    /// Cuts the power of the flash after `words` more words: what is written behind them is lost,
+    /// and so is an erase.
     pub fn cut_flash_after(&mut self, words: u64) {
         self.bus.flash.words_left = Some(words);
     }
 
-    /// Cuts the power of the flash within the next erase. A byte of the sector is then what this makes of its place in the
-    /// sector and its content: what an erase leaves that does not end is not defined (RM0090, 3.6).
+    /// Cuts the power of the flash within the next erase. A byte of the sector is then what this
+    /// makes of its place in the sector and its content: what an erase leaves that does not end is
+    /// not defined (RM0090, 3.6).
     pub fn cut_erase(&mut self, remains: fn(usize, u8) -> u8) {
         self.bus.flash.erase_remains = Some(remains);
     }
@@ -54,7 +58,11 @@ impl Rig {
 
     /// The flash from an address on, as a programmer reads it.
     pub fn flash(&self, address: u32) -> &[u8] {
-        self.bus.flash.bytes.get(address.wrapping_sub(0x0800_0000) as usize..).unwrap_or(&[])
+        self.bus
+            .flash
+            .bytes
+            .get(address.wrapping_sub(0x0800_0000) as usize..)
+            .unwrap_or(&[])
     }
 
     /// Overwrites flash, as a programmer does.
@@ -71,7 +79,8 @@ impl Rig {
         (self.bus.flash.programmed, self.bus.flash.erased)
     }
 
-    /// Puts bytes on the cable to the board, one behind the other, from now on or behind those already on it.
+    /// Puts bytes on the cable to the board, one behind the other, from now on or behind those
+    /// already on it.
     pub fn send(&mut self, bytes: &[u8]) {
         let now = self.bus.time.cycles;
         let mut end = self.bus.usart.last_arrival().unwrap_or(now).max(now);
@@ -85,7 +94,12 @@ impl Rig {
 
     /// Takes the bytes that the board has sent.
     pub fn take_sent(&mut self) -> Vec<u8> {
-        self.bus.usart.sent.drain(..).map(|(byte, _)| byte).collect()
+        self.bus
+            .usart
+            .sent
+            .drain(..)
+            .map(|(byte, _)| byte)
+            .collect()
     }
 
     /// Virtual time, nanoseconds since power-up.
@@ -108,7 +122,8 @@ impl Rig {
         &self.bus.adc.readings
     }
 
-    /// Results that the firmware has read a single time, the latest one left out: the next one was ready before a second read.
+    /// Results that the firmware has read a single time, the latest one left out: the next one was
+    /// ready before a second read.
     pub fn read_once(&self) -> u64 {
         self.bus.adc.read_once
     }
@@ -141,7 +156,8 @@ impl Rig {
         self.bus.attend();
     }
 
-    /// From now on a hand moves the encoder: its place in counts at a time, nanoseconds since power-up.
+    /// From now on a hand moves the encoder: its place in counts at a time, nanoseconds since
+    /// power-up.
     pub fn move_hand(&mut self, place: impl Fn(u64) -> i64 + 'static) {
         let now_ns = self.bus.time.ns();
         let jump = place(now_ns) - (self.bus.encoder.hand)(now_ns);
@@ -178,8 +194,13 @@ impl Rig {
         self.bus.scs.served.fill(Served::default());
     }
 
-    /// Bytes from the cable: lost to overruns, arrived while the receiver was off, and taken by the firmware.
+    /// Bytes from the cable: lost to overruns, arrived while the receiver was off, and taken by the
+    /// firmware.
     pub fn received(&self) -> [u64; 3] {
-        [self.bus.usart.overruns, self.bus.usart.unheard, self.bus.usart.taken]
+        [
+            self.bus.usart.overruns,
+            self.bus.usart.unheard,
+            self.bus.usart.taken,
+        ]
     }
 }

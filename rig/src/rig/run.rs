@@ -35,9 +35,18 @@ const EXTI4: u16 = FIRST_IRQ + 10;
 
 impl Rig {
     /// A board that is just powered, in front of `scene`.
-    pub fn new(board: Board, image: &Image, scene: impl Scene + 'static, start: Start) -> Result<Self, Box<Failure>> {
+    pub fn new(
+        board: Board,
+        image: &Image,
+        scene: impl Scene + 'static,
+        start: Start,
+    ) -> Result<Self, Box<Failure>> {
         let wiring = board.wiring();
-        let mut bus = Bus::new(wiring, Adc::new(Box::new(scene), start.adc), start.option_bytes);
+        let mut bus = Bus::new(
+            wiring,
+            Adc::new(Box::new(scene), start.adc),
+            start.option_bytes,
+        );
         for (place, data) in &image.segments {
             let at = place.wrapping_sub(0x0800_0000) as usize;
             if let Some(flash) = bus.flash.bytes.get_mut(at..at + data.len()) {
@@ -48,14 +57,25 @@ impl Rig {
         let mut cpu = Cpu::new(wiring.flash_bytes);
         let failed = |stop| match stop {
             Stop::Failed(failure) => failure,
-            _ => Box::new(Failure { what: "a reset vector".into(), address: 0, pc: 0, at_ns: 0 }),
+            _ => Box::new(Failure {
+                what: "a reset vector".into(),
+                address: 0,
+                pc: 0,
+                at_ns: 0,
+            }),
         };
         cpu.reset(&mut bus).map_err(failed)?;
         if start.after_rom_loader {
             bus.leave_as_rom_loader();
         }
         let stack_end = image.symbol("_stack_end").unwrap_or(0);
-        Ok(Self { cpu, bus, asleep_cycles: 0, resets: Vec::new(), stack_end })
+        Ok(Self {
+            cpu,
+            bus,
+            asleep_cycles: 0,
+            resets: Vec::new(),
+            stack_end,
+        })
     }
 
     /// Runs for this long in virtual time, nanoseconds.
@@ -81,7 +101,8 @@ impl Rig {
         Ok(())
     }
 
-    /// What happens between instructions: events, resets, interrupts, sleep. Whether the processor goes on.
+    /// What happens between instructions: events, resets, interrupts, sleep. Whether the processor
+    /// goes on.
     fn look_around(&mut self, end_ns: u64) -> Result<bool, Box<Failure>> {
         self.bus.catch_up();
         if self.bus.has_bitten {
@@ -112,7 +133,10 @@ impl Rig {
             }
             self.check_stack();
             for irq in std::mem::take(&mut self.bus.scs.spurious) {
-                self.bus.note(Some((Rule::SpuriousInterrupt, format!("interrupt {irq} without a cause"))));
+                self.bus.note(Some((
+                    Rule::SpuriousInterrupt,
+                    format!("interrupt {irq} without a cause"),
+                )));
             }
             // A higher one may wait already.
             self.bus.attend();
@@ -124,7 +148,10 @@ impl Rig {
     fn check_stack(&mut self) {
         let sp = self.cpu.r[13];
         if sp < self.stack_end {
-            self.bus.note(Some((Rule::StackEnd, format!("the stack pointer is {sp:#010x}"))));
+            self.bus.note(Some((
+                Rule::StackEnd,
+                format!("the stack pointer is {sp:#010x}"),
+            )));
         }
     }
 
@@ -157,11 +184,19 @@ impl Rig {
 
     /// Resets the chip. RAM, the ADC and the cable go on.
     pub(super) fn reset(&mut self, cause: ResetCause) -> Result<(), Box<Failure>> {
-        self.resets.push(Reset { cause, at_ns: self.now_ns() });
+        self.resets.push(Reset {
+            cause,
+            at_ns: self.now_ns(),
+        });
         self.bus.reset(cause);
         self.cpu.reset(&mut self.bus).map_err(|_| {
             let (what, at_ns) = ("the reset vector".to_owned(), self.now_ns());
-            Box::new(Failure { what, address: 0, pc: 0, at_ns })
+            Box::new(Failure {
+                what,
+                address: 0,
+                pc: 0,
+                at_ns,
+            })
         })
     }
 }

@@ -5,12 +5,13 @@ use hal_mock::Options;
 /// The state of the board at power-up.
 #[derive(Clone, Debug)]
 pub struct Start {
-    /// Options of the simulated ADC. By default it is powered together with the board and does not answer for 2^18 tCLK.
+    /// Options of the simulated ADC. By default it is powered together with the board and does not
+    /// answer for 2^18 tCLK.
     pub adc: Options,
     /// The crystal does not start.
     pub hse_is_dead: bool,
-    /// As the ROM's loader leaves the chip: PLL and HSE on, system memory at address 0, USB's interrupt requested, and a jump
-    /// through the flash's vectors.
+    /// As the ROM's loader leaves the chip: PLL and HSE on, system memory at address 0, USB's
+    /// interrupt requested, and a jump through the flash's vectors.
     pub after_rom_loader: bool,
     /// FLASH_OPTCR. By default as the chip is delivered: brown-out reset is off (RM0090, 3.9.10).
     pub option_bytes: u32,
@@ -18,7 +19,15 @@ pub struct Start {
 
 impl Default for Start {
     fn default() -> Self {
-        let adc = Options { power_up_cycles: 1 << 18, ..Options::default() };
-        Self { adc, hse_is_dead: false, after_rom_loader: false, option_bytes: 0x0FFF_AAED }
+        let adc = Options {
+            power_up_cycles: 1 << 18,
+            ..Options::default()
+        };
+        Self {
+            adc,
+            hse_is_dead: false,
+            after_rom_loader: false,
+            option_bytes: 0x0FFF_AAED,
+        }
     }
 }

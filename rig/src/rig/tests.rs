@@ -13,7 +13,13 @@ fn undefined_at(stack: u32) -> Rig {
     // The stack, Reset, NMI, HardFault; UDF, then a branch to itself.
     let words = [stack, 0x0800_0011, 0, 0x0800_0013, 0xE7FE_DE00];
     let image = Image::of_words(&words, "_stack_end", STACK_END);
-    Rig::new(Board::FeatherF405, &image, Constant::default(), Start::default()).expect("vectors")
+    Rig::new(
+        Board::FeatherF405,
+        &image,
+        Constant::default(),
+        Start::default(),
+    )
+    .expect("vectors")
 }
 
 #[test]
@@ -22,6 +28,14 @@ pub(crate) fn a_stack_below_its_end() {
         let mut rig = undefined_at(stack);
         rig.run_ns(10_000).expect("a run");
         let broken: Vec<Rule> = rig.findings().iter().map(|finding| finding.rule).collect();
-        assert_eq!(broken, if is_broken { vec![Rule::StackEnd] } else { vec![] }, "{stack:#x}");
+        assert_eq!(
+            broken,
+            if is_broken {
+                vec![Rule::StackEnd]
+            } else {
+                vec![]
+            },
+            "{stack:#x}"
+        );
     }
 }

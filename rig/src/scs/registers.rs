@@ -12,11 +12,15 @@ impl Scs {
             0xE000_E200..=0xE000_E208 => word(self.pending, 0xE000_E200),
             0xE000_E280..=0xE000_E288 => word(self.pending, 0xE000_E280),
             0xE000_E300..=0xE000_E308 => word(self.active, 0xE000_E300),
-            0xE000_E400..=0xE000_E45F => self.priorities(usize::from(FIRST_IRQ) + (address - 0xE000_E400) as usize),
+            0xE000_E400..=0xE000_E45F => {
+                self.priorities(usize::from(FIRST_IRQ) + (address - 0xE000_E400) as usize)
+            }
             // CPUID of the r0p1 core in both chips (ST, PM0214).
             0xE000_ED00 => 0x410F_C241,
             0xE000_ED04 => {
-                numbers(self.active).min_by_key(|number| self.priority_of(*number)).unwrap_or(0) as u32
+                numbers(self.active)
+                    .min_by_key(|number| self.priority_of(*number))
+                    .unwrap_or(0) as u32
                     | u32::from(self.pending >> FIRST_IRQ != 0) << 22
             }
             0xE000_ED08 => self.vtor,
@@ -37,7 +41,9 @@ impl Scs {
     }
 
     fn priorities(&self, at: usize) -> u32 {
-        u32::from_le_bytes(std::array::from_fn(|k| self.priority.get(at + k).copied().unwrap_or(0)))
+        u32::from_le_bytes(std::array::from_fn(|k| {
+            self.priority.get(at + k).copied().unwrap_or(0)
+        }))
     }
 
     /// Writes to the control space, a word or a byte of the priorities; none if it is not modelled.
@@ -50,9 +56,15 @@ impl Scs {
                 self.by_software |= bits(0xE000_E200) & !self.pending;
                 numbers(bits(0xE000_E200)).for_each(|number| self.pend(number));
             }
-            0xE000_E280..=0xE000_E288 => self.pending &= !(bits(0xE000_E280) & !(self.lines & !self.active)),
+            0xE000_E280..=0xE000_E288 => {
+                self.pending &= !(bits(0xE000_E280) & !(self.lines & !self.active))
+            }
             0xE000_E400..=0xE000_E45F => {
-                self.set_priorities(usize::from(FIRST_IRQ) + (address - 0xE000_E400) as usize, bytes, value);
+                self.set_priorities(
+                    usize::from(FIRST_IRQ) + (address - 0xE000_E400) as usize,
+                    bytes,
+                    value,
+                );
             }
             0xE000_ED08 => self.vtor = value & 0x3FFF_FF80,
             0xE000_ED0C if value >> 16 == 0x05FA => {
@@ -65,7 +77,9 @@ impl Scs {
             0xE000_ED0C => {}
             // SEVONPEND, SLEEPDEEP, SLEEPONEXIT.
             0xE000_ED10 if value == 0 => self.scr = value,
-            0xE000_ED18..=0xE000_ED23 => self.set_priorities(4 + (address - 0xE000_ED18) as usize, bytes, value),
+            0xE000_ED18..=0xE000_ED23 => {
+                self.set_priorities(4 + (address - 0xE000_ED18) as usize, bytes, value)
+            }
             0xE000_ED28 => self.cfsr &= !value,
             0xE000_ED2C => self.hfsr &= !value,
             0xE000_ED88 => self.cpacr = value & 0x00F0_0000,
@@ -82,7 +96,12 @@ impl Scs {
 
     /// Four bits of each priority exist (PM0214).
     fn set_priorities(&mut self, at: usize, bytes: u32, value: u32) {
-        for (k, byte) in value.to_le_bytes().into_iter().enumerate().take(bytes as usize) {
+        for (k, byte) in value
+            .to_le_bytes()
+            .into_iter()
+            .enumerate()
+            .take(bytes as usize)
+        {
             if let Some(priority) = self.priority.get_mut(at + k) {
                 *priority = byte & 0xF0;
             }

@@ -4,7 +4,8 @@
 pub(crate) const FIRST_IRQ: u16 = 16;
 /// Number of the HardFault exception.
 pub(crate) const HARD_FAULT: u16 = 3;
-/// Exceptions with a place here: 16 of the system and 97 interrupts, of which the STM32F405 has 82 (RM0090, table 61).
+/// Exceptions with a place here: 16 of the system and 97 interrupts, of which the STM32F405 has 82
+/// (RM0090, table 61).
 const EXCEPTIONS: usize = 113;
 
 /// What masks exceptions.
@@ -24,11 +25,13 @@ pub struct Served {
     pub longest_wait_cycles: u64,
     /// Sum of all waits, cycles.
     pub wait_cycles: u64,
-    /// Longest run from the first instruction to the return, with higher interrupts in between, cycles.
+    /// Longest run from the first instruction to the return, with higher interrupts in between,
+    /// cycles.
     pub longest_run_cycles: u64,
     /// Sum of all runs, cycles.
     pub run_cycles: u64,
-    /// Runs that found nothing: a run of the same priority, of its own or of another interrupt, has served its cause too.
+    /// Runs that found nothing: a run of the same priority, of its own or of another interrupt, has
+    /// served its cause too.
     pub served_before: u64,
 }
 
@@ -98,7 +101,11 @@ impl Scs {
 
     /// As after a reset; the counts go on.
     pub fn reset(&mut self) {
-        *self = Self { served: self.served, now: self.now, ..Self::new() };
+        *self = Self {
+            served: self.served,
+            now: self.now,
+            ..Self::new()
+        };
     }
 
     /// Address of the vectors.
@@ -188,7 +195,10 @@ impl Scs {
 
     /// The priority of what runs: a smaller number is higher; 256 is a thread.
     fn running(&self) -> i32 {
-        numbers(self.active).map(|number| self.priority_of(number)).min().unwrap_or(256)
+        numbers(self.active)
+            .map(|number| self.priority_of(number))
+            .min()
+            .unwrap_or(256)
     }
 
     pub fn priority_of(&self, number: u16) -> i32 {
@@ -227,7 +237,11 @@ impl Scs {
 
     /// Whether WFI ends: PRIMASK does not count (DDI 0403E, B1.5.19).
     pub fn wakes(&self, masks: Masks) -> bool {
-        self.next(Masks { primask: false, ..masks }).is_some()
+        self.next(Masks {
+            primask: false,
+            ..masks
+        })
+        .is_some()
     }
 
     /// SHCSR has a handler of its own for these faults; the images leave all of them to HardFault.

@@ -30,7 +30,11 @@ pub fn image(board: Board) -> Image {
 impl Run {
     /// A board in front of a grating that slides at 30 mm/s, as in the demo.
     pub fn sliding(board: Board) -> Self {
-        Self::new(board, SlidingScene::new(Sliding::default()).expect("the default scene"), Start::default())
+        Self::new(
+            board,
+            SlidingScene::new(Sliding::default()).expect("the default scene"),
+            Start::default(),
+        )
     }
 
     /// A board at rest that has greeted and scans.
@@ -43,14 +47,19 @@ impl Run {
 
     pub fn new(board: Board, scene: impl Scene + 'static, start: Start) -> Self {
         let rig = Rig::new(board, &image(board), scene, start).expect("vectors");
-        Self { rig, decoder: Decoder::new(), events: Vec::new() }
+        Self {
+            rig,
+            decoder: Decoder::new(),
+            events: Vec::new(),
+        }
     }
 
     /// Runs for `s` seconds of virtual time.
     pub fn run_s(&mut self, s: f64) {
         let outcome = self.rig.run_ns((s * 1e9) as u64);
         for byte in self.rig.take_sent() {
-            self.events.extend(self.decoder.push(byte).map(|packet| packet.event));
+            self.events
+                .extend(self.decoder.push(byte).map(|packet| packet.event));
         }
         outcome.unwrap_or_else(|failure| panic!("{failure}"));
     }
@@ -67,7 +76,11 @@ impl Run {
             seen = self.events.len();
         }
         let late = &self.events[self.events.len().saturating_sub(4)..];
-        panic!("not reported within {limit_s} s: {late:?}, {:?}, {:?}", self.rig.resets(), self.rig.findings());
+        panic!(
+            "not reported within {limit_s} s: {late:?}, {:?}, {:?}",
+            self.rig.resets(),
+            self.rig.findings()
+        );
     }
 
     /// Fails if a rule was broken.
@@ -85,7 +98,11 @@ impl Run {
 
 /// The greeting.
 pub fn hello(event: &Event) -> Option<Hello> {
-    if let Event::Hello(hello) = event { Some(hello.clone()) } else { None }
+    if let Event::Hello(hello) = event {
+        Some(hello.clone())
+    } else {
+        None
+    }
 }
 
 /// A request as it travels, behind a zero that ends what was on the line before.
@@ -106,11 +123,15 @@ pub fn reply_to(number: u16) -> impl Fn(&Event) -> Option<Outcome> {
 
 /// The latest health.
 pub fn health(event: &Event) -> Option<Health> {
-    if let Event::Health(health) = event { Some(*health) } else { None }
+    if let Event::Health(health) = event {
+        Some(*health)
+    } else {
+        None
+    }
 }
 
-/// What the library gives on this PC for the conversions that the board has read. Estimates behind the first `by_time` ones
-/// are by the speed profile.
+/// What the library gives on this PC for the conversions that the board has read. Estimates behind
+/// the first `by_time` ones are by the speed profile.
 pub fn on_pc(run: &Run, by_time: usize, profile: Option<&Profile>) -> Vec<Event> {
     let mut pipeline = Pipeline::new(Settings::DEFAULT);
     let (mut events, mut estimates) = (Vec::new(), 0);
@@ -119,18 +140,29 @@ pub fn on_pc(run: &Run, by_time: usize, profile: Option<&Profile>) -> Vec<Event>
             pipeline.follow(profile.cloned());
         }
         let conversion = Conversion::from_bytes(reading.bytes);
-        pipeline.push(TimedConversion::new(reading.t_us, conversion), &mut |event| {
-            estimates += usize::from(matches!(event, Event::Estimate(_)));
-            events.push(event);
-        });
+        pipeline.push(
+            TimedConversion::new(reading.t_us, conversion),
+            &mut |event| {
+                estimates += usize::from(matches!(event, Event::Estimate(_)));
+                events.push(event);
+            },
+        );
     }
     events
 }
 
-/// Contacts, slides, releases and images in their order, then estimates in theirs: a fit ends when it ends.
+/// Contacts, slides, releases and images in their order, then estimates in theirs: a fit ends when
+/// it ends.
 pub fn touches_and_tones(events: &[Event]) -> Vec<Event> {
     let is_kept = |event: &&Event| {
-        matches!(event, Event::Estimate(_) | Event::Contact(_) | Event::Slide(_) | Event::Release(_) | Event::Image(_))
+        matches!(
+            event,
+            Event::Estimate(_)
+                | Event::Contact(_)
+                | Event::Slide(_)
+                | Event::Release(_)
+                | Event::Image(_)
+        )
     };
     let mut kept: Vec<Event> = events.iter().filter(is_kept).cloned().collect();
     kept.sort_by_key(|event| matches!(event, Event::Estimate(_)));
@@ -139,7 +171,11 @@ pub fn touches_and_tones(events: &[Event]) -> Vec<Event> {
 
 /// An estimate.
 pub fn estimate_of(event: &Event) -> Option<Estimate> {
-    if let Event::Estimate(estimate) = event { Some(estimate.clone()) } else { None }
+    if let Event::Estimate(estimate) = event {
+        Some(estimate.clone())
+    } else {
+        None
+    }
 }
 
 /// The estimates.
@@ -149,5 +185,9 @@ pub fn estimates(events: &[Event]) -> Vec<Estimate> {
 
 /// The begin or the end of a fault.
 pub fn fault_of(event: &Event) -> Option<Fault> {
-    if let Event::Fault(fault) = event { Some(*fault) } else { None }
+    if let Event::Fault(fault) = event {
+        Some(*fault)
+    } else {
+        None
+    }
 }

@@ -32,7 +32,14 @@ pub fn counts(x_mm: f64) -> i64 {
 /// A request as it travels, behind a zero that ends what was on the line before.
 pub fn request(number: u16, command: Command) -> Vec<u8> {
     let mut bytes = vec![0; REQUEST_WIRE_MAX + 1];
-    let used = framing::encode(&Request { number, command: Mark(command) }, &mut bytes[1..]).expect("it fits");
+    let used = framing::encode(
+        &Request {
+            number,
+            command: Mark(command),
+        },
+        &mut bytes[1..],
+    )
+    .expect("it fits");
     bytes.truncate(used + 1);
     bytes
 }
@@ -41,15 +48,30 @@ impl Stylus {
     /// Powered, with a hand that rests.
     pub fn new() -> Self {
         let image = Image::built(Board::StylusF405).unwrap_or_else(|error| panic!("{error}"));
-        let rig = Rig::new(Board::StylusF405, &image, Constant::default(), Start::default()).expect("vectors");
-        Self { rig, decoder: Decoder::new(), events: Vec::new(), number: 0 }
+        let rig = Rig::new(
+            Board::StylusF405,
+            &image,
+            Constant::default(),
+            Start::default(),
+        )
+        .expect("vectors");
+        Self {
+            rig,
+            decoder: Decoder::new(),
+            events: Vec::new(),
+            number: 0,
+        }
     }
 
     /// One that has greeted, and waits at 0 V.
     pub fn ready() -> Self {
         let mut stylus = Self::new();
         stylus.run_s(0.1);
-        assert!(matches!(stylus.events.first(), Some(Event::Hello(_))), "{:?}", stylus.events);
+        assert!(
+            matches!(stylus.events.first(), Some(Event::Hello(_))),
+            "{:?}",
+            stylus.events
+        );
         stylus
     }
 
@@ -57,7 +79,8 @@ impl Stylus {
     pub fn run_s(&mut self, s: f64) {
         let outcome = self.rig.run_ns((s * 1e9) as u64);
         for byte in self.rig.take_sent() {
-            self.events.extend(self.decoder.push(byte).map(|packet| packet.event.0));
+            self.events
+                .extend(self.decoder.push(byte).map(|packet| packet.event.0));
         }
         outcome.unwrap_or_else(|failure| panic!("{failure}"));
     }
@@ -93,22 +116,37 @@ impl Stylus {
     /// Moves the hand from now on: millimetres from where it is, by seconds from now.
     pub fn move_hand(&mut self, place_mm: impl Fn(f64) -> f64 + 'static) {
         let from_ns = self.rig.now_ns();
-        self.rig.move_hand(move |ns| counts(place_mm((ns as f64 - from_ns as f64) * 1e-9)));
+        self.rig
+            .move_hand(move |ns| counts(place_mm((ns as f64 - from_ns as f64) * 1e-9)));
     }
 
     /// The latest health, after the next one has come.
     pub fn health(&mut self) -> Health {
         self.run_s(1.1);
-        let of = |event: &Event| if let Event::Health(health) = event { Some(*health) } else { None };
+        let of = |event: &Event| {
+            if let Event::Health(health) = event {
+                Some(*health)
+            } else {
+                None
+            }
+        };
         self.events.iter().rev().find_map(of).expect("health")
     }
 
-    /// Fails if a rule was broken, or a code is farther from the one before than the slew of the actuator.
+    /// Fails if a rule was broken, or a code is farther from the one before than the slew of the
+    /// actuator.
     #[track_caller]
     pub fn assert_limits(&self, actuator: &Actuator) {
         assert!(self.rig.findings().is_empty(), "{:#?}", self.rig.findings());
-        let slew = (f64::from(actuator.slew_v_s) / 10_000.0 / f64::from(actuator.voltage_v) * 4095.0).max(1.0) as u16;
-        let codes: Vec<u16> = self.rig.outputs().iter().filter_map(|output| output.code).collect();
+        let slew = (f64::from(actuator.slew_v_s) / 10_000.0 / f64::from(actuator.voltage_v)
+            * 4095.0)
+            .max(1.0) as u16;
+        let codes: Vec<u16> = self
+            .rig
+            .outputs()
+            .iter()
+            .filter_map(|output| output.code)
+            .collect();
         let step = codes.windows(2).map(|pair| pair[0].abs_diff(pair[1])).max();
         assert!(step.is_some_and(|step| step <= slew), "{step:?} of {slew}");
     }
@@ -117,7 +155,12 @@ impl Stylus {
     pub fn volts_from(&self, from_s: f64) -> Vec<(f64, f64)> {
         let volts = |output: &Output| {
             let t_s = output.at_ns as f64 * 1e-9 + 5e-5;
-            (t_s > from_s).then(|| (t_s, f64::from(output.code.expect("it is on")) / 4095.0 * VOLTS))
+            (t_s > from_s).then(|| {
+                (
+                    t_s,
+                    f64::from(output.code.expect("it is on")) / 4095.0 * VOLTS,
+                )
+            })
         };
         self.rig.outputs().iter().filter_map(volts).collect()
     }
@@ -127,8 +170,14 @@ impl Stylus {
     }
 }
 
-/// Amplitude and phase, cycles, of volts against sin(2 pi x / period), and the greatest error over the amplitude.
-pub fn against(volts: &[(f64, f64)], place_mm: impl Fn(f64) -> f64, period_mm: f64, amplitude_v: f64) -> [f64; 3] {
+/// Amplitude and phase, cycles, of volts against sin(2 pi x / period), and the greatest error over
+/// the amplitude.
+pub fn against(
+    volts: &[(f64, f64)],
+    place_mm: impl Fn(f64) -> f64,
+    period_mm: f64,
+    amplitude_v: f64,
+) -> [f64; 3] {
     let (mut ss, mut sc, mut cc, mut ys, mut yc, mut worst) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0f64);
     for (t_s, volts) in volts {
         let y = volts - 0.5 * VOLTS;
@@ -145,13 +194,21 @@ pub fn against(volts: &[(f64, f64)], place_mm: impl Fn(f64) -> f64, period_mm: f
 /// Equations 2 and 3 of Okamoto et al. in f64, volts.
 pub fn amplitude_v(period_mm: f64) -> f64 {
     let x = period_mm;
-    75.0 / 6000.0 * (30770.0 * x.powi(4) - 162_663.0 * x.powi(3) + 309_743.0 * x * x - 248_938.0 * x + 72298.0)
+    75.0 / 6000.0
+        * (30770.0 * x.powi(4) - 162_663.0 * x.powi(3) + 309_743.0 * x * x - 248_938.0 * x
+            + 72298.0)
 }
 
 pub const DEFAULT: Parameters = Parameters::DEFAULT;
 
 /// The states that it has reported, one after the other.
 pub fn states(stylus: &Stylus) -> Vec<State> {
-    let of = |event: &Event| if let Event::State(change) = event { Some(change.state) } else { None };
+    let of = |event: &Event| {
+        if let Event::State(change) = event {
+            Some(change.state)
+        } else {
+            None
+        }
+    };
     stylus.events.iter().filter_map(of).collect()
 }

@@ -34,13 +34,19 @@ impl Kept {
     /// Before a reset: keeps all until [`Kept::take`].
     pub fn put(&self, now_us: u32, cause: ResetCause) {
         self.now_us.store(now_us, Relaxed);
-        self.watchdog.store(u32::from(cause == ResetCause::Watchdog), Relaxed);
+        self.watchdog
+            .store(u32::from(cause == ResetCause::Watchdog), Relaxed);
         self.seal.store(SEAL, Relaxed);
     }
 
-    /// The time and the cause, if this run began with a reset by [`Kept::put`]'s caller. The files are then open.
+    /// The time and the cause, if this run began with a reset by [`Kept::put`]'s caller. The files
+    /// are then open.
     pub fn take(&self) -> Option<(u32, ResetCause)> {
-        let cause = if self.watchdog.load(Relaxed) == 1 { ResetCause::Watchdog } else { ResetCause::Software };
+        let cause = if self.watchdog.load(Relaxed) == 1 {
+            ResetCause::Watchdog
+        } else {
+            ResetCause::Software
+        };
         (self.seal.swap(0, Relaxed) == SEAL).then(|| (self.now_us.load(Relaxed), cause))
     }
 }

@@ -1,7 +1,7 @@
 //! The bridge's firmware end: records to the simulated chip, and the alarm that stands for DRDY.
 //!
-//! Every reply holds the time of DRDY's next edge. SysTick, which can be set for one shot, pends EXTI4 then, as the pin
-//! would. While no edge is known the chip is polled every [`POLL_US`].
+//! Every reply holds the time of DRDY's next edge. SysTick, which can be set for one shot, pends
+//! EXTI4 then, as the pin would. While no edge is known the chip is polled every [`POLL_US`].
 
 use super::kept::KEPT;
 use super::log;
@@ -13,7 +13,9 @@ use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{SCB, SYST};
 use cortex_m_rt::exception;
 use critical_section::Mutex;
-use hal_mock::bridge::{Crash, NEVER, Operation, PAYLOAD_MAX, REPLY_BYTES, REQUEST_BYTES, Reply, Request};
+use hal_mock::bridge::{
+    Crash, NEVER, Operation, PAYLOAD_MAX, REPLY_BYTES, REQUEST_BYTES, Reply, Request,
+};
 use ridgetone::tasks::drdy::DrdyPin;
 use ridgetone::tasks::liveness::WATCHDOG_S;
 use ridgetone_proto::boot::ResetCause;
@@ -35,21 +37,25 @@ static LINK: Mutex<RefCell<Option<Link>>> = Mutex::new(RefCell::new(None));
 static ENDED: AtomicBool = AtomicBool::new(false);
 static LINE_BLOCKED: AtomicBool = AtomicBool::new(false);
 
-/// Time of a byte on the line, microseconds: 10 bits at 921,600 baud. The emulator's transmitter takes none.
+/// Time of a byte on the line, microseconds: 10 bits at 921,600 baud. The emulator's transmitter
+/// takes none.
 const BYTE_US: u32 = 11;
 
-/// Bytes that the line can have taken by the time of the latest exchange, and whether one waits for the next exchange.
+/// Bytes that the line can have taken by the time of the latest exchange, and whether one waits for
+/// the next exchange.
 static LINE_BYTES: AtomicU32 = AtomicU32::new(0);
 static LINE_WAITS: AtomicBool = AtomicBool::new(false);
 
-/// A byte of a robot's message and, in the ninth bit, whether there is one; and the time of the exchange that brought it.
+/// A byte of a robot's message and, in the ninth bit, whether there is one; and the time of the
+/// exchange that brought it.
 static LINE_IN: AtomicU32 = AtomicU32::new(0);
 static LINE_IN_US: AtomicU32 = AtomicU32::new(0);
 
 /// The PC has requested a crash: after it the board resets instead of leaving.
 static RESTARTS: AtomicBool = AtomicBool::new(false);
 
-/// When the watchdog was fed last. The emulator has none; the link checks the time with every exchange.
+/// When the watchdog was fed last. The emulator has none; the link checks the time with every
+/// exchange.
 static FED_US: AtomicU32 = AtomicU32::new(0);
 
 struct Link {
@@ -68,15 +74,17 @@ struct Link {
     line_us: u32,
 }
 
-/// Opens the log and the two FIFOs `spi.request` and `spi.reply` in the emulator's working directory, if a reset has not
-/// kept them, and takes SysTick for the alarm. Waits until the PC has opened its ends.
+/// Opens the log and the two FIFOs `spi.request` and `spi.reply` in the emulator's working
+/// directory, if a reset has not kept them, and takes SysTick for the alarm. Waits until the PC has
+/// opened its ends.
 pub fn open(mut alarm: SYST, are_kept: bool) {
     alarm.set_clock_source(SystClkSource::Core);
     alarm.enable_interrupt();
     if !are_kept {
         // First: when the bridge is open, the PC removes their names.
         log::open();
-        let files = File::open(c"spi.request", Mode::Write).zip(File::open(c"spi.reply", Mode::Read));
+        let files =
+            File::open(c"spi.request", Mode::Write).zip(File::open(c"spi.reply", Mode::Read));
         let Some((request, reply)) = files else {
             semihost::print(format_args!("cannot open spi.request and spi.reply"));
             semihost::exit(Exit::Bridge)
@@ -87,9 +95,21 @@ pub fn open(mut alarm: SYST, are_kept: bool) {
     let now_us = now_us();
     FED_US.store(now_us, Relaxed);
     let (edge_ahead, edge_pending, muted) = (false, false, false);
-    let link = Link { alarm, edge_ahead, edge_pending, muted, edge_us: 0, heartbeat_us: now_us, line_us: now_us };
+    let link = Link {
+        alarm,
+        edge_ahead,
+        edge_pending,
+        muted,
+        edge_us: 0,
+        heartbeat_us: now_us,
+        line_us: now_us,
+    };
     // Not borrowed yet.
-    let _ = critical_section::with(|cs| LINK.borrow(cs).try_borrow_mut().map(|mut place| *place = Some(link)));
+    let _ = critical_section::with(|cs| {
+        LINK.borrow(cs)
+            .try_borrow_mut()
+            .map(|mut place| *place = Some(link))
+    });
 }
 
 /// Puts off the reset by the watchdog.
@@ -179,7 +199,8 @@ pub fn is_line_blocked() -> bool {
     is_full || LINE_BLOCKED.load(Relaxed)
 }
 
-/// The byte of a robot's message that has arrived. It comes over the bridge, whose time repeats to the microsecond.
+/// The byte of a robot's message that has arrived. It comes over the bridge, whose time repeats to
+/// the microsecond.
 pub fn received() -> Option<u8> {
     let byte = LINE_IN.load(Relaxed);
     LINE_IN.store(0, Relaxed);
@@ -204,16 +225,26 @@ fn with_link<R: Default>(action: impl FnOnce(&mut Link) -> R) -> R {
     critical_section::with(|cs| {
         // Never borrowed twice: everything here runs with interrupts masked and calls nothing back.
         let mut link = LINK.borrow(cs).try_borrow_mut().ok();
-        link.as_deref_mut().and_then(Option::as_mut).map(action).unwrap_or_default()
+        link.as_deref_mut()
+            .and_then(Option::as_mut)
+            .map(action)
+            .unwrap_or_default()
     })
 }
 
 impl Link {
     fn exchange(&mut self, operation: Operation, level: bool, payload: &mut [u8]) {
         let now_us = now_us();
-        let request = Request { operation, level, length: payload.len() as u8, now_us };
+        let request = Request {
+            operation,
+            level,
+            length: payload.len() as u8,
+            now_us,
+        };
         let Some(reply) = carry(&request, payload) else {
-            semihost::print(format_args!("the bridge to the simulated chip broke at {now_us} us"));
+            semihost::print(format_args!(
+                "the bridge to the simulated chip broke at {now_us} us"
+            ));
             semihost::exit(Exit::Bridge)
         };
         self.edge_us = reply.drdy_us;
@@ -232,7 +263,9 @@ impl Link {
         }
         if now_us.wrapping_sub(FED_US.load(Relaxed)) >= WATCHDOG_US {
             restart_if_requested(ResetCause::Watchdog);
-            semihost::print(format_args!("the watchdog bit at {now_us} us: a task stood still"));
+            semihost::print(format_args!(
+                "the watchdog bit at {now_us} us: a task stood still"
+            ));
             semihost::exit(Exit::Watchdog);
         }
         if let Some(byte) = reply.line {
@@ -257,20 +290,26 @@ impl Link {
             NVIC::pend(Interrupt::EXTI4);
         }
         self.edge_ahead = reply.next_drdy_us <= POLL_US;
-        self.arm(if reply.next_drdy_us == NEVER { POLL_US } else { reply.next_drdy_us.min(POLL_US) });
+        self.arm(if reply.next_drdy_us == NEVER {
+            POLL_US
+        } else {
+            reply.next_drdy_us.min(POLL_US)
+        });
     }
 
     /// Sets the alarm, one microsecond later: it must not ring before the edge.
     fn arm(&mut self, delay_us: u32) {
         self.alarm.disable_counter();
-        self.alarm.set_reload(delay_us.saturating_add(1).saturating_mul(TICKS_PER_US));
+        self.alarm
+            .set_reload(delay_us.saturating_add(1).saturating_mul(TICKS_PER_US));
         self.alarm.clear_current();
         // An alarm that has rung meanwhile belongs to the past.
         SCB::clear_pendst();
         self.alarm.enable_counter();
         while SYST::get_current() == 0 {}
-        // Loaded; a reload value of zero stops the counter when it gets there. It must not start over:
-        // while the processor sleeps, the emulator would then skip two periods instead of one.
+        // Loaded; a reload value of zero stops the counter when it gets there. It must not start
+        // over: while the processor sleeps, the emulator would then skip two periods instead of
+        // one.
         self.alarm.set_reload(0);
     }
 
@@ -299,7 +338,8 @@ fn carry(request: &Request, payload: &mut [u8]) -> Option<Reply> {
     let (header, rest) = record.split_first_chunk_mut::<REQUEST_BYTES>()?;
     *header = request.encode();
     rest.get_mut(..payload.len())?.copy_from_slice(payload);
-    let sent = File(KEPT.request.load(Relaxed)).write_all(record.get(..REQUEST_BYTES + payload.len())?);
+    let sent =
+        File(KEPT.request.load(Relaxed)).write_all(record.get(..REQUEST_BYTES + payload.len())?);
 
     let mut record = [0; REPLY_BYTES + PAYLOAD_MAX];
     let answer = record.get_mut(..REPLY_BYTES + payload.len())?;

@@ -1,5 +1,6 @@
-//! The emulated board's defmt log: frames into the FIFO `defmt.log` in the emulator's working directory. Its other end reads
-//! it all the time, so that nothing waits. A call to the host takes no time of the emulated board.
+//! The emulated board's defmt log: frames into the FIFO `defmt.log` in the emulator's working
+//! directory. Its other end reads it all the time, so that nothing waits. A call to the host takes
+//! no time of the emulated board.
 
 use super::kept::KEPT;
 use super::semihost::{File, Mode};
@@ -16,12 +17,17 @@ struct Frame {
 // SAFETY: only the holder of the logger uses it, with interrupts masked.
 unsafe impl Sync for Frame {}
 
-static FRAME: Frame =
-    Frame { encoder: UnsafeCell::new(defmt::Encoder::new()), interrupts: UnsafeCell::new(RestoreState::invalid()) };
+static FRAME: Frame = Frame {
+    encoder: UnsafeCell::new(defmt::Encoder::new()),
+    interrupts: UnsafeCell::new(RestoreState::invalid()),
+};
 
 /// Opens the FIFO. Without it what is logged is dropped.
 pub fn open() {
-    KEPT.log.store(File::open(c"defmt.log", Mode::Write).map_or(0, |file| file.0), Relaxed);
+    KEPT.log.store(
+        File::open(c"defmt.log", Mode::Write).map_or(0, |file| file.0),
+        Relaxed,
+    );
 }
 
 fn put(bytes: &[u8]) {
@@ -35,8 +41,8 @@ fn put(bytes: &[u8]) {
 #[defmt::global_logger]
 struct Log;
 
-// SAFETY: interrupts are masked from `acquire` to `release`, and nothing that is logged logs, so there is one frame at a
-// time.
+// SAFETY: interrupts are masked from `acquire` to `release`, and nothing that is logged logs, so
+// there is one frame at a time.
 unsafe impl defmt::Logger for Log {
     fn acquire() {
         // SAFETY: `release` restores it; see above for the two cells.

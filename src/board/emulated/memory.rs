@@ -1,4 +1,5 @@
-//! Pages of settings in RAM, where the emulator has no flash that can be written. A reset leaves them as they are.
+//! Pages of settings in RAM, where the emulator has no flash that can be written. A reset leaves
+//! them as they are.
 
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
@@ -32,10 +33,14 @@ impl SettingsFlash {
     /// # Safety
     /// Once only.
     pub unsafe fn new() -> Self {
-        // SAFETY: nobody else has it, by this function's own condition, and any bytes are a `Memory`.
+        // SAFETY: nobody else has it, by this function's own condition, and any bytes are a
+        // `Memory`.
         let memory = unsafe { (*MEMORY.0.get()).assume_init_mut() };
         if memory.mark != MARK {
-            *memory = Memory { mark: MARK, pages: [0xff; PAGES as usize * PAGE_BYTES] };
+            *memory = Memory {
+                mark: MARK,
+                pages: [0xff; PAGES as usize * PAGE_BYTES],
+            };
         }
         Self(memory)
     }
@@ -49,7 +54,11 @@ impl ReadNorFlash for SettingsFlash {
     const READ_SIZE: usize = 1;
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
-        let kept = self.0.pages.get(offset as usize..).and_then(|kept| kept.get(..bytes.len()));
+        let kept = self
+            .0
+            .pages
+            .get(offset as usize..)
+            .and_then(|kept| kept.get(..bytes.len()));
         bytes.copy_from_slice(kept.ok_or(NorFlashErrorKind::OutOfBounds)?);
         Ok(())
     }
@@ -64,14 +73,26 @@ impl NorFlash for SettingsFlash {
     const ERASE_SIZE: usize = PAGE_BYTES;
 
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
-        let place = self.0.pages.get_mut(offset as usize..).and_then(|place| place.get_mut(..bytes.len()));
+        let place = self
+            .0
+            .pages
+            .get_mut(offset as usize..)
+            .and_then(|place| place.get_mut(..bytes.len()));
         // Flash only ever loses bits.
-        place.ok_or(NorFlashErrorKind::OutOfBounds)?.iter_mut().zip(bytes).for_each(|(kept, byte)| *kept &= byte);
+        place
+            .ok_or(NorFlashErrorKind::OutOfBounds)?
+            .iter_mut()
+            .zip(bytes)
+            .for_each(|(kept, byte)| *kept &= byte);
         Ok(())
     }
 
     fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
-        self.0.pages.get_mut(from as usize..to as usize).ok_or(NorFlashErrorKind::OutOfBounds)?.fill(0xff);
+        self.0
+            .pages
+            .get_mut(from as usize..to as usize)
+            .ok_or(NorFlashErrorKind::OutOfBounds)?
+            .fill(0xff);
         Ok(())
     }
 }

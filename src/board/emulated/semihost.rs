@@ -62,16 +62,20 @@ impl File {
         let mut rest = bytes;
         while !rest.is_empty() {
             let block = [self.0 as usize, rest.as_mut_ptr() as usize, rest.len()];
-            // SAFETY: SYS_READ reads a block of three words and writes into `rest`, which is ours and as long as given.
+            // SAFETY: SYS_READ reads a block of three words and writes into `rest`, which is ours
+            // and as long as given.
             let left = unsafe { syscall(nr::READ, &block) };
-            let Some(read) = rest.len().checked_sub(left).filter(|read| *read > 0) else { return false };
+            let Some(read) = rest.len().checked_sub(left).filter(|read| *read > 0) else {
+                return false;
+            };
             rest = rest.get_mut(read..).unwrap_or_default();
         }
         true
     }
 }
 
-/// Prints one line of at most 160 bytes on the emulator's standard error, in one try: a second one might never end.
+/// Prints one line of at most 160 bytes on the emulator's standard error, in one try: a second one
+/// might never end.
 pub fn print(message: core::fmt::Arguments) {
     let mut line = heapless::String::<160>::new();
     let _ = line.write_fmt(message);

@@ -1,10 +1,12 @@
-//! `ridgetone-stimulus` for an AudioWorklet, as WebAssembly: functions of numbers, so that neither side touches the other's memory.
+//! `ridgetone-stimulus` for an AudioWorklet, as WebAssembly: functions of numbers, so that neither
+//! side touches the other's memory.
 //!
-//! `cargo xtask worklet` builds `host/assets/touch/stimulus.wasm` from it, which is inside the command; nobody needs the target
-//! `wasm32-unknown-unknown` to build that. A test of the page compares its samples with those of the crate, bit for bit.
+//! `cargo xtask worklet` builds `host/assets/touch/stimulus.wasm` from it, which is inside the
+//! command; nobody needs the target `wasm32-unknown-unknown` to build that. A test of the page
+//! compares its samples with those of the crate, bit for bit.
 //!
-//! There is one vibration an instance. A function that can fail gives 1 if it did what was asked, and 0 if the numbers are impossible:
-//! then nothing has changed.
+//! There is one vibration an instance. A function that can fail gives 1 if it did what was asked,
+//! and 0 if the numbers are impossible: then nothing has changed.
 // An exported name is unsafe only because two of them could be alike.
 #![allow(unsafe_code)]
 
@@ -25,35 +27,81 @@ fn with(work: impl FnOnce(&mut Vibration<PLACES>) -> bool) -> i32 {
 
 /// Without a panic in it, and without what prints one: that would be most of the file.
 fn get<T>(work: impl FnOnce(&mut Vibration<PLACES>) -> T) -> Option<T> {
-    VIBRATION.try_with(|cell| cell.try_borrow_mut().ok().and_then(|mut vibration| vibration.as_mut().map(work))).ok()?
+    VIBRATION
+        .try_with(|cell| {
+            cell.try_borrow_mut()
+                .ok()
+                .and_then(|mut vibration| vibration.as_mut().map(work))
+        })
+        .ok()?
 }
 
-/// Begins: greatest voltage, cut-off in hertz, slew in volts per second, fade in seconds; samples a second.
+/// Begins: greatest voltage, cut-off in hertz, slew in volts per second, fade in seconds; samples a
+/// second.
 #[unsafe(no_mangle)]
-pub extern "C" fn begin(voltage_v: f32, cutoff_hz: f32, slew_v_s: f32, fade_s: f32, rate_hz: f32) -> i32 {
-    let actuator = Actuator { voltage_v, cutoff_hz, slew_v_s, fade_s, ..Actuator::PIEZO };
+pub extern "C" fn begin(
+    voltage_v: f32,
+    cutoff_hz: f32,
+    slew_v_s: f32,
+    fade_s: f32,
+    rate_hz: f32,
+) -> i32 {
+    let actuator = Actuator {
+        voltage_v,
+        cutoff_hz,
+        slew_v_s,
+        fade_s,
+        ..Actuator::PIEZO
+    };
     // The amplitude's law is applied by the command: a texture comes with the share as its power.
-    let law = AmplitudeLaw { power_max: 1.0, ..AmplitudeLaw::OKAMOTO };
-    let Ok(made) = Vibration::new(actuator, law, rate_hz) else { return 0 };
-    let set = VIBRATION.try_with(|cell| cell.try_borrow_mut().map(|mut vibration| *vibration = Some(made)).is_ok());
+    let law = AmplitudeLaw {
+        power_max: 1.0,
+        ..AmplitudeLaw::OKAMOTO
+    };
+    let Ok(made) = Vibration::new(actuator, law, rate_hz) else {
+        return 0;
+    };
+    let set = VIBRATION.try_with(|cell| {
+        cell.try_borrow_mut()
+            .map(|mut vibration| *vibration = Some(made))
+            .is_ok()
+    });
     set.unwrap_or(false).into()
 }
 
-/// Takes a texture: period in millimetres, share of the greatest amplitude above 0 up to 1, then the second harmonic to the fourth: amplitude
-/// over the first one's, and phase in cycles.
+/// Takes a texture: period in millimetres, share of the greatest amplitude above 0 up to 1, then
+/// the second harmonic to the fourth: amplitude over the first one's, and phase in cycles.
 #[unsafe(no_mangle)]
 #[allow(clippy::too_many_arguments, reason = "numbers are all that crosses")]
-pub extern "C" fn texture(period_mm: f32, share: f32, a2: f32, p2: f32, a3: f32, p3: f32, a4: f32, p4: f32) -> i32 {
+pub extern "C" fn texture(
+    period_mm: f32,
+    share: f32,
+    a2: f32,
+    p2: f32,
+    a3: f32,
+    p3: f32,
+    a4: f32,
+    p4: f32,
+) -> i32 {
     let overtones = [(a2, p2), (a3, p3), (a4, p4)];
-    let overtones = overtones.map(|(amplitude, phase_cycles)| Harmonic { amplitude, phase_cycles });
-    let texture = Texture { power: share, overtones, ..Texture::new(period_mm) };
+    let overtones = overtones.map(|(amplitude, phase_cycles)| Harmonic {
+        amplitude,
+        phase_cycles,
+    });
+    let texture = Texture {
+        power: share,
+        overtones,
+        ..Texture::new(period_mm)
+    };
     with(|vibration| share > 0.0 && share <= 1.0 && vibration.set_texture(&texture).is_ok())
 }
 
 /// Sets the delay, its standard deviation, and the wait for the next place, seconds.
 #[unsafe(no_mangle)]
 pub extern "C" fn delay(mean_s: f32, sigma_s: f32, wait_s: f32) -> i32 {
-    with(|vibration| Delay::new(mean_s, sigma_s, 1).is_ok_and(|delay| vibration.set_delay(delay, wait_s).is_ok()))
+    with(|vibration| {
+        Delay::new(mean_s, sigma_s, 1).is_ok_and(|delay| vibration.set_delay(delay, wait_s).is_ok())
+    })
 }
 
 /// The hand is down at a time in seconds, at a place in millimetres.

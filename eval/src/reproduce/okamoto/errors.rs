@@ -13,7 +13,8 @@ use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::{Estimate, Span, Status};
 use std::f64::consts::TAU;
 
-/// What amplitudes are taken from: away from the slide's ends and from turns, where friction builds up by millivolts.
+/// What amplitudes are taken from: away from the slide's ends and from turns, where friction builds
+/// up by millivolts.
 const SETTLED_S: f64 = 0.03;
 const SLIDING_MM_S: f64 = 20.0;
 /// Errors of wavelengths, as shares of the true one.
@@ -22,13 +23,15 @@ pub struct Errors {
     /// Windows of at least [`CYCLES`] cycles, and those of them that are `good`.
     pub windows: usize,
     pub good: usize,
-    /// Sums of squares over the good ones: of the errors, of the errors over their own standard deviations, and of the bounds.
+    /// Sums of squares over the good ones: of the errors, of the errors over their own standard
+    /// deviations, and of the bounds.
     squares: f64,
     over_sigma: f64,
     bounds: f64,
     /// Good ones whose interval of 95 % holds the truth.
     held: usize,
-    /// Good windows, of any number of cycles, that are off by more than 5 % and five standard deviations.
+    /// Good windows, of any number of cycles, that are off by more than 5 % and five standard
+    /// deviations.
     pub wrong: usize,
 }
 
@@ -54,11 +57,15 @@ impl Errors {
         (self.good > 0).then(|| self.held as f64 / self.good as f64)
     }
 
-    /// Of the windows of these estimates in which the finger turns, or of those in which it does not.
+    /// Of the windows of these estimates in which the finger turns, or of those in which it does
+    /// not.
     pub fn new(slid: &Slid, estimates: &[Estimate], bound: &Bound, is_turning: bool) -> Self {
         let (motion, wavelength_mm) = (slid.motion, slid.scene.period_mm);
         let mut errors = Self::default();
-        for estimate in estimates.iter().filter(|estimate| estimate.span == Span::Window) {
+        for estimate in estimates
+            .iter()
+            .filter(|estimate| estimate.span == Span::Window)
+        {
             let (from_s, until_s) = slid.window_s(estimate);
             if motion.turns(from_s - SETTLES_S, until_s) != is_turning {
                 continue;
@@ -88,11 +95,12 @@ impl Errors {
     }
 }
 
-/// The Cramer-Rao bound of a scale's wavelength, in white noise of the converter, with offset, slope and both amplitudes of each
-/// channel unknown and the places known.
+/// The Cramer-Rao bound of a scale's wavelength, in white noise of the converter, with offset,
+/// slope and both amplitudes of each channel unknown and the places known.
 pub struct Bound {
     wavelength_mm: f64,
-    /// Cosine and sine of each channel's fundamental forward and backward, volts: friction turns with the motion.
+    /// Cosine and sine of each channel's fundamental forward and backward, volts: friction turns
+    /// with the motion.
     waves: Vec<[(f64, f64); 2]>,
 }
 
@@ -101,15 +109,25 @@ impl Bound {
     pub fn new(slid: &Slid) -> Result<Self> {
         let (motion, wavelength_mm) = (slid.motion, slid.scene.period_mm);
         let is_sliding = |t_s: f64| {
-            t_s > SETTLED_S && t_s < slid.lasts_s - SETTLED_S && motion.speed_mm_s(t_s).abs() > SLIDING_MM_S
+            t_s > SETTLED_S
+                && t_s < slid.lasts_s - SETTLED_S
+                && motion.speed_mm_s(t_s).abs() > SLIDING_MM_S
         };
-        let own: Vec<_> = slid.frames.iter().filter(|(t_s, _)| is_sliding(*t_s)).collect();
+        let own: Vec<_> = slid
+            .frames
+            .iter()
+            .filter(|(t_s, _)| is_sliding(*t_s))
+            .collect();
         let wave = |taxel: usize| {
             // Each taxel has its time in the scan, and the delays of bridge and converter.
             let later_s = taxel as f64 * conversion_s() - FELT_LATE_S;
             let way = |backward: bool| {
-                let own = own.iter().map(|(t_s, values)| (t_s + later_s, values[taxel]));
-                let own: Vec<_> = own.filter(|(t_s, _)| motion.is_backward(*t_s) == backward).collect();
+                let own = own
+                    .iter()
+                    .map(|(t_s, values)| (t_s + later_s, values[taxel]));
+                let own: Vec<_> = own
+                    .filter(|(t_s, _)| motion.is_backward(*t_s) == backward)
+                    .collect();
                 let turns = |row: usize| TAU * motion.place_mm(own[row].0) / wavelength_mm;
                 let columns = DMatrix::from_fn(own.len(), 3, |row, column| match column {
                     0 => 1.0,
@@ -117,14 +135,19 @@ impl Bound {
                     _ => turns(row).sin(),
                 });
                 let values = DVector::from_iterator(own.len(), own.iter().map(|(_, value)| *value));
-                let factors = (columns.transpose() * &columns).cholesky()?.solve(&(columns.transpose() * values));
+                let factors = (columns.transpose() * &columns)
+                    .cholesky()?
+                    .solve(&(columns.transpose() * values));
                 Some((factors[1], factors[2]))
             };
             let forward = way(false)?;
             Some([forward, way(true).unwrap_or(forward)])
         };
         let waves: Option<Vec<_>> = (0..TAXELS).map(wave).collect();
-        Ok(Self { wavelength_mm, waves: waves.context("a scan too short for three unknowns")? })
+        Ok(Self {
+            wavelength_mm,
+            waves: waves.context("a scan too short for three unknowns")?,
+        })
     }
 
     /// Of a window, as a share of the wavelength.
@@ -132,8 +155,9 @@ impl Bound {
         1.0 / self.information(motion, from_s, until_s, |_| 0.0).0.sqrt()
     }
 
-    /// By how much the low-pass's dispersion makes a window's wavelength too long, as a share of it: places count as late by the delay
-    /// t of slow tones; of one of the frequency w / (2 pi) it is atan(w t) / w.
+    /// By how much the low-pass's dispersion makes a window's wavelength too long, as a share of
+    /// it: places count as late by the delay t of slow tones; of one of the frequency w / (2 pi) it
+    /// is atan(w t) / w.
     #[cfg(test)]
     pub fn dispersion_share(&self, motion: Motion, from_s: f64, until_s: f64) -> f64 {
         let ahead = |t_s: f64| {
@@ -144,16 +168,33 @@ impl Bound {
         -along / information
     }
 
-    /// The information about the logarithm of the wavenumber, and what a wave that is `ahead` turns ahead at a time adds to its score.
-    fn information(&self, motion: Motion, from_s: f64, until_s: f64, ahead: impl Fn(f64) -> f64) -> (f64, f64) {
+    /// The information about the logarithm of the wavenumber, and what a wave that is `ahead` turns
+    /// ahead at a time adds to its score.
+    fn information(
+        &self,
+        motion: Motion,
+        from_s: f64,
+        until_s: f64,
+        ahead: impl Fn(f64) -> f64,
+    ) -> (f64, f64) {
         let frames = ((until_s - from_s) * f64::from(Plan::HAND.frame_rate_hz())).round() as usize;
-        let at_s = |frame: usize| from_s + (frame as f64 + 0.5) / frames as f64 * (until_s - from_s);
-        let places: Vec<f64> = (0..frames).map(|frame| motion.place_mm(at_s(frame)) / self.wavelength_mm).collect();
+        let at_s =
+            |frame: usize| from_s + (frame as f64 + 0.5) / frames as f64 * (until_s - from_s);
+        let places: Vec<f64> = (0..frames)
+            .map(|frame| motion.place_mm(at_s(frame)) / self.wavelength_mm)
+            .collect();
         let cos: Vec<f64> = places.iter().map(|turns| (TAU * turns).cos()).collect();
         let sin: Vec<f64> = places.iter().map(|turns| (TAU * turns).sin()).collect();
         let middle = places.iter().sum::<f64>() / frames as f64;
-        let nuisance = orthonormal(vec![vec![1.0; frames], places.clone(), cos.clone(), sin.clone()]);
-        let backward: Vec<bool> = (0..frames).map(|frame| motion.is_backward(at_s(frame))).collect();
+        let nuisance = orthonormal(vec![
+            vec![1.0; frames],
+            places.clone(),
+            cos.clone(),
+            sin.clone(),
+        ]);
+        let backward: Vec<bool> = (0..frames)
+            .map(|frame| motion.is_backward(at_s(frame)))
+            .collect();
         let (mut information, mut along) = (0.0, 0.0);
         for ways in &self.waves {
             // By a turn.
@@ -161,17 +202,22 @@ impl Bound {
                 let (a, b) = ways[usize::from(backward[frame])];
                 TAU * (b * cos[frame] - a * sin[frame]) / converter_noise_v(&Plan::HAND)
             };
-            let mut derivative: Vec<f64> = (0..frames).map(|frame| (places[frame] - middle) * slope(frame)).collect();
+            let mut derivative: Vec<f64> = (0..frames)
+                .map(|frame| (places[frame] - middle) * slope(frame))
+                .collect();
             remove(&mut derivative, &nuisance);
             information += length(&derivative).powi(2);
-            along += (0..frames).map(|frame| derivative[frame] * ahead(at_s(frame)) * slope(frame)).sum::<f64>();
+            along += (0..frames)
+                .map(|frame| derivative[frame] * ahead(at_s(frame)) * slope(frame))
+                .sum::<f64>();
         }
         (information, along)
     }
 }
 
-/// The paper's method: in windows of 32 ms the speed over the frequency of maximal power, of all channels together. The root mean
-/// square of its errors over the windows of at least [`CYCLES`] cycles.
+/// The paper's method: in windows of 32 ms the speed over the frequency of maximal power, of all
+/// channels together. The root mean square of its errors over the windows of at least [`CYCLES`]
+/// cycles.
 pub fn fft(slid: &Slid) -> Option<f64> {
     let (motion, wavelength_mm) = (slid.motion, slid.scene.period_mm);
     let frames = (WINDOW_S * f64::from(Plan::HAND.frame_rate_hz())).round() as usize;
@@ -189,7 +235,8 @@ pub fn fft(slid: &Slid) -> Option<f64> {
                     let (sin, cos) = (TAU * (bin * at) as f64 / frames as f64).sin_cos();
                     (values[taxel] * cos, values[taxel] * sin)
                 });
-                let (re, im) = turned.fold((0.0, 0.0), |sum, term| (sum.0 + term.0, sum.1 + term.1));
+                let (re, im) =
+                    turned.fold((0.0, 0.0), |sum, term| (sum.0 + term.0, sum.1 + term.1));
                 re * re + im * im
             };
             (0..TAXELS).map(of).sum()

@@ -2,12 +2,13 @@
 
 use std::ops::RangeInclusive;
 
-/// The scales, mm; a ridge is half as wide (section III-B). Figures 8 and 9 begin at 0.5 mm, Figure 11 at 0.8.
+/// The scales, mm; a ridge is half as wide (section III-B). Figures 8 and 9 begin at 0.5 mm, Figure
+/// 11 at 0.8.
 pub const WAVELENGTHS_MM: [f64; 10] = [0.5, 0.8, 1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.5, 3.0];
 /// The mean of a hand's speed, and two standard deviations to each side, mm/s (section IV-A).
 pub const SPEEDS_MM_S: [f64; 3] = [73.5, 125.4, 177.4];
-/// Width of the ridges of its sensor's skin, mm (section III-B). It does not say how wide the grooves between
-/// them are.
+/// Width of the ridges of its sensor's skin, mm (section III-B). It does not say how wide the
+/// grooves between them are.
 pub const SKIN_RIDGE_MM: f64 = 0.6;
 /// Length of a scan, mm (section IV-A).
 pub const SCAN_MM: f64 = 175.0;

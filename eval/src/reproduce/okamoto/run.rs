@@ -1,6 +1,8 @@
 //! A scale slid over the finger, and the firmware's answers to it.
 
 use super::motion::Motion;
+#[cfg(test)]
+use super::motion::SETTLES_S;
 use super::paper::SCAN_MM;
 use super::skin::Skin;
 use anyhow::{Context, Result};
@@ -14,18 +16,17 @@ use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{Settings, TAXELS};
 use ridgetone_proto::telemetry::{Estimate, Event, Packet};
 #[cfg(test)]
-use super::motion::SETTLES_S;
-#[cfg(test)]
 use ridgetone_proto::telemetry::{Span, Status};
 
 /// Messages of the robot, in a second: the paper's rate (section III-C).
 const MESSAGES_HZ: f64 = 250.0;
-/// How long a message is on the line, seconds: ten bits a byte at 921,600 baud. The board knows this.
+/// How long a message is on the line, seconds: ten bits a byte at 921,600 baud. The board knows
+/// this.
 const ON_THE_LINE_S: f64 = WIRE_BYTES as f64 * 10.0 / 921_600.0;
 /// Delay of the bridges' low-pass, seconds: 820 ohm beside 820 ohm, and 1 uF.
 pub const FILTER_S: f64 = 0.5 * 820.0 * 1e-6;
-/// From the middle of the converter's aperture to DRDY, seconds: half of its filter's 128 (N + 4) clocks of 1 / 15.72864 MHz, N = 1 at
-/// the plan's DRATE 3 (SBAS297G, "Digital Filter").
+/// From the middle of the converter's aperture to DRDY, seconds: half of its filter's 128 (N + 4)
+/// clocks of 1 / 15.72864 MHz, N = 1 at the plan's DRATE 3 (SBAS297G, "Digital Filter").
 const APERTURE_S: f64 = 64.0 * 5.0 / 15_728_640.0;
 /// How late a frame has the place that the finger felt, seconds.
 pub const FELT_LATE_S: f64 = FILTER_S + APERTURE_S;
@@ -72,13 +73,25 @@ pub fn conversion_s() -> f64 {
 }
 
 fn open(scene: &Sliding) -> Result<Opened> {
-    Input { source: Source::Scene(scene.clone()), seed: scene.seed, ..Input::default() }.open_in(&Plan::HAND)
+    Input {
+        source: Source::Scene(scene.clone()),
+        seed: scene.seed,
+        ..Input::default()
+    }
+    .open_in(&Plan::HAND)
 }
 
-/// Settings of a window for a skin, and of the accuracy that it is to have; zero for a window of this length.
+/// Settings of a window for a skin, and of the accuracy that it is to have; zero for a window of
+/// this length.
 pub fn settings(skin: Skin, window_s: f64, accuracy: f32) -> Settings {
     let (window_s, harmonics) = (window_s as f32, skin.harmonics());
-    Settings { window_s, hop_s: 0.05, harmonics, accuracy, ..Settings::DEFAULT.with_plan(Plan::HAND) }
+    Settings {
+        window_s,
+        hop_s: 0.05,
+        harmonics,
+        accuracy,
+        ..Settings::DEFAULT.with_plan(Plan::HAND)
+    }
 }
 
 impl Slid {
@@ -91,14 +104,18 @@ impl Slid {
         replay::conversions_of(input, &Plan::HAND, &mut |timed: TimedConversion| {
             let t_s = f64::from(timed.t_us - *first_us.get_or_insert(timed.t_us)) * 1e-6;
             // AIN0 to AIN15 have the ids 8 to 23 (SBAS297G).
-            let Some(taxel) = usize::from(timed.status().chid()).checked_sub(8).filter(|taxel| *taxel < TAXELS) else {
+            let Some(taxel) = usize::from(timed.status().chid())
+                .checked_sub(8)
+                .filter(|taxel| *taxel < TAXELS)
+            else {
                 return Ok(());
             };
             if taxel == 0 {
                 frames.push((t_s, [0.0; TAXELS]));
             }
             if let Some((_, values)) = frames.last_mut() {
-                values[taxel] = ads1258::reading::volts(timed.code(), Settings::DEFAULT.vref_v).into();
+                values[taxel] =
+                    ads1258::reading::volts(timed.code(), Settings::DEFAULT.vref_v).into();
             }
             Ok(())
         })?;
@@ -119,7 +136,8 @@ impl Slid {
         })
     }
 
-    /// The firmware's estimates; a hand's places are streamed to it, those of so long before the stamps.
+    /// The firmware's estimates; a hand's places are streamed to it, those of so long before the
+    /// stamps.
     pub fn estimates(&self, settings: Settings, late_s: f64) -> Result<Vec<Estimate>> {
         let mut estimates = Vec::new();
         let mut sink = |packet: &Packet| {
@@ -128,8 +146,18 @@ impl Slid {
             }
             Ok(())
         };
-        let stream = if self.scene.hand.is_some() { self.stream(late_s) } else { Stream::new() };
-        replay::run_streamed(open(&self.scene)?, settings, stream, &mut sink, &mut |_, _| {})?;
+        let stream = if self.scene.hand.is_some() {
+            self.stream(late_s)
+        } else {
+            Stream::new()
+        };
+        replay::run_streamed(
+            open(&self.scene)?,
+            settings,
+            stream,
+            &mut sink,
+            &mut |_, _| {},
+        )?;
         Ok(estimates)
     }
 
@@ -140,7 +168,10 @@ impl Slid {
             let t_s = number as f64 / MESSAGES_HZ;
             let since_s = (t_s - late_s - self.scene_begins_s).clamp(0.0, self.lasts_s);
             let message = odometry::message(number, t_s, self.motion.place_mm(since_s), true);
-            (((t_s + ON_THE_LINE_S) * 1e6).round() as u64, message.encode()[..FRAME_BYTES].to_vec())
+            (
+                ((t_s + ON_THE_LINE_S) * 1e6).round() as u64,
+                message.encode()[..FRAME_BYTES].to_vec(),
+            )
         };
         (0..count).map(message).collect()
     }
@@ -151,14 +182,21 @@ impl Slid {
         (until_s - f64::from(estimate.window_s), until_s)
     }
 
-    /// Errors of a hand's good windows in which it goes one way, as shares of the wavelength, and when they begin and end.
+    /// Errors of a hand's good windows in which it goes one way, as shares of the wavelength, and
+    /// when they begin and end.
     #[cfg(test)]
     pub fn one_way(&self, estimates: &[Estimate]) -> Vec<(f64, f64, f64)> {
-        let is_good = |estimate: &&Estimate| estimate.span == Span::Window && estimate.status == Status::Good;
+        let is_good =
+            |estimate: &&Estimate| estimate.span == Span::Window && estimate.status == Status::Good;
         let all = estimates.iter().filter(is_good).map(|estimate| {
             let (from_s, until_s) = self.window_s(estimate);
-            (1.0 / (f64::from(estimate.frequency) * self.scene.period_mm) - 1.0, from_s, until_s)
+            (
+                1.0 / (f64::from(estimate.frequency) * self.scene.period_mm) - 1.0,
+                from_s,
+                until_s,
+            )
         });
-        all.filter(|(_, from_s, until_s)| !self.motion.turns(from_s - SETTLES_S, *until_s)).collect()
+        all.filter(|(_, from_s, until_s)| !self.motion.turns(from_s - SETTLES_S, *until_s))
+            .collect()
     }
 }

@@ -30,9 +30,14 @@ pub fn scan(wavelength_mm: f64, motion: Motion, skin: Skin) -> Result<Vec<Scan>>
     let bound = Bound::new(&slid)?;
     let short = slid.estimates(settings(skin, WINDOW_S, 0.0), FELT_LATE_S)?;
     let long = slid.estimates(settings(skin, LONGEST_S, ACCURACY), FELT_LATE_S)?;
-    let of_slide = short.iter().find(|estimate| estimate.span == Span::Slide && estimate.status == Status::Good);
+    let of_slide = short
+        .iter()
+        .find(|estimate| estimate.span == Span::Slide && estimate.status == Status::Good);
     let power_mv2 = of_slide.map(|estimate| {
-        let squares = estimate.channels.iter().map(|channel| (1e3 * f64::from(channel.amplitude_v)).powi(2));
+        let squares = estimate
+            .channels
+            .iter()
+            .map(|channel| (1e3 * f64::from(channel.amplitude_v)).powi(2));
         squares.sum::<f64>() / estimate.channels.len() as f64
     });
     let of = |is_turning: bool| Scan {
@@ -45,6 +50,8 @@ pub fn scan(wavelength_mm: f64, motion: Motion, skin: Skin) -> Result<Vec<Scan>>
         long: Errors::new(&slid, &long, &bound, is_turning),
         power_mv2,
     };
-    let both = [false, true].into_iter().filter(|is_turning| !is_turning || motion == Motion::Hand);
+    let both = [false, true]
+        .into_iter()
+        .filter(|is_turning| !is_turning || motion == Motion::Hand);
     Ok(both.map(of).collect())
 }

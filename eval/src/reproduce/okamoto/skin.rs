@@ -11,12 +11,19 @@ pub enum Skin {
 
 impl Skin {
     pub fn finger(self) -> Finger {
-        let skin_ridge_mm = if self == Self::Ridged { SKIN_RIDGE_MM } else { 0.0 };
-        Finger { skin_ridge_mm, ..Finger::default() }
+        let skin_ridge_mm = if self == Self::Ridged {
+            SKIN_RIDGE_MM
+        } else {
+            0.0
+        };
+        Finger {
+            skin_ridge_mm,
+            ..Finger::default()
+        }
     }
 
-    /// Harmonics of a fit. A smooth skin leaves two. Under a ridged one a third harmonic with nearly the ridges' period is as strong as
-    /// the fundamental: the firmware's default.
+    /// Harmonics of a fit. A smooth skin leaves two. Under a ridged one a third harmonic with
+    /// nearly the ridges' period is as strong as the fundamental: the firmware's default.
     pub fn harmonics(self) -> u8 {
         if self == Self::Ridged { 4 } else { 2 }
     }

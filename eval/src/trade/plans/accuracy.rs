@@ -10,8 +10,8 @@ use anyhow::Result;
 use hal_mock::Sliding;
 use ridgetone_proto::plan::Plan;
 
-/// The tone over the noise of a conversion at the fastest data rate, decibels: its mean square over all sixteen taxels is that of a
-/// sine of 0.17 mV.
+/// The tone over the noise of a conversion at the fastest data rate, decibels: its mean square over
+/// all sixteen taxels is that of a sine of 0.17 mV.
 const SNR_DB: f64 = 20.0;
 
 /// Tones, hertz: two cycles in the shortest window, and below what the slowest plan can follow.
@@ -20,7 +20,8 @@ pub const TONES_HZ: [f64; 4] = [70.0, 80.0, 90.0, 100.0];
 /// From one choice's seeds to the next one's.
 const SEEDS: u64 = 1_000_000;
 
-/// The scene of a tone, long enough for a slide of `slide_s` seconds. Its noise is as far below the tone as a plan's converter makes it.
+/// The scene of a tone, long enough for a slide of `slide_s` seconds. Its noise is as far below the
+/// tone as a plan's converter makes it.
 pub fn scene(plan: &Plan, tone_hz: f64, slide_s: f64, seed: u64) -> Sliding {
     let snr_db = SNR_DB + 20.0 * (converter_noise_v(&Plan::HAND) / converter_noise_v(plan)).log10();
     Sliding {
@@ -41,8 +42,12 @@ pub fn window(choice: Choice, tone_hz: f64, seed: u64) -> Result<(Simulated, Clu
     let window = Simulated::by_plan(&scene, window_s, &plan, converter_noise_v(&plan))?;
     // The estimator fits a slope.
     let clues = window.clues(true, 1)?;
-    let own: Vec<Clue> =
-        clues.into_iter().zip(0..).filter(|(_, taxel)| plan.inputs >> taxel & 1 == 1).map(|(clue, _)| clue).collect();
+    let own: Vec<Clue> = clues
+        .into_iter()
+        .zip(0..)
+        .filter(|(_, taxel)| plan.inputs >> taxel & 1 == 1)
+        .map(|(clue, _)| clue)
+        .collect();
     Ok((window, Clue::sum(&own)))
 }
 
@@ -60,14 +65,23 @@ fn sample(choice: Choice, tone_hz: f64, seed: u64) -> Result<Sample> {
 /// The accuracy of each choice, with `windows` windows of each tone.
 pub fn measure(choices: &[Choice], windows: u32) -> Result<Vec<Accuracy>> {
     let items: Vec<(usize, f64, u64)> = (0..choices.len())
-        .flat_map(|at| TONES_HZ.into_iter().zip(0..).map(move |(tone_hz, tone)| (at, tone_hz, tone)))
+        .flat_map(|at| {
+            TONES_HZ
+                .into_iter()
+                .zip(0..)
+                .map(move |(tone_hz, tone)| (at, tone_hz, tone))
+        })
         .flat_map(|(at, tone_hz, tone)| {
             let first = SEEDS * (at as u64 + 1) + u64::from(windows) * tone;
             (first..first + u64::from(windows)).map(move |seed| (at, tone_hz, seed))
         })
         .collect();
-    let samples =
-        parallel::map("windows of plans", &items, |(at, tone_hz, seed)| sample(choices[*at], *tone_hz, *seed))?;
+    let samples = parallel::map("windows of plans", &items, |(at, tone_hz, seed)| {
+        sample(choices[*at], *tone_hz, *seed)
+    })?;
     let each = TONES_HZ.len() * windows as usize;
-    Ok(samples.chunks_exact(each.max(1)).map(Accuracy::new).collect())
+    Ok(samples
+        .chunks_exact(each.max(1))
+        .map(Accuracy::new)
+        .collect())
 }

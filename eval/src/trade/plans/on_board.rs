@@ -13,9 +13,11 @@ use rig::{Board, Image, Rig, Start};
 
 /// How long it is watched, seconds: some windows of each hop.
 const WATCHED_S: f64 = 1.5;
-/// From the slide's report to the first window that counts, beside the window itself, seconds: the scan may begin late, and hops with it.
+/// From the slide's report to the first window that counts, beside the window itself, seconds: the
+/// scan may begin late, and hops with it.
 const SETTLED_S: f64 = 0.4;
-/// Step of the time at which bytes are taken off the line, nanoseconds: a hundredth of a millisecond.
+/// Step of the time at which bytes are taken off the line, nanoseconds: a hundredth of a
+/// millisecond.
 const STEP_NS: u64 = 10_000;
 
 /// The image that gets flashed.
@@ -29,7 +31,8 @@ struct Run {
 }
 
 impl Run {
-    /// Runs for `seconds` seconds; gives the events with the time of their last byte, nanoseconds since power-up.
+    /// Runs for `seconds` seconds; gives the events with the time of their last byte, nanoseconds
+    /// since power-up.
     fn run_s(&mut self, seconds: f64) -> Result<Vec<(u64, Event)>> {
         let end_ns = self.rig.now_ns() + (seconds * 1e9) as u64;
         let mut events = Vec::new();
@@ -61,16 +64,43 @@ pub fn measure(image: &Image, choice: Choice) -> Result<OnBoard> {
     let settings = choice.settings();
     let [.., tone_hz] = TONES_HZ;
     let slide_s = choice.window_s + SETTLED_S + WATCHED_S + 1.0;
-    let scene = Sliding { hold_before_s: 1.0, ..scene(&choice.plan, tone_hz, slide_s, 1) };
-    let rig = Rig::new(Board::FeatherF405, image, SlidingScene::new(scene)?, Start::default())?;
-    let mut run = Run { rig, decoder: Decoder::new() };
+    let scene = Sliding {
+        hold_before_s: 1.0,
+        ..scene(&choice.plan, tone_hz, slide_s, 1)
+    };
+    let rig = Rig::new(
+        Board::FeatherF405,
+        image,
+        SlidingScene::new(scene)?,
+        Start::default(),
+    )?;
+    let mut run = Run {
+        rig,
+        decoder: Decoder::new(),
+    };
     run.run_to("greeting", 1.0, |event| matches!(event, Event::Hello(_)))?;
     // The first reading is zero of the device's time, which goes on with another plan.
-    let zero_ns = run.rig.readings().first().context("no conversion is read")?.edge_ns;
-    run.rig.send(&request(1, Command::Set { settings, keep: false })?);
-    run.run_to("reply", 0.4, |event| matches!(event, Event::Reply(reply) if reply.outcome == Outcome::Done))
+    let zero_ns = run
+        .rig
+        .readings()
+        .first()
+        .context("no conversion is read")?
+        .edge_ns;
+    run.rig.send(&request(
+        1,
+        Command::Set {
+            settings,
+            keep: false,
+        },
+    )?);
+    run.run_to(
+        "reply",
+        0.4,
+        |event| matches!(event, Event::Reply(reply) if reply.outcome == Outcome::Done),
+    )
+    .with_context(of)?;
+    run.run_to("slide", 3.0, |event| matches!(event, Event::Slide(_)))
         .with_context(of)?;
-    run.run_to("slide", 3.0, |event| matches!(event, Event::Slide(_))).with_context(of)?;
     run.run_s(choice.window_s + SETTLED_S)?;
 
     let (before, lost_before) = (run.rig.cycles(), run.rig.adc().counters().lost);
@@ -80,18 +110,38 @@ pub fn measure(image: &Image, choice: Choice) -> Result<OnBoard> {
     let late_s: Vec<f64> = events
         .iter()
         .filter_map(|(at_ns, event)| match event {
-            Event::Estimate(one) if one.span == Span::Window => Some((at_ns - zero_ns) as f64 * 1e-9 - one.t_us as f64 * 1e-6),
+            Event::Estimate(one) if one.span == Span::Window => {
+                Some((at_ns - zero_ns) as f64 * 1e-9 - one.t_us as f64 * 1e-6)
+            }
             _ => None,
         })
         .collect();
     // One hop may be cut by either end.
     let hops = (WATCHED_S / f64::from(settings.hop_s)) as usize;
-    ensure!(late_s.len() + 1 >= hops, "{}: {} estimates in {hops} hops", of(), late_s.len());
-    ensure!(run.rig.adc().counters().lost == lost_before, "{}: conversions are lost", of());
-    ensure!(run.rig.findings().is_empty(), "{}: {:?}", of(), run.rig.findings());
+    ensure!(
+        late_s.len() + 1 >= hops,
+        "{}: {} estimates in {hops} hops",
+        of(),
+        late_s.len()
+    );
+    ensure!(
+        run.rig.adc().counters().lost == lost_before,
+        "{}: conversions are lost",
+        of()
+    );
+    ensure!(
+        run.rig.findings().is_empty(),
+        "{}: {:?}",
+        of(),
+        run.rig.findings()
+    );
     Ok(OnBoard {
         load: rounded((cycles - asleep) as f64 / cycles as f64),
         fit_s: rounded(run.rig.served(FIT_IRQ).longest_run_cycles as f64 / CLOCK_HZ),
-        late_s: rounded(late_s.iter().fold(0.0, |most: f64, late_s| most.max(*late_s))),
+        late_s: rounded(
+            late_s
+                .iter()
+                .fold(0.0, |most: f64, late_s| most.max(*late_s)),
+        ),
     })
 }

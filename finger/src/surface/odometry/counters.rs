@@ -19,7 +19,13 @@ impl Counters {
     /// Nothing counted.
     pub const fn new() -> Self {
         let [received, numbers, late, doubled, windows_by_time] = [const { Counter::new() }; 5];
-        Self { received, numbers, late, doubled, windows_by_time }
+        Self {
+            received,
+            numbers,
+            late,
+            doubled,
+            windows_by_time,
+        }
     }
 
     /// As `health` reports them.
@@ -27,7 +33,10 @@ impl Counters {
         let (received, doubled) = (self.received.get(), self.doubled.get());
         OdometryCounts {
             received,
-            lost: self.numbers.get().saturating_sub(received.saturating_sub(doubled)),
+            lost: self
+                .numbers
+                .get()
+                .saturating_sub(received.saturating_sub(doubled)),
             late: self.late.get(),
             doubled,
             windows_by_time: self.windows_by_time.get(),

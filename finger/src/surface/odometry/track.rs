@@ -1,8 +1,9 @@
 //! Places of the latest seconds: written by `detect`, read by `fit`, without a lock.
 //!
-//! Two tasks share it without waiting, because each entry but the newest stays as it is until it is overwritten, and a reader
-//! finds that out ([`Track::has_kept`]). The newest moves on with every message until it is far enough from the one before, so that
-//! few entries last for long at any rate of messages; a reader has a copy of it from when its window fell due.
+//! Two tasks share it without waiting, because each entry but the newest stays as it is until it is
+//! overwritten, and a reader finds that out ([`Track::has_kept`]). The newest moves on with every
+//! message until it is far enough from the one before, so that few entries last for long at any
+//! rate of messages; a reader has a copy of it from when its window fell due.
 
 use core::sync::atomic::{AtomicBool, AtomicU16, AtomicU32, Ordering::Relaxed};
 
@@ -47,14 +48,19 @@ impl Track {
         self.oldest.store(self.until.load(Relaxed), Relaxed);
     }
 
-    /// Adds an entry. It takes the place of the newest one if that is less than `spacing_us` behind the one before it.
+    /// Adds an entry. It takes the place of the newest one if that is less than `spacing_us` behind
+    /// the one before it.
     pub fn put(&self, entry: Entry, spacing_us: u32) {
         if self.is_lent.load(Relaxed) {
             return;
         }
         let (until, oldest) = (self.until.load(Relaxed), self.oldest.load(Relaxed));
-        let (newest, before) = (self.get(until.wrapping_sub(1)), self.get(until.wrapping_sub(2)));
-        let moves = until.wrapping_sub(oldest) >= 2 && newest.t_us.wrapping_sub(before.t_us) < spacing_us;
+        let (newest, before) = (
+            self.get(until.wrapping_sub(1)),
+            self.get(until.wrapping_sub(2)),
+        );
+        let moves =
+            until.wrapping_sub(oldest) >= 2 && newest.t_us.wrapping_sub(before.t_us) < spacing_us;
         let number = if moves { until.wrapping_sub(1) } else { until };
         self.write(number as usize, [entry.t_us, entry.place as u32]);
         if !moves {
@@ -69,7 +75,10 @@ impl Track {
     /// The entry of a number, if it is still there.
     pub fn get(&self, number: u16) -> Entry {
         let [t_us, place] = self.read(number as usize);
-        Entry { t_us, place: place as i32 }
+        Entry {
+            t_us,
+            place: place as i32,
+        }
     }
 
     /// Number behind the newest entry, and that entry.
@@ -85,10 +94,12 @@ impl Track {
 
     /// Whether no entry from this number on has been overwritten, also not in part.
     pub fn has_kept(&self, number: u16) -> bool {
-        !self.is_lent.load(Relaxed) && self.until.load(Relaxed).wrapping_sub(number) < ENTRIES as u16
+        !self.is_lent.load(Relaxed)
+            && self.until.load(Relaxed).wrapping_sub(number) < ENTRIES as u16
     }
 
-    /// Lends the slots to a task of lower priority that needs room for a while, or takes them back. Entries are dropped.
+    /// Lends the slots to a task of lower priority that needs room for a while, or takes them back.
+    /// Entries are dropped.
     pub fn lend(&self, is_lent: bool) {
         self.is_lent.store(is_lent, Relaxed);
         self.clear();
@@ -97,13 +108,17 @@ impl Track {
     /// Writes a slot.
     pub fn write(&self, slot: usize, words: [u32; 2]) {
         if let Some(to) = self.slots.get(slot % ENTRIES) {
-            to.iter().zip(words).for_each(|(to, word)| to.store(word, Relaxed));
+            to.iter()
+                .zip(words)
+                .for_each(|(to, word)| to.store(word, Relaxed));
         }
     }
 
     /// Reads a slot.
     pub fn read(&self, slot: usize) -> [u32; 2] {
-        self.slots.get(slot % ENTRIES).map_or([0; 2], |words| words.each_ref().map(|word| word.load(Relaxed)))
+        self.slots.get(slot % ENTRIES).map_or([0; 2], |words| {
+            words.each_ref().map(|word| word.load(Relaxed))
+        })
     }
 }
 
@@ -122,7 +137,13 @@ mod tests {
         let track = Track::new();
         assert_eq!(track.newest(), None);
         for t_us in (0..10_000_000u32).step_by(4000) {
-            track.put(Entry { t_us, place: t_us as i32 }, 70_000);
+            track.put(
+                Entry {
+                    t_us,
+                    place: t_us as i32,
+                },
+                70_000,
+            );
             assert_eq!(track.newest().map(|(_, newest)| newest.t_us), Some(t_us));
         }
         let (until, _) = track.newest().expect("entries");
@@ -146,6 +167,9 @@ mod tests {
         assert!(!track.has_kept(1));
         track.lend(false);
         track.put(Entry { t_us: 1, place: 2 }, 0);
-        assert_eq!(track.newest().map(|(_, newest)| newest), Some(Entry { t_us: 1, place: 2 }));
+        assert_eq!(
+            track.newest().map(|(_, newest)| newest),
+            Some(Entry { t_us: 1, place: 2 })
+        );
     }
 }

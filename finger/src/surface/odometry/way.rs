@@ -1,9 +1,10 @@
 //! The place of every frame of a window, between the places that a robot has sent.
 //!
-//! From entry to entry it is a cubic: it runs through both places, and has at each the slope of the polynomial through the entry and
-//! its nearest neighbours, `NODES` in all. Three of them, a parabola, are not enough: its slopes are too low by a sixth of
-//! (2 pi f h)^2 for a hand that goes to and fro f times a second, h from entry to entry, and ways by 0.05 % too short at f = 0.8 Hz and
-//! h = 77 ms.
+//! From entry to entry it is a cubic: it runs through both places, and has at each the slope of the
+//! polynomial through the entry and its nearest neighbours, `NODES` in all. Three of them, a
+//! parabola, are not enough: its slopes are too low by a sixth of (2 pi f h)^2 for a hand that goes
+//! to and fro f times a second, h from entry to entry, and ways by 0.05 % too short at f = 0.8 Hz
+//! and h = 77 ms.
 
 use super::track::{Entry, Track};
 use super::{Mark, STALE_US};
@@ -47,12 +48,14 @@ pub struct Way<'a> {
 }
 
 impl<'a> Way<'a> {
-    /// The way during `lasts_us` microseconds of the board's clock, which ends `behind_us` after the mark's window. None if the
-    /// messages do not cover its begin, or too little of its end: they may be missing for 0.1 s there and a quarter of the window.
+    /// The way during `lasts_us` microseconds of the board's clock, which ends `behind_us` after
+    /// the mark's window. None if the messages do not cover its begin, or too little of its end:
+    /// they may be missing for 0.1 s there and a quarter of the window.
     #[inline(never)]
     pub fn new(track: &'a Track, mark: &Mark, lasts_us: u32, behind_us: u32) -> Option<Self> {
         let end_us = mark.end_us.wrapping_add(behind_us);
-        let start_us = end_us.wrapping_sub(libm::roundf(lasts_us as f32 * (1.0 + mark.faster())) as u32);
+        let start_us =
+            end_us.wrapping_sub(libm::roundf(lasts_us as f32 * (1.0 + mark.faster())) as u32);
         let missing_us = (end_us.wrapping_sub(mark.newest.t_us) as i32).max(0) as u32;
         if !mark.is_some() || missing_us > STALE_US.min(lasts_us / 4) {
             return None;
@@ -66,7 +69,13 @@ impl<'a> Way<'a> {
             first = first.wrapping_sub(1);
             entry = track.get(first);
         }
-        let none = Segment { number: first, from_us: 0.0, until_us: f32::NEG_INFINITY, powers: [0.0; 4], to: f32::NAN };
+        let none = Segment {
+            number: first,
+            from_us: 0.0,
+            until_us: f32::NEG_INFINITY,
+            powers: [0.0; 4],
+            to: f32::NAN,
+        };
         let way = Self {
             track,
             mark: *mark,
@@ -119,43 +128,76 @@ impl<'a> Way<'a> {
     #[inline(never)]
     fn at(&self, number: u16) -> (f32, f32) {
         let is_newest = number == self.mark.until.wrapping_sub(1);
-        let Entry { t_us, place } = if is_newest { self.mark.newest } else { self.track.get(number) };
-        (t_us.wrapping_sub(self.start_us) as i32 as f32, place.wrapping_sub(self.origin) as f32)
+        let Entry { t_us, place } = if is_newest {
+            self.mark.newest
+        } else {
+            self.track.get(number)
+        };
+        (
+            t_us.wrapping_sub(self.start_us) as i32 as f32,
+            place.wrapping_sub(self.origin) as f32,
+        )
     }
 
     fn segment(&self, number: u16) -> Segment {
         let [begin, end] = [0, 1].map(|step| self.at(number.wrapping_add(step)));
         // Frames are visited one after the other.
         let last = self.segment.get();
-        let from =
-            if last.number.wrapping_add(1) == number && !last.to.is_nan() { last.to } else { self.slope(number) };
+        let from = if last.number.wrapping_add(1) == number && !last.to.is_nan() {
+            last.to
+        } else {
+            self.slope(number)
+        };
         let to = self.slope(number.wrapping_add(1));
         let per_us = 1.0 / (end.0 - begin.0).max(1.0);
         let mean = (end.1 - begin.1) * per_us;
-        let powers =
-            [begin.1, from, (3.0 * mean - 2.0 * from - to) * per_us, (from + to - 2.0 * mean) * per_us * per_us];
+        let powers = [
+            begin.1,
+            from,
+            (3.0 * mean - 2.0 * from - to) * per_us,
+            (from + to - 2.0 * mean) * per_us * per_us,
+        ];
         let powers = powers.map(|power| power * (1.0 / PLACE_PER_MM));
-        Segment { number, from_us: begin.0, until_us: end.0, powers, to }
+        Segment {
+            number,
+            from_us: begin.0,
+            until_us: end.0,
+            powers,
+            to,
+        }
     }
 
     /// Slope at an entry, units of place in a microsecond.
     #[inline(never)]
     fn slope(&self, number: u16) -> f32 {
         let Mark { oldest, until, .. } = self.mark;
-        let (before, after) = (number.wrapping_sub(oldest), until.wrapping_sub(1).wrapping_sub(number));
+        let (before, after) = (
+            number.wrapping_sub(oldest),
+            until.wrapping_sub(1).wrapping_sub(number),
+        );
         // Two before it and one behind it, at an end of the way more on the other side.
         let back = before.min((NODES - 1 - after.min(NODES - 1)).max(2));
         let ahead = after.min(NODES - 1 - back);
         let first = number.wrapping_sub(back);
         let mut nodes = [(0.0, 0.0); NODES as usize];
-        let nodes = nodes.get_mut(..=(back + ahead) as usize).unwrap_or_default();
-        nodes.iter_mut().zip(0..).for_each(|(node, at)| *node = self.at(first.wrapping_add(at)));
-        let Some(&(this_us, this)) = nodes.get(back as usize) else { return 0.0 };
+        let nodes = nodes
+            .get_mut(..=(back + ahead) as usize)
+            .unwrap_or_default();
+        nodes
+            .iter_mut()
+            .zip(0..)
+            .for_each(|(node, at)| *node = self.at(first.wrapping_add(at)));
+        let Some(&(this_us, this)) = nodes.get(back as usize) else {
+            return 0.0;
+        };
         // The derivative of Lagrange's polynomial: a mean of the chords to the other entries.
         let mut slope = 0.0;
         for (t_us, place) in nodes.iter().filter(|node| node.0 != this_us) {
             let (mut over, mut under) = (place - this, t_us - this_us);
-            for (other_us, _) in nodes.iter().filter(|node| node.0 != this_us && node.0 != *t_us) {
+            for (other_us, _) in nodes
+                .iter()
+                .filter(|node| node.0 != this_us && node.0 != *t_us)
+            {
                 (over, under) = (over * (other_us - this_us), under * (other_us - t_us));
             }
             slope += over / under;
@@ -176,43 +218,74 @@ mod tests {
         60.0 / (TAU * 0.8) * (1.0 - (TAU * turns).cos())
     }
 
-    /// Slope of the way over the true one less 1, by least squares: the deviation of a period that is fitted to it.
+    /// Slope of the way over the true one less 1, by least squares: the deviation of a period that
+    /// is fitted to it.
     fn stretch(way: &Way, from_s: f64) -> (f64, f64) {
         let points: std::vec::Vec<_> = (0..600u32)
-            .map(|ms| (hand_mm(from_s + f64::from(ms) * 1e-3), f64::from(way.place_mm(1000.0 * ms as f32))))
+            .map(|ms| {
+                (
+                    hand_mm(from_s + f64::from(ms) * 1e-3),
+                    f64::from(way.place_mm(1000.0 * ms as f32)),
+                )
+            })
             .collect();
-        let mean = |of: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / points.len() as f64;
+        let mean = |of: &dyn Fn(&(f64, f64)) -> f64| {
+            points.iter().map(of).sum::<f64>() / points.len() as f64
+        };
         let (x, y) = (mean(&|point| point.0), mean(&|point| point.1));
-        let slope = mean(&|point| (point.0 - x) * (point.1 - y)) / mean(&|point| (point.1 - y).powi(2));
-        let worst = points.iter().fold(0f64, |worst, point| worst.max((point.1 - y - point.0 + x).abs()));
+        let slope =
+            mean(&|point| (point.0 - x) * (point.1 - y)) / mean(&|point| (point.1 - y).powi(2));
+        let worst = points.iter().fold(0f64, |worst, point| {
+            worst.max((point.1 - y - point.0 + x).abs())
+        });
         (1.0 / slope - 1.0, worst)
     }
 
-    /// Windows of 0.6 s, with messages as they come and entries as far apart as the default plan has them.
+    /// Windows of 0.6 s, with messages as they come and entries as far apart as the default plan
+    /// has them.
     #[test]
     fn a_hands_way_is_as_long_as_it_is() {
         for (step_us, most) in [(4_000u32, 4e-4), (20_000, 4e-4), (50_000, 1.5e-3)] {
-            let (track, mut sum, mut windows, mut most_off, mut most_mm) = (Track::new(), 0.0, 0u32, 0f64, 0f64);
+            let (track, mut sum, mut windows, mut most_off, mut most_mm) =
+                (Track::new(), 0.0, 0u32, 0f64, 0f64);
             for n in 0..5_000_000 / step_us {
                 let t_us = n * step_us;
-                let place = (hand_mm(f64::from(t_us) * 1e-6 - 0.5) * f64::from(PLACE_PER_MM)).round() as i32;
+                let place = (hand_mm(f64::from(t_us) * 1e-6 - 0.5) * f64::from(PLACE_PER_MM))
+                    .round() as i32;
                 track.put(Entry { t_us, place }, 77_400);
                 if t_us < 1_200_000 || t_us / 100_000 == t_us.saturating_sub(step_us) / 100_000 {
                     continue;
                 }
                 let (until, newest) = track.newest().expect("entries");
-                let mark = Mark { until, oldest: track.oldest(), newest, end_us: t_us, ..Mark::NONE };
+                let mark = Mark {
+                    until,
+                    oldest: track.oldest(),
+                    newest,
+                    end_us: t_us,
+                    ..Mark::NONE
+                };
                 let way = Way::new(&track, &mark, 600_000, 0).expect("a way");
                 let (off, mm) = stretch(&way, f64::from(t_us) * 1e-6 - 0.6 - 0.5);
-                (sum, windows, most_off, most_mm) = (sum + off, windows + 1, most_off.max(off.abs()), most_mm.max(mm));
+                (sum, windows, most_off, most_mm) = (
+                    sum + off,
+                    windows + 1,
+                    most_off.max(off.abs()),
+                    most_mm.max(mm),
+                );
             }
             let mean = sum / f64::from(windows);
-            std::println!("{step_us} us: {mean:.1e} in the mean, {most_off:.1e} and {most_mm:.4} mm at most");
-            assert!(windows > 30 && mean.abs() < 1e-4 && most_off < most, "{step_us} us: {mean}, {most_off}");
+            std::println!(
+                "{step_us} us: {mean:.1e} in the mean, {most_off:.1e} and {most_mm:.4} mm at most"
+            );
+            assert!(
+                windows > 30 && mean.abs() < 1e-4 && most_off < most,
+                "{step_us} us: {mean}, {most_off}"
+            );
         }
     }
 
-    /// Where there are only a few entries the polynomial goes through all of them: a line, a parabola, a cubic are themselves.
+    /// Where there are only a few entries the polynomial goes through all of them: a line, a
+    /// parabola, a cubic are themselves.
     #[test]
     fn a_few_entries_give_their_polynomial() {
         for entries in 2..=6u16 {
@@ -226,14 +299,29 @@ mod tests {
                 // Not evenly spaced.
                 let t_us = u32::from(n) * 80_000 + u32::from(n % 2) * 15_000;
                 let at = place(f64::from(t_us) * 1e-6) * f64::from(PLACE_PER_MM);
-                track.put(Entry { t_us, place: at.round() as i32 }, 0);
+                track.put(
+                    Entry {
+                        t_us,
+                        place: at.round() as i32,
+                    },
+                    0,
+                );
             }
             let (until, newest) = track.newest().expect("entries");
-            let mark = Mark { until, oldest: track.oldest(), newest, end_us: newest.t_us, ..Mark::NONE };
+            let mark = Mark {
+                until,
+                oldest: track.oldest(),
+                newest,
+                end_us: newest.t_us,
+                ..Mark::NONE
+            };
             let way = Way::new(&track, &mark, newest.t_us, 0).expect("a way");
             for t_us in (0..newest.t_us).step_by(5000) {
                 let off_mm = f64::from(way.place_mm(t_us as f32)) - place(f64::from(t_us) * 1e-6);
-                assert!(off_mm.abs() < 3e-4, "{entries} entries, {t_us} us: {off_mm} mm");
+                assert!(
+                    off_mm.abs() < 3e-4,
+                    "{entries} entries, {t_us} us: {off_mm} mm"
+                );
             }
         }
     }

@@ -43,10 +43,17 @@ impl Platform for Clock {
     }
 }
 
-/// An edge of noise shortly before a conversion ends: it ends while the chip is checked for that edge.
+/// An edge of noise shortly before a conversion ends: it ends while the chip is checked for that
+/// edge.
 #[test]
 fn a_conversion_that_ends_during_a_check_is_read() {
-    let board = SimulatedBoard::new(Constant { end_s: f64::INFINITY, ..Constant::default() }, Options::default());
+    let board = SimulatedBoard::new(
+        Constant {
+            end_s: f64::INFINITY,
+            ..Constant::default()
+        },
+        Options::default(),
+    );
     board.set_sclk_hz(5_250_000);
     let mut queue = Queue::<_, 88>::new();
     let (samples, mut taken) = queue.split();
@@ -55,12 +62,24 @@ fn a_conversion_that_ends_during_a_check_is_read() {
     let shared = Shared::new(Clock(board.clone()), Plan::SINGLE);
     let mut wait = board.delay();
     assert!(acquisition.set_up(&shared.diagnostics, &mut wait));
-    let mut drdy = Drdy::new(acquisition, Pin { board: board.clone(), ahead_ns: None, edge_us: 0 }, samples);
+    let mut drdy = Drdy::new(
+        acquisition,
+        Pin {
+            board: board.clone(),
+            ahead_ns: None,
+            edge_us: 0,
+        },
+        samples,
+    );
     drdy.pin.unmute();
     let lost = || board.with_chip(|chip| chip.counters().lost);
     let (mut before, mut edges) = (0, 0);
     for run in 0..1000 {
-        if drdy.pin.ahead_ns.is_none_or(|ahead_ns| ahead_ns > board.now_ns()) {
+        if drdy
+            .pin
+            .ahead_ns
+            .is_none_or(|ahead_ns| ahead_ns > board.now_ns())
+        {
             // An edge of noise may have come before it.
             drdy.pin.unmute();
         }
@@ -80,5 +99,8 @@ fn a_conversion_that_ends_during_a_check_is_read() {
         }
     }
     assert_eq!(lost(), before, "by the chip's own count");
-    assert!(shared.diagnostics.faults.count(FaultKind::Repeated) > edges / 2, "{edges}");
+    assert!(
+        shared.diagnostics.faults.count(FaultKind::Repeated) > edges / 2,
+        "{edges}"
+    );
 }

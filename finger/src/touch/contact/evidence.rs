@@ -11,33 +11,54 @@ use crate::touch::spike::{BACK_FROM_SPIKE, SPIKE_FRAMES, SPIKE_STILL_BLOCKS};
 use crate::touch::values::greater;
 use ridgetone_tone::Values;
 
-/// Share of the touch's first load that falls at once in a release: a skin that has crept since the contact stays behind.
+/// Share of the touch's first load that falls at once in a release: a skin that has crept since the
+/// contact stays behind.
 const FALLEN: f32 = 0.55;
 
 impl ContactDetector {
-    /// Whether a level, which is `off` from idle, is in the air after a spike, which may be many times as high as the hold: only what
-    /// is next to idle is. Of a finger that is shaken all the time a longer mean shows where it is.
+    /// Whether a level, which is `off` from idle, is in the air after a spike, which may be many
+    /// times as high as the hold: only what is next to idle is. Of a finger that is shaken all the
+    /// time a longer mean shows where it is.
     pub(super) fn is_back_from_spike(&self, off: f32) -> bool {
         let is_still = self.motion.still_quick >= SPIKE_STILL_BLOCKS;
-        let of_recent = self.motion.distance(&self.motion.past().recent_mean(), &self.idle.level);
-        let off = if is_still || off < of_recent { off } else { of_recent };
+        let of_recent = self
+            .motion
+            .distance(&self.motion.past().recent_mean(), &self.idle.level);
+        let off = if is_still || off < of_recent {
+            off
+        } else {
+            of_recent
+        };
         let at_idle = self.idle.touched(self.motion.taxels) * (1.0 / BLOCK_FRAMES as f32);
-        off < greater(at_idle, BACK_FROM_SPIKE * self.spike.height(self.motion.weights()))
+        off < greater(
+            at_idle,
+            BACK_FROM_SPIKE * self.spike.height(self.motion.weights()),
+        )
     }
 
-    /// Whether what has changed since the block that ends with frame `since` is a contact. Else it is a slide of a finger that was on
-    /// something before, or it is unclear as yet.
+    /// Whether what has changed since the block that ends with frame `since` is a contact. Else it
+    /// is a slide of a finger that was on something before, or it is unclear as yet.
     #[inline(never)]
     pub(super) fn is_contact(&mut self, since: u32, number: u32, ring: Averages) -> bool {
-        let is_still = self.motion.still >= SPIKE_STILL_BLOCKS && number.wrapping_sub(since) > SPIKE_FRAMES;
+        let is_still =
+            self.motion.still >= SPIKE_STILL_BLOCKS && number.wrapping_sub(since) > SPIKE_FRAMES;
         let first = since.wrapping_sub(BLOCK_FRAMES - 1);
         // A slide comes by the level before it, but does not stay there; a tap is short.
         let is_short = number.wrapping_sub(since) < 2 * SPIKE_FRAMES;
-        let off = |back| self.motion.distance(self.motion.past().back(back), &self.idle.level);
+        let off = |back| {
+            self.motion
+                .distance(self.motion.past().back(back), &self.idle.level)
+        };
         if is_short && self.is_back_from_spike(greater(off(0), off(STILL_BLOCKS as usize - 1))) {
             return true;
         }
-        match judge(&self.frames(ring), &self.idle.level, first, number, is_still) {
+        match judge(
+            &self.frames(ring),
+            &self.idle.level,
+            first,
+            number,
+            is_still,
+        ) {
             Judged::Contact { has_spike } => {
                 self.was_in_air = has_spike;
                 return true;
@@ -57,16 +78,20 @@ impl ContactDetector {
 
     /// Whether a finger whose idle level is not known has left the levels of its slide.
     pub(super) fn has_left(&self, level: &Values) -> bool {
-        self.air.is_left(level, self.motion.weights(), self.motion.taxels.count)
+        self.air
+            .is_left(level, self.motion.weights(), self.motion.taxels.count)
     }
 
-    /// Whether the load fell in the motion that has just passed, wherever the idle level may be by now: it may have drifted, and a
-    /// skin creeps back to it.
+    /// Whether the load fell in the motion that has just passed, wherever the idle level may be by
+    /// now: it may have drifted, and a skin creeps back to it.
     #[inline(never)]
     pub(super) fn has_fallen(&self) -> bool {
-        let (Phase::Moving(_), Some(before)) = (self.phase, &self.still_level) else { return false };
+        let (Phase::Moving(_), Some(before)) = (self.phase, &self.still_level) else {
+            return false;
+        };
         let fall = FALLEN * self.motion.in_noise(self.first_load);
-        let is_down = |level: &Values| self.has_left(level) || self.motion.along(level, before) > fall;
+        let is_down =
+            |level: &Values| self.has_left(level) || self.motion.along(level, before) > fall;
         // What changes along the load alone is not quick: the oldest block counts too.
         let past = self.motion.past();
         is_down(past.back(STILL_BLOCKS as usize - 1)) && is_down(past.back(0))

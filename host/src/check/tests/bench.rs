@@ -1,4 +1,5 @@
-//! A simulated board as a source, in step with its reader: virtual time passes only while the reader waits.
+//! A simulated board as a source, in step with its reader: virtual time passes only while the
+//! reader waits.
 
 use crate::check::{Check, Inputs, Observations, Plan, Verdict, gather, judge};
 use crate::feed::{Feed, FeedEvent, Source};
@@ -65,7 +66,10 @@ impl Default for Bench {
             restarts_at_health: None,
             on_line: Box::new(|_, _| {}),
             received: |_, byte| Received::Byte(byte),
-            plan: Plan { length_s: 5.0, stores: false },
+            plan: Plan {
+                length_s: 5.0,
+                stores: false,
+            },
             inputs: Inputs::Shorted,
         }
     }
@@ -100,10 +104,15 @@ impl Bench {
         flash.is_worn = self.is_worn;
         let start = Start::new(flash, boot);
         let start = match self.in_force {
-            Some(settings) => Start { settings, source: SettingsSource::Sent, ..start },
+            Some(settings) => Start {
+                settings,
+                source: SettingsSource::Sent,
+                ..start
+            },
             None => start,
         };
-        let thread = std::thread::spawn(move || simulated::run(input, start, &mut line).map(|_| ()));
+        let thread =
+            std::thread::spawn(move || simulated::run(input, start, &mut line).map(|_| ()));
         Feed::new(Running {
             telemetry,
             requests: Some(requests),
@@ -162,8 +171,15 @@ impl Surroundings for BoardEnd {
                 // No simulated board measures these.
                 (health.load, health.stack_used_bytes, health.stack_bytes) = (0.1, 7000, 32_768);
                 (self.health)(health);
-                if let Some(hello) = self.hello.clone().filter(|_| self.restarts_at_health == Some(self.healths)) {
-                    packet = Packet { sequence: 0, event: hello };
+                if let Some(hello) = self
+                    .hello
+                    .clone()
+                    .filter(|_| self.restarts_at_health == Some(self.healths))
+                {
+                    packet = Packet {
+                        sequence: 0,
+                        event: hello,
+                    };
                 }
             }
             (self.altered)(&mut packet.event);
@@ -181,7 +197,9 @@ impl Surroundings for BoardEnd {
         let arrived = self.to_board.recv().context("the reader is gone")?;
         let numbered = (self.bytes..).zip(&arrived);
         self.bytes += arrived.len() as u64;
-        Ok(numbered.map(|(number, byte)| (self.received)(number, *byte)).collect())
+        Ok(numbered
+            .map(|(number, byte)| (self.received)(number, *byte))
+            .collect())
     }
 }
 
@@ -206,7 +224,11 @@ impl Source for Running {
             // Without a board the next line fails too.
             let _ = requests.send(std::mem::take(&mut self.unsent));
         }
-        Ok(Some(self.telemetry.recv().map_or(FeedEvent::Over, FeedEvent::Data)))
+        Ok(Some(
+            self.telemetry
+                .recv()
+                .map_or(FeedEvent::Over, FeedEvent::Data),
+        ))
     }
 
     fn send(&mut self, bytes: &[u8]) -> Result<()> {

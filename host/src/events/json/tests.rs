@@ -2,23 +2,55 @@
 
 use super::*;
 use ridgetone_proto::fault::FaultKind;
-use ridgetone_proto::telemetry::{BANDS, Estimate, Feel, Hold, Measured, Movement, NO_LEVEL, OtherTone, Pins, Pressed};
+use ridgetone_proto::telemetry::{
+    BANDS, Estimate, Feel, Hold, Measured, Movement, NO_LEVEL, OtherTone, Pins, Pressed,
+};
 
 #[test]
 fn f32_values_read_back_to_the_last_bit() {
     let height_v = 0.1f32 + f32::EPSILON;
-    let contact = Event::Contact(Contact { t_us: 510_003, taxel: 3, height_v });
-    let line = json(&Packet { sequence: 7, event: contact }).unwrap();
-    assert_eq!(line, format!(r#"{{"type":"contact","sequence":7,"t_s":0.510003,"taxel":3,"height_v":{height_v}}}"#));
+    let contact = Event::Contact(Contact {
+        t_us: 510_003,
+        taxel: 3,
+        height_v,
+    });
+    let line = json(&Packet {
+        sequence: 7,
+        event: contact,
+    })
+    .unwrap();
+    assert_eq!(
+        line,
+        format!(
+            r#"{{"type":"contact","sequence":7,"t_s":0.510003,"taxel":3,"height_v":{height_v}}}"#
+        )
+    );
     let text = line.rsplit(':').next().unwrap().trim_end_matches('}');
     assert_eq!(text.parse::<f32>().unwrap().to_bits(), height_v.to_bits());
 }
 
 #[test]
 fn an_image_has_the_taxels_that_are_alive() {
-    let taxels = [0, 2].map(|taxel| Pressed { taxel, level_v: 0.5, sigma_v: 0.25 }).into_iter().collect();
-    let image = Image { start_us: 3_500_000, end_us: 4_500_000, frames: 240, hold: Hold::AfterSlide, taxels };
-    let line = json(&Packet { sequence: 9, event: Event::Image(image) }).unwrap();
+    let taxels = [0, 2]
+        .map(|taxel| Pressed {
+            taxel,
+            level_v: 0.5,
+            sigma_v: 0.25,
+        })
+        .into_iter()
+        .collect();
+    let image = Image {
+        start_us: 3_500_000,
+        end_us: 4_500_000,
+        frames: 240,
+        hold: Hold::AfterSlide,
+        taxels,
+    };
+    let line = json(&Packet {
+        sequence: 9,
+        event: Event::Image(image),
+    })
+    .unwrap();
     assert_eq!(
         line,
         r#"{"type":"image","sequence":9,"t_s":4.5,"start_s":3.5,"end_s":4.5,"frames":240,"hold":"after_slide","taxels":[{"taxel":0,"level_v":0.5,"sigma_v":0.25},{"taxel":2,"level_v":0.5,"sigma_v":0.25}]}"#
@@ -44,7 +76,11 @@ fn without_a_tone_there_is_no_frequency() {
         travel: Travel::NONE,
         channels: Default::default(),
     };
-    let line = json(&Packet { sequence: 0, event: Event::Estimate(estimate) }).unwrap();
+    let line = json(&Packet {
+        sequence: 0,
+        event: Event::Estimate(estimate),
+    })
+    .unwrap();
     assert_eq!(
         line,
         r#"{"type":"estimate","sequence":0,"t_s":2.0,"window_s":1.0,"span":"window","abscissa":"time","frequency_hz":null,"sigma_hz":null,"wander_percent":null,"wander_sigma_percent":null,"sigma_mean_hz":null,"chirp_hz_per_s":null,"chirp_sigma_hz_per_s":null,"other_tone_hz":null,"other_tone_share":null,"interferer_hz":50.5,"status":"no_tone","harmonics":0,"frames_missing":2,"faults":["lost"],"travel":"nothing","direction":null,"spatial_period_mm":null,"spatial_period_sigma_mm":null,"speed_mm_s":null,"speed_sigma_mm_s":null,"channels":[]}"#
@@ -68,7 +104,10 @@ fn by_place_it_is_cycles_per_millimetre_and_the_period() {
             chirp: -0.75,
             chirp_sigma: 0.125,
         },
-        other_tone: Some(OtherTone { frequency: 0.375, share: 0.5 }),
+        other_tone: Some(OtherTone {
+            frequency: 0.375,
+            share: 0.5,
+        }),
         interferer_hz: None,
         harmonics: 1,
         frames_missing: 0,
@@ -83,14 +122,19 @@ fn by_place_it_is_cycles_per_millimetre_and_the_period() {
         },
         channels: Default::default(),
     };
-    let line = json(&Packet { sequence: 0, event: Event::Estimate(estimate) }).unwrap();
+    let line = json(&Packet {
+        sequence: 0,
+        event: Event::Estimate(estimate),
+    })
+    .unwrap();
     let tone = r#""abscissa":"place","frequency_per_mm":0.25,"sigma_per_mm":0.0625,"period_mm":4.0,"period_sigma_mm":1.0,"wander_percent":3.125,"wander_sigma_percent":1.5625,"sigma_mean_per_mm":0.5,"chirp_per_mm2":-0.75,"chirp_sigma_per_mm2":0.125,"other_tone_per_mm":0.375,"other_tone_share":0.5,"interferer_hz":null,"status""#;
     assert!(line.contains(tone), "{line}");
     let travel = r#""travel":"given","direction":"backward","spatial_period_mm":4.0,"spatial_period_sigma_mm":1.0,"speed_mm_s":30.0,"speed_sigma_mm_s":0.0,"channels""#;
     assert!(line.contains(travel), "{line}");
 }
 
-/// The forms that Python, the page and the topic `feel` read: a receptor that fires, and one that the rate is too low for.
+/// The forms that Python, the page and the topic `feel` read: a receptor that fires, and one that
+/// the rate is too low for.
 #[test]
 fn what_a_finger_feels_has_values_or_the_reason_why_not() {
     let measured = |value| Some(Measured { value, sigma: 0.5 });
@@ -108,12 +152,28 @@ fn what_a_finger_feels_has_values_or_the_reason_why_not() {
         rough: None,
         levels_db,
     };
-    let beyond = Feel { soft: measured(7.5), ..feel };
-    assert!(crate::feel::event::words(&beyond).contains("; soft outside the paper's scale of 1 to 7"));
+    let beyond = Feel {
+        soft: measured(7.5),
+        ..feel
+    };
+    assert!(
+        crate::feel::event::words(&beyond).contains("; soft outside the paper's scale of 1 to 7")
+    );
     assert!(!crate::feel::event::words(&feel).contains("scale"));
-    let beyond = json(&Packet { sequence: 4, event: Event::Feel(beyond) }).unwrap();
-    assert!(beyond.contains(r#""score":7.5,"score_sigma":0.5,"outside_scale":true}"#), "{beyond}");
-    let line = json(&Packet { sequence: 4, event: Event::Feel(feel) }).unwrap();
+    let beyond = json(&Packet {
+        sequence: 4,
+        event: Event::Feel(beyond),
+    })
+    .unwrap();
+    assert!(
+        beyond.contains(r#""score":7.5,"score_sigma":0.5,"outside_scale":true}"#),
+        "{beyond}"
+    );
+    let line = json(&Packet {
+        sequence: 4,
+        event: Event::Feel(feel),
+    })
+    .unwrap();
     let fires = |name: &str, value: f32| {
         let half = 0.5 * value;
         format!(
@@ -136,7 +196,13 @@ fn what_a_finger_feels_has_values_or_the_reason_why_not() {
     let level = format!(r#""spectrum":[{{"hz":{hz},"level_db":-7}}]}}"#);
     let scores = r#""scores":[{"name":"soft","score":5.5,"score_sigma":0.5},{"name":"rough","score":null,"score_sigma":null,"absent":"needs the intensity of FA II"}],"#;
     let head = r#"{"type":"feel","sequence":4,"t_s":2.0,"window_s":0.5,"rate_hz":512.0,"taxels":5,"faults":["lost"],"m":null,"m_sigma":null,"#;
-    assert_eq!(line, format!(r#"{head}"receptors":[{}],{scores}{level}"#, receptors.join(",")));
+    assert_eq!(
+        line,
+        format!(
+            r#"{head}"receptors":[{}],{scores}{level}"#,
+            receptors.join(",")
+        )
+    );
 }
 
 #[test]
@@ -151,28 +217,59 @@ fn a_texture_has_its_plan_by_name() {
         overtones: [[0.0, 0.5], [0.0; 2], [0.0, -0.25]],
         level_v: None,
     };
-    let line = |texture| json(&Packet { sequence: 4, event: Event::Texture(texture) }).unwrap();
+    let line = |texture| {
+        json(&Packet {
+            sequence: 4,
+            event: Event::Texture(texture),
+        })
+        .unwrap()
+    };
     assert_eq!(
         line(texture),
         r#"{"type":"texture","sequence":4,"t_s":2.5,"plan":"hand","period_mm":3.5,"period_sigma_mm":0.25,"power_v2":0.5,"power_sigma_v2":0.125,"overtones":[{"amplitude":0.5,"phase_cycles":0.0},{"amplitude":0.0,"phase_cycles":0.0},{"amplitude":0.25,"phase_cycles":0.0}],"level_v":null}"#
     );
-    assert!(line(Texture { level_v: Some(0.75), ..texture }).ends_with(r#""level_v":0.75}"#));
+    assert!(
+        line(Texture {
+            level_v: Some(0.75),
+            ..texture
+        })
+        .ends_with(r#""level_v":0.75}"#)
+    );
 }
 
 #[test]
 fn pins_have_their_forces_in_newtons() {
     let levels = [0, 4, 250, 1].iter().copied().collect();
-    let pins =
-        Pins { t_us: 2_500_000, taxels: 0xf0ff, limited: 1, skipped: 2, is_optimal: true, level_n: 0.25, levels };
+    let pins = Pins {
+        t_us: 2_500_000,
+        taxels: 0xf0ff,
+        limited: 1,
+        skipped: 2,
+        is_optimal: true,
+        level_n: 0.25,
+        levels,
+    };
     assert_eq!(
-        json(&Packet { sequence: 4, event: Event::Pins(pins) }).unwrap(),
+        json(&Packet {
+            sequence: 4,
+            event: Event::Pins(pins)
+        })
+        .unwrap(),
         r#"{"type":"pins","sequence":4,"t_s":2.5,"rows":2,"columns":2,"forces_n":[0.0,1.0,62.5,0.25],"level_n":0.25,"limited":1,"skipped":2,"is_optimal":true,"taxels":61695}"#
     );
 }
 
 #[test]
 fn a_slide_is_reported_at_its_start_and_its_end() {
-    let line = |end_us| json(&Packet { sequence: 1, event: Event::Slide(Slide { start_us: 1_500_000, end_us }) });
+    let line = |end_us| {
+        json(&Packet {
+            sequence: 1,
+            event: Event::Slide(Slide {
+                start_us: 1_500_000,
+                end_us,
+            }),
+        })
+    };
     assert_eq!(
         line(None).unwrap(),
         r#"{"type":"slide","sequence":1,"t_s":1.5,"start_s":1.5,"end_s":null,"state":"start"}"#

@@ -24,14 +24,19 @@ pub(super) fn hse_becomes_a_clock_while_it_runs() {
     bench.breaks(Rule::HseOff);
     assert_eq!(bench.get(RCC_CR) & 1 << 18, 0, "the write is lost");
     let mut right = Bench::new();
-    right.set(RCC_CR, 0x83 | 1 << 18).set(RCC_CR, 0x83 | 5 << 16);
+    right
+        .set(RCC_CR, 0x83 | 1 << 18)
+        .set(RCC_CR, 0x83 | 5 << 16);
     right.keeps_all();
 }
 
 #[test]
 pub(super) fn too_few_wait_states() {
     let mut bench = Bench::ready();
-    bench.set(RCC_CFGR, 0).set(FLASH_ACR, 4).set(RCC_CFGR, 5 << 10 | 4 << 13 | 2);
+    bench
+        .set(RCC_CFGR, 0)
+        .set(FLASH_ACR, 4)
+        .set(RCC_CFGR, 5 << 10 | 4 << 13 | 2);
     bench.breaks(Rule::WaitStates);
 }
 
@@ -43,6 +48,10 @@ pub(super) fn clocks_beyond_their_limits() {
         bench.breaks(Rule::ClockLimit);
     }
     let mut too_early = Bench::new();
-    too_early.set(FLASH_ACR, 5).set(RCC_CR, 0x83 | 1 << 16).wait_us(1000).set(RCC_CFGR, 1);
+    too_early
+        .set(FLASH_ACR, 5)
+        .set(RCC_CR, 0x83 | 1 << 16)
+        .wait_us(1000)
+        .set(RCC_CFGR, 1);
     too_early.breaks(Rule::ClockLimit);
 }

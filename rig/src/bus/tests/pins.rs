@@ -7,18 +7,34 @@ use crate::findings::Rule;
 pub(super) fn a_slow_pad_of_sck() {
     for (speed, is_broken) in [(0, true), (1, true), (2, false), (3, false)] {
         let mut bench = Bench::new();
-        bench.clocks().pins().set(GPIOA + OSPEEDR, speed << 10).set(SPI1, SPI_ON);
-        if is_broken { bench.breaks(Rule::PadSpeed) } else { bench.keeps_all() }
+        bench
+            .clocks()
+            .pins()
+            .set(GPIOA + OSPEEDR, speed << 10)
+            .set(SPI1, SPI_ON);
+        if is_broken {
+            bench.breaks(Rule::PadSpeed)
+        } else {
+            bench.keeps_all()
+        }
     }
 }
 
 #[test]
 pub(super) fn a_pin_with_another_function() {
     let mut bench = Bench::new();
-    bench.clocks().pins().set(GPIOA + AFRL, 0x565 << 20).set(SPI1, SPI_ON);
+    bench
+        .clocks()
+        .pins()
+        .set(GPIOA + AFRL, 0x565 << 20)
+        .set(SPI1, SPI_ON);
     bench.breaks(Rule::PinFunction);
     let mut line = Bench::new();
-    line.clocks().pins().set(GPIOB + MODER, 0b1000 << 20).set(USART3 + 0x0C, 0x200C).set(USART3 + 4, 0);
+    line.clocks()
+        .pins()
+        .set(GPIOB + MODER, 0b1000 << 20)
+        .set(USART3 + 0x0C, 0x200C)
+        .set(USART3 + 4, 0);
     line.breaks(Rule::PinFunction);
 }
 
@@ -58,7 +74,11 @@ pub(super) fn cs_that_leaves_no_time() {
         bench.get(SPI1 + 0x0C);
         while waits_for_busy && bench.get(SPI1 + 8) & 1 << 7 != 0 {}
         bench.cs(false);
-        if is_broken { bench.breaks(Rule::ChipSelect) } else { bench.keeps_all() }
+        if is_broken {
+            bench.breaks(Rule::ChipSelect)
+        } else {
+            bench.keeps_all()
+        }
     }
 }
 
@@ -82,7 +102,10 @@ pub(super) fn a_register_of_the_adc_written_while_it_scans() {
 #[test]
 pub(super) fn bytes_that_nobody_fetches() {
     let mut spi = Bench::ready();
-    spi.set(SPI1 + 0x0C, 0).wait_us(2).set(SPI1 + 0x0C, 0).wait_us(2);
+    spi.set(SPI1 + 0x0C, 0)
+        .wait_us(2)
+        .set(SPI1 + 0x0C, 0)
+        .wait_us(2);
     spi.breaks(Rule::SpiOverrun);
     assert_eq!(spi.get(SPI1 + 8) & 1 << 6, 1 << 6, "OVR");
 
@@ -95,6 +118,10 @@ pub(super) fn bytes_that_nobody_fetches() {
     line.wait_us(10);
     line.breaks(Rule::UsartOverrun);
     assert_eq!(line.get(USART3) & 0x28, 0x28, "ORE and RXNE");
-    assert_eq!(line.get(USART3 + 4), u32::from(b'a'), "the first byte is kept");
+    assert_eq!(
+        line.get(USART3 + 4),
+        u32::from(b'a'),
+        "the first byte is kept"
+    );
     assert_eq!(line.get(USART3) & 0x28, 0, "SR and then DR clear ORE");
 }

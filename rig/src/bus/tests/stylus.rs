@@ -22,8 +22,13 @@ const DOR1: u32 = 0x2C;
 /// Clocks on; PC6 and PC7 are TIM3's, PA4 is analogue.
 fn bench() -> Bench {
     let mut bench = Bench::of(Board::StylusF405);
-    bench.clocks().set(APB1ENR, 1 | 1 << 1 | 1 << 2 | 1 << 4 | 1 << 18 | 1 << 29);
-    bench.set(GPIOC + MODER, 0b1010 << 12).set(GPIOC + AFRL, 0x22 << 24).set(GPIOA + MODER, 0xA800_0000 | 3 << 8);
+    bench
+        .clocks()
+        .set(APB1ENR, 1 | 1 << 1 | 1 << 2 | 1 << 4 | 1 << 18 | 1 << 29);
+    bench
+        .set(GPIOC + MODER, 0b1010 << 12)
+        .set(GPIOC + AFRL, 0x22 << 24)
+        .set(GPIOA + MODER, 0xA800_0000 | 3 << 8);
     bench
 }
 
@@ -32,7 +37,11 @@ pub(super) fn the_counter_follows_the_hand_to_both_sides() {
     let mut bench = bench();
     // A count each microsecond for a millisecond, and back from then on.
     bench.0.encoder.hand = Box::new(|ns| 1_000 - (ns as i64 / 1000 - 4_000).abs());
-    bench.set(TIM3 + CCMR1, 0x8181).set(TIM3 + SMCR, 3).set(TIM3 + ARR, 0xFFFF).set(TIM3 + CR1, 1);
+    bench
+        .set(TIM3 + CCMR1, 0x8181)
+        .set(TIM3 + SMCR, 3)
+        .set(TIM3 + ARR, 0xFFFF)
+        .set(TIM3 + CR1, 1);
     let from = bench.get(TIM3 + CNT);
     bench.wait_us(500);
     assert!((499..=501).contains(&bench.get(TIM3 + CNT).wrapping_sub(from)));
@@ -50,13 +59,28 @@ pub(super) fn the_counter_follows_the_hand_to_both_sides() {
 pub(super) fn the_timer_triggers_the_converter() {
     let mut bench = bench();
     bench.set(DAC, 0b111);
-    bench.set(TIM6 + PSC, 83).set(TIM6 + ARR, 99).set(TIM6 + CR2, 0x20).set(TIM6 + 0x14, 1).set(TIM6 + SR, 0);
-    bench.set(TIM6 + DIER, 1).set(TIM6 + CR1, 1).set(DAC + DHR12R1, 0x7FF);
+    bench
+        .set(TIM6 + PSC, 83)
+        .set(TIM6 + ARR, 99)
+        .set(TIM6 + CR2, 0x20)
+        .set(TIM6 + 0x14, 1)
+        .set(TIM6 + SR, 0);
+    bench
+        .set(TIM6 + DIER, 1)
+        .set(TIM6 + CR1, 1)
+        .set(DAC + DHR12R1, 0x7FF);
     let begun_ns = bench.0.time.ns();
-    assert_eq!((bench.get(DAC + DOR1), bench.get(TIM6 + SR)), (0, 0), "held until the trigger");
+    assert_eq!(
+        (bench.get(DAC + DOR1), bench.get(TIM6 + SR)),
+        (0, 0),
+        "held until the trigger"
+    );
     bench.wait_us(100);
     assert_eq!((bench.get(DAC + DOR1), bench.get(TIM6 + SR)), (0x7FF, 1));
-    bench.set(TIM6 + SR, 0).set(DAC + DHR12R1, 0x800).wait_us(100);
+    bench
+        .set(TIM6 + SR, 0)
+        .set(DAC + DHR12R1, 0x800)
+        .wait_us(100);
     let triggered = &bench.0.dac.outputs[2..];
     let codes: Vec<_> = triggered.iter().map(|output| output.code).collect();
     assert_eq!(codes, [Some(0x7FF), Some(0x800)]);
@@ -70,7 +94,10 @@ pub(super) fn the_timer_triggers_the_converter() {
 #[test]
 pub(super) fn pins_of_the_encoder_and_the_converter() {
     let mut encoder = bench();
-    encoder.set(GPIOC + AFRL, 0x32 << 24).set(TIM3 + SMCR, 3).set(TIM3 + CR1, 1);
+    encoder
+        .set(GPIOC + AFRL, 0x32 << 24)
+        .set(TIM3 + SMCR, 3)
+        .set(TIM3 + CR1, 1);
     encoder.breaks(Rule::PinFunction);
     let mut converter = bench();
     converter.set(GPIOA + MODER, 0xA800_0000).set(DAC, 0b111);
