@@ -63,8 +63,13 @@ fn without_noise(sliding: &Sliding) -> SlidingScene {
 
 #[test]
 fn both_holds_are_imaged_with_their_standard_error() {
-    let file =
-        |number: usize| load_scene(format!("scenes/c{number}.toml"), FRAME_RATE_HZ as f64).unwrap();
+    let file = |number: usize| {
+        load_scene(
+            format!("hal-mock/scenes/c{number}.toml"),
+            FRAME_RATE_HZ as f64,
+        )
+        .unwrap()
+    };
     let mut scenes: Vec<Sliding> = (1..=10).map(file).collect();
     scenes.extend((1..=10).map(|number| Sliding {
         snr_db: Some(20.0),

@@ -86,7 +86,7 @@ fn wavelength_by_fft(values: &[Values], first: usize) -> f64 {
 }
 
 /// Cycles from which on a window must have a tone. One or two channels need 1.65: in fewer a part
-/// of a cycle with overtones looks like them (`tone/tests/few_channels.rs`).
+/// of a cycle with overtones looks like them (`crates/tone/tests/few_channels.rs`).
 const fn cycles_least(channels: usize) -> f64 {
     if channels <= 2 { 1.8 } else { CYCLES }
 }

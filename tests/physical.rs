@@ -11,7 +11,11 @@ use support::{Outcome, all, outcome, run_on};
 
 /// The paper's combination C1 to C10, as its scene file has it.
 fn combination(number: usize) -> Sliding {
-    load_scene(format!("scenes/c{number}.toml"), FRAME_RATE_HZ as f64).unwrap()
+    load_scene(
+        format!("hal-mock/scenes/c{number}.toml"),
+        FRAME_RATE_HZ as f64,
+    )
+    .unwrap()
 }
 
 /// Result of a scene, read by a converter whose noise is `seed`'s.

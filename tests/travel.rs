@@ -43,7 +43,7 @@ fn towards(reverse: bool) -> Direction {
 /// 1 s.
 #[test]
 fn all_of_table_2_both_ways_within_the_bars() {
-    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("hal-mock/scenes");
     let (mut worst, mut sigmas) = ((0.0f64, 0.0f64), 0.0f64);
     for number in 1..=10 {
         let scene =

@@ -8,7 +8,7 @@ const FRAME_RATE_HZ: f64 = 241.14;
 
 fn shipped(name: &str) -> Sliding {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-        .join("../scenes")
+        .join("scenes")
         .join(name);
     load_scene(path, FRAME_RATE_HZ).unwrap_or_else(|error| panic!("{error}"))
 }
@@ -49,7 +49,7 @@ fn the_example_has_every_key_at_its_default() {
         },
         Sliding::physical()
     );
-    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../scenes/every_key.toml");
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("scenes/every_key.toml");
     let text = std::fs::read_to_string(path).unwrap();
     // The error for an unknown key lists every key: the example has all of them.
     for table in [

@@ -1,6 +1,6 @@
 //! Milliseconds that the command's own work on a fit takes, without its process and without Python,
 //! at best: of a file, read and fitted, and of its rows in memory; the result as JSON in both.
-//! `python/benchmark.py` prints them beside the package's.
+//! `host/python/benchmark.py` prints them beside the package's.
 
 use anyhow::{Context, Result};
 use ridgetone_host::fit_report::json;

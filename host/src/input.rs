@@ -58,8 +58,8 @@ impl Default for Input {
 /// plain scene, [`Sliding::default`], gives each channel a phase of its own: it is for tests.
 pub fn first_scene() -> Result<Sliding> {
     hal_mock::parse_scene(
-        "scenes/c1.toml",
-        include_str!("../../scenes/c1.toml"),
+        "hal-mock/scenes/c1.toml",
+        include_str!("../../hal-mock/scenes/c1.toml"),
         frame_rate_hz(),
     )
     .context("the first scene")
@@ -90,7 +90,7 @@ pub struct Uncertainty {
 
 /// The estimator takes the noise's density at the tone into its own standard deviation if it is 4.5
 /// of its standard errors above that of independent frames, which it knows from 16 blocks of each
-/// channel (`tone/src/trust.rs`).
+/// channel (`crates/tone/src/trust.rs`).
 const DENSITY_SEEN: f64 = 4.5;
 const DENSITY_BLOCKS: f64 = 16.0;
 

@@ -49,10 +49,13 @@ const WITH_A_BOARD: [&str; 27] = [
 /// Commands that take too long for a test, and the test that does a little of the same.
 const LITTLE_OF: [(&str, &str); 29] = [
     ("cargo xtask worklet", "host/tests/touch/page.rs"),
-    ("cargo xtask distance --chip", "eval/src/tests/distance.rs"),
     (
-        "cargo xtask distance --write docs",
-        "eval/src/tests/distance.rs",
+        "cargo xtask distance --chip",
+        "lab/eval/src/tests/distance.rs",
+    ),
+    (
+        "cargo xtask distance --write docs/results",
+        "lab/eval/src/tests/distance.rs",
     ),
     (
         "cargo install --path host --features foxglove,mqtt",
@@ -68,35 +71,50 @@ const LITTLE_OF: [(&str, &str); 29] = [
         "cargo test -p ridgetone-host --test view -- --ignored",
         "xtask/src/test.rs",
     ),
-    ("pip install ./python", "python/tests/test_same.py"),
-    ("pip install ./python pylsl", "python/tests/test_lsl.py"),
     (
-        "python python/lsl.py left /dev/ttyUSB0",
-        "python/tests/test_lsl.py",
+        "pip install ./host/python",
+        "host/python/tests/test_same.py",
     ),
-    ("cargo xtask board --write", "eval/src/tests/board.rs"),
-    ("cargo xtask bench --write", "eval/src/tests/bench.rs"),
-    ("cargo xtask bench --chip", "eval/src/tests/bench.rs"),
-    ("cargo xtask bench --plans", "eval/src/trade/plans/tests.rs"),
-    ("cargo xtask bench --render", "eval/src/tests/trade.rs"),
-    ("cargo xtask faults --full", "eval/src/tests/faults.rs"),
     (
-        "cargo xtask faults --plan hand,texture,vibration,single --seed 777001 --injections 1000 --write docs",
-        "eval/src/tests/faults.rs",
+        "pip install ./host/python pylsl",
+        "host/python/tests/test_lsl.py",
+    ),
+    (
+        "python host/python/lsl.py left /dev/ttyUSB0",
+        "host/python/tests/test_lsl.py",
+    ),
+    ("cargo xtask board --write", "lab/eval/src/tests/board.rs"),
+    ("cargo xtask bench --write", "lab/eval/src/tests/bench.rs"),
+    ("cargo xtask bench --chip", "lab/eval/src/tests/bench.rs"),
+    (
+        "cargo xtask bench --plans",
+        "lab/eval/src/trade/plans/tests.rs",
+    ),
+    ("cargo xtask bench --render", "lab/eval/src/tests/trade.rs"),
+    ("cargo xtask faults --full", "lab/eval/src/tests/faults.rs"),
+    (
+        "cargo xtask faults --plan hand,texture,vibration,single --seed 777001 --injections 1000 --write docs/results",
+        "lab/eval/src/tests/faults.rs",
     ),
     (
         "cargo run --release -p ridgetone-eval -- recordings FOLDER",
-        "eval/src/recordings.rs",
+        "lab/eval/src/recordings.rs",
     ),
     (
-        "cargo xtask noise --seed 1 --write docs",
-        "eval/src/tests/noise.rs",
+        "cargo xtask noise --seed 1 --write docs/results",
+        "lab/eval/src/tests/noise.rs",
     ),
-    ("cargo xtask noise --write docs", "eval/src/tests/noise.rs"),
-    ("cargo xtask touch --write docs", "eval/src/tests/touch.rs"),
+    (
+        "cargo xtask noise --write docs/results",
+        "lab/eval/src/tests/noise.rs",
+    ),
+    (
+        "cargo xtask touch --write docs/results",
+        "lab/eval/src/tests/touch.rs",
+    ),
     (
         "cargo xtask reproduce --wavelengths",
-        "eval/src/reproduce/okamoto.rs",
+        "lab/eval/src/reproduce/okamoto.rs",
     ),
     (
         "cargo +nightly fuzz run settings",
@@ -158,7 +176,7 @@ fn read(path: &Path) -> String {
 
 /// The README and the pages of the book.
 fn pages() -> Vec<PathBuf> {
-    let book = fs::read_dir(root().join("docs/book")).expect("the book");
+    let book = fs::read_dir(root().join("docs/guide")).expect("the book");
     let mut pages: Vec<PathBuf> = book.map(|entry| entry.expect("an entry").path()).collect();
     pages.retain(|path| path.extension().is_some_and(|extension| extension == "md"));
     assert!(
@@ -172,7 +190,7 @@ fn pages() -> Vec<PathBuf> {
 
 /// All of `docs/`, the book and the README.
 fn documents() -> Vec<PathBuf> {
-    let docs = fs::read_dir(root().join("docs"))
+    let docs = fs::read_dir(root().join("docs/results"))
         .expect("documents")
         .map(|entry| entry.expect("an entry").path());
     docs.filter(|path| path.extension().is_some_and(|extension| extension == "md"))
@@ -262,7 +280,7 @@ fn is_elsewhere(command: &str) -> bool {
 /// has the files that they speak of.
 fn run_all(long: bool) {
     let folder = directory();
-    std::os::unix::fs::symlink(root().join("scenes"), folder.path().join("scenes"))
+    std::os::unix::fs::symlink(root().join("hal-mock"), folder.path().join("hal-mock"))
         .expect("a link");
     for name in ["recording.csv", "trace.csv"] {
         let path = folder.path().join(name);

@@ -209,7 +209,7 @@ fn all_of_table_2_within_its_bars_and_as_on_the_pc() {
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn period_speed_and_direction_of_table_2_without_a_given_speed() {
-    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes");
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../hal-mock/scenes");
     let all: Vec<_> = (1..=10)
         .flat_map(|number| [(number, false), (number, true)])
         .collect();
@@ -355,7 +355,7 @@ fn what_a_finger_feels_is_the_same_on_the_chip_and_on_the_pc() {
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn forces_of_pins_are_the_same_on_the_chip_and_on_the_pc() {
-    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes");
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../hal-mock/scenes");
     for_all(&[(4, 20), (10, 10), (7, 8)], |&(side, rate_hz)| {
         let what = format!("{side} x {side} pins at {rate_hz} Hz");
         let pins = PinDisplay {
@@ -490,7 +490,8 @@ fn a_trace_is_the_same_on_the_chip_and_on_the_pc() {
 fn a_physical_finger_is_the_same_on_the_chip_and_on_the_pc() {
     for_all(&[1, 2, 7], |number| {
         let what = format!("C{number}");
-        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../scenes/c{number}.toml"));
+        let file = Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join(format!("../hal-mock/scenes/c{number}.toml"));
         let sliding = load_scene(file, frame_rate_hz()).expect("a scene");
         let truth = SlidingScene::new(sliding.clone()).expect("a scene").truth();
         let input = Input {

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 fn shipped(name: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-        .join("../scenes")
+        .join("../hal-mock/scenes")
         .join(name)
 }
 

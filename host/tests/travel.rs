@@ -6,7 +6,7 @@ use common::{assert_one_line, json_lines, run, stdout};
 use serde_json::Value;
 
 /// C1 of the paper: 3.6 mm at 15 mm/s, towards units 1 and 3.
-const C1: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/c1.toml");
+const C1: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../hal-mock/scenes/c1.toml");
 
 fn estimates(more: &[&str]) -> Vec<Value> {
     let events = json_lines(&run(&[&["replay", "--scene", C1, "--json"], more].concat()));

@@ -72,20 +72,20 @@ pub fn distance(flags: &[String]) -> Result<()> {
 }
 
 /// Builds the boards' images and measures them on the register model; with `--write` it fills in
-/// `docs/board.md`.
+/// `docs/results/board.md`.
 pub fn board(write: bool) -> Result<()> {
     for board in Board::REAL {
         images::build(board.image())?;
     }
     let mut board = eval("board");
     if write {
-        board.arg("--write").arg(root().join("docs"));
+        board.arg("--write").arg(root().join("docs/results"));
     }
     run(&mut board)
 }
 
 /// Builds the emulated board's image and injects faults: ten thousand; with `--quick` one thousand;
-/// with `--full` a hundred thousand, for `docs/faults.md`. Fails if a number is not zero that must
+/// with `--full` a hundred thousand, for `docs/results/faults.md`. Fails if a number is not zero that must
 /// be.
 pub fn faults(flags: &[String]) -> Result<()> {
     let mut faults = eval("faults");
@@ -111,7 +111,7 @@ pub fn faults(flags: &[String]) -> Result<()> {
             .args(["--injections", injections, "--emulated", emulated, "--elf"])
             .arg(elf);
         if has(flags, "--full") {
-            faults.arg("--write").arg(root().join("docs"));
+            faults.arg("--write").arg(root().join("docs/results"));
         }
     }
     run(&mut faults)

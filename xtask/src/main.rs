@@ -50,39 +50,39 @@ enum Task {
         /// Where the picture goes, SVG.
         #[arg(long, default_value = "target/demo.svg")]
         svg: PathBuf,
-        /// A scene file in place of the default grating, such as scenes/c1.toml.
+        /// A scene file in place of the default grating, such as hal-mock/scenes/c1.toml.
         #[arg(long, value_name = "FILE")]
         scene: Option<PathBuf>,
     },
     /// Counts the instructions of the firmware's steps on the emulated chip and measures its
     /// accuracy beside other methods', with the bars they have to meet. With --write it fills in
-    /// docs/trade.md.
+    /// docs/results/trade.md.
     #[command(disable_help_flag = true)]
     Bench(Flags),
     /// Fits windows whose noise is not white, that hold no tone, or a tone and something else. With
-    /// --write docs it fills in docs/noise.md.
+    /// --write docs it fills in docs/results/noise.md.
     #[command(disable_help_flag = true)]
     Noise(Flags),
     /// Looks for contacts, slides and releases in traces with known times. With --write docs it
-    /// fills in docs/touch.md.
+    /// fills in docs/results/touch.md.
     #[command(disable_help_flag = true)]
     Touch(Flags),
     /// Computes what a pin display does to a finger, beside a paper's figures. With --write docs it
-    /// fills in docs/touch-at-a-distance.md; with --chip it counts the instructions of a frame in
+    /// fills in docs/results/touch-at-a-distance.md; with --chip it counts the instructions of a frame in
     /// the emulator.
     #[command(disable_help_flag = true)]
     Distance(Flags),
     /// Measures start, load, interrupts and jitter of the boards' images on the register model.
     Board {
-        /// Fill in docs/board.md.
+        /// Fill in docs/results/board.md.
         #[arg(long)]
         write: bool,
     },
     /// Injects ten thousand faults and prints their consequences: one thousand with --quick; a
-    /// hundred thousand with --full, which fills in docs/faults.md and takes most of an hour.
+    /// hundred thousand with --full, which fills in docs/results/faults.md and takes most of an hour.
     #[command(disable_help_flag = true)]
     Faults(Flags),
-    /// Repeats the paper's experiment beside its own figures and fills in docs/reproduction.md.
+    /// Repeats the paper's experiment beside its own figures and fills in docs/results/reproduction.md.
     #[command(disable_help_flag = true)]
     Reproduce(Flags),
     /// Tests Zenoh and ROS 2, beside programs of others too, and streams the frames of ten boards,
@@ -104,7 +104,7 @@ enum Task {
         fresh: bool,
     },
     /// Takes docs/monitor.svg, which moves, and docs/view.png: the terminal and the page during a
-    /// touch of scenes/c1.toml.
+    /// touch of hal-mock/scenes/c1.toml.
     Pictures,
     /// Builds what makes the sound of `ridgetone touch`, host/assets/touch/stimulus.wasm: after a
     /// change of stimulus/.

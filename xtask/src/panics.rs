@@ -17,24 +17,24 @@ const COUNTED: &str = "indices are counted by loops within a shape's bounds, nev
 /// not.
 const ALLOWED: [(&str, usize, &str); 17] = [
     (
-        "finger/src/frame.rs",
+        "crates/finger/src/frame.rs",
         1,
         "a taxel's number, from a mask of 16 bits",
     ),
-    ("finger/src/touch/onset.rs", 1, COUNTED),
-    ("display/src/packed.rs", 10, COUNTED),
-    ("display/src/sensor_space.rs", 6, COUNTED),
-    ("display/src/square.rs", 1, COUNTED),
-    ("tone/src/normal.rs", 2, COUNTED),
-    ("tone/src/conclude.rs", 1, COUNTED),
-    ("tone/src/fit.rs", 1, COUNTED),
-    ("tone/src/spectrum.rs", 5, COUNTED),
+    ("crates/finger/src/touch/onset.rs", 1, COUNTED),
+    ("teletaction/display/src/packed.rs", 10, COUNTED),
+    ("teletaction/display/src/sensor_space.rs", 6, COUNTED),
+    ("teletaction/display/src/square.rs", 1, COUNTED),
+    ("crates/tone/src/normal.rs", 2, COUNTED),
+    ("crates/tone/src/conclude.rs", 1, COUNTED),
+    ("crates/tone/src/fit.rs", 1, COUNTED),
+    ("crates/tone/src/spectrum.rs", 5, COUNTED),
     (
-        "tone/src/frame_span.rs",
+        "crates/tone/src/frame_span.rs",
         2,
         "a part of a block, counted up to its size",
     ),
-    ("tone/src/waves.rs", 11, COUNTED),
+    ("crates/tone/src/waves.rs", 11, COUNTED),
     (
         "cobs/src/dec.rs",
         2,
@@ -213,14 +213,14 @@ mod tests {
     #[test]
     fn a_panic_that_was_not_known_is_refused_with_its_place() {
         let known = [
-            ("tone/src/normal.rs", 50, 27),
-            ("tone/src/normal.rs", 86, 35),
+            ("crates/tone/src/normal.rs", 50, 27),
+            ("crates/tone/src/normal.rs", 86, 35),
         ];
         assert_eq!(check(&image(&known)).expect("known"), 2);
-        let one_more = [known[0], known[1], ("tone/src/normal.rs", 90, 1)];
+        let one_more = [known[0], known[1], ("crates/tone/src/normal.rs", 90, 1)];
         let error = check(&image(&one_more)).expect_err("one more").to_string();
         assert!(
-            error.contains("3 places in tone/src/normal.rs, 2 known")
+            error.contains("3 places in crates/tone/src/normal.rs, 2 known")
                 && error.contains("normal.rs:90:1"),
             "{error}"
         );

@@ -55,7 +55,7 @@ pub fn environment(name: &str, packages: &[&str]) -> Result<PathBuf> {
 /// Builds the wheel into `target/python`. Gives the interpreter that has it.
 pub fn build() -> Result<PathBuf> {
     announce("the Python package, in target/python");
-    environment("python", &["./python[test]"]).context("the wheel")
+    environment("python", &["./host/python[test]"]).context("the wheel")
 }
 
 /// Runs the wheel's tests beside the command that `cargo test` has built. Gives what they print.
@@ -67,7 +67,13 @@ pub fn run_tests(python: &Path) -> Result<String> {
         .context("the command of `cargo test`")?;
     let mut tests = clean(python);
     tests
-        .args(["-m", "pytest", "--quiet", "-c", "python/pyproject.toml"])
+        .args([
+            "-m",
+            "pytest",
+            "--quiet",
+            "-c",
+            "host/python/pyproject.toml",
+        ])
         .env("RIDGETONE_COMMAND", command);
     output_of(&mut tests).context("tests of the Python package")
 }

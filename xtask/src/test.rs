@@ -17,7 +17,7 @@ const EMULATED: [&str; 7] = [
     "a_fit_too_slow_for_the_hop_costs_hops",
 ];
 
-/// Runs of the boards' own images without `--all`: programs in `rig/tests`.
+/// Runs of the boards' own images without `--all`: programs in `lab/rig/tests`.
 const RIG: [&str; 2] = ["boards", "stylus"];
 
 /// The one that takes the picture.
@@ -103,7 +103,7 @@ mod tests {
             "host/tests/emulated",
             "host/tests/view",
             "tests",
-            "rig/tests",
+            "lab/rig/tests",
         ]
         .map(sources)
         .concat();
@@ -113,7 +113,7 @@ mod tests {
         assert!(tests.contains("mod page;"));
         assert!(
             RIG.iter()
-                .all(|program| root().join(format!("rig/tests/{program}.rs")).is_file())
+                .all(|program| root().join(format!("lab/rig/tests/{program}.rs")).is_file())
         );
     }
 }

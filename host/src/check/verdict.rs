@@ -41,11 +41,11 @@ pub struct Check {
     pub page: &'static str,
 }
 
-pub const WIRING: &str = "docs/book/1-wiring.md";
-pub const FIRST_RUN: &str = "docs/book/2-first-run.md";
-pub const PLANS: &str = "docs/book/3-speed-or-accuracy.md";
-pub const TELEMETRY: &str = "docs/book/4-telemetry.md";
-pub const TROUBLESHOOTING: &str = "docs/book/6-troubleshooting.md";
+pub const WIRING: &str = "docs/guide/1-wiring.md";
+pub const FIRST_RUN: &str = "docs/guide/2-first-run.md";
+pub const PLANS: &str = "docs/guide/3-speed-or-accuracy.md";
+pub const TELEMETRY: &str = "docs/guide/4-telemetry.md";
+pub const TROUBLESHOOTING: &str = "docs/guide/6-troubleshooting.md";
 
 impl Check {
     pub fn new(

@@ -12,7 +12,7 @@ use std::path::PathBuf;
 Example:
   ridgetone demo --svg demo.svg")]
 pub struct DemoArgs {
-    /// Another scene than that of scenes/c1.toml: a scene file.
+    /// Another scene than that of hal-mock/scenes/c1.toml: a scene file.
     #[arg(long, value_name = "FILE.toml")]
     scene: Option<PathBuf>,
     /// Settings of the firmware, sent to it over its line at the start [default: its own].

@@ -19,7 +19,7 @@ Examples:
   ridgetone emulate
   ridgetone emulate --log
   ridgetone emulate trace.csv --json > events.jsonl
-  ridgetone emulate --scene scenes/c7.toml
+  ridgetone emulate --scene hal-mock/scenes/c7.toml
   ridgetone emulate trace.csv --settings finger.toml
   ridgetone emulate --scene-speed 48 --period 3.1 --svg run.svg --serial-out run.bin")]
 pub struct EmulateArgs {

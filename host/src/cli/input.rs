@@ -13,8 +13,8 @@ use std::path::PathBuf;
 
 #[derive(Args, Clone, Debug)]
 pub struct SceneOptions {
-    /// Scene file, such as scenes/c1.toml; scenes/every_key.toml explains all keys [default: a
-    /// plain scene; with --emulated scenes/c1.toml].
+    /// Scene file, such as hal-mock/scenes/c1.toml; hal-mock/scenes/every_key.toml explains all keys [default: a
+    /// plain scene; with --emulated hal-mock/scenes/c1.toml].
     #[arg(long = "scene", value_name = "FILE.toml", conflicts_with_all = ["scene_speed", "period", "snr"])]
     scene_file: Option<PathBuf>,
     /// Speed of the grating, mm/s [default: 30].

@@ -20,7 +20,7 @@ Examples:
   ridgetone monitor
   ridgetone monitor --port /dev/ttyUSB0
   ridgetone monitor --emulated
-  ridgetone monitor --emulated --scene scenes/c7.toml
+  ridgetone monitor --emulated --scene hal-mock/scenes/c7.toml
   ridgetone monitor --file touch.rec
   ridgetone monitor --emulated --once --plain
   ridgetone monitor --emulated --once --svg touch.svg

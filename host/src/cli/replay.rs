@@ -22,7 +22,7 @@ Examples:
   ridgetone replay trace.csv
   ridgetone replay touch.rec
   ridgetone replay counts.csv --scale 1e-3 --json
-  ridgetone replay --scene scenes/c8.toml
+  ridgetone replay --scene hal-mock/scenes/c8.toml
   ridgetone replay --scene-speed 15 --period 2.6 --snr 10
   ridgetone replay trace.csv --speed 30 --delay 1 --length 55
   ridgetone replay trace.csv --odometry robot.csv

@@ -13,7 +13,7 @@ use std::path::PathBuf;
 #[command(after_help = "\
 Examples:
   ridgetone scene --scene-speed 15 --period 2.6 -o trace.csv
-  ridgetone scene --scene scenes/hand.toml -o hand.csv")]
+  ridgetone scene --scene hal-mock/scenes/hand.toml -o hand.csv")]
 pub struct SceneArgs {
     #[command(flatten)]
     scene: SceneOptions,

@@ -20,7 +20,7 @@ Examples:
   ridgetone view
   ridgetone view --port /dev/ttyUSB0
   ridgetone view --emulated --open
-  ridgetone view --emulated --scene scenes/c7.toml --listen 127.0.0.1:9000
+  ridgetone view --emulated --scene hal-mock/scenes/c7.toml --listen 127.0.0.1:9000
   ridgetone view --file touch.rec
   ridgetone view --listen 0.0.0.0:8321")]
 pub struct ViewArgs {

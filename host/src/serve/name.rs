@@ -98,7 +98,7 @@ mod tests {
         let given = [
             "a=/dev/ttyUSB0",
             "b=emulated",
-            "c=emulated:scenes/c7.toml",
+            "c=emulated:hal-mock/scenes/c7.toml",
             "d=http://127.0.0.1:8321",
         ];
         let (names, sources) = fingers(&given.map(str::to_owned)).unwrap();
@@ -106,7 +106,7 @@ mod tests {
         let expected = [
             Source::Port("/dev/ttyUSB0".into()),
             Source::Emulated(None),
-            Source::Emulated(Some("scenes/c7.toml".into())),
+            Source::Emulated(Some("hal-mock/scenes/c7.toml".into())),
             Source::Url("http://127.0.0.1:8321".into()),
         ];
         assert_eq!(sources, expected);

@@ -45,7 +45,7 @@ const FILES: &[File] = &[
     js!("worklet.js"),
 ];
 
-/// `cargo xtask worklet` builds it from stimulus/worklet.
+/// `cargo xtask worklet` builds it from teletaction/stimulus/worklet.
 pub const WASM: &[u8] = include_bytes!("../../assets/touch/stimulus.wasm");
 
 /// As that of all pages, and with WebAssembly of its own.

@@ -41,7 +41,7 @@ fn every_link_leads_to_a_file() {
 /// `Type::function`, each once.
 #[test]
 fn the_ways_name_functions_that_exist() {
-    let page = read(&root().join("docs/book/9-how-it-works.md"));
+    let page = read(&root().join("docs/guide/9-how-it-works.md"));
     let (_, ways) = page
         .split_once("## The way of one conversion")
         .expect("the ways");
@@ -86,7 +86,7 @@ fn the_ways_name_functions_that_exist() {
 /// A row whose file was in a row before says "again", and why.
 #[test]
 fn the_way_of_a_window_says_where_it_comes_back() {
-    let page = read(&root().join("docs/book/9-how-it-works.md"));
+    let page = read(&root().join("docs/guide/9-how-it-works.md"));
     let (_, way) = page
         .split_once("## The way of one window")
         .expect("the way");
@@ -110,8 +110,8 @@ fn the_way_of_a_window_says_where_it_comes_back() {
 /// the code.
 #[test]
 fn the_wiring_is_the_firmwares() {
-    let page = read(&root().join("docs/book/1-wiring.md"));
-    let drawing = read(&root().join("docs/book/wiring.svg"));
+    let page = read(&root().join("docs/guide/1-wiring.md"));
+    let drawing = read(&root().join("docs/guide/wiring.svg"));
     let feather = read(&root().join("src/board/feather_f405.rs"));
     let nucleo = read(&root().join("src/board/nucleo_f446re.rs"));
     let rows: Vec<Vec<&str>> = page
@@ -171,8 +171,8 @@ fn the_wiring_is_the_firmwares() {
 /// The pins of the stylus, each on the line of its function.
 #[test]
 fn the_stylus_s_pins_are_the_firmwares() {
-    let page = read(&root().join("docs/book/5-another-board.md"));
-    let board = read(&root().join("src/stylus/board.rs"));
+    let page = read(&root().join("docs/guide/5-another-board.md"));
+    let board = read(&root().join("teletaction/stylus/image/board.rs"));
     let pins = [
         ("| amplifier", "PA4", "gpioa.pa4.into_analog()"),
         (
@@ -206,7 +206,7 @@ fn the_stylus_s_pins_are_the_firmwares() {
 fn every_setting_is_in_a_table_with_its_range() {
     let chapters = ["2-first-run", "4-telemetry", "11-what-a-finger-feels"];
     let pages = chapters
-        .map(|name| read(&root().join(format!("docs/book/{name}.md"))))
+        .map(|name| read(&root().join(format!("docs/guide/{name}.md"))))
         .concat();
     let rows: Vec<Vec<&str>> = pages
         .lines()
@@ -271,7 +271,7 @@ fn every_setting_is_in_a_table_with_its_range() {
 
 #[test]
 fn every_kind_of_fault_has_a_remedy() {
-    let page = read(&root().join("docs/book/6-troubleshooting.md"));
+    let page = read(&root().join("docs/guide/6-troubleshooting.md"));
     let symptoms: Vec<&str> = page
         .lines()
         .filter_map(|line| line.strip_prefix("| ")?.split(" | ").next())
@@ -287,7 +287,7 @@ fn every_kind_of_fault_has_a_remedy() {
 
 #[test]
 fn the_reader_in_python_reads_what_the_command_prints() {
-    let page = read(&root().join("docs/book/4-telemetry.md"));
+    let page = read(&root().join("docs/guide/4-telemetry.md"));
     let [reader] = &blocks(&page, "python")[..] else {
         panic!("one reader")
     };

@@ -1,0 +1,56 @@
+"""The notebook runs to the README's picture, and the book's chapter, the examples and the types hold."""
+
+import doctest
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import nbformat
+import pytest
+import ridgetone as rt
+from conftest import ROOT
+from nbclient import NotebookClient
+
+
+def test_the_notebook_goes_from_a_recording_to_the_readmes_picture(telemetry: dict[str, Path], tmp_path: Path) -> None:
+    notebook = nbformat.read(ROOT / "host/python" / "touch.ipynb", as_version=4)
+    os.symlink(telemetry["rec"], tmp_path / "touch.rec")
+    NotebookClient(notebook, timeout=90, resources={"metadata": {"path": str(tmp_path)}}).execute()
+    drawn = (tmp_path / "touch.svg").read_text()
+    readme = (ROOT / "docs" / "demo.svg").read_text()
+    title = re.compile(r"Sixteen taxels, one tone: ([\d.]+) ± [\d.]+ Hz")
+    ours, theirs = title.search(drawn), title.search(readme)
+    assert ours and theirs and abs(float(ours[1]) / float(theirs[1]) - 1) < 1e-3, (ours, theirs)
+    labels = re.compile(r">(taxel|samples|fit|window of the fit|sliding phase|contact, release)<")
+    assert sorted(set(labels.findall(drawn))) == sorted(set(labels.findall(readme)))
+    assert drawn.count("<path") == readme.count("<path")
+
+
+def test_the_chapters_code_runs(telemetry: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    os.symlink(telemetry["rec"], tmp_path / "touch.rec")
+    monkeypatch.chdir(tmp_path)
+    page = (ROOT / "docs" / "guide" / "12-python.md").read_text()
+    blocks = re.findall(r"```python\n(.*?)```", page, re.S)
+    assert len(blocks) >= 5
+    names: dict[str, object] = {}
+    for block in blocks:
+        exec(compile(block, "12-python.md", "exec"), names)  # noqa: S102
+
+
+def test_examples_and_types() -> None:
+    assert doctest.testmod(rt).attempted > 0 and doctest.testmod(rt).failed == 0
+    checked = subprocess.run(
+        [sys.executable, "-m", "mypy", "--config-file", ROOT / "host/python" / "pyproject.toml", ROOT / "host/python" / "package" / "ridgetone"],
+        capture_output=True,
+        text=True,
+    )
+    assert checked.returncode == 0, checked.stdout
+
+
+def test_everything_public_is_documented() -> None:
+    for name in rt.__all__:
+        thing = getattr(rt, name)
+        if callable(thing) and not isinstance(thing, type):
+            assert thing.__doc__ and thing.__annotations__["return"], name

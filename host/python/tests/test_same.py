@@ -1,0 +1,114 @@
+"""The package gives what the command prints, to the last bit, on every recording."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import ridgetone as rt
+from conftest import SCENES, Run, tables
+
+ALL = [*SCENES, *tables()]
+
+
+def same(ours: object, theirs: object) -> None:
+    """Equal, and each number of the same bits: 0.0 is not -0.0, and 1 is not 1.0."""
+    assert json.dumps(ours) == json.dumps(theirs)
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_fit_of_a_file_a_recording_and_an_array(name: str, recordings: dict[str, Path], run: Run) -> None:
+    path = recordings[name]
+    part = {"from_s": 1.0, "to_s": 3.0}
+    [printed] = run("fit", path, "--json", "--from", 1, "--to", 3)
+    same(rt.fit(path, **part), printed)
+    recording = rt.read(path)
+    same(rt.fit(recording, **part), printed)
+    for array in [recording.values, np.asfortranarray(recording.values), np.repeat(recording.values, 2, axis=0)[::2]]:
+        found = rt.fit(array, time_s=recording.time_s, names=recording.names, **part)
+        same({**found, "file": printed["file"]}, printed)
+    # The rate from the command line, harmonics and hum.
+    options = {"harmonics": 2, "mains_hz": 50.0}
+    [printed] = run("fit", path, "--json", "--from", 1, "--to", 3, "--harmonics", 2, "--mains", 50)
+    same(rt.fit(recording, **part, **options), printed)
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_replay_of_a_file_and_of_a_recording(name: str, recordings: dict[str, Path], run: Run) -> None:
+    path = recordings[name]
+    scale = 1e-3 if name in tables() else 1.0
+    printed = run("replay", path, "--json", "--scale", scale, "--window", 0.5)
+    settings = {"window_s": 0.5}
+    same(rt.replay(path, scale=scale, settings=settings), printed)
+    same(rt.replay(rt.read(path), scale=scale, settings=settings), printed)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_replay_of_a_scene(name: str, run: Run) -> None:
+    printed = run("replay", "--scene", f"hal-mock/scenes/{name}.toml", "--json")
+    same(rt.replay(scene=f"{Path(__file__).parents[3]}/hal-mock/scenes/{name}.toml"), printed)
+
+
+def test_events_of_what_a_finger_feels(tmp_path: Path, run: Run) -> None:
+    known = tmp_path / "known.toml"
+    known.write_text("[feel]\nvolts_per_um = 2e-6\nsigma_share = 0.1\nforce_ratio = 1.4\n")
+    printed = run("replay", "--json", "--settings", known)
+    events = rt.replay(settings={"feel": {"volts_per_um": 2e-6, "sigma_share": 0.1, "force_ratio": 1.4}})
+    same(events, printed)
+    felt = [event for event in events if isinstance(event, rt.Feel)]
+    assert len(felt) == sum(isinstance(event, rt.Estimate) and event.span == "window" for event in events) > 3
+    assert all(set(rt.Feel.__annotations__) < set(event) for event in felt)
+    names = {found.receptor: found.get("absent") for found in felt[-1].receptors}
+    assert list(names) == ["fa1", "fa2", "sa1", "sa2"] and names["fa1"] is None and "1600" in names["fa2"]
+    assert felt[-1].receptors[0].intensity_per_hz > 0.0 and felt[-1].receptors[1].intensity_per_hz is None
+    assert felt[-1].m == 1.4 and 1.0 < felt[-1].scores[0].score < 7.0 and felt[-1].scores[1].score is None
+    assert rt.settings(feel={"sigma_share": 0.25}).feel.sigma_share == 0.25
+
+
+def test_textures(run: Run) -> None:
+    events = rt.replay()
+    same(events, run("replay", "--json"))
+    [texture] = [event for event in events if isinstance(event, rt.Texture)]
+    assert set(rt.Texture.__annotations__) < set(texture)
+    assert abs(texture.period_mm - 3.6) < 4 * texture.period_sigma_mm and texture.plan == "paper"
+
+
+def test_feel(recordings: dict[str, Path], run: Run) -> None:
+    surface = "ra_um=0.5,rsm_mm=0.5,speed_mm_s=10"
+    [printed] = run("feel", recordings["fast"], "--json", "--reference", surface, "--m", "1.2+-0.1")
+    known = {"ra_um": 0.5, "rsm_mm": 0.5, "speed_mm_s": 10}
+    same(rt.feel(recordings["fast"], known, m=(1.2, 0.1)), printed)
+    recording = rt.read(recordings["fast"])
+    same(rt.feel(recording, {**known, "samples": recording}, m=(1.2, 0.1)), printed)
+
+
+def test_telemetry_in_every_form(telemetry: dict[str, Path], run: Run) -> None:
+    frames = {name: rt.read(path) for name, path in telemetry.items()}
+    for recording in frames.values():
+        assert recording.units == ["V"] * 16 and recording.names[3] == "ain3"
+        np.testing.assert_array_equal(recording.values, frames["csv"].values)
+        np.testing.assert_array_equal(recording.time_s, frames["csv"].time_s)
+    without_raw = [line for line in run("replay", telemetry["rec"], "--json") if line["type"] != "raw"]
+    same(frames["rec"].events, without_raw)
+    same(frames["ndjson"].events, without_raw)
+    # In MCAP fields are in the order of the alphabet, and UTC is by the delays of the whole recording.
+    def without_utc(events: list[dict[str, Any]]) -> list[dict[str, Any]]:
+        return [{name: event[name] for name in event if name not in ("utc_s", "utc_sigma_s")} for event in events]
+
+    assert without_utc(frames["mcap"].events) == without_utc(without_raw)
+    for name, path in telemetry.items():
+        [printed] = run("fit", path, "--json", "--from", 2, "--to", 3)
+        same(rt.fit(path, from_s=2, to_s=3), printed)
+        assert printed["status"] == "good", name
+        again = rt.replay(path, noise=False)
+        same(again, rt.replay(frames["csv"], noise=False))
+
+
+def test_settings(run: Run, tmp_path: Path) -> None:
+    file = tmp_path / "finger.toml"
+    file.write_text("window_s = 0.5\nharmonics = 2\n[array]\nperiod_most_mm = 3.9\n")
+    hello = run("replay", "--json", "--settings", file)[0]
+    same(rt.settings(file), hello["settings"])
+    same(rt.settings(window_s=0.5, harmonics=2, array={"period_most_mm": 3.9}), hello["settings"])
+    assert rt.replay(settings=rt.settings(file))[0].settings == hello["settings"]

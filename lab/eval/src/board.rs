@@ -1,0 +1,296 @@
+//! The boards in figures: start, load, interrupts and jitter of the images that get flashed, on the
+//! register model, for docs/results/board.md.
+
+mod stylus;
+
+use crate::page::{self, Table};
+use anyhow::{Context, Result, anyhow};
+use hal_mock::{Constant, Options, Scene, Sliding, SlidingScene};
+use ridgetone_host::output;
+use ridgetone_proto::command::{Command, REQUEST_WIRE_MAX, Request};
+use ridgetone_proto::framing;
+use ridgetone_proto::telemetry::{Decoder, Event};
+use rig::{Board, Image, Rig, Start};
+use std::fs;
+use std::path::PathBuf;
+
+#[derive(Debug, clap::Args)]
+pub struct BoardArgs {
+    /// Folder with board.md to fill in.
+    #[arg(long, value_name = "FOLDER")]
+    write: Option<PathBuf>,
+}
+
+/// Interrupt of the task `fit`, on both boards.
+pub const FIT_IRQ: u16 = 21;
+
+/// Tasks, and their interrupts on the Feather and on the Nucleo.
+const TASKS: [(&str, [&[u16]; 2]); 6] = [
+    ("`line`", [&[39], &[38, 39]]),
+    ("`drdy`", [&[10], &[10]]),
+    ("`detect`", [&[20], &[20]]),
+    ("`report`", [&[19], &[19]]),
+    ("`watch`", [&[30], &[30]]),
+    ("`fit`", [&[FIT_IRQ], &[FIT_IRQ]]),
+];
+
+/// Phases of the demo's touch, seconds after START: the contact is at 0.51, the slide from 1.51 to
+/// 3.51, the release at 4.51.
+const PHASES: [(&str, f64, f64); 3] = [
+    ("at rest", 0.1, 0.4),
+    ("contact", 0.7, 1.4),
+    ("sliding, with fits", 1.6, 3.4),
+];
+
+/// Clock of a simulated chip that makes 23,739 conversions a second of the default scan, hertz: the
+/// most that the real one does by any setting (SBAS297G: 16 MHz, DRATE 3, no delay). No real chip
+/// bears this clock.
+const FAST_CLOCK_HZ: u32 = 73_734_000;
+
+/// Requests a second while interrupts are measured.
+const REQUESTS_HZ: f64 = 20.0;
+
+/// The processor's clock, cycles in a microsecond.
+const CYCLES_US: f64 = 168.0;
+
+/// What is measured.
+pub struct Measured {
+    boards: Vec<Figures>,
+    /// The stylus's table.
+    stylus: String,
+}
+
+/// What is measured of a board, as cells of the tables.
+struct Figures {
+    start: Vec<String>,
+    load: Vec<String>,
+    tasks: Vec<Vec<String>>,
+    jitter: Vec<String>,
+}
+
+struct Bench {
+    board: Board,
+    image: Image,
+}
+
+impl Bench {
+    fn rig(&self, scene: impl Scene + 'static, clock_hz: Option<u32>) -> Result<Rig> {
+        let mut start = Start::default();
+        start.adc.clock_hz = clock_hz.unwrap_or(Options::default().clock_hz);
+        Ok(Rig::new(self.board, &self.image, scene, start)?)
+    }
+
+    /// Milliseconds from power-up to START, to the first conversion that is read and to the
+    /// greeting's end on the line, and conversions that are lost meanwhile.
+    fn start(&self) -> Result<Vec<String>> {
+        let mut rig = self.rig(Constant::default(), None)?;
+        let mut decoder = Decoder::new();
+        let is_greeting = |event: Event| matches!(event, Event::Hello(_));
+        while !rig.take_sent().into_iter().any(|byte| {
+            decoder
+                .push(byte)
+                .is_some_and(|packet| is_greeting(packet.event))
+        }) {
+            rig.run_ns(10_000)?;
+        }
+        let greeted_ns = rig.now_ns();
+        let started_ns = rig.started_ns().context("START never rises")?;
+        let first_ns = rig
+            .readings()
+            .first()
+            .context("no conversion is read")?
+            .edge_ns;
+        let ms = |ns: u64| format!("{:.1}", ns as f64 * 1e-6);
+        Ok(vec![
+            ms(started_ns),
+            ms(first_ns),
+            ms(greeted_ns),
+            rig.adc().counters().lost.to_string(),
+        ])
+    }
+
+    /// Shares of time that the processor is awake in each phase of the demo's touch, percent.
+    fn load(&self, clock_hz: Option<u32>) -> Result<Vec<String>> {
+        let mut rig = self.rig(SlidingScene::new(Sliding::default())?, clock_hz)?;
+        while rig.started_ns().is_none() {
+            rig.run_ns(1_000_000)?;
+        }
+        let start_ns = rig.now_ns();
+        let at = |s: f64| start_ns + (s * 1e9) as u64;
+        PHASES
+            .iter()
+            .map(|(_, from_s, to_s)| {
+                rig.run_until(at(*from_s))?;
+                let before = rig.cycles();
+                rig.run_until(at(*to_s))?;
+                let (cycles, asleep) = (rig.cycles().0 - before.0, rig.cycles().1 - before.1);
+                Ok(format!(
+                    "{:.1}",
+                    (cycles - asleep) as f64 / cycles as f64 * 100.0
+                ))
+            })
+            .collect()
+    }
+
+    /// How the tasks' interrupts are served over the demo's touch while requests arrive.
+    fn tasks(&self) -> Result<Vec<Vec<String>>> {
+        let mut rig = self.rig(SlidingScene::new(Sliding::default())?, None)?;
+        rig.run_ns(400_000_000)?;
+        rig.forget_served();
+        for number in 1..=(5.0 * REQUESTS_HZ) as u16 {
+            rig.send(&request(number, Command::Greet)?);
+            rig.run_ns((1e9 / REQUESTS_HZ) as u64)?;
+        }
+        let at = usize::from(self.board == Board::NucleoF446re);
+        let row = |(_, irqs): &(&str, [&[u16]; 2])| {
+            let served: Vec<_> = irqs[at].iter().map(|irq| rig.served(*irq)).collect();
+            let sum = |of: fn(&rig::Served) -> u64| served.iter().map(of).sum::<u64>();
+            let most = |of: fn(&rig::Served) -> u64| served.iter().map(of).max().unwrap_or(0);
+            let times = sum(|one| one.times);
+            let mean = |cycles: u64| cycles as f64 / times.max(1) as f64;
+            let us = |cycles: f64| format!("{:.1}", cycles / CYCLES_US);
+            let run = [
+                mean(sum(|one| one.run_cycles)),
+                most(|one| one.longest_run_cycles) as f64,
+            ]
+            .map(us);
+            let wait = [
+                mean(sum(|one| one.wait_cycles)),
+                most(|one| one.longest_wait_cycles) as f64,
+            ]
+            .map(us);
+            [vec![times.to_string()], run.to_vec(), wait.to_vec()].concat()
+        };
+        Ok(TASKS.iter().map(row).collect())
+    }
+
+    /// Greatest less least difference of the time stamps from the edges of DRDY, microseconds, with
+    /// and without bytes that arrive one behind the other.
+    fn jitter(&self) -> Result<Vec<String>> {
+        let spread = |bytes: usize| {
+            let mut rig = self.rig(Constant::default(), None)?;
+            rig.run_ns(500_000_000)?;
+            rig.take_readings();
+            rig.send(&vec![0x55; bytes]);
+            rig.run_ns(200_000_000)?;
+            let late =
+                |reading: &rig::Reading| f64::from(reading.t_us) - reading.edge_ns as f64 * 1e-3;
+            let late: Vec<f64> = rig.readings().iter().map(late).collect();
+            let (least, most) = late.iter().fold((f64::MAX, f64::MIN), |(a, b), late| {
+                (a.min(*late), b.max(*late))
+            });
+            Ok(format!("{:.1}", most - least))
+        };
+        [0, 20_000].into_iter().map(spread).collect()
+    }
+}
+
+/// A request as it travels.
+pub fn request(number: u16, command: Command) -> Result<Vec<u8>> {
+    let mut wire = [0; REQUEST_WIRE_MAX];
+    let length = framing::encode(&Request { number, command }, &mut wire)
+        .map_err(|_| anyhow!("a request"))?;
+    Ok(wire[..length].to_vec())
+}
+
+/// Measures each board.
+pub fn measure() -> Result<Measured> {
+    let one = |board| {
+        let bench = Bench {
+            board,
+            image: Image::built(board)?,
+        };
+        Ok(Figures {
+            start: bench.start()?,
+            load: [bench.load(None)?, bench.load(Some(FAST_CLOCK_HZ))?].concat(),
+            tasks: bench.tasks()?,
+            jitter: bench.jitter()?,
+        })
+    };
+    let boards: Result<Vec<_>> = Board::ALL.into_iter().map(one).collect();
+    Ok(Measured {
+        boards: boards?,
+        stylus: stylus::table()?,
+    })
+}
+
+/// A table with a column for each board.
+fn by_board(names: &[String], figures: &[Figures], cells: fn(&Figures) -> &Vec<String>) -> String {
+    let mut table = Table::new(1, &format!("|{}", Board::ALL.map(Board::name).join("|")));
+    for (row, name) in names.iter().enumerate() {
+        let cells = figures.iter().map(|board| cells(board)[row].clone());
+        table.row(&[vec![name.clone()], cells.collect()].concat());
+    }
+    table.end()
+}
+
+fn table(name: &str, measured: &Measured) -> Option<String> {
+    let figures = &measured.boards;
+    let owned = |names: &[&str]| {
+        names
+            .iter()
+            .map(|name| (*name).to_owned())
+            .collect::<Vec<_>>()
+    };
+    Some(match name {
+        "start" => {
+            let names = [
+                "from power-up to START, ms",
+                "from power-up to the first conversion that is read, ms",
+                "from power-up to the end of `hello` on the line, ms",
+                "conversions lost at the start",
+            ];
+            by_board(&owned(&names), figures, |board| &board.start)
+        }
+        "load" => {
+            let names = ["5064", "23,739"].map(|rate| {
+                PHASES.map(|(phase, ..)| format!("{phase}, {rate} conversions a second"))
+            });
+            by_board(&names.concat(), figures, |board| &board.load)
+        }
+        "jitter" => {
+            let names = ["no byte arrives", "bytes arrive one behind the other"];
+            by_board(&owned(&names), figures, |board| &board.jitter)
+        }
+        "stylus" => measured.stylus.clone(),
+        _ => {
+            let at = Board::ALL.iter().position(|board| board.name() == name)?;
+            let mut table = Table::new(
+                1,
+                "task|runs|mean, us|longest, us|mean wait, us|longest wait, us",
+            );
+            for ((task, _), cells) in TASKS.iter().zip(&figures[at].tasks) {
+                table.row(&[vec![(*task).to_owned()], cells.clone()].concat());
+            }
+            table.end()
+        }
+    })
+}
+
+/// The page with its tables filled in.
+pub fn page(measured: &Measured, text: &str) -> Result<String> {
+    page::filled(text, |name| table(name, measured))
+}
+
+/// The command.
+pub fn run(args: &BoardArgs) -> Result<()> {
+    let measured = measure()?;
+    let Some(folder) = &args.write else {
+        let names = [
+            "start",
+            "load",
+            "feather-f405",
+            "nucleo-f446re",
+            "jitter",
+            "stylus",
+        ];
+        let tables: Vec<String> = names
+            .iter()
+            .filter_map(|name| table(name, &measured))
+            .collect();
+        return output::line(&tables.join("\n\n"));
+    };
+    let path = folder.join("board.md");
+    let text = fs::read_to_string(&path).with_context(|| path.display().to_string())?;
+    fs::write(&path, page(&measured, &text)?).with_context(|| path.display().to_string())
+}

@@ -1,0 +1,229 @@
+//! The commands: arguments in, output out.
+
+use crate::bench::report::Report;
+use crate::bench::{self, BenchArgs};
+use crate::board::{self, BoardArgs};
+use crate::distance::{self, DistanceArgs};
+use crate::faults::{self, FaultsArgs};
+use crate::noise::{self, NoiseArgs};
+use crate::recordings::{self, RecordingsArgs};
+use crate::reproduce;
+use crate::reproduce::taken::Place;
+use crate::touch::{self, TouchArgs};
+use crate::trade;
+use crate::trade::results::Trade;
+use anyhow::Result;
+use clap::{Args, Parser, Subcommand};
+use ridgetone_host::cli::FirmwareOptions;
+use ridgetone_host::output;
+use ridgetone_host::usage::UsageError;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Proves Ridgetone: the cost and accuracy of each choice, the paper's experiment, injected faults.
+#[derive(Debug, Parser)]
+#[command(name = "ridgetone-eval", version, max_term_width = 100)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Repeat the paper's experiment on the physical finger, figure for figure beside its own.
+    Reproduce(ReproduceArgs),
+    /// Count the instructions of the firmware's steps and measure their accuracy.
+    Bench(BenchArgs),
+    /// Measure start, load, interrupts and jitter of the boards' images on the register model.
+    Board(BoardArgs),
+    /// Fit windows whose noise is not white, that hold no tone, or a tone and something else.
+    Noise(NoiseArgs),
+    /// Fit recordings in stretches, and hold neighbouring good ones against each other.
+    Recordings(RecordingsArgs),
+    /// Look for contacts, slides and releases in traces with known times.
+    Touch(TouchArgs),
+    /// Compute what a pin display does to a finger, beside a paper's figures.
+    Distance(DistanceArgs),
+    /// Inject faults into the chip, its bus and its lines, and count the consequences.
+    Faults(FaultsArgs),
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Takes a minute or two, with --emulated some minutes. Writes reproduction.json, reproduction.md and the pictures in reproduction/.
+
+Examples:
+  cargo xtask reproduce --out paper
+  cargo xtask reproduce --emulated --out paper
+  cargo xtask reproduce --wavelengths
+  cargo xtask reproduce --render --out paper")]
+struct ReproduceArgs {
+    /// Run the firmware image in QEMU instead of its library on this PC; both give the same
+    /// numbers.
+    #[arg(long)]
+    emulated: bool,
+    #[command(flatten)]
+    firmware: FirmwareOptions,
+    /// Runs of each of the ten combinations, 1 to 4 as in the paper.
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=4))]
+    runs: u32,
+    /// Folder to write to.
+    #[arg(long, value_name = "FOLDER", default_value = "docs/results")]
+    out: PathBuf,
+    /// Measure the other paper's wavelengths and powers (Okamoto et al.) instead, fill in their
+    /// tables and draw their pictures alone.
+    #[arg(long, conflicts_with_all = ["emulated", "runs", "render"])]
+    wavelengths: bool,
+    /// Measure nothing: fill in the page from reproduction.json.
+    #[arg(long, conflicts_with_all = ["emulated", "runs"])]
+    render: bool,
+}
+
+/// The counts on the chip, and the trade.
+#[derive(Serialize)]
+struct BenchJson<'a> {
+    #[serde(flatten)]
+    chip: Option<&'a Report>,
+    trade: Option<&'a Trade>,
+}
+
+fn run_bench(args: &BenchArgs) -> Result<()> {
+    if let Some(folder) = &args.render {
+        return trade::render(folder);
+    }
+    if let Some(folder) = &args.plans {
+        trade::plans::write(folder)?;
+        return trade::render(folder);
+    }
+    let images = args
+        .elf
+        .as_ref()
+        .zip(args.baselines_elf.as_ref())
+        .zip(args.flash_bytes.zip(args.ram_bytes));
+    let firmware = args.firmware.as_deref();
+    let chip = images
+        .map(|((elf, baselines), (flash, ram))| bench::run(elf, baselines, firmware, flash, ram))
+        .transpose()?;
+    if let Some(chip) = chip.as_ref().filter(|_| !args.json) {
+        output::line(chip.to_string().trim_end())?;
+    }
+    let effort = if args.quick {
+        trade::QUICK
+    } else {
+        trade::FULL
+    };
+    let trade = (!args.chip)
+        .then(|| trade::measure(effort, chip.as_ref()))
+        .transpose()?;
+    if let (Some(folder), Some(trade)) = (&args.write, &trade) {
+        trade::write(trade, folder)?;
+    }
+    if args.json {
+        return output::line(&serde_json::to_string(&BenchJson {
+            chip: chip.as_ref(),
+            trade: trade.as_ref(),
+        })?);
+    }
+    let Some(trade) = trade else { return Ok(()) };
+    let noise = noise::load(args.write.as_deref().unwrap_or(Path::new("docs/results")))?;
+    output::line(&format!("\n{}", trade::summary(&trade, &noise)))
+}
+
+/// The trade shows the noise too: where its data are in the same folder, its page follows.
+fn run_noise(args: &NoiseArgs) -> Result<()> {
+    let Some(folder) = noise::run(args)? else {
+        return Ok(());
+    };
+    if folder.join("trade.json").is_file() {
+        trade::render(folder)
+    } else {
+        Ok(())
+    }
+}
+
+fn run_reproduce(args: &ReproduceArgs) -> Result<()> {
+    if args.wavelengths {
+        return reproduce::okamoto::write(&args.out);
+    }
+    if args.render {
+        return reproduce::render(&args.out);
+    }
+    if args.firmware.elf.is_some() && !args.emulated {
+        return Err(UsageError(
+            "--elf names a firmware image, which only runs with --emulated".into(),
+        )
+        .into());
+    }
+    let elf = args.emulated.then(|| args.firmware.image()).transpose()?;
+    let options = elf.as_ref().map(|elf| args.firmware.options(elf));
+    let place = options.as_ref().map_or(Place::Pc, Place::Emulator);
+    reproduce::write(&reproduce::measure(args.runs, place)?, &args.out)?;
+    output::line(&format!("{}", args.out.join("reproduction.md").display()))
+}
+
+/// Runs the command of the process.
+pub fn main() -> ExitCode {
+    let result = match Cli::parse().command {
+        Command::Reproduce(args) => run_reproduce(&args),
+        Command::Bench(args) => run_bench(&args),
+        Command::Board(args) => board::run(&args),
+        Command::Noise(args) => run_noise(&args),
+        Command::Recordings(args) => recordings::run(&args),
+        Command::Touch(args) => touch::run(&args),
+        Command::Distance(args) => distance::run(&args),
+        Command::Faults(args) => faults::run(&args),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("ridgetone-eval: {error:#}");
+            ExitCode::from(if error.is::<UsageError>() { 2 } else { 1 })
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arguments_that_make_no_sense_are_refused() {
+        for (arguments, word) in [
+            (&["--injections", "0"][..], "1.."),
+            (&["--only", "edges"], "edges_lost"),
+            (&["--only", "reset", "--write", "."], "--write"),
+        ] {
+            let refused = Cli::try_parse_from([&["ridgetone-eval", "faults"], arguments].concat());
+            let error = refused.expect_err("refused");
+            assert!(
+                error.exit_code() == 2 && error.to_string().contains(word),
+                "{arguments:?}: {error}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_reproduction_that_makes_no_sense_is_refused() {
+        let args = |arguments: &[&str]| {
+            Cli::try_parse_from([&["ridgetone-eval", "reproduce"], arguments].concat())
+        };
+        let runs = args(&["--runs", "5"]).expect_err("refused").to_string();
+        assert!(runs.contains("--runs") && runs.contains("1..=4"), "{runs}");
+        let refused = |arguments: &[&str]| match args(arguments).expect("arguments").command {
+            Command::Reproduce(args) => run_reproduce(&args).expect_err("refused"),
+            command => panic!("{command:?}"),
+        };
+        let elf = refused(&["--elf", "image.elf"]);
+        assert!(
+            elf.is::<UsageError>() && elf.to_string().contains("--emulated"),
+            "{elf}"
+        );
+        let folder = tempfile::tempdir().expect("a folder");
+        let nothing = refused(&["--render", "--out", folder.path().to_str().expect("UTF-8")]);
+        assert!(
+            format!("{nothing:#}").contains("reproduction.json"),
+            "{nothing:#}"
+        );
+    }
+}

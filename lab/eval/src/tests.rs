@@ -1,0 +1,24 @@
+//! Tests of several modules together, and that the pages in `docs/` are what their data give.
+
+mod bench;
+mod board;
+mod bound;
+mod distance;
+mod emulated_faults;
+mod faults;
+mod methods;
+mod nls;
+mod noise;
+mod reproduction;
+mod touch;
+mod trade;
+
+pub fn from_root(path: &str) -> std::path::PathBuf {
+    std::path::PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+        .join("../..")
+        .join(path)
+}
+
+pub fn read(path: &str) -> String {
+    std::fs::read_to_string(from_root(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
+}

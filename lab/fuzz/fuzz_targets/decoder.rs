@@ -1,0 +1,10 @@
+//! Bytes choose how frames are damaged on a line. The decoder reads those that come through, and
+//! nothing else.
+#![no_main]
+
+#[path = "../../../tests/support/damage.rs"]
+mod damage;
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+    damage::try_line(bytes);
+});

@@ -1,0 +1,51 @@
+//! The stylus: a texture that a finger has felt, under a person's hand. Its image runs on a board
+//! of its own (`teletaction/stylus/image/`).
+//!
+//! | what | where |
+//! |---|---|
+//! | what travels on its line | [`message`] |
+//! | what can be set, with bounds | [`parameters`] |
+//! | the interrupt of a sample: encoder in, code of the converter out | [`sampler`] |
+//! | when it may vibrate | [`gate`] |
+//! | the encoder's counter of 16 bits | [`counter`] |
+//! | volts to codes of the converter, within the slew | [`dac`] |
+//! | requests, and what it reports | [`requests`], [`reports`] |
+//! | whether the watchdog is fed | [`liveness`] |
+//!
+//! The vibration itself is [`ridgetone_stimulus`]'s; framing and checksums are
+//! [`ridgetone_proto::framing`]'s; line, packets and idle time are the finger's own tasks
+//! ([`ridgetone::tasks`]).
+#![no_std]
+// A panic resets the stylus, so only tests may panic.
+#![cfg_attr(
+    not(test),
+    deny(clippy::unwrap_used, clippy::expect_used, clippy::panic)
+)]
+#![cfg_attr(
+    not(test),
+    deny(clippy::unreachable, clippy::todo, clippy::unimplemented)
+)]
+#![forbid(unsafe_code)]
+// `!(a > b)` is intended: a NaN belongs on that side.
+#![allow(clippy::neg_cmp_op_on_partial_ord)]
+
+pub mod counter;
+pub mod dac;
+pub mod gate;
+pub mod liveness;
+pub mod message;
+pub mod parameters;
+pub mod reports;
+pub mod requests;
+pub mod sampler;
+
+/// Samples a second. Twice the paper's (Okamoto et al., section III-A): the converter's steps are
+/// then twice as fine.
+pub const SAMPLE_HZ: u32 = 10_000;
+
+/// From one sample to the next, microseconds.
+pub const SAMPLE_US: u32 = 1_000_000 / SAMPLE_HZ;
+
+/// Samples from one run of the task `requests` to the next, if no request comes: 4 ms, places are
+/// reported 250 times a second.
+pub const REPORT_SAMPLES: u32 = 40;
