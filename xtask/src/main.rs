@@ -8,6 +8,7 @@ mod fresh;
 mod images;
 mod inspect;
 mod install;
+mod lint;
 mod long;
 mod package;
 mod panics;
@@ -123,6 +124,9 @@ enum Task {
     Release,
     /// Packs the published crates and builds each from its package alone, without network.
     Package,
+    /// Refuses comments that open with Of, Nor, And, The same, So too, Unless or Behind, and tuples
+    /// as parameters: what clippy does not know.
+    Lint,
     /// Lints the firmware for every board and the benchmarks, warnings denied.
     LintFirmware,
     /// Flashes a board through a debug probe, with probe-rs, and shows its log.
@@ -155,6 +159,7 @@ fn main() -> ExitCode {
         Task::Pictures => demo::moving_picture().and_then(|()| test::take_pictures()),
         Task::Release => release::run(),
         Task::Package => package::check(),
+        Task::Lint => lint::run(),
         Task::LintFirmware => images::lint(),
         Task::Worklet => worklet::build(),
         Task::Setup => setup::run(),

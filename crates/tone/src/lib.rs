@@ -39,6 +39,8 @@
 #![allow(clippy::needless_range_loop)]
 // `!(a > b)` is meant where it stands: a NaN belongs on that side.
 #![allow(clippy::neg_cmp_op_on_partial_ord)]
+// The workspace allows five arguments; this crate is about to be rewritten, and then keeps to it.
+#![allow(clippy::too_many_arguments)]
 
 mod abscissa;
 mod blocks;
