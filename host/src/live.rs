@@ -107,7 +107,6 @@ struct Latest {
     health: Option<Kept>,
     feel: Option<Kept>,
     texture: Option<Kept>,
-    pins: Option<Kept>,
 }
 
 /// The small part of the state, which changes as a whole.
@@ -213,7 +212,6 @@ impl Live {
             }
             Event::Raw(raw) => self.strips.push(Frame::new(raw, self.settings().vref_v)),
             Event::Texture(_) => now.latest.texture = kept(),
-            Event::Pins(_) => now.latest.pins = kept(),
             Event::Reply(_) => {}
         }
         // The log takes only what no other part of the screen shows. A request that succeeded is
@@ -223,8 +221,7 @@ impl Live {
             | Event::Health(_)
             | Event::Feel(_)
             | Event::Raw(_)
-            | Event::Hello(_)
-            | Event::Pins(_) => true,
+            | Event::Hello(_) => true,
             Event::Reply(reply) => reply.outcome == Outcome::Done,
             _ => false,
         };

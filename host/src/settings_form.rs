@@ -23,7 +23,7 @@ mod words;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, anyhow};
 use ridgetone_proto::plan::Plan;
-use ridgetone_proto::settings::{Array, Feeling, PinDisplay, Settings, SlideRule};
+use ridgetone_proto::settings::{Array, Feeling, Settings, SlideRule};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 use toml::{Table, Value};
@@ -47,7 +47,6 @@ pub struct SettingsForm {
     slide: SlideRule,
     array: Array,
     feel: Feeling,
-    pins: PinDisplay,
 }
 
 #[derive(Serialize, Deserialize)]

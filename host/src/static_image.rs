@@ -1,9 +1,35 @@
 //! The static image as a map: the place of each taxel under the skin.
-//! [`ridgetone::pins::strains`] has the picture.
+//!
+//! The array has 2 x 2 units, and each unit four piezoresistors on a cross (Oddo et al. 2009,
+//! section 2.1 and figure 1): AIN 4 u + k is piezoresistor k + 1 of unit u + 1. Units 1 and 3 come
+//! before 2 and 4 along the sliding direction x, and so does piezoresistor 1 of each unit before 3;
+//! numbers go round the cross. Turned by an eighth the crosses make a square of 4 x 4, in which x
+//! goes to the right:
+//!
+//! ```text
+//!  0  1 |  4  5
+//!  3  2 |  7  6
+//! ------+------
+//!  8  9 | 12 13
+//! 11 10 | 15 14
+//! ```
+//!
+//! The paper does not say on which side of the array units 1 and 2 are, nor piezoresistor 2 of
+//! each; here it is the upper side.
 
-pub use ridgetone::pins::strains::{PLACES, SIDE, UNIT_PITCH_MM};
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::{Image, Pressed};
+
+/// Distance between the centres of two units, millimetres (Oddo et al. 2009, section 2.1).
+pub const UNIT_PITCH_MM: f64 = 2.3;
+
+/// Rows and columns of the map.
+pub const SIDE: usize = 4;
+
+/// The taxel at each place of the map, row by row from the top, in a row along the sliding
+/// direction.
+pub const PLACES: [[usize; SIDE]; SIDE] =
+    [[0, 1, 4, 5], [3, 2, 7, 6], [8, 9, 12, 13], [11, 10, 15, 14]];
 
 /// Values of the taxels as a map.
 ///

@@ -68,7 +68,6 @@ impl Teleplot {
                 put("texture_period_mm", texture.period_mm.into());
                 put("texture_power_v2", texture.power_v2.into());
             }
-            Event::Pins(pins) => put("pins_n", pins.forces_n().sum::<f32>().into()),
             Event::Feel(feel) => {
                 for Reading { key, found, .. } in receptors(feel) {
                     found

@@ -20,7 +20,7 @@ use ridgetone_host::demo;
 use ridgetone_host::emulator::{self, Options, Outcome};
 use ridgetone_host::input::{Input, SLOT_S, Source, first_scene, frame_rate_hz};
 use ridgetone_host::replay;
-use ridgetone_proto::settings::{Feeling, PinDisplay, Settings};
+use ridgetone_proto::settings::{Feeling, Settings};
 use ridgetone_proto::telemetry::{Direction, Event, Hold, Packet, Span, Status, TravelStatus};
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -69,8 +69,8 @@ fn replayed_with(input: &Input, settings: Settings) -> Vec<Packet> {
 /// The events of each kind as they follow, but for the processor's load and stack and the chip's
 /// registers, which a pipeline on a PC does not have. Kinds may overtake each other: on the chip a
 /// fit takes a while, on the PC it is done at once.
-fn by_kind(packets: &[Packet]) -> [Vec<Event>; 13] {
-    let mut kinds = [const { Vec::new() }; 13];
+fn by_kind(packets: &[Packet]) -> [Vec<Event>; 12] {
+    let mut kinds = [const { Vec::new() }; 12];
     for packet in packets {
         let mut event = packet.event.clone();
         let kind = match &mut event {
@@ -90,7 +90,6 @@ fn by_kind(packets: &[Packet]) -> [Vec<Event>; 13] {
             Event::Raw(_) => 9,
             Event::Feel(_) => 10,
             Event::Texture(_) => 11,
-            Event::Pins(_) => 12,
         };
         kinds[kind].push(event);
     }
@@ -347,92 +346,6 @@ fn what_a_finger_feels_is_the_same_on_the_chip_and_on_the_pc() {
             );
         },
     );
-}
-
-/// Forces of displays while a grating slides over the finger, so seldom that no fit is longer than
-/// from one update to the next. The emulated board gets the display's settings when it has started,
-/// so the PC's first updates are more: without touch all pins rest.
-#[test]
-#[ignore = "needs the emulator: cargo xtask test"]
-fn forces_of_pins_are_the_same_on_the_chip_and_on_the_pc() {
-    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../hal-mock/scenes");
-    for_all(&[(4, 20), (10, 10), (7, 8)], |&(side, rate_hz)| {
-        let what = format!("{side} x {side} pins at {rate_hz} Hz");
-        let pins = PinDisplay {
-            rate_hz,
-            side,
-            spacing_mm: 9.0 / f32::from(side),
-            ..PinDisplay::DEFAULT
-        };
-        let settings = Settings {
-            pins,
-            ..Settings::DEFAULT
-        };
-        let input = Input {
-            source: Source::Scene(
-                load_scene(scenes.join("c2.toml"), frame_rate_hz()).expect("a scene"),
-            ),
-            ..Input::default()
-        };
-        let (outcome, packets) = emulate_with(&input, settings, false);
-        let [.., found] = by_kind(&packets);
-        let [.., mut expected] = by_kind(&replayed_with(&input, settings));
-        let forces = |event: &Event| match event {
-            Event::Pins(pins) => (pins.t_us, pins.forces_n().collect::<Vec<_>>()),
-            event => panic!("{what}: {event:?}"),
-        };
-        let first = found
-            .first()
-            .map(|event| forces(event).0)
-            .unwrap_or_else(|| panic!("{what}: no forces"));
-        expected.retain(|event| {
-            let (t_us, forces_n) = forces(event);
-            assert!(
-                t_us >= first || forces_n.iter().all(|n| *n == 0.0),
-                "{what}: the board began too late"
-            );
-            t_us >= first
-        });
-        assert_eq!(found.len(), expected.len(), "{what}: updates were left out");
-        assert!(found == expected, "{what}: the PC gives other forces");
-        // Limits and slew, by the forces alone; updates are as often as wanted, or less.
-        let all: Vec<_> = found.iter().map(forces).collect();
-        let step_n = pins.slew_n_s / f32::from(rate_hz) + 1e-4;
-        for pair in all.windows(2) {
-            assert!(
-                pair[1].0 - pair[0].0 >= 990_000 / u64::from(rate_hz),
-                "{what}: {pair:?}"
-            );
-            let steps = pair[1]
-                .1
-                .iter()
-                .zip(&pair[0].1)
-                .map(|(now, before)| (now - before).abs());
-            assert!(steps.fold(0.0, f32::max) <= step_n, "{what}: {pair:?}");
-        }
-        let most = all
-            .iter()
-            .flat_map(|(_, forces_n)| forces_n)
-            .fold(0.0f32, |most, n| most.max(*n));
-        assert!(
-            most > 0.1 && most <= pins.force_n + 1e-4,
-            "{what}: {most} N"
-        );
-        assert!(
-            all.last()
-                .is_some_and(|(_, forces_n)| forces_n.iter().all(|n| *n == 0.0)),
-            "{what}: released"
-        );
-        assert_eq!(
-            (
-                outcome.counts.missing,
-                outcome.counts.damaged,
-                outcome.chip.lost
-            ),
-            (0, 0, 0),
-            "{what}"
-        );
-    });
 }
 
 /// The plain scenes from recordings, and one whose slide is longer than a window may be: of that

@@ -190,7 +190,6 @@ fn foxglove_gets_channels_schemas_and_messages() {
         "tone",
         "feel",
         "texture",
-        "pins",
         "diagnostics",
         "health",
     ] {

@@ -4,7 +4,7 @@ use crate::any_settings::try_settings;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use ridgetone_proto::plan::Plan;
-use ridgetone_proto::settings::{Array, Feeling, PinDisplay, Settings, SlideRule};
+use ridgetone_proto::settings::{Array, Feeling, Settings, SlideRule};
 
 /// Valid settings of every kind as bytes, some of which are then changed; and random bytes.
 #[test]
@@ -50,22 +50,6 @@ fn any_settings_are_refused_or_run() {
                 volts_per_um: if n % 3 == 0 { 0.0 } else { between(1e-9, 10.0) },
                 sigma_share: between(0.0, 1.0),
                 force_ratio: between(0.0, 100.0),
-            },
-            pins: PinDisplay {
-                rate_hz: if n % 2 == 0 {
-                    0
-                } else {
-                    between(8.0, 50.0) as u8
-                },
-                side: between(4.0, 10.0) as u8,
-                levels: between(1.0, 250.0) as u8,
-                spacing_mm: between(0.1, 100.0),
-                depth_mm: between(0.1, 100.0),
-                mpa_per_v: between(0.001, 1e6),
-                force_n: between(0.001, 100.0),
-                stroke_mm: between(0.001, 100.0),
-                // A level an update at least: 100 N of one level, 50 times a second.
-                slew_n_s: between(5000.0, 1e6),
             },
         };
         let mut buffer = [0; 160];

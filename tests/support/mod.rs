@@ -179,8 +179,7 @@ pub fn outcome(events: &[Event]) -> Outcome {
             | Event::Fault(_)
             | Event::Reply(_)
             | Event::Raw(_)
-            | Event::Feel(_)
-            | Event::Pins(_) => {}
+            | Event::Feel(_) => {}
         }
     }
     out

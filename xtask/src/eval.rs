@@ -59,16 +59,9 @@ pub fn touch(flags: &[String]) -> Result<()> {
     run(eval("touch").args(flags))
 }
 
-/// Computes on this PC; with `--chip` it builds the benchmark of a display and counts in the
-/// emulator.
+/// Computes what a pin display does to a finger.
 pub fn distance(flags: &[String]) -> Result<()> {
-    let mut distance = eval("distance");
-    distance.args(flags.iter().filter(|flag| *flag != "--chip"));
-    if has(flags, "--chip") && !has(flags, "--help") {
-        setup::qemu()?;
-        distance.arg("--elf").arg(images::build(images::PINS)?.0);
-    }
-    run(&mut distance)
+    run(eval("distance").args(flags))
 }
 
 /// Builds the boards' images and measures them on the register model; with `--write` it fills in

@@ -28,9 +28,6 @@ pub const BENCH: Image = bench("bench", "ridgetone-bench");
 /// The benchmark of the methods that the fit is compared with.
 pub const BASELINES: Image = bench("bench-baselines", "baselines-bench");
 
-/// The benchmark of a display of pins.
-pub const PINS: Image = bench("bench-pins", "pins-bench");
-
 const fn bench(name: &'static str, binary: &'static str) -> Image {
     Image {
         package: "ridgetone-eval",
@@ -127,14 +124,6 @@ impl Image {
             "--features",
             name,
         ]);
-        if self == PINS {
-            // The whole program is optimised at link time as the package with `main` is: here as
-            // the firmware's.
-            cargo.args([
-                "--config",
-                "profile.image.package.ridgetone-eval.opt-level=\"s\"",
-            ]);
-        }
         cargo
     }
 }
@@ -199,7 +188,7 @@ pub fn lint() -> Result<()> {
     for image in Board::value_variants()
         .iter()
         .map(|board| board.image())
-        .chain([BENCH, BASELINES, PINS])
+        .chain([BENCH, BASELINES])
     {
         announce(format_args!("linting the image {}", image.name));
         let clippy = toolchain == Toolchain::Rustup;

@@ -30,11 +30,10 @@ const PAGES: &str = "page::";
 const RIG: &str = "rig";
 
 /// Images that only long tests need, with the variables in which these find them.
-const IMAGES: [(&str, Image); 4] = [
+const IMAGES: [(&str, Image); 3] = [
     ("RIDGETONE_CHECKED_ELF", images::OVERFLOW_CHECKED),
     ("RIDGETONE_BENCH_ELF", images::BENCH),
     ("RIDGETONE_BASELINES_ELF", images::BASELINES),
-    ("RIDGETONE_PINS_ELF", images::PINS),
 ];
 
 /// Paths with the variables in which tests find them.

@@ -69,8 +69,7 @@ enum Task {
     #[command(disable_help_flag = true)]
     Touch(Flags),
     /// Computes what a pin display does to a finger, beside a paper's figures. With --write docs it
-    /// fills in docs/results/touch-at-a-distance.md; with --chip it counts the instructions of a frame in
-    /// the emulator.
+    /// fills in docs/results/touch-at-a-distance.md.
     #[command(disable_help_flag = true)]
     Distance(Flags),
     /// Measures start, load, interrupts and jitter of the boards' images on the register model.

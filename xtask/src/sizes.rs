@@ -42,7 +42,6 @@ pub const EMULATED: Budgets = Budgets {
         ("ridgetone_proto", 9_650),
         ("microfft", 5_960),
         ("ridgetone_feel", 3_120),
-        ("ridgetone_display", 6_100),
         (CONSTANTS, 4_150),
         (OTHER, 9_350),
     ],
@@ -74,14 +73,13 @@ pub const STYLUS: Budgets = Budgets {
 
 /// Most bytes of flash by crate. Together they are less than the 160 KiB that an image may take;
 /// the smaller board has 256.
-const FLASH: [(&str, u64); 9] = [
+const FLASH: [(&str, u64); 8] = [
     ("ridgetone_tone", 65_900),
     ("ridgetone", 51_700),
     ("ridgetone_firmware", 8_530),
     ("ridgetone_proto", 10_100),
     ("microfft", 5_930),
     ("ridgetone_feel", 3_090),
-    ("ridgetone_display", 6_100),
     (CONSTANTS, 3_980),
     (OTHER, 8_350),
 ];

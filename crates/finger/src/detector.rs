@@ -7,7 +7,6 @@ use crate::faults::diagnostics::Diagnostics;
 use crate::faults::episodes::{FaultEpisodes, add_flaws};
 use crate::frame::TimedConversion;
 use crate::health::{HealthReporter, health};
-use crate::pins::Due;
 use crate::ring::Ring;
 use crate::window::Window;
 use ridgetone_proto::boot::{Boot, SettingsSource};
@@ -78,16 +77,6 @@ impl Detector {
     /// Whether the finger is on something.
     pub const fn is_touched(&self) -> bool {
         self.tracker.contact.is_touched()
-    }
-
-    /// Whether an update of the display waits.
-    pub const fn has_pins(&self) -> bool {
-        self.tracker.pins.is_due()
-    }
-
-    /// The update of the display that waits. It is lost if it is not taken before the next one.
-    pub fn take_pins(&mut self) -> Option<Due> {
-        self.tracker.pins.take()
     }
 
     /// Board time at which device time is zero, microseconds, wrapping; any value before the first
@@ -241,7 +230,6 @@ impl Detector {
     pub fn change(&mut self, settings: &Settings, source: SettingsSource) -> bool {
         self.settings = *settings;
         self.source = source;
-        self.tracker.pins.change(&settings.pins, &self.plan);
         if settings.plan != self.plan {
             return false;
         }

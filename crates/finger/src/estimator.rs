@@ -3,7 +3,6 @@
 use crate::abscissa::{self, Fitted, Motion};
 use crate::faults::qualify::doubt;
 use crate::feeling::feel;
-use crate::pins::{Driver, Due};
 use crate::ring::reached;
 use crate::schedule::GROWING_FRAMES_MIN;
 use crate::surface::lag::lag;
@@ -15,7 +14,7 @@ use core::f32::consts::PI;
 use ridgetone_proto::fault::FaultSet;
 use ridgetone_proto::settings::{Settings, SlideRule, TAXELS};
 use ridgetone_proto::telemetry::{
-    Abscissa, Channel, Direction, Estimate, Feel, Movement, OtherTone, Pins, Span, Status, Texture,
+    Abscissa, Channel, Direction, Estimate, Feel, Movement, OtherTone, Span, Status, Texture,
     Travel, TravelStatus,
 };
 use ridgetone_tone::{Fit, Fitter, FrameSource, Overwritten, Values};
@@ -48,7 +47,6 @@ pub struct Estimator {
     reported_end: u32,
     /// Compares a texture with the latest one that was reported.
     pub textures: TextureReporter,
-    pins: Driver,
 }
 
 impl Estimator {
@@ -59,7 +57,6 @@ impl Estimator {
             fitter: Fitter::new(settings.harmonics),
             reported_end: 0,
             textures: TextureReporter::new(),
-            pins: Driver::new(),
         }
     }
 
@@ -121,20 +118,6 @@ impl Estimator {
             return Ok(None);
         }
         feel(window, source, self.fitter.scratch(), &self.settings)
-    }
-
-    /// An update of the display; None where the settings have none.
-    pub fn pins(&mut self, due: &Due) -> Option<Pins> {
-        let Self {
-            settings,
-            fitter,
-            pins,
-            ..
-        } = self;
-        settings
-            .pins
-            .is_on()
-            .then(|| pins.update(due, fitter.scratch(), settings))
     }
 
     /// What is under the finger by the estimate of the latest [`Self::run`], if it is to be

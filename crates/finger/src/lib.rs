@@ -16,7 +16,6 @@
 //! | windows of the slide that fall due | [`schedule`], [`window`] |
 //! | fit a window, in time or by place | [`estimator`], [`abscissa`], crate `ridgetone-tone` |
 //! | phases to spatial period, speed and direction | [`surface`] |
-//! | what is pressed, as forces of a display of pins | [`pins`], crate `ridgetone-display` |
 //! | faults: count, report, qualify estimates | [`faults`] |
 //! | what each task of the firmware does | [`tasks`] |
 //! | all of it in one call, for a PC | [`pipeline`] |
@@ -65,7 +64,6 @@ pub mod faults;
 pub mod feeling;
 pub mod frame;
 pub(crate) mod health;
-pub mod pins;
 pub mod pipeline;
 pub mod ring;
 pub mod scan;

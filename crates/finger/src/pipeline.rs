@@ -122,9 +122,6 @@ impl Pipeline {
             Some(conversion) => detector.push(conversion, ring, &shared.diagnostics, emit, due),
             None => detector.finish(ring, &shared.diagnostics, emit, due),
         }
-        if let Some(pins) = detector.take_pins().and_then(|due| estimator.pins(&due)) {
-            emit(Event::Pins(pins));
-        }
         for window in &windows {
             if let Ok(WindowFit::Done(estimate)) =
                 fit(window, estimator, &mut &*ring, profile.as_ref(), shared)

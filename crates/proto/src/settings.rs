@@ -2,7 +2,6 @@
 
 use crate::plan::{Bounds, Plan, PlanError, within};
 pub use crate::scan::{FRAME_RATE_HZ, RING_FRAMES, SCAN, TAXELS};
-use crate::telemetry::PINS_SIDE_MAX;
 use core::f32::consts::PI;
 use heapless::String;
 use serde::{Deserialize, Serialize};
@@ -104,69 +103,6 @@ impl Feeling {
     }
 }
 
-/// A square display of pins that presses what this finger feels into another one (event `pins`; the
-/// crate `ridgetone-display`).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct PinDisplay {
-    /// Updates a second, at most: from one to the next are whole frames of touch detection, 241 a
-    /// second. Zero: no event `pins`.
-    pub rate_hz: u8,
-    /// Pins on a side.
-    pub side: u8,
-    /// Levels of a pin between no force and the greatest one.
-    pub levels: u8,
-    /// Distance of the pins, millimetres.
-    pub spacing_mm: f32,
-    /// Rubber, and skin, between the pins and the receptors of the finger on them, millimetres.
-    pub depth_mm: f32,
-    /// Young's modulus over the reading at a strain of one: megapascals a volt. **Measure it on
-    /// your own finger.**
-    pub mpa_per_v: f32,
-    /// Greatest force of a pin, newtons.
-    pub force_n: f32,
-    /// Greatest way of a pin, millimetres; the finger on it opposes 0.5 N/mm.
-    pub stroke_mm: f32,
-    /// Greatest change of a force, newtons a second.
-    pub slew_n_s: f32,
-}
-
-impl PinDisplay {
-    /// What a finger opposes to a pin, newtons a millimetre: 3000 N/m at 2 N over about six pins
-    /// (Moy et al., section 3.1).
-    pub const STIFFNESS_N_MM: f32 = 0.5;
-
-    /// No event `pins`. Pins and layer of 2 mm are the paper's (Moy et al., section 5), force,
-    /// stroke and slew those of its ideal display (section 1). 13.6 MPa/V are the simulated
-    /// finger's: rubber of 1.7 MPa, and 0.125 V at a strain of one.
-    pub const DEFAULT: Self = Self {
-        rate_hz: 0,
-        side: 4,
-        levels: 200,
-        spacing_mm: 2.0,
-        depth_mm: 2.0,
-        mpa_per_v: 13.6,
-        force_n: 2.0,
-        stroke_mm: 4.0,
-        slew_n_s: 20.0,
-    };
-
-    /// Whether events `pins` are reported.
-    pub const fn is_on(&self) -> bool {
-        self.rate_hz > 0
-    }
-
-    /// Greatest force that both force and stroke allow, newtons.
-    pub const fn greatest_n(&self) -> f32 {
-        let by_stroke_n = self.stroke_mm * Self::STIFFNESS_N_MM;
-        if by_stroke_n < self.force_n {
-            by_stroke_n
-        } else {
-            self.force_n
-        }
-    }
-}
-
 /// Everything that a user can set.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
@@ -190,8 +126,6 @@ pub struct Settings {
     pub array: Array,
     /// What turns a vibration into what a finger feels.
     pub feel: Feeling,
-    /// The display that events `pins` are for.
-    pub pins: PinDisplay,
     /// What the chip converts, and how fast.
     pub plan: Plan,
 }
@@ -230,7 +164,6 @@ impl Settings {
         slide: SlideRule::Found,
         array: Array::DEFAULT,
         feel: Feeling::DEFAULT,
-        pins: PinDisplay::DEFAULT,
         plan: Plan::PAPER,
     };
 
@@ -324,25 +257,12 @@ impl Settings {
             unless_zero(self.feel.volts_per_um, 1e-9),
             self.feel.sigma_share,
             self.feel.force_ratio,
-            unless_zero(self.pins.rate_hz as f32, 8.0),
-            self.pins.side as f32,
-            self.pins.levels as f32,
-            self.pins.spacing_mm,
-            self.pins.depth_mm,
-            self.pins.mpa_per_v,
-            self.pins.force_n,
-            self.pins.stroke_mm,
         ];
         within(&BOUNDS, &values)?;
-        // With less than a level an update no pin would ever move; a millionth more, since the
-        // quotients are rounded.
-        let least_n_s =
-            1.000_001 * self.pins.greatest_n() / self.pins.levels as f32 * self.pins.rate_hz as f32;
-        let others = [
-            ("period_most_mm", period_least_mm, PERIOD_GREATEST_MM),
-            ("slew_n_s", least_n_s, 1e6),
-        ];
-        within(&others, &[period_most_mm, self.pins.slew_n_s])
+        within(
+            &[("period_most_mm", period_least_mm, PERIOD_GREATEST_MM)],
+            &[period_most_mm],
+        )
     }
 }
 
@@ -355,7 +275,7 @@ const PERIOD_GREATEST_MM: f32 = 100.0;
 
 /// Names, least and greatest values, in the order of the values in `Settings::check`. A table,
 /// because one call for each field takes a kilobyte of flash more.
-const BOUNDS: [Bounds; 25] = [
+const BOUNDS: [Bounds; 17] = [
     ("harmonics", 1.0, 5.0),
     // With a tenth the fit calls the window too short; no crystal has a millionth.
     ("accuracy", 1e-6, 0.1),
@@ -377,15 +297,6 @@ const BOUNDS: [Bounds; 25] = [
     ("volts_per_um", 1e-9, 10.0),
     ("sigma_share", 0.0, 1.0),
     ("force_ratio", 0.0, 100.0),
-    // Displays have 8 to 50 updates a second (Moy et al., section 1).
-    ("rate_hz", 8.0, 50.0),
-    ("side", 4.0, PINS_SIDE_MAX as f32),
-    ("levels", 1.0, 250.0),
-    ("spacing_mm", 0.1, 100.0),
-    ("depth_mm", 0.1, 100.0),
-    ("mpa_per_v", 1e-3, 1e6),
-    ("force_n", 1e-3, 100.0),
-    ("stroke_mm", 1e-3, 100.0),
 ];
 
 #[cfg(test)]
@@ -406,14 +317,6 @@ mod tests {
         let feeling = |feel| Settings {
             feel,
             ..Settings::DEFAULT
-        };
-        let display = |pins| Settings {
-            pins,
-            ..Settings::DEFAULT
-        };
-        let on = PinDisplay {
-            rate_hz: 20,
-            ..PinDisplay::DEFAULT
         };
         for (settings, field) in [
             (
@@ -542,53 +445,6 @@ mod tests {
                     ..Feeling::DEFAULT
                 }),
                 "force_ratio",
-            ),
-            (display(PinDisplay { rate_hz: 7, ..on }), "rate_hz"),
-            (display(PinDisplay { rate_hz: 51, ..on }), "rate_hz"),
-            (display(PinDisplay { side: 11, ..on }), "side"),
-            (display(PinDisplay { levels: 0, ..on }), "levels"),
-            (
-                display(PinDisplay {
-                    spacing_mm: f32::NAN,
-                    ..on
-                }),
-                "spacing_mm",
-            ),
-            (
-                display(PinDisplay {
-                    depth_mm: 0.0,
-                    ..on
-                }),
-                "depth_mm",
-            ),
-            (
-                display(PinDisplay {
-                    mpa_per_v: -1.0,
-                    ..on
-                }),
-                "mpa_per_v",
-            ),
-            (
-                display(PinDisplay {
-                    force_n: f32::INFINITY,
-                    ..on
-                }),
-                "force_n",
-            ),
-            (
-                display(PinDisplay {
-                    stroke_mm: 0.0,
-                    ..on
-                }),
-                "stroke_mm",
-            ),
-            // A level is 0.01 N, and an update may change 0.005 N.
-            (
-                display(PinDisplay {
-                    slew_n_s: 0.1,
-                    ..on
-                }),
-                "slew_n_s",
             ),
             (
                 Settings {

@@ -20,7 +20,7 @@ use crate::settings::Settings;
 use embedded_storage::nor_flash::NorFlash;
 
 /// Version of a record's content; other versions are not read. Raise it when [`Settings`] change.
-const VERSION: u8 = 3;
+const VERSION: u8 = 4;
 
 /// Bytes of a record: number, version, settings (118 at most), and the checksum of all three.
 pub const RECORD_BYTES: usize = 128;

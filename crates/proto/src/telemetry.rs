@@ -7,7 +7,6 @@ mod event;
 mod feel;
 mod image;
 mod packet;
-mod pins;
 mod texture;
 
 pub use crate::framing::{TooLong, WIRE_MAX};
@@ -19,5 +18,4 @@ pub use event::{Contact, Event, Health, Hello, OdometryCounts, Raw, Release, Sli
 pub use feel::{BANDS, Feel, Measured, NO_LEVEL, RECEPTORS};
 pub use image::{Hold, Image, Pressed};
 pub use packet::{PROTOCOL, Packet, encode, longest_packet};
-pub use pins::{PINS_SIDE_MAX, PINS_SILENCE_US, Pins};
 pub use texture::{Overtones, Texture};

@@ -1,6 +1,5 @@
 //! One JSON object a packet. f32 values keep their shortest form, which reads back to the same f32.
 
-use super::pin_forces::PinForces;
 use crate::digits::seconds;
 use crate::feel::event::JsonFeel;
 use crate::frame::Frame;
@@ -111,7 +110,6 @@ enum Body<'a> {
     },
     Feel(JsonFeel),
     Texture(JsonTexture),
-    Pins(PinForces),
 }
 
 /// Whether a slide or an episode of a fault begins or is over.
@@ -343,7 +341,6 @@ fn with_reference(packet: &Packet, vref_v: Option<f32>) -> JsonPacket<'_> {
         },
         Event::Feel(feel) => Body::Feel(feel.into()),
         Event::Texture(texture) => Body::Texture(texture.into()),
-        Event::Pins(pins) => Body::Pins(pins.into()),
         Event::Raw(raw) => Body::Raw {
             raw,
             volts: vref_v.map(|vref_v| Frame::new(raw, vref_v).volts),

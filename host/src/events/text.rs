@@ -13,8 +13,8 @@ use ridgetone_proto::fault::{Fault, FaultKind};
 use ridgetone_proto::plan::Gives;
 use ridgetone_proto::settings::SlideRule;
 use ridgetone_proto::telemetry::{
-    Abscissa, Channel, Estimate, Event, Health, Hello, Hold, Image, Packet, Pins, Span, Texture,
-    Travel, TravelStatus,
+    Abscissa, Channel, Estimate, Event, Health, Hello, Hold, Image, Packet, Span, Texture, Travel,
+    TravelStatus,
 };
 
 /// A packet as one line, without its end; an image as five.
@@ -45,7 +45,6 @@ pub fn text(packet: &Packet) -> String {
         Event::Reply(e) => format!("{:>10}  reply     {}", "", reply(e)),
         Event::Feel(e) => line(e.t_us, "feel", &words(e)),
         Event::Texture(e) => line(e.t_us, "texture", &texture(e)),
-        Event::Pins(e) => line(e.t_us, "pins", &pins(e)),
         Event::Raw(e) => line(
             e.t_us,
             "raw",
@@ -213,24 +212,6 @@ fn texture(e: &Texture) -> String {
     format!(
         "period {period_mm} mm +- {period_sigma_mm} mm, power {power_uv2} uV^2 +- {power_sigma_uv2} uV^2, overtones {overtones} %{level}"
     )
-}
-
-fn pins(e: &Pins) -> String {
-    let side = e.side();
-    let (sum, most) = e
-        .forces_n()
-        .fold((0.0f32, 0.0f32), |(sum, most), n| (sum + n, most.max(n)));
-    let limited = if e.limited > 0 {
-        format!("; {} beyond the greatest force", e.limited)
-    } else {
-        String::new()
-    };
-    let skipped = if e.skipped > 0 {
-        format!("; {} updates left out before", e.skipped)
-    } else {
-        String::new()
-    };
-    format!("{side} x {side}, {sum:.3} N in all, {most:.3} N at most{limited}{skipped}")
 }
 
 fn fault(e: &Fault) -> String {

@@ -44,7 +44,7 @@ impl Recording {
                 }
                 Event::Estimate(_) | Event::Health(_) | Event::Image(_) => {}
                 Event::Fault(_) | Event::Reply(_) | Event::Raw(_) | Event::Feel(_) => {}
-                Event::Texture(_) | Event::Pins(_) => {}
+                Event::Texture(_) => {}
             }
         }
         let (mut t_us, mut before_us) = (0, conversions.first().map_or(0, |first| first.t_us));

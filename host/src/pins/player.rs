@@ -1,21 +1,20 @@
 //! A board's packets to the forces of a display, update by update.
 
 use super::skin::{Skin, strains, volts_per_strain};
-use crate::events::PinForces;
 use crate::frame::Frame;
 use crate::static_image::{SIDE, UNIT_PITCH_MM};
 use anyhow::Result;
 use hal_mock::Finger;
 use ridgetone_display::{Afterimage, Grid, Kelvin, Limits, Matching, Pins, Quantity};
 use ridgetone_proto::settings::{Settings, TAXELS};
-use ridgetone_proto::telemetry::{Event, PINS_SILENCE_US, Packet};
+use ridgetone_proto::telemetry::{Event, Packet};
 use serde::Serialize;
 
 /// Places of the sensor's map.
 const SENSORS: usize = SIDE * SIDE;
 
 /// Longest time between two frames in which the pins stay where they are, seconds.
-pub const SILENCE_S: f64 = PINS_SILENCE_US as f64 * 1e-6;
+pub const SILENCE_S: f64 = 0.5;
 
 /// The display, the finger on it, and how strains become forces.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,12 +72,29 @@ impl Memory {
     }
 }
 
+/// Forces of a display's pins.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PinForces {
+    /// Device time, seconds.
+    pub t_s: f64,
+    pub rows: usize,
+    pub columns: usize,
+    /// Row by row, newtons.
+    pub forces_n: Vec<f32>,
+    /// Force of a level, newtons.
+    pub level_n: f32,
+    /// Pins whose wanted force is beyond the display's limits.
+    pub limited: usize,
+    pub is_optimal: bool,
+    /// Bit k: taxel k counts.
+    pub taxels: u16,
+}
+
 /// One update of the display. Strains have no unit; where stresses are matched, they are stresses
 /// over Young's modulus.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "type", rename = "pins")]
 pub struct Update {
-    /// What a board that computes them reports too.
     #[serde(flatten)]
     pub pins: PinForces,
     /// Strain in the sensor, 4 x 4 row by row.
@@ -259,7 +275,6 @@ impl<'a> Player<'a> {
             forces_n: self.display.forces_n().to_vec(),
             level_n: limits.greatest_n() / f32::from(limits.levels),
             limited: 0,
-            skipped: 0,
             is_optimal: true,
             taxels: 0,
         }

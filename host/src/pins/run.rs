@@ -3,7 +3,6 @@
 use super::page::Page;
 use super::player::{Player, SILENCE_S, Update};
 use super::screen;
-use crate::events;
 use crate::feed::{Feed, Requester};
 use crate::listen::{Heard, Listener};
 use crate::output;
@@ -13,8 +12,6 @@ use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{
     self, Event as TerminalEvent, KeyCode, KeyEventKind, KeyModifiers,
 };
-use ridgetone_proto::telemetry::{Event, Packet};
-use std::cell::Cell;
 use std::net::SocketAddr;
 use std::time::{Duration, Instant};
 
@@ -63,24 +60,11 @@ pub fn run(feed: Feed, player: &mut Player<'_>, show: Show) -> (Feed, Result<()>
     (listener.feed, shown)
 }
 
-/// A line for each update: the board's, if it sends events `pins`; else the player's.
+/// A line for each update.
 fn lines(listener: &mut Listener, player: &mut Player<'_>, show: Show) -> Result<()> {
     let is_json = show == Show::Json;
-    let board_computes = Cell::new(false);
-    let mut board = |packet: &Packet| {
-        match &packet.event {
-            Event::Hello(hello) => board_computes.set(hello.settings.pins.is_on()),
-            Event::Pins(_) => output::line(&if is_json {
-                events::json(packet)?
-            } else {
-                events::text(packet)
-            })?,
-            _ => {}
-        }
-        Ok(board_computes.get())
-    };
-    follow_beside(listener, player, &mut board, &mut |_, update, player| {
-        if let (Some((update, true)), false) = (update, board_computes.get()) {
+    follow(listener, player, &mut |_, update, player| {
+        if let Some((update, true)) = update {
             output::line(&match is_json {
                 true => serde_json::to_string(update)?,
                 false => screen::summary(update, player.setup().gain),
@@ -94,16 +78,6 @@ fn lines(listener: &mut Listener, player: &mut Player<'_>, show: Show) -> Result
 type Sink<'a> = dyn FnMut(&str, Option<(&Update, bool)>, &Player<'_>) -> Result<bool> + 'a;
 
 fn follow(listener: &mut Listener, player: &mut Player<'_>, sink: &mut Sink<'_>) -> Result<()> {
-    follow_beside(listener, player, &mut |_| Ok(false), sink)
-}
-
-/// The same, unless `board` says of a packet that the board computes the forces itself.
-fn follow_beside(
-    listener: &mut Listener,
-    player: &mut Player<'_>,
-    board: &mut dyn FnMut(&Packet) -> Result<bool>,
-    sink: &mut Sink<'_>,
-) -> Result<()> {
     let (mut latest, mut heard_at) = (None, Instant::now());
     while !stop::is_requested() {
         let heard = match listener.next(LOOK) {
@@ -113,8 +87,7 @@ fn follow_beside(
         let update = match heard {
             Some(Heard::Packet(packet, _)) => {
                 heard_at = Instant::now();
-                let update = player.take(&packet)?;
-                if board(&packet)? { None } else { update }
+                player.take(&packet)?
             }
             Some(Heard::Over) => break,
             _ if heard_at.elapsed().as_secs_f64() > SILENCE_S => {

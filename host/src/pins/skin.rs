@@ -1,10 +1,12 @@
-//! Raw frames to strains under the sensor's skin, by the firmware's rule
-//! ([`ridgetone::pins::strains`]).
+//! Raw frames to strains under the sensor's skin.
+//!
+//! Pressure strains all four piezoresistors of a unit alike. Shear tilts its mesa, which stretches
+//! piezoresistor 1 as much as it compresses 3 (Oddo et al. 2009, section 2.1): their mean is free
+//! of it. So a unit has three values: that mean for both, and those of 2 and 4.
 
 use crate::frame::Frame;
-use crate::static_image::SIDE;
+use crate::static_image::{PLACES, SIDE};
 use hal_mock::Finger;
-use ridgetone::pins::strains::{by_place, of_pressure};
 use ridgetone_proto::settings::TAXELS;
 use std::collections::VecDeque;
 
@@ -58,15 +60,29 @@ impl Skin {
     }
 }
 
-/// Strains as a map, row by row, from volts above the level. What is dead takes the mean of its
-/// unit, and a dead unit has none.
+/// Strains as a map, row by row, from volts above the level. A dead taxel takes the mean of its
+/// unit, and a dead unit has no strain.
 pub fn strains(volts: &Volts, volts_per_strain: f64) -> [f32; SIDE * SIDE] {
-    let usable = volts
-        .iter()
-        .rev()
-        .fold(0, |mask, volts| mask << 1 | u16::from(volts.is_some()));
-    let pressed = of_pressure(&volts.map(|volts| volts.unwrap_or(0.0)), usable);
-    by_place(&pressed).map(|volts| (f64::from(volts) / volts_per_strain) as f32)
+    let mut pressed = [0.0; TAXELS];
+    for (pressed, unit) in pressed
+        .as_chunks_mut()
+        .0
+        .iter_mut()
+        .zip(volts.as_chunks().0)
+    {
+        *pressed = pressed_unit(unit);
+    }
+    std::array::from_fn(|place| {
+        (f64::from(pressed[PLACES.as_flattened()[place]]) / volts_per_strain) as f32
+    })
+}
+
+/// What pressure alone does to the four piezoresistors of a unit.
+fn pressed_unit(&[first, second, third, fourth]: &[Option<f32>; 4]) -> [f32; 4] {
+    let pair = first.zip(third).map(|(first, third)| 0.5 * (first + third));
+    let mean = mean([pair, second, fourth].into_iter().flatten()).unwrap_or(0.0);
+    let [pair, second, fourth] = [pair, second, fourth].map(|value| value.unwrap_or(mean));
+    [pair, second, pair, fourth]
 }
 
 /// Mean of some values; none of none.

@@ -413,47 +413,6 @@ const DIAGNOSTICS: [Field; 27] = [
     ),
 ];
 
-const PINS: [Field; 8] = [
-    ("rows", "integer", "", "rows of pins"),
-    (
-        "columns",
-        "integer",
-        "",
-        "columns of pins, along the sliding direction",
-    ),
-    ("forces_n", "number[]", "N", "forces, row by row"),
-    (
-        "level_n",
-        "number",
-        "N",
-        "force of a level: forces are whole numbers of it",
-    ),
-    (
-        "limited",
-        "integer",
-        "",
-        "pins whose wanted force is beyond the greatest",
-    ),
-    (
-        "skipped",
-        "integer",
-        "",
-        "updates that were left out before, as the fit took longer; 255 for more",
-    ),
-    (
-        "is_optimal",
-        "boolean",
-        "",
-        "whether they are the best forces",
-    ),
-    (
-        "taxels",
-        "integer",
-        "",
-        "taxels that count: bit k is taxel k",
-    ),
-];
-
 const HEALTH: [Field; 23] = [
     ("frames", "integer", "", "frames since start-up"),
     ("conversions_lost", "integer", "", "conversions lost"),
@@ -562,7 +521,6 @@ fn fields(topic: Topic) -> &'static [Field] {
         Topic::Tone => &TONE,
         Topic::Feel => &FEEL,
         Topic::Texture => &TEXTURE,
-        Topic::Pins => &PINS,
         Topic::Diagnostics => &DIAGNOSTICS,
         Topic::Health => &HEALTH,
     }
@@ -603,7 +561,7 @@ mod tests {
     use crate::utc::Receipt;
     use ridgetone_proto::command::{Outcome, Reply};
     use ridgetone_proto::fault::{Fault, FaultKind};
-    use ridgetone_proto::settings::{Feeling, PinDisplay, Settings};
+    use ridgetone_proto::settings::{Feeling, Settings};
     use ridgetone_proto::telemetry::{Event, Packet, Raw};
     use std::collections::BTreeSet;
     use std::sync::Arc;
@@ -642,13 +600,8 @@ mod tests {
             sigma_share: 0.1,
             force_ratio: 1.4,
         };
-        let pins = PinDisplay {
-            rate_hz: 8,
-            ..PinDisplay::DEFAULT
-        };
         let settings = Settings {
             feel,
-            pins,
             ..Settings::DEFAULT
         };
         crate::replay::run(

@@ -18,8 +18,6 @@ pub enum Topic {
     Feel,
     /// What is under the finger.
     Texture,
-    /// Forces for a display of pins.
-    Pins,
     /// Greetings, faults, answers to requests, connections and losses.
     Diagnostics,
     /// Counters and readings, once a second.
@@ -27,13 +25,12 @@ pub enum Topic {
 }
 
 impl Topic {
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 7] = [
         Self::Frames,
         Self::Contact,
         Self::Tone,
         Self::Feel,
         Self::Texture,
-        Self::Pins,
         Self::Diagnostics,
         Self::Health,
     ];
@@ -46,7 +43,6 @@ impl Topic {
             "estimate" => Self::Tone,
             "feel" => Self::Feel,
             "texture" => Self::Texture,
-            "pins" => Self::Pins,
             "health" => Self::Health,
             _ => Self::Diagnostics,
         }

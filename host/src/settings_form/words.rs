@@ -40,17 +40,6 @@ pub fn meaning(name: &str) -> Option<&'static str> {
         }
         "sigma_share" => "standard deviation of volts_per_um over it",
         "force_ratio" => "tangential over normal force; 0: by the static image before the slide",
-        "rate_hz" => "updates of a display of pins a second, 8 to 50; 0: no event `pins`",
-        "side" => "pins on a side, 4 to 10",
-        "levels" => "levels of a pin, 1 to 250",
-        "spacing_mm" => "distance of the pins, mm",
-        "depth_mm" => {
-            "rubber and skin between the pins and the receptors of the finger on them, mm"
-        }
-        "mpa_per_v" => "Young's modulus over the reading at a strain of one, MPa/V",
-        "force_n" => "greatest force of a pin, N",
-        "stroke_mm" => "greatest way of a pin, mm; the finger opposes 0.5 N/mm",
-        "slew_n_s" => "greatest change of a force, N/s",
         "alike" => "taxels that respond alike, as bits: the same sensor of every unit",
         _ => return None,
     })

@@ -6,7 +6,6 @@
 
 pub mod bars;
 mod charts;
-pub mod chip;
 pub mod experiment;
 pub mod gratings;
 pub mod layers;
@@ -29,16 +28,12 @@ Takes a few seconds. What is drawn is the same in every run.
 
 Examples:
   cargo xtask distance
-  cargo xtask distance --chip
   cargo xtask distance --write docs/results")]
 pub struct DistanceArgs {
     /// Folder with touch-at-a-distance.md to fill in; the pictures go into touch-at-a-distance/
     /// beside it.
     #[arg(long, value_name = "FOLDER")]
     write: Option<PathBuf>,
-    /// Count the instructions of a frame of a display with this image, and do nothing else.
-    #[arg(long, value_name = "FILE.elf", conflicts_with = "write")]
-    elf: Option<PathBuf>,
 }
 
 /// The page with its tables filled in.
@@ -61,9 +56,6 @@ pub fn pictures() -> Result<Vec<(&'static str, String)>> {
 }
 
 pub fn run(args: &DistanceArgs) -> Result<()> {
-    if let Some(elf) = &args.elf {
-        return chip::run(elf);
-    }
     let Some(folder) = &args.write else {
         for name in tables::NAMES {
             output::line(&format!(

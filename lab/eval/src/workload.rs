@@ -6,7 +6,6 @@
 //! ([`Frame`]), conversions of a detection ([`conversion`]). The job `End` comes last. The file
 //! `results` has every [`Measured`], in the order of the jobs.
 
-use crate::moving_bump::Load;
 use ads1258::Conversion;
 use ridgetone::frame::TimedConversion;
 pub use ridgetone_proto::telemetry::longest_packet;
@@ -72,19 +71,6 @@ pub enum Job {
     Baseline {
         method: u8,
         channels: u8,
-        frames: u32,
-    },
-    /// Forces of a display of `side` rows and columns, under a bump that moves
-    /// ([`crate::moving_bump`]); gives a [`Measured::Pins`] for every frame.
-    Pins {
-        side: u8,
-        frames: u32,
-    },
-    /// The firmware's updates of such a display, which keeps nothing from one to the next but where
-    /// its pins are.
-    Update {
-        side: u8,
-        load: Load,
         frames: u32,
     },
 }
@@ -195,13 +181,6 @@ pub enum Measured {
         instructions: u32,
         frequency_bits: Option<u32>,
     },
-    /// One frame of a display: multiplications, and the bits of the sum of the forces; or one
-    /// update: limited pins, and the sum of the levels.
-    Pins {
-        instructions: u32,
-        multiply_adds: u32,
-        bits: u32,
-    },
 }
 
 #[cfg(test)]
@@ -246,15 +225,6 @@ mod tests {
             Job::Encode,
             Job::Intake,
             baseline,
-            Job::Pins {
-                side: 10,
-                frames: 80,
-            },
-            Job::Update {
-                side: 4,
-                load: Load::Fast,
-                frames: 80,
-            },
         ] {
             assert_eq!(back(&job).0, job);
         }
@@ -303,11 +273,6 @@ mod tests {
             Measured::Baseline {
                 instructions: most,
                 frequency_bits: None,
-            },
-            Measured::Pins {
-                instructions: most,
-                multiply_adds: 3,
-                bits: most,
             },
         ] {
             assert_eq!(back(&measured).0, measured);

@@ -18,23 +18,11 @@ pub fn stress(r_mm: f32, z_mm: f32) -> f32 {
 /// Normal strain along z times Young's modulus. Its sum over the plane is 1 - poisson - 2 poisson^2
 /// times the force, which for rubber (0.5) is none: a wide even pressure does not compress it.
 pub fn strain(r_mm: f32, z_mm: f32, poisson: f32) -> f32 {
-    strain_by_square(z_mm, poisson)(r_mm * r_mm)
-}
-
-/// The same by the square of the distance beside the force: a display computes hundreds of them at
-/// one depth.
-pub(crate) fn strain_by_square(z_mm: f32, poisson: f32) -> impl Fn(f32) -> f32 {
-    let depth = z_mm * z_mm;
-    let (scale, along, across) = (
-        0.5 / PI * (1.0 + poisson) * z_mm,
-        3.0 * depth,
-        2.0 * poisson,
-    );
+    let (square, depth) = (r_mm * r_mm, z_mm * z_mm);
     // The stress along z less Poisson's share of the two across, radial and around; with r^2 = R^2
     // - z^2 their sum has two terms.
-    move |square| {
-        let root = inverse_root(square + depth);
-        let share = root * root;
-        scale * (share * root) * (along * share - across)
-    }
+    let root = inverse_root(square + depth);
+    let share = root * root;
+    let scale = 0.5 / PI * (1.0 + poisson) * z_mm;
+    scale * (share * root) * (3.0 * depth * share - 2.0 * poisson)
 }

@@ -17,7 +17,6 @@
 #![allow(clippy::neg_cmp_op_on_partial_ord)]
 
 mod afterimage;
-mod blocks;
 mod error;
 mod grid;
 pub mod half_plane;
@@ -29,8 +28,6 @@ mod nonnegative;
 mod packed;
 mod sensor_space;
 mod set;
-mod square;
-mod symmetry;
 
 pub use afterimage::Afterimage;
 pub use error::Error;
@@ -38,4 +35,3 @@ pub use grid::{Grid, Quantity};
 pub use kelvin::{Kelvin, SUBJECTS};
 pub use limits::{Limits, Pins, Steps};
 pub use matching::{Matching, PINS_MAX, Solution};
-pub use square::{Pressing, Square};

@@ -38,21 +38,6 @@ impl Set {
             .for_each(|(word, pins)| *word ^= pins);
     }
 
-    /// Pins 4 n to 4 n + 3, a bit each.
-    pub(crate) const fn four(&self, n: usize) -> u32 {
-        self.0[4 * n / BITS % WORDS] >> (4 * n % BITS) & 0xf
-    }
-
-    /// Puts those of pins 4 n to 4 n + 3 in whose bits are set.
-    pub(crate) const fn put_four(&mut self, n: usize, bits: u32) {
-        self.0[4 * n / BITS % WORDS] |= bits << (4 * n % BITS);
-    }
-
-    /// Those that are in another set too.
-    pub(crate) fn and(&self, pins: &Self) -> Self {
-        Self(core::array::from_fn(|word| self.0[word] & pins.0[word]))
-    }
-
     /// Takes all out but the one with the lowest number.
     pub(crate) fn keep_first(&mut self) {
         let mut keep = u32::MAX;
@@ -89,15 +74,6 @@ mod tests {
         set.flip_all(&Set::of(128, |pin| pin == 127 || pin == 1));
         assert_eq!((set.has(127), set.has(1), set.count()), (false, true, 4));
         assert_eq!(Set::of(100, |_| true).count(), 100);
-        set.put_four(24, 0b1001);
-        assert_eq!(
-            (set.four(24), set.four(0), set.four(31)),
-            (0b1001 | 0b1000, 0b0011, 0)
-        );
-        assert_eq!(
-            set.and(&Set::of(100, |pin| pin == 96)),
-            Set::of(100, |pin| pin == 96)
-        );
         for first in [0, 31, 32, 99, 127] {
             let mut set = Set::of(128, |pin| pin == first || pin > first + 20);
             set.keep_first();

@@ -3,7 +3,6 @@
 use crate::event_builder::EventBuilder;
 use crate::feeling::image_ratio;
 use crate::frame::{Frame, FrameClock};
-use crate::pins::Sampler;
 use crate::ring::Ring;
 use crate::scan::Scan;
 use crate::schedule::WindowScheduler;
@@ -26,7 +25,6 @@ pub struct Tracker {
     pub clock: FrameClock,
     pub scheduler: WindowScheduler,
     pub events: EventBuilder,
-    pub pins: Sampler,
     /// Frames that are still to be reported raw.
     pub raw_frames: u32,
     /// Nothing is reported but raw frames.
@@ -46,7 +44,6 @@ impl Tracker {
             clock: FrameClock::new(&Scan::new(&settings.plan)),
             scheduler: WindowScheduler::new(settings),
             events: EventBuilder::new(settings.vref_v),
-            pins: Sampler::new(&settings.pins, &settings.plan),
             raw_frames: 0,
             is_stopped: false,
             has_begun: false,
@@ -62,7 +59,6 @@ impl Tracker {
         self.has_begun = false;
         self.scheduler.whole = None;
         self.contact = contact(settings);
-        self.pins = Sampler::new(&settings.pins, &settings.plan);
     }
 
     /// The next frames are of another plan: begins again with them. `settings` are of that plan.
@@ -108,7 +104,6 @@ impl Tracker {
             clock,
             scheduler,
             events,
-            pins,
             averager,
             plan,
             ..
@@ -156,9 +151,6 @@ impl Tracker {
         if is_complete && frame.good != inputs {
             contact.note_good(frame.good);
         }
-        if is_complete {
-            pins.note(frame.good);
-        }
         // An incomplete frame has no valid value: the fit needs one abscissa for all channels.
         let valid = if is_complete { frame.good } else { 0 };
         ring.push(&self.values, valid, frame.t_us as u32);
@@ -182,7 +174,6 @@ impl Tracker {
             }
             emit(event);
         });
-        pins.step(number, frame.t_us, || contact.pressed());
         if let Some((start, until)) = contact.sliding() {
             scheduler.hop(
                 grid.first_frame(start),

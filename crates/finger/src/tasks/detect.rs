@@ -114,9 +114,6 @@ impl<'a> Detect<'a> {
                 }
             }
         }
-        if detector.has_pins() {
-            P::pend(shared, Task::Fit);
-        }
         shared.liveness.detected.bump();
     }
 }

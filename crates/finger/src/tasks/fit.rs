@@ -47,8 +47,6 @@ impl<S: Store> Fit<'_, S> {
         } = self;
         loop {
             loop {
-                // It takes a small part of the time of a fit.
-                pins(estimator, detector, outbox, shared);
                 // By reference, as the estimate: a copy would lie on the stack beside it.
                 let Some(window) = &windows.dequeue() else {
                     break;
@@ -72,23 +70,6 @@ impl<S: Store> Fit<'_, S> {
                 break;
             }
         }
-    }
-}
-
-/// Moves the pins of the display, if an update is due.
-// Not inlined: during a fit, the deepest of the stack, its packet has no place there.
-#[inline(never)]
-fn pins<P: Platform>(
-    estimator: &mut Estimator,
-    detector: &mut impl Mutex<T: DerefMut<Target = Detector>>,
-    outbox: &mut impl Mutex<T = Outbox<PACKETS>>,
-    shared: &Shared<P>,
-) {
-    if let Some(pins) = detector
-        .lock(|detector| detector.take_pins())
-        .and_then(|due| estimator.pins(&due))
-    {
-        outbox.lock(|outbox| post(outbox, Event::Pins(pins), shared));
     }
 }
 

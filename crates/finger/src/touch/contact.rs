@@ -14,7 +14,6 @@ use crate::touch::change::Change;
 use crate::touch::condition::Condition;
 use crate::touch::held::{BACK_AT_IDLE, HELD_BACK, HeldLevel, IS_LOAD};
 use crate::touch::idle::Idle;
-use crate::touch::image::is_dead;
 use crate::touch::loaded::Air;
 use crate::touch::motion::{BLOCK_FRAMES, Block, Motion};
 use crate::touch::onset::Frames;
@@ -24,7 +23,7 @@ use crate::touch::slide::{Moving, moved_until, planned, slide_end};
 use crate::touch::spike::{SPIKE_FRAMES, SPIKE_STILL_BLOCKS, Spike, TAP};
 use crate::touch::values::{difference, length};
 use ridgetone_proto::plan::Plan;
-use ridgetone_proto::settings::{SlideRule, TAXELS};
+use ridgetone_proto::settings::SlideRule;
 use ridgetone_proto::telemetry::Hold;
 use ridgetone_tone::Values;
 
@@ -121,21 +120,6 @@ impl ContactDetector {
     /// Whether the finger is on something.
     pub const fn is_touched(&self) -> bool {
         !matches!(self.phase, Phase::Learning(_) | Phase::Idle)
-    }
-
-    /// Means of the taxels over the latest block, less the level without touch, codes; zero without
-    /// touch, and where the air is not known. And which taxels are alive, a bit each.
-    #[inline(never)]
-    pub fn pressed(&self) -> (Values, u16) {
-        let (mut pressed, mut alive) = ([0.0; TAXELS], 0);
-        if self.is_touched() && self.air.is_known() {
-            let (mean, weights) = (self.motion.past().back(0), self.motion.weights());
-            for c in 0..TAXELS {
-                pressed[c] = mean[c] - self.idle.level[c];
-                alive |= u16::from(!is_dead(pressed[c], 1.0 / weights[c])) << c;
-            }
-        }
-        (pressed, alive)
     }
 
     /// While a slide lasts: its first frame, and the frame up to which it is known to have lasted.

@@ -12,7 +12,7 @@ const DEAD_VARIANCE: f32 = 1.1 / 12.0;
 
 /// Whether a taxel has neither changed since the touch began nor any noise, by its codes above the
 /// level before, and by the variance of its frames.
-pub fn is_dead(pressed: f32, variance: f32) -> bool {
+fn is_dead(pressed: f32, variance: f32) -> bool {
     pressed.abs() < 1.0 && variance < DEAD_VARIANCE
 }
 

@@ -3,7 +3,6 @@
 use super::estimate::Estimate;
 use super::feel::Feel;
 use super::image::Image;
-use super::pins::Pins;
 use super::texture::Texture;
 use crate::boot::{Boot, SettingsSource};
 use crate::command::Reply;
@@ -40,8 +39,6 @@ pub enum Event {
     Feel(Feel),
     /// What is under the finger.
     Texture(Texture),
-    /// Forces for a display of pins.
-    Pins(Pins),
 }
 
 /// First event after start-up, and again about every ten seconds.
@@ -192,7 +189,6 @@ impl Event {
             Self::Raw(e) => e.t_us,
             Self::Feel(e) => e.t_us,
             Self::Texture(e) => e.t_us,
-            Self::Pins(e) => e.t_us,
         })
     }
 }

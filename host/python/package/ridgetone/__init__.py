@@ -29,7 +29,6 @@ from ._objects import (
     Hello,
     Image,
     Object,
-    Pins,
     Raw,
     Release,
     Reply,
@@ -43,7 +42,7 @@ from ._recording import Path, Recording, Samples, native, read
 from ._ridgetone import Error, UsageError, __version__
 
 __all__ = [
-    "Contact", "Error", "Estimate", "Event", "Fault", "Feel", "Felt", "Fit", "Health", "Hello", "Image", "Live", "Object", "Pins",
+    "Contact", "Error", "Estimate", "Event", "Fault", "Feel", "Felt", "Fit", "Health", "Hello", "Image", "Live", "Object",
     "Raw", "Recording", "Release", "Reply", "Settings", "Slide", "Texture", "UsageError", "__version__", "feel", "fit", "live", "picture",
     "read", "replay", "settings",
 ]  # fmt: skip

@@ -159,20 +159,6 @@ class Texture(Event):
     level_v: float | None
 
 
-class Pins(Event):
-    """Forces for a display of pins, newtons, row by row."""
-
-    t_s: float
-    rows: int
-    columns: int
-    forces_n: list[float]
-    level_n: float
-    limited: int
-    skipped: int
-    is_optimal: bool
-    taxels: int
-
-
 class Release(Event):
     t_s: float
 

@@ -3,7 +3,7 @@
 use super::*;
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::telemetry::{
-    BANDS, Estimate, Feel, Hold, Measured, Movement, NO_LEVEL, OtherTone, Pins, Pressed,
+    BANDS, Estimate, Feel, Hold, Measured, Movement, NO_LEVEL, OtherTone, Pressed,
 };
 
 #[test]
@@ -234,28 +234,6 @@ fn a_texture_has_its_plan_by_name() {
             ..texture
         })
         .ends_with(r#""level_v":0.75}"#)
-    );
-}
-
-#[test]
-fn pins_have_their_forces_in_newtons() {
-    let levels = [0, 4, 250, 1].iter().copied().collect();
-    let pins = Pins {
-        t_us: 2_500_000,
-        taxels: 0xf0ff,
-        limited: 1,
-        skipped: 2,
-        is_optimal: true,
-        level_n: 0.25,
-        levels,
-    };
-    assert_eq!(
-        json(&Packet {
-            sequence: 4,
-            event: Event::Pins(pins)
-        })
-        .unwrap(),
-        r#"{"type":"pins","sequence":4,"t_s":2.5,"rows":2,"columns":2,"forces_n":[0.0,1.0,62.5,0.25],"level_n":0.25,"limited":1,"skipped":2,"is_optimal":true,"taxels":61695}"#
     );
 }
 

@@ -69,7 +69,7 @@ impl Bench<'_> {
                     self.files.write(Measured::Intake { instructions })?;
                 }
                 // The baselines and the pins have images of their own.
-                Job::Baseline { .. } | Job::Pins { .. } | Job::Update { .. } => return None,
+                Job::Baseline { .. } => return None,
             }
         }
     }

@@ -188,12 +188,3 @@ fn the_page_and_its_pictures_are_what_is_computed() {
         assert!(from_root(&path).is_file());
     }
 }
-
-/// The image has this PC's forces, to the last bit, within the bar of instructions.
-#[test]
-#[ignore = "needs the emulator: cargo xtask test --all"]
-#[cfg(target_os = "linux")]
-fn a_frame_of_a_display_is_within_its_instructions() {
-    let elf = std::env::var_os("RIDGETONE_PINS_ELF").expect("RIDGETONE_PINS_ELF names an image");
-    distance::chip::run(elf.as_ref()).expect("a run within the bar");
-}
