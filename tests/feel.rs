@@ -26,17 +26,34 @@ fn settings(plan: Plan) -> Settings {
     }
 }
 
-/// The event of a vibration of `um` micrometres in the taxels of a mask, whose missing frames are
-/// those of `is_missing`.
-fn felt(
+/// A vibration of `um` micrometres in the taxels of a mask.
+#[derive(Clone, Copy)]
+struct Vibration {
     plan: Plan,
     frames: usize,
     hz: f64,
     um: f64,
     taxels: u16,
+}
+
+/// The event of a vibration with all its frames.
+fn feel_of(vibration: Vibration) -> Option<Feel> {
+    feel_with_gaps(vibration, |_| false, None)
+}
+
+/// The event of a vibration that lacks the frames of `is_missing`.
+fn feel_with_gaps(
+    vibration: Vibration,
     is_missing: impl Fn(usize) -> bool,
     force_ratio: Option<Measured>,
 ) -> Option<Feel> {
+    let Vibration {
+        plan,
+        frames,
+        hz,
+        um,
+        taxels,
+    } = vibration;
     let rate_hz = f64::from(plan.frame_rate_hz());
     let amplitude = um * f64::from(VOLTS_PER_UM) / f64::from(volts(1, Settings::DEFAULT.vref_v));
     let value =
@@ -107,7 +124,14 @@ fn a_vibration_of_known_amplitude_fires_by_the_closed_form() {
         let bin_hz = rate_hz / (stride * points) as f64;
         for (cycles, um) in [(20.0, 300.0), (55.0, 90.0)] {
             let hz = cycles * bin_hz;
-            let found = felt(plan, frames, hz, um, 0x00f3, |_| false, None).expect("an event");
+            let found = feel_of(Vibration {
+                plan,
+                frames,
+                hz,
+                um,
+                taxels: 0x00f3,
+            })
+            .expect("an event");
             // Taxels that are not converted are not looked at.
             assert_eq!(
                 (found.taxels, found.t_us),
@@ -140,22 +164,29 @@ fn a_vibration_of_known_amplitude_fires_by_the_closed_form() {
 
 #[test]
 fn what_is_not_there_is_absent_and_never_zero() {
-    assert_eq!(
-        felt(Plan::PAPER, 127, 30.0, 50.0, u16::MAX, |_| false, None),
-        None,
-        "a slide shorter than the transform"
-    );
-    assert_eq!(
-        felt(Plan::PAPER, 200, 30.0, 50.0, 0, |_| false, None),
-        None,
-        "no taxel"
-    );
-    assert_eq!(
-        felt(Plan::PAPER, 200, 30.0, 0.0, u16::MAX, |_| false, None),
-        None,
-        "dead taxels"
-    );
-    let found = felt(Plan::PAPER, 200, 30.0, 50.0, u16::MAX, |_| false, None).unwrap();
+    let vibration = Vibration {
+        plan: Plan::PAPER,
+        frames: 200,
+        hz: 30.0,
+        um: 50.0,
+        taxels: u16::MAX,
+    };
+    let short = Vibration {
+        frames: 127,
+        ..vibration
+    };
+    assert_eq!(feel_of(short), None, "a slide shorter than the transform");
+    let untouched = Vibration {
+        taxels: 0,
+        ..vibration
+    };
+    assert_eq!(feel_of(untouched), None, "no taxel");
+    let dead = Vibration {
+        um: 0.0,
+        ..vibration
+    };
+    assert_eq!(feel_of(dead), None, "dead taxels");
+    let found = feel_of(vibration).unwrap();
     assert_eq!(
         found.per_hz.map(|found| found.is_some()),
         [true, false, true, false],
@@ -174,26 +205,15 @@ fn missing_frames_are_bridged_and_forces_make_a_score() {
         value: 1.4,
         sigma: 0.1,
     };
-    let whole = felt(
-        Plan::TEXTURE,
-        1024,
-        40.0,
-        80.0,
-        u16::MAX,
-        |_| false,
-        Some(ratio),
-    )
-    .unwrap();
-    let holed = felt(
-        Plan::TEXTURE,
-        1024,
-        40.0,
-        80.0,
-        u16::MAX,
-        |i| i < 3 || i % 50 == 7,
-        Some(ratio),
-    )
-    .unwrap();
+    let vibration = Vibration {
+        plan: Plan::TEXTURE,
+        frames: 1024,
+        hz: 40.0,
+        um: 80.0,
+        taxels: u16::MAX,
+    };
+    let whole = feel_with_gaps(vibration, |_| false, Some(ratio)).unwrap();
+    let holed = feel_with_gaps(vibration, |i| i < 3 || i % 50 == 7, Some(ratio)).unwrap();
     for (whole, holed) in whole.per_hz.into_iter().zip(holed.per_hz).take(1) {
         let (whole, holed) = (whole.unwrap().value, holed.unwrap().value);
         assert!((holed / whole - 1.0).abs() < 0.2, "{whole} {holed}");

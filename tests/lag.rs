@@ -34,7 +34,7 @@ struct Wave {
     backward: bool,
     frames: usize,
     amplitude: f64,
-    /// Of the second harmonic over that of the fundamental.
+    /// Amplitude of the second harmonic over that of the fundamental.
     overtone: f64,
     noise: f64,
     seed: u64,

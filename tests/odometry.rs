@@ -253,7 +253,7 @@ fn with_a_robot_every_window_gives_the_period() {
             "{name}: {good} of {}",
             out.window_fits.len()
         );
-        // Of the delay that nobody knows of 0.2 ms are always there.
+        // 0.2 ms of the unknown delay are always there.
         assert!(
             held(&out.window_fits) >= 0.95,
             "{name}: {}",

@@ -96,7 +96,7 @@ fn all_of_table_2_within_its_bars() {
     }
 }
 
-/// The same from recordings, whose rows are held, or resampled where they have another rate.
+/// Table 2 from recordings, whose rows are held, or resampled where they have another rate.
 #[test]
 fn all_of_table_2_from_recordings_of_any_rate() {
     for rate_hz in [200.0, 241.0, 241.14, 1000.0] {

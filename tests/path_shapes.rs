@@ -5,7 +5,7 @@ mod reference;
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
-use reference::{normal, peak_along, unit};
+use reference::{Neighbourhood, normal, peak_along, unit};
 use ridgetone_tone::{Fit, Fitter, FrameSpan, Status, Table, Values};
 use std::f64::consts::TAU;
 
@@ -76,14 +76,11 @@ fn along_any_path_it_is_the_maximum_of_the_likelihood() {
                 (Status::Good, harmonics),
                 "{name}, {period_mm} mm: {fit:?}"
             );
-            let peak = peak_along(
-                &values,
-                &places,
-                1.0 / period_mm,
-                0.4 / 30.0,
-                harmonics,
-                true,
-            );
+            let neighbourhood = Neighbourhood {
+                near: 1.0 / period_mm,
+                reach: 0.4 / 30.0,
+            };
+            let peak = peak_along(&values, &places, neighbourhood, harmonics, true);
             let off = (fit.frequency as f64 - peak) / fit.sigma as f64;
             assert!(
                 off.abs() < 0.1,

@@ -19,8 +19,8 @@ use touch::{SCANS, TONE_HZ};
 /// The slide begins at 0.8 s, after this many scans (`touch`).
 const SLIDE_SCAN: f64 = 0.8 * FRAME_RATE_HZ as f64;
 
-/// And ends here: a window that reaches beyond, before it is known that the finger holds, may find
-/// no tone.
+/// Time at which the slide ends, seconds. A window that reaches beyond it, before the hold is
+/// detected, may find no tone.
 const SLIDE_END_S: f32 = 2.8;
 
 struct Board {

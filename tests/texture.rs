@@ -102,7 +102,7 @@ fn a_grating_that_stays_is_reported_once() {
             "seed {seed}: {textures:?}"
         );
         assert_is(&textures[0], 3.6);
-        // Behind the estimate that has found it, and at its time.
+        // After the estimate that has found it, and at its time.
         let at = events
             .iter()
             .position(|event| matches!(event, Event::Texture(_)))
@@ -184,7 +184,7 @@ fn each_touch_reports_its_texture() {
     textures.iter().for_each(|texture| assert_is(texture, 3.6));
 }
 
-/// Of many runs in white noise the power scatters as its standard deviation says.
+/// Over many runs in white noise the power scatters as its standard deviation says.
 #[test]
 fn the_power_s_sigma_is_its_scatter() {
     const RUNS: u64 = 50;

@@ -14,7 +14,7 @@ pub struct FileError {
 }
 
 impl FileError {
-    /// Of a file of that name, at a line from 1.
+    /// An error in a file of that name, at a line counted from 1.
     pub fn new(file: &str, line: Option<u64>, message: impl Display) -> Self {
         Self {
             file: file.to_owned(),

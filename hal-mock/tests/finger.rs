@@ -599,7 +599,7 @@ fn a_hand_drags_both_ways() {
         ..Sliding::physical()
     });
     let start_s = scene.truth().slide_start_s;
-    // The same place, on the way out and back: what differs is friction.
+    // One place on the way out and back: only friction differs.
     let [out, back] = [0.2, 0.8].map(|swing| start_s + swing / 1.07);
     assert!((scene.position_mm(out) - scene.position_mm(back)).abs() < 1e-9);
     assert!(scene.speed_mm_s(out) > 100.0 && scene.speed_mm_s(back) < -100.0);

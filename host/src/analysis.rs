@@ -150,7 +150,8 @@ fn decibel(power: f32) -> f32 {
 fn residual_spectrum(
     volts: &[Vec<Option<f32>>],
     whole: &[Option<Harmonics>],
-    (rate_hz, frequency_hz): (f64, f64),
+    rate_hz: f64,
+    frequency_hz: f64,
 ) -> Option<ResidualSpectrum> {
     let mut channels: Vec<(f64, f64, Vec<f64>)> = Vec::new();
     for (volts, found) in volts.iter().zip(whole) {
@@ -176,7 +177,7 @@ fn residual_spectrum(
         let cycles = bin as f64 * frames as f64 / points as f64;
         let sum: f64 = channels
             .iter()
-            .map(|(_, squares, rest)| harmonics::power(rest, cycles) / squares)
+            .map(|(_, squares, residual)| harmonics::power(residual, cycles) / squares)
             .sum();
         decibel((sum / all) as f32)
     };
@@ -258,7 +259,7 @@ pub fn curves(live: &Live) -> Option<Curves> {
     let (first, last) = (frames.first()?, frames.last()?);
     let rate_hz = (frames.len() - 1) as f64 / (last.t_s - first.t_s).max(f64::MIN_POSITIVE);
     Some(Curves {
-        residual_spectrum: residual_spectrum(&read_v, &whole, (rate_hz, estimate.frequency.into())),
+        residual_spectrum: residual_spectrum(&read_v, &whole, rate_hz, estimate.frequency.into()),
         residual_v: whole
             .iter()
             .map(|found| found.as_ref().map(|found| found.residual_v))

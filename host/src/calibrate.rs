@@ -22,7 +22,7 @@ const GRATINGS_MIN: usize = 3;
 /// a fifth.
 const PULLED_MOST: f32 = 1.25;
 
-/// The same in pitches: at two, both directions look alike.
+/// Longest period, in nominal pitches of the array: at two, both directions look alike.
 const PITCHES_MOST: f32 = 1.98;
 
 pub struct Grating {

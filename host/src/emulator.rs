@@ -81,8 +81,8 @@ pub fn run(
     run_packets(input, options, &mut talk, progress)
 }
 
-/// The same with a PC that also sends. This PC's speed decides when bytes arrive: such a run does
-/// not repeat to the bit.
+/// A run in which the PC also sends. This PC's speed decides when bytes arrive: such a run does not
+/// repeat to the bit.
 pub fn run_packets(
     input: Opened,
     options: Options<'_>,

@@ -85,7 +85,7 @@ pub fn new_file(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>) -
     whole_file(path, write)
 }
 
-/// The same with a text.
+/// Writes a text to a new file.
 pub fn new_text(path: &Path, text: &str) -> Result<()> {
     new_file(path, |file| Ok(file.write_all(text.as_bytes())?))
 }

@@ -56,7 +56,7 @@ pub fn remarks(status: Status, abscissa: Abscissa, beside: &Beside) -> Vec<(&'st
     remarks
 }
 
-/// The same as phrases.
+/// Remarks on an estimate as phrases.
 pub fn phrases(estimate: &Estimate) -> Vec<String> {
     let remarks = remarks(estimate.status, estimate.abscissa, &estimate.into()).into_iter();
     remarks

@@ -176,7 +176,7 @@ pub fn with_json(settings: &Settings, given: &str) -> Result<Settings> {
     over(settings, given).map_err(|error| refuse(format!("{error:#}")))
 }
 
-/// The same in TOML. serde_json's numbers are no numbers to another format.
+/// A JSON value in TOML. serde_json's numbers are no numbers to another format.
 fn of_json(value: serde_json::Value) -> Option<Value> {
     Some(match value {
         serde_json::Value::Null => return None,

@@ -23,7 +23,7 @@ const BLOCK_S: f64 = 0.25;
 /// more slowly with temperature.
 const REACH_S: f64 = 600.0;
 
-/// The same for the height of the line.
+/// Delays within this much board time count for the height of the line, seconds.
 const NEAR_S: f64 = 15.0;
 
 /// A slope counts if it changes the delay over its span by five times the scatter of the least

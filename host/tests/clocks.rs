@@ -175,7 +175,7 @@ fn agree(paces: [f64; 2], board: impl Fn(&Path, f64) -> Vec<Stamp> + Sync) -> [V
         1e3 * least_s,
         1e3 * most_s
     );
-    // Of any two messages of the two boards.
+    // The least and the greatest difference between any two messages of the two boards.
     assert!(most_s - least_s < 1e-3, "{least_s} and {most_s} s");
     boards
 }

@@ -169,8 +169,8 @@ fn the_stack_s_depth_is_reported_once_a_second() {
     );
 }
 
-/// Of the release image arithmetic wraps silently; of this one it panics. A touch gives the same to
-/// the last bit.
+/// Arithmetic wraps silently in the release image and panics in this one. A touch gives equal bits
+/// in both.
 #[test]
 #[ignore = "needs the emulator and an image in RIDGETONE_CHECKED_ELF: cargo xtask test"]
 fn no_arithmetic_overflows_in_a_touch() {

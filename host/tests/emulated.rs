@@ -396,8 +396,8 @@ fn a_trace_is_the_same_on_the_chip_and_on_the_pc() {
     });
 }
 
-/// The same with a physical finger, whose skin creeps; with no noise but the chip's a slide's end
-/// is known to a frame.
+/// A physical finger, whose skin creeps. With no noise but the chip's the end of a slide is known to
+/// a frame.
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn a_physical_finger_is_the_same_on_the_chip_and_on_the_pc() {

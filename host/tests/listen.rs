@@ -56,7 +56,7 @@ fn telemetry_is_printed_as_json_and_a_disconnection_is_reported() {
         let used = encode(&packet, &mut wire).expect("it fits");
         board.write_all(&wire[..used]).expect("written");
         let (line, expected) = (next(&mut out), events::json(&packet).expect("JSON"));
-        // Behind it stands when it was received, and when it happened.
+        // After the fields come the time of receipt and the time at which it happened.
         let (begin, beside) = line.split_at(expected.len() - 1);
         assert_eq!(begin, &expected[..expected.len() - 1]);
         let object: serde_json::Value = serde_json::from_str(&line).expect("JSON");

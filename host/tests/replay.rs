@@ -116,7 +116,7 @@ fn a_scene_written_down_and_replayed() {
         "{found}"
     );
 
-    // The same in millivolts, with the scale that says so.
+    // The recording in millivolts, with the matching scale.
     let mut millivolts = String::new();
     for (row, line) in table.lines().enumerate() {
         let fields =

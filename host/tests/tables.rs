@@ -365,7 +365,7 @@ fn what_is_written_is_read_by_every_command_that_takes_a_recording() {
                 "fit", path, "--from", "1.6", "--to", "3.4", "--json",
             ])),
             without_name(run(&[&["feel", path], &surface[..]].concat())),
-            // The same grating three times is no line; it is refused after all of it was replayed.
+            // One grating three times does not determine a line; it is refused after the replay.
             vec![stderr(&calibrated).replace(path, "").into()],
         ]
     };

@@ -47,7 +47,7 @@ fn packets_with(settings: Settings, until_s: f64) -> Vec<Packet> {
         .collect()
 }
 
-/// The same as a recording.
+/// The packets as a recording.
 fn recorded(folder: &Path, packets: &[Packet]) -> PathBuf {
     recorded_as(folder, "touch.rec", packets)
 }

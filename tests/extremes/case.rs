@@ -59,7 +59,7 @@ impl Case {
         self.off_at_least(fit, near, 0.0)
     }
 
-    /// The same where no standard deviation counts as smaller than `least`.
+    /// As [`off`](Self::off), with no standard deviation smaller than `least`.
     pub fn off_at_least(&self, fit: &Fit, near: f64, least: f64) -> (f64, f64) {
         // Taxels that are invalid in more than a tenth of the frames do not keep frames from
         // counting.

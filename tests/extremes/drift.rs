@@ -21,18 +21,22 @@ fn drift(time: f64, t: f64) -> f64 {
     }
 }
 
-/// A tone with its noise 20 dB below, on a drift that swings each channel by up to `swing`
-/// amplitudes.
+/// A tone with its noise 20 dB below, on a drift of up to `swing` amplitudes.
 fn window(cycles: f64, time: f64, swing: f64, amplitude: f64, seed: u64) -> Case {
-    window_with(&[1.0], cycles, time, swing, amplitude, seed)
+    window_with(&[1.0], cycles, Drift { time, swing }, amplitude, seed)
 }
 
-/// The same with `harmonics` of these shares.
+/// A drift with its time constant in windows, that moves each channel by up to `swing` amplitudes.
+struct Drift {
+    time: f64,
+    swing: f64,
+}
+
+/// As [`window`], with harmonics of these shares.
 fn window_with(
     harmonics: &[f64],
     cycles: f64,
-    time: f64,
-    swing: f64,
+    Drift { time, swing }: Drift,
     amplitude: f64,
     seed: u64,
 ) -> Case {
@@ -164,10 +168,10 @@ fn a_huge_drift_makes_no_tone_a_part_of_itself() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// From one cycle on a drift, a slight one or a steep one, makes no other tone of what is there:
-/// what is good is right, most has the right frequency, and from one and a half cycles on, with
-/// overtones from 1.66, most is good. Fewer are never good: a single bump resembles them, and
-/// overtones with the drift's curves fill so short a window.
+/// From one cycle on, no drift turns the tone into another one: good answers are right, and most
+/// answers have the right frequency. Most are good from one and a half cycles on, with overtones
+/// from 1.66. Shorter windows are never good: a single bump looks the same, and overtones together
+/// with the drift's curves explain anything.
 #[test]
 fn one_cycle_or_two_on_a_drift_are_right() {
     let mut wrong = Vec::new();
@@ -176,14 +180,8 @@ fn one_cycle_or_two_on_a_drift_are_right() {
             for swing in [0.5, 2.0, 10.0] {
                 let truth = cycles / FRAMES as f64;
                 let case = |k: u64| {
-                    window_with(
-                        harmonics,
-                        cycles,
-                        TIMES[k as usize % 5],
-                        swing,
-                        AMPLITUDE,
-                        k,
-                    )
+                    let time = TIMES[k as usize % 5];
+                    window_with(harmonics, cycles, Drift { time, swing }, AMPLITUDE, k)
                 };
                 let fits: Vec<_> = (0..30).map(|k| case(k).fit()).collect();
                 let good: Vec<_> = fits

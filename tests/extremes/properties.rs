@@ -65,7 +65,7 @@ prop_compose! {
     }
 }
 
-/// The same in every run: `.cargo/config.toml` fixes it. `cargo xtask test --fresh` draws another.
+/// The seed, which `.cargo/config.toml` fixes for every run. `cargo xtask test --fresh` draws another.
 pub fn seed() -> u64 {
     match ProptestConfig::default().rng_seed {
         RngSeed::Fixed(seed) => seed,

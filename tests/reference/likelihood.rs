@@ -50,7 +50,8 @@ impl<'a> Likelihood<'a> {
         }
     }
 
-    /// Of the channels in `channels` alone, in the frames in which all of `taxels` are valid.
+    /// The likelihood of the channels in `channels` alone, over the frames in which all of `taxels`
+    /// are valid.
     pub fn only(self, channels: u16, valid: &[u16], taxels: u16) -> Self {
         let rows = (0..self.values.len())
             .filter(|n| valid[*n] & taxels == taxels)
@@ -185,33 +186,36 @@ fn orthonormal(columns: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
 
 /// The maximum within 0.4 bins of `near` over all channels of a whole window.
 pub fn log_likelihood_peak(values: &[[f32; 16]], near: f64, harmonics: usize, slope: bool) -> f64 {
-    let baseline = if slope {
-        Baseline::Line
-    } else {
-        Baseline::Level
-    };
-    Likelihood::new(values, harmonics, baseline).peak(near, 0.4 / values.len() as f64)
+    Likelihood::new(values, harmonics, baseline(slope)).peak(near, 0.4 / values.len() as f64)
 }
 
-/// The same along a path, in cycles per unit of `places`, within `reach` of `near`.
+/// Where to look for a maximum.
+pub struct Neighbourhood {
+    pub near: f64,
+    pub reach: f64,
+}
+
+/// The maximum along a path, in cycles per unit of `places`.
 pub fn peak_along(
     values: &[[f32; 16]],
     places: &[f64],
-    near: f64,
-    reach: f64,
+    neighbourhood: Neighbourhood,
     harmonics: usize,
     slope: bool,
 ) -> f64 {
-    let baseline = if slope {
-        Baseline::Line
-    } else {
-        Baseline::Level
-    };
-    let in_time = Likelihood::new(values, harmonics, baseline);
+    let in_time = Likelihood::new(values, harmonics, baseline(slope));
     Likelihood {
         places: places.to_vec(),
         highest: f64::INFINITY,
         ..in_time
     }
-    .peak(near, reach)
+    .peak(neighbourhood.near, neighbourhood.reach)
+}
+
+fn baseline(slope: bool) -> Baseline {
+    if slope {
+        Baseline::Line
+    } else {
+        Baseline::Level
+    }
 }

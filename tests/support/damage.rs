@@ -19,8 +19,8 @@ pub struct Tried {
     pub whole: u32,
     /// Spans between two zeros that are not a frame of the sender.
     pub damaged: u32,
-    /// Of those, the ones that the decoder takes for packets: whole frames that nobody sent. A
-    /// fuzzer may make them; at random they are one in four thousand million.
+    /// Damaged spans that the decoder takes for packets: whole frames that nobody sent. A fuzzer may
+    /// make them; random damage does so once in four thousand million.
     pub forged: u32,
 }
 

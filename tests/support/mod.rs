@@ -18,7 +18,7 @@ pub fn run(
     run_along(scene, settings, None, keep)
 }
 
-/// The same with a speed profile.
+/// Runs a scene with a speed profile.
 pub fn run_along(
     scene: impl Scene + 'static,
     settings: Settings,
@@ -37,7 +37,7 @@ pub fn run_along(
 /// seconds of scene time.
 pub type Stream = Vec<(f64, Vec<u8>)>;
 
-/// The same with a robot's messages, in the order of their times.
+/// Runs a scene with a robot's messages, in the order of their times.
 pub fn run_streamed(scene: impl Scene + 'static, settings: Settings, stream: Stream) -> Vec<Event> {
     run_all(
         SimulatedBoard::new(scene, Options::default()),
@@ -48,7 +48,7 @@ pub fn run_streamed(scene: impl Scene + 'static, settings: Settings, stream: Str
     )
 }
 
-/// The same on a board of one's own.
+/// Runs a board of the caller's.
 pub fn run_on(
     board: SimulatedBoard,
     settings: Settings,

@@ -8,7 +8,7 @@ use anyhow::{Context, Result, anyhow};
 use std::path::{Path, PathBuf};
 use std::{fs, thread};
 
-/// Of the README, in the workspace.
+/// The README's moving picture, in the workspace.
 const MOVING_PICTURE: &str = "docs/monitor.svg";
 
 /// Installs and builds everything, runs a scene file or else the default scene, and prints the

@@ -6,8 +6,8 @@ use crate::tools::{clean, find, read, run};
 use anyhow::{Context, Result, bail};
 use std::path::Path;
 
-/// Of probe-rs from 0.28 on. Without them the probe halts at each reset and HardFault, and with it
-/// the recovery that the firmware has of its own: restart, crash record, watchdog.
+/// Flags of probe-rs from 0.28 on. Without them the probe halts the chip at each reset and HardFault,
+/// and thereby disables the firmware's own recovery: restart, crash record, watchdog.
 const NO_HALT: [&str; 2] = ["--no-catch-reset", "--no-catch-hardfault"];
 
 /// Builds a board's image, flashes it and shows its log until interrupted.
@@ -19,7 +19,7 @@ pub fn flash(board: Board) -> Result<()> {
     flash_image(&image)
 }
 
-/// The same with an image that is built already, on the board that it is for. Cargo's runner.
+/// Flashes an image that is built already, on the board that it is for. Cargo's runner.
 pub fn flash_image(image: &Path) -> Result<()> {
     let chip = inspect::chip(&read(image)?)
         .with_context(|| format!("{} is for no board", image.display()))?;

@@ -20,9 +20,9 @@ const CONSTANTS: &str = "constants";
 
 /// Most bytes of an image.
 pub struct Budgets {
-    /// Of flash by crate.
+    /// Flash by crate.
     flash: &'static [(&'static str, u64)],
-    /// Of RAM by static, without the stack's 16 KiB.
+    /// RAM by static, without the stack's 16 KiB.
     ram: &'static [(&'static str, u64)],
 }
 

@@ -17,7 +17,7 @@ pub fn band_hz(band: usize) -> f32 {
 /// The power of the strongest line in each band, by the powers of the bins and their distance,
 /// hertz. None in a band without a bin.
 pub fn strongest_in_bands(powers: &[f32], bin_hz: f32) -> [Option<f32>; BANDS] {
-    // Of `exp2f` a chip would need doubles.
+    // Multiplied up band by band: `exp2f` computes in doubles, which the chip lacks.
     let (mut strongest, mut band, mut end_hz) = ([None; BANDS], 0, THIRD * FIRST_HZ);
     for (bin, power) in powers.iter().enumerate().skip(1) {
         let hz = bin as f32 * bin_hz;

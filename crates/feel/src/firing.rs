@@ -77,8 +77,8 @@ impl Firing {
         }
     }
 
-    /// The same with the mean of several windows, such as those of all channels at one time. Their
-    /// scatter is taken as common to all: it is not divided by their number.
+    /// Mean firing over several windows, such as those of all channels at one time. Their scatter is
+    /// taken as common to all: it is not divided by their number.
     pub fn mean<'f>(firings: impl Iterator<Item = &'f Self>) -> Self {
         let mut mean = Self::default();
         for (before, firing) in firings.enumerate() {

@@ -31,5 +31,5 @@ pub use force::force_ratio;
 pub use mean::MeanFiring;
 pub use receptor::{RECEPTORS, Receptor};
 pub use reference::{Conversion, NoAmplitude, Reference, SpectralLine};
-pub use score::{INDICES, Indices, PAPER_WINDOW_S, ROUGH, SOFT, Score};
+pub use score::{INDICES, Indices, PAPER_WINDOW_S, ROUGH, SOFT, Score, Windows};
 pub use spectrum::{POINTS_MAX, amplitude_at, amplitude_spectrum, points};

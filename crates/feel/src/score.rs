@@ -36,17 +36,25 @@ pub struct Score {
     pub residual_sigma: f32,
 }
 
+/// Lengths of windows, seconds: an intensity sums over bins, so it grows with the window.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Windows {
+    /// The windows that were measured.
+    pub measured_s: f32,
+    /// The windows for which the indices are wanted.
+    pub wanted_s: f32,
+}
+
 impl Indices {
-    /// From windows of `window_s` seconds, as windows of `as_window_s` would have them: as many
-    /// bins a hertz as those have. `log_sigma` is that of the conversion; `m` is M with its
-    /// standard deviation.
+    /// Indices as windows of another length would have them, which have more or fewer bins a
+    /// hertz. `log_sigma` is that of the conversion; `m` is M with its standard deviation.
     pub fn new(
         firing: &MeanFiring,
         log_sigma: f32,
-        (window_s, as_window_s): (f32, f32),
+        windows: Windows,
         m: Option<(f32, f32)>,
     ) -> Self {
-        let scale = as_window_s / window_s;
+        let scale = windows.wanted_s / windows.measured_s;
         let (mut values, mut covariance) = ([None; INDICES], [[0.0; INDICES]; INDICES]);
         let of_firing = firing.covariance(log_sigma);
         for a in 0..RECEPTORS {

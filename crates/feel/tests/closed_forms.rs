@@ -3,7 +3,7 @@
 
 use ridgetone_feel::{
     Absent, Conversion, Firing, Indices, MeanFiring, PAPER_WINDOW_S, ROUGH, Receptor, Reference,
-    SOFT, SpectralLine, amplitude_at, amplitude_spectrum, force_ratio, points,
+    SOFT, SpectralLine, Windows, amplitude_at, amplitude_spectrum, force_ratio, points,
 };
 use std::f64::consts::TAU;
 
@@ -335,7 +335,11 @@ fn intensities_of_another_window_have_as_many_bins_a_hertz() {
         intensity: [Some(100.0), None, Some(50.0), None],
         above: [[10.0; 4]; 4],
     });
-    let indices = Indices::new(&mean, 0.0, (0.5, PAPER_WINDOW_S), Some((1.2, 0.1)));
+    let windows = Windows {
+        measured_s: 0.5,
+        wanted_s: PAPER_WINDOW_S,
+    };
+    let indices = Indices::new(&mean, 0.0, windows, Some((1.2, 0.1)));
     assert_eq!(
         indices.values,
         [Some(600.0), None, Some(300.0), None, Some(1.2)]

@@ -3,7 +3,7 @@
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use ridgetone_feel::{
-    Conversion, Firing, Indices, MeanFiring, Receptor, Reference, Score, SpectralLine,
+    Conversion, Firing, Indices, MeanFiring, Receptor, Reference, Score, SpectralLine, Windows,
     amplitude_at, amplitude_spectrum,
 };
 use std::f64::consts::TAU;
@@ -14,6 +14,28 @@ const UNIT: Conversion = Conversion {
     log_sigma: 0.0,
 };
 
+const HALF_SECOND: Windows = Windows {
+    measured_s: 0.5,
+    wanted_s: 0.5,
+};
+
+#[derive(Clone, Copy)]
+struct Tone {
+    amplitude: f64,
+    hz: f64,
+}
+
+impl Tone {
+    const NONE: Self = Self::at_100_hz(0.0);
+
+    const fn at_100_hz(amplitude: f64) -> Self {
+        Self {
+            amplitude,
+            hz: 100.0,
+        }
+    }
+}
+
 struct Noise(ChaCha8Rng);
 
 impl Noise {
@@ -23,7 +45,8 @@ impl Noise {
     }
 
     /// A tone of `amplitude` at `hz` in white noise of `sigma`.
-    fn samples(&mut self, count: usize, (amplitude, hz): (f64, f64), sigma: f64) -> Vec<f32> {
+    fn samples(&mut self, count: usize, tone: Tone, sigma: f64) -> Vec<f32> {
+        let Tone { amplitude, hz } = tone;
         let phase = TAU * self.normal();
         let tone = |i: usize| amplitude * (TAU * hz * i as f64 / RATE_HZ + phase).cos();
         (0..count)
@@ -65,7 +88,7 @@ fn variance(covariance: &[[f32; 4]; 4], receptor: Receptor) -> f64 {
 /// thresholds and of a tone.
 #[test]
 fn the_closed_form_of_one_window() {
-    let runs = |sigma: f64, tone: (f64, f64), seed: u64| -> Vec<MeanFiring> {
+    let runs = |sigma: f64, tone: Tone, seed: u64| -> Vec<MeanFiring> {
         let mut noise = noise(seed);
         let run = |_| {
             let mut mean = MeanFiring::default();
@@ -90,7 +113,7 @@ fn the_closed_form_of_one_window() {
         scatter / (given / runs.len() as f64).sqrt()
     };
     // Amplitudes in a bin of some 5000 um, above all thresholds.
-    let loud = runs(1e5, (0.0, 0.0), 1);
+    let loud = runs(1e5, Tone::NONE, 1);
     for m in 0..4 {
         let ratio = ratio(&loud, m);
         assert!(
@@ -113,10 +136,14 @@ fn the_closed_form_of_one_window() {
         "{ratio_of_difference}"
     );
     // About at SA I's threshold of some 10 um.
-    let near = ratio(&runs(200.0, (0.0, 0.0), 2), sa1);
+    let near = ratio(&runs(200.0, Tone::NONE, 2), sa1);
     assert!((0.5..1.05).contains(&near), "{near}");
     // A tone 40 dB above the noise is steady: the closed form is a bound.
-    let tone = ratio(&runs(0.001, (1.0, 250.0), 3), fa2);
+    let steady = Tone {
+        amplitude: 1.0,
+        hz: 250.0,
+    };
+    let tone = ratio(&runs(0.001, steady, 3), fa2);
     assert!(tone < 0.3, "{tone}");
 }
 
@@ -127,7 +154,7 @@ fn the_scatter_of_several_windows() {
     let mut noise = noise(4);
     let (mut means, mut given) = (Vec::new(), Vec::new());
     for _ in 0..150 {
-        let samples = noise.samples(256 * 9, (0.0, 0.0), 1e5);
+        let samples = noise.samples(256 * 9, Tone::NONE, 1e5);
         let mut mean = MeanFiring::default();
         for window in 0..17 {
             mean.push(&firing(samples[128 * window..][..256].to_vec(), &UNIT));
@@ -157,7 +184,7 @@ fn the_conversion_and_the_scores_uncertainty() {
         let (mut logs, mut log_sigmas, mut scores, mut score_variances) =
             (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for _ in 0..600 {
-            let mut samples = noise.samples(1024, (tone, 100.0), sigma);
+            let mut samples = noise.samples(1024, Tone::at_100_hz(tone), sigma);
             let line = SpectralLine::measure(&mut samples, 50.0).expect("a power of two");
             let conversion = reference
                 .conversion(line.amplitude, line.sigma)
@@ -165,9 +192,9 @@ fn the_conversion_and_the_scores_uncertainty() {
             logs.push(f64::from(conversion.log_per_um));
             log_sigmas.push(f64::from(conversion.log_sigma).powi(2));
             let mut mean = MeanFiring::default();
-            mean.push(&firing(noise.samples(1024, (0.0, 0.0), 1e5), &conversion));
+            mean.push(&firing(noise.samples(1024, Tone::NONE, 1e5), &conversion));
             let m = (1.2 + 0.1 * noise.normal()) as f32;
-            let indices = Indices::new(&mean, conversion.log_sigma, (0.5, 0.5), Some((m, 0.1)));
+            let indices = Indices::new(&mean, conversion.log_sigma, HALF_SECOND, Some((m, 0.1)));
             let (value, sigma) = score.of(&indices).expect("a score");
             scores.push(f64::from(value) + 0.3 * noise.normal());
             score_variances.push(f64::from(sigma).powi(2));
@@ -209,12 +236,12 @@ fn per_hertz_the_window_does_not_matter() {
             (RATE_HZ as f32 / count as f32, 0.0, MeanFiring::default());
         for _ in 0..100 {
             amplitude +=
-                amplitude_at(&noise.samples(count, (0.0, 0.0), 1.0), 100.0 / bin_hz) / 100.0;
+                amplitude_at(&noise.samples(count, Tone::NONE, 1.0), 100.0 / bin_hz) / 100.0;
         }
         let conversion = reference.conversion(amplitude, 0.0).expect("an amplitude");
         for _ in 0..100 {
             mean.push(&firing(
-                noise.samples(count, (0.0, 0.0), 100.0),
+                noise.samples(count, Tone::NONE, 100.0),
                 &conversion,
             ));
         }
@@ -238,7 +265,7 @@ fn the_amplitude_of_several_windows() {
         let run = |_| {
             let lines: Vec<SpectralLine> = (0..windows)
                 .map(|_| {
-                    SpectralLine::measure(&mut noise.samples(256, (tone, 100.0), 1.0), 12.5)
+                    SpectralLine::measure(&mut noise.samples(256, Tone::at_100_hz(tone), 1.0), 12.5)
                         .expect("a power of two")
                 })
                 .collect();

@@ -5,7 +5,7 @@ use crate::window::Window;
 use ads1258::reading;
 use core::f32::consts::LN_10;
 use ridgetone_feel::{
-    Conversion, Firing, Indices, MeanFiring, PAPER_WINDOW_S, ROUGH, Receptor, SOFT, Score,
+    Conversion, Firing, Indices, MeanFiring, PAPER_WINDOW_S, ROUGH, Receptor, SOFT, Score, Windows,
     amplitude_spectrum, force_ratio, points, strongest_in_bands,
 };
 use ridgetone_proto::fault::FaultSet;
@@ -132,7 +132,10 @@ fn score(feel: &mut Feel, firing: &Firing, conversion: &Conversion) {
         Indices::new(
             &mean,
             conversion.log_sigma,
-            (feel.window_s, window_s),
+            Windows {
+                measured_s: feel.window_s,
+                wanted_s: window_s,
+            },
             forces,
         )
     };

@@ -347,7 +347,7 @@ impl Plan {
 /// A field's name, its least and its greatest value.
 pub(crate) type Bounds = (&'static str, f32, f32);
 
-/// Of a plan, in the order of the values in [`Plan::validate`].
+/// Bounds of a plan's fields, in the order of the values in [`Plan::validate`].
 const BOUNDS: [Bounds; 5] = [
     ("inputs", 1.0, TAXELS as f32),
     ("data_rate", 0.0, 3.0),

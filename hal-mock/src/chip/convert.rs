@@ -25,7 +25,8 @@ impl Conversion {
         self.epoch_ns + clock.ns(cycle)
     }
 
-    /// The same conversion with its rest counted from `now_ns` on, so that the clock may change.
+    /// This conversion with the time that is left counted from `now_ns` on, so that the clock may
+    /// change.
     pub(crate) fn rebased(self, clock: Clock, now_ns: u64) -> Self {
         let passed = clock.cycles(now_ns.saturating_sub(self.epoch_ns));
         Self {

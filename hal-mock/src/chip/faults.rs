@@ -15,12 +15,12 @@ pub enum Fault {
     /// The converter stands still: no conversion ends or begins. The end is a new start condition
     /// if START is high.
     Stall,
-    /// Inverts the bits of `mask` in one byte from the chip, once, `bytes_ahead` of the next byte.
-    /// Behind an edge of DRDY the next byte is the command of a read, and the four that follow are
-    /// its result.
+    /// Inverts the bits of `mask` once, in the byte from the chip that comes `bytes_ahead` bytes
+    /// after the next one. After an edge of DRDY the next byte is the command of a read, and the
+    /// four that follow are its result.
     DoutFlip { bytes_ahead: u64, mask: u8 },
-    /// The same in a byte to the chip, which obeys the changed byte: a read may become a write of
-    /// registers.
+    /// Inverts the bits of `mask` once in a byte to the chip, which obeys the changed byte: a read
+    /// may become a write of registers.
     DinFlip { bytes_ahead: u64, mask: u8 },
     /// DOUT is stuck, at ones if `high`. The chip still receives.
     DoutStuck { high: bool },

@@ -9,7 +9,7 @@ enum State {
     /// After CS low or the time-out: a command or a direct read.
     #[default]
     FrameStart,
-    /// Behind a finished command: another one may follow without toggling CS, a direct read may
+    /// After a finished command: another one may follow without toggling CS, a direct read may
     /// not.
     Command,
     /// Read by command: the result latched at the command, so that a DRDY edge does not touch it.

@@ -14,17 +14,30 @@ pub(crate) const GPIOC: u8 = 0x07;
 pub(crate) const GPIOD: u8 = 0x08;
 pub(crate) const ID: u8 = 0x09;
 
+/// A bit of a register.
+#[derive(Clone, Copy)]
+pub(crate) struct Bit {
+    register: u8,
+    number: u8,
+}
+
+impl Bit {
+    const fn new(register: u8, number: u8) -> Self {
+        Self { register, number }
+    }
+}
+
 /// SPI interface time-out of 256 tCLK instead of 4096.
-pub(crate) const SPIRST: (u8, u8) = (CONFIG0, 6);
+pub(crate) const SPIRST: Bit = Bit::new(CONFIG0, 6);
 /// Fixed channel instead of auto-scan.
-pub(crate) const MUXMOD: (u8, u8) = (CONFIG0, 5);
+pub(crate) const MUXMOD: Bit = Bit::new(CONFIG0, 5);
 /// External ADC inputs instead of the multiplexer's.
-pub(crate) const BYPAS: (u8, u8) = (CONFIG0, 4);
-pub(crate) const CHOP: (u8, u8) = (CONFIG0, 2);
+pub(crate) const BYPAS: Bit = Bit::new(CONFIG0, 4);
+pub(crate) const CHOP: Bit = Bit::new(CONFIG0, 2);
 /// Status byte in front of a direct read.
-pub(crate) const STAT: (u8, u8) = (CONFIG0, 1);
+pub(crate) const STAT: Bit = Bit::new(CONFIG0, 1);
 /// Sleep instead of standby while idle.
-pub(crate) const IDLMOD: (u8, u8) = (CONFIG1, 7);
+pub(crate) const IDLMOD: Bit = Bit::new(CONFIG1, 7);
 
 const RESET: [u8; REGISTERS] = [0x0A, 0x83, 0x00, 0x00, 0xFF, 0xFF, 0x00, 0xFF, 0x00, 0x8B];
 
@@ -88,9 +101,8 @@ impl Registers {
         self.bytes[usize::from(address)]
     }
 
-    /// A bit by its register and its number.
-    pub(crate) fn bit(&self, (address, bit): (u8, u8)) -> bool {
-        self.byte(address) & (1 << bit) != 0
+    pub(crate) fn bit(&self, bit: Bit) -> bool {
+        self.byte(bit.register) & (1 << bit.number) != 0
     }
 
     /// DLY[2:0], 0 to 7.

@@ -70,7 +70,7 @@ pub struct Finger {
     /// Relative change of resistance per unit of shear, > 0. Default 0.2: plausible, makes tones of
     /// some millivolts.
     pub sensitivity: f64,
-    /// The same for normal strain, relative to that for shear, >= 0. Default 0.5: plausible.
+    /// Sensitivity to normal strain relative to that for shear, >= 0. Default 0.5: plausible.
     pub normal_share: f64,
     /// Greatest relative deviation of a sensitivity from the others', 0 to 0.99. Default 0.15:
     /// plausible.
@@ -214,7 +214,7 @@ impl Finger {
             let gain = self.sensitivity * (1.0 + self.spread * random.symmetric());
             let resistance = 1.0 + self.resistance_spread * random.symmetric();
             let offset_v = self.supply_v / (1.0 + resistance);
-            // Of the divider's voltage, per relative change of one of its two all but equal
+            // Change of the divider's voltage per relative change of one of its two nearly equal
             // resistors.
             let volts = 0.25 * self.supply_v * gain;
             let felt =

@@ -22,27 +22,43 @@ pub(crate) struct Strain {
     pub(crate) shear: f64,
 }
 
+/// Stresses under a line load, each times -pi r^4 / 2.
+struct Stress {
+    along_x: f64,
+    along_z: f64,
+    shear: f64,
+}
+
 impl Material {
     /// Strain at `x_mm` beside and `depth_mm` under a load of 1 N per mm of its line that presses
     /// on the surface.
     pub(crate) fn pressed(self, x_mm: f64, depth_mm: f64) -> Strain {
         let (x, z) = (x_mm, depth_mm);
-        self.strain(x, z, z * x * x, z * z * z, x * z * z)
+        let stress = Stress {
+            along_x: z * x * x,
+            along_z: z * z * z,
+            shear: x * z * z,
+        };
+        self.strain(x * x + z * z, stress)
     }
 
-    /// The same under a load that drags the surface along +x.
+    /// Strain under a load of 1 N per mm that drags the surface along +x.
     pub(crate) fn dragged(self, x_mm: f64, depth_mm: f64) -> Strain {
         let (x, z) = (x_mm, depth_mm);
-        self.strain(x, z, x * x * x, x * z * z, x * x * z)
+        let stress = Stress {
+            along_x: x * x * x,
+            along_z: x * z * z,
+            shear: x * x * z,
+        };
+        self.strain(x * x + z * z, stress)
     }
 
-    /// Hooke's law for the stresses along x, along z and of shear, each times -pi r^4 / 2.
-    fn strain(self, x: f64, z: f64, along_x: f64, along_z: f64, shear: f64) -> Strain {
-        let r2 = x * x + z * z;
+    /// Hooke's law at the squared distance `r2` from the load.
+    fn strain(self, r2: f64, stress: Stress) -> Strain {
         let scale = 2.0 / (core::f64::consts::PI * r2 * r2 * self.modulus_mpa);
         Strain {
-            normal: scale * (along_z - self.poisson * along_x),
-            shear: scale * 2.0 * (1.0 + self.poisson) * shear,
+            normal: scale * (stress.along_z - self.poisson * stress.along_x),
+            shear: scale * 2.0 * (1.0 + self.poisson) * stress.shear,
         }
     }
 }
@@ -92,10 +108,10 @@ mod tests {
 
     #[test]
     fn every_layer_carries_the_whole_load() {
-        // Over a wide layer the shear stress sums up to the drag, and the stress along z to the
-        // pressure. Of an incompressible material (nu = 0.5) that is 2 (1 + nu) / E of the shear;
-        // the normal strain's sum lacks nu times the stress along x, whose sum under a pressure is
-        // as large.
+        // Over a wide layer the shear stress integrates to the drag and the stress along z to the
+        // pressure. For an incompressible material (nu = 0.5) the shear strain integrates to
+        // 2 (1 + nu) / E times the drag. The normal strain integrates to (1 - nu) / E times the
+        // pressure, since the stress along x has the same integral as the stress along z.
         let sum = |f: &dyn Fn(f64) -> f64| {
             (-400_000..400_000)
                 .map(|i| f(f64::from(i) * 0.01 + 0.005) * 0.01)

@@ -22,8 +22,8 @@ export function robust(values, share = 0.01) {
   return sorted.length ? [quantile(sorted, share), quantile(sorted, 1 - share)] : null;
 }
 
-// The same, but only values that are far from the median are left out, at most this share of them at each end: a second level
-// that lasts is none of them.
+// Range of the values without outliers: only values far from the median are left out, at most this share at each end, so that
+// a second level that lasts stays in.
 export function withoutWild(values, share) {
   const sorted = [...values].sort((a, b) => a - b);
   const middle = quantile(sorted, 0.5);

@@ -62,7 +62,7 @@ export function show({ live, settings_reply: reply, can_set: canSet }, isRun) {
 export function begin(send) {
   const options = [...Object.entries(PLANS).map(([name, what]) => [name, `${name}: ${what}`]), [OWN, "its own"]];
   $("plan").replaceChildren(...options.map(([name, text]) => new Option(text, name)));
-  // Of a new plan the default window and hop are right, and the latest ones may not be possible.
+  // A new plan begins with its default window and hop: the latest ones may not be possible with it.
   $("plan").addEventListener("input", () => { $("window_s").value = $("hop_s").value = ""; });
   $("settings-form").addEventListener("input", () => { isChanging = true; });
   $("settings-form").addEventListener("submit", async (event) => {

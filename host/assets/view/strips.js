@@ -3,7 +3,7 @@ import { Plot, colour, line, robust } from "./plot.js";
 import { round125 } from "./format.js";
 
 const TAXELS = 16;
-// Of sixteen swings the one that sets the rows' distance: the liveliest three may reach into their neighbours' rows.
+// Rank, among sixteen ranges, of the one that sets the rows' distance: the three widest may reach into their neighbours' rows.
 const SWING = 12;
 // The distance shrinks only when the rows would fit into this share of it.
 const SLACK = 0.6;

@@ -63,13 +63,13 @@ impl BoardOptions {
         Ok(Feed::new(Emulated::start(input, elf, silence, pace)))
     }
 
-    /// The same for requests alone: the emulated board feels the first scene at the speed of a real
-    /// one.
+    /// Opens a board for requests alone: the emulated one feels the first scene at the speed of a
+    /// real one.
     pub fn open_for_request(&self) -> Result<Feed> {
         self.open(None, Some(1.0), true)
     }
 
-    /// The same with nothing that touches the emulated board.
+    /// Opens a board; nothing touches the emulated one.
     pub fn open_untouched(&self) -> Result<Feed> {
         if self.emulated {
             self.emulate(Opened::untouched(), Some(1.0))

@@ -7,7 +7,7 @@ use crate::samples::Samples;
 use crate::table_fit::{Selection, columns};
 use anyhow::{Context, Result, bail, ensure};
 use ridgetone_feel::{
-    Conversion, Firing, Indices, MeanFiring, POINTS_MAX, Reference, SpectralLine,
+    Conversion, Firing, Indices, MeanFiring, POINTS_MAX, Reference, SpectralLine, Windows,
     amplitude_spectrum, points,
 };
 use std::ops::Range;
@@ -75,7 +75,10 @@ impl Felt {
         Indices::new(
             &self.firing,
             self.log_sigma,
-            (self.window_s as f32, as_window_s as f32),
+            Windows {
+                measured_s: self.window_s as f32,
+                wanted_s: as_window_s as f32,
+            },
             m,
         )
     }

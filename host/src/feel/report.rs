@@ -4,7 +4,7 @@ use super::coefficients::{Coefficients, NAMES};
 use super::measure::{Channel, Felt};
 use super::words::{JsonReceptor, JsonScore, OUTSIDE_SCALE, absent, is_outside_scale, needs};
 use crate::digits::{plus_minus, significant};
-use ridgetone_feel::{Indices, MeanFiring, Receptor, Score};
+use ridgetone_feel::{Indices, MeanFiring, Receptor, Score, Windows};
 use serde::Serialize;
 use std::fmt::Write;
 
@@ -82,8 +82,13 @@ fn json_channel<'a>(
 }
 
 fn receptors(felt: &Felt, firing: &MeanFiring, log_sigma: f32) -> Vec<JsonReceptor> {
-    let as_window =
-        |as_s: f64| Indices::new(firing, log_sigma, (felt.window_s as f32, as_s as f32), None);
+    let as_window = |wanted_s: f64| {
+        let windows = Windows {
+            measured_s: felt.window_s as f32,
+            wanted_s: wanted_s as f32,
+        };
+        Indices::new(firing, log_sigma, windows, None)
+    };
     let (window, second) = (as_window(felt.window_s), as_window(1.0));
     let receptor = |receptor: Receptor| {
         let (window, second) = (window.get(receptor as usize), second.get(receptor as usize));

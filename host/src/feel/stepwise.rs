@@ -19,10 +19,10 @@ const ROUNDING: f64 = 1e-12;
 
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variable {
-    /// None of a variable that is not in the model.
+    /// None if the variable is not in the model.
     pub coefficient: Option<f64>,
-    /// Of its coefficient, or of the one that it would have; none if the model's variables make it
-    /// up.
+    /// Significance of the coefficient, or of the one that it would have; none if the variable is a
+    /// combination of the model's.
     pub p: Option<f64>,
 }
 
@@ -33,7 +33,7 @@ pub struct Model {
     pub variables: Vec<Variable>,
     /// Share of the score's variance that it explains; 0 without a variable.
     pub r2: f64,
-    /// Of the model as a whole.
+    /// Significance of the model as a whole.
     pub p: f64,
     /// Standard deviation of the scores around the line.
     pub sigma: f64,
@@ -219,8 +219,8 @@ mod tests {
         assert_eq!(model.p, 1.0);
     }
 
-    /// The same twice over: F = 7.2 / (4.8 / 8) = 12, p = 0.0085; sigma^2 = 0.6, and of the slope
-    /// 0.6 / 20.
+    /// Each point twice: F = 7.2 / (4.8 / 8) = 12, p = 0.0085; the residual variance is 0.6, that of
+    /// the slope 0.6 / 20.
     #[test]
     fn a_line_by_hand() {
         let x: Vec<Vec<f64>> = (0..10)

@@ -38,7 +38,7 @@ pub struct Trained {
     pub p: f64,
     pub sigma: f64,
     pub constant: f64,
-    /// Of the variables in the model.
+    /// Coefficients of the variables in the model.
     pub coefficients: BTreeMap<&'static str, Coefficient>,
     /// Variables outside and why.
     pub excluded: BTreeMap<&'static str, String>,

@@ -12,7 +12,7 @@ pub(super) struct JsonReceptor {
     /// Sum over the window's bins.
     pub intensity: Option<f32>,
     pub intensity_sigma: Option<f32>,
-    /// The same with one term a hertz.
+    /// Intensity with one term a hertz, so that it does not depend on the window.
     pub intensity_per_hz: Option<f32>,
     pub intensity_per_hz_sigma: Option<f32>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -74,7 +74,7 @@ pub(super) fn absent(
     })
 }
 
-/// The same in a few words, beside the receptor's name.
+/// Why a score is absent, in a few words beside the receptor's name.
 pub(super) fn in_short(why: Absent) -> String {
     match why {
         Absent::RateTooLow(hz) => format!("needs more than {hz} rows a second"),

@@ -12,6 +12,7 @@ use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::buffer::Buffer;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+use ratatui::layout::Size;
 use ratatui::style::Color;
 use ridgetone::pipeline::Pipeline;
 use ridgetone_proto::fault::{Fault, FaultKind};
@@ -36,7 +37,7 @@ fn touched() -> Live {
     live
 }
 
-/// The same with what a finger feels: two microvolts are a micrometre.
+/// A touch with the event `feel`: two microvolts are a micrometre.
 fn feeling() -> Live {
     let mut live = Live::new("/dev/ttyUSB0");
     let mut sink = |packet: &Packet| {
@@ -82,7 +83,8 @@ fn with_frames(mut live: Live) -> Live {
     live
 }
 
-fn drawn(live: &Live, view: &View, (width, height): (u16, u16)) -> Buffer {
+fn drawn(live: &Live, view: &View, size: impl Into<Size>) -> Buffer {
+    let Size { width, height } = size.into();
     let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
     terminal.draw(|frame| draw(frame, live, view)).unwrap();
     terminal.backend().buffer().clone()

@@ -73,7 +73,7 @@ impl fmt::Display for Counts {
 struct State {
     frames: VecDeque<Taken>,
     events: VecDeque<Taken>,
-    /// Of the next message.
+    /// Number of the next message.
     order: u64,
     /// By finger, not reported yet.
     lost: Vec<Lost>,

@@ -56,7 +56,7 @@ impl Topic {
 /// The names in topics.
 #[derive(Clone, Debug)]
 pub struct Names {
-    /// Of what carries the fingers.
+    /// Name of what carries the fingers.
     pub board: String,
     pub fingers: Vec<String>,
 }

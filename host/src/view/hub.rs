@@ -259,12 +259,22 @@ pub fn state_of(live: Live) -> Result<String> {
     .state(0)
 }
 
+/// What an analysis of the latest frames has changed.
+#[derive(Clone, Copy)]
+struct Analysed {
+    has_new_spectrum: bool,
+    has_new_curves: bool,
+}
+
 impl Inner {
-    /// Makes spectrum and curves if they are due. Gives for each whether it is new.
-    fn analyse(&mut self) -> (bool, bool) {
+    /// Makes spectrum and curves if they are due.
+    fn analyse(&mut self) -> Analysed {
         if self.live.strips.is_empty() {
             self.curves_of_us = None;
-            return (self.spectrum.take().is_some(), self.curves.take().is_some());
+            return Analysed {
+                has_new_spectrum: self.spectrum.take().is_some(),
+                has_new_curves: self.curves.take().is_some(),
+            };
         }
         self.spectrum_is_old |= !self.frames.is_empty();
         let is_due = self.spectrum_is_old
@@ -287,7 +297,10 @@ impl Inner {
         if is_new {
             (self.curves, self.curves_of_us) = (curves(&self.live), of_us);
         }
-        (is_due, is_new)
+        Analysed {
+            has_new_spectrum: is_due,
+            has_new_curves: is_new,
+        }
     }
 
     fn common(&self) -> Common<'_> {
@@ -327,15 +340,15 @@ impl Inner {
         })?)
     }
 
-    fn update(&self, (spectrum, curves): (bool, bool)) -> Result<String> {
+    fn update(&self, analysed: Analysed) -> Result<String> {
         Ok(serde_json::to_string(&Update {
             common: self.common(),
             live: &self.live.now,
             points: &self.points,
             strips: &self.frames,
             log: (self.live.log != self.sent_log).then_some(&self.live.log),
-            spectrum: spectrum.then_some(self.spectrum.as_ref()),
-            curves: curves.then_some(self.curves.as_ref()),
+            spectrum: analysed.has_new_spectrum.then_some(self.spectrum.as_ref()),
+            curves: analysed.has_new_curves.then_some(self.curves.as_ref()),
         })?)
     }
 }

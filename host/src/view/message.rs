@@ -45,7 +45,7 @@ pub struct State<'a> {
     pub stream: u32,
     pub version: &'static str,
     pub places: [[usize; SIDE]; SIDE],
-    /// Of the spectrum in the event `feel`.
+    /// Thresholds for the spectrum in the event `feel`.
     pub thresholds: [Threshold; RECEPTORS],
     pub points_most: usize,
     pub frames_most: usize,

@@ -46,7 +46,7 @@ pub struct Summary {
     pub touches: usize,
     /// The first contact.
     pub contact_s: Option<f64>,
-    /// Of the latest whole slide; without one the latest with a tone.
+    /// The estimate of the latest whole slide; without one the latest with a tone.
     pub estimate: Option<Point>,
     pub remark: Option<String>,
 }

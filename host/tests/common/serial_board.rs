@@ -33,7 +33,7 @@ struct Shared {
 }
 
 pub struct SerialBoard {
-    /// Of its port.
+    /// Name of its port.
     pub name: String,
     /// From a frame's time to the moment at which its last conversion is complete, seconds.
     pub frame_s: f64,
@@ -53,7 +53,7 @@ impl SerialBoard {
         board
     }
 
-    /// The same, silent until it is to [`begin`](Self::begin).
+    /// A board that is silent until it is to [`begin`](Self::begin).
     pub fn waiting(rate_hz: f64) -> Self {
         let (end, name) = raw_end();
         let is_fast = rate_hz > f64::from(FRAME_RATE_HZ) + 1.0;

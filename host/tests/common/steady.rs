@@ -1,4 +1,4 @@
-//! The same touch over and over on the emulated chip: nothing may drift, leak or get lost.
+//! One touch over and over on the emulated chip: nothing may drift, leak or get lost.
 
 #[path = "../../../tests/support/memory.rs"]
 mod memory;

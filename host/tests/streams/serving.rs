@@ -15,7 +15,7 @@ impl Serving {
         Self::start_with(boards, arguments, &[])
     }
 
-    /// The same with these variables.
+    /// Starts it with environment variables.
     pub fn start_with(
         boards: &[&SerialBoard],
         arguments: &[&str],

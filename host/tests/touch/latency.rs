@@ -25,7 +25,7 @@ pub struct Measured {
     /// has read the difference of its clock and that of the sound it makes; the test, of the sound
     /// that is heard.
     pub clocks_s: f64,
-    /// Of the output alone, as the browser says, seconds.
+    /// Latency of the output alone, as the browser reports it, seconds.
     pub output_s: f64,
 }
 

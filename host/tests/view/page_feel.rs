@@ -125,7 +125,7 @@ fn what_a_finger_feels_has_bars_scales_and_a_spectrum_and_is_hidden_before() {
     let (_, png) = browser.offered(&save("feel", "png"));
     assert!(png.starts_with(b"\x89PNG\r\n\x1a\n") && png.len() > 2000);
 
-    // The same frames with another conversion: a tenth of the displacement is a decade less in
+    // These frames with another conversion: a tenth of the displacement is a decade less in
     // every bin that fires.
     browser.value("document.querySelector('[aria-label=\"Look touch.rec\"]').click()");
     browser.wait("document.getElementById('settings').hidden === false");

@@ -170,7 +170,7 @@ fn a_file_that_is_dropped_is_scrubbed_marked_and_compared_with_keys_too() {
         "{apart}"
     );
 
-    // The same frames with other settings.
+    // These frames with other settings.
     browser.value(
         "(() => { const window_s = document.getElementById('window_s'); window_s.value = '0.5'; \
          window_s.dispatchEvent(new Event('input', { bubbles: true })); document.getElementById('settings-send').click(); })()",

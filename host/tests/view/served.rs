@@ -102,7 +102,7 @@ fn it_serves_this_computer_only_and_its_state_as_json() {
         sleep(Duration::from_millis(100));
     }
     let live = &state()["live"];
-    // The same numbers as with --json.
+    // Numbers equal those of --json.
     let lines = common::json_lines(&common::run(&[
         "monitor",
         "--file",

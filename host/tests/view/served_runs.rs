@@ -143,7 +143,7 @@ fn a_run_is_what_the_commands_say_of_its_file_at_any_time_and_in_any_part() {
         short.2
     );
 
-    // The same frames with other settings, and as a table.
+    // These frames with other settings, and as a table.
     let (status, body) = post(
         &address,
         &format!("/runs/{id}/settings"),

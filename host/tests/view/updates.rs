@@ -224,7 +224,7 @@ fn the_curves_leave_nothing_of_the_fundamental_in_any_channel() {
         // Drawn as if all of a scan were read at once, the last taxel would leave a fifth.
         assert!(left < 0.03, "taxel {taxel}: {left}");
     }
-    // Of a whole slide the first frames may be gone.
+    // The first frames of a whole slide may be gone.
     let mut over = Live::new("a test");
     packets(f64::INFINITY)
         .iter()

@@ -27,7 +27,7 @@ impl Time {
         self.ns_at(self.cycles)
     }
 
-    /// The same for another number of cycles, not before the clock's latest change.
+    /// Time at another number of cycles, not before the clock's latest change.
     pub const fn ns_at(&self, cycles: u64) -> u64 {
         self.base_ns + cycles.saturating_sub(self.base_cycles) * 1_000_000 / self.khz
     }

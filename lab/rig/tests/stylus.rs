@@ -134,7 +134,7 @@ fn textures_change_in_the_motion_without_a_step() {
         .fold(0.0, f64::max);
     println!("greatest step {step:.2} V of {most:.2} V");
     assert!(step < most && step > 0.5 * most, "{step} {most}");
-    // Behind the last one it is that of its period, at any phase.
+    // After the last change the amplitude is that of its period, at any phase.
     let last_s = stylus.now_s();
     stylus.run_s(0.3);
     let place = |t_s: f64| 150.0 * (t_s - from_s);

@@ -41,7 +41,7 @@ impl Bus {
         self.write(address, width.bytes(), value)
     }
 
-    /// A word that must be aligned.
+    /// Reads a word that must be aligned.
     pub fn read_aligned(&mut self, address: u32) -> Result<u32, Stop> {
         if address & 3 != 0 {
             Err(Stop::Usage(Usage::Unaligned))
@@ -50,7 +50,7 @@ impl Bus {
         }
     }
 
-    /// The same.
+    /// Writes a word that must be aligned.
     pub fn write_aligned(&mut self, address: u32, value: u32) -> Result<(), Stop> {
         if address & 3 != 0 {
             Err(Stop::Usage(Usage::Unaligned))

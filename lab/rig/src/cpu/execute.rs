@@ -2,6 +2,7 @@
 //! 3-1), one being counted already: a load 2, a taken branch 2, a computed one 3, a division of
 //! integers 4, of floats 14.
 
+use super::integer::Operands;
 use super::op::Op;
 use super::operands::{Flags, SINK};
 use super::state::{Cpu, LAST_OF_IT};
@@ -11,7 +12,7 @@ use crate::width::Width;
 
 /// More cycles of a taken branch: the pipeline is filled anew.
 const BRANCH: u64 = 1;
-/// The same to an address from a register or memory.
+/// More cycles of a branch to an address from a register or memory.
 const COMPUTED_BRANCH: u64 = 2;
 /// More cycles of a division of integers: 2 to 12 in all.
 const DIVISION: u64 = 4;
@@ -28,8 +29,12 @@ impl Cpu {
                 imm,
                 carry,
             } => {
-                let (a, sets) = (self.r[usize::from(n)], self.sets(flags));
-                self.data_processing(f, sets, d, a, imm, carry.unwrap_or(self.c));
+                let operands = Operands {
+                    a: self.r[usize::from(n)],
+                    b: imm,
+                    carry: carry.unwrap_or(self.c),
+                };
+                self.write_back(self.data_processing(f, operands), d, self.sets(flags));
             }
             Op::DpReg {
                 f,
@@ -40,17 +45,14 @@ impl Cpu {
                 shift,
                 by,
             } => {
-                let (a, b, sets) = (
-                    self.r[usize::from(n)],
-                    self.r[usize::from(m)],
-                    self.sets(flags),
-                );
+                let (a, b) = (self.r[usize::from(n)], self.r[usize::from(m)]);
                 let (b, carry) = if by == 0 {
                     (b, self.c)
                 } else {
                     self.shift(shift, b, by.into())
                 };
-                self.data_processing(f, sets, d, a, b, carry);
+                let computed = self.data_processing(f, Operands { a, b, carry });
+                self.write_back(computed, d, self.sets(flags));
             }
             Op::ShiftReg {
                 shift,

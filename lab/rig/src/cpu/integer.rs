@@ -5,22 +5,29 @@ use super::op::Op;
 use super::operands::{Dp, Shift};
 use super::state::Cpu;
 
+/// Both operands of a data-processing instruction, and the shifter's carry.
+pub(super) struct Operands {
+    pub(super) a: u32,
+    pub(super) b: u32,
+    pub(super) carry: bool,
+}
+
+/// A result with carry and overflow.
+pub(super) struct Computed {
+    value: u32,
+    c: bool,
+    v: bool,
+}
+
 impl Cpu {
     pub(super) fn set_nz(&mut self, value: u32) {
         (self.n, self.z) = (value >> 31 != 0, value == 0);
     }
 
-    /// A data-processing instruction with its operands; `carry` is that of the shifter.
+    /// What a data-processing instruction computes, with its flags.
     #[inline(always)]
-    pub(super) fn data_processing(
-        &mut self,
-        f: Dp,
-        sets: bool,
-        d: u8,
-        a: u32,
-        b: u32,
-        carry: bool,
-    ) {
+    pub(super) fn data_processing(&self, f: Dp, operands: Operands) -> Computed {
+        let Operands { a, b, carry } = operands;
         let (value, c, v) = match f {
             Dp::And => (a & b, carry, self.v),
             Dp::Bic => (a & !b, carry, self.v),
@@ -35,10 +42,16 @@ impl Cpu {
             Dp::Sbc => add(a, !b, self.c),
             Dp::Rsb => add(b, !a, true),
         };
-        self.r[usize::from(d)] = value;
+        Computed { value, c, v }
+    }
+
+    /// Writes what was computed to register `d`, and its flags if the instruction `sets` them.
+    #[inline(always)]
+    pub(super) fn write_back(&mut self, computed: Computed, d: u8, sets: bool) {
+        self.r[usize::from(d)] = computed.value;
         if sets {
-            self.set_nz(value);
-            (self.c, self.v) = (c, v);
+            self.set_nz(computed.value);
+            (self.c, self.v) = (computed.c, computed.v);
         }
     }
 

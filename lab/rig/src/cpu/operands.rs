@@ -66,7 +66,7 @@ pub enum Float2 {
     Fnms,
 }
 
-/// The same with one operand.
+/// Floating-point instructions with one operand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Float1 {
     Mov,

@@ -63,7 +63,7 @@ pub(crate) struct Scs {
     since: [u64; EXCEPTIONS],
     /// Time that each began, cycles.
     begun: [u64; EXCEPTIONS],
-    /// Of each exception.
+    /// Statistics of each exception.
     pub served: [Served; EXCEPTIONS],
     /// The present time, cycles.
     pub now: u64,
@@ -230,7 +230,7 @@ impl Scs {
         if masks.faultmask {
             limit = limit.min(-1);
         }
-        // Of equal ones the first number wins.
+        // Among equal priorities the lowest number wins.
         let best = numbers(ready).min_by_key(|number| self.priority_of(*number))?;
         (self.priority_of(best) < limit).then_some(best)
     }

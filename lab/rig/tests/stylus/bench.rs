@@ -85,7 +85,7 @@ impl Stylus {
         outcome.unwrap_or_else(|failure| panic!("{failure}"));
     }
 
-    /// The same while the line is kept alive, ten times a second.
+    /// Runs while the line is kept alive, ten times a second.
     pub fn run_alive_s(&mut self, s: f64) {
         for _ in 0..(10.0 * s).round() as u32 {
             assert_eq!(self.command(Command::Alive), Outcome::Done);
@@ -100,7 +100,7 @@ impl Stylus {
         self.repeat(self.number, command)
     }
 
-    /// The same with a number of one's own.
+    /// Sends a command with a given number.
     #[track_caller]
     pub fn repeat(&mut self, number: u16, command: Command) -> Outcome {
         self.rig.send(&request(number, command));
