@@ -1,0 +1,80 @@
+//! The abscissa of a span: `u`, -1 at its start and 1 at its end, in time or along a path.
+
+/// `u` of the frames of a span.
+#[derive(Clone, Copy)]
+pub enum Abscissa<'a> {
+    /// In time: `u` of frame 0, and from one frame to the next.
+    Time {
+        /// `u` of frame 0.
+        start: f32,
+        /// From one frame to the next.
+        step: f32,
+    },
+    /// Along a path.
+    Path {
+        /// A frame's place by its number.
+        place: &'a dyn Fn(u32) -> f32,
+        /// Middle of its range.
+        centre: f32,
+        /// Half of its range.
+        half: f32,
+        /// Its length with all turns over its range.
+        travel: f32,
+    },
+}
+
+/// Frames from one place to the next whose distance counts for the length of a path: the steps of
+/// an encoder do not make it longer.
+const STRIDE_FRAMES: u32 = 8;
+
+impl<'a> Abscissa<'a> {
+    /// The abscissa of `frames` frames in time.
+    pub fn time(frames: u32) -> Self {
+        let step = 2.0 / frames.max(1) as f32;
+        Self::Time {
+            start: -0.5 * (frames as f32 - 1.0) * step,
+            step,
+        }
+    }
+
+    /// The abscissa of `frames` frames along a path. None if it does not move, or a place is not
+    /// finite.
+    pub fn path(place: &'a dyn Fn(u32) -> f32, frames: u32) -> Option<Self> {
+        let (mut least, mut most) = (f32::INFINITY, f32::NEG_INFINITY);
+        let (mut length, mut from) = (0.0, place(0));
+        for frame in 0..frames {
+            let to = place(frame);
+            if !to.is_finite() {
+                return None;
+            }
+            (least, most) = (least.min(to), most.max(to));
+            if frame.is_multiple_of(STRIDE_FRAMES) || frame + 1 == frames {
+                length += (to - from).abs();
+                from = to;
+            }
+        }
+        let range = 0.5 * (most - least);
+        let travel = (0.5 * length / range).max(1.0);
+        // As in time, the ends lie half a frame beyond the first and the last one.
+        let half = range * (1.0 + travel / frames.max(1) as f32);
+        (range > 0.0).then_some(Self::Path {
+            place,
+            centre: least + range,
+            half,
+            travel,
+        })
+    }
+
+    /// `u` of a frame.
+    pub fn u(&self, frame: u32) -> f32 {
+        match self {
+            Self::Time { start, step } => start + step * frame as f32,
+            Self::Path {
+                place,
+                centre,
+                half,
+                ..
+            } => (place(frame) - centre) / half,
+        }
+    }
+}

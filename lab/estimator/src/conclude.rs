@@ -1,0 +1,331 @@
+//! What a window says: the mean frequency, its uncertainty, and the one place where a status is
+//! set.
+
+use crate::blocks::Blocks;
+use crate::covariance::form;
+use crate::fit::{Fit, Movement, OtherTone, Status, Tests};
+use crate::frame_span::FrameSpan;
+use crate::legendre::{legendre, slopes};
+use crate::limits::{DEGREES_MAX, HARMONICS_MAX, MOVES_MAX, OVERTONES};
+use crate::matrix::Factor;
+use crate::mean::{Evidence, MeanPhase};
+use crate::movement::Followed;
+use crate::neighbours::Neighbours;
+use crate::scene::Scene;
+use crate::solve::Power;
+use crate::statistics::Statistics;
+use crate::tests::{Other, Z_TEST};
+use core::f32::consts::PI;
+
+/// Deviate of a line over its neighbourhood: 1e-5, which is 1e-3 over a hundred places.
+const Z_LINE: f32 = 4.3;
+/// Fewer cycles are no period.
+const CYCLES: f32 = 1.15;
+/// The same where all channels have one shape in time: any bump looks like it.
+const CYCLES_ONE: f32 = 2.0;
+/// Phase beyond the fitted degrees, radians: past it a cycle may be lost.
+const FOLLOWED: f32 = 0.2;
+/// Power beside the line, as a share of the tone's, that is a second tone.
+const BESIDE: f32 = 0.125;
+/// How far an amplitude may go, root mean square, as a share of it.
+const FADING: f32 = 0.7;
+/// Largest relative sigma of a frequency.
+const SIGMA_MAX: f32 = 0.1;
+/// Sigma of a variance from few samples.
+const FEW_SAMPLES: f32 = 1.2;
+
+/// The mean frequency, in cycles a window.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Mean {
+    /// The mean.
+    pub cycles: f32,
+    /// Its standard deviation.
+    pub sigma: f32,
+    /// How the phase moves.
+    pub phase: MeanPhase,
+}
+
+/// Mean frequency and its uncertainty.
+#[inline(never)]
+pub fn mean(
+    followed: &Followed,
+    powers: &[Power; HARMONICS_MAX],
+    neighbours: &Neighbours,
+    blocks: &Blocks,
+    scene: &Scene,
+) -> Mean {
+    let n = followed.degrees.phase;
+    let scale = Scale::new(followed, powers, neighbours, blocks);
+    let mut evidence = Evidence {
+        phase: [0.0; DEGREES_MAX],
+        covariance: [[0.0; DEGREES_MAX]; DEGREES_MAX],
+        count: n,
+        freedom: scale.freedom,
+        steady: scene.steady(),
+    };
+    for i in 0..n {
+        let moved = if i > 0 && i < MOVES_MAX {
+            followed.course.moved[i + 1]
+        } else {
+            0.0
+        };
+        evidence.phase[i] = followed.moved[i] + moved;
+        for j in 0..n {
+            evidence.covariance[i][j] = scale.factor * followed.covariance[i][j];
+        }
+    }
+    let phase = evidence.mean_phase();
+    Mean {
+        cycles: followed.course.cycles + phase.mean / PI,
+        sigma: libm::sqrtf(phase.variance) / PI,
+        phase,
+    }
+}
+
+/// By what the covariance of the movement is larger than the noise next to the lines says.
+struct Scale {
+    factor: f32,
+    /// Degrees of freedom.
+    freedom: f32,
+}
+
+impl Scale {
+    /// The noise where the mean frequency sees it, from as many samples as there are.
+    fn new(
+        followed: &Followed,
+        powers: &[Power; HARMONICS_MAX],
+        neighbours: &Neighbours,
+        blocks: &Blocks,
+    ) -> Self {
+        let n = followed.fitted.phase;
+        let factor = Factor::new(&followed.information, n);
+        let mut course: [f32; 2 * DEGREES_MAX] =
+            core::array::from_fn(|i| if i < n && i % 2 == 0 { 1.0 } else { 0.0 });
+        factor.solve(&mut course);
+        let at = |u: f32| {
+            let p = legendre::<{ DEGREES_MAX + 1 }>(u);
+            course[..n]
+                .iter()
+                .zip(&p[1..])
+                .map(|(x, p)| x * p)
+                .sum::<f32>()
+        };
+        let count = blocks.count();
+        let level = (0..count).map(|b| at(blocks.middle(b))).sum::<f32>() / count as f32;
+        let sees = |distance: f32| {
+            let (mut cos, mut sin) = (0.0, 0.0);
+            for b in 0..count {
+                let (u, value) = (blocks.middle(b), at(blocks.middle(b)) - level);
+                let (c, s) = crate::phase::cos_sin(crate::phase::from_turns(0.5 * distance * u));
+                (cos, sin) = (cos + value * c, sin + value * s);
+            }
+            cos * cos + sin * sin
+        };
+        let lines = followed.solution.shape.lines;
+        let [mut seen, mut squares, mut power, mut weights, mut weighted] = [0.0; 5];
+        for (member, values) in neighbours.iter() {
+            let weight = followed.weights[lines.place(usize::from(member.line)) % HARMONICS_MAX];
+            let own = form(values, &followed.noise.inverse, values);
+            let share = weight * sees(member.distance);
+            seen += share;
+            squares += share * share;
+            power += share * own;
+            weights += weight;
+            weighted += weight * own;
+        }
+        let local = power
+            / seen.max(f32::MIN_POSITIVE)
+            / (weighted / weights.max(f32::MIN_POSITIVE)).max(f32::MIN_POSITIVE);
+        let equal = seen * seen / squares.max(f32::MIN_POSITIVE);
+        let freedom = (followed.noise.channels * equal).min(followed.freedom());
+        let few = 1.0 + FEW_SAMPLES / freedom;
+        let correlated = 1.0 - followed.noise.shrinkage;
+        let channels = followed
+            .noise
+            .matrix
+            .iter()
+            .enumerate()
+            .filter(|(k, row)| row[*k] > 0.0);
+        let width = channels.count() as f32;
+        // What the movement's shapes take out of the noise that they are judged by.
+        let (mut all, mut each) = (0.0, 0.0);
+        for power in powers {
+            all += power.all * power.all;
+            each += power.squares;
+        }
+        let rank = followed.count * all / each.max(f32::MIN_POSITIVE);
+        let left = (rank - followed.degrees.count() as f32).max(0.25 * rank);
+        Self {
+            factor: local
+                * few
+                * few
+                * (1.0 + correlated * width / followed.effective)
+                * (1.0 + correlated * (rank / left.max(f32::MIN_POSITIVE) - 1.0)),
+            freedom,
+        }
+    }
+}
+
+/// How the frequency moves, by the coefficients of the phase.
+pub fn movement(followed: &Followed, mean: &Mean, span: &FrameSpan) -> Movement {
+    let n = followed.degrees.phase;
+    let mut phase = [0.0; DEGREES_MAX + 1];
+    for k in 2..=n {
+        let moved = if k <= MOVES_MAX {
+            followed.course.moved[k]
+        } else {
+            0.0
+        };
+        phase[k] = followed.moved[k - 1] + moved;
+    }
+    let variance = |k: usize| followed.covariance[k - 1][k - 1];
+    // The mean square of P'_k is k (k + 1) / 2 over -1 to 1, twice over.
+    let (mut square, mut noise) = (0.0, 0.0);
+    const PLACES: usize = 32;
+    for i in 0..PLACES {
+        let slopes = slopes::<{ DEGREES_MAX + 1 }>((2 * i + 1) as f32 / PLACES as f32 - 1.0);
+        let slope: f32 = slopes.iter().zip(&phase).map(|(s, c)| s * c).sum();
+        square += slope * slope / PLACES as f32;
+        let variances = (2..=n).map(|k| slopes[k] * slopes[k] * variance(k));
+        noise += variances.sum::<f32>() / PLACES as f32;
+    }
+    let unit = PI * mean.cycles;
+    let wander = libm::sqrtf((square - noise).max(0.0)) / unit;
+    let even = || (2..=n).step_by(2);
+    let chirp = 3.0 * even().map(|k| phase[k]).sum::<f32>() / PI;
+    let chirp_sigma = 3.0 * libm::sqrtf(even().map(variance).sum::<f32>()) / PI;
+    let per_unit = span.frequency(1.0) * span.per_u();
+    Movement {
+        wander,
+        wander_sigma: libm::sqrtf(noise) / unit,
+        chirp: chirp * per_unit,
+        chirp_sigma: chirp_sigma * per_unit,
+    }
+}
+
+/// The figures that a status is set by.
+pub struct Verdict<'v> {
+    /// Figures of the tests.
+    pub tests: &'v Tests,
+    /// The mean frequency.
+    pub mean: &'v Mean,
+    /// Another line.
+    pub other: &'v Other,
+    /// The lowest and the strongest line.
+    pub lowest: usize,
+    /// The strongest line.
+    pub strongest: usize,
+    /// Whether lines and baseline have more unknowns than the window has room for.
+    pub is_crowded: bool,
+    /// Number of lines.
+    pub lines: usize,
+}
+
+impl Verdict<'_> {
+    /// The status: the only place where it is set.
+    pub fn status(&self) -> Status {
+        let (tests, mean) = (self.tests, self.mean);
+        let least = if tests.one_shape { CYCLES_ONE } else { CYCLES };
+        let is_faint = self.lines > 1 && tests.fundamental < Z_TEST;
+        let is_overtone = tests.cycles < CYCLES_ONE && self.strongest > 1;
+        let is_second = tests.beside > Z_TEST && tests.beside_share > BESIDE;
+        let is_lost = mean.phase.unfollowed > FOLLOWED * FOLLOWED;
+        if tests.line < Z_LINE {
+            Status::NoTone
+        } else if tests.cycles < least
+            || self.other.deviate > Z_TEST
+            || self.lowest > 1
+            || self.is_crowded
+            || is_faint
+            || is_overtone
+            || is_second
+            || tests.between > Z_TEST
+        {
+            Status::Ambiguous
+        } else if is_lost || tests.fading > FADING || mean.sigma > SIGMA_MAX * mean.cycles {
+            Status::Unsteady
+        } else {
+            Status::Good
+        }
+    }
+
+    /// The other reading that makes a tone ambiguous.
+    pub fn other_tone(&self, span: &FrameSpan) -> Option<OtherTone> {
+        let cycles = if self.other.deviate > Z_TEST {
+            self.other.cycles
+        } else if self.tests.between > Z_TEST {
+            0.5 * self.mean.cycles
+        } else {
+            return None;
+        };
+        Some(OtherTone {
+            frequency: span.frequency(cycles),
+            share: self.other.share,
+        })
+    }
+}
+
+/// Fills in the channels.
+pub fn channels(followed: &Followed, statistics: &Statistics, fit: &mut Fit) {
+    let solution = &followed.solution;
+    let first = solution.shape.first_line();
+    let inverse = solution.factor.inverse();
+    let has_fundamental = solution.shape.lines.has(1);
+    let center = legendre::<5>(0.0);
+    for k in 0..statistics.width {
+        let c = usize::from(statistics.order[k]);
+        let scale = statistics.scale[k];
+        let levels = solution.coefficients.iter().zip(&center).take(first);
+        let offset: f32 = levels.map(|(row, p)| row[k] * p).sum();
+        let channel = &mut fit.channels[c];
+        channel.offset = statistics.level[k] + scale * offset;
+        channel.residual = scale * libm::sqrtf(followed.variances[k]);
+        if has_fundamental {
+            let (cos, sin) = (
+                solution.coefficients[first][k],
+                solution.coefficients[first + 1][k],
+            );
+            channel.amplitude = scale * libm::hypotf(cos, sin);
+            channel.phase_rad = libm::atan2f(-sin, cos);
+            let variance = 0.5 * (inverse[first][first] + inverse[first + 1][first + 1]);
+            channel.phase_variance =
+                variance * followed.noise.matrix[k][k] / (cos * cos + sin * sin);
+        }
+        fit.usable |= 1 << c;
+    }
+}
+
+/// Ratios of the overtones to the fundamental, the same in all channels whatever their delays.
+pub fn overtones(followed: &Followed, width: usize) -> [[f32; 2]; OVERTONES] {
+    let (solution, mut ratios) = (&followed.solution, [[0.0; 2]; OVERTONES]);
+    let lines = solution.lines();
+    let shape = solution.shape;
+    if !shape.lines.has(1) {
+        return ratios;
+    }
+    for (i, line) in shape.lines.iter().enumerate().skip(1) {
+        let (mut real, mut imaginary, mut all) = (0.0, 0.0, 0.0);
+        for k in 0..width {
+            let (x, y) = (lines[0][k], -lines[1][k]);
+            let power = x * x + y * y;
+            if power <= 0.0 {
+                continue;
+            }
+            // Conjugate of the fundamental to the line's power, of unit length but once.
+            let (mut c, mut s) = (1.0, 0.0);
+            let size = libm::sqrtf(power);
+            for _ in 0..line {
+                (c, s) = ((c * x + s * y) / size, (s * x - c * y) / size);
+            }
+            let (a, b) = (lines[2 * i][k], -lines[2 * i + 1][k]);
+            let weight = size / followed.variances[k];
+            real += weight * (a * c - b * s);
+            imaginary += weight * (a * s + b * c);
+            all += weight * size;
+        }
+        if let Some(ratio) = ratios.get_mut(line - 2) {
+            *ratio = [real / all, imaginary / all];
+        }
+    }
+    ratios
+}

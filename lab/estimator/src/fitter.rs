@@ -1,0 +1,284 @@
+//! The order of the steps.
+
+use crate::blocks::{Blocks, Pass};
+use crate::comb::{Comb, Work};
+use crate::conclude::{self, Verdict};
+use crate::fit::{Fit, Status, Tests};
+use crate::frame_span::FrameSpan;
+use crate::impulses::{self, Impulses};
+use crate::legendre::legendre;
+use crate::limits::FRAMES_MIN;
+use crate::lines::Lines;
+use crate::movement::Followed;
+use crate::phase_course::Course;
+use crate::refine::Refinement;
+use crate::scene::Scene;
+use crate::search::candidates;
+use crate::solve::Solution;
+use crate::source::Overwritten;
+use crate::statistics::{Data, Products, Statistics};
+use crate::tests::Tested;
+
+/// Fits of a window whose impulses are replaced, the last included.
+const ATTEMPTS: usize = 3;
+/// Below this many cycles a curved baseline is tried for every candidate.
+const CYCLES_CURVED: f32 = 5.0;
+
+/// The estimator: memory of its steps.
+#[derive(Debug)]
+pub struct Fitter {
+    blocks: Blocks,
+    work: Work,
+    impulses: Impulses,
+}
+
+impl Default for Fitter {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Fitter {
+    /// A fitter; all zeros, so that a static of it takes no flash.
+    pub const fn new() -> Self {
+        Self {
+            blocks: Blocks::new(),
+            work: Work::new(),
+            impulses: Impulses::NONE,
+        }
+    }
+
+    /// Memory that holds nothing between fits.
+    pub fn scratch(&mut self) -> &mut [f32] {
+        self.blocks.scratch()
+    }
+
+    /// Fits all usable channels of a span.
+    ///
+    /// # Errors
+    /// If its frames were overwritten meanwhile.
+    #[inline(never)]
+    pub fn fit(&mut self, span: &mut FrameSpan, scene: &Scene) -> Result<Fit, Overwritten> {
+        let statistics = Statistics::collect(span)?;
+        if statistics.width == 0 || statistics.frames < FRAMES_MIN {
+            return Ok(Fit::without_tone(Status::Nothing, statistics.frames));
+        }
+        // More gaps than frames leave the frequency open.
+        if 2 * statistics.frames < span.frames {
+            return Ok(Fit::without_tone(Status::TooShort, statistics.frames));
+        }
+        self.impulses.clear();
+        let mut attempt = 1;
+        loop {
+            let all = statistics.products(span, &self.impulses)?;
+            let mut window = Window {
+                span,
+                statistics: &statistics,
+                scene,
+                all: &all,
+            };
+            let Some(comb) = self.best(&mut window)? else {
+                return Ok(Fit::without_tone(Status::NoTone, statistics.frames));
+            };
+            if scene.impulses && attempt < ATTEMPTS && self.has_impulses(&mut window, &comb)? {
+                attempt += 1;
+                continue;
+            }
+            return self.conclude(&mut window, &comb);
+        }
+    }
+
+    /// The likeliest comb.
+    #[inline(never)]
+    fn best(&mut self, window: &mut Window) -> Result<Option<Comb>, Overwritten> {
+        let Self {
+            blocks,
+            work,
+            impulses,
+        } = self;
+        let (refinement, scene) = (window.refinement(), window.scene);
+        let found = {
+            let (all, mut data) = (window.all, window.data(impulses));
+            candidates(&mut data, blocks.scratch(), &all.matrix, scene)?
+        };
+        let most = scene.degree_max();
+        let mut best: Option<Comb> = None;
+        for cycles in found.iter() {
+            let course = Course::steady(cycles);
+            window.collect(blocks, impulses, &course, refinement.lines(cycles))?;
+            let degrees = [1, most];
+            let count = if cycles < CYCLES_CURVED { 2 } else { 1 };
+            let comb = refinement.best(blocks, work, course, &degrees[..count]);
+            if best.is_none_or(|best| comb.score > best.score) {
+                best = Some(comb);
+            }
+        }
+        if let Some(comb) = best
+            && most > 2
+        {
+            let course = comb.course;
+            window.collect(blocks, impulses, &course, refinement.lines(course.cycles))?;
+            let other = refinement.best(blocks, work, course, &[2, 3]);
+            if other.score > comb.score {
+                best = Some(other);
+            }
+        }
+        Ok(best)
+    }
+
+    /// Replaces what a comb leaves of single values; whether there are some.
+    #[inline(never)]
+    fn has_impulses(&mut self, window: &mut Window, comb: &Comb) -> Result<bool, Overwritten> {
+        let Self {
+            blocks, impulses, ..
+        } = self;
+        window.collect(blocks, impulses, &comb.course, comb.shape.lines)?;
+        let solution = Solution::new(blocks, comb.shape);
+        let mut data = window.data(impulses);
+        let found = impulses::find(&mut data, &solution, &comb.course)?;
+        impulses.merge(&found);
+        Ok(found.count() > 0)
+    }
+
+    /// Follows the comb, tests it, and says what it is.
+    #[inline(never)]
+    fn conclude(&mut self, window: &mut Window, comb: &Comb) -> Result<Fit, Overwritten> {
+        let Self {
+            blocks,
+            work,
+            impulses,
+        } = self;
+        let (statistics, scene) = (window.statistics, window.scene);
+        let refinement = window.refinement();
+        let cycles_max = refinement.cycles_max;
+        let followed = refinement.follow(blocks, work, comb, &mut |blocks, course, lines| {
+            window.collect(blocks, impulses, course, lines)
+        })?;
+        let mut fit = Fit::without_tone(Status::Ambiguous, statistics.frames);
+        let Some(followed) = followed else {
+            fit.frequency = window.span.frequency(comb.course.cycles);
+            fit.sigma = fit.frequency;
+            return Ok(fit);
+        };
+        let tested = Tested::new(&followed, cycles_max, statistics.width);
+        let powers = tested.powers();
+        let mean = conclude::mean(&followed, &powers, &work.neighbours, blocks, scene);
+        let mut tests = Tests::default();
+        tested.near(&work.neighbours, &mut tests);
+        let mut data = window.data(impulses);
+        tests.between = tested.between(&mut data, blocks, work)?;
+        let other = tested.other(&mut data, blocks.scratch())?;
+        let shape = followed.solution.shape;
+        tests.other = other.deviate;
+        tests.cycles = followed.course.cycles;
+        tests.unfollowed = libm::sqrtf(mean.phase.unfollowed);
+        tests.fading = fading(&followed);
+        tests.steady = mean.phase.steady;
+        tests.degree = shape.degree as u8;
+        tests.degrees = followed.fitted.phase as u8;
+        tests.lines = shape.lines.iter().fold(0, |mask, line| mask | 1 << line);
+        let strongest = shape
+            .lines
+            .iter()
+            .zip(&powers)
+            .fold((0, 0.0), |best, (line, power)| {
+                if power.all > best.1 {
+                    (line, power.all)
+                } else {
+                    best
+                }
+            });
+        let room = 2.0 * shape.lines.most() as f32 * tests.cycles + 1.0;
+        let verdict = Verdict {
+            tests: &tests,
+            mean: &mean,
+            other: &other,
+            lowest: shape.lines.least(),
+            strongest: strongest.0,
+            is_crowded: shape.degree > 1 && room < (2 * shape.lines.count() + shape.degree) as f32,
+            lines: shape.lines.count(),
+        };
+        fit.status = verdict.status();
+        fit.tests = tests;
+        conclude::channels(&followed, statistics, &mut fit);
+        if fit.status.has_tone() {
+            let span = &window.span;
+            fit.other_tone = verdict.other_tone(span);
+            fit.frequency = span.frequency(mean.cycles);
+            fit.sigma = span.frequency(mean.sigma);
+            fit.movement = conclude::movement(&followed, &mean, span);
+            fit.harmonics = shape.lines.most() as u8;
+            fit.overtones = conclude::overtones(&followed, statistics.width);
+            let with_tone = tested.with_tone();
+            for k in 0..statistics.width {
+                fit.with_tone |= (with_tone >> k & 1) << statistics.order[k];
+            }
+        }
+        Ok(fit)
+    }
+}
+
+/// How far the amplitude goes, root mean square over the blocks.
+fn fading(followed: &Followed) -> f32 {
+    const PLACES: usize = 32;
+    let motion = followed.motion();
+    let square = (0..PLACES).map(|i| {
+        let p = legendre::<{ crate::limits::DEGREES_MAX + 1 }>(
+            (2 * i + 1) as f32 / PLACES as f32 - 1.0,
+        );
+        let amplitude: f32 = motion
+            .amplitude
+            .iter()
+            .zip(&p[1..])
+            .map(|(c, p)| c * p)
+            .sum();
+        amplitude * amplitude
+    });
+    libm::sqrtf(square.sum::<f32>() / PLACES as f32)
+}
+
+/// A window that is fitted.
+struct Window<'w, 's> {
+    span: &'w mut FrameSpan<'s>,
+    statistics: &'w Statistics,
+    scene: &'w Scene,
+    all: &'w Products,
+}
+
+impl<'w, 's> Window<'w, 's> {
+    fn data<'d>(&'d mut self, impulses: &'d Impulses) -> Data<'d, 's> {
+        Data {
+            span: self.span,
+            statistics: self.statistics,
+            impulses,
+        }
+    }
+
+    fn collect(
+        &mut self,
+        blocks: &mut Blocks,
+        impulses: &Impulses,
+        course: &Course,
+        lines: Lines,
+    ) -> Result<(), Overwritten> {
+        let pass = Pass {
+            course: *course,
+            scale: 1.0,
+            lines,
+            most: 2 * lines.most(),
+            model: None,
+        };
+        blocks.collect(&mut self.data(impulses), &pass)
+    }
+
+    fn refinement(&self) -> Refinement<'w> {
+        Refinement {
+            all: self.all,
+            width: self.statistics.width,
+            frames: self.statistics.frames as f32,
+            harmonics: usize::from(self.scene.harmonics()),
+            may_share: self.scene.may_share(),
+            cycles_max: 0.5 * self.span.effective_frames(),
+        }
+    }
+}

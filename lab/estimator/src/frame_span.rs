@@ -1,0 +1,146 @@
+//! The frames of a window, and what is known of them beforehand.
+
+use crate::abscissa::Abscissa;
+use crate::source::{FrameSource, Overwritten, Values};
+
+/// Frames that are read at a time: as long a source is locked.
+pub const READ_FRAMES: usize = 16;
+
+/// Consecutive frames of a source, and what is known of them beforehand.
+pub struct FrameSpan<'a> {
+    source: &'a mut dyn FrameSource,
+    first: u32,
+    pub(crate) frames: u32,
+    /// Step of quantization in the frames' unit; 0: none.
+    pub(crate) quantization_step: f32,
+    /// Frames per unit of time.
+    rate: f32,
+    abscissa: Abscissa<'a>,
+}
+
+impl<'a> FrameSpan<'a> {
+    /// The `frames` frames of `source` from frame number `first` on.
+    pub fn new(source: &'a mut dyn FrameSource, first: u32, frames: u32) -> Self {
+        Self {
+            source,
+            first,
+            frames,
+            quantization_step: 0.0,
+            rate: 1.0,
+            abscissa: Abscissa::time(frames),
+        }
+    }
+
+    /// Sets the rate in frames per second: the fit then gives hertz, without it cycles per frame.
+    pub fn with_frame_rate(self, frames_per_s: f32) -> Self {
+        Self {
+            rate: frames_per_s,
+            ..self
+        }
+    }
+
+    /// Declares that values are rounded to multiples of `step`: no residual is taken to be smaller
+    /// than that rounding.
+    pub fn with_quantization(self, step: f32) -> Self {
+        Self {
+            quantization_step: step,
+            ..self
+        }
+    }
+
+    /// Fits along a path: `place` gives a frame's place, by the frame's number in the span, in any
+    /// unit; frequencies are then cycles per that unit. None if it does not move, or a place is not
+    /// finite.
+    pub fn along(self, place: &'a dyn Fn(u32) -> f32) -> Option<Self> {
+        Some(Self {
+            abscissa: Abscissa::path(place, self.frames)?,
+            ..self
+        })
+    }
+
+    /// Where its frames are.
+    pub(crate) fn abscissa(&self) -> &Abscissa<'a> {
+        &self.abscissa
+    }
+
+    /// Whether `u` is the frame's place in time.
+    pub(crate) fn is_in_time(&self) -> bool {
+        matches!(self.abscissa, Abscissa::Time { .. })
+    }
+
+    /// Frames of a unit of `cycles`: the window's, or along a path those of its range, at its mean
+    /// speed.
+    pub(crate) fn effective_frames(&self) -> f32 {
+        match self.abscissa {
+            Abscissa::Time { .. } => self.frames as f32,
+            Abscissa::Path { travel, .. } => self.frames as f32 / travel,
+        }
+    }
+
+    /// A frequency of `cycles` a window, in the unit that the fit gives.
+    pub(crate) fn frequency(&self, cycles: f32) -> f32 {
+        match self.abscissa {
+            Abscissa::Time { .. } => cycles / self.frames as f32 * self.rate,
+            Abscissa::Path { half, .. } => 0.5 * cycles / half,
+        }
+    }
+
+    /// Units of `u` in a unit of time or of the path.
+    pub(crate) fn per_u(&self) -> f32 {
+        match self.abscissa {
+            Abscissa::Time { .. } => 2.0 / self.frames as f32 * self.rate,
+            Abscissa::Path { half, .. } => 1.0 / half,
+        }
+    }
+
+    /// Visits the frames whose `channels` are all valid: a frame's number in the span, and its
+    /// values.
+    pub(crate) fn visit(
+        &mut self,
+        channels: u16,
+        visit: &mut dyn FnMut(u32, &Values),
+    ) -> Result<(), Overwritten> {
+        let mut frame = 0;
+        while frame < self.frames {
+            let most = READ_FRAMES.min((self.frames - frame) as usize);
+            let mut read = 0;
+            self.source.read(
+                self.first.wrapping_add(frame),
+                most,
+                &mut |values, valid| {
+                    for (values, valid) in values.iter().zip(valid).take(most) {
+                        if valid & channels == channels && *valid != 0 {
+                            visit(frame + read, values);
+                        }
+                        read += 1;
+                    }
+                },
+            )?;
+            frame += read.max(1);
+        }
+        Ok(())
+    }
+
+    /// Channels that are valid in at least half of the frames that have any.
+    pub(crate) fn channels(&mut self) -> Result<u16, Overwritten> {
+        let (mut counts, mut all) = ([0u32; 16], 0);
+        let mut frame = 0;
+        while frame < self.frames {
+            let most = READ_FRAMES.min((self.frames - frame) as usize);
+            let mut read = 0;
+            self.source
+                .read(self.first.wrapping_add(frame), most, &mut |_, valid| {
+                    for valid in valid.iter().take(most) {
+                        all += u32::from(*valid != 0);
+                        for (c, count) in counts.iter_mut().enumerate() {
+                            *count += u32::from(valid >> c & 1);
+                        }
+                        read += 1;
+                    }
+                })?;
+            frame += read.max(1);
+        }
+        let is_used = |c: &usize| 2 * counts[*c] > all;
+        Ok((0..16).filter(is_used).fold(0, |mask, c| mask | 1 << c))
+    }
+}

@@ -1,0 +1,41 @@
+//! Legendre polynomials: baselines, and how phase and amplitude move.
+
+/// P_0 to P_(N - 1) at `u`.
+pub fn legendre<const N: usize>(u: f32) -> [f32; N] {
+    let mut p = [1.0; N];
+    for k in 1..N {
+        p[k] = if k == 1 {
+            u
+        } else {
+            ((2 * k - 1) as f32 * u * p[k - 1] - (k - 1) as f32 * p[k - 2]) / k as f32
+        };
+    }
+    p
+}
+
+/// Derivatives of P_0 to P_(N - 1) at `u`: P'_k = P'_(k - 2) + (2 k - 1) P_(k - 1).
+pub fn slopes<const N: usize>(u: f32) -> [f32; N] {
+    let p = legendre::<N>(u);
+    let mut slopes = [0.0; N];
+    for k in 1..N {
+        let before = if k > 1 { slopes[k - 2] } else { 0.0 };
+        slopes[k] = before + (2 * k - 1) as f32 * p[k - 1];
+    }
+    slopes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_and_slopes_are_those_of_the_closed_forms() {
+        let u = 0.3f32;
+        let [.., p2, p3] = legendre::<4>(u);
+        assert!((p2 - 0.5 * (3.0 * u * u - 1.0)).abs() < 1e-6);
+        assert!((p3 - 0.5 * (5.0 * u * u * u - 3.0 * u)).abs() < 1e-6);
+        let [zero, one, d2, d3] = slopes::<4>(u);
+        assert_eq!((zero, one), (0.0, 1.0));
+        assert!((d2 - 3.0 * u).abs() < 1e-6 && (d3 - 0.5 * (15.0 * u * u - 3.0)).abs() < 1e-6);
+    }
+}

@@ -1,0 +1,54 @@
+#![doc = include_str!("../README.md")]
+#![no_std]
+// A panic resets a board: only tests may.
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::unreachable,
+        clippy::todo,
+        clippy::unimplemented
+    )
+)]
+#![forbid(unsafe_code)]
+// Channels and unknowns are numbered; loops over several arrays at once read better by number.
+#![allow(clippy::needless_range_loop)]
+
+mod abscissa;
+mod blocks;
+mod comb;
+mod conclude;
+mod covariance;
+mod fit;
+mod fitter;
+mod frame_span;
+mod impulses;
+mod legendre;
+mod limits;
+mod lines;
+mod matrix;
+mod mean;
+mod movement;
+mod neighbours;
+mod normal;
+pub mod phase;
+mod phase_course;
+mod refine;
+mod residual;
+mod scene;
+mod search;
+mod significance;
+mod solve;
+mod source;
+mod spectrum;
+mod statistics;
+mod tests;
+
+pub use fit::{ChannelFit, Fit, Movement, OtherTone, Status, Tests};
+pub use fitter::Fitter;
+pub use frame_span::FrameSpan;
+pub use limits::{CHANNELS_MAX, FRAMES_MAX, FRAMES_MIN, HARMONICS_MAX, OVERTONES};
+pub use scene::{Band, Baseline, Channels, Noise, Scene, Speed};
+pub use source::{FrameSource, Frames, Overwritten, Table, Values};

@@ -1,0 +1,38 @@
+//! How much the arrays of a fit hold.
+
+/// Most channels of a frame.
+pub const CHANNELS_MAX: usize = 16;
+/// Most harmonics, the fundamental included.
+pub const HARMONICS_MAX: usize = 5;
+/// Harmonics above the first whose ratios to it are reported.
+pub const OVERTONES: usize = 3;
+/// Highest degree of a curved baseline.
+pub const DEGREE_MAX: usize = 4;
+/// Most unknowns of a channel: the baseline's, and a cosine and a sine of each line.
+pub const UNKNOWNS_MAX: usize = DEGREE_MAX + 1 + 2 * HARMONICS_MAX;
+/// Most blocks of a window.
+pub const BLOCKS_MAX: usize = 32;
+/// Degrees of phase and amplitude that are tested beyond the fitted ones.
+pub const MOVES: usize = 4;
+/// Most degrees of the phase, and of the amplitude, that are fitted.
+pub const MOVES_MAX: usize = 10;
+/// Most degrees of either that a test looks at.
+pub const DEGREES_MAX: usize = MOVES_MAX + MOVES - 1;
+/// Most functions next to the lines.
+pub const NEIGHBOURS_MAX: usize = 64;
+/// Most frames of a window on the chip.
+pub const FRAMES_CHIP: usize = 1024;
+/// Longest transform, points.
+#[cfg(not(feature = "long-windows"))]
+pub const POINTS_MAX: usize = 2 * FRAMES_CHIP;
+/// Longest transform, points.
+#[cfg(feature = "long-windows")]
+pub const POINTS_MAX: usize = 32_768;
+/// Most frames of a window.
+#[cfg(not(feature = "long-windows"))]
+pub const FRAMES_MAX: usize = FRAMES_CHIP;
+/// Most frames of a window.
+#[cfg(feature = "long-windows")]
+pub const FRAMES_MAX: usize = 65_536;
+/// Fewest frames that are fitted.
+pub const FRAMES_MIN: u32 = 24;

@@ -1,0 +1,88 @@
+//! Sets of lines: numbers 1 to 15 of a unit line.
+
+/// Numbers of lines.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Lines(u16);
+
+impl Lines {
+    /// No line.
+    pub const NONE: Self = Self(0);
+
+    /// The lines 1 to `most`.
+    pub fn up_to(most: usize) -> Self {
+        (1..=most).fold(Self::NONE, Self::with)
+    }
+
+    /// Adds a line.
+    pub fn with(self, number: usize) -> Self {
+        Self(self.0 | 1 << (number & 15))
+    }
+
+    /// Their numbers, ascending.
+    pub fn iter(self) -> impl Iterator<Item = usize> + Clone {
+        (1..16).filter(move |number| self.0 >> number & 1 == 1)
+    }
+
+    /// How many there are.
+    pub fn count(self) -> usize {
+        self.0.count_ones() as usize
+    }
+
+    /// Whether a line is in it.
+    pub fn has(self, number: usize) -> bool {
+        number < 16 && self.0 >> number & 1 == 1
+    }
+
+    /// Place of a line among them.
+    pub fn place(self, number: usize) -> usize {
+        self.iter().take_while(|line| *line < number).count()
+    }
+
+    /// The highest number; 0 of none.
+    pub fn most(self) -> usize {
+        self.iter().last().unwrap_or(0)
+    }
+
+    /// The lowest number; 0 of none.
+    pub fn least(self) -> usize {
+        self.iter().next().unwrap_or(0)
+    }
+
+    /// Greatest common divisor of the numbers.
+    pub fn divisor(self) -> usize {
+        fn common(a: usize, b: usize) -> usize {
+            if b == 0 { a } else { common(b, a % b) }
+        }
+        self.iter().fold(0, common)
+    }
+
+    /// The numbers multiplied.
+    pub fn times(self, factor: usize) -> Self {
+        self.iter()
+            .fold(Self::NONE, |lines, number| lines.with(number * factor))
+    }
+
+    /// The numbers divided by a common divisor.
+    pub fn over(self, divisor: usize) -> Self {
+        self.iter().fold(Self::NONE, |lines, number| {
+            lines.with(number / divisor.max(1))
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn second_and_fourth_are_first_and_second_of_twice_the_unit() {
+        let lines = Lines::NONE.with(4).with(2);
+        assert_eq!(
+            (lines.count(), lines.least(), lines.most(), lines.divisor()),
+            (2, 2, 4, 2)
+        );
+        assert_eq!(lines.over(2), Lines::up_to(2));
+        assert_eq!((lines.place(4), lines.has(3)), (1, false));
+        assert_eq!(Lines::up_to(3).divisor(), 1);
+    }
+}

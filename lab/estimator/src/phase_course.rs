@@ -1,0 +1,68 @@
+//! How the tone's phase goes over the window: a steady part and Legendre polynomials.
+
+use crate::legendre::legendre;
+use crate::limits::MOVES_MAX;
+use crate::phase::from_turns;
+use core::f32::consts::{FRAC_1_PI, PI};
+
+/// The phase of the unit line at `u`: pi x cycles x u + sum of moved[k] P_k(u), radians.
+#[derive(Clone, Copy, Debug)]
+pub struct Course {
+    /// Cycles in the window, without what the polynomials of odd degree add.
+    pub cycles: f32,
+    /// Radians, by degree; 0 and 1 are not used.
+    pub moved: [f32; MOVES_MAX + 1],
+    /// Highest degree in use; 1 is steady.
+    pub degrees: usize,
+}
+
+impl Course {
+    /// A steady one.
+    pub fn steady(cycles: f32) -> Self {
+        Self {
+            cycles,
+            moved: [0.0; MOVES_MAX + 1],
+            degrees: 1,
+        }
+    }
+
+    /// What moves, in radians.
+    pub fn movement(&self, u: f32) -> f32 {
+        if self.degrees < 2 {
+            return 0.0;
+        }
+        let p = legendre::<{ MOVES_MAX + 1 }>(u);
+        p.iter().zip(&self.moved).skip(2).map(|(p, c)| p * c).sum()
+    }
+
+    /// The phase at `u`, `scale` times, as a fraction of a turn.
+    pub fn at(&self, u: f32, scale: f32) -> u32 {
+        let turns = 0.5 * scale * self.cycles * u;
+        let steady = from_turns(turns);
+        if self.degrees < 2 {
+            return steady;
+        }
+        steady.wrapping_add(from_turns(0.5 * FRAC_1_PI * scale * self.movement(u)))
+    }
+
+    /// Adds a step of the phase, by degree from 1 on.
+    pub fn step(&mut self, step: &[f32]) {
+        for (k, x) in step.iter().enumerate() {
+            if k == 0 {
+                self.cycles += x / PI;
+            } else if k < MOVES_MAX {
+                self.moved[k + 1] += x;
+            }
+        }
+        self.degrees = self.degrees.max(step.len().min(MOVES_MAX));
+    }
+
+    /// The same phase where the unit line is `times` as fast.
+    pub fn times(&self, times: f32) -> Self {
+        Self {
+            cycles: times * self.cycles,
+            moved: self.moved.map(|c| times * c),
+            degrees: self.degrees,
+        }
+    }
+}

@@ -1,0 +1,128 @@
+//! What a solution, and the movement that is fitted beside it, leave of the frames.
+
+use crate::blocks::{WAVES, Wave};
+use crate::legendre::legendre;
+use crate::limits::{CHANNELS_MAX, DEGREES_MAX, HARMONICS_MAX, UNKNOWNS_MAX};
+use crate::phase::cos_sin;
+use crate::phase_course::Course;
+use crate::solve::Shape;
+use crate::source::Values;
+use crate::statistics::Frame;
+
+/// How phase and amplitude go beside the fitted course: coefficients by degree, from 1 on.
+#[derive(Clone, Copy, Debug)]
+pub struct Motion {
+    /// Radians of the unit line.
+    pub phase: [f32; DEGREES_MAX],
+    /// Shares of the amplitude.
+    pub amplitude: [f32; DEGREES_MAX],
+}
+
+impl Motion {
+    /// None.
+    pub const NONE: Self = Self {
+        phase: [0.0; DEGREES_MAX],
+        amplitude: [0.0; DEGREES_MAX],
+    };
+
+    /// Phase and amplitude at `u`.
+    pub fn at(&self, u: f32) -> [f32; 2] {
+        let p = legendre::<{ DEGREES_MAX + 1 }>(u);
+        [&self.phase, &self.amplitude]
+            .map(|course| course.iter().zip(&p[1..]).map(|(c, p)| c * p).sum())
+    }
+
+    /// Coefficients of what it adds to the lines of a solution where phase and amplitude are
+    /// `moved`.
+    pub fn change(
+        lines: &[Values; 2 * HARMONICS_MAX],
+        shape: &Shape,
+        moved: [f32; 2],
+    ) -> [Values; 2 * HARMONICS_MAX] {
+        let [phase, amplitude] = moved;
+        let mut change = [[0.0; CHANNELS_MAX]; 2 * HARMONICS_MAX];
+        for (i, line) in shape.lines.iter().enumerate() {
+            let turn = phase * line as f32;
+            for k in 0..CHANNELS_MAX {
+                let (cos, sin) = (lines[2 * i][k], lines[2 * i + 1][k]);
+                change[2 * i][k] = amplitude * cos + turn * sin;
+                change[2 * i + 1][k] = amplitude * sin - turn * cos;
+            }
+        }
+        change
+    }
+}
+
+/// A model of the frames.
+#[derive(Clone, Debug)]
+pub struct Model {
+    /// What was fitted.
+    pub shape: Shape,
+    /// Its coefficients.
+    pub coefficients: [Values; UNKNOWNS_MAX],
+    /// What moves beside them.
+    pub motion: Motion,
+    /// Multiples of the pass's unit in a unit of the lines.
+    pub stride: usize,
+}
+
+impl Model {
+    /// What is left of one channel of a frame, where the fundamental has `course`.
+    pub fn channel(&self, frame: &Frame, k: usize, course: &Course) -> f32 {
+        let p = legendre::<5>(frame.u);
+        let first = self.shape.first_line();
+        let [phase, amplitude] = self.motion.at(frame.u);
+        let (c, s) = cos_sin(course.at(frame.u, 1.0));
+        let mut value = frame.values[k];
+        for (coefficients, p) in self.coefficients.iter().zip(&p).take(first) {
+            value -= p * coefficients[k];
+        }
+        let (mut power, mut m, mut row) = ([1.0, 0.0], 0, first);
+        for line in self.shape.lines.iter() {
+            while m < line {
+                power = [power[0] * c - power[1] * s, power[1] * c + power[0] * s];
+                m += 1;
+            }
+            let [cos, sin] = power;
+            let turn = phase * line as f32;
+            value -= ((1.0 + amplitude) * cos - turn * sin) * self.coefficients[row][k]
+                + ((1.0 + amplitude) * sin + turn * cos) * self.coefficients[row + 1][k];
+            row += 2;
+        }
+        value
+    }
+
+    /// What is left of a frame, where the fundamental has `course`.
+    pub fn frame(&self, frame: &Frame, course: &Course) -> Values {
+        let (c, s) = cos_sin(course.at(frame.u, 1.0));
+        let mut powers = [[1.0, 0.0]; WAVES];
+        for m in 1..=self.shape.lines.most() {
+            let [x, y] = powers[m - 1];
+            powers[m] = [x * c - y * s, y * c + x * s];
+        }
+        self.residual(frame, &powers)
+    }
+
+    /// What is left of a frame; `powers` are the multiples of the phase.
+    pub fn residual(&self, frame: &Frame, powers: &[Wave; WAVES]) -> Values {
+        let mut values = frame.values;
+        let p = legendre::<5>(frame.u);
+        let first = self.shape.first_line();
+        let [phase, amplitude] = self.motion.at(frame.u);
+        let mut subtract = |row: usize, weight: f32| {
+            for (value, coefficient) in values.iter_mut().zip(&self.coefficients[row]) {
+                *value -= weight * coefficient;
+            }
+        };
+        for (row, p) in p.iter().enumerate().take(first) {
+            subtract(row, *p);
+        }
+        for (i, line) in self.shape.lines.iter().enumerate() {
+            let [cos, sin] = powers[(line * self.stride).min(WAVES - 1)];
+            let turn = phase * line as f32;
+            subtract(first + 2 * i, (1.0 + amplitude) * cos - turn * sin);
+            subtract(first + 2 * i + 1, (1.0 + amplitude) * sin + turn * cos);
+        }
+        values
+    }
+}

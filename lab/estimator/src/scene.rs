@@ -1,0 +1,130 @@
+//! What may be in a window. What a scene does not declare costs nothing.
+
+use crate::limits::{DEGREE_MAX, HARMONICS_MAX};
+
+/// How a channel's level may go over the window.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Baseline {
+    /// A level and a slope.
+    Slope,
+    /// A polynomial of up to the fourth degree: skin that creeps.
+    Curved,
+}
+
+/// The noise of a channel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Noise {
+    /// Equal power at all frequencies.
+    White,
+    /// Any spectrum that is smooth next to the lines.
+    Any,
+}
+
+/// How the channels' noise is related.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Channels {
+    /// Each channel has its own.
+    Independent,
+    /// What disturbs one may disturb others.
+    MayShare,
+}
+
+/// How the speed goes over the window.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Speed {
+    /// Most likely it does not change: white noise pays 3 % of sigma.
+    Steady,
+    /// As likely as not it changes: white noise pays 20 % of sigma.
+    MayMove,
+}
+
+/// What may be in a window.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scene {
+    /// Most harmonics, the fundamental included: 1 to 5.
+    pub harmonics: u8,
+    /// How levels go.
+    pub baseline: Baseline,
+    /// The noise of a channel.
+    pub noise: Noise,
+    /// How the channels' noise is related.
+    pub channels: Channels,
+    /// How the speed goes.
+    pub speed: Speed,
+    /// Whether single values may be far off.
+    pub impulses: bool,
+    /// Least and most frequency of a fundamental, in the unit of [`crate::Fit::frequency`]; zeros
+    /// where nothing is known.
+    pub band: Band,
+}
+
+/// Least and most frequency of a fundamental.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Band {
+    /// The least.
+    pub least: f32,
+    /// The most; 0 is half the frame rate.
+    pub most: f32,
+}
+
+impl Scene {
+    /// The paper's finger: ridges with overtones under a skin that creeps.
+    pub const DEFAULT: Self = Self {
+        harmonics: 4,
+        baseline: Baseline::Curved,
+        noise: Noise::Any,
+        channels: Channels::MayShare,
+        speed: Speed::Steady,
+        impulses: true,
+        band: Band {
+            least: 0.0,
+            most: 0.0,
+        },
+    };
+
+    /// The least: one harmonic in white noise beside a slope.
+    pub const LEAN: Self = Self {
+        harmonics: 1,
+        baseline: Baseline::Slope,
+        noise: Noise::White,
+        channels: Channels::Independent,
+        speed: Speed::Steady,
+        impulses: false,
+        band: Band {
+            least: 0.0,
+            most: 0.0,
+        },
+    };
+
+    /// Most harmonics that the fit has room for.
+    pub(crate) fn harmonics(&self) -> u8 {
+        self.harmonics.clamp(1, HARMONICS_MAX as u8)
+    }
+
+    /// Highest degree of the baseline.
+    pub(crate) fn degree_max(&self) -> usize {
+        match self.baseline {
+            Baseline::Slope => 1,
+            Baseline::Curved => DEGREE_MAX,
+        }
+    }
+
+    /// Prior probability that the phase does not move.
+    pub(crate) fn steady(&self) -> f32 {
+        match self.speed {
+            Speed::Steady => 0.95,
+            Speed::MayMove => 0.5,
+        }
+    }
+
+    /// Whether noise is to be compared over channels.
+    pub(crate) fn may_share(&self) -> bool {
+        self.channels == Channels::MayShare
+    }
+}
+
+impl Default for Scene {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}

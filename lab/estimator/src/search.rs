@@ -1,0 +1,157 @@
+//! Candidates: the highest peaks of Wilks' ratio of one line, in channels that are made white.
+//!
+//! S. S. Wilks, "Certain generalizations in the analysis of variance", Biometrika 24 (1932),
+//! 471-494.
+
+use crate::limits::CHANNELS_MAX;
+use crate::matrix::{Factor, Square};
+use crate::scene::Scene;
+use crate::source::Overwritten;
+use crate::spectrum::Spectrum;
+use crate::statistics::Data;
+
+/// Peaks that are tried; of each its frequency, a half and a third of it.
+const PEAKS: usize = 2;
+const DIVISORS: usize = 3;
+/// Most candidates.
+pub const CANDIDATES_MAX: usize = PEAKS * DIVISORS;
+/// Fewest cycles of a candidate, and of a peak.
+const CYCLES_LEAST: f32 = 0.45;
+const CYCLES_PEAK: f32 = 0.5;
+/// Candidates nearer than this, in cycles, are one.
+const SAME: f32 = 0.01;
+/// Least of what a line leaves of a determinant.
+const LEFT_MIN: f32 = 1e-7;
+
+/// Frequencies to try, cycles a window, the likeliest first.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Candidates {
+    cycles: [f32; CANDIDATES_MAX],
+    count: usize,
+}
+
+impl Candidates {
+    fn add(&mut self, cycles: f32) {
+        let known = &self.cycles[..self.count];
+        let is_new = known.iter().all(|other| (other - cycles).abs() > SAME);
+        if cycles > CYCLES_LEAST && is_new && self.count < CANDIDATES_MAX {
+            self.cycles[self.count] = cycles;
+            self.count += 1;
+        }
+    }
+
+    /// The candidates.
+    pub fn iter(&self) -> impl Iterator<Item = f32> {
+        self.cycles.into_iter().take(self.count)
+    }
+}
+
+/// A peak of the ratio.
+#[derive(Clone, Copy, Default)]
+struct Peak {
+    cycles: f32,
+    height: f32,
+}
+
+/// Finds the candidates; `all` are the products of the channels.
+#[inline(never)]
+pub fn candidates(
+    data: &mut Data,
+    memory: &mut [f32],
+    all: &Square<CHANNELS_MAX>,
+    scene: &Scene,
+) -> Result<Candidates, Overwritten> {
+    let width = data.statistics.width;
+    let frames = data.span.frames as usize;
+    let Some(mut spectrum) = Spectrum::new(memory, frames) else {
+        return Ok(Candidates::default());
+    };
+    // Rows of the inverse of the factor make channels white.
+    let factor = Factor::new(all, width);
+    for k in 0..width {
+        let mut mixture = [0.0; CHANNELS_MAX];
+        let mut weight = 1.0;
+        mixture[k] = 1.0;
+        if scene.may_share() {
+            factor.backward_from(k, &mut mixture);
+        } else {
+            mixture[k] = 1.0 / libm::sqrtf(all[k][k].max(f32::MIN_POSITIVE));
+            weight = 1.0 / width as f32;
+        }
+        let stride = spectrum.stride;
+        let out = spectrum.channel();
+        let in_time = data.span.is_in_time();
+        data.visit(&mut |frame| {
+            let value: f32 = mixture
+                .iter()
+                .zip(&frame.values)
+                .take(k + 1)
+                .map(|(m, v)| m * v)
+                .sum();
+            let place = if in_time {
+                frame.number as usize
+            } else {
+                (0.5 * (frame.u + 1.0) * frames as f32) as usize
+            };
+            if let Some(out) = out.get_mut(place / stride) {
+                *out += value;
+            }
+        })?;
+        spectrum.add(weight);
+    }
+    let mut candidates = Candidates::default();
+    let most = data.cycles_max() - 0.25;
+    for peak in peaks(&spectrum, most, scene, data.span.frequency(1.0)) {
+        for divisor in 1..=DIVISORS {
+            if peak.height > 0.0 {
+                candidates.add(peak.cycles / divisor as f32);
+            }
+        }
+    }
+    Ok(candidates)
+}
+
+/// The highest peaks up to `most` cycles; `unit` is the frequency of one cycle.
+fn peaks(spectrum: &Spectrum, most: f32, scene: &Scene, unit: f32) -> [Peak; PEAKS] {
+    let mut peaks = [Peak::default(); PEAKS];
+    let first = spectrum.bin(CYCLES_PEAK.max(scene.band.least / unit)) as usize + 1;
+    // Overtones of a fundamental within the band are lines too.
+    let most = if scene.band.most > 0.0 {
+        most.min(scene.band.most / unit * f32::from(scene.harmonics()))
+    } else {
+        most
+    };
+    let last = (spectrum.bin(most) as usize).min(spectrum.last());
+    let ratio = |bin: usize| {
+        let [cos, both, sin] = spectrum.line(bin);
+        let left = (1.0 - cos) * (1.0 - sin) - both * both;
+        -libm::logf(left.max(LEFT_MIN))
+    };
+    let (mut before, mut at) = (f32::NEG_INFINITY, ratio(first.min(last)));
+    for bin in first..=last {
+        let after = if bin < last {
+            ratio(bin + 1)
+        } else {
+            f32::NEG_INFINITY
+        };
+        if at >= before && at >= after && at > peaks[PEAKS - 1].height {
+            let bend = 2.0 * at - before - after;
+            let vertex = if bend.is_finite() && bend > 0.0 {
+                0.5 * (after - before) / bend
+            } else {
+                0.0
+            };
+            let mut peak = Peak {
+                cycles: spectrum.cycles(bin as f32 + vertex),
+                height: at,
+            };
+            for place in &mut peaks {
+                if peak.height > place.height {
+                    core::mem::swap(place, &mut peak);
+                }
+            }
+        }
+        (before, at) = (at, after);
+    }
+    peaks
+}

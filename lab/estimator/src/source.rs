@@ -1,0 +1,129 @@
+//! Where frames come from.
+
+use crate::limits::CHANNELS_MAX;
+
+/// One frame's values, in any unit, one for each channel; channels that a source does not have are
+/// invalid.
+pub type Values = [f32; CHANNELS_MAX];
+
+/// The window's frames are gone from their source: newer ones took their place before the fit had
+/// read them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Overwritten;
+
+impl core::fmt::Display for Overwritten {
+    fn fmt(&self, f: &mut core::fmt::Formatter) -> core::fmt::Result {
+        f.write_str("newer frames have overwritten those of the window")
+    }
+}
+
+impl core::error::Error for Overwritten {}
+
+/// Where the fit reads frames from: memory, or a ring behind a lock that another task writes to.
+pub trait FrameSource {
+    /// Calls `show` once with at least one and up to `most` consecutive frames from frame number
+    /// `first` on: their values, and for each frame a mask of the channels that hold a valid value
+    /// (bit k is channel k; 0 is a missing frame).
+    ///
+    /// # Errors
+    /// If frame `first` is not, or no longer, there; `show` is then not called.
+    fn read(
+        &mut self,
+        first: u32,
+        most: usize,
+        show: &mut dyn FnMut(&[Values], &[u16]),
+    ) -> Result<(), Overwritten>;
+}
+
+/// Frames in memory as they are sampled: the values of one frame after the other, numbered from 0.
+/// A value that is not finite is invalid.
+#[derive(Clone, Copy, Debug)]
+pub struct Frames<'a> {
+    values: &'a [f32],
+    channels: usize,
+}
+
+impl<'a> Frames<'a> {
+    /// Frames of `channels` values each. None if `channels` is not 1 to [`CHANNELS_MAX`]; values
+    /// behind the last whole frame are ignored.
+    pub const fn new(values: &'a [f32], channels: usize) -> Option<Self> {
+        if channels == 0 || channels > CHANNELS_MAX {
+            None
+        } else {
+            Some(Self { values, channels })
+        }
+    }
+
+    /// How many frames there are.
+    pub const fn count(&self) -> u32 {
+        // A source of no channels cannot be made.
+        match self.values.len().checked_div(self.channels) {
+            Some(count) => count as u32,
+            None => 0,
+        }
+    }
+}
+
+impl FrameSource for Frames<'_> {
+    fn read(
+        &mut self,
+        first: u32,
+        most: usize,
+        show: &mut dyn FnMut(&[Values], &[u16]),
+    ) -> Result<(), Overwritten> {
+        // The fit reads no more than this at a time.
+        let (mut values, mut valid) = ([[0.0; CHANNELS_MAX]; 16], [0; 16]);
+        let mut count = 0;
+        let from = self
+            .values
+            .get(first as usize * self.channels..)
+            .unwrap_or_default();
+        let places = values.iter_mut().zip(&mut valid);
+        for (frame, (values, valid)) in from.chunks_exact(self.channels).take(most).zip(places) {
+            for (c, (value, place)) in frame
+                .iter()
+                .zip(values)
+                .enumerate()
+                .filter(|(_, (value, _))| value.is_finite())
+            {
+                *place = *value;
+                *valid |= 1 << c;
+            }
+            count += 1;
+        }
+        if count == 0 {
+            return Err(Overwritten);
+        }
+        show(
+            values.get(..count).unwrap_or_default(),
+            valid.get(..count).unwrap_or_default(),
+        );
+        Ok(())
+    }
+}
+
+/// Frames in memory, numbered from 0, in the form in which a [`FrameSource`] shows them.
+#[derive(Clone, Copy, Debug)]
+pub struct Table<'a> {
+    /// The frames' values.
+    pub values: &'a [Values],
+    /// Mask of valid channels of each frame.
+    pub valid: &'a [u16],
+}
+
+impl FrameSource for Table<'_> {
+    fn read(
+        &mut self,
+        first: u32,
+        most: usize,
+        show: &mut dyn FnMut(&[Values], &[u16]),
+    ) -> Result<(), Overwritten> {
+        let first = first as usize;
+        let end = first.saturating_add(most).min(self.values.len());
+        match (self.values.get(first..end), self.valid.get(first..end)) {
+            (Some(values), Some(valid)) if first < end => show(values, valid),
+            _ => return Err(Overwritten),
+        }
+        Ok(())
+    }
+}

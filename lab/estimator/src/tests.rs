@@ -1,0 +1,352 @@
+//! Tests of a tone, each a deviate by one formula.
+
+use crate::blocks::{Blocks, Pass};
+use crate::comb::Work;
+use crate::covariance::form;
+use crate::fit::Tests;
+use crate::limits::HARMONICS_MAX;
+use crate::lines::Lines;
+use crate::movement::Followed;
+use crate::neighbours::{Neighbours, Place};
+use crate::residual::Model;
+use crate::significance::deviate;
+use crate::solve::{LineFactors, Power, Shape};
+use crate::source::Overwritten;
+use crate::spectrum::Spectrum;
+use crate::statistics::Data;
+
+/// Deviate of movement, and of what is left beside the lines: one of a thousand.
+pub const Z_TEST: f32 = 3.1;
+/// Power of another line, as a share of the tone's, that does not matter.
+const OTHER: f32 = 1e-2;
+/// Next to a line, cycles a window.
+const NEAR_CYCLES: f32 = 1.5;
+/// Cycles from one tested place to the next.
+const STEP_CYCLES: f32 = 0.5;
+/// Another line is as far from those of the comb.
+const CLEAR_CYCLES: f32 = 0.9;
+/// Distance of the middle of another line's neighbourhood, and how far it goes to either side.
+const BESIDE_CYCLES: f32 = 2.5;
+const BESIDE_WIDTH: f32 = 1.6;
+/// Fewest places that a neighbourhood is known from.
+const PLACES_MIN: usize = 4;
+/// Lines between those of the comb, in halves of the fundamental.
+const BETWEEN: [usize; 2] = [1, 3];
+
+/// Another line.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Other {
+    /// Its deviate.
+    pub deviate: f32,
+    /// Cycles a window.
+    pub cycles: f32,
+    /// Its power over the tone's.
+    pub share: f32,
+}
+
+/// What the tests look at.
+pub struct Tested<'t> {
+    /// The tone.
+    pub followed: &'t Followed,
+    /// Its lines.
+    pub factors: [LineFactors; HARMONICS_MAX],
+    /// Cycles a window of half the frame rate.
+    pub cycles_max: f32,
+    /// Number of channels.
+    pub width: usize,
+}
+
+impl<'t> Tested<'t> {
+    /// Prepares the tests of a tone.
+    pub fn new(followed: &'t Followed, cycles_max: f32, width: usize) -> Self {
+        Self {
+            followed,
+            factors: followed.solution.line_factors(),
+            cycles_max,
+            width,
+        }
+    }
+
+    fn shape(&self) -> &Shape {
+        &self.followed.solution.shape
+    }
+
+    fn factors(&self) -> &[LineFactors] {
+        &self.factors[..self.shape().lines.count()]
+    }
+
+    /// Power of each line over the noise next to the lines.
+    pub fn powers(&self) -> [Power; HARMONICS_MAX] {
+        let inverse = &self.followed.noise.inverse;
+        let mut powers = [Power::default(); HARMONICS_MAX];
+        for (power, factors) in powers.iter_mut().zip(self.factors()) {
+            *power = Power::new(factors, inverse);
+        }
+        powers
+    }
+
+    /// The lines over their neighbourhoods, and the power next to them.
+    #[inline(never)]
+    pub fn near(&self, neighbours: &Neighbours, tests: &mut Tests) {
+        let (followed, powers) = (self.followed, self.powers());
+        let noise = &followed.noise;
+        let (width, lines) = (self.width as f32, self.shape().lines);
+        let strongest = powers
+            .iter()
+            .copied()
+            .fold(Power::default(), |strongest, power| {
+                if power.all > strongest.all {
+                    power
+                } else {
+                    strongest
+                }
+            });
+        tests.line = deviate(strongest.all / (2.0 * width), 2.0, followed.count);
+        tests.one_shape = strongest.second < width + 4.0 * libm::sqrtf(2.0 * width);
+        let mut sums = [Sum::default(); 3];
+        let mut beside = 0.0;
+        for (member, values) in neighbours.iter() {
+            let power = form(values, &noise.inverse, values) * followed.taken / width;
+            let [own, near, far] = &mut sums;
+            if usize::from(member.line) == lines.least() {
+                own.add(power);
+            }
+            if member.distance < NEAR_CYCLES {
+                near.add(power);
+                let all = values.iter().zip(&followed.variances);
+                beside += all.map(|(x, v)| x * x / v).sum::<f32>();
+            } else {
+                far.add(power);
+            }
+        }
+        let [own, near, far] = sums;
+        let channels = noise.channels;
+        tests.fundamental = if own.count > 3.0 {
+            let over = powers[0].all / (2.0 * width) / own.mean().max(f32::MIN_POSITIVE);
+            deviate(over, 2.0 * channels, own.count * channels)
+        } else {
+            tests.line
+        };
+        if near.count > 0.0 && far.count > 0.0 {
+            let over = near.mean() / far.mean().max(f32::MIN_POSITIVE);
+            tests.beside = deviate(over, near.count * channels, far.count * channels);
+        }
+        tests.beside_share = beside / self.power().max(f32::MIN_POSITIVE);
+    }
+
+    /// Power of the tone in units of the residuals' variances.
+    fn power(&self) -> f32 {
+        let squares = self.factors().iter().flatten().flat_map(|factor| {
+            factor
+                .iter()
+                .zip(&self.followed.variances)
+                .take(self.width)
+                .map(|(x, v)| x * x / v)
+        });
+        squares.sum()
+    }
+
+    /// Channels in which the tone is significant alone.
+    pub fn with_tone(&self) -> u16 {
+        let noise = &self.followed.noise.matrix;
+        let has = |k: &usize| {
+            self.factors().iter().any(|[cos, sin]| {
+                let power = (cos[*k] * cos[*k] + sin[*k] * sin[*k]) / (2.0 * noise[*k][*k]);
+                deviate(power, 2.0, self.followed.count) > Z_TEST
+            })
+        };
+        (0..self.width).filter(has).fold(0, |mask, k| mask | 1 << k)
+    }
+
+    /// The most significant line that is none of the comb's.
+    #[inline(never)]
+    pub fn other(&self, data: &mut Data, memory: &mut [f32]) -> Result<Other, Overwritten> {
+        let followed = self.followed;
+        let Some(mut spectrum) = Spectrum::new(memory, data.span.frames as usize) else {
+            return Ok(Other::default());
+        };
+        let model = self.model(1);
+        for k in 0..self.width {
+            let stride = spectrum.stride;
+            let out = spectrum.channel();
+            data.visit(&mut |frame| {
+                if let Some(out) = out.get_mut(frame.number as usize / stride) {
+                    *out += model.channel(frame, k, &followed.course);
+                }
+            })?;
+            spectrum.add(1.0 / followed.variances[k]);
+        }
+        let places = Places {
+            spectrum: &spectrum,
+            lines: self.shape().lines,
+            cycles: followed.course.cycles,
+            last: ((self.cycles_max - 0.5) / STEP_CYCLES) as usize,
+        };
+        let (mut found, tone) = (Other::default(), self.plain_power());
+        for i in 1..places.last {
+            if !places.is_clear(i) || places.is_multiple(i) {
+                continue;
+            }
+            let share = places.plain(i) / tone;
+            if share <= OTHER {
+                continue;
+            }
+            let mut beside = Sum::default();
+            for j in 1..places.last {
+                let distance = i.abs_diff(j) as f32 * STEP_CYCLES;
+                if (distance - BESIDE_CYCLES).abs() < BESIDE_WIDTH && places.is_clear(j) {
+                    beside.add(places.power(j));
+                }
+            }
+            let over = places.power(i) / beside.mean().max(f32::MIN_POSITIVE);
+            let deviate = deviate(over, 2.0, beside.count);
+            if beside.count >= PLACES_MIN as f32 && deviate > found.deviate {
+                found = Other {
+                    deviate,
+                    cycles: i as f32 * STEP_CYCLES,
+                    share,
+                };
+            }
+        }
+        Ok(found)
+    }
+
+    /// Power of the tone in units of the channels' own deviations.
+    fn plain_power(&self) -> f32 {
+        self.factors()
+            .iter()
+            .flatten()
+            .flatten()
+            .map(|x| x * x)
+            .sum::<f32>()
+            .max(f32::MIN_POSITIVE)
+    }
+
+    /// Model of the frames, whose unit is `1 / stride` of the fundamental.
+    fn model(&self, stride: usize) -> Model {
+        let (followed, shape) = (self.followed, *self.shape());
+        // The movement takes its part of the model.
+        Model {
+            shape,
+            coefficients: followed.still.coefficients,
+            motion: followed.motion(),
+            stride,
+        }
+    }
+
+    /// Deviate of the lines at half and at three halves of the fundamental, each over its own
+    /// neighbourhood: a comb of half the frequency.
+    #[inline(never)]
+    pub fn between(
+        &self,
+        data: &mut Data,
+        blocks: &mut Blocks,
+        work: &mut Work,
+    ) -> Result<f32, Overwritten> {
+        let followed = self.followed;
+        let shape = Shape {
+            lines: self.shape().lines.times(2),
+            degree: self.shape().degree,
+        };
+        let model = self.model(2);
+        let lines = BETWEEN
+            .iter()
+            .fold(Lines::NONE, |lines, line| lines.with(*line));
+        let pass = Pass {
+            course: followed.course,
+            scale: 0.5,
+            lines,
+            most: shape.lines.most() + lines.most(),
+            model: Some(&model),
+        };
+        blocks.collect(data, &pass)?;
+        let place = Place {
+            cycles: 0.5 * followed.course.cycles,
+            most: self.cycles_max,
+        };
+        let model = (&shape, &followed.solution.factor);
+        let (mut found, inverse) = (f32::NEG_INFINITY, &followed.noise.inverse);
+        for line in BETWEEN {
+            let cycles = line as f32 * place.cycles;
+            if cycles <= 0.5 || cycles >= self.cycles_max - 0.5 {
+                continue;
+            }
+            let neighbours = &mut work.neighbours;
+            neighbours.collect(blocks, model, Lines::NONE.with(line), place);
+            let count = neighbours.count();
+            if count < PLACES_MIN || !neighbours.push_line(blocks, model, line) {
+                continue;
+            }
+            neighbours.multiply(blocks, None);
+            let [mut beside, mut own] = [Sum::default(); 2];
+            for (i, (_, values)) in neighbours.iter().enumerate() {
+                let sum = if i < count { &mut beside } else { &mut own };
+                sum.add(form(values, inverse, values));
+            }
+            let channels = followed.noise.channels;
+            let over = own.mean() / beside.mean().max(f32::MIN_POSITIVE);
+            found = found.max(deviate(over, 2.0 * channels, beside.count * channels));
+        }
+        Ok(found)
+    }
+}
+
+/// A sum of some values.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Sum {
+    sum: f32,
+    /// How many there are.
+    pub count: f32,
+}
+
+impl Sum {
+    /// Adds a value.
+    pub fn add(&mut self, value: f32) {
+        self.sum += value;
+        self.count += 1.0;
+    }
+
+    /// Their mean.
+    pub fn mean(&self) -> f32 {
+        self.sum / self.count.max(1.0)
+    }
+}
+
+/// Places half a cycle a window apart.
+struct Places<'p, 'm> {
+    spectrum: &'p Spectrum<'m>,
+    lines: Lines,
+    cycles: f32,
+    last: usize,
+}
+
+impl Places<'_, '_> {
+    fn bin(&self, i: usize) -> usize {
+        let bin = self.spectrum.bin(i as f32 * STEP_CYCLES) + 0.5;
+        (bin as usize).min(self.spectrum.last())
+    }
+
+    fn power(&self, i: usize) -> f32 {
+        let [cos, _, sin] = self.spectrum.line(self.bin(i));
+        cos + sin
+    }
+
+    fn plain(&self, i: usize) -> f32 {
+        self.spectrum.plain(self.bin(i))
+    }
+
+    /// Whether it is clear of the lines of the comb.
+    fn is_clear(&self, i: usize) -> bool {
+        let x = i as f32 * STEP_CYCLES;
+        self.lines
+            .iter()
+            .all(|line| (x - line as f32 * self.cycles).abs() > CLEAR_CYCLES)
+    }
+
+    /// Whether it is at a multiple of the fundamental.
+    fn is_multiple(&self, i: usize) -> bool {
+        let x = i as f32 * STEP_CYCLES;
+        let nearest = libm::roundf(x / self.cycles).max(1.0);
+        (x - nearest * self.cycles).abs() <= CLEAR_CYCLES
+    }
+}
