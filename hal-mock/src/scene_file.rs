@@ -57,7 +57,7 @@ pub fn parse_scene(file: &str, text: &str, frame_rate_hz: f64) -> Result<Sliding
     }
     let truth = match SlidingScene::new(scene.clone()) {
         Ok(made) => made.truth(),
-        // Where the key at fault has its default, the one that limits it is in the file.
+        // If the key at fault has its default, the key that limits it is in the file.
         Err(error) => return refuse(error.keys().find_map(line_of), error.to_string()),
     };
     let (frequency_hz, period_mm) = (truth.frequency_hz, scene.period_mm);

@@ -6,12 +6,12 @@
 //! creep and the bridge's filter. Both kinds have noise.
 
 mod channel;
-mod drawn;
 mod finger;
 mod kelvin;
 mod line_load;
 mod motion;
 mod parameters;
+mod random_channels;
 mod range;
 
 pub use channel::{Channel, Harmonic, Pattern};
@@ -62,8 +62,8 @@ pub struct Truth {
     pub slide_end_s: f64,
     /// Beginning of the release in seconds.
     pub release_s: f64,
-    /// The tone: speed over period, in hertz; without the speed's ripple, of a hand by its greatest
-    /// speed.
+    /// The tone: speed over period, in hertz; without the speed's ripple, and for a hand by its
+    /// greatest speed.
     pub frequency_hz: f64,
     /// End of the scene in seconds.
     pub end_s: f64,
@@ -77,7 +77,7 @@ pub struct SlidingScene {
     truth: Truth,
     motion: Motion,
     channels: [Channel; INPUTS],
-    /// Creep and filter behind the elastic skin; drawn channels have none.
+    /// Creep and filter behind the elastic skin; random channels have none.
     delays: Option<[Delay; INPUTS]>,
     noise_v: f64,
     random: Random,
@@ -127,7 +127,7 @@ impl SlidingScene {
         };
         let channels = match &finger {
             Some(finger) => finger.channels(parameters.grating()),
-            None => drawn::channels(parameters.period_mm, parameters.overtones, seed),
+            None => random_channels::channels(parameters.period_mm, parameters.overtones, seed),
         };
         let delays = finger.map(|finger| {
             let (skin, filter) = (finger.skin(), Lag::new(finger.filter_s()));

@@ -41,7 +41,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 ///
 /// Results go to standard output, everything else to standard error. Times of events are device
 /// time: seconds since the first conversion. Exit status: 0 done, 1 an error (one line says which),
-/// 2 a command that makes no sense.
+/// 2 usage error.
 #[derive(Debug, Parser)]
 #[command(name = "ridgetone", version, max_term_width = 100)]
 pub struct Cli {
@@ -114,8 +114,8 @@ enum Command {
 }
 
 impl Cli {
-    /// Does the command. Fails with one line; with a [`crate::usage::UsageError`] where the command
-    /// itself makes no sense.
+    /// Runs the command. Fails with one line; with a [`crate::usage::UsageError`] if its options
+    /// are wrong.
     pub fn run(self) -> Result<()> {
         if self.force {
             crate::output::force();

@@ -4,7 +4,7 @@
 use serde::Serialize;
 use std::f64::consts::TAU;
 
-/// A column that is the others' sum but for this share of it is left out.
+/// A column is left out if all but this share of it is a combination of the others.
 const SHARE_MIN: f64 = 1e-9;
 
 /// One harmonic in one channel.
@@ -193,7 +193,7 @@ mod tests {
         }
         assert_eq!(found.harmonics.len(), 2);
         assert!(found.residual_v < 1e-7, "{}", found.residual_v);
-        // At the missing one too.
+        // The fit has a value at the missing sample too.
         assert!((f64::from(found.fit_v[17]) - truth(t_s[17])).abs() < 1e-7);
         let without = fit(&t_s, &volts, 4.17, 1, Some(50.0)).unwrap();
         assert!(

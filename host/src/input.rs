@@ -78,8 +78,8 @@ pub struct Opened {
     pub uncertainty: Uncertainty,
 }
 
-/// What a recording adds to the standard deviations of estimates, which the library takes from
-/// scans that it believes to be well timed.
+/// What a recording adds to the standard deviations of estimates: the library assumes independent
+/// and exactly timed scans.
 #[derive(Clone, Copy, Debug)]
 pub struct Uncertainty {
     /// By how much more than for independent scans estimates scatter.
@@ -88,9 +88,9 @@ pub struct Uncertainty {
     pub rate_share: f64,
 }
 
-/// The estimator takes the noise's density at the tone into its own standard deviation if it is 4.5
-/// of its standard errors above that of independent frames, which it knows from 16 blocks of each
-/// channel (`crates/tone/src/trust.rs`).
+/// The estimator counts the noise's density at the tone in its own standard deviation if it exceeds
+/// that of independent frames by 4.5 standard errors, which it takes from 16 blocks of each channel
+/// (`crates/tone/src/trust.rs`).
 const DENSITY_SEEN: f64 = 4.5;
 const DENSITY_BLOCKS: f64 = 16.0;
 
@@ -104,7 +104,7 @@ impl Default for Uncertainty {
 }
 
 impl Uncertainty {
-    /// Puts it into an estimate.
+    /// Enlarges the uncertainties of an estimate.
     pub fn apply(&self, event: &mut Event) {
         let Event::Estimate(estimate) = event else {
             return;

@@ -30,7 +30,7 @@
 //! | results beside the truth, and a picture | [`demo`], [`picture`], [`static_image`], [`svg`] |
 //! | the command line | [`cli`], [`usage`], [`output`], [`digits`], `stop` |
 #![forbid(unsafe_code)]
-// Nobody publishes it: a field whose name and unit say all has no doc.
+// Not published: a field whose name and unit say everything needs no documentation.
 #![allow(missing_docs)]
 
 pub mod analysis;

@@ -102,9 +102,9 @@ impl Listener {
 /// Takes packets, and when they were received if that is known.
 pub type Sink<'a> = dyn FnMut(&Packet, Option<Receipt>) -> Result<ControlFlow<()>> + 'a;
 
-/// Gives packets to `sink`, sends the requester's requests, and reports connections and losses on
-/// standard error. Ends when the source is over, when the sink breaks off, or when this process is
-/// to stop. Gives the feed back.
+/// Gives packets to `sink`, sends the due requests, and reports connections and losses on standard
+/// error. Ends when the source is over, when the sink breaks off, or when this process is to stop.
+/// Returns the feed.
 pub fn run(feed: Feed, requester: Requester, sink: &mut Sink<'_>) -> (Feed, Result<()>) {
     let mut listener = Listener::new(feed, requester);
     let ended = listen(&mut listener, sink);

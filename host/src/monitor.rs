@@ -2,7 +2,7 @@
 //! the terminal, the keys and the refresh.
 
 mod chart;
-mod felt;
+mod feel;
 pub mod film;
 mod health;
 mod map;
@@ -95,7 +95,7 @@ impl Monitor {
         Ok(())
     }
 
-    /// Does the action of a key. False: leave.
+    /// Carries out an action. False: leave.
     fn act(&mut self, action: Action) -> bool {
         match action {
             Action::Quit => return false,

@@ -31,7 +31,7 @@ pub fn message(number: usize, t_s: f64, value: f64, is_place: bool) -> Odometry 
         true => Reading::Place((value * f64::from(PLACE_PER_MM)).round() as i32),
         false => Reading::Speed(value as f32),
     };
-    // Both wrap, as on a robot.
+    // Both wrap, as they do on a robot.
     Odometry {
         number: number as u16,
         t_us: (t_s * 1e6).round() as i64 as u32,
@@ -108,7 +108,7 @@ const WAITING: usize = 64;
 
 /// Follows a robot that writes lines as [`stream`] reads them, a header first, into a pipe, a port
 /// or, as `-`, standard input: gives each message as it travels. A file is read at the pace of its
-/// stamps. A line that is wrong ends it, with a word on standard error.
+/// stamps. A wrong line ends it, with a message on standard error.
 pub fn follow(path: &Path) -> Result<Receiver<Vec<u8>>> {
     let shown = path.display().to_string();
     let is_file = path.metadata().is_ok_and(|about| about.is_file());
@@ -172,7 +172,7 @@ fn send_lines(
             .send(message(number, *t_s, *value, is_place).encode().to_vec())
             .is_err()
         {
-            // Nobody sends them any more.
+            // The receiver is gone.
             break;
         }
     }

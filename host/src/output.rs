@@ -37,7 +37,7 @@ pub fn whole_file(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>)
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
-        // As any other new file: the process's mask decides.
+        // Permissions as for any new file: the process's mask decides.
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
     let mut file = builder.tempfile_in(directory).with_context(named)?;
@@ -125,7 +125,7 @@ impl Default for Progress {
     }
 }
 
-/// Does `run`, which takes the seconds of the input done and its length, and shows them.
+/// Calls `run` with a function that shows the progress: seconds of the input done, and its length.
 pub fn with_progress<T>(run: impl FnOnce(&mut dyn FnMut(f64, f64)) -> Result<T>) -> Result<T> {
     let mut progress = Progress::default();
     let result =

@@ -1,5 +1,5 @@
-//! What people read about an estimate besides its frequency: what to do about its status, and what
-//! is significant of its movement and beside it.
+//! What people read about an estimate besides its frequency: what to do about its status, and which
+//! of its movement and of its companions are significant.
 
 use crate::digits::{decimals, significant};
 use crate::tone::Beside;
@@ -18,9 +18,9 @@ pub const fn remedy(status: Status) -> Option<&'static str> {
     }
 }
 
-/// What is significant of the movement and beside the tone: names and values. The wander is shown
-/// of an unsteady tone only. Its standard deviation is half of it and more, and so says nothing of
-/// whether it is there.
+/// Significant remarks on the movement and on what is beside the tone: names and values. The wander
+/// is shown only for an unsteady tone: its standard deviation is at least half of it, and so does
+/// not say whether it is there.
 pub fn remarks(status: Status, abscissa: Abscissa, beside: &Beside) -> Vec<(&'static str, String)> {
     let (unit, chirp_unit) = match abscissa {
         Abscissa::Time => ("Hz", "Hz/s"),

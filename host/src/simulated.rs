@@ -38,7 +38,7 @@ const SCLK_HZ: u32 = 5_250_000;
 /// From one watch to the next, nanoseconds.
 const WATCH_NS: u64 = 500_000_000;
 
-/// What is around the board: the other end of its line, and an observer of its chip.
+/// Surroundings of the board: the other end of its line, and an observer of its chip.
 pub trait Surroundings {
     /// The firmware has set the chip up, or failed to.
     fn started(&mut self, board: &SimulatedBoard, is_set_up: bool) -> Result<()>;
@@ -249,7 +249,8 @@ impl DrdyPin for Pin<'_> {
     }
 
     fn unmute(&mut self) {
-        // Edges before do not count: while the chip was set up anew, its old scan has given none.
+        // Edges before this moment do not count: while the chip was set up again, its old scan has
+        // given none.
         self.interrupt.is_muted.set(false);
         self.interrupt
             .ahead_ns

@@ -19,7 +19,7 @@ pub fn on_signal() -> Result<()> {
     .context("Ctrl-C")
 }
 
-/// As Ctrl-C does it.
+/// Requests the end, as Ctrl-C does.
 pub fn request() {
     REQUESTED.store(true, Ordering::Relaxed);
 }

@@ -1,5 +1,4 @@
-//! A command that makes no sense, as opposed to one that fails: the process exits with status 2
-//! instead of 1.
+//! Wrong usage, as opposed to a failure: the process exits with status 2 instead of 1.
 
 /// The command line requests something impossible; the text says why.
 #[derive(Debug, thiserror::Error)]

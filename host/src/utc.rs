@@ -27,8 +27,8 @@ const REACH_S: f64 = 600.0;
 const NEAR_S: f64 = 15.0;
 
 /// A slope counts if it changes the delay over its span by five times the scatter of the least
-/// delays, and if ten of these are there; one that no crystal has counts sooner. The scatter is the
-/// standard deviation of exponential delays with the same median.
+/// delays, and if there are ten of these; a slope steeper than any crystal counts sooner. The
+/// scatter is the standard deviation of exponential delays with the same median.
 const SIGNIFICANT: f64 = 5.0;
 const BLOCKS_MIN: usize = 10;
 const NO_CRYSTAL: f64 = 1e-3;
@@ -157,7 +157,7 @@ impl UtcClock {
     /// A moment of board time in UTC. None before the first packet with a time.
     pub fn utc(&self, t_s: f64) -> Option<Utc> {
         let zero_s = self.zero_ns? as f64 * 1e-9;
-        // Far from all packets the nearest have to do.
+        // Far from all packets the nearest ones are used.
         let t_near_s = t_s.clamp(self.least.front()?.0, self.least.back()?.0);
         let within = |reach_s: f64| -> Vec<(f64, f64)> {
             let first = self
@@ -208,10 +208,10 @@ fn block(t_s: f64) -> i64 {
     (t_s / BLOCK_S).floor() as i64
 }
 
-/// Largest error of a crystal beside another, as a share: what is not measured may be as much.
+/// Largest difference between two crystals, as a share: an unmeasured skew may be as much.
 const CRYSTALS: f64 = 100e-6;
 
-/// What a receipt's time is good for, seconds.
+/// Resolution of a receipt's time, seconds.
 const LEAST_S: f64 = 1e-6;
 
 /// The slope of the line below all delays, and its standard deviation; level where nothing else is
@@ -233,7 +233,7 @@ fn slope(points: &[(f64, f64)]) -> (f64, f64) {
     heights_s.sort_by(f64::total_cmp);
     let scatter_s = (heights_s[count / 2] / std::f64::consts::LN_2).max(LEAST_S);
     let span_s = points[count - 1].0 - points[0].0;
-    // The edge may be short: it is as good as its own length and the points allow.
+    // A short edge is uncertain: its own length and the number of points count.
     let sigma = scatter_s / (edge[1].0 - edge[0].0).max(span_s / (count as f64).sqrt());
     let is_enough = count >= BLOCKS_MIN || slope.abs() > NO_CRYSTAL && count > 2;
     let counts = is_enough && slope.abs() * span_s > SIGNIFICANT * scatter_s;

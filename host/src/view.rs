@@ -4,7 +4,7 @@
 //! | step | file |
 //! |---|---|
 //! | what the pages get, and when | [`message`], [`hub`] |
-//! | runs to look back at, and what is recorded | [`mod@run`], [`runs`], [`tape`] |
+//! | runs to look back at, and what is recorded | [`mod@run`], [`runs`], [`recorder`] |
 //! | the server | [`server`], [`run_routes`] |
 //! | who may ask it | [`guard`] |
 //! | the page's files | [`files`] |
@@ -22,12 +22,12 @@ pub mod guard;
 pub mod hub;
 pub mod latest;
 pub mod message;
+pub mod recorder;
 pub mod run;
 pub mod run_routes;
 pub mod runs;
 pub mod server;
 pub mod status;
-pub mod tape;
 
 use crate::feed::{Feed, Following};
 use crate::stop;
@@ -46,7 +46,7 @@ use std::time::{Duration, Instant};
 /// Longest wait between two looks at [`stop`].
 const LOOK: Duration = Duration::from_millis(20);
 
-/// Where the page is served, and what else is done with it.
+/// Options of the page.
 #[derive(Clone, Debug)]
 pub struct Options {
     pub address: SocketAddr,

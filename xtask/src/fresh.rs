@@ -95,7 +95,7 @@ mod tests {
         );
     }
 
-    /// Without a seed from there, `proptest` draws one in every run.
+    /// Without this seed `proptest` would draw one in every run.
     #[test]
     fn cargo_fixes_the_seed_of_every_other_run() {
         let seed = env::var(TESTS_SEED).expect("set by .cargo/config.toml");

@@ -11,8 +11,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{self, Receiver, Sender};
 
-/// Tests that take minutes, and show what shorter ones show too: `cargo test` runs them by their
-/// names.
+/// Tests that take minutes and repeat what shorter ones show: `cargo test` runs them by name.
 pub const NEVER: [&str; 4] = [
     "touch_after_touch_for_thirty_days",
     "each_plan_loses_nothing_and_skips_no_hop_in_a_minute_of_the_emulator",

@@ -1,4 +1,4 @@
-//! `cargo xtask`: everything one does with the workspace besides building it.
+//! `cargo xtask`: every task of the workspace besides building it.
 
 mod demo;
 mod dfu;

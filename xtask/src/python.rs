@@ -15,7 +15,7 @@ const NAMES: [&str; 5] = [
     "python3.11",
 ];
 
-/// What Debian has an interpreter in that can make environments.
+/// Debian's packages with an interpreter that can make environments.
 const PACKAGES: [&str; 2] = ["python3", "python3-venv"];
 
 /// An interpreter that can make an environment; installed if there is none.

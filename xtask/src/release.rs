@@ -16,7 +16,7 @@ const FOLDER: &str = "release-images";
 /// The list of checksums, which `sha256sum --check` reads.
 const SUMS: &str = "SHA256SUMS";
 
-/// Sections that are in flash, but for the first values of `.data`, whose place a symbol gives.
+/// Sections in flash, except for the initial values of `.data`, whose place a symbol gives.
 const IN_FLASH: [&str; 3] = [".vector_table", ".text", ".rodata"];
 
 /// Builds each image, writes it as ELF, as raw bytes (for the drive that an ST-LINK shows) and for

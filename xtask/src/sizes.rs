@@ -32,8 +32,8 @@ pub const FINGER: Budgets = Budgets {
     ram: &RAM,
 };
 
-/// An emulated finger's. Its chip is on a PC, which takes more than a board's peripherals, and no
-/// board has to hold it.
+/// The emulated finger's budget. Its chip is simulated on a PC, which takes more code than a
+/// board's peripherals, and no board has to hold it.
 pub const EMULATED: Budgets = Budgets {
     flash: &[
         ("ridgetone_tone", 67_100),
@@ -55,8 +55,8 @@ pub const EMULATED: Budgets = Budgets {
     ],
 };
 
-/// A stylus's. What it takes and a tenth: the chip has room for more, and a step that grows is
-/// seen.
+/// The stylus's budget: what it takes and a tenth. The chip has room for more; a step that grows is
+/// noticed.
 pub const STYLUS: Budgets = Budgets {
     flash: &[
         ("ridgetone_stylus", 7_300),

@@ -1,4 +1,4 @@
-//! `serve` with what it streams to: features of the command, which nothing else builds.
+//! `serve` with its receivers: features of the command that nothing else builds.
 
 use crate::python;
 use crate::setup;
@@ -27,8 +27,8 @@ pub fn run_tests() -> Result<()> {
     run(&mut test(&STREAMS, "streams")).context("tests of streams")
 }
 
-/// Receivers that nobody here wrote, as packages of Python: Cyclone DDS reads what is for ROS 2,
-/// and Zenoh's own package.
+/// Receivers by other authors, as packages for Python: Cyclone DDS reads what is for ROS 2, and
+/// Zenoh has a package of its own.
 const PEERS: [&str; 2] = ["cyclonedds==11.0.1", "eclipse-zenoh==1.10.2"];
 
 /// Tests Zenoh and ROS 2, whose 253 crates take minutes, beside [`PEERS`] too. Then ten boards and

@@ -116,7 +116,7 @@ fn finish(command: &mut Command) -> Result<String> {
     Ok(String::from_utf8_lossy(&output.stdout).trim().to_owned())
 }
 
-/// Does two things at once. Gives both results, or all errors: one may have come of the other.
+/// Runs two closures at once. Returns both results, or all errors: one may have caused the other.
 pub fn both<A, B: Send>(
     here: impl FnOnce() -> Result<A>,
     beside: impl FnOnce() -> Result<B> + Send,

@@ -42,7 +42,7 @@ impl Block {
         Ok(block)
     }
 
-    /// `end` is the address behind the last register that the command can reach.
+    /// `end` is one past the last register that the command can reach.
     fn new<E>(command: u8, first: Register, count: usize, end: usize) -> Result<Self, Error<E>> {
         if count == 0 || count > end.saturating_sub(first as usize) {
             return Err(Error::RegisterRange { first, count });

@@ -104,7 +104,8 @@ impl Config {
         gpio_levels: 0x00,
     };
 
-    /// Checks that the chip can work like this. The error is the first rule that is broken.
+    /// Checks that the chip can work with this configuration. The error is the first rule that is
+    /// broken.
     pub const fn validate(&self) -> Result<(), ConfigError> {
         if self.clock_hz < CLOCK_MIN_HZ || self.clock_hz > CLOCK_MAX_HZ {
             return Err(ConfigError::Clock {

@@ -4,15 +4,15 @@ use crate::spectrum::{amplitude_at, amplitude_spectrum};
 use core::f32::consts::{FRAC_1_SQRT_2, LN_10};
 use core::ops::Range;
 
-/// Windows from which on their scatter says more of the uncertainty than a closed form.
+/// Number of windows from which on their scatter is a better uncertainty than the closed form.
 pub(crate) const SCATTER_FROM: f32 = 8.0;
 
 /// Distance from the reference's line of the bins that show its noise: the nearest ones outside
 /// Hamming's main lobe.
 const BESIDE: Range<f32> = 2.5..6.5;
 
-/// What a line leaks through Hamming's window, by its amplitude over the distance in bins: the
-/// window's step of 0.08 at its ends over pi and over its mean.
+/// Leakage of a line through Hamming's window, relative to its amplitude over the distance in bins:
+/// the window's step of 0.08 at its ends over pi and over its mean.
 const LEAKAGE: f32 = 0.08 / (core::f32::consts::PI * 0.54);
 
 /// A surface whose roughness is known, and how fast the finger runs over it.
@@ -37,7 +37,7 @@ pub struct SpectralLine {
     /// the amplitude by that much, and for a surface without a period it is a little more than the
     /// amplitude's own scatter.
     pub sigma: f32,
-    /// What reaches it from all that is further away, because a window is finite.
+    /// Leakage from lines further away, because a window is finite.
     pub leaked: f32,
 }
 

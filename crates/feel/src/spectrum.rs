@@ -12,7 +12,7 @@ pub const POINTS_MAX: usize = 32_768;
 /// Shortest window, samples.
 const POINTS_MIN: usize = 64;
 
-/// Hamming's window is 0.54 - 0.46 cos: its mean, and a quarter of its swing.
+/// Hamming's window is 0.54 - 0.46 cos: its mean, and a quarter of its peak-to-peak range.
 const MEAN: f32 = 0.54;
 const SIDE: f32 = 0.23;
 
@@ -37,8 +37,7 @@ pub fn amplitude_spectrum(samples: &mut [f32]) -> Option<&mut [f32]> {
     let [zero, nyquist, ..] = *samples else {
         return None;
     };
-    // Under the window each bin is made of itself and its two neighbours. That needs no table of
-    // cosines.
+    // The window mixes each bin with its two neighbours, which needs no table of cosines.
     let half = samples.len() / 2;
     let scale = 2.0 / (MEAN * samples.len() as f32);
     let (mut left, mut here) = ([0.0; 2], [zero, 0.0]);

@@ -41,7 +41,7 @@ pub fn encode<T: Serialize>(message: &T, wire: &mut [u8]) -> Result<usize, TooLo
     seal(&mut plain, length, wire)
 }
 
-/// Encodes a content of a form of its own, unless it is longer than `wire`. Returns the bytes used.
+/// Encodes content that is not postcard, unless it is longer than `wire`. Returns the bytes used.
 pub fn encode_bytes(content: &[u8], wire: &mut [u8]) -> Result<usize, TooLong> {
     let mut plain = [0; PLAIN_MAX];
     plain

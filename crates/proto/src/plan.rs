@@ -74,7 +74,7 @@ pub struct Gives {
 /// Why a plan cannot work.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlanError {
-    /// Name of the field that is outside its bounds, or of what follows from the fields.
+    /// Name of the field that is outside its bounds, or of the quantity derived from the fields.
     pub field: &'static str,
     /// Its value.
     pub value: f32,
@@ -181,8 +181,8 @@ impl Plan {
         }
     }
 
-    /// Inputs that are converted.
-    // As others below not inlined: it is needed in many places, seldom.
+    /// Inputs that are converted. Not inlined, as others below: it is called in many places, but
+    /// seldom.
     #[inline(never)]
     pub const fn channels(&self) -> usize {
         self.inputs.count_ones() as usize
@@ -283,8 +283,8 @@ impl Plan {
         let most_s = self.window_most_s();
         let window_s = if WINDOW_S < most_s { WINDOW_S } else { most_s };
         let hop_s = 0.25 * window_s;
-        // Up to whole hundredths: of the plan `hand` a fit along a robot's way takes 0.9 quarters
-        // of the window and more.
+        // Rounded up to whole hundredths: with the plan `hand` a fit along a robot's path takes 0.9
+        // quarters of the window and more.
         let hop_s = (100.0 * hop_s + 0.999) as u32 as f32 / 100.0;
         (
             window_s,

@@ -1,8 +1,8 @@
 //! Faults by a schedule, in the chip's virtual time, so that they act at the same moments under
 //! every driver.
 //!
-//! A fault acts right behind an edge of DRDY, before its result is read, so the time of an edge
-//! that was announced does not change. While nothing is converted the fault acts at its own time.
+//! A fault acts right after an edge of DRDY, before its result is read, so the time of an edge that
+//! was announced does not change. While nothing is converted the fault acts at its own time.
 
 use super::Ads1258;
 use super::faults::Fault;

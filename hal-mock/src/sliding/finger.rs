@@ -276,8 +276,8 @@ impl Finger {
         series
     }
 
-    /// Whose load a place of the skin bears: the middle of the ridge there, and its load over that
-    /// of a smooth skin; none in a groove.
+    /// Where the load of a point of the skin acts: the middle of the ridge there, with its load
+    /// relative to that of a smooth skin; none in a groove.
     fn borne(&self, s_mm: f64) -> Option<(f64, f64)> {
         if self.skin_ridge_mm == 0.0 {
             return Some((s_mm, 1.0));

@@ -109,7 +109,7 @@ impl Motion {
         }
     }
 
-    /// The speed that makes the tone, in mm/s: without ramps and ripple; of a hand the greatest.
+    /// Speed that makes the tone, in mm/s: without ramps and ripple; for a hand, the greatest.
     pub(crate) fn tone_speed_mm_s(&self) -> f64 {
         match self {
             Self::Steady { speed_mm_s, .. } => *speed_mm_s,
@@ -131,7 +131,8 @@ impl Motion {
                 omega,
                 ..
             } => {
-                // Time that ripples is never off by more than this, and always increases.
+                // Time with ripple never differs from the planned time by more than this, and
+                // always increases.
                 let most_s = 2.0 * ripple / omega;
                 let (mut low_s, mut high_s) = ((planned_s - most_s).max(0.0), planned_s + most_s);
                 for _ in 0..60 {

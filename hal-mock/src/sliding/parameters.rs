@@ -1,12 +1,12 @@
 //! Parameters of a scene, and which of them exclude each other.
 
-use super::drawn::OVERTONES;
 use super::finger::{Finger, Grating};
 use super::motion::{Hand, Stimulator};
+use super::random_channels::OVERTONES;
 use super::range::{ParameterError, Range, check};
 
 /// Parameters of a [`SlidingScene`](super::SlidingScene); the defaults are the paper's protocol at
-/// 30 mm/s and 3.6 mm, on drawn channels with 20 dB. A scene file begins with
+/// 30 mm/s and 3.6 mm, on random channels with 20 dB. A scene file begins with
 /// [`physical`](Self::physical) instead.
 #[derive(Clone, Debug, PartialEq, serde::Deserialize)]
 #[serde(deny_unknown_fields, default = "Sliding::physical")]
@@ -36,18 +36,18 @@ pub struct Sliding {
     /// fundamental's amplitude A, over sigma^2, the same on all channels, per reading. `None`: no
     /// noise but the finger's own.
     pub snr_db: Option<f64>,
-    /// Amplitudes of the 2nd, 3rd and 4th harmonic of drawn channels relative to the fundamental; 0
+    /// Amplitudes of the 2nd, 3rd and 4th harmonic of random channels relative to the fundamental; 0
     /// leaves one out.
     #[serde(skip)]
     pub overtones: [f64; OVERTONES],
-    /// Seed of the run: its noise, the ripple's phase, the jitter; of drawn channels their gains,
+    /// Seed of the run: its noise, the ripple's phase, the jitter; of random channels their gains,
     /// phases and offsets too.
     pub seed: u64,
     /// How the stimulator deviates from speed and time.
     pub stimulator: Stimulator,
     /// A hand in the stimulator's place: `speed_mm_s`, `slide_mm` and `stimulator` do not count.
     pub hand: Option<Hand>,
-    /// The fingertip as a physical thing. `None`: drawn channels, without creep and filter.
+    /// The fingertip as a physical thing. `None`: random channels, without creep and filter.
     pub finger: Option<Finger>,
     /// The chip that reads the scene. The scene itself does not use it.
     pub converter: Converter,
@@ -127,7 +127,7 @@ impl Sliding {
     pub(crate) fn check(&self) -> Result<(), ParameterError> {
         let s = self.stimulator;
         let speed_mm_s = self.speed_mm_s * (1.0 + 0.01 * s.speed_error_percent);
-        // A limit that depends on other parameters stands behind the rules for those.
+        // A limit that depends on other parameters comes after the rules for those.
         let mut rules = vec![
             ("speed_mm_s", self.speed_mm_s, Range::Positive),
             ("period_mm", self.period_mm, Range::Positive),

@@ -1,6 +1,6 @@
 // Draws a state on the plots, or says why there is nothing to draw.
 import { words } from "./format.js";
-import { Felt } from "./felt.js";
+import { FeelPanel } from "./feel.js";
 import { Fit } from "./fit.js";
 import * as panels from "./panels.js";
 
@@ -35,8 +35,8 @@ function drawFeel(plot, state) {
   document.querySelector("main").classList.toggle("feels", isShown);
   if (!isShown) return;
   if (feel) plot.draw(state);
-  Felt.bars($("feel-bars"), state);
-  $("feel-small").textContent = feel ? Felt.words(feel) : "";
+  FeelPanel.bars($("feel-bars"), state);
+  $("feel-small").textContent = feel ? FeelPanel.words(feel) : "";
   plot.explain(feel ? "" : "Nothing yet: it comes with each window of a slide.");
 }
 

@@ -1,7 +1,7 @@
 // The page: takes the messages of the command, and shows them, or a run, unless it is paused.
 import { Model } from "./model.js";
 import { drawMap, drawPlots } from "./draw.js";
-import { Felt } from "./felt.js";
+import { FeelPanel } from "./feel.js";
 import { Fit } from "./fit.js";
 import { History } from "./history.js";
 import { Spectrum } from "./spectrum.js";
@@ -28,7 +28,7 @@ const plots = {
   history: new History($("history"), zoomed),
   spectrum: new Spectrum($("spectrum"), zoomed),
   fit: new Fit($("fit"), zoomed),
-  feel: new Felt($("feel"), zoomed),
+  feel: new FeelPanel($("feel"), zoomed),
 };
 const mapCanvas = $("map").querySelector("canvas");
 const scrub = new Scrub(() => {

@@ -61,13 +61,23 @@ pub fn fit(
     py.detach(run).map_err(raised)
 }
 
+/// The reference surface, from a `dict` with these keys.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct Surface {
+    ra_um: f32,
+    rsm_mm: f32,
+    speed_mm_s: f32,
+    ra_sigma_um: f32,
+}
+
 /// What `feel` prints as JSON, and what to look at.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "the options of `ridgetone feel`")]
 pub fn feel(
     py: Python<'_>,
     samples: &Samples,
-    surface: (f32, f32, f32, f32),
+    surface: Surface,
     reference: Option<&Samples>,
     rate_hz: Option<f64>,
     from_s: Option<f64>,
@@ -77,12 +87,11 @@ pub fn feel(
     m: Option<(f32, f32)>,
     coefficients: Option<PathBuf>,
 ) -> PyResult<(String, Vec<String>)> {
-    let (ra_um, rsm_mm, speed_mm_s, ra_sigma_um) = surface;
     let surface = Reference {
-        ra_um,
-        ra_sigma_um,
-        rsm_mm,
-        speed_mm_s,
+        ra_um: surface.ra_um,
+        ra_sigma_um: surface.ra_sigma_um,
+        rsm_mm: surface.rsm_mm,
+        speed_mm_s: surface.speed_mm_s,
     };
     let reference = felt::KnownSurface {
         surface,

@@ -43,7 +43,7 @@ pub fn print(feed: Feed, requester: Requester, lines: LineOptions) -> Result<()>
 /// slide comes after its end.
 const LATE_S: f64 = 0.5;
 
-/// Prints packets as lines. Dropped, it prints what it has held back.
+/// Prints packets as lines. When dropped, it prints the lines that still wait.
 pub struct Printer {
     json: Option<JsonLines>,
     teleplot: Option<Teleplot>,
@@ -57,7 +57,7 @@ impl Printer {
     pub fn new(lines: LineOptions, in_order: bool) -> Self {
         let json = lines.json.then(JsonLines::default);
         let teleplot = lines.teleplot.then(Teleplot::default);
-        // For programs lines are in the order of their numbers.
+        // Programs get the lines in the order of their numbers.
         let held = (in_order && json.is_none() && teleplot.is_none()).then(VecDeque::new);
         Self {
             json,
@@ -115,7 +115,7 @@ impl Printer {
 
 impl Drop for Printer {
     fn drop(&mut self) {
-        // A reader that has gone wants no more.
+        // A reader that has closed the output wants no more lines.
         let _ = self.flush(f64::INFINITY);
     }
 }

@@ -33,8 +33,8 @@ pub struct Options<'a> {
 }
 
 impl<'a> Options<'a> {
-    /// At most half a minute of silence; nothing is kept, nothing happens to the board, and it has
-    /// its usual speed.
+    /// Default options: at most half a minute of silence, no bytes kept, no crash, and the usual
+    /// speed of the board.
     pub fn new(elf: &'a Path) -> Self {
         Self {
             elf,

@@ -20,8 +20,8 @@ use std::time::{Duration, Instant};
 /// Time between two looks at the process while its pipes are silent, nanoseconds.
 const LOOK_NS: i64 = 50_000_000;
 
-/// Board time that the firmware has to start the chip, and to read the last result after the
-/// input's end, seconds.
+/// Board time that the firmware has to start the chip, and to read the last result after the input
+/// has ended, seconds.
 const PATIENCE_S: f64 = 10.0;
 
 /// As [`run_packets`](super::run_packets) with the bytes of the line: it neither decodes nor counts
@@ -97,8 +97,8 @@ impl Session {
                     );
                 }
             } else if let Some(status) = self.emulator.exit_status()? {
-                // Reads the rest without waiting: a process that the emulator left behind may hold
-                // the pipes open.
+                // Reads what is left without waiting: a process that the emulator left running may
+                // hold the pipes open.
                 while self.serve_ready(0, exchange)? {}
                 return Ok(Some(status));
             } else if self.active.elapsed() > silence {

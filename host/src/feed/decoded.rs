@@ -102,8 +102,8 @@ impl Feed {
             let wait = match &self.odometry {
                 Some(messages) => {
                     for message in messages.try_iter() {
-                        // A board that is away loses them, as on the line; that it is away the
-                        // source says itself.
+                        // A board that is away loses the message, as on the line; the source
+                        // reports that it is away.
                         let _ = self.source.send(&message);
                     }
                     left.min(SEND)

@@ -53,7 +53,7 @@ impl Emulated {
                 while waits.load(Ordering::Relaxed) && !stopped.load(Ordering::Relaxed) {
                     let here = Instant::now();
                     std::thread::sleep(LOOK_IDLE);
-                    // Here alone: what two looks at the clock take, at every exchange, would be a
+                    // The clock is read here alone: reading it at every exchange would look like a
                     // skew of hundreds of ppm.
                     begun += here.elapsed();
                 }
@@ -72,7 +72,7 @@ impl Emulated {
                     }
                 }
                 if !bytes.is_empty() {
-                    // The receiver is gone only if this thread is to end too.
+                    // The receiver is gone only when this thread is to end too.
                     to_feed
                         .send(bytes.to_vec())
                         .map_err(|_| anyhow!("nobody listens to the emulated board"))?;

@@ -174,7 +174,7 @@ impl Following {
 
     fn follow_up(&mut self, live: &mut Live) {
         live.now.counts = self.feed.counts();
-        // What waits answers nothing.
+        // A source that is paused does not answer.
         if self.feed.has_board()
             && !self.is_idle
             && live.now.connection == Connection::Connected

@@ -16,8 +16,8 @@ const RENEW: Duration = Duration::from_secs(5);
 /// itself, and the emulated board may run some times faster than this clock.
 const FRAMES: u32 = (60.0 * FRAME_RATE_HZ) as u32;
 
-/// Their first number comes from the clock: a board only repeats its answer to the number that it
-/// answered last.
+/// Requests whose first number comes from the clock: a board only repeats its reply to the number
+/// that it answered last.
 pub fn new_requests() -> Requests {
     let clock = SystemTime::now()
         .duration_since(UNIX_EPOCH)

@@ -35,8 +35,8 @@ pub trait Source {
 
     fn send(&mut self, bytes: &[u8]) -> Result<()>;
 
-    /// Nobody looks, or somebody does again: what is emulated waits meanwhile, and a board goes on.
-    /// Gives whether it has waited until now: its clock stood still.
+    /// Pauses the source while nobody watches, or resumes it: an emulated board waits, a real one
+    /// goes on. Returns whether it was paused until now, so that its clock stood still.
     fn idle(&mut self, _idle: bool) -> bool {
         false
     }

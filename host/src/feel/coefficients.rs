@@ -52,7 +52,7 @@ fn is_zero(value: &f64) -> bool {
 }
 
 impl Coefficients {
-    /// Those of the paper, equations 11 and 12.
+    /// The paper's coefficients, equations 11 and 12.
     pub fn paper() -> Self {
         Self::new(
             PAPER_WINDOW_S.into(),
@@ -68,7 +68,7 @@ impl Coefficients {
 
     pub fn new(window_s: f64, scores: impl IntoIterator<Item = (String, Score)>) -> Self {
         let terms = |score: Score| {
-            // As short as they are in f32.
+            // Each as short as its f32 allows.
             let short = |value: f32| value.to_string().parse().unwrap_or(f64::from(value));
             let [constant, fa1, fa2, sa1, sa2, m] = score.coefficients.map(short);
             let is_known = score.covariance.iter().flatten().any(|value| *value != 0.0);

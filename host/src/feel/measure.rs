@@ -19,10 +19,10 @@ const ROWS_MAX: usize = 1 << 22;
 /// width a surface without a period has another amplitude.
 pub const RATES_DIFFER: f64 = 0.01;
 
-/// What f32 can square, and the noise beside it.
+/// Amplitudes that f32 can square together with the noise next to them.
 const SQUARED: Range<f32> = 1e-15..1e15;
 
-/// What is known of the surface that makes the sensor's unit micrometres.
+/// The surface that gives the sensor's unit in micrometres.
 #[derive(Clone, Debug)]
 pub struct KnownSurface {
     pub surface: Reference,
@@ -30,7 +30,7 @@ pub struct KnownSurface {
     pub samples: Option<Samples>,
 }
 
-/// What to take of a recording.
+/// What to read of a recording.
 #[derive(Clone, Debug)]
 pub struct Options {
     pub selection: Selection,
@@ -42,7 +42,7 @@ pub struct Options {
 #[derive(Clone, Debug)]
 pub struct Channel {
     pub name: String,
-    /// None of a channel in which the reference has no amplitude: it does not count.
+    /// Absent if the reference has no amplitude in this channel, which then does not count.
     pub conversion: Option<Conversion>,
     pub firing: MeanFiring,
 }

@@ -83,7 +83,7 @@ pub fn stepwise(observed: &[Vec<f64>], scores: &[f64]) -> Option<Model> {
         .collect();
     let mut inside = vec![false; variables];
     let mut seen = HashSet::new();
-    // The two bounds keep it from going round in circles, but for rounding.
+    // The two bounds keep it from going round in circles, except through rounding.
     while seen.insert(inside.clone()) {
         let by_p = |a: &(f64, usize), b: &(f64, usize)| a.0.total_cmp(&b.0);
         let all = |is_inside: bool| {

@@ -78,7 +78,7 @@ fn images(following: &mut Following, has_colour: bool) -> Result<Vec<Buffer>> {
     Ok(images)
 }
 
-/// All images below each other, moved past a window of the size of one.
+/// All images below each other, moved past a window of one image.
 fn picture(images: &[Buffer]) -> Result<String> {
     ensure!(
         !images.is_empty(),

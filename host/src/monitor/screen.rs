@@ -5,7 +5,7 @@
 
 use super::style::{alarm, bold, boxed};
 use super::view::{FEEL_KEY, HELP, KEYS, View};
-use super::{chart, felt, health, map, strips, tone};
+use super::{chart, feel, health, map, strips, tone};
 use crate::live::{Connection, Live};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -63,7 +63,7 @@ pub fn draw(frame: &mut Frame<'_>, live: &Live, view: &View) {
     tone::draw(frame, right, live, view);
     let [left, right] = sides(middle);
     if view.shows_feel {
-        felt::draw(frame, left, live, view);
+        feel::draw(frame, left, live, view);
     } else {
         strips::draw(frame, left, live, view);
     }

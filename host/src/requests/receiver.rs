@@ -94,7 +94,7 @@ impl<F: NorFlash> Receiver<F> {
         reply
     }
 
-    /// Both at once.
+    /// Takes bytes and carries out the requests that they complete.
     pub fn hear(&mut self, bytes: &[u8]) -> Vec<Reply> {
         bytes
             .iter()

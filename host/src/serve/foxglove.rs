@@ -71,8 +71,8 @@ impl Foxglove {
                     .collect()
             })
             .collect::<Result<Vec<Vec<_>>>>()?;
-        while let Some(taken) = queue.next().await {
-            let message = &taken.message;
+        while let Some(queued) = queue.next().await {
+            let message = &queued.message;
             let channel = &channels[message.finger][message.topic as usize];
             channel.log_with_meta(
                 message.json.as_bytes(),

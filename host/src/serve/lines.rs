@@ -15,8 +15,8 @@ impl Sink for Lines {
 
     fn run(self: Box<Self>, queue: &Queue, names: &Names) -> Result<()> {
         let runtime = tokio::runtime::Builder::new_current_thread().build()?;
-        while let Some(taken) = runtime.block_on(queue.next()) {
-            let message = &taken.message;
+        while let Some(queued) = runtime.block_on(queue.next()) {
+            let message = &queued.message;
             let topic = names.path(message.finger, message.topic);
             output::line(&format!(
                 r#"{{"topic":"/{topic}","message":{}}}"#,

@@ -34,7 +34,8 @@ impl Lost {
     }
 }
 
-/// What a sink has lost of a finger. It is for that sink alone, and so has no number on its topic.
+/// Reports the messages of a finger that a sink has lost. It is for that sink alone, and so has no
+/// number on its topic.
 pub fn lost(finger: usize, sink: &str, lost: Lost) -> Message {
     let Lost {
         frames,

@@ -6,7 +6,7 @@
 //! frames before an acknowledged event have arrived, and those after the last one are counted as
 //! not confirmed.
 
-use super::queue::{Queue, Taken};
+use super::queue::{Queue, Queued};
 use super::schema;
 use super::sink::Sink;
 use super::topic::{Names, Topic};
@@ -52,10 +52,10 @@ pub struct Mqtt {
     login: Option<(String, String)>,
 }
 
-/// What was given to the connection and is not confirmed; nothing in place of a schema.
+/// Messages given to the connection and not confirmed; nothing in place of a schema.
 #[derive(Default)]
 struct Flight {
-    entries: VecDeque<Option<Taken>>,
+    entries: VecDeque<Option<Queued>>,
     /// Number of the first entry.
     first: u64,
     /// Number of the entry that is written next.
@@ -187,7 +187,7 @@ impl Mqtt {
             } => done,
         };
         if ended.is_ok() {
-            // Until the farewell is written and the broker hangs up.
+            // Writes the farewell, and waits until the broker hangs up.
             let _ = timeout(LAST, self.poll(&mut events, &flight, &connected)).await;
         }
         queue.put_back(flight.into_inner().entries.into_iter().flatten());
@@ -256,18 +256,18 @@ async fn deliver(
                 .await?;
         }
     }
-    while let Some(taken) = queue.next().await {
+    while let Some(queued) = queue.next().await {
         let (topic, path) = (
-            taken.message.topic,
-            names.path(taken.message.finger, taken.message.topic),
+            queued.message.topic,
+            names.path(queued.message.finger, queued.message.topic),
         );
         let quality = if topic == Topic::Frames {
             QoS::AtMostOnce
         } else {
             QoS::AtLeastOnce
         };
-        let json = taken.message.json.clone();
-        flight.borrow_mut().entries.push_back(Some(taken));
+        let json = queued.message.json.clone();
+        flight.borrow_mut().entries.push_back(Some(queued));
         // A subscriber gets the latest state at once.
         client
             .publish(path, quality, topic == Topic::Health, json)

@@ -89,10 +89,10 @@ mod tests {
             .unwrap();
         let next = || runtime.block_on(queue.next());
         std::iter::from_fn(next)
-            .map(|taken| {
+            .map(|queued| {
                 (
-                    taken.message.topic,
-                    serde_json::from_str(&taken.message.json).unwrap(),
+                    queued.message.topic,
+                    serde_json::from_str(&queued.message.json).unwrap(),
                 )
             })
             .collect()

@@ -1,5 +1,5 @@
-//! What waits for a sink. A board never waits: where the queue is full the oldest message is lost,
-//! counted, and reported as soon as the sink takes messages again.
+//! The queue in front of a sink. A board never waits: a full queue drops its oldest message, counts
+//! it, and reports it as soon as the sink takes messages again.
 
 use super::message::{Lost, Message, lost};
 use super::topic::Topic;
@@ -9,17 +9,18 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::Notify;
 
-/// Frames that wait: 1.7 s of ten fingers, 3 MB.
+/// Frames that the queue holds: 1.7 s of ten fingers, 3 MB.
 const FRAMES_MAX: usize = 4096;
 
-/// Other messages that wait: an hour and a half of ten fingers that nothing touches, 50 MB.
+/// Other messages that the queue holds: an hour and a half of ten fingers that nothing touches, 50
+/// MB.
 const EVENTS_MAX: usize = 1 << 16;
 
 /// Time between two reports of losses to a sink that loses all the time.
 const REPORT_EVERY: Duration = Duration::from_secs(1);
 
 pub struct Queue {
-    /// Whose it is.
+    /// Name of the sink.
     pub sink: &'static str,
     state: Mutex<State>,
     changed: Notify,
@@ -27,7 +28,7 @@ pub struct Queue {
 
 /// A message, and its place in the queue.
 #[derive(Clone, Debug)]
-pub struct Taken {
+pub struct Queued {
     order: u64,
     pub message: Arc<Message>,
 }
@@ -37,7 +38,7 @@ pub struct Taken {
 pub struct Counts {
     pub delivered: u64,
     pub lost: Lost,
-    /// Those that wait.
+    /// Messages that wait.
     pub left: u64,
 }
 
@@ -71,11 +72,11 @@ impl fmt::Display for Counts {
 
 #[derive(Default)]
 struct State {
-    frames: VecDeque<Taken>,
-    events: VecDeque<Taken>,
+    frames: VecDeque<Queued>,
+    events: VecDeque<Queued>,
     /// Number of the next message.
     order: u64,
-    /// By finger, not reported yet.
+    /// Losses by finger that are not reported yet.
     lost: Vec<Lost>,
     reported: Option<Instant>,
     counts: Counts,
@@ -104,27 +105,27 @@ impl Queue {
     /// Adds a message. It never waits.
     pub fn push(&self, message: Arc<Message>) {
         let mut state = self.state();
-        let taken = Taken {
+        let queued = Queued {
             order: state.order,
             message,
         };
         state.order += 1;
         if state.has_failed {
-            state.lose(&taken.message);
+            state.lose(&queued.message);
         } else {
-            state.add(taken);
+            state.add(queued);
             self.changed.notify_one();
         }
     }
 
     /// Waits for the next message; none: the queue is closed and empty.
-    pub async fn next(&self) -> Option<Taken> {
+    pub async fn next(&self) -> Option<Queued> {
         loop {
             {
                 let mut state = self.state();
-                if let Some(taken) = state.report(self.sink).or_else(|| state.take()) {
+                if let Some(queued) = state.report(self.sink).or_else(|| state.take()) {
                     state.counts.delivered += 1;
-                    return Some(taken);
+                    return Some(queued);
                 }
                 if state.is_closed {
                     return None;
@@ -134,26 +135,26 @@ impl Queue {
         }
     }
 
-    /// Takes messages back that were taken and not delivered: events wait again, frames count as
-    /// not confirmed.
-    pub fn put_back(&self, taken: impl DoubleEndedIterator<Item = Taken>) {
+    /// Puts back messages that were taken out and not delivered: events wait again, frames count as not
+    /// confirmed.
+    pub fn put_back(&self, queued: impl DoubleEndedIterator<Item = Queued>) {
         let mut state = self.state();
-        for taken in taken.rev() {
+        for queued in queued.rev() {
             state.counts.delivered -= 1;
-            if taken.message.topic == Topic::Frames {
+            if queued.message.topic == Topic::Frames {
                 let lost = Lost {
                     unconfirmed: 1,
                     ..Lost::default()
                 };
-                state.lost[taken.message.finger].add(lost);
+                state.lost[queued.message.finger].add(lost);
                 state.counts.lost.add(lost);
             } else {
-                state.events.push_front(taken);
+                state.events.push_front(queued);
             }
         }
     }
 
-    /// No more messages will come.
+    /// Closes the queue: no more messages will come.
     pub fn close(&self) {
         self.state().is_closed = true;
         self.changed.notify_one();
@@ -182,12 +183,12 @@ impl Queue {
 }
 
 impl State {
-    fn add(&mut self, taken: Taken) {
-        let (queue, most) = match taken.message.topic {
+    fn add(&mut self, queued: Queued) {
+        let (queue, most) = match queued.message.topic {
             Topic::Frames => (&mut self.frames, FRAMES_MAX),
             _ => (&mut self.events, EVENTS_MAX),
         };
-        queue.push_back(taken);
+        queue.push_back(queued);
         if queue.len() > most
             && let Some(oldest) = queue.pop_front()
         {
@@ -211,7 +212,7 @@ impl State {
     }
 
     /// A message about what a finger has lost here, if it is time for one.
-    fn report(&mut self, sink: &str) -> Option<Taken> {
+    fn report(&mut self, sink: &str) -> Option<Queued> {
         let is_due = self.is_closed || self.reported.is_none_or(|at| at.elapsed() >= REPORT_EVERY);
         let finger = self
             .lost
@@ -231,14 +232,14 @@ impl State {
             self.reported = Some(Instant::now());
         }
         let message = lost(finger, sink, std::mem::take(&mut self.lost[finger]));
-        Some(Taken {
+        Some(Queued {
             order: 0,
             message: Arc::new(message),
         })
     }
 
     /// The oldest message.
-    fn take(&mut self) -> Option<Taken> {
+    fn take(&mut self) -> Option<Queued> {
         match (self.frames.front(), self.events.front()) {
             (Some(frame), Some(event)) if frame.order < event.order => self.frames.pop_front(),
             (Some(_), None) => self.frames.pop_front(),
@@ -260,14 +261,14 @@ mod tests {
         })
     }
 
-    fn drain(queue: &Queue) -> Vec<Taken> {
+    fn drain(queue: &Queue) -> Vec<Queued> {
         queue.close();
         let runtime = tokio::runtime::Builder::new_current_thread()
             .build()
             .unwrap();
         let mut all = Vec::new();
-        while let Some(taken) = runtime.block_on(queue.next()) {
-            all.push(taken);
+        while let Some(queued) = runtime.block_on(queue.next()) {
+            all.push(queued);
         }
         all
     }
@@ -280,10 +281,10 @@ mod tests {
         }
         queue.push(message(0, Topic::Tone, 7));
         let all = drain(&queue);
-        for (finger, taken) in all[..2].iter().enumerate() {
-            let json: serde_json::Value = serde_json::from_str(&taken.message.json).unwrap();
+        for (finger, queued) in all[..2].iter().enumerate() {
+            let json: serde_json::Value = serde_json::from_str(&queued.message.json).unwrap();
             assert_eq!(
-                (taken.message.finger, taken.message.topic),
+                (queued.message.finger, queued.message.topic),
                 (finger, Topic::Diagnostics)
             );
             let count = |name: &str| json[name].as_u64().unwrap();
@@ -302,7 +303,7 @@ mod tests {
         }
         let numbers: Vec<usize> = all[2..]
             .iter()
-            .map(|taken| taken.message.json.parse().unwrap())
+            .map(|queued| queued.message.json.parse().unwrap())
             .collect();
         assert_eq!(
             numbers,
@@ -353,10 +354,10 @@ mod tests {
         let runtime = tokio::runtime::Builder::new_current_thread()
             .build()
             .unwrap();
-        let taken: Vec<Taken> = (0..3)
+        let queued: Vec<Queued> = (0..3)
             .map(|_| runtime.block_on(queue.next()).unwrap())
             .collect();
-        queue.put_back(taken.into_iter());
+        queue.put_back(queued.into_iter());
         let all = drain(&queue);
         assert!(
             all[0].message.json.contains(r#""frames_unconfirmed":1"#),
@@ -365,7 +366,7 @@ mod tests {
         );
         let rest: Vec<&str> = all[1..]
             .iter()
-            .map(|taken| taken.message.json.as_str())
+            .map(|queued| queued.message.json.as_str())
             .collect();
         assert_eq!(rest, ["0", "2", "3"]);
         assert_eq!(queue.counts().delivered, 4);

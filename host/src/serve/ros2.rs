@@ -105,8 +105,8 @@ impl Sink for Ros2 {
         }
         eprintln!("ridgetone: ros2: open in domain {domain}");
         let runtime = tokio::runtime::Builder::new_current_thread().build()?;
-        while let Some(taken) = runtime.block_on(queue.next()) {
-            let message = &taken.message;
+        while let Some(queued) = runtime.block_on(queue.next()) {
+            let message = &queued.message;
             publishers[&(message.finger, message.topic)].publish(message, names)?;
         }
         Ok(())

@@ -75,8 +75,8 @@ async fn publish(config: Config, queue: &Queue, names: &Names) -> zenoh::Result<
             publishers.insert((finger, topic), publisher);
         }
     }
-    while let Some(taken) = queue.next().await {
-        let message = &taken.message;
+    while let Some(queued) = queue.next().await {
+        let message = &queued.message;
         publishers[&(message.finger, message.topic)]
             .put(message.json.as_str())
             .await?;

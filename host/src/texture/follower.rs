@@ -8,7 +8,7 @@ use ridgetone_proto::command::Command;
 use ridgetone_stimulus::Texture;
 use std::time::{Duration, Instant};
 
-/// What is new of a finger.
+/// News of a finger.
 #[derive(Clone, Debug, PartialEq)]
 pub enum News {
     /// It has another texture under it; if it was silent it no longer is.
@@ -59,8 +59,8 @@ impl Follower {
         self.listener.feed
     }
 
-    /// Nobody looks, or somebody does again: an emulated board waits meanwhile, and counts as
-    /// heard.
+    /// Pauses the source while nobody watches, or resumes it; an emulated board that waits counts
+    /// as heard.
     pub fn idle(&mut self, idle: bool) {
         if self.listener.feed.idle(idle) || idle {
             self.heard_at = Instant::now();
@@ -74,8 +74,8 @@ impl Follower {
                 self.heard_at = Instant::now();
                 let is_back = std::mem::take(&mut self.is_silent);
                 if is_back {
-                    // It may be another surface by now, or the same, of which the board would say
-                    // nothing.
+                    // The surface may have changed; if it has not, the board would not report it
+                    // again.
                     self.greet();
                 }
                 Ok(found(&packet)

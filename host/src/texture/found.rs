@@ -21,7 +21,7 @@ pub fn overtones(reported: &Overtones) -> [Harmonic; HARMONICS_MAX - 1] {
         };
         turn += 1;
         let (re, im) = (f64::from(sine_re), f64::from(sine_im));
-        // What is no number stays so, and is refused.
+        // NaN stays NaN, and is refused.
         let amplitude = re.hypot(im);
         let amplitude = if amplitude.is_finite() {
             amplitude.min(1.0)
@@ -35,8 +35,7 @@ pub fn overtones(reported: &Overtones) -> [Harmonic; HARMONICS_MAX - 1] {
     })
 }
 
-/// The texture that a packet reports, if it is one that can be felt. Nobody knows its force in
-/// newtons.
+/// The texture that a packet reports, if a hand can feel it. Its force in newtons is unknown.
 pub fn found(packet: &Packet) -> Option<Texture> {
     let Event::Texture(found) = &packet.event else {
         return None;

@@ -1,4 +1,4 @@
-//! Power over period of a finger of one's own: equation 2 of Okamoto et al. anew.
+//! Power over period for one's own finger: equation 2 of Okamoto et al., fitted again.
 
 use crate::harmonics::least_squares;
 use anyhow::{Result, ensure};

@@ -28,7 +28,7 @@ pub struct Learned {
 /// One recording's part.
 struct One {
     period_mm: f64,
-    /// Without the speed's, which all recordings share.
+    /// Standard deviation without the speed's, which all recordings share.
     sigma_mm: f64,
     power: f64,
     /// Products of each overtone with the fundamental, real and imaginary, and the fundamental's
@@ -37,7 +37,7 @@ struct One {
     fundamental: f64,
 }
 
-/// Learns from recordings of one texture at one speed. `force_n` is 0 if nobody knows it.
+/// Learns from recordings of one texture at one speed. `force_n` is 0 if it is unknown.
 ///
 /// The period is the mean of the recordings, weighted by their uncertainties; if they scatter more
 /// than these allow, sigma grows with the scatter. Power is half of the squared amplitude, the mean

@@ -15,7 +15,7 @@ pub struct App {
     pub runs: Arc<Runs>,
 }
 
-/// Words or JSON, and a status by whether it went well.
+/// Text or JSON, with a status by its success.
 pub fn answer(done: Result<String>) -> Response {
     match done {
         Ok(text) if text.starts_with(['{', '[']) => {
@@ -30,7 +30,7 @@ pub fn json(value: &impl Serialize) -> Result<String> {
     Ok(serde_json::to_string(value)?)
 }
 
-/// Does what takes long without keeping the pages waiting.
+/// Runs work that takes long on a thread of its own, so that the pages do not wait.
 pub async fn on_a_thread(work: impl FnOnce() -> Result<String> + Send + 'static) -> Result<String> {
     tokio::task::spawn_blocking(work)
         .await

@@ -53,7 +53,7 @@ pub const FILES: &[File] = &[
     js!("history.js"),
     js!("spectrum.js"),
     js!("fit.js"),
-    js!("felt.js"),
+    js!("feel.js"),
     js!("panels.js"),
     js!("runs.js"),
     js!("scrub.js"),

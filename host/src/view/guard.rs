@@ -1,4 +1,4 @@
-//! Who may ask the server: this computer alone, or whoever has the token; and no page but its own.
+//! Access to the server: this computer alone, or whoever has the token; and no page but its own.
 //!
 //! A page from elsewhere could reach a loopback address through the user's browser, with a host
 //! name that points there: the guard refuses requests with any other host than this computer, or
@@ -28,10 +28,10 @@ const HEADERS: [(HeaderName, &str); 6] = [
     ),
 ];
 
-/// Bytes of a token: 128 bits, which nobody guesses.
+/// Bytes of a token: 128 bits cannot be guessed.
 const TOKEN_BYTES: usize = 16;
 
-/// Who may ask: this computer; at an address that others reach, whoever has the token.
+/// Access rule: this computer; at an address that others reach, whoever has the token.
 #[derive(Clone, Debug)]
 pub struct Access {
     pub address: SocketAddr,
@@ -79,7 +79,7 @@ impl Access {
         format!("ridgetone-{}=", self.address.port())
     }
 
-    /// Whether it may be answered.
+    /// Whether a request may be answered.
     fn allows(&self, request: &Request) -> bool {
         let header = |name| {
             request
@@ -126,7 +126,7 @@ fn given(request: &Request) -> Option<&str> {
         .find_map(|pair| pair.strip_prefix("token="))
 }
 
-/// Compares all of it, so that the time says nothing.
+/// Compares in constant time.
 fn is_same(given: &str, token: &str) -> bool {
     given.len() == token.len()
         && given
@@ -164,7 +164,7 @@ pub async fn guard(State(access): State<Access>, request: Request, next: Next) -
     };
     for (name, value) in HEADERS {
         let value = HeaderValue::from_static(value);
-        // A page may say itself what it loads, and nothing else.
+        // A page may state for itself what it loads, and nothing else.
         if name == header::CONTENT_SECURITY_POLICY {
             response.headers_mut().entry(name).or_insert(value);
         } else {

@@ -5,8 +5,8 @@
 //! missed.
 
 use super::message::{Common, Message, STREAM, State, Update};
+use super::recorder::{Latest, Recorder};
 use super::status;
-use super::tape::{Latest, Tape};
 use crate::analysis::{Curves, Spectrum, curves, spectrum};
 use crate::digits::seconds;
 use crate::events::JsonLines;
@@ -36,7 +36,7 @@ const PACKETS: usize = 1024;
 /// Time between two spectra.
 const SPECTRUM_EVERY: Duration = Duration::from_millis(250);
 
-/// Time after a look at the state in which somebody is taken to watch.
+/// Time for which a request for the state counts as somebody watching.
 const LOOKED: Duration = Duration::from_secs(3);
 
 /// A frame, seconds, roughly.
@@ -57,10 +57,10 @@ struct Inner {
     no_raw: Option<String>,
     /// Whether there is a board that takes settings.
     can_set: bool,
-    /// Settings that a page wants, for [`Hub::wanted`].
+    /// Settings that a page has sent, for [`Hub::wanted`].
     wanted: Option<Settings>,
     settings_reply: Option<SettingsReply>,
-    tape: Option<Tape>,
+    recorder: Option<Recorder>,
     latest: Latest,
     /// When somebody asked for the state.
     looked: Option<Instant>,
@@ -100,7 +100,7 @@ impl Hub {
         }
     }
 
-    /// Folds an event, if there is one.
+    /// Folds an event.
     pub fn take(&self, event: Option<&FeedEvent<Packet>>, following: &mut Following) {
         let inner = &mut *self.lock();
         following.fold(event, &mut inner.live);
@@ -112,11 +112,11 @@ impl Hub {
         };
         inner.received = Some(Instant::now());
         inner.latest.push(packet, following.receipt());
-        if let Some(tape) = &mut inner.tape
-            && let Err(error) = tape.keep(packet, following.receipt(), inner.live.hello())
+        if let Some(recorder) = &mut inner.recorder
+            && let Err(error) = recorder.keep(packet, following.receipt(), inner.live.hello())
         {
             inner.live.note(format!("{error:#}"));
-            inner.tape = None;
+            inner.recorder = None;
         }
         if let Ok(line) = inner.json.line(packet, following.receipt()) {
             let line: Arc<str> = (line + "\n").into();
@@ -207,22 +207,22 @@ impl Hub {
         self.lock().wanted.take()
     }
 
-    /// Begins to record into a new file; if it records already, ends, and gives the tape.
-    pub fn record(&self, path: impl FnOnce() -> PathBuf) -> Option<Tape> {
+    /// Begins to record into a new file; if it records already, ends and returns the recorder.
+    pub fn record(&self, path: impl FnOnce() -> PathBuf) -> Option<Recorder> {
         let inner = &mut *self.lock();
-        let ended = inner.tape.take();
+        let ended = inner.recorder.take();
         if ended.is_none() {
-            inner.tape = Some(Tape::new(path(), &inner.live.now.source));
+            inner.recorder = Some(Recorder::new(path(), &inner.live.now.source));
         }
         ended
     }
 
-    /// A tape of the latest minute.
-    pub fn record_latest(&self, path: PathBuf) -> Result<Tape> {
+    /// A recording of the latest minute.
+    pub fn record_latest(&self, path: PathBuf) -> Result<Recorder> {
         let inner = self.lock();
         inner
             .latest
-            .tape(path, &inner.live.now.source, inner.live.hello())
+            .recorder(path, &inner.live.now.source, inner.live.hello())
     }
 
     /// Whether a page or a program looks, or something is recorded.
@@ -230,7 +230,7 @@ impl Hub {
         let inner = self.lock();
         let looked = inner.looked.is_some_and(|looked| looked.elapsed() < LOOKED);
         looked
-            || inner.tape.is_some()
+            || inner.recorder.is_some()
             || self.updates.receiver_count() + self.packets.receiver_count() > 0
     }
 
@@ -320,7 +320,7 @@ impl Inner {
             remarks,
             can_set: self.can_set,
             settings_reply: self.settings_reply.as_ref(),
-            recording_s: self.tape.as_ref().map(Tape::length_s),
+            recording_s: self.recorder.as_ref().map(Recorder::length_s),
         }
     }
 

@@ -54,7 +54,7 @@ pub struct State<'a> {
     pub curves: Option<&'a Curves>,
 }
 
-/// What is new. A spectrum or curves that have not changed are left out; `null` means that they are
+/// New data. A spectrum or curves that have not changed are left out; `null` means that they are
 /// gone.
 #[derive(Serialize)]
 pub struct Update<'a> {

@@ -64,7 +64,7 @@ impl Run {
             remark: None,
         };
         run.read(settings).map_err(|error| {
-            // The name that people know, once.
+            // The name that people know, instead of the path.
             let text = format!("{error:#}").replace(&path.display().to_string(), name);
             if text.starts_with(name) {
                 anyhow!(text)

@@ -13,8 +13,8 @@
 
 use super::app::{App, answer, json, on_a_thread};
 use super::hub;
+use super::recorder::Recorder;
 use super::run::Part;
-use super::tape::Tape;
 use anyhow::{Result, ensure};
 use axum::Router;
 use axum::body::Bytes;
@@ -96,7 +96,7 @@ async fn close(State(app): State<App>, Path(id): Path<u64>) -> Response {
 
 async fn record(State(app): State<App>) -> Response {
     match app.hub.record(|| app.runs.new_path()) {
-        Some(tape) => answer(on_a_thread(move || opened(&app, tape)).await),
+        Some(recorder) => answer(on_a_thread(move || opened(&app, recorder)).await),
         None => answer(Ok(String::new())),
     }
 }
@@ -105,14 +105,14 @@ async fn record_latest(State(app): State<App>) -> Response {
     answer(on_a_thread(move || opened(&app, app.hub.record_latest(app.runs.new_path())?)).await)
 }
 
-/// A tape as a run.
-fn opened(app: &App, tape: Tape) -> Result<String> {
+/// A finished recording as a run.
+fn opened(app: &App, recorder: Recorder) -> Result<String> {
     ensure!(
-        !tape.is_empty(),
+        !recorder.is_empty(),
         "nothing was received while it was recorded"
     );
-    let (path, name) = (tape.path.clone(), tape.name());
+    let (path, name) = (recorder.path.clone(), recorder.name());
     // Its file is complete when it is dropped.
-    drop(tape);
+    drop(recorder);
     json(&app.runs.open(&name, &path)?)
 }

@@ -192,7 +192,7 @@ impl Page {
                 Err(RecvError::Closed) => return None,
             }
         }
-        // The page is new, or was too slow: it gets everything, then the updates after it.
+        // The page is new, or was too slow: it gets the whole state, then the updates after it.
         let (message, updates) = self.hub.join(self.missed).ok()?;
         self.updates = Some(updates);
         Some(message)

@@ -1,5 +1,5 @@
-//! All that the processor reaches: memory, peripherals, time. The pins end in the simulated ADC and
-//! the serial line.
+//! Everything that the processor reaches: memory, peripherals, time. The pins end at the simulated
+//! ADC and the serial line.
 
 mod access;
 mod events;

@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 /// fundamental's, both as cosines. Zeros of a harmonic that was not fitted.
 pub type Overtones = [[f32; 2]; 3];
 
-/// A texture under the finger. It is sent behind the estimate that has found it: the first one of a
-/// touch, and again when it has changed by more than three standard deviations of the difference.
+/// A texture under the finger. It follows the estimate that has found it: the first one of a touch,
+/// and again when it has changed by more than three standard deviations of the difference.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Texture {
     /// Device time of the end of the estimate's window, microseconds.

@@ -105,14 +105,14 @@ def feel(
     """
     known = dict(reference)
     other = known.pop("samples", None)
-    surface = tuple(float(known.pop(name, default)) for name, default in _SURFACE.items())
-    if known or not all(value > 0 for value in surface[:3]):
+    surface = {name: float(known.pop(name, default)) for name, default in _SURFACE.items()}
+    if known or not all(value > 0 for value in list(surface.values())[:3]):
         raise UsageError(f"reference: {', '.join(list(_SURFACE)[:3])} are needed, ra_sigma_um and samples may be given")
     given = native(samples, time_s, names)
     with_sigma = (float(m), 0.0) if isinstance(m, (int, float)) else m
     text, remarks = _ridgetone.feel(
         given,
-        (surface[0], surface[1], surface[2], surface[3]),
+        surface,
         None if other is None else native(other, names=names if not isinstance(other, (str, PathLike)) else None),
         rate_hz,
         from_s,

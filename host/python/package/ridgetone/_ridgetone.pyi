@@ -49,7 +49,7 @@ def fit(
 ) -> tuple[str, list[str]]: ...
 def feel(
     samples: Samples,
-    surface: tuple[float, float, float, float],
+    surface: dict[str, float],
     reference: Samples | None,
     rate_hz: float | None,
     from_s: float | None,

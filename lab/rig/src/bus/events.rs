@@ -33,7 +33,8 @@ impl Bus {
         events.into_iter().flatten().min().unwrap_or(u64::MAX)
     }
 
-    /// When DRDY falls next. To be called whenever the ADC may have changed its mind.
+    /// Time of the next falling edge of DRDY. To be called whenever the schedule of the ADC may
+    /// have changed.
     pub fn expect_drdy(&mut self) {
         self.drdy_falls = self
             .adc

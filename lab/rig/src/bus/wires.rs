@@ -1,4 +1,4 @@
-//! What hangs on the pins and the clocks, and the rules for both.
+//! The circuits at the pins and the clocks, and the rules for both.
 
 use super::events::IRQ_OTG_FS;
 use super::state::Bus;

@@ -36,8 +36,8 @@ impl Rig {
         self.bus.attend();
     }
 
-    /// Cuts the power of the flash after `words` more words: what is written behind them is lost,
-    /// and so is an erase.
+    /// Cuts the power of the flash after `words` more words: later words are lost, and so is an
+    /// erase.
     pub fn cut_flash_after(&mut self, words: u64) {
         self.bus.flash.words_left = Some(words);
     }
@@ -79,7 +79,7 @@ impl Rig {
         (self.bus.flash.programmed, self.bus.flash.erased)
     }
 
-    /// Puts bytes on the cable to the board, one behind the other, from now on or behind those
+    /// Puts bytes on the cable to the board, one after the other, from now on or after those
     /// already on it.
     pub fn send(&mut self, bytes: &[u8]) {
         let now = self.bus.time.cycles;

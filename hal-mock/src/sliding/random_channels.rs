@@ -9,7 +9,7 @@ use crate::random::{Random, Stream};
 use crate::scene::INPUTS;
 use core::f64::consts::{PI, TAU};
 
-/// Overtones of a drawn channel: harmonics 2 to 4.
+/// Overtones of a random channel: harmonics 2 to 4.
 pub(crate) const OVERTONES: usize = 3;
 
 /// A quarter bridge of equal resistances at 5 V.

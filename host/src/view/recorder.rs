@@ -10,7 +10,7 @@ use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// Longest tape, bytes: more than three hours of raw frames. For longer ones there is `record`.
+/// Longest recording, bytes: more than three hours of raw frames. For longer ones there is `record`.
 const MOST: usize = 256 << 20;
 
 /// What is kept without anybody's wish: this length, and at most this number of packets, a bit more
@@ -39,17 +39,17 @@ impl Latest {
         self.0.push_back((Instant::now(), packet.clone(), receipt));
     }
 
-    /// A tape with them.
-    pub fn tape(&self, path: PathBuf, source: &str, hello: Option<&Hello>) -> Result<Tape> {
-        let mut tape = Tape::new(path, source);
+    /// A recording of these packets.
+    pub fn recorder(&self, path: PathBuf, source: &str, hello: Option<&Hello>) -> Result<Recorder> {
+        let mut recorder = Recorder::new(path, source);
         for (_, packet, receipt) in &self.0 {
-            tape.keep(packet, *receipt, hello)?;
+            recorder.keep(packet, *receipt, hello)?;
         }
-        Ok(tape)
+        Ok(recorder)
     }
 }
 
-pub struct Tape {
+pub struct Recorder {
     pub path: PathBuf,
     source: String,
     begun: Instant,
@@ -59,7 +59,7 @@ pub struct Tape {
     times_s: Option<(f64, f64)>,
 }
 
-impl Tape {
+impl Recorder {
     pub fn new(path: PathBuf, source: &str) -> Self {
         Self {
             path,

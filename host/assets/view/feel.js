@@ -18,7 +18,7 @@ const percent = (share) => `${(100 * share).toFixed(1)}%`;
 
 const measured = (value, sigma) => withSigma(value, sigma, "").trim();
 
-export class Felt extends Plot {
+export class FeelPanel extends Plot {
   constructor(card, onZoom) {
     const shown = { thresholds: [], range: LEVELS_DB };
     super(card, onZoom, {
