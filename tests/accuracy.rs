@@ -71,8 +71,8 @@ fn an_estimate_comes_as_soon_as_it_is_accurate_and_no_sooner() {
             "{accuracy}: {lengths:?}"
         );
     }
-    // One window in a hundred may look as if its noise were coloured or its tone moved: then it
-    // grows. In a test of this size chance makes three standard deviations more.
+    // One window in a hundred may look as if its noise were coloured or its tone moved; such a
+    // window grows. In a test of this size chance adds three standard deviations.
     let one_in_a_hundred = errors.len() as f64 / 100.0;
     let most = one_in_a_hundred + 3.0 * one_in_a_hundred.sqrt();
     assert!(

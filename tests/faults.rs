@@ -1,4 +1,4 @@
-//! Faults in a touch: how they are reported, and that no estimate is good that they changed.
+//! Faults in a touch: how they are reported, and that no estimate that they changed is good.
 
 #[path = "support/touch.rs"]
 mod touch;
@@ -158,7 +158,7 @@ fn a_chip_that_stands_still_for_a_moment_makes_its_windows_doubtful() {
     }
 }
 
-/// The board was busy: only the time of an edge is noted late, by up to a conversion.
+/// The board was busy: only the time stamp of an edge is late, by up to a conversion.
 #[test]
 fn an_edge_whose_time_is_noted_late_is_no_fault() {
     for slot in [0, 5, 20] {

@@ -1,4 +1,4 @@
-//! Windows with frames missing in a row: no estimate is good that the gap may have misled.
+//! Windows with consecutive frames missing: no estimate that the gap may have misled is good.
 
 #[allow(dead_code, reason = "every test file uses a part of it")]
 mod reference;

@@ -231,8 +231,8 @@ fn the_uncertainty_is_that_of_the_closed_form() {
     assert!(off.abs() < 0.05, "{travel:?} instead of {sigma_mm}");
 }
 
-/// Four slots pass between one unit's reading and the other's. At 92 Hz that is 7 % of a turn: who
-/// takes all of a scan as read at once is wrong by more than that, one way and the other.
+/// Four slots pass between one unit's reading and the other's. At 92 Hz that is 7 % of a turn:
+/// treating a scan as read at once is wrong by more than that, one way and the other.
 #[test]
 fn a_fast_grating_comes_out_wrong_without_the_skew_of_the_slots() {
     let mut fitter = Box::new(Fitter::new(4));
@@ -305,7 +305,7 @@ fn without_two_columns_there_is_nothing() {
     }
 }
 
-/// Channels that disagree by more than their noise make the uncertainty theirs.
+/// Where channels disagree by more than their noise, the uncertainty is their scatter.
 #[test]
 fn channels_that_disagree_are_less_certain() {
     let mut fitted = WAVE.fitted(&mut Fitter::new(4));

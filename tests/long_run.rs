@@ -381,8 +381,7 @@ fn counters_stay_at_the_most_that_they_hold() {
     assert_eq!((assembler.lost, assembler.doubtful), (u32::MAX, u32::MAX));
 }
 
-/// A finger that rests for a year: the frames' numbers wrap after 206 days, and the rate is right
-/// all the same.
+/// A finger that rests for a year: the frame numbers wrap after 206 days, and the rate stays right.
 #[test]
 fn the_rate_is_right_before_and_after_the_frames_numbers_wrap() {
     let mut pipeline = Box::new(Pipeline::new(Settings::DEFAULT));

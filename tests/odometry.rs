@@ -88,7 +88,7 @@ struct Did {
 }
 
 impl Robot {
-    /// Its messages from the scene's begin on. The slide begins at `start_s`, the scene ends at
+    /// Messages from the start of the scene on. The slide begins at `start_s`, the scene ends at
     /// `end_s`.
     fn stream(&self, start_s: f64, end_s: f64) -> (Stream, Did) {
         let mut random = ChaCha8Rng::seed_from_u64(9);
@@ -281,7 +281,7 @@ fn with_a_robot_every_window_gives_the_period() {
     }
 }
 
-/// A least delay that nobody knows of moves every place: the book says by how much.
+/// An unknown least delay moves every place: the guide says by how much.
 #[test]
 fn a_delay_that_is_always_there_costs_windows() {
     let exact = Robot {

@@ -144,7 +144,7 @@ fn the_greeting_comes_first_and_health_once_a_second() {
     assert!((last.frame_rate_hz - 241.14).abs() < 0.01, "{last:?}");
 }
 
-/// No frame is whole then, so nothing is looked for; but it is not silent.
+/// No frame is whole then, so nothing is detected; but the board is not silent.
 #[test]
 fn without_a_taxel_health_is_sent_once_a_second() {
     let still = hal_mock::Noisy::new(
@@ -205,7 +205,7 @@ fn a_finger_in_the_air_says_nothing() {
     );
 }
 
-/// From a silence of four scans on a slide may have ended unseen meanwhile.
+/// After a silence of four scans a slide may have ended unseen.
 #[test]
 fn lost_conversions_are_counted_and_their_frames_left_out() {
     for (hole, status) in [
@@ -330,7 +330,7 @@ fn holes_do_not_bend_the_frequency() {
     }
 }
 
-/// Codes that come with SUPPLY low are not to be trusted, and not felt either.
+/// Codes that come with SUPPLY low are not trusted, and not used for touch either.
 #[test]
 fn a_dip_of_the_supply_is_not_a_touch() {
     let still = hal_mock::Noisy::new(

@@ -203,8 +203,8 @@ fn the_fit_along_the_path_is_better_than_the_papers_method_everywhere() {
             assert!((0.05..0.205).contains(&e.fft), "{e:?}");
             assert!(e.found as f64 > 0.95 * e.windows as f64, "{e:?}");
         }
-        // There the error doubles from 1 to 3 mm and more; here it is that of as many cycles as
-        // there are.
+        // His error doubles from 1 to 3 mm and more; here it is that of the number of cycles in the
+        // window.
         let most =
             |errors: &[Errors], of: fn(&Errors) -> f64| errors.iter().map(of).fold(0.0, f64::max);
         assert!(most(&wrong, |e| e.fft) > 1.4 * most(&right, |e| e.fft));

@@ -58,9 +58,9 @@ fn assert_phases(what: &str, out: &Outcome, truth: &Truth, within_s: f64) {
     );
 }
 
-/// With no noise but the chip's own a slide's end stands out of it at once: it is known to one
-/// frame, and the slots in it. Were a part of the standstill fitted along, the tone would be off by
-/// more than its uncertainty.
+/// With no noise but the chip's own the end of a slide stands out at once: it is known to one frame
+/// and its slots. If part of the standstill were fitted along, the tone would be off by more than
+/// its uncertainty.
 #[test]
 fn a_slide_ends_where_it_ends_under_creep() {
     let mut squares = 0.0;

@@ -83,8 +83,8 @@ fn all_of_table_2_both_ways_within_the_bars() {
     );
 }
 
-/// What is faster than any of the paper's: 92 Hz, where the slots of the scan are 7 % of a turn
-/// apart between units.
+/// Faster than any of the paper's runs: 92 Hz, where the slots of the scan are 7 % of a turn apart
+/// between units.
 #[test]
 fn a_fast_grating_is_as_good_as_a_slow_one() {
     for reverse in [false, true] {

@@ -90,8 +90,8 @@ fn with_a_profile_every_window_gives_the_period() {
         );
         let off = 1.0 / (fit.frequency as f64 * PERIOD_MM) - 1.0;
         let sigma = (fit.sigma / fit.frequency) as f64;
-        // A window has half a part in a thousand at most; a scan taken for a moment would cost
-        // four.
+        // A window is off by half a part in a thousand at most; treating a scan as a moment would
+        // cost four.
         assert!(off.abs() < 4.0 * sigma && sigma < 0.0005, "{off} {fit:?}");
     }
     let off = 1.0 / (out.slide_fits[0].frequency as f64 * PERIOD_MM) - 1.0;

@@ -46,7 +46,7 @@ const WITH_A_BOARD: [&str; 27] = [
     "probe-rs attach --no-catch-reset --no-catch-hardfault --chip STM32F446RETx target/firmware/nucleo-f446re/ridgetone-firmware.elf",
 ];
 
-/// Commands that take too long for a test, and the test that does a little of the same.
+/// Commands that take too long for a test, each with the test that covers a short form of it.
 const LITTLE_OF: [(&str, &str); 29] = [
     ("cargo xtask worklet", "host/tests/touch/page.rs"),
     (
@@ -133,8 +133,8 @@ const LITTLE_OF: [(&str, &str); 29] = [
     ),
 ];
 
-/// What a command that needs the emulator, or minutes, or what another of these has written, has
-/// one of.
+/// Words that mark a command as one that needs the emulator, minutes, or a file that another of
+/// these has written.
 const LONG: [&str; 6] = [
     "emulate",
     "--emulated",
@@ -256,7 +256,7 @@ fn commands() -> Vec<String> {
         }
     }
     let mut mentioned: Vec<String> = documents.iter().flat_map(|page| mentioned(page)).collect();
-    // The longer ones first: a name alone stands for a command that is shown whole somewhere.
+    // Longer commands first: a name alone stands for a command that is shown in full elsewhere.
     mentioned.sort_by_key(|command| std::cmp::Reverse(command.len()));
     for command in mentioned {
         if !commands

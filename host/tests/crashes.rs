@@ -184,8 +184,8 @@ fn no_arithmetic_overflows_in_a_touch() {
             ),
             (0, 0, 0)
         );
-        // Health says how busy the processor is, which differs; and a slower fit is overtaken by
-        // other news.
+        // Health says how busy the processor is, which differs; and other messages overtake a
+        // slower fit.
         let all = packets
             .into_iter()
             .map(|packet| packet.event)

@@ -91,7 +91,7 @@ fn telemetry_is_printed_as_json_and_a_disconnection_is_reported() {
     child.wait().expect("ended");
 }
 
-/// As at a wrong baud rate: nothing but damage, and no packet by whose number a loss would show.
+/// As at a wrong baud rate: damage only, and no packet whose number would show a loss.
 #[test]
 fn damage_without_end_is_reported() {
     let (mut board, name) = pty();

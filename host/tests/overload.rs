@@ -1,5 +1,5 @@
-//! Overload on the emulated chip: acquisition waits for nobody, and what falls by the wayside is
-//! counted, exactly. `cargo xtask test` builds the image and runs these.
+//! Overload on the emulated chip: acquisition never waits, and what is lost is counted, exactly.
+//! `cargo xtask test` builds the image and runs these.
 #![cfg(target_os = "linux")]
 
 use hal_mock::Sliding;
@@ -68,11 +68,11 @@ fn assert_accounted(what: &str, outcome: &Outcome, packets: &[Packet], health: &
         "{what}: {made} made, {} frames, {lost} reported as lost",
         health.frames
     );
-    // Numbers begin at zero: what is missing before the first packet the decoder cannot know, for
-    // it may listen in late.
+    // Numbers begin at zero: the decoder cannot know what is missing before the first packet, since
+    // it may start listening late.
     let missing = outcome.counts.missing + u32::from(packets.first().expect("a packet").sequence);
-    // Interrupts on top of a fit are deepest where there is too much to do; a kilobyte is left for
-    // what these runs do not meet.
+    // The stack is deepest when interrupts come on top of a fit under overload; a kilobyte is left
+    // for cases that these runs do not meet.
     let (used, size) = (health.stack_used_bytes, health.stack_bytes);
     // A processor that is never idle does not measure it.
     let is_never_idle = size == 0 && health.load == 0.0;

@@ -41,7 +41,7 @@ fn interrupt(child: &Child) {
     kill_process(id, Signal::INT).expect("a signal");
 }
 
-/// Every 0.2 s of the run has an image; what knows no motion shows the last one.
+/// One image every 0.2 s of the run; a program without animation shows the last one.
 #[test]
 fn the_screen_of_a_recording_is_a_moving_picture() {
     let folder = directory();

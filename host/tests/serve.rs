@@ -181,7 +181,7 @@ fn fingers_are_served_beside_one_that_is_not_there() {
     );
 }
 
-/// Whoever does not read holds up no board; what is lost is counted and reported.
+/// A reader that does not read holds up no board; its losses are counted and reported.
 #[test]
 fn a_slow_reader_loses_frames_by_count() {
     let board = SerialBoard::of_rate(2000.0);

@@ -139,8 +139,8 @@ fn a_broker_that_hangs_holds_up_no_board() {
     broker.hang();
     sleep(Duration::from_secs(8));
     board.stop();
-    // Held up, it would be as late as the broker hangs, 8 s. A processor that is busy makes it late
-    // too.
+    // A board that was held up would be as late as the broker hangs, 8 s. A busy processor makes it
+    // late too.
     assert!(
         board.late_s() < 4.0 && board.frames() > 12_000,
         "{} s late, {} frames",

@@ -4,8 +4,8 @@ use crate::{Signal, all_changes, assert_reported, changes, load};
 use ridgetone_proto::settings::SlideRule;
 use std::f64::consts::TAU;
 
-/// The level at the start is that of a finger that holds: no contact is reported, and the air is
-/// known from its release on.
+/// The level at the start is that of a finger that holds: no contact is reported, and the idle
+/// level is known only after its release.
 #[test]
 fn a_finger_that_is_on_something_at_the_start_slides_and_lifts() {
     fn touch(t: f64, hz: f64, lag: f64) -> f64 {
@@ -39,8 +39,8 @@ fn a_finger_that_is_on_something_at_the_start_slides_and_lifts() {
     }
 }
 
-/// Without a slide a release from a loaded start is taken for a contact; the next slide shows what
-/// is the air.
+/// Without a slide a release from a loaded start is taken for a contact; the next slide shows which
+/// level is idle.
 #[test]
 fn a_loaded_start_without_a_slide_is_set_right_by_the_next_one() {
     let found = changes(14.0, 20.0, |t, sign, lag| {
@@ -137,8 +137,8 @@ fn by_the_protocol_a_loaded_start_does_not_stop_the_detector() {
     }
 }
 
-/// The rule changes after the slide, when the air is not known yet, and there is no image of that
-/// hold.
+/// The rule changes after the slide, when the idle level is not known yet, and there is no image of
+/// that hold.
 #[test]
 fn a_change_to_the_protocol_in_a_hold_of_a_loaded_start_hides_no_release() {
     for signal in TWO_TOUCHES {

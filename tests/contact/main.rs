@@ -370,8 +370,8 @@ fn lifting_soon_after_a_slide_moves_no_end() {
     }
 }
 
-/// As the reference does when it is off for a while: every level is so many times as high. Nothing
-/// has slid between the lift and that.
+/// A reference that is off for a while scales every level. Nothing has slid between the lift and
+/// that.
 #[test]
 fn a_lift_and_then_a_step_of_all_levels_is_no_slide() {
     for (ms, signal) in [
@@ -413,7 +413,7 @@ fn a_lift_and_then_a_step_of_all_levels_is_no_slide() {
     }
 }
 
-/// It is down again before it is known that it was in the air. The slide begins behind that.
+/// It is down again before its lift is detected. The slide begins after that.
 #[test]
 fn a_finger_that_lifts_for_a_moment_and_slides_on_slides_from_there_on() {
     let found = changes(8.0, 20.0, |t, sign, lag| {
@@ -519,7 +519,7 @@ fn a_tone_of_1_hz_as_strong_as_the_noise_is_one_slide() {
     assert_reported(&found, &expected, 0.3);
 }
 
-/// In its trough more than half of the load is gone, as in a release, and quick comparisons see
+/// In its trough more than half of the load is gone, as in a release, and fast comparisons see
 /// little.
 #[test]
 fn a_slow_slide_almost_as_high_as_the_load_is_no_release() {

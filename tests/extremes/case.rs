@@ -4,9 +4,9 @@ use crate::reference::{Baseline, Likelihood};
 use ridgetone_tone::{Fit, Fitter, FrameSpan, Status, Table};
 use std::ops::Range;
 
-/// Three tenths of the uncertainty. The fit takes `u` by block, of which there are eight to
-/// sixteen: it has up to one and a half percent less of the information, and is off the maximum by
-/// a tenth of its uncertainty, root mean square, at most.
+/// Greatest error of the fit, in standard deviations. The fit takes `u` by block, of which there
+/// are eight to sixteen: it has up to 1.5 percent less information, and is off the maximum by a
+/// tenth of its uncertainty, root mean square, at most.
 pub const OFF_MAX: f64 = 0.3;
 /// Bounds of the fit's sigma over that of f64, which ignores that few frames give an uncertain
 /// noise.

@@ -10,8 +10,8 @@ use proptest::test_runner::{TestCaseError, TestError, TestRunner};
 use ridgetone_tone::{FRAMES_MAX, Status};
 use std::f64::consts::TAU;
 
-/// A twentieth of the last digit of f32 counts as much as the bound: a frequency cannot be nearer
-/// than half of it.
+/// A twentieth of the last digit of f32 counts as much as the bound: a frequency cannot be closer
+/// than half of that digit.
 const LAST_DIGITS: f64 = 1e-6;
 /// Greatest error among thousands of corners, in bounds: in 18,000 windows and 1,100 recordings one
 /// was off by 0.7 and ten by 0.3 to 0.6, most of them with a tone of a few steps of f32.
@@ -102,8 +102,8 @@ impl Corner {
         prop_assert!(fit.status.has_tone() || !self.is_clear(), "{fit:?}");
         if fit.status == Status::Good {
             let truth = self.cycles / self.frames as f64;
-            // What is off by a line is not the tone: whether that may be is for the tests of other
-            // files.
+            // An answer that is off by a line is another tone: whether that may happen is for the
+            // tests of other files.
             if (f64::from(fit.frequency) - truth).abs() * (self.frames as f64) < 0.5 {
                 let (off, _) = case.off_at_least(&fit, truth, LAST_DIGITS * truth);
                 prop_assert!(off < off_max, "{off} of the bound: {fit:?}");

@@ -87,7 +87,7 @@ fn partly(check: impl Fn(&str, &Case, &ridgetone_tone::Fit, f64), cycles: &[f64]
     }
 }
 
-/// Sigma does not know of a packet's ends; no other bin is nearer all the same.
+/// Sigma does not know the ends of the packet; still no other bin is nearer.
 #[test]
 fn a_tone_that_starts_or_ends_inside_is_found() {
     partly(
@@ -193,8 +193,8 @@ fn two_tones_of_equal_strength() {
                 least < 0.5 / FRAMES as f64 || fit.status == Status::Ambiguous,
                 "{what}: {fit:?}"
             );
-            // What all channels have of the other tone is taken out, so that the truth is nearer
-            // than a reference that is pulled by it.
+            // The part of the other tone that all channels share is projected out, so the truth is
+            // nearer than a reference that is pulled by it.
             assert!(
                 least < 5.0 * fit.sigma as f64 || fit.status != Status::Good,
                 "{what}: {fit:?}"
@@ -210,7 +210,7 @@ fn two_tones_of_equal_strength() {
     }
 }
 
-/// Mains ten times as strong as the tone, at a frequency that is known: also where the frame rate
+/// Mains ten times as strong as the tone, at a known frequency, including where the frame rate
 /// folds it.
 #[test]
 fn mains_stronger_than_the_tone() {
@@ -247,8 +247,8 @@ fn mains_missing_in_the_settings_are_the_tone() {
     add_mains(&mut case, 50.0 / 241.14);
     case.interferer = None;
     let fit = case.fit();
-    // The tone is what all channels share beside them, and is taken out: the reference, which
-    // leaves it in, is less sure.
+    // The tone is what all channels share beside them, and is projected out: the reference, which
+    // leaves it in, is less certain.
     let off = (fit.frequency as f64 - 50.0 / 241.14).abs();
     assert!(
         fit.status == Status::Good && off < 5.0 * fit.sigma as f64,
@@ -256,8 +256,8 @@ fn mains_missing_in_the_settings_are_the_tone() {
     );
 }
 
-/// Folded onto zero, or onto half the frame rate, mains have one phase only, and its sine is
-/// nowhere.
+/// Folded onto zero, or onto half the frame rate, mains have one phase only, and their sine
+/// vanishes.
 #[test]
 fn mains_folded_onto_zero_and_onto_half_the_frame_rate() {
     for cycles in [1.0, 0.5] {

@@ -68,8 +68,8 @@ fn assert_unbiased(cycles: f64, time: f64, swing: f64) -> Result<(), String> {
         .filter(|fit| fit.status == Status::Good)
         .collect();
     let count = good.len() as f64;
-    // By the uncertainty of a window without a drift: what the fit makes of it must not widen the
-    // bar.
+    // The bar is the uncertainty of a window without a drift, so that the fit's own estimate cannot
+    // widen it.
     let clean = window(cycles, time, 0.0, AMPLITUDE, 0).fit().sigma as f64;
     let errors: Vec<f64> = good
         .iter()
@@ -133,8 +133,8 @@ fn a_quick_drift_does_not_bias_three_cycles() {
     assert_all_unbiased(&[3.0, 3.4], &TIMES[..1], &[2.0]);
 }
 
-/// A low line with its overtones mimics a drift and a tone: there must be no part of the tone's
-/// frequency among the answers.
+/// A low line with its overtones mimics a drift and a tone: no fraction of the tone's frequency may
+/// be among the answers.
 #[test]
 fn a_huge_drift_makes_no_tone_a_part_of_itself() {
     let mut wrong = Vec::new();
@@ -193,7 +193,8 @@ fn one_cycle_or_two_on_a_drift_are_right() {
                 let off = good.iter().filter(off).count();
                 let right = |fit: &&Fit| (fit.frequency as f64 / truth - 1.0).abs() < 0.1;
                 let right = fits.iter().filter(right).count();
-                // With overtones as few cycles may be others: of a lower tone with more of them.
+                // With overtones, so few cycles may belong to another tone: a lower one with more
+                // of them.
                 let is_full = harmonics.len() > 1 && cycles < 1.66;
                 let (least, least_right) = if cycles < 1.5 {
                     (0, 9)
@@ -239,7 +240,7 @@ fn a_quick_drift_alone_is_no_tone() {
     assert_no_tone(&TIMES[..1], &[2.0]);
 }
 
-/// Where the tone is on a drift the fit is at the maximum of its likelihood all the same.
+/// The fit is at the maximum of its likelihood even where the tone is on a drift.
 #[test]
 fn a_tone_on_a_drift_is_at_its_maximum() {
     for cycles in [3.0, 5.2, 8.34] {

@@ -43,8 +43,8 @@ fn half_a_cycle_to_one() {
                     cycles < 0.8 || noise > 50.0 || fit.status.has_tone(),
                     "{tone:?} {fit:?}"
                 );
-                // Below a cycle an ambiguous one may be another: a tone with as many unknowns, or a
-                // drift.
+                // Below a cycle an ambiguous answer may be another one: a tone with as many
+                // unknowns, or a drift.
                 let off = (fit.frequency as f64 - tone.frequency).abs();
                 let is_right = off < 5.0 * fit.sigma as f64;
                 wrong += u32::from(fit.status.has_tone() && !is_right);
@@ -144,7 +144,7 @@ fn the_shortest_window_and_the_longest() {
                 ..Case::new(tone.values())
             };
             let fit = case.fit();
-            // So few may be a single bump, though the channels have it in different phases.
+            // So few cycles may be a single bump, though the channels have it in different phases.
             let expected = if cycles < 1.15 {
                 Status::Ambiguous
             } else {

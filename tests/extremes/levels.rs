@@ -39,8 +39,8 @@ fn full_scale() {
     for snr_db in [10, 20, 40, 50] {
         let noise = RAIL * (0.5 / 10f64.powf(0.1 * snr_db as f64)).sqrt();
         for seed in 0..5 {
-            // Where the noise is large the rail clips it; harmonics hold what that makes of the
-            // tone.
+            // Large noise is clipped at the rail, and harmonics fit part of what clipping does to
+            // the tone.
             let values = window(seed, |_| (RAIL, 0.0, noise));
             Case::new(values).assert_good(&format!("full scale, {snr_db} dB"), FREQUENCY);
         }
@@ -119,7 +119,7 @@ fn stuck_clipped_at_the_rail() {
                 frame[11] = held;
             }
         }
-        // On the chip a taxel at the rail is marked invalid; in a table nobody does it.
+        // On the chip a taxel at the rail is marked invalid; in a table nothing marks it.
         for invalid in [0, 1 << 9] {
             case.valid.fill(!invalid);
             let fit = case.fit();

@@ -1,4 +1,4 @@
-//! NaN and infinity never leave the fit. No code is one, but a recording may hold anything.
+//! NaN and infinity never leave the fit. No code is NaN, but a recording may hold anything.
 
 use crate::case::Case;
 use crate::reference::Tone;
@@ -36,8 +36,8 @@ fn behind_the_mask_they_change_nothing() {
     }
 }
 
-/// In front of it they cost their channel, or the fit, but are never given away: [`Case::fit`]
-/// looks at every field.
+/// NaN in the input may cost its channel, or the fit, but is never returned: [`Case::fit`] looks at
+/// every field.
 #[test]
 fn in_valid_values_they_stay_inside() {
     for strange in STRANGE {

@@ -51,7 +51,7 @@ fn code(taxel: u64, t_s: f64) -> i32 {
     } else {
         0.0
     };
-    // Noise by hashing: the same in every run, and no generator to carry along.
+    // Noise by hashing: equal in every run, without a generator to carry along.
     let hash = ((t_s * 1e9) as u64 ^ taxel << 56).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     let noise = ((hash >> 40) as f64 / (1u64 << 24) as f64 - 0.5) * 200.0;
     (4e6 + sign * (load + tone) + noise).round() as i32

@@ -1,4 +1,5 @@
-//! What the pages say of files, pins, functions and faults is so, and the reader in Python reads.
+//! Checks that files, pins, functions and faults named on the pages exist, and that the reader in
+//! Python reads.
 
 use super::common::{directory, file, json_lines, run};
 use super::{blocks, pages, read, root};

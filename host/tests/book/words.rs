@@ -1,5 +1,4 @@
-//! One word for one thing: names that the project has given up stay away, and a name of a type is
-//! that of one type.
+//! Names that the project has given up stay away, and a type name belongs to one type.
 
 use super::{read, root};
 use std::collections::BTreeMap;

@@ -92,7 +92,7 @@ pub fn tone(
         };
         let _ = write!(csv, "\n{stamp_s:.6}");
         for c in 0..channels {
-            // Numerical Recipes' quick generator: what matters is that it is the same everywhere.
+            // Numerical Recipes' quick generator: it only has to be equal everywhere.
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             let noise = f64::from(state >> 8) / f64::from(1 << 24) - 0.5;
             let phase = std::f64::consts::TAU * frequency_hz * t_s + c as f64;

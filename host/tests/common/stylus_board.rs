@@ -1,5 +1,4 @@
-//! A stylus at a pseudo-terminal: what its image binds to interrupts runs here in real time, with a
-//! hand that moves.
+//! A stylus at a pseudo-terminal: its image's tasks run here in real time, with a hand that moves.
 #![allow(dead_code, reason = "every test file uses a part of it")]
 
 use super::serial_board::raw_end;

@@ -158,7 +158,7 @@ fn settings_that_were_sent_are_in_force_and_others_are_refused() {
     );
 }
 
-/// What is kept is in force after the restart that was ordered; what is not, is not.
+/// Kept settings are in force after the restart that was ordered; others are not.
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn settings_that_are_kept_survive_a_restart() {

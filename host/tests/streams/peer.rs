@@ -1,4 +1,4 @@
-//! A receiver that nobody here wrote: a package of Python, in the environment that `cargo xtask
+//! A receiver by another author: a package for Python, in the environment that `cargo xtask
 //! streams` makes. It prints what it receives as lines of JSON.
 
 use serde_json::Value;

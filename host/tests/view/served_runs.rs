@@ -197,8 +197,8 @@ fn a_run_is_what_the_commands_say_of_its_file_at_any_time_and_in_any_part() {
         [&run, &json(&body)].map(|run| run["estimate"]["frequency"].as_f64().expect("a frequency"));
     assert!(status == 200 && (a / b - 1.0).abs() < 1e-4, "{a} and {b}");
 
-    // What is no run is refused by the name that people know; what comes from another page is not
-    // taken.
+    // A file that is no run is refused under the name that people know; requests from another page
+    // are refused.
     let refused = post(
         &address,
         "/runs?name=a%20letter.txt",
