@@ -1,7 +1,21 @@
-//! Packets as lines of text for people and as JSON for programs.
+//! What a board reports, for people and for programs.
+//!
+//! | step | where |
+//! |---|---|
+//! | what a message holds: fields, units, meaning | [`view`] |
+//! | as one JSON object a line | `json` |
+//! | JSON schemas, made from the views and checked in | [`schema`] |
+//! | as rows of a table | `rows` |
+//! | as lines of text | `text` |
 
 mod json;
+pub mod rows;
+pub mod schema;
 mod text;
+pub mod view;
+
+#[cfg(test)]
+mod generated;
 
 pub use json::{JsonLines, json, serializable};
 pub use text::{given, outcome, text};

@@ -2,7 +2,6 @@
 
 mod mcap;
 mod packets;
-mod schema;
 mod table;
 
 pub use table::Kind;
@@ -22,7 +21,7 @@ pub enum Format {
     Csv,
     /// One JSON object a line for each packet, as with --json.
     Ndjson,
-    /// For Foxglove and PlotJuggler: a channel for each kind of packet.
+    /// For Foxglove and PlotJuggler: the topics of `serve`.
     Mcap,
     /// Lines for Teleplot.
     Teleplot,

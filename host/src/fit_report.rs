@@ -4,48 +4,29 @@ use crate::digits::significant;
 use crate::names::name;
 use crate::remarks::remarks;
 use crate::table_fit::{ChannelResult, TableFit};
-use crate::tone::{JsonBeside, JsonTone, period};
+use crate::tone::WithSigma;
 use ridgetone_proto::telemetry::{Abscissa, Status};
 use serde::Serialize;
 use std::fmt::Write;
 
+/// One fit, of a file or of an array.
 #[derive(Serialize)]
-struct Json<'a> {
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub(crate) struct Fit<'a> {
+    /// Kind of the object.
     r#type: &'static str,
+    /// Name of the file.
     file: &'a str,
-    rate_hz: f64,
-    rate_sigma_hz: f64,
-    window_s: f64,
-    rows: usize,
-    rows_missing: usize,
-    readings_missing: usize,
-    abscissa: Abscissa,
     #[serde(flatten)]
-    tone: JsonTone<f64>,
-    #[serde(flatten)]
-    beside: JsonBeside,
-    status: Status,
-    harmonics: u8,
-    channels: &'a [ChannelResult],
+    fit: &'a TableFit,
 }
 
 /// One JSON object on one line, without the line's end.
 pub fn json(file: &str, fit: &TableFit) -> serde_json::Result<String> {
-    serde_json::to_string(&Json {
+    serde_json::to_string(&Fit {
         r#type: "fit",
         file,
-        rate_hz: fit.rate_hz,
-        rate_sigma_hz: fit.rate_sigma_hz,
-        window_s: fit.window_s,
-        rows: fit.rows,
-        rows_missing: fit.rows_missing,
-        readings_missing: fit.readings_missing,
-        abscissa: fit.abscissa,
-        tone: JsonTone::new(fit.abscissa, fit.tone, period),
-        beside: JsonBeside::new(fit.abscissa, &fit.beside),
-        status: fit.status,
-        harmonics: fit.harmonics,
-        channels: &fit.channels,
+        fit,
     })
 }
 
@@ -63,25 +44,27 @@ pub fn text(fit: &TableFit) -> String {
     let digits_of = |value: Option<f64>, digits: usize| {
         value.map_or("-".to_owned(), |value| significant(value, digits))
     };
-    let mut pair = |name: &str, sigma_name: &str, values: Option<(f64, f64)>| {
-        line(name, digits_of(values.map(|(value, _)| value), 7));
-        line(sigma_name, digits_of(values.map(|(_, sigma)| sigma), 2));
+    let mut pair = |name: &str, sigma_name: &str, found: Option<WithSigma<f64>>| {
+        line(name, digits_of(found.map(|found| found.value), 7));
+        line(sigma_name, digits_of(found.map(|found| found.sigma), 2));
     };
+    let frequency = fit.tone.frequency();
     match fit.abscissa {
-        Abscissa::Time => pair("frequency_hz", "sigma_hz", fit.tone),
+        Abscissa::Time => pair("frequency_hz", "sigma_hz", frequency),
         Abscissa::Place => {
-            pair("frequency_per_mm", "sigma_per_mm", fit.tone);
-            pair("period_mm", "period_sigma_mm", fit.tone.map(period));
+            pair("frequency_per_mm", "sigma_per_mm", frequency);
+            let period = frequency.map(WithSigma::inverse);
+            pair("period_mm", "period_sigma_mm", period);
         }
     }
     line(
         "status",
         format!("{} ({})", name(fit.status), meaning(fit.status)),
     );
-    for (name, value) in remarks(fit.status, fit.abscissa, &fit.beside) {
+    for (name, value) in remarks(fit.status, fit.abscissa, &fit.tone) {
         line(name, value);
     }
-    if let Some(hz) = fit.beside.interferer_hz {
+    if let Some(hz) = fit.tone.interferer_hz {
         line("interferer_hz", significant(hz.into(), 5));
     }
     line("harmonics", fit.harmonics.to_string());
@@ -161,7 +144,7 @@ fn meaning(status: Status) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tone::Beside;
+    use crate::tone::Tone;
     use ridgetone_proto::telemetry::Movement;
 
     #[test]
@@ -170,6 +153,19 @@ mod tests {
             wander: 0.02,
             wander_sigma: 0.001,
             ..Movement::default()
+        };
+        let tone = |movement, interferer_hz| {
+            let frequency = WithSigma {
+                value: 8.0,
+                sigma: 0.01,
+            };
+            Tone::new(
+                Abscissa::Time,
+                Some(frequency),
+                movement,
+                None,
+                interferer_hz,
+            )
         };
         let mut fit = TableFit {
             rate_hz: 100.0,
@@ -181,12 +177,7 @@ mod tests {
             readings_missing: 0,
             status: Status::Unsteady,
             abscissa: Abscissa::Time,
-            tone: Some((8.0, 0.01)),
-            beside: Beside {
-                movement: Some(movement),
-                interferer_hz: Some(50.25),
-                ..Beside::default()
-            },
+            tone: tone(Some(movement), Some(50.25)),
             harmonics: 1,
             channels: Vec::new(),
             guessed: None,
@@ -204,7 +195,7 @@ mod tests {
             json.contains(r#""wander_percent":2.0,"wander_sigma_percent":0.1,"#),
             "{json}"
         );
-        (fit.status, fit.beside) = (Status::Good, Beside::default());
+        (fit.status, fit.tone) = (Status::Good, tone(None, None));
         assert!(!text(&fit).contains("wander"));
     }
 }

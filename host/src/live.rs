@@ -8,7 +8,7 @@ mod bounded;
 mod history;
 mod strips;
 
-pub use history::{History, POINTS, Point};
+pub use history::{History, POINTS, point};
 pub use strips::{STRIP_FRAMES, Strips, columns};
 
 use crate::digits::{seconds, time_s};
@@ -189,7 +189,7 @@ impl Live {
             },
             Event::Release(release) => now.enter(Phase::Idle, release.t_us),
             Event::Estimate(estimate) => {
-                self.history.push(Point::new(estimate));
+                self.history.push(point(estimate));
                 now.latest.estimate = kept();
                 if estimate.span == Span::Slide {
                     now.latest.whole_slide = kept();
@@ -212,7 +212,7 @@ impl Live {
             }
             Event::Raw(raw) => self.strips.push(Frame::new(raw, self.settings().vref_v)),
             Event::Texture(_) => now.latest.texture = kept(),
-            Event::Reply(_) => {}
+            _ => {}
         }
         // The log takes only what no other part of the screen shows. A request that succeeded is
         // not logged.

@@ -2,8 +2,8 @@
 //! of its movement and of its companions are significant.
 
 use crate::digits::{decimals, significant};
-use crate::tone::Beside;
-use ridgetone_proto::telemetry::{Abscissa, Estimate, Movement, OtherTone, Status};
+use crate::tone::{Precision, Tone, WithSigma};
+use ridgetone_proto::telemetry::{Abscissa, Estimate, OtherTone, Status};
 
 /// Standard deviations from which on a chirp is shown.
 const SIGNIFICANT: f32 = 3.0;
@@ -21,32 +21,30 @@ pub const fn remedy(status: Status) -> Option<&'static str> {
 /// Significant remarks on the movement and on what is beside the tone: names and values. The wander
 /// is shown only for an unsteady tone: its standard deviation is at least half of it, and so does
 /// not say whether it is there.
-pub fn remarks(status: Status, abscissa: Abscissa, beside: &Beside) -> Vec<(&'static str, String)> {
+pub fn remarks<T: Precision>(
+    status: Status,
+    abscissa: Abscissa,
+    tone: &Tone<T>,
+) -> Vec<(&'static str, String)> {
     let (unit, chirp_unit) = match abscissa {
         Abscissa::Time => ("Hz", "Hz/s"),
         Abscissa::Place => ("/mm", "/mm2"),
     };
     let mut remarks = Vec::new();
-    let Movement {
-        wander,
-        chirp,
-        chirp_sigma,
-        ..
-    } = beside.movement.unwrap_or_default();
-    if status == Status::Unsteady && wander > 0.0 {
-        remarks.push((
-            "wander",
-            format!("{} %", significant(100.0 * f64::from(wander), 2)),
-        ));
+    let wander = tone.wander_percent.filter(|wander| *wander > 0.0);
+    if let (Status::Unsteady, Some(wander)) = (status, wander) {
+        remarks.push(("wander", format!("{} %", significant(wander.into(), 2))));
     }
-    if chirp.abs() > SIGNIFICANT * chirp_sigma {
-        let places = decimals(chirp_sigma.into(), 2);
+    if let Some(WithSigma { value, sigma }) = tone.chirp()
+        && value.abs() > SIGNIFICANT * sigma
+    {
+        let places = decimals(sigma.into(), 2);
         remarks.push((
             "chirp",
-            format!("{chirp:.places$} +- {chirp_sigma:.places$} {chirp_unit}"),
+            format!("{value:.places$} +- {sigma:.places$} {chirp_unit}"),
         ));
     }
-    if let Some(OtherTone { frequency, share }) = beside.other_tone {
+    if let Some(OtherTone { frequency, share }) = tone.other_tone() {
         let frequency = significant(frequency.into(), 4);
         remarks.push((
             "other tone",
@@ -58,8 +56,9 @@ pub fn remarks(status: Status, abscissa: Abscissa, beside: &Beside) -> Vec<(&'st
 
 /// Remarks on an estimate as phrases.
 pub fn phrases(estimate: &Estimate) -> Vec<String> {
-    let remarks = remarks(estimate.status, estimate.abscissa, &estimate.into()).into_iter();
-    remarks
+    let tone = Tone::<f32>::from(estimate);
+    remarks(estimate.status, estimate.abscissa, &tone)
+        .into_iter()
         .map(|(name, value)| format!("{name} {value}"))
         .collect()
 }
@@ -67,6 +66,7 @@ pub fn phrases(estimate: &Estimate) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ridgetone_proto::telemetry::Movement;
 
     #[test]
     fn only_what_is_significant_is_shown() {
@@ -81,50 +81,42 @@ mod tests {
             frequency: 12.3063,
             share: 0.42,
         });
-        let moving = Beside {
-            movement: Some(movement),
-            other_tone,
-            interferer_hz: Some(50.0),
+        let tone = |abscissa, movement, other_tone| {
+            let frequency = WithSigma {
+                value: 8.0f32,
+                sigma: 0.1,
+            };
+            Tone::new(abscissa, Some(frequency), movement, other_tone, Some(50.0))
         };
-        let shown = |abscissa, beside| {
-            remarks(Status::Unsteady, abscissa, beside)
+        let shown = |status, abscissa, movement, other_tone| {
+            remarks(status, abscissa, &tone(abscissa, movement, other_tone))
                 .into_iter()
                 .map(|(_, value)| value)
                 .collect::<Vec<_>>()
         };
+        let moving = |abscissa| shown(Status::Unsteady, abscissa, Some(movement), other_tone);
         let in_time = ["2.1 %", "-0.31 +- 0.05 Hz/s", "12.31 Hz, 42 % of the power"];
-        assert_eq!(shown(Abscissa::Time, &moving), in_time);
+        assert_eq!(moving(Abscissa::Time), in_time);
         let by_place = [
             "2.1 %",
             "-0.31 +- 0.05 /mm2",
             "12.31 /mm, 42 % of the power",
         ];
-        assert_eq!(shown(Abscissa::Place, &moving), by_place);
+        assert_eq!(moving(Abscissa::Place), by_place);
         let steady = Movement {
             chirp_sigma: 0.2,
             ..movement
         };
+        let none: [&str; 0] = [];
         for movement in [Some(steady), Some(Movement::default()), None] {
-            assert_eq!(
-                remarks(
-                    Status::Good,
-                    Abscissa::Time,
-                    &Beside {
-                        movement,
-                        ..Beside::default()
-                    }
-                ),
-                []
-            );
+            assert_eq!(shown(Status::Good, Abscissa::Time, movement, None), none);
         }
-        let beside = Beside {
-            movement: Some(Movement::default()),
-            ..Beside::default()
-        };
-        assert_eq!(
-            remarks(Status::Unsteady, Abscissa::Time, &beside),
-            [],
-            "its amplitude moves"
+        let still = shown(
+            Status::Unsteady,
+            Abscissa::Time,
+            Some(Movement::default()),
+            None,
         );
+        assert_eq!(still, none, "its amplitude moves");
     }
 }

@@ -6,7 +6,7 @@ use crate::grid::Grid;
 use crate::part::{Part, given_rate_hz};
 pub use crate::part::{Selection, columns, named};
 use crate::speed::Column;
-use crate::tone::Beside;
+use crate::tone::{Tone, WithSigma};
 use anyhow::{Context, Result, bail, ensure};
 use hal_mock::RowReader;
 use ridgetone::estimator;
@@ -28,40 +28,54 @@ const WHOLE_SHARE_MIN: f64 = 0.95;
 /// One channel's part of the result, in the file's unit, with the fundamental where there is a
 /// tone.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct ChannelResult {
+    /// Name of the column.
     pub name: String,
     /// False for a constant column or a ramp, which the fit leaves out.
     pub usable: bool,
     /// Level at the window's centre.
     pub offset: Option<f64>,
+    /// Amplitude of the fundamental.
     pub amplitude: Option<f64>,
-    /// At the window's centre: amplitude x cos(2 pi f t + phase).
+    /// Phase of the fundamental at the window's centre: amplitude x cos(2 pi f t + phase).
     pub phase_rad: Option<f32>,
+    /// Standard deviation of the residual.
     pub residual: Option<f64>,
 }
 
-#[derive(Clone, Debug, PartialEq)]
+/// The fit of a table. Frequency and deviations are in hertz, or by place in cycles per millimetre.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct TableFit {
+    /// Rows a second.
     pub rate_hz: f64,
     /// Standard deviation of the rate by the time stamps.
     pub rate_sigma_hz: f64,
     /// The rate by the time stamps, if there are any.
+    #[serde(skip)]
     pub stamped_hz: Option<f64>,
+    /// Length of the part that was fitted.
     pub window_s: f64,
+    /// Rows that were fitted.
     pub rows: usize,
     /// Rows missing between them, by the time stamps.
     pub rows_missing: usize,
     /// Blank cells in the rows.
     pub readings_missing: usize,
-    pub status: Status,
+    /// Whether cycles are counted in time or by place.
     pub abscissa: Abscissa,
-    /// Frequency and its standard deviation, that of the rate included; hertz, or cycles per
-    /// millimetre by place. None without a tone.
-    pub tone: Option<(f64, f64)>,
-    pub beside: Beside,
+    /// The standard deviation of the frequency counts that of the rate.
+    #[serde(flatten)]
+    pub tone: Tone<f64>,
+    /// How far the fit can be trusted.
+    pub status: Status,
+    /// Harmonics in the fit, the fundamental included.
     pub harmonics: u8,
+    /// The columns.
     pub channels: Vec<ChannelResult>,
     /// What was guessed of how the table is written.
+    #[serde(skip)]
     pub guessed: Option<String>,
 }
 
@@ -189,12 +203,17 @@ pub fn fit(
         f64::from(found.sigma) * per_unit,
     );
     let has_tone = found.status.has_tone();
-    let beside = Beside {
-        movement: has_tone.then(|| estimator::movement(&found, per_unit as f32)),
-        other_tone: estimator::other_tone(&found, per_unit as f32),
+    let tone = Tone::new(
+        abscissa,
+        has_tone.then(|| WithSigma {
+            value: frequency,
+            sigma: sigma.hypot(frequency * scale_share),
+        }),
+        has_tone.then(|| estimator::movement(&found, per_unit as f32)),
+        estimator::other_tone(&found, per_unit as f32),
         // An interferer is in time, by place too.
-        interferer_hz: found.interferer.map(|cycles| cycles * grid.rate_hz as f32),
-    };
+        found.interferer.map(|cycles| cycles * grid.rate_hz as f32),
+    );
     let channels = columns.iter().enumerate().map(|(c, column)| {
         let (channel, unit, zero) = (found.channels[c], scaled.units[c], scaled.zeros[c]);
         let usable = found.usable & 1 << c != 0;
@@ -215,10 +234,9 @@ pub fn fit(
         rows: part.rows(),
         rows_missing: grid.missing(),
         readings_missing: columns.len() * part.rows() - scaled.readings,
-        status: estimator::reported_status(found.status),
         abscissa,
-        tone: has_tone.then(|| (frequency, sigma.hypot(frequency * scale_share))),
-        beside,
+        tone,
+        status: estimator::reported_status(found.status),
         harmonics: found.harmonics,
         channels: channels.collect(),
         guessed: rows.guessed(),

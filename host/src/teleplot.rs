@@ -2,94 +2,70 @@
 //! number.
 
 use crate::digits::time_s;
-use crate::feel::event::{Reading, ratings, receptors};
-use crate::live::Point;
-use ads1258::reading;
-use ridgetone_proto::settings::{Settings, TAXELS};
-use ridgetone_proto::telemetry::{Abscissa, Event, Packet};
+use crate::events::{JsonLines, rows};
+use ridgetone_proto::telemetry::Packet;
 use std::fmt::Write;
+
+/// What is plotted: the `type` of the messages, columns as in a table, and the names of the lines.
+/// `*` stands for whatever is there, and is repeated in the name.
+const PLOTTED: [(&str, &str, &str); 15] = [
+    ("estimate", "frequency_*", "frequency_*"),
+    ("estimate", "sigma_hz", "sigma_hz"),
+    ("estimate", "sigma_per_mm", "sigma_per_mm"),
+    ("estimate", "wander_percent", "wander_percent"),
+    ("estimate", "spatial_period_mm", "spatial_period_mm"),
+    ("estimate", "speed_mm_s", "speed_mm_s"),
+    ("raw", "volts_*", "ain*_v"),
+    ("texture", "period_mm", "texture_period_mm"),
+    ("texture", "power_v2", "texture_power_v2"),
+    ("feel", "receptors_*_intensity_per_hz", "*_per_hz"),
+    ("feel", "scores_*_score", "*"),
+    ("health", "load", "load"),
+    ("health", "temperature_c", "temperature_c"),
+    ("health", "supply_v", "supply_v"),
+    ("health", "conversions_lost", "conversions_lost"),
+];
 
 /// Turns packets into lines. It needs all packets: raw frames become volts by the reference in the
 /// board's greeting.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Teleplot {
-    vref_v: f32,
-}
-
-impl Default for Teleplot {
-    fn default() -> Self {
-        Self {
-            vref_v: Settings::DEFAULT.vref_v,
-        }
-    }
+    json: JsonLines,
 }
 
 impl Teleplot {
     /// The lines of a packet at device time in milliseconds, without the last end of line; empty
     /// without numbers.
     pub fn lines(&mut self, packet: &Packet) -> String {
-        let mut lines = String::new();
+        // What cannot be JSON has no numbers.
+        let message = serde_json::to_value(self.json.message(packet, None)).unwrap_or_default();
+        let kind = message["type"].as_str().unwrap_or_default();
+        let columns = rows::columns(kind, &message);
         let time_ms = 1e3 * time_s(&packet.event).unwrap_or(0.0);
-        let mut put = |name: &str, value: f64| {
-            let gap = if lines.is_empty() { "" } else { "\n" };
-            // Writing to a string cannot fail.
-            let _ = write!(lines, "{gap}>{name}:{time_ms:.3}:{value}|g");
-        };
-        match &packet.event {
-            Event::Hello(hello) => self.vref_v = hello.settings.vref_v,
-            Event::Estimate(estimate) => {
-                let point = Point::new(estimate);
-                let unit = if point.abscissa == Abscissa::Place {
-                    "per_mm"
-                } else {
-                    "hz"
+        let mut lines = String::new();
+        for (_, wanted, name) in PLOTTED.iter().filter(|plotted| plotted.0 == kind) {
+            for column in &columns {
+                let Some(part) = matched(wanted, &column.name) else {
+                    continue;
                 };
-                let values = [
-                    (format!("frequency_{unit}"), point.frequency),
-                    (format!("sigma_{unit}"), point.sigma),
-                    ("wander_percent".into(), point.wander_percent),
-                    ("spatial_period_mm".into(), point.spatial_period_mm),
-                    ("speed_mm_s".into(), point.speed_mm_s),
-                ];
-                values
-                    .iter()
-                    .filter_map(|(name, value)| Some((name, (*value)?)))
-                    .for_each(|(n, v)| put(n, v.into()));
-            }
-            Event::Raw(raw) => {
-                for taxel in (0..TAXELS).filter(|taxel| raw.present & raw.good & 1 << taxel != 0) {
-                    put(
-                        &format!("ain{taxel}_v"),
-                        reading::volts(raw.codes[taxel], self.vref_v).into(),
-                    );
+                if let Some(value) = column.number(&message) {
+                    let gap = if lines.is_empty() { "" } else { "\n" };
+                    let name = name.replace('*', part);
+                    // Writing to a string cannot fail.
+                    let _ = write!(lines, "{gap}>{name}:{time_ms:.3}:{value}|g");
                 }
             }
-            Event::Texture(texture) => {
-                put("texture_period_mm", texture.period_mm.into());
-                put("texture_power_v2", texture.power_v2.into());
-            }
-            Event::Feel(feel) => {
-                for Reading { key, found, .. } in receptors(feel) {
-                    found
-                        .into_iter()
-                        .for_each(|found| put(&format!("{key}_per_hz"), found.value.into()));
-                }
-                for Reading { key, found, .. } in ratings(feel) {
-                    found
-                        .into_iter()
-                        .for_each(|found| put(key, found.value.into()));
-                }
-            }
-            Event::Health(health) => {
-                put("load", health.load.into());
-                put("temperature_c", health.temperature_c.into());
-                put("supply_v", health.supply_v.into());
-                put("conversions_lost", health.conversions_lost.into());
-            }
-            _ => {}
         }
         lines
     }
+}
+
+/// What `*` in a pattern stands for in a name; empty if they are the same.
+fn matched<'n>(pattern: &str, name: &'n str) -> Option<&'n str> {
+    let Some((before, after)) = pattern.split_once('*') else {
+        return (pattern == name).then_some("");
+    };
+    name.strip_prefix(before)?.strip_suffix(after)
 }
 
 #[cfg(test)]
@@ -97,6 +73,8 @@ mod tests {
     use super::*;
     use ridgetone_proto::fault::FaultSet;
     use ridgetone_proto::plan::Plan;
+    use ridgetone_proto::settings::TAXELS;
+    use ridgetone_proto::telemetry::Event;
     use ridgetone_proto::telemetry::{BANDS, Feel, Health, Measured, Raw, Release, Texture};
 
     #[test]
@@ -133,8 +111,8 @@ mod tests {
             sequence: 1,
             event: Event::Raw(raw),
         });
-        // A code of the reference's is the reference's voltage, in single precision.
-        assert_eq!(line, format!(">ain3_v:2000.000:{}|g", f64::from(4.096f32)));
+        // A code of the reference's is the reference's voltage.
+        assert_eq!(line, ">ain3_v:2000.000:4.096|g");
         // What is absent has no line.
         let measured = |value| Some(Measured { value, sigma: 0.5 });
         let feel = Feel {

@@ -1,134 +1,192 @@
-//! A frequency, its uncertainty and its movement in JSON, with names by their unit.
+//! A frequency, its uncertainty and its movement as programs see them, with names by their unit.
 
 use ridgetone_proto::telemetry::{Abscissa, Estimate, Movement, OtherTone};
+#[cfg(test)]
+use schemars::JsonSchema;
 use serde::Serialize;
 
-/// Fields of a tone in JSON: in hertz, or by place in cycles per millimetre; null without a tone.
-#[derive(Debug, Serialize)]
-#[serde(untagged)]
-pub enum JsonTone<T> {
-    Time {
-        frequency_hz: Option<T>,
-        sigma_hz: Option<T>,
-    },
-    Place {
-        frequency_per_mm: Option<T>,
-        sigma_per_mm: Option<T>,
-        period_mm: Option<T>,
-        period_sigma_mm: Option<T>,
-    },
-}
+/// A field that exists by time or by place alone. Where it exists and nothing is known it is null.
+pub type InUnit<T> = Option<Option<T>>;
 
-impl<T: Copy> JsonTone<T> {
-    /// Fields of a frequency and its standard deviation; `period` turns both into those of the
-    /// period.
-    pub fn new(abscissa: Abscissa, tone: Option<(T, T)>, period: fn((T, T)) -> (T, T)) -> Self {
-        let (frequency, sigma) = (
-            tone.map(|(frequency, _)| frequency),
-            tone.map(|(_, sigma)| sigma),
-        );
-        match abscissa {
-            Abscissa::Time => Self::Time {
-                frequency_hz: frequency,
-                sigma_hz: sigma,
-            },
-            Abscissa::Place => Self::Place {
-                frequency_per_mm: frequency,
-                sigma_per_mm: sigma,
-                period_mm: tone.map(|tone| period(tone).0),
-                period_sigma_mm: tone.map(|tone| period(tone).1),
-            },
-        }
-    }
-}
-
-/// What an estimate has besides its tone.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Beside {
-    /// None without a tone.
-    pub movement: Option<Movement>,
-    pub other_tone: Option<OtherTone>,
+/// The tone of a window. Without a tone all but `interferer_hz` are null.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+pub struct Tone<T> {
+    /// Common frequency in time: mean of the window, weighted by a parabola.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frequency_hz: InUnit<T>,
+    /// Standard deviation of the frequency.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sigma_hz: InUnit<T>,
+    /// Common frequency by place: mean of the window, weighted by a parabola.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frequency_per_mm: InUnit<T>,
+    /// Standard deviation of the frequency by place.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sigma_per_mm: InUnit<T>,
+    /// Spatial period by place, the frequency's inverse.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub period_mm: InUnit<T>,
+    /// Standard deviation of the period.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub period_sigma_mm: InUnit<T>,
+    /// How much the frequency differs from its mean, root mean square over the window.
+    pub wander_percent: Option<f32>,
+    /// Standard deviation of the wander.
+    pub wander_sigma_percent: Option<f32>,
+    /// Standard deviation of the frequency as an estimate of the plain mean over the window.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sigma_mean_hz: InUnit<f32>,
+    /// Change of the frequency with time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub chirp_hz_per_s: InUnit<f32>,
+    /// Standard deviation of the chirp.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub chirp_sigma_hz_per_s: InUnit<f32>,
+    /// Frequency of a second tone that is significant beside the first.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub other_tone_hz: InUnit<f32>,
+    /// Standard deviation of the frequency by place as an estimate of the plain mean.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sigma_mean_per_mm: InUnit<f32>,
+    /// Change of the frequency with place.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub chirp_per_mm2: InUnit<f32>,
+    /// Standard deviation of the chirp by place.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub chirp_sigma_per_mm2: InUnit<f32>,
+    /// Frequency by place of a second tone that is significant beside the first.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub other_tone_per_mm: InUnit<f32>,
+    /// Power of the second tone over that of the first.
+    pub other_tone_share: Option<f32>,
+    /// Frequency of the interferer as fitted; null if none is set, or if the window is too short
+    /// to fit it.
     pub interferer_hz: Option<f32>,
 }
 
-impl From<&Estimate> for Beside {
-    fn from(e: &Estimate) -> Self {
-        let movement = e.status.has_tone().then_some(e.movement);
+/// A value with its standard deviation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WithSigma<T> {
+    pub value: T,
+    pub sigma: T,
+}
+
+/// Telemetry has single precision, a table's fit double.
+pub trait Precision: Copy + Default + Into<f64> {
+    fn rounded(value: f64) -> Self;
+}
+
+impl Precision for f32 {
+    fn rounded(value: f64) -> Self {
+        value as f32
+    }
+}
+
+impl Precision for f64 {
+    fn rounded(value: f64) -> Self {
+        value
+    }
+}
+
+impl<T: Precision> WithSigma<T> {
+    /// The period of a frequency.
+    pub fn inverse(self) -> Self {
+        let (value, sigma): (f64, f64) = (self.value.into(), self.sigma.into());
         Self {
-            movement,
-            other_tone: e.other_tone,
-            interferer_hz: e.interferer_hz,
+            value: T::rounded(1.0 / value),
+            sigma: T::rounded(sigma / value / value),
         }
     }
 }
 
-/// Fields of [`Beside`] in JSON; null where they are not known.
-#[derive(Debug, Serialize)]
-pub struct JsonBeside {
-    wander_percent: Option<f32>,
-    wander_sigma_percent: Option<f32>,
-    #[serde(flatten)]
-    in_unit: JsonInUnit,
-    other_tone_share: Option<f32>,
-    interferer_hz: Option<f32>,
-}
-
-#[derive(Debug, Serialize)]
-#[serde(untagged)]
-enum JsonInUnit {
-    Time {
-        sigma_mean_hz: Option<f32>,
-        chirp_hz_per_s: Option<f32>,
-        chirp_sigma_hz_per_s: Option<f32>,
-        other_tone_hz: Option<f32>,
-    },
-    Place {
-        sigma_mean_per_mm: Option<f32>,
-        chirp_per_mm2: Option<f32>,
-        chirp_sigma_per_mm2: Option<f32>,
-        other_tone_per_mm: Option<f32>,
-    },
-}
-
-impl JsonBeside {
-    pub fn new(abscissa: Abscissa, beside: &Beside) -> Self {
-        let part = |part: fn(&Movement) -> f32| beside.movement.as_ref().map(part);
-        let [sigma_mean, chirp, chirp_sigma] = [
-            part(|m| m.sigma_mean),
-            part(|m| m.chirp),
-            part(|m| m.chirp_sigma),
-        ];
-        let other_tone = beside.other_tone.map(|other| other.frequency);
-        Self {
-            wander_percent: part(|m| 100.0 * m.wander),
-            wander_sigma_percent: part(|m| 100.0 * m.wander_sigma),
-            in_unit: match abscissa {
-                Abscissa::Time => JsonInUnit::Time {
-                    sigma_mean_hz: sigma_mean,
-                    chirp_hz_per_s: chirp,
-                    chirp_sigma_hz_per_s: chirp_sigma,
-                    other_tone_hz: other_tone,
-                },
-                Abscissa::Place => JsonInUnit::Place {
-                    sigma_mean_per_mm: sigma_mean,
-                    chirp_per_mm2: chirp,
-                    chirp_sigma_per_mm2: chirp_sigma,
-                    other_tone_per_mm: other_tone,
-                },
+impl<T: Precision> Tone<T> {
+    /// Frequency and movement are none without a tone, and in the abscissa's unit.
+    pub fn new(
+        abscissa: Abscissa,
+        frequency: Option<WithSigma<T>>,
+        movement: Option<Movement>,
+        other_tone: Option<OtherTone>,
+        interferer_hz: Option<f32>,
+    ) -> Self {
+        let (value, sigma) = (frequency.map(|f| f.value), frequency.map(|f| f.sigma));
+        let period = frequency.map(WithSigma::inverse);
+        let sigma_mean = movement.map(|m| m.sigma_mean);
+        let (chirp, chirp_sigma) = (movement.map(|m| m.chirp), movement.map(|m| m.chirp_sigma));
+        let other = other_tone.map(|other| other.frequency);
+        let both = Self {
+            wander_percent: movement.map(|m| 100.0 * m.wander),
+            wander_sigma_percent: movement.map(|m| 100.0 * m.wander_sigma),
+            other_tone_share: other_tone.map(|other| other.share),
+            interferer_hz,
+            ..Self::default()
+        };
+        match abscissa {
+            Abscissa::Time => Self {
+                frequency_hz: Some(value),
+                sigma_hz: Some(sigma),
+                sigma_mean_hz: Some(sigma_mean),
+                chirp_hz_per_s: Some(chirp),
+                chirp_sigma_hz_per_s: Some(chirp_sigma),
+                other_tone_hz: Some(other),
+                ..both
             },
-            other_tone_share: beside.other_tone.map(|other| other.share),
-            interferer_hz: beside.interferer_hz,
+            Abscissa::Place => Self {
+                frequency_per_mm: Some(value),
+                sigma_per_mm: Some(sigma),
+                period_mm: Some(period.map(|p| p.value)),
+                period_sigma_mm: Some(period.map(|p| p.sigma)),
+                sigma_mean_per_mm: Some(sigma_mean),
+                chirp_per_mm2: Some(chirp),
+                chirp_sigma_per_mm2: Some(chirp_sigma),
+                other_tone_per_mm: Some(other),
+                ..both
+            },
         }
+    }
+
+    /// The frequency in the abscissa's unit; none without a tone.
+    pub fn frequency(&self) -> Option<WithSigma<T>> {
+        known(
+            self.frequency_hz.or(self.frequency_per_mm),
+            self.sigma_hz.or(self.sigma_per_mm),
+        )
+    }
+
+    /// The chirp in the abscissa's unit; none without a tone.
+    pub fn chirp(&self) -> Option<WithSigma<f32>> {
+        known(
+            self.chirp_hz_per_s.or(self.chirp_per_mm2),
+            self.chirp_sigma_hz_per_s.or(self.chirp_sigma_per_mm2),
+        )
+    }
+
+    /// The second tone in the abscissa's unit.
+    pub fn other_tone(&self) -> Option<OtherTone> {
+        let frequency = self.other_tone_hz.or(self.other_tone_per_mm).flatten()?;
+        let share = self.other_tone_share?;
+        Some(OtherTone { frequency, share })
     }
 }
 
-/// Period of a tone and its standard deviation.
-pub fn period((frequency, sigma): (f64, f64)) -> (f64, f64) {
-    (1.0 / frequency, sigma / frequency / frequency)
+fn known<T>(value: InUnit<T>, sigma: InUnit<T>) -> Option<WithSigma<T>> {
+    let (value, sigma) = (value.flatten()?, sigma.flatten()?);
+    Some(WithSigma { value, sigma })
 }
 
-/// The same in the precision of telemetry.
-pub fn period_f32((frequency, sigma): (f32, f32)) -> (f32, f32) {
-    let (period, sigma) = period((frequency.into(), sigma.into()));
-    (period as f32, sigma as f32)
+impl From<&Estimate> for Tone<f32> {
+    fn from(event: &Estimate) -> Self {
+        let has_tone = event.status.has_tone();
+        let frequency = WithSigma {
+            value: event.frequency,
+            sigma: event.sigma,
+        };
+        Self::new(
+            event.abscissa,
+            has_tone.then_some(frequency),
+            has_tone.then_some(event.movement),
+            event.other_tone,
+            event.interferer_hz,
+        )
+    }
 }

@@ -85,13 +85,15 @@ impl Utc {
 
 /// The relation of a board's clock to UTC.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct Relation {
-    /// UTC less board time at board time 0, seconds.
+    /// With `health`: UTC less board time at board time 0.
     #[serde(rename = "clock_offset_s")]
     pub offset_s: f64,
-    /// By how much the board's clock is slow, parts per million.
+    /// With `health`: by how much the board's clock is slow.
     #[serde(rename = "clock_skew_ppm")]
     pub skew_ppm: f64,
+    /// With `health`: standard deviation of the skew.
     #[serde(rename = "clock_skew_sigma_ppm")]
     pub skew_sigma_ppm: f64,
 }

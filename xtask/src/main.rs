@@ -3,6 +3,7 @@
 mod demo;
 mod dfu;
 mod eval;
+mod events;
 mod flash;
 mod fresh;
 mod images;
@@ -106,6 +107,9 @@ enum Task {
     /// Takes docs/monitor.svg, which moves, and docs/view.png: the terminal and the page during a
     /// touch of hal-mock/scenes/c1.toml.
     Pictures,
+    /// Writes what follows from the description of the messages in host/src/events/view.rs: their
+    /// JSON schemas, the guide's tables and Python's classes.
+    Events,
     /// Builds what makes the sound of `ridgetone touch`, host/assets/touch/stimulus.wasm: after a
     /// change of stimulus/.
     Worklet,
@@ -160,6 +164,7 @@ fn main() -> ExitCode {
         Task::Package => package::check(),
         Task::Lint => lint::run(),
         Task::LintFirmware => images::lint(),
+        Task::Events => events::write(),
         Task::Worklet => worklet::build(),
         Task::Setup => setup::run(),
         Task::Firmware { board } => images::build_and_print(board),

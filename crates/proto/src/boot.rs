@@ -8,6 +8,7 @@ pub const FILE_BYTES: usize = 24;
 
 /// What reset the processor (RM0090, RCC_CSR).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum ResetCause {
     /// Not known: a PC, or an emulator without the register.
@@ -48,6 +49,7 @@ impl ResetCause {
 
 /// What the processor's clock is made from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Oscillator {
     /// Not known: a PC, or an emulator without one.
@@ -63,6 +65,7 @@ pub enum Oscillator {
 
 /// The supply voltage below which the processor is held in reset (RM0090, FLASH_OPTCR, BOR_LEV).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum BrownOut {
     /// Not known: a PC or an emulator.
@@ -92,6 +95,7 @@ impl BrownOut {
 
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Death {
     /// A panic.
@@ -120,6 +124,7 @@ pub struct Record {
 
 /// Where the settings in force come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum SettingsSource {
     /// The compiled-in defaults: nothing was ever stored.

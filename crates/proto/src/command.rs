@@ -102,6 +102,7 @@ impl Reply {
 
 /// Result of a request.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Outcome {
     /// Done.
     Done,

@@ -1,11 +1,11 @@
 //! Faults that can occur in the field and be detected: their kinds, and what each does to an
 //! estimate.
 
-use crate::text_form;
 use serde::{Deserialize, Serialize, Serializer};
 
 /// Kind of a fault. The numbers are on the wire: new kinds go to the end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 #[repr(u8)]
 pub enum FaultKind {
@@ -85,25 +85,11 @@ pub struct Fault {
     /// Its kind.
     pub kind: FaultKind,
     /// Device time at which it was detected, microseconds.
-    #[serde(rename = "from_s", serialize_with = "text_form::seconds")]
     pub from_us: u64,
     /// Device time at which it was last seen, microseconds; none while it lasts.
-    #[serde(rename = "until_s", serialize_with = "text_form::seconds")]
     pub until_us: Option<u64>,
     /// Times that this kind was seen since start-up.
     pub count: u32,
-}
-
-/// Serialises a count of each kind; in text formats by the kind's name.
-pub(crate) fn by_kind<S: Serializer>(
-    counts: &[u32; KINDS],
-    serializer: S,
-) -> Result<S::Ok, S::Error> {
-    if serializer.is_human_readable() {
-        serializer.collect_map(FaultKind::ALL.into_iter().zip(counts))
-    } else {
-        counts.serialize(serializer)
-    }
 }
 
 /// A set of kinds. In text formats it is a list of names.

@@ -27,4 +27,3 @@ pub mod scan;
 pub mod settings;
 pub mod store;
 pub mod telemetry;
-mod text_form;

@@ -62,6 +62,7 @@ pub struct Plan {
 
 /// What a plan gives.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Gives {
     /// Frames per second at the chip's nominal clock.
     pub frame_rate_hz: f32,

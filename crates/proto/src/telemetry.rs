@@ -14,7 +14,7 @@ pub use decoder::{Decoder, Events, PacketDecoder};
 pub use estimate::{
     Abscissa, Channel, Direction, Estimate, Movement, OtherTone, Span, Status, Travel, TravelStatus,
 };
-pub use event::{Contact, Event, Health, Hello, OdometryCounts, Raw, Release, Slide};
+pub use event::*;
 pub use feel::{BANDS, Feel, Measured, NO_LEVEL, RECEPTORS};
 pub use image::{Hold, Image, Pressed};
 pub use packet::{PROTOCOL, Packet, encode, longest_packet};

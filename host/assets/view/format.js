@@ -10,6 +10,13 @@ export const PHASES = {
 
 export const words = (name) => name.replaceAll("_", " ");
 
+// An estimate with its frequency and uncertainty in its own unit, hertz or cycles per millimetre.
+export const charted = (estimate) => ({
+  ...estimate,
+  frequency: estimate.frequency_hz ?? estimate.frequency_per_mm ?? null,
+  sigma: estimate.sigma_hz ?? estimate.sigma_per_mm ?? null,
+});
+
 // Two digits of the uncertainty, and as many of the value.
 export function withSigma(value, sigma, unit) {
   if (!(sigma > 0)) return `${Number(value.toPrecision(6))} ${unit}`;

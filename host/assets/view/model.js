@@ -1,4 +1,5 @@
 // The messages of the command, folded into one state; host/src/view/hub.rs defines them.
+import { charted } from "./format.js";
 
 export class Model {
   constructor() {
@@ -8,6 +9,7 @@ export class Model {
 
   // Everything.
   begin(message) {
+    message.live.history = message.live.history.map(charted);
     this.state = message;
     this.missed = message.missed;
   }
@@ -17,7 +19,7 @@ export class Model {
     const { state } = this;
     if (state === null) return;
     const { history, strips, log } = state.live;
-    history.push(...message.points);
+    history.push(...message.points.map(charted));
     history.splice(0, history.length - state.points_most);
     strips.t_s.push(...message.strips.t_s);
     strips.number.push(...message.strips.number);

@@ -12,8 +12,8 @@ use std::path::PathBuf;
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
-The CSV of frames is what `replay`, `fit` and `emulate` read: the same touch with other settings. In that of estimates
-frequency and sigma are in hertz, or in cycles per mm where abscissa is place.
+The CSV of frames is what `replay`, `fit` and `emulate` read: the same touch with other settings. The other tables have
+a column for each value of the JSON; what is not known is empty.
 
 Examples:
   ridgetone export touch.rec -o estimates.csv

@@ -1,12 +1,14 @@
 //! One line a packet: time, type, and values with units. A static image has its map below.
 
+use super::rows::{self, Column};
+use super::serializable;
 use crate::digits::{seconds, with_sigma};
 use crate::feel::event::words;
 use crate::names::name;
 use crate::remarks::{phrases, remedy};
 use crate::static_image;
 use crate::texture::overtones;
-use crate::tone::period_f32;
+use crate::tone::WithSigma;
 use ridgetone_proto::boot::{BrownOut, Oscillator, ResetCause, SettingsSource};
 use ridgetone_proto::command::{Outcome, Reply};
 use ridgetone_proto::fault::{Fault, FaultKind};
@@ -50,7 +52,23 @@ pub fn text(packet: &Packet) -> String {
             "raw",
             &format!("frame {}, codes {:?}", e.number, e.codes),
         ),
+        // An event that has no words of its own.
+        #[allow(unreachable_patterns)]
+        event => line(event.t_us().unwrap_or(0), &kind(packet), &values(packet)),
     }
+}
+
+fn kind(packet: &Packet) -> String {
+    name(&packet.event).to_lowercase()
+}
+
+/// The values of a packet by the names of their fields.
+fn values(packet: &Packet) -> String {
+    // What cannot be JSON has no values.
+    let message = serde_json::to_value(serializable(packet)).unwrap_or_default();
+    let columns = rows::columns(&kind(packet), &message);
+    let value = |column: &Column| format!("{} {}", column.name, column.text(&message));
+    columns.iter().map(value).collect::<Vec<_>>().join(", ")
 }
 
 fn line(t_us: u64, name: &str, values: &str) -> String {
@@ -119,12 +137,16 @@ fn estimate(e: &Estimate) -> String {
         Span::Window => "window",
         Span::Slide => "SLIDE",
     };
+    let frequency = WithSigma {
+        value: e.frequency,
+        sigma: e.sigma,
+    };
     let (unit, found) = match e.abscissa {
-        Abscissa::Time => ("Hz", (e.frequency, e.sigma)),
-        Abscissa::Place => ("mm", period_f32((e.frequency, e.sigma))),
+        Abscissa::Time => ("Hz", frequency),
+        Abscissa::Place => ("mm", frequency.inverse()),
     };
     let tone = if e.status.has_tone() {
-        let (value, sigma) = with_sigma(found.0.into(), found.1.into());
+        let (value, sigma) = with_sigma(found.value.into(), found.sigma.into());
         format!("{value:>9} {unit} +- {sigma} {unit}")
     } else {
         format!("{:>9} {unit}", "-")

@@ -1,36 +1,41 @@
-//! MCAP (<https://mcap.dev>): a channel of JSON for each kind of packet, with a schema, at UTC. No
-//! compression, which would need C.
+//! MCAP (<https://mcap.dev>): the topics, schemas and messages of `serve`, at UTC. No compression,
+//! which would need C.
 
 use super::packets::packets;
-use super::schema::Schema;
 use crate::digits::time_s;
 use crate::events::JsonLines;
 use crate::live::Counts;
+use crate::serve::message::Streamed;
+use crate::serve::schema;
+use crate::serve::topic::{Names, Topic};
+use crate::settings_form;
 use crate::utc::{Receipt, UtcClock};
+use ::mcap::Writer;
 use ::mcap::records::MessageHeader;
 use ::mcap::write::{NoSeek, WriteOptions};
 use anyhow::{Result, bail};
-use ridgetone_proto::telemetry::Packet;
-use serde_json::Value;
+use ridgetone_proto::telemetry::{Event, Hello, Packet};
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
 
-/// Writes all packets. It reads the recording twice: schemas come first, and what the whole of it
+/// Writes all packets. It reads the recording twice: channels come first, and what the whole of it
 /// says of the board's clock.
 ///
 /// `log_time` is when a message's moment was in UTC, `publish_time` when it was received. Without
 /// times of receipt both are device time.
 pub fn write(path: &Path, out: &mut dyn Write) -> Result<Counts> {
-    let mut schemas: BTreeMap<String, Schema> = BTreeMap::new();
     let mut messages = Messages::default();
+    let (mut is_empty, mut hello) = (true, None);
     packets(path, &mut |packet, receipt| {
         messages.learn(packet, receipt);
-        let (kind, message) = messages.message(packet, receipt)?;
-        schemas.entry(kind).or_default().see(&message);
+        is_empty = false;
+        if let (Event::Hello(found), None) = (&packet.event, &hello) {
+            hello = Some(found.clone());
+        }
         Ok(())
     })?;
-    if schemas.is_empty() {
+    if is_empty {
         bail!("{}: holds no packets", path.display());
     }
     let options = WriteOptions::new()
@@ -38,45 +43,51 @@ pub fn write(path: &Path, out: &mut dyn Write) -> Result<Counts> {
         .library("ridgetone")
         .disable_seeking(true);
     let mut file = options.create(NoSeek::new(out))?;
-    let mut channels = BTreeMap::new();
-    for (kind, schema) in &schemas {
-        let schema = file.add_schema(
-            &format!("ridgetone.{kind}"),
-            "jsonschema",
-            schema.json().to_string().as_bytes(),
-        )?;
-        let channel = file.add_channel(
-            schema,
-            &format!("/ridgetone/{kind}"),
-            "json",
-            &BTreeMap::new(),
-        )?;
-        channels.insert(kind, channel);
-    }
-    messages = messages.again();
+    let channels = channels(&mut file, hello.as_ref())?;
     let counts = packets(path, &mut |packet, receipt| {
-        let (kind, message) = messages.message(packet, receipt)?;
-        let Some(channel_id) = channels.get(&kind).copied() else {
-            return Ok(());
-        };
+        let (topic, message) = messages.message(packet, receipt)?;
         let log_time = messages.time_ns;
         let publish_time = receipt.map_or(log_time, |receipt| receipt.utc_ns);
         let header = MessageHeader {
-            channel_id,
+            channel_id: channels[topic as usize],
             sequence: packet.sequence.into(),
             log_time,
             publish_time,
         };
-        Ok(file.write_to_known_channel(&header, message.to_string().as_bytes())?)
+        Ok(file.write_to_known_channel(&header, message.as_bytes())?)
     })?;
     file.finish()?;
     Ok(counts)
+}
+
+/// Adds a channel for each topic, in their order, with what the board's first greeting says.
+fn channels<W: Write + std::io::Seek>(
+    file: &mut Writer<W>,
+    hello: Option<&Hello>,
+) -> Result<Vec<u16>> {
+    let names = Names::unnamed();
+    let mut metadata: BTreeMap<String, String> = names.metadata(0);
+    if let Some(hello) = hello {
+        let version = hello.version.map(|part| part.to_string()).join(".");
+        metadata.insert("version".into(), version);
+        metadata.insert("protocol".into(), hello.protocol.to_string());
+        metadata.insert("settings".into(), settings_form::json(&hello.settings)?);
+    }
+    let channel = |topic: &Topic| {
+        let schema = schema::json(*topic).to_string();
+        let name = format!("ridgetone.{topic}");
+        let schema = file.add_schema(&name, "jsonschema", schema.as_bytes())?;
+        let path = format!("/{}", names.path(0, topic));
+        Ok(file.add_channel(schema, &path, "json", &metadata)?)
+    };
+    Topic::ALL.iter().map(channel).collect()
 }
 
 /// Turns packets into messages.
 #[derive(Default)]
 struct Messages {
     json: JsonLines,
+    streamed: Streamed,
     /// The board's clock from each of its starts to the next, as far as it was learned.
     clocks: Vec<UtcClock>,
     /// The start that is being read.
@@ -86,14 +97,6 @@ struct Messages {
 }
 
 impl Messages {
-    /// The same from the beginning, with what was learned.
-    fn again(self) -> Self {
-        Self {
-            clocks: self.clocks,
-            ..Self::default()
-        }
-    }
-
     fn learn(&mut self, packet: &Packet, receipt: Option<Receipt>) {
         let Some(receipt) = receipt else { return };
         if self.clocks.is_empty() || UtcClock::restarts(packet) {
@@ -104,9 +107,9 @@ impl Messages {
         }
     }
 
-    /// Kind of a packet and its object of `--json`.
-    fn message(&mut self, packet: &Packet, receipt: Option<Receipt>) -> Result<(String, Value)> {
-        let mut message = serde_json::to_value(self.json.serializable(packet, receipt))?;
+    /// Topic of a packet and its text.
+    fn message(&mut self, packet: &Packet, receipt: Option<Receipt>) -> Result<(Topic, String)> {
+        let mut message = self.json.message(packet, receipt);
         // A recording may begin with a start of the board, or in the middle of a run.
         self.start += usize::from(UtcClock::restarts(packet));
         let clock = self.clocks.get(self.start.saturating_sub(1));
@@ -114,13 +117,15 @@ impl Messages {
             self.time_ns = (t_s * 1e6).round() as u64 * 1000;
             if let Some(utc) = clock.and_then(|clock| clock.utc(t_s)) {
                 self.time_ns = utc.utc_ns;
-                message["utc_s"] = utc.utc_s().into();
-                message["utc_sigma_s"] = utc.sigma_s.into();
+                if let Some(received) = &mut message.receipt {
+                    received.utc_s = Some(utc.utc_s());
+                    received.utc_sigma_s = Some(utc.sigma_s);
+                }
             }
         } else if let Some(receipt) = receipt {
             self.time_ns = receipt.utc_ns;
         }
-        let kind = message["type"].as_str().unwrap_or("unknown").to_owned();
-        Ok((kind, message))
+        let (topic, text, _) = self.streamed.message(serde_json::to_string(&message)?)?;
+        Ok((topic, text))
     }
 }

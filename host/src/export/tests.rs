@@ -3,6 +3,8 @@
 use super::*;
 use crate::input::Input;
 use crate::recording::Keep;
+use crate::serve::schema;
+use crate::serve::topic::Topic;
 use crate::{recording, replay};
 use hal_mock::Table;
 use ridgetone_proto::settings::{Feeling, Settings, TAXELS};
@@ -92,7 +94,9 @@ fn estimates_and_health_have_a_row_each_and_no_number_where_none_is_known() {
         .iter()
         .find(|row| &row[column("span")] == "slide")
         .unwrap();
-    assert!((whole[column("frequency")].parse::<f64>().unwrap() / (30.0 / 3.6) - 1.0).abs() < 1e-3);
+    assert!(
+        (whole[column("frequency_hz")].parse::<f64>().unwrap() / (30.0 / 3.6) - 1.0).abs() < 1e-3
+    );
     let (csv, _) = exported(Format::Csv, Kind::Health);
     assert_eq!(
         csv::Reader::from_reader(csv.as_slice()).records().count(),
@@ -111,23 +115,27 @@ fn what_a_finger_feels_has_a_row_each_and_nothing_where_it_is_absent() {
     for row in &rows {
         let value = |name: &str| row[column(name)].parse::<f64>().ok();
         assert!(
-            value("fa1_per_hz") > Some(0.0) && value("fa1_per_hz_sigma") > Some(0.0),
+            value("receptors_fa1_intensity_per_hz") > Some(0.0)
+                && value("receptors_fa1_intensity_per_hz_sigma") > Some(0.0),
             "{row:?}"
         );
         assert!((value("m").unwrap() - 1.4).abs() < 1e-6 && value("m_sigma") == Some(0.0));
         // 241 frames a second are too few for FA II, and Rough needs it.
         assert_eq!(
             [
-                value("fa2_per_hz"),
-                value("sa2_per_hz"),
-                value("rough"),
-                value("rough_sigma")
+                value("receptors_fa2_intensity_per_hz"),
+                value("receptors_sa2_intensity_per_hz"),
+                value("scores_rough_score"),
+                value("scores_rough_score_sigma")
             ],
             [None; 4]
         );
         // Equation 11 over SA I of the paper's three seconds.
-        let soft = 5.59 - 0.002 * 3.0 * value("sa1_per_hz").unwrap();
-        assert!((value("soft").unwrap() - soft).abs() < 1e-5, "{row:?}");
+        let soft = 5.59 - 0.002 * 3.0 * value("receptors_sa1_intensity_per_hz").unwrap();
+        assert!(
+            (value("scores_soft_score").unwrap() - soft).abs() < 1e-5,
+            "{row:?}"
+        );
     }
 }
 
@@ -145,12 +153,12 @@ fn a_texture_has_a_row_each() {
             "period_sigma_mm",
             "power_v2",
             "power_sigma_v2",
-            "amplitude_2",
-            "phase_2_cycles",
-            "amplitude_3",
-            "phase_3_cycles",
-            "amplitude_4",
-            "phase_4_cycles",
+            "overtones_0_amplitude",
+            "overtones_0_phase_cycles",
+            "overtones_1_amplitude",
+            "overtones_1_phase_cycles",
+            "overtones_2_amplitude",
+            "overtones_2_phase_cycles",
             "level_v"
         ]
     );
@@ -198,44 +206,42 @@ fn json_lines_and_teleplot_have_every_packet() {
 }
 
 #[test]
-fn mcap_holds_every_packet_with_a_schema_that_names_its_fields() {
+fn mcap_holds_every_packet_on_the_topics_of_serve() {
     let (bytes, counts) = exported(Format::Mcap, Kind::Estimates);
     let mut kinds = std::collections::BTreeMap::new();
     for message in ::mcap::MessageStream::new(&bytes).unwrap() {
         let message = message.unwrap();
-        let schema = message.channel.schema.as_ref().unwrap();
+        let channel = &message.channel;
+        let schema = channel.schema.as_ref().unwrap();
         assert_eq!(
-            (
-                schema.encoding.as_str(),
-                message.channel.message_encoding.as_str()
-            ),
+            (schema.encoding.as_str(), channel.message_encoding.as_str()),
             ("jsonschema", "json")
         );
+        let metadata = &channel.metadata;
+        assert_eq!(
+            [
+                &metadata["board"],
+                &metadata["finger"],
+                &metadata["version"]
+            ],
+            ["ridgetone", "finger", env!("CARGO_PKG_VERSION")]
+        );
+        let settings = crate::settings_form::json(&SETTINGS).unwrap();
+        assert_eq!(metadata["settings"], settings);
         let schema: serde_json::Value = serde_json::from_slice(&schema.data).unwrap();
         let value: serde_json::Value = serde_json::from_slice(&message.data).unwrap();
-        assert!(
-            value
-                .as_object()
-                .unwrap()
-                .keys()
-                .all(|name| schema["properties"][name]["type"].is_string())
-        );
+        let topic = Topic::of(value["type"].as_str().unwrap());
+        assert_eq!(schema, schema::json(topic));
+        assert_eq!(channel.topic, format!("/ridgetone/finger/{topic}"));
         if let Some(t_s) = value["t_s"].as_f64() {
             assert_eq!(message.log_time, (t_s * 1e6).round() as u64 * 1000);
         }
-        if value["type"] == "estimate" {
-            assert_eq!(schema["properties"]["frequency_hz"]["type"], "number");
-            assert_eq!(
-                schema["properties"]["channels"]["items"]["properties"]["amplitude_v"]["type"],
-                "number"
-            );
-        }
-        *kinds.entry(message.channel.topic.clone()).or_insert(0u64) += 1;
+        let count = kinds.entry(channel.topic.clone()).or_insert(0u64);
+        assert_eq!(value["index"], *count, "{value}");
+        *count += 1;
     }
     assert_eq!(kinds.values().sum::<u64>(), counts.received);
-    assert_eq!(
-        (kinds["/ridgetone/raw"], kinds["/ridgetone/contact"]),
-        (100, 1)
-    );
-    assert!(kinds["/ridgetone/feel"] > 3 && kinds["/ridgetone/texture"] == 1);
+    let count = |topic: &str| kinds[&format!("/ridgetone/finger/{topic}")];
+    assert_eq!((count("frames"), count("texture")), (100, 1));
+    assert!(count("feel") > 3 && count("contact") > 4);
 }

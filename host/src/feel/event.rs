@@ -1,80 +1,49 @@
-//! The board's event `feel`: the command's form of it, as JSON and in words.
+//! The board's event `feel`: its view, and its words.
 
 use super::coefficients::NAMES;
-use super::words::{
-    JsonReceptor, JsonScore, OUTSIDE_SCALE, absent, in_short, is_outside_scale, needs,
-};
-use crate::digits::with_sigma;
+use super::words::{OUTSIDE_SCALE, absent, in_short, is_outside_scale, needs};
+use crate::digits::{seconds, with_sigma};
+use crate::events::view;
 use crate::names::name;
 use ridgetone_feel::{Firing, Indices, ROUGH, Receptor, SOFT, Score, band_hz};
-use ridgetone_proto::fault::FaultSet;
 use ridgetone_proto::telemetry::{Feel, Measured, NO_LEVEL, RECEPTORS};
-use serde::Serialize;
 
 /// The scores of the board.
 const SCORES: [(&str, Score); 2] = [("soft", SOFT), ("rough", ROUGH)];
 
-/// The event in the form of `ridgetone feel --json`.
-#[derive(Serialize)]
-pub struct JsonFeel {
-    t_s: f64,
-    window_s: f32,
-    rate_hz: f32,
-    /// Bit k: taxel k counts.
-    taxels: u16,
-    faults: FaultSet,
-    m: Option<f32>,
-    m_sigma: Option<f32>,
-    receptors: Vec<JsonReceptor>,
-    scores: Vec<JsonScore<'static>>,
-    spectrum: Vec<JsonLevel>,
-}
-
-/// The strongest line in a third of an octave.
-#[derive(Serialize)]
-struct JsonLevel {
-    /// The band's middle.
-    hz: f32,
-    /// Decibels over one micrometre from peak to peak.
-    level_db: i8,
-}
-
-impl From<&Feel> for JsonFeel {
+impl From<&Feel> for view::Feel {
     fn from(feel: &Feel) -> Self {
         let value = |found: Option<Measured>| found.map(|found| found.value);
         let sigma = |found: Option<Measured>| found.map(|found| found.sigma);
-        let receptor = |(receptor, per_hz): (Receptor, Option<Measured>)| JsonReceptor {
-            receptor: NAMES[receptor as usize],
-            intensity: value(per_hz).map(|per_hz| per_hz * feel.window_s),
-            intensity_sigma: sigma(per_hz).map(|per_hz| per_hz * feel.window_s),
-            intensity_per_hz: value(per_hz),
-            intensity_per_hz_sigma: sigma(per_hz),
-            absent: why(feel, receptor),
+        let receptor = |kind: Receptor| {
+            let per_hz = feel.per_hz[kind as usize];
+            view::Receptor {
+                receptor: NAMES[kind as usize],
+                intensity: value(per_hz).map(|per_hz| per_hz * feel.window_s),
+                intensity_sigma: sigma(per_hz).map(|per_hz| per_hz * feel.window_s),
+                intensity_per_hz: value(per_hz),
+                intensity_per_hz_sigma: sigma(per_hz),
+                absent: why(feel, kind),
+            }
         };
         Self {
-            t_s: crate::digits::seconds(feel.t_us),
+            t_s: seconds(feel.t_us),
             window_s: feel.window_s,
             rate_hz: feel.rate_hz,
             taxels: feel.taxels,
             faults: feel.faults,
             m: value(feel.force_ratio),
             m_sigma: sigma(feel.force_ratio),
-            receptors: Receptor::ALL
-                .into_iter()
-                .zip(feel.per_hz)
-                .map(receptor)
-                .collect(),
-            scores: scores(feel)
-                .map(|(name, found, absent)| JsonScore {
-                    name,
-                    score: value(found),
-                    score_sigma: sigma(found),
-                    outside_scale: is_outside_scale(value(found)),
-                    absent,
-                })
-                .into(),
+            receptors: Receptor::ALL.map(receptor),
+            scores: scores(feel).map(|(name, found, absent)| view::Score {
+                name: name.to_owned(),
+                score: value(found),
+                score_sigma: sigma(found),
+                outside_scale: is_outside_scale(value(found)),
+                absent,
+            }),
             spectrum: levels(feel)
-                .map(|(hz, level_db)| JsonLevel { hz, level_db })
+                .map(|(hz, level_db)| view::Level { hz, level_db })
                 .collect(),
         }
     }
@@ -127,9 +96,7 @@ fn scores(feel: &Feel) -> [(&'static str, Option<Measured>, Option<String>); 2] 
 
 /// An intensity a hertz, or a score.
 pub struct Reading {
-    /// In words; in JSON and in plots it is `key`.
     pub name: &'static str,
-    pub key: &'static str,
     pub found: Option<Measured>,
     /// Why there is none, in a few words.
     pub absent: Option<String>,
@@ -139,7 +106,6 @@ pub struct Reading {
 pub fn receptors(feel: &Feel) -> [Reading; RECEPTORS] {
     Receptor::ALL.map(|receptor| Reading {
         name: receptor.name(),
-        key: NAMES[receptor as usize],
         found: feel.per_hz[receptor as usize],
         absent: Firing::absent(receptor, bins(feel), 1.0 / feel.window_s).map(in_short),
     })
@@ -149,7 +115,6 @@ pub fn receptors(feel: &Feel) -> [Reading; RECEPTORS] {
 pub fn ratings(feel: &Feel) -> [Reading; 2] {
     scores(feel).map(|(name, found, absent)| Reading {
         name,
-        key: name,
         found,
         absent,
     })

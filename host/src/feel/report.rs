@@ -2,8 +2,9 @@
 
 use super::coefficients::{Coefficients, NAMES};
 use super::measure::{Channel, Felt};
-use super::words::{JsonReceptor, JsonScore, OUTSIDE_SCALE, absent, is_outside_scale, needs};
+use super::words::{OUTSIDE_SCALE, absent, is_outside_scale, needs};
 use crate::digits::{plus_minus, significant};
+use crate::events::view::{Receptor as ReceptorView, Score as ScoreView};
 use ridgetone_feel::{Indices, MeanFiring, Receptor, Score, Windows};
 use serde::Serialize;
 use std::fmt::Write;
@@ -21,8 +22,8 @@ struct Json<'a> {
     reference_hz: f32,
     m: Option<f32>,
     m_sigma: Option<f32>,
-    receptors: Vec<JsonReceptor>,
-    scores: Vec<JsonScore<'a>>,
+    receptors: Vec<ReceptorView>,
+    scores: Vec<ScoreView>,
     channels: Vec<JsonChannel<'a>>,
 }
 
@@ -33,7 +34,7 @@ struct JsonChannel<'a> {
     usable: bool,
     per_um: Option<f32>,
     per_um_sigma: Option<f32>,
-    receptors: Option<Vec<JsonReceptor>>,
+    receptors: Option<Vec<ReceptorView>>,
 }
 
 /// One JSON object on one line, without the line's end.
@@ -81,7 +82,7 @@ fn json_channel<'a>(
     }
 }
 
-fn receptors(felt: &Felt, firing: &MeanFiring, log_sigma: f32) -> Vec<JsonReceptor> {
+fn receptors(felt: &Felt, firing: &MeanFiring, log_sigma: f32) -> Vec<ReceptorView> {
     let as_window = |wanted_s: f64| {
         let windows = Windows {
             measured_s: felt.window_s as f32,
@@ -92,7 +93,7 @@ fn receptors(felt: &Felt, firing: &MeanFiring, log_sigma: f32) -> Vec<JsonRecept
     let (window, second) = (as_window(felt.window_s), as_window(1.0));
     let receptor = |receptor: Receptor| {
         let (window, second) = (window.get(receptor as usize), second.get(receptor as usize));
-        JsonReceptor {
+        ReceptorView {
             receptor: NAMES[receptor as usize],
             intensity: window.map(|(value, _)| value),
             intensity_sigma: window.map(|(_, sigma)| sigma),
@@ -104,20 +105,16 @@ fn receptors(felt: &Felt, firing: &MeanFiring, log_sigma: f32) -> Vec<JsonRecept
     Receptor::ALL.map(receptor).into()
 }
 
-fn scores<'c>(
-    felt: &Felt,
-    coefficients: &'c Coefficients,
-    m: Option<(f32, f32)>,
-) -> Vec<JsonScore<'c>> {
+fn scores(felt: &Felt, coefficients: &Coefficients, m: Option<(f32, f32)>) -> Vec<ScoreView> {
     let indices = felt.indices(coefficients.window_s, m);
-    let score = |(name, score): (&'c str, Score)| {
+    let score = |(name, score): (&str, Score)| {
         let found = score.of(&indices);
         let (value, sigma) = (found.map(|(value, _)| value), found.map(|(_, sigma)| sigma));
         let absent = needs(&score, &indices)
             .map(|why| why.replace("needs M", "needs M: give --m or --image"));
         let outside_scale = coefficients.are_the_papers() && is_outside_scale(value);
-        JsonScore {
-            name,
+        ScoreView {
+            name: name.to_owned(),
             score: value,
             score_sigma: sigma,
             outside_scale,
@@ -139,7 +136,7 @@ pub fn text(felt: &Felt, coefficients: &Coefficients, m: Option<(f32, f32)>) -> 
         .into_iter()
         .zip(Receptor::ALL)
     {
-        let JsonReceptor {
+        let ReceptorView {
             intensity,
             intensity_sigma,
             intensity_per_hz,
@@ -158,7 +155,7 @@ pub fn text(felt: &Felt, coefficients: &Coefficients, m: Option<(f32, f32)>) -> 
             ),
         };
     }
-    for JsonScore {
+    for ScoreView {
         name,
         score,
         score_sigma,

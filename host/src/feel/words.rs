@@ -1,39 +1,8 @@
-//! What receptors and scores are in JSON, and why one has no value: of a recording, and of a
-//! board's event.
+//! Why a receptor or a score has no value, in words: for a recording and for a board's event.
 
 use crate::digits::significant;
 use ridgetone_feel::{Absent, Firing, Indices, Receptor, Score};
-use serde::Serialize;
 use std::ops::RangeInclusive;
-
-#[derive(Serialize)]
-pub(super) struct JsonReceptor {
-    pub receptor: &'static str,
-    /// Sum over the window's bins.
-    pub intensity: Option<f32>,
-    pub intensity_sigma: Option<f32>,
-    /// Intensity with one term a hertz, so that it does not depend on the window.
-    pub intensity_per_hz: Option<f32>,
-    pub intensity_per_hz_sigma: Option<f32>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub absent: Option<String>,
-}
-
-#[derive(Serialize)]
-pub(super) struct JsonScore<'a> {
-    pub name: &'a str,
-    pub score: Option<f32>,
-    pub score_sigma: Option<f32>,
-    /// Whether the paper's coefficients give a score that nobody could give.
-    #[serde(skip_serializing_if = "is_false")]
-    pub outside_scale: bool,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub absent: Option<String>,
-}
-
-fn is_false(value: &bool) -> bool {
-    !value
-}
 
 /// The scale on which people scored the paper's plates (seven steps, section 2.2).
 const SCALE: RangeInclusive<f32> = 1.0..=7.0;

@@ -52,7 +52,7 @@ fn a_touch_goes_through_its_phases_and_leaves_tone_period_and_images() {
         points.len() > 3
             && points
                 .iter()
-                .all(|p| p.frequency.is_some() && p.sigma.is_some()),
+                .all(|p| p.tone.frequency().is_some() && p.channels.is_empty()),
         "{points:?}"
     );
     assert!(

@@ -2,7 +2,9 @@
 
 use super::style::{alarm, boxed};
 use super::view::View;
-use crate::live::{Live, Point};
+use crate::events::view::Estimate;
+use crate::live::Live;
+use crate::tone::WithSigma;
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
@@ -40,7 +42,7 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
     // The axis has its full length from the start.
     let begin_s = (end_s - view.history_s()).max(0.0);
     let end_s = begin_s + view.history_s();
-    let shown: Vec<&Point> = live
+    let shown: Vec<&Estimate> = live
         .history
         .iter()
         .filter(|point| point.t_s >= begin_s && point.abscissa == abscissa)
@@ -55,11 +57,11 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
         return;
     };
     let place = |good: bool| -> Vec<(f64, f64)> {
-        let fits = |point: &&&Point| (point.status == Status::Good) == good;
+        let fits = |point: &&&Estimate| (point.status == Status::Good) == good;
         shown
             .iter()
             .filter(fits)
-            .filter_map(|point| Some((point.t_s, point.frequency?.into())))
+            .filter_map(|point| Some((point.t_s, point.tone.frequency()?.value.into())))
             .collect()
     };
     let (good, others, bars) = (place(true), place(false), bars(&shown));
@@ -88,13 +90,12 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
 }
 
 /// Range of the frequencies with their uncertainties; none without a frequency.
-fn bounds(points: &[&Point]) -> Option<[f64; 2]> {
-    let known = points
-        .iter()
-        .filter_map(|point| Some((f64::from(point.frequency?), f64::from(point.sigma?))));
+fn bounds(points: &[&Estimate]) -> Option<[f64; 2]> {
+    let known = points.iter().filter_map(|point| point.tone.frequency());
     let (low, high) = known.fold(
         (f64::INFINITY, f64::NEG_INFINITY),
-        |(low, high), (frequency, sigma)| {
+        |(low, high), WithSigma { value, sigma }| {
+            let (frequency, sigma) = (f64::from(value), f64::from(sigma));
             // An uncertain estimate must not flatten the others.
             let sigma = sigma.min(0.1 * frequency);
             (low.min(frequency - sigma), high.max(frequency + sigma))
@@ -114,13 +115,13 @@ fn decimals(bounds: [f64; 2]) -> usize {
     (1.0 - (bounds[1] - bounds[0]).log10().floor()).clamp(0.0, 7.0) as usize
 }
 
-fn bars(points: &[&Point]) -> Vec<(f64, f64)> {
+fn bars(points: &[&Estimate]) -> Vec<(f64, f64)> {
     let mut dots = Vec::new();
     for point in points {
-        let (Some(frequency), Some(sigma)) = (point.frequency, point.sigma) else {
+        let Some(WithSigma { value, sigma }) = point.tone.frequency() else {
             continue;
         };
-        let (frequency, sigma) = (f64::from(frequency), f64::from(sigma));
+        let (frequency, sigma) = (f64::from(value), f64::from(sigma));
         let dot = |dot: usize| frequency + sigma * (2.0 * dot as f64 / BAR_DOTS as f64 - 1.0);
         dots.extend((0..=BAR_DOTS).map(|number| (point.t_s, dot(number))));
     }

@@ -6,13 +6,13 @@ use super::open::{self, Emulator};
 use super::publisher::Publisher;
 use super::url;
 use crate::events::JsonLines;
+use crate::events::view::{self, ConnectionState, Note};
 use crate::feed::Requester;
 use crate::listen::{Heard, Listener};
 use crate::live::Counts;
 use crate::stop;
 use crate::utc::Receipt;
 use anyhow::Result;
-use serde_json::json;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -64,9 +64,8 @@ impl Finger {
                     "{why}{}",
                     if comes_back { "; trying again" } else { "" }
                 ));
-                let note = json!({"type": "connection", "state": "failed", "why": why});
                 let _ = publisher
-                    .note(note)
+                    .note(connection(ConnectionState::Failed, None, Some(&why)))
                     .inspect_err(|error| self.say(&format!("{error:#}")));
                 reported = why;
             }
@@ -144,11 +143,15 @@ impl Finger {
                 Some(Heard::Connected(name)) => self.connected(&name, publisher)?,
                 Some(Heard::Disconnected(name, why)) => {
                     self.say(&format!("{name}: {why}; waiting for the board"));
-                    publisher
-                        .note(json!({"type": "connection", "state": "disconnected", "source": name, "why": why}))?;
+                    publisher.note(connection(
+                        ConnectionState::Disconnected,
+                        Some(&name),
+                        Some(&why),
+                    ))?;
                 }
                 Some(Heard::Over) => {
-                    publisher.note(json!({"type": "connection", "state": "over", "source": listener.feed.name()}))?;
+                    let name = listener.feed.name();
+                    publisher.note(connection(ConnectionState::Over, Some(&name), None))?;
                     return Ok(());
                 }
                 None => {}
@@ -158,9 +161,12 @@ impl Finger {
                 let Counts {
                     missing, damaged, ..
                 } = listener.feed.counts();
-                publisher.note(
-                    json!({"type": "lost", "at": "line", "packets": missing, "damaged": damaged}),
-                )?;
+                publisher.note(Note::Lost(view::Lost {
+                    at: "line".to_owned(),
+                    packets: Some(missing),
+                    damaged: Some(damaged),
+                    ..view::Lost::default()
+                }))?;
             }
         }
         Ok(())
@@ -168,6 +174,14 @@ impl Finger {
 
     fn connected(&self, source: &str, publisher: &mut Publisher) -> Result<()> {
         self.say(&format!("{source}: open"));
-        publisher.note(json!({"type": "connection", "state": "connected", "source": source}))
+        publisher.note(connection(ConnectionState::Connected, Some(source), None))
     }
+}
+
+fn connection(state: ConnectionState, source: Option<&str>, why: Option<&str>) -> Note {
+    Note::Connection(view::Connection {
+        state,
+        source: source.map(str::to_owned),
+        why: why.map(str::to_owned),
+    })
 }

@@ -56,6 +56,7 @@ impl Foxglove {
             Ok(context
                 .channel_builder(format!("/{}", names.path(finger, topic)))
                 .message_encoding("json")
+                .metadata(names.metadata(finger))
                 .schema(Schema::new(
                     format!("ridgetone.{topic}"),
                     "jsonschema",

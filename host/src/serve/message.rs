@@ -1,9 +1,16 @@
-//! A message on its way from a finger to the sinks: an object of `--json` with its topic.
+//! A message on its way from a finger to the sinks, or into an MCAP file: an object of `--json` with
+//! its topic.
 
 use super::topic::Topic;
+use crate::events::view::{self, Note};
 use crate::static_image::{PLACES, UNIT_PITCH_MM};
 use crate::utc::Receipt;
-use serde_json::json;
+use anyhow::{Context, Result};
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+
+/// Characters of a line that is no message in the error about it.
+const SHOWN: usize = 60;
 
 #[derive(Clone, Debug)]
 pub struct Message {
@@ -43,13 +50,87 @@ pub fn lost(finger: usize, sink: &str, lost: Lost) -> Message {
         unconfirmed,
     } = lost;
     let now = Receipt::now(0.0);
-    let json = json!({"type": "lost", "at": sink, "frames": frames, "events": events,
-        "frames_unconfirmed": unconfirmed, "received_utc_s": now.utc_s()});
+    let lost = view::Lost {
+        at: sink.to_owned(),
+        frames: Some(frames),
+        events: Some(events),
+        frames_unconfirmed: Some(unconfirmed),
+        ..view::Lost::default()
+    };
     Message {
         finger,
         topic: Topic::Diagnostics,
-        json: json.to_string(),
+        json: noted(Note::Lost(lost), now),
         time_ns: now.utc_ns,
+    }
+}
+
+/// A note of this command as JSON, at a time.
+pub fn noted(note: Note, at: Receipt) -> String {
+    #[derive(Serialize)]
+    struct Noted {
+        #[serde(flatten)]
+        note: Note,
+        received_utc_s: f64,
+    }
+    let noted = Noted {
+        note,
+        received_utc_s: at.utc_s(),
+    };
+    // Nothing in it can fail.
+    json!(noted).to_string()
+}
+
+/// Fields that decide where a message goes, and when it happened.
+#[derive(Deserialize)]
+pub struct Head {
+    r#type: String,
+    pub utc_s: Option<f64>,
+    pub received_utc_s: Option<f64>,
+}
+
+/// Turns the objects of `--json` into messages of streams and of MCAP files.
+///
+/// Each gets `index`, its number on its topic from 0, and a greeting `positions_mm`. Viewers know
+/// one type a field, so a field that is null is left out.
+#[derive(Clone, Debug, Default)]
+pub struct Streamed {
+    /// Messages on each topic so far.
+    counts: [u64; Topic::ALL.len()],
+}
+
+impl Streamed {
+    /// The topic and the text of a message; `json` is one object on one line.
+    pub fn message(&mut self, mut json: String) -> Result<(Topic, String, Head)> {
+        let named = || json.chars().take(SHOWN).collect::<String>();
+        let head: Head = serde_json::from_str(&json).with_context(named)?;
+        let topic = Topic::of(&head.r#type);
+        if json.contains(":null") {
+            let mut object: Value = serde_json::from_str(&json).with_context(named)?;
+            drop_nulls(&mut object);
+            json = object.to_string();
+        }
+        // The object's own brace.
+        json.truncate(json.trim_end().len() - 1);
+        if head.r#type == "hello" {
+            json += &format!(r#","positions_mm":{}"#, json!(positions_mm()));
+        }
+        let count = &mut self.counts[topic as usize];
+        json += &format!(r#","index":{count}}}"#);
+        *count += 1;
+        Ok((topic, json, head))
+    }
+}
+
+/// Removes fields that are null; items of lists keep their places.
+fn drop_nulls(value: &mut Value) {
+    match value {
+        Value::Object(fields) => {
+            fields.retain(|_, field| !field.is_null());
+            fields.values_mut().for_each(drop_nulls);
+        }
+        Value::Array(items) => items.iter_mut().for_each(drop_nulls),
+        _ => {}
     }
 }
 

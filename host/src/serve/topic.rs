@@ -2,6 +2,7 @@
 
 use crate::names::name;
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::fmt::Display;
 
 /// What a message is about.
@@ -53,6 +54,9 @@ impl Topic {
     }
 }
 
+/// What carries the fingers, if it has no name.
+pub const BOARD: &str = "ridgetone";
+
 /// The names in topics.
 #[derive(Clone, Debug)]
 pub struct Names {
@@ -62,6 +66,26 @@ pub struct Names {
 }
 
 impl Names {
+    /// Those of a recording, which does not know its finger's.
+    pub fn unnamed() -> Self {
+        Self {
+            board: BOARD.to_owned(),
+            fingers: vec!["finger".to_owned()],
+        }
+    }
+
+    /// What is known of a finger before its messages: for channels of Foxglove and MCAP.
+    pub fn metadata(&self, finger: usize) -> BTreeMap<String, String> {
+        let pairs = [
+            ("board", self.board.as_str()),
+            ("finger", self.fingers[finger].as_str()),
+            ("ridgetone", env!("CARGO_PKG_VERSION")),
+        ];
+        pairs
+            .map(|(name, value)| (name.to_owned(), value.to_owned()))
+            .into()
+    }
+
     /// A topic without a slash in front.
     pub fn path(&self, finger: usize, topic: impl Display) -> String {
         format!("{}/{}/{topic}", self.board, self.fingers[finger])

@@ -81,12 +81,18 @@ fn fit_text(csv: &str) -> TableFit {
     .unwrap()
 }
 
+/// Frequency and standard deviation of a fit.
+fn tone(found: &TableFit) -> (f64, f64) {
+    let frequency = found.tone.frequency().unwrap();
+    (frequency.value, frequency.sigma)
+}
+
 /// Share of the files whose interval of 1.96 sigma holds the truth.
 fn coverage(files: u64, recorded: impl Fn(u64, &mut Noise) -> Recorded) -> f64 {
     let mut held = 0;
     for seed in 0..files {
         let recorded = recorded(seed, &mut Noise(ChaCha8Rng::seed_from_u64(seed ^ 0x5EED)));
-        let (frequency_hz, sigma_hz) = recorded.fit(|_, _| true).tone.unwrap();
+        let (frequency_hz, sigma_hz) = tone(&recorded.fit(|_, _| true));
         held += u32::from((frequency_hz - recorded.frequency_hz).abs() < 1.96 * sigma_hz);
     }
     f64::from(held) / files as f64
@@ -140,7 +146,7 @@ fn rows_that_are_lost_are_counted() {
             (241 - lost, lost),
             "{lost} rows from {from}, seed {seed}"
         );
-        let (frequency_hz, sigma_hz) = found.tone.unwrap();
+        let (frequency_hz, sigma_hz) = tone(&found);
         assert!(
             (frequency_hz - 8.3).abs() < 4.0 * sigma_hz,
             "{lost} rows from {from}, seed {seed}: {frequency_hz}"
@@ -166,7 +172,7 @@ fn blank_cells_are_missing_readings_of_one_channel() {
             (found.rows, found.rows_missing, found.readings_missing),
             (241, 0, blank)
         );
-        let (frequency_hz, sigma_hz) = found.tone.unwrap();
+        let (frequency_hz, sigma_hz) = tone(&found);
         held += u32::from((frequency_hz - 8.3).abs() < 1.96 * sigma_hz);
         let mut amplitudes = found
             .channels
@@ -203,9 +209,9 @@ fn blank_cells_at_random_cost_what_they_are() {
             let keeps = |row: usize, c: usize| is_kept[16 * row + c];
             let (found, whole) = (recorded.fit(keeps), recorded.fit(|_, _| true));
             good += u32::from(found.status == Status::Good);
-            let (found_hz, sigma_hz) = found.tone.unwrap();
+            let (found_hz, sigma_hz) = tone(&found);
             held += u32::from((found_hz - frequency_hz).abs() < 1.96 * sigma_hz);
-            sigma_ratio += sigma_hz / whole.tone.unwrap().1 / 100.0;
+            sigma_ratio += sigma_hz / tone(&whole).1 / 100.0;
         }
         let expected = (1.0 / (1.0 - share)).sqrt();
         assert!(

@@ -96,12 +96,13 @@ pub fn learn(
 
 fn one(file: &Samples, selection: &Selection, mm_s: f64) -> Result<One> {
     let found = table_fit::fit(&mut *file.open()?, selection, &mut |_| {})?;
-    let Some((hz, sigma_hz)) = found.tone else {
+    let Some(frequency) = found.tone.frequency() else {
         bail!(
             "{}: no tone: give the sliding part with --from and --to",
             file.name()
         )
     };
+    let (hz, sigma_hz) = (frequency.value, frequency.sigma);
     let mut rows = file.open()?;
     let used = columns(&*rows, selection)?;
     let part = Part::read(&mut *rows, selection, FRAMES_MAX, &mut |_| {})?;
@@ -111,7 +112,7 @@ fn one(file: &Samples, selection: &Selection, mm_s: f64) -> Result<One> {
         .iter()
         .map(|t_s| t_s - 0.5 * (first + last))
         .collect();
-    let interferer_hz = found.beside.interferer_hz.map(f64::from);
+    let interferer_hz = found.tone.interferer_hz.map(f64::from);
     // Overtones beyond half of the rate would be aliases.
     let count = ((0.45 * found.rate_hz / hz) as usize).clamp(1, HARMONICS_MAX);
     let mut one = One {

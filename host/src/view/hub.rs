@@ -10,9 +10,10 @@ use super::status;
 use crate::analysis::{Curves, Spectrum, curves, spectrum};
 use crate::digits::seconds;
 use crate::events::JsonLines;
+use crate::events::view::Estimate;
 use crate::feed::{FeedEvent, Following, RawFrames, SettingsReply};
 use crate::feel::threshold::thresholds;
-use crate::live::{Live, Log, POINTS, Point, STRIP_FRAMES, Strips};
+use crate::live::{Live, Log, POINTS, STRIP_FRAMES, Strips};
 use crate::remarks::{phrases, remedy};
 use crate::settings_form;
 use crate::static_image::PLACES;
@@ -67,7 +68,7 @@ struct Inner {
     /// Arrival of the latest packet.
     received: Option<Instant>,
     /// Estimates and frames since the latest update.
-    points: Vec<Point>,
+    points: Vec<Estimate>,
     frames: Strips,
     /// Log and restarts as of the latest update.
     sent_log: Log,
@@ -127,7 +128,9 @@ impl Hub {
             let _ = self.packets.send(line);
         }
         match packet.event {
-            Event::Estimate(_) => inner.points.extend(inner.live.history.iter().next_back()),
+            Event::Estimate(_) => inner
+                .points
+                .extend(inner.live.history.iter().next_back().cloned()),
             Event::Raw(_) => inner
                 .live
                 .strips

@@ -1,9 +1,10 @@
 //! The two kinds of message to a page: everything, and what is new.
 
 use crate::analysis::{Curves, Spectrum};
+use crate::events::view::Estimate;
 use crate::feed::SettingsReply;
 use crate::feel::threshold::Threshold;
-use crate::live::{Live, Log, Now, Point, Strips, columns};
+use crate::live::{Live, Log, Now, Strips, columns};
 use crate::static_image::SIDE;
 use ridgetone_feel::RECEPTORS;
 use serde::Serialize;
@@ -11,7 +12,7 @@ use std::sync::Arc;
 
 /// Version of what the pages get. It rises when a field goes or changes its meaning; new fields
 /// leave it.
-pub const STREAM: u32 = 1;
+pub const STREAM: u32 = 2;
 
 #[derive(Clone, Debug)]
 pub struct Message {
@@ -61,7 +62,7 @@ pub struct Update<'a> {
     #[serde(flatten)]
     pub common: Common<'a>,
     pub live: &'a Now,
-    pub points: &'a [Point],
+    pub points: &'a [Estimate],
     #[serde(serialize_with = "columns")]
     pub strips: &'a Strips,
     pub log: Option<&'a Log>,

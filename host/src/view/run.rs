@@ -2,7 +2,7 @@
 
 use crate::digits::time_s;
 use crate::input::{Input, Source};
-use crate::live::{Live, Point, STRIP_FRAMES};
+use crate::live::{Live, STRIP_FRAMES, point};
 use crate::messages::{Form, Message, messages};
 use crate::replay;
 use crate::samples::Samples;
@@ -47,7 +47,7 @@ pub struct Summary {
     /// The first contact.
     pub contact_s: Option<f64>,
     /// The estimate of the latest whole slide; without one the latest with a tone.
-    pub estimate: Option<Point>,
+    pub estimate: Option<crate::events::view::Estimate>,
     pub remark: Option<String>,
 }
 
@@ -172,7 +172,7 @@ impl Run {
         };
         let estimates = || {
             let estimate = |packet: &'_ Packet| match &packet.event {
-                Event::Estimate(found) if found.status.has_tone() => Some(Point::new(found)),
+                Event::Estimate(found) if found.status.has_tone() => Some(point(found)),
                 _ => None,
             };
             self.packets.iter().rev().filter_map(estimate)

@@ -15,6 +15,7 @@ use super::guard::{Access, guard};
 use super::hub::Hub;
 use super::message::Message;
 use super::run_routes;
+use crate::events::view::{Missed, Note};
 use anyhow::{Context, Result};
 use axum::Router;
 use axum::body::{Body, Bytes};
@@ -26,6 +27,7 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use futures_util::future::{Either, select};
 use futures_util::stream::{Stream, unfold};
+use serde_json::json;
 use std::convert::Infallible;
 use std::net::TcpListener;
 use std::sync::Arc;
@@ -135,7 +137,8 @@ async fn packets(State(App { hub, .. }): State<App>) -> Response {
                 None => match packets.recv().await {
                     Ok(line) => line,
                     Err(RecvError::Lagged(count)) => {
-                        format!("{{\"type\":\"missed\",\"count\":{count}}}\n").into()
+                        let missed = Note::Missed(Missed { count });
+                        format!("{}\n", json!(missed)).into()
                     }
                     Err(RecvError::Closed) => return None,
                 },

@@ -127,7 +127,8 @@ fn counts(path: &Path) -> Result<[Counts; STRETCHES_S.len()]> {
                 ..Selection::default()
             };
             let fit = table_fit::fit(&mut *samples.open()?, &selection, &mut |_| {})?;
-            fits.push((fit.status, fit.tone));
+            let tone = fit.tone.frequency();
+            fits.push((fit.status, tone.map(|tone| (tone.value, tone.sigma))));
         }
         *counts = Counts::of(&fits);
     }

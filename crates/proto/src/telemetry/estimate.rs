@@ -48,6 +48,7 @@ pub struct Estimate {
 
 /// How far an estimate can be trusted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
     /// A common tone, with its uncertainty.
@@ -109,6 +110,7 @@ pub struct OtherTone {
 
 /// One channel of a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Channel {
     /// Taxel, 0 to 15.
     pub taxel: u8,
@@ -125,6 +127,7 @@ pub struct Channel {
 
 /// What a window covers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Span {
     /// One hop of the sliding window.
@@ -135,6 +138,7 @@ pub enum Span {
 
 /// Unit in which a frequency counts its cycles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Abscissa {
     /// Time: cycles per second.
@@ -183,6 +187,7 @@ impl Travel {
 
 /// Whether spatial period, speed and direction are known, and from what.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum TravelStatus {
     /// There is no tone, or no two channels that respond alike in both columns of units have it.
@@ -201,6 +206,7 @@ pub enum TravelStatus {
 
 /// Direction in which the grating moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Direction {
     /// Not known.

@@ -6,9 +6,8 @@ use super::image::Image;
 use super::texture::Texture;
 use crate::boot::{Boot, SettingsSource};
 use crate::command::Reply;
-use crate::fault::{self, Fault, KINDS};
+use crate::fault::{Fault, KINDS};
 use crate::settings::{Settings, TAXELS};
-use crate::text_form;
 use serde::{Deserialize, Serialize};
 
 /// What the board reports.
@@ -62,7 +61,6 @@ pub struct Hello {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Contact {
     /// Device time of the spike, microseconds.
-    #[serde(rename = "t_s", serialize_with = "text_form::seconds")]
     pub t_us: u64,
     /// Taxel with the best defined spike, 0 to 15.
     pub taxel: u8,
@@ -74,10 +72,8 @@ pub struct Contact {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Slide {
     /// Device time of its start, microseconds.
-    #[serde(rename = "start_s", serialize_with = "text_form::seconds")]
     pub start_us: u64,
     /// Device time of its end, microseconds; none while it lasts.
-    #[serde(rename = "end_s", serialize_with = "text_form::seconds")]
     pub end_us: Option<u64>,
 }
 
@@ -85,7 +81,6 @@ pub struct Slide {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Release {
     /// Device time, microseconds.
-    #[serde(rename = "t_s", serialize_with = "text_form::seconds")]
     pub t_us: u64,
 }
 
@@ -93,7 +88,6 @@ pub struct Release {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Health {
     /// Device time, microseconds.
-    #[serde(rename = "t_s", serialize_with = "text_form::seconds")]
     pub t_us: u64,
     /// Frames since start-up; wraps after 206 days.
     pub frames: u32,
@@ -110,7 +104,6 @@ pub struct Health {
     /// up.
     pub chip_restarts: u32,
     /// Times that each kind of fault was seen, in the order of [`crate::fault::FaultKind::ALL`].
-    #[serde(serialize_with = "fault::by_kind")]
     pub faults: [u32; KINDS],
     /// Requests of the PC, and messages of a robot's odometry, that arrived damaged.
     pub requests_damaged: u32,
@@ -144,6 +137,7 @@ pub struct Health {
 /// Messages of a robot's odometry since start-up ([`crate::odometry`]). Damaged ones count as
 /// `requests_damaged`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct OdometryCounts {
     /// Messages that arrived as they were sent.
     pub received: u32,
@@ -161,7 +155,6 @@ pub struct OdometryCounts {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Raw {
     /// Device time of its first slot, microseconds.
-    #[serde(rename = "t_s", serialize_with = "text_form::seconds")]
     pub t_us: u64,
     /// Its number since start-up; lost frames count.
     pub number: u32,

@@ -2,7 +2,6 @@
 //! would say.
 
 use crate::fault::FaultSet;
-use crate::text_form;
 use serde::{Deserialize, Serialize};
 
 /// Kinds of mechanoreceptors: FA I, FA II, SA I, SA II.
@@ -29,7 +28,6 @@ pub struct Measured {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Feel {
     /// Device time of the window's end, microseconds.
-    #[serde(rename = "t_s", serialize_with = "text_form::seconds")]
     pub t_us: u64,
     /// Length of the window, seconds: the latest part of an estimate's window that a transform can
     /// hold.

@@ -1,12 +1,12 @@
 //! The static image: what a hold does to every taxel.
 
 use crate::settings::TAXELS;
-use crate::text_form;
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 /// Which hold of a touch (paper, section 3.1).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Hold {
     /// Phase B: between the contact spike and the first slide.
@@ -17,6 +17,7 @@ pub enum Hold {
 
 /// What a hold does to one taxel.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Pressed {
     /// Taxel, 0 to 15.
     pub taxel: u8,
@@ -31,10 +32,8 @@ pub struct Pressed {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Image {
     /// Device time of the first frame of the mean, microseconds.
-    #[serde(rename = "start_s", serialize_with = "text_form::seconds")]
     pub start_us: u64,
     /// Device time of the end of its last frame, microseconds.
-    #[serde(rename = "end_s", serialize_with = "text_form::seconds")]
     pub end_us: u64,
     /// Frames in the mean, without those that are missing.
     pub frames: u32,

@@ -16,33 +16,33 @@ from typing import Any
 import numpy.typing as npt
 
 from . import _ridgetone
-from ._live import Live, live
-from ._objects import (
+from ._events import (
+    Connection,
     Contact,
     Estimate,
     Event,
     Fault,
     Feel,
-    Felt,
     Fit,
     Health,
     Hello,
     Image,
-    Object,
+    Lost,
+    Missed,
     Raw,
     Release,
     Reply,
-    Settings,
     Slide,
     Texture,
     event,
-    load,
 )
+from ._live import Live, live
+from ._objects import Felt, Object, Settings, load
 from ._recording import Path, Recording, Samples, native, read
 from ._ridgetone import Error, UsageError, __version__
 
 __all__ = [
-    "Contact", "Error", "Estimate", "Event", "Fault", "Feel", "Felt", "Fit", "Health", "Hello", "Image", "Live", "Object",
+    "Connection", "Contact", "Error", "Estimate", "Event", "Fault", "Feel", "Felt", "Fit", "Health", "Hello", "Image", "Live", "Lost", "Missed", "Object",
     "Raw", "Recording", "Release", "Reply", "Settings", "Slide", "Texture", "UsageError", "__version__", "feel", "fit", "live", "picture",
     "read", "replay", "settings",
 ]  # fmt: skip

@@ -12,7 +12,8 @@ from types import TracebackType
 from typing import Any, Protocol
 
 from . import _ridgetone
-from ._objects import Event, Settings, event, load
+from ._events import Event, event
+from ._objects import Settings, load
 from ._recording import Path
 
 # Longest wait between two looks at Ctrl-C, seconds.

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _ridgetone
-from ._objects import Event, event
+from ._events import Event, event
 
 Path: TypeAlias = str | PathLike[str]
 Array: TypeAlias = npt.NDArray[np.float64]

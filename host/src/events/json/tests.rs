@@ -1,9 +1,11 @@
 //! Packets of each kind, as lines.
 
 use super::*;
-use ridgetone_proto::fault::FaultKind;
+use ridgetone_proto::fault::{FaultKind, FaultSet};
+use ridgetone_proto::plan::Plan;
 use ridgetone_proto::telemetry::{
-    BANDS, Estimate, Feel, Hold, Measured, Movement, NO_LEVEL, OtherTone, Pressed,
+    Abscissa, BANDS, Contact, Direction, Estimate, Feel, Hold, Image, Measured, Movement, NO_LEVEL,
+    OtherTone, Pressed, Slide, Span, Status, Texture, Travel, TravelStatus,
 };
 
 #[test]

@@ -1,0 +1,446 @@
+"""The messages of a board, and the result of `fit`. `cargo xtask events` writes this file: do not edit it."""
+
+from __future__ import annotations
+
+import json
+from typing import Literal
+
+from ._objects import Object, Settings
+
+
+class Event(Object):
+    """A message of a board."""
+
+    type: str
+    """Kind of the message."""
+    sequence: int
+    """Number of the message since the board's start, modulo 65536."""
+    received_utc_s: float | None
+    """When this computer received the message, UTC since 1970 [s]."""
+    utc_s: float | None
+    """`t_s` in UTC, since 1970; null before the relation of the clocks is known [s]."""
+    utc_sigma_s: float | None
+    """Standard deviation of `utc_s` [s]."""
+    clock_offset_s: float | None
+    """With `health`: UTC less board time at board time 0 [s]."""
+    clock_skew_ppm: float | None
+    """With `health`: by how much the board's clock is slow [ppm]."""
+    clock_skew_sigma_ppm: float | None
+    """With `health`: standard deviation of the skew [ppm]."""
+
+
+class Hello(Event):
+    """The greeting: after start-up, every ten seconds, and on request."""
+
+    protocol: int
+    """Version of the wire contract."""
+    version: str
+    """Version of the firmware."""
+    frame_rate_hz: float
+    """Nominal frames per second [Hz]."""
+    settings: Settings
+    """Settings in force, by the names of the settings file."""
+    settings_source: Literal["default", "stored", "sent", "damaged", "stored_before"]
+    """Where the settings come from."""
+    reset_cause: Literal["unknown", "power", "pin", "software", "watchdog"]
+    """What reset the processor."""
+    oscillator: Literal["unknown", "external", "internal"]
+    """What the processor's clock is made from; `internal` if the external one did not start."""
+    brown_out: Literal["unknown", "off", "level1", "level2", "level3"]
+    """Level below which the supply resets the board."""
+    record: Object | None
+    """How the run before ended, if it crashed."""
+    positions_mm: list[list[float]] | None
+    """Centre of each taxel's unit, along the sliding direction and across, from the array's centre; in streams
+    alone [mm]."""
+
+
+class Contact(Event):
+    """The contact spike is over."""
+
+    t_s: float
+    """Device time of the spike [s]."""
+    taxel: int
+    """Taxel with the best defined spike, 0 to 15."""
+    height_v: float
+    """Height of the spike over the level without touch, signed [V]."""
+
+
+class Slide(Event):
+    """The sliding phase begins, or ends; without a `contact` before it if the finger was on something from the
+    start."""
+
+    t_s: float
+    """Device time of the beginning or, once it is over, of the end [s]."""
+    start_s: float
+    """Device time of the beginning [s]."""
+    end_s: float | None
+    """Device time of the end; null while it lasts [s]."""
+    state: Literal["start", "end"]
+    """Whether the slide begins or is over."""
+
+
+class Estimate(Event):
+    """One fit: every hop of a slide, and for the whole of it."""
+
+    t_s: float
+    """Device time of the window's end [s]."""
+    window_s: float
+    """Length of the window [s]."""
+    span: Literal["window", "slide"]
+    """What the window covers."""
+    abscissa: Literal["time", "place"]
+    """Whether cycles are counted in time, or by place with a speed that is known."""
+    frequency_hz: float | None
+    """Common frequency in time: mean of the window, weighted by a parabola [Hz]."""
+    sigma_hz: float | None
+    """Standard deviation of the frequency [Hz]."""
+    frequency_per_mm: float | None
+    """Common frequency by place: mean of the window, weighted by a parabola [1/mm]."""
+    sigma_per_mm: float | None
+    """Standard deviation of the frequency by place [1/mm]."""
+    period_mm: float | None
+    """Spatial period by place, the frequency's inverse [mm]."""
+    period_sigma_mm: float | None
+    """Standard deviation of the period [mm]."""
+    wander_percent: float | None
+    """How much the frequency differs from its mean, root mean square over the window [%]."""
+    wander_sigma_percent: float | None
+    """Standard deviation of the wander [%]."""
+    sigma_mean_hz: float | None
+    """Standard deviation of the frequency as an estimate of the plain mean over the window [Hz]."""
+    chirp_hz_per_s: float | None
+    """Change of the frequency with time [Hz/s]."""
+    chirp_sigma_hz_per_s: float | None
+    """Standard deviation of the chirp [Hz/s]."""
+    other_tone_hz: float | None
+    """Frequency of a second tone that is significant beside the first [Hz]."""
+    sigma_mean_per_mm: float | None
+    """Standard deviation of the frequency by place as an estimate of the plain mean [1/mm]."""
+    chirp_per_mm2: float | None
+    """Change of the frequency with place [1/mm^2]."""
+    chirp_sigma_per_mm2: float | None
+    """Standard deviation of the chirp by place [1/mm^2]."""
+    other_tone_per_mm: float | None
+    """Frequency by place of a second tone that is significant beside the first [1/mm]."""
+    other_tone_share: float | None
+    """Power of the second tone over that of the first."""
+    interferer_hz: float | None
+    """Frequency of the interferer as fitted; null if none is set, or if the window is too short to fit it [Hz]."""
+    status: Literal["good", "no_tone", "too_short", "nothing", "ambiguous", "doubtful", "unsteady"]
+    """How far the estimate can be trusted."""
+    harmonics: int
+    """Harmonics in the fit, the fundamental included."""
+    frames_missing: int
+    """Frames that the window lacks."""
+    faults: list[Literal["lost", "repeated", "bus", "bus_dead", "channel", "silent", "storm", "registers", "no_answer", "supply", "reference", "clock", "overload"]]
+    """Kinds of faults in the window that may have changed the frequency."""
+    travel: Literal["nothing", "unique", "ambiguous", "out_of_range", "given", "contradicted"]
+    """Whether period, speed and direction are known, and from what."""
+    direction: Literal["unknown", "forward", "backward"] | None
+    """Direction in which the grating moves; null if it is not known."""
+    spatial_period_mm: float | None
+    """Spatial period by the lags between the units, or by the given speed [mm]."""
+    spatial_period_sigma_mm: float | None
+    """Standard deviation of the spatial period [mm]."""
+    speed_mm_s: float | None
+    """Speed over the surface, not negative [mm/s]."""
+    speed_sigma_mm_s: float | None
+    """Standard deviation of the speed; 0 where it is given [mm/s]."""
+    channels: list[Object]
+    """The valid channels."""
+
+
+class Feel(Event):
+    """What a finger feels, with each window of a slide: how receptors fire, and what people would say. What has
+    no value has the reason in `absent`. The board reports it once it knows `feel.volts_per_um`."""
+
+    t_s: float
+    """Device time of the window's end [s]."""
+    window_s: float
+    """Length of what was transformed: the latest part of the slide, a power of two of values [s]."""
+    rate_hz: float
+    """Values a second in the window: frames, or means of a few of them [Hz]."""
+    taxels: int
+    """Bit k: taxel k counts."""
+    faults: list[Literal["lost", "repeated", "bus", "bus_dead", "channel", "silent", "storm", "registers", "no_answer", "supply", "reference", "clock", "overload"]]
+    """Kinds of faults since the window began."""
+    m: float | None
+    """Tangential over normal force: the settings', or that of the hold before the slide."""
+    m_sigma: float | None
+    """Standard deviation of `m`."""
+    receptors: list[Object]
+    """How each kind of receptor fires, mean of the taxels."""
+    scores: list[Object]
+    """What people would say, from 1 to 7."""
+    spectrum: list[Object]
+    """Strongest line in each third of an octave from 0.5 to 813 Hz that has one."""
+
+
+class Texture(Event):
+    """What is under the finger: once a touch, on request with `hello`, and again when it has changed by more
+    than three standard deviations of the difference."""
+
+    t_s: float
+    """Device time of the end of the estimate's window [s]."""
+    plan: str | None
+    """Scan plan of the window by its name; null if it has none. `hello` has its fields."""
+    period_mm: float
+    """Spatial period [mm]."""
+    period_sigma_mm: float
+    """Standard deviation of the period [mm]."""
+    power_v2: float
+    """Half of the squared amplitude of the fundamental, mean of the valid channels [V^2]."""
+    power_sigma_v2: float
+    """Standard deviation of the power by white noise [V^2]."""
+    overtones: list[Object]
+    """Second, third and fourth harmonic, common to the valid channels."""
+    level_v: float | None
+    """How hard the finger presses: mean level of the taxels in the hold before the slide, over that before the
+    touch, signed; null without such a hold [V]."""
+
+
+class Release(Event):
+    """The finger is off again."""
+
+    t_s: float
+    """Device time [s]."""
+
+
+class Image(Event):
+    """The static image: what a hold before, between or after slides does to every taxel, if nothing moved for
+    0.1 s of it."""
+
+    t_s: float
+    """Device time of the end of the mean [s]."""
+    start_s: float
+    """Device time of the first frame of the mean [s]."""
+    end_s: float
+    """Device time of the end of its last frame [s]."""
+    frames: int
+    """Frames in the mean."""
+    hold: Literal["before_slide", "after_slide"]
+    """Which hold it is."""
+    taxels: list[Object]
+    """The taxels that are alive."""
+
+
+class Fault(Event):
+    """A fault begins, or has ended."""
+
+    t_s: float
+    """Device time of the beginning or, once it is over, of the end [s]."""
+    kind: Literal["lost", "repeated", "bus", "bus_dead", "channel", "silent", "storm", "registers", "no_answer", "supply", "reference", "clock", "overload"]
+    """Which fault."""
+    from_s: float
+    """Device time at which it was detected [s]."""
+    until_s: float | None
+    """Device time at which it was last seen; null while it lasts [s]."""
+    count: int
+    """Times that this kind was seen since start-up."""
+    state: Literal["start", "end"]
+    """Whether the fault begins or is over."""
+
+
+class Reply(Event):
+    """The answer to a command: carried out, or refused and why."""
+
+    number: int
+    """Number of the request."""
+    outcome: str
+    """What became of the request: `done`, `done_erased`, or why it was refused."""
+    frame_rate_hz: float | None
+    """Frames per second at the chip's nominal clock [Hz]."""
+    nyquist_hz: float | None
+    """Half of it: tones from there on alias, hertz [Hz]."""
+    window_most_s: float | None
+    """The longest window, seconds [s]."""
+
+
+class Raw(Event):
+    """A frame as it was read, on request."""
+
+    t_s: float
+    """Device time at which taxel 0 was converted; taxel k follows 0.1975 ms x k later with the plan `paper` [s]."""
+    number: int
+    """Number of the frame since start-up; lost frames count."""
+    present: int
+    """Bit k: taxel k was converted and read."""
+    good: int
+    """Bit k: the result of taxel k can be trusted. Valid are taxels that are present and good."""
+    codes: list[int]
+    """Codes of the ADC by taxel."""
+    volts: list[float | None] | None
+    """Voltages by taxel; null where the code is not valid. Absent without the reference, which `hello` has [V]."""
+
+
+class Health(Event):
+    """Counters and readings, once a second."""
+
+    t_s: float
+    """Device time [s]."""
+    frames: int
+    """Frames since start-up; wraps after 206 days."""
+    conversions_lost: int
+    """Conversions lost: overruns of the queue and gaps in the scan."""
+    conversions_doubtful: int
+    """Conversions that cannot be trusted."""
+    hops_skipped: int
+    """Windows that were not fitted because the fit was busy."""
+    messages_dropped: int
+    """Messages that were dropped because the line was slow."""
+    chip_restarts: int
+    """Times that the ADC was set up again, or could not be."""
+    faults: Object
+    """Times that each kind of fault was seen."""
+    requests_damaged: int
+    """Requests, and messages of odometry, that arrived damaged."""
+    bytes_overrun: int
+    """Bytes of requests that the board read too late."""
+    odometry: Object
+    """Messages of a robot's odometry."""
+    adc_registers: list[int]
+    """The ADC's registers, CONFIG0 to ID, as they were read at the latest set-up; zeros before."""
+    stack_used_bytes: int
+    """Most of the stack in use since start-up; 0 where nothing measures it, as on a PC [byte]."""
+    stack_bytes: int
+    """Size of the stack; 0 where nothing measures it [byte]."""
+    frame_rate_hz: float
+    """True frame rate by the board's clock; 0 until measured [Hz]."""
+    load: float
+    """Share of time that the processor was busy, 0 to 1; 0 where nothing measures it."""
+    supply_v: float
+    """The ADC's supply by its own reading [V]."""
+    reference_v: float
+    """The ADC's reference by its own reading [V]."""
+    temperature_c: float
+    """The ADC's temperature by its own reading [degC]."""
+    offset_v: float
+    """The ADC's offset by its own reading [V]."""
+    gain: float
+    """The ADC's gain by its own reading, ideally 1."""
+
+
+class Connection(Event):
+    """A source of messages comes or goes."""
+
+    state: Literal["connected", "disconnected", "failed", "over"]
+    """What happened to the source."""
+    source: str | None
+    """Port, recording or address."""
+    why: str | None
+    """The system's message."""
+
+
+class Lost(Event):
+    """Messages were lost, at the line or at a receiver."""
+
+    at: str
+    """`line`, or the receiver whose messages were lost."""
+    packets: int | None
+    """At the line: messages so far."""
+    damaged: int | None
+    """At the line: damaged messages so far."""
+    frames: int | None
+    """At a receiver: frames since the message before."""
+    events: int | None
+    """At a receiver: other messages since the message before."""
+    frames_unconfirmed: int | None
+    """At a receiver: frames given to a connection that broke."""
+
+
+class Missed(Event):
+    """A reader of a page was too late for some messages."""
+
+    count: int
+    """How many messages."""
+
+
+class Fit(Object):
+    """One fit, of a file or of an array."""
+
+    type: str
+    """Kind of the object."""
+    file: str
+    """Name of the file."""
+    rate_hz: float
+    """Rows a second [Hz]."""
+    rate_sigma_hz: float
+    """Standard deviation of the rate by the time stamps [Hz]."""
+    window_s: float
+    """Length of the part that was fitted [s]."""
+    rows: int
+    """Rows that were fitted."""
+    rows_missing: int
+    """Rows missing between them, by the time stamps."""
+    readings_missing: int
+    """Blank cells in the rows."""
+    abscissa: Literal["time", "place"]
+    """Whether cycles are counted in time or by place."""
+    frequency_hz: float | None
+    """Common frequency in time: mean of the window, weighted by a parabola [Hz]."""
+    sigma_hz: float | None
+    """Standard deviation of the frequency [Hz]."""
+    frequency_per_mm: float | None
+    """Common frequency by place: mean of the window, weighted by a parabola [1/mm]."""
+    sigma_per_mm: float | None
+    """Standard deviation of the frequency by place [1/mm]."""
+    period_mm: float | None
+    """Spatial period by place, the frequency's inverse [mm]."""
+    period_sigma_mm: float | None
+    """Standard deviation of the period [mm]."""
+    wander_percent: float | None
+    """How much the frequency differs from its mean, root mean square over the window [%]."""
+    wander_sigma_percent: float | None
+    """Standard deviation of the wander [%]."""
+    sigma_mean_hz: float | None
+    """Standard deviation of the frequency as an estimate of the plain mean over the window [Hz]."""
+    chirp_hz_per_s: float | None
+    """Change of the frequency with time [Hz/s]."""
+    chirp_sigma_hz_per_s: float | None
+    """Standard deviation of the chirp [Hz/s]."""
+    other_tone_hz: float | None
+    """Frequency of a second tone that is significant beside the first [Hz]."""
+    sigma_mean_per_mm: float | None
+    """Standard deviation of the frequency by place as an estimate of the plain mean [1/mm]."""
+    chirp_per_mm2: float | None
+    """Change of the frequency with place [1/mm^2]."""
+    chirp_sigma_per_mm2: float | None
+    """Standard deviation of the chirp by place [1/mm^2]."""
+    other_tone_per_mm: float | None
+    """Frequency by place of a second tone that is significant beside the first [1/mm]."""
+    other_tone_share: float | None
+    """Power of the second tone over that of the first."""
+    interferer_hz: float | None
+    """Frequency of the interferer as fitted; null if none is set, or if the window is too short to fit it [Hz]."""
+    status: Literal["good", "no_tone", "too_short", "nothing", "ambiguous", "doubtful", "unsteady"]
+    """How far the fit can be trusted."""
+    harmonics: int
+    """Harmonics in the fit, the fundamental included."""
+    channels: list[Object]
+    """The columns."""
+
+
+_KINDS: dict[str, type[Event]] = {
+    "hello": Hello,
+    "contact": Contact,
+    "slide": Slide,
+    "estimate": Estimate,
+    "feel": Feel,
+    "texture": Texture,
+    "release": Release,
+    "image": Image,
+    "fault": Fault,
+    "reply": Reply,
+    "raw": Raw,
+    "health": Health,
+    "connection": Connection,
+    "lost": Lost,
+    "missed": Missed,
+}
+
+
+def event(line: str) -> Event:
+    """The event of one line of JSON."""
+    fields = json.loads(line, object_hook=Object)
+    return _KINDS.get(fields.get("type", ""), Event)(fields)

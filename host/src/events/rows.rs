@@ -1,0 +1,159 @@
+//! Messages as rows of a table: a column for each value of the schema.
+//!
+//! A column has the name of its field. Objects within a message put their name in front, and so do
+//! lists of a fixed length, with the number of the item or its first field if that is a word:
+//! `odometry_lost`, `adc_registers_3`, `receptors_fa1_intensity`. Words in a list are joined. Lists
+//! of objects whose length varies are left out, and so are values of a message that are not known.
+
+use super::schema;
+use serde_json::{Map, Value};
+
+/// What a line of JSON has and a row does not: it is the same in all rows, or not the board's.
+const LEFT_OUT: [&str; 8] = [
+    "type",
+    "sequence",
+    "received_utc_s",
+    "utc_s",
+    "utc_sigma_s",
+    "clock_offset_s",
+    "clock_skew_ppm",
+    "clock_skew_sigma_ppm",
+];
+
+/// Columns of messages of this `type`; `example` is one of them.
+pub fn columns(kind: &str, example: &Value) -> Vec<Column> {
+    let mut columns = Vec::new();
+    let root = Column {
+        name: String::new(),
+        pointer: String::new(),
+    };
+    if let Some(schema) = schema::of(kind) {
+        extend(&mut columns, &root, schema, example);
+    }
+    columns.retain(|column| !LEFT_OUT.contains(&column.name.as_str()));
+    columns
+}
+
+/// A column: its name, and where its value is in a message (RFC 6901).
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Column {
+    pub name: String,
+    pointer: String,
+}
+
+impl Column {
+    /// The value as text; empty if it is not known.
+    pub fn text(&self, message: &Value) -> String {
+        match message.pointer(&self.pointer) {
+            None | Some(Value::Null) => String::new(),
+            Some(Value::String(text)) => text.clone(),
+            Some(Value::Array(words)) => {
+                let words: Vec<&str> = words.iter().filter_map(Value::as_str).collect();
+                words.join(" ")
+            }
+            Some(value) => value.to_string(),
+        }
+    }
+
+    /// The value as a number.
+    pub fn number(&self, message: &Value) -> Option<f64> {
+        message.pointer(&self.pointer)?.as_f64()
+    }
+
+    fn inner(&self, name: &str, key: &str) -> Self {
+        let gap = if self.name.is_empty() { "" } else { "_" };
+        Self {
+            name: format!("{}{gap}{name}", self.name),
+            pointer: format!("{}/{key}", self.pointer),
+        }
+    }
+}
+
+fn extend(columns: &mut Vec<Column>, at: &Column, schema: &Value, example: &Value) {
+    match kind(schema) {
+        "object" => {
+            for (key, property) in properties(schema) {
+                extend(columns, &at.inner(key, key), property, &example[key]);
+            }
+        }
+        "array" if kind(&schema["items"]) == "string" => columns.push(at.clone()),
+        "array" => {
+            let (least, most) = (&schema["minItems"], &schema["maxItems"]);
+            let length = least.as_u64().filter(|_| least == most).unwrap_or(0);
+            for number in 0..length as usize {
+                item(columns, at, number, &schema["items"], &example[number]);
+            }
+        }
+        _ => columns.push(at.clone()),
+    }
+}
+
+/// Columns of an item of a list of a fixed length.
+fn item(columns: &mut Vec<Column>, at: &Column, number: usize, schema: &Value, example: &Value) {
+    let key = number.to_string();
+    let first = properties(schema).next().map(|(first, _)| first.as_str());
+    match first.and_then(|first| Some((first, example[first].as_str()?))) {
+        None => extend(columns, &at.inner(&key, &key), schema, example),
+        Some((first, word)) => {
+            let at = at.inner(word, &key);
+            for (key, property) in properties(schema).filter(|(key, _)| *key != first) {
+                extend(columns, &at.inner(key, key), property, &example[key]);
+            }
+        }
+    }
+}
+
+fn properties(schema: &Value) -> impl Iterator<Item = (&String, &Value)> {
+    schema["properties"]
+        .as_object()
+        .into_iter()
+        .flat_map(Map::iter)
+}
+
+/// The type of a value that is known.
+fn kind(schema: &Value) -> &str {
+    match &schema["type"] {
+        Value::Array(types) => types.first().and_then(Value::as_str).unwrap_or_default(),
+        one => one.as_str().unwrap_or_default(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::events::serializable;
+    use ridgetone_proto::telemetry::{Event, Health, OdometryCounts, Packet};
+
+    #[test]
+    fn what_is_within_a_field_has_its_name_in_front() {
+        let odometry = OdometryCounts {
+            lost: 7,
+            ..OdometryCounts::default()
+        };
+        let mut health = Health {
+            t_us: 1_500_000,
+            load: 0.1,
+            odometry,
+            ..Health::default()
+        };
+        health.adc_registers[3] = 9;
+        health.faults[1] = 4;
+        let event = Event::Health(health);
+        let message = serde_json::to_value(serializable(&Packet { sequence: 3, event })).unwrap();
+        let columns = columns("health", &message);
+        let value = |name: &str| {
+            let column = columns.iter().find(|column| column.name == name);
+            column.expect("a column").text(&message)
+        };
+        for (name, wanted) in [
+            ("t_s", "1.5"),
+            ("load", "0.1"),
+            ("odometry_lost", "7"),
+            ("adc_registers_3", "9"),
+            ("faults_repeated", "4"),
+        ] {
+            assert_eq!(value(name), wanted, "{name}");
+        }
+        assert_eq!(columns[0].name, "t_s", "the line's own fields are left out");
+    }
+}

@@ -1,0 +1,774 @@
+//! What each message of a board says to programs: one struct an event, one `From` from the wire.
+//!
+//! Everything else follows from these structs: lines of JSON, their schemas, the columns of tables,
+//! the topics of streams, the guide's table and Python's classes. Doc comments become descriptions,
+//! and the end of a field's name is its unit. After a change run `cargo xtask events`.
+
+use crate::digits::seconds;
+use crate::names::name;
+use crate::settings_form::SettingsForm;
+use crate::tone::Tone;
+use crate::utc::Relation;
+use ridgetone_proto::boot::{BrownOut, Death, Oscillator, ResetCause, SettingsSource};
+use ridgetone_proto::command::Outcome;
+use ridgetone_proto::fault::{FaultKind, FaultSet, KINDS};
+use ridgetone_proto::plan::Gives;
+use ridgetone_proto::settings::{Settings, SettingsError, TAXELS};
+use ridgetone_proto::telemetry::{
+    self as wire, Abscissa, Channel, Direction, Event, Hold, OdometryCounts, Packet, Pressed, Span,
+    Status, TravelStatus,
+};
+#[cfg(test)]
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::{Serialize, Serializer};
+
+/// A packet's kind in lower case, its number, its content, and when it was received.
+#[derive(Serialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+pub struct Message {
+    /// Kind of the message.
+    r#type: String,
+    /// Number of the message since the board's start, modulo 65536.
+    sequence: u16,
+    #[serde(flatten)]
+    #[cfg_attr(test, schemars(skip))]
+    body: View,
+    #[serde(flatten)]
+    pub receipt: Option<Received>,
+}
+
+/// When a message was received, and its own time in UTC. Lines that come from a board, or from a
+/// recording of one, have it.
+#[derive(Clone, Copy, Debug, Serialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+pub struct Received {
+    /// When this computer received the message, UTC since 1970.
+    pub received_utc_s: f64,
+    /// `t_s` in UTC, since 1970; null before the relation of the clocks is known.
+    pub utc_s: Option<f64>,
+    /// Standard deviation of `utc_s`.
+    pub utc_sigma_s: Option<f64>,
+    #[serde(flatten)]
+    pub relation: Option<Relation>,
+}
+
+/// The content of a message, by its kind.
+#[derive(Serialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+#[serde(untagged)]
+pub enum View {
+    Hello(Box<Hello>),
+    Contact(Contact),
+    Slide(Slide),
+    Estimate(Box<Estimate>),
+    Release(Release),
+    Health(Box<Health>),
+    Image(Image),
+    Fault(Fault),
+    Reply(Reply),
+    Raw(Box<Raw>),
+    Feel(Box<Feel>),
+    Texture(Texture),
+}
+
+impl Message {
+    /// Voltages of raw frames need the reference, which the greeting has.
+    pub fn new(packet: &Packet, vref_v: Option<f32>) -> Self {
+        let body = match &packet.event {
+            Event::Hello(event) => View::Hello(Box::new(event.into())),
+            Event::Contact(event) => View::Contact(event.into()),
+            Event::Slide(event) => View::Slide(event.into()),
+            Event::Estimate(event) => View::Estimate(Box::new(event.into())),
+            Event::Release(event) => View::Release(event.into()),
+            Event::Health(event) => View::Health(Box::new(event.into())),
+            Event::Image(event) => View::Image(event.into()),
+            Event::Fault(event) => View::Fault(event.into()),
+            Event::Reply(event) => View::Reply(event.into()),
+            Event::Raw(event) => View::Raw(Box::new(Raw::new(event, vref_v))),
+            Event::Feel(event) => View::Feel(Box::new(event.into())),
+            Event::Texture(event) => View::Texture(event.into()),
+        };
+        Self {
+            r#type: name(&packet.event).to_lowercase(),
+            sequence: packet.sequence,
+            body,
+            receipt: None,
+        }
+    }
+}
+
+/// Whether a slide or an episode of a fault begins or is over.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum State {
+    Start,
+    End,
+}
+
+impl State {
+    const fn of(end_us: Option<u64>) -> Self {
+        if end_us.is_some() {
+            Self::End
+        } else {
+            Self::Start
+        }
+    }
+}
+
+/// The greeting: after start-up, every ten seconds, and on request.
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+pub struct Hello {
+    /// Version of the wire contract.
+    pub protocol: u8,
+    /// Version of the firmware.
+    pub version: String,
+    /// Nominal frames per second.
+    pub frame_rate_hz: f32,
+    /// Settings in force, by the names of the settings file.
+    #[serde(with = "SettingsForm")]
+    #[cfg_attr(test, schemars(schema_with = "any_object"))]
+    pub settings: Settings,
+    /// Where the settings come from.
+    pub settings_source: SettingsSource,
+    /// What reset the processor.
+    pub reset_cause: ResetCause,
+    /// What the processor's clock is made from; `internal` if the external one did not start.
+    pub oscillator: Oscillator,
+    /// Level below which the supply resets the board.
+    pub brown_out: BrownOut,
+    /// How the run before ended, if it crashed.
+    pub record: Option<Record>,
+    /// Centre of each taxel's unit, along the sliding direction and across, from the array's
+    /// centre; in streams alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub positions_mm: Option<[[f64; 2]; TAXELS]>,
+}
+
+/// How the run before this one ended.
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+pub struct Record {
+    /// What ended the run.
+    pub death: Death,
+    /// The board's counter at the end; it wraps after 71.6 minutes.
+    pub board_time_s: f64,
+    /// Address of the instruction, after a HardFault.
+    pub pc: String,
+    /// Return address of the function, after a HardFault.
+    pub lr: String,
+    /// End of the source file's name, after a panic.
+    pub file: String,
+    /// Line in the source file, after a panic.
+    pub line: u32,
+}
+
+impl From<&wire::Hello> for Hello {
+    fn from(event: &wire::Hello) -> Self {
+        let record = event.boot.record.as_ref().map(|record| Record {
+            death: record.death,
+            board_time_s: f64::from(record.t_us) / 1e6,
+            pc: format!("{:#010x}", record.pc),
+            lr: format!("{:#010x}", record.lr),
+            file: record.file.as_str().to_owned(),
+            line: record.line,
+        });
+        Self {
+            protocol: event.protocol,
+            version: event.version.map(|part| part.to_string()).join("."),
+            frame_rate_hz: event.frame_rate_hz,
+            settings: event.settings,
+            settings_source: event.source,
+            reset_cause: event.boot.cause,
+            oscillator: event.boot.oscillator,
+            brown_out: event.boot.brown_out,
+            record,
+            positions_mm: None,
+        }
+    }
+}
+
+/// The contact spike is over.
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+pub struct Contact {
+    /// Device time of the spike.
+    pub t_s: f64,
+    /// Taxel with the best defined spike, 0 to 15.
+    pub taxel: u8,
+    /// Height of the spike over the level without touch, signed.
+    pub height_v: f32,
+}
+
+impl From<&wire::Contact> for Contact {
+    fn from(event: &wire::Contact) -> Self {
+        Self {
+            t_s: seconds(event.t_us),
+            taxel: event.taxel,
+            height_v: event.height_v,
+        }
+    }
+}
+
+/// The sliding phase begins, or ends; without a `contact` before it if the finger was on something
+/// from the start.
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+pub struct Slide {
+    /// Device time of the beginning or, once it is over, of the end.
+    pub t_s: f64,
+    /// Device time of the beginning.
+    pub start_s: f64,
+    /// Device time of the end; null while it lasts.
+    pub end_s: Option<f64>,
+    /// Whether the slide begins or is over.
+    pub state: State,
+}
+
+impl From<&wire::Slide> for Slide {
+    fn from(event: &wire::Slide) -> Self {
+        Self {
+            t_s: seconds(event.end_us.unwrap_or(event.start_us)),
+            start_s: seconds(event.start_us),
+            end_s: event.end_us.map(seconds),
+            state: State::of(event.end_us),
+        }
+    }
+}
+
+/// One fit: every hop of a slide, and for the whole of it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+pub struct Estimate {
+    /// Device time of the window's end.
+    pub t_s: f64,
+    /// Length of the window.
+    pub window_s: f32,
+    /// What the window covers.
+    pub span: Span,
+    /// Whether cycles are counted in time, or by place with a speed that is known.
+    pub abscissa: Abscissa,
+    #[serde(flatten)]
+    pub tone: Tone<f32>,
+    /// How far the estimate can be trusted.
+    pub status: Status,
+    /// Harmonics in the fit, the fundamental included.
+    pub harmonics: u8,
+    /// Frames that the window lacks.
+    pub frames_missing: u16,
+    /// Kinds of faults in the window that may have changed the frequency.
+    #[cfg_attr(test, schemars(with = "Vec<FaultKind>"))]
+    pub faults: FaultSet,
+    /// Whether period, speed and direction are known, and from what.
+    pub travel: TravelStatus,
+    /// Direction in which the grating moves; null if it is not known.
+    pub direction: Option<Direction>,
+    /// Spatial period by the lags between the units, or by the given speed.
+    pub spatial_period_mm: Option<f32>,
+    /// Standard deviation of the spatial period.
+    pub spatial_period_sigma_mm: Option<f32>,
+    /// Speed over the surface, not negative.
+    pub speed_mm_s: Option<f32>,
+    /// Standard deviation of the speed; 0 where it is given.
+    pub speed_sigma_mm_s: Option<f32>,
+    /// The valid channels.
+    pub channels: Vec<Channel>,
+}
+
+impl From<&wire::Estimate> for Estimate {
+    fn from(event: &wire::Estimate) -> Self {
+        let travel = &event.travel;
+        let known = |value| travel.is_known().then_some(value);
+        Self {
+            t_s: seconds(event.t_us),
+            window_s: event.window_s,
+            span: event.span,
+            abscissa: event.abscissa,
+            tone: event.into(),
+            status: event.status,
+            harmonics: event.harmonics,
+            frames_missing: event.frames_missing,
+            faults: event.faults,
+            travel: travel.status,
+            direction: travel.direction.known(),
+            spatial_period_mm: known(travel.spatial_period_mm),
+            spatial_period_sigma_mm: known(travel.spatial_period_sigma_mm),
+            speed_mm_s: known(travel.speed_mm_s),
+            speed_sigma_mm_s: known(travel.speed_sigma_mm_s),
+            channels: event.channels.to_vec(),
+        }
+    }
+}
+
+/// The finger is off again.
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+pub struct Release {
+    /// Device time.
+    pub t_s: f64,
+}
+
+impl From<&wire::Release> for Release {
+    fn from(event: &wire::Release) -> Self {
+        Self {
+            t_s: seconds(event.t_us),
+        }
+    }
+}
+
+/// Counters and readings, once a second.
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+pub struct Health {
+    /// Device time.
+    pub t_s: f64,
+    /// Frames since start-up; wraps after 206 days.
+    pub frames: u32,
+    /// Conversions lost: overruns of the queue and gaps in the scan.
+    pub conversions_lost: u32,
+    /// Conversions that cannot be trusted.
+    pub conversions_doubtful: u32,
+    /// Windows that were not fitted because the fit was busy.
+    pub hops_skipped: u32,
+    /// Messages that were dropped because the line was slow.
+    pub messages_dropped: u32,
+    /// Times that the ADC was set up again, or could not be.
+    pub chip_restarts: u32,
+    /// Times that each kind of fault was seen.
+    pub faults: FaultCounts,
+    /// Requests, and messages of odometry, that arrived damaged.
+    pub requests_damaged: u32,
+    /// Bytes of requests that the board read too late.
+    pub bytes_overrun: u32,
+    /// Messages of a robot's odometry.
+    pub odometry: OdometryCounts,
+    /// The ADC's registers, CONFIG0 to ID, as they were read at the latest set-up; zeros before.
+    pub adc_registers: [u8; 10],
+    /// Most of the stack in use since start-up; 0 where nothing measures it, as on a PC.
+    pub stack_used_bytes: u32,
+    /// Size of the stack; 0 where nothing measures it.
+    pub stack_bytes: u32,
+    /// True frame rate by the board's clock; 0 until measured.
+    pub frame_rate_hz: f32,
+    /// Share of time that the processor was busy, 0 to 1; 0 where nothing measures it.
+    pub load: f32,
+    /// The ADC's supply by its own reading.
+    pub supply_v: f32,
+    /// The ADC's reference by its own reading.
+    pub reference_v: f32,
+    /// The ADC's temperature by its own reading.
+    pub temperature_c: f32,
+    /// The ADC's offset by its own reading.
+    pub offset_v: f32,
+    /// The ADC's gain by its own reading, ideally 1.
+    pub gain: f32,
+}
+
+impl From<&wire::Health> for Health {
+    fn from(event: &wire::Health) -> Self {
+        Self {
+            t_s: seconds(event.t_us),
+            frames: event.frames,
+            conversions_lost: event.conversions_lost,
+            conversions_doubtful: event.conversions_doubtful,
+            hops_skipped: event.hops_skipped,
+            messages_dropped: event.messages_dropped,
+            chip_restarts: event.chip_restarts,
+            faults: FaultCounts(event.faults),
+            requests_damaged: event.requests_damaged,
+            bytes_overrun: event.bytes_overrun,
+            odometry: event.odometry,
+            adc_registers: event.adc_registers,
+            stack_used_bytes: event.stack_used_bytes,
+            stack_bytes: event.stack_bytes,
+            frame_rate_hz: event.frame_rate_hz,
+            load: event.load,
+            supply_v: event.supply_v,
+            reference_v: event.reference_v,
+            temperature_c: event.temperature_c,
+            offset_v: event.offset_v,
+            gain: event.gain,
+        }
+    }
+}
+
+/// A count for each kind of fault, by its name.
+#[derive(Clone, Copy, Debug)]
+pub struct FaultCounts([u32; KINDS]);
+
+impl Serialize for FaultCounts {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(FaultKind::ALL.into_iter().zip(self.0))
+    }
+}
+
+#[cfg(test)]
+impl JsonSchema for FaultCounts {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "FaultCounts".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let count = u32::json_schema(generator);
+        let names = FaultKind::ALL.map(name);
+        let counts: serde_json::Map<_, _> = names
+            .into_iter()
+            .map(|kind| (kind.to_owned(), count.clone().into()))
+            .collect();
+        json_schema!({"type": "object", "properties": counts, "required": names})
+    }
+}
+
+/// The static image: what a hold before, between or after slides does to every taxel, if nothing
+/// moved for 0.1 s of it.
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+pub struct Image {
+    /// Device time of the end of the mean.
+    pub t_s: f64,
+    /// Device time of the first frame of the mean.
+    pub start_s: f64,
+    /// Device time of the end of its last frame.
+    pub end_s: f64,
+    /// Frames in the mean.
+    pub frames: u32,
+    /// Which hold it is.
+    pub hold: Hold,
+    /// The taxels that are alive.
+    pub taxels: Vec<Pressed>,
+}
+
+impl From<&wire::Image> for Image {
+    fn from(event: &wire::Image) -> Self {
+        Self {
+            t_s: seconds(event.end_us),
+            start_s: seconds(event.start_us),
+            end_s: seconds(event.end_us),
+            frames: event.frames,
+            hold: event.hold,
+            taxels: event.taxels.to_vec(),
+        }
+    }
+}
+
+/// A fault begins, or has ended.
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+pub struct Fault {
+    /// Device time of the beginning or, once it is over, of the end.
+    pub t_s: f64,
+    /// Which fault.
+    pub kind: FaultKind,
+    /// Device time at which it was detected.
+    pub from_s: f64,
+    /// Device time at which it was last seen; null while it lasts.
+    pub until_s: Option<f64>,
+    /// Times that this kind was seen since start-up.
+    pub count: u32,
+    /// Whether the fault begins or is over.
+    pub state: State,
+}
+
+impl From<&ridgetone_proto::fault::Fault> for Fault {
+    fn from(event: &ridgetone_proto::fault::Fault) -> Self {
+        Self {
+            t_s: seconds(event.until_us.unwrap_or(event.from_us)),
+            kind: event.kind,
+            from_s: seconds(event.from_us),
+            until_s: event.until_us.map(seconds),
+            count: event.count,
+            state: State::of(event.until_us),
+        }
+    }
+}
+
+/// The answer to a command: carried out, or refused and why.
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+pub struct Reply {
+    /// Number of the request.
+    pub number: u16,
+    /// What became of the request: `done`, `done_erased`, or why it was refused.
+    pub outcome: &'static str,
+    /// Of a setting that is out of its bounds: name, value and bounds.
+    #[serde(flatten)]
+    #[cfg_attr(test, schemars(skip))]
+    pub setting: Option<SettingsError>,
+    #[serde(flatten)]
+    pub gives: Option<Gives>,
+}
+
+impl From<&ridgetone_proto::command::Reply> for Reply {
+    fn from(event: &ridgetone_proto::command::Reply) -> Self {
+        let setting = match &event.outcome {
+            Outcome::Setting(error) => Some(error.clone()),
+            _ => None,
+        };
+        Self {
+            number: event.number,
+            outcome: name(&event.outcome),
+            setting,
+            gives: event.gives,
+        }
+    }
+}
+
+/// A frame as it was read, on request.
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+pub struct Raw {
+    /// Device time at which taxel 0 was converted; taxel k follows 0.1975 ms x k later with the
+    /// plan `paper`.
+    pub t_s: f64,
+    /// Number of the frame since start-up; lost frames count.
+    pub number: u32,
+    /// Bit k: taxel k was converted and read.
+    pub present: u16,
+    /// Bit k: the result of taxel k can be trusted. Valid are taxels that are present and good.
+    pub good: u16,
+    /// Codes of the ADC by taxel.
+    pub codes: [i32; TAXELS],
+    /// Voltages by taxel; null where the code is not valid. Absent without the reference, which
+    /// `hello` has.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub volts: Option<[Option<f32>; TAXELS]>,
+}
+
+impl Raw {
+    fn new(event: &wire::Raw, vref_v: Option<f32>) -> Self {
+        Self {
+            t_s: seconds(event.t_us),
+            number: event.number,
+            present: event.present,
+            good: event.good,
+            codes: event.codes,
+            volts: vref_v.map(|vref_v| crate::frame::Frame::new(event, vref_v).volts),
+        }
+    }
+}
+
+/// What a finger feels, with each window of a slide: how receptors fire, and what people would say.
+/// What has no value has the reason in `absent`. The board reports it once it knows
+/// `feel.volts_per_um`.
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+pub struct Feel {
+    /// Device time of the window's end.
+    pub t_s: f64,
+    /// Length of what was transformed: the latest part of the slide, a power of two of values.
+    pub window_s: f32,
+    /// Values a second in the window: frames, or means of a few of them.
+    pub rate_hz: f32,
+    /// Bit k: taxel k counts.
+    pub taxels: u16,
+    /// Kinds of faults since the window began.
+    #[cfg_attr(test, schemars(with = "Vec<FaultKind>"))]
+    pub faults: FaultSet,
+    /// Tangential over normal force: the settings', or that of the hold before the slide.
+    pub m: Option<f32>,
+    /// Standard deviation of `m`.
+    pub m_sigma: Option<f32>,
+    /// How each kind of receptor fires, mean of the taxels.
+    pub receptors: [Receptor; wire::RECEPTORS],
+    /// What people would say, from 1 to 7.
+    pub scores: [Score; 2],
+    /// Strongest line in each third of an octave from 0.5 to 813 Hz that has one.
+    pub spectrum: Vec<Level>,
+}
+
+/// How a kind of receptor fires.
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+pub struct Receptor {
+    /// Kind of the receptor: `fa1`, `fa2`, `sa1` or `sa2`.
+    pub receptor: &'static str,
+    /// Firing intensity: the sum over the window's bins.
+    pub intensity: Option<f32>,
+    /// Standard deviation of the intensity.
+    pub intensity_sigma: Option<f32>,
+    /// Firing intensity with one term a hertz.
+    pub intensity_per_hz: Option<f32>,
+    /// Standard deviation of the intensity with one term a hertz.
+    pub intensity_per_hz_sigma: Option<f32>,
+    /// Why there is no intensity.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub absent: Option<String>,
+}
+
+/// A score on the scale of the paper.
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+pub struct Score {
+    /// Name of the score: `soft` or `rough`.
+    pub name: String,
+    /// The score, from 1 to 7.
+    pub score: Option<f32>,
+    /// Standard deviation of the score.
+    pub score_sigma: Option<f32>,
+    /// Whether the paper's coefficients give a score that no person could give.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    #[cfg_attr(test, schemars(default))]
+    pub outside_scale: bool,
+    /// Why there is no score.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub absent: Option<String>,
+}
+
+/// The strongest line in a third of an octave.
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+pub struct Level {
+    /// Middle of the band.
+    pub hz: f32,
+    /// Level over one micrometre from peak to peak, root mean square over the taxels.
+    pub level_db: i8,
+}
+
+/// What is under the finger: once a touch, on request with `hello`, and again when it has changed
+/// by more than three standard deviations of the difference.
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+pub struct Texture {
+    /// Device time of the end of the estimate's window.
+    pub t_s: f64,
+    /// Scan plan of the window by its name; null if it has none. `hello` has its fields.
+    pub plan: Option<&'static str>,
+    /// Spatial period.
+    pub period_mm: f32,
+    /// Standard deviation of the period.
+    pub period_sigma_mm: f32,
+    /// Half of the squared amplitude of the fundamental, mean of the valid channels.
+    pub power_v2: f32,
+    /// Standard deviation of the power by white noise.
+    pub power_sigma_v2: f32,
+    /// Second, third and fourth harmonic, common to the valid channels.
+    pub overtones: [Overtone; 3],
+    /// How hard the finger presses: mean level of the taxels in the hold before the slide, over
+    /// that before the touch, signed; null without such a hold.
+    pub level_v: Option<f32>,
+}
+
+/// A harmonic above the first; zeros if it was not fitted.
+#[derive(Clone, Copy, Debug, Serialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+pub struct Overtone {
+    /// Amplitude over the fundamental's, 0 to 1.
+    pub amplitude: f32,
+    /// Phase against as many turns of the fundamental, both as sines.
+    pub phase_cycles: f32,
+}
+
+impl From<&wire::Texture> for Texture {
+    fn from(event: &wire::Texture) -> Self {
+        let overtones = crate::texture::overtones(&event.overtones).map(|overtone| Overtone {
+            amplitude: overtone.amplitude,
+            phase_cycles: overtone.phase_cycles,
+        });
+        Self {
+            t_s: seconds(event.t_us),
+            plan: event.plan.name(),
+            period_mm: event.period_mm,
+            period_sigma_mm: event.period_sigma_mm,
+            power_v2: event.power_v2,
+            power_sigma_v2: event.power_sigma_v2,
+            overtones,
+            level_v: event.level_v,
+        }
+    }
+}
+
+/// What this computer says itself, in streams alone.
+#[derive(Clone, Debug, Serialize)]
+#[serde(tag = "type", rename_all = "snake_case")]
+pub enum Note {
+    Connection(Connection),
+    Lost(Lost),
+    Missed(Missed),
+}
+
+/// A source of messages comes or goes.
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+pub struct Connection {
+    /// What happened to the source.
+    pub state: ConnectionState,
+    /// Port, recording or address.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub source: Option<String>,
+    /// The system's message.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub why: Option<String>,
+}
+
+/// What happened to a source of messages.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum ConnectionState {
+    Connected,
+    Disconnected,
+    Failed,
+    Over,
+}
+
+/// Messages were lost, at the line or at a receiver.
+#[derive(Clone, Debug, Default, Serialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+pub struct Lost {
+    /// `line`, or the receiver whose messages were lost.
+    pub at: String,
+    /// At the line: messages so far.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub packets: Option<u32>,
+    /// At the line: damaged messages so far.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub damaged: Option<u32>,
+    /// At a receiver: frames since the message before.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frames: Option<u64>,
+    /// At a receiver: other messages since the message before.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub events: Option<u64>,
+    /// At a receiver: frames given to a connection that broke.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frames_unconfirmed: Option<u64>,
+}
+
+/// A reader of a page was too late for some messages.
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+pub struct Missed {
+    /// How many messages.
+    pub count: u64,
+}
+
+/// The schema of each kind of message, in the order of the guide: those of the board, those of
+/// this computer, and the object of `fit`.
+#[cfg(test)]
+pub fn schemas() -> Vec<(&'static str, serde_json::Value)> {
+    use super::generated::{schema, with_envelope, with_note};
+    vec![
+        ("hello", with_envelope::<Hello>()),
+        ("contact", with_envelope::<Contact>()),
+        ("slide", with_envelope::<Slide>()),
+        ("estimate", with_envelope::<Estimate>()),
+        ("feel", with_envelope::<Feel>()),
+        ("texture", with_envelope::<Texture>()),
+        ("release", with_envelope::<Release>()),
+        ("image", with_envelope::<Image>()),
+        ("fault", with_envelope::<Fault>()),
+        ("reply", with_envelope::<Reply>()),
+        ("raw", with_envelope::<Raw>()),
+        ("health", with_envelope::<Health>()),
+        ("connection", with_note::<Connection>()),
+        ("lost", with_note::<Lost>()),
+        ("missed", with_note::<Missed>()),
+        ("fit", schema::<crate::fit_report::Fit<'static>>()),
+    ]
+}
+
+#[cfg(test)]
+fn any_object(_: &mut SchemaGenerator) -> Schema {
+    json_schema!({"type": "object", "properties": {}})
+}
