@@ -1,23 +1,20 @@
-//! `check`: a first power-up in one command. One conversation with the board gives
-//! [`Observations`]; every [`Check`] is a pure function of them.
+//! `check`: a first power-up in one command. A conversation with the board gives
+//! [`Observations`]; each row of the table in [`table`] is a pure function of them.
 
-mod acquisition;
 mod converter;
+mod frames;
 mod gather;
-mod judge;
-mod lengths;
 mod line;
 mod observations;
 mod processor;
 mod report;
 mod signals;
-mod verdict;
+pub mod table;
 
 pub use gather::{Plan, gather};
-pub use judge::judge;
-pub use observations::{Exchanged, Kept, Observations, Watched};
+pub use observations::{Exchanged, Inputs, Kept, Observations, Watched};
 pub use report::Report;
-pub use verdict::{Check, Inputs, Verdict};
+pub use table::{Check, Verdict, judge};
 
 #[cfg(test)]
 mod tests;

@@ -1,17 +1,16 @@
 //! The conversation with the board.
 
-use super::lengths::probes;
-use super::observations::{Exchanged, Kept, Lent, Observations, Watched};
+use super::observations::{Exchanged, Inputs, Kept, Lent, Observations, Watched};
 use crate::events;
 use crate::feed::{Feed, FeedEvent, new_requests, request};
 use crate::output::Progress;
-use crate::requests::Requests;
+use crate::requests::{Requests, encode};
 use crate::stop;
 use anyhow::{Context, Result, bail};
 use ridgetone_proto::boot::SettingsSource;
-use ridgetone_proto::command::{Command, Outcome};
+use ridgetone_proto::command::{Command, Outcome, Request};
 use ridgetone_proto::plan::Plan as Scan;
-use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings};
+use ridgetone_proto::settings::{Array, FRAME_RATE_HZ, Settings, SlideRule};
 use ridgetone_proto::telemetry::{Event, Health, Hello, Packet, Raw};
 use std::time::{Duration, Instant};
 
@@ -22,6 +21,8 @@ pub struct Plan {
     pub length_s: f64,
     /// Whether to store settings, restart the board, and restore them.
     pub stores: bool,
+    /// What is connected to the analog inputs.
+    pub inputs: Inputs,
 }
 
 /// A board sends `health` every second and the greeting every ten: nothing for so long is silence.
@@ -44,7 +45,10 @@ pub fn gather(feed: &mut Feed, plan: Plan, progress: &mut Progress) -> Observati
         own: None,
         progress,
     };
-    let mut found = Observations::default();
+    let mut found = Observations {
+        inputs: plan.inputs,
+        ..Observations::default()
+    };
     if let Err(error) = talk.run(plan, &mut found) {
         found.ended = Some(format!("{error:#}"));
     }
@@ -247,19 +251,20 @@ impl Talk<'_> {
         Ok(())
     }
 
-    /// Sends commands of every length.
+    /// Sends commands of many lengths, none of which changes anything on the board.
     fn exchange(&mut self, exchanged: &mut Exchanged) -> Result<()> {
         let (probes, sends) = (probes()?, self.requests.sends);
-        let lengths = || probes.iter().map(|probe| probe.length_bytes);
         exchanged.commands = probes.len() as u32;
-        exchanged.shortest_bytes = lengths().min().unwrap_or(0);
-        exchanged.longest_bytes = lengths().max().unwrap_or(0);
-        for (probe, number) in probes.iter().zip(1u64..) {
+        exchanged.shortest_bytes = probes.first().map_or(0, |probe| probe.length_bytes);
+        exchanged.longest_bytes = probes.last().map_or(0, |probe| probe.length_bytes);
+        let count = probes.len() as u64;
+        for (probe, number) in probes.into_iter().zip(1u64..) {
             self.progress
-                .show_count("commands of every length", number, probes.len() as u64);
-            let outcome = self.request(probe.command.clone());
+                .show_count("commands of many lengths", number, count);
+            let outcome = self.request(probe.command);
             exchanged.sends = self.requests.sends - sends;
-            exchanged.answered += u32::from((probe.is_right)(&outcome?));
+            let is_refusal = matches!(outcome?, Outcome::Setting(_));
+            exchanged.answered += u32::from(is_refusal == probe.is_refused);
             if stop::is_requested() {
                 bail!("interrupted");
             }
@@ -398,4 +403,65 @@ impl Talk<'_> {
         })?;
         self.seen.hello.clone().context("the board did not greet")
     }
+}
+
+/// A command, its length on the wire, bytes, and whether the board must refuse it.
+struct Probe {
+    command: Command,
+    length_bytes: usize,
+    is_refused: bool,
+}
+
+impl Probe {
+    fn new(command: Command, is_refused: bool) -> Result<Self> {
+        // Two of three numbers of requests take three bytes, as this one does.
+        let request = Request {
+            number: u16::MAX,
+            command,
+        };
+        let length_bytes = encode(&request)?.len();
+        Ok(Self {
+            command: request.command,
+            length_bytes,
+            is_refused,
+        })
+    }
+}
+
+/// A greeting, and settings without a window, which the board must refuse; their six masks take one
+/// to three bytes each. In the order of their lengths.
+fn probes() -> Result<Vec<Probe>> {
+    let slide = SlideRule::Protocol {
+        delay_s: 1.0,
+        speed_mm_s: 30.0,
+        length_mm: 55.0,
+    };
+    let mut probes = vec![Probe::new(Command::Greet, false)?];
+    for slide in [SlideRule::Found, slide] {
+        for mask in [1, 1 << 7, 1 << 14] {
+            for long in 0..=6 {
+                let masks: [u16; 6] = std::array::from_fn(|at| if at < long { mask } else { 1 });
+                let [alike @ .., front, inputs] = masks;
+                let settings = Settings {
+                    window_s: 0.0,
+                    slide,
+                    array: Array {
+                        front,
+                        alike,
+                        ..Array::DEFAULT
+                    },
+                    plan: Scan {
+                        inputs,
+                        ..Scan::PAPER
+                    },
+                    ..Settings::DEFAULT
+                };
+                let keep = false;
+                probes.push(Probe::new(Command::Set { settings, keep }, true)?);
+            }
+        }
+    }
+    probes.sort_by_key(|probe| probe.length_bytes);
+    probes.dedup_by_key(|probe| probe.length_bytes);
+    Ok(probes)
 }

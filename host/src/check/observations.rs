@@ -4,10 +4,25 @@ use crate::live::Counts;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{Settings, TAXELS};
 use ridgetone_proto::telemetry::{Health, Hello, Raw};
+use serde::Serialize;
+
+/// What is connected to the analog inputs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Inputs {
+    /// Nothing: pick-up and noise are measured, but not judged.
+    Open,
+    /// Each input is connected to AINCOM: noise is compared with the datasheet.
+    Shorted,
+    /// The sensors, which nothing touches.
+    #[default]
+    InUse,
+}
 
 /// Everything that the checks judge. What the run did not reach is `None`.
 #[derive(Clone, Debug, Default)]
 pub struct Observations {
+    pub inputs: Inputs,
     /// The first greeting.
     pub hello: Option<Hello>,
     /// The first `health`.
@@ -121,6 +136,14 @@ impl Observations {
             .as_ref()
             .map(|watched| &watched.after)
             .or(self.health.as_ref())
+    }
+
+    /// The setting of the reference, volts; what the board measures if it has not greeted.
+    pub fn vref_v(&self) -> f32 {
+        let measured = || self.latest().map_or(0.0, |health| health.reference_v);
+        self.hello
+            .as_ref()
+            .map_or_else(measured, |hello| hello.settings.vref_v)
     }
 
     /// Why something was not seen.

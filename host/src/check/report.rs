@@ -1,8 +1,7 @@
 //! The report: as text, as JSON lines, and as one JSON object.
 
-use super::judge::judge;
-use super::observations::Observations;
-use super::verdict::{Check, Inputs, Verdict, graded};
+use super::observations::{Inputs, Observations};
+use super::table::{Check, Verdict, graded, judge};
 use crate::names::name;
 use crate::output;
 use anyhow::{Context, Result, bail};
@@ -43,8 +42,8 @@ pub struct Summary {
 
 impl Report {
     /// `board` is the name of its port.
-    pub fn new(board: String, inputs: Inputs, seen: &Observations) -> Self {
-        let checks = judge(seen, inputs);
+    pub fn new(board: String, seen: &Observations) -> Self {
+        let checks = judge(seen);
         let count = |verdict| {
             checks
                 .iter()
@@ -60,7 +59,7 @@ impl Report {
             skipped: count(Verdict::Skipped),
             ended: seen.ended.clone(),
             board,
-            inputs,
+            inputs: seen.inputs,
             firmware: seen
                 .hello
                 .as_ref()
@@ -122,46 +121,29 @@ impl Report {
 
 impl Display for Report {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let Summary {
-            passed,
-            warned,
-            failed,
-            skipped,
-            ended,
-            board,
-            firmware,
-            protocol,
-            version,
-            system,
-            ..
-        } = &self.summary;
-        let firmware = firmware.as_deref().unwrap_or("unknown");
+        let all = &self.summary;
+        let (board, version, protocol) = (&all.board, all.version, all.protocol);
+        let firmware = all.firmware.as_deref().unwrap_or("unknown");
         writeln!(
             f,
-            "{board}: firmware {firmware}; ridgetone {version}, protocol {protocol}, {system}"
+            "{board}: firmware {firmware}; ridgetone {version}, protocol {protocol}, {}",
+            all.system
         )?;
-        for Check {
-            name: what,
-            verdict,
-            finding,
-            page,
-            ..
-        } in &self.checks
-        {
-            let verdict_name = name(verdict);
-            let help = if matches!(verdict, Verdict::Warn | Verdict::Fail) {
-                format!(" -> {page}")
-            } else {
-                String::new()
-            };
-            writeln!(f, "{verdict_name:<8}{what:<15}{finding}{help}")?;
+        for check in &self.checks {
+            let (verdict, what) = (name(check.verdict), check.name);
+            write!(f, "{verdict:<8}{what:<15}{}", check.finding)?;
+            if check.verdict >= Verdict::Warn {
+                write!(f, " -> {}", check.page)?;
+            }
+            writeln!(f)?;
         }
-        if let Some(why) = ended {
+        if let Some(why) = &all.ended {
             writeln!(f, "It ended early: {why}")?;
         }
         writeln!(
             f,
-            "{passed} passed, {warned} warned, {failed} failed, {skipped} skipped"
+            "{} passed, {} warned, {} failed, {} skipped",
+            all.passed, all.warned, all.failed, all.skipped
         )
     }
 }

@@ -52,9 +52,10 @@ impl CheckArgs {
         let plan = Plan {
             length_s: self.length,
             stores: !self.no_store,
+            inputs: self.inputs,
         };
         let seen = gather(&mut feed, plan, &mut Progress::default());
-        let report = Report::new(port_name(feed.name()), self.inputs, &seen);
+        let report = Report::new(port_name(feed.name()), &seen);
         report.print(self.json)?;
         if let Some(path) = &self.output {
             report.write(path)?;

@@ -1,7 +1,7 @@
 //! A simulated board as a source, in step with its reader: virtual time passes only while the
 //! reader waits.
 
-use crate::check::{Check, Inputs, Observations, Plan, Verdict, gather, judge};
+use crate::check::{Inputs, Observations, Plan, gather};
 use crate::feed::{Feed, FeedEvent, Source};
 use crate::input::Opened;
 use crate::output::Progress;
@@ -13,7 +13,7 @@ use ridgetone::tasks::line::Received;
 use ridgetone_proto::boot::{Boot, BrownOut, Oscillator, ResetCause, SettingsSource};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::store::{FlashStore, Store};
-use ridgetone_proto::telemetry::{Decoder, Event, Health, Packet, WIRE_MAX, encode};
+use ridgetone_proto::telemetry::{Decoder, Event, Packet, WIRE_MAX, encode};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
@@ -33,17 +33,12 @@ pub struct Bench {
     pub in_force: Option<Settings>,
     /// What happens to the chip behind its set-up.
     pub on_start: fn(&mut Ads1258),
-    /// What the board reports instead.
-    pub altered: Box<dyn FnMut(&mut Event) + Send>,
-    /// The same of `health`.
-    pub health: fn(&mut Health),
-    /// The board greets as after a start in place of this `health`, the first one being 1.
-    pub restarts_at_health: Option<u32>,
+    /// Changes each packet before it is sent.
+    pub altered: Box<dyn FnMut(&mut Packet) + Send>,
     pub on_line: OnLine,
     /// What the board's USART makes of each byte, numbered from 0.
     pub received: fn(u64, u8) -> Received,
     pub plan: Plan,
-    pub inputs: Inputs,
 }
 
 impl Default for Bench {
@@ -62,15 +57,13 @@ impl Default for Bench {
             in_force: None,
             on_start: |_| {},
             altered: Box::new(|_| {}),
-            health: |_| {},
-            restarts_at_health: None,
             on_line: Box::new(|_, _| {}),
             received: |_, byte| Received::Byte(byte),
             plan: Plan {
                 length_s: 5.0,
                 stores: false,
+                inputs: Inputs::Shorted,
             },
-            inputs: Inputs::Shorted,
         }
     }
 }
@@ -91,13 +84,9 @@ impl Bench {
             to_board,
             on_start: self.on_start,
             altered: self.altered,
-            health: self.health,
             on_line: self.on_line,
             received: self.received,
-            restarts_at_health: self.restarts_at_health,
-            hello: None,
             decoder: Decoder::new(),
-            healths: 0,
             packets: 0,
             bytes: 0,
         };
@@ -126,14 +115,6 @@ impl Bench {
         let plan = self.plan;
         gather(&mut self.feed(), plan, &mut Progress::default())
     }
-
-    /// The checks that do not pass.
-    pub fn findings(self) -> Vec<Check> {
-        let inputs = self.inputs;
-        let mut checks = judge(&self.observations(), inputs);
-        checks.retain(|check| check.verdict != Verdict::Pass);
-        checks
-    }
 }
 
 /// The board's end of the line.
@@ -141,15 +122,10 @@ struct BoardEnd {
     to_feed: Sender<Vec<u8>>,
     to_board: Receiver<Vec<u8>>,
     on_start: fn(&mut Ads1258),
-    altered: Box<dyn FnMut(&mut Event) + Send>,
-    health: fn(&mut Health),
+    altered: Box<dyn FnMut(&mut Packet) + Send>,
     on_line: OnLine,
     received: fn(u64, u8) -> Received,
-    restarts_at_health: Option<u32>,
-    /// The latest greeting.
-    hello: Option<Event>,
     decoder: Decoder,
-    healths: u32,
     packets: u64,
     bytes: u64,
 }
@@ -167,25 +143,10 @@ impl Surroundings for BoardEnd {
         let mut bytes = Vec::new();
         for mut packet in sent.iter().filter_map(|byte| self.decoder.push(*byte)) {
             if let Event::Health(health) = &mut packet.event {
-                self.healths += 1;
                 // No simulated board measures these.
                 (health.load, health.stack_used_bytes, health.stack_bytes) = (0.1, 7000, 32_768);
-                (self.health)(health);
-                if let Some(hello) = self
-                    .hello
-                    .clone()
-                    .filter(|_| self.restarts_at_health == Some(self.healths))
-                {
-                    packet = Packet {
-                        sequence: 0,
-                        event: hello,
-                    };
-                }
             }
-            (self.altered)(&mut packet.event);
-            if matches!(packet.event, Event::Hello(_)) {
-                self.hello = Some(packet.event.clone());
-            }
+            (self.altered)(&mut packet);
             let mut wire = [0; WIRE_MAX];
             let length = encode(&packet, &mut wire)?;
             let mut packet = wire[..length].to_vec();
