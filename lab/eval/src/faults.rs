@@ -100,7 +100,7 @@ pub fn run(args: &FaultsArgs) -> Result<()> {
     };
     ensure!(
         is_clean,
-        "not everything is zero that must be: see the table"
+        "not everything is zero that must be: see the rows that failed"
     );
     Ok(())
 }
@@ -132,6 +132,14 @@ fn conclude(
         table::table(campaign)
     })?;
     for row in &campaign.rows {
+        let failures = row.failures();
+        if !failures.is_empty() {
+            let (place, failures) = (row.place.title(), failures.join(", "));
+            eprintln!(
+                "ridgetone-eval: FAILED: {} ({place}): {failures}",
+                row.fault
+            );
+        }
         for complaint in &row.complaints {
             eprintln!("ridgetone-eval: {}: {complaint}", row.fault);
         }

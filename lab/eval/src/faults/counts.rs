@@ -25,27 +25,39 @@ pub struct Counts {
     pub altered: u64,
     /// Fault episodes in runs without injections. Must be zero.
     pub false_alarms: u64,
+    /// Faults without a whole scan and right registers within five seconds of their end. Must be
+    /// zero.
+    pub not_recovered: u64,
+    /// Runs that ended with wrong registers. Must be zero.
+    pub wrong_registers: u64,
+    /// Estimates of runs without injections that are not `good`, and such runs without an estimate.
+    /// Must be zero.
+    pub not_good: u64,
+    /// Packets of telemetry that were lost or damaged without the board reporting it. Must be zero.
+    pub packets_unreported: u64,
 }
 
 impl Counts {
-    /// Whether everything is zero that must be. `excess` must be where the number of lost
+    /// Names and values of what is not zero and must be. `excess` must be where the number of lost
     /// conversions is known.
-    pub fn is_clean(&self, loss_is_known: bool) -> bool {
-        let Self {
-            silent,
-            altered,
-            false_alarms,
-            excess,
-            ..
-        } = *self;
-        [
-            self.wrong,
-            self.wrong_with_faults,
-            silent,
-            altered,
-            false_alarms,
-        ] == [0; 5]
-            && (excess == 0 || !loss_is_known)
+    pub fn failures(&self, loss_is_known: bool) -> Vec<String> {
+        let excess = if loss_is_known { self.excess } else { 0 };
+        let must_be_zero = [
+            ("wrong", self.wrong),
+            ("wrong_with_faults", self.wrong_with_faults),
+            ("silent", self.silent),
+            ("excess", excess),
+            ("altered", self.altered),
+            ("false_alarms", self.false_alarms),
+            ("not_recovered", self.not_recovered),
+            ("wrong_registers", self.wrong_registers),
+            ("not_good", self.not_good),
+            ("packets_unreported", self.packets_unreported),
+        ];
+        let failed = must_be_zero.into_iter().filter(|(_, count)| *count > 0);
+        failed
+            .map(|(name, count)| format!("{name} {count}"))
+            .collect()
     }
 }
 
@@ -61,4 +73,5 @@ macro_rules! add_fields {
 }
 pub(super) use add_fields;
 
-add_fields!(Counts: good good_with_faults doubtful off wrong wrong_with_faults silent excess altered false_alarms);
+add_fields!(Counts: good good_with_faults doubtful off wrong wrong_with_faults silent excess altered false_alarms
+    not_recovered wrong_registers not_good packets_unreported);

@@ -1,7 +1,7 @@
 //! The judgement of a run: telemetry against what the simulated chip knows, fault for fault.
 
 use super::counts::Counts;
-use super::plan::Plan;
+use super::plan::{Plan, RECOVERY_S};
 use super::task_sim::Ran;
 use ads1258::Channel;
 use hal_mock::{Fault, Injected, Truth};
@@ -83,17 +83,16 @@ pub fn judge(plan: &Plan, truth: &Truth, ran: &Ran) -> Judgement {
                 .push(format!("false alarm: {kind:?} at {from_s:.3} s"));
         }
     }
+    if plan.injections.is_empty() {
+        judge_control(ran, &mut judgement);
+    }
     if !ran.registers_right {
+        judgement.counts.wrong_registers = 1;
         judgement
             .complaints
             .push("the registers are wrong at the end".into());
     }
-    if ran.line != (0, 0) {
-        judgement.complaints.push(format!(
-            "telemetry: {} packets lost, {} damaged",
-            ran.line.0, ran.line.1
-        ));
-    }
+    judge_telemetry(ran, &health, &mut judgement);
     for number in 0..ran.injected.len() {
         let Some(fate) = fate(plan, ran, &episodes, number) else {
             continue;
@@ -107,9 +106,58 @@ pub fn judge(plan: &Plan, truth: &Truth, ran: &Ran) -> Judgement {
                 .complaints
                 .push(format!("{NOT_REPORTED}: {injection:?}"));
         }
+        if !fate
+            .recovered_s
+            .is_some_and(|after_s| after_s <= RECOVERY_S)
+        {
+            judgement.counts.not_recovered += 1;
+            let injection = plan.injections.get(number);
+            judgement.complaints.push(format!(
+                "not set up again within {RECOVERY_S} s: {injection:?}"
+            ));
+        }
         judgement.fates.push(fate);
     }
     judgement
+}
+
+/// Without a fault every estimate is good, and there are some.
+fn judge_control(ran: &Ran, judgement: &mut Judgement) {
+    let mut estimates = 0;
+    for packet in &ran.packets {
+        let Event::Estimate(estimate) = &packet.event else {
+            continue;
+        };
+        estimates += 1;
+        if estimate.status != Status::Good || !estimate.faults.is_none() {
+            judgement.counts.not_good += 1;
+            let at_s = estimate.t_us as f64 * 1e-6;
+            judgement.complaints.push(format!(
+                "not good without a fault: {:?} at {at_s:.3} s",
+                estimate.status
+            ));
+        }
+    }
+    if estimates == 0 {
+        judgement.counts.not_good += 1;
+        judgement
+            .complaints
+            .push("no estimate, though without a fault".into());
+    }
+}
+
+/// Packets that the board dropped are counted in its reports of its health; the line of these runs
+/// loses none.
+fn judge_telemetry(ran: &Ran, health: &Health, judgement: &mut Judgement) {
+    let (lost, damaged) = ran.line;
+    let unreported = lost.abs_diff(health.messages_dropped) + damaged;
+    judgement.counts.packets_unreported = unreported.into();
+    if unreported > 0 {
+        judgement.complaints.push(format!(
+            "telemetry: {lost} packets lost, {} reported as dropped, {damaged} damaged",
+            health.messages_dropped
+        ));
+    }
 }
 
 fn episodes(ran: &Ran) -> Vec<Episode> {
@@ -255,5 +303,77 @@ fn judge_estimate(estimate: &Estimate, truth: &Truth, judgement: &mut Judgement)
             estimate.frames_missing,
             estimate.faults.iter().collect::<Vec<_>>()
         ));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::family::Family;
+    use super::super::row::{Place, Row};
+    use super::super::task_sim;
+    use super::*;
+    use ridgetone_proto::plan::Plan as Scan;
+
+    /// The failures of a run in which something else happened than did.
+    fn failures(plan: &Plan, ran: &Ran, change: fn(&mut Ran)) -> Vec<String> {
+        let (_, truth) = plan.open().expect("a scene");
+        let mut ran = ran.clone();
+        change(&mut ran);
+        let judgement = judge(plan, &truth, &ran);
+        Row::of_family(plan.family, Place::Pc, &[(plan.seed, judgement)]).failures()
+    }
+
+    #[test]
+    fn what_is_owed_after_a_fault_is_judged() {
+        let plan = Plan::new(Family::Reset, 1, 1.0, Scan::PAPER);
+        let (input, _) = plan.open().expect("a scene");
+        let ran = task_sim::run(input, plan.settings()).expect("a run");
+        let injected = plan.injections.len();
+        assert_eq!(failures(&plan, &ran, |_| {}), [""; 0]);
+        let never = failures(&plan, &ran, |ran| ran.whole_ns.clear());
+        assert_eq!(never, [format!("not_recovered {injected}")]);
+        let late = failures(&plan, &ran, |ran| {
+            let last_ns = ran.injected.last().and_then(|last| last.begun_ns);
+            let late_ns = last_ns.expect("a reset") + 5_100_000_000;
+            ran.whole_ns.retain(|whole_ns| *whole_ns > late_ns);
+        });
+        assert_eq!(late, [format!("not_recovered {injected}")]);
+        let wrong = failures(&plan, &ran, |ran| ran.registers_right = false);
+        assert_eq!(wrong, ["wrong_registers 1"]);
+        let lost = failures(&plan, &ran, |ran| ran.line = (2, 1));
+        assert_eq!(lost, ["packets_unreported 3"]);
+        let reported = failures(&plan, &ran, |ran| {
+            ran.line = (2, 0);
+            for packet in &mut ran.packets {
+                if let Event::Health(health) = &mut packet.event {
+                    health.messages_dropped = 2;
+                }
+            }
+        });
+        assert_eq!(reported, [""; 0]);
+    }
+
+    #[test]
+    fn a_control_run_owes_good_estimates() {
+        let plan = Plan::new(Family::None, 1, 1.0, Scan::PAPER);
+        let (input, _) = plan.open().expect("a scene");
+        let ran = task_sim::run(input, plan.settings()).expect("a run");
+        assert_eq!(failures(&plan, &ran, |_| {}), [""; 0]);
+        let doubtful = failures(&plan, &ran, |ran| {
+            let estimate = ran
+                .packets
+                .iter_mut()
+                .find_map(|packet| match &mut packet.event {
+                    Event::Estimate(estimate) => Some(estimate),
+                    _ => None,
+                });
+            estimate.expect("an estimate").status = Status::Doubtful;
+        });
+        assert_eq!(doubtful, ["not_good 1"]);
+        let none = failures(&plan, &ran, |ran| {
+            ran.packets
+                .retain(|packet| !matches!(packet.event, Event::Estimate(_)));
+        });
+        assert_eq!(none, ["not_good 1"]);
     }
 }

@@ -13,11 +13,16 @@ use ridgetone_proto::settings::{HOP_LEAST_S, Settings};
 const FIRST_S: f64 = 0.35;
 /// From the last one to the scene's end, seconds, at the least: its episode is over and reported.
 const LAST_S: f64 = 0.5;
+/// A chip is set up again within this time of a fault's end, seconds; each run lasts so long after
+/// the last one.
+pub const RECOVERY_S: f64 = 5.0;
 /// From the end of one to the next, seconds: an episode is over when its kind has not been seen for
 /// a second.
 const APART_S: (f64, f64) = (1.25, 1.6);
 /// The same within a mixed run.
 const MIXED_APART_S: (f64, f64) = (0.03, 0.3);
+/// Time after the touch in which faults are still injected, seconds.
+const RELEASE_IDLE_S: f64 = 0.8;
 /// Injections of a mixed run.
 const MIXED: usize = 6;
 
@@ -49,16 +54,17 @@ impl Plan {
             idle_s: 0.5,
             hold_before_s: draw.even(0.4, 0.6),
             hold_after_s: 0.4,
-            release_idle_s: 0.8,
+            release_idle_s: RELEASE_IDLE_S + RECOVERY_S,
             snr_db: Some(draw.even(20.0, 40.0)),
             seed,
             ..Sliding::default()
         };
+        // The last injection is over by then; the time to recover follows.
         let end_s = sliding.idle_s
             + sliding.hold_before_s
             + slide_s
             + sliding.hold_after_s
-            + sliding.release_idle_s;
+            + RELEASE_IDLE_S;
         let mut injections = Vec::new();
         let mixed = family == Family::Mixed;
         let mut at_s = FIRST_S + draw.even(0.0, APART_S.0);

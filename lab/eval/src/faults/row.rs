@@ -169,26 +169,31 @@ impl Row {
 
     /// Whether everything is zero that must be.
     pub fn is_clean(&self) -> bool {
-        let altered = if self.may_alter() {
-            0
-        } else {
-            self.counts.altered
-        };
-        Counts {
-            altered,
-            ..self.counts
-        }
-        .is_clean(self.loss_is_known)
-            && !self.has_missed()
+        self.failures().is_empty()
     }
 
-    /// Whether a fault of a touch was not reported that should have been. In a mixed run one may
-    /// hide another.
-    fn has_missed(&self) -> bool {
+    /// Names and values of what must be zero and is not.
+    pub fn failures(&self) -> Vec<String> {
+        let mut counts = self.counts;
+        if self.may_alter() {
+            counts.altered = 0;
+        }
+        let mut failures = counts.failures(self.loss_is_known);
+        let missed = self.missed();
+        if missed > 0 {
+            failures.push(format!("not_reported {missed}"));
+        }
+        failures
+    }
+
+    /// Faults of touches that were not reported and should have been. In a mixed run one may hide
+    /// another.
+    fn missed(&self) -> usize {
+        if self.runs == 0 || self.name == Family::Mixed.name() {
+            return 0;
+        }
         let reported = self.detected.map_or(0, |delays| delays.count);
-        self.runs > 0
-            && self.name != Family::Mixed.name()
-            && reported + self.unseen != self.injected
+        self.injected.saturating_sub(reported + self.unseen)
     }
 
     /// Whether conversions may arrive altered.
