@@ -57,8 +57,6 @@ pub fn moving_picture() -> Result<()> {
 
 /// Installs what is missing. Builds the command and the image, and gives the image's path.
 fn build() -> Result<PathBuf> {
-    setup::qemu()?;
-    Toolchain::find_or_install()?;
     announce(
         "building the firmware image and the command `ridgetone`, which takes a few minutes the first time",
     );
@@ -70,11 +68,13 @@ fn build() -> Result<PathBuf> {
         "--package",
         "ridgetone-host",
     ]);
-    // Both at once: the last step of each has one core.
+    // All at once: the emulator's download needs no core, and the last step of each build has one.
     let command = thread::spawn(move || run(&mut command));
-    let image = images::build(Board::Emulated.image());
-    command
-        .join()
-        .map_err(|_| anyhow!("the build panicked"))??;
+    let emulator = thread::spawn(setup::qemu);
+    let image = Toolchain::find_or_install().and_then(|_| images::build(Board::Emulated.image()));
+    let panicked = |_| anyhow!("the build panicked");
+    // What cannot be installed says so before the builds do.
+    emulator.join().map_err(panicked)??;
+    command.join().map_err(panicked)??;
     Ok(image?.0)
 }

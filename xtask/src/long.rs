@@ -117,7 +117,7 @@ fn run_beside(images: &Sender<Built>) -> Result<()> {
 
 /// The programs of tests of the register model.
 fn rig_programs() -> Result<Vec<String>> {
-    let folder = root().join(RIG).join("tests");
+    let folder = root().join("lab").join(RIG).join("tests");
     let mut programs = Vec::new();
     for entry in fs::read_dir(&folder).with_context(|| folder.display().to_string())? {
         let path = entry?.path();
