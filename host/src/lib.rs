@@ -53,6 +53,7 @@ pub mod input;
 pub mod link;
 pub mod listen;
 pub mod live;
+mod mcap;
 pub mod messages;
 mod monitor;
 pub mod names;

@@ -3,6 +3,7 @@
 
 use crate::events::JsonLines;
 use crate::feed::{Feed, FeedEvent};
+use crate::mcap;
 use crate::recording::{self, Recorded};
 use crate::utc::Receipt;
 use anyhow::{Context, Result, bail};
@@ -157,14 +158,10 @@ pub fn messages(path: &Path, form: Form) -> Result<Messages> {
         Form::Mcap => {
             let bytes = std::fs::read(path).with_context(named)?;
             let mut found = Vec::new();
-            for message in mcap::MessageStream::new(&bytes).with_context(named)? {
-                let message = message.with_context(named)?;
-                if message.channel.topic.starts_with("/ridgetone/")
-                    && message.channel.message_encoding == "json"
-                {
-                    found.push(Ok(Message::Json(
-                        String::from_utf8(message.data.into_owned()).with_context(named)?,
-                    )));
+            for (topic, json) in mcap::json_messages(&bytes).with_context(named)? {
+                if topic.starts_with("/ridgetone/") {
+                    let json = String::from_utf8(json.to_vec()).with_context(named)?;
+                    found.push(Ok(Message::Json(json)));
                 }
             }
             Ok(Box::new(found.into_iter()))

@@ -5,8 +5,8 @@ use crate::dfu::{self, Segment};
 use crate::images::{self, Board};
 use crate::tools::{announce, create, read, remove, target_dir, write};
 use anyhow::{Context, Result, ensure};
-use object::elf::PT_LOAD;
-use object::read::elf::{ElfFile32, ProgramHeader};
+use object::elf::{FileHeader32, PT_LOAD};
+use object::read::elf::{FileHeader, ProgramHeader};
 use object::{Endianness, Object, ObjectSection, ObjectSymbol};
 use sha2::{Digest, Sha256};
 
@@ -62,10 +62,11 @@ fn sum_line(name: &str, bytes: &[u8]) -> String {
 /// What an image has to be loaded with, where it lies in flash: that is the physical address, not
 /// where it runs.
 fn segments(elf: &[u8]) -> Result<Vec<Segment>> {
-    let file = ElfFile32::<Endianness>::parse(elf).context("no ELF file")?;
-    let endian = file.endian();
+    let file = FileHeader32::<Endianness>::parse(elf).context("no ELF file")?;
+    let endian = file.endian().context("an ELF file of unknown endianness")?;
+    let headers = file.program_headers(endian, elf);
     let mut segments = Vec::new();
-    for header in file.elf_program_headers() {
+    for header in headers.context("an ELF file without segments")? {
         if header.p_type(endian) == PT_LOAD && header.p_filesz(endian) > 0 {
             let bytes = header
                 .data(endian, elf)

@@ -5,14 +5,12 @@ use super::packets::packets;
 use crate::digits::time_s;
 use crate::events::JsonLines;
 use crate::live::Counts;
+use crate::mcap::{Message, Writer};
 use crate::serve::message::Streamed;
 use crate::serve::schema;
 use crate::serve::topic::{Names, Topic};
 use crate::settings_form;
 use crate::utc::{Receipt, UtcClock};
-use ::mcap::Writer;
-use ::mcap::records::MessageHeader;
-use ::mcap::write::{NoSeek, WriteOptions};
 use anyhow::{Result, bail};
 use ridgetone_proto::telemetry::{Event, Hello, Packet};
 use std::collections::BTreeMap;
@@ -38,33 +36,26 @@ pub fn write(path: &Path, out: &mut dyn Write) -> Result<Counts> {
     if is_empty {
         bail!("{}: holds no packets", path.display());
     }
-    let options = WriteOptions::new()
-        .compression(None)
-        .library("ridgetone")
-        .disable_seeking(true);
-    let mut file = options.create(NoSeek::new(out))?;
+    let mut file = Writer::new(out, "ridgetone")?;
     let channels = channels(&mut file, hello.as_ref())?;
     let counts = packets(path, &mut |packet, receipt| {
         let (topic, message) = messages.message(packet, receipt)?;
         let log_time = messages.time_ns;
         let publish_time = receipt.map_or(log_time, |receipt| receipt.utc_ns);
-        let header = MessageHeader {
-            channel_id: channels[topic as usize],
+        Ok(file.write(&Message {
+            channel: channels[topic as usize],
             sequence: packet.sequence.into(),
             log_time,
             publish_time,
-        };
-        Ok(file.write_to_known_channel(&header, message.as_bytes())?)
+            data: message.as_bytes(),
+        })?)
     })?;
     file.finish()?;
     Ok(counts)
 }
 
 /// Adds a channel for each topic, in their order, with what the board's first greeting says.
-fn channels<W: Write + std::io::Seek>(
-    file: &mut Writer<W>,
-    hello: Option<&Hello>,
-) -> Result<Vec<u16>> {
+fn channels<W: Write>(file: &mut Writer<W>, hello: Option<&Hello>) -> Result<Vec<u16>> {
     let names = Names::unnamed();
     let mut metadata: BTreeMap<String, String> = names.metadata(0);
     if let Some(hello) = hello {
@@ -76,9 +67,8 @@ fn channels<W: Write + std::io::Seek>(
     let channel = |topic: &Topic| {
         let schema = schema::json(*topic).to_string();
         let name = format!("ridgetone.{topic}");
-        let schema = file.add_schema(&name, "jsonschema", schema.as_bytes())?;
         let path = format!("/{}", names.path(0, topic));
-        Ok(file.add_channel(schema, &path, "json", &metadata)?)
+        Ok(file.add_channel(&path, &name, schema.as_bytes(), &metadata)?)
     };
     Topic::ALL.iter().map(channel).collect()
 }

@@ -1,7 +1,9 @@
 //! The ELF file of a firmware.
 
 use crate::board::Board;
-use object::{Architecture, Object, ObjectSegment, ObjectSymbol};
+use object::elf::{FileHeader32, PT_LOAD};
+use object::read::elf::{FileHeader, ProgramHeader};
+use object::{Architecture, Object, ObjectSymbol};
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -55,11 +57,14 @@ impl Image {
         }
         let endian = object::LittleEndian;
         let mut segments = Vec::new();
-        for segment in file.segments() {
-            let place = segment.elf_program_header().p_paddr.get(endian);
-            let data = segment.data().map_err(|error| failed(error.to_string()))?;
-            if !data.is_empty() {
-                segments.push((place, data.to_vec()));
+        let headers = FileHeader32::<object::LittleEndian>::parse(&*bytes)
+            .and_then(|header| header.program_headers(endian, &*bytes))
+            .map_err(|error| failed(error.to_string()))?;
+        for header in headers {
+            let data = header.data(endian, &*bytes);
+            let data = data.map_err(|()| failed("a segment beyond the end".into()))?;
+            if header.p_type(endian) == PT_LOAD && !data.is_empty() {
+                segments.push((header.p_paddr(endian), data.to_vec()));
             }
         }
         let symbols = file
