@@ -27,7 +27,7 @@
 //! | packets as text, as JSON, for Teleplot | [`events`], [`names`], `tone`, `remarks`, `teleplot` |
 //! | a board's clock beside UTC | [`utc`] |
 //! | settings as TOML and `name=value` | [`settings_form`] |
-//! | results beside the truth, and a picture | [`demo`], [`picture`], [`static_image`], [`svg`] |
+//! | results beside the truth, and a picture | [`demo`], [`picture`], [`static_image`], [`chart`] |
 //! | the command line | [`cli`], [`usage`], [`output`], [`digits`], `stop` |
 #![forbid(unsafe_code)]
 // Not published: a field whose name and unit say everything needs no documentation.
@@ -35,6 +35,7 @@
 
 pub mod analysis;
 mod calibrate;
+pub mod chart;
 pub mod check;
 pub mod cli;
 pub mod client;
@@ -79,7 +80,6 @@ pub mod simulated;
 pub mod speed;
 pub mod static_image;
 mod stop;
-pub mod svg;
 pub mod table_fit;
 mod teleplot;
 pub mod texture;

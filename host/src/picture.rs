@@ -3,37 +3,27 @@
 //! Place and label distinguish the channels, dots and line distinguish data and fit; colour only
 //! helps.
 
-pub mod layout;
 mod recording;
 
 pub use recording::Recording;
 
+use crate::chart::{Anchor, Axis, STYLE, Svg, nice, spaced, thinned};
 use crate::digits::{decimals, seconds, significant, with_sigma};
 use crate::names::name;
 use crate::remarks::phrases;
-use crate::svg::{Anchor, Svg};
-use layout::{LABELS_Y, Panel, STRIP, STRIPS_END_Y, STRIPS_Y, nice, spaced};
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::{Estimate, Status};
 use std::f64::consts::TAU;
 
-const STYLE: &str = "text{font:12px system-ui,'Helvetica Neue',Arial,'DejaVu Sans',sans-serif;fill:#222}\
-.title{font-size:17px;font-weight:600}.small{font-size:11px;fill:#555}.head{font-size:11px;fill:#222;font-weight:600}\
-path{fill:none}.card{fill:#fff;stroke:#bbb}.odd{fill:#f4f5f7}.axis{stroke:#555}.grid{stroke:#ddd}\
-.slide{fill:#cfe3f5;fill-opacity:.55}.mark{stroke:#8a1c4a;stroke-width:1.2;stroke-dasharray:4 3}\
-.window{stroke:#1b5e8c;stroke-width:3}.edge{stroke:#1b5e8c;stroke-width:1;stroke-dasharray:1 3}\
-.data{stroke:#33475b;stroke-width:.8;stroke-linejoin:round}.dot{stroke:#33475b;stroke-width:2.6;stroke-linecap:round}\
-.fit{stroke:#d1490c;stroke-width:1.6}.bar{stroke:#222;stroke-width:2}";
-
-const TIME: Panel = Panel {
-    left: 64.0,
-    right: 690.0,
-};
-/// A few periods of the slide.
-const CLOSE: Panel = Panel {
-    left: 730.0,
-    right: 976.0,
-};
+const STRIP: f64 = 46.0;
+/// Baseline of the labels above the strips.
+const LABELS_Y: f64 = 82.0;
+/// Top of the first strip, and bottom of the last one.
+const STRIPS_Y: f64 = 98.0;
+const STRIPS_END_Y: f64 = STRIPS_Y + STRIP * TAXELS as f64;
+/// Left and right edges of the whole run, and of a few periods of the slide.
+const TIME: (f64, f64) = (64.0, 690.0);
+const CLOSE: (f64, f64) = (730.0, 976.0);
 const WIDTH: f64 = 1080.0;
 const HEIGHT: f64 = STRIPS_END_Y + 78.0;
 
@@ -49,33 +39,31 @@ pub fn draw(recording: &Recording, nominal_hz: Option<f64>) -> String {
     let mut svg = Svg::new(WIDTH, HEIGHT, &format!("{title}. {subtitle}"), STYLE);
     svg.text(24.0, 30.0, Anchor::Start, "title", &title);
     svg.text(24.0, 50.0, Anchor::Start, "small", &subtitle);
-    let (from_s, to_s) = recording.span_s();
+    let time = Axis {
+        range: recording.span_s(),
+        at: TIME,
+        is_log: false,
+    };
     for taxel in 0..TAXELS {
         let top = STRIPS_Y + STRIP * taxel as f64;
         if taxel % 2 == 0 {
             svg.rect(24.0, top, WIDTH - 48.0, STRIP, "odd");
         }
         svg.text(
-            TIME.left - 8.0,
+            TIME.0 - 8.0,
             top + 0.5 * STRIP + 4.0,
             Anchor::End,
             "label",
             &taxel.to_string(),
         );
     }
-    svg.text(
-        TIME.left - 8.0,
-        STRIPS_Y - 6.0,
-        Anchor::End,
-        "head",
-        "taxel",
-    );
-    phases(&mut svg, recording, from_s, to_s);
-    over_time(&mut svg, recording, from_s, to_s);
+    svg.text(TIME.0 - 8.0, STRIPS_Y - 6.0, Anchor::End, "head", "taxel");
+    phases(&mut svg, recording, &time);
+    over_time(&mut svg, recording, &time);
     match fit.filter(|fit| fit.status.has_tone()) {
         Some(fit) => close_up(&mut svg, recording, fit),
         None => svg.text(
-            CLOSE.middle(),
+            0.5 * (CLOSE.0 + CLOSE.1),
             STRIPS_Y - 6.0,
             Anchor::Middle,
             "small",
@@ -118,8 +106,8 @@ fn headline(fit: Option<&Estimate>, nominal_hz: Option<f64>) -> (String, String)
 
 /// Contact, slide, fitted window and release: across all strips, with labels above that do not
 /// overlap.
-fn phases(svg: &mut Svg, recording: &Recording, from_s: f64, to_s: f64) {
-    let x = |t_s: f64| TIME.x(t_s, from_s, to_s);
+fn phases(svg: &mut Svg, recording: &Recording, time: &Axis) {
+    let x = |t_s: f64| time.place(t_s);
     let mut labels = Vec::new();
     for (start_s, end_s) in &recording.slides_s {
         svg.rect(
@@ -144,7 +132,7 @@ fn phases(svg: &mut Svg, recording: &Recording, from_s: f64, to_s: f64) {
         svg.line((x(*t_s), STRIPS_Y - 2.0), (x(*t_s), STRIPS_END_Y), "mark");
         labels.push((x(*t_s), format!("release {t_s:.2} s")));
     }
-    for (x, text) in spaced(labels, TIME) {
+    for (x, text) in spaced(labels, TIME.0, TIME.1) {
         svg.text(x, LABELS_Y, Anchor::Middle, "label", &text);
     }
     if let Some(fit) = &recording.slide_fit {
@@ -166,7 +154,8 @@ fn window(fit: &Estimate) -> (f64, f64) {
 }
 
 /// The run over time, all strips to one scale.
-fn over_time(svg: &mut Svg, recording: &Recording, from_s: f64, to_s: f64) {
+fn over_time(svg: &mut Svg, recording: &Recording, time: &Axis) {
+    let (from_s, to_s) = time.range;
     let pixels_per_v = 0.9 * STRIP / recording.range_v(from_s, to_s).max(1e-9);
     for (taxel, channel) in recording.channels.iter().enumerate() {
         let (least, greatest) = recording::extremes(channel, from_s, to_s);
@@ -174,13 +163,13 @@ fn over_time(svg: &mut Svg, recording: &Recording, from_s: f64, to_s: f64) {
         let y = |volts: f64| middle - pixels_per_v * (volts - 0.5 * (least + greatest));
         let points: Vec<(f64, f64)> = channel
             .iter()
-            .map(|(t_s, v)| (TIME.x(*t_s, from_s, to_s), y(*v)))
+            .map(|(t_s, v)| (time.place(*t_s), y(*v)))
             .collect();
-        svg.path(&layout::thinned(&points), "data");
+        svg.path(&thinned(&points), "data");
     }
-    layout::axis(svg, TIME, from_s, to_s, "time, s");
-    scale_bar(svg, TIME, pixels_per_v);
-    let key_x = TIME.left + 150.0;
+    time_axis(svg, time);
+    scale_bar(svg, TIME.0, pixels_per_v);
+    let key_x = TIME.0 + 150.0;
     svg.line(
         (key_x, STRIPS_END_Y + 56.0),
         (key_x + 24.0, STRIPS_END_Y + 56.0),
@@ -222,9 +211,14 @@ fn close_up(svg: &mut Svg, recording: &Recording, fit: &Estimate) {
     let centre_s = 0.5 * (start_s + end_s);
     let half_s = (0.5 * CLOSE_PERIODS / frequency_hz).min(0.5 * (end_s - start_s));
     let (from_s, to_s) = (centre_s - half_s, centre_s + half_s);
+    let time = Axis {
+        range: (from_s, to_s),
+        at: CLOSE,
+        is_log: false,
+    };
     let pixels_per_v = 0.9 * STRIP / recording.range_v(from_s, to_s).max(1e-9);
     svg.text(
-        CLOSE.left,
+        CLOSE.0,
         STRIPS_Y - 6.0,
         Anchor::Start,
         "head",
@@ -250,12 +244,10 @@ fn close_up(svg: &mut Svg, recording: &Recording, fit: &Estimate) {
         let inside = samples
             .iter()
             .filter(|(t_s, _)| (from_s..=to_s).contains(t_s));
-        let dots: Vec<(f64, f64)> = inside
-            .map(|(t_s, v)| (CLOSE.x(*t_s, from_s, to_s), y(*v)))
-            .collect();
+        let dots: Vec<(f64, f64)> = inside.map(|(t_s, v)| (time.place(*t_s), y(*v))).collect();
         // Dots that would run together are a line.
         if dots.len() > DOTS_MAX {
-            svg.path(&layout::thinned(&dots), "data");
+            svg.path(&thinned(&dots), "data");
         } else {
             svg.dots(&dots, "dot");
         }
@@ -271,15 +263,15 @@ fn close_up(svg: &mut Svg, recording: &Recording, fit: &Estimate) {
         let steps = 100;
         let line: Vec<(f64, f64)> = (0..=steps)
             .map(|i| from_s + (to_s - from_s) * f64::from(i) / f64::from(steps))
-            .map(|t_s| (CLOSE.x(t_s, from_s, to_s), y(model(t_s))))
+            .map(|t_s| (time.place(t_s), y(model(t_s))))
             .collect();
         svg.path(&line, "fit");
         let label = format!("{} mV", significant(1e3 * amplitude_v, 3));
         svg.text(WIDTH - 34.0, middle + 4.0, Anchor::End, "label", &label);
     }
-    layout::axis(svg, CLOSE, from_s, to_s, "time, s");
-    scale_bar(svg, CLOSE, pixels_per_v);
-    let key_x = CLOSE.left + 90.0;
+    time_axis(svg, &time);
+    scale_bar(svg, CLOSE.0, pixels_per_v);
+    let key_x = CLOSE.0 + 90.0;
     svg.dots(
         &[
             (key_x, STRIPS_END_Y + 56.0),
@@ -308,10 +300,29 @@ fn close_up(svg: &mut Svg, recording: &Recording, fit: &Estimate) {
     );
 }
 
+/// An axis with round times under a panel.
+fn time_axis(svg: &mut Svg, time: &Axis) {
+    let (left, right) = time.at;
+    svg.line((left, STRIPS_END_Y), (right, STRIPS_END_Y), "axis");
+    for (t_s, label) in time.ticks(4) {
+        let x = time.place(t_s);
+        svg.line((x, STRIPS_END_Y), (x, STRIPS_END_Y + 5.0), "axis");
+        svg.text(x, STRIPS_END_Y + 18.0, Anchor::Middle, "small", &label);
+    }
+    let middle = 0.5 * (left + right);
+    svg.text(
+        middle,
+        STRIPS_END_Y + 34.0,
+        Anchor::Middle,
+        "small",
+        "time, s",
+    );
+}
+
 /// A bar of a round number of millivolts under a panel.
-fn scale_bar(svg: &mut Svg, panel: Panel, pixels_per_v: f64) {
+fn scale_bar(svg: &mut Svg, left: f64, pixels_per_v: f64) {
     let bar_v = nice(26.0 / pixels_per_v);
-    let (x, bottom) = (panel.left + 4.0, STRIPS_END_Y + 68.0);
+    let (x, bottom) = (left + 4.0, STRIPS_END_Y + 68.0);
     svg.line((x, bottom), (x, bottom - bar_v * pixels_per_v), "bar");
     let label = format!("{} mV", (bar_v * 1e6).round() * 1e-3);
     svg.text(x + 8.0, STRIPS_END_Y + 60.0, Anchor::Start, "small", &label);

@@ -47,14 +47,10 @@ const WITH_A_BOARD: [&str; 27] = [
 ];
 
 /// Commands that take too long for a test, each with the test that covers a short form of it.
-const LITTLE_OF: [(&str, &str); 29] = [
+const LITTLE_OF: [(&str, &str); 25] = [
     ("cargo xtask worklet", "host/tests/touch/page.rs"),
     (
-        "cargo xtask distance --chip",
-        "lab/eval/src/tests/distance.rs",
-    ),
-    (
-        "cargo xtask distance --write docs/results",
+        "cargo xtask distance --write",
         "lab/eval/src/tests/distance.rs",
     ),
     (
@@ -90,28 +86,13 @@ const LITTLE_OF: [(&str, &str); 29] = [
         "cargo xtask bench --plans",
         "lab/eval/src/trade/plans/tests.rs",
     ),
-    ("cargo xtask bench --render", "lab/eval/src/tests/trade.rs"),
     ("cargo xtask faults --full", "lab/eval/src/tests/faults.rs"),
     (
         "cargo xtask faults --plan hand,texture,vibration,single --seed 777001 --injections 1000 --write docs/results",
         "lab/eval/src/tests/faults.rs",
     ),
-    (
-        "cargo run --release -p ridgetone-eval -- recordings FOLDER",
-        "lab/eval/src/recordings.rs",
-    ),
-    (
-        "cargo xtask noise --seed 1 --write docs/results",
-        "lab/eval/src/tests/noise.rs",
-    ),
-    (
-        "cargo xtask noise --write docs/results",
-        "lab/eval/src/tests/noise.rs",
-    ),
-    (
-        "cargo xtask touch --write docs/results",
-        "lab/eval/src/tests/touch.rs",
-    ),
+    ("cargo xtask noise --write", "lab/eval/src/noise.rs"),
+    ("cargo xtask touch --write", "lab/eval/src/touch.rs"),
     (
         "cargo xtask reproduce --wavelengths",
         "lab/eval/src/reproduce/okamoto.rs",
@@ -188,13 +169,14 @@ fn pages() -> Vec<PathBuf> {
     pages
 }
 
-/// All of `docs/`, the book and the README.
+/// All of `docs/`, the book, the README and that of the teletaction commands.
 fn documents() -> Vec<PathBuf> {
     let docs = fs::read_dir(root().join("docs/results"))
         .expect("documents")
         .map(|entry| entry.expect("an entry").path());
     docs.filter(|path| path.extension().is_some_and(|extension| extension == "md"))
         .chain(pages())
+        .chain([root().join("teletaction/README.md")])
         .collect()
 }
 

@@ -25,7 +25,7 @@ pub fn bench(flags: &[String]) -> Result<()> {
         .any(|flag| flag == "--plans" || flag.starts_with("--plans="))
     {
         images::build(Board::FeatherF405.image())?;
-    } else if !has(flags, "--help") && !has(flags, "--render") {
+    } else if !has(flags, "--help") {
         // What measures nothing needs no image.
         setup::qemu()?;
         let (_, sizes) = images::build(Board::FeatherF405.image())?;
@@ -65,7 +65,7 @@ pub fn distance(flags: &[String]) -> Result<()> {
 }
 
 /// Builds the boards' images and measures them on the register model; with `--write` it fills in
-/// `docs/results/board.md`.
+/// `docs/results/boards.md`.
 pub fn board(write: bool) -> Result<()> {
     for board in Board::REAL {
         images::build(board.image())?;

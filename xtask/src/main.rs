@@ -62,20 +62,20 @@ enum Task {
     #[command(disable_help_flag = true)]
     Bench(Flags),
     /// Fits windows whose noise is not white, that hold no tone, or a tone and something else. With
-    /// --write docs it fills in docs/results/noise.md.
+    /// --write it fills in docs/results/noise.md.
     #[command(disable_help_flag = true)]
     Noise(Flags),
-    /// Looks for contacts, slides and releases in traces with known times. With --write docs it
-    /// fills in docs/results/touch.md.
+    /// Looks for contacts, slides and releases in traces with known times. With --write it fills
+    /// in docs/results/touch.md.
     #[command(disable_help_flag = true)]
     Touch(Flags),
-    /// Computes what a pin display does to a finger, beside a paper's figures. With --write docs it
-    /// fills in docs/results/touch-at-a-distance.md.
+    /// Computes what a pin display does to a finger, beside a paper's figures. With --write it
+    /// fills in docs/results/distance.md.
     #[command(disable_help_flag = true)]
     Distance(Flags),
     /// Measures start, load, interrupts and jitter of the boards' images on the register model.
     Board {
-        /// Fill in docs/results/board.md.
+        /// Fill in docs/results/boards.md.
         #[arg(long)]
         write: bool,
     },
@@ -83,7 +83,7 @@ enum Task {
     /// hundred thousand with --full, which fills in docs/results/faults.md and takes most of an hour.
     #[command(disable_help_flag = true)]
     Faults(Flags),
-    /// Repeats the paper's experiment beside its own figures and fills in docs/results/reproduction.md.
+    /// Repeats the paper's experiment beside its own figures and fills in docs/results/papers.md.
     #[command(disable_help_flag = true)]
     Reproduce(Flags),
     /// Tests Zenoh and ROS 2, beside programs of others too, and streams the frames of ten boards,

@@ -2,10 +2,10 @@
 
 use super::screen;
 use super::view::View;
+use crate::chart::Svg;
 use crate::feed::{Feed, Following};
 use crate::live::Connection;
 use crate::stop;
-use crate::svg::Svg;
 use anyhow::{Result, ensure};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;

@@ -1,5 +1,5 @@
 //! Gratings under a hand's speed and a hand's swings with the plan `hand`, in the emulator and by
-//! the library on this PC: the same answers, bit for bit. What docs/results/reproduction.md measures with
+//! the library on this PC: the same answers, bit for bit. What docs/results/papers.md measures with
 //! the library is so what the image measures.
 
 use hal_mock::{Finger, Hand, Sliding, SlidingScene};
@@ -193,7 +193,7 @@ fn places(scene: &Sliding, hand: Hand) -> Stream {
     numbers.map(message_at).collect()
 }
 
-/// The hop is twice that of docs/results/reproduction.md: by place and every 0.05 s the image may leave one
+/// The hop is twice that of docs/results/papers.md: by place and every 0.05 s the image may leave one
 /// of the first windows out. Where a window's length follows from the estimate before it, the next
 /// one then is another than on the PC.
 #[test]

@@ -44,14 +44,11 @@ pub struct BenchArgs {
     /// Fewer windows, for a look.
     #[arg(long, conflicts_with = "chip")]
     pub quick: bool,
-    /// Write trade.md, its picture and its data into a folder.
+    /// Write trade.json and its picture into a folder, and fill in trade.md there.
     #[arg(long, value_name = "FOLDER", num_args = 0..=1, default_missing_value = "docs/results", requires = "elf", conflicts_with_all = ["chip", "quick"])]
     pub write: Option<PathBuf>,
-    /// Write trade.md and its picture anew from the data in a folder, and measure nothing.
-    #[arg(long, value_name = "FOLDER", num_args = 0..=1, default_missing_value = "docs/results", exclusive = true)]
-    pub render: Option<PathBuf>,
     /// Measure the scan plans instead: accuracy here, load and latency on the register model.
-    /// Writes plans.json, and trade.md with it, into a folder. Takes three minutes.
+    /// Writes them into trade.json and trade.md in a folder. Takes three minutes.
     #[arg(long, value_name = "FOLDER", num_args = 0..=1, default_missing_value = "docs/results", exclusive = true)]
     pub plans: Option<PathBuf>,
     /// Print one JSON object.

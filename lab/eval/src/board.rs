@@ -1,23 +1,22 @@
 //! The boards in figures: start, load, interrupts and jitter of the images that get flashed, on the
-//! register model, for docs/results/board.md.
+//! register model, for docs/results/boards.md.
 
 mod stylus;
 
-use crate::page::{self, Table};
+use crate::page::{self, Bar, Figures, Table, Tables, fixed};
 use anyhow::{Context, Result, anyhow};
 use hal_mock::{Constant, Options, Scene, Sliding, SlidingScene};
-use ridgetone_host::output;
 use ridgetone_proto::command::{Command, REQUEST_WIRE_MAX, Request};
 use ridgetone_proto::framing;
 use ridgetone_proto::telemetry::{Decoder, Event};
 use rig::{Board, Image, Rig, Start};
-use std::fs;
+use serde_json::Value;
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
 pub struct BoardArgs {
-    /// Folder with board.md to fill in.
-    #[arg(long, value_name = "FOLDER")]
+    /// Write boards.json into a folder, and fill in boards.md there.
+    #[arg(long, value_name = "FOLDER", num_args = 0..=1, default_missing_value = "docs/results")]
     write: Option<PathBuf>,
 }
 
@@ -53,19 +52,11 @@ const REQUESTS_HZ: f64 = 20.0;
 /// The processor's clock, cycles in a microsecond.
 const CYCLES_US: f64 = 168.0;
 
-/// What is measured.
-pub struct Measured {
-    boards: Vec<Figures>,
-    /// The stylus's table.
-    stylus: String,
-}
-
 /// What is measured of a board, as cells of the tables.
-struct Figures {
-    start: Vec<String>,
-    load: Vec<String>,
-    tasks: Vec<Vec<String>>,
-    jitter: Vec<String>,
+struct Measured {
+    /// Start, load and jitter.
+    figures: Vec<Value>,
+    tasks: Vec<Vec<Value>>,
 }
 
 struct Bench {
@@ -82,7 +73,7 @@ impl Bench {
 
     /// Milliseconds from power-up to START, to the first conversion that is read and to the
     /// greeting's end on the line, and conversions that are lost meanwhile.
-    fn start(&self) -> Result<Vec<String>> {
+    fn start(&self) -> Result<Vec<Value>> {
         let mut rig = self.rig(Constant::default(), None)?;
         let mut decoder = Decoder::new();
         let is_greeting = |event: Event| matches!(event, Event::Hello(_));
@@ -100,17 +91,17 @@ impl Bench {
             .first()
             .context("no conversion is read")?
             .edge_ns;
-        let ms = |ns: u64| format!("{:.1}", ns as f64 * 1e-6);
+        let ms = |ns: u64| fixed(ns as f64 * 1e-6, 1);
         Ok(vec![
             ms(started_ns),
             ms(first_ns),
             ms(greeted_ns),
-            rig.adc().counters().lost.to_string(),
+            rig.adc().counters().lost.into(),
         ])
     }
 
     /// Shares of time that the processor is awake in each phase of the demo's touch, percent.
-    fn load(&self, clock_hz: Option<u32>) -> Result<Vec<String>> {
+    fn load(&self, clock_hz: Option<u32>) -> Result<Vec<Value>> {
         let mut rig = self.rig(SlidingScene::new(Sliding::default())?, clock_hz)?;
         while rig.started_ns().is_none() {
             rig.run_ns(1_000_000)?;
@@ -124,16 +115,13 @@ impl Bench {
                 let before = rig.cycles();
                 rig.run_until(at(*to_s))?;
                 let (cycles, asleep) = (rig.cycles().0 - before.0, rig.cycles().1 - before.1);
-                Ok(format!(
-                    "{:.1}",
-                    (cycles - asleep) as f64 / cycles as f64 * 100.0
-                ))
+                Ok(fixed((cycles - asleep) as f64 / cycles as f64 * 100.0, 1))
             })
             .collect()
     }
 
     /// How the tasks' interrupts are served over the demo's touch while requests arrive.
-    fn tasks(&self) -> Result<Vec<Vec<String>>> {
+    fn tasks(&self) -> Result<Vec<Vec<Value>>> {
         let mut rig = self.rig(SlidingScene::new(Sliding::default())?, None)?;
         rig.run_ns(400_000_000)?;
         rig.forget_served();
@@ -148,7 +136,7 @@ impl Bench {
             let most = |of: fn(&rig::Served) -> u64| served.iter().map(of).max().unwrap_or(0);
             let times = sum(|one| one.times);
             let mean = |cycles: u64| cycles as f64 / times.max(1) as f64;
-            let us = |cycles: f64| format!("{:.1}", cycles / CYCLES_US);
+            let us = |cycles: f64| fixed(cycles / CYCLES_US, 1);
             let run = [
                 mean(sum(|one| one.run_cycles)),
                 most(|one| one.longest_run_cycles) as f64,
@@ -159,14 +147,14 @@ impl Bench {
                 most(|one| one.longest_wait_cycles) as f64,
             ]
             .map(us);
-            [vec![times.to_string()], run.to_vec(), wait.to_vec()].concat()
+            [vec![Value::from(times)], run.to_vec(), wait.to_vec()].concat()
         };
         Ok(TASKS.iter().map(row).collect())
     }
 
     /// Greatest less least difference of the time stamps from the edges of DRDY, microseconds, with
     /// and without bytes that arrive one behind the other.
-    fn jitter(&self) -> Result<Vec<String>> {
+    fn jitter(&self) -> Result<Vec<Value>> {
         let spread = |bytes: usize| {
             let mut rig = self.rig(Constant::default(), None)?;
             rig.run_ns(500_000_000)?;
@@ -179,7 +167,7 @@ impl Bench {
             let (least, most) = late.iter().fold((f64::MAX, f64::MIN), |(a, b), late| {
                 (a.min(*late), b.max(*late))
             });
-            Ok(format!("{:.1}", most - least))
+            Ok(fixed(most - least, 1))
         };
         [0, 20_000].into_iter().map(spread).collect()
     }
@@ -193,104 +181,111 @@ pub fn request(number: u16, command: Command) -> Result<Vec<u8>> {
     Ok(wire[..length].to_vec())
 }
 
-/// Measures each board.
-pub fn measure() -> Result<Measured> {
+/// Measures each board and the stylus.
+pub fn measure() -> Result<Tables> {
     let one = |board| {
         let bench = Bench {
             board,
             image: Image::built(board)?,
         };
-        Ok(Figures {
-            start: bench.start()?,
-            load: [bench.load(None)?, bench.load(Some(FAST_CLOCK_HZ))?].concat(),
+        let loads = [bench.load(None)?, bench.load(Some(FAST_CLOCK_HZ))?].concat();
+        Ok(Measured {
+            figures: [bench.start()?, loads, bench.jitter()?].concat(),
             tasks: bench.tasks()?,
-            jitter: bench.jitter()?,
         })
     };
-    let boards: Result<Vec<_>> = Board::ALL.into_iter().map(one).collect();
-    Ok(Measured {
-        boards: boards?,
-        stylus: stylus::table()?,
-    })
-}
-
-/// A table with a column for each board.
-fn by_board(names: &[String], figures: &[Figures], cells: fn(&Figures) -> &Vec<String>) -> String {
-    let mut table = Table::new(1, &format!("|{}", Board::ALL.map(Board::name).join("|")));
-    for (row, name) in names.iter().enumerate() {
-        let cells = figures.iter().map(|board| cells(board)[row].clone());
-        table.row(&[vec![name.clone()], cells.collect()].concat());
+    let boards = Board::ALL
+        .into_iter()
+        .map(one)
+        .collect::<Result<Vec<_>>>()?;
+    let loads = ["5064", "23,739"].map(|rate| {
+        PHASES.map(|(phase, ..)| format!("load {phase}, {rate} conversions a second, %"))
+    });
+    let names = [
+        "from power-up to START, ms",
+        "from power-up to the first conversion that is read, ms",
+        "from power-up to the end of `hello` on the line, ms",
+        "conversions lost at the start",
+    ];
+    let jitter = ["no byte arrives", "bytes arrive one behind the other"];
+    let jitter = jitter.map(|case| format!("jitter of time stamps, {case}, us"));
+    let names = names
+        .map(str::to_owned)
+        .into_iter()
+        .chain(loads.concat())
+        .chain(jitter);
+    let mut figures = Table::new(&format!("|{}", Board::ALL.map(Board::name).join("|")));
+    for (row, name) in names.enumerate() {
+        let cells = boards.iter().map(|board| board.figures[row].clone());
+        figures.row([Value::from(name)].into_iter().chain(cells));
     }
-    table.end()
+    let mut tasks =
+        Table::new("board|task|runs|mean, us|longest, us|mean wait, us|longest wait, us");
+    for (board, measured) in Board::ALL.into_iter().zip(&boards) {
+        for ((task, _), cells) in TASKS.iter().zip(&measured.tasks) {
+            let names = [Value::from(board.name()), Value::from(*task)];
+            tasks.row(names.into_iter().chain(cells.iter().cloned()));
+        }
+    }
+    Ok(with_bars(Tables::from([
+        ("boards".into(), figures),
+        ("tasks".into(), tasks),
+        ("stylus".into(), stylus::table()?),
+    ])))
 }
 
-fn table(name: &str, measured: &Measured) -> Option<String> {
-    let figures = &measured.boards;
-    let owned = |names: &[&str]| {
-        names
-            .iter()
-            .map(|name| (*name).to_owned())
-            .collect::<Vec<_>>()
-    };
-    Some(match name {
-        "start" => {
-            let names = [
-                "from power-up to START, ms",
-                "from power-up to the first conversion that is read, ms",
-                "from power-up to the end of `hello` on the line, ms",
-                "conversions lost at the start",
-            ];
-            by_board(&owned(&names), figures, |board| &board.start)
-        }
-        "load" => {
-            let names = ["5064", "23,739"].map(|rate| {
-                PHASES.map(|(phase, ..)| format!("{phase}, {rate} conversions a second"))
-            });
-            by_board(&names.concat(), figures, |board| &board.load)
-        }
-        "jitter" => {
-            let names = ["no byte arrives", "bytes arrive one behind the other"];
-            by_board(&owned(&names), figures, |board| &board.jitter)
-        }
-        "stylus" => measured.stylus.clone(),
-        _ => {
-            let at = Board::ALL.iter().position(|board| board.name() == name)?;
-            let mut table = Table::new(
-                1,
-                "task|runs|mean, us|longest, us|mean wait, us|longest wait, us",
-            );
-            for ((task, _), cells) in TASKS.iter().zip(&figures[at].tasks) {
-                table.row(&[vec![(*task).to_owned()], cells.clone()].concat());
-            }
-            table.end()
-        }
-    })
-}
+/// What the figures must be: of rows by the beginning of their names, the greatest.
+const BARS: [(&str, &str, usize, f64); 4] = [
+    ("boards", "conversions lost at the start", 1, 0.0),
+    // A byte lasts 10.9 us, and the USART holds one.
+    ("tasks", "`line`", 6, 10.9),
+    (
+        "stylus",
+        "the same, longest, with the line's in between, us",
+        1,
+        10.0,
+    ),
+    ("stylus", "samples that were not there in time", 1, 0.0),
+];
 
-/// The page with its tables filled in.
-pub fn page(measured: &Measured, text: &str) -> Result<String> {
-    page::filled(text, |name| table(name, measured))
+/// The tables with that of the bars.
+pub fn with_bars(mut tables: Tables) -> Tables {
+    let bars = BARS.map(|(table, name, from, most)| {
+        let rows = tables.get(table).into_iter().flat_map(|table| &table.rows);
+        let own = rows.filter(|row| row.iter().any(|cell| cell == name));
+        let figures = own.flat_map(|row| row.iter().skip(from).filter_map(Value::as_f64));
+        let greatest = figures.reduce(f64::max);
+        let what = match table {
+            "tasks" => format!("{name}, longest wait, us"),
+            "stylus" => format!(
+                "stylus: {}",
+                name.replace("the same", "interrupt of a sample")
+            ),
+            _ => name.to_owned(),
+        };
+        Bar {
+            bar: what,
+            limit: format!("at most {most}"),
+            measured: greatest.map_or_else(|| "-".into(), |figure| figure.to_string()),
+            met: greatest.is_some_and(|figure| figure <= most),
+        }
+    });
+    tables.insert("bars".into(), page::bars(&bars));
+    tables
 }
 
 /// The command.
 pub fn run(args: &BoardArgs) -> Result<()> {
-    let measured = measure()?;
-    let Some(folder) = &args.write else {
-        let names = [
-            "start",
-            "load",
-            "feather-f405",
-            "nucleo-f446re",
-            "jitter",
-            "stylus",
-        ];
-        let tables: Vec<String> = names
-            .iter()
-            .filter_map(|name| table(name, &measured))
-            .collect();
-        return output::line(&tables.join("\n\n"));
-    };
-    let path = folder.join("board.md");
-    let text = fs::read_to_string(&path).with_context(|| path.display().to_string())?;
-    fs::write(&path, page(&measured, &text)?).with_context(|| path.display().to_string())
+    let tables = measure()?;
+    match &args.write {
+        Some(folder) => page::write(
+            folder,
+            "boards",
+            &Figures {
+                tables,
+                detail: page::None {},
+            },
+        ),
+        None => page::print(&tables),
+    }
 }

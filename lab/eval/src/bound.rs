@@ -76,6 +76,26 @@ impl Clue {
         clues.iter().fold(Self::default(), add)
     }
 
+    /// What values say of a frequency, if `derivative` is theirs by it and `basis` is unknown: of
+    /// white noise of variance one.
+    pub fn of(mut derivative: Vec<f64>, values: &[f64], basis: &[Vec<f64>]) -> Self {
+        let whole = length(&derivative);
+        remove(&mut derivative, basis);
+        let remainder = length(&derivative);
+        // A remainder of the size of rounding is no information.
+        if remainder <= DEPENDENT * whole {
+            return Self::default();
+        }
+        Self {
+            information: remainder.powi(2),
+            score: derivative
+                .iter()
+                .zip(values)
+                .map(|(part, value)| part * value)
+                .sum(),
+        }
+    }
+
     /// The bound, hertz; infinite where there is no information.
     pub fn sigma_hz(&self) -> f64 {
         1.0 / self.information.sqrt()
@@ -176,21 +196,12 @@ impl Columns {
                 *sum += turn * t_s * (harmonic.sin * cos - harmonic.cos * sin);
             }
         }
-        let whole = length(&derivative);
-        remove(&mut derivative, &self.nuisance);
-        let remainder = length(&derivative);
-        // A remainder of the size of rounding is no information.
-        if remainder <= DEPENDENT * whole {
-            return Clue::default();
-        }
-        let met: f64 = derivative
-            .iter()
-            .enumerate()
-            .map(|(frame, part)| part * value(frame))
-            .sum();
+        let values: Vec<f64> = (0..derivative.len()).map(value).collect();
+        let clue = Clue::of(derivative, &values, &self.nuisance);
+        let variance = channel.sigma.powi(2);
         Clue {
-            information: (remainder / channel.sigma).powi(2),
-            score: met / channel.sigma.powi(2),
+            information: clue.information / variance,
+            score: clue.score / variance,
         }
     }
 }
@@ -225,7 +236,7 @@ pub fn remove(column: &mut [f64], basis: &[Vec<f64>]) {
     }
 }
 
-pub fn length(column: &[f64]) -> f64 {
+fn length(column: &[f64]) -> f64 {
     column.iter().map(|value| value * value).sum::<f64>().sqrt()
 }
 

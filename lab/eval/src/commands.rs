@@ -6,8 +6,9 @@ use crate::board::{self, BoardArgs};
 use crate::distance::{self, DistanceArgs};
 use crate::faults::{self, FaultsArgs};
 use crate::noise::{self, NoiseArgs};
-use crate::recordings::{self, RecordingsArgs};
+use crate::page::{self, Figures, Tables};
 use crate::reproduce;
+use crate::reproduce::results::Reproduction;
 use crate::reproduce::taken::Place;
 use crate::touch::{self, TouchArgs};
 use crate::trade;
@@ -39,25 +40,28 @@ enum Command {
     Board(BoardArgs),
     /// Fit windows whose noise is not white, that hold no tone, or a tone and something else.
     Noise(NoiseArgs),
-    /// Fit recordings in stretches, and hold neighbouring good ones against each other.
-    Recordings(RecordingsArgs),
     /// Look for contacts, slides and releases in traces with known times.
     Touch(TouchArgs),
     /// Compute what a pin display does to a finger, beside a paper's figures.
     Distance(DistanceArgs),
+    /// Make the tables and pictures of all pages again from the figures as they are.
+    Pages {
+        /// Their folder.
+        #[arg(default_value = "docs/results")]
+        folder: PathBuf,
+    },
     /// Inject faults into the chip, its bus and its lines, and count the consequences.
     Faults(FaultsArgs),
 }
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Takes a minute or two, with --emulated some minutes. Writes reproduction.json, reproduction.md and the pictures in reproduction/.
+Takes a minute or two, with --emulated some minutes. Writes papers.json, papers.md and its pictures.
 
 Examples:
   cargo xtask reproduce --out paper
   cargo xtask reproduce --emulated --out paper
-  cargo xtask reproduce --wavelengths
-  cargo xtask reproduce --render --out paper")]
+  cargo xtask reproduce --wavelengths")]
 struct ReproduceArgs {
     /// Run the firmware image in QEMU instead of its library on this PC; both give the same
     /// numbers.
@@ -71,13 +75,9 @@ struct ReproduceArgs {
     /// Folder to write to.
     #[arg(long, value_name = "FOLDER", default_value = "docs/results")]
     out: PathBuf,
-    /// Measure the other paper's wavelengths and powers (Okamoto et al.) instead, fill in their
-    /// tables and draw their pictures alone.
-    #[arg(long, conflicts_with_all = ["emulated", "runs", "render"])]
-    wavelengths: bool,
-    /// Measure nothing: fill in the page from reproduction.json.
+    /// Measure the other paper's wavelengths and powers (Okamoto et al.) instead.
     #[arg(long, conflicts_with_all = ["emulated", "runs"])]
-    render: bool,
+    wavelengths: bool,
 }
 
 /// The counts on the chip, and the trade.
@@ -89,12 +89,15 @@ struct BenchJson<'a> {
 }
 
 fn run_bench(args: &BenchArgs) -> Result<()> {
-    if let Some(folder) = &args.render {
-        return trade::render(folder);
-    }
     if let Some(folder) = &args.plans {
-        trade::plans::write(folder)?;
-        return trade::render(folder);
+        let plans = trade::plans::measure(trade::plans::WINDOWS, true)?;
+        return trade::write(
+            Trade {
+                plans,
+                ..trade::load(folder)?
+            },
+            folder,
+        );
     }
     let images = args
         .elf
@@ -106,7 +109,7 @@ fn run_bench(args: &BenchArgs) -> Result<()> {
         .map(|((elf, baselines), (flash, ram))| bench::run(elf, baselines, firmware, flash, ram))
         .transpose()?;
     if let Some(chip) = chip.as_ref().filter(|_| !args.json) {
-        output::line(chip.to_string().trim_end())?;
+        page::print(&chip.tables())?;
     }
     let effort = if args.quick {
         trade::QUICK
@@ -116,38 +119,52 @@ fn run_bench(args: &BenchArgs) -> Result<()> {
     let trade = (!args.chip)
         .then(|| trade::measure(effort, chip.as_ref()))
         .transpose()?;
-    if let (Some(folder), Some(trade)) = (&args.write, &trade) {
-        trade::write(trade, folder)?;
-    }
     if args.json {
         return output::line(&serde_json::to_string(&BenchJson {
             chip: chip.as_ref(),
             trade: trade.as_ref(),
         })?);
     }
-    let Some(trade) = trade else { return Ok(()) };
-    let noise = noise::load(args.write.as_deref().unwrap_or(Path::new("docs/results")))?;
-    output::line(&format!("\n{}", trade::summary(&trade, &noise)))
+    match (trade, &args.write) {
+        (None, _) => Ok(()),
+        (Some(trade), None) => page::print(&trade::figures(trade).tables),
+        (Some(trade), Some(folder)) => {
+            let plans = trade::load(folder)?.plans;
+            trade::write(Trade { plans, ..trade }, folder)
+        }
+    }
 }
 
-/// The trade shows the noise too: where its data are in the same folder, its page follows.
-fn run_noise(args: &NoiseArgs) -> Result<()> {
-    let Some(folder) = noise::run(args)? else {
-        return Ok(());
-    };
-    if folder.join("trade.json").is_file() {
-        trade::render(folder)
-    } else {
-        Ok(())
+/// Makes the tables and pictures of a folder again; what is not measured there is left out.
+fn make_pages(folder: &Path) -> Result<()> {
+    trade::write(trade::load(folder)?, folder)?;
+    noise::write(noise::load(folder)?, folder)?;
+    touch::write(touch::load(folder)?, folder)?;
+    let papers = page::load::<Reproduction>(folder, reproduce::TOPIC)?;
+    reproduce::write(papers.detail, folder)?;
+    reproduce::okamoto::write_picture(folder)?;
+    let bars: [(&str, fn(Tables) -> Tables); 3] = [
+        ("boards", board::with_bars),
+        ("distance", |tables| tables),
+        ("faults", faults::table::with_bars),
+    ];
+    for (topic, with_bars) in bars {
+        let Figures { tables, detail } = page::load::<page::None>(folder, topic)?;
+        page::write(
+            folder,
+            topic,
+            &Figures {
+                tables: with_bars(tables),
+                detail,
+            },
+        )?;
     }
+    Ok(())
 }
 
 fn run_reproduce(args: &ReproduceArgs) -> Result<()> {
     if args.wavelengths {
         return reproduce::okamoto::write(&args.out);
-    }
-    if args.render {
-        return reproduce::render(&args.out);
     }
     if args.firmware.elf.is_some() && !args.emulated {
         return Err(UsageError(
@@ -158,8 +175,7 @@ fn run_reproduce(args: &ReproduceArgs) -> Result<()> {
     let elf = args.emulated.then(|| args.firmware.image()).transpose()?;
     let options = elf.as_ref().map(|elf| args.firmware.options(elf));
     let place = options.as_ref().map_or(Place::Pc, Place::Emulator);
-    reproduce::write(&reproduce::measure(args.runs, place)?, &args.out)?;
-    output::line(&format!("{}", args.out.join("reproduction.md").display()))
+    reproduce::write(reproduce::measure(args.runs, place)?, &args.out)
 }
 
 /// Runs the command of the process.
@@ -168,8 +184,8 @@ pub fn main() -> ExitCode {
         Command::Reproduce(args) => run_reproduce(&args),
         Command::Bench(args) => run_bench(&args),
         Command::Board(args) => board::run(&args),
-        Command::Noise(args) => run_noise(&args),
-        Command::Recordings(args) => recordings::run(&args),
+        Command::Noise(args) => noise::run(&args),
+        Command::Pages { folder } => make_pages(&folder),
         Command::Touch(args) => touch::run(&args),
         Command::Distance(args) => distance::run(&args),
         Command::Faults(args) => faults::run(&args),
@@ -218,12 +234,6 @@ mod tests {
         assert!(
             elf.is::<UsageError>() && elf.to_string().contains("--emulated"),
             "{elf}"
-        );
-        let folder = tempfile::tempdir().expect("a folder");
-        let nothing = refused(&["--render", "--out", folder.path().to_str().expect("UTF-8")]);
-        assert!(
-            format!("{nothing:#}").contains("reproduction.json"),
-            "{nothing:#}"
         );
     }
 }

@@ -25,17 +25,17 @@ mod plan;
 pub mod power_cuts;
 pub mod row;
 mod scan_order;
-mod table;
+pub mod table;
 mod task_sim;
 
+use crate::page::{self, Tables};
 use anyhow::{Context, Result, ensure};
 use campaign::Campaign;
 use family::Family;
 use ridgetone_host::cli::FirmwareOptions;
 use ridgetone_host::output;
 use ridgetone_proto::plan::Plan;
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 #[derive(Debug, clap::Args)]
@@ -63,9 +63,9 @@ pub struct FaultsArgs {
         conflicts_with = "emulated"
     )]
     plan: Vec<String>,
-    /// Write faults.md to this folder: of all families, hence not with --only. With --plan only
-    /// their tables are filled in.
-    #[arg(long, value_name = "FOLDER", conflicts_with = "only")]
+    /// Write faults.json into a folder, and fill in faults.md there: of all families, hence not
+    /// with --only. With --plan only the tables of these plans.
+    #[arg(long, value_name = "FOLDER", num_args = 0..=1, default_missing_value = "docs/results", conflicts_with = "only")]
     write: Option<PathBuf>,
     /// One JSON object instead of the table.
     #[arg(long)]
@@ -85,16 +85,12 @@ pub fn run(args: &FaultsArgs) -> Result<()> {
             let elf = args.firmware.image()?;
             campaign.on_emulator(args.emulated, args.only, args.firmware.options(&elf))?;
         }
-        conclude(args, &campaign, |_| table::page(&campaign))?
+        conclude(args, &campaign, None)?
     } else {
         let mut is_clean = true;
         for (name, scan) in args.plan.iter().zip(scans) {
             let campaign = on_pc(args, scan)?;
-            let page = |path: &Path| {
-                let page = fs::read_to_string(path).with_context(|| path.display().to_string())?;
-                table::with_plan(&page, name, &campaign)
-            };
-            is_clean &= conclude(args, &campaign, page)?;
+            is_clean &= conclude(args, &campaign, Some(name))?;
         }
         is_clean
     };
@@ -116,21 +112,24 @@ fn on_pc(args: &FaultsArgs, scan: Plan) -> Result<Campaign> {
     Ok(campaign)
 }
 
-/// Writes the page and prints the table. Whether everything is zero that must be.
-fn conclude(
-    args: &FaultsArgs,
-    campaign: &Campaign,
-    page: impl FnOnce(&Path) -> Result<String>,
-) -> Result<bool> {
+/// Writes the figures and prints the table. Whether everything is zero that must be.
+fn conclude(args: &FaultsArgs, campaign: &Campaign, plan: Option<&str>) -> Result<bool> {
     if let Some(folder) = &args.write {
-        let path = folder.join("faults.md");
-        output::whole_text(&path, &page(&path)?)?;
+        let before = page::load(folder, "faults")?;
+        page::write(
+            folder,
+            "faults",
+            &table::with_campaign(before, plan, campaign),
+        )?;
     }
-    output::line(&if args.json {
-        serde_json::to_string(campaign)?
+    if args.json {
+        output::line(&serde_json::to_string(campaign)?)?;
     } else {
-        table::table(campaign)
-    })?;
+        page::print(&Tables::from([(
+            "faults".into(),
+            table::table(campaign, |_| true),
+        )]))?;
+    }
     for row in &campaign.rows {
         let failures = row.failures();
         if !failures.is_empty() {

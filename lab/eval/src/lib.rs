@@ -10,7 +10,6 @@
 //! | cost beside accuracy | `trade` |
 //! | the boards' images on the register model | `board` |
 //! | noise that is not white, and what is no tone | `noise` |
-//! | recordings in stretches: whether neighbours agree | `recordings` |
 //! | touches against their truth | `touch` |
 //! | the paper's experiment | `reproduce` |
 //! | a pin display under a finger, beside another paper | `distance` |
@@ -33,10 +32,6 @@ pub use commands::main;
 #[cfg(not(target_os = "none"))]
 mod accuracy;
 #[cfg(not(target_os = "none"))]
-mod axis;
-#[cfg(not(target_os = "none"))]
-mod bar;
-#[cfg(not(target_os = "none"))]
 mod bench;
 #[cfg(not(target_os = "none"))]
 mod board;
@@ -56,10 +51,6 @@ mod noise;
 mod page;
 #[cfg(not(target_os = "none"))]
 mod parallel;
-#[cfg(not(target_os = "none"))]
-mod plot;
-#[cfg(not(target_os = "none"))]
-mod recordings;
 #[cfg(not(target_os = "none"))]
 mod reproduce;
 #[cfg(not(target_os = "none"))]

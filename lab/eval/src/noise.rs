@@ -10,18 +10,15 @@ mod measure;
 mod parts;
 pub(crate) mod process;
 mod recordings;
-mod tables;
 mod window;
 
-use crate::page;
+use crate::page::{self, Figures, Tables};
 use crate::parallel;
 use anyhow::Result;
-pub use cells::WINDOWS_S;
-use cells::{Cell, Group, cells};
-pub use kinds::{Kind, kinds};
+use cells::{Cell, Group, WINDOWS_S, cells};
 use measure::{Answers, measure};
 use process::Noise;
-use ridgetone_host::output;
+use ridgetone_host::output::whole_text;
 use ridgetone_host::usage::UsageError;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -31,10 +28,7 @@ const WINDOWS: u32 = 200;
 /// The seed of the page. Constants of the estimator are chosen on others.
 const SEED: u64 = 20_000;
 
-const PAGE: &str = "noise.md";
-const DATA: &str = "noise.json";
-/// Of another seed than the page's, which shows how many of its figures are beyond their bars.
-const DATA_OF_ANOTHER_SEED: &str = "noise-other-seed.json";
+const TOPIC: &str = "noise";
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
@@ -43,9 +37,7 @@ With 200 windows a cell it takes three minutes on two cores. Equal seeds give eq
 Examples:
   cargo xtask noise --windows 20
   cargo xtask noise --seed 1 --group sigma
-  cargo xtask noise --write docs/results
-  cargo xtask noise --seed 1 --write docs/results
-  cargo xtask noise --render docs")]
+  cargo xtask noise --write")]
 pub struct NoiseArgs {
     /// Windows of each cell.
     #[arg(long, value_name = "N", default_value_t = WINDOWS, value_parser = clap::value_parser!(u32).range(1..))]
@@ -59,16 +51,12 @@ pub struct NoiseArgs {
     /// Only cells whose name contains this.
     #[arg(long, value_name = "TEXT", conflicts_with = "write")]
     cell: Option<String>,
-    /// Folder with noise.md to fill in; noise.json is written beside it, with another seed than the
-    /// page's noise-other-seed.json.
-    #[arg(long, value_name = "FOLDER")]
+    /// Write noise.json and its picture into a folder, and fill in noise.md there.
+    #[arg(long, value_name = "FOLDER", num_args = 0..=1, default_missing_value = "docs/results")]
     write: Option<PathBuf>,
     /// Recordings without a tone as CSV, of sixteen channels: cells with their noise are added.
     #[arg(long, value_name = "FILE", num_args = 1..)]
     real: Vec<PathBuf>,
-    /// Measure nothing: fill in noise.md of a folder from noise.json.
-    #[arg(long, value_name = "FOLDER", num_args = 0..=1, default_missing_value = "docs/results", exclusive = true)]
-    render: Option<PathBuf>,
 }
 
 /// The answers of a row, a column for each of [`WINDOWS_S`].
@@ -78,8 +66,7 @@ pub struct Row {
     name: String,
     snr_db: Option<f64>,
     answers: Vec<Answers>,
-    /// Of the opponent, to some of the windows.
-    #[serde(default)]
+    /// The opponent's answers, to some of the windows.
     nls: Vec<Answers>,
 }
 
@@ -107,6 +94,11 @@ impl Row {
             .into_iter()
             .find(|cell| of(cell) == (self.group, self.name.as_str(), self.snr_db))
     }
+}
+
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Rows {
+    rows: Vec<Row>,
 }
 
 /// The answers of every cell, or of those of one group, or whose name contains a text; with noise
@@ -151,67 +143,65 @@ pub fn rows(
     Ok(cells.iter().zip(answers).map(row).collect())
 }
 
-/// The page with its tables filled in, from the rows of its seed and from those of another.
-pub fn page(rows: &[Row], other_seed: &[Row], text: &str) -> Result<String> {
-    page::filled(text, |name| {
-        if name == tables::MISSED {
-            Some(tables::missed(rows, other_seed))
-        } else {
-            tables::table(rows, name)
-        }
-    })
-}
-
-/// The rows that were measured last, from a folder; none where nothing was.
-pub fn load(folder: &Path) -> Result<Vec<Row>> {
-    page::load_measured(folder, DATA)
-}
-
-/// The same of another seed.
-pub fn load_other_seed(folder: &Path) -> Result<Vec<Row>> {
-    page::load_measured(folder, DATA_OF_ANOTHER_SEED)
-}
-
-/// Fills in the page of a folder from its data.
-fn render(folder: &Path) -> Result<()> {
-    page::render(folder, PAGE, |text| {
-        page(&load(folder)?, &load_other_seed(folder)?, text)
-    })
-}
-
-/// Does it, and gives the folder whose page it wrote.
-pub fn run(args: &NoiseArgs) -> Result<Option<&Path>> {
-    if let Some(folder) = &args.render {
-        return render(folder).map(|()| Some(folder.as_path()));
+/// The figures of these rows.
+pub fn figures(rows: Vec<Row>) -> Figures<Rows> {
+    let tables = Tables::from([
+        ("bars".into(), bars::table(&rows)),
+        ("kinds".into(), kinds::table(&rows)),
+    ]);
+    Figures {
+        tables,
+        detail: Rows { rows },
     }
+}
+
+/// Writes the figures, the page and its picture.
+pub fn write(rows: Vec<Row>, folder: &Path) -> Result<()> {
+    let figures = figures(rows);
+    page::write(folder, TOPIC, &figures)?;
+    whole_text(
+        &folder.join("noise.svg"),
+        &kinds::picture(&figures.detail.rows),
+    )
+}
+
+/// The picture of the page.
+#[cfg(test)]
+pub fn picture(detail: &Rows) -> String {
+    kinds::picture(&detail.rows)
+}
+
+/// What was measured last in a folder.
+pub fn load(folder: &Path) -> Result<Vec<Row>> {
+    page::load::<Rows>(folder, TOPIC).map(|figures| figures.detail.rows)
+}
+
+pub fn run(args: &NoiseArgs) -> Result<()> {
     let of = (args.group.as_deref(), args.cell.as_deref());
     let rows = rows(args.windows, args.seed, of, &args.real)?;
-    if let Some(folder) = &args.write {
-        // A line for each row, so that a diff shows which changed.
-        let json = serde_json::to_string(&rows)?.replace("},{\"group\"", "},\n{\"group\"");
-        let data = if args.seed == SEED {
-            DATA
-        } else {
-            DATA_OF_ANOTHER_SEED
-        };
-        output::whole_text(&folder.join(data), &(json + "\n"))?;
-        return render(folder).map(|()| Some(folder.as_path()));
+    match &args.write {
+        Some(folder) => write(rows, folder),
+        None => page::print(&figures(rows).tables),
     }
-    let measured = |group: &Group| rows.iter().any(|row| row.group == *group);
-    for name in Group::ALL
-        .into_iter()
-        .filter(measured)
-        .flat_map(tables::names)
-    {
-        output::line(&format!(
-            "{name}\n{}\n",
-            tables::table(&rows, &name).unwrap_or_default()
-        ))?;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tests::from_root;
+
+    /// The measured figures repeat: a few windows of each cell, on any number of cores.
+    #[test]
+    fn equal_seeds_give_equal_rows() {
+        let rows = || rows(2, 5, (None, None), &[]).expect("rows");
+        let first = rows();
+        assert!(first.len() > 50 && first == rows());
     }
-    output::line(&format!(
-        "{}\n{}",
-        tables::MISSED,
-        tables::missed(&rows, &[])
-    ))?;
-    Ok(None)
+
+    /// A renamed cell would lose its bars.
+    #[test]
+    fn each_row_of_the_data_has_its_cell() {
+        let rows = load(&from_root("docs/results")).expect("the data");
+        assert!(!rows.is_empty() && rows.iter().all(|row| row.cell().is_some()));
+    }
 }

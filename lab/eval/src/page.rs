@@ -1,104 +1,106 @@
-//! Pages in Markdown: a person writes the text, a run fills in the tables.
+//! Figures as JSON, and a page of Markdown beside them whose tables are filled in from the JSON.
 //!
-//! A table stands between the lines `<!-- table: NAME -->` and `<!-- end -->`.
+//! A person writes the page. A table stands between the lines `<!-- NAME -->` and `<!-- end -->`;
+//! `<!-- NAME: 0 2 3 -->` shows some of its columns.
 
 use anyhow::{Context, Result};
+use ridgetone_host::digits::significant;
 use ridgetone_host::output;
 use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-/// A table in Markdown, figures to the right.
-pub struct Table(String);
+/// A table of figures; each cell is a number, a text or nothing.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Table {
+    pub columns: Vec<String>,
+    pub rows: Vec<Vec<Value>>,
+}
+
+/// The tables of a page by name.
+pub type Tables = BTreeMap<String, Table>;
 
 impl Table {
-    /// With headings that `|` separates, the first `left` of them over text.
-    pub fn new(left: usize, headings: &str) -> Self {
-        let headings: Vec<&str> = headings.split('|').collect();
-        let rule = (0..headings.len()).map(|column| if column < left { "---" } else { "---:" });
-        Self(format!(
-            "| {} |\n|{}|\n",
-            headings.join(" | "),
-            rule.collect::<Vec<_>>().join("|")
-        ))
+    /// A table with headings that `|` separates.
+    pub fn new(headings: &str) -> Self {
+        let columns = headings.split('|').map(str::to_owned).collect();
+        Self {
+            columns,
+            rows: Vec::new(),
+        }
     }
 
-    pub fn row(&mut self, cells: &[String]) {
-        self.0 += &format!("| {} |\n", cells.join(" | "));
+    pub fn row(&mut self, cells: impl IntoIterator<Item = Value>) {
+        self.rows.push(cells.into_iter().collect());
     }
 
-    /// The table, without the end of its last line.
-    pub fn end(self) -> String {
-        self.0.trim_end().to_owned()
+    /// The table in Markdown, with these of its columns; figures stand to the right.
+    fn markdown(&self, columns: &[usize]) -> String {
+        let cell = |row: &[Value], column: &usize| row.get(*column).map_or_else(String::new, shown);
+        let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
+        let is_text = |column: &usize| {
+            self.rows
+                .iter()
+                .any(|row| row.get(*column).is_some_and(Value::is_string))
+        };
+        let headings = columns
+            .iter()
+            .filter_map(|column| self.columns.get(*column).cloned());
+        let rules: Vec<&str> = columns
+            .iter()
+            .map(|c| if is_text(c) { "---" } else { "---:" })
+            .collect();
+        let mut text = line(headings.collect()) + &format!("|{}|\n", rules.join("|"));
+        for row in &self.rows {
+            text += &line(columns.iter().map(|column| cell(row, column)).collect());
+        }
+        text.trim_end().to_owned()
     }
 }
 
-const START: &str = "<!-- table: ";
-const START_END: &str = " -->\n";
-const END: &str = "\n<!-- end -->";
-
-/// The page with every table replaced by what `table` gives for its name.
-pub fn filled(page: &str, table: impl Fn(&str) -> Option<String>) -> Result<String> {
-    let mut parts = page.split(START);
-    let mut text = parts.next().unwrap_or_default().to_owned();
-    for part in parts {
-        let (name, rest) = part
-            .split_once(START_END)
-            .context("a table without a name")?;
-        let (_, rest) = rest
-            .split_once(END)
-            .with_context(|| format!("table {name}: no end"))?;
-        let table = table(name).with_context(|| format!("no table is called {name}"))?;
-        text += &format!("{START}{name}{START_END}{table}{END}{rest}");
+fn shown(cell: &Value) -> String {
+    match (cell, cell.as_u64()) {
+        (Value::String(text), _) => text.clone(),
+        (Value::Bool(is_met), _) => if *is_met { "met" } else { "**not met**" }.into(),
+        (_, Some(number)) => grouped(number),
+        (Value::Number(number), None) => number.to_string(),
+        _ => "-".into(),
     }
-    Ok(text)
 }
 
-/// A table of a page as it is.
-pub fn table_of<'a>(page: &'a str, name: &str) -> Option<&'a str> {
-    let (_, rest) = page.split_once(&format!("{START}{name}{START_END}"))?;
-    rest.split_once(END).map(|(table, _)| table)
+/// A cell with so many significant digits; nothing where there is no number.
+pub fn figure(value: impl Into<Option<f64>>, digits: usize) -> Value {
+    let value = value.into().filter(|value| value.is_finite());
+    value
+        .and_then(|value| significant(value, digits).parse::<f64>().ok())
+        .map_or(Value::Null, number)
 }
 
-/// The data of a page, from their JSON file.
-pub fn load<T: DeserializeOwned>(path: &Path) -> Result<T> {
-    let text = fs::read_to_string(path).with_context(|| path.display().to_string())?;
-    serde_json::from_str(&text).with_context(|| path.display().to_string())
+/// A cell with so many decimals.
+pub fn fixed(value: impl Into<Option<f64>>, decimals: usize) -> Value {
+    let value = value.into().filter(|value| value.is_finite());
+    value
+        .and_then(|value| format!("{value:.decimals$}").parse().ok())
+        .map_or(Value::Null, number)
 }
 
-/// The data of a page from a folder; nothing where nothing was measured.
-pub fn load_measured<T: DeserializeOwned + Default>(folder: &Path, data: &str) -> Result<T> {
-    let path = folder.join(data);
-    if path.is_file() {
-        load(&path)
+/// A share in percent, to a tenth; nothing of none.
+pub fn percent(count: u32, of: u32) -> Value {
+    fixed(
+        (of > 0).then(|| 100.0 * f64::from(count) / f64::from(of)),
+        1,
+    )
+}
+
+/// A whole number is written as one.
+fn number(value: f64) -> Value {
+    if value.fract() == 0.0 && value.abs() < 1e15 {
+        Value::from(value as i64)
     } else {
-        Ok(T::default())
-    }
-}
-
-/// Fills in a page of a folder, and says which.
-pub fn render(
-    folder: &Path,
-    page: &str,
-    filled: impl FnOnce(&str) -> Result<String>,
-) -> Result<()> {
-    let path = folder.join(page);
-    let text = fs::read_to_string(&path).with_context(|| path.display().to_string())?;
-    output::whole_text(&path, &filled(&text)?)?;
-    output::line(&path.display().to_string())
-}
-
-/// A figure of `decimals` decimals, or a dash where there is none.
-pub fn figure(value: Option<f64>, decimals: usize) -> String {
-    value.map_or_else(|| "-".into(), |value| format!("{value:.decimals$}"))
-}
-
-/// A ratio of error and bound: two decimals near the bound, fewer far from it.
-pub fn over_bound(ratio: f64) -> String {
-    if ratio < 10.0 {
-        format!("{ratio:.2}")
-    } else {
-        grouped(ratio.round() as u64)
+        Value::from(value)
     }
 }
 
@@ -115,19 +117,138 @@ pub fn grouped(number: u64) -> String {
     text
 }
 
+/// Something that must hold, and whether it does.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Bar {
+    pub bar: String,
+    pub limit: String,
+    pub measured: String,
+    pub met: bool,
+}
+
+impl Bar {
+    /// A number that must not be greater than `limit`.
+    pub fn at_most(bar: &str, limit: u64, measured: u64) -> Self {
+        Self {
+            bar: bar.into(),
+            limit: format!("at most {}", grouped(limit)),
+            measured: grouped(measured),
+            met: measured <= limit,
+        }
+    }
+}
+
+pub fn bars<'a>(bars: impl IntoIterator<Item = &'a Bar>) -> Table {
+    let mut table = Table::new("what must hold|limit|measured|");
+    for Bar {
+        bar,
+        limit,
+        measured,
+        met,
+    } in bars
+    {
+        let texts = [bar, limit, measured].map(|text| Value::from(text.as_str()));
+        table.row(texts.into_iter().chain([Value::from(*met)]));
+    }
+    table
+}
+
+/// The page with each of its tables filled in.
+pub fn filled(page: &str, tables: &Tables) -> Result<String> {
+    let (mut text, mut lines) = (String::new(), page.lines());
+    while let Some(line) = lines.next() {
+        text += line;
+        text.push('\n');
+        let Some(marker) = line
+            .strip_prefix("<!-- ")
+            .and_then(|rest| rest.strip_suffix(" -->"))
+        else {
+            continue;
+        };
+        let (name, columns) = marker.split_once(": ").unwrap_or((marker, ""));
+        let table = tables
+            .get(name)
+            .with_context(|| format!("no table is called {name}"))?;
+        let columns: Result<Vec<usize>, _> = columns.split_whitespace().map(str::parse).collect();
+        let mut columns = columns.with_context(|| line.to_owned())?;
+        if columns.is_empty() {
+            columns = (0..table.columns.len()).collect();
+        }
+        lines
+            .find(|line| *line == "<!-- end -->")
+            .with_context(|| format!("{name}: no end"))?;
+        text += &format!("{}\n<!-- end -->\n", table.markdown(&columns));
+    }
+    Ok(text)
+}
+
+/// The figures of a topic: the tables of its page, and what they were made of.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Figures<T> {
+    pub tables: Tables,
+    #[serde(default)]
+    pub detail: T,
+}
+
+/// Nothing beside the tables.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct None {}
+
+/// Reads the figures of a topic; none where nothing was measured.
+pub fn load<T: DeserializeOwned + Default>(folder: &Path, topic: &str) -> Result<Figures<T>> {
+    let path = folder.join(format!("{topic}.json"));
+    if !path.is_file() {
+        return Ok(Figures::default());
+    }
+    let text = fs::read_to_string(&path).with_context(|| path.display().to_string())?;
+    serde_json::from_str(&text).with_context(|| path.display().to_string())
+}
+
+/// Writes the figures of a topic, and fills in its page if the folder has one.
+pub fn write<T: Serialize>(folder: &Path, topic: &str, figures: &Figures<T>) -> Result<()> {
+    fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+    // A line for each row and each object, so that a diff shows what changed.
+    let json = serde_json::to_string(figures)?;
+    let json = json.replace("],[", "],\n[").replace("},{", "},\n{");
+    output::whole_text(&folder.join(format!("{topic}.json")), &(json + "\n"))?;
+    let page = folder.join(format!("{topic}.md"));
+    if page.is_file() {
+        let text = fs::read_to_string(&page).with_context(|| page.display().to_string())?;
+        output::whole_text(&page, &filled(&text, &figures.tables)?)?;
+    }
+    output::line(&page.display().to_string())
+}
+
+/// Prints all tables.
+pub fn print(tables: &Tables) -> Result<()> {
+    for (name, table) in tables {
+        let columns: Vec<usize> = (0..table.columns.len()).collect();
+        output::line(&format!("{name}\n{}\n", table.markdown(&columns)))?;
+    }
+    Ok(())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn every_table_is_replaced_and_the_text_stays() {
-        let table = |name: &str| (name != "c").then(|| name.to_uppercase());
-        let page = "1\n<!-- table: a -->\nold\n<!-- end -->\n2 <!-- a comment -->\n<!-- table: b -->\n\n<!-- end -->\n3";
-        let new = "1\n<!-- table: a -->\nA\n<!-- end -->\n2 <!-- a comment -->\n<!-- table: b -->\nB\n<!-- end -->\n3";
-        assert_eq!(filled(page, table).expect("tables"), new);
-        assert_eq!(filled(new, table).expect("tables"), new);
-        assert!(filled("<!-- table: c -->\n\n<!-- end -->", table).is_err());
-        assert!(filled("<!-- table: a -->\n", table).is_err());
+    fn tables_are_filled_in_and_the_text_stays() {
+        let mut table = Table::new("what|n|share|");
+        table.row(["a".into(), 1234.into(), figure(0.012_34, 2), true.into()]);
+        table.row(["b".into(), Value::Null, fixed(2.0, 1), false.into()]);
+        let tables = Tables::from([("t".to_owned(), table)]);
+        let page = "1\n<!-- t: 0 3 -->\nold\n<!-- end -->\n2\n<!-- t -->\n<!-- end -->\n";
+        let new = filled(page, &tables).expect("tables");
+        assert_eq!(
+            new,
+            "1\n<!-- t: 0 3 -->\n| what |  |\n|---|---:|\n| a | met |\n| b | **not met** |\n<!-- end -->\n2\n\
+             <!-- t -->\n| what | n | share |  |\n|---|---:|---:|---:|\n| a | 1,234 | 0.012 | met |\n\
+             | b | - | 2 | **not met** |\n<!-- end -->\n"
+        );
+        assert_eq!(filled(&new, &tables).expect("tables"), new);
+        assert!(filled("<!-- other -->\n<!-- end -->\n", &tables).is_err());
+        assert!(filled("<!-- t -->\n", &tables).is_err());
     }
 
     #[test]

@@ -24,10 +24,6 @@ const CHOP_FACTOR: f64 = 1.4;
 /// From the start of the slide to the earliest window, seconds.
 const AFTER_START_S: f64 = 0.1;
 
-/// From the contact spike to a window of noise alone, seconds: the spike has decayed to a
-/// billionth.
-const AFTER_CONTACT_S: f64 = 1.0;
-
 /// How a scene becomes frames.
 #[derive(Clone, Copy, Debug)]
 struct Sampling {
@@ -71,7 +67,7 @@ impl Simulated {
         )
     }
 
-    /// The same by a scan plan, the scene so weak that its noise is `noise_v`.
+    /// A window by a scan plan, the scene so weak that its noise is `noise_v`.
     pub fn by_plan(parameters: &Sliding, window_s: f64, plan: &Plan, noise_v: f64) -> Result<Self> {
         let scene = SlidingScene::new(parameters.clone())?;
         let gain = noise_v / scene.noise_v();
@@ -113,23 +109,6 @@ impl Simulated {
         let from_s =
             truth.slide_start_s + (f64::from(TRIM_FRAMES) + spread(parameters.seed)) / rate_hz;
         Ok(Self::at(scene, from_s, frames as usize, Sampling::usual()))
-    }
-
-    /// A window of `window_s` seconds of a scene's noise, from the hold before its slide.
-    pub fn noise(parameters: &Sliding, window_s: f64) -> Result<Self> {
-        let scene = SlidingScene::new(parameters.clone())?;
-        let (truth, from_s) = (scene.truth(), scene.truth().contact_s + AFTER_CONTACT_S);
-        ensure!(
-            from_s + window_s <= truth.slide_start_s,
-            "a window of {window_s} s in a hold"
-        );
-        let frames = (window_s * frame_rate_hz()).round() as usize;
-        let mut window = Self::at(scene, from_s, frames, Sampling::usual());
-        window
-            .channels
-            .iter_mut()
-            .for_each(|channel| channel.harmonics.clear());
-        Ok(window)
     }
 
     /// `frames` frames from the time `from_s` on.
@@ -175,10 +154,6 @@ impl Simulated {
             frequency_hz: truth.frequency_hz,
             channels: channels.collect(),
         }
-    }
-
-    pub fn window_s(&self) -> f64 {
-        self.values.len() as f64 / self.frame_rate_hz
     }
 
     /// Information of each channel about the frequency with `harmonics` harmonics, and with or

@@ -1,4 +1,5 @@
-//! Tests of several modules together, and that the pages in `docs/` are what their data give.
+//! Tests of several modules together, and that the pages in `docs/results` are what their figures
+//! give.
 
 mod bench;
 mod board;
@@ -8,9 +9,8 @@ mod emulated_faults;
 mod faults;
 mod methods;
 mod nls;
-mod noise;
+pub mod pages;
 mod reproduction;
-mod touch;
 mod trade;
 
 pub fn from_root(path: &str) -> std::path::PathBuf {

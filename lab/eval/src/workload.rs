@@ -101,7 +101,7 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// Of a fit, or of none.
+    /// The outcome of a fit, or of none.
     pub fn new(fit: Option<&Fit>) -> Self {
         match fit {
             Some(fit) => Self {
@@ -136,7 +136,7 @@ impl Wire {
         encode(packet, wire).unwrap_or(0)
     }
 
-    /// Of the bytes on the wire.
+    /// Sums up the bytes on the wire.
     pub fn new(wire: &[u8]) -> Self {
         let sum = (1..).zip(wire).fold(0u32, |sum, (place, byte)| {
             sum.wrapping_add(*byte as u32 * place)

@@ -1,7 +1,6 @@
 //! The jobs, one after the other.
 
 use crate::files::Files;
-use crate::heap;
 use crate::machine::Counter;
 use ridgetone_eval::baselines::{CHANNELS, Frame, Method, Scratch};
 use ridgetone_eval::workload::{self, Job, Measured};
@@ -15,7 +14,6 @@ fn main() -> ! {
     static mut WINDOW: [Frame; FRAMES] = [[0.0; CHANNELS]; FRAMES];
     static mut SCRATCH: Scratch = Scratch::EMPTY;
 
-    heap::start();
     let counter = Counter::start();
     Files::run(|files| {
         loop {

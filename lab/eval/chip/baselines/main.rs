@@ -7,8 +7,6 @@
 #[path = "../bench/files.rs"]
 mod files;
 #[cfg(target_os = "none")]
-mod heap;
-#[cfg(target_os = "none")]
 mod jobs;
 #[cfg(target_os = "none")]
 #[path = "../bench/machine.rs"]

@@ -4,7 +4,7 @@
 #![allow(unsafe_code)]
 
 #[path = "../../../../src/board/emulated/semihost.rs"]
-// Of the firmware's calls and ways to end the benchmark needs some.
+// The benchmark needs some of the firmware's calls and ways to end.
 #[allow(dead_code)]
 pub mod semihost;
 

@@ -91,7 +91,7 @@ struct Solution {
     frames: usize,
     harmonics: usize,
     criterion: f64,
-    /// Of each channel, in units of its variance: slope of the log-likelihood over the frequency,
+    /// By channel, in units of its variance: slope of the log-likelihood over the frequency,
     /// and information.
     slopes: Vec<f64>,
     information: f64,
@@ -269,7 +269,7 @@ impl Window {
             let amplitudes = factors.solve(&along.rows(0, count).into_owned());
             // Rounding is left of a tone without noise.
             let residual = (frames - amplitudes.dot(&along.rows(0, count))).max(1e-13 * frames);
-            // Of cos to -sin, of sin to cos, h times as fast.
+            // The derivative turns cos into -sin and sin into cos, h times as fast.
             let turned = DVector::from_fn(count, |i, _| {
                 let turn = TAU * (i / 2 + 1) as f64;
                 if i % 2 == 0 {

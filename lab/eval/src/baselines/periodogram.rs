@@ -28,7 +28,7 @@ pub struct Peak {
 }
 
 impl Peak {
-    /// Of the first `channels` channels.
+    /// Finds the peak of the first `channels` channels.
     pub(crate) fn find(values: &[Frame], channels: usize, scratch: &mut Scratch) -> Option<Self> {
         let size = values.len().next_power_of_two().max(POINTS_MIN);
         let power = scratch.power.get_mut(..size / 2)?;

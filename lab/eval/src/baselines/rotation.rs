@@ -17,7 +17,7 @@ impl Rotation {
         Self::delayed(frequency, frames, 0.0)
     }
 
-    /// The same, later by `cycles` cycles.
+    /// Later by `cycles` cycles than [`Self::new`].
     pub fn delayed(frequency: f32, frames: usize, cycles: f32) -> Self {
         let step = from_turns(frequency);
         // In whole numbers: a product of floats would be off by a rounding of all its turns.

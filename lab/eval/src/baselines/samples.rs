@@ -57,8 +57,3 @@ pub fn centred<'a>(
     }
     (power > 0.0 && power.is_finite()).then_some(points)
 }
-
-/// Root of the mean square.
-pub fn rms(points: &[f32]) -> f32 {
-    libm::sqrtf(points.iter().map(|x| x * x).sum::<f32>() / points.len() as f32)
-}

@@ -8,8 +8,7 @@ use crate::workload::{Job, Measured};
 use anyhow::{Result, ensure};
 use serde::Serialize;
 
-/// Lengths of windows, seconds: those of the fits that leave the chip memory for Levenberg and
-/// Marquardt.
+/// Lengths of windows, seconds.
 const WINDOWS_S: [f64; 5] = [0.2, 0.3, 0.4, 0.6, 1.0];
 /// Harmonics of the scenes: the tone alone, which all the methods assume, and those of a grating.
 pub const CARRIED: [u8; 2] = [1, 4];
@@ -57,9 +56,7 @@ impl Baselines {
     fn kinds(&self) -> impl Iterator<Item = Kind<'_>> {
         self.0.iter().flat_map(|(window_s, carried, windows)| {
             CHANNELS.into_iter().flat_map(move |channels| {
-                let fits = move |method: &Method| {
-                    usize::from(channels) <= method.channels_max().min(method.channels_on_chip())
-                };
+                let fits = move |method: &Method| usize::from(channels) <= method.channels_max();
                 let kind = move |method| Kind {
                     method,
                     window_s: *window_s,

@@ -1,8 +1,7 @@
 //! The cost of what a finger feels, by scan plan.
 
-use super::emulated::{CLOCK_HZ, Jobs, next};
+use super::emulated::{Jobs, next};
 use crate::feel_load::{bits, feels, fill};
-use crate::page::{Table, grouped};
 use crate::workload::{Job, Measured};
 use anyhow::{Context, Result, ensure};
 use ridgetone::ring::Ring;
@@ -54,27 +53,4 @@ pub fn read(measured: &mut dyn Iterator<Item = Measured>) -> Result<Vec<Cell>> {
         });
     }
     Ok(cells)
-}
-
-/// The cells as a table.
-pub fn table(cells: &[Cell]) -> String {
-    let mut table = Table::new(1, "plan|channels|window, ms|instructions|ms|stack, bytes");
-    for Cell {
-        plan,
-        channels,
-        window_s,
-        instructions,
-        stack_bytes,
-    } in cells
-    {
-        table.row(&[
-            format!("`{plan}`"),
-            channels.to_string(),
-            format!("{:.0}", 1e3 * window_s),
-            grouped((*instructions).into()),
-            format!("{:.1}", 1e3 * f64::from(*instructions) / CLOCK_HZ),
-            grouped((*stack_bytes).into()),
-        ]);
-    }
-    table.end()
 }

@@ -47,7 +47,7 @@ pub struct Cell {
     pub good: u32,
     pub instructions_mean: f64,
     pub instructions_worst: u32,
-    /// The same in passes over 16 x 240 samples.
+    /// The worst one in passes over 16 x 240 samples.
     pub passes_worst: f64,
     pub stack_bytes: u32,
 }

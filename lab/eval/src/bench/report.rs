@@ -4,10 +4,9 @@ use super::baselines::BaselineCell;
 use super::feels;
 use super::fits::Cell;
 use super::frames::Phase;
-use crate::bar::{self, Bar};
-use crate::page::{Table, grouped};
+use crate::page::{self, Bar, Table, Tables, fixed};
 use serde::Serialize;
-use std::fmt;
+use serde_json::Value;
 
 /// Harmonics and most instructions of a fit of 16 channels and 241 frames.
 const FIT_BARS: [(u8, &str, u64); 2] = [
@@ -114,77 +113,60 @@ impl Report {
     }
 }
 
-impl fmt::Display for Report {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(
-            f,
-            "Instructions on the emulated Cortex-M4F, exact.\n\nFits of Table 2's windows at 20 dB:\n"
-        )?;
+impl Report {
+    /// The counts for a terminal.
+    pub fn tables(&self) -> Tables {
         let mut fits = Table::new(
-            0,
-            "window, s|channels|harmonics there|set|good|worst|passes|stack, bytes",
+            "window, s|channels|harmonics there|set|good|windows|worst|passes|stack, bytes",
         );
         for cell in &self.fits {
-            fits.row(&[
-                cell.window_s.to_string(),
-                cell.channels.to_string(),
-                cell.carried.to_string(),
-                cell.harmonics.to_string(),
-                format!("{} of {}", cell.good, cell.windows),
-                grouped(cell.instructions_worst.into()),
-                format!("{:.1}", cell.passes_worst),
-                grouped(cell.stack_bytes.into()),
+            fits.row([
+                Value::from(cell.window_s),
+                cell.channels.into(),
+                cell.carried.into(),
+                cell.harmonics.into(),
+                cell.good.into(),
+                cell.windows.into(),
+                cell.instructions_worst.into(),
+                fixed(cell.passes_worst, 1),
+                cell.stack_bytes.into(),
             ]);
         }
-        writeln!(f, "{}\n\nBaselines on the same windows:\n", fits.end())?;
-        let mut baselines = Table::new(1, "method|window, s|channels|harmonics there|found|worst");
+        let mut baselines =
+            Table::new("method|window, s|channels|harmonics there|found|windows|worst");
         for cell in &self.baselines {
-            baselines.row(&[
-                cell.method.into(),
-                cell.window_s.to_string(),
-                cell.channels.to_string(),
-                cell.carried.to_string(),
-                format!("{} of {}", cell.found, cell.windows),
-                grouped(cell.instructions_worst.into()),
+            baselines.row([
+                Value::from(cell.method),
+                cell.window_s.into(),
+                cell.channels.into(),
+                cell.carried.into(),
+                cell.found.into(),
+                cell.windows.into(),
+                cell.instructions_worst.into(),
             ]);
         }
-        writeln!(
-            f,
-            "{}\n\nFrame assembly, contact and window, a frame (21 conversions):\n",
-            baselines.end()
-        )?;
-        let mut frames = Table::new(1, "phase|frames|mean|worst");
-        for Phase {
-            name,
-            frames: count,
-            instructions_mean,
-            instructions_worst,
-        } in &self.frames
-        {
-            let mean = grouped(instructions_mean.round() as u64);
-            frames.row(&[
-                (*name).into(),
-                count.to_string(),
-                mean,
-                grouped((*instructions_worst).into()),
+        let mut frames = Table::new("phase|frames|mean|worst");
+        for phase in &self.frames {
+            frames.row([
+                Value::from(phase.name),
+                phase.frames.into(),
+                fixed(phase.instructions_mean, 0),
+                phase.instructions_worst.into(),
             ]);
         }
-        writeln!(
-            f,
-            "{}\n\nWhat a finger feels in a window:\n\n{}\n",
-            frames.end(),
-            feels::table(&self.feels)
-        )?;
-        let (encode, bytes) = (grouped(self.encode_instructions.into()), self.encode_bytes);
-        writeln!(f, "The longest packet, {bytes} bytes, encoded: {encode}")?;
+        let mut others = Table::new("what|count");
+        others.row(["longest packet, bytes".into(), self.encode_bytes.into()]);
+        others.row([
+            "its encoding, instructions".into(),
+            self.encode_instructions.into(),
+        ]);
         if let Some(Stack { deepest, size }) = self.firmware_stack {
-            let (deepest, size) = (grouped(deepest.into()), grouped(size.into()));
-            writeln!(
-                f,
-                "The whole firmware's stack over a touch: {deepest} of {size} bytes at most"
-            )?;
+            others.row(["stack over a touch, bytes".into(), deepest.into()]);
+            others.row(["stack, bytes".into(), size.into()]);
         }
-        writeln!(f, "\n{}", bar::table(&self.bars))
+        let names = ["fits", "baselines", "frames", "others", "bars"];
+        let tables = [fits, baselines, frames, others, page::bars(&self.bars)];
+        names.map(str::to_owned).into_iter().zip(tables).collect()
     }
 }
 
@@ -214,7 +196,7 @@ mod tests {
             instructions_worst: 20_000,
         };
         let baseline = BaselineCell {
-            method: "parabolic",
+            method: "periodogram",
             window_s: 1.0,
             frames: 241,
             carried: 1,
@@ -240,16 +222,18 @@ mod tests {
         let report = report.with_bars();
         let met: Vec<bool> = report.bars.iter().map(|bar| bar.met).collect();
         assert_eq!(met, [false, true, true, false, false, true, false]);
-        let text = report.to_string();
-        assert_eq!(text.matches("NOT MET").count(), 4);
-        for part in [
-            "| 150,001 | **NOT MET** |",
-            "| 9 of 10 |",
-            "1,234",
-            "2 of 3",
-            "5,678 of 32,768",
-        ] {
-            assert!(text.contains(part), "{part} in {text}");
-        }
+        let not_met = report.tables()["bars"]
+            .rows
+            .iter()
+            .filter(|row| row[3] == false)
+            .count();
+        assert_eq!(not_met, 4);
+        assert_eq!(
+            report.firmware_stack,
+            Some(Stack {
+                deepest: 5678,
+                size: 32_768
+            })
+        );
     }
 }

@@ -2,7 +2,7 @@
 //! other.
 
 use super::CYCLES_US;
-use crate::page::Table;
+use crate::page::{Table, fixed};
 use anyhow::{Context, Result, anyhow, ensure};
 use hal_mock::Constant;
 use ridgetone_proto::command::REQUEST_WIRE_MAX;
@@ -12,6 +12,7 @@ use ridgetone_stylus::message::{Command, Decoder, Event, Health, Mark, Request};
 use ridgetone_stylus::parameters::Parameters;
 use ridgetone_stylus::{SAMPLE_HZ, SAMPLE_US};
 use rig::{Board, Image, Output, Rig, Start};
+use serde_json::Value;
 use std::f64::consts::TAU;
 
 /// TIM6's interrupt (RM0090, table 61).
@@ -36,7 +37,7 @@ struct Bench {
 }
 
 /// Cells of a column.
-struct Case(Vec<String>);
+struct Case(Vec<Value>);
 
 impl Bench {
     fn new() -> Result<Self> {
@@ -142,7 +143,7 @@ fn case(texture: Texture, actuator: Actuator) -> Result<Case> {
         .max()
         .context("no output")?;
     let [amplitude, phase] = against(outputs, place, &texture, &actuator);
-    let us = |cycles: f64| format!("{:.1}", cycles / CYCLES_US);
+    let us = |cycles: f64| fixed(cycles / CYCLES_US, 1);
     let mean = |cycles: u64| cycles as f64 / served.times.max(1) as f64;
     // Without the requests: the latest `health` of theirs.
     let health = bench.health.context("no health")?;
@@ -154,13 +155,13 @@ fn case(texture: Texture, actuator: Actuator) -> Result<Case> {
         us(mean(served.run_cycles)),
         us(served.longest_run_cycles as f64),
         us(served.longest_wait_cycles as f64),
-        health.deadlines_missed.to_string(),
-        jitter_ns.to_string(),
-        format!("{:.1}", least as f64 * 1e-3),
-        format!("{:.1}", most as f64 * 1e-3),
-        format!("{:.2}", 100.0 * (amplitude - 1.0)),
-        format!("{:.4}", phase),
-        format!("{:.1}", (cycles - asleep) as f64 / cycles as f64 * 100.0),
+        health.deadlines_missed.into(),
+        jitter_ns.into(),
+        fixed(least as f64 * 1e-3, 1),
+        fixed(most as f64 * 1e-3, 1),
+        fixed(100.0 * (amplitude - 1.0), 2),
+        fixed(phase, 4),
+        fixed((cycles - asleep) as f64 / cycles as f64 * 100.0, 1),
     ]))
 }
 
@@ -219,7 +220,7 @@ const ROWS: [&str; 10] = [
 ];
 
 /// The table of the page.
-pub fn table() -> Result<String> {
+pub fn table() -> Result<Table> {
     // By its power: the full amplitude.
     let sine = Texture {
         power: 6000.0,
@@ -239,10 +240,10 @@ pub fn table() -> Result<String> {
         ..Actuator::PIEZO
     };
     let cases = [case(sine, Actuator::PIEZO)?, case(full, resonance)?];
-    let mut table = Table::new(1, &format!("|{}", CASES.join("|")));
+    let mut table = Table::new(&format!("|{}", CASES.join("|")));
     for (row, name) in ROWS.iter().enumerate() {
         let cells = cases.iter().map(|case| case.0[row].clone());
-        table.row(&[vec![(*name).to_owned()], cells.collect()].concat());
+        table.row([Value::from(*name)].into_iter().chain(cells));
     }
-    Ok(table.end())
+    Ok(table)
 }

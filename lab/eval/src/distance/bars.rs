@@ -3,7 +3,7 @@
 use super::gratings::{Indices, figure_17d, figure_22};
 use super::layers::{Filter, RUBBER, TABLE_1, crossing, figure_12, figure_16, table_1};
 use super::matching::block;
-use crate::bar::Bar;
+use crate::page::Bar;
 use anyhow::Result;
 use ridgetone_display::SUBJECTS;
 use std::f64::consts::TAU;

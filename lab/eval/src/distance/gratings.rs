@@ -2,20 +2,20 @@
 
 use super::layers::RUBBER;
 use ridgetone_display::half_plane::{normal_wave, strain_without_shear};
-use ridgetone_host::pins::{CELL_MM, Pressure, pins_with_errors, ridges};
+use ridgetone_host::pins::{Pressure, pins_with_errors, ridges};
 
 /// How deep a grating indents, millimetres (section 2.6). No index depends on it.
-pub const INDENT_MM: f64 = 2.0;
+const INDENT_MM: f64 = 2.0;
 
 /// The rubber, and the receptors' depth below it, millimetres (figure 18).
-pub const RUBBER_MM: f64 = 2.0;
-pub const SKIN_MM: f64 = 0.7;
+const RUBBER_MM: f64 = 2.0;
+const SKIN_MM: f64 = 0.7;
 
 /// Periods that people felt: experiments 1 and 2, millimetres.
 pub const PERIODS_MM: [f64; 10] = [2.4, 3.0, 3.4, 3.6, 3.8, 4.0, 4.2, 4.4, 4.8, 5.2];
 
 /// The pressure under a grating, over Young's modulus.
-pub fn pressure(period_mm: f64) -> Pressure {
+fn pressure(period_mm: f64) -> Pressure {
     Pressure::under(&ridges(period_mm, INDENT_MM))
 }
 
@@ -50,11 +50,6 @@ pub fn figure_17d(period_mm: f64) -> (Vec<f64>, f64) {
     let deep = pressure(period_mm).at_depth(|k| normal_wave(k, RUBBER_MM + SKIN_MM).strain(RUBBER));
     let mean = deep.iter().sum::<f64>() / deep.len() as f64;
     (deep, mean)
-}
-
-/// Places of cells, millimetres.
-pub fn places_mm(cells: usize) -> impl Iterator<Item = f64> {
-    (0..cells).map(|n| (n as f64 + 0.5) * CELL_MM)
 }
 
 /// Spacing of the pins in Figure 22, millimetres.

@@ -25,20 +25,12 @@ pub struct Way {
     pub name: &'static str,
     /// Newtons per millimetre across, for a pressure of 1 N/mm^2.
     pub forces: Vec<f64>,
-    /// Strain in the finger times Young's modulus, at the sensors' places.
-    pub strain: Vec<f64>,
     /// Root mean square error of that over the root mean square of the sensors'.
     pub error: f64,
 }
 
-/// The figure's curves.
 #[derive(Clone, Debug)]
 pub struct Figure8 {
-    pub x_mm: Vec<f64>,
-    pub pin_mm: Vec<f64>,
-    /// Pressure on the sensor at its places.
-    pub pressure: Vec<f64>,
-    pub strain: Vec<f64>,
     pub ways: Vec<Way>,
     /// Greatest over smallest singular value of the map.
     pub condition: f64,
@@ -49,10 +41,6 @@ pub fn block() -> Result<Figure8> {
     let pins = Grid::new(PINS, 1, PIN_MM)?;
     let x_mm: Vec<f64> = (0..SENSORS).map(|n| sensors.place_mm(n).0).collect();
     let pin_mm: Vec<f64> = (0..PINS).map(|n| pins.place_mm(n).0).collect();
-    let pressure: Vec<f64> = x_mm
-        .iter()
-        .map(|x| f64::from(x.abs() < 0.5 * WIDTH_MM))
-        .collect();
     // Line loads 0.02 mm apart under the block (equation 9).
     let loads = 200;
     let step_mm = WIDTH_MM / f64::from(loads);
@@ -89,7 +77,6 @@ pub fn block() -> Result<Figure8> {
         Way {
             name,
             forces,
-            strain: made,
             error: error.sqrt(),
         }
     };
@@ -116,12 +103,5 @@ pub fn block() -> Result<Figure8> {
             .copied()
             .reduce(f64::min)
             .context("no singular values")?;
-    Ok(Figure8 {
-        x_mm,
-        pin_mm,
-        pressure,
-        strain,
-        ways,
-        condition,
-    })
+    Ok(Figure8 { ways, condition })
 }

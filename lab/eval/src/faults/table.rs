@@ -1,126 +1,161 @@
-//! The tables of `docs/results/faults.md`.
+//! The tables of `docs/results/faults.json`.
 
 use super::campaign::Campaign;
 use super::row::{Delays, Place, Row};
-use crate::page::{Table, filled, grouped, table_of};
-use anyhow::{Context, Result};
+use crate::page::{self, Bar, Figures, None as Nothing, Table, Tables, fixed};
+use serde_json::Value;
 
-/// The page with its tables as they were filled in last.
-const PAGE: &str = include_str!("../../../../docs/results/faults.md");
-
-pub fn page(campaign: &Campaign) -> Result<String> {
-    let numbers = numbers(campaign).context("without the damaged frames the page is not whole")?;
-    filled(PAGE, |name| match name {
-        "faults" => Some(table(campaign)),
-        "numbers" => Some(numbers.clone()),
-        // By runs of their own.
-        plan => table_of(PAGE, plan).map(str::to_owned),
-    })
+/// The topic's figures with the tables of a campaign in place of those of the same name: of the
+/// default scan on the PC and on the emulated chip, or of another scan plan.
+pub fn with_campaign(
+    mut figures: Figures<Nothing>,
+    plan: Option<&str>,
+    campaign: &Campaign,
+) -> Figures<Nothing> {
+    let tables = &mut figures.tables;
+    if let Some(plan) = plan {
+        tables.insert(plan.to_owned(), table(campaign, |_| true));
+    } else {
+        tables.insert(
+            "faults".into(),
+            table(campaign, |place| place != Place::Emulator),
+        );
+        tables.insert(
+            "emulated".into(),
+            table(campaign, |place| place == Place::Emulator),
+        );
+        tables.insert("numbers".into(), numbers(campaign));
+    }
+    figures.tables = with_bars(figures.tables);
+    figures
 }
 
-/// A page with the table of runs with the scan plan of this name filled in, and nothing else.
-pub fn with_plan(page: &str, plan: &str, campaign: &Campaign) -> Result<String> {
-    let table = table(campaign);
-    filled(page, |name| {
-        if name == plan {
-            Some(table.clone())
-        } else {
-            table_of(page, name).map(str::to_owned)
-        }
-    })
+/// Columns whose sum over all faults must be zero, and which column says of a row that it need not
+/// be.
+const ZEROS: [(&str, Option<(&str, &str)>); 6] = [
+    ("wrong but good", None),
+    ("wrong with faults", None),
+    ("lost silently", None),
+    (
+        "reported as lost beyond",
+        Some(("loss is known", "at most")),
+    ),
+    ("altered", Some(("may be altered", "yes"))),
+    ("false alarms", None),
+];
+
+/// The tables with that of the bars.
+pub fn with_bars(mut tables: Tables) -> Tables {
+    let sums = |column: &str, unless: Option<(&str, &str)>| {
+        let of_table = |table: &Table| {
+            let find = |name: &str| table.columns.iter().position(|own| own == name);
+            let is_exempt = |row: &Vec<Value>| {
+                unless.is_some_and(|(name, word)| find(name).is_some_and(|at| row[at] == word))
+            };
+            let rows = table.rows.iter().filter(|row| !is_exempt(row));
+            rows.filter_map(|row| row[find(column)?].as_u64())
+                .sum::<u64>()
+        };
+        let tables = tables
+            .iter()
+            .filter(|(name, _)| !["numbers", "bars"].contains(&name.as_str()));
+        tables.map(|(_, table)| of_table(table)).sum::<u64>()
+    };
+    let bars = ZEROS.map(|(column, unless)| {
+        let what = format!("{column}, with every scan plan and on the emulated chip");
+        Bar::at_most(&what, 0, sums(column, unless))
+    });
+    tables.insert("bars".into(), page::bars(&bars));
+    tables
 }
 
-/// Numbers of injections and touches, and of damaged frames of telemetry; none if these were not
-/// counted.
-fn numbers(campaign: &Campaign) -> Option<String> {
-    let errors = campaign.bit_errors?;
-    let headings = "injections in touches|touches|first seed|damaged frames of telemetry|checksum right by chance|\
-                    the empty message";
-    let mut table = Table::new(0, headings);
+/// Numbers of injections and touches, and of damaged frames of telemetry where these were counted.
+fn numbers(campaign: &Campaign) -> Table {
     let of_touches = campaign.rows.iter().filter(|row| row.runs > 0);
     let injected: usize = of_touches.clone().map(|row| row.injected).sum();
     let runs: usize = of_touches.map(|row| row.runs).sum();
-    let numbers = [
-        injected as u64,
-        runs as u64,
-        campaign.seed,
-        errors.sent,
-        errors.checksum_passed,
-        errors.empty,
-    ];
-    table.row(&numbers.map(grouped));
-    Some(table.end())
+    let errors = campaign.bit_errors;
+    let mut table = Table::new("what|number");
+    let mut row = |what: &str, number: Value| table.row([what.into(), number]);
+    row("injections in touches", injected.into());
+    row("touches", runs.into());
+    row("first seed", campaign.seed.into());
+    row(
+        "damaged frames of telemetry",
+        errors.map(|errors| errors.sent).into(),
+    );
+    row(
+        "of these with the right checksum by chance",
+        errors.map(|errors| errors.checksum_passed).into(),
+    );
+    row(
+        "of these the empty message",
+        errors.map(|errors| errors.empty).into(),
+    );
+    table
 }
 
-pub fn table(campaign: &Campaign) -> String {
-    let headings = "fault|on|injected|reported|after, median / longest|recovered|after, median / longest|\
-                    estimates good / good with faults / doubtful|wrong but good|with faults|off, less than 0.5 %|\
-                    lost silently|reported as lost beyond|altered|false alarms";
-    let mut table = Table::new(2, headings);
-    campaign.rows.iter().for_each(|row| table.row(&cells(row)));
-    table.end()
+/// A row for each fault, on the PC or on the emulated chip.
+pub fn table(campaign: &Campaign, is_shown: impl Fn(Place) -> bool) -> Table {
+    let mut table = Table::new(
+        "fault|on|injected|reported|unseen|reported after, median, ms|longest, ms|\
+         recovered|after, median, ms|longest, ms|good|good with faults|doubtful|wrong but good|\
+         wrong with faults|off by less than 0.5 %|lost silently|loss is known|reported as lost beyond|altered|\
+         may be altered|false alarms",
+    );
+    campaign
+        .rows
+        .iter()
+        .filter(|row| is_shown(row.place))
+        .for_each(|row| table.row(cells(row)));
+    table
 }
 
-fn cells(row: &Row) -> Vec<String> {
+fn cells(row: &Row) -> Vec<Value> {
     let counts = &row.counts;
-    let [mut detected, recovered] = [&row.detected, &row.recovered].map(delay_cells);
-    if row.unseen > 0 {
-        detected[0] += &format!(" ({})", grouped(row.unseen as u64));
-    }
     let mut cells = vec![
-        row.fault.clone(),
-        row.place.title(),
-        grouped(row.injected as u64),
+        row.fault.clone().into(),
+        row.place.title().into(),
+        row.injected.into(),
     ];
-    cells.extend(detected.into_iter().chain(recovered));
-    let estimates = [counts.good, counts.good_with_faults, counts.doubtful].map(grouped);
-    let excess = grouped(counts.excess);
+    let [reported, recovered] = [&row.detected, &row.recovered].map(delays);
+    let [count, median, longest] = reported;
+    cells.extend([count, row.unseen.into(), median, longest]);
+    cells.extend(recovered);
     cells.extend([
-        estimates.join(" / "),
-        grouped(counts.wrong),
-        grouped(counts.wrong_with_faults),
-        grouped(counts.off),
-        grouped(counts.silent),
-        if row.loss_is_known {
-            excess
-        } else {
-            format!("({excess})")
-        },
+        counts.good.into(),
+        counts.good_with_faults.into(),
+        counts.doubtful.into(),
+        counts.wrong.into(),
+        counts.wrong_with_faults.into(),
+        counts.off.into(),
+        counts.silent.into(),
+        if row.loss_is_known { "yes" } else { "at most" }.into(),
+        counts.excess.into(),
         // Which reads the image took is not known.
-        match row.place {
-            Place::Emulator => "-".into(),
-            _ if row.may_alter() => format!("({})", grouped(counts.altered)),
-            _ => grouped(counts.altered),
+        if row.place == Place::Emulator {
+            Value::Null
+        } else {
+            counts.altered.into()
         },
-        grouped(counts.false_alarms),
+        if row.may_alter() { "yes" } else { "no" }.into(),
+        counts.false_alarms.into(),
     ]);
     cells
 }
 
-/// How many, and how soon.
-fn delay_cells(delays: &Option<Delays>) -> [String; 2] {
+/// How many, and how soon, milliseconds.
+fn delays(delays: &Option<Delays>) -> [Value; 3] {
     let Some(Delays {
         count,
         median_s,
         longest_s,
     }) = *delays
     else {
-        return ["-".into(), "-".into()];
+        return [Value::Null, Value::Null, Value::Null];
     };
-    let times = if count == 0 || median_s.is_nan() {
-        "-".into()
-    } else {
-        format!("{} / {}", seconds(median_s), seconds(longest_s))
-    };
-    [grouped(count as u64), times]
-}
-
-fn seconds(seconds: f64) -> String {
-    if seconds < 0.0995 {
-        format!("{:.1} ms", 1e3 * seconds)
-    } else {
-        format!("{seconds:.2} s")
-    }
+    let ms = |seconds: f64| fixed((count > 0).then_some(1e3 * seconds), 1);
+    [count.into(), ms(median_s), ms(longest_s)]
 }
 
 #[cfg(test)]
@@ -128,20 +163,21 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_page_has_a_row_for_every_fault() {
+    fn every_fault_has_a_row_of_all_columns() {
         let mut campaign =
             Campaign::on_pc(1, 1, None, ridgetone_proto::plan::Plan::PAPER).expect("a campaign");
-        assert!(
-            page(&campaign).is_err(),
-            "without the lines it is not whole"
-        );
         campaign.on_lines(1).expect("rows");
-        let page = page(&campaign).expect("a page");
-        // Those of a scan plan are of a run of their own.
-        let (own, _) = page.split_once("<!-- table: hand -->").expect("a table");
-        let rows = own.lines().filter(|line| line.starts_with("| ")).count();
-        // Two headings, and the row of numbers.
-        assert_eq!(rows, 3 + campaign.rows.len());
-        assert!(page.contains(" | 100 | 0 | "), "{page}");
+        let figures = with_campaign(Figures::default(), None, &campaign);
+        let faults = &figures.tables["faults"];
+        assert_eq!(faults.rows.len(), campaign.rows.len());
+        assert!(
+            faults
+                .rows
+                .iter()
+                .all(|row| row.len() == faults.columns.len())
+        );
+        let hand = with_campaign(figures.clone(), Some("hand"), &campaign);
+        assert_eq!(hand.tables["hand"], *faults);
+        assert_eq!(hand.tables["numbers"], figures.tables["numbers"]);
     }
 }

@@ -3,7 +3,7 @@
 //! Source: Harvey, "Forecasting, structural time series models and the Kalman filter" (1989),
 //! section 3.4.
 
-use crate::bound::{Clue, orthonormal, remove};
+use crate::bound::{Clue, orthonormal};
 
 /// A process.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,15 +60,7 @@ impl Autoregressions {
         self.whiten(&mut columns);
         let whitened = columns.split_off(nuisance.len());
         let basis = orthonormal(columns);
-        let clue = |pair: &[Vec<f64>]| {
-            let (mut derivative, values) = (pair[0].clone(), &pair[1]);
-            remove(&mut derivative, &basis);
-            let along = |with: &[f64]| derivative.iter().zip(with).map(|(a, b)| a * b).sum();
-            Clue {
-                information: along(&derivative),
-                score: along(values),
-            }
-        };
+        let clue = |pair: &[Vec<f64>]| Clue::of(pair[0].clone(), &pair[1], &basis);
         whitened.chunks_exact(2).map(clue).collect()
     }
 }

@@ -1,53 +1,37 @@
-//! What is required of the figures of a cell. A figure beyond its bar is bold on the page, and all
-//! of them are listed.
+//! What is required of the answers to a cell's windows.
 
-use super::cells::{Cell, Group, What};
+use super::Row;
+use super::cells::{Cell, Group, WINDOWS_S};
+use super::measure::Answers;
 use super::parts::Extra;
 use super::process::Noise;
-use crate::page::{Table, figure};
+use crate::page::{Table, fixed};
+use serde_json::Value;
 
-/// What a figure is, and the least and the most that it may be.
+/// A figure, and the least and the most that it may be.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bar(&'static str, f64, f64);
-
-/// A figure of a table, and its bar if it has one.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Figure {
-    pub text: String,
-    pub value: Option<f64>,
-    pub bar: Option<Bar>,
+pub struct Judged {
+    what: &'static str,
+    least: f64,
+    most: f64,
+    value: f64,
 }
 
-impl Figure {
-    /// With `decimals` decimals, or a dash.
-    pub fn new(value: Option<f64>, decimals: usize) -> Self {
-        Self {
-            text: figure(value, decimals),
-            value,
-            bar: None,
-        }
-    }
-
+impl Judged {
     /// The value counts as it is before it is rounded.
     fn is_beyond(&self) -> bool {
-        self.value
-            .zip(self.bar)
-            .is_some_and(|(value, Bar(_, least, most))| !(least..=most).contains(&value))
+        !(self.least..=self.most).contains(&self.value)
     }
 
-    pub fn marked(&self) -> String {
-        if self.is_beyond() {
-            format!("**{}**", self.text)
-        } else {
-            self.text.clone()
-        }
+    /// By how much of the bar's size it is beyond it.
+    fn excess(&self) -> f64 {
+        (self.least - self.value).max(self.value - self.most) / self.most.max(1.0)
     }
 }
 
-/// The bars of the figures of a cell, in their order, in a window of the shortest length or of
+/// The figures of a cell that something is required of, in windows of the shortest length or of
 /// another.
-pub fn bars(cell: &Cell, what: What, is_shortest: bool) -> [Option<Bar>; 4] {
-    let at_most = |what: &'static str, most: f64| Some(Bar(what, 0.0, most));
+fn judge(cell: &Cell, answers: &Answers, is_shortest: bool) -> Vec<Judged> {
     let (extra, noise) = (cell.recipe.extra, cell.recipe.noise);
     let (cycles, snr_db, harmonics) = cell
         .recipe
@@ -56,148 +40,186 @@ pub fn bars(cell: &Cell, what: What, is_shortest: bool) -> [Option<Bar>; 4] {
     let is_clean = extra == Extra::Nothing;
     // Intervals of few frames: their noise is less certain.
     let least = if is_shortest { 90.0 } else { 92.0 };
-    let holds = |what| Some(Bar(what, least, 100.0));
+    let mut all = Vec::new();
+    let mut require = |what, least: f64, most: f64, value: Option<f64>| {
+        all.extend(value.map(|value| Judged {
+            what,
+            least,
+            most,
+            value,
+        }));
+    };
+    let share = |count: u32, of: u32| (of > 0).then(|| 100.0 * f64::from(count) / f64::from(of));
+    let good = share(answers.good, answers.windows);
+    let of_good = |count: u32| share(count, answers.good);
     let bound = match noise {
-        Noise::White if cycles < 1.5 => at_most("white noise, 1 to 1.5 cycles: x bound", 1.1),
-        Noise::White => at_most("white noise, from 1.5 cycles on: x bound", 1.05),
-        Noise::Impulses => at_most("impulses: x bound", 1.15),
-        Noise::SharedPink | Noise::SharedPhases => at_most("shared noise: x bound", 1.3),
+        Noise::White if cycles < 1.5 => Some(("white noise, 1 to 1.5 cycles: RMS over bound", 1.1)),
+        Noise::White => Some(("white noise, from 1.5 cycles on: RMS over bound", 1.05)),
+        Noise::Impulses => Some(("impulses: RMS over bound", 1.15)),
+        Noise::SharedPink | Noise::SharedPhases => Some(("shared noise: RMS over bound", 1.3)),
         _ => None,
     };
-    match (cell.group, what) {
-        (Group::NoTone, What::Main) => {
-            let good = match extra {
-                Extra::Relaxations(1, _) => at_most("no tone, one relaxation: good, %", 0.0),
+    match cell.group {
+        Group::NoTone => {
+            let (what, most) = match extra {
+                Extra::Relaxations(1, _) => ("no tone, one relaxation: good, %", 0.0),
                 Extra::Relaxations(..)
                 | Extra::LogCreep(_)
                 | Extra::Step(_)
                 | Extra::Bump(_)
-                | Extra::Spike(_) => at_most("no tone, other drifts: good, %", 1.0),
+                | Extra::Spike(_) => ("no tone, other drifts: good, %", 1.0),
                 _ if is_shortest || noise == Noise::NarrowBand => {
-                    at_most("no tone, 0.2 s or narrow band: good, %", 10.0)
+                    ("no tone, 0.2 s or narrow band: good, %", 10.0)
                 }
-                _ => at_most("no tone: good, %", 3.0),
+                _ => ("no tone: good, %", 3.0),
             };
-            [good, None, None, None]
+            require(what, 0.0, most, good);
         }
-        // A multiple of a fundamental that stands out is never to be good.
-        (Group::Something, What::Main) if harmonics[0] < harmonics[1] => [
-            None,
-            at_most("a faint fundamental: wrong of the good, %", 0.0),
-            None,
-            None,
-        ],
-        (Group::Something, What::Main) => [
-            None,
-            at_most("something else: wrong of the good, %", 2.0),
-            None,
-            None,
-        ],
-        (Group::Something, What::Status) => [
-            None,
-            None,
-            None,
-            at_most("two tones: neither both named nor ambiguous, %", 0.0),
-        ],
-        (Group::Sigma, What::Main) => {
-            let bound = bound.filter(|_| is_clean);
-            [
-                Some(Bar("intervals that hold, %", least, 98.0)),
-                Some(Bar("RMS of the error over sigma", 0.85, 1.2)),
-                bound,
-                None,
-            ]
-        }
-        (Group::Accuracy, What::Main) => {
-            let not_good = if snr_db < 20.0 {
-                at_most("clean, from 1.5 cycles on, 10 dB: not good, %", 1.0)
+        Group::Something => {
+            // A multiple of a fundamental that stands out is never to be good.
+            let (what, most) = if harmonics[0] < harmonics[1] {
+                ("a faint fundamental: wrong of the good, %", 0.0)
             } else {
-                at_most("clean, from 1.5 cycles on, 20 dB: not good, %", 0.5)
+                ("something else: wrong of the good, %", 2.0)
             };
+            require(what, 0.0, most, of_good(answers.wrong));
+            let unnamed = answers
+                .unnamed
+                .and_then(|count| share(count, answers.windows));
+            require(
+                "two tones: neither both named nor ambiguous, %",
+                0.0,
+                0.0,
+                unnamed,
+            );
+        }
+        Group::Sigma => {
+            require(
+                "intervals that hold, %",
+                least,
+                98.0,
+                of_good(answers.covered),
+            );
+            require(
+                "RMS of the error over sigma",
+                0.85,
+                1.2,
+                answers.error_in_sigmas(),
+            );
+            if let Some((what, most)) = bound.filter(|_| is_clean) {
+                require(what, 0.0, most, answers.over_bound());
+            }
+        }
+        Group::Accuracy => {
+            if let Some((what, most)) = bound {
+                require(what, 0.0, most, answers.over_bound());
+            }
+            let octaves = answers.accuracy.map_or(0, |accuracy| accuracy.octaves);
+            require("octave errors", 0.0, 0.0, Some(octaves.into()));
             // For the bound a drift's size is unknown, though an answer may need none.
-            let sigma = at_most("white noise: sigma, x bound", 1.03).filter(|_| is_clean);
-            [
-                bound,
-                at_most("octave errors", 0.0),
-                not_good.filter(|_| is_clean && cycles >= 1.5),
-                sigma,
-            ]
+            if is_clean {
+                let (what, most) = if snr_db < 20.0 {
+                    ("clean, from 1.5 cycles on, 10 dB: not good, %", 1.0)
+                } else {
+                    ("clean, from 1.5 cycles on, 20 dB: not good, %", 0.5)
+                };
+                if cycles >= 1.5 {
+                    require(what, 0.0, most, good.map(|good| 100.0 - good));
+                }
+                require(
+                    "white noise: sigma over bound",
+                    0.0,
+                    1.03,
+                    answers.sigma_over_bound,
+                );
+            }
         }
-        (Group::FewCycles, What::Main) => {
-            let good = at_most("below 0.7 cycles: good, %", 0.0).filter(|_| cycles < 0.7);
-            [
-                good,
-                at_most("below one cycle: good and wrong, %", 1.0).filter(|_| cycles < 1.0),
-                None,
-                None,
-            ]
+        Group::FewCycles => {
+            if cycles < 0.7 {
+                require("below 0.7 cycles: good, %", 0.0, 0.0, good);
+            }
+            if cycles < 1.0 {
+                let wrong = share(answers.wrong, answers.windows);
+                require("below one cycle: good and wrong, %", 0.0, 1.0, wrong);
+            }
         }
-        (Group::Unsteady, What::Main) => [
-            None,
-            None,
-            holds("not steady: weighted mean, by good answers, %"),
-            None,
-        ],
-        (Group::Unsteady, What::Intervals) => [
-            holds("not steady: weighted mean, %"),
-            holds("not steady: mean, %"),
-            holds("not steady: wander, %"),
-            holds("not steady: chirp, %"),
-        ],
-        _ => [None; 4],
+        Group::Unsteady => {
+            let moves = answers.movement;
+            let mut holds = |what, value| require(what, least, 100.0, value);
+            holds(
+                "not steady: weighted mean, by good answers, %",
+                of_good(answers.covered_weighted),
+            );
+            holds(
+                "not steady: weighted mean, %",
+                share(moves.weighted, moves.answers),
+            );
+            holds("not steady: mean, %", share(moves.mean, moves.answers));
+            holds("not steady: wander, %", share(moves.wander, moves.answers));
+            holds("not steady: chirp, %", share(moves.chirp, moves.lines));
+        }
     }
+    all
 }
 
-/// How many figures are beyond each bar, of how many, of another seed, and where.
-pub fn missed(figures: &[(String, Figure)], other_seed: &[(String, Figure)]) -> String {
-    let judged = |(_, figure): &&(String, Figure)| figure.value.is_some() && figure.bar.is_some();
-    let mut all: Vec<Bar> = Vec::new();
-    for bar in figures
-        .iter()
-        .filter(judged)
-        .filter_map(|(_, figure)| figure.bar)
-    {
-        if !all.contains(&bar) {
-            all.push(bar);
+/// Every bar: how many figures are beyond it, of how many, the worst of them, and all of them.
+pub fn table(rows: &[Row]) -> Table {
+    let of_row = |row: &Row| {
+        let cell = row.cell();
+        let columns = WINDOWS_S.into_iter().zip(row.answers.clone());
+        let title = row.title();
+        columns.flat_map(move |(window_s, answers)| {
+            let all = cell.map_or_else(Vec::new, |cell| {
+                judge(&cell, &answers, window_s == WINDOWS_S[0])
+            });
+            let place = format!("{title}, {window_s} s");
+            all.into_iter()
+                .map(move |judged| (place.clone(), judged))
+                .collect::<Vec<_>>()
+        })
+    };
+    list(&rows.iter().flat_map(of_row).collect::<Vec<_>>())
+}
+
+fn list(figures: &[(String, Judged)]) -> Table {
+    let mut bars: Vec<Judged> = Vec::new();
+    let is_same = |a: &Judged, b: &Judged| (a.what, a.least, a.most) == (b.what, b.least, b.most);
+    for (_, judged) in figures {
+        if !bars.iter().any(|bar| is_same(bar, judged)) {
+            bars.push(*judged);
         }
     }
-    let mut table = Table::new(2, "figure|bar|beyond it|of|other seed|where");
-    for bar in all {
-        let of = |figures: &[(String, Figure)]| {
-            let of_bar = figures
-                .iter()
-                .filter(judged)
-                .filter(|(_, figure)| figure.bar == Some(bar));
-            let places = of_bar.clone().filter(|(_, figure)| figure.is_beyond());
-            (
-                places
-                    .map(|(place, figure)| format!("{place}: {}", figure.text))
-                    .collect::<Vec<_>>(),
-                of_bar.count(),
-            )
+    let mut table = Table::new("what must hold|bar|beyond it|of|worst||all that are beyond it");
+    for bar in bars {
+        let of_bar: Vec<_> = figures
+            .iter()
+            .filter(|(_, judged)| is_same(judged, &bar))
+            .collect();
+        let mut beyond: Vec<_> = of_bar
+            .iter()
+            .filter(|(_, judged)| judged.is_beyond())
+            .collect();
+        beyond.sort_by(|a, b| b.1.excess().total_cmp(&a.1.excess()));
+        let texts: Vec<String> = beyond
+            .iter()
+            .map(|(place, judged)| format!("{place}: {}", fixed(judged.value, 2)))
+            .collect();
+        let limit = match (bar.least > 0.0, bar.most) {
+            (false, most) => format!("at most {most}"),
+            (true, 100.0) => format!("at least {}", bar.least),
+            (true, most) => format!("{} to {most}", bar.least),
         };
-        let ((beyond, count), (others, of_others)) = (of(figures), of(other_seed));
-        let other = if of_others == 0 {
-            "-".into()
-        } else {
-            format!("{} of {of_others}", others.len())
-        };
-        let Bar(what, least, most) = bar;
-        let limit = match (least > 0.0, most) {
-            (false, _) => format!("at most {most}"),
-            (true, 100.0) => format!("at least {least}"),
-            _ => format!("{least} to {most}"),
-        };
-        table.row(&[
-            what.into(),
-            limit,
-            beyond.len().to_string(),
-            count.to_string(),
-            other,
-            beyond.join("; "),
+        table.row([
+            Value::from(bar.what),
+            limit.into(),
+            beyond.len().into(),
+            of_bar.len().into(),
+            texts.first().cloned().unwrap_or_default().into(),
+            texts.is_empty().into(),
+            texts.join("; ").into(),
         ]);
     }
-    table.end()
+    table
 }
 
 #[cfg(test)]
@@ -205,33 +227,32 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_figure_beyond_its_bar_is_bold_and_is_listed() {
-        let bar = Some(Bar("intervals", 92.0, 98.0));
-        let figures = [91.96, 92.0, 98.0, 98.04].map(|value| Figure {
-            bar,
-            ..Figure::new(Some(value), 1)
+    fn a_figure_beyond_its_bar_is_counted_and_named() {
+        let figures = [91.96, 92.0, 98.0, 98.04].map(|value| {
+            let judged = Judged {
+                what: "intervals",
+                least: 92.0,
+                most: 98.0,
+                value,
+            };
+            (format!("of {value}"), judged)
         });
+        let table = list(&figures);
+        let [row] = &table.rows[..] else {
+            panic!("{table:?}")
+        };
+        let texts = ["intervals", "92 to 98"].map(Value::from);
+        assert_eq!(row[..2], texts);
         assert_eq!(
-            figures.each_ref().map(Figure::marked),
-            ["**92.0**", "92.0", "98.0", "**98.0**"]
+            row[2..6],
+            [
+                Value::from(2),
+                Value::from(4),
+                Value::from("of 91.96: 91.96"),
+                Value::from(false)
+            ]
         );
-        let none = [
-            Figure {
-                bar,
-                ..Figure::new(None, 1)
-            },
-            Figure::new(Some(5.0), 0),
-        ];
-        assert_eq!(none.each_ref().map(Figure::marked), ["-", "5"]);
-        let placed: Vec<_> = figures
-            .into_iter()
-            .chain(none)
-            .map(|figure| ("here".to_owned(), figure))
-            .collect();
-        let table = missed(&placed, &placed[3..]);
-        assert!(
-            table.ends_with("| intervals | 92 to 98 | 2 | 4 | 1 of 1 | here: 92.0; here: 98.0 |"),
-            "{table}"
-        );
+        assert_eq!(row[6], "of 91.96: 91.96; of 98.04: 98.04");
+        assert_eq!(list(&figures[1..3]).rows[0][5], true);
     }
 }

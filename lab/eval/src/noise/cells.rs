@@ -43,14 +43,6 @@ impl Group {
     }
 }
 
-/// The tables of a group: its judgement, its statuses, and the intervals of an unsteady tone.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum What {
-    Main,
-    Status,
-    Intervals,
-}
-
 /// One row of a table.
 #[derive(Clone, Copy, Debug)]
 pub struct Cell {

@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 const HARMONICS: u8 = 4;
 /// A good answer off by more than this share is wrong.
 const WRONG: f64 = 0.05;
-/// Of two tones one that is farther from both than this many of its sigmas: tones may be nearer to
+/// Where there are two tones, an answer that is farther from both than this many of its sigmas: tones may be nearer to
 /// each other than 5 %.
 const WRONG_SIGMAS: f64 = 5.0;
 /// The opponent, which is a hundred times as slow, gets every tenth window.
@@ -223,11 +223,6 @@ impl Movement {
             holds(moves.chirp.into(), chirp, moves.chirp_sigma.into())
         });
     }
-}
-
-/// A share in percent; 0 of none.
-pub fn percent(count: u32, of: u32) -> f64 {
-    100.0 * f64::from(count) / f64::from(of.max(1))
 }
 
 /// The answers to `windows` windows of `window_s` seconds, and those of the opponent to some of

@@ -66,7 +66,7 @@ impl Recipe {
             chirp: Some(0.0),
             ..Window::default()
         };
-        // Of the strongest harmonic, in standard deviations of the noise.
+        // The strongest harmonic's, in standard deviations of the noise.
         let amplitude = self
             .tone
             .map_or(1.0, |tone| 10f64.powf(tone.snr_db / 20.0) / FRAC_1_SQRT_2);

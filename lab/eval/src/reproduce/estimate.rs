@@ -47,7 +47,7 @@ pub fn cut(taken: &Taken, taxels: [usize; 2], speed_mm_s: f64) -> Option<Cut> {
 /// Power of the lines 1 to n / 2 of n samples less their mean: the square of each line's amplitude,
 /// in the samples' unit squared. Line k is at k / n cycles per sample; nothing is padded, as in the
 /// paper (equation 6).
-pub fn periodogram(samples: &[f64]) -> Vec<f64> {
+fn periodogram(samples: &[f64]) -> Vec<f64> {
     let count = samples.len();
     let mean = samples.iter().sum::<f64>() / count as f64;
     let table: Vec<(f64, f64)> = (0..count)
@@ -126,50 +126,6 @@ pub fn joint_hz(taken: &Taken, frames: &Range<usize>) -> Result<Option<(f64, f64
     }))
 }
 
-/// A sine and an offset at a known frequency, by least squares: offset, amplitude of the cosine and
-/// of the sine, with times from the first one: the end of the gradient descent of equation 9 at
-/// this frequency.
-pub fn sine(points: &[(f64, f64)], hz: f64) -> [f64; 3] {
-    let zero_s = points.first().map_or(0.0, |point| point.0);
-    let mut sums = [[0.0; 4]; 3];
-    for (t_s, y) in points {
-        let (sin, cos) = (TAU * hz * (t_s - zero_s)).sin_cos();
-        let row = [1.0, cos, sin];
-        for (sums, a) in sums.iter_mut().zip(row) {
-            row.iter()
-                .chain([y])
-                .zip(sums)
-                .for_each(|(b, sum)| *sum += a * b);
-        }
-    }
-    solve(sums)
-}
-
-/// Gauss's elimination of three equations, the largest pivot first; zeros where they do not
-/// determine the unknowns.
-fn solve(mut rows: [[f64; 4]; 3]) -> [f64; 3] {
-    for column in 0..3 {
-        let pivot =
-            (column..3).max_by(|a, b| rows[*a][column].abs().total_cmp(&rows[*b][column].abs()));
-        rows.swap(column, pivot.unwrap_or(column));
-        let own = rows[column];
-        if own[column] == 0.0 {
-            return [0.0; 3];
-        }
-        for (_, row) in rows
-            .iter_mut()
-            .enumerate()
-            .filter(|(number, _)| *number != column)
-        {
-            let factor = row[column] / own[column];
-            row.iter_mut()
-                .zip(own)
-                .for_each(|(x, own)| *x -= factor * own);
-        }
-    }
-    std::array::from_fn(|n| rows[n][3] / rows[n][n])
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -183,23 +139,5 @@ mod tests {
         assert_eq!(power.len(), 45);
         assert!((power[6] - 9.0).abs() < 1e-9 && power.iter().sum::<f64>() - power[6] < 1e-9);
         assert_eq!(highest(&power, 90), Some(7.0 / 90.0));
-    }
-
-    #[test]
-    fn a_sine_is_found_again() {
-        let points: Vec<(f64, f64)> = (0..100)
-            .map(|n| 2.0 + f64::from(n) * 0.01)
-            .map(|t_s| {
-                (
-                    t_s,
-                    1.5 + 0.5 * (TAU * 3.3 * (t_s - 2.0)).cos()
-                        - 2.0 * (TAU * 3.3 * (t_s - 2.0)).sin(),
-                )
-            })
-            .collect();
-        let [offset, cos, sin] = sine(&points, 3.3);
-        assert!(
-            (offset - 1.5).abs() < 1e-9 && (cos - 0.5).abs() < 1e-9 && (sin + 2.0).abs() < 1e-9
-        );
     }
 }

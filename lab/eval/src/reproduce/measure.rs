@@ -1,11 +1,10 @@
-//! The measurement: every run is made once; the data of the tables and pictures follow from it.
+//! The measurement: every run is made once; the data of the tables follow from it.
 
 use super::estimate::{Cut, cut, fft_hz, joint_hz, least_squares_hz};
 use super::paper::{DELAY_S, STEP_S, TABLE_3, WINDOWS_S, series};
-use super::pictures;
 use super::protocol::{Imperfect, scene};
 use super::repeatability::correlation;
-use super::results::{Cause, Combination, Expected, Firmware, Pair, Pictures, Run, Windows, rms};
+use super::results::{Cause, Combination, Expected, Firmware, Pair, Run, Windows, rms};
 use super::taken::{Place, Taken};
 use crate::baselines::Scratch;
 use crate::parallel;
@@ -24,7 +23,6 @@ struct Measured {
     windows: Vec<Vec<[Option<f64>; 3]>>,
     /// The 55 mm of piezoresistor 1 of units 1 and 2, volts.
     cropped: [Vec<f64>; 2],
-    pictures: Pictures,
 }
 
 /// Lengths of the windows of Figure 7, seconds: its own range in its own steps.
@@ -35,17 +33,12 @@ pub fn window_lengths_s() -> impl Iterator<Item = f64> {
 }
 
 /// Makes and measures `runs` runs of some of the ten combinations, by their numbers from 0 on.
-pub fn combinations(
-    which: &[usize],
-    runs: u32,
-    place: Place<'_>,
-) -> Result<(Vec<Combination>, Pictures)> {
+pub fn combinations(which: &[usize], runs: u32, place: Place<'_>) -> Result<Vec<Combination>> {
     let items: Vec<(usize, u32)> = which
         .iter()
         .flat_map(|c| (0..runs).map(move |run| (*c, run)))
         .collect();
-    let all = parallel::map("runs", &items, |(c, run)| measure(*c, *run, runs, place))?;
-    let mut pictures = Pictures::default();
+    let all = parallel::map("runs", &items, |(c, run)| measure(*c, *run, place))?;
     let mut combinations = Vec::new();
     for (c, measured) in which.iter().zip(all.chunks(runs as usize)) {
         let (speed_mm_s, period_mm) = TABLE_2[*c];
@@ -76,14 +69,11 @@ pub fn combinations(
             .zip(of_channel(1))
             .map(|(one, two)| [one, two]);
         combinations.push(combination);
-        measured
-            .iter()
-            .for_each(|measured| pictures::add(&mut pictures, &measured.pictures));
     }
-    Ok((combinations, pictures))
+    Ok(combinations)
 }
 
-fn measure(c: usize, run: u32, runs: u32, place: Place<'_>) -> Result<Measured> {
+fn measure(c: usize, run: u32, place: Place<'_>) -> Result<Measured> {
     let series = series(c, run);
     let (speed_mm_s, _) = TABLE_2[c];
     let taken = Taken::new(scene(TABLE_2[c], run, Imperfect::ALL), place)?;
@@ -101,7 +91,6 @@ fn measure(c: usize, run: u32, runs: u32, place: Place<'_>) -> Result<Measured> 
         run: whole(&taken, series, speed_mm_s)?,
         windows,
         cropped,
-        pictures: pictures::of_run((c, run), runs, &taken, &first),
     })
 }
 

@@ -6,30 +6,28 @@
 //! wavelength). The finger is ours, once with ridges on its skin as theirs has them, and once with
 //! its own smooth skin.
 
-mod charts;
 mod errors;
 mod motion;
 mod paper;
 mod run;
 mod scan;
 mod skin;
-mod tables;
+pub mod tables;
 
-use crate::page::{filled, table_of};
+use super::TOPIC;
+use super::results::Reproduction;
+use crate::page;
 use crate::parallel;
-use anyhow::{Context, Result};
+use anyhow::Result;
 use motion::Motion;
 use paper::{SPEEDS_MM_S, WAVELENGTHS_MM};
-use ridgetone_host::output;
-use scan::scan;
+use ridgetone_host::output::whole_text;
+use scan::{Scan, scan};
 use skin::Skin;
-use std::fs;
 use std::path::Path;
-use tables::{polynomials, powers, wavelengths};
 
-/// Scans all scales, fills in the tables of `reproduction.md` that are about them, and draws their
-/// pictures in `reproduction/`.
-pub fn write(folder: &Path) -> Result<()> {
+/// Scans all scales.
+fn scans() -> Result<Vec<Scan>> {
     let motions = [SPEEDS_MM_S.map(Motion::Steady).to_vec(), vec![Motion::Hand]].concat();
     let mut all = Vec::new();
     for skin in [Skin::Ridged, Skin::Smooth] {
@@ -42,32 +40,26 @@ pub fn write(folder: &Path) -> Result<()> {
     })?
     .concat();
     scans.sort_by_key(|scan| scan.is_turning);
-    let path = folder.join("reproduction.md");
-    let page = fs::read_to_string(&path).with_context(|| path.display().to_string())?;
-    let text = filled(&page, |name| match name {
-        "wavelengths_ridged" => Some(wavelengths(&scans, Skin::Ridged)),
-        "wavelengths" => Some(wavelengths(&scans, Skin::Smooth)),
-        "powers_ridged" => Some(powers(&scans, Skin::Ridged)),
-        "powers" => Some(powers(&scans, Skin::Smooth)),
-        "polynomials" => Some(polynomials(&scans)),
-        _ => table_of(&page, name).map(str::to_owned),
-    })?;
-    output::whole_text(&path, &text)?;
-    let pictures = folder.join("reproduction");
-    fs::create_dir_all(&pictures).with_context(|| pictures.display().to_string())?;
-    output::whole_text(
-        &pictures.join("figure-8-9-okamoto.svg"),
-        &charts::errors(&scans, Skin::Ridged),
-    )?;
-    output::whole_text(
-        &pictures.join("figure-8-9-okamoto-smooth.svg"),
-        &charts::errors(&scans, Skin::Smooth),
-    )?;
-    output::whole_text(
-        &pictures.join("figure-10-11-okamoto.svg"),
-        &charts::powers(&scans),
-    )?;
-    output::line(&path.display().to_string())
+    Ok(scans)
+}
+
+/// Measures, and writes the figures of this paper, the page and its picture; the other paper's
+/// figures stay.
+pub fn write(folder: &Path) -> Result<()> {
+    let mut figures = page::load::<Reproduction>(folder, TOPIC)?;
+    figures.tables.extend(tables::tables(&scans()?));
+    page::write(folder, TOPIC, &figures)?;
+    write_picture(folder)
+}
+
+/// Draws the picture from the figures that a folder has.
+pub fn write_picture(folder: &Path) -> Result<()> {
+    let figures = page::load::<Reproduction>(folder, TOPIC)?;
+    let wavelengths = figures.tables.get("okamoto_wavelengths").cloned();
+    whole_text(
+        &folder.join("papers-wavelengths.svg"),
+        &tables::picture(&wavelengths.unwrap_or_default()),
+    )
 }
 
 #[cfg(test)]

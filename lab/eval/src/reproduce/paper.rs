@@ -88,8 +88,6 @@ pub const LENGTH_MM: f64 = 55.0;
 pub const STEP_S: f64 = 0.05;
 /// Shortest and longest window of Figure 7, seconds.
 pub const WINDOWS_S: (f64, f64) = (0.2, 1.0);
-/// Window of Figure 5, seconds.
-pub const FIGURE_5_S: f64 = 0.35;
 
 /// Number of a data series as the paper counts them, 1 to 40: combination and run from 0 on.
 pub const fn series(combination: usize, run: u32) -> usize {

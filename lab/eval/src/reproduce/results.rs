@@ -1,10 +1,9 @@
-//! The data of a reproduction: figures of every run and of the windows, and the curves of the
-//! pictures.
+//! The data of a reproduction: figures of every run and of the windows.
 
 use hal_mock::TABLE_2;
 use serde::{Deserialize, Serialize};
 
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Reproduction {
     /// Whether the firmware image ran in the emulator, or its library on a PC.
     pub emulated: bool,
@@ -12,7 +11,6 @@ pub struct Reproduction {
     /// Table 2: what a perfect stimulator makes, those that the paper did not test included.
     pub expected: Vec<Expected>,
     pub causes: Vec<Cause>,
-    pub pictures: Pictures,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -59,7 +57,7 @@ impl Combination {
             .map(|run| Some(estimate(run)? - self.nominal_hz())))
     }
 
-    /// The same against the true frequency of each run, hertz.
+    /// RMS difference from the true frequency of each run, hertz.
     pub fn own_rms_hz(&self, estimate: impl Fn(&Run) -> Option<f64>) -> Option<f64> {
         rms(self
             .runs
@@ -120,11 +118,11 @@ pub struct Windows {
     pub fft_hz: f64,
     /// The paper's least squares on it, against the nominal frequency.
     pub least_squares_hz: f64,
-    /// The same against the true frequency.
+    /// Least squares against the true frequency.
     pub own_least_squares_hz: f64,
     /// Our fit of all channels against the nominal frequency, in the windows in which it found one.
     pub all_hz: Option<f64>,
-    /// The same against the true frequency.
+    /// Our fit against the true frequency.
     pub own_all_hz: Option<f64>,
     /// Windows in which our fit found a frequency.
     pub all_found: u32,
@@ -151,94 +149,4 @@ pub struct Expected {
     pub firmware_hz: Option<f64>,
     /// Delay of the slide's end as the firmware finds it, seconds.
     pub end_late_s: Option<f64>,
-}
-
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Curve {
-    pub from_s: f64,
-    /// From sample to sample, seconds.
-    pub step_s: f64,
-    /// Millivolts above the idle level, to a hundredth.
-    pub mv: Vec<f64>,
-}
-
-impl Curve {
-    /// Of some samples: time and volts.
-    pub fn new(samples: &[(f64, f64)]) -> Self {
-        let from_s = samples.first().map_or(0.0, |sample| sample.0);
-        let last_s = samples.last().map_or(0.0, |sample| sample.0);
-        let step_s = (last_s - from_s) / (samples.len().max(2) - 1) as f64;
-        Self {
-            from_s,
-            step_s,
-            mv: samples
-                .iter()
-                .map(|(_, volts)| (1e5 * volts).round() / 100.0)
-                .collect(),
-        }
-    }
-
-    pub fn points(&self) -> Vec<(f64, f64)> {
-        self.mv
-            .iter()
-            .enumerate()
-            .map(|(n, mv)| (self.from_s + n as f64 * self.step_s, *mv))
-            .collect()
-    }
-}
-
-/// Figure 3: a run, its contact, and the part that is cut out.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Contact {
-    pub series: usize,
-    pub taxels: [usize; 2],
-    pub curves: [Curve; 2],
-    pub spike_s: f64,
-    /// The part that the paper's equations cut out, seconds.
-    pub cut_s: (f64, f64),
-    pub slide_s: (f64, f64),
-    pub found_s: Option<(f64, f64)>,
-}
-
-/// Figures 4 and 5: a part of a channel, and its periodogram.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Spectrum {
-    pub series: usize,
-    pub taxel: usize,
-    pub curve: Curve,
-    pub nominal_hz: f64,
-    /// Distance of two lines, hertz.
-    pub line_hz: f64,
-    /// Amplitudes of the lines from the first on, millivolts, to a thousandth.
-    pub mv: Vec<f64>,
-}
-
-/// Figure 6: two channels with the fitted sines.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Overlay {
-    pub series: usize,
-    pub taxels: [usize; 2],
-    pub curves: [Curve; 2],
-    /// The common frequency, hertz.
-    pub hz: f64,
-    /// Offset, cosine and sine of each channel, millivolts, from its curve's first sample on.
-    pub sines_mv: [[f64; 3]; 2],
-}
-
-/// Figure 10: two channels while they slide.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Opposite {
-    pub series: usize,
-    pub taxels: [usize; 2],
-    pub curves: [Curve; 2],
-    pub correlation: f64,
-}
-
-/// The data of the pictures, of those runs that were made.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Pictures {
-    pub contacts: Vec<Contact>,
-    pub spectra: Vec<Spectrum>,
-    pub overlay: Option<Overlay>,
-    pub opposite: Option<Opposite>,
 }

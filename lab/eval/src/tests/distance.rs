@@ -1,11 +1,10 @@
-//! Touch at a distance: the bars of what a paper's text gives, and that the page is what is
-//! computed.
+//! Touch at a distance: the bars of what a paper's text gives.
 
 use super::{from_root, read};
-use crate::distance::gratings::{Indices, PERIODS_MM, figure_17d, figure_22};
-use crate::distance::layers::{Filter, RUBBER, TABLE_1, crossing, figure_12, figure_16, table_1};
+use crate::distance::gratings::{Indices, PERIODS_MM, figure_17d};
+use crate::distance::layers::{Filter, crossing, figure_12, figure_16};
 use crate::distance::{self, matching};
-use ridgetone_display::SUBJECTS;
+use crate::page::{self, Figures};
 
 fn near(value: f64, wanted: f64, most: f64) -> bool {
     (value - wanted).abs() <= most
@@ -16,14 +15,6 @@ fn every_bar_is_met() {
     let bars = distance::bars::bars().expect("bars");
     let missed: Vec<_> = bars.iter().filter(|bar| !bar.met).collect();
     assert!(bars.len() > 30 && missed.is_empty(), "{missed:?}");
-}
-
-#[test]
-fn table_1_is_within_half_a_decibel() {
-    for (contact, degrees, paper) in TABLE_1 {
-        let here = table_1(contact, degrees, RUBBER);
-        assert!(near(here, paper, 0.5), "{contact:?} {degrees}: {here}");
-    }
 }
 
 /// Maxima by hand: (0.5 + 1.5 u) exp(-u) is greatest at u = 2/3.
@@ -93,11 +84,6 @@ fn figures_17_to_19_are_within_their_bars() {
 }
 
 #[test]
-fn figure_22_is_within_its_bar() {
-    assert!(near(figure_22(2, 0.1), 0.06, 0.01) && figure_22(5, 0.1) < 0.1);
-}
-
-#[test]
 fn figure_8_matches_and_its_forces_are_noisy() {
     let figure = matching::block().expect("a figure");
     let [any_sign, pressing, regular] = &figure.ways[..] else {
@@ -110,7 +96,7 @@ fn figure_8_matches_and_its_forces_are_noisy() {
         "{} {} {} condition {}",
         any_sign.error, pressing.error, regular.error, figure.condition
     );
-    // Of all forces those of any sign are the best, and none of the others pulls.
+    // Forces of any sign are the best of all, and none of the others pulls.
     assert!(any_sign.error <= pressing.error + 1e-4 && pressing.error <= regular.error);
     assert!(
         pressing
@@ -123,17 +109,6 @@ fn figure_8_matches_and_its_forces_are_noisy() {
     // The sum of all forces is the load's.
     let sum: f64 = any_sign.forces.iter().sum();
     assert!(near(sum, 4.0, 0.1), "{sum}");
-}
-
-#[test]
-fn table_6_is_the_creep_time_alone() {
-    for (subject, paper) in SUBJECTS.iter().zip([0.43, 0.74, 0.62, 0.61, 0.69, 0.66]) {
-        assert!(
-            near(subject.retained_by_creep_time(1.8), paper, 0.006),
-            "{subject:?}"
-        );
-        assert!(subject.retained(3.0, 1.8) < 0.14, "{subject:?}");
-    }
 }
 
 /// Okamoto et al., figures 12 and 13: what is late is felt worse, and the S-shape. That jitter is
@@ -169,22 +144,16 @@ fn delays_make_answers_worse() {
 }
 
 #[test]
-fn the_page_and_its_pictures_are_what_is_computed() {
-    let page = read("docs/results/touch-at-a-distance.md");
+fn the_figures_are_what_is_computed() {
+    let shipped: Figures<page::None> =
+        page::load(&from_root("docs/results"), "distance").expect("the figures");
+    let computed = distance::tables::tables().expect("tables");
     assert!(
-        distance::page(&page).expect("a page") == page,
-        "run `cargo xtask distance --write docs/results`"
+        shipped.tables == computed,
+        "run `cargo xtask distance --write`"
     );
-    for (name, svg) in distance::pictures().expect("pictures") {
-        let path = format!("docs/results/touch-at-a-distance/{name}");
-        assert!(
-            read(&path) == svg,
-            "{path}: run `cargo xtask distance --write docs/results`"
-        );
-        assert!(
-            page.contains(&format!("touch-at-a-distance/{name}")),
-            "the page does not show {name}"
-        );
-        assert!(from_root(&path).is_file());
-    }
+    assert!(
+        read("docs/results/distance.svg") == distance::tables::picture(),
+        "run `cargo xtask distance --write`"
+    );
 }

@@ -2,7 +2,7 @@
 //! this PC. `emulated_faults` does the same on the emulated chip; `cargo xtask faults --full`
 //! injects a hundred thousand.
 
-use super::read;
+use super::pages::tables;
 use crate::faults::campaign::Campaign;
 use crate::faults::counts::Counts;
 use crate::faults::family::Family;
@@ -204,43 +204,31 @@ fn without_injections_there_is_no_fault() {
     );
 }
 
-/// The page is of a full run with every family: `cargo xtask faults --full`.
+/// The figures are of a full run with every family: `cargo xtask faults --full`.
 #[test]
-fn the_page_is_whole() {
-    let document = read("docs/results/faults.md");
-    let (_, numbers) = document
-        .split_once("| injections in touches |")
-        .expect("a count");
-    let injected = numbers
-        .lines()
-        .nth(2)
-        .and_then(|row| row.split('|').nth(1))
-        .expect("a row");
-    let injected: u64 = injected.trim().replace(',', "").parse().expect("a number");
+fn the_figures_are_whole() {
+    let tables = tables("faults");
+    let injected = tables["numbers"].rows[0][1].as_u64().expect("a number");
     assert!(
         injected >= 100_000,
         "{injected} injections are no full run: cargo xtask faults --full"
     );
-    let has = |row: String| {
-        assert!(
-            document.lines().any(|line| line.starts_with(&row)),
-            "no row {row}"
-        )
-    };
-    for family in Family::value_variants() {
-        [Place::Pc, Place::Emulator]
-            .iter()
-            .for_each(|place| has(format!("| {} | {} |", family.title(), place.title())));
+    let plans = Scan::NAMED
+        .into_iter()
+        .filter(|(_, plan)| *plan != Scan::PAPER);
+    for name in ["faults", "emulated"]
+        .into_iter()
+        .chain(plans.map(|plan| plan.0))
+    {
+        for family in Family::value_variants() {
+            let has_it = tables[name].rows.iter().any(|row| row[0] == family.title());
+            assert!(has_it, "{name}: {} has no row", family.title());
+        }
     }
-    for (name, plan) in Scan::NAMED {
-        let titles = Family::value_variants().iter().map(|family| family.title());
-        titles
-            .filter(|_| plan != Scan::PAPER)
-            .for_each(|title| has(format!("| {title} | {} |", Place::Plan(name).title())));
+    for title in lines::TITLES {
+        let has_it = tables["faults"].rows.iter().any(|row| row[0] == title);
+        assert!(has_it, "{title} has no row");
     }
-    lines::TITLES
-        .iter()
-        .for_each(|title| has(format!("| {title}")));
 }
 
 /// Losses reported beyond the real ones, and wrong estimates with faults, are not clean.

@@ -1,8 +1,8 @@
 //! The reproduction: that its figures are those of the scenes, and that the page is what was
 //! measured.
 
-use super::{from_root, read};
-use crate::page::load;
+use super::from_root;
+use crate::page::{self, Figures, fixed};
 use crate::parallel;
 use crate::reproduce;
 use crate::reproduce::measure::{combinations, firmware};
@@ -14,7 +14,9 @@ use hal_mock::{Sliding, SlidingScene, TABLE_2};
 use std::sync::OnceLock;
 
 fn shipped() -> Reproduction {
-    load(&from_root("docs/results/reproduction.json")).expect("the data")
+    page::load(&from_root("docs/results"), reproduce::TOPIC)
+        .expect("the data")
+        .detail
 }
 
 /// C7 and C10, the two shortest, one run each.
@@ -195,7 +197,7 @@ fn the_text_is_right() {
             .find(|window| window.window_s == 0.4)
             .expect("a window");
         assert!(percent(Some(at_04.least_squares_hz)) < 2.0, "C{}", c + 1);
-        // Of one and a half cycles and more.
+        // One and a half cycles and more.
         assert!(
             10 * at_04.all_found > 9 * at_04.windows,
             "C{}: {at_04:?}",
@@ -237,7 +239,6 @@ fn the_text_is_right() {
                 >= 7
         );
     }
-    assert!(shipped.pictures.opposite.expect("Figure 10").correlation < -0.5);
 }
 
 #[test]
@@ -259,68 +260,28 @@ fn static_images_depend_on_the_grating_and_not_on_the_speed() {
 }
 
 #[test]
-fn the_page_has_what_was_measured() {
-    let page = reproduce::page(reduced()).expect("a page");
-    for (combination, run) in runs(reduced()) {
-        let c = TABLE_2
-            .into_iter()
-            .position(|line| line == (combination.speed_mm_s, combination.period_mm));
+fn the_tables_have_what_was_measured() {
+    let figures = reproduce::figures(reduced().clone(), Figures::default());
+    let rows = &figures.tables["oddo_table_3"].rows;
+    for ((combination, run), row) in runs(reduced()).zip(rows) {
         let nominal_hz = combination.nominal_hz();
-        let off_hz = |hz: Option<f64>| (hz.expect("an estimate") - nominal_hz).abs();
-        let (fft, fit) = (
-            off_hz(run.pairs[0].fft_hz),
-            off_hz(run.pairs[0].least_squares_hz),
-        );
-        let row = page
-            .lines()
-            .find(|line| line.starts_with(&format!("| C{} |", c.expect("the paper's") + 1)));
-        let cells: Vec<&str> = row.expect("a row").split('|').map(str::trim).collect();
-        let percent = |hz: f64| format!("{:.2}", 100.0 * hz / nominal_hz);
-        assert_eq!(
-            (cells[5], cells[7]),
-            (format!("{fft:.3}").as_str(), percent(fft).as_str())
-        );
-        assert_eq!(
-            (cells[9], cells[11]),
-            (format!("{fit:.3}").as_str(), percent(fit).as_str())
-        );
+        let percent = |hz: Option<f64>| {
+            let hz = hz.expect("an estimate");
+            fixed(100.0 * (hz - nominal_hz).abs() / nominal_hz, 2)
+        };
+        assert_eq!(row[0], combination.name());
+        assert_eq!(row[3], percent(run.pairs[0].fft_hz));
+        assert_eq!(row[5], percent(run.pairs[0].least_squares_hz));
     }
-    assert!(!page.contains("NaN") && !page.contains("inf "), "{page}");
-    // Pictures of runs that were not made are left out.
-    assert!(
-        reproduce::pictures(reduced())
-            .iter()
-            .all(|(name, _)| *name != "figure-6.svg")
-    );
-}
-
-#[test]
-fn the_shipped_page_is_what_its_data_give() {
-    let reproduction = shipped();
-    // `cargo xtask reproduce --render` fills in the page again, `cargo xtask reproduce` measures.
-    let same = |path: &str, text: String| {
-        assert!(
-            read(path) == text,
-            "{path} is not what its data give: run `cargo xtask reproduce --render`"
-        );
-    };
-    same(
-        "docs/results/reproduction.md",
-        reproduce::page(&reproduction).expect("a page"),
-    );
-    let pictures = reproduce::pictures(&reproduction);
-    assert_eq!((pictures.len(), reproduction.expected.len()), (8, 12));
-    for (name, svg) in pictures {
-        same(&format!("docs/results/reproduction/{name}"), svg);
-    }
-    assert_eq!(
-        reproduction
-            .combinations
-            .iter()
-            .map(|combination| combination.runs.len())
-            .sum::<usize>(),
-        40
-    );
+    assert_eq!(rows.len(), 2);
+    let svg = reproduce::picture(reduced());
+    assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
+    let shipped = shipped();
+    let runs = shipped
+        .combinations
+        .iter()
+        .map(|combination| combination.runs.len());
+    assert_eq!((shipped.expected.len(), runs.sum::<usize>()), (12, 40));
 }
 
 /// The last digits may differ between platforms.
@@ -402,7 +363,7 @@ fn the_shipped_windows_are_what_runs_give() {
     // Whole slides do not show short windows: C3 has 0.7 to 3.7 cycles in them, C7 3.1 to 15.5.
     let shipped = shipped();
     let runs = shipped.combinations[2].runs.len() as u32;
-    let (measured, _) = combinations(&[2, 6], runs, Place::Pc).expect("runs");
+    let measured = combinations(&[2, 6], runs, Place::Pc).expect("runs");
     for now in measured {
         let then = shipped
             .combinations

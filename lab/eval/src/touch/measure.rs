@@ -19,12 +19,12 @@ use serde::{Deserialize, Serialize};
 const OWN: [i32; 5] = [0, 3_932_160, 322_560, 7_864_320, 3_221_225];
 /// A contact within this is that of the truth, seconds.
 const CONTACT_S: f64 = 0.1;
-/// The same of a release; one that lags by as much as the skin needs to creep back is one too.
+/// A release within this is that of the truth; one that lags by as much as the skin needs to creep back is one too.
 const RELEASE_S: (f64, f64) = (-0.05, 1.0);
 /// Both ends of a slide should be as near as this, seconds.
 pub const NEAR_S: f64 = 0.02;
 
-/// Of the traces of a cell.
+/// What was found in the traces of a cell.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Found {
     pub traces: u32,

@@ -26,7 +26,7 @@ pub struct Recipe {
     pub tone_hz: Range,
     /// The tone's power over that of the noise, decibels.
     pub snr_db: f64,
-    /// Of the slide; the speed's ramps are in it. None: the finger only holds.
+    /// How long the slide lasts; the speed's ramps are in it. None: the finger only holds.
     pub slide_s: Option<Range>,
     pub ramp_s: Range,
     /// In the air, before and after the touch.
@@ -142,7 +142,7 @@ impl Trace {
         };
         let tone_v = mean_square(&|c| channels[c].amplitude_v()).sqrt();
         let loads_v: [f64; TAXELS] = std::array::from_fn(|c| channels[c].sliding.mean_v);
-        // Of a spike that is as high as the load in each channel the square is four times the
+        // A spike that is as high as the load in each channel has a square that is four times the
         // hold's.
         let spike = spike.map_or(0.0, |square| square.sqrt() - 1.0);
         let rate_hz = frame_rate_hz();

@@ -20,14 +20,6 @@ pub enum Contender {
 }
 
 impl Contender {
-    /// Ridgetone's fit of all channels.
-    pub const fn whole(harmonics: u8) -> Self {
-        Self::Ridgetone {
-            harmonics,
-            channels: TAXELS as u8,
-        }
-    }
-
     pub fn answer(&self, window: &Simulated) -> Result<Option<Answer>> {
         match *self {
             Self::Ridgetone {

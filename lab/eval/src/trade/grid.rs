@@ -12,7 +12,7 @@ use crate::setting::{Length, Setting};
 use anyhow::Result;
 use ridgetone_proto::settings::TAXELS;
 
-/// The slowest methods get every tenth window.
+/// The opponent, which is slow, gets every tenth window.
 const SLOW_EVERY: u64 = 10;
 /// Seeds of a window's and scene's windows begin at multiples of this.
 const SEEDS: u64 = 10_000_000;
@@ -48,24 +48,10 @@ fn contenders(carried: u8) -> Vec<Contender> {
         })
         .collect();
     if baselines::CARRIED.contains(&carried) {
-        // A method that fits the chip only with fewer channels is measured with those too.
-        let own = |method: Method| {
-            [
-                method.channels_max(),
-                method.channels_max().min(method.channels_on_chip()),
-            ]
-        };
-        let mut baselines: Vec<Contender> = Method::ALL
-            .into_iter()
-            .flat_map(|method| {
-                own(method).map(|channels| Contender::Baseline {
-                    method,
-                    channels: channels as u8,
-                })
-            })
-            .collect();
-        baselines.dedup();
-        all.extend(baselines);
+        all.extend(Method::ALL.map(|method| Contender::Baseline {
+            method,
+            channels: method.channels_max() as u8,
+        }));
         all.push(Contender::Nls { harmonics: carried });
     }
     all
@@ -91,7 +77,7 @@ fn of_scene(window_s: f64, carried: u8, windows: u32, seed: u64) -> Result<Vec<R
     let contenders = contenders(carried);
     let quick: Vec<Contender> = contenders
         .iter()
-        .filter(|contender| !is_slow(contender))
+        .filter(|contender| !matches!(contender, Contender::Nls { .. }))
         .copied()
         .collect();
     let settings = Setting::table_2(Length::Seconds(window_s), SNR_DB, carried);
@@ -135,17 +121,4 @@ fn of_scene(window_s: f64, carried: u8, windows: u32, seed: u64) -> Result<Vec<R
         }
     };
     Ok(contenders.iter().map(row).collect())
-}
-
-/// Whether it takes long for a long window: the Jacobian of all channels at once, or many
-/// candidates.
-fn is_slow(contender: &Contender) -> bool {
-    matches!(
-        contender,
-        Contender::Nls { .. }
-            | Contender::Baseline {
-                method: Method::LmJoint,
-                ..
-            }
-    )
 }

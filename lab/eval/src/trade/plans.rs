@@ -8,20 +8,14 @@
 mod accuracy;
 mod on_board;
 
-use super::tables::{or_dash, share};
 use crate::accuracy::{Accuracy, rounded};
-use crate::page::{self, Table, over_bound};
+use crate::page::{Table, figure, fixed, percent};
 use crate::parallel;
 use anyhow::Result;
-use ridgetone_host::digits::significant;
-use ridgetone_host::output;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::Settings;
 use serde::{Deserialize, Serialize};
-use std::path::Path;
-
-/// The data, beside `trade.json`.
-const DATA: &str = "plans.json";
+use serde_json::Value;
 
 /// Lengths of windows, seconds; a plan has those that it allows, and its longest up to the last of
 /// these.
@@ -38,7 +32,7 @@ const EIGHT: Plan = Plan {
 const HOP_LEAST_S: f32 = 0.05;
 
 /// Windows of each tone for a row, for the page.
-const WINDOWS: u32 = 250;
+pub const WINDOWS: u32 = 250;
 
 /// A plan and a window.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -157,49 +151,37 @@ pub fn measure(windows: u32, board: bool) -> Result<Vec<Row>> {
         .collect())
 }
 
-/// Measures for the page, and writes the data into a folder.
-pub fn write(folder: &Path) -> Result<()> {
-    let rows = measure(WINDOWS, true)?;
-    // A line for each row, so that a diff shows which changed.
-    let json = serde_json::to_string(&rows)?.replace("},{\"plan\"", "},\n{\"plan\"");
-    output::whole_text(&folder.join(DATA), &(json + "\n"))
-}
-
-/// The rows that were measured last, from a folder; none where nothing was.
-pub fn load(folder: &Path) -> Result<Vec<Row>> {
-    page::load_measured(folder, DATA)
-}
-
 /// The table: by window, then by channels.
-pub fn table(rows: &[Row]) -> String {
-    let headings = "window, ms|plan|channels|frames a second|RMS, Hz|RMS, %|x bound|not good, %|hop, ms|fit, ms|latency, ms|load, %";
-    let mut table = Table::new(0, headings);
+pub fn table(rows: &[Row]) -> Table {
+    let mut table = Table::new(
+        "window, ms|plan|channels|frames a second|RMS, Hz|RMS, %|RMS over bound|not good, %|hop, ms|fit, ms|\
+         latency, ms|load, %",
+    );
     let mut rows: Vec<&Row> = rows.iter().collect();
     rows.sort_by(|a, b| a.window_s.total_cmp(&b.window_s));
     for row in rows {
-        let error = row.accuracy.error;
-        let board = |of: fn(&OnBoard) -> f64, decimals: usize| {
-            page::figure(row.board.as_ref().map(of), decimals)
-        };
-        table.row(&[
-            format!("{:.0}", 1e3 * row.window_s),
-            format!("`{}`", row.plan),
-            row.channels.to_string(),
-            significant(row.frame_rate_hz, 5),
-            or_dash(error.map(|error| significant(error.rms_hz, 2))),
-            or_dash(error.map(|error| significant(error.rms_percent, 2))),
-            or_dash(error.map(|error| over_bound(error.ratio))),
-            share(
-                row.accuracy.windows - row.accuracy.good,
-                row.accuracy.windows,
-            ),
-            format!("{:.0}", 1e3 * row.hop_s),
-            board(|board| 1e3 * board.fit_s, 1),
-            page::figure(row.latency_s().map(|latency_s| 1e3 * latency_s), 0),
-            board(|board| 1e2 * board.load, 1),
+        let Accuracy {
+            windows,
+            good,
+            error,
+            ..
+        } = row.accuracy;
+        table.row([
+            fixed(1e3 * row.window_s, 0),
+            Value::from(format!("`{}`", row.plan)),
+            row.channels.into(),
+            figure(row.frame_rate_hz, 5),
+            figure(error.map(|error| error.rms_hz), 2),
+            figure(error.map(|error| error.rms_percent), 2),
+            fixed(error.map(|error| error.ratio), 2),
+            percent(windows - good, windows),
+            fixed(1e3 * row.hop_s, 0),
+            fixed(row.board.map(|board| 1e3 * board.fit_s), 1),
+            fixed(row.latency_s().map(|latency_s| 1e3 * latency_s), 0),
+            fixed(row.board.map(|board| 1e2 * board.load), 1),
         ]);
     }
-    table.end()
+    table
 }
 
 #[cfg(test)]

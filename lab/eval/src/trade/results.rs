@@ -1,11 +1,11 @@
 //! The data of a trade, as `trade.json` has them.
 
-use super::bars::Bars;
+use super::plans;
 use crate::accuracy::Accuracy;
-use crate::bar::Bar;
 use crate::bench::emulated::CLOCK_HZ;
 use crate::bench::feels;
 use crate::bench::fits::PASS_INSTRUCTIONS;
+use crate::page::Bar;
 use serde::{Deserialize, Serialize};
 
 /// Name of the fit under test.
@@ -14,27 +14,20 @@ pub const RIDGETONE: &str = "Ridgetone";
 /// Name of the opponent on a PC.
 pub const NLS: &str = "harmonic NLS, f64";
 
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Trade {
     /// Windows of each line of Table 2 in a row.
     pub windows: u32,
     pub rows: Vec<Row>,
-    pub bars: Bars,
     /// What a finger feels in a window, by plan.
-    #[serde(default)]
     pub feels: Vec<feels::Cell>,
     /// The bars of instructions and memory on the chip.
     pub chip: Vec<Bar>,
+    /// Scan plans, measured by a run of their own.
+    pub plans: Vec<plans::Row>,
 }
 
 impl Trade {
-    /// Every bar, those of accuracy first.
-    pub fn all_bars(&self) -> Vec<Bar> {
-        let mut bars = self.bars.bars();
-        bars.extend(self.chip.iter().cloned());
-        bars
-    }
-
     /// The row of a fit of up to `harmonics` harmonics in scenes of `carried`.
     pub fn ridgetone(
         &self,

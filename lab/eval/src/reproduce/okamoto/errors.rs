@@ -4,7 +4,7 @@ use super::motion::{Motion, SETTLES_S};
 use super::paper::{CYCLES, WINDOW_S};
 use super::run::{FELT_LATE_S, Slid, conversion_s};
 use crate::accuracy::NINETY_FIVE;
-use crate::bound::{length, orthonormal, remove};
+use crate::bound::{Clue, orthonormal};
 use crate::simulated::converter_noise_v;
 use anyhow::{Context, Result};
 use nalgebra::{DMatrix, DVector};
@@ -57,7 +57,7 @@ impl Errors {
         (self.good > 0).then(|| self.held as f64 / self.good as f64)
     }
 
-    /// Of the windows of these estimates in which the finger turns, or of those in which it does
+    /// Counts the windows of these estimates in which the finger turns, or of those in which it does
     /// not.
     pub fn new(slid: &Slid, estimates: &[Estimate], bound: &Bound, is_turning: bool) -> Self {
         let (motion, wavelength_mm) = (slid.motion, slid.scene.period_mm);
@@ -150,7 +150,7 @@ impl Bound {
         })
     }
 
-    /// Of a window, as a share of the wavelength.
+    /// The bound of a window, as a share of the wavelength.
     pub fn share(&self, motion: Motion, from_s: f64, until_s: f64) -> f64 {
         1.0 / self.information(motion, from_s, until_s, |_| 0.0).0.sqrt()
     }
@@ -202,14 +202,13 @@ impl Bound {
                 let (a, b) = ways[usize::from(backward[frame])];
                 TAU * (b * cos[frame] - a * sin[frame]) / converter_noise_v(&Plan::HAND)
             };
-            let mut derivative: Vec<f64> = (0..frames)
-                .map(|frame| (places[frame] - middle) * slope(frame))
+            let derivative = (0..frames).map(|frame| (places[frame] - middle) * slope(frame));
+            let met: Vec<f64> = (0..frames)
+                .map(|frame| ahead(at_s(frame)) * slope(frame))
                 .collect();
-            remove(&mut derivative, &nuisance);
-            information += length(&derivative).powi(2);
-            along += (0..frames)
-                .map(|frame| derivative[frame] * ahead(at_s(frame)) * slope(frame))
-                .sum::<f64>();
+            let clue = Clue::of(derivative.collect(), &met, &nuisance);
+            information += clue.information;
+            along += clue.score;
         }
         (information, along)
     }

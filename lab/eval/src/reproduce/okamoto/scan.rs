@@ -14,7 +14,7 @@ pub struct Scan {
     pub wavelength_mm: f64,
     pub motion: Motion,
     pub skin: Skin,
-    /// Of the windows in which the finger turns; otherwise of the others.
+    /// Whether it holds the windows in which the finger turns, or the others.
     pub is_turning: bool,
     /// By the paper's method, by the firmware in its window, and in a window by accuracy.
     pub fft: Option<f64>,

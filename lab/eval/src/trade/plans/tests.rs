@@ -1,9 +1,10 @@
 //! The plans against closed forms, the simulated chip, and the datasheet's arithmetic.
 
 use super::accuracy::{TONES_HZ, window};
-use super::{Choice, EIGHT, load, measure, on_board};
+use super::{Choice, EIGHT, measure, on_board};
 use crate::simulated::{CODE_V, converter_noise_v};
 use crate::tests::from_root;
+use crate::trade::load;
 use hal_mock::Constant;
 use ridgetone_host::input::{Input, Opened};
 use ridgetone_host::replay::conversions_of;
@@ -97,7 +98,7 @@ fn the_noise_is_that_of_the_simulated_chip() {
         let mean = codes.iter().sum::<f64>() / codes.len() as f64;
         let variance =
             codes.iter().map(|code| (code - mean).powi(2)).sum::<f64>() / codes.len() as f64;
-        // Of 4000 values the standard deviation has an error of 1.1 %.
+        // The standard deviation of 4000 values has an error of 1.1 %.
         let ratio = variance.sqrt() * CODE_V / converter_noise_v(&plan);
         assert!((ratio - 1.0).abs() < 0.05, "DRATE {data_rate}: {ratio}");
     }
@@ -153,7 +154,7 @@ fn errors_are_near_the_bound_and_fall_with_the_window() {
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn the_pages_load_and_latency_are_those_of_the_image() {
-    let rows = load(&from_root("docs/results")).expect("the data");
+    let rows = load(&from_root("docs/results")).expect("the data").plans;
     let choice = Choice {
         plan: Plan::HAND,
         window_s: 0.064,

@@ -1,0 +1,79 @@
+//! That the pages and pictures in `docs/results` are what their figures give.
+
+use super::{from_root, read};
+use crate::page::{self, Figures, Tables, filled};
+use crate::reproduce::results::Reproduction;
+use crate::reproduce::{self, okamoto};
+use crate::{noise, touch, trade};
+use std::path::PathBuf;
+
+/// Topics, each a page and its figures.
+const TOPICS: [&str; 7] = [
+    "boards", "distance", "faults", "noise", "papers", "touch", "trade",
+];
+
+fn results() -> PathBuf {
+    from_root("docs/results")
+}
+
+/// The tables of a topic as its JSON has them.
+pub fn tables(topic: &str) -> Tables {
+    page::load::<page::None>(&results(), topic)
+        .expect("the figures")
+        .tables
+}
+
+#[test]
+fn every_page_is_what_its_figures_give() {
+    for topic in TOPICS {
+        let path = format!("docs/results/{topic}.md");
+        let text = read(&path);
+        let expected = filled(&text, &tables(topic)).expect("tables");
+        assert!(
+            text == expected,
+            "{path}: run `cargo run -p ridgetone-eval -- pages`"
+        );
+        assert!(
+            text.contains("<!-- bars"),
+            "{path} does not say what must hold"
+        );
+        assert!(
+            text.lines().count() <= 100,
+            "{path} is longer than a screen"
+        );
+    }
+}
+
+#[test]
+fn the_tables_and_pictures_are_what_was_measured() {
+    let folder = results();
+    let trade = trade::figures(trade::load(&folder).expect("the data"));
+    let noise = noise::figures(noise::load(&folder).expect("rows"));
+    let touch = touch::figures(touch::load(&folder).expect("rows"));
+    let papers: Figures<Reproduction> = page::load(&folder, reproduce::TOPIC).expect("figures");
+    let oddo = reproduce::figures(papers.detail.clone(), papers.clone());
+    for (topic, expected) in [
+        ("trade", &trade.tables),
+        ("noise", &noise.tables),
+        ("touch", &touch.tables),
+        ("papers", &oddo.tables),
+    ] {
+        assert!(
+            tables(topic) == *expected,
+            "{topic}: run `cargo run -p ridgetone-eval -- pages`"
+        );
+    }
+    let wavelengths = &papers.tables["okamoto_wavelengths"];
+    for (name, expected) in [
+        ("trade", trade::picture(&trade.detail)),
+        ("noise", noise::picture(&noise.detail)),
+        ("papers", reproduce::picture(&papers.detail)),
+        ("papers-wavelengths", okamoto::tables::picture(wavelengths)),
+    ] {
+        let path = format!("docs/results/{name}.svg");
+        assert!(
+            read(&path) == expected,
+            "{path}: run `cargo run -p ridgetone-eval -- pages`"
+        );
+    }
+}
