@@ -169,9 +169,9 @@ fn schema_json() -> String {
     let all = schemas();
     for (number, (kind, schema)) in all.iter().enumerate() {
         let described = &schema["description"];
-        let _ = write!(
+        let _ = writeln!(
             out,
-            "\"{kind}\": {{\"$schema\": \"{DIALECT}\", \"title\": \"ridgetone.{kind}\", \"description\": {described}, \"type\": \"object\", \"properties\": {{\n"
+            "\"{kind}\": {{\"$schema\": \"{DIALECT}\", \"title\": \"ridgetone.{kind}\", \"description\": {described}, \"type\": \"object\", \"properties\": {{"
         );
         let fields = schema["properties"].as_object().expect("properties");
         for (at, (name, property)) in fields.iter().enumerate() {

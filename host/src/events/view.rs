@@ -491,7 +491,7 @@ pub struct Reply {
     pub number: u16,
     /// What became of the request: `done`, `done_erased`, or why it was refused.
     pub outcome: &'static str,
-    /// Of a setting that is out of its bounds: name, value and bounds.
+    /// Name, value and bounds of a setting that is out of its bounds.
     #[serde(flatten)]
     #[cfg_attr(test, schemars(skip))]
     pub setting: Option<SettingsError>,

@@ -42,9 +42,7 @@ impl Recording {
                 Event::Estimate(e) if e.span == Span::Slide => {
                     recording.slide_fit = Some(e.clone())
                 }
-                Event::Estimate(_) | Event::Health(_) | Event::Image(_) => {}
-                Event::Fault(_) | Event::Reply(_) | Event::Raw(_) | Event::Feel(_) => {}
-                Event::Texture(_) => {}
+                _ => {}
             }
         }
         let (mut t_us, mut before_us) = (0, conversions.first().map_or(0, |first| first.t_us));
