@@ -225,12 +225,21 @@ from typing import Literal
 
 from ._objects import Object, Settings
 
+__all__ = [ALL]
+
 
 class Event(Object):
     """A message of a board."""
 
 "#;
-    let mut out = head.to_owned();
+    let mut names: Vec<String> = schemas().iter().map(|(kind, _)| class(kind)).collect();
+    names.push("Event".to_owned());
+    names.sort();
+    let names: String = names
+        .iter()
+        .map(|name| format!("\n    \"{name}\","))
+        .collect();
+    let mut out = head.replace("[ALL]", &format!("[{names}\n]"));
     let envelope = schema::<Message>();
     python_fields(&mut out, &envelope, &[]);
     let common: Vec<String> = envelope["properties"]

@@ -15,36 +15,17 @@ from typing import Any
 
 import numpy.typing as npt
 
-from . import _ridgetone
-from ._events import (
-    Connection,
-    Contact,
-    Estimate,
-    Event,
-    Fault,
-    Feel,
-    Fit,
-    Health,
-    Hello,
-    Image,
-    Lost,
-    Missed,
-    Raw,
-    Release,
-    Reply,
-    Slide,
-    Texture,
-    event,
-)
+from . import _events, _ridgetone
+from ._events import *
+from ._events import Event, Fit, event
 from ._live import Live, live
 from ._objects import Felt, Object, Settings, load
 from ._recording import Path, Recording, Samples, native, read
 from ._ridgetone import Error, UsageError, __version__
 
-__all__ = [
-    "Connection", "Contact", "Error", "Estimate", "Event", "Fault", "Feel", "Felt", "Fit", "Health", "Hello", "Image", "Live", "Lost", "Missed", "Object",
-    "Raw", "Recording", "Release", "Reply", "Settings", "Slide", "Texture", "UsageError", "__version__", "feel", "fit", "live", "picture",
-    "read", "replay", "settings",
+__all__ = _events.__all__ + [
+    "Error", "Felt", "Live", "Object", "Recording", "Settings", "UsageError", "__version__", "feel", "fit", "live", "picture", "read",
+    "replay", "settings",
 ]  # fmt: skip
 
 

@@ -7,6 +7,26 @@ from typing import Literal
 
 from ._objects import Object, Settings
 
+__all__ = [
+    "Connection",
+    "Contact",
+    "Estimate",
+    "Event",
+    "Fault",
+    "Feel",
+    "Fit",
+    "Health",
+    "Hello",
+    "Image",
+    "Lost",
+    "Missed",
+    "Raw",
+    "Release",
+    "Reply",
+    "Slide",
+    "Texture",
+]
+
 
 class Event(Object):
     """A message of a board."""
