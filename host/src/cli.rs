@@ -66,7 +66,7 @@ enum Command {
     Calibrate(calibrate::CalibrateArgs),
     /// Run the firmware image in QEMU, with a simulated ADS1258.
     Emulate(emulate::EmulateArgs),
-    /// Check a board after its first power-up: every part of it, with the page of the book that
+    /// Check every part of a board after its first power-up, and name the page of the guide that
     /// helps.
     Check(check::CheckArgs),
     /// List the serial ports of this computer.

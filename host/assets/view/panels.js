@@ -25,7 +25,7 @@ export function tiles({ live, remarks }) {
   put("frequency", (estimate && tone(estimate)) ?? "none");
   const parts = [];
   if (estimate) {
-    parts.push(words(estimate.status), ...remarks, `${estimate.span} of ${seconds(estimate.window_s)} until ${seconds(estimate.t_s)}`);
+    parts.push(words(estimate.status), ...remarks, `${estimate.span} of ${seconds(estimate.window_s)}, ending at ${seconds(estimate.t_s)}`);
     if (estimate.faults.length) parts.push(`faults: ${estimate.faults.map(words).join(", ")}`);
     if (whole && estimate.span !== "slide" && tone(whole)) parts.push(`slide before: ${tone(whole)}`);
   } else parts.push("no estimate yet");

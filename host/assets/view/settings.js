@@ -50,7 +50,6 @@ export function show({ live, settings_reply: reply, can_set: canSet }, isRun) {
   }
   $("settings-title").textContent = isRun ? "Settings of this run" : "Settings of the board";
   $("settings-send").textContent = isRun ? "Run again" : "Send";
-  $("settings-reset").textContent = isRun ? "As in the run" : "As on the board";
   $("plan-label").hidden = isRun;
   const { settings } = live.latest.hello;
   if (!isChanging) $("plan").value = typeof settings.plan === "string" ? settings.plan : OWN;

@@ -35,7 +35,7 @@ pub struct Summary {
     pub inputs: Inputs,
     pub firmware: Option<String>,
     pub protocol: u8,
-    /// Of the command.
+    /// Version of the command.
     pub version: &'static str,
     pub system: String,
 }

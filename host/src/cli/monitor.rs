@@ -28,7 +28,7 @@ Examples:
 pub struct MonitorArgs {
     #[command(flatten)]
     source: SourceOptions,
-    /// Put these settings into force first; they are not stored.
+    /// Apply these settings first, without storing them.
     #[arg(long, value_name = "FILE.toml", conflicts_with = "recording")]
     settings: Option<PathBuf>,
     /// Print lines instead of a screen.
@@ -38,8 +38,7 @@ pub struct MonitorArgs {
     /// The screen has them anyway.
     #[arg(long)]
     raw: bool,
-    /// Draw the screen of the run as a moving picture instead of showing it, of half a minute at
-    /// most.
+    /// Draw the screen as a moving picture of at most half a minute instead of showing it.
     #[arg(long, value_name = "FILE.svg", conflicts_with_all = ["plain", "raw", "settings", "json", "teleplot"])]
     svg: Option<PathBuf>,
     #[command(flatten)]

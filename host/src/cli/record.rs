@@ -35,7 +35,7 @@ pub struct RecordArgs {
     /// Length in seconds of device time [default: until Ctrl-C].
     #[arg(long = "for", value_name = "S", value_parser = positive)]
     length: Option<f64>,
-    /// Put these settings into force first; they are not stored.
+    /// Apply these settings first, without storing them.
     #[arg(long, value_name = "FILE.toml")]
     settings: Option<PathBuf>,
 }

@@ -19,7 +19,7 @@ pub struct SourceOptions {
     board: BoardOptions,
     #[command(flatten)]
     input: InputOptions,
-    /// Seconds of device time in a second, of the emulated board and of a recording; 0: as fast as
+    /// Speed of the emulated board or of a recording, device time over wall time; 0: as fast as
     /// possible.
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = pace, allow_negative_numbers = true)]
     pace: f64,
@@ -28,7 +28,7 @@ pub struct SourceOptions {
     /// its own pace, or `-` for standard input.
     #[arg(long, value_name = "FILE|PORT|-", conflicts_with = "recording")]
     odometry: Option<PathBuf>,
-    /// The emulated touch once, not again and again.
+    /// Play the emulated touch once instead of repeating it.
     #[arg(long, requires = "emulated", conflicts_with = "recording")]
     once: bool,
 }

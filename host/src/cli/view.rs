@@ -26,7 +26,7 @@ Examples:
 pub struct ViewArgs {
     #[command(flatten)]
     source: SourceOptions,
-    /// Put these settings into force first; they are not stored.
+    /// Apply these settings first, without storing them.
     #[arg(long, value_name = "FILE.toml", conflicts_with = "recording")]
     settings: Option<PathBuf>,
     /// Where the page is served: an address of this computer and a port; port 0 is any free one. An

@@ -130,7 +130,7 @@ fn log_lines(frame: &mut Frame<'_>, area: Rect, live: &Live) {
         .skip(skipped)
         .map(|line| Line::raw(line.as_str()))
         .collect();
-    frame.render_widget(Paragraph::new(lines).block(boxed("what happened")), area);
+    frame.render_widget(Paragraph::new(lines).block(boxed("events")), area);
 }
 
 fn help(frame: &mut Frame<'_>, area: Rect) {

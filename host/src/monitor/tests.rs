@@ -207,7 +207,7 @@ fn it_uses_the_terminal_s_own_colours_and_red_only_for_alarms() {
 #[test]
 fn larger_screens_show_a_strip_a_row_and_the_log() {
     let lines = lines(&drawn(&with_frames(touched()), &view(), (120, 48)));
-    assert_shows(&lines, &["what happened", "contact", "the finger is off"]);
+    assert_shows(&lines, &["events", "contact", "the finger is off"]);
     let strips = lines.iter().filter(|line| {
         line.starts_with('│') && line.chars().filter(|c| "▁▂▃▄▅▆▇█".contains(*c)).count() > 40
     });

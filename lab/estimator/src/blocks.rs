@@ -35,7 +35,7 @@ pub struct Blocks {
     rows: [Values; ROWS],
     /// Sums of cosine and sine of each multiple of the phase.
     waves: [[Wave; WAVES]; BLOCKS_MAX],
-    /// The same times the distance from the block's middle.
+    /// Sums of cosine and sine times the distance from the block's middle.
     moments: [[Wave; WAVES]; BLOCKS_MAX],
     /// Sums of that distance squared.
     squares: [f32; BLOCKS_MAX],

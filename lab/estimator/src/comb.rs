@@ -144,7 +144,7 @@ impl Refinement<'_> {
             cycles,
             most: self.cycles_max,
         };
-        neighbours.collect(blocks, (shape, &solution.factor), shape.lines, place);
+        neighbours.collect(blocks, solution.into(), solution.shape.lines, place);
         if neighbours.count() < NEIGHBOURS_MIN {
             return self.weights(solution);
         }

@@ -21,7 +21,7 @@ use core::f32::consts::PI;
 const Z_LINE: f32 = 4.3;
 /// Fewer cycles are no period.
 const CYCLES: f32 = 1.15;
-/// The same where all channels have one shape in time: any bump looks like it.
+/// Fewest cycles of a period where all channels have one shape in time: any bump looks like it.
 const CYCLES_ONE: f32 = 2.0;
 /// Phase beyond the fitted degrees, radians: past it a cycle may be lost.
 const FOLLOWED: f32 = 0.2;

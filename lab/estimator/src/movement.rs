@@ -38,7 +38,7 @@ pub struct Followed {
     pub course: Course,
     /// The model, and the residuals beside it.
     pub solution: Solution,
-    /// The same where the movement is taken out.
+    /// The model and residuals with the movement projected out.
     pub still: Solution,
     /// Variances of the residuals over all frames.
     pub variances: Values,
@@ -112,6 +112,16 @@ fn neighbour_weights(
     weights.map(|weight| weight * count / sum.max(f32::MIN_POSITIVE))
 }
 
+/// How far a comb is followed.
+struct Stage {
+    course: Course,
+    shape: crate::solve::Shape,
+    /// Degrees of the movement in the model.
+    fitted: Degrees,
+    /// Inverse of the noise's covariance, once it is known.
+    inverse: Option<Square<CHANNELS_MAX>>,
+}
+
 impl Refinement<'_> {
     /// Follows a comb; `recollect` passes over the frames again. None if too little noise is known.
     #[inline(never)]
@@ -149,7 +159,13 @@ impl Refinement<'_> {
                 }
                 recollect(blocks, &course, shape.lines)?;
             }
-            let Some(followed) = self.noise(blocks, work, (course, shape), fitted, inverse)? else {
+            let stage = Stage {
+                course,
+                shape,
+                fitted,
+                inverse,
+            };
+            let Some(followed) = self.noise(blocks, work, stage)? else {
                 return Ok(None);
             };
             inverse = Some(followed.noise.inverse);
@@ -187,10 +203,14 @@ impl Refinement<'_> {
         &self,
         blocks: &mut Blocks,
         work: &mut Work,
-        (course, shape): (Course, crate::solve::Shape),
-        fitted: Degrees,
-        inverse: Option<Square<CHANNELS_MAX>>,
+        stage: Stage,
     ) -> Result<Option<Followed>, Overwritten> {
+        let Stage {
+            course,
+            shape,
+            fitted,
+            inverse,
+        } = stage;
         let solution = Solution::new(blocks, shape);
         let residuals = solution.residuals(self.all, self.width);
         let free = (self.frames - shape.unknowns() as f32).max(1.0);
@@ -200,7 +220,7 @@ impl Refinement<'_> {
             most: self.cycles_max,
         };
         work.neighbours
-            .collect(blocks, (&shape, &solution.factor), shape.lines, place);
+            .collect(blocks, (&solution).into(), shape.lines, place);
         let count = work.neighbours.count();
         if count < NEIGHBOURS_MIN {
             return Ok(None);

@@ -17,8 +17,24 @@ const DISTANCES: usize = 4 * BAND as usize + 1;
 const APART: f32 = 0.7;
 /// A function must have as much of its power beside the model and the others.
 const LEFT_MIN: f32 = 0.25;
-/// The same of a line that is tested.
+/// Least share of the power of a tested line beside the model and the others.
 const LEFT_LINE: f32 = 0.16;
+
+/// A model's shape, with the factor of its normal equations.
+#[derive(Clone, Copy)]
+pub struct FactoredModel<'a> {
+    pub shape: &'a Shape,
+    pub factor: &'a Factor<UNKNOWNS_MAX>,
+}
+
+impl<'a> From<&'a Solution> for FactoredModel<'a> {
+    fn from(solution: &'a Solution) -> Self {
+        Self {
+            shape: &solution.shape,
+            factor: &solution.factor,
+        }
+    }
+}
 
 /// A function next to a line.
 #[derive(Clone, Copy, Debug)]
@@ -126,17 +142,16 @@ impl Neighbours {
         }
     }
 
-    /// The functions next to `lines` beside a model of `shape`, whose normal equations have
-    /// `factor`.
+    /// The functions next to `lines` beside a model.
     #[inline(never)]
     pub fn collect(
         &mut self,
         blocks: &Blocks,
-        model: (&Shape, &Factor<UNKNOWNS_MAX>),
+        model: FactoredModel<'_>,
         lines: Lines,
         place: Place,
     ) {
-        let (shape, factor) = model;
+        let shape = model.shape;
         let most = (lines.most() + shape.lines.most().max(lines.most())).min(WAVES - 1);
         let turned = Turned::new(blocks, most);
         let mut wanted = [Member::NONE; 2 * BAND as usize * HARMONICS_MAX];
@@ -173,12 +188,7 @@ impl Neighbours {
         self.count = 0;
         for member in &wanted[..count] {
             for is_sine in [false, true] {
-                self.push(
-                    blocks,
-                    (shape, factor),
-                    &turned,
-                    Member { is_sine, ..*member },
-                );
+                self.push(blocks, model, &turned, Member { is_sine, ..*member });
             }
         }
     }
@@ -187,10 +197,11 @@ impl Neighbours {
     fn push(
         &mut self,
         blocks: &Blocks,
-        (shape, factor): (&Shape, &Factor<UNKNOWNS_MAX>),
+        model: FactoredModel<'_>,
         turned: &Turned,
         member: Member,
     ) -> bool {
+        let FactoredModel { shape, factor } = model;
         if self.count == NEIGHBOURS_MAX {
             return false;
         }
@@ -249,20 +260,15 @@ impl Neighbours {
     }
 
     /// Adds cosine and sine of a line itself behind all; whether both are beside the others.
-    pub fn push_line(
-        &mut self,
-        blocks: &Blocks,
-        (shape, factor): (&Shape, &Factor<UNKNOWNS_MAX>),
-        line: usize,
-    ) -> bool {
-        let turned = Turned::new(blocks, line + shape.lines.most().max(line));
+    pub fn push_line(&mut self, blocks: &Blocks, model: FactoredModel<'_>, line: usize) -> bool {
+        let turned = Turned::new(blocks, line + model.shape.lines.most().max(line));
         [false, true].into_iter().all(|is_sine| {
             let member = Member {
                 line: line as u8,
                 is_sine,
                 ..Member::NONE
             };
-            self.push(blocks, (shape, factor), &turned, member)
+            self.push(blocks, model, &turned, member)
         })
     }
 

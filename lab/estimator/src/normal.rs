@@ -19,9 +19,9 @@ type OfLines = Square<LINE_FUNCTIONS>;
 /// How many degrees of phase and amplitude.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Degrees {
-    /// Of the phase, from the first on.
+    /// Degrees of the phase, from the first on.
     pub phase: usize,
-    /// Of the amplitude.
+    /// Degrees of the amplitude.
     pub amplitude: usize,
 }
 

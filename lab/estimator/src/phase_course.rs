@@ -57,7 +57,7 @@ impl Course {
         self.degrees = self.degrees.max(step.len().min(MOVES_MAX));
     }
 
-    /// The same phase where the unit line is `times` as fast.
+    /// This phase for a unit line that is `times` as fast.
     pub fn times(&self, times: f32) -> Self {
         Self {
             cycles: times * self.cycles,

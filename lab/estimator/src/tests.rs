@@ -7,7 +7,7 @@ use crate::fit::Tests;
 use crate::limits::HARMONICS_MAX;
 use crate::lines::Lines;
 use crate::movement::Followed;
-use crate::neighbours::{Neighbours, Place};
+use crate::neighbours::{FactoredModel, Neighbours, Place};
 use crate::residual::Model;
 use crate::significance::deviate;
 use crate::solve::{LineFactors, Power, Shape};
@@ -264,7 +264,10 @@ impl<'t> Tested<'t> {
             cycles: 0.5 * followed.course.cycles,
             most: self.cycles_max,
         };
-        let model = (&shape, &followed.solution.factor);
+        let model = FactoredModel {
+            shape: &shape,
+            factor: &followed.solution.factor,
+        };
         let (mut found, inverse) = (f32::NEG_INFINITY, &followed.noise.inverse);
         for line in BETWEEN {
             let cycles = line as f32 * place.cycles;
