@@ -8,7 +8,7 @@
 //! unknown as well: it has no information in common with the model's parameters, so the bound stays
 //! the same.
 //!
-//! The same derivative, weighted by the noise it meets in a window, is the error that an estimator
+//! Weighted by the noise that it meets in a window, this derivative is the error that an estimator
 //! on the bound makes there to first order ([`Clue::score`]). It separates the noise of a window
 //! from the error of an estimator.
 //!

@@ -42,14 +42,14 @@ const CHECKSUM: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 pub struct BitErrors {
     /// Frames sent, each with at least one bit error.
     pub sent: u64,
-    /// Of these, those of which the decoder returned nothing.
+    /// Frames of which the decoder returned nothing.
     pub refused: u64,
-    /// Of these, those of which it returned a packet. Must be zero.
+    /// Frames of which it returned a packet. Must be zero.
     pub accepted_damaged: u64,
-    /// Of these, those with a non-empty part whose checksum is right; the decoder may still refuse
-    /// the content.
+    /// Frames with a non-empty part whose checksum is right; the decoder may still refuse the
+    /// content.
     pub checksum_passed: u64,
-    /// Of these, those with the empty message as a part.
+    /// Frames with the empty message as a part.
     pub empty: u64,
     /// Undamaged frames after them, with a delimiter between, that were not read. Must be zero.
     pub next_lost: u64,

@@ -15,7 +15,7 @@ use serde::Serialize;
 
 /// Slide of a run on the PC, seconds.
 const SLIDE_S: f64 = 1.5;
-/// The same on the emulated chip, whose windows are of a second.
+/// Slide of a run on the emulated chip, whose windows last a second, seconds.
 const EMULATED_SLIDE_S: f64 = 2.5;
 
 /// All rows, and how they were made.

@@ -1,4 +1,4 @@
-//! The same runs on the firmware image, on the emulated chip.
+//! Runs of the campaign on the firmware image, on the emulated chip.
 
 use super::judge::{Judgement, judge};
 use super::plan::Plan;

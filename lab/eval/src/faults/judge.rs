@@ -48,7 +48,7 @@ pub struct Fate {
 
 #[derive(Clone, Debug, Default)]
 pub struct Judgement {
-    /// Of each injection that acted.
+    /// Fate of each injection that acted.
     pub fates: Vec<Fate>,
     pub counts: Counts,
     pub complaints: Vec<String>,

@@ -19,7 +19,7 @@ pub const RECOVERY_S: f64 = 5.0;
 /// From the end of one to the next, seconds: an episode is over when its kind has not been seen for
 /// a second.
 const APART_S: (f64, f64) = (1.25, 1.6);
-/// The same within a mixed run.
+/// Seconds between the injections of a mixed run.
 const MIXED_APART_S: (f64, f64) = (0.03, 0.3);
 /// Time after the touch in which faults are still injected, seconds.
 const RELEASE_IDLE_S: f64 = 0.8;

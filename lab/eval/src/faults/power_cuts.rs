@@ -232,7 +232,7 @@ pub fn cut_everywhere<const PAGE_BYTES: u32>(prefilled: u64, saves: u64, seed: u
             } else {
                 cuts.wrong += u64::from(saved.is_err());
             }
-            // And back for good.
+            // Restored for good.
             let mut store = FlashStore::new(left.power(None));
             let stored = store.save(Some(&settings(number + 2)), true).is_ok();
             let is_there = store.load() == (settings(number + 2), SettingsSource::Stored);

@@ -12,7 +12,7 @@ use serde::Serialize;
 pub enum Place {
     /// Its tasks, simulated on the PC.
     Pc,
-    /// The same with the scan plan of this name.
+    /// Its tasks on the PC, with the scan plan of this name.
     Plan(&'static str),
     /// Its image on the emulated chip.
     Emulator,
@@ -98,7 +98,7 @@ fn may_alter(family: Family, place: Place) -> bool {
 }
 
 impl Row {
-    /// Of the runs of one family, each with its seed.
+    /// Row for the runs of one family, each with its seed.
     pub fn of_family(family: Family, place: Place, judgements: &[(u64, Judgement)]) -> Self {
         let mut counts = Counts::default();
         judgements
@@ -143,7 +143,7 @@ impl Row {
         }
     }
 
-    /// Of injections on the line or into the store, without a touch: those detected and those
+    /// Row for injections on the line or into the store, without a touch: those detected and those
     /// recovered.
     pub fn without_touch(
         (name, fault): (&str, &str),

@@ -83,7 +83,7 @@ fn what_once_went_wrong_does_not() {
     }
 }
 
-/// The same with a plan whose conversions are read once: a register that changed shortly before the
+/// Faults under a plan whose conversions are read once: a register that changed shortly before the
 /// health readings, whose set-up hid it; a fixed channel, whose conversions during the check were
 /// not counted; and conversions that ended while an unexpected edge was served, shortly before the
 /// health readings. Conversions that were overwritten during a check, or lost among the health
