@@ -30,17 +30,29 @@ pub struct Counts {
     pub not_recovered: u64,
     /// Runs that ended with wrong registers. Must be zero.
     pub wrong_registers: u64,
-    /// Estimates of runs without injections that are not `good`, and such runs without an estimate.
-    /// Must be zero.
+    /// Estimates of runs without injections that are doubtful or name faults, and such runs without
+    /// an estimate. Must be zero.
     pub not_good: u64,
+    /// Estimates of runs without injections that have another status by the estimator's own tests.
+    /// Must be no more than these tests' false alarms.
+    pub not_plain: u64,
     /// Packets of telemetry that were lost or damaged without the board reporting it. Must be zero.
     pub packets_unreported: u64,
 }
 
 impl Counts {
+    /// Other statuses than `good` without a fault, if there are more than the estimator's tests have
+    /// false alarms: three standard deviations above the expected number.
+    fn beyond_false_alarms(&self, rate: f64) -> u64 {
+        let expected = rate * (self.good + self.not_good + self.not_plain) as f64;
+        let is_chance = self.not_plain as f64 <= expected + 3.0 * expected.sqrt();
+        if is_chance { 0 } else { self.not_plain }
+    }
+
     /// Names and values of what is not zero and must be. `excess` must be where the number of lost
-    /// conversions is known.
-    pub fn failures(&self, loss_is_known: bool) -> Vec<String> {
+    /// conversions is known. `false_alarm_rate` is the share of windows of a steady tone to which
+    /// the estimator may give another status than `good`.
+    pub fn failures(&self, loss_is_known: bool, false_alarm_rate: f64) -> Vec<String> {
         let excess = if loss_is_known { self.excess } else { 0 };
         let must_be_zero = [
             ("wrong", self.wrong),
@@ -52,6 +64,7 @@ impl Counts {
             ("not_recovered", self.not_recovered),
             ("wrong_registers", self.wrong_registers),
             ("not_good", self.not_good),
+            ("not_plain", self.beyond_false_alarms(false_alarm_rate)),
             ("packets_unreported", self.packets_unreported),
         ];
         let failed = must_be_zero.into_iter().filter(|(_, count)| *count > 0);
@@ -74,4 +87,4 @@ macro_rules! add_fields {
 pub(super) use add_fields;
 
 add_fields!(Counts: good good_with_faults doubtful off wrong wrong_with_faults silent excess altered false_alarms
-    not_recovered wrong_registers not_good packets_unreported);
+    not_recovered wrong_registers not_good not_plain packets_unreported);

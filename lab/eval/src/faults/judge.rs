@@ -121,7 +121,7 @@ pub fn judge(plan: &Plan, truth: &Truth, ran: &Ran) -> Judgement {
     judgement
 }
 
-/// Without a fault every estimate is good, and there are some.
+/// Without a fault there are estimates, and they are good.
 fn judge_control(ran: &Ran, judgement: &mut Judgement) {
     let mut estimates = 0;
     for packet in &ran.packets {
@@ -129,8 +129,13 @@ fn judge_control(ran: &Ran, judgement: &mut Judgement) {
             continue;
         };
         estimates += 1;
-        if estimate.status != Status::Good || !estimate.faults.is_none() {
+        let (is_good, has_faults) = (estimate.status == Status::Good, !estimate.faults.is_none());
+        if estimate.status == Status::Doubtful || has_faults {
             judgement.counts.not_good += 1;
+        } else if !is_good {
+            judgement.counts.not_plain += 1;
+        }
+        if !is_good || has_faults {
             let at_s = estimate.t_us as f64 * 1e-6;
             judgement.complaints.push(format!(
                 "not good without a fault: {:?} at {at_s:.3} s",
@@ -370,6 +375,14 @@ mod tests {
             estimate.expect("an estimate").status = Status::Doubtful;
         });
         assert_eq!(doubtful, ["not_good 1"]);
+        let unsteady = failures(&plan, &ran, |ran| {
+            for packet in &mut ran.packets {
+                if let Event::Estimate(estimate) = &mut packet.event {
+                    estimate.status = Status::Unsteady;
+                }
+            }
+        });
+        assert!(unsteady[0].starts_with("not_plain "), "{unsteady:?}");
         let none = failures(&plan, &ran, |ran| {
             ran.packets
                 .retain(|packet| !matches!(packet.event, Event::Estimate(_)));
