@@ -1,9 +1,8 @@
 //! The command line. Each command has a file here with its arguments and its work; options that
 //! several commands share have files of their own.
 
-mod actuator;
 mod array;
-mod board;
+pub mod board;
 mod calibrate;
 mod check;
 mod command;
@@ -11,15 +10,13 @@ mod demo;
 mod emulate;
 mod export;
 mod feel;
-mod firmware;
+pub mod firmware;
 mod fit;
 mod help;
 mod input;
-mod lines;
-mod link;
+pub mod lines;
 mod monitor;
-mod parse;
-mod pins;
+pub mod parse;
 mod ports;
 mod record;
 mod replay;
@@ -27,15 +24,13 @@ mod scene;
 mod serve;
 mod settings;
 mod settings_command;
-mod source;
-mod texture;
-mod touch;
+pub mod source;
 mod view;
 
-pub use firmware::FirmwareOptions;
-
+use crate::teletaction;
 use anyhow::Result;
 use clap::{CommandFactory, Parser, Subcommand};
+use std::ffi::OsString;
 
 /// The tone of the ridges under a tactile fingertip, on a PC: the same code as on the chip.
 ///
@@ -43,7 +38,12 @@ use clap::{CommandFactory, Parser, Subcommand};
 /// time: seconds since the first conversion. Exit status: 0 done, 1 an error (one line says which),
 /// 2 usage error.
 #[derive(Debug, Parser)]
-#[command(name = "ridgetone", version, max_term_width = 100)]
+#[command(
+    name = "ridgetone",
+    version,
+    max_term_width = 100,
+    after_help = "With ridgetone-teletaction installed: touch, pins, link, texture."
+)]
 pub struct Cli {
     /// Replace files that exist already; a recording of telemetry is never replaced.
     #[arg(long, global = true)]
@@ -75,22 +75,11 @@ enum Command {
     Monitor(monitor::MonitorArgs),
     /// Show a board live in a browser on this computer, without any network. Ctrl-C ends it.
     View(view::ViewArgs),
-    /// Show what the finger feels on a display of pins, and what a finger on that would feel.
-    Pins(pins::PinsArgs),
-    /// Feel a texture under the mouse, a finger or a pen: a page that plays its vibration; or write
-    /// that as sound.
-    Touch(touch::TouchArgs),
-    /// Connect a finger with a stylus over a network: textures one way, the place of the hand the
-    /// other.
-    Link(link::LinkArgs),
     /// Record the telemetry of a board in a file.
     Record(record::RecordArgs),
     /// Give the messages of one or many boards to other programs: Foxglove, MQTT, Zenoh, ROS 2, or
     /// lines of JSON.
     Serve(serve::ServeArgs),
-    /// Learn what a texture is from recordings, for a person's hand.
-    #[command(subcommand)]
-    Texture(texture::TextureCommand),
     /// Turn a recording of telemetry into CSV, JSON lines, MCAP or lines for Teleplot.
     Export(export::ExportArgs),
     /// Print or change the settings in force on a board.
@@ -111,6 +100,22 @@ enum Command {
     Completions(help::CompletionsArgs),
     /// Write the manual's pages, or print the first one.
     Man(help::ManArgs),
+    #[command(hide = true)]
+    Touch(TeletactionArgs),
+    #[command(hide = true)]
+    Pins(TeletactionArgs),
+    #[command(hide = true)]
+    Link(TeletactionArgs),
+    #[command(hide = true)]
+    Texture(TeletactionArgs),
+}
+
+/// The words of a command of `ridgetone-teletaction`, which parses them.
+#[derive(Debug, clap::Args)]
+#[command(disable_help_flag = true)]
+struct TeletactionArgs {
+    #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+    words: Vec<OsString>,
 }
 
 impl Cli {
@@ -130,12 +135,8 @@ impl Cli {
             Command::Ports(args) => args.run(),
             Command::Monitor(args) => args.run(),
             Command::View(args) => args.run(),
-            Command::Pins(args) => args.run(),
-            Command::Touch(args) => args.run(),
-            Command::Link(args) => args.run(),
             Command::Record(args) => args.run(),
             Command::Serve(args) => args.run(),
-            Command::Texture(command) => command.run(),
             Command::Export(args) => args.run(),
             Command::Settings(command) => command.run(),
             Command::Board(command) => command.run(),
@@ -144,6 +145,10 @@ impl Cli {
             Command::Scene(args) => args.run(),
             Command::Completions(args) => args.run(Self::command()),
             Command::Man(args) => args.run(Self::command()),
+            Command::Touch(args) => teletaction::run("touch", &args.words, self.force),
+            Command::Pins(args) => teletaction::run("pins", &args.words, self.force),
+            Command::Link(args) => teletaction::run("link", &args.words, self.force),
+            Command::Texture(args) => teletaction::run("texture", &args.words, self.force),
         }
     }
 }

@@ -5,10 +5,6 @@
 //! |---|---|
 //! | a recording through the fit alone | `table_fit`, `grid`, `speed`, `fit_report` |
 //! | how receptors fire over a recording, and scores | `feel` |
-//! | a pin display: forces, and what it must be able to do | [`pins`] |
-//! | what a texture is, learned from recordings | [`texture`] |
-//! | a texture under a person's hand: a page with sound, files | [`touch`] |
-//! | textures to a stylus and places to a finger, over a network | [`link`] |
 //! | rows of samples: of a file in any form, or in memory | [`samples`], `raw_rows`, [`frame`] |
 //! | the messages of a recording, as packets or as JSON | [`messages`] |
 //! | what the simulated chip feels: a scene or a recording | [`input`] |
@@ -20,15 +16,16 @@
 //! | packets from a board, the emulated board or a recording | [`feed`], `listen` |
 //! | requests to a board | [`requests`], `client` |
 //! | a first power-up: a conversation with a board, and a verdict on each part of it | [`check`] |
-//! | the state of a board, for a screen | [`live`], [`analysis`], `harmonics` |
+//! | the state of a board, for a screen | [`live`], [`analysis`], [`harmonics`] |
 //! | the screen on a terminal, the page in a browser | `monitor`, [`view`] |
 //! | the messages of many boards on the buses of a robot | [`serve`] |
 //! | telemetry in a file, and in other formats | [`recording`], `record`, `export` |
-//! | packets as text, as JSON, for Teleplot | [`events`], [`names`], `tone`, `remarks`, `teleplot` |
+//! | packets as text, as JSON, for Teleplot | [`events`], [`names`], `tone`, [`overtones`], `remarks`, `teleplot` |
 //! | a board's clock beside UTC | [`utc`] |
 //! | settings as TOML and `name=value` | [`settings_form`] |
 //! | results beside the truth, and a picture | [`demo`], [`picture`], [`static_image`], [`chart`] |
-//! | the command line | [`cli`], [`usage`], [`output`], [`digits`], `stop` |
+//! | the commands of `ridgetone-teletaction` | `teletaction` |
+//! | the command line | [`cli`], [`usage`], [`program`], [`output`], [`digits`], [`stop`] |
 #![forbid(unsafe_code)]
 // Not published: a field whose name and unit say everything needs no documentation.
 #![allow(missing_docs)]
@@ -49,9 +46,8 @@ pub mod feel;
 pub mod fit_report;
 pub mod frame;
 mod grid;
-mod harmonics;
+pub mod harmonics;
 pub mod input;
-pub mod link;
 pub mod listen;
 pub mod live;
 mod mcap;
@@ -60,10 +56,11 @@ mod monitor;
 pub mod names;
 pub mod odometry;
 pub mod output;
-mod part;
+pub mod overtones;
+pub mod part;
 pub mod picture;
-pub mod pins;
 pub mod port;
+pub mod program;
 #[cfg(test)]
 #[path = "../tests/common/ram_flash.rs"]
 mod ram_flash;
@@ -79,12 +76,11 @@ pub mod settings_form;
 pub mod simulated;
 pub mod speed;
 pub mod static_image;
-mod stop;
+pub mod stop;
 pub mod table_fit;
 mod teleplot;
-pub mod texture;
+mod teletaction;
 mod tone;
-pub mod touch;
 pub mod usage;
 pub mod utc;
 pub mod view;

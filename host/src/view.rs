@@ -8,7 +8,6 @@
 //! | the server | [`server`], [`run_routes`] |
 //! | who may ask it | [`guard`] |
 //! | the page's files | [`files`] |
-//! | the one state of the pages of `touch` and `pins` | [`latest`] |
 //! | its address in a browser, and as a QR code | [`announce`] |
 //! | the status line | [`status`] |
 //!
@@ -20,7 +19,6 @@ pub mod app;
 pub mod files;
 pub mod guard;
 pub mod hub;
-pub mod latest;
 pub mod message;
 pub mod recorder;
 pub mod run;

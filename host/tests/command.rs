@@ -185,3 +185,69 @@ fn text_of_a_run_that_is_over_is_in_the_order_of_time() {
     let at = |part: &str| lines.find(part).expect("a line");
     assert!(at("SLIDE") < at("ends; "), "{lines}");
 }
+
+/// `ridgetone` in a folder of its own, where `ridgetone-teletaction` is this script, if any.
+#[cfg(unix)]
+fn beside(script: Option<&str>, words: &[&str]) -> std::process::Output {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = directory();
+    let ridgetone = folder.path().join("ridgetone");
+    std::fs::copy(env!("CARGO_BIN_EXE_ridgetone"), &ridgetone).expect("a copy");
+    if let Some(script) = script {
+        let path = file(folder.path(), "ridgetone-teletaction", script);
+        std::fs::set_permissions(&path, PermissionsExt::from_mode(0o755)).expect("rights");
+    }
+    std::process::Command::new(&ridgetone)
+        .args(words)
+        .env("PATH", "/nowhere")
+        .output()
+        .expect("the command runs")
+}
+
+#[cfg(unix)]
+#[test]
+fn teletaction_gets_its_words_and_gives_its_status() {
+    let script = "#!/bin/sh\nfor word; do echo \"[$word]\"; done\nexit 7\n";
+    for command in ["touch", "pins", "link", "texture"] {
+        let words = [command, "--help", "a b", "--open", "-o", "-"];
+        let output = beside(Some(script), &words);
+        assert_eq!(output.status.code(), Some(7));
+        assert_eq!(
+            stdout(&output),
+            words.map(|word| format!("[{word}]\n")).concat()
+        );
+        for words in [
+            ["--force", command, "a"],
+            [command, "--force", "a"],
+            [command, "a", "--force"],
+        ] {
+            assert!(stdout(&beside(Some(script), &words)).contains("[--force]"));
+        }
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn without_teletaction_a_line_says_how_to_install_it() {
+    for command in ["touch", "pins", "link", "texture"] {
+        let parts = [command, "cargo install --path teletaction"];
+        assert_one_line(&beside(None, &[command, "--emulated"]), 1, &parts);
+    }
+}
+
+#[test]
+fn an_unknown_command_is_refused_with_what_may_be_meant() {
+    assert_one_line(&run(&["fitt", "a.csv"]), 2, &["fitt", "'fit'", "--help"]);
+    assert_one_line(&run(&["nothing-like-it"]), 2, &["nothing-like-it"]);
+    let help = stdout(&run(&["--help"]));
+    let line = help
+        .lines()
+        .find(|line| line.contains("ridgetone-teletaction"))
+        .expect("a line");
+    assert!(
+        ["touch", "pins", "link", "texture"]
+            .iter()
+            .all(|name| line.contains(name)),
+        "{help}"
+    );
+}

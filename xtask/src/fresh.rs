@@ -15,9 +15,9 @@ const TESTS_SEED: &str = "PROPTEST_RNG_SEED";
 /// The programs of tests that draw numbers from it, with their packages' folders.
 const PROGRAMS: [(&str, &str); 4] = [
     ("", "extremes"),
-    ("display", "limits"),
-    ("stimulus", "limits"),
-    ("stylus", "samples"),
+    ("teletaction", "display"),
+    ("teletaction/stimulus", "limits"),
+    ("teletaction/stylus", "samples"),
 ];
 
 /// Runs them, the long ones too, with a seed from the clock or from [`SEED`], and prints it.
@@ -69,11 +69,13 @@ mod tests {
     #[test]
     fn the_list_has_every_random_program() {
         let mut packages = vec![root().to_owned()];
-        packages.extend(
-            fs::read_dir(root())
-                .expect("the workspace")
-                .map(|entry| entry.expect("an entry").path()),
-        );
+        for folder in ["", "crates", "lab", "teletaction"] {
+            packages.extend(
+                fs::read_dir(root().join(folder))
+                    .expect("the workspace")
+                    .map(|entry| entry.expect("an entry").path()),
+            );
+        }
         let found: BTreeSet<_> = packages
             .iter()
             .flat_map(|package| {

@@ -50,8 +50,9 @@ const USUAL: &str = "image";
 /// The firmware's package, and its binary for a finger.
 const FIRMWARE: &str = "ridgetone-firmware";
 
-/// Its binary for a stylus.
-const STYLUS: &str = "ridgetone-stylus-firmware";
+/// The stylus's package, and its binary.
+const STYLUS: &str = "ridgetone-stylus";
+const STYLUS_BINARY: &str = "ridgetone-stylus-firmware";
 
 /// The image for QEMU, and its feature.
 const EMULATED: &str = "emulated";
@@ -76,14 +77,18 @@ impl Board {
     /// Its firmware.
     pub const fn image(self) -> Image {
         // The firmware depends on DRDY's interrupt and the line's, the stylus's on the timer's.
-        let (name, binary, interrupts): (_, _, &[_]) = match self {
-            Self::FeatherF405 => ("feather-f405", FIRMWARE, &[inspect::DRDY, inspect::USART3]),
-            Self::NucleoF446re => ("nucleo-f446re", FIRMWARE, &[inspect::DRDY, inspect::USART2]),
-            Self::Emulated => (EMULATED, FIRMWARE, &[inspect::DRDY, inspect::USART3]),
-            Self::StylusF405 => ("stylus-f405", STYLUS, &[inspect::TIM6, inspect::USART3]),
+        let (name, interrupts): (_, &[_]) = match self {
+            Self::FeatherF405 => ("feather-f405", &[inspect::DRDY, inspect::USART3]),
+            Self::NucleoF446re => ("nucleo-f446re", &[inspect::DRDY, inspect::USART2]),
+            Self::Emulated => (EMULATED, &[inspect::DRDY, inspect::USART3]),
+            Self::StylusF405 => ("stylus-f405", &[inspect::TIM6, inspect::USART3]),
+        };
+        let (package, binary) = match self {
+            Self::StylusF405 => (STYLUS, STYLUS_BINARY),
+            _ => (FIRMWARE, FIRMWARE),
         };
         Image {
-            package: FIRMWARE,
+            package,
             name,
             binary,
             profile: USUAL,
@@ -98,7 +103,7 @@ impl Image {
         match self.binary {
             FIRMWARE if self.name == EMULATED => Some(&sizes::EMULATED),
             FIRMWARE => Some(&sizes::FINGER),
-            STYLUS => Some(&sizes::STYLUS),
+            STYLUS_BINARY => Some(&sizes::STYLUS),
             _ => None,
         }
     }

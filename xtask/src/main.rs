@@ -110,7 +110,7 @@ enum Task {
     /// Writes what follows from the description of the messages in host/src/events/view.rs: their
     /// JSON schemas, the guide's tables and Python's classes.
     Events,
-    /// Builds what makes the sound of `ridgetone touch`, host/assets/touch/stimulus.wasm: after a
+    /// Builds what makes the sound of `ridgetone touch`, teletaction/assets/touch/stimulus.wasm: after a
     /// change of stimulus/.
     Worklet,
     /// Finds or installs the tools of the firmware and its tests: the core library for Cortex-M,

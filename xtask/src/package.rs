@@ -6,12 +6,11 @@ use std::path::{Path, PathBuf};
 use std::{env, fs};
 
 /// Those that are published, each after those that it needs.
-const PACKAGES: [&str; 7] = [
+const PACKAGES: [&str; 6] = [
     "ads1258",
     "ridgetone-proto",
     "ridgetone-tone",
     "ridgetone-feel",
-    "ridgetone-display",
     "ridgetone-stimulus",
     "ridgetone",
 ];

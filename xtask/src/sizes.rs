@@ -158,7 +158,7 @@ fn crate_of(name: &str) -> &str {
             .rfind(|character| !is_part(character))
             .map_or(0, |at| at + 1)..end]
         {
-            // The two binaries of one package.
+            // A stylus's binary has the same part as a finger's.
             "ridgetone_stylus_firmware" => "ridgetone_firmware",
             name => name,
         },

@@ -13,7 +13,7 @@ pub fn build() -> Result<()> {
         "the target {TARGET} comes with rustup, which is not here"
     );
     run(clean("rustup").args(["target", "add", TARGET])).context("the target for WebAssembly")?;
-    announce("building host/assets/touch/stimulus.wasm");
+    announce("building teletaction/assets/touch/stimulus.wasm");
     let mut cargo = clean("cargo");
     cargo.args([
         "build",
@@ -31,7 +31,7 @@ pub fn build() -> Result<()> {
     let built = target_dir()
         .join(TARGET)
         .join("image/ridgetone_worklet.wasm");
-    let to = root().join("host/assets/touch/stimulus.wasm");
+    let to = root().join("teletaction/assets/touch/stimulus.wasm");
     let bytes = fs::read(&built).with_context(|| built.display().to_string())?;
     fs::write(&to, &bytes).with_context(|| to.display().to_string())?;
     println!("{}: {} bytes", to.display(), bytes.len());

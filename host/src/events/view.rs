@@ -650,7 +650,7 @@ pub struct Texture {
 }
 
 /// A harmonic above the first; zeros if it was not fitted.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[cfg_attr(test, derive(JsonSchema))]
 pub struct Overtone {
     /// Amplitude over the fundamental's, 0 to 1.
@@ -661,10 +661,6 @@ pub struct Overtone {
 
 impl From<&wire::Texture> for Texture {
     fn from(event: &wire::Texture) -> Self {
-        let overtones = crate::texture::overtones(&event.overtones).map(|overtone| Overtone {
-            amplitude: overtone.amplitude,
-            phase_cycles: overtone.phase_cycles,
-        });
         Self {
             t_s: seconds(event.t_us),
             plan: event.plan.name(),
@@ -672,7 +668,7 @@ impl From<&wire::Texture> for Texture {
             period_sigma_mm: event.period_sigma_mm,
             power_v2: event.power_v2,
             power_sigma_v2: event.power_sigma_v2,
-            overtones,
+            overtones: crate::overtones::overtones(&event.overtones),
             level_v: event.level_v,
         }
     }

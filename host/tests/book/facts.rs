@@ -169,38 +169,6 @@ fn the_wiring_is_the_firmwares() {
     }
 }
 
-/// The pins of the stylus, each on the line of its function.
-#[test]
-fn the_stylus_s_pins_are_the_firmwares() {
-    let page = read(&root().join("docs/guide/5-another-board.md"));
-    let board = read(&root().join("teletaction/stylus/image/board.rs"));
-    let pins = [
-        ("| amplifier", "PA4", "gpioa.pa4.into_analog()"),
-        (
-            "| encoder, channel A",
-            "PC6",
-            "gpioc.pc6.into_alternate::<2>()",
-        ),
-        (
-            "| encoder, channel B",
-            "PC7",
-            "gpioc.pc7.into_alternate::<2>()",
-        ),
-        ("| telemetry out", "PB10, PB11", "(gpiob.pb10, rx)"),
-    ];
-    for (signal, pin, code) in pins {
-        let row = page
-            .lines()
-            .find(|line| line.starts_with(signal))
-            .unwrap_or_else(|| panic!("no row {signal}"));
-        assert!(
-            row.split('|').nth(3).is_some_and(|cell| cell.trim() == pin),
-            "{row}"
-        );
-        assert!(board.contains(code), "{signal} is not on {pin}");
-    }
-}
-
 /// Every setting of the defaults has a row, in one of the chapters, with its default; and what is
 /// beyond a row's range is refused.
 #[test]

@@ -5,9 +5,11 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-/// The command, ready for arguments.
+/// The command of the package that is tested, ready for arguments.
 pub fn ridgetone() -> Command {
-    Command::new(env!("CARGO_BIN_EXE_ridgetone"))
+    let program = option_env!("CARGO_BIN_EXE_ridgetone")
+        .or(option_env!("CARGO_BIN_EXE_ridgetone-teletaction"));
+    Command::new(program.expect("a command"))
 }
 
 /// Runs the command with arguments.

@@ -15,7 +15,7 @@ use crate::trade;
 use crate::trade::results::Trade;
 use anyhow::Result;
 use clap::{Args, Parser, Subcommand};
-use ridgetone_host::cli::FirmwareOptions;
+use ridgetone_host::cli::firmware::FirmwareOptions;
 use ridgetone_host::output;
 use ridgetone_host::usage::UsageError;
 use serde::Serialize;

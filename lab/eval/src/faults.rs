@@ -32,7 +32,7 @@ use crate::page::{self, Tables};
 use anyhow::{Context, Result, ensure};
 use campaign::Campaign;
 use family::Family;
-use ridgetone_host::cli::FirmwareOptions;
+use ridgetone_host::cli::firmware::FirmwareOptions;
 use ridgetone_host::output;
 use ridgetone_proto::plan::Plan;
 use std::path::PathBuf;

@@ -5,7 +5,7 @@ use super::layers::{Filter, RUBBER, TABLE_1, crossing, figure_12, figure_16, tab
 use super::matching::block;
 use crate::page::Bar;
 use anyhow::Result;
-use ridgetone_display::SUBJECTS;
+use ridgetone_teletaction::display::SUBJECTS;
 use std::f64::consts::TAU;
 
 /// Finger 1.8 s after a ridge of 3 s (Table 6), subject by subject.

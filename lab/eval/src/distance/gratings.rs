@@ -1,8 +1,8 @@
 //! Gratings and displays under a layer of rubber: Figures 17, 18, 19 and 22.
 
 use super::layers::RUBBER;
-use ridgetone_display::half_plane::{normal_wave, strain_without_shear};
-use ridgetone_host::pins::{Pressure, pins_with_errors, ridges};
+use ridgetone_teletaction::display::half_plane::{normal_wave, strain_without_shear};
+use ridgetone_teletaction::pins::{Pressure, pins_with_errors, ridges};
 
 /// How deep a grating indents, millimetres (section 2.6). No index depends on it.
 const INDENT_MM: f64 = 2.0;

@@ -1,6 +1,8 @@
 //! What two elastic layers pass on: Table 1, Figures 12 and 16.
 
-use ridgetone_display::half_plane::{normal_wave, strain_without_shear, tangential_wave};
+use ridgetone_teletaction::display::half_plane::{
+    normal_wave, strain_without_shear, tangential_wave,
+};
 use std::f64::consts::{PI, TAU};
 
 /// Poisson's ratio of an incompressible material (equation 3).

@@ -3,8 +3,8 @@
 use super::layers::RUBBER;
 use anyhow::{Context, Result};
 use nalgebra::{DMatrix, DVector};
-use ridgetone_display::half_plane::normal;
-use ridgetone_display::{Grid, Matching, Quantity};
+use ridgetone_teletaction::display::half_plane::normal;
+use ridgetone_teletaction::display::{Grid, Matching, Quantity};
 
 /// The numbers of section 2.3: millimetres.
 const DEPTH_MM: f64 = 1.5;

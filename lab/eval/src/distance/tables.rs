@@ -7,9 +7,9 @@ use super::layers::{Filter, RUBBER, TABLE_1, crossing, figure_12, figure_16, tab
 use super::matching::block;
 use crate::page::{self, Table, Tables, fixed};
 use anyhow::Result;
-use ridgetone_display::SUBJECTS;
 use ridgetone_host::chart::{Curve, Look, Panel, Scale, chart};
-use ridgetone_host::pins::Design;
+use ridgetone_teletaction::display::SUBJECTS;
+use ridgetone_teletaction::pins::Design;
 use serde_json::Value;
 
 pub fn tables() -> Result<Tables> {

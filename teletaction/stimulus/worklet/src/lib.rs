@@ -1,7 +1,7 @@
 //! `ridgetone-stimulus` for an AudioWorklet, as WebAssembly: functions of numbers, so that neither
 //! side touches the other's memory.
 //!
-//! `cargo xtask worklet` builds `host/assets/touch/stimulus.wasm` from it, which is inside the
+//! `cargo xtask worklet` builds `teletaction/assets/touch/stimulus.wasm` from it, which is inside the
 //! command; nobody needs the target `wasm32-unknown-unknown` to build that. A test of the page
 //! compares its samples with those of the crate, bit for bit.
 //!

@@ -1,0 +1,66 @@
+//! The command line: a file for each command, and one for the options that several share.
+
+mod actuator;
+mod link;
+mod pins;
+mod texture;
+mod touch;
+
+use anyhow::Result;
+use clap::{Parser, Subcommand};
+
+/// What a robot's finger touches, felt by a person at a distance.
+///
+/// `ridgetone` runs it: `ridgetone touch` is `ridgetone-teletaction touch`. Results go to standard
+/// output, everything else to standard error. Exit status: 0 done, 1 an error (one line says
+/// which), 2 usage error.
+#[derive(Debug, Parser)]
+#[command(name = "ridgetone-teletaction", version, max_term_width = 100)]
+pub struct Cli {
+    /// Replace files that exist already.
+    #[arg(long, global = true)]
+    force: bool,
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Feel a texture under the mouse, a finger or a pen: a page that plays its vibration; or write
+    /// that as sound.
+    Touch(touch::TouchArgs),
+    /// Show what the finger feels on a display of pins, and what a finger on that would feel.
+    Pins(pins::PinsArgs),
+    /// Connect a finger with a stylus over a network: textures one way, the place of the hand the
+    /// other.
+    Link(link::LinkArgs),
+    /// Learn what a texture is from recordings, for a person's hand.
+    #[command(subcommand)]
+    Texture(texture::TextureCommand),
+}
+
+impl Cli {
+    /// Does the command.
+    pub fn run(self) -> Result<()> {
+        if self.force {
+            ridgetone_host::output::force();
+        }
+        match self.command {
+            Command::Touch(args) => args.run(),
+            Command::Pins(args) => args.run(),
+            Command::Link(args) => args.run(),
+            Command::Texture(command) => command.run(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Cli;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_sound() {
+        Cli::command().debug_assert();
+    }
+}

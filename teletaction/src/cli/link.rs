@@ -1,0 +1,196 @@
+//! `link`: a finger and a stylus, with a network between them.
+
+use super::actuator::{ActuatorOptions, DelayOptions, HandOptions};
+use crate::link::network::Impairments;
+use crate::link::socket::Socket;
+use crate::link::{BoardEnd, Ends, Link, Options, run};
+use crate::touch::Hand;
+use anyhow::{Context, Result};
+use clap::Args;
+use ridgetone_host::cli::firmware::FirmwareOptions;
+use ridgetone_host::cli::lines::report;
+use ridgetone_host::cli::parse::{number, positive};
+use ridgetone_host::port::{self, Wanted};
+use ridgetone_host::serve::name::Source;
+use ridgetone_host::serve::{Emulator, open};
+use ridgetone_host::stop;
+use ridgetone_host::usage::UsageError;
+use ridgetone_stylus::parameters::Parameters;
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+The stylus' end sends the place of its hand 250 times a second; the finger's end sends the texture when its board reports another
+one, and four times a second. It prints each second what was sent, lost and late, the texture, and how far the stimulus
+is from the surface under the hand. A second without a message, or a silent finger, and the vibration fades.
+
+A stylus' board (the image stylus-f405) has an encoder under a real hand and makes the vibration itself. It gets limits and law of the
+actuator first, which the options above say; then textures; and is disabled at the end. A board that is silent for a second is
+reported, and stops by itself.
+
+The delay, the loss and the rest are made here, each way, and come on top of what a real network does. With udp: one end is another
+`ridgetone link` elsewhere: what travels is not encrypted, and the finger answers whoever sends it a place.
+
+Examples:
+  ridgetone link --emulated
+  ridgetone link --emulated --delay-ms 120 --jitter-ms 40 --loss 5%
+  ridgetone link --finger /dev/ttyUSB0 --stylus simulated --delay-ms 120
+  ridgetone link --finger /dev/ttyUSB0 --stylus /dev/ttyUSB1
+  ridgetone link --finger /dev/ttyUSB0 --stylus udp:0.0.0.0:7450
+  ridgetone link --finger udp:robot.local:7450 --stylus simulated")]
+pub struct LinkArgs {
+    /// The finger: a serial port; `emulated`, or `emulated:SCENE.toml`; a recording of telemetry;
+    /// or udp:HOST:PORT, a finger's end elsewhere.
+    #[arg(
+        long,
+        value_name = "SOURCE",
+        required_unless_present = "emulated",
+        conflicts_with = "emulated"
+    )]
+    finger: Option<String>,
+    /// The stylus: `simulated`, a hand that nobody moves; the serial port of a stylus' board; or
+    /// udp:ADDRESS:PORT, where a stylus' end elsewhere finds this one.
+    #[arg(long, value_name = "STYLUS", default_value = "simulated")]
+    stylus: String,
+    /// The emulated finger.
+    #[arg(long)]
+    emulated: bool,
+    #[command(flatten)]
+    delay: DelayOptions,
+    /// Share of the messages that are lost, percent.
+    #[arg(long, value_name = "PERCENT", default_value = "0", value_parser = percent, allow_negative_numbers = true)]
+    loss: f64,
+    /// Share that arrives twice, percent.
+    #[arg(long, value_name = "PERCENT", default_value = "0", value_parser = percent, allow_negative_numbers = true)]
+    doubled: f64,
+    /// Share in which a bit is another, percent.
+    #[arg(long, value_name = "PERCENT", default_value = "0", value_parser = percent, allow_negative_numbers = true)]
+    damaged: f64,
+    /// Seed of the network.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(..1 << 60))]
+    seed: u64,
+    #[command(flatten)]
+    hand: HandOptions,
+    #[command(flatten)]
+    actuator: ActuatorOptions,
+    /// Of a stylus' board: way of one count of its encoder, all four edges counted, mm [default:
+    /// the paper's 0.005].
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    count_mm: Option<f64>,
+    /// Of a stylus' board: latency of what follows its converter, such as a filter, ms.
+    #[arg(long, value_name = "MS", default_value_t = 0.0, value_parser = number, allow_negative_numbers = true)]
+    latency_ms: f64,
+    /// End after this time, s [default: never].
+    #[arg(long = "for", value_name = "S", value_parser = positive)]
+    seconds: Option<f64>,
+    /// One JSON object a second instead of text.
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    firmware: FirmwareOptions,
+}
+
+/// A share, 0 to 1.
+fn percent(text: &str) -> Result<f64, String> {
+    let percent = number(text.trim_end_matches('%').trim_end())?;
+    if (0.0..=100.0).contains(&percent) {
+        Ok(percent / 100.0)
+    } else {
+        Err("choose 0 to 100 %".into())
+    }
+}
+
+impl LinkArgs {
+    pub(super) fn run(self) -> Result<()> {
+        let output = self.actuator.output()?;
+        self.delay.delay(1)?;
+        let hand = self.hand.hand(Hand::OKAMOTO)?;
+        let DelayOptions {
+            delay_ms,
+            jitter_ms,
+        } = self.delay;
+        let mut bytes = [0; 4];
+        getrandom::fill(&mut bytes).map_err(|error| anyhow::anyhow!("random numbers: {error}"))?;
+        let options = Options {
+            delay_ms: (delay_ms, jitter_ms),
+            impairments: Impairments {
+                loss: self.loss,
+                doubled: self.doubled,
+                damaged: self.damaged,
+            },
+            seed: self.seed,
+            run: u32::from_le_bytes(bytes),
+            hand,
+            output,
+        };
+        let finger = self.finger.as_deref().unwrap_or("emulated");
+        let ends = match (
+            finger.strip_prefix("udp:"),
+            self.stylus.strip_prefix("udp:"),
+        ) {
+            (None, Some(place)) => {
+                let socket = Socket::at(place)?;
+                eprintln!(
+                    "ridgetone: a stylus finds this finger at udp:{}",
+                    socket.address()?
+                );
+                Ends::Finger(socket)
+            }
+            (Some(_), Some(_)) => {
+                return Err(UsageError(
+                    "one end must be here: --stylus simulated, or a port".into(),
+                )
+                .into());
+            }
+            (Some(place), None) => Ends::Stylus(Socket::to(place)?),
+            (None, None) => Ends::Here,
+        };
+        let board = match (&ends, self.stylus.as_str()) {
+            (Ends::Finger(_), _) | (_, "simulated") => None,
+            (_, port) => Some(self.board(port, &options)?),
+        };
+        stop::on_signal()?;
+        let feed = match &ends {
+            Ends::Stylus(_) => None,
+            _ => Some(self.open(finger)?),
+        };
+        let mut link = Link::new(&options, ends, board)?;
+        let (feed, done) = run(feed, &mut link, self.json, self.seconds);
+        if let Some(feed) = feed {
+            report(feed.counts());
+        }
+        done
+    }
+
+    fn board(&self, port: &str, options: &Options) -> Result<BoardEnd> {
+        let line = port::Link::open(port::System, Wanted::Name(port.to_owned()))
+            .context("--stylus: simulated, udp:ADDRESS:PORT or a serial port")?;
+        let parameters = Parameters {
+            count_mm: self
+                .count_mm
+                .map_or(Parameters::DEFAULT.count_mm, |mm| mm as f32),
+            latency_s: (self.latency_ms / 1e3) as f32,
+            ..Parameters::DEFAULT
+        };
+        BoardEnd::new(Box::new(line), options.output, parameters, options.run)
+            .map_err(|error| UsageError(format!("{error:#}")).into())
+    }
+
+    fn open(&self, finger: &str) -> Result<ridgetone_host::feed::Feed> {
+        let source = Source::of(finger)?;
+        if let Source::Url(url) = &source {
+            return Err(UsageError(format!(
+                "{url}: a page gives no packets: give a port, emulated or a recording"
+            ))
+            .into());
+        }
+        let emulator = match &source {
+            Source::Emulated(_) => {
+                let elf = self.firmware.image()?;
+                let silence = self.firmware.options(&elf).silence;
+                Some(Emulator { elf, silence })
+            }
+            _ => None,
+        };
+        open::feed(&source, emulator.as_ref())
+    }
+}

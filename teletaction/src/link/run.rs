@@ -1,0 +1,342 @@
+//! Both ends, and what they report each second.
+
+use super::board::{BoardEnd, Doing};
+use super::finger::FingerEnd;
+use super::message::Counts;
+use super::network::{Impairments, Network};
+use super::socket::Socket;
+use super::stylus::{Error, StylusEnd};
+use crate::texture::{Follower, News};
+use crate::touch::{Hand, Output};
+use anyhow::Result;
+use ridgetone_host::feed::Feed;
+use ridgetone_host::{output, stop};
+use ridgetone_stimulus::Delay;
+use serde::Serialize;
+use std::time::{Duration, Instant};
+
+/// Time between two steps.
+const STEP: Duration = Duration::from_millis(1);
+
+/// Time between two reports, seconds.
+const REPORT_S: f64 = 1.0;
+
+/// Longest wait for a stylus' board to rest at the end.
+const REST: Duration = Duration::from_millis(500);
+
+/// Where the ends are.
+pub enum Ends {
+    /// Both here, with the network between them.
+    Here,
+    /// The stylus is elsewhere.
+    Finger(Socket),
+    /// The finger is elsewhere.
+    Stylus(Socket),
+}
+
+/// What the network does, each way, and the hand.
+#[derive(Clone, Copy, Debug)]
+pub struct Options {
+    /// Mean and standard deviation, milliseconds.
+    pub delay_ms: (f64, f64),
+    pub impairments: Impairments,
+    pub seed: u64,
+    /// A number that the messages of an earlier run do not have.
+    pub run: u32,
+    pub hand: Hand,
+    pub output: Output,
+}
+
+/// A finger's end, a stylus' end, and a network each way.
+pub struct Link {
+    pub finger: FingerEnd,
+    pub stylus: StylusEnd,
+    pub to_finger: Network,
+    pub to_stylus: Network,
+    /// In place of `stylus`, if there is one.
+    board: Option<BoardEnd>,
+    ends: Ends,
+    /// Of the latest step.
+    t_s: f64,
+}
+
+/// What is reported each second: counts since the beginning, and errors in this second.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "type", rename = "link")]
+pub struct Report {
+    /// Seconds since the beginning.
+    pub t_s: f64,
+    /// Messages of the hand's place: sent here, and received here.
+    pub places_sent: u64,
+    pub places: Counts,
+    /// Messages of the texture: sent here, and received here.
+    pub textures_sent: u64,
+    pub textures: Counts,
+    pub is_felt: bool,
+    /// What a stylus' board does; none of a simulated one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stylus: Option<Doing>,
+    /// What is felt.
+    pub period_mm: Option<f32>,
+    pub period_sigma_mm: Option<f32>,
+    /// How far the place that the finger knows is from that of the hand.
+    pub behind_mm: Option<f64>,
+    /// Error of the stimulus against the texture under the finger at the place of the hand, rms
+    /// over the amplitude.
+    pub error_percent: Option<f64>,
+    pub error_cycles: Option<f64>,
+    /// That of a vibration which would have travelled.
+    pub as_vibration_percent: Option<f64>,
+}
+
+impl Link {
+    /// With a board the hand and the actuator are its own; without one they are simulated.
+    pub fn new(options: &Options, ends: Ends, board: Option<BoardEnd>) -> Result<Self> {
+        let (mean_ms, sigma_ms) = options.delay_ms;
+        let delay =
+            |seed: u64| Delay::new((mean_ms / 1e3) as f32, (sigma_ms / 1e3) as f32, seed as u32);
+        let network = |seed: u64| anyhow::Ok(Network::new(delay(seed)?, options.impairments, seed));
+        Ok(Self {
+            finger: FingerEnd::new(options.run),
+            stylus: StylusEnd::new(options.output, options.hand, mean_ms / 1e3, options.run)?,
+            to_finger: network(2 * options.seed)?,
+            to_stylus: network(2 * options.seed + 1)?,
+            board,
+            ends,
+            t_s: 0.0,
+        })
+    }
+
+    /// Sends and takes all messages up to a time, seconds. Times must not decrease.
+    pub fn step(&mut self, t_s: f64) -> Result<()> {
+        self.t_s = t_s;
+        let Self {
+            finger,
+            stylus,
+            to_finger,
+            to_stylus,
+            board,
+            ends,
+            ..
+        } = self;
+        if let Some(board) = board {
+            board.step(t_s)?;
+            while let Some(message) = board.due() {
+                to_finger.send(message.t_s, message.bytes());
+            }
+        } else if !matches!(ends, Ends::Finger(_)) {
+            while let Some(message) = stylus.due(t_s) {
+                to_finger.send(message.t_s, message.bytes());
+            }
+        }
+        let is_simulated = board.is_none();
+        let mut felt = |bytes: &[u8]| match board {
+            Some(board) => board.take(t_s, bytes),
+            None => stylus.take(t_s, bytes),
+        };
+        if !matches!(ends, Ends::Stylus(_))
+            && let Some(message) = finger.due(t_s)
+        {
+            to_stylus.send(t_s, message.bytes());
+        }
+        while let Some(bytes) = to_finger.arrived(t_s) {
+            match ends {
+                Ends::Stylus(socket) => socket.send(&bytes),
+                _ => drop(finger.take(&bytes)),
+            }
+        }
+        while let Some(bytes) = to_stylus.arrived(t_s) {
+            match ends {
+                Ends::Finger(socket) => socket.send(&bytes),
+                _ => felt(&bytes),
+            }
+        }
+        match ends {
+            Ends::Here if is_simulated => stylus.advance(t_s, finger.texture()),
+            Ends::Here => {}
+            Ends::Finger(socket) => {
+                while let Some((bytes, from)) = socket.receive()? {
+                    if finger.take(&bytes) {
+                        socket.answer(from);
+                    }
+                }
+            }
+            Ends::Stylus(socket) => {
+                while let Some((bytes, _)) = socket.receive()? {
+                    felt(&bytes);
+                }
+                if is_simulated {
+                    // What the finger has now nobody knows here.
+                    stylus.advance(t_s, stylus.texture);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// A stylus' board must not go on until its line is silent for it.
+    fn stop_softly(&mut self) {
+        let (begun, Some(board)) = (Instant::now(), &mut self.board) else {
+            return;
+        };
+        while !board.stop_softly() && begun.elapsed() < REST {
+            std::thread::sleep(STEP);
+            if board
+                .step(self.t_s + begun.elapsed().as_secs_f64())
+                .is_err()
+            {
+                break;
+            }
+        }
+    }
+
+    /// The report of the time since the one before.
+    pub fn report(&mut self, t_s: f64) -> Report {
+        let error = std::mem::take::<Error>(&mut self.stylus.error);
+        let texture = match (&self.ends, &self.board) {
+            (Ends::Finger(_), _) => self.finger.texture(),
+            (_, Some(board)) => board.texture(),
+            _ => self.stylus.texture.filter(|_| self.stylus.is_felt()),
+        };
+        let is_here = matches!(self.ends, Ends::Here);
+        let hand_mm = self
+            .board
+            .as_ref()
+            .map_or(Some(self.stylus.place_mm(t_s)), BoardEnd::place_mm);
+        let receiver = self
+            .board
+            .as_ref()
+            .map_or(&self.stylus.receiver, |board| &board.receiver);
+        Report {
+            t_s,
+            places_sent: self.to_finger.sent,
+            places: self.finger.receiver.counts,
+            textures_sent: self.to_stylus.sent,
+            textures: receiver.counts,
+            is_felt: self
+                .board
+                .as_ref()
+                .map_or(self.stylus.is_felt(), BoardEnd::is_felt),
+            period_mm: texture.map(|texture| texture.period_mm),
+            period_sigma_mm: texture.map(|texture| texture.period_sigma_mm),
+            behind_mm: self
+                .finger
+                .place_mm
+                .filter(|_| is_here)
+                .zip(hand_mm)
+                .map(|(mm, hand_mm)| (mm - hand_mm).abs()),
+            stylus: self.board.as_ref().map(BoardEnd::doing),
+            error_percent: error.percent(),
+            error_cycles: error.cycles(),
+            as_vibration_percent: error.late_percent(),
+        }
+    }
+}
+
+impl Report {
+    /// A line for people.
+    pub fn text(&self) -> String {
+        let way = |name: &str, sent: u64, counts: &Counts| {
+            let Counts {
+                received,
+                lost,
+                late,
+                doubled,
+                damaged,
+            } = counts;
+            format!(
+                "{name} {sent} sent, {received} received, {lost} lost, {late} late, {doubled} doubled, {damaged} damaged"
+            )
+        };
+        let texture = match self.period_mm.zip(self.period_sigma_mm) {
+            Some((period, sigma)) => format!("{period:.4} +- {sigma:.4} mm"),
+            None => "no texture".into(),
+        };
+        let error = match (self.error_percent, self.as_vibration_percent) {
+            (Some(percent), Some(late)) => {
+                let cycles = self
+                    .error_cycles
+                    .map_or(String::new(), |cycles| format!(" and {cycles:.4} cycles"));
+                format!(
+                    "stimulus off by {percent:.2} % of the amplitude{cycles} (as a vibration by {late:.0} %)"
+                )
+            }
+            _ if self.stylus.is_some() && self.is_felt => "it is felt".into(),
+            _ => "nothing is felt".into(),
+        };
+        let stylus = self.stylus.map_or(String::new(), |stylus| {
+            format!("\n           {}", stylus.text())
+        });
+        let behind = self.behind_mm.map_or(String::new(), |mm| {
+            format!("; the finger knows a place {mm:.1} mm off")
+        });
+        format!(
+            "{:7.1} s  {}{behind}\n           {}\n           {texture}; {error}{stylus}",
+            self.t_s,
+            way("places  ", self.places_sent, &self.places),
+            way("textures", self.textures_sent, &self.textures),
+        )
+    }
+}
+
+/// Waits a step for what the finger sends; gives whether it goes on.
+fn take(finger: &mut Follower, end: &mut FingerEnd) -> Result<bool> {
+    match finger.next(STEP)? {
+        Some(News::Texture(texture)) => end.found(Some(texture)),
+        Some(News::Disconnected(name, why)) => {
+            eprintln!("ridgetone: {name}: {why}; waiting for the board");
+            end.found(None);
+        }
+        Some(News::Silent) => end.found(None),
+        Some(News::Over) => return Ok(false),
+        Some(News::Back) | None => {}
+    }
+    Ok(true)
+}
+
+/// Runs the link in real time until its finger is over, for `seconds`, or until this process is to
+/// stop. Gives the feed back, if there is one, for its counts.
+pub fn run(
+    feed: Option<Feed>,
+    link: &mut Link,
+    json: bool,
+    seconds: Option<f64>,
+) -> (Option<Feed>, Result<()>) {
+    let mut finger = feed.map(Follower::new);
+    let done = follow(finger.as_mut(), link, json, seconds);
+    link.stop_softly();
+    (finger.map(Follower::into_feed), done)
+}
+
+fn follow(
+    mut finger: Option<&mut Follower>,
+    link: &mut Link,
+    json: bool,
+    seconds: Option<f64>,
+) -> Result<()> {
+    let (begun, mut reported_s) = (Instant::now(), 0.0);
+    let mut goes_on = true;
+    while goes_on && !stop::is_requested() {
+        match finger.as_deref_mut() {
+            None => std::thread::sleep(STEP),
+            Some(finger) => match take(finger, &mut link.finger) {
+                // Ctrl-C reaches an emulator too, which may end first.
+                Err(_) if stop::is_requested() => break,
+                stepped => goes_on = stepped?,
+            },
+        }
+        let t_s = begun.elapsed().as_secs_f64();
+        link.step(t_s)?;
+        goes_on &= seconds.is_none_or(|seconds| t_s < seconds);
+        if t_s - reported_s >= REPORT_S || !goes_on {
+            reported_s = t_s;
+            let report = link.report(t_s);
+            output::line(&if json {
+                serde_json::to_string(&report)?
+            } else {
+                report.text()
+            })?;
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,310 @@
+//! A board's packets to the forces of a display, update by update.
+
+use super::skin::{Skin, strains, volts_per_strain};
+use crate::display::{Afterimage, Grid, Kelvin, Limits, Matching, Pins, Quantity};
+use anyhow::Result;
+use hal_mock::Finger;
+use ridgetone_host::frame::Frame;
+use ridgetone_host::static_image::{SIDE, UNIT_PITCH_MM};
+use ridgetone_proto::settings::{Settings, TAXELS};
+use ridgetone_proto::telemetry::{Event, Packet};
+use serde::Serialize;
+
+/// Places of the sensor's map.
+const SENSORS: usize = SIDE * SIDE;
+
+/// Longest time between two frames in which the pins stay where they are, seconds.
+pub const SILENCE_S: f64 = 0.5;
+
+/// The display, the finger on it, and how strains become forces.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Setup {
+    pub pins: Grid,
+    /// Thickness of the layer over the receptors of the finger, millimetres.
+    pub depth_mm: f64,
+    pub quantity: Quantity,
+    pub regularisation: f32,
+    /// The finger's skin; none: it keeps nothing.
+    pub skin: Option<Kelvin>,
+    pub limits: Limits,
+    /// Strain in the finger over that in the sensor.
+    pub gain: f64,
+    pub volts_per_strain: f64,
+    /// Young's modulus of sensor and finger, MPa: the paper has both alike.
+    pub modulus_mpa: f64,
+}
+
+impl Setup {
+    /// 4 x 4 pins 2 mm apart under 2 mm of rubber.
+    pub fn new() -> Result<Self> {
+        Ok(Self {
+            pins: Grid::new(4, 4, 2.0)?,
+            depth_mm: 2.0,
+            quantity: Quantity::Strain,
+            regularisation: 0.01,
+            skin: None,
+            limits: Limits {
+                update_hz: 20.0,
+                ..Limits::IDEAL
+            },
+            gain: 1.0,
+            volts_per_strain: volts_per_strain(),
+            modulus_mpa: Finger::default().modulus_mpa,
+        })
+    }
+}
+
+/// Memory of a [`Player`].
+pub struct Memory {
+    matching: Vec<f32>,
+    kept: Vec<f32>,
+    forces: Vec<f32>,
+}
+
+impl Memory {
+    pub fn new(setup: &Setup) -> Self {
+        let pins = setup.pins.count();
+        Self {
+            matching: vec![0.0; Matching::floats(pins, SENSORS)],
+            kept: vec![0.0; SENSORS],
+            forces: vec![0.0; pins],
+        }
+    }
+}
+
+/// Forces of a display's pins.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PinForces {
+    /// Device time, seconds.
+    pub t_s: f64,
+    pub rows: usize,
+    pub columns: usize,
+    /// Row by row, newtons.
+    pub forces_n: Vec<f32>,
+    /// Force of a level, newtons.
+    pub level_n: f32,
+    /// Pins whose wanted force is beyond the display's limits.
+    pub limited: usize,
+    pub is_optimal: bool,
+    /// Bit k: taxel k counts.
+    pub taxels: u16,
+}
+
+/// One update of the display. Strains have no unit; where stresses are matched, they are stresses
+/// over Young's modulus.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "type", rename = "pins")]
+pub struct Update {
+    #[serde(flatten)]
+    pub pins: PinForces,
+    /// Strain in the sensor, 4 x 4 row by row.
+    pub sensor_strain: Vec<f32>,
+    /// Strain that the finger feels at the same places: what the pins make, and what it has kept.
+    pub felt_strain: Vec<f32>,
+    /// The part of it that it has kept.
+    pub kept_strain: Vec<f32>,
+}
+
+impl Update {
+    /// Root mean square of the difference between what is felt and what is in the sensor.
+    pub fn error(&self, gain: f64) -> f64 {
+        let off =
+            |(felt, sensor): (&f32, &f32)| (f64::from(*felt) - gain * f64::from(*sensor)).powi(2);
+        let sum: f64 = self
+            .felt_strain
+            .iter()
+            .zip(&self.sensor_strain)
+            .map(off)
+            .sum();
+        (sum / self.felt_strain.len() as f64).sqrt()
+    }
+}
+
+/// Takes packets and gives updates.
+pub struct Player<'a> {
+    setup: Setup,
+    matching: Matching<'a>,
+    afterimage: Option<Afterimage<'a>>,
+    display: Pins<'a>,
+    skin: Skin,
+    vref_v: f32,
+    /// Volts of the frames since the last update, and how many of each.
+    sums: [(f64, u32); TAXELS],
+    updated_s: Option<f64>,
+}
+
+impl<'a> Player<'a> {
+    /// Fails if the setup is impossible.
+    pub fn new(setup: Setup, memory: &'a mut Memory) -> Result<Self> {
+        let pins = setup.pins.count();
+        let sensors = Grid::new(SIDE, SIDE, 0.5 * UNIT_PITCH_MM)?;
+        // As in the simulated finger: rubber.
+        let map = sensors.map(
+            &setup.pins,
+            setup.depth_mm,
+            Finger::default().poisson,
+            setup.quantity,
+        )?;
+        let matching = Matching::new(
+            &mut memory.matching,
+            pins,
+            SENSORS,
+            setup.regularisation,
+            map,
+        )?;
+        let afterimage = setup
+            .skin
+            .map(|skin| Afterimage::new(skin, &mut memory.kept));
+        let display = Pins::new(setup.limits, &mut memory.forces)?;
+        let (skin, vref_v) = (Skin::default(), Settings::DEFAULT.vref_v);
+        Ok(Self {
+            setup,
+            matching,
+            afterimage,
+            display,
+            skin,
+            vref_v,
+            sums: Default::default(),
+            updated_s: None,
+        })
+    }
+
+    pub fn setup(&self) -> &Setup {
+        &self.setup
+    }
+
+    /// Takes a packet; gives an update if one is due.
+    pub fn take(&mut self, packet: &Packet) -> Result<Option<Update>> {
+        match &packet.event {
+            Event::Hello(hello) => {
+                self.vref_v = hello.settings.vref_v;
+                if packet.sequence == 0 {
+                    // The board has restarted: its clock and its levels are new.
+                    (self.skin, self.updated_s, self.sums) =
+                        (Skin::default(), None, Default::default());
+                }
+            }
+            Event::Contact(_) => self.skin.touched(true),
+            Event::Release(_) => self.skin.touched(false),
+            Event::Raw(raw) => return self.frame(&Frame::new(raw, self.vref_v)),
+            _ => {}
+        }
+        Ok(None)
+    }
+
+    fn frame(&mut self, frame: &Frame) -> Result<Option<Update>> {
+        let Some(volts) = self.skin.push(frame) else {
+            return Ok(None);
+        };
+        for ((sum, count), volts) in self.sums.iter_mut().zip(volts) {
+            if let Some(volts) = volts {
+                (*sum, *count) = (*sum + f64::from(volts), *count + 1);
+            }
+        }
+        let since_s = frame.t_s - *self.updated_s.get_or_insert(frame.t_s);
+        if since_s < 0.0 {
+            self.updated_s = Some(frame.t_s);
+            return Ok(None);
+        }
+        // The frames between two updates are averaged: the display shows nothing faster. Updates
+        // are whole frames apart, so that they are never too many.
+        if since_s < 0.999 / f64::from(self.setup.limits.update_hz) {
+            return Ok(None);
+        }
+        let sums = std::mem::take(&mut self.sums);
+        let volts = sums.map(|(sum, count)| (count > 0).then(|| (sum / f64::from(count)) as f32));
+        self.updated_s = Some(frame.t_s);
+        let taxels = (0..TAXELS)
+            .filter(|taxel| volts[*taxel].is_some())
+            .fold(0, |bits, taxel| bits | 1 << taxel);
+        self.update(
+            frame.t_s,
+            since_s,
+            (strains(&volts, self.setup.volts_per_strain), taxels),
+        )
+        .map(Some)
+    }
+
+    fn update(
+        &mut self,
+        t_s: f64,
+        since_s: f64,
+        (sensor, taxels): ([f32; SENSORS], u16),
+    ) -> Result<Update> {
+        // Matching has the unit of stress: newtons per square millimetre.
+        let per_strain = (self.setup.gain * self.setup.modulus_mpa) as f32;
+        let mut wanted = sensor.map(|strain| per_strain * strain);
+        if let Some(afterimage) = &self.afterimage {
+            afterimage.take_off(&mut wanted)?;
+        }
+        let solution = self.matching.forces(&wanted)?;
+        let is_optimal = solution.is_optimal;
+        let limited = self
+            .display
+            .advance(since_s.min(1e3) as f32, solution.forces)?
+            .unwrap_or(0);
+        self.felt(
+            since_s,
+            sensor,
+            PinForces {
+                limited,
+                is_optimal,
+                taxels,
+                ..self.pins(t_s)
+            },
+        )
+    }
+
+    /// Nothing has come for so long: the pins go down. Gives an update while they do.
+    pub fn silent(&mut self, dt_s: f64) -> Result<Option<Update>> {
+        if self.display.forces_n().iter().all(|n| *n == 0.0) {
+            return Ok(None);
+        }
+        self.display.release(dt_s.clamp(0.0, 1e3) as f32)?;
+        let t_s = self.updated_s.unwrap_or(0.0);
+        self.felt(dt_s, [0.0; SENSORS], self.pins(t_s)).map(Some)
+    }
+
+    /// The forces of the pins as they are, for no strain.
+    fn pins(&self, t_s: f64) -> PinForces {
+        let Setup { pins, limits, .. } = &self.setup;
+        PinForces {
+            t_s,
+            rows: pins.rows(),
+            columns: pins.columns(),
+            forces_n: self.display.forces_n().to_vec(),
+            level_n: limits.greatest_n() / f32::from(limits.levels),
+            limited: 0,
+            is_optimal: true,
+            taxels: 0,
+        }
+    }
+
+    /// What the finger feels of the pins as they are; then time passes.
+    fn felt(&mut self, dt_s: f64, sensor: [f32; SENSORS], pins: PinForces) -> Result<Update> {
+        let mut felt = vec![0.0; SENSORS];
+        self.matching.felt(self.display.forces_n(), &mut felt)?;
+        let at_once = felt.clone();
+        let mut kept = vec![0.0; SENSORS];
+        if let Some(afterimage) = &mut self.afterimage {
+            kept.copy_from_slice(afterimage.kept());
+            felt.iter_mut()
+                .zip(&kept)
+                .for_each(|(felt, kept)| *felt += kept);
+            afterimage.advance(dt_s.clamp(0.0, 1e3), &at_once)?;
+        }
+        let strain = |values: Vec<f32>| {
+            values
+                .into_iter()
+                .map(|value| value / self.setup.modulus_mpa as f32)
+                .collect()
+        };
+        let (felt_strain, kept_strain) = (strain(felt), strain(kept));
+        Ok(Update {
+            pins,
+            sensor_strain: sensor.to_vec(),
+            felt_strain,
+            kept_strain,
+        })
+    }
+}

@@ -1,0 +1,183 @@
+//! The player with frames of a known pressure, and the screen in a buffer.
+
+use super::*;
+use super::{player::SILENCE_S, screen};
+use crate::display::{Limits, SUBJECTS};
+use ratatui::Terminal;
+use ratatui::backend::TestBackend;
+use ridgetone_host::static_image::PLACES;
+use ridgetone_proto::settings::{Settings, TAXELS};
+use ridgetone_proto::telemetry::{Contact, Event, Packet, Raw};
+
+/// From frame to frame, microseconds.
+const FRAME_US: u64 = 4147;
+
+fn packet(event: Event) -> Packet {
+    Packet { sequence: 1, event }
+}
+
+/// A frame with `volts` volts above 0.5 V in each taxel.
+fn raw(number: u32, volts: [f64; TAXELS]) -> Packet {
+    // Full scale of 24 bits is 1.066 times the reference (SBAS297G, data format).
+    let code =
+        |volts: f64| (volts / f64::from(Settings::DEFAULT.vref_v) * f64::from(0x78_0000)) as i32;
+    let codes = volts.map(|volts| code(0.5 + volts));
+    packet(Event::Raw(Raw {
+        t_us: u64::from(number) * FRAME_US,
+        number,
+        present: u16::MAX,
+        good: u16::MAX,
+        codes,
+    }))
+}
+
+/// A second of air, then two of a strain of 2 % in the left half of the map, with shear.
+fn touched(player: &mut Player<'_>) -> Vec<Update> {
+    let mut updates = Vec::new();
+    for number in 0..723u32 {
+        if number == 245 {
+            player
+                .take(&packet(Event::Contact(Contact {
+                    t_us: 241 * FRAME_US,
+                    taxel: 0,
+                    height_v: 0.004,
+                })))
+                .expect("a contact");
+        }
+        let volts = std::array::from_fn(|taxel| {
+            let is_left = PLACES.iter().any(|row| row[..2].contains(&taxel));
+            let tilt = [1.0, 0.0, -1.0, 0.0][taxel % 4];
+            let pressed = if is_left {
+                0.02 * volts_per_strain()
+            } else {
+                0.0
+            };
+            if number < 241 {
+                0.0
+            } else {
+                pressed + 0.004 * tilt
+            }
+        });
+        updates.extend(player.take(&raw(number, volts)).expect("a frame"));
+    }
+    updates
+}
+
+#[test]
+fn a_pressed_half_is_felt_as_a_half() {
+    let setup = Setup::new().expect("a setup");
+    let mut memory = Memory::new(&setup);
+    let mut player = Player::new(setup, &mut memory).expect("a player");
+    let updates = touched(&mut player);
+    // At most 20 Hz: every 13 frames, from the level's 48 on.
+    assert_eq!(updates.len(), (723 - 48) / 13);
+    let last = updates.last().expect("an update");
+    for (n, strain) in last.sensor_strain.iter().enumerate() {
+        let wanted = if n % 4 < 2 { 0.02 } else { 0.0 };
+        assert!((strain - wanted).abs() < 1e-5, "{n}: {strain}");
+    }
+    let half = |values: &[f32], left: bool| -> f32 {
+        values
+            .iter()
+            .enumerate()
+            .filter(|(n, _)| (n % 4 < 2) == left)
+            .map(|(_, value)| value)
+            .sum()
+    };
+    assert!(
+        half(&last.pins.forces_n, true) > 5.0 * half(&last.pins.forces_n, false),
+        "{last:?}"
+    );
+    assert!(
+        last.pins.is_optimal
+            && last.pins.limited == 0
+            && last.pins.forces_n.iter().all(|n| *n >= 0.0)
+    );
+    // An edge cannot be sharper than the layer lets it be.
+    assert!(
+        last.error(1.0) < 0.3 * 0.02,
+        "{}: {last:?}",
+        last.error(1.0)
+    );
+    // A silent line lets the pins go, by the slew.
+    let before = last.pins.forces_n.clone();
+    let released = player.silent(SILENCE_S).expect("time").expect("they press");
+    assert!(
+        released
+            .pins
+            .forces_n
+            .iter()
+            .zip(&before)
+            .all(|(now, before)| now <= before)
+    );
+    for _ in 0..20 {
+        player.silent(0.05).expect("time");
+    }
+    assert_eq!(player.silent(0.05).expect("time"), None);
+}
+
+#[test]
+fn an_afterimage_needs_less_force() {
+    let mut setup = Setup::new().expect("a setup");
+    setup.limits = Limits {
+        levels: 60_000,
+        ..setup.limits
+    };
+    setup.skin = Some(SUBJECTS[0]);
+    let mut memory = Memory::new(&setup);
+    let mut player = Player::new(setup, &mut memory).expect("a player");
+    let updates = touched(&mut player);
+    let sum = |update: &Update| update.pins.forces_n.iter().sum::<f32>();
+    // From 0.1 s of the touch on to its end.
+    let begun_s = 241.0 * 4147e-6;
+    let first = updates
+        .iter()
+        .find(|update| update.pins.t_s > begun_s + 0.1)
+        .expect("an update");
+    let last = updates.last().expect("an update");
+    let ratio = f64::from(sum(last) / sum(first));
+    let [from_s, to_s] = [first, last].map(|update| update.pins.t_s - begun_s);
+    let expected = SUBJECTS[0].relaxation(to_s) / SUBJECTS[0].relaxation(from_s);
+    assert!((ratio - expected).abs() < 0.04, "{ratio} {expected}");
+    assert!(last.kept_strain.iter().any(|strain| *strain > 0.002));
+    assert!(
+        (last.error(1.0) - first.error(1.0)).abs() < 2e-3,
+        "{} {}",
+        last.error(1.0),
+        first.error(1.0)
+    );
+}
+
+#[test]
+fn the_screen_shows_three_images() {
+    let setup = Setup::new().expect("a setup");
+    let mut memory = Memory::new(&setup);
+    let mut player = Player::new(setup, &mut memory).expect("a player");
+    let updates = touched(&mut player);
+    let mut terminal = Terminal::new(TestBackend::new(90, 16)).expect("a terminal");
+    let text = |terminal: &Terminal<TestBackend>| {
+        let buffer = terminal.backend().buffer();
+        let row = |y| (0..90).map(|x| buffer[(x, y)].symbol()).collect::<String>() + "\n";
+        (0..16).map(row).collect::<String>()
+    };
+    terminal
+        .draw(|frame| screen::draw(frame, "a board", None, &player))
+        .expect("drawn");
+    assert!(text(&terminal).contains("learning the level"));
+    terminal
+        .draw(|frame| screen::draw(frame, "a board", updates.last(), &player))
+        .expect("drawn");
+    let shown = text(&terminal);
+    println!("{shown}");
+    for part in [
+        "strain in the sensor, %",
+        "forces of the pins, N",
+        "strain in the finger, %",
+        "  2.00  2.00",
+        "off by",
+        "q quit",
+    ] {
+        assert!(shown.contains(part), "{part}\n{shown}");
+    }
+    assert!(shown.contains('\u{2588}'));
+}

@@ -1,0 +1,211 @@
+//! Follows the textures that a finger reports, and whether it says anything at all.
+
+use super::found::found;
+use anyhow::Result;
+use ridgetone_host::feed::{Feed, Requester, new_requests};
+use ridgetone_host::listen::{Heard, Listener, SILENT};
+use ridgetone_proto::command::Command;
+use ridgetone_stimulus::Texture;
+use std::time::{Duration, Instant};
+
+/// News of a finger.
+#[derive(Clone, Debug, PartialEq)]
+pub enum News {
+    /// It has another texture under it; if it was silent it no longer is.
+    Texture(Texture),
+    /// It was silent, and no longer is. Its texture follows as soon as it finds one.
+    Back,
+    /// It has said nothing for [`SILENT`].
+    Silent,
+    /// The board at this name is disconnected, for this reason, and is waited for.
+    Disconnected(String, String),
+    /// The recording is over.
+    Over,
+}
+
+/// A finger's feed that is followed.
+pub struct Follower {
+    listener: Listener,
+    heard_at: Instant,
+    is_silent: bool,
+    is_over: bool,
+}
+
+impl Follower {
+    pub fn new(feed: Feed) -> Self {
+        let listener = Listener::new(feed, Requester::default());
+        Self {
+            listener,
+            heard_at: Instant::now(),
+            is_silent: false,
+            is_over: false,
+        }
+    }
+
+    /// Greets the board, which then reports its texture even if that has not changed. It need not
+    /// answer: a finger may be wired to send only, and then reports a texture when it has changed.
+    fn greet(&mut self) {
+        let (feed, mut requests) = (&mut self.listener.feed, new_requests());
+        requests.push(Command::Greet);
+        if let Ok(bytes) = requests.due(feed.elapsed())
+            && feed.has_board()
+        {
+            let _ = feed.send(&bytes);
+        }
+    }
+
+    /// The feed, for its counts.
+    pub fn into_feed(self) -> Feed {
+        self.listener.feed
+    }
+
+    /// Pauses the source while nobody watches, or resumes it; an emulated board that waits counts
+    /// as heard.
+    pub fn idle(&mut self, idle: bool) {
+        if self.listener.feed.idle(idle) || idle {
+            self.heard_at = Instant::now();
+        }
+    }
+
+    /// Waits for what is new, at most for `most`.
+    pub fn next(&mut self, most: Duration) -> Result<Option<News>> {
+        match self.listener.next(most)? {
+            Some(Heard::Packet(packet, _)) => {
+                self.heard_at = Instant::now();
+                let is_back = std::mem::take(&mut self.is_silent);
+                if is_back {
+                    // The surface may have changed; if it has not, the board would not report it
+                    // again.
+                    self.greet();
+                }
+                Ok(found(&packet)
+                    .map(News::Texture)
+                    .or(is_back.then_some(News::Back)))
+            }
+            Some(Heard::Connected(_)) => {
+                self.greet();
+                Ok(None)
+            }
+            Some(Heard::Over) => {
+                self.is_over = true;
+                Ok(Some(News::Over))
+            }
+            Some(Heard::Disconnected(name, why)) => {
+                self.is_silent = true;
+                Ok(Some(News::Disconnected(name, why)))
+            }
+            _ if !self.is_over && !self.is_silent && self.heard_at.elapsed() > SILENT => {
+                self.is_silent = true;
+                Ok(Some(News::Silent))
+            }
+            _ => Ok(None),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ridgetone_host::feed::{FeedEvent, Source};
+    use ridgetone_proto::command::Request;
+    use ridgetone_proto::framing;
+    use ridgetone_proto::plan::Plan;
+    use ridgetone_proto::telemetry::{
+        Event, Packet, Release, Texture as Reported, WIRE_MAX, encode,
+    };
+    use std::collections::VecDeque;
+    use std::sync::{Arc, Mutex};
+
+    /// Gives events, and keeps what it is sent.
+    struct Script(VecDeque<FeedEvent<Vec<u8>>>, Arc<Mutex<Vec<u8>>>);
+
+    impl Source for Script {
+        fn name(&self) -> String {
+            "a script".into()
+        }
+
+        fn next(&mut self, _: Duration) -> Result<Option<FeedEvent<Vec<u8>>>> {
+            Ok(self.0.pop_front())
+        }
+
+        fn send(&mut self, bytes: &[u8]) -> Result<()> {
+            self.1.lock().expect("alone").extend(bytes);
+            Ok(())
+        }
+    }
+
+    fn data(sequence: u16, event: Event) -> FeedEvent<Vec<u8>> {
+        let mut wire = [0; WIRE_MAX];
+        let used = encode(&Packet { sequence, event }, &mut wire).expect("it fits");
+        FeedEvent::Data(wire[..used].to_vec())
+    }
+
+    /// The commands among the bytes that were sent.
+    fn commands(sent: &Mutex<Vec<u8>>) -> Vec<Command> {
+        let sent = std::mem::take(&mut *sent.lock().expect("alone"));
+        let frames = sent
+            .split(|byte| *byte == 0)
+            .filter(|frame| !frame.is_empty());
+        frames
+            .map(|frame| {
+                framing::decode::<Request>(&mut frame.to_vec())
+                    .expect("a request")
+                    .command
+            })
+            .collect()
+    }
+
+    #[test]
+    fn a_finger_is_greeted_when_it_comes_and_when_it_is_back() {
+        let sent = Arc::new(Mutex::new(Vec::new()));
+        let texture = |period_mm| {
+            let (period_sigma_mm, power_v2, power_sigma_v2) = (0.01, 1e-6, 1e-8);
+            Event::Texture(Reported {
+                t_us: 5,
+                plan: Plan::PAPER,
+                period_mm,
+                period_sigma_mm,
+                power_v2,
+                power_sigma_v2,
+                overtones: [[0.0, 0.25], [0.0; 2], [0.0; 2]],
+                level_v: None,
+            })
+        };
+        let released = Event::Release(Release { t_us: 4 });
+        let script = [
+            FeedEvent::Connected("a".into()),
+            data(0, texture(3.6)),
+            data(1, released.clone()),
+            FeedEvent::Disconnected("a".into(), "gone".into()),
+            data(2, released),
+            data(3, texture(2.5)),
+            FeedEvent::Over,
+        ];
+        let mut follower = Follower::new(Feed::new(Script(script.into(), Arc::clone(&sent))));
+        let mut next = || follower.next(Duration::ZERO).expect("a step");
+        let period_mm = |news: Option<News>| match news {
+            Some(News::Texture(texture)) => {
+                // The event's, as sines.
+                let [second, above @ ..] = texture.overtones;
+                assert_eq!((second.amplitude, second.phase_cycles), (0.25, 0.0));
+                assert!(
+                    above.iter().all(|overtone| overtone.amplitude == 0.0),
+                    "{texture:?}"
+                );
+                texture.period_mm
+            }
+            news => panic!("{news:?}"),
+        };
+        assert_eq!((next(), commands(&sent)), (None, vec![Command::Greet]));
+        assert_eq!(period_mm(next()), 3.6);
+        assert_eq!(next(), None);
+        assert_eq!(next(), Some(News::Disconnected("a".into(), "gone".into())));
+        assert_eq!(commands(&sent), []);
+        assert_eq!(
+            (next(), commands(&sent)),
+            (Some(News::Back), vec![Command::Greet])
+        );
+        assert_eq!(period_mm(next()), 2.5);
+        assert_eq!((next(), commands(&sent)), (Some(News::Over), vec![]));
+    }
+}

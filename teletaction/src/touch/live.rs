@@ -1,0 +1,124 @@
+//! Serves the page. Its texture is that of a file, or the latest one that a finger has found.
+
+use super::output::Output;
+use super::page::{Page, Shown};
+use crate::texture::{Follower, News};
+use anyhow::Result;
+use ridgetone_host::feed::Feed;
+use ridgetone_host::stop;
+use ridgetone_host::view::announce;
+use ridgetone_host::view::guard::Access;
+use ridgetone_host::view::server::Server;
+use ridgetone_stimulus::Texture;
+use std::net::SocketAddr;
+use std::time::Duration;
+
+/// Longest wait between two looks at [`stop`].
+const LOOK: Duration = Duration::from_millis(20);
+
+/// Where textures come from.
+pub enum Textures {
+    /// One, of a file of this name.
+    Fixed(String, Texture),
+    Finger(Box<Feed>),
+}
+
+/// Where the page is served, and how it begins.
+#[derive(Clone, Copy, Debug)]
+pub struct Options {
+    pub address: SocketAddr,
+    pub open: bool,
+    pub delay_ms: (f64, f64),
+}
+
+/// Serves the page until this process is to stop. Gives the feed back, if there was one, for its
+/// counts.
+pub fn serve(
+    textures: Textures,
+    output: Output,
+    options: Options,
+) -> (Option<Box<Feed>>, Result<()>) {
+    let shown = |source: String, status: &str, texture| Shown {
+        source,
+        status: status.into(),
+        is_silent: false,
+        texture,
+        number: u64::from(texture.is_some()),
+        delay_ms: options.delay_ms,
+    };
+    match textures {
+        Textures::Fixed(name, texture) => {
+            let shown = shown(name, "A texture of a file.", Some(texture));
+            (
+                None,
+                with_page(shown, output, options, &mut |_| std::thread::sleep(LOOK)).map(drop),
+            )
+        }
+        Textures::Finger(feed) => {
+            let shown = shown(feed.name(), WAITING, None);
+            let mut finger = Follower::new(*feed);
+            let mut failed = Ok(());
+            let served = with_page(shown, output, options, &mut |page| {
+                if let Err(error) = step(&mut finger, page) {
+                    failed = Err(error);
+                    stop::request();
+                }
+            });
+            (Some(Box::new(finger.into_feed())), served.and(failed))
+        }
+    }
+}
+
+const WAITING: &str = "No texture yet: the finger has to slide over one.";
+const FOUND: &str = "The texture under the finger.";
+
+fn with_page(
+    shown: Shown,
+    output: Output,
+    options: Options,
+    step: &mut dyn FnMut(&Page),
+) -> Result<()> {
+    let page = Page::new(output, shown)?;
+    let server = Server::start(Access::new(options.address)?, page.routes())?;
+    announce::announce(&server.access, options.open)?;
+    while !stop::is_requested() {
+        step(&page);
+    }
+    Ok(())
+}
+
+/// Waits for what the finger sends next, and shows it.
+fn step(finger: &mut Follower, page: &Page) -> Result<()> {
+    // An emulated board waits while nobody looks.
+    finger.idle(!page.is_watched());
+    let news = match finger.next(LOOK) {
+        Err(_) if stop::is_requested() => return Ok(()),
+        news => news?,
+    };
+    match news {
+        Some(News::Texture(texture)) => page.change(|shown| {
+            (shown.texture, shown.number) = (Some(texture), shown.number + 1);
+            (shown.is_silent, shown.status) = (false, FOUND.into());
+        }),
+        Some(News::Back) => {
+            page.change(|shown| (shown.is_silent, shown.status) = (false, status(shown.texture)))
+        }
+        Some(News::Over) => {
+            page.change(|shown| shown.status = "The recording is over: its last texture.".into())
+        }
+        Some(News::Disconnected(name, why)) => page.change(|shown| {
+            (shown.is_silent, shown.status) = (true, format!("{name}: {why}. Plug it in again."))
+        }),
+        Some(News::Silent) => page.change(|shown| {
+            (shown.is_silent, shown.status) = (
+                true,
+                "The finger is silent: the vibration has faded.".into(),
+            )
+        }),
+        None => Ok(()),
+    }
+}
+
+fn status(texture: Option<Texture>) -> String {
+    if texture.is_some() { FOUND } else { WAITING }.into()
+}

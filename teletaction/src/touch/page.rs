@@ -1,0 +1,178 @@
+//! The page: its files, and what the command sends to it.
+//!
+//! | path | what |
+//! |---|---|
+//! | `/` and the files it names | the page |
+//! | `/events` | the state, at once and whenever it changes, as server-sent events `state` ([`latest`]) |
+//! | `/texture` | POST: a texture as a JSON object, in place of the source's |
+
+use super::output::Output;
+use crate::latest::{self, Latest};
+use anyhow::{Context, Result};
+use axum::Router;
+use axum::extract::State;
+use axum::http::header;
+use axum::response::{Html, IntoResponse, Response};
+use axum::routing::{get, post};
+use ridgetone_host::view::app::answer;
+use ridgetone_host::view::files::{File, ICON, STYLE};
+use ridgetone_host::view::server::with_files;
+use ridgetone_stimulus::{Actuator, Texture};
+use serde::Serialize;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// One of the page's own scripts.
+macro_rules! js {
+    ($name:literal) => {
+        (
+            concat!("/", $name),
+            "text/javascript; charset=utf-8",
+            include_str!(concat!("../../assets/touch/", $name)),
+        )
+    };
+}
+
+const FILES: &[File] = &[
+    STYLE,
+    ICON,
+    (
+        "/touch.css",
+        "text/css; charset=utf-8",
+        include_str!("../../assets/touch/touch.css"),
+    ),
+    js!("touch.js"),
+    js!("surface.js"),
+    js!("worklet.js"),
+];
+
+/// `cargo xtask worklet` builds it from teletaction/stimulus/worklet.
+pub const WASM: &[u8] = include_bytes!("../../assets/touch/stimulus.wasm");
+
+/// As that of all pages, and with WebAssembly of its own.
+const POLICY: &str = "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; object-src 'none'; base-uri 'none'; \
+    form-action 'none'; frame-ancestors 'none'";
+
+/// What the page knows.
+#[derive(Clone, Debug)]
+pub struct Shown {
+    pub source: String,
+    pub status: String,
+    /// The finger is silent: its texture fades.
+    pub is_silent: bool,
+    /// None before the finger has found one.
+    pub texture: Option<Texture>,
+    /// Textures so far.
+    pub number: u64,
+    /// Delay at the beginning, milliseconds: mean and standard deviation.
+    pub delay_ms: (f64, f64),
+}
+
+#[derive(Serialize)]
+struct Json<'a> {
+    source: &'a str,
+    status: &'a str,
+    is_silent: bool,
+    texture: Option<Texture>,
+    /// Amplitude over the actuator's greatest.
+    share: Option<f32>,
+    number: u64,
+    delay_ms: (f64, f64),
+    voltage_v: f32,
+    cutoff_hz: f32,
+    slew_v_s: f32,
+    fade_s: f32,
+}
+
+/// What all pages share.
+#[derive(Clone)]
+pub struct Page {
+    output: Output,
+    shown: Arc<Mutex<Shown>>,
+    latest: Latest,
+}
+
+impl Page {
+    pub fn new(output: Output, shown: Shown) -> Result<Self> {
+        let latest = Latest::new(json(&output, &shown)?);
+        Ok(Self {
+            output,
+            shown: Arc::new(Mutex::new(shown)),
+            latest,
+        })
+    }
+
+    /// Changes what is shown, and sends it.
+    pub fn change(&self, change: impl FnOnce(&mut Shown)) -> Result<()> {
+        let mut shown = self.shown.lock().unwrap_or_else(PoisonError::into_inner);
+        change(&mut shown);
+        self.latest.publish(json(&self.output, &shown)?);
+        Ok(())
+    }
+
+    /// Takes a texture that a page wants. Fails in words for people.
+    fn set(&self, text: &str) -> Result<String> {
+        let texture: Texture = serde_json::from_str(text).context("no texture")?;
+        texture.check()?;
+        self.change(|shown| (shown.texture, shown.number) = (Some(texture), shown.number + 1))?;
+        Ok(String::new())
+    }
+
+    pub fn is_watched(&self) -> bool {
+        self.latest.is_watched()
+    }
+
+    pub fn routes(&self) -> Router {
+        let own = Router::new()
+            .route("/texture", post(texture))
+            .with_state(self.clone());
+        let events = Router::new()
+            .route("/events", get(latest::events))
+            .with_state(self.latest.clone());
+        let html = || async {
+            (
+                [(header::CONTENT_SECURITY_POLICY, POLICY)],
+                Html(include_str!("../../assets/touch/index.html")),
+            )
+        };
+        let script = || async {
+            // What is loaded by a worklet has the policy of its own file too.
+            let headers = [
+                (header::CONTENT_SECURITY_POLICY, POLICY),
+                (header::CONTENT_TYPE, "application/wasm"),
+            ];
+            (headers, WASM).into_response()
+        };
+        with_files(Router::new(), FILES)
+            .route("/", get(html))
+            .route("/stimulus.wasm", get(script))
+            .merge(own)
+            .merge(events)
+    }
+}
+
+fn json(output: &Output, shown: &Shown) -> Result<String> {
+    let Actuator {
+        voltage_v,
+        cutoff_hz,
+        slew_v_s,
+        fade_s,
+        ..
+    } = output.actuator;
+    Ok(serde_json::to_string(&Json {
+        source: &shown.source,
+        status: &shown.status,
+        is_silent: shown.is_silent,
+        texture: shown.texture,
+        share: shown.texture.as_ref().map(|texture| output.share(texture)),
+        number: shown.number,
+        delay_ms: shown.delay_ms,
+        voltage_v,
+        cutoff_hz,
+        slew_v_s,
+        fade_s,
+    })?)
+}
+
+async fn texture(State(page): State<Page>, json: String) -> Response {
+    answer(page.set(&json))
+}

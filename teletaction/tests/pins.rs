@@ -1,0 +1,119 @@
+//! `ridgetone pins`: a design, what is refused, and the emulated touch on a display.
+
+#[path = "../../host/tests/common/mod.rs"]
+mod common;
+#[cfg(target_os = "linux")]
+#[path = "pins/page.rs"]
+mod page;
+
+use common::{assert_one_line, json_lines, run, stdout};
+use serde_json::Value;
+
+fn numbers(object: &Value, name: &str) -> Vec<f64> {
+    let values = object[name]
+        .as_array()
+        .unwrap_or_else(|| panic!("{name} in {object}"));
+    values
+        .iter()
+        .map(|value| value.as_f64().expect("a number"))
+        .collect()
+}
+
+#[test]
+fn the_papers_design_is_not_noticed() {
+    let arguments = [
+        "pins",
+        "--design",
+        "--spacing-mm",
+        "2",
+        "--depth-mm",
+        "2",
+        "--resolution",
+        "10%",
+    ];
+    let text = stdout(&run(&arguments));
+    assert!(text.contains("index 0.065  not noticed"), "{text}");
+    let [design] = &json_lines(&run(&[&arguments[..], &["--json"]].concat()))[..] else {
+        panic!("one line")
+    };
+    let number = |name: &str| design[name].as_f64().expect("a number");
+    assert!(
+        (number("index") - 0.06).abs() < 0.01 && number("worst_index") < 0.1,
+        "{design}"
+    );
+    assert_eq!(design["verdict"], "not_noticed");
+}
+
+#[test]
+fn what_makes_no_sense_is_refused() {
+    for (arguments, word) in [
+        (
+            &["pins", "--design", "--spacing-mm", "2.03"][..],
+            "multiple",
+        ),
+        (&["pins", "--design", "--emulated"], "--design"),
+        (&["pins", "--resolution", "10"], "--design"),
+        (&["pins", "--emulated", "--pins", "11x10"], "at most 100"),
+        (&["pins", "--emulated", "--subject", "7"], "1..=6"),
+        (&["pins", "--emulated", "--slew-n-s", "0.01"], "faster slew"),
+        (&["pins", "--emulated", "--depth-mm", "0.01"], "depth_mm"),
+        (
+            &["pins", "--emulated", "--regularisation", "11"],
+            "regularisation",
+        ),
+    ] {
+        assert_one_line(&run(arguments), 2, &[word]);
+    }
+}
+
+/// A finger of 1 N: at rest before the slide the pins press about as much, and the finger feels
+/// what the sensor does.
+#[test]
+#[ignore = "needs the emulator: cargo xtask test"]
+fn the_emulated_touch_is_on_the_pins() {
+    let updates = json_lines(&run(&[
+        "pins",
+        "--emulated",
+        "--once",
+        "--pace",
+        "0",
+        "--json",
+    ]));
+    assert!(updates.len() > 100, "{}", updates.len());
+    let mut greatest = 0.0f64;
+    for (before, now) in updates.iter().zip(&updates[1..]) {
+        let [before_n, now_n] = [before, now].map(|update| numbers(update, "forces_n"));
+        assert!(now_n.iter().all(|n| (0.0..=2.0).contains(n)), "{now}");
+        // 20 N/s at 20 Hz.
+        assert!(
+            now_n
+                .iter()
+                .zip(&before_n)
+                .all(|(now, before)| (now - before).abs() < 1.0001),
+            "{now}"
+        );
+        greatest = greatest.max(now_n.iter().sum());
+    }
+    let at = |t_s: f64| {
+        updates
+            .iter()
+            .find(|update| update["t_s"].as_f64() > Some(t_s))
+            .expect("an update")
+    };
+    // Contact at 0.51 s, hold, slide from 1.51 s on.
+    let (air, hold) = (at(0.4), at(1.4));
+    assert_eq!(numbers(air, "forces_n").iter().sum::<f64>(), 0.0);
+    let all_n: f64 = numbers(hold, "forces_n").iter().sum();
+    assert!((0.4..1.6).contains(&all_n), "{hold}");
+    let (felt, sensor) = (numbers(hold, "felt_strain"), numbers(hold, "sensor_strain"));
+    let rms = |values: &mut dyn Iterator<Item = f64>| {
+        (values.map(|value| value * value).sum::<f64>() / 16.0).sqrt()
+    };
+    let off = rms(&mut felt.iter().zip(&sensor).map(|(felt, sensor)| felt - sensor));
+    assert!(
+        off < 0.3 * rms(&mut sensor.iter().copied()),
+        "{off}: {hold}"
+    );
+    // The ridges of the slide press more than the hold.
+    assert!(greatest > 1.5 * all_n, "{greatest} {all_n}");
+}

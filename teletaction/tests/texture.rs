@@ -1,0 +1,62 @@
+//! `ridgetone texture`: a texture of the default scene, 3.6 mm at 30 mm/s, and what is refused.
+
+#[path = "../../host/tests/common/mod.rs"]
+mod common;
+
+use common::{assert_one_line, directory, file, json_lines, run, text};
+
+#[test]
+fn a_texture_is_learned_written_and_read() {
+    let folder = directory();
+    let recording = folder.path().join("recording.csv");
+    assert!(run(&["scene", "-o", text(&recording)]).status.success());
+    let written = folder.path().join("mine.toml");
+    let slide = ["--speed", "30+-0.03", "--from", "1.6", "--to", "3.2"];
+    let learn = ["texture", "learn", text(&recording)];
+    let [texture] = &json_lines(&run(&[
+        &learn[..],
+        &slide[..],
+        &["-o", text(&written), "--json"],
+    ]
+    .concat()))[..] else {
+        panic!("one line")
+    };
+    let number = |name: &str| {
+        texture[name]
+            .as_f64()
+            .unwrap_or_else(|| panic!("{name}: {texture}"))
+    };
+    assert_eq!(texture["type"], "texture");
+    let (period_mm, sigma_mm) = (number("period_mm"), number("period_sigma_mm"));
+    assert!(
+        (period_mm - 3.6).abs() < 4.0 * sigma_mm && (0.0036..0.02).contains(&sigma_mm),
+        "{texture}"
+    );
+    assert!(number("power") > 0.0);
+    let read = ridgetone_teletaction::texture::load(&written).expect("a texture");
+    assert!((f64::from(read.period_mm) - period_mm).abs() < 1e-6);
+    // No file is replaced.
+    assert_one_line(
+        &run(&[&learn[..], &slide[..], &["-o", text(&written)]].concat()),
+        1,
+        &["mine.toml", "--force"],
+    );
+}
+
+#[test]
+fn what_is_no_texture_is_refused() {
+    let folder = directory();
+    let recording = folder.path().join("recording.csv");
+    assert!(run(&["scene", "-o", text(&recording)]).status.success());
+    let learn = |more: &[&str]| run(&[&["texture", "learn", text(&recording)], more].concat());
+    assert_one_line(&learn(&[]), 2, &["--speed"]);
+    assert_one_line(&learn(&["--speed", "0"]), 2, &["greater than 0"]);
+    // Nothing moves before the contact.
+    assert_one_line(
+        &learn(&["--speed", "30", "--to", "0.4"]),
+        1,
+        &["no tone", "--from"],
+    );
+    let bad = file(folder.path(), "bad.toml", "period_mm = -1.0\n");
+    assert_one_line(&run(&["texture", "law", text(&bad)]), 1, &["bad.toml"]);
+}

@@ -1,0 +1,354 @@
+//! The page in a browser: its WebAssembly against the crate, the way from the pointer to the sound,
+//! textures that arrive.
+
+#[path = "../../../host/tests/common/browser.rs"]
+mod browser;
+mod latency;
+
+use crate::common::{directory, file, ridgetone, text};
+use browser::{Browser, Look};
+use latency::{best, measure_undisturbed};
+use ridgetone_stimulus::{Actuator, AmplitudeLaw, Delay, Harmonic, Texture, Vibration};
+use serde_json::{Value, json};
+use std::io::{BufRead, BufReader};
+use std::process::{Child, Stdio};
+use std::thread::sleep;
+use std::time::Duration;
+
+const LOOK: Look = Look {
+    width: 1280,
+    height: 800,
+    dark: false,
+};
+
+/// `ridgetone touch` at a free port.
+struct Touch {
+    child: Child,
+    url: String,
+}
+
+impl Touch {
+    fn start(arguments: &[&str]) -> Self {
+        let mut command = ridgetone();
+        command
+            .args(["touch", "--listen", "127.0.0.1:0"])
+            .args(arguments);
+        let mut child = command
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("the command runs");
+        let mut url = String::new();
+        BufReader::new(child.stdout.take().expect("a pipe"))
+            .read_line(&mut url)
+            .expect("a line");
+        Self {
+            child,
+            url: url.trim().to_owned(),
+        }
+    }
+}
+
+impl Drop for Touch {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+fn open(arguments: &[&str]) -> (Touch, Browser) {
+    let touch = Touch::start(arguments);
+    let mut browser = Browser::start(LOOK);
+    browser.open(&touch.url);
+    browser.wait("/ mm$/.test(document.getElementById('period')?.textContent ?? '')");
+    (touch, browser)
+}
+
+fn mouse(browser: &mut Browser, kind: &str, x: f64, y: f64) {
+    let buttons = i32::from(kind != "mouseReleased");
+    let mouse = json!({"type": kind, "x": x, "y": y, "button": "left", "buttons": buttons, "clickCount": 1});
+    browser.call("Input.dispatchMouseEvent", mouse);
+}
+
+/// Moves it without a wait for the page, as a hand does.
+fn drag(browser: &mut Browser, x: f64, y: f64) {
+    let mouse = json!({"type": "mouseMoved", "x": x, "y": y, "button": "left", "buttons": 1});
+    browser.tell("Input.dispatchMouseEvent", mouse);
+}
+
+/// A click as of a person: sound needs one.
+fn click(browser: &mut Browser, id: &str) {
+    let place = browser.value(&format!(
+        "(({{ left, top, width, height }}) => [left + width / 2, top + height / 2])(document.getElementById('{id}').getBoundingClientRect())"
+    ));
+    let [x, y] = [0, 1].map(|n| place[n].as_f64().expect("a place"));
+    for kind in ["mousePressed", "mouseReleased"] {
+        mouse(browser, kind, x, y);
+    }
+}
+
+/// Sound, on: the browser plays to nobody.
+fn sound_on(browser: &mut Browser) {
+    click(browser, "sound");
+    browser.wait("globalThis.ridgetone?.context.state === 'running' && globalThis.ridgetone.context.currentTime > 0.2");
+}
+
+/// Left end, middle and width of the surface, CSS pixels.
+fn surface(browser: &mut Browser) -> (f64, f64, f64) {
+    let found = browser.value(
+        "(({ left, top, width, height }) => [left, top + height / 2, width])(document.getElementById('surface').getBoundingClientRect())",
+    );
+    let [left, middle, width] = [0, 1, 2].map(|n| found[n].as_f64().expect("a number"));
+    (left, middle, width)
+}
+
+/// The browser's samples are those of the crate on this computer, to the last bit: also through
+/// jumps, delays and refusals.
+#[test]
+#[ignore = "needs a browser; cargo xtask test installs one"]
+fn the_web_assembly_is_the_crate_bit_for_bit() {
+    let folder = directory();
+    let (_touch, mut browser) = open(&[text(&file(folder.path(), "t.toml", "period_mm = 1.4\n"))]);
+    let mut native = Vibration::<1024>::new(
+        Actuator::PIEZO,
+        AmplitudeLaw {
+            power_max: 1.0,
+            ..AmplitudeLaw::OKAMOTO
+        },
+        48_000.0,
+    )
+    .expect("a vibration");
+    let (mut calls, mut expected) = (Vec::new(), Vec::new());
+    for step in 0..400u32 {
+        let t_s = 0.0037 * f64::from(step);
+        match step {
+            150 => calls.push(json!(["lift"])),
+            10 | 90 | 210 => {
+                let texture = Texture {
+                    power: 0.4,
+                    overtones: [(0.3, 0.1), (0.0, 0.0), (0.2, -0.4)].map(
+                        |(amplitude, phase_cycles)| Harmonic {
+                            amplitude,
+                            phase_cycles,
+                        },
+                    ),
+                    ..Texture::new(0.7 + 0.01 * step as f32)
+                };
+                native.set_texture(&texture).expect("a texture");
+                calls.push(json!([
+                    "texture",
+                    f64::from(texture.period_mm),
+                    f64::from(0.4f32),
+                    f64::from(0.3f32),
+                    f64::from(0.1f32),
+                    0,
+                    0,
+                    f64::from(0.2f32),
+                    f64::from(-0.4f32)
+                ]));
+            }
+            50 | 300 => {
+                let sigma_s = if step == 300 { 0.04f32 } else { 0.0 };
+                let delay = Delay::new(0.12, sigma_s, 1).expect("a delay");
+                native.set_delay(delay, 0.02).expect("a delay");
+                calls.push(json!([
+                    "delay",
+                    f64::from(0.12f32),
+                    f64::from(sigma_s),
+                    f64::from(0.02f32)
+                ]));
+            }
+            // Neither of them changes anything.
+            60 => calls.push(json!(["texture", -3, 1, 0, 0, 0, 0, 0, 0])),
+            61 => calls.push(json!(["texture", null, 1, 0, 0, 0, 0, 0, 0])),
+            _ => {}
+        }
+        if step == 150 {
+            native.lift();
+        }
+        let place_mm = 40.0 * (2.3 * t_s).sin() + if step > 250 { 1000.0 } else { 0.0 };
+        native.down(t_s, place_mm);
+        calls.push(json!(["down", t_s, place_mm]));
+        let first = u64::from(step) * 178;
+        calls.push(json!(["samples", first]));
+        expected.extend((first..first + 178).map(|n| native.next(n as f64 / 48_000.0).to_bits()));
+    }
+    let found = browser.value(&format!(
+        "(async () => {{ \
+            const module = await WebAssembly.compile(await (await fetch('/stimulus.wasm')).arrayBuffer()); \
+            const core = new WebAssembly.Instance(module).exports; \
+            core.begin(150, 310, 220000, Math.fround(0.02), 48000); \
+            const found = []; \
+            for (const [what, ...values] of {}) {{ \
+                if (what !== 'samples') core[what](...values.map((value) => value ?? NaN)); \
+                else for (let n = values[0]; n < values[0] + 178; n += 1) found.push(core.sample(n / 48000)); \
+            }} \
+            return [...new Uint32Array(Float32Array.from(found).buffer)]; }})()",
+        json!(calls)
+    ));
+    let found: Vec<u32> = serde_json::from_value(found).expect("bits");
+    assert_eq!((found.len(), expected.len()), (71_200, 71_200));
+    let differ = found
+        .iter()
+        .zip(&expected)
+        .filter(|(found, expected)| found != expected)
+        .count();
+    assert_eq!(differ, 0, "of {} samples", found.len());
+    let loudest = expected
+        .iter()
+        .map(|bits| f32::from_bits(*bits).abs())
+        .fold(0.0, f32::max);
+    assert!(loudest > 0.3, "{loudest}");
+    println!(
+        "{} samples of the browser are those of the crate, to the last bit",
+        found.len()
+    );
+    assert_eq!(browser.errors(), Vec::<String>::new());
+}
+
+/// The sound is the texture at the place of the pointer, later by the wait, the output and what the
+/// browser takes; and by a delay more.
+#[test]
+#[ignore = "needs a browser; cargo xtask test installs one"]
+fn from_the_pointer_to_the_sound() {
+    let folder = directory();
+    let (touch, mut browser) = open(&[text(&file(folder.path(), "t.toml", "period_mm = 1.4\n"))]);
+    sound_on(&mut browser);
+    let mut latencies = Vec::new();
+    for (delay_ms, wait_ms) in [(0.0, 20.0), (0.0, 100.0), (120.0, 100.0)] {
+        browser.value(&format!(
+            "(() => {{ const select = document.getElementById('condition'); select.value = '{delay_ms},0'; \
+             document.getElementById('wait_ms').value = '{wait_ms}'; \
+             select.dispatchEvent(new Event('change')); globalThis.ridgetone.recorded = null; }})()"
+        ));
+        let measured = measure_undisturbed(&mut browser, wait_ms / 1e3);
+        let loudest = measured
+            .sound
+            .iter()
+            .map(|(_, y)| y.abs())
+            .fold(0.0, f64::max);
+        assert!((0.3..0.5).contains(&loudest), "{loudest}");
+        let slew = f64::from(Actuator::PIEZO.slew_v_s) / 75.0 / measured.rate_hz;
+        let steps = measured
+            .sound
+            .windows(2)
+            .map(|pair| (pair[1].1 - pair[0].1).abs());
+        let greatest = steps.fold(0.0, f64::max);
+        assert!(greatest <= slew + 1e-5, "{greatest} of {slew}");
+        let (latency_s, rms, worst) = best(&measured, 1.4);
+        println!(
+            "delay {delay_ms} ms: {} places of the pointer; pointer to sample {:.1} ms, of which {wait_ms:.1} ms are the wait and {:.1} ms \
+             lie between the clocks (the output is {:.1} ms, as the browser says); phase error {rms:.4} cycles rms, {worst:.4} at most in 20 ms",
+            measured.pointer.len(),
+            1e3 * latency_s,
+            1e3 * measured.clocks_s,
+            1e3 * measured.output_s,
+        );
+        latencies.push((
+            latency_s - (delay_ms + wait_ms) / 1e3,
+            rms,
+            measured.clocks_s,
+        ));
+    }
+    // Where the next place is always known the sound is the texture under the pointer, as late as
+    // it is said. Other programs hold up the browser's output: its clocks move against each other
+    // from one measurement to the next.
+    for (rest_s, rms, clocks_s) in &latencies[1..] {
+        assert!(*rms < 0.02 && (0.0..0.1).contains(rest_s), "{latencies:?}");
+        assert!((rest_s - clocks_s).abs() < 0.005, "{latencies:?}");
+    }
+    assert_eq!(browser.errors(), Vec::<String>::new());
+    assert!(
+        browser
+            .requests()
+            .iter()
+            .all(|url| url.starts_with(&touch.url)),
+        "{:?}",
+        browser.requests()
+    );
+}
+
+fn text_of(browser: &mut Browser, id: &str) -> String {
+    browser
+        .value(&format!("document.getElementById('{id}').textContent"))
+        .as_str()
+        .expect("a text")
+        .to_owned()
+}
+
+/// A texture of one's own is felt at once; an impossible one is refused in words, and the one
+/// before stays.
+#[test]
+#[ignore = "needs a browser; cargo xtask test installs one"]
+fn textures_change_and_impossible_ones_do_not() {
+    let folder = directory();
+    let (touch, mut browser) = open(&[text(&file(folder.path(), "t.toml", "period_mm = 1.4\n"))]);
+    let post = |browser: &mut Browser, body: &str| -> Value {
+        browser.value(&format!(
+            "(async () => {{ const answer = await fetch('/texture', {{ method: 'POST', body: '{body}' }}); return [answer.status, await answer.text()]; }})()"
+        ))
+    };
+    assert_eq!(
+        post(&mut browser, r#"{"period_mm": 0.9}"#),
+        json!([200, ""])
+    );
+    browser.wait("document.getElementById('period').textContent === '0.90000 mm'");
+    for (body, word) in [
+        (r#"{"period_mm": -1}"#, "choose a value from 0.05 to 100"),
+        (r#"{"period_mm": 1e99}"#, "period_mm"),
+        (r#"{"period_mm": null}"#, "no texture"),
+        ("nonsense", "no texture"),
+    ] {
+        let answer = post(&mut browser, body);
+        assert!(
+            answer[0] == 422 && answer[1].as_str().expect("a text").contains(word),
+            "{body}: {answer}"
+        );
+    }
+    browser.value("document.getElementById('period_mm').value = '1.7'");
+    click_submit(&mut browser);
+    browser.wait("document.getElementById('period').textContent === '1.7000 mm'");
+    // The command's end is said, and the vibration fades.
+    drop(touch);
+    browser.wait(
+        "document.getElementById('status').textContent.startsWith('The command cannot be reached')",
+    );
+}
+
+fn click_submit(browser: &mut Browser) {
+    browser.value("document.querySelector('#own button').click()");
+}
+
+/// A finger's texture arrives while it slides, from the emulated board.
+#[test]
+#[ignore = "needs the emulator and a browser; cargo xtask test installs one"]
+fn the_emulated_fingers_texture_is_on_the_page() {
+    let (_touch, mut browser) = open(&["--emulated"]);
+    let period = text_of(&mut browser, "period");
+    let period_mm: f64 = period.trim_end_matches(" mm").parse().expect("a number");
+    assert!((period_mm - 3.6).abs() < 0.1, "{period}");
+    assert_eq!(text_of(&mut browser, "source"), "emulated board");
+    assert_eq!(
+        text_of(&mut browser, "status"),
+        "The texture under the finger."
+    );
+    sound_on(&mut browser);
+    let (left, y, _) = surface(&mut browser);
+    browser.value("globalThis.ridgetone.node.port.postMessage({ what: 'record', values: [0.5] })");
+    mouse(&mut browser, "mousePressed", left + 100.0, y);
+    for step in 0..50 {
+        mouse(
+            &mut browser,
+            "mouseMoved",
+            left + 100.0 + 5.0 * f64::from(step),
+            y,
+        );
+        sleep(Duration::from_millis(5));
+    }
+    browser.wait("globalThis.ridgetone.recorded !== null");
+    let loudest = browser
+        .value("Math.max(...globalThis.ridgetone.recorded.samples)")
+        .as_f64()
+        .expect("a number");
+    assert!(loudest > 0.2, "{loudest}");
+}
