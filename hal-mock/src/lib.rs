@@ -11,6 +11,8 @@ pub mod chip;
 #[cfg(feature = "simulator")]
 mod file_error;
 #[cfg(feature = "simulator")]
+pub mod half_plane;
+#[cfg(feature = "simulator")]
 mod random;
 #[cfg(feature = "simulator")]
 pub mod scene;

@@ -1,8 +1,8 @@
-//! Strain in an elastic half plane under a line load on its surface: plane stress, Flamant's
-//! solution.
-//!
-//! Stresses and Hooke's law with none across the plane: Moy et al., *Human Psychophysics for
-//! Teletaction System Design*, equations 1 to 4, after Johnson, *Contact Mechanics*, chapter 2.
+//! Strain in an elastic half plane under a line load on its surface: the stresses of
+//! [`half_plane`], and Hooke's law with no stress across the plane (Moy et al., *Human
+//! Psychophysics for Teletaction System Design*, equations 3 and 4).
+
+use crate::half_plane::{self, Stress};
 
 /// An elastic material.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,43 +22,22 @@ pub(crate) struct Strain {
     pub(crate) shear: f64,
 }
 
-/// Stresses under a line load, each times -pi r^4 / 2.
-struct Stress {
-    along_x: f64,
-    along_z: f64,
-    shear: f64,
-}
-
 impl Material {
     /// Strain at `x_mm` beside and `depth_mm` under a load of 1 N per mm of its line that presses
     /// on the surface.
     pub(crate) fn pressed(self, x_mm: f64, depth_mm: f64) -> Strain {
-        let (x, z) = (x_mm, depth_mm);
-        let stress = Stress {
-            along_x: z * x * x,
-            along_z: z * z * z,
-            shear: x * z * z,
-        };
-        self.strain(x * x + z * z, stress)
+        self.strain(half_plane::normal(x_mm, depth_mm))
     }
 
     /// Strain under a load of 1 N per mm that drags the surface along +x.
     pub(crate) fn dragged(self, x_mm: f64, depth_mm: f64) -> Strain {
-        let (x, z) = (x_mm, depth_mm);
-        let stress = Stress {
-            along_x: x * x * x,
-            along_z: x * z * z,
-            shear: x * x * z,
-        };
-        self.strain(x * x + z * z, stress)
+        self.strain(half_plane::tangential(x_mm, depth_mm))
     }
 
-    /// Hooke's law at the squared distance `r2` from the load.
-    fn strain(self, r2: f64, stress: Stress) -> Strain {
-        let scale = 2.0 / (core::f64::consts::PI * r2 * r2 * self.modulus_mpa);
+    fn strain(self, stress: Stress) -> Strain {
         Strain {
-            normal: scale * (stress.along_z - self.poisson * stress.along_x),
-            shear: scale * 2.0 * (1.0 + self.poisson) * stress.shear,
+            normal: stress.strain(self.poisson) / self.modulus_mpa,
+            shear: 2.0 * (1.0 + self.poisson) * stress.xz / self.modulus_mpa,
         }
     }
 }
@@ -66,7 +45,7 @@ impl Material {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use core::f64::consts::{PI, TAU};
+    use core::f64::consts::PI;
 
     const SOFT: Material = Material {
         modulus_mpa: 1.7,
@@ -121,47 +100,5 @@ mod tests {
         assert!((shear - 1.0).abs() < 1e-3, "{shear}");
         let normal = sum(&|x| SOFT.pressed(x, 1.3).normal) * 1.7 / 0.5;
         assert!((normal - 1.0).abs() < 1e-2, "{normal}");
-    }
-
-    #[test]
-    fn a_wave_of_pressure_fades_with_depth_as_the_closed_form_says() {
-        // Pressure cos(k x): the stresses are (1 + k z) exp(-k z) along z, (1 - k z) exp(-k z)
-        // along x, and k z exp(-k z) of shear, a quarter of a turn away; under a drag k z, 2 - k z
-        // and 1 - k z.
-        for period in [2.6, 3.6, 4.1, 20.0] {
-            let (k, z) = (TAU / period, 1.3);
-            let kz = k * z;
-            let wave = |f: &dyn Fn(f64) -> f64, quarter: f64| {
-                (-200_000..200_000)
-                    .map(|i| f64::from(i) * 0.01 + 0.005)
-                    .map(|x| f(x) * (k * x - quarter).cos() * 0.01)
-                    .sum::<f64>()
-            };
-            let fade = (-kz).exp() / 1.7;
-            let cases = [
-                (
-                    wave(&|x| SOFT.pressed(x, z).normal, 0.0),
-                    ((1.0 + kz) - 0.5 * (1.0 - kz)) * fade,
-                ),
-                (
-                    wave(&|x| SOFT.pressed(x, z).shear, PI / 2.0),
-                    3.0 * kz * fade,
-                ),
-                (
-                    wave(&|x| SOFT.dragged(x, z).normal, PI / 2.0),
-                    (kz - 0.5 * (2.0 - kz)) * fade,
-                ),
-                (
-                    wave(&|x| SOFT.dragged(x, z).shear, 0.0),
-                    3.0 * (1.0 - kz) * fade,
-                ),
-            ];
-            for (case, (got, wanted)) in cases.into_iter().enumerate() {
-                assert!(
-                    (got - wanted).abs() < 1e-3,
-                    "period {period}, case {case}: {got} instead of {wanted}"
-                );
-            }
-        }
     }
 }

@@ -9,60 +9,17 @@
 //! The transfer functions are those of equations 1 and 2: a pressure cos(k x) makes (1 + k z)
 //! exp(-k z) cos(k x) at depth z. Tests integrate the one to get the other.
 
-use std::f64::consts::PI;
+pub use hal_mock::half_plane::{Stress, normal, tangential};
 
-/// Stresses at a point, or their amplitudes at a wave number.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Stress {
-    /// Along the surface.
-    pub x: f64,
-    /// Along the surface's normal.
-    pub z: f64,
-    /// Shear.
-    pub xz: f64,
-}
-
-impl Stress {
-    /// Normal strain along z times Young's modulus (equation 3), with Poisson's ratio.
-    pub fn strain(self, poisson: f64) -> f64 {
-        self.z - poisson * self.x
-    }
-
-    /// Sum of two, with weights.
-    pub fn mix(self, weight: f64, other: Self, other_weight: f64) -> Self {
-        let sum = |a: f64, b: f64| weight * a + other_weight * b;
-        Self {
-            x: sum(self.x, other.x),
-            z: sum(self.z, other.z),
-            xz: sum(self.xz, other.xz),
-        }
-    }
-}
-
-/// Under a line load along the normal, `x_mm` beside it and `z_mm` deep (equation 1).
-pub fn normal(x_mm: f64, z_mm: f64) -> Stress {
-    let (x, z) = (x_mm, z_mm);
-    stress(x, z, z * x * x, z * z * z, z * z * x)
-}
-
-/// Under a tangential line load towards +x (equation 2).
-pub fn tangential(x_mm: f64, z_mm: f64) -> Stress {
-    let (x, z) = (x_mm, z_mm);
-    stress(x, z, x * x * x, x * z * z, z * x * x)
-}
-
-/// Under a line load at an angle to the normal, radians (equation 4).
+/// Stress under a line load at an angle to the normal, radians (equation 4).
 pub fn at_angle(x_mm: f64, z_mm: f64, angle: f64) -> Stress {
-    normal(x_mm, z_mm).mix(angle.cos(), tangential(x_mm, z_mm), angle.sin())
-}
-
-fn stress(x: f64, z: f64, along_x: f64, along_z: f64, shear: f64) -> Stress {
-    let r2 = x * x + z * z;
-    let scale = 2.0 / (PI * r2 * r2);
+    let (sin, cos) = angle.sin_cos();
+    let (pressed, dragged) = (normal(x_mm, z_mm), tangential(x_mm, z_mm));
+    let sum = |pressed: f64, dragged: f64| cos * pressed + sin * dragged;
     Stress {
-        x: scale * along_x,
-        z: scale * along_z,
-        xz: scale * shear,
+        x: sum(pressed.x, dragged.x),
+        z: sum(pressed.z, dragged.z),
+        xz: sum(pressed.xz, dragged.xz),
     }
 }
 

@@ -36,12 +36,12 @@ mod app {
     use heapless::spsc::Queue;
     use ridgetone::tasks::idle::{Idle, Next};
     use ridgetone::tasks::line::{Inboxes, SerialLine};
+    use ridgetone::tasks::liveness::WatchdogPolicy;
     use ridgetone::tasks::outbox::Outbox;
     use ridgetone::tasks::report::Report;
     use ridgetone::tasks::shared::{BYTES, PACKETS, Platform, Shared, Task};
     use ridgetone_proto::boot::Record;
     use ridgetone_proto::plan::Plan;
-    use ridgetone_stylus::liveness::{Liveness, WatchdogPolicy};
     use ridgetone_stylus::message::{Event, Mark};
     use ridgetone_stylus::reports::Reports;
     use ridgetone_stylus::sampler::Sampler;
@@ -81,7 +81,6 @@ mod app {
         inbox: Inboxes,
         outbox: Outbox<PACKETS, Mark<Event>>,
         shared: Shared<Rtic>,
-        liveness: Liveness,
     }
 
     #[local]
@@ -115,7 +114,6 @@ mod app {
                 outbox: Outbox::new(),
                 // A stylus scans nothing; the plan is not used.
                 shared: Shared::new(Rtic, Plan::PAPER),
-                liveness: Liveness::new(),
             },
             Local {
                 samples,
@@ -154,27 +152,26 @@ mod app {
         cx.local.report.run(&mut cx.shared.outbox, cx.shared.shared);
     }
 
-    #[task(binds = TIM4, priority = 2, local = [policy: WatchdogPolicy = WatchdogPolicy::new()], shared = [&liveness])]
+    #[task(binds = TIM4, priority = 2, local = [policy: WatchdogPolicy = WatchdogPolicy::new()], shared = [&shared])]
     fn watch(cx: watch::Context) {
         board::acknowledge_heartbeat();
-        if cx.local.policy.feeds(cx.shared.liveness) {
+        if cx.local.policy.feeds(&cx.shared.shared.liveness) {
             board::feed_watchdog();
         }
     }
 
-    #[task(binds = CAN1_RX1, priority = 1, local = [reports], shared = [sampler, inbox, outbox, &shared, &liveness])]
+    #[task(binds = CAN1_RX1, priority = 1, local = [reports], shared = [sampler, inbox, outbox, &shared])]
     fn requests(cx: requests::Context) {
         let requests::SharedResources {
             mut sampler,
             mut inbox,
             mut outbox,
             shared,
-            liveness,
             ..
         } = cx.shared;
         cx.local
             .reports
-            .run(&mut sampler, &mut inbox, &mut outbox, shared, liveness);
+            .run(&mut sampler, &mut inbox, &mut outbox, shared);
     }
 
     #[idle(local = [idle: Idle = Idle::new()], shared = [outbox, &shared])]

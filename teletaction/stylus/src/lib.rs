@@ -10,7 +10,6 @@
 //! | the encoder's counter of 16 bits | [`counter`] |
 //! | volts to codes of the converter, within the slew | [`dac`] |
 //! | requests, and what it reports | [`requests`], [`reports`] |
-//! | whether the watchdog is fed | [`liveness`] |
 //!
 //! The vibration itself is [`ridgetone_stimulus`]'s; framing and checksums are
 //! [`ridgetone_proto::framing`]'s; line, packets and idle time are the finger's own tasks
@@ -32,7 +31,6 @@
 pub mod counter;
 pub mod dac;
 pub mod gate;
-pub mod liveness;
 pub mod message;
 pub mod parameters;
 pub mod reports;

@@ -1,7 +1,6 @@
 //! The task `requests`: takes requests, and reports: places, changes, damage, health.
 
 use crate::gate::State;
-use crate::liveness::Liveness;
 use crate::message::{Change, Damaged, Event, Health, Hello, Mark, PROTOCOL};
 use crate::requests::Requests;
 use crate::sampler::{Look, Sampler};
@@ -30,6 +29,8 @@ pub struct Reports {
     greeted: Option<u32>,
     state: State,
     damaged: u32,
+    /// Samples at the latest run.
+    seen: u32,
 }
 
 impl Reports {
@@ -44,6 +45,7 @@ impl Reports {
             greeted: None,
             state: State::Disabled,
             damaged,
+            seen: 0,
         }
     }
 
@@ -54,7 +56,6 @@ impl Reports {
         inbox: &mut impl Mutex<T = Inboxes>,
         outbox: &mut impl Mutex<T = Outbox<PACKETS, Mark<Event>>>,
         shared: &Shared<P>,
-        liveness: &Liveness,
     ) {
         let is_asked = self.requests.step(sampler, inbox, outbox, shared);
         let look = sampler.lock(|sampler| sampler.look());
@@ -99,7 +100,13 @@ impl Reports {
         if self.requests.is_restarting() && look.is_down {
             shared.restart();
         }
-        liveness.ran(look.samples);
+        // The finger's policy feeds the watchdog; here samples stand for conversions, and a run of
+        // this for a run of `detect`.
+        if look.samples != self.seen {
+            self.seen = look.samples;
+            shared.liveness.acquired.bump();
+        }
+        shared.liveness.detected.bump();
     }
 
     fn hello(&self) -> Hello {

@@ -10,7 +10,6 @@ use ridgetone_proto::plan::Plan;
 use ridgetone_proto::telemetry::{Events, WIRE_MAX};
 use ridgetone_stylus::SAMPLE_US;
 use ridgetone_stylus::gate::State;
-use ridgetone_stylus::liveness::Liveness;
 use ridgetone_stylus::message::{Event, Mark, Packet};
 use ridgetone_stylus::parameters::Parameters;
 use ridgetone_stylus::reports::Reports;
@@ -96,7 +95,6 @@ struct Running {
     inbox: Inboxes,
     outbox: Outbox<PACKETS, Mark<Event>>,
     shared: Shared<Called>,
-    liveness: Liveness,
 }
 
 impl Running {
@@ -107,7 +105,6 @@ impl Running {
             inbox: Inboxes::new(),
             outbox: Outbox::new(),
             shared: Shared::new(Called, Plan::PAPER),
-            liveness: Liveness::new(),
         }
     }
 
@@ -118,11 +115,10 @@ impl Running {
             inbox,
             outbox,
             shared,
-            liveness,
         } = self;
         let (mut sampler, mut inbox, mut outbox) =
             (Exclusive(sampler), Exclusive(inbox), Exclusive(outbox));
-        reports.run(&mut sampler, &mut inbox, &mut outbox, shared, liveness);
+        reports.run(&mut sampler, &mut inbox, &mut outbox, shared);
         std::iter::from_fn(|| outbox.0.take()).collect()
     }
 }

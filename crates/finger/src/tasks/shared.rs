@@ -59,7 +59,8 @@ pub struct Shared<P> {
     pub diagnostics: Diagnostics,
     /// Places that a robot has sent. While a PC sends a speed profile its parts are kept here.
     pub track: Track,
-    pub(super) liveness: Liveness,
+    /// Signs of life of the tasks, for the watchdog.
+    pub liveness: Liveness,
     /// A robot's message is in its inbox since this board time, microseconds.
     pub(super) has_odometry: AtomicBool,
     pub(super) odometry_us: AtomicU32,
