@@ -4,7 +4,6 @@ use super::packets::packets;
 use crate::events::{rows, serializable};
 use crate::live::Counts;
 use crate::messages::{Form, messages};
-use crate::overtones::overtones;
 use crate::raw_rows::{self, RawRows};
 use anyhow::{Result, bail};
 use clap::ValueEnum;
