@@ -8,7 +8,7 @@ use hal_mock::{
     Options, Playback, SimulatedBoard, Sliding, SlidingScene, TABLE_2, Trace, Truth, write_csv,
 };
 use ridgetone_proto::fault::FaultKind;
-use ridgetone_proto::settings::{Settings, SlideRule};
+use ridgetone_proto::settings::{Settings, Slide, SlideRule};
 use ridgetone_proto::telemetry::{Event, Status};
 use support::{Outcome, all, outcome, run, run_on};
 
@@ -168,7 +168,8 @@ fn without_a_taxel_health_is_sent_once_a_second() {
 #[test]
 fn the_slide_by_protocol_follows_the_paper() {
     let settings = Settings {
-        slide: SlideRule::Protocol {
+        slide: Slide {
+            rule: SlideRule::Protocol,
             delay_s: 1.0,
             speed_mm_s: 30.0,
             length_mm: 55.0,

@@ -7,7 +7,7 @@ mod support;
 use hal_mock::{Finger, Sliding, SlidingScene, load_scene};
 use ridgetone::surface::profile::Profile;
 use ridgetone_proto::profile::{After, Knot};
-use ridgetone_proto::settings::{Array, FRAME_RATE_HZ, Settings, SlideRule};
+use ridgetone_proto::settings::{Array, FRAME_RATE_HZ, Settings, Slide, SlideRule};
 use ridgetone_proto::telemetry::{Direction, Estimate, TravelStatus};
 use std::path::Path;
 use support::{all, outcome, run, run_along};
@@ -128,7 +128,8 @@ fn with_a_given_speed_the_period_comes_from_it() {
             ..Sliding::physical()
         };
         let fits_at = |speed_mm_s| {
-            let slide = SlideRule::Protocol {
+            let slide = Slide {
+                rule: SlideRule::Protocol,
                 delay_s: 1.0,
                 speed_mm_s,
                 length_mm: 55.0,

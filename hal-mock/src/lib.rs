@@ -11,6 +11,8 @@ pub mod chip;
 #[cfg(feature = "simulator")]
 mod file_error;
 #[cfg(feature = "simulator")]
+mod flash;
+#[cfg(feature = "simulator")]
 pub mod half_plane;
 #[cfg(feature = "simulator")]
 mod random;
@@ -28,6 +30,7 @@ pub use self::{
     board::SimulatedBoard,
     chip::{Ads1258, Analog, Counters, Fault, Injected, Injection, Options},
     file_error::FileError,
+    flash::CutFlash,
     scene::{Constant, Noisy, Repeated, Scene},
     scene_file::{load_scene, parse_scene},
     sliding::{Finger, Hand, ParameterError, Sliding, SlidingScene, Stimulator, TABLE_2, Truth},

@@ -1,4 +1,5 @@
-//! Settings as text: TOML in files, the same names in JSON, `name=value` on the command line.
+//! Settings as text, all made from the one table [`TABLE`]: TOML in files, the same names in JSON,
+//! `name=value` on the command line.
 //!
 //! ```toml
 //! window_s = 0.5
@@ -18,111 +19,124 @@
 //! Settings that are left out keep their value: in a file the default ([`Settings::DEFAULT`]), on
 //! the command line the board's.
 
+#[cfg(test)]
+mod generated;
+mod page;
+pub mod plan;
+mod read;
 mod words;
 
 use crate::usage::UsageError;
 use anyhow::{Context, Result, anyhow};
-use ridgetone_proto::plan::Plan;
-use ridgetone_proto::settings::{Array, Feeling, Settings, SlideRule};
-use serde::{Deserialize, Serialize};
+use ridgetone_proto::settings::{Setting, Settings, TABLE, Value};
+use serde::ser::SerializeMap;
+use serde::{Serialize, Serializer};
+use std::fmt::Write;
 use std::path::Path;
-use toml::{Table, Value};
-use words::meaning;
+use toml::Table;
 
-pub use words::{explain, explained};
+pub use page::{Entry, entries};
+pub use read::from_text;
+pub use words::{explain, explained, range, shown};
 
-/// The form of [`Settings`]: the rule of the slide is a table with its name.
-#[derive(Serialize, Deserialize)]
-#[serde(remote = "Settings", deny_unknown_fields)]
-pub struct SettingsForm {
-    window_s: f32,
-    hop_s: f32,
-    harmonics: u8,
-    accuracy: f32,
-    interferer_hz: f32,
-    vref_v: f32,
-    #[serde(with = "plan_form")]
-    plan: Plan,
-    #[serde(with = "SlideForm")]
-    slide: SlideRule,
-    array: Array,
-    feel: Feeling,
+/// The table's name in front of a setting's own, such as `array`, and its own name.
+pub fn split(name: &str) -> (Option<&str>, &str) {
+    match name.split_once('.') {
+        Some((table, name)) => (Some(table), name),
+        None => (None, name),
+    }
 }
 
-#[derive(Serialize, Deserialize)]
-#[serde(
-    remote = "SlideRule",
-    tag = "rule",
-    rename_all = "snake_case",
-    deny_unknown_fields
-)]
-enum SlideForm {
-    // With braces serde refuses fields that do not belong to the rule.
-    Found {},
-    Protocol {
-        #[serde(default = "delay_s")]
-        delay_s: f32,
-        speed_mm_s: f32,
-        #[serde(default = "length_mm")]
-        length_mm: f32,
-    },
+/// Settings of a table, or those in none.
+fn rows(table: Option<&str>) -> impl Iterator<Item = &'static Setting> {
+    TABLE
+        .iter()
+        .filter(move |setting| split(setting.name).0 == table)
 }
 
-/// A plan by its name, if it has one.
-pub mod plan_form {
-    use ridgetone_proto::plan::Plan;
-    use serde::de::Error;
-    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+/// Names of the tables.
+fn tables() -> Vec<&'static str> {
+    let mut tables: Vec<_> = TABLE.iter().filter_map(|row| split(row.name).0).collect();
+    tables.dedup();
+    tables
+}
 
-    #[derive(Deserialize)]
-    #[serde(
-        untagged,
-        expecting = "a plan: paper, hand, texture, vibration, single, or a table of inputs, data_rate, delay, chop, health"
-    )]
-    enum Form {
-        Name(String),
-        Fields(Plan),
+/// Settings by their names, for a serializer.
+pub fn serialize<S: Serializer>(settings: &Settings, to: S) -> Result<S::Ok, S::Error> {
+    let mut map = to.serialize_map(None)?;
+    for setting in rows(None) {
+        map.serialize_entry(setting.name, &Shown((setting.get)(settings)))?;
     }
-
-    pub fn serialize<S: Serializer>(plan: &Plan, to: S) -> Result<S::Ok, S::Error> {
-        match plan.name() {
-            Some(name) => name.serialize(to),
-            None => plan.serialize(to),
-        }
+    for table in tables() {
+        map.serialize_entry(table, &ShownTable { table, settings })?;
     }
+    map.end()
+}
 
-    pub fn deserialize<'d, D: Deserializer<'d>>(from: D) -> Result<Plan, D::Error> {
-        match Form::deserialize(from)? {
-            Form::Fields(plan) => Ok(plan),
-            Form::Name(name) => Plan::named(&name).ok_or_else(|| {
-                let names = Plan::NAMED.map(|(name, _)| name).join(", ");
-                D::Error::custom(format!("no plan `{name}`: choose one of {names}"))
-            }),
+struct ShownTable<'a> {
+    table: &'static str,
+    settings: &'a Settings,
+}
+
+impl Serialize for ShownTable<'_> {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        to.collect_map(
+            rows(Some(self.table))
+                .map(|setting| (split(setting.name).1, Shown((setting.get)(self.settings)))),
+        )
+    }
+}
+
+struct Shown(Value);
+
+impl Serialize for Shown {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        match self.0 {
+            Value::Number(value) => value.serialize(to),
+            Value::Whole(value) => value.serialize(to),
+            Value::Switch(value) => value.serialize(to),
+            Value::Mask(value) => value.serialize(to),
+            Value::Masks(value) => value.serialize(to),
+            Value::Word(value) => value.serialize(to),
+            Value::Plan(value) => plan::serialize(&value, to),
         }
     }
 }
 
-#[derive(Serialize, Deserialize)]
-#[serde(transparent)]
-struct Written(#[serde(with = "SettingsForm")] Settings);
+struct All<'a>(&'a Settings);
 
-/// The paper's protocol: a second of hold, then 55 of the 60 mm.
-const fn delay_s() -> f32 {
-    1.0
-}
-
-const fn length_mm() -> f32 {
-    55.0
+impl Serialize for All<'_> {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        serialize(self.0, to)
+    }
 }
 
 /// Settings as TOML, each with its meaning as a comment.
 pub fn toml(settings: &Settings) -> Result<String> {
-    let bare = toml::to_string(&Written(*settings))?;
-    let line = |line: &str| match line.split_once(" = ").and_then(|(name, _)| meaning(name)) {
-        Some(meaning) => format!("{line:<24} # {meaning}\n"),
-        None => format!("{line}\n"),
-    };
-    Ok(bare.lines().map(line).collect())
+    let mut text = String::new();
+    for table in std::iter::once(None).chain(tables().into_iter().map(Some)) {
+        if let Some(table) = table {
+            writeln!(text, "\n[{table}]")?;
+        }
+        for setting in rows(table) {
+            let name = split(setting.name).1;
+            let line = match (setting.get)(settings) {
+                // A plan without a name has a table of its own, at the end.
+                Value::Plan(plan) if plan.name().is_none() => continue,
+                value => format!("{name} = {}", shown(&value)),
+            };
+            writeln!(text, "{line:<28} # {}", words::comment(setting))?;
+        }
+    }
+    if settings.plan.name().is_none() {
+        writeln!(text, "\n[plan]")?;
+        let fields = toml::to_string(&settings.plan)?;
+        for line in fields.lines() {
+            let name = line.split(" = ").next().unwrap_or_default();
+            writeln!(text, "{line:<28} # {}", plan::meaning(name))?;
+        }
+    }
+    Ok(text)
 }
 
 /// Settings of a file, with defaults for those it leaves out.
@@ -137,30 +151,23 @@ pub fn load(path: &Path) -> Result<Settings> {
 /// Fails with a [`UsageError`]: an unknown name, a value of the wrong type, or one out of its
 /// bounds.
 pub fn change(settings: &Settings, changes: &[String]) -> Result<Settings> {
-    let mut settings = *settings;
-    // A plan brings its window and hop, which others may replace.
-    let is_plan = |change: &&String| change.trim_start().starts_with("plan");
-    for change in changes
-        .iter()
-        .filter(is_plan)
-        .chain(changes.iter().filter(|change| !is_plan(change)))
-    {
-        let refuse = |why: String| anyhow!(UsageError(format!("{change}: {why}")));
+    let mut all = Table::new();
+    for change in changes {
+        let refuse = |why: &str| anyhow!(UsageError(format!("{change}: {why}")));
         let (name, value) = change
             .split_once('=')
-            .ok_or_else(|| refuse("write NAME=VALUE".into()))?;
+            .ok_or_else(|| refuse("write NAME=VALUE"))?;
         // A word needs no quotes here, because the shell would remove them.
         let given = format!("{name}={value}").parse::<Table>();
         let given = given.or_else(|_| format!("{name}=\"{value}\"").parse::<Table>());
-        let given = given.map_err(|error| refuse(error.message().to_owned()))?;
-        settings = over(&settings, given).map_err(|error| refuse(format!("{error:#}")))?;
+        read::merge(&mut all, given.map_err(|error| refuse(error.message()))?);
     }
-    Ok(settings)
+    over(settings, all).map_err(|error| anyhow!(UsageError(format!("{error:#}"))))
 }
 
 /// Settings as one JSON object, with the names of [`toml()`].
 pub fn json(settings: &Settings) -> serde_json::Result<String> {
-    serde_json::to_string(&Written(*settings))
+    serde_json::to_string(&All(settings))
 }
 
 /// Settings with those of a JSON object in place of theirs. Fails with a [`UsageError`]: an unknown
@@ -171,80 +178,37 @@ pub fn with_json(settings: &Settings, given: &str) -> Result<Settings> {
         serde_json::from_str(given).map_err(|error| refuse(error.to_string()))?;
     let given = given
         .into_iter()
-        .filter_map(|(name, value)| Some((name, of_json(value)?)))
+        .filter_map(|(name, value)| Some((name, read::of_json(value)?)))
         .collect();
     over(settings, given).map_err(|error| refuse(format!("{error:#}")))
 }
 
-/// A JSON value in TOML. serde_json's numbers are no numbers to another format.
-fn of_json(value: serde_json::Value) -> Option<Value> {
-    Some(match value {
-        serde_json::Value::Null => return None,
-        serde_json::Value::Bool(value) => value.into(),
-        serde_json::Value::Number(value) => match value.as_i64() {
-            Some(whole) => whole.into(),
-            None => value.as_f64()?.into(),
-        },
-        serde_json::Value::String(value) => value.into(),
-        serde_json::Value::Array(values) => {
-            Value::Array(values.into_iter().filter_map(of_json).collect())
-        }
-        serde_json::Value::Object(fields) => {
-            let fields = fields
-                .into_iter()
-                .filter_map(|(name, value)| Some((name, of_json(value)?)));
-            Value::Table(fields.collect())
-        }
-    })
-}
-
 /// Settings with those of a table in place of theirs.
 fn over(settings: &Settings, given: Table) -> Result<Settings> {
-    let mut all = Table::try_from(Written(*settings))?;
-    if let Some(plan) = given.get("plan") {
-        let mut with_plan = Table::try_from(Written(*settings))?;
-        if plan.is_table() {
-            all.insert("plan".into(), Value::try_from(settings.plan)?);
-            with_plan.insert("plan".into(), Value::try_from(settings.plan)?);
-        }
-        merge(
-            &mut with_plan,
-            [("plan".to_owned(), plan.clone())].into_iter().collect(),
-        );
-        let Written(with_plan) = with_plan
-            .try_into()
-            .map_err(|error: toml::de::Error| anyhow!(error.message().to_owned()))?;
-        if with_plan.plan != settings.plan {
-            let (window_s, hop_s) = with_plan.plan.default_window();
-            all.insert("window_s".into(), Value::try_from(window_s)?);
-            all.insert("hop_s".into(), Value::try_from(hop_s)?);
-        }
+    let mut settings = *settings;
+    let mut given = read::leaves(given).map_err(|why| anyhow!(why))?;
+    // A plan comes first in the table, and brings its window and hop, which others may replace.
+    for setting in TABLE {
+        let Some(value) = given.remove(setting.name) else {
+            continue;
+        };
+        let value = read::value(setting, &value, &settings).map_err(|why| anyhow!(why))?;
+        set(&mut settings, setting, value);
     }
-    // A new rule starts with its own defaults: the fields of the old one mean nothing to it.
-    let rule = |table: &Table| {
-        table
-            .get("slide")
-            .and_then(|slide| slide.get("rule"))
-            .cloned()
-    };
-    if rule(&given).is_some_and(|new| Some(new) != rule(&all)) {
-        all.remove("slide");
-    }
-    merge(&mut all, given);
-    let Written(settings) = all
-        .try_into()
-        .map_err(|error: toml::de::Error| anyhow!(error.message().to_owned()))?;
     settings
         .validate()
         .map_err(|error| anyhow!(explained(&error)))?;
     Ok(settings)
 }
 
-fn merge(all: &mut Table, given: Table) {
-    for (name, value) in given {
-        match (all.get_mut(&name), value) {
-            (Some(Value::Table(all)), Value::Table(given)) => merge(all, given),
-            (_, value) => drop(all.insert(name, value)),
+/// Puts a value in place of another one. Another plan brings its window and hop.
+pub fn set(settings: &mut Settings, setting: &Setting, value: Value) {
+    match value {
+        Value::Plan(plan) if plan == settings.plan => {}
+        Value::Plan(plan) => *settings = settings.with_plan(plan),
+        value => {
+            let is_set = (setting.set)(settings, value);
+            debug_assert!(is_set, "{} = {value:?}", setting.name);
         }
     }
 }
@@ -252,6 +216,8 @@ fn merge(all: &mut Table, given: Table) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ridgetone_proto::plan::Plan;
+    use ridgetone_proto::settings::{Array, Slide, SlideRule};
 
     fn changed(changes: &[&str]) -> Result<Settings> {
         change(
@@ -265,7 +231,8 @@ mod tests {
 
     #[test]
     fn settings_written_and_read_are_the_same_to_the_last_bit() {
-        let slide = SlideRule::Protocol {
+        let slide = Slide {
+            rule: SlideRule::Protocol,
             delay_s: 0.1,
             speed_mm_s: 30.3,
             length_mm: 55.5,
@@ -328,7 +295,8 @@ mod tests {
             }
         );
         let by_protocol = changed(&["slide={rule=\"protocol\", speed_mm_s=20}"]).unwrap();
-        let protocol = |speed_mm_s| SlideRule::Protocol {
+        let protocol = |speed_mm_s| Slide {
+            rule: SlideRule::Protocol,
             delay_s: 1.0,
             speed_mm_s,
             length_mm: 55.0,
@@ -340,10 +308,13 @@ mod tests {
                 .slide,
             protocol(25.0)
         );
-        assert_eq!(
-            change(&by_protocol, &["slide.rule=found".into()]).unwrap(),
-            Settings::DEFAULT
-        );
+        // The speed stays, for the next time.
+        let found = change(&by_protocol, &["slide.rule=found".into()]).unwrap();
+        let slide = Slide {
+            speed_mm_s: 20.0,
+            ..Slide::DEFAULT
+        };
+        assert_eq!(found.slide, slide);
     }
 
     #[test]
@@ -394,10 +365,11 @@ mod tests {
         );
         for (change, parts) in [
             ("plan=fast", &["no plan `fast`", "texture"][..]),
-            ("plan.inputs=0", &["inputs = 0", "1 to 16"]),
+            ("plan.inputs=0", &["plan.inputs = 0", "1 to 16"]),
             ("plan.chop=true", &["chop", "between_touches"]),
             ("plan.data_rate=0", &["frame_rate_hz = 80", "180"]),
-            ("plan.rate=3", &["a plan: paper"]),
+            ("plan.rate=3", &["unknown field `rate`", "data_rate"]),
+            ("plan=3", &["plan = 3", "a name"]),
         ] {
             let text = changed(&[change]).unwrap_err().to_string();
             assert!(
@@ -412,22 +384,39 @@ mod tests {
         for (change, parts) in [
             (
                 "window_s=9",
-                &[
-                    "window_s=9: window_s = 9: choose a value from 0.1 to 3.9",
-                    "memory",
-                ][..],
+                &["window_s = 9: choose a value from 0.1 to 3.9", "memory"][..],
             ),
             (
                 "windw_s=1",
-                &["unknown field `windw_s`", "`hop_s`", "`window_s`"],
+                &["no setting `windw_s`", "hop_s, ", "window_s, ", "array.*"],
             ),
-            ("array.pitch=1", &["unknown field `pitch`", "`pitch_mm`"]),
-            ("harmonics=2.5", &["floating point `2.5`, expected u8"]),
+            (
+                "array.pitch=1",
+                &["no setting `array.pitch`", "array.pitch_mm"],
+            ),
+            (
+                "harmonics=2.5",
+                &["harmonics = 2.5: choose a whole number, 1 to 5"],
+            ),
+            ("slide.rule=protocol", &["slide.speed_mm_s = 0", "0.1 to"]),
+            (
+                "vref_v=high",
+                &["vref_v = \"high\": choose a number, 0.5 to 5.5"],
+            ),
+            ("array.front=-1", &["array.front = -1", "16 bits"]),
+            (
+                "array.alike=[1, 2]",
+                &["array.alike = [1, 2]", "four masks"],
+            ),
+            ("array.may_go_forward=1", &["= 1: choose true or false"]),
             ("harmonics=300", &["300"]),
             ("window_s", &["NAME=VALUE"]),
             ("slide.rule=neither", &["neither", "found", "protocol"]),
-            ("slide.speed=3", &["unknown field `speed`"]),
-            ("array=3", &["expected struct Array"]),
+            (
+                "slide.speed=3",
+                &["no setting `slide.speed`", "slide.speed_mm_s"],
+            ),
+            ("array=3", &["array = 3", "array.pitch_mm"]),
         ] {
             let error = changed(&[change]).unwrap_err();
             assert!(error.is::<UsageError>(), "{change}");

@@ -306,7 +306,7 @@ fn options_that_do_not_go_together_and_missing_boards_are_refused_on_one_line() 
     assert_one_line(
         &run(&["settings", "set", "windows=1", "--port", &port]),
         2,
-        &["unknown field `windows`", "window_s"],
+        &["no setting `windows`", "window_s"],
     );
     assert_one_line(
         &run(&["settings", "set", "--port", &port]),

@@ -1,7 +1,7 @@
 //! The finger is on something when the detector begins.
 
 use crate::{Signal, all_changes, assert_reported, changes, load};
-use ridgetone_proto::settings::SlideRule;
+use ridgetone_proto::settings::{Slide, SlideRule};
 use std::f64::consts::TAU;
 
 /// The level at the start is that of a finger that holds: no contact is reported, and the idle
@@ -87,7 +87,8 @@ fn a_gentle_first_contact_is_no_slide() {
     );
 }
 
-const PLANNED: SlideRule = SlideRule::Protocol {
+const PLANNED: Slide = Slide {
+    rule: SlideRule::Protocol,
     delay_s: 0.5,
     speed_mm_s: 20.0,
     length_mm: 20.0,
@@ -145,7 +146,7 @@ fn a_change_to_the_protocol_in_a_hold_of_a_loaded_start_hides_no_release() {
         let found = all_changes(
             14.0,
             20.0,
-            |t| if t < 4.5 { SlideRule::Found } else { PLANNED },
+            |t| if t < 4.5 { Slide::DEFAULT } else { PLANNED },
             signal,
         );
         let first: Vec<_> = found

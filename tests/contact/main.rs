@@ -8,7 +8,7 @@ use ridgetone::ring::Ring;
 use ridgetone::touch::averages::{Averager, Averages};
 use ridgetone::touch::{change::Change, contact::ContactDetector};
 use ridgetone_proto::plan::Plan;
-use ridgetone_proto::settings::{FRAME_RATE_HZ, SlideRule};
+use ridgetone_proto::settings::{FRAME_RATE_HZ, Slide};
 use std::f64::consts::TAU;
 
 /// Codes of one taxel at a time in seconds, without noise; channels differ by `sign` and `lag`.
@@ -16,7 +16,7 @@ type Signal = fn(f64, f64, f64) -> f64;
 
 /// What is found, without the images of holds.
 fn changes(seconds: f64, noise: f64, signal: Signal) -> Vec<(&'static str, f64)> {
-    let mut found = all_changes(seconds, noise, |_| SlideRule::Found, signal);
+    let mut found = all_changes(seconds, noise, |_| Slide::DEFAULT, signal);
     found.retain(|(name, _)| *name != "image");
     found
 }
@@ -25,7 +25,7 @@ fn changes(seconds: f64, noise: f64, signal: Signal) -> Vec<(&'static str, f64)>
 fn all_changes(
     seconds: f64,
     noise: f64,
-    rule: fn(f64) -> SlideRule,
+    rule: fn(f64) -> Slide,
     signal: Signal,
 ) -> Vec<(&'static str, f64)> {
     let rate = FRAME_RATE_HZ as f64;
@@ -62,7 +62,7 @@ fn all_changes(
         }
         ring.push(&values, u16::MAX, 0);
         averager.push(n, &values, u16::MAX, true);
-        detector.rule = rule(n as f64 / rate);
+        detector.slide = rule(n as f64 / rate);
         detector.push(
             n,
             (&values, None),

@@ -3,8 +3,7 @@
 use crate::any_settings::try_settings;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use ridgetone_proto::plan::Plan;
-use ridgetone_proto::settings::{Array, Feeling, Settings, SlideRule};
+use ridgetone_proto::settings::{Array, Feeling, Settings, Slide, SlideRule};
 
 /// Valid settings of every kind as bytes, some of which are then changed; and random bytes.
 #[test]
@@ -17,23 +16,20 @@ fn any_settings_are_refused_or_run() {
             let share = (rng.next_u32() % 9) as f32 / 8.0;
             least + share * (most - least)
         };
-        let protocol = SlideRule::Protocol {
+        let protocol = Slide {
+            rule: SlideRule::Protocol,
             delay_s: between(0.0, 1.0),
             speed_mm_s: between(0.1, 2000.0),
             length_mm: between(0.1, 2000.0),
         };
-        let settings = Settings {
+        let mut settings = Settings {
             window_s: between(0.1, 3.9),
             hop_s: between(0.02, 0.5),
             harmonics: between(1.0, 5.0) as u8,
             accuracy: if n % 5 < 3 { 0.0 } else { between(1e-6, 0.1) },
             interferer_hz: if n % 7 < 4 { 0.0 } else { between(5.0, 1000.0) },
             vref_v: between(0.5, 5.5),
-            slide: if n % 2 == 0 {
-                SlideRule::Found
-            } else {
-                protocol
-            },
+            slide: if n % 2 == 0 { Slide::DEFAULT } else { protocol },
             array: Array {
                 pitch_mm: between(0.1, 100.0),
                 edge_phase_rad: between(-3.1, 3.1),
@@ -42,16 +38,17 @@ fn any_settings_are_refused_or_run() {
                 period_most_mm: between(4.0, 100.0),
                 may_go_forward: n % 3 > 0,
                 may_go_backward: n % 3 < 2,
-                front: 0xf0f0,
                 alike: [0x1111, 0x2222, 0xcccc, 0],
+                ..Array::DEFAULT
             },
-            plan: Plan::PAPER,
             feel: Feeling {
                 volts_per_um: if n % 3 == 0 { 0.0 } else { between(1e-9, 10.0) },
                 sigma_share: between(0.0, 1.0),
-                force_ratio: between(0.0, 100.0),
+                ..Feeling::DEFAULT
             },
+            ..Settings::DEFAULT
         };
+        settings.feel.force_ratio = between(0.0, 100.0);
         let mut buffer = [0; 160];
         let bytes = postcard::to_slice(&settings, &mut buffer).unwrap();
         for _ in 0..n % 3 {

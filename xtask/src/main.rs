@@ -15,6 +15,7 @@ mod package;
 mod panics;
 mod python;
 mod release;
+mod settings;
 mod setup;
 mod sizes;
 mod streams;
@@ -113,6 +114,9 @@ enum Task {
     /// Builds what makes the sound of `ridgetone touch`, teletaction/assets/touch/stimulus.wasm: after a
     /// change of stimulus/.
     Worklet,
+    /// Writes the guide's list of settings and Python's class: after a change of the table in
+    /// crates/proto/src/settings.rs.
+    Settings,
     /// Finds or installs the tools of the firmware and its tests: the core library for Cortex-M,
     /// the emulator, a browser, a broker of MQTT, Python.
     Setup,
@@ -166,6 +170,7 @@ fn main() -> ExitCode {
         Task::LintFirmware => images::lint(),
         Task::Events => events::write(),
         Task::Worklet => worklet::build(),
+        Task::Settings => settings::write(),
         Task::Setup => setup::run(),
         Task::Firmware { board } => images::build_and_print(board),
         Task::Flash {

@@ -209,9 +209,10 @@ impl Estimator {
         }
         let (lag, relative) = (lag(fitted, array), fit.sigma / fit.frequency);
         let frequency = fit.frequency * fitted.per_unit;
-        let (period_mm, speed_mm_s) = match (fitted.abscissa, self.settings.slide) {
+        let (period_mm, speed_mm_s) = match (fitted.abscissa, self.settings.slide.rule) {
             (Abscissa::Place, _) => (1.0 / frequency, fitted.per_frame() * window.frame_rate_hz),
-            (Abscissa::Time, SlideRule::Protocol { speed_mm_s, .. }) => {
+            (Abscissa::Time, SlideRule::Protocol) => {
+                let speed_mm_s = self.settings.slide.speed_mm_s;
                 (speed_mm_s / frequency, speed_mm_s)
             }
             (Abscissa::Time, SlideRule::Found) => {

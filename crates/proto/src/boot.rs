@@ -139,6 +139,16 @@ pub enum SettingsSource {
     /// The flash, but what was stored last cannot be read: these are the settings stored before
     /// that.
     StoredBefore,
+    /// The flash, as another version of the firmware stored them: settings that this one does not
+    /// know were skipped, and those that are missing have their defaults.
+    Migrated,
+}
+
+impl SettingsSource {
+    /// Whether they come from the flash.
+    pub const fn is_stored(self) -> bool {
+        matches!(self, Self::Stored | Self::StoredBefore | Self::Migrated)
+    }
 }
 
 /// Why the firmware started, and what it found.

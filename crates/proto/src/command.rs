@@ -7,8 +7,8 @@ use crate::settings::{Settings, SettingsError};
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
-/// Most bytes of a request on the wire. The longest ones are settings with a protocol, and a full
-/// part of a speed profile.
+/// Most bytes of a request on the wire. The longest ones are settings, of 101 bytes at most: the rest
+/// is room for more of them.
 pub const REQUEST_WIRE_MAX: usize = 136;
 
 /// Most knots of a speed profile that one command carries.
@@ -21,7 +21,7 @@ pub enum Command {
     /// Send `hello`, which carries the settings in force.
     Greet,
     /// Use these settings from the next window on; with `keep` also after the next start. About
-    /// every 1,024th time keeping costs 1 to 2 s of conversions ([`Outcome::DoneErased`]), but
+    /// every 512th time keeping costs 1 to 2 s of conversions ([`Outcome::DoneErased`]), but
     /// never during a touch.
     Set {
         /// All of them.

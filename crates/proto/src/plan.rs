@@ -350,10 +350,10 @@ pub(crate) type Bounds = (&'static str, f32, f32);
 
 /// Bounds of a plan's fields, in the order of the values in [`Plan::validate`].
 const BOUNDS: [Bounds; 5] = [
-    ("inputs", 1.0, TAXELS as f32),
-    ("data_rate", 0.0, 3.0),
-    ("delay", 0.0, 7.0),
-    ("chop", 0.0, 0.0),
+    ("plan.inputs", 1.0, TAXELS as f32),
+    ("plan.data_rate", 0.0, 3.0),
+    ("plan.delay", 0.0, 7.0),
+    ("plan.chop", 0.0, 0.0),
     ("frame_rate_hz", FRAME_RATE_LEAST_HZ, FRAME_RATE_MOST_HZ),
 ];
 
@@ -434,15 +434,15 @@ mod tests {
     fn a_plan_that_cannot_work_is_refused_by_what_is_wrong() {
         let paper = Plan::PAPER;
         for (plan, field) in [
-            (Plan { inputs: 0, ..paper }, "inputs"),
+            (Plan { inputs: 0, ..paper }, "plan.inputs"),
             (
                 Plan {
                     data_rate: 4,
                     ..paper
                 },
-                "data_rate",
+                "plan.data_rate",
             ),
-            (Plan { delay: 8, ..paper }, "delay"),
+            (Plan { delay: 8, ..paper }, "plan.delay"),
             (
                 Plan {
                     chop: true,
@@ -450,7 +450,7 @@ mod tests {
                     delay: 0,
                     ..paper
                 },
-                "chop",
+                "plan.chop",
             ),
             (
                 Plan {

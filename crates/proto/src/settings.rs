@@ -1,133 +1,198 @@
-//! Settings, with units, bounds and the source of each default.
+//! Settings: one table, from which everything else follows.
+//!
+//! A setting is one row of the table below. The checks of what a PC sends and what the flash holds,
+//! TOML and JSON, the command's options, the page's form, the guide's list and Python's class are
+//! made from it.
 
-use crate::plan::{Bounds, Plan, PlanError, within};
+pub(crate) mod record;
+mod table;
+pub(crate) mod version_3;
+
+use crate::plan::{Plan, PlanError};
 pub use crate::scan::{FRAME_RATE_HZ, RING_FRAMES, SCAN, TAXELS};
+use Bounds::{Any, Between, By, ZeroOr};
 use core::f32::consts::PI;
 use heapless::String;
+pub use record::Kept;
 use serde::{Deserialize, Serialize};
+pub use table::{Bounds, Field, Kind, Limits, Setting, Value};
 
-/// Where the sliding phase comes from.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+// A row is a sentence, the id in flash, name, type, default, unit and bounds. An id never changes its
+// meaning: a setting of another type or meaning gets a new one, 24 or above. The plan comes first,
+// because the bounds of windows depend on it.
+table::settings! {
+    /// Everything that a user can set.
+    Settings "Windows and fit" {
+        /// What the chip converts and how fast; a new plan brings its default window and hop.
+        1 plan: Plan = Plan::PAPER, "", Any, option "plan";
+        /// Length of a window.
+        2 window_s: f32 = 1.0, "s", By(window), option "window",
+            because "24 frames are the fewest that hold four harmonics; the longest is what the board has memory for with this plan";
+        /// Time from the start of one window to the start of the next.
+        3 hop_s: f32 = 0.25, "s", By(hop), option "hop",
+            because "0.02 s are five frames; a hop longer than a window leaves frames out";
+        /// Most harmonics to fit, the fundamental included.
+        4 harmonics: u8 = 4, "", Between(1.0, 5.0), option "harmonics",
+            because "the fundamental counts as one";
+        /// Required standard deviation as a share of the frequency: windows grow by a hop until
+        /// they meet it; 0 gives windows of one length.
+        5 accuracy: f32 = 0.0, "share", ZeroOr(1e-6, 0.1), option "accuracy",
+            because "a share of the frequency, or 0 for windows of one length; no crystal is better than a millionth";
+        /// Frequency of a known interferer in all channels, such as mains hum; 0 for none.
+        6 interferer_hz: f32 = 0.0, "Hz", ZeroOr(5.0, 1000.0), option "mains",
+            because "0 for none; below 5 Hz it cannot be distinguished from drift";
+        /// Reference voltage of the ADC.
+        7 vref_v: f32 = 4.096, "V", Between(0.5, 5.5),
+            because "the ADS1258 takes a reference of 0.5 V up to its supply";
+    }
+
+    /// Where the sliding phase comes from. By the protocol of the stimulus (paper, equations 4 and
+    /// 5) it starts `delay_s` after the contact spike and covers `length_mm` at `speed_mm_s`.
+    slide: Slide "Slides" {
+        /// Whether slides are found in the signal or follow the protocol of the stimulus.
+        8 rule: SlideRule = SlideRule::Found, "", Any;
+        /// With the protocol: hold time between the contact spike and the slide.
+        9 delay_s: f32 = 1.0, "s", Between(0.0, 60.0), option "delay",
+            because "the protocol that the stimulus follows";
+        /// With the protocol: speed of the stimulus, which gives the spatial period too.
+        10 speed_mm_s: f32 = 0.0, "mm/s", By(speed), option "speed",
+            because "slide.rule = \"protocol\" needs the speed of the stimulus";
+        /// With the protocol: length of the slide to use (paper: 55 of 60).
+        11 length_mm: f32 = 55.0, "mm", Between(0.1, 2000.0), option "length",
+            because "the protocol that the stimulus follows";
+    }
+
+    /// Positions of the piezoresistors, and what is known of the gratings. With it phases give a
+    /// spatial period.
+    ///
+    /// The default has four units of four piezoresistors (paper, section 2.1): AIN 4 u + k is
+    /// piezoresistor k + 1 of unit u + 1; units 2 and 4 are in front. Pitch and edge phase were
+    /// measured on the simulated finger with a contact 8 mm long (`host/tests/calibrate.rs`).
+    /// **Measure them on your own finger**: they change with the force. The possible periods are
+    /// those of the paper's gratings with a margin, as far as the answer is unique.
+    array: Array "Array" {
+        /// Distance between the two columns of units along the motion, as the phases show it.
+        12 pitch_mm: f32 = 2.364, "mm", Between(0.1, 100.0), option "pitch",
+            because "`ridgetone calibrate` finds it";
+        /// Phase by which the contact's ends reduce the lag between the columns, which is
+        /// 2 pi pitch / period less this.
+        13 edge_phase_rad: f32 = 0.41, "rad", Between(-PI, PI), option "edge-phase",
+            because "`ridgetone calibrate` finds it";
+        /// Standard deviation of true lags around the line of pitch and edge phase.
+        14 edge_phase_sigma_rad: f32 = 0.01, "rad", Between(0.0, PI), option "edge-phase-sigma",
+            because "`ridgetone calibrate` finds it";
+        /// Shortest possible spatial period.
+        15 period_least_mm: f32 = 2.3, "mm", Between(0.1, PERIOD_GREATEST_MM), option "period-least";
+        /// Longest possible spatial period; between one pitch and two the answer is unique.
+        16 period_most_mm: f32 = 4.2, "mm", By(longest_period), option "period-most",
+            because "the longest possible period is not below the shortest";
+        /// Whether the grating may move along +x.
+        17 may_go_forward: bool = true, "", By(forward),
+            because "one of array.may_go_forward and array.may_go_backward must be true";
+        /// Whether the grating may move against +x; with one direction alone every period above
+        /// one pitch is unique.
+        18 may_go_backward: bool = true, "", Any;
+        /// Taxels of the front column, further along +x: bit k is taxel k.
+        19 front: u16 = 0xf0f0, "mask", Any;
+        /// Four masks of taxels that respond alike, the same piezoresistor of every unit; a taxel
+        /// in none of them is not used.
+        20 alike: [u16; 4] = [0x1111, 0x2222, 0x4444, 0x8888], "masks", Between(0.0, 0.0),
+            because "a taxel may be in one mask; these bits are in two";
+    }
+
+    /// What turns a vibration into what a finger feels (Sensors 18 (2018) 1588; the crate
+    /// `ridgetone-feel`). **Measure it with your own finger** on a surface of known roughness:
+    /// `ridgetone feel`. By default nobody knows the conversion of a finger that was not measured.
+    feel: Feeling "What a finger feels" {
+        /// Amplitude of a taxel's reading over the displacement from peak to peak (equation 6),
+        /// measured in windows as long as those of the events; 0 for no event `feel`.
+        21 volts_per_um: f32 = 0.0, "V/um", ZeroOr(1e-9, 10.0);
+        /// Standard deviation of `feel.volts_per_um` over it.
+        22 sigma_share: f32 = 0.0, "share", Between(0.0, 1.0);
+        /// Tangential over normal force; 0 for that of the static image before the slide.
+        23 force_ratio: f32 = 0.0, "", Between(0.0, 100.0);
+    }
+}
+
+/// Least hop, seconds.
+pub const HOP_LEAST_S: f32 = 0.02;
+/// Least bound of the longest hop, seconds: short windows may be far apart.
+const HOP_LEAST_MOST_S: f32 = 1.0;
+/// Greatest possible spatial period, millimetres.
+const PERIOD_GREATEST_MM: f32 = 100.0;
+
+fn window(settings: &Settings) -> Limits {
+    Limits::new(
+        settings.plan.window_least_s(),
+        settings.plan.window_most_s(),
+    )
+}
+
+fn hop(settings: &Settings) -> Limits {
+    let most_s = settings.plan.window_most_s();
+    Limits::new(HOP_LEAST_S, most_s.max(HOP_LEAST_MOST_S))
+}
+
+fn speed(settings: &Settings) -> Limits {
+    match settings.slide.rule {
+        SlideRule::Found => Limits::new(0.0, 2000.0),
+        SlideRule::Protocol => Limits::new(0.1, 2000.0),
+    }
+}
+
+fn longest_period(settings: &Settings) -> Limits {
+    Limits::new(settings.array.period_least_mm, PERIOD_GREATEST_MM)
+}
+
+/// With neither direction possible no travel has an answer.
+fn forward(settings: &Settings) -> Limits {
+    let least = if settings.array.may_go_backward {
+        0.0
+    } else {
+        1.0
+    };
+    Limits::new(least, 1.0)
+}
+
+/// Where slides come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum SlideRule {
-    /// From the signal: the slide starts when the held signals begin to change together, and ends
+    /// From the signal: a slide starts when the held signals begin to change together, and ends
     /// when they stop.
     Found,
-    /// From the stimulus's protocol (paper, equations 4 and 5): `delay_s` after the spike,
-    /// `length_mm` at `speed_mm_s`.
-    Protocol {
-        /// Hold time between the contact spike and the slide, seconds.
-        delay_s: f32,
-        /// Speed of the stimulus, millimetres per second.
-        speed_mm_s: f32,
-        /// Length of the slide to use, millimetres (paper: 55 of 60).
-        length_mm: f32,
-    },
+    /// From the protocol of the stimulus.
+    Protocol,
 }
 
-/// Positions of the piezoresistors, and what is known of the gratings. With it phases give a
-/// spatial period.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Array {
-    /// Distance between the two columns of units along the motion, millimetres, as it appears in
-    /// the phases: turns of lag over cycles per millimetre. It is the units' pitch if the contact
-    /// is much longer.
-    pub pitch_mm: f32,
-    /// Phase by which the contact's ends reduce the lag between the columns, radians. The lag is 2
-    /// pi `pitch_mm` / period - `edge_phase_rad`; both are measured with gratings of known period.
-    pub edge_phase_rad: f32,
-    /// Standard deviation of true lags around that straight line, radians.
-    pub edge_phase_sigma_rad: f32,
-    /// Shortest possible spatial period, millimetres.
-    pub period_least_mm: f32,
-    /// Longest possible spatial period, millimetres.
-    pub period_most_mm: f32,
-    /// Whether the grating may move along +x.
-    pub may_go_forward: bool,
-    /// Whether it may move against +x. If only one direction is possible, every period above one
-    /// pitch is unique.
-    pub may_go_backward: bool,
-    /// Bit k: taxel k is in the front column, further along +x.
-    pub front: u16,
-    /// Masks of taxels that respond alike: the same piezoresistor of every unit. A taxel in no mask
-    /// is not used.
-    pub alike: [u16; 4],
-}
+impl Field for SlideRule {
+    const KIND: Kind = Kind::Word(&["found", "protocol"]);
 
-impl Array {
-    /// Four units of four piezoresistors (paper, section 2.1): AIN 4 u + k is piezoresistor k + 1
-    /// of unit u + 1; units 2 and 4 are in front, at a pitch of 2.3 mm. `pitch_mm` and the edge
-    /// phase were measured on the simulated finger with a contact 8 mm long
-    /// (`host/tests/calibrate.rs`). **Measure them on your own finger**: they change with the
-    /// force. The possible periods are those of the paper's gratings with a margin, as far as the
-    /// answer is unique.
-    pub const DEFAULT: Self = Self {
-        pitch_mm: 2.364,
-        edge_phase_rad: 0.41,
-        edge_phase_sigma_rad: 0.01,
-        period_least_mm: 2.3,
-        period_most_mm: 4.2,
-        may_go_forward: true,
-        may_go_backward: true,
-        front: 0xf0f0,
-        alike: [0x1111, 0x2222, 0x4444, 0x8888],
-    };
-}
+    fn number(self) -> f32 {
+        0.0
+    }
 
-/// What turns a vibration into what a finger feels (Sensors 18 (2018) 1588; the crate
-/// `ridgetone-feel`). **Measure it with your own finger** on a surface of known roughness:
-/// `ridgetone feel`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Feeling {
-    /// Amplitude of a taxel's reading over the displacement from peak to peak, volts per micrometre
-    /// (equation 6), measured in windows as long as those of the events. Zero: no event `feel`.
-    pub volts_per_um: f32,
-    /// Its standard deviation over it.
-    pub sigma_share: f32,
-    /// Tangential over normal force. Zero: that of the static image before the slide.
-    pub force_ratio: f32,
+    fn value(self) -> Value {
+        Value::Word(match self {
+            Self::Found => "found",
+            Self::Protocol => "protocol",
+        })
+    }
+
+    fn of(value: Value) -> Option<Self> {
+        match value {
+            Value::Word("found") => Some(Self::Found),
+            Value::Word("protocol") => Some(Self::Protocol),
+            _ => None,
+        }
+    }
 }
 
 impl Feeling {
-    /// No event `feel`: nobody knows the conversion of a finger that was not measured.
-    pub const DEFAULT: Self = Self {
-        volts_per_um: 0.0,
-        sigma_share: 0.0,
-        force_ratio: 0.0,
-    };
-
     /// Whether events `feel` are reported.
     pub fn is_on(&self) -> bool {
         self.volts_per_um > 0.0
     }
-}
-
-/// Everything that a user can set.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Settings {
-    /// Length of a window, seconds.
-    pub window_s: f32,
-    /// From the start of one window to the start of the next, seconds.
-    pub hop_s: f32,
-    /// Most harmonics of the tone that are fitted, the fundamental included.
-    pub harmonics: u8,
-    /// Required accuracy: standard deviation over frequency. Windows then grow hop by hop until the
-    /// estimate meets it or the window has `window_s`; only this last estimate is sent. Zero: every
-    /// window has `window_s`.
-    pub accuracy: f32,
-    /// Frequency of a known interferer in all channels (mains hum), hertz; zero: none.
-    pub interferer_hz: f32,
-    /// Reference voltage of the ADC, volts.
-    pub vref_v: f32,
-    /// Where the sliding phase comes from. The protocol's speed gives the spatial period too.
-    pub slide: SlideRule,
-    /// Positions of the piezoresistors.
-    pub array: Array,
-    /// What turns a vibration into what a finger feels.
-    pub feel: Feeling,
-    /// What the chip converts, and how fast.
-    pub plan: Plan,
 }
 
 impl Default for Settings {
@@ -140,8 +205,8 @@ impl Default for Settings {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[error("{field} = {value}: choose a value from {least} to {greatest}")]
 pub struct SettingsError {
-    /// Name of the field, with its unit.
-    pub field: String<24>,
+    /// Name of the setting, or of what follows from a plan.
+    pub field: String<32>,
     /// The requested value.
     pub value: f32,
     /// Least allowed value.
@@ -150,23 +215,19 @@ pub struct SettingsError {
     pub greatest: f32,
 }
 
-impl Settings {
-    /// The defaults. A window of one second is the paper's longest. The paper saw the fundamental
-    /// and three overtones in its gratings (section 5). 4.096 V is the usual reference for a chip
-    /// on 5 V.
-    pub const DEFAULT: Self = Self {
-        window_s: 1.0,
-        hop_s: 0.25,
-        harmonics: 4,
-        accuracy: 0.0,
-        interferer_hz: 0.0,
-        vref_v: 4.096,
-        slide: SlideRule::Found,
-        array: Array::DEFAULT,
-        feel: Feeling::DEFAULT,
-        plan: Plan::PAPER,
-    };
+impl SettingsError {
+    fn new(name: &str, value: f32, limits: Limits) -> Self {
+        Self {
+            // A test shows that every name fits.
+            field: String::try_from(name).unwrap_or_default(),
+            value,
+            least: limits.least,
+            greatest: limits.greatest,
+        }
+    }
+}
 
+impl Settings {
     /// These settings for another plan, with its default window and hop.
     pub const fn with_plan(self, plan: Plan) -> Self {
         let (window_s, hop_s) = plan.default_window();
@@ -178,320 +239,24 @@ impl Settings {
         }
     }
 
-    /// Checks every bound. The error is the first field outside its own.
+    /// Checks every bound. The error is the first setting outside its own.
     #[inline(never)]
     pub fn validate(&self) -> Result<(), SettingsError> {
-        self.check().map_err(
+        self.plan.validate().map_err(
             |PlanError {
                  field,
                  value,
                  bounds: (least, greatest),
-             }| {
-                // A test shows that every name fits.
-                SettingsError {
-                    field: String::try_from(field).unwrap_or_default(),
-                    value,
-                    least,
-                    greatest,
-                }
-            },
-        )
-    }
-
-    fn check(&self) -> Result<(), PlanError> {
-        self.plan.validate()?;
-        let most_s = self.plan.window_most_s();
-        let hop_most_s = if most_s > HOP_LEAST_MOST_S {
-            most_s
-        } else {
-            HOP_LEAST_MOST_S
-        };
-        let windows = [
-            ("window_s", self.plan.window_least_s(), most_s),
-            ("hop_s", HOP_LEAST_S, hop_most_s),
-        ];
-        within(&windows, &[self.window_s, self.hop_s])?;
-        let Array {
-            pitch_mm,
-            edge_phase_rad,
-            edge_phase_sigma_rad,
-            period_least_mm,
-            period_most_mm,
-            ..
-        } = self.array;
-        let Array {
-            may_go_forward,
-            may_go_backward,
-            alike,
-            ..
-        } = self.array;
-        // A taxel in two masks would count twice. The error reports the mask of such taxels.
-        let (_, twice) = alike.iter().fold((0, 0), |(seen, twice), mask| {
-            (seen | mask, twice | seen & mask)
-        });
-        // Fields that are not used get a value within their bounds.
-        let unless_zero = |value: f32, least: f32| if value == 0.0 { least } else { value };
-        let (delay_s, speed_mm_s, length_mm) = match self.slide {
-            SlideRule::Found => (0.0, 1.0, 1.0),
-            SlideRule::Protocol {
-                delay_s,
-                speed_mm_s,
-                length_mm,
-            } => (delay_s, speed_mm_s, length_mm),
-        };
-        let values = [
-            self.harmonics as f32,
-            unless_zero(self.accuracy, 1e-6),
-            unless_zero(self.interferer_hz, 5.0),
-            self.vref_v,
-            delay_s,
-            speed_mm_s,
-            length_mm,
-            pitch_mm,
-            edge_phase_rad,
-            edge_phase_sigma_rad,
-            period_least_mm,
-            period_most_mm,
-            (may_go_forward || may_go_backward) as u8 as f32,
-            twice as f32,
-            unless_zero(self.feel.volts_per_um, 1e-9),
-            self.feel.sigma_share,
-            self.feel.force_ratio,
-        ];
-        within(&BOUNDS, &values)?;
-        within(
-            &[("period_most_mm", period_least_mm, PERIOD_GREATEST_MM)],
-            &[period_most_mm],
-        )
+             }| SettingsError::new(field, value, Limits::new(least, greatest)),
+        )?;
+        for ((name, bounds), value) in CHECKS.iter().zip(self.numbers()) {
+            if let Some(limits) = bounds.broken(value, self) {
+                return Err(SettingsError::new(name, value, limits));
+            }
+        }
+        Ok(())
     }
 }
-
-/// Least hop, seconds.
-pub const HOP_LEAST_S: f32 = 0.02;
-/// Least bound of the longest hop, seconds: short windows may be far apart.
-const HOP_LEAST_MOST_S: f32 = 1.0;
-/// Greatest possible spatial period, millimetres.
-const PERIOD_GREATEST_MM: f32 = 100.0;
-
-/// Names, least and greatest values, in the order of the values in `Settings::check`. A table,
-/// because one call for each field takes a kilobyte of flash more.
-const BOUNDS: [Bounds; 17] = [
-    ("harmonics", 1.0, 5.0),
-    // With a tenth the fit calls the window too short; no crystal has a millionth.
-    ("accuracy", 1e-6, 0.1),
-    // Mains are 50 or 60 Hz; below 5 Hz an interferer cannot be distinguished from drift.
-    ("interferer_hz", 5.0, 1000.0),
-    ("vref_v", 0.5, 5.5),
-    ("delay_s", 0.0, 60.0),
-    ("speed_mm_s", 0.1, 2000.0),
-    ("length_mm", 0.1, 2000.0),
-    ("pitch_mm", 0.1, 100.0),
-    ("edge_phase_rad", -PI, PI),
-    ("edge_phase_sigma_rad", 0.0, PI),
-    ("period_least_mm", 0.1, PERIOD_GREATEST_MM),
-    ("period_most_mm", 0.1, PERIOD_GREATEST_MM),
-    // With neither direction possible no travel has an answer.
-    ("may_go_forward", 1.0, 1.0),
-    ("alike", 0.0, 0.0),
-    // From below a nanovolt, which is no reading, to the whole range.
-    ("volts_per_um", 1e-9, 10.0),
-    ("sigma_share", 0.0, 1.0),
-    ("force_ratio", 0.0, 100.0),
-];
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_defaults_are_within_their_own_bounds() {
-        assert_eq!(Settings::default().validate(), Ok(()));
-    }
-
-    #[test]
-    fn the_field_outside_its_bounds_is_named() {
-        let with = |array| Settings {
-            array,
-            ..Settings::DEFAULT
-        };
-        let feeling = |feel| Settings {
-            feel,
-            ..Settings::DEFAULT
-        };
-        for (settings, field) in [
-            (
-                Settings {
-                    window_s: 5.0,
-                    ..Settings::DEFAULT
-                },
-                "window_s",
-            ),
-            (
-                Settings {
-                    window_s: f32::NAN,
-                    ..Settings::DEFAULT
-                },
-                "window_s",
-            ),
-            (
-                Settings {
-                    hop_s: 0.0,
-                    ..Settings::DEFAULT
-                },
-                "hop_s",
-            ),
-            (
-                Settings {
-                    harmonics: 6,
-                    ..Settings::DEFAULT
-                },
-                "harmonics",
-            ),
-            (
-                Settings {
-                    accuracy: 0.2,
-                    ..Settings::DEFAULT
-                },
-                "accuracy",
-            ),
-            (
-                Settings {
-                    accuracy: f32::NAN,
-                    ..Settings::DEFAULT
-                },
-                "accuracy",
-            ),
-            (
-                Settings {
-                    interferer_hz: -50.0,
-                    ..Settings::DEFAULT
-                },
-                "interferer_hz",
-            ),
-            (
-                Settings {
-                    vref_v: 9.0,
-                    ..Settings::DEFAULT
-                },
-                "vref_v",
-            ),
-            (
-                with(Array {
-                    pitch_mm: 0.0,
-                    ..Array::DEFAULT
-                }),
-                "pitch_mm",
-            ),
-            (
-                with(Array {
-                    edge_phase_rad: 4.0,
-                    ..Array::DEFAULT
-                }),
-                "edge_phase_rad",
-            ),
-            (
-                with(Array {
-                    edge_phase_sigma_rad: f32::NAN,
-                    ..Array::DEFAULT
-                }),
-                "edge_phase_sigma_rad",
-            ),
-            (
-                with(Array {
-                    period_least_mm: 0.0,
-                    ..Array::DEFAULT
-                }),
-                "period_least_mm",
-            ),
-            (
-                with(Array {
-                    period_least_mm: 5.0,
-                    ..Array::DEFAULT
-                }),
-                "period_most_mm",
-            ),
-            (
-                with(Array {
-                    may_go_forward: false,
-                    may_go_backward: false,
-                    ..Array::DEFAULT
-                }),
-                "may_go_forward",
-            ),
-            (
-                with(Array {
-                    alike: [0x1111, 0x2222, 0x4444, 0x8889],
-                    ..Array::DEFAULT
-                }),
-                "alike",
-            ),
-            (
-                feeling(Feeling {
-                    volts_per_um: -1.0,
-                    ..Feeling::DEFAULT
-                }),
-                "volts_per_um",
-            ),
-            (
-                feeling(Feeling {
-                    sigma_share: f32::NAN,
-                    ..Feeling::DEFAULT
-                }),
-                "sigma_share",
-            ),
-            (
-                feeling(Feeling {
-                    force_ratio: f32::INFINITY,
-                    ..Feeling::DEFAULT
-                }),
-                "force_ratio",
-            ),
-            (
-                Settings {
-                    slide: SlideRule::Protocol {
-                        delay_s: 1.0,
-                        speed_mm_s: 0.0,
-                        length_mm: 55.0,
-                    },
-                    ..Settings::DEFAULT
-                },
-                "speed_mm_s",
-            ),
-        ] {
-            assert_eq!(
-                settings
-                    .validate()
-                    .map_err(|error| error.field)
-                    .unwrap_err(),
-                field
-            );
-        }
-        assert!(
-            BOUNDS
-                .iter()
-                .all(|(field, ..)| String::<24>::try_from(*field).is_ok())
-        );
-    }
-
-    #[test]
-    fn windows_are_bounded_by_the_plan() {
-        for (name, plan) in Plan::NAMED {
-            let settings = Settings::DEFAULT.with_plan(plan);
-            assert_eq!(settings.validate(), Ok(()), "{name}");
-            let longer = Settings {
-                window_s: plan.window_most_s() + 0.002,
-                ..settings
-            };
-            assert_eq!(longer.validate().unwrap_err().field, "window_s", "{name}");
-        }
-        let settings = Settings {
-            plan: Plan {
-                inputs: 0,
-                ..Plan::PAPER
-            },
-            ..Settings::DEFAULT
-        };
-        assert_eq!(settings.validate().unwrap_err().field, "inputs");
-        assert_eq!(Settings::DEFAULT.with_plan(Plan::PAPER), Settings::DEFAULT);
-    }
-}
+mod tests;

@@ -1,4 +1,4 @@
-//! Settings that survive a loss of power at any moment.
+//! Settings that survive a loss of power at any moment, and an update of the firmware.
 //!
 //! Records follow each other in two pages of flash. Each has a number and, written last, a
 //! checksum. The record with the highest number and a matching checksum is valid; if a write was
@@ -10,23 +10,45 @@
 //! touches, the loss is counted and reported, and the reply gives the reason ([`Saved::Erasing`],
 //! [`DoneErased`](crate::command::Outcome::DoneErased)). The watchdog's 8 s are longer.
 //!
+//! # Layout
+//!
+//! | bytes | what |
+//! |---|---|
+//! | 0 to 3 | number, little-endian |
+//! | 4 | version, 4 |
+//! | 5 to 123 | settings as pairs of id and value ([`crate::settings`]) |
+//! | 124 to 127 | checksum of the bytes before it |
+//! | 128 to 251 | more pairs |
+//! | 252 to 255 | checksum of everything but the checksum in the middle |
+//!
+//! The first half looks like a whole record of version 3, which had 128 bytes. So firmware that
+//! writes version 3 counts on from a record that it cannot read, and numbers tell which settings
+//! were stored last whatever firmware stored them.
+//!
 //! The crate `sequential-storage` (8.0.2) lost settings: it judges a page by its first and last
 //! word, and an interrupted erasure leaves undefined data (RM0090, 3.6). It also takes 9.1 to 11.2
 //! kB more flash.
 
 use crate::boot::SettingsSource;
 use crate::framing::checksum;
-use crate::settings::Settings;
+use crate::settings::{Kept, Settings, version_3};
 use embedded_storage::nor_flash::NorFlash;
 
-/// Version of a record's content; other versions are not read. Raise it when [`Settings`] change.
+/// Version of a record's layout. New settings do not change it: they have new ids.
 const VERSION: u8 = 4;
+/// Version that is read too.
+const VERSION_BEFORE: u8 = 3;
 
-/// Bytes of a record: number, version, settings (118 at most), and the checksum of all three.
-pub const RECORD_BYTES: usize = 128;
-
-/// Place of the settings in a record.
-const CONTENT: core::ops::Range<usize> = 5..RECORD_BYTES - 4;
+/// Bytes of a record.
+pub const RECORD_BYTES: usize = 2 * HALF_BYTES;
+/// Bytes of half a record, or of a whole one of version 3.
+const HALF_BYTES: usize = 128;
+const SUM_BYTES: usize = 4;
+/// Bytes of a record without its two checksums, and of its first half.
+const CONTENT_BYTES: usize = RECORD_BYTES - 2 * SUM_BYTES;
+const HEAD_BYTES: usize = HALF_BYTES - SUM_BYTES;
+/// Bytes of the number and the version, before the settings.
+const BEFORE_SETTINGS: usize = 5;
 
 /// Most slots that are tried if a record cannot be read back.
 const TRIES: usize = 4;
@@ -62,6 +84,50 @@ pub struct NotStored;
 
 /// Place of a record, counted through both pages.
 type Slot = u32;
+/// Place of half a record, or of a whole one of version 3, counted through both pages.
+type Half = u32;
+
+/// A record that was found.
+struct Found {
+    order: Order,
+    content: Content,
+}
+
+/// Order in which records were written. A damaged record may have the number of its replacement,
+/// which is behind it.
+#[derive(Clone, Copy, PartialEq, PartialOrd)]
+struct Order {
+    number: u32,
+    half: Half,
+}
+
+/// Greater than the order of every record: an erased slot reads as this number.
+const NO_LIMIT: Order = Order {
+    number: u32::MAX,
+    half: 0,
+};
+
+/// What a whole record holds besides its checksums.
+struct Content {
+    bytes: [u8; CONTENT_BYTES],
+    version: u8,
+}
+
+impl Content {
+    /// Its settings. None if they cannot be understood, or are out of their bounds.
+    fn kept(&self) -> Option<Kept> {
+        match self.version {
+            VERSION => Kept::read(self.bytes.get(BEFORE_SETTINGS..)?),
+            VERSION_BEFORE => version_3::read(self.bytes.get(BEFORE_SETTINGS..HEAD_BYTES)?),
+            _ => None,
+        }
+    }
+
+    /// Halves of a record that it comes from.
+    const fn halves(&self) -> u32 {
+        if self.version == VERSION { 2 } else { 1 }
+    }
+}
 
 /// A [`Store`] in [`PAGES`] consecutive pages of flash, for settings only. Offsets count from the
 /// start of the first page. A page is the unit of erasure ([`NorFlash::ERASE_SIZE`]), a word of
@@ -98,8 +164,9 @@ impl<F: NorFlash> FlashStore<F> {
     /// Slots of both pages.
     const ALL: Slot = PAGES * Self::SLOTS;
 
-    const fn offset(slot: Slot) -> u32 {
-        slot / Self::SLOTS * Self::PAGE_BYTES + slot % Self::SLOTS * RECORD_BYTES as u32
+    const fn offset(half: Half) -> u32 {
+        let halves = 2 * Self::SLOTS;
+        half / halves * Self::PAGE_BYTES + half % halves * HALF_BYTES as u32
     }
 
     /// The next slot: in the same page, or the first one of the other page.
@@ -107,41 +174,78 @@ impl<F: NorFlash> FlashStore<F> {
         (slot + 1) % Self::ALL
     }
 
-    fn record(&mut self, slot: Slot) -> [u8; RECORD_BYTES] {
-        // If it cannot be read, zeros remain, which are neither whole nor erased.
-        let mut record = [0; RECORD_BYTES];
-        let _ = self.flash.read(Self::offset(slot), &mut record);
-        record
+    /// Some bytes. If they cannot be read zeros remain, which are neither whole nor erased.
+    fn read<const BYTES: usize>(&mut self, half: Half) -> [u8; BYTES] {
+        let mut bytes = [0; BYTES];
+        let _ = self.flash.read(Self::offset(half), &mut bytes);
+        bytes
     }
 
-    /// The record with the highest number below `limit` and a matching checksum: its number, slot
-    /// and bytes. A damaged record may have the number of its replacement, so equal numbers are
-    /// ordered by slot. The search reads from the last slot back, where the newest record usually
-    /// is, to compute few checksums.
-    fn newest_below(&mut self, limit: (u32, Slot)) -> Option<((u32, Slot), [u8; RECORD_BYTES])> {
-        let mut newest: Option<((u32, Slot), [u8; RECORD_BYTES])> = None;
-        for slot in (0..Self::ALL).rev() {
-            let mut number = [0; 4];
-            let _ = self.flash.read(Self::offset(slot), &mut number);
-            let at = (u32::from_le_bytes(number), slot);
-            if at < limit && newest.is_none_or(|(most, _)| at > most) {
-                let record = self.record(slot);
-                if is_whole(&record) {
-                    newest = Some((at, record));
-                }
+    /// The content of the record that begins here, if its checksums match.
+    fn whole(&mut self, half: Half) -> Option<Content> {
+        let first = self.read::<HALF_BYTES>(half);
+        let (head, sum) = first.split_last_chunk::<SUM_BYTES>()?;
+        if checksum(head) != u32::from_le_bytes(*sum) {
+            return None;
+        }
+        let version = *head.get(BEFORE_SETTINGS - 1)?;
+        let mut bytes = [0; CONTENT_BYTES];
+        bytes.get_mut(..HEAD_BYTES)?.copy_from_slice(head);
+        if version == VERSION {
+            if !half.is_multiple_of(2) {
+                return None;
+            }
+            let second = self.read::<HALF_BYTES>(half + 1);
+            let (tail, sum) = second.split_last_chunk::<SUM_BYTES>()?;
+            bytes.get_mut(HEAD_BYTES..)?.copy_from_slice(tail);
+            if checksum(&bytes) != u32::from_le_bytes(*sum) {
+                return None;
             }
         }
-        newest
+        Some(Content { bytes, version })
     }
 
-    /// Whether a slot is erased.
-    fn is_erased(&mut self, slot: Slot) -> bool {
-        // By words: a start looks at thousands of slots.
-        self.record(slot)
+    /// The latest whole record before `limit`. The search goes from the last slot back, where the
+    /// newest record usually is, to compute few checksums.
+    fn latest_before(&mut self, limit: Order) -> Option<Found> {
+        let mut latest: Option<Found> = None;
+        for half in (0..2 * Self::ALL).rev() {
+            let number = u32::from_le_bytes(self.read(half));
+            let order = Order { number, half };
+            let is_later = latest.as_ref().is_none_or(|latest| order > latest.order);
+            if order < limit
+                && is_later
+                && let Some(content) = self.whole(half)
+            {
+                latest = Some(Found { order, content });
+            }
+        }
+        latest
+    }
+
+    fn is_half_erased(&mut self, half: Half) -> bool {
+        // By words: a start looks at thousands of halves.
+        self.read::<HALF_BYTES>(half)
             .as_chunks::<WORD_BYTES>()
             .0
             .iter()
             .all(|word| u32::from_ne_bytes(*word) == u32::MAX)
+    }
+
+    /// Whether a slot is erased.
+    fn is_erased(&mut self, slot: Slot) -> bool {
+        self.is_half_erased(2 * slot) && self.is_half_erased(2 * slot + 1)
+    }
+
+    /// Whether nothing was begun after a record: unreadable data where the next one would be, by
+    /// this firmware or one of version 3, were meant to be a record.
+    fn is_last(&mut self, found: &Found) -> bool {
+        let end = found.order.half + found.content.halves();
+        let next_slot = found.order.half / 2 + 1;
+        (end..=2 * next_slot).all(|half| {
+            let half = half % (2 * Self::ALL);
+            self.is_half_erased(half) || self.whole(half).is_some()
+        })
     }
 
     /// The next free slot after a record, or the first one: in the same page, or in the other one,
@@ -178,58 +282,48 @@ impl<F: NorFlash> Store for FlashStore<F> {
     #[inline(never)]
     fn load(&mut self) -> (Settings, SettingsSource) {
         let mut limit = NO_LIMIT;
-        while let Some((at, record)) = self.newest_below(limit) {
+        while let Some(found) = self.latest_before(limit) {
             // Another version, or out of bounds: use the record before it.
-            let Some(settings) = content(&record) else {
-                limit = at;
+            let Some(kept) = found.content.kept() else {
+                limit = found.order;
                 continue;
             };
-            // Unreadable data in the next slot were meant to be a record.
-            let next = Self::next(at.1);
-            let is_last =
-                limit == NO_LIMIT && (self.is_erased(next) || is_whole(&self.record(next)));
-            return match (settings, is_last) {
-                (Some(settings), true) => (settings, SettingsSource::Stored),
-                (Some(settings), false) => (settings, SettingsSource::StoredBefore),
-                (None, true) => (Settings::DEFAULT, SettingsSource::Default),
-                (None, false) => (Settings::DEFAULT, SettingsSource::Damaged),
+            let is_last = limit == NO_LIMIT && self.is_last(&found);
+            return match (kept, is_last) {
+                (Kept::Settings(settings), true) => (settings, SettingsSource::Stored),
+                (Kept::Migrated(settings), true) => (settings, SettingsSource::Migrated),
+                (Kept::Settings(settings) | Kept::Migrated(settings), false) => {
+                    (settings, SettingsSource::StoredBefore)
+                }
+                (Kept::Defaults, true) => (Settings::DEFAULT, SettingsSource::Default),
+                (Kept::Defaults, false) => (Settings::DEFAULT, SettingsSource::Damaged),
             };
         }
-        let blank = (0..Self::ALL).all(|slot| self.is_erased(slot));
-        (
-            Settings::DEFAULT,
-            if blank {
-                SettingsSource::Default
-            } else {
-                SettingsSource::Damaged
-            },
-        )
+        let is_blank = (0..Self::ALL).all(|slot| self.is_erased(slot));
+        let source = if is_blank {
+            SettingsSource::Default
+        } else {
+            SettingsSource::Damaged
+        };
+        (Settings::DEFAULT, source)
     }
 
     #[inline(never)]
     fn save(&mut self, settings: Option<&Settings>, may_erase: bool) -> Result<Saved, NotStored> {
-        let newest = self.newest_below(NO_LIMIT).map(|(at, _)| at);
-        let number = newest.map_or(0, |(number, _)| number.wrapping_add(1));
-        let mut record = [0; RECORD_BYTES];
-        let (content, sum) = record.split_last_chunk_mut::<4>().ok_or(NotStored)?;
-        content
-            .get_mut(..4)
-            .ok_or(NotStored)?
-            .copy_from_slice(&number.to_le_bytes());
-        *content.get_mut(4).ok_or(NotStored)? = VERSION;
-        postcard::to_slice(&settings, content.get_mut(CONTENT).ok_or(NotStored)?)
-            .map_err(|_| NotStored)?;
-        *sum = checksum(content).to_le_bytes();
+        let latest = self.latest_before(NO_LIMIT).map(|found| found.order);
+        let number = latest.map_or(0, |order| order.number.wrapping_add(1));
+        let record = record(number, settings).ok_or(NotStored)?;
 
-        let keep = newest.map(|(_, slot)| slot);
+        let keep = latest.map(|order| order.half / 2);
         let mut after = keep;
         let mut saved = Saved::AtOnce;
         for _ in 0..TRIES {
             let (slot, how) = self.next_slot(after, keep, may_erase)?;
             saved = if how == Saved::Erasing { how } else { saved };
+            let half = 2 * slot;
             // A slot that cannot be read back is worn: try the next one.
-            if self.flash.write(Self::offset(slot), &record).is_ok()
-                && self.record(slot).iter().eq(&record)
+            if self.flash.write(Self::offset(half), &record).is_ok()
+                && self.read::<RECORD_BYTES>(half).iter().eq(&record)
             {
                 return Ok(saved);
             }
@@ -239,21 +333,25 @@ impl<F: NorFlash> Store for FlashStore<F> {
     }
 }
 
-/// The number that an erased slot reads as: all records are below it.
-const NO_LIMIT: (u32, Slot) = (u32::MAX, 0);
+/// A record with its number and checksums. None if the settings do not fit.
+fn record(number: u32, settings: Option<&Settings>) -> Option<[u8; RECORD_BYTES]> {
+    let mut content = [0; CONTENT_BYTES];
+    content
+        .first_chunk_mut::<4>()?
+        .copy_from_slice(&number.to_le_bytes());
+    *content.get_mut(BEFORE_SETTINGS - 1)? = VERSION;
+    Kept::write(settings, content.get_mut(BEFORE_SETTINGS..)?)?;
 
-/// Whether a record's checksum matches.
-fn is_whole(record: &[u8; RECORD_BYTES]) -> bool {
-    record
-        .split_last_chunk::<4>()
-        .is_some_and(|(content, sum)| checksum(content) == u32::from_le_bytes(*sum))
-}
-
-/// Content of a record: settings, or none for the defaults. None if it is unreadable or out of
-/// bounds.
-fn content(record: &[u8; RECORD_BYTES]) -> Option<Option<Settings>> {
-    let (settings, _) = postcard::take_from_bytes::<Option<Settings>>(record.get(CONTENT)?).ok()?;
-    let good = record.get(4) == Some(&VERSION)
-        && settings.is_none_or(|settings| settings.validate().is_ok());
-    good.then_some(settings)
+    let mut record = [0; RECORD_BYTES];
+    let (head, tail) = content.split_at_checked(HEAD_BYTES)?;
+    let (first, second) = record.split_at_mut_checked(HALF_BYTES)?;
+    for (half, part, sum) in [
+        (first, head, checksum(head)),
+        (second, tail, checksum(&content)),
+    ] {
+        let (place, sum_place) = half.split_last_chunk_mut::<SUM_BYTES>()?;
+        place.copy_from_slice(part);
+        *sum_place = sum.to_le_bytes();
+    }
+    Some(record)
 }

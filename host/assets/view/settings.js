@@ -1,17 +1,15 @@
-// The settings in force on the board, and new ones for it.
+// The settings in force on the board, and new ones for it. The server describes the inputs of the form.
 
 const $ = (id) => document.getElementById(id);
-// The usual scan plans, and what they give.
-const PLANS = { paper: "16 × 241 Hz", hand: "16 × 1.46 kHz", texture: "4 × 5.8 kHz", vibration: "2 × 11.7 kHz", single: "1 × 23.3 kHz" };
 // A plan that has no name.
 const OWN = "";
-// Inputs; each has the setting as its name, and that of a table has a dot.
-const IDS = ["window_s", "hop_s", "harmonics", "volts_per_um", "sigma_share", "force_ratio"];
 
 // What somebody is changing stays as it is.
 let isChanging = false;
 // Whose settings are shown.
 let wasRun = false;
+// An object for each input: the setting's entry, and its element.
+let inputs = [];
 
 const say = (text, isWrong = false) => {
   $("settings-message").textContent = text;
@@ -21,13 +19,63 @@ const say = (text, isWrong = false) => {
 // A setting by its name.
 const value = (settings, name) => name.split(".").reduce((found, part) => found[part], settings);
 
+const hex = (mask) => `0x${mask.toString(16).padStart(4, "0")}`;
+
+// A value as its input has it, and back.
+const WAYS = {
+  number: [(found) => String(Number(found.toPrecision(6))), Number],
+  whole: [String, Number],
+  switch: [String, (text) => text === "true"],
+  word: [String, String],
+  plan: [(found) => (typeof found === "string" ? found : OWN), String],
+  mask: [hex, Number],
+  masks: [(found) => found.map(hex).join(", "), (text) => text.split(",").map(Number)],
+};
+
+function field(entry) {
+  const isChosen = ["switch", "word", "plan"].includes(entry.kind);
+  const input = document.createElement(isChosen ? "select" : "input");
+  Object.assign(input, { id: entry.name, name: entry.name, title: entry.title });
+  if (entry.kind === "switch") input.append(new Option("true"), new Option("false"));
+  for (const { value: found, text } of entry.choices) input.add(new Option(text, found));
+  if (entry.kind === "plan") input.add(new Option("its own", OWN));
+  if (["number", "whole"].includes(entry.kind)) {
+    Object.assign(input, { type: "number", step: entry.kind === "whole" ? "1" : "any", inputMode: "decimal" });
+    if (entry.least !== null) Object.assign(input, { min: entry.least, max: entry.greatest });
+  }
+  const unit = entry.unit === "" || entry.unit.startsWith("mask") ? "" : `, ${entry.unit}`;
+  const label = document.createElement("label");
+  label.append(`${entry.name.split(".").at(-1).replace(/_(s|hz|v|mm|rad|mm_s)$/, "").replaceAll("_", " ")}${unit} `, input);
+  return { entry, input, label };
+}
+
+// A group of inputs; those behind the first one are folded.
+function group(title, fields, isFirst) {
+  const box = document.createElement("details");
+  const summary = document.createElement("summary");
+  summary.textContent = title;
+  box.open = isFirst;
+  box.append(summary, ...fields.map(({ label }) => label));
+  return box;
+}
+
+function build(entries) {
+  inputs = entries.map(field);
+  const titles = [...new Set(entries.map((entry) => entry.group))];
+  const groups = titles.map((title, at) => group(title, inputs.filter(({ entry }) => entry.group === title), at === 0));
+  $("settings-inputs").replaceChildren(...groups);
+  // A new plan begins with its default window and hop: the latest ones may not be possible with it.
+  $("plan").addEventListener("input", () => { $("window_s").value = $("hop_s").value = ""; });
+}
+
+// What somebody has changed.
 function wanted() {
-  const settings = $("plan-label").hidden || $("plan").value === OWN ? {} : { plan: $("plan").value };
-  for (const id of IDS) {
-    if ($(id).value === "") continue;
-    const [name, table] = $(id).name.split(".").toReversed();
+  const settings = {};
+  for (const { entry, input } of inputs) {
+    if (input.value === "" || input.value === input.dataset.shown) continue;
+    const [name, table] = entry.name.split(".").toReversed();
     const place = table === undefined ? settings : (settings[table] ??= {});
-    place[name] = Number($(id).value);
+    place[name] = WAYS[entry.kind][1](input.value);
   }
   return settings;
 }
@@ -41,28 +89,27 @@ export async function post(path, body, type = "application/json") {
 }
 
 // Shows those in force; without a board that takes settings there is nothing to set.
-export function show({ live, settings_reply: reply, can_set: canSet }, isRun) {
+export function show({ live, settings_form: entries, settings_reply: reply, can_set: canSet }, isRun) {
   $("settings").hidden = !canSet;
   if (!canSet) return;
+  if (inputs.length === 0) build(entries);
   if (wasRun !== isRun) {
     [wasRun, isChanging] = [isRun, false];
     say("");
   }
   $("settings-title").textContent = isRun ? "Settings of this run" : "Settings of the board";
   $("settings-send").textContent = isRun ? "Run again" : "Send";
-  $("plan-label").hidden = isRun;
-  const { settings } = live.latest.hello;
-  if (!isChanging) $("plan").value = typeof settings.plan === "string" ? settings.plan : OWN;
-  if (!isChanging) IDS.forEach((id) => { $(id).value = Number(value(settings, $(id).name).toPrecision(6)); });
+  $("plan").parentElement.hidden = isRun;
+  if (!isChanging) {
+    for (const { entry, input } of inputs) {
+      input.value = input.dataset.shown = WAYS[entry.kind][0](value(live.latest.hello.settings, entry.name));
+    }
+  }
   if (!isRun && reply !== null && reply !== undefined) say(reply.text, reply.is_refused);
 }
 
 // `send` takes the wanted settings as JSON, and gives what became of them.
 export function begin(send) {
-  const options = [...Object.entries(PLANS).map(([name, what]) => [name, `${name}: ${what}`]), [OWN, "its own"]];
-  $("plan").replaceChildren(...options.map(([name, text]) => new Option(text, name)));
-  // A new plan begins with its default window and hop: the latest ones may not be possible with it.
-  $("plan").addEventListener("input", () => { $("window_s").value = $("hop_s").value = ""; });
   $("settings-form").addEventListener("input", () => { isChanging = true; });
   $("settings-form").addEventListener("submit", async (event) => {
     event.preventDefault();

@@ -10,7 +10,7 @@ use anyhow::{Context, Result, bail};
 use ridgetone_proto::boot::SettingsSource;
 use ridgetone_proto::command::{Command, Outcome, Request};
 use ridgetone_proto::plan::Plan as Scan;
-use ridgetone_proto::settings::{Array, FRAME_RATE_HZ, Settings, SlideRule};
+use ridgetone_proto::settings::{Array, FRAME_RATE_HZ, Settings};
 use ridgetone_proto::telemetry::{Event, Health, Hello, Packet, Raw};
 use std::time::{Duration, Instant};
 
@@ -356,10 +356,7 @@ impl Talk<'_> {
     /// The request that restores the flash comes first and waits for nothing else: it is also sent
     /// after Ctrl-C.
     fn restore(&mut self, stored: &Hello, in_force: &Hello, may_have_changed: bool) -> Result<()> {
-        let was_stored = matches!(
-            stored.source,
-            SettingsSource::Stored | SettingsSource::StoredBefore
-        );
+        let was_stored = stored.source.is_stored();
         if may_have_changed {
             let outcome = self.request(match was_stored {
                 true => Command::Set {
@@ -374,11 +371,7 @@ impl Talk<'_> {
         }
         if !stop::is_requested() {
             let found = self.restart()?;
-            let is_stored = matches!(
-                found.source,
-                SettingsSource::Stored | SettingsSource::StoredBefore
-            );
-            if found.settings != stored.settings || is_stored != was_stored {
+            if found.settings != stored.settings || found.source.is_stored() != was_stored {
                 bail!("after a restart other settings are in force");
             }
         }
@@ -431,34 +424,26 @@ impl Probe {
 /// A greeting, and settings without a window, which the board must refuse; their six masks take one
 /// to three bytes each. In the order of their lengths.
 fn probes() -> Result<Vec<Probe>> {
-    let slide = SlideRule::Protocol {
-        delay_s: 1.0,
-        speed_mm_s: 30.0,
-        length_mm: 55.0,
-    };
     let mut probes = vec![Probe::new(Command::Greet, false)?];
-    for slide in [SlideRule::Found, slide] {
-        for mask in [1, 1 << 7, 1 << 14] {
-            for long in 0..=6 {
-                let masks: [u16; 6] = std::array::from_fn(|at| if at < long { mask } else { 1 });
-                let [alike @ .., front, inputs] = masks;
-                let settings = Settings {
-                    window_s: 0.0,
-                    slide,
-                    array: Array {
-                        front,
-                        alike,
-                        ..Array::DEFAULT
-                    },
-                    plan: Scan {
-                        inputs,
-                        ..Scan::PAPER
-                    },
-                    ..Settings::DEFAULT
-                };
-                let keep = false;
-                probes.push(Probe::new(Command::Set { settings, keep }, true)?);
-            }
+    for mask in [1, 1 << 7, 1 << 14] {
+        for long in 0..=6 {
+            let masks: [u16; 6] = std::array::from_fn(|at| if at < long { mask } else { 1 });
+            let [alike @ .., front, inputs] = masks;
+            let settings = Settings {
+                window_s: 0.0,
+                array: Array {
+                    front,
+                    alike,
+                    ..Array::DEFAULT
+                },
+                plan: Scan {
+                    inputs,
+                    ..Scan::PAPER
+                },
+                ..Settings::DEFAULT
+            };
+            let keep = false;
+            probes.push(Probe::new(Command::Set { settings, keep }, true)?);
         }
     }
     probes.sort_by_key(|probe| probe.length_bytes);

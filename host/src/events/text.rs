@@ -78,17 +78,12 @@ fn line(t_us: u64, name: &str, values: &str) -> String {
 fn hello(e: &Hello) -> String {
     let [major, minor, patch] = e.version;
     let s = &e.settings;
-    let slide = match s.slide {
+    let slide = match s.slide.rule {
         SlideRule::Found => "slide found in the signal".to_owned(),
-        SlideRule::Protocol {
-            delay_s,
-            speed_mm_s,
-            length_mm,
-        } => {
-            format!(
-                "slide by protocol: {delay_s} s after contact, {length_mm} mm at {speed_mm_s} mm/s"
-            )
-        }
+        SlideRule::Protocol => format!(
+            "slide by protocol: {} s after contact, {} mm at {} mm/s",
+            s.slide.delay_s, s.slide.length_mm, s.slide.speed_mm_s
+        ),
     };
     let accuracy = match s.accuracy {
         0.0 => String::new(),

@@ -6,7 +6,7 @@
 
 use crate::digits::seconds;
 use crate::names::name;
-use crate::settings_form::SettingsForm;
+use crate::settings_form;
 use crate::tone::Tone;
 use crate::utc::Relation;
 use ridgetone_proto::boot::{BrownOut, Death, Oscillator, ResetCause, SettingsSource};
@@ -127,7 +127,7 @@ pub struct Hello {
     /// Nominal frames per second.
     pub frame_rate_hz: f32,
     /// Settings in force, by the names of the settings file.
-    #[serde(with = "SettingsForm")]
+    #[serde(serialize_with = "settings_form::serialize")]
     #[cfg_attr(test, schemars(schema_with = "any_object"))]
     pub settings: Settings,
     /// Where the settings come from.

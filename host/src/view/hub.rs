@@ -334,6 +334,7 @@ impl Inner {
             stream: STREAM,
             version: env!("CARGO_PKG_VERSION"),
             places: PLACES,
+            settings_form: settings_form::entries(),
             thresholds: thresholds(),
             points_most: POINTS,
             frames_most: STRIP_FRAMES,

@@ -5,6 +5,7 @@ use crate::events::view::Estimate;
 use crate::feed::SettingsReply;
 use crate::feel::threshold::Threshold;
 use crate::live::{Live, Log, Now, Strips, columns};
+use crate::settings_form;
 use crate::static_image::SIDE;
 use ridgetone_feel::RECEPTORS;
 use serde::Serialize;
@@ -46,6 +47,8 @@ pub struct State<'a> {
     pub stream: u32,
     pub version: &'static str,
     pub places: [[usize; SIDE]; SIDE],
+    /// Inputs of the page's form.
+    pub settings_form: Vec<settings_form::Entry>,
     /// Thresholds for the spectrum in the event `feel`.
     pub thresholds: [Threshold; RECEPTORS],
     pub points_most: usize,

@@ -130,11 +130,11 @@ fn what_a_finger_feels_has_bars_scales_and_a_spectrum_and_is_hidden_before() {
     browser.value("document.querySelector('[aria-label=\"Look touch.rec\"]').click()");
     browser.wait("document.getElementById('settings').hidden === false");
     assert_eq!(
-        browser.value("document.getElementById('volts_per_um').value"),
+        browser.value("document.getElementById('feel.volts_per_um').value"),
         "0.000002"
     );
     browser.value(
-        "(() => { const input = document.getElementById('volts_per_um'); input.value = '0.00002'; \
+        "(() => { const input = document.getElementById('feel.volts_per_um'); input.value = '0.00002'; \
          input.dispatchEvent(new Event('input', { bubbles: true })); document.getElementById('settings-send').click(); })()",
     );
     browser.wait(

@@ -11,7 +11,7 @@ use ridgetone::surface::profile::Profile;
 use ridgetone_proto::boot::{Oscillator, ResetCause};
 use ridgetone_proto::command::{Command, KNOTS_A_COMMAND, Outcome, Part};
 use ridgetone_proto::profile::{After, KNOTS_MAX, Knot};
-use ridgetone_proto::settings::{Array, Settings, SlideRule};
+use ridgetone_proto::settings::{Array, Settings, Slide, SlideRule};
 use ridgetone_proto::telemetry::{Abscissa, Span, Status};
 use rig::Start;
 
@@ -69,7 +69,8 @@ fn the_demo_is_the_same_on_both_boards_and_on_the_pc() {
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test"]
 fn the_longest_command_arrives_two_hundred_times_while_the_chip_scans() {
-    let slide = SlideRule::Protocol {
+    let slide = Slide {
+        rule: SlideRule::Protocol,
         delay_s: 1.0,
         speed_mm_s: 30.0,
         length_mm: 55.0,

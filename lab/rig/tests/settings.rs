@@ -7,6 +7,7 @@ use hal_mock::Constant;
 use ridgetone_proto::boot::SettingsSource;
 use ridgetone_proto::command::{Command, Outcome};
 use ridgetone_proto::settings::Settings;
+use ridgetone_proto::store::RECORD_BYTES;
 use rig::{Board, Start};
 
 /// Settings that differ by their number.
@@ -74,8 +75,8 @@ fn kept_settings_survive_the_loss_of_power_at_any_word() {
     }
 }
 
-/// Records of a sector: 128 KiB of 128 bytes each.
-const RECORDS: u16 = 1024;
+/// Records of a sector of 128 KiB.
+const RECORDS: u16 = (128 * 1024 / RECORD_BYTES) as u16;
 
 /// What the erase of a sector may leave when the power goes: half of it is blank; all is
 /// programmed, as an erase begins; of every byte some bits are erased; all is blank but a bit at

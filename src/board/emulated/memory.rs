@@ -4,10 +4,10 @@
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
-use ridgetone_proto::store::{PAGES, WORD_BYTES};
+use ridgetone_proto::store::{PAGES, RECORD_BYTES, WORD_BYTES};
 
-/// Bytes of a page: two records.
-const PAGE_BYTES: usize = 192;
+/// Bytes of a page: a record, so that every other one is erased.
+const PAGE_BYTES: usize = RECORD_BYTES;
 
 /// The mark of pages that have been erased once.
 const MARK: u32 = 0x7e55_e11a;

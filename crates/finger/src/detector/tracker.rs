@@ -74,7 +74,7 @@ impl Tracker {
 
     /// Puts new settings of the same plan in force. A slide that lasts goes on.
     pub fn change(&mut self, settings: &Settings) {
-        self.contact.rule = settings.slide;
+        self.contact.slide = settings.slide;
         self.contact.set_mains(settings.interferer_hz);
         self.events.volts_per_code = reading::volts(1, settings.vref_v);
         self.scheduler.change(

@@ -192,7 +192,7 @@ mod tests {
     use super::*;
     use ridgetone_proto::command::{KNOTS_A_COMMAND, REQUEST_WIRE_MAX};
     use ridgetone_proto::framing as wire;
-    use ridgetone_proto::settings::{Array, SettingsError, SlideRule};
+    use ridgetone_proto::settings::{Array, SettingsError, Slide, SlideRule};
     use ridgetone_proto::telemetry::Hello;
     extern crate std;
     use std::boxed::Box;
@@ -291,7 +291,8 @@ mod tests {
 
     #[test]
     fn the_longest_requests_fit_the_wire_and_every_name_fits_a_reply() {
-        let slide = SlideRule::Protocol {
+        let slide = Slide {
+            rule: SlideRule::Protocol,
             delay_s: 1.0,
             speed_mm_s: 30.0,
             length_mm: 55.0,

@@ -23,7 +23,7 @@ use crate::touch::slide::{Moving, moved_until, planned, slide_end};
 use crate::touch::spike::{SPIKE_FRAMES, SPIKE_STILL_BLOCKS, Spike, TAP};
 use crate::touch::values::{difference, length};
 use ridgetone_proto::plan::Plan;
-use ridgetone_proto::settings::SlideRule;
+use ridgetone_proto::settings::{Slide, SlideRule};
 use ridgetone_proto::telemetry::Hold;
 use ridgetone_tone::Values;
 
@@ -47,7 +47,7 @@ const HIDDEN_FRAMES: u32 = 12;
 pub struct ContactDetector {
     /// Where slides come from, from the next touch on, and for the part of this one that has not
     /// begun.
-    pub rule: SlideRule,
+    pub slide: Slide,
     phase: Phase,
     /// The next block may hold the last of what has ended: it is not judged.
     skips_block: bool,
@@ -84,9 +84,9 @@ pub struct ContactDetector {
 
 impl ContactDetector {
     /// At rest, before the first frame.
-    pub const fn new(rule: SlideRule, plan: &Plan) -> Self {
+    pub const fn new(slide: Slide, plan: &Plan) -> Self {
         Self {
-            rule,
+            slide,
             phase: Phase::Learning(0),
             skips_block: false,
             condition: Condition::new(plan),
@@ -114,7 +114,7 @@ impl ContactDetector {
     }
 
     const fn finds_slides(&self) -> bool {
-        matches!(self.rule, SlideRule::Found)
+        matches!(self.slide.rule, SlideRule::Found)
     }
 
     /// Whether the finger is on something.
@@ -525,7 +525,7 @@ impl ContactDetector {
     fn report_contact(&mut self, report: &mut dyn FnMut(Change)) {
         let (frame, taxel, height) = self.spike.highest(self.motion.weights());
         self.contact = frame;
-        self.planned = planned(self.rule, frame, &self.condition);
+        self.planned = planned(&self.slide, frame, &self.condition);
         report(Change::Contact {
             frame,
             taxel,

@@ -6,7 +6,7 @@ use crate::touch::condition::Condition;
 use crate::touch::motion::{FAINT_BLOCKS, LONG_BLOCKS, LONGEST_BLOCKS, Motion, SHORT_BLOCKS};
 use crate::touch::onset::{END_FRAMES, Frames};
 use crate::touch::values::{difference, scale};
-use ridgetone_proto::settings::SlideRule;
+use ridgetone_proto::settings::{Slide, SlideRule};
 use ridgetone_tone::Values;
 
 /// Blocks that something has to move for to be a slide, not a knock: 183 ms.
@@ -121,19 +121,14 @@ pub const fn moved_until(block: Block, number: u32, is_averaged: bool) -> Option
 
 /// First frame of the slide that the protocol plans for a touch at frame `contact`, and the one
 /// behind its last. None if the slide is found by motion.
-pub fn planned(rule: SlideRule, contact: u32, condition: &Condition) -> Option<(u32, u32)> {
-    let SlideRule::Protocol {
-        delay_s,
-        speed_mm_s,
-        length_mm,
-    } = rule
-    else {
+pub fn planned(slide: &Slide, contact: u32, condition: &Condition) -> Option<(u32, u32)> {
+    if slide.rule == SlideRule::Found {
         return None;
-    };
-    let start = contact.wrapping_add(condition.frames_in(delay_s));
+    }
+    let start = contact.wrapping_add(condition.frames_in(slide.delay_s));
     Some((
         start,
-        start.wrapping_add(condition.frames_in(length_mm / speed_mm_s)),
+        start.wrapping_add(condition.frames_in(slide.length_mm / slide.speed_mm_s)),
     ))
 }
 

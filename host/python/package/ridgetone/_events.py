@@ -60,7 +60,7 @@ class Hello(Event):
     """Nominal frames per second [Hz]."""
     settings: Settings
     """Settings in force, by the names of the settings file."""
-    settings_source: Literal["default", "stored", "sent", "damaged", "stored_before"]
+    settings_source: Literal["default", "stored", "sent", "damaged", "stored_before", "migrated"]
     """Where the settings come from."""
     reset_cause: Literal["unknown", "power", "pin", "software", "watchdog"]
     """What reset the processor."""

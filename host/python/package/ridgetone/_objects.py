@@ -45,18 +45,75 @@ class Felt(Object):
     channels: list[Object]
 
 
+# `cargo xtask settings` writes what follows.
+class SlideSettings(Object):
+    """Settings `slide`."""
+
+    rule: Literal["found", "protocol"]
+    """Whether slides are found in the signal or follow the protocol of the stimulus."""
+    delay_s: float
+    """With the protocol: hold time between the contact spike and the slide. [s]"""
+    speed_mm_s: float
+    """With the protocol: speed of the stimulus, which gives the spatial period too. [mm/s]"""
+    length_mm: float
+    """With the protocol: length of the slide to use (paper: 55 of 60). [mm]"""
+
+
+class ArraySettings(Object):
+    """Settings `array`."""
+
+    pitch_mm: float
+    """Distance between the two columns of units along the motion, as the phases show it. [mm]"""
+    edge_phase_rad: float
+    """Phase by which the contact's ends reduce the lag between the columns, which is 2 pi pitch / period less this. [rad]"""
+    edge_phase_sigma_rad: float
+    """Standard deviation of true lags around the line of pitch and edge phase. [rad]"""
+    period_least_mm: float
+    """Shortest possible spatial period. [mm]"""
+    period_most_mm: float
+    """Longest possible spatial period; between one pitch and two the answer is unique. [mm]"""
+    may_go_forward: bool
+    """Whether the grating may move along +x."""
+    may_go_backward: bool
+    """Whether the grating may move against +x; with one direction alone every period above one pitch is unique."""
+    front: int
+    """Taxels of the front column, further along +x: bit k is taxel k. [mask]"""
+    alike: list[int]
+    """Four masks of taxels that respond alike, the same piezoresistor of every unit; a taxel in none of them is not used. [masks]"""
+
+
+class FeelSettings(Object):
+    """Settings `feel`."""
+
+    volts_per_um: float
+    """Amplitude of a taxel's reading over the displacement from peak to peak (equation 6), measured in windows as long as those of the events; 0 for no event `feel`. [V/um]"""
+    sigma_share: float
+    """Standard deviation of `feel.volts_per_um` over it. [share]"""
+    force_ratio: float
+    """Tangential over normal force; 0 for that of the static image before the slide."""
+
+
 class Settings(Object):
     """Settings, by the names of the settings file."""
 
+    plan: str | dict[str, Any]
+    """What the chip converts and how fast; a new plan brings its default window and hop."""
     window_s: float
+    """Length of a window. [s]"""
     hop_s: float
+    """Time from the start of one window to the start of the next. [s]"""
     harmonics: int
+    """Most harmonics to fit, the fundamental included."""
     accuracy: float
+    """Required standard deviation as a share of the frequency: windows grow by a hop until they meet it; 0 gives windows of one length. [share]"""
     interferer_hz: float
+    """Frequency of a known interferer in all channels, such as mains hum; 0 for none. [Hz]"""
     vref_v: float
-    slide: Object
-    array: Object
-    feel: Object
+    """Reference voltage of the ADC. [V]"""
+    slide: SlideSettings
+    array: ArraySettings
+    feel: FeelSettings
+# End of what `cargo xtask settings` writes.
 
 
 def load(kind: type[T], text: str) -> T:

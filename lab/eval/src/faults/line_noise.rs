@@ -1,7 +1,8 @@
 //! Random bytes and damaged requests on the board's line: they must change nothing.
 
-use super::power_cuts::{CutFlash, settings};
+use super::power_cuts::settings;
 use anyhow::Result;
+use hal_mock::CutFlash;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use ridgetone_host::requests::encode;

@@ -1,11 +1,10 @@
 //! What the campaign observes of the firmware's tasks on this PC, behind the simulated chip and its
 //! faults.
 
-use super::power_cuts::CutFlash;
 use super::scan_order::ScanOrder;
 use ads1258::{Channel, Register};
 use anyhow::{Result, ensure};
-use hal_mock::{Counters, Injected, SimulatedBoard};
+use hal_mock::{Counters, CutFlash, Injected, SimulatedBoard};
 use ridgetone::frame::TimedConversion;
 use ridgetone::tasks::line::Received;
 use ridgetone_host::input::Opened;

@@ -1,0 +1,85 @@
+//! Settings as they are kept: pairs of a setting's id and its value.
+//!
+//! Each pair is the id, the number of bytes of the value, and the value in postcard's form. A
+//! reader skips an id that it does not know, and takes the default for one that is missing, so
+//! that settings survive an update of the firmware and its opposite. A list without pairs stands
+//! for the defaults, whatever they are.
+
+use super::{COUNT, Settings};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+/// No setting has this id: it ends the list.
+const END: u8 = 0;
+
+/// What a record holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Kept {
+    /// Nothing: the defaults are in force.
+    Defaults,
+    /// All settings of this firmware, and no others.
+    Settings(Settings),
+    /// Settings of another firmware: some were skipped, or are missing and have their defaults.
+    Migrated(Settings),
+}
+
+impl Kept {
+    /// Reads a list of pairs. None if it is damaged, or if the settings contradict each other.
+    pub fn read(mut list: &[u8]) -> Option<Self> {
+        let mut settings = Settings::DEFAULT;
+        let (mut known, mut skipped) = (0, 0);
+        while let [id, bytes, rest @ ..] = list
+            && *id != END
+        {
+            let (value, rest) = rest.split_at_checked((*bytes).into())?;
+            if settings.read(*id, value) {
+                known += 1;
+            } else {
+                skipped += 1;
+            }
+            list = rest;
+        }
+        settings.validate().ok()?;
+        Some(match (known, skipped) {
+            (0, 0) => Self::Defaults,
+            (COUNT, 0) => Self::Settings(settings),
+            _ => Self::Migrated(settings),
+        })
+    }
+
+    /// Writes all settings, or none for the defaults, into zeros. None if they do not fit.
+    pub fn write(settings: Option<&Settings>, to: &mut [u8]) -> Option<()> {
+        let mut pairs = Writer { free: to };
+        settings
+            .is_none_or(|settings| settings.write(&mut pairs))
+            .then_some(())
+    }
+}
+
+/// Appends pairs.
+pub(crate) struct Writer<'a> {
+    free: &'a mut [u8],
+}
+
+impl Writer<'_> {
+    /// Appends a pair. False if there is no room for it.
+    pub fn push<T: Serialize>(&mut self, id: u8, value: &T) -> bool {
+        let free = core::mem::take(&mut self.free);
+        let Some((head, value_place)) = free.split_first_chunk_mut::<2>() else {
+            return false;
+        };
+        let Ok(used) = postcard::to_slice(value, value_place).map(|value| value.len()) else {
+            return false;
+        };
+        *head = [id, used as u8];
+        self.free = value_place.get_mut(used..).unwrap_or_default();
+        true
+    }
+}
+
+/// Reads a value into its place. False if it is of another type, which changes nothing.
+pub(crate) fn value<T: DeserializeOwned>(bytes: &[u8], place: &mut T) -> bool {
+    let read = postcard::take_from_bytes(bytes);
+    let read = read.ok().filter(|(_, rest)| rest.is_empty());
+    read.map(|(value, _)| *place = value).is_some()
+}

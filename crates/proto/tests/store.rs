@@ -1,0 +1,502 @@
+//! The settings' store in a flash that loses power, wears out, or was written by other firmware.
+
+#[path = "store/other_firmware.rs"]
+mod other_firmware;
+
+use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
+use hal_mock::CutFlash;
+use other_firmware::{OLD_BYTES, WRITTEN, with_pairs};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use ridgetone_proto::boot::SettingsSource;
+use ridgetone_proto::framing::checksum;
+use ridgetone_proto::plan::{HealthReadings, Plan};
+use ridgetone_proto::settings::{Array, Settings, Slide, SlideRule, TABLE};
+use ridgetone_proto::store::{FlashStore, NotStored, Saved, Store, WORD_BYTES};
+
+/// Bytes of a record, as the flash counts them.
+const RECORD_BYTES: u32 = ridgetone_proto::store::RECORD_BYTES as u32;
+
+/// Settings that differ from those of every other number.
+fn settings(number: u64) -> Settings {
+    Settings {
+        window_s: 0.1 + (number % 3800) as f32 * 1e-3,
+        ..Settings::DEFAULT
+    }
+}
+
+/// What a start finds in a flash whose power is back.
+fn found<const PAGE_BYTES: u32>(flash: &CutFlash<PAGE_BYTES>) -> (Settings, SettingsSource) {
+    let mut store = FlashStore::new(flash.clone().power(None));
+    let found = store.load();
+    assert_eq!(store.load(), found, "the second time");
+    assert_eq!(store.release().wrong, 0);
+    found
+}
+
+/// Checks what is found after power was lost while `new` settings were stored over `old` ones:
+/// either, and the old ones with the report that something else was begun.
+fn check_cut<const PAGE_BYTES: u32>(
+    flash: &CutFlash<PAGE_BYTES>,
+    old: Option<Settings>,
+    new: Settings,
+) -> (Settings, SettingsSource) {
+    let (settings, source) = found(flash);
+    let is_right = match source {
+        SettingsSource::Stored => settings == new || Some(settings) == old && !flash.is_marked,
+        SettingsSource::StoredBefore => Some(settings) == old,
+        SettingsSource::Default => old.is_none() && !flash.is_marked,
+        SettingsSource::Damaged => old.is_none(),
+        SettingsSource::Migrated | SettingsSource::Sent => false,
+    };
+    assert!(is_right, "{settings:?} {source:?} over {old:?}");
+    (settings, source)
+}
+
+/// Stores `saves` settings into pages that hold `prefilled` others, loses power in the middle of
+/// every word and erasure of that, and again in the middle of the next save. Gives the sources of
+/// the settings that were found.
+fn cut_everywhere<const PAGE_BYTES: u32>(
+    prefilled: u64,
+    saves: u64,
+    seed: u64,
+) -> Vec<SettingsSource> {
+    let mut sources = Vec::new();
+    let mut store = FlashStore::new(CutFlash::<PAGE_BYTES>::new(seed));
+    (0..prefilled).for_each(|number| assert!(store.save(Some(&settings(number)), true).is_ok()));
+    let mut flash = store.release();
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    for number in prefilled..prefilled + saves {
+        let (old, new) = (number.checked_sub(1).map(settings), settings(number));
+        for cut in 0.. {
+            let mut store = FlashStore::new(flash.clone().power(Some(cut)));
+            let saved = store.save(Some(&new), true);
+            let left = store.release();
+            if !left.is_off {
+                // The save was complete before the cut.
+                assert!(saved.is_ok());
+                flash = left;
+                break;
+            }
+            let (there, source) = check_cut(&left, old, new);
+            sources.push(source);
+            let before = if there == new { Some(new) } else { old };
+            // Power is back and lost again while the next are stored.
+            let again = random.next_u64() % 70;
+            let mut store = FlashStore::new(left.power(Some(again)));
+            let saved = store.save(Some(&settings(number + 1)), true);
+            let left = store.release();
+            if left.is_off {
+                sources.push(check_cut(&left, before, settings(number + 1)).1);
+            } else {
+                assert!(saved.is_ok());
+            }
+            // Power is back for good.
+            let mut store = FlashStore::new(left.power(None));
+            assert!(store.save(Some(&settings(number + 2)), true).is_ok());
+            let last = (settings(number + 2), SettingsSource::Stored);
+            assert_eq!(found(&store.release()), last);
+        }
+    }
+    sources
+}
+
+#[test]
+fn power_lost_at_any_word_leaves_the_old_settings_or_the_new_ones() {
+    let mut sources = Vec::new();
+    for seed in 0..12 {
+        // One record a page, two, and eight and a bit.
+        sources.extend(cut_everywhere::<RECORD_BYTES>(0, 5, seed));
+        sources.extend(cut_everywhere::<{ 2 * RECORD_BYTES }>(0, 7, seed));
+        sources.extend(cut_everywhere::<{ 8 * RECORD_BYTES + 104 }>(8, 16, seed));
+    }
+    let count = |source| sources.iter().filter(|found| **found == source).count();
+    for source in [
+        SettingsSource::Stored,
+        SettingsSource::StoredBefore,
+        SettingsSource::Default,
+        SettingsSource::Damaged,
+    ] {
+        assert!(count(source) > 10, "{source:?}: {}", count(source));
+    }
+    assert!(sources.len() > 20_000, "{}", sources.len());
+}
+
+/// What an interrupted erasure leaves is not guaranteed (RM0090, 3.6): it may have done some words
+/// wholly and left the others as they were, old records among them.
+#[test]
+fn an_erasure_that_hardly_began_or_was_nearly_done_brings_no_old_settings_back() {
+    const PAGE_BYTES: usize = 10 * RECORD_BYTES as usize;
+    // Both pages full, so that the first one is to be erased, and then the second one.
+    for (page, saves) in [(0, 20), (1, 30)] {
+        let mut store = FlashStore::new(CutFlash::<{ PAGE_BYTES as u32 }>::new(1));
+        (0..saves).for_each(|number| assert!(store.save(Some(&settings(number)), true).is_ok()));
+        let flash = store.release();
+        let last = settings(saves - 1);
+        for from in (0..=PAGE_BYTES).step_by(WORD_BYTES) {
+            for erased in [0..from, from..PAGE_BYTES] {
+                let left = flash.clone().with_bytes(|at| {
+                    let is_erased = at / PAGE_BYTES == page && erased.contains(&(at % PAGE_BYTES));
+                    if is_erased { 0xff } else { flash.bytes[at] }
+                });
+                let mut store = FlashStore::new(left);
+                let (found, source) = store.load();
+                let is_stored = matches!(
+                    source,
+                    SettingsSource::Stored | SettingsSource::StoredBefore
+                );
+                assert!(
+                    found == last && is_stored,
+                    "page {page}, {erased:?}: {found:?} {source:?}"
+                );
+                assert!(
+                    store.save(Some(&settings(saves)), true).is_ok(),
+                    "page {page}, {erased:?}"
+                );
+                assert_eq!(
+                    store.load(),
+                    (settings(saves), SettingsSource::Stored),
+                    "page {page}, {erased:?}"
+                );
+                assert_eq!(store.release().wrong, 0, "page {page}, {erased:?}");
+            }
+        }
+    }
+}
+
+/// The sectors of the STM32F405, full: the roll to the other one and back.
+#[test]
+fn power_lost_in_sectors_of_the_real_size_leaves_the_old_settings_or_the_new_ones() {
+    let slots = u64::from(128 * 1024 / RECORD_BYTES);
+    let sources = cut_everywhere::<{ 128 * 1024 }>(2 * slots - 1, 2, 1);
+    assert!(sources.len() > 150, "{}", sources.len());
+}
+
+#[test]
+fn rubbish_in_the_flash_gives_the_defaults_and_says_so() {
+    for seed in 0..20 {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let flash =
+            CutFlash::<{ 10 * RECORD_BYTES }>::new(seed).with_bytes(|_| random.next_u32() as u8);
+        let mut store = FlashStore::new(flash);
+        assert_eq!(store.load(), (Settings::DEFAULT, SettingsSource::Damaged));
+        assert_eq!(
+            store.save(Some(&settings(5)), false),
+            Err(NotStored),
+            "not without erasing"
+        );
+        assert_eq!(store.save(Some(&settings(5)), true), Ok(Saved::Erasing));
+        assert_eq!(store.load(), (settings(5), SettingsSource::Stored));
+        assert_eq!(store.release().wrong, 0);
+    }
+    assert_eq!(
+        FlashStore::new(CutFlash::<{ 10 * RECORD_BYTES }>::new(1))
+            .load()
+            .1,
+        SettingsSource::Default
+    );
+}
+
+/// Sectors of 128 KiB, as on the board, full of anything: each of the 2,048 places is looked at a
+/// few times and not once for every other, which would keep the board from its first word for
+/// seconds.
+#[test]
+fn rubbish_in_whole_sectors_is_passed_over_quickly() {
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    let flash = CutFlash::<131_072>::new(1).with_bytes(|_| random.next_u32() as u8);
+    let mut store = FlashStore::new(flash);
+    assert_eq!(store.load(), (Settings::DEFAULT, SettingsSource::Damaged));
+    let reads = store.release().reads;
+    assert!((2_048..4 * 2_048).contains(&reads), "{reads} reads");
+}
+
+#[test]
+fn what_was_stored_last_and_is_spoilt_gives_what_was_stored_before() {
+    let mut store = FlashStore::new(CutFlash::<{ 10 * RECORD_BYTES }>::new(1));
+    for number in 0..3 {
+        assert_eq!(
+            store.save(Some(&settings(number)), false),
+            Ok(Saved::AtOnce)
+        );
+    }
+    // A bit of the third record's settings.
+    let mut flash = store.release();
+    flash.bytes[2 * RECORD_BYTES as usize + 8] ^= 4;
+    let mut store = FlashStore::new(flash);
+    assert_eq!(store.load(), (settings(1), SettingsSource::StoredBefore));
+    // Forgetting is a record too.
+    assert_eq!(store.save(None, false), Ok(Saved::AtOnce));
+    assert_eq!(store.load(), (Settings::DEFAULT, SettingsSource::Default));
+    assert_eq!(store.release().wrong, 0);
+}
+
+/// In a touch nothing is erased, and what was stored stays.
+#[test]
+fn a_full_page_is_not_erased_without_permission() {
+    let mut store = FlashStore::new(CutFlash::<{ 2 * RECORD_BYTES }>::new(1));
+    for number in 0..4 {
+        assert_eq!(store.save(Some(&settings(number)), true), Ok(Saved::AtOnce));
+    }
+    assert_eq!(store.save(Some(&settings(4)), false), Err(NotStored));
+    assert_eq!(store.load(), (settings(3), SettingsSource::Stored));
+    assert_eq!(store.save(Some(&settings(4)), true), Ok(Saved::Erasing));
+    assert_eq!(store.load(), (settings(4), SettingsSource::Stored));
+    let flash = store.release();
+    assert_eq!((flash.erased, flash.wrong), (1, 0));
+}
+
+/// Pages in which some words are worn out and cannot be programmed.
+struct Worn {
+    flash: CutFlash<{ 10 * RECORD_BYTES }>,
+    is_worn: fn(u32) -> bool,
+}
+
+impl ErrorType for Worn {
+    type Error = NorFlashErrorKind;
+}
+
+impl ReadNorFlash for Worn {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
+        self.flash.read(offset, bytes)
+    }
+
+    fn capacity(&self) -> usize {
+        self.flash.capacity()
+    }
+}
+
+impl NorFlash for Worn {
+    const WRITE_SIZE: usize = WORD_BYTES;
+    const ERASE_SIZE: usize = 10 * RECORD_BYTES as usize;
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
+        (offset..)
+            .step_by(WORD_BYTES)
+            .zip(bytes.as_chunks::<WORD_BYTES>().0)
+            .try_for_each(|(offset, word)| {
+                let sticks = (self.is_worn)(offset) as u8;
+                self.flash.write(offset, &word.map(|byte| byte | sticks))
+            })
+    }
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
+        self.flash.erase(from, to)
+    }
+}
+
+#[test]
+fn what_cannot_be_read_back_is_stored_in_another_place() {
+    let load = |worn: Worn| FlashStore::new(worn).load();
+    let mut store = FlashStore::new(Worn {
+        flash: CutFlash::new(1),
+        is_worn: |_| false,
+    });
+    assert_eq!(store.save(Some(&settings(1)), true), Ok(Saved::AtOnce));
+    let flash = store.release().flash;
+
+    // A word of each of the next two places.
+    let is_worn: fn(u32) -> bool = |offset| [RECORD_BYTES, 2 * RECORD_BYTES - 24].contains(&offset);
+    let mut store = FlashStore::new(Worn {
+        flash: flash.clone(),
+        is_worn,
+    });
+    assert_eq!(store.save(Some(&settings(2)), true), Ok(Saved::AtOnce));
+    let flash_after = store.release().flash;
+    assert_eq!(flash_after.wrong, 0);
+    let (kept, source) = load(Worn {
+        flash: flash_after,
+        is_worn,
+    });
+    assert_eq!(kept, settings(2));
+    assert!(
+        matches!(
+            source,
+            SettingsSource::Stored | SettingsSource::StoredBefore
+        ),
+        "{source:?}"
+    );
+
+    // All of them: refused, and what was there is there still.
+    let mut store = FlashStore::new(Worn {
+        flash,
+        is_worn: |_| true,
+    });
+    assert_eq!(store.save(Some(&settings(2)), true), Err(NotStored));
+    let (kept, _) = load(store.release());
+    assert_eq!(kept, settings(1));
+}
+
+/// A flash that begins with these bytes.
+fn with_bytes(bytes: &[u8]) -> CutFlash<{ 10 * RECORD_BYTES }> {
+    CutFlash::new(1).with_bytes(|at| bytes.get(at).copied().unwrap_or(0xff))
+}
+
+#[test]
+fn what_the_firmware_before_stored_is_read_and_migrated() {
+    let array = Array {
+        pitch_mm: 2.25,
+        edge_phase_rad: -0.5,
+        edge_phase_sigma_rad: 0.02,
+        period_least_mm: 1.5,
+        period_most_mm: 3.5,
+        may_go_forward: false,
+        front: 0x0f0f,
+        alike: [1, 2, 4, 0xff00],
+        ..Array::DEFAULT
+    };
+    let plan = Plan {
+        inputs: 0x00ff,
+        data_rate: 2,
+        delay: 1,
+        chop: true,
+        health: HealthReadings::BetweenTouches,
+    };
+    let mut all = Settings {
+        window_s: 0.3,
+        hop_s: 0.15,
+        harmonics: 3,
+        accuracy: 0.005,
+        interferer_hz: 50.0,
+        vref_v: 2.5,
+        slide: Slide {
+            rule: SlideRule::Protocol,
+            delay_s: 0.5,
+            speed_mm_s: 22.5,
+            length_mm: 40.0,
+        },
+        array,
+        ..Settings::DEFAULT
+    };
+    all.plan = plan;
+    all.feel.volts_per_um = 0.002;
+    all.feel.sigma_share = 0.1;
+    all.feel.force_ratio = 0.6;
+    let hand = Settings::DEFAULT.with_plan(Plan::HAND);
+    for (records, expected) in [
+        (1, (all, SettingsSource::Migrated)),
+        (2, (Settings::DEFAULT, SettingsSource::Default)),
+        (3, (hand, SettingsSource::Migrated)),
+    ] {
+        let flash = with_bytes(&WRITTEN[..records * OLD_BYTES]);
+        assert_eq!(found(&flash), expected, "{records} records");
+        let mut store = FlashStore::new(flash);
+        assert_eq!(store.save(Some(&settings(1)), false), Ok(Saved::AtOnce));
+        let stored = (settings(1), SettingsSource::Stored);
+        assert_eq!(found(&store.release()), stored, "{records} records");
+    }
+    // A record that was begun, by either firmware, is missed.
+    for place in [OLD_BYTES, RECORD_BYTES as usize] {
+        let flash = with_bytes(&WRITTEN[..OLD_BYTES]);
+        let begun = flash.bytes.clone();
+        let flash = flash.with_bytes(|at| if at == place { 0 } else { begun[at] });
+        assert_eq!(
+            found(&flash),
+            (all, SettingsSource::StoredBefore),
+            "{place}"
+        );
+    }
+}
+
+#[test]
+fn an_id_from_the_future_is_skipped_and_one_that_is_missing_has_its_default() {
+    let kept = Settings {
+        harmonics: 2,
+        accuracy: 0.01,
+        plan: Plan::HAND,
+        window_s: 0.2,
+        ..settings(3)
+    };
+    let mut store = FlashStore::new(with_bytes(&[]));
+    assert_eq!(store.save(Some(&kept), false), Ok(Saved::AtOnce));
+    let pairs = other_firmware::pairs(&other_firmware::first(&mut store.release()));
+    let number = 7;
+    let load = |pairs: &[(u8, Vec<u8>)]| found(&with_bytes(&with_pairs(number, pairs)));
+    assert_eq!(load(&pairs), (kept, SettingsSource::Stored));
+
+    // In front of the others, behind them, of a byte or of many.
+    for place in [0, 5, pairs.len()] {
+        for bytes in [0, 1, 60] {
+            let mut more = pairs.clone();
+            more.insert(place, (200, vec![0xa5; bytes]));
+            assert_eq!(load(&more), (kept, SettingsSource::Migrated), "{place}");
+        }
+    }
+    let default = Settings {
+        harmonics: Settings::DEFAULT.harmonics,
+        ..kept
+    };
+    let harmonics = TABLE.iter().find(|setting| setting.name == "harmonics");
+    let harmonics = harmonics.expect("a setting").id;
+    let others = pairs.iter().filter(|(id, _)| *id != harmonics).cloned();
+    let others: Vec<_> = others.collect();
+    assert_eq!(load(&others), (default, SettingsSource::Migrated));
+    // A value of another type: as if it were missing.
+    let other_type = [others.clone(), vec![(harmonics, vec![2, 0])]].concat();
+    assert_eq!(load(&other_type), (default, SettingsSource::Migrated));
+    // One out of its bounds, or a list that is cut off: nothing of it is used.
+    let refused = [others.clone(), vec![(harmonics, vec![9])]].concat();
+    assert_eq!(load(&refused), (Settings::DEFAULT, SettingsSource::Damaged));
+    let mut cut_off = with_pairs(number, &pairs[..1]);
+    cut_off[6] = 250;
+    let content = [&cut_off[..124], &cut_off[128..252]].concat();
+    cut_off[124..128].copy_from_slice(&checksum(&content[..124]).to_le_bytes());
+    cut_off[252..].copy_from_slice(&checksum(&content).to_le_bytes());
+    let damaged = (Settings::DEFAULT, SettingsSource::Damaged);
+    assert_eq!(found(&with_bytes(&cut_off)), damaged);
+}
+
+/// The halves of two records do not make one.
+#[test]
+fn the_second_half_belongs_to_its_first() {
+    let mut store = FlashStore::new(with_bytes(&[]));
+    for number in [1, 2] {
+        assert_eq!(
+            store.save(Some(&settings(number)), false),
+            Ok(Saved::AtOnce)
+        );
+    }
+    let bytes = store.release().bytes;
+    let (first, second) = bytes.split_at(RECORD_BYTES as usize);
+    let mixed = [&first[..OLD_BYTES], &second[OLD_BYTES..2 * OLD_BYTES]].concat();
+    let damaged = (Settings::DEFAULT, SettingsSource::Damaged);
+    assert_eq!(found(&with_bytes(&mixed)), damaged);
+}
+
+/// Firmware goes back and forth between this version and the one before: what was stored last is
+/// found, whoever stored it, and only what this firmware stored counts as `stored`.
+#[test]
+fn after_downgrades_and_upgrades_the_latest_settings_are_found() {
+    let (number, window_s) = (2, Settings::DEFAULT.with_plan(Plan::HAND).window_s);
+    let copied = other_firmware::record(number, window_s);
+    assert_eq!(copied, WRITTEN[2 * OLD_BYTES..], "it is written as it was");
+
+    let (mut downgrades, mut erased) = (0, 0);
+    for seed in 0..200 {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let mut flash = CutFlash::<{ 3 * RECORD_BYTES }>::new(seed);
+        let mut was_old = true;
+        for number in 0..30 {
+            let is_old = random.next_u32().is_multiple_of(2);
+            let expected = if is_old {
+                let settings = other_firmware::settings(number);
+                other_firmware::save(&mut flash, &settings);
+                downgrades += u32::from(!was_old);
+                (settings, SettingsSource::Migrated)
+            } else {
+                let mut store = FlashStore::new(flash);
+                assert!(store.save(Some(&settings(number)), true).is_ok());
+                flash = store.release();
+                (settings(number), SettingsSource::Stored)
+            };
+            assert_eq!(found(&flash), expected, "seed {seed}, save {number}");
+            let (latest, _) = other_firmware::newest(&mut flash).expect("a record");
+            assert_eq!(u64::from(latest), number, "numbers go on");
+            was_old = is_old;
+        }
+        erased += flash.erased;
+        assert_eq!(flash.wrong, 0);
+    }
+    assert!(downgrades > 1000 && erased > 500, "{downgrades} {erased}");
+}

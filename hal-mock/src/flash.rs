@@ -1,0 +1,172 @@
+//! Flash memory of a microcontroller that may lose power in the middle of any operation.
+
+use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+
+/// Bytes that are programmed at once.
+const WORD_BYTES: usize = 4;
+/// Number of pages.
+const PAGES: u32 = 2;
+
+/// Two pages of flash that lose power after a number of words and erasures.
+///
+/// It works as in the manual: erasing sets bits, programming clears them. An operation that loses
+/// power has changed any part of its bits, and no others.
+#[derive(Clone, Debug)]
+pub struct CutFlash<const PAGE_BYTES: u32> {
+    /// What it holds.
+    pub bytes: Vec<u8>,
+    /// Operations until power is lost; none: it is not.
+    left: Option<u64>,
+    /// Words and erasures that were begun.
+    pub done: u64,
+    /// Whether power is lost.
+    pub is_off: bool,
+    /// Operations beyond the pages, or that program words that are not erased. Must be zero.
+    pub wrong: u64,
+    /// Pages that were erased.
+    pub erased: u64,
+    /// Reads of any length.
+    pub reads: u64,
+    /// Whether a bit was cleared since power returned.
+    pub is_marked: bool,
+    random: ChaCha8Rng,
+}
+
+impl<const PAGE_BYTES: u32> CutFlash<PAGE_BYTES> {
+    /// Erased pages. The seed chooses the bits that are done when power is lost.
+    pub fn new(seed: u64) -> Self {
+        let bytes = vec![0xff; (PAGES * PAGE_BYTES) as usize];
+        Self {
+            bytes,
+            left: None,
+            done: 0,
+            is_off: false,
+            wrong: 0,
+            erased: 0,
+            reads: 0,
+            is_marked: false,
+            random: ChaCha8Rng::seed_from_u64(seed),
+        }
+    }
+
+    /// With any content, by the place of each byte.
+    pub fn with_bytes(mut self, byte: impl FnMut(usize) -> u8) -> Self {
+        self.bytes = (0..self.bytes.len()).map(byte).collect();
+        self
+    }
+
+    /// Power is there, and is lost in the middle of operation `left` from now on, counted from 0.
+    pub fn power(mut self, left: Option<u64>) -> Self {
+        (self.left, self.is_off, self.is_marked) = (left, false, false);
+        self
+    }
+
+    /// Whether power lasts until the end of the next operation; an error if it is gone before it
+    /// begins.
+    fn lasts(&mut self) -> Result<bool, NorFlashErrorKind> {
+        if self.is_off {
+            return Err(NorFlashErrorKind::Other);
+        }
+        self.done += 1;
+        self.is_off = self.left == Some(0);
+        self.left = self.left.map(|left| left.saturating_sub(1));
+        Ok(!self.is_off)
+    }
+
+    fn program(&mut self, offset: u32, word: [u8; WORD_BYTES]) -> Result<(), NorFlashErrorKind> {
+        let range = offset as usize..offset as usize + WORD_BYTES;
+        if !offset.is_multiple_of(WORD_BYTES as u32) || range.end > self.bytes.len() {
+            self.wrong += 1;
+            return Err(NorFlashErrorKind::OutOfBounds);
+        }
+        let lasts = self.lasts()?;
+        let mask = if lasts {
+            u32::MAX
+        } else {
+            part(&mut self.random)
+        };
+        let place = &mut self.bytes[range];
+        self.wrong += u64::from(place.iter().any(|byte| *byte != 0xff));
+        // The bits that were not done are still set.
+        for ((kept, byte), mask) in place.iter_mut().zip(word).zip(mask.to_le_bytes()) {
+            let before = *kept;
+            *kept &= byte | !mask;
+            self.is_marked |= *kept != before;
+        }
+        lasts.then_some(()).ok_or(NorFlashErrorKind::Other)
+    }
+}
+
+/// Bits of a word that are done when power is lost: none, all, or any.
+fn part(random: &mut ChaCha8Rng) -> u32 {
+    match random.next_u32() % 4 {
+        0 => 0,
+        1 => u32::MAX,
+        _ => random.next_u32(),
+    }
+}
+
+impl<const PAGE_BYTES: u32> ErrorType for CutFlash<PAGE_BYTES> {
+    type Error = NorFlashErrorKind;
+}
+
+impl<const PAGE_BYTES: u32> ReadNorFlash for CutFlash<PAGE_BYTES> {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
+        self.reads += 1;
+        let Some(kept) = self
+            .bytes
+            .get(offset as usize..offset as usize + bytes.len())
+        else {
+            self.wrong += 1;
+            return Err(NorFlashErrorKind::OutOfBounds);
+        };
+        bytes.copy_from_slice(kept);
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        self.bytes.len()
+    }
+}
+
+impl<const PAGE_BYTES: u32> NorFlash for CutFlash<PAGE_BYTES> {
+    const WRITE_SIZE: usize = WORD_BYTES;
+    const ERASE_SIZE: usize = PAGE_BYTES as usize;
+
+    /// Word by word: power may be lost in the middle of each.
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
+        let (words, rest) = bytes.as_chunks::<WORD_BYTES>();
+        self.wrong += u64::from(!rest.is_empty());
+        (offset..)
+            .step_by(WORD_BYTES)
+            .zip(words)
+            .try_for_each(|(offset, word)| self.program(offset, *word))
+    }
+
+    /// One page.
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
+        let is_one = from.is_multiple_of(PAGE_BYTES) && from.checked_add(PAGE_BYTES) == Some(to);
+        if !is_one || to as usize > self.bytes.len() {
+            self.wrong += 1;
+            return Err(NorFlashErrorKind::OutOfBounds);
+        }
+        let lasts = self.lasts()?;
+        let page = &mut self.bytes[from as usize..to as usize];
+        if lasts {
+            page.fill(0xff);
+            self.erased += 1;
+            return Ok(());
+        }
+        for word in page.as_chunks_mut::<WORD_BYTES>().0 {
+            let set = part(&mut self.random).to_le_bytes();
+            word.iter_mut()
+                .zip(set)
+                .for_each(|(byte, set)| *byte |= set);
+        }
+        Err(NorFlashErrorKind::Other)
+    }
+}

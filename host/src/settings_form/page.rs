@@ -1,0 +1,89 @@
+//! The description from which the page makes its form.
+
+use super::{range, shown};
+use ridgetone_proto::plan::Plan;
+use ridgetone_proto::settings::{Bounds, Kind, Setting, TABLE};
+use serde::Serialize;
+
+/// An input of the form.
+#[derive(Clone, Debug, Serialize)]
+pub struct Entry {
+    pub name: &'static str,
+    pub group: &'static str,
+    pub unit: &'static str,
+    /// Its sentence, range and default.
+    pub title: String,
+    /// `number`, `whole`, `switch`, `mask`, `masks`, `word` or `plan`.
+    pub kind: &'static str,
+    /// Bounds, where they depend on nothing else.
+    pub least: Option<f32>,
+    pub greatest: Option<f32>,
+    /// What to choose from: values, and what they say.
+    pub choices: Vec<Choice>,
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub struct Choice {
+    pub value: &'static str,
+    pub text: String,
+}
+
+/// The inputs, in the order of the table.
+pub fn entries() -> Vec<Entry> {
+    TABLE.iter().map(entry).collect()
+}
+
+fn entry(setting: &Setting) -> Entry {
+    let limits = match setting.bounds {
+        Bounds::Between(least, greatest) => Some((least, greatest)),
+        Bounds::ZeroOr(_, greatest) => Some((0.0, greatest)),
+        Bounds::By(_) | Bounds::Any => None,
+    };
+    let (kind, choices) = match setting.kind {
+        Kind::Number => ("number", Vec::new()),
+        Kind::Whole => ("whole", Vec::new()),
+        Kind::Switch => ("switch", Vec::new()),
+        Kind::Mask => ("mask", Vec::new()),
+        Kind::Masks => ("masks", Vec::new()),
+        Kind::Word(words) => ("word", words.iter().map(|word| named(word, word)).collect()),
+        Kind::Plan => ("plan", plans()),
+    };
+    Entry {
+        name: setting.name,
+        group: setting.group,
+        unit: setting.unit,
+        title: format!(
+            "{} {}; default: {}",
+            setting.sentence(),
+            range(setting),
+            shown(&setting.default())
+        ),
+        kind,
+        least: limits.map(|(least, _)| least),
+        greatest: limits.map(|(_, greatest)| greatest),
+        choices,
+    }
+}
+
+fn named(value: &'static str, text: &str) -> Choice {
+    Choice {
+        value,
+        text: text.to_owned(),
+    }
+}
+
+/// The usual plans, and what they give.
+fn plans() -> Vec<Choice> {
+    Plan::NAMED
+        .iter()
+        .map(|(name, plan)| {
+            let (channels, rate_hz) = (plan.channels(), plan.frame_rate_hz());
+            let rate = if rate_hz < 1000.0 {
+                format!("{rate_hz:.0} Hz")
+            } else {
+                format!("{:.1} kHz", 1e-3 * rate_hz)
+            };
+            named(name, &format!("{name}: {channels} × {rate}"))
+        })
+        .collect()
+}
