@@ -4,7 +4,6 @@
 mod reference;
 
 use reference::Tone;
-use ridgetone::abscissa::Motion;
 use ridgetone::estimator::{Estimator, WindowFit};
 use ridgetone::surface::odometry::Mark;
 use ridgetone::window::{Table, Window};
@@ -43,7 +42,7 @@ fn estimate(
         plan,
         odometry: Mark::NONE,
     };
-    match estimator.run(&window, &mut table, Motion::Unknown) {
+    match estimator.run(&window, &mut table, None) {
         Ok(WindowFit::Done(estimate)) => estimate,
         other => panic!("no estimate: {other:?}"),
     }

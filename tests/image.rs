@@ -22,7 +22,7 @@ fn images(scene: impl Scene + 'static, seed: u64) -> Vec<Image> {
             ..Options::default()
         },
     );
-    outcome(&run_on(board, Settings::default(), None, all)).images
+    outcome(&run_on(board, Settings::default(), all)).images
 }
 
 /// The mean of the same scene without noise over an image's frames, less its value at the

@@ -5,7 +5,7 @@
 mod reference;
 
 use reference::{Noise, codes};
-use ridgetone::abscissa::{self, Fitted, Motion};
+use ridgetone::abscissa::{self, Fitted};
 use ridgetone::surface::lag::lag;
 use ridgetone::surface::odometry::Mark;
 use ridgetone::surface::travel::by_phases;
@@ -97,8 +97,7 @@ impl Wave {
             plan: Plan::PAPER,
             odometry: Mark::NONE,
         };
-        abscissa::fit(fitter, &window, &mut table, 0.0, Motion::Unknown)
-            .expect("all frames are there")
+        abscissa::fit(fitter, &window, &mut table, 0.0, None).expect("all frames are there")
     }
 }
 

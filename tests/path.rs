@@ -117,7 +117,7 @@ fn all_of_table_2_from_recordings_of_any_rate() {
                 ..Options::default()
             };
             let board = SimulatedBoard::new(trace, options);
-            let out = outcome(&run_on(board, Settings::default(), None, all));
+            let out = outcome(&run_on(board, Settings::default(), all));
             assert_within_bars(&format!("{rate_hz} Hz, {what}"), &out, &truth);
         }
     }

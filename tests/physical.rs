@@ -29,10 +29,7 @@ fn touch(sliding: Sliding, seed: u64) -> (Outcome, Truth) {
             ..Options::default()
         },
     );
-    (
-        outcome(&run_on(board, Settings::default(), None, all)),
-        truth,
-    )
+    (outcome(&run_on(board, Settings::default(), all)), truth)
 }
 
 /// One contact, one slide, one release, and the slide's ends `within_s` of the truth.

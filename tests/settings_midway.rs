@@ -5,7 +5,6 @@
 #[allow(dead_code, reason = "a part of it is used here")]
 mod touch;
 
-use ridgetone::abscissa::Motion;
 use ridgetone::detector::Detector;
 use ridgetone::estimator::{Estimator, WindowFit};
 use ridgetone::faults::diagnostics::Diagnostics;
@@ -53,7 +52,7 @@ impl Board {
         for window in due {
             match self
                 .estimator
-                .run(&window, &mut &self.ring, Motion::Unknown)
+                .run(&window, &mut &self.ring, None)
                 .expect("its frames are there")
             {
                 WindowFit::Done(estimate) => self.estimates.push((self.is_changed, estimate)),

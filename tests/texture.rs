@@ -5,12 +5,10 @@
 mod support;
 
 use hal_mock::{Scene, Sliding, SlidingScene};
-use ridgetone::surface::profile::Profile;
 use ridgetone_proto::plan::Plan;
-use ridgetone_proto::profile::{After, Knot};
 use ridgetone_proto::settings::{Array, Settings};
 use ridgetone_proto::telemetry::{Event, Hold, Texture};
-use support::{all, outcome, run_along};
+use support::{Stream, outcome, places, run_streamed};
 
 const SPEED_MM_S: f64 = 30.0;
 const SLIDE_MM: f64 = 120.0;
@@ -57,21 +55,17 @@ impl Scene for Changing {
     }
 }
 
-/// What a PC knows: always the same speed.
-fn known_speed() -> Option<Profile> {
-    let knot = |t_us| Knot {
-        t_us,
-        speed_mm_s: SPEED_MM_S as f32,
-    };
-    Profile::new(&[knot(0), knot(20_000_000)], After::Hold).ok()
+/// What a robot knows: always the same speed.
+fn known_speed() -> Stream {
+    places(60.0, |t_s| SPEED_MM_S * t_s)
 }
 
 fn textures(
     scene: impl Scene + 'static,
     settings: Settings,
-    profile: Option<Profile>,
+    stream: Stream,
 ) -> (Vec<Texture>, Vec<Event>) {
-    let events = run_along(scene, settings, profile, all);
+    let events = run_streamed(scene, settings, stream);
     (outcome(&events).textures, events)
 }
 
@@ -229,7 +223,7 @@ fn without_a_speed_there_is_no_texture() {
         ..Settings::DEFAULT
     };
     let scene = || SlidingScene::new(sliding(3.6)).expect("a scene");
-    let (none, events) = textures(scene(), settings, None);
+    let (none, events) = textures(scene(), settings, Stream::new());
     assert!(outcome(&events).window_fits.len() > 10);
     assert_eq!(none, []);
     let (found, _) = textures(scene(), settings, known_speed());

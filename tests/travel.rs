@@ -5,12 +5,10 @@
 mod support;
 
 use hal_mock::{Finger, Sliding, SlidingScene, load_scene};
-use ridgetone::surface::profile::Profile;
-use ridgetone_proto::profile::{After, Knot};
 use ridgetone_proto::settings::{Array, FRAME_RATE_HZ, Settings, Slide, SlideRule};
 use ridgetone_proto::telemetry::{Direction, Estimate, TravelStatus};
 use std::path::Path;
-use support::{all, outcome, run, run_along};
+use support::{all, outcome, places, run, run_streamed};
 
 /// All estimates of a scene.
 fn estimates(scene: Sliding, settings: Settings) -> Vec<Estimate> {
@@ -167,9 +165,9 @@ fn with_a_given_speed_the_period_comes_from_it() {
     }
 }
 
-/// Speed by a profile: the fit itself is by place.
+/// Places of a robot: the fit itself is by place.
 #[test]
-fn along_a_profile_the_period_is_the_fits_own() {
+fn by_place_the_period_is_the_fits_own() {
     for (reverse, sign) in [(false, 1.0), (true, 1.0), (true, -1.0)] {
         let scene = Sliding {
             period_mm: 3.6,
@@ -177,13 +175,9 @@ fn along_a_profile_the_period_is_the_fits_own() {
             reverse,
             ..Sliding::physical()
         };
-        let knots = [Knot {
-            t_us: 0,
-            speed_mm_s: sign * 30.0,
-        }];
-        let profile = Profile::new(&knots, After::Hold).unwrap();
+        let stream = places(20.0, |t_s| sign * 30.0 * t_s);
         let scene = SlidingScene::new(scene).unwrap();
-        let out = outcome(&run_along(scene, Settings::DEFAULT, Some(profile), all));
+        let out = outcome(&run_streamed(scene, Settings::DEFAULT, stream));
         assert!(!out.window_fits.is_empty(), "{out:?}");
         for fit in out.window_fits {
             let travel = fit.travel;

@@ -6,9 +6,8 @@ use crate::requests::{PATIENCE, Requests};
 use crate::settings_form;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail};
-use ridgetone_proto::command::{Command, KNOTS_A_COMMAND, Outcome, Part, Reply};
+use ridgetone_proto::command::{Command, Outcome, Reply};
 use ridgetone_proto::plan::Gives;
-use ridgetone_proto::profile::{After, Knot};
 use ridgetone_proto::telemetry::{Event, Hello, Packet};
 
 /// Packets after the reply among which the greeting is expected.
@@ -57,23 +56,6 @@ impl<'a> Client<'a> {
         hello.context("the board did not send its settings")
     }
 
-    /// Sends a speed profile: estimates follow by place.
-    pub fn follow(&mut self, knots: &[Knot], after: After) -> Result<()> {
-        let mut first = 0;
-        for part in knots.chunks(KNOTS_A_COMMAND) {
-            let last = (first + part.len() == knots.len()).then_some(after);
-            let knots =
-                heapless::Vec::from_slice(part).context("a part of the profile is too long")?;
-            self.request(Command::Follow(Part {
-                first: first as u8,
-                knots,
-                last,
-            }))?;
-            first += part.len();
-        }
-        Ok(())
-    }
-
     /// Sends a command. True if the board erased flash for it, which costs a second or two of
     /// conversions. Fails if the board refuses the command, with the reason ([`UsageError`] for a
     /// setting), or does not answer.
@@ -94,7 +76,7 @@ impl<'a> Client<'a> {
             Outcome::Setting(error) => {
                 Err(UsageError(settings_form::explain(&error.field, &text)).into())
             }
-            Outcome::Profile | Outcome::NotStored | Outcome::Busy => bail!("the board: {text}"),
+            Outcome::NotStored | Outcome::Busy => bail!("the board: {text}"),
         }
     }
 }

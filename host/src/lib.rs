@@ -60,6 +60,7 @@ pub mod overtones;
 pub mod part;
 pub mod picture;
 pub mod port;
+pub mod profile;
 pub mod program;
 #[cfg(test)]
 #[path = "../tests/common/ram_flash.rs"]

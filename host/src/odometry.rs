@@ -2,12 +2,33 @@
 
 use anyhow::{Context, Result, bail, ensure};
 use hal_mock::Table;
-use ridgetone_proto::odometry::{FRAME_BYTES, Odometry, PLACE_PER_MM, Reading};
+use ridgetone_proto::odometry::{FRAME_BYTES, Odometry, PLACE_PER_MM, Reading, SPEED_MAX_MM_S};
+use ridgetone_proto::telemetry::Packet;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::{Duration, Instant};
+
+/// Who sends messages to a board while its packets are read.
+pub trait Robot: Send {
+    /// Takes a packet of the board.
+    fn hear(&mut self, _packet: &Packet) {}
+
+    /// The next message that is due, as it travels.
+    fn next(&mut self) -> Option<Vec<u8>>;
+
+    /// Whether the last message was sent, and with it everything is over.
+    fn has_ended(&self) -> bool {
+        false
+    }
+}
+
+impl Robot for Receiver<Vec<u8>> {
+    fn next(&mut self) -> Option<Vec<u8>> {
+        self.try_recv().ok()
+    }
+}
 
 /// Frames, stuffed and without their zeros, and when each is complete at the board, microseconds of
 /// scene time.
@@ -16,7 +37,7 @@ pub type Stream = Vec<(u64, Vec<u8>)>;
 /// Column of the places along the surface, millimetres.
 pub const PLACE_COLUMN: &str = "place_mm";
 /// Column of the speeds over the surface, millimetres per second.
-pub const SPEED_COLUMN: &str = crate::speed::SPEED_COLUMN;
+pub const SPEED_COLUMN: &str = "speed_mm_s";
 /// Column of the times at which messages are complete at the board, seconds.
 const ARRIVAL_COLUMN: &str = "arrival_s";
 /// Delay of messages without that column, microseconds: a line of 921,600 baud takes 206 for one.
@@ -27,11 +48,12 @@ const PLACE_MOST_MM: f64 = 200_000.0;
 /// A message of a row: its number, the robot's time in seconds, and a place in millimetres or a
 /// speed.
 pub fn message(number: usize, t_s: f64, value: f64, is_place: bool) -> Odometry {
+    // A place wraps too: an hour at 60 mm/s is as far as its numbers reach.
     let reading = match is_place {
-        true => Reading::Place((value * f64::from(PLACE_PER_MM)).round() as i32),
+        true => Reading::Place((value * f64::from(PLACE_PER_MM)).round() as i64 as i32),
         false => Reading::Speed(value as f32),
     };
-    // Both wrap, as they do on a robot.
+    // Number and stamp wrap, as on a robot.
     Odometry {
         number: number as u16,
         t_us: (t_s * 1e6).round() as i64 as u32,
@@ -62,10 +84,7 @@ pub fn check(value: f64, is_place: bool, file: &str, t_s: f64) -> Result<()> {
     let (name, most) = if is_place {
         (PLACE_COLUMN, PLACE_MOST_MM)
     } else {
-        (
-            SPEED_COLUMN,
-            f64::from(ridgetone::surface::profile::SPEED_MAX_MM_S),
-        )
+        (SPEED_COLUMN, f64::from(SPEED_MAX_MM_S))
     };
     ensure!(
         value.abs() <= most,

@@ -4,6 +4,7 @@
 use crate::input::{Opened, Uncertainty};
 use crate::live::Counts;
 use crate::odometry::Stream;
+use crate::profile::Profile;
 use crate::stop;
 use ads1258::Ads1258;
 use anyhow::{Context, Result, ensure};
@@ -11,7 +12,7 @@ use embedded_hal::delay::DelayNs;
 use hal_mock::SimulatedBoard;
 use ridgetone::frame::TimedConversion;
 use ridgetone::pipeline::Pipeline;
-use ridgetone::surface::profile::Profile;
+use ridgetone::tasks::line::ODOMETRY_US;
 use ridgetone_proto::plan::{HealthReadings, Plan};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Decoder, Event, Packet, WIRE_MAX, encode};
@@ -26,6 +27,30 @@ pub const START_US: u32 = 20_100;
 /// Conversions between two reports of progress.
 const PROGRESS_EVERY: u64 = 2048;
 
+/// What is known of the finger's motion over the surface. Estimates then come in cycles per
+/// millimetre.
+#[derive(Clone, Debug)]
+pub enum Motion {
+    /// A robot's messages.
+    Robot(Stream),
+    /// Its speed, by device time.
+    Speed(Profile),
+}
+
+impl Motion {
+    /// The messages of odometry, in the order of their times: as [`Stream`]. Device time begins at
+    /// `zero_us` of scene time.
+    fn messages(self, zero_us: u64) -> Box<dyn Iterator<Item = (u64, Vec<u8>)>> {
+        match self {
+            Self::Robot(stream) => Box::new(stream.into_iter()),
+            Self::Speed(profile) => Box::new(profile.messages().map(move |(t_us, frame)| {
+                // The board takes the line's time off.
+                (zero_us + t_us + u64::from(ODOMETRY_US), frame)
+            })),
+        }
+    }
+}
+
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
     /// Bytes as they would have gone over the wire.
@@ -36,57 +61,28 @@ pub struct Outcome {
 }
 
 /// Runs `input` through the library. Packets go to `sink` after encoding and decoding; `progress`
-/// takes the seconds done and those to do. `settings` must have passed [`Settings::validate`]; with
-/// a `profile` estimates come in cycles per millimetre. It ends early when this process is to stop.
+/// takes the seconds done and those to do. `settings` must have passed [`Settings::validate`]. It
+/// ends early when this process is to stop.
 pub fn run(
     input: Opened,
     settings: Settings,
-    profile: Option<Profile>,
+    motion: Option<Motion>,
     sink: &mut dyn FnMut(&Packet) -> Result<()>,
     progress: &mut dyn FnMut(f64, f64),
 ) -> Result<Outcome> {
-    run_watched(input, settings, profile, sink, progress, &mut |_| {})
-}
-
-/// As [`run`], with a robot's messages instead of a profile.
-pub fn run_streamed(
-    input: Opened,
-    settings: Settings,
-    stream: Stream,
-    sink: &mut dyn FnMut(&Packet) -> Result<()>,
-    progress: &mut dyn FnMut(f64, f64),
-) -> Result<Outcome> {
-    run_all(input, settings, (None, stream), sink, progress, &mut |_| {})
+    run_watched(input, settings, motion, sink, progress, &mut |_| {})
 }
 
 /// As [`run`]; `watch` sees every conversion, with the board's time of its DRDY edge.
 pub fn run_watched(
     input: Opened,
     settings: Settings,
-    profile: Option<Profile>,
+    mut motion: Option<Motion>,
     sink: &mut dyn FnMut(&Packet) -> Result<()>,
     progress: &mut dyn FnMut(f64, f64),
     watch: &mut dyn FnMut(TimedConversion),
 ) -> Result<Outcome> {
-    run_all(
-        input,
-        settings,
-        (profile, Stream::new()),
-        sink,
-        progress,
-        watch,
-    )
-}
-
-fn run_all(
-    input: Opened,
-    settings: Settings,
-    (profile, stream): (Option<Profile>, Stream),
-    sink: &mut dyn FnMut(&Packet) -> Result<()>,
-    progress: &mut dyn FnMut(f64, f64),
-    watch: &mut dyn FnMut(TimedConversion),
-) -> Result<Outcome> {
-    let mut stream = stream.into_iter().peekable();
+    let mut messages = None;
     let (end_s, uncertainty) = (input.end_s, input.uncertainty);
     let decoder = Decoder::default();
     let mut wire = Wire {
@@ -99,7 +95,6 @@ fn run_all(
         failure: None,
     };
     let mut pipeline = Box::new(Pipeline::new(settings));
-    pipeline.follow(profile);
     wire.send(pipeline.hello());
     let mut count = 0;
     let plan = settings.plan;
@@ -108,7 +103,14 @@ fn run_all(
         watch(timed);
         // START, zero of the scene's time, rises here; the board's counter wraps.
         let now_us = extended_us(count, &plan, timed.t_us).saturating_sub(START_US.into());
-        while let Some((at_us, mut frame)) = stream.next_if(|(at_us, _)| *at_us < now_us) {
+        if let Some(motion) = motion.take() {
+            // Device time begins with the first conversion.
+            messages = Some(motion.messages(now_us).peekable());
+        }
+        while let Some((at_us, mut frame)) = messages
+            .as_mut()
+            .and_then(|messages| messages.next_if(|(at_us, _)| *at_us < now_us))
+        {
             pipeline.hear(&mut frame, (at_us + u64::from(START_US)) as u32);
         }
         pipeline.push(timed, &mut |event| wire.send(event));

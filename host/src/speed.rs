@@ -1,57 +1,6 @@
-//! Speeds and places of a recording: a profile for the library, or a column beside the channels.
+//! A column of speeds or places beside the channels of a recording.
 
 use crate::grid::Grid;
-use anyhow::{Context, Result, bail, ensure};
-use hal_mock::Table;
-use ridgetone::surface::profile::Profile;
-use ridgetone_proto::profile::{After, Knot};
-use std::path::Path;
-
-/// Name of a profile's column of speeds.
-pub const SPEED_COLUMN: &str = "speed_mm_s";
-
-/// Behaviour after a profile's last knot.
-pub const fn after(repeats: bool) -> After {
-    if repeats { After::Repeat } else { After::Hold }
-}
-
-pub fn profile(path: &Path, after: After) -> Result<Profile> {
-    Ok(knots(path, after)?.1)
-}
-
-/// Reads a speed profile, and its knots: columns `time_s` (device time) and `speed_mm_s`, one knot
-/// a row.
-pub fn knots(path: &Path, after: After) -> Result<(Vec<Knot>, Profile)> {
-    let table = Table::load(path)?;
-    let file = table.file();
-    let Some(column) = table.names().iter().position(|name| name == SPEED_COLUMN) else {
-        bail!(
-            "{file}: no column {SPEED_COLUMN}; there are: {}",
-            table.names().join(", ")
-        );
-    };
-    let Some(time_s) = table.time_s() else {
-        bail!("{file}: no column time_s")
-    };
-    let mut knots = Vec::new();
-    for (t_s, row) in time_s.iter().zip(table.rows()) {
-        let t_us = (t_s * 1e6).round();
-        ensure!(
-            (0.0..=f64::from(u32::MAX)).contains(&t_us),
-            "{file}: time_s {t_s}: choose 0 to 4294 s"
-        );
-        ensure!(
-            !row[column].is_nan(),
-            "{file}: time_s {t_s}: no {SPEED_COLUMN}"
-        );
-        knots.push(Knot {
-            t_us: t_us as u32,
-            speed_mm_s: row[column] as f32,
-        });
-    }
-    let profile = Profile::new(&knots, after).with_context(|| file.to_owned())?;
-    Ok((knots, profile))
-}
 
 /// A column with the finger's place.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -4,7 +4,7 @@
 use hal_mock::{Options, Scene, SimulatedBoard};
 use ridgetone::frame::TimedConversion;
 use ridgetone::pipeline::Pipeline;
-use ridgetone::surface::profile::Profile;
+use ridgetone_proto::odometry::{FRAME_BYTES, Odometry, PLACE_PER_MM, Reading, WIRE_BYTES};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Decoder, Event, Packet, WIRE_MAX, encode};
 
@@ -15,20 +15,9 @@ pub fn run(
     settings: Settings,
     keep: impl FnMut(u32, TimedConversion) -> Option<TimedConversion>,
 ) -> Vec<Event> {
-    run_along(scene, settings, None, keep)
-}
-
-/// Runs a scene with a speed profile.
-pub fn run_along(
-    scene: impl Scene + 'static,
-    settings: Settings,
-    profile: Option<Profile>,
-    keep: impl FnMut(u32, TimedConversion) -> Option<TimedConversion>,
-) -> Vec<Event> {
     run_on(
         SimulatedBoard::new(scene, Options::default()),
         settings,
-        profile,
         keep,
     )
 }
@@ -37,12 +26,30 @@ pub fn run_along(
 /// seconds of scene time.
 pub type Stream = Vec<(f64, Vec<u8>)>;
 
-/// Runs a scene with a robot's messages, in the order of their times.
+/// Messages of a robot whose clock is the scene's, 250 a second for `lasts_s`, that take the line's
+/// time. `place_mm` is by scene time, seconds.
+pub fn places(lasts_s: f64, place_mm: impl Fn(f64) -> f64) -> Stream {
+    const STEP_S: f64 = 0.004;
+    // Ten bits a byte.
+    const LINE_S: f64 = WIRE_BYTES as f64 * 10.0 / 921_600.0;
+    let message = |number: u32| {
+        let t_s = f64::from(number) * STEP_S;
+        let place = place_mm(t_s) * f64::from(PLACE_PER_MM);
+        let message = Odometry {
+            number: number as u16,
+            t_us: (t_s * 1e6).round() as u32,
+            reading: Reading::Place(place.round() as i32),
+        };
+        (t_s + LINE_S, message.encode()[..FRAME_BYTES].to_vec())
+    };
+    (0..(lasts_s / STEP_S) as u32).map(message).collect()
+}
+
+/// Runs `scene` with a robot's messages, in the order of their times.
 pub fn run_streamed(scene: impl Scene + 'static, settings: Settings, stream: Stream) -> Vec<Event> {
     run_all(
         SimulatedBoard::new(scene, Options::default()),
         settings,
-        None,
         stream,
         all,
     )
@@ -52,16 +59,14 @@ pub fn run_streamed(scene: impl Scene + 'static, settings: Settings, stream: Str
 pub fn run_on(
     board: SimulatedBoard,
     settings: Settings,
-    profile: Option<Profile>,
     keep: impl FnMut(u32, TimedConversion) -> Option<TimedConversion>,
 ) -> Vec<Event> {
-    run_all(board, settings, profile, Vec::new(), keep)
+    run_all(board, settings, Vec::new(), keep)
 }
 
 fn run_all(
     board: SimulatedBoard,
     settings: Settings,
-    profile: Option<Profile>,
     stream: Stream,
     mut keep: impl FnMut(u32, TimedConversion) -> Option<TimedConversion>,
 ) -> Vec<Event> {
@@ -73,7 +78,6 @@ fn run_all(
 
     let mut pipeline = Box::new(Pipeline::new(settings));
     let mut wire = Wire::default();
-    pipeline.follow(profile);
     wire.send(pipeline.hello());
     let zero_s = board.with_chip(|chip| chip.scene_zero_ns()).unwrap_or(0) as f64 * 1e-9;
     let mut stream = stream.into_iter().peekable();

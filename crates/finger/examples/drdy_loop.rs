@@ -6,7 +6,6 @@
 
 use ads1258::Ads1258;
 use hal_mock::{Options, SimulatedBoard, Sliding, SlidingScene};
-use ridgetone::abscissa::Motion;
 use ridgetone::detector::Detector;
 use ridgetone::estimator::{Estimator, WindowFit};
 use ridgetone::faults::diagnostics::Diagnostics;
@@ -46,7 +45,7 @@ fn fit(
     let mut estimator = Estimator::new(Settings::DEFAULT);
     let mut estimates = Vec::new();
     for window in windows {
-        match estimator.run(&window, &mut LockedRing(ring), Motion::Unknown) {
+        match estimator.run(&window, &mut LockedRing(ring), None) {
             Ok(WindowFit::Done(mut estimate)) => {
                 qualify(&mut estimate, &window, diagnostics);
                 println!(

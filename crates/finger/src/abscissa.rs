@@ -5,24 +5,12 @@ mod lateness;
 use crate::scan::Scan;
 use crate::surface::odometry::track::Track;
 use crate::surface::odometry::way::Way;
-use crate::surface::profile::Profile;
 use crate::window::Window;
 use core::f32::consts::PI;
 use lateness::{LOW_PASS_SIGMA_S, Lateness};
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::Abscissa;
 use ridgetone_tone::{Fit, Fitter, FrameSource, FrameSpan, Overwritten};
-
-/// What is known of the motion over the surface.
-#[derive(Clone, Copy, Debug)]
-pub enum Motion<'a> {
-    /// Nothing: windows are fitted in time.
-    Unknown,
-    /// The speed at a few times, from a PC.
-    Profile(&'a Profile),
-    /// Places from a robot, for windows that have a [`Mark`](crate::surface::odometry::Mark).
-    Odometry(&'a Track),
-}
 
 /// A fit, and the unit of its frequency.
 #[derive(Clone, Debug)]
@@ -57,20 +45,20 @@ impl Fitted {
             - ahead
     }
 
-    /// From one frame to the next, in the fit's unit: with a speed profile, millimetres.
+    /// From one frame to the next, in the fit's unit: by place, millimetres.
     pub fn per_frame(&self) -> f32 {
         self.per_slot * self.scan.slots as f32
     }
 }
 
-/// Fits a window by the places that are known of it; if none are, in time. Fails if frames were
-/// overwritten, or places.
+/// Fits a window by the places in `track` that its [`Mark`](crate::surface::odometry::Mark) names;
+/// without them, in time. Fails if frames were overwritten, or places.
 pub fn fit(
     fitter: &mut Fitter,
     window: &Window,
     source: &mut dyn FrameSource,
     interferer_hz: f32,
-    motion: Motion,
+    track: Option<&Track>,
 ) -> Result<Fitted, Overwritten> {
     let scan = Scan::new(&window.plan);
     let Scan {
@@ -87,11 +75,8 @@ pub fn fit(
     // are read before and after it.
     let middle_slot = 0.5 * (channels as f32 - 1.0);
     let middle_us = (middle_slot * conversion_ns as f32 * 1e-3) as u32;
-    let by_robot = match motion {
-        Motion::Odometry(track) => Way::new(track, &window.odometry, lasts_us, middle_us),
-        _ => None,
-    };
-    let unplaced = by_robot
+    let way = track.and_then(|track| Way::new(track, &window.odometry, lasts_us, middle_us));
+    let unplaced = way
         .as_ref()
         .map_or(0, |way| frames_in(way.missing_us, frame_us));
     // Frames hold codes.
@@ -100,19 +85,9 @@ pub fn fit(
     if interferer_hz > 0.0 {
         span = span.with_interferer(interferer_hz / window.frame_rate_hz);
     }
-    let by_profile;
-    let place_mm: Option<&dyn Fn(u32) -> f32> = match (motion, &by_robot) {
-        (_, Some(way)) => Some(&|frame| way.place_mm(frame as f32 * frame_us)),
-        (Motion::Profile(profile), None) => {
-            let start_us = window
-                .end_us
-                .saturating_add(middle_us.into())
-                .saturating_sub(lasts_us.into());
-            by_profile = profile.way_from(start_us);
-            Some(&|frame| by_profile.place_mm((frame as f32 * frame_us) as u32))
-        }
-        _ => None,
-    };
+    let place_mm = way
+        .as_ref()
+        .map(|way| |frame: u32| way.place_mm(frame as f32 * frame_us));
     let last = last.saturating_sub(unplaced);
     let (mut later, mut at, mut inputs) = ([0.0; TAXELS], -middle_slot, scan.inputs);
     for later in &mut later {
@@ -124,7 +99,7 @@ pub fn fit(
         inputs >>= 1;
     }
     // One place for the fit: a second one would lie on the stack beside it.
-    let mut fit = match place_mm {
+    let mut fit = match &place_mm {
         None => fitter.fit(&mut span),
         Some(place_mm) => match span.along(place_mm) {
             Some(span) => fitter.fit(&mut span.with_lateness(&later)),
@@ -138,27 +113,24 @@ pub fn fit(
         1.0 / slots as f32,
         0.0,
     );
-    if let Some(place_mm) = place_mm {
+    if let Some(place_mm) = &place_mm {
         (abscissa, per_unit, slot) = (Abscissa::Place, 1.0, middle_slot);
         per_slot = (place_mm(last) - place_mm(0)) / (last.max(1) * slots) as f32;
-        if by_robot.is_some() {
-            let late = Lateness::new(
-                place_mm,
-                (last, window.frame_rate_hz),
-                (fit.frequency, &fit.overtones),
-            );
-            fit.frequency /= 1.0 + late.by_low_pass;
-            let (delay_sigma_s, change_per_s) =
-                (window.odometry.delay_sigma_s(), late.per_s * fit.frequency);
-            let delay_variance =
-                delay_sigma_s * delay_sigma_s + LOW_PASS_SIGMA_S * LOW_PASS_SIGMA_S;
-            let by_delay = delay_variance * change_per_s * change_per_s;
-            for sigma in [&mut fit.sigma, &mut fit.movement.sigma_of_mean] {
-                *sigma = libm::sqrtf(*sigma * *sigma + by_delay);
-            }
+        let late = Lateness::new(
+            place_mm,
+            (last, window.frame_rate_hz),
+            (fit.frequency, &fit.overtones),
+        );
+        fit.frequency /= 1.0 + late.by_low_pass;
+        let (delay_sigma_s, change_per_s) =
+            (window.odometry.delay_sigma_s(), late.per_s * fit.frequency);
+        let delay_variance = delay_sigma_s * delay_sigma_s + LOW_PASS_SIGMA_S * LOW_PASS_SIGMA_S;
+        let by_delay = delay_variance * change_per_s * change_per_s;
+        for sigma in [&mut fit.sigma, &mut fit.movement.sigma_of_mean] {
+            *sigma = libm::sqrtf(*sigma * *sigma + by_delay);
         }
     }
-    if by_robot.as_ref().is_some_and(|way| !way.is_intact()) {
+    if way.as_ref().is_some_and(|way| !way.is_intact()) {
         return Err(Overwritten);
     }
     Ok(Fitted {

@@ -1,11 +1,12 @@
 //! The estimator: one window in, one estimate out.
 
-use crate::abscissa::{self, Fitted, Motion};
+use crate::abscissa::{self, Fitted};
 use crate::faults::qualify::doubt;
 use crate::feeling::feel;
 use crate::ring::reached;
 use crate::schedule::GROWING_FRAMES_MIN;
 use crate::surface::lag::lag;
+use crate::surface::odometry::track::Track;
 use crate::surface::texture::TextureReporter;
 use crate::surface::travel;
 use crate::window::Window;
@@ -66,13 +67,13 @@ impl Estimator {
         self.fitter.set_harmonics(settings.harmonics);
     }
 
-    /// Fits a window, unless its frames were overwritten. Where the motion is known the estimate is
-    /// in cycles per millimetre, elsewhere in hertz.
+    /// Fits a window, unless its frames were overwritten. The estimate is in cycles per millimetre
+    /// if `track` holds the places of a robot during the window, otherwise in hertz.
     pub fn run(
         &mut self,
         window: &Window,
         source: &mut dyn FrameSource,
-        motion: Motion,
+        track: Option<&Track>,
     ) -> Result<WindowFit, Overwritten> {
         let (mut first, end) = (window.first, window.first.wrapping_add(window.frames));
         let grows = self.settings.accuracy > 0.0 && window.span != Span::Slide;
@@ -91,7 +92,7 @@ impl Estimator {
                 ..*window
             },
             source,
-            motion,
+            track,
         );
         if grows && let Ok(WindowFit::Done(estimate)) = &fitted {
             // The uncertainty of an unsteady tone counts its movement, which grows with the window.
@@ -133,14 +134,14 @@ impl Estimator {
         &mut self,
         window: &Window,
         source: &mut dyn FrameSource,
-        motion: Motion,
+        track: Option<&Track>,
     ) -> Result<WindowFit, Overwritten> {
         let fitted = abscissa::fit(
             &mut self.fitter,
             window,
             source,
             self.settings.interferer_hz,
-            motion,
+            track,
         );
         // By reference: a copy would lie on the stack beside it.
         let fitted = fitted.as_ref().map_err(|overwritten| *overwritten)?;

@@ -9,7 +9,6 @@ use crate::estimator::{Estimator, WindowFit};
 use crate::frame::TimedConversion;
 use crate::ring::Ring;
 use crate::surface::odometry::Odometer;
-use crate::surface::profile::Profile;
 use crate::tasks::detect::{admit, take_message};
 use crate::tasks::fit::{feel, fit};
 use crate::tasks::shared::{Platform, Shared, Task};
@@ -41,7 +40,6 @@ pub struct Pipeline {
     estimator: Estimator,
     ring: Ring,
     shared: Shared<OneCall>,
-    profile: Option<Profile>,
     odometer: Odometer,
 }
 
@@ -53,15 +51,8 @@ impl Pipeline {
             estimator: Estimator::new(settings),
             ring: Ring::new(),
             shared: Shared::new(OneCall, settings.plan),
-            profile: None,
             odometer: Odometer::new(),
         }
-    }
-
-    /// Estimates are by this speed profile from now on, in cycles per millimetre; without one, in
-    /// hertz.
-    pub fn follow(&mut self, profile: Option<Profile>) {
-        self.profile = profile;
     }
 
     /// Takes a robot's message ([`ridgetone_proto::odometry`]), stuffed and without its zero, that
@@ -104,7 +95,6 @@ impl Pipeline {
             estimator,
             ring,
             shared,
-            profile,
             odometer,
         } = self;
         let mut windows = Vec::<Window, WINDOWS_AT_ONCE>::new();
@@ -123,9 +113,7 @@ impl Pipeline {
             None => detector.finish(ring, &shared.diagnostics, emit, due),
         }
         for window in &windows {
-            if let Ok(WindowFit::Done(estimate)) =
-                fit(window, estimator, &mut &*ring, profile.as_ref(), shared)
-            {
+            if let Ok(WindowFit::Done(estimate)) = fit(window, estimator, &mut &*ring, shared) {
                 let texture = estimator.texture(&estimate, window);
                 emit(Event::Estimate(estimate));
                 if let Some(texture) = texture {

@@ -2,6 +2,5 @@
 
 pub mod lag;
 pub mod odometry;
-pub mod profile;
 pub mod texture;
 pub mod travel;

@@ -2,17 +2,12 @@
 
 use crate::framing;
 use crate::plan::Gives;
-use crate::profile::{After, Knot};
 use crate::settings::{Settings, SettingsError};
-use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 /// Most bytes of a request on the wire. The longest ones are settings, of 101 bytes at most: the rest
 /// is room for more of them.
 pub const REQUEST_WIRE_MAX: usize = 136;
-
-/// Most knots of a speed profile that one command carries.
-pub const KNOTS_A_COMMAND: usize = 8;
 
 /// A command.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -35,10 +30,6 @@ pub enum Command {
     Start,
     /// Send nothing but `health` until [`Self::Start`].
     Stop,
-    /// Part of a speed profile: estimates by place, as soon as the profile is complete.
-    Follow(Part),
-    /// Estimates by time again.
-    Unfollow,
     /// Send the next frames as they are read.
     Raw {
         /// How many; 0 stops them.
@@ -46,17 +37,6 @@ pub enum Command {
     },
     /// Reset the board.
     Restart,
-}
-
-/// Some knots of a speed profile. The profile is in force when the last ones have arrived.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Part {
-    /// Number of the first of these knots. 0 begins a profile; the other parts follow in order.
-    pub first: u8,
-    /// The knots.
-    pub knots: Vec<Knot, KNOTS_A_COMMAND>,
-    /// In the last part: what follows the last knot.
-    pub last: Option<After>,
 }
 
 /// A command with its number, which the reply repeats.
@@ -108,9 +88,6 @@ pub enum Outcome {
     Done,
     /// A setting is outside its bounds; nothing has changed.
     Setting(SettingsError),
-    /// The speed profile is refused: its knots are out of order, too many or too fast, or a part is
-    /// missing.
-    Profile,
     /// In force, but not stored: the flash refuses, or a page would have to be erased during a
     /// touch.
     NotStored,

@@ -22,7 +22,6 @@ mod frame;
 pub mod framing;
 pub mod odometry;
 pub mod plan;
-pub mod profile;
 pub mod scan;
 pub mod settings;
 pub mod store;

@@ -29,6 +29,10 @@ pub const WIRE_BYTES: usize = FRAME_BYTES + 1;
 /// Units of a place in a millimetre. A place wraps after 429 m; only differences count.
 pub const PLACE_PER_MM: f32 = 1e4;
 
+/// Fastest speed, millimetres per second: as fast as
+/// [`SlideRule::Protocol`](crate::settings::SlideRule::Protocol) may be.
+pub const SPEED_MAX_MM_S: f32 = 2000.0;
+
 /// First bytes of every message.
 const MARK: [u8; 2] = [0xff, 0xff];
 /// Third byte of a message with a place, and of one with a speed.

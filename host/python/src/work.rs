@@ -10,7 +10,9 @@ use ridgetone_host::events::{self, JsonLines};
 use ridgetone_host::input::{Input, Source, frame_rate_hz};
 use ridgetone_host::messages::{Form, messages as all_messages};
 use ridgetone_host::picture::{Recording, draw};
-use ridgetone_host::speed::{self, Column};
+use ridgetone_host::profile::Profile;
+use ridgetone_host::replay::Motion;
+use ridgetone_host::speed::Column;
 use ridgetone_host::table_fit::{self, Selection};
 use ridgetone_host::{feel as felt, fit_report, replay as player, settings_form};
 use ridgetone_proto::settings::Settings;
@@ -144,7 +146,7 @@ pub fn replay(
     let run = || -> Result<_> {
         let settings = settings_form::with_json(&Settings::DEFAULT, settings)?;
         let profile = profile
-            .map(|path| speed::profile(&path, speed::after(profile_repeats)))
+            .map(|path| Profile::load(&path, profile_repeats))
             .transpose()?;
         let scene = scene
             .map(|path| hal_mock::load_scene(path, frame_rate_hz()))
@@ -191,7 +193,7 @@ pub fn replay(
         player::run_watched(
             input,
             settings,
-            profile,
+            profile.map(Motion::Speed),
             &mut sink,
             &mut |_, _| {},
             &mut watch,

@@ -1,8 +1,11 @@
 //! `command`: requests to a board.
 
 use super::board::BoardOptions;
+use super::lines::{LineOptions, print};
 use crate::client::Client;
-use crate::speed;
+use crate::feed::Requester;
+use crate::profile::{Player, Profile};
+use crate::stop;
 use anyhow::Result;
 use clap::{Args, Subcommand};
 use ridgetone_proto::command::Command;
@@ -27,24 +30,23 @@ Example:
 Example:
   ridgetone command stop")]
     Stop(BoardOptions),
-    /// Reset the board; stored settings stay, a speed profile does not.
+    /// Reset the board; stored settings stay.
     #[command(after_help = "\
 Example:
   ridgetone command restart")]
     Restart(BoardOptions),
-    /// Estimate by place from now on, in cycles per mm, with this speed over the surface.
+    /// Stream odometry to the board from a file of speeds, and print its telemetry: estimates come
+    /// by place, in cycles per mm.
     #[command(after_help = "\
-FILE.csv has the columns time_s (device time, as in the board's telemetry) and speed_mm_s, at most 32 rows, straight
-lines in between. One row is a steady speed.
+FILE.csv has the columns time_s (device time, as in the board's telemetry) and speed_mm_s, straight lines in between. One row is a
+steady speed. It ends with the last of several rows, or with Ctrl-C; then estimates come by time again.
 
-Example:
-  ridgetone command follow speed.csv")]
+The board's time is known to some milliseconds. While the speed changes fast, a robot's own odometry is better: `listen --odometry`.
+
+Examples:
+  ridgetone command follow speed.csv
+  ridgetone command follow stroke.csv --repeats --json")]
     Follow(FollowArgs),
-    /// Estimate by time again, in hertz.
-    #[command(after_help = "\
-Example:
-  ridgetone command unfollow")]
-    Unfollow(BoardOptions),
 }
 
 #[derive(Debug, Args)]
@@ -52,9 +54,11 @@ pub struct FollowArgs {
     /// The speed profile.
     #[arg(value_name = "FILE.csv")]
     file: PathBuf,
-    /// Repeat the profile when it ends [default: its last speed goes on].
+    /// Repeat the profile when it ends, until Ctrl-C.
     #[arg(long)]
     repeats: bool,
+    #[command(flatten)]
+    lines: LineOptions,
     #[command(flatten)]
     board: BoardOptions,
 }
@@ -69,17 +73,12 @@ impl BoardCommand {
                 "it sends nothing but health until `command start`",
             ),
             Self::Restart(board) => (board, Command::Restart, "it restarts"),
-            Self::Unfollow(board) => (board, Command::Unfollow, "estimates come by time"),
             Self::Follow(args) => {
-                let after = speed::after(args.repeats);
-                let (knots, _) = speed::knots(&args.file, after)?;
-                let mut feed = args.board.open_for_request()?;
-                Client::new(&mut feed).follow(&knots, after)?;
-                eprintln!(
-                    "ridgetone: {}: estimates come by place, in cycles per mm",
-                    feed.name()
-                );
-                return Ok(());
+                let profile = Profile::load(&args.file, args.repeats)?;
+                stop::on_signal()?;
+                let feed = args.board.open_for_request()?;
+                let feed = feed.with_odometry(Player::new(profile));
+                return print(feed, Requester::default(), args.lines);
             }
         };
         let mut feed = board.open_for_request()?;

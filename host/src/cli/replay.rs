@@ -5,9 +5,11 @@ use super::lines::{LineOptions, Printer, print, report};
 use super::settings::SettingsOptions;
 use crate::feed::{Feed, Requester};
 use crate::output::with_progress;
+use crate::profile::Profile;
 use crate::recording::Recorded;
+use crate::replay::Motion;
 use crate::usage::UsageError;
-use crate::{odometry, recording, replay, speed, stop};
+use crate::{odometry, recording, replay, stop};
 use anyhow::Result;
 use clap::Args;
 use ridgetone_proto::settings::Settings;
@@ -32,8 +34,8 @@ pub struct ReplayArgs {
     pub(super) input: InputOptions,
     #[command(flatten)]
     pub(super) settings: SettingsOptions,
-    /// Speed over the surface while it varies: CSV with time_s (device time) and speed_mm_s, at
-    /// most 32 rows, straight lines in between. Estimates then come in cycles per mm.
+    /// Speed over the surface while it varies: CSV with time_s (device time) and speed_mm_s, straight
+    /// lines in between. Estimates then come in cycles per mm.
     #[arg(long, value_name = "FILE.csv")]
     profile: Option<PathBuf>,
     /// Repeat the profile when it ends [default: its last speed goes on].
@@ -62,20 +64,16 @@ impl ReplayArgs {
             return self.print_telemetry(file);
         }
         let settings = self.settings.settings()?;
-        let after = speed::after(self.profile_repeats);
-        let profile = self
-            .profile
-            .as_ref()
-            .map(|path| speed::profile(path, after))
-            .transpose()?;
-        let stream = self.odometry.as_deref().map(odometry::stream).transpose()?;
+        let motion = match (&self.profile, &self.odometry) {
+            (Some(path), _) => Some(Motion::Speed(Profile::load(path, self.profile_repeats)?)),
+            (None, Some(path)) => Some(Motion::Robot(odometry::stream(path)?)),
+            (None, None) => None,
+        };
         let input = self.input.open_for(&settings)?;
         let mut printer = Printer::new(self.lines, true);
         let mut sink = |packet: &Packet| printer.print(packet, None);
-        let outcome = with_progress(|progress| match stream {
-            Some(stream) => replay::run_streamed(input, settings, stream, &mut sink, progress),
-            None => replay::run(input, settings, profile, &mut sink, progress),
-        })?;
+        let outcome =
+            with_progress(|progress| replay::run(input, settings, motion, &mut sink, progress))?;
         drop(printer);
         report(outcome.counts);
         Ok(())

@@ -270,9 +270,6 @@ pub fn outcome(outcome: &Outcome) -> String {
     match outcome {
         Outcome::Done => "done".to_owned(),
         Outcome::Setting(error) => format!("refused: {error}"),
-        Outcome::Profile => {
-            "refused: the speed profile's knots are out of order, too many, too fast, or incomplete".into()
-        }
         Outcome::NotStored => {
             "in force, but not stored: repeat it while nothing is touched; if it fails again the flash is worn".into()
         }

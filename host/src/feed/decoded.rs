@@ -3,12 +3,12 @@
 use super::pace::Pace;
 use super::source::{FeedEvent, Source};
 use crate::live::Counts;
+use crate::odometry::Robot;
 use crate::recording::Keep;
 use crate::utc::Receipt;
 use anyhow::{Context, Result, bail};
 use ridgetone_proto::telemetry::{Decoder, PROTOCOL, Packet};
 use std::collections::VecDeque;
-use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
 /// Longest wait between two looks for a robot's messages: it adds to their delays.
@@ -26,8 +26,7 @@ pub struct Feed {
     pace: Option<Pace>,
     recording: Option<Box<dyn Keep + Send>>,
     opened: Instant,
-    /// A robot's messages, to be sent as they come.
-    odometry: Option<Receiver<Vec<u8>>>,
+    robot: Option<Box<dyn Robot>>,
 }
 
 impl Feed {
@@ -44,7 +43,7 @@ impl Feed {
             pace: None,
             recording: None,
             opened: Instant::now(),
-            odometry: None,
+            robot: None,
         }
     }
 
@@ -66,11 +65,11 @@ impl Feed {
         }
     }
 
-    /// Sends a robot's messages while it waits for packets.
+    /// Sends a robot's messages while it waits for packets, and is over when the robot has ended.
     #[must_use]
-    pub fn with_odometry(self, messages: Receiver<Vec<u8>>) -> Self {
+    pub fn with_odometry(self, robot: impl Robot + 'static) -> Self {
         Self {
-            odometry: Some(messages),
+            robot: Some(Box::new(robot)),
             ..self
         }
     }
@@ -99,12 +98,16 @@ impl Feed {
                 std::thread::sleep(left);
                 return Ok(None);
             }
-            let wait = match &self.odometry {
-                Some(messages) => {
-                    for message in messages.try_iter() {
+            let wait = match &mut self.robot {
+                Some(robot) => {
+                    while let Some(message) = robot.next() {
                         // A board that is away loses the message, as on the line; the source
                         // reports that it is away.
                         let _ = self.source.send(&message);
+                    }
+                    if robot.has_ended() {
+                        self.is_over = true;
+                        return Ok(Some(FeedEvent::Over));
                     }
                     left.min(SEND)
                 }
@@ -150,6 +153,9 @@ impl Feed {
         }
         for packet in bytes.iter().filter_map(|byte| self.decoder.push(*byte)) {
             self.received += 1;
+            if let Some(robot) = &mut self.robot {
+                robot.hear(&packet);
+            }
             self.queue.push_back((FeedEvent::Data(packet), receipt));
         }
         Ok(())

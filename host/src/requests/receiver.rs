@@ -4,7 +4,6 @@
 use embedded_storage::nor_flash::NorFlash;
 use ridgetone::detector::Detector;
 use ridgetone::estimator::Estimator;
-use ridgetone::surface::profile::Profile;
 use ridgetone::tasks::line::{self, Inboxes, Received};
 use ridgetone::tasks::outbox::Outbox;
 use ridgetone::tasks::requests::Requests;
@@ -113,10 +112,6 @@ impl<F: NorFlash> Receiver<F> {
             Event::Hello(hello) => (hello.settings, hello.source),
             _ => (Settings::DEFAULT, SettingsSource::Damaged),
         }
-    }
-
-    pub const fn profile(&self) -> Option<&Profile> {
-        self.requests.profile()
     }
 
     /// Whether the board resets as soon as the line is silent.

@@ -7,7 +7,6 @@ use crate::messages::{Form, Message, messages};
 use crate::replay;
 use crate::samples::Samples;
 use anyhow::{Result, anyhow, ensure};
-use ridgetone::abscissa::Motion;
 use ridgetone::estimator::{Estimator, WindowFit};
 use ridgetone::pipeline::Pipeline;
 use ridgetone::surface::odometry::Mark;
@@ -300,7 +299,7 @@ impl Run {
             valid: &valid,
         };
         let mut estimator = Box::new(Estimator::new(settings));
-        match estimator.run(&window, &mut source, Motion::Unknown) {
+        match estimator.run(&window, &mut source, None) {
             Ok(WindowFit::Done(estimate)) => Ok(estimate),
             _ => Err(anyhow!("the fit did not reach all frames")),
         }

@@ -143,20 +143,35 @@ fn an_emulated_run_takes_a_file_of_settings_as_a_replay_does() {
 #[ignore = "needs the emulator: cargo xtask test"]
 fn the_emulated_board_obeys_commands() {
     let folder = directory();
-    let speed = crate::common::file(folder.path(), "speed.csv", "time_s,speed_mm_s\n0,30\n");
-    for request in [
-        &["start"][..],
-        &["stop"],
-        &["restart"],
-        &["unfollow"],
-        &["follow", text(&speed)],
-    ] {
-        let done = run(&[&["command"], request, &["--emulated"]].concat());
+    for request in ["start", "stop", "restart"] {
+        let done = run(&["command", request, "--emulated"]);
         assert!(
             done.status.success() && stderr(&done).contains("emulated board: "),
             "{request:?}: {}",
             stderr(&done)
         );
+    }
+    // The usual scene's speed, until after the slide; its grating's period is 3.6 mm.
+    let speed = crate::common::file(
+        folder.path(),
+        "speed.csv",
+        "time_s,speed_mm_s\n0,30\n4,30\n",
+    );
+    let lines = json_lines(&run(&[
+        "command",
+        "follow",
+        text(&speed),
+        "--emulated",
+        "--json",
+    ]));
+    let by_place: Vec<_> = lines
+        .iter()
+        .filter(|line| line["type"] == "estimate" && line["abscissa"] == "place")
+        .collect();
+    assert!(by_place.len() > 4, "{lines:?}");
+    for estimate in by_place {
+        let period_mm = estimate["period_mm"].as_f64().expect("a period");
+        assert!((period_mm - 3.6).abs() < 0.02, "{estimate}");
     }
     let backwards =
         crate::common::file(folder.path(), "back.csv", "time_s,speed_mm_s\n1,30\n1,20\n");

@@ -6,7 +6,7 @@ use hal_mock::{Hand, Sliding, SlidingScene};
 use ridgetone_host::emulator::{self, Options};
 use ridgetone_host::input::{Input, Source};
 use ridgetone_host::odometry::{Stream, message};
-use ridgetone_host::replay;
+use ridgetone_host::replay::{self, Motion};
 use ridgetone_proto::odometry::FRAME_BYTES;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Abscissa, Event, Health, Packet, Span, Status};
@@ -111,15 +111,11 @@ fn windows_by_place_are_those_of_the_pc_bit_for_bit() {
         Ok(())
     };
     let input = input.open().expect("an input");
-    replay::run_streamed(
-        input,
-        Settings::DEFAULT,
-        outcome.heard.clone(),
-        &mut sink,
-        &mut |_, _| {},
-    )
-    .expect("a replay");
-    assert_eq!(by_kind(&packets), by_kind(&on_pc));
+    let motion = Some(Motion::Robot(outcome.heard.clone()));
+    replay::run(input, Settings::DEFAULT, motion, &mut sink, &mut |_, _| {}).expect("a replay");
+    for (board, pc) in by_kind(&packets).iter().zip(&by_kind(&on_pc)) {
+        assert_eq!(board, pc);
+    }
 
     let health = packets.iter().rev().find_map(|packet| match packet.event {
         Event::Health(health) => Some(health),

@@ -6,10 +6,9 @@ use ridgetone_host::emulator::{self, Options};
 use ridgetone_host::input::Input;
 use ridgetone_host::requests::{Requests, TRIES};
 use ridgetone_proto::boot::{ResetCause, SettingsSource};
-use ridgetone_proto::command::{Command, Outcome, Part};
-use ridgetone_proto::profile::{After, Knot};
+use ridgetone_proto::command::{Command, Outcome};
 use ridgetone_proto::settings::{Settings, SettingsError};
-use ridgetone_proto::telemetry::{Abscissa, Event, Packet, Span};
+use ridgetone_proto::telemetry::{Event, Packet, Span};
 use std::time::Duration;
 
 /// Result of a run: packets, and the number of packets up to each answer.
@@ -237,53 +236,6 @@ fn a_board_that_was_stopped_sends_nothing_but_health_until_it_is_started() {
         "{behind:?}"
     );
     assert!(windows_s(behind).len() >= 3, "{behind:?}");
-}
-
-#[test]
-#[ignore = "needs the emulator: cargo xtask test"]
-fn with_a_speed_profile_estimates_come_by_place() {
-    // 30 mm/s, as the usual scene has it; a part at a time.
-    let knots = [0, 1_000_000].map(|t_us| Knot {
-        t_us,
-        speed_mm_s: 30.0,
-    });
-    let part = |first: u8, last| {
-        let knots =
-            heapless::Vec::from_slice(&knots[usize::from(first)..][..1]).expect("one knot fits");
-        Command::Follow(Part { first, knots, last })
-    };
-    let missing = Command::Follow(Part {
-        first: 5,
-        knots: heapless::Vec::new(),
-        last: Some(After::Hold),
-    });
-    let run = talk(
-        &[],
-        vec![missing, part(0, None), part(1, Some(After::Hold))],
-    );
-    let outcomes: Vec<_> = run
-        .answers
-        .iter()
-        .map(|(_, outcome)| outcome.clone())
-        .collect();
-    assert_eq!(outcomes, [Outcome::Profile, Outcome::Done, Outcome::Done]);
-    let estimates: Vec<_> = run
-        .packets
-        .iter()
-        .filter_map(|packet| match &packet.event {
-            Event::Estimate(fit) => Some(fit),
-            _ => None,
-        })
-        .collect();
-    assert!(estimates.len() > 4);
-    // The grating's period is 3.6 mm.
-    let off = |fit: &&ridgetone_proto::telemetry::Estimate| (fit.frequency * 3.6 - 1.0).abs();
-    assert!(
-        estimates
-            .iter()
-            .all(|fit| fit.abscissa == Abscissa::Place && off(fit) < 0.005),
-        "{estimates:?}"
-    );
 }
 
 /// Ten kilobytes of noise before the request: about as much as the emulated line takes within the

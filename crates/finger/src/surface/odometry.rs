@@ -16,7 +16,7 @@ pub mod way;
 
 use crate::faults::diagnostics::Diagnostics;
 use alignment::Alignment;
-use ridgetone_proto::odometry::{Odometry, PLACE_PER_MM, Reading};
+use ridgetone_proto::odometry::{Odometry, PLACE_PER_MM, Reading, SPEED_MAX_MM_S};
 use track::{ENTRIES, Entry, Track};
 
 /// Without a message for so long places are stale, microseconds: a hand that goes to and fro at
@@ -27,11 +27,8 @@ const LATE_US: i32 = 20_000;
 /// A stamp whose delay differs by so much from the quickest ones is of another clock, microseconds:
 /// the robot has started again.
 const JUMP_US: u32 = 1_000_000;
-/// Fastest motion, tenths of a micrometre in a microsecond: 2000 mm/s,
-/// [`crate::surface::profile::SPEED_MAX_MM_S`].
+/// Fastest motion, tenths of a micrometre in a microsecond: [`SPEED_MAX_MM_S`].
 const STEPS_A_US: u32 = 20;
-/// Fastest speed, millimetres per second.
-const SPEED_MAX_MM_S: f32 = crate::surface::profile::SPEED_MAX_MM_S;
 /// Without a message for so long there is no robot, microseconds. Much shorter than half the range
 /// of the clocks, beyond which an old stamp would look new.
 const GONE_US: u32 = 60_000_000;

@@ -115,7 +115,6 @@ mod tests {
     use crate::detector::Detector;
     use crate::estimator::Estimator;
     use crate::surface::odometry::Mark;
-    use crate::surface::odometry::track::Track;
     use crate::tasks::commands::CommandExecutor;
     use ridgetone_proto::command::Command;
     use ridgetone_proto::plan::Plan;
@@ -203,15 +202,10 @@ mod tests {
         let settings = Settings::DEFAULT;
         let mut detector = Box::new(Detector::new(settings));
         let mut estimator = Box::new(Estimator::new(settings));
-        let (mut executor, track) = (CommandExecutor::new(), Track::new());
+        let mut executor = CommandExecutor::new();
         let mut again = |command: Option<Command>| {
             if let Some(command) = command {
-                executor.carry_out(
-                    &command,
-                    (&mut detector, &mut estimator),
-                    &track,
-                    &mut |_| {},
-                );
+                executor.carry_out(&command, &mut detector, &mut estimator, &mut |_| {});
             }
             estimator
                 .textures

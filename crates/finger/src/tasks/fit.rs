@@ -5,12 +5,10 @@ use super::line::Inboxes;
 use super::outbox::{Outbox, post};
 use super::requests::Requests;
 use super::shared::{PACKETS, Platform, Shared, Task};
-use crate::abscissa::Motion;
 use crate::detector::Detector;
 use crate::estimator::{Estimator, WindowFit};
 use crate::faults::qualify::{faults_of, qualify};
 use crate::ring::Ring;
-use crate::surface::profile::Profile;
 use crate::window::Window;
 use core::ops::DerefMut;
 use core::sync::atomic::Ordering::Relaxed;
@@ -52,9 +50,7 @@ impl<S: Store> Fit<'_, S> {
                     break;
                 };
                 let source = &mut Locked(&mut *ring);
-                if let Ok(WindowFit::Done(estimate)) =
-                    &fit(window, estimator, source, requests.profile(), shared)
-                {
+                if let Ok(WindowFit::Done(estimate)) = &fit(window, estimator, source, shared) {
                     report(outbox, estimate, (window, estimator), shared);
                 }
                 report_feel(outbox, source, (window, estimator), shared);
@@ -109,12 +105,10 @@ pub fn fit<P: Platform>(
     window: &Window,
     estimator: &mut Estimator,
     source: &mut dyn FrameSource,
-    profile: Option<&Profile>,
     shared: &Shared<P>,
 ) -> Result<WindowFit, Overwritten> {
-    let motion = profile.map_or(Motion::Odometry(&shared.track), Motion::Profile);
     // Qualified where it is: a copy would lie on the stack beside it.
-    let mut outcome = estimator.run(window, source, motion);
+    let mut outcome = estimator.run(window, source, Some(&shared.track));
     shared.liveness.fits_done.bump();
     match &mut outcome {
         Ok(WindowFit::Done(estimate)) => {

@@ -7,7 +7,6 @@ use super::outbox::{Outbox, post};
 use super::shared::{PACKETS, Platform, Shared};
 use crate::detector::Detector;
 use crate::estimator::Estimator;
-use crate::surface::profile::Profile;
 use core::ops::DerefMut;
 use core::sync::atomic::Ordering::Relaxed;
 use ridgetone_proto::command::{Command, Reply, Request};
@@ -32,11 +31,6 @@ impl<S: Store> Requests<S> {
             store,
             decided: None,
         }
-    }
-
-    /// The speed profile in force.
-    pub const fn profile(&self) -> Option<&Profile> {
-        self.executor.profile.as_ref()
     }
 
     /// What keeps the settings.
@@ -65,7 +59,7 @@ impl<S: Store> Requests<S> {
         if decided.is_none() {
             *decided = take(inbox, shared).map(|request| {
                 let is_touched = detector.lock(|detector| detector.is_touched());
-                executor.decide(request, is_touched, store, &shared.track)
+                executor.decide(request, is_touched, store)
             });
         }
         let Some((command, reply)) = decided else {
@@ -76,7 +70,7 @@ impl<S: Store> Requests<S> {
             // A window may have fallen due while the request was decided.
             let may = !is_window_due();
             if let Some(command) = command.as_ref().filter(|_| may) {
-                executor.carry_out(command, (detector, estimator), &shared.track, &mut emit);
+                executor.carry_out(command, detector, estimator, &mut emit);
             }
             may
         });

@@ -57,7 +57,7 @@ pub struct Shared<P> {
     pub platform: P,
     /// Counters and faults.
     pub diagnostics: Diagnostics,
-    /// Places that a robot has sent. While a PC sends a speed profile its parts are kept here.
+    /// Places that a robot has sent.
     pub track: Track,
     /// Signs of life of the tasks, for the watchdog.
     pub liveness: Liveness,

@@ -143,7 +143,7 @@ pub enum Span {
 pub enum Abscissa {
     /// Time: cycles per second.
     Time,
-    /// Place on the surface, by the PC's speed profile or a robot's odometry: cycles per
+    /// Place on the surface, by a robot's odometry: cycles per
     /// millimetre.
     Place,
 }

@@ -26,7 +26,7 @@ pub struct Heard {
     pub damaged: u64,
     /// Requests that the board answered. Must be zero.
     pub answered: u64,
-    /// Whether the settings in force, the speed profile or anything in the flash has changed. Must
+    /// Whether the settings in force or anything in the flash has changed. Must
     /// be false.
     pub changed: bool,
     /// Whether the board obeys the next request. Must be true.
@@ -77,7 +77,6 @@ impl Subject {
             ..self.heard
         };
         heard.changed = self.board.in_force() != (settings(STORED), SettingsSource::Stored)
-            || self.board.profile().is_some()
             || self.board.is_restarting();
         // A zero ends whatever is on the line.
         self.board.push(0);

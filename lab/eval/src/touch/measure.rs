@@ -3,7 +3,6 @@
 use super::trace::{Recipe, SlideTruth, Trace, Truth};
 use ads1258::{Conversion, Status as Flags};
 use anyhow::Result;
-use ridgetone::abscissa::Motion;
 use ridgetone::detector::Detector;
 use ridgetone::estimator::{Estimator, WindowFit};
 use ridgetone::faults::diagnostics::Diagnostics;
@@ -136,8 +135,7 @@ fn run(mut trace: Trace, mains: bool) -> Reported {
                 .map(|frame| f64::from(frame) / rate_hz);
             let within_s = slide.map_or(0.0, |slide| overlap(span_s, slide.start_s, slide.end_s));
             if within_s < 0.5 * (span_s[1] - span_s[0])
-                && let Ok(WindowFit::Done(estimate)) =
-                    estimator.run(&window, &mut &*ring, Motion::Unknown)
+                && let Ok(WindowFit::Done(estimate)) = estimator.run(&window, &mut &*ring, None)
             {
                 reported.still_good |= estimate.status == Status::Good;
             }

@@ -5,7 +5,6 @@ use ads1258::Conversion;
 use hal_mock::{Constant, Scene, Sliding, SlidingScene};
 use ridgetone::frame::TimedConversion;
 use ridgetone::pipeline::Pipeline;
-use ridgetone::surface::profile::Profile;
 use ridgetone_proto::command::{Command, Outcome, REQUEST_WIRE_MAX, Request};
 use ridgetone_proto::fault::Fault;
 use ridgetone_proto::framing;
@@ -130,23 +129,13 @@ pub fn health(event: &Event) -> Option<Health> {
     }
 }
 
-/// What the library gives on this PC for the conversions that the board has read. Estimates behind
-/// the first `by_time` ones are by the speed profile.
-pub fn on_pc(run: &Run, by_time: usize, profile: Option<&Profile>) -> Vec<Event> {
+/// What the library gives on this PC for the conversions that the board has read.
+pub fn on_pc(run: &Run) -> Vec<Event> {
     let mut pipeline = Pipeline::new(Settings::DEFAULT);
-    let (mut events, mut estimates) = (Vec::new(), 0);
+    let mut events = Vec::new();
     for reading in run.rig.readings() {
-        if estimates >= by_time {
-            pipeline.follow(profile.cloned());
-        }
-        let conversion = Conversion::from_bytes(reading.bytes);
-        pipeline.push(
-            TimedConversion::new(reading.t_us, conversion),
-            &mut |event| {
-                estimates += usize::from(matches!(event, Event::Estimate(_)));
-                events.push(event);
-            },
-        );
+        let conversion = TimedConversion::new(reading.t_us, Conversion::from_bytes(reading.bytes));
+        pipeline.push(conversion, &mut |event| events.push(event));
     }
     events
 }

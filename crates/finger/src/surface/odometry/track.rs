@@ -5,7 +5,7 @@
 //! message until it is far enough from the one before, so that few entries last for long at any
 //! rate of messages; a reader has a copy of it from when its window fell due.
 
-use core::sync::atomic::{AtomicBool, AtomicU16, AtomicU32, Ordering::Relaxed};
+use core::sync::atomic::{AtomicU16, AtomicU32, Ordering::Relaxed};
 
 /// Most entries.
 pub const ENTRIES: usize = 64;
@@ -27,8 +27,6 @@ pub struct Track {
     until: AtomicU16,
     /// Number of the oldest that counts.
     oldest: AtomicU16,
-    /// The slots hold something else.
-    is_lent: AtomicBool,
 }
 
 impl Track {
@@ -39,7 +37,6 @@ impl Track {
             slots: [const { [const { AtomicU32::new(0) }; 2] }; ENTRIES],
             until,
             oldest,
-            is_lent: AtomicBool::new(false),
         }
     }
 
@@ -51,9 +48,6 @@ impl Track {
     /// Adds an entry. It takes the place of the newest one if that is less than `spacing_us` behind
     /// the one before it.
     pub fn put(&self, entry: Entry, spacing_us: u32) {
-        if self.is_lent.load(Relaxed) {
-            return;
-        }
         let (until, oldest) = (self.until.load(Relaxed), self.oldest.load(Relaxed));
         let (newest, before) = (
             self.get(until.wrapping_sub(1)),
@@ -94,19 +88,10 @@ impl Track {
 
     /// Whether no entry from this number on has been overwritten, also not in part.
     pub fn has_kept(&self, number: u16) -> bool {
-        !self.is_lent.load(Relaxed)
-            && self.until.load(Relaxed).wrapping_sub(number) < ENTRIES as u16
+        self.until.load(Relaxed).wrapping_sub(number) < ENTRIES as u16
     }
 
-    /// Lends the slots to a task of lower priority that needs room for a while, or takes them back.
-    /// Entries are dropped.
-    pub fn lend(&self, is_lent: bool) {
-        self.is_lent.store(is_lent, Relaxed);
-        self.clear();
-    }
-
-    /// Writes a slot.
-    pub fn write(&self, slot: usize, words: [u32; 2]) {
+    fn write(&self, slot: usize, words: [u32; 2]) {
         if let Some(to) = self.slots.get(slot % ENTRIES) {
             to.iter()
                 .zip(words)
@@ -114,8 +99,7 @@ impl Track {
         }
     }
 
-    /// Reads a slot.
-    pub fn read(&self, slot: usize) -> [u32; 2] {
+    fn read(&self, slot: usize) -> [u32; 2] {
         self.slots.get(slot % ENTRIES).map_or([0; 2], |words| {
             words.each_ref().map(|word| word.load(Relaxed))
         })
@@ -155,21 +139,5 @@ mod tests {
         assert!(track.has_kept(track.oldest() + 1) && !track.has_kept(track.oldest()));
         track.clear();
         assert_eq!(track.newest(), None);
-    }
-
-    #[test]
-    fn a_track_that_is_lent_takes_no_entries() {
-        let track = Track::new();
-        track.lend(true);
-        track.write(3, [7, 8]);
-        track.put(Entry { t_us: 1, place: 2 }, 0);
-        assert_eq!((track.newest(), track.read(3)), (None, [7, 8]));
-        assert!(!track.has_kept(1));
-        track.lend(false);
-        track.put(Entry { t_us: 1, place: 2 }, 0);
-        assert_eq!(
-            track.newest().map(|(_, newest)| newest),
-            Some(Entry { t_us: 1, place: 2 })
-        );
     }
 }

@@ -146,18 +146,10 @@ impl Slid {
             }
             Ok(())
         };
-        let stream = if self.scene.hand.is_some() {
-            self.stream(late_s)
-        } else {
-            Stream::new()
-        };
-        replay::run_streamed(
-            open(&self.scene)?,
-            settings,
-            stream,
-            &mut sink,
-            &mut |_, _| {},
-        )?;
+        let robot = replay::Motion::Robot(self.stream(late_s));
+        let motion = Some(robot).filter(|_| self.scene.hand.is_some());
+        let input = open(&self.scene)?;
+        replay::run(input, settings, motion, &mut sink, &mut |_, _| {})?;
         Ok(estimates)
     }
 
