@@ -54,22 +54,22 @@ mod app {
     use core::mem::MaybeUninit;
     use embedded_hal::delay::DelayNs;
     use heapless::spsc::Queue;
-    use ridgetone::acquire::Acquisition;
-    use ridgetone::detector::Detector;
-    use ridgetone::estimator::Estimator;
-    use ridgetone::frame::TimedConversion;
-    use ridgetone::ring::Ring;
-    use ridgetone::tasks::detect::Detect;
-    use ridgetone::tasks::drdy::Drdy;
-    use ridgetone::tasks::fit::Fit;
-    use ridgetone::tasks::idle::{Idle, Next};
-    use ridgetone::tasks::line::{Inboxes, SerialLine};
-    use ridgetone::tasks::liveness::WatchdogPolicy;
-    use ridgetone::tasks::outbox::Outbox;
-    use ridgetone::tasks::report::Report;
-    use ridgetone::tasks::requests::Requests;
-    use ridgetone::tasks::shared::{BYTES, PACKETS, Platform, SAMPLES, Shared, Task, WINDOWS};
-    use ridgetone::window::Window;
+    use ridgetone::Acquisition;
+    use ridgetone::Detector;
+    use ridgetone::Estimator;
+    use ridgetone::Ring;
+    use ridgetone::TimedConversion;
+    use ridgetone::Window;
+    use ridgetone::tasks::Detect;
+    use ridgetone::tasks::Drdy;
+    use ridgetone::tasks::Fit;
+    use ridgetone::tasks::Outbox;
+    use ridgetone::tasks::Report;
+    use ridgetone::tasks::Requests;
+    use ridgetone::tasks::WatchdogPolicy;
+    use ridgetone::tasks::{BYTES, PACKETS, Platform, SAMPLES, Shared, Task, WINDOWS};
+    use ridgetone::tasks::{Idle, Next};
+    use ridgetone::tasks::{Inboxes, SerialLine};
     use ridgetone_proto::boot::Record;
     use ridgetone_proto::store::{FlashStore, Store};
     use stm32f4xx_hal::pac::Interrupt;
@@ -150,7 +150,7 @@ mod app {
         // conversions would be lost.
         let mut store = FlashStore::new(flash);
         let (settings, source) = store.load();
-        // So too what is large: its memory is cleared, which takes longer than a conversion.
+        // Large values come first too: clearing their memory takes longer than a conversion.
         let detector = put(cx.local.detector_place, || {
             Detector::booted(settings, source, boot)
         });
@@ -197,10 +197,10 @@ mod app {
         )
     }
 
-    /// Makes a large value in a stack frame of its own: the first tasks run on top of `init`'s
-    /// frame, and a processor that never sleeps runs all of them there. The compiler must not know
-    /// the value's address: it would build the address of every field anew, which takes more
-    /// instructions and flash than to count from the first.
+    /// Makes a large value in a stack frame of its own, which is given back: the first tasks run on
+    /// top of `init`'s frame. The compiler must not know the value's address: it would build the
+    /// address of every field anew, which takes more instructions and flash than to count from the
+    /// first.
     #[inline(never)]
     fn put<T>(place: &mut MaybeUninit<T>, make: impl FnOnce() -> T) -> &mut T {
         black_box(place.write(make()))
@@ -242,7 +242,7 @@ mod app {
     #[task(binds = TIM4, priority = 2, local = [policy: WatchdogPolicy = WatchdogPolicy::new()], shared = [&shared])]
     fn watch(cx: watch::Context) {
         board::acknowledge_heartbeat();
-        if ridgetone::tasks::watch::run(cx.local.policy, cx.shared.shared) {
+        if cx.local.policy.run(cx.shared.shared) {
             board::feed_watchdog();
         }
     }

@@ -4,13 +4,12 @@
 mod touch;
 
 use ads1258::Status as StatusByte;
-use ridgetone::detector::Detector;
-use ridgetone::faults::diagnostics::Diagnostics;
-use ridgetone::faults::qualify::qualify;
-use ridgetone::frame::TimedConversion;
-use ridgetone::pipeline::Pipeline;
-use ridgetone::ring::Ring;
-use ridgetone::scan::CONVERSION_NS;
+use ridgetone::CONVERSION_NS;
+use ridgetone::Detector;
+use ridgetone::Diagnostics;
+use ridgetone::Pipeline;
+use ridgetone::Ring;
+use ridgetone::TimedConversion;
 use ridgetone_proto::fault::{Fault, FaultKind};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Estimate, Event, Span, Status, Travel, TravelStatus};
@@ -489,7 +488,7 @@ fn a_fault_that_changes_a_frequency_makes_a_good_or_unsteady_estimate_doubtful_a
  {
     let good = events(|_, conversion| Some(conversion));
     let fit = (*estimates(&good).last().unwrap()).clone();
-    let window = ridgetone::window::Window {
+    let window = ridgetone::Window {
         first: 0,
         frames: (fit.window_s * 241.0) as u32,
         end_us: fit.t_us,
@@ -501,7 +500,7 @@ fn a_fault_that_changes_a_frequency_makes_a_good_or_unsteady_estimate_doubtful_a
         level_v: f32::NAN,
         force_ratio: None,
         plan: Settings::DEFAULT.plan,
-        odometry: ridgetone::surface::odometry::Mark::NONE,
+        odometry: ridgetone::Mark::NONE,
     };
     let travel = Travel {
         status: TravelStatus::Given,
@@ -519,7 +518,7 @@ fn a_fault_that_changes_a_frequency_makes_a_good_or_unsteady_estimate_doubtful_a
                     },
                 );
                 diagnostics.fault(kind, fit.t_us as u32 - ago_us);
-                qualify(&mut fit, &window, &diagnostics);
+                diagnostics.qualify(&mut fit, &window);
                 assert_eq!(fit.faults.has(kind), counts, "{kind:?}");
                 // An input that comes back so late hides that the slide is over.
                 let changes = kind.changes_frequency() || kind == FaultKind::Overload;
@@ -542,7 +541,7 @@ fn a_fault_that_changes_a_frequency_makes_a_good_or_unsteady_estimate_doubtful_a
         let (diagnostics, mut fit) = (Diagnostics::new(), fit.clone());
         fit.window_s = window_s;
         diagnostics.fault(FaultKind::Overload, fit.t_us as u32 - ago_us);
-        qualify(&mut fit, &window, &diagnostics);
+        diagnostics.qualify(&mut fit, &window);
         assert!(fit.faults.has(FaultKind::Overload));
         assert_eq!(
             fit.status,

@@ -2,13 +2,14 @@
 //! through the whole path.
 
 use ads1258::reading::volts;
-use ridgetone::feeling::{MEMORY, feel, image_ratio};
-use ridgetone::surface::odometry::Mark;
-use ridgetone::window::{Table, Window};
+use ridgetone::Mark;
+use ridgetone::Window;
+use ridgetone::internals::{FEEL_MEMORY, feel, image_ratio};
 use ridgetone_feel::Receptor;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{Feeling, Settings, TAXELS};
 use ridgetone_proto::telemetry::{Feel, Hold, Image, Measured, NO_LEVEL, Pressed, Span};
+use ridgetone_tone::Table;
 use std::f64::consts::TAU;
 
 /// A hundredth of a volt is a micrometre from peak to peak.
@@ -88,8 +89,13 @@ fn feel_with_gaps(
         values: &values,
         valid: &valid,
     };
-    feel(&window, &mut source, &mut [0.0; MEMORY], &settings(plan))
-        .expect("a table loses no frames")
+    feel(
+        &window,
+        &mut source,
+        &mut [0.0; FEEL_MEMORY],
+        &settings(plan),
+    )
+    .expect("a table loses no frames")
 }
 
 /// By equations 8 and 9: decades above the threshold, in the line's bin and in those beside it,

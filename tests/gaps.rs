@@ -4,12 +4,13 @@
 mod reference;
 
 use reference::Tone;
-use ridgetone::estimator::{Estimator, WindowFit};
-use ridgetone::surface::odometry::Mark;
-use ridgetone::window::{Table, Window};
+use ridgetone::Mark;
+use ridgetone::Window;
+use ridgetone::{Estimator, WindowFit};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Estimate, Span, Status};
+use ridgetone_tone::Table;
 
 /// Frames of a window of the plan `single`, 43 ms.
 const FRAMES: usize = 1003;

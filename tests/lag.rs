@@ -5,11 +5,11 @@
 mod reference;
 
 use reference::{Noise, codes};
-use ridgetone::abscissa::{self, Fitted};
-use ridgetone::surface::lag::lag;
-use ridgetone::surface::odometry::Mark;
-use ridgetone::surface::travel::by_phases;
-use ridgetone::window::Window;
+use ridgetone::Mark;
+use ridgetone::Window;
+use ridgetone::internals::by_phases;
+use ridgetone::internals::lag;
+use ridgetone::internals::{Fitted, fit};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{Array, FRAME_RATE_HZ};
 use ridgetone_proto::telemetry::{Direction, Span, Travel, TravelStatus};
@@ -97,7 +97,7 @@ impl Wave {
             plan: Plan::PAPER,
             odometry: Mark::NONE,
         };
-        abscissa::fit(fitter, &window, &mut table, 0.0, None).expect("all frames are there")
+        fit(fitter, &window, &mut table, 0.0, None).expect("all frames are there")
     }
 }
 

@@ -13,11 +13,11 @@ mod touch;
 
 use ads1258::Status as StatusByte;
 use memory::resident_bytes;
-use ridgetone::assembler::Assembler;
-use ridgetone::frame::TimedConversion;
-use ridgetone::pipeline::Pipeline;
-use ridgetone::scan::{CONVERSION_NS, SLOTS};
-use ridgetone::tasks::outbox::Outbox;
+use ridgetone::Pipeline;
+use ridgetone::TimedConversion;
+use ridgetone::internals::Assembler;
+use ridgetone::tasks::Outbox;
+use ridgetone::{CONVERSION_NS, SLOTS};
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings};

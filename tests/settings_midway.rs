@@ -5,11 +5,11 @@
 #[allow(dead_code, reason = "a part of it is used here")]
 mod touch;
 
-use ridgetone::detector::Detector;
-use ridgetone::estimator::{Estimator, WindowFit};
-use ridgetone::faults::diagnostics::Diagnostics;
-use ridgetone::frame::TimedConversion;
-use ridgetone::ring::Ring;
+use ridgetone::Detector;
+use ridgetone::Diagnostics;
+use ridgetone::Ring;
+use ridgetone::TimedConversion;
+use ridgetone::{Estimator, WindowFit};
 use ridgetone_proto::boot::SettingsSource;
 use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings};
 use ridgetone_proto::telemetry::{Estimate, Span, Status};

@@ -4,11 +4,11 @@
 #[allow(dead_code, reason = "a part of it is used here")]
 mod touch;
 
-use ridgetone::detector::Detector;
-use ridgetone::faults::diagnostics::Diagnostics;
-use ridgetone::frame::TimedConversion;
-use ridgetone::pipeline::Pipeline;
-use ridgetone::ring::Ring;
+use ridgetone::Detector;
+use ridgetone::Diagnostics;
+use ridgetone::Pipeline;
+use ridgetone::Ring;
+use ridgetone::TimedConversion;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::Event;
 

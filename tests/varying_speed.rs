@@ -15,10 +15,11 @@ const MEAN_MM_S: f64 = 20.0;
 const SWING_MM_S: f64 = 12.0;
 const SWING_S: f64 = 1.5;
 
-/// Place after a time of the slide, the integral of the speed.
+/// Place after a time of the slide, the integral of the speed. A robot that is on its way before
+/// and after it has the mean speed there.
 fn place_mm(since_s: f64) -> f64 {
-    let since_s = since_s.clamp(0.0, 2.0 * SWING_S);
-    let swung_mm = SWING_MM_S * SWING_S / TAU * (1.0 - (TAU * since_s / SWING_S).cos());
+    let swings = since_s.clamp(0.0, 2.0 * SWING_S) / SWING_S;
+    let swung_mm = SWING_MM_S * SWING_S / TAU * (1.0 - (TAU * swings).cos());
     MEAN_MM_S * since_s + swung_mm
 }
 

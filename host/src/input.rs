@@ -4,7 +4,7 @@ use crate::output::Progress;
 use crate::samples::Samples;
 use anyhow::{Context, Result, ensure};
 use hal_mock::{Constant, Options, Playback, Scene, Sliding, SlidingScene, Trace, Truth};
-use ridgetone::scan::CONVERSION_NS;
+use ridgetone::CONVERSION_NS;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{SCAN, Settings};
 use ridgetone_proto::telemetry::Event;

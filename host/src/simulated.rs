@@ -12,21 +12,20 @@ use embedded_storage::nor_flash::NorFlash;
 use hal_mock::SimulatedBoard;
 use hal_mock::board::{ChipSpi, ResetPin, StartPin};
 use heapless::spsc::{Consumer, Queue};
-use ridgetone::acquire::Acquisition;
-use ridgetone::detector::Detector;
-use ridgetone::estimator::Estimator;
-use ridgetone::frame::TimedConversion;
-use ridgetone::ring::Ring;
-use ridgetone::tasks::detect::Detect;
-use ridgetone::tasks::drdy::{Drdy, DrdyPin};
-use ridgetone::tasks::fit::Fit;
-use ridgetone::tasks::line::{self, Inboxes, Received};
-use ridgetone::tasks::liveness::WatchdogPolicy;
-use ridgetone::tasks::outbox::Outbox;
-use ridgetone::tasks::report::Report;
-use ridgetone::tasks::requests::Requests;
-use ridgetone::tasks::shared::{BYTES, PACKETS, Platform, SAMPLES, Shared, Task, WINDOWS};
-use ridgetone::tasks::watch;
+use ridgetone::Acquisition;
+use ridgetone::Detector;
+use ridgetone::Estimator;
+use ridgetone::Ring;
+use ridgetone::TimedConversion;
+use ridgetone::tasks::Detect;
+use ridgetone::tasks::Fit;
+use ridgetone::tasks::Outbox;
+use ridgetone::tasks::Report;
+use ridgetone::tasks::Requests;
+use ridgetone::tasks::WatchdogPolicy;
+use ridgetone::tasks::{BYTES, PACKETS, Platform, SAMPLES, Shared, Task, WINDOWS};
+use ridgetone::tasks::{Drdy, DrdyPin};
+use ridgetone::tasks::{Inboxes, Received};
 use ridgetone_proto::boot::{Boot, ResetCause, SettingsSource};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::store::{FlashStore, Store};
@@ -175,7 +174,7 @@ fn run_until_restart<F: NorFlash>(
         if next_ns >= watch_ns {
             watch_ns += WATCH_NS;
             // The watchdog's policy has tests of its own.
-            let _ = watch::run(&mut policy, &shared);
+            let _ = policy.run(&shared);
             tasks.run(&shared)?;
         }
         // An edge that falls while `drdy` runs makes it run again.
@@ -343,7 +342,7 @@ impl<F: NorFlash> Tasks<'_, F> {
             }
         }
         for received in around.exchange(board, &sent)? {
-            line::receive(received, now_us(board), inbox, shared);
+            inbox.receive(received, now_us(board), shared);
             // A request is complete at its last byte: it is carried out before the next one
             // arrives.
             if matches!(received, Received::Byte(0)) {

@@ -9,7 +9,6 @@ use crate::speed::Column;
 use crate::tone::{Tone, WithSigma};
 use anyhow::{Context, Result, bail, ensure};
 use hal_mock::RowReader;
-use ridgetone::estimator;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::{Abscissa, Status};
 use ridgetone_tone::{FRAMES_MAX, Fit, Fitter, FrameSpan, HARMONICS_MAX, Table};

@@ -9,7 +9,7 @@
 //! not grow with the recording.
 
 use crate::digits::time_s;
-use ridgetone::scan::{CONVERSION_NS, FRAME_NS};
+use ridgetone::{CONVERSION_NS, FRAME_NS};
 use ridgetone_proto::telemetry::{Event, Packet, WIRE_MAX, encode};
 use serde::Serialize;
 use std::cell::Cell;

@@ -185,7 +185,7 @@ fn wrong_profiles_are_refused() {
     assert_one_line(
         &replay("d.csv", "time_s,speed_mm_s\n0,3000\n", &[]),
         1,
-        &["d.csv", "a speed of 3000 mm/s"],
+        &["d.csv", "speed_mm_s 3000: choose -2000 to 2000"],
     );
     assert_one_line(
         &replay("e.csv", "time_s,speed_mm_s\n0,30\n", &["--profile-repeats"]),

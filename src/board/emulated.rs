@@ -18,7 +18,7 @@ use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::spi::{self, Operation as Op, SpiDevice};
 use hal_mock::bridge::{Operation, PAYLOAD_MAX};
 use kept::KEPT;
-use ridgetone::tasks::idle::DepthMeter;
+use ridgetone::tasks::DepthMeter;
 use ridgetone_proto::boot::{Boot, Death, Record, ResetCause};
 use semihost::Exit;
 use stm32f4xx_hal::pac::{self, USART3};

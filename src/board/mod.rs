@@ -38,8 +38,8 @@
 //!
 //! Panics: a board has its own panic handler, which calls `die`.
 //!
-//! [`DrdyPin`]: ridgetone::tasks::drdy::DrdyPin
-//! [`WATCHDOG_S`]: ridgetone::tasks::liveness::WATCHDOG_S
+//! [`DrdyPin`]: ridgetone::tasks::DrdyPin
+//! [`WATCHDOG_S`]: ridgetone::tasks::WATCHDOG_S
 
 // The only place of the firmware where unsafe code is allowed: registers, linker symbols, host
 // calls of the emulator.

@@ -4,9 +4,9 @@ mod loaded;
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use ridgetone::ring::Ring;
-use ridgetone::touch::averages::{Averager, Averages};
-use ridgetone::touch::{change::Change, contact::ContactDetector};
+use ridgetone::Ring;
+use ridgetone::internals::{Averager, Averages};
+use ridgetone::internals::{Change, ContactDetector};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{FRAME_RATE_HZ, Slide};
 use std::f64::consts::TAU;

@@ -2,8 +2,8 @@
 //! days.
 
 use crate::any_settings::touch::{SCANS, scan};
-use ridgetone::frame::TimedConversion;
-use ridgetone::pipeline::Pipeline;
+use ridgetone::Pipeline;
+use ridgetone::TimedConversion;
 use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings};
 use ridgetone_proto::telemetry::{Event, Status};
 

@@ -2,8 +2,8 @@
 //! telemetry.
 
 use hal_mock::{Options, Scene, SimulatedBoard};
-use ridgetone::frame::TimedConversion;
-use ridgetone::pipeline::Pipeline;
+use ridgetone::Pipeline;
+use ridgetone::TimedConversion;
 use ridgetone_proto::odometry::{FRAME_BYTES, Odometry, PLACE_PER_MM, Reading, WIRE_BYTES};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Decoder, Event, Packet, WIRE_MAX, encode};

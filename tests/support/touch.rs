@@ -2,8 +2,8 @@
 //! release.
 
 use ads1258::{Conversion, Status};
-use ridgetone::frame::TimedConversion;
-use ridgetone::scan::{CONVERSION_NS, SLOTS};
+use ridgetone::TimedConversion;
+use ridgetone::{CONVERSION_NS, SLOTS};
 use ridgetone_proto::settings::SCAN;
 use std::f64::consts::TAU;
 

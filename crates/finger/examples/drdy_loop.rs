@@ -6,13 +6,12 @@
 
 use ads1258::Ads1258;
 use hal_mock::{Options, SimulatedBoard, Sliding, SlidingScene};
-use ridgetone::detector::Detector;
-use ridgetone::estimator::{Estimator, WindowFit};
-use ridgetone::faults::diagnostics::Diagnostics;
-use ridgetone::faults::qualify::qualify;
-use ridgetone::frame::TimedConversion;
-use ridgetone::ring::Ring;
-use ridgetone::window::Window;
+use ridgetone::Detector;
+use ridgetone::Diagnostics;
+use ridgetone::Ring;
+use ridgetone::TimedConversion;
+use ridgetone::Window;
+use ridgetone::{Estimator, WindowFit};
 use ridgetone_proto::scan::SCAN;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::Estimate;
@@ -47,7 +46,7 @@ fn fit(
     for window in windows {
         match estimator.run(&window, &mut LockedRing(ring), None) {
             Ok(WindowFit::Done(mut estimate)) => {
-                qualify(&mut estimate, &window, diagnostics);
+                diagnostics.qualify(&mut estimate, &window);
                 println!(
                     "{:?} {:.3} Hz +- {:.3} Hz",
                     estimate.status, estimate.frequency, estimate.sigma

@@ -1,13 +1,13 @@
 //! The unit of a window's frequency: cycles in time, or by place on the surface.
 
-mod lateness;
+mod delay_error;
 
 use crate::scan::Scan;
 use crate::surface::odometry::track::Track;
-use crate::surface::odometry::way::Way;
+use crate::surface::odometry::trajectory::Trajectory;
 use crate::window::Window;
 use core::f32::consts::PI;
-use lateness::{LOW_PASS_SIGMA_S, Lateness};
+use delay_error::{DelayError, LOW_PASS_SIGMA_S};
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::Abscissa;
 use ridgetone_tone::{Fit, Fitter, FrameSource, FrameSpan, Overwritten};
@@ -75,19 +75,20 @@ pub fn fit(
     // are read before and after it.
     let middle_slot = 0.5 * (channels as f32 - 1.0);
     let middle_us = (middle_slot * conversion_ns as f32 * 1e-3) as u32;
-    let way = track.and_then(|track| Way::new(track, &window.odometry, lasts_us, middle_us));
-    let unplaced = way
+    let trajectory =
+        track.and_then(|track| Trajectory::new(track, &window.odometry, lasts_us, middle_us));
+    let unplaced = trajectory
         .as_ref()
-        .map_or(0, |way| frames_in(way.missing_us, frame_us));
+        .map_or(0, |trajectory| frames_in(trajectory.missing_us, frame_us));
     // Frames hold codes.
     let mut span = FrameSpan::new(source, window.first, window.frames.saturating_sub(unplaced))
         .with_quantization(1.0);
     if interferer_hz > 0.0 {
         span = span.with_interferer(interferer_hz / window.frame_rate_hz);
     }
-    let place_mm = way
+    let place_mm = trajectory
         .as_ref()
-        .map(|way| |frame: u32| way.place_mm(frame as f32 * frame_us));
+        .map(|trajectory| |frame: u32| trajectory.place_mm(frame as f32 * frame_us));
     let last = last.saturating_sub(unplaced);
     let (mut later, mut at, mut inputs) = ([0.0; TAXELS], -middle_slot, scan.inputs);
     for later in &mut later {
@@ -116,10 +117,12 @@ pub fn fit(
     if let Some(place_mm) = &place_mm {
         (abscissa, per_unit, slot) = (Abscissa::Place, 1.0, middle_slot);
         per_slot = (place_mm(last) - place_mm(0)) / (last.max(1) * slots) as f32;
-        let late = Lateness::new(
+        let late = DelayError::new(
             place_mm,
-            (last, window.frame_rate_hz),
-            (fit.frequency, &fit.overtones),
+            last,
+            window.frame_rate_hz,
+            fit.frequency,
+            &fit.overtones,
         );
         fit.frequency /= 1.0 + late.by_low_pass;
         let (delay_sigma_s, change_per_s) =
@@ -130,7 +133,10 @@ pub fn fit(
             *sigma = libm::sqrtf(*sigma * *sigma + by_delay);
         }
     }
-    if way.as_ref().is_some_and(|way| !way.is_intact()) {
+    if trajectory
+        .as_ref()
+        .is_some_and(|trajectory| !trajectory.is_intact())
+    {
         return Err(Overwritten);
     }
     Ok(Fitted {

@@ -7,16 +7,16 @@
 //! Conversions are buffered until there are as many as a scan has slots. A scan without a flaw
 //! takes the fast path, all others take the slow path, conversion by conversion.
 
-mod lateness;
+mod service_delay;
 
 use crate::frame::{Frame, Readings, TimedConversion};
 use crate::scan::{FIRST_INPUT, NEW, OWN, Order, SLOTS_MAX, Scan, own_of};
 use ads1258::Conversion;
 use heapless::Vec;
-use lateness::Lateness;
 use ridgetone_proto::division::divide;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::scan::TAXELS;
+use service_delay::ServiceDelay;
 
 /// How far from its time a conversion may be, microseconds: an interrupt may be late by so much,
 /// and by default it is 1 % of a scan. Of a fast scan it is three eighths of a conversion at most.
@@ -101,7 +101,7 @@ pub struct Assembler {
     pub latest_slot: Option<u32>,
     /// Set if that conversion was off its time.
     off_time: Option<OffTime>,
-    lateness: Lateness,
+    lateness: ServiceDelay,
     /// Board time of that conversion, microseconds, wrapping.
     pub board_us: u32,
     /// Device time of that conversion, microseconds since the first.
@@ -140,7 +140,7 @@ impl Assembler {
             buffer: Vec::new(),
             latest_slot: None,
             off_time: None,
-            lateness: Lateness::NONE,
+            lateness: ServiceDelay::NONE,
             board_us: 0,
             now_us: 0,
             frame: Frame::EMPTY,
@@ -192,6 +192,7 @@ impl Assembler {
     }
 
     /// Takes one conversion and calls `done` with every frame that is over.
+    #[cfg(any(test, feature = "internals"))]
     pub fn push(&mut self, timed: &TimedConversion, mut done: impl FnMut(&Frame)) {
         if !self.buffer(timed) {
             return;
@@ -413,7 +414,7 @@ impl Assembler {
             self.flaws.lost = self.flaws.lost.saturating_add(slot);
             // The scan begins at its top, a part of a scan later than it would have: the nearest
             // whole number counts.
-            (self.off_time, self.lateness) = (None, Lateness::NONE);
+            (self.off_time, self.lateness) = (None, ServiceDelay::NONE);
             let frame_us = (self.scan.frame_ns() / 1000).max(1);
             return (passed_us.saturating_add(frame_us / 2) / frame_us).max(1);
         }

@@ -38,7 +38,7 @@ impl Detector {
         Self::booted(settings, SettingsSource::Default, Boot::UNKNOWN)
     }
 
-    /// The same, for a greeting that reports where the settings are from and how the run began.
+    /// A detector whose greeting reports where the settings are from and how the run began.
     pub const fn booted(settings: Settings, source: SettingsSource, boot: Boot) -> Self {
         Self {
             settings,
@@ -267,7 +267,8 @@ impl Detector {
         assembler.change(&plan);
         assembler.vref_v = settings.vref_v;
         episodes.set_reference(settings.vref_v);
-        health_reporter.change(&plan, tracker.clock.latest);
+        let (number, t_us) = tracker.clock.latest;
+        health_reporter.change(&plan, number, t_us);
         tracker.begin(settings);
         emit(self.hello());
     }

@@ -15,10 +15,10 @@ use core::f32::consts::PI;
 use ridgetone_proto::fault::FaultSet;
 use ridgetone_proto::settings::{Settings, SlideRule, TAXELS};
 use ridgetone_proto::telemetry::{
-    Abscissa, Channel, Direction, Estimate, Feel, Movement, OtherTone, Span, Status, Texture,
-    Travel, TravelStatus,
+    Abscissa, Channel, Direction, Estimate, Feel, Movement, OtherTone, Overtones, Span, Status,
+    Texture, Travel, TravelStatus,
 };
-use ridgetone_tone::{Fit, Fitter, FrameSource, Overwritten, Values};
+use ridgetone_tone::{Fit, Fitter, FrameSource, OVERTONES, Overwritten, Values};
 
 /// A gap of this share of a window, or longer, may mislead the search for its tone. The spectrum of
 /// two pieces with a gap between them has side lines nearly as strong as the tone's. From 94,000
@@ -46,6 +46,8 @@ pub struct Estimator {
     fitter: Fitter,
     /// Frame behind the latest estimate that was accurate enough.
     reported_end: u32,
+    /// Overtones of the latest fit, over its fundamental.
+    overtones: Overtones,
     /// Compares a texture with the latest one that was reported.
     pub textures: TextureReporter,
 }
@@ -57,6 +59,7 @@ impl Estimator {
             settings,
             fitter: Fitter::new(settings.harmonics),
             reported_end: 0,
+            overtones: [[0.0; 2]; OVERTONES],
             textures: TextureReporter::new(),
         }
     }
@@ -122,10 +125,9 @@ impl Estimator {
     }
 
     /// What is under the finger by the estimate of the latest [`Self::run`], if it is to be
-    /// reported. It comes before [`Self::feel`], which needs the memory.
+    /// reported.
     pub fn texture(&mut self, estimate: &Estimate, window: &Window) -> Option<Texture> {
-        let overtones = self.fitter.scratch().as_chunks().0.first_chunk()?;
-        self.textures.take(estimate, overtones, window)
+        self.textures.take(estimate, &self.overtones, window)
     }
 
     // Not inlined, as the next one.
@@ -149,16 +151,11 @@ impl Estimator {
         // Nearly always none are missing: then nothing is read again.
         let has_gap = fitted.fit.frames.saturating_add(least) < window.frames
             && has_gap(window, least, source)?;
-        // Kept where nothing else is between fits: the RAM is the ring's.
-        let scratch = self.fitter.scratch().as_chunks_mut().0;
-        scratch
-            .iter_mut()
-            .zip(&fitted.fit.overtones)
-            .for_each(|(kept, overtone)| *kept = *overtone);
+        self.overtones = fitted.fit.overtones;
         Ok(WindowFit::Done(self.estimate(fitted, window, has_gap)))
     }
 
-    // Not inlined: a fit is the deepest of the stack, and what this takes of it is not there yet.
+    // Apart: its frame must not lie under a fit, the deepest of the stack.
     #[inline(never)]
     fn estimate(&self, fitted: &Fitted, window: &Window, has_gap: bool) -> Estimate {
         let fit = &fitted.fit;

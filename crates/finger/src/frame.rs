@@ -70,7 +70,7 @@ impl TimedConversion {
         self.bits as i32 >> 8
     }
 
-    /// The same with another status byte.
+    /// The conversion with another status byte.
     pub const fn with_status(self, status: Status) -> Self {
         Self::new(
             self.t_us,
@@ -81,7 +81,7 @@ impl TimedConversion {
         )
     }
 
-    /// The same with another code.
+    /// The conversion with another code.
     pub const fn with_code(self, code: i32) -> Self {
         Self::new(
             self.t_us,
@@ -173,7 +173,7 @@ impl Readings {
 pub(crate) struct FrameClock {
     /// Number of the latest frame, and the device time of its first slot, microseconds.
     pub latest: (u32, u64),
-    /// The same of the first complete frame: the rate is measured from there.
+    /// Number and device time of the first complete frame, from which the rate is measured.
     pub rate_from: Option<(u32, u64)>,
     /// The scan's nominal period, nanoseconds.
     frame_ns: u32,

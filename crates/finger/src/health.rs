@@ -56,8 +56,7 @@ impl HealthReporter {
     }
 
     /// Goes on with another plan after the frame `latest`.
-    pub fn change(&mut self, plan: &Plan, latest: (u32, u64)) {
-        let (number, t_us) = latest;
+    pub fn change(&mut self, plan: &Plan, number: u32, t_us: u64) {
         let Self {
             health_frames,
             rate_frames,

@@ -6,25 +6,26 @@
 //! It needs no operating system, no allocation and no hardware. The firmware and the PC run the
 //! same code and get the same numbers to the last bit.
 //!
-//! # The way of a sample
+//! # The path of a sample
 //!
-//! | step | module |
-//! |---|---|
-//! | DRDY: read a conversion, supervise the chip | [`acquire`] |
-//! | conversions to frames, by the slots of the scan | [`assembler`], [`frame`], [`scan`] |
-//! | frames into the ring; contact, slide, hold, release | [`detector`], [`ring`], [`touch`] |
-//! | windows of the slide that fall due | [`schedule`], [`window`] |
-//! | fit a window, in time or by place | [`estimator`], [`abscissa`], crate `ridgetone-tone` |
-//! | phases to spatial period, speed and direction | [`surface`] |
-//! | faults: count, report, qualify estimates | [`faults`] |
-//! | what each task of the firmware does | [`tasks`] |
-//! | all of it in one call, for a PC | [`pipeline`] |
+//! | step | public name | file |
+//! |---|---|---|
+//! | read a conversion at DRDY's edge, supervise the chip | [`Acquisition`], [`TimedConversion`] | `acquire.rs` |
+//! | sort conversions into frames by the slots of the scan | [`SLOTS`], [`CONVERSION_NS`], [`FRAME_NS`] | `assembler.rs`, `scan.rs` |
+//! | keep frames; find contact, slide, hold and release | [`Detector`], [`Ring`] | `detector.rs`, `ring.rs`, `touch/` |
+//! | cut windows out of the slide | [`Window`], [`Mark`] | `schedule.rs`, `window.rs` |
+//! | fit a window, in time or by place | [`Estimator`], [`WindowFit`] | `estimator.rs`, `abscissa.rs`, crate `ridgetone-tone` |
+//! | spatial period, speed and direction from the phases | | `surface/` |
+//! | count and report faults, qualify estimates | [`Diagnostics`] | `faults/` |
+//! | a fit's values in an event's units | [`movement`], [`other_tone`], [`reported_status`] | `estimator.rs` |
+//! | what each task of the firmware does | [`tasks`] | `tasks/` |
+//! | all of it in one call, for a PC | [`Pipeline`] | `pipeline.rs` |
 //!
 //! On a chip the fit is a task of its own: `examples/drdy_loop.rs`. A PC does all in one call:
 //!
 //! ```
 //! use ads1258::{Conversion, Status};
-//! use ridgetone::{frame::TimedConversion, pipeline::Pipeline};
+//! use ridgetone::{Pipeline, TimedConversion};
 //! use ridgetone_proto::{settings::Settings, telemetry::Event};
 //!
 //! let mut pipeline = Box::new(Pipeline::new(Settings::DEFAULT));
@@ -54,21 +55,45 @@
 // `!(a > b)` is meant: a NaN belongs on that side.
 #![allow(clippy::neg_cmp_op_on_partial_ord)]
 
-pub mod abscissa;
-pub mod acquire;
-pub mod assembler;
-pub mod detector;
-pub mod estimator;
-pub(crate) mod event_builder;
-pub mod faults;
-pub mod feeling;
-pub mod frame;
-pub(crate) mod health;
-pub mod pipeline;
-pub mod ring;
-pub mod scan;
-pub mod schedule;
-pub mod surface;
+mod abscissa;
+mod acquire;
+mod assembler;
+mod detector;
+mod estimator;
+mod event_builder;
+mod faults;
+mod feeling;
+mod frame;
+mod health;
+mod pipeline;
+mod ring;
+mod scan;
+mod schedule;
+mod surface;
 pub mod tasks;
-pub mod touch;
-pub mod window;
+mod touch;
+mod window;
+
+pub use acquire::Acquisition;
+pub use detector::Detector;
+pub use estimator::{Estimator, WindowFit, movement, other_tone, reported_status};
+pub use faults::diagnostics::Diagnostics;
+pub use frame::TimedConversion;
+pub use pipeline::Pipeline;
+pub use ring::Ring;
+pub use scan::{CONVERSION_NS, FRAME_NS, SLOTS};
+pub use surface::odometry::Mark;
+pub use window::Window;
+
+/// Steps of the path one by one, for this repository's tests and benchmarks.
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub mod internals {
+    pub use crate::abscissa::{Fitted, fit};
+    pub use crate::assembler::Assembler;
+    pub use crate::feeling::{MEMORY as FEEL_MEMORY, feel, image_ratio};
+    pub use crate::schedule::{TRIM_FRAMES, window_frames_max};
+    pub use crate::surface::{lag::lag, travel::by_phases};
+    pub use crate::touch::averages::{Averager, Averages};
+    pub use crate::touch::{change::Change, contact::ContactDetector};
+}

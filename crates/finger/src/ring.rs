@@ -25,7 +25,7 @@ pub struct Ring {
     values: [Values; RING_FRAMES],
     /// Bit for bit: which of them are valid.
     valid: [u16; RING_FRAMES],
-    /// Of the row's first frame.
+    /// Device time of each row's first frame, microseconds.
     t_us: [u32; RING_FRAMES],
     /// Place of the frame that is written next, in frames. It does not follow from the number: 2^32
     /// is no multiple of the ring's length.

@@ -111,7 +111,7 @@ pub struct Scan {
 }
 
 impl Scan {
-    /// Of a plan.
+    /// The scan of a plan.
     // One copy: not inlined into everything that begins.
     #[inline(never)]
     pub const fn new(plan: &Plan) -> Self {

@@ -3,26 +3,37 @@
 //!
 //! | task | priority | starts with | does |
 //! |---|---|---|---|
-//! | [`mod@line`] | 5 | a byte sent or received | sends one byte of telemetry, takes one of a request |
-//! | [`drdy`] | 4 | DRDY's falling edge | reads one conversion, queues it; checks the chip on request |
-//! | [`detect`] | 3 | `drdy` | frames, contact, windows |
-//! | [`report`] | 2 | an event | encodes packets |
-//! | [`watch`] | 2 | twice a second | requests a check of the chip, decides about the watchdog |
-//! | [`fit`] | 1 | a window, a request | runs the estimator; requests when no window is due |
-//! | [`idle`] | 0 | | measures load and stack, ends the run |
+//! | [`SerialLine`] | 5 | a byte sent or received | sends one byte of telemetry, takes one of a request |
+//! | [`Drdy`] | 4 | DRDY's falling edge | reads one conversion, queues it; checks the chip on request |
+//! | [`Detect`] | 3 | `drdy` | frames, contact, windows |
+//! | [`Report`] | 2 | an event | encodes packets |
+//! | [`WatchdogPolicy`] | 2 | twice a second | requests a check of the chip, decides about the watchdog |
+//! | [`Fit`] | 1 | a window, a request | runs the estimator; requests when no window is due |
+//! | [`Idle`] | 0 | | measures load and stack, ends the run |
 //!
 //! A task's resources are behind [`rtic_core::Mutex`] where a task of higher priority uses them
 //! too.
 
-pub mod commands;
-pub mod detect;
-pub mod drdy;
-pub mod fit;
-pub mod idle;
-pub mod line;
-pub mod liveness;
-pub mod outbox;
-pub mod report;
-pub mod requests;
-pub mod shared;
-pub mod watch;
+pub(crate) mod commands;
+pub(crate) mod detect;
+pub(crate) mod drdy;
+pub(crate) mod fit;
+pub(crate) mod idle;
+pub(crate) mod line;
+pub(crate) mod liveness;
+pub(crate) mod outbox;
+pub(crate) mod report;
+pub(crate) mod requests;
+pub(crate) mod shared;
+mod watch;
+
+pub use detect::Detect;
+pub use drdy::{Drdy, DrdyPin};
+pub use fit::Fit;
+pub use idle::{DepthMeter, Idle, Next};
+pub use line::{Inboxes, ODOMETRY_US, Received, SerialLine, SerialPort};
+pub use liveness::{WATCHDOG_S, WatchdogPolicy};
+pub use outbox::Outbox;
+pub use report::Report;
+pub use requests::Requests;
+pub use shared::{BYTES, PACKETS, Platform, SAMPLES, Shared, Task, WINDOWS};

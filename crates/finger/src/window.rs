@@ -1,10 +1,9 @@
 //! A window: consecutive frames of the ring that are fitted together.
 
-pub use crate::ring::{Ring, reached};
 use crate::surface::odometry::Mark;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::telemetry::{Measured, Span};
-pub use ridgetone_tone::{FrameSource, Table, Values};
+use ridgetone_tone::Values;
 
 /// Frames to fit.
 #[derive(Clone, Copy, Debug, PartialEq)]

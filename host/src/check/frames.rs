@@ -4,7 +4,7 @@ use super::observations::{Inputs, Observations, Watched, input_names};
 use super::signals::{self, Clock, dead_and_railed, line};
 use super::table::{Judged, Limits, Verdict};
 use ads1258::DataRate;
-use ridgetone::scan::CONVERSION_NS;
+use ridgetone::CONVERSION_NS;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{FRAME_RATE_HZ, SCAN, TAXELS};
 use ridgetone_proto::telemetry::Raw;

@@ -14,7 +14,7 @@ use ratatui::buffer::Buffer;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use ratatui::layout::Size;
 use ratatui::style::Color;
-use ridgetone::pipeline::Pipeline;
+use ridgetone::Pipeline;
 use ridgetone_proto::fault::{Fault, FaultKind};
 use ridgetone_proto::settings::{Feeling, Settings, TAXELS};
 use ridgetone_proto::telemetry::{Event, Measured, Movement, OtherTone, Packet, Raw, Status};

@@ -2,12 +2,12 @@
 //! `line` and `fit`.
 
 use embedded_storage::nor_flash::NorFlash;
-use ridgetone::detector::Detector;
-use ridgetone::estimator::Estimator;
-use ridgetone::tasks::line::{self, Inboxes, Received};
-use ridgetone::tasks::outbox::Outbox;
-use ridgetone::tasks::requests::Requests;
-use ridgetone::tasks::shared::{PACKETS, Platform, Shared, Task};
+use ridgetone::Detector;
+use ridgetone::Estimator;
+use ridgetone::tasks::Outbox;
+use ridgetone::tasks::Requests;
+use ridgetone::tasks::{Inboxes, Received};
+use ridgetone::tasks::{PACKETS, Platform, Shared, Task};
 use ridgetone_proto::boot::{Boot, SettingsSource};
 use ridgetone_proto::command::Reply;
 use ridgetone_proto::settings::Settings;
@@ -62,7 +62,7 @@ impl<F: NorFlash> Receiver<F> {
 
     /// The line's interrupt with a byte. True if a request is complete.
     pub fn push(&mut self, byte: u8) -> bool {
-        line::receive(Received::Byte(byte), 0, &mut self.inbox, &self.shared);
+        self.inbox.receive(Received::Byte(byte), 0, &self.shared);
         self.shared.platform.0.take()
     }
 

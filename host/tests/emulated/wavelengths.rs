@@ -3,8 +3,8 @@
 //! the library is so what the image measures.
 
 use hal_mock::{Finger, Hand, Sliding, SlidingScene};
-use ridgetone::frame::TimedConversion;
-use ridgetone::pipeline::Pipeline;
+use ridgetone::Pipeline;
+use ridgetone::TimedConversion;
 use ridgetone_host::emulator::{self, Options};
 use ridgetone_host::input::{Input, Source};
 use ridgetone_host::odometry::{Stream, message};

@@ -1,10 +1,10 @@
 //! What the benchmark of `feel` works on: frames of a scan plan and their window, the same on the
 //! chip and here.
 
-use ridgetone::feeling::feel;
-use ridgetone::ring::Ring;
-use ridgetone::surface::odometry::Mark;
-use ridgetone::window::Window;
+use ridgetone::Mark;
+use ridgetone::Ring;
+use ridgetone::Window;
+use ridgetone::internals::feel;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{Feeling, Settings};
 use ridgetone_proto::telemetry::{Feel, Span};

@@ -3,7 +3,7 @@
 use crate::bound::{self, Channel, Clue, Harmonic};
 use anyhow::{Result, ensure};
 use hal_mock::{Scene, Sliding, SlidingScene};
-use ridgetone::schedule::{TRIM_FRAMES, window_frames_max};
+use ridgetone::internals::{TRIM_FRAMES, window_frames_max};
 use ridgetone_host::input::{REFERENCE_V, frame_rate_hz};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::TAXELS;

@@ -7,7 +7,7 @@
 //! `results` has every [`Measured`], in the order of the jobs.
 
 use ads1258::Conversion;
-use ridgetone::frame::TimedConversion;
+use ridgetone::TimedConversion;
 pub use ridgetone_proto::telemetry::longest_packet;
 use ridgetone_proto::telemetry::{Packet, WIRE_MAX, encode};
 use ridgetone_tone::{Fit, Values};

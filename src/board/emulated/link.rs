@@ -16,8 +16,8 @@ use critical_section::Mutex;
 use hal_mock::bridge::{
     Crash, NEVER, Operation, PAYLOAD_MAX, REPLY_BYTES, REQUEST_BYTES, Reply, Request,
 };
-use ridgetone::tasks::drdy::DrdyPin;
-use ridgetone::tasks::liveness::WATCHDOG_S;
+use ridgetone::tasks::DrdyPin;
+use ridgetone::tasks::WATCHDOG_S;
 use ridgetone_proto::boot::ResetCause;
 use stm32f4xx_hal::pac::{Interrupt, NVIC};
 
@@ -123,7 +123,7 @@ pub fn restart(cause: ResetCause) -> ! {
     SCB::sys_reset()
 }
 
-/// The same, if the PC has requested the crash.
+/// Crashes if the PC has requested it.
 pub fn restart_if_requested(cause: ResetCause) {
     if RESTARTS.load(Relaxed) {
         restart(cause);

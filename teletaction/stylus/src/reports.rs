@@ -5,9 +5,9 @@ use crate::message::{Change, Damaged, Event, Health, Hello, Mark, PROTOCOL};
 use crate::requests::Requests;
 use crate::sampler::{Look, Sampler};
 use crate::{REPORT_SAMPLES, SAMPLE_HZ};
-use ridgetone::tasks::line::Inboxes;
-use ridgetone::tasks::outbox::{Outbox, post};
-use ridgetone::tasks::shared::{PACKETS, Platform, Shared};
+use ridgetone::tasks::Inboxes;
+use ridgetone::tasks::Outbox;
+use ridgetone::tasks::{PACKETS, Platform, Shared};
 use ridgetone_proto::boot::Boot;
 use rtic_core::Mutex;
 
@@ -59,7 +59,7 @@ impl Reports {
     ) {
         let is_asked = self.requests.step(sampler, inbox, outbox, shared);
         let look = sampler.lock(|sampler| sampler.look());
-        let mut emit = |event| outbox.lock(|outbox| post(outbox, Mark(event), shared));
+        let mut emit = |event| outbox.lock(|outbox| outbox.send(Mark(event), shared));
         let t_us = look.place.t_us;
         let since = |at: u32| look.samples.wrapping_sub(at);
         if is_asked

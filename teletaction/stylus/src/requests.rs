@@ -4,9 +4,9 @@
 use crate::message::{Command, Event, Mark, Outcome, Reply, Request};
 use crate::parameters::{Parameters, named};
 use crate::sampler::Sampler;
-use ridgetone::tasks::line::Inboxes;
-use ridgetone::tasks::outbox::{Outbox, post};
-use ridgetone::tasks::shared::{PACKETS, Platform, Shared};
+use ridgetone::tasks::Inboxes;
+use ridgetone::tasks::Outbox;
+use ridgetone::tasks::{PACKETS, Platform, Shared};
 use ridgetone_proto::framing::decode;
 use rtic_core::Mutex;
 
@@ -71,7 +71,7 @@ impl Requests {
         let is_done = reply.outcome == Outcome::Done;
         // A PC that repeats a request which came too early must get a new decision.
         self.latest = Some(reply.clone()).filter(|reply| reply.outcome != Outcome::NotAtRest);
-        outbox.lock(|outbox| post(outbox, Mark(Event::Reply(reply)), shared));
+        outbox.lock(|outbox| outbox.send(Mark(Event::Reply(reply)), shared));
         is_new && is_done && matches!(command, Command::Greet | Command::Configure(_))
     }
 

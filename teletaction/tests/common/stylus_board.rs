@@ -2,9 +2,9 @@
 #![allow(dead_code, reason = "every test file uses a part of it")]
 
 use super::serial_board::raw_end;
-use ridgetone::tasks::line::{self, Inboxes, Received};
-use ridgetone::tasks::outbox::Outbox;
-use ridgetone::tasks::shared::{PACKETS, Platform, Shared, Task};
+use ridgetone::tasks::Outbox;
+use ridgetone::tasks::{Inboxes, Received};
+use ridgetone::tasks::{PACKETS, Platform, Shared, Task};
 use ridgetone_proto::boot::Boot;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::telemetry::{Events, WIRE_MAX};
@@ -153,7 +153,7 @@ fn run(end: &File, counts: fn(f64) -> i64, inner: &Inner) {
         }
         while let Ok(bytes) = bytes.try_recv() {
             for byte in bytes {
-                line::receive(Received::Byte(byte), 0, &mut board.inbox, &board.shared);
+                board.inbox.receive(Received::Byte(byte), 0, &board.shared);
                 let packets = board.requests();
                 send(end, packets, inner);
             }

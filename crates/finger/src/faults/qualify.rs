@@ -17,23 +17,25 @@ const MARGIN_FRAMES: f32 = 2.0;
 /// [`crate::touch::motion::LONG_BLOCKS`], the block itself, four still ones and one more.
 const KNOWN_STILL_FRAMES: u32 = (LONG_BLOCKS + 6) * BLOCK_FRAMES;
 
-/// Adds the kinds of faults that were seen since a window began to its estimate. If they may have
-/// changed the frequency, a good or unsteady estimate becomes doubtful, without period, speed and
-/// direction.
-///
-/// Two kinds count outside of the window too. If levels may have moved shortly before it, the slide
-/// may not have begun yet. If an input reached or left a rail shortly before its end, that may have
-/// looked like motion.
-///
-/// To be called after a check of the chip's registers that followed the window's end: only it finds
-/// a change in the window.
-#[inline(never)]
-pub fn qualify(estimate: &mut Estimate, window: &Window, diagnostics: &Diagnostics) {
-    let (faults, is_end_unsure) = faults_of(window, estimate.window_s, diagnostics);
-    estimate.faults = faults;
-    let is_doubtful = is_end_unsure || faults.iter().any(FaultKind::changes_frequency);
-    if is_doubtful {
-        doubt(estimate);
+impl Diagnostics {
+    /// Adds the kinds of faults that were seen since a window began to its estimate. If they may
+    /// have changed the frequency, a good or unsteady estimate becomes doubtful, without period,
+    /// speed and direction.
+    ///
+    /// Two kinds count outside of the window too. If levels may have moved shortly before it, the
+    /// slide may not have begun yet. If an input reached or left a rail shortly before its end,
+    /// that may have looked like motion.
+    ///
+    /// To be called after a check of the chip's registers that followed the window's end: only it
+    /// finds a change in the window.
+    #[inline(never)]
+    pub fn qualify(&self, estimate: &mut Estimate, window: &Window) {
+        let (faults, is_end_unsure) = faults_of(window, estimate.window_s, self);
+        estimate.faults = faults;
+        let is_doubtful = is_end_unsure || faults.iter().any(FaultKind::changes_frequency);
+        if is_doubtful {
+            doubt(estimate);
+        }
     }
 }
 
@@ -75,4 +77,78 @@ pub fn faults_of(window: &Window, window_s: f32, diagnostics: &Diagnostics) -> (
         faults = faults.with(FaultKind::Overload);
     }
     (faults, is_end_unsure)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::surface::odometry::Mark;
+    use ridgetone_proto::plan::Plan;
+    use ridgetone_proto::settings::TAXELS;
+    use ridgetone_proto::telemetry::{Abscissa, Movement, Span};
+
+    const END_US: u64 = 10_000_000;
+
+    /// A good estimate of a window of a second, after a fault some frames before its begin.
+    fn after_fault(kind: FaultKind, frames_before: f32) -> Estimate {
+        let plan = Plan::PAPER;
+        let frame_rate_hz = plan.frame_rate_hz();
+        let window = Window {
+            first: 0,
+            frames: frame_rate_hz as u32,
+            end_us: END_US,
+            frame_rate_hz,
+            reference: [0.0; TAXELS],
+            span: Span::Window,
+            slide_first: 0,
+            touch_first: 0,
+            level_v: f32::NAN,
+            force_ratio: None,
+            plan,
+            odometry: Mark::NONE,
+        };
+        let mut estimate = Estimate {
+            t_us: END_US,
+            window_s: 1.0,
+            span: Span::Window,
+            status: Status::Good,
+            abscissa: Abscissa::Time,
+            frequency: 8.0,
+            sigma: 0.001,
+            movement: Movement::default(),
+            other_tone: None,
+            interferer_hz: None,
+            harmonics: 1,
+            frames_missing: 0,
+            faults: FaultSet::NONE,
+            travel: Travel::NONE,
+            channels: heapless::Vec::new(),
+        };
+        let before_us = (frames_before * 1e6 / frame_rate_hz) as u32;
+        let diagnostics = Diagnostics::new();
+        diagnostics.fault(kind, END_US as u32 - 1_000_000 - before_us);
+        diagnostics.qualify(&mut estimate, &window);
+        estimate
+    }
+
+    /// A conversion of the first frame began before its time stamp, and the fault is seen when it
+    /// has ended: two frames before the window still count, three do not.
+    #[test]
+    fn faults_count_from_two_frames_before_the_window_on() {
+        for kind in FaultKind::ALL {
+            if !kind.changes_frequency() || kind.moves_levels() {
+                continue;
+            }
+            for frames in [0.5, 1.0, 1.9] {
+                let status = after_fault(kind, frames).status;
+                assert_eq!(status, Status::Doubtful, "{kind:?}, {frames} frames");
+            }
+            let estimate = after_fault(kind, 3.0);
+            assert_eq!(
+                (estimate.status, estimate.faults),
+                (Status::Good, FaultSet::NONE),
+                "{kind:?}"
+            );
+        }
+    }
 }

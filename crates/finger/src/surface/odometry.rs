@@ -7,12 +7,12 @@
 //! | the robot's clock against the board's | [`alignment`] |
 //! | places of the latest seconds | [`track`] |
 //! | what is known when a window falls due | [`Odometer::mark`] |
-//! | the place of every frame of a window | [`way`] |
+//! | the place of every frame of a window | [`trajectory`] |
 
 pub mod alignment;
 pub mod counters;
 pub mod track;
-pub mod way;
+pub mod trajectory;
 
 use crate::faults::diagnostics::Diagnostics;
 use alignment::Alignment;

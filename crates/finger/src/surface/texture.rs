@@ -82,7 +82,7 @@ fn texture(estimate: &Estimate, overtones: &Overtones, window: &Window) -> Optio
         squares += square;
         products += square * (channel.residual_v * channel.residual_v);
     }
-    // Of an amplitude that is fitted to N frames the variance is 2 / N of the noise's.
+    // An amplitude that is fitted to N frames has 2 / N of the noise's variance.
     let frames = estimate.window_s * window.frame_rate_hz - f32::from(estimate.frames_missing);
     let per_channel = 1.0 / estimate.channels.len() as f32;
     let texture = Texture {
@@ -163,7 +163,7 @@ mod tests {
         };
         let moved = |by_mm| with(|estimate| estimate.travel.spatial_period_mm += by_mm);
         assert!(take(&found(), &TOUCH));
-        // Of the difference of two the standard deviation is 1.41 um: three of them are 4.24 um.
+        // The difference of two has a standard deviation of 1.41 um, and three of these are 4.24 um.
         assert!(!take(&found(), &TOUCH) && !take(&moved(0.0041), &TOUCH));
         assert!(take(&moved(0.0044), &TOUCH) && !take(&moved(0.0044), &TOUCH));
         assert!(take(&found(), &TOUCH));

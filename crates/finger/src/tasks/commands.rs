@@ -271,7 +271,7 @@ mod tests {
             (board.store.settings, board.greeted[1].source),
             (Some(OTHERS), SettingsSource::Sent)
         );
-        // The same number again: nothing happens twice.
+        // A number that is repeated: nothing happens twice.
         assert_eq!(
             board.execute(
                 2,

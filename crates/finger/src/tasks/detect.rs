@@ -2,7 +2,7 @@
 //! windows that are due, out.
 
 use super::line::{Inboxes, ODOMETRY_US};
-use super::outbox::{Outbox, post};
+use super::outbox::Outbox;
 use super::shared::{PACKETS, Platform, Shared, Task};
 use crate::detector::Detector;
 use crate::frame::TimedConversion;
@@ -56,7 +56,7 @@ impl<'a> Detect<'a> {
             diagnostics,
             ..
         } = shared;
-        let mut emit = |event: Event| post(outbox, event, shared);
+        let mut emit = |event: Event| outbox.send(event, shared);
         let Self {
             samples,
             windows,

@@ -117,9 +117,9 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin, PIN: DrdyPin>
                     pin.unmute();
                     break;
                 }
-                // Behind an unexpected edge a conversion may have ended during the check. It is
-                // read before the next one takes its place. Of a storm's edges during the check
-                // nothing is left.
+                // After an unexpected edge a conversion may have ended during the check: it is read
+                // before the next one takes its place. A storm's edges during the check are
+                // cleared.
                 edge = pin.acknowledge();
                 if edge != Some(true) {
                     break;

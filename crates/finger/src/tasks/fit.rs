@@ -2,12 +2,12 @@
 //! are due are fitted.
 
 use super::line::Inboxes;
-use super::outbox::{Outbox, post};
+use super::outbox::Outbox;
 use super::requests::Requests;
 use super::shared::{PACKETS, Platform, Shared, Task};
 use crate::detector::Detector;
 use crate::estimator::{Estimator, WindowFit};
-use crate::faults::qualify::{faults_of, qualify};
+use crate::faults::qualify::faults_of;
 use crate::ring::Ring;
 use crate::window::Window;
 use core::ops::DerefMut;
@@ -51,9 +51,9 @@ impl<S: Store> Fit<'_, S> {
                 };
                 let source = &mut Locked(&mut *ring);
                 if let Ok(WindowFit::Done(estimate)) = &fit(window, estimator, source, shared) {
-                    report(outbox, estimate, (window, estimator), shared);
+                    report(outbox, estimate, window, estimator, shared);
                 }
-                report_feel(outbox, source, (window, estimator), shared);
+                report_feel(outbox, source, window, estimator, shared);
             }
             if !requests.step(
                 || windows.ready(),
@@ -69,33 +69,35 @@ impl<S: Store> Fit<'_, S> {
     }
 }
 
-// Not inlined, as `fit`: during a fit, the deepest of the stack, its packet has no place there.
+// Apart: its frame must not lie under a fit, the deepest of the stack.
 #[inline(never)]
 fn report<P: Platform>(
     outbox: &mut impl Mutex<T = Outbox<PACKETS>>,
     estimate: &Estimate,
-    (window, estimator): (&Window, &mut Estimator),
+    window: &Window,
+    estimator: &mut Estimator,
     shared: &Shared<P>,
 ) {
     let texture = estimator.texture(estimate, window);
     outbox.lock(|outbox| {
-        post(outbox, Event::Estimate(estimate.clone()), shared);
+        outbox.send(Event::Estimate(estimate.clone()), shared);
         if let Some(texture) = texture {
-            post(outbox, Event::Texture(texture), shared);
+            outbox.send(Event::Texture(texture), shared);
         }
     });
 }
 
-// Not inlined, for the same reason.
+// Apart: its frame must not lie under a fit, the deepest of the stack.
 #[inline(never)]
 fn report_feel<P: Platform>(
     outbox: &mut impl Mutex<T = Outbox<PACKETS>>,
     source: &mut dyn FrameSource,
-    (window, estimator): (&Window, &mut Estimator),
+    window: &Window,
+    estimator: &mut Estimator,
     shared: &Shared<P>,
 ) {
     if let Some(feel) = feel(window, estimator, source, shared) {
-        outbox.lock(|outbox| post(outbox, Event::Feel(feel), shared));
+        outbox.lock(|outbox| outbox.send(Event::Feel(feel), shared));
     }
 }
 
@@ -116,7 +118,7 @@ pub fn fit<P: Platform>(
                 shared.urgent.store(true, Relaxed);
                 P::pend(shared, Task::Drdy);
             }
-            qualify(estimate, window, &shared.diagnostics);
+            shared.diagnostics.qualify(estimate, window);
             if estimate.abscissa == Abscissa::Time && window.odometry.is_some() {
                 shared.diagnostics.odometry.windows_by_time.add(1);
             }

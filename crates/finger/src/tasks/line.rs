@@ -60,6 +60,29 @@ impl Inboxes {
         (Pushed::Whole, true)
     }
 
+    /// Takes a byte that has arrived at a board time, microseconds. A whole request starts `fit`, a
+    /// robot's message `detect`; a damaged one and a lost byte are counted.
+    pub fn receive<P: Platform>(&mut self, received: Received, now_us: u32, shared: &Shared<P>) {
+        if let Received::Byte(byte) | Received::Overrun(byte) = received {
+            match self.push(byte) {
+                (Pushed::More, _) => {}
+                (Pushed::Whole, false) => P::pend(shared, Task::Fit),
+                (Pushed::Whole, true) => {
+                    shared.odometry_us.store(now_us, Relaxed);
+                    shared.has_odometry.store(true, Relaxed);
+                    P::pend(shared, Task::Detect);
+                }
+                (Pushed::Damaged, _) => shared.diagnostics.requests_damaged.add(1),
+            }
+        }
+        if let Received::Overrun(_) = received {
+            shared.diagnostics.bytes_overrun.add(1);
+        }
+        if !matches!(received, Received::Byte(_)) {
+            self.spoil();
+        }
+    }
+
     /// A byte of the current frame was lost.
     fn spoil(&mut self) {
         self.requests.spoil();
@@ -115,7 +138,7 @@ impl<PORT: SerialPort> SerialLine<'_, PORT> {
             let received_us = port
                 .received_us()
                 .unwrap_or_else(|| shared.platform.now_us());
-            receive(received, received_us, inbox, shared);
+            inbox.receive(received, received_us, shared);
         }
         if !port.is_ready() {
             return;
@@ -130,34 +153,6 @@ impl<PORT: SerialPort> SerialLine<'_, PORT> {
         if bytes.len() == LOW_WATER {
             P::pend(shared, Task::Report);
         }
-    }
-}
-
-/// Takes a byte that has arrived at a board time, microseconds. A whole request starts `fit`, a
-/// robot's message `detect`; a damaged one and a lost byte are counted.
-pub fn receive<P: Platform>(
-    received: Received,
-    now_us: u32,
-    inbox: &mut Inboxes,
-    shared: &Shared<P>,
-) {
-    if let Received::Byte(byte) | Received::Overrun(byte) = received {
-        match inbox.push(byte) {
-            (Pushed::More, _) => {}
-            (Pushed::Whole, false) => P::pend(shared, Task::Fit),
-            (Pushed::Whole, true) => {
-                shared.odometry_us.store(now_us, Relaxed);
-                shared.has_odometry.store(true, Relaxed);
-                P::pend(shared, Task::Detect);
-            }
-            (Pushed::Damaged, _) => shared.diagnostics.requests_damaged.add(1),
-        }
-    }
-    if let Received::Overrun(_) = received {
-        shared.diagnostics.bytes_overrun.add(1);
-    }
-    if !matches!(received, Received::Byte(_)) {
-        inbox.spoil();
     }
 }
 
@@ -206,7 +201,7 @@ mod tests {
         let push = |bytes: &[u8], at_us, inbox: &mut Inboxes| {
             bytes
                 .iter()
-                .for_each(|byte| receive(Received::Byte(*byte), at_us, inbox, &shared));
+                .for_each(|byte| inbox.receive(Received::Byte(*byte), at_us, &shared));
             (
                 shared.platform.0.get(),
                 shared.diagnostics.requests_damaged.get(),
@@ -265,8 +260,8 @@ mod tests {
             let (last_byte, others) = bytes.split_last().expect("bytes");
             others
                 .iter()
-                .for_each(|byte| receive(Received::Byte(*byte), 0, &mut inbox, &shared));
-            receive(last(*last_byte), 0, &mut inbox, &shared);
+                .for_each(|byte| inbox.receive(Received::Byte(*byte), 0, &shared));
+            inbox.receive(last(*last_byte), 0, &shared);
             let whole = inbox.requests.take().is_some();
             (
                 whole,

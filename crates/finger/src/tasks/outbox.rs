@@ -43,13 +43,15 @@ impl<const N: usize, E> Outbox<N, E> {
     }
 }
 
-/// Hands an event to `report`. A dropped event is counted.
-#[inline(never)]
-pub fn post<P: Platform, E>(outbox: &mut Outbox<PACKETS, E>, event: E, shared: &Shared<P>) {
-    if outbox.post(event) {
-        shared.diagnostics.messages_dropped.add(1);
+impl<E> Outbox<PACKETS, E> {
+    /// Hands an event to `report`. A dropped event is counted.
+    #[inline(never)]
+    pub fn send<P: Platform>(&mut self, event: E, shared: &Shared<P>) {
+        if self.post(event) {
+            shared.diagnostics.messages_dropped.add(1);
+        }
+        P::pend(shared, Task::Report);
     }
-    P::pend(shared, Task::Report);
 }
 
 #[cfg(test)]
@@ -95,5 +97,29 @@ mod tests {
         assert!(outbox.post(event(12)));
         assert_eq!(outbox.take().map(|packet| packet.sequence), Some(1));
         assert_eq!(outbox.take().map(|packet| packet.sequence), Some(2));
+    }
+
+    #[derive(Debug)]
+    struct Still;
+
+    impl Platform for Still {
+        fn pend(_: &Shared<Self>, task: Task) {
+            assert_eq!(task, Task::Report);
+        }
+
+        fn now_us(&self) -> u32 {
+            0
+        }
+    }
+
+    #[test]
+    fn each_event_that_is_dropped_is_counted() {
+        let shared = Shared::new(Still, ridgetone_proto::plan::Plan::PAPER);
+        let mut outbox = Outbox::<PACKETS>::new();
+        for number in 0..PACKETS as u32 + 5 {
+            outbox.send(event(number), &shared);
+            let dropped = (number + 1).saturating_sub(PACKETS as u32);
+            assert_eq!(shared.diagnostics.messages_dropped.get(), dropped);
+        }
     }
 }

@@ -3,7 +3,7 @@
 
 use super::commands::CommandExecutor;
 use super::line::Inboxes;
-use super::outbox::{Outbox, post};
+use super::outbox::Outbox;
 use super::shared::{PACKETS, Platform, Shared};
 use crate::detector::Detector;
 use crate::estimator::Estimator;
@@ -40,7 +40,7 @@ impl<S: Store> Requests<S> {
 
     /// Carries out a request, if there is one and `is_window_due` returns false. False if there is
     /// no request. While a window is due nothing is carried out: fit it, then call this again.
-    // Not inlined: it runs between fits, which need the stack.
+    // Apart: its frame must not lie under a fit, the deepest of the stack.
     #[inline(never)]
     pub fn step<P: Platform>(
         &mut self,
@@ -65,7 +65,7 @@ impl<S: Store> Requests<S> {
         let Some((command, reply)) = decided else {
             return false;
         };
-        let mut emit = |event: Event| outbox.lock(|outbox| post(outbox, event, shared));
+        let mut emit = |event: Event| outbox.lock(|outbox| outbox.send(event, shared));
         let is_carried_out = detector.lock(|detector| {
             // A window may have fallen due while the request was decided.
             let may = !is_window_due();
@@ -80,7 +80,7 @@ impl<S: Store> Requests<S> {
                 shared.request_plan(plan);
             }
             let reply = Event::Reply(reply.clone());
-            outbox.lock(|outbox| post(outbox, reply, shared));
+            outbox.lock(|outbox| outbox.send(reply, shared));
             shared.restarting.store(executor.restarting, Relaxed);
             *decided = None;
         }

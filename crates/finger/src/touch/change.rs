@@ -40,7 +40,7 @@ pub enum Change<'a> {
 }
 
 impl Change<'_> {
-    /// The same by the scan's frames where touch detection has means of them.
+    /// The change with numbers of the scan's frames, where touch detection counts means of them.
     pub fn in_frames(self, grid: &Grid) -> Self {
         let frame = |mean| grid.first_frame(mean);
         match self {

@@ -84,7 +84,7 @@ pub struct Taxels {
 }
 
 impl Taxels {
-    /// Of `count` taxels.
+    /// The distribution for `count` taxels.
     pub const fn new(count: usize) -> Self {
         Self {
             count: count as f32,

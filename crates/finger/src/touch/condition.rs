@@ -138,7 +138,7 @@ impl Condition {
         Some(place)
     }
 
-    /// The same where something is taken off.
+    /// A frame's values where hum or drift is subtracted.
     #[inline(never)]
     pub fn cleaned(&self, ring: Averages, number: u32) -> Option<Values> {
         let mut place = [0.0; TAXELS];

@@ -231,7 +231,7 @@ impl ContactDetector {
                     self.enter(Phase::CreepingBack);
                 } else {
                     self.spike = Spike::begin(number, idle, &self.frames(ring));
-                    // Of an earlier touch it may be anywhere: numbers wrap.
+                    // The end of an earlier motion may be anywhere by now: numbers wrap.
                     (self.moving_until, self.until_is_loose) = (number, false);
                     self.enter(Phase::Spike(number));
                 }
@@ -429,7 +429,7 @@ impl ContactDetector {
             }
             Ended::Hold => true,
             Ended::Slide(start) => {
-                // Of a finger that is shaken in the air only that is known.
+                // A finger that is shaken in the air shows nothing else.
                 let frames = self.frames(ring);
                 let is_released = off < BACK_AT_IDLE * self.load || self.has_left(&level);
                 let end = if self.motion.still_quick < STILL_BLOCKS {

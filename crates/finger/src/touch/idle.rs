@@ -10,7 +10,7 @@ use ridgetone_tone::Values;
 /// A block's mean this far from the idle level is contact: 100 for 16 taxels. It is the limit of
 /// [`crate::touch::motion`], with a margin for the uncertainty of the level.
 const TOUCHED: Limit = limit(1.0, 84.0);
-/// The same, if the noise is not white and its level wanders: a multiple of the typical distance.
+/// Contact where the noise is not white and its level wanders: a multiple of the typical distance.
 const OVER_TYPICAL: f32 = 8.0;
 /// A block this far off shows that the level does not go straight on: 61, as in
 /// [`crate::touch::motion`].

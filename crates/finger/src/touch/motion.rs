@@ -47,10 +47,10 @@ const FAINT: [Limit; 3] = [limit(8.0, 42.0), limit(13.0, 62.0), limit(1.0, 14.0)
 /// A comparison above this is motion: 61 for 16 taxels, a chi-square's mean of 16 and eight of its
 /// standard deviations of 5.7. A day has 5 million blocks.
 const MOVING: Limit = limit(1.0, 45.0);
-/// The same for the differences from frame to frame over a block: mean 128, eight times 35.
+/// A block whose differences from frame to frame add up to more has jumped: mean 128, eight times 35.
 const JUMPING: Limit = limit(8.0, 282.0);
-/// Of the greatest long comparison: what is less is the bend of a skin's creep after it, 3 % of the
-/// motion.
+/// Share of the greatest long comparison below which a later one is the creep of the skin after the
+/// motion, which bends by 3 % of it.
 const CREEP_SHARE: f32 = 1e-3;
 /// Taxels that bear a load, at least, if nothing along it is motion: one or two alone show a slide
 /// hardly otherwise.
@@ -78,7 +78,7 @@ pub struct Motion {
     /// Direction that is ignored, codes, and whether there is one.
     load: Values,
     has_load: bool,
-    /// The same, times the weights, so that a product with it is the length along it.
+    /// `load` times the weights: a product with it is the length along the load.
     pull: Values,
     /// The greatest long comparison since the last restart.
     greatest_bend: f32,
@@ -148,7 +148,7 @@ impl Motion {
         self.restart_lately();
     }
 
-    /// The same, but for the longest comparison.
+    /// Begins again all comparisons but the longest one.
     // One copy, as of what else is seldom: not inlined wherever something begins.
     #[inline(never)]
     pub fn restart_lately(&mut self) {

@@ -17,7 +17,7 @@ const DEPARTED: Limit = limit(1.0, 26.0);
 /// Between the distances of frames at a level, whose mean is 16, and those of frames in motion, of
 /// noise and a tone as strong as it, whose mean is 32: where both are as likely.
 const BETWEEN: Limit = limit(1.0, 7.0);
-/// The same for means of four frames, to which the uncertainty of a level of sixteen adds a
+/// [`BETWEEN`] for means of four frames, to which the uncertainty of a level of sixteen adds a
 /// quarter.
 const BETWEEN_MEANS: Limit = limit(1.25, 18.0);
 /// A motion with frames this far off begins at once, or ends at once; and the same as [`BETWEEN`]

@@ -11,7 +11,7 @@ use ridgetone_tone::Values;
 
 /// Blocks that something has to move for to be a slide, not a knock: 183 ms.
 const LASTING_BLOCKS: u32 = 11;
-/// The same for a slow motion, of which the first blocks do not show: 116 ms.
+/// [`LASTING_BLOCKS`] for a slow motion, whose first blocks do not show: 116 ms.
 const SLOW_LASTING_BLOCKS: u32 = 7;
 /// Blocks with quick changes after which a motion is a slide: it stays in the comparison for some
 /// when it is over.
@@ -46,7 +46,7 @@ pub struct Moving {
     quick: u32,
     faint: u32,
     any: u32,
-    /// And with any, that of the longest comparison included.
+    /// Blocks with a change in any comparison, the longest one included.
     longest: u32,
 }
 
@@ -104,8 +104,8 @@ impl Moving {
 /// comparisons show a change somewhere in their reach, and only that within the block is a change
 /// right now.
 ///
-/// Of averaged frames, whose windows are short, an average counts only when nothing is left in it
-/// of a block as strong as one can be.
+/// Averaged frames have short windows: there an average counts only when a block as strong as can
+/// be has left it.
 pub const fn moved_until(block: Block, number: u32, is_averaged: bool) -> Option<u32> {
     let reach = match block {
         Block { now: true, .. } => 0,

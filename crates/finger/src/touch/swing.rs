@@ -8,7 +8,7 @@ use ridgetone_tone::Values;
 /// Noise that is not white makes a comparison larger while nothing moves. Motion is this many times
 /// what it was then.
 pub const OVER_TYPICAL: f32 = 4.0;
-/// The same for an average of blocks, which varies less than one block.
+/// [`OVER_TYPICAL`] for an average of blocks, which varies less than one block.
 pub const FAINT_OVER_TYPICAL: f32 = 1.3;
 /// Standard deviations of the squares of averaged frames about their means that are motion, and
 /// those of an average of them, which has a third of theirs.

@@ -180,7 +180,7 @@ fn another_protocol_fails_and_leaves_the_rest_unjudged() {
 /// RX is not connected: the board is heard, and does not answer.
 #[test]
 fn a_board_that_hears_nothing_fails_the_commands_and_is_judged_by_what_it_sends() {
-    let received = |_, _| ridgetone::tasks::line::Received::Byte(0);
+    let received = |_, _| ridgetone::tasks::Received::Byte(0);
     let (report, seen) = checked(
         &mut Bench {
             received,

@@ -3,12 +3,12 @@
 use super::trace::{Recipe, SlideTruth, Trace, Truth};
 use ads1258::{Conversion, Status as Flags};
 use anyhow::Result;
-use ridgetone::detector::Detector;
-use ridgetone::estimator::{Estimator, WindowFit};
-use ridgetone::faults::diagnostics::Diagnostics;
-use ridgetone::frame::TimedConversion;
-use ridgetone::ring::Ring;
-use ridgetone::scan::{CONVERSION_NS, SLOTS};
+use ridgetone::Detector;
+use ridgetone::Diagnostics;
+use ridgetone::Ring;
+use ridgetone::TimedConversion;
+use ridgetone::{CONVERSION_NS, SLOTS};
+use ridgetone::{Estimator, WindowFit};
 use ridgetone_host::input::frame_rate_hz;
 use ridgetone_proto::settings::{SCAN, Settings, TAXELS};
 use ridgetone_proto::telemetry::{Event, Status};

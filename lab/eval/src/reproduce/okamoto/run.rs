@@ -7,7 +7,7 @@ use super::paper::SCAN_MM;
 use super::skin::Skin;
 use anyhow::{Context, Result};
 use hal_mock::{Sliding, sliding::Hand};
-use ridgetone::frame::TimedConversion;
+use ridgetone::TimedConversion;
 use ridgetone_host::input::{Input, Opened, Source};
 use ridgetone_host::odometry::{self, Stream};
 use ridgetone_host::replay::{self, START_US};

@@ -30,7 +30,7 @@ struct Segment {
 
 /// Places after a moment, relative to an entry near it.
 #[derive(Debug)]
-pub struct Way<'a> {
+pub struct Trajectory<'a> {
     track: &'a Track,
     mark: Mark,
     /// Microseconds of the robot's clock in one of the board's, less 1.
@@ -47,8 +47,8 @@ pub struct Way<'a> {
     segment: Cell<Segment>,
 }
 
-impl<'a> Way<'a> {
-    /// The way during `lasts_us` microseconds of the board's clock, which ends `behind_us` after
+impl<'a> Trajectory<'a> {
+    /// The trajectory during `lasts_us` microseconds of the board's clock, which ends `behind_us` after
     /// the mark's window. None if the messages do not cover its begin, or too little of its end:
     /// they may be missing for 0.1 s there and a quarter of the window.
     #[inline(never)]
@@ -76,7 +76,7 @@ impl<'a> Way<'a> {
             powers: [0.0; 4],
             to: f32::NAN,
         };
-        let way = Self {
+        let trajectory = Self {
             track,
             mark: *mark,
             faster: mark.faster(),
@@ -87,7 +87,7 @@ impl<'a> Way<'a> {
             segment: Cell::new(none),
         };
         // The newest entry alone leads nowhere.
-        (first != mark.until.wrapping_sub(1)).then_some(way)
+        (first != mark.until.wrapping_sub(1)).then_some(trajectory)
     }
 
     /// Whether its entries are still what they were when the window fell due.
@@ -175,7 +175,7 @@ impl<'a> Way<'a> {
             number.wrapping_sub(oldest),
             until.wrapping_sub(1).wrapping_sub(number),
         );
-        // Two before it and one behind it, at an end of the way more on the other side.
+        // Two before it and one behind it, at an end of the trajectory more on the other side.
         let back = before.min((NODES - 1 - after.min(NODES - 1)).max(2));
         let ahead = after.min(NODES - 1 - back);
         let first = number.wrapping_sub(back);
@@ -218,14 +218,14 @@ mod tests {
         60.0 / (TAU * 0.8) * (1.0 - (TAU * turns).cos())
     }
 
-    /// Slope of the way over the true one less 1, by least squares: the deviation of a period that
+    /// Slope of the trajectory over the true one less 1, by least squares: the deviation of a period that
     /// is fitted to it.
-    fn stretch(way: &Way, from_s: f64) -> (f64, f64) {
+    fn stretch(trajectory: &Trajectory, from_s: f64) -> (f64, f64) {
         let points: std::vec::Vec<_> = (0..600u32)
             .map(|ms| {
                 (
                     hand_mm(from_s + f64::from(ms) * 1e-3),
-                    f64::from(way.place_mm(1000.0 * ms as f32)),
+                    f64::from(trajectory.place_mm(1000.0 * ms as f32)),
                 )
             })
             .collect();
@@ -244,7 +244,7 @@ mod tests {
     /// Windows of 0.6 s, with messages as they come and entries as far apart as the default plan
     /// has them.
     #[test]
-    fn a_hands_way_is_as_long_as_it_is() {
+    fn a_hands_trajectory_is_as_long_as_it_is() {
         for (step_us, most) in [(4_000u32, 4e-4), (20_000, 4e-4), (50_000, 1.5e-3)] {
             let (track, mut sum, mut windows, mut most_off, mut most_mm) =
                 (Track::new(), 0.0, 0u32, 0f64, 0f64);
@@ -264,8 +264,8 @@ mod tests {
                     end_us: t_us,
                     ..Mark::NONE
                 };
-                let way = Way::new(&track, &mark, 600_000, 0).expect("a way");
-                let (off, mm) = stretch(&way, f64::from(t_us) * 1e-6 - 0.6 - 0.5);
+                let trajectory = Trajectory::new(&track, &mark, 600_000, 0).expect("a trajectory");
+                let (off, mm) = stretch(&trajectory, f64::from(t_us) * 1e-6 - 0.6 - 0.5);
                 (sum, windows, most_off, most_mm) = (
                     sum + off,
                     windows + 1,
@@ -315,9 +315,10 @@ mod tests {
                 end_us: newest.t_us,
                 ..Mark::NONE
             };
-            let way = Way::new(&track, &mark, newest.t_us, 0).expect("a way");
+            let trajectory = Trajectory::new(&track, &mark, newest.t_us, 0).expect("a trajectory");
             for t_us in (0..newest.t_us).step_by(5000) {
-                let off_mm = f64::from(way.place_mm(t_us as f32)) - place(f64::from(t_us) * 1e-6);
+                let off_mm =
+                    f64::from(trajectory.place_mm(t_us as f32)) - place(f64::from(t_us) * 1e-6);
                 assert!(
                     off_mm.abs() < 3e-4,
                     "{entries} entries, {t_us} us: {off_mm} mm"

@@ -10,7 +10,7 @@ use ridgetone_proto::division::divide;
 /// The lateness shrinks with each conversion by the time of one over two to the power of this: by
 /// 1.6 %, more than a clock is off.
 const CATCH_UP: u32 = 6;
-/// The same in a storm, which may hold up all conversions alike: 244 ppm, twice what two crystals
+/// [`CATCH_UP`] in a storm, which may hold up all conversions alike: 244 ppm, twice what two crystals
 /// differ by.
 const CATCH_UP_IN_STORM: u32 = 12;
 /// After a conversion that was off its time so many more may be in a storm: 0.17 s with the plan
@@ -21,13 +21,13 @@ const LONG_GAP: u32 = 8;
 
 /// The lateness of the latest conversion.
 #[derive(Clone, Copy, Debug)]
-pub struct Lateness {
+pub struct ServiceDelay {
     late_ns: u32,
     /// Conversions that may still be in a storm.
     in_storm: u16,
 }
 
-impl Lateness {
+impl ServiceDelay {
     pub const NONE: Self = Self {
         late_ns: 0,
         in_storm: 0,

@@ -13,7 +13,7 @@ pub const LOW_PASS_SIGMA_S: f32 = 0.058 * LOW_PASS_S;
 /// Errors of a wavenumber whose places are late, as shares of it. At a constant speed there are
 /// none.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Lateness {
+pub struct DelayError {
     /// If all places are late by a second; not negative.
     pub per_s: f32,
     /// Because the low-pass is quicker with fast tones: their delay at f hertz is atan(2 pi f t) /
@@ -21,15 +21,17 @@ pub struct Lateness {
     pub by_low_pass: f32,
 }
 
-impl Lateness {
+impl DelayError {
     /// On a way of `last` frames at a rate in hertz, for a tone of some cycles a millimetre.
     /// Overtones are those of a fit, over the fundamental. Errors of places change the wavenumber
     /// by the slope of the error over the place (least squares).
     #[inline(never)]
     pub fn new(
         place_mm: &dyn Fn(u32) -> f32,
-        (last, frame_rate_hz): (u32, f32),
-        (per_mm, overtones): (f32, &[[f32; 2]]),
+        last: u32,
+        frame_rate_hz: f32,
+        per_mm: f32,
+        overtones: &[[f32; 2]],
     ) -> Self {
         // Each part's frames, which may differ by one, its middle, and by how much a slow tone is
         // late there.
@@ -97,10 +99,12 @@ mod tests {
         let turning = |t_s: f64| 12.0 * (1.0 - (5.0 * (t_s + 0.4)).cos());
         let ways: [&dyn Fn(f64) -> f64; 4] = [&from_rest, &steady, &hand, &turning];
         for (number, way) in ways.iter().enumerate() {
-            let found = Lateness::new(
+            let found = DelayError::new(
                 &|frame| way(f64::from(frame) * 0.6 / 144.0) as f32,
-                (144, 240.0),
-                (0.4, &[]),
+                144,
+                240.0,
+                0.4,
+                &[],
             );
             let expected = stretch(way, 0.6).abs();
             // Sixteen parts of the way are a few percent off the integrals.
@@ -109,17 +113,17 @@ mod tests {
                 "{number}: {found:?}, {expected}"
             );
         }
-        let at_rest = Lateness::new(&|_| 3.0, (144, 240.0), (0.4, &[]));
+        let at_rest = DelayError::new(&|_| 3.0, 144, 240.0, 0.4, &[]);
         assert_eq!(
             at_rest,
-            Lateness {
+            DelayError {
                 per_s: 0.0,
                 by_low_pass: 0.0
             }
         );
     }
 
-    /// Of a value that is anywhere within 10 % as likely as anywhere else.
+    /// A value that is anywhere within 10 %, evenly distributed.
     #[test]
     fn the_capacitors_deviation_is_that_of_an_even_distribution() {
         assert!((LOW_PASS_S - 0.41e-3).abs() < 1e-9);
@@ -205,10 +209,12 @@ mod tests {
                 let gain =
                     |hz: f64| 1.0 / (1.0 + (TAU * hz * f64::from(LOW_PASS_S)).powi(2)).sqrt();
                 let overtone = second * gain(2.0 * 200.0 * per_mm) / gain(200.0 * per_mm);
-                let late = Lateness::new(
+                let late = DelayError::new(
                     &place_mm,
-                    (128, 2000.0),
-                    (per_mm as f32, &[[overtone as f32, 0.0]]),
+                    128,
+                    2000.0,
+                    per_mm as f32,
+                    &[[overtone as f32, 0.0]],
                 );
                 let found = f64::from(late.by_low_pass);
                 std::println!(
