@@ -17,7 +17,7 @@ use ridgetone_tone::{FrameSource, Overwritten};
 /// Most values of a transform. A PC has tables for more, but gives the chip's numbers.
 pub const POINTS: usize = 1024;
 /// Memory that [`feel`] needs, values: the powers of a transform's bins, and its points.
-#[cfg(any(test, feature = "internals"))]
+#[cfg(feature = "internals")]
 pub const MEMORY: usize = POINTS / 2 + POINTS;
 
 /// Values a second that are enough: four times the 800 Hz that receptors respond to. From twice as
