@@ -197,8 +197,8 @@ mod app {
         )
     }
 
-    /// Makes a large value in a stack frame of its own, which is given back: the first tasks run on
-    /// top of `init`'s frame. The compiler must not know the value's address: it would build the
+    /// Makes a large value in a stack frame of its own, up to 11 kB, which is given back: the first
+    /// tasks run on top of `init`'s frame. The compiler must not know the value's address: it would build the
     /// address of every field anew, which takes more instructions and flash than to count from the
     /// first.
     #[inline(never)]

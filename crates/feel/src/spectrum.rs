@@ -25,8 +25,6 @@ pub fn points(samples: usize) -> Option<usize> {
 /// The amplitude spectrum of a window of 64, 128, ... [`POINTS_MAX`] samples, under Hamming's
 /// window and less its mean: a sine of n whole cycles has its amplitude in bin n. The bins take the
 /// first half of the samples' memory; bin 0 is 0. None for another number of samples.
-// Not inlined: large, and called once a channel.
-#[inline(never)]
 pub fn amplitude_spectrum(samples: &mut [f32]) -> Option<&mut [f32]> {
     if points(samples.len()) != Some(samples.len()) {
         return None;

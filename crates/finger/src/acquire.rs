@@ -147,7 +147,6 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
 
     /// Puts another plan into force, which has passed [`Plan::validate`], as [`Self::set_up`] does.
     /// The caller unmutes DRDY after it.
-    #[inline(never)]
     pub fn change(
         &mut self,
         plan: Plan,
@@ -164,7 +163,6 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
 
     /// Interrupts the plan's scan for one of the health readings, if the plan's has none. True if
     /// it did: the caller unmutes DRDY after it.
-    #[inline(never)]
     pub fn read_health(&mut self, diagnostics: &Diagnostics, wait: &mut impl DelayNs) -> bool {
         let is_due =
             self.plan.health == HealthReadings::BetweenTouches && self.is_set_up && !self.is_health;
@@ -175,7 +173,6 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
     }
 
     /// Goes on with the plan's scan after [`Drdy::HealthRead`]. The caller unmutes DRDY after it.
-    #[inline(never)]
     pub fn read_inputs(&mut self, diagnostics: &Diagnostics, wait: &mut impl DelayNs) {
         self.is_health = false;
         let _ = self.begin_scan(diagnostics, wait);
@@ -187,7 +184,6 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
         self.try_scan(diagnostics, wait) || self.try_scan(diagnostics, wait)
     }
 
-    #[inline(never)]
     fn try_scan(&mut self, diagnostics: &Diagnostics, wait: &mut impl DelayNs) -> bool {
         let config = if self.is_health {
             self.plan.health_config()
@@ -259,7 +255,6 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
     }
 
     /// DRDY has fallen, but is high again: counted for a storm, and as [`FaultKind::Repeated`].
-    #[inline(never)]
     pub fn nothing(&mut self, edge_us: u32, diagnostics: &Diagnostics) -> Drdy {
         self.unexpected_us = edge_us;
         if core::mem::take(&mut self.early) {
@@ -298,8 +293,6 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
 
     /// Counts conversions that were lost before the queue or at it. Gaps between frames show those
     /// of the plan's own scan too, but none of the health readings.
-    // Not inlined: nearly never.
-    #[inline(never)]
     fn count_lost(&self, lost: u32, diagnostics: &Diagnostics) {
         let counter = if self.is_health {
             &diagnostics.unseen
@@ -310,7 +303,6 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
     }
 
     /// Puts the mark of a new plan into the queue, if there is a place.
-    #[inline(never)]
     fn announce(&mut self, t_us: u32, samples: &mut Samples<'_>) {
         self.is_unannounced = samples
             .enqueue(TimedConversion::of_plan(self.plan, t_us))
@@ -318,7 +310,6 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
     }
 
     /// Takes two reads that are not both the expected conversion.
-    #[inline(never)]
     fn unexpected(
         &mut self,
         reads: Reads,

@@ -38,7 +38,6 @@ struct Times {
 }
 
 impl Times {
-    #[inline(never)]
     const fn new(scan: &Scan) -> Self {
         let share_us = scan.conversion_ns * 3 / 8000;
         Self {
@@ -213,7 +212,6 @@ impl Assembler {
 
     /// Makes a frame of the buffer if it is a scan without a flaw that follows the one before it,
     /// in time too. If it is not: false, and only codes that belong to no frame have changed.
-    #[inline(never)]
     pub fn try_fast_path(&mut self) -> bool {
         let Self {
             scan,
@@ -314,7 +312,6 @@ impl Assembler {
 
     /// Takes the buffered conversions one by one. Those behind the last slot of a scan stay in the
     /// buffer, so that the next scan can take the fast path.
-    #[inline(never)]
     pub fn slow_path(&mut self, done: &mut impl FnMut(&Frame)) {
         let buffer = core::mem::take(&mut self.buffer);
         let last_id = self.order.last_id();
@@ -333,7 +330,6 @@ impl Assembler {
     }
 
     /// Takes any conversion.
-    #[inline(never)]
     fn take(&mut self, timed: &TimedConversion, done: &mut impl FnMut(&Frame)) {
         let Conversion { status, code } = timed.conversion();
         let t_us = timed.t_us;
@@ -471,7 +467,6 @@ impl Assembler {
 }
 
 /// A scan's flawless statuses in their order, and its taxels.
-#[inline(never)]
 const fn table(order: Order, scan: &Scan) -> ([u8; SLOTS_MAX], [u8; TAXELS]) {
     let (mut statuses, mut taxels, mut status, mut slot) =
         ([0; SLOTS_MAX], [0; TAXELS], order.first(), 0);

@@ -53,7 +53,6 @@ impl Detector {
     }
 
     /// The greeting to send before anything else.
-    #[inline(never)]
     pub fn hello(&self) -> Event {
         let part = |text: &str| {
             text.bytes().fold(0u8, |n, digit| {
@@ -104,7 +103,6 @@ impl Detector {
     }
 
     /// Takes the scan that is in the assembler's buffer.
-    #[inline(never)]
     fn scan(
         &mut self,
         ring: &mut Ring,
@@ -135,7 +133,6 @@ impl Detector {
         }
     }
 
-    #[inline(never)]
     fn report_health(&mut self, t_us: u64, diagnostics: &Diagnostics, emit: &mut dyn FnMut(Event)) {
         let Self {
             assembler,
@@ -157,7 +154,6 @@ impl Detector {
     /// and `health` with the greeting as often as otherwise. In a silence of more than 71.6 minutes
     /// device time starts again where it stood, as it does after one ([`crate::assembler`]). Before
     /// the first conversion it is zero.
-    #[inline(never)]
     pub fn look(&mut self, board_us: u32, diagnostics: &Diagnostics, emit: &mut dyn FnMut(Event)) {
         let Self {
             assembler,
@@ -226,7 +222,6 @@ impl Detector {
     /// Puts settings in force that passed [`Settings::validate`]. A slide that lasts goes on; its
     /// windows get the new length, and none of them reaches back before it. Settings of another
     /// plan wait for [`Self::begin`]; then false.
-    #[inline(never)]
     pub fn change(&mut self, settings: &Settings, source: SettingsSource) -> bool {
         self.settings = *settings;
         self.source = source;
@@ -241,7 +236,6 @@ impl Detector {
 
     /// The next conversions are of this plan, with the settings that wait for it. What lasts is
     /// over; numbers and times of frames go on, and the level without touch is measured again.
-    #[inline(never)]
     pub fn begin(
         &mut self,
         plan: Plan,
@@ -280,7 +274,6 @@ impl Detector {
 
     /// Starts again, as after power-up, or stops; then nothing is reported but `health`, faults and
     /// raw frames. The frames' count and device time go on.
-    #[inline(never)]
     pub fn restart(&mut self, is_going: bool) {
         self.tracker.restart(is_going, &self.settings);
     }

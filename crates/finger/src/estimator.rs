@@ -130,8 +130,6 @@ impl Estimator {
         self.textures.take(estimate, &self.overtones, window)
     }
 
-    // Not inlined, as the next one.
-    #[inline(never)]
     fn fit(
         &mut self,
         window: &Window,
@@ -155,7 +153,7 @@ impl Estimator {
         Ok(WindowFit::Done(self.estimate(fitted, window, has_gap)))
     }
 
-    // Apart: its frame must not lie under a fit, the deepest of the stack.
+    // A frame of its own, 520 bytes, which is not under a fit, the deepest of the stack.
     #[inline(never)]
     fn estimate(&self, fitted: &Fitted, window: &Window, has_gap: bool) -> Estimate {
         let fit = &fitted.fit;
@@ -247,7 +245,6 @@ impl Estimator {
 }
 
 /// Whether more than `least` frames in a row are missing in a window.
-#[inline(never)]
 fn has_gap(window: &Window, least: u32, source: &mut dyn FrameSource) -> Result<bool, Overwritten> {
     let (mut longest, mut gap, mut left) = (0u32, 0u32, window.frames);
     while left > 0 {

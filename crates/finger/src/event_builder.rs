@@ -27,7 +27,6 @@ impl EventBuilder {
     }
 
     /// The event that reports a change.
-    #[inline(never)]
     pub fn event(&mut self, change: &Change, clock: &FrameClock, ring: &Ring) -> Event {
         match *change {
             Change::Contact {

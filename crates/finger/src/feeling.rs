@@ -35,8 +35,6 @@ const _: () = assert!(RECEPTORS == ridgetone_feel::RECEPTORS && BANDS == ridgeto
 /// settings' window as a transform can hold, and always the same length, for that is what a
 /// conversion belongs to. `settings.feel` must be on. None if the slide is not as long yet, or no
 /// taxel is alive. Fails if frames were overwritten.
-// Not inlined: it runs between fits, which need the stack.
-#[inline(never)]
 pub fn feel(
     window: &Window,
     source: &mut dyn FrameSource,
@@ -124,7 +122,6 @@ pub fn feel(
 }
 
 /// Fills in what follows from how the receptors fire.
-#[inline(never)]
 fn score(feel: &mut Feel, firing: &Firing, conversion: &Conversion) {
     let mut mean = MeanFiring::default();
     mean.push(firing);

@@ -213,7 +213,6 @@ impl FrameClock {
 
     /// Device time of a frame's first slot, microseconds. For a frame that the ring does not hold
     /// it follows from the nominal rate.
-    #[inline(never)]
     pub fn time_us(&self, frame: u32, ring: &Ring) -> u64 {
         let (number, t_us) = self.latest;
         if let Some(low) = ring.t_us(frame) {

@@ -42,7 +42,6 @@ pub struct HealthReporter {
 
 impl HealthReporter {
     /// Before the first frame.
-    #[inline(never)]
     pub const fn new(plan: &Plan) -> Self {
         let (health_frames, rate_frames) = (plan.frame_rate_hz() as u32, plan.frames_in(RATE_S));
         Self {
@@ -103,7 +102,6 @@ impl HealthReporter {
     /// Reports a fault if the frames since the last check did not come at the nominal rate. Where
     /// some were lost, or the scan was restarted, that is reported by itself, and their time says
     /// nothing of the clock.
-    #[inline(never)]
     pub fn check_rate(
         &mut self,
         assembler: &Assembler,
@@ -133,7 +131,6 @@ impl HealthReporter {
 }
 
 /// What `health` reports at a device time, microseconds.
-#[inline(never)]
 pub fn health(
     t_us: u64,
     assembler: &Assembler,

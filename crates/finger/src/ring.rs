@@ -133,7 +133,6 @@ impl Ring {
     }
 
     /// Writes a frame beside others.
-    #[inline(never)]
     fn pack(&mut self, values: &Values, valid: u16, t_us: u32) {
         let (row, place) = (
             (self.head / self.in_row.max(1)) as usize,
@@ -206,7 +205,6 @@ impl Ring {
 
     /// The mean of those of `count` frames from `first` on that have a valid value, into `mean`.
     /// False if none has.
-    #[inline(never)]
     pub fn mean(&self, first: u32, count: u32, mean: &mut Values) -> bool {
         // By their place in a row: rows are added as they are.
         let (mut sums, mut frames, mut number) = ([0.0f32; TAXELS], 0, first);
@@ -281,7 +279,6 @@ impl Ring {
 
     /// When a frame was by the least late one of the times of its row and of so many rows behind
     /// it, put back by the scan's period: microseconds, and nanoseconds on top.
-    #[inline(never)]
     pub fn least_late(&self, number: u32, rows: u32) -> Option<(u32, i32)> {
         let row_us = |number: u32| {
             self.t_us
@@ -322,8 +319,6 @@ impl Ring {
         ))
     }
 
-    // Not inlined: its copies are on the stack only where they are needed.
-    #[inline(never)]
     fn read_packed<R>(&self, at: u32, count: u32, read: impl FnOnce(&[Values], &[u16]) -> R) -> R {
         let count = count.min(READ_FRAMES as u32);
         let (mut values, mut valid) = ([[0.0; TAXELS]; READ_FRAMES], [0; READ_FRAMES]);

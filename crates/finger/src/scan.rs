@@ -112,8 +112,6 @@ pub struct Scan {
 
 impl Scan {
     /// The scan of a plan.
-    // One copy: not inlined into everything that begins.
-    #[inline(never)]
     pub const fn new(plan: &Plan) -> Self {
         Self {
             inputs: plan.inputs,

@@ -66,7 +66,6 @@ pub(crate) struct WindowScheduler {
 
 impl WindowScheduler {
     /// A scheduler before the first frame.
-    #[inline(never)]
     pub const fn new(settings: &Settings) -> Self {
         let mut scheduler = Self {
             reference: [0.0; TAXELS],
@@ -201,7 +200,6 @@ impl WindowScheduler {
 
     /// Gives a window of `frames` frames from `first` on, of a slide, if it is long enough and in
     /// the ring.
-    #[inline(never)]
     fn give(
         &self,
         (first, frames, slide_first): (u32, u32, u32),

@@ -95,7 +95,6 @@ impl Record {
 }
 
 /// Checksum of all words but the first, which holds it.
-#[inline(never)]
 fn checksum_of(ram: &Stored) -> u32 {
     let mut digest = CHECKSUM.digest();
     for word in ram.iter().skip(1) {

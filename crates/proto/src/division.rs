@@ -3,7 +3,7 @@
 
 /// Quotient and remainder; both zero where `by` is zero. A value of more than 32 bits takes some
 /// 300 instructions.
-// One copy, as small as can be.
+// One copy of 150 bytes: the chip has no division of 64 bits.
 #[inline(never)]
 pub const fn divide(value: u64, by: u32) -> (u64, u32) {
     if by == 0 {

@@ -26,7 +26,6 @@ pub(crate) const CHECKSUM: crc::Crc<u32, crc::NoTable> =
 pub struct TooLong;
 
 /// CRC-32 of some bytes.
-#[inline(never)]
 pub fn checksum(bytes: &[u8]) -> u32 {
     CHECKSUM.checksum(bytes)
 }
@@ -53,7 +52,6 @@ pub fn encode_bytes(content: &[u8], wire: &mut [u8]) -> Result<usize, TooLong> {
 
 /// Adds checksum, stuffing and the zero. Apart from [`encode`], so that it is compiled once for all
 /// types.
-#[inline(never)]
 fn seal(plain: &mut [u8; PLAIN_MAX], length: usize, wire: &mut [u8]) -> Result<usize, TooLong> {
     let checksum = checksum(plain.get(..length).ok_or(TooLong)?).to_le_bytes();
     plain
@@ -73,7 +71,6 @@ pub fn decode<T: DeserializeOwned>(frame: &mut [u8]) -> Option<T> {
 }
 
 /// The content of a stuffed frame, if its checksum matches.
-#[inline(never)]
 pub fn unseal(frame: &mut [u8]) -> Option<&[u8]> {
     let length = cobs::decode_in_place(frame).ok()?;
     let (content, sum) = frame.get(..length)?.split_last_chunk::<CHECKSUM_BYTES>()?;

@@ -184,7 +184,6 @@ impl Plan {
 
     /// Inputs that are converted. Not inlined, as others below: it is called in many places, but
     /// seldom.
-    #[inline(never)]
     pub const fn channels(&self) -> usize {
         self.inputs.count_ones() as usize
     }
@@ -204,7 +203,6 @@ impl Plan {
     }
 
     /// Frames per second at the nominal clock.
-    #[inline(never)]
     pub const fn frame_rate_hz(&self) -> f32 {
         self.config().frame_rate_hz()
     }
@@ -215,7 +213,6 @@ impl Plan {
     }
 
     /// Frames that are averaged for touch detection.
-    #[inline(never)]
     pub const fn frames_averaged(&self) -> u32 {
         let frames = (self.frame_rate_hz() / TOUCH_RATE_HZ + 0.5) as u32;
         if frames > 1 { frames } else { 1 }
@@ -230,7 +227,6 @@ impl Plan {
     }
 
     /// Frames that the ring holds.
-    #[inline(never)]
     pub const fn ring_frames(&self) -> u32 {
         (RING_FRAMES * self.frames_a_row()) as u32
     }
@@ -252,7 +248,6 @@ impl Plan {
     }
 
     /// Frames in a time, rounded.
-    #[inline(never)]
     pub const fn frames_in(&self, seconds: f32) -> u32 {
         (seconds * self.frame_rate_hz() + 0.5) as u32
     }
@@ -358,7 +353,6 @@ const BOUNDS: [Bounds; 5] = [
 ];
 
 /// Checks values. The error is the first one outside its bounds.
-#[inline(never)]
 pub(crate) fn within(bounds: &[Bounds], values: &[f32]) -> Result<(), PlanError> {
     for (&(field, least, greatest), &value) in bounds.iter().zip(values) {
         // A NaN is outside all bounds.

@@ -240,7 +240,6 @@ impl Settings {
     }
 
     /// Checks every bound. The error is the first setting outside its own.
-    #[inline(never)]
     pub fn validate(&self) -> Result<(), SettingsError> {
         self.plan.validate().map_err(
             |PlanError {

@@ -279,7 +279,6 @@ impl<F: NorFlash> FlashStore<F> {
 }
 
 impl<F: NorFlash> Store for FlashStore<F> {
-    #[inline(never)]
     fn load(&mut self) -> (Settings, SettingsSource) {
         let mut limit = NO_LIMIT;
         while let Some(found) = self.latest_before(limit) {
@@ -308,7 +307,6 @@ impl<F: NorFlash> Store for FlashStore<F> {
         (Settings::DEFAULT, source)
     }
 
-    #[inline(never)]
     fn save(&mut self, settings: Option<&Settings>, may_erase: bool) -> Result<Saved, NotStored> {
         let latest = self.latest_before(NO_LIMIT).map(|found| found.order);
         let number = latest.map_or(0, |order| order.number.wrapping_add(1));

@@ -145,7 +145,6 @@ fn crash_as_requested(crash: Crash) {
 }
 
 /// Takes 256 bytes of the stack, again and again.
-#[inline(never)]
 #[allow(unconditional_recursion)]
 fn deepen(depth: u32) -> u32 {
     let bytes = core::hint::black_box([depth; 64]);

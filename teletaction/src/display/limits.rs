@@ -82,7 +82,6 @@ pub struct Steps {
 
 impl Steps {
     /// Of limits that are possible: [`Pins::new`] says whether they are.
-    #[inline(never)]
     pub fn new(limits: &Limits) -> Self {
         Self {
             quantum_n: limits.quantum_n(),
@@ -98,7 +97,6 @@ impl Steps {
 
     /// Level after an update, from a level towards a wanted force, newtons. What is no number is no
     /// force.
-    #[inline(never)]
     pub fn towards(&self, from: u16, wanted_n: f32) -> u16 {
         // To the nearest level; beyond the numbers to the next one, and NaN to 0.
         let wanted = (wanted_n / self.quantum_n + 0.5) as u16;

@@ -34,12 +34,12 @@ mod app {
     use crate::board;
     use crate::board::{Board, Samples};
     use heapless::spsc::Queue;
-    use ridgetone::tasks::{Idle, Next};
-    use ridgetone::tasks::{Inboxes, SerialLine};
-    use ridgetone::tasks::WatchdogPolicy;
     use ridgetone::tasks::Outbox;
     use ridgetone::tasks::Report;
+    use ridgetone::tasks::WatchdogPolicy;
     use ridgetone::tasks::{BYTES, PACKETS, Platform, Shared, Task};
+    use ridgetone::tasks::{Idle, Next};
+    use ridgetone::tasks::{Inboxes, SerialLine};
     use ridgetone_proto::boot::Record;
     use ridgetone_proto::plan::Plan;
     use ridgetone_stylus::message::{Event, Mark};

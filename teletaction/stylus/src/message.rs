@@ -58,7 +58,6 @@ impl Events for Mark<Event> {
         }
     }
 
-    #[inline(never)]
     fn encode(packet: &Packet, wire: &mut [u8; WIRE_MAX]) -> Result<usize, TooLong> {
         framing::encode(packet, wire)
     }

@@ -42,7 +42,6 @@ impl Requests {
 
     /// Carries out the request in the inbox, if there is one, and posts its reply. Gives whether
     /// `hello` is due, as a greeting or as new parameters demand.
-    #[inline(never)]
     pub fn step<P: Platform>(
         &mut self,
         sampler: &mut impl Mutex<T = Sampler>,

@@ -25,7 +25,6 @@ impl DelayError {
     /// On a way of `last` frames at a rate in hertz, for a tone of some cycles a millimetre.
     /// Overtones are those of a fit, over the fundamental. Errors of places change the wavenumber
     /// by the slope of the error over the place (least squares).
-    #[inline(never)]
     pub fn new(
         place_mm: &dyn Fn(u32) -> f32,
         last: u32,

@@ -62,7 +62,6 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
     /// `now_us` is board time. True if DRDY was muted or the chip was restarted: then the caller
     /// unmutes DRDY. Else, behind an unexpected edge, a conversion may have ended meanwhile: the
     /// caller looks at DRDY once more.
-    #[inline(never)]
     pub fn watch(
         &mut self,
         now_us: u32,

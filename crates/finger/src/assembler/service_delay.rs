@@ -35,8 +35,6 @@ impl ServiceDelay {
 
     /// Takes the time since the conversion before, microseconds, and the time of one conversion,
     /// nanoseconds. Gives how many conversions later this one is, at least one.
-    // Not inlined: it is called twice.
-    #[inline(never)]
     pub fn steps(&mut self, passed_us: u32, step_ns: u32) -> u32 {
         let passed_ns = passed_us as u64 * 1000;
         let is_off_time = passed_ns.abs_diff(step_ns as u64) > (step_ns * 3 / 8) as u64;

@@ -211,7 +211,6 @@ impl Tracker {
 }
 
 /// A detector at rest.
-#[inline(never)]
 const fn contact(settings: &Settings) -> ContactDetector {
     let mut contact = ContactDetector::new(settings.slide, &settings.plan);
     contact.set_mains(settings.interferer_hz);

@@ -73,7 +73,6 @@ impl FaultEpisodes {
     }
 
     /// Sets the reference, volts.
-    #[inline(never)]
     pub const fn set_reference(&mut self, vref_v: f32) {
         self.reference = reference_codes(vref_v);
     }
@@ -108,7 +107,6 @@ impl FaultEpisodes {
 
     /// Reports episodes that begin and those that are over. `now_us` is now, in device time and in
     /// board time.
-    #[inline(never)]
     pub fn report(
         &mut self,
         now_us: (u64, u32),
@@ -166,7 +164,6 @@ const fn reference_codes(vref_v: f32) -> RangeInclusive<i32> {
 }
 
 /// Adds the assembler's new flaws to `diagnostics`.
-#[inline(never)]
 pub fn add_flaws(assembler: &mut Assembler, diagnostics: &Diagnostics) {
     let board_us = assembler.board_us;
     set_zero(assembler, diagnostics);

@@ -21,8 +21,6 @@ impl Counter {
     }
 
     /// Adds as much as it holds.
-    // Not inlined: counters seldom change.
-    #[inline(never)]
     pub fn add(&self, by: u32) {
         let _ = self
             .0
@@ -77,7 +75,6 @@ impl FaultLog {
     }
 
     /// A fault was seen `times` times, the last time at `board_us`. Zero times change nothing.
-    #[inline(never)]
     pub fn add(&self, kind: FaultKind, times: u32, board_us: u32) {
         let Some(seen) = self.kinds.get(kind as usize).filter(|_| times > 0) else {
             return;

@@ -28,7 +28,6 @@ impl Diagnostics {
     ///
     /// To be called after a check of the chip's registers that followed the window's end: only it
     /// finds a change in the window.
-    #[inline(never)]
     pub fn qualify(&self, estimate: &mut Estimate, window: &Window) {
         let (faults, is_end_unsure) = faults_of(window, estimate.window_s, self);
         estimate.faults = faults;
@@ -40,8 +39,6 @@ impl Diagnostics {
 }
 
 /// Makes a good or unsteady estimate doubtful, without period, speed and direction.
-// Not inlined: it is called twice.
-#[inline(never)]
 pub fn doubt(estimate: &mut Estimate) {
     if matches!(estimate.status, Status::Good | Status::Unsteady) {
         estimate.status = Status::Doubtful;
@@ -51,7 +48,6 @@ pub fn doubt(estimate: &mut Estimate) {
 
 /// The kinds of faults that were seen since the latest `window_s` seconds of a window began;
 /// whether its end is unsure.
-#[inline(never)]
 pub fn faults_of(window: &Window, window_s: f32, diagnostics: &Diagnostics) -> (FaultSet, bool) {
     let nominal_hz = window.plan.frame_rate_hz();
     let in_us = |frames: f32| (frames * 1e6 / nominal_hz) as u32;

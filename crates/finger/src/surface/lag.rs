@@ -48,8 +48,6 @@ impl Sum {
 }
 
 /// The phases of some taxels.
-// Not inlined: it is called twice, and one copy is enough.
-#[inline(never)]
 fn column(fitted: &Fitted, taxels: u16) -> Sum {
     let mut sum = Sum::default();
     for taxel in 0..TAXELS {
@@ -66,7 +64,6 @@ fn column(fitted: &Fitted, taxels: u16) -> Sum {
 /// The lag between the columns of `array`, corrected for the slots of the scan ([`Fitted::turns`]).
 /// If the channels disagree by more than their noise, the uncertainty is that of their scatter.
 /// None if no piezoresistors that respond alike have the tone in both columns.
-#[inline(never)]
 pub fn lag(fitted: &Fitted, array: &Array) -> Option<Lag> {
     let (mut total, mut short, mut freedom) = (Sum::default(), 0.0, -1.0);
     for alike in array.alike.iter().map(|alike| alike & fitted.fit.usable) {

@@ -130,7 +130,6 @@ impl Odometer {
 
     /// Takes a message that was sent at a board time, microseconds, wrapping, but for a delay. The
     /// track is to last for `ring_us`.
-    #[inline(never)]
     pub fn take(
         &mut self,
         message: &Odometry,
@@ -244,7 +243,6 @@ impl Odometer {
     }
 
     /// What is known for a window that ends at a board time, microseconds, wrapping.
-    #[inline(never)]
     pub fn mark(&self, board_us: u32, track: &Track) -> Mark {
         let (Some((until, newest)), Some(_)) = (track.newest(), self.newest) else {
             return Mark::NONE;

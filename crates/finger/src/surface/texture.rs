@@ -39,7 +39,6 @@ impl TextureReporter {
     /// The texture that a window's estimate has found, if it is to be reported: the first one since
     /// a touch began, and one that differs from that by more than three standard deviations of the
     /// difference, in its period or in its power. Another plan begins another touch.
-    #[inline(never)]
     pub fn take(
         &mut self,
         estimate: &Estimate,

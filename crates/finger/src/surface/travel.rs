@@ -44,7 +44,6 @@ fn calibrated(lag: Lag, array: &Array) -> Lag {
 }
 
 /// Travel by the phases alone, for a slide of unknown speed.
-#[inline(never)]
 pub fn by_phases(lag: Option<Lag>, array: &Array, frequency_hz: Measured) -> Travel {
     let Some(lag) = lag else { return Travel::NONE };
     let lag = calibrated(lag, array);
@@ -101,7 +100,6 @@ pub fn by_phases(lag: Option<Lag>, array: &Array, frequency_hz: Measured) -> Tra
 
 /// Travel by the host's speed and the frequency. The phases check it and give the direction. `way`
 /// is the direction of a wave along +x with increasing abscissa.
-#[inline(never)]
 pub fn by_speed(
     lag: Option<Lag>,
     array: &Array,

@@ -28,7 +28,6 @@ impl CommandExecutor {
     /// Decides a command, and stores settings that are to be kept. Gives the reply, and the command
     /// for [`Self::carry_out`] unless it is refused. While the finger `is_touched` no page is
     /// erased: that stops the processor for a second.
-    #[inline(never)]
     pub fn decide(
         &mut self,
         request: Request,
@@ -71,7 +70,6 @@ impl CommandExecutor {
     }
 
     /// Lets a command take effect. The windows that were due before it must have been fitted.
-    #[inline(never)]
     pub fn carry_out(
         &mut self,
         command: &Command,

@@ -119,7 +119,6 @@ impl<'a> Detect<'a> {
 }
 
 /// Takes a robot's message out of its inbox.
-#[inline(never)]
 fn take_odometry<P: Platform>(
     complete_us: u32,
     ring_us: u32,

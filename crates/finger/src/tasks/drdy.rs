@@ -141,7 +141,6 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin, PIN: DrdyPin>
     }
 
     /// Begins the scan of another plan, or that of the health readings.
-    #[inline(never)]
     fn begin_scan<P: Platform>(&mut self, shared: &Shared<P>, wait: &mut impl DelayNs) {
         let Self {
             acquisition,

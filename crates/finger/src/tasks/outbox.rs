@@ -45,7 +45,6 @@ impl<const N: usize, E> Outbox<N, E> {
 
 impl<E> Outbox<PACKETS, E> {
     /// Hands an event to `report`. A dropped event is counted.
-    #[inline(never)]
     pub fn send<P: Platform>(&mut self, event: E, shared: &Shared<P>) {
         if self.post(event) {
             shared.diagnostics.messages_dropped.add(1);

@@ -40,7 +40,7 @@ impl<S: Store> Requests<S> {
 
     /// Carries out a request, if there is one and `is_window_due` returns false. False if there is
     /// no request. While a window is due nothing is carried out: fit it, then call this again.
-    // Apart: its frame must not lie under a fit, the deepest of the stack.
+    // A frame of its own, 3700 bytes, which is not under a fit, the deepest of the stack.
     #[inline(never)]
     pub fn step<P: Platform>(
         &mut self,
@@ -89,7 +89,6 @@ impl<S: Store> Requests<S> {
 }
 
 /// The request in the inbox, if it is as it was sent.
-#[inline(never)]
 fn take<P>(inbox: &mut impl Mutex<T = Inboxes>, shared: &Shared<P>) -> Option<Request> {
     let mut frame = inbox.lock(|inbox| inbox.requests.take())?;
     let request = Request::decode(&mut frame);

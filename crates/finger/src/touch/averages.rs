@@ -71,7 +71,6 @@ pub struct Averager {
 
 impl Averager {
     /// Before the first frame.
-    #[inline(never)]
     pub const fn new(plan: &Plan) -> Self {
         let frames = plan.frames_averaged();
         Self {
@@ -135,7 +134,6 @@ impl Averager {
         self.add(number, values, inputs, is_valid)
     }
 
-    #[inline(never)]
     fn add(&mut self, number: u32, values: &Values, inputs: u16, is_valid: bool) -> Option<u32> {
         let frames = self.grid.frames.max(1);
         let mut beyond = number.wrapping_sub(self.grid.first);

@@ -4,7 +4,6 @@
 use ridgetone_tone::Values;
 
 /// Squared distance of two levels, each taxel's times its weight.
-#[inline(never)]
 pub fn distance(weights: &Values, a: &Values, b: &Values) -> f32 {
     // Four at a time: one at a time takes a third more instructions. In the air and in a hold most
     // of a block's instructions are here.
@@ -22,7 +21,6 @@ pub fn distance(weights: &Values, a: &Values, b: &Values) -> f32 {
 
 /// How far it is from one level to another in a direction, which is weighted as the squares of a
 /// distance are.
-#[inline(never)]
 pub fn along(direction: &Values, from: &Values, to: &Values) -> f32 {
     direction
         .iter()
@@ -100,7 +98,6 @@ impl Taxels {
 }
 
 /// The root of a number from 0 to 1, by Newton's method from above: there is no root in a constant.
-#[inline(never)]
 pub const fn root(square: f32) -> f32 {
     let mut root = 1.0;
     loop {

@@ -102,7 +102,6 @@ impl Condition {
         self.reach_cleaned(number)
     }
 
-    #[inline(never)]
     fn reach_cleaned(&mut self, number: u32) -> u32 {
         if let Some(mains_hz) = self.new_mains_hz.take() {
             self.tune(mains_hz);
@@ -139,14 +138,12 @@ impl Condition {
     }
 
     /// A frame's values where hum or drift is subtracted.
-    #[inline(never)]
     pub fn cleaned(&self, ring: Averages, number: u32) -> Option<Values> {
         let mut place = [0.0; TAXELS];
         ring.frame(number, &mut place)
             .map(|values| self.clean(ring, number, values))
     }
 
-    #[inline(never)]
     fn clean(&self, ring: Averages, number: u32, values: &Values) -> Values {
         let mut values = *values;
         if let Some((middle, beside)) = self.notch {

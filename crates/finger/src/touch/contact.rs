@@ -199,7 +199,6 @@ impl ContactDetector {
 
     /// One block further, which ends with frame `number`. True if the finger was still, so that the
     /// noise can be learned from it.
-    #[inline(never)]
     fn step(
         &mut self,
         number: u32,
@@ -399,7 +398,6 @@ impl ContactDetector {
 
     /// Something was over with the block that ends with frame `over`, the latest one: where the
     /// taxels are now decides what it was and what comes next.
-    #[inline(never)]
     fn end_phase(
         &mut self,
         ended: Ended,
@@ -492,7 +490,6 @@ impl ContactDetector {
     }
 
     /// What is along the way from idle to this level is no motion.
-    #[inline(never)]
     fn aim(&mut self, level: &Values) {
         self.motion
             .ignore(Some(difference(level, &self.idle.level)));
@@ -559,7 +556,6 @@ impl ContactDetector {
         report(Change::SlideStart(start));
     }
 
-    #[inline(never)]
     fn begin_hold(&mut self, hold: Hold) {
         self.held.restart();
         self.held.hold = hold;

@@ -74,7 +74,6 @@ impl Idle {
     /// One block further in the air: its mean, and the squared distance from the level; `weights`
     /// are one over the variance of each taxel's frames. Measures the drift. True if the noise is
     /// to be learned anew: what was taken for noise was the drift.
-    #[inline(never)]
     #[must_use]
     pub fn follow(
         &mut self,

@@ -53,7 +53,6 @@ impl Course {
     }
 
     /// Takes a frame (Welford's method).
-    #[inline(never)]
     fn add(&mut self, values: &Values, weights: &Values) {
         self.frames += 1.0;
         let share = 1.0 / self.frames;
@@ -92,7 +91,6 @@ impl Air {
     }
 
     /// Takes a frame of a slide.
-    #[inline(never)]
     pub fn follow_slide(&mut self, values: &Values, weights: &Values) {
         if let Self::Unknown(course) = self {
             course.add(values, weights);
@@ -117,7 +115,6 @@ pub enum Judged {
 }
 
 /// Gives the frames that are looked at, of the `all` frames from `first` on.
-#[inline(never)]
 fn look_at(frames: &Frames, first: u32, all: u32, take: &mut dyn FnMut(u32, &Values)) {
     let every = all / LOOKED_AT + 1;
     let mut place = [0.0; TAXELS];
@@ -129,7 +126,6 @@ fn look_at(frames: &Frames, first: u32, all: u32, take: &mut dyn FnMut(u32, &Val
 }
 
 /// Judges the change from `level` in the frames from `first` to `last`.
-#[inline(never)]
 pub fn judge(frames: &Frames, level: &Values, first: u32, last: u32, is_still: bool) -> Judged {
     let (weights, taxels) = (frames.weights, frames.taxels.count);
     let all = last.wrapping_sub(first);

@@ -149,8 +149,6 @@ impl Motion {
     }
 
     /// Begins again all comparisons but the longest one.
-    // One copy, as of what else is seldom: not inlined wherever something begins.
-    #[inline(never)]
     pub fn restart_lately(&mut self) {
         (self.past.count, self.still_quick, self.still) = (0, 0, 0);
         self.compared[1..LONGEST].fill(0.0);
@@ -174,7 +172,6 @@ impl Motion {
         Some(self.evaluate())
     }
 
-    #[inline(never)]
     fn evaluate(&mut self) -> Block {
         let [first, second, third, fourth] = &self.frames;
         let before = self.before.as_ref().unwrap_or(first);
@@ -321,7 +318,6 @@ impl Motion {
 
     /// How far means of eight blocks are off a straight course: the latest one, and two before it
     /// at a distance of two.
-    #[inline(never)]
     fn longest_bend(&self) -> f32 {
         let [near, middle, far] = [0, 2, 4].map(|back| self.past.eight(back));
         let mut bend = Apart::NONE;
@@ -424,7 +420,6 @@ impl Motion {
     }
 
     /// A distance of `codes` codes along that direction, in the same units.
-    #[inline(never)]
     pub fn in_noise(&self, codes: f32) -> f32 {
         let square = distance(&self.noise.weights, &self.load, &[0.0; TAXELS]);
         codes * libm::sqrtf(square) / greater(length(&self.load), 1.0)
@@ -450,8 +445,6 @@ impl Motion {
 }
 
 /// Takes one more into an average of at most [`NOISE_BLOCKS`].
-// Not inlined: there would be six of it.
-#[inline(never)]
 fn average(value: f32, averaged: &mut f32, mean: &mut f32) {
     *averaged += if *averaged < NOISE_BLOCKS { 1.0 } else { 0.0 };
     *mean += (value - *mean) / *averaged;

@@ -41,7 +41,6 @@ impl Noise {
 
     /// Takes off what a drift by `slope` in each block has added. The noise of a few blocks alone
     /// would be too little for some taxel. The weights follow with the next block that teaches it.
-    #[inline(never)]
     pub fn forget(&mut self, slope: Option<&Values>) {
         self.learned = if self.learned < KNOWN_BLOCKS {
             self.learned

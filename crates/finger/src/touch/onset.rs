@@ -119,7 +119,6 @@ impl Extremes {
 impl Frames<'_> {
     /// A frame without hum and drift, if it is there. [`Self::speak`] has this inlined: it is the
     /// dearest search.
-    #[inline(never)]
     pub fn values<'a>(&'a self, frame: u32, place: &'a mut Values) -> Option<&'a Values> {
         self.condition.frame(self.ring, frame, place)
     }
@@ -137,7 +136,6 @@ impl Frames<'_> {
     /// Gives the frame from which on they speak most for it, and the one from which on they speak
     /// least. Means of four frames show a slow motion earlier than frames do, and one near 60 Hz
     /// not at all: `earlier` decides between the two.
-    #[inline(never)]
     fn speak(
         &self,
         level: &Values,
@@ -234,7 +232,6 @@ impl Frames<'_> {
 
     /// The first of the frames up to `last` that are at `level` without a break. One frame alone
     /// off it may be noise.
-    #[inline(never)]
     pub fn arrival(&self, level: &Values, last: u32) -> u32 {
         let mut was_off = false;
         // One more than is searched: a border is known by the frame before it.
@@ -250,7 +247,6 @@ impl Frames<'_> {
 
     /// The first of the frames up to `last` that have gone most of the way from one level to
     /// another along the load. What a skin creeps back after the load is less.
-    #[inline(never)]
     pub fn fall(&self, from: &Values, to: &Values, last: u32) -> u32 {
         let (most, mut place) = (MOST_OF_FALL * along(self.pull, from, to), [0.0; TAXELS]);
         for back in 0..=SEARCH_FRAMES {
@@ -294,7 +290,6 @@ impl Frames<'_> {
     }
 
     /// The mean of the `frames` frames up to `last`.
-    #[inline(never)]
     pub fn mean(&self, last: u32, frames: u32) -> Values {
         let (mut sum, mut count, mut place) = ([0.0; TAXELS], 0.0, [0.0; TAXELS]);
         for frame in (0..frames).map(|back| last.wrapping_sub(back)) {

@@ -73,7 +73,6 @@ impl Past {
         self.count = (self.count + 1).min(COUNTED);
     }
 
-    #[inline(never)]
     fn add_eight(&mut self) {
         self.latest_eight = (self.latest_eight + 1) % EIGHTS;
         self.eights[self.latest_eight] = self.sum_of_pairs(PAIRS_OF_EIGHT);
@@ -98,7 +97,6 @@ impl Past {
 
     /// The mean of four blocks, the latest `skip` left out, at most [`FURTHEST`]. Older ones are
     /// remembered in pairs: `skip` is one less where it would cut a pair.
-    #[inline(never)]
     pub fn mean_of_four(&self, skip: usize) -> Values {
         let mut sum = [0.0; TAXELS];
         if skip + 4 > HISTORY {
@@ -112,7 +110,6 @@ impl Past {
     }
 
     /// Mean of the last [`PAIRS`], or of those since a restart.
-    #[inline(never)]
     pub fn recent_mean(&self) -> Values {
         let pairs = (self.count / 2).clamp(1, PAIRS);
         let mut mean = self.sum_of_pairs(pairs);
@@ -120,7 +117,6 @@ impl Past {
         mean
     }
 
-    #[inline(never)]
     fn sum_of_pairs(&self, pairs: usize) -> Values {
         let mut sum = [0.0; TAXELS];
         (0..pairs).for_each(|back| add(&mut sum, self.pair(back)));

@@ -50,7 +50,6 @@ impl Spike {
 
     /// Looks at the block that ends with frame `number`, which shows the first touch, and at the
     /// [`LOOK_BACK`] frames before it.
-    #[inline(never)]
     pub fn begin(number: u32, idle: &Values, frames: &Frames) -> Self {
         let first = number.wrapping_sub(BLOCK_FRAMES - 1 + LOOK_BACK);
         let mut spike = Self {
@@ -66,7 +65,6 @@ impl Spike {
     }
 
     /// Equation 3: takes the next frame.
-    #[inline(never)]
     pub fn follow(&mut self, number: u32, values: &Values, idle: &Values, weights: &Values) {
         // A spike is over after fewer than 255 frames.
         let frame = number.wrapping_sub(self.first).min(u8::MAX.into()) as u8;

@@ -54,7 +54,6 @@ impl Swing {
     }
 
     /// Adds those about one mean.
-    #[inline(never)]
     pub fn add(&mut self, squares: &Values, weights: &Values) {
         self.sum += squares
             .iter()

@@ -7,7 +7,6 @@ use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 
 /// Adds other values.
-#[inline(never)]
 pub fn add(to: &mut Values, values: &Values) {
     to.iter_mut()
         .zip(values)
@@ -15,7 +14,6 @@ pub fn add(to: &mut Values, values: &Values) {
 }
 
 /// Adds `times` times other values.
-#[inline(never)]
 pub fn add_times(to: &mut Values, times: f32, values: &Values) {
     to.iter_mut()
         .zip(values)
@@ -23,7 +21,6 @@ pub fn add_times(to: &mut Values, times: f32, values: &Values) {
 }
 
 /// Multiplies all by one number.
-#[inline(never)]
 pub fn scale(values: &mut Values, by: f32) {
     // The compiler must not know the number of values: it would unroll the loop, which takes five
     // times the flash.
@@ -34,7 +31,6 @@ pub fn scale(values: &mut Values, by: f32) {
 }
 
 /// Multiplies each by another one.
-#[inline(never)]
 pub fn multiply(values: &mut Values, by: &Values) {
     values
         .iter_mut()
@@ -43,13 +39,11 @@ pub fn multiply(values: &mut Values, by: &Values) {
 }
 
 /// Values less others.
-#[inline(never)]
 pub fn difference(values: &Values, less: &Values) -> Values {
     core::array::from_fn(|c| values[c] - less[c])
 }
 
 /// Their length.
-#[inline(never)]
 pub fn length(values: &Values) -> f32 {
     libm::sqrtf(along(values, &[0.0; TAXELS], values))
 }

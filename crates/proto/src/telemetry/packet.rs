@@ -22,7 +22,6 @@ pub struct Packet<E = Event> {
 }
 
 /// Encodes a packet ([`crate::framing`]). Returns the bytes used of `wire`. Every event fits.
-#[inline(never)]
 pub fn encode(packet: &Packet, wire: &mut [u8; WIRE_MAX]) -> Result<usize, TooLong> {
     framing::encode(packet, wire)
 }

@@ -31,14 +31,12 @@ impl Files {
         }
     }
 
-    /// The next record of the workload. Apart: its code must not change what is measured beside it.
-    #[inline(never)]
+    /// The next record of the workload.
     pub fn read<T: DeserializeOwned>(&self) -> Option<T> {
         workload::read(|bytes| self.workload.read_exact(bytes))
     }
 
-    /// As [`Self::read`].
-    #[inline(never)]
+    /// Adds a record to the results.
     pub fn write(&self, measured: Measured) -> Option<()> {
         self.results
             .write_all(workload::write(&measured, &mut [0; RECORD_MAX])?)

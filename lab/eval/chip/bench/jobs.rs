@@ -110,7 +110,6 @@ impl Bench<'_> {
         })
     }
 
-    #[inline(never)]
     fn detect(&mut self, detector: &mut Detector, conversions: u32) -> Option<()> {
         let mut sequence = 0;
         for _ in 0..conversions / SLOTS {
@@ -137,7 +136,6 @@ impl Bench<'_> {
         Some(())
     }
 
-    #[inline(never)]
     fn encode(&mut self, packet: &Packet) -> Option<()> {
         let mut wire = [0; WIRE_MAX];
         let (instructions, used) = self.counter.measure(|| Wire::write(packet, &mut wire));

@@ -51,7 +51,6 @@ impl<'a> Trajectory<'a> {
     /// The trajectory during `lasts_us` microseconds of the board's clock, which ends `behind_us` after
     /// the mark's window. None if the messages do not cover its begin, or too little of its end:
     /// they may be missing for 0.1 s there and a quarter of the window.
-    #[inline(never)]
     pub fn new(track: &'a Track, mark: &Mark, lasts_us: u32, behind_us: u32) -> Option<Self> {
         let end_us = mark.end_us.wrapping_add(behind_us);
         let start_us =
@@ -111,7 +110,6 @@ impl<'a> Trajectory<'a> {
     }
 
     /// The segment of a time; outside all of them the first or the last one.
-    #[inline(never)]
     fn find(&self, after_us: f32, near: u16) -> Segment {
         let last = self.mark.until.wrapping_sub(2);
         let mut number = near;
@@ -125,7 +123,6 @@ impl<'a> Trajectory<'a> {
     }
 
     /// Time and place of an entry, relative to the window's begin and to the first entry.
-    #[inline(never)]
     fn at(&self, number: u16) -> (f32, f32) {
         let is_newest = number == self.mark.until.wrapping_sub(1);
         let Entry { t_us, place } = if is_newest {
@@ -168,7 +165,6 @@ impl<'a> Trajectory<'a> {
     }
 
     /// Slope at an entry, units of place in a microsecond.
-    #[inline(never)]
     fn slope(&self, number: u16) -> f32 {
         let Mark { oldest, until, .. } = self.mark;
         let (before, after) = (

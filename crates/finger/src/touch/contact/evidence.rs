@@ -38,7 +38,6 @@ impl ContactDetector {
 
     /// Whether what has changed since the block that ends with frame `since` is a contact. Else it
     /// is a slide of a finger that was on something before, or it is unclear as yet.
-    #[inline(never)]
     pub(super) fn is_contact(&mut self, since: u32, number: u32, ring: Averages) -> bool {
         let is_still =
             self.motion.still >= SPIKE_STILL_BLOCKS && number.wrapping_sub(since) > SPIKE_FRAMES;
@@ -84,7 +83,6 @@ impl ContactDetector {
 
     /// Whether the load fell in the motion that has just passed, wherever the idle level may be by
     /// now: it may have drifted, and a skin creeps back to it.
-    #[inline(never)]
     pub(super) fn has_fallen(&self) -> bool {
         let (Phase::Moving(_), Some(before)) = (self.phase, &self.still_level) else {
             return false;
