@@ -208,8 +208,8 @@ pub fn fit(
             value: frequency,
             sigma: sigma.hypot(frequency * scale_share),
         }),
-        has_tone.then(|| estimator::movement(&found, per_unit as f32)),
-        estimator::other_tone(&found, per_unit as f32),
+        has_tone.then(|| ridgetone::movement(&found, per_unit as f32)),
+        ridgetone::other_tone(&found, per_unit as f32),
         // An interferer is in time, by place too.
         found.interferer.map(|cycles| cycles * grid.rate_hz as f32),
     );
@@ -235,7 +235,7 @@ pub fn fit(
         readings_missing: columns.len() * part.rows() - scaled.readings,
         abscissa,
         tone,
-        status: estimator::reported_status(found.status),
+        status: ridgetone::reported_status(found.status),
         harmonics: found.harmonics,
         channels: channels.collect(),
         guessed: rows.guessed(),
