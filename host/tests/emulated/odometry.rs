@@ -113,9 +113,7 @@ fn windows_by_place_are_those_of_the_pc_bit_for_bit() {
     let input = input.open().expect("an input");
     let motion = Some(Motion::Robot(outcome.heard.clone()));
     replay::run(input, Settings::DEFAULT, motion, &mut sink, &mut |_, _| {}).expect("a replay");
-    for (board, pc) in by_kind(&packets).iter().zip(&by_kind(&on_pc)) {
-        assert_eq!(board, pc);
-    }
+    assert_eq!(by_kind(&packets), by_kind(&on_pc));
 
     let health = packets.iter().rev().find_map(|packet| match packet.event {
         Event::Health(health) => Some(health),
