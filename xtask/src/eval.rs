@@ -3,8 +3,9 @@
 
 use crate::images::{self, Board};
 use crate::setup;
-use crate::tools::{announce, program, root, run};
+use crate::tools::{announce, clean, program, root, run};
 use anyhow::Result;
+use std::path::Path;
 use std::process::Command;
 
 /// A command of `ridgetone-eval`, built from this tree.
@@ -52,6 +53,22 @@ pub fn bench(flags: &[String]) -> Result<()> {
 /// Fits windows on this PC.
 pub fn noise(flags: &[String]) -> Result<()> {
     run(eval("noise").args(flags))
+}
+
+/// Fits recordings on this PC.
+pub fn real(folder: &Path) -> Result<()> {
+    let mut cargo = clean("cargo");
+    cargo.args([
+        "run",
+        "--release",
+        "-q",
+        "-p",
+        "ridgetone-estimator",
+        "--example",
+        "real",
+        "--",
+    ]);
+    run(cargo.arg(folder))
 }
 
 /// Runs traces through the detector on this PC.

@@ -66,6 +66,12 @@ enum Task {
     /// --write it fills in docs/results/noise.md.
     #[command(disable_help_flag = true)]
     Noise(Flags),
+    /// Fits recordings of real touch whose frequency is known, and some without a grating, with both
+    /// estimators: the tables of docs/results/real.md.
+    Real {
+        /// The folder of the recordings; without it nothing is measured.
+        folder: PathBuf,
+    },
     /// Looks for contacts, slides and releases in traces with known times. With --write it fills
     /// in docs/results/touch.md.
     #[command(disable_help_flag = true)]
@@ -153,6 +159,7 @@ fn main() -> ExitCode {
         Task::Demo { svg, scene } => demo::demo(&svg, scene.as_deref()),
         Task::Bench(Flags { flags }) => eval::bench(&flags),
         Task::Noise(Flags { flags }) => eval::noise(&flags),
+        Task::Real { folder } => eval::real(&folder),
         Task::Touch(Flags { flags }) => eval::touch(&flags),
         Task::Distance(Flags { flags }) => eval::distance(&flags),
         Task::Board { write } => eval::board(write),

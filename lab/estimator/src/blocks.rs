@@ -86,32 +86,19 @@ impl Blocks {
     /// Passes over the frames.
     #[inline(never)]
     pub fn collect(&mut self, data: &mut Data, pass: &Pass) -> Result<(), Overwritten> {
-        let frames = data.span.frames;
-        let length = frames.div_ceil(BLOCKS_MAX as u32).max(1);
-        let in_time = data.span.is_in_time();
-        let (count, width) = (frames.div_ceil(length) as usize, data.statistics.width);
-        (self.count, self.lines) = (count, pass.lines);
+        let width = data.statistics.width;
+        self.lines = pass.lines;
         self.most = pass.most.min(WAVES - 1);
         self.rows[..ROWS_BLOCKS].fill([0.0; CHANNELS_MAX]);
         self.waves = [[[0.0; 2]; WAVES]; BLOCKS_MAX];
         self.moments = [[[0.0; 2]; WAVES]; BLOCKS_MAX];
         self.squares = [0.0; BLOCKS_MAX];
         self.turned = [0.0; BLOCKS_MAX];
-        let span = 2.0 * length as f32 / frames as f32;
-        for (b, middle) in self.middles.iter_mut().enumerate() {
-            *middle = if in_time {
-                (b as f32 + 0.5) * span - 1.0
-            } else {
-                (2 * b + 1) as f32 / count as f32 - 1.0
-            };
-        }
+        let ends = self.divide(data.span.frames);
         data.visit(&mut |frame| {
-            let b = if in_time {
-                (frame.number / length) as usize
-            } else {
-                (0.5 * (frame.u + 1.0) * count as f32) as usize
-            }
-            .min(count - 1);
+            let b = ends
+                .partition_point(|end| *end <= frame.u)
+                .min(self.count - 1);
             let from_middle = frame.u - self.middles[b];
             let (cos, sin) = cos_sin(pass.course.at(frame.u, pass.scale));
             let mut powers = [[1.0, 0.0]; WAVES];
@@ -130,7 +117,7 @@ impl Blocks {
             let residual;
             let values = match pass.model {
                 Some(model) => {
-                    residual = model.residual(frame, &powers);
+                    residual = model.residual(frame);
                     &residual
                 }
                 None => &frame.values,
@@ -149,6 +136,25 @@ impl Blocks {
                 add(3 + 2 * i, sin);
             }
         })
+    }
+
+    /// Divides the window: blocks are as long as Legendre polynomials change slowly, shortest at the
+    /// ends, and hold whole frames. Gives their ends.
+    fn divide(&mut self, frames: u32) -> [f32; BLOCKS_MAX] {
+        let mut ends = [f32::INFINITY; BLOCKS_MAX];
+        let (mut first, half) = (0, 0.5 * frames as f32);
+        self.count = 0;
+        for i in 1..=BLOCKS_MAX {
+            let (cos, _) = cos_sin(from_turns(0.5 * i as f32 / BLOCKS_MAX as f32));
+            let end = (half * (1.0 - cos) + 0.5) as u32;
+            if end > first {
+                self.middles[self.count] = 0.5 * (first + end) as f32 / half - 1.0;
+                ends[self.count] = end as f32 / half - 1.0;
+                self.count += 1;
+                first = end;
+            }
+        }
+        ends
     }
 
     /// How many blocks there are.

@@ -61,12 +61,13 @@ impl Refinement<'_> {
             lines: blocks.lines(),
             degree,
         };
-        let steps = |shape| Steps {
-            shape,
+        let steps = Steps {
+            shape: all,
             most: STEPS,
             degrees: 1,
+            weights: None,
         };
-        self.refine(blocks, course, steps(all), None, &mut work.explained);
+        self.refine(blocks, course, steps, &mut work.explained);
         let solution = Solution::new(blocks, all);
         let weights = self.local(blocks, &mut work.neighbours, &solution, course.cycles);
         let least = 2.0 * self.width as f32 * libm::logf(self.frames);
@@ -82,13 +83,12 @@ impl Refinement<'_> {
             lines = lines.with(1);
         }
         let kept = Shape { lines, degree };
-        self.refine(
-            blocks,
-            course,
-            steps(kept),
-            Some(&weights),
-            &mut work.explained,
-        );
+        let steps = Steps {
+            shape: kept,
+            weights: Some(&weights),
+            ..steps
+        };
+        self.refine(blocks, course, steps, &mut work.explained);
         let divisor = lines.divisor();
         Comb {
             score: self.score(&Solution::new(blocks, kept)),
@@ -144,7 +144,7 @@ impl Refinement<'_> {
             cycles,
             most: self.cycles_max,
         };
-        neighbours.collect(blocks, solution.into(), solution.shape.lines, place);
+        neighbours.collect(blocks, solution.beside(), shape.lines, place);
         if neighbours.count() < NEIGHBOURS_MIN {
             return self.weights(solution);
         }

@@ -5,6 +5,7 @@ use crate::comb::{Comb, Work};
 use crate::conclude::{self, Verdict};
 use crate::fit::{Fit, Status, Tests};
 use crate::frame_span::FrameSpan;
+use crate::hum::Hum;
 use crate::impulses::{self, Impulses};
 use crate::legendre::legendre;
 use crate::limits::FRAMES_MIN;
@@ -59,7 +60,7 @@ impl Fitter {
     /// If its frames were overwritten meanwhile.
     #[inline(never)]
     pub fn fit(&mut self, span: &mut FrameSpan, scene: &Scene) -> Result<Fit, Overwritten> {
-        let statistics = Statistics::collect(span)?;
+        let mut statistics = Statistics::collect(span)?;
         if statistics.width == 0 || statistics.frames < FRAMES_MIN {
             return Ok(Fit::without_tone(Status::Nothing, statistics.frames));
         }
@@ -68,6 +69,10 @@ impl Fitter {
             return Ok(Fit::without_tone(Status::TooShort, statistics.frames));
         }
         self.impulses.clear();
+        if let Some(hum) = Hum::find(span, &statistics, &mut self.blocks, &mut self.work)? {
+            statistics.hum = Some(hum);
+            statistics.centre(span, &self.impulses)?;
+        }
         let mut attempt = 1;
         loop {
             let all = statistics.products(span, &self.impulses)?;
@@ -82,6 +87,7 @@ impl Fitter {
             };
             if scene.impulses && attempt < ATTEMPTS && self.has_impulses(&mut window, &comb)? {
                 attempt += 1;
+                statistics.centre(span, &self.impulses)?;
                 continue;
             }
             return self.conclude(&mut window, &comb);
@@ -198,6 +204,7 @@ impl Fitter {
             is_crowded: shape.degree > 1 && room < (2 * shape.lines.count() + shape.degree) as f32,
             lines: shape.lines.count(),
         };
+        fit.interferer = statistics.hum.map(|hum| hum.cycles_per_frame());
         fit.status = verdict.status();
         fit.tests = tests;
         conclude::channels(&followed, statistics, &mut fit);

@@ -11,6 +11,8 @@ pub struct FrameSpan<'a> {
     source: &'a mut dyn FrameSource,
     first: u32,
     pub(crate) frames: u32,
+    /// An interferer's cycles per frame.
+    pub(crate) interferer: Option<f32>,
     /// Step of quantization in the frames' unit; 0: none.
     pub(crate) quantization_step: f32,
     /// Frames per unit of time.
@@ -25,6 +27,7 @@ impl<'a> FrameSpan<'a> {
             source,
             first,
             frames,
+            interferer: None,
             quantization_step: 0.0,
             rate: 1.0,
             abscissa: Abscissa::time(frames),
@@ -35,6 +38,16 @@ impl<'a> FrameSpan<'a> {
     pub fn with_frame_rate(self, frames_per_s: f32) -> Self {
         Self {
             rate: frames_per_s,
+            ..self
+        }
+    }
+
+    /// Declares a known interferer in all channels, cycles per frame (an aliased one may have more
+    /// than half a cycle): mains hum. Its frequency is refined, its amplitude and phase are unknowns
+    /// of each channel.
+    pub fn with_interferer(self, cycles_per_frame: f32) -> Self {
+        Self {
+            interferer: Some(cycles_per_frame),
             ..self
         }
     }
@@ -66,6 +79,12 @@ impl<'a> FrameSpan<'a> {
     /// Whether `u` is the frame's place in time.
     pub(crate) fn is_in_time(&self) -> bool {
         matches!(self.abscissa, Abscissa::Time { .. })
+    }
+
+    /// Puts the frames where they are in time, and gives where they were.
+    pub(crate) fn swap_abscissa(&mut self, abscissa: Option<Abscissa<'a>>) -> Abscissa<'a> {
+        let wanted = abscissa.unwrap_or(Abscissa::time(self.frames));
+        core::mem::replace(&mut self.abscissa, wanted)
     }
 
     /// Frames of a unit of `cycles`: the window's, or along a path those of its range, at its mean

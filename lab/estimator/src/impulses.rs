@@ -108,13 +108,12 @@ impl Impulses {
 fn residuals(
     data: &mut Data,
     model: &Model,
-    course: &Course,
     visit: &mut dyn FnMut(u32, &[Values; 3]),
 ) -> Result<(), Overwritten> {
     let mut last = [[0.0; CHANNELS_MAX]; 3];
     let (mut count, mut numbers) = (0u32, [0; 2]);
     data.visit(&mut |frame| {
-        last = [last[1], last[2], model.frame(frame, course)];
+        last = [last[1], last[2], model.residual(frame)];
         numbers = [numbers[1], frame.number];
         count += 1;
         if count == 2 {
@@ -141,7 +140,7 @@ pub fn find(
         shape: solution.shape,
         coefficients: solution.coefficients,
         motion: Motion::NONE,
-        stride: 1,
+        course: *course,
     };
     let width = data.statistics.width;
     let frames = data.statistics.frames as f32;
@@ -149,7 +148,7 @@ pub fn find(
     let (mut limits, mut found) = ([f32::INFINITY; CHANNELS_MAX], Impulses::NONE);
     for round in 0..2 {
         let (mut magnitudes, mut most) = ([Sum::default(); CHANNELS_MAX], [0.0; CHANNELS_MAX]);
-        residuals(data, &model, course, &mut |_, [_, values, _]| {
+        residuals(data, &model, &mut |_, [_, values, _]| {
             for (k, value) in values.iter().enumerate().take(width) {
                 most[k] = f32::max(most[k], value.abs());
                 if value.abs() < limits[k] {
@@ -163,21 +162,16 @@ pub fn find(
         }
     }
     let mut all = 0;
-    residuals(
-        data,
-        &model,
-        course,
-        &mut |frame, [before, values, after]| {
-            for (k, value) in values.iter().enumerate().take(width) {
-                let sign = 1f32.copysign(*value);
-                let least = ((value - before[k]) * sign).min((value - after[k]) * sign);
-                if value.abs() > limits[k] && least > STEP * limits[k] && limits[k] > 0.0 {
-                    found.add(frame, k, -value);
-                    all += 1;
-                }
+    residuals(data, &model, &mut |frame, [before, values, after]| {
+        for (k, value) in values.iter().enumerate().take(width) {
+            let sign = 1f32.copysign(*value);
+            let least = ((value - before[k]) * sign).min((value - after[k]) * sign);
+            if value.abs() > limits[k] && least > STEP * limits[k] && limits[k] > 0.0 {
+                found.add(frame, k, -value);
+                all += 1;
             }
-        },
-    )?;
+        }
+    })?;
     if all > found.count() || all as f32 > SHARE_MAX * frames * width as f32 {
         found.clear();
     }

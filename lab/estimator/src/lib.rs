@@ -24,6 +24,7 @@ mod covariance;
 mod fit;
 mod fitter;
 mod frame_span;
+mod hum;
 mod impulses;
 mod legendre;
 mod limits;

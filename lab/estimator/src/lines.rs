@@ -18,6 +18,11 @@ impl Lines {
         Self(self.0 | 1 << (number & 15))
     }
 
+    /// Those of both.
+    pub fn and(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
     /// Their numbers, ascending.
     pub fn iter(self) -> impl Iterator<Item = usize> + Clone {
         (1..16).filter(move |number| self.0 >> number & 1 == 1)

@@ -13,7 +13,7 @@ use crate::phase_course::Course;
 use crate::refine::{Refinement, Steps};
 use crate::residual::Motion;
 use crate::significance::deviate;
-use crate::solve::{LineFactors, Power, Solution};
+use crate::solve::{LineFactors, Power, Shape, Solution};
 use crate::source::{Overwritten, Values};
 use crate::tests::Z_TEST;
 
@@ -23,6 +23,8 @@ const STEPS: usize = 6;
 const TURNS: usize = 7;
 /// Turns after which the lines are chosen again.
 const LINES_AGAIN: [usize; 2] = [2, 4];
+/// Fewest functions next to the lines that are enough beside all harmonics.
+const NEIGHBOURS_WHOLE: usize = 8;
 /// Fewest functions next to the lines that noise is known from.
 const NEIGHBOURS_MIN: usize = 3;
 /// Samples of noise that a degree needs.
@@ -30,6 +32,14 @@ const SAMPLES_PER_DEGREE: usize = 4;
 /// Blocks that are turned against each other by more, in radians of the highest line, are collected
 /// anew.
 const TWIST_MAX: f32 = 0.1;
+
+/// A tone before its movement is known.
+#[derive(Clone, Copy, Debug)]
+struct Tone {
+    course: Course,
+    shape: Shape,
+    fitted: Degrees,
+}
 
 /// A tone with its movement and the noise next to it.
 #[derive(Clone, Debug)]
@@ -112,16 +122,6 @@ fn neighbour_weights(
     weights.map(|weight| weight * count / sum.max(f32::MIN_POSITIVE))
 }
 
-/// How far a comb is followed.
-struct Stage {
-    course: Course,
-    shape: crate::solve::Shape,
-    /// Degrees of the movement in the model.
-    fitted: Degrees,
-    /// Inverse of the noise's covariance, once it is known.
-    inverse: Option<Square<CHANNELS_MAX>>,
-}
-
 impl Refinement<'_> {
     /// Follows a comb; `recollect` passes over the frames again. None if too little noise is known.
     #[inline(never)]
@@ -139,33 +139,27 @@ impl Refinement<'_> {
         };
         let mut inverse: Option<Square<CHANNELS_MAX>> = None;
         let mut turn = 0;
-        recollect(blocks, &course, shape.lines)?;
+        recollect(blocks, &course, self.lines(course.cycles).and(shape.lines))?;
         loop {
             let steps = Steps {
                 shape,
                 most: STEPS,
                 degrees: fitted.phase,
+                weights: inverse.as_ref(),
             };
             for _ in 0..2 {
-                self.refine(
-                    blocks,
-                    &mut course,
-                    steps,
-                    inverse.as_ref(),
-                    &mut work.explained,
-                );
+                self.refine(blocks, &mut course, steps, &mut work.explained);
                 if blocks.twist() * shape.lines.most() as f32 <= TWIST_MAX {
                     break;
                 }
-                recollect(blocks, &course, shape.lines)?;
+                recollect(blocks, &course, self.lines(course.cycles).and(shape.lines))?;
             }
-            let stage = Stage {
+            let tone = Tone {
                 course,
                 shape,
                 fitted,
-                inverse,
             };
-            let Some(followed) = self.noise(blocks, work, stage)? else {
+            let Some(followed) = self.noise(blocks, work, tone, inverse) else {
                 return Ok(None);
             };
             inverse = Some(followed.noise.inverse);
@@ -192,7 +186,7 @@ impl Refinement<'_> {
                 recollect(blocks, &course, self.lines(course.cycles))?;
                 let comb = self.best(blocks, work, course, &[1, shape.degree]);
                 (course, shape) = (comb.course, comb.shape);
-                recollect(blocks, &course, shape.lines)?;
+                recollect(blocks, &course, self.lines(course.cycles).and(shape.lines))?;
             }
         }
     }
@@ -203,14 +197,14 @@ impl Refinement<'_> {
         &self,
         blocks: &mut Blocks,
         work: &mut Work,
-        stage: Stage,
-    ) -> Result<Option<Followed>, Overwritten> {
-        let Stage {
+        tone: Tone,
+        inverse: Option<Square<CHANNELS_MAX>>,
+    ) -> Option<Followed> {
+        let Tone {
             course,
             shape,
             fitted,
-            inverse,
-        } = stage;
+        } = tone;
         let solution = Solution::new(blocks, shape);
         let residuals = solution.residuals(self.all, self.width);
         let free = (self.frames - shape.unknowns() as f32).max(1.0);
@@ -219,11 +213,21 @@ impl Refinement<'_> {
             cycles: course.cycles,
             most: self.cycles_max,
         };
-        work.neighbours
-            .collect(blocks, (&solution).into(), shape.lines, place);
-        let count = work.neighbours.count();
+        // Harmonics that are too weak to be kept are no noise either, where there is room without.
+        let whole = Shape {
+            lines: self.lines(course.cycles).and(shape.lines),
+            ..shape
+        };
+        let mut beside = Solution::new(blocks, whole);
+        let neighbours = &mut work.neighbours;
+        neighbours.collect(blocks, beside.beside(), shape.lines, place);
+        if neighbours.count() < NEIGHBOURS_WHOLE {
+            neighbours.collect(blocks, solution.beside(), shape.lines, place);
+            beside = solution.clone();
+        }
+        let count = neighbours.count();
         if count < NEIGHBOURS_MIN {
-            return Ok(None);
+            return None;
         }
         let degrees = Degrees {
             phase: (fitted.phase + MOVES - 1).min(DEGREES_MAX),
@@ -274,7 +278,7 @@ impl Refinement<'_> {
                 effective,
                 taken,
             };
-            followed.still = self.without_movement(blocks, work, &followed);
+            followed.still = self.without_movement(blocks, work, &followed, &beside.shape);
             let weight = |member: &Member| {
                 taken * of_lines[shape.lines.place(usize::from(member.line)) % HARMONICS_MAX]
             };
@@ -290,7 +294,7 @@ impl Refinement<'_> {
             weights = followed.noise.inverse;
             found = Some(followed);
         }
-        Ok(found)
+        found
     }
 
     /// Multiplies the functions next to the lines with the residuals, less the movement.
@@ -299,6 +303,7 @@ impl Refinement<'_> {
         blocks: &mut Blocks,
         work: &mut Work,
         followed: &Followed,
+        beside: &Shape,
     ) -> Solution {
         let (solution, motion) = (&followed.solution, followed.motion());
         let lines = solution.lines();
@@ -311,7 +316,8 @@ impl Refinement<'_> {
         };
         add(blocks, -1.0);
         let still = Solution::new(blocks, solution.shape);
-        work.neighbours.multiply(blocks, Some(&still));
+        let beside = Solution::new(blocks, *beside);
+        work.neighbours.multiply(blocks, Some(&beside));
         add(blocks, 1.0);
         still
     }

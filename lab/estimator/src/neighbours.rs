@@ -20,22 +20,6 @@ const LEFT_MIN: f32 = 0.25;
 /// Least share of the power of a tested line beside the model and the others.
 const LEFT_LINE: f32 = 0.16;
 
-/// A model's shape, with the factor of its normal equations.
-#[derive(Clone, Copy)]
-pub struct FactoredModel<'a> {
-    pub shape: &'a Shape,
-    pub factor: &'a Factor<UNKNOWNS_MAX>,
-}
-
-impl<'a> From<&'a Solution> for FactoredModel<'a> {
-    fn from(solution: &'a Solution) -> Self {
-        Self {
-            shape: &solution.shape,
-            factor: &solution.factor,
-        }
-    }
-}
-
 /// A function next to a line.
 #[derive(Clone, Copy, Debug)]
 pub struct Member {
@@ -65,6 +49,15 @@ pub struct Place {
     pub cycles: f32,
     /// Half the frame rate.
     pub most: f32,
+}
+
+/// A model beside which functions are, by the factor of its normal equations.
+#[derive(Clone, Copy, Debug)]
+pub struct Beside<'b> {
+    /// What is fitted.
+    pub shape: &'b Shape,
+    /// Factor of the normal equations.
+    pub factor: &'b Factor<UNKNOWNS_MAX>,
 }
 
 /// Orthonormal functions next to the lines.
@@ -142,15 +135,10 @@ impl Neighbours {
         }
     }
 
-    /// The functions next to `lines` beside a model.
+    /// The functions next to `lines` beside a model of `shape`, whose normal equations have
+    /// `factor`.
     #[inline(never)]
-    pub fn collect(
-        &mut self,
-        blocks: &Blocks,
-        model: FactoredModel<'_>,
-        lines: Lines,
-        place: Place,
-    ) {
+    pub fn collect(&mut self, blocks: &Blocks, model: Beside, lines: Lines, place: Place) {
         let shape = model.shape;
         let most = (lines.most() + shape.lines.most().max(lines.most())).min(WAVES - 1);
         let turned = Turned::new(blocks, most);
@@ -188,23 +176,18 @@ impl Neighbours {
         self.count = 0;
         for member in &wanted[..count] {
             for is_sine in [false, true] {
-                self.push(blocks, model, &turned, Member { is_sine, ..*member });
+                let member = Member { is_sine, ..*member };
+                self.push(blocks, model, &turned, member);
             }
         }
     }
 
     /// Adds a function, if enough of it is beside the model and the others.
-    fn push(
-        &mut self,
-        blocks: &Blocks,
-        model: FactoredModel<'_>,
-        turned: &Turned,
-        member: Member,
-    ) -> bool {
-        let FactoredModel { shape, factor } = model;
+    fn push(&mut self, blocks: &Blocks, model: Beside, turned: &Turned, member: Member) -> bool {
         if self.count == NEIGHBOURS_MAX {
             return false;
         }
+        let Beside { shape, factor } = model;
         let mut explained = [0.0; UNKNOWNS_MAX];
         let first = shape.first_line();
         for b in 0..blocks.count() {
@@ -260,7 +243,7 @@ impl Neighbours {
     }
 
     /// Adds cosine and sine of a line itself behind all; whether both are beside the others.
-    pub fn push_line(&mut self, blocks: &Blocks, model: FactoredModel<'_>, line: usize) -> bool {
+    pub fn push_line(&mut self, blocks: &Blocks, model: Beside, line: usize) -> bool {
         let turned = Turned::new(blocks, line + model.shape.lines.most().max(line));
         [false, true].into_iter().all(|is_sine| {
             let member = Member {

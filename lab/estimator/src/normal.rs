@@ -93,9 +93,11 @@ impl Normal {
         let (shape, n) = (&solution.shape, 2 * solution.shape.lines.count());
         let (unknowns, first) = (shape.unknowns(), shape.first_line());
         let highest = degrees.phase.max(degrees.amplitude);
+        // Steps of the phase need nothing of the amplitude.
+        let kinds = if degrees.amplitude > 0 { 2 } else { 1 };
         let Derivatives(derivatives) = Derivatives::new(solution);
         let mut weighted = [[[0.0; CHANNELS_MAX]; LINE_FUNCTIONS]; 2];
-        for (weighted, derivative) in weighted.iter_mut().zip(&derivatives) {
+        for (weighted, derivative) in weighted.iter_mut().zip(&derivatives).take(kinds) {
             for (weighted, derivative) in weighted.iter_mut().zip(derivative).take(n) {
                 for (sum, row) in weighted.iter_mut().zip(weights) {
                     *sum = row.iter().zip(derivative).map(|(w, x)| w * x).sum();
@@ -103,10 +105,16 @@ impl Normal {
             }
         }
         // Information of phase with phase, phase with amplitude, amplitude with amplitude.
-        let power: [OfLines; 3] = [[0, 0], [0, 1], [1, 1]]
-            .map(|[one, other]| between(&weighted[one], &derivatives[other]));
+        let mut power = [[[0.0; LINE_FUNCTIONS]; LINE_FUNCTIONS]; 3];
+        for (power, [one, other]) in power
+            .iter_mut()
+            .zip([[0, 0], [0, 1], [1, 1]])
+            .take(2 * kinds - 1)
+        {
+            *power = between(&weighted[one][..n], &derivatives[other]);
+        }
         let mut fitted = [[[0.0; UNKNOWNS_MAX]; LINE_FUNCTIONS]; 2];
-        for (fitted, weighted) in fitted.iter_mut().zip(&weighted) {
+        for (fitted, weighted) in fitted.iter_mut().zip(&weighted).take(kinds) {
             for (fitted, weighted) in fitted.iter_mut().zip(weighted).take(n) {
                 for (sum, row) in fitted.iter_mut().zip(&solution.coefficients).take(unknowns) {
                     *sum = row.iter().zip(weighted).map(|(x, w)| x * w).sum();
@@ -137,14 +145,14 @@ impl Normal {
                 }
             }
             let mut information = [0.0; 3];
-            for (information, power) in information.iter_mut().zip(&power) {
+            for (information, power) in information.iter_mut().zip(&power).take(2 * kinds - 1) {
                 for (products, power) in products.iter().zip(power).take(n) {
                     let pairs = products[first..].iter().zip(power).take(n);
                     *information += pairs.map(|(x, y)| x * y).sum::<f32>();
                 }
             }
             let mut gradient = [0.0; 2];
-            for (which, gradient) in gradient.iter_mut().enumerate() {
+            for (which, gradient) in gradient.iter_mut().enumerate().take(kinds) {
                 for (i, line) in shape.lines.iter().enumerate() {
                     for (r, data) in blocks.line(b, line).into_iter().enumerate() {
                         let row = 2 * i + r;

@@ -35,13 +35,15 @@ pub struct Refinement<'r> {
 
 /// What is refined.
 #[derive(Clone, Copy, Debug)]
-pub struct Steps {
+pub struct Steps<'w> {
     /// Lines and baseline.
     pub shape: Shape,
     /// Most steps.
     pub most: usize,
     /// Degrees of the phase.
     pub degrees: usize,
+    /// Inverse covariance of the channels' noise; None is what each step's residuals say.
+    pub weights: Option<&'w Square<CHANNELS_MAX>>,
 }
 
 impl Refinement<'_> {
@@ -52,15 +54,13 @@ impl Refinement<'_> {
         Lines::up_to(most.max(1))
     }
 
-    /// Steps of `course`, to which the blocks are turned; channels are weighted by `weights`, or by
-    /// what each step's residuals say.
+    /// Steps of `course`, to which the blocks are turned.
     #[inline(never)]
     pub fn refine(
         &self,
         blocks: &mut Blocks,
         course: &mut Course,
         steps: Steps,
-        weights: Option<&Square<CHANNELS_MAX>>,
         explained: &mut Explained,
     ) {
         let degrees = Degrees {
@@ -70,7 +70,7 @@ impl Refinement<'_> {
         for _ in 0..steps.most {
             let solution = Solution::new(blocks, steps.shape);
             let own;
-            let weights = match weights {
+            let weights = match steps.weights {
                 Some(weights) => weights,
                 None => {
                     own = self.weights(&solution);

@@ -1,6 +1,6 @@
 //! What a solution, and the movement that is fitted beside it, leave of the frames.
 
-use crate::blocks::{WAVES, Wave};
+use crate::blocks::WAVES;
 use crate::legendre::legendre;
 use crate::limits::{CHANNELS_MAX, DEGREES_MAX, HARMONICS_MAX, UNKNOWNS_MAX};
 use crate::phase::cos_sin;
@@ -62,17 +62,17 @@ pub struct Model {
     pub coefficients: [Values; UNKNOWNS_MAX],
     /// What moves beside them.
     pub motion: Motion,
-    /// Multiples of the pass's unit in a unit of the lines.
-    pub stride: usize,
+    /// Phase of the fundamental.
+    pub course: Course,
 }
 
 impl Model {
-    /// What is left of one channel of a frame, where the fundamental has `course`.
-    pub fn channel(&self, frame: &Frame, k: usize, course: &Course) -> f32 {
+    /// What is left of one channel of a frame.
+    pub fn channel(&self, frame: &Frame, k: usize) -> f32 {
         let p = legendre::<5>(frame.u);
         let first = self.shape.first_line();
         let [phase, amplitude] = self.motion.at(frame.u);
-        let (c, s) = cos_sin(course.at(frame.u, 1.0));
+        let (c, s) = cos_sin(self.course.at(frame.u, 1.0));
         let mut value = frame.values[k];
         for (coefficients, p) in self.coefficients.iter().zip(&p).take(first) {
             value -= p * coefficients[k];
@@ -92,19 +92,14 @@ impl Model {
         value
     }
 
-    /// What is left of a frame, where the fundamental has `course`.
-    pub fn frame(&self, frame: &Frame, course: &Course) -> Values {
-        let (c, s) = cos_sin(course.at(frame.u, 1.0));
+    /// What is left of a frame.
+    pub fn residual(&self, frame: &Frame) -> Values {
+        let (c, s) = cos_sin(self.course.at(frame.u, 1.0));
         let mut powers = [[1.0, 0.0]; WAVES];
-        for m in 1..=self.shape.lines.most() {
+        for m in 1..=self.shape.lines.most().min(WAVES - 1) {
             let [x, y] = powers[m - 1];
             powers[m] = [x * c - y * s, y * c + x * s];
         }
-        self.residual(frame, &powers)
-    }
-
-    /// What is left of a frame; `powers` are the multiples of the phase.
-    pub fn residual(&self, frame: &Frame, powers: &[Wave; WAVES]) -> Values {
         let mut values = frame.values;
         let p = legendre::<5>(frame.u);
         let first = self.shape.first_line();
@@ -118,7 +113,7 @@ impl Model {
             subtract(row, *p);
         }
         for (i, line) in self.shape.lines.iter().enumerate() {
-            let [cos, sin] = powers[(line * self.stride).min(WAVES - 1)];
+            let [cos, sin] = powers[line.min(WAVES - 1)];
             let turn = phase * line as f32;
             subtract(first + 2 * i, (1.0 + amplitude) * cos - turn * sin);
             subtract(first + 2 * i + 1, (1.0 + amplitude) * sin + turn * cos);

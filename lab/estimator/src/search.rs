@@ -61,10 +61,52 @@ pub fn candidates(
     all: &Square<CHANNELS_MAX>,
     scene: &Scene,
 ) -> Result<Candidates, Overwritten> {
+    let mut candidates = Candidates::default();
+    let Some(spectrum) = whitened(data, memory, all, scene.may_share())? else {
+        return Ok(candidates);
+    };
+    let unit = data.span.frequency(1.0);
+    let mut most = data.cycles_max() - 0.25;
+    if scene.band.most > 0.0 {
+        // Overtones of a fundamental within the band are lines too.
+        most = most.min(scene.band.most / unit * f32::from(scene.harmonics()));
+    }
+    for peak in peaks(&spectrum, scene.band.least / unit, most) {
+        for divisor in 1..=DIVISORS {
+            if peak.height > 0.0 {
+                candidates.add(peak.cycles / divisor as f32);
+            }
+        }
+    }
+    Ok(candidates)
+}
+
+/// The most likely line between two numbers of cycles a window.
+pub fn strongest(
+    data: &mut Data,
+    memory: &mut [f32],
+    all: &Square<CHANNELS_MAX>,
+    least: f32,
+    most: f32,
+) -> Result<Option<f32>, Overwritten> {
+    let spectrum = whitened(data, memory, all, true)?;
+    let peak = spectrum.map(|spectrum| peaks(&spectrum, least, most)[0]);
+    Ok(peak
+        .filter(|peak| peak.height > 0.0)
+        .map(|peak| peak.cycles))
+}
+
+/// The spectrum of the channels that are made white. None if the window is too long.
+fn whitened<'m>(
+    data: &mut Data,
+    memory: &'m mut [f32],
+    all: &Square<CHANNELS_MAX>,
+    may_share: bool,
+) -> Result<Option<Spectrum<'m>>, Overwritten> {
     let width = data.statistics.width;
     let frames = data.span.frames as usize;
     let Some(mut spectrum) = Spectrum::new(memory, frames) else {
-        return Ok(Candidates::default());
+        return Ok(None);
     };
     // Rows of the inverse of the factor make channels white.
     let factor = Factor::new(all, width);
@@ -72,7 +114,7 @@ pub fn candidates(
         let mut mixture = [0.0; CHANNELS_MAX];
         let mut weight = 1.0;
         mixture[k] = 1.0;
-        if scene.may_share() {
+        if may_share {
             factor.backward_from(k, &mut mixture);
         } else {
             mixture[k] = 1.0 / libm::sqrtf(all[k][k].max(f32::MIN_POSITIVE));
@@ -99,28 +141,13 @@ pub fn candidates(
         })?;
         spectrum.add(weight);
     }
-    let mut candidates = Candidates::default();
-    let most = data.cycles_max() - 0.25;
-    for peak in peaks(&spectrum, most, scene, data.span.frequency(1.0)) {
-        for divisor in 1..=DIVISORS {
-            if peak.height > 0.0 {
-                candidates.add(peak.cycles / divisor as f32);
-            }
-        }
-    }
-    Ok(candidates)
+    Ok(Some(spectrum))
 }
 
-/// The highest peaks up to `most` cycles; `unit` is the frequency of one cycle.
-fn peaks(spectrum: &Spectrum, most: f32, scene: &Scene, unit: f32) -> [Peak; PEAKS] {
+/// The highest peaks between two numbers of cycles.
+fn peaks(spectrum: &Spectrum, least: f32, most: f32) -> [Peak; PEAKS] {
     let mut peaks = [Peak::default(); PEAKS];
-    let first = spectrum.bin(CYCLES_PEAK.max(scene.band.least / unit)) as usize + 1;
-    // Overtones of a fundamental within the band are lines too.
-    let most = if scene.band.most > 0.0 {
-        most.min(scene.band.most / unit * f32::from(scene.harmonics()))
-    } else {
-        most
-    };
+    let first = spectrum.bin(CYCLES_PEAK.max(least)) as usize + 1;
     let last = (spectrum.bin(most) as usize).min(spectrum.last());
     let ratio = |bin: usize| {
         let [cos, both, sin] = spectrum.line(bin);

@@ -5,6 +5,7 @@ use crate::covariance::form;
 use crate::limits::{CHANNELS_MAX, HARMONICS_MAX, UNKNOWNS_MAX};
 use crate::lines::Lines;
 use crate::matrix::{Factor, Square};
+use crate::neighbours::Beside;
 use crate::source::Values;
 use crate::statistics::Products;
 
@@ -104,6 +105,14 @@ impl Solution {
             }
         }
         solution
+    }
+
+    /// The model, for functions beside it.
+    pub fn beside(&self) -> Beside<'_> {
+        Beside {
+            shape: &self.shape,
+            factor: &self.factor,
+        }
     }
 
     /// Products of the residuals, from those of the channels; what rounding leaves of a channel is

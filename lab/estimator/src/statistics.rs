@@ -2,6 +2,7 @@
 //! their lines.
 
 use crate::frame_span::FrameSpan;
+use crate::hum::Hum;
 use crate::impulses::Impulses;
 use crate::limits::CHANNELS_MAX;
 use crate::matrix::Square;
@@ -31,6 +32,8 @@ pub struct Statistics {
     pub slope: Values,
     /// Standard deviation about the line.
     pub scale: Values,
+    /// What is subtracted as an interferer's.
+    pub hum: Option<Hum>,
 }
 
 /// Sums of one channel, of values less its first one.
@@ -94,6 +97,7 @@ impl Statistics {
             level: [0.0; CHANNELS_MAX],
             slope: [0.0; CHANNELS_MAX],
             scale: [1.0; CHANNELS_MAX],
+            hum: None,
         };
         let n = frames.max(1) as f32;
         let (mean_u, spread) = (
@@ -150,6 +154,28 @@ impl Statistics {
         Ok(())
     }
 
+    /// Takes level and slope out of what replaced impulses leave.
+    pub fn centre(&mut self, span: &mut FrameSpan, impulses: &Impulses) -> Result<(), Overwritten> {
+        let (mut sums, mut slopes) = ([0.0; CHANNELS_MAX], [0.0; CHANNELS_MAX]);
+        let [mut sum_u, mut sum_uu] = [0.0; 2];
+        self.visit(span, impulses, &mut |frame| {
+            sum_u += frame.u;
+            sum_uu += frame.u * frame.u;
+            for (k, value) in frame.values.iter().enumerate() {
+                sums[k] += value;
+                slopes[k] += frame.u * value;
+            }
+        })?;
+        let n = self.frames.max(1) as f32;
+        let spread = (sum_uu - sum_u * sum_u / n).max(f32::MIN_POSITIVE);
+        for k in 0..self.width {
+            let slope = (slopes[k] - sum_u / n * sums[k]) / spread;
+            self.slope[k] += self.scale[k] * slope;
+            self.level[k] += self.scale[k] * (sums[k] - slope * sum_u) / n;
+        }
+        Ok(())
+    }
+
     /// Visits all frames, centred and scaled.
     pub fn visit(
         &self,
@@ -170,6 +196,9 @@ impl Statistics {
             for k in 0..self.width.min(CHANNELS_MAX) {
                 let value = values[self.order[k] as usize % CHANNELS_MAX];
                 frame.values[k] = (value - self.level[k] - self.slope[k] * u) * inverse[k];
+            }
+            if let Some(hum) = &self.hum {
+                hum.subtract(&mut frame);
             }
             impulses.replace(number, &mut next, &mut frame.values);
             visit(&frame);

@@ -7,7 +7,7 @@ use crate::fit::Tests;
 use crate::limits::HARMONICS_MAX;
 use crate::lines::Lines;
 use crate::movement::Followed;
-use crate::neighbours::{FactoredModel, Neighbours, Place};
+use crate::neighbours::{Beside, Neighbours, Place};
 use crate::residual::Model;
 use crate::significance::deviate;
 use crate::solve::{LineFactors, Power, Shape};
@@ -165,13 +165,13 @@ impl<'t> Tested<'t> {
         let Some(mut spectrum) = Spectrum::new(memory, data.span.frames as usize) else {
             return Ok(Other::default());
         };
-        let model = self.model(1);
+        let model = self.model();
         for k in 0..self.width {
             let stride = spectrum.stride;
             let out = spectrum.channel();
             data.visit(&mut |frame| {
                 if let Some(out) = out.get_mut(frame.number as usize / stride) {
-                    *out += model.channel(frame, k, &followed.course);
+                    *out += model.channel(frame, k);
                 }
             })?;
             spectrum.add(1.0 / followed.variances[k]);
@@ -222,15 +222,15 @@ impl<'t> Tested<'t> {
             .max(f32::MIN_POSITIVE)
     }
 
-    /// Model of the frames, whose unit is `1 / stride` of the fundamental.
-    fn model(&self, stride: usize) -> Model {
+    /// Model of the frames.
+    fn model(&self) -> Model {
         let (followed, shape) = (self.followed, *self.shape());
         // The movement takes its part of the model.
         Model {
             shape,
             coefficients: followed.still.coefficients,
             motion: followed.motion(),
-            stride,
+            course: followed.course,
         }
     }
 
@@ -248,7 +248,7 @@ impl<'t> Tested<'t> {
             lines: self.shape().lines.times(2),
             degree: self.shape().degree,
         };
-        let model = self.model(2);
+        let model = self.model();
         let lines = BETWEEN
             .iter()
             .fold(Lines::NONE, |lines, line| lines.with(*line));
@@ -264,7 +264,7 @@ impl<'t> Tested<'t> {
             cycles: 0.5 * followed.course.cycles,
             most: self.cycles_max,
         };
-        let model = FactoredModel {
+        let model = Beside {
             shape: &shape,
             factor: &followed.solution.factor,
         };

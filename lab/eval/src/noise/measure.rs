@@ -7,6 +7,7 @@ use crate::accuracy::{Accuracy, Answer, NINETY_FIVE, Sample, rounded};
 use crate::baselines::nls;
 use crate::draw::Draw;
 use anyhow::{Context, Result};
+use ridgetone_estimator as new;
 use ridgetone_host::input::frame_rate_hz;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::{Fit, Fitter, FrameSpan, Status, Table};
@@ -21,6 +22,16 @@ const WRONG: f64 = 0.05;
 const WRONG_SIGMAS: f64 = 5.0;
 /// The opponent, which is a hundred times as slow, gets every tenth window.
 const NLS_EVERY: u64 = 10;
+
+/// Which estimator answers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Estimator {
+    /// `ridgetone-tone`, which the firmware has.
+    #[default]
+    Old,
+    /// `ridgetone-estimator`, which is to replace it.
+    New,
+}
 
 /// Answers to the windows of a cell, by what they are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -92,6 +103,34 @@ impl Reported {
             half_width: NINETY_FIVE * sigma,
             second,
             movement: fit.movement,
+        }
+    }
+
+    /// By the second estimator, whose sigma is of the plain mean, movement included.
+    fn by_new(fit: &new::Fit) -> Self {
+        let (frequency, sigma) = (f64::from(fit.frequency), f64::from(fit.sigma));
+        let status = match fit.status {
+            new::Status::Good => Status::Good,
+            new::Status::NoTone => Status::NoTone,
+            new::Status::TooShort => Status::TooShort,
+            new::Status::Nothing => Status::Nothing,
+            new::Status::Ambiguous => Status::Ambiguous,
+            new::Status::Unsteady => Status::Unsteady,
+        };
+        let movement = ridgetone_tone::Movement {
+            wander: fit.movement.wander,
+            wander_sigma: fit.movement.wander_sigma,
+            sigma_of_mean: fit.sigma,
+            chirp: fit.movement.chirp,
+            chirp_sigma: fit.movement.chirp_sigma,
+        };
+        Self {
+            status,
+            frequency,
+            sigma,
+            half_width: NINETY_FIVE * sigma,
+            second: fit.other_tone.map(|tone| f64::from(tone.frequency)),
+            movement,
         }
     }
 
@@ -225,35 +264,68 @@ impl Movement {
     }
 }
 
+/// What an estimator says of a window.
+struct Both {
+    by: Estimator,
+    old: Box<Fitter>,
+    new: Box<new::Fitter>,
+}
+
+impl Both {
+    fn fit(&mut self, window: &Window) -> Result<Reported> {
+        let (values, frames) = (&window.values, window.values.len() as u32);
+        let valid = vec![u16::MAX; values.len()];
+        let valid = &valid;
+        let lost = "a table loses no frames";
+        if self.by == Estimator::New {
+            let mut table = new::Table { values, valid };
+            let span = new::FrameSpan::new(&mut table, 0, frames);
+            let mut span = span.with_quantization(window.step);
+            if let Some(cycles) = window.interferer {
+                span = span.with_interferer(cycles as f32);
+            }
+            let fit = self.new.fit(&mut span, &new::Scene::DEFAULT);
+            return Ok(Reported::by_new(&fit.context(lost)?));
+        }
+        let mut table = Table { values, valid };
+        let mut span = FrameSpan::new(&mut table, 0, frames).with_quantization(window.step);
+        if let Some(cycles) = window.interferer {
+            span = span.with_interferer(cycles as f32);
+        }
+        Ok(Reported::by(&self.old.fit(&mut span).context(lost)?))
+    }
+}
+
 /// The answers to `windows` windows of `window_s` seconds, and those of the opponent to some of
 /// them. Equal seeds give equal windows.
-pub fn measure(recipe: &Recipe, window_s: f64, windows: u32, seed: u64) -> Result<[Answers; 2]> {
+pub fn measure(
+    by: Estimator,
+    recipe: &Recipe,
+    window_s: f64,
+    windows: u32,
+    seed: u64,
+) -> Result<[Answers; 2]> {
     let (mut answers, mut samples) = ([Answers::default(); 2], [Vec::new(), Vec::new()]);
     let rate_hz = frame_rate_hz();
     let frames = (window_s * rate_hz).round() as usize;
-    let mut fitter = Box::new(Fitter::new(HARMONICS));
+    let mut both = Both {
+        by,
+        old: Box::new(Fitter::new(HARMONICS)),
+        new: Box::new(new::Fitter::new()),
+    };
     for number in 0..u64::from(windows) {
         let window = recipe.make(
             frames,
             rate_hz,
             &mut Draw::new(seed.wrapping_mul(1_000_003).wrapping_add(number)),
         );
-        let valid = vec![u16::MAX; frames];
-        let mut table = Table {
-            values: &window.values,
-            valid: &valid,
-        };
-        let mut span = FrameSpan::new(&mut table, 0, frames as u32).with_quantization(window.step);
-        if let Some(cycles) = window.interferer {
-            span = span.with_interferer(cycles as f32);
-        }
-        let fit = fitter.fit(&mut span).context("a table loses no frames")?;
+        let reported = both.fit(&window)?;
         let opponent = number.is_multiple_of(NLS_EVERY).then(|| {
             let estimate =
                 nls::estimate(&window.values, TAXELS, HARMONICS.into(), window.interferer);
             Reported::by_opponent(estimate)
         });
-        for (who, reported) in [Some(Reported::by(&fit)), opponent].into_iter().enumerate() {
+        for (who, reported) in [Some(reported), opponent].into_iter().enumerate() {
             let Some(reported) = reported else { continue };
             answers[who].add(&reported, &window);
             samples[who].extend(reported.sample(recipe, &window, rate_hz));
@@ -294,7 +366,7 @@ mod tests {
             tone: Some(tone),
             extra: Extra::Nothing,
         };
-        let [answers, opponent] = measure(&recipe, 1.0, 40, 7).expect("answers");
+        let [answers, opponent] = measure(Estimator::Old, &recipe, 1.0, 40, 7).expect("answers");
         assert_eq!(
             (answers.windows, answers.good, answers.wrong),
             (40, 40, 0),
@@ -322,16 +394,17 @@ mod tests {
             "{opponent:?}"
         );
         assert_eq!(
-            measure(&recipe, 1.0, 40, 7).expect("answers")[0],
+            measure(Estimator::Old, &recipe, 1.0, 40, 7).expect("answers")[0],
             answers,
             "equal seeds"
         );
         assert_ne!(
-            measure(&recipe, 1.0, 40, 8).expect("answers")[0].squares,
+            measure(Estimator::Old, &recipe, 1.0, 40, 8).expect("answers")[0].squares,
             answers.squares,
             "other seeds"
         );
         let [none, opponent] = measure(
+            Estimator::Old,
             &Recipe {
                 tone: None,
                 ..recipe
