@@ -14,11 +14,9 @@ use crate::neighbours::Neighbours;
 use crate::scene::Scene;
 use crate::solve::Power;
 use crate::statistics::Statistics;
-use crate::tests::{Other, Z_TEST};
+use crate::tests::{Other, Z_LINE, Z_TEST};
 use core::f32::consts::PI;
 
-/// Deviate of a line over its neighbourhood: 1e-5, which is 1e-3 over a hundred places.
-const Z_LINE: f32 = 4.3;
 /// Fewer cycles are no period.
 const CYCLES: f32 = 1.15;
 /// Fewest cycles of a period where all channels have one shape in time: any bump looks like it.
@@ -234,6 +232,7 @@ impl Verdict<'_> {
             Status::NoTone
         } else if tests.cycles < least
             || self.other.deviate > Z_TEST
+            || self.other.own > Z_LINE
             || self.lowest > 1
             || self.is_crowded
             || is_faint
@@ -253,6 +252,8 @@ impl Verdict<'_> {
     pub fn other_tone(&self, span: &FrameSpan) -> Option<OtherTone> {
         let cycles = if self.other.deviate > Z_TEST {
             self.other.cycles
+        } else if self.other.own > Z_LINE {
+            self.other.own_cycles
         } else if self.tests.between > Z_TEST {
             0.5 * self.mean.cycles
         } else {

@@ -122,7 +122,7 @@ fn whitened<'m>(
         }
         let stride = spectrum.stride;
         let out = spectrum.channel();
-        let in_time = data.span.is_in_time();
+        let slot = data.slot();
         data.visit(&mut |frame| {
             let value: f32 = mixture
                 .iter()
@@ -130,12 +130,7 @@ fn whitened<'m>(
                 .take(k + 1)
                 .map(|(m, v)| m * v)
                 .sum();
-            let place = if in_time {
-                frame.number as usize
-            } else {
-                (0.5 * (frame.u + 1.0) * frames as f32) as usize
-            };
-            if let Some(out) = out.get_mut(place / stride) {
+            if let Some(out) = out.get_mut(slot(frame) / stride) {
                 *out += value;
             }
         })?;

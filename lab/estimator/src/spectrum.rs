@@ -96,6 +96,13 @@ impl<'m> Spectrum<'m> {
         cycles / self.cycles(1.0)
     }
 
+    /// Power of a bin of the channel that was added last.
+    pub fn of_channel(&self, bin: usize) -> f32 {
+        let bins = self.transform.as_chunks::<2>().0;
+        let [re, im] = bins.get(bin).copied().unwrap_or([0.0; 2]);
+        2.0 / self.frames * (re * re + im * im)
+    }
+
     /// Power of a bin without weights.
     pub fn plain(&self, bin: usize) -> f32 {
         2.0 / self.frames * self.plain[bin]

@@ -272,6 +272,18 @@ impl Data<'_, '_> {
         self.statistics.visit(self.span, self.impulses, visit)
     }
 
+    /// Place of a frame in a transform of the window: along a path by where it is.
+    pub fn slot(&self) -> impl Fn(&Frame) -> usize + use<> {
+        let (frames, in_time) = (self.span.frames as f32, self.span.is_in_time());
+        move |frame| {
+            if in_time {
+                frame.number as usize
+            } else {
+                (0.5 * (frame.u + 1.0) * frames) as usize
+            }
+        }
+    }
+
     /// Cycles a window of half the frame rate.
     pub fn cycles_max(&self) -> f32 {
         0.5 * self.span.effective_frames()

@@ -15,6 +15,8 @@ use crate::source::Overwritten;
 use crate::spectrum::Spectrum;
 use crate::statistics::Data;
 
+/// Deviate of a line over its neighbourhood: 1e-5, which is 1e-3 over a hundred places.
+pub const Z_LINE: f32 = 4.3;
 /// Deviate of movement, and of what is left beside the lines: one of a thousand.
 pub const Z_TEST: f32 = 3.1;
 /// Power of another line, as a share of the tone's, that does not matter.
@@ -30,6 +32,8 @@ const BESIDE_CYCLES: f32 = 2.5;
 const BESIDE_WIDTH: f32 = 1.6;
 /// Fewest places that a neighbourhood is known from.
 const PLACES_MIN: usize = 4;
+/// First place at which a channel's own line is looked for: below, levels and slopes have it.
+const FIRST_OWN: usize = 3;
 /// Lines between those of the comb, in halves of the fundamental.
 const BETWEEN: [usize; 2] = [1, 3];
 
@@ -42,6 +46,10 @@ pub struct Other {
     pub cycles: f32,
     /// Its power over the tone's.
     pub share: f32,
+    /// Deviate of a line of a channel that does not have the tone.
+    pub own: f32,
+    /// Cycles a window of that line.
+    pub own_cycles: f32,
 }
 
 /// What the tests look at.
@@ -165,47 +173,49 @@ impl<'t> Tested<'t> {
         let Some(mut spectrum) = Spectrum::new(memory, data.span.frames as usize) else {
             return Ok(Other::default());
         };
-        let model = self.model();
-        for k in 0..self.width {
-            let stride = spectrum.stride;
-            let out = spectrum.channel();
-            data.visit(&mut |frame| {
-                if let Some(out) = out.get_mut(frame.number as usize / stride) {
-                    *out += model.channel(frame, k);
-                }
-            })?;
-            spectrum.add(1.0 / followed.variances[k]);
-        }
+        let (model, slot, with_tone) = (self.model(), data.slot(), self.with_tone());
         let places = Places {
-            spectrum: &spectrum,
             lines: self.shape().lines,
             cycles: followed.course.cycles,
             last: ((self.cycles_max - 0.5) / STEP_CYCLES) as usize,
         };
-        let (mut found, tone) = (Other::default(), self.plain_power());
-        for i in 1..places.last {
-            if !places.is_clear(i) || places.is_multiple(i) {
-                continue;
-            }
-            let share = places.plain(i) / tone;
-            if share <= OTHER {
-                continue;
-            }
-            let mut beside = Sum::default();
-            for j in 1..places.last {
-                let distance = i.abs_diff(j) as f32 * STEP_CYCLES;
-                if (distance - BESIDE_CYCLES).abs() < BESIDE_WIDTH && places.is_clear(j) {
-                    beside.add(places.power(j));
+        let mut found = Other::default();
+        for k in 0..self.width {
+            let stride = spectrum.stride;
+            let out = spectrum.channel();
+            data.visit(&mut |frame| {
+                if let Some(out) = out.get_mut(slot(frame) / stride) {
+                    *out += model.channel(frame, k);
+                }
+            })?;
+            spectrum.add(1.0 / followed.variances[k]);
+            // A channel without the tone that has one of its own.
+            if with_tone >> k & 1 == 0 {
+                let power = |i: usize| spectrum.of_channel(places.bin(&spectrum, i));
+                for i in FIRST_OWN..places.last {
+                    let deviate = places.deviate(i, &power);
+                    if deviate > found.own {
+                        found.own = deviate;
+                        found.own_cycles = i as f32 * STEP_CYCLES;
+                    }
                 }
             }
-            let over = places.power(i) / beside.mean().max(f32::MIN_POSITIVE);
-            let deviate = deviate(over, 2.0, beside.count);
-            if beside.count >= PLACES_MIN as f32 && deviate > found.deviate {
-                found = Other {
-                    deviate,
-                    cycles: i as f32 * STEP_CYCLES,
-                    share,
-                };
+        }
+        let tone = self.plain_power();
+        let power = |i: usize| {
+            let [cos, _, sin] = spectrum.line(places.bin(&spectrum, i));
+            cos + sin
+        };
+        for i in 1..places.last {
+            let share = spectrum.plain(places.bin(&spectrum, i)) / tone;
+            if places.is_multiple(i) || share <= OTHER {
+                continue;
+            }
+            let deviate = places.deviate(i, &power);
+            if deviate > found.deviate {
+                found.deviate = deviate;
+                found.cycles = i as f32 * STEP_CYCLES;
+                found.share = share;
             }
         }
         Ok(found)
@@ -316,34 +326,46 @@ impl Sum {
 }
 
 /// Places half a cycle a window apart.
-struct Places<'p, 'm> {
-    spectrum: &'p Spectrum<'m>,
+struct Places {
     lines: Lines,
     cycles: f32,
     last: usize,
 }
 
-impl Places<'_, '_> {
-    fn bin(&self, i: usize) -> usize {
-        let bin = self.spectrum.bin(i as f32 * STEP_CYCLES) + 0.5;
-        (bin as usize).min(self.spectrum.last())
+impl Places {
+    fn bin(&self, spectrum: &Spectrum, i: usize) -> usize {
+        let bin = spectrum.bin(i as f32 * STEP_CYCLES) + 0.5;
+        (bin as usize).min(spectrum.last())
     }
 
-    fn power(&self, i: usize) -> f32 {
-        let [cos, _, sin] = self.spectrum.line(self.bin(i));
-        cos + sin
-    }
-
-    fn plain(&self, i: usize) -> f32 {
-        self.spectrum.plain(self.bin(i))
+    /// Deviate of a line at a place over its neighbourhood; low where too little of it is clear.
+    fn deviate(&self, i: usize, power: &dyn Fn(usize) -> f32) -> f32 {
+        if !self.is_clear(i) {
+            return f32::NEG_INFINITY;
+        }
+        let mut beside = Sum::default();
+        let reach = ((BESIDE_CYCLES + BESIDE_WIDTH) / STEP_CYCLES) as usize;
+        for j in i.saturating_sub(reach).max(1)..(i + reach + 1).min(self.last) {
+            let distance = i.abs_diff(j) as f32 * STEP_CYCLES;
+            if (distance - BESIDE_CYCLES).abs() < BESIDE_WIDTH && self.is_clear(j) {
+                beside.add(power(j));
+            }
+        }
+        if beside.count < PLACES_MIN as f32 {
+            return f32::NEG_INFINITY;
+        }
+        deviate(
+            power(i) / beside.mean().max(f32::MIN_POSITIVE),
+            2.0,
+            beside.count,
+        )
     }
 
     /// Whether it is clear of the lines of the comb.
     fn is_clear(&self, i: usize) -> bool {
         let x = i as f32 * STEP_CYCLES;
-        self.lines
-            .iter()
-            .all(|line| (x - line as f32 * self.cycles).abs() > CLEAR_CYCLES)
+        let far = |line: usize| (x - line as f32 * self.cycles).abs() > CLEAR_CYCLES;
+        self.lines.iter().all(far)
     }
 
     /// Whether it is at a multiple of the fundamental.

@@ -195,3 +195,71 @@ fn along_a_path_the_frequency_is_in_cycles_per_its_unit() {
         "{fit:?}"
     );
 }
+
+/// A common tone is one that channels share: where each has one of its own, none is good.
+#[test]
+fn channels_with_a_tone_of_their_own_share_none() {
+    let mut even = Even(11);
+    for number in 0..20 {
+        let cycles = [3.0, 7.7, 12.4, 21.3].map(|cycles| cycles + 1.5 * even.next());
+        let mut values = Vec::new();
+        for n in 0..240 {
+            for cycles in cycles {
+                let turns = cycles * n as f64 / 240.0;
+                values.push((14.0 * (TAU * turns).cos() + even.normal()) as f32);
+            }
+        }
+        let fit = fit(&values, 4, &Scene::DEFAULT);
+        assert_eq!(fit.status, Status::Ambiguous, "{number}: {fit:?}");
+        assert!(fit.other_tone.is_some(), "{number}: {fit:?}");
+    }
+}
+
+/// Mains hum half a hertz from where it is said to be, three times the tone's amplitude.
+#[test]
+fn mains_hum_is_found_and_taken_out() {
+    let mut even = Even(13);
+    let rate = 241.14;
+    let mut values = Vec::new();
+    for n in 0..241 {
+        let t = n as f64 / rate;
+        for channel in 0..8 {
+            let (tone, hum) = (TAU * (8.3 * t + 0.1 * channel as f64), TAU * (49.5 * t));
+            values.push((14.0 * tone.cos() + 42.0 * hum.cos() + even.normal()) as f32);
+        }
+    }
+    let mut frames = Frames::new(&values, 8).expect("eight channels");
+    let span = FrameSpan::new(&mut frames, 0, 241).with_frame_rate(rate as f32);
+    let mut span = span.with_interferer((50.0 / rate) as f32);
+    let fit = Fitter::new()
+        .fit(&mut span, &Scene::DEFAULT)
+        .expect("its frames are there");
+    assert_eq!(fit.status, Status::Good, "{fit:?}");
+    assert!(
+        (fit.frequency - 8.3).abs() < 4.0 * fit.sigma && fit.sigma < 0.02,
+        "{fit:?}"
+    );
+    let hum = f64::from(fit.interferer.expect("hum")) * rate;
+    assert!((hum - 49.5).abs() < 0.02, "{hum}");
+}
+
+/// One value of a hundred is off by twenty standard deviations.
+#[test]
+fn impulses_are_replaced() {
+    let mut even = Even(17);
+    for seed in 0..10u32 {
+        let cycles = 3.0 + f64::from(seed);
+        let mut values = window(96, 8, cycles, u64::from(seed));
+        for value in &mut values {
+            if even.next() < 0.01 {
+                *value += 14.0;
+            }
+        }
+        let fit = fit(&values, 8, &Scene::DEFAULT);
+        assert_eq!(fit.status, Status::Good, "{cycles}: {fit:?}");
+        assert!(
+            (f64::from(fit.frequency) - cycles).abs() < 4.0 * f64::from(fit.sigma),
+            "{fit:?}"
+        );
+    }
+}
