@@ -226,7 +226,10 @@ fn the_figures_are_whole() {
         }
     }
     for title in lines::TITLES {
-        let has_it = tables["faults"].rows.iter().any(|row| row[0] == title);
+        let rows = &tables["faults"].rows;
+        let has_it = rows
+            .iter()
+            .any(|row| row[0].as_str().is_some_and(|name| name.starts_with(title)));
         assert!(has_it, "{title} has no row");
     }
 }
