@@ -348,7 +348,11 @@ fn record(number: u32, settings: Option<&Settings>) -> Option<[u8; RECORD_BYTES]
         (second, tail, checksum(&content)),
     ] {
         let (place, sum_place) = half.split_last_chunk_mut::<SUM_BYTES>()?;
-        place.copy_from_slice(part);
+        // Their lengths agree; `copy_from_slice` would panic if not, as far as the compiler knows.
+        place
+            .iter_mut()
+            .zip(part)
+            .for_each(|(to, byte)| *to = *byte);
         *sum_place = sum.to_le_bytes();
     }
     Some(record)
