@@ -36,14 +36,14 @@ pub const FINGER: Budgets = Budgets {
 /// board's peripherals, and no board has to hold it.
 pub const EMULATED: Budgets = Budgets {
     flash: &[
-        ("ridgetone_tone", 90_000),
-        ("ridgetone", 84_000),
-        ("ridgetone_firmware", 16_000),
-        ("ridgetone_proto", 14_000),
-        ("microfft", 6_000),
-        ("ridgetone_feel", 4_000),
-        (CONSTANTS, 5_200),
-        (OTHER, 12_000),
+        ("ridgetone_tone", 86_000),
+        ("ridgetone", 62_000),
+        ("ridgetone_firmware", 46_000),
+        ("ridgetone_proto", 12_000),
+        ("microfft", 6_600),
+        ("ridgetone_feel", 3_000),
+        (CONSTANTS, 6_000),
+        (OTHER, 22_000),
     ],
     ram: &[
         ("ring", 78_432),
@@ -74,14 +74,14 @@ pub const STYLUS: Budgets = Budgets {
 /// Most bytes of flash by crate. Together they are the 224 KiB that an image may take; the smaller
 /// board has 256.
 const FLASH: [(&str, u64); 8] = [
-    ("ridgetone_tone", 90_000),
-    ("ridgetone", 84_000),
-    ("ridgetone_firmware", 16_000),
-    ("ridgetone_proto", 14_000),
-    ("microfft", 6_000),
-    ("ridgetone_feel", 4_000),
-    (CONSTANTS, 5_200),
-    (OTHER, 10_000),
+    ("ridgetone_tone", 86_000),
+    ("ridgetone", 62_000),
+    ("ridgetone_firmware", 38_000),
+    ("ridgetone_proto", 10_000),
+    ("microfft", 6_600),
+    ("ridgetone_feel", 3_000),
+    (CONSTANTS, 6_000),
+    (OTHER, 13_000),
 ];
 
 /// Most bytes of RAM by static, without the stack's 16 KiB. Together they are no more than 112 KiB,

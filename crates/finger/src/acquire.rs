@@ -172,7 +172,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
         is_due
     }
 
-    /// Goes on with the plan's scan after [`Drdy::HealthRead`]. The caller unmutes DRDY after it.
+    /// Goes on with the plan's scan after `Drdy::HealthRead`. The caller unmutes DRDY after it.
     pub fn read_inputs(&mut self, diagnostics: &Diagnostics, wait: &mut impl DelayNs) {
         self.is_health = false;
         let _ = self.begin_scan(diagnostics, wait);

@@ -152,7 +152,7 @@ impl Detector {
 
     /// To be called twice a second, `board_us` being now. Reports faults while no conversion comes,
     /// and `health` with the greeting as often as otherwise. In a silence of more than 71.6 minutes
-    /// device time starts again where it stood, as it does after one ([`crate::assembler`]). Before
+    /// device time starts again where it stood, as it does after one (see `assembler.rs`). Before
     /// the first conversion it is zero.
     pub fn look(&mut self, board_us: u32, diagnostics: &Diagnostics, emit: &mut dyn FnMut(Event)) {
         let Self {

@@ -58,7 +58,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
     }
 
     /// Checks registers and silence, and restarts the chip on a fault. To be called twice a second
-    /// at least, after [`Drdy::Watch`](super::Drdy::Watch), and before an estimate is reported.
+    /// at least, after `Drdy::Watch`, and before an estimate is reported.
     /// `now_us` is board time. True if DRDY was muted or the chip was restarted: then the caller
     /// unmutes DRDY. Else, behind an unexpected edge, a conversion may have ended meanwhile: the
     /// caller looks at DRDY once more.

@@ -44,11 +44,8 @@ impl<S: Store> Fit<'_, S> {
             requests,
         } = self;
         loop {
-            loop {
-                // By reference, as the estimate: a copy would lie on the stack beside it.
-                let Some(window) = &windows.dequeue() else {
-                    break;
-                };
+            // By reference, as the estimate: a copy would lie on the stack beside it.
+            while let Some(window) = &windows.dequeue() {
                 let source = &mut Locked(&mut *ring);
                 if let Ok(WindowFit::Done(estimate)) = &fit(window, estimator, source, shared) {
                     report(outbox, estimate, window, estimator, shared);
