@@ -63,8 +63,8 @@ pub const STYLUS: Budgets = Budgets {
         ("ridgetone_stimulus", 2_200),
         ("ridgetone", 300),
         ("ridgetone_proto", 700),
-        ("ridgetone_firmware", 7_300),
-        (CONSTANTS, 600),
+        ("ridgetone_firmware", 13_000),
+        (CONSTANTS, 900),
         (OTHER, 7_300),
     ],
     // What tasks share holds a robot's places too, which a stylus does not use: 600 bytes.
