@@ -4,12 +4,22 @@
 mod common;
 
 use common::{assert_one_line, directory, file, json_lines, run, text};
+use hal_mock::{Sliding, SlidingScene, write_csv};
+use ridgetone_host::input::{SLOT_S, frame_rate_hz};
+use std::path::Path;
+
+/// Writes the default scene, as `ridgetone scene` does.
+fn write_scene(path: &Path) {
+    let mut scene = SlidingScene::new(Sliding::default()).expect("a scene");
+    let file = std::fs::File::create(path).expect("a file");
+    write_csv(&mut scene, frame_rate_hz(), SLOT_S, file).expect("written");
+}
 
 #[test]
 fn a_texture_is_learned_written_and_read() {
     let folder = directory();
     let recording = folder.path().join("recording.csv");
-    assert!(run(&["scene", "-o", text(&recording)]).status.success());
+    write_scene(&recording);
     let written = folder.path().join("mine.toml");
     let slide = ["--speed", "30+-0.03", "--from", "1.6", "--to", "3.2"];
     let learn = ["texture", "learn", text(&recording)];
@@ -47,7 +57,7 @@ fn a_texture_is_learned_written_and_read() {
 fn what_is_no_texture_is_refused() {
     let folder = directory();
     let recording = folder.path().join("recording.csv");
-    assert!(run(&["scene", "-o", text(&recording)]).status.success());
+    write_scene(&recording);
     let learn = |more: &[&str]| run(&[&["texture", "learn", text(&recording)], more].concat());
     assert_one_line(&learn(&[]), 2, &["--speed"]);
     assert_one_line(&learn(&["--speed", "0"]), 2, &["greater than 0"]);
