@@ -63,13 +63,13 @@ mod app {
     use ridgetone::tasks::Detect;
     use ridgetone::tasks::Drdy;
     use ridgetone::tasks::Fit;
-    use ridgetone::tasks::Outbox;
     use ridgetone::tasks::Report;
     use ridgetone::tasks::Requests;
     use ridgetone::tasks::WatchdogPolicy;
     use ridgetone::tasks::{BYTES, PACKETS, Platform, SAMPLES, Shared, Task, WINDOWS};
-    use ridgetone::tasks::{Idle, Next};
+    use ridgetone::tasks::{Idle, Next, Slept, Stack};
     use ridgetone::tasks::{Inboxes, SerialLine};
+    use ridgetone::tasks::{Mail, Outbox};
     use ridgetone_proto::boot::Record;
     use ridgetone_proto::store::{FlashStore, Store};
     use stm32f4xx_hal::pac::Interrupt;
@@ -230,8 +230,10 @@ mod app {
             ..
         } = cx.shared;
         let detect = cx.local.detect;
-        (ring, detector, outbox)
-            .lock(|ring, detector, outbox| detect.run(detector, ring, &mut inbox, outbox, shared));
+        (ring, detector, outbox).lock(|ring, detector, outbox| {
+            let inbox = &mut inbox;
+            detect.run(detector, ring, Mail { inbox, outbox }, shared);
+        });
     }
 
     #[task(binds = CAN1_TX, priority = 2, local = [report], shared = [outbox, &shared])]
@@ -257,9 +259,11 @@ mod app {
             shared,
             ..
         } = cx.shared;
-        cx.local
-            .fit
-            .run(&mut ring, &mut detector, &mut inbox, &mut outbox, shared);
+        let mail = Mail {
+            inbox: &mut inbox,
+            outbox: &mut outbox,
+        };
+        cx.local.fit.run(&mut ring, &mut detector, mail, shared);
     }
 
     #[idle(local = [idle: Idle = Idle::new()], shared = [outbox, &shared])]
@@ -267,17 +271,20 @@ mod app {
         loop {
             // With interrupts masked the processor still wakes up, but serves them only after the
             // clock has been read. So the sleep is measured without the interrupt that ends it.
-            let slept_us = cortex_m::interrupt::free(|_| {
+            let slept = cortex_m::interrupt::free(|_| {
                 let from_us = board::now_us();
                 board::sleep();
-                (from_us, board::now_us())
+                Slept {
+                    from_us,
+                    until_us: board::now_us(),
+                }
             });
-            let (words, outbox) = (board::stack_words(), &mut cx.shared.outbox);
-            match cx
-                .local
-                .idle
-                .run(slept_us, words, board::stack_word, outbox, cx.shared.shared)
-            {
+            let stack = Stack {
+                words: board::stack_words(),
+                word: board::stack_word,
+            };
+            let outbox = &mut cx.shared.outbox;
+            match cx.local.idle.run(slept, stack, outbox, cx.shared.shared) {
                 Next::Sleep => {}
                 Next::Restart => {
                     // The last two bytes take 11 us each.

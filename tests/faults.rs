@@ -5,11 +5,11 @@ mod touch;
 
 use ads1258::Status as StatusByte;
 use ridgetone::CONVERSION_NS;
-use ridgetone::Detector;
 use ridgetone::Diagnostics;
 use ridgetone::Pipeline;
 use ridgetone::Ring;
 use ridgetone::TimedConversion;
+use ridgetone::{Detector, Outputs};
 use ridgetone_proto::fault::{Fault, FaultKind};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Estimate, Event, Span, Status, Travel, TravelStatus};
@@ -386,7 +386,11 @@ fn all_faults_together_make_few_messages() {
                 reported.push((conversion.t_us, fault));
             }
         };
-        detector.push(conversion, &mut ring, &diagnostics, &mut emit, &mut |_| {});
+        let outputs = &mut Outputs {
+            emit: &mut emit,
+            due: &mut |_| {},
+        };
+        detector.push(conversion, &mut ring, &diagnostics, outputs);
     }
     // Four at the end of one eighth and four at the beginning of the next.
     let in_an_eighth = |from_us: u32| {

@@ -5,10 +5,10 @@
 #[allow(dead_code, reason = "a part of it is used here")]
 mod touch;
 
-use ridgetone::Detector;
 use ridgetone::Diagnostics;
 use ridgetone::Ring;
 use ridgetone::TimedConversion;
+use ridgetone::{Detector, Outputs};
 use ridgetone::{Estimator, WindowFit};
 use ridgetone_proto::boot::SettingsSource;
 use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings};
@@ -42,8 +42,10 @@ impl Board {
                 conversion,
                 &mut self.ring,
                 &self.diagnostics,
-                &mut |_| (),
-                &mut wait,
+                &mut Outputs {
+                    emit: &mut |_| (),
+                    due: &mut wait,
+                },
             ),
             None => self
                 .detector

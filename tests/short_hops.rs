@@ -4,11 +4,11 @@
 #[allow(dead_code, reason = "a part of it is used here")]
 mod touch;
 
-use ridgetone::Detector;
 use ridgetone::Diagnostics;
 use ridgetone::Pipeline;
 use ridgetone::Ring;
 use ridgetone::TimedConversion;
+use ridgetone::{Detector, Outputs};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::Event;
 
@@ -25,8 +25,10 @@ fn windows_due(settings: Settings) -> usize {
             conversion,
             &mut ring,
             &diagnostics,
-            &mut |_| (),
-            &mut |_| due += 1,
+            &mut Outputs {
+                emit: &mut |_| (),
+                due: &mut |_| due += 1,
+            },
         );
     }
     detector.finish(&mut ring, &diagnostics, &mut |_| (), &mut |_| due += 1);

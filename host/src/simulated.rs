@@ -19,13 +19,13 @@ use ridgetone::Ring;
 use ridgetone::TimedConversion;
 use ridgetone::tasks::Detect;
 use ridgetone::tasks::Fit;
-use ridgetone::tasks::Outbox;
 use ridgetone::tasks::Report;
 use ridgetone::tasks::Requests;
 use ridgetone::tasks::WatchdogPolicy;
 use ridgetone::tasks::{BYTES, PACKETS, Platform, SAMPLES, Shared, Task, WINDOWS};
 use ridgetone::tasks::{Drdy, DrdyPin};
 use ridgetone::tasks::{Inboxes, Received};
+use ridgetone::tasks::{Mail, Outbox};
 use ridgetone_proto::boot::{Boot, ResetCause, SettingsSource};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::store::{FlashStore, Store};
@@ -325,15 +325,17 @@ impl<F: NorFlash> Tasks<'_, F> {
             line,
             around,
         } = self;
-        detect.run(detector, ring, &mut Exclusive(&mut *inbox), outbox, shared);
+        let mail = Mail {
+            inbox: &mut Exclusive(&mut *inbox),
+            outbox: &mut *outbox,
+        };
+        detect.run(detector, ring, mail, shared);
         let (ring, outbox) = (&mut Exclusive(ring), &mut Exclusive(outbox));
-        fit.run(
-            ring,
-            &mut Exclusive(&mut *detector),
-            &mut Exclusive(&mut *inbox),
-            outbox,
-            shared,
-        );
+        let mail = Mail {
+            inbox: &mut Exclusive(&mut *inbox),
+            outbox: &mut *outbox,
+        };
+        fit.run(ring, &mut Exclusive(&mut *detector), mail, shared);
         let mut sent = Vec::new();
         while !outbox.is_empty() {
             report.run(outbox, shared);
@@ -346,13 +348,11 @@ impl<F: NorFlash> Tasks<'_, F> {
             // A request is complete at its last byte: it is carried out before the next one
             // arrives.
             if matches!(received, Received::Byte(0)) {
-                fit.run(
-                    ring,
-                    &mut Exclusive(&mut *detector),
-                    &mut Exclusive(&mut *inbox),
-                    outbox,
-                    shared,
-                );
+                let mail = Mail {
+                    inbox: &mut Exclusive(&mut *inbox),
+                    outbox: &mut *outbox,
+                };
+                fit.run(ring, &mut Exclusive(&mut *detector), mail, shared);
             }
         }
         Ok(())

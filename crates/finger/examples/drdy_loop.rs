@@ -6,11 +6,11 @@
 
 use ads1258::Ads1258;
 use hal_mock::{Options, SimulatedBoard, Sliding, SlidingScene};
-use ridgetone::Detector;
 use ridgetone::Diagnostics;
 use ridgetone::Ring;
 use ridgetone::TimedConversion;
 use ridgetone::Window;
+use ridgetone::{Detector, Outputs};
 use ridgetone::{Estimator, WindowFit};
 use ridgetone_proto::scan::SCAN;
 use ridgetone_proto::settings::Settings;
@@ -87,8 +87,10 @@ pub fn run() -> Result<Vec<Estimate>, Box<dyn Error>> {
                 conversion,
                 &mut locked,
                 &diagnostics,
-                &mut |_| (),
-                &mut |next| window = Some(next),
+                &mut Outputs {
+                    emit: &mut |_| (),
+                    due: &mut |next| window = Some(next),
+                },
             );
             drop(locked);
             if let Some(window) = window {

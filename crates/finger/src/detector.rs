@@ -18,6 +18,14 @@ use tracker::Tracker;
 /// The time of an edge may be ahead of the board's clock by so much, microseconds.
 const AHEAD_US: u32 = 1000;
 
+/// Where a [`Detector`] sends what it finds.
+pub struct Outputs<'a> {
+    /// Takes each event.
+    pub emit: &'a mut dyn FnMut(Event),
+    /// Takes each window that is to be fitted.
+    pub due: &'a mut dyn FnMut(Window),
+}
+
 /// Frames, contact and windows: the middle task.
 #[derive(Clone, Debug)]
 pub struct Detector {
@@ -86,19 +94,17 @@ impl Detector {
             .wrapping_sub(self.assembler.now_us as u32)
     }
 
-    /// Takes one conversion. Events go to `emit`, windows to be fitted to `due`, faults to
-    /// `diagnostics`.
+    /// Takes one conversion. Faults go to `diagnostics`.
     #[inline(always)]
     pub fn push(
         &mut self,
         conversion: TimedConversion,
         ring: &mut Ring,
         diagnostics: &Diagnostics,
-        emit: &mut dyn FnMut(Event),
-        due: &mut dyn FnMut(Window),
+        outputs: &mut Outputs<'_>,
     ) {
         if self.assembler.buffer(&conversion) {
-            self.scan(ring, diagnostics, emit, due);
+            self.scan(ring, diagnostics, outputs.emit, outputs.due);
         }
     }
 
@@ -241,10 +247,9 @@ impl Detector {
         plan: Plan,
         ring: &mut Ring,
         diagnostics: &Diagnostics,
-        emit: &mut dyn FnMut(Event),
-        due: &mut dyn FnMut(Window),
+        outputs: &mut Outputs<'_>,
     ) {
-        self.close(ring, diagnostics, emit, due);
+        self.close(ring, diagnostics, outputs.emit, outputs.due);
         self.plan = plan;
         if self.settings.plan != plan {
             // Others are wanted by now, and their plan follows.
@@ -264,7 +269,7 @@ impl Detector {
         let (number, t_us) = tracker.clock.latest;
         health_reporter.change(&plan, number, t_us);
         tracker.begin(settings);
-        emit(self.hello());
+        (outputs.emit)(self.hello());
     }
 
     /// Settings that are in force, or wait for their plan.

@@ -75,7 +75,7 @@ mod touch;
 mod window;
 
 pub use acquire::Acquisition;
-pub use detector::Detector;
+pub use detector::{Detector, Outputs};
 pub use estimator::{Estimator, WindowFit, movement, other_tone, reported_status};
 pub use faults::diagnostics::Diagnostics;
 pub use frame::TimedConversion;

@@ -4,7 +4,7 @@
 //! [`Ring`], and pass [`Window`]s, so both ways give the same numbers. Windows that are not fitted
 //! are counted in `hops_skipped`.
 
-use crate::detector::Detector;
+use crate::detector::{Detector, Outputs};
 use crate::estimator::{Estimator, WindowFit};
 use crate::frame::TimedConversion;
 use crate::ring::Ring;
@@ -109,7 +109,10 @@ impl Pipeline {
             admit(window, true, |window| windows.push(window).is_ok(), shared);
         };
         match conversion {
-            Some(conversion) => detector.push(conversion, ring, &shared.diagnostics, emit, due),
+            Some(conversion) => {
+                let outputs = &mut Outputs { emit, due };
+                detector.push(conversion, ring, &shared.diagnostics, outputs);
+            }
             None => detector.finish(ring, &shared.diagnostics, emit, due),
         }
         for window in &windows {

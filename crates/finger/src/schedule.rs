@@ -37,6 +37,21 @@ pub const fn window_frames_max(plan: &Plan) -> u32 {
     }
 }
 
+/// Frames by number: their times and their values.
+#[derive(Clone, Copy)]
+pub(crate) struct Frames<'a> {
+    pub clock: &'a FrameClock,
+    pub ring: &'a Ring,
+}
+
+/// A run of frames that belongs to one slide.
+struct Stretch {
+    first: u32,
+    count: u32,
+    slide_first: u32,
+    span: Span,
+}
+
 /// Knows which windows fall due.
 #[derive(Clone, Debug)]
 pub(crate) struct WindowScheduler {
@@ -161,14 +176,7 @@ impl WindowScheduler {
     }
 
     /// Gives the windows that a slide from frame `start` on has filled before frame `until`.
-    pub fn hop(
-        &mut self,
-        start: u32,
-        until: u32,
-        clock: &FrameClock,
-        ring: &Ring,
-        due: &mut dyn FnMut(Window),
-    ) {
+    pub fn hop(&mut self, start: u32, until: u32, frames: Frames<'_>, due: &mut dyn FnMut(Window)) {
         let late = until.wrapping_sub(self.next_end);
         if self.averaged > 1 && reached(until, self.next_end) && late >= self.hop_frames {
             // Windows are short beside the time in which a slide shows: of those that fall due at
@@ -176,17 +184,17 @@ impl WindowScheduler {
             self.next_end = until.wrapping_sub(late % self.hop_frames.max(1));
         }
         while reached(until, self.next_end) {
-            let mut frames = self.window_frames;
+            let mut count = self.window_frames;
             if self.growing {
-                frames = frames.min(self.next_end.wrapping_sub(start));
+                count = count.min(self.next_end.wrapping_sub(start));
             }
-            self.give(
-                (self.next_end.wrapping_sub(frames), frames, start),
-                Span::Window,
-                clock,
-                ring,
-                due,
-            );
+            let stretch = Stretch {
+                first: self.next_end.wrapping_sub(count),
+                count,
+                slide_first: start,
+                span: Span::Window,
+            };
+            self.give(stretch, frames, due);
             self.next_end = self.next_end.wrapping_add(self.hop_frames);
         }
     }
@@ -194,20 +202,26 @@ impl WindowScheduler {
     /// Gives the slide that is over, as a whole.
     pub fn give_whole(&mut self, clock: &FrameClock, ring: &Ring, due: &mut dyn FnMut(Window)) {
         if let Some((first, frames)) = self.whole.take() {
-            self.give((first, frames, first), Span::Slide, clock, ring, due);
+            let stretch = Stretch {
+                first,
+                count: frames,
+                slide_first: first,
+                span: Span::Slide,
+            };
+            self.give(stretch, Frames { clock, ring }, due);
         }
     }
 
-    /// Gives a window of `frames` frames from `first` on, of a slide, if it is long enough and in
-    /// the ring.
-    fn give(
-        &self,
-        (first, frames, slide_first): (u32, u32, u32),
-        span: Span,
-        clock: &FrameClock,
-        ring: &Ring,
-        due: &mut dyn FnMut(Window),
-    ) {
+    /// Gives a stretch of a slide as a window, if it is long enough and in the ring.
+    fn give(&self, stretch: Stretch, frames: Frames<'_>, due: &mut dyn FnMut(Window)) {
+        let Stretch {
+            first,
+            count,
+            slide_first,
+            span,
+        } = stretch;
+        let Frames { clock, ring } = frames;
+        let frames = count;
         if frames < FRAMES_MIN {
             return;
         }

@@ -4,10 +4,10 @@
 use embedded_storage::nor_flash::NorFlash;
 use ridgetone::Detector;
 use ridgetone::Estimator;
-use ridgetone::tasks::Outbox;
-use ridgetone::tasks::Requests;
 use ridgetone::tasks::{Inboxes, Received};
+use ridgetone::tasks::{Mail, Outbox};
 use ridgetone::tasks::{PACKETS, Platform, Shared, Task};
+use ridgetone::tasks::{Requests, Targets};
 use ridgetone_proto::boot::{Boot, SettingsSource};
 use ridgetone_proto::command::Reply;
 use ridgetone_proto::settings::Settings;
@@ -82,7 +82,15 @@ impl<F: NorFlash> Receiver<F> {
             &mut Exclusive(inbox),
             &mut Exclusive(outbox),
         );
-        while requests.step(|| false, estimator, detector, inbox, outbox, shared) {}
+        loop {
+            let targets = Targets {
+                estimator,
+                detector,
+            };
+            if !requests.step(|| false, targets, Mail { inbox, outbox }, shared) {
+                break;
+            }
+        }
         let replies =
             std::iter::from_fn(|| outbox.take()).filter_map(|packet| match packet.event {
                 Event::Reply(reply) => Some(reply),

@@ -38,7 +38,7 @@ mod app {
     use ridgetone::tasks::Report;
     use ridgetone::tasks::WatchdogPolicy;
     use ridgetone::tasks::{BYTES, PACKETS, Platform, Shared, Task};
-    use ridgetone::tasks::{Idle, Next};
+    use ridgetone::tasks::{Idle, Next, Slept, Stack};
     use ridgetone::tasks::{Inboxes, SerialLine};
     use ridgetone_proto::boot::Record;
     use ridgetone_proto::plan::Plan;
@@ -178,17 +178,20 @@ mod app {
     fn idle(mut cx: idle::Context) -> ! {
         loop {
             // As the finger's.
-            let slept_us = cortex_m::interrupt::free(|_| {
+            let slept = cortex_m::interrupt::free(|_| {
                 let from_us = board::now_us();
                 board::sleep();
-                (from_us, board::now_us())
+                Slept {
+                    from_us,
+                    until_us: board::now_us(),
+                }
             });
-            let (words, outbox) = (board::stack_words(), &mut cx.shared.outbox);
-            match cx
-                .local
-                .idle
-                .run(slept_us, words, board::stack_word, outbox, cx.shared.shared)
-            {
+            let stack = Stack {
+                words: board::stack_words(),
+                word: board::stack_word,
+            };
+            let outbox = &mut cx.shared.outbox;
+            match cx.local.idle.run(slept, stack, outbox, cx.shared.shared) {
                 Next::Sleep => {}
                 Next::Restart => {
                     // The last two bytes take 11 us each.

@@ -5,7 +5,7 @@ use crate::feeling::image_ratio;
 use crate::frame::{Frame, FrameClock};
 use crate::ring::Ring;
 use crate::scan::Scan;
-use crate::schedule::WindowScheduler;
+use crate::schedule::{Frames, WindowScheduler};
 use crate::surface::texture::image_level_v;
 use crate::touch::averages::{Averager, Averages};
 use crate::touch::contact::ContactDetector;
@@ -178,8 +178,7 @@ impl Tracker {
             scheduler.hop(
                 grid.first_frame(start),
                 grid.first_frame(until),
-                clock,
-                ring,
+                Frames { clock, ring },
                 due,
             );
         }

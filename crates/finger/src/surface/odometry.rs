@@ -117,6 +117,13 @@ pub struct Odometer {
     over_us: f32,
 }
 
+/// A message of a robot and when it was sent.
+pub struct SentOdometry<'a> {
+    pub message: &'a Odometry,
+    /// Board time without the line's delay, microseconds, wrapping.
+    pub sent_us: u32,
+}
+
 impl Odometer {
     /// Before the first message.
     pub const fn new() -> Self {
@@ -128,12 +135,10 @@ impl Odometer {
         }
     }
 
-    /// Takes a message that was sent at a board time, microseconds, wrapping, but for a delay. The
-    /// track is to last for `ring_us`.
+    /// Takes a message. The track is to last for `ring_us`.
     pub fn take(
         &mut self,
-        message: &Odometry,
-        sent_us: u32,
+        received: SentOdometry<'_>,
         ring_us: u32,
         track: &Track,
         diagnostics: &Diagnostics,
@@ -142,7 +147,8 @@ impl Odometer {
             number,
             t_us,
             reading,
-        } = *message;
+        } = *received.message;
+        let sent_us = received.sent_us;
         let speed_mm_s = if let Reading::Speed(mm_s) = reading {
             mm_s
         } else {
@@ -304,7 +310,11 @@ mod tests {
                     t_us,
                     reading: Reading::Place(i32::from(number)),
                 };
-                odometer.take(&message, sent_us + 300, 4_000_000, &track, &diagnostics);
+                let received = SentOdometry {
+                    message: &message,
+                    sent_us: sent_us + 300,
+                };
+                odometer.take(received, 4_000_000, &track, &diagnostics);
             }
             let OdometryCounts {
                 received,
@@ -329,7 +339,11 @@ mod tests {
                     t_us,
                     reading: Reading::Place(0),
                 };
-                odometer.take(&message, t_us + 300, 4_000_000, &track, &diagnostics);
+                let received = SentOdometry {
+                    message: &message,
+                    sent_us: t_us + 300,
+                };
+                odometer.take(received, 4_000_000, &track, &diagnostics);
             }
             let counts = diagnostics.odometry.get();
             let expected = OdometryCounts {

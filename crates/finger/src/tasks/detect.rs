@@ -2,12 +2,12 @@
 //! windows that are due, out.
 
 use super::line::{Inboxes, ODOMETRY_US};
-use super::outbox::Outbox;
+use super::outbox::{Mail, Outbox};
 use super::shared::{PACKETS, Platform, Shared, Task};
-use crate::detector::Detector;
+use crate::detector::{Detector, Outputs};
 use crate::frame::TimedConversion;
 use crate::ring::Ring;
-use crate::surface::odometry::Odometer;
+use crate::surface::odometry::{Odometer, SentOdometry};
 use crate::window::Window;
 use core::sync::atomic::Ordering::Relaxed;
 use heapless::spsc::{Consumer, Producer};
@@ -47,10 +47,10 @@ impl<'a> Detect<'a> {
         &mut self,
         detector: &mut Detector,
         ring: &mut Ring,
-        inbox: &mut impl Mutex<T = Inboxes>,
-        outbox: &mut Outbox<PACKETS>,
+        mail: Mail<'_, impl Mutex<T = Inboxes>, Outbox<PACKETS>>,
         shared: &Shared<P>,
     ) {
+        let Mail { inbox, outbox } = mail;
         let Shared {
             platform,
             diagnostics,
@@ -97,11 +97,15 @@ impl<'a> Detect<'a> {
                     shared,
                 );
             };
+            let outputs = &mut Outputs {
+                emit: &mut emit,
+                due: &mut due,
+            };
             match conversion {
                 Some(conversion) => match conversion.as_plan() {
-                    None => detector.push(conversion, ring, diagnostics, &mut emit, &mut due),
+                    None => detector.push(conversion, ring, diagnostics, outputs),
                     Some(plan) => {
-                        detector.begin(plan, ring, diagnostics, &mut emit, &mut due);
+                        detector.begin(plan, ring, diagnostics, outputs);
                         odometer.change_plan(&shared.track);
                     }
                 },
@@ -147,13 +151,11 @@ pub fn take_message<P: Platform>(
     } = shared;
     match Odometry::decode(frame) {
         Some(message) => {
-            odometer.take(
-                &message,
-                complete_us.wrapping_sub(ODOMETRY_US),
-                ring_us,
-                track,
-                diagnostics,
-            );
+            let received = SentOdometry {
+                message: &message,
+                sent_us: complete_us.wrapping_sub(ODOMETRY_US),
+            };
+            odometer.take(received, ring_us, track, diagnostics);
         }
         None => diagnostics.requests_damaged.add(1),
     }

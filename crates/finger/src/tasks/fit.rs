@@ -2,8 +2,8 @@
 //! are due are fitted.
 
 use super::line::Inboxes;
-use super::outbox::Outbox;
-use super::requests::Requests;
+use super::outbox::{Mail, Outbox};
+use super::requests::{Requests, Targets};
 use super::shared::{PACKETS, Platform, Shared, Task};
 use crate::detector::Detector;
 use crate::estimator::{Estimator, WindowFit};
@@ -34,10 +34,10 @@ impl<S: Store> Fit<'_, S> {
         &mut self,
         ring: &mut impl Mutex<T: DerefMut<Target = Ring>>,
         detector: &mut impl Mutex<T: DerefMut<Target = Detector>>,
-        inbox: &mut impl Mutex<T = Inboxes>,
-        outbox: &mut impl Mutex<T = Outbox<PACKETS>>,
+        mail: Mail<'_, impl Mutex<T = Inboxes>, impl Mutex<T = Outbox<PACKETS>>>,
         shared: &Shared<P>,
     ) {
+        let Mail { inbox, outbox } = mail;
         let Self {
             estimator,
             windows,
@@ -52,14 +52,12 @@ impl<S: Store> Fit<'_, S> {
                 }
                 report_feel(outbox, source, window, estimator, shared);
             }
-            if !requests.step(
-                || windows.ready(),
+            let targets = Targets {
                 estimator,
                 detector,
-                inbox,
-                outbox,
-                shared,
-            ) {
+            };
+            let mail = Mail { inbox, outbox };
+            if !requests.step(|| windows.ready(), targets, mail, shared) {
                 break;
             }
         }

@@ -26,6 +26,23 @@ pub enum Next {
     Leave,
 }
 
+/// A sleep, by the microsecond counter.
+#[derive(Clone, Copy, Debug)]
+pub struct Slept {
+    /// When it began.
+    pub from_us: u32,
+    /// When it ended.
+    pub until_us: u32,
+}
+
+/// The stack as the meter reads it.
+pub struct Stack<F> {
+    /// Its size, in words.
+    pub words: usize,
+    /// Reads a word by its number from the far end.
+    pub word: F,
+}
+
 /// What the task owns.
 #[derive(Debug, Default)]
 pub struct Idle {
@@ -45,23 +62,21 @@ impl Idle {
         }
     }
 
-    /// Runs after each sleep. `slept_us` is its start and its end on the microsecond counter. The
-    /// stack has `words` words; `word` reads one by its number from the far end.
+    /// Runs after each sleep.
     pub fn run<P, E>(
         &mut self,
-        slept_us: (u32, u32),
-        words: usize,
-        word: impl Fn(usize) -> u32,
+        slept: Slept,
+        stack: Stack<impl Fn(usize) -> u32>,
         outbox: &mut impl Mutex<T = Outbox<PACKETS, E>>,
         shared: &Shared<P>,
     ) -> Next {
         let diagnostics = &shared.diagnostics;
-        if let Some(load) = self.load.slept(slept_us.0, slept_us.1) {
+        if let Some(load) = self.load.slept(slept.from_us, slept.until_us) {
             diagnostics.load_bits.store(load.to_bits(), Relaxed);
         }
         let [used_bytes, size_bytes] = &diagnostics.stack;
-        used_bytes.store(self.depth.step(words, word), Relaxed);
-        size_bytes.store(4 * words as u32, Relaxed);
+        used_bytes.store(self.depth.step(stack.words, stack.word), Relaxed);
+        size_bytes.store(4 * stack.words as u32, Relaxed);
         // No interrupt is pending here, so no window is being fitted.
         let next = match (shared.is_restarting(), shared.finished.load(Relaxed)) {
             (true, _) => Next::Restart,

@@ -4,6 +4,14 @@ use super::shared::{PACKETS, Platform, Shared, Task};
 use heapless::Deque;
 use ridgetone_proto::telemetry::{Event, Packet};
 
+/// Both ends of the serial line as a task sees them: requests come in, packets go out.
+pub struct Mail<'a, I, O> {
+    /// Requests and messages of a robot.
+    pub inbox: &'a mut I,
+    /// Packets that wait to be sent.
+    pub outbox: &'a mut O,
+}
+
 /// At most `N` packets. They are numbered before any is dropped, so that a reader sees the loss.
 #[derive(Debug, Default)]
 pub struct Outbox<const N: usize, E = Event> {

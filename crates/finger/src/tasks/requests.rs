@@ -3,7 +3,7 @@
 
 use super::commands::CommandExecutor;
 use super::line::Inboxes;
-use super::outbox::Outbox;
+use super::outbox::{Mail, Outbox};
 use super::shared::{PACKETS, Platform, Shared};
 use crate::detector::Detector;
 use crate::estimator::Estimator;
@@ -13,6 +13,14 @@ use ridgetone_proto::command::{Command, Reply, Request};
 use ridgetone_proto::store::Store;
 use ridgetone_proto::telemetry::Event;
 use rtic_core::Mutex;
+
+/// What a request may change.
+pub struct Targets<'a, D> {
+    /// Takes new settings of the fit.
+    pub estimator: &'a mut Estimator,
+    /// Takes new settings of frames and touch.
+    pub detector: &'a mut D,
+}
 
 /// Takes requests from the inbox, one after the other.
 #[derive(Debug)]
@@ -45,12 +53,15 @@ impl<S: Store> Requests<S> {
     pub fn step<P: Platform>(
         &mut self,
         is_window_due: impl Fn() -> bool,
-        estimator: &mut Estimator,
-        detector: &mut impl Mutex<T: DerefMut<Target = Detector>>,
-        inbox: &mut impl Mutex<T = Inboxes>,
-        outbox: &mut impl Mutex<T = Outbox<PACKETS>>,
+        targets: Targets<'_, impl Mutex<T: DerefMut<Target = Detector>>>,
+        mail: Mail<'_, impl Mutex<T = Inboxes>, impl Mutex<T = Outbox<PACKETS>>>,
         shared: &Shared<P>,
     ) -> bool {
+        let Targets {
+            estimator,
+            detector,
+        } = targets;
+        let Mail { inbox, outbox } = mail;
         let Self {
             executor,
             store,

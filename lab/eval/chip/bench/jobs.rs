@@ -4,12 +4,11 @@ use crate::files::Files;
 use crate::intake;
 use crate::machine::{Counter, stack};
 use heapless::Vec;
-use ridgetone::Detector;
 use ridgetone::Diagnostics;
 use ridgetone::Ring;
 use ridgetone::SLOTS;
 use ridgetone::TimedConversion;
-use ridgetone::Window;
+use ridgetone::{Detector, Outputs};
 use ridgetone_eval::feel_load;
 use ridgetone_eval::workload::{Frame, Job, Measured, Outcome, Wire, conversion, longest_packet};
 use ridgetone_proto::plan::Plan;
@@ -119,11 +118,13 @@ impl Bench<'_> {
             }
             let mut events = Vec::<Event, EVENTS_MAX>::new();
             let mut windows = 0;
-            let mut emit = |event| drop(events.push(event));
-            let mut due = |_| windows += 1;
+            let outputs = &mut Outputs {
+                emit: &mut |event| drop(events.push(event)),
+                due: &mut |_| windows += 1,
+            };
             let (instructions, ()) = self
                 .counter
-                .measure(|| detect(detector, &scan, self.ring, &mut emit, &mut due));
+                .measure(|| detect(detector, &scan, self.ring, outputs));
             for event in events {
                 self.encode(&Packet { sequence, event })?;
                 sequence = sequence.wrapping_add(1);
@@ -173,11 +174,10 @@ fn detect(
     detector: &mut Detector,
     scan: &[TimedConversion],
     ring: &mut Ring,
-    emit: &mut dyn FnMut(Event),
-    due: &mut dyn FnMut(Window),
+    outputs: &mut Outputs<'_>,
 ) {
     static DIAGNOSTICS: Diagnostics = Diagnostics::new();
     for conversion in scan {
-        detector.push(*conversion, ring, &DIAGNOSTICS, emit, due);
+        detector.push(*conversion, ring, &DIAGNOSTICS, outputs);
     }
 }

@@ -4,11 +4,11 @@ use super::emulated::{Jobs, next};
 use crate::workload::{Job, Measured, Wire, conversion_record};
 use anyhow::{Context, Result, ensure};
 use hal_mock::Truth;
-use ridgetone::Detector;
 use ridgetone::Diagnostics;
 use ridgetone::Ring;
 use ridgetone::SLOTS;
 use ridgetone::TimedConversion;
+use ridgetone::{Detector, Outputs};
 use ridgetone_host::input::{Input, frame_rate_hz};
 use ridgetone_host::replay;
 use ridgetone_proto::settings::Settings;
@@ -58,10 +58,11 @@ impl Frames {
         for scan in self.conversions.chunks(SLOTS as usize) {
             let (mut events, mut due) = (Vec::new(), 0);
             for conversion in scan {
-                let mut emit = |event| events.push(event);
-                detector.push(*conversion, &mut ring, &diagnostics, &mut emit, &mut |_| {
-                    due += 1
-                });
+                let outputs = &mut Outputs {
+                    emit: &mut |event| events.push(event),
+                    due: &mut |_| due += 1,
+                };
+                detector.push(*conversion, &mut ring, &diagnostics, outputs);
             }
             for event in events {
                 let (_, wire) = next!(measured, Message { instructions, wire });

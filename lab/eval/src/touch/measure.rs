@@ -3,11 +3,11 @@
 use super::trace::{Recipe, SlideTruth, Trace, Truth};
 use ads1258::{Conversion, Status as Flags};
 use anyhow::Result;
-use ridgetone::Detector;
 use ridgetone::Diagnostics;
 use ridgetone::Ring;
 use ridgetone::TimedConversion;
 use ridgetone::{CONVERSION_NS, SLOTS};
+use ridgetone::{Detector, Outputs};
 use ridgetone::{Estimator, WindowFit};
 use ridgetone_host::input::frame_rate_hz;
 use ridgetone_proto::settings::{SCAN, Settings, TAXELS};
@@ -118,8 +118,10 @@ fn run(mut trace: Trace, mains: bool) -> Reported {
                 timed,
                 &mut ring,
                 &diagnostics,
-                &mut |event| events.push(event),
-                &mut |due| windows.push(due),
+                &mut Outputs {
+                    emit: &mut |event| events.push(event),
+                    due: &mut |due| windows.push(due),
+                },
             );
         }
         if frame == frames {
