@@ -428,8 +428,10 @@ fn health_and_faults_are_reported_while_no_conversion_comes() {
             conversion,
             &mut ring,
             &diagnostics,
-            &mut |_| {},
-            &mut |_| {},
+            &mut Outputs {
+                emit: &mut |_| {},
+                due: &mut |_| {},
+            },
         );
     }
     let (mut healths, mut greetings, mut reported) = (Vec::new(), 0, Vec::new());

@@ -296,7 +296,10 @@ impl ContactDetector {
                 self.hold(number, off, block)
             }
             Phase::Slide(start) => {
-                self.slide(start, number, block, ring, report);
+                if self.planned.is_none() {
+                    self.follow_motion(block, number);
+                    self.slide(start, number, ring, report);
+                }
                 false
             }
         }
@@ -361,18 +364,7 @@ impl ContactDetector {
     }
 
     /// One block further in the slide that began at frame `start`.
-    fn slide(
-        &mut self,
-        start: u32,
-        number: u32,
-        block: Block,
-        ring: Averages,
-        report: &mut dyn FnMut(Change),
-    ) {
-        if self.planned.is_some() {
-            return;
-        }
-        self.follow_motion(block, number);
+    fn slide(&mut self, start: u32, number: u32, ring: Averages, report: &mut dyn FnMut(Change)) {
         // Still, or in the air: there a slide is over even if something goes on shaking the finger.
         self.aim_in = if self.aim_in > 0 {
             self.aim_in - 1

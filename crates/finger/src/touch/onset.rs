@@ -58,6 +58,23 @@ pub struct Frames<'a> {
     pub pull: &'a Values,
 }
 
+/// Where the taxels are while nothing moves.
+#[derive(Clone, Copy)]
+pub struct StillLevel<'a> {
+    pub level: &'a Values,
+    /// What the level rises by in a frame, as the skin creeps.
+    pub creep: Option<&'a Values>,
+}
+
+/// The frames that are looked at, backwards from `last`.
+struct Search {
+    last: u32,
+    frames: u32,
+    stride: u32,
+    /// Whether the limits are those of a motion's start, or of its end.
+    for_start: bool,
+}
+
 /// What frames and means of four speak for; and frames by a greater limit, where a motion begins or
 /// ends at once: the curve of a skin's creep is none.
 struct Spoken {
@@ -132,19 +149,18 @@ impl Frames<'_> {
     }
 
     /// Looks back from frame `last`, at a number of frames, and adds up how much they speak for
-    /// motion away from `level`, which rises by `creep` in a frame. What is along the load is none.
+    /// motion away from a still level. What is along the load is none.
     /// Gives the frame from which on they speak most for it, and the one from which on they speak
     /// least. Means of four frames show a slow motion earlier than frames do, and one near 60 Hz
     /// not at all: `earlier` decides between the two.
-    fn speak(
-        &self,
-        level: &Values,
-        creep: Option<&Values>,
-        last: u32,
-        frames: u32,
-        stride: u32,
-        for_start: bool,
-    ) -> Spoken {
+    fn speak(&self, still: StillLevel<'_>, search: Search) -> Spoken {
+        let StillLevel { level, creep } = still;
+        let Search {
+            last,
+            frames,
+            stride,
+            for_start,
+        } = search;
         let of = |limit| self.taxels.limit(limit);
         let [mut single, mut mean, mut sharp] = [Extremes::at(last, of(PAST)); 3];
         let (is_sharp, between_sharp) = if for_start { SHARP_START } else { SHARP_END };
@@ -216,7 +232,15 @@ impl Frames<'_> {
             single,
             mean,
             sharp,
-        } = self.speak(level, None, last, frames, 1, true);
+        } = self.speak(
+            StillLevel { level, creep: None },
+            Search {
+                last,
+                frames,
+                stride: 1,
+                for_start: true,
+            },
+        );
         if let Some(sharp) = sharp {
             return sharp.most_from;
         }
@@ -259,23 +283,24 @@ impl Frames<'_> {
         last
     }
 
-    /// The first frame behind a motion that is over in frame `last`, in which the taxels are at
-    /// `level` and rise by `creep` each frame: the frames from there on speak least for motion. No
+    /// The first frame behind a motion that is over in frame `last`, in which the taxels are still:
+    /// the frames from there on speak least for motion. No
     /// earlier than `earliest`. Looks at one frame of `stride`.
-    pub fn motion_end(
-        &self,
-        level: &Values,
-        creep: Option<&Values>,
-        last: u32,
-        earliest: u32,
-        stride: u32,
-    ) -> u32 {
+    pub fn motion_end(&self, still: StillLevel<'_>, last: u32, earliest: u32, stride: u32) -> u32 {
         let frames = (last.wrapping_sub(earliest) / stride).min(END_FRAMES);
         let Spoken {
             single,
             mean,
             sharp,
-        } = self.speak(level, creep, last, frames, stride, false);
+        } = self.speak(
+            still,
+            Search {
+                last,
+                frames,
+                stride,
+                for_start: false,
+            },
+        );
         if let Some(sharp) = sharp {
             return sharp.least_from;
         }
@@ -307,7 +332,15 @@ impl Frames<'_> {
     pub fn hold_before(&self, lifted: u32, earliest: u32) -> u32 {
         let last = lifted.wrapping_sub(LIFTING_FRAMES);
         let level = self.mean(last, PLATEAU_FRAMES);
-        let held = self.motion_end(&level, None, last, earliest, 2);
+        let held = self.motion_end(
+            StillLevel {
+                level: &level,
+                creep: None,
+            },
+            last,
+            earliest,
+            2,
+        );
         if last.wrapping_sub(held) < PLATEAU_FRAMES {
             lifted
         } else {

@@ -4,7 +4,7 @@ use crate::touch::block::{BLOCK_FRAMES, Block};
 use crate::touch::chi_square::{Limit, limit};
 use crate::touch::condition::Condition;
 use crate::touch::motion::{FAINT_BLOCKS, LONG_BLOCKS, LONGEST_BLOCKS, Motion, SHORT_BLOCKS};
-use crate::touch::onset::{END_FRAMES, Frames};
+use crate::touch::onset::{END_FRAMES, Frames, StillLevel};
 use crate::touch::values::{difference, scale};
 use ridgetone_proto::settings::{Slide, SlideRule};
 use ridgetone_tone::Values;
@@ -148,8 +148,7 @@ pub fn slide_end(
         let earliest = moving_until.wrapping_sub(UNSURE_FRAMES);
         let last = over.wrapping_sub(2 * BLOCK_FRAMES);
         return frames.motion_end(
-            level,
-            None,
+            StillLevel { level, creep: None },
             last,
             earliest,
             last.wrapping_sub(earliest) / END_FRAMES + 1,
@@ -166,8 +165,10 @@ pub fn slide_end(
     scale(&mut creep, 1.0 / (skip.max(1) * BLOCK_FRAMES) as f32);
     let middle = over.wrapping_sub(skip * BLOCK_FRAMES + 2 * BLOCK_FRAMES - 1);
     frames.motion_end(
-        &soon,
-        is_creep.then_some(&creep),
+        StillLevel {
+            level: &soon,
+            creep: is_creep.then_some(&creep),
+        },
         middle,
         moving_until.wrapping_sub(UNSURE_FRAMES),
         1,
