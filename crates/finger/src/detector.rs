@@ -242,6 +242,8 @@ impl Detector {
 
     /// The next conversions are of this plan, with the settings that wait for it. What lasts is
     /// over; numbers and times of frames go on, and the level without touch is measured again.
+    // A frame of its own: the 3,250 bytes of what it makes anew would be under every scan.
+    #[inline(never)]
     pub fn begin(
         &mut self,
         plan: Plan,

@@ -73,8 +73,6 @@ impl Bench<'_> {
         }
     }
 
-    // Each job apart, so that none has the others' variables on its stack.
-    #[inline(never)]
     fn fit(&mut self, fitter: &mut Fitter, frames: u32) -> Option<()> {
         if frames as usize > RING_FRAMES {
             return None;
@@ -94,7 +92,6 @@ impl Bench<'_> {
         })
     }
 
-    #[inline(never)]
     fn feel(&mut self, fitter: &mut Fitter, plan: u8) -> Option<()> {
         feel_load::fill(self.ring, plan)?;
         let from = stack::paint();
