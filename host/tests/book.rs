@@ -43,7 +43,7 @@ const WITH_A_BOARD: [&str; 23] = [
 ];
 
 /// Commands that take too long for a test, each with the test that covers a short form of it.
-const LITTLE_OF: [(&str, &str); 25] = [
+const LITTLE_OF: [(&str, &str); 27] = [
     ("cargo xtask worklet", "teletaction/tests/touch/page.rs"),
     (
         "cargo xtask distance --write",
@@ -93,9 +93,11 @@ const LITTLE_OF: [(&str, &str); 25] = [
         "cargo xtask reproduce --wavelengths",
         "lab/eval/src/reproduce/okamoto.rs",
     ),
+    ("cargo xtask events", "xtask/src/events.rs"),
+    ("cargo xtask noise --seed 1", "lab/eval/src/noise.rs"),
     (
-        "cargo +nightly fuzz run settings",
-        "tests/extremes/settings.rs",
+        "cargo test -p ridgetone-host --lib check::tests::conversation",
+        "xtask/src/test.rs",
     ),
     ("cargo xtask test --fresh", "xtask/src/fresh.rs"),
     ("cargo test --workspace", "xtask/src/test.rs"),
@@ -156,14 +158,14 @@ fn pages() -> Vec<PathBuf> {
     pages
 }
 
-/// All of `docs/`, the book, the README and that of the teletaction commands.
+/// All of `docs/`, the book, the READMEs and CONTRIBUTING.md.
 fn documents() -> Vec<PathBuf> {
     let docs = fs::read_dir(root().join("docs/results"))
         .expect("documents")
         .map(|entry| entry.expect("an entry").path());
     docs.filter(|path| path.extension().is_some_and(|extension| extension == "md"))
         .chain(pages())
-        .chain([root().join("teletaction/README.md")])
+        .chain(["teletaction/README.md", "CONTRIBUTING.md"].map(|name| root().join(name)))
         .collect()
 }
 
