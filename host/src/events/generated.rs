@@ -362,7 +362,7 @@ fn root() -> PathBuf {
 }
 
 /// Compares a file, or writes it.
-fn settle(path: &str, wanted: &str) {
+fn compare_or_write(path: &str, wanted: &str) {
     let full = root().join(path);
     if std::env::var_os(WRITE).is_some() {
         std::fs::write(&full, wanted).expect("written");
@@ -377,13 +377,13 @@ fn settle(path: &str, wanted: &str) {
 
 #[test]
 fn what_is_made_from_the_views_is_up_to_date() {
-    settle("host/src/events/schema.json", &schema_json());
-    settle("host/python/package/ridgetone/_events.py", &python());
+    compare_or_write("host/src/events/schema.json", &schema_json());
+    compare_or_write("host/python/package/ridgetone/_events.py", &python());
     let page = "docs/guide/4-telemetry.md";
     let text = std::fs::read_to_string(root().join(page)).expect("a page");
     let (before, rest) = text.split_once(BEGIN).expect("a beginning");
     let (_, after) = rest.split_once(END).expect("an end");
-    settle(page, &format!("{before}{BEGIN}{}{END}{after}", guide()));
+    compare_or_write(page, &format!("{before}{BEGIN}{}{END}{after}", guide()));
 }
 
 #[test]

@@ -107,6 +107,17 @@ fn the_way_of_a_window_says_where_it_comes_back() {
     assert!(seen.len() > 25 && rows > 0, "{seen:?}");
 }
 
+/// A field of a struct with its value, which may go on over lines that are indented deeper.
+fn value_of(code: &str, field: &str) -> String {
+    let indent = |line: &str| line.len() - line.trim_start().len();
+    let mut lines = code
+        .lines()
+        .skip_while(|line| !line.trim_start().starts_with(field));
+    let first = lines.next().expect("the field");
+    let more = lines.take_while(|line| indent(line) > indent(first));
+    std::iter::once(first).chain(more).collect()
+}
+
 /// What `init` of a board's file names belongs together: the pins' names in the table are those in
 /// the code.
 #[test]
@@ -136,13 +147,10 @@ fn the_wiring_is_the_firmwares() {
             .find(|row| row[0] == signal)
             .unwrap_or_else(|| panic!("no row {signal}"));
         for (code, pin) in [(&feather, row[2]), (&nucleo, row[4])] {
-            let line = code
-                .lines()
-                .find(|line| line.trim_start().starts_with(field))
-                .expect("the field");
+            let value = value_of(code, field);
             assert!(
-                line.contains(&format!(".{}", pin.to_lowercase())),
-                "{signal} is not on {pin}: {line}"
+                value.contains(&format!(".{}", pin.to_lowercase())),
+                "{signal} is not on {pin}: {value}"
             );
         }
         for text in [row[1], row[2]] {

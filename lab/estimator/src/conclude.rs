@@ -202,7 +202,7 @@ pub fn movement(followed: &Followed, mean: &Mean, span: &FrameSpan) -> Movement 
 }
 
 /// The figures that a status is set by.
-pub struct Verdict<'v> {
+pub struct Figures<'v> {
     /// Figures of the tests.
     pub tests: &'v Tests,
     /// The mean frequency.
@@ -219,7 +219,7 @@ pub struct Verdict<'v> {
     pub lines: usize,
 }
 
-impl Verdict<'_> {
+impl Figures<'_> {
     /// The status: the only place where it is set.
     pub fn status(&self) -> Status {
         let (tests, mean) = (self.tests, self.mean);

@@ -2,7 +2,7 @@
 
 use crate::blocks::{Blocks, Pass};
 use crate::comb::{Comb, Work};
-use crate::conclude::{self, Verdict};
+use crate::conclude::{self, Figures};
 use crate::fit::{Fit, Status, Tests};
 use crate::frame_span::FrameSpan;
 use crate::hum::Hum;
@@ -195,7 +195,7 @@ impl Fitter {
                 }
             });
         let room = 2.0 * shape.lines.most() as f32 * tests.cycles + 1.0;
-        let verdict = Verdict {
+        let verdict = Figures {
             tests: &tests,
             mean: &mean,
             other: &other,

@@ -18,8 +18,8 @@ pub const CANDIDATES_MAX: usize = PEAKS * DIVISORS;
 /// Fewest cycles of a candidate, and of a peak.
 const CYCLES_LEAST: f32 = 0.45;
 const CYCLES_PEAK: f32 = 0.5;
-/// Candidates nearer than this, in cycles, are one.
-const SAME: f32 = 0.01;
+/// Least distance of two candidates, cycles: nearer ones are one.
+const CANDIDATES_APART: f32 = 0.01;
 /// Least of what a line leaves of a determinant.
 const LEFT_MIN: f32 = 1e-7;
 
@@ -33,7 +33,9 @@ pub struct Candidates {
 impl Candidates {
     fn add(&mut self, cycles: f32) {
         let known = &self.cycles[..self.count];
-        let is_new = known.iter().all(|other| (other - cycles).abs() > SAME);
+        let is_new = known
+            .iter()
+            .all(|other| (other - cycles).abs() > CANDIDATES_APART);
         if cycles > CYCLES_LEAST && is_new && self.count < CANDIDATES_MAX {
             self.cycles[self.count] = cycles;
             self.count += 1;

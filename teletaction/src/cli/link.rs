@@ -72,11 +72,11 @@ pub struct LinkArgs {
     hand: HandOptions,
     #[command(flatten)]
     actuator: ActuatorOptions,
-    /// Of a stylus' board: way of one count of its encoder, all four edges counted, mm [default:
-    /// the paper's 0.005].
+    /// Distance of one count of the stylus board's encoder, all four edges counted, mm [default: the
+    /// paper's 0.005].
     #[arg(long, value_name = "MM", value_parser = positive)]
     count_mm: Option<f64>,
-    /// Of a stylus' board: latency of what follows its converter, such as a filter, ms.
+    /// Latency after the stylus board's converter, such as that of a filter, ms.
     #[arg(long, value_name = "MS", default_value_t = 0.0, value_parser = number, allow_negative_numbers = true)]
     latency_ms: f64,
     /// End after this time, s [default: never].

@@ -15,7 +15,7 @@ pub struct Afterimage<'a> {
 }
 
 impl<'a> Afterimage<'a> {
-    /// Of skin that was not touched. `kept` has a value for each sensor; they are set to 0.
+    /// Afterimage of skin that was not touched. `kept` has a value for each sensor; all are set to 0.
     pub fn new(skin: Kelvin, kept: &'a mut [f32]) -> Self {
         kept.fill(0.0);
         Self { skin, kept }

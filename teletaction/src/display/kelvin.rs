@@ -79,8 +79,8 @@ impl Kelvin {
         (self.creep(on_s + off_s) - self.creep(off_s)) / self.creep(on_s)
     }
 
-    /// The same as the paper has it in Table 6: all of the deformation fades with the time constant
-    /// of creep.
+    /// Retained deformation as in the paper's Table 6: all of it fades with the time constant of
+    /// creep.
     pub fn retained_by_creep_time(&self, off_s: f64) -> f64 {
         (-off_s / self.creep_s).exp()
     }

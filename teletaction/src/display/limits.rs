@@ -81,7 +81,7 @@ pub struct Steps {
 }
 
 impl Steps {
-    /// Of limits that are possible: [`Pins::new`] says whether they are.
+    /// Steps within limits that [`Pins::new`] accepts.
     pub fn new(limits: &Limits) -> Self {
         Self {
             quantum_n: limits.quantum_n(),
@@ -168,8 +168,7 @@ impl<'a> Pins<'a> {
         ))
     }
 
-    /// The same with no force wanted: for a line that is silent or data that are wrong. The pins go
-    /// down as fast as the slew allows.
+    /// Releases all pins, for a silent line or wrong data. They go down as fast as the slew allows.
     pub fn release(&mut self, dt_s: f32) -> Result<(), Error> {
         if self.is_due(dt_s)? {
             let steps = self.steps;

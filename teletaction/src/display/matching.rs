@@ -142,7 +142,7 @@ impl<'a> Matching<'a> {
                 v: &mut memory[..sensors],
             })
         } else {
-            by_pins(memory, by_pin, (pins, sensors), constant)?
+            by_pins(memory, by_pin, pins, sensors, constant)?
         };
         Ok(Self {
             pins,
@@ -245,7 +245,8 @@ impl<'a> Matching<'a> {
 fn by_pins<'a>(
     memory: &'a mut [f32],
     map: &[f32],
-    (pins, sensors): (usize, usize),
+    pins: usize,
+    sensors: usize,
     constant: f32,
 ) -> Result<Way<'a>, Error> {
     let (free_map, memory) = memory.split_at_mut(pins * sensors);

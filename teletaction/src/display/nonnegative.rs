@@ -141,8 +141,8 @@ fn pivot(
     } else {
         solve(lower, small);
     }
-    // Of those that rest: the gradient is the matrix times what presses, less b. Of those that
-    // press: they give way.
+    // For pins that rest the gradient is the matrix times the pressing forces, less b. Pins that
+    // press give way.
     let (inside, outside) = if press { (x, y) } else { (y, x) };
     let start = if press { b } else { free };
     for i in 0..n {

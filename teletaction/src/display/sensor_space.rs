@@ -1,5 +1,4 @@
-//! The same optimum with unknowns of the sensors in place of the pins: for few sensors and many
-//! pins.
+//! The optimum with one unknown for each sensor instead of each pin: for few sensors and many pins.
 //!
 //! For a set P of pins that press, (A_P' A_P + c)^-1 A_P' w = A_P' v with (A_P A_P' + c) v = w.
 //! What is left of the wanted strains is c v, so the gradient of a pin that rests is -c a'v: one

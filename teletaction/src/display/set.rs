@@ -30,7 +30,7 @@ impl Set {
         self.0[pin / BITS % WORDS] ^= 1 << (pin % BITS);
     }
 
-    /// The same with all pins of another set.
+    /// Flips all pins of another set.
     pub(crate) fn flip_all(&mut self, pins: &Self) {
         self.0
             .iter_mut()

@@ -240,7 +240,7 @@ mod tests {
             [Command::Disable]
         );
         assert!(requests.is_at_rest());
-        // The same again: the board still has it.
+        // An equal texture: the board still has it.
         requests.texture = Some(second);
         assert_eq!(
             commands_until_idle(&mut requests, &mut t_s),
@@ -279,7 +279,7 @@ mod tests {
         assert_eq!(requests.due(0.0), Some((u16::MAX, Command::Disable)));
         assert_eq!(requests.due(0.99 * REPEAT_S), None);
         assert_eq!(requests.due(REPEAT_S), Some((u16::MAX, Command::Disable)));
-        // Of another one.
+        // A reply to another request.
         requests.answered(
             0.1,
             &Reply {

@@ -56,7 +56,7 @@ pub struct Link {
     /// In place of `stylus`, if there is one.
     board: Option<BoardEnd>,
     ends: Ends,
-    /// Of the latest step.
+    /// Time of the latest step, seconds.
     t_s: f64,
 }
 

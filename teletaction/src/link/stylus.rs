@@ -48,7 +48,7 @@ impl Error {
         (self.count > 0).then(|| 100.0 * (self.squares / self.count as f64).sqrt())
     }
 
-    /// The same of a vibration that would have travelled, later by the mean delay.
+    /// Error of a vibration that would have travelled, later by the mean delay.
     pub fn late_percent(&self) -> Option<f64> {
         (self.count > 0).then(|| 100.0 * (self.late_squares / self.count as f64).sqrt())
     }
@@ -75,7 +75,7 @@ pub struct StylusEnd {
     heard_s: Option<f64>,
     is_down: bool,
     volts: f32,
-    /// Of the latest sample.
+    /// Counts of the encoder at the latest sample.
     counts: i32,
     /// Where the texture began, millimetres, and its phase there, cycles.
     anchor: (f64, f64),

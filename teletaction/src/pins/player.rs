@@ -220,7 +220,8 @@ impl<'a> Player<'a> {
         self.update(
             frame.t_s,
             since_s,
-            (strains(&volts, self.setup.volts_per_strain), taxels),
+            strains(&volts, self.setup.volts_per_strain),
+            taxels,
         )
         .map(Some)
     }
@@ -229,7 +230,8 @@ impl<'a> Player<'a> {
         &mut self,
         t_s: f64,
         since_s: f64,
-        (sensor, taxels): ([f32; SENSORS], u16),
+        sensor: [f32; SENSORS],
+        taxels: u16,
     ) -> Result<Update> {
         // Matching has the unit of stress: newtons per square millimetre.
         let per_strain = (self.setup.gain * self.setup.modulus_mpa) as f32;

@@ -48,7 +48,7 @@ pub fn draw(frame: &mut Frame<'_>, source: &str, update: Option<&Update>, player
         .map(|strain| setup.gain as f32 * strain)
         .collect();
     let greatest = |values: &[f32]| values.iter().fold(1e-6f32, |most, value| most.max(*value));
-    // The same scale for both strains, so that equal shades are equal strains.
+    // One scale for both strains, so that equal shades are equal strains.
     let strain = greatest(&gained).max(greatest(&update.felt_strain));
     let force = setup
         .limits

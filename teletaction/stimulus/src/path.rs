@@ -40,9 +40,9 @@ impl<const N: usize> Path<N> {
         if let Some((last_s, last_mm)) = last
             && t_s - last_s > REST_S
         {
-            self.keep((t_s - SET_OUT_S, last_mm));
+            self.keep(t_s - SET_OUT_S, last_mm);
         }
-        self.keep((t_s, place_mm));
+        self.keep(t_s, place_mm);
         true
     }
 
@@ -79,7 +79,7 @@ impl<const N: usize> Path<N> {
         Some(from_mm + (to_mm - from_mm) * (t_s - from_s) / (to_s - from_s))
     }
 
-    fn keep(&mut self, point: (f64, f64)) {
+    fn keep(&mut self, t_s: f64, place_mm: f64) {
         if N == 0 {
             return;
         }
@@ -88,7 +88,7 @@ impl<const N: usize> Path<N> {
             self.count -= 1;
         }
         if let Some(place) = self.points.get_mut((self.first + self.count) % N) {
-            *place = point;
+            *place = (t_s, place_mm);
             self.count += 1;
         }
     }

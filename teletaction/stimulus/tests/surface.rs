@@ -157,8 +157,8 @@ fn the_phase_is_continuous() {
     }
 }
 
-/// The same under a long latency, over which the output is many counts ahead of the hand: a change
-/// of texture begins where the output is.
+/// Under a long latency the output is many counts ahead of the hand: a change of texture begins
+/// where the output is.
 #[test]
 fn a_change_of_texture_under_latency_is_no_step() {
     let encoder = Encoder {

@@ -15,7 +15,7 @@ pub struct Dac {
     codes_a_volt: f32,
     /// Greatest step from one sample to the next, codes, by the actuator's slew rate.
     slew: u16,
-    /// The same after [`Dac::rise`] until the wanted voltage is reached, and after [`Dac::fall`].
+    /// Greatest step, codes, after [`Dac::rise`] until the wanted voltage is reached, and after [`Dac::fall`].
     soft: u16,
     /// The code falls to 0 or stays there.
     is_down: bool,
@@ -41,7 +41,7 @@ impl Dac {
         }
     }
 
-    /// The same code and state with the limits of `actuator`.
+    /// This code and state with the limits of `actuator`.
     pub fn with(self, actuator: &Actuator) -> Self {
         Self {
             code: self.code,

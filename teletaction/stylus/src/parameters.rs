@@ -50,13 +50,13 @@ impl Parameters {
 
     /// A stimulus with them, or the name of what is impossible.
     pub fn stimulus(&self) -> Result<Stimulus, SettingsError> {
-        within("still_s", self.still_s, (0.01, 60.0))?;
-        within("silence_s", self.silence_s, (0.01, 60.0))?;
-        within("places_hz", self.places_hz, (0.0, 250.0))?;
+        within("still_s", self.still_s, 0.01, 60.0)?;
+        within("silence_s", self.silence_s, 0.01, 60.0)?;
+        within("places_hz", self.places_hz, 0.0, 250.0)?;
         let rate_hz = SAMPLE_HZ as f32;
         let own_s = CONVERTER_SAMPLES / rate_hz;
         // Named with the bounds of what was sent.
-        within("latency_s", self.latency_s, (0.0, 0.0198))?;
+        within("latency_s", self.latency_s, 0.0, 0.0198)?;
         let encoder = Encoder {
             count_mm: self.count_mm,
             rate_hz,
@@ -66,15 +66,15 @@ impl Parameters {
     }
 }
 
-fn within(name: &str, value: f32, (least, greatest): (f32, f32)) -> Result<(), SettingsError> {
+fn within(name: &str, value: f32, least: f32, greatest: f32) -> Result<(), SettingsError> {
     if value >= least && value <= greatest {
         Ok(())
     } else {
-        Err(refusal(name, value, (least, greatest)))
+        Err(refusal(name, value, least, greatest))
     }
 }
 
-fn refusal(name: &str, value: f32, (least, greatest): (f32, f32)) -> SettingsError {
+fn refusal(name: &str, value: f32, least: f32, greatest: f32) -> SettingsError {
     SettingsError {
         field: String::try_from(name).unwrap_or_default(),
         value,
@@ -91,7 +91,7 @@ pub(crate) fn named(error: Error) -> SettingsError {
             value,
             least,
             greatest,
-        } => refusal(name, value, (least, greatest)),
+        } => refusal(name, value, least, greatest),
     }
 }
 

@@ -11,7 +11,7 @@ use ridgetone::tasks::{PACKETS, Platform, Shared};
 use ridgetone_proto::boot::Boot;
 use rtic_core::Mutex;
 
-/// Of the crate.
+/// Version of the crate.
 const VERSION: [u8; 3] = [0, 1, 0];
 
 /// Seconds from one `health` to the next, and from one `hello` to the next.

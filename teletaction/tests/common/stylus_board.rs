@@ -42,7 +42,7 @@ struct Inner {
 }
 
 pub struct StylusBoard {
-    /// Of its port.
+    /// Name of its port.
     pub name: String,
     inner: Arc<Inner>,
 }

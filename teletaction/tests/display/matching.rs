@@ -143,7 +143,7 @@ fn forces_are_the_optimum() {
                         "{frame} {pin}: {x} {y} of {most_b}"
                     );
                 }
-                // And the optimum itself, which is unique.
+                // The optimum itself is unique.
                 for (pin, (x, wanted)) in x.iter().zip(reference.solve()).enumerate() {
                     assert!(
                         (x - wanted).abs() < 2e-3 * most_x,
@@ -316,7 +316,7 @@ fn what_cannot_be_matched_is_refused() {
         before
     );
 
-    // The same by the sensors, which are fewer.
+    // Solved by the sensors, which are fewer.
     let pins = Grid::new(8, 1, 0.5).expect("a grid");
     let map = grid.map(&pins, 1.5, 0.5, Quantity::Strain).expect("a map");
     let mut memory = vec![0.0; Matching::floats(8, 3)];

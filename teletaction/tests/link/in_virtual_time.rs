@@ -110,7 +110,7 @@ fn damaged_and_doubled_messages_are_counted_and_do_no_harm() {
     link.finger.found(Some(Texture::new(1.4)));
     let report = pass(&mut link, 0.0, 20.0);
     for (counts, sent) in [(&report.places, 5000.0), (&report.textures, 80.0)] {
-        // Of 1.2 copies 0.9 arrive, and a fifth of them is damaged.
+        // 0.9 of 1.2 copies arrive, and a fifth of them is damaged.
         let (damaged, doubled) = (counts.damaged as f64 / sent, counts.doubled as f64 / sent);
         assert!(
             (0.12..0.32).contains(&damaged) && (0.04..0.22).contains(&doubled),
