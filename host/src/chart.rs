@@ -64,8 +64,8 @@ impl Svg {
         ));
     }
 
-    pub fn line(&mut self, from: (f64, f64), to: (f64, f64), class: &str) {
-        let ((x1, y1), (x2, y2)) = (from, to);
+    pub fn line(&mut self, ends: [(f64, f64); 2], class: &str) {
+        let [(x1, y1), (x2, y2)] = ends;
         self.push(&format!(
             "<path d=\"M{x1:.1} {y1:.1}L{x2:.1} {y2:.1}\" class=\"{class}\"/>"
         ));
@@ -296,7 +296,8 @@ pub struct Scale {
 }
 
 impl Scale {
-    fn axis(&self, values: impl Iterator<Item = f64>, at: (f64, f64)) -> Axis {
+    /// An axis from the pixel `from` to the pixel `to`.
+    fn axis(&self, values: impl Iterator<Item = f64>, from: f64, to: f64) -> Axis {
         let usable = values.filter(|value| value.is_finite() && (!self.is_log || *value > 0.0));
         let (least, most) = usable.fold(
             (f64::INFINITY, f64::NEG_INFINITY),
@@ -309,7 +310,7 @@ impl Scale {
         };
         Axis {
             range: self.range.unwrap_or(found),
-            at,
+            at: (from, to),
             is_log: self.is_log,
         }
     }
@@ -365,13 +366,13 @@ impl Panel {
         let (left, right) = EDGES;
         let (upper, lower) = (top + 56.0, top + 56.0 + PLOT_HEIGHT);
         let points = || self.curves.iter().flat_map(|curve| &curve.points);
-        let x = self.x.axis(points().map(|point| point.0), (left, right));
-        let y = self.y.axis(points().map(|point| point.1), (lower, upper));
+        let x = self.x.axis(points().map(|point| point.0), left, right);
+        let y = self.y.axis(points().map(|point| point.1), lower, upper);
         svg.text(24.0, top + 28.0, Anchor::Start, "title", &self.title);
         svg.text(24.0, upper - 10.0, Anchor::Start, "small", &self.y.label);
         for (value, label) in self.y.ticks(&y, 6) {
             let at = y.place(value);
-            svg.line((left, at), (right, at), "grid");
+            svg.line([(left, at), (right, at)], "grid");
             svg.text(left - 7.0, at + 4.0, Anchor::End, "small", &label);
         }
         let ticks = self.x.ticks(&x, 8).into_iter();
@@ -379,13 +380,13 @@ impl Panel {
             .map(|(value, label)| (x.place(value), label))
             .collect();
         for (at, _) in &ticks {
-            svg.line((*at, lower), (*at, lower + 4.0), "axis");
+            svg.line([(*at, lower), (*at, lower + 4.0)], "axis");
         }
         for (at, label) in spaced(ticks, left - 24.0, right + 24.0) {
             svg.text(at, lower + 18.0, Anchor::Middle, "small", &label);
         }
-        svg.line((left, lower), (right, lower), "axis");
-        svg.line((left, lower), (left, upper), "axis");
+        svg.line([(left, lower), (right, lower)], "axis");
+        svg.line([(left, lower), (left, upper)], "axis");
         svg.text(
             0.5 * (left + right),
             lower + 36.0,
@@ -398,20 +399,23 @@ impl Panel {
             let place = |(a, b): &(f64, f64)| (x.place(*a), y.place(*b).clamp(upper, lower));
             let placed: Vec<(f64, f64)> = points.iter().filter(is_seen).map(place).collect();
             svg.path(&thinned(&placed), &look.class());
-            placed.iter().for_each(|point| marker(svg, *look, *point));
+            placed.iter().for_each(|(x, y)| marker(svg, *look, *x, *y));
         }
         for (row, entries) in self.key().into_iter().enumerate() {
             let base = lower + 62.0 + KEY_ROW * row as f64;
             for (x, curve) in entries {
-                svg.line((x, base - 4.0), (x + 28.0, base - 4.0), &curve.look.class());
-                marker(svg, curve.look, (x + 14.0, base - 4.0));
+                svg.line(
+                    [(x, base - 4.0), (x + 28.0, base - 4.0)],
+                    &curve.look.class(),
+                );
+                marker(svg, curve.look, x + 14.0, base - 4.0);
                 svg.text(x + 35.0, base, Anchor::Start, "small", &curve.name);
             }
         }
     }
 }
 
-fn marker(svg: &mut Svg, look: Look, (x, y): (f64, f64)) {
+fn marker(svg: &mut Svg, look: Look, x: f64, y: f64) {
     if let Some((shape, class)) = look.marker() {
         let corners: Vec<(f64, f64)> = shape.iter().map(|(dx, dy)| (x + dx, y + dy)).collect();
         svg.path(&corners, &class);

@@ -119,7 +119,7 @@ fn phases(svg: &mut Svg, recording: &Recording, time: &Axis) {
         );
     }
     for t_s in &recording.contacts_s {
-        svg.line((x(*t_s), STRIPS_Y - 2.0), (x(*t_s), STRIPS_END_Y), "mark");
+        svg.line([(x(*t_s), STRIPS_Y - 2.0), (x(*t_s), STRIPS_END_Y)], "mark");
         labels.push((x(*t_s), format!("contact {t_s:.2} s")));
     }
     for (start_s, end_s) in &recording.slides_s {
@@ -129,7 +129,7 @@ fn phases(svg: &mut Svg, recording: &Recording, time: &Axis) {
         ));
     }
     for t_s in &recording.releases_s {
-        svg.line((x(*t_s), STRIPS_Y - 2.0), (x(*t_s), STRIPS_END_Y), "mark");
+        svg.line([(x(*t_s), STRIPS_Y - 2.0), (x(*t_s), STRIPS_END_Y)], "mark");
         labels.push((x(*t_s), format!("release {t_s:.2} s")));
     }
     for (x, text) in spaced(labels, TIME.0, TIME.1) {
@@ -138,12 +138,11 @@ fn phases(svg: &mut Svg, recording: &Recording, time: &Axis) {
     if let Some(fit) = &recording.slide_fit {
         let (start_s, end_s) = window(fit);
         svg.line(
-            (x(start_s), STRIPS_Y - 3.0),
-            (x(end_s), STRIPS_Y - 3.0),
+            [(x(start_s), STRIPS_Y - 3.0), (x(end_s), STRIPS_Y - 3.0)],
             "window",
         );
         for t_s in [start_s, end_s] {
-            svg.line((x(t_s), STRIPS_Y - 8.0), (x(t_s), STRIPS_END_Y), "edge");
+            svg.line([(x(t_s), STRIPS_Y - 8.0), (x(t_s), STRIPS_END_Y)], "edge");
         }
     }
 }
@@ -171,8 +170,10 @@ fn over_time(svg: &mut Svg, recording: &Recording, time: &Axis) {
     scale_bar(svg, TIME.0, pixels_per_v);
     let key_x = TIME.0 + 150.0;
     svg.line(
-        (key_x, STRIPS_END_Y + 56.0),
-        (key_x + 24.0, STRIPS_END_Y + 56.0),
+        [
+            (key_x, STRIPS_END_Y + 56.0),
+            (key_x + 24.0, STRIPS_END_Y + 56.0),
+        ],
         "window",
     );
     svg.text(
@@ -191,8 +192,10 @@ fn over_time(svg: &mut Svg, recording: &Recording, time: &Axis) {
         "sliding phase",
     );
     svg.line(
-        (key_x + 280.0, STRIPS_END_Y + 56.0),
-        (key_x + 304.0, STRIPS_END_Y + 56.0),
+        [
+            (key_x + 280.0, STRIPS_END_Y + 56.0),
+            (key_x + 304.0, STRIPS_END_Y + 56.0),
+        ],
         "mark",
     );
     svg.text(
@@ -287,8 +290,10 @@ fn close_up(svg: &mut Svg, recording: &Recording, fit: &Estimate) {
         "samples",
     );
     svg.line(
-        (key_x + 84.0, STRIPS_END_Y + 56.0),
-        (key_x + 108.0, STRIPS_END_Y + 56.0),
+        [
+            (key_x + 84.0, STRIPS_END_Y + 56.0),
+            (key_x + 108.0, STRIPS_END_Y + 56.0),
+        ],
         "fit",
     );
     svg.text(
@@ -303,10 +308,10 @@ fn close_up(svg: &mut Svg, recording: &Recording, fit: &Estimate) {
 /// An axis with round times under a panel.
 fn time_axis(svg: &mut Svg, time: &Axis) {
     let (left, right) = time.at;
-    svg.line((left, STRIPS_END_Y), (right, STRIPS_END_Y), "axis");
+    svg.line([(left, STRIPS_END_Y), (right, STRIPS_END_Y)], "axis");
     for (t_s, label) in time.ticks(4) {
         let x = time.place(t_s);
-        svg.line((x, STRIPS_END_Y), (x, STRIPS_END_Y + 5.0), "axis");
+        svg.line([(x, STRIPS_END_Y), (x, STRIPS_END_Y + 5.0)], "axis");
         svg.text(x, STRIPS_END_Y + 18.0, Anchor::Middle, "small", &label);
     }
     let middle = 0.5 * (left + right);
@@ -323,7 +328,7 @@ fn time_axis(svg: &mut Svg, time: &Axis) {
 fn scale_bar(svg: &mut Svg, left: f64, pixels_per_v: f64) {
     let bar_v = nice(26.0 / pixels_per_v);
     let (x, bottom) = (left + 4.0, STRIPS_END_Y + 68.0);
-    svg.line((x, bottom), (x, bottom - bar_v * pixels_per_v), "bar");
+    svg.line([(x, bottom), (x, bottom - bar_v * pixels_per_v)], "bar");
     let label = format!("{} mV", (bar_v * 1e6).round() * 1e-3);
     svg.text(x + 8.0, STRIPS_END_Y + 60.0, Anchor::Start, "small", &label);
 }

@@ -108,12 +108,20 @@ impl<const PORT: char> DrdyPin for Drdy<PORT> {
     }
 }
 
+/// Pins of the bus.
+pub struct BusPins {
+    pub sck: PA5,
+    pub miso: PA6,
+    pub mosi: PA7,
+}
+
 pub fn spi<const PORT: char, const NUMBER: u8>(
     spi1: SPI1,
-    (sck, miso, mosi): (PA5, PA6, PA7),
+    pins: BusPins,
     cs: Pin<PORT, NUMBER>,
     rcc: &mut Rcc,
 ) -> Spi<PORT, NUMBER> {
+    let BusPins { sck, miso, mosi } = pins;
     let mut cs = cs.into_push_pull_output_in_state(PinState::High);
     let mut sck = sck.into_alternate::<5>();
     let miso = miso.into_alternate::<5>();

@@ -93,7 +93,7 @@ pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
     }
 
     let gpiob = device.GPIOB.split(&mut rcc);
-    let line = SerialLine::new(device.USART3, (gpiob.pb10, gpiob.pb11), &mut rcc);
+    let line = SerialLine::new(device.USART3, gpiob.pb10, gpiob.pb11, &mut rcc);
 
     let cause = kept.map_or(ResetCause::Unknown, |(_, cause)| cause);
     let boot = Boot {

@@ -45,12 +45,16 @@ pub fn init(device: pac::Peripherals, _core: cortex_m::Peripherals) -> Board {
         reset: gpioc.pc6.into_push_pull_output_in_state(PinState::High),
         spi: converter::spi(
             device.SPI1,
-            (gpioa.pa5, gpioa.pa6, gpioa.pa7),
+            converter::BusPins {
+                sck: gpioa.pa5,
+                miso: gpioa.pa6,
+                mosi: gpioa.pa7,
+            },
             gpioa.pa4,
             &mut rcc,
         ),
         drdy: Drdy::new(gpioc.pc4, device.EXTI, device.SYSCFG, &mut rcc),
-        line: SerialLine::new(device.USART3, (gpiob.pb10, rx), &mut rcc),
+        line: SerialLine::new(device.USART3, gpiob.pb10, rx, &mut rcc),
         boot: Boot { oscillator, ..boot },
         flash: SettingsFlash::new(device.FLASH),
     }

@@ -43,12 +43,16 @@ pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
         reset: gpioa.pa9.into_push_pull_output_in_state(PinState::High),
         spi: converter::spi(
             device.SPI1,
-            (gpioa.pa5, gpioa.pa6, gpioa.pa7),
+            converter::BusPins {
+                sck: gpioa.pa5,
+                miso: gpioa.pa6,
+                mosi: gpioa.pa7,
+            },
             gpiob.pb6,
             &mut rcc,
         ),
         drdy: Drdy::new(gpioa.pa4, device.EXTI, device.SYSCFG, &mut rcc),
-        line: SerialLine::new(device.USART2, (gpioa.pa2, rx), &mut rcc),
+        line: SerialLine::new(device.USART2, gpioa.pa2, rx, &mut rcc),
         boot: Boot { oscillator, ..boot },
         flash: SettingsFlash::new(device.FLASH),
     };

@@ -24,15 +24,13 @@ impl<Usart: Instance + SerialExt> SerialLine<Usart> {
     /// Sets the USART up. Its receiver's interrupt is on, its transmitter's off.
     pub fn new(
         usart: Usart,
-        pins: (
-            impl Into<Usart::Tx<PushPull>>,
-            impl Into<Usart::Rx<PushPull>>,
-        ),
+        tx: impl Into<Usart::Tx<PushPull>>,
+        rx: impl Into<Usart::Rx<PushPull>>,
         rcc: &mut Rcc,
     ) -> Self {
         #[allow(clippy::panic, reason = "at start-up, and never: both are constants")]
         let (mut tx, mut rx) =
-            match usart.serial(pins, Config::default().baudrate(LINE_BAUD.bps()), rcc) {
+            match usart.serial((tx, rx), Config::default().baudrate(LINE_BAUD.bps()), rcc) {
                 Ok(serial) => serial.split(),
                 Err(_) => panic!("the USART cannot do {LINE_BAUD} baud"),
             };

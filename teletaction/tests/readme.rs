@@ -125,7 +125,7 @@ fn the_pins_of_the_stylus_are_the_firmwares() {
             "PC7",
             "gpioc.pc7.into_alternate::<2>()",
         ),
-        ("| telemetry out", "PB10, PB11", "(gpiob.pb10, rx)"),
+        ("| telemetry out", "PB10, PB11", "gpiob.pb10, rx"),
     ];
     // A chain of calls may be on several lines.
     let code: String = board.split_whitespace().collect();

@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use ridgetone::Ring;
 use ridgetone::internals::{Averager, Averages};
-use ridgetone::internals::{Change, ContactDetector};
+use ridgetone::internals::{Change, ContactDetector, Observed};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{FRAME_RATE_HZ, Slide};
 use std::f64::consts::TAU;
@@ -65,7 +65,10 @@ fn all_changes(
         detector.slide = rule(n as f64 / rate);
         detector.push(
             n,
-            (&values, None),
+            Observed {
+                values: &values,
+                squares: None,
+            },
             Averages::new(&ring, averager.grid()),
             &mut report,
         );

@@ -181,7 +181,7 @@ impl Detector {
                     passed_us
                 });
         let t_us = assembler.now_us.wrapping_add(passed_us.unwrap_or(0) as u64);
-        episodes.report((t_us, board_us), diagnostics, &mut |fault| {
+        episodes.report(t_us, board_us, diagnostics, &mut |fault| {
             emit(Event::Fault(fault))
         });
         if health_reporter.is_silence_due(passed_us) {

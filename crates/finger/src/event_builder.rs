@@ -3,7 +3,7 @@
 use crate::frame::FrameClock;
 use crate::ring::Ring;
 use crate::touch::change::Change;
-use crate::touch::image::image;
+use crate::touch::image::{HoldMean, IdleMean, image};
 use ads1258::reading;
 use ridgetone_proto::telemetry::{Contact, Event, Release, Slide};
 
@@ -46,14 +46,17 @@ impl EventBuilder {
                 idle_frames,
                 weights,
             } => {
-                let span_us = (clock.time_us(from, ring), clock.time_us(until, ring));
-                Event::Image(image(
-                    (held, frames),
-                    (idle, idle_frames),
-                    weights,
-                    self.volts_per_code,
-                    span_us,
-                ))
+                let hold = HoldMean {
+                    level: held,
+                    frames,
+                    start_us: clock.time_us(from, ring),
+                    end_us: clock.time_us(until, ring),
+                };
+                let idle = IdleMean {
+                    values: idle,
+                    frames: idle_frames,
+                };
+                Event::Image(image(hold, idle, weights, self.volts_per_code))
             }
             Change::SlideStart(start) => {
                 self.slide_start_us = clock.time_us(start, ring);

@@ -95,5 +95,8 @@ pub mod internals {
     pub use crate::schedule::{TRIM_FRAMES, window_frames_max};
     pub use crate::surface::{lag::lag, travel::by_phases};
     pub use crate::touch::averages::{Averager, Averages};
-    pub use crate::touch::{change::Change, contact::ContactDetector};
+    pub use crate::touch::{
+        change::Change,
+        contact::{ContactDetector, Observed},
+    };
 }

@@ -45,7 +45,7 @@ pub(crate) struct Frames<'a> {
 }
 
 /// A run of frames that belongs to one slide.
-struct Stretch {
+struct Extent {
     first: u32,
     count: u32,
     slide_first: u32,
@@ -188,13 +188,13 @@ impl WindowScheduler {
             if self.growing {
                 count = count.min(self.next_end.wrapping_sub(start));
             }
-            let stretch = Stretch {
+            let extent = Extent {
                 first: self.next_end.wrapping_sub(count),
                 count,
                 slide_first: start,
                 span: Span::Window,
             };
-            self.give(stretch, frames, due);
+            self.give(extent, frames, due);
             self.next_end = self.next_end.wrapping_add(self.hop_frames);
         }
     }
@@ -202,24 +202,24 @@ impl WindowScheduler {
     /// Gives the slide that is over, as a whole.
     pub fn give_whole(&mut self, clock: &FrameClock, ring: &Ring, due: &mut dyn FnMut(Window)) {
         if let Some((first, frames)) = self.whole.take() {
-            let stretch = Stretch {
+            let extent = Extent {
                 first,
                 count: frames,
                 slide_first: first,
                 span: Span::Slide,
             };
-            self.give(stretch, Frames { clock, ring }, due);
+            self.give(extent, Frames { clock, ring }, due);
         }
     }
 
-    /// Gives a stretch of a slide as a window, if it is long enough and in the ring.
-    fn give(&self, stretch: Stretch, frames: Frames<'_>, due: &mut dyn FnMut(Window)) {
-        let Stretch {
+    /// Gives a extent of a slide as a window, if it is long enough and in the ring.
+    fn give(&self, extent: Extent, frames: Frames<'_>, due: &mut dyn FnMut(Window)) {
+        let Extent {
             first,
             count,
             slide_first,
             span,
-        } = stretch;
+        } = extent;
         let Frames { clock, ring } = frames;
         let frames = count;
         if frames < FRAMES_MIN {

@@ -167,7 +167,7 @@ fn the_wiring_is_the_firmwares() {
     for (code, pins) in [(&feather, row[2]), (&nucleo, row[4])] {
         let (tx, rx) = pins.split_once(", ").expect("two pins");
         assert!(
-            code.contains(&format!(".{}, rx)", tx.to_lowercase())),
+            code.contains(&format!(".{}, rx,", tx.to_lowercase())),
             "TX is not on {tx}"
         );
         assert!(

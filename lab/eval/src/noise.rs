@@ -110,16 +110,22 @@ pub struct Rows {
     rows: Vec<Row>,
 }
 
-/// The answers of every cell, or of those of one group, or whose name contains a text; with noise
-/// of the recordings, where there are some.
+/// Which cells: all, those of a group, or those whose name contains a text.
+#[derive(Clone, Copy, Default)]
+pub struct Selection<'a> {
+    pub group: Option<&'a str>,
+    pub name: Option<&'a str>,
+}
+
+/// The answers of the selected cells; with noise of the recordings, where there are some.
 pub fn rows(
     by: Estimator,
     windows: u32,
     seed: u64,
-    of: (Option<&str>, Option<&str>),
+    selection: Selection<'_>,
     recordings: &[PathBuf],
 ) -> Result<Vec<Row>> {
-    let (group, name) = of;
+    let Selection { group, name } = selection;
     let wanted = |cell: &Cell| {
         group.is_none_or(|wanted| wanted == cell.group.name())
             && name.is_none_or(|part| cell.name.contains(part))
@@ -187,8 +193,17 @@ pub fn load(folder: &Path) -> Result<Vec<Row>> {
 }
 
 pub fn run(args: &NoiseArgs) -> Result<()> {
-    let of = (args.group.as_deref(), args.cell.as_deref());
-    let rows = rows(args.estimator, args.windows, args.seed, of, &args.real)?;
+    let selection = Selection {
+        group: args.group.as_deref(),
+        name: args.cell.as_deref(),
+    };
+    let rows = rows(
+        args.estimator,
+        args.windows,
+        args.seed,
+        selection,
+        &args.real,
+    )?;
     match &args.write {
         Some(folder) => write(rows, folder),
         None => page::print(&figures(rows).tables),
@@ -203,7 +218,7 @@ mod tests {
     /// The measured figures repeat: a few windows of each cell, on any number of cores.
     #[test]
     fn equal_seeds_give_equal_rows() {
-        let rows = || rows(Estimator::Old, 2, 5, (None, None), &[]).expect("rows");
+        let rows = || rows(Estimator::Old, 2, 5, Selection::default(), &[]).expect("rows");
         let first = rows();
         assert!(first.len() > 50 && first == rows());
     }

@@ -77,12 +77,32 @@ pub fn rows(traces: u32, seed: u64, group: Option<&str>) -> Result<Vec<Row>> {
     })
 }
 
+/// What must hold in every cell.
+#[derive(Clone, Copy)]
+struct Limit {
+    what: &'static str,
+    limit: f64,
+    is_least: bool,
+}
+
 /// Shares that every cell should reach: slides found, slides with both ends within 20 ms, and at
 /// most so many traces with a false slide; percent.
-const BARS: [(&str, f64, bool); 3] = [
-    ("slide found", 99.0, true),
-    ("both ends within 20 ms", 95.0, true),
-    ("false slides", 1.0, false),
+const BARS: [Limit; 3] = [
+    Limit {
+        what: "slide found",
+        limit: 99.0,
+        is_least: true,
+    },
+    Limit {
+        what: "both ends within 20 ms",
+        limit: 95.0,
+        is_least: true,
+    },
+    Limit {
+        what: "false slides",
+        limit: 1.0,
+        is_least: false,
+    },
 ];
 
 impl Row {
@@ -187,7 +207,12 @@ fn groups(rows: &[Row]) -> Table {
 }
 
 /// A bar over all cells, with those beyond it by name.
-fn judge(rows: &[Row], number: usize, (what, limit, is_least): (&str, f64, bool)) -> Bar {
+fn judge(rows: &[Row], number: usize, bar: Limit) -> Bar {
+    let Limit {
+        what,
+        limit,
+        is_least,
+    } = bar;
     let figures = rows
         .iter()
         .filter_map(|row| Some((row, row.judged()[number]?)));

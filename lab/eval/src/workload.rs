@@ -80,7 +80,7 @@ pub type Frame = (Values, u16);
 
 /// A conversion from its record: the time in microseconds, then status and code as the chip sends
 /// them.
-pub fn conversion((t_us, bytes): (u32, [u8; 4])) -> TimedConversion {
+pub fn conversion(t_us: u32, bytes: [u8; 4]) -> TimedConversion {
     TimedConversion::new(t_us, Conversion::from_bytes(bytes))
 }
 
@@ -236,7 +236,8 @@ mod tests {
             code: -0x12_3456,
         };
         let timed = TimedConversion::new(0xfedc_ba98, read);
-        assert_eq!(conversion(back(&conversion_record(&timed)).0), timed);
+        let (t_us, bytes) = back(&conversion_record(&timed)).0;
+        assert_eq!(conversion(t_us, bytes), timed);
     }
 
     #[test]

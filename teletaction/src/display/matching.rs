@@ -5,7 +5,7 @@
 //! which the paper leaves to others.
 
 use crate::display::error::{Error, finite, length, within};
-use crate::display::nonnegative::{Found, Program, solve_from};
+use crate::display::nonnegative::{Answer, Found, Given, Program, solve_from};
 use crate::display::packed::{at, dot, factor, invert, triangle};
 use crate::display::sensor_space::{SensorSpace, add};
 use crate::display::set::Set;
@@ -197,8 +197,8 @@ impl<'a> Matching<'a> {
                 let mut found = solve_from(
                     program,
                     self.pressing,
-                    (&**free, &**b),
-                    (&mut *self.x, &mut **y),
+                    Given { free, b },
+                    &mut Answer { x: self.x, y },
                     self.pivots_max,
                 );
                 found.multiply_adds += 2 * (self.pins * sensors) as u32;

@@ -81,22 +81,37 @@ pub(crate) fn exchange(
     }
 }
 
-/// Solves with G. `free` is the solution without a bound; `x` gets the solution, `y` the gradient.
+/// The right side of the program, and its solution without a bound.
+#[derive(Clone, Copy)]
+pub(crate) struct Given<'a> {
+    pub(crate) free: &'a [f32],
+    pub(crate) b: &'a [f32],
+}
+
+/// Memory for the solution and its gradient.
+pub(crate) struct Answer<'a> {
+    pub(crate) x: &'a mut [f32],
+    pub(crate) y: &'a mut [f32],
+}
+
+/// Solves with G.
 pub(crate) fn solve_from(
     program: &mut Program<'_>,
     pressing: Set,
-    (free, b): (&[f32], &[f32]),
-    (x, y): (&mut [f32], &mut [f32]),
+    given: Given<'_>,
+    answer: &mut Answer<'_>,
     pivots_max: u32,
 ) -> Found {
-    let n = x.len();
+    let Given { free, b } = given;
+    let n = answer.x.len();
     let (zero_x, zero_y) = (ZERO * largest(free), ZERO * largest(b));
     let budget = Budget {
         pivots: pivots_max,
         multiply_adds: u32::MAX,
     };
     let found = exchange(pressing, budget, |pressing| {
-        let multiply_adds = pivot(program, pressing, (free, b), (x, y));
+        let multiply_adds = pivot(program, pressing, given, answer);
+        let Answer { x, y } = &*answer;
         let is_wrong = |i: usize| {
             if pressing.has(i) {
                 x[i] < -zero_x
@@ -106,7 +121,7 @@ pub(crate) fn solve_from(
         };
         (Set::of(n, is_wrong), multiply_adds)
     });
-    x.iter_mut().for_each(|x| *x = x.max(0.0));
+    answer.x.iter_mut().for_each(|x| *x = x.max(0.0));
     found
 }
 
@@ -114,9 +129,11 @@ pub(crate) fn solve_from(
 fn pivot(
     program: &mut Program<'_>,
     pressing: &Set,
-    (free, b): (&[f32], &[f32]),
-    (x, y): (&mut [f32], &mut [f32]),
+    given: Given<'_>,
+    answer: &mut Answer<'_>,
 ) -> u32 {
+    let Given { free, b } = given;
+    let (x, y) = (&mut *answer.x, &mut *answer.y);
     let n = x.len();
     let is_pressing = |i: usize| pressing.has(i);
     let press = 2 * pressing.count() <= n;

@@ -110,7 +110,7 @@ pub fn init(device: pac::Peripherals) -> Board {
     start_samples(device.TIM6, &mut rcc);
     Board {
         samples: Samples(()),
-        line: SerialLine::new(device.USART3, (gpiob.pb10, rx), &mut rcc),
+        line: SerialLine::new(device.USART3, gpiob.pb10, rx, &mut rcc),
         boot: Boot { oscillator, ..boot },
     }
 }

@@ -6,10 +6,22 @@ use ridgetone_teletaction::link::run::Report;
 use ridgetone_teletaction::link::{Ends, Link, Options};
 use ridgetone_teletaction::touch::{Hand, Output};
 
-fn link(delay_ms: (f64, f64), impairments: Impairments) -> Link {
+/// Mean delay and its standard deviation, milliseconds.
+#[derive(Clone, Copy)]
+struct Delay {
+    mean: f64,
+    deviation: f64,
+}
+
+const STEADY: Delay = Delay {
+    mean: 120.0,
+    deviation: 0.0,
+};
+
+fn link(delay_ms: Delay, impairments: Impairments) -> Link {
     let output = Output::new(Actuator::PIEZO, None).expect("an output");
     let options = Options {
-        delay_ms,
+        delay_ms: (delay_ms.mean, delay_ms.deviation),
         impairments,
         seed: 5,
         run: 1,
@@ -35,7 +47,10 @@ fn pass(link: &mut Link, from_s: f64, to_s: f64) -> Report {
     link.report(to_s)
 }
 
-const PAPER: (f64, f64) = (120.0, 40.0);
+const PAPER: Delay = Delay {
+    mean: 120.0,
+    deviation: 40.0,
+};
 
 /// The delay is not felt: below 1 % of the amplitude and 0.02 cycles, where a vibration that
 /// travels would be nothing like the surface.
@@ -127,7 +142,7 @@ fn damaged_and_doubled_messages_are_counted_and_do_no_harm() {
 /// again with the link.
 #[test]
 fn a_dead_link_stops_softly() {
-    let mut link = link((120.0, 0.0), Impairments::default());
+    let mut link = link(STEADY, Impairments::default());
     link.finger.found(Some(Texture::new(1.4)));
     assert!(pass(&mut link, 0.0, 3.0).is_felt);
     link.to_stylus.impairments.loss = 1.0;

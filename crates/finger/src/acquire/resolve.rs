@@ -99,8 +99,8 @@ mod tests {
 
     /// After AIN0 (id 8) AIN1 (9) is expected. What is read first, again, and if needed a third
     /// time.
-    fn resolved(first: (u8, i32), again: (u8, i32), third: (u8, i32)) -> Resolved {
-        let [first, again, third] = [first, again, third].map(|(status, code)| read(status, code));
+    fn resolved(reads: [(u8, i32); 3]) -> Resolved {
+        let [first, again, third] = reads.map(|(status, code)| read(status, code));
         resolve(read(0x88, 7), 0x89, [first, again], || third)
     }
 
@@ -109,12 +109,12 @@ mod tests {
     #[test]
     fn two_of_three_reads_decide() {
         let good = read(0x89, 5).unwrap();
-        assert_eq!(resolved((0x89, 5), (0x09, 4), (0x09, 5)), Mended(good));
-        assert_eq!(resolved((0x89, 4), (0x09, 5), (0x09, 5)), Mended(good));
-        assert_eq!(resolved((0x8b, 5), (0x09, 5), (0x09, 5)), Mended(good));
+        assert_eq!(resolved([(0x89, 5), (0x09, 4), (0x09, 5)]), Mended(good));
+        assert_eq!(resolved([(0x89, 4), (0x09, 5), (0x09, 5)]), Mended(good));
+        assert_eq!(resolved([(0x8b, 5), (0x09, 5), (0x09, 5)]), Mended(good));
         // If the first read fails, NEW is set at the second.
-        assert_eq!(resolved((0x33, 5), (0x89, 5), (0x09, 5)), Mended(good));
-        assert_eq!(resolved((0x89, 4), (0x09, 5), (0x09, 6)), Garbled);
+        assert_eq!(resolved([(0x33, 5), (0x89, 5), (0x09, 5)]), Mended(good));
+        assert_eq!(resolved([(0x89, 4), (0x09, 5), (0x09, 6)]), Garbled);
         assert_eq!(resolve(None, 0x88, [None, None], || None), Garbled);
         assert_eq!(
             resolve(None, 0x88, [None, read(0x08, 1)], || read(0x08, 1)),
@@ -125,20 +125,20 @@ mod tests {
     #[test]
     fn a_bit_error_in_new_is_mended() {
         let good = read(0x89, 5).unwrap();
-        assert_eq!(resolved((0x09, 5), (0x09, 5), NONE), Mended(good));
-        assert_eq!(resolved((0x89, 5), (0x89, 5), NONE), Mended(good));
+        assert_eq!(resolved([(0x09, 5), (0x09, 5), NONE]), Mended(good));
+        assert_eq!(resolved([(0x89, 5), (0x89, 5), NONE]), Mended(good));
         // Not the next of the scan: it may be anything.
-        assert_eq!(resolved((0x0a, 5), (0x0a, 5), NONE), Garbled);
+        assert_eq!(resolved([(0x0a, 5), (0x0a, 5), NONE]), Garbled);
     }
 
     #[test]
     fn the_latest_again_is_no_conversion() {
-        assert_eq!(resolved((0x08, 7), (0x08, 7), NONE), Repeated);
-        assert_eq!(resolved((0x88, 7), (0x88, 7), NONE), Repeated);
-        assert_eq!(resolved((0x08, 6), (0x08, 7), (0x08, 7)), RepeatedGarbled);
+        assert_eq!(resolved([(0x08, 7), (0x08, 7), NONE]), Repeated);
+        assert_eq!(resolved([(0x88, 7), (0x88, 7), NONE]), Repeated);
+        assert_eq!(resolved([(0x08, 6), (0x08, 7), (0x08, 7)]), RepeatedGarbled);
         // A whole scan later the same channel may have the same code.
         assert_eq!(
-            resolved((0x88, 7), (0x08, 7), NONE),
+            resolved([(0x88, 7), (0x08, 7), NONE]),
             Found(read(0x88, 7).unwrap())
         );
     }
@@ -146,7 +146,7 @@ mod tests {
     #[test]
     fn the_next_conversion_between_two_reads_is_taken_once() {
         assert_eq!(
-            resolved((0x89, 5), (0x8a, 6), (0x0a, 6)),
+            resolved([(0x89, 5), (0x8a, 6), (0x0a, 6)]),
             Later(read(0x8a, 6).unwrap())
         );
     }
@@ -154,8 +154,8 @@ mod tests {
     #[test]
     fn a_dead_bus_is_no_conversion() {
         for (status, code) in [(0xff, -1), (0, 0)] {
-            assert_eq!(resolved((status, code), (status, code), NONE), Dead);
-            assert_eq!(resolved((0x89, 5), (status, code), (status, code)), Dead);
+            assert_eq!(resolved([(status, code), (status, code), NONE]), Dead);
+            assert_eq!(resolved([(0x89, 5), (status, code), (status, code)]), Dead);
         }
     }
 }

@@ -8,7 +8,7 @@ use crate::scan::Scan;
 use crate::schedule::{Frames, WindowScheduler};
 use crate::surface::texture::image_level_v;
 use crate::touch::averages::{Averager, Averages};
-use crate::touch::contact::ContactDetector;
+use crate::touch::contact::{ContactDetector, Observed};
 use crate::window::Window;
 use ads1258::reading;
 use ridgetone_proto::division::divide;
@@ -159,12 +159,13 @@ impl Tracker {
         };
         let (ring, grid) = (&*ring, &averager.grid());
         scheduler.give_whole(clock, ring, due);
-        let values = averager
+        let (values, squares) = averager
             .latest()
             .map_or((&self.values, None), |(mean, squares)| {
                 (mean, Some(squares))
             });
-        contact.push(number, values, Averages::new(ring, *grid), &mut |change| {
+        let frame = Observed { values, squares };
+        contact.push(number, frame, Averages::new(ring, *grid), &mut |change| {
             let change = change.in_frames(grid);
             scheduler.follow(&change, ring);
             let event = events.event(&change, clock, ring);

@@ -100,20 +100,21 @@ impl FaultEpisodes {
     ) {
         if self.is_active && reached(latest, self.check_at) || diagnostics.faults.has_fresh() {
             self.check_at = latest.wrapping_add(CHECK_FRAMES);
-            self.report((assembler.now_us, assembler.board_us), diagnostics, report);
+            self.report(assembler.now_us, assembler.board_us, diagnostics, report);
             set_zero(assembler, diagnostics);
         }
     }
 
-    /// Reports episodes that begin and those that are over. `now_us` is now, in device time and in
+    /// Reports episodes that begin and those that are over. Both times are now, in device time and in
     /// board time.
     pub fn report(
         &mut self,
-        now_us: (u64, u32),
+        device_us: u64,
+        board_us: u32,
         diagnostics: &Diagnostics,
         report: &mut dyn FnMut(Fault),
     ) {
-        let ((device_us, board_us), faults) = (now_us, &diagnostics.faults);
+        let faults = &diagnostics.faults;
         if (device_us as u32).wrapping_sub(self.since_us) >= MESSAGES_US {
             (self.since_us, self.messages) = (device_us as u32, 0);
         }

@@ -13,13 +13,13 @@ use crate::touch::averages::Averages;
 use crate::touch::change::Change;
 use crate::touch::condition::Condition;
 use crate::touch::held::{BACK_AT_IDLE, HELD_BACK, HeldLevel, IS_LOAD};
-use crate::touch::idle::Idle;
+use crate::touch::idle::{Idle, Noise};
 use crate::touch::loaded::Air;
 use crate::touch::motion::{BLOCK_FRAMES, Block, Motion};
 use crate::touch::onset::Frames;
 use crate::touch::past::FURTHEST;
 use crate::touch::phase::{Ended, Phase};
-use crate::touch::slide::{Moving, moved_until, planned, slide_end};
+use crate::touch::slide::{Moved, Moving, moved_until, planned, slide_end};
 use crate::touch::spike::{SPIKE_FRAMES, SPIKE_STILL_BLOCKS, Spike, TAP};
 use crate::touch::values::{difference, length};
 use ridgetone_proto::plan::Plan;
@@ -82,6 +82,14 @@ pub struct ContactDetector {
     is_slow: bool,
 }
 
+/// A frame, or a mean of frames with the squares of the frames about it.
+pub struct Observed<'a> {
+    /// Values of the taxels.
+    pub values: &'a Values,
+    /// Squares of the frames about the mean; none for a single frame.
+    pub squares: Option<&'a Values>,
+}
+
 impl ContactDetector {
     /// At rest, before the first frame.
     pub const fn new(slide: Slide, plan: &Plan) -> Self {
@@ -142,10 +150,11 @@ impl ContactDetector {
     pub fn push(
         &mut self,
         number: u32,
-        (values, squares): (&Values, Option<&Values>),
+        frame: Observed<'_>,
         ring: Averages,
         report: &mut dyn FnMut(Change),
     ) {
+        let Observed { values, squares } = frame;
         self.follow_plan(number, report);
         let number = self.condition.reach(number);
         let cleaned;
@@ -433,7 +442,10 @@ impl ContactDetector {
                         &frames,
                         &self.motion,
                         &level,
-                        (self.moving_until, self.until_is_loose),
+                        Moved {
+                            until: self.moving_until,
+                            is_loose: self.until_is_loose,
+                        },
                         over,
                     )
                 };
@@ -498,7 +510,10 @@ impl ContactDetector {
         if idle.follow(
             motion.past().back(0),
             off,
-            (motion.weights(), motion.taxels),
+            Noise {
+                weights: motion.weights(),
+                taxels: motion.taxels,
+            },
             condition,
         ) {
             motion.forget(condition.drifts().then_some(&idle.slope));

@@ -40,6 +40,14 @@ pub struct Idle {
     typical: f32,
 }
 
+/// Noise of the taxels.
+pub struct Noise<'a> {
+    /// One over the variance of each taxel's frames.
+    pub weights: &'a Values,
+    /// The taxels that count.
+    pub taxels: Taxels,
+}
+
 impl Idle {
     pub const fn new() -> Self {
         Self {
@@ -71,17 +79,18 @@ impl Idle {
         greater(taxels.limit(TOUCHED), OVER_TYPICAL * self.typical)
     }
 
-    /// One block further in the air: its mean, and the squared distance from the level; `weights`
-    /// are one over the variance of each taxel's frames. Measures the drift. True if the noise is
+    /// One block further in the air: its mean, and the squared distance from the level. Measures the
+    /// drift. True if the noise is
     /// to be learned anew: what was taken for noise was the drift.
     #[must_use]
     pub fn follow(
         &mut self,
         mean: &Values,
         off: f32,
-        (weights, taxels): (&Values, Taxels),
+        noise: Noise<'_>,
         condition: &mut Condition,
     ) -> bool {
+        let Noise { weights, taxels } = noise;
         let (least, most) = BLOCKS;
         if self.blocks >= 4.0 {
             let share = if self.blocks < 32.0 {

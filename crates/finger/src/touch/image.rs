@@ -16,16 +16,41 @@ fn is_dead(pressed: f32, variance: f32) -> bool {
     pressed.abs() < 1.0 && variance < DEAD_VARIANCE
 }
 
-/// The image of a hold, beside the level before the touch and the frames that this level is the
-/// mean of. `weights` are one over the variance of each taxel's frames. The mean over the hold
-/// began and ended at `span_us`, device time in microseconds, and has `frames` frames.
+/// A hold whose mean is taken.
+pub struct HoldMean<'a> {
+    pub level: &'a HeldLevel,
+    pub frames: u32,
+    /// Device time at which the mean began, microseconds.
+    pub start_us: u64,
+    /// Device time at which the mean ended, microseconds.
+    pub end_us: u64,
+}
+
+/// The level before a touch.
+pub struct IdleMean<'a> {
+    pub values: &'a Values,
+    /// Number of frames that it is the mean of.
+    pub frames: f32,
+}
+
+/// The image of a hold, relative to the level before the touch. `weights` are one over the variance
+/// of each taxel's frames.
 pub fn image(
-    (held, frames): (&HeldLevel, u32),
-    (idle, idle_frames): (&Values, f32),
+    hold: HoldMean<'_>,
+    idle: IdleMean<'_>,
     weights: &Values,
     volts_per_code: f32,
-    (start_us, end_us): (u64, u64),
 ) -> Image {
+    let HoldMean {
+        level: held,
+        frames,
+        start_us,
+        end_us,
+    } = hold;
+    let IdleMean {
+        values: idle,
+        frames: idle_frames,
+    } = idle;
     let of_mean = 1.0 / held.frames() as f32 + 1.0 / idle_frames;
     let mut taxels = Vec::new();
     for c in 0..TAXELS {

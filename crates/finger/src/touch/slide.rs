@@ -132,19 +132,22 @@ pub fn planned(slide: &Slide, contact: u32, condition: &Condition) -> Option<(u3
     ))
 }
 
+/// Until when a slide has moved.
+#[derive(Clone, Copy)]
+pub struct Moved {
+    /// It moved until this frame at least.
+    pub until: u32,
+    /// Only the longest comparison shows it, which says little of when.
+    pub is_loose: bool,
+}
+
 /// The first frame after a slide: where the taxels arrived at the course along which the skin
-/// creeps when nothing moves any more. The slide moved until frame `moving_until` at least; if
-/// `is_loose`, only the longest comparison shows it, which says little of when. The block that ends
-/// with frame `over`, the latest one, shows that it has ended. `level` is the mean of the last four
+/// creeps when nothing moves any more. The block that ends with frame `over`,
+/// the latest one, shows that it has ended. `level` is the mean of the last four
 /// blocks.
-pub fn slide_end(
-    frames: &Frames,
-    motion: &Motion,
-    level: &Values,
-    (moving_until, is_loose): (u32, bool),
-    over: u32,
-) -> u32 {
-    if is_loose {
+pub fn slide_end(frames: &Frames, motion: &Motion, level: &Values, moved: Moved, over: u32) -> u32 {
+    let moving_until = moved.until;
+    if moved.is_loose {
         let earliest = moving_until.wrapping_sub(UNSURE_FRAMES);
         let last = over.wrapping_sub(2 * BLOCK_FRAMES);
         return frames.motion_end(

@@ -89,7 +89,7 @@ pub fn measure(counter: &Counter) -> Option<u32> {
         let (instructions, _) = counter.measure(|| black_box(edge()));
         most = most.max(instructions);
         let [_, bytes @ ..] = answer(2 * count);
-        if out.dequeue()? != conversion((count, bytes)) {
+        if out.dequeue()? != conversion(count, bytes) {
             return None;
         }
     }

@@ -111,7 +111,8 @@ impl Bench<'_> {
         for _ in 0..conversions / SLOTS {
             let mut scan = Vec::<TimedConversion, { SLOTS as usize }>::new();
             for _ in 0..SLOTS {
-                scan.push(conversion(self.files.read()?)).ok()?;
+                let (t_us, bytes) = self.files.read()?;
+                scan.push(conversion(t_us, bytes)).ok()?;
             }
             let mut events = Vec::<Event, EVENTS_MAX>::new();
             let mut windows = 0;

@@ -46,7 +46,7 @@ fn fit(points: &[f32], guess: f32) -> Option<f32> {
     let (along_cos, along_sin) = Rotation::new(frequency, frames).project(points);
     let mut direction = unit(along_cos, along_sin)?;
     for _ in 0..REPETITIONS {
-        let solution = solve(points, frequency, direction)?;
+        let solution = solve(points, frequency, direction.0, direction.1)?;
         let amplitude = libm::sqrtf(solution.x * solution.x + solution.y * solution.y);
         direction = unit(solution.x, solution.y)?;
         // The fourth unknown is amplitude times the phase by which the window's ends are off.
@@ -64,8 +64,8 @@ fn fit(points: &[f32], guess: f32) -> Option<f32> {
 }
 
 /// Least-squares solution for the factors of cosine, sine, one, and the derivative by the frequency
-/// of a cosine and sine wave in `direction`, time running from -1 to 1.
-fn solve(points: &[f32], frequency: f32, direction: (f32, f32)) -> Option<Vector4<f32>> {
+/// of a wave of these parts of cosine and sine, time running from -1 to 1.
+fn solve(points: &[f32], frequency: f32, cos_part: f32, sin_part: f32) -> Option<Vector4<f32>> {
     let per_frame = 1.0 / middle(points.len());
     let (mut normal, mut right) = (Matrix4::zeros(), Vector4::zeros());
     let mut time = -1.0;
@@ -73,12 +73,7 @@ fn solve(points: &[f32], frequency: f32, direction: (f32, f32)) -> Option<Vector
         .iter()
         .zip(Rotation::new(frequency, points.len()).iter())
     {
-        let row = Vector4::new(
-            cos,
-            sin,
-            1.0,
-            time * (direction.1 * cos - direction.0 * sin),
-        );
+        let row = Vector4::new(cos, sin, 1.0, time * (sin_part * cos - cos_part * sin));
         time += per_frame;
         right += row * *point;
         // The upper triangle is the lower one's image.

@@ -5,7 +5,7 @@ use super::bit_errors::{self, BitErrors};
 use super::counts::Counts;
 use super::line_noise::{self, Heard};
 use super::power_cuts::{Cuts, cut_everywhere};
-use super::row::Row;
+use super::row::{Row, Title};
 use crate::parallel;
 use anyhow::Result;
 use ridgetone_host::input::Input;
@@ -24,14 +24,26 @@ const INJECTIONS_A_CUT: u64 = 2500;
 const RECORDS: u64 = 128 * 1024 / RECORD_BYTES as u64;
 
 /// Names and titles of the rows.
-const BIT_ERRORS: (&str, &str) = ("telemetry_bit_errors", "bit errors in telemetry");
-const RANDOM: (&str, &str) = ("random_requests", "random bytes as requests");
-const DAMAGED: (&str, &str) = ("damaged_requests", "damaged requests");
-const CUTS: (&str, &str) = ("power_cuts", "power lost while settings are stored");
+const BIT_ERRORS: Title<'static> = Title {
+    name: "telemetry_bit_errors",
+    fault: "bit errors in telemetry",
+};
+const RANDOM: Title<'static> = Title {
+    name: "random_requests",
+    fault: "random bytes as requests",
+};
+const DAMAGED: Title<'static> = Title {
+    name: "damaged_requests",
+    fault: "damaged requests",
+};
+const CUTS: Title<'static> = Title {
+    name: "power_cuts",
+    fault: "power lost while settings are stored",
+};
 
 /// Starts of the titles of the rows, in their order.
 #[cfg(test)]
-pub const TITLES: [&str; 4] = [BIT_ERRORS.1, RANDOM.1, DAMAGED.1, CUTS.1];
+pub const TITLES: [&str; 4] = [BIT_ERRORS.1, RANDOM.fault, DAMAGED.1, CUTS.1];
 
 /// Rows and counts of frames for `injections` injections into the chip: for 100,000 ten million
 /// frames and 100 MB.
@@ -68,10 +80,16 @@ pub fn rows(injections: u64, seed: u64) -> Result<(Vec<Row>, BitErrors)> {
     cut.into_iter().for_each(|more| cuts += more);
     cuts += cut_everywhere::<{ 128 * 1024 }>(2 * RECORDS - 1, 2, seed);
     let megabytes = injections * RANDOM_BYTES / BYTES_A_BOARD;
-    let random_title = format!("{}, {} MB", RANDOM.1, megabytes.max(1));
+    let random_title = format!("{}, {} MB", RANDOM.fault, megabytes.max(1));
     let rows = vec![
         of_bit_errors(&errors),
-        of_requests((RANDOM.0, &random_title), &random),
+        of_requests(
+            Title {
+                fault: &random_title,
+                ..RANDOM
+            },
+            &random,
+        ),
         of_requests(DAMAGED, &damaged),
         of_cuts(&cuts),
     ];
@@ -104,7 +122,7 @@ fn of_bit_errors(errors: &BitErrors) -> Row {
     )
 }
 
-fn of_requests(title: (&str, &str), boards: &[Heard]) -> Row {
+fn of_requests(title: Title<'_>, boards: &[Heard]) -> Row {
     let sum = |of: fn(&Heard) -> u64| boards.iter().map(of).sum::<u64>();
     let (frames, damaged) = (sum(|heard| heard.frames), sum(|heard| heard.damaged));
     let deaf = sum(|heard| u64::from(!heard.obeys));
@@ -142,6 +160,11 @@ fn of_cuts(cuts: &Cuts) -> Row {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const NO_TITLE: Title<'static> = Title {
+        name: "",
+        fault: "",
+    };
 
     #[test]
     fn nothing_damaged_is_taken_and_all_of_it_is_reported() {
@@ -189,10 +212,10 @@ mod tests {
             obeys: true,
             ..Heard::default()
         };
-        assert!(of_requests(("", ""), &[heard]).is_clean());
+        assert!(of_requests(NO_TITLE, &[heard]).is_clean());
         assert!(
             !of_requests(
-                ("", ""),
+                NO_TITLE,
                 &[Heard {
                     damaged: 9,
                     ..heard
@@ -202,7 +225,7 @@ mod tests {
         );
         assert!(
             !of_requests(
-                ("", ""),
+                NO_TITLE,
                 &[
                     heard,
                     Heard {
@@ -215,7 +238,7 @@ mod tests {
         );
         assert!(
             !of_requests(
-                ("", ""),
+                NO_TITLE,
                 &[
                     heard,
                     Heard {
@@ -228,7 +251,7 @@ mod tests {
         );
         assert!(
             !of_requests(
-                ("", ""),
+                NO_TITLE,
                 &[
                     heard,
                     Heard {

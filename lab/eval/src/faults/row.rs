@@ -107,6 +107,13 @@ fn may_alter(family: Family, place: Place) -> bool {
     family.alters() && !place.is_read_twice()
 }
 
+/// What a row is called.
+#[derive(Clone, Copy)]
+pub struct Title<'a> {
+    pub name: &'a str,
+    pub fault: &'a str,
+}
+
 impl Row {
     /// Row for the runs of one family, each with its seed.
     pub fn of_family(family: Family, place: Place, judgements: &[(u64, Judgement)]) -> Self {
@@ -156,15 +163,15 @@ impl Row {
     /// Row for injections on the line or into the store, without a touch: those detected and those
     /// recovered.
     pub fn without_touch(
-        (name, fault): (&str, &str),
+        title: Title<'_>,
         injected: u64,
         detected: u64,
         recovered: Option<u64>,
         counts: Counts,
     ) -> Self {
         Self {
-            name: name.into(),
-            fault: fault.into(),
+            name: title.name.into(),
+            fault: title.fault.into(),
             place: Place::Pc,
             runs: 0,
             injected: injected as usize,

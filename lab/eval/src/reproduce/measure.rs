@@ -290,7 +290,7 @@ pub fn causes(which: &[usize], place: Place<'_>) -> Result<Vec<Cause>> {
 /// Table 2: every speed on every grating, with a perfect stimulator.
 pub fn expected(cells: &[(f64, f64)], place: Place<'_>) -> Result<Vec<Expected>> {
     parallel::map("perfect runs", cells, |&(speed_mm_s, period_mm)| {
-        let taken = Taken::new(scene((speed_mm_s, period_mm), 0, Imperfect::NOTHING), place)?;
+        let taken = Taken::new(scene(speed_mm_s, period_mm, 0, Imperfect::NOTHING), place)?;
         let firmware = firmware(&taken);
         let firmware_hz = firmware
             .and_then(|firmware| firmware.tone_hz)

@@ -130,7 +130,7 @@ fn moments(points: &[(f64, f64)]) -> [f64; 5] {
 
 /// The scene of a run. `run` counts from 0; runs have different noise, ripple and onset, and speeds
 /// around the mean one.
-pub fn scene((speed_mm_s, period_mm): (f64, f64), run: u32, imperfect: Imperfect) -> Sliding {
+pub fn scene(speed_mm_s: f64, period_mm: f64, run: u32, imperfect: Imperfect) -> Sliding {
     let line = SpeedError::of_table_3();
     let ideal = Sliding::physical();
     let percent = line.at(speed_mm_s) + line.scatter_percent * deviate(run);
