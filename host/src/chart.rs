@@ -43,7 +43,7 @@ impl Svg {
     }
 
     /// A text on one line; `y` is its baseline.
-    pub fn text(&mut self, x: f64, y: f64, anchor: Anchor, class: &str, text: &str) {
+    pub fn text(&mut self, [x, y]: [f64; 2], anchor: Anchor, class: &str, text: &str) {
         let anchor = match anchor {
             Anchor::Start => "start",
             Anchor::Middle => "middle",
@@ -55,7 +55,7 @@ impl Svg {
 
     /// A text whose characters are `width` pixels wide each, blanks included; `y` is its baseline.
     /// Blanks at its end are left out.
-    pub fn cells(&mut self, x: f64, y: f64, width: f64, class: &str, text: &str) {
+    pub fn cells(&mut self, [x, y]: [f64; 2], width: f64, class: &str, text: &str) {
         let text = text.trim_end();
         let length = width * text.chars().count() as f64;
         let text = escape(text);
@@ -71,7 +71,7 @@ impl Svg {
         ));
     }
 
-    pub fn rect(&mut self, x: f64, y: f64, width: f64, height: f64, class: &str) {
+    pub fn rect(&mut self, [x, y]: [f64; 2], [width, height]: [f64; 2], class: &str) {
         self.push(&format!(
             "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" class=\"{class}\"/>"
         ));
@@ -368,12 +368,12 @@ impl Panel {
         let points = || self.curves.iter().flat_map(|curve| &curve.points);
         let x = self.x.axis(points().map(|point| point.0), left, right);
         let y = self.y.axis(points().map(|point| point.1), lower, upper);
-        svg.text(24.0, top + 28.0, Anchor::Start, "title", &self.title);
-        svg.text(24.0, upper - 10.0, Anchor::Start, "small", &self.y.label);
+        svg.text([24.0, top + 28.0], Anchor::Start, "title", &self.title);
+        svg.text([24.0, upper - 10.0], Anchor::Start, "small", &self.y.label);
         for (value, label) in self.y.ticks(&y, 6) {
             let at = y.place(value);
             svg.line([(left, at), (right, at)], "grid");
-            svg.text(left - 7.0, at + 4.0, Anchor::End, "small", &label);
+            svg.text([left - 7.0, at + 4.0], Anchor::End, "small", &label);
         }
         let ticks = self.x.ticks(&x, 8).into_iter();
         let ticks: Vec<(f64, String)> = ticks
@@ -383,13 +383,12 @@ impl Panel {
             svg.line([(*at, lower), (*at, lower + 4.0)], "axis");
         }
         for (at, label) in spaced(ticks, left - 24.0, right + 24.0) {
-            svg.text(at, lower + 18.0, Anchor::Middle, "small", &label);
+            svg.text([at, lower + 18.0], Anchor::Middle, "small", &label);
         }
         svg.line([(left, lower), (right, lower)], "axis");
         svg.line([(left, lower), (left, upper)], "axis");
         svg.text(
-            0.5 * (left + right),
-            lower + 36.0,
+            [0.5 * (left + right), lower + 36.0],
             Anchor::Middle,
             "small",
             &self.x.label,
@@ -409,7 +408,7 @@ impl Panel {
                     &curve.look.class(),
                 );
                 marker(svg, curve.look, x + 14.0, base - 4.0);
-                svg.text(x + 35.0, base, Anchor::Start, "small", &curve.name);
+                svg.text([x + 35.0, base], Anchor::Start, "small", &curve.name);
             }
         }
     }
@@ -441,7 +440,7 @@ mod tests {
     #[test]
     fn text_is_escaped() {
         let mut svg = Svg::new(10.0, 10.0, "a<b", "");
-        svg.text(1.0, 2.0, Anchor::End, "label", "R&D");
+        svg.text([1.0, 2.0], Anchor::End, "label", "R&D");
         let text = svg.finish();
         assert!(
             text.contains("<title>a&lt;b</title>") && text.contains(">R&amp;D</text>"),

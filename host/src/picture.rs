@@ -37,8 +37,8 @@ pub fn draw(recording: &Recording, nominal_hz: Option<f64>) -> String {
     let fit = recording.slide_fit.as_ref();
     let (title, subtitle) = headline(fit, nominal_hz);
     let mut svg = Svg::new(WIDTH, HEIGHT, &format!("{title}. {subtitle}"), STYLE);
-    svg.text(24.0, 30.0, Anchor::Start, "title", &title);
-    svg.text(24.0, 50.0, Anchor::Start, "small", &subtitle);
+    svg.text([24.0, 30.0], Anchor::Start, "title", &title);
+    svg.text([24.0, 50.0], Anchor::Start, "small", &subtitle);
     let time = Axis {
         range: recording.span_s(),
         at: TIME,
@@ -47,24 +47,22 @@ pub fn draw(recording: &Recording, nominal_hz: Option<f64>) -> String {
     for taxel in 0..TAXELS {
         let top = STRIPS_Y + STRIP * taxel as f64;
         if taxel % 2 == 0 {
-            svg.rect(24.0, top, WIDTH - 48.0, STRIP, "odd");
+            svg.rect([24.0, top], [WIDTH - 48.0, STRIP], "odd");
         }
         svg.text(
-            TIME.0 - 8.0,
-            top + 0.5 * STRIP + 4.0,
+            [TIME.0 - 8.0, top + 0.5 * STRIP + 4.0],
             Anchor::End,
             "label",
             &taxel.to_string(),
         );
     }
-    svg.text(TIME.0 - 8.0, STRIPS_Y - 6.0, Anchor::End, "head", "taxel");
+    svg.text([TIME.0 - 8.0, STRIPS_Y - 6.0], Anchor::End, "head", "taxel");
     phases(&mut svg, recording, &time);
     over_time(&mut svg, recording, &time);
     match fit.filter(|fit| fit.status.has_tone()) {
         Some(fit) => close_up(&mut svg, recording, fit),
         None => svg.text(
-            0.5 * (CLOSE.0 + CLOSE.1),
-            STRIPS_Y - 6.0,
+            [0.5 * (CLOSE.0 + CLOSE.1), STRIPS_Y - 6.0],
             Anchor::Middle,
             "small",
             "no tone was fitted over a whole slide",
@@ -111,10 +109,8 @@ fn phases(svg: &mut Svg, recording: &Recording, time: &Axis) {
     let mut labels = Vec::new();
     for (start_s, end_s) in &recording.slides_s {
         svg.rect(
-            x(*start_s),
-            STRIPS_Y,
-            x(*end_s) - x(*start_s),
-            STRIPS_END_Y - STRIPS_Y,
+            [x(*start_s), STRIPS_Y],
+            [x(*end_s) - x(*start_s), STRIPS_END_Y - STRIPS_Y],
             "slide",
         );
     }
@@ -133,7 +129,7 @@ fn phases(svg: &mut Svg, recording: &Recording, time: &Axis) {
         labels.push((x(*t_s), format!("release {t_s:.2} s")));
     }
     for (x, text) in spaced(labels, TIME.0, TIME.1) {
-        svg.text(x, LABELS_Y, Anchor::Middle, "label", &text);
+        svg.text([x, LABELS_Y], Anchor::Middle, "label", &text);
     }
     if let Some(fit) = &recording.slide_fit {
         let (start_s, end_s) = window(fit);
@@ -177,16 +173,14 @@ fn over_time(svg: &mut Svg, recording: &Recording, time: &Axis) {
         "window",
     );
     svg.text(
-        key_x + 32.0,
-        STRIPS_END_Y + 60.0,
+        [key_x + 32.0, STRIPS_END_Y + 60.0],
         Anchor::Start,
         "small",
         "window of the fit",
     );
-    svg.rect(key_x + 150.0, STRIPS_END_Y + 50.0, 24.0, 12.0, "slide");
+    svg.rect([key_x + 150.0, STRIPS_END_Y + 50.0], [24.0, 12.0], "slide");
     svg.text(
-        key_x + 182.0,
-        STRIPS_END_Y + 60.0,
+        [key_x + 182.0, STRIPS_END_Y + 60.0],
         Anchor::Start,
         "small",
         "sliding phase",
@@ -199,8 +193,7 @@ fn over_time(svg: &mut Svg, recording: &Recording, time: &Axis) {
         "mark",
     );
     svg.text(
-        key_x + 312.0,
-        STRIPS_END_Y + 60.0,
+        [key_x + 312.0, STRIPS_END_Y + 60.0],
         Anchor::Start,
         "small",
         "contact, release",
@@ -221,15 +214,13 @@ fn close_up(svg: &mut Svg, recording: &Recording, fit: &Estimate) {
     };
     let pixels_per_v = 0.9 * STRIP / recording.range_v(from_s, to_s).max(1e-9);
     svg.text(
-        CLOSE.0,
-        STRIPS_Y - 6.0,
+        [CLOSE.0, STRIPS_Y - 6.0],
         Anchor::Start,
         "head",
         "close up, with the fitted fundamental",
     );
     svg.text(
-        WIDTH - 34.0,
-        STRIPS_Y - 6.0,
+        [WIDTH - 34.0, STRIPS_Y - 6.0],
         Anchor::End,
         "head",
         "amplitude",
@@ -270,7 +261,7 @@ fn close_up(svg: &mut Svg, recording: &Recording, fit: &Estimate) {
             .collect();
         svg.path(&line, "fit");
         let label = format!("{} mV", significant(1e3 * amplitude_v, 3));
-        svg.text(WIDTH - 34.0, middle + 4.0, Anchor::End, "label", &label);
+        svg.text([WIDTH - 34.0, middle + 4.0], Anchor::End, "label", &label);
     }
     time_axis(svg, &time);
     scale_bar(svg, CLOSE.0, pixels_per_v);
@@ -283,8 +274,7 @@ fn close_up(svg: &mut Svg, recording: &Recording, fit: &Estimate) {
         "dot",
     );
     svg.text(
-        key_x + 18.0,
-        STRIPS_END_Y + 60.0,
+        [key_x + 18.0, STRIPS_END_Y + 60.0],
         Anchor::Start,
         "small",
         "samples",
@@ -297,8 +287,7 @@ fn close_up(svg: &mut Svg, recording: &Recording, fit: &Estimate) {
         "fit",
     );
     svg.text(
-        key_x + 116.0,
-        STRIPS_END_Y + 60.0,
+        [key_x + 116.0, STRIPS_END_Y + 60.0],
         Anchor::Start,
         "small",
         "fit",
@@ -312,12 +301,11 @@ fn time_axis(svg: &mut Svg, time: &Axis) {
     for (t_s, label) in time.ticks(4) {
         let x = time.place(t_s);
         svg.line([(x, STRIPS_END_Y), (x, STRIPS_END_Y + 5.0)], "axis");
-        svg.text(x, STRIPS_END_Y + 18.0, Anchor::Middle, "small", &label);
+        svg.text([x, STRIPS_END_Y + 18.0], Anchor::Middle, "small", &label);
     }
     let middle = 0.5 * (left + right);
     svg.text(
-        middle,
-        STRIPS_END_Y + 34.0,
+        [middle, STRIPS_END_Y + 34.0],
         Anchor::Middle,
         "small",
         "time, s",
@@ -330,7 +318,12 @@ fn scale_bar(svg: &mut Svg, left: f64, pixels_per_v: f64) {
     let (x, bottom) = (left + 4.0, STRIPS_END_Y + 68.0);
     svg.line([(x, bottom), (x, bottom - bar_v * pixels_per_v)], "bar");
     let label = format!("{} mV", (bar_v * 1e6).round() * 1e-3);
-    svg.text(x + 8.0, STRIPS_END_Y + 60.0, Anchor::Start, "small", &label);
+    svg.text(
+        [x + 8.0, STRIPS_END_Y + 60.0],
+        Anchor::Start,
+        "small",
+        &label,
+    );
 }
 
 #[cfg(test)]

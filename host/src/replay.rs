@@ -70,18 +70,36 @@ pub fn run(
     sink: &mut dyn FnMut(&Packet) -> Result<()>,
     progress: &mut dyn FnMut(f64, f64),
 ) -> Result<Outcome> {
-    run_watched(input, settings, motion, sink, progress, &mut |_| {})
+    let observers = Observers {
+        sink,
+        progress,
+        watch: &mut |_| {},
+    };
+    run_watched(input, settings, motion, observers)
 }
 
-/// As [`run`]; `watch` sees every conversion, with the board's time of its DRDY edge.
+/// Who looks at a run.
+pub struct Observers<'a> {
+    /// Takes packets after encoding and decoding.
+    pub sink: &'a mut dyn FnMut(&Packet) -> Result<()>,
+    /// Takes the seconds done and those to do.
+    pub progress: &'a mut dyn FnMut(f64, f64),
+    /// Sees every conversion, with the board's time of its DRDY edge.
+    pub watch: &'a mut dyn FnMut(TimedConversion),
+}
+
+/// As [`run`], with all observers.
 pub fn run_watched(
     input: Opened,
     settings: Settings,
     mut motion: Option<Motion>,
-    sink: &mut dyn FnMut(&Packet) -> Result<()>,
-    progress: &mut dyn FnMut(f64, f64),
-    watch: &mut dyn FnMut(TimedConversion),
+    observers: Observers<'_>,
 ) -> Result<Outcome> {
+    let Observers {
+        sink,
+        progress,
+        watch,
+    } = observers;
     let mut messages = None;
     let (end_s, uncertainty) = (input.end_s, input.uncertainty);
     let decoder = Decoder::default();

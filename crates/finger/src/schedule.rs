@@ -212,7 +212,7 @@ impl WindowScheduler {
         }
     }
 
-    /// Gives a extent of a slide as a window, if it is long enough and in the ring.
+    /// Gives frames of a slide as a window, if there are enough of them and in the ring.
     fn give(&self, extent: Extent, frames: Frames<'_>, due: &mut dyn FnMut(Window)) {
         let Extent {
             first,

@@ -194,9 +194,11 @@ pub fn replay(
             input,
             settings,
             profile.map(Motion::Speed),
-            &mut sink,
-            &mut |_, _| {},
-            &mut watch,
+            player::Observers {
+                sink: &mut sink,
+                progress: &mut |_, _| {},
+                watch: &mut watch,
+            },
         )?;
         let drawing = picture.then(|| {
             draw(

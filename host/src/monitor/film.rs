@@ -113,7 +113,12 @@ fn picture(images: &[Buffer]) -> Result<String> {
         for row in 0..SIZE.1 {
             let y = height * number as f64 + MARGIN + CELL.1 * (f64::from(row) + 0.8);
             for (column, class, text) in runs(image, row) {
-                svg.cells(MARGIN + CELL.0 * f64::from(column), y, CELL.0, class, &text);
+                svg.cells(
+                    [MARGIN + CELL.0 * f64::from(column), y],
+                    CELL.0,
+                    class,
+                    &text,
+                );
             }
         }
     }

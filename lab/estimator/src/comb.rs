@@ -139,6 +139,7 @@ impl Refinement<'_> {
         solution: &Solution,
         cycles: f32,
     ) -> Square<CHANNELS_MAX> {
+        let shape = &solution.shape;
         let place = Place {
             cycles,
             most: self.cycles_max,

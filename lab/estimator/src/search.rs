@@ -18,7 +18,7 @@ pub const CANDIDATES_MAX: usize = PEAKS * DIVISORS;
 /// Fewest cycles of a candidate, and of a peak.
 const CYCLES_LEAST: f32 = 0.45;
 const CYCLES_PEAK: f32 = 0.5;
-/// Least distance of two candidates, cycles: nearer ones are one.
+/// Candidates nearer than this, in cycles, are one.
 const CANDIDATES_APART: f32 = 0.01;
 /// Least of what a line leaves of a determinant.
 const LEFT_MIN: f32 = 1e-7;

@@ -143,7 +143,8 @@ fn make_pages(folder: &Path) -> Result<()> {
     let papers = page::load::<Reproduction>(folder, reproduce::TOPIC)?;
     reproduce::write(papers.detail, folder)?;
     reproduce::okamoto::write_picture(folder)?;
-    let bars: [(&str, fn(Tables) -> Tables); 3] = [
+    type WithBars = fn(Tables) -> Tables;
+    let bars: [(&str, WithBars); 3] = [
         ("boards", board::with_bars),
         ("distance", |tables| tables),
         ("faults", faults::table::with_bars),

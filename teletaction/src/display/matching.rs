@@ -7,7 +7,7 @@
 use crate::display::error::{Error, finite, length, within};
 use crate::display::nonnegative::{Answer, Found, Given, Program, solve_from};
 use crate::display::packed::{at, dot, factor, invert, triangle};
-use crate::display::sensor_space::{SensorSpace, add};
+use crate::display::sensor_space::{SensorSpace, Target, add};
 use crate::display::set::Set;
 
 /// Most pins: a display of 10 x 10.
@@ -205,7 +205,11 @@ impl<'a> Matching<'a> {
                 found
             }
             Way::Sensors(space) => {
-                space.solve_from(self.map, wanted, self.pressing, self.x, self.pivots_max)
+                let target = Target {
+                    map: self.map,
+                    wanted,
+                };
+                space.solve_from(target, self.pressing, self.x, self.pivots_max)
             }
         };
         finite("force of pin", self.x)?;

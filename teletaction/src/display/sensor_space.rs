@@ -47,16 +47,24 @@ pub(crate) fn add(matrix: &mut [f32], row: &[f32], times: f32) {
     }
 }
 
+/// Strains that are wanted, and how pins make strains.
+#[derive(Clone, Copy)]
+pub(crate) struct Target<'a> {
+    /// A row for each pin: the strains under a unit force.
+    pub(crate) map: &'a [f32],
+    pub(crate) wanted: &'a [f32],
+}
+
 impl SensorSpace<'_> {
-    /// Solves from the set that pressed last; `map` has a row for each pin, `x` gets the forces.
+    /// Solves from the set that pressed last; `x` gets the forces.
     pub(crate) fn solve_from(
         &mut self,
-        map: &[f32],
-        wanted: &[f32],
+        target: Target<'_>,
         pressing: Set,
         x: &mut [f32],
         pivots_max: u32,
     ) -> Found {
+        let Target { map, wanted } = target;
         let budget = Budget {
             pivots: pivots_max,
             multiply_adds: u32::MAX,

@@ -50,22 +50,6 @@ pub struct Idle {
     depth: DepthMeter,
 }
 
-/// A sleep, by the microsecond counter.
-pub struct Slept {
-    /// Its start.
-    pub from_us: u32,
-    /// Its end.
-    pub until_us: u32,
-}
-
-/// The stack's memory.
-pub struct Stack<Word> {
-    /// Size in words.
-    pub words: usize,
-    /// Reads a word by its number from the far end.
-    pub word: Word,
-}
-
 impl Idle {
     /// Nothing measured.
     pub const fn new() -> Self {
@@ -90,7 +74,6 @@ impl Idle {
         if let Some(load) = self.load.slept(slept.from_us, slept.until_us) {
             diagnostics.load_bits.store(load.to_bits(), Relaxed);
         }
-        let Stack { words, word } = stack;
         let [used_bytes, size_bytes] = &diagnostics.stack;
         used_bytes.store(self.depth.step(stack.words, stack.word), Relaxed);
         size_bytes.store(4 * stack.words as u32, Relaxed);

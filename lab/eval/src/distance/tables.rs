@@ -169,8 +169,8 @@ fn designs() -> Result<Table> {
     for (spacing_mm, depth_mm) in pairs {
         let design = Design::new(spacing_mm, depth_mm, 10.0)?;
         table.row([
-            fixed(f64::from(spacing_mm), 0),
-            fixed(f64::from(depth_mm), 0),
+            fixed(spacing_mm, 0),
+            fixed(depth_mm, 0),
             10.into(),
             fixed(design.index, 3),
             fixed(design.worst_index, 3),

@@ -43,7 +43,7 @@ const CUTS: Title<'static> = Title {
 
 /// Starts of the titles of the rows, in their order.
 #[cfg(test)]
-pub const TITLES: [&str; 4] = [BIT_ERRORS.1, RANDOM.fault, DAMAGED.1, CUTS.1];
+pub const TITLES: [&str; 4] = [BIT_ERRORS.fault, RANDOM.fault, DAMAGED.fault, CUTS.fault];
 
 /// Rows and counts of frames for `injections` injections into the chip: for 100,000 ten million
 /// frames and 100 MB.

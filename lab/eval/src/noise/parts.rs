@@ -85,15 +85,28 @@ pub fn frequencies(tone: &Tone, count: usize, rate_hz: f64, draw: &mut Draw) -> 
     }
 }
 
+/// A tone that may move.
+#[derive(Clone, Copy)]
+pub struct Sound<'a> {
+    /// Cycles per frame, frame by frame.
+    pub frequencies: &'a [f64],
+    /// Relative amplitudes, the fundamental's first.
+    pub harmonics: &'a [f64],
+    pub amplitude: f64,
+}
+
 /// Adds a tone and gives its derivative by the frequency.
 pub fn add_tone(
     frames: &mut [[f64; TAXELS]],
-    frequencies: &[f64],
-    harmonics: &[f64],
-    amplitude: f64,
+    sound: Sound<'_>,
     extra: Extra,
     draw: &mut Draw,
 ) -> Vec<[f64; TAXELS]> {
+    let Sound {
+        frequencies,
+        harmonics,
+        amplitude,
+    } = sound;
     let count = frames.len();
     let mut derivative = vec![[0.0; TAXELS]; count];
     let phases: [[f64; 5]; TAXELS] =

@@ -1,6 +1,6 @@
 //! A window that is made of parts: noise, a tone, how its speed goes, and something else.
 
-use super::parts::{Extra, Speed, Tone, add_baseline, add_tone, add_waves, frequencies};
+use super::parts::{Extra, Sound, Speed, Tone, add_baseline, add_tone, add_waves, frequencies};
 use super::process::{self, Covariance, Noise};
 use crate::draw::Draw;
 use ridgetone_proto::settings::TAXELS;
@@ -98,9 +98,11 @@ impl Recipe {
             };
             derivative = add_tone(
                 &mut frames,
-                &frequencies,
-                &tone.harmonics,
-                amplitude,
+                Sound {
+                    frequencies: &frequencies,
+                    harmonics: &tone.harmonics,
+                    amplitude,
+                },
                 self.extra,
                 draw,
             );
@@ -117,9 +119,11 @@ impl Recipe {
                 let second: Vec<f64> = frequencies.iter().map(|f| times * f).collect();
                 add_tone(
                     &mut frames,
-                    &second,
-                    &tone.harmonics,
-                    amplitude,
+                    Sound {
+                        frequencies: &second,
+                        harmonics: &tone.harmonics,
+                        amplitude,
+                    },
                     Extra::Nothing,
                     draw,
                 );

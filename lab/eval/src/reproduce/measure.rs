@@ -75,8 +75,8 @@ pub fn combinations(which: &[usize], runs: u32, place: Place<'_>) -> Result<Vec<
 
 fn measure(c: usize, run: u32, place: Place<'_>) -> Result<Measured> {
     let series = series(c, run);
-    let (speed_mm_s, _) = TABLE_2[c];
-    let taken = Taken::new(scene(TABLE_2[c], run, Imperfect::ALL), place)?;
+    let (speed_mm_s, period_mm) = TABLE_2[c];
+    let taken = Taken::new(scene(speed_mm_s, period_mm, run, Imperfect::ALL), place)?;
     let first = found(&taken, TABLE_3[0].taxels, speed_mm_s)
         .with_context(|| format!("data series {series}"))?;
     let mut scratch = Box::new(Scratch::EMPTY);
@@ -262,7 +262,8 @@ pub fn causes(which: &[usize], place: Place<'_>) -> Result<Vec<Cause>> {
         .flat_map(|(_, imperfect)| which.iter().map(|c| (*imperfect, *c)))
         .collect();
     let errors = parallel::map("causes", &items, |(imperfect, c)| {
-        let taken = Taken::new(scene(TABLE_2[*c], 0, *imperfect), place)?;
+        let (speed_mm_s, period_mm) = TABLE_2[*c];
+        let taken = Taken::new(scene(speed_mm_s, period_mm, 0, *imperfect), place)?;
         let (speed_mm_s, period_mm) = TABLE_2[*c];
         let (pair, nominal_hz) = (TABLE_3[0].taxels, speed_mm_s / period_mm);
         let frames = found(&taken, pair, speed_mm_s)?.frames;

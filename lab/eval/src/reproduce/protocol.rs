@@ -196,7 +196,7 @@ mod tests {
             );
             let file = hal_mock::load_scene(path, ridgetone_host::input::frame_rate_hz())
                 .expect("a scene");
-            let own = scene(line, 0, Imperfect::NOTHING);
+            let own = scene(line.0, line.1, 0, Imperfect::NOTHING);
             assert_eq!(
                 Sliding {
                     seed: own.seed,

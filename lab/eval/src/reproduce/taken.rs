@@ -54,9 +54,11 @@ impl Taken {
                     input,
                     Settings::DEFAULT,
                     None,
-                    &mut sink,
-                    &mut |_, _| {},
-                    watch,
+                    replay::Observers {
+                        sink: &mut sink,
+                        progress: &mut |_, _| {},
+                        watch,
+                    },
                 )?;
                 u64::from(START_US)
             }

@@ -333,7 +333,9 @@ fn the_firmware_finds_the_slides_of_all_forty_runs() {
         .flat_map(|c| (0..4).map(move |run| (c, run)))
         .collect();
     let found = parallel::map("runs", &runs, |(c, run)| {
-        let taken = Taken::new(scene(TABLE_2[*c], *run, Imperfect::ALL), Place::Pc)?;
+        let (speed_mm_s, period_mm) = TABLE_2[*c];
+        let scene = scene(speed_mm_s, period_mm, *run, Imperfect::ALL);
+        let taken = Taken::new(scene, Place::Pc)?;
         Ok((firmware(&taken), taken.truth))
     });
     for ((c, run), (found, truth)) in runs.iter().zip(found.expect("runs")) {

@@ -85,7 +85,8 @@ fn motions(scans: &[Scan]) -> Table {
          firmware, up to 128 ms: greatest, %|good|windows|held, %|wrong but good",
     );
     for (skin, name) in SKINS {
-        let kinds: [(&str, fn(&Scan) -> bool); 3] = [
+        type IsOfKind = fn(&Scan) -> bool;
+        let kinds: [(&str, IsOfKind); 3] = [
             ("steady", |scan| scan.motion != Motion::Hand),
             ("hand, one way", |scan| {
                 scan.motion == Motion::Hand && !scan.is_turning
