@@ -1,6 +1,6 @@
 // The runs: files that are dropped, what is recorded, and one of them beside what is shown.
 import { post } from "./settings.js";
-import { seconds, withSigma } from "./format.js";
+import { charted, seconds, withSigma } from "./format.js";
 
 const $ = (id) => document.getElementById(id);
 // A moment behind an estimate's time, in which it has arrived.
@@ -27,12 +27,15 @@ export async function trying(work) {
 export async function state(id, query) {
   const answer = await fetch(`/runs/${id}/state.json?${new URLSearchParams(query)}`);
   if (!answer.ok) throw new Error(await answer.text());
-  return answer.json();
+  const found = await answer.json();
+  found.live.history = found.live.history.map(charted);
+  return found;
 }
 
 const value = (point) => {
   if (!point) return "no tone";
-  return withSigma(point.frequency, point.sigma, point.abscissa === "place" ? "/mm" : "Hz");
+  const { frequency, sigma } = charted(point);
+  return withSigma(frequency, sigma, point.abscissa === "place" ? "/mm" : "Hz");
 };
 const period = (point) => (point && point.spatial_period_mm !== null ? withSigma(point.spatial_period_mm, point.spatial_period_sigma_mm, "mm") : "");
 
@@ -41,7 +44,8 @@ export function difference(one, other) {
   const [a, b] = [one?.estimate, other?.estimate];
   const shown = `Dashed in violet: ${other.name}.`;
   if (!a || !b || a.abscissa !== b.abscissa) return shown;
-  const [apart, sigma] = [a.frequency - b.frequency, Math.hypot(a.sigma, b.sigma)];
+  const [own, others] = [charted(a), charted(b)];
+  const [apart, sigma] = [own.frequency - others.frequency, Math.hypot(own.sigma, others.sigma)];
   const unit = a.abscissa === "place" ? "/mm" : "Hz";
   return `${shown} ${one.name} − ${other.name}: ${withSigma(apart, sigma, unit)}, ${Math.abs(apart / sigma).toFixed(1)} σ apart.`;
 }

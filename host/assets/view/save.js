@@ -46,7 +46,8 @@ const TABLES = {
     return table(header, frames.filter(([t_s]) => plot.shows(t_s)));
   },
   history({ live: { history } }, plot) {
-    const header = Object.keys(history[0] ?? { t_s: 0 });
+    // What the page has added to draw it is no field of an estimate.
+    const header = Object.keys(history[0] ?? { t_s: 0 }).filter((name) => !["frequency", "sigma", "channels"].includes(name));
     return table(header, history.filter((point) => plot.shows(point.t_s)).map((point) => header.map((name) => point[name])));
   },
   spectrum(_, plot) {

@@ -137,7 +137,7 @@ fn a_recording_is_shown_with_the_numbers_of_json_and_can_be_paused_and_saved() {
     let csv = String::from_utf8(csv).expect("UTF-8");
     assert_eq!(csv.lines().count(), 1 + estimates);
     assert!(
-        csv.starts_with("t_s,window_s,span,abscissa,status,frequency,sigma,"),
+        csv.starts_with("t_s,window_s,span,abscissa,frequency_hz,sigma_hz,"),
         "{csv}"
     );
     for (what, rows) in [("spectrum", 127), ("fit", 241), ("map", 16)] {
