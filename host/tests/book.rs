@@ -43,7 +43,7 @@ const WITH_A_BOARD: [&str; 23] = [
 ];
 
 /// Commands that take too long for a test, each with the test that covers a short form of it.
-const LITTLE_OF: [(&str, &str); 27] = [
+const LITTLE_OF: [(&str, &str); 30] = [
     ("cargo xtask worklet", "teletaction/tests/touch/page.rs"),
     (
         "cargo xtask distance --write",
@@ -94,6 +94,12 @@ const LITTLE_OF: [(&str, &str); 27] = [
         "lab/eval/src/reproduce/okamoto.rs",
     ),
     ("cargo xtask events", "xtask/src/events.rs"),
+    ("cargo xtask noise --estimator new", "lab/eval/src/noise.rs"),
+    (
+        "cargo xtask settings",
+        "host/src/settings_form/generated.rs",
+    ),
+    ("cargo xtask real FOLDER", "lab/estimator/examples/real.rs"),
     ("cargo xtask noise --seed 1", "lab/eval/src/noise.rs"),
     (
         "cargo test -p ridgetone-host --lib check::tests::conversation",

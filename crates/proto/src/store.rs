@@ -89,20 +89,20 @@ type Half = u32;
 
 /// A record that was found.
 struct Found {
-    order: Order,
+    order: Age,
     content: Content,
 }
 
-/// Order in which records were written. A damaged record may have the number of its replacement,
-/// which is behind it.
+/// Age of a record: its number and its place in the store. A damaged record may have the number of
+/// its replacement, which comes after it.
 #[derive(Clone, Copy, PartialEq, PartialOrd)]
-struct Order {
+struct Age {
     number: u32,
     half: Half,
 }
 
-/// Greater than the order of every record: an erased slot reads as this number.
-const NO_LIMIT: Order = Order {
+/// Greater than the age of every record: an erased slot reads as this number.
+const NO_LIMIT: Age = Age {
     number: u32::MAX,
     half: 0,
 };
@@ -207,11 +207,11 @@ impl<F: NorFlash> FlashStore<F> {
 
     /// The latest whole record before `limit`. The search goes from the last slot back, where the
     /// newest record usually is, to compute few checksums.
-    fn latest_before(&mut self, limit: Order) -> Option<Found> {
+    fn latest_before(&mut self, limit: Age) -> Option<Found> {
         let mut latest: Option<Found> = None;
         for half in (0..2 * Self::ALL).rev() {
             let number = u32::from_le_bytes(self.read(half));
-            let order = Order { number, half };
+            let order = Age { number, half };
             let is_later = latest.as_ref().is_none_or(|latest| order > latest.order);
             if order < limit
                 && is_later

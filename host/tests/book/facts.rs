@@ -204,7 +204,7 @@ fn every_setting_is_in_a_table_with_its_range() {
         .iter()
         .flat_map(tables)
         .collect();
-    assert!(names.len() > 25, "{names:?}");
+    assert!(names.len() > 20, "{names:?}");
     for name in names {
         let row = rows.iter().find(|row| {
             row.get(1)
@@ -224,11 +224,18 @@ fn every_setting_is_in_a_table_with_its_range() {
             continue;
         };
         let shown = row[4].split(&[' ', ':'][..]).next().unwrap();
+        let shown = shown.trim_matches('`');
         let shown = shown.strip_prefix("0x").map_or(shown.parse().ok(), |hex| {
             Some(u32::from_str_radix(hex, 16).unwrap().into())
         });
         assert_eq!(shown, Some(default), "{name}");
-        let set = |value: f64| change(&Settings::DEFAULT, &[format!("{name}={value}")]);
+        // The shortest period may not exceed the longest one, which is raised out of its way.
+        let longest = (name == "array.period_least_mm").then_some("array.period_most_mm=100");
+        let set = |value: f64| {
+            let changes = longest.map(str::to_owned).into_iter();
+            let changes: Vec<String> = changes.chain([format!("{name}={value}")]).collect();
+            change(&Settings::DEFAULT, &changes)
+        };
         for wrong in [
             least - 0.3 * (most - least).abs().max(1.0),
             most + 0.3 * (most - least).abs().max(1.0),
