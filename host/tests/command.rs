@@ -197,11 +197,18 @@ fn beside(script: Option<&str>, words: &[&str]) -> std::process::Output {
         let path = file(folder.path(), "ridgetone-teletaction", script);
         std::fs::set_permissions(&path, PermissionsExt::from_mode(0o755)).expect("rights");
     }
-    std::process::Command::new(&ridgetone)
-        .args(words)
-        .env("PATH", "/nowhere")
-        .output()
-        .expect("the command runs")
+    loop {
+        let done = std::process::Command::new(&ridgetone)
+            .args(words)
+            .env("PATH", "/nowhere")
+            .output();
+        // A child that another test has just forked may still hold the copy open for writing.
+        if matches!(&done, Err(error) if error.kind() == std::io::ErrorKind::ExecutableFileBusy) {
+            std::thread::yield_now();
+            continue;
+        }
+        return done.expect("the command runs");
+    }
 }
 
 #[cfg(unix)]
