@@ -189,26 +189,26 @@ fn text_of_a_run_that_is_over_is_in_the_order_of_time() {
 /// `ridgetone` in a folder of its own, where `ridgetone-teletaction` is this script, if any.
 #[cfg(unix)]
 fn beside(script: Option<&str>, words: &[&str]) -> std::process::Output {
-    use std::os::unix::fs::PermissionsExt;
     let folder = directory();
-    let ridgetone = folder.path().join("ridgetone");
-    std::fs::copy(env!("CARGO_BIN_EXE_ridgetone"), &ridgetone).expect("a copy");
+    // Another process copies: a file that this one had open for writing could not be run while a
+    // child that another test has just forked still holds it.
+    let install = |from: &std::path::Path, name: &str| {
+        let to = folder.path().join(name);
+        let mut install = std::process::Command::new("install");
+        let done = install.args(["-m", "755"]).arg(from).arg(&to).status();
+        assert!(done.expect("install runs").success());
+        to
+    };
+    let ridgetone = install(env!("CARGO_BIN_EXE_ridgetone").as_ref(), "ridgetone");
     if let Some(script) = script {
-        let path = file(folder.path(), "ridgetone-teletaction", script);
-        std::fs::set_permissions(&path, PermissionsExt::from_mode(0o755)).expect("rights");
+        let written = file(folder.path(), "script", script);
+        install(&written, "ridgetone-teletaction");
     }
-    loop {
-        let done = std::process::Command::new(&ridgetone)
-            .args(words)
-            .env("PATH", "/nowhere")
-            .output();
-        // A child that another test has just forked may still hold the copy open for writing.
-        if matches!(&done, Err(error) if error.kind() == std::io::ErrorKind::ExecutableFileBusy) {
-            std::thread::yield_now();
-            continue;
-        }
-        return done.expect("the command runs");
-    }
+    std::process::Command::new(&ridgetone)
+        .args(words)
+        .env("PATH", "/nowhere")
+        .output()
+        .expect("the command runs")
 }
 
 #[cfg(unix)]
