@@ -54,7 +54,7 @@ impl Bench<'_> {
             match self.files.read()? {
                 Job::End => return Some(()),
                 Job::Fit { harmonics, frames } => {
-                    renew(fitter, harmonics);
+                    fitter.set_harmonics(harmonics.min(HARMONICS_MAX as u8));
                     self.fit(fitter, frames)?;
                 }
                 Job::Detect { conversions } => {
@@ -73,6 +73,8 @@ impl Bench<'_> {
         }
     }
 
+    // Each job apart: together their variables, with the events of a touch, overflow the stack.
+    #[inline(never)]
     fn fit(&mut self, fitter: &mut Fitter, frames: u32) -> Option<()> {
         if frames as usize > RING_FRAMES {
             return None;
@@ -92,6 +94,7 @@ impl Bench<'_> {
         })
     }
 
+    #[inline(never)]
     fn feel(&mut self, fitter: &mut Fitter, plan: u8) -> Option<()> {
         feel_load::fill(self.ring, plan)?;
         let from = stack::paint();
@@ -106,6 +109,7 @@ impl Bench<'_> {
         })
     }
 
+    #[inline(never)]
     fn detect(&mut self, detector: &mut Detector, conversions: u32) -> Option<()> {
         let mut sequence = 0;
         for _ in 0..conversions / SLOTS {
@@ -143,13 +147,6 @@ impl Bench<'_> {
             wire: Wire::new(wire.get(..used)?),
         })
     }
-}
-
-/// Sets the fitter to another number of harmonics. Apart, so that what it takes of the stack is
-/// given back.
-#[inline(never)]
-fn renew(fitter: &mut Fitter, harmonics: u8) {
-    *fitter = Fitter::new(harmonics.min(HARMONICS_MAX as u8));
 }
 
 /// What is measured, with nothing of the rest inlined into it.

@@ -73,7 +73,6 @@ impl Bus {
         self.read_elsewhere(address, bytes)
     }
 
-    #[inline(never)]
     fn read_elsewhere(&mut self, address: u32, bytes: u32) -> Result<u32, Stop> {
         let at = |from: u32| (address - from) as usize;
         let inside =
@@ -111,7 +110,6 @@ impl Bus {
         self.write_elsewhere(address, bytes, value)
     }
 
-    #[inline(never)]
     fn write_elsewhere(&mut self, address: u32, bytes: u32, value: u32) -> Result<(), Stop> {
         match address {
             FLASH..CCM if ((address - FLASH) as usize) < self.flash.bytes.len() => {
