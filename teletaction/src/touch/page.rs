@@ -3,7 +3,7 @@
 //! | path | what |
 //! |---|---|
 //! | `/` and the files it names | the page |
-//! | `/events` | the state, at once and whenever it changes, as server-sent events `state` ([`latest`]) |
+//! | `/events` | the state, at once and whenever it changes, as server-sent events `state` (`latest.rs`) |
 //! | `/texture` | POST: a texture as a JSON object, in place of the source's |
 
 use super::output::Output;
