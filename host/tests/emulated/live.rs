@@ -151,12 +151,11 @@ fn the_emulated_board_obeys_commands() {
             stderr(&done)
         );
     }
-    // Until after a slide, also where this computer is too slow to run the board in real time. The
-    // periods are right only in real time: `host/src/profile.rs` tests the places.
+    // The usual scene's speed, until after the slide; its grating's period is 3.6 mm.
     let speed = crate::common::file(
         folder.path(),
         "speed.csv",
-        "time_s,speed_mm_s\n0,30\n8,30\n",
+        "time_s,speed_mm_s\n0,30\n4,30\n",
     );
     let lines = json_lines(&run(&[
         "command",
@@ -165,14 +164,15 @@ fn the_emulated_board_obeys_commands() {
         "--emulated",
         "--json",
     ]));
-    let estimates: Vec<_> = lines
+    let by_place: Vec<_> = lines
         .iter()
-        .filter(|line| line["type"] == "estimate")
+        .filter(|line| line["type"] == "estimate" && line["abscissa"] == "place")
         .collect();
-    assert!(
-        !estimates.is_empty() && estimates.iter().all(|one| one["abscissa"] == "place"),
-        "{estimates:?}"
-    );
+    assert!(by_place.len() > 4, "{lines:?}");
+    for estimate in by_place {
+        let period_mm = estimate["period_mm"].as_f64().expect("a period");
+        assert!((period_mm - 3.6).abs() < 0.02, "{estimate}");
+    }
     let backwards =
         crate::common::file(folder.path(), "back.csv", "time_s,speed_mm_s\n1,30\n1,20\n");
     let refused = run(&["command", "follow", text(&backwards), "--emulated"]);
