@@ -74,26 +74,32 @@ fn measure(what: &str, boards: &[SerialBoard], seconds: u64) {
         "{what}: a board itself was {late_ms:.0} ms late at most; this computer's load: {}",
         load.trim()
     );
-    for (receiver, got) in [("mqtt", mqtt), ("foxglove", foxglove)] {
-        report(
-            what,
-            receiver,
-            &got,
-            boards,
-            100.0 * busy_s / seconds as f64,
-            &stderr,
-        );
-    }
+    let served = Served {
+        what,
+        boards,
+        percent: 100.0 * busy_s / seconds as f64,
+        stderr,
+    };
+    report(&served, "mqtt", &mqtt);
+    report(&served, "foxglove", &foxglove);
 }
 
-fn report(
-    what: &str,
-    receiver: &str,
-    got: &Got,
-    boards: &[SerialBoard],
+/// What the boards sent, and what it cost to serve it.
+struct Served<'a> {
+    what: &'a str,
+    boards: &'a [SerialBoard],
+    /// Of one core.
     percent: f64,
-    stderr: &str,
-) {
+    stderr: String,
+}
+
+fn report(served: &Served, receiver: &str, got: &Got) {
+    let Served {
+        what,
+        boards,
+        percent,
+        stderr,
+    } = served;
     let mut late_ms = Vec::new();
     let mut numbers: BTreeMap<String, Vec<u64>> = BTreeMap::new();
     let mut counted = 0;
