@@ -88,7 +88,7 @@ fn measure(what: &str, boards: &[SerialBoard], seconds: u64) {
 struct Served<'a> {
     what: &'a str,
     boards: &'a [SerialBoard],
-    /// Of one core.
+    /// A share of one core.
     percent: f64,
     stderr: String,
 }
