@@ -10,13 +10,14 @@ use std::path::Path;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::{Duration, Instant};
 
-/// Who sends messages to a board while its packets are read.
+/// Who sends messages to a board while its packets are read. `now` is the time by the clock that
+/// the board runs by ([`Source::clock`](crate::feed::Source::clock)), else by this computer's.
 pub trait Robot: Send {
     /// Takes a packet of the board.
-    fn hear(&mut self, _packet: &Packet) {}
+    fn hear(&mut self, _packet: &Packet, _now: Duration) {}
 
     /// The next message that is due, as it travels.
-    fn next(&mut self) -> Option<Vec<u8>>;
+    fn next(&mut self, now: Duration) -> Option<Vec<u8>>;
 
     /// Whether the last message was sent, and with it everything is over.
     fn has_ended(&self) -> bool {
@@ -25,7 +26,7 @@ pub trait Robot: Send {
 }
 
 impl Robot for Receiver<Vec<u8>> {
-    fn next(&mut self) -> Option<Vec<u8>> {
+    fn next(&mut self, _now: Duration) -> Option<Vec<u8>> {
         self.try_recv().ok()
     }
 }

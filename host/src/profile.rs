@@ -7,7 +7,7 @@ use hal_mock::Table;
 use ridgetone_proto::odometry::{FRAME_BYTES, Odometry};
 use ridgetone_proto::telemetry::{Event, Packet};
 use std::path::Path;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Time from one message to the next, microseconds: 250 a second, as often as a board takes them.
 const STEP_US: u64 = 4000;
@@ -138,11 +138,10 @@ impl Profile {
 /// while the speed changes.
 pub struct Player {
     profile: Profile,
-    begun: Instant,
     number: usize,
     due: Duration,
-    /// Time since `begun` at which the board's time was zero, by the quickest packets: in this
-    /// [`CLOCK`] and in the one before it. Infinite without any.
+    /// Time at which the board's time was zero, by the quickest packets: in this [`CLOCK`] and in
+    /// the one before it. Infinite without any.
     zeros_s: [f64; 2],
     clock_begun: Duration,
     has_ended: bool,
@@ -152,7 +151,6 @@ impl Player {
     pub fn new(profile: Profile) -> Self {
         Self {
             profile,
-            begun: Instant::now(),
             number: 0,
             due: Duration::ZERO,
             zeros_s: [f64::INFINITY; 2],
@@ -163,13 +161,12 @@ impl Player {
 }
 
 impl Robot for Player {
-    fn hear(&mut self, packet: &Packet) {
-        let now = self.begun.elapsed();
+    fn hear(&mut self, packet: &Packet, now: Duration) {
         if let Event::Hello(_) = packet.event {
             // The board may have started again.
             self.zeros_s = [f64::INFINITY; 2];
         }
-        if now - self.clock_begun > CLOCK {
+        if now.saturating_sub(self.clock_begun) > CLOCK {
             self.zeros_s = [f64::INFINITY, self.zeros_s[0]];
             self.clock_begun = now;
         }
@@ -179,8 +176,7 @@ impl Robot for Player {
         }
     }
 
-    fn next(&mut self) -> Option<Vec<u8>> {
-        let now = self.begun.elapsed();
+    fn next(&mut self, now: Duration) -> Option<Vec<u8>> {
         let zero_s = self.zeros_s[0].min(self.zeros_s[1]);
         if now < self.due || zero_s.is_infinite() || self.has_ended {
             return None;
@@ -298,7 +294,8 @@ mod tests {
     fn a_player_keeps_the_boards_time_and_ends_with_the_file() {
         let profile = Profile::new(&[(0.0, 1000.0), (100.05, 1000.0)], false).unwrap();
         let mut player = Player::new(profile);
-        assert_eq!(player.next(), None);
+        let mut now = Duration::from_secs(7);
+        assert_eq!(player.next(now), None);
         let packet = |event| Packet { sequence: 0, event };
         let contact = Contact {
             t_us: 90_000_000,
@@ -306,12 +303,13 @@ mod tests {
             height_v: 0.0,
         };
         // A contact was ten seconds ago, as health says right after it.
-        player.hear(&packet(Event::Contact(contact)));
-        player.hear(&packet(Event::Health(Health {
+        player.hear(&packet(Event::Contact(contact)), now);
+        let health = packet(Event::Health(Health {
             t_us: 100_000_000,
             ..Health::default()
-        })));
-        let mut wire = player.next().expect("a message");
+        }));
+        player.hear(&health, now);
+        let mut wire = player.next(now).expect("a message");
         assert_eq!(wire.pop(), Some(0));
         let message = Odometry::decode(&mut wire).expect("a message");
         let ridgetone_proto::odometry::Reading::Place(place) = message.reading else {
@@ -319,11 +317,12 @@ mod tests {
         };
         // One millimetre a millisecond.
         let t_s = f64::from(place) * 1e-4 / 1000.0;
-        assert!((100.0..100.05).contains(&t_s), "{t_s}");
+        assert!((t_s - 100.0).abs() < 1e-6, "{t_s}");
         while !player.has_ended() {
-            assert!(player.begun.elapsed() < Duration::from_secs(5));
-            player.next();
+            now += Duration::from_millis(1);
+            player.next(now);
         }
-        assert!(player.number <= 14, "{}", player.number);
+        // The 50 ms that the file still has, in steps of 4 ms.
+        assert_eq!(player.number, 13);
     }
 }

@@ -98,9 +98,10 @@ impl Feed {
                 std::thread::sleep(left);
                 return Ok(None);
             }
+            let now = self.clock();
             let wait = match &mut self.robot {
                 Some(robot) => {
-                    while let Some(message) = robot.next() {
+                    while let Some(message) = robot.next(now) {
                         // A board that is away loses the message, as on the line; the source
                         // reports that it is away.
                         let _ = self.source.send(&message);
@@ -151,14 +152,20 @@ impl Feed {
         if let Some(recording) = &mut self.recording {
             recording.keep(bytes, receipt).context("the recording")?;
         }
+        let now = self.clock();
         for packet in bytes.iter().filter_map(|byte| self.decoder.push(*byte)) {
             self.received += 1;
             if let Some(robot) = &mut self.robot {
-                robot.hear(&packet);
+                robot.hear(&packet, now);
             }
             self.queue.push_back((FeedEvent::Data(packet), receipt));
         }
         Ok(())
+    }
+
+    /// Time by the clock that the board runs by.
+    fn clock(&self) -> Duration {
+        self.source.clock().unwrap_or_else(|| self.opened.elapsed())
     }
 
     /// When the packet that [`next`](Self::next) gave last was received; none of a recording that

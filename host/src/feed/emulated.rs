@@ -7,7 +7,7 @@ use crate::port::BYTE_S;
 use anyhow::{Context, Result, anyhow, bail};
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -29,6 +29,8 @@ pub struct Emulated {
     requests: Sender<Vec<u8>>,
     stop: Arc<AtomicBool>,
     idle: Arc<AtomicBool>,
+    /// Time of the emulation, microseconds.
+    clock_us: Arc<AtomicU64>,
     thread: Option<JoinHandle<Result<()>>>,
 }
 
@@ -43,6 +45,8 @@ impl Emulated {
         let stopped = Arc::clone(&stop);
         let idle = Arc::new(AtomicBool::new(false));
         let waits = Arc::clone(&idle);
+        let clock_us = Arc::new(AtomicU64::new(0));
+        let clock = Arc::clone(&clock_us);
         let thread = std::thread::spawn(move || {
             let options = Options {
                 silence,
@@ -60,6 +64,7 @@ impl Emulated {
                 if stopped.load(Ordering::Relaxed) {
                     bail!("the emulated board is no longer wanted");
                 }
+                clock.store(now.as_micros() as u64, Ordering::Relaxed);
                 if let Some(pace) = pace
                     && (now >= next || !bytes.is_empty())
                 {
@@ -86,6 +91,7 @@ impl Emulated {
             requests,
             stop,
             idle,
+            clock_us,
             thread: Some(thread),
         }
     }
@@ -121,6 +127,10 @@ impl Source for Emulated {
         self.requests
             .send(bytes.to_vec())
             .context("the emulated board has ended")
+    }
+
+    fn clock(&self) -> Option<Duration> {
+        Some(Duration::from_micros(self.clock_us.load(Ordering::Relaxed)))
     }
 
     fn idle(&mut self, idle: bool) -> bool {
