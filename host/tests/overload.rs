@@ -108,9 +108,11 @@ fn at_the_chips_top_speed_every_loss_is_reported() {
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn a_fit_too_slow_for_the_hop_costs_hops() {
-    // 16 ns an instruction, half the usual speed, and hops of 60 frames in 53 ms in place of 0.25
-    // s.
-    let (outcome, packets, health) = run(Some(FAST_CLOCK_HZ), |options| options.icount_shift = 4);
+    // 16 ns an instruction, half the usual speed, and hops of 24 frames in 21 ms in place of 0.1 s.
+    let (outcome, packets, health) = run(Some(FAST_CLOCK_HZ), |options| {
+        options.icount_shift = 4;
+        options.settings.hop_s = 0.1;
+    });
     assert_accounted("slow fit", &outcome, &packets, &health);
     assert!(health.hops_skipped > 0, "{health:?}");
     assert!(
