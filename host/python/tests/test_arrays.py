@@ -126,7 +126,7 @@ def test_errors_have_the_commands_words(tmp_path: Path, refusal: Callable[..., s
         (lambda: rt.fit(sine(), names=["a"], rate_hz=1), "1 names for 3 columns"),
         (lambda: rt.fit(sine(10), time_s=[0, 1, 2, 3, 4, 5, 6, 7, 9, 8]), "row 10: time_s does not increase: 8 after 9"),
         (lambda: rt.feel(sine(), {"ra_um": 1}, 100), "rsm_mm"),
-        (lambda: rt.settings(window=1), "unknown field `window`"),
+        (lambda: rt.settings(window=1), "no setting `window`: choose from plan, window_s"),
         (lambda: rt.live("emulated", usb_serial=None, scene="none.toml"), "none.toml"),
         (lambda: rt.live(once=True), "emulated"),
     ],
