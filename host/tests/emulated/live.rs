@@ -151,11 +151,11 @@ fn the_emulated_board_obeys_commands() {
             stderr(&done)
         );
     }
-    // The usual scene's speed, until after the slide; its grating's period is 3.6 mm.
+    // The first scene's speed, until after its slide; its grating's period is 3.6 mm.
     let speed = crate::common::file(
         folder.path(),
         "speed.csv",
-        "time_s,speed_mm_s\n0,30\n4,30\n",
+        "time_s,speed_mm_s\n0,15\n6,15\n",
     );
     let lines = json_lines(&run(&[
         "command",
