@@ -352,10 +352,7 @@ fn two_emulated_boards_of_skewed_clocks_agree_within_a_millisecond() {
     });
     let mut surest_ppm = f64::INFINITY;
     for (stamps, pace) in boards.iter().zip(PACES) {
-        let frames = stamps
-            .iter()
-            .filter(|stamp| stamp.kind == "raw")
-            .count();
+        let frames = stamps.iter().filter(|stamp| stamp.kind == "raw").count();
         assert!(frames as f64 > 235.0 * length_s, "{pace}: {frames} frames");
         let (found, slow_ppm) = (last_skew(stamps), 1e6 * (1.0 / pace - 1.0));
         let (ppm, sigma_ppm) = found.expect("a skew");

@@ -177,8 +177,11 @@ fn a_run_is_what_the_commands_say_of_its_file_at_any_time_and_in_any_part() {
         &origin,
         &std::fs::read(&frames).expect("a file"),
     );
-    let [a, b] =
-        [&run, &json(&body)].map(|run| run["estimate"]["frequency_hz"].as_f64().expect("a frequency"));
+    let [a, b] = [&run, &json(&body)].map(|run| {
+        run["estimate"]["frequency_hz"]
+            .as_f64()
+            .expect("a frequency")
+    });
     assert!(status == 200 && (a / b - 1.0).abs() < 1e-4, "{a} and {b}");
 
     let exported = folder.path().join("touch.mcap");
@@ -193,8 +196,11 @@ fn a_run_is_what_the_commands_say_of_its_file_at_any_time_and_in_any_part() {
         &origin,
         &std::fs::read(&exported).expect("a file"),
     );
-    let [a, b] =
-        [&run, &json(&body)].map(|run| run["estimate"]["frequency_hz"].as_f64().expect("a frequency"));
+    let [a, b] = [&run, &json(&body)].map(|run| {
+        run["estimate"]["frequency_hz"]
+            .as_f64()
+            .expect("a frequency")
+    });
     assert!(status == 200 && (a / b - 1.0).abs() < 1e-4, "{a} and {b}");
 
     // A file that is no run is refused under the name that people know; requests from another page
