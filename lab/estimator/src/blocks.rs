@@ -9,8 +9,8 @@ use crate::lines::Lines;
 use crate::phase::{cos_sin, from_turns};
 use crate::phase_course::Course;
 use crate::residual::Model;
-use crate::source::{Overwritten, Values};
-use crate::statistics::Data;
+use crate::pieces::Data;
+use crate::source::Values;
 use core::f32::consts::FRAC_1_PI;
 
 /// Functions of a block: level, slope, cosine and sine of each line.
@@ -85,8 +85,8 @@ impl Blocks {
 
     /// Passes over the frames.
     #[inline(never)]
-    pub fn collect(&mut self, data: &mut Data, pass: &Pass) -> Result<(), Overwritten> {
-        let width = data.statistics.width;
+    pub fn collect(&mut self, data: &Data, pass: &Pass) {
+        let width = data.width;
         self.lines = pass.lines;
         self.most = pass.most.min(WAVES - 1);
         self.rows[..ROWS_BLOCKS].fill([0.0; CHANNELS_MAX]);
@@ -94,8 +94,8 @@ impl Blocks {
         self.moments = [[[0.0; 2]; WAVES]; BLOCKS_MAX];
         self.squares = [0.0; BLOCKS_MAX];
         self.turned = [0.0; BLOCKS_MAX];
-        let ends = self.divide(data.span.frames);
-        data.visit(&mut |frame| {
+        let ends = self.divide(data.pieces.count() as u32);
+        for frame in data.iter() {
             let b = ends
                 .partition_point(|end| *end <= frame.u)
                 .min(self.count - 1);
@@ -117,7 +117,7 @@ impl Blocks {
             let residual;
             let values = match pass.model {
                 Some(model) => {
-                    residual = model.residual(frame);
+                    residual = model.residual(&frame);
                     &residual
                 }
                 None => &frame.values,
@@ -135,7 +135,7 @@ impl Blocks {
                 add(2 + 2 * i, cos);
                 add(3 + 2 * i, sin);
             }
-        })
+        }
     }
 
     /// Divides the window: blocks are as long as Legendre polynomials change slowly, shortest at the

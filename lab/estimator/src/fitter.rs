@@ -6,18 +6,19 @@ use crate::conclude::{self, Figures};
 use crate::fit::{Fit, Status, Tests};
 use crate::frame_span::FrameSpan;
 use crate::hum::Hum;
-use crate::impulses::{self, Impulses};
+use crate::impulses;
 use crate::legendre::legendre;
 use crate::limits::FRAMES_MIN;
 use crate::lines::Lines;
 use crate::movement::Followed;
 use crate::phase_course::Course;
+use crate::pieces::{Data, Pieces, frames_each};
 use crate::refine::Refinement;
 use crate::scene::Scene;
 use crate::search::candidates;
 use crate::solve::Solution;
 use crate::source::Overwritten;
-use crate::statistics::{Data, Products, Statistics};
+use crate::statistics::{Products, Statistics};
 use crate::tests::Tested;
 
 /// Fits of a window whose impulses are replaced, the last included.
@@ -28,9 +29,9 @@ const CYCLES_CURVED: f32 = 5.0;
 /// The estimator: memory of its steps.
 #[derive(Debug)]
 pub struct Fitter {
+    pieces: Pieces,
     blocks: Blocks,
     work: Work,
-    impulses: Impulses,
 }
 
 impl Default for Fitter {
@@ -43,9 +44,9 @@ impl Fitter {
     /// A fitter; all zeros, so that a static of it takes no flash.
     pub const fn new() -> Self {
         Self {
+            pieces: Pieces::new(),
             blocks: Blocks::new(),
             work: Work::new(),
-            impulses: Impulses::NONE,
         }
     }
 
@@ -60,7 +61,9 @@ impl Fitter {
     /// If its frames were overwritten meanwhile.
     #[inline(never)]
     pub fn fit(&mut self, span: &mut FrameSpan, scene: &Scene) -> Result<Fit, Overwritten> {
-        let mut statistics = Statistics::collect(span)?;
+        let each = frames_each(span.frames);
+        span.trim(each);
+        let statistics = Statistics::collect(span)?;
         if statistics.width == 0 || statistics.frames < FRAMES_MIN {
             return Ok(Fit::without_tone(Status::Nothing, statistics.frames));
         }
@@ -68,50 +71,77 @@ impl Fitter {
         if 2 * statistics.frames < span.frames {
             return Ok(Fit::without_tone(Status::TooShort, statistics.frames));
         }
-        self.impulses.clear();
-        if let Some(hum) = Hum::find(span, &statistics, &mut self.blocks, &mut self.work)? {
-            statistics.hum = Some(hum);
-            statistics.centre(span, &self.impulses)?;
-        }
+        statistics.keep(span, &mut self.pieces)?;
+        let Self {
+            pieces,
+            blocks,
+            work,
+        } = self;
+        let rounding = statistics.rounding(span);
+        let mut data = Data {
+            pieces,
+            place: *span.abscissa(),
+            each,
+            width: statistics.width,
+            cycles_max: 0.5 * span.effective_frames() / each as f32,
+        };
+        let hum = span
+            .interferer
+            .and_then(|given| Hum::take_out(&mut data, &rounding, blocks, work, given));
+        let mut memory = Memory { blocks, work };
         let mut attempt = 1;
-        loop {
-            let all = statistics.products(span, &self.impulses)?;
+        let mut fit = loop {
+            let all = data.products(&rounding);
             let mut window = Window {
-                span,
+                data: &mut data,
                 statistics: &statistics,
                 scene,
                 all: &all,
+                span,
             };
-            let Some(comb) = self.best(&mut window)? else {
+            let Some(comb) = window.best(&mut memory) else {
                 return Ok(Fit::without_tone(Status::NoTone, statistics.frames));
             };
-            if scene.impulses && attempt < ATTEMPTS && self.has_impulses(&mut window, &comb)? {
+            if scene.impulses && attempt < ATTEMPTS && window.has_impulses(&mut memory, &comb) {
                 attempt += 1;
-                statistics.centre(span, &self.impulses)?;
+                data.centre();
                 continue;
             }
-            return self.conclude(&mut window, &comb);
-        }
+            break window.conclude(&mut memory, &comb);
+        };
+        fit.interferer = hum.map(|hum| hum.cycles_per_frame());
+        Ok(fit)
     }
+}
 
+/// Memory of the steps.
+struct Memory<'m> {
+    blocks: &'m mut Blocks,
+    work: &'m mut Work,
+}
+
+/// A window that is fitted.
+struct Window<'w, 'd, 's> {
+    data: &'w mut Data<'d>,
+    statistics: &'w Statistics,
+    scene: &'w Scene,
+    all: &'w Products,
+    span: &'w FrameSpan<'s>,
+}
+
+impl Window<'_, '_, '_> {
     /// The likeliest comb.
     #[inline(never)]
-    fn best(&mut self, window: &mut Window) -> Result<Option<Comb>, Overwritten> {
-        let Self {
-            blocks,
-            work,
-            impulses,
-        } = self;
-        let (refinement, scene) = (window.refinement(), window.scene);
-        let found = {
-            let (all, mut data) = (window.all, window.data(impulses));
-            candidates(&mut data, blocks.scratch(), &all.matrix, scene)?
-        };
+    fn best(&self, memory: &mut Memory) -> Option<Comb> {
+        let Memory { blocks, work } = memory;
+        let (refinement, scene) = (self.refinement(), self.scene);
+        let unit = self.span.frequency(1.0);
+        let found = candidates(self.data, blocks.scratch(), &self.all.matrix, scene, unit);
         let most = scene.degree_max();
         let mut best: Option<Comb> = None;
         for cycles in found.iter() {
             let course = Course::steady(cycles);
-            window.collect(blocks, impulses, &course, refinement.lines(cycles))?;
+            self.collect(blocks, &course, refinement.lines(cycles));
             let degrees = [1, most];
             let count = if cycles < CYCLES_CURVED { 2 } else { 1 };
             let comb = refinement.best(blocks, work, course, &degrees[..count]);
@@ -123,57 +153,46 @@ impl Fitter {
             && most > 2
         {
             let course = comb.course;
-            window.collect(blocks, impulses, &course, refinement.lines(course.cycles))?;
+            self.collect(blocks, &course, refinement.lines(course.cycles));
             let other = refinement.best(blocks, work, course, &[2, 3]);
             if other.score > comb.score {
                 best = Some(other);
             }
         }
-        Ok(best)
+        best
     }
 
     /// Replaces what a comb leaves of single values; whether there are some.
     #[inline(never)]
-    fn has_impulses(&mut self, window: &mut Window, comb: &Comb) -> Result<bool, Overwritten> {
-        let Self {
-            blocks, impulses, ..
-        } = self;
-        window.collect(blocks, impulses, &comb.course, comb.shape.lines)?;
-        let solution = Solution::new(blocks, comb.shape);
-        let mut data = window.data(impulses);
-        let found = impulses::find(&mut data, &solution, &comb.course)?;
-        impulses.merge(&found);
-        Ok(found.count() > 0)
+    fn has_impulses(&mut self, memory: &mut Memory, comb: &Comb) -> bool {
+        self.collect(memory.blocks, &comb.course, comb.shape.lines);
+        let solution = Solution::new(memory.blocks, comb.shape);
+        impulses::replace(self.data, &solution, &comb.course) > 0
     }
 
     /// Follows the comb, tests it, and says what it is.
     #[inline(never)]
-    fn conclude(&mut self, window: &mut Window, comb: &Comb) -> Result<Fit, Overwritten> {
-        let Self {
-            blocks,
-            work,
-            impulses,
-        } = self;
-        let (statistics, scene) = (window.statistics, window.scene);
-        let refinement = window.refinement();
+    fn conclude(&self, memory: &mut Memory, comb: &Comb) -> Fit {
+        let Memory { blocks, work } = memory;
+        let (statistics, scene) = (self.statistics, self.scene);
+        let refinement = self.refinement();
         let cycles_max = refinement.cycles_max;
         let followed = refinement.follow(blocks, work, comb, &mut |blocks, course, lines| {
-            window.collect(blocks, impulses, course, lines)
-        })?;
+            self.collect(blocks, course, lines)
+        });
         let mut fit = Fit::without_tone(Status::Ambiguous, statistics.frames);
         let Some(followed) = followed else {
-            fit.frequency = window.span.frequency(comb.course.cycles);
+            fit.frequency = self.span.frequency(comb.course.cycles);
             fit.sigma = fit.frequency;
-            return Ok(fit);
+            return fit;
         };
         let tested = Tested::new(&followed, cycles_max, statistics.width);
         let powers = tested.powers();
         let mean = conclude::mean(&followed, &powers, &work.neighbours, blocks, scene);
         let mut tests = Tests::default();
         tested.near(&work.neighbours, &mut tests);
-        let mut data = window.data(impulses);
-        tests.between = tested.between(&mut data, blocks, work)?;
-        let other = tested.other(&mut data, blocks.scratch())?;
+        tests.between = tested.between(self.data, blocks, work);
+        let other = tested.other(self.data, blocks.scratch());
         let shape = followed.solution.shape;
         tests.other = other.deviate;
         tests.cycles = followed.course.cycles;
@@ -204,12 +223,11 @@ impl Fitter {
             is_crowded: shape.degree > 1 && room < (2 * shape.lines.count() + shape.degree) as f32,
             lines: shape.lines.count(),
         };
-        fit.interferer = statistics.hum.map(|hum| hum.cycles_per_frame());
         fit.status = verdict.status();
         fit.tests = tests;
         conclude::channels(&followed, statistics, &mut fit);
         if fit.status.has_tone() {
-            let span = &window.span;
+            let span = self.span;
             fit.other_tone = verdict.other_tone(span);
             fit.frequency = span.frequency(mean.cycles);
             fit.sigma = span.frequency(mean.sigma);
@@ -221,7 +239,29 @@ impl Fitter {
                 fit.with_tone |= (with_tone >> k & 1) << statistics.order[k];
             }
         }
-        Ok(fit)
+        fit
+    }
+
+    fn collect(&self, blocks: &mut Blocks, course: &Course, lines: Lines) {
+        let pass = Pass {
+            course: *course,
+            scale: 1.0,
+            lines,
+            most: 2 * lines.most(),
+            model: None,
+        };
+        blocks.collect(self.data, &pass);
+    }
+
+    fn refinement(&self) -> Refinement<'_> {
+        Refinement {
+            all: self.all,
+            width: self.statistics.width,
+            frames: self.all.count,
+            harmonics: usize::from(self.scene.harmonics()),
+            may_share: self.scene.may_share(),
+            cycles_max: self.data.cycles_max,
+        }
     }
 }
 
@@ -242,50 +282,4 @@ fn fading(followed: &Followed) -> f32 {
         amplitude * amplitude
     });
     libm::sqrtf(square.sum::<f32>() / PLACES as f32)
-}
-
-/// A window that is fitted.
-struct Window<'w, 's> {
-    span: &'w mut FrameSpan<'s>,
-    statistics: &'w Statistics,
-    scene: &'w Scene,
-    all: &'w Products,
-}
-
-impl<'w, 's> Window<'w, 's> {
-    fn data<'d>(&'d mut self, impulses: &'d Impulses) -> Data<'d, 's> {
-        Data {
-            span: self.span,
-            statistics: self.statistics,
-            impulses,
-        }
-    }
-
-    fn collect(
-        &mut self,
-        blocks: &mut Blocks,
-        impulses: &Impulses,
-        course: &Course,
-        lines: Lines,
-    ) -> Result<(), Overwritten> {
-        let pass = Pass {
-            course: *course,
-            scale: 1.0,
-            lines,
-            most: 2 * lines.most(),
-            model: None,
-        };
-        blocks.collect(&mut self.data(impulses), &pass)
-    }
-
-    fn refinement(&self) -> Refinement<'w> {
-        Refinement {
-            all: self.all,
-            width: self.statistics.width,
-            frames: self.statistics.frames as f32,
-            harmonics: usize::from(self.scene.harmonics()),
-            may_share: self.scene.may_share(),
-            cycles_max: 0.5 * self.span.effective_frames(),
-        }
-    }
 }

@@ -76,15 +76,12 @@ impl<'a> FrameSpan<'a> {
         &self.abscissa
     }
 
-    /// Whether `u` is the frame's place in time.
-    pub(crate) fn is_in_time(&self) -> bool {
-        matches!(self.abscissa, Abscissa::Time { .. })
-    }
-
-    /// Puts the frames where they are in time, and gives where they were.
-    pub(crate) fn swap_abscissa(&mut self, abscissa: Option<Abscissa<'a>>) -> Abscissa<'a> {
-        let wanted = abscissa.unwrap_or(Abscissa::time(self.frames));
-        core::mem::replace(&mut self.abscissa, wanted)
+    /// Leaves out the last frames that are not as many as `each`.
+    pub(crate) fn trim(&mut self, each: u32) {
+        self.frames -= self.frames % each.max(1);
+        if let Abscissa::Time { .. } = self.abscissa {
+            self.abscissa = Abscissa::time(self.frames);
+        }
     }
 
     /// Frames of a unit of `cycles`: the window's, or along a path those of its range, at its mean

@@ -1,19 +1,18 @@
 //! A known interferer, mains hum: its frequency is refined near where it is said to be, and its waves
 //! are subtracted from the frames. It is in time, also along a path.
 
+use crate::abscissa::Abscissa;
 use crate::blocks::{Blocks, Pass};
 use crate::comb::Work;
-use crate::frame_span::FrameSpan;
-use crate::impulses::Impulses;
 use crate::limits::CHANNELS_MAX;
 use crate::lines::Lines;
 use crate::phase::cos_sin;
 use crate::phase_course::Course;
+use crate::pieces::Data;
 use crate::refine::{Refinement, Steps};
 use crate::search::strongest;
 use crate::solve::{Shape, Solution};
-use crate::source::{Overwritten, Values};
-use crate::statistics::{Data, Frame, Statistics};
+use crate::source::Values;
 
 /// How far, as a share of it, its frequency may be from what was said.
 const OFF: f32 = 0.02;
@@ -38,65 +37,61 @@ impl Hum {
         self.course.cycles / self.frames
     }
 
-    /// Subtracts it from a frame.
-    pub fn subtract(&self, frame: &mut Frame) {
-        let u = (2 * frame.number + 1) as f32 / self.frames - 1.0;
-        let (cos, sin) = cos_sin(self.course.at(u, 1.0));
-        for (k, value) in frame.values.iter_mut().enumerate() {
-            *value -= self.waves[0][k] * cos + self.waves[1][k] * sin;
-        }
-    }
-
-    /// Finds it in a window.
+    /// Finds it, where it is said to have `given` cycles per frame, and subtracts it.
     #[inline(never)]
-    pub fn find(
-        span: &mut FrameSpan,
-        statistics: &Statistics,
-        blocks: &mut Blocks,
-        work: &mut Work,
-    ) -> Result<Option<Self>, Overwritten> {
-        let Some(given) = span.interferer else {
-            return Ok(None);
-        };
-        let abscissa = span.swap_abscissa(None);
-        let found = Self::search(span, statistics, blocks, work, given);
-        span.swap_abscissa(Some(abscissa));
-        found
-    }
-
-    fn search(
-        span: &mut FrameSpan,
-        statistics: &Statistics,
+    pub fn take_out(
+        data: &mut Data,
+        rounding: &Values,
         blocks: &mut Blocks,
         work: &mut Work,
         given: f32,
-    ) -> Result<Option<Self>, Overwritten> {
-        let frames = span.frames as f32;
-        let turns = given - libm::floorf(given);
-        let cycles = frames * turns.min(1.0 - turns);
-        let off = (OFF * given * frames).max(OFF_CYCLES);
-        let all = statistics.products(span, &Impulses::NONE)?;
-        let mut data = Data {
-            span,
-            statistics,
-            impulses: &Impulses::NONE,
-        };
-        let most = (cycles + off).min(data.cycles_max() - 0.5);
+    ) -> Option<Self> {
+        let count = data.pieces.count() as f32;
+        let place = data.place;
+        data.place = Abscissa::time(data.pieces.count() as u32 * data.each);
+        let cycles_max = core::mem::replace(&mut data.cycles_max, 0.5 * count);
+        let found = Self::find(data, rounding, blocks, work, given);
+        if let Some(hum) = &found {
+            data.change(&mut |piece| {
+                let (cos, sin) = cos_sin(hum.course.at(piece.u, 1.0));
+                for (k, value) in piece.values.iter_mut().enumerate() {
+                    *value -= hum.waves[0][k] * cos + hum.waves[1][k] * sin;
+                }
+            });
+        }
+        (data.place, data.cycles_max) = (place, cycles_max);
+        if found.is_some() {
+            data.centre();
+        }
+        found
+    }
+
+    fn find(
+        data: &Data,
+        rounding: &Values,
+        blocks: &mut Blocks,
+        work: &mut Work,
+        given: f32,
+    ) -> Option<Self> {
+        let count = data.pieces.count() as f32;
+        let turns = given * data.each as f32;
+        let turns = turns - libm::floorf(turns);
+        let cycles = count * turns.min(1.0 - turns);
+        let off = (OFF * given * count * data.each as f32).max(OFF_CYCLES);
+        let all = data.products(rounding);
+        let most = (cycles + off).min(data.cycles_max - 0.5);
         let least = (cycles - off).max(1.0);
-        let memory = blocks.scratch();
-        let Some(found) = strongest(&mut data, memory, &all.matrix, least, most)? else {
-            return Ok(None);
-        };
+        let found = strongest(data, blocks.scratch(), &all.matrix, least, most)?;
         let mut course = Course::steady(found);
         let lines = Lines::up_to(1);
         let shape = Shape { lines, degree: 1 };
         let refinement = Refinement {
             all: &all,
-            width: statistics.width,
-            frames: statistics.frames as f32,
+            width: data.width,
+            frames: all.count,
             harmonics: 1,
             may_share: true,
-            cycles_max: data.cycles_max(),
+            cycles_max: data.cycles_max,
         };
         for most in [STEPS, 1] {
             let pass = Pass {
@@ -106,7 +101,7 @@ impl Hum {
                 most: 2,
                 model: None,
             };
-            blocks.collect(&mut data, &pass)?;
+            blocks.collect(data, &pass);
             let steps = Steps {
                 shape,
                 most,
@@ -119,10 +114,10 @@ impl Hum {
         let first = shape.first_line();
         let mut waves = [[0.0; CHANNELS_MAX]; 2];
         waves.copy_from_slice(&solution.coefficients[first..first + 2]);
-        Ok(Some(Self {
+        Some(Self {
             course,
             waves,
-            frames,
-        }))
+            frames: count * data.each as f32,
+        })
     }
 }

@@ -36,6 +36,7 @@ mod neighbours;
 mod normal;
 pub mod phase;
 mod phase_course;
+mod pieces;
 mod refine;
 mod residual;
 mod scene;

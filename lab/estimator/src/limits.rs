@@ -22,9 +22,15 @@ pub const DEGREES_MAX: usize = MOVES_MAX + MOVES - 1;
 pub const NEIGHBOURS_MAX: usize = 64;
 /// Most frames of a window on the chip.
 pub const FRAMES_CHIP: usize = 1024;
+/// Most pieces of a window: frames, or means of some.
+#[cfg(not(feature = "long-windows"))]
+pub const PIECES_MAX: usize = 512;
+/// Most pieces of a window: frames, or means of some.
+#[cfg(feature = "long-windows")]
+pub const PIECES_MAX: usize = 16_384;
 /// Longest transform, points.
 #[cfg(not(feature = "long-windows"))]
-pub const POINTS_MAX: usize = 2 * FRAMES_CHIP;
+pub const POINTS_MAX: usize = 2048;
 /// Longest transform, points.
 #[cfg(feature = "long-windows")]
 pub const POINTS_MAX: usize = 32_768;

@@ -14,7 +14,7 @@ use crate::refine::{Refinement, Steps};
 use crate::residual::Motion;
 use crate::significance::deviate;
 use crate::solve::{LineFactors, Power, Shape, Solution};
-use crate::source::{Overwritten, Values};
+use crate::source::Values;
 use crate::tests::Z_TEST;
 
 /// Gauss-Newton steps of a turn.
@@ -130,8 +130,8 @@ impl Refinement<'_> {
         blocks: &mut Blocks,
         work: &mut Work,
         comb: &Comb,
-        recollect: &mut dyn FnMut(&mut Blocks, &Course, Lines) -> Result<(), Overwritten>,
-    ) -> Result<Option<Followed>, Overwritten> {
+        recollect: &mut dyn FnMut(&mut Blocks, &Course, Lines),
+    ) -> Option<Followed> {
         let (mut course, mut shape) = (comb.course, comb.shape);
         let mut fitted = Degrees {
             phase: 1,
@@ -139,7 +139,7 @@ impl Refinement<'_> {
         };
         let mut inverse: Option<Square<CHANNELS_MAX>> = None;
         let mut turn = 0;
-        recollect(blocks, &course, self.lines(course.cycles).and(shape.lines))?;
+        recollect(blocks, &course, self.lines(course.cycles).and(shape.lines));
         loop {
             let steps = Steps {
                 shape,
@@ -152,16 +152,14 @@ impl Refinement<'_> {
                 if blocks.twist() * shape.lines.most() as f32 <= TWIST_MAX {
                     break;
                 }
-                recollect(blocks, &course, self.lines(course.cycles).and(shape.lines))?;
+                recollect(blocks, &course, self.lines(course.cycles).and(shape.lines));
             }
             let tone = Tone {
                 course,
                 shape,
                 fitted,
             };
-            let Some(followed) = self.noise(blocks, work, tone, inverse) else {
-                return Ok(None);
-            };
+            let followed = self.noise(blocks, work, tone, inverse)?;
             inverse = Some(followed.noise.inverse);
             let Degrees { phase, amplitude } = followed.degrees;
             let phase_shows = followed.shows(fitted.phase, phase) > Z_TEST;
@@ -173,7 +171,7 @@ impl Refinement<'_> {
             let fades = has_room && amplitude_shows && fitted.amplitude < MOVES_MAX;
             turn += 1;
             if turn > 1 && !grows && !fades || turn == TURNS {
-                return Ok(Some(followed));
+                return Some(followed);
             }
             if grows {
                 fitted.phase = (fitted.phase + MOVES - 1).min(MOVES_MAX);
@@ -183,10 +181,10 @@ impl Refinement<'_> {
             }
             // Lines that the movement had smeared.
             if fitted.phase > 1 && LINES_AGAIN.contains(&turn) {
-                recollect(blocks, &course, self.lines(course.cycles))?;
+                recollect(blocks, &course, self.lines(course.cycles));
                 let comb = self.best(blocks, work, course, &[1, shape.degree]);
                 (course, shape) = (comb.course, comb.shape);
-                recollect(blocks, &course, self.lines(course.cycles).and(shape.lines))?;
+                recollect(blocks, &course, self.lines(course.cycles).and(shape.lines));
             }
         }
     }

@@ -7,7 +7,7 @@ use crate::phase::cos_sin;
 use crate::phase_course::Course;
 use crate::solve::Shape;
 use crate::source::Values;
-use crate::statistics::Frame;
+use crate::pieces::Piece;
 
 /// How phase and amplitude go beside the fitted course: coefficients by degree, from 1 on.
 #[derive(Clone, Copy, Debug)]
@@ -67,8 +67,8 @@ pub struct Model {
 }
 
 impl Model {
-    /// What is left of one channel of a frame.
-    pub fn channel(&self, frame: &Frame, k: usize) -> f32 {
+    /// What is left of one channel of a piece.
+    pub fn channel(&self, frame: &Piece, k: usize) -> f32 {
         let p = legendre::<5>(frame.u);
         let first = self.shape.first_line();
         let [phase, amplitude] = self.motion.at(frame.u);
@@ -92,8 +92,8 @@ impl Model {
         value
     }
 
-    /// What is left of a frame.
-    pub fn residual(&self, frame: &Frame) -> Values {
+    /// What is left of a piece.
+    pub fn residual(&self, frame: &Piece) -> Values {
         let (c, s) = cos_sin(self.course.at(frame.u, 1.0));
         let mut powers = [[1.0, 0.0]; WAVES];
         for m in 1..=self.shape.lines.most().min(WAVES - 1) {

@@ -6,9 +6,8 @@
 use crate::limits::CHANNELS_MAX;
 use crate::matrix::{Factor, Square};
 use crate::scene::Scene;
-use crate::source::Overwritten;
 use crate::spectrum::Spectrum;
-use crate::statistics::Data;
+use crate::pieces::Data;
 
 /// Peaks that are tried; of each its frequency, a half and a third of it.
 const PEAKS: usize = 2;
@@ -55,20 +54,21 @@ struct Peak {
     height: f32,
 }
 
-/// Finds the candidates; `all` are the products of the channels.
+/// Finds the candidates; `all` are the products of the channels, and a cycle a window is a frequency
+/// of `unit`.
 #[inline(never)]
 pub fn candidates(
-    data: &mut Data,
+    data: &Data,
     memory: &mut [f32],
     all: &Square<CHANNELS_MAX>,
     scene: &Scene,
-) -> Result<Candidates, Overwritten> {
+    unit: f32,
+) -> Candidates {
     let mut candidates = Candidates::default();
-    let Some(spectrum) = whitened(data, memory, all, scene.may_share())? else {
-        return Ok(candidates);
+    let Some(spectrum) = whitened(data, memory, all, scene.may_share()) else {
+        return candidates;
     };
-    let unit = data.span.frequency(1.0);
-    let mut most = data.cycles_max() - 0.25;
+    let mut most = data.cycles_max - 0.25;
     if scene.band.most > 0.0 {
         // Overtones of a fundamental within the band are lines too.
         most = most.min(scene.band.most / unit * f32::from(scene.harmonics()));
@@ -80,36 +80,32 @@ pub fn candidates(
             }
         }
     }
-    Ok(candidates)
+    candidates
 }
 
 /// The most likely line between two numbers of cycles a window.
 pub fn strongest(
-    data: &mut Data,
+    data: &Data,
     memory: &mut [f32],
     all: &Square<CHANNELS_MAX>,
     least: f32,
     most: f32,
-) -> Result<Option<f32>, Overwritten> {
-    let spectrum = whitened(data, memory, all, true)?;
+) -> Option<f32> {
+    let spectrum = whitened(data, memory, all, true);
     let peak = spectrum.map(|spectrum| peaks(&spectrum, least, most)[0]);
-    Ok(peak
-        .filter(|peak| peak.height > 0.0)
-        .map(|peak| peak.cycles))
+    peak.filter(|peak| peak.height > 0.0)
+        .map(|peak| peak.cycles)
 }
 
 /// The spectrum of the channels that are made white. None if the window is too long.
 fn whitened<'m>(
-    data: &mut Data,
+    data: &Data,
     memory: &'m mut [f32],
     all: &Square<CHANNELS_MAX>,
     may_share: bool,
-) -> Result<Option<Spectrum<'m>>, Overwritten> {
-    let width = data.statistics.width;
-    let frames = data.span.frames as usize;
-    let Some(mut spectrum) = Spectrum::new(memory, frames) else {
-        return Ok(None);
-    };
+) -> Option<Spectrum<'m>> {
+    let width = data.width;
+    let mut spectrum = Spectrum::new(memory, data.pieces.count())?;
     // Rows of the inverse of the factor make channels white.
     let factor = Factor::new(all, width);
     for k in 0..width {
@@ -122,23 +118,21 @@ fn whitened<'m>(
             mixture[k] = 1.0 / libm::sqrtf(all[k][k].max(f32::MIN_POSITIVE));
             weight = 1.0 / width as f32;
         }
-        let stride = spectrum.stride;
         let out = spectrum.channel();
-        let slot = data.slot();
-        data.visit(&mut |frame| {
+        for piece in data.iter() {
             let value: f32 = mixture
                 .iter()
-                .zip(&frame.values)
+                .zip(&piece.values)
                 .take(k + 1)
                 .map(|(m, v)| m * v)
                 .sum();
-            if let Some(out) = out.get_mut(slot(frame) / stride) {
+            if let Some(out) = out.get_mut(data.slot(&piece)) {
                 *out += value;
             }
-        })?;
+        }
         spectrum.add(weight);
     }
-    Ok(Some(spectrum))
+    Some(spectrum)
 }
 
 /// The highest peaks between two numbers of cycles.

@@ -1,12 +1,14 @@
 //! Transforms of channels, and Wilks' ratio of a line at each of their bins.
 
-use crate::limits::{FRAMES_CHIP, POINTS_MAX};
+use crate::limits::POINTS_MAX;
 use crate::phase::{cos_sin, from_turns};
 use core::f32::consts::PI;
 
 /// Shortest transform, points.
 const POINTS_MIN: usize = 256;
-/// Points of a transform for each frame, where there is room.
+/// Longest transform on the chip, points.
+const POINTS_CHIP: usize = 2048;
+/// Points of a transform for each piece, where there is room.
 const OVERSAMPLING: usize = 4;
 /// A cosine or a sine that level and slope explain all but this share of is no line.
 const LEFT_MIN: f32 = 2e-3;
@@ -21,27 +23,24 @@ pub struct Spectrum<'m> {
     sin: &'m mut [f32],
     both: &'m mut [f32],
     plain: &'m mut [f32],
-    /// Frames of the window.
-    frames: f32,
-    /// Frames that a point of the transform is the sum of.
-    pub stride: usize,
+    /// Pieces of the window.
+    count: f32,
 }
 
 impl<'m> Spectrum<'m> {
-    /// An empty one of a window of `frames` frames in `memory`. None if it does not fit.
-    pub fn new(memory: &'m mut [f32], frames: usize) -> Option<Self> {
+    /// An empty one of a window of `count` pieces in `memory`. None if it does not fit.
+    pub fn new(memory: &'m mut [f32], count: usize) -> Option<Self> {
         // No longer on a PC than on the chip where the chip can do it at all: both give the same bits.
-        let most = if frames > FRAMES_CHIP {
+        let most = if count > POINTS_CHIP / OVERSAMPLING {
             POINTS_MAX
         } else {
-            2 * FRAMES_CHIP
+            POINTS_CHIP
         };
         let mut points = POINTS_MIN;
-        while points < OVERSAMPLING * frames && points < most {
+        while points < OVERSAMPLING * count && points < most {
             // Each size of transform takes a kilobyte of flash.
             points *= if points == POINTS_MIN { 4 } else { 2 };
         }
-        let stride = (2 * frames).div_ceil(points).max(1);
         let (transform, rest) = memory.split_at_mut_checked(points)?;
         let (cos, rest) = rest.split_at_mut_checked(points / 2)?;
         let (sin, rest) = rest.split_at_mut_checked(points / 2)?;
@@ -57,8 +56,7 @@ impl<'m> Spectrum<'m> {
             sin,
             both,
             plain,
-            frames: frames as f32,
-            stride,
+            count: count as f32,
         })
     }
 
@@ -88,7 +86,7 @@ impl<'m> Spectrum<'m> {
 
     /// Cycles a window of a bin.
     pub fn cycles(&self, bin: f32) -> f32 {
-        bin * self.frames / (self.transform.len() * self.stride) as f32
+        bin * self.count / self.transform.len() as f32
     }
 
     /// Bin of a number of cycles a window.
@@ -100,12 +98,12 @@ impl<'m> Spectrum<'m> {
     pub fn of_channel(&self, bin: usize) -> f32 {
         let bins = self.transform.as_chunks::<2>().0;
         let [re, im] = bins.get(bin).copied().unwrap_or([0.0; 2]);
-        2.0 / self.frames * (re * re + im * im)
+        2.0 / self.count * (re * re + im * im)
     }
 
     /// Power of a bin without weights.
     pub fn plain(&self, bin: usize) -> f32 {
-        2.0 / self.frames * self.plain[bin]
+        2.0 / self.count * self.plain[bin]
     }
 
     /// Highest bin: one channel's half of the rate.
@@ -117,12 +115,12 @@ impl<'m> Spectrum<'m> {
     /// cross product; zeros where there is no line.
     pub fn line(&self, bin: usize) -> [f32; 3] {
         let (cos, sin, both) = (self.cos[bin], self.sin[bin], self.both[bin]);
-        let (n, x) = (self.frames, self.cycles(bin as f32));
+        let (n, x) = (self.count, self.cycles(bin as f32));
         if x > CYCLES_FAR {
             return [cos, both, sin].map(|product| 2.0 / n * product);
         }
-        // From the first frame to the window's centre, about which cosines are even.
-        let (c, s) = cos_sin(from_turns(0.5 * x * (1.0 - self.stride as f32 / n)));
+        // From the first piece to the window's centre, about which cosines are even.
+        let (c, s) = cos_sin(from_turns(0.5 * x * (1.0 - 1.0 / n)));
         let centred = [
             c * c * cos + 2.0 * c * s * both + s * s * sin,
             c * c * both - s * s * both + c * s * (sin - cos),

@@ -1,19 +1,14 @@
-//! First passes: level, slope and scale of each channel, and the products of the channels without
-//! their lines.
+//! First passes: level, slope and scale of each channel; then the products of the channels.
 
 use crate::frame_span::FrameSpan;
-use crate::hum::Hum;
-use crate::impulses::Impulses;
 use crate::limits::CHANNELS_MAX;
 use crate::matrix::Square;
+use crate::pieces::{Data, Piece, Pieces, ROUNDING, frames_each};
 use crate::source::{Overwritten, Values};
 
 /// A channel that is at its highest or lowest value in more than this share of the frames is
 /// clipped.
 const CLIPPED_SHARE: f32 = 0.25;
-
-/// Share of a channel's power that is rounding of f32 sums.
-const ROUNDING: f32 = 3e-7;
 
 /// Level, slope and scale of the channels that are used.
 #[derive(Clone, Debug)]
@@ -32,8 +27,6 @@ pub struct Statistics {
     pub slope: Values,
     /// Standard deviation about the line.
     pub scale: Values,
-    /// What is subtracted as an interferer's.
-    pub hum: Option<Hum>,
 }
 
 /// Sums of one channel, of values less its first one.
@@ -97,7 +90,6 @@ impl Statistics {
             level: [0.0; CHANNELS_MAX],
             slope: [0.0; CHANNELS_MAX],
             scale: [1.0; CHANNELS_MAX],
-            hum: None,
         };
         let n = frames.max(1) as f32;
         let (mean_u, spread) = (
@@ -127,11 +119,30 @@ impl Statistics {
         Ok(statistics)
     }
 
+    /// Visits the frames, centred and scaled.
+    fn visit(
+        &self,
+        span: &mut FrameSpan,
+        visit: &mut dyn FnMut(u32, &Values),
+    ) -> Result<(), Overwritten> {
+        let place = *span.abscissa();
+        let inverse = self.scale.map(|scale| 1.0 / scale);
+        span.visit(self.wanted, &mut |number, values| {
+            let u = place.u(number);
+            let mut centred = [0.0; CHANNELS_MAX];
+            for k in 0..self.width.min(CHANNELS_MAX) {
+                let value = values[self.order[k] as usize % CHANNELS_MAX];
+                centred[k] = (value - self.level[k] - self.slope[k] * u) * inverse[k];
+            }
+            visit(number, &centred);
+        })
+    }
+
     /// Standard deviations about the lines; a channel that is its line is left out.
     fn scales(&mut self, span: &mut FrameSpan) -> Result<(), Overwritten> {
         let (mut squares, mut levels) = ([0.0; CHANNELS_MAX], [0.0; CHANNELS_MAX]);
-        self.visit(span, &Impulses::NONE, &mut |frame| {
-            for (k, value) in frame.values.iter().enumerate() {
+        self.visit(span, &mut |_, values| {
+            for (k, value) in values.iter().enumerate() {
                 squares[k] += value * value;
                 levels[k] += value;
             }
@@ -154,138 +165,111 @@ impl Statistics {
         Ok(())
     }
 
-    /// Takes level and slope out of what replaced impulses leave.
-    pub fn centre(&mut self, span: &mut FrameSpan, impulses: &Impulses) -> Result<(), Overwritten> {
-        let (mut sums, mut slopes) = ([0.0; CHANNELS_MAX], [0.0; CHANNELS_MAX]);
-        let [mut sum_u, mut sum_uu] = [0.0; 2];
-        self.visit(span, impulses, &mut |frame| {
-            sum_u += frame.u;
-            sum_uu += frame.u * frame.u;
-            for (k, value) in frame.values.iter().enumerate() {
-                sums[k] += value;
-                slopes[k] += frame.u * value;
+    /// Takes the window into memory.
+    #[inline(never)]
+    pub fn keep(&self, span: &mut FrameSpan, pieces: &mut Pieces) -> Result<(), Overwritten> {
+        let each = frames_each(span.frames);
+        pieces.clear((span.frames / each) as usize);
+        let (mut sum, mut frames, mut last) = ([0.0; CHANNELS_MAX], 0, 0);
+        let mut set = |last: u32, frames: u32, sum: &mut Values| {
+            if frames > 0 {
+                let weight = 1.0 / frames as f32;
+                pieces.set(last as usize, &sum.map(|sum| weight * sum));
+            }
+            *sum = [0.0; CHANNELS_MAX];
+        };
+        self.visit(span, &mut |number, values| {
+            let piece = number / each;
+            if piece != last {
+                set(last, frames, &mut sum);
+                (last, frames) = (piece, 0);
+            }
+            frames += 1;
+            for (sum, value) in sum.iter_mut().zip(values) {
+                *sum += value;
             }
         })?;
-        let n = self.frames.max(1) as f32;
-        let spread = (sum_uu - sum_u * sum_u / n).max(f32::MIN_POSITIVE);
-        for k in 0..self.width {
-            let slope = (slopes[k] - sum_u / n * sums[k]) / spread;
-            self.slope[k] += self.scale[k] * slope;
-            self.level[k] += self.scale[k] * (sums[k] - slope * sum_u) / n;
-        }
+        set(last, frames, &mut sum);
         Ok(())
     }
 
-    /// Visits all frames, centred and scaled.
-    pub fn visit(
-        &self,
-        span: &mut FrameSpan,
-        impulses: &Impulses,
-        visit: &mut dyn FnMut(&Frame),
-    ) -> Result<(), Overwritten> {
-        let place = *span.abscissa();
-        let mut next = 0;
-        let inverse = self.scale.map(|scale| 1.0 / scale);
-        span.visit(self.wanted, &mut |number, values| {
-            let u = place.u(number);
-            let mut frame = Frame {
-                number,
-                u,
-                values: [0.0; CHANNELS_MAX],
-            };
-            for k in 0..self.width.min(CHANNELS_MAX) {
-                let value = values[self.order[k] as usize % CHANNELS_MAX];
-                frame.values[k] = (value - self.level[k] - self.slope[k] * u) * inverse[k];
+    /// Variance of a piece's rounding in each channel.
+    pub fn rounding(&self, span: &FrameSpan) -> Values {
+        let step = span.quantization_step;
+        let each = frames_each(span.frames) as f32;
+        self.scale
+            .map(|scale| step * step / (12.0 * scale * scale * each) + ROUNDING)
+    }
+}
+
+impl Data<'_> {
+    /// Takes level and slope out of what replaced values leave.
+    pub fn centre(&mut self) {
+        let (mut sums, mut slopes) = ([0.0; CHANNELS_MAX], [0.0; CHANNELS_MAX]);
+        let [mut n, mut sum_u, mut sum_uu] = [0.0; 3];
+        for piece in self.iter() {
+            n += 1.0;
+            sum_u += piece.u;
+            sum_uu += piece.u * piece.u;
+            for (k, value) in piece.values.iter().enumerate() {
+                sums[k] += value;
+                slopes[k] += piece.u * value;
             }
-            if let Some(hum) = &self.hum {
-                hum.subtract(&mut frame);
+        }
+        let spread = (sum_uu - sum_u * sum_u / n).max(f32::MIN_POSITIVE);
+        for k in 0..CHANNELS_MAX {
+            slopes[k] = (slopes[k] - sum_u / n * sums[k]) / spread;
+            sums[k] = (sums[k] - slopes[k] * sum_u) / n;
+        }
+        self.change(&mut |piece| {
+            for (k, value) in piece.values.iter_mut().enumerate() {
+                *value -= sums[k] + slopes[k] * piece.u;
             }
-            impulses.replace(number, &mut next, &mut frame.values);
-            visit(&frame);
-        })
+        });
     }
 
-    /// Products of the channels, summed over the frames.
+    /// Changes all pieces.
+    pub fn change(&mut self, change: &mut dyn FnMut(&mut Piece)) {
+        for number in 0..self.pieces.count() {
+            if let Some(mut piece) = self.piece(number) {
+                change(&mut piece);
+                self.pieces.set(number, &piece.values);
+            }
+        }
+    }
+
+    /// Products of the channels, summed over the pieces, whose values have variances of rounding.
     #[inline(never)]
-    pub fn products(
-        &self,
-        span: &mut FrameSpan,
-        impulses: &Impulses,
-    ) -> Result<Products, Overwritten> {
-        let mut products = [[0.0; CHANNELS_MAX]; CHANNELS_MAX];
-        self.visit(span, impulses, &mut |frame| {
+    pub fn products(&self, rounding: &Values) -> Products {
+        let (mut products, mut count) = ([[0.0; CHANNELS_MAX]; CHANNELS_MAX], 0.0);
+        for piece in self.iter() {
+            count += 1.0;
             for (k, row) in products.iter_mut().enumerate().take(self.width) {
-                for (product, value) in row.iter_mut().zip(&frame.values).take(k + 1) {
-                    *product += frame.values[k] * value;
+                for (product, value) in row.iter_mut().zip(&piece.values).take(k + 1) {
+                    *product += piece.values[k] * value;
                 }
             }
-        })?;
+        }
         for k in 0..self.width {
             for l in 0..k {
                 products[l][k] = products[k][l];
             }
         }
-        let frames = self.frames as f32;
-        let step = span.quantization_step;
-        let rounding = self
-            .scale
-            .map(|scale| step * step / (12.0 * scale * scale) + ROUNDING);
-        Ok(Products {
+        Products {
             matrix: products,
-            least: rounding.map(|variance| frames * variance),
-        })
+            least: rounding.map(|variance| count * variance),
+            count,
+        }
     }
 }
 
 /// Products of the channels.
 #[derive(Clone, Debug)]
 pub struct Products {
-    /// Summed over the frames.
+    /// Summed over the pieces.
     pub matrix: Square<CHANNELS_MAX>,
     /// Least square sums of residuals: rounding, of the values and of sums.
     pub least: Values,
-}
-
-/// A frame, centred and scaled.
-pub struct Frame {
-    /// Its number in the span.
-    pub number: u32,
-    /// Its place.
-    pub u: f32,
-    /// Values by place in [`Statistics::order`].
-    pub values: Values,
-}
-
-/// A window's frames as all passes read them.
-pub struct Data<'d, 's> {
-    /// The frames.
-    pub span: &'d mut FrameSpan<'s>,
-    /// Levels and scales.
-    pub statistics: &'d Statistics,
-    /// What is replaced.
-    pub impulses: &'d Impulses,
-}
-
-impl Data<'_, '_> {
-    /// Visits all frames.
-    pub fn visit(&mut self, visit: &mut dyn FnMut(&Frame)) -> Result<(), Overwritten> {
-        self.statistics.visit(self.span, self.impulses, visit)
-    }
-
-    /// Place of a frame in a transform of the window: along a path by where it is.
-    pub fn slot(&self) -> impl Fn(&Frame) -> usize + use<> {
-        let (frames, in_time) = (self.span.frames as f32, self.span.is_in_time());
-        move |frame| {
-            if in_time {
-                frame.number as usize
-            } else {
-                (0.5 * (frame.u + 1.0) * frames) as usize
-            }
-        }
-    }
-
-    /// Cycles a window of half the frame rate.
-    pub fn cycles_max(&self) -> f32 {
-        0.5 * self.span.effective_frames()
-    }
+    /// Pieces that have frames.
+    pub count: f32,
 }

@@ -8,12 +8,11 @@ use crate::limits::HARMONICS_MAX;
 use crate::lines::Lines;
 use crate::movement::Followed;
 use crate::neighbours::{Beside, Neighbours, Place};
+use crate::pieces::Data;
 use crate::residual::Model;
 use crate::significance::deviate;
 use crate::solve::{LineFactors, Power, Shape};
-use crate::source::Overwritten;
 use crate::spectrum::Spectrum;
-use crate::statistics::Data;
 
 /// Deviate of a line over its neighbourhood: 1e-5, which is 1e-3 over a hundred places.
 pub const Z_LINE: f32 = 4.3;
@@ -168,12 +167,12 @@ impl<'t> Tested<'t> {
 
     /// The most significant line that is none of the comb's.
     #[inline(never)]
-    pub fn other(&self, data: &mut Data, memory: &mut [f32]) -> Result<Other, Overwritten> {
+    pub fn other(&self, data: &Data, memory: &mut [f32]) -> Other {
         let followed = self.followed;
-        let Some(mut spectrum) = Spectrum::new(memory, data.span.frames as usize) else {
-            return Ok(Other::default());
+        let Some(mut spectrum) = Spectrum::new(memory, data.pieces.count()) else {
+            return Other::default();
         };
-        let (model, slot, with_tone) = (self.model(), data.slot(), self.with_tone());
+        let (model, with_tone) = (self.model(), self.with_tone());
         let places = Places {
             lines: self.shape().lines,
             cycles: followed.course.cycles,
@@ -181,13 +180,12 @@ impl<'t> Tested<'t> {
         };
         let mut found = Other::default();
         for k in 0..self.width {
-            let stride = spectrum.stride;
             let out = spectrum.channel();
-            data.visit(&mut |frame| {
-                if let Some(out) = out.get_mut(slot(frame) / stride) {
-                    *out += model.channel(frame, k);
+            for piece in data.iter() {
+                if let Some(out) = out.get_mut(data.slot(&piece)) {
+                    *out += model.channel(&piece, k);
                 }
-            })?;
+            }
             spectrum.add(1.0 / followed.variances[k]);
             // A channel without the tone that has one of its own.
             if with_tone >> k & 1 == 0 {
@@ -218,7 +216,7 @@ impl<'t> Tested<'t> {
                 found.share = share;
             }
         }
-        Ok(found)
+        found
     }
 
     /// Power of the tone in units of the channels' own deviations.
@@ -249,10 +247,10 @@ impl<'t> Tested<'t> {
     #[inline(never)]
     pub fn between(
         &self,
-        data: &mut Data,
+        data: &Data,
         blocks: &mut Blocks,
         work: &mut Work,
-    ) -> Result<f32, Overwritten> {
+    ) -> f32 {
         let followed = self.followed;
         let shape = Shape {
             lines: self.shape().lines.times(2),
@@ -269,7 +267,7 @@ impl<'t> Tested<'t> {
             most: shape.lines.most() + lines.most(),
             model: Some(&model),
         };
-        blocks.collect(data, &pass)?;
+        blocks.collect(data, &pass);
         let place = Place {
             cycles: 0.5 * followed.course.cycles,
             most: self.cycles_max,
@@ -300,7 +298,7 @@ impl<'t> Tested<'t> {
             let over = own.mean() / beside.mean().max(f32::MIN_POSITIVE);
             found = found.max(deviate(over, 2.0 * channels, beside.count * channels));
         }
-        Ok(found)
+        found
     }
 }
 
