@@ -4,12 +4,13 @@
 //! Within a block what modulates a line is taken to be constant, and baselines to be straight.
 
 use crate::legendre::{legendre, slopes};
-use crate::limits::{BLOCKS_MAX, CHANNELS_MAX, DEGREE_MAX, HARMONICS_MAX, POINTS_MAX};
+use crate::limits::{BLOCKS_MAX, CHANNELS_MAX, DEGREE_MAX, HARMONICS_MAX, POINTS_MAX, UNKNOWNS_MAX};
 use crate::lines::Lines;
 use crate::phase::{cos_sin, from_turns};
 use crate::phase_course::Course;
 use crate::residual::Model;
 use crate::pieces::Data;
+use crate::solve::Shape;
 use crate::source::Values;
 use core::f32::consts::FRAC_1_PI;
 
@@ -43,6 +44,12 @@ pub struct Blocks {
     middles: [f32; BLOCKS_MAX],
     /// How far blocks have been turned since the pass, radians of the unit line.
     turned: [f32; BLOCKS_MAX],
+    /// Values and slopes of the baselines in the middles of the blocks.
+    baselines: [[[f32; 2]; DEGREE_MAX + 1]; BLOCKS_MAX],
+    /// Products of the baselines with the channels.
+    levels: [Values; DEGREE_MAX + 1],
+    /// Products of the baselines with each other.
+    gram: [[f32; DEGREE_MAX + 1]; DEGREE_MAX + 1],
     count: usize,
     lines: Lines,
     most: usize,
@@ -72,6 +79,9 @@ impl Blocks {
             squares: [0.0; BLOCKS_MAX],
             middles: [0.0; BLOCKS_MAX],
             turned: [0.0; BLOCKS_MAX],
+            baselines: [[[0.0; 2]; DEGREE_MAX + 1]; BLOCKS_MAX],
+            levels: [[0.0; CHANNELS_MAX]; DEGREE_MAX + 1],
+            gram: [[0.0; DEGREE_MAX + 1]; DEGREE_MAX + 1],
             count: 0,
             lines: Lines::NONE,
             most: 0,
@@ -136,6 +146,7 @@ impl Blocks {
                 add(3 + 2 * i, sin);
             }
         }
+        self.fold();
     }
 
     /// Divides the window: blocks are as long as Legendre polynomials change slowly, shortest at the
@@ -178,52 +189,66 @@ impl Blocks {
         [&self.rows[row], &self.rows[row + 1]]
     }
 
-    /// Products of level and slope with the channels in a block.
-    pub fn level(&self, b: usize) -> [&Values; 2] {
-        let row = b * FUNCTIONS;
-        [&self.rows[row], &self.rows[row + 1]]
+    /// Sums of a multiple of the phase in a block.
+    pub fn wave(&self, b: usize, multiple: usize) -> Wave {
+        self.waves[b][multiple.min(WAVES - 1)]
     }
 
-    /// Sums of a multiple of the phase in a block; its cosine and sine, of a negative multiple too.
-    pub fn wave(&self, b: usize, multiple: isize) -> Wave {
-        let [cos, sin] = self.waves[b][multiple.unsigned_abs().min(WAVES - 1)];
-        [cos, if multiple < 0 { -sin } else { sin }]
+    /// Products of the baselines with the channels.
+    pub fn levels(&self) -> &[Values; DEGREE_MAX + 1] {
+        &self.levels
     }
 
-    /// Products of cosine and sine of a line with the baseline of a degree in a block, whose value
-    /// and slope in the middle are given.
-    pub fn with_baseline(&self, b: usize, line: usize, baseline: [f32; 2]) -> Wave {
+    /// Products of the baselines with each other.
+    pub fn of_baselines(&self) -> &[[f32; DEGREE_MAX + 1]; DEGREE_MAX + 1] {
+        &self.gram
+    }
+
+    /// Products of cosine and sine of a line with the baseline of a degree in a block.
+    pub fn with_baseline(&self, b: usize, line: usize, degree: usize) -> Wave {
         let (wave, moment) = (self.waves[b][line], self.moments[b][line]);
-        [0, 1].map(|i| baseline[0] * wave[i] + baseline[1] * moment[i])
+        let [value, slope] = self.baselines[b][degree];
+        [0, 1].map(|i| value * wave[i] + slope * moment[i])
     }
 
-    /// Product of two baselines in a block.
-    pub fn of_baselines(&self, b: usize, one: [f32; 2], other: [f32; 2]) -> f32 {
-        one[0] * other[0] * self.waves[b][0][0]
-            + (one[0] * other[1] + one[1] * other[0]) * self.moments[b][0][0]
-            + one[1] * other[1] * self.squares[b]
+    /// Sums over all blocks, each with its weight: of the multiples of the phase up to `most`, and
+    /// of the lines' products with the baselines of a shape.
+    pub fn totals(&self, shape: &Shape, weights: &[f32; BLOCKS_MAX]) -> Totals {
+        let most = (2 * shape.lines.most()).min(self.most);
+        let mut totals = Totals::NONE;
+        for b in 0..self.count {
+            let weight = weights[b];
+            let waves = totals.waves.iter_mut().zip(&self.waves[b]);
+            for (sum, wave) in waves.take(most + 1) {
+                sum[0] += weight * wave[0];
+                sum[1] += weight * wave[1];
+            }
+            for (sums, line) in totals.baselines.iter_mut().zip(shape.lines.iter()) {
+                for (degree, sum) in sums.iter_mut().enumerate().take(shape.degree + 1) {
+                    let [cos, sin] = self.with_baseline(b, line, degree);
+                    sum[0] += weight * cos;
+                    sum[1] += weight * sin;
+                }
+            }
+        }
+        totals
     }
 
-    /// Values and slopes of the baselines in the middle of a block.
-    pub fn baselines(&self, b: usize) -> [[f32; 2]; DEGREE_MAX + 1] {
-        let (values, slopes) = (legendre::<5>(self.middles[b]), slopes::<5>(self.middles[b]));
-        core::array::from_fn(|k| [values[k], slopes[k]])
-    }
-
-    /// Products of two lines in a block: of cosine and sine of the one with those of the other.
-    pub fn of_lines(&self, b: usize, one: usize, other: usize) -> [Wave; 2] {
-        let difference = self.wave(b, one as isize - other as isize);
-        let sum = self.wave(b, (one + other) as isize);
-        [
-            [
-                0.5 * (difference[0] + sum[0]),
-                0.5 * (sum[1] - difference[1]),
-            ],
-            [
-                0.5 * (sum[1] + difference[1]),
-                0.5 * (difference[0] - sum[0]),
-            ],
-        ]
+    /// Products of the lines of a shape with the channels, each block with its weight.
+    pub fn products(&self, shape: &Shape, weights: &[f32; BLOCKS_MAX]) -> LineProducts {
+        let mut sums = [[0.0; CHANNELS_MAX]; 2 * HARMONICS_MAX];
+        for (i, line) in shape.lines.iter().enumerate() {
+            let place = 2 + 2 * self.lines.place(line);
+            for b in 0..self.count {
+                for r in 0..2 {
+                    let row = &self.rows[b * FUNCTIONS + place + r];
+                    for (sum, value) in sums[2 * i + r].iter_mut().zip(row) {
+                        *sum += weights[b] * value;
+                    }
+                }
+            }
+        }
+        sums
     }
 
     /// Turns the unit line to another course.
@@ -277,13 +302,96 @@ impl Blocks {
                     }
                 }
             }
-            for (i, baseline) in [[1.0, 0.0], [0.0, 1.0]].into_iter().enumerate() {
-                let products = self.with_baseline(b, line, baseline);
-                for (k, sum) in self.rows[b * FUNCTIONS + i].iter_mut().enumerate() {
+            for (degree, sums) in self.levels.iter_mut().enumerate() {
+                let (wave, moment) = (self.waves[b][line], self.moments[b][line]);
+                let [value, slope] = self.baselines[b][degree];
+                let products = [0, 1].map(|i| value * wave[i] + slope * moment[i]);
+                for (k, sum) in sums.iter_mut().enumerate() {
                     *sum += products[0] * change[2 * j][k] + products[1] * change[2 * j + 1][k];
                 }
             }
         }
+    }
+
+    /// Products of two lines in a block.
+    fn of_lines(&self, b: usize, one: usize, other: usize) -> [Wave; 2] {
+        of_lines(&self.waves[b], one, other)
+    }
+
+    /// What is known of the baselines once the pass is over.
+    fn fold(&mut self) {
+        self.levels = [[0.0; CHANNELS_MAX]; DEGREE_MAX + 1];
+        self.gram = [[0.0; DEGREE_MAX + 1]; DEGREE_MAX + 1];
+        for b in 0..self.count {
+            let (values, slopes) = (legendre::<5>(self.middles[b]), slopes::<5>(self.middles[b]));
+            let of = &mut self.baselines[b];
+            *of = core::array::from_fn(|k| [values[k], slopes[k]]);
+            let [level, slope] = [self.rows[b * FUNCTIONS], self.rows[b * FUNCTIONS + 1]];
+            let (count, moment) = (self.waves[b][0][0], self.moments[b][0][0]);
+            for (i, one) in of.iter().enumerate() {
+                for (j, other) in of.iter().enumerate() {
+                    self.gram[i][j] += one[0] * other[0] * count
+                        + (one[0] * other[1] + one[1] * other[0]) * moment
+                        + one[1] * other[1] * self.squares[b];
+                }
+                for (k, sum) in self.levels[i].iter_mut().enumerate() {
+                    *sum += one[0] * level[k] + one[1] * slope[k];
+                }
+            }
+        }
+    }
+}
+
+/// Products of two lines: of cosine and sine of the one with those of the other.
+fn of_lines(waves: &[Wave; WAVES], one: usize, other: usize) -> [Wave; 2] {
+    let [cos, sin] = waves[one.abs_diff(other) % WAVES];
+    let difference = [cos, if one < other { -sin } else { sin }];
+    let sum = waves[(one + other) % WAVES];
+    [
+        [
+            0.5 * (difference[0] + sum[0]),
+            0.5 * (sum[1] - difference[1]),
+        ],
+        [
+            0.5 * (sum[1] + difference[1]),
+            0.5 * (difference[0] - sum[0]),
+        ],
+    ]
+}
+
+/// Products of cosine and sine of each line with the channels.
+pub type LineProducts = [Values; 2 * HARMONICS_MAX];
+
+/// Sums over all blocks.
+#[derive(Clone, Debug)]
+pub struct Totals {
+    waves: [Wave; WAVES],
+    baselines: [[Wave; DEGREE_MAX + 1]; HARMONICS_MAX],
+}
+
+impl Totals {
+    const NONE: Self = Self {
+        waves: [[0.0; 2]; WAVES],
+        baselines: [[[0.0; 2]; DEGREE_MAX + 1]; HARMONICS_MAX],
+    };
+
+    /// Products of the lines of a shape with its unknowns' functions.
+    pub fn of_shape(&self, shape: &Shape) -> [[f32; UNKNOWNS_MAX]; 2 * HARMONICS_MAX] {
+        let mut products = [[0.0; UNKNOWNS_MAX]; 2 * HARMONICS_MAX];
+        let first = shape.first_line();
+        for (i, line) in shape.lines.iter().enumerate() {
+            for (j, wave) in self.baselines[i].iter().enumerate().take(first) {
+                (products[2 * i][j], products[2 * i + 1][j]) = (wave[0], wave[1]);
+            }
+            for (j, other) in shape.lines.iter().enumerate() {
+                let product = of_lines(&self.waves, line, other);
+                for r in 0..2 {
+                    products[2 * i + r][first + 2 * j] = product[r][0];
+                    products[2 * i + r][first + 2 * j + 1] = product[r][1];
+                }
+            }
+        }
+        products
     }
 }
 

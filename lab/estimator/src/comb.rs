@@ -5,7 +5,7 @@ use crate::covariance::Samples;
 use crate::limits::CHANNELS_MAX;
 use crate::lines::Lines;
 use crate::matrix::{Factor, Square};
-use crate::neighbours::{Neighbours, Place};
+use crate::neighbours::{BAND, Neighbours, Place};
 use crate::normal::Explained;
 use crate::phase_course::Course;
 use crate::refine::{Refinement, Steps};
@@ -17,7 +17,7 @@ const STEPS: usize = 2;
 const NEIGHBOURS_MIN: usize = 4;
 
 /// A candidate after its refinement.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Comb {
     /// Logarithm of its likelihood, less the Bayesian criterion's price.
     pub score: f32,
@@ -25,6 +25,8 @@ pub struct Comb {
     pub course: Course,
     /// Its lines, and the baseline.
     pub shape: Shape,
+    /// Inverse covariance of the noise next to its lines.
+    pub weights: Square<CHANNELS_MAX>,
 }
 
 /// Memory of the steps.
@@ -97,6 +99,7 @@ impl Refinement<'_> {
                 lines: lines.over(divisor),
                 degree,
             },
+            weights,
         }
     }
 
@@ -117,7 +120,7 @@ impl Refinement<'_> {
             blocks.turn(&at, &course);
             at = course;
             let comb = self.comb(blocks, work, &mut at, *degree);
-            if best.is_none_or(|best| comb.score > best.score) {
+            if best.as_ref().is_none_or(|best| comb.score > best.score) {
                 best = Some(comb);
             }
         }
@@ -128,6 +131,7 @@ impl Refinement<'_> {
                 lines: Lines::up_to(1),
                 degree: 1,
             },
+            weights: [[0.0; CHANNELS_MAX]; CHANNELS_MAX],
         })
     }
 
@@ -143,12 +147,12 @@ impl Refinement<'_> {
         let place = Place {
             cycles,
             most: self.cycles_max,
+            band: BAND,
         };
         neighbours.collect(blocks, solution.beside(), shape.lines, place);
         if neighbours.count() < NEIGHBOURS_MIN {
             return self.weights(solution);
         }
-        neighbours.multiply(blocks, Some(solution));
         let products = neighbours.products(&|_| 1.0);
         let count = neighbours.count() as f32;
         let samples = Samples {

@@ -40,6 +40,16 @@ pub struct Covariance {
     pub channels: f32,
 }
 
+impl Covariance {
+    /// Zeros.
+    pub const NONE: Self = Self {
+        matrix: [[0.0; CHANNELS_MAX]; CHANNELS_MAX],
+        inverse: [[0.0; CHANNELS_MAX]; CHANNELS_MAX],
+        shrinkage: 1.0,
+        channels: 1.0,
+    };
+}
+
 impl Samples<'_> {
     /// The covariance; `all` are variances over all frames.
     #[inline(never)]
@@ -65,12 +75,13 @@ impl Samples<'_> {
         }
         let mut matrix = [[0.0; CHANNELS_MAX]; CHANNELS_MAX];
         let mut squares = 0.0;
-        for k in 0..c {
-            for l in 0..c {
-                if k != l {
-                    let value = products[k][l] / self.count / libm::sqrtf(own[k] * own[l]);
+        if self.may_share {
+            let inverse = own.map(|own| 1.0 / libm::sqrtf(self.count * own.max(f32::MIN_POSITIVE)));
+            for k in 0..c {
+                for l in 0..k {
+                    let value = products[k][l] * inverse[k] * inverse[l];
                     matrix[k][l] = value;
-                    squares += value * value;
+                    squares += 2.0 * value * value;
                 }
             }
         }
@@ -79,16 +90,19 @@ impl Samples<'_> {
         } else {
             1.0
         };
-        let deviations = variances.map(libm::sqrtf);
-        for k in 0..c {
-            for l in 0..c {
-                let correlation = if k == l {
-                    1.0
-                } else {
-                    (1.0 - shrinkage) * matrix[k][l]
-                };
-                matrix[k][l] = correlation * deviations[k] * deviations[l];
+        if shrinkage < 1.0 {
+            let deviations = variances.map(libm::sqrtf);
+            for k in 0..c {
+                for l in 0..k {
+                    matrix[k][l] *= (1.0 - shrinkage) * deviations[k] * deviations[l];
+                    matrix[l][k] = matrix[k][l];
+                }
             }
+        } else {
+            matrix = [[0.0; CHANNELS_MAX]; CHANNELS_MAX];
+        }
+        for k in 0..c {
+            matrix[k][k] = variances[k];
         }
         let kept = (1.0 - shrinkage) * (1.0 - shrinkage) * squares;
         let inverse = if shrinkage < 1.0 {
@@ -107,15 +121,6 @@ impl Samples<'_> {
             channels: (c * c) as f32 / (c as f32 + kept),
         }
     }
-}
-
-/// A diagonal matrix of inverse variances.
-pub fn inverse_of(variances: &Values, width: usize) -> Square<CHANNELS_MAX> {
-    let mut inverse = [[0.0; CHANNELS_MAX]; CHANNELS_MAX];
-    for k in 0..width {
-        inverse[k][k] = 1.0 / variances[k].max(f32::MIN_POSITIVE);
-    }
-    inverse
 }
 
 /// The product x' W y.

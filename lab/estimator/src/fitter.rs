@@ -145,11 +145,11 @@ impl Window<'_, '_, '_> {
             let degrees = [1, most];
             let count = if cycles < CYCLES_CURVED { 2 } else { 1 };
             let comb = refinement.best(blocks, work, course, &degrees[..count]);
-            if best.is_none_or(|best| comb.score > best.score) {
+            if best.as_ref().is_none_or(|best| comb.score > best.score) {
                 best = Some(comb);
             }
         }
-        if let Some(comb) = best
+        if let Some(comb) = &best
             && most > 2
         {
             let course = comb.course;

@@ -11,7 +11,7 @@ pub const DEGREE_MAX: usize = 4;
 /// Most unknowns of a channel: the baseline's, and a cosine and a sine of each line.
 pub const UNKNOWNS_MAX: usize = DEGREE_MAX + 1 + 2 * HARMONICS_MAX;
 /// Most blocks of a window.
-pub const BLOCKS_MAX: usize = 32;
+pub const BLOCKS_MAX: usize = 16;
 /// Degrees of phase and amplitude that are tested beyond the fitted ones.
 pub const MOVES: usize = 4;
 /// Most degrees of the phase, and of the amplitude, that are fitted.

@@ -61,6 +61,36 @@ impl<const N: usize> Factor<N> {
         }
     }
 
+    /// Solves L X = B in place for many right sides, which are columns.
+    pub fn forward_rows<const M: usize>(&self, x: &mut [[f32; M]; N]) {
+        for i in 0..self.n {
+            let (before, rest) = x.split_at_mut(i);
+            for (factor, row) in self.lower[i].iter().zip(before.iter()) {
+                for (value, other) in rest[0].iter_mut().zip(row) {
+                    *value -= factor * other;
+                }
+            }
+            let pivot = self.lower[i][i];
+            let inverse = if pivot > 0.0 { 1.0 / pivot } else { 0.0 };
+            rest[0].iter_mut().for_each(|value| *value *= inverse);
+        }
+    }
+
+    /// Solves L' X = B in place for many right sides, which are columns.
+    pub fn backward_rows<const M: usize>(&self, x: &mut [[f32; M]; N]) {
+        for i in (0..self.n).rev() {
+            let (before, rest) = x.split_at_mut(i);
+            let pivot = self.lower[i][i];
+            let inverse = if pivot > 0.0 { 1.0 / pivot } else { 0.0 };
+            rest[0].iter_mut().for_each(|value| *value *= inverse);
+            for (factor, row) in self.lower[i].iter().zip(before) {
+                for (value, other) in row.iter_mut().zip(&rest[0]) {
+                    *value -= factor * other;
+                }
+            }
+        }
+    }
+
     /// Row `k` of the inverse of L: x is zeros but for a one in its place.
     pub fn backward_from(&self, k: usize, x: &mut [f32; N]) {
         for i in (0..=k).rev() {

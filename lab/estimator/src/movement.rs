@@ -3,11 +3,11 @@
 
 use crate::blocks::Blocks;
 use crate::comb::{Comb, Work};
-use crate::covariance::{Covariance, ROUNDING, Samples, inverse_of};
+use crate::covariance::{Covariance, ROUNDING, Samples};
 use crate::limits::{CHANNELS_MAX, DEGREES_MAX, HARMONICS_MAX, MOVES, MOVES_MAX};
 use crate::lines::Lines;
 use crate::matrix::{Factor, Square};
-use crate::neighbours::{Member, Place};
+use crate::neighbours::{BAND, Member, Place};
 use crate::normal::{Degrees, MOVEMENT_MAX, Normal};
 use crate::phase_course::Course;
 use crate::refine::{Refinement, Steps};
@@ -137,7 +137,7 @@ impl Refinement<'_> {
             phase: 1,
             amplitude: 0,
         };
-        let mut inverse: Option<Square<CHANNELS_MAX>> = None;
+        let mut inverse = comb.weights;
         let mut turn = 0;
         recollect(blocks, &course, self.lines(course.cycles).and(shape.lines));
         loop {
@@ -145,7 +145,7 @@ impl Refinement<'_> {
                 shape,
                 most: STEPS,
                 degrees: fitted.phase,
-                weights: inverse.as_ref(),
+                weights: Some(&inverse),
             };
             for _ in 0..2 {
                 self.refine(blocks, &mut course, steps, &mut work.explained);
@@ -159,8 +159,8 @@ impl Refinement<'_> {
                 shape,
                 fitted,
             };
-            let followed = self.noise(blocks, work, tone, inverse)?;
-            inverse = Some(followed.noise.inverse);
+            let followed = self.noise(blocks, work, tone, &inverse)?;
+            inverse = followed.noise.inverse;
             let Degrees { phase, amplitude } = followed.degrees;
             let phase_shows = followed.shows(fitted.phase, phase) > Z_TEST;
             let amplitude_shows =
@@ -170,7 +170,7 @@ impl Refinement<'_> {
             let grows = has_room && phase_shows && fitted.phase < MOVES_MAX;
             let fades = has_room && amplitude_shows && fitted.amplitude < MOVES_MAX;
             turn += 1;
-            if turn > 1 && !grows && !fades || turn == TURNS {
+            if !grows && !fades || turn == TURNS {
                 return Some(followed);
             }
             if grows {
@@ -196,7 +196,7 @@ impl Refinement<'_> {
         blocks: &mut Blocks,
         work: &mut Work,
         tone: Tone,
-        inverse: Option<Square<CHANNELS_MAX>>,
+        inverse: &Square<CHANNELS_MAX>,
     ) -> Option<Followed> {
         let Tone {
             course,
@@ -207,116 +207,100 @@ impl Refinement<'_> {
         let residuals = solution.residuals(self.all, self.width);
         let free = (self.frames - shape.unknowns() as f32).max(1.0);
         let variances: Values = core::array::from_fn(|k| residuals[k][k] / free + ROUNDING);
-        let place = Place {
-            cycles: course.cycles,
-            most: self.cycles_max,
-        };
-        // Harmonics that are too weak to be kept are no noise either, where there is room without.
-        let whole = Shape {
-            lines: self.lines(course.cycles).and(shape.lines),
-            ..shape
-        };
-        let mut beside = Solution::new(blocks, whole);
-        let neighbours = &mut work.neighbours;
-        neighbours.collect(blocks, beside.beside(), shape.lines, place);
-        if neighbours.count() < NEIGHBOURS_WHOLE {
-            neighbours.collect(blocks, solution.beside(), shape.lines, place);
-            beside = solution.clone();
-        }
-        let count = neighbours.count();
-        if count < NEIGHBOURS_MIN {
-            return None;
-        }
         let degrees = Degrees {
             phase: (fitted.phase + MOVES - 1).min(DEGREES_MAX),
             amplitude: (fitted.amplitude + MOVES).min(DEGREES_MAX),
         };
+        let normal = Normal::new(blocks, &solution, inverse, degrees, &mut work.explained);
+        let n = degrees.count();
+        let mut information = normal.matrix;
+        let trace: f32 = (0..n).map(|i| information[i][i]).sum();
+        for (i, row) in information.iter_mut().enumerate().take(n) {
+            row[i] += 1e-7 * trace;
+        }
+        let factor = Factor::new(&information, n);
+        let mut moved = normal.right;
+        factor.solve(&mut moved);
+        let mut followed = Followed {
+            course,
+            solution: solution.clone(),
+            still: solution,
+            variances,
+            fitted,
+            degrees,
+            moved,
+            information,
+            covariance: factor.inverse(),
+            noise: Covariance::NONE,
+            weights: [0.0; HARMONICS_MAX],
+            count: 0.0,
+            effective: 0.0,
+            taken: 1.0,
+        };
+        self.collect_beside(blocks, work, &mut followed);
+        let count = work.neighbours.count();
+        if count < NEIGHBOURS_MIN {
+            return None;
+        }
         let mut counts = [0.0; HARMONICS_MAX];
         for (member, _) in work.neighbours.iter() {
             counts[shape.lines.place(usize::from(member.line))] += 1.0;
         }
-        let factors = solution.line_factors();
-        let rounds = if inverse.is_some() { 1 } else { 2 };
+        let factors = followed.solution.line_factors();
+        let of_lines = neighbour_weights(shape.lines, &factors, inverse, &counts);
+        let squares: f32 = counts.iter().zip(&of_lines).map(|(n, w)| n * w * w).sum();
         let all = count as f32 * self.width as f32;
-        let taken = all / (all - degrees.count() as f32).max(1.0);
-        let mut weights = inverse.unwrap_or_else(|| inverse_of(&variances, self.width));
-        let mut found: Option<Followed> = None;
-        for _ in 0..rounds {
-            let of_lines = neighbour_weights(shape.lines, &factors, &weights, &counts);
-            let normal = Normal::new(blocks, &solution, &weights, degrees, &mut work.explained);
-            let n = degrees.count();
-            let mut information = normal.matrix;
-            let trace: f32 = (0..n).map(|i| information[i][i]).sum();
-            for (i, row) in information.iter_mut().enumerate().take(n) {
-                row[i] += 1e-7 * trace;
-            }
-            let factor = Factor::new(&information, n);
-            let mut moved = normal.right;
-            factor.solve(&mut moved);
-            let squares: f32 = counts.iter().zip(&of_lines).map(|(n, w)| n * w * w).sum();
-            let effective = (count * count) as f32 / squares.max(f32::MIN_POSITIVE);
-            let mut followed = Followed {
-                course,
-                solution: solution.clone(),
-                still: solution.clone(),
-                variances,
-                fitted,
-                degrees,
-                moved,
-                information,
-                covariance: factor.inverse(),
-                noise: Covariance {
-                    matrix: weights,
-                    inverse: weights,
-                    shrinkage: 1.0,
-                    channels: 1.0,
-                },
-                weights: of_lines,
-                count: count as f32,
-                effective,
-                taken,
-            };
-            followed.still = self.without_movement(blocks, work, &followed, &beside.shape);
-            let weight = |member: &Member| {
-                taken * of_lines[shape.lines.place(usize::from(member.line)) % HARMONICS_MAX]
-            };
-            let products = work.neighbours.products(&weight);
-            let samples = Samples {
-                products: &products,
-                width: self.width,
-                count: count as f32,
-                effective,
-                may_share: self.may_share,
-            };
-            followed.noise = samples.covariance(Some(&variances));
-            weights = followed.noise.inverse;
-            found = Some(followed);
-        }
-        found
+        followed.weights = of_lines;
+        followed.count = count as f32;
+        followed.effective = (count * count) as f32 / squares.max(f32::MIN_POSITIVE);
+        followed.taken = all / (all - n as f32).max(1.0);
+        let weight = |member: &Member| {
+            followed.taken * of_lines[shape.lines.place(usize::from(member.line)) % HARMONICS_MAX]
+        };
+        let products = work.neighbours.products(&weight);
+        let samples = Samples {
+            products: &products,
+            width: self.width,
+            count: followed.count,
+            effective: followed.effective,
+            may_share: self.may_share,
+        };
+        followed.noise = samples.covariance(Some(&variances));
+        Some(followed)
     }
 
-    /// Multiplies the functions next to the lines with the residuals, less the movement.
-    fn without_movement(
-        &self,
-        blocks: &mut Blocks,
-        work: &mut Work,
-        followed: &Followed,
-        beside: &Shape,
-    ) -> Solution {
-        let (solution, motion) = (&followed.solution, followed.motion());
-        let lines = solution.lines();
+    /// Collects the functions next to the lines, less the movement, and the model without it.
+    fn collect_beside(&self, blocks: &mut Blocks, work: &mut Work, followed: &mut Followed) {
+        let motion = followed.motion();
+        let (shape, cycles) = (followed.solution.shape, followed.course.cycles);
+        let lines = followed.solution.lines();
         let add = |blocks: &mut Blocks, sign: f32| {
             for b in 0..blocks.count() {
                 let moved = motion.at(blocks.middle(b)).map(|x| sign * x);
-                let change = Motion::change(&lines, &solution.shape, moved);
-                blocks.add(b, solution.shape.lines, &change);
+                let change = Motion::change(&lines, &shape, moved);
+                blocks.add(b, shape.lines, &change);
             }
         };
         add(blocks, -1.0);
-        let still = Solution::new(blocks, solution.shape);
-        let beside = Solution::new(blocks, *beside);
-        work.neighbours.multiply(blocks, Some(&beside));
+        followed.still = Solution::new(blocks, shape);
+        // Harmonics that are too weak to be kept are no noise either, where there is room without.
+        let whole = Shape {
+            lines: self.lines(cycles).and(shape.lines),
+            ..shape
+        };
+        let place = Place {
+            cycles,
+            most: self.cycles_max,
+            band: BAND,
+        };
+        let neighbours = &mut work.neighbours;
+        if whole.lines != shape.lines {
+            let beside = Solution::new(blocks, whole);
+            neighbours.collect(blocks, beside.beside(), shape.lines, place);
+        }
+        if whole.lines == shape.lines || neighbours.count() < NEIGHBOURS_WHOLE {
+            neighbours.collect(blocks, followed.still.beside(), shape.lines, place);
+        }
         add(blocks, 1.0);
-        still
     }
 }

@@ -1,9 +1,10 @@
 //! Normal equations of how phase and amplitude move: Legendre polynomials times the tone's
 //! derivatives, beside the model, over all channels.
 
-use crate::blocks::Blocks;
+use crate::blocks::{Blocks, WAVES};
 use crate::legendre::legendre;
-use crate::limits::{CHANNELS_MAX, DEGREES_MAX, HARMONICS_MAX, UNKNOWNS_MAX};
+use crate::limits::{BLOCKS_MAX, CHANNELS_MAX, DEGREES_MAX, HARMONICS_MAX, UNKNOWNS_MAX};
+use crate::lines::Lines;
 use crate::matrix::Square;
 use crate::solve::Solution;
 use crate::source::Values;
@@ -91,16 +92,22 @@ impl Normal {
         explained: &mut Explained,
     ) -> Self {
         let (shape, n) = (&solution.shape, 2 * solution.shape.lines.count());
-        let (unknowns, first) = (shape.unknowns(), shape.first_line());
+        let unknowns = shape.unknowns();
         let highest = degrees.phase.max(degrees.amplitude);
         // Steps of the phase need nothing of the amplitude.
         let kinds = if degrees.amplitude > 0 { 2 } else { 1 };
         let Derivatives(derivatives) = Derivatives::new(solution);
         let mut weighted = [[[0.0; CHANNELS_MAX]; LINE_FUNCTIONS]; 2];
-        for (weighted, derivative) in weighted.iter_mut().zip(&derivatives).take(kinds) {
-            for (weighted, derivative) in weighted.iter_mut().zip(derivative).take(n) {
-                for (sum, row) in weighted.iter_mut().zip(weights) {
-                    *sum = row.iter().zip(derivative).map(|(w, x)| w * x).sum();
+        let mut fitted = [[[0.0; UNKNOWNS_MAX]; LINE_FUNCTIONS]; 2];
+        for kind in 0..kinds {
+            for i in 0..n {
+                weighted[kind][i] = weights.map(|row| dot(&row, &derivatives[kind][i]));
+                for (sum, row) in fitted[kind][i]
+                    .iter_mut()
+                    .zip(&solution.coefficients)
+                    .take(unknowns)
+                {
+                    *sum = dot(row, &weighted[kind][i]);
                 }
             }
         }
@@ -113,124 +120,125 @@ impl Normal {
         {
             *power = between(&weighted[one][..n], &derivatives[other]);
         }
-        let mut fitted = [[[0.0; UNKNOWNS_MAX]; LINE_FUNCTIONS]; 2];
-        for (fitted, weighted) in fitted.iter_mut().zip(&weighted).take(kinds) {
-            for (fitted, weighted) in fitted.iter_mut().zip(weighted).take(n) {
-                for (sum, row) in fitted.iter_mut().zip(&solution.coefficients).take(unknowns) {
-                    *sum = row.iter().zip(weighted).map(|(x, w)| x * w).sum();
-                }
-            }
-        }
         let mut normal = Self {
             matrix: [[0.0; MOVEMENT_MAX]; MOVEMENT_MAX],
             right: [0.0; MOVEMENT_MAX],
             degrees,
         };
-        explained.0[..highest].fill([[0.0; LINE_FUNCTIONS]; UNKNOWNS_MAX]);
-        for b in 0..blocks.count() {
-            let p = legendre::<{ DEGREES_MAX + 1 }>(blocks.middle(b));
-            let baselines = blocks.baselines(b);
-            let mut products = [[0.0; UNKNOWNS_MAX]; LINE_FUNCTIONS];
-            for (i, line) in shape.lines.iter().enumerate() {
-                for (j, baseline) in baselines.iter().enumerate().take(first) {
-                    let [cos, sin] = blocks.with_baseline(b, line, *baseline);
-                    (products[2 * i][j], products[2 * i + 1][j]) = (cos, sin);
-                }
-                for (j, other) in shape.lines.iter().enumerate() {
-                    let product = blocks.of_lines(b, line, other);
-                    for r in 0..2 {
-                        products[2 * i + r][first + 2 * j] = product[r][0];
-                        products[2 * i + r][first + 2 * j + 1] = product[r][1];
-                    }
-                }
-            }
-            let mut information = [0.0; 3];
-            for (information, power) in information.iter_mut().zip(&power).take(2 * kinds - 1) {
-                for (products, power) in products.iter().zip(power).take(n) {
-                    let pairs = products[first..].iter().zip(power).take(n);
-                    *information += pairs.map(|(x, y)| x * y).sum::<f32>();
-                }
-            }
-            let mut gradient = [0.0; 2];
-            for (which, gradient) in gradient.iter_mut().enumerate().take(kinds) {
-                for (i, line) in shape.lines.iter().enumerate() {
-                    for (r, data) in blocks.line(b, line).into_iter().enumerate() {
-                        let row = 2 * i + r;
-                        let of_data = data.iter().zip(&weighted[which][row]);
-                        let of_model = products[row].iter().zip(&fitted[which][row]).take(unknowns);
-                        *gradient += of_data.map(|(x, y)| x * y).sum::<f32>()
-                            - of_model.map(|(x, y)| x * y).sum::<f32>();
-                    }
-                }
-            }
-            for i in 0..degrees.count() {
-                let (p_i, second) = normal.part(i, &p);
-                normal.right[i] += p_i * gradient[second];
-                for j in 0..=i {
-                    let (p_j, other) = normal.part(j, &p);
-                    normal.matrix[i][j] += p_i * p_j * information[second + other];
-                }
-            }
-            for (k, explained) in explained.0.iter_mut().enumerate().take(highest) {
-                for (j, row) in explained.iter_mut().enumerate().take(unknowns) {
-                    for (sum, products) in row.iter_mut().zip(&products).take(n) {
-                        *sum += p[k + 1] * products[j];
-                    }
-                }
+        let polynomials: [[f32; DEGREES_MAX + 1]; BLOCKS_MAX] =
+            core::array::from_fn(|b| legendre(blocks.middle(b)));
+        for (kind, power) in power.iter().enumerate().take(2 * kinds - 1) {
+            let by_wave = by_wave(power, &shape.lines);
+            for b in 0..blocks.count() {
+                let information = by_wave
+                    .iter()
+                    .enumerate()
+                    .take(2 * shape.lines.most() + 1)
+                    .map(|(m, [cos, sin])| {
+                        let wave = blocks.wave(b, m);
+                        cos * wave[0] + sin * wave[1]
+                    })
+                    .sum::<f32>();
+                normal.inform(kind, information, &polynomials[b]);
             }
         }
-        for explained in explained.0.iter_mut().take(highest) {
-            for a in 0..n {
-                let mut column = [0.0; UNKNOWNS_MAX];
-                for (value, row) in column.iter_mut().zip(explained.iter()) {
-                    *value = row[a];
-                }
-                solution.factor.forward(&mut column);
-                for (row, value) in explained.iter_mut().zip(column) {
-                    row[a] = value;
+        for k in 0..highest {
+            let by_block = core::array::from_fn(|b| polynomials[b][k + 1]);
+            let of_model = blocks.totals(shape, &by_block).of_shape(shape);
+            let of_data = blocks.products(shape, &by_block);
+            for kind in 0..kinds {
+                let gradient: f32 = (0..n)
+                    .map(|i| {
+                        let model = of_model[i].iter().zip(&fitted[kind][i]).take(unknowns);
+                        dot(&of_data[i], &weighted[kind][i])
+                            - model.map(|(x, y)| x * y).sum::<f32>()
+                    })
+                    .sum();
+                if kind == 0 && k < degrees.phase {
+                    normal.right[k] = gradient;
+                } else if kind == 1 && k < degrees.amplitude {
+                    normal.right[degrees.phase + k] = gradient;
                 }
             }
+            let explained = &mut explained.0[k];
+            for (j, row) in explained.iter_mut().enumerate().take(unknowns) {
+                for (value, products) in row.iter_mut().zip(&of_model).take(n) {
+                    *value = products[j];
+                }
+            }
+            solution.factor.forward_rows(explained);
         }
         normal.project(explained, &power, unknowns, n);
         normal
     }
 
-    /// Polynomial of an unknown, and whether it is of the amplitude.
-    fn part<const N: usize>(&self, i: usize, p: &[f32; N]) -> (f32, usize) {
-        if i < self.degrees.phase {
-            (p[i + 1], 0)
-        } else {
-            (p[i - self.degrees.phase + 1], 1)
+    /// Adds the information of a block, between phases, between phase and amplitude, or between
+    /// amplitudes.
+    fn inform(&mut self, kind: usize, information: f32, p: &[f32; DEGREES_MAX + 1]) {
+        let Degrees { phase, amplitude } = self.degrees;
+        let (rows, columns) = match kind {
+            0 => (0..phase, 0..phase),
+            1 => (phase..phase + amplitude, 0..phase),
+            _ => (phase..phase + amplitude, phase..phase + amplitude),
+        };
+        let polynomial = |i: usize| if i < phase { p[i + 1] } else { p[i - phase + 1] };
+        for i in rows {
+            let weight = information * polynomial(i);
+            for j in columns.start..columns.end.min(i + 1) {
+                self.matrix[i][j] += weight * polynomial(j);
+            }
         }
     }
 
     /// Takes out what the model explains.
     fn project(&mut self, explained: &Explained, power: &[OfLines; 3], unknowns: usize, n: usize) {
-        let degree = |i: usize| {
-            if i < self.degrees.phase {
-                (i, 0)
-            } else {
-                (i - self.degrees.phase, 1)
-            }
-        };
+        let Degrees { phase, .. } = self.degrees;
         let count = self.degrees.count();
-        for i in 0..count {
-            let (k, second) = degree(i);
-            for j in 0..=i {
-                let (l, other) = degree(j);
-                let power = &power[second + other];
-                let is_swapped = second > other;
-                let mut sum = 0.0;
-                for (one, two) in explained.0[k].iter().zip(&explained.0[l]).take(unknowns) {
-                    let (one, two) = if is_swapped { (two, one) } else { (one, two) };
-                    for (x, power) in one.iter().zip(power).take(n) {
-                        let pairs = power.iter().zip(two).take(n);
-                        sum += x * pairs.map(|(p, y)| p * y).sum::<f32>();
+        for j in 0..count {
+            let (of_j, other) = if j < phase { (j, 0) } else { (j - phase, 1) };
+            for second in other..=usize::from(count > phase) {
+                let mut weighted = [[0.0; LINE_FUNCTIONS]; UNKNOWNS_MAX];
+                for (weighted, row) in weighted.iter_mut().zip(&explained.0[of_j]).take(unknowns) {
+                    for (x, power) in row.iter().zip(&power[second + other]).take(n) {
+                        for (sum, power) in weighted.iter_mut().zip(power).take(n) {
+                            *sum += x * power;
+                        }
                     }
                 }
-                self.matrix[i][j] -= sum;
-                self.matrix[j][i] = self.matrix[i][j];
+                let rows = if second == 0 { j..phase } else { phase.max(j)..count };
+                for i in rows {
+                    let of_i = if i < phase { i } else { i - phase };
+                    let pairs = weighted.iter().zip(&explained.0[of_i]).take(unknowns);
+                    self.matrix[i][j] -= pairs
+                        .map(|(x, y)| x.iter().zip(y).take(n).map(|(x, y)| x * y).sum::<f32>())
+                        .sum::<f32>();
+                    self.matrix[j][i] = self.matrix[i][j];
+                }
             }
         }
     }
+}
+
+fn dot(one: &Values, other: &Values) -> f32 {
+    one.iter().zip(other).map(|(x, y)| x * y).sum()
+}
+
+/// Coefficients of the multiples of the phase in the sum of all products of two lines, each with its
+/// weight.
+fn by_wave(weights: &OfLines, lines: &Lines) -> [[f32; 2]; WAVES] {
+    let mut by_wave = [[0.0; 2]; WAVES];
+    for (i, one) in lines.iter().enumerate() {
+        for (j, other) in lines.iter().enumerate() {
+            let [cos, sin] = [&weights[2 * i], &weights[2 * i + 1]];
+            let (cc, cs, sc, ss) = (cos[2 * j], cos[2 * j + 1], sin[2 * j], sin[2 * j + 1]);
+            let sign = if one < other { -0.5 } else { 0.5 };
+            let difference = &mut by_wave[one.abs_diff(other) % WAVES];
+            difference[0] += 0.5 * (cc + ss);
+            difference[1] += sign * (sc - cs);
+            let sum = &mut by_wave[(one + other) % WAVES];
+            sum[0] += 0.5 * (cc - ss);
+            sum[1] += 0.5 * (cs + sc);
+        }
+    }
+    by_wave
 }

@@ -2,7 +2,7 @@
 
 use crate::blocks::Blocks;
 use crate::covariance::form;
-use crate::limits::{CHANNELS_MAX, HARMONICS_MAX, UNKNOWNS_MAX};
+use crate::limits::{BLOCKS_MAX, CHANNELS_MAX, DEGREE_MAX, HARMONICS_MAX, UNKNOWNS_MAX};
 use crate::lines::Lines;
 use crate::matrix::{Factor, Square};
 use crate::neighbours::Beside;
@@ -53,39 +53,15 @@ impl Solution {
         let (n, first) = (shape.unknowns(), shape.first_line());
         let mut gram = [[0.0; UNKNOWNS_MAX]; UNKNOWNS_MAX];
         let mut products = [[0.0; CHANNELS_MAX]; UNKNOWNS_MAX];
-        for b in 0..blocks.count() {
-            let baselines = blocks.baselines(b);
-            let levels = blocks.level(b);
-            for (i, one) in baselines.iter().enumerate().take(first) {
-                for (j, other) in baselines.iter().enumerate().take(i + 1) {
-                    gram[i][j] += blocks.of_baselines(b, *one, *other);
-                }
-                for (k, sum) in products[i].iter_mut().enumerate() {
-                    *sum += one[0] * levels[0][k] + one[1] * levels[1][k];
-                }
-            }
-            for (i, line) in shape.lines.iter().enumerate() {
-                let row = first + 2 * i;
-                for (j, baseline) in baselines.iter().enumerate().take(first) {
-                    let wave = blocks.with_baseline(b, line, *baseline);
-                    gram[row][j] += wave[0];
-                    gram[row + 1][j] += wave[1];
-                }
-                for (j, other) in shape.lines.iter().enumerate().take(i + 1) {
-                    let product = blocks.of_lines(b, line, other);
-                    let column = first + 2 * j;
-                    for (r, products) in product.iter().enumerate() {
-                        gram[row + r][column] += products[0];
-                        gram[row + r][column + 1] += products[1];
-                    }
-                }
-                for (r, line) in blocks.line(b, line).into_iter().enumerate() {
-                    for (sum, product) in products[row + r].iter_mut().zip(line) {
-                        *sum += product;
-                    }
-                }
-            }
+        let totals = blocks.totals(&shape, &[1.0; BLOCKS_MAX]);
+        for (row, known) in gram.iter_mut().zip(blocks.of_baselines()).take(first) {
+            row[..=DEGREE_MAX].copy_from_slice(known);
         }
+        products[..first].copy_from_slice(&blocks.levels()[..first]);
+        let lines = 2 * shape.lines.count();
+        gram[first..n].copy_from_slice(&totals.of_shape(&shape)[..lines]);
+        let of_lines = blocks.products(&shape, &[1.0; BLOCKS_MAX]);
+        products[first..n].copy_from_slice(&of_lines[..lines]);
         let factor = Factor::new(&gram, n);
         let mut solution = Self {
             shape,
@@ -93,17 +69,10 @@ impl Solution {
             projections: [[0.0; CHANNELS_MAX]; UNKNOWNS_MAX],
             coefficients: [[0.0; CHANNELS_MAX]; UNKNOWNS_MAX],
         };
-        for k in 0..CHANNELS_MAX {
-            let mut column = products.map(|row| row[k]);
-            solution.factor.forward(&mut column);
-            for (row, value) in solution.projections.iter_mut().zip(column) {
-                row[k] = value;
-            }
-            solution.factor.backward(&mut column);
-            for (row, value) in solution.coefficients.iter_mut().zip(column) {
-                row[k] = value;
-            }
-        }
+        solution.factor.forward_rows(&mut products);
+        solution.projections = products;
+        solution.factor.backward_rows(&mut products);
+        solution.coefficients = products;
         solution
     }
 
@@ -112,6 +81,7 @@ impl Solution {
         Beside {
             shape: &self.shape,
             factor: &self.factor,
+            projections: Some(&self.projections),
         }
     }
 

@@ -7,7 +7,7 @@ use crate::fit::Tests;
 use crate::limits::HARMONICS_MAX;
 use crate::lines::Lines;
 use crate::movement::Followed;
-use crate::neighbours::{Beside, Neighbours, Place};
+use crate::neighbours::{BAND, Beside, Neighbours, Place, line};
 use crate::pieces::Data;
 use crate::residual::Model;
 use crate::significance::deviate;
@@ -271,28 +271,34 @@ impl<'t> Tested<'t> {
         let place = Place {
             cycles: 0.5 * followed.course.cycles,
             most: self.cycles_max,
+            band: BAND,
         };
         let model = Beside {
             shape: &shape,
             factor: &followed.solution.factor,
+            projections: None,
         };
         let (mut found, inverse) = (f32::NEG_INFINITY, &followed.noise.inverse);
-        for line in BETWEEN {
-            let cycles = line as f32 * place.cycles;
+        for number in BETWEEN {
+            let cycles = number as f32 * place.cycles;
             if cycles <= 0.5 || cycles >= self.cycles_max - 0.5 {
                 continue;
             }
             let neighbours = &mut work.neighbours;
-            neighbours.collect(blocks, model, Lines::NONE.with(line), place);
+            neighbours.collect(blocks, model, Lines::NONE.with(number), place);
             let count = neighbours.count();
-            if count < PLACES_MIN || !neighbours.push_line(blocks, model, line) {
+            let Some(tested) = line(blocks, model, number) else {
+                continue;
+            };
+            if count < PLACES_MIN {
                 continue;
             }
-            neighbours.multiply(blocks, None);
             let [mut beside, mut own] = [Sum::default(); 2];
-            for (i, (_, values)) in neighbours.iter().enumerate() {
-                let sum = if i < count { &mut beside } else { &mut own };
-                sum.add(form(values, inverse, values));
+            for (_, values) in neighbours.iter() {
+                beside.add(form(values, inverse, values));
+            }
+            for values in &tested {
+                own.add(form(values, inverse, values));
             }
             let channels = followed.noise.channels;
             let over = own.mean() / beside.mean().max(f32::MIN_POSITIVE);
