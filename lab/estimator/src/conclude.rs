@@ -266,8 +266,8 @@ impl Figures<'_> {
     }
 }
 
-/// Fills in the channels.
-pub fn channels(followed: &Followed, statistics: &Statistics, fit: &mut Fit) {
+/// Fills in the channels, whose fundamental the pieces have `gain` times.
+pub fn channels(followed: &Followed, statistics: &Statistics, gain: f32, fit: &mut Fit) {
     let solution = &followed.solution;
     let first = solution.shape.first_line();
     let inverse = solution.factor.inverse();
@@ -286,7 +286,7 @@ pub fn channels(followed: &Followed, statistics: &Statistics, fit: &mut Fit) {
                 solution.coefficients[first][k],
                 solution.coefficients[first + 1][k],
             );
-            channel.amplitude = scale * libm::hypotf(cos, sin);
+            channel.amplitude = scale * libm::hypotf(cos, sin) / gain;
             channel.phase_rad = libm::atan2f(-sin, cos);
             let variance = 0.5 * (inverse[first][first] + inverse[first + 1][first + 1]);
             channel.phase_variance =

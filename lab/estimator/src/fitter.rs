@@ -12,7 +12,7 @@ use crate::limits::FRAMES_MIN;
 use crate::lines::Lines;
 use crate::movement::Followed;
 use crate::phase_course::Course;
-use crate::pieces::{Data, Pieces, frames_each};
+use crate::pieces::{Data, Filter, Pieces, frames_each};
 use crate::refine::Refinement;
 use crate::scene::Scene;
 use crate::search::candidates;
@@ -225,7 +225,9 @@ impl Window<'_, '_, '_> {
         };
         fit.status = verdict.status();
         fit.tests = tests;
-        conclude::channels(&followed, statistics, &mut fit);
+        let per_piece = followed.course.cycles / (2.0 * self.data.cycles_max);
+        let gain = Filter::new(self.data.each).gain(per_piece);
+        conclude::channels(&followed, statistics, gain, &mut fit);
         if fit.status.has_tone() {
             let span = self.span;
             fit.other_tone = verdict.other_tone(span);
@@ -260,7 +262,8 @@ impl Window<'_, '_, '_> {
             frames: self.all.count,
             harmonics: usize::from(self.scene.harmonics()),
             may_share: self.scene.may_share(),
-            cycles_max: self.data.cycles_max,
+            // Lines above half the pieces' rate are where they are folded to.
+            cycles_max: self.data.cycles_max * self.data.each as f32,
         }
     }
 }

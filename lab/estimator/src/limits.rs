@@ -20,8 +20,6 @@ pub const MOVES_MAX: usize = 10;
 pub const DEGREES_MAX: usize = MOVES_MAX + MOVES - 1;
 /// Most functions next to the lines.
 pub const NEIGHBOURS_MAX: usize = 64;
-/// Most frames of a window on the chip.
-pub const FRAMES_CHIP: usize = 1024;
 /// Most pieces of a window: frames, or means of some.
 #[cfg(not(feature = "long-windows"))]
 pub const PIECES_MAX: usize = 512;
@@ -36,7 +34,7 @@ pub const POINTS_MAX: usize = 2048;
 pub const POINTS_MAX: usize = 32_768;
 /// Most frames of a window.
 #[cfg(not(feature = "long-windows"))]
-pub const FRAMES_MAX: usize = FRAMES_CHIP;
+pub const FRAMES_MAX: usize = 1024;
 /// Most frames of a window.
 #[cfg(feature = "long-windows")]
 pub const FRAMES_MAX: usize = 65_536;

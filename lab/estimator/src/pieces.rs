@@ -3,7 +3,10 @@
 
 use crate::abscissa::Abscissa;
 use crate::limits::{CHANNELS_MAX, PIECES_MAX};
+use crate::phase::{cos_sin, from_turns};
 use crate::source::Values;
+use core::f32::consts::PI;
+use core::ops::Range;
 
 /// Pieces of a window that fits on the chip.
 const PIECES_CHIP: usize = 512;
@@ -40,6 +43,75 @@ pub fn frames_each(frames: u32) -> u32 {
         PIECES_MAX
     };
     frames.div_ceil(most as u32).max(1)
+}
+
+/// The low pass by which a piece is the mean of the frames about it: half of the power at half of the
+/// pieces' rate, a sixth of the amplitude at two thirds of it.
+pub struct Filter {
+    each: u32,
+    /// By distance of a frame from a piece's centre, in halves of a frame.
+    weights: [f32; Self::WEIGHTS],
+}
+
+impl Filter {
+    /// Pieces that a frame counts for.
+    pub const PIECES: usize = 5;
+    /// Most distances: four frames of a piece.
+    const WEIGHTS: usize = 16;
+
+    /// The filter for pieces of so many frames.
+    pub fn new(each: u32) -> Self {
+        let mut weights = [0.0; Self::WEIGHTS];
+        weights[0] = 1.0;
+        if each > 1 {
+            for (i, weight) in weights.iter_mut().enumerate().take(4 * each as usize) {
+                let x = 0.5 * i as f32 / each as f32;
+                let sinc = if i == 0 {
+                    1.0
+                } else {
+                    cos_sin(from_turns(0.5 * x)).1 / (PI * x)
+                };
+                let window = cos_sin(from_turns(0.125 * x)).0;
+                *weight = sinc * window * window / each as f32;
+            }
+        }
+        Self { each, weights }
+    }
+
+    /// Pieces that a frame counts for.
+    pub fn pieces(&self, frame: u32) -> Range<u32> {
+        let own = frame / self.each;
+        if self.each > 1 {
+            own.saturating_sub(2)..own + 3
+        } else {
+            own..own + 1
+        }
+    }
+
+    /// How much a frame counts for a piece.
+    pub fn weight(&self, frame: u32, piece: u32) -> f32 {
+        let distance = (2 * frame).abs_diff(2 * piece * self.each + self.each - 1);
+        self.weights
+            .get(distance as usize)
+            .copied()
+            .unwrap_or_default()
+    }
+
+    /// What is left of the amplitude of a wave of some cycles per piece.
+    pub fn gain(&self, cycles: f32) -> f32 {
+        if self.each == 1 {
+            return 1.0;
+        }
+        let (mut gain, mut all) = (0.0, 0.0);
+        for (i, weight) in self.weights.iter().enumerate() {
+            if i % 2 == (self.each as usize - 1) % 2 {
+                let both = if i == 0 { 1.0 } else { 2.0 } * weight;
+                gain += both * cos_sin(from_turns(0.5 * i as f32 * cycles / self.each as f32)).0;
+                all += both;
+            }
+        }
+        gain / all
+    }
 }
 
 impl Pieces {

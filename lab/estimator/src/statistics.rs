@@ -3,7 +3,7 @@
 use crate::frame_span::FrameSpan;
 use crate::limits::CHANNELS_MAX;
 use crate::matrix::Square;
-use crate::pieces::{Data, Piece, Pieces, ROUNDING, frames_each};
+use crate::pieces::{Data, Filter, Piece, Pieces, ROUNDING, frames_each};
 use crate::source::{Overwritten, Values};
 
 /// A channel that is at its highest or lowest value in more than this share of the frames is
@@ -170,26 +170,35 @@ impl Statistics {
     pub fn keep(&self, span: &mut FrameSpan, pieces: &mut Pieces) -> Result<(), Overwritten> {
         let each = frames_each(span.frames);
         pieces.clear((span.frames / each) as usize);
-        let (mut sum, mut frames, mut last) = ([0.0; CHANNELS_MAX], 0, 0);
-        let mut set = |last: u32, frames: u32, sum: &mut Values| {
-            if frames > 0 {
-                let weight = 1.0 / frames as f32;
-                pieces.set(last as usize, &sum.map(|sum| weight * sum));
+        let filter = Filter::new(each);
+        let (mut sums, mut first) = ([([0.0; CHANNELS_MAX], 0.0); Filter::PIECES], 0);
+        let mut put = |sums: &mut [(Values, f32); Filter::PIECES], piece: u32| {
+            let (sum, weight) = core::mem::take(&mut sums[piece as usize % Filter::PIECES]);
+            if weight > 0.5 {
+                pieces.set(piece as usize, &sum.map(|sum| sum / weight));
             }
-            *sum = [0.0; CHANNELS_MAX];
         };
         self.visit(span, &mut |number, values| {
-            let piece = number / each;
-            if piece != last {
-                set(last, frames, &mut sum);
-                (last, frames) = (piece, 0);
+            let reached = filter.pieces(number);
+            while first < reached.start {
+                put(&mut sums, first);
+                first += 1;
             }
-            frames += 1;
-            for (sum, value) in sum.iter_mut().zip(values) {
-                *sum += value;
+            for piece in reached {
+                let weight = filter.weight(number, piece);
+                if weight == 0.0 {
+                    continue;
+                }
+                let (sum, weights) = &mut sums[piece as usize % Filter::PIECES];
+                *weights += weight;
+                for (sum, value) in sum.iter_mut().zip(values) {
+                    *sum += weight * value;
+                }
             }
         })?;
-        set(last, frames, &mut sum);
+        for piece in first..first + Filter::PIECES as u32 {
+            put(&mut sums, piece);
+        }
         Ok(())
     }
 

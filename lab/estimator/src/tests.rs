@@ -176,7 +176,8 @@ impl<'t> Tested<'t> {
         let places = Places {
             lines: self.shape().lines,
             cycles: followed.course.cycles,
-            last: ((self.cycles_max - 0.5) / STEP_CYCLES) as usize,
+            most: data.cycles_max,
+            last: ((data.cycles_max - 0.5) / STEP_CYCLES) as usize,
         };
         let mut found = Other::default();
         for k in 0..self.width {
@@ -333,6 +334,8 @@ impl Sum {
 struct Places {
     lines: Lines,
     cycles: f32,
+    /// Half the pieces' rate, cycles a window.
+    most: f32,
     last: usize,
 }
 
@@ -368,7 +371,11 @@ impl Places {
     /// Whether it is clear of the lines of the comb.
     fn is_clear(&self, i: usize) -> bool {
         let x = i as f32 * STEP_CYCLES;
-        let far = |line: usize| (x - line as f32 * self.cycles).abs() > CLEAR_CYCLES;
+        let far = |line: usize| {
+            let line = line as f32 * self.cycles;
+            let folded = line - 2.0 * self.most * libm::roundf(0.5 * line / self.most);
+            (x - folded.abs()).abs() > CLEAR_CYCLES
+        };
         self.lines.iter().all(far)
     }
 
