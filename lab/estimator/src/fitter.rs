@@ -19,7 +19,7 @@ use crate::search::candidates;
 use crate::solve::Solution;
 use crate::source::Overwritten;
 use crate::statistics::{Products, Statistics};
-use crate::tests::Tested;
+use crate::tests::{Other, Tested, Z_LINE};
 
 /// Fits of a window whose impulses are replaced, the last included.
 const ATTEMPTS: usize = 3;
@@ -191,8 +191,11 @@ impl Window<'_, '_, '_> {
         let mean = conclude::mean(&followed, &powers, &work.neighbours, blocks, scene);
         let mut tests = Tests::default();
         tested.near(&work.neighbours, &mut tests);
-        tests.between = tested.between(self.data, blocks, work);
-        let other = tested.other(self.data, blocks.scratch());
+        let mut other = Other::default();
+        if tests.line >= Z_LINE {
+            tests.between = tested.between(self.data, blocks, work);
+            other = tested.other(self.data, blocks.scratch());
+        }
         let shape = followed.solution.shape;
         tests.other = other.deviate;
         tests.cycles = followed.course.cycles;

@@ -28,7 +28,7 @@ pub const PIECES_MAX: usize = 512;
 pub const PIECES_MAX: usize = 16_384;
 /// Longest transform, points.
 #[cfg(not(feature = "long-windows"))]
-pub const POINTS_MAX: usize = 2048;
+pub const POINTS_MAX: usize = 1024;
 /// Longest transform, points.
 #[cfg(feature = "long-windows")]
 pub const POINTS_MAX: usize = 32_768;

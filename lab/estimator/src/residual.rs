@@ -67,31 +67,6 @@ pub struct Model {
 }
 
 impl Model {
-    /// What is left of one channel of a piece.
-    pub fn channel(&self, frame: &Piece, k: usize) -> f32 {
-        let p = legendre::<5>(frame.u);
-        let first = self.shape.first_line();
-        let [phase, amplitude] = self.motion.at(frame.u);
-        let (c, s) = cos_sin(self.course.at(frame.u, 1.0));
-        let mut value = frame.values[k];
-        for (coefficients, p) in self.coefficients.iter().zip(&p).take(first) {
-            value -= p * coefficients[k];
-        }
-        let (mut power, mut m, mut row) = ([1.0, 0.0], 0, first);
-        for line in self.shape.lines.iter() {
-            while m < line {
-                power = [power[0] * c - power[1] * s, power[1] * c + power[0] * s];
-                m += 1;
-            }
-            let [cos, sin] = power;
-            let turn = phase * line as f32;
-            value -= ((1.0 + amplitude) * cos - turn * sin) * self.coefficients[row][k]
-                + ((1.0 + amplitude) * sin + turn * cos) * self.coefficients[row + 1][k];
-            row += 2;
-        }
-        value
-    }
-
     /// What is left of a piece.
     pub fn residual(&self, frame: &Piece) -> Values {
         let (c, s) = cos_sin(self.course.at(frame.u, 1.0));

@@ -107,30 +107,36 @@ fn whitened<'m>(
     let width = data.width;
     let mut spectrum = Spectrum::new(memory, data.pieces.count())?;
     // Rows of the inverse of the factor make channels white.
-    let factor = Factor::new(all, width);
-    for k in 0..width {
-        let mut mixture = [0.0; CHANNELS_MAX];
-        let mut weight = 1.0;
+    let mut mixtures = [[0.0; CHANNELS_MAX]; CHANNELS_MAX];
+    let factor = may_share.then(|| Factor::new(all, width));
+    for (k, mixture) in mixtures.iter_mut().enumerate().take(width) {
         mixture[k] = 1.0;
-        if may_share {
-            factor.backward_from(k, &mut mixture);
-        } else {
-            mixture[k] = 1.0 / libm::sqrtf(all[k][k].max(f32::MIN_POSITIVE));
-            weight = 1.0 / width as f32;
+        match &factor {
+            Some(factor) => factor.backward_from(k, mixture),
+            None => mixture[k] = 1.0 / libm::sqrtf(all[k][k].max(f32::MIN_POSITIVE)),
         }
-        let out = spectrum.channel();
+    }
+    let weight = if may_share { 1.0 } else { 1.0 / width as f32 };
+    let mut first = 0;
+    while first < width {
+        let end = (first + spectrum.channels()).min(width);
+        spectrum.clear();
         for piece in data.iter() {
-            let value: f32 = mixture
-                .iter()
-                .zip(&piece.values)
-                .take(k + 1)
-                .map(|(m, v)| m * v)
-                .sum();
-            if let Some(out) = out.get_mut(data.slot(&piece)) {
-                *out += value;
+            let slot = data.slot(&piece);
+            for k in first..end {
+                let value = if may_share {
+                    let pairs = mixtures[k].iter().zip(&piece.values).take(k + 1);
+                    pairs.map(|(m, v)| m * v).sum()
+                } else {
+                    mixtures[k][k] * piece.values[k]
+                };
+                spectrum.put(k - first, slot, value);
             }
         }
-        spectrum.add(weight);
+        for k in first..end {
+            spectrum.add(k - first, weight);
+        }
+        first = end;
     }
     Some(spectrum)
 }

@@ -7,8 +7,19 @@
 /// normal where both estimate the same variance. With 8 or fewer below it saturates near 5.
 pub fn deviate(ratio: f32, above: f32, below: f32) -> f32 {
     let (a, b) = (2.0 / (9.0 * above), 2.0 / (9.0 * below));
-    let root = libm::cbrtf(ratio.max(f32::MIN_POSITIVE));
+    let root = cube_root(ratio.max(f32::MIN_POSITIVE));
     ((1.0 - b) * root - (1.0 - a)) / libm::sqrtf(b * root * root + a)
+}
+
+/// Cube root of a positive number, to a few units in the last place. That of `libm` takes f64, which the
+/// chip has to emulate.
+fn cube_root(x: f32) -> f32 {
+    let mut root = f32::from_bits(x.to_bits() / 3 + 0x2a51_0000);
+    for _ in 0..2 {
+        let cube = root * root * root;
+        root *= (cube + 2.0 * x) / (2.0 * cube + x);
+    }
+    root
 }
 
 #[cfg(test)]

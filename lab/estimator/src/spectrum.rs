@@ -1,15 +1,13 @@
 //! Transforms of channels, and Wilks' ratio of a line at each of their bins.
 
-use crate::limits::POINTS_MAX;
+use crate::limits::CHANNELS_MAX;
 use crate::phase::{cos_sin, from_turns};
 use core::f32::consts::PI;
 
 /// Shortest transform, points.
-const POINTS_MIN: usize = 256;
-/// Longest transform on the chip, points.
-const POINTS_CHIP: usize = 2048;
-/// Points of a transform for each piece, where there is room.
-const OVERSAMPLING: usize = 4;
+const POINTS_MIN: usize = 128;
+/// Points of a transform for each piece.
+const OVERSAMPLING: usize = 2;
 /// A cosine or a sine that level and slope explain all but this share of is no line.
 const LEFT_MIN: f32 = 2e-3;
 /// Above this many cycles a window level and slope are orthogonal to lines.
@@ -18,7 +16,9 @@ const CYCLES_FAR: f32 = 12.0;
 /// Products of the channels with cosine and sine at each bin: squares and cross products, summed
 /// over the channels.
 pub struct Spectrum<'m> {
-    transform: &'m mut [f32],
+    /// Transforms of some channels, one after the other.
+    transforms: &'m mut [f32],
+    points: usize,
     cos: &'m mut [f32],
     sin: &'m mut [f32],
     both: &'m mut [f32],
@@ -30,28 +30,18 @@ pub struct Spectrum<'m> {
 impl<'m> Spectrum<'m> {
     /// An empty one of a window of `count` pieces in `memory`. None if it does not fit.
     pub fn new(memory: &'m mut [f32], count: usize) -> Option<Self> {
-        // No longer on a PC than on the chip where the chip can do it at all: both give the same bits.
-        let most = if count > POINTS_CHIP / OVERSAMPLING {
-            POINTS_MAX
-        } else {
-            POINTS_CHIP
-        };
         let mut points = POINTS_MIN;
-        while points < OVERSAMPLING * count && points < most {
-            // Each size of transform takes a kilobyte of flash.
-            points *= if points == POINTS_MIN { 4 } else { 2 };
+        while points < OVERSAMPLING * count {
+            points *= 2;
         }
-        let (transform, rest) = memory.split_at_mut_checked(points)?;
-        let (cos, rest) = rest.split_at_mut_checked(points / 2)?;
-        let (sin, rest) = rest.split_at_mut_checked(points / 2)?;
-        let (both, rest) = rest.split_at_mut_checked(points / 2)?;
-        let (plain, _) = rest.split_at_mut_checked(points / 2)?;
-        cos.fill(0.0);
-        sin.fill(0.0);
-        both.fill(0.0);
-        plain.fill(0.0);
-        Some(Self {
-            transform,
+        let (sums, transforms) = memory.split_at_mut_checked(2 * points)?;
+        sums.fill(0.0);
+        let (cos, rest) = sums.split_at_mut(points / 2);
+        let (sin, rest) = rest.split_at_mut(points / 2);
+        let (both, plain) = rest.split_at_mut(points / 2);
+        (transforms.len() >= points).then_some(Self {
+            transforms,
+            points,
             cos,
             sin,
             both,
@@ -60,22 +50,42 @@ impl<'m> Spectrum<'m> {
         })
     }
 
-    /// Memory for a channel, zeros behind it.
-    pub fn channel(&mut self) -> &mut [f32] {
-        self.transform.fill(0.0);
-        self.transform
+    /// How many channels are transformed at a time.
+    pub fn channels(&self) -> usize {
+        (self.transforms.len() / self.points).min(CHANNELS_MAX)
     }
 
-    /// Transforms the channel and adds it, `weight` times.
-    pub fn add(&mut self, weight: f32) {
-        transform(self.transform);
-        let bins = self.transform.as_chunks::<2>().0;
-        for (k, [re, im]) in bins.iter().enumerate().skip(1) {
-            self.cos[k] += weight * re * re;
-            self.sin[k] += weight * im * im;
+    /// Forgets the transforms.
+    pub fn clear(&mut self) {
+        self.transforms.fill(0.0);
+    }
+
+    /// Adds to a point of a channel that is to be transformed.
+    pub fn put(&mut self, channel: usize, point: usize, value: f32) {
+        if point < self.points
+            && let Some(place) = self.transforms.get_mut(channel * self.points + point)
+        {
+            *place += value;
+        }
+    }
+
+    /// Transforms a channel and adds it, `weight` times.
+    pub fn add(&mut self, channel: usize, weight: f32) {
+        let from = channel * self.points;
+        let Some(signal) = self.transforms.get_mut(from..from + self.points) else {
+            return;
+        };
+        transform(signal);
+        let bins = signal.as_chunks::<2>().0;
+        let sums = self.cos.iter_mut().zip(&mut *self.sin);
+        let sums = sums.zip(self.both.iter_mut().zip(&mut *self.plain));
+        for (((cos, sin), (both, plain)), [re, im]) in sums.zip(bins).skip(1) {
+            let (x, y) = (weight * re, weight * im);
+            *cos += x * re;
+            *sin += y * im;
             // The transform's sine has the other sign.
-            self.both[k] -= weight * re * im;
-            self.plain[k] += re * re + im * im;
+            *both -= x * im;
+            *plain += re * re + im * im;
         }
     }
 
@@ -86,7 +96,7 @@ impl<'m> Spectrum<'m> {
 
     /// Cycles a window of a bin.
     pub fn cycles(&self, bin: f32) -> f32 {
-        bin * self.count / self.transform.len() as f32
+        bin * self.count / self.points as f32
     }
 
     /// Bin of a number of cycles a window.
@@ -94,10 +104,10 @@ impl<'m> Spectrum<'m> {
         cycles / self.cycles(1.0)
     }
 
-    /// Power of a bin of the channel that was added last.
-    pub fn of_channel(&self, bin: usize) -> f32 {
-        let bins = self.transform.as_chunks::<2>().0;
-        let [re, im] = bins.get(bin).copied().unwrap_or([0.0; 2]);
+    /// Power of a bin of a channel that was added.
+    pub fn of_channel(&self, channel: usize, bin: usize) -> f32 {
+        let at = channel * self.points + 2 * bin;
+        let [re, im] = [at, at + 1].map(|i| self.transforms.get(i).copied().unwrap_or_default());
         2.0 / self.count * (re * re + im * im)
     }
 
@@ -109,6 +119,19 @@ impl<'m> Spectrum<'m> {
     /// Highest bin: one channel's half of the rate.
     pub fn last(&self) -> usize {
         self.bins() - 1
+    }
+
+    /// Has the power of each bin for [`Self::power`]; the transforms are gone.
+    pub fn finish(&mut self) {
+        for bin in 1..self.bins() {
+            let [cos, _, sin] = self.line(bin);
+            self.transforms[bin] = cos + sin;
+        }
+    }
+
+    /// Power of a bin, all channels with their weights.
+    pub fn power(&self, bin: usize) -> f32 {
+        self.transforms.get(bin).copied().unwrap_or_default()
     }
 
     /// Squares of the products with orthonormal cosine and sine beside level and slope, and their
@@ -127,12 +150,12 @@ impl<'m> Spectrum<'m> {
             c * c * sin - 2.0 * c * s * both + s * s * cos,
         ];
         let angle = PI * x;
-        let sinc = |angle: f32| libm::sinf(angle) / angle;
-        let level = sinc(angle);
+        let (cosine, sine) = cos_sin(from_turns(0.5 * x));
+        let level = sine / angle;
         // The mean of u sin(angle u) over -1 to 1, against the mean square of u.
-        let slope = (level - libm::cosf(angle)) / angle;
-        let even = 0.5 + 0.5 * sinc(2.0 * angle) - level * level;
-        let odd = 0.5 - 0.5 * sinc(2.0 * angle) - 3.0 * slope * slope;
+        let slope = (level - cosine) / angle;
+        let even = 0.5 + 0.5 * level * cosine - level * level;
+        let odd = 0.5 - 0.5 * level * cosine - 3.0 * slope * slope;
         if even < LEFT_MIN || odd < LEFT_MIN {
             return [0.0; 3];
         }
@@ -158,8 +181,8 @@ fn transform(signal: &mut [f32]) {
         };
     }
     #[cfg(not(feature = "long-windows"))]
-    transform!(256 rfft_256, 1024 rfft_1024, 2048 rfft_2048);
+    transform!(128 rfft_128, 256 rfft_256, 512 rfft_512, 1024 rfft_1024);
     #[cfg(feature = "long-windows")]
-    transform!(256 rfft_256, 1024 rfft_1024, 2048 rfft_2048, 4096 rfft_4096, 8192 rfft_8192,
-        16384 rfft_16384, 32768 rfft_32768);
+    transform!(128 rfft_128, 256 rfft_256, 512 rfft_512, 1024 rfft_1024, 2048 rfft_2048,
+        4096 rfft_4096, 8192 rfft_8192, 16384 rfft_16384, 32768 rfft_32768);
 }

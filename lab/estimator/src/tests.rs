@@ -22,8 +22,6 @@ pub const Z_TEST: f32 = 3.1;
 const OTHER: f32 = 1e-2;
 /// Next to a line, cycles a window.
 const NEAR_CYCLES: f32 = 1.5;
-/// Cycles from one tested place to the next.
-const STEP_CYCLES: f32 = 0.5;
 /// Another line is as far from those of the comb.
 const CLEAR_CYCLES: f32 = 0.9;
 /// Distance of the middle of another line's neighbourhood, and how far it goes to either side.
@@ -31,8 +29,8 @@ const BESIDE_CYCLES: f32 = 2.5;
 const BESIDE_WIDTH: f32 = 1.6;
 /// Fewest places that a neighbourhood is known from.
 const PLACES_MIN: usize = 4;
-/// First place at which a channel's own line is looked for: below, levels and slopes have it.
-const FIRST_OWN: usize = 3;
+/// Cycles from which on a channel's own line is looked for: below, levels and slopes have it.
+const CYCLES_OWN: f32 = 1.0;
 /// Lines between those of the comb, in halves of the fundamental.
 const BETWEEN: [usize; 2] = [1, 3];
 
@@ -177,43 +175,49 @@ impl<'t> Tested<'t> {
             lines: self.shape().lines,
             cycles: followed.course.cycles,
             most: data.cycles_max,
-            last: ((data.cycles_max - 0.5) / STEP_CYCLES) as usize,
+            step: spectrum.cycles(1.0),
+            last: (spectrum.bin(data.cycles_max - 0.5) as usize).min(spectrum.last()),
         };
         let mut found = Other::default();
-        for k in 0..self.width {
-            let out = spectrum.channel();
+        let mut first = 0;
+        while first < self.width {
+            let end = (first + spectrum.channels()).min(self.width);
+            spectrum.clear();
             for piece in data.iter() {
-                if let Some(out) = out.get_mut(data.slot(&piece)) {
-                    *out += model.channel(&piece, k);
+                let slot = data.slot(&piece);
+                let residual = model.residual(&piece);
+                for k in first..end {
+                    spectrum.put(k - first, slot, residual[k]);
                 }
             }
-            spectrum.add(1.0 / followed.variances[k]);
-            // A channel without the tone that has one of its own.
-            if with_tone >> k & 1 == 0 {
-                let power = |i: usize| spectrum.of_channel(places.bin(&spectrum, i));
-                for i in FIRST_OWN..places.last {
-                    let deviate = places.deviate(i, &power);
-                    if deviate > found.own {
-                        found.own = deviate;
-                        found.own_cycles = i as f32 * STEP_CYCLES;
+            for k in first..end {
+                spectrum.add(k - first, 1.0 / followed.variances[k]);
+                // A channel without the tone that has one of its own.
+                if with_tone >> k & 1 == 0 {
+                    let power = |i: usize| spectrum.of_channel(k - first, i);
+                    let from = spectrum.bin(CYCLES_OWN) as usize + 1;
+                    for i in from..places.last {
+                        let deviate = places.deviate(i, &power);
+                        if deviate > found.own {
+                            found.own = deviate;
+                            found.own_cycles = places.at(i);
+                        }
                     }
                 }
             }
+            first = end;
         }
         let tone = self.plain_power();
-        let power = |i: usize| {
-            let [cos, _, sin] = spectrum.line(places.bin(&spectrum, i));
-            cos + sin
-        };
+        spectrum.finish();
         for i in 1..places.last {
-            let share = spectrum.plain(places.bin(&spectrum, i)) / tone;
-            if places.is_multiple(i) || share <= OTHER {
+            let share = spectrum.plain(i) / tone;
+            if share <= OTHER || places.is_multiple(i) {
                 continue;
             }
-            let deviate = places.deviate(i, &power);
+            let deviate = places.deviate(i, &|i| spectrum.power(i));
             if deviate > found.deviate {
                 found.deviate = deviate;
-                found.cycles = i as f32 * STEP_CYCLES;
+                found.cycles = places.at(i);
                 found.share = share;
             }
         }
@@ -330,47 +334,48 @@ impl Sum {
     }
 }
 
-/// Places half a cycle a window apart.
+/// Bins of a spectrum.
 struct Places {
     lines: Lines,
     cycles: f32,
     /// Half the pieces' rate, cycles a window.
     most: f32,
+    /// Cycles a window from one to the next.
+    step: f32,
     last: usize,
 }
 
 impl Places {
-    fn bin(&self, spectrum: &Spectrum, i: usize) -> usize {
-        let bin = spectrum.bin(i as f32 * STEP_CYCLES) + 0.5;
-        (bin as usize).min(spectrum.last())
+    /// Cycles a window.
+    fn at(&self, i: usize) -> f32 {
+        i as f32 * self.step
     }
 
     /// Deviate of a line at a place over its neighbourhood; low where too little of it is clear.
     fn deviate(&self, i: usize, power: &dyn Fn(usize) -> f32) -> f32 {
+        let own = power(i);
         if !self.is_clear(i) {
             return f32::NEG_INFINITY;
         }
         let mut beside = Sum::default();
-        let reach = ((BESIDE_CYCLES + BESIDE_WIDTH) / STEP_CYCLES) as usize;
-        for j in i.saturating_sub(reach).max(1)..(i + reach + 1).min(self.last) {
-            let distance = i.abs_diff(j) as f32 * STEP_CYCLES;
-            if (distance - BESIDE_CYCLES).abs() < BESIDE_WIDTH && self.is_clear(j) {
-                beside.add(power(j));
+        let far = ((BESIDE_CYCLES + BESIDE_WIDTH) / self.step) as usize;
+        let near = ((BESIDE_CYCLES - BESIDE_WIDTH) / self.step) as usize + 1;
+        for distance in near..=far {
+            for j in [i.saturating_sub(distance), i + distance] {
+                if j > 0 && j < self.last && self.is_clear(j) {
+                    beside.add(power(j));
+                }
             }
         }
         if beside.count < PLACES_MIN as f32 {
             return f32::NEG_INFINITY;
         }
-        deviate(
-            power(i) / beside.mean().max(f32::MIN_POSITIVE),
-            2.0,
-            beside.count,
-        )
+        deviate(own / beside.mean().max(f32::MIN_POSITIVE), 2.0, beside.count)
     }
 
     /// Whether it is clear of the lines of the comb.
     fn is_clear(&self, i: usize) -> bool {
-        let x = i as f32 * STEP_CYCLES;
+        let x = self.at(i);
         let far = |line: usize| {
             let line = line as f32 * self.cycles;
             let folded = line - 2.0 * self.most * libm::roundf(0.5 * line / self.most);
@@ -381,7 +386,7 @@ impl Places {
 
     /// Whether it is at a multiple of the fundamental.
     fn is_multiple(&self, i: usize) -> bool {
-        let x = i as f32 * STEP_CYCLES;
+        let x = self.at(i);
         let nearest = libm::roundf(x / self.cycles).max(1.0);
         (x - nearest * self.cycles).abs() <= CLEAR_CYCLES
     }
