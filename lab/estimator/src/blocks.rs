@@ -96,7 +96,6 @@ impl Blocks {
     /// Passes over the frames.
     #[inline(never)]
     pub fn collect(&mut self, data: &Data, pass: &Pass) {
-        let width = data.width;
         self.lines = pass.lines;
         self.most = pass.most.min(WAVES - 1);
         self.rows[..ROWS_BLOCKS].fill([0.0; CHANNELS_MAX]);
@@ -105,13 +104,15 @@ impl Blocks {
         self.squares = [0.0; BLOCKS_MAX];
         self.turned = [0.0; BLOCKS_MAX];
         let ends = self.divide(data.pieces.count() as u32);
-        for frame in data.iter() {
-            let b = ends
-                .partition_point(|end| *end <= frame.u)
-                .min(self.count - 1);
-            let from_middle = frame.u - self.middles[b];
-            let (cos, sin) = cos_sin(pass.course.at(frame.u, pass.scale));
-            let mut powers = [[1.0, 0.0]; WAVES];
+        let (mut b, mut powers) = (0, [[1.0, 0.0]; WAVES]);
+        data.visit(|piece| {
+            // Along a path a piece may be in any block.
+            if piece.u >= ends[b] || b > 0 && piece.u < ends[b - 1] {
+                b = ends.partition_point(|end| *end <= piece.u);
+                b = b.min(self.count - 1);
+            }
+            let from_middle = piece.u - self.middles[b];
+            let (cos, sin) = cos_sin(pass.course.at(piece.u, pass.scale));
             for m in 1..=self.most {
                 let [c, s] = powers[m - 1];
                 powers[m] = [c * cos - s * sin, s * cos + c * sin];
@@ -119,33 +120,25 @@ impl Blocks {
             self.squares[b] += from_middle * from_middle;
             let sums = self.waves[b].iter_mut().zip(&mut self.moments[b]);
             for ((wave, moment), power) in sums.zip(&powers).take(self.most + 1) {
-                for (i, power) in power.iter().enumerate() {
-                    wave[i] += power;
-                    moment[i] += from_middle * power;
-                }
+                wave[0] += power[0];
+                wave[1] += power[1];
+                moment[0] += from_middle * power[0];
+                moment[1] += from_middle * power[1];
             }
             let residual;
             let values = match pass.model {
                 Some(model) => {
-                    residual = model.residual(&frame);
+                    residual = model.residual(piece);
                     &residual
                 }
-                None => &frame.values,
+                None => &piece.values,
             };
-            let rows = &mut self.rows[b * FUNCTIONS..][..FUNCTIONS];
-            let mut add = |row: usize, weight: f32| {
-                for (sum, value) in rows[row].iter_mut().zip(values).take(width) {
-                    *sum += weight * value;
-                }
-            };
-            add(0, 1.0);
-            add(1, from_middle);
+            let rows = self.rows[b * FUNCTIONS..][..FUNCTIONS].as_chunks_mut::<2>().0;
+            add(&mut rows[0], [1.0, from_middle], values);
             for (i, line) in pass.lines.iter().enumerate().take(HARMONICS_MAX) {
-                let [cos, sin] = powers[line];
-                add(2 + 2 * i, cos);
-                add(3 + 2 * i, sin);
+                add(&mut rows[i + 1], powers[line], values);
             }
-        }
+        });
         self.fold();
     }
 
@@ -392,6 +385,16 @@ impl Totals {
             }
         }
         products
+    }
+}
+
+/// Adds values, weighted, to two sums.
+#[inline(always)]
+fn add(sums: &mut [Values; 2], weights: Wave, values: &Values) {
+    let [first, second] = sums;
+    for k in 0..CHANNELS_MAX {
+        first[k] += weights[0] * values[k];
+        second[k] += weights[1] * values[k];
     }
 }
 

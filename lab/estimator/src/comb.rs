@@ -25,6 +25,8 @@ pub struct Comb {
     pub course: Course,
     /// Its lines, and the baseline.
     pub shape: Shape,
+    /// Those of the lines that were tried that are there.
+    kept: Lines,
     /// Inverse covariance of the noise next to its lines.
     pub weights: Square<CHANNELS_MAX>,
 }
@@ -67,6 +69,7 @@ impl Refinement<'_> {
             shape: all,
             most: STEPS,
             degrees: 1,
+            last: 0.1,
             weights: None,
         };
         self.refine(blocks, course, steps, &mut work.explained);
@@ -99,6 +102,7 @@ impl Refinement<'_> {
                 lines: lines.over(divisor),
                 degree,
             },
+            kept: lines,
             weights,
         }
     }
@@ -112,14 +116,29 @@ impl Refinement<'_> {
         degrees: &[usize],
     ) -> Comb {
         let mut at = course;
+        let mut shape = Shape {
+            lines: blocks.lines(),
+            degree: 1,
+        };
         let mut best: Option<Comb> = None;
         for (i, degree) in degrees.iter().enumerate() {
             if degrees[..i].contains(degree) {
                 continue;
             }
+            // A baseline that explains nothing at the best course so far explains nothing at all.
+            if let Some(best) = &best {
+                let shape = Shape {
+                    degree: *degree,
+                    ..shape
+                };
+                if self.score(&Solution::new(blocks, shape)) < best.score {
+                    continue;
+                }
+            }
             blocks.turn(&at, &course);
             at = course;
             let comb = self.comb(blocks, work, &mut at, *degree);
+            shape.lines = comb.kept;
             if best.as_ref().is_none_or(|best| comb.score > best.score) {
                 best = Some(comb);
             }
@@ -131,6 +150,7 @@ impl Refinement<'_> {
                 lines: Lines::up_to(1),
                 degree: 1,
             },
+            kept: Lines::up_to(1),
             weights: [[0.0; CHANNELS_MAX]; CHANNELS_MAX],
         })
     }
@@ -147,7 +167,7 @@ impl Refinement<'_> {
         let place = Place {
             cycles,
             most: self.cycles_max,
-            band: BAND,
+            band: if shape.lines.count() > 2 { BAND / 2 } else { BAND },
         };
         neighbours.collect(blocks, solution.beside(), shape.lines, place);
         if neighbours.count() < NEIGHBOURS_MIN {

@@ -106,6 +106,7 @@ impl Hum {
                 shape,
                 most,
                 degrees: 1,
+                last: 0.02,
                 weights: None,
             };
             refinement.refine(blocks, &mut course, steps, &mut work.explained);

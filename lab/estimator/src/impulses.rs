@@ -8,7 +8,7 @@
 use crate::limits::CHANNELS_MAX;
 use crate::phase_course::Course;
 use crate::pieces::Data;
-use crate::residual::{Model, Motion};
+use crate::residual::Model;
 use crate::solve::Solution;
 use crate::source::Values;
 use crate::tests::Sum;
@@ -55,7 +55,7 @@ pub fn replace(data: &mut Data, solution: &Solution, course: &Course) -> usize {
     let model = Model {
         shape: solution.shape,
         coefficients: solution.coefficients,
-        motion: Motion::NONE,
+        motion: None,
         course: *course,
     };
     let width = data.width;

@@ -145,6 +145,7 @@ impl Refinement<'_> {
                 shape,
                 most: STEPS,
                 degrees: fitted.phase,
+                last: 0.02,
                 weights: Some(&inverse),
             };
             for _ in 0..2 {

@@ -191,9 +191,24 @@ impl Data<'_> {
         })
     }
 
-    /// The pieces that have frames.
-    pub fn iter(&self) -> impl Iterator<Item = Piece> {
-        (0..self.pieces.count()).filter_map(|number| self.piece(number))
+    /// Visits the pieces that have frames.
+    pub fn visit(&self, mut visit: impl FnMut(&Piece)) {
+        let mut piece = Piece {
+            number: 0,
+            u: 0.0,
+            values: [0.0; CHANNELS_MAX],
+        };
+        for number in 0..self.pieces.count() {
+            if self.pieces.is_present(number) {
+                piece.number = number;
+                piece.u = self.u(number);
+                let values = &self.pieces.values[number];
+                for (place, value) in piece.values.iter_mut().zip(values) {
+                    *place = f32::from(*value) * UNIT;
+                }
+                visit(&piece);
+            }
+        }
     }
 
     /// Place of a piece in a transform of the window: along a path by where it is.

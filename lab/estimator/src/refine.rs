@@ -12,8 +12,6 @@ use crate::statistics::Products;
 
 /// Added to the information, as a share of it.
 const DAMPING: f32 = 1e-6;
-/// A step of less than this many sigmas is the last.
-const LAST_STEP: f32 = 0.02;
 /// Fewest cycles of the unit line.
 const CYCLES_LEAST: f32 = 0.4;
 
@@ -42,6 +40,8 @@ pub struct Steps<'w> {
     pub most: usize,
     /// Degrees of the phase.
     pub degrees: usize,
+    /// A step of less than this many sigmas is the last.
+    pub last: f32,
     /// Inverse covariance of the channels' noise; None is what each step's residuals say.
     pub weights: Option<&'w Square<CHANNELS_MAX>>,
 }
@@ -67,15 +67,12 @@ impl Refinement<'_> {
             phase: steps.degrees.min(MOVES_MAX),
             amplitude: 0,
         };
+        let mut own = None;
         for _ in 0..steps.most {
             let solution = Solution::new(blocks, steps.shape);
-            let own;
             let weights = match steps.weights {
                 Some(weights) => weights,
-                None => {
-                    own = self.weights(&solution);
-                    &own
-                }
+                None => &*own.get_or_insert_with(|| self.weights(&solution)),
             };
             let normal = Normal::new(blocks, &solution, weights, degrees, explained);
             let n = degrees.phase;
@@ -96,7 +93,7 @@ impl Refinement<'_> {
             course.cycles = course.cycles.clamp(CYCLES_LEAST, self.cycles_max);
             blocks.turn(&before, course);
             let is_last =
-                |i: usize| step[i].abs() * libm::sqrtf(normal.matrix[i][i].max(0.0)) < LAST_STEP;
+                |i: usize| step[i].abs() * libm::sqrtf(normal.matrix[i][i].max(0.0)) < steps.last;
             if (0..n).all(is_last) {
                 return;
             }

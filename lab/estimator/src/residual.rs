@@ -61,7 +61,7 @@ pub struct Model {
     /// Its coefficients.
     pub coefficients: [Values; UNKNOWNS_MAX],
     /// What moves beside them.
-    pub motion: Motion,
+    pub motion: Option<Motion>,
     /// Phase of the fundamental.
     pub course: Course,
 }
@@ -78,7 +78,10 @@ impl Model {
         let mut values = frame.values;
         let p = legendre::<5>(frame.u);
         let first = self.shape.first_line();
-        let [phase, amplitude] = self.motion.at(frame.u);
+        let [phase, amplitude] = self
+            .motion
+            .as_ref()
+            .map_or([0.0; 2], |motion| motion.at(frame.u));
         let mut subtract = |row: usize, weight: f32| {
             for (value, coefficient) in values.iter_mut().zip(&self.coefficients[row]) {
                 *value -= weight * coefficient;

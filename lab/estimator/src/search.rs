@@ -121,8 +121,8 @@ fn whitened<'m>(
     while first < width {
         let end = (first + spectrum.channels()).min(width);
         spectrum.clear();
-        for piece in data.iter() {
-            let slot = data.slot(&piece);
+        data.visit(|piece| {
+            let slot = data.slot(piece);
             for k in first..end {
                 let value = if may_share {
                     let pairs = mixtures[k].iter().zip(&piece.values).take(k + 1);
@@ -132,7 +132,7 @@ fn whitened<'m>(
                 };
                 spectrum.put(k - first, slot, value);
             }
-        }
+        });
         for k in first..end {
             spectrum.add(k - first, weight);
         }

@@ -216,7 +216,7 @@ impl Data<'_> {
     pub fn centre(&mut self) {
         let (mut sums, mut slopes) = ([0.0; CHANNELS_MAX], [0.0; CHANNELS_MAX]);
         let [mut n, mut sum_u, mut sum_uu] = [0.0; 3];
-        for piece in self.iter() {
+        self.visit(|piece| {
             n += 1.0;
             sum_u += piece.u;
             sum_uu += piece.u * piece.u;
@@ -224,7 +224,7 @@ impl Data<'_> {
                 sums[k] += value;
                 slopes[k] += piece.u * value;
             }
-        }
+        });
         let spread = (sum_uu - sum_u * sum_u / n).max(f32::MIN_POSITIVE);
         for k in 0..CHANNELS_MAX {
             slopes[k] = (slopes[k] - sum_u / n * sums[k]) / spread;
@@ -251,14 +251,15 @@ impl Data<'_> {
     #[inline(never)]
     pub fn products(&self, rounding: &Values) -> Products {
         let (mut products, mut count) = ([[0.0; CHANNELS_MAX]; CHANNELS_MAX], 0.0);
-        for piece in self.iter() {
+        self.visit(|piece| {
             count += 1.0;
             for (k, row) in products.iter_mut().enumerate().take(self.width) {
+                let own = piece.values[k];
                 for (product, value) in row.iter_mut().zip(&piece.values).take(k + 1) {
-                    *product += piece.values[k] * value;
+                    *product += own * value;
                 }
             }
-        }
+        });
         for k in 0..self.width {
             for l in 0..k {
                 products[l][k] = products[k][l];

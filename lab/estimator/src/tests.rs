@@ -183,13 +183,13 @@ impl<'t> Tested<'t> {
         while first < self.width {
             let end = (first + spectrum.channels()).min(self.width);
             spectrum.clear();
-            for piece in data.iter() {
-                let slot = data.slot(&piece);
-                let residual = model.residual(&piece);
+            data.visit(|piece| {
+                let slot = data.slot(piece);
+                let residual = model.residual(piece);
                 for k in first..end {
                     spectrum.put(k - first, slot, residual[k]);
                 }
-            }
+            });
             for k in first..end {
                 spectrum.add(k - first, 1.0 / followed.variances[k]);
                 // A channel without the tone that has one of its own.
@@ -242,7 +242,7 @@ impl<'t> Tested<'t> {
         Model {
             shape,
             coefficients: followed.still.coefficients,
-            motion: followed.motion(),
+            motion: Some(followed.motion()),
             course: followed.course,
         }
     }
