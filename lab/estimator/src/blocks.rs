@@ -8,14 +8,13 @@ use crate::limits::{BLOCKS_MAX, CHANNELS_MAX, DEGREE_MAX, HARMONICS_MAX, POINTS_
 use crate::lines::Lines;
 use crate::phase::{cos_sin, from_turns};
 use crate::phase_course::Course;
-use crate::residual::Model;
 use crate::pieces::Data;
 use crate::solve::Shape;
 use crate::source::Values;
 use core::f32::consts::FRAC_1_PI;
 
-/// Functions of a block: level, slope, cosine and sine of each line.
-const FUNCTIONS: usize = 2 + 2 * HARMONICS_MAX;
+/// Functions of a block: cosine and sine of each line.
+const FUNCTIONS: usize = 2 * HARMONICS_MAX;
 /// Rows of memory: what blocks need, or a transform with four spectra.
 const ROWS_BLOCKS: usize = BLOCKS_MAX * FUNCTIONS;
 const ROWS_TRANSFORM: usize = (3 * POINTS_MAX).div_ceil(CHANNELS_MAX);
@@ -38,8 +37,8 @@ pub struct Blocks {
     waves: [[Wave; WAVES]; BLOCKS_MAX],
     /// Sums of cosine and sine times the distance from the block's middle.
     moments: [[Wave; WAVES]; BLOCKS_MAX],
-    /// Sums of that distance squared.
-    squares: [f32; BLOCKS_MAX],
+    /// Ends and middles of the blocks.
+    ends: [f32; BLOCKS_MAX],
     /// Middles of the blocks.
     middles: [f32; BLOCKS_MAX],
     /// How far blocks have been turned since the pass, radians of the unit line.
@@ -56,7 +55,7 @@ pub struct Blocks {
 }
 
 /// What is passed over.
-pub struct Pass<'m> {
+pub struct Pass {
     /// The unit line's phase.
     pub course: Course,
     /// The unit is this part of the course's phase: 1, or a half.
@@ -65,8 +64,6 @@ pub struct Pass<'m> {
     pub lines: Lines,
     /// Highest multiple of the unit whose sums are wanted.
     pub most: usize,
-    /// What is subtracted from the channels.
-    pub model: Option<&'m Model>,
 }
 
 impl Blocks {
@@ -76,7 +73,7 @@ impl Blocks {
             rows: [[0.0; CHANNELS_MAX]; ROWS],
             waves: [[[0.0; 2]; WAVES]; BLOCKS_MAX],
             moments: [[[0.0; 2]; WAVES]; BLOCKS_MAX],
-            squares: [0.0; BLOCKS_MAX],
+            ends: [0.0; BLOCKS_MAX],
             middles: [0.0; BLOCKS_MAX],
             turned: [0.0; BLOCKS_MAX],
             baselines: [[[0.0; 2]; DEGREE_MAX + 1]; BLOCKS_MAX],
@@ -93,7 +90,60 @@ impl Blocks {
         self.rows.as_flattened_mut()
     }
 
-    /// Passes over the frames.
+    /// Divides a window, and passes over it for what baselines have.
+    #[inline(never)]
+    pub fn start(&mut self, data: &Data) {
+        self.divide(data.pieces.count() as u32);
+        self.levels = [[0.0; CHANNELS_MAX]; DEGREE_MAX + 1];
+        self.gram = [[0.0; DEGREE_MAX + 1]; DEGREE_MAX + 1];
+        let (mut b, mut sums) = (0, [[0.0; CHANNELS_MAX]; 2]);
+        let mut moments = [0.0; 3];
+        data.visit(|piece| {
+            if !self.is_in(b, piece.u) {
+                self.add_levels(b, &sums, &moments);
+                (sums, moments) = ([[0.0; CHANNELS_MAX]; 2], [0.0; 3]);
+                b = self.block(piece.u);
+            }
+            let from_middle = piece.u - self.middles[b];
+            moments[0] += 1.0;
+            moments[1] += from_middle;
+            moments[2] += from_middle * from_middle;
+            for (k, value) in piece.values.iter().enumerate() {
+                sums[0][k] += value;
+                sums[1][k] += from_middle * value;
+            }
+        });
+        self.add_levels(b, &sums, &moments);
+    }
+
+    /// Adds what baselines have of a block.
+    fn add_levels(&mut self, b: usize, sums: &[Values; 2], moments: &[f32; 3]) {
+        let [count, first, second] = moments;
+        for (i, one) in self.baselines[b].iter().enumerate() {
+            for (j, other) in self.baselines[b].iter().enumerate() {
+                self.gram[i][j] += one[0] * other[0] * count
+                    + (one[0] * other[1] + one[1] * other[0]) * first
+                    + one[1] * other[1] * second;
+            }
+            for (k, sum) in self.levels[i].iter_mut().enumerate() {
+                *sum += one[0] * sums[0][k] + one[1] * sums[1][k];
+            }
+        }
+    }
+
+    /// Whether a place is in a block.
+    fn is_in(&self, b: usize, u: f32) -> bool {
+        u < self.ends[b] && (b == 0 || u >= self.ends[b - 1])
+    }
+
+    /// Block of a place.
+    fn block(&self, u: f32) -> usize {
+        let ends = self.ends.get(..self.count).unwrap_or_default();
+        let b = ends.partition_point(|end| *end <= u);
+        b.min(self.count.saturating_sub(1))
+    }
+
+    /// Passes over the window.
     #[inline(never)]
     pub fn collect(&mut self, data: &Data, pass: &Pass) {
         self.lines = pass.lines;
@@ -101,15 +151,13 @@ impl Blocks {
         self.rows[..ROWS_BLOCKS].fill([0.0; CHANNELS_MAX]);
         self.waves = [[[0.0; 2]; WAVES]; BLOCKS_MAX];
         self.moments = [[[0.0; 2]; WAVES]; BLOCKS_MAX];
-        self.squares = [0.0; BLOCKS_MAX];
         self.turned = [0.0; BLOCKS_MAX];
-        let ends = self.divide(data.pieces.count() as u32);
         let (mut b, mut powers) = (0, [[1.0, 0.0]; WAVES]);
+        let mut batch = Batch::NONE;
         data.visit(|piece| {
-            // Along a path a piece may be in any block.
-            if piece.u >= ends[b] || b > 0 && piece.u < ends[b - 1] {
-                b = ends.partition_point(|end| *end <= piece.u);
-                b = b.min(self.count - 1);
+            if !self.is_in(b, piece.u) {
+                batch.add_to(&mut self.rows[b * FUNCTIONS..][..FUNCTIONS]);
+                b = self.block(piece.u);
             }
             let from_middle = piece.u - self.middles[b];
             let (cos, sin) = cos_sin(pass.course.at(piece.u, pass.scale));
@@ -117,7 +165,6 @@ impl Blocks {
                 let [c, s] = powers[m - 1];
                 powers[m] = [c * cos - s * sin, s * cos + c * sin];
             }
-            self.squares[b] += from_middle * from_middle;
             let sums = self.waves[b].iter_mut().zip(&mut self.moments[b]);
             for ((wave, moment), power) in sums.zip(&powers).take(self.most + 1) {
                 wave[0] += power[0];
@@ -125,40 +172,32 @@ impl Blocks {
                 moment[0] += from_middle * power[0];
                 moment[1] += from_middle * power[1];
             }
-            let residual;
-            let values = match pass.model {
-                Some(model) => {
-                    residual = model.residual(piece);
-                    &residual
-                }
-                None => &piece.values,
-            };
-            let rows = self.rows[b * FUNCTIONS..][..FUNCTIONS].as_chunks_mut::<2>().0;
-            add(&mut rows[0], [1.0, from_middle], values);
-            for (i, line) in pass.lines.iter().enumerate().take(HARMONICS_MAX) {
-                add(&mut rows[i + 1], powers[line], values);
+            batch.push(&piece.values, pass.lines, &powers);
+            if batch.count == BATCH {
+                batch.add_to(&mut self.rows[b * FUNCTIONS..][..FUNCTIONS]);
             }
         });
-        self.fold();
+        batch.add_to(&mut self.rows[b * FUNCTIONS..][..FUNCTIONS]);
     }
 
     /// Divides the window: blocks are as long as Legendre polynomials change slowly, shortest at the
-    /// ends, and hold whole frames. Gives their ends.
-    fn divide(&mut self, frames: u32) -> [f32; BLOCKS_MAX] {
-        let mut ends = [f32::INFINITY; BLOCKS_MAX];
-        let (mut first, half) = (0, 0.5 * frames as f32);
+    /// ends, and hold whole pieces.
+    fn divide(&mut self, pieces: u32) {
+        let (mut first, half) = (0, 0.5 * pieces as f32);
         self.count = 0;
         for i in 1..=BLOCKS_MAX {
             let (cos, _) = cos_sin(from_turns(0.5 * i as f32 / BLOCKS_MAX as f32));
             let end = (half * (1.0 - cos) + 0.5) as u32;
             if end > first {
                 self.middles[self.count] = 0.5 * (first + end) as f32 / half - 1.0;
-                ends[self.count] = end as f32 / half - 1.0;
+                self.ends[self.count] = end as f32 / half - 1.0;
+                let u = self.middles[self.count];
+                let (values, slopes) = (legendre::<5>(u), slopes::<5>(u));
+                self.baselines[self.count] = core::array::from_fn(|k| [values[k], slopes[k]]);
                 self.count += 1;
                 first = end;
             }
         }
-        ends
     }
 
     /// How many blocks there are.
@@ -178,7 +217,7 @@ impl Blocks {
 
     /// Products of a line's cosine and sine with the channels in a block.
     pub fn line(&self, b: usize, line: usize) -> [&Values; 2] {
-        let row = b * FUNCTIONS + 2 + 2 * self.lines.place(line);
+        let row = b * FUNCTIONS + 2 * self.lines.place(line);
         [&self.rows[row], &self.rows[row + 1]]
     }
 
@@ -231,7 +270,7 @@ impl Blocks {
     pub fn products(&self, shape: &Shape, weights: &[f32; BLOCKS_MAX]) -> LineProducts {
         let mut sums = [[0.0; CHANNELS_MAX]; 2 * HARMONICS_MAX];
         for (i, line) in shape.lines.iter().enumerate() {
-            let place = 2 + 2 * self.lines.place(line);
+            let place = 2 * self.lines.place(line);
             for b in 0..self.count {
                 for r in 0..2 {
                     let row = &self.rows[b * FUNCTIONS + place + r];
@@ -260,7 +299,7 @@ impl Blocks {
                 rotate(&mut self.waves[b][m], power);
                 rotate(&mut self.moments[b][m], power);
                 if self.lines.has(m) {
-                    let row = b * FUNCTIONS + 2 + 2 * self.lines.place(m);
+                    let row = b * FUNCTIONS + 2 * self.lines.place(m);
                     let (first, second) = self.rows.split_at_mut(row + 1);
                     for (cos, sin) in first[row].iter_mut().zip(&mut second[0]) {
                         let mut wave = [*cos, *sin];
@@ -288,7 +327,7 @@ impl Blocks {
         for (j, line) in lines.iter().enumerate() {
             for one in self.lines.iter() {
                 let products = self.of_lines(b, one, line);
-                let row = b * FUNCTIONS + 2 + 2 * self.lines.place(one);
+                let row = b * FUNCTIONS + 2 * self.lines.place(one);
                 for (i, products) in products.iter().enumerate() {
                     for (k, sum) in self.rows[row + i].iter_mut().enumerate() {
                         *sum += products[0] * change[2 * j][k] + products[1] * change[2 * j + 1][k];
@@ -309,29 +348,6 @@ impl Blocks {
     /// Products of two lines in a block.
     fn of_lines(&self, b: usize, one: usize, other: usize) -> [Wave; 2] {
         of_lines(&self.waves[b], one, other)
-    }
-
-    /// What is known of the baselines once the pass is over.
-    fn fold(&mut self) {
-        self.levels = [[0.0; CHANNELS_MAX]; DEGREE_MAX + 1];
-        self.gram = [[0.0; DEGREE_MAX + 1]; DEGREE_MAX + 1];
-        for b in 0..self.count {
-            let (values, slopes) = (legendre::<5>(self.middles[b]), slopes::<5>(self.middles[b]));
-            let of = &mut self.baselines[b];
-            *of = core::array::from_fn(|k| [values[k], slopes[k]]);
-            let [level, slope] = [self.rows[b * FUNCTIONS], self.rows[b * FUNCTIONS + 1]];
-            let (count, moment) = (self.waves[b][0][0], self.moments[b][0][0]);
-            for (i, one) in of.iter().enumerate() {
-                for (j, other) in of.iter().enumerate() {
-                    self.gram[i][j] += one[0] * other[0] * count
-                        + (one[0] * other[1] + one[1] * other[0]) * moment
-                        + one[1] * other[1] * self.squares[b];
-                }
-                for (k, sum) in self.levels[i].iter_mut().enumerate() {
-                    *sum += one[0] * level[k] + one[1] * slope[k];
-                }
-            }
-        }
     }
 }
 
@@ -388,13 +404,50 @@ impl Totals {
     }
 }
 
-/// Adds values, weighted, to two sums.
-#[inline(always)]
-fn add(sums: &mut [Values; 2], weights: Wave, values: &Values) {
-    let [first, second] = sums;
-    for k in 0..CHANNELS_MAX {
-        first[k] += weights[0] * values[k];
-        second[k] += weights[1] * values[k];
+/// Pieces that are added to a block at a time: a sum is then read and written once for all.
+const BATCH: usize = 4;
+
+/// A few pieces, and the lines' cosines and sines there.
+struct Batch {
+    values: [Values; BATCH],
+    weights: [[f32; BATCH]; FUNCTIONS],
+    count: usize,
+    functions: usize,
+}
+
+impl Batch {
+    const NONE: Self = Self {
+        values: [[0.0; CHANNELS_MAX]; BATCH],
+        weights: [[0.0; BATCH]; FUNCTIONS],
+        count: 0,
+        functions: 0,
+    };
+
+    fn push(&mut self, values: &Values, lines: Lines, powers: &[Wave; WAVES]) {
+        let place = self.count % BATCH;
+        self.values[place] = *values;
+        self.functions = 0;
+        for (i, line) in lines.iter().enumerate().take(HARMONICS_MAX) {
+            let [cos, sin] = powers[line % WAVES];
+            self.weights[2 * i][place] = cos;
+            self.weights[2 * i + 1][place] = sin;
+            self.functions += 2;
+        }
+        self.count += 1;
+    }
+
+    /// Adds them to the rows of a block, and forgets them.
+    #[inline(never)]
+    fn add_to(&mut self, rows: &mut [Values]) {
+        let [one, two, three, four] = &self.values;
+        for (row, weights) in rows.iter_mut().zip(&mut self.weights).take(self.functions) {
+            let [a, b, c, d] = *weights;
+            for k in 0..CHANNELS_MAX {
+                row[k] += a * one[k] + b * two[k] + c * three[k] + d * four[k];
+            }
+            *weights = [0.0; BATCH];
+        }
+        self.count = 0;
     }
 }
 

@@ -25,8 +25,10 @@ pub struct Comb {
     pub course: Course,
     /// Its lines, and the baseline.
     pub shape: Shape,
+    /// Cycles a window of the unit that was tried, after its refinement.
+    pub tried: f32,
     /// Those of the lines that were tried that are there.
-    kept: Lines,
+    pub kept: Lines,
     /// Inverse covariance of the noise next to its lines.
     pub weights: Square<CHANNELS_MAX>,
 }
@@ -102,57 +104,54 @@ impl Refinement<'_> {
                 lines: lines.over(divisor),
                 degree,
             },
+            tried: course.cycles,
             kept: lines,
             weights,
         }
     }
 
-    /// The likeliest of the combs at `course` with baselines of some degrees.
+    /// The likeliest of a comb that is known and of those at `course` with baselines of some degrees.
     pub fn best(
         &self,
         blocks: &mut Blocks,
         work: &mut Work,
         course: Course,
         degrees: &[usize],
-    ) -> Comb {
-        let mut at = course;
-        let mut shape = Shape {
-            lines: blocks.lines(),
-            degree: 1,
-        };
-        let mut best: Option<Comb> = None;
-        for (i, degree) in degrees.iter().enumerate() {
-            if degrees[..i].contains(degree) {
-                continue;
-            }
+    ) -> Option<Comb> {
+        let (mut at, mut best) = (course, None::<Comb>);
+        for degree in degrees {
             // A baseline that explains nothing at the best course so far explains nothing at all.
             if let Some(best) = &best {
                 let shape = Shape {
+                    lines: best.kept,
                     degree: *degree,
-                    ..shape
                 };
-                if self.score(&Solution::new(blocks, shape)) < best.score {
+                if self.score(&Solution::new(blocks, shape)) <= best.score {
                     continue;
                 }
             }
             blocks.turn(&at, &course);
             at = course;
             let comb = self.comb(blocks, work, &mut at, *degree);
-            shape.lines = comb.kept;
             if best.as_ref().is_none_or(|best| comb.score > best.score) {
                 best = Some(comb);
             }
         }
-        best.unwrap_or(Comb {
-            score: f32::NEG_INFINITY,
-            course,
-            shape: Shape {
-                lines: Lines::up_to(1),
-                degree: 1,
-            },
-            kept: Lines::up_to(1),
-            weights: [[0.0; CHANNELS_MAX]; CHANNELS_MAX],
-        })
+        best
+    }
+
+    /// A bound of the scores of all combs at the blocks' course with a baseline of up to `degree`: what
+    /// all lines explain, at the price of two.
+    pub fn bound(&self, blocks: &Blocks, degree: usize) -> f32 {
+        let all = Shape {
+            lines: blocks.lines(),
+            degree,
+        };
+        let two = Shape {
+            lines: Lines::up_to(2),
+            degree: 1,
+        };
+        self.likelihood(&Solution::new(blocks, all)) - self.price(&two)
     }
 
     /// Inverse covariance of the noise next to the lines.
@@ -188,17 +187,26 @@ impl Refinement<'_> {
         samples.covariance(Some(&variances)).inverse
     }
 
-    /// Likelihood by the determinant of the residuals' covariance, less the price of the unknowns.
-    fn score(&self, solution: &Solution) -> f32 {
+    /// Logarithm of the likelihood, less the price of the unknowns.
+    pub fn score(&self, solution: &Solution) -> f32 {
+        self.likelihood(solution) - self.price(&solution.shape)
+    }
+
+    /// Logarithm of the likelihood, by the determinant of the residuals' covariance.
+    fn likelihood(&self, solution: &Solution) -> f32 {
         let residuals = solution.residuals(self.all, self.width);
         let log_det = if self.may_share {
             Factor::new(&residuals, self.width).log_det()
         } else {
             (0..self.width).map(|k| libm::logf(residuals[k][k])).sum()
         };
-        let width = self.width as f32;
-        let unknowns = width * solution.shape.unknowns() as f32 + 1.0;
-        -0.5 * self.bartlett() * log_det - 0.5 * unknowns * libm::logf(self.frames)
+        -0.5 * self.bartlett() * log_det
+    }
+
+    /// Price of the unknowns by the Bayesian criterion.
+    fn price(&self, shape: &Shape) -> f32 {
+        let unknowns = self.width as f32 * shape.unknowns() as f32 + 1.0;
+        0.5 * unknowns * libm::logf(self.frames)
     }
 
     /// Degrees of freedom of the determinant, after Bartlett.

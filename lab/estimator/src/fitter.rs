@@ -15,14 +15,20 @@ use crate::phase_course::Course;
 use crate::pieces::{Data, Filter, Pieces, frames_each};
 use crate::refine::Refinement;
 use crate::scene::Scene;
-use crate::search::candidates;
-use crate::solve::Solution;
+use crate::search::{PEAKS, candidates};
+use crate::solve::{Shape, Solution};
 use crate::source::Overwritten;
 use crate::statistics::{Products, Statistics};
 use crate::tests::{Other, Tested, Z_LINE};
 
 /// Fits of a window whose impulses are replaced, the last included.
 const ATTEMPTS: usize = 3;
+/// Parts of a peak's frequency that are tried, where there are as many harmonics.
+const DIVISORS: usize = 3;
+/// Fewest cycles of a candidate.
+const CYCLES_LEAST: f32 = 0.45;
+/// Candidates nearer than this, in cycles, are one.
+const CANDIDATES_APART: f32 = 0.1;
 /// Below this many cycles a curved baseline is tried for every candidate.
 const CYCLES_CURVED: f32 = 5.0;
 
@@ -129,37 +135,64 @@ struct Window<'w, 'd, 's> {
     span: &'w FrameSpan<'s>,
 }
 
-impl Window<'_, '_, '_> {
-    /// The likeliest comb.
+impl<'w> Window<'w, '_, '_> {
+    /// The likeliest comb of those at the peaks, and at half and at a third of each.
     #[inline(never)]
     fn best(&self, memory: &mut Memory) -> Option<Comb> {
         let Memory { blocks, work } = memory;
         let (refinement, scene) = (self.refinement(), self.scene);
         let unit = self.span.frequency(1.0);
-        let found = candidates(self.data, blocks.scratch(), &self.all.matrix, scene, unit);
+        let mut peaks = candidates(self.data, blocks.scratch(), &self.all.matrix, scene, unit);
+        blocks.start(self.data);
         let most = scene.degree_max();
-        let mut best: Option<Comb> = None;
-        for cycles in found.iter() {
-            let course = Course::steady(cycles);
-            self.collect(blocks, &course, refinement.lines(cycles));
-            let degrees = [1, most];
-            let count = if cycles < CYCLES_CURVED { 2 } else { 1 };
-            let comb = refinement.best(blocks, work, course, &degrees[..count]);
-            if best.as_ref().is_none_or(|best| comb.score > best.score) {
-                best = Some(comb);
+        let mut tried = [0.0; PEAKS * DIVISORS];
+        let (mut best, mut count) = (None::<Comb>, 0);
+        for divisor in 1..=DIVISORS.min(refinement.harmonics) {
+            for peak in &mut peaks {
+                let cycles = *peak / divisor as f32;
+                let is_known = tried[..count]
+                    .iter()
+                    .any(|other| f32::abs(other - cycles) < CANDIDATES_APART);
+                if cycles < CYCLES_LEAST || is_known {
+                    continue;
+                }
+                tried[count] = cycles;
+                count += 1;
+                let course = Course::steady(cycles);
+                self.collect(blocks, &course, refinement.lines(cycles));
+                let degrees = [1, most];
+                let curved = usize::from(cycles < CYCLES_CURVED && most > 1);
+                if let Some(best) = &best
+                    && divisor > 1
+                    && refinement.bound(blocks, degrees[curved]) < best.score
+                {
+                    continue;
+                }
+                let comb = refinement.best(blocks, work, course, &degrees[..=curved])?;
+                if divisor == 1 {
+                    *peak = comb.tried;
+                }
+                if best.as_ref().is_none_or(|best| comb.score > best.score) {
+                    best = Some(comb);
+                }
             }
         }
-        if let Some(comb) = &best
-            && most > 2
-        {
-            let course = comb.course;
+        let mut best = best?;
+        if most > 2 {
+            let course = best.course;
             self.collect(blocks, &course, refinement.lines(course.cycles));
-            let other = refinement.best(blocks, work, course, &[2, 3]);
-            if other.score > comb.score {
-                best = Some(other);
+            for degree in 2..most {
+                let shape = Shape {
+                    degree,
+                    ..best.shape
+                };
+                let score = refinement.score(&Solution::new(blocks, shape));
+                if score > best.score {
+                    (best.score, best.shape) = (score, shape);
+                }
             }
         }
-        best
+        Some(best)
     }
 
     /// Replaces what a comb leaves of single values; whether there are some.
@@ -170,9 +203,9 @@ impl Window<'_, '_, '_> {
         impulses::replace(self.data, &solution, &comb.course) > 0
     }
 
-    /// Follows the comb, tests it, and says what it is.
+    /// Follows the comb, tests it, and says what it is. The window then is what it leaves.
     #[inline(never)]
-    fn conclude(&self, memory: &mut Memory, comb: &Comb) -> Fit {
+    fn conclude(&mut self, memory: &mut Memory, comb: &Comb) -> Fit {
         let Memory { blocks, work } = memory;
         let (statistics, scene) = (self.statistics, self.scene);
         let refinement = self.refinement();
@@ -193,6 +226,8 @@ impl Window<'_, '_, '_> {
         tested.near(&work.neighbours, &mut tests);
         let mut other = Other::default();
         if tests.line >= Z_LINE {
+            let model = tested.model();
+            self.data.change(&mut |piece| piece.values = model.residual(piece));
             tests.between = tested.between(self.data, blocks, work);
             other = tested.other(self.data, blocks.scratch());
         }
@@ -253,12 +288,11 @@ impl Window<'_, '_, '_> {
             scale: 1.0,
             lines,
             most: 2 * lines.most(),
-            model: None,
         };
         blocks.collect(self.data, &pass);
     }
 
-    fn refinement(&self) -> Refinement<'_> {
+    fn refinement(&self) -> Refinement<'w> {
         Refinement {
             all: self.all,
             width: self.statistics.width,

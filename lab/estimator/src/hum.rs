@@ -82,6 +82,7 @@ impl Hum {
         let most = (cycles + off).min(data.cycles_max - 0.5);
         let least = (cycles - off).max(1.0);
         let found = strongest(data, blocks.scratch(), &all.matrix, least, most)?;
+        blocks.start(data);
         let mut course = Course::steady(found);
         let lines = Lines::up_to(1);
         let shape = Shape { lines, degree: 1 };
@@ -99,7 +100,6 @@ impl Hum {
                 scale: 1.0,
                 lines,
                 most: 2,
-                model: None,
             };
             blocks.collect(data, &pass);
             let steps = Steps {

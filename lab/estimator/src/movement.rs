@@ -183,8 +183,11 @@ impl Refinement<'_> {
             // Lines that the movement had smeared.
             if fitted.phase > 1 && LINES_AGAIN.contains(&turn) {
                 recollect(blocks, &course, self.lines(course.cycles));
-                let comb = self.best(blocks, work, course, &[1, shape.degree]);
-                (course, shape) = (comb.course, comb.shape);
+                let degrees = [1, shape.degree];
+                let count = if shape.degree > 1 { 2 } else { 1 };
+                if let Some(comb) = self.best(blocks, work, course, &degrees[..count]) {
+                    (course, shape) = (comb.course, comb.shape);
+                }
                 recollect(blocks, &course, self.lines(course.cycles).and(shape.lines));
             }
         }

@@ -211,11 +211,24 @@ impl Data<'_> {
         }
     }
 
-    /// Place of a piece in a transform of the window: along a path by where it is.
-    pub fn slot(&self, piece: &Piece) -> usize {
+    /// Visits a channel: places in a transform of the window, along a path by where they are, and
+    /// values.
+    pub fn channel(&self, k: usize, mut visit: impl FnMut(usize, f32)) {
+        for number in 0..self.pieces.count() {
+            if self.pieces.is_present(number) {
+                let value = f32::from(self.pieces.values[number][k]) * UNIT;
+                visit(self.slot(number), value);
+            }
+        }
+    }
+
+    /// Place of a piece in a transform.
+    pub fn slot(&self, number: usize) -> usize {
         match self.place {
-            Abscissa::Time { .. } => piece.number,
-            Abscissa::Path { .. } => (0.5 * (piece.u + 1.0) * self.pieces.count() as f32) as usize,
+            Abscissa::Time { .. } => number,
+            Abscissa::Path { .. } => {
+                (0.5 * (self.u(number) + 1.0) * self.pieces.count() as f32) as usize
+            }
         }
     }
 }

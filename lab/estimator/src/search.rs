@@ -9,43 +9,12 @@ use crate::scene::Scene;
 use crate::spectrum::Spectrum;
 use crate::pieces::Data;
 
-/// Peaks that are tried; of each its frequency, a half and a third of it.
-const PEAKS: usize = 2;
-const DIVISORS: usize = 3;
-/// Most candidates.
-pub const CANDIDATES_MAX: usize = PEAKS * DIVISORS;
-/// Fewest cycles of a candidate, and of a peak.
-const CYCLES_LEAST: f32 = 0.45;
+/// Peaks that are tried.
+pub const PEAKS: usize = 2;
+/// Fewest cycles of a peak.
 const CYCLES_PEAK: f32 = 0.5;
-/// Candidates nearer than this, in cycles, are one.
-const CANDIDATES_APART: f32 = 0.01;
 /// Least of what a line leaves of a determinant.
 const LEFT_MIN: f32 = 1e-7;
-
-/// Frequencies to try, cycles a window, the likeliest first.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Candidates {
-    cycles: [f32; CANDIDATES_MAX],
-    count: usize,
-}
-
-impl Candidates {
-    fn add(&mut self, cycles: f32) {
-        let known = &self.cycles[..self.count];
-        let is_new = known
-            .iter()
-            .all(|other| (other - cycles).abs() > CANDIDATES_APART);
-        if cycles > CYCLES_LEAST && is_new && self.count < CANDIDATES_MAX {
-            self.cycles[self.count] = cycles;
-            self.count += 1;
-        }
-    }
-
-    /// The candidates.
-    pub fn iter(&self) -> impl Iterator<Item = f32> {
-        self.cycles.into_iter().take(self.count)
-    }
-}
 
 /// A peak of the ratio.
 #[derive(Clone, Copy, Default)]
@@ -54,7 +23,7 @@ struct Peak {
     height: f32,
 }
 
-/// Finds the candidates; `all` are the products of the channels, and a cycle a window is a frequency
+/// Peaks to try, cycles a window, the likeliest first and zeros where there are none; `all` are the products of the channels, and a cycle a window is a frequency
 /// of `unit`.
 #[inline(never)]
 pub fn candidates(
@@ -63,24 +32,17 @@ pub fn candidates(
     all: &Square<CHANNELS_MAX>,
     scene: &Scene,
     unit: f32,
-) -> Candidates {
-    let mut candidates = Candidates::default();
-    let Some(spectrum) = whitened(data, memory, all, scene.may_share()) else {
-        return candidates;
-    };
+) -> [f32; PEAKS] {
+    let spectrum = whitened(data, memory, all, scene.may_share());
     let mut most = data.cycles_max - 0.25;
     if scene.band.most > 0.0 {
         // Overtones of a fundamental within the band are lines too.
         most = most.min(scene.band.most / unit * f32::from(scene.harmonics()));
     }
-    for peak in peaks(&spectrum, scene.band.least / unit, most) {
-        for divisor in 1..=DIVISORS {
-            if peak.height > 0.0 {
-                candidates.add(peak.cycles / divisor as f32);
-            }
-        }
-    }
-    candidates
+    let found = spectrum.map_or([Peak::default(); PEAKS], |spectrum| {
+        peaks(&spectrum, scene.band.least / unit, most)
+    });
+    found.map(|peak| peak.cycles)
 }
 
 /// The most likely line between two numbers of cycles a window.
@@ -120,9 +82,9 @@ fn whitened<'m>(
     let mut first = 0;
     while first < width {
         let end = (first + spectrum.channels()).min(width);
-        spectrum.clear();
+        spectrum.clear(end - first);
         data.visit(|piece| {
-            let slot = data.slot(piece);
+            let slot = data.slot(piece.number);
             for k in first..end {
                 let value = if may_share {
                     let pairs = mixtures[k].iter().zip(&piece.values).take(k + 1);

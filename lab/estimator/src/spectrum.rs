@@ -55,9 +55,10 @@ impl<'m> Spectrum<'m> {
         (self.transforms.len() / self.points).min(CHANNELS_MAX)
     }
 
-    /// Forgets the transforms.
-    pub fn clear(&mut self) {
-        self.transforms.fill(0.0);
+    /// Makes room for some channels.
+    pub fn clear(&mut self, channels: usize) {
+        let used = (channels * self.points).min(self.transforms.len());
+        self.transforms[..used].fill(0.0);
     }
 
     /// Adds to a point of a channel that is to be transformed.
@@ -104,10 +105,9 @@ impl<'m> Spectrum<'m> {
         cycles / self.cycles(1.0)
     }
 
-    /// Power of a bin of a channel that was added.
-    pub fn of_channel(&self, channel: usize, bin: usize) -> f32 {
-        let at = channel * self.points + 2 * bin;
-        let [re, im] = [at, at + 1].map(|i| self.transforms.get(i).copied().unwrap_or_default());
+    /// Power of a bin of the first channel that was added.
+    pub fn of_channel(&self, bin: usize) -> f32 {
+        let [re, im] = [2 * bin, 2 * bin + 1].map(|i| self.transforms.get(i).copied().unwrap_or_default());
         2.0 / self.count * (re * re + im * im)
     }
 

@@ -163,14 +163,14 @@ impl<'t> Tested<'t> {
         (0..self.width).filter(has).fold(0, |mask, k| mask | 1 << k)
     }
 
-    /// The most significant line that is none of the comb's.
+    /// The most significant line in what the comb leaves.
     #[inline(never)]
     pub fn other(&self, data: &Data, memory: &mut [f32]) -> Other {
         let followed = self.followed;
         let Some(mut spectrum) = Spectrum::new(memory, data.pieces.count()) else {
             return Other::default();
         };
-        let (model, with_tone) = (self.model(), self.with_tone());
+        let with_tone = self.with_tone();
         let places = Places {
             lines: self.shape().lines,
             cycles: followed.course.cycles,
@@ -179,33 +179,22 @@ impl<'t> Tested<'t> {
             last: (spectrum.bin(data.cycles_max - 0.5) as usize).min(spectrum.last()),
         };
         let mut found = Other::default();
-        let mut first = 0;
-        while first < self.width {
-            let end = (first + spectrum.channels()).min(self.width);
-            spectrum.clear();
-            data.visit(|piece| {
-                let slot = data.slot(piece);
-                let residual = model.residual(piece);
-                for k in first..end {
-                    spectrum.put(k - first, slot, residual[k]);
-                }
-            });
-            for k in first..end {
-                spectrum.add(k - first, 1.0 / followed.variances[k]);
-                // A channel without the tone that has one of its own.
-                if with_tone >> k & 1 == 0 {
-                    let power = |i: usize| spectrum.of_channel(k - first, i);
-                    let from = spectrum.bin(CYCLES_OWN) as usize + 1;
-                    for i in from..places.last {
-                        let deviate = places.deviate(i, &power);
-                        if deviate > found.own {
-                            found.own = deviate;
-                            found.own_cycles = places.at(i);
-                        }
+        for k in 0..self.width {
+            spectrum.clear(1);
+            data.channel(k, |slot, value| spectrum.put(0, slot, value));
+            spectrum.add(0, 1.0 / followed.variances[k]);
+            // A channel without the tone that has one of its own.
+            if with_tone >> k & 1 == 0 {
+                let power = |i: usize| spectrum.of_channel(i);
+                let from = spectrum.bin(CYCLES_OWN) as usize + 1;
+                for i in from..places.last {
+                    let deviate = places.deviate(i, &power);
+                    if deviate > found.own {
+                        found.own = deviate;
+                        found.own_cycles = places.at(i);
                     }
                 }
             }
-            first = end;
         }
         let tone = self.plain_power();
         spectrum.finish();
@@ -236,7 +225,7 @@ impl<'t> Tested<'t> {
     }
 
     /// Model of the frames.
-    fn model(&self) -> Model {
+    pub fn model(&self) -> Model {
         let (followed, shape) = (self.followed, *self.shape());
         // The movement takes its part of the model.
         Model {
@@ -248,7 +237,7 @@ impl<'t> Tested<'t> {
     }
 
     /// Deviate of the lines at half and at three halves of the fundamental, each over its own
-    /// neighbourhood: a comb of half the frequency.
+    /// neighbourhood, in what the comb leaves: a comb of half the frequency.
     #[inline(never)]
     pub fn between(
         &self,
@@ -261,7 +250,6 @@ impl<'t> Tested<'t> {
             lines: self.shape().lines.times(2),
             degree: self.shape().degree,
         };
-        let model = self.model();
         let lines = BETWEEN
             .iter()
             .fold(Lines::NONE, |lines, line| lines.with(*line));
@@ -270,7 +258,6 @@ impl<'t> Tested<'t> {
             scale: 0.5,
             lines,
             most: shape.lines.most() + lines.most(),
-            model: Some(&model),
         };
         blocks.collect(data, &pass);
         let place = Place {
