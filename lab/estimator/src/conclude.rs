@@ -7,7 +7,6 @@ use crate::fit::{Fit, Movement, OtherTone, Status, Tests};
 use crate::frame_span::FrameSpan;
 use crate::legendre::{legendre, slopes};
 use crate::limits::{DEGREES_MAX, HARMONICS_MAX, MOVES_MAX, OVERTONES};
-use crate::matrix::Factor;
 use crate::mean::{Evidence, MeanPhase};
 use crate::movement::Followed;
 use crate::neighbours::Neighbours;
@@ -96,13 +95,9 @@ impl Scale {
         blocks: &Blocks,
     ) -> Self {
         let n = followed.fitted.phase;
-        let factor = Factor::new(&followed.information, n);
-        let mut course: [f32; 2 * DEGREES_MAX] =
-            core::array::from_fn(|i| if i < n && i % 2 == 0 { 1.0 } else { 0.0 });
-        factor.solve(&mut course);
         let at = |u: f32| {
             let p = legendre::<{ DEGREES_MAX + 1 }>(u);
-            course[..n]
+            followed.seen[..n]
                 .iter()
                 .zip(&p[1..])
                 .map(|(x, p)| x * p)

@@ -97,7 +97,7 @@ impl Fitter {
         let mut memory = Memory { blocks, work };
         let mut attempt = 1;
         let mut fit = loop {
-            let all = data.products(&rounding);
+            let all = data.products(&rounding, scene.may_share());
             let mut window = Window {
                 data: &mut data,
                 statistics: &statistics,
@@ -136,7 +136,8 @@ struct Window<'w, 'd, 's> {
 }
 
 impl<'w> Window<'w, '_, '_> {
-    /// The likeliest comb of those at the peaks, and at half and at a third of each.
+    /// The likeliest comb of those at the peaks, and at half and at a third of each; the blocks are at
+    /// it.
     #[inline(never)]
     fn best(&self, memory: &mut Memory) -> Option<Comb> {
         let Memory { blocks, work } = memory;
@@ -178,18 +179,16 @@ impl<'w> Window<'w, '_, '_> {
             }
         }
         let mut best = best?;
-        if most > 2 {
-            let course = best.course;
-            self.collect(blocks, &course, refinement.lines(course.cycles));
-            for degree in 2..most {
-                let shape = Shape {
-                    degree,
-                    ..best.shape
-                };
-                let score = refinement.score(&Solution::new(blocks, shape));
-                if score > best.score {
-                    (best.score, best.shape) = (score, shape);
-                }
+        let lines = refinement.lines(best.course.cycles);
+        self.collect(blocks, &best.course, lines.and(best.shape.lines));
+        for degree in 2..most {
+            let shape = Shape {
+                degree,
+                ..best.shape
+            };
+            let score = refinement.score(&Solution::new(blocks, shape));
+            if score > best.score {
+                (best.score, best.shape) = (score, shape);
             }
         }
         Some(best)
@@ -198,7 +197,6 @@ impl<'w> Window<'w, '_, '_> {
     /// Replaces what a comb leaves of single values; whether there are some.
     #[inline(never)]
     fn has_impulses(&mut self, memory: &mut Memory, comb: &Comb) -> bool {
-        self.collect(memory.blocks, &comb.course, comb.shape.lines);
         let solution = Solution::new(memory.blocks, comb.shape);
         impulses::replace(self.data, &solution, &comb.course) > 0
     }
@@ -210,15 +208,20 @@ impl<'w> Window<'w, '_, '_> {
         let (statistics, scene) = (self.statistics, self.scene);
         let refinement = self.refinement();
         let cycles_max = refinement.cycles_max;
-        let followed = refinement.follow(blocks, work, comb, &mut |blocks, course, lines| {
-            self.collect(blocks, course, lines)
-        });
+        let mut followed = Followed::none();
+        followed.course = comb.course;
+        followed.solution.shape = comb.shape;
+        followed.noise.inverse = comb.weights;
+        let mut recollect = |blocks: &mut Blocks, course: &Course, lines: Lines| {
+            self.collect(blocks, course, lines);
+        };
+        let is_known = refinement.follow(blocks, work, &mut followed, &mut recollect);
         let mut fit = Fit::without_tone(Status::Ambiguous, statistics.frames);
-        let Some(followed) = followed else {
+        if !is_known {
             fit.frequency = self.span.frequency(comb.course.cycles);
             fit.sigma = fit.frequency;
             return fit;
-        };
+        }
         let tested = Tested::new(&followed, cycles_max, statistics.width);
         let powers = tested.powers();
         let mean = conclude::mean(&followed, &powers, &work.neighbours, blocks, scene);
@@ -228,7 +231,9 @@ impl<'w> Window<'w, '_, '_> {
         if tests.line >= Z_LINE {
             let model = tested.model();
             self.data.change(&mut |piece| piece.values = model.residual(piece));
-            tests.between = tested.between(self.data, blocks, work);
+            if scene.harmonics() > 1 {
+                tests.between = tested.between(self.data, blocks, work);
+            }
             other = tested.other(self.data, blocks.scratch());
         }
         let shape = followed.solution.shape;

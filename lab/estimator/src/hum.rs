@@ -78,7 +78,7 @@ impl Hum {
         let turns = turns - libm::floorf(turns);
         let cycles = count * turns.min(1.0 - turns);
         let off = (OFF * given * count * data.each as f32).max(OFF_CYCLES);
-        let all = data.products(rounding);
+        let all = data.products(rounding, true);
         let most = (cycles + off).min(data.cycles_max - 0.5);
         let least = (cycles - off).max(1.0);
         let found = strongest(data, blocks.scratch(), &all.matrix, least, most)?;

@@ -8,7 +8,7 @@
 use crate::limits::CHANNELS_MAX;
 use crate::phase_course::Course;
 use crate::pieces::Data;
-use crate::residual::Model;
+use crate::residual::{Model, padded};
 use crate::solve::Solution;
 use crate::source::Values;
 use crate::tests::Sum;
@@ -54,7 +54,7 @@ fn residuals(
 pub fn replace(data: &mut Data, solution: &Solution, course: &Course) -> usize {
     let model = Model {
         shape: solution.shape,
-        coefficients: solution.coefficients,
+        coefficients: padded(&solution.coefficients),
         motion: None,
         course: *course,
     };

@@ -15,6 +15,12 @@ pub struct Factor<const N: usize> {
 }
 
 impl<const N: usize> Factor<N> {
+    /// A factor of nothing.
+    pub const NONE: Self = Self {
+        lower: [[0.0; N]; N],
+        n: 0,
+    };
+
     /// Factors the first `n` rows and columns.
     pub fn new(a: &Square<N>, n: usize) -> Self {
         let mut lower = [[0.0; N]; N];

@@ -2,7 +2,7 @@
 //! other, and degrees are added until none is missing.
 
 use crate::blocks::Blocks;
-use crate::comb::{Comb, Work};
+use crate::comb::Work;
 use crate::covariance::{Covariance, ROUNDING, Samples};
 use crate::limits::{CHANNELS_MAX, DEGREES_MAX, HARMONICS_MAX, MOVES, MOVES_MAX};
 use crate::lines::Lines;
@@ -58,9 +58,9 @@ pub struct Followed {
     pub degrees: Degrees,
     /// Movement beside the course.
     pub moved: [f32; MOVEMENT_MAX],
-    /// Information of the movement.
-    pub information: Square<MOVEMENT_MAX>,
-    /// Inverse of the information.
+    /// How the fitted phase sees the mean frequency, by degree.
+    pub seen: [f32; MOVEMENT_MAX],
+    /// Covariance of the movement.
     pub covariance: Square<MOVEMENT_MAX>,
     /// The noise next to the lines.
     pub noise: Covariance,
@@ -75,6 +75,32 @@ pub struct Followed {
 }
 
 impl Followed {
+    /// Nothing that is followed.
+    pub fn none() -> Self {
+        Self {
+            course: Course::steady(0.0),
+            solution: Solution::NONE,
+            still: Solution::NONE,
+            variances: [0.0; CHANNELS_MAX],
+            fitted: Degrees {
+                phase: 1,
+                amplitude: 0,
+            },
+            degrees: Degrees {
+                phase: 1,
+                amplitude: 0,
+            },
+            moved: [0.0; MOVEMENT_MAX],
+            seen: [0.0; MOVEMENT_MAX],
+            covariance: [[0.0; MOVEMENT_MAX]; MOVEMENT_MAX],
+            noise: Covariance::NONE,
+            weights: [0.0; HARMONICS_MAX],
+            count: 0.0,
+            effective: 0.0,
+            taken: 1.0,
+        }
+    }
+
     /// The movement beside the course.
     pub fn motion(&self) -> Motion {
         let mut motion = Motion::NONE;
@@ -123,30 +149,26 @@ fn neighbour_weights(
 }
 
 impl Refinement<'_> {
-    /// Follows a comb; `recollect` passes over the frames again. None if too little noise is known.
+    /// Follows a comb, at which the blocks are, into `followed`; `recollect` passes over the window
+    /// again. Whether enough noise is known.
     #[inline(never)]
     pub fn follow(
         &self,
         blocks: &mut Blocks,
         work: &mut Work,
-        comb: &Comb,
+        followed: &mut Followed,
         recollect: &mut dyn FnMut(&mut Blocks, &Course, Lines),
-    ) -> Option<Followed> {
-        let (mut course, mut shape) = (comb.course, comb.shape);
-        let mut fitted = Degrees {
-            phase: 1,
-            amplitude: 0,
-        };
-        let mut inverse = comb.weights;
+    ) -> bool {
+        let (mut course, mut shape) = (followed.course, followed.solution.shape);
+        let mut fitted = followed.fitted;
         let mut turn = 0;
-        recollect(blocks, &course, self.lines(course.cycles).and(shape.lines));
         loop {
             let steps = Steps {
                 shape,
                 most: STEPS,
                 degrees: fitted.phase,
                 last: 0.02,
-                weights: Some(&inverse),
+                weights: Some(&followed.noise.inverse),
             };
             for _ in 0..2 {
                 self.refine(blocks, &mut course, steps, &mut work.explained);
@@ -160,8 +182,9 @@ impl Refinement<'_> {
                 shape,
                 fitted,
             };
-            let followed = self.noise(blocks, work, tone, &inverse)?;
-            inverse = followed.noise.inverse;
+            if !self.noise(blocks, work, tone, followed) {
+                return false;
+            }
             let Degrees { phase, amplitude } = followed.degrees;
             let phase_shows = followed.shows(fitted.phase, phase) > Z_TEST;
             let amplitude_shows =
@@ -172,7 +195,7 @@ impl Refinement<'_> {
             let fades = has_room && amplitude_shows && fitted.amplitude < MOVES_MAX;
             turn += 1;
             if !grows && !fades || turn == TURNS {
-                return Some(followed);
+                return true;
             }
             if grows {
                 fitted.phase = (fitted.phase + MOVES - 1).min(MOVES_MAX);
@@ -200,8 +223,8 @@ impl Refinement<'_> {
         blocks: &mut Blocks,
         work: &mut Work,
         tone: Tone,
-        inverse: &Square<CHANNELS_MAX>,
-    ) -> Option<Followed> {
+        followed: &mut Followed,
+    ) -> bool {
         let Tone {
             course,
             shape,
@@ -215,6 +238,7 @@ impl Refinement<'_> {
             phase: (fitted.phase + MOVES - 1).min(DEGREES_MAX),
             amplitude: (fitted.amplitude + MOVES).min(DEGREES_MAX),
         };
+        let inverse = &followed.noise.inverse;
         let normal = Normal::new(blocks, &solution, inverse, degrees, &mut work.explained);
         let n = degrees.count();
         let mut information = normal.matrix;
@@ -225,33 +249,27 @@ impl Refinement<'_> {
         let factor = Factor::new(&information, n);
         let mut moved = normal.right;
         factor.solve(&mut moved);
-        let mut followed = Followed {
-            course,
-            solution: solution.clone(),
-            still: solution,
-            variances,
-            fitted,
-            degrees,
-            moved,
-            information,
-            covariance: factor.inverse(),
-            noise: Covariance::NONE,
-            weights: [0.0; HARMONICS_MAX],
-            count: 0.0,
-            effective: 0.0,
-            taken: 1.0,
-        };
-        self.collect_beside(blocks, work, &mut followed);
+        followed.seen = core::array::from_fn(|i| if i % 2 == 0 { 1.0 } else { 0.0 });
+        Factor::new(&information, fitted.phase).solve(&mut followed.seen);
+        followed.covariance = factor.inverse();
+        followed.course = course;
+        followed.solution = solution;
+        followed.variances = variances;
+        followed.fitted = fitted;
+        followed.degrees = degrees;
+        followed.moved = moved;
+        self.collect_beside(blocks, work, followed);
         let count = work.neighbours.count();
         if count < NEIGHBOURS_MIN {
-            return None;
+            return false;
         }
         let mut counts = [0.0; HARMONICS_MAX];
         for (member, _) in work.neighbours.iter() {
             counts[shape.lines.place(usize::from(member.line))] += 1.0;
         }
         let factors = followed.solution.line_factors();
-        let of_lines = neighbour_weights(shape.lines, &factors, inverse, &counts);
+        let of_lines =
+            neighbour_weights(shape.lines, &factors, &followed.noise.inverse, &counts);
         let squares: f32 = counts.iter().zip(&of_lines).map(|(n, w)| n * w * w).sum();
         let all = count as f32 * self.width as f32;
         followed.weights = of_lines;
@@ -270,7 +288,7 @@ impl Refinement<'_> {
             may_share: self.may_share,
         };
         followed.noise = samples.covariance(Some(&variances));
-        Some(followed)
+        true
     }
 
     /// Collects the functions next to the lines, less the movement, and the model without it.

@@ -59,11 +59,18 @@ pub struct Model {
     /// What was fitted.
     pub shape: Shape,
     /// Its coefficients.
-    pub coefficients: [Values; UNKNOWNS_MAX],
+    pub coefficients: [Values; UNKNOWNS_MAX + 1],
     /// What moves beside them.
     pub motion: Option<Motion>,
     /// Phase of the fundamental.
     pub course: Course,
+}
+
+/// Coefficients in groups of four.
+pub fn padded(coefficients: &[Values; UNKNOWNS_MAX]) -> [Values; UNKNOWNS_MAX + 1] {
+    let mut padded = [[0.0; CHANNELS_MAX]; UNKNOWNS_MAX + 1];
+    padded[..UNKNOWNS_MAX].copy_from_slice(coefficients);
+    padded
 }
 
 impl Model {
@@ -75,26 +82,28 @@ impl Model {
             let [x, y] = powers[m - 1];
             powers[m] = [x * c - y * s, y * c + x * s];
         }
-        let mut values = frame.values;
         let p = legendre::<5>(frame.u);
         let first = self.shape.first_line();
         let [phase, amplitude] = self
             .motion
             .as_ref()
             .map_or([0.0; 2], |motion| motion.at(frame.u));
-        let mut subtract = |row: usize, weight: f32| {
-            for (value, coefficient) in values.iter_mut().zip(&self.coefficients[row]) {
-                *value -= weight * coefficient;
-            }
-        };
-        for (row, p) in p.iter().enumerate().take(first) {
-            subtract(row, *p);
-        }
+        let mut weights = [0.0; UNKNOWNS_MAX + 1];
+        weights[..first].copy_from_slice(&p[..first]);
         for (i, line) in self.shape.lines.iter().enumerate() {
             let [cos, sin] = powers[line.min(WAVES - 1)];
             let turn = phase * line as f32;
-            subtract(first + 2 * i, (1.0 + amplitude) * cos - turn * sin);
-            subtract(first + 2 * i + 1, (1.0 + amplitude) * sin + turn * cos);
+            weights[first + 2 * i] = (1.0 + amplitude) * cos - turn * sin;
+            weights[first + 2 * i + 1] = (1.0 + amplitude) * sin + turn * cos;
+        }
+        let mut values = frame.values;
+        let rows = self.coefficients.as_chunks::<4>().0;
+        let weights = weights.as_chunks::<4>().0;
+        let groups = self.shape.unknowns().div_ceil(4);
+        for ([one, two, three, four], [a, b, c, d]) in rows.iter().zip(weights).take(groups) {
+            for k in 0..CHANNELS_MAX {
+                values[k] -= a * one[k] + b * two[k] + c * three[k] + d * four[k];
+            }
         }
         values
     }

@@ -7,10 +7,14 @@ use crate::limits::CHANNELS_MAX;
 use crate::matrix::{Factor, Square};
 use crate::scene::Scene;
 use crate::spectrum::Spectrum;
+use core::f32::consts::FRAC_1_SQRT_2 as ROOT_HALF;
 use crate::pieces::Data;
 
 /// Peaks that are tried.
 pub const PEAKS: usize = 2;
+/// Most pieces of a window, and most channels, that are all transformed.
+const PIECES_FEW: usize = 128;
+const CHANNELS_FEW: usize = 8;
 /// Fewest cycles of a peak.
 const CYCLES_PEAK: f32 = 0.5;
 /// Least of what a line leaves of a determinant.
@@ -68,7 +72,8 @@ fn whitened<'m>(
 ) -> Option<Spectrum<'m>> {
     let width = data.width;
     let mut spectrum = Spectrum::new(memory, data.pieces.count())?;
-    // Rows of the inverse of the factor make channels white.
+    // Rows of the inverse of the factor make channels white. A long window has power enough for half
+    // as many: sums and differences of two.
     let mut mixtures = [[0.0; CHANNELS_MAX]; CHANNELS_MAX];
     let factor = may_share.then(|| Factor::new(all, width));
     for (k, mixture) in mixtures.iter_mut().enumerate().take(width) {
@@ -76,6 +81,15 @@ fn whitened<'m>(
         match &factor {
             Some(factor) => factor.backward_from(k, mixture),
             None => mixture[k] = 1.0 / libm::sqrtf(all[k][k].max(f32::MIN_POSITIVE)),
+        }
+    }
+    let (mut width, mut reach) = (width, 1);
+    if data.pieces.count() > PIECES_FEW && width > CHANNELS_FEW {
+        (width, reach) = (width.div_ceil(2), 2);
+        for k in 0..width {
+            let [one, other] = [2 * k, (2 * k + 1) % CHANNELS_MAX].map(|k| mixtures[k]);
+            let sign = if k % 2 == 0 { ROOT_HALF } else { -ROOT_HALF };
+            mixtures[k] = core::array::from_fn(|i| ROOT_HALF * one[i] + sign * other[i]);
         }
     }
     let weight = if may_share { 1.0 } else { 1.0 / width as f32 };
@@ -86,12 +100,8 @@ fn whitened<'m>(
         data.visit(|piece| {
             let slot = data.slot(piece.number);
             for k in first..end {
-                let value = if may_share {
-                    let pairs = mixtures[k].iter().zip(&piece.values).take(k + 1);
-                    pairs.map(|(m, v)| m * v).sum()
-                } else {
-                    mixtures[k][k] * piece.values[k]
-                };
+                let pairs = mixtures[k].iter().zip(&piece.values).take(reach * (k + 1));
+                let value = pairs.map(|(m, v)| m * v).sum();
                 spectrum.put(k - first, slot, value);
             }
         });

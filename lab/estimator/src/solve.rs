@@ -47,6 +47,17 @@ pub struct Solution {
 }
 
 impl Solution {
+    /// A solution of nothing.
+    pub const NONE: Self = Self {
+        shape: Shape {
+            lines: Lines::NONE,
+            degree: 1,
+        },
+        factor: Factor::NONE,
+        projections: [[0.0; CHANNELS_MAX]; UNKNOWNS_MAX],
+        coefficients: [[0.0; CHANNELS_MAX]; UNKNOWNS_MAX],
+    };
+
     /// Solves the normal equations.
     #[inline(never)]
     pub fn new(blocks: &Blocks, shape: Shape) -> Self {
@@ -90,7 +101,8 @@ impl Solution {
     pub fn residuals(&self, all: &Products, width: usize) -> Square<CHANNELS_MAX> {
         let mut residuals = all.matrix;
         for k in 0..width {
-            for l in 0..=k {
+            let from = if all.may_share { 0 } else { k };
+            for l in from..=k {
                 let explained: f32 = (0..self.shape.unknowns())
                     .map(|i| self.projections[i][k] * self.projections[i][l])
                     .sum();

@@ -9,6 +9,8 @@ use crate::source::{Overwritten, Values};
 /// A channel that is at its highest or lowest value in more than this share of the frames is
 /// clipped.
 const CLIPPED_SHARE: f32 = 0.25;
+/// Where a line leaves less of a channel's square, sums do not tell what it leaves.
+const LEFT_MIN: f32 = 1e-3;
 
 /// Level, slope and scale of the channels that are used.
 #[derive(Clone, Debug)]
@@ -64,7 +66,7 @@ impl Sums {
 }
 
 impl Statistics {
-    /// Reads the span once for levels and slopes, and once for scales.
+    /// Reads the span for levels and slopes, and once more where sums do not tell the scales.
     pub fn collect(span: &mut FrameSpan) -> Result<Self, Overwritten> {
         let wanted = span.channels()?;
         let (mut sums, mut frames) = ([Sums::default(); CHANNELS_MAX], 0);
@@ -96,7 +98,7 @@ impl Statistics {
             sum_u / n,
             (sum_uu - sum_u * sum_u / n).max(f32::MIN_POSITIVE),
         );
-        let mut clear = true;
+        let (mut clear, mut is_exact) = (true, true);
         for _ in 0..2 {
             for (c, sums) in sums.iter().enumerate() {
                 let is_used = wanted >> c & 1 == 1 && sums.most > sums.least;
@@ -108,6 +110,11 @@ impl Statistics {
                 statistics.order[k] = c as u8;
                 statistics.slope[k] = slope;
                 statistics.level[k] = sums.first + sums.sum / n - slope * mean_u;
+                let square = sums.squares / n;
+                let mean = sums.sum / n;
+                let variance = square - mean * mean - slope * slope * spread / n;
+                is_exact &= variance > LEFT_MIN * square;
+                statistics.scale[k] = libm::sqrtf(variance.max(0.0));
                 statistics.width += 1;
             }
             if statistics.width > 0 {
@@ -115,7 +122,10 @@ impl Statistics {
             }
             clear = false;
         }
-        statistics.scales(span)?;
+        if !is_exact {
+            statistics.scale = [1.0; CHANNELS_MAX];
+            statistics.scales(span)?;
+        }
         Ok(statistics)
     }
 
@@ -247,17 +257,21 @@ impl Data<'_> {
         }
     }
 
-    /// Products of the channels, summed over the pieces, whose values have variances of rounding.
+    /// Products of the channels, summed over the pieces, whose values have variances of rounding; where
+    /// channels share nothing of each with itself alone.
     #[inline(never)]
-    pub fn products(&self, rounding: &Values) -> Products {
+    pub fn products(&self, rounding: &Values, may_share: bool) -> Products {
         let (mut products, mut count) = ([[0.0; CHANNELS_MAX]; CHANNELS_MAX], 0.0);
         self.visit(|piece| {
             count += 1.0;
             for (k, row) in products.iter_mut().enumerate().take(self.width) {
                 let own = piece.values[k];
-                for (product, value) in row.iter_mut().zip(&piece.values).take(k + 1) {
-                    *product += own * value;
+                if may_share {
+                    for (product, value) in row.iter_mut().zip(&piece.values).take(k) {
+                        *product += own * value;
+                    }
                 }
+                row[k] += own * own;
             }
         });
         for k in 0..self.width {
@@ -269,6 +283,7 @@ impl Data<'_> {
             matrix: products,
             least: rounding.map(|variance| count * variance),
             count,
+            may_share,
         }
     }
 }
@@ -282,4 +297,6 @@ pub struct Products {
     pub least: Values,
     /// Pieces that have frames.
     pub count: f32,
+    /// Whether there are any between channels.
+    pub may_share: bool,
 }

@@ -9,7 +9,7 @@ use crate::lines::Lines;
 use crate::movement::Followed;
 use crate::neighbours::{BAND, Beside, Neighbours, Place, line};
 use crate::pieces::Data;
-use crate::residual::Model;
+use crate::residual::{Model, padded};
 use crate::significance::deviate;
 use crate::solve::{LineFactors, Power, Shape};
 use crate::spectrum::Spectrum;
@@ -230,7 +230,7 @@ impl<'t> Tested<'t> {
         // The movement takes its part of the model.
         Model {
             shape,
-            coefficients: followed.still.coefficients,
+            coefficients: padded(&followed.still.coefficients),
             motion: Some(followed.motion()),
             course: followed.course,
         }
