@@ -101,6 +101,29 @@ impl Followed {
         }
     }
 
+    /// Estimates the movement by the noise that is known.
+    fn move_by_noise(&mut self, blocks: &Blocks, work: &mut Work) {
+        let Self {
+            solution,
+            noise,
+            degrees,
+            ..
+        } = self;
+        let normal = Normal::new(blocks, solution, &noise.inverse, *degrees, &mut work.explained);
+        let n = self.degrees.count();
+        let mut information = normal.matrix;
+        let trace: f32 = (0..n).map(|i| information[i][i]).sum();
+        for (i, row) in information.iter_mut().enumerate().take(n) {
+            row[i] += 1e-7 * trace;
+        }
+        let factor = Factor::new(&information, n);
+        self.moved = normal.right;
+        factor.solve(&mut self.moved);
+        self.seen = core::array::from_fn(|i| if i % 2 == 0 { 1.0 } else { 0.0 });
+        Factor::new(&information, self.fitted.phase).solve(&mut self.seen);
+        self.covariance = factor.inverse();
+    }
+
     /// The movement beside the course.
     pub fn motion(&self) -> Motion {
         let mut motion = Motion::NONE;
@@ -238,26 +261,12 @@ impl Refinement<'_> {
             phase: (fitted.phase + MOVES - 1).min(DEGREES_MAX),
             amplitude: (fitted.amplitude + MOVES).min(DEGREES_MAX),
         };
-        let inverse = &followed.noise.inverse;
-        let normal = Normal::new(blocks, &solution, inverse, degrees, &mut work.explained);
-        let n = degrees.count();
-        let mut information = normal.matrix;
-        let trace: f32 = (0..n).map(|i| information[i][i]).sum();
-        for (i, row) in information.iter_mut().enumerate().take(n) {
-            row[i] += 1e-7 * trace;
-        }
-        let factor = Factor::new(&information, n);
-        let mut moved = normal.right;
-        factor.solve(&mut moved);
-        followed.seen = core::array::from_fn(|i| if i % 2 == 0 { 1.0 } else { 0.0 });
-        Factor::new(&information, fitted.phase).solve(&mut followed.seen);
-        followed.covariance = factor.inverse();
-        followed.course = course;
-        followed.solution = solution;
-        followed.variances = variances;
-        followed.fitted = fitted;
         followed.degrees = degrees;
-        followed.moved = moved;
+        followed.fitted = fitted;
+        followed.solution = solution;
+        followed.move_by_noise(blocks, work);
+        followed.course = course;
+        followed.variances = variances;
         self.collect_beside(blocks, work, followed);
         let count = work.neighbours.count();
         if count < NEIGHBOURS_MIN {
@@ -275,7 +284,7 @@ impl Refinement<'_> {
         followed.weights = of_lines;
         followed.count = count as f32;
         followed.effective = (count * count) as f32 / squares.max(f32::MIN_POSITIVE);
-        followed.taken = all / (all - n as f32).max(1.0);
+        followed.taken = all / (all - degrees.count() as f32).max(1.0);
         let weight = |member: &Member| {
             followed.taken * of_lines[shape.lines.place(usize::from(member.line)) % HARMONICS_MAX]
         };
@@ -288,6 +297,7 @@ impl Refinement<'_> {
             may_share: self.may_share,
         };
         followed.noise = samples.covariance(Some(&variances));
+        followed.move_by_noise(blocks, work);
         true
     }
 
