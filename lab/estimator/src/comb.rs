@@ -92,6 +92,7 @@ impl Refinement<'_> {
         let kept = Shape { lines, degree };
         let steps = Steps {
             shape: kept,
+            most: 1,
             weights: Some(&weights),
             ..steps
         };

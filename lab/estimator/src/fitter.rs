@@ -146,14 +146,19 @@ impl<'w> Window<'w, '_, '_> {
         let mut peaks = candidates(self.data, blocks.scratch(), &self.all.matrix, scene, unit);
         blocks.start(self.data);
         let most = scene.degree_max();
-        let mut tried = [0.0; PEAKS * DIVISORS];
-        let (mut best, mut count) = (None::<Comb>, 0);
+        let mut tried = [0.0f32; PEAKS * DIVISORS];
+        let (mut best, mut count, mut first) = (None::<Comb>, 0, Lines::NONE);
         for divisor in 1..=DIVISORS.min(refinement.harmonics) {
-            for peak in &mut peaks {
+            for (i, peak) in peaks.iter_mut().enumerate() {
                 let cycles = *peak / divisor as f32;
-                let is_known = tried[..count]
-                    .iter()
-                    .any(|other| f32::abs(other - cycles) < CANDIDATES_APART);
+                // A harmonic of the strongest peak is a line of its comb already.
+                let times = libm::roundf(*peak / tried[0].max(CYCLES_LEAST));
+                let is_harmonic = f32::abs(*peak - times * tried[0]) < CANDIDATES_APART
+                    && first.has(times as usize);
+                let is_known = i > 0 && is_harmonic
+                    || tried[..count]
+                        .iter()
+                        .any(|other| f32::abs(other - cycles) < CANDIDATES_APART);
                 if cycles < CYCLES_LEAST || is_known {
                     continue;
                 }
@@ -172,6 +177,10 @@ impl<'w> Window<'w, '_, '_> {
                 let comb = refinement.best(blocks, work, course, &degrees[..=curved])?;
                 if divisor == 1 {
                     *peak = comb.tried;
+                    tried[count - 1] = comb.tried;
+                    if i == 0 {
+                        first = comb.kept;
+                    }
                 }
                 if best.as_ref().is_none_or(|best| comb.score > best.score) {
                     best = Some(comb);

@@ -46,21 +46,32 @@ pub struct MeanPhase {
 
 /// A walk's coefficient of degree `k`, by the white noise's of degrees k - order, k - order + 2...
 fn row(order: usize, k: usize) -> [f32; WALKS + 1] {
-    let mut row_k = [0.0; WALKS + 1];
-    if order == 0 {
-        row_k[0] = libm::sqrtf(k as f32 + 0.5);
-    } else if k > 0 {
-        let (below, above) = (row(order - 1, k - 1), row(order - 1, k + 1));
-        for i in 0..=order {
-            if i < order {
-                row_k[i] += below[i] / (2 * k - 1) as f32;
+    // From the white noise of the degrees around k up to the walk of degree k.
+    let mut rows = [[0.0; WALKS + 1]; 2 * WALKS + 1];
+    for (i, row) in rows.iter_mut().enumerate().take(2 * order + 1).step_by(2) {
+        row[0] = match (k + i).checked_sub(order) {
+            Some(degree) => libm::sqrtf(degree as f32 + 0.5),
+            None => 0.0,
+        };
+    }
+    for level in 1..=order {
+        for i in (level..=2 * order - level).step_by(2) {
+            // In the place of a degree are the walks of one order less beside it.
+            let (below, above) = (rows[i - 1], rows[i + 1]);
+            let degree = (k + i) as f32 - order as f32;
+            let mut row = [0.0; WALKS + 1];
+            for j in 0..=level {
+                if j < level {
+                    row[j] += below[j] / (2.0 * degree - 1.0);
+                }
+                if j > 0 {
+                    row[j] -= above[j - 1] / (2.0 * degree + 3.0);
+                }
             }
-            if i > 0 {
-                row_k[i] -= above[i - 1] / (2 * k + 3) as f32;
-            }
+            rows[i] = if degree > 0.0 { row } else { [0.0; WALKS + 1] };
         }
     }
-    row_k
+    rows[order]
 }
 
 /// Twice the sum of all odd degrees above `n`: what they add to the ends; as a row of the returned

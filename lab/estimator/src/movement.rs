@@ -133,6 +133,16 @@ impl Followed {
         motion
     }
 
+    /// Adds the movement to the blocks, `sign` times.
+    fn add_motion(&self, blocks: &mut Blocks, sign: f32) {
+        let (lines, motion) = (self.solution.lines(), self.motion());
+        for b in 0..blocks.count() {
+            let moved = motion.at(blocks.middle(b)).map(|x| sign * x);
+            let change = Motion::change(&lines, &self.solution.shape, moved);
+            blocks.add(b, self.solution.shape.lines, &change);
+        }
+    }
+
     /// Degrees of freedom of the noise.
     pub fn freedom(&self) -> f32 {
         self.effective * self.noise.channels
@@ -303,17 +313,8 @@ impl Refinement<'_> {
 
     /// Collects the functions next to the lines, less the movement, and the model without it.
     fn collect_beside(&self, blocks: &mut Blocks, work: &mut Work, followed: &mut Followed) {
-        let motion = followed.motion();
         let (shape, cycles) = (followed.solution.shape, followed.course.cycles);
-        let lines = followed.solution.lines();
-        let add = |blocks: &mut Blocks, sign: f32| {
-            for b in 0..blocks.count() {
-                let moved = motion.at(blocks.middle(b)).map(|x| sign * x);
-                let change = Motion::change(&lines, &shape, moved);
-                blocks.add(b, shape.lines, &change);
-            }
-        };
-        add(blocks, -1.0);
+        followed.add_motion(blocks, -1.0);
         followed.still = Solution::new(blocks, shape);
         // Harmonics that are too weak to be kept are no noise either, where there is room without.
         let whole = Shape {
@@ -333,6 +334,6 @@ impl Refinement<'_> {
         if whole.lines == shape.lines || neighbours.count() < NEIGHBOURS_WHOLE {
             neighbours.collect(blocks, followed.still.beside(), shape.lines, place);
         }
-        add(blocks, 1.0);
+        followed.add_motion(blocks, 1.0);
     }
 }
