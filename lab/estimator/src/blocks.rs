@@ -4,7 +4,9 @@
 //! Within a block what modulates a line is taken to be constant, and baselines to be straight.
 
 use crate::legendre::{legendre, slopes};
-use crate::limits::{BLOCKS_MAX, CHANNELS_MAX, DEGREE_MAX, HARMONICS_MAX, POINTS_MAX, UNKNOWNS_MAX};
+use crate::limits::{
+    BLOCKS_MAX, CHANNELS_MAX, DEGREE_MAX, HARMONICS_MAX, POINTS_MAX, UNKNOWNS_MAX,
+};
 use crate::lines::Lines;
 use crate::phase::{cos_sin, from_turns};
 use crate::phase_course::Course;

@@ -167,7 +167,11 @@ impl Refinement<'_> {
         let place = Place {
             cycles,
             most: self.cycles_max,
-            band: if shape.lines.count() > 2 { BAND / 2 } else { BAND },
+            band: if shape.lines.count() > 2 {
+                BAND / 2
+            } else {
+                BAND
+            },
         };
         neighbours.collect(blocks, solution.beside(), shape.lines, place);
         if neighbours.count() < NEIGHBOURS_MIN {

@@ -239,7 +239,8 @@ impl<'w> Window<'w, '_, '_> {
         let mut other = Other::default();
         if tests.line >= Z_LINE {
             let model = tested.model();
-            self.data.change(&mut |piece| piece.values = model.residual(piece));
+            self.data
+                .change(&mut |piece| piece.values = model.residual(piece));
             if scene.harmonics() > 1 {
                 tests.between = tested.between(self.data, blocks, work);
             }

@@ -109,7 +109,13 @@ impl Followed {
             degrees,
             ..
         } = self;
-        let normal = Normal::new(blocks, solution, &noise.inverse, *degrees, &mut work.explained);
+        let normal = Normal::new(
+            blocks,
+            solution,
+            &noise.inverse,
+            *degrees,
+            &mut work.explained,
+        );
         let n = self.degrees.count();
         let mut information = normal.matrix;
         let trace: f32 = (0..n).map(|i| information[i][i]).sum();
@@ -287,8 +293,7 @@ impl Refinement<'_> {
             counts[shape.lines.place(usize::from(member.line))] += 1.0;
         }
         let factors = followed.solution.line_factors();
-        let of_lines =
-            neighbour_weights(shape.lines, &factors, &followed.noise.inverse, &counts);
+        let of_lines = neighbour_weights(shape.lines, &factors, &followed.noise.inverse, &counts);
         let squares: f32 = counts.iter().zip(&of_lines).map(|(n, w)| n * w * w).sum();
         let all = count as f32 * self.width as f32;
         followed.weights = of_lines;

@@ -142,7 +142,11 @@ impl<'l> Line<'l> {
         let mut values = [[0.0; CHANNELS_MAX]; 4];
         for b in 0..blocks.count() {
             let turn = sums.turns[b];
-            for (degree, sums) in baselines.iter_mut().enumerate().take(model.shape.degree + 1) {
+            for (degree, sums) in baselines
+                .iter_mut()
+                .enumerate()
+                .take(model.shape.degree + 1)
+            {
                 let products = turned(blocks.with_baseline(b, number, degree), turn);
                 sums.iter_mut().zip(products).for_each(|(sum, x)| *sum += x);
             }
@@ -203,7 +207,12 @@ impl<'l> Line<'l> {
             twice += c * (cos * cos - sin * sin) + sign * s * cos * sin;
             frames += self.blocks.wave(b, 0)[0];
         }
-        let all = 0.5 * if is_sine { frames - twice } else { frames + twice };
+        let all = 0.5
+            * if is_sine {
+                frames - twice
+            } else {
+                frames + twice
+            };
         let left = all - explained.iter().map(|x| x * x).sum::<f32>();
         if left <= least * all.max(f32::MIN_POSITIVE) {
             return None;

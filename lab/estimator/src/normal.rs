@@ -181,7 +181,13 @@ impl Normal {
             1 => (phase..phase + amplitude, 0..phase),
             _ => (phase..phase + amplitude, phase..phase + amplitude),
         };
-        let polynomial = |i: usize| if i < phase { p[i + 1] } else { p[i - phase + 1] };
+        let polynomial = |i: usize| {
+            if i < phase {
+                p[i + 1]
+            } else {
+                p[i - phase + 1]
+            }
+        };
         for i in rows {
             let weight = information * polynomial(i);
             for j in columns.start..columns.end.min(i + 1) {
@@ -205,7 +211,11 @@ impl Normal {
                         }
                     }
                 }
-                let rows = if second == 0 { j..phase } else { phase.max(j)..count };
+                let rows = if second == 0 {
+                    j..phase
+                } else {
+                    phase.max(j)..count
+                };
                 for i in rows {
                     let of_i = if i < phase { i } else { i - phase };
                     let pairs = weighted.iter().zip(&explained.0[of_i]).take(unknowns);

@@ -5,9 +5,9 @@ use crate::legendre::legendre;
 use crate::limits::{CHANNELS_MAX, DEGREES_MAX, HARMONICS_MAX, UNKNOWNS_MAX};
 use crate::phase::cos_sin;
 use crate::phase_course::Course;
+use crate::pieces::Piece;
 use crate::solve::Shape;
 use crate::source::Values;
-use crate::pieces::Piece;
 
 /// How phase and amplitude go beside the fitted course: coefficients by degree, from 1 on.
 #[derive(Clone, Copy, Debug)]

@@ -5,10 +5,10 @@
 
 use crate::limits::CHANNELS_MAX;
 use crate::matrix::{Factor, Square};
+use crate::pieces::Data;
 use crate::scene::Scene;
 use crate::spectrum::Spectrum;
 use core::f32::consts::FRAC_1_SQRT_2 as ROOT_HALF;
-use crate::pieces::Data;
 
 /// Peaks that are tried.
 pub const PEAKS: usize = 2;

@@ -107,7 +107,8 @@ impl<'m> Spectrum<'m> {
 
     /// Power of a bin of the first channel that was added.
     pub fn of_channel(&self, bin: usize) -> f32 {
-        let [re, im] = [2 * bin, 2 * bin + 1].map(|i| self.transforms.get(i).copied().unwrap_or_default());
+        let [re, im] =
+            [2 * bin, 2 * bin + 1].map(|i| self.transforms.get(i).copied().unwrap_or_default());
         2.0 / self.count * (re * re + im * im)
     }
 

@@ -239,12 +239,7 @@ impl<'t> Tested<'t> {
     /// Deviate of the lines at half and at three halves of the fundamental, each over its own
     /// neighbourhood, in what the comb leaves: a comb of half the frequency.
     #[inline(never)]
-    pub fn between(
-        &self,
-        data: &Data,
-        blocks: &mut Blocks,
-        work: &mut Work,
-    ) -> f32 {
+    pub fn between(&self, data: &Data, blocks: &mut Blocks, work: &mut Work) -> f32 {
         let followed = self.followed;
         let shape = Shape {
             lines: self.shape().lines.times(2),
@@ -357,7 +352,11 @@ impl Places {
         if beside.count < PLACES_MIN as f32 {
             return f32::NEG_INFINITY;
         }
-        deviate(own / beside.mean().max(f32::MIN_POSITIVE), 2.0, beside.count)
+        deviate(
+            own / beside.mean().max(f32::MIN_POSITIVE),
+            2.0,
+            beside.count,
+        )
     }
 
     /// Whether it is clear of the lines of the comb.
