@@ -15,9 +15,8 @@ pub fn deviate(ratio: f32, above: f32, below: f32) -> f32 {
 /// chip has to emulate.
 fn cube_root(x: f32) -> f32 {
     let mut root = f32::from_bits(x.to_bits() / 3 + 0x2a51_0000);
-    for _ in 0..2 {
-        let cube = root * root * root;
-        root *= (cube + 2.0 * x) / (2.0 * cube + x);
+    for _ in 0..3 {
+        root = (2.0 * root + x / (root * root)) / 3.0;
     }
     root
 }
