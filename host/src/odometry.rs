@@ -10,7 +10,7 @@ use std::path::Path;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::{Duration, Instant};
 
-/// Who sends messages to a board while its packets are read. `now` is the time by the clock that
+/// A sender of odometry that hears the board's packets. `now` is the time by the clock that
 /// the board runs by ([`Source::clock`](crate::feed::Source::clock)), else by this computer's.
 pub trait Robot: Send {
     /// Takes a packet of the board.

@@ -113,7 +113,7 @@ impl Profile {
         (!self.repeats && self.knots.len() > 1).then_some(last.t_s)
     }
 
-    /// The messages of a robot whose clock is the board's: device time, microseconds, and the
+    /// The messages of a robot that shares the board's clock: device time, microseconds, and the
     /// frame, stuffed and without its zero.
     pub fn messages(self) -> impl Iterator<Item = (u64, Vec<u8>)> {
         (0u64..)

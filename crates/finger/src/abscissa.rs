@@ -51,8 +51,8 @@ impl Fitted {
     }
 }
 
-/// Fits a window by the places in `track` that its [`Mark`](crate::surface::odometry::Mark) names;
-/// without them, in time. Fails if frames were overwritten, or places.
+/// Fits a window by the places in `track` that its [`Mark`](crate::surface::odometry::Mark) names,
+/// or by time if there are none. Fails if frames or places were overwritten.
 pub fn fit(
     fitter: &mut Fitter,
     window: &Window,

@@ -182,8 +182,8 @@ impl Blocks {
         batch.add_to(&mut self.rows[b * FUNCTIONS..][..FUNCTIONS]);
     }
 
-    /// Divides the window: blocks are as long as Legendre polynomials change slowly, shortest at the
-    /// ends, and hold whole pieces.
+    /// Divides the window into blocks of whole pieces. They are shortest at the ends, where Legendre
+    /// polynomials change fastest.
     fn divide(&mut self, pieces: u32) {
         let (mut first, half) = (0, 0.5 * pieces as f32);
         self.count = 0;

@@ -210,7 +210,8 @@ impl<'w> Window<'w, '_, '_> {
         impulses::replace(self.data, &solution, &comb.course) > 0
     }
 
-    /// Follows the comb, tests it, and says what it is. The window then is what it leaves.
+    /// The verdict on a comb, whose phase is followed and tested. It leaves the residuals in the
+    /// window's memory.
     #[inline(never)]
     fn conclude(&mut self, memory: &mut Memory, comb: &Comb) -> Fit {
         let Memory { blocks, work } = memory;

@@ -177,7 +177,7 @@ mod app {
     #[idle(local = [idle: Idle = Idle::new()], shared = [outbox, &shared])]
     fn idle(mut cx: idle::Context) -> ! {
         loop {
-            // As the finger's.
+            // Masked for the reason that the finger's `idle` gives.
             let slept = cortex_m::interrupt::free(|_| {
                 let from_us = board::now_us();
                 board::sleep();

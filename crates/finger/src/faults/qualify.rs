@@ -18,7 +18,7 @@ const MARGIN_FRAMES: f32 = 2.0;
 const KNOWN_STILL_FRAMES: u32 = (LONG_BLOCKS + 6) * BLOCK_FRAMES;
 
 impl Diagnostics {
-    /// Adds the kinds of faults that were seen since a window began to its estimate. If they may
+    /// Adds to an estimate the kinds of faults that were seen since its window began. If they may
     /// have changed the frequency, a good or unsteady estimate becomes doubtful, without period,
     /// speed and direction.
     ///
@@ -26,8 +26,8 @@ impl Diagnostics {
     /// slide may not have begun yet. If an input reached or left a rail shortly before its end,
     /// that may have looked like motion.
     ///
-    /// To be called after a check of the chip's registers that followed the window's end: only it
-    /// finds a change in the window.
+    /// Call it after the first check of the chip's registers that follows the window's end: no
+    /// earlier check can find a change within the window.
     pub fn qualify(&self, estimate: &mut Estimate, window: &Window) {
         let (faults, is_end_unsure) = faults_of(window, estimate.window_s, self);
         estimate.faults = faults;

@@ -64,7 +64,7 @@ impl<S: Store> Fit<'_, S> {
     }
 }
 
-// A frame of its own, 830 bytes, which is not under a fit, the deepest of the stack.
+// Inlined, its 830 bytes of stack would lie under a fit, which reaches deepest.
 #[inline(never)]
 fn report<P: Platform>(
     outbox: &mut impl Mutex<T = Outbox<PACKETS>>,
