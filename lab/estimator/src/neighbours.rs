@@ -125,7 +125,7 @@ impl Sums {
 }
 
 /// A line, turned by some cycles.
-struct Line<'l> {
+struct TurnedLine<'l> {
     blocks: &'l Blocks,
     model: Beside<'l>,
     sums: &'l Sums,
@@ -136,7 +136,7 @@ struct Line<'l> {
     values: [Values; 4],
 }
 
-impl<'l> Line<'l> {
+impl<'l> TurnedLine<'l> {
     fn new(blocks: &'l Blocks, model: Beside<'l>, sums: &'l Sums, number: usize) -> Self {
         let mut baselines = [[0.0; 4]; DEGREE_MAX + 1];
         let mut values = [[0.0; CHANNELS_MAX]; 4];
@@ -265,7 +265,7 @@ impl Neighbours {
                 if !wanted.iter().any(|(_, is_wanted)| *is_wanted) {
                     continue;
                 }
-                let line = Line::new(blocks, model, &sums, number);
+                let line = TurnedLine::new(blocks, model, &sums, number);
                 for (i, (x, is_wanted)) in wanted.into_iter().enumerate() {
                     let distance = |line: usize| (x - line as f32 * place.cycles).abs();
                     let member = Member {
@@ -320,7 +320,7 @@ impl Neighbours {
 /// if the model explains too much of them.
 pub fn line(blocks: &Blocks, model: Beside, number: usize) -> Option<[Values; 2]> {
     let sums = Sums::new(blocks, 0, number + model.shape.lines.most());
-    let line = Line::new(blocks, model, &sums, number);
+    let line = TurnedLine::new(blocks, model, &sums, number);
     Some([
         line.values(true, false, LEFT_LINE)?,
         line.values(true, true, LEFT_LINE)?,
