@@ -37,8 +37,8 @@ pub struct Blocks {
     rows: [Values; ROWS],
     /// Sums of cosine and sine of each multiple of the phase.
     waves: [[Wave; WAVES]; BLOCKS_MAX],
-    /// Sums of cosine and sine times the distance from the block's middle.
-    moments: [[Wave; WAVES]; BLOCKS_MAX],
+    /// Sums of cosine and sine of each line times the distance from the block's middle.
+    moments: [[Wave; HARMONICS_MAX]; BLOCKS_MAX],
     /// Ends and middles of the blocks.
     ends: [f32; BLOCKS_MAX],
     /// Middles of the blocks.
@@ -74,7 +74,7 @@ impl Blocks {
         Self {
             rows: [[0.0; CHANNELS_MAX]; ROWS],
             waves: [[[0.0; 2]; WAVES]; BLOCKS_MAX],
-            moments: [[[0.0; 2]; WAVES]; BLOCKS_MAX],
+            moments: [[[0.0; 2]; HARMONICS_MAX]; BLOCKS_MAX],
             ends: [0.0; BLOCKS_MAX],
             middles: [0.0; BLOCKS_MAX],
             turned: [0.0; BLOCKS_MAX],
@@ -152,7 +152,7 @@ impl Blocks {
         self.most = pass.most.min(WAVES - 1);
         self.rows[..ROWS_BLOCKS].fill([0.0; CHANNELS_MAX]);
         self.waves = [[[0.0; 2]; WAVES]; BLOCKS_MAX];
-        self.moments = [[[0.0; 2]; WAVES]; BLOCKS_MAX];
+        self.moments = [[[0.0; 2]; HARMONICS_MAX]; BLOCKS_MAX];
         self.turned = [0.0; BLOCKS_MAX];
         let (mut b, mut powers) = (0, [[1.0, 0.0]; WAVES]);
         let mut batch = Batch::NONE;
@@ -167,12 +167,14 @@ impl Blocks {
                 let [c, s] = powers[m - 1];
                 powers[m] = [c * cos - s * sin, s * cos + c * sin];
             }
-            let sums = self.waves[b].iter_mut().zip(&mut self.moments[b]);
-            for ((wave, moment), power) in sums.zip(&powers).take(self.most + 1) {
+            for (wave, power) in self.waves[b].iter_mut().zip(&powers).take(self.most + 1) {
                 wave[0] += power[0];
                 wave[1] += power[1];
-                moment[0] += from_middle * power[0];
-                moment[1] += from_middle * power[1];
+            }
+            for (moment, line) in self.moments[b].iter_mut().zip(pass.lines.iter()) {
+                let [cos, sin] = powers[line % WAVES];
+                moment[0] += from_middle * cos;
+                moment[1] += from_middle * sin;
             }
             batch.push(&piece.values, pass.lines, &powers);
             if batch.count == BATCH {
@@ -240,7 +242,8 @@ impl Blocks {
 
     /// Products of cosine and sine of a line with the baseline of a degree in a block.
     pub fn with_baseline(&self, b: usize, line: usize, degree: usize) -> Wave {
-        let (wave, moment) = (self.waves[b][line], self.moments[b][line]);
+        let wave = self.wave(b, line);
+        let moment = self.moments[b][self.lines.place(line) % HARMONICS_MAX];
         let [value, slope] = self.baselines[b][degree];
         [0, 1].map(|i| value * wave[i] + slope * moment[i])
     }
@@ -268,21 +271,21 @@ impl Blocks {
         totals
     }
 
-    /// Products of the lines of a shape with the channels, each block with its weight.
-    pub fn products(&self, shape: &Shape, weights: &[f32; BLOCKS_MAX]) -> LineProducts {
-        let mut sums = [[0.0; CHANNELS_MAX]; 2 * HARMONICS_MAX];
-        for (i, line) in shape.lines.iter().enumerate() {
+    /// Products of the lines of a shape with the channels, each block with its weight, into rows.
+    pub fn products(&self, shape: &Shape, weights: &[f32; BLOCKS_MAX], rows: &mut [Values]) {
+        let pairs = rows.chunks_exact_mut(2);
+        for (sums, line) in pairs.zip(shape.lines.iter()) {
             let place = 2 * self.lines.place(line);
-            for b in 0..self.count {
-                for r in 0..2 {
+            for (r, sums) in sums.iter_mut().enumerate() {
+                *sums = [0.0; CHANNELS_MAX];
+                for b in 0..self.count {
                     let row = &self.rows[b * FUNCTIONS + place + r];
-                    for (sum, value) in sums[2 * i + r].iter_mut().zip(row) {
+                    for (sum, value) in sums.iter_mut().zip(row) {
                         *sum += weights[b] * value;
                     }
                 }
             }
         }
-        sums
     }
 
     /// Turns the unit line to another course.
@@ -299,8 +302,9 @@ impl Blocks {
                 let [c, s] = power;
                 power = [c * cos - s * sin, s * cos + c * sin];
                 rotate(&mut self.waves[b][m], power);
-                rotate(&mut self.moments[b][m], power);
                 if self.lines.has(m) {
+                    let place = self.lines.place(m) % HARMONICS_MAX;
+                    rotate(&mut self.moments[b][place], power);
                     let row = b * FUNCTIONS + 2 * self.lines.place(m);
                     let (first, second) = self.rows.split_at_mut(row + 1);
                     for (cos, sin) in first[row].iter_mut().zip(&mut second[0]) {
@@ -325,7 +329,7 @@ impl Blocks {
 
     /// Adds a part of a function of the lines to the channels' products in a block: `change` has
     /// its coefficients for cosine and sine of each of `lines`.
-    pub fn add(&mut self, b: usize, lines: Lines, change: &[Values; 2 * HARMONICS_MAX]) {
+    pub fn add(&mut self, b: usize, lines: Lines, change: &[Values]) {
         for (j, line) in lines.iter().enumerate() {
             for one in self.lines.iter() {
                 let products = self.of_lines(b, one, line);
@@ -336,11 +340,9 @@ impl Blocks {
                     }
                 }
             }
-            for (degree, sums) in self.levels.iter_mut().enumerate() {
-                let (wave, moment) = (self.waves[b][line], self.moments[b][line]);
-                let [value, slope] = self.baselines[b][degree];
-                let products = [0, 1].map(|i| value * wave[i] + slope * moment[i]);
-                for (k, sum) in sums.iter_mut().enumerate() {
+            for degree in 0..self.levels.len() {
+                let products = self.with_baseline(b, line, degree);
+                for (k, sum) in self.levels[degree].iter_mut().enumerate() {
                     *sum += products[0] * change[2 * j][k] + products[1] * change[2 * j + 1][k];
                 }
             }
@@ -370,9 +372,6 @@ fn of_lines(waves: &[Wave; WAVES], one: usize, other: usize) -> [Wave; 2] {
     ]
 }
 
-/// Products of cosine and sine of each line with the channels.
-pub type LineProducts = [Values; 2 * HARMONICS_MAX];
-
 /// Sums over all blocks.
 #[derive(Clone, Debug)]
 pub struct Totals {
@@ -386,9 +385,8 @@ impl Totals {
         baselines: [[[0.0; 2]; DEGREE_MAX + 1]; HARMONICS_MAX],
     };
 
-    /// Products of the lines of a shape with its unknowns' functions.
-    pub fn of_shape(&self, shape: &Shape) -> [[f32; UNKNOWNS_MAX]; 2 * HARMONICS_MAX] {
-        let mut products = [[0.0; UNKNOWNS_MAX]; 2 * HARMONICS_MAX];
+    /// Products of the lines of a shape with its unknowns' functions, into rows.
+    pub fn of_shape(&self, shape: &Shape, products: &mut [[f32; UNKNOWNS_MAX]]) {
         let first = shape.first_line();
         for (i, line) in shape.lines.iter().enumerate() {
             for (j, wave) in self.baselines[i].iter().enumerate().take(first) {
@@ -402,7 +400,6 @@ impl Totals {
                 }
             }
         }
-        products
     }
 }
 

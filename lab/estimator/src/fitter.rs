@@ -1,7 +1,7 @@
 //! The order of the steps.
 
 use crate::blocks::{Blocks, Pass};
-use crate::comb::{Comb, Work};
+use crate::comb::Comb;
 use crate::conclude::{self, Figures};
 use crate::fit::{Fit, Status, Tests};
 use crate::frame_span::FrameSpan;
@@ -16,10 +16,11 @@ use crate::pieces::{Data, Filter, Pieces, frames_each};
 use crate::refine::Refinement;
 use crate::scene::Scene;
 use crate::search::{PEAKS, candidates};
-use crate::solve::{Shape, Solution};
+use crate::solve::Shape;
 use crate::source::Overwritten;
 use crate::statistics::{Products, Statistics};
 use crate::tests::{Other, Tested, Z_LINE};
+use crate::work::Work;
 
 /// Fits of a window whose impulses are replaced, the last included.
 const ATTEMPTS: usize = 3;
@@ -95,8 +96,9 @@ impl Fitter {
             .interferer
             .and_then(|given| Hum::take_out(&mut data, &rounding, blocks, work, given));
         let mut memory = Memory { blocks, work };
+        let mut fit = Fit::without_tone(Status::NoTone, statistics.frames);
         let mut attempt = 1;
-        let mut fit = loop {
+        loop {
             let all = data.products(&rounding, scene.may_share());
             let mut window = Window {
                 data: &mut data,
@@ -106,15 +108,16 @@ impl Fitter {
                 span,
             };
             let Some(comb) = window.best(&mut memory) else {
-                return Ok(Fit::without_tone(Status::NoTone, statistics.frames));
+                return Ok(fit);
             };
             if scene.impulses && attempt < ATTEMPTS && window.has_impulses(&mut memory, &comb) {
                 attempt += 1;
                 data.centre();
                 continue;
             }
-            break window.conclude(&mut memory, &comb);
-        };
+            window.conclude(&mut memory, &comb, &mut fit);
+            break;
+        }
         fit.interferer = hum.map(|hum| hum.cycles_per_frame());
         Ok(fit)
     }
@@ -145,6 +148,7 @@ impl<'w> Window<'w, '_, '_> {
         let unit = self.span.frequency(1.0);
         let mut peaks = candidates(self.data, blocks.scratch(), &self.all.matrix, scene, unit);
         blocks.start(self.data);
+        work.score_of_best = f32::NEG_INFINITY;
         let most = scene.degree_max();
         let mut tried = [0.0f32; PEAKS * DIVISORS];
         let (mut best, mut count, mut first) = (None::<Comb>, 0, Lines::NONE);
@@ -170,7 +174,7 @@ impl<'w> Window<'w, '_, '_> {
                 let curved = usize::from(cycles < CYCLES_CURVED && most > 1);
                 if let Some(best) = &best
                     && divisor > 1
-                    && refinement.bound(blocks, degrees[curved]) < best.score
+                    && refinement.bound(blocks, work, degrees[curved]) < best.score
                 {
                     continue;
                 }
@@ -182,7 +186,7 @@ impl<'w> Window<'w, '_, '_> {
                         first = comb.kept;
                     }
                 }
-                if best.as_ref().is_none_or(|best| comb.score > best.score) {
+                if best.is_none_or(|best| comb.score > best.score) {
                     best = Some(comb);
                 }
             }
@@ -195,7 +199,8 @@ impl<'w> Window<'w, '_, '_> {
                 degree,
                 ..best.shape
             };
-            let score = refinement.score(&Solution::new(blocks, shape));
+            work.solution.project(blocks, shape);
+            let score = refinement.score(&work.solution);
             if score > best.score {
                 (best.score, best.shape) = (score, shape);
             }
@@ -206,67 +211,72 @@ impl<'w> Window<'w, '_, '_> {
     /// Replaces what a comb leaves of single values; whether there are some.
     #[inline(never)]
     fn has_impulses(&mut self, memory: &mut Memory, comb: &Comb) -> bool {
-        let solution = Solution::new(memory.blocks, comb.shape);
-        impulses::replace(self.data, &solution, &comb.course) > 0
+        let solution = &mut memory.work.solution;
+        solution.project(memory.blocks, comb.shape);
+        solution.solve();
+        impulses::replace(self.data, solution, &comb.course) > 0
     }
 
     /// The verdict on a comb, whose phase is followed and tested. It leaves the residuals in the
     /// window's memory.
     #[inline(never)]
-    fn conclude(&mut self, memory: &mut Memory, comb: &Comb) -> Fit {
+    fn conclude(&mut self, memory: &mut Memory, comb: &Comb, fit: &mut Fit) {
         let Memory { blocks, work } = memory;
-        let (statistics, scene) = (self.statistics, self.scene);
         let refinement = self.refinement();
-        let cycles_max = refinement.cycles_max;
-        let mut followed = Followed::none();
-        followed.course = comb.course;
-        followed.solution.shape = comb.shape;
-        followed.noise.inverse = comb.weights;
+        let mut followed = Followed::at(comb.course, comb.shape);
+        work.weights = work.weights_of_best;
         let mut recollect = |blocks: &mut Blocks, course: &Course, lines: Lines| {
             self.collect(blocks, course, lines);
         };
         let is_known = refinement.follow(blocks, work, &mut followed, &mut recollect);
-        let mut fit = Fit::without_tone(Status::Ambiguous, statistics.frames);
-        if !is_known {
+        if is_known {
+            self.judge(memory, &followed, fit);
+        } else {
+            fit.status = Status::Ambiguous;
             fit.frequency = self.span.frequency(comb.course.cycles);
             fit.sigma = fit.frequency;
-            return fit;
         }
-        let tested = Tested::new(&followed, cycles_max, statistics.width);
-        let powers = tested.powers();
-        let mean = conclude::mean(&followed, &powers, &work.neighbours, blocks, scene);
+    }
+
+    /// The verdict on a tone that is followed.
+    #[inline(never)]
+    fn judge(&mut self, memory: &mut Memory, followed: &Followed, fit: &mut Fit) {
+        let Memory { blocks, work } = memory;
+        let (statistics, scene) = (self.statistics, self.scene);
+        let cycles_max = self.refinement().cycles_max;
+        let tested = Tested::new(followed, work, cycles_max, statistics.width);
+        let mean = conclude::mean(&tested, work, blocks, scene);
         let mut tests = Tests::default();
         tested.near(&work.neighbours, &mut tests);
         let mut other = Other::default();
         if tests.line >= Z_LINE {
-            let model = tested.model();
-            self.data
-                .change(&mut |piece| piece.values = model.residual(piece));
+            self.leave_residuals(&tested);
             if scene.harmonics() > 1 {
                 tests.between = tested.between(self.data, blocks, work);
             }
             other = tested.other(self.data, blocks.scratch());
         }
-        let shape = followed.solution.shape;
+        let shape = tested.shape;
         tests.other = other.deviate;
         tests.cycles = followed.course.cycles;
         tests.unfollowed = libm::sqrtf(mean.phase.unfollowed);
-        tests.fading = fading(&followed);
+        tests.fading = fading(followed);
         tests.steady = mean.phase.steady;
         tests.degree = shape.degree as u8;
         tests.degrees = followed.fitted.phase as u8;
         tests.lines = shape.lines.iter().fold(0, |mask, line| mask | 1 << line);
-        let strongest = shape
-            .lines
-            .iter()
-            .zip(&powers)
-            .fold((0, 0.0), |best, (line, power)| {
-                if power.all > best.1 {
-                    (line, power.all)
-                } else {
-                    best
-                }
-            });
+        let strongest =
+            shape
+                .lines
+                .iter()
+                .zip(&tested.powers)
+                .fold((0, 0.0), |best, (line, power)| {
+                    if power.all > best.1 {
+                        (line, power.all)
+                    } else {
+                        best
+                    }
+                });
         let room = 2.0 * shape.lines.most() as f32 * tests.cycles + 1.0;
         let verdict = Figures {
             tests: &tests,
@@ -281,21 +291,29 @@ impl<'w> Window<'w, '_, '_> {
         fit.tests = tests;
         let per_piece = followed.course.cycles / (2.0 * self.data.cycles_max);
         let gain = Filter::new(self.data.each).gain(per_piece);
-        conclude::channels(&followed, statistics, gain, &mut fit);
+        conclude::channels(followed, &work.solution, statistics, gain, fit);
         if fit.status.has_tone() {
             let span = self.span;
             fit.other_tone = verdict.other_tone(span);
             fit.frequency = span.frequency(mean.cycles);
             fit.sigma = span.frequency(mean.sigma);
-            fit.movement = conclude::movement(&followed, &mean, span);
+            fit.movement = conclude::movement(followed, &work.normal.matrix, &mean, span);
             fit.harmonics = shape.lines.most() as u8;
-            fit.overtones = conclude::overtones(&followed, statistics.width);
+            fit.overtones =
+                conclude::overtones(&work.solution, &followed.variances, statistics.width);
             let with_tone = tested.with_tone();
             for k in 0..statistics.width {
                 fit.with_tone |= (with_tone >> k & 1) << statistics.order[k];
             }
         }
-        fit
+    }
+
+    /// Leaves what a tone does not explain in the window's memory.
+    #[inline(never)]
+    fn leave_residuals(&mut self, tested: &Tested) {
+        let model = tested.model();
+        self.data
+            .change(&mut |piece| piece.values = model.residual(piece));
     }
 
     fn collect(&self, blocks: &mut Blocks, course: &Course, lines: Lines) {

@@ -3,16 +3,16 @@
 
 use crate::abscissa::Abscissa;
 use crate::blocks::{Blocks, Pass};
-use crate::comb::Work;
 use crate::limits::CHANNELS_MAX;
 use crate::lines::Lines;
 use crate::phase::cos_sin;
 use crate::phase_course::Course;
 use crate::pieces::Data;
-use crate::refine::{Refinement, Steps};
+use crate::refine::{Known, Refinement, Steps};
 use crate::search::strongest;
-use crate::solve::{Shape, Solution};
+use crate::solve::Shape;
 use crate::source::Values;
+use crate::work::Work;
 
 /// How far, as a share of it, its frequency may be from what was said.
 const OFF: f32 = 0.02;
@@ -107,14 +107,14 @@ impl Hum {
                 most,
                 degrees: 1,
                 last: 0.02,
-                weights: None,
+                noise: Known::Residuals,
             };
-            refinement.refine(blocks, &mut course, steps, &mut work.explained);
+            refinement.refine(blocks, &mut course, steps, work);
         }
-        let solution = Solution::new(blocks, shape);
-        let first = shape.first_line();
+        work.solution.project(blocks, shape);
+        work.solution.solve();
         let mut waves = [[0.0; CHANNELS_MAX]; 2];
-        waves.copy_from_slice(&solution.coefficients[first..first + 2]);
+        waves.copy_from_slice(work.solution.lines());
         Some(Self {
             course,
             waves,

@@ -8,7 +8,7 @@
 use crate::limits::CHANNELS_MAX;
 use crate::phase_course::Course;
 use crate::pieces::Data;
-use crate::residual::{Model, padded};
+use crate::residual::Model;
 use crate::solve::Solution;
 use crate::source::Values;
 use crate::tests::Sum;
@@ -52,12 +52,7 @@ fn residuals(
 /// Replaces what a solution leaves of single values; how many there are.
 #[inline(never)]
 pub fn replace(data: &mut Data, solution: &Solution, course: &Course) -> usize {
-    let model = Model {
-        shape: solution.shape,
-        coefficients: padded(&solution.coefficients),
-        motion: None,
-        course: *course,
-    };
+    let model = Model::new(solution.shape, &solution.rows, *course);
     let width = data.width;
     // The first limit is by all magnitudes, which impulses raise; the second by those below it.
     let mut limits = [f32::INFINITY; CHANNELS_MAX];

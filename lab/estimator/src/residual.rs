@@ -6,7 +6,7 @@ use crate::limits::{CHANNELS_MAX, DEGREES_MAX, HARMONICS_MAX, UNKNOWNS_MAX};
 use crate::phase::cos_sin;
 use crate::phase_course::Course;
 use crate::pieces::Piece;
-use crate::solve::Shape;
+use crate::solve::{Shape, Solution};
 use crate::source::Values;
 
 /// How phase and amplitude go beside the fitted course: coefficients by degree, from 1 on.
@@ -32,21 +32,17 @@ impl Motion {
             .map(|course| course.iter().zip(&p[1..]).map(|(c, p)| c * p).sum())
     }
 
-    /// Coefficients of what it adds to the lines of a solution where phase and amplitude are
+    /// Coefficients of what is added to the lines of a solution where phase and amplitude are
     /// `moved`.
-    pub fn change(
-        lines: &[Values; 2 * HARMONICS_MAX],
-        shape: &Shape,
-        moved: [f32; 2],
-    ) -> [Values; 2 * HARMONICS_MAX] {
+    pub fn change(solution: &Solution, moved: [f32; 2]) -> [Values; 2 * HARMONICS_MAX] {
         let [phase, amplitude] = moved;
         let mut change = [[0.0; CHANNELS_MAX]; 2 * HARMONICS_MAX];
-        for (i, line) in shape.lines.iter().enumerate() {
+        let pairs = solution.lines().as_chunks::<2>().0;
+        for (i, ([cos, sin], line)) in pairs.iter().zip(solution.shape.lines.iter()).enumerate() {
             let turn = phase * line as f32;
             for k in 0..CHANNELS_MAX {
-                let (cos, sin) = (lines[2 * i][k], lines[2 * i + 1][k]);
-                change[2 * i][k] = amplitude * cos + turn * sin;
-                change[2 * i + 1][k] = amplitude * sin - turn * cos;
+                change[2 * i][k] = amplitude * cos[k] + turn * sin[k];
+                change[2 * i + 1][k] = amplitude * sin[k] - turn * cos[k];
             }
         }
         change
@@ -58,7 +54,7 @@ impl Motion {
 pub struct Model {
     /// What was fitted.
     pub shape: Shape,
-    /// Its coefficients.
+    /// Its coefficients, in groups of four.
     pub coefficients: [Values; UNKNOWNS_MAX + 1],
     /// What moves beside them.
     pub motion: Option<Motion>,
@@ -66,14 +62,20 @@ pub struct Model {
     pub course: Course,
 }
 
-/// Coefficients in groups of four.
-pub fn padded(coefficients: &[Values; UNKNOWNS_MAX]) -> [Values; UNKNOWNS_MAX + 1] {
-    let mut padded = [[0.0; CHANNELS_MAX]; UNKNOWNS_MAX + 1];
-    padded[..UNKNOWNS_MAX].copy_from_slice(coefficients);
-    padded
-}
-
 impl Model {
+    /// A model of a shape's coefficients.
+    pub fn new(shape: Shape, rows: &[Values; UNKNOWNS_MAX], course: Course) -> Self {
+        let mut coefficients = [[0.0; CHANNELS_MAX]; UNKNOWNS_MAX + 1];
+        let used = shape.unknowns();
+        coefficients[..used].copy_from_slice(&rows[..used]);
+        Self {
+            shape,
+            coefficients,
+            motion: None,
+            course,
+        }
+    }
+
     /// What is left of a piece.
     pub fn residual(&self, frame: &Piece) -> Values {
         let (c, s) = cos_sin(self.course.at(frame.u, 1.0));

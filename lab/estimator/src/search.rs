@@ -4,7 +4,7 @@
 //! 471-494.
 
 use crate::limits::CHANNELS_MAX;
-use crate::matrix::{Factor, Square};
+use crate::matrix::{Factor, Square, invert_lower};
 use crate::pieces::Data;
 use crate::scene::Scene;
 use crate::spectrum::Spectrum;
@@ -75,12 +75,15 @@ fn whitened<'m>(
     // Rows of the inverse of the factor make channels white. A long window has power enough for half
     // as many: sums and differences of two.
     let mut mixtures = [[0.0; CHANNELS_MAX]; CHANNELS_MAX];
-    let factor = may_share.then(|| Factor::new(all, width));
-    for (k, mixture) in mixtures.iter_mut().enumerate().take(width) {
-        mixture[k] = 1.0;
-        match &factor {
-            Some(factor) => factor.backward_from(k, mixture),
-            None => mixture[k] = 1.0 / libm::sqrtf(all[k][k].max(f32::MIN_POSITIVE)),
+    if may_share {
+        for (k, mixture) in mixtures.iter_mut().enumerate().take(width) {
+            mixture[..=k].copy_from_slice(&all[k][..=k]);
+        }
+        Factor::new(&mut mixtures, width);
+        invert_lower(&mut mixtures, width);
+    } else {
+        for (k, mixture) in mixtures.iter_mut().enumerate().take(width) {
+            mixture[k] = 1.0 / libm::sqrtf(all[k][k].max(f32::MIN_POSITIVE));
         }
     }
     let (mut width, mut reach) = (width, 1);
