@@ -7,7 +7,6 @@ use crate::messages::{Form, Message, messages};
 use crate::replay;
 use crate::samples::Samples;
 use anyhow::{Result, anyhow, ensure};
-use ridgetone::Mark;
 use ridgetone::Pipeline;
 use ridgetone::Window;
 use ridgetone::{Estimator, WindowFit};
@@ -276,18 +275,10 @@ impl Run {
             }
         }
         let window = Window {
-            first: 0,
-            frames: slots as u32,
             end_us: last.t_us,
             frame_rate_hz: ((slots - 1) as f64 / (raw_s(&last) - raw_s(&first))) as f32,
             reference,
-            span: Span::Window,
-            slide_first: 0,
-            touch_first: 0,
-            level_v: f32::NAN,
-            force_ratio: None,
-            plan: self.settings().plan,
-            odometry: Mark::NONE,
+            ..Window::new(self.settings().plan, slots as u32)
         };
         // The part is as long as it was marked.
         let settings = Settings {
