@@ -48,6 +48,7 @@ pub mod frame;
 mod grid;
 pub mod harmonics;
 pub mod input;
+pub mod keys;
 pub mod listen;
 pub mod live;
 mod mcap;
