@@ -35,7 +35,7 @@ pub use self::{
     scene_file::{load_scene, parse_scene},
     sliding::{Finger, Hand, ParameterError, Sliding, SlidingScene, Stimulator, TABLE_2, Truth},
     trace::{
-        OpenRows, PROGRESS_ROWS, Playback, RowClock, RowReader, Rows, Table, TimeColumn, Trace,
-        ValueAt, write_csv,
+        OpenRows, PROGRESS_ROWS, Playback, RowClock, RowReader, Rows, Table, TimeColumn, Timing,
+        Trace, ValueAt, check_order, write_csv,
     },
 };

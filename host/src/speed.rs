@@ -24,22 +24,19 @@ impl Column {
         let first = values.first().copied().unwrap_or(0.0);
         let mut at_rows = Vec::with_capacity(values.len());
         let (mut place_mm, mut before) = (0.0, (0usize, first));
-        for (slot, value) in grid
-            .places
+        for (row, value) in values
             .iter()
-            .zip(values)
+            .enumerate()
             .filter(|(_, value)| !value.is_nan())
         {
             place_mm = match self {
                 Self::Position(_) => value - first,
                 Self::Speed(_) => {
-                    place_mm
-                        + 0.5 * (before.1 + value) * (slot.saturating_sub(before.0)) as f64
-                            / grid.rate_hz
+                    place_mm + 0.5 * (before.1 + value) * grid.between_s(before.0, row)
                 }
             };
-            before = (*slot, *value);
-            at_rows.push((*slot, place_mm));
+            before = (row, *value);
+            at_rows.push((grid.places[row], place_mm));
         }
         let mut places = vec![0.0; grid.slots()];
         for pair in at_rows.windows(2) {

@@ -3,11 +3,11 @@
 mod bridge;
 
 use crate::grid::Grid;
-use crate::part::{Part, given_rate_hz};
+use crate::part::Part;
 pub use crate::part::{Selection, columns, named};
 use crate::speed::Column;
 use crate::tone::{Tone, WithSigma};
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Result, bail, ensure};
 use hal_mock::RowReader;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::{Abscissa, Status};
@@ -104,17 +104,7 @@ pub fn fit(
     let columns = columns(rows, selection)?;
     let part = Part::read(rows, selection, FRAMES_MAX, progress)?;
     let file = rows.file();
-    let grid = match part.is_stamped {
-        true => Grid::from_stamps(&part.times_s, selection.rate_hz, |row| {
-            format!(
-                "row {} (time_s {})",
-                part.before + row as u64 + 1,
-                part.times_s[row]
-            )
-        })
-        .with_context(|| file.to_owned())?,
-        false => Grid::even(part.rows(), given_rate_hz(file, selection)?),
-    };
+    let grid = Grid::of(&part, rows, selection)?;
     ensure!(
         grid.slots() <= FRAMES_MAX,
         "{file}: {} rows in the window, at most {FRAMES_MAX} can be fitted: choose a part with --from and --to",
@@ -141,7 +131,8 @@ pub fn fit(
             );
             column.places_mm(&values, &grid)
         }
-        None => Vec::new(),
+        // Uneven times are places, in seconds.
+        None => grid.uneven_s.iter().map(|t_s| *t_s as f32).collect(),
     };
     let place = |frame: u32| places.get(frame as usize).copied().unwrap_or(f32::NAN);
     let harmonics = selection.harmonics.unwrap_or(HARMONICS_MAX as u8);
@@ -154,12 +145,15 @@ pub fn fit(
         if let Some(interferer_hz) = selection.interferer_hz {
             span = span.with_interferer((interferer_hz / grid.rate_hz) as f32);
         }
-        if let Some(column) = &selection.place {
+        if !places.is_empty() {
             let Some(along) = span.along(&place) else {
-                bail!(
-                    "{file}: by column {} the finger does not move in this part",
-                    column.name()
-                );
+                match &selection.place {
+                    Some(column) => bail!(
+                        "{file}: by column {} the finger does not move in this part",
+                        column.name()
+                    ),
+                    None => bail!("{file}: the time stands still in this part"),
+                }
             };
             span = along;
         }
@@ -170,7 +164,7 @@ pub fn fit(
     };
     // Few rows with blank cells cost less left out than bridged; and a fast tone cannot be bridged.
     let mut bridged = None;
-    if selection.place.is_none() && scaled.whole_share() < WHOLE_SHARE_MIN {
+    if places.is_empty() && scaled.whole_share() < WHOLE_SHARE_MIN {
         let scaled = scaled.bridged();
         let found = fit(&scaled)?;
         let is_slow = f64::from(found.frequency) <= bridge::TONE_MAX;
@@ -195,6 +189,7 @@ pub fn fit(
     let (abscissa, per_unit, scale_share) = match selection.place {
         Some(Column::Position(_)) => (Abscissa::Place, 1.0, 0.0),
         Some(Column::Speed(_)) => (Abscissa::Place, 1.0, rate_share),
+        None if !grid.uneven_s.is_empty() => (Abscissa::Time, 1.0, 0.0),
         None => (Abscissa::Time, grid.rate_hz, rate_share),
     };
     let (frequency, sigma) = (

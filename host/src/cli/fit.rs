@@ -12,10 +12,10 @@ use std::path::PathBuf;
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
-FILE.csv has a header, then one row per sample; a column time_s is the time in seconds. Separators, decimal commas and the
-time's name and unit may be others: what is guessed is said. A recording of telemetry with raw frames is read too. The rate is that of the straight
-line through all time stamps, and its uncertainty is a part of sigma. A gap of a few rows counts as missing rows; a blank
-cell, or NaN, is a missing reading of its channel. A file may be long: no row after --to is read.
+FILE.csv has one row per sample, and a header; a column time_s is the time in seconds. Tables as instruments write them are
+read too, gzip and UTF-16 included, as are WAV files and recordings of telemetry with raw frames: what is guessed is said. The rate is that
+of the straight line through all time stamps, and its uncertainty is a part of sigma. A gap of a few rows counts as missing
+rows; rows that are not evenly spaced are fitted at their own times. A file may be long: no row after --to is read.
 
 Examples:
   ridgetone fit recording.csv
@@ -26,7 +26,7 @@ pub struct FitArgs {
     /// Recording: CSV with a header.
     #[arg(value_name = "FILE.csv")]
     file: PathBuf,
-    /// Rows per second [default: from the column time_s].
+    /// Rows per second, whatever the stamps say [default: from the stamps].
     #[arg(long, value_name = "HZ", value_parser = positive)]
     rate: Option<f64>,
     /// Column that is the time, with its unit (s, ms, us, ns) if its name does not say it; `none`
