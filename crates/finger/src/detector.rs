@@ -38,6 +38,9 @@ pub struct Detector {
     tracker: Tracker,
     episodes: FaultEpisodes,
     health_reporter: HealthReporter,
+    /// Device time of the latest `health` in a silence of the chip, microseconds; zero without a
+    /// silence. A greeting is not older, or it would look like a restart.
+    looked_us: u64,
 }
 
 impl Detector {
@@ -57,6 +60,7 @@ impl Detector {
             tracker: Tracker::new(&settings),
             episodes: FaultEpisodes::new(settings.vref_v),
             health_reporter: HealthReporter::new(&settings.plan),
+            looked_us: 0,
         }
     }
 
@@ -78,6 +82,7 @@ impl Detector {
             settings: self.settings,
             source: self.source,
             boot: self.boot.clone(),
+            t_us: self.assembler.now_us.max(self.looked_us),
         })
     }
 
@@ -144,8 +149,10 @@ impl Detector {
             assembler,
             tracker,
             health_reporter,
+            looked_us,
             ..
         } = self;
+        *looked_us = 0;
         health_reporter.check_rate(assembler, &tracker.clock, diagnostics);
         diagnostics.faults.forget(assembler.board_us);
         emit(Event::Health(health(
@@ -158,14 +165,15 @@ impl Detector {
 
     /// To be called twice a second, `board_us` being now. Reports faults while no conversion comes,
     /// and `health` with the greeting as often as otherwise. In a silence of more than 71.6 minutes
-    /// device time starts again where it stood, as it does after one (see `assembler.rs`). Before
-    /// the first conversion it is zero.
+    /// device time starts again where it stood, as it does after one (see `assembler.rs`), and readers
+    /// take it for a restart. Before the first conversion it is zero.
     pub fn look(&mut self, board_us: u32, diagnostics: &Diagnostics, emit: &mut dyn FnMut(Event)) {
         let Self {
             assembler,
             tracker,
             health_reporter,
             episodes,
+            looked_us,
             ..
         } = self;
         health_reporter.check_rate(assembler, &tracker.clock, diagnostics);
@@ -185,6 +193,7 @@ impl Detector {
             emit(Event::Fault(fault))
         });
         if health_reporter.is_silence_due(passed_us) {
+            *looked_us = t_us;
             emit(Event::Health(health(
                 t_us,
                 assembler,

@@ -11,7 +11,7 @@ use ridgetone_proto::boot::SettingsSource;
 use ridgetone_proto::command::{Command, Outcome, Request};
 use ridgetone_proto::plan::Plan as Scan;
 use ridgetone_proto::settings::{Array, FRAME_RATE_HZ, Settings};
-use ridgetone_proto::telemetry::{Event, Health, Hello, Packet, Raw};
+use ridgetone_proto::telemetry::{Event, Health, Hello, Packet, Raw, Starts};
 use std::time::{Duration, Instant};
 
 /// What to do with the board.
@@ -61,8 +61,9 @@ pub fn gather(feed: &mut Feed, plan: Plan, progress: &mut Progress) -> Observati
 struct Seen {
     hello: Option<Hello>,
     health: Option<Health>,
-    /// A greeting with number zero has arrived: the board has started.
+    /// The board has started anew.
     has_started: bool,
+    starts: Starts,
     healths: u32,
     frames: Option<Vec<Raw>>,
     touches_us: Vec<(u64, Option<u64>)>,
@@ -70,9 +71,9 @@ struct Seen {
 
 impl Seen {
     fn take(&mut self, packet: &Packet) {
+        self.has_started |= self.starts.take(&packet.event);
         match &packet.event {
             Event::Hello(hello) => {
-                self.has_started |= packet.sequence == 0;
                 self.hello = Some(hello.clone());
             }
             Event::Health(health) => {

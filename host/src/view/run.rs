@@ -11,7 +11,7 @@ use ridgetone::Pipeline;
 use ridgetone::Window;
 use ridgetone::{Estimator, WindowFit};
 use ridgetone_proto::settings::{Settings, TAXELS};
-use ridgetone_proto::telemetry::{Estimate, Event, Hello, Packet, Raw, Span};
+use ridgetone_proto::telemetry::{Estimate, Event, Hello, Packet, Raw, Span, Starts};
 use ridgetone_tone::{FRAMES_MAX, FRAMES_MIN, Table, Values};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -32,6 +32,7 @@ pub struct Run {
     frames: Vec<Raw>,
     /// What was guessed of a table, or what is left out.
     remark: Option<String>,
+    starts: Starts,
 }
 
 /// A run in a few numbers, to compare it with others.
@@ -60,6 +61,7 @@ impl Run {
             packets,
             frames,
             remark: None,
+            starts: Starts::new(),
         };
         run.read(settings).map_err(|error| {
             // The name that people know, instead of the path.
@@ -114,7 +116,7 @@ impl Run {
         let mut take = |mut event: Event| {
             uncertainty.apply(&mut event);
             self.take(Packet { sequence, event });
-            sequence = sequence.wrapping_add(1).max(1);
+            sequence = sequence.wrapping_add(1);
         };
         take(hello);
         replay::conversions(input, &mut |timed| {
@@ -126,10 +128,7 @@ impl Run {
     }
 
     fn take(&mut self, packet: Packet) {
-        if matches!(packet.event, Event::Hello(_))
-            && packet.sequence == 0
-            && self.ends_s().is_some()
-        {
+        if self.starts.take(&packet.event) {
             // Its clock begins at zero again.
             self.packets.clear();
             self.frames.clear();

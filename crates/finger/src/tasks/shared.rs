@@ -22,8 +22,11 @@ pub const BYTES: usize = 616;
 /// With no more than this many bytes in their queue the longest packet still fits.
 pub(super) const LOW_WATER: usize = BYTES - 1 - WIRE_MAX;
 
-/// Packets from `detect` and `fit` to `report`.
-pub const PACKETS: usize = 8;
+/// Events from `detect` and `fit` to `report`.
+pub const PACKETS: usize = 7;
+
+/// Raw frames that wait for the line, behind all events.
+pub const FRAMES: usize = 4;
 
 /// A task that another task starts, named after its module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

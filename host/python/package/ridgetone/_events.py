@@ -52,6 +52,9 @@ class Event(Object):
 class Hello(Event):
     """The greeting: after start-up, every ten seconds, and on request."""
 
+    t_s: float
+    """Device time; 0 until the first conversion, so also after start-up. Less than before means that the board
+    has restarted [s]."""
     protocol: int
     """Version of the wire contract."""
     version: str
@@ -339,6 +342,8 @@ class Health(Event):
     """The ADC's offset by its own reading [V]."""
     gain: float
     """The ADC's gain by its own reading, ideally 1."""
+    frames_thinned: int
+    """Raw frames that were not sent because the line had no place for them."""
 
 
 class Connection(Event):
