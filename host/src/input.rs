@@ -229,6 +229,7 @@ impl Input {
     pub fn open_in(&self, plan: &Plan) -> Result<Opened> {
         let rate_of_scan_hz = rate_of(plan);
         let mut options = self.options();
+        options.clock_hz = plan.adc_clock_hz;
         match &self.source {
             Source::Scene(parameters) => {
                 let scene = SlidingScene::new(parameters.clone()).context("scene")?;

@@ -39,11 +39,11 @@ impl TimedConversion {
         }
     }
 
-    /// The plan of a mark.
+    /// The plan of a mark, with the chip's clock, which the mark does not hold.
     #[inline(always)]
-    pub const fn as_plan(&self) -> Option<Plan> {
+    pub const fn as_plan(&self, adc_clock_hz: u32) -> Option<Plan> {
         if self.bits as u8 == MARK {
-            Some(Plan::from_bits(self.bits >> 8))
+            Some(Plan::from_bits(self.bits >> 8, adc_clock_hz))
         } else {
             None
         }

@@ -71,7 +71,9 @@ struct Seen {
 
 impl Seen {
     fn take(&mut self, packet: &Packet) {
-        self.has_started |= self.starts.take(&packet.event);
+        if self.starts.take(&packet.event) {
+            (self.hello, self.has_started) = (None, true);
+        }
         match &packet.event {
             Event::Hello(hello) => {
                 self.hello = Some(hello.clone());
@@ -89,6 +91,11 @@ impl Seen {
             _ => {}
         }
     }
+}
+
+/// The default plan, by the clock that the board has.
+const fn judged(settings: &Settings) -> Scan {
+    Scan::PAPER.with_clock(settings.plan.adc_clock_hz)
 }
 
 struct Talk<'a> {
@@ -139,11 +146,11 @@ impl Talk<'_> {
         let Some(own) = found
             .hello
             .clone()
-            .filter(|hello| hello.settings.plan != Scan::PAPER)
+            .filter(|hello| hello.settings.plan != judged(&hello.settings))
         else {
             return Ok(());
         };
-        let settings = own.settings.with_plan(Scan::PAPER);
+        let settings = own.settings.with_plan(judged(&own.settings));
         (self.seen.hello, self.own) = (None, Some(own));
         self.progress.show(format_args!("another scan plan"));
         match self.request(Command::Set {
@@ -393,7 +400,7 @@ impl Talk<'_> {
         // That greeting may be lost; the next one comes after ten.
         let from = self.seen.healths;
         self.listen(|seen| {
-            seen.has_started || seen.hello.is_some() && seen.healths > from + GREETING_HEALTHS
+            seen.hello.is_some() && (seen.has_started || seen.healths > from + GREETING_HEALTHS)
         })?;
         self.seen.hello.clone().context("the board did not greet")
     }
