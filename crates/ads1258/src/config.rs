@@ -270,6 +270,8 @@ impl Config {
     /// read zeros or garbage, at bring-up too.
     pub const fn sclk_min_hz(&self) -> u32 {
         let timeout_ticks = if self.short_spi_timeout { 256 } else { 4096 };
-        (FRAME_BITS_MOST as u64 * self.clock_hz as u64).div_ceil(timeout_ticks) as u32
+        (FRAME_BITS_MOST as u64)
+            .saturating_mul(self.clock_hz as u64)
+            .div_ceil(timeout_ticks) as u32
     }
 }
