@@ -3,6 +3,7 @@
 //!
 //! Within a block what modulates a line is taken to be constant, and baselines to be straight.
 
+use crate::data::Data;
 use crate::legendre::{legendre, slopes};
 use crate::limits::{
     BLOCKS_MAX, CHANNELS_MAX, DEGREE_MAX, HARMONICS_MAX, POINTS_MAX, UNKNOWNS_MAX,
@@ -10,21 +11,27 @@ use crate::limits::{
 use crate::lines::Lines;
 use crate::phase::{cos_sin, from_turns};
 use crate::phase_course::Course;
-use crate::pieces::Data;
+use crate::residual::Model;
 use crate::solve::Shape;
 use crate::source::Values;
 use core::f32::consts::FRAC_1_PI;
 
 /// Functions of a block: cosine and sine of each line.
 const FUNCTIONS: usize = 2 * HARMONICS_MAX;
-/// Rows of memory: what blocks need, or a transform with four spectra.
+/// Rows of memory that blocks need.
 const ROWS_BLOCKS: usize = BLOCKS_MAX * FUNCTIONS;
-const ROWS_TRANSFORM: usize = (3 * POINTS_MAX).div_ceil(CHANNELS_MAX);
-const ROWS: usize = if ROWS_BLOCKS > ROWS_TRANSFORM {
-    ROWS_BLOCKS
-} else {
-    ROWS_TRANSFORM
-};
+const ROWS: usize = rows(POINTS_MAX);
+
+/// Rows of memory: what blocks need, or a transform.
+pub const fn rows(points: usize) -> usize {
+    let transform = points.div_ceil(CHANNELS_MAX);
+    if ROWS_BLOCKS > transform {
+        ROWS_BLOCKS
+    } else {
+        transform
+    }
+}
+
 /// Multiples of the unit line whose sums are kept.
 pub const WAVES: usize = 2 * HARMONICS_MAX + 4;
 
@@ -94,23 +101,23 @@ impl Blocks {
 
     /// Divides a window, and passes over it for what baselines have.
     #[inline(never)]
-    pub fn start(&mut self, data: &Data) {
-        self.divide(data.pieces.count() as u32);
+    pub fn start(&mut self, data: &mut Data) {
+        self.divide(data.count());
         self.levels = [[0.0; CHANNELS_MAX]; DEGREE_MAX + 1];
         self.gram = [[0.0; DEGREE_MAX + 1]; DEGREE_MAX + 1];
         let (mut b, mut sums) = (0, [[0.0; CHANNELS_MAX]; 2]);
         let mut moments = [0.0; 3];
-        data.visit(|piece| {
-            if !self.is_in(b, piece.u) {
+        data.visit(|frame| {
+            if !self.is_in(b, frame.u) {
                 self.add_levels(b, &sums, &moments);
                 (sums, moments) = ([[0.0; CHANNELS_MAX]; 2], [0.0; 3]);
-                b = self.block(piece.u);
+                b = self.block(frame.u);
             }
-            let from_middle = piece.u - self.middles[b];
+            let from_middle = frame.u - self.middles[b];
             moments[0] += 1.0;
             moments[1] += from_middle;
             moments[2] += from_middle * from_middle;
-            for (k, value) in piece.values.iter().enumerate() {
+            for (k, value) in frame.values.iter().enumerate() {
                 sums[0][k] += value;
                 sums[1][k] += from_middle * value;
             }
@@ -145,9 +152,9 @@ impl Blocks {
         b.min(self.count.saturating_sub(1))
     }
 
-    /// Passes over the window.
+    /// Passes over the window, or over what a model leaves of it.
     #[inline(never)]
-    pub fn collect(&mut self, data: &Data, pass: &Pass) {
+    pub fn collect(&mut self, data: &mut Data, pass: &Pass, model: Option<&Model>) {
         self.lines = pass.lines;
         self.most = pass.most.min(WAVES - 1);
         self.rows[..ROWS_BLOCKS].fill([0.0; CHANNELS_MAX]);
@@ -156,13 +163,13 @@ impl Blocks {
         self.turned = [0.0; BLOCKS_MAX];
         let (mut b, mut powers) = (0, [[1.0, 0.0]; WAVES]);
         let mut batch = Batch::NONE;
-        data.visit(|piece| {
-            if !self.is_in(b, piece.u) {
+        data.visit_beside(model, |frame| {
+            if !self.is_in(b, frame.u) {
                 batch.add_to(&mut self.rows[b * FUNCTIONS..][..FUNCTIONS]);
-                b = self.block(piece.u);
+                b = self.block(frame.u);
             }
-            let from_middle = piece.u - self.middles[b];
-            let (cos, sin) = cos_sin(pass.course.at(piece.u, pass.scale));
+            let from_middle = frame.u - self.middles[b];
+            let (cos, sin) = cos_sin(pass.course.at(frame.u, pass.scale));
             for m in 1..=self.most {
                 let [c, s] = powers[m - 1];
                 powers[m] = [c * cos - s * sin, s * cos + c * sin];
@@ -176,7 +183,7 @@ impl Blocks {
                 moment[0] += from_middle * cos;
                 moment[1] += from_middle * sin;
             }
-            batch.push(&piece.values, pass.lines, &powers);
+            batch.push(&frame.values, pass.lines, &powers);
             if batch.count == BATCH {
                 batch.add_to(&mut self.rows[b * FUNCTIONS..][..FUNCTIONS]);
             }
@@ -184,10 +191,10 @@ impl Blocks {
         batch.add_to(&mut self.rows[b * FUNCTIONS..][..FUNCTIONS]);
     }
 
-    /// Divides the window into blocks of whole pieces. They are shortest at the ends, where Legendre
+    /// Divides the window into blocks of whole frames. They are shortest at the ends, where Legendre
     /// polynomials change fastest.
-    fn divide(&mut self, pieces: u32) {
-        let (mut first, half) = (0, 0.5 * pieces as f32);
+    fn divide(&mut self, frames: u32) {
+        let (mut first, half) = (0, 0.5 * frames as f32);
         self.count = 0;
         for i in 1..=BLOCKS_MAX {
             let (cos, _) = cos_sin(from_turns(0.5 * i as f32 / BLOCKS_MAX as f32));
@@ -403,10 +410,10 @@ impl Totals {
     }
 }
 
-/// Pieces that are added to a block at a time: a sum is then read and written once for all.
+/// Frames that are added to a block at a time: a sum is then read and written once for all.
 const BATCH: usize = 4;
 
-/// A few pieces, and the lines' cosines and sines there.
+/// A few frames, and the lines' cosines and sines there.
 struct Batch {
     values: [Values; BATCH],
     weights: [[f32; BATCH]; FUNCTIONS],

@@ -252,15 +252,9 @@ impl Figures<'_> {
     }
 }
 
-/// Fills in the channels, whose fundamental the pieces have `gain` times.
+/// Fills in the channels.
 #[inline(never)]
-pub fn channels(
-    followed: &Followed,
-    solution: &Solution,
-    statistics: &Statistics,
-    gain: f32,
-    fit: &mut Fit,
-) {
+pub fn channels(followed: &Followed, solution: &Solution, statistics: &Statistics, fit: &mut Fit) {
     let first = solution.shape.first_line();
     let inverse = solution.inverse();
     let has_fundamental = solution.shape.lines.has(1);
@@ -275,7 +269,7 @@ pub fn channels(
         channel.residual = scale * libm::sqrtf(followed.variances[k]);
         if has_fundamental {
             let (cos, sin) = (solution.rows[first][k], solution.rows[first + 1][k]);
-            channel.amplitude = scale * libm::hypotf(cos, sin) / gain;
+            channel.amplitude = scale * libm::hypotf(cos, sin);
             channel.phase_rad = libm::atan2f(-sin, cos);
             let variance = 0.5 * (inverse[first][first] + inverse[first + 1][first + 1]);
             channel.phase_variance =

@@ -3,11 +3,11 @@
 
 use crate::blocks::Blocks;
 use crate::covariance::{Covariance, ROUNDING, Samples};
-use crate::limits::{CHANNELS_MAX, DEGREES_MAX, HARMONICS_MAX, MOVES, MOVES_MAX, UNKNOWNS_MAX};
+use crate::limits::{CHANNELS_MAX, HARMONICS_MAX, MOVES, MOVES_MAX, UNKNOWNS_MAX};
 use crate::lines::Lines;
 use crate::matrix::{Factor, Square, invert};
 use crate::neighbours::{BAND, Member, Place};
-use crate::normal::{Degrees, MOVEMENT_MAX};
+use crate::normal::{Degrees, MOVEMENT_MAX, degrees_max};
 use crate::phase_course::Course;
 use crate::refine::{Known, Refinement, Steps};
 use crate::residual::Motion;
@@ -108,6 +108,7 @@ impl Followed {
     pub fn motion(&self) -> Motion {
         let mut motion = Motion::NONE;
         let Degrees { phase, amplitude } = self.degrees;
+        motion.degrees = phase.max(amplitude);
         motion.phase[..phase].copy_from_slice(&self.moved[..phase]);
         motion.amplitude[..amplitude].copy_from_slice(&self.moved[phase..phase + amplitude]);
         motion
@@ -203,17 +204,18 @@ impl Refinement<'_> {
             let amplitude_shows = followed.shows(covariance, beyond) > Z_TEST;
             let samples = followed.count as usize * self.width;
             let has_room = (phase + amplitude + 2 * (MOVES - 1)) * SAMPLES_PER_DEGREE < samples;
-            let grows = has_room && phase_shows && fitted.phase < MOVES_MAX;
-            let fades = has_room && amplitude_shows && fitted.amplitude < MOVES_MAX;
+            let most = MOVES_MAX.min(degrees_max(&shape) + 1 - MOVES);
+            let grows = has_room && phase_shows && fitted.phase < most;
+            let fades = has_room && amplitude_shows && fitted.amplitude < most;
             turn += 1;
             if !grows && !fades || turn == TURNS {
                 return true;
             }
             if grows {
-                fitted.phase = (fitted.phase + MOVES - 1).min(MOVES_MAX);
+                fitted.phase = (fitted.phase + MOVES - 1).min(most);
             }
             if fades {
-                fitted.amplitude = (fitted.amplitude + MOVES - 1).min(MOVES_MAX);
+                fitted.amplitude = (fitted.amplitude + MOVES - 1).min(most);
             }
             // Lines that the movement had smeared.
             if fitted.phase > 1 && LINES_AGAIN.contains(&turn) {
@@ -239,9 +241,10 @@ impl Refinement<'_> {
         let free = (self.frames - shape.unknowns() as f32).max(1.0);
         followed.variances = squares.map(|square| square / free + ROUNDING);
         work.solution.solve();
+        let most = degrees_max(&shape);
         followed.degrees = Degrees {
-            phase: (followed.fitted.phase + MOVES - 1).min(DEGREES_MAX),
-            amplitude: (followed.fitted.amplitude + MOVES).min(DEGREES_MAX),
+            phase: (followed.fitted.phase + MOVES - 1).min(most),
+            amplitude: (followed.fitted.amplitude + MOVES).min(most),
         };
         followed.move_by_noise(blocks, work);
         self.collect_beside(blocks, work, followed);

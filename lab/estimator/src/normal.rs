@@ -3,7 +3,9 @@
 
 use crate::blocks::{Blocks, WAVES};
 use crate::legendre::{legendre, legendre_after};
-use crate::limits::{BLOCKS_MAX, CHANNELS_MAX, DEGREES_MAX, HARMONICS_MAX, UNKNOWNS_MAX};
+use crate::limits::{
+    BLOCKS_MAX, CHANNELS_MAX, DEGREES_MAX, HARMONICS_MAX, MOVES_MAX, UNKNOWNS_MAX,
+};
 use crate::lines::Lines;
 use crate::matrix::Square;
 use crate::solve::{Shape, Solution};
@@ -39,8 +41,17 @@ impl Degrees {
     }
 }
 
-/// Floats of what the model explains of each polynomial times the lines.
-pub const EXPLAINED: usize = DEGREES_MAX * UNKNOWNS_MAX * LINE_FUNCTIONS;
+/// Floats of what the model explains of each polynomial times the lines: all degrees of four lines,
+/// ten of five.
+pub const EXPLAINED: usize = 1536;
+const _: () = assert!(DEGREES_MAX * (UNKNOWNS_MAX - 2) * (LINE_FUNCTIONS - 2) <= EXPLAINED);
+const _: () = assert!(MOVES_MAX * UNKNOWNS_MAX * LINE_FUNCTIONS <= EXPLAINED);
+
+/// Most degrees of the phase, or of the amplitude, that there is room for.
+pub fn degrees_max(shape: &Shape) -> usize {
+    let size = shape.unknowns() * 2 * shape.lines.count();
+    (EXPLAINED / size.max(1)).min(DEGREES_MAX)
+}
 
 /// Normal equations: the phase's degrees, then the amplitude's.
 #[derive(Clone, Debug)]

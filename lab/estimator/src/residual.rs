@@ -1,13 +1,14 @@
 //! What a solution, and the movement that is fitted beside it, leave of the frames.
 
 use crate::blocks::WAVES;
-use crate::legendre::legendre;
+use crate::data::Frame;
+use crate::legendre::{legendre, legendre_after};
 use crate::limits::{CHANNELS_MAX, DEGREES_MAX, HARMONICS_MAX, UNKNOWNS_MAX};
 use crate::phase::cos_sin;
 use crate::phase_course::Course;
-use crate::pieces::Piece;
 use crate::solve::{Shape, Solution};
 use crate::source::Values;
+use core::ops::Range;
 
 /// How phase and amplitude go beside the fitted course: coefficients by degree, from 1 on.
 #[derive(Clone, Copy, Debug)]
@@ -16,6 +17,8 @@ pub struct Motion {
     pub phase: [f32; DEGREES_MAX],
     /// Shares of the amplitude.
     pub amplitude: [f32; DEGREES_MAX],
+    /// Highest degree.
+    pub degrees: usize,
 }
 
 impl Motion {
@@ -23,13 +26,20 @@ impl Motion {
     pub const NONE: Self = Self {
         phase: [0.0; DEGREES_MAX],
         amplitude: [0.0; DEGREES_MAX],
+        degrees: 0,
     };
 
     /// Phase and amplitude at `u`.
     pub fn at(&self, u: f32) -> [f32; 2] {
-        let p = legendre::<{ DEGREES_MAX + 1 }>(u);
-        [&self.phase, &self.amplitude]
-            .map(|course| course.iter().zip(&p[1..]).map(|(c, p)| c * p).sum())
+        let (mut before, mut p) = (0.0, 1.0);
+        let [mut phase, mut amplitude] = [0.0; 2];
+        let pairs = self.phase.iter().zip(&self.amplitude);
+        for (k, (of_phase, of_amplitude)) in pairs.enumerate().take(self.degrees) {
+            (before, p) = (p, legendre_after(k, u, [before, p]));
+            phase += of_phase * p;
+            amplitude += of_amplitude * p;
+        }
+        [phase, amplitude]
     }
 
     /// Coefficients of what is added to the lines of a solution where phase and amplitude are
@@ -63,21 +73,26 @@ pub struct Model {
 }
 
 impl Model {
-    /// A model of a shape's coefficients.
-    pub fn new(shape: Shape, rows: &[Values; UNKNOWNS_MAX], course: Course) -> Self {
+    /// A model of a shape's coefficients, and of what moves beside them.
+    pub fn new(
+        shape: Shape,
+        rows: &[Values; UNKNOWNS_MAX],
+        course: Course,
+        motion: Option<Motion>,
+    ) -> Self {
         let mut coefficients = [[0.0; CHANNELS_MAX]; UNKNOWNS_MAX + 1];
         let used = shape.unknowns();
         coefficients[..used].copy_from_slice(&rows[..used]);
         Self {
             shape,
             coefficients,
-            motion: None,
+            motion,
             course,
         }
     }
 
-    /// What is left of a piece.
-    pub fn residual(&self, frame: &Piece) -> Values {
+    /// What is left of some channels of a frame.
+    pub fn residual(&self, frame: &Frame, channels: Range<usize>, values: &mut Values) {
         let (c, s) = cos_sin(self.course.at(frame.u, 1.0));
         let mut powers = [[1.0, 0.0]; WAVES];
         for m in 1..=self.shape.lines.most().min(WAVES - 1) {
@@ -98,15 +113,14 @@ impl Model {
             weights[first + 2 * i] = (1.0 + amplitude) * cos - turn * sin;
             weights[first + 2 * i + 1] = (1.0 + amplitude) * sin + turn * cos;
         }
-        let mut values = frame.values;
+        values[channels.clone()].copy_from_slice(&frame.values[channels.clone()]);
         let rows = self.coefficients.as_chunks::<4>().0;
         let weights = weights.as_chunks::<4>().0;
         let groups = self.shape.unknowns().div_ceil(4);
         for ([one, two, three, four], [a, b, c, d]) in rows.iter().zip(weights).take(groups) {
-            for k in 0..CHANNELS_MAX {
+            for k in channels.clone() {
                 values[k] -= a * one[k] + b * two[k] + c * three[k] + d * four[k];
             }
         }
-        values
     }
 }

@@ -2,15 +2,16 @@
 
 use crate::blocks::{Blocks, Pass};
 use crate::covariance::form;
+use crate::data::Data;
 use crate::fit::Tests;
-use crate::limits::HARMONICS_MAX;
+use crate::limits::{CHANNELS_MAX, HARMONICS_MAX};
 use crate::lines::Lines;
 use crate::movement::Followed;
 use crate::neighbours::{BAND, Beside, Neighbours, Place, line};
-use crate::pieces::Data;
 use crate::residual::Model;
 use crate::significance::deviate;
 use crate::solve::{LineFactors, Power, Shape};
+use crate::source::Values;
 use crate::spectrum::Spectrum;
 use crate::work::Work;
 
@@ -160,27 +161,44 @@ impl<'t> Tested<'t> {
 
     /// The most significant line in what the comb leaves.
     #[inline(never)]
-    pub fn other(&self, data: &Data, memory: &mut [f32]) -> Other {
+    pub fn other(
+        &self,
+        data: &mut Data,
+        model: &Model,
+        sums: &mut [Values],
+        transforms: &mut [f32],
+    ) -> Other {
         let followed = self.followed;
-        let Some(mut spectrum) = Spectrum::new(memory, data.pieces.count()) else {
+        let (place, each, frames) = (data.place, data.frames_each(), data.count());
+        let half = data.cycles_max() / each as f32;
+        let Some(mut spectrum) = Spectrum::new(data, sums, transforms) else {
             return Other::default();
         };
         let with_tone = self.with_tone();
         let places = Places {
             lines: self.shape.lines,
             cycles: followed.course.cycles,
-            most: data.cycles_max,
+            most: half,
             step: spectrum.cycles(1.0),
-            last: (spectrum.bin(data.cycles_max - 0.5) as usize).min(spectrum.last()),
+            last: (spectrum.bin(half - 0.5) as usize).min(spectrum.last()),
         };
         let mut found = Other::default();
-        for k in 0..self.width {
-            spectrum.clear(1);
-            data.channel(k, |slot, value| spectrum.put(0, slot, value));
-            spectrum.add(0, 1.0 / followed.variances[k]);
+        let weights = followed.variances.map(|variance| 1.0 / variance);
+        let mut values = [0.0; CHANNELS_MAX];
+        for first in (0..self.width).step_by(spectrum.channels()) {
+            let channels = first..(first + spectrum.channels()).min(self.width);
+            spectrum.clear(channels.len());
+            data.visit(|frame| {
+                model.residual(frame, channels.clone(), &mut values);
+                let point = frame.point(&place, frames) / each as usize;
+                for (i, value) in values[channels.clone()].iter().enumerate() {
+                    spectrum.put(i, point, *value);
+                }
+            });
+            spectrum.add_powers(&weights[channels.clone()]);
             // A channel without the tone that has one of its own.
-            if with_tone >> k & 1 == 0 {
-                let power = |i: usize| spectrum.of_channel(i);
+            for k in channels.filter(|k| with_tone >> k & 1 == 0) {
+                let power = |i: usize| spectrum.of_channel(k - first, i);
                 let from = spectrum.bin(CYCLES_OWN) as usize + 1;
                 for i in from..places.last {
                     let deviate = places.deviate(i, &power);
@@ -192,7 +210,6 @@ impl<'t> Tested<'t> {
             }
         }
         let tone = self.plain_power();
-        spectrum.finish();
         for i in 1..places.last {
             let share = spectrum.plain(i) / tone;
             if share <= OTHER || places.is_multiple(i) {
@@ -223,16 +240,20 @@ impl<'t> Tested<'t> {
     pub fn model(&self) -> Model {
         let followed = self.followed;
         // The movement takes its part of the model.
-        Model {
-            motion: Some(followed.motion()),
-            ..Model::new(self.shape, &followed.still, followed.course)
-        }
+        let (still, motion) = (&followed.still, followed.motion());
+        Model::new(self.shape, still, followed.course, Some(motion))
     }
 
     /// Deviate of the lines at half and at three halves of the fundamental, each over its own
     /// neighbourhood, in what the comb leaves: a comb of half the frequency.
     #[inline(never)]
-    pub fn between(&self, data: &Data, blocks: &mut Blocks, work: &mut Work) -> f32 {
+    pub fn between(
+        &self,
+        data: &mut Data,
+        model: &Model,
+        blocks: &mut Blocks,
+        work: &mut Work,
+    ) -> f32 {
         let followed = self.followed;
         let shape = Shape {
             lines: self.shape.lines.times(2),
@@ -247,14 +268,14 @@ impl<'t> Tested<'t> {
             lines,
             most: shape.lines.most() + lines.most(),
         };
-        blocks.collect(data, &pass);
+        blocks.collect(data, &pass, Some(model));
         let place = |number: usize| Place {
             lines: Lines::NONE.with(number),
             cycles: 0.5 * followed.course.cycles,
             most: self.cycles_max,
             band: BAND,
         };
-        let model = Beside {
+        let beside_model = Beside {
             shape: &shape,
             factor: work.solution.factor(),
             projections: None,
@@ -266,9 +287,9 @@ impl<'t> Tested<'t> {
                 continue;
             }
             let (neighbours, memory) = (&mut work.neighbours, &mut work.memory);
-            neighbours.collect(blocks, model, place(number), memory);
+            neighbours.collect(blocks, beside_model, place(number), memory);
             let count = neighbours.count();
-            let Some(tested) = line(blocks, model, number) else {
+            let Some(tested) = line(blocks, beside_model, number) else {
                 continue;
             };
             if count < PLACES_MIN {

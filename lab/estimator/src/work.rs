@@ -1,27 +1,26 @@
 //! Memory that the steps share.
 
-use crate::limits::{CHANNELS_MAX, NEIGHBOURS_MAX};
+use crate::limits::{CHANNELS_MAX, POINTS_MAX};
 use crate::matrix::Square;
 use crate::neighbours::Neighbours;
 use crate::normal::{EXPLAINED, Normal};
 use crate::solve::Solution;
 use crate::source::Values;
 
-/// Rows of memory for what no step leaves to the next.
-const ROWS: usize = {
+const ROWS: usize = rows(POINTS_MAX);
+
+/// Rows of memory for what no step leaves to the next: what a model explains, or sums of transforms.
+pub const fn rows(points: usize) -> usize {
     let explained = EXPLAINED.div_ceil(CHANNELS_MAX);
-    if explained > NEIGHBOURS_MAX {
-        explained
-    } else {
-        NEIGHBOURS_MAX
-    }
-};
+    let sums = (3 * points / 2).div_ceil(CHANNELS_MAX);
+    if explained > sums { explained } else { sums }
+}
 
 /// Memory of the steps.
 #[derive(Debug)]
 pub struct Work {
-    /// What no step leaves to the next: products of neighbours with the channels, or what the model
-    /// explains of a movement.
+    /// What no step leaves to the next: products of neighbours with the channels, what the model
+    /// explains of a movement, or sums of transforms.
     pub memory: [Values; ROWS],
     /// Functions next to the lines.
     pub neighbours: Neighbours,
