@@ -84,6 +84,7 @@ pub mod table_fit;
 mod teleplot;
 mod teletaction;
 mod tone;
+pub mod touches;
 pub mod usage;
 pub mod utc;
 pub mod view;
