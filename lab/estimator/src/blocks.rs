@@ -267,11 +267,13 @@ impl Blocks {
                 sum[0] += weight * wave[0];
                 sum[1] += weight * wave[1];
             }
+            let baselines = &self.baselines[b][..=shape.degree.min(DEGREE_MAX)];
             for (sums, line) in totals.baselines.iter_mut().zip(shape.lines.iter()) {
-                for (degree, sum) in sums.iter_mut().enumerate().take(shape.degree + 1) {
-                    let [cos, sin] = self.with_baseline(b, line, degree);
-                    sum[0] += weight * cos;
-                    sum[1] += weight * sin;
+                let wave = self.wave(b, line);
+                let moment = self.moments[b][self.lines.place(line) % HARMONICS_MAX];
+                for (sum, [value, slope]) in sums.iter_mut().zip(baselines) {
+                    sum[0] += weight * (value * wave[0] + slope * moment[0]);
+                    sum[1] += weight * (value * wave[1] + slope * moment[1]);
                 }
             }
         }

@@ -3,11 +3,16 @@
 /// P_0 to P_(N - 1) at `u`.
 pub fn legendre<const N: usize>(u: f32) -> [f32; N] {
     let mut p = [1.0; N];
-    for k in 1..N {
+    fill_legendre(u, &mut p);
+    p
+}
+
+/// Fills in the polynomials of all degrees from 1 on behind that of degree 0, which is 1.
+pub fn fill_legendre(u: f32, p: &mut [f32]) {
+    for k in 1..p.len() {
         let before = if k > 1 { p[k - 2] } else { 0.0 };
         p[k] = legendre_after(k - 1, u, [before, p[k - 1]]);
     }
-    p
 }
 
 /// P_(k + 1) at `u`, after P_(k - 1) and P_k.

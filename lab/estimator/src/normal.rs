@@ -2,7 +2,7 @@
 //! derivatives, beside the model, over all channels.
 
 use crate::blocks::{Blocks, WAVES};
-use crate::legendre::{legendre, legendre_after};
+use crate::legendre::{fill_legendre, legendre_after};
 use crate::limits::{
     BLOCKS_MAX, CHANNELS_MAX, DEGREES_MAX, HARMONICS_MAX, MOVES_MAX, UNKNOWNS_MAX,
 };
@@ -239,7 +239,8 @@ impl Normal {
                     cos * wave[0] + sin * wave[1]
                 })
                 .sum::<f32>();
-            let p = legendre::<{ DEGREES_MAX + 1 }>(blocks.middle(b));
+            let mut p = [1.0; DEGREES_MAX + 1];
+            fill_legendre(blocks.middle(b), &mut p[..=phase.max(amplitude)]);
             let polynomial = |i: usize| {
                 if i < phase {
                     p[i + 1]
