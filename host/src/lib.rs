@@ -84,6 +84,7 @@ pub mod table_fit;
 mod teleplot;
 mod teletaction;
 mod tone;
+pub mod touch_part;
 pub mod touches;
 pub mod usage;
 pub mod utc;

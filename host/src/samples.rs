@@ -10,13 +10,15 @@ use hal_mock::{FileError, OpenRows, RowReader, Rows, TimeColumn, Timing, ValueAt
 use std::fmt;
 use std::fs::File;
 use std::io::Cursor;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Rows that can be read more than once. A clone has the same rows.
 #[derive(Clone)]
 pub struct Samples {
     name: String,
+    /// Where they are, if that is a file.
+    path: Option<PathBuf>,
     open: OpenRows,
 }
 
@@ -30,6 +32,7 @@ impl Samples {
     /// The same where somebody says which column of a table is the time.
     pub fn file_with(path: &Path, time: Option<TimeColumn>) -> Result<Self> {
         let (name, path) = (path.display().to_string(), path.to_owned());
+        let at = path.clone();
         let refuse = |error| FileError::new(&name, None, error);
         let open: OpenRows = if std::fs::metadata(&path).map_err(refuse)?.is_file() {
             Arc::new(move || open(&path, time.as_ref()))
@@ -43,13 +46,15 @@ impl Samples {
                 decoded(input, &file, time.as_ref())
             })
         };
-        Ok(Self { name, open })
+        let path = Some(at);
+        Ok(Self { name, path, open })
     }
 
     /// Any rows, under a name for errors.
     pub fn rows(name: &str, open: OpenRows) -> Self {
         Self {
             name: name.to_owned(),
+            path: None,
             open,
         }
     }
@@ -78,6 +83,11 @@ impl Samples {
     /// The name in errors.
     pub fn name(&self) -> &str {
         &self.name
+    }
+
+    /// The file that has them.
+    pub fn path(&self) -> Option<&Path> {
+        self.path.as_deref()
     }
 
     pub fn open(&self) -> Result<Box<dyn RowReader + Send>> {
@@ -157,12 +167,13 @@ impl RowReader for ArrayRows {
     fn values(&self, values: &mut Vec<f64>) -> Result<(), FileError> {
         values.clear();
         values.extend((0..self.names.len()).map(|column| (self.value_at)(self.next - 1, column)));
-        values.iter_mut().for_each(|value| {
-            if value.is_infinite() {
-                *value = f64::NAN;
-            }
-        });
-        Ok(())
+        match values.iter().position(|value| value.is_infinite()) {
+            Some(at) => Err(self.refuse(&format!(
+                "column {}: {} is not finite",
+                self.names[at], values[at]
+            ))),
+            None => Ok(()),
+        }
     }
 
     fn in_memory(&self) -> Option<ValueAt> {

@@ -43,6 +43,19 @@ pub struct ChannelResult {
     pub residual: Option<f64>,
 }
 
+/// Which part of a recording was fitted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum FittedPart {
+    /// The slide that was found in it.
+    Slide,
+    /// All of it.
+    Whole,
+    /// From the time and to the time that were given.
+    Given,
+}
+
 /// The fit of a table. Frequency and deviations are in hertz, or by place in cycles per millimetre.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -54,6 +67,12 @@ pub struct TableFit {
     /// The rate by the time stamps, if there are any.
     #[serde(skip)]
     pub stamped_hz: Option<f64>,
+    /// Which part of the recording was fitted.
+    pub part: FittedPart,
+    /// Time of the part's first row.
+    pub from_s: f64,
+    /// Time of the part's last row.
+    pub to_s: f64,
     /// Length of the part that was fitted.
     pub window_s: f64,
     /// Rows that were fitted.
@@ -224,6 +243,13 @@ pub fn fit(
         rate_hz: grid.rate_hz,
         rate_sigma_hz: grid.rate_sigma_hz,
         stamped_hz: grid.stamped_hz,
+        part: if selection.from_s.is_some() || selection.to_s.is_some() {
+            FittedPart::Given
+        } else {
+            FittedPart::Whole
+        },
+        from_s: part.times_s[0],
+        to_s: part.times_s[part.rows() - 1],
         window_s: grid.slots() as f64 / grid.rate_hz,
         rows: part.rows(),
         rows_missing: grid.missing(),

@@ -25,6 +25,11 @@ pub trait RowReader {
         Timing::Stamped
     }
 
+    /// What to do if what is taken for the time is none, as the end of a sentence.
+    fn way_out_of_time(&self) -> &'static str {
+        ""
+    }
+
     /// An error about the present row.
     fn refuse(&self, why: &str) -> FileError {
         FileError::new(self.file(), None, why)
@@ -63,7 +68,8 @@ pub fn check_order(rows: &dyn RowReader, before_s: f64, time_s: f64) -> Result<(
         return Ok(());
     }
     Err(rows.refuse(&format!(
-        "the time does not increase: {time_s} s after {before_s} s; if it is none, override it with --rate HZ, or choose another --time-column"
+        "the time does not increase: {time_s} s after {before_s} s{}",
+        rows.way_out_of_time()
     )))
 }
 

@@ -362,6 +362,10 @@ impl RowReader for Rows<'_> {
         &self.names
     }
 
+    fn way_out_of_time(&self) -> &'static str {
+        "; if it is none, override it with --rate HZ, or choose another --time-column"
+    }
+
     fn refuse(&self, why: &str) -> FileError {
         FileError::new(&self.file, self.present.line, why)
     }

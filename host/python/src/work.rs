@@ -13,8 +13,8 @@ use ridgetone_host::picture::{Recording, draw};
 use ridgetone_host::profile::Profile;
 use ridgetone_host::replay::Motion;
 use ridgetone_host::speed::Column;
-use ridgetone_host::table_fit::{self, Selection};
-use ridgetone_host::{feel as felt, fit_report, replay as player, settings_form};
+use ridgetone_host::table_fit::Selection;
+use ridgetone_host::{feel as felt, fit_report, replay as player, settings_form, touch_part};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::Packet;
 use std::path::{Path, PathBuf};
@@ -40,6 +40,7 @@ pub fn fit(
     mains_hz: Option<f64>,
     speed_column: Option<String>,
     position_column: Option<String>,
+    whole: bool,
 ) -> PyResult<(String, Vec<String>)> {
     let place = position_column
         .map(Column::Position)
@@ -54,7 +55,9 @@ pub fn fit(
         interferer_hz: mains_hz,
     };
     let run = || -> Result<_> {
-        let fit = table_fit::fit(&mut *samples.0.open()?, &selection, &mut |_| {})?;
+        // An array is what somebody has chosen.
+        let is_whole = whole || samples.0.path().is_none();
+        let fit = touch_part::fit(&samples.0, &selection, is_whole, &mut |_| {})?;
         let remarks = named(samples.0.name(), fit.guessed.as_ref())
             .chain(fit.warning(&selection))
             .collect();

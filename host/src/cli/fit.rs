@@ -2,9 +2,10 @@
 
 use super::parse::{number, positive};
 use crate::output::Progress;
+use crate::samples::Samples;
 use crate::speed::Column;
 use crate::table_fit::Selection;
-use crate::{fit_report, output, samples, settings_form, table_fit};
+use crate::{fit_report, output, settings_form, touch_part};
 use anyhow::Result;
 use clap::Args;
 use hal_mock::TimeColumn;
@@ -19,6 +20,7 @@ rows; rows that are not evenly spaced are fitted at their own times. A file may 
 
 Examples:
   ridgetone fit recording.csv
+  ridgetone fit touch.rec
   ridgetone fit recording.csv --from 1.57 --to 13.57 --json
   ridgetone fit no_time.csv --rate 241.14 --columns ain0,ain1,ain2
   ridgetone fit by_hand.csv --speed-column speed_mm_s")]
@@ -39,6 +41,10 @@ pub struct FitArgs {
     /// Last time to use, seconds.
     #[arg(long, value_name = "S", value_parser = number, allow_negative_numbers = true)]
     to: Option<f64>,
+    /// Fit all rows. Without this or a part, the slide is fitted where a finger touches, holds and
+    /// slides, in volts; elsewhere all rows are.
+    #[arg(long, conflicts_with_all = ["from", "to"])]
+    whole: bool,
     /// Fit by place, with this column as the speed over the surface, mm/s: cycles per mm at any
     /// speed.
     #[arg(long, value_name = "NAME", conflicts_with = "position_column")]
@@ -72,8 +78,8 @@ impl FitArgs {
             .as_deref()
             .map(settings_form::load)
             .transpose()?;
-        let mut rows = samples::open(&self.file, self.time_column.as_ref())?;
-        let file = rows.file().to_owned();
+        let samples = Samples::file_with(&self.file, self.time_column)?;
+        let file = samples.name().to_owned();
         let selection = Selection {
             rate_hz: self.rate,
             from_s: self.from,
@@ -91,7 +97,7 @@ impl FitArgs {
                 .filter(|hz| *hz > 0.0)),
         };
         let mut progress = Progress::default();
-        let fit = table_fit::fit(&mut *rows, &selection, &mut |read| {
+        let fit = touch_part::fit(&samples, &selection, self.whole, &mut |read| {
             progress.show(format_args!("{read} rows read"))
         });
         progress.end();

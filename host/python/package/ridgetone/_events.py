@@ -392,6 +392,12 @@ class Fit(Object):
     """Rows a second [Hz]."""
     rate_sigma_hz: float
     """Standard deviation of the rate by the time stamps [Hz]."""
+    part: Literal["slide", "whole", "given"]
+    """Which part of the recording was fitted."""
+    from_s: float
+    """Time of the part's first row [s]."""
+    to_s: float
+    """Time of the part's last row [s]."""
     window_s: float
     """Length of the part that was fitted [s]."""
     rows: int

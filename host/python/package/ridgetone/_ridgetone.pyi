@@ -46,6 +46,7 @@ def fit(
     mains_hz: float | None,
     speed_column: str | None,
     position_column: str | None,
+    whole: bool,
 ) -> tuple[str, list[str]]: ...
 def feel(
     samples: Samples,
