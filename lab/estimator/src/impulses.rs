@@ -113,7 +113,12 @@ fn residuals(data: &mut Data, model: &Model, visit: &mut dyn FnMut(u32, &[Values
 /// Replaces what a solution leaves of single values; how many there are. Its memory holds nothing.
 #[inline(never)]
 pub fn replace(data: &mut Data, solution: &Solution, course: &Course, memory: &mut [f32]) -> usize {
-    let model = Model::new(solution.shape, &solution.rows, *course, None);
+    let model = Model {
+        shape: solution.shape,
+        coefficients: &solution.rows,
+        motion: None,
+        course: *course,
+    };
     let width = data.width();
     // The first limit is by all magnitudes, which impulses raise; the second by those below it.
     let mut limits = [f32::INFINITY; CHANNELS_MAX];

@@ -70,7 +70,7 @@ impl<'a, const N: usize> Factor<'a, N> {
     }
 
     /// Solves L X = B in place for many right sides, which are columns.
-    pub fn forward_rows<const M: usize>(&self, x: &mut [[f32; M]; N]) {
+    pub fn forward_rows<const M: usize>(&self, x: &mut [[f32; M]]) {
         for i in 0..self.n {
             let (before, rest) = x.split_at_mut(i);
             for (factor, row) in self.lower[i].iter().zip(before.iter()) {
@@ -103,7 +103,7 @@ impl<'a, const N: usize> Factor<'a, N> {
     }
 
     /// Solves L' X = B in place for many right sides, which are columns.
-    pub fn backward_rows<const M: usize>(&self, x: &mut [[f32; M]; N]) {
+    pub fn backward_rows<const M: usize>(&self, x: &mut [[f32; M]]) {
         for i in (0..self.n).rev() {
             let (before, rest) = x.split_at_mut(i);
             let pivot = self.lower[i][i];

@@ -3,7 +3,7 @@
 
 use crate::blocks::Blocks;
 use crate::covariance::{Covariance, ROUNDING, Samples};
-use crate::limits::{CHANNELS_MAX, HARMONICS_MAX, MOVES, MOVES_MAX, UNKNOWNS_MAX};
+use crate::limits::{CHANNELS_MAX, HARMONICS_MAX, MOVES, MOVES_MAX};
 use crate::lines::Lines;
 use crate::matrix::{Factor, Square, invert};
 use crate::neighbours::{BAND, Member, Place};
@@ -12,7 +12,7 @@ use crate::phase_course::Course;
 use crate::refine::{Known, Refinement, Steps};
 use crate::residual::Motion;
 use crate::significance::deviate;
-use crate::solve::{Power, Shape, Solution};
+use crate::solve::{Power, Rows, Shape, Solution};
 use crate::source::Values;
 use crate::tests::Z_TEST;
 use crate::work::Work;
@@ -43,7 +43,7 @@ pub struct Followed {
     /// Lines and baseline.
     pub shape: Shape,
     /// Coefficients beside the movement.
-    pub still: [Values; UNKNOWNS_MAX],
+    pub still: Rows,
     /// Variances of the residuals over all frames.
     pub variances: Values,
     /// Degrees that are fitted.
@@ -72,7 +72,7 @@ impl Followed {
         Self {
             course,
             shape,
-            still: [[0.0; CHANNELS_MAX]; UNKNOWNS_MAX],
+            still: Solution::NONE.rows,
             variances: [0.0; CHANNELS_MAX],
             fitted: Degrees::STEADY,
             degrees: Degrees::STEADY,

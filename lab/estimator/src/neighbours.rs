@@ -9,7 +9,7 @@ use crate::limits::{CHANNELS_MAX, DEGREE_MAX, NEIGHBOURS_MAX, UNKNOWNS_MAX};
 use crate::lines::Lines;
 use crate::matrix::{Factor, Square};
 use crate::phase::{cos_sin, from_turns};
-use crate::solve::Shape;
+use crate::solve::{Rows, Shape};
 use crate::source::Values;
 
 /// Most cycles a window on either side of a line that count as next to it.
@@ -67,7 +67,7 @@ pub struct Beside<'b> {
     /// Factor of the normal equations.
     pub factor: Factor<'b, UNKNOWNS_MAX>,
     /// What of the channels it explains; None where the blocks have residuals.
-    pub projections: Option<&'b [Values; UNKNOWNS_MAX]>,
+    pub projections: Option<&'b Rows>,
 }
 
 /// Functions next to the lines, of unit variance in white noise.

@@ -3,10 +3,10 @@
 use crate::blocks::WAVES;
 use crate::data::Frame;
 use crate::legendre::{legendre, legendre_after};
-use crate::limits::{CHANNELS_MAX, DEGREES_MAX, HARMONICS_MAX, UNKNOWNS_MAX};
+use crate::limits::{CHANNELS_MAX, DEGREES_MAX, HARMONICS_MAX};
 use crate::phase::cos_sin;
 use crate::phase_course::Course;
-use crate::solve::{Shape, Solution};
+use crate::solve::{Rows, Shape, Solution};
 use crate::source::Values;
 use core::ops::Range;
 
@@ -61,36 +61,18 @@ impl Motion {
 
 /// A model of the frames.
 #[derive(Clone, Debug)]
-pub struct Model {
+pub struct Model<'m> {
     /// What was fitted.
     pub shape: Shape,
-    /// Its coefficients, in groups of four.
-    pub coefficients: [Values; UNKNOWNS_MAX + 1],
+    /// Its coefficients.
+    pub coefficients: &'m Rows,
     /// What moves beside them.
     pub motion: Option<Motion>,
     /// Phase of the fundamental.
     pub course: Course,
 }
 
-impl Model {
-    /// A model of a shape's coefficients, and of what moves beside them.
-    pub fn new(
-        shape: Shape,
-        rows: &[Values; UNKNOWNS_MAX],
-        course: Course,
-        motion: Option<Motion>,
-    ) -> Self {
-        let mut coefficients = [[0.0; CHANNELS_MAX]; UNKNOWNS_MAX + 1];
-        let used = shape.unknowns();
-        coefficients[..used].copy_from_slice(&rows[..used]);
-        Self {
-            shape,
-            coefficients,
-            motion,
-            course,
-        }
-    }
-
+impl Model<'_> {
     /// What is left of some channels of a frame.
     pub fn residual(&self, frame: &Frame, channels: Range<usize>, values: &mut Values) {
         let (c, s) = cos_sin(self.course.at(frame.u, 1.0));
@@ -105,7 +87,7 @@ impl Model {
             .motion
             .as_ref()
             .map_or([0.0; 2], |motion| motion.at(frame.u));
-        let mut weights = [0.0; UNKNOWNS_MAX + 1];
+        let mut weights = [0.0; size_of::<Rows>() / size_of::<Values>()];
         weights[..first].copy_from_slice(&p[..first]);
         for (i, line) in self.shape.lines.iter().enumerate() {
             let [cos, sin] = powers[line.min(WAVES - 1)];

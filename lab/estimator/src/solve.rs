@@ -33,6 +33,9 @@ impl Shape {
     }
 }
 
+/// Rows of the unknowns, in groups of four.
+pub type Rows = [Values; UNKNOWNS_MAX.next_multiple_of(4)];
+
 /// A solution of all channels.
 #[derive(Clone, Debug)]
 pub struct Solution {
@@ -42,7 +45,7 @@ pub struct Solution {
     lower: Square<UNKNOWNS_MAX>,
     /// Levels, then cosine and sine of each line: projections of the channels onto orthonormal
     /// functions, and once solved the coefficients.
-    pub rows: [Values; UNKNOWNS_MAX],
+    pub rows: Rows,
 }
 
 impl Solution {
@@ -53,7 +56,7 @@ impl Solution {
             degree: 0,
         },
         lower: [[0.0; UNKNOWNS_MAX]; UNKNOWNS_MAX],
-        rows: [[0.0; CHANNELS_MAX]; UNKNOWNS_MAX],
+        rows: [[0.0; CHANNELS_MAX]; UNKNOWNS_MAX.next_multiple_of(4)],
     };
 
     /// Projects the channels onto a shape's functions.
@@ -68,6 +71,8 @@ impl Solution {
         let totals = blocks.totals(&shape, &[1.0; BLOCKS_MAX]);
         totals.of_shape(&shape, &mut self.lower[first..]);
         blocks.products(&shape, &[1.0; BLOCKS_MAX], &mut self.rows[first..]);
+        // What an earlier solution has in the last group is not of this one.
+        self.rows[shape.unknowns()..].fill([0.0; CHANNELS_MAX]);
         let factor = Factor::new(&mut self.lower, shape.unknowns());
         factor.forward_rows(&mut self.rows);
     }

@@ -237,11 +237,14 @@ impl<'t> Tested<'t> {
     }
 
     /// Model of the frames.
-    pub fn model(&self) -> Model {
-        let followed = self.followed;
+    pub fn model(&self) -> Model<'_> {
         // The movement takes its part of the model.
-        let (still, motion) = (&followed.still, followed.motion());
-        Model::new(self.shape, still, followed.course, Some(motion))
+        Model {
+            shape: self.shape,
+            coefficients: &self.followed.still,
+            motion: Some(self.followed.motion()),
+            course: self.followed.course,
+        }
     }
 
     /// Deviate of the lines at half and at three halves of the fundamental, each over its own
