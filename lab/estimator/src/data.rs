@@ -52,12 +52,12 @@ impl Units {
         units
     }
 
-    /// Centres and scales a frame.
+    /// Centres and scales the values of a frame.
     #[inline]
-    fn change(&self, frame: &mut Frame) {
+    fn change(&self, u: f32, values: &Values, changed: &mut Values) {
         for k in 0..CHANNELS_MAX {
-            let line = self.level[k] + self.slope[k] * frame.u;
-            frame.values[k] = (frame.values[k] - line) * self.inverse[k];
+            let line = self.level[k] + self.slope[k] * u;
+            changed[k] = (values[k] - line) * self.inverse[k];
         }
     }
 }
@@ -124,13 +124,14 @@ impl Data<'_, '_> {
             let u = place.u(number);
             (frame.number, frame.u) = (number, u);
             if is_ordered {
-                frame.values = *values;
+                units.change(u, values, &mut frame.values);
             } else {
-                for k in 0..width {
-                    frame.values[k] = values[usize::from(order[k]) % CHANNELS_MAX];
+                let mut used = [0.0; CHANNELS_MAX];
+                for (used, c) in used.iter_mut().zip(order).take(width) {
+                    *used = values[usize::from(*c) % CHANNELS_MAX];
                 }
+                units.change(u, &used, &mut frame.values);
             }
-            units.change(&mut frame);
             if let Some(hum) = hum {
                 hum.subtract(&mut frame);
             }
