@@ -5,7 +5,7 @@ mod tracker;
 use crate::assembler::Assembler;
 use crate::faults::diagnostics::Diagnostics;
 use crate::faults::episodes::{FaultEpisodes, add_flaws};
-use crate::frame::TimedConversion;
+use crate::frame::{PlainFrame, TimedConversion};
 use crate::health::{HealthReporter, health};
 use crate::ring::Ring;
 use crate::window::Window;
@@ -110,6 +110,39 @@ impl Detector {
     ) {
         if self.assembler.buffer(&conversion) {
             self.scan(ring, diagnostics, outputs.emit, outputs.due);
+        }
+    }
+
+    /// Takes a plain frame of another converter, in place of conversions. The settings' plan is
+    /// [`Plan::of_frames`]. Frames that are missing by their times count as lost.
+    pub fn push_frame(
+        &mut self,
+        readings: PlainFrame<'_>,
+        ring: &mut Ring,
+        diagnostics: &Diagnostics,
+        outputs: &mut Outputs<'_>,
+    ) {
+        let Self {
+            assembler, tracker, ..
+        } = self;
+        let (number, latest_us) = tracker.clock.latest;
+        let passed_s = readings.t_us.saturating_sub(latest_us) as f32 * 1e-6;
+        let passed = ((passed_s * self.plan.frame_rate_hz() + 0.5) as u32).max(1);
+        let is_first = assembler.frames == 0;
+        let number = if is_first {
+            0
+        } else {
+            number.wrapping_add(passed)
+        };
+        if !is_first {
+            assembler.lost = assembler.lost.wrapping_add(passed - 1);
+        }
+        assembler.frames = assembler.frames.wrapping_add(1);
+        (assembler.now_us, assembler.board_us) = (readings.t_us, readings.t_us as u32);
+        let frame = readings.frame(number, self.plan.inputs, assembler.vref_v);
+        tracker.push(&frame, ring, outputs.emit, outputs.due);
+        if self.health_reporter.is_due(number) {
+            self.report_health(readings.t_us, diagnostics, outputs.emit);
         }
     }
 

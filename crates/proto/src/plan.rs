@@ -131,6 +131,17 @@ impl Plan {
         }
     }
 
+    /// A plan for plain frames of another converter: `channels` inputs, frames a second as given.
+    /// It is for touch detection and windows; no ADS1258 has the clock that gives this rate.
+    pub fn of_frames(frame_rate_hz: f32, channels: usize) -> Result<Self, PlanError> {
+        let inputs = u16::MAX.checked_shr((TAXELS as u32).saturating_sub(channels as u32));
+        let plan = Self::fastest(inputs.unwrap_or(0));
+        let ticks = plan.config().frame_ticks() as f32;
+        let values = [channels as f32, frame_rate_hz];
+        within(&FRAME_BOUNDS, &values)?;
+        Ok(plan.with_clock((frame_rate_hz * ticks + 0.5) as u32))
+    }
+
     /// The plan with another clock of the chip.
     pub const fn with_clock(self, adc_clock_hz: u32) -> Self {
         Self {
@@ -374,6 +385,12 @@ const BOUNDS: [Bounds; 6] = [
     ("plan.delay", 0.0, 7.0),
     ("plan.chop", 0.0, 0.0),
     ("plan.adc_clock_hz", CLOCK_LEAST_HZ, CLOCK_MOST_HZ),
+    ("frame_rate_hz", FRAME_RATE_LEAST_HZ, FRAME_RATE_MOST_HZ),
+];
+
+/// Bounds of what [`Plan::of_frames`] takes.
+const FRAME_BOUNDS: [Bounds; 2] = [
+    ("channels", 1.0, TAXELS as f32),
     ("frame_rate_hz", FRAME_RATE_LEAST_HZ, FRAME_RATE_MOST_HZ),
 ];
 

@@ -203,6 +203,8 @@ pub struct Contact {
     pub taxel: u8,
     /// Height of the spike over the level without touch, signed.
     pub height_v: f32,
+    /// When the load began to rise: of one that creeps in long before the spike.
+    pub onset_s: f64,
 }
 
 impl From<&wire::Contact> for Contact {
@@ -211,6 +213,7 @@ impl From<&wire::Contact> for Contact {
             t_s: seconds(event.t_us),
             taxel: event.taxel,
             height_v: event.height_v,
+            onset_s: seconds(event.onset_us),
         }
     }
 }

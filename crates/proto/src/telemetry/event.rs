@@ -69,6 +69,9 @@ pub struct Contact {
     pub taxel: u8,
     /// Its height over the idle level, volts, signed.
     pub height_v: f32,
+    /// Device time from which on the load rises, microseconds: of one that creeps in it is long
+    /// before the spike's.
+    pub onset_us: u64,
 }
 
 /// The sliding phase begins or ends.

@@ -87,6 +87,8 @@ class Contact(Event):
     """Taxel with the best defined spike, 0 to 15."""
     height_v: float
     """Height of the spike over the level without touch, signed [V]."""
+    onset_s: float
+    """When the load began to rise: of one that creeps in long before the spike [s]."""
 
 
 class Slide(Event):

@@ -15,6 +15,7 @@ fn f32_values_read_back_to_the_last_bit() {
         t_us: 510_003,
         taxel: 3,
         height_v,
+        onset_us: 0,
     });
     let line = json(&Packet {
         sequence: 7,
