@@ -44,6 +44,14 @@ const FRAME_BITS_MOST: u32 = 8 * 11;
 
 /// The whole configuration of the chip (SBAS297G, register descriptions).
 ///
+/// New fields may come: end a literal in `..Config::RESET`.
+///
+/// ```compile_fail
+/// # use ads1258::Config;
+/// # let Config { clock_hz, mux, data_rate, delay, chop, idle_mode, sensor_bias, bypass, clock_output, short_spi_timeout, gpio_inputs, gpio_levels, .. } = Config::RESET;
+/// let all = Config { clock_hz, mux, data_rate, delay, chop, idle_mode, sensor_bias, bypass, clock_output, short_spi_timeout, gpio_inputs, gpio_levels };
+/// ```
+///
 /// The default is what the chip does after a reset, with the crystal as clock. STAT is always set:
 /// a read by command sends the status byte in any case, and so nothing depends on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -78,6 +86,9 @@ pub struct Config {
     pub gpio_inputs: u8,
     /// GPIOD: the level of each GPIO pin that is an output.
     pub gpio_levels: u8,
+    /// Nothing; it makes a literal without `..` an error.
+    #[doc(hidden)]
+    pub _more: (),
 }
 
 impl Default for Config {
@@ -106,6 +117,7 @@ impl Config {
         short_spi_timeout: false,
         gpio_inputs: 0xFF,
         gpio_levels: 0x00,
+        _more: (),
     };
 
     /// Checks that the chip can work with this configuration. The error is the first rule that is

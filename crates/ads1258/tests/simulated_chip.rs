@@ -513,3 +513,25 @@ fn from_the_least_sclk_on_no_frame_is_cut() {
         assert_eq!(is_read, works, "{sclk_hz} Hz, from the start: {from_start}");
     }
 }
+
+/// Waits for DRDY and reads: each conversion of a scan once, in order.
+#[test]
+fn the_next_conversion_is_waited_for_and_read() {
+    let (board, mut adc) = scanning(&SCAN, options());
+    let mut drdy = board.drdy_pin();
+    let read = embassy_futures::block_on(async {
+        let mut read = Vec::new();
+        for _ in 0..42 {
+            read.push(adc.read_next_async(&mut drdy).await.unwrap());
+        }
+        read
+    });
+    assert!(read.iter().all(|conversion| conversion.status.is_new()));
+    let ids: Vec<_> = read
+        .iter()
+        .map(|conversion| conversion.status.chid())
+        .collect();
+    assert_eq!(ids[..21], ids[21..]);
+    assert_eq!((ids[0], ids[20]), (0x08, 0x1D));
+    assert_eq!(board.with_chip(|chip| chip.counters().lost), 0);
+}

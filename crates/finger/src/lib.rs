@@ -37,6 +37,8 @@
 //! assert!(matches!(events[..], [Event::Health(_)]));
 //! ```
 //!
+//! The processor needs atomics of 32 bits with compare-and-swap, which a Cortex-M0 lacks.
+//!
 //! With another converter give frames: `examples/plain_frames.rs`.
 //!
 //! ```
@@ -68,6 +70,11 @@
 #![allow(clippy::needless_range_loop)]
 // `!(a > b)` is meant: a NaN belongs on that side.
 #![allow(clippy::neg_cmp_op_on_partial_ord)]
+
+#[cfg(not(target_has_atomic = "32"))]
+compile_error!(
+    "ridgetone needs atomics of 32 bits with compare-and-swap, which this processor lacks (Cortex-M0, M0+)"
+);
 
 mod abscissa;
 mod acquire;
