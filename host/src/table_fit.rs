@@ -5,7 +5,7 @@ mod bridge;
 use crate::grid::Grid;
 use crate::part::Part;
 pub use crate::part::{Selection, columns, named};
-use crate::speed::Column;
+use crate::speed::{Column, Quantity};
 use crate::tone::{Tone, WithSigma};
 use anyhow::{Result, bail, ensure};
 use hal_mock::RowReader;
@@ -148,7 +148,8 @@ pub fn fit(
                 "{file}: column {}: blank in the first or the last row of this part",
                 column.name()
             );
-            column.places_mm(&values, &grid)
+            let places = column.places_mm(&values, &grid);
+            places.map_err(|why| anyhow::anyhow!("{file}: {why}"))?
         }
         // Uneven times are places, in seconds.
         None => grid.uneven_s.iter().map(|t_s| *t_s as f32).collect(),
@@ -206,8 +207,8 @@ pub fn fit(
     let rate_share = grid.rate_sigma_hz / grid.rate_hz;
     // Places that are given need no time.
     let (abscissa, per_unit, scale_share) = match selection.place {
-        Some(Column::Position(_)) => (Abscissa::Place, 1.0, 0.0),
-        Some(Column::Speed(_)) => (Abscissa::Place, 1.0, rate_share),
+        Some(ref column) if column.quantity() == Quantity::Position => (Abscissa::Place, 1.0, 0.0),
+        Some(_) => (Abscissa::Place, 1.0, rate_share),
         None if !grid.uneven_s.is_empty() => (Abscissa::Time, 1.0, 0.0),
         None => (Abscissa::Time, grid.rate_hz, rate_share),
     };
@@ -259,8 +260,19 @@ pub fn fit(
         status: ridgetone::reported_status(found.status),
         harmonics: found.harmonics,
         channels: channels.collect(),
-        guessed: rows.guessed(),
+        guessed: joined(
+            rows.guessed(),
+            selection.place.as_ref().and_then(Column::guessed),
+        ),
     })
+}
+
+/// Two remarks as one.
+fn joined(one: Option<String>, other: Option<String>) -> Option<String> {
+    match (one, other) {
+        (Some(one), Some(other)) => Some(format!("{one}; {other}")),
+        (one, other) => one.or(other),
+    }
 }
 
 /// The rows as the library takes them.

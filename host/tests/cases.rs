@@ -16,11 +16,13 @@ use std::path::{Path, PathBuf};
 enum Expected {
     /// A good tone, hertz.
     Hz(f64),
+    /// A good period by place, millimetres.
+    Mm(f64),
     /// A refusal on one line with these parts.
     Refused(&'static [&'static str]),
 }
 
-use Expected::{Hz, Refused};
+use Expected::{Hz, Mm, Refused};
 
 /// File, options of `fit`, what it gives.
 type Case = (&'static str, &'static [&'static str], Expected);
@@ -28,7 +30,31 @@ type Case = (&'static str, &'static [&'static str], Expected);
 /// The tone of most inputs.
 const TONE: Expected = Hz(12.34);
 
-const CASES: [Case; 47] = [
+const CASES: [Case; 52] = [
+    ("speed_m_s.csv", &["--speed-column", "speed_m_s"], Mm(2.5)),
+    (
+        "speed_m_s.csv",
+        &["--speed-column", "speed_m_s:m/s"],
+        Mm(2.5),
+    ),
+    (
+        "encoder_counts.csv",
+        &["--position-column", "encoder"],
+        Refused(&[
+            "column encoder has whole numbers without a unit",
+            "--mm-per-count",
+        ]),
+    ),
+    (
+        "encoder_counts.csv",
+        &["--position-column", "encoder", "--mm-per-count", "0.025"],
+        Mm(2.5),
+    ),
+    (
+        "encoder_counts.csv",
+        &["--position-column", "encoder:um"],
+        Mm(0.1),
+    ),
     ("sine_5hz.csv", &[], Hz(5.0)),
     ("percent_time_ns.csv", &[], TONE),
     ("percent_time_ns.csv", &["--time-column", "%time:ns"], TONE),
@@ -150,12 +176,16 @@ fn judge(path: &Path, options: &[&str], expected: Expected) -> Option<String> {
             let is_explained = parts.iter().all(|part| beside.contains(part));
             (!is_refused || !is_explained).then_some(shown)
         }
-        Hz(_) if !output.status.success() => Some(shown),
-        Hz(hz) => {
+        Hz(_) | Mm(_) if !output.status.success() => Some(shown),
+        Hz(value) | Mm(value) => {
             let found = json_lines(&output).remove(0);
             let number = |name: &str| found[name].as_f64().unwrap_or(f64::NAN);
-            let off_hz = (number("frequency_hz") - hz).abs();
-            let is_right = off_hz < 4.0 * number("sigma_hz") && number("sigma_hz") < 1e-3 * hz;
+            let (name, sigma) = match expected {
+                Mm(_) => ("period_mm", "period_sigma_mm"),
+                _ => ("frequency_hz", "sigma_hz"),
+            };
+            let sigma = number(sigma);
+            let is_right = (number(name) - value).abs() < 4.0 * sigma && sigma < 1e-3 * value;
             let is_good = found["status"] == "good";
             // What is guessed is one line.
             let is_short = beside.lines().count() <= 1;

@@ -3,7 +3,7 @@
 use super::parse::{number, positive};
 use crate::output::Progress;
 use crate::samples::Samples;
-use crate::speed::Column;
+use crate::speed::{Column, Quantity};
 use crate::table_fit::Selection;
 use crate::{fit_report, output, settings_form, touch_part};
 use anyhow::Result;
@@ -23,7 +23,9 @@ Examples:
   ridgetone fit touch.rec
   ridgetone fit recording.csv --from 1.57 --to 13.57 --json
   ridgetone fit no_time.csv --rate 241.14 --columns ain0,ain1,ain2
-  ridgetone fit by_hand.csv --speed-column speed_mm_s")]
+  ridgetone fit by_hand.csv --speed-column speed_mm_s
+  ridgetone fit by_hand.csv --speed-column v:m/s
+  ridgetone fit stage.csv --position-column encoder --mm-per-count 0.025")]
 pub struct FitArgs {
     /// Recording: CSV with a header.
     #[arg(value_name = "FILE.csv")]
@@ -45,13 +47,17 @@ pub struct FitArgs {
     /// slides, in volts; elsewhere all rows are.
     #[arg(long, conflicts_with_all = ["from", "to"])]
     whole: bool,
-    /// Fit by place, with this column as the speed over the surface, mm/s: cycles per mm at any
-    /// speed.
-    #[arg(long, value_name = "NAME", conflicts_with = "position_column")]
-    speed_column: Option<String>,
-    /// Fit by place, with this column as the place on the surface, mm.
-    #[arg(long, value_name = "NAME")]
-    position_column: Option<String>,
+    /// Fit by place, with this column as the speed over the surface, in mm/s unless its name or the
+    /// option says otherwise: cycles per mm at any speed.
+    #[arg(long, value_name = "NAME[:UNIT]", conflicts_with = "position_column", value_parser = speed)]
+    speed_column: Option<Column>,
+    /// Fit by place, with this column as the place on the surface, in mm unless its name or the
+    /// option says otherwise.
+    #[arg(long, value_name = "NAME[:UNIT]", value_parser = position)]
+    position_column: Option<Column>,
+    /// Millimetres of one count of the place.
+    #[arg(long, value_name = "MM", value_parser = positive, requires = "position_column")]
+    mm_per_count: Option<f64>,
     /// Columns to fit, at most 16 [default: all but time_s, speed and place].
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     columns: Vec<String>,
@@ -69,6 +75,14 @@ pub struct FitArgs {
     /// One JSON object on one line instead of the table.
     #[arg(long)]
     json: bool,
+}
+
+fn speed(text: &str) -> Result<Column, String> {
+    Column::parse(Quantity::Speed, text)
+}
+
+fn position(text: &str) -> Result<Column, String> {
+    Column::parse(Quantity::Position, text)
 }
 
 impl FitArgs {
@@ -90,8 +104,8 @@ impl FitArgs {
                 .or(settings.map(|settings| settings.harmonics)),
             place: self
                 .position_column
-                .map(Column::Position)
-                .or(self.speed_column.map(Column::Speed)),
+                .map(|column| column.with_mm_per_count(self.mm_per_count))
+                .or(self.speed_column),
             interferer_hz: self.mains.or(settings
                 .map(|settings| settings.interferer_hz.into())
                 .filter(|hz| *hz > 0.0)),

@@ -43,6 +43,7 @@ def fit(
     speed_column: str | None = None,
     position_column: str | None = None,
     whole: bool = False,
+    mm_per_count: float | None = None,
 ) -> Fit:
     """Fits all channels with one common frequency, as `ridgetone fit` does.
 
@@ -60,7 +61,7 @@ def fit(
     """
     given = native(samples, time_s, names)
     text, remarks = _ridgetone.fit(
-        given, rate_hz, from_s, to_s, columns or [], harmonics, mains_hz, speed_column, position_column, whole
+        given, rate_hz, from_s, to_s, columns or [], harmonics, mains_hz, speed_column, position_column, whole, mm_per_count
     )
     _warn(remarks)
     return load(Fit, text)

@@ -47,6 +47,7 @@ def fit(
     speed_column: str | None,
     position_column: str | None,
     whole: bool,
+    mm_per_count: float | None,
 ) -> tuple[str, list[str]]: ...
 def feel(
     samples: Samples,
