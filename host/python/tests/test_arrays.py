@@ -117,7 +117,7 @@ def test_errors_have_the_commands_words(tmp_path: Path, refusal: Callable[..., s
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda: rt.fit(np.zeros((5, 2))), "no column time_s"),
+        (lambda: rt.fit(np.zeros((5, 2))), "give rate_hz, or time_s"),
         (lambda: rt.fit(np.zeros((2, 2, 2)), 1), "3 dimensions"),
         (lambda: rt.fit(np.array(["a"]), 1), "numbers are needed"),
         (lambda: rt.fit([[1.0, np.inf]], 1), "row 1: column ch1: inf is not finite"),
