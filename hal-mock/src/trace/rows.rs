@@ -20,7 +20,7 @@ const HEAD: u64 = 1 << 16;
 /// Most rows with the same stamp: more have no clock.
 const BATCH_MAX: usize = 1 << 14;
 
-/// Rows of a table in any layout: [`Layout`] has what is found of it. A line that is no row is
+/// Rows of a table in any layout: `Layout` has what is found of it. A line that is no row is
 /// passed over and counted; a cell that holds no number is a missing reading. Rows that share a
 /// stamp are spread evenly up to the next one.
 ///
