@@ -132,11 +132,11 @@ impl<E: Events> PacketDecoder<E> {
                 .inbox
                 .take()
                 .and_then(|mut frame| framing::decode::<Packet<E>>(&mut frame)),
-            Pushed::Damaged if core::mem::take(&mut self.is_counted) => return None,
             Pushed::Damaged => None,
         };
+        let is_counted = core::mem::take(&mut self.is_counted);
         let Some(packet) = packet else {
-            self.damaged = self.damaged.saturating_add(1);
+            self.damaged = self.damaged.saturating_add(u32::from(!is_counted));
             return None;
         };
         if self.starts.take(&packet.event) {
