@@ -1,24 +1,19 @@
 //! Rows of samples, wherever they are: a table, a recording of telemetry with raw frames, what
 //! `export` made of one, or an array in memory.
 
-use crate::content::{Content, Input};
 use crate::messages::{Form, messages};
 use crate::raw_rows::RawRows;
-use crate::wav_rows::WavRows;
 use anyhow::Result;
-use hal_mock::{FileError, OpenRows, RowReader, Rows, TimeColumn, Timing, ValueAt};
+use hal_mock::{FileError, OpenRows, RowReader, Rows, TimeColumn, ValueAt};
 use std::fmt;
-use std::fs::File;
 use std::io::Cursor;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 /// Rows that can be read more than once. A clone has the same rows.
 #[derive(Clone)]
 pub struct Samples {
     name: String,
-    /// Where they are, if that is a file.
-    path: Option<PathBuf>,
     open: OpenRows,
 }
 
@@ -32,7 +27,6 @@ impl Samples {
     /// The same where somebody says which column of a table is the time.
     pub fn file_with(path: &Path, time: Option<TimeColumn>) -> Result<Self> {
         let (name, path) = (path.display().to_string(), path.to_owned());
-        let at = path.clone();
         let refuse = |error| FileError::new(&name, None, error);
         let open: OpenRows = if std::fs::metadata(&path).map_err(refuse)?.is_file() {
             Arc::new(move || open(&path, time.as_ref()))
@@ -42,19 +36,20 @@ impl Samples {
                 name.clone(),
             );
             Arc::new(move || {
-                let input = Box::new(Cursor::new(Arc::clone(&bytes)));
-                decoded(input, &file, time.as_ref())
+                Ok(Box::new(Rows::with(
+                    Cursor::new(Arc::clone(&bytes)),
+                    &file,
+                    time.as_ref(),
+                )?))
             })
         };
-        let path = Some(at);
-        Ok(Self { name, path, open })
+        Ok(Self { name, open })
     }
 
     /// Any rows, under a name for errors.
     pub fn rows(name: &str, open: OpenRows) -> Self {
         Self {
             name: name.to_owned(),
-            path: None,
             open,
         }
     }
@@ -75,7 +70,7 @@ impl Samples {
             value_at,
             time_s,
             next: 0,
-            present_s: None,
+            before_s: None,
         };
         Self::rows(name, Arc::new(move || Ok(Box::new(array.clone()))))
     }
@@ -83,11 +78,6 @@ impl Samples {
     /// The name in errors.
     pub fn name(&self) -> &str {
         &self.name
-    }
-
-    /// The file that has them.
-    pub fn path(&self) -> Option<&Path> {
-        self.path.as_deref()
     }
 
     pub fn open(&self) -> Result<Box<dyn RowReader + Send>> {
@@ -117,7 +107,13 @@ struct ArrayRows {
     time_s: Option<TimeAt>,
     /// The row after the present one.
     next: usize,
-    present_s: Option<f64>,
+    before_s: Option<f64>,
+}
+
+impl ArrayRows {
+    fn refuse(&self, why: &str) -> FileError {
+        FileError::new(&self.file, None, format!("row {}: {why}", self.next))
+    }
 }
 
 impl RowReader for ArrayRows {
@@ -142,26 +138,22 @@ impl RowReader for ArrayRows {
         }
         let t_s = self.time_s.as_ref().map(|time_s| time_s(self.next));
         self.next += 1;
-        if let Some(t_s) = t_s.filter(|t_s| !t_s.is_finite()) {
-            return Err(self.refuse(&format!("time_s: {t_s} is no time")));
+        if let Some(t_s) = t_s {
+            if !t_s.is_finite() {
+                return Err(self.refuse(&format!("time_s: {t_s} is no time")));
+            }
+            if let Some(before_s) = self.before_s.filter(|before_s| t_s <= *before_s) {
+                return Err(
+                    self.refuse(&format!("time_s does not increase: {t_s} after {before_s}"))
+                );
+            }
         }
-        self.present_s = t_s;
+        self.before_s = t_s;
         Ok(true)
     }
 
     fn time_s(&self) -> Option<f64> {
-        self.present_s
-    }
-
-    fn timing(&self) -> Timing {
-        match self.time_s {
-            Some(_) => Timing::Stamped,
-            None => Timing::Absent("give rate_hz, or time_s".into()),
-        }
-    }
-
-    fn refuse(&self, why: &str) -> FileError {
-        FileError::new(&self.file, None, format!("row {}: {why}", self.next))
+        self.before_s
     }
 
     fn values(&self, values: &mut Vec<f64>) -> Result<(), FileError> {
@@ -196,10 +188,7 @@ pub fn open(
         )
     };
     match Form::of(path).map_err(|error| FileError::new(&file, None, error))? {
-        Form::Table => {
-            let input = File::open(path).map_err(|error| FileError::new(&file, None, error))?;
-            decoded(Box::new(input), &file, time)
-        }
+        Form::Table => Ok(Box::new(Rows::open_with(path, time)?)),
         _ if time.is_some() => Err(FileError::new(
             &file,
             None,
@@ -212,18 +201,5 @@ pub fn open(
                 RawRows::new(&file, open()?, open()?).map_err(refuse)?,
             ))
         }
-    }
-}
-
-/// The rows of a table or of sound, in whatever encoding.
-fn decoded(
-    input: Input,
-    file: &str,
-    time: Option<&TimeColumn>,
-) -> Result<Box<dyn RowReader + Send>, FileError> {
-    match Content::of(input) {
-        Ok(Content::Text(text)) => Ok(Box::new(Rows::with(text, file, time)?)),
-        Ok(Content::Wav(sound)) => Ok(Box::new(WavRows::new(sound, file)?)),
-        Err(error) => Err(FileError::new(file, None, error)),
     }
 }

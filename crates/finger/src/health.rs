@@ -173,6 +173,5 @@ pub fn health(
         temperature_c,
         offset_v,
         gain,
-        frames_thinned: diagnostics.frames_thinned.get(),
     }
 }

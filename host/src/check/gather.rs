@@ -11,7 +11,7 @@ use ridgetone_proto::boot::SettingsSource;
 use ridgetone_proto::command::{Command, Outcome, Request};
 use ridgetone_proto::plan::Plan as Scan;
 use ridgetone_proto::settings::{Array, FRAME_RATE_HZ, Settings};
-use ridgetone_proto::telemetry::{Event, Health, Hello, Packet, Raw, Starts};
+use ridgetone_proto::telemetry::{Event, Health, Hello, Packet, Raw};
 use std::time::{Duration, Instant};
 
 /// What to do with the board.
@@ -61,9 +61,8 @@ pub fn gather(feed: &mut Feed, plan: Plan, progress: &mut Progress) -> Observati
 struct Seen {
     hello: Option<Hello>,
     health: Option<Health>,
-    /// The board has started anew.
+    /// A greeting with number zero has arrived: the board has started.
     has_started: bool,
-    starts: Starts,
     healths: u32,
     frames: Option<Vec<Raw>>,
     touches_us: Vec<(u64, Option<u64>)>,
@@ -71,11 +70,9 @@ struct Seen {
 
 impl Seen {
     fn take(&mut self, packet: &Packet) {
-        if self.starts.take(&packet.event) {
-            (self.hello, self.has_started) = (None, true);
-        }
         match &packet.event {
             Event::Hello(hello) => {
+                self.has_started |= packet.sequence == 0;
                 self.hello = Some(hello.clone());
             }
             Event::Health(health) => {
@@ -91,11 +88,6 @@ impl Seen {
             _ => {}
         }
     }
-}
-
-/// The default plan, by the clock that the board has.
-const fn judged(settings: &Settings) -> Scan {
-    Scan::PAPER.with_clock(settings.plan.adc_clock_hz)
 }
 
 struct Talk<'a> {
@@ -146,11 +138,11 @@ impl Talk<'_> {
         let Some(own) = found
             .hello
             .clone()
-            .filter(|hello| hello.settings.plan != judged(&hello.settings))
+            .filter(|hello| hello.settings.plan != Scan::PAPER)
         else {
             return Ok(());
         };
-        let settings = own.settings.with_plan(judged(&own.settings));
+        let settings = own.settings.with_plan(Scan::PAPER);
         (self.seen.hello, self.own) = (None, Some(own));
         self.progress.show(format_args!("another scan plan"));
         match self.request(Command::Set {
@@ -400,7 +392,7 @@ impl Talk<'_> {
         // That greeting may be lost; the next one comes after ten.
         let from = self.seen.healths;
         self.listen(|seen| {
-            seen.hello.is_some() && (seen.has_started || seen.healths > from + GREETING_HEALTHS)
+            seen.has_started || seen.hello.is_some() && seen.healths > from + GREETING_HEALTHS
         })?;
         self.seen.hello.clone().context("the board did not greet")
     }

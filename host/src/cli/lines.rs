@@ -6,13 +6,13 @@ use crate::feed::{Feed, Requester};
 use crate::frame::Frame;
 use crate::live::Counts;
 use crate::teleplot::Teleplot;
-use crate::utc::Receipt;
+use crate::utc::{Receipt, UtcClock};
 use crate::{events, listen, output};
 use anyhow::Result;
 use clap::Args;
 use ratatui::crossterm::terminal;
 use ridgetone_proto::settings::Settings;
-use ridgetone_proto::telemetry::{Event, Packet, Starts};
+use ridgetone_proto::telemetry::{Event, Packet};
 use std::collections::VecDeque;
 use std::io::IsTerminal;
 use std::ops::ControlFlow;
@@ -51,7 +51,6 @@ pub struct Printer {
     /// Lines that wait for earlier ones, in the order of time, if there is an order to keep.
     held: Option<VecDeque<(f64, String)>>,
     now_s: f64,
-    starts: Starts,
 }
 
 impl Printer {
@@ -66,7 +65,6 @@ impl Printer {
             vref_v: Settings::DEFAULT.vref_v,
             held,
             now_s: 0.0,
-            starts: Starts::new(),
         }
     }
 
@@ -90,7 +88,7 @@ impl Printer {
             _ => String::new(),
         };
         let text = fitted(&(events::text(packet) + &volts));
-        if self.starts.take(&packet.event) {
+        if UtcClock::restarts(packet) {
             self.flush(f64::INFINITY)?;
             self.now_s = 0.0;
         }

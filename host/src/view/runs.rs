@@ -1,4 +1,5 @@
-//! The runs that pages look back at, by their numbers, and their files.
+//! The runs that pages look back at, by their numbers. Their files are in a folder that goes with
+//! the command.
 
 use super::run::{Run, Summary};
 use crate::settings_form;
@@ -6,12 +7,13 @@ use anyhow::{Context, Result, ensure};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use tempfile::TempDir;
 
 /// Runs kept at a time.
 const MOST: usize = 8;
 
 pub struct Runs {
-    folder: PathBuf,
+    folder: TempDir,
     list: Mutex<List>,
 }
 
@@ -30,20 +32,22 @@ pub struct Numbered {
 }
 
 impl Runs {
-    /// No run yet. Files go to a folder whose owner removes it: a thread that serves a page may
-    /// hold this until the process ends, and then nothing is dropped.
-    pub fn new(folder: &Path) -> Self {
-        Self {
-            folder: folder.to_owned(),
+    pub fn new() -> Result<Self> {
+        let folder = tempfile::Builder::new()
+            .prefix("ridgetone-")
+            .tempdir()
+            .context("a temporary folder")?;
+        Ok(Self {
+            folder,
             list: Mutex::default(),
-        }
+        })
     }
 
     /// A new file in the folder.
     pub fn new_path(&self) -> PathBuf {
         let mut list = self.lock();
         list.next += 1;
-        self.folder.join(list.next.to_string())
+        self.folder.path().join(list.next.to_string())
     }
 
     /// Keeps a file's bytes, and opens it.
@@ -99,7 +103,7 @@ impl Runs {
     pub fn close(&self, id: u64) -> Result<()> {
         let run = self.get(id)?;
         self.lock().runs.retain(|(known, _)| *known != id);
-        if run.path.starts_with(&self.folder) {
+        if run.path.starts_with(self.folder.path()) {
             std::fs::remove_file(&run.path)?;
         }
         Ok(())

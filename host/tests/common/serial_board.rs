@@ -134,7 +134,6 @@ impl BoardEnd {
             settings: Settings::DEFAULT,
             source: SettingsSource::Default,
             boot: Boot::UNKNOWN,
-            t_us: 0,
         });
         while !self.shared.begins.load(Relaxed) {
             sleep(Duration::from_millis(10));

@@ -68,7 +68,7 @@ impl Reports {
                 .is_none_or(|at| since(at) >= HELLO_S * SAMPLE_HZ)
         {
             self.greeted = Some(look.samples);
-            emit(Event::Hello(self.hello(t_us)));
+            emit(Event::Hello(self.hello()));
         }
         if self.state != look.state {
             self.state = look.state;
@@ -109,14 +109,13 @@ impl Reports {
         shared.liveness.detected.bump();
     }
 
-    fn hello(&self, t_us: u64) -> Hello {
+    fn hello(&self) -> Hello {
         Hello {
             protocol: PROTOCOL,
             version: VERSION,
             sample_hz: SAMPLE_HZ,
             parameters: self.requests.parameters,
             boot: self.boot.clone(),
-            t_us,
         }
     }
 }

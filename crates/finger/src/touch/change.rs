@@ -11,8 +11,6 @@ pub enum Change<'a> {
     Contact {
         /// Frame of its peak.
         frame: u32,
-        /// Frame from which on the load rises, not after the peak.
-        onset: u32,
         /// Taxel with the greatest deviation.
         taxel: u8,
         /// That deviation from the idle level, codes.
@@ -48,12 +46,10 @@ impl Change<'_> {
         match self {
             Self::Contact {
                 frame: peak,
-                onset,
                 taxel,
                 height,
             } => Self::Contact {
                 frame: frame(peak),
-                onset: frame(onset),
                 taxel,
                 height,
             },
