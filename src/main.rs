@@ -4,10 +4,10 @@
 //! |---|---|---|
 //! | `line` | 5 | USART3, transmitter empty or byte received; pended by `report` |
 //! | `drdy` | 4 | EXTI4, DRDY's falling edge; pended by `watch` and `fit` |
-//! | `detect` | 3 | CAN1_RX0, pended by `drdy` when a scan is over or interrupted, and by `line` with a robot's message |
-//! | `report` | 2 | CAN1_TX, pended by `detect`, `fit` and `line` |
+//! | `detect` | 3 | OTG_HS_EP1_OUT, pended by `drdy` when a scan is over or interrupted, and by `line` with a robot's message |
+//! | `report` | 2 | OTG_HS_EP1_IN, pended by `detect`, `fit` and `line` |
 //! | `watch` | 2 | TIM4, twice a second |
-//! | `fit` | 1 | CAN1_RX1, pended by `detect` and `line` |
+//! | `fit` | 1 | OTG_HS_WKUP, pended by `detect` and `line` |
 //! | `idle` | 0 | |
 //!
 //! `line` is above `drdy`: a byte lasts 10.9 us and the USART holds one, while `drdy` runs for 15
@@ -85,9 +85,9 @@ mod app {
             rtic::pend(match task {
                 Task::Drdy => Interrupt::EXTI4,
                 Task::SerialLine => Interrupt::USART3,
-                Task::Detect => Interrupt::CAN1_RX0,
-                Task::Report => Interrupt::CAN1_TX,
-                Task::Fit => Interrupt::CAN1_RX1,
+                Task::Detect => Interrupt::OTG_HS_EP1_OUT,
+                Task::Report => Interrupt::OTG_HS_EP1_IN,
+                Task::Fit => Interrupt::OTG_HS_WKUP,
             });
         }
 
@@ -171,7 +171,7 @@ mod app {
         let (windows_in, windows_out) = cx.local.windows.split();
         let (bytes_in, bytes_out) = cx.local.bytes.split();
         // The greeting leaves even if the chip is silent.
-        rtic::pend(Interrupt::CAN1_RX0);
+        rtic::pend(Interrupt::OTG_HS_EP1_OUT);
         (
             Resources {
                 ring: black_box(cx.local.ring),
@@ -219,7 +219,7 @@ mod app {
     }
 
     // No task above it takes these locks but that of the inbox, so they mask nothing.
-    #[task(binds = CAN1_RX0, priority = 3, local = [detect], shared = [ring, detector, inbox, outbox, &shared])]
+    #[task(binds = OTG_HS_EP1_OUT, priority = 3, local = [detect], shared = [ring, detector, inbox, outbox, &shared])]
     fn detect(cx: detect::Context) {
         let detect::SharedResources {
             ring,
@@ -236,7 +236,7 @@ mod app {
         });
     }
 
-    #[task(binds = CAN1_TX, priority = 2, local = [report], shared = [outbox, &shared])]
+    #[task(binds = OTG_HS_EP1_IN, priority = 2, local = [report], shared = [outbox, &shared])]
     fn report(mut cx: report::Context) {
         cx.local.report.run(&mut cx.shared.outbox, cx.shared.shared);
     }
@@ -249,7 +249,7 @@ mod app {
         }
     }
 
-    #[task(binds = CAN1_RX1, priority = 1, local = [fit], shared = [ring, detector, inbox, outbox, &shared])]
+    #[task(binds = OTG_HS_WKUP, priority = 1, local = [fit], shared = [ring, detector, inbox, outbox, &shared])]
     fn fit(cx: fit::Context) {
         let fit::SharedResources {
             mut ring,

@@ -495,18 +495,10 @@ fn a_fault_that_changes_a_frequency_makes_a_good_or_unsteady_estimate_doubtful_a
     let good = events(|_, conversion| Some(conversion));
     let fit = (*estimates(&good).last().unwrap()).clone();
     let window = ridgetone::Window {
-        first: 0,
-        frames: (fit.window_s * 241.0) as u32,
         end_us: fit.t_us,
         frame_rate_hz: 241.14,
-        reference: [0.0; 16],
         span: fit.span,
-        slide_first: 0,
-        touch_first: 0,
-        level_v: f32::NAN,
-        force_ratio: None,
-        plan: Settings::DEFAULT.plan,
-        odometry: ridgetone::Mark::NONE,
+        ..ridgetone::Window::new(Settings::DEFAULT.plan, (fit.window_s * 241.0) as u32)
     };
     let travel = Travel {
         status: TravelStatus::Given,

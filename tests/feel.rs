@@ -2,13 +2,12 @@
 //! through the whole path.
 
 use ads1258::reading::volts;
-use ridgetone::Mark;
 use ridgetone::Window;
 use ridgetone::internals::{FEEL_MEMORY, feel, image_ratio};
 use ridgetone_feel::Receptor;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{Feeling, Settings, TAXELS};
-use ridgetone_proto::telemetry::{Feel, Hold, Image, Measured, NO_LEVEL, Pressed, Span};
+use ridgetone_proto::telemetry::{Feel, Hold, Image, Measured, NO_LEVEL, Pressed};
 use ridgetone_tone::Table;
 use std::f64::consts::TAU;
 
@@ -72,18 +71,10 @@ fn feel_with_gaps(
         .map(|i| if is_missing(i) { 0 } else { taxels })
         .collect();
     let window = Window {
-        first: 0,
-        frames: frames as u32,
         end_us: 7_000_000,
         frame_rate_hz: rate_hz as f32,
-        reference: [0.0; TAXELS],
-        span: Span::Window,
-        slide_first: 0,
-        touch_first: 0,
-        level_v: f32::NAN,
         force_ratio,
-        plan,
-        odometry: Mark::NONE,
+        ..Window::new(plan, frames as u32)
     };
     let mut source = Table {
         values: &values,

@@ -4,12 +4,11 @@
 mod reference;
 
 use reference::Tone;
-use ridgetone::Mark;
 use ridgetone::Window;
 use ridgetone::{Estimator, WindowFit};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::Settings;
-use ridgetone_proto::telemetry::{Estimate, Span, Status};
+use ridgetone_proto::telemetry::{Estimate, Status};
 use ridgetone_tone::Table;
 
 /// Frames of a window of the plan `single`, 43 ms.
@@ -30,18 +29,8 @@ fn estimate(
         valid: &valid,
     };
     let window = Window {
-        first: 0,
-        frames: FRAMES as u32,
         end_us: 1_000_000,
-        frame_rate_hz: plan.frame_rate_hz(),
-        reference: [0.0; 16],
-        span: Span::Window,
-        slide_first: 0,
-        touch_first: 0,
-        level_v: f32::NAN,
-        force_ratio: None,
-        plan,
-        odometry: Mark::NONE,
+        ..Window::new(plan, FRAMES as u32)
     };
     match estimator.run(&window, &mut table, None) {
         Ok(WindowFit::Done(estimate)) => estimate,

@@ -5,14 +5,13 @@
 mod reference;
 
 use reference::{Noise, codes};
-use ridgetone::Mark;
 use ridgetone::Window;
 use ridgetone::internals::by_phases;
 use ridgetone::internals::lag;
 use ridgetone::internals::{Fitted, fit};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{Array, FRAME_RATE_HZ};
-use ridgetone_proto::telemetry::{Direction, Span, Travel, TravelStatus};
+use ridgetone_proto::telemetry::{Direction, Travel, TravelStatus};
 use ridgetone_tone::{Fitter, Table};
 use std::f64::consts::TAU;
 
@@ -84,18 +83,8 @@ impl Wave {
             valid: &vec![u16::MAX; values.len()],
         };
         let window = Window {
-            first: 0,
-            frames: self.frames as u32,
-            end_us: 0,
             frame_rate_hz: FRAME_RATE_HZ,
-            reference: [0.0; 16],
-            span: Span::Window,
-            slide_first: 0,
-            touch_first: 0,
-            level_v: f32::NAN,
-            force_ratio: None,
-            plan: Plan::PAPER,
-            odometry: Mark::NONE,
+            ..Window::new(Plan::PAPER, self.frames as u32)
         };
         fit(fitter, &window, &mut table, 0.0, None).expect("all frames are there")
     }

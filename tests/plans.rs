@@ -104,6 +104,8 @@ fn the_papers_plan_and_others_as_slow_find_slides_and_their_frequencies() {
                 ..paper
             },
         ),
+        ("an oscillator", paper.with_clock(16_000_000)),
+        ("168 MHz / 11", paper.with_clock(15_272_727)),
         (
             "others than the first",
             Plan {

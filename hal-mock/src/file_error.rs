@@ -5,7 +5,7 @@ use std::fmt::Display;
 /// A file that cannot be read or means nothing, in one line that names the file and, where there is
 /// one, the line.
 #[derive(Debug, thiserror::Error)]
-#[error("{file}: {}{message}", .line.map_or_else(String::new, |line| format!("line {line}: ")))]
+#[error("{file}: {}", self.place_and_reason())]
 pub struct FileError {
     file: String,
     /// From 1.
@@ -21,5 +21,13 @@ impl FileError {
             line,
             message: message.to_string(),
         }
+    }
+
+    /// The error without the file's name.
+    pub fn place_and_reason(&self) -> String {
+        let line = self
+            .line
+            .map_or_else(String::new, |line| format!("line {line}: "));
+        format!("{line}{}", self.message)
     }
 }

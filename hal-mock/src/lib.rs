@@ -33,9 +33,11 @@ pub use self::{
     flash::CutFlash,
     scene::{Constant, Noisy, Repeated, Scene},
     scene_file::{load_scene, parse_scene},
-    sliding::{Finger, Hand, ParameterError, Sliding, SlidingScene, Stimulator, TABLE_2, Truth},
+    sliding::{
+        Finger, Hand, ParameterError, SkinState, Sliding, SlidingScene, Stimulator, TABLE_2, Truth,
+    },
     trace::{
-        OpenRows, PROGRESS_ROWS, Playback, RowClock, RowReader, Rows, Table, TimeColumn, Trace,
-        ValueAt, write_csv,
+        OpenRows, PROGRESS_ROWS, Playback, RowClock, RowReader, Rows, Table, TimeColumn, Timing,
+        Trace, ValueAt, check_order, write_csv,
     },
 };

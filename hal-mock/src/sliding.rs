@@ -69,6 +69,10 @@ pub struct Truth {
     pub end_s: f64,
 }
 
+/// How far the skin over each input has crept.
+#[derive(Clone, Copy, Debug)]
+pub struct SkinState([Delay; INPUTS]);
+
 /// The scene. The tone is a function of place, so all signals are continuous where the speed is
 /// finite.
 #[derive(Clone, Debug)]
@@ -170,6 +174,17 @@ impl SlidingScene {
         &self.channels
     }
 
+    /// How far the skin has crept, for another scene of the same finger; None of a scene without
+    /// one.
+    pub fn skin(&self) -> Option<SkinState> {
+        self.delays.map(SkinState)
+    }
+
+    /// Goes on with the skin that another scene has left.
+    pub fn set_skin(&mut self, skin: Option<SkinState>) {
+        self.delays = skin.map(|SkinState(delays)| delays);
+    }
+
     /// Standard deviation of the noise in volts.
     pub fn noise_v(&self) -> f64 {
         self.noise_v
@@ -216,6 +231,11 @@ impl SlidingScene {
 
     /// Advances a channel's creep and filter to `t_s`.
     fn delayed_v(&self, channel: &Channel, mut delay: Delay, t_s: f64) -> Delay {
+        // The scene is played again: the skin is as it was left.
+        if t_s < delay.at_s {
+            delay.at_s = t_s;
+            return delay;
+        }
         let steps = libm::ceil((t_s - delay.at_s) / STEP_S);
         if steps < 1.0 {
             return delay;

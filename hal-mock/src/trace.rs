@@ -1,18 +1,25 @@
 //! Recorded traces as CSV: read as tables, played as scenes, written from scenes.
 
+mod cells;
 mod clock;
-mod dialect;
+mod clock_time;
+mod head_line;
+mod header;
+mod layout;
+mod look;
 mod played;
 mod row_reader;
 mod rows;
+mod stamps;
 mod table;
+mod time_column;
 mod write;
 
 pub use clock::RowClock;
-pub use dialect::{TIME_COLUMN, TimeColumn};
-pub use row_reader::{OpenRows, PROGRESS_ROWS, RowReader, ValueAt};
+pub use row_reader::{OpenRows, PROGRESS_ROWS, RowReader, Timing, ValueAt, check_order};
 pub use rows::Rows;
 pub use table::Table;
+pub use time_column::{TIME_COLUMN, TimeColumn};
 pub use write::write_csv;
 
 use crate::file_error::FileError;
@@ -37,7 +44,8 @@ const ZEROS: f64 = 8.0;
 /// How a recording is played.
 #[derive(Clone, Copy, Debug)]
 pub struct Playback {
-    /// Rows per second where there is no `time_s`; the scan's own rate if none.
+    /// Rows per second, whatever their stamps; without it those of the stamps or, where there are
+    /// none, the scan's own rate.
     pub row_rate_hz: Option<f64>,
     /// Scans per second of a chip without a clock error.
     pub scan_rate_hz: f64,
@@ -268,7 +276,10 @@ impl Survey {
         }
         let (mut head, mut clock, mut values) = (Vec::new(), None::<RowClock>, Vec::new());
         let (mut read, mut alive, mut beyond, mut last) = (0, 0, None, 0);
-        let mut numbers = None;
+        let (mut numbers, mut before_s) = (None, None);
+        if let (Timing::Unclear(why), None) = (rows.timing(), playback.row_rate_hz) {
+            return Err(FileError::new(rows.file(), None, why));
+        }
         loop {
             let is_over = !rows.advance()?;
             if clock.is_none() && (is_over || head.len() == HEAD_ROWS) {
@@ -296,7 +307,12 @@ impl Survey {
                     });
                 }
             }
-            match (rows.time_s(), &mut clock) {
+            let time_s = rows.time_s().filter(|_| playback.row_rate_hz.is_none());
+            if let Some(t_s) = time_s {
+                check_order(&*rows, before_s.unwrap_or(f64::NEG_INFINITY), t_s)?;
+                before_s = time_s;
+            }
+            match (time_s, &mut clock) {
                 (Some(t_s), Some(clock)) => last = clock.push(t_s),
                 (Some(t_s), None) => head.push(t_s),
                 (None, _) => last = read - 1,

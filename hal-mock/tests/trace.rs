@@ -1,5 +1,7 @@
 //! Traces: what is read, what is refused and how, and the way back.
-use hal_mock::{Playback, Scene, Sliding, SlidingScene, Table, Trace, write_csv};
+use hal_mock::{
+    Playback, RowReader, Rows, Scene, Sliding, SlidingScene, Table, Timing, Trace, write_csv,
+};
 
 fn table(text: &str) -> Table {
     Table::parse(text.as_bytes(), "t.csv").unwrap()
@@ -174,57 +176,150 @@ fn time_may_be_absent_and_so_may_columns() {
 
 #[test]
 fn errors_name_file_and_line() {
-    assert_eq!(error(b""), "t.csv: the file is empty");
-    assert_eq!(error(b"\n \r\n\n"), "t.csv: the file is empty");
+    for (text, expected) in [
+        (&b""[..], "t.csv: the file is empty"),
+        (b"\n \r\n\n", "t.csv: the file is empty"),
+        (b"a,b\n", "t.csv: line 1: no data after the header"),
+        (
+            b"time_s\n1\n",
+            "t.csv: line 1: no channel: the table has only a time column",
+        ),
+        (
+            b"time_s,a,time_s\n0,1,0\n",
+            "t.csv: line 1: columns 1 and 3 are both called time_s",
+        ),
+        (
+            b"a,time_s\n1,1\n2,0.5\n",
+            "t.csv: line 3: the time does not increase: 0.5 s after 1 s; if it is none, override it with --rate HZ, or choose another --time-column",
+        ),
+        (
+            b"a,b\n1,2,3,4\n5,6,7,8\n",
+            "t.csv: line 2: 4 columns, the header has 2; if commas are decimals, separate columns by semicolons",
+        ),
+        (
+            b"a,time_s\n1,\n2,\n",
+            "t.csv: line 2: column time_s: \"\" is no time",
+        ),
+        (
+            b"a;b\n1,5;2\n1.5;2\n",
+            "t.csv: line 3: column a: \"1.5\" is not a number beside the others: decimals follow either points or commas, and nothing else has any",
+        ),
+        (
+            b"these are\nno numbers\n",
+            "t.csv: line 2: no line with more numbers than words: this is no table of samples",
+        ),
+        (
+            b"t_s,frequency_hz,sigma_hz\n1,2,3\n",
+            "t.csv: these are estimates, not samples: give the recording that they come from",
+        ),
+    ] {
+        assert_eq!(error(text), expected);
+    }
+}
+
+/// The rows of a text, and what was guessed of it.
+fn read(text: &[u8]) -> (Vec<String>, Vec<Vec<f64>>, Option<String>) {
+    let mut rows = Rows::new(text, "t.csv").unwrap();
+    let (mut all, mut row) = (Vec::new(), Vec::new());
+    while rows.advance().unwrap() {
+        rows.values(&mut row).unwrap();
+        all.push(row.clone());
+    }
+    (rows.names().to_vec(), all, rows.guessed())
+}
+
+#[test]
+fn what_is_no_row_is_passed_over_and_counted() {
+    let two = vec![vec![1.0], vec![2.0]];
+    for (text, said) in [
+        (&b"time_s,a\n0,1\n0.1,2\n"[..], None),
+        (
+            b"time_s,a\n0,1\n0.1,2\n0.2",
+            Some("1 line is skipped: line 4: 1 columns, where others have 2"),
+        ),
+        (
+            b"time_s,a\n0,1\ntime_s,a\n0.1,2\n",
+            Some("1 line is skipped: line 3"),
+        ),
+        (
+            b"time_s,a\n0,1\n0.1,2\n\nstopped by user\n",
+            Some("1 line is skipped: line 5"),
+        ),
+        (b"# a comment\ntime_s,a\n0,1\n# another\n0.1,2\n", None),
+        (
+            b"by hand\n\ntime_s,a\n0,1\n0.1,2\n",
+            Some("the header is on line 3"),
+        ),
+        (b"time_s,a\n(s),(mV)\n0,1\n0.1,2\n", None),
+        (b"time_s,a\r0,1\r0.1,2\r", None),
+        (
+            b"time_s,where,a\n0,left,1\n0.1,left,2\n",
+            Some("counters or other times: where"),
+        ),
+        (b"0.1,1\n0.2,2\n", Some("no header")),
+        (b"a,Temp \xB0C\n1,\n2,\n", None),
+    ] {
+        let (_, rows, guessed) = read(text);
+        let values: Vec<Vec<f64>> = rows
+            .iter()
+            .map(|row| match guessed {
+                Some(ref said) if said.starts_with("no header") => vec![row[1]],
+                _ => vec![row[0]],
+            })
+            .collect();
+        let shown = String::from_utf8_lossy(text);
+        assert_eq!(values, two, "{shown}");
+        match said {
+            Some(said) => assert!(
+                guessed.as_ref().is_some_and(|found| found.contains(said)),
+                "{shown}: {guessed:?}"
+            ),
+            None => assert_eq!(guessed, None, "{shown}"),
+        }
+    }
+    // A word among numbers is a missing reading, and is said.
+    let (_, rows, guessed) = read(b"time_s,a,b\n0,1,2\n0.1,two,2\n0.2,3,2\n");
+    assert!(rows[1][0].is_nan() && rows[1][1] == 2.0);
     assert_eq!(
-        error(b"\n1,2\n3,4\n"),
-        "t.csv: line 2: no header: the first line must name the columns"
+        guessed.unwrap(),
+        "\"two\" in line 3, column a, is taken for a missing reading"
     );
-    assert_eq!(error(b"a,b\n"), "t.csv: line 1: no data after the header");
-    assert_eq!(
-        error(b"time_s\n1\n"),
-        "t.csv: line 1: no channel: the header has only a time column"
-    );
-    assert_eq!(
-        error(b"time_s,a,time_s\n"),
-        "t.csv: line 1: more than one column is called time_s"
-    );
-    assert_eq!(
-        error(b"a,b\n1,2\n1,2,3\n"),
-        "t.csv: line 3: 3 columns, the header has 2"
-    );
-    assert_eq!(
-        error(b"a,b\r\n\r\n1\r\n"),
-        "t.csv: line 3: 1 columns, the header has 2"
-    );
-    assert_eq!(
-        error(b"a,b\n1,2\n\n\n1,x\n"),
-        "t.csv: line 5: column b: \"x\" is not a number"
-    );
-    assert_eq!(
-        error(b"a,time_s\n1,\n"),
-        "t.csv: line 2: column time_s: \"\" is no time"
-    );
-    assert_eq!(
-        error(b"a,b\n1,2\r\n1,2\r\n1,-\r\n"),
-        "t.csv: line 4: column b: \"-\" is not a number"
-    );
-    assert_eq!(
-        error(b"a,b\n1,2\n-inf,2\n"),
-        "t.csv: line 3: column a: \"-inf\" is not finite"
-    );
-    assert_eq!(
-        error(b"a,b\n1,1e999\n"),
-        "t.csv: line 2: column b: \"1e999\" is not finite"
-    );
-    assert_eq!(
-        error(b"a,time_s\n1,1\n2,1\n"),
-        "t.csv: line 3: time_s does not increase: 1 after 1"
-    );
-    assert_eq!(
-        error(b"a,b\n1,2\n1,\xFF\n"),
-        "t.csv: line 3: not UTF-8 text: save it as such"
-    );
+    assert_eq!(read(b"a,T_\xB0C\n1,2\n").0, ["a", "T_\u{B0}C"]);
+}
+
+#[test]
+fn rows_that_share_a_stamp_are_spread() {
+    let text = "time_s,a\n0,1\n0,2\n0,3\n0.3,4\n0.3,5\n0.3,6\n";
+    let mut rows = Rows::new(text.as_bytes(), "t.csv").unwrap();
+    let mut times = Vec::new();
+    while rows.advance().unwrap() {
+        times.push((rows.time_s().unwrap() * 1e6).round());
+    }
+    assert_eq!(times, [0e5, 1e5, 2e5, 3e5, 4e5, 5e5]);
+}
+
+/// What the message of a table without a time tells to type.
+#[test]
+fn a_missing_time_is_explained() {
+    for (text, parts) in [
+        (
+            "counter,a\n0,1\n4,2\n8,1\n12,3\n16,1\n",
+            &[
+                "there are: counter, a",
+                "--time-column counter:ms",
+                "--rate HZ",
+            ][..],
+        ),
+        ("a,b\n1,2\n0,2\n3,1\n", &["there are: a, b", "--rate HZ"]),
+        ("1,2\n0,2\n3,1\n", &["no header", "column_1, column_2"]),
+    ] {
+        let Timing::Absent(why) = Rows::new(text.as_bytes(), "t.csv").unwrap().timing() else {
+            panic!("{text}")
+        };
+        assert!(parts.iter().all(|part| why.contains(part)), "{why}");
+    }
+    let rows = Rows::new(&b"t,a\n0,1\n4,2\n8,1\n"[..], "t.csv").unwrap();
+    assert!(matches!(rows.timing(), Timing::Unclear(why) if why.contains("--time-column t:ms")));
 }
 
 #[test]

@@ -121,10 +121,15 @@ fn measure(
         Ok(())
     };
     replay::run(input, settings, None, &mut sink, &mut |_, _| {})?;
+    ensure!(
+        lags.len() + doubtful > 0,
+        "{name}: no slide of two seconds: give the recording of a touch from before its contact on, in volts"
+    );
     if lags.len() <= doubtful {
         bail!(
-            "{name}: the phases of {doubtful} of {} windows do not fit a period of {period_mm} mm: choose gratings between \
-             one pitch and 1.75, and slides of two seconds",
+            "{name}: the phases of {doubtful} of {} windows do not fit a period of {period_mm} mm: gratings have to be between \
+             one pitch and 1.75, and to slide over the whole array; a scene without a finger has random phases, use one such \
+             as hal-mock/scenes/c1.toml",
             lags.len() + doubtful
         );
     }

@@ -3,7 +3,7 @@
 use crate::digits::significant;
 use crate::names::name;
 use crate::remarks::remarks;
-use crate::table_fit::{ChannelResult, TableFit};
+use crate::table_fit::{ChannelResult, FittedPart, TableFit};
 use crate::tone::WithSigma;
 use ridgetone_proto::telemetry::{Abscissa, Status};
 use serde::Serialize;
@@ -69,6 +69,19 @@ pub fn text(fit: &TableFit) -> String {
     }
     line("harmonics", fit.harmonics.to_string());
     line("window_s", significant(fit.window_s, 6));
+    let times = format!(
+        "{} to {} s",
+        significant(fit.from_s, 6),
+        significant(fit.to_s, 6)
+    );
+    line(
+        "part",
+        match fit.part {
+            FittedPart::Slide => format!("the slide, {times}; --whole fits everything"),
+            FittedPart::Whole => format!("all, {times}"),
+            FittedPart::Given => format!("as given, {times}"),
+        },
+    );
     let missing = if fit.rows_missing > 0 {
         format!(", {} missing", fit.rows_missing)
     } else {
@@ -171,6 +184,9 @@ mod tests {
             rate_hz: 100.0,
             rate_sigma_hz: 0.0,
             stamped_hz: None,
+            part: FittedPart::Whole,
+            from_s: 0.0,
+            to_s: 3.99,
             window_s: 4.0,
             rows: 400,
             rows_missing: 0,

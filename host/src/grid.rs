@@ -1,11 +1,19 @@
-//! Rows with time stamps onto an even grid: the fit takes one row per sampling interval.
+//! Rows with time stamps onto an even grid, or as they are stamped where there is none.
 
 use crate::digits::significant;
+use crate::part::{Part, Selection, given_rate_hz};
 use anyhow::{Context, Result, bail, ensure};
-use hal_mock::RowClock;
+use hal_mock::{RowClock, RowReader};
 
 /// Share of missing rows above which the time stamps are no steady sampling with a few rows lost.
 const MISSING_MAX: f64 = 0.2;
+
+/// Share of the time above which a gap is a pause between two recordings.
+const PAUSE_SHARE: f64 = 0.5;
+
+/// Distance from a multiple of a given spacing, as a share of it, up to which stamps tell which rows
+/// of that spacing are missing.
+const ON_GRID: f64 = 0.2;
 
 /// Most decimals by which the rounding of stamps is recognised: microseconds.
 const DECIMALS_MAX: i32 = 6;
@@ -19,6 +27,9 @@ pub struct Grid {
     pub stamped_hz: Option<f64>,
     /// Places of the rows, in sampling intervals from the first row.
     pub places: Vec<usize>,
+    /// Times of the rows from the first one, seconds, where they are not evenly spaced; the rate is
+    /// the mean one then. Empty where they are.
+    pub uneven_s: Vec<f64>,
 }
 
 impl Grid {
@@ -32,6 +43,14 @@ impl Grid {
         self.slots() - self.places.len()
     }
 
+    /// Time from one row to another, by their numbers in the part, seconds.
+    pub fn between_s(&self, from: usize, to: usize) -> f64 {
+        match self.uneven_s[..] {
+            [] => (self.places[to] - self.places[from]) as f64 / self.rate_hz,
+            _ => self.uneven_s[to] - self.uneven_s[from],
+        }
+    }
+
     /// Rows without time stamps: one each 1 / `rate_hz`.
     pub fn even(rows: usize, rate_hz: f64) -> Self {
         Self {
@@ -39,55 +58,112 @@ impl Grid {
             rate_sigma_hz: 0.0,
             stamped_hz: None,
             places: (0..rows).collect(),
+            uneven_s: Vec::new(),
         }
     }
 
-    /// From time stamps in seconds, strictly increasing. A gap counts as rows that are missing. The
-    /// rate is that of the straight line through all stamps, unless `rate_hz` overrides it.
+    /// The grid of a part of a recording: by a given rate, or by its stamps.
+    pub fn of(part: &Part, rows: &dyn RowReader, selection: &Selection) -> Result<Self> {
+        if !part.is_stamped {
+            return Ok(Self::even(part.rows(), given_rate_hz(rows, selection)?));
+        }
+        let name_row = |row: usize| {
+            let (number, time_s) = (part.before + row as u64 + 1, part.times_s[row]);
+            format!("row {number} (time_s {time_s})")
+        };
+        Self::from_stamps(&part.times_s, selection.rate_hz, name_row)
+            .with_context(|| rows.file().to_owned())
+    }
+
+    /// From time stamps in seconds, strictly increasing unless `rate_hz` overrides them. A gap
+    /// counts as rows that are missing. The rate is that of the straight line through all stamps.
     /// `name_row` names a row in errors.
     pub fn from_stamps(
         time_s: &[f64],
         rate_hz: Option<f64>,
         name_row: impl Fn(usize) -> String,
     ) -> Result<Self> {
-        let mut clock = RowClock::new(time_s).context("one row alone has no rate")?;
-        let places: Vec<usize> = time_s.iter().map(|t_s| clock.push(*t_s) as usize).collect();
-        let spacing_s = clock.spacing_s();
-        let slots = places.last().map_or(0, |last| last + 1);
-        let missing = slots - places.len();
-        if missing as f64 > MISSING_MAX * slots as f64 {
-            let spacing = |row: &usize| time_s[row + 1] - time_s[*row];
-            let widest = (0..time_s.len() - 1)
-                .max_by(|a, b| spacing(a).total_cmp(&spacing(b)))
-                .unwrap_or(0);
-            bail!(
-                "{}: a gap of {} s where rows are {} s apart ({missing} of {slots} rows are missing); use --from and --to to stay out of it",
-                name_row(widest + 1),
-                significant(spacing(&widest), 6),
-                significant(spacing_s, 4),
-            );
+        if let Some(rate_hz) = rate_hz {
+            return Ok(Self::given(time_s, rate_hz));
         }
+        let mut clock = RowClock::new(time_s).context("one row alone has no rate")?;
+        let places = numbered(&mut clock, time_s);
+        let spacing_s = clock.spacing_s();
         ensure!(
             spacing_s.recip().is_finite(),
             "the time stamps give no rate"
         );
-        let stamped_hz = Some(spacing_s.recip());
-        if let Some(rate_hz) = rate_hz {
+        if is_steady(&places) {
+            let rate_sigma_hz = spacing_sigma_s(&clock, time_s, &places) / (spacing_s * spacing_s);
             return Ok(Self {
-                rate_hz,
-                rate_sigma_hz: 0.0,
-                stamped_hz,
+                rate_hz: spacing_s.recip(),
+                rate_sigma_hz,
+                stamped_hz: Some(spacing_s.recip()),
                 places,
+                uneven_s: Vec::new(),
             });
         }
-        let rate_sigma_hz = spacing_sigma_s(&clock, time_s, &places) / (spacing_s * spacing_s);
+        let spacing = |row: &usize| time_s[row + 1] - time_s[*row];
+        let widest = (0..time_s.len() - 1)
+            .max_by(|a, b| spacing(a).total_cmp(&spacing(b)))
+            .unwrap_or(0);
+        let length_s = time_s[time_s.len() - 1] - time_s[0];
+        if spacing(&widest) > PAUSE_SHARE * length_s {
+            bail!(
+                "{}: a gap of {} s in {} s of data; use --from and --to to stay out of it",
+                name_row(widest + 1),
+                significant(spacing(&widest), 6),
+                significant(length_s, 4),
+            );
+        }
         Ok(Self {
-            rate_hz: spacing_s.recip(),
-            rate_sigma_hz,
-            stamped_hz,
-            places,
+            uneven_s: time_s.iter().map(|t_s| t_s - time_s[0]).collect(),
+            ..Self::even(time_s.len(), (time_s.len() - 1) as f64 / length_s)
         })
     }
+
+    /// Rows at a given rate. Their stamps, at whatever rate, only say which rows are missing.
+    fn given(time_s: &[f64], rate_hz: f64) -> Self {
+        let even = Self::even(time_s.len(), rate_hz);
+        let increases = time_s.windows(2).all(|pair| pair[1] > pair[0]);
+        let Some(mut clock) = RowClock::new(time_s).filter(|_| increases) else {
+            return even;
+        };
+        let places = numbered(&mut clock, time_s);
+        let stamped_hz = Some(clock.spacing_s().recip());
+        if is_steady(&places) {
+            return Self {
+                stamped_hz,
+                places,
+                ..even
+            };
+        }
+        let exact = time_s.iter().map(|t_s| (t_s - time_s[0]) * rate_hz);
+        let is_on_grid = exact
+            .clone()
+            .all(|place| (place - place.round()).abs() < ON_GRID);
+        let rounded: Vec<usize> = exact.map(|place| place.round() as usize).collect();
+        let are_apart = rounded.windows(2).all(|pair| pair[1] > pair[0]);
+        if is_on_grid && are_apart {
+            return Self {
+                stamped_hz: Some(rate_hz),
+                places: rounded,
+                ..even
+            };
+        }
+        even
+    }
+}
+
+/// The numbers of rows by their stamps.
+fn numbered(clock: &mut RowClock, time_s: &[f64]) -> Vec<usize> {
+    time_s.iter().map(|t_s| clock.push(*t_s) as usize).collect()
+}
+
+/// Whether rows with these numbers are a steady sampling with a few rows lost.
+fn is_steady(places: &[usize]) -> bool {
+    let slots = places.last().map_or(0, |last| last + 1);
+    (slots - places.len()) as f64 <= MISSING_MAX * slots as f64
 }
 
 /// Standard deviation of the spacing of rows.
@@ -198,6 +274,27 @@ mod tests {
     }
 
     #[test]
+    fn rows_that_are_nowhere_near_even_keep_their_times() {
+        let stamps: Vec<f64> = (0..100)
+            .map(|i| 5.0 + f64::from(i / 2) * 0.01 + f64::from(i % 2) * 0.008)
+            .collect();
+        let grid = Grid::from_stamps(&stamps, None, named).unwrap();
+        assert!((grid.rate_hz - 200.0).abs() < 2.0, "{}", grid.rate_hz);
+        assert!((grid.between_s(0, 3) - 0.018).abs() < 1e-9 && grid.missing() == 0);
+        // A given rate overrides them.
+        let given = Grid::from_stamps(&stamps, Some(200.0), named).unwrap();
+        assert_eq!(given, Grid::even(100, 200.0));
+        let dropped: Vec<f64> = (0..100)
+            .filter(|i| i % 5 < 3)
+            .map(|i| f64::from(i) * 0.004)
+            .collect();
+        let given = Grid::from_stamps(&dropped, Some(250.0), named).unwrap();
+        assert_eq!((given.slots(), given.missing()), (98, 38));
+        let backwards = Grid::from_stamps(&[3.0, 1.0, 2.0], Some(10.0), named).unwrap();
+        assert_eq!(backwards, Grid::even(3, 10.0));
+    }
+
+    #[test]
     fn a_pause_is_refused_and_its_row_named() {
         let stamps: Vec<f64> = (0..100)
             .map(|i| f64::from(i) * 0.01 + if i < 60 { 0.0 } else { 30.0 })
@@ -205,7 +302,10 @@ mod tests {
         let error = Grid::from_stamps(&stamps, None, named)
             .unwrap_err()
             .to_string();
-        assert!(error.starts_with("row 61: a gap of 30.0100 s"), "{error}");
+        assert!(
+            error.starts_with("row 61: a gap of 30.0100 s in 30.99 s"),
+            "{error}"
+        );
         assert!(Grid::from_stamps(&[1.0], None, named).is_err());
     }
 }

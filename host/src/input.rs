@@ -128,42 +128,7 @@ impl Uncertainty {
     }
 }
 
-/// From the end of a touch to the beginning of the next, seconds.
-const PAUSE_S: f64 = 1.0;
-
-/// Repeats a scene every `every_s` seconds until `end_s`.
-pub struct Again<S> {
-    pub scene: S,
-    pub every_s: f64,
-    pub end_s: f64,
-}
-
-impl<S: Scene> Scene for Again<S> {
-    fn volts(&mut self, input: u8, t_s: f64) -> f64 {
-        self.scene.volts(input, t_s.max(0.0) % self.every_s)
-    }
-
-    fn end_s(&self) -> f64 {
-        self.end_s
-    }
-}
-
 impl Opened {
-    /// Repeats the input for ever, with a second's pause.
-    #[must_use]
-    pub fn repeated(self) -> Self {
-        let scene = Again {
-            scene: self.scene,
-            every_s: self.end_s + PAUSE_S,
-            end_s: f64::INFINITY,
-        };
-        Self {
-            scene: Box::new(scene),
-            end_s: f64::INFINITY,
-            ..self
-        }
-    }
-
     /// Inputs at 0 V for ever, with the converter's noise.
     pub fn untouched() -> Self {
         let (scene, options) = (Box::new(Constant::default()), Input::default().options());
@@ -229,6 +194,7 @@ impl Input {
     pub fn open_in(&self, plan: &Plan) -> Result<Opened> {
         let rate_of_scan_hz = rate_of(plan);
         let mut options = self.options();
+        options.clock_hz = plan.adc_clock_hz;
         match &self.source {
             Source::Scene(parameters) => {
                 let scene = SlidingScene::new(parameters.clone()).context("scene")?;

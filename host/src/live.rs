@@ -19,7 +19,7 @@ use ridgetone_proto::command::Outcome;
 use ridgetone_proto::fault::Fault;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{
-    Decoder, Estimate, Event, Feel, Health, Hello, Hold, Image, Packet, Span,
+    Decoder, Estimate, Event, Feel, Health, Hello, Hold, Image, Packet, Span, Starts,
 };
 use serde::{Serialize, Serializer};
 
@@ -141,6 +141,8 @@ pub struct Live {
     /// Events, a line each, oldest first: all packets but estimates, health, raw frames and
     /// requests done.
     pub log: Log,
+    #[serde(skip)]
+    starts: Starts,
 }
 
 /// Makes a method for each kind that returns the event of the latest packet of that kind.
@@ -171,6 +173,10 @@ impl Live {
     latest!(hello: Hello, estimate: Estimate, whole_slide: Estimate, image_before: Image, image_after: Image, health: Health, feel: Feel);
 
     pub fn take(&mut self, packet: &Packet) {
+        let has_restarted = self.starts.take(&packet.event);
+        if has_restarted {
+            self.restarted();
+        }
         let now = &mut self.now;
         now.connection = Connection::Connected;
         if let Some(t_s) = time_s(&packet.event) {
@@ -178,7 +184,7 @@ impl Live {
         }
         let kept = || Some(Kept(packet.clone()));
         match &packet.event {
-            Event::Hello(hello) => self.greeted(packet, hello),
+            Event::Hello(hello) => self.greeted(packet, hello, has_restarted),
             Event::Contact(contact) => {
                 now.touches += 1;
                 now.enter(Phase::Held, contact.t_us);
@@ -233,22 +239,27 @@ impl Live {
 
     /// The board sends a greeting after start-up, every ten seconds and on request. Most greetings
     /// change nothing.
-    fn greeted(&mut self, packet: &Packet, hello: &Hello) {
-        let is_new = self.hello() != Some(hello);
-        let has_begun = packet.sequence == 0;
-        if has_begun && self.now.latest.hello.is_some() {
-            self.now.restarts += 1;
-            // The board's clock begins at zero again, so earlier data do not fit on the same axis.
-            self.clear();
-            (self.now.now_s, self.now.faults) = (None, Vec::new());
-        }
-        if has_begun {
+    fn greeted(&mut self, packet: &Packet, hello: &Hello, has_restarted: bool) {
+        let at_that_time = |before: &Hello| Hello {
+            t_us: hello.t_us,
+            ..before.clone()
+        };
+        let is_new = self.hello().map(at_that_time).as_ref() != Some(hello);
+        if self.now.latest.hello.is_none() && hello.t_us == 0 {
             (self.now.phase, self.now.phase_since_s) = (Phase::Idle, Some(0.0));
         }
         self.now.latest.hello = Some(Kept(packet.clone()));
-        if is_new || has_begun {
+        if is_new || has_restarted {
             self.note(events::text(packet));
         }
+    }
+
+    /// The board's clock begins at zero again, so earlier data do not fit on the same axis.
+    fn restarted(&mut self) {
+        self.now.restarts += 1;
+        self.clear();
+        (self.now.now_s, self.now.faults) = (None, Vec::new());
+        (self.now.phase, self.now.phase_since_s) = (Phase::Idle, Some(0.0));
     }
 
     /// Adds a line to the log.
@@ -266,6 +277,7 @@ impl Live {
         };
         *self = Self {
             now: std::mem::take(&mut self.now),
+            starts: std::mem::take(&mut self.starts),
             ..Self::default()
         };
     }

@@ -15,10 +15,10 @@ mod tone;
 pub mod view;
 
 use crate::feed::{Feed, Following, RawFrames};
+use crate::keys;
 use crate::live::Live;
 use crate::stop;
 use anyhow::{Context, Result};
-use ratatui::crossterm::event::{self, Event as TerminalEvent};
 use ridgetone_proto::settings::Settings;
 use std::time::{Duration, Instant};
 use view::{Action, View};
@@ -78,9 +78,8 @@ impl Monitor {
                 )
             })?;
             self.take(REFRESH)?;
-            while event::poll(Duration::ZERO)? {
-                if let TerminalEvent::Key(key) = event::read()?
-                    && let Some(action) = self.view.press(key)
+            while let Some(key) = keys::next()? {
+                if let Some(action) = self.view.press(key)
                     && !self.act(action)
                 {
                     return Ok(());

@@ -1,10 +1,12 @@
 //! Output: lines on standard output, complete files, and progress on standard error.
 
-use crate::recording;
-use anyhow::{Context, Result, bail};
+mod file;
+
+pub use file::{check_new, force, new_file, new_text, whole_file, whole_text};
+
+use anyhow::Result;
 use std::fmt::Arguments;
 use std::io::{IsTerminal, Write};
-use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -15,84 +17,6 @@ pub fn line(text: &str) -> Result<()> {
     out.write_all(b"\n")?;
     out.flush()?;
     Ok(())
-}
-
-/// Writes a file under a temporary name beside its place and renames it, so that it is never
-/// incomplete. An existing file is replaced, but for a recording of telemetry, which nobody can
-/// make again. Errors, those of `write` too, have the file's name.
-pub fn whole_file(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<()> {
-    let named = || path.display().to_string();
-    if recording::is_telemetry(path).unwrap_or(false) {
-        bail!(
-            "{}: that is a recording of telemetry, which is not overwritten: choose another name",
-            named()
-        );
-    }
-    let directory = match path.parent() {
-        Some(parent) if parent != Path::new("") => parent.to_owned(),
-        _ => PathBuf::from("."),
-    };
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".ridgetone-");
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        // Permissions as for any new file: the process's mask decides.
-        builder.permissions(std::fs::Permissions::from_mode(0o666));
-    }
-    let mut file = builder.tempfile_in(directory).with_context(named)?;
-    let mut writer = std::io::BufWriter::new(file.as_file_mut());
-    write(&mut writer).with_context(named)?;
-    writer.flush().with_context(named)?;
-    drop(writer);
-    file.persist(path)
-        .map_err(|error| error.error)
-        .with_context(named)?;
-    Ok(())
-}
-
-/// Whether existing files may be replaced, as `--force` says.
-static IS_FORCED: AtomicBool = AtomicBool::new(false);
-
-/// Existing files may be replaced from now on.
-pub fn force() {
-    IS_FORCED.store(true, Ordering::Relaxed);
-}
-
-/// Refuses a file that exists already, unless files may be replaced. Ask before the work whose
-/// result it takes.
-pub fn check_new(path: &Path) -> Result<()> {
-    let may_replace =
-        IS_FORCED.load(Ordering::Relaxed) && !recording::is_telemetry(path).unwrap_or(false);
-    // A device or a pipe takes what is written.
-    if path.is_file() && !may_replace {
-        let (path, what) = (
-            path.display(),
-            if IS_FORCED.load(Ordering::Relaxed) {
-                ""
-            } else {
-                ", or add --force"
-            },
-        );
-        bail!("{path}: this file exists already and is not overwritten: choose another name{what}");
-    }
-    Ok(())
-}
-
-/// Writes a complete file as [`whole_file`] does, but replaces none unless [`force`] was called.
-pub fn new_file(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<()> {
-    check_new(path)?;
-    whole_file(path, write)
-}
-
-/// Writes a text to a new file.
-pub fn new_text(path: &Path, text: &str) -> Result<()> {
-    new_file(path, |file| Ok(file.write_all(text.as_bytes())?))
-}
-
-/// As [`whole_file`] with a text.
-pub fn whole_text(path: &Path, text: &str) -> Result<()> {
-    whole_file(path, |file| Ok(file.write_all(text.as_bytes())?))
 }
 
 /// Whether there is no progress to show: whoever calls this library has a screen of their own.

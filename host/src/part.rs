@@ -2,8 +2,8 @@
 //! part are kept.
 
 use crate::speed::Column;
-use anyhow::{Context, Result, bail, ensure};
-use hal_mock::{PROGRESS_ROWS, RowReader, ValueAt};
+use anyhow::{Result, bail, ensure};
+use hal_mock::{PROGRESS_ROWS, RowReader, Timing, ValueAt, check_order};
 use ridgetone_proto::settings::TAXELS;
 
 /// Which rows and columns to fit, and how.
@@ -72,10 +72,12 @@ impl Part {
             part.is_stamped = stamp_s.is_some();
             let t_s = match stamp_s {
                 Some(t_s) => t_s,
-                None => read as f64 / given_rate_hz(&file, selection)?,
+                None => read as f64 / given_rate_hz(rows, selection)?,
             };
             if read == 0 {
                 begin_s = t_s;
+            } else if selection.rate_hz.is_none() {
+                check_order(rows, last_s, t_s)?;
             }
             if t_s > to_s {
                 is_whole = false;
@@ -148,32 +150,43 @@ impl Part {
 }
 
 /// The rate of rows without stamps.
-pub fn given_rate_hz(file: &str, selection: &Selection) -> Result<f64> {
-    selection.rate_hz.with_context(|| {
-        format!("{file}: no column time_s: give the rate of the rows with --rate HZ")
-    })
+pub fn given_rate_hz(rows: &dyn RowReader, selection: &Selection) -> Result<f64> {
+    match (selection.rate_hz, rows.timing()) {
+        (Some(rate_hz), _) => Ok(rate_hz),
+        (None, Timing::Absent(why) | Timing::Unclear(why)) => bail!("{}: {why}", rows.file()),
+        (None, Timing::Stamped) => bail!("{}: a row has no time", rows.file()),
+    }
 }
 
 /// The place of a column.
 pub fn named(rows: &dyn RowReader, name: &str) -> Result<usize> {
     let (file, names) = (rows.file(), rows.names());
-    match names.iter().position(|known| known == name) {
-        Some(at) => Ok(at),
-        None => bail!("{file}: no column {name}; there are: {}", names.join(", ")),
+    match all_named(names, name)[..] {
+        [] => bail!("{file}: no column {name}; there are: {}", names.join(", ")),
+        [at] => Ok(at),
+        _ => bail!("{file}: more than one column is called {name}: give them other names"),
     }
 }
 
-/// The places of the columns to use, at most 16.
+/// The places of all columns with a name.
+fn all_named(names: &[String], name: &str) -> Vec<usize> {
+    (0..names.len()).filter(|at| names[*at] == name).collect()
+}
+
+/// The places of the columns to use, at most 16: of a name that several have, all of these.
 pub fn columns(rows: &dyn RowReader, selection: &Selection) -> Result<Vec<usize>> {
     let file = rows.file();
     let mut columns = Vec::new();
     for name in &selection.columns {
-        let at = named(rows, name)?;
+        let all = all_named(rows.names(), name);
+        if all.is_empty() {
+            named(rows, name)?;
+        }
         ensure!(
-            !columns.contains(&at),
+            all.iter().all(|at| !columns.contains(at)),
             "{file}: --columns names {name} twice"
         );
-        columns.push(at);
+        columns.extend(all);
     }
     if selection.columns.is_empty() {
         let place = selection.place.as_ref().map(Column::name);

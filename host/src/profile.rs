@@ -301,6 +301,7 @@ mod tests {
             t_us: 90_000_000,
             taxel: 0,
             height_v: 0.0,
+            onset_us: 0,
         };
         // A contact was ten seconds ago, as health says right after it.
         player.hear(&packet(Event::Contact(contact)), now);

@@ -1,7 +1,7 @@
 //! A command of the family `ridgetone` as a program: its arguments, its exit status, its errors on
 //! one line each.
 
-use crate::usage::UsageError;
+use crate::usage::{NoEstimate, UsageError};
 use anyhow::Result;
 use clap::Parser;
 use std::io::ErrorKind;
@@ -34,7 +34,13 @@ pub fn run<C: Parser>(run: impl FnOnce(C) -> Result<()>) -> ExitCode {
         Err(error) => {
             let line = format!("{error:#}").replace(['\n', '\r'], " ");
             eprintln!("ridgetone: {line}");
-            ExitCode::from(if error.is::<UsageError>() { 2 } else { 1 })
+            ExitCode::from(if error.is::<UsageError>() {
+                2
+            } else if error.is::<NoEstimate>() {
+                3
+            } else {
+                1
+            })
         }
     }
 }

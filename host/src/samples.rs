@@ -1,19 +1,24 @@
 //! Rows of samples, wherever they are: a table, a recording of telemetry with raw frames, what
 //! `export` made of one, or an array in memory.
 
+use crate::content::{Content, Input};
 use crate::messages::{Form, messages};
 use crate::raw_rows::RawRows;
+use crate::wav_rows::WavRows;
 use anyhow::Result;
-use hal_mock::{FileError, OpenRows, RowReader, Rows, TimeColumn, ValueAt};
+use hal_mock::{FileError, OpenRows, RowReader, Rows, TimeColumn, Timing, ValueAt};
 use std::fmt;
+use std::fs::File;
 use std::io::Cursor;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Rows that can be read more than once. A clone has the same rows.
 #[derive(Clone)]
 pub struct Samples {
     name: String,
+    /// Where they are, if that is a file.
+    path: Option<PathBuf>,
     open: OpenRows,
 }
 
@@ -27,6 +32,7 @@ impl Samples {
     /// The same where somebody says which column of a table is the time.
     pub fn file_with(path: &Path, time: Option<TimeColumn>) -> Result<Self> {
         let (name, path) = (path.display().to_string(), path.to_owned());
+        let at = path.clone();
         let refuse = |error| FileError::new(&name, None, error);
         let open: OpenRows = if std::fs::metadata(&path).map_err(refuse)?.is_file() {
             Arc::new(move || open(&path, time.as_ref()))
@@ -36,20 +42,19 @@ impl Samples {
                 name.clone(),
             );
             Arc::new(move || {
-                Ok(Box::new(Rows::with(
-                    Cursor::new(Arc::clone(&bytes)),
-                    &file,
-                    time.as_ref(),
-                )?))
+                let input = Box::new(Cursor::new(Arc::clone(&bytes)));
+                decoded(input, &file, time.as_ref())
             })
         };
-        Ok(Self { name, open })
+        let path = Some(at);
+        Ok(Self { name, path, open })
     }
 
     /// Any rows, under a name for errors.
     pub fn rows(name: &str, open: OpenRows) -> Self {
         Self {
             name: name.to_owned(),
+            path: None,
             open,
         }
     }
@@ -70,7 +75,7 @@ impl Samples {
             value_at,
             time_s,
             next: 0,
-            before_s: None,
+            present_s: None,
         };
         Self::rows(name, Arc::new(move || Ok(Box::new(array.clone()))))
     }
@@ -78,6 +83,11 @@ impl Samples {
     /// The name in errors.
     pub fn name(&self) -> &str {
         &self.name
+    }
+
+    /// The file that has them.
+    pub fn path(&self) -> Option<&Path> {
+        self.path.as_deref()
     }
 
     pub fn open(&self) -> Result<Box<dyn RowReader + Send>> {
@@ -107,13 +117,7 @@ struct ArrayRows {
     time_s: Option<TimeAt>,
     /// The row after the present one.
     next: usize,
-    before_s: Option<f64>,
-}
-
-impl ArrayRows {
-    fn refuse(&self, why: &str) -> FileError {
-        FileError::new(&self.file, None, format!("row {}: {why}", self.next))
-    }
+    present_s: Option<f64>,
 }
 
 impl RowReader for ArrayRows {
@@ -138,22 +142,26 @@ impl RowReader for ArrayRows {
         }
         let t_s = self.time_s.as_ref().map(|time_s| time_s(self.next));
         self.next += 1;
-        if let Some(t_s) = t_s {
-            if !t_s.is_finite() {
-                return Err(self.refuse(&format!("time_s: {t_s} is no time")));
-            }
-            if let Some(before_s) = self.before_s.filter(|before_s| t_s <= *before_s) {
-                return Err(
-                    self.refuse(&format!("time_s does not increase: {t_s} after {before_s}"))
-                );
-            }
+        if let Some(t_s) = t_s.filter(|t_s| !t_s.is_finite()) {
+            return Err(self.refuse(&format!("time_s: {t_s} is no time")));
         }
-        self.before_s = t_s;
+        self.present_s = t_s;
         Ok(true)
     }
 
     fn time_s(&self) -> Option<f64> {
-        self.before_s
+        self.present_s
+    }
+
+    fn timing(&self) -> Timing {
+        match self.time_s {
+            Some(_) => Timing::Stamped,
+            None => Timing::Absent("give rate_hz, or time_s".into()),
+        }
+    }
+
+    fn refuse(&self, why: &str) -> FileError {
+        FileError::new(&self.file, None, format!("row {}: {why}", self.next))
     }
 
     fn values(&self, values: &mut Vec<f64>) -> Result<(), FileError> {
@@ -188,7 +196,10 @@ pub fn open(
         )
     };
     match Form::of(path).map_err(|error| FileError::new(&file, None, error))? {
-        Form::Table => Ok(Box::new(Rows::open_with(path, time)?)),
+        Form::Table => {
+            let input = File::open(path).map_err(|error| FileError::new(&file, None, error))?;
+            decoded(Box::new(input), &file, time)
+        }
         _ if time.is_some() => Err(FileError::new(
             &file,
             None,
@@ -201,5 +212,18 @@ pub fn open(
                 RawRows::new(&file, open()?, open()?).map_err(refuse)?,
             ))
         }
+    }
+}
+
+/// The rows of a table or of sound, in whatever encoding.
+fn decoded(
+    input: Input,
+    file: &str,
+    time: Option<&TimeColumn>,
+) -> Result<Box<dyn RowReader + Send>, FileError> {
+    match Content::of(input) {
+        Ok(Content::Text(text)) => Ok(Box::new(Rows::with(text, file, time)?)),
+        Ok(Content::Wav(sound)) => Ok(Box::new(WavRows::new(sound, file)?)),
+        Err(error) => Err(FileError::new(file, None, error)),
     }
 }

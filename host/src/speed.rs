@@ -2,44 +2,160 @@
 
 use crate::grid::Grid;
 
+/// Units of length by their millimetres.
+const LENGTHS: [(&str, f64); 6] = [
+    ("mm", 1.0),
+    ("cm", 10.0),
+    ("m", 1000.0),
+    ("um", 1e-3),
+    ("µm", 1e-3),
+    ("in", 25.4),
+];
+
+/// What a column says of the finger.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// Its place on the surface.
+    Position,
+    /// Its speed over it.
+    Speed,
+}
+
 /// A column with the finger's place.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Column {
-    /// Its place on the surface, millimetres.
-    Position(String),
-    /// Its speed over it, millimetres per second.
-    Speed(String),
+#[derive(Clone, Debug, PartialEq)]
+pub struct Column {
+    quantity: Quantity,
+    name: String,
+    /// Millimetres, or millimetres per second, of the column's unit, if somebody says it.
+    mm_per_unit: Option<f64>,
 }
 
 impl Column {
-    pub fn name(&self) -> &str {
-        match self {
-            Self::Position(name) | Self::Speed(name) => name,
+    /// `NAME` or `NAME:UNIT`.
+    pub fn parse(quantity: Quantity, text: &str) -> Result<Self, String> {
+        let named = |name: &str, mm_per_unit| Self {
+            quantity,
+            name: name.to_owned(),
+            mm_per_unit,
+        };
+        let Some((name, unit)) = text.rsplit_once(':') else {
+            return Ok(named(text, None));
+        };
+        let length = match quantity {
+            Quantity::Position => Some(unit),
+            Quantity::Speed => unit.strip_suffix("/s"),
+        };
+        let per_second = if quantity == Quantity::Speed {
+            "/s"
+        } else {
+            ""
+        };
+        match length.and_then(millimetres) {
+            Some(mm) => Ok(named(name, Some(mm))),
+            None => Err(format!(
+                "unit {unit:?}: choose mm{per_second}, cm{per_second}, m{per_second}, um{per_second} or in{per_second}"
+            )),
         }
+    }
+
+    /// A place in counts of an encoder.
+    #[must_use]
+    pub fn with_mm_per_count(self, mm_per_count: Option<f64>) -> Self {
+        Self {
+            mm_per_unit: mm_per_count.or(self.mm_per_unit),
+            ..self
+        }
+    }
+
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    pub fn quantity(&self) -> Quantity {
+        self.quantity
+    }
+
+    /// Millimetres of its unit: as given, or as its name says; else it is in millimetres. Whole
+    /// numbers without a unit may be counts, and the error asks.
+    pub fn mm_per_unit(&self, values: &[f64]) -> Result<f64, String> {
+        if let Some(known) = self.mm_per_unit.or_else(|| self.named_mm()) {
+            return Ok(known);
+        }
+        // A column that stands still is refused for that.
+        let moves = values.windows(2).any(|pair| pair[0] != pair[1]);
+        let are_whole = values
+            .iter()
+            .all(|value| value.is_nan() || value.fract() == 0.0);
+        let (name, option) = (&self.name, self.option());
+        match self.quantity {
+            _ if !(are_whole && moves) => Ok(1.0),
+            Quantity::Position => Err(format!(
+                "column {name} has whole numbers without a unit: say which with {option} {name}:mm (or m, cm, um, in), or give --mm-per-count if they are counts"
+            )),
+            Quantity::Speed => Err(format!(
+                "column {name} has whole numbers without a unit: say which with {option} {name}:mm/s (or m/s, cm/s, um/s, in/s)"
+            )),
+        }
+    }
+
+    fn option(&self) -> &'static str {
+        match self.quantity {
+            Quantity::Position => "--position-column",
+            Quantity::Speed => "--speed-column",
+        }
+    }
+
+    /// Millimetres of the unit at the end of its name: `speed_m_s`, `x [mm]`.
+    fn named_mm(&self) -> Option<f64> {
+        let name = self.name.to_lowercase();
+        let words: Vec<&str> = name
+            .split(|c: char| !c.is_alphanumeric())
+            .filter(|word| !word.is_empty())
+            .collect();
+        match (self.quantity, &words[..]) {
+            (Quantity::Position, [_, .., unit]) => millimetres(unit),
+            (Quantity::Speed, [_, .., unit, "s"]) => millimetres(unit),
+            _ => None,
+        }
+    }
+
+    /// What its unit is taken for, where that is not millimetres.
+    pub fn guessed(&self) -> Option<String> {
+        let mm = self
+            .named_mm()
+            .filter(|mm| *mm != 1.0 && self.mm_per_unit.is_none())?;
+        let unit = LENGTHS
+            .iter()
+            .find(|(_, known)| *known == mm)
+            .map(|(unit, _)| *unit)?;
+        let per_second = if self.quantity == Quantity::Speed {
+            "/s"
+        } else {
+            ""
+        };
+        Some(format!("column {} is in {unit}{per_second}", self.name))
     }
 
     /// Places of all sampling intervals, millimetres from the first, from the rows' values, with
     /// straight lines in between. NaN stands for a value that is missing.
-    pub fn places_mm(&self, values: &[f64], grid: &Grid) -> Vec<f32> {
+    pub fn places_mm(&self, values: &[f64], grid: &Grid) -> Result<Vec<f32>, String> {
+        let mm_per_unit = self.mm_per_unit(values)?;
         let first = values.first().copied().unwrap_or(0.0);
         let mut at_rows = Vec::with_capacity(values.len());
         let (mut place_mm, mut before) = (0.0, (0usize, first));
-        for (slot, value) in grid
-            .places
+        for (row, value) in values
             .iter()
-            .zip(values)
+            .enumerate()
             .filter(|(_, value)| !value.is_nan())
         {
-            place_mm = match self {
-                Self::Position(_) => value - first,
-                Self::Speed(_) => {
-                    place_mm
-                        + 0.5 * (before.1 + value) * (slot.saturating_sub(before.0)) as f64
-                            / grid.rate_hz
+            place_mm = match self.quantity {
+                Quantity::Position => value - first,
+                Quantity::Speed => {
+                    place_mm + 0.5 * (before.1 + value) * grid.between_s(before.0, row)
                 }
             };
-            before = (*slot, *value);
-            at_rows.push((*slot, place_mm));
+            before = (row, *value);
+            at_rows.push((grid.places[row], place_mm * mm_per_unit));
         }
         let mut places = vec![0.0; grid.slots()];
         for pair in at_rows.windows(2) {
@@ -48,8 +164,13 @@ impl Column {
                 *place = (from_mm + (to_mm - from_mm) * since as f64 / (to - from) as f64) as f32;
             }
         }
-        places
+        Ok(places)
     }
+}
+
+fn millimetres(unit: &str) -> Option<f64> {
+    let known = LENGTHS.iter().find(|(name, _)| *name == unit);
+    known.map(|(_, mm)| *mm)
 }
 
 #[cfg(test)]
@@ -62,11 +183,48 @@ mod tests {
             places: vec![0, 1, 4, 5],
             ..Grid::even(0, 10.0)
         };
-        let speed = Column::Speed("v".into()).places_mm(&[10.0, 20.0, 20.0, -40.0], &grid);
+        let column = |quantity, text| Column::parse(quantity, text).unwrap();
+        let speeds = |text, values: &[f64]| {
+            column(Quantity::Speed, text)
+                .places_mm(values, &grid)
+                .unwrap()
+        };
+        let speed = speeds("v:mm/s", &[10.0, 20.0, 20.0, -40.0]);
         assert_eq!(speed, [0.0, 1.5, 3.5, 5.5, 7.5, 6.5]);
-        let blank = Column::Speed("v".into()).places_mm(&[10.0, f64::NAN, 20.0, -40.0], &grid);
+        let blank = speeds("v_mm_s", &[10.0, f64::NAN, 20.0, -40.0]);
         assert_eq!(blank, [0.0, 1.5, 3.0, 4.5, 6.0, 5.0]);
-        let position = Column::Position("x".into()).places_mm(&[7.0, 8.0, 11.0, 9.0], &grid);
+        let position = column(Quantity::Position, "x:mm")
+            .places_mm(&[7.0, 8.0, 11.0, 9.0], &grid)
+            .unwrap();
         assert_eq!(position, [0.0, 1.0, 2.0, 3.0, 4.0, 2.0]);
+    }
+
+    #[test]
+    fn units_are_given_named_or_asked_for() {
+        let mm = |quantity, text: &str, values: &[f64]| {
+            Column::parse(quantity, text).and_then(|column| column.mm_per_unit(values))
+        };
+        let (place, speed) = (Quantity::Position, Quantity::Speed);
+        for (quantity, text, expected) in [
+            (speed, "v:m/s", 1000.0),
+            (speed, "speed_m_s", 1000.0),
+            (speed, "Speed [cm/s]", 10.0),
+            (speed, "v_mm_s", 1.0),
+            (speed, "v", 1.0),
+            (place, "x:um", 1e-3),
+            (place, "x_m", 1000.0),
+            (place, "x", 1.0),
+        ] {
+            assert_eq!(mm(quantity, text, &[0.25, 1.5]), Ok(expected), "{text}");
+        }
+        assert!(mm(place, "encoder", &[1.0, 4.0]).is_err_and(|why| why.contains("--mm-per-count")));
+        assert!(
+            mm(speed, "v", &[1.0, 4.0]).is_err_and(|why| why.contains("--speed-column v:mm/s"))
+        );
+        assert!(mm(speed, "v:mm", &[0.5]).is_err_and(|why| why.contains("choose mm/s")));
+        let counts = Column::parse(place, "encoder")
+            .unwrap()
+            .with_mm_per_count(Some(0.025));
+        assert_eq!(counts.mm_per_unit(&[1.0, 4.0]), Ok(0.025));
     }
 }

@@ -3,11 +3,11 @@
 mod bridge;
 
 use crate::grid::Grid;
-use crate::part::{Part, given_rate_hz};
+use crate::part::Part;
 pub use crate::part::{Selection, columns, named};
-use crate::speed::Column;
+use crate::speed::{Column, Quantity};
 use crate::tone::{Tone, WithSigma};
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Result, bail, ensure};
 use hal_mock::RowReader;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::{Abscissa, Status};
@@ -43,6 +43,19 @@ pub struct ChannelResult {
     pub residual: Option<f64>,
 }
 
+/// Which part of a recording was fitted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum FittedPart {
+    /// The slide that was found in it.
+    Slide,
+    /// All of it.
+    Whole,
+    /// From the time and to the time that were given.
+    Given,
+}
+
 /// The fit of a table. Frequency and deviations are in hertz, or by place in cycles per millimetre.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -54,6 +67,12 @@ pub struct TableFit {
     /// The rate by the time stamps, if there are any.
     #[serde(skip)]
     pub stamped_hz: Option<f64>,
+    /// Which part of the recording was fitted.
+    pub part: FittedPart,
+    /// Time of the part's first row.
+    pub from_s: f64,
+    /// Time of the part's last row.
+    pub to_s: f64,
     /// Length of the part that was fitted.
     pub window_s: f64,
     /// Rows that were fitted.
@@ -104,17 +123,7 @@ pub fn fit(
     let columns = columns(rows, selection)?;
     let part = Part::read(rows, selection, FRAMES_MAX, progress)?;
     let file = rows.file();
-    let grid = match part.is_stamped {
-        true => Grid::from_stamps(&part.times_s, selection.rate_hz, |row| {
-            format!(
-                "row {} (time_s {})",
-                part.before + row as u64 + 1,
-                part.times_s[row]
-            )
-        })
-        .with_context(|| file.to_owned())?,
-        false => Grid::even(part.rows(), given_rate_hz(file, selection)?),
-    };
+    let grid = Grid::of(&part, rows, selection)?;
     ensure!(
         grid.slots() <= FRAMES_MAX,
         "{file}: {} rows in the window, at most {FRAMES_MAX} can be fitted: choose a part with --from and --to",
@@ -139,9 +148,11 @@ pub fn fit(
                 "{file}: column {}: blank in the first or the last row of this part",
                 column.name()
             );
-            column.places_mm(&values, &grid)
+            let places = column.places_mm(&values, &grid);
+            places.map_err(|why| anyhow::anyhow!("{file}: {why}"))?
         }
-        None => Vec::new(),
+        // Uneven times are places, in seconds.
+        None => grid.uneven_s.iter().map(|t_s| *t_s as f32).collect(),
     };
     let place = |frame: u32| places.get(frame as usize).copied().unwrap_or(f32::NAN);
     let harmonics = selection.harmonics.unwrap_or(HARMONICS_MAX as u8);
@@ -154,12 +165,15 @@ pub fn fit(
         if let Some(interferer_hz) = selection.interferer_hz {
             span = span.with_interferer((interferer_hz / grid.rate_hz) as f32);
         }
-        if let Some(column) = &selection.place {
+        if !places.is_empty() {
             let Some(along) = span.along(&place) else {
-                bail!(
-                    "{file}: by column {} the finger does not move in this part",
-                    column.name()
-                );
+                match &selection.place {
+                    Some(column) => bail!(
+                        "{file}: by column {} the finger does not move in this part",
+                        column.name()
+                    ),
+                    None => bail!("{file}: the time stands still in this part"),
+                }
             };
             span = along;
         }
@@ -170,7 +184,7 @@ pub fn fit(
     };
     // Few rows with blank cells cost less left out than bridged; and a fast tone cannot be bridged.
     let mut bridged = None;
-    if selection.place.is_none() && scaled.whole_share() < WHOLE_SHARE_MIN {
+    if places.is_empty() && scaled.whole_share() < WHOLE_SHARE_MIN {
         let scaled = scaled.bridged();
         let found = fit(&scaled)?;
         let is_slow = f64::from(found.frequency) <= bridge::TONE_MAX;
@@ -193,8 +207,9 @@ pub fn fit(
     let rate_share = grid.rate_sigma_hz / grid.rate_hz;
     // Places that are given need no time.
     let (abscissa, per_unit, scale_share) = match selection.place {
-        Some(Column::Position(_)) => (Abscissa::Place, 1.0, 0.0),
-        Some(Column::Speed(_)) => (Abscissa::Place, 1.0, rate_share),
+        Some(ref column) if column.quantity() == Quantity::Position => (Abscissa::Place, 1.0, 0.0),
+        Some(_) => (Abscissa::Place, 1.0, rate_share),
+        None if !grid.uneven_s.is_empty() => (Abscissa::Time, 1.0, 0.0),
         None => (Abscissa::Time, grid.rate_hz, rate_share),
     };
     let (frequency, sigma) = (
@@ -229,6 +244,13 @@ pub fn fit(
         rate_hz: grid.rate_hz,
         rate_sigma_hz: grid.rate_sigma_hz,
         stamped_hz: grid.stamped_hz,
+        part: if selection.from_s.is_some() || selection.to_s.is_some() {
+            FittedPart::Given
+        } else {
+            FittedPart::Whole
+        },
+        from_s: part.times_s[0],
+        to_s: part.times_s[part.rows() - 1],
         window_s: grid.slots() as f64 / grid.rate_hz,
         rows: part.rows(),
         rows_missing: grid.missing(),
@@ -238,8 +260,19 @@ pub fn fit(
         status: ridgetone::reported_status(found.status),
         harmonics: found.harmonics,
         channels: channels.collect(),
-        guessed: rows.guessed(),
+        guessed: joined(
+            rows.guessed(),
+            selection.place.as_ref().and_then(Column::guessed),
+        ),
     })
+}
+
+/// Two remarks as one.
+fn joined(one: Option<String>, other: Option<String>) -> Option<String> {
+    match (one, other) {
+        (Some(one), Some(other)) => Some(format!("{one}; {other}")),
+        (one, other) => one.or(other),
+    }
 }
 
 /// The rows as the library takes them.

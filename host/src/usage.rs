@@ -4,3 +4,8 @@
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub struct UsageError(pub String);
+
+/// A recording was played and gave no estimate; the text says why. The process exits with status 3.
+#[derive(Debug, thiserror::Error)]
+#[error("no estimate: {0}")]
+pub struct NoEstimate(pub String);

@@ -10,7 +10,7 @@
 
 use crate::digits::time_s;
 use ridgetone::{CONVERSION_NS, FRAME_NS};
-use ridgetone_proto::telemetry::{Event, Packet, WIRE_MAX, encode};
+use ridgetone_proto::telemetry::{Event, Packet, Starts, WIRE_MAX, encode};
 use serde::Serialize;
 use std::cell::Cell;
 use std::collections::VecDeque;
@@ -110,13 +110,18 @@ pub struct UtcClock {
     slope: Cell<Option<(i64, usize, f64, f64)>>,
     /// From a frame's first conversion to its last, seconds, by the plan of the latest greeting.
     frame_s: Option<f64>,
+    starts: Starts,
 }
 
 impl UtcClock {
     /// Takes a packet. One that is the first of a start of the board begins anew.
     pub fn take(&mut self, packet: &Packet, receipt: Receipt) {
-        if Self::restarts(packet) {
-            *self = Self::default();
+        if self.starts.take(&packet.event) {
+            let starts = std::mem::take(&mut self.starts);
+            *self = Self {
+                starts,
+                ..Self::default()
+            };
         }
         if let Event::Hello(hello) = &packet.event {
             let plan = &hello.settings.plan;
@@ -149,11 +154,6 @@ impl UtcClock {
             }
             _ => self.least.push_back((t_s, delay_s)),
         }
-    }
-
-    /// Whether the board's clock begins with this packet.
-    pub fn restarts(packet: &Packet) -> bool {
-        matches!(packet.event, Event::Hello(_)) && packet.sequence == 0
     }
 
     /// A moment of board time in UTC. None before the first packet with a time.

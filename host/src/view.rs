@@ -29,7 +29,7 @@ pub mod status;
 
 use crate::feed::{Feed, Following};
 use crate::stop;
-use anyhow::Result;
+use anyhow::{Context, Result};
 use app::App;
 use guard::Access;
 use hub::{Hub, UPDATE_EVERY};
@@ -63,7 +63,12 @@ pub fn run(feed: Feed, settings: Option<Settings>, options: &Options) -> (Feed, 
 }
 
 fn serve(following: &mut Following, options: &Options) -> Result<()> {
-    let (hub, runs) = (Arc::new(Hub::new(following.live())), Arc::new(Runs::new()?));
+    let folder = tempfile::Builder::new()
+        .prefix("ridgetone-")
+        .tempdir()
+        .context("a temporary folder")?;
+    let (hub, runs) = (Hub::new(following.live()), Runs::new(folder.path()));
+    let (hub, runs) = (Arc::new(hub), Arc::new(runs));
     let access = Access::new(options.address)?;
     let server = Server::start(
         access,

@@ -54,6 +54,7 @@ fn a_check_that_fails_is_reported_and_is_the_exit_status() {
         settings,
         source,
         boot,
+        t_us: 0,
     };
     let mut wire = [0; WIRE_MAX];
     let length = encode(

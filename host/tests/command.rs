@@ -111,6 +111,17 @@ fn no_file_is_overwritten_without_a_word() {
             .expect("a file")
             .starts_with("t_s,")
     );
+    // `-` is standard output, and a table alone says what format it is.
+    for command in [
+        &["export", text(&rec), "--table", "health"][..],
+        &["export", text(&rec), "--table", "health", "-o", "-"],
+        &["scene", "-o", "-"],
+    ] {
+        let done = run(command);
+        assert!(done.status.success(), "{}", stderr(&done));
+        let rows = stdout(&done);
+        assert!(rows.starts_with("t") && rows.lines().count() > 1, "{rows}");
+    }
     // Nobody can make a recording again.
     assert_one_line(
         &run(&[

@@ -213,3 +213,44 @@ fn a_rate_against_the_stamps_is_reported() {
     );
     assert!(common::stderr(&run(&["fit", text(&path), "--rate", "100"])).is_empty());
 }
+
+/// The tool's own scene of 15 mm/s over 3.6 mm, as the guide makes it: contact, hold, slide, hold.
+#[test]
+fn the_slide_of_a_touch_is_found_and_all_else_is_fitted_whole() {
+    let folder = directory();
+    let scene = folder.path().join("slide.csv");
+    let made = run(&["scene", "--scene-speed", "15", "-o", text(&scene)]);
+    assert!(made.status.success(), "{}", stderr(&made));
+    let found = fit(&[text(&scene)]);
+    let hz = 15.0 / 3.6;
+    assert_eq!(
+        (found["part"].as_str(), found["status"].as_str()),
+        (Some("slide"), Some("good")),
+        "{found}"
+    );
+    assert!(
+        (number(&found, "frequency_hz") - hz).abs() < 4.0 * number(&found, "sigma_hz"),
+        "{found}"
+    );
+    let (from, to) = (number(&found, "from_s"), number(&found, "to_s"));
+    assert!(to - from > 2.0 && from > 0.5, "{found}");
+    let shown = stdout(&run(&["fit", text(&scene)]));
+    assert!(shown.contains("part          the slide, "), "{shown}");
+    let without_part = |mut found: Value| {
+        found.as_object_mut().expect("an object").remove("part");
+        found
+    };
+    // A part that is given is fitted alike.
+    let (from, to) = (from.to_string(), to.to_string());
+    let given = fit(&[text(&scene), "--from", &from, "--to", &to]);
+    assert_eq!(given["part"], "given");
+    assert_eq!(without_part(given), without_part(found));
+    let whole = fit(&[text(&scene), "--whole"]);
+    assert_eq!(whole["part"], "whole");
+    assert!(number(&whole, "window_s") > 4.5 && whole["status"] != "good");
+    // Without a touch all of it is fitted, with or without the option.
+    let path = file(folder.path(), "tone.csv", &tone(16, 1000, 241.0, 8.0, 0.0));
+    let all = fit(&[text(&path)]);
+    assert_eq!(all["part"], "whole");
+    assert_eq!(all, fit(&[text(&path), "--whole"]));
+}

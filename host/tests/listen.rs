@@ -47,6 +47,7 @@ fn telemetry_is_printed_as_json_and_a_disconnection_is_reported() {
             t_us: 1_500_000 + u64::from(sequence),
             taxel: 3,
             height_v: 0.02,
+            onset_us: 0,
         };
         let packet = Packet {
             sequence,

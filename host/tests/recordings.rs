@@ -13,6 +13,7 @@ use rustix::process::{Pid, Signal, kill_process};
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Stdio};
+use std::time::{Duration, Instant};
 use terminal::Terminal;
 
 /// The bytes of the default scene's telemetry.
@@ -447,4 +448,31 @@ fn the_screen_comes_on_a_terminal_and_goes_without_a_trace() {
             .expect("UTF-8")
             .contains("0 lost, 0 damaged")
     );
+}
+
+#[test]
+fn a_terminal_that_is_closed_ends_the_screen() {
+    let folder = directory();
+    let path = recording(folder.path());
+    let mut terminal = Terminal::new(80, 24);
+    let end = terminal.other_end();
+    // In this test's session: it gets no signal when the terminal goes.
+    let mut child = common::ridgetone()
+        .args(["monitor", "--file", text(&path), "--pace", "0"])
+        .env("TERM", "xterm")
+        .stdin(end.try_clone().expect("an end"))
+        .stdout(end)
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("the command runs");
+    terminal.read_until("touch.rec  over");
+    drop(terminal);
+    let closed = Instant::now();
+    while child.try_wait().expect("a child").is_none() {
+        if closed.elapsed() > Duration::from_secs(5) {
+            child.kill().expect("killed");
+            panic!("the command goes on without its terminal");
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
 }

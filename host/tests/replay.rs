@@ -139,8 +139,9 @@ fn a_scene_written_down_and_replayed() {
     ]));
     assert!((slide_estimate(&events)["frequency_hz"].as_f64().unwrap() / found - 1.0).abs() < 1e-4);
 
+    // Clipped, it has no touch.
     let output = run(&["replay", text(&scaled)]);
-    assert!(output.status.success());
+    assert_eq!(output.status.code(), Some(3));
     let warning = stderr(&output).lines().next().unwrap().to_owned();
     assert!(
         warning.contains("row 1, column ain0") && warning.contains("--scale"),
@@ -233,4 +234,26 @@ fn a_reader_that_leaves_early_is_no_error() {
         "{}",
         stderr(&output)
     );
+}
+
+#[test]
+fn a_recording_without_an_estimate_is_explained() {
+    let folder = common::directory();
+    let path = common::file(
+        folder.path(),
+        "tone.csv",
+        &common::tone(2, 1000, 241.0, 5.0, 0.0),
+    );
+    for options in [&["--scale", "0.01"][..], &["--scale", "0.01", "--json"]] {
+        let output = common::run(&[&["replay", common::text(&path)], options].concat());
+        let printed = common::stderr(&output);
+        assert_eq!(output.status.code(), Some(3), "{printed}");
+        let last = printed.lines().last().expect("a line");
+        assert!(
+            last.contains("no estimate")
+                && last.contains("no finger touches")
+                && last.contains("ridgetone fit "),
+            "{printed}"
+        );
+    }
 }

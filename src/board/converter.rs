@@ -26,6 +26,10 @@ const SPI_HZ: u32 = 5_250_000;
 /// Reads of SPI_SR until the bus is not busy: the last bit's second half lasts 16 cycles.
 const BUSY_READS: u32 = 100;
 
+/// Processor cycles of half an SCLK period. BSY clears so much before the last bit ends (measured by
+/// others on the STM32F429 and F446), and the chip takes a written register at that end.
+const HALF_BIT_CYCLES: u32 = 168_000_000 / SPI_HZ / 2;
+
 /// Processor cycles to let CS settle: 190 ns at 168 MHz, over 2.5 tCLK (159 ns) and 2 tCLK (127
 /// ns).
 const CS_SETTLE_CYCLES: u32 = 32;
@@ -52,6 +56,7 @@ impl<const PORT: char, const NUMBER: u8> OutputPin for SettledCs<PORT, NUMBER> {
         // longer. SAFETY: reading the status has no side effect before the next read of data.
         let is_busy = || unsafe { (*SPI1::ptr()).sr().read().bsy().bit_is_set() };
         let _ = (0..BUSY_READS).any(|_| !is_busy());
+        cortex_m::asm::delay(HALF_BIT_CYCLES);
         self.0.set_high();
         cortex_m::asm::delay(CS_SETTLE_CYCLES);
         Ok(())

@@ -16,30 +16,36 @@ unsafe impl Sync for Ram {}
 #[unsafe(link_section = ".uninit.crash")]
 static RAM: Ram = Ram(UnsafeCell::new(MaybeUninit::uninit()));
 
-/// The RAM, with any content.
-fn ram() -> &'static mut Stored {
+/// A copy of the RAM, which may hold anything. No reference to it ever exists: a panic while
+/// another copy is in use cannot alias it.
+fn read() -> Stored {
     let first = RAM.0.get().cast::<u32>();
-    for at in 0..STORED_WORDS {
-        // SAFETY: within RAM. A word may hold anything; read and written once, it is something to
-        // the compiler too.
-        unsafe {
-            let word = first.add(at);
-            word.write_volatile(word.read_volatile());
-        }
+    // SAFETY: within RAM; a volatile read takes whatever a word holds as a value.
+    core::array::from_fn(|at| unsafe { first.add(at).read_volatile() })
+}
+
+fn write(stored: &Stored) {
+    let first = RAM.0.get().cast::<u32>();
+    for (at, word) in stored.iter().enumerate() {
+        // SAFETY: within RAM, which has as many words as `stored`.
+        unsafe { first.add(at).write_volatile(*word) };
     }
-    // SAFETY: all words are initialized, and nobody else has a reference: see `Ram`.
-    unsafe { (*RAM.0.get()).assume_init_mut() }
 }
 
 /// The record of the run before, if it crashed. To be called once, before tasks run.
 pub fn take_record() -> Option<Record> {
-    Record::take(ram())
+    let mut stored = read();
+    let record = Record::take(&mut stored);
+    write(&stored);
+    record
 }
 
 /// Keeps a record over the reset that must follow, and masks interrupts for good.
 pub fn keep(record: &Record) {
     cortex_m::interrupt::disable();
-    record.store(ram());
+    let mut stored = [0; STORED_WORDS];
+    record.store(&mut stored);
+    write(&stored);
 }
 
 /// The record of a panic.

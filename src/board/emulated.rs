@@ -25,6 +25,7 @@ use stm32f4xx_hal::pac::{self, USART3};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::Config;
 
+pub use clock::acknowledge_heartbeat;
 pub use link::{Drdy, ended, feed_watchdog};
 pub use memory::SettingsFlash;
 

@@ -18,7 +18,7 @@ use stm32f4xx_hal::prelude::*;
 
 pub use super::converter::POWER_UP_US;
 pub use super::flash::SettingsFlash;
-pub use stm32f4::{ended, feed_watchdog, leave, restart, sleep};
+pub use stm32f4::{acknowledge_heartbeat, ended, feed_watchdog, leave, restart, sleep};
 
 pub type Spi = converter::Spi<'A', 4>;
 pub type Start = PC5<Output>;

@@ -17,7 +17,7 @@
 //! | the types `Board`, `Spi`, `Start`, `Reset`, `Drdy`, `SerialLine`, `SettingsFlash` | [`parts::Parts`] and what it has on this board |
 //! | `now_us() -> u32` | a free-running microsecond counter that wraps at 2^32 and does not stop in sleep |
 //! | an interrupt TIM4 about twice a second | for the task `watch`, also while DRDY is silent |
-//! | `acknowledge_heartbeat()` | clears that interrupt |
+//! | `acknowledge_heartbeat()` | clears that interrupt, and keeps the chip open for a debugger |
 //! | `POWER_UP_US` | from power-up to the first register access, microseconds |
 //! | `sleep()` | waits until an interrupt is pending, also a masked one; a debugger must stay connected |
 //! | `ended() -> bool` | whether the signal is over; a real board's never is |
@@ -31,9 +31,10 @@
 //! (159 ns and 127 ns at 15.72864 MHz, ADS1258 datasheet SBAS297G).
 //!
 //! Interrupts: `EXTI4` is DRDY, `USART3` the line's "transmitter empty" and "byte received" (a line
-//! on another USART forwards its interrupt, see `nucleo_f446re.rs`). `CAN1_TX`, `CAN1_RX0` and
-//! `CAN1_RX1` are the three tasks that only software pends; the boards do not use CAN. On a chip
-//! that lacks these names change them in `main.rs` and here, with `device` in `rtic::app`.
+//! on another USART forwards its interrupt, see `nucleo_f446re.rs`). `OTG_HS_EP1_OUT`,
+//! `OTG_HS_EP1_IN` and `OTG_HS_WKUP` are the three tasks that only software pends: no board wires
+//! the second USB, while robots use CAN. On a chip that lacks these names change them in `main.rs`,
+//! with `device` in `rtic::app`.
 //! Priorities need five levels.
 //!
 //! Panics: a board has its own panic handler, which calls `die`.
@@ -73,6 +74,6 @@ pub use feather_f405::*;
 #[cfg(feature = "nucleo-f446re")]
 pub use nucleo_f446re::*;
 
-pub use clock::{acknowledge_heartbeat, now_us};
+pub use clock::now_us;
 pub use stack::{word as stack_word, words as stack_words};
 pub use wait::Wait;

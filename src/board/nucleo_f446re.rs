@@ -17,7 +17,7 @@ use stm32f4xx_hal::prelude::*;
 
 pub use super::converter::POWER_UP_US;
 pub use super::flash::SettingsFlash;
-pub use stm32f4::{ended, feed_watchdog, leave, restart, sleep};
+pub use stm32f4::{acknowledge_heartbeat, ended, feed_watchdog, leave, restart, sleep};
 
 pub type Spi = converter::Spi<'B', 6>;
 pub type Start = PC7<Output>;
@@ -69,10 +69,10 @@ pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
 /// `main.rs` binds the line's task to USART3, which this board does not use otherwise.
 #[interrupt]
 fn USART2() {
-    unsafe extern "C" {
+    // RTIC defines its handlers with Rust's ABI.
+    unsafe extern "Rust" {
         fn USART3();
     }
-    // SAFETY: RTIC defines it as an interrupt handler; that of USART3 cannot run at the same time:
-    // see `init`.
+    // SAFETY: that of USART3 cannot run at the same time: see `init`.
     unsafe { USART3() }
 }

@@ -29,8 +29,13 @@ pub fn begin(device: &pac::Peripherals) -> Boot {
         brown_out,
         record: crash::take_record(),
     };
-    // A debugger keeps its clock and the RTT buffer its memory while the processor sleeps.
-    device.DBGMCU.cr().modify(|_, w| {
+    stay_debuggable(&device.DBGMCU);
+    boot
+}
+
+/// Keeps a debugger's clock and the memory of the RTT buffer while the processor sleeps.
+fn stay_debuggable(debug: &DBGMCU) {
+    debug.cr().modify(|_, w| {
         w.dbg_sleep()
             .set_bit()
             .dbg_stop()
@@ -38,7 +43,16 @@ pub fn begin(device: &pac::Peripherals) -> Boot {
             .dbg_standby()
             .set_bit()
     });
-    boot
+}
+
+/// Clears the interrupt TIM4. A debugger that detaches restores DBGMCU_CR as it was before the
+/// image ran (probe-rs does), so that the next one would find a processor that sleeps: the bits are
+/// set again.
+pub fn acknowledge_heartbeat() {
+    super::clock::acknowledge_heartbeat();
+    // SAFETY: nothing else uses it once tasks run, and the three bits affect debugging alone.
+    let debug = unsafe { DBGMCU::steal() };
+    stay_debuggable(&debug);
 }
 
 /// What the board has on the processor's pin OSC_IN.

@@ -53,6 +53,50 @@ fn a_texture_is_learned_written_and_read() {
     );
 }
 
+/// The whole touch: its holds are no texture.
+#[test]
+fn the_slide_of_a_touch_is_learned() {
+    let folder = directory();
+    let recording = folder.path().join("recording.csv");
+    write_scene(&recording);
+    let learn = ["texture", "learn", text(&recording), "--json"];
+    let texture = json_lines(&run(&[&learn[..], &["--speed", "30"]].concat())).remove(0);
+    let number = |name: &str| texture[name].as_f64().expect("a number");
+    let (period_mm, sigma_mm) = (number("period_mm"), number("period_sigma_mm"));
+    assert!(
+        (period_mm - 3.6).abs() < 4.0 * sigma_mm && sigma_mm < 0.01,
+        "{texture}"
+    );
+}
+
+/// A ramp from 10 to 30 Hz has no period at one speed.
+#[test]
+fn only_good_fits_are_learned_unless_any_is_accepted() {
+    let folder = directory();
+    let chirp = (0..2000).fold("when,a\n".to_owned(), |csv, row| {
+        let t_s = f64::from(row) * 1e-3;
+        let turns = 10.0 * t_s + 5.0 * t_s * t_s;
+        let noise = f64::from(row * 7919 % 1009) * 1e-4;
+        let value = (std::f64::consts::TAU * turns).sin() + noise;
+        format!("{csv}{row},{value:.6}\n")
+    });
+    let path = file(folder.path(), "chirp.csv", &chirp);
+    let learn = |more: &[&str]| {
+        let options = [
+            "texture",
+            "learn",
+            text(&path),
+            "--speed",
+            "30",
+            "--time-column",
+            "when:ms",
+        ];
+        run(&[&options[..], more].concat())
+    };
+    assert_one_line(&learn(&[]), 1, &["chirp.csv", "`unsteady`", "--accept"]);
+    assert!(learn(&["--accept"]).status.success());
+}
+
 #[test]
 fn what_is_no_texture_is_refused() {
     let folder = directory();

@@ -15,11 +15,15 @@ pub fn run(
     settings: Settings,
     keep: impl FnMut(u32, TimedConversion) -> Option<TimedConversion>,
 ) -> Vec<Event> {
-    run_on(
-        SimulatedBoard::new(scene, Options::default()),
-        settings,
-        keep,
-    )
+    run_on(SimulatedBoard::new(scene, chip(&settings)), settings, keep)
+}
+
+/// The chip with the clock that the settings say.
+fn chip(settings: &Settings) -> Options {
+    Options {
+        clock_hz: settings.plan.adc_clock_hz,
+        ..Options::default()
+    }
 }
 
 /// Frames of a robot's messages, stuffed and without their zeros, and when each is complete:
@@ -48,7 +52,7 @@ pub fn places(lasts_s: f64, place_mm: impl Fn(f64) -> f64) -> Stream {
 /// Runs `scene` with a robot's messages, in the order of their times.
 pub fn run_streamed(scene: impl Scene + 'static, settings: Settings, stream: Stream) -> Vec<Event> {
     run_all(
-        SimulatedBoard::new(scene, Options::default()),
+        SimulatedBoard::new(scene, chip(&settings)),
         settings,
         stream,
         all,

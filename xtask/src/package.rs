@@ -1,7 +1,7 @@
 //! `package`: checks that the published crates build from their packages alone.
 
 use crate::tools::{clean, create, remove, run, target_dir};
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use std::path::{Path, PathBuf};
 use std::{env, fs};
 
@@ -42,6 +42,7 @@ pub fn check() -> Result<()> {
         .env("CARGO_TARGET_DIR", &target))
     .context("a package does not build")?;
     for name in PACKAGES {
+        check_files(name)?;
         let file = target
             .join("package")
             .join(format!("{name}-{}.crate", env!("CARGO_PKG_VERSION")));
@@ -51,6 +52,31 @@ pub fn check() -> Result<()> {
         println!("{name:<15} {bytes} bytes packed");
     }
     remove(&folder)
+}
+
+/// What a package must hold besides its code.
+const FILES: [&str; 3] = ["LICENSE-APACHE", "LICENSE-MIT", "README.md"];
+
+/// Fails if a package has no licences or no README.
+fn check_files(name: &str) -> Result<()> {
+    let mut cargo = clean("cargo");
+    cargo.args([
+        "package",
+        "--list",
+        "--offline",
+        "--allow-dirty",
+        "--package",
+        name,
+    ]);
+    let listed = cargo.output().context("cargo package --list")?;
+    let listed = String::from_utf8_lossy(&listed.stdout);
+    for file in FILES {
+        ensure!(
+            listed.lines().any(|line| line == file),
+            "{name} is packed without {file}: put it into the crate's folder"
+        );
+    }
+    Ok(())
 }
 
 #[cfg(unix)]

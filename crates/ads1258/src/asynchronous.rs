@@ -1,12 +1,33 @@
 //! Commands over an async SPI device: the blocking methods word for word, with an `.await` at each
 //! transfer.
 
+use embedded_hal_async::digital::Wait;
 use embedded_hal_async::spi::SpiDevice;
 
 use crate::codec::{self, Block};
-use crate::{Ads1258, Config, Conversion, Error, Register};
+use crate::{Ads1258, Config, Conversion, Error, NextError, Register};
 
+/// # Cancel safety
+///
+/// A future that is dropped while it waits for the bus leaves the chip as the SPI device leaves it.
+/// A read changes nothing, and may be begun anew. Registers of a write, a reset or a configuration
+/// may have arrived, or a part of them, while the driver still takes the former values for written:
+/// [`verify_async`](Self::verify_async) then fails, and [`configure_async`](Self::configure_async)
+/// is to be called again.
 impl<SPI: SpiDevice> Ads1258<SPI> {
+    /// Waits until DRDY is low, and reads the conversion. A conversion that was missed is not waited
+    /// for: DRDY stays low until it is read.
+    ///
+    /// Cancel safe: dropped while it waits for the pin, it has read nothing; dropped in the
+    /// transfer, the same conversion is read next time, with NEW cleared.
+    pub async fn read_next_async<P: Wait>(
+        &mut self,
+        drdy: &mut P,
+    ) -> Result<Conversion, NextError<SPI::Error, P::Error>> {
+        drdy.wait_for_low().await.map_err(NextError::Drdy)?;
+        self.read_async().await.map_err(NextError::Adc)
+    }
+
     /// As [`reset`](Self::reset).
     pub async fn reset_async(&mut self) -> Result<(), Error<SPI::Error>> {
         self.spi.write(&codec::RESET).await.map_err(Error::Spi)?;
@@ -77,7 +98,7 @@ impl<SPI: SpiDevice> Ads1258<SPI> {
 
     /// As [`read_id`](Self::read_id).
     pub async fn read_id_async(&mut self) -> Result<u8, Error<SPI::Error>> {
-        codec::check_id(self.read_register_async(Register::Id).await?)
+        codec::check_id(self.read_register_async(Register::Id).await?, self.model)
     }
 
     /// As [`pulse_convert`](Self::pulse_convert).
@@ -91,8 +112,9 @@ impl<SPI: SpiDevice> Ads1258<SPI> {
     /// As [`read`](Self::read).
     pub async fn read_async(&mut self) -> Result<Conversion, Error<SPI::Error>> {
         let mut frame = codec::READ_DATA;
+        let bytes = self.model.read_frame(&mut frame);
         self.spi
-            .transfer_in_place(&mut frame)
+            .transfer_in_place(bytes)
             .await
             .map_err(Error::Spi)?;
         let [_, bytes @ ..] = frame;

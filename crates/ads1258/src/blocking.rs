@@ -99,7 +99,7 @@ impl<SPI: SpiDevice> Ads1258<SPI> {
         Ok(())
     }
 
-    /// Reads ID and checks that this is an ADS1258. START must be low: with START high ID has been
+    /// Reads ID and checks that this is the chip's [`Model`](crate::Model). START must be low: with START high ID has been
     /// seen to read wrong.
     ///
     /// Only bit 4 (ID4) is guaranteed, so this distinguishes the ADS1258 from the ADS1158 and from
@@ -107,9 +107,9 @@ impl<SPI: SpiDevice> Ads1258<SPI> {
     /// [`configure`](Self::configure) finds that one.
     ///
     /// # Errors
-    /// [`Error::Id`] if ID4 is set.
+    /// [`Error::Id`] if ID4 is that of the other one.
     pub fn read_id(&mut self) -> Result<u8, Error<SPI::Error>> {
-        codec::check_id(self.read_register(Register::Id)?)
+        codec::check_id(self.read_register(Register::Id)?, self.model)
     }
 
     /// The pulse convert command (0x80): one conversion, of the next channel of the scan, for
@@ -127,7 +127,8 @@ impl<SPI: SpiDevice> Ads1258<SPI> {
     #[inline]
     pub fn read(&mut self) -> Result<Conversion, Error<SPI::Error>> {
         let mut frame = codec::READ_DATA;
-        self.spi.transfer_in_place(&mut frame).map_err(Error::Spi)?;
+        let bytes = self.model.read_frame(&mut frame);
+        self.spi.transfer_in_place(bytes).map_err(Error::Spi)?;
         let [_, bytes @ ..] = frame;
         Ok(Conversion::from_bytes(bytes))
     }

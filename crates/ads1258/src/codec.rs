@@ -1,6 +1,6 @@
 //! The bytes on the bus, for the blocking and the async methods alike (SBAS297G, commands).
 
-use crate::{Error, Register};
+use crate::{Error, Model, Register};
 
 /// All registers to their reset values.
 pub(crate) const RESET: [u8; 1] = [0xC0];
@@ -89,9 +89,9 @@ pub(crate) fn compare<E>(written: &Image, found: &Image) -> Result<(), Error<E>>
     Ok(())
 }
 
-/// Checks that bit 4 of ID (ID4) is clear, the only bit that the datasheet guarantees.
-pub(crate) fn check_id<E>(id: u8) -> Result<u8, Error<E>> {
-    if id & 0x10 == 0 {
+/// Checks bit 4 of ID (ID4), the only bit that the datasheet guarantees.
+pub(crate) fn check_id<E>(id: u8, model: Model) -> Result<u8, Error<E>> {
+    if (id & 0x10 == 0) == (model == Model::Ads1258) {
         Ok(id)
     } else {
         Err(Error::Id { read: id })

@@ -39,7 +39,18 @@ pub enum Mux {
     },
 }
 
+/// Bits of the longest transfer: a command and all ten registers.
+const FRAME_BITS_MOST: u32 = 8 * 11;
+
 /// The whole configuration of the chip (SBAS297G, register descriptions).
+///
+/// New fields may come: end a literal in `..Config::RESET`.
+///
+/// ```compile_fail
+/// # use ads1258::Config;
+/// # let Config { clock_hz, mux, data_rate, delay, chop, idle_mode, sensor_bias, bypass, clock_output, short_spi_timeout, gpio_inputs, gpio_levels, .. } = Config::RESET;
+/// let all = Config { clock_hz, mux, data_rate, delay, chop, idle_mode, sensor_bias, bypass, clock_output, short_spi_timeout, gpio_inputs, gpio_levels };
+/// ```
 ///
 /// The default is what the chip does after a reset, with the crystal as clock. STAT is always set:
 /// a read by command sends the status byte in any case, and so nothing depends on it.
@@ -68,12 +79,16 @@ pub struct Config {
     /// CLKENB: CLKIO puts out the clock when the crystal is in use.
     pub clock_output: bool,
     /// SPIRST: the SPI port forgets a transfer when SCLK rests for 256 tCLK (16 us at 16 MHz)
-    /// instead of 4096 tCLK. Leave it off: a transfer that is interrupted for longer would be cut.
+    /// instead of 4096 tCLK, or after that time of any transfer: see
+    /// [`sclk_min_hz`](Self::sclk_min_hz). Leave it off: a transfer that is interrupted for longer would be cut.
     pub short_spi_timeout: bool,
     /// GPIOC: bit n set makes GPIOn an input, clear an output.
     pub gpio_inputs: u8,
     /// GPIOD: the level of each GPIO pin that is an output.
     pub gpio_levels: u8,
+    /// Nothing; it makes a literal without `..` an error.
+    #[doc(hidden)]
+    pub _more: (),
 }
 
 impl Default for Config {
@@ -102,6 +117,7 @@ impl Config {
         short_spi_timeout: false,
         gpio_inputs: 0xFF,
         gpio_levels: 0x00,
+        _more: (),
     };
 
     /// Checks that the chip can work with this configuration. The error is the first rule that is
@@ -255,5 +271,19 @@ impl Config {
     /// tCLK).
     pub const fn sclk_max_hz(&self) -> u32 {
         self.clock_hz / 2
+    }
+
+    /// Lowest SCLK in Hz with which each of the driver's transfers ends before the interface's
+    /// time-out (SPIRST): 344 kHz at 16 MHz, and 5.5 MHz with
+    /// [`short_spi_timeout`](Self::short_spi_timeout).
+    ///
+    /// The datasheet has the time-out begin when SCLK rests; others have met it counted from the
+    /// start of a frame though SCLK ran. The longest frame has 11 bytes. Slower SCLK may therefore
+    /// read zeros or garbage, at bring-up too.
+    pub const fn sclk_min_hz(&self) -> u32 {
+        let timeout_ticks = if self.short_spi_timeout { 256 } else { 4096 };
+        (FRAME_BITS_MOST as u64)
+            .saturating_mul(self.clock_hz as u64)
+            .div_ceil(timeout_ticks) as u32
     }
 }

@@ -25,7 +25,33 @@ const RESET_IMAGE: Image = {
     written
 };
 
-/// An ADS1258 on an SPI device.
+/// Which of the two chips it is: they differ in the length of codes and a bit of ID.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Model {
+    /// 24 bits.
+    Ads1258,
+    /// 16 bits. Its codes are given as the upper 16 of 24, so that all of
+    /// [`reading`](crate::reading) holds for them.
+    Ads1158,
+}
+
+impl Model {
+    /// The bytes to transfer of a read: the command, the status, and the code's. The others stay
+    /// zero.
+    #[inline]
+    pub(crate) fn read_frame(self, frame: &mut [u8; 5]) -> &mut [u8] {
+        match self {
+            Self::Ads1258 => frame,
+            Self::Ads1158 => {
+                let [most @ .., _] = frame;
+                most
+            }
+        }
+    }
+}
+
+/// An ADS1258 on an SPI device, or an ADS1158.
 ///
 /// The SPI device owns the bus and the CS pin, with [`MODE`] and at most half of the chip's clock
 /// as SCLK. With the feature `async` each method has a twin with `_async` behind its name, for an
@@ -43,15 +69,22 @@ pub struct Ads1258<SPI> {
     pub(crate) spi: SPI,
     /// What the writable registers should hold.
     pub(crate) written: Image,
+    pub(crate) model: Model,
 }
 
 /// The pins' methods fail only as the pins do.
 impl<SPI> Ads1258<SPI> {
     /// Takes the SPI device. Nothing is transferred: the driver assumes the reset values.
     pub const fn new(spi: SPI) -> Self {
+        Self::of_model(spi, Model::Ads1258)
+    }
+
+    /// As [`new`](Self::new), for either chip.
+    pub const fn of_model(spi: SPI, model: Model) -> Self {
         Self {
             spi,
             written: RESET_IMAGE,
+            model,
         }
     }
 

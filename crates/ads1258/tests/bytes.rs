@@ -1,8 +1,10 @@
 //! Every method, byte for byte, against scripted SPI transactions.
 
 use ads1258::{
-    Ads1258, Channel, Config, ConfigError, Conversion, Error, Mux, RESET_LOW_US, Register, Status,
+    Ads1258, Channel, Config, ConfigError, Conversion, Error, Model, Mux, RESET_LOW_US, Register,
+    SettledCs, Status,
 };
+use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::{ErrorKind, ErrorType, Operation, Phase, Polarity, SpiDevice};
 use embedded_hal_mock::eh1::delay::{CheckedDelay, Transaction as DelayTransaction};
 use embedded_hal_mock::eh1::digital::{Mock as PinMock, State, Transaction as PinTransaction};
@@ -369,4 +371,41 @@ fn errors_can_be_shown() {
     assert_eq!(Error::Spi(ErrorKind::Overrun).to_string(), "SPI: Overrun");
     let error: Error<ErrorKind> = Error::Id { read: 0x9B };
     assert_eq!(error.to_string(), "ID is 0x9B: not an ADS1258");
+}
+
+/// The ADS1158: 16 bits on the line, given as the upper 16 of 24; ID4 is set.
+#[test]
+fn the_sibling_of_16_bits() {
+    let script = [
+        reading(0x30, &[0x88, 0xFF, 0xFE]),
+        reading(0x49, &[0x9B]),
+        reading(0x49, &[0x8B]),
+    ];
+    let spi = SpiMock::new(&script.concat());
+    let mut adc = Ads1258::of_model(spi, Model::Ads1158);
+    let conversion = adc.read().unwrap();
+    assert_eq!((conversion.status.chid(), conversion.code), (8, -2 << 8));
+    // 1 LSB of 16 bits is VREF / 0x7800 (SBAS429D, data format).
+    let volts = ads1258::reading::volts(conversion.code, 4.096);
+    assert!((volts + 2.0 * 4.096 / 30_720.0).abs() < 1e-9, "{volts}");
+    assert_eq!(adc.read_id(), Ok(0x9B));
+    let error = adc.read_id().unwrap_err();
+    assert_eq!(error.to_string(), "ID is 0x8B: not an ADS1158");
+    adc.destroy().done();
+}
+
+/// 2.5 periods of 16 MHz are 156.25 ns, half a period of 5.25 MHz is 95.2 ns; rounded up.
+#[test]
+fn cs_settles_and_rises_half_a_bit_late() {
+    let pin = PinMock::new(&[
+        PinTransaction::set(State::Low),
+        PinTransaction::set(State::High),
+    ]);
+    let delay = CheckedDelay::new(&[157, 96, 157].map(DelayTransaction::delay_ns));
+    let mut cs = SettledCs::new(pin, delay, 16_000_000, 5_250_000);
+    cs.set_low().unwrap();
+    cs.set_high().unwrap();
+    let (mut pin, mut delay) = cs.destroy();
+    pin.done();
+    delay.done();
 }

@@ -488,3 +488,50 @@ fn nothing_relies_on_what_the_datasheet_leaves_open() {
         adc.verify().unwrap();
     }
 }
+
+/// Where the interface's time-out counts from a frame's start, a slow SCLK cuts frames; from
+/// [`Config::sclk_min_hz`] on it does not.
+#[test]
+fn from_the_least_sclk_on_no_frame_is_cut() {
+    let least_hz = SCAN.sclk_min_hz();
+    assert_eq!(least_hz, 337_920, "88 bits of 15.72864 MHz / 4096");
+    for (sclk_hz, from_start, works) in [
+        (least_hz, true, true),
+        (least_hz - least_hz / 10, true, false),
+        (6_400, true, false),
+        (6_400, false, true),
+    ] {
+        let (board, mut adc) = bench(Options {
+            timeout_from_frame_start: from_start,
+            ..options()
+        });
+        board.set_sclk_hz(sclk_hz);
+        let mut all = [0; 10];
+        let is_read = adc.configure(&SCAN).is_ok()
+            && adc.read_registers(Register::Config0, &mut all).is_ok()
+            && all[9] == 0x8B;
+        assert_eq!(is_read, works, "{sclk_hz} Hz, from the start: {from_start}");
+    }
+}
+
+/// Waits for DRDY and reads: each conversion of a scan once, in order.
+#[test]
+fn the_next_conversion_is_waited_for_and_read() {
+    let (board, mut adc) = scanning(&SCAN, options());
+    let mut drdy = board.drdy_pin();
+    let read = embassy_futures::block_on(async {
+        let mut read = Vec::new();
+        for _ in 0..42 {
+            read.push(adc.read_next_async(&mut drdy).await.unwrap());
+        }
+        read
+    });
+    assert!(read.iter().all(|conversion| conversion.status.is_new()));
+    let ids: Vec<_> = read
+        .iter()
+        .map(|conversion| conversion.status.chid())
+        .collect();
+    assert_eq!(ids[..21], ids[21..]);
+    assert_eq!((ids[0], ids[20]), (0x08, 0x1D));
+    assert_eq!(board.with_chip(|chip| chip.counters().lost), 0);
+}

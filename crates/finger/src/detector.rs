@@ -5,7 +5,7 @@ mod tracker;
 use crate::assembler::Assembler;
 use crate::faults::diagnostics::Diagnostics;
 use crate::faults::episodes::{FaultEpisodes, add_flaws};
-use crate::frame::TimedConversion;
+use crate::frame::{PlainFrame, TimedConversion};
 use crate::health::{HealthReporter, health};
 use crate::ring::Ring;
 use crate::window::Window;
@@ -38,6 +38,9 @@ pub struct Detector {
     tracker: Tracker,
     episodes: FaultEpisodes,
     health_reporter: HealthReporter,
+    /// Device time of the latest `health` in a silence of the chip, microseconds; zero without a
+    /// silence. A greeting is not older, or it would look like a restart.
+    looked_us: u64,
 }
 
 impl Detector {
@@ -57,6 +60,7 @@ impl Detector {
             tracker: Tracker::new(&settings),
             episodes: FaultEpisodes::new(settings.vref_v),
             health_reporter: HealthReporter::new(&settings.plan),
+            looked_us: 0,
         }
     }
 
@@ -78,6 +82,7 @@ impl Detector {
             settings: self.settings,
             source: self.source,
             boot: self.boot.clone(),
+            t_us: self.assembler.now_us.max(self.looked_us),
         })
     }
 
@@ -105,6 +110,39 @@ impl Detector {
     ) {
         if self.assembler.buffer(&conversion) {
             self.scan(ring, diagnostics, outputs.emit, outputs.due);
+        }
+    }
+
+    /// Takes a plain frame of another converter, in place of conversions. The settings' plan is
+    /// [`Plan::of_frames`]. Frames that are missing by their times count as lost.
+    pub fn push_frame(
+        &mut self,
+        readings: PlainFrame<'_>,
+        ring: &mut Ring,
+        diagnostics: &Diagnostics,
+        outputs: &mut Outputs<'_>,
+    ) {
+        let Self {
+            assembler, tracker, ..
+        } = self;
+        let (number, latest_us) = tracker.clock.latest;
+        let passed_s = readings.t_us.saturating_sub(latest_us) as f32 * 1e-6;
+        let passed = ((passed_s * self.plan.frame_rate_hz() + 0.5) as u32).max(1);
+        let is_first = assembler.frames == 0;
+        let number = if is_first {
+            0
+        } else {
+            number.wrapping_add(passed)
+        };
+        if !is_first {
+            assembler.lost = assembler.lost.wrapping_add(passed - 1);
+        }
+        assembler.frames = assembler.frames.wrapping_add(1);
+        (assembler.now_us, assembler.board_us) = (readings.t_us, readings.t_us as u32);
+        let frame = readings.frame(number, self.plan.inputs, assembler.vref_v);
+        tracker.push(&frame, ring, outputs.emit, outputs.due);
+        if self.health_reporter.is_due(number) {
+            self.report_health(readings.t_us, diagnostics, outputs.emit);
         }
     }
 
@@ -144,8 +182,10 @@ impl Detector {
             assembler,
             tracker,
             health_reporter,
+            looked_us,
             ..
         } = self;
+        *looked_us = 0;
         health_reporter.check_rate(assembler, &tracker.clock, diagnostics);
         diagnostics.faults.forget(assembler.board_us);
         emit(Event::Health(health(
@@ -158,14 +198,15 @@ impl Detector {
 
     /// To be called twice a second, `board_us` being now. Reports faults while no conversion comes,
     /// and `health` with the greeting as often as otherwise. In a silence of more than 71.6 minutes
-    /// device time starts again where it stood, as it does after one (see `assembler.rs`). Before
-    /// the first conversion it is zero.
+    /// device time starts again where it stood, as it does after one (see `assembler.rs`), and readers
+    /// take it for a restart. Before the first conversion it is zero.
     pub fn look(&mut self, board_us: u32, diagnostics: &Diagnostics, emit: &mut dyn FnMut(Event)) {
         let Self {
             assembler,
             tracker,
             health_reporter,
             episodes,
+            looked_us,
             ..
         } = self;
         health_reporter.check_rate(assembler, &tracker.clock, diagnostics);
@@ -185,6 +226,7 @@ impl Detector {
             emit(Event::Fault(fault))
         });
         if health_reporter.is_silence_due(passed_us) {
+            *looked_us = t_us;
             emit(Event::Health(health(
                 t_us,
                 assembler,

@@ -31,12 +31,14 @@ impl EventBuilder {
         match *change {
             Change::Contact {
                 frame,
+                onset,
                 taxel,
                 height,
             } => Event::Contact(Contact {
                 t_us: clock.time_us(frame, ring),
                 taxel,
                 height_v: height * self.volts_per_code,
+                onset_us: clock.time_us(onset, ring),
             }),
             Change::HoldEnd {
                 held,

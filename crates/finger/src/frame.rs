@@ -39,11 +39,11 @@ impl TimedConversion {
         }
     }
 
-    /// The plan of a mark.
+    /// The plan of a mark, with the chip's clock, which the mark does not hold.
     #[inline(always)]
-    pub const fn as_plan(&self) -> Option<Plan> {
+    pub const fn as_plan(&self, adc_clock_hz: u32) -> Option<Plan> {
         if self.bits as u8 == MARK {
-            Some(Plan::from_bits(self.bits >> 8))
+            Some(Plan::from_bits(self.bits >> 8, adc_clock_hz))
         } else {
             None
         }
@@ -133,6 +133,38 @@ impl Frame {
             values[c] = value(c);
             rest &= rest - 1;
         }
+    }
+}
+
+/// Readings of all channels at one time, of any converter.
+#[derive(Clone, Copy, Debug)]
+pub struct PlainFrame<'a> {
+    /// Device time, microseconds.
+    pub t_us: u64,
+    /// The readings, volts or any other unit. One that is no number, or not within the setting
+    /// `vref_v`, is left out; it is rounded to 24 bits of that range.
+    pub readings: &'a [f32],
+}
+
+impl PlainFrame<'_> {
+    /// The frame in codes of a reference of `vref_v`.
+    pub(crate) fn frame(&self, number: u32, inputs: u16, vref_v: f32) -> Frame {
+        let mut frame = Frame {
+            number,
+            t_us: self.t_us,
+            present: inputs,
+            ..Frame::EMPTY
+        };
+        let per_volt = reading::CODES_PER_VREF as f32 / vref_v;
+        for (taxel, (code, value)) in frame.codes.iter_mut().zip(self.readings).enumerate() {
+            // A NaN is not within it.
+            if value.abs() <= vref_v {
+                *code = libm::roundf(value * per_volt) as i32;
+                frame.good |= 1 << taxel;
+            }
+        }
+        frame.good &= inputs;
+        frame
     }
 }
 

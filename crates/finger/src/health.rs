@@ -173,5 +173,6 @@ pub fn health(
         temperature_c,
         offset_v,
         gain,
+        frames_thinned: diagnostics.frames_thinned.get(),
     }
 }

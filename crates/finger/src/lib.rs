@@ -37,6 +37,22 @@
 //! assert!(matches!(events[..], [Event::Health(_)]));
 //! ```
 //!
+//! The processor needs atomics of 32 bits with compare-and-swap, which a Cortex-M0 lacks.
+//!
+//! With another converter give frames: `examples/plain_frames.rs`.
+//!
+//! ```
+//! use ridgetone::{Pipeline, PlainFrame};
+//! use ridgetone_proto::{plan::Plan, settings::Settings};
+//!
+//! // Three channels at 1 kHz, in volts within 2.5 V.
+//! let plan = Plan::of_frames(1000.0, 3).unwrap();
+//! let settings = Settings { vref_v: 2.5, ..Settings::DEFAULT.with_plan(plan) };
+//! let mut pipeline = Box::new(Pipeline::new(settings));
+//! let frame = PlainFrame { t_us: 0, readings: &[0.1, 0.2, 0.3] };
+//! pipeline.push_frame(frame, &mut |event| println!("{event:?}"));
+//! ```
+//!
 //! Method and phases follow Oddo et al., "Artificial roughness encoding with a bio-inspired
 //! MEMS-based tactile sensor array", Sensors 9 (2009), 3161-3183, "the paper" in these pages.
 #![no_std]
@@ -54,6 +70,11 @@
 #![allow(clippy::needless_range_loop)]
 // `!(a > b)` is meant: a NaN belongs on that side.
 #![allow(clippy::neg_cmp_op_on_partial_ord)]
+
+#[cfg(not(target_has_atomic = "32"))]
+compile_error!(
+    "ridgetone needs atomics of 32 bits with compare-and-swap, which this processor lacks (Cortex-M0, M0+)"
+);
 
 mod abscissa;
 mod acquire;
@@ -78,7 +99,7 @@ pub use acquire::Acquisition;
 pub use detector::{Detector, Outputs};
 pub use estimator::{Estimator, WindowFit, movement, other_tone, reported_status};
 pub use faults::diagnostics::Diagnostics;
-pub use frame::TimedConversion;
+pub use frame::{PlainFrame, TimedConversion};
 pub use pipeline::Pipeline;
 pub use ring::Ring;
 pub use scan::{CONVERSION_NS, FRAME_NS, SLOTS};

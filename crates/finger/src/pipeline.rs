@@ -6,7 +6,7 @@
 
 use crate::detector::{Detector, Outputs};
 use crate::estimator::{Estimator, WindowFit};
-use crate::frame::TimedConversion;
+use crate::frame::{PlainFrame, TimedConversion};
 use crate::ring::Ring;
 use crate::surface::odometry::Odometer;
 use crate::tasks::detect::{admit, take_message};
@@ -31,6 +31,14 @@ impl Platform for OneCall {
     fn now_us(&self) -> u32 {
         0
     }
+}
+
+/// What a pipeline takes.
+enum Next<'a> {
+    Conversion(TimedConversion),
+    Frame(PlainFrame<'a>),
+    /// The signal has ended.
+    End,
 }
 
 /// Detector and estimator, and what they share.
@@ -80,16 +88,23 @@ impl Pipeline {
 
     /// Takes one conversion. Events go to `emit`.
     pub fn push(&mut self, conversion: TimedConversion, emit: &mut dyn FnMut(Event)) {
-        self.step(Some(conversion), emit);
+        self.step(Next::Conversion(conversion), emit);
+    }
+
+    /// Takes a plain frame of another converter, in place of conversions, if the settings' plan is
+    /// [`Plan::of_frames`](ridgetone_proto::plan::Plan::of_frames). `examples/plain_frames.rs` shows
+    /// it. Readings of the chip's own health stay zero.
+    pub fn push_frame(&mut self, frame: PlainFrame<'_>, emit: &mut dyn FnMut(Event)) {
+        self.step(Next::Frame(frame), emit);
     }
 
     /// The signal has ended: closes what is open and reports health.
     pub fn finish(&mut self, emit: &mut dyn FnMut(Event)) {
-        self.step(None, emit);
+        self.step(Next::End, emit);
     }
 
-    /// Takes a conversion, or the end of the signal; then fits the windows that are due.
-    fn step(&mut self, conversion: Option<TimedConversion>, emit: &mut dyn FnMut(Event)) {
+    /// Takes what comes next; then fits the windows that are due.
+    fn step(&mut self, next: Next<'_>, emit: &mut dyn FnMut(Event)) {
         let Self {
             detector,
             estimator,
@@ -100,7 +115,7 @@ impl Pipeline {
         let mut windows = Vec::<Window, WINDOWS_AT_ONCE>::new();
         // The fit takes no time of the signal, so it always keeps up.
         let zero_us = detector.zero_us();
-        if let Some(TimedConversion { t_us, .. }) = conversion {
+        if let Next::Conversion(TimedConversion { t_us, .. }) = next {
             odometer.forget(t_us, &shared.track);
         }
         let due = &mut |mut window: Window| {
@@ -108,12 +123,16 @@ impl Pipeline {
                 odometer.mark((window.end_us as u32).wrapping_add(zero_us), &shared.track);
             admit(window, true, |window| windows.push(window).is_ok(), shared);
         };
-        match conversion {
-            Some(conversion) => {
+        match next {
+            Next::Conversion(conversion) => {
                 let outputs = &mut Outputs { emit, due };
                 detector.push(conversion, ring, &shared.diagnostics, outputs);
             }
-            None => detector.finish(ring, &shared.diagnostics, emit, due),
+            Next::Frame(frame) => {
+                let outputs = &mut Outputs { emit, due };
+                detector.push_frame(frame, ring, &shared.diagnostics, outputs);
+            }
+            Next::End => detector.finish(ring, &shared.diagnostics, emit, due),
         }
         for window in &windows {
             if let Ok(WindowFit::Done(estimate)) = fit(window, estimator, &mut &*ring, shared) {

@@ -3,7 +3,7 @@
 use crate::surface::odometry::Mark;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::telemetry::{Measured, Span};
-use ridgetone_tone::Values;
+use ridgetone_tone::{CHANNELS_MAX, Values};
 
 /// Frames to fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,4 +35,24 @@ pub struct Window {
     pub plan: Plan,
     /// What is known of a robot's motion by now.
     pub odometry: Mark,
+}
+
+impl Window {
+    /// The first frames of a plan at its nominal rate, by time; nothing is known of their touch.
+    pub const fn new(plan: Plan, frames: u32) -> Self {
+        Self {
+            first: 0,
+            frames,
+            end_us: 0,
+            frame_rate_hz: plan.frame_rate_hz(),
+            reference: [0.0; CHANNELS_MAX],
+            span: Span::Window,
+            slide_first: 0,
+            touch_first: 0,
+            level_v: f32::NAN,
+            force_ratio: None,
+            plan,
+            odometry: Mark::NONE,
+        }
+    }
 }

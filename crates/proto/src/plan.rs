@@ -14,6 +14,11 @@ const TOUCH_RATE_HZ: f32 = 241.0;
 pub const FRAME_RATE_LEAST_HZ: f32 = 180.0;
 /// Most frames per second: the chip's fastest scan (SBAS297G, rate table, 16 MHz).
 pub const FRAME_RATE_MOST_HZ: f32 = 23_740.0;
+/// Least clock of the chip, hertz: with a slower one 190 ns, which the boards give CS to settle, are
+/// less than 2.5 of its periods (SBAS297G, SPI timing), and half of it is soon below SCLK.
+const CLOCK_LEAST_HZ: f32 = 13_200_000.0;
+/// Most clock of the chip, hertz (SBAS297G).
+const CLOCK_MOST_HZ: f32 = 16_000_000.0;
 /// A conversion is read twice where it lasts this long, nanoseconds: two reads with all that
 /// belongs to them take up to 48 us on the boards, and other tasks need as much again.
 const READ_TWICE_NS: u32 = 96_000;
@@ -58,6 +63,8 @@ pub struct Plan {
     pub chop: bool,
     /// When the chip converts its own readings.
     pub health: HealthReadings,
+    /// The chip's clock, hertz: 15,728,640 of its crystal, or that of an oscillator on CLKIO.
+    pub adc_clock_hz: u32,
 }
 
 /// What a plan gives.
@@ -91,6 +98,7 @@ impl Plan {
         delay: 3,
         chop: false,
         health: HealthReadings::EveryScan,
+        adc_clock_hz: CRYSTAL_CLOCK_HZ,
     };
     /// All inputs at 1.46 kHz: a hand that explores.
     pub const HAND: Self = Self::fastest(u16::MAX);
@@ -119,10 +127,30 @@ impl Plan {
             delay: 0,
             chop: false,
             health: HealthReadings::BetweenTouches,
+            adc_clock_hz: CRYSTAL_CLOCK_HZ,
         }
     }
 
-    /// The plan of this name.
+    /// A plan for plain frames of another converter: `channels` inputs, frames a second as given.
+    /// It is for touch detection and windows; no ADS1258 has the clock that gives this rate.
+    pub fn of_frames(frame_rate_hz: f32, channels: usize) -> Result<Self, PlanError> {
+        let inputs = u16::MAX.checked_shr((TAXELS as u32).saturating_sub(channels as u32));
+        let plan = Self::fastest(inputs.unwrap_or(0));
+        let ticks = plan.config().frame_ticks() as f32;
+        let values = [channels as f32, frame_rate_hz];
+        within(&FRAME_BOUNDS, &values)?;
+        Ok(plan.with_clock((frame_rate_hz * ticks + 0.5) as u32))
+    }
+
+    /// The plan with another clock of the chip.
+    pub const fn with_clock(self, adc_clock_hz: u32) -> Self {
+        Self {
+            adc_clock_hz,
+            ..self
+        }
+    }
+
+    /// The plan of this name, by the crystal's clock.
     pub fn named(name: &str) -> Option<Self> {
         Self::NAMED
             .iter()
@@ -130,7 +158,7 @@ impl Plan {
             .map(|(_, plan)| *plan)
     }
 
-    /// Its name, if it is a usual one.
+    /// Its name, if it is a usual one by the crystal's clock.
     pub fn name(&self) -> Option<&'static str> {
         Self::NAMED
             .iter()
@@ -155,6 +183,7 @@ impl Plan {
 
     const fn config_of(&self, single: u16, internal: Sysred, chop: bool) -> Config {
         Config {
+            clock_hz: self.adc_clock_hz,
             mux: Mux::AutoScan {
                 differential: 0,
                 single,
@@ -178,6 +207,10 @@ impl Plan {
             },
             chop,
             idle_mode: IdleMode::Standby,
+            // Nothing is connected to these pins: an open input would float and take current, and
+            // the clock's output would switch for nobody.
+            gpio_inputs: 0,
+            clock_output: false,
             ..Config::RESET
         }
     }
@@ -197,7 +230,7 @@ impl Plan {
     pub const fn conversion_ns(&self) -> u32 {
         divide(
             self.config().conversion_ticks() as u64 * 1_000_000_000,
-            CRYSTAL_CLOCK_HZ,
+            self.adc_clock_hz,
         )
         .0 as u32
     }
@@ -310,12 +343,13 @@ impl Plan {
             self.data_rate as f32,
             self.delay as f32,
             is_chopped_with_health as u8 as f32,
+            self.adc_clock_hz as f32,
             self.frame_rate_hz(),
         ];
         within(&BOUNDS, &values)
     }
 
-    /// All of it in 23 bits.
+    /// All of it but the clock in 23 bits.
     pub const fn to_bits(self) -> u32 {
         self.inputs as u32
             | (self.data_rate as u32 & 3) << 16
@@ -324,8 +358,8 @@ impl Plan {
             | (matches!(self.health, HealthReadings::BetweenTouches) as u32) << 22
     }
 
-    /// The plan of these bits.
-    pub const fn from_bits(bits: u32) -> Self {
+    /// The plan of these bits, with the chip's clock.
+    pub const fn from_bits(bits: u32, adc_clock_hz: u32) -> Self {
         Self {
             inputs: bits as u16,
             data_rate: (bits >> 16) as u8 & 3,
@@ -336,6 +370,7 @@ impl Plan {
             } else {
                 HealthReadings::EveryScan
             },
+            adc_clock_hz,
         }
     }
 }
@@ -344,11 +379,18 @@ impl Plan {
 pub(crate) type Bounds = (&'static str, f32, f32);
 
 /// Bounds of a plan's fields, in the order of the values in [`Plan::validate`].
-const BOUNDS: [Bounds; 5] = [
+const BOUNDS: [Bounds; 6] = [
     ("plan.inputs", 1.0, TAXELS as f32),
     ("plan.data_rate", 0.0, 3.0),
     ("plan.delay", 0.0, 7.0),
     ("plan.chop", 0.0, 0.0),
+    ("plan.adc_clock_hz", CLOCK_LEAST_HZ, CLOCK_MOST_HZ),
+    ("frame_rate_hz", FRAME_RATE_LEAST_HZ, FRAME_RATE_MOST_HZ),
+];
+
+/// Bounds of what [`Plan::of_frames`] takes.
+const FRAME_BOUNDS: [Bounds; 2] = [
+    ("channels", 1.0, TAXELS as f32),
     ("frame_rate_hz", FRAME_RATE_LEAST_HZ, FRAME_RATE_MOST_HZ),
 ];
 
@@ -402,7 +444,7 @@ mod tests {
             assert_eq!(plan.is_read_twice(), name == "paper");
             assert_eq!(plan.config().validate(), Ok(()));
             assert_eq!(plan.health_config().validate(), Ok(()));
-            assert_eq!(Plan::from_bits(plan.to_bits()), plan);
+            assert_eq!(Plan::from_bits(plan.to_bits(), plan.adc_clock_hz), plan);
             // The ring holds as many samples of a few channels as of all.
             assert_eq!(
                 plan.ring_frames() as usize * channels,
@@ -454,6 +496,8 @@ mod tests {
                 "frame_rate_hz",
             ),
             (Plan { delay: 7, ..paper }, "frame_rate_hz"),
+            (paper.with_clock(8_000_000), "plan.adc_clock_hz"),
+            (paper.with_clock(16_000_001), "plan.adc_clock_hz"),
         ] {
             assert_eq!(plan.validate().map_err(|error| error.field), Err(field));
         }
@@ -475,14 +519,27 @@ mod tests {
     }
 
     #[test]
+    fn rates_follow_the_clock() {
+        let slow = Plan::PAPER.with_clock(15_272_727);
+        let fast = Plan::PAPER.with_clock(16_000_000);
+        assert_eq!((slow.validate(), fast.validate()), (Ok(()), Ok(())));
+        // SBAS297G, rate formula: 16 MHz / (128 x 24.265625 x 21).
+        assert!((fast.frame_rate_hz() - 245.3).abs() < 0.01, "{fast:?}");
+        assert_eq!((fast.conversion_ns(), fast.name()), (194_125, None));
+        assert!((slow.frame_rate_hz() / fast.frame_rate_hz() - 0.954_545).abs() < 1e-6);
+        let registers = |plan: Plan| plan.config().registers();
+        assert_eq!(registers(slow), registers(Plan::PAPER));
+    }
+
+    #[test]
     fn every_valid_plan_has_a_window_and_survives_its_bits() {
         for bits in (0..1 << 7).map(|bits| bits << 16) {
             for channels in 1..=TAXELS {
                 let plan = Plan {
                     inputs: (0xffff_u32 >> (TAXELS - channels)) as u16,
-                    ..Plan::from_bits(bits)
+                    ..Plan::from_bits(bits, CRYSTAL_CLOCK_HZ)
                 };
-                assert_eq!(Plan::from_bits(plan.to_bits()), plan);
+                assert_eq!(Plan::from_bits(plan.to_bits(), plan.adc_clock_hz), plan);
                 if plan.validate().is_err() {
                     continue;
                 }

@@ -7,6 +7,7 @@ mod event;
 mod feel;
 mod image;
 mod packet;
+mod starts;
 mod texture;
 
 pub use crate::framing::{TooLong, WIRE_MAX};
@@ -18,4 +19,5 @@ pub use event::*;
 pub use feel::{BANDS, Feel, Measured, NO_LEVEL, RECEPTORS};
 pub use image::{Hold, Image, Pressed};
 pub use packet::{PROTOCOL, Packet, encode, longest_packet};
+pub use starts::Starts;
 pub use texture::{Overtones, Texture};

@@ -14,6 +14,7 @@ fn packets_come_out_and_a_lost_and_a_damaged_one_are_counted() {
                 t_us: 1_000_000 * u64::from(sequence),
                 taxel: 3,
                 height_v: 0.012,
+                onset_us: 0,
             };
             Packet {
                 sequence,

@@ -352,6 +352,7 @@ fn what_the_firmware_before_stored_is_read_and_migrated() {
         delay: 1,
         chop: true,
         health: HealthReadings::BetweenTouches,
+        adc_clock_hz: Plan::PAPER.adc_clock_hz,
     };
     let mut all = Settings {
         window_s: 0.3,

@@ -57,7 +57,8 @@ impl Ads1258 {
 
     /// One byte within a frame: `din` in, DOUT out. The first SCLK edge is at `first_sclk_ns`, the
     /// last at `last_sclk_ns`; the byte acts at the first. If SCLK was idle since the byte before
-    /// for 4096 tCLK (SPIRST = 0) or 256 tCLK (SPIRST = 1), the interface is reset.
+    /// for 4096 tCLK (SPIRST = 0) or 256 tCLK (SPIRST = 1), the interface is reset; by an option, if
+    /// the frame began so long ago.
     pub fn exchange(&mut self, first_sclk_ns: u64, last_sclk_ns: u64, din: u8) -> u8 {
         self.advance_to(first_sclk_ns);
         let [din_errors, dout_errors] = self.faults.next();
@@ -70,7 +71,12 @@ impl Ads1258 {
             self.time_out(first_sclk_ns);
             self.answer(din)
         };
-        self.interface.idle_since_ns = Some(last_sclk_ns);
+        let is_first = self.interface.idle_since_ns.is_none();
+        if is_first && self.options.timeout_from_frame_start {
+            self.interface.idle_since_ns = Some(first_sclk_ns);
+        } else if !self.options.timeout_from_frame_start {
+            self.interface.idle_since_ns = Some(last_sclk_ns);
+        }
         self.faults.on_dout(dout) ^ dout_errors
     }
 

@@ -70,6 +70,9 @@ pub struct Options {
     /// Clock cycles by which the first result after sleep (IDLMOD = 1) is later. Not in the
     /// sources; default 0.
     pub sleep_wake_cycles: u64,
+    /// Whether the interface's time-out counts from the frame's start though SCLK runs, as some have
+    /// met it (TI's forum, 1213439), or from the byte before; not specified. Default no.
+    pub timeout_from_frame_start: bool,
     /// Faults to inject while it runs, by scene time. Default none.
     pub injections: Vec<Injection>,
     /// Clock cycles without answers after construction. Default 0; 2^18 (16.4 ms) after power-up in
@@ -91,6 +94,7 @@ impl Default for Options {
             chop_skips_internal: false,
             first_conversion_with_delay: false,
             sleep_wake_cycles: 0,
+            timeout_from_frame_start: false,
             injections: Vec::new(),
             power_up_cycles: 0,
         }

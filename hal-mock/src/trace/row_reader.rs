@@ -17,8 +17,23 @@ pub trait RowReader {
     /// Moves to the next row. False at the end; a table without any row is refused.
     fn advance(&mut self) -> Result<bool, FileError>;
 
-    /// Time of the present row in seconds, strictly increasing; none without stamps.
+    /// Time of the present row in seconds, as it is stamped; none without stamps.
     fn time_s(&self) -> Option<f64>;
+
+    /// Whether the rows have stamps, or why not.
+    fn timing(&self) -> Timing {
+        Timing::Stamped
+    }
+
+    /// What to do if what is taken for the time is none, as the end of a sentence.
+    fn way_out_of_time(&self) -> &'static str {
+        ""
+    }
+
+    /// An error about the present row.
+    fn refuse(&self, why: &str) -> FileError {
+        FileError::new(self.file(), None, why)
+    }
 
     /// Reads the values of the present row, in the order of [`names`](Self::names). NaN stands for
     /// a missing reading.
@@ -34,6 +49,28 @@ pub trait RowReader {
     fn guessed(&self) -> Option<String> {
         None
     }
+}
+
+/// Whether rows have stamps.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Timing {
+    /// Each has one.
+    Stamped,
+    /// No column is the time: what there is, and what to type.
+    Absent(String),
+    /// A column is the time, but nothing says its unit: what to type.
+    Unclear(String),
+}
+
+/// Refuses a stamp that does not follow on the one before it.
+pub fn check_order(rows: &dyn RowReader, before_s: f64, time_s: f64) -> Result<(), FileError> {
+    if time_s > before_s {
+        return Ok(());
+    }
+    Err(rows.refuse(&format!(
+        "the time does not increase: {time_s} s after {before_s} s{}",
+        rows.way_out_of_time()
+    )))
 }
 
 /// A value by its row and its column, both from 0.

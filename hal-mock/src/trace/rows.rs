@@ -1,66 +1,87 @@
-//! A CSV table of numbers, read row by row: nothing but the present line is in memory.
+//! A table of samples as text, read row by row: only the rows of one stamp are in memory.
 
-use super::dialect::{Dialect, TIME_COLUMN, TimeColumn, clock_time_s, time_column};
-use super::row_reader::RowReader;
+use super::cells::Numbers;
+use super::head_line::{cells, is_comment, records, text};
+use super::layout::{Column, Layout};
+use super::row_reader::{RowReader, Timing};
+use super::stamps::{Stamps, Unit};
+use super::time_column::{TIME_COLUMN, TimeColumn, unit_name};
 use crate::file_error::FileError;
+use core::cell::RefCell;
+use csv::ByteRecord;
+use std::collections::VecDeque;
 use std::fs::File;
-use std::io::{BufRead, BufReader, Read};
+use std::io::{Cursor, Read};
 use std::path::Path;
 
-/// Bytes of the longest line that is read: a file without lines is no table.
-const LINE_MAX: u64 = 1 << 22;
+/// Bytes in which the layout of a table shows.
+const HEAD: u64 = 1 << 16;
 
-/// Bytes read from a file at once.
-const BUFFER: usize = 1 << 17;
+/// Most rows with the same stamp: more have no clock.
+const BATCH_MAX: usize = 1 << 14;
 
-/// A reader of a header and then one row per scan, with the time in any column. Errors name the
-/// file and the line.
-///
-/// Columns are separated by commas, semicolons, tabs or white space; where it is not commas,
-/// decimals may follow a comma. The time is `time_s`, or a column whose name says so: `t`,
-/// `time_ms`, `Time [us]`. The header may be a comment.
+/// Rows of a table in any layout: `Layout` has what is found of it. A line that is no row is
+/// passed over and counted; a cell that holds no number is a missing reading. Rows that share a
+/// stamp are spread evenly up to the next one.
 ///
 /// A value is read when it is asked for: rows that are only passed cost little.
 pub struct Rows<'a> {
     file: String,
     names: Vec<String>,
-    columns: Vec<String>,
-    dialect: Dialect,
-    time_at: Option<usize>,
-    /// Units of the time in a second; none if nothing says it.
-    per_second: Option<f64>,
+    layout: Layout,
+    numbers: Numbers,
+    stamps: Option<Stamps>,
     /// Of one type, so that the reader is compiled here, with this crate's optimization.
-    input: Box<dyn BufRead + Send + 'a>,
-    /// Number of the present line, from 1.
-    line: u64,
-    text: String,
-    /// The line after the header and its number, as long as it is not the present one.
-    peeked: Option<(u64, String)>,
-    before_s: Option<f64>,
-    has_rows: bool,
+    reader: csv::Reader<Box<dyn Read + Send + 'a>>,
+    present: Row,
+    /// Rows that are read already: one, or those of a stamp.
+    ahead: VecDeque<Row>,
+    /// Records to read the next rows into.
+    spare: Vec<ByteRecord>,
+    /// From one stamp to the next.
+    step_s: f64,
+    is_over: bool,
+    rows: u64,
+    has_batches: bool,
+    skipped: u64,
+    /// Why the first line was skipped.
+    first_skipped: Option<FileError>,
+    /// The first word that stands for a missing reading.
+    word: RefCell<Option<String>>,
+}
+
+/// What is wrong with `1.5` beside `1,5`.
+const OTHER_DECIMALS: &str = "is not a number beside the others: decimals follow either points or commas, and nothing else has any";
+
+/// Whether a cell that could not be read looks like a number.
+fn is_numeric(cell: &str) -> bool {
+    let is_part = |c: char| c.is_ascii_digit() || matches!(c, '.' | ',' | '-' | '+' | 'e' | 'E');
+    cell.contains(['.', ',']) && cell.chars().all(is_part)
+}
+
+#[derive(Default)]
+struct Row {
+    record: ByteRecord,
+    time_s: Option<f64>,
+    line: Option<u64>,
 }
 
 impl<'a> Rows<'a> {
-    /// Opens a file and reads its header.
+    /// Opens a file and finds its layout.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, FileError> {
-        Self::open_with(path, None)
-    }
-
-    /// The same where somebody says which column is the time.
-    pub fn open_with(path: impl AsRef<Path>, time: Option<&TimeColumn>) -> Result<Self, FileError> {
         let file = path.as_ref().display().to_string();
         let input = File::open(path).map_err(|error| FileError::new(&file, None, error))?;
-        Self::with(BufReader::with_capacity(BUFFER, input), &file, time)
+        Self::with(input, &file, None)
     }
 
-    /// Reads the header of a table in a file of that name.
-    pub fn new(input: impl BufRead + Send + 'a, file: &str) -> Result<Self, FileError> {
+    /// Finds the layout of a table in a file of that name.
+    pub fn new(input: impl Read + Send + 'a, file: &str) -> Result<Self, FileError> {
         Self::with(input, file, None)
     }
 
     /// The same where somebody says which column is the time.
     pub fn with(
-        input: impl BufRead + Send + 'a,
+        input: impl Read + Send + 'a,
         file: &str,
         time: Option<&TimeColumn>,
     ) -> Result<Self, FileError> {
@@ -68,265 +89,269 @@ impl<'a> Rows<'a> {
     }
 
     fn boxed(
-        input: Box<dyn BufRead + Send + 'a>,
+        mut input: Box<dyn Read + Send + 'a>,
         file: &str,
         time: Option<&TimeColumn>,
     ) -> Result<Self, FileError> {
-        let mut rows = Self {
+        let mut head = Vec::new();
+        let read = input.by_ref().take(HEAD).read_to_end(&mut head);
+        read.map_err(|error| FileError::new(file, None, error))?;
+        // Spreadsheets put a byte order mark in front.
+        if head.starts_with(b"\xEF\xBB\xBF") {
+            head.drain(..3);
+        }
+        let is_whole = (head.len() as u64) < HEAD - 3;
+        let layout = Layout::find(&head, is_whole, time)
+            .map_err(|refused| FileError::new(file, refused.line, refused.why))?;
+        let named = layout.columns.iter().filter(|column| !column.is_left_out);
+        let names: Vec<String> = named.map(|column| column.name.clone()).collect();
+        if names.is_empty() {
+            let why = "no channel: the table has only a time column, or words";
+            return Err(FileError::new(file, layout.header_line, why));
+        }
+        let mut begin = Cursor::new(head);
+        begin.set_position(layout.byte as u64);
+        let input: Box<dyn Read + Send + 'a> = Box::new(begin.chain(input));
+        Ok(Self {
             file: file.to_owned(),
-            names: Vec::new(),
-            columns: Vec::new(),
-            dialect: Dialect::of("", None),
-            time_at: None,
-            per_second: None,
-            input,
-            line: 0,
-            text: String::new(),
-            peeked: None,
-            before_s: None,
-            has_rows: false,
-        };
-        if !rows.next_line()? {
-            return Err(FileError::new(&rows.file, None, "the file is empty"));
-        }
-        // Spreadsheets say so in front of the header.
-        let separator = rows
-            .text
-            .trim()
-            .strip_prefix("sep=")
-            .and_then(|separator| separator.chars().next());
-        if separator.is_some() && !rows.next_line()? {
-            return Err(rows.refuse("no data after its first line"));
-        }
-        let (line, header) = rows.header()?;
-        let peeked = rows.peeked.as_ref().map(|(_, text)| text.as_str());
-        rows.dialect = Dialect::of(&header, peeked);
-        rows.dialect.separator = separator.unwrap_or(rows.dialect.separator);
-        rows.columns = match rows.dialect.separator {
-            ' ' => header.split_whitespace().map(str::to_owned).collect(),
-            separator => {
-                let mut reader = csv::ReaderBuilder::new();
-                let mut record = csv::StringRecord::new();
-                reader
-                    .has_headers(false)
-                    .trim(csv::Trim::All)
-                    .delimiter(separator as u8);
-                let read = reader
-                    .from_reader(header.as_bytes())
-                    .read_record(&mut record);
-                read.map_err(|error| FileError::new(&rows.file, Some(line), error))?;
-                record.iter().map(str::to_owned).collect()
-            }
-        };
-        if rows.dialect.is_trailing {
-            rows.columns.pop();
-        }
-        let refuse = |why: &str| FileError::new(&rows.file, Some(line), why);
-        if rows.columns.iter().all(|name| {
-            rows.dialect
-                .number(name)
-                .is_some_and(|value| !value.is_nan())
-        }) {
-            return Err(refuse("no header: the first line must name the columns"));
-        }
-        let time = time_column(&rows.columns, time).map_err(|why| refuse(&why))?;
-        if time.is_some() && rows.columns.len() == 1 {
-            return Err(refuse("no channel: the header has only a time column"));
-        }
-        let named = |(at, _): &(usize, &String)| Some(*at) != time.map(|(at, _)| at);
-        rows.names = rows
-            .columns
-            .iter()
-            .enumerate()
-            .filter(named)
-            .map(|(_, name)| name.clone())
-            .collect();
-        (rows.time_at, rows.per_second) = (time.map(|(at, _)| at), time.and_then(|(_, unit)| unit));
-        Ok(rows)
+            names,
+            numbers: Numbers::new(layout.separator == b','),
+            stamps: layout.time.and_then(|(_, unit)| unit).map(Stamps::new),
+            reader: records(input, layout.separator),
+            layout,
+            present: Row::default(),
+            ahead: VecDeque::new(),
+            spare: Vec::new(),
+            step_s: 0.0,
+            is_over: false,
+            rows: 0,
+            has_batches: false,
+            skipped: 0,
+            first_skipped: None,
+            word: RefCell::new(None),
+        })
     }
 
-    /// The header's line and its number. It may be the last of some comments; then the first row is
-    /// read already.
-    fn header(&mut self) -> Result<(u64, String), FileError> {
-        let mut comment = None;
-        while self.text.trim_start().starts_with('#') {
-            comment = Some((
-                self.line,
-                self.text
-                    .trim_start()
-                    .trim_start_matches(['#', ' '])
-                    .to_owned(),
-            ));
-            if !self.next_line()? {
-                return comment.ok_or_else(|| self.refuse("no header"));
-            }
-        }
-        let (line, text) = (self.line, std::mem::take(&mut self.text));
-        if let Some((at, comment)) = comment {
-            let dialect = Dialect::of(&comment, Some(&text));
-            if dialect
-                .cells(&text)
-                .all(|cell| dialect.number(cell).is_some() || clock_time_s(cell).is_some())
-            {
-                self.peeked = Some((line, text));
-                return Ok((at, comment));
-            }
-        }
-        if self.next_line()? {
-            self.peeked = Some((self.line, std::mem::take(&mut self.text)));
-        }
-        Ok((line, text))
-    }
-
-    fn number(&self, column: &str, text: &str) -> Result<f64, FileError> {
-        match self.dialect.number(text) {
-            Some(value) if value.is_infinite() => {
-                Err(self.refuse(&format!("column {column}: {text:?} is not finite")))
-            }
-            Some(value) => Ok(value),
-            None if self.dialect.separator != ',' && text.contains([',', '.']) => {
-                let why = "is not a number beside the others: decimals follow either points or commas, and nothing else has any";
-                Err(self.refuse(&format!("column {column}: {text:?} {why}")))
-            }
-            None => Err(self.refuse(&format!("column {column}: {text:?} is not a number"))),
-        }
-    }
-
-    /// The present row's time, seconds.
-    fn stamp_s(&self, at: usize) -> Result<f64, FileError> {
-        let name = &self.columns[at];
-        let Some(text) = self.dialect.cells(&self.text).nth(at) else {
-            return Err(self.wrong_count());
+    /// Reads the next row, past all that is none. False at the end.
+    fn read_row(&mut self) -> Result<bool, FileError> {
+        let record = self.spare.pop().unwrap_or_default();
+        let mut row = Row {
+            record,
+            time_s: None,
+            line: None,
         };
-        let time_s = match Some(text)
-            .filter(|text| text.contains(':'))
-            .and_then(clock_time_s)
-        {
-            Some(time_s) => time_s,
-            None => self.number(name, text)? / self.per_second.unwrap_or(1.0),
-        };
-        if time_s.is_nan() {
-            return Err(self.refuse(&format!("column {name}: {text:?} is no time")));
-        }
-        let Some(before_s) = self.before_s else {
-            return Ok(time_s);
-        };
-        let shown = if name == TIME_COLUMN {
-            TIME_COLUMN.to_owned()
-        } else {
-            format!("column {name}")
-        };
-        if time_s <= before_s {
-            let way_out = if name == TIME_COLUMN {
-                ""
-            } else {
-                "; if it is no time, say --time-column none"
-            };
-            return Err(self.refuse(&format!(
-                "{shown} does not increase: {time_s} after {before_s}{way_out}"
-            )));
-        }
-        let is_whole = time_s.fract() == 0.0 && before_s.fract() == 0.0;
-        if self.per_second.is_none() && is_whole && !text.contains(':') {
-            let why = "whole numbers without a unit: say which with --time-column";
-            return Err(self.refuse(&format!(
-                "{shown}: {why} {name}:ms (or s, us, ns), or --time-column none"
-            )));
-        }
-        Ok(time_s)
-    }
-
-    /// Reads a line that is not blank. False at the end.
-    fn next_line(&mut self) -> Result<bool, FileError> {
-        if let Some((line, text)) = self.peeked.take() {
-            // It was read before the columns were known.
-            (self.line, self.text) = (line, text.replace('"', ""));
-            return Ok(true);
-        }
         loop {
-            let mut bytes = std::mem::take(&mut self.text).into_bytes();
-            bytes.clear();
-            let read = self
-                .input
-                .by_ref()
-                .take(LINE_MAX)
-                .read_until(b'\n', &mut bytes);
-            if read.map_err(|error| FileError::new(&self.file, None, error))? == 0 {
+            let read = self.reader.read_byte_record(&mut row.record);
+            if !read.map_err(|error| FileError::new(&self.file, None, error))? {
+                self.is_over = true;
                 return Ok(false);
             }
-            self.line += 1;
-            if bytes.len() as u64 == LINE_MAX {
-                return Err(self.refuse("a line of 4 MB: this is no table"));
-            }
-            // Spreadsheets put a byte order mark in front.
-            if self.line == 1 && bytes.starts_with(b"\xEF\xBB\xBF") {
-                bytes.drain(..3);
-            }
-            self.text = String::from_utf8(bytes)
-                .map_err(|_| self.refuse("not UTF-8 text: save it as such"))?;
-            // No number needs its quotes, and only a name may have a comma in them.
-            if !self.columns.is_empty() && self.text.contains('"') {
-                self.text = self.text.replace('"', "");
-            }
-            if !self.text.trim().is_empty() {
-                return Ok(true);
+            row.line = self.line_of(&row.record);
+            match self.examine(&mut row) {
+                Some(why) if !why.is_empty() => self.skip(&row, &why),
+                Some(_) => {}
+                None => {
+                    self.ahead.push_back(row);
+                    return Ok(true);
+                }
             }
         }
     }
 
-    fn wrong_count(&self) -> FileError {
-        let (cells, columns) = (self.dialect.cells(&self.text).count(), self.columns.len());
-        let is_comma = self.dialect.separator == ',' && cells == 2 * columns;
-        let way_out = if is_comma {
-            "; if commas are decimals, separate columns by semicolons"
-        } else {
-            ""
-        };
-        self.refuse(&format!(
-            "{cells} columns, the header has {columns}{way_out}"
-        ))
+    /// Why a record is no row: an empty reason if it need not be counted.
+    fn examine(&mut self, row: &mut Row) -> Option<String> {
+        let separator = self.layout.separator;
+        let wanted = self.layout.columns.len();
+        let first = row.record.get(0).unwrap_or_default();
+        let is_blank = || row.record.iter().all(|cell| cell.trim_ascii().is_empty());
+        if is_comment(&text(first)) || is_blank() {
+            return Some(String::new());
+        }
+        let found = cells(&row.record, separator).count();
+        let last_is_out = self
+            .layout
+            .columns
+            .last()
+            .is_some_and(|column| column.is_left_out);
+        let is_longer = found == wanted + 1
+            && cells(&row.record, separator)
+                .last()
+                .is_some_and(|last| last.is_empty());
+        if found != wanted && !is_longer && !(found + 1 == wanted && last_is_out) {
+            return Some(format!("{found} columns, where others have {wanted}"));
+        }
+        match (self.layout.time, &mut self.stamps) {
+            (Some((at, _)), Some(stamps)) => {
+                let cell = cells(&row.record, separator).nth(at).unwrap_or_default();
+                row.time_s = stamps.seconds(&cell, &self.numbers);
+                let name = &self.layout.columns[at].name;
+                row.time_s.is_none().then(|| match is_numeric(&cell) {
+                    true => format!("column {name}: {cell:?} {OTHER_DECIMALS}"),
+                    false => format!("column {name}: {cell:?} is no time"),
+                })
+            }
+            _ => {
+                let has_value = |(cell, column): (std::borrow::Cow<'_, str>, &Column)| {
+                    !column.is_left_out && self.numbers.number(&cell).is_some()
+                };
+                let is_row = cells(&row.record, separator)
+                    .zip(&self.layout.columns)
+                    .any(has_value);
+                (!is_row).then(|| "no number".into())
+            }
+        }
     }
 
-    fn refuse(&self, message: &str) -> FileError {
-        FileError::new(&self.file, Some(self.line), message)
+    fn skip(&mut self, row: &Row, why: &str) {
+        self.skipped += 1;
+        if self.first_skipped.is_none() {
+            self.first_skipped = Some(FileError::new(&self.file, row.line, why));
+        }
+    }
+
+    /// The line of the record that was read last. What was read of the file before the first row is
+    /// not counted by the reader, but a blank line in front of that is.
+    fn line_of(&self, record: &ByteRecord) -> Option<u64> {
+        let line = self.layout.ends.line(&self.reader, record)?;
+        Some(line + self.layout.lines_before)
+    }
+
+    /// Reads on until the rows of one stamp are there, and spreads them.
+    fn read_batch(&mut self) -> Result<(), FileError> {
+        loop {
+            let count = self.ahead.len();
+            if let (Some(first), Some(last)) = (self.ahead.front(), self.ahead.back())
+                && (first.time_s.is_none() || last.time_s != first.time_s)
+            {
+                break;
+            }
+            if count > BATCH_MAX {
+                let why = format!(
+                    "{count} rows have the time of the first: choose another --time-column, or none and --rate HZ"
+                );
+                return Err(FileError::new(&self.file, None, why));
+            }
+            if self.is_over || !self.read_row()? {
+                break;
+            }
+        }
+        let (Some(first), Some(last)) = (self.ahead.front(), self.ahead.back()) else {
+            return Ok(());
+        };
+        let (Some(from_s), Some(to_s)) = (first.time_s, last.time_s) else {
+            return Ok(());
+        };
+        let rows = self
+            .ahead
+            .iter()
+            .take_while(|row| row.time_s == Some(from_s))
+            .count();
+        if to_s > from_s {
+            self.step_s = to_s - from_s;
+        }
+        if rows > 1 {
+            self.has_batches = true;
+            for (number, row) in self.ahead.iter_mut().take(rows).enumerate() {
+                row.time_s = Some(from_s + self.step_s * number as f64 / rows as f64);
+            }
+        }
+        Ok(())
+    }
+
+    fn number(&self, column: usize, cell: &str) -> Result<f64, FileError> {
+        if let Some(value) = self.numbers.number(cell) {
+            return Ok(value);
+        }
+        let name = &self.layout.columns[column].name;
+        if is_numeric(cell) {
+            return Err(self.refuse(&format!("column {name}: {cell:?} {OTHER_DECIMALS}")));
+        }
+        let mut word = self.word.borrow_mut();
+        if word.is_none() {
+            let line = self.present.line.unwrap_or(self.rows);
+            *word = Some(format!(
+                "{cell:?} in line {line}, column {name}, is taken for a missing reading"
+            ));
+        }
+        Ok(f64::NAN)
+    }
+
+    /// At the end: a file of which most lines are no rows has another layout.
+    fn check_skipped(&mut self) -> Result<(), FileError> {
+        if self.skipped >= self.rows
+            && let Some(error) = self.first_skipped.take()
+        {
+            return Err(error);
+        }
+        Ok(())
+    }
+
+    fn column_names(&self) -> String {
+        let names: Vec<&str> = self
+            .layout
+            .columns
+            .iter()
+            .map(|column| column.name.as_str())
+            .collect();
+        names.join(", ")
     }
 }
 
 impl RowReader for Rows<'_> {
     fn advance(&mut self) -> Result<bool, FileError> {
-        if !self.next_line()? {
-            return if self.has_rows {
-                Ok(false)
-            } else {
-                Err(self.refuse("no data after the header"))
-            };
+        // Rows of a batch have times of their own already, and the row after them has not.
+        if self.ahead.len() < 2 {
+            self.read_batch()?;
         }
-        self.has_rows = true;
-        if let Some(at) = self.time_at {
-            let time_s = self.stamp_s(at)?;
-            self.before_s = Some(time_s);
-        }
+        let Some(row) = self.ahead.pop_front() else {
+            self.check_skipped()?;
+            return Ok(false);
+        };
+        let before = std::mem::replace(&mut self.present, row);
+        self.spare.push(before.record);
+        self.rows += 1;
         Ok(true)
     }
 
     fn time_s(&self) -> Option<f64> {
-        self.before_s
+        self.present.time_s
+    }
+
+    fn timing(&self) -> Timing {
+        let name = |at: usize| &self.layout.columns[at].name;
+        match self.layout.time {
+            Some((_, Some(_))) => Timing::Stamped,
+            Some((at, None)) => Timing::Unclear(format!(
+                "column {name} has whole numbers without a unit: say which with --time-column {name}:ms (or s, us, ns), or give --rate HZ",
+                name = name(at)
+            )),
+            None => {
+                let header = if self.layout.header_line.is_none() {
+                    "no header, and "
+                } else {
+                    ""
+                };
+                let guess = self.layout.likely_time.map_or(String::new(), |at| {
+                    format!("; {name} grows steadily: if it is the time, --time-column {name}:ms (or s, us, ns)", name = name(at))
+                });
+                Timing::Absent(format!(
+                    "{header}no column {TIME_COLUMN} or of another name that says time; there are: {}{guess}; give the rate of the rows with --rate HZ",
+                    self.column_names()
+                ))
+            }
+        }
     }
 
     fn values(&self, values: &mut Vec<f64>) -> Result<(), FileError> {
         values.clear();
-        let mut fields = 0;
-        for (at, text) in self.dialect.cells(&self.text).enumerate() {
-            fields += 1;
-            if let Some(column) = self.columns.get(at).filter(|_| self.time_at != Some(at)) {
-                values.push(self.number(column, text)?);
+        let columns = self.layout.columns.iter().enumerate();
+        for (cell, (at, column)) in cells(&self.present.record, self.layout.separator).zip(columns)
+        {
+            if !column.is_left_out {
+                values.push(self.number(at, &cell)?);
             }
         }
-        if fields == self.columns.len() {
-            Ok(())
-        } else {
-            Err(self.wrong_count())
-        }
+        Ok(())
     }
 
     fn file(&self) -> &str {
@@ -337,20 +362,86 @@ impl RowReader for Rows<'_> {
         &self.names
     }
 
+    fn way_out_of_time(&self) -> &'static str {
+        "; if it is none, override it with --rate HZ, or choose another --time-column"
+    }
+
+    fn refuse(&self, why: &str) -> FileError {
+        FileError::new(&self.file, self.present.line, why)
+    }
+
     fn guessed(&self) -> Option<String> {
-        let mut guessed = self.dialect.guessed();
-        let time = self
-            .time_at
-            .map(|at| &self.columns[at])
-            .filter(|name| *name != TIME_COLUMN);
-        if let Some(name) = time {
-            let unit = match self.per_second.unwrap_or(1.0) {
-                1e3 => "milliseconds",
-                1e6 => "microseconds",
-                1e9 => "nanoseconds",
-                _ => "seconds",
+        let mut guessed = Vec::new();
+        let separated = match self.layout.separator {
+            b';' => Some("semicolons"),
+            b'\t' => Some("tabs"),
+            b' ' => Some("white space"),
+            _ => None,
+        };
+        guessed.extend(separated.map(|by| format!("columns are separated by {by}")));
+        if self.numbers.has_decimal_commas() {
+            guessed.push("decimals follow a comma".into());
+        }
+        if self.layout.has_preamble {
+            guessed.push(format!(
+                "the header is on line {}",
+                self.layout.header_line.unwrap_or(self.layout.line)
+            ));
+        }
+        if self.layout.header_line.is_none() {
+            guessed.push("no header: columns are named column_1, column_2, ...".into());
+        }
+        let left_out = |(at, column): (usize, &Column)| {
+            let is_time = self.layout.time.is_some_and(|(time, _)| time == at);
+            (column.is_left_out && !is_time && !column.name.is_empty()).then(|| column.name.clone())
+        };
+        let left_out: Vec<String> = self
+            .layout
+            .columns
+            .iter()
+            .enumerate()
+            .filter_map(left_out)
+            .collect();
+        if !left_out.is_empty() {
+            guessed.push(format!(
+                "left out as words, counters or other times: {}",
+                left_out.join(", ")
+            ));
+        }
+        if let Some((at, Some(unit))) = self.layout.time {
+            let name = &self.layout.columns[at].name;
+            let unit = match unit {
+                Unit::Clock => "as a date or a time of day".to_owned(),
+                Unit::PerSecond(per_second) if self.layout.is_epoch => {
+                    format!("in {} since 1970, by its size", unit_name(per_second))
+                }
+                Unit::PerSecond(per_second) => format!("in {}", unit_name(per_second)),
             };
-            guessed.push(format!("column {name} is the time in {unit}"));
+            if name != TIME_COLUMN {
+                guessed.push(format!("column {name} is the time {unit}"));
+            }
+        }
+        guessed.extend(
+            self.stamps
+                .iter()
+                .flat_map(Stamps::guessed)
+                .map(str::to_owned),
+        );
+        if self.has_batches {
+            guessed.push("rows that share a stamp are spread evenly".into());
+        }
+        guessed.extend(self.word.borrow().clone());
+        if let Some(first) = &self.first_skipped {
+            let lines = if self.skipped == 1 {
+                "line is"
+            } else {
+                "lines are"
+            };
+            guessed.push(format!(
+                "{} {lines} skipped: {}",
+                self.skipped,
+                first.place_and_reason()
+            ));
         }
         (!guessed.is_empty()).then(|| guessed.join("; "))
     }

@@ -1,6 +1,6 @@
 //! A whole table in memory.
 
-use super::row_reader::RowReader;
+use super::row_reader::{RowReader, check_order};
 use super::rows::Rows;
 use crate::file_error::FileError;
 use std::path::Path;
@@ -31,6 +31,9 @@ impl Table {
             let mut row = Vec::with_capacity(source.names().len());
             source.values(&mut row)?;
             rows.push(row);
+            if let (Some(before_s), Some(time_s)) = (times.last(), source.time_s()) {
+                check_order(&source, *before_s, time_s)?;
+            }
             times.extend(source.time_s());
         }
         let time_s = Some(times).filter(|times| !times.is_empty());

@@ -41,7 +41,7 @@ export function tiles({ live, remarks }) {
   const since = live.phase_since_s === null ? "" : `since ${seconds(live.phase_since_s)} · `;
   put("phase-small", `${since}${live.touches} ${live.touches === 1 ? "touch" : "touches"}`);
   const { missing, damaged } = live.counts;
-  const board = health ? health.conversions_lost + health.hops_skipped + health.messages_dropped : 0;
+  const board = health ? health.conversions_lost + health.hops_skipped : 0; // What the board drops is missing here, too.
   const lost = missing + damaged + board;
   put("lost", lost === 0 ? "nothing" : String(lost));
   put("lost-small", live.counts.received === 0 ? "" : lost === 0 ? `of ${live.counts.received} packets` : `${missing} packets, ${damaged} damaged, ${board} on the board`);
@@ -60,6 +60,7 @@ export function health(model) {
       ["conversions doubtful", latest.conversions_doubtful, latest.conversions_doubtful > 0],
       ["windows not fitted", latest.hops_skipped, latest.hops_skipped > 0],
       ["messages dropped", latest.messages_dropped, latest.messages_dropped > 0],
+      ["raw frames not sent", latest.frames_thinned],
       ["chip restarts", latest.chip_restarts, latest.chip_restarts > 0],
       ["requests damaged", latest.requests_damaged, latest.requests_damaged > 0],
       ["frame rate", `${latest.frame_rate_hz.toFixed(3)} Hz`],

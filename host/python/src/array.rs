@@ -1,7 +1,8 @@
 //! Rows of samples: those of a file, or those of an array where they are.
 
 use crate::raised;
-use hal_mock::TimeColumn;
+use anyhow::bail;
+use hal_mock::{TimeColumn, Timing};
 use pyo3::buffer::{Element, PyBuffer};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -156,6 +157,9 @@ impl Samples {
 impl Samples {
     fn read_all(&self) -> anyhow::Result<Read> {
         let mut rows = self.0.open()?;
+        if let Timing::Unclear(why) = rows.timing() {
+            bail!("{}: {why}", rows.file());
+        }
         let (mut row, mut times, mut values) = (Vec::new(), Vec::new(), Vec::new());
         while rows.advance()? {
             rows.values(&mut row)?;

@@ -7,9 +7,10 @@ use ridgetone_host::client::Client;
 use ridgetone_host::emulator;
 use ridgetone_host::events::JsonLines;
 use ridgetone_host::feed::{Emulated, Feed, Requester};
-use ridgetone_host::input::{Input, Source, first_scene, frame_rate_hz};
+use ridgetone_host::input::{first_scene, frame_rate_hz};
 use ridgetone_host::listen::{Heard, Listener};
 use ridgetone_host::port::{Link, System, Wanted};
+use ridgetone_host::touches::{first_touches, of_scene};
 use ridgetone_host::{recording, settings_form};
 use ridgetone_proto::command::Command;
 use ridgetone_proto::settings::Settings;
@@ -150,18 +151,14 @@ impl Board {
 }
 
 fn emulate(scene: Option<&Path>, once: bool, pace: f64, elf: Option<PathBuf>) -> Result<Feed> {
-    let scene = scene
-        .map(|path| hal_mock::load_scene(path, frame_rate_hz()))
-        .transpose()?;
-    let scene = scene.map_or_else(first_scene, Ok)?;
-    let seed = scene.seed;
-    let input = Input {
-        source: Source::Scene(scene),
-        seed,
-        ..Input::default()
-    }
-    .open()?;
-    let input = if once { input } else { input.repeated() };
+    let input = match scene {
+        Some(path) => {
+            let input = of_scene(hal_mock::load_scene(path, frame_rate_hz())?)?;
+            if once { input } else { input.repeated() }
+        }
+        None if once => of_scene(first_scene()?)?,
+        None => first_touches()?,
+    };
     let elf = elf.map_or_else(emulator::image::find, Ok)?;
     Ok(Feed::new(Emulated::start(
         input,

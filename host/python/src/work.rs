@@ -12,9 +12,9 @@ use ridgetone_host::messages::{Form, messages as all_messages};
 use ridgetone_host::picture::{Recording, draw};
 use ridgetone_host::profile::Profile;
 use ridgetone_host::replay::Motion;
-use ridgetone_host::speed::Column;
-use ridgetone_host::table_fit::{self, Selection};
-use ridgetone_host::{feel as felt, fit_report, replay as player, settings_form};
+use ridgetone_host::speed::{Column, Quantity};
+use ridgetone_host::table_fit::Selection;
+use ridgetone_host::{feel as felt, fit_report, replay as player, settings_form, touch_part};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::Packet;
 use std::path::{Path, PathBuf};
@@ -40,10 +40,18 @@ pub fn fit(
     mains_hz: Option<f64>,
     speed_column: Option<String>,
     position_column: Option<String>,
+    whole: bool,
+    mm_per_count: Option<f64>,
 ) -> PyResult<(String, Vec<String>)> {
-    let place = position_column
-        .map(Column::Position)
-        .or(speed_column.map(Column::Speed));
+    let column = |quantity, text: Option<String>| {
+        text.map(|text| Column::parse(quantity, &text))
+            .transpose()
+            .map_err(crate::UsageError::new_err)
+    };
+    let position = column(Quantity::Position, position_column)?;
+    let place = position
+        .map(|column| column.with_mm_per_count(mm_per_count))
+        .or(column(Quantity::Speed, speed_column)?);
     let selection = Selection {
         rate_hz,
         from_s,
@@ -54,7 +62,9 @@ pub fn fit(
         interferer_hz: mains_hz,
     };
     let run = || -> Result<_> {
-        let fit = table_fit::fit(&mut *samples.0.open()?, &selection, &mut |_| {})?;
+        // An array is what somebody has chosen.
+        let is_whole = whole || samples.0.path().is_none();
+        let fit = touch_part::fit(&samples.0, &selection, is_whole, &mut |_| {})?;
         let remarks = named(samples.0.name(), fit.guessed.as_ref())
             .chain(fit.warning(&selection))
             .collect();

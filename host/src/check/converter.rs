@@ -67,8 +67,7 @@ pub fn id(health: &Health) -> Judged {
 
 pub fn registers(health: &Health) -> Judged {
     let hex = |bytes: &[u8]| -> Vec<String> { bytes.iter().map(|b| format!("{b:02X}")).collect() };
-    // The levels of GPIO pins that are inputs are not the firmware's.
-    let written = &SCAN.registers().unwrap_or_default()[..Register::Gpiod as usize];
+    let written = &SCAN.registers().unwrap_or_default()[..Register::WRITABLE];
     let (found_hex, written_hex) = (hex(&health.adc_registers), hex(written));
     let wrong: Vec<String> = Register::ALL
         .iter()

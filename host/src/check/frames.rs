@@ -3,6 +3,7 @@
 use super::observations::{Inputs, Observations, Watched, input_names};
 use super::signals::{self, Clock, dead_and_railed, line};
 use super::table::{Judged, Limits, Verdict};
+use crate::input::rate_of;
 use ads1258::DataRate;
 use ridgetone::CONVERSION_NS;
 use ridgetone_proto::plan::Plan;
@@ -65,6 +66,8 @@ pub struct FrameStatistics<'a> {
     untouched: Vec<&'a [Raw]>,
     uv_per_code: f64,
     inputs: Inputs,
+    /// By the settings.
+    adc_clock_hz: u32,
 }
 
 impl<'a> FrameStatistics<'a> {
@@ -77,6 +80,7 @@ impl<'a> FrameStatistics<'a> {
             untouched: watched.untouched(),
             uv_per_code: 1e6 * f64::from(seen.vref_v()) / VREF_CODES,
             inputs: seen.inputs,
+            adc_clock_hz: seen.adc_clock_hz(),
         }
     }
 }
@@ -85,10 +89,14 @@ pub fn frame_rate(seen: &FrameStatistics) -> Judged {
     let Some(Clock { frame_rate_hz, .. }) = seen.clock else {
         return Judged::skipped(NO_CLOCK);
     };
-    let off_ppm = (frame_rate_hz / f64::from(FRAME_RATE_HZ) - 1.0) * 1e6;
-    let finding =
-        format!("{frame_rate_hz:.3} Hz, {off_ppm:+.0} ppm off the nominal {FRAME_RATE_HZ:.3} Hz");
-    let values = json!({ "frame_rate_hz": frame_rate_hz, "off_nominal_ppm": off_ppm });
+    let nominal_hz = rate_of(&Plan::PAPER.with_clock(seen.adc_clock_hz));
+    let off_ppm = (frame_rate_hz / nominal_hz - 1.0) * 1e6;
+    let adc_clock_hz = frame_rate_hz * f64::from(SCAN.frame_ticks());
+    let finding = format!(
+        "{frame_rate_hz:.3} Hz, {off_ppm:+.0} ppm off the nominal {nominal_hz:.3} Hz; the ADC's clock is {:.4} MHz",
+        adc_clock_hz * 1e-6
+    );
+    let values = json!({ "frame_rate_hz": frame_rate_hz, "off_nominal_ppm": off_ppm, "adc_clock_hz": adc_clock_hz });
     Judged::new(RATE_PPM.verdict(off_ppm), finding, values)
 }
 

@@ -11,7 +11,7 @@ use ridgetone_proto::boot::SettingsSource;
 use ridgetone_proto::command::{Command, Outcome, Request};
 use ridgetone_proto::plan::Plan as Scan;
 use ridgetone_proto::settings::{Array, FRAME_RATE_HZ, Settings};
-use ridgetone_proto::telemetry::{Event, Health, Hello, Packet, Raw};
+use ridgetone_proto::telemetry::{Event, Health, Hello, Packet, Raw, Starts};
 use std::time::{Duration, Instant};
 
 /// What to do with the board.
@@ -61,8 +61,9 @@ pub fn gather(feed: &mut Feed, plan: Plan, progress: &mut Progress) -> Observati
 struct Seen {
     hello: Option<Hello>,
     health: Option<Health>,
-    /// A greeting with number zero has arrived: the board has started.
+    /// The board has started anew.
     has_started: bool,
+    starts: Starts,
     healths: u32,
     frames: Option<Vec<Raw>>,
     touches_us: Vec<(u64, Option<u64>)>,
@@ -70,9 +71,11 @@ struct Seen {
 
 impl Seen {
     fn take(&mut self, packet: &Packet) {
+        if self.starts.take(&packet.event) {
+            (self.hello, self.has_started) = (None, true);
+        }
         match &packet.event {
             Event::Hello(hello) => {
-                self.has_started |= packet.sequence == 0;
                 self.hello = Some(hello.clone());
             }
             Event::Health(health) => {
@@ -88,6 +91,11 @@ impl Seen {
             _ => {}
         }
     }
+}
+
+/// The default plan, by the clock that the board has.
+const fn judged(settings: &Settings) -> Scan {
+    Scan::PAPER.with_clock(settings.plan.adc_clock_hz)
 }
 
 struct Talk<'a> {
@@ -138,11 +146,11 @@ impl Talk<'_> {
         let Some(own) = found
             .hello
             .clone()
-            .filter(|hello| hello.settings.plan != Scan::PAPER)
+            .filter(|hello| hello.settings.plan != judged(&hello.settings))
         else {
             return Ok(());
         };
-        let settings = own.settings.with_plan(Scan::PAPER);
+        let settings = own.settings.with_plan(judged(&own.settings));
         (self.seen.hello, self.own) = (None, Some(own));
         self.progress.show(format_args!("another scan plan"));
         match self.request(Command::Set {
@@ -392,7 +400,7 @@ impl Talk<'_> {
         // That greeting may be lost; the next one comes after ten.
         let from = self.seen.healths;
         self.listen(|seen| {
-            seen.has_started || seen.hello.is_some() && seen.healths > from + GREETING_HEALTHS
+            seen.hello.is_some() && (seen.has_started || seen.healths > from + GREETING_HEALTHS)
         })?;
         self.seen.hello.clone().context("the board did not greet")
     }

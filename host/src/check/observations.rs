@@ -2,7 +2,7 @@
 
 use crate::live::Counts;
 use ridgetone_proto::plan::Plan;
-use ridgetone_proto::settings::{Settings, TAXELS};
+use ridgetone_proto::settings::{SCAN, Settings, TAXELS};
 use ridgetone_proto::telemetry::{Health, Hello, Raw};
 use serde::Serialize;
 
@@ -144,6 +144,13 @@ impl Observations {
         self.hello
             .as_ref()
             .map_or_else(measured, |hello| hello.settings.vref_v)
+    }
+
+    /// The clock of the chip by the settings, hertz.
+    pub fn adc_clock_hz(&self) -> u32 {
+        self.hello
+            .as_ref()
+            .map_or(SCAN.clock_hz, |hello| hello.settings.plan.adc_clock_hz)
     }
 
     /// Why something was not seen.

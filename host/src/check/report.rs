@@ -4,12 +4,10 @@ use super::observations::{Inputs, Observations};
 use super::table::{Check, Verdict, graded, judge};
 use crate::names::name;
 use crate::output;
-use anyhow::{Context, Result, bail};
+use anyhow::Result;
 use ridgetone_proto::telemetry::PROTOCOL;
 use serde::Serialize;
 use std::fmt::{self, Display, Formatter};
-use std::fs::File;
-use std::io::Write;
 use std::path::Path;
 
 /// Every check, and what they were made with.
@@ -82,17 +80,6 @@ impl Report {
         output::line(&serde_json::to_string(&self.summary)?)
     }
 
-    /// Fails if the file exists.
-    pub fn refuse_existing(path: &Path) -> Result<()> {
-        if path.exists() {
-            bail!(
-                "{}: this file exists already, and no report is overwritten: choose another name",
-                path.display()
-            );
-        }
-        Ok(())
-    }
-
     /// Writes a new file: JSON if its name ends in `.json`, else text.
     pub fn write(&self, path: &Path) -> Result<()> {
         let text = match path
@@ -102,11 +89,7 @@ impl Report {
             true => serde_json::to_string_pretty(self)? + "\n",
             false => self.to_string(),
         };
-        let named = || path.display().to_string();
-        File::create_new(path)
-            .with_context(named)?
-            .write_all(text.as_bytes())
-            .with_context(named)
+        output::new_text(path, &text)
     }
 
     /// Names of the checks that failed.

@@ -3,8 +3,9 @@
 use super::firmware::FirmwareOptions;
 use super::input::{InputOptions, remark};
 use crate::feed::{Emulated, Feed};
-use crate::input::{Input, Opened, Source, first_scene};
+use crate::input::{Opened, first_scene};
 use crate::port::{Link, System, Wanted};
+use crate::touches::{first_touches, of_scene};
 use crate::usage::UsageError;
 use anyhow::Result;
 use clap::Args;
@@ -27,7 +28,8 @@ pub struct BoardOptions {
 
 impl BoardOptions {
     /// Opens the board's line. The emulated board is in front of `input`, or of the first scene,
-    /// and runs at `pace`, or as fast as it can; with `again` its input repeats.
+    /// and runs at `pace`, or as fast as it can; with `again` its input repeats, and of the first
+    /// scene each touch is over another grating.
     pub fn open(
         &self,
         input: Option<&InputOptions>,
@@ -36,19 +38,15 @@ impl BoardOptions {
     ) -> Result<Feed> {
         if self.emulated {
             let input = match input.filter(|input| input.is_given()) {
-                Some(input) => input.input(&ridgetone_proto::plan::Plan::PAPER)?,
-                None => {
-                    let scene = first_scene()?;
-                    Input {
-                        seed: scene.seed,
-                        source: Source::Scene(scene),
-                        ..Input::default()
-                    }
+                Some(input) => {
+                    let input = input.input(&ridgetone_proto::plan::Plan::PAPER)?.open()?;
+                    if again { input.repeated() } else { input }
                 }
+                None if again => first_touches()?,
+                None => of_scene(first_scene()?)?,
             };
-            let input = input.open()?;
             remark(&input);
-            return self.emulate(if again { input.repeated() } else { input }, pace);
+            return self.emulate(input, pace);
         }
         if input.is_some_and(InputOptions::is_given) || self.firmware.elf.is_some() {
             return Err(misplaced());

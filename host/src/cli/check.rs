@@ -3,7 +3,7 @@
 use super::board::BoardOptions;
 use super::parse::positive;
 use crate::check::{Inputs, Plan, Report, gather};
-use crate::output::Progress;
+use crate::output::{self, Progress};
 use crate::port::{Ports, System};
 use crate::stop;
 use anyhow::{Result, bail};
@@ -36,17 +36,15 @@ pub struct CheckArgs {
     /// One JSON object a line instead of text: each check, then a summary.
     #[arg(long)]
     json: bool,
-    /// Also write the report here, as JSON if the name ends in .json; an existing file is not
-    /// overwritten.
+    /// Also write the report here, as JSON if the name ends in .json; an existing file is kept
+    /// unless --force.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 }
 
 impl CheckArgs {
     pub(super) fn run(self) -> Result<()> {
-        if let Some(path) = &self.output {
-            Report::refuse_existing(path)?;
-        }
+        self.output.as_deref().map_or(Ok(()), output::check_new)?;
         stop::on_signal()?;
         let mut feed = self.board.open_untouched()?;
         let plan = Plan {

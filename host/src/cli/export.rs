@@ -7,8 +7,8 @@ use crate::usage::UsageError;
 use crate::{output, stop};
 use anyhow::Result;
 use clap::Args;
-use std::io::{IsTerminal, Write};
-use std::path::PathBuf;
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -24,7 +24,7 @@ pub struct ExportArgs {
     /// Recording of telemetry.
     #[arg(value_name = "RECORDING")]
     file: PathBuf,
-    /// Format [default: by the file's name: .csv, .ndjson, .jsonl or .mcap].
+    /// Format [default: by the file's name: .csv, .ndjson, .jsonl or .mcap; csv with --table].
     #[arg(long, value_enum, value_name = "FORMAT")]
     format: Option<Format>,
     /// Rows of the CSV table [default: estimates].
@@ -38,7 +38,8 @@ pub struct ExportArgs {
 impl ExportArgs {
     pub(super) fn run(self) -> Result<()> {
         let by_name = || self.output.as_deref().and_then(Format::by_name);
-        let Some(format) = self.format.or_else(by_name) else {
+        let by_table = || self.table.map(|_| Format::Csv);
+        let Some(format) = self.format.or_else(by_name).or_else(by_table) else {
             return Err(
                 UsageError("the file's name does not say the format: add --format".into()).into(),
             );
@@ -52,23 +53,17 @@ impl ExportArgs {
         stop::on_signal()?;
         let kind = self.table.unwrap_or(Kind::Estimates);
         let mut counts = Counts::default();
-        if let Some(path) = &self.output {
-            output::new_file(path, |file| {
-                counts = run(&self.file, format, kind, file)?;
-                Ok(())
-            })?;
-        } else {
-            let stdout = std::io::stdout().lock();
-            if format == Format::Mcap && stdout.is_terminal() {
-                return Err(UsageError(
-                    "MCAP is not for a terminal: write it to a file with -o".into(),
-                )
-                .into());
-            }
-            let mut out = std::io::BufWriter::new(stdout);
-            counts = run(&self.file, format, kind, &mut out)?;
-            out.flush()?;
+        let path = self.output.as_deref().unwrap_or(Path::new("-"));
+        if format == Format::Mcap && path == Path::new("-") && std::io::stdout().is_terminal() {
+            return Err(UsageError(
+                "MCAP is not for a terminal: write it to a file with -o".into(),
+            )
+            .into());
         }
+        output::new_file(path, |out| {
+            counts = run(&self.file, format, kind, out)?;
+            Ok(())
+        })?;
         report(counts);
         Ok(())
     }

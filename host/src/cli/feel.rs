@@ -95,7 +95,7 @@ struct MeasureOptions {
     /// ra_sigma_um, and file, its recording if it is not FILE.csv itself.
     #[arg(long, value_name = "ra_um=UM,rsm_mm=MM,speed_mm_s=MM_S", value_parser = reference)]
     reference: KnownSurface,
-    /// Rows per second [default: from the column time_s].
+    /// Rows per second, whatever the stamps say [default: from the stamps].
     #[arg(long, value_name = "HZ", value_parser = positive)]
     rate: Option<f64>,
     /// First time to use, seconds as in time_s; without that column, row / rate.

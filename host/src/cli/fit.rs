@@ -2,9 +2,10 @@
 
 use super::parse::{number, positive};
 use crate::output::Progress;
-use crate::speed::Column;
+use crate::samples::Samples;
+use crate::speed::{Column, Quantity};
 use crate::table_fit::Selection;
-use crate::{fit_report, output, samples, settings_form, table_fit};
+use crate::{fit_report, output, settings_form, touch_part};
 use anyhow::Result;
 use clap::Args;
 use hal_mock::TimeColumn;
@@ -12,21 +13,24 @@ use std::path::PathBuf;
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
-FILE.csv has a header, then one row per sample; a column time_s is the time in seconds. Separators, decimal commas and the
-time's name and unit may be others: what is guessed is said. A recording of telemetry with raw frames is read too. The rate is that of the straight
-line through all time stamps, and its uncertainty is a part of sigma. A gap of a few rows counts as missing rows; a blank
-cell, or NaN, is a missing reading of its channel. A file may be long: no row after --to is read.
+FILE.csv has one row per sample, and a header; a column time_s is the time in seconds. Tables as instruments write them are
+read too, gzip and UTF-16 included, as are WAV files and recordings of telemetry with raw frames: what is guessed is said. The rate is that
+of the straight line through all time stamps, and its uncertainty is a part of sigma. A gap of a few rows counts as missing
+rows; rows that are not evenly spaced are fitted at their own times. A file may be long: no row after --to is read.
 
 Examples:
   ridgetone fit recording.csv
+  ridgetone fit touch.rec
   ridgetone fit recording.csv --from 1.57 --to 13.57 --json
   ridgetone fit no_time.csv --rate 241.14 --columns ain0,ain1,ain2
-  ridgetone fit by_hand.csv --speed-column speed_mm_s")]
+  ridgetone fit by_hand.csv --speed-column speed_mm_s
+  ridgetone fit by_hand.csv --speed-column v:m/s
+  ridgetone fit stage.csv --position-column encoder --mm-per-count 0.025")]
 pub struct FitArgs {
     /// Recording: CSV with a header.
     #[arg(value_name = "FILE.csv")]
     file: PathBuf,
-    /// Rows per second [default: from the column time_s].
+    /// Rows per second, whatever the stamps say [default: from the stamps].
     #[arg(long, value_name = "HZ", value_parser = positive)]
     rate: Option<f64>,
     /// Column that is the time, with its unit (s, ms, us, ns) if its name does not say it; `none`
@@ -39,13 +43,21 @@ pub struct FitArgs {
     /// Last time to use, seconds.
     #[arg(long, value_name = "S", value_parser = number, allow_negative_numbers = true)]
     to: Option<f64>,
-    /// Fit by place, with this column as the speed over the surface, mm/s: cycles per mm at any
-    /// speed.
-    #[arg(long, value_name = "NAME", conflicts_with = "position_column")]
-    speed_column: Option<String>,
-    /// Fit by place, with this column as the place on the surface, mm.
-    #[arg(long, value_name = "NAME")]
-    position_column: Option<String>,
+    /// Fit all rows. Without this or a part, the slide is fitted where a finger touches, holds and
+    /// slides, in volts; elsewhere all rows are.
+    #[arg(long, conflicts_with_all = ["from", "to"])]
+    whole: bool,
+    /// Fit by place, with this column as the speed over the surface, in mm/s unless its name or the
+    /// option says otherwise: cycles per mm at any speed.
+    #[arg(long, value_name = "NAME[:UNIT]", conflicts_with = "position_column", value_parser = speed)]
+    speed_column: Option<Column>,
+    /// Fit by place, with this column as the place on the surface, in mm unless its name or the
+    /// option says otherwise.
+    #[arg(long, value_name = "NAME[:UNIT]", value_parser = position)]
+    position_column: Option<Column>,
+    /// Millimetres of one count of the place.
+    #[arg(long, value_name = "MM", value_parser = positive, requires = "position_column")]
+    mm_per_count: Option<f64>,
     /// Columns to fit, at most 16 [default: all but time_s, speed and place].
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     columns: Vec<String>,
@@ -65,6 +77,14 @@ pub struct FitArgs {
     json: bool,
 }
 
+fn speed(text: &str) -> Result<Column, String> {
+    Column::parse(Quantity::Speed, text)
+}
+
+fn position(text: &str) -> Result<Column, String> {
+    Column::parse(Quantity::Position, text)
+}
+
 impl FitArgs {
     pub(super) fn run(self) -> Result<()> {
         let settings = self
@@ -72,8 +92,8 @@ impl FitArgs {
             .as_deref()
             .map(settings_form::load)
             .transpose()?;
-        let mut rows = samples::open(&self.file, self.time_column.as_ref())?;
-        let file = rows.file().to_owned();
+        let samples = Samples::file_with(&self.file, self.time_column)?;
+        let file = samples.name().to_owned();
         let selection = Selection {
             rate_hz: self.rate,
             from_s: self.from,
@@ -84,14 +104,14 @@ impl FitArgs {
                 .or(settings.map(|settings| settings.harmonics)),
             place: self
                 .position_column
-                .map(Column::Position)
-                .or(self.speed_column.map(Column::Speed)),
+                .map(|column| column.with_mm_per_count(self.mm_per_count))
+                .or(self.speed_column),
             interferer_hz: self.mains.or(settings
                 .map(|settings| settings.interferer_hz.into())
                 .filter(|hz| *hz > 0.0)),
         };
         let mut progress = Progress::default();
-        let fit = table_fit::fit(&mut *rows, &selection, &mut |read| {
+        let fit = touch_part::fit(&samples, &selection, self.whole, &mut |read| {
             progress.show(format_args!("{read} rows read"))
         });
         progress.end();

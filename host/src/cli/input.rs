@@ -48,7 +48,8 @@ pub struct InputOptions {
         requires = "file"
     )]
     scale: f64,
-    /// Rows per second where FILE.csv has no time_s [default: the scan's 241.14].
+    /// Rows per second, whatever the stamps say [default: from the stamps; without any the scan's
+    /// 241.14].
     #[arg(long, value_name = "HZ", value_parser = positive, requires = "file")]
     pub(super) rate: Option<f64>,
     /// Column of FILE.csv that is the time, with its unit (s, ms, us, ns) if its name does not say

@@ -6,13 +6,13 @@ use crate::feed::{Feed, Requester};
 use crate::frame::Frame;
 use crate::live::Counts;
 use crate::teleplot::Teleplot;
-use crate::utc::{Receipt, UtcClock};
+use crate::utc::Receipt;
 use crate::{events, listen, output};
 use anyhow::Result;
 use clap::Args;
 use ratatui::crossterm::terminal;
 use ridgetone_proto::settings::Settings;
-use ridgetone_proto::telemetry::{Event, Packet};
+use ridgetone_proto::telemetry::{Event, Packet, Starts};
 use std::collections::VecDeque;
 use std::io::IsTerminal;
 use std::ops::ControlFlow;
@@ -51,6 +51,7 @@ pub struct Printer {
     /// Lines that wait for earlier ones, in the order of time, if there is an order to keep.
     held: Option<VecDeque<(f64, String)>>,
     now_s: f64,
+    starts: Starts,
 }
 
 impl Printer {
@@ -65,6 +66,7 @@ impl Printer {
             vref_v: Settings::DEFAULT.vref_v,
             held,
             now_s: 0.0,
+            starts: Starts::new(),
         }
     }
 
@@ -88,7 +90,7 @@ impl Printer {
             _ => String::new(),
         };
         let text = fitted(&(events::text(packet) + &volts));
-        if UtcClock::restarts(packet) {
+        if self.starts.take(&packet.event) {
             self.flush(f64::INFINITY)?;
             self.now_s = 0.0;
         }

@@ -8,12 +8,12 @@ use crate::output::with_progress;
 use crate::profile::Profile;
 use crate::recording::Recorded;
 use crate::replay::Motion;
-use crate::usage::UsageError;
+use crate::usage::{NoEstimate, UsageError};
 use crate::{odometry, recording, replay, stop};
 use anyhow::Result;
 use clap::Args;
 use ridgetone_proto::settings::Settings;
-use ridgetone_proto::telemetry::Packet;
+use ridgetone_proto::telemetry::{Event, Packet};
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
@@ -71,12 +71,23 @@ impl ReplayArgs {
         };
         let input = self.input.open_for(&settings)?;
         let mut printer = Printer::new(self.lines, true);
-        let mut sink = |packet: &Packet| printer.print(packet, None);
+        let mut seen = Seen::default();
+        let mut sink = |packet: &Packet| {
+            seen.take(&packet.event);
+            printer.print(packet, None)
+        };
         let outcome =
             with_progress(|progress| replay::run(input, settings, motion, &mut sink, progress))?;
         drop(printer);
         report(outcome.counts);
-        Ok(())
+        match (&self.input.file, seen.why_no_estimate(settings.window_s)) {
+            (Some(file), Some(why)) => {
+                let file = file.display();
+                let way_out = format!("`ridgetone fit {file}` takes all of it as a slide");
+                Err(NoEstimate(format!("{file}: {why}; {way_out}")).into())
+            }
+            _ => Ok(()),
+        }
     }
 
     fn print_telemetry(&self, file: &Path) -> Result<()> {
@@ -96,5 +107,50 @@ impl ReplayArgs {
             Requester::default(),
             self.lines,
         )
+    }
+}
+
+/// What a recording has shown of a touch.
+#[derive(Default)]
+struct Seen {
+    estimates: u64,
+    has_contact: bool,
+    /// The longest slide that has ended, seconds.
+    slide_s: Option<f64>,
+}
+
+impl Seen {
+    fn take(&mut self, event: &Event) {
+        match event {
+            Event::Estimate(_) => self.estimates += 1,
+            Event::Contact(_) => self.has_contact = true,
+            Event::Slide(slide) => {
+                let length_s = |end_us: u64| (end_us - slide.start_us) as f64 * 1e-6;
+                let longest_s = self.slide_s.unwrap_or(0.0);
+                let ended_s = slide.end_us.map(length_s);
+                self.slide_s = ended_s
+                    .map(|ended_s| ended_s.max(longest_s))
+                    .or(self.slide_s);
+            }
+            _ => {}
+        }
+    }
+
+    /// Why nothing was estimated.
+    fn why_no_estimate(&self, window_s: f32) -> Option<String> {
+        if self.estimates > 0 {
+            return None;
+        }
+        Some(match (self.has_contact, self.slide_s) {
+            (_, Some(slide_s)) => {
+                format!(
+                    "its longest slide, {slide_s:.2} s, fills no window of {window_s} s: choose a shorter --window"
+                )
+            }
+            (true, None) => "a finger touches, but no slide was found after it".into(),
+            (false, None) => {
+                "no finger touches: there is no contact from which a slide could begin".into()
+            }
+        })
     }
 }

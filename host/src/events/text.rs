@@ -295,8 +295,12 @@ fn health(e: &Health) -> String {
     let faults: String = seen
         .map(|(kind, count)| format!(", {} {count} times", name(kind)))
         .collect();
+    let thinned = match e.frames_thinned {
+        0 => String::new(),
+        count => format!(", {count} raw frames not sent"),
+    };
     format!(
-        "{} frames at {:.3} Hz; conversions: {} lost, {} doubtful; {} hops skipped, {} messages dropped, {} restarts of the ADC{faults}{load}{stack}; supply {:.3} V, reference {:.4} V, {:.1} C, offset {:.1} uV, gain {:.6}",
+        "{} frames at {:.3} Hz; conversions: {} lost, {} doubtful; {} hops skipped, {} messages dropped{thinned}, {} restarts of the ADC{faults}{load}{stack}; supply {:.3} V, reference {:.4} V, {:.1} C, offset {:.1} uV, gain {:.6}",
         e.frames,
         e.frame_rate_hz,
         e.conversions_lost,

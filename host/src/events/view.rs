@@ -120,6 +120,9 @@ impl State {
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(JsonSchema))]
 pub struct Hello {
+    /// Device time; 0 until the first conversion, so also after start-up. Less than before means
+    /// that the board has restarted.
+    pub t_s: f64,
     /// Version of the wire contract.
     pub protocol: u8,
     /// Version of the firmware.
@@ -175,6 +178,7 @@ impl From<&wire::Hello> for Hello {
             line: record.line,
         });
         Self {
+            t_s: seconds(event.t_us),
             protocol: event.protocol,
             version: event.version.map(|part| part.to_string()).join("."),
             frame_rate_hz: event.frame_rate_hz,
@@ -199,6 +203,8 @@ pub struct Contact {
     pub taxel: u8,
     /// Height of the spike over the level without touch, signed.
     pub height_v: f32,
+    /// When the load began to rise: of one that creeps in long before the spike.
+    pub onset_s: f64,
 }
 
 impl From<&wire::Contact> for Contact {
@@ -207,6 +213,7 @@ impl From<&wire::Contact> for Contact {
             t_s: seconds(event.t_us),
             taxel: event.taxel,
             height_v: event.height_v,
+            onset_s: seconds(event.onset_us),
         }
     }
 }
@@ -363,6 +370,8 @@ pub struct Health {
     pub offset_v: f32,
     /// The ADC's gain by its own reading, ideally 1.
     pub gain: f32,
+    /// Raw frames that were not sent because the line had no place for them.
+    pub frames_thinned: u32,
 }
 
 impl From<&wire::Health> for Health {
@@ -389,6 +398,7 @@ impl From<&wire::Health> for Health {
             temperature_c: event.temperature_c,
             offset_v: event.offset_v,
             gain: event.gain,
+            frames_thinned: event.frames_thinned,
         }
     }
 }

@@ -12,7 +12,7 @@ use crate::serve::topic::{Names, Topic};
 use crate::settings_form;
 use crate::utc::{Receipt, UtcClock};
 use anyhow::{Result, bail};
-use ridgetone_proto::telemetry::{Event, Hello, Packet};
+use ridgetone_proto::telemetry::{Event, Hello, Packet, Starts};
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
@@ -80,7 +80,10 @@ struct Messages {
     streamed: Streamed,
     /// The board's clock from each of its starts to the next, as far as it was learned.
     clocks: Vec<UtcClock>,
-    /// The start that is being read.
+    /// Starts that were learned.
+    learned: Starts,
+    /// Starts that are being read, and the number of the latest.
+    starts: Starts,
     start: usize,
     /// Time of the latest packet that has one: UTC, or device time if nothing was learned.
     time_ns: u64,
@@ -89,7 +92,7 @@ struct Messages {
 impl Messages {
     fn learn(&mut self, packet: &Packet, receipt: Option<Receipt>) {
         let Some(receipt) = receipt else { return };
-        if self.clocks.is_empty() || UtcClock::restarts(packet) {
+        if self.learned.take(&packet.event) || self.clocks.is_empty() {
             self.clocks.push(UtcClock::default());
         }
         if let Some(clock) = self.clocks.last_mut() {
@@ -100,9 +103,8 @@ impl Messages {
     /// Topic of a packet and its text.
     fn message(&mut self, packet: &Packet, receipt: Option<Receipt>) -> Result<(Topic, String)> {
         let mut message = self.json.message(packet, receipt);
-        // A recording may begin with a start of the board, or in the middle of a run.
-        self.start += usize::from(UtcClock::restarts(packet));
-        let clock = self.clocks.get(self.start.saturating_sub(1));
+        self.start += usize::from(self.starts.take(&packet.event));
+        let clock = self.clocks.get(self.start);
         if let Some(t_s) = time_s(&packet.event) {
             self.time_ns = (t_s * 1e6).round() as u64 * 1000;
             if let Some(utc) = clock.and_then(|clock| clock.utc(t_s)) {

@@ -6,7 +6,7 @@ use crate::requests::{PATIENCE, Requests};
 use anyhow::Result;
 use ridgetone_proto::command::{Command, Outcome};
 use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings};
-use ridgetone_proto::telemetry::{Event, Packet};
+use ridgetone_proto::telemetry::{Packet, Starts};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 /// Time between two requests for raw frames.
@@ -53,6 +53,7 @@ pub struct Requester {
     requests: Requests,
     /// When to request raw frames next; none: nobody wants them.
     renew: Option<Instant>,
+    starts: Starts,
 }
 
 impl Default for Requester {
@@ -60,6 +61,7 @@ impl Default for Requester {
         Self {
             requests: new_requests(),
             renew: None,
+            starts: Starts::new(),
         }
     }
 }
@@ -119,9 +121,10 @@ impl Requester {
 
     /// Takes a packet; gives the command that it answers, and the outcome.
     pub fn answered(&mut self, packet: &Packet) -> Option<(Command, Outcome)> {
-        if let (Event::Hello(_), 0, Some(renew)) = (&packet.event, packet.sequence, &mut self.renew)
+        if self.starts.take(&packet.event)
+            && let Some(renew) = &mut self.renew
         {
-            // The board has restarted, and no longer sends raw frames.
+            // The board no longer sends raw frames.
             *renew = Instant::now();
         }
         self.requests.answered(&packet.event)

@@ -135,11 +135,17 @@ fn requests_are_sent_and_answered_and_raw_frames_requested_only_while_they_are_w
         settings: Settings::DEFAULT,
         source,
         boot,
+        t_us: 0,
     };
-    requester.answered(&Packet {
-        sequence: 0,
-        event: Event::Hello(hello),
-    });
+    for t_us in [9_000_000, 0] {
+        requester.answered(&Packet {
+            sequence: 0,
+            event: Event::Hello(Hello {
+                t_us,
+                ..hello.clone()
+            }),
+        });
+    }
     talk(&mut feed, &mut requester, &mut answers);
     assert!(
         matches!(answers[3].0, Command::Raw { frames } if frames > 0),
@@ -265,6 +271,7 @@ fn another_protocol_is_an_error_that_says_what_to_do() {
         settings,
         source,
         boot,
+        t_us: 0,
     };
     board.emit(Event::Hello(hello));
     let error = Feed::new(Arc::new(Mutex::new(board)))

@@ -2,10 +2,10 @@
 //! of all together.
 
 use crate::grid::Grid;
-use crate::part::{Part, given_rate_hz};
+use crate::part::Part;
 use crate::samples::Samples;
 use crate::table_fit::{Selection, columns};
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Result, bail, ensure};
 use ridgetone_feel::{
     Conversion, Firing, Indices, MeanFiring, POINTS_MAX, Reference, SpectralLine, Windows,
     amplitude_spectrum, points,
@@ -246,17 +246,11 @@ impl Loaded {
         let columns = columns(rows, selection)?;
         let part = Part::read(rows, selection, ROWS_MAX, progress)?;
         let file = rows.file().to_owned();
-        let grid = match part.is_stamped {
-            true => Grid::from_stamps(&part.times_s, selection.rate_hz, |row| {
-                format!(
-                    "row {} (time_s {})",
-                    part.before + row as u64 + 1,
-                    part.times_s[row]
-                )
-            })
-            .with_context(|| file.clone())?,
-            false => Grid::even(part.rows(), given_rate_hz(&file, selection)?),
-        };
+        let grid = Grid::of(&part, &*rows, selection)?;
+        ensure!(
+            grid.uneven_s.is_empty(),
+            "{file}: its rows are not evenly spaced in time, as spectra need: give their rate with --rate HZ if the stamps are wrong"
+        );
         let mut readings_missing = 0;
         let mut channel = |column: &usize| {
             let readings = grid.places.iter().copied().zip(part.column(*column));

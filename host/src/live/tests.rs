@@ -121,7 +121,7 @@ fn it_can_be_serialised_with_the_names_that_json_lines_have() {
     assert!(strips["volts"][2][0].is_null() && strips["volts"][3][0].is_null());
 }
 
-fn hello(sequence: u16) -> Packet {
+fn hello(sequence: u16, t_us: u64) -> Packet {
     let (settings, boot) = (
         Settings {
             vref_v: 2.5,
@@ -137,6 +137,7 @@ fn hello(sequence: u16) -> Packet {
         settings,
         source,
         boot,
+        t_us,
     };
     Packet {
         sequence,
@@ -149,11 +150,12 @@ fn a_restart_begins_a_new_axis_and_a_repeated_greeting_does_not() {
     let mut live = Live::new("a scene");
     packets().iter().for_each(|packet| live.take(packet));
     let lines = live.log.len();
-    live.take(&hello(700));
-    live.take(&hello(701));
+    // By wrap a periodic greeting has number 0, too.
+    live.take(&hello(0, 20_000_000));
+    live.take(&hello(701, 30_000_000));
     assert_eq!((live.now.restarts, live.log.len()), (0, lines + 1));
     assert!(live.estimate().is_some() && live.settings().vref_v == 2.5);
-    live.take(&hello(0));
+    live.take(&hello(3, 0));
     assert_eq!(
         (live.now.restarts, live.now.phase, live.now.now_s),
         (1, Phase::Idle, None)

@@ -73,6 +73,9 @@ fn losses(live: &Live, view: &View) -> Line<'static> {
     count(", ", live.now.counts.damaged, "damaged");
     if let Some(health) = live.health() {
         count(", ", health.messages_dropped, "dropped");
+        if health.frames_thinned > 0 {
+            count(", ", health.frames_thinned, "raw frames not sent");
+        }
         count("; ADC: ", health.conversions_lost, "lost");
         count(", ", health.conversions_doubtful, "doubtful");
         count("; ", health.hops_skipped, "hops skipped");

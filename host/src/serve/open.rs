@@ -2,9 +2,10 @@
 
 use super::name::Source;
 use crate::feed::{Emulated, Feed, Pace};
-use crate::input::{self, Input, first_scene, frame_rate_hz};
+use crate::input::frame_rate_hz;
 use crate::port::{Link, System, Wanted};
 use crate::recording::Recorded;
+use crate::touches::{first_touches, of_scene};
 use anyhow::Result;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -31,17 +32,12 @@ pub fn feed(source: &Source, emulator: Option<&Emulator>) -> Result<Feed> {
 /// At the speed of a real board, touched again and again.
 fn emulated(scene: Option<&Path>, emulator: Option<&Emulator>) -> Result<Feed> {
     let emulator = emulator.ok_or_else(|| anyhow::anyhow!("no firmware image to emulate"))?;
-    let scene = scene.map_or_else(first_scene, |path| {
-        Ok(hal_mock::load_scene(path, frame_rate_hz())?)
-    })?;
-    let input = Input {
-        seed: scene.seed,
-        source: input::Source::Scene(scene),
-        ..Input::default()
-    }
-    .open()?;
+    let input = match scene {
+        Some(path) => of_scene(hal_mock::load_scene(path, frame_rate_hz())?)?.repeated(),
+        None => first_touches()?,
+    };
     Ok(Feed::new(Emulated::start(
-        input.repeated(),
+        input,
         emulator.elf.clone(),
         emulator.silence,
         Some(1.0),

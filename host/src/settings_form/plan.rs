@@ -26,6 +26,9 @@ pub fn meaning(field: &str) -> &'static str {
         "health" => {
             "When the chip reads its supply, reference, temperature, offset and gain: \"every_scan\" or \"between_touches\"."
         }
+        "adc_clock_hz" => {
+            "Clock of the ADS1258: 15728640 Hz with its crystal, or that of an oscillator on CLKIO."
+        }
         _ => "",
     }
 }
@@ -36,6 +39,9 @@ pub fn reason(name: &str) -> &'static str {
         "plan.inputs" => "bit k of plan.inputs stands for AINk",
         "plan.chop" => {
             "the chip cannot read its own health while it chops: choose plan.health = \"between_touches\""
+        }
+        "plan.adc_clock_hz" => {
+            "the boards' SPI is made for a chip of 13.2 to 16 MHz; 15728640 is the crystal's"
         }
         "frame_rate_hz" => {
             "what this plan gives: touch detection needs 180 frames a second; choose fewer inputs, a higher data_rate or a shorter delay"

@@ -126,9 +126,12 @@ fn mask(given: &Value) -> Option<u16> {
 
 /// A plan by its name, or this one with other fields.
 fn with_fields(plan: &Plan, given: &Value) -> Result<Plan, String> {
-    let expected = "a name, or the table plan with inputs, data_rate, delay, chop, health";
+    let expected =
+        "a name, or the table plan with inputs, data_rate, delay, chop, health, adc_clock_hz";
     match given {
+        // A name says nothing of the clock that the board has.
         Value::String(name) => Plan::named(name)
+            .map(|named| named.with_clock(plan.adc_clock_hz))
             .ok_or_else(|| format!("no plan `{name}`: choose one of {}", plan::names())),
         Value::Table(fields) => {
             let mut all = Table::try_from(plan).map_err(|error| error.to_string())?;

@@ -5,7 +5,7 @@ use crate::digits::time_s;
 use crate::recording::{self, Keep, Recording};
 use crate::utc::Receipt;
 use anyhow::{Context, Result, ensure};
-use ridgetone_proto::telemetry::{Event, Hello, Packet, WIRE_MAX, encode};
+use ridgetone_proto::telemetry::{Event, Hello, Packet, Starts, WIRE_MAX, encode};
 use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -20,29 +20,33 @@ const LATEST_MOST: usize = 16_000;
 
 /// The packets of the latest minute.
 #[derive(Default)]
-pub struct Latest(VecDeque<(Instant, Packet, Option<Receipt>)>);
+pub struct Latest {
+    packets: VecDeque<(Instant, Packet, Option<Receipt>)>,
+    starts: Starts,
+}
 
 impl Latest {
     pub fn push(&mut self, packet: &Packet, receipt: Option<Receipt>) {
-        if matches!(packet.event, Event::Hello(_)) && packet.sequence == 0 {
-            // The board has restarted, and its clock begins at zero.
-            self.0.clear();
+        if self.starts.take(&packet.event) {
+            // Its clock begins at zero.
+            self.packets.clear();
         }
-        while self.0.len() >= LATEST_MOST
+        while self.packets.len() >= LATEST_MOST
             || self
-                .0
+                .packets
                 .front()
                 .is_some_and(|(then, ..)| then.elapsed() > LATEST)
         {
-            self.0.pop_front();
+            self.packets.pop_front();
         }
-        self.0.push_back((Instant::now(), packet.clone(), receipt));
+        self.packets
+            .push_back((Instant::now(), packet.clone(), receipt));
     }
 
     /// A recording of these packets.
     pub fn recorder(&self, path: PathBuf, source: &str, hello: Option<&Hello>) -> Result<Recorder> {
         let mut recorder = Recorder::new(path, source);
-        for (_, packet, receipt) in &self.0 {
+        for (_, packet, receipt) in &self.packets {
             recorder.keep(packet, *receipt, hello)?;
         }
         Ok(recorder)

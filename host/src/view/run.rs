@@ -7,12 +7,11 @@ use crate::messages::{Form, Message, messages};
 use crate::replay;
 use crate::samples::Samples;
 use anyhow::{Result, anyhow, ensure};
-use ridgetone::Mark;
 use ridgetone::Pipeline;
 use ridgetone::Window;
 use ridgetone::{Estimator, WindowFit};
 use ridgetone_proto::settings::{Settings, TAXELS};
-use ridgetone_proto::telemetry::{Estimate, Event, Hello, Packet, Raw, Span};
+use ridgetone_proto::telemetry::{Estimate, Event, Hello, Packet, Raw, Span, Starts};
 use ridgetone_tone::{FRAMES_MAX, FRAMES_MIN, Table, Values};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -33,6 +32,7 @@ pub struct Run {
     frames: Vec<Raw>,
     /// What was guessed of a table, or what is left out.
     remark: Option<String>,
+    starts: Starts,
 }
 
 /// A run in a few numbers, to compare it with others.
@@ -61,6 +61,7 @@ impl Run {
             packets,
             frames,
             remark: None,
+            starts: Starts::new(),
         };
         run.read(settings).map_err(|error| {
             // The name that people know, instead of the path.
@@ -115,7 +116,7 @@ impl Run {
         let mut take = |mut event: Event| {
             uncertainty.apply(&mut event);
             self.take(Packet { sequence, event });
-            sequence = sequence.wrapping_add(1).max(1);
+            sequence = sequence.wrapping_add(1);
         };
         take(hello);
         replay::conversions(input, &mut |timed| {
@@ -127,10 +128,7 @@ impl Run {
     }
 
     fn take(&mut self, packet: Packet) {
-        if matches!(packet.event, Event::Hello(_))
-            && packet.sequence == 0
-            && self.ends_s().is_some()
-        {
+        if self.starts.take(&packet.event) {
             // Its clock begins at zero again.
             self.packets.clear();
             self.frames.clear();
@@ -276,18 +274,10 @@ impl Run {
             }
         }
         let window = Window {
-            first: 0,
-            frames: slots as u32,
             end_us: last.t_us,
             frame_rate_hz: ((slots - 1) as f64 / (raw_s(&last) - raw_s(&first))) as f32,
             reference,
-            span: Span::Window,
-            slide_first: 0,
-            touch_first: 0,
-            level_v: f32::NAN,
-            force_ratio: None,
-            plan: self.settings().plan,
-            odometry: Mark::NONE,
+            ..Window::new(self.settings().plan, slots as u32)
         };
         // The part is as long as it was marked.
         let settings = Settings {

@@ -1,5 +1,4 @@
-//! The runs that pages look back at, by their numbers. Their files are in a folder that goes with
-//! the command.
+//! The runs that pages look back at, by their numbers, and their files.
 
 use super::run::{Run, Summary};
 use crate::settings_form;
@@ -7,13 +6,12 @@ use anyhow::{Context, Result, ensure};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use tempfile::TempDir;
 
 /// Runs kept at a time.
 const MOST: usize = 8;
 
 pub struct Runs {
-    folder: TempDir,
+    folder: PathBuf,
     list: Mutex<List>,
 }
 
@@ -32,22 +30,20 @@ pub struct Numbered {
 }
 
 impl Runs {
-    pub fn new() -> Result<Self> {
-        let folder = tempfile::Builder::new()
-            .prefix("ridgetone-")
-            .tempdir()
-            .context("a temporary folder")?;
-        Ok(Self {
-            folder,
+    /// No run yet. Files go to a folder whose owner removes it: a thread that serves a page may
+    /// hold this until the process ends, and then nothing is dropped.
+    pub fn new(folder: &Path) -> Self {
+        Self {
+            folder: folder.to_owned(),
             list: Mutex::default(),
-        })
+        }
     }
 
     /// A new file in the folder.
     pub fn new_path(&self) -> PathBuf {
         let mut list = self.lock();
         list.next += 1;
-        self.folder.path().join(list.next.to_string())
+        self.folder.join(list.next.to_string())
     }
 
     /// Keeps a file's bytes, and opens it.
@@ -103,7 +99,7 @@ impl Runs {
     pub fn close(&self, id: u64) -> Result<()> {
         let run = self.get(id)?;
         self.lock().runs.retain(|(known, _)| *known != id);
-        if run.path.starts_with(self.folder.path()) {
+        if run.path.starts_with(&self.folder) {
             std::fs::remove_file(&run.path)?;
         }
         Ok(())

@@ -134,6 +134,7 @@ impl BoardEnd {
             settings: Settings::DEFAULT,
             source: SettingsSource::Default,
             boot: Boot::UNKNOWN,
+            t_us: 0,
         });
         while !self.shared.begins.load(Relaxed) {
             sleep(Duration::from_millis(10));

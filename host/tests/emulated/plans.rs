@@ -3,7 +3,8 @@
 use super::requests::talk;
 use hal_mock::{Scene, Sliding, SlidingScene};
 use ridgetone_host::emulator::{self, Options};
-use ridgetone_host::input::{Again, Input, Opened, Source};
+use ridgetone_host::input::{Input, Opened, Source};
+use ridgetone_host::touches::Again;
 use ridgetone_proto::command::{Command, Outcome};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::Settings;

@@ -3,6 +3,7 @@
 use super::served::{LONG, request};
 use super::{View, packets, recorded};
 use crate::common;
+use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use std::io::{Read, Write};
 use std::net::TcpStream;
@@ -298,4 +299,36 @@ fn what_is_recorded_and_the_last_minute_are_runs_that_the_commands_read() {
         "{}",
         &file[..40]
     );
+}
+
+/// However it ends, with a page at the other end.
+#[test]
+fn the_folder_of_runs_goes_with_the_command() {
+    let folder = common::directory();
+    let temporary = common::directory();
+    let path = recorded(folder.path(), &packets(f64::INFINITY));
+    let bytes = std::fs::read(&path).expect("a file");
+    for signal in [Signal::INT, Signal::TERM, Signal::HUP, Signal::INT] {
+        let mut view = View::with(
+            "127.0.0.1:0",
+            &["--file", common::text(&path)],
+            &[("TMPDIR", common::text(temporary.path()))],
+        );
+        let (address, origin) = (view.address(), format!("http://{}", view.address()));
+        let (status, body) = post(address, "/runs?name=touch.rec", &origin, &bytes);
+        assert_eq!(status, 200, "{body}");
+        let mut page = TcpStream::connect(address).expect("it listens");
+        write!(page, "GET /events HTTP/1.1\r\nHost: {address}\r\n\r\n").expect("sent");
+        page.set_read_timeout(Some(LONG)).expect("a time");
+        page.read_exact(&mut [0; 512]).expect("updates");
+        let files = || {
+            std::fs::read_dir(temporary.path())
+                .expect("a folder")
+                .count()
+        };
+        assert_eq!(files(), 1);
+        kill_process(Pid::from_child(&view.child), signal).expect("a signal");
+        view.child.wait().expect("ended");
+        assert_eq!(files(), 0, "{signal:?}");
+    }
 }

@@ -3,6 +3,7 @@
 //!
 //! Within a block what modulates a line is taken to be constant, and baselines to be straight.
 
+use crate::data::Data;
 use crate::legendre::{legendre, slopes};
 use crate::limits::{
     BLOCKS_MAX, CHANNELS_MAX, DEGREE_MAX, HARMONICS_MAX, POINTS_MAX, UNKNOWNS_MAX,
@@ -10,21 +11,27 @@ use crate::limits::{
 use crate::lines::Lines;
 use crate::phase::{cos_sin, from_turns};
 use crate::phase_course::Course;
-use crate::pieces::Data;
+use crate::residual::Model;
 use crate::solve::Shape;
 use crate::source::Values;
 use core::f32::consts::FRAC_1_PI;
 
 /// Functions of a block: cosine and sine of each line.
 const FUNCTIONS: usize = 2 * HARMONICS_MAX;
-/// Rows of memory: what blocks need, or a transform with four spectra.
+/// Rows of memory that blocks need.
 const ROWS_BLOCKS: usize = BLOCKS_MAX * FUNCTIONS;
-const ROWS_TRANSFORM: usize = (3 * POINTS_MAX).div_ceil(CHANNELS_MAX);
-const ROWS: usize = if ROWS_BLOCKS > ROWS_TRANSFORM {
-    ROWS_BLOCKS
-} else {
-    ROWS_TRANSFORM
-};
+const ROWS: usize = rows(POINTS_MAX);
+
+/// Rows of memory: what blocks need, or a transform.
+pub const fn rows(points: usize) -> usize {
+    let transform = points.div_ceil(CHANNELS_MAX);
+    if ROWS_BLOCKS > transform {
+        ROWS_BLOCKS
+    } else {
+        transform
+    }
+}
+
 /// Multiples of the unit line whose sums are kept.
 pub const WAVES: usize = 2 * HARMONICS_MAX + 4;
 
@@ -37,8 +44,8 @@ pub struct Blocks {
     rows: [Values; ROWS],
     /// Sums of cosine and sine of each multiple of the phase.
     waves: [[Wave; WAVES]; BLOCKS_MAX],
-    /// Sums of cosine and sine times the distance from the block's middle.
-    moments: [[Wave; WAVES]; BLOCKS_MAX],
+    /// Sums of cosine and sine of each line times the distance from the block's middle.
+    moments: [[Wave; HARMONICS_MAX]; BLOCKS_MAX],
     /// Ends and middles of the blocks.
     ends: [f32; BLOCKS_MAX],
     /// Middles of the blocks.
@@ -74,7 +81,7 @@ impl Blocks {
         Self {
             rows: [[0.0; CHANNELS_MAX]; ROWS],
             waves: [[[0.0; 2]; WAVES]; BLOCKS_MAX],
-            moments: [[[0.0; 2]; WAVES]; BLOCKS_MAX],
+            moments: [[[0.0; 2]; HARMONICS_MAX]; BLOCKS_MAX],
             ends: [0.0; BLOCKS_MAX],
             middles: [0.0; BLOCKS_MAX],
             turned: [0.0; BLOCKS_MAX],
@@ -94,23 +101,23 @@ impl Blocks {
 
     /// Divides a window, and passes over it for what baselines have.
     #[inline(never)]
-    pub fn start(&mut self, data: &Data) {
-        self.divide(data.pieces.count() as u32);
+    pub fn start(&mut self, data: &mut Data) {
+        self.divide(data.count());
         self.levels = [[0.0; CHANNELS_MAX]; DEGREE_MAX + 1];
         self.gram = [[0.0; DEGREE_MAX + 1]; DEGREE_MAX + 1];
         let (mut b, mut sums) = (0, [[0.0; CHANNELS_MAX]; 2]);
         let mut moments = [0.0; 3];
-        data.visit(|piece| {
-            if !self.is_in(b, piece.u) {
+        data.visit(|frame| {
+            if !self.is_in(b, frame.u) {
                 self.add_levels(b, &sums, &moments);
                 (sums, moments) = ([[0.0; CHANNELS_MAX]; 2], [0.0; 3]);
-                b = self.block(piece.u);
+                b = self.block(frame.u);
             }
-            let from_middle = piece.u - self.middles[b];
+            let from_middle = frame.u - self.middles[b];
             moments[0] += 1.0;
             moments[1] += from_middle;
             moments[2] += from_middle * from_middle;
-            for (k, value) in piece.values.iter().enumerate() {
+            for (k, value) in frame.values.iter().enumerate() {
                 sums[0][k] += value;
                 sums[1][k] += from_middle * value;
             }
@@ -145,36 +152,38 @@ impl Blocks {
         b.min(self.count.saturating_sub(1))
     }
 
-    /// Passes over the window.
+    /// Passes over the window, or over what a model leaves of it.
     #[inline(never)]
-    pub fn collect(&mut self, data: &Data, pass: &Pass) {
+    pub fn collect(&mut self, data: &mut Data, pass: &Pass, model: Option<&Model>) {
         self.lines = pass.lines;
         self.most = pass.most.min(WAVES - 1);
         self.rows[..ROWS_BLOCKS].fill([0.0; CHANNELS_MAX]);
         self.waves = [[[0.0; 2]; WAVES]; BLOCKS_MAX];
-        self.moments = [[[0.0; 2]; WAVES]; BLOCKS_MAX];
+        self.moments = [[[0.0; 2]; HARMONICS_MAX]; BLOCKS_MAX];
         self.turned = [0.0; BLOCKS_MAX];
         let (mut b, mut powers) = (0, [[1.0, 0.0]; WAVES]);
         let mut batch = Batch::NONE;
-        data.visit(|piece| {
-            if !self.is_in(b, piece.u) {
+        data.visit_beside(model, |frame| {
+            if !self.is_in(b, frame.u) {
                 batch.add_to(&mut self.rows[b * FUNCTIONS..][..FUNCTIONS]);
-                b = self.block(piece.u);
+                b = self.block(frame.u);
             }
-            let from_middle = piece.u - self.middles[b];
-            let (cos, sin) = cos_sin(pass.course.at(piece.u, pass.scale));
+            let from_middle = frame.u - self.middles[b];
+            let (cos, sin) = cos_sin(pass.course.at(frame.u, pass.scale));
             for m in 1..=self.most {
                 let [c, s] = powers[m - 1];
                 powers[m] = [c * cos - s * sin, s * cos + c * sin];
             }
-            let sums = self.waves[b].iter_mut().zip(&mut self.moments[b]);
-            for ((wave, moment), power) in sums.zip(&powers).take(self.most + 1) {
+            for (wave, power) in self.waves[b].iter_mut().zip(&powers).take(self.most + 1) {
                 wave[0] += power[0];
                 wave[1] += power[1];
-                moment[0] += from_middle * power[0];
-                moment[1] += from_middle * power[1];
             }
-            batch.push(&piece.values, pass.lines, &powers);
+            for (moment, line) in self.moments[b].iter_mut().zip(pass.lines.iter()) {
+                let [cos, sin] = powers[line % WAVES];
+                moment[0] += from_middle * cos;
+                moment[1] += from_middle * sin;
+            }
+            batch.push(&frame.values, pass.lines, &powers);
             if batch.count == BATCH {
                 batch.add_to(&mut self.rows[b * FUNCTIONS..][..FUNCTIONS]);
             }
@@ -182,10 +191,10 @@ impl Blocks {
         batch.add_to(&mut self.rows[b * FUNCTIONS..][..FUNCTIONS]);
     }
 
-    /// Divides the window into blocks of whole pieces. They are shortest at the ends, where Legendre
+    /// Divides the window into blocks of whole frames. They are shortest at the ends, where Legendre
     /// polynomials change fastest.
-    fn divide(&mut self, pieces: u32) {
-        let (mut first, half) = (0, 0.5 * pieces as f32);
+    fn divide(&mut self, frames: u32) {
+        let (mut first, half) = (0, 0.5 * frames as f32);
         self.count = 0;
         for i in 1..=BLOCKS_MAX {
             let (cos, _) = cos_sin(from_turns(0.5 * i as f32 / BLOCKS_MAX as f32));
@@ -240,7 +249,8 @@ impl Blocks {
 
     /// Products of cosine and sine of a line with the baseline of a degree in a block.
     pub fn with_baseline(&self, b: usize, line: usize, degree: usize) -> Wave {
-        let (wave, moment) = (self.waves[b][line], self.moments[b][line]);
+        let wave = self.wave(b, line);
+        let moment = self.moments[b][self.lines.place(line) % HARMONICS_MAX];
         let [value, slope] = self.baselines[b][degree];
         [0, 1].map(|i| value * wave[i] + slope * moment[i])
     }
@@ -257,32 +267,34 @@ impl Blocks {
                 sum[0] += weight * wave[0];
                 sum[1] += weight * wave[1];
             }
+            let baselines = &self.baselines[b][..=shape.degree.min(DEGREE_MAX)];
             for (sums, line) in totals.baselines.iter_mut().zip(shape.lines.iter()) {
-                for (degree, sum) in sums.iter_mut().enumerate().take(shape.degree + 1) {
-                    let [cos, sin] = self.with_baseline(b, line, degree);
-                    sum[0] += weight * cos;
-                    sum[1] += weight * sin;
+                let wave = self.wave(b, line);
+                let moment = self.moments[b][self.lines.place(line) % HARMONICS_MAX];
+                for (sum, [value, slope]) in sums.iter_mut().zip(baselines) {
+                    sum[0] += weight * (value * wave[0] + slope * moment[0]);
+                    sum[1] += weight * (value * wave[1] + slope * moment[1]);
                 }
             }
         }
         totals
     }
 
-    /// Products of the lines of a shape with the channels, each block with its weight.
-    pub fn products(&self, shape: &Shape, weights: &[f32; BLOCKS_MAX]) -> LineProducts {
-        let mut sums = [[0.0; CHANNELS_MAX]; 2 * HARMONICS_MAX];
-        for (i, line) in shape.lines.iter().enumerate() {
+    /// Products of the lines of a shape with the channels, each block with its weight, into rows.
+    pub fn products(&self, shape: &Shape, weights: &[f32; BLOCKS_MAX], rows: &mut [Values]) {
+        let pairs = rows.chunks_exact_mut(2);
+        for (sums, line) in pairs.zip(shape.lines.iter()) {
             let place = 2 * self.lines.place(line);
-            for b in 0..self.count {
-                for r in 0..2 {
+            for (r, sums) in sums.iter_mut().enumerate() {
+                *sums = [0.0; CHANNELS_MAX];
+                for b in 0..self.count {
                     let row = &self.rows[b * FUNCTIONS + place + r];
-                    for (sum, value) in sums[2 * i + r].iter_mut().zip(row) {
+                    for (sum, value) in sums.iter_mut().zip(row) {
                         *sum += weights[b] * value;
                     }
                 }
             }
         }
-        sums
     }
 
     /// Turns the unit line to another course.
@@ -299,8 +311,9 @@ impl Blocks {
                 let [c, s] = power;
                 power = [c * cos - s * sin, s * cos + c * sin];
                 rotate(&mut self.waves[b][m], power);
-                rotate(&mut self.moments[b][m], power);
                 if self.lines.has(m) {
+                    let place = self.lines.place(m) % HARMONICS_MAX;
+                    rotate(&mut self.moments[b][place], power);
                     let row = b * FUNCTIONS + 2 * self.lines.place(m);
                     let (first, second) = self.rows.split_at_mut(row + 1);
                     for (cos, sin) in first[row].iter_mut().zip(&mut second[0]) {
@@ -325,7 +338,7 @@ impl Blocks {
 
     /// Adds a part of a function of the lines to the channels' products in a block: `change` has
     /// its coefficients for cosine and sine of each of `lines`.
-    pub fn add(&mut self, b: usize, lines: Lines, change: &[Values; 2 * HARMONICS_MAX]) {
+    pub fn add(&mut self, b: usize, lines: Lines, change: &[Values]) {
         for (j, line) in lines.iter().enumerate() {
             for one in self.lines.iter() {
                 let products = self.of_lines(b, one, line);
@@ -336,11 +349,9 @@ impl Blocks {
                     }
                 }
             }
-            for (degree, sums) in self.levels.iter_mut().enumerate() {
-                let (wave, moment) = (self.waves[b][line], self.moments[b][line]);
-                let [value, slope] = self.baselines[b][degree];
-                let products = [0, 1].map(|i| value * wave[i] + slope * moment[i]);
-                for (k, sum) in sums.iter_mut().enumerate() {
+            for degree in 0..self.levels.len() {
+                let products = self.with_baseline(b, line, degree);
+                for (k, sum) in self.levels[degree].iter_mut().enumerate() {
                     *sum += products[0] * change[2 * j][k] + products[1] * change[2 * j + 1][k];
                 }
             }
@@ -370,9 +381,6 @@ fn of_lines(waves: &[Wave; WAVES], one: usize, other: usize) -> [Wave; 2] {
     ]
 }
 
-/// Products of cosine and sine of each line with the channels.
-pub type LineProducts = [Values; 2 * HARMONICS_MAX];
-
 /// Sums over all blocks.
 #[derive(Clone, Debug)]
 pub struct Totals {
@@ -386,9 +394,8 @@ impl Totals {
         baselines: [[[0.0; 2]; DEGREE_MAX + 1]; HARMONICS_MAX],
     };
 
-    /// Products of the lines of a shape with its unknowns' functions.
-    pub fn of_shape(&self, shape: &Shape) -> [[f32; UNKNOWNS_MAX]; 2 * HARMONICS_MAX] {
-        let mut products = [[0.0; UNKNOWNS_MAX]; 2 * HARMONICS_MAX];
+    /// Products of the lines of a shape with its unknowns' functions, into rows.
+    pub fn of_shape(&self, shape: &Shape, products: &mut [[f32; UNKNOWNS_MAX]]) {
         let first = shape.first_line();
         for (i, line) in shape.lines.iter().enumerate() {
             for (j, wave) in self.baselines[i].iter().enumerate().take(first) {
@@ -402,14 +409,13 @@ impl Totals {
                 }
             }
         }
-        products
     }
 }
 
-/// Pieces that are added to a block at a time: a sum is then read and written once for all.
+/// Frames that are added to a block at a time: a sum is then read and written once for all.
 const BATCH: usize = 4;
 
-/// A few pieces, and the lines' cosines and sines there.
+/// A few frames, and the lines' cosines and sines there.
 struct Batch {
     values: [Values; BATCH],
     weights: [[f32; BATCH]; FUNCTIONS],

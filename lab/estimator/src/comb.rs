@@ -2,14 +2,13 @@
 
 use crate::blocks::Blocks;
 use crate::covariance::Samples;
-use crate::limits::CHANNELS_MAX;
 use crate::lines::Lines;
-use crate::matrix::{Factor, Square};
-use crate::neighbours::{BAND, Neighbours, Place};
-use crate::normal::Explained;
+use crate::matrix::Factor;
+use crate::neighbours::{BAND, Place};
 use crate::phase_course::Course;
-use crate::refine::{Refinement, Steps};
+use crate::refine::{Known, Refinement, Steps};
 use crate::solve::{Power, Shape, Solution};
+use crate::work::Work;
 
 /// Gauss-Newton steps before and after the harmonics are chosen.
 const STEPS: usize = 2;
@@ -17,7 +16,7 @@ const STEPS: usize = 2;
 const NEIGHBOURS_MIN: usize = 4;
 
 /// A candidate after its refinement.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Comb {
     /// Logarithm of its likelihood, less the Bayesian criterion's price.
     pub score: f32,
@@ -29,27 +28,6 @@ pub struct Comb {
     pub tried: f32,
     /// Those of the lines that were tried that are there.
     pub kept: Lines,
-    /// Inverse covariance of the noise next to its lines.
-    pub weights: Square<CHANNELS_MAX>,
-}
-
-/// Memory of the steps.
-#[derive(Debug)]
-pub struct Work {
-    /// Functions next to the lines.
-    pub neighbours: Neighbours,
-    /// What the model explains of the movement's.
-    pub explained: Explained,
-}
-
-impl Work {
-    /// All zeros.
-    pub const fn new() -> Self {
-        Self {
-            neighbours: Neighbours::new(),
-            explained: Explained::new(),
-        }
-    }
 }
 
 impl Refinement<'_> {
@@ -72,46 +50,56 @@ impl Refinement<'_> {
             most: STEPS,
             degrees: 1,
             last: 0.1,
-            weights: None,
+            noise: Known::Residuals,
         };
-        self.refine(blocks, course, steps, &mut work.explained);
-        let solution = Solution::new(blocks, all);
-        let weights = self.local(blocks, &mut work.neighbours, &solution, course.cycles);
-        let least = 2.0 * self.width as f32 * libm::logf(self.frames);
-        let is_there = |(_, factors): &(usize, &_)| Power::new(factors, &weights).all > least;
-        let factors = solution.line_factors();
-        let mut lines = all
-            .lines
-            .iter()
-            .zip(&factors)
-            .filter(is_there)
-            .fold(Lines::NONE, |lines, (line, _)| lines.with(line));
-        if lines == Lines::NONE {
-            lines = lines.with(1);
-        }
-        let kept = Shape { lines, degree };
+        self.refine(blocks, course, steps, work);
+        work.solution.project(blocks, all);
+        self.weigh_by_neighbours(blocks, work, course.cycles);
+        work.solution.solve();
+        let kept = Shape {
+            lines: self.lines_there(work),
+            degree,
+        };
         let steps = Steps {
             shape: kept,
             most: 1,
-            weights: Some(&weights),
+            noise: Known::Weights,
             ..steps
         };
-        self.refine(blocks, course, steps, &mut work.explained);
-        let divisor = lines.divisor();
+        self.refine(blocks, course, steps, work);
+        work.solution.project(blocks, kept);
+        let divisor = kept.lines.divisor();
         Comb {
-            score: self.score(&Solution::new(blocks, kept)),
+            score: self.score(&work.solution),
             course: course.times(divisor as f32),
             shape: Shape {
-                lines: lines.over(divisor),
+                lines: kept.lines.over(divisor),
                 degree,
             },
             tried: course.cycles,
-            kept: lines,
-            weights,
+            kept: kept.lines,
         }
     }
 
-    /// The likeliest of a comb that is known and of those at `course` with baselines of some degrees.
+    /// The lines of the solution whose power is more than the Bayesian criterion's price, by the
+    /// noise next to them; the first where there is none.
+    #[inline(never)]
+    fn lines_there(&self, work: &Work) -> Lines {
+        let least = 2.0 * self.width as f32 * libm::logf(self.frames);
+        let factors = work.solution.line_factors();
+        let lines = work.solution.shape.lines.iter().zip(&factors);
+        let there = lines
+            .filter(|(_, factors)| Power::new(factors, &work.weights).all > least)
+            .fold(Lines::NONE, |lines, (line, _)| lines.with(line));
+        if there == Lines::NONE {
+            there.with(1)
+        } else {
+            there
+        }
+    }
+
+    /// The likeliest of the combs at `course` with baselines of some degrees. The weights of the best
+    /// so far stay in memory.
     pub fn best(
         &self,
         blocks: &mut Blocks,
@@ -127,14 +115,19 @@ impl Refinement<'_> {
                     lines: best.kept,
                     degree: *degree,
                 };
-                if self.score(&Solution::new(blocks, shape)) <= best.score {
+                work.solution.project(blocks, shape);
+                if self.score(&work.solution) <= best.score {
                     continue;
                 }
             }
             blocks.turn(&at, &course);
             at = course;
             let comb = self.comb(blocks, work, &mut at, *degree);
-            if best.as_ref().is_none_or(|best| comb.score > best.score) {
+            if best.is_none_or(|best| comb.score > best.score) {
+                if comb.score > work.score_of_best {
+                    work.score_of_best = comb.score;
+                    work.weights_of_best = work.weights;
+                }
                 best = Some(comb);
             }
         }
@@ -143,7 +136,7 @@ impl Refinement<'_> {
 
     /// A bound of the scores of all combs at the blocks' course with a baseline of up to `degree`: what
     /// all lines explain, at the price of two.
-    pub fn bound(&self, blocks: &Blocks, degree: usize) -> f32 {
+    pub fn bound(&self, blocks: &Blocks, work: &mut Work, degree: usize) -> f32 {
         let all = Shape {
             lines: blocks.lines(),
             degree,
@@ -152,19 +145,16 @@ impl Refinement<'_> {
             lines: Lines::up_to(2),
             degree: 1,
         };
-        self.likelihood(&Solution::new(blocks, all)) - self.price(&two)
+        work.solution.project(blocks, all);
+        self.likelihood(&work.solution) - self.price(&two)
     }
 
-    /// Inverse covariance of the noise next to the lines.
-    fn local(
-        &self,
-        blocks: &Blocks,
-        neighbours: &mut Neighbours,
-        solution: &Solution,
-        cycles: f32,
-    ) -> Square<CHANNELS_MAX> {
-        let shape = &solution.shape;
+    /// Weighs the channels by the noise next to the lines of the projected solution.
+    #[inline(never)]
+    fn weigh_by_neighbours(&self, blocks: &Blocks, work: &mut Work, cycles: f32) {
+        let shape = work.solution.shape;
         let place = Place {
+            lines: shape.lines,
             cycles,
             most: self.cycles_max,
             band: if shape.lines.count() > 2 {
@@ -173,23 +163,23 @@ impl Refinement<'_> {
                 BAND
             },
         };
-        neighbours.collect(blocks, solution.beside(), shape.lines, place);
+        let (neighbours, memory) = (&mut work.neighbours, &mut work.memory);
+        neighbours.collect(blocks, work.solution.beside(), place, memory);
         if neighbours.count() < NEIGHBOURS_MIN {
-            return self.weights(solution);
+            self.weigh(work);
+            return;
         }
-        let products = neighbours.products(&|_| 1.0);
         let count = neighbours.count() as f32;
+        neighbours.products(memory, &|_| 1.0, &mut work.weights);
         let samples = Samples {
-            products: &products,
             width: self.width,
             count,
             effective: count,
             may_share: self.may_share,
         };
-        let residuals = solution.residuals(self.all, self.width);
-        let variances =
-            core::array::from_fn(|k| (residuals[k][k] / self.frames).max(f32::MIN_POSITIVE));
-        samples.covariance(Some(&variances)).inverse
+        let squares = work.solution.squares(self.all);
+        let variances = squares.map(|square| (square / self.frames).max(f32::MIN_POSITIVE));
+        samples.invert(&mut work.weights, Some(&variances));
     }
 
     /// Logarithm of the likelihood, less the price of the unknowns.
@@ -199,11 +189,16 @@ impl Refinement<'_> {
 
     /// Logarithm of the likelihood, by the determinant of the residuals' covariance.
     fn likelihood(&self, solution: &Solution) -> f32 {
-        let residuals = solution.residuals(self.all, self.width);
         let log_det = if self.may_share {
-            Factor::new(&residuals, self.width).log_det()
+            let mut residuals = solution.residuals(self.all, self.width);
+            Factor::new(&mut residuals, self.width).log_det()
         } else {
-            (0..self.width).map(|k| libm::logf(residuals[k][k])).sum()
+            let squares = solution.squares(self.all);
+            squares
+                .iter()
+                .take(self.width)
+                .map(|x| libm::logf(*x))
+                .sum()
         };
         -0.5 * self.bartlett() * log_det
     }

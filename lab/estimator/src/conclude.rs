@@ -2,18 +2,21 @@
 //! set.
 
 use crate::blocks::Blocks;
-use crate::covariance::form;
 use crate::fit::{Fit, Movement, OtherTone, Status, Tests};
 use crate::frame_span::FrameSpan;
 use crate::legendre::{legendre, slopes};
 use crate::limits::{DEGREES_MAX, HARMONICS_MAX, MOVES_MAX, OVERTONES};
+use crate::matrix::Square;
 use crate::mean::{Evidence, MeanPhase};
 use crate::movement::Followed;
 use crate::neighbours::Neighbours;
+use crate::normal::MOVEMENT_MAX;
 use crate::scene::Scene;
-use crate::solve::Power;
+use crate::solve::Solution;
+use crate::source::Values;
 use crate::statistics::Statistics;
-use crate::tests::{Other, Z_LINE, Z_TEST};
+use crate::tests::{Other, Tested, Z_LINE, Z_TEST};
+use crate::work::Work;
 use core::f32::consts::PI;
 
 /// Fewer cycles are no period.
@@ -44,15 +47,10 @@ pub struct Mean {
 
 /// Mean frequency and its uncertainty.
 #[inline(never)]
-pub fn mean(
-    followed: &Followed,
-    powers: &[Power; HARMONICS_MAX],
-    neighbours: &Neighbours,
-    blocks: &Blocks,
-    scene: &Scene,
-) -> Mean {
+pub fn mean(tested: &Tested, work: &Work, blocks: &Blocks, scene: &Scene) -> Mean {
+    let followed = tested.followed;
     let n = followed.degrees.phase;
-    let scale = Scale::new(followed, powers, neighbours, blocks);
+    let scale = Scale::new(tested, &work.neighbours, blocks);
     let mut evidence = Evidence {
         phase: [0.0; DEGREES_MAX],
         covariance: [[0.0; DEGREES_MAX]; DEGREES_MAX],
@@ -68,7 +66,7 @@ pub fn mean(
         };
         evidence.phase[i] = followed.moved[i] + moved;
         for j in 0..n {
-            evidence.covariance[i][j] = scale.factor * followed.covariance[i][j];
+            evidence.covariance[i][j] = scale.factor * work.normal.matrix[i][j];
         }
     }
     let phase = evidence.mean_phase();
@@ -88,12 +86,8 @@ struct Scale {
 
 impl Scale {
     /// The noise where the mean frequency sees it, from as many samples as there are.
-    fn new(
-        followed: &Followed,
-        powers: &[Power; HARMONICS_MAX],
-        neighbours: &Neighbours,
-        blocks: &Blocks,
-    ) -> Self {
+    fn new(tested: &Tested, neighbours: &Neighbours, blocks: &Blocks) -> Self {
+        let (followed, lines) = (tested.followed, tested.shape.lines);
         let n = followed.fitted.phase;
         let at = |u: f32| {
             let p = legendre::<{ DEGREES_MAX + 1 }>(u);
@@ -114,17 +108,15 @@ impl Scale {
             }
             cos * cos + sin * sin
         };
-        let lines = followed.solution.shape.lines;
         let [mut seen, mut squares, mut power, mut weights, mut weighted] = [0.0; 5];
-        for (member, values) in neighbours.iter() {
+        for member in neighbours.members() {
             let weight = followed.weights[lines.place(usize::from(member.line)) % HARMONICS_MAX];
-            let own = form(values, &followed.noise.inverse, values);
             let share = weight * sees(member.distance);
             seen += share;
             squares += share * share;
-            power += share * own;
+            power += share * member.power;
             weights += weight;
-            weighted += weight * own;
+            weighted += weight * member.power;
         }
         let local = power
             / seen.max(f32::MIN_POSITIVE)
@@ -133,16 +125,10 @@ impl Scale {
         let freedom = (followed.noise.channels * equal).min(followed.freedom());
         let few = 1.0 + FEW_SAMPLES / freedom;
         let correlated = 1.0 - followed.noise.shrinkage;
-        let channels = followed
-            .noise
-            .matrix
-            .iter()
-            .enumerate()
-            .filter(|(k, row)| row[*k] > 0.0);
-        let width = channels.count() as f32;
+        let width = tested.width as f32;
         // What the movement's shapes take out of the noise that they are judged by.
         let (mut all, mut each) = (0.0, 0.0);
-        for power in powers {
+        for power in &tested.powers {
             all += power.all * power.all;
             each += power.squares;
         }
@@ -160,7 +146,12 @@ impl Scale {
 }
 
 /// How the frequency moves, by the coefficients of the phase.
-pub fn movement(followed: &Followed, mean: &Mean, span: &FrameSpan) -> Movement {
+pub fn movement(
+    followed: &Followed,
+    covariance: &Square<MOVEMENT_MAX>,
+    mean: &Mean,
+    span: &FrameSpan,
+) -> Movement {
     let n = followed.degrees.phase;
     let mut phase = [0.0; DEGREES_MAX + 1];
     for k in 2..=n {
@@ -171,7 +162,7 @@ pub fn movement(followed: &Followed, mean: &Mean, span: &FrameSpan) -> Movement 
         };
         phase[k] = followed.moved[k - 1] + moved;
     }
-    let variance = |k: usize| followed.covariance[k - 1][k - 1];
+    let variance = |k: usize| covariance[k - 1][k - 1];
     // The mean square of P'_k is k (k + 1) / 2 over -1 to 1, twice over.
     let (mut square, mut noise) = (0.0, 0.0);
     const PLACES: usize = 32;
@@ -261,39 +252,36 @@ impl Figures<'_> {
     }
 }
 
-/// Fills in the channels, whose fundamental the pieces have `gain` times.
-pub fn channels(followed: &Followed, statistics: &Statistics, gain: f32, fit: &mut Fit) {
-    let solution = &followed.solution;
+/// Fills in the channels.
+#[inline(never)]
+pub fn channels(followed: &Followed, solution: &Solution, statistics: &Statistics, fit: &mut Fit) {
     let first = solution.shape.first_line();
-    let inverse = solution.factor.inverse();
+    let inverse = solution.inverse();
     let has_fundamental = solution.shape.lines.has(1);
     let center = legendre::<5>(0.0);
     for k in 0..statistics.width {
         let c = usize::from(statistics.order[k]);
         let scale = statistics.scale[k];
-        let levels = solution.coefficients.iter().zip(&center).take(first);
+        let levels = solution.rows.iter().zip(&center).take(first);
         let offset: f32 = levels.map(|(row, p)| row[k] * p).sum();
         let channel = &mut fit.channels[c];
         channel.offset = statistics.level[k] + scale * offset;
         channel.residual = scale * libm::sqrtf(followed.variances[k]);
         if has_fundamental {
-            let (cos, sin) = (
-                solution.coefficients[first][k],
-                solution.coefficients[first + 1][k],
-            );
-            channel.amplitude = scale * libm::hypotf(cos, sin) / gain;
+            let (cos, sin) = (solution.rows[first][k], solution.rows[first + 1][k]);
+            channel.amplitude = scale * libm::hypotf(cos, sin);
             channel.phase_rad = libm::atan2f(-sin, cos);
             let variance = 0.5 * (inverse[first][first] + inverse[first + 1][first + 1]);
             channel.phase_variance =
-                variance * followed.noise.matrix[k][k] / (cos * cos + sin * sin);
+                variance * followed.noise.variances[k] / (cos * cos + sin * sin);
         }
         fit.usable |= 1 << c;
     }
 }
 
 /// Ratios of the overtones to the fundamental, the same in all channels whatever their delays.
-pub fn overtones(followed: &Followed, width: usize) -> [[f32; 2]; OVERTONES] {
-    let (solution, mut ratios) = (&followed.solution, [[0.0; 2]; OVERTONES]);
+pub fn overtones(solution: &Solution, variances: &Values, width: usize) -> [[f32; 2]; OVERTONES] {
+    let mut ratios = [[0.0; 2]; OVERTONES];
     let lines = solution.lines();
     let shape = solution.shape;
     if !shape.lines.has(1) {
@@ -314,7 +302,7 @@ pub fn overtones(followed: &Followed, width: usize) -> [[f32; 2]; OVERTONES] {
                 (c, s) = ((c * x + s * y) / size, (s * x - c * y) / size);
             }
             let (a, b) = (lines[2 * i][k], -lines[2 * i + 1][k]);
-            let weight = size / followed.variances[k];
+            let weight = size / variances[k];
             real += weight * (a * c - b * s);
             imaginary += weight * (a * s + b * c);
             all += weight * size;

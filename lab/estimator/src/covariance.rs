@@ -6,17 +6,15 @@
 //! and variances towards the shape of those of all frames.
 
 use crate::limits::CHANNELS_MAX;
-use crate::matrix::{Factor, Square};
+use crate::matrix::{Factor, Square, invert};
 use crate::source::Values;
 
 /// Added to variances: rounding, in units of a channel's own variance.
 pub const ROUNDING: f32 = 1e-7;
 
-/// Samples of the noise: sums of their products, and how many there are.
+/// Samples of the noise: how many there are.
 #[derive(Clone, Copy, Debug)]
-pub struct Samples<'s> {
-    /// Products of the channels.
-    pub products: &'s Square<CHANNELS_MAX>,
+pub struct Samples {
     /// Number of channels.
     pub width: usize,
     /// Number of samples.
@@ -27,13 +25,11 @@ pub struct Samples<'s> {
     pub may_share: bool,
 }
 
-/// A shrunk covariance.
-#[derive(Clone, Debug)]
+/// A shrunk covariance, beside its inverse.
+#[derive(Clone, Copy, Debug)]
 pub struct Covariance {
-    /// The covariance.
-    pub matrix: Square<CHANNELS_MAX>,
-    /// Its inverse.
-    pub inverse: Square<CHANNELS_MAX>,
+    /// Variances of the channels.
+    pub variances: Values,
     /// Share of the correlations that was taken away.
     pub shrinkage: f32,
     /// Channels that tell as much and are not correlated.
@@ -43,45 +39,27 @@ pub struct Covariance {
 impl Covariance {
     /// Zeros.
     pub const NONE: Self = Self {
-        matrix: [[0.0; CHANNELS_MAX]; CHANNELS_MAX],
-        inverse: [[0.0; CHANNELS_MAX]; CHANNELS_MAX],
+        variances: [0.0; CHANNELS_MAX],
         shrinkage: 1.0,
         channels: 1.0,
     };
 }
 
-impl Samples<'_> {
-    /// The covariance; `all` are variances over all frames.
+impl Samples {
+    /// The covariance, whose inverse takes the place of the samples' products; `all` are variances
+    /// over all frames.
     #[inline(never)]
-    pub fn covariance(&self, all: Option<&Values>) -> Covariance {
-        let (c, products) = (self.width, self.products);
-        let mut own = [0.0; CHANNELS_MAX];
-        for k in 0..c {
-            own[k] = products[k][k] / self.count + ROUNDING;
-        }
-        let mut variances = own;
-        if let Some(all) = all {
-            let ratio = |k: usize| own[k] / all[k];
-            let mean = (0..c).map(ratio).sum::<f32>() / c as f32;
-            let spread = (0..c)
-                .map(|k| (ratio(k) - mean) * (ratio(k) - mean))
-                .sum::<f32>()
-                / c as f32;
-            let share =
-                (2.0 / self.effective * mean * mean / spread.max(f32::MIN_POSITIVE)).min(1.0);
-            for k in 0..c {
-                variances[k] = share * mean * all[k] + (1.0 - share) * own[k];
-            }
-        }
-        let mut matrix = [[0.0; CHANNELS_MAX]; CHANNELS_MAX];
+    pub fn invert(&self, products: &mut Square<CHANNELS_MAX>, all: Option<&Values>) -> Covariance {
+        let c = self.width;
+        let own: Values = core::array::from_fn(|k| products[k][k] / self.count + ROUNDING);
+        let variances = all.map_or(own, |all| self.shrunk(&own, all));
         let mut squares = 0.0;
         if self.may_share {
             let inverse = own.map(|own| 1.0 / libm::sqrtf(self.count * own.max(f32::MIN_POSITIVE)));
             for k in 0..c {
                 for l in 0..k {
-                    let value = products[k][l] * inverse[k] * inverse[l];
-                    matrix[k][l] = value;
-                    squares += 2.0 * value * value;
+                    products[k][l] *= inverse[k] * inverse[l];
+                    squares += 2.0 * products[k][l] * products[k][l];
                 }
             }
         }
@@ -94,32 +72,41 @@ impl Samples<'_> {
             let deviations = variances.map(libm::sqrtf);
             for k in 0..c {
                 for l in 0..k {
-                    matrix[k][l] *= (1.0 - shrinkage) * deviations[k] * deviations[l];
-                    matrix[l][k] = matrix[k][l];
+                    products[k][l] *= (1.0 - shrinkage) * deviations[k] * deviations[l];
                 }
+                products[k][k] = variances[k];
             }
+            Factor::new(products, c);
+            invert(products, c);
         } else {
-            matrix = [[0.0; CHANNELS_MAX]; CHANNELS_MAX];
-        }
-        for k in 0..c {
-            matrix[k][k] = variances[k];
+            *products = [[0.0; CHANNELS_MAX]; CHANNELS_MAX];
+            for k in 0..c {
+                products[k][k] = 1.0 / variances[k];
+            }
         }
         let kept = (1.0 - shrinkage) * (1.0 - shrinkage) * squares;
-        let inverse = if shrinkage < 1.0 {
-            Factor::new(&matrix, c).inverse()
-        } else {
-            let mut inverse = [[0.0; CHANNELS_MAX]; CHANNELS_MAX];
-            for k in 0..c {
-                inverse[k][k] = 1.0 / matrix[k][k];
-            }
-            inverse
-        };
         Covariance {
-            matrix,
-            inverse,
+            variances,
             shrinkage,
             channels: (c * c) as f32 / (c as f32 + kept),
         }
+    }
+
+    /// Variances, shrunk towards the shape of those over all frames.
+    fn shrunk(&self, own: &Values, all: &Values) -> Values {
+        let mut variances = *own;
+        let width = self.width as f32;
+        let ratio = |k: usize| own[k] / all[k];
+        let mean = (0..self.width).map(ratio).sum::<f32>() / width;
+        let spread = (0..self.width)
+            .map(|k| (ratio(k) - mean) * (ratio(k) - mean))
+            .sum::<f32>()
+            / width;
+        let share = (2.0 / self.effective * mean * mean / spread.max(f32::MIN_POSITIVE)).min(1.0);
+        for k in 0..self.width {
+            variances[k] = share * mean * all[k] + (1.0 - share) * own[k];
+        }
+        variances
     }
 }
 
@@ -134,25 +121,22 @@ pub fn form(x: &Values, weights: &Square<CHANNELS_MAX>, y: &Values) -> f32 {
 mod tests {
     use super::*;
 
-    fn samples(products: &Square<CHANNELS_MAX>) -> Samples<'_> {
-        Samples {
-            products,
-            width: 2,
-            count: 50.0,
-            effective: 50.0,
-            may_share: true,
-        }
-    }
+    const SAMPLES: Samples = Samples {
+        width: 2,
+        count: 50.0,
+        effective: 50.0,
+        may_share: true,
+    };
 
     #[test]
     fn a_correlation_that_few_samples_may_have_by_chance_is_taken_away() {
         let mut products = [[0.0; CHANNELS_MAX]; CHANNELS_MAX];
         (products[0][0], products[1][1]) = (50.0, 200.0);
         (products[0][1], products[1][0]) = (10.0, 10.0);
-        let covariance = samples(&products).covariance(None);
+        let covariance = SAMPLES.invert(&mut products, None);
         assert_eq!(covariance.shrinkage, 1.0);
         assert_eq!(covariance.channels, 2.0);
-        assert!((covariance.inverse[1][1] - 0.25).abs() < 1e-6);
+        assert!((products[1][1] - 0.25).abs() < 1e-6 && products[0][1] == 0.0);
     }
 
     #[test]
@@ -160,12 +144,12 @@ mod tests {
         let mut products = [[0.0; CHANNELS_MAX]; CHANNELS_MAX];
         (products[0][0], products[1][1]) = (50.0, 50.0);
         (products[0][1], products[1][0]) = (45.0, 45.0);
-        let covariance = samples(&products).covariance(None);
-        assert!(covariance.shrinkage < 0.03 && covariance.matrix[0][1] > 0.87);
-        assert!(covariance.channels < 1.2);
-        let one: f32 = (0..2)
-            .map(|k| covariance.matrix[0][k] * covariance.inverse[k][0])
-            .sum();
-        assert!((one - 1.0).abs() < 1e-4);
+        let covariance = SAMPLES.invert(&mut products, None);
+        assert!(covariance.shrinkage < 0.03 && covariance.channels < 1.2);
+        // The inverse of 1 and r is 1 and -r, over 1 - r^2.
+        let r = -products[0][1] / products[0][0];
+        assert!(r > 0.87, "{r}");
+        assert!((products[0][0] * (1.0 - r * r) - 1.0).abs() < 1e-4);
+        assert_eq!(products[0][1], products[1][0]);
     }
 }

@@ -1,25 +1,26 @@
 //! The order of the steps.
 
 use crate::blocks::{Blocks, Pass};
-use crate::comb::{Comb, Work};
+use crate::comb::Comb;
 use crate::conclude::{self, Figures};
+use crate::data::Data;
 use crate::fit::{Fit, Status, Tests};
 use crate::frame_span::FrameSpan;
 use crate::hum::Hum;
-use crate::impulses;
+use crate::impulses::{self, Impulses};
 use crate::legendre::legendre;
 use crate::limits::FRAMES_MIN;
 use crate::lines::Lines;
 use crate::movement::Followed;
 use crate::phase_course::Course;
-use crate::pieces::{Data, Filter, Pieces, frames_each};
 use crate::refine::Refinement;
 use crate::scene::Scene;
 use crate::search::{PEAKS, candidates};
-use crate::solve::{Shape, Solution};
+use crate::solve::Shape;
 use crate::source::Overwritten;
 use crate::statistics::{Products, Statistics};
 use crate::tests::{Other, Tested, Z_LINE};
+use crate::work::Work;
 
 /// Fits of a window whose impulses are replaced, the last included.
 const ATTEMPTS: usize = 3;
@@ -35,7 +36,7 @@ const CYCLES_CURVED: f32 = 5.0;
 /// The estimator: memory of its steps.
 #[derive(Debug)]
 pub struct Fitter {
-    pieces: Pieces,
+    impulses: Impulses,
     blocks: Blocks,
     work: Work,
 }
@@ -50,7 +51,7 @@ impl Fitter {
     /// A fitter; all zeros, so that a static of it takes no flash.
     pub const fn new() -> Self {
         Self {
-            pieces: Pieces::new(),
+            impulses: Impulses::new(),
             blocks: Blocks::new(),
             work: Work::new(),
         }
@@ -67,56 +68,64 @@ impl Fitter {
     /// If its frames were overwritten meanwhile.
     #[inline(never)]
     pub fn fit(&mut self, span: &mut FrameSpan, scene: &Scene) -> Result<Fit, Overwritten> {
-        let each = frames_each(span.frames);
-        span.trim(each);
         let statistics = Statistics::collect(span)?;
+        let mut fit = Fit::without_tone(Status::Nothing, statistics.frames);
         if statistics.width == 0 || statistics.frames < FRAMES_MIN {
-            return Ok(Fit::without_tone(Status::Nothing, statistics.frames));
+            return Ok(fit);
         }
         // More gaps than frames leave the frequency open.
         if 2 * statistics.frames < span.frames {
-            return Ok(Fit::without_tone(Status::TooShort, statistics.frames));
+            fit.status = Status::TooShort;
+            return Ok(fit);
         }
-        statistics.keep(span, &mut self.pieces)?;
         let Self {
-            pieces,
+            impulses,
             blocks,
             work,
         } = self;
-        let rounding = statistics.rounding(span);
+        impulses.clear();
         let mut data = Data {
-            pieces,
             place: *span.abscissa(),
-            each,
-            width: statistics.width,
-            cycles_max: 0.5 * span.effective_frames() / each as f32,
+            span,
+            statistics,
+            impulses,
+            hum: None,
+            is_lost: false,
         };
-        let hum = span
-            .interferer
-            .and_then(|given| Hum::take_out(&mut data, &rounding, blocks, work, given));
         let mut memory = Memory { blocks, work };
-        let mut attempt = 1;
-        let mut fit = loop {
-            let all = data.products(&rounding, scene.may_share());
+        data.fit(&mut memory, scene, &mut fit);
+        if data.is_lost {
+            Err(Overwritten)
+        } else {
+            Ok(fit)
+        }
+    }
+}
+
+impl Data<'_, '_> {
+    /// Fits what is there.
+    fn fit(&mut self, memory: &mut Memory, scene: &Scene, fit: &mut Fit) {
+        if let Some(given) = self.span.interferer {
+            Hum::take_out(self, memory.blocks, memory.work, given);
+        }
+        fit.interferer = self.hum.map(|hum| hum.cycles_per_frame);
+        for attempt in 1..=ATTEMPTS {
+            let all = self.products(scene.may_share());
             let mut window = Window {
-                data: &mut data,
-                statistics: &statistics,
+                data: self,
                 scene,
                 all: &all,
-                span,
             };
-            let Some(comb) = window.best(&mut memory) else {
-                return Ok(Fit::without_tone(Status::NoTone, statistics.frames));
+            let Some(comb) = window.best(memory) else {
+                fit.status = Status::NoTone;
+                return;
             };
-            if scene.impulses && attempt < ATTEMPTS && window.has_impulses(&mut memory, &comb) {
-                attempt += 1;
-                data.centre();
-                continue;
+            if !scene.impulses || attempt == ATTEMPTS || !window.has_impulses(memory, &comb) {
+                window.conclude(memory, &comb, fit);
+                return;
             }
-            break window.conclude(&mut memory, &comb);
-        };
-        fit.interferer = hum.map(|hum| hum.cycles_per_frame());
-        Ok(fit)
+            self.centre();
+        }
     }
 }
 
@@ -128,23 +137,21 @@ struct Memory<'m> {
 
 /// A window that is fitted.
 struct Window<'w, 'd, 's> {
-    data: &'w mut Data<'d>,
-    statistics: &'w Statistics,
+    data: &'w mut Data<'d, 's>,
     scene: &'w Scene,
     all: &'w Products,
-    span: &'w FrameSpan<'s>,
 }
 
 impl<'w> Window<'w, '_, '_> {
     /// The likeliest comb of those at the peaks, and at half and at a third of each; the blocks are at
     /// it.
     #[inline(never)]
-    fn best(&self, memory: &mut Memory) -> Option<Comb> {
+    fn best(&mut self, memory: &mut Memory) -> Option<Comb> {
         let Memory { blocks, work } = memory;
         let (refinement, scene) = (self.refinement(), self.scene);
-        let unit = self.span.frequency(1.0);
-        let mut peaks = candidates(self.data, blocks.scratch(), &self.all.matrix, scene, unit);
+        let mut peaks = self.candidates(blocks, work);
         blocks.start(self.data);
+        work.score_of_best = f32::NEG_INFINITY;
         let most = scene.degree_max();
         let mut tried = [0.0f32; PEAKS * DIVISORS];
         let (mut best, mut count, mut first) = (None::<Comb>, 0, Lines::NONE);
@@ -170,7 +177,7 @@ impl<'w> Window<'w, '_, '_> {
                 let curved = usize::from(cycles < CYCLES_CURVED && most > 1);
                 if let Some(best) = &best
                     && divisor > 1
-                    && refinement.bound(blocks, degrees[curved]) < best.score
+                    && refinement.bound(blocks, work, degrees[curved]) < best.score
                 {
                     continue;
                 }
@@ -182,7 +189,7 @@ impl<'w> Window<'w, '_, '_> {
                         first = comb.kept;
                     }
                 }
-                if best.as_ref().is_none_or(|best| comb.score > best.score) {
+                if best.is_none_or(|best| comb.score > best.score) {
                     best = Some(comb);
                 }
             }
@@ -195,7 +202,8 @@ impl<'w> Window<'w, '_, '_> {
                 degree,
                 ..best.shape
             };
-            let score = refinement.score(&Solution::new(blocks, shape));
+            work.solution.project(blocks, shape);
+            let score = refinement.score(&work.solution);
             if score > best.score {
                 (best.score, best.shape) = (score, shape);
             }
@@ -206,67 +214,72 @@ impl<'w> Window<'w, '_, '_> {
     /// Replaces what a comb leaves of single values; whether there are some.
     #[inline(never)]
     fn has_impulses(&mut self, memory: &mut Memory, comb: &Comb) -> bool {
-        let solution = Solution::new(memory.blocks, comb.shape);
-        impulses::replace(self.data, &solution, &comb.course) > 0
+        let Work {
+            solution,
+            memory: found,
+            ..
+        } = &mut *memory.work;
+        solution.project(memory.blocks, comb.shape);
+        solution.solve();
+        let found = found.as_flattened_mut();
+        impulses::replace(self.data, solution, &comb.course, found) > 0
     }
 
-    /// The verdict on a comb, whose phase is followed and tested. It leaves the residuals in the
-    /// window's memory.
+    /// The verdict on a comb, whose phase is followed and tested.
     #[inline(never)]
-    fn conclude(&mut self, memory: &mut Memory, comb: &Comb) -> Fit {
+    fn conclude(&mut self, memory: &mut Memory, comb: &Comb, fit: &mut Fit) {
         let Memory { blocks, work } = memory;
-        let (statistics, scene) = (self.statistics, self.scene);
         let refinement = self.refinement();
-        let cycles_max = refinement.cycles_max;
-        let mut followed = Followed::none();
-        followed.course = comb.course;
-        followed.solution.shape = comb.shape;
-        followed.noise.inverse = comb.weights;
+        let mut followed = Followed::at(comb.course, comb.shape);
+        work.weights = work.weights_of_best;
         let mut recollect = |blocks: &mut Blocks, course: &Course, lines: Lines| {
             self.collect(blocks, course, lines);
         };
         let is_known = refinement.follow(blocks, work, &mut followed, &mut recollect);
-        let mut fit = Fit::without_tone(Status::Ambiguous, statistics.frames);
-        if !is_known {
-            fit.frequency = self.span.frequency(comb.course.cycles);
+        if is_known {
+            self.judge(memory, &followed, fit);
+        } else {
+            fit.status = Status::Ambiguous;
+            fit.frequency = self.data.span.frequency(comb.course.cycles);
             fit.sigma = fit.frequency;
-            return fit;
         }
-        let tested = Tested::new(&followed, cycles_max, statistics.width);
-        let powers = tested.powers();
-        let mean = conclude::mean(&followed, &powers, &work.neighbours, blocks, scene);
+    }
+
+    /// The verdict on a tone that is followed.
+    #[inline(never)]
+    fn judge(&mut self, memory: &mut Memory, followed: &Followed, fit: &mut Fit) {
+        let work = &*memory.work;
+        let (cycles_max, width) = (self.data.cycles_max(), self.data.width());
+        let tested = Tested::new(followed, work, cycles_max, width);
+        let mean = conclude::mean(&tested, work, memory.blocks, self.scene);
         let mut tests = Tests::default();
         tested.near(&work.neighbours, &mut tests);
         let mut other = Other::default();
         if tests.line >= Z_LINE {
-            let model = tested.model();
-            self.data
-                .change(&mut |piece| piece.values = model.residual(piece));
-            if scene.harmonics() > 1 {
-                tests.between = tested.between(self.data, blocks, work);
-            }
-            other = tested.other(self.data, blocks.scratch());
+            (tests.between, other) = self.beside(memory, &tested);
         }
-        let shape = followed.solution.shape;
+        let work = &*memory.work;
+        let shape = tested.shape;
         tests.other = other.deviate;
         tests.cycles = followed.course.cycles;
         tests.unfollowed = libm::sqrtf(mean.phase.unfollowed);
-        tests.fading = fading(&followed);
+        tests.fading = fading(followed);
         tests.steady = mean.phase.steady;
         tests.degree = shape.degree as u8;
         tests.degrees = followed.fitted.phase as u8;
         tests.lines = shape.lines.iter().fold(0, |mask, line| mask | 1 << line);
-        let strongest = shape
-            .lines
-            .iter()
-            .zip(&powers)
-            .fold((0, 0.0), |best, (line, power)| {
-                if power.all > best.1 {
-                    (line, power.all)
-                } else {
-                    best
-                }
-            });
+        let strongest =
+            shape
+                .lines
+                .iter()
+                .zip(&tested.powers)
+                .fold((0, 0.0), |best, (line, power)| {
+                    if power.all > best.1 {
+                        (line, power.all)
+                    } else {
+                        best
+                    }
+                });
         let room = 2.0 * shape.lines.most() as f32 * tests.cycles + 1.0;
         let verdict = Figures {
             tests: &tests,
@@ -279,44 +292,59 @@ impl<'w> Window<'w, '_, '_> {
         };
         fit.status = verdict.status();
         fit.tests = tests;
-        let per_piece = followed.course.cycles / (2.0 * self.data.cycles_max);
-        let gain = Filter::new(self.data.each).gain(per_piece);
-        conclude::channels(&followed, statistics, gain, &mut fit);
+        let (span, statistics) = (&*self.data.span, &self.data.statistics);
+        conclude::channels(followed, &work.solution, statistics, fit);
         if fit.status.has_tone() {
-            let span = self.span;
             fit.other_tone = verdict.other_tone(span);
             fit.frequency = span.frequency(mean.cycles);
             fit.sigma = span.frequency(mean.sigma);
-            fit.movement = conclude::movement(&followed, &mean, span);
+            fit.movement = conclude::movement(followed, &work.normal.matrix, &mean, span);
             fit.harmonics = shape.lines.most() as u8;
-            fit.overtones = conclude::overtones(&followed, statistics.width);
+            fit.overtones =
+                conclude::overtones(&work.solution, &followed.variances, statistics.width);
             let with_tone = tested.with_tone();
             for k in 0..statistics.width {
                 fit.with_tone |= (with_tone >> k & 1) << statistics.order[k];
             }
         }
-        fit
     }
 
-    fn collect(&self, blocks: &mut Blocks, course: &Course, lines: Lines) {
+    /// What a tone leaves: the deviate of lines between its own, and another line.
+    #[inline(never)]
+    fn beside(&mut self, memory: &mut Memory, tested: &Tested) -> (f32, Other) {
+        let Memory { blocks, work } = memory;
+        let (model, mut between) = (tested.model(), 0.0);
+        if self.scene.harmonics() > 1 {
+            between = tested.between(self.data, &model, blocks, work);
+        }
+        let other = tested.other(self.data, &model, &mut work.memory, blocks.scratch());
+        (between, other)
+    }
+
+    fn collect(&mut self, blocks: &mut Blocks, course: &Course, lines: Lines) {
         let pass = Pass {
             course: *course,
             scale: 1.0,
             lines,
             most: 2 * lines.most(),
         };
-        blocks.collect(self.data, &pass);
+        blocks.collect(self.data, &pass, None);
+    }
+
+    #[inline(never)]
+    fn candidates(&mut self, blocks: &mut Blocks, work: &mut Work) -> [f32; PEAKS] {
+        let (all, scene) = (&self.all.matrix, self.scene);
+        candidates(self.data, &mut work.memory, blocks.scratch(), all, scene)
     }
 
     fn refinement(&self) -> Refinement<'w> {
         Refinement {
             all: self.all,
-            width: self.statistics.width,
+            width: self.data.width(),
             frames: self.all.count,
             harmonics: usize::from(self.scene.harmonics()),
             may_share: self.scene.may_share(),
-            // Lines above half the pieces' rate are where they are folded to.
-            cycles_max: self.data.cycles_max * self.data.each as f32,
+            cycles_max: self.data.cycles_max(),
         }
     }
 }
@@ -338,4 +366,37 @@ fn fading(followed: &Followed) -> f32 {
         amplitude * amplitude
     });
     libm::sqrtf(square.sum::<f32>() / PLACES as f32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::limits::{IMPULSES_CHIP, IMPULSES_MAX, POINTS_CHIP, POINTS_MAX};
+    use crate::{blocks, work};
+    extern crate std;
+    use std::format;
+
+    /// Most bytes of a fitter on the chip.
+    const BUDGET: usize = 30_000;
+
+    #[test]
+    fn on_the_chip_it_takes_no_more_than_its_budget() {
+        let rows = |points| blocks::rows(points) + work::rows(points);
+        let longer = (rows(POINTS_MAX) - rows(POINTS_CHIP)) * size_of::<crate::source::Values>();
+        let more = size_of::<Impulses>() / IMPULSES_MAX * (IMPULSES_MAX - IMPULSES_CHIP);
+        let size = size_of::<Fitter>() - longer - more;
+        assert!(size <= BUDGET, "{size} bytes");
+    }
+
+    #[test]
+    fn a_fresh_one_is_all_zeros() {
+        let fresh = format!("{:?}", Fitter::new());
+        let values = fresh.split(|c: char| !c.is_alphanumeric() && c != '.' && c != '-');
+        let mut numbers = values.filter(|value| value.starts_with(|c: char| c.is_ascii_digit()));
+        assert!(
+            numbers.all(|number| number.parse() == Ok(0.0)),
+            "{fresh:.500}"
+        );
+        assert!(!fresh.contains("true"));
+    }
 }

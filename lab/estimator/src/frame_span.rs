@@ -76,14 +76,6 @@ impl<'a> FrameSpan<'a> {
         &self.abscissa
     }
 
-    /// Leaves out the last frames that are not as many as `each`.
-    pub(crate) fn trim(&mut self, each: u32) {
-        self.frames -= self.frames % each.max(1);
-        if let Abscissa::Time { .. } = self.abscissa {
-            self.abscissa = Abscissa::time(self.frames);
-        }
-    }
-
     /// Frames of a unit of `cycles`: the window's, or along a path those of its range, at its mean
     /// speed.
     pub(crate) fn effective_frames(&self) -> f32 {

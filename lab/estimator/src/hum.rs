@@ -3,16 +3,16 @@
 
 use crate::abscissa::Abscissa;
 use crate::blocks::{Blocks, Pass};
-use crate::comb::Work;
+use crate::data::{Data, Frame};
 use crate::limits::CHANNELS_MAX;
 use crate::lines::Lines;
-use crate::phase::cos_sin;
+use crate::phase::{cos_sin, from_turns};
 use crate::phase_course::Course;
-use crate::pieces::Data;
-use crate::refine::{Refinement, Steps};
+use crate::refine::{Known, Refinement, Steps};
 use crate::search::strongest;
-use crate::solve::{Shape, Solution};
+use crate::solve::Shape;
 use crate::source::Values;
+use crate::work::Work;
 
 /// How far, as a share of it, its frequency may be from what was said.
 const OFF: f32 = 0.02;
@@ -24,75 +24,59 @@ const STEPS: usize = 8;
 /// An interferer's wave.
 #[derive(Clone, Copy, Debug)]
 pub struct Hum {
-    course: Course,
+    /// Cycles per frame.
+    pub cycles_per_frame: f32,
+    /// Half of the window's frames less one: where its phase is zero.
+    middle: f32,
     /// Cosine and sine of each channel.
     waves: [Values; 2],
-    /// Frames of the window.
-    frames: f32,
 }
 
 impl Hum {
-    /// Cycles per frame.
-    pub fn cycles_per_frame(&self) -> f32 {
-        self.course.cycles / self.frames
+    /// Takes it out of a frame.
+    pub fn subtract(&self, frame: &mut Frame) {
+        let turns = self.cycles_per_frame * (frame.number as f32 - self.middle);
+        let (cos, sin) = cos_sin(from_turns(turns));
+        for (k, value) in frame.values.iter_mut().enumerate() {
+            *value -= self.waves[0][k] * cos + self.waves[1][k] * sin;
+        }
     }
 
-    /// Finds it, where it is said to have `given` cycles per frame, and subtracts it.
+    /// Finds it, where it is said to have `given` cycles per frame, and takes it out of the window.
     #[inline(never)]
-    pub fn take_out(
-        data: &mut Data,
-        rounding: &Values,
-        blocks: &mut Blocks,
-        work: &mut Work,
-        given: f32,
-    ) -> Option<Self> {
-        let count = data.pieces.count() as f32;
-        let place = data.place;
-        data.place = Abscissa::time(data.pieces.count() as u32 * data.each);
-        let cycles_max = core::mem::replace(&mut data.cycles_max, 0.5 * count);
-        let found = Self::find(data, rounding, blocks, work, given);
-        if let Some(hum) = &found {
-            data.change(&mut |piece| {
-                let (cos, sin) = cos_sin(hum.course.at(piece.u, 1.0));
-                for (k, value) in piece.values.iter_mut().enumerate() {
-                    *value -= hum.waves[0][k] * cos + hum.waves[1][k] * sin;
-                }
-            });
-        }
-        (data.place, data.cycles_max) = (place, cycles_max);
-        if found.is_some() {
+    pub fn take_out(data: &mut Data, blocks: &mut Blocks, work: &mut Work, given: f32) {
+        let time = Abscissa::time(data.count());
+        let place = core::mem::replace(&mut data.place, time);
+        data.hum = Self::find(data, blocks, work, given);
+        data.place = place;
+        if data.hum.is_some() {
             data.centre();
         }
-        found
     }
 
-    fn find(
-        data: &Data,
-        rounding: &Values,
-        blocks: &mut Blocks,
-        work: &mut Work,
-        given: f32,
-    ) -> Option<Self> {
-        let count = data.pieces.count() as f32;
-        let turns = given * data.each as f32;
-        let turns = turns - libm::floorf(turns);
+    fn find(data: &mut Data, blocks: &mut Blocks, work: &mut Work, given: f32) -> Option<Self> {
+        let count = data.count() as f32;
+        let turns = given - libm::floorf(given);
         let cycles = count * turns.min(1.0 - turns);
-        let off = (OFF * given * count * data.each as f32).max(OFF_CYCLES);
-        let all = data.products(rounding, true);
-        let most = (cycles + off).min(data.cycles_max - 0.5);
-        let least = (cycles - off).max(1.0);
-        let found = strongest(data, blocks.scratch(), &all.matrix, least, most)?;
+        let off = (OFF * given * count).max(OFF_CYCLES);
+        let all = data.products(true);
+        // Frequencies that the transform does not reach are where it folds them to.
+        let most = data.cycles_max() / data.frames_each() as f32;
+        let centre = 2.0 * most * libm::roundf(0.5 * cycles / most);
+        let folded = (cycles - centre).abs();
+        let band = (folded - off).max(1.0)..(folded + off).min(most - 0.5);
+        let found = strongest(data, &mut work.memory, blocks.scratch(), &all.matrix, band)?;
         blocks.start(data);
-        let mut course = Course::steady(found);
+        let mut course = Course::steady(centre + found.copysign(cycles - centre));
         let lines = Lines::up_to(1);
         let shape = Shape { lines, degree: 1 };
         let refinement = Refinement {
             all: &all,
-            width: data.width,
+            width: data.width(),
             frames: all.count,
             harmonics: 1,
             may_share: true,
-            cycles_max: data.cycles_max,
+            cycles_max: data.cycles_max(),
         };
         for most in [STEPS, 1] {
             let pass = Pass {
@@ -101,24 +85,24 @@ impl Hum {
                 lines,
                 most: 2,
             };
-            blocks.collect(data, &pass);
+            blocks.collect(data, &pass, None);
             let steps = Steps {
                 shape,
                 most,
                 degrees: 1,
                 last: 0.02,
-                weights: None,
+                noise: Known::Residuals,
             };
-            refinement.refine(blocks, &mut course, steps, &mut work.explained);
+            refinement.refine(blocks, &mut course, steps, work);
         }
-        let solution = Solution::new(blocks, shape);
-        let first = shape.first_line();
+        work.solution.project(blocks, shape);
+        work.solution.solve();
         let mut waves = [[0.0; CHANNELS_MAX]; 2];
-        waves.copy_from_slice(&solution.coefficients[first..first + 2]);
+        waves.copy_from_slice(work.solution.lines());
         Some(Self {
-            course,
+            cycles_per_frame: course.cycles / count,
+            middle: 0.5 * (count - 1.0),
             waves,
-            frames: count * data.each as f32,
         })
     }
 }

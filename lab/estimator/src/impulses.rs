@@ -5,10 +5,10 @@
 //! One step of a redescending estimator: P. J. Huber, E. M. Ronchetti, "Robust Statistics" (2nd
 //! edition, 2009), section 4.8.
 
-use crate::limits::CHANNELS_MAX;
+use crate::data::{Data, Frame};
+use crate::limits::{CHANNELS_MAX, IMPULSES_MAX};
 use crate::phase_course::Course;
-use crate::pieces::Data;
-use crate::residual::{Model, padded};
+use crate::residual::Model;
 use crate::solve::Solution;
 use crate::source::Values;
 use crate::tests::Sum;
@@ -19,52 +19,113 @@ const Z_IMPULSE: f32 = 4.8;
 const STEP: f32 = 1.41;
 /// Mean magnitude of white noise, in standard deviations: the root of 2 / pi.
 const MEAN_MAGNITUDE: f32 = 0.797_884_6;
+/// Channels of a frame in a place.
+const CHANNELS: u32 = CHANNELS_MAX as u32;
 /// Most of a window's values that may be impulses.
 const SHARE_MAX: f32 = 0.1;
 
-/// The residuals of a window, piece after piece, each with those beside it.
-fn residuals(
-    data: &mut Data,
-    model: &Model,
-    visit: &mut dyn FnMut(&mut Data, usize, &[Values; 3]),
-) {
-    let mut last = [[0.0; CHANNELS_MAX]; 3];
-    let (mut count, mut numbers) = (0u32, [0; 2]);
-    for number in 0..data.pieces.count() {
-        let Some(piece) = data.piece(number) else {
-            continue;
-        };
-        last = [last[1], last[2], model.residual(&piece)];
-        numbers = [numbers[1], number];
-        count += 1;
-        if count == 2 {
-            // The first piece has one beside it, twice.
-            visit(data, numbers[0], &[last[2], last[1], last[2]]);
-        } else if count > 2 {
-            visit(data, numbers[0], &last);
+/// A value that is far off, and by how much.
+#[derive(Clone, Copy, Debug, Default)]
+struct Impulse {
+    /// Sixteen times the frame's number, and the channel.
+    place: u32,
+    /// What is subtracted.
+    off: f32,
+}
+
+/// Values that are far off, in the order of their places.
+#[derive(Debug)]
+pub struct Impulses {
+    list: [Impulse; IMPULSES_MAX],
+    count: usize,
+}
+
+/// Those that are ahead on a way through the frames.
+pub struct Ahead<'i>(&'i [Impulse]);
+
+impl Ahead<'_> {
+    /// Subtracts those of a frame.
+    #[inline]
+    pub fn subtract(&mut self, frame: &mut Frame) {
+        while let Some((first, others)) = self.0.split_first() {
+            if first.place / CHANNELS > frame.number {
+                break;
+            }
+            if first.place / CHANNELS == frame.number {
+                frame.values[(first.place % CHANNELS) as usize] -= first.off;
+            }
+            self.0 = others;
         }
-    }
-    if count > 1 {
-        visit(data, numbers[1], &[last[1], last[2], last[1]]);
     }
 }
 
-/// Replaces what a solution leaves of single values; how many there are.
+impl Impulses {
+    /// None; all zeros.
+    pub const fn new() -> Self {
+        Self {
+            list: [Impulse { place: 0, off: 0.0 }; IMPULSES_MAX],
+            count: 0,
+        }
+    }
+
+    /// Forgets all.
+    pub fn clear(&mut self) {
+        self.count = 0;
+    }
+
+    /// Goes through them frame by frame.
+    pub fn iter(&self) -> Ahead<'_> {
+        Ahead(self.list.get(..self.count).unwrap_or_default())
+    }
+
+    /// Adds one behind those of the same and of earlier places.
+    fn add(&mut self, place: u32, off: f32) {
+        let mut at = self.count;
+        while at > 0 && self.list[at - 1].place > place {
+            self.list[at] = self.list[at - 1];
+            at -= 1;
+        }
+        self.list[at] = Impulse { place, off };
+        self.count += 1;
+    }
+}
+
+/// Visits the residuals of a window, frame after frame, each with those beside it.
+fn residuals(data: &mut Data, model: &Model, visit: &mut dyn FnMut(u32, &[Values; 3])) {
+    let mut last = [[0.0; CHANNELS_MAX]; 3];
+    let (mut count, mut numbers) = (0u32, [0; 2]);
+    data.visit_beside(Some(model), |frame| {
+        last = [last[1], last[2], frame.values];
+        numbers = [numbers[1], frame.number];
+        count += 1;
+        if count == 2 {
+            // The first frame has one beside it, twice.
+            visit(numbers[0], &[last[2], last[1], last[2]]);
+        } else if count > 2 {
+            visit(numbers[0], &last);
+        }
+    });
+    if count > 1 {
+        visit(numbers[1], &[last[1], last[2], last[1]]);
+    }
+}
+
+/// Replaces what a solution leaves of single values; how many there are. Its memory holds nothing.
 #[inline(never)]
-pub fn replace(data: &mut Data, solution: &Solution, course: &Course) -> usize {
+pub fn replace(data: &mut Data, solution: &Solution, course: &Course, memory: &mut [f32]) -> usize {
     let model = Model {
         shape: solution.shape,
-        coefficients: padded(&solution.coefficients),
+        coefficients: &solution.rows,
         motion: None,
         course: *course,
     };
-    let width = data.width;
+    let width = data.width();
     // The first limit is by all magnitudes, which impulses raise; the second by those below it.
     let mut limits = [f32::INFINITY; CHANNELS_MAX];
     for round in 0..2 {
         let (mut magnitudes, mut most) = ([Sum::default(); CHANNELS_MAX], [0.0; CHANNELS_MAX]);
-        residuals(data, &model, &mut |_, _, [_, values, _]| {
-            for (k, value) in values.iter().enumerate().take(width) {
+        data.visit_beside(Some(&model), |frame| {
+            for (k, value) in frame.values.iter().enumerate().take(width) {
                 most[k] = f32::max(most[k], value.abs());
                 if value.abs() < limits[k] {
                     magnitudes[k].add(value.abs());
@@ -81,22 +142,27 @@ pub fn replace(data: &mut Data, solution: &Solution, course: &Course) -> usize {
         let least = ((values[k] - before[k]) * sign).min((values[k] - after[k]) * sign);
         values[k].abs() > limits[k] && least > STEP * limits[k] && limits[k] > 0.0
     };
-    let (mut found, mut pieces) = (0, 0);
-    residuals(data, &model, &mut |_, _, values| {
-        pieces += 1;
+    let (mut found, mut all) = (0, 0);
+    residuals(data, &model, &mut |_, values| {
+        all += width;
         found += (0..width).filter(|k| is_impulse(*k, values)).count();
     });
-    if found as f32 > SHARE_MAX * (pieces * width) as f32 {
+    if found as f32 > SHARE_MAX * all as f32
+        || found > IMPULSES_MAX - data.impulses.count
+        || 2 * found > memory.len()
+    {
         return 0;
     }
-    if found > 0 {
-        residuals(data, &model, &mut |data, number, values| {
-            let mut replaced = data.pieces.get(number);
-            for k in (0..width).filter(|k| is_impulse(*k, values)) {
-                replaced[k] -= values[1][k];
+    let mut pairs = memory.as_chunks_mut::<2>().0.iter_mut();
+    residuals(data, &model, &mut |number, values| {
+        for k in (0..width).filter(|k| is_impulse(*k, values)) {
+            if let Some(pair) = pairs.next() {
+                *pair = [(number * CHANNELS + k as u32) as f32, values[1][k]];
             }
-            data.pieces.set(number, &replaced);
-        });
+        }
+    });
+    for [place, off] in memory.as_chunks::<2>().0.iter().take(found) {
+        data.impulses.add(*place as u32, *off);
     }
     found
 }

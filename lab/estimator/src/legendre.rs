@@ -3,14 +3,21 @@
 /// P_0 to P_(N - 1) at `u`.
 pub fn legendre<const N: usize>(u: f32) -> [f32; N] {
     let mut p = [1.0; N];
-    for k in 1..N {
-        p[k] = if k == 1 {
-            u
-        } else {
-            ((2 * k - 1) as f32 * u * p[k - 1] - (k - 1) as f32 * p[k - 2]) / k as f32
-        };
-    }
+    fill_legendre(u, &mut p);
     p
+}
+
+/// Fills in the polynomials of all degrees from 1 on behind that of degree 0, which is 1.
+pub fn fill_legendre(u: f32, p: &mut [f32]) {
+    for k in 1..p.len() {
+        let before = if k > 1 { p[k - 2] } else { 0.0 };
+        p[k] = legendre_after(k - 1, u, [before, p[k - 1]]);
+    }
+}
+
+/// P_(k + 1) at `u`, after P_(k - 1) and P_k.
+pub fn legendre_after(k: usize, u: f32, [before, p]: [f32; 2]) -> f32 {
+    ((2 * k + 1) as f32 * u * p - k as f32 * before) / (k + 1) as f32
 }
 
 /// Derivatives of P_0 to P_(N - 1) at `u`: P'_k = P'_(k - 2) + (2 k - 1) P_(k - 1).

@@ -20,23 +20,29 @@ pub const MOVES_MAX: usize = 10;
 pub const DEGREES_MAX: usize = MOVES_MAX + MOVES - 1;
 /// Most functions next to the lines.
 pub const NEIGHBOURS_MAX: usize = 64;
-/// Most pieces of a window: frames, or means of some.
-#[cfg(not(feature = "long-windows"))]
-pub const PIECES_MAX: usize = 512;
-/// Most pieces of a window: frames, or means of some.
-#[cfg(feature = "long-windows")]
-pub const PIECES_MAX: usize = 16_384;
+/// Most pieces of a transform on the chip: frames, or sums of some.
+pub const PIECES_CHIP: usize = POINTS_CHIP / 2;
+/// Most pieces of a transform.
+pub const PIECES_MAX: usize = POINTS_MAX / 2;
+/// Longest transform on the chip, points.
+pub const POINTS_CHIP: usize = 1024;
 /// Longest transform, points.
 #[cfg(not(feature = "long-windows"))]
-pub const POINTS_MAX: usize = 1024;
+pub const POINTS_MAX: usize = POINTS_CHIP;
 /// Longest transform, points.
 #[cfg(feature = "long-windows")]
 pub const POINTS_MAX: usize = 32_768;
+/// Most frames of a window on the chip.
+pub const FRAMES_CHIP: usize = 1024;
 /// Most frames of a window.
 #[cfg(not(feature = "long-windows"))]
-pub const FRAMES_MAX: usize = 1024;
+pub const FRAMES_MAX: usize = FRAMES_CHIP;
 /// Most frames of a window.
 #[cfg(feature = "long-windows")]
 pub const FRAMES_MAX: usize = 65_536;
+/// Most single values that are replaced on the chip: one of eighty.
+pub const IMPULSES_CHIP: usize = 192;
+/// Most single values that are replaced.
+pub const IMPULSES_MAX: usize = IMPULSES_CHIP * (FRAMES_MAX / FRAMES_CHIP);
 /// Fewest frames that are fitted.
 pub const FRAMES_MIN: u32 = 24;

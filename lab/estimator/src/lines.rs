@@ -25,7 +25,13 @@ impl Lines {
 
     /// Their numbers, ascending.
     pub fn iter(self) -> impl Iterator<Item = usize> + Clone {
-        (1..16).filter(move |number| self.0 >> number & 1 == 1)
+        let mut ahead = self.0;
+        core::iter::from_fn(move || {
+            let number = ahead.trailing_zeros();
+            // The lowest bit is cleared.
+            ahead &= ahead.checked_sub(1)?;
+            Some(number as usize)
+        })
     }
 
     /// How many there are.
@@ -40,12 +46,13 @@ impl Lines {
 
     /// Place of a line among them.
     pub fn place(self, number: usize) -> usize {
-        self.iter().take_while(|line| *line < number).count()
+        let below = (1u32 << (number & 31)) - 1;
+        (u32::from(self.0) & below).count_ones() as usize
     }
 
     /// The highest number; 0 of none.
     pub fn most(self) -> usize {
-        self.iter().last().unwrap_or(0)
+        self.0.checked_ilog2().unwrap_or(0) as usize
     }
 
     /// The lowest number; 0 of none.

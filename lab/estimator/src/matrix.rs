@@ -1,4 +1,4 @@
-//! Cholesky factors of small symmetric matrices.
+//! Cholesky factors of small symmetric matrices, in their place.
 
 /// A square matrix, of which the first `n` rows and columns are used.
 pub type Square<const N: usize> = [[f32; N]; N];
@@ -6,38 +6,40 @@ pub type Square<const N: usize> = [[f32; N]; N];
 /// A pivot below this share of its diagonal is rounding: the unknown is left out.
 const PIVOT_MIN: f32 = 2e-6;
 
-/// A lower factor L with L L' = A. An unknown that the others explain has a row of zeros, and its
-/// solution is zero.
+/// A lower factor L with L L' = A, in the lower triangle of a matrix. An unknown that the others
+/// explain has a row and a column of zeros, and its solution is zero.
 #[derive(Clone, Copy, Debug)]
-pub struct Factor<const N: usize> {
-    lower: Square<N>,
+pub struct Factor<'a, const N: usize> {
+    lower: &'a Square<N>,
     n: usize,
 }
 
-impl<const N: usize> Factor<N> {
-    /// A factor of nothing.
-    pub const NONE: Self = Self {
-        lower: [[0.0; N]; N],
-        n: 0,
-    };
-
-    /// Factors the first `n` rows and columns.
-    pub fn new(a: &Square<N>, n: usize) -> Self {
-        let mut lower = [[0.0; N]; N];
+impl<'a, const N: usize> Factor<'a, N> {
+    /// Factors the first `n` rows and columns in their place.
+    pub fn new(a: &'a mut Square<N>, n: usize) -> Self {
         for i in 0..n {
+            let diagonal = a[i][i];
             for j in 0..i {
-                let sum: f32 = (0..j).map(|k| lower[i][k] * lower[j][k]).sum();
-                if lower[j][j] > 0.0 {
-                    lower[i][j] = (a[i][j] - sum) / lower[j][j];
-                }
+                let sum: f32 = (0..j).map(|k| a[i][k] * a[j][k]).sum();
+                let pivot = a[j][j];
+                a[i][j] = if pivot > 0.0 {
+                    (a[i][j] - sum) / pivot
+                } else {
+                    0.0
+                };
             }
-            let rest = a[i][i] - lower[i][..i].iter().map(|x| x * x).sum::<f32>();
-            if rest > PIVOT_MIN * a[i][i] {
-                lower[i][i] = libm::sqrtf(rest);
+            let beside = diagonal - a[i][..i].iter().map(|x| x * x).sum::<f32>();
+            if beside > PIVOT_MIN * diagonal {
+                a[i][i] = libm::sqrtf(beside);
             } else {
-                lower[i] = [0.0; N];
+                a[i][..=i].fill(0.0);
             }
         }
+        Self { lower: a, n }
+    }
+
+    /// The factor of the first `n` rows and columns of a matrix that has been factored.
+    pub fn of(lower: &'a Square<N>, n: usize) -> Self {
         Self { lower, n }
     }
 
@@ -68,7 +70,7 @@ impl<const N: usize> Factor<N> {
     }
 
     /// Solves L X = B in place for many right sides, which are columns.
-    pub fn forward_rows<const M: usize>(&self, x: &mut [[f32; M]; N]) {
+    pub fn forward_rows<const M: usize>(&self, x: &mut [[f32; M]]) {
         for i in 0..self.n {
             let (before, rest) = x.split_at_mut(i);
             for (factor, row) in self.lower[i].iter().zip(before.iter()) {
@@ -82,8 +84,26 @@ impl<const N: usize> Factor<N> {
         }
     }
 
+    /// Solves L X = B in place, where the rows of `x` hold as many right sides as there are
+    /// columns.
+    pub fn forward_columns(&self, x: &mut [f32], columns: usize) {
+        for i in 0..self.n {
+            let (before, own) = x.split_at_mut(i * columns);
+            for (factor, row) in self.lower[i].iter().zip(before.chunks_exact(columns)) {
+                for (value, other) in own.iter_mut().zip(row) {
+                    *value -= factor * other;
+                }
+            }
+            let pivot = self.lower[i][i];
+            let inverse = if pivot > 0.0 { 1.0 / pivot } else { 0.0 };
+            own[..columns]
+                .iter_mut()
+                .for_each(|value| *value *= inverse);
+        }
+    }
+
     /// Solves L' X = B in place for many right sides, which are columns.
-    pub fn backward_rows<const M: usize>(&self, x: &mut [[f32; M]; N]) {
+    pub fn backward_rows<const M: usize>(&self, x: &mut [[f32; M]]) {
         for i in (0..self.n).rev() {
             let (before, rest) = x.split_at_mut(i);
             let pivot = self.lower[i][i];
@@ -97,33 +117,10 @@ impl<const N: usize> Factor<N> {
         }
     }
 
-    /// Row `k` of the inverse of L: x is zeros but for a one in its place.
-    pub fn backward_from(&self, k: usize, x: &mut [f32; N]) {
-        for i in (0..=k).rev() {
-            let sum: f32 = (i + 1..=k).map(|j| self.lower[j][i] * x[j]).sum();
-            let pivot = self.lower[i][i];
-            x[i] = if pivot > 0.0 {
-                (x[i] - sum) / pivot
-            } else {
-                0.0
-            };
-        }
-    }
-
     /// Solves A x = b in place.
     pub fn solve(&self, x: &mut [f32; N]) {
         self.forward(x);
         self.backward(x);
-    }
-
-    /// The inverse of A.
-    pub fn inverse(&self) -> Square<N> {
-        let mut inverse = [[0.0; N]; N];
-        for i in 0..self.n {
-            inverse[i][i] = 1.0;
-            self.solve(&mut inverse[i]);
-        }
-        inverse
     }
 
     /// Logarithm of the determinant of A, without unknowns that are left out.
@@ -135,6 +132,31 @@ impl<const N: usize> Factor<N> {
     }
 }
 
+/// Turns a factor of `n` rows and columns into its inverse, in its place.
+pub fn invert_lower<const N: usize>(lower: &mut Square<N>, n: usize) {
+    for j in (0..n).rev() {
+        let pivot = lower[j][j];
+        let inverse = if pivot > 0.0 { 1.0 / pivot } else { 0.0 };
+        lower[j][j] = inverse;
+        for i in (j + 1..n).rev() {
+            let sum: f32 = (j + 1..=i).map(|k| lower[i][k] * lower[k][j]).sum();
+            lower[i][j] = -inverse * sum;
+        }
+    }
+}
+
+/// Turns a factor of `n` rows and columns into the inverse of what was factored, in its place.
+pub fn invert<const N: usize>(lower: &mut Square<N>, n: usize) {
+    invert_lower(lower, n);
+    for i in 0..n {
+        for j in 0..=i {
+            let sum = (i..n).map(|k| lower[k][i] * lower[k][j]).sum();
+            lower[i][j] = sum;
+            lower[j][i] = sum;
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -143,25 +165,34 @@ mod tests {
 
     #[test]
     fn solves_inverts_and_has_the_determinant() {
-        let factor = Factor::new(&A, 3);
+        let mut a = A;
+        let factor = Factor::new(&mut a, 3);
         let mut x = [1.0, 2.0, 3.0];
         factor.solve(&mut x);
         for (row, b) in A.iter().zip([1.0, 2.0, 3.0]) {
             let got: f32 = row.iter().zip(x).map(|(a, x)| a * x).sum();
             assert!((got - b).abs() < 1e-5);
         }
-        let inverse = factor.inverse();
-        let one: f32 = (0..3).map(|k| A[1][k] * inverse[k][1]).sum();
-        assert!((one - 1.0).abs() < 1e-5);
         let determinant = 4.0 * (15.0 - 1.0) - 2.0 * (6.0 - 0.6) + 0.6 * (2.0 - 3.0);
         assert!((factor.log_det() - libm::logf(determinant)).abs() < 1e-5);
+        invert(&mut a, 3);
+        for i in 0..3 {
+            for j in 0..3 {
+                let product: f32 = (0..3).map(|k| A[i][k] * a[k][j]).sum();
+                let unit = if i == j { 1.0 } else { 0.0 };
+                assert!((product - unit).abs() < 1e-5, "{i} {j}: {product}");
+            }
+        }
     }
 
     #[test]
     fn an_unknown_that_the_others_explain_is_left_out() {
-        let a = [[1.0, 1.0], [1.0, 1.0]];
-        let mut x = [2.0, 2.0];
-        Factor::new(&a, 2).solve(&mut x);
-        assert_eq!(x, [2.0, 0.0]);
+        let mut a = [[1.0, 1.0, 0.5], [1.0, 1.0, 0.5], [0.5, 0.5, 1.0]];
+        let mut x = [2.0, 2.0, 1.0];
+        Factor::new(&mut a, 3).solve(&mut x);
+        assert_eq!(x, [2.0, 0.0, 0.0]);
+        invert(&mut a, 3);
+        assert_eq!(a[1], [0.0; 3]);
+        assert!((a[0][0] - 4.0 / 3.0).abs() < 1e-6 && (a[0][2] + 2.0 / 3.0).abs() < 1e-6);
     }
 }

@@ -153,7 +153,7 @@ impl Evidence {
                 q[i] = row - self.covariance[0][i + 1];
             }
         }
-        let factor = Factor::new(&matrix, n - 1);
+        let factor = Factor::new(&mut matrix, n - 1);
         factor.forward(&mut z);
         factor.forward(&mut q);
         let square: f32 = z.iter().map(|z| z * z).sum();

@@ -2,20 +2,21 @@
 //! other, and degrees are added until none is missing.
 
 use crate::blocks::Blocks;
-use crate::comb::Work;
 use crate::covariance::{Covariance, ROUNDING, Samples};
-use crate::limits::{CHANNELS_MAX, DEGREES_MAX, HARMONICS_MAX, MOVES, MOVES_MAX};
+use crate::limits::{CHANNELS_MAX, HARMONICS_MAX, MOVES, MOVES_MAX};
 use crate::lines::Lines;
-use crate::matrix::{Factor, Square};
+use crate::matrix::{Factor, Square, invert};
 use crate::neighbours::{BAND, Member, Place};
-use crate::normal::{Degrees, MOVEMENT_MAX, Normal};
+use crate::normal::{Degrees, MOVEMENT_MAX, degrees_max};
 use crate::phase_course::Course;
-use crate::refine::{Refinement, Steps};
+use crate::refine::{Known, Refinement, Steps};
 use crate::residual::Motion;
 use crate::significance::deviate;
-use crate::solve::{LineFactors, Power, Shape, Solution};
+use crate::solve::{Power, Rows, Shape, Solution};
 use crate::source::Values;
 use crate::tests::Z_TEST;
+use crate::work::Work;
+use core::ops::Range;
 
 /// Gauss-Newton steps of a turn.
 const STEPS: usize = 6;
@@ -33,23 +34,16 @@ const SAMPLES_PER_DEGREE: usize = 4;
 /// anew.
 const TWIST_MAX: f32 = 0.1;
 
-/// A tone before its movement is known.
-#[derive(Clone, Copy, Debug)]
-struct Tone {
-    course: Course,
-    shape: Shape,
-    fitted: Degrees,
-}
-
-/// A tone with its movement and the noise next to it.
+/// A tone with its movement and the noise next to it; its solution, the covariance of its movement
+/// and the noise's weights are in the steps' memory.
 #[derive(Clone, Debug)]
 pub struct Followed {
     /// Phase of the fundamental.
     pub course: Course,
-    /// The model, and the residuals beside it.
-    pub solution: Solution,
-    /// The model and residuals with the movement projected out.
-    pub still: Solution,
+    /// Lines and baseline.
+    pub shape: Shape,
+    /// Coefficients beside the movement.
+    pub still: Rows,
     /// Variances of the residuals over all frames.
     pub variances: Values,
     /// Degrees that are fitted.
@@ -60,8 +54,6 @@ pub struct Followed {
     pub moved: [f32; MOVEMENT_MAX],
     /// How the fitted phase sees the mean frequency, by degree.
     pub seen: [f32; MOVEMENT_MAX],
-    /// Covariance of the movement.
-    pub covariance: Square<MOVEMENT_MAX>,
     /// The noise next to the lines.
     pub noise: Covariance,
     /// Weight of the neighbourhood of each line, by its place.
@@ -75,24 +67,17 @@ pub struct Followed {
 }
 
 impl Followed {
-    /// Nothing that is followed.
-    pub fn none() -> Self {
+    /// A comb that is not followed yet.
+    pub fn at(course: Course, shape: Shape) -> Self {
         Self {
-            course: Course::steady(0.0),
-            solution: Solution::NONE,
-            still: Solution::NONE,
+            course,
+            shape,
+            still: Solution::NONE.rows,
             variances: [0.0; CHANNELS_MAX],
-            fitted: Degrees {
-                phase: 1,
-                amplitude: 0,
-            },
-            degrees: Degrees {
-                phase: 1,
-                amplitude: 0,
-            },
+            fitted: Degrees::STEADY,
+            degrees: Degrees::STEADY,
             moved: [0.0; MOVEMENT_MAX],
             seen: [0.0; MOVEMENT_MAX],
-            covariance: [[0.0; MOVEMENT_MAX]; MOVEMENT_MAX],
             noise: Covariance::NONE,
             weights: [0.0; HARMONICS_MAX],
             count: 0.0,
@@ -103,49 +88,40 @@ impl Followed {
 
     /// Estimates the movement by the noise that is known.
     fn move_by_noise(&mut self, blocks: &Blocks, work: &mut Work) {
-        let Self {
-            solution,
-            noise,
-            degrees,
-            ..
-        } = self;
-        let normal = Normal::new(
-            blocks,
-            solution,
-            &noise.inverse,
-            *degrees,
-            &mut work.explained,
-        );
-        let n = self.degrees.count();
-        let mut information = normal.matrix;
-        let trace: f32 = (0..n).map(|i| information[i][i]).sum();
-        for (i, row) in information.iter_mut().enumerate().take(n) {
+        let (normal, n) = (&mut work.normal, self.degrees.count());
+        normal.degrees = self.degrees;
+        let memory = work.memory.as_flattened_mut();
+        normal.make(blocks, &work.solution, &work.weights, memory);
+        let trace: f32 = (0..n).map(|i| normal.matrix[i][i]).sum();
+        for (i, row) in normal.matrix.iter_mut().enumerate().take(n) {
             row[i] += 1e-7 * trace;
         }
-        let factor = Factor::new(&information, n);
         self.moved = normal.right;
-        factor.solve(&mut self.moved);
+        Factor::new(&mut normal.matrix, n).solve(&mut self.moved);
+        // Phases come first: their factor is the beginning of that of all.
         self.seen = core::array::from_fn(|i| if i % 2 == 0 { 1.0 } else { 0.0 });
-        Factor::new(&information, self.fitted.phase).solve(&mut self.seen);
-        self.covariance = factor.inverse();
+        Factor::of(&normal.matrix, self.fitted.phase).solve(&mut self.seen);
+        invert(&mut normal.matrix, n);
     }
 
     /// The movement beside the course.
     pub fn motion(&self) -> Motion {
         let mut motion = Motion::NONE;
         let Degrees { phase, amplitude } = self.degrees;
+        motion.degrees = phase.max(amplitude);
         motion.phase[..phase].copy_from_slice(&self.moved[..phase]);
         motion.amplitude[..amplitude].copy_from_slice(&self.moved[phase..phase + amplitude]);
         motion
     }
 
     /// Adds the movement to the blocks, `sign` times.
-    fn add_motion(&self, blocks: &mut Blocks, sign: f32) {
-        let (lines, motion) = (self.solution.lines(), self.motion());
+    #[inline(never)]
+    fn add_motion(&self, blocks: &mut Blocks, solution: &Solution, sign: f32) {
+        let (motion, lines) = (self.motion(), solution.shape.lines);
         for b in 0..blocks.count() {
             let moved = motion.at(blocks.middle(b)).map(|x| sign * x);
-            let change = Motion::change(&lines, &self.solution.shape, moved);
-            blocks.add(b, self.solution.shape.lines, &change);
+            let change = Motion::change(solution, moved);
+            blocks.add(b, lines, &change);
         }
     }
 
@@ -155,30 +131,31 @@ impl Followed {
     }
 
     /// Deviate of some unknowns of the movement together.
-    fn shows(&self, from: usize, to: usize) -> f32 {
-        let n = to - from;
-        let mut block = [[0.0; DEGREES_MAX]; DEGREES_MAX];
-        let mut moved = [0.0; DEGREES_MAX];
-        for i in 0..n {
-            moved[i] = self.moved[from + i];
-            block[i][..n].copy_from_slice(&self.covariance[from + i][from..to]);
+    fn shows(&self, covariance: &Square<MOVEMENT_MAX>, unknowns: Range<usize>) -> f32 {
+        let n = unknowns.len();
+        let mut block = [[0.0; MOVES]; MOVES];
+        let mut moved = [0.0; MOVES];
+        for (i, row) in unknowns.clone().enumerate().take(MOVES) {
+            moved[i] = self.moved[row];
+            block[i][..n].copy_from_slice(&covariance[row][unknowns.clone()]);
         }
-        Factor::new(&block, n).forward(&mut moved);
+        Factor::new(&mut block, n).forward(&mut moved);
         let square: f32 = moved[..n].iter().map(|x| x * x).sum();
         deviate(square / n as f32, n as f32, self.freedom())
     }
 }
 
 /// Weight of each line's neighbourhood: its share of the information, by its number of functions.
+#[inline(never)]
 fn neighbour_weights(
-    lines: Lines,
-    factors: &[LineFactors; HARMONICS_MAX],
+    solution: &Solution,
     inverse: &Square<CHANNELS_MAX>,
     counts: &[f32; HARMONICS_MAX],
 ) -> [f32; HARMONICS_MAX] {
+    let factors = solution.line_factors();
     let mut weights = [0.0; HARMONICS_MAX];
     let (mut sum, mut count) = (0.0, 0.0);
-    for (i, line) in lines.iter().enumerate() {
+    for (i, line) in solution.shape.lines.iter().enumerate() {
         let power = Power::new(&factors[i], inverse).all;
         weights[i] = (line * line) as f32 * power / counts[i].max(1.0);
         sum += counts[i] * weights[i];
@@ -198,7 +175,7 @@ impl Refinement<'_> {
         followed: &mut Followed,
         recollect: &mut dyn FnMut(&mut Blocks, &Course, Lines),
     ) -> bool {
-        let (mut course, mut shape) = (followed.course, followed.solution.shape);
+        let (mut course, mut shape) = (followed.course, followed.shape);
         let mut fitted = followed.fitted;
         let mut turn = 0;
         loop {
@@ -207,48 +184,48 @@ impl Refinement<'_> {
                 most: STEPS,
                 degrees: fitted.phase,
                 last: 0.02,
-                weights: Some(&followed.noise.inverse),
+                noise: Known::Weights,
             };
             for _ in 0..2 {
-                self.refine(blocks, &mut course, steps, &mut work.explained);
+                self.refine(blocks, &mut course, steps, work);
                 if blocks.twist() * shape.lines.most() as f32 <= TWIST_MAX {
                     break;
                 }
                 recollect(blocks, &course, self.lines(course.cycles).and(shape.lines));
             }
-            let tone = Tone {
-                course,
-                shape,
-                fitted,
-            };
-            if !self.noise(blocks, work, tone, followed) {
+            (followed.course, followed.shape, followed.fitted) = (course, shape, fitted);
+            if !self.noise(blocks, work, followed) {
                 return false;
             }
             let Degrees { phase, amplitude } = followed.degrees;
-            let phase_shows = followed.shows(fitted.phase, phase) > Z_TEST;
-            let amplitude_shows =
-                followed.shows(phase + fitted.amplitude, phase + amplitude) > Z_TEST;
+            let covariance = &work.normal.matrix;
+            let phase_shows = followed.shows(covariance, fitted.phase..phase) > Z_TEST;
+            let beyond = phase + fitted.amplitude..phase + amplitude;
+            let amplitude_shows = followed.shows(covariance, beyond) > Z_TEST;
             let samples = followed.count as usize * self.width;
             let has_room = (phase + amplitude + 2 * (MOVES - 1)) * SAMPLES_PER_DEGREE < samples;
-            let grows = has_room && phase_shows && fitted.phase < MOVES_MAX;
-            let fades = has_room && amplitude_shows && fitted.amplitude < MOVES_MAX;
+            let most = MOVES_MAX.min(degrees_max(&shape) + 1 - MOVES);
+            let grows = has_room && phase_shows && fitted.phase < most;
+            let fades = has_room && amplitude_shows && fitted.amplitude < most;
             turn += 1;
             if !grows && !fades || turn == TURNS {
                 return true;
             }
             if grows {
-                fitted.phase = (fitted.phase + MOVES - 1).min(MOVES_MAX);
+                fitted.phase = (fitted.phase + MOVES - 1).min(most);
             }
             if fades {
-                fitted.amplitude = (fitted.amplitude + MOVES - 1).min(MOVES_MAX);
+                fitted.amplitude = (fitted.amplitude + MOVES - 1).min(most);
             }
             // Lines that the movement had smeared.
             if fitted.phase > 1 && LINES_AGAIN.contains(&turn) {
                 recollect(blocks, &course, self.lines(course.cycles));
                 let degrees = [1, shape.degree];
                 let count = if shape.degree > 1 { 2 } else { 1 };
+                work.score_of_best = f32::NEG_INFINITY;
                 if let Some(comb) = self.best(blocks, work, course, &degrees[..count]) {
                     (course, shape) = (comb.course, comb.shape);
+                    work.weights = work.weights_of_best;
                 }
                 recollect(blocks, &course, self.lines(course.cycles).and(shape.lines));
             }
@@ -257,88 +234,80 @@ impl Refinement<'_> {
 
     /// The noise next to the lines, and the movement beside the fitted one.
     #[inline(never)]
-    fn noise(
-        &self,
-        blocks: &mut Blocks,
-        work: &mut Work,
-        tone: Tone,
-        followed: &mut Followed,
-    ) -> bool {
-        let Tone {
-            course,
-            shape,
-            fitted,
-        } = tone;
-        let solution = Solution::new(blocks, shape);
-        let residuals = solution.residuals(self.all, self.width);
+    fn noise(&self, blocks: &mut Blocks, work: &mut Work, followed: &mut Followed) -> bool {
+        let shape = followed.shape;
+        work.solution.project(blocks, shape);
+        let squares = work.solution.squares(self.all);
         let free = (self.frames - shape.unknowns() as f32).max(1.0);
-        let variances: Values = core::array::from_fn(|k| residuals[k][k] / free + ROUNDING);
-        let degrees = Degrees {
-            phase: (fitted.phase + MOVES - 1).min(DEGREES_MAX),
-            amplitude: (fitted.amplitude + MOVES).min(DEGREES_MAX),
+        followed.variances = squares.map(|square| square / free + ROUNDING);
+        work.solution.solve();
+        let most = degrees_max(&shape);
+        followed.degrees = Degrees {
+            phase: (followed.fitted.phase + MOVES - 1).min(most),
+            amplitude: (followed.fitted.amplitude + MOVES).min(most),
         };
-        followed.degrees = degrees;
-        followed.fitted = fitted;
-        followed.solution = solution;
         followed.move_by_noise(blocks, work);
-        followed.course = course;
-        followed.variances = variances;
         self.collect_beside(blocks, work, followed);
         let count = work.neighbours.count();
         if count < NEIGHBOURS_MIN {
             return false;
         }
         let mut counts = [0.0; HARMONICS_MAX];
-        for (member, _) in work.neighbours.iter() {
+        for member in work.neighbours.members() {
             counts[shape.lines.place(usize::from(member.line))] += 1.0;
         }
-        let factors = followed.solution.line_factors();
-        let of_lines = neighbour_weights(shape.lines, &factors, &followed.noise.inverse, &counts);
+        let of_lines = neighbour_weights(&work.solution, &work.weights, &counts);
         let squares: f32 = counts.iter().zip(&of_lines).map(|(n, w)| n * w * w).sum();
         let all = count as f32 * self.width as f32;
         followed.weights = of_lines;
         followed.count = count as f32;
         followed.effective = (count * count) as f32 / squares.max(f32::MIN_POSITIVE);
-        followed.taken = all / (all - degrees.count() as f32).max(1.0);
+        followed.taken = all / (all - followed.degrees.count() as f32).max(1.0);
         let weight = |member: &Member| {
             followed.taken * of_lines[shape.lines.place(usize::from(member.line)) % HARMONICS_MAX]
         };
-        let products = work.neighbours.products(&weight);
+        let neighbours = &mut work.neighbours;
+        neighbours.products(&work.memory, &weight, &mut work.weights);
         let samples = Samples {
-            products: &products,
             width: self.width,
             count: followed.count,
             effective: followed.effective,
             may_share: self.may_share,
         };
-        followed.noise = samples.covariance(Some(&variances));
+        followed.noise = samples.invert(&mut work.weights, Some(&followed.variances));
+        neighbours.measure(&work.memory, &work.weights, &followed.variances);
         followed.move_by_noise(blocks, work);
         true
     }
 
     /// Collects the functions next to the lines, less the movement, and the model without it.
+    #[inline(never)]
     fn collect_beside(&self, blocks: &mut Blocks, work: &mut Work, followed: &mut Followed) {
-        let (shape, cycles) = (followed.solution.shape, followed.course.cycles);
-        followed.add_motion(blocks, -1.0);
-        followed.still = Solution::new(blocks, shape);
+        let (shape, cycles) = (work.solution.shape, followed.course.cycles);
+        followed.add_motion(blocks, &work.solution, -1.0);
         // Harmonics that are too weak to be kept are no noise either, where there is room without.
         let whole = Shape {
             lines: self.lines(cycles).and(shape.lines),
             ..shape
         };
         let place = Place {
+            lines: shape.lines,
             cycles,
             most: self.cycles_max,
             band: BAND,
         };
-        let neighbours = &mut work.neighbours;
+        let (neighbours, memory) = (&mut work.neighbours, &mut work.memory);
+        let mut beside = Solution::NONE;
         if whole.lines != shape.lines {
-            let beside = Solution::new(blocks, whole);
-            neighbours.collect(blocks, beside.beside(), shape.lines, place);
+            beside.project(blocks, whole);
+            neighbours.collect(blocks, beside.beside(), place, memory);
         }
+        beside.project(blocks, shape);
         if whole.lines == shape.lines || neighbours.count() < NEIGHBOURS_WHOLE {
-            neighbours.collect(blocks, followed.still.beside(), shape.lines, place);
+            neighbours.collect(blocks, beside.beside(), place, memory);
         }
-        followed.add_motion(blocks, 1.0);
+        beside.solve();
+        followed.still = beside.rows;
+        followed.add_motion(blocks, &work.solution, 1.0);
     }
 }

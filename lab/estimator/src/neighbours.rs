@@ -4,11 +4,12 @@
 //! They are whole cycles apart, so that they are all but orthogonal.
 
 use crate::blocks::{Blocks, WAVES, Wave};
+use crate::covariance::form;
 use crate::limits::{CHANNELS_MAX, DEGREE_MAX, NEIGHBOURS_MAX, UNKNOWNS_MAX};
 use crate::lines::Lines;
 use crate::matrix::{Factor, Square};
 use crate::phase::{cos_sin, from_turns};
-use crate::solve::Shape;
+use crate::solve::{Rows, Shape};
 use crate::source::Values;
 
 /// Most cycles a window on either side of a line that count as next to it.
@@ -29,6 +30,10 @@ pub struct Member {
     pub distance: f32,
     /// Where it is, cycles a window.
     cycles: f32,
+    /// Its power over the noise, all channels together.
+    pub power: f32,
+    /// Its power over the residuals' variances.
+    pub plain: f32,
 }
 
 impl Member {
@@ -36,12 +41,16 @@ impl Member {
         line: 0,
         distance: 0.0,
         cycles: 0.0,
+        power: 0.0,
+        plain: 0.0,
     };
 }
 
 /// Where lines are, cycles a window.
 #[derive(Clone, Copy, Debug)]
 pub struct Place {
+    /// Numbers of the lines.
+    pub lines: Lines,
     /// The unit line.
     pub cycles: f32,
     /// Half the frame rate.
@@ -56,17 +65,15 @@ pub struct Beside<'b> {
     /// What is fitted.
     pub shape: &'b Shape,
     /// Factor of the normal equations.
-    pub factor: &'b Factor<UNKNOWNS_MAX>,
+    pub factor: Factor<'b, UNKNOWNS_MAX>,
     /// What of the channels it explains; None where the blocks have residuals.
-    pub projections: Option<&'b [Values; UNKNOWNS_MAX]>,
+    pub projections: Option<&'b Rows>,
 }
 
 /// Functions next to the lines, of unit variance in white noise.
 #[derive(Debug)]
 pub struct Neighbours {
     members: [Member; NEIGHBOURS_MAX],
-    /// Products with the residuals.
-    values: [Values; NEIGHBOURS_MAX],
     count: usize,
 }
 
@@ -240,14 +247,15 @@ impl Neighbours {
     pub const fn new() -> Self {
         Self {
             members: [Member::NONE; NEIGHBOURS_MAX],
-            values: [[0.0; CHANNELS_MAX]; NEIGHBOURS_MAX],
             count: 0,
         }
     }
 
-    /// The functions next to `lines` beside a model.
+    /// Collects the functions next to lines beside a model, whose products with the residuals go
+    /// into rows of `memory`.
     #[inline(never)]
-    pub fn collect(&mut self, blocks: &Blocks, model: Beside, lines: Lines, place: Place) {
+    pub fn collect(&mut self, blocks: &Blocks, model: Beside, place: Place, memory: &mut [Values]) {
+        let lines = place.lines;
         self.count = 0;
         let most = lines.most() + model.shape.lines.most();
         for cycles in 1..=place.band {
@@ -272,6 +280,7 @@ impl Neighbours {
                         line: number as u8,
                         distance: lines.iter().map(distance).fold(f32::INFINITY, f32::min),
                         cycles: x,
+                        ..Member::NONE
                     };
                     for is_sine in [false, true] {
                         let values = if is_wanted && self.count < NEIGHBOURS_MAX {
@@ -279,9 +288,9 @@ impl Neighbours {
                         } else {
                             None
                         };
-                        if let Some(values) = values {
+                        if let (Some(values), Some(row)) = (values, memory.get_mut(self.count)) {
                             self.members[self.count] = member;
-                            self.values[self.count] = values;
+                            *row = values;
                             self.count += 1;
                         }
                     }
@@ -295,15 +304,20 @@ impl Neighbours {
         self.count
     }
 
-    /// The functions with their products.
-    pub fn iter(&self) -> impl Iterator<Item = (&Member, &Values)> {
-        self.members.iter().zip(&self.values).take(self.count)
+    /// The functions.
+    pub fn members(&self) -> &[Member] {
+        &self.members[..self.count]
     }
 
     /// Products of the channels, each function with its weight.
-    pub fn products(&self, weight: &dyn Fn(&Member) -> f32) -> Square<CHANNELS_MAX> {
-        let mut products = [[0.0; CHANNELS_MAX]; CHANNELS_MAX];
-        for (member, values) in self.iter() {
+    pub fn products(
+        &self,
+        memory: &[Values],
+        weight: &dyn Fn(&Member) -> f32,
+        products: &mut Square<CHANNELS_MAX>,
+    ) {
+        *products = [[0.0; CHANNELS_MAX]; CHANNELS_MAX];
+        for (member, values) in self.members().iter().zip(memory) {
             let weight = weight(member);
             for (row, value) in products.iter_mut().zip(values) {
                 let weight = weight * value;
@@ -312,7 +326,20 @@ impl Neighbours {
                 }
             }
         }
-        products
+    }
+
+    /// Measures the functions' power by the noise's weights and by the residuals' variances.
+    pub fn measure(
+        &mut self,
+        memory: &[Values],
+        weights: &Square<CHANNELS_MAX>,
+        variances: &Values,
+    ) {
+        for (member, values) in self.members.iter_mut().zip(memory).take(self.count) {
+            member.power = form(values, weights, values);
+            let plain = values.iter().zip(variances);
+            member.plain = plain.map(|(x, v)| x * x / v).sum();
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! How the tone's phase goes over the window: a steady part and Legendre polynomials.
 
-use crate::legendre::legendre;
+use crate::legendre::legendre_after;
 use crate::limits::MOVES_MAX;
 use crate::phase::from_turns;
 use core::f32::consts::{FRAC_1_PI, PI};
@@ -31,8 +31,12 @@ impl Course {
         if self.degrees < 2 {
             return 0.0;
         }
-        let p = legendre::<{ MOVES_MAX + 1 }>(u);
-        p.iter().zip(&self.moved).skip(2).map(|(p, c)| p * c).sum()
+        let (mut before, mut p, mut movement) = (1.0, u, 0.0);
+        for (k, moved) in self.moved.iter().enumerate().take(self.degrees + 1).skip(2) {
+            (before, p) = (p, legendre_after(k - 1, u, [before, p]));
+            movement += moved * p;
+        }
+        movement
     }
 
     /// The phase at `u`, `scale` times, as a fraction of a turn.

@@ -2,13 +2,14 @@
 
 use crate::blocks::Blocks;
 use crate::covariance::Samples;
-use crate::limits::{CHANNELS_MAX, MOVES_MAX};
+use crate::limits::MOVES_MAX;
 use crate::lines::Lines;
-use crate::matrix::{Factor, Square};
-use crate::normal::{Degrees, Explained, MOVEMENT_MAX, Normal};
+use crate::matrix::Factor;
+use crate::normal::Degrees;
 use crate::phase_course::Course;
-use crate::solve::{Shape, Solution};
+use crate::solve::Shape;
 use crate::statistics::Products;
+use crate::work::Work;
 
 /// Added to the information, as a share of it.
 const DAMPING: f32 = 1e-6;
@@ -33,7 +34,7 @@ pub struct Refinement<'r> {
 
 /// What is refined.
 #[derive(Clone, Copy, Debug)]
-pub struct Steps<'w> {
+pub struct Steps {
     /// Lines and baseline.
     pub shape: Shape,
     /// Most steps.
@@ -42,8 +43,17 @@ pub struct Steps<'w> {
     pub degrees: usize,
     /// A step of less than this many sigmas is the last.
     pub last: f32,
-    /// Inverse covariance of the channels' noise; None is what each step's residuals say.
-    pub weights: Option<&'w Square<CHANNELS_MAX>>,
+    /// What the channels' noise is known from.
+    pub noise: Known,
+}
+
+/// What the channels' noise is known from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Known {
+    /// The residuals beside the lines, at the first step.
+    Residuals,
+    /// An inverse covariance that is there already.
+    Weights,
 }
 
 impl Refinement<'_> {
@@ -56,60 +66,55 @@ impl Refinement<'_> {
 
     /// Steps of `course`, to which the blocks are turned.
     #[inline(never)]
-    pub fn refine(
-        &self,
-        blocks: &mut Blocks,
-        course: &mut Course,
-        steps: Steps,
-        explained: &mut Explained,
-    ) {
-        let degrees = Degrees {
-            phase: steps.degrees.min(MOVES_MAX),
-            amplitude: 0,
-        };
-        let mut own = None;
-        for _ in 0..steps.most {
-            let solution = Solution::new(blocks, steps.shape);
-            let weights = match steps.weights {
-                Some(weights) => weights,
-                None => &*own.get_or_insert_with(|| self.weights(&solution)),
-            };
-            let normal = Normal::new(blocks, &solution, weights, degrees, explained);
-            let n = degrees.phase;
-            let mut damped = normal.matrix;
-            for (i, row) in damped.iter_mut().enumerate().take(n) {
-                row[i] += DAMPING * row[i] + f32::MIN_POSITIVE;
+    pub fn refine(&self, blocks: &mut Blocks, course: &mut Course, steps: Steps, work: &mut Work) {
+        let n = steps.degrees.min(MOVES_MAX);
+        for number in 0..steps.most {
+            work.solution.project(blocks, steps.shape);
+            if number == 0 && steps.noise == Known::Residuals {
+                self.weigh(work);
             }
-            let mut step: [f32; MOVEMENT_MAX] = normal.right;
-            Factor::new(&damped, n).solve(&mut step);
-            let largest = step[..n].iter().map(|x| x.abs()).fold(0.0, f32::max);
+            work.solution.solve();
+            let normal = &mut work.normal;
+            normal.degrees = Degrees {
+                phase: n,
+                amplitude: 0,
+            };
+            let memory = work.memory.as_flattened_mut();
+            normal.make(blocks, &work.solution, &work.weights, memory);
+            let mut information = [0.0; MOVES_MAX];
+            for i in 0..n {
+                information[i] = normal.matrix[i][i];
+                normal.matrix[i][i] += DAMPING * information[i] + f32::MIN_POSITIVE;
+            }
+            Factor::new(&mut normal.matrix, n).solve(&mut normal.right);
+            let step = &mut normal.right[..n];
+            let largest = step.iter().map(|x| x.abs()).fold(0.0, f32::max);
             if !largest.is_finite() {
                 return;
             }
             let scale = 1.0 / largest.max(1.0);
             step.iter_mut().for_each(|x| *x *= scale);
             let before = *course;
-            course.step(&step[..n]);
+            course.step(step);
             course.cycles = course.cycles.clamp(CYCLES_LEAST, self.cycles_max);
             blocks.turn(&before, course);
-            let is_last =
-                |i: usize| step[i].abs() * libm::sqrtf(normal.matrix[i][i].max(0.0)) < steps.last;
-            if (0..n).all(is_last) {
+            let mut sizes = step.iter().zip(&information);
+            if sizes.all(|(step, x)| step.abs() * libm::sqrtf(x.max(0.0)) < steps.last) {
                 return;
             }
         }
     }
 
-    /// Inverse covariance of a solution's residuals.
-    pub fn weights(&self, solution: &Solution) -> Square<CHANNELS_MAX> {
-        let products = solution.residuals(self.all, self.width);
+    /// Weighs the channels by the inverse covariance of what is left beside the projections.
+    #[inline(never)]
+    pub fn weigh(&self, work: &mut Work) {
+        work.weights = work.solution.residuals(self.all, self.width);
         let samples = Samples {
-            products: &products,
             width: self.width,
             count: self.frames,
             effective: self.frames,
             may_share: self.may_share,
         };
-        samples.covariance(None).inverse
+        samples.invert(&mut work.weights, None);
     }
 }

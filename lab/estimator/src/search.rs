@@ -3,17 +3,19 @@
 //! S. S. Wilks, "Certain generalizations in the analysis of variance", Biometrika 24 (1932),
 //! 471-494.
 
+use crate::data::Data;
 use crate::limits::CHANNELS_MAX;
-use crate::matrix::{Factor, Square};
-use crate::pieces::Data;
+use crate::matrix::{Factor, Square, invert_lower};
 use crate::scene::Scene;
+use crate::source::Values;
 use crate::spectrum::Spectrum;
 use core::f32::consts::FRAC_1_SQRT_2 as ROOT_HALF;
+use core::ops::Range;
 
 /// Peaks that are tried.
 pub const PEAKS: usize = 2;
-/// Most pieces of a window, and most channels, that are all transformed.
-const PIECES_FEW: usize = 128;
+/// Most frames of a window, and most channels, that are all transformed.
+const FRAMES_FEW: u32 = 128;
 const CHANNELS_FEW: usize = 8;
 /// Fewest cycles of a peak.
 const CYCLES_PEAK: f32 = 0.5;
@@ -27,18 +29,19 @@ struct Peak {
     height: f32,
 }
 
-/// Peaks to try, cycles a window, the likeliest first and zeros where there are none; `all` are the products of the channels, and a cycle a window is a frequency
-/// of `unit`.
+/// Peaks to try, cycles a window, the likeliest first and zeros where there are none; `all` are
+/// the products of the channels.
 #[inline(never)]
 pub fn candidates(
-    data: &Data,
-    memory: &mut [f32],
+    data: &mut Data,
+    sums: &mut [Values],
+    transforms: &mut [f32],
     all: &Square<CHANNELS_MAX>,
     scene: &Scene,
-    unit: f32,
 ) -> [f32; PEAKS] {
-    let spectrum = whitened(data, memory, all, scene.may_share());
-    let mut most = data.cycles_max - 0.25;
+    let unit = data.span.frequency(1.0);
+    let mut most = data.cycles_max() / data.frames_each() as f32 - 0.25;
+    let spectrum = whitened(data, sums, transforms, all, scene.may_share());
     if scene.band.most > 0.0 {
         // Overtones of a fundamental within the band are lines too.
         most = most.min(scene.band.most / unit * f32::from(scene.harmonics()));
@@ -51,40 +54,46 @@ pub fn candidates(
 
 /// The most likely line between two numbers of cycles a window.
 pub fn strongest(
-    data: &Data,
-    memory: &mut [f32],
+    data: &mut Data,
+    sums: &mut [Values],
+    transforms: &mut [f32],
     all: &Square<CHANNELS_MAX>,
-    least: f32,
-    most: f32,
+    band: Range<f32>,
 ) -> Option<f32> {
-    let spectrum = whitened(data, memory, all, true);
-    let peak = spectrum.map(|spectrum| peaks(&spectrum, least, most)[0]);
+    let spectrum = whitened(data, sums, transforms, all, true);
+    let peak = spectrum.map(|spectrum| peaks(&spectrum, band.start, band.end)[0]);
     peak.filter(|peak| peak.height > 0.0)
         .map(|peak| peak.cycles)
 }
 
 /// The spectrum of the channels that are made white. None if the window is too long.
 fn whitened<'m>(
-    data: &Data,
-    memory: &'m mut [f32],
+    data: &mut Data,
+    sums: &'m mut [Values],
+    transforms: &'m mut [f32],
     all: &Square<CHANNELS_MAX>,
     may_share: bool,
 ) -> Option<Spectrum<'m>> {
-    let width = data.width;
-    let mut spectrum = Spectrum::new(memory, data.pieces.count())?;
+    let (width, each) = (data.width(), data.frames_each());
+    let place = data.place;
+    let frames = data.count();
+    let mut spectrum = Spectrum::new(data, sums, transforms)?;
     // Rows of the inverse of the factor make channels white. A long window has power enough for half
     // as many: sums and differences of two.
     let mut mixtures = [[0.0; CHANNELS_MAX]; CHANNELS_MAX];
-    let factor = may_share.then(|| Factor::new(all, width));
-    for (k, mixture) in mixtures.iter_mut().enumerate().take(width) {
-        mixture[k] = 1.0;
-        match &factor {
-            Some(factor) => factor.backward_from(k, mixture),
-            None => mixture[k] = 1.0 / libm::sqrtf(all[k][k].max(f32::MIN_POSITIVE)),
+    if may_share {
+        for (k, mixture) in mixtures.iter_mut().enumerate().take(width) {
+            mixture[..=k].copy_from_slice(&all[k][..=k]);
+        }
+        Factor::new(&mut mixtures, width);
+        invert_lower(&mut mixtures, width);
+    } else {
+        for (k, mixture) in mixtures.iter_mut().enumerate().take(width) {
+            mixture[k] = 1.0 / libm::sqrtf(all[k][k].max(f32::MIN_POSITIVE));
         }
     }
     let (mut width, mut reach) = (width, 1);
-    if data.pieces.count() > PIECES_FEW && width > CHANNELS_FEW {
+    if frames > FRAMES_FEW && width > CHANNELS_FEW {
         (width, reach) = (width.div_ceil(2), 2);
         for k in 0..width {
             let [one, other] = [2 * k, (2 * k + 1) % CHANNELS_MAX].map(|k| mixtures[k]);
@@ -97,12 +106,12 @@ fn whitened<'m>(
     while first < width {
         let end = (first + spectrum.channels()).min(width);
         spectrum.clear(end - first);
-        data.visit(|piece| {
-            let slot = data.slot(piece.number);
+        data.visit(|frame| {
+            let point = frame.point(&place, frames) / each as usize;
             for k in first..end {
-                let pairs = mixtures[k].iter().zip(&piece.values).take(reach * (k + 1));
+                let pairs = mixtures[k].iter().zip(&frame.values).take(reach * (k + 1));
                 let value = pairs.map(|(m, v)| m * v).sum();
-                spectrum.put(k - first, slot, value);
+                spectrum.put(k - first, point, value);
             }
         });
         for k in first..end {

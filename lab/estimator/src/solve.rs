@@ -4,7 +4,7 @@ use crate::blocks::Blocks;
 use crate::covariance::form;
 use crate::limits::{BLOCKS_MAX, CHANNELS_MAX, DEGREE_MAX, HARMONICS_MAX, UNKNOWNS_MAX};
 use crate::lines::Lines;
-use crate::matrix::{Factor, Square};
+use crate::matrix::{Factor, Square, invert};
 use crate::neighbours::Beside;
 use crate::source::Values;
 use crate::statistics::Products;
@@ -33,80 +33,77 @@ impl Shape {
     }
 }
 
-/// A solution.
+/// Rows of the unknowns, in groups of four.
+pub type Rows = [Values; UNKNOWNS_MAX.next_multiple_of(4)];
+
+/// A solution of all channels.
 #[derive(Clone, Debug)]
 pub struct Solution {
     /// What was fitted.
     pub shape: Shape,
     /// Factor of the normal equations.
-    pub factor: Factor<UNKNOWNS_MAX>,
-    /// Products of the orthonormal functions with the channels.
-    pub projections: [Values; UNKNOWNS_MAX],
-    /// Levels, then cosine and sine of each line.
-    pub coefficients: [Values; UNKNOWNS_MAX],
+    lower: Square<UNKNOWNS_MAX>,
+    /// Levels, then cosine and sine of each line: projections of the channels onto orthonormal
+    /// functions, and once solved the coefficients.
+    pub rows: Rows,
 }
 
 impl Solution {
-    /// A solution of nothing.
+    /// A solution of nothing; all zeros.
     pub const NONE: Self = Self {
         shape: Shape {
             lines: Lines::NONE,
-            degree: 1,
+            degree: 0,
         },
-        factor: Factor::NONE,
-        projections: [[0.0; CHANNELS_MAX]; UNKNOWNS_MAX],
-        coefficients: [[0.0; CHANNELS_MAX]; UNKNOWNS_MAX],
+        lower: [[0.0; UNKNOWNS_MAX]; UNKNOWNS_MAX],
+        rows: [[0.0; CHANNELS_MAX]; UNKNOWNS_MAX.next_multiple_of(4)],
     };
 
-    /// Solves the normal equations.
+    /// Projects the channels onto a shape's functions.
     #[inline(never)]
-    pub fn new(blocks: &Blocks, shape: Shape) -> Self {
-        let (n, first) = (shape.unknowns(), shape.first_line());
-        let mut gram = [[0.0; UNKNOWNS_MAX]; UNKNOWNS_MAX];
-        let mut products = [[0.0; CHANNELS_MAX]; UNKNOWNS_MAX];
-        let totals = blocks.totals(&shape, &[1.0; BLOCKS_MAX]);
-        for (row, known) in gram.iter_mut().zip(blocks.of_baselines()).take(first) {
+    pub fn project(&mut self, blocks: &Blocks, shape: Shape) {
+        let first = shape.first_line();
+        self.shape = shape;
+        for (row, known) in self.lower.iter_mut().zip(blocks.of_baselines()).take(first) {
             row[..=DEGREE_MAX].copy_from_slice(known);
         }
-        products[..first].copy_from_slice(&blocks.levels()[..first]);
-        let lines = 2 * shape.lines.count();
-        gram[first..n].copy_from_slice(&totals.of_shape(&shape)[..lines]);
-        let of_lines = blocks.products(&shape, &[1.0; BLOCKS_MAX]);
-        products[first..n].copy_from_slice(&of_lines[..lines]);
-        let factor = Factor::new(&gram, n);
-        let mut solution = Self {
-            shape,
-            factor,
-            projections: [[0.0; CHANNELS_MAX]; UNKNOWNS_MAX],
-            coefficients: [[0.0; CHANNELS_MAX]; UNKNOWNS_MAX],
-        };
-        solution.factor.forward_rows(&mut products);
-        solution.projections = products;
-        solution.factor.backward_rows(&mut products);
-        solution.coefficients = products;
-        solution
+        self.rows[..first].copy_from_slice(&blocks.levels()[..first]);
+        let totals = blocks.totals(&shape, &[1.0; BLOCKS_MAX]);
+        totals.of_shape(&shape, &mut self.lower[first..]);
+        blocks.products(&shape, &[1.0; BLOCKS_MAX], &mut self.rows[first..]);
+        // What an earlier solution has in the last group is not of this one.
+        self.rows[shape.unknowns()..].fill([0.0; CHANNELS_MAX]);
+        let factor = Factor::new(&mut self.lower, shape.unknowns());
+        factor.forward_rows(&mut self.rows);
     }
 
-    /// The model, for functions beside it.
+    /// Turns the projections into coefficients.
+    pub fn solve(&mut self) {
+        Factor::of(&self.lower, self.shape.unknowns()).backward_rows(&mut self.rows);
+    }
+
+    /// Factor of the normal equations.
+    pub fn factor(&self) -> Factor<'_, UNKNOWNS_MAX> {
+        Factor::of(&self.lower, self.shape.unknowns())
+    }
+
+    /// The model, for functions beside it, with the projections.
     pub fn beside(&self) -> Beside<'_> {
         Beside {
             shape: &self.shape,
-            factor: &self.factor,
-            projections: Some(&self.projections),
+            factor: self.factor(),
+            projections: Some(&self.rows),
         }
     }
 
-    /// Products of the residuals, from those of the channels; what rounding leaves of a channel is
-    /// not less than its share.
+    /// Takes what the projections explain out of the channels' products; what rounding leaves of a
+    /// channel is not less than its share.
     pub fn residuals(&self, all: &Products, width: usize) -> Square<CHANNELS_MAX> {
         let mut residuals = all.matrix;
         for k in 0..width {
             let from = if all.may_share { 0 } else { k };
             for l in from..=k {
-                let explained: f32 = (0..self.shape.unknowns())
-                    .map(|i| self.projections[i][k] * self.projections[i][l])
-                    .sum();
-                residuals[k][l] -= explained;
+                residuals[k][l] -= self.explained(k, l);
                 residuals[l][k] = residuals[k][l];
             }
             residuals[k][k] = residuals[k][k].max(all.least[k]);
@@ -114,24 +111,32 @@ impl Solution {
         residuals
     }
 
-    /// Coefficients of the lines: cosine and sine of each.
-    pub fn lines(&self) -> [Values; 2 * HARMONICS_MAX] {
-        let first = self.shape.first_line();
-        core::array::from_fn(|i| {
-            let row = first + i;
-            let is_one = i < 2 * self.shape.lines.count();
-            if is_one {
-                self.coefficients[row % UNKNOWNS_MAX]
-            } else {
-                [0.0; CHANNELS_MAX]
-            }
-        })
+    /// Sums of squares of the residuals, with the projections.
+    pub fn squares(&self, all: &Products) -> Values {
+        core::array::from_fn(|k| (all.matrix[k][k] - self.explained(k, k)).max(all.least[k]))
     }
 
-    /// The factors of the lines, each orthonormal beside all other unknowns.
+    fn explained(&self, k: usize, l: usize) -> f32 {
+        let rows = self.rows.iter().take(self.shape.unknowns());
+        rows.map(|row| row[k] * row[l]).sum()
+    }
+
+    /// Coefficients of the lines, once solved: cosine and sine of each.
+    pub fn lines(&self) -> &[Values] {
+        &self.rows[self.shape.first_line()..self.shape.unknowns()]
+    }
+
+    /// The inverse of the normal equations.
+    pub fn inverse(&self) -> Square<UNKNOWNS_MAX> {
+        let mut inverse = self.lower;
+        invert(&mut inverse, self.shape.unknowns());
+        inverse
+    }
+
+    /// The factors of the lines, each orthonormal beside all other unknowns, once solved.
     #[inline(never)]
     pub fn line_factors(&self) -> [LineFactors; HARMONICS_MAX] {
-        let inverse = self.factor.inverse();
+        let inverse = self.inverse();
         let mut factors = [[[0.0; CHANNELS_MAX]; 2]; HARMONICS_MAX];
         for (i, factors) in factors
             .iter_mut()
@@ -150,7 +155,7 @@ impl Solution {
             let root = libm::sqrtf(x);
             let cross = y / root;
             let pivot = libm::sqrtf(z - cross * cross);
-            let coefficients = [&self.coefficients[row], &self.coefficients[row + 1]];
+            let coefficients = [&self.rows[row], &self.rows[row + 1]];
             for k in 0..CHANNELS_MAX {
                 factors[0][k] = coefficients[0][k] / root;
                 factors[1][k] = (coefficients[1][k] - cross * factors[0][k]) / pivot;

@@ -1,7 +1,9 @@
 //! Transforms of channels, and Wilks' ratio of a line at each of their bins.
 
+use crate::data::Data;
 use crate::limits::CHANNELS_MAX;
 use crate::phase::{cos_sin, from_turns};
+use crate::source::Values;
 use core::f32::consts::PI;
 
 /// Shortest transform, points.
@@ -14,7 +16,7 @@ const LEFT_MIN: f32 = 2e-3;
 const CYCLES_FAR: f32 = 12.0;
 
 /// Products of the channels with cosine and sine at each bin: squares and cross products, summed
-/// over the channels.
+/// over the channels; or their powers.
 pub struct Spectrum<'m> {
     /// Transforms of some channels, one after the other.
     transforms: &'m mut [f32],
@@ -22,31 +24,34 @@ pub struct Spectrum<'m> {
     cos: &'m mut [f32],
     sin: &'m mut [f32],
     both: &'m mut [f32],
-    plain: &'m mut [f32],
     /// Pieces of the window.
     count: f32,
+    /// Frames of the window.
+    frames: f32,
 }
 
 impl<'m> Spectrum<'m> {
-    /// An empty one of a window of `count` pieces in `memory`. None if it does not fit.
-    pub fn new(memory: &'m mut [f32], count: usize) -> Option<Self> {
+    /// An empty one of a window, whose transforms and sums are in two memories. None if it does not
+    /// fit.
+    pub fn new(data: &Data, sums: &'m mut [Values], transforms: &'m mut [f32]) -> Option<Self> {
+        let each = data.frames_each();
+        let count = data.count().div_ceil(each) as usize;
         let mut points = POINTS_MIN;
         while points < OVERSAMPLING * count {
             points *= 2;
         }
-        let (sums, transforms) = memory.split_at_mut_checked(2 * points)?;
+        let sums = sums.as_flattened_mut().get_mut(..3 * points / 2)?;
         sums.fill(0.0);
         let (cos, rest) = sums.split_at_mut(points / 2);
-        let (sin, rest) = rest.split_at_mut(points / 2);
-        let (both, plain) = rest.split_at_mut(points / 2);
+        let (sin, both) = rest.split_at_mut(points / 2);
         (transforms.len() >= points).then_some(Self {
             transforms,
             points,
             cos,
             sin,
             both,
-            plain,
             count: count as f32,
+            frames: data.count() as f32,
         })
     }
 
@@ -70,7 +75,7 @@ impl<'m> Spectrum<'m> {
         }
     }
 
-    /// Transforms a channel and adds it, `weight` times.
+    /// Transforms a channel and adds its products, `weight` times.
     pub fn add(&mut self, channel: usize, weight: f32) {
         let from = channel * self.points;
         let Some(signal) = self.transforms.get_mut(from..from + self.points) else {
@@ -78,15 +83,36 @@ impl<'m> Spectrum<'m> {
         };
         transform(signal);
         let bins = signal.as_chunks::<2>().0;
-        let sums = self.cos.iter_mut().zip(&mut *self.sin);
-        let sums = sums.zip(self.both.iter_mut().zip(&mut *self.plain));
-        for (((cos, sin), (both, plain)), [re, im]) in sums.zip(bins).skip(1) {
+        let sums = self.cos.iter_mut().zip(&mut *self.sin).zip(&mut *self.both);
+        for (((cos, sin), both), [re, im]) in sums.zip(bins).skip(1) {
             let (x, y) = (weight * re, weight * im);
             *cos += x * re;
             *sin += y * im;
             // The transform's sine has the other sign.
             *both -= x * im;
-            *plain += re * re + im * im;
+        }
+    }
+
+    /// Transforms the first channels and adds their powers, one by one with its weight, for
+    /// [`Self::power`] and [`Self::plain`].
+    pub fn add_powers(&mut self, weights: &[f32]) {
+        let signals = self.transforms.chunks_exact_mut(self.points);
+        signals.take(weights.len()).for_each(transform);
+        for bin in 1..self.bins() {
+            let geometry = self.geometry(bin);
+            let (mut power, mut plain) = (0.0, 0.0);
+            let signals = self.transforms.chunks_exact(self.points);
+            for (signal, weight) in signals.zip(weights) {
+                let (re, im) = (signal[2 * bin], signal[2 * bin + 1]);
+                plain += re * re + im * im;
+                if let Some(geometry) = &geometry {
+                    let (cosine, sine) = geometry.centred(re, -im);
+                    power +=
+                        weight * (cosine * cosine / geometry.even + sine * sine / geometry.odd);
+                }
+            }
+            self.cos[bin] += power;
+            self.sin[bin] += plain;
         }
     }
 
@@ -105,16 +131,21 @@ impl<'m> Spectrum<'m> {
         cycles / self.cycles(1.0)
     }
 
-    /// Power of a bin of the first channel that was added.
-    pub fn of_channel(&self, bin: usize) -> f32 {
-        let [re, im] =
-            [2 * bin, 2 * bin + 1].map(|i| self.transforms.get(i).copied().unwrap_or_default());
-        2.0 / self.count * (re * re + im * im)
+    /// Power of a bin of a channel that was added.
+    pub fn of_channel(&self, channel: usize, bin: usize) -> f32 {
+        let at = channel * self.points + 2 * bin;
+        let [re, im] = [at, at + 1].map(|i| self.transforms.get(i).copied().unwrap_or_default());
+        2.0 / self.frames * (re * re + im * im)
     }
 
     /// Power of a bin without weights.
     pub fn plain(&self, bin: usize) -> f32 {
-        2.0 / self.count * self.plain[bin]
+        2.0 / self.frames * self.sin[bin]
+    }
+
+    /// Power of a bin, all channels with their weights, beside level and slope.
+    pub fn power(&self, bin: usize) -> f32 {
+        self.cos[bin]
     }
 
     /// Highest bin: one channel's half of the rate.
@@ -122,34 +153,33 @@ impl<'m> Spectrum<'m> {
         self.bins() - 1
     }
 
-    /// Has the power of each bin for [`Self::power`]; the transforms are gone.
-    pub fn finish(&mut self) {
-        for bin in 1..self.bins() {
-            let [cos, _, sin] = self.line(bin);
-            self.transforms[bin] = cos + sin;
-        }
-    }
-
-    /// Power of a bin, all channels with their weights.
-    pub fn power(&self, bin: usize) -> f32 {
-        self.transforms.get(bin).copied().unwrap_or_default()
-    }
-
     /// Squares of the products with orthonormal cosine and sine beside level and slope, and their
     /// cross product; zeros where there is no line.
     pub fn line(&self, bin: usize) -> [f32; 3] {
         let (cos, sin, both) = (self.cos[bin], self.sin[bin], self.both[bin]);
-        let (n, x) = (self.count, self.cycles(bin as f32));
+        let Some(Geometry { c, s, even, odd }) = self.geometry(bin) else {
+            return [0.0; 3];
+        };
+        [
+            (c * c * cos + 2.0 * c * s * both + s * s * sin) / even,
+            (c * c * both - s * s * both + c * s * (sin - cos)) / libm::sqrtf(even * odd),
+            (c * c * sin - 2.0 * c * s * both + s * s * cos) / odd,
+        ]
+    }
+
+    /// What level and slope leave of a bin's cosine and sine; none where there is no line.
+    fn geometry(&self, bin: usize) -> Option<Geometry> {
+        let (n, x) = (self.frames, self.cycles(bin as f32));
         if x > CYCLES_FAR {
-            return [cos, both, sin].map(|product| 2.0 / n * product);
+            return Some(Geometry {
+                c: 1.0,
+                s: 0.0,
+                even: 0.5 * n,
+                odd: 0.5 * n,
+            });
         }
         // From the first piece to the window's centre, about which cosines are even.
-        let (c, s) = cos_sin(from_turns(0.5 * x * (1.0 - 1.0 / n)));
-        let centred = [
-            c * c * cos + 2.0 * c * s * both + s * s * sin,
-            c * c * both - s * s * both + c * s * (sin - cos),
-            c * c * sin - 2.0 * c * s * both + s * s * cos,
-        ];
+        let (c, s) = cos_sin(from_turns(0.5 * x * (1.0 - 1.0 / self.count)));
         let angle = PI * x;
         let (cosine, sine) = cos_sin(from_turns(0.5 * x));
         let level = sine / angle;
@@ -157,14 +187,34 @@ impl<'m> Spectrum<'m> {
         let slope = (level - cosine) / angle;
         let even = 0.5 + 0.5 * level * cosine - level * level;
         let odd = 0.5 - 0.5 * level * cosine - 3.0 * slope * slope;
-        if even < LEFT_MIN || odd < LEFT_MIN {
-            return [0.0; 3];
-        }
-        [
-            centred[0] / (n * even),
-            centred[1] / (n * libm::sqrtf(even * odd)),
-            centred[2] / (n * odd),
-        ]
+        (even >= LEFT_MIN && odd >= LEFT_MIN).then_some(Geometry {
+            c,
+            s,
+            even: n * even,
+            odd: n * odd,
+        })
+    }
+}
+
+/// How a bin's cosine and sine lie about the window's centre.
+struct Geometry {
+    /// Cosine of the phase at the centre.
+    c: f32,
+    /// Sine of that phase.
+    s: f32,
+    /// Square sum of the cosine about the centre beside level and slope.
+    even: f32,
+    /// Square sum of the sine.
+    odd: f32,
+}
+
+impl Geometry {
+    /// Products with cosine and sine about the centre, from those about the first piece.
+    fn centred(&self, cosine: f32, sine: f32) -> (f32, f32) {
+        (
+            self.c * cosine + self.s * sine,
+            self.c * sine - self.s * cosine,
+        )
     }
 }
 

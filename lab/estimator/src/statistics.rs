@@ -1,9 +1,10 @@
 //! First passes: level, slope and scale of each channel; then the products of the channels.
 
+use crate::covariance::ROUNDING;
+use crate::data::Data;
 use crate::frame_span::FrameSpan;
 use crate::limits::CHANNELS_MAX;
 use crate::matrix::Square;
-use crate::pieces::{Data, Filter, Piece, Pieces, ROUNDING, frames_each};
 use crate::source::{Overwritten, Values};
 
 /// A channel that is at its highest or lowest value in more than this share of the frames is
@@ -175,64 +176,26 @@ impl Statistics {
         Ok(())
     }
 
-    /// Takes the window into memory.
-    #[inline(never)]
-    pub fn keep(&self, span: &mut FrameSpan, pieces: &mut Pieces) -> Result<(), Overwritten> {
-        let each = frames_each(span.frames);
-        pieces.clear((span.frames / each) as usize);
-        let filter = Filter::new(each);
-        let (mut sums, mut first) = ([([0.0; CHANNELS_MAX], 0.0); Filter::PIECES], 0);
-        let mut put = |sums: &mut [(Values, f32); Filter::PIECES], piece: u32| {
-            let (sum, weight) = core::mem::take(&mut sums[piece as usize % Filter::PIECES]);
-            if weight > 0.5 {
-                pieces.set(piece as usize, &sum.map(|sum| sum / weight));
-            }
-        };
-        self.visit(span, &mut |number, values| {
-            let reached = filter.pieces(number);
-            while first < reached.start {
-                put(&mut sums, first);
-                first += 1;
-            }
-            for piece in reached {
-                let weight = filter.weight(number, piece);
-                if weight == 0.0 {
-                    continue;
-                }
-                let (sum, weights) = &mut sums[piece as usize % Filter::PIECES];
-                *weights += weight;
-                for (sum, value) in sum.iter_mut().zip(values) {
-                    *sum += weight * value;
-                }
-            }
-        })?;
-        for piece in first..first + Filter::PIECES as u32 {
-            put(&mut sums, piece);
-        }
-        Ok(())
-    }
-
-    /// Variance of a piece's rounding in each channel.
-    pub fn rounding(&self, span: &FrameSpan) -> Values {
-        let step = span.quantization_step;
-        let each = frames_each(span.frames) as f32;
+    /// Variance of a value's rounding in each channel, where values are rounded to multiples of
+    /// `step`.
+    fn rounding(&self, step: f32) -> Values {
         self.scale
-            .map(|scale| step * step / (12.0 * scale * scale * each) + ROUNDING)
+            .map(|scale| step * step / (12.0 * scale * scale) + ROUNDING)
     }
 }
 
-impl Data<'_> {
+impl Data<'_, '_> {
     /// Takes level and slope out of what replaced values leave.
     pub fn centre(&mut self) {
         let (mut sums, mut slopes) = ([0.0; CHANNELS_MAX], [0.0; CHANNELS_MAX]);
         let [mut n, mut sum_u, mut sum_uu] = [0.0; 3];
-        self.visit(|piece| {
+        self.visit(|frame| {
             n += 1.0;
-            sum_u += piece.u;
-            sum_uu += piece.u * piece.u;
-            for (k, value) in piece.values.iter().enumerate() {
+            sum_u += frame.u;
+            sum_uu += frame.u * frame.u;
+            for (k, value) in frame.values.iter().enumerate() {
                 sums[k] += value;
-                slopes[k] += piece.u * value;
+                slopes[k] += frame.u * value;
             }
         });
         let spread = (sum_uu - sum_u * sum_u / n).max(f32::MIN_POSITIVE);
@@ -240,45 +203,37 @@ impl Data<'_> {
             slopes[k] = (slopes[k] - sum_u / n * sums[k]) / spread;
             sums[k] = (sums[k] - slopes[k] * sum_u) / n;
         }
-        self.change(&mut |piece| {
-            for (k, value) in piece.values.iter_mut().enumerate() {
-                *value -= sums[k] + slopes[k] * piece.u;
-            }
-        });
-    }
-
-    /// Changes all pieces.
-    pub fn change(&mut self, change: &mut dyn FnMut(&mut Piece)) {
-        for number in 0..self.pieces.count() {
-            if let Some(mut piece) = self.piece(number) {
-                change(&mut piece);
-                self.pieces.set(number, &piece.values);
-            }
+        let statistics = &mut self.statistics;
+        for k in 0..CHANNELS_MAX {
+            statistics.level[k] += statistics.scale[k] * sums[k];
+            statistics.slope[k] += statistics.scale[k] * slopes[k];
         }
     }
 
-    /// Products of the channels, summed over the pieces, whose values have variances of rounding; where
-    /// channels share nothing of each with itself alone.
+    /// Products of the channels, summed over the frames; where channels share nothing of each with
+    /// itself alone.
     #[inline(never)]
-    pub fn products(&self, rounding: &Values, may_share: bool) -> Products {
+    pub fn products(&mut self, may_share: bool) -> Products {
+        let width = self.width();
         let (mut products, mut count) = ([[0.0; CHANNELS_MAX]; CHANNELS_MAX], 0.0);
-        self.visit(|piece| {
+        self.visit(|frame| {
             count += 1.0;
-            for (k, row) in products.iter_mut().enumerate().take(self.width) {
-                let own = piece.values[k];
+            for (k, row) in products.iter_mut().enumerate().take(width) {
+                let own = frame.values[k];
                 if may_share {
-                    for (product, value) in row.iter_mut().zip(&piece.values).take(k) {
+                    for (product, value) in row.iter_mut().zip(&frame.values).take(k) {
                         *product += own * value;
                     }
                 }
                 row[k] += own * own;
             }
         });
-        for k in 0..self.width {
+        for k in 0..width {
             for l in 0..k {
                 products[l][k] = products[k][l];
             }
         }
+        let rounding = self.statistics.rounding(self.span.quantization_step);
         Products {
             matrix: products,
             least: rounding.map(|variance| count * variance),
@@ -295,7 +250,7 @@ pub struct Products {
     pub matrix: Square<CHANNELS_MAX>,
     /// Least square sums of residuals: rounding, of the values and of sums.
     pub least: Values,
-    /// Pieces that have frames.
+    /// Frames that count.
     pub count: f32,
     /// Whether there are any between channels.
     pub may_share: bool,

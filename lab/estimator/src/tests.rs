@@ -1,18 +1,19 @@
 //! Tests of a tone, each a deviate by one formula.
 
 use crate::blocks::{Blocks, Pass};
-use crate::comb::Work;
 use crate::covariance::form;
+use crate::data::Data;
 use crate::fit::Tests;
-use crate::limits::HARMONICS_MAX;
+use crate::limits::{CHANNELS_MAX, HARMONICS_MAX};
 use crate::lines::Lines;
 use crate::movement::Followed;
 use crate::neighbours::{BAND, Beside, Neighbours, Place, line};
-use crate::pieces::Data;
-use crate::residual::{Model, padded};
+use crate::residual::Model;
 use crate::significance::deviate;
 use crate::solve::{LineFactors, Power, Shape};
+use crate::source::Values;
 use crate::spectrum::Spectrum;
+use crate::work::Work;
 
 /// Deviate of a line over its neighbourhood: 1e-5, which is 1e-3 over a hundred places.
 pub const Z_LINE: f32 = 4.3;
@@ -55,6 +56,10 @@ pub struct Tested<'t> {
     pub followed: &'t Followed,
     /// Its lines.
     pub factors: [LineFactors; HARMONICS_MAX],
+    /// Power of each line over the noise next to the lines.
+    pub powers: [Power; HARMONICS_MAX],
+    /// What is fitted.
+    pub shape: Shape,
     /// Cycles a window of half the frame rate.
     pub cycles_max: f32,
     /// Number of channels.
@@ -63,39 +68,31 @@ pub struct Tested<'t> {
 
 impl<'t> Tested<'t> {
     /// Prepares the tests of a tone.
-    pub fn new(followed: &'t Followed, cycles_max: f32, width: usize) -> Self {
+    pub fn new(followed: &'t Followed, work: &Work, cycles_max: f32, width: usize) -> Self {
+        let (factors, shape) = (work.solution.line_factors(), followed.shape);
+        let mut powers = [Power::default(); HARMONICS_MAX];
+        for (power, factors) in powers.iter_mut().zip(&factors).take(shape.lines.count()) {
+            *power = Power::new(factors, &work.weights);
+        }
         Self {
             followed,
-            factors: followed.solution.line_factors(),
+            factors,
+            powers,
+            shape,
             cycles_max,
             width,
         }
     }
 
-    fn shape(&self) -> &Shape {
-        &self.followed.solution.shape
-    }
-
     fn factors(&self) -> &[LineFactors] {
-        &self.factors[..self.shape().lines.count()]
-    }
-
-    /// Power of each line over the noise next to the lines.
-    pub fn powers(&self) -> [Power; HARMONICS_MAX] {
-        let inverse = &self.followed.noise.inverse;
-        let mut powers = [Power::default(); HARMONICS_MAX];
-        for (power, factors) in powers.iter_mut().zip(self.factors()) {
-            *power = Power::new(factors, inverse);
-        }
-        powers
+        &self.factors[..self.shape.lines.count()]
     }
 
     /// The lines over their neighbourhoods, and the power next to them.
     #[inline(never)]
     pub fn near(&self, neighbours: &Neighbours, tests: &mut Tests) {
-        let (followed, powers) = (self.followed, self.powers());
-        let noise = &followed.noise;
-        let (width, lines) = (self.width as f32, self.shape().lines);
+        let (followed, powers) = (self.followed, &self.powers);
+        let (width, lines) = (self.width as f32, self.shape.lines);
         let strongest = powers
             .iter()
             .copied()
@@ -110,22 +107,21 @@ impl<'t> Tested<'t> {
         tests.one_shape = strongest.second < width + 4.0 * libm::sqrtf(2.0 * width);
         let mut sums = [Sum::default(); 3];
         let mut beside = 0.0;
-        for (member, values) in neighbours.iter() {
-            let power = form(values, &noise.inverse, values) * followed.taken / width;
+        for member in neighbours.members() {
+            let power = member.power * followed.taken / width;
             let [own, near, far] = &mut sums;
             if usize::from(member.line) == lines.least() {
                 own.add(power);
             }
             if member.distance < NEAR_CYCLES {
                 near.add(power);
-                let all = values.iter().zip(&followed.variances);
-                beside += all.map(|(x, v)| x * x / v).sum::<f32>();
+                beside += member.plain;
             } else {
                 far.add(power);
             }
         }
         let [own, near, far] = sums;
-        let channels = noise.channels;
+        let channels = followed.noise.channels;
         tests.fundamental = if own.count > 3.0 {
             let over = powers[0].all / (2.0 * width) / own.mean().max(f32::MIN_POSITIVE);
             deviate(over, 2.0 * channels, own.count * channels)
@@ -153,10 +149,10 @@ impl<'t> Tested<'t> {
 
     /// Channels in which the tone is significant alone.
     pub fn with_tone(&self) -> u16 {
-        let noise = &self.followed.noise.matrix;
+        let variances = &self.followed.noise.variances;
         let has = |k: &usize| {
             self.factors().iter().any(|[cos, sin]| {
-                let power = (cos[*k] * cos[*k] + sin[*k] * sin[*k]) / (2.0 * noise[*k][*k]);
+                let power = (cos[*k] * cos[*k] + sin[*k] * sin[*k]) / (2.0 * variances[*k]);
                 deviate(power, 2.0, self.followed.count) > Z_TEST
             })
         };
@@ -165,27 +161,44 @@ impl<'t> Tested<'t> {
 
     /// The most significant line in what the comb leaves.
     #[inline(never)]
-    pub fn other(&self, data: &Data, memory: &mut [f32]) -> Other {
+    pub fn other(
+        &self,
+        data: &mut Data,
+        model: &Model,
+        sums: &mut [Values],
+        transforms: &mut [f32],
+    ) -> Other {
         let followed = self.followed;
-        let Some(mut spectrum) = Spectrum::new(memory, data.pieces.count()) else {
+        let (place, each, frames) = (data.place, data.frames_each(), data.count());
+        let half = data.cycles_max() / each as f32;
+        let Some(mut spectrum) = Spectrum::new(data, sums, transforms) else {
             return Other::default();
         };
         let with_tone = self.with_tone();
         let places = Places {
-            lines: self.shape().lines,
+            lines: self.shape.lines,
             cycles: followed.course.cycles,
-            most: data.cycles_max,
+            most: half,
             step: spectrum.cycles(1.0),
-            last: (spectrum.bin(data.cycles_max - 0.5) as usize).min(spectrum.last()),
+            last: (spectrum.bin(half - 0.5) as usize).min(spectrum.last()),
         };
         let mut found = Other::default();
-        for k in 0..self.width {
-            spectrum.clear(1);
-            data.channel(k, |slot, value| spectrum.put(0, slot, value));
-            spectrum.add(0, 1.0 / followed.variances[k]);
+        let weights = followed.variances.map(|variance| 1.0 / variance);
+        let mut values = [0.0; CHANNELS_MAX];
+        for first in (0..self.width).step_by(spectrum.channels()) {
+            let channels = first..(first + spectrum.channels()).min(self.width);
+            spectrum.clear(channels.len());
+            data.visit(|frame| {
+                model.residual(frame, channels.clone(), &mut values);
+                let point = frame.point(&place, frames) / each as usize;
+                for (i, value) in values[channels.clone()].iter().enumerate() {
+                    spectrum.put(i, point, *value);
+                }
+            });
+            spectrum.add_powers(&weights[channels.clone()]);
             // A channel without the tone that has one of its own.
-            if with_tone >> k & 1 == 0 {
-                let power = |i: usize| spectrum.of_channel(i);
+            for k in channels.filter(|k| with_tone >> k & 1 == 0) {
+                let power = |i: usize| spectrum.of_channel(k - first, i);
                 let from = spectrum.bin(CYCLES_OWN) as usize + 1;
                 for i in from..places.last {
                     let deviate = places.deviate(i, &power);
@@ -197,7 +210,6 @@ impl<'t> Tested<'t> {
             }
         }
         let tone = self.plain_power();
-        spectrum.finish();
         for i in 1..places.last {
             let share = spectrum.plain(i) / tone;
             if share <= OTHER || places.is_multiple(i) {
@@ -225,25 +237,30 @@ impl<'t> Tested<'t> {
     }
 
     /// Model of the frames.
-    pub fn model(&self) -> Model {
-        let (followed, shape) = (self.followed, *self.shape());
+    pub fn model(&self) -> Model<'_> {
         // The movement takes its part of the model.
         Model {
-            shape,
-            coefficients: padded(&followed.still.coefficients),
-            motion: Some(followed.motion()),
-            course: followed.course,
+            shape: self.shape,
+            coefficients: &self.followed.still,
+            motion: Some(self.followed.motion()),
+            course: self.followed.course,
         }
     }
 
     /// Deviate of the lines at half and at three halves of the fundamental, each over its own
     /// neighbourhood, in what the comb leaves: a comb of half the frequency.
     #[inline(never)]
-    pub fn between(&self, data: &Data, blocks: &mut Blocks, work: &mut Work) -> f32 {
+    pub fn between(
+        &self,
+        data: &mut Data,
+        model: &Model,
+        blocks: &mut Blocks,
+        work: &mut Work,
+    ) -> f32 {
         let followed = self.followed;
         let shape = Shape {
-            lines: self.shape().lines.times(2),
-            degree: self.shape().degree,
+            lines: self.shape.lines.times(2),
+            degree: self.shape.degree,
         };
         let lines = BETWEEN
             .iter()
@@ -254,34 +271,35 @@ impl<'t> Tested<'t> {
             lines,
             most: shape.lines.most() + lines.most(),
         };
-        blocks.collect(data, &pass);
-        let place = Place {
+        blocks.collect(data, &pass, Some(model));
+        let place = |number: usize| Place {
+            lines: Lines::NONE.with(number),
             cycles: 0.5 * followed.course.cycles,
             most: self.cycles_max,
             band: BAND,
         };
-        let model = Beside {
+        let beside_model = Beside {
             shape: &shape,
-            factor: &followed.solution.factor,
+            factor: work.solution.factor(),
             projections: None,
         };
-        let (mut found, inverse) = (f32::NEG_INFINITY, &followed.noise.inverse);
+        let (mut found, inverse) = (f32::NEG_INFINITY, &work.weights);
         for number in BETWEEN {
-            let cycles = number as f32 * place.cycles;
+            let cycles = 0.5 * number as f32 * followed.course.cycles;
             if cycles <= 0.5 || cycles >= self.cycles_max - 0.5 {
                 continue;
             }
-            let neighbours = &mut work.neighbours;
-            neighbours.collect(blocks, model, Lines::NONE.with(number), place);
+            let (neighbours, memory) = (&mut work.neighbours, &mut work.memory);
+            neighbours.collect(blocks, beside_model, place(number), memory);
             let count = neighbours.count();
-            let Some(tested) = line(blocks, model, number) else {
+            let Some(tested) = line(blocks, beside_model, number) else {
                 continue;
             };
             if count < PLACES_MIN {
                 continue;
             }
             let [mut beside, mut own] = [Sum::default(); 2];
-            for (_, values) in neighbours.iter() {
+            for values in &memory[..count] {
                 beside.add(form(values, inverse, values));
             }
             for values in &tested {

@@ -21,14 +21,14 @@ pub struct BoardArgs {
 }
 
 /// Interrupt of the task `fit`, on both boards.
-pub const FIT_IRQ: u16 = 21;
+pub const FIT_IRQ: u16 = 76;
 
 /// Tasks, and their interrupts on the Feather and on the Nucleo.
 const TASKS: [(&str, [&[u16]; 2]); 6] = [
     ("`line`", [&[39], &[38, 39]]),
     ("`drdy`", [&[10], &[10]]),
-    ("`detect`", [&[20], &[20]]),
-    ("`report`", [&[19], &[19]]),
+    ("`detect`", [&[74], &[74]]),
+    ("`report`", [&[75], &[75]]),
     ("`watch`", [&[30], &[30]]),
     ("`fit`", [&[FIT_IRQ], &[FIT_IRQ]]),
 ];

@@ -1,13 +1,12 @@
 //! What the benchmark of `feel` works on: frames of a scan plan and their window, the same on the
 //! chip and here.
 
-use ridgetone::Mark;
 use ridgetone::Ring;
 use ridgetone::Window;
 use ridgetone::internals::feel;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{Feeling, Settings};
-use ridgetone_proto::telemetry::{Feel, Span};
+use ridgetone_proto::telemetry::Feel;
 use ridgetone_tone::Values;
 use ridgetone_tone::phase::{cos_sin, from_turns};
 
@@ -50,20 +49,7 @@ pub fn feels(ring: &Ring, number: u8, memory: &mut [f32]) -> Option<Feel> {
         ..Settings::DEFAULT.with_plan(plan)
     };
     let frames = plan.ring_frames();
-    let window = Window {
-        first: 0,
-        frames,
-        end_us: 0,
-        frame_rate_hz: plan.frame_rate_hz(),
-        reference: [0.0; 16],
-        span: Span::Window,
-        slide_first: 0,
-        touch_first: 0,
-        level_v: f32::NAN,
-        force_ratio: None,
-        plan,
-        odometry: Mark::NONE,
-    };
+    let window = Window::new(plan, frames);
     feel(&window, &mut &*ring, memory, &settings).ok()?
 }
 

@@ -45,14 +45,14 @@ fn main() -> Result<(), Box<dyn Error>> {
     );
     for (name, irq) in [
         ("DRDY", 10),
-        ("CAN1_TX", 19),
-        ("CAN1_RX0", 20),
-        ("CAN1_RX1", 21),
         ("TIM4", 30),
         ("USART2", 38),
         ("USART3", 39),
+        ("OTG_HS_EP1_OUT", 74),
+        ("OTG_HS_EP1_IN", 75),
+        ("OTG_HS_WKUP", 76),
     ] {
-        println!("{name:<9} {:?}", rig.served(irq));
+        println!("{name:<14} {:?}", rig.served(irq));
     }
     outcome?;
     Ok(())

@@ -13,6 +13,8 @@ pub enum ProcessorFault {
     Mask(u16),
     /// The contrary.
     Unmask(u16),
+    /// A debugger has put this value into DBGMCU_CR.
+    Debugger(u32),
     /// From the next reset on the external oscillator does not start.
     OscillatorDies,
 }

@@ -8,7 +8,7 @@ use hal_mock::{Repeated, Sliding, SlidingScene};
 use ridgetone_proto::command::{Command, Outcome};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::Settings;
-use ridgetone_proto::telemetry::{Event, Health, Status};
+use ridgetone_proto::telemetry::{Event, Health, Span, Status};
 use rig::{Board, Start};
 
 /// A stroke of 60 mm at 200 mm/s over a grating: 200 Hz for 0.3 s, and 400 Hz where the overtones
@@ -170,4 +170,48 @@ fn each_plan_loses_nothing_and_skips_no_hop_in_a_minute() {
             });
         }
     });
+}
+
+/// Kinds of events of the demo's touch with the plan `hand`, raw frames left out, the last `health`
+/// and the packets that are missing.
+fn touch(raw_frames: u32) -> (Vec<&'static str>, Health, u32) {
+    let mut run = Run::sliding(Board::FeatherF405);
+    run.run_to(1.0, hello);
+    let settings = Settings::DEFAULT.with_plan(Plan::HAND);
+    let keep = false;
+    for (number, command) in [
+        (1, Command::Set { settings, keep }),
+        (2, Command::Raw { frames: raw_frames }),
+    ] {
+        assert_eq!(run.command(number, command), Outcome::Done);
+    }
+    run.run_s(6.5);
+    let kinds = run.events.iter().filter_map(|event| match event {
+        Event::Contact(_) => Some("contact"),
+        Event::Slide(slide) if slide.end_us.is_none() => Some("slide"),
+        Event::Slide(_) => Some("slide's end"),
+        Event::Estimate(estimate) if estimate.span == Span::Slide => Some("whole slide"),
+        Event::Estimate(_) => Some("window"),
+        Event::Image(_) => Some("image"),
+        Event::Texture(_) => Some("texture"),
+        Event::Release(_) => Some("release"),
+        _ => None,
+    });
+    let last = run.events.iter().filter_map(health).next_back();
+    (kinds.collect(), last.expect("health"), run.missing())
+}
+
+/// The line takes some 1,100 of 1,459 frames a second: the others are thinned, and nothing else is
+/// lost.
+#[test]
+#[ignore = "needs the boards' images: cargo xtask test --all"]
+fn raw_frames_that_do_not_fit_cost_no_event() {
+    let (alone, without, _) = touch(0);
+    let (beside, with, missing) = touch(u32::MAX);
+    assert_eq!(without.frames_thinned, 0);
+    assert!(alone.contains(&"release") && alone.contains(&"whole slide"));
+    assert_eq!(beside, alone);
+    assert_eq!((with.messages_dropped, missing), (0, 0), "{with:?}");
+    let thinned = with.frames_thinned as f32 / with.frames as f32;
+    assert!((0.1..0.35).contains(&thinned), "{with:?}");
 }

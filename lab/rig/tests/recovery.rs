@@ -13,7 +13,7 @@ use rig::{ProcessorFault, Rule, Start};
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn the_watchdog_bites_when_a_task_hangs_and_the_greeting_says_so() {
-    // EXTI4, CAN1_RX0 and CAN1_RX1: the tasks `drdy`, `detect` and `fit`; all others go on. `fit`
+    // EXTI4, OTG_HS_EP1_OUT and OTG_HS_WKUP: the tasks `drdy`, `detect` and `fit`; all others go on. `fit`
     // is due in a slide only.
     let [feather, nucleo] = BOARDS;
     let at_work = |board| {
@@ -23,8 +23,8 @@ fn the_watchdog_bites_when_a_task_hangs_and_the_greeting_says_so() {
     };
     for (board, irq, mut run) in [
         (feather, 10, Run::at_rest(feather)),
-        (nucleo, 20, Run::at_rest(nucleo)),
-        (feather, 21, at_work(feather)),
+        (nucleo, 74, Run::at_rest(nucleo)),
+        (feather, 76, at_work(feather)),
     ] {
         run.rig.inject(ProcessorFault::Mask(irq));
         let from_ns = run.rig.now_ns();
@@ -228,6 +228,24 @@ fn a_bus_that_dies_for_two_seconds_is_reported_and_the_next_touch_is_right() {
         assert!(
             run.rig.resets().is_empty(),
             "{board:?}: no reset of the board mends it"
+        );
+        run.assert_rules();
+    }
+}
+
+#[test]
+#[ignore = "needs the boards' images: cargo xtask test --all"]
+fn the_next_debugger_finds_the_bits_that_the_last_one_cleared() {
+    const SLEEP_STOP_STANDBY: u32 = 0b111;
+    for board in BOARDS {
+        let mut run = Run::at_rest(board);
+        assert_eq!(run.rig.debug_control(), Some(SLEEP_STOP_STANDBY));
+        run.rig.inject(ProcessorFault::Debugger(0));
+        run.run_s(0.6);
+        assert_eq!(
+            run.rig.debug_control(),
+            Some(SLEEP_STOP_STANDBY),
+            "{board:?}"
         );
         run.assert_rules();
     }

@@ -108,3 +108,18 @@ fn health_shows_the_id_of_another_chip() {
         run.assert_rules();
     }
 }
+
+#[test]
+#[ignore = "needs the boards' images: cargo xtask test --all"]
+fn chip_select_waits_for_the_last_bit_where_bsy_clears_early() {
+    for board in BOARDS {
+        let start = Start {
+            bsy_is_early: true,
+            ..Start::default()
+        };
+        let mut run = Run::new(board, Constant::default(), start);
+        let found = run.run_to(2.0, health);
+        assert_eq!(found.conversions_lost, 0, "{board:?}: {found:?}");
+        run.assert_rules();
+    }
+}

@@ -139,7 +139,7 @@ fn crash_as_requested(crash: Crash) {
         Crash::StackOverflow => {
             deepen(0);
         }
-        Crash::Hang => NVIC::mask(Interrupt::CAN1_RX0),
+        Crash::Hang => NVIC::mask(Interrupt::OTG_HS_EP1_OUT),
         Crash::Restart => restart(ResetCause::Software),
     }
 }

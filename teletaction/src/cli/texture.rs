@@ -4,6 +4,7 @@ use crate::texture::save;
 use crate::texture::{self, Learned, Speed};
 use anyhow::Result;
 use clap::{Args, Subcommand};
+use hal_mock::TimeColumn;
 use ridgetone_host::cli::parse::{number, positive};
 use ridgetone_host::output;
 use ridgetone_host::samples::Samples;
@@ -52,6 +53,13 @@ pub struct LearnArgs {
     /// Columns to use, at most 16 [default: all but time_s].
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     columns: Vec<String>,
+    /// Column that is the time, with its unit (s, ms, us, ns) if its name does not say it; `none`
+    /// if none is.
+    #[arg(long, value_name = "NAME[:UNIT]", value_parser = TimeColumn::parse)]
+    time_column: Option<TimeColumn>,
+    /// Learn from any fit that has a tone, not from good ones alone.
+    #[arg(long)]
+    accept: bool,
     /// Write the texture here.
     #[arg(short, long, value_name = "FILE.toml")]
     output: Option<PathBuf>,
@@ -110,7 +118,7 @@ impl LearnArgs {
         let files = self
             .files
             .iter()
-            .map(|path| Samples::file(path))
+            .map(|path| Samples::file_with(path, self.time_column.clone()))
             .collect::<Result<Vec<_>>>()?;
         let (rate_hz, from_s, to_s) = (self.rate, self.from, self.to);
         let selection = Selection {
@@ -120,7 +128,7 @@ impl LearnArgs {
             columns: self.columns,
             ..Selection::default()
         };
-        let learned = texture::learn(&files, &selection, self.speed, self.force_n)?;
+        let learned = texture::learn(&files, &selection, self.speed, self.force_n, self.accept)?;
         if let Some(path) = &self.output {
             save(path, &learned.texture)?;
         }

@@ -15,7 +15,6 @@ use ridgetone_host::usage::UsageError;
 use ridgetone_host::view::guard::address;
 use ridgetone_host::{output, stop};
 use ridgetone_stimulus::Texture;
-use std::io::Write;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -140,15 +139,11 @@ impl TouchArgs {
             ))
             .into());
         }
-        if !is_stdout {
-            output::check_new(path)?;
-        }
+        output::check_new(path)?;
         let rendered = render(texture, output, run)?;
         match kind {
             _ if is_stdout => {
-                let mut stdout = std::io::stdout().lock();
-                stdout.write_all(&wav::pcm(&rendered.samples))?;
-                stdout.flush()?;
+                output::new_file(path, |out| Ok(out.write_all(&wav::pcm(&rendered.samples))?))?;
             }
             Some("ahap") => {
                 let pattern =

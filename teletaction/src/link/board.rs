@@ -10,6 +10,7 @@ use ridgetone_host::feed::{FeedEvent, Source};
 use ridgetone_host::names::name;
 use ridgetone_proto::command::REQUEST_WIRE_MAX;
 use ridgetone_proto::framing;
+use ridgetone_proto::telemetry::Starts;
 use ridgetone_stimulus::Texture;
 use ridgetone_stylus::gate::State;
 use ridgetone_stylus::message::{Command, Decoder, Event, Mark, PROTOCOL, Packet, Request};
@@ -17,10 +18,6 @@ use ridgetone_stylus::parameters::Parameters;
 use serde::Serialize;
 use std::collections::VecDeque;
 use std::time::Duration;
-
-/// Packets before number 0, at most, whose loss makes a wrapped number look like a restart's: those
-/// of a second, after which the board counts as silent.
-const LOST_MAX: u16 = 260;
 
 /// What the board does, in a report.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -54,8 +51,7 @@ pub struct BoardEnd {
     link_heard_s: Option<f64>,
     heard_s: Option<f64>,
     is_lost: bool,
-    /// Sequence number of the latest packet.
-    sequence: Option<u16>,
+    starts: Starts,
     doing: Doing,
 }
 
@@ -89,7 +85,7 @@ impl BoardEnd {
             link_heard_s: None,
             heard_s: Some(0.0),
             is_lost: false,
-            sequence: None,
+            starts: Starts::new(),
             doing: Doing {
                 state: None,
                 deadlines_missed: 0,
@@ -197,26 +193,15 @@ impl BoardEnd {
         Ok(())
     }
 
-    fn take_packet(
-        &mut self,
-        t_s: f64,
-        Packet {
-            sequence,
-            event: Mark(event),
-        }: Packet,
-    ) -> Result<()> {
-        // The number wraps every few minutes, and the packets before may be lost.
-        let before = self.sequence.replace(sequence);
-        let is_first = sequence == 0 && before.is_none_or(|before| before < u16::MAX - LOST_MAX);
+    fn take_packet(&mut self, t_s: f64, Packet { event, .. }: Packet) -> Result<()> {
+        if self.starts.take(&event) {
+            // Its encoder counts from 0, and the hand is where it was.
+            self.requests.forget();
+            (self.counts, self.doing.state) = (self.counts.map(|_| 0), None);
+        }
+        let Mark(event) = event;
         match event {
-            Event::Hello(hello) => {
-                if is_first {
-                    // It has started. Its encoder counts from 0, and the hand is where it was.
-                    self.requests.forget();
-                    (self.counts, self.doing.state) = (self.counts.map(|_| 0), None);
-                }
-                self.requests.has(&hello.parameters);
-            }
+            Event::Hello(hello) => self.requests.has(&hello.parameters),
             Event::Place(place) => {
                 let moved = self
                     .counts
@@ -265,7 +250,7 @@ impl BoardEnd {
     fn lose(&mut self, why: &str) {
         if self.heard_s.take().is_some() {
             eprintln!("ridgetone: {why}");
-            (self.is_lost, self.doing.state, self.sequence) = (true, None, None);
+            (self.is_lost, self.doing.state) = (true, None);
             self.doing.silences += 1;
             self.requests.forget();
         }
@@ -342,21 +327,21 @@ mod tests {
         end.hear(1.0, &wire[..used]).expect("heard");
     }
 
-    /// Counts of the hand after packets up to one number, then a greeting under number 0 and a
-    /// place of `counts` counts.
-    fn counts(last: u16, counts: i32) -> Option<f64> {
+    /// Counts of the hand after a place at 9 s, then a greeting under number 0 at `t_us` and a place
+    /// of `counts` counts.
+    fn counts(t_us: u64, counts: i32) -> Option<f64> {
         let output = Output::new(Actuator::PIEZO, None).expect("an output");
         let mut end =
             BoardEnd::new(Box::new(Silent), output, Parameters::DEFAULT, 1).expect("an end");
-        let place = |counts| {
+        let place = |t_us, counts| {
             Event::Place(Place {
-                t_us: 0,
+                t_us,
                 counts,
                 speed_mm_s: 0.0,
             })
         };
-        hear(&mut end, last - 1, place(0));
-        hear(&mut end, last, place(1000));
+        hear(&mut end, u16::MAX - 1, place(8_900_000, 0));
+        hear(&mut end, u16::MAX, place(9_000_000, 1000));
         let (version, parameters, boot) = ([0; 3], Parameters::DEFAULT, Boot::UNKNOWN);
         hear(
             &mut end,
@@ -367,9 +352,10 @@ mod tests {
                 sample_hz: SAMPLE_HZ,
                 parameters,
                 boot,
+                t_us,
             }),
         );
-        hear(&mut end, 1, place(counts));
+        hear(&mut end, 1, place(t_us + 1000, counts));
         end.place_mm().map(|mm| (mm / end.count_mm).round())
     }
 
@@ -377,11 +363,7 @@ mod tests {
     /// number wraps goes on.
     #[test]
     fn a_number_that_wraps_is_no_restart() {
-        for last in [u16::MAX, u16::MAX - 1, u16::MAX - LOST_MAX] {
-            assert_eq!(counts(last, 1200), Some(1200.0), "{last}");
-        }
-        for last in [1, 2000, u16::MAX - LOST_MAX - 1] {
-            assert_eq!(counts(last, 200), Some(1200.0), "{last}");
-        }
+        assert_eq!(counts(9_001_000, 1200), Some(1200.0));
+        assert_eq!(counts(10_000, 200), Some(1200.0));
     }
 }

@@ -7,7 +7,7 @@ use hal_mock::Finger;
 use ridgetone_host::frame::Frame;
 use ridgetone_host::static_image::{SIDE, UNIT_PITCH_MM};
 use ridgetone_proto::settings::{Settings, TAXELS};
-use ridgetone_proto::telemetry::{Event, Packet};
+use ridgetone_proto::telemetry::{Event, Packet, Starts};
 use serde::Serialize;
 
 /// Places of the sensor's map.
@@ -131,6 +131,7 @@ pub struct Player<'a> {
     /// Volts of the frames since the last update, and how many of each.
     sums: [(f64, u32); TAXELS],
     updated_s: Option<f64>,
+    starts: Starts,
 }
 
 impl<'a> Player<'a> {
@@ -166,6 +167,7 @@ impl<'a> Player<'a> {
             vref_v,
             sums: Default::default(),
             updated_s: None,
+            starts: Starts::new(),
         })
     }
 
@@ -175,14 +177,13 @@ impl<'a> Player<'a> {
 
     /// Takes a packet; gives an update if one is due.
     pub fn take(&mut self, packet: &Packet) -> Result<Option<Update>> {
+        if self.starts.take(&packet.event) {
+            // Its clock and its levels are new.
+            (self.skin, self.updated_s, self.sums) = (Skin::default(), None, Default::default());
+        }
         match &packet.event {
             Event::Hello(hello) => {
                 self.vref_v = hello.settings.vref_v;
-                if packet.sequence == 0 {
-                    // The board has restarted: its clock and its levels are new.
-                    (self.skin, self.updated_s, self.sums) =
-                        (Skin::default(), None, Default::default());
-                }
             }
             Event::Contact(_) => self.skin.touched(true),
             Event::Release(_) => self.skin.touched(false),

@@ -5,10 +5,9 @@ use super::player::{Player, SILENCE_S, Update};
 use super::screen;
 use anyhow::{Context, Result};
 use ratatui::DefaultTerminal;
-use ratatui::crossterm::event::{
-    self, Event as TerminalEvent, KeyCode, KeyEventKind, KeyModifiers,
-};
+use ratatui::crossterm::event::{KeyCode, KeyEventKind, KeyModifiers};
 use ridgetone_host::feed::{Feed, Requester};
+use ridgetone_host::keys;
 use ridgetone_host::listen::{Heard, Listener};
 use ridgetone_host::output;
 use ridgetone_host::stop;
@@ -120,9 +119,8 @@ fn draw(
         terminal
             .draw(|frame| screen::draw(frame, source, update.map(|(update, _)| update), player))?;
     }
-    while event::poll(Duration::ZERO)? {
-        if let TerminalEvent::Key(key) = event::read()?
-            && key.kind != KeyEventKind::Release
+    while let Some(key) = keys::next()? {
+        if key.kind != KeyEventKind::Release
             && (matches!(key.code, KeyCode::Char('q') | KeyCode::Esc)
                 || key.code == KeyCode::Char('c') && key.modifiers.contains(KeyModifiers::CONTROL))
         {

@@ -41,6 +41,7 @@ fn touched(player: &mut Player<'_>) -> Vec<Update> {
                     t_us: 241 * FRAME_US,
                     taxel: 0,
                     height_v: 0.004,
+                    onset_us: 0,
                 })))
                 .expect("a contact");
         }

@@ -2,9 +2,12 @@
 
 use anyhow::{Result, bail, ensure};
 use ridgetone_host::harmonics::{Harmonic, fit as fit_harmonics};
+use ridgetone_host::names::name;
 use ridgetone_host::part::Part;
 use ridgetone_host::samples::Samples;
-use ridgetone_host::table_fit::{self, Selection, columns};
+use ridgetone_host::table_fit::{Selection, columns};
+use ridgetone_host::touch_part;
+use ridgetone_proto::telemetry::Status;
 use ridgetone_stimulus::{HARMONICS_MAX, Texture};
 use ridgetone_tone::FRAMES_MAX;
 use std::f64::consts::{PI, TAU};
@@ -37,7 +40,8 @@ struct One {
     fundamental: f64,
 }
 
-/// Learns from recordings of one texture at one speed. `force_n` is 0 if it is unknown.
+/// Learns from recordings of one texture at one speed. `force_n` is 0 if it is unknown. A fit that
+/// is not good is refused unless any is accepted.
 ///
 /// The period is the mean of the recordings, weighted by their uncertainties; if they scatter more
 /// than these allow, sigma grows with the scatter. Power is half of the squared amplitude, the mean
@@ -47,11 +51,12 @@ pub fn learn(
     selection: &Selection,
     speed: Speed,
     force_n: f64,
+    accepts_any: bool,
 ) -> Result<Learned> {
     ensure!(!files.is_empty(), "no recording: give at least one");
     let all = files
         .iter()
-        .map(|file| one(file, selection, speed.mm_s))
+        .map(|file| one(file, selection, speed.mm_s, accepts_any))
         .collect::<Result<Vec<_>>>()?;
     let weight = |one: &One| one.sigma_mm.max(1e-9).powi(-2);
     let weights: f64 = all.iter().map(weight).sum();
@@ -83,7 +88,13 @@ pub fn learn(
         let (re, im) = all.iter().fold((0.0, 0.0), |(re, im), one| {
             (re + one.overtones[n].0, im + one.overtones[n].1)
         });
-        overtone.amplitude = (re.hypot(im) / fundamental).min(1.0) as f32;
+        let amplitude = re.hypot(im) / fundamental;
+        ensure!(
+            amplitude <= 1.0,
+            "harmonic {} has {amplitude:.2} times the amplitude of the first: the period is not that of the texture; give the sliding part with --from and --to",
+            n + 2
+        );
+        overtone.amplitude = amplitude as f32;
         overtone.phase_cycles = (im.atan2(re) / TAU) as f32;
     }
     texture.check()?;
@@ -94,13 +105,24 @@ pub fn learn(
     })
 }
 
-fn one(file: &Samples, selection: &Selection, mm_s: f64) -> Result<One> {
-    let found = table_fit::fit(&mut *file.open()?, selection, &mut |_| {})?;
+fn one(file: &Samples, selection: &Selection, mm_s: f64, accepts_any: bool) -> Result<One> {
+    let found = touch_part::fit(file, selection, false, &mut |_| {})?;
+    let status = name(found.status);
     let Some(frequency) = found.tone.frequency() else {
         bail!(
-            "{}: no tone: give the sliding part with --from and --to",
+            "{}: the fit is `{status}`: it has no tone; give the sliding part with --from and --to",
             file.name()
         )
+    };
+    ensure!(
+        found.status == Status::Good || accepts_any,
+        "{}: the fit is `{status}`, and a texture needs a good one: look at it with `ridgetone fit`, give another part with --from and --to, or take it as it is with --accept",
+        file.name()
+    );
+    let selection = &Selection {
+        from_s: Some(found.from_s),
+        to_s: Some(found.to_s),
+        ..selection.clone()
     };
     let (hz, sigma_hz) = (frequency.value, frequency.sigma);
     let mut rows = file.open()?;
@@ -200,6 +222,7 @@ mod tests {
             &selection,
             speed,
             0.5,
+            false,
         )
         .expect("a texture");
         let texture = learned.texture;
@@ -241,6 +264,7 @@ mod tests {
             &selection,
             speed,
             0.0,
+            false,
         )
         .expect("a texture");
         // The periods differ by 15 um: half of it is the standard deviation of their mean.

@@ -24,9 +24,9 @@ mod stack;
 #[path = "../../../src/board/stm32f4.rs"]
 mod stm32f4;
 
-pub use clock::{acknowledge_heartbeat, now_us};
+pub use clock::now_us;
 pub use stack::{word as stack_word, words as stack_words};
-pub use stm32f4::{ended, feed_watchdog, leave, restart, sleep};
+pub use stm32f4::{acknowledge_heartbeat, ended, feed_watchdog, leave, restart, sleep};
 
 use ridgetone_proto::boot::Boot;
 use ridgetone_stylus::SAMPLE_US;

@@ -5,9 +5,9 @@
 //! |---|---|---|
 //! | `line` | 5 | USART3, transmitter empty or byte received; pended by `report` |
 //! | `sample` | 4 | TIM6, 10,000 times a second |
-//! | `report` | 2 | CAN1_TX, pended by `requests` and `line` |
+//! | `report` | 2 | OTG_HS_EP1_IN, pended by `requests` and `line` |
 //! | `watch` | 2 | TIM4, twice a second |
-//! | `requests` | 1 | CAN1_RX1, pended by `line`, and by `sample` every 4 ms |
+//! | `requests` | 1 | OTG_HS_WKUP, pended by `line`, and by `sample` every 4 ms |
 //! | `idle` | 0 | |
 //!
 //! `line` is above `sample`: a byte lasts 10.9 us and the USART holds one. The converter takes a
@@ -57,9 +57,9 @@ mod app {
         fn pend(_: &Shared<Self>, task: Task) {
             rtic::pend(match task {
                 Task::SerialLine => Interrupt::USART3,
-                Task::Report => Interrupt::CAN1_TX,
+                Task::Report => Interrupt::OTG_HS_EP1_IN,
                 // A whole request: the finger's `fit` takes it, here `requests`.
-                Task::Fit => Interrupt::CAN1_RX1,
+                Task::Fit => Interrupt::OTG_HS_WKUP,
                 // Tasks of a finger.
                 Task::Drdy | Task::Detect => return,
             });
@@ -143,11 +143,11 @@ mod app {
             sampler.written(cx.local.samples.write(code))
         });
         if is_due {
-            rtic::pend(Interrupt::CAN1_RX1);
+            rtic::pend(Interrupt::OTG_HS_WKUP);
         }
     }
 
-    #[task(binds = CAN1_TX, priority = 2, local = [report], shared = [outbox, &shared])]
+    #[task(binds = OTG_HS_EP1_IN, priority = 2, local = [report], shared = [outbox, &shared])]
     fn report(mut cx: report::Context) {
         cx.local.report.run(&mut cx.shared.outbox, cx.shared.shared);
     }
@@ -160,7 +160,7 @@ mod app {
         }
     }
 
-    #[task(binds = CAN1_RX1, priority = 1, local = [reports], shared = [sampler, inbox, outbox, &shared])]
+    #[task(binds = OTG_HS_WKUP, priority = 1, local = [reports], shared = [sampler, inbox, outbox, &shared])]
     fn requests(cx: requests::Context) {
         let requests::SharedResources {
             mut sampler,

@@ -41,6 +41,16 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for Mark<T> {
     }
 }
 
+/// No event.
+#[derive(Clone, Copy, Debug)]
+pub enum Nothing {}
+
+impl From<Nothing> for Mark<Event> {
+    fn from(nothing: Nothing) -> Self {
+        match nothing {}
+    }
+}
+
 /// A packet of a stylus.
 pub type Packet = telemetry::Packet<Mark<Event>>;
 
@@ -56,6 +66,28 @@ impl Events for Mark<Event> {
         } else {
             None
         }
+    }
+
+    /// None: all are few and short.
+    type Bulk = Nothing;
+
+    fn bulk(&self) -> Option<Nothing> {
+        None
+    }
+
+    fn dated_us(&self) -> Option<u64> {
+        match &self.0 {
+            Event::Hello(hello) => Some(hello.t_us),
+            Event::Reply(_) => None,
+            Event::Damaged(damaged) => Some(damaged.t_us),
+            Event::State(change) => Some(change.t_us),
+            Event::Place(place) => Some(place.t_us),
+            Event::Health(health) => Some(health.t_us),
+        }
+    }
+
+    fn made_us(&self) -> Option<u64> {
+        self.dated_us()
     }
 
     fn encode(packet: &Packet, wire: &mut [u8; WIRE_MAX]) -> Result<usize, TooLong> {
@@ -149,6 +181,8 @@ pub struct Hello {
     pub parameters: Parameters,
     /// Why the board started.
     pub boot: Boot,
+    /// Device time, microseconds.
+    pub t_us: u64,
 }
 
 /// Requests that were refused because they arrived damaged.

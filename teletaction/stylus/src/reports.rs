@@ -68,7 +68,7 @@ impl Reports {
                 .is_none_or(|at| since(at) >= HELLO_S * SAMPLE_HZ)
         {
             self.greeted = Some(look.samples);
-            emit(Event::Hello(self.hello()));
+            emit(Event::Hello(self.hello(t_us)));
         }
         if self.state != look.state {
             self.state = look.state;
@@ -109,13 +109,14 @@ impl Reports {
         shared.liveness.detected.bump();
     }
 
-    fn hello(&self) -> Hello {
+    fn hello(&self, t_us: u64) -> Hello {
         Hello {
             protocol: PROTOCOL,
             version: VERSION,
             sample_hz: SAMPLE_HZ,
             parameters: self.requests.parameters,
             boot: self.boot.clone(),
+            t_us,
         }
     }
 }

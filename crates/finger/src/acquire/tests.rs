@@ -521,9 +521,9 @@ fn a_plan_is_written_with_read_back_and_its_mark_precedes_its_conversions() {
             follow(&mut bench, drdy);
         }
         let taken = bench.taken();
-        assert_eq!(taken[0].as_plan(), Some(plan));
+        assert_eq!(taken[0].as_plan(plan.adc_clock_hz), Some(plan));
         assert!(
-            taken.len() == 11 && taken[1..].iter().all(|timed| timed.as_plan().is_none()),
+            taken.len() == 11 && taken[1..].iter().all(|timed| timed.as_plan(0).is_none()),
             "{taken:?}"
         );
         let registers = bench.board.with_chip(|chip| chip.registers());
@@ -546,7 +546,10 @@ fn a_plan_is_written_with_read_back_and_its_mark_precedes_its_conversions() {
     bench.taken();
     let drdy = bench.next();
     follow(&mut bench, drdy);
-    assert_eq!(bench.taken()[0].as_plan(), Some(Plan::HAND));
+    assert_eq!(
+        bench.taken()[0].as_plan(Plan::HAND.adc_clock_hz),
+        Some(Plan::HAND)
+    );
 }
 
 #[test]

@@ -21,6 +21,8 @@ pub struct Diagnostics {
     pub hops_skipped: Counter,
     /// Messages dropped because the line was slow.
     pub messages_dropped: Counter,
+    /// Raw frames for which the line had no place.
+    pub frames_thinned: Counter,
     /// Times the ADC was set up again.
     pub chip_restarts: Counter,
     /// Requests and messages of odometry that were damaged, or arrived before the previous one was
@@ -52,6 +54,7 @@ impl Diagnostics {
             unseen: Counter::new(),
             hops_skipped: Counter::new(),
             messages_dropped: Counter::new(),
+            frames_thinned: Counter::new(),
             chip_restarts: Counter::new(),
             requests_damaged: Counter::new(),
             bytes_overrun: Counter::new(),

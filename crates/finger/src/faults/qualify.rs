@@ -78,9 +78,9 @@ pub fn faults_of(window: &Window, window_s: f32, diagnostics: &Diagnostics) -> (
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::surface::odometry::Mark;
+
     use ridgetone_proto::plan::Plan;
-    use ridgetone_proto::settings::TAXELS;
+
     use ridgetone_proto::telemetry::{Abscissa, Movement, Span};
 
     const END_US: u64 = 10_000_000;
@@ -90,18 +90,8 @@ mod tests {
         let plan = Plan::PAPER;
         let frame_rate_hz = plan.frame_rate_hz();
         let window = Window {
-            first: 0,
-            frames: frame_rate_hz as u32,
             end_us: END_US,
-            frame_rate_hz,
-            reference: [0.0; TAXELS],
-            span: Span::Window,
-            slide_first: 0,
-            touch_first: 0,
-            level_v: f32::NAN,
-            force_ratio: None,
-            plan,
-            odometry: Mark::NONE,
+            ..Window::new(plan, plan.frame_rate_hz() as u32)
         };
         let mut estimate = Estimate {
             t_us: END_US,

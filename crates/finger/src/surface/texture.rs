@@ -113,29 +113,22 @@ mod tests {
     use super::*;
     use crate::detector::Detector;
     use crate::estimator::Estimator;
-    use crate::surface::odometry::Mark;
+
     use crate::tasks::commands::CommandExecutor;
     use ridgetone_proto::command::Command;
     use ridgetone_proto::plan::Plan;
     use ridgetone_proto::settings::Settings;
-    use ridgetone_proto::telemetry::{Event, Span, Travel, longest_packet};
+    use ridgetone_proto::telemetry::{Event, Travel, longest_packet};
     use std::boxed::Box;
 
     const OVERTONES: Overtones = [[0.25, -0.5], [0.125, 0.0], [0.0, 0.0]];
 
     const TOUCH: Window = Window {
-        first: 0,
-        frames: 241,
-        end_us: 1_000_000,
         frame_rate_hz: 241.0,
-        reference: [0.0; 16],
-        span: Span::Window,
-        slide_first: 0,
+        end_us: 1_000_000,
         touch_first: 7,
         level_v: 0.25,
-        force_ratio: None,
-        plan: Plan::PAPER,
-        odometry: Mark::NONE,
+        ..Window::new(Plan::PAPER, 241)
     };
 
     /// 3.6 mm by the phases alone, with a standard deviation of 1 um.

@@ -102,7 +102,8 @@ impl<'a> Detect<'a> {
                 due: &mut due,
             };
             match conversion {
-                Some(conversion) => match conversion.as_plan() {
+                Some(conversion) => match conversion.as_plan(detector.settings().plan.adc_clock_hz)
+                {
                     None => detector.push(conversion, ring, diagnostics, outputs),
                     Some(plan) => {
                         detector.begin(plan, ring, diagnostics, outputs);

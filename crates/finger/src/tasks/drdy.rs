@@ -35,8 +35,8 @@ pub struct Drdy<'a, SPI, START, RESET, PIN> {
     pub pin: PIN,
     /// To `detect`.
     pub samples: Producer<'a, TimedConversion>,
-    /// Bits of the plan in force.
-    plan_bits: u32,
+    /// The plan in force.
+    plan: Plan,
 }
 
 impl<'a, SPI, START, RESET, PIN> Drdy<'a, SPI, START, RESET, PIN> {
@@ -46,12 +46,12 @@ impl<'a, SPI, START, RESET, PIN> Drdy<'a, SPI, START, RESET, PIN> {
         pin: PIN,
         samples: Producer<'a, TimedConversion>,
     ) -> Self {
-        let plan_bits = acquisition.plan().to_bits();
+        let plan = acquisition.plan();
         Self {
             acquisition,
             pin,
             samples,
-            plan_bits,
+            plan,
         }
     }
 }
@@ -73,7 +73,6 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin, PIN: DrdyPin>
             diagnostics,
             check,
             health,
-            plan,
             ..
         } = shared;
         let mut edge = pin.acknowledge();
@@ -126,7 +125,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin, PIN: DrdyPin>
                 }
                 has_checked = true;
             } else {
-                let is_due = health.load(Relaxed) || plan.load(Relaxed) != self.plan_bits;
+                let is_due = health.load(Relaxed) || shared.plan() != self.plan;
                 if may_check && is_due && acquisition.can_begin(platform.now_us()) {
                     self.begin_scan(shared, wait);
                 }
@@ -145,22 +144,17 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin, PIN: DrdyPin>
         let Self {
             acquisition,
             pin,
-            plan_bits,
+            plan,
             ..
         } = self;
-        let (diagnostics, bits) = (&shared.diagnostics, shared.plan.load(Relaxed));
+        let (diagnostics, next) = (&shared.diagnostics, shared.plan());
         let is_health_due = shared.health.swap(false, Relaxed);
         if shared.platform.has_ended() {
             return;
         }
-        if bits != *plan_bits {
-            *plan_bits = bits;
-            acquisition.change(
-                Plan::from_bits(bits),
-                shared.platform.now_us(),
-                diagnostics,
-                wait,
-            );
+        if next != *plan {
+            *plan = next;
+            acquisition.change(next, shared.platform.now_us(), diagnostics, wait);
             pin.unmute();
         } else if is_health_due {
             // As behind the readings.

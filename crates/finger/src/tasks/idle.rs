@@ -3,6 +3,7 @@
 use super::outbox::Outbox;
 use super::shared::{PACKETS, Shared};
 use core::sync::atomic::Ordering::Relaxed;
+use ridgetone_proto::telemetry::Events;
 use rtic_core::Mutex;
 
 /// From one reading to the next, microseconds: once a second, as `health` is sent.
@@ -63,7 +64,7 @@ impl Idle {
     }
 
     /// Runs after each sleep.
-    pub fn run<P, E>(
+    pub fn run<P, E: Events>(
         &mut self,
         slept: Slept,
         stack: Stack<impl Fn(usize) -> u32>,

@@ -1,8 +1,9 @@
-//! Events that wait for the line. A slow line costs the oldest, never the newest.
+//! Events that wait for the line, and frames that wait behind them. A line that is too slow for
+//! both thins the frames; one that is too slow for events costs the oldest, never the newest.
 
-use super::shared::{PACKETS, Platform, Shared, Task};
+use super::shared::{FRAMES, PACKETS, Platform, Shared, Task};
 use heapless::Deque;
-use ridgetone_proto::telemetry::{Event, Packet};
+use ridgetone_proto::telemetry::{Event, Events, Packet};
 
 /// Both ends of the serial line as a task sees them: requests come in, packets go out.
 pub struct Mail<'a, I, O> {
@@ -12,50 +13,86 @@ pub struct Mail<'a, I, O> {
     pub outbox: &'a mut O,
 }
 
-/// At most `N` packets. They are numbered before any is dropped, so that a reader sees the loss.
-#[derive(Debug, Default)]
-pub struct Outbox<const N: usize, E = Event> {
-    waiting: Deque<Packet<E>, N>,
+/// What a new event has cost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Posted {
+    /// Nothing.
+    Queued,
+    /// The oldest event.
+    DroppedOldest,
+    /// The frame itself: the line has no place for it.
+    Thinned,
+}
+
+/// At most `N` events and [`FRAMES`] frames. Packets are numbered as they leave. An event that is
+/// dropped takes a number with it, so that a reader sees the loss; a frame that is thinned has its
+/// own number and is counted.
+#[derive(Debug)]
+pub struct Outbox<const N: usize, E: Events = Event> {
+    events: Deque<E, N>,
+    frames: Deque<E::Bulk, FRAMES>,
     sequence: u16,
 }
 
-impl<const N: usize, E> Outbox<N, E> {
+impl<const N: usize, E: Events> Default for Outbox<N, E> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<const N: usize, E: Events> Outbox<N, E> {
     /// An empty outbox; `const`, so that it can live in a static.
     pub const fn new() -> Self {
         Self {
-            waiting: Deque::new(),
+            events: Deque::new(),
+            frames: Deque::new(),
             sequence: 0,
         }
     }
 
-    /// Numbers an event and queues it. Returns whether an event was dropped for it.
-    pub fn post(&mut self, event: E) -> bool {
-        let dropped = self.waiting.is_full() && self.waiting.pop_front().is_some();
-        let packet = Packet {
-            sequence: self.sequence,
-            event,
-        };
-        self.sequence = self.sequence.wrapping_add(1);
+    /// Queues an event.
+    pub fn post(&mut self, event: E) -> Posted {
+        if let Some(frame) = event.bulk() {
+            return match self.frames.push_back(frame) {
+                Ok(()) => Posted::Queued,
+                Err(_) => Posted::Thinned,
+            };
+        }
+        let is_dropped = self.events.is_full() && self.events.pop_front().is_some();
         // Fails only with a capacity of zero.
-        self.waiting.push_back(packet).is_err() || dropped
+        let is_dropped = self.events.push_back(event).is_err() || is_dropped;
+        if is_dropped {
+            self.sequence = self.sequence.wrapping_add(1);
+            Posted::DroppedOldest
+        } else {
+            Posted::Queued
+        }
     }
 
-    /// The oldest packet.
+    /// The oldest event, or the oldest frame if no event waits.
     pub fn take(&mut self) -> Option<Packet<E>> {
-        self.waiting.pop_front()
+        let event = self
+            .events
+            .pop_front()
+            .or_else(|| self.frames.pop_front().map(E::Bulk::into))?;
+        let sequence = self.sequence;
+        self.sequence = sequence.wrapping_add(1);
+        Some(Packet { sequence, event })
     }
 
     /// Whether nothing waits.
     pub fn is_empty(&self) -> bool {
-        self.waiting.is_empty()
+        self.events.is_empty() && self.frames.is_empty()
     }
 }
 
-impl<E> Outbox<PACKETS, E> {
-    /// Hands an event to `report`. A dropped event is counted.
+impl<E: Events> Outbox<PACKETS, E> {
+    /// Hands an event to `report`. What is dropped or thinned is counted.
     pub fn send<P: Platform>(&mut self, event: E, shared: &Shared<P>) {
-        if self.post(event) {
-            shared.diagnostics.messages_dropped.add(1);
+        match self.post(event) {
+            Posted::Queued => {}
+            Posted::DroppedOldest => shared.diagnostics.messages_dropped.add(1),
+            Posted::Thinned => shared.diagnostics.frames_thinned.add(1),
         }
         P::pend(shared, Task::Report);
     }
@@ -64,7 +101,9 @@ impl<E> Outbox<PACKETS, E> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ridgetone_proto::telemetry::Health;
+    use ridgetone_proto::telemetry::{Health, Raw};
+    extern crate std;
+    use std::vec::Vec;
 
     fn event(frames: u32) -> Event {
         Event::Health(Health {
@@ -77,8 +116,8 @@ mod tests {
     fn packets_leave_in_order_and_numbered() {
         let mut outbox = Outbox::<2>::new();
         assert!(outbox.is_empty());
-        assert!(!outbox.post(event(10)));
-        assert!(!outbox.post(event(11)));
+        assert_eq!(outbox.post(event(10)), Posted::Queued);
+        assert_eq!(outbox.post(event(11)), Posted::Queued);
         assert_eq!(
             outbox.take(),
             Some(Packet {
@@ -101,9 +140,38 @@ mod tests {
         let mut outbox = Outbox::<2>::new();
         outbox.post(event(10));
         outbox.post(event(11));
-        assert!(outbox.post(event(12)));
+        assert_eq!(outbox.post(event(12)), Posted::DroppedOldest);
         assert_eq!(outbox.take().map(|packet| packet.sequence), Some(1));
         assert_eq!(outbox.take().map(|packet| packet.sequence), Some(2));
+    }
+
+    #[test]
+    fn events_go_before_frames_and_frames_that_do_not_fit_are_thinned() {
+        let raw = |number| {
+            Event::Raw(Raw {
+                t_us: 0,
+                number,
+                present: 0,
+                good: 0,
+                codes: [0; 16],
+            })
+        };
+        let mut outbox = Outbox::<2>::new();
+        for number in 0..FRAMES as u32 {
+            assert_eq!(outbox.post(raw(number)), Posted::Queued);
+        }
+        assert_eq!(outbox.post(raw(99)), Posted::Thinned);
+        assert_eq!(outbox.post(event(10)), Posted::Queued);
+        assert_eq!(outbox.post(event(11)), Posted::Queued);
+        let taken: Vec<_> = core::iter::from_fn(|| outbox.take()).collect();
+        let events = [event(10), event(11)];
+        let frames = (0..FRAMES as u32).map(raw);
+        let expected: Vec<_> = (0..)
+            .zip(events.into_iter().chain(frames))
+            .map(|(sequence, event)| Packet { sequence, event })
+            .collect();
+        assert_eq!(taken, expected);
+        assert!(outbox.is_empty());
     }
 
     #[derive(Debug)]

@@ -87,7 +87,7 @@ impl<S: Store> Requests<S> {
         });
         if is_carried_out {
             let plan = detector.lock(|detector| detector.settings().plan);
-            if plan.to_bits() != shared.plan.load(Relaxed) {
+            if plan != shared.plan() {
                 shared.request_plan(plan);
             }
             let reply = Event::Reply(reply.clone());

@@ -22,8 +22,11 @@ pub const BYTES: usize = 616;
 /// With no more than this many bytes in their queue the longest packet still fits.
 pub(super) const LOW_WATER: usize = BYTES - 1 - WIRE_MAX;
 
-/// Packets from `detect` and `fit` to `report`.
-pub const PACKETS: usize = 8;
+/// Events from `detect` and `fit` to `report`.
+pub const PACKETS: usize = 7;
+
+/// Raw frames that wait for the line, behind all events.
+pub const FRAMES: usize = 4;
 
 /// A task that another task starts, named after its module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,8 +73,9 @@ pub struct Shared<P> {
     pub(super) urgent: AtomicBool,
     /// Half a second is over: `detect` reports what changed without a conversion.
     pub(super) look: AtomicBool,
-    /// Bits of the plan that the chip is to have.
+    /// Bits of the plan that the chip is to have, and its clock, hertz.
     pub(super) plan: AtomicU32,
+    pub(super) adc_clock_hz: AtomicU32,
     /// `drdy` reads the chip's own readings, if the plan's scan has none.
     pub(super) health: AtomicBool,
     /// The finger is on something.
@@ -99,6 +103,7 @@ impl<P> Shared<P> {
             has_odometry,
         ] = [const { AtomicBool::new(false) }; 9];
         let (diagnostics, liveness) = (Diagnostics::new(), Liveness::new());
+        let adc_clock_hz = AtomicU32::new(plan.adc_clock_hz);
         let plan = AtomicU32::new(plan.to_bits());
         let (track, odometry_us) = (Track::new(), AtomicU32::new(0));
         Self {
@@ -112,6 +117,7 @@ impl<P> Shared<P> {
             urgent,
             look,
             plan,
+            adc_clock_hz,
             health,
             touched,
             finished,
@@ -120,11 +126,18 @@ impl<P> Shared<P> {
         }
     }
 
+    /// The plan that the chip is to have.
+    #[inline(always)]
+    pub(super) fn plan(&self) -> Plan {
+        Plan::from_bits(self.plan.load(Relaxed), self.adc_clock_hz.load(Relaxed))
+    }
+
     /// Requests another plan for the chip.
     pub(super) fn request_plan(&self, plan: Plan)
     where
         P: Platform,
     {
+        self.adc_clock_hz.store(plan.adc_clock_hz, Relaxed);
         self.plan.store(plan.to_bits(), Relaxed);
         self.urgent.store(true, Relaxed);
         P::pend(self, Task::Drdy);

@@ -11,6 +11,8 @@ pub enum Change<'a> {
     Contact {
         /// Frame of its peak.
         frame: u32,
+        /// Frame from which on the load rises, not after the peak.
+        onset: u32,
         /// Taxel with the greatest deviation.
         taxel: u8,
         /// That deviation from the idle level, codes.
@@ -46,10 +48,12 @@ impl Change<'_> {
         match self {
             Self::Contact {
                 frame: peak,
+                onset,
                 taxel,
                 height,
             } => Self::Contact {
                 frame: frame(peak),
+                onset: frame(onset),
                 taxel,
                 height,
             },

@@ -99,6 +99,7 @@ impl Old {
             delay: self.plan.delay,
             chop: self.plan.chop,
             health,
+            adc_clock_hz: Plan::PAPER.adc_clock_hz,
         };
         new.window_s = self.window_s;
         new.hop_s = self.hop_s;

@@ -1,7 +1,8 @@
 //! From bytes back to packets.
 
-use super::event::Event;
+use super::event::{Event, Raw};
 use super::packet::{self, PROTOCOL, Packet};
+use super::starts::Starts;
 use crate::framing::{self, Inbox, Pushed, TooLong, WIRE_MAX};
 use core::marker::PhantomData;
 use serde::de::DeserializeOwned;
@@ -11,9 +12,21 @@ pub trait Events: DeserializeOwned {
     /// Version of their wire contract.
     const PROTOCOL: u8;
 
-    /// The version that a greeting names; none for other events. A greeting with number zero means
-    /// a restart.
+    /// What may wait behind everything else, and be thinned: frames as they were read.
+    type Bulk: Copy + Into<Self>;
+
+    /// The version that a greeting names; none for other events.
     fn greeting(&self) -> Option<u8>;
+
+    /// The event, if it is a [`Self::Bulk`].
+    fn bulk(&self) -> Option<Self::Bulk>;
+
+    /// Device time of the event, microseconds, if it has one.
+    fn dated_us(&self) -> Option<u64>;
+
+    /// Device time at which the event was made, microseconds: of greetings and `health`. Others are
+    /// dated by what they report.
+    fn made_us(&self) -> Option<u64>;
 
     /// Encodes a packet ([`crate::framing`]). Returns the bytes used of `wire`. Here, so that it is
     /// compiled, small, where the event is.
@@ -31,6 +44,28 @@ impl Events for Event {
         }
     }
 
+    type Bulk = Raw;
+
+    fn bulk(&self) -> Option<Raw> {
+        if let Self::Raw(raw) = self {
+            Some(*raw)
+        } else {
+            None
+        }
+    }
+
+    fn dated_us(&self) -> Option<u64> {
+        self.t_us()
+    }
+
+    fn made_us(&self) -> Option<u64> {
+        match self {
+            Self::Hello(hello) => Some(hello.t_us),
+            Self::Health(health) => Some(health.t_us),
+            _ => None,
+        }
+    }
+
     fn encode(packet: &Packet, wire: &mut [u8; WIRE_MAX]) -> Result<usize, TooLong> {
         packet::encode(packet, wire)
     }
@@ -43,8 +78,13 @@ pub type Decoder = PacketDecoder<Event>;
 #[derive(Debug)]
 pub struct PacketDecoder<E> {
     inbox: Inbox<WIRE_MAX>,
+    /// Bytes since the latest zero, or since they were counted as damaged.
+    unended: usize,
+    is_counted: bool,
     expected: Option<u16>,
-    /// Frames that failed stuffing, checksum or content and were skipped.
+    starts: Starts,
+    /// Frames that failed stuffing, checksum or content and were skipped. A line on which no frame
+    /// ends, as at a wrong baud rate, has one for each [`WIRE_MAX`] bytes.
     pub damaged: u32,
     /// Protocol of the device, if it is not [`Events::PROTOCOL`]: then its packets are not
     /// returned.
@@ -69,7 +109,10 @@ impl<E: Events> PacketDecoder<E> {
     pub const fn new() -> Self {
         Self {
             inbox: Inbox::new(),
+            unended: 0,
+            is_counted: false,
             expected: None,
+            starts: Starts::new(),
             damaged: 0,
             foreign: None,
             missing: 0,
@@ -80,6 +123,9 @@ impl<E: Events> PacketDecoder<E> {
 
     /// Takes one byte; returns a packet when the byte completes one.
     pub fn push(&mut self, byte: u8) -> Option<Packet<E>> {
+        if self.is_endless(byte) {
+            self.damaged = self.damaged.saturating_add(1);
+        }
         let packet = match self.inbox.push(byte) {
             Pushed::More => return None,
             Pushed::Whole => self
@@ -88,17 +134,18 @@ impl<E: Events> PacketDecoder<E> {
                 .and_then(|mut frame| framing::decode::<Packet<E>>(&mut frame)),
             Pushed::Damaged => None,
         };
+        let is_counted = core::mem::take(&mut self.is_counted);
         let Some(packet) = packet else {
-            self.damaged = self.damaged.saturating_add(1);
+            self.damaged = self.damaged.saturating_add(u32::from(!is_counted));
             return None;
         };
-        let gap = match self.expected {
-            // A greeting with number zero means a restart.
-            Some(expected) if !(packet.sequence == 0 && packet.event.greeting().is_some()) => {
-                packet.sequence.wrapping_sub(expected)
-            }
-            _ => 0,
-        };
+        if self.starts.take(&packet.event) {
+            // Numbers begin at zero.
+            self.expected = Some(0);
+        }
+        let gap = self
+            .expected
+            .map_or(0, |expected| packet.sequence.wrapping_sub(expected));
         // A gap of more than half the numbers is a step back: one repetition is not a loss of
         // 65,535.
         if gap <= u16::MAX / 2 {
@@ -112,6 +159,16 @@ impl<E: Events> PacketDecoder<E> {
         }
         self.foreign.is_none().then_some(packet)
     }
+
+    /// Whether so many bytes came without a zero that they are no frame; again after as many more.
+    fn is_endless(&mut self, byte: u8) -> bool {
+        self.unended = if byte == 0 { 0 } else { self.unended + 1 };
+        let is_endless = self.unended == WIRE_MAX;
+        if is_endless {
+            (self.unended, self.is_counted) = (0, true);
+        }
+        is_endless
+    }
 }
 
 #[cfg(test)]
@@ -119,7 +176,7 @@ mod tests {
     use super::*;
     use crate::boot::{Boot, SettingsSource};
     use crate::settings::Settings;
-    use crate::telemetry::{Hello, Release, encode, longest_packet};
+    use crate::telemetry::{Health, Hello, Release, encode, longest_packet};
     extern crate std;
 
     fn estimate() -> Event {
@@ -192,19 +249,60 @@ mod tests {
     }
 
     #[test]
-    fn packets_of_another_protocol_are_not_returned() {
-        let hello = |protocol| {
-            let (settings, source, boot) =
-                (Settings::DEFAULT, SettingsSource::Default, Boot::default());
-            Event::Hello(Hello {
-                protocol,
-                version: [0, 1, 0],
-                frame_rate_hz: 241.14,
-                settings,
-                source,
-                boot,
-            })
+    fn a_restart_is_time_that_goes_back_and_never_a_number() {
+        let mut decoder = Decoder::new();
+        let mut push = |sequence, event| {
+            for byte in sent(sequence, event) {
+                decoder.push(byte);
+            }
+            (decoder.missing, decoder.stepped_back)
         };
+        assert_eq!(push(65_533, health(9_000_000)), (0, 0));
+        // Two packets are lost, and a periodic greeting has number zero by wrap.
+        assert_eq!(push(0, hello(PROTOCOL, 10_000_000)), (2, 0));
+        assert_eq!(push(1, health(10_000_000)), (2, 0));
+        assert_eq!(push(0, hello(PROTOCOL, 0)), (2, 0), "a restart");
+        // The greeting of the next start is lost, and `health` after it is not.
+        assert_eq!(push(1, health(9_000_000)), (2, 0));
+        assert_eq!(push(2, health(1_000_000)), (4, 0), "another one");
+    }
+
+    #[test]
+    fn a_line_without_an_end_is_damaged() {
+        let mut decoder = Decoder::new();
+        for _ in 0..10 * WIRE_MAX {
+            assert_eq!(decoder.push(0x55), None);
+        }
+        assert_eq!(decoder.damaged, 10);
+        // What it was part of ends, and is counted already.
+        decoder.push(0);
+        assert_eq!(decoder.damaged, 10);
+    }
+
+    fn health(t_us: u64) -> Event {
+        Event::Health(Health {
+            t_us,
+            ..Health::default()
+        })
+    }
+
+    fn hello(protocol: u8, t_us: u64) -> Event {
+        let (settings, source, boot) =
+            (Settings::DEFAULT, SettingsSource::Default, Boot::default());
+        Event::Hello(Hello {
+            protocol,
+            version: [0, 1, 0],
+            frame_rate_hz: 241.14,
+            settings,
+            source,
+            boot,
+            t_us,
+        })
+    }
+
+    #[test]
+    fn packets_of_another_protocol_are_not_returned() {
+        let hello = |protocol| hello(protocol, 0);
         let mut decoder = Decoder::new();
         let received = |decoder: &mut Decoder, sequence, event| {
             sent(sequence, event)

@@ -55,6 +55,9 @@ pub struct Hello {
     pub source: SettingsSource,
     /// Why the board started.
     pub boot: Boot,
+    /// Device time, microseconds. Zero until the first conversion, so also of the first event after
+    /// start-up.
+    pub t_us: u64,
 }
 
 /// The contact spike (paper, equations 2 and 3).
@@ -66,6 +69,9 @@ pub struct Contact {
     pub taxel: u8,
     /// Its height over the idle level, volts, signed.
     pub height_v: f32,
+    /// Device time from which on the load rises, microseconds: of one that creeps in it is long
+    /// before the spike's.
+    pub onset_us: u64,
 }
 
 /// The sliding phase begins or ends.
@@ -132,6 +138,9 @@ pub struct Health {
     pub offset_v: f32,
     /// Gain by the chip's own reading, ideally 1.
     pub gain: f32,
+    /// Raw frames that were not sent because the line had no place for them: everything else goes
+    /// first.
+    pub frames_thinned: u32,
 }
 
 /// Messages of a robot's odometry since start-up ([`crate::odometry`]). Damaged ones count as
@@ -166,9 +175,15 @@ pub struct Raw {
     pub codes: [i32; TAXELS],
 }
 
+impl From<Raw> for Event {
+    fn from(raw: Raw) -> Self {
+        Self::Raw(raw)
+    }
+}
+
 impl Event {
     /// Device time of the event, microseconds: its end, if it has lasted. A greeting and a reply
-    /// have none.
+    /// have none: they report nothing that happens on the finger.
     pub fn t_us(&self) -> Option<u64> {
         Some(match self {
             Self::Hello(_) | Self::Reply(_) => return None,

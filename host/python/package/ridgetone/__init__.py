@@ -42,11 +42,13 @@ def fit(
     mains_hz: float | None = None,
     speed_column: str | None = None,
     position_column: str | None = None,
+    whole: bool = False,
+    mm_per_count: float | None = None,
 ) -> Fit:
     """Fits all channels with one common frequency, as `ridgetone fit` does.
 
     `samples` is an array with a row for each sample and a column for each channel, in any unit; NaN is a missing reading.
-    It may also be a `Recording` or a file. Give `rate_hz`, in hertz, or `time_s`, a time for each row in seconds.
+    It may also be a `Recording` or a file; of a file the slide of a touch is fitted, if there is one, unless `whole`. Give `rate_hz`, in hertz, or `time_s`, a time for each row in seconds.
 
     An array of float32 or float64 is not copied, whatever its strides; others are converted to float64. Do not write to it
     from another thread meanwhile: the interpreter's lock is released.
@@ -59,7 +61,7 @@ def fit(
     """
     given = native(samples, time_s, names)
     text, remarks = _ridgetone.fit(
-        given, rate_hz, from_s, to_s, columns or [], harmonics, mains_hz, speed_column, position_column
+        given, rate_hz, from_s, to_s, columns or [], harmonics, mains_hz, speed_column, position_column, whole, mm_per_count
     )
     _warn(remarks)
     return load(Fit, text)

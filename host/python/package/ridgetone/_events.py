@@ -52,6 +52,9 @@ class Event(Object):
 class Hello(Event):
     """The greeting: after start-up, every ten seconds, and on request."""
 
+    t_s: float
+    """Device time; 0 until the first conversion, so also after start-up. Less than before means that the board
+    has restarted [s]."""
     protocol: int
     """Version of the wire contract."""
     version: str
@@ -84,6 +87,8 @@ class Contact(Event):
     """Taxel with the best defined spike, 0 to 15."""
     height_v: float
     """Height of the spike over the level without touch, signed [V]."""
+    onset_s: float
+    """When the load began to rise: of one that creeps in long before the spike [s]."""
 
 
 class Slide(Event):
@@ -339,6 +344,8 @@ class Health(Event):
     """The ADC's offset by its own reading [V]."""
     gain: float
     """The ADC's gain by its own reading, ideally 1."""
+    frames_thinned: int
+    """Raw frames that were not sent because the line had no place for them."""
 
 
 class Connection(Event):
@@ -387,6 +394,12 @@ class Fit(Object):
     """Rows a second [Hz]."""
     rate_sigma_hz: float
     """Standard deviation of the rate by the time stamps [Hz]."""
+    part: Literal["slide", "whole", "given"]
+    """Which part of the recording was fitted."""
+    from_s: float
+    """Time of the part's first row [s]."""
+    to_s: float
+    """Time of the part's last row [s]."""
     window_s: float
     """Length of the part that was fitted [s]."""
     rows: int

@@ -46,6 +46,8 @@ def fit(
     mains_hz: float | None,
     speed_column: str | None,
     position_column: str | None,
+    whole: bool,
+    mm_per_count: float | None,
 ) -> tuple[str, list[str]]: ...
 def feel(
     samples: Samples,

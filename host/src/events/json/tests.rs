@@ -15,6 +15,7 @@ fn f32_values_read_back_to_the_last_bit() {
         t_us: 510_003,
         taxel: 3,
         height_v,
+        onset_us: 0,
     });
     let line = json(&Packet {
         sequence: 7,
@@ -24,10 +25,11 @@ fn f32_values_read_back_to_the_last_bit() {
     assert_eq!(
         line,
         format!(
-            r#"{{"type":"contact","sequence":7,"t_s":0.510003,"taxel":3,"height_v":{height_v}}}"#
+            r#"{{"type":"contact","sequence":7,"t_s":0.510003,"taxel":3,"height_v":{height_v},"onset_s":0.0}}"#
         )
     );
-    let text = line.rsplit(':').next().unwrap().trim_end_matches('}');
+    let (_, text) = line.split_once("\"height_v\":").unwrap();
+    let (text, _) = text.split_once(',').unwrap();
     assert_eq!(text.parse::<f32>().unwrap().to_bits(), height_v.to_bits());
 }
 

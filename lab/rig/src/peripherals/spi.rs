@@ -26,6 +26,9 @@ pub struct Spi {
     incoming: Option<(u8, u64)>,
     /// The cycle at which the byte in the shift register ends, half a bit later.
     shifting: Option<u64>,
+    /// BSY clears when the last bit is sampled, half a bit before it ends, as others have measured
+    /// it (`Start::bsy_is_early`).
+    pub bsy_is_early: bool,
     /// Bytes that the receiver lost.
     pub overruns: u64,
 }
@@ -35,6 +38,7 @@ impl Spi {
     pub fn reset(&mut self) {
         *self = Self {
             overruns: self.overruns,
+            bsy_is_early: self.bsy_is_early,
             ..Self::default()
         };
     }
@@ -57,6 +61,12 @@ impl Spi {
     /// Whether a byte is under way.
     pub fn is_busy(&self) -> bool {
         self.shifting.is_some() || self.waiting.is_some()
+    }
+
+    /// BSY.
+    fn seems_busy(&self) -> bool {
+        let is_sampled = self.incoming.is_none() && self.waiting.is_none();
+        self.is_busy() && !(self.bsy_is_early && is_sampled)
     }
 
     /// The byte to shift next, if the shift register is free.
@@ -100,7 +110,7 @@ impl Spi {
                 let status = flag(self.received.is_some(), RXNE)
                     | flag(self.waiting.is_none(), TXE)
                     | flag(self.overrun, OVR)
-                    | flag(self.is_busy(), BSY);
+                    | flag(self.seems_busy(), BSY);
                 // Reading DR and then SR clears OVR.
                 if self.overrun_read {
                     (self.overrun, self.overrun_read) = (false, false);

@@ -10,6 +10,9 @@ use crate::scs::{FIRST_IRQ, Served};
 use crate::stop::Failure;
 use hal_mock::{Ads1258, Fault};
 
+/// Offset of DBGMCU_CR.
+const DBGMCU_CR: u32 = 4;
+
 /// Bits per second of the PC's end of the serial line.
 const BAUD: u64 = 921_600;
 
@@ -29,6 +32,9 @@ impl Rig {
             }
             ProcessorFault::Mask(irq) => self.bus.scs.mask(irq),
             ProcessorFault::Unmask(irq) => self.bus.scs.unmask(irq),
+            ProcessorFault::Debugger(value) => {
+                let _ = self.bus.dbgmcu.write(DBGMCU_CR, value);
+            }
             ProcessorFault::OscillatorDies => self.bus.rcc.hse_dies = true,
         }
         // Asleep it would only notice at the next interrupt.
@@ -182,6 +188,11 @@ impl Rig {
     /// Processor cycles since power-up, and those of them asleep.
     pub fn cycles(&self) -> (u64, u64) {
         (self.bus.time.cycles, self.asleep_cycles)
+    }
+
+    /// DBGMCU_CR: what goes on while the processor sleeps, for a debugger.
+    pub fn debug_control(&self) -> Option<u32> {
+        self.bus.dbgmcu.read(DBGMCU_CR)
     }
 
     /// How an interrupt was served.

@@ -54,6 +54,7 @@ impl Rig {
             }
         }
         bus.rcc.hse_is_dead = start.hse_is_dead;
+        bus.spi.bsy_is_early = start.bsy_is_early;
         let mut cpu = Cpu::new(wiring.flash_bytes);
         let failed = |stop| match stop {
             Stop::Failed(failure) => failure,

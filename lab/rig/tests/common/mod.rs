@@ -82,6 +82,11 @@ impl Run {
         );
     }
 
+    /// Packets that never arrived.
+    pub fn missing(&self) -> u32 {
+        self.decoder.missing
+    }
+
     /// Fails if a rule was broken.
     #[track_caller]
     pub fn assert_rules(&self) {

@@ -1,0 +1,155 @@
+//! What a cell of a table holds.
+
+use super::clock_time::ClockTime;
+use core::cell::Cell;
+
+/// What stands for a missing reading besides a blank cell, in lower case. Values that are not
+/// finite are missing readings, too.
+const MISSING: [&str; 17] = [
+    "-", "--", "---", "na", "n/a", "#n/a", "null", "none", "nil", "err", "error", "#error", "inf",
+    "overflow", "ovl", "ol", "?",
+];
+
+/// Kind of a cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    Number,
+    Missing,
+    /// A date with a time of day, or that alone.
+    Clock,
+    Text,
+}
+
+/// Reads the numbers of a table, of which either all or none have decimals after a comma.
+#[derive(Clone, Debug, Default)]
+pub struct Numbers {
+    /// Columns are separated by commas, so that an unquoted cell has none.
+    pub is_comma_separator: bool,
+    /// What has stood before decimals so far.
+    decimals: Cell<Option<u8>>,
+}
+
+impl Numbers {
+    pub fn new(is_comma_separator: bool) -> Self {
+        Self {
+            is_comma_separator,
+            decimals: Cell::new(None),
+        }
+    }
+
+    /// The number in a cell, NaN where it is missing; none where it is no number.
+    #[inline]
+    pub fn number(&self, cell: &str) -> Option<f64> {
+        match cell.parse::<f64>() {
+            Ok(value) if !value.is_finite() => Some(f64::NAN),
+            Ok(value) => {
+                if !self.is_comma_separator && cell.contains('.') {
+                    self.note(b'.')?;
+                }
+                Some(value)
+            }
+            Err(_) => self.unusual(cell),
+        }
+    }
+
+    fn unusual(&self, cell: &str) -> Option<f64> {
+        if is_missing(cell) {
+            return Some(f64::NAN);
+        }
+        if !cell.contains(',') {
+            return None;
+        }
+        let has_point = cell.contains('.');
+        if let Some(value) = without_thousands(cell)
+            && (has_point || self.is_comma_separator && self.decimals.get() != Some(b','))
+        {
+            return self.note(b'.').map(|()| value);
+        }
+        // `1,5`, but never beside `1.5`, where it may be a thousand and more.
+        let value = cell.replacen(',', ".", 1).parse().ok();
+        value.filter(|_| !has_point && self.note(b',').is_some())
+    }
+
+    fn note(&self, decimals: u8) -> Option<()> {
+        let known = self.decimals.get().unwrap_or(decimals);
+        self.decimals.set(Some(known));
+        (known == decimals).then_some(())
+    }
+
+    pub fn has_decimal_commas(&self) -> bool {
+        self.decimals.get() == Some(b',')
+    }
+}
+
+/// `10,273.937` and `1,234,567`: groups of three digits.
+fn without_thousands(cell: &str) -> Option<f64> {
+    let (whole, decimals) = cell.split_once('.').unwrap_or((cell, ""));
+    let mut groups = whole.trim_start_matches(['+', '-']).split(',');
+    let is_group =
+        |group: &str| group.len() == 3 && group.bytes().all(|byte| byte.is_ascii_digit());
+    let first = groups.next()?;
+    let is_first = (1..=3).contains(&first.len()) && first != "0";
+    (is_first && groups.all(is_group) && !decimals.contains(','))
+        .then(|| cell.replace(',', "").parse().ok())?
+}
+
+/// Whether a cell stands for a missing reading.
+fn is_missing(cell: &str) -> bool {
+    cell.is_empty() || MISSING.iter().any(|mark| mark.eq_ignore_ascii_case(cell))
+}
+
+/// The kind of a cell of a table with such numbers.
+pub fn kind(cell: &str, is_comma_separator: bool) -> Kind {
+    match Numbers::new(is_comma_separator).number(cell) {
+        Some(value) if value.is_nan() => Kind::Missing,
+        Some(_) => Kind::Number,
+        None if ClockTime::parse(cell).is_some() => Kind::Clock,
+        None => Kind::Text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_points_or_commas_and_thousands() {
+        let commas = || Numbers::new(true);
+        let others = || Numbers::new(false);
+        for (numbers, cell, value) in [
+            (commas(), "1.5", Some(1.5)),
+            (commas(), "10,273.937", Some(10_273.937)),
+            (commas(), "-1,234,567", Some(-1_234_567.0)),
+            (commas(), "1,5", Some(1.5)),
+            (others(), "1,5", Some(1.5)),
+            (others(), "10,273.9", Some(10_273.9)),
+            (others(), "0,125", Some(0.125)),
+            (commas(), "1,2,3", None),
+            (commas(), "two", None),
+        ] {
+            assert_eq!(numbers.number(cell), value, "{cell}");
+        }
+        // A thousand and more, or one and a half?
+        let numbers = others();
+        assert_eq!(
+            (numbers.number("1,5"), numbers.number("2.5")),
+            (Some(1.5), None)
+        );
+    }
+
+    #[test]
+    fn missing_readings_have_many_names() {
+        for cell in [
+            "", "-", "NA", "n/a", "NaN", "-inf", "1e999", "ERR", "--", "null",
+        ] {
+            assert_eq!(kind(cell, true), Kind::Missing, "{cell}");
+        }
+        for (cell, expected) in [
+            ("1e-3", Kind::Number),
+            ("2024-01-05 07:53:54.000", Kind::Clock),
+            ("imu_link", Kind::Text),
+        ] {
+            assert_eq!(kind(cell, true), expected, "{cell}");
+        }
+    }
+}

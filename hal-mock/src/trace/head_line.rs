@@ -1,0 +1,129 @@
+//! The first lines of a text, cut into cells by some separator.
+
+use super::cells::{Kind, kind};
+use csv::ByteRecord;
+
+/// A line of the table's beginning.
+pub struct HeadLine {
+    pub number: u64,
+    pub byte: usize,
+    pub cells: Vec<String>,
+    pub kinds: Vec<Kind>,
+}
+
+impl HeadLine {
+    pub fn count(&self, wanted: Kind) -> usize {
+        self.kinds.iter().filter(|kind| **kind == wanted).count()
+    }
+
+    /// More numbers and times than words, and no comment.
+    pub fn is_data(&self) -> bool {
+        let values = self.count(Kind::Number) + self.count(Kind::Clock);
+        values > self.count(Kind::Text) && !self.is_comment()
+    }
+
+    pub fn is_comment(&self) -> bool {
+        is_comment(self.cells.first().map_or("", String::as_str))
+    }
+}
+
+/// Whether a line with this first cell is a comment.
+pub fn is_comment(cell: &str) -> bool {
+    cell.starts_with(['#', '%'])
+}
+
+/// A reader of records that are separated so.
+pub fn records<R: std::io::Read>(input: R, separator: u8) -> csv::Reader<R> {
+    csv::ReaderBuilder::new()
+        .has_headers(false)
+        .flexible(true)
+        .delimiter(separator)
+        .from_reader(input)
+}
+
+/// The cells of a record as text; between spaces there may be nothing.
+pub fn cells(
+    record: &ByteRecord,
+    separator: u8,
+) -> impl Iterator<Item = std::borrow::Cow<'_, str>> {
+    record
+        .iter()
+        .map(text)
+        .filter(move |cell| separator != b' ' || !cell.is_empty())
+}
+
+/// Bytes as text: of instruments that write no UTF-8 the usual code page.
+pub fn text(bytes: &[u8]) -> std::borrow::Cow<'_, str> {
+    let bytes = bytes.trim_ascii();
+    match core::str::from_utf8(bytes) {
+        Ok(text) => text.into(),
+        Err(_) => {
+            encoding_rs::WINDOWS_1252
+                .decode_without_bom_handling(bytes)
+                .0
+        }
+    }
+}
+
+/// How lines end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LineEnds {
+    Lf,
+    CrLf,
+    Cr,
+}
+
+impl LineEnds {
+    pub fn of(text: &[u8]) -> Self {
+        match text.iter().position(|byte| *byte == b'\n') {
+            Some(at) if at > 0 && text[at - 1] == b'\r' => Self::CrLf,
+            Some(_) => Self::Lf,
+            None => Self::Cr,
+        }
+    }
+
+    /// The line of the record that was read last. The reader's own count has the blank lines before
+    /// it, and is behind its first or its second end; lines that end with CR are not counted.
+    pub fn line<R: std::io::Read>(
+        self,
+        reader: &csv::Reader<R>,
+        record: &ByteRecord,
+    ) -> Option<u64> {
+        let before = record.position()?.line();
+        let after = reader.position().line();
+        match self {
+            Self::Lf => Some(before.max(after - 1)),
+            Self::CrLf => Some(before.max(after)),
+            Self::Cr => None,
+        }
+    }
+}
+
+pub fn lines(text: &[u8], separator: u8, is_whole: bool) -> Vec<HeadLine> {
+    let mut reader = records(text, separator);
+    let ends = LineEnds::of(text);
+    let (mut record, mut lines) = (ByteRecord::new(), Vec::new());
+    while reader.read_byte_record(&mut record).unwrap_or(false) {
+        let cells: Vec<String> = cells(&record, separator).map(Into::into).collect();
+        if cells.iter().all(String::is_empty) {
+            continue;
+        }
+        lines.push(HeadLine {
+            number: ends
+                .line(&reader, &record)
+                .unwrap_or(lines.len() as u64 + 1),
+            byte: record
+                .position()
+                .map_or(0, |position| position.byte() as usize),
+            kinds: cells
+                .iter()
+                .map(|cell| kind(cell, separator == b','))
+                .collect(),
+            cells,
+        });
+    }
+    if !is_whole && lines.len() > 1 {
+        lines.pop();
+    }
+    lines
+}

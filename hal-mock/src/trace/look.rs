@@ -1,0 +1,96 @@
+//! How a column looks in the first rows: whether it may be the time, or counts them.
+
+use super::cells::{Kind, Numbers};
+use super::head_line::HeadLine;
+use super::stamps::{Stamps, Unit};
+
+/// Ranges of a number that counts from 1970 in some unit: the years 2000 to 2100.
+const EPOCH_S: core::ops::Range<f64> = 946_684_800.0..4_102_444_800.0;
+
+/// How a column looks in the first rows.
+pub struct Look {
+    pub is_clock: bool,
+    pub is_whole: bool,
+    pub first: f64,
+    pub rows: usize,
+    /// Share of the rows in which it grows, and does so steadily.
+    pub grows: f64,
+    pub is_steady: bool,
+    pub never_falls: bool,
+}
+
+impl Look {
+    pub fn new(rows: &[&HeadLine], at: usize) -> Self {
+        let numbers = Numbers::default();
+        let is_clock = rows
+            .iter()
+            .filter(|row| row.kinds[at] == Kind::Clock)
+            .count()
+            * 2
+            > rows.len();
+        let mut stamps = Stamps::new(if is_clock {
+            Unit::Clock
+        } else {
+            Unit::PerSecond(1.0)
+        });
+        let cells = rows.iter().map(|row| row.cells[at].as_str());
+        let read: Vec<f64> = cells
+            .filter_map(|cell| stamps.seconds(cell, &numbers))
+            .collect();
+        let steps: Vec<f64> = read.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let grown = steps.iter().filter(|step| **step > 0.0).count();
+        let mut sorted = steps.clone();
+        sorted.sort_by(f64::total_cmp);
+        let (least, most) = match sorted[..] {
+            [] => (0.0, 0.0),
+            _ => (sorted[sorted.len() / 10], sorted[sorted.len() * 9 / 10]),
+        };
+        Self {
+            is_clock,
+            is_whole: read.iter().all(|value| value.fract() == 0.0),
+            first: read.first().copied().unwrap_or(f64::NAN),
+            rows: read.len(),
+            grows: grown as f64 / steps.len().max(1) as f64,
+            never_falls: steps.iter().all(|step| *step >= 0.0),
+            is_steady: least > 0.0 && most < 3.0 * least,
+        }
+    }
+
+    /// Whether it holds numbers or times that ever grow; of a single row nothing is known.
+    pub fn is_time(&self) -> bool {
+        self.rows > 0 && (self.grows > 0.0 || self.rows < 3)
+    }
+
+    /// Units in a second of a number that counts from 1970.
+    pub fn epoch(&self) -> Option<f64> {
+        let is_now = |per_second: &f64| EPOCH_S.contains(&(self.first / per_second));
+        // A number of seconds might be one of microseconds since a board's start.
+        [1e3, 1e6, 1e9].into_iter().find(is_now)
+    }
+}
+
+/// Words of names of columns that count rows.
+const COUNTERS: [&str; 10] = [
+    "index", "seq", "sample", "samples", "row", "number", "packet", "frame", "count", "counter",
+];
+
+/// Whether a column numbers the rows, by its name and its values; the numbers may begin again.
+pub fn is_counter(name: &str, rows: &[&HeadLine], at: usize) -> bool {
+    let number = |row: &HeadLine| row.cells[at].parse::<f64>().ok();
+    let counts_on = |pair: &&[&HeadLine]| match (number(pair[0]), number(pair[1])) {
+        (Some(before), Some(value)) => value - before == 1.0,
+        _ => false,
+    };
+    let name = name.to_lowercase();
+    let mut words = name.split(|c: char| !c.is_alphanumeric());
+    let is_named = name.is_empty() || words.any(|word| COUNTERS.contains(&word));
+    let counted = rows.windows(2).filter(counts_on).count();
+    is_named && rows.len() > 1 && counted as f64 >= 0.95 * (rows.len() - 1) as f64
+}
+
+/// The first column that grows steadily and is no row number.
+pub fn likely_time(looks: &[Look]) -> Option<usize> {
+    looks
+        .iter()
+        .position(|look| look.is_steady && look.grows > 0.98 && look.rows > 4)
+}

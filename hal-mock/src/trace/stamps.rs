@@ -1,0 +1,168 @@
+//! The stamps of rows as seconds: units, counters that wrap, midnight, daylight saving.
+
+use super::cells::Numbers;
+use super::clock_time::{ClockTime, DAY_S};
+
+/// Values at which counters of microcontrollers begin again: 16 and 32 bits.
+const WRAPS: [f64; 2] = [65_536.0, 4_294_967_296.0];
+
+/// By how much clocks are put forward or back, seconds.
+const SAVING_S: f64 = 3600.0;
+
+/// A step that differs from an hour by less than so many steps of rows is a clock that is put
+/// forward or back.
+const SAVING_STEPS: f64 = 10.0;
+
+/// What the stamps are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Unit {
+    /// Numbers, so many a second.
+    PerSecond(f64),
+    /// Dates, or times of day.
+    Clock,
+}
+
+/// Turns the stamps of a column into seconds, row by row.
+#[derive(Clone, Debug)]
+pub struct Stamps {
+    pub unit: Unit,
+    /// Added to what is read, in its own unit.
+    offset: f64,
+    before: Option<f64>,
+    /// The step of a clock before.
+    step_s: Option<f64>,
+    has_wrapped: bool,
+    has_passed_midnight: bool,
+    has_saved: bool,
+}
+
+impl Stamps {
+    pub fn new(unit: Unit) -> Self {
+        Self {
+            unit,
+            offset: 0.0,
+            before: None,
+            step_s: None,
+            has_wrapped: false,
+            has_passed_midnight: false,
+            has_saved: false,
+        }
+    }
+
+    /// Seconds of the next row's stamp; none if the cell holds no time.
+    pub fn seconds(&mut self, cell: &str, numbers: &Numbers) -> Option<f64> {
+        let (read, per_second) = match self.unit {
+            Unit::PerSecond(per_second) => {
+                let read = numbers.number(cell).filter(|read| !read.is_nan())?;
+                self.follow_counter(read);
+                (read, per_second)
+            }
+            Unit::Clock => {
+                let clock = ClockTime::parse(cell)?;
+                self.follow_clock(clock);
+                (clock.seconds(), 1.0)
+            }
+        };
+        self.before = Some(read);
+        Some((read + self.offset) / per_second)
+    }
+
+    fn follow_counter(&mut self, read: f64) {
+        let Some(before) = self.before else {
+            return;
+        };
+        let is_counter = before.fract() == 0.0 && read.fract() == 0.0 && read >= 0.0;
+        let wrap = WRAPS
+            .into_iter()
+            .find(|wrap| before < *wrap && before - read > 0.5 * wrap);
+        if let Some(wrap) = wrap.filter(|_| is_counter) {
+            self.offset += wrap;
+            self.has_wrapped = true;
+        }
+    }
+
+    fn follow_clock(&mut self, clock: ClockTime) {
+        let Some(before) = self.before else {
+            return;
+        };
+        let step_s = clock.seconds() - before;
+        let is_absolute = matches!(clock, ClockTime::Absolute(_));
+        let is_of_day = matches!(clock, ClockTime::OfDay(_));
+        let reach_s = SAVING_STEPS * self.step_s.unwrap_or(0.0);
+        if is_of_day && step_s < -0.5 * DAY_S {
+            self.offset += DAY_S;
+            self.has_passed_midnight = true;
+        } else if !is_absolute && (step_s.abs() - SAVING_S).abs() <= reach_s.min(0.5 * SAVING_S) {
+            self.offset -= SAVING_S.copysign(step_s);
+            self.has_saved = true;
+        } else if step_s > 0.0 {
+            self.step_s = Some(step_s);
+        }
+    }
+
+    /// What was assumed of the rows so far.
+    pub fn guessed(&self) -> impl Iterator<Item = &'static str> + use<> {
+        let notes = [
+            (self.has_wrapped, "its counter wraps and was unrolled"),
+            (self.has_passed_midnight, "it passes midnight"),
+            (
+                self.has_saved,
+                "a step of an hour is taken for daylight saving",
+            ),
+        ];
+        notes
+            .into_iter()
+            .filter_map(|(has, note)| has.then_some(note))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn seconds(unit: Unit, cells: &[&str]) -> (Vec<f64>, Vec<&'static str>) {
+        let (mut stamps, numbers) = (Stamps::new(unit), Numbers::new(true));
+        let read = cells
+            .iter()
+            .map(|cell| stamps.seconds(cell, &numbers).expect("a time"));
+        let read = read.collect();
+        (read, stamps.guessed().collect())
+    }
+
+    #[test]
+    fn counters_wrap() {
+        let (read, notes) = seconds(Unit::PerSecond(1e6), &["4294963296", "0", "4000"]);
+        assert_eq!(read, [4294.963296, 4294.967296, 4294.971296]);
+        assert_eq!(notes.len(), 1);
+        let (read, _) = seconds(Unit::PerSecond(1e3), &["65532", "65535", "2", "65534", "1"]);
+        assert_eq!(read, [65.532, 65.535, 65.538, 131.070, 131.073]);
+        // Backwards by little is no wrap.
+        assert_eq!(seconds(Unit::PerSecond(1.0), &["10", "9"]).0, [10.0, 9.0]);
+    }
+
+    #[test]
+    fn clocks_pass_midnight_and_are_put_forward_and_back() {
+        let (read, _) = seconds(Unit::Clock, &["23:59:59.5", "23:59:59.9", "00:00:00.3"]);
+        assert!((read[2] - read[1] - 0.4).abs() < 1e-9, "{read:?}");
+        for hour in ["03", "01"] {
+            let jumped = format!("2025-03-30 {hour}:00:00.000");
+            let cells = [
+                "2025-03-30 01:59:59.992",
+                "2025-03-30 01:59:59.996",
+                &jumped,
+            ];
+            let (read, notes) = seconds(Unit::Clock, &cells);
+            assert!((read[2] - read[1] - 0.004).abs() < 1e-6, "{hour}: {read:?}");
+            assert_eq!(notes.len(), 1);
+        }
+        // An offset says what the hour is.
+        let (read, _) = seconds(
+            Unit::Clock,
+            &[
+                "2025-03-30T01:59:59.996+01:00",
+                "2025-03-30T03:00:00.000+02:00",
+            ],
+        );
+        assert!((read[1] - read[0] - 0.004).abs() < 1e-6, "{read:?}");
+    }
+}

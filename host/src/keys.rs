@@ -1,0 +1,45 @@
+//! Keys pressed on the terminal.
+
+use crate::stop;
+use anyhow::Result;
+use ratatui::crossterm::event::{self, Event, KeyEvent};
+use std::time::Duration;
+
+/// The next key that was pressed, without waiting; None if there is none. Once the terminal is gone
+/// this requests the end of the process: crossterm's `poll` would never return then
+/// (<https://github.com/crossterm-rs/crossterm/issues/793>).
+pub fn next() -> Result<Option<KeyEvent>> {
+    loop {
+        if is_terminal_gone() {
+            stop::request();
+            return Ok(None);
+        }
+        if !event::poll(Duration::ZERO)? {
+            return Ok(None);
+        }
+        if let Event::Key(key) = event::read()? {
+            return Ok(Some(key));
+        }
+    }
+}
+
+/// Whether the terminal was closed, or the connection that it belongs to.
+#[cfg(unix)]
+fn is_terminal_gone() -> bool {
+    use rustix::event::{PollFd, PollFlags, Timespec, poll};
+    use std::io::IsTerminal;
+    use std::sync::LazyLock;
+    // Asked at first, because a terminal that is gone is none. Where standard input is no terminal,
+    // keys come from another, and an end here says nothing.
+    static IS_TERMINAL: LazyLock<bool> = LazyLock::new(|| std::io::stdin().is_terminal());
+    let stdin = std::io::stdin();
+    let mut ends = [PollFd::new(&stdin, PollFlags::IN)];
+    let at_once = Timespec::default();
+    let gone = PollFlags::HUP | PollFlags::ERR | PollFlags::NVAL;
+    *IS_TERMINAL && poll(&mut ends, Some(&at_once)).is_ok() && ends[0].revents().intersects(gone)
+}
+
+#[cfg(not(unix))]
+fn is_terminal_gone() -> bool {
+    false
+}

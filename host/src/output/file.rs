@@ -1,0 +1,236 @@
+//! Files that a command writes, whole or not at all.
+
+use crate::recording;
+use anyhow::{Context, Result, bail};
+use std::fs::{File, FileType};
+use std::io::{BufWriter, ErrorKind, Write};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Whether existing files may be replaced, as `--force` says.
+static IS_FORCED: AtomicBool = AtomicBool::new(false);
+
+/// Existing files may be replaced from now on.
+pub fn force() {
+    IS_FORCED.store(true, Ordering::Relaxed);
+}
+
+/// What a path leads to, symbolic links followed.
+enum Target {
+    /// `-`.
+    StandardOutput,
+    /// No file yet.
+    New,
+    /// A regular file, by its own name: a link to it stays a link.
+    Regular(PathBuf),
+    /// A device or a pipe, which takes what is written.
+    Stream,
+}
+
+impl Target {
+    fn of(path: &Path) -> Result<Self> {
+        let named = || path.display().to_string();
+        if path == Path::new("-") {
+            return Ok(Self::StandardOutput);
+        }
+        let kind = match path.metadata() {
+            Ok(metadata) => metadata.file_type(),
+            Err(error) if error.kind() == ErrorKind::NotFound => {
+                let folder = folder(path);
+                if !folder.is_dir() {
+                    bail!("{}: there is no folder {}", named(), folder.display());
+                }
+                return Ok(Self::New);
+            }
+            Err(error) => return Err(error).with_context(named),
+        };
+        if kind.is_file() {
+            Ok(Self::Regular(path.canonicalize().with_context(named)?))
+        } else if kind.is_dir() {
+            bail!("{}: that is a folder: name a file in it", named())
+        } else if is_socket(kind) {
+            bail!(
+                "{}: that is a socket, which is not written to: choose another name",
+                named()
+            )
+        } else {
+            Ok(Self::Stream)
+        }
+    }
+}
+
+#[cfg(unix)]
+fn is_socket(kind: FileType) -> bool {
+    std::os::unix::fs::FileTypeExt::is_socket(&kind)
+}
+
+#[cfg(not(unix))]
+fn is_socket(_: FileType) -> bool {
+    false
+}
+
+fn folder(path: &Path) -> &Path {
+    match path.parent() {
+        Some(parent) if parent != Path::new("") => parent,
+        _ => Path::new("."),
+    }
+}
+
+/// Refuses what cannot be written: a file that exists, unless [`force`] was called, a folder, a
+/// socket. Ask before the work whose result it takes.
+pub fn check_new(path: &Path) -> Result<()> {
+    let Target::Regular(file) = Target::of(path)? else {
+        return Ok(());
+    };
+    let is_forced = IS_FORCED.load(Ordering::Relaxed);
+    if is_forced && !recording::is_telemetry(&file).unwrap_or(false) {
+        return Ok(());
+    }
+    let way_out = if is_forced { "" } else { ", or add --force" };
+    bail!(
+        "{}: this file exists already and is not overwritten: choose another name{way_out}",
+        path.display()
+    )
+}
+
+/// Writes a complete file, and replaces none unless [`force`] was called. A device or a pipe is
+/// written to, and `-` is standard output. Errors, those of `write` too, have the file's name.
+pub fn new_file(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<()> {
+    check_new(path)?;
+    whole_file(path, write)
+}
+
+/// Writes a text to a new file.
+pub fn new_text(path: &Path, text: &str) -> Result<()> {
+    new_file(path, |file| Ok(file.write_all(text.as_bytes())?))
+}
+
+/// Writes as [`new_file`] does, but replaces an existing file. Never a recording of telemetry,
+/// which nobody can make again.
+pub fn whole_file(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<()> {
+    let named = || path.display().to_string();
+    match Target::of(path)? {
+        Target::StandardOutput => {
+            stream(std::io::stdout().lock(), write).context("standard output")
+        }
+        Target::Stream => File::options()
+            .write(true)
+            .open(path)
+            .map_err(Into::into)
+            .and_then(|file| stream(file, write))
+            .with_context(named),
+        Target::New => replace(path, write).with_context(named),
+        Target::Regular(file) if recording::is_telemetry(&file).unwrap_or(false) => bail!(
+            "{}: that is a recording of telemetry, which is not overwritten: choose another name",
+            named()
+        ),
+        Target::Regular(file) => replace(&file, write).with_context(named),
+    }
+}
+
+/// As [`whole_file`] with a text.
+pub fn whole_text(path: &Path, text: &str) -> Result<()> {
+    whole_file(path, |file| Ok(file.write_all(text.as_bytes())?))
+}
+
+fn stream(out: impl Write, write: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<()> {
+    let mut writer = BufWriter::new(out);
+    write(&mut writer)?;
+    Ok(writer.flush()?)
+}
+
+/// Writes under a temporary name beside the file's place and renames it, so that the file is never
+/// incomplete.
+fn replace(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<()> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".ridgetone-");
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        // Permissions as for any new file: the process's mask decides.
+        builder.permissions(std::fs::Permissions::from_mode(0o666));
+    }
+    // The error itself has the temporary name.
+    let mut file = builder
+        .tempfile_in(folder(path))
+        .map_err(|error| std::io::Error::from(error.kind()))?;
+    stream(file.as_file_mut(), write)?;
+    file.persist(path).map_err(|error| error.error)?;
+    Ok(())
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+    use std::os::unix::fs::{FileTypeExt, symlink};
+    use std::os::unix::net::UnixListener;
+    use std::process::Command;
+
+    const TEXT: &str = "one\ntwo\n";
+
+    fn kind(path: &Path) -> FileType {
+        path.symlink_metadata().expect("there").file_type()
+    }
+
+    #[test]
+    fn a_pipe_is_written_to_and_stays_a_pipe() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let pipe = folder.path().join("pipe");
+        let made = Command::new("mkfifo").arg(&pipe).status().expect("mkfifo");
+        assert!(made.success());
+        let reader = std::thread::spawn({
+            let pipe = pipe.clone();
+            move || std::fs::read_to_string(pipe).expect("text")
+        });
+        new_text(&pipe, TEXT).expect("written");
+        assert_eq!(reader.join().expect("read"), TEXT);
+        assert!(kind(&pipe).is_fifo());
+    }
+
+    #[test]
+    fn a_device_is_written_to_and_stays_a_device() {
+        // A link, so that a fault replaces the link and not the machine's device.
+        let folder = tempfile::tempdir().expect("a folder");
+        let null = folder.path().join("null");
+        symlink("/dev/null", &null).expect("a link");
+        new_text(&null, TEXT).expect("written");
+        assert!(kind(&null).is_symlink());
+        let kind = null.metadata().expect("a device").file_type();
+        assert!(kind.is_char_device());
+    }
+
+    #[test]
+    fn a_socket_and_a_folder_are_refused_by_name() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let socket = folder.path().join("socket");
+        let _listener = UnixListener::bind(&socket).expect("a socket");
+        for (path, word) in [(socket.as_path(), "socket"), (folder.path(), "folder")] {
+            for refused in [check_new(path), whole_text(path, TEXT)] {
+                let message = format!("{:#}", refused.expect_err("refused"));
+                assert!(message.contains(word), "{message}");
+            }
+        }
+        assert!(kind(&socket).is_socket());
+    }
+
+    #[test]
+    fn what_a_link_leads_to_is_replaced_and_not_the_link() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let (file, link) = (folder.path().join("file"), folder.path().join("link"));
+        std::fs::write(&file, "before").expect("written");
+        symlink(&file, &link).expect("a link");
+        whole_text(&link, TEXT).expect("written");
+        assert!(kind(&link).is_symlink());
+        assert_eq!(std::fs::read_to_string(&file).expect("text"), TEXT);
+    }
+
+    #[test]
+    fn no_message_has_a_temporary_name() {
+        let path = Path::new("/nonexistent/x.csv");
+        let message = format!("{:#}", whole_text(path, TEXT).expect_err("no folder"));
+        assert_eq!(
+            message,
+            "/nonexistent/x.csv: there is no folder /nonexistent"
+        );
+    }
+}

@@ -1,0 +1,200 @@
+//! `fit` of the part of a recording that is a slide: one with contact and hold before it.
+
+use crate::input::{Input, Source};
+use crate::messages::{Form, Message, messages};
+use crate::part::{Selection, columns};
+use crate::replay::conversions;
+use crate::samples::Samples;
+use crate::table_fit::{self, FittedPart, TableFit};
+use anyhow::{Result, ensure};
+use hal_mock::{FileError, RowReader, Timing};
+use ridgetone::{Detector, Diagnostics, Outputs, Ring};
+use ridgetone_proto::settings::Settings;
+use ridgetone_proto::telemetry::Event;
+use serde::Deserialize;
+use std::path::Path;
+use std::sync::Arc;
+
+/// A slide in the recording's own time, seconds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct SlideTimes {
+    start_s: f64,
+    end_s: f64,
+}
+
+/// Fits the longest slide of a recording, or all of it where no finger touches, or on request;
+/// what a selection gives stays as it is.
+pub fn fit(
+    samples: &Samples,
+    selection: &Selection,
+    is_whole: bool,
+    progress: &mut dyn FnMut(u64),
+) -> Result<TableFit> {
+    let is_given = selection.from_s.is_some() || selection.to_s.is_some();
+    let slide = if is_given || is_whole {
+        None
+    } else {
+        longest_slide(samples, selection)
+    };
+    let mut part = selection.clone();
+    if let Some(SlideTimes { start_s, end_s }) = slide {
+        (part.from_s, part.to_s) = (Some(start_s), Some(end_s));
+    }
+    let mut found = table_fit::fit(&mut *samples.open()?, &part, progress)?;
+    if slide.is_some() {
+        found.part = FittedPart::Slide;
+    }
+    Ok(found)
+}
+
+/// The longest slide: that which a recording of telemetry tells of, or that which detection finds
+/// in its samples as volts. What cannot be played as a finger's volts has none; `fit` names what is
+/// wrong with a file.
+fn longest_slide(samples: &Samples, selection: &Selection) -> Option<SlideTimes> {
+    let slides = match samples.path().map(|path| (path, Form::of(path))) {
+        Some((_, Ok(Form::Table))) | None => detected(samples, selection),
+        Some((path, Ok(form))) => recorded(path, form),
+        Some((_, Err(_))) => return None,
+    };
+    let length_s = |slide: &SlideTimes| slide.end_s - slide.start_s;
+    slides
+        .ok()?
+        .into_iter()
+        .max_by(|a, b| length_s(a).total_cmp(&length_s(b)))
+}
+
+/// Fields of `slide` as programs see it.
+#[derive(Deserialize)]
+struct JsonSlide {
+    start_s: Option<f64>,
+    end_s: Option<f64>,
+}
+
+/// The slides that have ended in the messages of a recording.
+fn recorded(path: &Path, form: Form) -> Result<Vec<SlideTimes>> {
+    let mut slides = Vec::new();
+    for message in messages(path, form)? {
+        let slide = match message? {
+            Message::Packet(packet, _) => match &packet.event {
+                Event::Slide(slide) => ended(slide.start_us, slide.end_us),
+                _ => None,
+            },
+            Message::Json(text) if text.contains(r#""type":"slide""#) => {
+                let slide: JsonSlide = serde_json::from_str(&text)?;
+                slide
+                    .start_s
+                    .zip(slide.end_s)
+                    .map(|(start_s, end_s)| SlideTimes { start_s, end_s })
+            }
+            Message::Json(_) => None,
+        };
+        slides.extend(slide);
+    }
+    Ok(slides)
+}
+
+fn ended(start_us: u64, end_us: Option<u64>) -> Option<SlideTimes> {
+    end_us.map(|end_us| SlideTimes {
+        start_s: start_us as f64 * 1e-6,
+        end_s: end_us as f64 * 1e-6,
+    })
+}
+
+/// The slides that the finger's detection finds in the chosen columns, played to the simulated chip
+/// without its noise.
+fn detected(samples: &Samples, selection: &Selection) -> Result<Vec<SlideTimes>> {
+    let mut rows = samples.open()?;
+    let chosen = columns(&*rows, selection)?;
+    let begin_s = match rows.advance()? {
+        true => rows.time_s().unwrap_or(0.0),
+        false => 0.0,
+    };
+    let is_stamped = rows.timing() == Timing::Stamped;
+    ensure!(
+        selection.rate_hz.is_some() || is_stamped,
+        "nothing says when its rows were"
+    );
+    let (opener, name) = (samples.opener(), samples.name().to_owned());
+    let open = move || {
+        let rows = opener()?;
+        let names = chosen.iter().map(|at| rows.names()[*at].clone()).collect();
+        Ok(Box::new(ChosenRows {
+            rows,
+            chosen: chosen.clone(),
+            names,
+        }) as Box<dyn RowReader + Send>)
+    };
+    let input = Input {
+        source: Source::Trace {
+            samples: Samples::rows(&name, Arc::new(open)),
+            // Parts are in the time of the stamps, if there are any.
+            rate_hz: selection.rate_hz.filter(|_| !is_stamped),
+            volts_per_unit: 1.0,
+        },
+        converter_noise: false,
+        seed: 1,
+    };
+    let input = input.open()?;
+    ensure!(input.warning.is_none(), "these are no volts of the chip");
+    let mut detector = Box::new(Detector::new(Settings::DEFAULT));
+    let (mut ring, diagnostics) = (Box::new(Ring::new()), Diagnostics::new());
+    let mut slides = Vec::new();
+    let mut emit = |event: Event| {
+        if let Event::Slide(slide) = event {
+            slides.extend(ended(slide.start_us, slide.end_us));
+        }
+    };
+    conversions(input, &mut |timed| {
+        let outputs = &mut Outputs {
+            emit: &mut emit,
+            due: &mut |_| {},
+        };
+        detector.push(timed, &mut ring, &diagnostics, outputs);
+        Ok(())
+    })?;
+    detector.finish(&mut ring, &diagnostics, &mut emit, &mut |_| {});
+    Ok(slides
+        .into_iter()
+        .map(|slide| SlideTimes {
+            start_s: begin_s + slide.start_s,
+            end_s: begin_s + slide.end_s,
+        })
+        .collect())
+}
+
+/// Some columns of rows.
+struct ChosenRows {
+    rows: Box<dyn RowReader + Send>,
+    chosen: Vec<usize>,
+    names: Vec<String>,
+}
+
+impl RowReader for ChosenRows {
+    fn file(&self) -> &str {
+        self.rows.file()
+    }
+
+    fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    fn advance(&mut self) -> Result<bool, FileError> {
+        self.rows.advance()
+    }
+
+    fn time_s(&self) -> Option<f64> {
+        self.rows.time_s()
+    }
+
+    fn timing(&self) -> Timing {
+        self.rows.timing()
+    }
+
+    fn values(&self, values: &mut Vec<f64>) -> Result<(), FileError> {
+        let mut all = Vec::new();
+        self.rows.values(&mut all)?;
+        values.clear();
+        values.extend(self.chosen.iter().map(|at| all[*at]));
+        Ok(())
+    }
+}

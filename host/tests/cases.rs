@@ -1,0 +1,233 @@
+//! Recordings as people have them: each is read as it is, or refused with the way out.
+//!
+//! The inputs are made anew by `cases/made.rs`. Where the folder `../shared/cases` has a file of
+//! the same name, as instruments or people wrote it, that is judged, too.
+
+#[path = "cases/made.rs"]
+mod made;
+
+mod common;
+
+use common::{json_lines, run, stderr, text};
+use std::path::{Path, PathBuf};
+
+/// What a command should give.
+#[derive(Clone, Copy)]
+enum Expected {
+    /// A good tone, hertz.
+    Hz(f64),
+    /// A good period by place, millimetres.
+    Mm(f64),
+    /// A refusal on one line with these parts.
+    Refused(&'static [&'static str]),
+}
+
+use Expected::{Hz, Mm, Refused};
+
+/// File, options of `fit`, what it gives.
+type Case = (&'static str, &'static [&'static str], Expected);
+
+/// The tone of most inputs.
+const TONE: Expected = Hz(12.34);
+
+const CASES: [Case; 52] = [
+    ("speed_m_s.csv", &["--speed-column", "speed_m_s"], Mm(2.5)),
+    (
+        "speed_m_s.csv",
+        &["--speed-column", "speed_m_s:m/s"],
+        Mm(2.5),
+    ),
+    (
+        "encoder_counts.csv",
+        &["--position-column", "encoder"],
+        Refused(&[
+            "column encoder has whole numbers without a unit",
+            "--mm-per-count",
+        ]),
+    ),
+    (
+        "encoder_counts.csv",
+        &["--position-column", "encoder", "--mm-per-count", "0.025"],
+        Mm(2.5),
+    ),
+    (
+        "encoder_counts.csv",
+        &["--position-column", "encoder:um"],
+        Mm(0.1),
+    ),
+    ("sine_5hz.csv", &[], Hz(5.0)),
+    ("percent_time_ns.csv", &[], TONE),
+    ("percent_time_ns.csv", &["--time-column", "%time:ns"], TONE),
+    ("datetime_column.csv", &[], TONE),
+    ("datetime_column.csv", &["--time-column", "datetime"], TONE),
+    ("data.csv.gz", &[], TONE),
+    ("audio.wav", &[], Hz(440.25)),
+    (
+        "arr.npz",
+        &[],
+        Refused(&["a NumPy archive", "in Python, ridgetone.fit(numpy.load("]),
+    ),
+    ("stamps_in_batches.csv", &[], TONE),
+    ("stamps_in_batches.csv", &["--rate", "250"], TONE),
+    (
+        "stamps_in_batches.csv",
+        &["--time-column", "none", "--rate", "250"],
+        TONE,
+    ),
+    ("stamps_8_and_2_ms.csv", &[], TONE),
+    ("stamps_8_and_2_ms.csv", &["--rate", "200"], TONE),
+    ("dropped_40pct.csv", &[], TONE),
+    ("dropped_40pct.csv", &["--rate", "250"], TONE),
+    ("random_times.csv", &[], TONE),
+    ("time_us_wrap.csv", &[], TONE),
+    ("iso_offset.csv", &[], TONE),
+    ("date_and_time_columns.csv", &[], TONE),
+    (
+        "date_and_time_columns.csv",
+        &["--time-column", "Time", "--columns", "ax,ay,az"],
+        TONE,
+    ),
+    ("six_digits_time.csv", &[], TONE),
+    ("local_time_dst.csv", &[], TONE),
+    ("utf16le_bom.csv", &[], TONE),
+    ("latin1_header.csv", &[], TONE),
+    ("units_in_second_row.csv", &[], TONE),
+    ("preamble_key_value.csv", &[], TONE),
+    ("preamble_key_value.csv", &["--rate", "250"], TONE),
+    ("percent_comments.txt", &[], TONE),
+    ("labview.lvm", &[], TONE),
+    ("no_header.csv", &["--rate", "250"], TONE),
+    (
+        "no_header.csv",
+        &[],
+        Refused(&["no header", "column_1, column_2, column_3", "--rate HZ"]),
+    ),
+    ("cr_only.csv", &[], TONE),
+    ("thousands.csv", &[], TONE),
+    ("text_column.csv", &[], TONE),
+    (
+        "text_column.csv",
+        &["--columns", ".linear_acceleration.x,.linear_acceleration.y"],
+        TONE,
+    ),
+    ("dup_channel_names.csv", &[], TONE),
+    ("dup_channel_names.csv", &["--columns", "acc"], TONE),
+    ("missing_dash.csv", &[], TONE),
+    ("missing_n_a.csv", &[], TONE),
+    ("missing_err.csv", &[], TONE),
+    ("last_line_cut.csv", &[], TONE),
+    ("header_repeated.csv", &[], TONE),
+    ("footer_text.csv", &[], TONE),
+    (
+        "footer_text.csv",
+        &["--columns", "bx"],
+        Refused(&["no column bx", "ax, ay, az"]),
+    ),
+    (
+        "cr_only.csv",
+        &["--time-column", "when"],
+        Refused(&["no column when", "time_s, ax, ay, az"]),
+    ),
+    (
+        "speed_m_s.csv",
+        &["--columns", "ax,speed_m_s", "--from", "9"],
+        Refused(&["--from 9", "3.996"]),
+    ),
+    (
+        "encoder_counts.csv",
+        &["--time-column", "encoder"],
+        Refused(&["--time-column encoder:ms"]),
+    ),
+];
+
+/// Cases that the estimator decides, not the reader: file, frequency and status now, status that is
+/// right. They are judged where the folder of people's files is.
+const OF_THE_ESTIMATOR: [(&str, f64, &str, &str); 5] = [
+    ("three_axes_three_tones.csv", 151.3, "good", "ambiguous"),
+    ("four_channels_four_tones.csv", 17.3, "good", "ambiguous"),
+    ("missing_fundamental.csv", 10.0, "good", "ambiguous"),
+    ("in_phase_half_shared_noise.csv", 12.34, "unsteady", "good"),
+    ("tacho_pulses.csv", 12.288, "ambiguous", "good"),
+];
+
+/// The folder of people's files.
+fn shared() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/cases")
+}
+
+/// Files of that name: the one that is made, and that of the folder of people's files.
+fn files(folder: &Path, name: &str) -> Vec<PathBuf> {
+    let made = folder.join(name);
+    std::fs::write(&made, made::made(name)).expect("a file");
+    [made, shared().join(name)]
+        .into_iter()
+        .filter(|path| path.exists())
+        .collect()
+}
+
+/// Why a fit is not as expected.
+fn judge(path: &Path, options: &[&str], expected: Expected) -> Option<String> {
+    let output = run(&[&["fit", text(path), "--json"], options].concat());
+    let beside = stderr(&output);
+    let shown = format!("{} {}: {beside}", path.display(), options.join(" "));
+    match expected {
+        Refused(parts) => {
+            let is_refused = output.status.code() == Some(1) && beside.lines().count() == 1;
+            let is_explained = parts.iter().all(|part| beside.contains(part));
+            (!is_refused || !is_explained).then_some(shown)
+        }
+        Hz(_) | Mm(_) if !output.status.success() => Some(shown),
+        Hz(value) | Mm(value) => {
+            let found = json_lines(&output).remove(0);
+            let number = |name: &str| found[name].as_f64().unwrap_or(f64::NAN);
+            let (name, sigma) = match expected {
+                Mm(_) => ("period_mm", "period_sigma_mm"),
+                _ => ("frequency_hz", "sigma_hz"),
+            };
+            let sigma = number(sigma);
+            let is_right = (number(name) - value).abs() < 4.0 * sigma && sigma < 1e-3 * value;
+            let is_good = found["status"] == "good";
+            // What is guessed is one line.
+            let is_short = beside.lines().count() <= 1;
+            (!is_right || !is_good || !is_short)
+                .then(|| format!("{shown}{}", &found.to_string()[..400]))
+        }
+    }
+}
+
+#[test]
+fn files_as_people_have_them_are_fitted_or_refused_with_the_way_out() {
+    let folder = common::directory();
+    let mut wrong = Vec::new();
+    for (name, options, expected) in CASES {
+        for path in files(folder.path(), name) {
+            wrong.extend(judge(&path, options, expected));
+        }
+    }
+    assert!(
+        wrong.is_empty(),
+        "{} cases:\n{}",
+        wrong.len(),
+        wrong.join("\n")
+    );
+}
+
+#[test]
+fn cases_of_the_estimator_are_right_or_as_they_were() {
+    for (name, hz, now, right) in OF_THE_ESTIMATOR {
+        let path = shared().join(name);
+        if !path.exists() {
+            println!("{name} is not here: its case is not judged");
+            continue;
+        }
+        let found = json_lines(&run(&["fit", text(&path), "--json"])).remove(0);
+        let is_as_before = found["status"] == now
+            && found["frequency_hz"]
+                .as_f64()
+                .is_some_and(|found_hz| (found_hz / hz - 1.0).abs() < 1e-3);
+        assert!(
+            found["status"] == right || found["status"] == "no_tone" || is_as_before,
+            "{name}: {found}"
+        );
+    }
+}

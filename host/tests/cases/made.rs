@@ -1,0 +1,270 @@
+//! The inputs of the cases, made anew: a tone of 12.34 Hz in three channels at 250 Hz, as
+//! instruments write it.
+
+use std::fmt::Write as _;
+use std::io::Write as _;
+
+/// Rows of each table, 4 s.
+const ROWS: usize = 1000;
+
+/// Time of a row by an even clock, seconds.
+fn even_s(row: usize) -> f64 {
+    row as f64 * 0.004
+}
+
+/// The three channels at a time, with a little noise that is the same everywhere.
+fn channels(row: usize, t_s: f64) -> [f64; 3] {
+    // SplitMix64: equal everywhere.
+    let mut state = 1 + 1000 * row as u64;
+    [10.0, 0.5, -0.8].map(|offset| {
+        state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut mixed = (state ^ state >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        mixed = (mixed ^ mixed >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
+        let noise = ((mixed ^ mixed >> 31) >> 11) as f64 / (1u64 << 53) as f64 - 0.5;
+        let phase = std::f64::consts::TAU * 12.34 * t_s + offset;
+        offset + phase.cos() + 0.3 * (2.0 * phase).sin() + 0.2 * noise
+    })
+}
+
+/// A row's text: its number, its time, its channels.
+type Text<'a> = &'a dyn Fn(usize, f64, [String; 3]) -> String;
+
+/// A table with a row for each of some times.
+fn table(header: &str, times_s: &[f64], text: Text) -> String {
+    let mut csv = header.to_owned();
+    for (row, t_s) in times_s.iter().enumerate() {
+        let values = channels(row, *t_s).map(|value| format!("{value:.6}"));
+        let _ = writeln!(csv, "{}", text(row, *t_s, values));
+    }
+    csv
+}
+
+fn evenly() -> Vec<f64> {
+    (0..ROWS).map(even_s).collect()
+}
+
+/// A table of even rows whose stamps are written so.
+fn stamped(header: &str, stamp: &dyn Fn(usize, f64) -> String) -> String {
+    table(
+        &format!("{header},ax,ay,az\n"),
+        &evenly(),
+        &|row, t_s, values| format!("{},{}", stamp(row, t_s), values.join(",")),
+    )
+}
+
+fn plain() -> String {
+    stamped("time_s", &|_, t_s| format!("{t_s:.3}"))
+}
+
+/// Every eleventh reading of the second channel is this.
+fn lacking(mark: &str) -> String {
+    table("time_s,ax,ay,az\n", &evenly(), &|row, t_s, [x, y, z]| {
+        let y = if row % 11 == 4 { mark } else { &y };
+        format!("{t_s:.3},{x},{y},{z}")
+    })
+}
+
+/// `2025-03-30 01:59:58.004000`, from then on.
+fn clock(t_s: f64) -> String {
+    let (hour, second) = if t_s < 2.0 {
+        ("01:59", 58.0)
+    } else {
+        ("02:00", -2.0)
+    };
+    format!("{hour}:{:09.6}", t_s + second)
+}
+
+fn utf_16(text: &str) -> Vec<u8> {
+    let units = std::iter::once(0xFEFF).chain(
+        text.replace('\n', "\r\n")
+            .encode_utf16()
+            .collect::<Vec<_>>(),
+    );
+    units.flat_map(u16::to_le_bytes).collect()
+}
+
+fn gzip(text: &str) -> Vec<u8> {
+    let mut writer = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    writer.write_all(text.as_bytes()).expect("memory");
+    writer.finish().expect("memory")
+}
+
+fn wav() -> Vec<u8> {
+    let spec = hound::WavSpec {
+        channels: 2,
+        sample_rate: 8000,
+        bits_per_sample: 16,
+        sample_format: hound::SampleFormat::Int,
+    };
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    let mut writer = hound::WavWriter::new(&mut bytes, spec).expect("memory");
+    for sample in 0..16_000 {
+        let phase = std::f64::consts::TAU * 440.25 * f64::from(sample) / 8000.0;
+        for value in [phase.sin(), phase.cos()] {
+            let dither = f64::from(sample * 7919 % 101 - 50);
+            writer
+                .write_sample((8000.0 * value + dither) as i16)
+                .expect("memory");
+        }
+    }
+    writer.finalize().expect("memory");
+    bytes.into_inner()
+}
+
+/// A table along which a finger moves over 2.5 mm, faster and faster.
+fn by_place(header: &str, column: &dyn Fn(f64, f64) -> String) -> String {
+    let mut csv = header.to_owned();
+    for t_s in evenly() {
+        let (speed_mm_s, place_mm) = (20.0 + 10.0 * t_s, 20.0 * t_s + 5.0 * t_s * t_s);
+        let row = (t_s * 250.0) as usize;
+        let noise = channels(row, 0.0)[0] - channels(0, 0.0)[0];
+        let phase = std::f64::consts::TAU * place_mm / 2.5;
+        let values = [phase.sin(), phase.cos()].map(|value| format!("{:.5}", value + noise));
+        let _ = writeln!(
+            csv,
+            "{t_s:.3},{},{}",
+            values.join(","),
+            column(speed_mm_s, place_mm)
+        );
+    }
+    csv
+}
+
+/// The input of a case.
+pub fn made(name: &str) -> Vec<u8> {
+    let text = match name {
+        "data.csv.gz" => return gzip(&plain()),
+        "utf16le_bom.csv" => return utf_16(&plain()),
+        "audio.wav" => return wav(),
+        "arr.npz" => return b"PK\x03\x04\x2d\0\0\0\0\0\0\0\x21\0time_s.npy\x93NUMPY".to_vec(),
+        "latin1_header.csv" => {
+            let text = plain().replace("ax,ay", "accel_#g,T_#C");
+            return text
+                .bytes()
+                .map(|byte| if byte == b'#' { 0xB5 } else { byte })
+                .collect();
+        }
+        "sine_5hz.csv" => (0..1000).fold("time_s,y\n".into(), |csv, row| {
+            let t_s = f64::from(row) * 0.002;
+            format!(
+                "{csv}{t_s:.3},{:.6}\n",
+                (std::f64::consts::TAU * 5.0 * t_s).sin()
+            )
+        }),
+        "percent_time_ns.csv" => stamped("%time", &|row, _| {
+            (1_704_441_234_123_456_789_u64 + 4_000_000 * row as u64).to_string()
+        }),
+        "datetime_column.csv" => {
+            stamped("datetime", &|_, t_s| format!("2016-11-24 {}", clock(t_s)))
+        }
+        "iso_offset.csv" => stamped("timestamp", &|_, t_s| {
+            format!("2016-11-24T{}+01:00", clock(t_s))
+        }),
+        "date_and_time_columns.csv" => {
+            stamped("Date,Time", &|_, t_s| format!("2016-11-24,{}", clock(t_s)))
+        }
+        "local_time_dst.csv" => stamped("Timestamp", &|_, t_s| {
+            format!("2025-03-30 {}", clock(t_s).replace("02:00", "03:00"))
+        }),
+        "stamps_in_batches.csv" => {
+            stamped("time_s", &|row, _| format!("{:.3}", even_s(row / 3 * 3)))
+        }
+        "six_digits_time.csv" => stamped("time_s", &|_, t_s| format!("{:.2}", 1000.0 + t_s)),
+        "time_us_wrap.csv" => stamped("time_us", &|row, _| {
+            4_292_967_296_u32
+                .wrapping_add(4000 * row as u32)
+                .to_string()
+        }),
+        "stamps_8_and_2_ms.csv" => {
+            let times_s: Vec<f64> = (0..ROWS)
+                .map(|row| (row / 2) as f64 * 0.01 + (row % 2) as f64 * 0.008)
+                .collect();
+            table("timestamp,ax,ay,az\n", &times_s, &|_, t_s, values| {
+                format!("{:.6},{}", 1_501_822_123.0 + t_s, values.join(","))
+            })
+        }
+        "dropped_40pct.csv" => {
+            let kept = |row: &usize| (row * row * 31 + row * 17) % 10 < 6;
+            let times_s: Vec<f64> = (0..ROWS).filter(kept).map(even_s).collect();
+            table("time_s,ax,ay,az\n", &times_s, &|_, t_s, values| {
+                format!("{t_s:.3},{}", values.join(","))
+            })
+        }
+        "random_times.csv" => {
+            let step_s = |row: usize| 0.0005 + 0.007 * ((row * 7919) % 1009) as f64 / 1009.0;
+            let times_s: Vec<f64> = (0..ROWS)
+                .scan(0.0, |t_s, row| {
+                    *t_s += step_s(row);
+                    Some(*t_s)
+                })
+                .collect();
+            table("time_s,ax,ay,az\n", &times_s, &|_, t_s, values| {
+                format!("{t_s:.6},{}", values.join(","))
+            })
+        }
+        "units_in_second_row.csv" => table(
+            "Time,Channel A,Channel B\n(ms),(mV),(mV)\n\n",
+            &evenly(),
+            &|_, t_s, [x, y, _]| format!("{:.8},{x},{y}", 1e3 * t_s),
+        ),
+        "preamble_key_value.csv" => table(
+            "Model,MSO24\nFirmware Version,1.24\n,\nPoint Format,Y,\nHorizontal Units,S,\nSample Interval,0.004,\nRecord Length,1000,\n,,\nTIME,CH1,CH2\n",
+            &evenly(),
+            &|_, t_s, [x, y, _]| format!("{t_s:.3},{x},{y}"),
+        ),
+        "percent_comments.txt" => table(
+            "%OpenBCI Raw EXG Data\n%Number of channels = 3\n%Sample Rate = 250 Hz\n%Board = OpenBCI_GUI$BoardCytonSerial\nSample Index, EXG Channel 0, EXG Channel 1, EXG Channel 2, Timestamp, Timestamp (Formatted)\n",
+            &evenly(),
+            &|row, t_s, values| {
+                let stamp_s = 1_704_441_234.0 + t_s;
+                format!(
+                    "{}, {}, {stamp_s:.6}, 2024-01-05 {}",
+                    row % 256,
+                    values.join(", "),
+                    clock(t_s)
+                )
+            },
+        ),
+        "labview.lvm" => table(
+            "LabVIEW Measurement\t\nWriter_Version\t2\nSeparator\tTab\nDecimal_Separator\t,\nDate\t2026/01/31\n***End_of_Header***\t\n\t\nChannels\t2\t\t\nSamples\t1000\t1000\t\nDelta_X\t0,004\t0,004\t\n***End_of_Header***\t\t\t\nX_Value\tForce\tForce 1\tComment\n",
+            &evenly(),
+            &|_, t_s, [x, y, _]| format!("{t_s:.6}\t{x}\t{y}").replace('.', ","),
+        ),
+        "no_header.csv" => table("", &evenly(), &|_, _, values| values.join(",")),
+        "cr_only.csv" => plain().replace('\n', "\r"),
+        "thousands.csv" => table("time_s,ax,ay,az\n", &evenly(), &|_, t_s, [x, y, z]| {
+            let (whole, decimals) = x.split_once('.').expect("decimals");
+            format!(
+                "{t_s:.3},\"{whole},{}.{}\",{y},{z}",
+                &decimals[..3],
+                &decimals[3..]
+            )
+        }),
+        "text_column.csv" => table(
+            "time,.header.seq,.header.stamp.secs,.header.frame_id,.linear_acceleration.x,.linear_acceleration.y\n",
+            &evenly(),
+            &|row, t_s, [x, y, _]| {
+                let stamp_s = 1_704_441_234.0 + t_s;
+                format!("{stamp_s:.9},{row},{stamp_s:.0},imu_link,{x},{y}")
+            },
+        ),
+        "dup_channel_names.csv" => plain().replace("ax,ay,az", "acc,acc,acc"),
+        "missing_dash.csv" => lacking("-"),
+        "missing_n_a.csv" => lacking("n/a"),
+        "missing_err.csv" => lacking("ERR"),
+        "last_line_cut.csv" => {
+            let whole = plain();
+            whole[..whole.len() - 12].to_owned()
+        }
+        "header_repeated.csv" => plain().replace("\n2.000,", "\ntime_s,ax,ay,az\n2.000,"),
+        "footer_text.csv" => plain() + "\nMeasurement stopped by user\n",
+        "encoder_counts.csv" => by_place("time_s,ax,ay,encoder\n", &|_, place_mm| {
+            format!("{:.0}", 40.0 * place_mm)
+        }),
+        "speed_m_s.csv" => by_place("time_s,ax,ay,speed_m_s\n", &|speed_mm_s, _| {
+            format!("{:.6}", 1e-3 * speed_mm_s)
+        }),
+        other => panic!("{other} is not made here"),
+    };
+    text.into_bytes()
+}

@@ -1,0 +1,156 @@
+//! The window as the steps see it: its frames, centred and scaled, without mains hum and without
+//! single values that are far off. Each pass reads them from their source.
+
+use crate::abscissa::Abscissa;
+use crate::frame_span::FrameSpan;
+use crate::hum::Hum;
+use crate::impulses::Impulses;
+use crate::limits::{CHANNELS_MAX, PIECES_CHIP, PIECES_MAX};
+use crate::residual::Model;
+use crate::source::Values;
+use crate::statistics::Statistics;
+
+/// A frame, centred and scaled.
+pub struct Frame {
+    /// Its number in the window.
+    pub number: u32,
+    /// Its place.
+    pub u: f32,
+    /// Values by place in [`Statistics::order`].
+    pub values: Values,
+}
+
+impl Frame {
+    /// Its number among `frames` that are evenly spaced.
+    pub fn point(&self, place: &Abscissa, frames: u32) -> usize {
+        match place {
+            Abscissa::Time { .. } => self.number as usize,
+            Abscissa::Path { .. } => (0.5 * (self.u + 1.0) * frames as f32) as usize,
+        }
+    }
+}
+
+/// Levels, slopes and one over the scales; zeros of channels that are not used.
+struct Units {
+    inverse: Values,
+    level: Values,
+    slope: Values,
+}
+
+impl Units {
+    fn new(statistics: &Statistics) -> Self {
+        let mut units = Self {
+            inverse: [0.0; CHANNELS_MAX],
+            level: [0.0; CHANNELS_MAX],
+            slope: [0.0; CHANNELS_MAX],
+        };
+        for k in 0..statistics.width.min(CHANNELS_MAX) {
+            units.inverse[k] = 1.0 / statistics.scale[k];
+            units.level[k] = statistics.level[k];
+            units.slope[k] = statistics.slope[k];
+        }
+        units
+    }
+
+    /// Centres and scales the values of a frame.
+    #[inline]
+    fn change(&self, u: f32, values: &Values, changed: &mut Values) {
+        for k in 0..CHANNELS_MAX {
+            let line = self.level[k] + self.slope[k] * u;
+            changed[k] = (values[k] - line) * self.inverse[k];
+        }
+    }
+}
+
+/// The frames of a window.
+pub struct Data<'d, 's> {
+    /// Where they come from.
+    pub span: &'d mut FrameSpan<'s>,
+    /// Levels, slopes and scales.
+    pub statistics: Statistics,
+    /// Their places.
+    pub place: Abscissa<'s>,
+    /// What is far off.
+    pub impulses: &'d mut Impulses,
+    /// Mains hum.
+    pub hum: Option<Hum>,
+    /// Whether frames were overwritten meanwhile.
+    pub is_lost: bool,
+}
+
+impl Data<'_, '_> {
+    /// Number of channels.
+    pub fn width(&self) -> usize {
+        self.statistics.width
+    }
+
+    /// Frames of the window, missing ones included.
+    pub fn count(&self) -> u32 {
+        self.span.frames
+    }
+
+    /// Cycles a window of half the frame rate.
+    pub fn cycles_max(&self) -> f32 {
+        match self.place {
+            Abscissa::Time { .. } => 0.5 * self.count() as f32,
+            Abscissa::Path { .. } => 0.5 * self.span.effective_frames(),
+        }
+    }
+
+    /// Frames of a point of a transform.
+    pub fn frames_each(&self) -> u32 {
+        let most = if self.count() as usize <= 2 * PIECES_CHIP {
+            PIECES_CHIP
+        } else {
+            PIECES_MAX
+        };
+        self.count().div_ceil(most as u32).max(1)
+    }
+
+    /// Visits the frames.
+    pub fn visit(&mut self, mut visit: impl FnMut(&Frame)) {
+        let Statistics { wanted, order, .. } = &self.statistics;
+        let width = self.width().min(CHANNELS_MAX);
+        let units = Units::new(&self.statistics);
+        let is_ordered = order.iter().enumerate().all(|(k, c)| k == usize::from(*c));
+        let (place, hum) = (&self.place, &self.hum);
+        let mut impulses = self.impulses.iter();
+        let mut frame = Frame {
+            number: 0,
+            u: 0.0,
+            values: [0.0; CHANNELS_MAX],
+        };
+        let read = self.span.visit(*wanted, &mut |number, values| {
+            let u = place.u(number);
+            (frame.number, frame.u) = (number, u);
+            if is_ordered {
+                units.change(u, values, &mut frame.values);
+            } else {
+                let mut used = [0.0; CHANNELS_MAX];
+                for (used, c) in used.iter_mut().zip(order).take(width) {
+                    *used = values[usize::from(*c) % CHANNELS_MAX];
+                }
+                units.change(u, &used, &mut frame.values);
+            }
+            if let Some(hum) = hum {
+                hum.subtract(&mut frame);
+            }
+            impulses.subtract(&mut frame);
+            visit(&frame);
+        });
+        self.is_lost |= read.is_err();
+    }
+
+    /// Visits the frames, or what a model leaves of them.
+    pub fn visit_beside(&mut self, model: Option<&Model>, mut visit: impl FnMut(&Frame)) {
+        let width = self.width();
+        self.visit(|frame| match model {
+            Some(model) => {
+                let mut values = [0.0; CHANNELS_MAX];
+                model.residual(frame, 0..width, &mut values);
+                visit(&Frame { values, ..*frame });
+            }
+            None => visit(frame),
+        });
+    }
+}
