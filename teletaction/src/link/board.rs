@@ -292,7 +292,7 @@ impl Doing {
 mod tests {
     use super::*;
     use ridgetone_proto::boot::Boot;
-    use ridgetone_proto::telemetry::{Events, WIRE_MAX};
+    use ridgetone_proto::telemetry::WIRE_MAX;
     use ridgetone_stimulus::Actuator;
     use ridgetone_stylus::SAMPLE_HZ;
     use ridgetone_stylus::message::{Hello, Place};
@@ -316,7 +316,7 @@ mod tests {
 
     fn hear(end: &mut BoardEnd, sequence: u16, event: Event) {
         let mut wire = [0; WIRE_MAX];
-        let used = Mark::<Event>::encode(
+        let used = framing::encode(
             &Packet {
                 sequence,
                 event: Mark(event),

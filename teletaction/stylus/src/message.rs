@@ -90,7 +90,10 @@ impl Events for Mark<Event> {
         self.dated_us()
     }
 
-    fn encode(packet: &Packet, wire: &mut [u8; WIRE_MAX]) -> Result<usize, TooLong> {
+    fn encode(
+        packet: &telemetry::Packet<&Self>,
+        wire: &mut [u8; WIRE_MAX],
+    ) -> Result<usize, TooLong> {
         framing::encode(packet, wire)
     }
 }

@@ -6,8 +6,9 @@ use ridgetone::tasks::Outbox;
 use ridgetone::tasks::{Inboxes, Received};
 use ridgetone::tasks::{PACKETS, Platform, Shared, Task};
 use ridgetone_proto::boot::Boot;
+use ridgetone_proto::framing;
 use ridgetone_proto::plan::Plan;
-use ridgetone_proto::telemetry::{Events, WIRE_MAX};
+use ridgetone_proto::telemetry::WIRE_MAX;
 use ridgetone_stylus::SAMPLE_US;
 use ridgetone_stylus::gate::State;
 use ridgetone_stylus::message::{Event, Mark, Packet};
@@ -192,7 +193,7 @@ fn send(mut end: &File, packets: Vec<Packet>, inner: &Inner) {
                 .push(hello.parameters);
         }
         let mut wire = [0; WIRE_MAX];
-        let used = Mark::<Event>::encode(&packet, &mut wire).expect("it fits");
+        let used = framing::encode(&packet, &mut wire).expect("it fits");
         if !inner.is_mute.load(Relaxed) {
             let _ = end.write_all(&wire[..used]);
         }

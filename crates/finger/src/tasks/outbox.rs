@@ -3,7 +3,8 @@
 
 use super::shared::{FRAMES, PACKETS, Platform, Shared, Task};
 use heapless::Deque;
-use ridgetone_proto::telemetry::{Event, Events, Packet};
+use ridgetone_proto::framing::TooLong;
+use ridgetone_proto::telemetry::{Event, Events, Packet, WIRE_MAX};
 
 /// Both ends of the serial line as a task sees them: requests come in, packets go out.
 pub struct Mail<'a, I, O> {
@@ -80,10 +81,36 @@ impl<const N: usize, E: Events> Outbox<N, E> {
         Some(Packet { sequence, event })
     }
 
+    /// Encodes what [`Self::take`] would give, and lets go of it. An event is encoded where it lies: a
+    /// copy would be on the stack.
+    pub fn encode_next(&mut self, wire: &mut [u8; WIRE_MAX]) -> Option<Result<usize, TooLong>> {
+        let sequence = self.sequence;
+        let encoded = match self.events.front() {
+            Some(event) => E::encode(&Packet { sequence, event }, wire),
+            None => encode_frame::<E>(*self.frames.front()?, sequence, wire),
+        };
+        if self.events.pop_front().is_none() {
+            self.frames.pop_front();
+        }
+        self.sequence = sequence.wrapping_add(1);
+        Some(encoded)
+    }
+
     /// Whether nothing waits.
     pub fn is_empty(&self) -> bool {
         self.events.is_empty() && self.frames.is_empty()
     }
+}
+
+// A frame of its own: an event lies in it, which is not under the encoding of others.
+#[inline(never)]
+fn encode_frame<E: Events>(
+    frame: E::Bulk,
+    sequence: u16,
+    wire: &mut [u8; WIRE_MAX],
+) -> Result<usize, TooLong> {
+    let event = &frame.into();
+    E::encode(&Packet { sequence, event }, wire)
 }
 
 impl<E: Events> Outbox<PACKETS, E> {
@@ -101,7 +128,7 @@ impl<E: Events> Outbox<PACKETS, E> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ridgetone_proto::telemetry::{Health, Raw};
+    use ridgetone_proto::telemetry::{Decoder, Health, Raw};
     extern crate std;
     use std::vec::Vec;
 
@@ -163,7 +190,12 @@ mod tests {
         assert_eq!(outbox.post(raw(99)), Posted::Thinned);
         assert_eq!(outbox.post(event(10)), Posted::Queued);
         assert_eq!(outbox.post(event(11)), Posted::Queued);
-        let taken: Vec<_> = core::iter::from_fn(|| outbox.take()).collect();
+        let (mut decoder, mut taken) = (Decoder::new(), Vec::new());
+        let mut wire = [0; WIRE_MAX];
+        while let Some(length) = outbox.encode_next(&mut wire) {
+            let wire = &wire[..length.expect("every event fits")];
+            taken.extend(wire.iter().filter_map(|byte| decoder.push(*byte)));
+        }
         let events = [event(10), event(11)];
         let frames = (0..FRAMES as u32).map(raw);
         let expected: Vec<_> = (0..)

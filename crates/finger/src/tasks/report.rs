@@ -31,11 +31,11 @@ impl<'a> Report<'a> {
         shared: &Shared<P>,
     ) {
         while self.bytes.len() <= LOW_WATER {
-            let Some(packet) = outbox.lock(|outbox| outbox.take()) else {
+            let wire = &mut self.wire;
+            let Some(length) = outbox.lock(|outbox| outbox.encode_next(wire)) else {
                 break;
             };
-            let length = E::encode(&packet, &mut self.wire).ok();
-            let Some(encoded) = length.and_then(|length| self.wire.get(..length)) else {
+            let Some(encoded) = length.ok().and_then(|length| wire.get(..length)) else {
                 shared.diagnostics.messages_dropped.add(1);
                 continue;
             };

@@ -38,8 +38,6 @@ const LOAD_BLOCKS: u32 = 8;
 const STILL_BACK: usize = 8;
 /// Blocks after which the direction that is no motion is measured anew in a slide: 133 ms.
 const AIM_BLOCKS: u32 = 8;
-/// Frames before the block that showed a touch in which its load may have begun to rise: 133 ms.
-const ONSET_FRAMES: u32 = 32;
 /// From the contact to a slide that began before the spike was over, frames: 50 ms, within which a
 /// spike hides it.
 const HIDDEN_FRAMES: u32 = 12;
@@ -425,7 +423,7 @@ impl ContactDetector {
                     self.enter(Phase::Idle);
                     return;
                 }
-                self.report_contact(ring, report);
+                self.report_contact(report);
                 is_released
             }
             Ended::Hold => true,
@@ -528,16 +526,9 @@ impl ContactDetector {
     }
 
     /// The taxel with the highest spike gives the time.
-    fn report_contact(&mut self, ring: Averages, report: &mut dyn FnMut(Change)) {
+    fn report_contact(&mut self, report: &mut dyn FnMut(Change)) {
         let (frame, taxel, height) = self.spike.highest(self.motion.weights());
-        let onset = match self.phase {
-            Phase::Spike(since) => {
-                let earliest = since.wrapping_sub(ONSET_FRAMES);
-                self.frames(ring)
-                    .departure(&self.idle.level, since, earliest)
-            }
-            _ => frame,
-        };
+        let onset = self.spike.onset;
         let onset = if reached(onset, frame) { frame } else { onset };
         self.contact = frame;
         self.planned = planned(&self.slide, frame, &self.condition);

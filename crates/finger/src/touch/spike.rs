@@ -16,6 +16,8 @@ const CLEAR: f32 = 4.0;
 const CLEAR_SHARE: f32 = 0.25;
 /// The spike may have begun this number of frames before the block that shows the first touch.
 const LOOK_BACK: u32 = 4;
+/// The load may have begun to rise this number of frames before that block: 133 ms.
+const ONSET_FRAMES: u32 = 32;
 /// Time within which the spike's peak is looked for after the first touch, frames: 0.3 s. The paper
 /// looks for it in the first 0.8 s of a record that contains it.
 pub const SPIKE_FRAMES: u32 = 72;
@@ -37,6 +39,8 @@ pub struct Spike {
     frame: [u8; TAXELS],
     /// Number of the first frame that was looked at.
     first: u32,
+    /// Frame in which the load begins to rise.
+    pub onset: u32,
 }
 
 impl Spike {
@@ -45,6 +49,7 @@ impl Spike {
             peak: [0.0; TAXELS],
             frame: [0; TAXELS],
             first: 0,
+            onset: 0,
         }
     }
 
@@ -54,6 +59,7 @@ impl Spike {
         let first = number.wrapping_sub(BLOCK_FRAMES - 1 + LOOK_BACK);
         let mut spike = Self {
             first,
+            onset: frames.departure(idle, number, number.wrapping_sub(ONSET_FRAMES)),
             ..Self::new()
         };
         for number in (0..BLOCK_FRAMES + LOOK_BACK).map(|frames| first.wrapping_add(frames)) {

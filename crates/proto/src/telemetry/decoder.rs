@@ -1,7 +1,7 @@
 //! From bytes back to packets.
 
 use super::event::{Event, Raw};
-use super::packet::{self, PROTOCOL, Packet};
+use super::packet::{PROTOCOL, Packet};
 use super::starts::Starts;
 use crate::framing::{self, Inbox, Pushed, TooLong, WIRE_MAX};
 use core::marker::PhantomData;
@@ -30,7 +30,7 @@ pub trait Events: DeserializeOwned {
 
     /// Encodes a packet ([`crate::framing`]). Returns the bytes used of `wire`. Here, so that it is
     /// compiled, small, where the event is.
-    fn encode(packet: &Packet<Self>, wire: &mut [u8; WIRE_MAX]) -> Result<usize, TooLong>;
+    fn encode(packet: &Packet<&Self>, wire: &mut [u8; WIRE_MAX]) -> Result<usize, TooLong>;
 }
 
 impl Events for Event {
@@ -66,8 +66,8 @@ impl Events for Event {
         }
     }
 
-    fn encode(packet: &Packet, wire: &mut [u8; WIRE_MAX]) -> Result<usize, TooLong> {
-        packet::encode(packet, wire)
+    fn encode(packet: &Packet<&Self>, wire: &mut [u8; WIRE_MAX]) -> Result<usize, TooLong> {
+        framing::encode(packet, wire)
     }
 }
 
