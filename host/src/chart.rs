@@ -333,7 +333,8 @@ pub struct Panel {
     pub curves: Vec<Curve>,
 }
 
-const CHART_WIDTH: f64 = 940.0;
+/// Width of a chart.
+pub const CHART_WIDTH: f64 = 940.0;
 const EDGES: (f64, f64) = (74.0, 910.0);
 const PLOT_HEIGHT: f64 = 250.0;
 const KEY_ROW: f64 = 20.0;
@@ -357,12 +358,13 @@ impl Panel {
         rows
     }
 
-    fn height(&self) -> f64 {
+    /// Height of the panel with its title and its key.
+    pub fn height(&self) -> f64 {
         PLOT_HEIGHT + 108.0 + KEY_ROW * self.key().len() as f64
     }
 
     /// Draws the panel below `top`.
-    fn draw(&self, svg: &mut Svg, top: f64) {
+    pub fn draw(&self, svg: &mut Svg, top: f64) {
         let (left, right) = EDGES;
         let (upper, lower) = (top + 56.0, top + 56.0 + PLOT_HEIGHT);
         let points = || self.curves.iter().flat_map(|curve| &curve.points);

@@ -42,6 +42,21 @@ pub fn plus_minus(value: f64, sigma: f64, least: usize) -> String {
     format!("{value:.places$} +- {sigma:.places$}")
 }
 
+/// A value and its uncertainty, the uncertainty with two significant digits.
+pub fn uncertain(value: f64, sigma: f64) -> String {
+    // The exponent after rounding: 0.0996 is 0.10.
+    let power: i32 = format!("{sigma:.1e}")
+        .split_once('e')
+        .and_then(|(_, power)| power.parse().ok())
+        .unwrap_or(0);
+    if sigma > 0.0 && sigma.is_finite() {
+        let decimals = (1 - power).max(0) as usize;
+        format!("{value:.decimals$} \u{b1} {sigma:.decimals$}")
+    } else {
+        format!("{value} \u{b1} {sigma}")
+    }
+}
+
 /// A value and its uncertainty with the same number of [`decimals`], at least four.
 pub fn with_sigma(value: f64, sigma: f64) -> (String, String) {
     let decimals = decimals(sigma, 4);
@@ -51,6 +66,19 @@ pub fn with_sigma(value: f64, sigma: f64) -> (String, String) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_uncertainty_has_two_digits() {
+        for (value, sigma, expected) in [
+            (8.33342, 0.00023, "8.33342 \u{b1} 0.00023"),
+            (8.33342, 0.0996, "8.33 \u{b1} 0.10"),
+            (12.3, 4.56, "12.3 \u{b1} 4.6"),
+            (1234.5, 67.8, "1234 \u{b1} 68"),
+            (1.0, 0.0, "1 \u{b1} 0"),
+        ] {
+            assert_eq!(uncertain(value, sigma), expected);
+        }
+    }
 
     #[test]
     fn an_uncertainty_is_never_shown_as_0() {

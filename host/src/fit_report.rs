@@ -76,10 +76,9 @@ pub fn text(fit: &TableFit) -> String {
     );
     line(
         "part",
-        match fit.part {
-            FittedPart::Slide => format!("the slide, {times}; --whole fits everything"),
-            FittedPart::Whole => format!("all, {times}"),
-            FittedPart::Given => format!("as given, {times}"),
+        match (part_name(fit.part), fit.part) {
+            (part, FittedPart::Slide) => format!("{part}, {times}; --whole fits everything"),
+            (part, _) => format!("{part}, {times}"),
         },
     );
     let missing = if fit.rows_missing > 0 {
@@ -136,6 +135,15 @@ pub fn text(fit: &TableFit) -> String {
         };
     }
     out
+}
+
+/// The part that was fitted, in a word.
+pub fn part_name(part: FittedPart) -> &'static str {
+    match part {
+        FittedPart::Slide => "the slide",
+        FittedPart::Whole => "all",
+        FittedPart::Given => "as given",
+    }
 }
 
 fn meaning(status: Status) -> &'static str {

@@ -44,6 +44,7 @@ pub mod events;
 pub mod export;
 pub mod feed;
 pub mod feel;
+pub mod fit_picture;
 pub mod fit_report;
 pub mod frame;
 mod grid;

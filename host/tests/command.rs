@@ -93,6 +93,7 @@ fn no_file_is_overwritten_without_a_word() {
         &["scene", "-o", there][..],
         &["export", text(&rec), "-o", there],
         &["demo", "--svg", there],
+        &["fit", "none.csv", "--svg", there],
     ] {
         assert_one_line(
             &run(command),

@@ -254,3 +254,27 @@ fn the_slide_of_a_touch_is_found_and_all_else_is_fitted_whole() {
     assert_eq!(all["part"], "whole");
     assert_eq!(all, fit(&[text(&path), "--whole"]));
 }
+
+#[test]
+fn a_picture_has_the_numbers_of_the_fit_in_time_and_by_place() {
+    let folder = directory();
+    let rows = tone(2, 1000, 250.0, 8.0, 0.0);
+    let mut lines = rows.lines();
+    let mut table = format!("{},v_mm_s\n", lines.next().expect("a header"));
+    lines.for_each(|row| table += &format!("{row},20.5\n"));
+    let path = file(folder.path(), "tone.csv", &table);
+    let svg = folder.path().join("fit.svg");
+    for (options, field) in [
+        (&["--columns", "c0,c1"][..], "frequency_hz"),
+        (&["--speed-column", "v_mm_s"], "period_mm"),
+    ] {
+        let with_picture = [&[text(&path), "--svg", text(&svg)], options].concat();
+        let found = number(&fit(&with_picture), field);
+        let picture = std::fs::read_to_string(&svg).expect("a picture");
+        let (_, title) = picture.split_once(">tone.csv: ").expect("a title");
+        let shown: f64 = title.split(' ').next().unwrap().parse().unwrap();
+        assert!((shown / found - 1.0).abs() < 1e-4, "{shown} for {found}");
+        assert!(picture.contains(">c0<") && picture.contains(">c1<"));
+        std::fs::remove_file(&svg).expect("it was written");
+    }
+}

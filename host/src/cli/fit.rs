@@ -5,7 +5,7 @@ use crate::output::Progress;
 use crate::samples::Samples;
 use crate::speed::{Column, Quantity};
 use crate::table_fit::Selection;
-use crate::{fit_report, output, settings_form, touch_part};
+use crate::{fit_picture, fit_report, output, settings_form, touch_part};
 use anyhow::Result;
 use clap::Args;
 use hal_mock::TimeColumn;
@@ -22,6 +22,7 @@ Examples:
   ridgetone fit recording.csv
   ridgetone fit touch.rec
   ridgetone fit recording.csv --from 1.57 --to 13.57 --json
+  ridgetone fit recording.csv --svg fit.svg
   ridgetone fit no_time.csv --rate 241.14 --columns ain0,ain1,ain2
   ridgetone fit by_hand.csv --speed-column speed_mm_s
   ridgetone fit by_hand.csv --speed-column v:m/s
@@ -75,6 +76,9 @@ pub struct FitArgs {
     /// One JSON object on one line instead of the table.
     #[arg(long)]
     json: bool,
+    /// Draw the channels, the fit, what it leaves, and their spectra here.
+    #[arg(long, value_name = "FILE.svg")]
+    svg: Option<PathBuf>,
 }
 
 fn speed(text: &str) -> Result<Column, String> {
@@ -92,6 +96,7 @@ impl FitArgs {
             .as_deref()
             .map(settings_form::load)
             .transpose()?;
+        self.svg.as_deref().map_or(Ok(()), output::check_new)?;
         let samples = Samples::file_with(&self.file, self.time_column)?;
         let file = samples.name().to_owned();
         let selection = Selection {
@@ -121,6 +126,9 @@ impl FitArgs {
         }
         if let Some(warning) = fit.warning(&selection) {
             eprintln!("ridgetone: warning: {warning}");
+        }
+        if let Some(path) = &self.svg {
+            output::new_text(path, &fit_picture::draw(&samples, &selection, &fit)?)?;
         }
         if self.json {
             output::line(&fit_report::json(&file, &fit)?)
