@@ -4,29 +4,26 @@
 //! Within a block what modulates a line is taken to be constant, and baselines to be straight.
 
 use crate::data::Data;
-use crate::legendre::{legendre, slopes};
-use crate::limits::{
-    BLOCKS_MAX, CHANNELS_MAX, DEGREE_MAX, HARMONICS_MAX, POINTS_MAX, UNKNOWNS_MAX,
-};
+use crate::legendre::baselines;
+use crate::limits::{BLOCK_LINES, BLOCKS_MAX, CHANNELS_MAX, DEGREE_MAX, HARMONICS_MAX, POINTS_MAX};
 use crate::lines::Lines;
 use crate::phase::{cos_sin, from_turns};
 use crate::phase_course::Course;
 use crate::residual::Model;
 use crate::solve::Shape;
 use crate::source::Values;
-use core::f32::consts::FRAC_1_PI;
+use crate::totals::{Totals, of_lines};
+use core::f32::consts::{FRAC_1_PI, PI};
 
-/// Functions of a block: cosine and sine of each line.
+/// Most functions of a block: cosine and sine of each line.
 const FUNCTIONS: usize = 2 * HARMONICS_MAX;
-/// Rows of memory that blocks need.
-const ROWS_BLOCKS: usize = BLOCKS_MAX * FUNCTIONS;
-const ROWS: usize = rows(POINTS_MAX);
+const ROWS: usize = rows(BLOCK_LINES, POINTS_MAX);
 
-/// Rows of memory: what blocks need, or a transform.
-pub const fn rows(points: usize) -> usize {
+/// Rows of memory: cosine and sine of all blocks' lines, or a transform.
+pub const fn rows(lines: usize, points: usize) -> usize {
     let transform = points.div_ceil(CHANNELS_MAX);
-    if ROWS_BLOCKS > transform {
-        ROWS_BLOCKS
+    if 2 * lines > transform {
+        2 * lines
     } else {
         transform
     }
@@ -45,15 +42,9 @@ pub struct Blocks {
     /// Sums of cosine and sine of each multiple of the phase.
     waves: [[Wave; WAVES]; BLOCKS_MAX],
     /// Sums of cosine and sine of each line times the distance from the block's middle.
-    moments: [[Wave; HARMONICS_MAX]; BLOCKS_MAX],
-    /// Ends and middles of the blocks.
+    moments: [Wave; BLOCK_LINES],
+    /// Ends of the blocks.
     ends: [f32; BLOCKS_MAX],
-    /// Middles of the blocks.
-    middles: [f32; BLOCKS_MAX],
-    /// How far blocks have been turned since the pass, radians of the unit line.
-    turned: [f32; BLOCKS_MAX],
-    /// Values and slopes of the baselines in the middles of the blocks.
-    baselines: [[[f32; 2]; DEGREE_MAX + 1]; BLOCKS_MAX],
     /// Products of the baselines with the channels.
     levels: [Values; DEGREE_MAX + 1],
     /// Products of the baselines with each other.
@@ -81,11 +72,8 @@ impl Blocks {
         Self {
             rows: [[0.0; CHANNELS_MAX]; ROWS],
             waves: [[[0.0; 2]; WAVES]; BLOCKS_MAX],
-            moments: [[[0.0; 2]; HARMONICS_MAX]; BLOCKS_MAX],
+            moments: [[0.0; 2]; BLOCK_LINES],
             ends: [0.0; BLOCKS_MAX],
-            middles: [0.0; BLOCKS_MAX],
-            turned: [0.0; BLOCKS_MAX],
-            baselines: [[[0.0; 2]; DEGREE_MAX + 1]; BLOCKS_MAX],
             levels: [[0.0; CHANNELS_MAX]; DEGREE_MAX + 1],
             gram: [[0.0; DEGREE_MAX + 1]; DEGREE_MAX + 1],
             count: 0,
@@ -99,10 +87,11 @@ impl Blocks {
         self.rows.as_flattened_mut()
     }
 
-    /// Divides a window, and passes over it for what baselines have.
+    /// Divides a window for passes of up to so many lines, and passes over it for what baselines
+    /// have.
     #[inline(never)]
-    pub fn start(&mut self, data: &mut Data) {
-        self.divide(data.count());
+    pub fn start(&mut self, data: &mut Data, lines: usize) {
+        self.divide(data.count(), BLOCKS_MAX.min(BLOCK_LINES / lines.max(1)));
         self.levels = [[0.0; CHANNELS_MAX]; DEGREE_MAX + 1];
         self.gram = [[0.0; DEGREE_MAX + 1]; DEGREE_MAX + 1];
         let (mut b, mut sums) = (0, [[0.0; CHANNELS_MAX]; 2]);
@@ -113,7 +102,7 @@ impl Blocks {
                 (sums, moments) = ([[0.0; CHANNELS_MAX]; 2], [0.0; 3]);
                 b = self.block(frame.u);
             }
-            let from_middle = frame.u - self.middles[b];
+            let from_middle = frame.u - self.middle(b);
             moments[0] += 1.0;
             moments[1] += from_middle;
             moments[2] += from_middle * from_middle;
@@ -128,8 +117,9 @@ impl Blocks {
     /// Adds what baselines have of a block.
     fn add_levels(&mut self, b: usize, sums: &[Values; 2], moments: &[f32; 3]) {
         let [count, first, second] = moments;
-        for (i, one) in self.baselines[b].iter().enumerate() {
-            for (j, other) in self.baselines[b].iter().enumerate() {
+        let baselines = baselines(self.middle(b));
+        for (i, one) in baselines.iter().enumerate() {
+            for (j, other) in baselines.iter().enumerate() {
                 self.gram[i][j] += one[0] * other[0] * count
                     + (one[0] * other[1] + one[1] * other[0]) * first
                     + one[1] * other[1] * second;
@@ -157,18 +147,18 @@ impl Blocks {
     pub fn collect(&mut self, data: &mut Data, pass: &Pass, model: Option<&Model>) {
         self.lines = pass.lines;
         self.most = pass.most.min(WAVES - 1);
-        self.rows[..ROWS_BLOCKS].fill([0.0; CHANNELS_MAX]);
+        self.rows[..2 * BLOCK_LINES].fill([0.0; CHANNELS_MAX]);
         self.waves = [[[0.0; 2]; WAVES]; BLOCKS_MAX];
-        self.moments = [[[0.0; 2]; HARMONICS_MAX]; BLOCKS_MAX];
-        self.turned = [0.0; BLOCKS_MAX];
+        self.moments = [[0.0; 2]; BLOCK_LINES];
         let (mut b, mut powers) = (0, [[1.0, 0.0]; WAVES]);
         let mut batch = Batch::NONE;
+        let functions = 2 * pass.lines.count();
         data.visit_beside(model, |frame| {
             if !self.is_in(b, frame.u) {
-                batch.add_to(&mut self.rows[b * FUNCTIONS..][..FUNCTIONS]);
+                batch.add_to(&mut self.rows[b * functions..][..functions]);
                 b = self.block(frame.u);
             }
-            let from_middle = frame.u - self.middles[b];
+            let from_middle = frame.u - self.middle(b);
             let (cos, sin) = cos_sin(pass.course.at(frame.u, pass.scale));
             for m in 1..=self.most {
                 let [c, s] = powers[m - 1];
@@ -178,33 +168,30 @@ impl Blocks {
                 wave[0] += power[0];
                 wave[1] += power[1];
             }
-            for (moment, line) in self.moments[b].iter_mut().zip(pass.lines.iter()) {
+            let moments = &mut self.moments[b * functions / 2..];
+            for (moment, line) in moments.iter_mut().zip(pass.lines.iter()) {
                 let [cos, sin] = powers[line % WAVES];
                 moment[0] += from_middle * cos;
                 moment[1] += from_middle * sin;
             }
             batch.push(&frame.values, pass.lines, &powers);
             if batch.count == BATCH {
-                batch.add_to(&mut self.rows[b * FUNCTIONS..][..FUNCTIONS]);
+                batch.add_to(&mut self.rows[b * functions..][..functions]);
             }
         });
-        batch.add_to(&mut self.rows[b * FUNCTIONS..][..FUNCTIONS]);
+        batch.add_to(&mut self.rows[b * functions..][..functions]);
     }
 
-    /// Divides the window into blocks of whole frames. They are shortest at the ends, where Legendre
-    /// polynomials change fastest.
-    fn divide(&mut self, frames: u32) {
+    /// Divides the window into up to `most` blocks of whole frames. They are shortest at the ends,
+    /// where Legendre polynomials change fastest.
+    fn divide(&mut self, frames: u32, most: usize) {
         let (mut first, half) = (0, 0.5 * frames as f32);
         self.count = 0;
-        for i in 1..=BLOCKS_MAX {
-            let (cos, _) = cos_sin(from_turns(0.5 * i as f32 / BLOCKS_MAX as f32));
+        for i in 1..=most {
+            let (cos, _) = cos_sin(from_turns(0.5 * i as f32 / most as f32));
             let end = (half * (1.0 - cos) + 0.5) as u32;
             if end > first {
-                self.middles[self.count] = 0.5 * (first + end) as f32 / half - 1.0;
                 self.ends[self.count] = end as f32 / half - 1.0;
-                let u = self.middles[self.count];
-                let (values, slopes) = (legendre::<5>(u), slopes::<5>(u));
-                self.baselines[self.count] = core::array::from_fn(|k| [values[k], slopes[k]]);
                 self.count += 1;
                 first = end;
             }
@@ -218,7 +205,8 @@ impl Blocks {
 
     /// Middle of a block.
     pub fn middle(&self, b: usize) -> f32 {
-        self.middles[b]
+        let start = b.checked_sub(1).map_or(-1.0, |before| self.ends[before]);
+        0.5 * (start + self.ends[b])
     }
 
     /// The lines of the pass.
@@ -226,9 +214,14 @@ impl Blocks {
         self.lines
     }
 
+    /// Place of a line among those of all blocks.
+    fn place(&self, b: usize, line: usize) -> usize {
+        b * self.lines.count() + self.lines.place(line)
+    }
+
     /// Products of a line's cosine and sine with the channels in a block.
     pub fn line(&self, b: usize, line: usize) -> [&Values; 2] {
-        let row = b * FUNCTIONS + 2 * self.lines.place(line);
+        let row = 2 * self.place(b, line);
         [&self.rows[row], &self.rows[row + 1]]
     }
 
@@ -247,12 +240,11 @@ impl Blocks {
         &self.gram
     }
 
-    /// Products of cosine and sine of a line with the baseline of a degree in a block.
-    pub fn with_baseline(&self, b: usize, line: usize, degree: usize) -> Wave {
-        let wave = self.wave(b, line);
-        let moment = self.moments[b][self.lines.place(line) % HARMONICS_MAX];
-        let [value, slope] = self.baselines[b][degree];
-        [0, 1].map(|i| value * wave[i] + slope * moment[i])
+    /// Products of cosine and sine of a line with the baselines in a block.
+    pub fn with_baselines(&self, b: usize, line: usize) -> [Wave; DEGREE_MAX + 1] {
+        let (wave, moment) = (self.wave(b, line), self.moments[self.place(b, line)]);
+        baselines(self.middle(b))
+            .map(|[value, slope]| [0, 1].map(|i| value * wave[i] + slope * moment[i]))
     }
 
     /// Sums over all blocks, each with its weight: of the multiples of the phase up to `most`, and
@@ -267,11 +259,11 @@ impl Blocks {
                 sum[0] += weight * wave[0];
                 sum[1] += weight * wave[1];
             }
-            let baselines = &self.baselines[b][..=shape.degree.min(DEGREE_MAX)];
+            let baselines = baselines(self.middle(b));
             for (sums, line) in totals.baselines.iter_mut().zip(shape.lines.iter()) {
-                let wave = self.wave(b, line);
-                let moment = self.moments[b][self.lines.place(line) % HARMONICS_MAX];
-                for (sum, [value, slope]) in sums.iter_mut().zip(baselines) {
+                let (wave, moment) = (self.wave(b, line), self.moments[self.place(b, line)]);
+                let pairs = sums.iter_mut().zip(&baselines);
+                for (sum, [value, slope]) in pairs.take(shape.degree + 1) {
                     sum[0] += weight * (value * wave[0] + slope * moment[0]);
                     sum[1] += weight * (value * wave[1] + slope * moment[1]);
                 }
@@ -284,11 +276,10 @@ impl Blocks {
     pub fn products(&self, shape: &Shape, weights: &[f32; BLOCKS_MAX], rows: &mut [Values]) {
         let pairs = rows.chunks_exact_mut(2);
         for (sums, line) in pairs.zip(shape.lines.iter()) {
-            let place = 2 * self.lines.place(line);
             for (r, sums) in sums.iter_mut().enumerate() {
                 *sums = [0.0; CHANNELS_MAX];
                 for b in 0..self.count {
-                    let row = &self.rows[b * FUNCTIONS + place + r];
+                    let row = self.line(b, line)[r];
                     for (sum, value) in sums.iter_mut().zip(row) {
                         *sum += weights[b] * value;
                     }
@@ -301,10 +292,9 @@ impl Blocks {
     #[inline(never)]
     pub fn turn(&mut self, from: &Course, to: &Course) {
         for b in 0..self.count {
-            let u = self.middles[b];
+            let u = self.middle(b);
             let turns = 0.5 * (to.cycles - from.cycles) * u
                 + 0.5 * FRAC_1_PI * (to.movement(u) - from.movement(u));
-            self.turned[b] += turns / (0.5 * FRAC_1_PI);
             let (cos, sin) = cos_sin(from_turns(turns));
             let mut power = [1.0, 0.0];
             for m in 1..=self.most {
@@ -312,11 +302,10 @@ impl Blocks {
                 power = [c * cos - s * sin, s * cos + c * sin];
                 rotate(&mut self.waves[b][m], power);
                 if self.lines.has(m) {
-                    let place = self.lines.place(m) % HARMONICS_MAX;
-                    rotate(&mut self.moments[b][place], power);
-                    let row = b * FUNCTIONS + 2 * self.lines.place(m);
-                    let (first, second) = self.rows.split_at_mut(row + 1);
-                    for (cos, sin) in first[row].iter_mut().zip(&mut second[0]) {
+                    let place = self.place(b, m);
+                    rotate(&mut self.moments[place], power);
+                    let [first, second] = &mut self.rows.as_chunks_mut::<2>().0[place];
+                    for (cos, sin) in first.iter_mut().zip(second) {
                         let mut wave = [*cos, *sin];
                         rotate(&mut wave, power);
                         [*cos, *sin] = wave;
@@ -326,13 +315,15 @@ impl Blocks {
         }
     }
 
-    /// How far, in radians, neighbouring blocks have been turned against each other: what a block's
-    /// own frames still lack.
-    pub fn twist(&self) -> f32 {
-        let turned = self.turned.get(..self.count).unwrap_or_default();
-        turned
-            .windows(2)
-            .map(|pair| (pair[1] - pair[0]).abs())
+    /// How far, in radians of the unit line, two courses turn neighbouring blocks against each other:
+    /// what a block's own frames lack after a turn from the one to the other.
+    pub fn twist(&self, from: &Course, to: &Course) -> f32 {
+        let turned = |b: usize| {
+            let u = self.middle(b);
+            PI * (to.cycles - from.cycles) * u + to.movement(u) - from.movement(u)
+        };
+        (1..self.count)
+            .map(|b| (turned(b) - turned(b - 1)).abs())
             .fold(0.0, f32::max)
     }
 
@@ -342,16 +333,16 @@ impl Blocks {
         for (j, line) in lines.iter().enumerate() {
             for one in self.lines.iter() {
                 let products = self.of_lines(b, one, line);
-                let row = b * FUNCTIONS + 2 * self.lines.place(one);
+                let row = 2 * self.place(b, one);
                 for (i, products) in products.iter().enumerate() {
                     for (k, sum) in self.rows[row + i].iter_mut().enumerate() {
                         *sum += products[0] * change[2 * j][k] + products[1] * change[2 * j + 1][k];
                     }
                 }
             }
-            for degree in 0..self.levels.len() {
-                let products = self.with_baseline(b, line, degree);
-                for (k, sum) in self.levels[degree].iter_mut().enumerate() {
+            let with_baselines = self.with_baselines(b, line);
+            for (level, products) in self.levels.iter_mut().zip(with_baselines) {
+                for (k, sum) in level.iter_mut().enumerate() {
                     *sum += products[0] * change[2 * j][k] + products[1] * change[2 * j + 1][k];
                 }
             }
@@ -361,54 +352,6 @@ impl Blocks {
     /// Products of two lines in a block.
     fn of_lines(&self, b: usize, one: usize, other: usize) -> [Wave; 2] {
         of_lines(&self.waves[b], one, other)
-    }
-}
-
-/// Products of two lines: of cosine and sine of the one with those of the other.
-fn of_lines(waves: &[Wave; WAVES], one: usize, other: usize) -> [Wave; 2] {
-    let [cos, sin] = waves[one.abs_diff(other) % WAVES];
-    let difference = [cos, if one < other { -sin } else { sin }];
-    let sum = waves[(one + other) % WAVES];
-    [
-        [
-            0.5 * (difference[0] + sum[0]),
-            0.5 * (sum[1] - difference[1]),
-        ],
-        [
-            0.5 * (sum[1] + difference[1]),
-            0.5 * (difference[0] - sum[0]),
-        ],
-    ]
-}
-
-/// Sums over all blocks.
-#[derive(Clone, Debug)]
-pub struct Totals {
-    waves: [Wave; WAVES],
-    baselines: [[Wave; DEGREE_MAX + 1]; HARMONICS_MAX],
-}
-
-impl Totals {
-    const NONE: Self = Self {
-        waves: [[0.0; 2]; WAVES],
-        baselines: [[[0.0; 2]; DEGREE_MAX + 1]; HARMONICS_MAX],
-    };
-
-    /// Products of the lines of a shape with its unknowns' functions, into rows.
-    pub fn of_shape(&self, shape: &Shape, products: &mut [[f32; UNKNOWNS_MAX]]) {
-        let first = shape.first_line();
-        for (i, line) in shape.lines.iter().enumerate() {
-            for (j, wave) in self.baselines[i].iter().enumerate().take(first) {
-                (products[2 * i][j], products[2 * i + 1][j]) = (wave[0], wave[1]);
-            }
-            for (j, other) in shape.lines.iter().enumerate() {
-                let product = of_lines(&self.waves, line, other);
-                for r in 0..2 {
-                    products[2 * i + r][first + 2 * j] = product[r][0];
-                    products[2 * i + r][first + 2 * j + 1] = product[r][1];
-                }
-            }
-        }
     }
 }
 

@@ -2,6 +2,7 @@
 
 use crate::blocks::Blocks;
 use crate::covariance::Samples;
+use crate::limits::HARMONICS_MAX;
 use crate::lines::Lines;
 use crate::matrix::Factor;
 use crate::neighbours::{BAND, Place};
@@ -12,6 +13,8 @@ use crate::work::Work;
 
 /// Gauss-Newton steps before and after the harmonics are chosen.
 const STEPS: usize = 2;
+/// Most functions next to the lines of a comb.
+pub const NEIGHBOURS_COMB: usize = 4 * (BAND / 2) * HARMONICS_MAX;
 /// Fewest functions next to the lines that a covariance is taken from.
 const NEIGHBOURS_MIN: usize = 4;
 
@@ -99,7 +102,7 @@ impl Refinement<'_> {
     }
 
     /// The likeliest of the combs at `course` with baselines of some degrees. The weights of the best
-    /// so far stay in memory.
+    /// so far are kept.
     pub fn best(
         &self,
         blocks: &mut Blocks,
@@ -126,7 +129,7 @@ impl Refinement<'_> {
             if best.is_none_or(|best| comb.score > best.score) {
                 if comb.score > work.score_of_best {
                     work.score_of_best = comb.score;
-                    work.weights_of_best = work.weights;
+                    work.keep_weights();
                 }
                 best = Some(comb);
             }

@@ -111,7 +111,7 @@ impl Scale {
         let [mut seen, mut squares, mut power, mut weights, mut weighted] = [0.0; 5];
         for member in neighbours.members() {
             let weight = followed.weights[lines.place(usize::from(member.line)) % HARMONICS_MAX];
-            let share = weight * sees(member.distance);
+            let share = weight * sees(neighbours.distance(member));
             seen += share;
             squares += share * share;
             power += share * member.power;

@@ -18,6 +18,7 @@ use crate::scene::Scene;
 use crate::search::{PEAKS, candidates};
 use crate::solve::Shape;
 use crate::source::Overwritten;
+use crate::spectrum::Sums;
 use crate::statistics::{Products, Statistics};
 use crate::tests::{Other, Tested, Z_LINE};
 use crate::work::Work;
@@ -150,7 +151,7 @@ impl<'w> Window<'w, '_, '_> {
         let Memory { blocks, work } = memory;
         let (refinement, scene) = (self.refinement(), self.scene);
         let mut peaks = self.candidates(blocks, work);
-        blocks.start(self.data);
+        blocks.start(self.data, refinement.harmonics);
         work.score_of_best = f32::NEG_INFINITY;
         let most = scene.degree_max();
         let mut tried = [0.0f32; PEAKS * DIVISORS];
@@ -231,7 +232,7 @@ impl<'w> Window<'w, '_, '_> {
         let Memory { blocks, work } = memory;
         let refinement = self.refinement();
         let mut followed = Followed::at(comb.course, comb.shape);
-        work.weights = work.weights_of_best;
+        work.restore_weights();
         let mut recollect = |blocks: &mut Blocks, course: &Course, lines: Lines| {
             self.collect(blocks, course, lines);
         };
@@ -317,7 +318,12 @@ impl<'w> Window<'w, '_, '_> {
         if self.scene.harmonics() > 1 {
             between = tested.between(self.data, &model, blocks, work);
         }
-        let other = tested.other(self.data, &model, &mut work.memory, blocks.scratch());
+        // The equations have the movement's covariance.
+        let sums = Sums {
+            memory: work.memory.as_flattened_mut(),
+            more: &mut [],
+        };
+        let other = tested.other(self.data, &model, sums, blocks.scratch());
         (between, other)
     }
 
@@ -334,7 +340,7 @@ impl<'w> Window<'w, '_, '_> {
     #[inline(never)]
     fn candidates(&mut self, blocks: &mut Blocks, work: &mut Work) -> [f32; PEAKS] {
         let (all, scene) = (&self.all.matrix, self.scene);
-        candidates(self.data, &mut work.memory, blocks.scratch(), all, scene)
+        candidates(self.data, work.sums(), blocks.scratch(), all, scene)
     }
 
     fn refinement(&self) -> Refinement<'w> {
@@ -371,18 +377,22 @@ fn fading(followed: &Followed) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::limits::{IMPULSES_CHIP, IMPULSES_MAX, POINTS_CHIP, POINTS_MAX};
+    use crate::limits::{
+        BLOCK_LINES, BLOCK_LINES_CHIP, IMPULSES_CHIP, IMPULSES_MAX, POINTS_CHIP, POINTS_MAX,
+    };
     use crate::{blocks, work};
     extern crate std;
     use std::format;
 
     /// Most bytes of a fitter on the chip.
-    const BUDGET: usize = 30_000;
+    const BUDGET: usize = 23_000;
 
     #[test]
     fn on_the_chip_it_takes_no_more_than_its_budget() {
-        let rows = |points| blocks::rows(points) + work::rows(points);
-        let longer = (rows(POINTS_MAX) - rows(POINTS_CHIP)) * size_of::<crate::source::Values>();
+        let rows = |lines, points| blocks::rows(lines, points) + work::rows(points);
+        let longer = (rows(BLOCK_LINES, POINTS_MAX) - rows(BLOCK_LINES_CHIP, POINTS_CHIP))
+            * size_of::<crate::source::Values>()
+            + (BLOCK_LINES - BLOCK_LINES_CHIP) * size_of::<blocks::Wave>();
         let more = size_of::<Impulses>() / IMPULSES_MAX * (IMPULSES_MAX - IMPULSES_CHIP);
         let size = size_of::<Fitter>() - longer - more;
         assert!(size <= BUDGET, "{size} bytes");

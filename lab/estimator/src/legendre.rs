@@ -1,5 +1,7 @@
 //! Legendre polynomials: baselines, and how phase and amplitude move.
 
+use crate::limits::DEGREE_MAX;
+
 /// P_0 to P_(N - 1) at `u`.
 pub fn legendre<const N: usize>(u: f32) -> [f32; N] {
     let mut p = [1.0; N];
@@ -31,6 +33,21 @@ pub fn slopes<const N: usize>(u: f32) -> [f32; N] {
     slopes
 }
 
+/// Values and slopes of the polynomials that baselines are made of, at `u`.
+pub fn baselines(u: f32) -> [[f32; 2]; DEGREE_MAX + 1] {
+    let square = u * u;
+    let second = 1.5 * square - 0.5;
+    let third = u * (2.5 * square - 1.5);
+    let fourth = 0.125 * (square * (35.0 * square - 30.0) + 3.0);
+    [
+        [1.0, 0.0],
+        [u, 1.0],
+        [second, 3.0 * u],
+        [third, 5.0 * second + 1.0],
+        [fourth, 7.0 * third + 3.0 * u],
+    ]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -44,5 +61,9 @@ mod tests {
         let [zero, one, d2, d3] = slopes::<4>(u);
         assert_eq!((zero, one), (0.0, 1.0));
         assert!((d2 - 3.0 * u).abs() < 1e-6 && (d3 - 0.5 * (15.0 * u * u - 3.0)).abs() < 1e-6);
+        let pairs = legendre::<5>(u).into_iter().zip(slopes::<5>(u));
+        for ([value, slope], (p, d)) in baselines(u).into_iter().zip(pairs) {
+            assert!((value - p).abs() < 1e-6 && (slope - d).abs() < 1e-6);
+        }
     }
 }

@@ -47,6 +47,7 @@ mod source;
 mod spectrum;
 mod statistics;
 mod tests;
+mod totals;
 mod work;
 
 pub use fit::{ChannelFit, Fit, Movement, OtherTone, Status, Tests};

@@ -12,6 +12,15 @@ pub const DEGREE_MAX: usize = 4;
 pub const UNKNOWNS_MAX: usize = DEGREE_MAX + 1 + 2 * HARMONICS_MAX;
 /// Most blocks of a window.
 pub const BLOCKS_MAX: usize = 16;
+/// Lines of all blocks on the chip: a fifth harmonic takes fewer blocks.
+#[cfg(any(test, not(feature = "long-windows")))]
+pub const BLOCK_LINES_CHIP: usize = BLOCKS_MAX * (HARMONICS_MAX - 1);
+/// Lines of all blocks.
+#[cfg(not(feature = "long-windows"))]
+pub const BLOCK_LINES: usize = BLOCK_LINES_CHIP;
+/// Lines of all blocks.
+#[cfg(feature = "long-windows")]
+pub const BLOCK_LINES: usize = BLOCKS_MAX * HARMONICS_MAX;
 /// Degrees of phase and amplitude that are tested beyond the fitted ones.
 pub const MOVES: usize = 4;
 /// Most degrees of the phase, and of the amplitude, that are fitted.

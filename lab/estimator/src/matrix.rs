@@ -46,8 +46,9 @@ impl<'a, const N: usize> Factor<'a, N> {
     /// Solves L x = b in place.
     pub fn forward(&self, x: &mut [f32; N]) {
         for i in 0..self.n {
-            let sum: f32 = (0..i).map(|k| self.lower[i][k] * x[k]).sum();
-            let pivot = self.lower[i][i];
+            let (row, before) = (&self.lower[i], &x[..i]);
+            let sum: f32 = row.iter().zip(before).map(|(l, x)| l * x).sum();
+            let pivot = row[i];
             x[i] = if pivot > 0.0 {
                 (x[i] - sum) / pivot
             } else {
@@ -59,13 +60,12 @@ impl<'a, const N: usize> Factor<'a, N> {
     /// Solves L' x = b in place.
     pub fn backward(&self, x: &mut [f32; N]) {
         for i in (0..self.n).rev() {
-            let sum: f32 = (i + 1..self.n).map(|k| self.lower[k][i] * x[k]).sum();
-            let pivot = self.lower[i][i];
-            x[i] = if pivot > 0.0 {
-                (x[i] - sum) / pivot
-            } else {
-                0.0
-            };
+            let row = &self.lower[i];
+            let (before, own) = x.split_at_mut(i);
+            own[0] = if row[i] > 0.0 { own[0] / row[i] } else { 0.0 };
+            for (x, factor) in before.iter_mut().zip(row) {
+                *x -= factor * own[0];
+            }
         }
     }
 
@@ -81,24 +81,6 @@ impl<'a, const N: usize> Factor<'a, N> {
             let pivot = self.lower[i][i];
             let inverse = if pivot > 0.0 { 1.0 / pivot } else { 0.0 };
             rest[0].iter_mut().for_each(|value| *value *= inverse);
-        }
-    }
-
-    /// Solves L X = B in place, where the rows of `x` hold as many right sides as there are
-    /// columns.
-    pub fn forward_columns(&self, x: &mut [f32], columns: usize) {
-        for i in 0..self.n {
-            let (before, own) = x.split_at_mut(i * columns);
-            for (factor, row) in self.lower[i].iter().zip(before.chunks_exact(columns)) {
-                for (value, other) in own.iter_mut().zip(row) {
-                    *value -= factor * other;
-                }
-            }
-            let pivot = self.lower[i][i];
-            let inverse = if pivot > 0.0 { 1.0 / pivot } else { 0.0 };
-            own[..columns]
-                .iter_mut()
-                .for_each(|value| *value *= inverse);
         }
     }
 

@@ -177,7 +177,7 @@ impl Refinement<'_> {
     ) -> bool {
         let (mut course, mut shape) = (followed.course, followed.shape);
         let mut fitted = followed.fitted;
-        let mut turn = 0;
+        let (mut turn, mut collected) = (0, course);
         loop {
             let steps = Steps {
                 shape,
@@ -188,10 +188,11 @@ impl Refinement<'_> {
             };
             for _ in 0..2 {
                 self.refine(blocks, &mut course, steps, work);
-                if blocks.twist() * shape.lines.most() as f32 <= TWIST_MAX {
+                if blocks.twist(&collected, &course) * shape.lines.most() as f32 <= TWIST_MAX {
                     break;
                 }
                 recollect(blocks, &course, self.lines(course.cycles).and(shape.lines));
+                collected = course;
             }
             (followed.course, followed.shape, followed.fitted) = (course, shape, fitted);
             if !self.noise(blocks, work, followed) {
@@ -204,7 +205,7 @@ impl Refinement<'_> {
             let amplitude_shows = followed.shows(covariance, beyond) > Z_TEST;
             let samples = followed.count as usize * self.width;
             let has_room = (phase + amplitude + 2 * (MOVES - 1)) * SAMPLES_PER_DEGREE < samples;
-            let most = MOVES_MAX.min(degrees_max(&shape) + 1 - MOVES);
+            let most = MOVES_MAX.min(degrees_max(blocks) + 1 - MOVES);
             let grows = has_room && phase_shows && fitted.phase < most;
             let fades = has_room && amplitude_shows && fitted.amplitude < most;
             turn += 1;
@@ -225,9 +226,10 @@ impl Refinement<'_> {
                 work.score_of_best = f32::NEG_INFINITY;
                 if let Some(comb) = self.best(blocks, work, course, &degrees[..count]) {
                     (course, shape) = (comb.course, comb.shape);
-                    work.weights = work.weights_of_best;
+                    work.restore_weights();
                 }
                 recollect(blocks, &course, self.lines(course.cycles).and(shape.lines));
+                collected = course;
             }
         }
     }
@@ -241,7 +243,7 @@ impl Refinement<'_> {
         let free = (self.frames - shape.unknowns() as f32).max(1.0);
         followed.variances = squares.map(|square| square / free + ROUNDING);
         work.solution.solve();
-        let most = degrees_max(&shape);
+        let most = degrees_max(blocks);
         followed.degrees = Degrees {
             phase: (followed.fitted.phase + MOVES - 1).min(most),
             amplitude: (followed.fitted.amplitude + MOVES).min(most),

@@ -14,6 +14,8 @@ use crate::source::Values;
 
 /// Most cycles a window on either side of a line that count as next to it.
 pub const BAND: usize = 4;
+/// Next to a line, cycles a window.
+const NEAR_CYCLES: f32 = 1.5;
 /// Functions next to different lines are as far apart, cycles a window.
 const APART: f32 = 0.85;
 /// A function must have as much of its power beside the model.
@@ -26,23 +28,17 @@ const LEFT_LINE: f32 = 0.16;
 pub struct Member {
     /// The line's number.
     pub line: u8,
-    /// Cycles a window from the nearest line.
-    pub distance: f32,
-    /// Where it is, cycles a window.
-    cycles: f32,
+    /// Cycles a window from that line.
+    offset: i8,
     /// Its power over the noise, all channels together.
     pub power: f32,
-    /// Its power over the residuals' variances.
-    pub plain: f32,
 }
 
 impl Member {
     const NONE: Self = Self {
         line: 0,
-        distance: 0.0,
-        cycles: 0.0,
+        offset: 0,
         power: 0.0,
-        plain: 0.0,
     };
 }
 
@@ -75,6 +71,10 @@ pub struct Beside<'b> {
 pub struct Neighbours {
     members: [Member; NEIGHBOURS_MAX],
     count: usize,
+    /// Where the lines are.
+    place: Place,
+    /// Power of the functions nearest to the lines over the residuals' variances.
+    pub nearest: f32,
 }
 
 /// Products of a wave's cosine and sine with those of a number of cycles a window: cosine with
@@ -149,12 +149,10 @@ impl<'l> TurnedLine<'l> {
         let mut values = [[0.0; CHANNELS_MAX]; 4];
         for b in 0..blocks.count() {
             let turn = sums.turns[b];
-            for (degree, sums) in baselines
-                .iter_mut()
-                .enumerate()
-                .take(model.shape.degree + 1)
-            {
-                let products = turned(blocks.with_baseline(b, number, degree), turn);
+            let with_baselines = blocks.with_baselines(b, number);
+            let pairs = baselines.iter_mut().zip(with_baselines);
+            for (sums, wave) in pairs.take(model.shape.degree + 1) {
+                let products = turned(wave, turn);
                 sums.iter_mut().zip(products).for_each(|(sum, x)| *sum += x);
             }
             let [c, s] = blocks.line(b, number);
@@ -248,6 +246,13 @@ impl Neighbours {
         Self {
             members: [Member::NONE; NEIGHBOURS_MAX],
             count: 0,
+            place: Place {
+                lines: Lines::NONE,
+                cycles: 0.0,
+                most: 0.0,
+                band: 0,
+            },
+            nearest: 0.0,
         }
     }
 
@@ -256,7 +261,7 @@ impl Neighbours {
     #[inline(never)]
     pub fn collect(&mut self, blocks: &Blocks, model: Beside, place: Place, memory: &mut [Values]) {
         let lines = place.lines;
-        self.count = 0;
+        (self.count, self.place) = (0, place);
         let most = lines.most() + model.shape.lines.most();
         for cycles in 1..=place.band {
             let sums = Sums::new(blocks, cycles, most);
@@ -266,7 +271,8 @@ impl Neighbours {
                     x > 0.5
                         && x < place.most - 0.5
                         && self.members[..self.count].iter().all(|other| {
-                            usize::from(other.line) == number || (other.cycles - x).abs() > APART
+                            usize::from(other.line) == number
+                                || (self.cycles(other) - x).abs() > APART
                         })
                 };
                 let wanted = [at + cycles as f32, at - cycles as f32].map(|x| (x, is_wanted(x)));
@@ -274,12 +280,11 @@ impl Neighbours {
                     continue;
                 }
                 let line = TurnedLine::new(blocks, model, &sums, number);
-                for (i, (x, is_wanted)) in wanted.into_iter().enumerate() {
-                    let distance = |line: usize| (x - line as f32 * place.cycles).abs();
+                for (i, (_, is_wanted)) in wanted.into_iter().enumerate() {
+                    let offset = cycles as i8;
                     let member = Member {
                         line: number as u8,
-                        distance: lines.iter().map(distance).fold(f32::INFINITY, f32::min),
-                        cycles: x,
+                        offset: if i == 0 { offset } else { -offset },
                         ..Member::NONE
                     };
                     for is_sine in [false, true] {
@@ -302,6 +307,25 @@ impl Neighbours {
     /// How many there are.
     pub fn count(&self) -> usize {
         self.count
+    }
+
+    /// Where a function is, cycles a window.
+    fn cycles(&self, member: &Member) -> f32 {
+        f32::from(member.line) * self.place.cycles + f32::from(member.offset)
+    }
+
+    /// Cycles a window from a function to the nearest line.
+    pub fn distance(&self, member: &Member) -> f32 {
+        let x = self.cycles(member);
+        let distances = self.place.lines.iter();
+        distances
+            .map(|line| (x - line as f32 * self.place.cycles).abs())
+            .fold(f32::INFINITY, f32::min)
+    }
+
+    /// Whether a function is as near to a line as a second tone may be.
+    pub fn is_near(&self, member: &Member) -> bool {
+        self.distance(member) < NEAR_CYCLES
     }
 
     /// The functions.
@@ -335,10 +359,13 @@ impl Neighbours {
         weights: &Square<CHANNELS_MAX>,
         variances: &Values,
     ) {
-        for (member, values) in self.members.iter_mut().zip(memory).take(self.count) {
-            member.power = form(values, weights, values);
-            let plain = values.iter().zip(variances);
-            member.plain = plain.map(|(x, v)| x * x / v).sum();
+        self.nearest = 0.0;
+        for (i, values) in memory.iter().enumerate().take(self.count) {
+            self.members[i].power = form(values, weights, values);
+            if self.is_near(&self.members[i]) {
+                let powers = values.iter().zip(variances).map(|(x, v)| x * x / v);
+                self.nearest += powers.sum::<f32>();
+            }
         }
     }
 }

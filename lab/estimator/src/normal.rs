@@ -1,23 +1,18 @@
 //! Normal equations of how phase and amplitude move: Legendre polynomials times the tone's
 //! derivatives, beside the model, over all channels.
 
-use crate::blocks::{Blocks, WAVES};
+use crate::blocks::Blocks;
 use crate::legendre::{fill_legendre, legendre_after};
-use crate::limits::{
-    BLOCKS_MAX, CHANNELS_MAX, DEGREES_MAX, HARMONICS_MAX, MOVES_MAX, UNKNOWNS_MAX,
-};
+use crate::limits::{BLOCKS_MAX, CHANNELS_MAX, DEGREES_MAX, NEIGHBOURS_MAX, UNKNOWNS_MAX};
 use crate::lines::Lines;
 use crate::matrix::Square;
 use crate::solve::{Shape, Solution};
 use crate::source::Values;
+use crate::totals::{LINE_FUNCTIONS, LIST_MAX, OfLines, OfModel, Totals, by_wave, fold, list_len};
 
-/// Functions of all lines: cosine and sine of each.
-const LINE_FUNCTIONS: usize = 2 * HARMONICS_MAX;
 /// Most unknowns of a movement.
 pub const MOVEMENT_MAX: usize = 2 * DEGREES_MAX;
-
-/// Products of functions of the lines.
-type OfLines = Square<LINE_FUNCTIONS>;
+const _: () = assert!(DEGREES_MAX * LIST_MAX <= NEIGHBOURS_MAX * CHANNELS_MAX);
 
 /// How many degrees of phase and amplitude.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,16 +36,9 @@ impl Degrees {
     }
 }
 
-/// Floats of what the model explains of each polynomial times the lines: all degrees of four lines,
-/// ten of five.
-pub const EXPLAINED: usize = 1536;
-const _: () = assert!(DEGREES_MAX * (UNKNOWNS_MAX - 2) * (LINE_FUNCTIONS - 2) <= EXPLAINED);
-const _: () = assert!(MOVES_MAX * UNKNOWNS_MAX * LINE_FUNCTIONS <= EXPLAINED);
-
-/// Most degrees of the phase, or of the amplitude, that there is room for.
-pub fn degrees_max(shape: &Shape) -> usize {
-    let size = shape.unknowns() * 2 * shape.lines.count();
-    (EXPLAINED / size.max(1)).min(DEGREES_MAX)
+/// Most degrees of the phase, or of the amplitude, that the blocks can tell apart.
+pub fn degrees_max(blocks: &Blocks) -> usize {
+    DEGREES_MAX.min(blocks.count().saturating_sub(2))
 }
 
 /// Normal equations: the phase's degrees, then the amplitude's.
@@ -64,39 +52,58 @@ pub struct Normal {
     pub degrees: Degrees,
 }
 
-/// The tone's coefficients by the noise's weights.
+/// The tone by the noise's weights.
 ///
 /// What the tone gains by its amplitude are its own lines; by its phase it gains each line times its
 /// number, a quarter of a turn behind.
 struct Weighted {
-    /// Weighted coefficients of the lines.
-    lines: [Values; LINE_FUNCTIONS],
-    /// Their products with all coefficients.
-    fitted: [[f32; UNKNOWNS_MAX]; LINE_FUNCTIONS],
-    /// Their products with the lines' coefficients.
-    power: OfLines,
+    /// Products of the lines' weighted coefficients with those of all unknowns.
+    fitted: OfModel,
+    /// Products of the channels with the gain by the phase, in each block.
+    phases: [f32; BLOCKS_MAX],
+    /// Products with the gain by the amplitude.
+    amplitudes: [f32; BLOCKS_MAX],
 }
 
 impl Weighted {
-    fn new(solution: &Solution, weights: &Square<CHANNELS_MAX>) -> Self {
+    #[inline(never)]
+    fn new(blocks: &Blocks, solution: &Solution, weights: &Square<CHANNELS_MAX>) -> Self {
         let mut weighted = Self {
-            lines: [[0.0; CHANNELS_MAX]; LINE_FUNCTIONS],
             fitted: [[0.0; UNKNOWNS_MAX]; LINE_FUNCTIONS],
-            power: [[0.0; LINE_FUNCTIONS]; LINE_FUNCTIONS],
+            phases: [0.0; BLOCKS_MAX],
+            amplitudes: [0.0; BLOCKS_MAX],
         };
-        let (first, unknowns) = (solution.shape.first_line(), solution.shape.unknowns());
-        for (i, line) in solution.lines().iter().enumerate() {
-            let own = &mut weighted.lines[i];
-            for (own, row) in own.iter_mut().zip(weights) {
-                *own = dot(row, line);
+        let unknowns = solution.shape.unknowns();
+        let pairs = solution.lines().as_chunks::<2>().0;
+        for (i, (line, pair)) in solution.shape.lines.iter().zip(pairs).enumerate() {
+            for (r, coefficients) in pair.iter().enumerate() {
+                let own: Values = core::array::from_fn(|k| dot(&weights[k], coefficients));
+                let fitted = weighted.fitted[2 * i + r].iter_mut();
+                for (product, row) in fitted.zip(&solution.rows).take(unknowns) {
+                    *product = dot(row, &own);
+                }
+                let number = if r == 0 { -(line as f32) } else { line as f32 };
+                for b in 0..blocks.count() {
+                    let products = blocks.line(b, line);
+                    weighted.phases[b] += number * dot(products[1 - r], &own);
+                    weighted.amplitudes[b] += dot(products[r], &own);
+                }
             }
-            let fitted = &mut weighted.fitted[i];
-            for (product, row) in fitted.iter_mut().zip(&solution.rows).take(unknowns) {
-                *product = dot(row, own);
-            }
-            weighted.power[i][..unknowns - first].copy_from_slice(&fitted[first..unknowns]);
         }
         weighted
+    }
+
+    /// Products of the lines' coefficients.
+    fn power(&self, first: usize) -> OfLines {
+        self.fitted.map(|row| {
+            let mut power = [0.0; LINE_FUNCTIONS];
+            let columns = row[first..].iter();
+            power
+                .iter_mut()
+                .zip(columns)
+                .for_each(|(place, x)| *place = *x);
+            power
+        })
     }
 }
 
@@ -108,23 +115,14 @@ enum Kind {
     Amplitudes,
 }
 
-/// Turns columns of the lines: those of the amplitude's gain become those of the phase's.
-fn turn(row: &mut [f32], lines: Lines) {
-    for (pair, line) in row.chunks_exact_mut(2).zip(lines.iter()) {
+/// Turns pairs of rows: those of the amplitude's gain become those of the phase's.
+fn turn_rows<const N: usize>(rows: &mut [[f32; N]; LINE_FUNCTIONS], lines: Lines) {
+    for ([one, other], line) in rows.as_chunks_mut::<2>().0.iter_mut().zip(lines.iter()) {
         let number = line as f32;
-        (pair[0], pair[1]) = (number * pair[1], -number * pair[0]);
+        for (cos, sin) in one.iter_mut().zip(other) {
+            (*cos, *sin) = (number * *sin, -number * *cos);
+        }
     }
-}
-
-/// Rows of the lines turned in the same way.
-fn turn_rows(power: &OfLines, lines: Lines) -> OfLines {
-    let mut turned = [[0.0; LINE_FUNCTIONS]; LINE_FUNCTIONS];
-    for (i, line) in lines.iter().enumerate() {
-        let number = line as f32;
-        turned[2 * i] = power[2 * i + 1].map(|x| number * x);
-        turned[2 * i + 1] = power[2 * i].map(|x| -number * x);
-    }
-    turned
 }
 
 impl Normal {
@@ -138,7 +136,7 @@ impl Normal {
         },
     };
 
-    /// Makes the equations of a movement beside a solution, with memory of [`EXPLAINED`].
+    /// Makes the equations of a movement beside a solution, with memory for a list of each degree.
     #[inline(never)]
     pub fn make(
         &mut self,
@@ -147,82 +145,41 @@ impl Normal {
         weights: &Square<CHANNELS_MAX>,
         memory: &mut [f32],
     ) {
-        let lines = solution.shape.lines;
-        let weighted = Weighted::new(solution, weights);
+        let weighted = Weighted::new(blocks, solution, weights);
         let count = self.degrees.count();
         for row in self.matrix.iter_mut().take(count) {
             row[..count].fill(0.0);
         }
+        self.inform_all(blocks, solution, &weighted);
+        self.gather(blocks, solution, &weighted, memory);
+        self.project(solution, &weighted, memory);
+    }
+
+    /// Adds all information.
+    #[inline(never)]
+    fn inform_all(&mut self, blocks: &Blocks, solution: &Solution, weighted: &Weighted) {
+        let lines = solution.shape.lines;
+        let mut power = weighted.power(solution.shape.first_line());
         // Steps of the phase need nothing of the amplitude.
         let has_amplitude = self.degrees.amplitude > 0;
         if has_amplitude {
-            self.inform(blocks, lines, Kind::Amplitudes, &weighted.power);
+            self.inform(blocks, lines, Kind::Amplitudes, &power);
         }
-        let mut power = turn_rows(&weighted.power, lines);
+        turn_rows(&mut power, lines);
         if has_amplitude {
             self.inform(blocks, lines, Kind::Both, &power);
         }
         for row in &mut power {
-            turn(row, lines);
+            for (pair, line) in row.as_chunks_mut::<2>().0.iter_mut().zip(lines.iter()) {
+                let number = line as f32;
+                *pair = [number * pair[1], -number * pair[0]];
+            }
         }
         self.inform(blocks, lines, Kind::Phases, &power);
-        self.gradients(blocks, solution, &weighted, memory);
-        self.project(&solution.shape, &weighted.power, memory);
-    }
-
-    /// The right side, and what the model explains of each polynomial times the lines.
-    #[inline(never)]
-    fn gradients(
-        &mut self,
-        blocks: &Blocks,
-        solution: &Solution,
-        weighted: &Weighted,
-        memory: &mut [f32],
-    ) {
-        let shape = &solution.shape;
-        let (unknowns, n) = (shape.unknowns(), 2 * shape.lines.count());
-        let Degrees { phase, amplitude } = self.degrees;
-        let mut of_model = [[0.0; UNKNOWNS_MAX]; LINE_FUNCTIONS];
-        let mut of_data = [[0.0; CHANNELS_MAX]; LINE_FUNCTIONS];
-        // Polynomials of the degree before and of this one in the middles of the blocks.
-        let (mut before, mut by_block) = ([0.0; BLOCKS_MAX], [1.0; BLOCKS_MAX]);
-        let chunks = memory.chunks_exact_mut(unknowns * n);
-        for (k, explained) in chunks.enumerate().take(phase.max(amplitude)) {
-            for (b, (last, p)) in before.iter_mut().zip(&mut by_block).enumerate() {
-                let next = legendre_after(k, blocks.middle(b), [*last, *p]);
-                (*last, *p) = (*p, next);
-            }
-            blocks
-                .totals(shape, &by_block)
-                .of_shape(shape, &mut of_model);
-            blocks.products(shape, &by_block, &mut of_data);
-            let gain = |i: usize, of: usize| {
-                let model = of_model[i].iter().zip(&weighted.fitted[of]).take(unknowns);
-                dot(&of_data[i], &weighted.lines[of]) - model.map(|(x, y)| x * y).sum::<f32>()
-            };
-            if k < phase {
-                let pairs = shape.lines.iter().enumerate();
-                self.right[k] = pairs
-                    .map(|(i, line)| {
-                        line as f32 * (gain(2 * i, 2 * i + 1) - gain(2 * i + 1, 2 * i))
-                    })
-                    .sum();
-            }
-            if k < amplitude {
-                self.right[phase + k] = (0..n).map(|i| gain(i, i)).sum();
-            }
-            for (j, row) in explained.chunks_exact_mut(n).enumerate() {
-                for (value, products) in row.iter_mut().zip(&of_model) {
-                    *value = products[j];
-                }
-            }
-            solution.factor().forward_columns(explained, n);
-        }
     }
 
     /// Adds the information of all blocks, between phases, between phase and amplitude, or between
     /// amplitudes.
-    #[inline(never)]
     fn inform(&mut self, blocks: &Blocks, lines: Lines, kind: Kind, power: &OfLines) {
         let Degrees { phase, amplitude } = self.degrees;
         let (rows, columns) = match kind {
@@ -230,7 +187,7 @@ impl Normal {
             Kind::Both => (phase..phase + amplitude, 0..phase),
             Kind::Amplitudes => (phase..phase + amplitude, phase..phase + amplitude),
         };
-        let by_wave = by_wave(power, &lines);
+        let by_wave = by_wave(power, 0, lines);
         for b in 0..blocks.count() {
             let waves = by_wave.iter().enumerate().take(2 * lines.most() + 1);
             let information = waves
@@ -257,48 +214,101 @@ impl Normal {
         }
     }
 
+    /// The right side, and a list of the totals of each polynomial.
+    #[inline(never)]
+    fn gather(
+        &mut self,
+        blocks: &Blocks,
+        solution: &Solution,
+        weighted: &Weighted,
+        memory: &mut [f32],
+    ) {
+        let shape = &solution.shape;
+        let Degrees { phase, amplitude } = self.degrees;
+        // Polynomials of the degree before and of this one in the middles of the blocks.
+        let (mut before, mut by_block) = ([0.0; BLOCKS_MAX], [1.0; BLOCKS_MAX]);
+        let lists = memory.chunks_exact_mut(list_len(shape));
+        for (k, list) in lists.enumerate().take(phase.max(amplitude)) {
+            for (b, (last, p)) in before.iter_mut().zip(&mut by_block).enumerate() {
+                let next = legendre_after(k, blocks.middle(b), [*last, *p]);
+                (*last, *p) = (*p, next);
+            }
+            blocks.totals(shape, &by_block).list(shape, list);
+            if k < phase {
+                self.right[k] = product(&by_block, &weighted.phases);
+            }
+            if k < amplitude {
+                self.right[phase + k] = product(&by_block, &weighted.amplitudes);
+            }
+        }
+    }
+
     /// Takes out what the model explains.
     #[inline(never)]
-    fn project(&mut self, shape: &Shape, power: &OfLines, memory: &[f32]) {
-        let Degrees { phase, .. } = self.degrees;
-        let (count, n) = (self.degrees.count(), 2 * shape.lines.count());
-        let size = shape.unknowns() * n;
-        let explained = |i: usize| {
-            let degree = if i < phase { i } else { i - phase };
-            &memory[degree * size..(degree + 1) * size]
-        };
-        let mut weighted = [0.0; UNKNOWNS_MAX * LINE_FUNCTIONS];
-        for j in 0..count {
-            let rows = explained(j).chunks_exact(n);
-            for (weighted, row) in weighted.chunks_exact_mut(n).zip(rows) {
-                let mut own = [0.0; LINE_FUNCTIONS];
-                own[..n].copy_from_slice(row);
-                if j < phase {
-                    // The transpose of a turn goes backwards.
-                    turn(&mut own[..n], shape.lines);
-                    own.iter_mut().for_each(|x| *x = -*x);
+    fn project(&mut self, solution: &Solution, weighted: &Weighted, memory: &[f32]) {
+        let shape = &solution.shape;
+        let Degrees { phase, amplitude } = self.degrees;
+        let lists = memory.chunks_exact(list_len(shape));
+        let mut list = [0.0; LIST_MAX];
+        let mut fitted = weighted.fitted;
+        if amplitude > 0 {
+            fold(shape, &fitted, &mut list);
+            let pairs = self.right[phase..].iter_mut().zip(lists.clone());
+            pairs
+                .take(amplitude)
+                .for_each(|(right, own)| *right -= product(own, &list));
+        }
+        turn_rows(&mut fitted, shape.lines);
+        fold(shape, &fitted, &mut list);
+        let pairs = self.right.iter_mut().zip(lists.clone());
+        pairs
+            .take(phase)
+            .for_each(|(right, own)| *right -= product(own, &list));
+        let power = weighted.power(shape.first_line());
+        for (l, own) in lists.clone().enumerate().take(phase.max(amplitude)) {
+            let mut solved = [[0.0; UNKNOWNS_MAX]; LINE_FUNCTIONS];
+            Totals::of_list(shape, own).of_shape(shape, &mut solved);
+            for row in solved.iter_mut().take(2 * shape.lines.count()) {
+                solution.factor().solve(row);
+            }
+            let later = |from: usize| lists.clone().enumerate().skip(from);
+            if l < amplitude {
+                fold(shape, &weigh(&power, &solved, shape), &mut list);
+                for (k, other) in later(l).take(amplitude - l) {
+                    self.matrix[phase + k][phase + l] -= product(other, &list);
                 }
-                weighted.fill(0.0);
-                for (x, power) in own.iter().zip(power).take(n) {
-                    for (sum, power) in weighted.iter_mut().zip(power) {
-                        *sum += x * power;
+            }
+            if l < phase {
+                // The transpose of a turn goes backwards.
+                turn_rows(&mut solved, shape.lines);
+                let mut turned = weigh(&power, &solved, shape);
+                if amplitude > 0 {
+                    fold(shape, &turned, &mut list);
+                    for (k, other) in later(0).take(amplitude) {
+                        self.matrix[phase + k][l] += product(other, &list);
                     }
                 }
-            }
-            // Amplitudes take the lines as they are, phases take them turned.
-            for i in phase.max(j)..count {
-                self.matrix[i][j] -= product(&weighted[..size], explained(i));
-            }
-            if j < phase {
-                for row in weighted[..size].chunks_exact_mut(n) {
-                    turn(row, shape.lines);
-                }
-                for i in j..phase {
-                    self.matrix[i][j] -= product(&weighted[..size], explained(i));
+                turn_rows(&mut turned, shape.lines);
+                fold(shape, &turned, &mut list);
+                for (k, other) in later(l).take(phase - l) {
+                    self.matrix[k][l] += product(other, &list);
                 }
             }
         }
     }
+}
+
+/// Products of the lines' coefficients with rows.
+fn weigh(power: &OfLines, rows: &OfModel, shape: &Shape) -> OfModel {
+    let (n, unknowns) = (2 * shape.lines.count(), shape.unknowns());
+    let mut weighed = [[0.0; UNKNOWNS_MAX]; LINE_FUNCTIONS];
+    for (own, weights) in weighed.iter_mut().zip(power).take(n) {
+        for (row, weight) in rows.iter().zip(weights).take(n) {
+            let pairs = own.iter_mut().zip(row).take(unknowns);
+            pairs.for_each(|(sum, x)| *sum += weight * x);
+        }
+    }
+    weighed
 }
 
 fn product(one: &[f32], other: &[f32]) -> f32 {
@@ -307,24 +317,4 @@ fn product(one: &[f32], other: &[f32]) -> f32 {
 
 fn dot(one: &Values, other: &Values) -> f32 {
     one.iter().zip(other).map(|(x, y)| x * y).sum()
-}
-
-/// Coefficients of the multiples of the phase in the sum of all products of two lines, each with its
-/// weight.
-fn by_wave(weights: &OfLines, lines: &Lines) -> [[f32; 2]; WAVES] {
-    let mut by_wave = [[0.0; 2]; WAVES];
-    for (i, one) in lines.iter().enumerate() {
-        for (j, other) in lines.iter().enumerate() {
-            let [cos, sin] = [&weights[2 * i], &weights[2 * i + 1]];
-            let (cc, cs, sc, ss) = (cos[2 * j], cos[2 * j + 1], sin[2 * j], sin[2 * j + 1]);
-            let sign = if one < other { -0.5 } else { 0.5 };
-            let difference = &mut by_wave[one.abs_diff(other) % WAVES];
-            difference[0] += 0.5 * (cc + ss);
-            difference[1] += sign * (sc - cs);
-            let sum = &mut by_wave[(one + other) % WAVES];
-            sum[0] += 0.5 * (cc - ss);
-            sum[1] += 0.5 * (cs + sc);
-        }
-    }
-    by_wave
 }

@@ -7,8 +7,7 @@ use crate::data::Data;
 use crate::limits::CHANNELS_MAX;
 use crate::matrix::{Factor, Square, invert_lower};
 use crate::scene::Scene;
-use crate::source::Values;
-use crate::spectrum::Spectrum;
+use crate::spectrum::{Spectrum, Sums};
 use core::f32::consts::FRAC_1_SQRT_2 as ROOT_HALF;
 use core::ops::Range;
 
@@ -34,7 +33,7 @@ struct Peak {
 #[inline(never)]
 pub fn candidates(
     data: &mut Data,
-    sums: &mut [Values],
+    sums: Sums,
     transforms: &mut [f32],
     all: &Square<CHANNELS_MAX>,
     scene: &Scene,
@@ -55,7 +54,7 @@ pub fn candidates(
 /// The most likely line between two numbers of cycles a window.
 pub fn strongest(
     data: &mut Data,
-    sums: &mut [Values],
+    sums: Sums,
     transforms: &mut [f32],
     all: &Square<CHANNELS_MAX>,
     band: Range<f32>,
@@ -69,7 +68,7 @@ pub fn strongest(
 /// The spectrum of the channels that are made white. None if the window is too long.
 fn whitened<'m>(
     data: &mut Data,
-    sums: &'m mut [Values],
+    sums: Sums<'m>,
     transforms: &'m mut [f32],
     all: &Square<CHANNELS_MAX>,
     may_share: bool,

@@ -3,7 +3,6 @@
 use crate::data::Data;
 use crate::limits::CHANNELS_MAX;
 use crate::phase::{cos_sin, from_turns};
-use crate::source::Values;
 use core::f32::consts::PI;
 
 /// Shortest transform, points.
@@ -14,6 +13,14 @@ const OVERSAMPLING: usize = 2;
 const LEFT_MIN: f32 = 2e-3;
 /// Above this many cycles a window level and slope are orthogonal to lines.
 const CYCLES_FAR: f32 = 12.0;
+
+/// Memory of a spectrum's sums.
+pub struct Sums<'m> {
+    /// Two sums of each bin.
+    pub memory: &'m mut [f32],
+    /// The third, where the first memory has no room for it; not needed for powers.
+    pub more: &'m mut [f32],
+}
 
 /// Products of the channels with cosine and sine at each bin: squares and cross products, summed
 /// over the channels; or their powers.
@@ -33,17 +40,23 @@ pub struct Spectrum<'m> {
 impl<'m> Spectrum<'m> {
     /// An empty one of a window, whose transforms and sums are in two memories. None if it does not
     /// fit.
-    pub fn new(data: &Data, sums: &'m mut [Values], transforms: &'m mut [f32]) -> Option<Self> {
+    pub fn new(data: &Data, sums: Sums<'m>, transforms: &'m mut [f32]) -> Option<Self> {
         let each = data.frames_each();
         let count = data.count().div_ceil(each) as usize;
         let mut points = POINTS_MIN;
         while points < OVERSAMPLING * count {
             points *= 2;
         }
-        let sums = sums.as_flattened_mut().get_mut(..3 * points / 2)?;
-        sums.fill(0.0);
-        let (cos, rest) = sums.split_at_mut(points / 2);
-        let (sin, both) = rest.split_at_mut(points / 2);
+        let (cos, rest) = sums.memory.split_at_mut_checked(points / 2)?;
+        let (sin, rest) = rest.split_at_mut_checked(points / 2)?;
+        let both = if rest.len() < points / 2 {
+            sums.more.get_mut(..points / 2).unwrap_or_default()
+        } else {
+            &mut rest[..points / 2]
+        };
+        [&mut *cos, &mut *sin, &mut *both]
+            .iter_mut()
+            .for_each(|sums| sums.fill(0.0));
         (transforms.len() >= points).then_some(Self {
             transforms,
             points,

@@ -11,8 +11,7 @@ use crate::neighbours::{BAND, Beside, Neighbours, Place, line};
 use crate::residual::Model;
 use crate::significance::deviate;
 use crate::solve::{LineFactors, Power, Shape};
-use crate::source::Values;
-use crate::spectrum::Spectrum;
+use crate::spectrum::{Spectrum, Sums};
 use crate::work::Work;
 
 /// Deviate of a line over its neighbourhood: 1e-5, which is 1e-3 over a hundred places.
@@ -21,8 +20,6 @@ pub const Z_LINE: f32 = 4.3;
 pub const Z_TEST: f32 = 3.1;
 /// Power of another line, as a share of the tone's, that does not matter.
 const OTHER: f32 = 1e-2;
-/// Next to a line, cycles a window.
-const NEAR_CYCLES: f32 = 1.5;
 /// Another line is as far from those of the comb.
 const CLEAR_CYCLES: f32 = 0.9;
 /// Distance of the middle of another line's neighbourhood, and how far it goes to either side.
@@ -106,16 +103,14 @@ impl<'t> Tested<'t> {
         tests.line = deviate(strongest.all / (2.0 * width), 2.0, followed.count);
         tests.one_shape = strongest.second < width + 4.0 * libm::sqrtf(2.0 * width);
         let mut sums = [Sum::default(); 3];
-        let mut beside = 0.0;
         for member in neighbours.members() {
             let power = member.power * followed.taken / width;
             let [own, near, far] = &mut sums;
             if usize::from(member.line) == lines.least() {
                 own.add(power);
             }
-            if member.distance < NEAR_CYCLES {
+            if neighbours.is_near(member) {
                 near.add(power);
-                beside += member.plain;
             } else {
                 far.add(power);
             }
@@ -132,7 +127,7 @@ impl<'t> Tested<'t> {
             let over = near.mean() / far.mean().max(f32::MIN_POSITIVE);
             tests.beside = deviate(over, near.count * channels, far.count * channels);
         }
-        tests.beside_share = beside / self.power().max(f32::MIN_POSITIVE);
+        tests.beside_share = neighbours.nearest / self.power().max(f32::MIN_POSITIVE);
     }
 
     /// Power of the tone in units of the residuals' variances.
@@ -165,7 +160,7 @@ impl<'t> Tested<'t> {
         &self,
         data: &mut Data,
         model: &Model,
-        sums: &mut [Values],
+        sums: Sums,
         transforms: &mut [f32],
     ) -> Other {
         let followed = self.followed;

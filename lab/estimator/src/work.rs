@@ -1,26 +1,36 @@
 //! Memory that the steps share.
 
-use crate::limits::{CHANNELS_MAX, POINTS_MAX};
+use crate::comb::NEIGHBOURS_COMB;
+use crate::limits::{CHANNELS_MAX, IMPULSES_MAX, NEIGHBOURS_MAX, POINTS_CHIP, POINTS_MAX};
 use crate::matrix::Square;
 use crate::neighbours::Neighbours;
-use crate::normal::{EXPLAINED, Normal};
+use crate::normal::{MOVEMENT_MAX, Normal};
 use crate::solve::Solution;
 use crate::source::Values;
+use crate::spectrum::Sums;
 
 const ROWS: usize = rows(POINTS_MAX);
 
-/// Rows of memory for what no step leaves to the next: what a model explains, or sums of transforms.
+/// Rows of memory for what no step leaves to the next. On a PC sums of transforms are the longest;
+/// the chip puts a third of them into the equations.
 pub const fn rows(points: usize) -> usize {
-    let explained = EXPLAINED.div_ceil(CHANNELS_MAX);
-    let sums = (3 * points / 2).div_ceil(CHANNELS_MAX);
-    if explained > sums { explained } else { sums }
+    if points > POINTS_CHIP {
+        (3 * points / 2).div_ceil(CHANNELS_MAX)
+    } else {
+        NEIGHBOURS_MAX
+    }
 }
+/// First row of the kept weights, which neither combs nor impulses reach.
+const KEPT: usize = ROWS - CHANNELS_MAX;
+const _: () = assert!(KEPT >= NEIGHBOURS_COMB && KEPT * CHANNELS_MAX >= 2 * IMPULSES_MAX);
+const _: () = assert!(rows(POINTS_CHIP) * CHANNELS_MAX >= POINTS_CHIP);
+const _: () = assert!(size_of::<Square<MOVEMENT_MAX>>() / 4 >= POINTS_CHIP / 2);
 
 /// Memory of the steps.
 #[derive(Debug)]
 pub struct Work {
-    /// What no step leaves to the next: products of neighbours with the channels, what the model
-    /// explains of a movement, or sums of transforms.
+    /// What no step leaves to the next: products of neighbours with the channels, sums over blocks
+    /// of a movement, or sums of transforms.
     pub memory: [Values; ROWS],
     /// Functions next to the lines.
     pub neighbours: Neighbours,
@@ -32,8 +42,6 @@ pub struct Work {
     pub weights: Square<CHANNELS_MAX>,
     /// Score of the likeliest comb so far.
     pub score_of_best: f32,
-    /// Inverse covariance of the noise next to its lines.
-    pub weights_of_best: Square<CHANNELS_MAX>,
 }
 
 impl Work {
@@ -46,7 +54,24 @@ impl Work {
             normal: Normal::NONE,
             weights: [[0.0; CHANNELS_MAX]; CHANNELS_MAX],
             score_of_best: 0.0,
-            weights_of_best: [[0.0; CHANNELS_MAX]; CHANNELS_MAX],
+        }
+    }
+
+    /// Keeps the weights of the likeliest comb so far, in the memory's last rows.
+    pub fn keep_weights(&mut self) {
+        self.memory[KEPT..].copy_from_slice(&self.weights);
+    }
+
+    /// Puts the kept weights back.
+    pub fn restore_weights(&mut self) {
+        self.weights.copy_from_slice(&self.memory[KEPT..]);
+    }
+
+    /// Memory of a transform's sums, while there are no equations.
+    pub fn sums(&mut self) -> Sums<'_> {
+        Sums {
+            memory: self.memory.as_flattened_mut(),
+            more: self.normal.matrix.as_flattened_mut(),
         }
     }
 }

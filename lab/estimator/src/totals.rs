@@ -1,0 +1,179 @@
+//! Sums over all blocks of the lines' products with each other and with the baselines.
+//!
+//! Products of two lines are sums of multiples of the phase, so that a few numbers hold them all:
+//! cosine and sine of each multiple, and of each line with each baseline.
+
+use crate::blocks::{WAVES, Wave};
+use crate::limits::{DEGREE_MAX, HARMONICS_MAX, UNKNOWNS_MAX};
+use crate::lines::Lines;
+use crate::matrix::Square;
+use crate::solve::Shape;
+
+/// Functions of all lines: cosine and sine of each.
+pub const LINE_FUNCTIONS: usize = 2 * HARMONICS_MAX;
+/// Products of functions of the lines.
+pub type OfLines = Square<LINE_FUNCTIONS>;
+/// A row for each function of the lines, a column for each unknown.
+pub type OfModel = [[f32; UNKNOWNS_MAX]; LINE_FUNCTIONS];
+
+/// Most numbers of a list.
+pub const LIST_MAX: usize = 2 * (2 * HARMONICS_MAX + 1) + (DEGREE_MAX + 1) * LINE_FUNCTIONS;
+
+/// Sums over all blocks.
+#[derive(Clone, Debug)]
+pub struct Totals {
+    /// Multiples of the phase.
+    pub waves: [Wave; WAVES],
+    /// Each line with each baseline.
+    pub baselines: [[Wave; DEGREE_MAX + 1]; HARMONICS_MAX],
+}
+
+impl Totals {
+    /// Zeros.
+    pub const NONE: Self = Self {
+        waves: [[0.0; 2]; WAVES],
+        baselines: [[[0.0; 2]; DEGREE_MAX + 1]; HARMONICS_MAX],
+    };
+
+    /// Products of the lines of a shape with its unknowns' functions, into rows.
+    pub fn of_shape(&self, shape: &Shape, products: &mut [[f32; UNKNOWNS_MAX]]) {
+        let first = shape.first_line();
+        for (i, line) in shape.lines.iter().enumerate() {
+            for (j, wave) in self.baselines[i].iter().enumerate().take(first) {
+                (products[2 * i][j], products[2 * i + 1][j]) = (wave[0], wave[1]);
+            }
+            for (j, other) in shape.lines.iter().enumerate() {
+                let product = of_lines(&self.waves, line, other);
+                for r in 0..2 {
+                    products[2 * i + r][first + 2 * j] = product[r][0];
+                    products[2 * i + r][first + 2 * j + 1] = product[r][1];
+                }
+            }
+        }
+    }
+
+    /// Those of a list.
+    pub fn of_list(shape: &Shape, list: &[f32]) -> Self {
+        let mut totals = Self::NONE;
+        let (waves, baselines) = list.split_at(2 * (2 * shape.lines.most() + 1));
+        let pairs = totals.waves.as_flattened_mut().iter_mut().zip(waves);
+        pairs.for_each(|(place, x)| *place = *x);
+        let rows = baselines.chunks_exact(2 * shape.first_line());
+        for (own, row) in totals.baselines.iter_mut().zip(rows) {
+            let pairs = own.as_flattened_mut().iter_mut().zip(row);
+            pairs.for_each(|(place, x)| *place = *x);
+        }
+        totals
+    }
+
+    /// The numbers of a shape as a list.
+    pub fn list(&self, shape: &Shape, list: &mut [f32]) {
+        let waves = &self.waves[..=2 * shape.lines.most()];
+        let baselines = self.baselines.iter().take(shape.lines.count());
+        let baselines = baselines.flat_map(|row| &row[..shape.first_line()]);
+        let numbers = waves.iter().chain(baselines).flatten();
+        list.iter_mut()
+            .zip(numbers)
+            .for_each(|(place, x)| *place = *x);
+    }
+}
+
+/// Numbers of a list of a shape.
+pub fn list_len(shape: &Shape) -> usize {
+    2 * (2 * shape.lines.most() + 1) + 2 * shape.lines.count() * shape.first_line()
+}
+
+/// The list whose product with that of any totals is the product of some weights with their rows.
+pub fn fold(shape: &Shape, weights: &OfModel, list: &mut [f32; LIST_MAX]) {
+    let first = shape.first_line();
+    let by_wave = by_wave(weights, first, shape.lines);
+    let (waves, baselines) = list.split_at_mut(2 * (2 * shape.lines.most() + 1));
+    let pairs = waves.iter_mut().zip(by_wave.as_flattened());
+    pairs.for_each(|(place, x)| *place = *x);
+    let rows = baselines.chunks_exact_mut(2 * first);
+    for (row, [cos, sin]) in rows.zip(weights.as_chunks::<2>().0) {
+        for (j, pair) in row.as_chunks_mut::<2>().0.iter_mut().enumerate() {
+            *pair = [cos[j], sin[j]];
+        }
+    }
+}
+
+/// Products of two lines: of cosine and sine of the one with those of the other.
+pub fn of_lines(waves: &[Wave; WAVES], one: usize, other: usize) -> [Wave; 2] {
+    let [cos, sin] = waves[one.abs_diff(other) % WAVES];
+    let difference = [cos, if one < other { -sin } else { sin }];
+    let sum = waves[(one + other) % WAVES];
+    [
+        [
+            0.5 * (difference[0] + sum[0]),
+            0.5 * (sum[1] - difference[1]),
+        ],
+        [
+            0.5 * (sum[1] + difference[1]),
+            0.5 * (difference[0] - sum[0]),
+        ],
+    ]
+}
+
+/// Coefficients of the multiples of the phase in the sum of all products of two lines, each with its
+/// weight; the lines' columns begin at `first`.
+pub fn by_wave<const N: usize>(
+    weights: &[[f32; N]; LINE_FUNCTIONS],
+    first: usize,
+    lines: Lines,
+) -> [Wave; WAVES] {
+    let mut by_wave = [[0.0; 2]; WAVES];
+    for (one, [cos, sin]) in lines.iter().zip(weights.as_chunks::<2>().0) {
+        let columns = |row: &'_ [f32; N], j: usize| [row[first + 2 * j], row[first + 2 * j + 1]];
+        for (j, other) in lines.iter().enumerate() {
+            let ([cc, cs], [sc, ss]) = (columns(cos, j), columns(sin, j));
+            let sign = if one < other { -0.5 } else { 0.5 };
+            let difference = &mut by_wave[one.abs_diff(other) % WAVES];
+            difference[0] += 0.5 * (cc + ss);
+            difference[1] += sign * (sc - cs);
+            let sum = &mut by_wave[(one + other) % WAVES];
+            sum[0] += 0.5 * (cc - ss);
+            sum[1] += 0.5 * (cs + sc);
+        }
+    }
+    by_wave
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_folded_list_weighs_as_the_rows_do() {
+        let shape = Shape {
+            lines: Lines::up_to(3).with(5),
+            degree: 2,
+        };
+        let mut totals = Totals::NONE;
+        let mut number = 0.0;
+        let mut next = || {
+            number += 1.0;
+            libm::cosf(number * number)
+        };
+        let waves = totals.waves.as_flattened_mut();
+        waves.iter_mut().for_each(|x| *x = next());
+        // A sine of nothing is nothing.
+        totals.waves[0][1] = 0.0;
+        let baselines = totals.baselines.as_flattened_mut().as_flattened_mut();
+        baselines.iter_mut().for_each(|x| *x = next());
+        let mut weights = [[0.0; UNKNOWNS_MAX]; LINE_FUNCTIONS];
+        for row in weights.iter_mut().take(2 * shape.lines.count()) {
+            row[..shape.unknowns()].iter_mut().for_each(|x| *x = next());
+        }
+        let mut rows = [[0.0; UNKNOWNS_MAX]; LINE_FUNCTIONS];
+        totals.of_shape(&shape, &mut rows);
+        let products = rows.as_flattened().iter().zip(weights.as_flattened());
+        let wanted: f32 = products.map(|(x, y)| x * y).sum();
+        let [mut list, mut folded] = [[0.0; LIST_MAX]; 2];
+        totals.list(&shape, &mut list);
+        fold(&shape, &weights, &mut folded);
+        let pairs = list.iter().zip(&folded).take(list_len(&shape));
+        let got: f32 = pairs.map(|(x, y)| x * y).sum();
+        assert!((got - wanted).abs() < 1e-4, "{got} {wanted}");
+    }
+}
