@@ -53,7 +53,8 @@ pub fn mean(tested: &Tested, work: &Work, blocks: &Blocks, scene: &Scene) -> Mea
     let scale = Scale::new(tested, &work.neighbours, blocks);
     let mut evidence = Evidence {
         phase: [0.0; DEGREES_MAX],
-        covariance: [[0.0; DEGREES_MAX]; DEGREES_MAX],
+        covariance: &work.normal.matrix,
+        scale: scale.factor,
         count: n,
         freedom: scale.freedom,
         steady: scene.steady(),
@@ -65,9 +66,6 @@ pub fn mean(tested: &Tested, work: &Work, blocks: &Blocks, scene: &Scene) -> Mea
             0.0
         };
         evidence.phase[i] = followed.moved[i] + moved;
-        for j in 0..n {
-            evidence.covariance[i][j] = scale.factor * work.normal.matrix[i][j];
-        }
     }
     let phase = evidence.mean_phase();
     Mean {

@@ -20,7 +20,7 @@ use crate::solve::Shape;
 use crate::source::Overwritten;
 use crate::spectrum::Sums;
 use crate::statistics::{Products, Statistics};
-use crate::tests::{Other, Tested, Z_LINE};
+use crate::tests::{Noise, Other, Tested, Z_LINE};
 use crate::work::Work;
 
 /// Fits of a window whose impulses are replaced, the last included.
@@ -255,11 +255,14 @@ impl<'w> Window<'w, '_, '_> {
         let mean = conclude::mean(&tested, work, memory.blocks, self.scene);
         let mut tests = Tests::default();
         tested.near(&work.neighbours, &mut tests);
+        let (span, statistics) = (&*self.data.span, &self.data.statistics);
+        conclude::channels(followed, &work.solution, statistics, fit);
+        let overtones = conclude::overtones(&work.solution, &followed.variances, width);
+        let movement = conclude::movement(followed, &work.normal.matrix, &mean, span);
         let mut other = Other::default();
         if tests.line >= Z_LINE {
             (tests.between, other) = self.beside(memory, &tested);
         }
-        let work = &*memory.work;
         let shape = tested.shape;
         tests.other = other.deviate;
         tests.cycles = followed.course.cycles;
@@ -294,18 +297,15 @@ impl<'w> Window<'w, '_, '_> {
         fit.status = verdict.status();
         fit.tests = tests;
         let (span, statistics) = (&*self.data.span, &self.data.statistics);
-        conclude::channels(followed, &work.solution, statistics, fit);
         if fit.status.has_tone() {
             fit.other_tone = verdict.other_tone(span);
             fit.frequency = span.frequency(mean.cycles);
             fit.sigma = span.frequency(mean.sigma);
-            fit.movement = conclude::movement(followed, &work.normal.matrix, &mean, span);
+            fit.movement = movement;
             fit.harmonics = shape.lines.most() as u8;
-            fit.overtones =
-                conclude::overtones(&work.solution, &followed.variances, statistics.width);
-            let with_tone = tested.with_tone();
+            fit.overtones = overtones;
             for k in 0..statistics.width {
-                fit.with_tone |= (with_tone >> k & 1) << statistics.order[k];
+                fit.with_tone |= (tested.with_tone >> k & 1) << statistics.order[k];
             }
         }
     }
@@ -314,14 +314,19 @@ impl<'w> Window<'w, '_, '_> {
     #[inline(never)]
     fn beside(&mut self, memory: &mut Memory, tested: &Tested) -> (f32, Other) {
         let Memory { blocks, work } = memory;
-        let (model, mut between) = (tested.model(), 0.0);
+        tested.followed.settle(blocks, &mut work.solution);
+        let (model, mut between) = (tested.model(&work.solution), 0.0);
         if self.scene.harmonics() > 1 {
-            between = tested.between(self.data, &model, blocks, work);
+            let mut noise = Noise {
+                neighbours: &mut work.neighbours,
+                memory: &mut work.memory,
+                weights: &work.weights,
+            };
+            between = tested.between(self.data, &model, blocks, &mut noise);
         }
-        // The equations have the movement's covariance.
         let sums = Sums {
             memory: work.memory.as_flattened_mut(),
-            more: &mut [],
+            more: work.normal.matrix.as_flattened_mut(),
         };
         let other = tested.other(self.data, &model, sums, blocks.scratch());
         (between, other)

@@ -114,8 +114,7 @@ fn residuals(data: &mut Data, model: &Model, visit: &mut dyn FnMut(u32, &[Values
 #[inline(never)]
 pub fn replace(data: &mut Data, solution: &Solution, course: &Course, memory: &mut [f32]) -> usize {
     let model = Model {
-        shape: solution.shape,
-        coefficients: &solution.rows,
+        solution,
         motion: None,
         course: *course,
     };

@@ -6,6 +6,7 @@
 
 use crate::limits::DEGREES_MAX;
 use crate::matrix::{Factor, Square};
+use crate::normal::MOVEMENT_MAX;
 
 /// Degrees that a walk is followed to.
 const DEGREES_WALK: usize = 47;
@@ -18,11 +19,13 @@ const WALK_MAX: f32 = 8.0;
 
 /// What is known of a phase, by degree from 1 on.
 #[derive(Clone, Debug)]
-pub struct Evidence {
+pub struct Evidence<'e> {
     /// Its coefficients, radians.
     pub phase: [f32; DEGREES_MAX],
-    /// Their covariance.
-    pub covariance: Square<DEGREES_MAX>,
+    /// Their covariance, but for its scale.
+    pub covariance: &'e Square<MOVEMENT_MAX>,
+    /// What that covariance is to be multiplied by.
+    pub scale: f32,
     /// How many there are.
     pub count: usize,
     /// Degrees of freedom of the noise.
@@ -44,82 +47,152 @@ pub struct MeanPhase {
     pub steady: f32,
 }
 
-/// A walk's coefficient of degree `k`, by the white noise's of degrees k - order, k - order + 2...
-fn row(order: usize, k: usize) -> [f32; WALKS + 1] {
-    // From the white noise of the degrees around k up to the walk of degree k.
-    let mut rows = [[0.0; WALKS + 1]; 2 * WALKS + 1];
-    for (i, row) in rows.iter_mut().enumerate().take(2 * order + 1).step_by(2) {
-        row[0] = match (k + i).checked_sub(order) {
-            Some(degree) => libm::sqrtf(degree as f32 + 0.5),
-            None => 0.0,
-        };
-    }
-    for level in 1..=order {
-        for i in (level..=2 * order - level).step_by(2) {
-            // In the place of a degree are the walks of one order less beside it.
-            let (below, above) = (rows[i - 1], rows[i + 1]);
-            let degree = (k + i) as f32 - order as f32;
-            let mut row = [0.0; WALKS + 1];
-            for j in 0..=level {
-                if j < level {
-                    row[j] += below[j] / (2.0 * degree - 1.0);
-                }
-                if j > 0 {
-                    row[j] -= above[j - 1] / (2.0 * degree + 3.0);
-                }
+/// A walk's coefficients: of one degree, by the white noise of degrees k - order, k - order + 2...,
+/// whose variances are their degrees and a half.
+type Row = [f32; WALKS + 1];
+
+const fn row(order: usize, k: isize) -> Row {
+    let mut row = [0.0; WALKS + 1];
+    if order == 0 {
+        row[0] = if k < 0 { 0.0 } else { 1.0 };
+    } else if k > 0 {
+        // Integrating takes a polynomial to those of the degrees beside it.
+        let (below, above) = (self::row(order - 1, k - 1), self::row(order - 1, k + 1));
+        let mut a = 0;
+        while a <= order {
+            if a < order {
+                row[a] += below[a] / (2 * k - 1) as f32;
             }
-            rows[i] = if degree > 0.0 { row } else { [0.0; WALKS + 1] };
+            if a > 0 {
+                row[a] -= above[a - 1] / (2 * k + 3) as f32;
+            }
+            a += 1;
         }
     }
-    rows[order]
+    row
 }
+
+/// Variance of a walk's coefficient.
+const fn square(order: usize, k: isize) -> f32 {
+    let (row, mut sum, mut a) = (row(order, k), 0.0, 0);
+    while a <= order {
+        sum += row[a] * row[a] * ((k - order as isize + 2 * a as isize) as f32 + 0.5);
+        a += 1;
+    }
+    sum
+}
+
+/// Rows of all walks, white noise included.
+const ROWS: [[Row; DEGREES_MAX + 3]; WALKS + 1] = {
+    let mut rows = [[[0.0; WALKS + 1]; DEGREES_MAX + 3]; WALKS + 1];
+    let mut order = 0;
+    while order <= WALKS {
+        let mut k = 0;
+        while k < DEGREES_MAX + 3 {
+            rows[order][k] = row(order, k as isize);
+            k += 1;
+        }
+        order += 1;
+    }
+    rows
+};
+
+/// Mean square of a walk's degrees above each, where its second degree has variance 1.
+const TAILS: [[f32; DEGREES_MAX + 1]; WALKS + 1] = {
+    let mut tails = [[0.0; DEGREES_MAX + 1]; WALKS + 1];
+    let mut order = 1;
+    while order <= WALKS {
+        let (mut sum, mut k) = (0.0, DEGREES_WALK);
+        while k > 0 {
+            if k <= DEGREES_MAX {
+                tails[order][k] = sum / square(order, 2);
+            }
+            sum += square(order, k as isize) / (2 * k + 1) as f32;
+            k -= 1;
+        }
+        order += 1;
+    }
+    tails
+};
 
 /// Twice the sum of all odd degrees above `n`: what they add to the ends; as a row of the returned
 /// degree.
-fn ends(order: usize, n: usize) -> (usize, [f32; WALKS + 1]) {
+fn ends(order: usize, n: usize) -> (usize, Row) {
     let k = if n.is_multiple_of(2) { n + 1 } else { n + 2 };
-    (k, row(order - 1, k - 1).map(|x| x / (2 * k - 1) as f32))
+    let share = 1.0 / (2 * k - 1) as f32;
+    (k, ROWS[order - 1][k - 1].map(|x| x * share))
+}
+
+/// Whether a degree counts for the mean, by its place from the second on: odd degrees, and the ends.
+fn counts(i: usize, n: usize) -> bool {
+    i + 1 == n || i % 2 == 1
 }
 
 /// Covariance of a walk whose second degree has variance 1: of degrees 2 to n, and of the ends.
 struct Walk {
     covariance: Square<DEGREES_MAX>,
+    /// Covariances with all that counts for the mean.
+    mean: [f32; DEGREES_MAX],
+    /// Variance of the mean.
+    variance: f32,
     /// Mean square of the degrees above n.
     tail: f32,
 }
 
 impl Walk {
+    /// A walk of strength zero.
+    const NONE: Self = Self {
+        covariance: [[0.0; DEGREES_MAX]; DEGREES_MAX],
+        mean: [0.0; DEGREES_MAX],
+        variance: 0.0,
+        tail: 0.0,
+    };
+
     fn new(order: usize, n: usize) -> Self {
         let at = |i: usize| {
             if i + 1 == n {
                 ends(order, n)
             } else {
-                (i + 2, row(order, i + 2))
+                (i + 2, ROWS[order][i + 2])
             }
         };
-        let second = row(order, 2);
-        let scale = 1.0 / second.iter().map(|x| x * x).sum::<f32>();
-        let mut covariance = [[0.0; DEGREES_MAX]; DEGREES_MAX];
+        let scale = 1.0 / square(order, 2);
+        let mut walk = Self {
+            tail: TAILS[order][n],
+            ..Self::NONE
+        };
         for i in 0..n {
             let (k, one) = at(i);
-            for j in 0..n {
+            for j in 0..=i {
                 let (l, other) = at(j);
-                if k.abs_diff(l) % 2 != 0 {
+                // Degrees of the white noise of both.
+                let shift = k.abs_diff(l) / 2;
+                if k.abs_diff(l) % 2 != 0 || shift > order {
                     continue;
                 }
-                for (a, x) in one.iter().enumerate() {
-                    let b = a as isize + (k as isize - l as isize) / 2;
-                    let y = usize::try_from(b).ok().and_then(|b| other.get(b));
-                    covariance[i][j] += scale * x * y.unwrap_or(&0.0);
+                let (high, low, first) = if k >= l {
+                    (&one, &other, k)
+                } else {
+                    (&other, &one, l)
+                };
+                let degree = |a: usize| (first + 2 * a) as f32 - order as f32 + 0.5;
+                let pairs = high.iter().zip(&low[shift..]).enumerate();
+                let sum: f32 = pairs.map(|(a, (x, y))| x * y * degree(a)).sum();
+                walk.covariance[i][j] = scale * sum;
+                if counts(j, n) {
+                    walk.mean[i] += scale * sum;
+                }
+                if i != j && counts(i, n) {
+                    walk.mean[j] += scale * sum;
                 }
             }
         }
-        let square = |k: usize| row(order, k).iter().map(|x| x * x).sum::<f32>();
-        let tail = (n + 1..=DEGREES_WALK).map(|k| square(k) / (2 * k + 1) as f32);
-        Self {
-            covariance,
-            tail: scale * tail.sum::<f32>(),
-        }
+        let mean = walk.mean.iter().enumerate().take(n);
+        walk.variance = mean
+            .filter(|(i, _)| counts(*i, n))
+            .map(|(_, mean)| mean)
+            .sum();
+        walk
     }
 }
 
@@ -127,33 +200,62 @@ impl Walk {
 #[derive(Clone, Copy, Default)]
 struct Answer {
     log_weight: f32,
+    /// Mean beyond the first degree.
     mean: f32,
     variance: f32,
     unfollowed: f32,
 }
 
-impl Evidence {
-    /// The answer of a walk of variance `variance`, whose prior is `prior`.
-    fn answer(&self, walk: Option<&Walk>, variance: f32, prior: f32) -> Answer {
+/// An average over answers, by their weights.
+struct Average {
+    /// The largest logarithm of a weight.
+    best: f32,
+    /// Sum of the weights over the largest.
+    sum: f32,
+    mean: f32,
+    square: f32,
+    unfollowed: f32,
+}
+
+impl Average {
+    fn add(&mut self, answer: &Answer) {
+        let above = answer.log_weight - self.best;
+        let weight = if above > 0.0 {
+            let share = libm::expf(-above);
+            self.best = answer.log_weight;
+            self.sum *= share;
+            self.mean *= share;
+            self.square *= share;
+            self.unfollowed *= share;
+            1.0
+        } else {
+            libm::expf(above)
+        };
+        self.sum += weight;
+        self.mean += weight * answer.mean;
+        self.square += weight * (answer.variance + answer.mean * answer.mean);
+        self.unfollowed += weight * answer.unfollowed;
+    }
+}
+
+impl Evidence<'_> {
+    fn covariance(&self, i: usize, j: usize) -> f32 {
+        self.scale * self.covariance[i][j]
+    }
+
+    /// The answer of a walk of variance `variance`, without its prior.
+    #[inline(never)]
+    fn answer(&self, walk: &Walk, variance: f32, matrix: &mut Square<DEGREES_MAX>) -> Answer {
         let n = self.count;
-        let moved = |i: usize, j: usize| walk.map_or(0.0, |walk| variance * walk.covariance[i][j]);
-        // What counts for the mean: odd degrees, and the ends.
-        let counts = |i: usize| if i + 1 == n || i % 2 == 1 { 1.0 } else { 0.0 };
-        let mut matrix = [[0.0; DEGREES_MAX]; DEGREES_MAX];
         let (mut z, mut q) = ([0.0; DEGREES_MAX], [0.0; DEGREES_MAX]);
-        let mut all = 0.0;
-        for i in 0..n {
-            let row: f32 = (0..n).map(|j| moved(i, j) * counts(j)).sum();
-            all += counts(i) * row;
-            if i + 1 < n {
-                for j in 0..n - 1 {
-                    matrix[i][j] = self.covariance[i + 1][j + 1] + moved(i, j);
-                }
-                z[i] = self.phase[i + 1];
-                q[i] = row - self.covariance[0][i + 1];
+        for i in 0..n - 1 {
+            for j in 0..=i {
+                matrix[i][j] = self.covariance(i + 1, j + 1) + variance * walk.covariance[i][j];
             }
+            z[i] = self.phase[i + 1];
+            q[i] = variance * walk.mean[i] - self.covariance(0, i + 1);
         }
-        let factor = Factor::new(&mut matrix, n - 1);
+        let factor = Factor::new(matrix, n - 1);
         factor.forward(&mut z);
         factor.forward(&mut q);
         let square: f32 = z.iter().map(|z| z * z).sum();
@@ -161,50 +263,49 @@ impl Evidence {
         let known: f32 = q.iter().map(|q| q * q).sum();
         let unlikely = 0.5 * (self.freedom + n as f32) * libm::log1pf(square / self.freedom);
         Answer {
-            log_weight: libm::logf(prior) - 0.5 * factor.log_det() - unlikely,
-            mean: self.phase[0] + both,
-            variance: (self.covariance[0][0] + all - known).max(0.0),
-            unfollowed: walk.map_or(0.0, |walk| variance * walk.tail),
+            log_weight: -0.5 * factor.log_det() - unlikely,
+            mean: both,
+            variance: (self.covariance(0, 0) + variance * walk.variance - known).max(0.0),
+            unfollowed: variance * walk.tail,
         }
     }
 
     /// The average over all models.
     #[inline(never)]
     pub fn mean_phase(&self) -> MeanPhase {
-        let least = 0.5 * libm::sqrtf(self.covariance[1][1]);
-        let mut answers = [Answer::default(); 1 + WALKS * (STRENGTHS + 1)];
-        answers[0] = self.answer(None, 0.0, self.steady);
+        let mut matrix = [[0.0; DEGREES_MAX]; DEGREES_MAX];
+        let mut steady = self.answer(&Walk::NONE, 0.0, &mut matrix);
+        steady.log_weight += libm::logf(self.steady);
+        let mut average = Average {
+            best: f32::NEG_INFINITY,
+            sum: 0.0,
+            mean: 0.0,
+            square: 0.0,
+            unfollowed: 0.0,
+        };
+        average.add(&steady);
+        let least = 0.5 * libm::sqrtf(self.covariance(1, 1));
         let strengths = (0..=STRENGTHS)
             .map(|j| least * (1u32 << j) as f32)
             .take_while(|strength| *strength < WALK_MAX)
             .count()
             .max(1);
-        let prior = (1.0 - self.steady) / (WALKS * strengths) as f32;
-        let mut count = 1;
+        let prior = libm::logf((1.0 - self.steady) / (WALKS * strengths) as f32);
         for order in 1..=WALKS {
             let walk = Walk::new(order, self.count);
             for j in 0..strengths {
                 let strength = least * (1u32 << j) as f32;
-                answers[count] = self.answer(Some(&walk), strength * strength, prior);
-                count += 1;
+                let mut answer = self.answer(&walk, strength * strength, &mut matrix);
+                answer.log_weight += prior;
+                average.add(&answer);
             }
         }
-        let answers = &answers[..count];
-        let best = answers
-            .iter()
-            .map(|one| one.log_weight)
-            .fold(f32::NEG_INFINITY, f32::max);
-        let weight = |one: &Answer| libm::expf(one.log_weight - best);
-        let sum: f32 = answers.iter().map(weight).sum();
-        let average = |of: &dyn Fn(&Answer) -> f32| {
-            answers.iter().map(|one| weight(one) * of(one)).sum::<f32>() / sum
-        };
-        let mean = average(&|one| one.mean);
+        let mean = average.mean / average.sum;
         MeanPhase {
-            mean,
-            variance: average(&|one| one.variance + (one.mean - mean) * (one.mean - mean)),
-            unfollowed: average(&|one| one.unfollowed),
-            steady: weight(&answers[0]) / sum,
+            mean: self.phase[0] + mean,
+            variance: (average.square / average.sum - mean * mean).max(0.0),
+            unfollowed: average.unfollowed / average.sum,
+            steady: libm::expf(steady.log_weight - average.best) / average.sum,
         }
     }
 }
@@ -213,30 +314,32 @@ impl Evidence {
 mod tests {
     use super::*;
 
-    fn evidence(second: f32) -> Evidence {
-        let mut covariance = [[0.0; DEGREES_MAX]; DEGREES_MAX];
+    fn mean_phase(second: f32) -> MeanPhase {
+        let mut covariance = [[0.0; MOVEMENT_MAX]; MOVEMENT_MAX];
         for (k, row) in covariance.iter_mut().enumerate() {
-            row[k] = 1e-4 * (2 * k + 3) as f32;
+            row[k] = (2 * k + 3) as f32;
         }
         let mut phase = [0.0; DEGREES_MAX];
         phase[0] = 0.01;
         phase[1] = second;
         Evidence {
             phase,
-            covariance,
+            covariance: &covariance,
+            scale: 1e-4,
             count: 4,
             freedom: 200.0,
             steady: 0.95,
         }
+        .mean_phase()
     }
 
     #[test]
     fn a_steady_phase_pays_little_and_a_moving_one_what_is_not_seen() {
-        let steady = evidence(0.0).mean_phase();
+        let steady = mean_phase(0.0);
         assert!(steady.steady > 0.95, "{steady:?}");
         assert!((steady.mean - 0.01).abs() < 1e-3, "{steady:?}");
         assert!((1.0..1.2).contains(&(steady.variance / 3e-4)), "{steady:?}");
-        let moving = evidence(1.0).mean_phase();
+        let moving = mean_phase(1.0);
         assert!(
             moving.steady < 1e-3 && moving.variance > 2.0 * steady.variance,
             "{moving:?}"
@@ -252,7 +355,7 @@ mod tests {
             let (k, ends) = ends(order, n);
             let mut sum = [0.0f32; 64];
             for degree in (k..40).step_by(2) {
-                for (i, x) in row(order, degree).iter().enumerate() {
+                for (i, x) in row(order, degree as isize).iter().enumerate() {
                     sum[degree + 2 * i - order] += x;
                 }
             }

@@ -12,7 +12,7 @@ use crate::phase_course::Course;
 use crate::refine::{Known, Refinement, Steps};
 use crate::residual::Motion;
 use crate::significance::deviate;
-use crate::solve::{Power, Rows, Shape, Solution};
+use crate::solve::{Power, Shape, Solution};
 use crate::source::Values;
 use crate::tests::Z_TEST;
 use crate::work::Work;
@@ -42,8 +42,6 @@ pub struct Followed {
     pub course: Course,
     /// Lines and baseline.
     pub shape: Shape,
-    /// Coefficients beside the movement.
-    pub still: Rows,
     /// Variances of the residuals over all frames.
     pub variances: Values,
     /// Degrees that are fitted.
@@ -72,7 +70,6 @@ impl Followed {
         Self {
             course,
             shape,
-            still: Solution::NONE.rows,
             variances: [0.0; CHANNELS_MAX],
             fitted: Degrees::STEADY,
             degrees: Degrees::STEADY,
@@ -123,6 +120,13 @@ impl Followed {
             let change = Motion::change(solution, moved);
             blocks.add(b, lines, &change);
         }
+    }
+
+    /// Takes the movement out of the blocks and out of the solution.
+    pub fn settle(&self, blocks: &mut Blocks, solution: &mut Solution) {
+        self.add_motion(blocks, solution, -1.0);
+        solution.project(blocks, self.shape);
+        solution.solve();
     }
 
     /// Degrees of freedom of the noise.
@@ -308,8 +312,6 @@ impl Refinement<'_> {
         if whole.lines == shape.lines || neighbours.count() < NEIGHBOURS_WHOLE {
             neighbours.collect(blocks, beside.beside(), place, memory);
         }
-        beside.solve();
-        followed.still = beside.rows;
         followed.add_motion(blocks, &work.solution, 1.0);
     }
 }

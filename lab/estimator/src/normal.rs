@@ -8,7 +8,7 @@ use crate::lines::Lines;
 use crate::matrix::Square;
 use crate::solve::{Shape, Solution};
 use crate::source::Values;
-use crate::totals::{LINE_FUNCTIONS, LIST_MAX, OfLines, OfModel, Totals, by_wave, fold, list_len};
+use crate::totals::{LINE_FUNCTIONS, LIST_MAX, OfLines, OfModel, by_wave, fold, list_len, unfold};
 
 /// Most unknowns of a movement.
 pub const MOVEMENT_MAX: usize = 2 * DEGREES_MAX;
@@ -91,6 +91,18 @@ impl Weighted {
             }
         }
         weighted
+    }
+
+    /// Products of the lines' coefficients with rows.
+    fn weigh(&self, rows: &OfModel, shape: &Shape, weighed: &mut OfModel) {
+        let (first, unknowns) = (shape.first_line(), shape.unknowns());
+        for (own, weights) in weighed.iter_mut().zip(&self.fitted).take(unknowns - first) {
+            own.fill(0.0);
+            for (row, weight) in rows.iter().zip(&weights[first..unknowns]) {
+                let pairs = own.iter_mut().zip(row).take(unknowns);
+                pairs.for_each(|(sum, x)| *sum += weight * x);
+            }
+        }
     }
 
     /// Products of the lines' coefficients.
@@ -250,30 +262,30 @@ impl Normal {
         let Degrees { phase, amplitude } = self.degrees;
         let lists = memory.chunks_exact(list_len(shape));
         let mut list = [0.0; LIST_MAX];
-        let mut fitted = weighted.fitted;
+        let mut rows = weighted.fitted;
         if amplitude > 0 {
-            fold(shape, &fitted, &mut list);
+            fold(shape, &rows, &mut list);
             let pairs = self.right[phase..].iter_mut().zip(lists.clone());
             pairs
                 .take(amplitude)
                 .for_each(|(right, own)| *right -= product(own, &list));
         }
-        turn_rows(&mut fitted, shape.lines);
-        fold(shape, &fitted, &mut list);
+        turn_rows(&mut rows, shape.lines);
+        fold(shape, &rows, &mut list);
         let pairs = self.right.iter_mut().zip(lists.clone());
         pairs
             .take(phase)
             .for_each(|(right, own)| *right -= product(own, &list));
-        let power = weighted.power(shape.first_line());
+        let mut solved = [[0.0; UNKNOWNS_MAX]; LINE_FUNCTIONS];
         for (l, own) in lists.clone().enumerate().take(phase.max(amplitude)) {
-            let mut solved = [[0.0; UNKNOWNS_MAX]; LINE_FUNCTIONS];
-            Totals::of_list(shape, own).of_shape(shape, &mut solved);
+            unfold(shape, own, &mut solved);
             for row in solved.iter_mut().take(2 * shape.lines.count()) {
                 solution.factor().solve(row);
             }
             let later = |from: usize| lists.clone().enumerate().skip(from);
             if l < amplitude {
-                fold(shape, &weigh(&power, &solved, shape), &mut list);
+                weighted.weigh(&solved, shape, &mut rows);
+                fold(shape, &rows, &mut list);
                 for (k, other) in later(l).take(amplitude - l) {
                     self.matrix[phase + k][phase + l] -= product(other, &list);
                 }
@@ -281,34 +293,21 @@ impl Normal {
             if l < phase {
                 // The transpose of a turn goes backwards.
                 turn_rows(&mut solved, shape.lines);
-                let mut turned = weigh(&power, &solved, shape);
+                weighted.weigh(&solved, shape, &mut rows);
                 if amplitude > 0 {
-                    fold(shape, &turned, &mut list);
+                    fold(shape, &rows, &mut list);
                     for (k, other) in later(0).take(amplitude) {
                         self.matrix[phase + k][l] += product(other, &list);
                     }
                 }
-                turn_rows(&mut turned, shape.lines);
-                fold(shape, &turned, &mut list);
+                turn_rows(&mut rows, shape.lines);
+                fold(shape, &rows, &mut list);
                 for (k, other) in later(l).take(phase - l) {
                     self.matrix[k][l] += product(other, &list);
                 }
             }
         }
     }
-}
-
-/// Products of the lines' coefficients with rows.
-fn weigh(power: &OfLines, rows: &OfModel, shape: &Shape) -> OfModel {
-    let (n, unknowns) = (2 * shape.lines.count(), shape.unknowns());
-    let mut weighed = [[0.0; UNKNOWNS_MAX]; LINE_FUNCTIONS];
-    for (own, weights) in weighed.iter_mut().zip(power).take(n) {
-        for (row, weight) in rows.iter().zip(weights).take(n) {
-            let pairs = own.iter_mut().zip(row).take(unknowns);
-            pairs.for_each(|(sum, x)| *sum += weight * x);
-        }
-    }
-    weighed
 }
 
 fn product(one: &[f32], other: &[f32]) -> f32 {

@@ -6,7 +6,7 @@ use crate::legendre::{legendre, legendre_after};
 use crate::limits::{CHANNELS_MAX, DEGREES_MAX, HARMONICS_MAX};
 use crate::phase::cos_sin;
 use crate::phase_course::Course;
-use crate::solve::{Rows, Shape, Solution};
+use crate::solve::{Rows, Solution};
 use crate::source::Values;
 use core::ops::Range;
 
@@ -62,10 +62,8 @@ impl Motion {
 /// A model of the frames.
 #[derive(Clone, Debug)]
 pub struct Model<'m> {
-    /// What was fitted.
-    pub shape: Shape,
-    /// Its coefficients.
-    pub coefficients: &'m Rows,
+    /// What was fitted, solved.
+    pub solution: &'m Solution,
     /// What moves beside them.
     pub motion: Option<Motion>,
     /// Phase of the fundamental.
@@ -76,29 +74,30 @@ impl Model<'_> {
     /// What is left of some channels of a frame.
     pub fn residual(&self, frame: &Frame, channels: Range<usize>, values: &mut Values) {
         let (c, s) = cos_sin(self.course.at(frame.u, 1.0));
+        let shape = &self.solution.shape;
         let mut powers = [[1.0, 0.0]; WAVES];
-        for m in 1..=self.shape.lines.most().min(WAVES - 1) {
+        for m in 1..=shape.lines.most().min(WAVES - 1) {
             let [x, y] = powers[m - 1];
             powers[m] = [x * c - y * s, y * c + x * s];
         }
         let p = legendre::<5>(frame.u);
-        let first = self.shape.first_line();
+        let first = shape.first_line();
         let [phase, amplitude] = self
             .motion
             .as_ref()
             .map_or([0.0; 2], |motion| motion.at(frame.u));
         let mut weights = [0.0; size_of::<Rows>() / size_of::<Values>()];
         weights[..first].copy_from_slice(&p[..first]);
-        for (i, line) in self.shape.lines.iter().enumerate() {
+        for (i, line) in shape.lines.iter().enumerate() {
             let [cos, sin] = powers[line.min(WAVES - 1)];
             let turn = phase * line as f32;
             weights[first + 2 * i] = (1.0 + amplitude) * cos - turn * sin;
             weights[first + 2 * i + 1] = (1.0 + amplitude) * sin + turn * cos;
         }
         values[channels.clone()].copy_from_slice(&frame.values[channels.clone()]);
-        let rows = self.coefficients.as_chunks::<4>().0;
+        let rows = self.solution.rows.as_chunks::<4>().0;
         let weights = weights.as_chunks::<4>().0;
-        let groups = self.shape.unknowns().div_ceil(4);
+        let groups = shape.unknowns().div_ceil(4);
         for ([one, two, three, four], [a, b, c, d]) in rows.iter().zip(weights).take(groups) {
             for k in channels.clone() {
                 values[k] -= a * one[k] + b * two[k] + c * three[k] + d * four[k];

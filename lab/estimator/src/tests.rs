@@ -6,11 +6,13 @@ use crate::data::Data;
 use crate::fit::Tests;
 use crate::limits::{CHANNELS_MAX, HARMONICS_MAX};
 use crate::lines::Lines;
+use crate::matrix::Square;
 use crate::movement::Followed;
 use crate::neighbours::{BAND, Beside, Neighbours, Place, line};
 use crate::residual::Model;
 use crate::significance::deviate;
-use crate::solve::{LineFactors, Power, Shape};
+use crate::solve::{Power, Shape, Solution};
+use crate::source::Values;
 use crate::spectrum::{Spectrum, Sums};
 use crate::work::Work;
 
@@ -47,14 +49,28 @@ pub struct Other {
     pub own_cycles: f32,
 }
 
+/// Where the noise next to lines goes, and its inverse covariance.
+pub struct Noise<'n> {
+    /// Functions next to lines.
+    pub neighbours: &'n mut Neighbours,
+    /// Their products with the channels.
+    pub memory: &'n mut [Values],
+    /// Inverse covariance of the channels' noise.
+    pub weights: &'n Square<CHANNELS_MAX>,
+}
+
 /// What the tests look at.
 pub struct Tested<'t> {
     /// The tone.
     pub followed: &'t Followed,
-    /// Its lines.
-    pub factors: [LineFactors; HARMONICS_MAX],
     /// Power of each line over the noise next to the lines.
     pub powers: [Power; HARMONICS_MAX],
+    /// Power of the tone in units of the residuals' variances.
+    power: f32,
+    /// Power of the tone in units of the channels' own deviations.
+    plain: f32,
+    /// Channels in which the tone is significant alone.
+    pub with_tone: u16,
     /// What is fitted.
     pub shape: Shape,
     /// Cycles a window of half the frame rate.
@@ -65,24 +81,38 @@ pub struct Tested<'t> {
 
 impl<'t> Tested<'t> {
     /// Prepares the tests of a tone.
+    #[inline(never)]
     pub fn new(followed: &'t Followed, work: &Work, cycles_max: f32, width: usize) -> Self {
-        let (factors, shape) = (work.solution.line_factors(), followed.shape);
+        let (all, shape) = (work.solution.line_factors(), followed.shape);
+        let factors = &all[..shape.lines.count()];
         let mut powers = [Power::default(); HARMONICS_MAX];
-        for (power, factors) in powers.iter_mut().zip(&factors).take(shape.lines.count()) {
+        for (power, factors) in powers.iter_mut().zip(factors) {
             *power = Power::new(factors, &work.weights);
+        }
+        let (mut tone, mut plain, mut with_tone) = (0.0, 0.0, 0);
+        for k in 0..width {
+            let mut most = 0.0;
+            for [cos, sin] in factors {
+                let power = cos[k] * cos[k] + sin[k] * sin[k];
+                tone += power / followed.variances[k];
+                plain += power;
+                most = f32::max(most, power);
+            }
+            let over = most / (2.0 * followed.noise.variances[k]);
+            if deviate(over, 2.0, followed.count) > Z_TEST {
+                with_tone |= 1 << k;
+            }
         }
         Self {
             followed,
-            factors,
             powers,
+            power: tone.max(f32::MIN_POSITIVE),
+            plain: plain.max(f32::MIN_POSITIVE),
+            with_tone,
             shape,
             cycles_max,
             width,
         }
-    }
-
-    fn factors(&self) -> &[LineFactors] {
-        &self.factors[..self.shape.lines.count()]
     }
 
     /// The lines over their neighbourhoods, and the power next to them.
@@ -127,31 +157,7 @@ impl<'t> Tested<'t> {
             let over = near.mean() / far.mean().max(f32::MIN_POSITIVE);
             tests.beside = deviate(over, near.count * channels, far.count * channels);
         }
-        tests.beside_share = neighbours.nearest / self.power().max(f32::MIN_POSITIVE);
-    }
-
-    /// Power of the tone in units of the residuals' variances.
-    fn power(&self) -> f32 {
-        let squares = self.factors().iter().flatten().flat_map(|factor| {
-            factor
-                .iter()
-                .zip(&self.followed.variances)
-                .take(self.width)
-                .map(|(x, v)| x * x / v)
-        });
-        squares.sum()
-    }
-
-    /// Channels in which the tone is significant alone.
-    pub fn with_tone(&self) -> u16 {
-        let variances = &self.followed.noise.variances;
-        let has = |k: &usize| {
-            self.factors().iter().any(|[cos, sin]| {
-                let power = (cos[*k] * cos[*k] + sin[*k] * sin[*k]) / (2.0 * variances[*k]);
-                deviate(power, 2.0, self.followed.count) > Z_TEST
-            })
-        };
-        (0..self.width).filter(has).fold(0, |mask, k| mask | 1 << k)
+        tests.beside_share = neighbours.nearest / self.power;
     }
 
     /// The most significant line in what the comb leaves.
@@ -169,7 +175,6 @@ impl<'t> Tested<'t> {
         let Some(mut spectrum) = Spectrum::new(data, sums, transforms) else {
             return Other::default();
         };
-        let with_tone = self.with_tone();
         let places = Places {
             lines: self.shape.lines,
             cycles: followed.course.cycles,
@@ -192,7 +197,7 @@ impl<'t> Tested<'t> {
             });
             spectrum.add_powers(&weights[channels.clone()]);
             // A channel without the tone that has one of its own.
-            for k in channels.filter(|k| with_tone >> k & 1 == 0) {
+            for k in channels.filter(|k| self.with_tone >> k & 1 == 0) {
                 let power = |i: usize| spectrum.of_channel(k - first, i);
                 let from = spectrum.bin(CYCLES_OWN) as usize + 1;
                 for i in from..places.last {
@@ -204,9 +209,8 @@ impl<'t> Tested<'t> {
                 }
             }
         }
-        let tone = self.plain_power();
         for i in 1..places.last {
-            let share = spectrum.plain(i) / tone;
+            let share = spectrum.plain(i) / self.plain;
             if share <= OTHER || places.is_multiple(i) {
                 continue;
             }
@@ -220,23 +224,10 @@ impl<'t> Tested<'t> {
         found
     }
 
-    /// Power of the tone in units of the channels' own deviations.
-    fn plain_power(&self) -> f32 {
-        self.factors()
-            .iter()
-            .flatten()
-            .flatten()
-            .map(|x| x * x)
-            .sum::<f32>()
-            .max(f32::MIN_POSITIVE)
-    }
-
-    /// Model of the frames.
-    pub fn model(&self) -> Model<'_> {
-        // The movement takes its part of the model.
+    /// Model of the frames, of a solution without the movement.
+    pub fn model<'m>(&self, solution: &'m Solution) -> Model<'m> {
         Model {
-            shape: self.shape,
-            coefficients: &self.followed.still,
+            solution,
             motion: Some(self.followed.motion()),
             course: self.followed.course,
         }
@@ -250,7 +241,7 @@ impl<'t> Tested<'t> {
         data: &mut Data,
         model: &Model,
         blocks: &mut Blocks,
-        work: &mut Work,
+        noise: &mut Noise,
     ) -> f32 {
         let followed = self.followed;
         let shape = Shape {
@@ -275,16 +266,20 @@ impl<'t> Tested<'t> {
         };
         let beside_model = Beside {
             shape: &shape,
-            factor: work.solution.factor(),
+            factor: model.solution.factor(),
             projections: None,
         };
-        let (mut found, inverse) = (f32::NEG_INFINITY, &work.weights);
+        let Noise {
+            neighbours,
+            memory,
+            weights,
+        } = noise;
+        let mut found = f32::NEG_INFINITY;
         for number in BETWEEN {
             let cycles = 0.5 * number as f32 * followed.course.cycles;
             if cycles <= 0.5 || cycles >= self.cycles_max - 0.5 {
                 continue;
             }
-            let (neighbours, memory) = (&mut work.neighbours, &mut work.memory);
             neighbours.collect(blocks, beside_model, place(number), memory);
             let count = neighbours.count();
             let Some(tested) = line(blocks, beside_model, number) else {
@@ -295,10 +290,10 @@ impl<'t> Tested<'t> {
             }
             let [mut beside, mut own] = [Sum::default(); 2];
             for values in &memory[..count] {
-                beside.add(form(values, inverse, values));
+                beside.add(form(values, weights, values));
             }
             for values in &tested {
-                own.add(form(values, inverse, values));
+                own.add(form(values, weights, values));
             }
             let channels = followed.noise.channels;
             let over = own.mean() / beside.mean().max(f32::MIN_POSITIVE);

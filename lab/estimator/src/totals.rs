@@ -52,20 +52,6 @@ impl Totals {
         }
     }
 
-    /// Those of a list.
-    pub fn of_list(shape: &Shape, list: &[f32]) -> Self {
-        let mut totals = Self::NONE;
-        let (waves, baselines) = list.split_at(2 * (2 * shape.lines.most() + 1));
-        let pairs = totals.waves.as_flattened_mut().iter_mut().zip(waves);
-        pairs.for_each(|(place, x)| *place = *x);
-        let rows = baselines.chunks_exact(2 * shape.first_line());
-        for (own, row) in totals.baselines.iter_mut().zip(rows) {
-            let pairs = own.as_flattened_mut().iter_mut().zip(row);
-            pairs.for_each(|(place, x)| *place = *x);
-        }
-        totals
-    }
-
     /// The numbers of a shape as a list.
     pub fn list(&self, shape: &Shape, list: &mut [f32]) {
         let waves = &self.waves[..=2 * shape.lines.most()];
@@ -83,7 +69,23 @@ pub fn list_len(shape: &Shape) -> usize {
     2 * (2 * shape.lines.most() + 1) + 2 * shape.lines.count() * shape.first_line()
 }
 
+/// Products of the lines of a shape with its unknowns' functions, from a list of totals.
+#[inline(never)]
+pub fn unfold(shape: &Shape, list: &[f32], products: &mut OfModel) {
+    let mut totals = Totals::NONE;
+    let (waves, baselines) = list.split_at(2 * (2 * shape.lines.most() + 1));
+    let pairs = totals.waves.as_flattened_mut().iter_mut().zip(waves);
+    pairs.for_each(|(place, x)| *place = *x);
+    let rows = baselines.chunks_exact(2 * shape.first_line());
+    for (own, row) in totals.baselines.iter_mut().zip(rows) {
+        let pairs = own.as_flattened_mut().iter_mut().zip(row);
+        pairs.for_each(|(place, x)| *place = *x);
+    }
+    totals.of_shape(shape, products);
+}
+
 /// The list whose product with that of any totals is the product of some weights with their rows.
+#[inline(never)]
 pub fn fold(shape: &Shape, weights: &OfModel, list: &mut [f32; LIST_MAX]) {
     let first = shape.first_line();
     let by_wave = by_wave(weights, first, shape.lines);
