@@ -1,15 +1,13 @@
-//! Analysis of raw frames that the board does not send: the spectrum of a window by the library's
-//! periodogram, and the reported tone as curves over the same frames.
+//! Analysis of raw frames that the board does not send: the spectrum of a window, and the reported tone as curves over the same frames.
 
 use crate::digits::seconds;
 use crate::frame::Frame;
 use crate::harmonics::{self, Harmonic, Harmonics};
 use crate::live::{Live, Strips};
-use ads1258::reading;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::{Abscissa, Estimate};
-use ridgetone_tone::{FRAMES_MAX, FRAMES_MIN, Fitter, FrameSpan, Table, Values};
+use ridgetone_tone::{FRAMES_MAX, FRAMES_MIN};
 use serde::Serialize;
 use std::f64::consts::TAU;
 
@@ -20,11 +18,13 @@ const LEAST_DB: f32 = -120.0;
 /// noise there (`crates/tone/src/neighbourhood.rs`).
 const NEIGHBOURHOOD_CYCLES: f64 = 5.0;
 
-/// Points of the shortest spectrum of the residuals: with this many, its lines look smooth.
+/// Points of the shortest spectrum: with this many, its lines look smooth.
 const POINTS_MIN: usize = 64;
 
-/// The periodogram over all channels that the board's search starts from
-/// ([`ridgetone_tone::Spectrum`]).
+/// Places between two bins at which the strongest line is looked for.
+const BETWEEN_BINS: i32 = 16;
+
+/// The periodogram over all channels, each less its straight line.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Spectrum {
     /// Device time of the window's first and last frame, seconds.
@@ -96,16 +96,10 @@ pub fn spectrum(live: &Live) -> Option<Spectrum> {
         return None;
     }
     let rate_hz = f64::from(slots - 1) / (last.t_s - first.t_s);
-    let (values, valid) = table(&frames, slots, live.settings().vref_v);
-    let mut source = Table {
-        values: &values,
-        valid: &valid,
-    };
-    let mut span = FrameSpan::new(&mut source, 0, slots);
-    let mut fitter = Box::new(Fitter::new(1));
-    let found = fitter.spectrum(&mut span).ok()?;
-    let bin_hz = rate_hz / found.points as f64;
-    let power_db: Vec<f32> = found.power.iter().map(|power| decibel(*power)).collect();
+    let lines_of = Periodogram::of(&frames, slots as usize);
+    let points = (slots as usize).next_power_of_two().max(POINTS_MIN);
+    let bin_hz = rate_hz / points as f64;
+    let power_db = lines_of.power_db(points);
     let tone = live
         .estimate()
         .filter(|found| of_estimate && found.status.has_tone() && in_time(found));
@@ -115,9 +109,9 @@ pub fn spectrum(live: &Live) -> Option<Spectrum> {
         until_s: last.t_s,
         of_estimate,
         bin_hz,
-        strongest_hz: found
-            .strongest_cycles
-            .map(|cycles| f64::from(cycles) * rate_hz / f64::from(slots)),
+        strongest_hz: lines_of
+            .strongest_cycles(points)
+            .map(|cycles| cycles * rate_hz / f64::from(slots)),
         lines,
         power_db,
     })
@@ -153,35 +147,18 @@ fn residual_spectrum(
     rate_hz: f64,
     frequency_hz: f64,
 ) -> Option<ResidualSpectrum> {
-    let mut channels: Vec<(f64, f64, Vec<f64>)> = Vec::new();
+    let mut lines_of = Periodogram::default();
     for (volts, found) in volts.iter().zip(whole) {
         let Some(found) = found else { continue };
-        let (squares, residual) = (harmonics::about_line(volts), volts.iter().zip(&found.fit_v));
+        let residual = volts.iter().zip(&found.fit_v);
         // A missing value leaves nothing.
-        let residual: Vec<f64> = residual
-            .map(|(v, fit)| v.map_or(0.0, |v| f64::from(v) - f64::from(*fit)))
-            .collect();
-        let share = residual.iter().map(|v| v * v).sum::<f64>() / squares;
-        if share.is_finite() {
-            channels.push((share, squares, residual));
-        }
+        let residual = residual.map(|(v, fit)| v.map_or(0.0, |v| f64::from(v) - f64::from(*fit)));
+        lines_of.add(harmonics::about_line(volts), residual.collect());
     }
-    channels.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let frames = channels.first()?.2.len();
-    // Those with the least share of it, as the estimator takes them.
-    channels.truncate(ridgetone_tone::Spectrum::channels(frames as u32));
+    let frames = lines_of.frames()?;
     let points = frames.next_power_of_two().max(POINTS_MIN);
     let bin_hz = rate_hz / points as f64;
-    let all = 0.5 * frames as f64 * channels.len() as f64;
-    let power = |bin: usize| {
-        let cycles = bin as f64 * frames as f64 / points as f64;
-        let sum: f64 = channels
-            .iter()
-            .map(|(_, squares, residual)| harmonics::power(residual, cycles) / squares)
-            .sum();
-        decibel((sum / all) as f32)
-    };
-    let power_db: Vec<f32> = (0..points / 2).map(power).collect();
+    let power_db = lines_of.power_db(points);
     let reach_hz = NEIGHBOURHOOD_CYCLES * rate_hz / frames as f64;
     let (from_hz, until_hz) = ((frequency_hz - reach_hz).max(0.0), frequency_hz + reach_hz);
     let bins = power_db
@@ -327,31 +304,81 @@ fn nominal_hz(live: &Live) -> f32 {
         })
 }
 
-/// Frames as the library takes them: codes minus each taxel's first code, and a mask of valid
-/// taxels.
-fn table(frames: &[Frame], slots: u32, vref_v: f32) -> (Vec<Values>, Vec<u16>) {
-    let code_v = f64::from(reading::volts(1, vref_v));
-    let zero = |taxel: usize| {
-        frames
-            .iter()
-            .find_map(|frame| frame.volts[taxel])
-            .unwrap_or(0.0)
-    };
-    let zeros: [f32; TAXELS] = std::array::from_fn(zero);
-    let (mut values, mut valid) = (vec![[0.0; TAXELS]; slots as usize], vec![0; slots as usize]);
-    for frame in frames {
-        let at = frame.number.wrapping_sub(frames[0].number) as usize;
-        let (Some(values), Some(valid)) = (values.get_mut(at), valid.get_mut(at)) else {
-            continue;
-        };
-        for (taxel, volts) in frame.volts.iter().enumerate() {
-            if let Some(volts) = volts {
-                values[taxel] = ((f64::from(*volts) - f64::from(zeros[taxel])) / code_v) as f32;
-                *valid |= 1 << taxel;
+/// The channels of a window, whose lines count by the share of each channel's own power that they
+/// take.
+#[derive(Default)]
+struct Periodogram {
+    channels: Vec<Shares>,
+}
+
+/// A channel, and the sum of the squares that its lines are shares of.
+struct Shares {
+    squares: f64,
+    values: Vec<f64>,
+}
+
+impl Periodogram {
+    /// Of frames without their straight lines; a missing value leaves nothing.
+    fn of(frames: &[Frame], slots: usize) -> Self {
+        let mut lines_of = Self::default();
+        for taxel in 0..TAXELS {
+            let mut volts = vec![None; slots];
+            for frame in frames {
+                let at = frame.number.wrapping_sub(frames[0].number) as usize;
+                if let Some(place) = volts.get_mut(at) {
+                    *place = frame.volts[taxel];
+                }
             }
+            let (line, squares) = harmonics::straight_line(&volts);
+            let values = volts.iter().enumerate().map(|(at, volts)| {
+                volts.map_or(0.0, |volts| {
+                    f64::from(volts) - line[0] - line[1] * at as f64
+                })
+            });
+            lines_of.add(squares, values.collect());
+        }
+        lines_of
+    }
+
+    /// Adds a channel, unless it has no power.
+    fn add(&mut self, squares: f64, values: Vec<f64>) {
+        if squares > 0.0 && squares.is_finite() {
+            self.channels.push(Shares { squares, values });
         }
     }
-    (values, valid)
+
+    fn frames(&self) -> Option<usize> {
+        self.channels.first().map(|channel| channel.values.len())
+    }
+
+    /// Share of the channels' power in a line of some cycles a window.
+    fn power(&self, cycles: f64) -> f64 {
+        let share = |Shares { squares, values }: &Shares| {
+            harmonics::power(values, cycles) / (0.5 * squares * values.len() as f64)
+        };
+        self.channels.iter().map(share).sum::<f64>() / self.channels.len().max(1) as f64
+    }
+
+    fn cycles(&self, bin: f64, points: usize) -> f64 {
+        bin * self.frames().unwrap_or(0) as f64 / points as f64
+    }
+
+    /// Powers of bins that are a share `1 / points` of the frame rate apart.
+    fn power_db(&self, points: usize) -> Vec<f32> {
+        let power = |bin: usize| decibel(self.power(self.cycles(bin as f64, points)) as f32);
+        (0..points / 2).map(power).collect()
+    }
+
+    /// The strongest line of two cycles and more, between the bins.
+    fn strongest_cycles(&self, points: usize) -> Option<f64> {
+        let bins = (0..points / 2).map(|bin| self.cycles(bin as f64, points));
+        let strongest = |cycles: &mut dyn Iterator<Item = f64>| {
+            cycles.max_by(|a, b| self.power(*a).total_cmp(&self.power(*b)))
+        };
+        let bin = strongest(&mut bins.filter(|cycles| *cycles >= 2.0))?;
+        let step = self.cycles(1.0, points) / f64::from(BETWEEN_BINS);
+        strongest(&mut (-BETWEEN_BINS..=BETWEEN_BINS).map(|at| bin + f64::from(at) * step))
+    }
 }
 
 #[cfg(test)]

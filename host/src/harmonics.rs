@@ -87,19 +87,24 @@ pub fn fit(
     })
 }
 
+/// Offset and slope a value of the known values' straight line, and the sum of their squares about
+/// it.
+pub fn straight_line(volts: &[Option<f32>]) -> ([f64; 2], f64) {
+    let known = || {
+        let known = volts.iter().enumerate();
+        known.filter_map(|(at, v)| Some((at as f64, f64::from((*v)?))))
+    };
+    let rows: Vec<Vec<f64>> = known().map(|(at, _)| vec![1.0, at]).collect();
+    if rows.is_empty() {
+        return ([0.0; 2], 0.0);
+    }
+    let (line, squares) = least_squares(&rows, known().map(|(_, v)| v).collect());
+    ([line[0], line[1]], squares)
+}
+
 /// Sum of squares of the known values about their straight line.
 pub fn about_line(volts: &[Option<f32>]) -> f64 {
-    let known: Vec<(f64, f64)> = volts
-        .iter()
-        .enumerate()
-        .filter_map(|(at, v)| Some((at as f64, f64::from((*v)?))))
-        .collect();
-    let rows: Vec<Vec<f64>> = known.iter().map(|(at, _)| vec![1.0, *at]).collect();
-    if rows.is_empty() {
-        0.0
-    } else {
-        least_squares(&rows, known.iter().map(|(_, v)| *v).collect()).1
-    }
+    straight_line(volts).1
 }
 
 /// Square of the sum of `values` times a wave of `cycles` in as many of them.

@@ -16,7 +16,6 @@ use crate::refine::{Limits, Refinement, Summit, least_squares};
 use crate::search;
 use crate::solve::Equations;
 use crate::source::Overwritten;
-use crate::spectrum::{Periodogram, Spectrum};
 use crate::statistics::Statistics;
 
 /// Fewest frames that are fitted.
@@ -392,23 +391,5 @@ impl Fitter {
     #[inline(never)]
     fn statistics(&mut self, span: &mut FrameSpan) -> Result<Statistics, Overwritten> {
         Statistics::collect(span, self.blocks.pieces_mut())
-    }
-
-    /// The periodogram that a search of all frames begins with, for display.
-    ///
-    /// # Errors
-    /// If the frames were overwritten meanwhile.
-    pub fn spectrum(&mut self, span: &mut FrameSpan) -> Result<Spectrum<'_>, Overwritten> {
-        let statistics = self.statistics(span)?;
-        let channels = statistics.order;
-        let (power, points) = self.blocks.transform_memory();
-        let periodogram =
-            Periodogram::new(span, &statistics, channels.list(), None, points, power)?;
-        let strongest_cycles = periodogram.strongest(2.0).map(|peak| peak.cycles);
-        Ok(Spectrum {
-            power: periodogram.power,
-            points: periodogram.points,
-            strongest_cycles,
-        })
     }
 }

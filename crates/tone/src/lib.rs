@@ -80,4 +80,3 @@ pub use fitter::{FRAMES_MIN, Fitter};
 pub use frame_span::FrameSpan;
 pub use limits::{CHANNELS_MAX, HARMONICS_MAX, OVERTONES, POINTS_MAX as FRAMES_MAX};
 pub use source::{FrameSource, Frames, Overwritten, Table, Values};
-pub use spectrum::Spectrum;

@@ -17,18 +17,6 @@ const FRAMES_LONG: u32 = 192;
 /// Shortest transform, points.
 const POINTS_MIN: usize = 64;
 
-/// A periodogram over the channels.
-#[derive(Clone, Copy, Debug)]
-pub struct Spectrum<'m> {
-    /// Share of the channels' power that a line at each bin's frequency takes; all zero if there
-    /// are more frames than a transform has points, or if no channel is usable.
-    pub power: &'m [f32],
-    /// Points of the transform: bin k has k cycles in as many frames.
-    pub points: usize,
-    /// Cycles in the window of the strongest line of two cycles and more.
-    pub strongest_cycles: Option<f32>,
-}
-
 /// A line of a periodogram.
 #[derive(Clone, Copy, Debug)]
 pub struct Peak {
@@ -38,31 +26,19 @@ pub struct Peak {
     pub power: f32,
 }
 
-impl Spectrum<'_> {
-    /// How many channels the periodogram of a window in time takes, those with the least share of
-    /// noise: a long window has enough of a line in two.
-    pub const fn channels(frames: u32) -> usize {
-        if frames > FRAMES_LONG {
-            CHANNELS_LONG
-        } else {
-            CHANNELS_SEARCHED
-        }
-    }
-}
-
 /// The powers of a span's lines.
 pub struct Periodogram<'m> {
     pub power: &'m mut [f32],
-    pub points: usize,
     pub bins_per_cycle: f32,
 }
 
 impl<'m> Periodogram<'m> {
-    /// The channels of a periodogram.
+    /// The channels of a periodogram, those with the least share of noise.
     pub fn channels<'c>(span: &FrameSpan, channels: &'c Channels) -> &'c [u8] {
         let list = channels.list();
-        let most = if span.is_in_time() {
-            Spectrum::channels(span.frames)
+        // A long window has enough of a line in two.
+        let most = if span.is_in_time() && span.frames > FRAMES_LONG {
+            CHANNELS_LONG
         } else {
             CHANNELS_SEARCHED
         };
@@ -92,7 +68,6 @@ impl<'m> Periodogram<'m> {
         let (Some(power), Some(memory), true) = (power, memory, frames <= points) else {
             return Ok(Self {
                 power: &mut [],
-                points,
                 bins_per_cycle,
             });
         };
@@ -126,7 +101,6 @@ impl<'m> Periodogram<'m> {
         }
         Ok(Self {
             power,
-            points,
             bins_per_cycle,
         })
     }
