@@ -7,7 +7,7 @@ use crate::data::Data;
 use crate::legendre::baselines;
 use crate::limits::{BLOCK_LINES, BLOCKS_MAX, CHANNELS_MAX, DEGREE_MAX, HARMONICS_MAX, POINTS_MAX};
 use crate::lines::Lines;
-use crate::phase::{cos_sin, from_turns};
+use crate::phase::{cos_sin, fill_powers, from_turns};
 use crate::phase_course::Course;
 use crate::residual::Model;
 use crate::solve::Shape;
@@ -150,36 +150,39 @@ impl Blocks {
         self.rows[..2 * BLOCK_LINES].fill([0.0; CHANNELS_MAX]);
         self.waves = [[[0.0; 2]; WAVES]; BLOCKS_MAX];
         self.moments = [[0.0; 2]; BLOCK_LINES];
-        let (mut b, mut powers) = (0, [[1.0, 0.0]; WAVES]);
+        let (mut b, mut middle, mut powers) = (0, self.middle(0), [[1.0, 0.0]; WAVES]);
+        let lines = pass.lines.count().min(HARMONICS_MAX);
+        let mut numbers = [0; HARMONICS_MAX];
+        let places = numbers.iter_mut().zip(pass.lines.iter());
+        places.for_each(|(place, line)| *place = line % WAVES);
         let mut batch = Batch::NONE;
-        let functions = 2 * pass.lines.count();
         data.visit_beside(model, |frame| {
             if !self.is_in(b, frame.u) {
-                batch.add_to(&mut self.rows[b * functions..][..functions]);
+                batch.add_to(&mut self.rows[2 * b * lines..][..2 * lines]);
                 b = self.block(frame.u);
+                middle = self.middle(b);
             }
-            let from_middle = frame.u - self.middle(b);
-            let (cos, sin) = cos_sin(pass.course.at(frame.u, pass.scale));
-            for m in 1..=self.most {
-                let [c, s] = powers[m - 1];
-                powers[m] = [c * cos - s * sin, s * cos + c * sin];
-            }
-            for (wave, power) in self.waves[b].iter_mut().zip(&powers).take(self.most + 1) {
+            fill_powers(
+                pass.course.at(frame.u, pass.scale),
+                &mut powers[..=self.most],
+            );
+            for (wave, power) in self.waves[b].iter_mut().zip(&powers[..=self.most]) {
                 wave[0] += power[0];
                 wave[1] += power[1];
             }
-            let moments = &mut self.moments[b * functions / 2..];
-            for (moment, line) in moments.iter_mut().zip(pass.lines.iter()) {
-                let [cos, sin] = powers[line % WAVES];
-                moment[0] += from_middle * cos;
-                moment[1] += from_middle * sin;
+            let moments = self.moments[b * lines..].iter_mut();
+            let weights = batch.push(&frame.values).as_chunks_mut::<2>().0.iter_mut();
+            for ((moment, pair), number) in moments.zip(weights).zip(&numbers[..lines]) {
+                let [cos, sin] = powers[*number];
+                moment[0] += (frame.u - middle) * cos;
+                moment[1] += (frame.u - middle) * sin;
+                *pair = [cos, sin];
             }
-            batch.push(&frame.values, pass.lines, &powers);
             if batch.count == BATCH {
-                batch.add_to(&mut self.rows[b * functions..][..functions]);
+                batch.add_to(&mut self.rows[2 * b * lines..][..2 * lines]);
             }
         });
-        batch.add_to(&mut self.rows[b * functions..][..functions]);
+        batch.add_to(&mut self.rows[2 * b * lines..][..2 * lines]);
     }
 
     /// Divides the window into up to `most` blocks of whole frames. They are shortest at the ends,
@@ -361,42 +364,39 @@ const BATCH: usize = 4;
 /// A few frames, and the lines' cosines and sines there.
 struct Batch {
     values: [Values; BATCH],
-    weights: [[f32; BATCH]; FUNCTIONS],
+    weights: [[f32; FUNCTIONS]; BATCH],
     count: usize,
-    functions: usize,
 }
 
 impl Batch {
     const NONE: Self = Self {
         values: [[0.0; CHANNELS_MAX]; BATCH],
-        weights: [[0.0; BATCH]; FUNCTIONS],
+        weights: [[0.0; FUNCTIONS]; BATCH],
         count: 0,
-        functions: 0,
     };
 
-    fn push(&mut self, values: &Values, lines: Lines, powers: &[Wave; WAVES]) {
+    /// Adds a frame, whose cosines and sines are to be filled in.
+    fn push(&mut self, values: &Values) -> &mut [f32; FUNCTIONS] {
         let place = self.count % BATCH;
         self.values[place] = *values;
-        self.functions = 0;
-        for (i, line) in lines.iter().enumerate().take(HARMONICS_MAX) {
-            let [cos, sin] = powers[line % WAVES];
-            self.weights[2 * i][place] = cos;
-            self.weights[2 * i + 1][place] = sin;
-            self.functions += 2;
-        }
         self.count += 1;
+        &mut self.weights[place]
     }
 
     /// Adds them to the rows of a block, and forgets them.
     #[inline(never)]
     fn add_to(&mut self, rows: &mut [Values]) {
+        // What earlier frames have left counts nothing.
+        self.weights[self.count.min(BATCH)..].fill([0.0; FUNCTIONS]);
         let [one, two, three, four] = &self.values;
-        for (row, weights) in rows.iter_mut().zip(&mut self.weights).take(self.functions) {
-            let [a, b, c, d] = *weights;
+        for (i, [cosine, sine]) in rows.as_chunks_mut::<2>().0.iter_mut().enumerate() {
+            let cos = self.weights.map(|weights| weights[2 * i]);
+            let sin = self.weights.map(|weights| weights[2 * i + 1]);
             for k in 0..CHANNELS_MAX {
-                row[k] += a * one[k] + b * two[k] + c * three[k] + d * four[k];
+                let (a, b, c, d) = (one[k], two[k], three[k], four[k]);
+                cosine[k] += cos[0] * a + cos[1] * b + cos[2] * c + cos[3] * d;
+                sine[k] += sin[0] * a + sin[1] * b + sin[2] * c + sin[3] * d;
             }
-            *weights = [0.0; BATCH];
         }
         self.count = 0;
     }

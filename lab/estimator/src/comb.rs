@@ -138,18 +138,18 @@ impl Refinement<'_> {
     }
 
     /// A bound of the scores of all combs at the blocks' course with a baseline of up to `degree`: what
-    /// all lines explain, at the price of two.
-    pub fn bound(&self, blocks: &Blocks, work: &mut Work, degree: usize) -> f32 {
+    /// all lines explain, at the price of the fewest.
+    pub fn bound(&self, blocks: &Blocks, work: &mut Work, degree: usize, fewest: usize) -> f32 {
         let all = Shape {
             lines: blocks.lines(),
             degree,
         };
-        let two = Shape {
-            lines: Lines::up_to(2),
+        let least = Shape {
+            lines: Lines::up_to(fewest),
             degree: 1,
         };
         work.solution.project(blocks, all);
-        self.likelihood(&work.solution) - self.price(&two)
+        self.likelihood(&work.solution) - self.price(&least)
     }
 
     /// Weighs the channels by the noise next to the lines of the projected solution.
@@ -193,7 +193,7 @@ impl Refinement<'_> {
     /// Logarithm of the likelihood, by the determinant of the residuals' covariance.
     fn likelihood(&self, solution: &Solution) -> f32 {
         let log_det = if self.may_share {
-            let mut residuals = solution.residuals(self.all, self.width);
+            let mut residuals = solution.residuals(self.all);
             Factor::new(&mut residuals, self.width).log_det()
         } else {
             let squares = solution.squares(self.all);

@@ -5,12 +5,13 @@ use crate::blocks::Blocks;
 use crate::fit::{Fit, Movement, OtherTone, Status, Tests};
 use crate::frame_span::FrameSpan;
 use crate::legendre::{legendre, slopes};
-use crate::limits::{DEGREES_MAX, HARMONICS_MAX, MOVES_MAX, OVERTONES};
+use crate::limits::{BLOCKS_MAX, DEGREES_MAX, HARMONICS_MAX, MOVES_MAX, OVERTONES};
 use crate::matrix::Square;
 use crate::mean::{Evidence, MeanPhase};
 use crate::movement::Followed;
 use crate::neighbours::Neighbours;
 use crate::normal::MOVEMENT_MAX;
+use crate::phase::{cos_sin, from_turns};
 use crate::scene::Scene;
 use crate::solve::Solution;
 use crate::source::Values;
@@ -95,16 +96,24 @@ impl Scale {
                 .map(|(x, p)| x * p)
                 .sum::<f32>()
         };
-        let count = blocks.count();
-        let level = (0..count).map(|b| at(blocks.middle(b))).sum::<f32>() / count as f32;
-        let sees = |distance: f32| {
-            let (mut cos, mut sin) = (0.0, 0.0);
-            for b in 0..count {
-                let (u, value) = (blocks.middle(b), at(blocks.middle(b)) - level);
-                let (c, s) = crate::phase::cos_sin(crate::phase::from_turns(0.5 * distance * u));
-                (cos, sin) = (cos + value * c, sin + value * s);
+        let mut places = [[0.0; 2]; BLOCKS_MAX];
+        let places = &mut places[..blocks.count()];
+        for (b, place) in places.iter_mut().enumerate() {
+            *place = [blocks.middle(b), at(blocks.middle(b))];
+        }
+        let level = places.iter().map(|[_, value]| value).sum::<f32>() / places.len() as f32;
+        let (mut last, mut seen_there) = (f32::NAN, 0.0);
+        // Cosine and sine of one place follow each other.
+        let mut sees = |distance: f32| {
+            if distance != last {
+                let (mut cos, mut sin) = (0.0, 0.0);
+                for [u, value] in &*places {
+                    let (c, s) = cos_sin(from_turns(0.5 * distance * u));
+                    (cos, sin) = (cos + (value - level) * c, sin + (value - level) * s);
+                }
+                (last, seen_there) = (distance, cos * cos + sin * sin);
             }
-            cos * cos + sin * sin
+            seen_there
         };
         let [mut seen, mut squares, mut power, mut weights, mut weighted] = [0.0; 5];
         for member in neighbours.members() {

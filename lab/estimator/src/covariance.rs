@@ -46,8 +46,8 @@ impl Covariance {
 }
 
 impl Samples {
-    /// The covariance, whose inverse takes the place of the samples' products; `all` are variances
-    /// over all frames.
+    /// The covariance, whose inverse takes the place of the samples' products on and below the
+    /// diagonal; `all` are variances over all frames.
     #[inline(never)]
     pub fn invert(&self, products: &mut Square<CHANNELS_MAX>, all: Option<&Values>) -> Covariance {
         let c = self.width;
@@ -115,6 +115,51 @@ pub fn form(x: &Values, weights: &Square<CHANNELS_MAX>, y: &Values) -> f32 {
     let rows = x.iter().zip(weights);
     rows.map(|(x, row)| x * row.iter().zip(y).map(|(w, y)| w * y).sum::<f32>())
         .sum()
+}
+
+/// The product x' W x of symmetric weights, by groups of four up to the diagonal.
+pub fn power(x: &Values, weights: &Square<CHANNELS_MAX>) -> f32 {
+    let groups = x.as_chunks::<4>().0;
+    let mut power = 0.0;
+    for (k, (own, row)) in x.iter().zip(weights).enumerate() {
+        let mut products = row
+            .as_chunks::<4>()
+            .0
+            .iter()
+            .zip(groups)
+            .map(|(w, x)| w[0] * x[0] + w[1] * x[1] + w[2] * x[2] + w[3] * x[3]);
+        let below: f32 = products.by_ref().take(k / 4).sum();
+        power += own * (2.0 * below + products.next().unwrap_or_default());
+    }
+    power
+}
+
+/// Adds the products of the channels of two samples, on and below the diagonal, in groups of four.
+pub fn add_products(products: &mut Square<CHANNELS_MAX>, [one, other]: [&Values; 2]) {
+    for (k, row) in products.iter_mut().enumerate() {
+        let own = [one[k], other[k]];
+        let groups = one.as_chunks::<4>().0.iter().zip(other.as_chunks::<4>().0);
+        let rows = row.as_chunks_mut::<4>().0.iter_mut();
+        for (sums, (one, other)) in rows.zip(groups).take(k / 4 + 1) {
+            for i in 0..4 {
+                sums[i] += own[0] * one[i] + own[1] * other[i];
+            }
+        }
+    }
+}
+
+/// Adds the products of the channels of a sample, `weight` times, on and below the diagonal.
+pub fn add_product(products: &mut Square<CHANNELS_MAX>, weight: f32, values: &Values) {
+    for (k, row) in products.iter_mut().enumerate() {
+        let own = weight * values[k];
+        let groups = values.as_chunks::<4>().0;
+        let rows = row.as_chunks_mut::<4>().0.iter_mut();
+        for (sums, values) in rows.zip(groups).take(k / 4 + 1) {
+            for i in 0..4 {
+                sums[i] += own * values[i];
+            }
+        }
+    }
 }
 
 #[cfg(test)]

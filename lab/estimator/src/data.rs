@@ -143,11 +143,9 @@ impl Data<'_, '_> {
 
     /// Visits the frames, or what a model leaves of them.
     pub fn visit_beside(&mut self, model: Option<&Model>, mut visit: impl FnMut(&Frame)) {
-        let width = self.width();
         self.visit(|frame| match model {
             Some(model) => {
-                let mut values = [0.0; CHANNELS_MAX];
-                model.residual(frame, 0..width, &mut values);
+                let values = model.residual(frame, 0..CHANNELS_MAX);
                 visit(&Frame { values, ..*frame });
             }
             None => visit(frame),

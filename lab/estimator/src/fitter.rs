@@ -176,9 +176,10 @@ impl<'w> Window<'w, '_, '_> {
                 self.collect(blocks, &course, refinement.lines(cycles));
                 let degrees = [1, most];
                 let curved = usize::from(cycles < CYCLES_CURVED && most > 1);
+                // A part of a peak's frequency needs a line beside the peak's own.
+                let least = if divisor > 1 { 2 } else { 1 };
                 if let Some(best) = &best
-                    && divisor > 1
-                    && refinement.bound(blocks, work, degrees[curved]) < best.score
+                    && refinement.bound(blocks, work, degrees[curved], least) < best.score
                 {
                     continue;
                 }

@@ -132,6 +132,14 @@ impl<'a> FrameSpan<'a> {
     /// Channels that are valid in at least half of the frames that have any.
     pub(crate) fn channels(&mut self) -> Result<u16, Overwritten> {
         let (mut counts, mut all) = ([0u32; 16], 0);
+        // Frames in a row mostly have the same channels.
+        let (mut mask, mut run) = (0, 0);
+        let mut add = |mask: u16, run: u32| {
+            all += if mask == 0 { 0 } else { run };
+            for (c, count) in counts.iter_mut().enumerate() {
+                *count += run * u32::from(mask >> c & 1);
+            }
+        };
         let mut frame = 0;
         while frame < self.frames {
             let most = READ_FRAMES.min((self.frames - frame) as usize);
@@ -139,15 +147,17 @@ impl<'a> FrameSpan<'a> {
             self.source
                 .read(self.first.wrapping_add(frame), most, &mut |_, valid| {
                     for valid in valid.iter().take(most) {
-                        all += u32::from(*valid != 0);
-                        for (c, count) in counts.iter_mut().enumerate() {
-                            *count += u32::from(valid >> c & 1);
+                        if *valid != mask {
+                            add(mask, run);
+                            (mask, run) = (*valid, 0);
                         }
+                        run += 1;
                         read += 1;
                     }
                 })?;
             frame += read.max(1);
         }
+        add(mask, run);
         let is_used = |c: &usize| 2 * counts[*c] > all;
         Ok((0..16).filter(is_used).fold(0, |mask, c| mask | 1 << c))
     }

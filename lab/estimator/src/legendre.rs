@@ -1,6 +1,6 @@
 //! Legendre polynomials: baselines, and how phase and amplitude move.
 
-use crate::limits::DEGREE_MAX;
+use crate::limits::{DEGREE_MAX, DEGREES_MAX};
 
 /// P_0 to P_(N - 1) at `u`.
 pub fn legendre<const N: usize>(u: f32) -> [f32; N] {
@@ -19,8 +19,23 @@ pub fn fill_legendre(u: f32, p: &mut [f32]) {
 
 /// P_(k + 1) at `u`, after P_(k - 1) and P_k.
 pub fn legendre_after(k: usize, u: f32, [before, p]: [f32; 2]) -> f32 {
-    ((2 * k + 1) as f32 * u * p - k as f32 * before) / (k + 1) as f32
+    let [own, other] = RECURSION[k % RECURSION.len()];
+    own * u * p - other * before
 }
+
+/// Coefficients (2 k + 1) / (k + 1) and k / (k + 1) of the recursion.
+const RECURSION: [[f32; 2]; DEGREES_MAX + 1] = {
+    let mut recursion = [[0.0; 2]; DEGREES_MAX + 1];
+    let mut k = 0;
+    while k <= DEGREES_MAX {
+        recursion[k] = [
+            (2 * k + 1) as f32 / (k + 1) as f32,
+            k as f32 / (k + 1) as f32,
+        ];
+        k += 1;
+    }
+    recursion
+};
 
 /// Derivatives of P_0 to P_(N - 1) at `u`: P'_k = P'_(k - 2) + (2 k - 1) P_(k - 1).
 pub fn slopes<const N: usize>(u: f32) -> [f32; N] {

@@ -4,7 +4,7 @@
 //! They are whole cycles apart, so that they are all but orthogonal.
 
 use crate::blocks::{Blocks, WAVES, Wave};
-use crate::covariance::form;
+use crate::covariance::{add_product, power};
 use crate::limits::{CHANNELS_MAX, DEGREE_MAX, NEIGHBOURS_MAX, UNKNOWNS_MAX};
 use crate::lines::Lines;
 use crate::matrix::{Factor, Square};
@@ -342,13 +342,7 @@ impl Neighbours {
     ) {
         *products = [[0.0; CHANNELS_MAX]; CHANNELS_MAX];
         for (member, values) in self.members().iter().zip(memory) {
-            let weight = weight(member);
-            for (row, value) in products.iter_mut().zip(values) {
-                let weight = weight * value;
-                for (sum, other) in row.iter_mut().zip(values) {
-                    *sum += weight * other;
-                }
-            }
+            add_product(products, weight(member), values);
         }
     }
 
@@ -361,7 +355,7 @@ impl Neighbours {
     ) {
         self.nearest = 0.0;
         for (i, values) in memory.iter().enumerate().take(self.count) {
-            self.members[i].power = form(values, weights, values);
+            self.members[i].power = power(values, weights);
             if self.is_near(&self.members[i]) {
                 let powers = values.iter().zip(variances).map(|(x, v)| x * x / v);
                 self.nearest += powers.sum::<f32>();

@@ -108,7 +108,7 @@ impl Refinement<'_> {
     /// Weighs the channels by the inverse covariance of what is left beside the projections.
     #[inline(never)]
     pub fn weigh(&self, work: &mut Work) {
-        work.weights = work.solution.residuals(self.all, self.width);
+        work.weights = work.solution.residuals(self.all);
         let samples = Samples {
             width: self.width,
             count: self.frames,

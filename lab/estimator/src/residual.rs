@@ -1,12 +1,11 @@
 //! What a solution, and the movement that is fitted beside it, leave of the frames.
 
-use crate::blocks::WAVES;
 use crate::data::Frame;
-use crate::legendre::{legendre, legendre_after};
-use crate::limits::{CHANNELS_MAX, DEGREES_MAX, HARMONICS_MAX};
-use crate::phase::cos_sin;
+use crate::legendre::{baselines, legendre_after};
+use crate::limits::{CHANNELS_MAX, DEGREES_MAX, HARMONICS_MAX, UNKNOWNS_MAX};
+use crate::phase::fill_powers;
 use crate::phase_course::Course;
-use crate::solve::{Rows, Solution};
+use crate::solve::Solution;
 use crate::source::Values;
 use core::ops::Range;
 
@@ -64,44 +63,51 @@ impl Motion {
 pub struct Model<'m> {
     /// What was fitted, solved.
     pub solution: &'m Solution,
-    /// What moves beside them.
+    /// What moves beside it.
     pub motion: Option<Motion>,
     /// Phase of the fundamental.
     pub course: Course,
 }
 
+/// Values of a model's functions, in groups of four.
+pub type Functions = [[f32; 4]; UNKNOWNS_MAX.div_ceil(4)];
+
 impl Model<'_> {
-    /// What is left of some channels of a frame.
-    pub fn residual(&self, frame: &Frame, channels: Range<usize>, values: &mut Values) {
-        let (c, s) = cos_sin(self.course.at(frame.u, 1.0));
+    /// Values of the functions at `u`.
+    pub fn functions(&self, u: f32) -> Functions {
         let shape = &self.solution.shape;
-        let mut powers = [[1.0, 0.0]; WAVES];
-        for m in 1..=shape.lines.most().min(WAVES - 1) {
-            let [x, y] = powers[m - 1];
-            powers[m] = [x * c - y * s, y * c + x * s];
-        }
-        let p = legendre::<5>(frame.u);
-        let first = shape.first_line();
-        let [phase, amplitude] = self
-            .motion
-            .as_ref()
-            .map_or([0.0; 2], |motion| motion.at(frame.u));
-        let mut weights = [0.0; size_of::<Rows>() / size_of::<Values>()];
-        weights[..first].copy_from_slice(&p[..first]);
-        for (i, line) in shape.lines.iter().enumerate() {
-            let [cos, sin] = powers[line.min(WAVES - 1)];
+        let mut powers = [[0.0; 2]; HARMONICS_MAX + 1];
+        let most = shape.lines.most().min(HARMONICS_MAX);
+        fill_powers(self.course.at(u, 1.0), &mut powers[..=most]);
+        let [phase, amplitude] = self.motion.as_ref().map_or([0.0; 2], |motion| motion.at(u));
+        let mut functions = [[0.0; 4]; UNKNOWNS_MAX.div_ceil(4)];
+        let (levels, lines) = functions
+            .as_flattened_mut()
+            .split_at_mut(shape.first_line());
+        let values = levels.iter_mut().zip(baselines(u));
+        values.for_each(|(place, [value, _])| *place = value);
+        let pairs = lines.as_chunks_mut::<2>().0.iter_mut();
+        for (pair, line) in pairs.zip(shape.lines.iter()) {
+            let [cos, sin] = powers[line.min(HARMONICS_MAX)];
             let turn = phase * line as f32;
-            weights[first + 2 * i] = (1.0 + amplitude) * cos - turn * sin;
-            weights[first + 2 * i + 1] = (1.0 + amplitude) * sin + turn * cos;
+            *pair = [
+                cos + amplitude * cos - turn * sin,
+                sin + amplitude * sin + turn * cos,
+            ];
         }
-        values[channels.clone()].copy_from_slice(&frame.values[channels.clone()]);
+        functions
+    }
+
+    /// What is left of some channels of a frame.
+    pub fn residual(&self, frame: &Frame, channels: Range<usize>) -> Values {
+        let (functions, mut values) = (self.functions(frame.u), frame.values);
+        let groups = self.solution.shape.unknowns().div_ceil(4);
         let rows = self.solution.rows.as_chunks::<4>().0;
-        let weights = weights.as_chunks::<4>().0;
-        let groups = shape.unknowns().div_ceil(4);
-        for ([one, two, three, four], [a, b, c, d]) in rows.iter().zip(weights).take(groups) {
+        for ([one, two, three, four], [a, b, c, d]) in rows.iter().zip(&functions).take(groups) {
             for k in channels.clone() {
                 values[k] -= a * one[k] + b * two[k] + c * three[k] + d * four[k];
             }
         }
+        values
     }
 }

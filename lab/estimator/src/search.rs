@@ -107,10 +107,15 @@ fn whitened<'m>(
         spectrum.clear(end - first);
         data.visit(|frame| {
             let point = frame.point(&place, frames) / each as usize;
-            for k in first..end {
-                let pairs = mixtures[k].iter().zip(&frame.values).take(reach * (k + 1));
-                let value = pairs.map(|(m, v)| m * v).sum();
-                spectrum.put(k - first, point, value);
+            for (k, mixture) in mixtures[first..end].iter().enumerate() {
+                let groups = mixture.as_chunks::<4>().0.iter();
+                let pairs = groups.zip(frame.values.as_chunks::<4>().0);
+                let reached = (reach * (first + k + 1)).div_ceil(4);
+                let value = pairs
+                    .take(reached)
+                    .map(|(m, v)| m[0] * v[0] + m[1] * v[1] + m[2] * v[2] + m[3] * v[3])
+                    .sum();
+                spectrum.put(k, point, value);
             }
         });
         for k in first..end {

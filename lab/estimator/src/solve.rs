@@ -1,7 +1,7 @@
 //! Least squares of all channels for lines and a baseline, from the sums over blocks.
 
 use crate::blocks::Blocks;
-use crate::covariance::form;
+use crate::covariance::{add_product, form};
 use crate::limits::{BLOCKS_MAX, CHANNELS_MAX, DEGREE_MAX, HARMONICS_MAX, UNKNOWNS_MAX};
 use crate::lines::Lines;
 use crate::matrix::{Factor, Square, invert};
@@ -96,29 +96,31 @@ impl Solution {
         }
     }
 
-    /// Takes what the projections explain out of the channels' products; what rounding leaves of a
-    /// channel is not less than its share.
-    pub fn residuals(&self, all: &Products, width: usize) -> Square<CHANNELS_MAX> {
+    /// Takes what the projections explain out of the channels' products, on and below the diagonal.
+    pub fn residuals(&self, all: &Products) -> Square<CHANNELS_MAX> {
         let mut residuals = all.matrix;
-        for k in 0..width {
-            let from = if all.may_share { 0 } else { k };
-            for l in from..=k {
-                residuals[k][l] -= self.explained(k, l);
-                residuals[l][k] = residuals[k][l];
+        if all.may_share {
+            for row in self.rows.iter().take(self.shape.unknowns()) {
+                add_product(&mut residuals, -1.0, row);
             }
-            residuals[k][k] = residuals[k][k].max(all.least[k]);
+        }
+        for (k, square) in self.squares(all).into_iter().enumerate() {
+            residuals[k][k] = square;
         }
         residuals
     }
 
-    /// Sums of squares of the residuals, with the projections.
+    /// Sums of squares of the residuals, with the projections; what rounding leaves of a channel is
+    /// not less than its share.
     pub fn squares(&self, all: &Products) -> Values {
-        core::array::from_fn(|k| (all.matrix[k][k] - self.explained(k, k)).max(all.least[k]))
-    }
-
-    fn explained(&self, k: usize, l: usize) -> f32 {
-        let rows = self.rows.iter().take(self.shape.unknowns());
-        rows.map(|row| row[k] * row[l]).sum()
+        let mut squares: Values = core::array::from_fn(|k| all.matrix[k][k]);
+        for row in self.rows.iter().take(self.shape.unknowns()) {
+            let pairs = squares.iter_mut().zip(row);
+            pairs.for_each(|(square, x)| *square -= x * x);
+        }
+        let pairs = squares.iter_mut().zip(&all.least);
+        pairs.for_each(|(square, least)| *square = square.max(*least));
+        squares
     }
 
     /// Coefficients of the lines, once solved: cosine and sine of each.

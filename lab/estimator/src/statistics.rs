@@ -1,6 +1,6 @@
 //! First passes: level, slope and scale of each channel; then the products of the channels.
 
-use crate::covariance::ROUNDING;
+use crate::covariance::{ROUNDING, add_product, add_products};
 use crate::data::Data;
 use crate::frame_span::FrameSpan;
 use crate::limits::CHANNELS_MAX;
@@ -214,24 +214,26 @@ impl Data<'_, '_> {
     /// itself alone.
     #[inline(never)]
     pub fn products(&mut self, may_share: bool) -> Products {
-        let width = self.width();
         let (mut products, mut count) = ([[0.0; CHANNELS_MAX]; CHANNELS_MAX], 0.0);
+        let mut squares = [0.0; CHANNELS_MAX];
+        let mut pending = None::<Values>;
         self.visit(|frame| {
             count += 1.0;
-            for (k, row) in products.iter_mut().enumerate().take(width) {
-                let own = frame.values[k];
-                if may_share {
-                    for (product, value) in row.iter_mut().zip(&frame.values).take(k) {
-                        *product += own * value;
-                    }
+            for (square, value) in squares.iter_mut().zip(&frame.values) {
+                *square += value * value;
+            }
+            if may_share {
+                match pending.take() {
+                    Some(before) => add_products(&mut products, [&before, &frame.values]),
+                    None => pending = Some(frame.values),
                 }
-                row[k] += own * own;
             }
         });
-        for k in 0..width {
-            for l in 0..k {
-                products[l][k] = products[k][l];
-            }
+        if let Some(last) = pending {
+            add_product(&mut products, 1.0, &last);
+        }
+        for (k, square) in squares.iter().enumerate() {
+            products[k][k] = *square;
         }
         let rounding = self.statistics.rounding(self.span.quantization_step);
         Products {
@@ -246,7 +248,7 @@ impl Data<'_, '_> {
 /// Products of the channels.
 #[derive(Clone, Debug)]
 pub struct Products {
-    /// Summed over the pieces.
+    /// Summed over the frames, on and below the diagonal.
     pub matrix: Square<CHANNELS_MAX>,
     /// Least square sums of residuals: rounding, of the values and of sums.
     pub least: Values,

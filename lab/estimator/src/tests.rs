@@ -1,7 +1,7 @@
 //! Tests of a tone, each a deviate by one formula.
 
 use crate::blocks::{Blocks, Pass};
-use crate::covariance::form;
+use crate::covariance::power;
 use crate::data::Data;
 use crate::fit::Tests;
 use crate::limits::{CHANNELS_MAX, HARMONICS_MAX};
@@ -184,12 +184,11 @@ impl<'t> Tested<'t> {
         };
         let mut found = Other::default();
         let weights = followed.variances.map(|variance| 1.0 / variance);
-        let mut values = [0.0; CHANNELS_MAX];
         for first in (0..self.width).step_by(spectrum.channels()) {
             let channels = first..(first + spectrum.channels()).min(self.width);
             spectrum.clear(channels.len());
             data.visit(|frame| {
-                model.residual(frame, channels.clone(), &mut values);
+                let values = model.residual(frame, channels.clone());
                 let point = frame.point(&place, frames) / each as usize;
                 for (i, value) in values[channels.clone()].iter().enumerate() {
                     spectrum.put(i, point, *value);
@@ -290,10 +289,10 @@ impl<'t> Tested<'t> {
             }
             let [mut beside, mut own] = [Sum::default(); 2];
             for values in &memory[..count] {
-                beside.add(form(values, weights, values));
+                beside.add(power(values, weights));
             }
             for values in &tested {
-                own.add(form(values, weights, values));
+                own.add(power(values, weights));
             }
             let channels = followed.noise.channels;
             let over = own.mean() / beside.mean().max(f32::MIN_POSITIVE);
