@@ -120,6 +120,12 @@ pub fn fit(
             "--rate {rate_hz}: must be greater than 0 Hz"
         );
     }
+    if let Some(harmonics) = selection.harmonics {
+        ensure!(
+            (1..=HARMONICS_MAX).contains(&harmonics.into()),
+            "--harmonics {harmonics}: must be 1 to {HARMONICS_MAX}"
+        );
+    }
     let columns = columns(rows, selection)?;
     let part = Part::read(rows, selection, FRAMES_MAX, progress)?;
     let file = rows.file();

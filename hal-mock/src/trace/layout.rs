@@ -6,7 +6,7 @@ use super::header::{names, unit_row};
 use super::look::{Look, is_counter, likely_time};
 use super::stamps::Unit;
 use super::time_column::{
-    Candidate, Likeness, Named, TIME_COLUMN, TimeColumn, choose, named, per_second,
+    Candidate, Likeness, Named, TIME_COLUMN, TimeColumn, choose, named, per_second, quoted,
 };
 
 /// Separators in the order of preference. A space stands for any white space.
@@ -207,7 +207,7 @@ impl Layout {
                         return refuse(format!(
                             "{} may all be the time: choose with --time-column {}, or none",
                             all.join(", "),
-                            all[0]
+                            quoted(all[0])
                         ));
                     }
                 }

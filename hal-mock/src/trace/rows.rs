@@ -5,7 +5,7 @@ use super::head_line::{cells, is_comment, records, text};
 use super::layout::{Column, Layout};
 use super::row_reader::{RowReader, Timing};
 use super::stamps::{Stamps, Unit};
-use super::time_column::{TIME_COLUMN, TimeColumn, unit_name};
+use super::time_column::{TIME_COLUMN, TimeColumn, quoted, unit_name};
 use crate::file_error::FileError;
 use core::cell::RefCell;
 use csv::ByteRecord;
@@ -322,8 +322,9 @@ impl RowReader for Rows<'_> {
         match self.layout.time {
             Some((_, Some(_))) => Timing::Stamped,
             Some((at, None)) => Timing::Unclear(format!(
-                "column {name} has whole numbers without a unit: say which with --time-column {name}:ms (or s, us, ns), or give --rate HZ",
-                name = name(at)
+                "column {name} has whole numbers without a unit: say which with --time-column {option} (or s, us, ns), or give --rate HZ",
+                name = name(at),
+                option = quoted(&format!("{}:ms", name(at)))
             )),
             None => {
                 let header = if self.layout.header_line.is_none() {
@@ -332,7 +333,8 @@ impl RowReader for Rows<'_> {
                     ""
                 };
                 let guess = self.layout.likely_time.map_or(String::new(), |at| {
-                    format!("; {name} grows steadily: if it is the time, --time-column {name}:ms (or s, us, ns)", name = name(at))
+                    let option = quoted(&format!("{}:ms", name(at)));
+                    format!("; {} grows steadily: if it is the time, --time-column {option} (or s, us, ns)", name(at))
                 });
                 Timing::Absent(format!(
                     "{header}no column {TIME_COLUMN} or of another name that says time; there are: {}{guess}; give the rate of the rows with --rate HZ",

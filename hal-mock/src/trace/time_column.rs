@@ -197,6 +197,16 @@ pub fn choose(candidates: &[Candidate]) -> Result<Option<Candidate>, Vec<usize>>
     }
 }
 
+/// A word of a command line: in quotes where a shell would split or change it.
+pub fn quoted(word: &str) -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || "_-.:/%+,".contains(c);
+    if word.chars().all(is_plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', "'\\''"))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

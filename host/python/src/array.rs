@@ -23,6 +23,14 @@ type Rows<'py> = (
     Option<String>,
 );
 
+/// A column beside an array, such as the speed of its rows, from a `dict` with these keys.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct Beside<'py> {
+    name: String,
+    values: Bound<'py, PyAny>,
+}
+
 struct Read {
     names: Vec<String>,
     times: Vec<u8>,
@@ -106,15 +114,18 @@ impl Samples {
             .map_err(raised)
     }
 
-    /// Those of an array, with a column of times or none.
+    /// Those of an array, with a column of times or none, and a column more under a name of its own
+    /// or none.
     #[staticmethod]
+    #[pyo3(signature = (name, names, values, times, beside))]
     fn array(
         name: &str,
-        names: Vec<String>,
+        mut names: Vec<String>,
         values: &Bound<'_, PyAny>,
         times: Option<&Bound<'_, PyAny>>,
+        beside: Option<Beside<'_>>,
     ) -> PyResult<Self> {
-        let (value_at, [rows, columns]) = view(values)?;
+        let (mut value_at, [rows, columns]) = view(values)?;
         if names.len() != columns {
             return Err(crate::UsageError::new_err(format!(
                 "{} names for {columns} columns",
@@ -130,6 +141,27 @@ impl Samples {
             Some((time_at, _)) => Some(Arc::new(move |row| time_at(row, 0)) as samples::TimeAt),
             None => None,
         };
+        if let Some(beside) = beside {
+            let (beside_at, [count, _]) = view(&beside.values)?;
+            if count != rows {
+                let name = beside.name;
+                return Err(crate::UsageError::new_err(format!(
+                    "{name}: {count} values for {rows} rows"
+                )));
+            }
+            if names.contains(&beside.name) {
+                let name = beside.name;
+                return Err(crate::UsageError::new_err(format!(
+                    "a channel is called {name}, too: give it another name"
+                )));
+            }
+            names.push(beside.name);
+            let channel_at = value_at;
+            value_at = Arc::new(move |row, column| match column < columns {
+                true => channel_at(row, column),
+                false => beside_at(row, 0),
+            });
+        }
         Ok(Self(samples::Samples::array(
             name, names, rows, value_at, times,
         )))

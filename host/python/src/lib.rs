@@ -6,6 +6,7 @@
 
 mod array;
 mod live;
+mod words;
 mod work;
 
 use pyo3::prelude::*;
@@ -25,7 +26,7 @@ create_exception!(
     "Something impossible was requested."
 );
 
-/// The command's one line as an exception. An exception on its way through the library stays what
+/// The command's one line in Python's words, as an exception. An exception on its way through the library stays what
 /// it is.
 fn raised(error: anyhow::Error) -> PyErr {
     if error.is::<PyErr>() {
@@ -33,7 +34,7 @@ fn raised(error: anyhow::Error) -> PyErr {
             .downcast::<PyErr>()
             .unwrap_or_else(|error| Error::new_err(error.to_string()));
     }
-    let text = format!("{error:#}").replace(['\n', '\r'], " ");
+    let text = words::of_python(&format!("{error:#}").replace(['\n', '\r'], " "));
     if error.is::<usage::UsageError>() {
         UsageError::new_err(text)
     } else {
@@ -50,6 +51,7 @@ fn _ridgetone(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<array::Samples>()?;
     module.add_class::<live::Board>()?;
+    module.add_class::<work::Fitted>()?;
     module.add_function(wrap_pyfunction!(work::fit, module)?)?;
     module.add_function(wrap_pyfunction!(work::feel, module)?)?;
     module.add_function(wrap_pyfunction!(work::replay, module)?)?;

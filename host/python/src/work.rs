@@ -3,6 +3,7 @@
 
 use crate::array::Samples;
 use crate::raised;
+use crate::words::of_python;
 use anyhow::{Context, Result};
 use pyo3::prelude::*;
 use ridgetone_feel::Reference;
@@ -12,9 +13,12 @@ use ridgetone_host::messages::{Form, messages as all_messages};
 use ridgetone_host::picture::{Recording, draw};
 use ridgetone_host::profile::Profile;
 use ridgetone_host::replay::Motion;
+use ridgetone_host::samples;
 use ridgetone_host::speed::{Column, Quantity};
-use ridgetone_host::table_fit::Selection;
-use ridgetone_host::{feel as felt, fit_report, replay as player, settings_form, touch_part};
+use ridgetone_host::table_fit::{Selection, TableFit};
+use ridgetone_host::{
+    feel as felt, fit_picture, fit_report, replay as player, settings_form, touch_part,
+};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::Packet;
 use std::path::{Path, PathBuf};
@@ -26,7 +30,24 @@ fn named(name: &str, guessed: Option<&String>) -> impl Iterator<Item = String> {
         .into_iter()
 }
 
-/// The fit's object as JSON, and what to look at.
+/// A fit with what it was made of.
+#[pyclass(frozen)]
+pub struct Fitted {
+    samples: samples::Samples,
+    selection: Selection,
+    fit: TableFit,
+}
+
+#[pymethods]
+impl Fitted {
+    /// Its picture as SVG.
+    fn picture(&self, py: Python<'_>) -> PyResult<String> {
+        let draw = || fit_picture::draw(&self.samples, &self.selection, &self.fit);
+        py.detach(draw).map_err(raised)
+    }
+}
+
+/// The fit's object as JSON, what to look at, and the fit itself.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "the options of `ridgetone fit`")]
 pub fn fit(
@@ -42,7 +63,7 @@ pub fn fit(
     position_column: Option<String>,
     whole: bool,
     mm_per_count: Option<f64>,
-) -> PyResult<(String, Vec<String>)> {
+) -> PyResult<(String, Vec<String>, Fitted)> {
     let column = |quantity, text: Option<String>| {
         text.map(|text| Column::parse(quantity, &text))
             .transpose()
@@ -67,8 +88,15 @@ pub fn fit(
         let fit = touch_part::fit(&samples.0, &selection, is_whole, &mut |_| {})?;
         let remarks = named(samples.0.name(), fit.guessed.as_ref())
             .chain(fit.warning(&selection))
+            .map(|remark| of_python(&remark))
             .collect();
-        Ok((fit_report::json(samples.0.name(), &fit)?, remarks))
+        let json = fit_report::json(samples.0.name(), &fit)?;
+        let fitted = Fitted {
+            samples: samples.0.clone(),
+            selection,
+            fit,
+        };
+        Ok((json, remarks, fitted))
     };
     py.detach(run).map_err(raised)
 }
@@ -188,6 +216,7 @@ pub fn replay(
             .take()
             .into_iter()
             .chain(input.warning.take())
+            .map(|remark| of_python(&remark))
             .collect();
         let truth = input.truth;
         let (mut lines, mut packets, mut conversions) = (Vec::new(), Vec::new(), Vec::new());

@@ -18,6 +18,10 @@ def test_the_notebook_goes_from_a_recording_to_the_readmes_picture(telemetry: di
     notebook = nbformat.read(ROOT / "host/python" / "touch.ipynb", as_version=4)
     os.symlink(telemetry["rec"], tmp_path / "touch.rec")
     NotebookClient(notebook, timeout=90, resources={"metadata": {"path": str(tmp_path)}}).execute()
+    shown = [output.get("data", {}) for cell in notebook.cells for output in cell.get("outputs", [])]
+    html = "".join(data.get("text/html", "") for data in shown)
+    assert re.search(r"frequency_hz</td><td>4\.\d+ ± 0\.00\d+<", html), html
+    assert sum("image/svg+xml" in data for data in shown) == 2
     drawn = (tmp_path / "touch.svg").read_text()
     readme = (ROOT / "docs" / "demo.svg").read_text()
     title = re.compile(r"Sixteen taxels, one tone: ([\d.]+) ± [\d.]+ Hz")

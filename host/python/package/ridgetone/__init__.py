@@ -2,7 +2,7 @@
 
 `fit` finds the one frequency that all channels of an array or of a recording share. `replay` runs a recording through the code
 that the chip runs. `read` gives a recording's arrays, `live` a board's events, `feel` what receptors would fire. All of them
-are the command `ridgetone`'s own functions: the same numbers to the last bit, and the same words in errors.
+are the command `ridgetone`'s own functions: the same numbers to the last bit. Errors name Python's arguments.
 """
 
 from __future__ import annotations
@@ -20,13 +20,18 @@ from ._events import *
 from ._events import Event, Fit, event
 from ._live import Live, live
 from ._objects import Felt, Object, Settings, load
-from ._recording import Path, Recording, Samples, native, read
+from ._recording import Path, Recording, Samples, Times, native, read
+from ._show import Picture
 from ._ridgetone import Error, UsageError, __version__
 
 __all__ = _events.__all__ + [
-    "Error", "Felt", "Live", "Object", "Recording", "Settings", "UsageError", "__version__", "feel", "fit", "live", "picture", "read",
+    "Error", "Felt", "Live", "Object", "Picture", "Recording", "Settings", "UsageError", "__version__", "feel", "fit", "live", "picture", "read",
     "replay", "settings",
 ]  # fmt: skip
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
 
 
 def fit(
@@ -38,17 +43,26 @@ def fit(
     from_s: float | None = None,
     to_s: float | None = None,
     columns: list[str] | None = None,
+    time_column: str | None = None,
     harmonics: int | None = None,
     mains_hz: float | None = None,
     speed_column: str | None = None,
     position_column: str | None = None,
+    speed_mm_s: npt.ArrayLike | None = None,
+    position_mm: npt.ArrayLike | None = None,
     whole: bool = False,
     mm_per_count: float | None = None,
 ) -> Fit:
     """Fits all channels with one common frequency, as `ridgetone fit` does.
 
-    `samples` is an array with a row for each sample and a column for each channel, in any unit; NaN is a missing reading.
-    It may also be a `Recording` or a file; of a file the slide of a touch is fitted, if there is one, unless `whole`. Give `rate_hz`, in hertz, or `time_s`, a time for each row in seconds.
+    `samples` is an array with a row for each sample and a column for each channel, in any unit; NaN and masked values are
+    missing readings. It may also be a data frame, a `Recording` or a file; of a file the slide of a touch is fitted, if there is
+    one, unless `whole`. Give `rate_hz`, in hertz, or `time_s`, a time for each row in seconds or as dates, evenly spaced or not.
+    A data frame may have them: as its column `time_s`, a column or an index of dates, or `time_column`, which is `NAME`,
+    `NAME:UNIT` with s, ms, us or ns, or `none`, as for files.
+
+    `speed_mm_s` or `position_mm`, a value for each row, fit by place: cycles per mm at any speed. `speed_column` and
+    `position_column` name columns that have them. `picture` draws the result.
 
     An array of float32 or float64 is not copied, whatever its strides; others are converted to float64. Do not write to it
     from another thread meanwhile: the interpreter's lock is released.
@@ -59,12 +73,27 @@ def fit(
     >>> found.status, round(found.frequency_hz, 3)
     ('good', 7.958)
     """
-    given = native(samples, time_s, names)
-    text, remarks = _ridgetone.fit(
+    by = {
+        "speed_mm_s": speed_mm_s,
+        "position_mm": position_mm,
+        "speed_column": speed_column,
+        "position_column": position_column,
+    }
+    if len(several := [name for name, value in by.items() if value is not None]) > 1:
+        raise UsageError(f"{' and '.join(several)}: one of them is enough")
+    beside = None
+    if position_mm is not None:
+        beside, position_column = ("position_mm", position_mm), "position_mm:mm"
+    elif speed_mm_s is not None:
+        beside, speed_column = ("speed_mm_s", speed_mm_s), "speed_mm_s:mm/s"
+    given = native(samples, Times(time_s, time_column, rate_hz), names, beside)
+    text, remarks, fitted = _ridgetone.fit(
         given, rate_hz, from_s, to_s, columns or [], harmonics, mains_hz, speed_column, position_column, whole, mm_per_count
     )
     _warn(remarks)
-    return load(Fit, text)
+    found = load(Fit, text)
+    vars(found)["_fitted"] = fitted
+    return found
 
 
 def feel(
@@ -77,6 +106,7 @@ def feel(
     from_s: float | None = None,
     to_s: float | None = None,
     columns: list[str] | None = None,
+    time_column: str | None = None,
     window_s: float | None = None,
     m: float | tuple[float, float] | None = None,
     coefficients: Path | None = None,
@@ -91,7 +121,7 @@ def feel(
     surface = {name: float(known.pop(name, default)) for name, default in _SURFACE.items()}
     if known or not all(value > 0 for value in list(surface.values())[:3]):
         raise UsageError(f"reference: {', '.join(list(_SURFACE)[:3])} are needed, ra_sigma_um and samples may be given")
-    given = native(samples, time_s, names)
+    given = native(samples, Times(time_s, time_column, rate_hz), names)
     with_sigma = (float(m), 0.0) if isinstance(m, (int, float)) else m
     text, remarks = _ridgetone.feel(
         given,
@@ -119,6 +149,7 @@ def replay(
     rate_hz: float | None = None,
     time_s: npt.ArrayLike | None = None,
     names: list[str] | None = None,
+    time_column: str | None = None,
     scale: float = 1.0,
     noise: bool = True,
     seed: int | None = None,
@@ -133,32 +164,40 @@ def replay(
     `profile` is a table of the speed. Without `time_s` and `rate_hz` rows come at the scan's rate.
     """
     return _replay(
-        samples, scene, rate_hz, time_s, names, scale, noise, seed, settings, profile, profile_repeats, False
+        samples, scene, Times(time_s, time_column, rate_hz), names, scale, noise, seed, settings, profile, profile_repeats, False
     )[0]
 
 
 def picture(
-    samples: Samples | None = None,
+    samples: Fit | Samples | None = None,
     *,
     scene: Path | None = None,
     rate_hz: float | None = None,
     time_s: npt.ArrayLike | None = None,
     names: list[str] | None = None,
+    time_column: str | None = None,
     scale: float = 1.0,
     noise: bool = True,
     seed: int | None = None,
     settings: Mapping[str, Any] | None = None,
-) -> str:
-    """Replays as `replay` does and draws the channels, the phases of the touch and the fitted tone, as SVG."""
-    svg = _replay(samples, scene, rate_hz, time_s, names, scale, noise, seed, settings, None, False, True)[1]
-    return svg or ""
+) -> Picture:
+    """Draws a result of `fit`: readings, fit, residual and spectra, as `ridgetone fit --svg` does. Of anything else it replays
+    as `replay` does, and draws the channels, the phases of the touch and the fitted tone. A notebook shows the picture; as a
+    str it is SVG.
+    """
+    if isinstance(samples, Fit):
+        if (fitted := vars(samples).get("_fitted")) is None:
+            raise UsageError("a copy of a fit has no samples to draw: fit again")
+        return Picture(fitted.picture())
+    times = Times(time_s, time_column, rate_hz)
+    svg = _replay(samples, scene, times, names, scale, noise, seed, settings, None, False, True)[1]
+    return Picture(svg or "")
 
 
 def _replay(
     samples: Samples | None,
     scene: Path | None,
-    rate_hz: float | None,
-    time_s: npt.ArrayLike | None,
+    times: Times,
     names: list[str] | None,
     scale: float,
     noise: bool,
@@ -170,9 +209,9 @@ def _replay(
 ) -> tuple[list[Event], str | None]:
     if samples is not None and scene is not None:
         raise UsageError("a scene does not go with samples")
-    given = None if samples is None else native(samples, time_s, names)
+    given = None if samples is None else native(samples, times, names)
     lines, remarks, svg = _ridgetone.replay(
-        given, scene, rate_hz, scale, noise, seed, json.dumps(settings or {}), profile, profile_repeats, draws
+        given, scene, times.rate_hz, scale, noise, seed, json.dumps(settings or {}), profile, profile_repeats, draws
     )
     _warn(remarks, 4)
     return [event(line) for line in lines], svg

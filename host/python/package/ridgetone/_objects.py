@@ -10,6 +10,8 @@ import json
 from collections.abc import Iterable
 from typing import Any, Literal, TypeVar
 
+from . import _show
+
 T = TypeVar("T", bound="Object")
 
 
@@ -30,6 +32,16 @@ class Object(dict[str, Any]):
     def __repr__(self) -> str:
         fields = ", ".join(f"{name}={value!r}" for name, value in self.items() if name != "type")
         return f"{type(self).__name__}({fields})"
+
+    def __str__(self) -> str:
+        return _show.text(type(self).__name__, self)
+
+    def _repr_html_(self) -> str:
+        return _show.html(type(self).__name__, self)
+
+    def __reduce__(self) -> tuple[type[Object], tuple[dict[str, Any]]]:
+        # The fields alone: what a fit was made of is not copied.
+        return type(self), (dict(self),)
 
 
 class Felt(Object):

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from . import _ridgetone
 from ._events import Event, event
+from ._frame import DataFrame, Framed, is_frame, seconds
 
 Path: TypeAlias = str | PathLike[str]
 Array: TypeAlias = npt.NDArray[np.float64]
@@ -52,7 +53,7 @@ class Recording:
         return np.array(self.values, dtype=dtype, copy=copy)
 
 
-Samples: TypeAlias = Recording | Path | npt.ArrayLike
+Samples: TypeAlias = Recording | Path | DataFrame | npt.ArrayLike
 
 
 def read(path: Path, *, time_column: str | None = None) -> Recording:
@@ -84,15 +85,39 @@ def unit(name: str) -> str | None:
     return found[1].strip() if found else "V" if _TAXEL.match(name) else None
 
 
+@dataclass(frozen=True, slots=True)
+class Times:
+    """What a caller says of the times of rows."""
+
+    time_s: npt.ArrayLike | None = None
+    time_column: str | None = None
+    rate_hz: float | None = None
+
+
 def native(
-    samples: Samples, time_s: npt.ArrayLike | None = None, names: list[str] | None = None
+    samples: Samples,
+    times: Times | None = None,
+    names: list[str] | None = None,
+    beside: tuple[str, npt.ArrayLike] | None = None,
 ) -> _ridgetone.Samples:
-    """Samples for the native part. An array of f32 or f64 is read where it is; any other is converted to f64."""
+    """Samples for the native part. An array of f32 or f64 is read where it is; any other is converted to f64. `beside` is a
+    column more, with its name.
+    """
+    times = times or Times()
+    time_s = times.time_s
     if isinstance(samples, (str, PathLike)):
-        if time_s is not None or names is not None:
-            raise _ridgetone.UsageError("time_s and names are for arrays: a file has its own")
-        return _ridgetone.Samples.file(samples, None)
+        if time_s is not None or names is not None or beside is not None:
+            raise _ridgetone.UsageError("time_s, names, speed_mm_s and position_mm are for arrays: a file has columns")
+        return _ridgetone.Samples.file(samples, times.time_column)
     file = "array"
+    if hasattr(samples, "to_frame") and not is_frame(samples):
+        samples = samples.to_frame()
+    if is_frame(samples):
+        framed = Framed(samples, "none" if time_s is not None else times.time_column, times.rate_hz is None)
+        file, samples, names = "data frame", framed.values, names or framed.names
+        time_s = framed.time_s if time_s is None else time_s
+    elif times.time_column is not None:
+        raise _ridgetone.UsageError("time_column is for files and data frames: give time_s, a time for each row")
     if isinstance(samples, Recording):
         file, time_s = samples.file, samples.time_s if time_s is None else time_s
         names, samples = names or samples.names, samples.values
@@ -102,14 +127,29 @@ def native(
     if values.ndim != 2:
         raise _ridgetone.UsageError(f"an array of {values.ndim} dimensions: rows, then channels are needed")
     names = names or [f"ch{channel}" for channel in range(values.shape[1])]
-    times = None if time_s is None else numbers(time_s).reshape(-1, 1)
-    return _ridgetone.Samples.array(file, names, values, times)
+    stamps = None if time_s is None else numbers(time_s, is_time=True).reshape(-1, 1)
+    column: dict[str, object] | None = None
+    if beside is not None:
+        column = {"name": beside[0], "values": numbers(beside[1]).reshape(-1, 1)}
+    return _ridgetone.Samples.array(file, names, values, stamps, column)
 
 
-def numbers(values: npt.ArrayLike) -> npt.NDArray[np.float32] | Array:
-    array = np.asarray(values)
-    if array.dtype in (np.float32, np.float64) and array.dtype.isnative:
-        return array
+def numbers(values: object, *, is_time: bool = False) -> npt.NDArray[np.float32] | Array:
+    """An array of floats. What a mask hides is NaN."""
+    if is_time and getattr(values, "tz", None) is not None:
+        values = values.tz_convert("UTC").tz_localize(None)  # type: ignore[attr-defined]
+    array = np.asanyarray(values)
+    if is_time and array.dtype.kind in "mM":
+        return seconds(array)
     if array.dtype.kind not in "biuf":
         raise _ridgetone.UsageError(f"an array of {array.dtype}: numbers are needed")
+    if isinstance(array, np.ma.MaskedArray):
+        is_float = array.dtype in (np.float32, np.float64)
+        hidden = np.ma.getmask(array)
+        array = np.asarray(array) if is_float else np.asarray(array).astype(np.float64)
+        if hidden is not np.ma.nomask:
+            array = np.where(hidden, array.dtype.type(np.nan), array)
+    array = np.asarray(array)
+    if array.dtype in (np.float32, np.float64) and array.dtype.isnative:
+        return array
     return array.astype(np.float64)

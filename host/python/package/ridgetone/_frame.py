@@ -1,0 +1,106 @@
+"""Data frames: their columns of numbers, and which of them is the time."""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _ridgetone
+
+Array = npt.NDArray[np.float64]
+_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+
+
+class DataFrame(Protocol):
+    """A table of pandas or of polars, or anything else with named columns."""
+
+    @property
+    def columns(self) -> Any: ...
+    def to_numpy(self) -> Any: ...
+
+
+class Framed:
+    """The channels of a data frame, and the times of its rows if they are known."""
+
+    def __init__(self, frame: Any, time_column: str | None, needs_time: bool) -> None:
+        names = [str(name) for name in frame.columns]
+        columns = [_numbers(_column(frame, at)) for at in range(len(names))]
+        at, unit = _time(names, columns, time_column)
+        self.time_s = None if at is None else _seconds(columns[at], unit)
+        if at is None and time_column is None and needs_time:
+            self.time_s = _index_s(getattr(frame, "index", None))
+        channels = [(name, values) for number, (name, values) in enumerate(zip(names, columns, strict=True)) if number != at]
+        used = [(name, values.astype(np.float64)) for name, values in channels if values.dtype.kind in "biuf"]
+        if words := [name for name, values in channels if values.dtype.kind not in "biuf"]:
+            warnings.warn(f"no numbers, and so no channels: {', '.join(words)}", stacklevel=5)
+        self.names = [name for name, _ in used]
+        self.values = np.column_stack([values for _, values in used]) if used else np.zeros((len(frame), 0))
+
+
+def is_frame(samples: object) -> bool:
+    return hasattr(samples, "columns") and hasattr(samples, "to_numpy")
+
+
+def _column(frame: Any, at: int) -> Any:
+    """By its place: several columns may have one name."""
+    return frame.iloc[:, at] if hasattr(frame, "iloc") else frame[frame.columns[at]]
+
+
+def _numbers(column: Any) -> npt.NDArray[Any]:
+    """A column's values. A missing number of any type is NaN; times with a zone are in UTC."""
+    if getattr(getattr(column, "dtype", None), "tz", None) is not None:
+        column = column.dt.tz_convert("UTC").dt.tz_localize(None)
+    values = np.asarray(column.to_numpy())
+    if values.dtype.kind != "O":
+        return values
+    try:
+        return np.asarray(column.to_numpy(dtype=np.float64, na_value=np.nan))
+    except (TypeError, ValueError):
+        return values
+
+
+def _time(names: list[str], columns: list[npt.NDArray[Any]], time_column: str | None) -> tuple[int | None, float]:
+    """The column that is the time, and seconds of its unit."""
+    if time_column == "none":
+        return None, 1.0
+    if time_column is not None:
+        name, _, unit = time_column.rpartition(":")
+        if time_column in names or unit not in _UNITS:
+            name, unit = time_column, "s"
+        if name not in names:
+            raise _ridgetone.UsageError(f"no column {name}; there are: {', '.join(names)}")
+        return names.index(name), _UNITS[unit]
+    if "time_s" in names:
+        return names.index("time_s"), 1.0
+    dates = [at for at, values in enumerate(columns) if values.dtype.kind in "mM"]
+    if len(dates) > 1:
+        several = ", ".join(names[at] for at in dates)
+        raise _ridgetone.UsageError(f'{several} may all be the time: choose with time_column="{names[dates[0]]}", or "none"')
+    return (dates[0] if dates else None), 1.0
+
+
+def _index_s(index: Any) -> Array | None:
+    """The times of an index of dates, or of one called `time_s`."""
+    if index is None:
+        return None
+    if getattr(index, "tz", None) is not None:
+        index = index.tz_convert("UTC").tz_localize(None)
+    values = np.asarray(index.to_numpy())
+    return _seconds(values, 1.0) if values.dtype.kind in "mM" or index.name == "time_s" else None
+
+
+def _seconds(values: npt.NDArray[Any], unit: float) -> Array:
+    return seconds(values) if values.dtype.kind in "mM" else values.astype(np.float64) * unit
+
+
+def seconds(times: npt.NDArray[Any]) -> Array:
+    """Seconds from the first of these dates, or those of durations. A missing time is NaN, and no unit is lost."""
+    known = times[~np.isnat(times)]
+    if times.dtype.kind == "M" and len(known):
+        times = times - known[0]
+    # A date in days or months has no fraction of a second to lose.
+    exact = times.astype("timedelta64[ns]")
+    return np.where(np.isnat(exact), np.nan, exact.astype(np.int64) * 1e-9)

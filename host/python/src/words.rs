@@ -1,0 +1,107 @@
+//! The command's messages in Python's words: an option becomes the argument that it is here.
+
+/// What follows an option.
+#[derive(Clone, Copy)]
+enum Value {
+    Number,
+    Text,
+    /// Nothing: the option alone is on.
+    On,
+}
+
+/// Options of the command that messages about recordings and boards name, and arguments for them.
+const ARGUMENTS: [(&str, &str, Value); 22] = [
+    ("--rate", "rate_hz", Value::Number),
+    ("--from", "from_s", Value::Number),
+    ("--to", "to_s", Value::Number),
+    ("--least-hz", "least_hz", Value::Number),
+    ("--most-hz", "most_hz", Value::Number),
+    ("--harmonics", "harmonics", Value::Number),
+    ("--mains", "mains_hz", Value::Number),
+    ("--mm-per-count", "mm_per_count", Value::Number),
+    ("--scale", "scale", Value::Number),
+    ("--window", "window_s", Value::Number),
+    ("--time-column", "time_column", Value::Text),
+    ("--speed-column", "speed_column", Value::Text),
+    ("--position-column", "position_column", Value::Text),
+    ("--columns", "columns", Value::Text),
+    ("--reference", "reference", Value::Text),
+    ("--port", "source", Value::Text),
+    ("--usb-serial", "usb_serial", Value::Text),
+    ("--elf", "elf", Value::Text),
+    ("--settings", "settings", Value::Text),
+    ("--whole", "whole", Value::On),
+    ("--raw", "raw", Value::On),
+    ("--emulated", "source=\"emulated\"", Value::Text),
+];
+
+/// A message with arguments in place of options.
+pub fn of_python(message: &str) -> String {
+    let (mut out, mut ahead) = (String::new(), message);
+    while let Some(at) = ahead.find("--") {
+        let (before, from) = ahead.split_at(at);
+        out += before;
+        let end = from[2..]
+            .find(|c: char| !c.is_ascii_lowercase() && c != '-')
+            .map_or(from.len(), |end| end + 2);
+        let (option, after) = from.split_at(end);
+        let found = ARGUMENTS.iter().find(|(known, ..)| *known == option);
+        let Some((_, argument, value)) = found else {
+            out += option;
+            ahead = after;
+            continue;
+        };
+        out += argument;
+        ahead = after;
+        let Some(Token { text, after }) = Token::of(after) else {
+            if matches!(value, Value::On) {
+                out += "=True";
+            }
+            continue;
+        };
+        match value {
+            Value::On => out += "=True",
+            // A word in capitals stands for a value that the reader knows.
+            _ if text.chars().all(|c| c.is_ascii_uppercase()) => ahead = after,
+            Value::Number if text.parse::<f64>().is_ok() => {
+                out += &format!("={text}");
+                // The argument's name has its unit.
+                let unit = [" Hz", " s"].into_iter();
+                let mut without = unit.filter_map(|unit| after.strip_prefix(unit));
+                ahead = without
+                    .find(|ahead| !ahead.starts_with(|c: char| c.is_alphanumeric()))
+                    .unwrap_or(after);
+            }
+            Value::Text if text.contains(':') || after.starts_with(',') => {
+                out += &format!("={text:?}");
+                ahead = after;
+            }
+            _ => {}
+        }
+    }
+    out + ahead
+}
+
+/// The word after an option, without quotes, and the text after it.
+struct Token<'a> {
+    text: &'a str,
+    after: &'a str,
+}
+
+impl<'a> Token<'a> {
+    fn of(text: &'a str) -> Option<Self> {
+        let text = text.strip_prefix(' ')?;
+        if let Some((quoted, after)) = text.strip_prefix('\'').and_then(|t| t.split_once('\'')) {
+            return Some(Self {
+                text: quoted,
+                after,
+            });
+        }
+        let end = text.find([' ', ',', ';', ')']).unwrap_or(text.len());
+        let token = text[..end].strip_suffix(':').unwrap_or(&text[..end]);
+        (!token.is_empty()).then_some(Self {
+            text: token,
+            after: &text[token.len()..],
+        })
+    }
+}
