@@ -331,9 +331,9 @@ impl Blocks {
     }
 
     /// Adds a part of a function of the lines to the channels' products in a block: `change` has
-    /// its coefficients for cosine and sine of each of `lines`.
-    pub fn add(&mut self, b: usize, lines: Lines, change: &[Values]) {
-        for (j, line) in lines.iter().enumerate() {
+    /// its coefficients for cosine and sine of each line of a shape.
+    pub fn add(&mut self, b: usize, shape: &Shape, change: &[Values]) {
+        for (j, line) in shape.lines.iter().enumerate() {
             for one in self.lines.iter() {
                 let products = self.of_lines(b, one, line);
                 let row = 2 * self.place(b, one);
@@ -344,7 +344,8 @@ impl Blocks {
                 }
             }
             let with_baselines = self.with_baselines(b, line);
-            for (level, products) in self.levels.iter_mut().zip(with_baselines) {
+            let levels = self.levels.iter_mut().zip(with_baselines);
+            for (level, products) in levels.take(shape.degree + 1) {
                 for (k, sum) in level.iter_mut().enumerate() {
                     *sum += products[0] * change[2 * j][k] + products[1] * change[2 * j + 1][k];
                 }

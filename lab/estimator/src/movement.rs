@@ -114,11 +114,11 @@ impl Followed {
     /// Adds the movement to the blocks, `sign` times.
     #[inline(never)]
     fn add_motion(&self, blocks: &mut Blocks, solution: &Solution, sign: f32) {
-        let (motion, lines) = (self.motion(), solution.shape.lines);
+        let motion = self.motion();
         for b in 0..blocks.count() {
             let moved = motion.at(blocks.middle(b)).map(|x| sign * x);
             let change = Motion::change(solution, moved);
-            blocks.add(b, lines, &change);
+            blocks.add(b, &solution.shape, &change);
         }
     }
 

@@ -110,9 +110,16 @@ fn whitened<'m>(
             for (k, mixture) in mixtures[first..end].iter().enumerate() {
                 let groups = mixture.as_chunks::<4>().0.iter();
                 let pairs = groups.zip(frame.values.as_chunks::<4>().0);
+                // Independent channels are mixed with none before them.
+                let from = if may_share {
+                    0
+                } else {
+                    reach * (first + k) / 4
+                };
                 let reached = (reach * (first + k + 1)).div_ceil(4);
                 let value = pairs
                     .take(reached)
+                    .skip(from)
                     .map(|(m, v)| m[0] * v[0] + m[1] * v[1] + m[2] * v[2] + m[3] * v[3])
                     .sum();
                 spectrum.put(k, point, value);
