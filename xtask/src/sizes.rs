@@ -76,8 +76,8 @@ pub const STYLUS: Budgets = Budgets {
 const FLASH: [(&str, u64); 8] = [
     ("ridgetone_tone", 86_000),
     ("ridgetone", 62_000),
-    ("ridgetone_firmware", 38_000),
-    ("ridgetone_proto", 10_000),
+    ("ridgetone_firmware", 35_000),
+    ("ridgetone_proto", 13_000),
     ("microfft", 6_600),
     ("ridgetone_feel", 3_000),
     (CONSTANTS, 6_000),
