@@ -318,7 +318,7 @@ struct Shares {
 }
 
 impl Periodogram {
-    /// Of frames without their straight lines; a missing value leaves nothing.
+    /// The periodogram of frames without their straight lines; a missing value leaves nothing.
     fn of(frames: &[Frame], slots: usize) -> Self {
         let mut lines_of = Self::default();
         for taxel in 0..TAXELS {
