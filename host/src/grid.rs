@@ -1,9 +1,9 @@
 //! Rows with time stamps onto an even grid, or as they are stamped where there is none.
 
 use crate::digits::significant;
-use crate::part::{Part, Selection, given_rate_hz};
+use crate::part::{Part, Selection};
 use anyhow::{Context, Result, bail, ensure};
-use hal_mock::{RowClock, RowReader};
+use hal_mock::RowClock;
 
 /// Share of missing rows above which the time stamps are no steady sampling with a few rows lost.
 const MISSING_MAX: f64 = 0.2;
@@ -63,16 +63,19 @@ impl Grid {
     }
 
     /// The grid of a part of a recording: by a given rate, or by its stamps.
-    pub fn of(part: &Part, rows: &dyn RowReader, selection: &Selection) -> Result<Self> {
+    pub fn of(part: &Part, file: &str, selection: &Selection) -> Result<Self> {
         if !part.is_stamped {
-            return Ok(Self::even(part.rows(), given_rate_hz(rows, selection)?));
+            let rate_hz = selection.rate_hz.with_context(|| {
+                format!("{file}: nothing says when its rows were: give their rate with --rate HZ")
+            })?;
+            return Ok(Self::even(part.rows(), rate_hz));
         }
         let name_row = |row: usize| {
             let (number, time_s) = (part.before + row as u64 + 1, part.times_s[row]);
             format!("row {number} (time_s {time_s})")
         };
         Self::from_stamps(&part.times_s, selection.rate_hz, name_row)
-            .with_context(|| rows.file().to_owned())
+            .with_context(|| file.to_owned())
     }
 
     /// From time stamps in seconds, strictly increasing unless `rate_hz` overrides them. A gap

@@ -21,6 +21,32 @@ pub struct Selection {
     /// The column to fit by place with, if not by time.
     pub place: Option<Column>,
     pub interferer_hz: Option<f64>,
+    /// Frequencies that the tone may have.
+    pub band: Band,
+}
+
+/// Bounds of a frequency, hertz.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Band {
+    pub least_hz: Option<f64>,
+    pub most_hz: Option<f64>,
+}
+
+impl Band {
+    /// Whether there is no bound.
+    pub fn is_open(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// Whether a frequency is below it.
+    pub fn is_below(&self, hz: f64) -> bool {
+        self.least_hz.is_some_and(|least_hz| hz < least_hz)
+    }
+
+    /// Whether a frequency is above it.
+    pub fn is_above(&self, hz: f64) -> bool {
+        self.most_hz.is_some_and(|most_hz| hz > most_hz)
+    }
 }
 
 #[derive(Default)]
@@ -35,18 +61,33 @@ pub struct Part {
 
 /// Values of the rows; NaN stands for a missing reading.
 enum Values {
-    Read(Vec<Vec<f64>>),
+    /// Row after row.
+    Read { all: Vec<f64>, columns: usize },
     /// They are where they were.
     InMemory(ValueAt),
 }
 
 impl Default for Values {
     fn default() -> Self {
-        Self::Read(Vec::new())
+        Self::Read {
+            all: Vec::new(),
+            columns: 0,
+        }
     }
 }
 
 impl Part {
+    /// Rows that were read already, all values row after row.
+    pub fn of_rows(before: u64, times_s: Vec<f64>, all: Vec<f64>) -> Self {
+        let columns = all.len() / times_s.len().max(1);
+        Self {
+            before,
+            times_s,
+            is_stamped: true,
+            values: Values::Read { all, columns },
+        }
+    }
+
     /// Reads it, at most `most` rows. `progress` takes the rows that have been read.
     pub fn read(
         rows: &mut dyn RowReader,
@@ -100,7 +141,7 @@ impl Part {
             // It refuses values that are not finite, those in memory too.
             rows.values(&mut values)?;
             if in_memory.is_none() {
-                kept.push(values.clone());
+                kept.extend_from_slice(&values);
             }
             part.times_s.push(t_s);
         }
@@ -126,7 +167,8 @@ impl Part {
             "{file}: --to {to_s} s is outside the data: {data}"
         );
         ensure!(part.rows() > 0, "{file}: no row from {from_s} to {to_s} s");
-        part.values = in_memory.map_or(Values::Read(kept), Values::InMemory);
+        let columns = rows.names().len();
+        part.values = in_memory.map_or(Values::Read { all: kept, columns }, Values::InMemory);
         Ok(part)
     }
 
@@ -138,7 +180,7 @@ impl Part {
     /// The value of a row of the part in a column.
     pub fn value(&self, row: usize, column: usize) -> f64 {
         match &self.values {
-            Values::Read(rows) => rows[row][column],
+            Values::Read { all, columns } => all[row * columns + column],
             Values::InMemory(value_at) => value_at(self.before as usize + row, column),
         }
     }
@@ -160,7 +202,11 @@ pub fn given_rate_hz(rows: &dyn RowReader, selection: &Selection) -> Result<f64>
 
 /// The place of a column.
 pub fn named(rows: &dyn RowReader, name: &str) -> Result<usize> {
-    let (file, names) = (rows.file(), rows.names());
+    named_in(rows.file(), rows.names(), name)
+}
+
+/// The place of a column among the names that a file has.
+pub fn named_in(file: &str, names: &[String], name: &str) -> Result<usize> {
     match all_named(names, name)[..] {
         [] => bail!("{file}: no column {name}; there are: {}", names.join(", ")),
         [at] => Ok(at),

@@ -1,6 +1,8 @@
 //! Rows of samples, wherever they are: a table, a recording of telemetry with raw frames, what
 //! `export` made of one, or an array in memory.
 
+mod unchanged;
+
 use crate::content::{Content, Input};
 use crate::messages::{Form, messages};
 use crate::raw_rows::RawRows;
@@ -9,9 +11,11 @@ use anyhow::Result;
 use hal_mock::{FileError, OpenRows, RowReader, Rows, TimeColumn, Timing, ValueAt};
 use std::fmt;
 use std::fs::File;
-use std::io::Cursor;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use tempfile::TempPath;
+use unchanged::{State, UnchangedRows};
 
 /// Rows that can be read more than once. A clone has the same rows.
 #[derive(Clone)]
@@ -23,30 +27,43 @@ pub struct Samples {
 }
 
 impl Samples {
-    /// Those of a file in any form that [`open`] knows. A pipe, which can be read only once, is
-    /// read now.
+    /// Those of a file in any form that [`open`] knows. A pipe, or
+    /// standard input as `-`, which can be read only once, is read now.
     pub fn file(path: &Path) -> Result<Self> {
         Self::file_with(path, None)
     }
 
     /// The same where somebody says which column of a table is the time.
     pub fn file_with(path: &Path, time: Option<TimeColumn>) -> Result<Self> {
-        let (name, path) = (path.display().to_string(), path.to_owned());
-        let at = path.clone();
-        let refuse = |error| FileError::new(&name, None, error);
-        let open: OpenRows = if std::fs::metadata(&path).map_err(refuse)?.is_file() {
-            Arc::new(move || open(&path, time.as_ref()))
-        } else {
-            let (bytes, file) = (
-                Arc::<[u8]>::from(std::fs::read(&path).map_err(refuse)?),
-                name.clone(),
-            );
-            Arc::new(move || {
-                let input = Box::new(Cursor::new(Arc::clone(&bytes)));
-                decoded(input, &file, time.as_ref())
-            })
+        let is_standard_input = path == Path::new("-");
+        let name = match is_standard_input {
+            true => "standard input".to_owned(),
+            false => path.display().to_string(),
         };
-        let path = Some(at);
+        let refuse = |error| FileError::new(&name, None, error);
+        // What can be read only once is kept in a file while it is needed.
+        let kept = if is_standard_input {
+            Some(kept(&mut std::io::stdin().lock()).map_err(refuse)?)
+        } else if std::fs::metadata(path).map_err(refuse)?.is_file() {
+            None
+        } else {
+            let mut input = File::open(path).map_err(refuse)?;
+            Some(kept(&mut input).map_err(refuse)?)
+        };
+        let at = kept
+            .as_ref()
+            .map_or(path.to_owned(), |kept| kept.to_path_buf());
+        let state = State::of(&at).map_err(refuse)?;
+        let (path, file) = (Some(at.clone()), name.clone());
+        let open: OpenRows = Arc::new(move || {
+            let _kept = &kept;
+            let rows = open_named(&at, &file, time.as_ref())?;
+            Ok(Box::new(UnchangedRows {
+                rows,
+                path: at.clone(),
+                state,
+            }))
+        });
         Ok(Self { name, path, open })
     }
 
@@ -181,27 +198,42 @@ impl RowReader for ArrayRows {
     }
 }
 
+/// A file that holds what `input` gives, and is removed when nobody needs it.
+fn kept(input: &mut dyn Read) -> std::io::Result<TempPath> {
+    let mut file = tempfile::NamedTempFile::new()?;
+    std::io::copy(input, &mut file)?;
+    Ok(file.into_temp_path())
+}
+
 /// Opens a file's rows, once: those of a table, or the raw frames of telemetry, in volts.
 pub fn open(
     path: &Path,
     time: Option<&TimeColumn>,
 ) -> Result<Box<dyn RowReader + Send>, FileError> {
-    let file = path.display().to_string();
+    open_named(path, &path.display().to_string(), time)
+}
+
+/// The same under another name in errors.
+fn open_named(
+    path: &Path,
+    file: &str,
+    time: Option<&TimeColumn>,
+) -> Result<Box<dyn RowReader + Send>, FileError> {
     let refuse = |error: anyhow::Error| {
         let text = format!("{error:#}");
         FileError::new(
-            &file,
+            file,
             None,
             text.strip_prefix(&format!("{file}: ")).unwrap_or(&text),
         )
     };
-    match Form::of(path).map_err(|error| FileError::new(&file, None, error))? {
+    match Form::of(path).map_err(|error| FileError::new(file, None, error))? {
         Form::Table => {
-            let input = File::open(path).map_err(|error| FileError::new(&file, None, error))?;
-            decoded(Box::new(input), &file, time)
+            let input = File::open(path).map_err(|error| FileError::new(file, None, error))?;
+            decoded(Box::new(input), file, time)
         }
         _ if time.is_some() => Err(FileError::new(
-            &file,
+            file,
             None,
             "--time-column is for tables: telemetry has its own time",
         )),
@@ -209,7 +241,7 @@ pub fn open(
             // Twice: a taxel that never has a value is not missing from every frame.
             let open = || messages(path, form).map_err(refuse);
             Ok(Box::new(
-                RawRows::new(&file, open()?, open()?).map_err(refuse)?,
+                RawRows::new(file, open()?, open()?).map_err(refuse)?,
             ))
         }
     }

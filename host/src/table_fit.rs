@@ -1,28 +1,25 @@
 //! `fit`: the joint fit alone, on any table of channels.
 
 mod bridge;
+mod estimate;
+mod means;
+mod scaled;
 
 use crate::grid::Grid;
-use crate::part::Part;
-pub use crate::part::{Selection, columns, named};
+pub use crate::part::{Band, Selection, columns, named};
+use crate::part::{Part, named_in};
 use crate::speed::{Column, Quantity};
 use crate::tone::{Tone, WithSigma};
 use anyhow::{Result, bail, ensure};
+use estimate::Estimated;
 use hal_mock::RowReader;
-use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::{Abscissa, Status};
-use ridgetone_tone::{FRAMES_MAX, Fit, Fitter, FrameSpan, HARMONICS_MAX, Table};
+use ridgetone_tone::HARMONICS_MAX;
+use scaled::Scaled;
 use serde::Serialize;
-
-/// Channels are scaled to about a real one's span in codes. Quantization to 1 is then far below any
-/// file's residuals.
-const SPAN_CODES: f64 = 1e6;
 
 /// A given rate that differs from the time stamps by more than this share gives a warning.
 const RATES_DIFFER: f64 = 0.01;
-
-/// Blank cells are bridged where less than this share of the rows has all readings.
-const WHOLE_SHARE_MIN: f64 = 0.95;
 
 /// One channel's part of the result, in the file's unit, with the fundamental where there is a
 /// tone.
@@ -127,25 +124,54 @@ pub fn fit(
         );
     }
     let columns = columns(rows, selection)?;
-    let part = Part::read(rows, selection, FRAMES_MAX, progress)?;
-    let file = rows.file();
-    let grid = Grid::of(&part, rows, selection)?;
-    ensure!(
-        grid.slots() <= FRAMES_MAX,
-        "{file}: {} rows in the window, at most {FRAMES_MAX} can be fitted: choose a part with --from and --to",
-        grid.slots()
-    );
+    let part = Part::read(rows, selection, usize::MAX, progress)?;
+    let table = TableHead::of(rows);
+    fit_part(&table, &part, &columns, selection)
+}
 
-    let scaled = Scaled::new(&part, &columns, &grid);
+/// What a fit has to know of a table beside its rows.
+#[derive(Clone, Debug)]
+pub struct TableHead {
+    file: String,
+    names: Vec<String>,
+    guessed: Option<String>,
+}
+
+impl TableHead {
+    /// That of rows which have been read as far as they are fitted.
+    pub fn of(rows: &dyn RowReader) -> Self {
+        Self {
+            file: rows.file().to_owned(),
+            names: rows.names().to_vec(),
+            guessed: rows.guessed(),
+        }
+    }
+
+    /// The file's name in errors.
+    pub fn file(&self) -> &str {
+        &self.file
+    }
+}
+
+/// Fits the rows of a part, in these columns.
+pub fn fit_part(
+    table: &TableHead,
+    part: &Part,
+    columns: &[usize],
+    selection: &Selection,
+) -> Result<TableFit> {
+    let file = &table.file;
+    let grid = Grid::of(part, file, selection)?;
+    let scaled = Scaled::new(part, columns, &grid);
     if let Some(c) = scaled.units.iter().position(|unit| !unit.is_finite()) {
         bail!(
             "{file}: column {}: its values are too far apart to be fitted",
-            rows.names()[columns[c]]
+            table.names[columns[c]]
         );
     }
     let places = match &selection.place {
         Some(column) => {
-            let at = named(rows, column.name())?;
+            let at = named_in(file, &table.names, column.name())?;
             let values: Vec<f64> = part.column(at).collect();
             let is_blank = |end: Option<&f64>| end.is_some_and(|value| value.is_nan());
             let is_cut = is_blank(values.first()) || is_blank(values.last());
@@ -160,55 +186,14 @@ pub fn fit(
         // Uneven times are places, in seconds.
         None => grid.uneven_s.iter().map(|t_s| *t_s as f32).collect(),
     };
-    let place = |frame: u32| places.get(frame as usize).copied().unwrap_or(f32::NAN);
-    let harmonics = selection.harmonics.unwrap_or(HARMONICS_MAX as u8);
-    let fit = |scaled: &Scaled| {
-        let mut source = Table {
-            values: &scaled.values,
-            valid: &scaled.valid,
-        };
-        let mut span = FrameSpan::new(&mut source, 0, grid.slots() as u32).with_quantization(1.0);
-        if let Some(interferer_hz) = selection.interferer_hz {
-            span = span.with_interferer((interferer_hz / grid.rate_hz) as f32);
-        }
-        if !places.is_empty() {
-            let Some(along) = span.along(&place) else {
-                match &selection.place {
-                    Some(column) => bail!(
-                        "{file}: by column {} the finger does not move in this part",
-                        column.name()
-                    ),
-                    None => bail!("{file}: the time stands still in this part"),
-                }
-            };
-            span = along;
-        }
-        let Ok(found) = Fitter::new(harmonics).fit(&mut span) else {
-            bail!("{file}: the fit did not reach all rows");
-        };
-        Ok(found)
-    };
-    // Few rows with blank cells cost less left out than bridged; and a fast tone cannot be bridged.
-    let mut bridged = None;
-    if places.is_empty() && scaled.whole_share() < WHOLE_SHARE_MIN {
-        let scaled = scaled.bridged();
-        let found = fit(&scaled)?;
-        let is_slow = f64::from(found.frequency) <= bridge::TONE_MAX;
-        bridged = (found.status.has_tone() && is_slow).then_some((found, scaled));
-    }
-    let (mut found, scaled) = match bridged {
-        Some(bridged) => bridged,
-        None => (fit(&scaled)?, scaled),
-    };
-    let of_readings = scaled.sigma_factor(&found);
-    for sigma in [
-        &mut found.sigma,
-        &mut found.movement.sigma_of_mean,
-        &mut found.movement.wander_sigma,
-        &mut found.movement.chirp_sigma,
-    ] {
-        *sigma *= of_readings;
-    }
+    let readings = scaled.readings;
+    let (zeros, units) = (scaled.zeros.clone(), scaled.units.clone());
+    let Estimated {
+        found,
+        slots_per_frame,
+        note,
+    } = estimate::estimate(file, scaled, &places, &grid, selection)?;
+    let frames_per_s = grid.rate_hz / slots_per_frame as f64;
 
     let rate_share = grid.rate_sigma_hz / grid.rate_hz;
     // Places that are given need no time.
@@ -216,7 +201,7 @@ pub fn fit(
         Some(ref column) if column.quantity() == Quantity::Position => (Abscissa::Place, 1.0, 0.0),
         Some(_) => (Abscissa::Place, 1.0, rate_share),
         None if !grid.uneven_s.is_empty() => (Abscissa::Time, 1.0, 0.0),
-        None => (Abscissa::Time, grid.rate_hz, rate_share),
+        None => (Abscissa::Time, frames_per_s, rate_share),
     };
     let (frequency, sigma) = (
         f64::from(found.frequency) * per_unit,
@@ -232,13 +217,13 @@ pub fn fit(
         has_tone.then(|| ridgetone::movement(&found, per_unit as f32)),
         ridgetone::other_tone(&found, per_unit as f32),
         // An interferer is in time, by place too.
-        found.interferer.map(|cycles| cycles * grid.rate_hz as f32),
+        found.interferer.map(|cycles| cycles * frames_per_s as f32),
     );
     let channels = columns.iter().enumerate().map(|(c, column)| {
-        let (channel, unit, zero) = (found.channels[c], scaled.units[c], scaled.zeros[c]);
+        let (channel, unit, zero) = (found.channels[c], units[c], zeros[c]);
         let usable = found.usable & 1 << c != 0;
         ChannelResult {
-            name: rows.names()[*column].clone(),
+            name: table.names[*column].clone(),
             usable,
             offset: usable.then(|| zero + f64::from(channel.offset) * unit),
             amplitude: (usable && has_tone).then(|| f64::from(channel.amplitude) * unit),
@@ -260,129 +245,24 @@ pub fn fit(
         window_s: grid.slots() as f64 / grid.rate_hz,
         rows: part.rows(),
         rows_missing: grid.missing(),
-        readings_missing: columns.len() * part.rows() - scaled.readings,
+        readings_missing: columns.len() * part.rows() - readings,
         abscissa,
         tone,
         status: ridgetone::reported_status(found.status),
         harmonics: found.harmonics,
         channels: channels.collect(),
-        guessed: joined(
-            rows.guessed(),
+        guessed: joined([
+            table.guessed.clone(),
             selection.place.as_ref().and_then(Column::guessed),
-        ),
+            note,
+        ]),
     })
 }
 
-/// Two remarks as one.
-fn joined(one: Option<String>, other: Option<String>) -> Option<String> {
-    match (one, other) {
-        (Some(one), Some(other)) => Some(format!("{one}; {other}")),
-        (one, other) => one.or(other),
-    }
-}
-
-/// The rows as the library takes them.
-#[derive(Clone)]
-struct Scaled {
-    values: Vec<[f32; TAXELS]>,
-    valid: Vec<u16>,
-    /// First value of each channel: subtracted before anything is rounded to f32.
-    zeros: Vec<f64>,
-    /// File units per unit of `values`.
-    units: Vec<f64>,
-    /// Readings of the file.
-    readings: usize,
-    /// Of each channel, those that others beside them stand for.
-    bridged: [usize; TAXELS],
-}
-
-impl Scaled {
-    fn new(part: &Part, columns: &[usize], grid: &Grid) -> Self {
-        let mut scaled = Self {
-            values: vec![[0.0; TAXELS]; grid.slots()],
-            valid: vec![0; grid.slots()],
-            zeros: Vec::new(),
-            units: Vec::new(),
-            readings: 0,
-            bridged: [0; TAXELS],
-        };
-        for (c, column) in columns.iter().enumerate() {
-            let readings = || {
-                grid.places
-                    .iter()
-                    .copied()
-                    .zip(part.column(*column))
-                    .filter(|(_, v)| !v.is_nan())
-            };
-            let zero = readings().next().map_or(0.0, |(_, value)| value);
-            let (least, greatest) = readings()
-                .map(|(_, value)| value)
-                .fold((zero, zero), |(l, g), value| (value.min(l), value.max(g)));
-            let span = greatest - least;
-            // The fit leaves a constant channel out, whatever its unit.
-            let unit = if span > f64::MIN_POSITIVE * SPAN_CODES {
-                span / SPAN_CODES
-            } else {
-                1.0
-            };
-            for (place, value) in readings() {
-                scaled.values[place][c] = ((value - zero) / unit) as f32;
-                scaled.valid[place] |= 1 << c;
-                scaled.readings += 1;
-            }
-            scaled.zeros.push(zero);
-            scaled.units.push(unit);
-        }
-        scaled
-    }
-
-    /// Share of the rows that have all readings of the channels that have any.
-    fn whole_share(&self) -> f64 {
-        let all = self.valid.iter().fold(0, |all, valid| all | valid);
-        let count =
-            |is: &dyn Fn(u16) -> bool| self.valid.iter().filter(|valid| is(**valid)).count() as f64;
-        count(&|valid| valid == all) / count(&|valid| valid != 0).max(1.0)
-    }
-
-    /// The same with single readings bridged; of a row that is missing nothing is known.
-    fn bridged(&self) -> Self {
-        let mut bridged = self.clone();
-        for c in 0..self.units.len() {
-            let readings = self.values.iter().zip(&self.valid);
-            let known: Vec<_> = readings
-                .map(|(values, valid)| (valid & 1 << c != 0).then_some(f64::from(values[c])))
-                .collect();
-            for (slot, value) in bridge::bridged(&known)
-                .into_iter()
-                .filter(|(slot, _)| self.valid[*slot] != 0)
-            {
-                bridged.values[slot][c] = value as f32;
-                bridged.valid[slot] |= 1 << c;
-                bridged.bridged[c] += 1;
-            }
-        }
-        bridged
-    }
-
-    /// By what factor bridged values make sigma larger: they add no information. Their share counts
-    /// in each channel, weighted as the channel is.
-    fn sigma_factor(&self, found: &Fit) -> f32 {
-        let (mut all, mut bridged) = (f64::MIN_POSITIVE, 0.0);
-        for (c, count) in self
-            .bridged
-            .iter()
-            .enumerate()
-            .filter(|(c, _)| found.usable & 1 << c != 0)
-        {
-            let channel = &found.channels[c];
-            let weight = f64::from(channel.amplitude / channel.residual.max(f32::MIN_POSITIVE))
-                .powi(2)
-                .min(1e30);
-            all += weight;
-            bridged += weight * (*count as f64 / self.values.len().max(1) as f64);
-        }
-        (1.0 / (1.0 - bridged / all).max(0.1)).sqrt() as f32
-    }
+/// All remarks as one.
+fn joined(remarks: [Option<String>; 3]) -> Option<String> {
+    let remarks: Vec<String> = remarks.into_iter().flatten().collect();
+    (!remarks.is_empty()).then(|| remarks.join("; "))
 }
 
 #[cfg(test)]

@@ -85,16 +85,21 @@ fn windows_longer_than_the_recording() {
 }
 
 #[test]
-fn too_many_rows_and_a_pause() {
+fn too_many_uneven_rows_and_a_pause() {
     let folder = directory();
-    let long = file(folder.path(), "long.csv", &tone(1, 32_769, 100.0, 5.0, 0.0));
+    let mut uneven = String::from("time_s,a");
+    for row in 0..32_770 {
+        let t_s = f64::from(row / 2) * 0.01 + f64::from(row % 2) * 0.008;
+        uneven += &format!("\n{t_s:.3},{}", (31.4 * t_s).sin());
+    }
+    let long = file(folder.path(), "long.csv", &uneven);
     assert_one_line(
         &run(&["fit", text(&long)]),
         1,
-        &["long.csv", "32769", "32768", "--from"],
+        &["long.csv", "32770", "32768", "--from", "--window"],
     );
     assert!(
-        run(&["fit", text(&long), "--from", "0.01"])
+        run(&["fit", text(&long), "--from", "0.015"])
             .status
             .success()
     );

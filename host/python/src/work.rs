@@ -81,6 +81,7 @@ pub fn fit(
         harmonics,
         place,
         interferer_hz: mains_hz,
+        ..Selection::default()
     };
     let run = || -> Result<_> {
         // An array is what somebody has chosen.

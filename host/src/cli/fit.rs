@@ -1,15 +1,19 @@
 //! `fit`: the joint fit alone, on a table of channels.
 
 use super::parse::{number, positive};
+use crate::fit_rows::FitRows;
 use crate::output::Progress;
 use crate::samples::Samples;
 use crate::speed::{Column, Quantity};
-use crate::table_fit::Selection;
-use crate::{fit_picture, fit_report, output, settings_form, touch_part};
-use anyhow::Result;
+use crate::table_fit::{Band, Selection};
+use crate::usage::UsageError;
+use crate::windows::{Steps, Window};
+use crate::{fit_picture, fit_report, output, settings_form, touch_part, windows};
+use anyhow::{Result, ensure};
 use clap::Args;
 use hal_mock::TimeColumn;
-use std::path::PathBuf;
+use std::io::Write;
+use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -23,14 +27,34 @@ Examples:
   ridgetone fit touch.rec
   ridgetone fit recording.csv --from 1.57 --to 13.57 --json
   ridgetone fit recording.csv --svg fit.svg
+  ridgetone fit monday.csv tuesday.csv --window 1 --hop 0.25 -o table.csv
+  gunzip < pulse.csv.gz | ridgetone fit - --least-hz 0.7 --most-hz 3
   ridgetone fit no_time.csv --rate 241.14 --columns ain0,ain1,ain2
   ridgetone fit by_hand.csv --speed-column speed_mm_s
   ridgetone fit by_hand.csv --speed-column v:m/s
   ridgetone fit stage.csv --position-column encoder --mm-per-count 0.025")]
 pub struct FitArgs {
-    /// Recording: CSV with a header.
-    #[arg(value_name = "FILE.csv")]
-    file: PathBuf,
+    /// Recordings: CSV with a header; `-` is standard input. Of more than one, or of windows, the
+    /// result is a table with a row for each.
+    #[arg(value_name = "FILE.csv", required = true)]
+    files: Vec<PathBuf>,
+    /// Fit windows of this length, seconds, one after the other: a recording may have any length
+    /// [default: one fit].
+    #[arg(long, value_name = "S", value_parser = positive, conflicts_with = "svg")]
+    window: Option<f64>,
+    /// From one window to the next, seconds [default: the window's length].
+    #[arg(long, value_name = "S", value_parser = positive, requires = "window")]
+    hop: Option<f64>,
+    /// Write the table here: CSV, or lines of JSON with --json [default: standard output].
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Least frequency that the tone may have, hertz, such as 0.7 for a pulse: no third of it, and
+    /// no swing of the baseline.
+    #[arg(long, value_name = "HZ", value_parser = positive, conflicts_with_all = ["speed_column", "position_column"])]
+    least_hz: Option<f64>,
+    /// Most that it may have, hertz.
+    #[arg(long, value_name = "HZ", value_parser = positive, conflicts_with_all = ["speed_column", "position_column"])]
+    most_hz: Option<f64>,
     /// Rows per second, whatever the stamps say [default: from the stamps].
     #[arg(long, value_name = "HZ", value_parser = positive)]
     rate: Option<f64>,
@@ -96,9 +120,19 @@ impl FitArgs {
             .as_deref()
             .map(settings_form::load)
             .transpose()?;
-        self.svg.as_deref().map_or(Ok(()), output::check_new)?;
-        let samples = Samples::file_with(&self.file, self.time_column)?;
-        let file = samples.name().to_owned();
+        for path in self.svg.iter().chain(&self.output) {
+            output::check_new(path)?;
+        }
+        let is_batch = self.files.len() > 1 || self.window.is_some() || self.output.is_some();
+        if self.files.len() > 1 && self.svg.is_some() {
+            return Err(UsageError("--svg draws the fit of one file".into()).into());
+        }
+        if let (Some(least_hz), Some(most_hz)) = (self.least_hz, self.most_hz)
+            && least_hz >= most_hz
+        {
+            let why = format!("--least-hz {least_hz} is not below --most-hz {most_hz}");
+            return Err(UsageError(why).into());
+        }
         let selection = Selection {
             rate_hz: self.rate,
             from_s: self.from,
@@ -114,7 +148,38 @@ impl FitArgs {
             interferer_hz: self.mains.or(settings
                 .map(|settings| settings.interferer_hz.into())
                 .filter(|hz| *hz > 0.0)),
+            band: Band {
+                least_hz: self.least_hz,
+                most_hz: self.most_hz,
+            },
         };
+        if is_batch {
+            let batch = Batch {
+                files: &self.files,
+                time_column: self.time_column.as_ref(),
+                selection: &selection,
+                is_whole: self.whole,
+                steps: self.window.map(|window_s| Steps {
+                    window_s,
+                    hop_s: self.hop.unwrap_or(window_s),
+                }),
+                is_json: self.json,
+            };
+            let path = self.output.as_deref().unwrap_or(Path::new("-"));
+            let mut failed = 0;
+            output::whole_file(path, |out| {
+                failed = batch.run(out)?;
+                Ok(())
+            })?;
+            ensure!(
+                failed == 0,
+                "{failed} of {} files have no fit: the table says why",
+                self.files.len()
+            );
+            return Ok(());
+        }
+        let samples = Samples::file_with(&self.files[0], self.time_column)?;
+        let file = samples.name().to_owned();
         let mut progress = Progress::default();
         let fit = touch_part::fit(&samples, &selection, self.whole, &mut |read| {
             progress.show(format_args!("{read} rows read"))
@@ -135,5 +200,59 @@ impl FitArgs {
         } else {
             output::line(fit_report::text(&fit).trim_end())
         }
+    }
+}
+
+/// Fits of many files, or of windows.
+struct Batch<'a> {
+    files: &'a [PathBuf],
+    time_column: Option<&'a TimeColumn>,
+    selection: &'a Selection,
+    is_whole: bool,
+    steps: Option<Steps>,
+    is_json: bool,
+}
+
+impl Batch<'_> {
+    /// A file that cannot be read has a row that says why, and the others are fitted. Gives the
+    /// number of such files.
+    fn run(&self, out: &mut dyn Write) -> Result<usize> {
+        let mut rows = FitRows::new(out, self.is_json)?;
+        let (mut progress, mut failed) = (Progress::default(), 0);
+        for path in self.files {
+            let file = path.display().to_string();
+            if let Err(why) = self.one(path, &mut rows, &mut progress) {
+                progress.end();
+                let why = format!("{why:#}");
+                eprintln!("ridgetone: {why}");
+                rows.refused(&file, None, &why)?;
+                failed += 1;
+            }
+        }
+        progress.end();
+        rows.finish()?;
+        eprintln!("ridgetone: {} rows, {} of them good", rows.count, rows.good);
+        Ok(failed)
+    }
+
+    fn one(&self, path: &Path, rows: &mut FitRows, progress: &mut Progress) -> Result<()> {
+        let samples = Samples::file_with(path, self.time_column.cloned())?;
+        let file = samples.name().to_owned();
+        let mut show = |read: u64| progress.show(format_args!("{file}: {read} rows read"));
+        let Some(steps) = self.steps else {
+            let fit = touch_part::fit(&samples, self.selection, self.is_whole, &mut show)?;
+            return rows.fit(&file, &fit);
+        };
+        let mut take = |window: Window| match window.fit {
+            Ok(fit) => rows.fit(&file, &fit),
+            Err(why) => rows.refused(&file, Some(window.from_s), &format!("{why:#}")),
+        };
+        windows::fit(
+            &mut *samples.open()?,
+            self.selection,
+            steps,
+            &mut take,
+            &mut show,
+        )
     }
 }

@@ -246,7 +246,7 @@ impl Loaded {
         let columns = columns(rows, selection)?;
         let part = Part::read(rows, selection, ROWS_MAX, progress)?;
         let file = rows.file().to_owned();
-        let grid = Grid::of(&part, &*rows, selection)?;
+        let grid = Grid::of(&part, &file, selection)?;
         ensure!(
             grid.uneven_s.is_empty(),
             "{file}: its rows are not evenly spaced in time, as spectra need: give their rate with --rate HZ if the stamps are wrong"

@@ -69,7 +69,7 @@ impl Fitted {
         };
         let columns = columns(&*rows, &part_of)?;
         let part = Part::read(&mut *rows, &part_of, fit.rows.max(1), &mut |_| {})?;
-        let grid = Grid::of(&part, &*rows, &part_of)?;
+        let grid = Grid::of(&part, rows.file(), &part_of)?;
         let at = abscissas(&part, &grid, &*rows, &part_of)?;
         let readings = columns
             .iter()

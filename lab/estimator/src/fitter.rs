@@ -315,7 +315,7 @@ impl<'w> Window<'w, '_, '_> {
     #[inline(never)]
     fn beside(&mut self, memory: &mut Memory, tested: &Tested) -> (f32, Other) {
         let Memory { blocks, work } = memory;
-        tested.followed.settle(blocks, &mut work.solution);
+        tested.followed.take_out_motion(blocks, &mut work.solution);
         let (model, mut between) = (tested.model(&work.solution), 0.0);
         if self.scene.harmonics() > 1 {
             let mut noise = Noise {

@@ -123,7 +123,7 @@ impl Followed {
     }
 
     /// Takes the movement out of the blocks and out of the solution.
-    pub fn settle(&self, blocks: &mut Blocks, solution: &mut Solution) {
+    pub fn take_out_motion(&self, blocks: &mut Blocks, solution: &mut Solution) {
         self.add_motion(blocks, solution, -1.0);
         solution.project(blocks, self.shape);
         solution.solve();

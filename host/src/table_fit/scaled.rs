@@ -1,0 +1,126 @@
+//! The rows of a part as the estimator takes them.
+
+use super::bridge;
+use crate::grid::Grid;
+use crate::part::Part;
+use ridgetone_proto::settings::TAXELS;
+use ridgetone_tone::Fit;
+
+/// Channels are scaled to about a real one's span in codes. Quantization to 1 is then far below any
+/// file's residuals.
+const SPAN_CODES: f64 = 1e6;
+
+/// The rows as the library takes them.
+#[derive(Clone)]
+pub struct Scaled {
+    pub values: Vec<[f32; TAXELS]>,
+    pub valid: Vec<u16>,
+    /// First value of each channel: subtracted before anything is rounded to f32.
+    pub zeros: Vec<f64>,
+    /// File units per unit of `values`.
+    pub units: Vec<f64>,
+    /// Readings of the file.
+    pub readings: usize,
+    /// Of each channel, those that others beside them stand for.
+    pub bridged: [usize; TAXELS],
+}
+
+impl Scaled {
+    pub fn new(part: &Part, columns: &[usize], grid: &Grid) -> Self {
+        let mut scaled = Self {
+            values: vec![[0.0; TAXELS]; grid.slots()],
+            valid: vec![0; grid.slots()],
+            zeros: Vec::new(),
+            units: Vec::new(),
+            readings: 0,
+            bridged: [0; TAXELS],
+        };
+        for (c, column) in columns.iter().enumerate() {
+            let readings = || {
+                grid.places
+                    .iter()
+                    .copied()
+                    .zip(part.column(*column))
+                    .filter(|(_, v)| !v.is_nan())
+            };
+            let zero = readings().next().map_or(0.0, |(_, value)| value);
+            let (least, greatest) = readings()
+                .map(|(_, value)| value)
+                .fold((zero, zero), |(l, g), value| (value.min(l), value.max(g)));
+            let span = greatest - least;
+            // The fit leaves a constant channel out, whatever its unit.
+            let unit = if span > f64::MIN_POSITIVE * SPAN_CODES {
+                span / SPAN_CODES
+            } else {
+                1.0
+            };
+            for (place, value) in readings() {
+                scaled.values[place][c] = ((value - zero) / unit) as f32;
+                scaled.valid[place] |= 1 << c;
+                scaled.readings += 1;
+            }
+            scaled.zeros.push(zero);
+            scaled.units.push(unit);
+        }
+        scaled
+    }
+
+    /// Share of the rows that have all readings of the channels that have any.
+    pub fn whole_share(&self) -> f64 {
+        let all = self.valid.iter().fold(0, |all, valid| all | valid);
+        let count =
+            |is: &dyn Fn(u16) -> bool| self.valid.iter().filter(|valid| is(**valid)).count() as f64;
+        count(&|valid| valid == all) / count(&|valid| valid != 0).max(1.0)
+    }
+
+    /// Without any frames.
+    pub fn clone_head(&self) -> Self {
+        Self {
+            values: Vec::new(),
+            valid: Vec::new(),
+            zeros: self.zeros.clone(),
+            units: self.units.clone(),
+            ..*self
+        }
+    }
+
+    /// The same with single readings bridged; of a row that is missing nothing is known.
+    pub fn bridged(&self) -> Self {
+        let mut bridged = self.clone();
+        for c in 0..self.units.len() {
+            let readings = self.values.iter().zip(&self.valid);
+            let known: Vec<_> = readings
+                .map(|(values, valid)| (valid & 1 << c != 0).then_some(f64::from(values[c])))
+                .collect();
+            for (slot, value) in bridge::bridged(&known)
+                .into_iter()
+                .filter(|(slot, _)| self.valid[*slot] != 0)
+            {
+                bridged.values[slot][c] = value as f32;
+                bridged.valid[slot] |= 1 << c;
+                bridged.bridged[c] += 1;
+            }
+        }
+        bridged
+    }
+
+    /// By what factor bridged values make sigma larger: they add no information. Their share counts
+    /// in each channel, weighted as the channel is.
+    pub fn sigma_factor(&self, found: &Fit) -> f32 {
+        let (mut all, mut bridged) = (f64::MIN_POSITIVE, 0.0);
+        for (c, count) in self
+            .bridged
+            .iter()
+            .enumerate()
+            .filter(|(c, _)| found.usable & 1 << c != 0)
+        {
+            let channel = &found.channels[c];
+            let weight = f64::from(channel.amplitude / channel.residual.max(f32::MIN_POSITIVE))
+                .powi(2)
+                .min(1e30);
+            all += weight;
+            bridged += weight * (*count as f64 / self.values.len().max(1) as f64);
+        }
+        (1.0 / (1.0 - bridged / all).max(0.1)).sqrt() as f32
+    }
+}

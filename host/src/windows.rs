@@ -1,0 +1,234 @@
+//! `fit --window`: a recording of any length in windows, fitted on all cores; only the rows of the
+//! windows in work are in memory.
+
+use crate::part::{Part, Selection, columns, given_rate_hz};
+use crate::table_fit::{TableFit, TableHead, fit_part};
+use anyhow::{Context, Result, ensure};
+use hal_mock::{RowReader, check_order};
+use std::collections::BTreeMap;
+use std::sync::Mutex;
+use std::sync::mpsc::{channel, sync_channel};
+use std::thread;
+
+/// Length of a row by the mean spacing, with the rounding of stamps.
+const ROW_LENGTH: f64 = 1.001;
+
+/// Lengths of the windows, and from one to the next, seconds.
+#[derive(Clone, Copy, Debug)]
+pub struct Steps {
+    pub window_s: f64,
+    pub hop_s: f64,
+}
+
+/// A window: its fit, or why it has none.
+pub struct Window {
+    pub from_s: f64,
+    pub fit: Result<TableFit>,
+}
+
+/// Fits all windows that rows fill and gives them in their order; none where no row is. `progress`
+/// takes the rows that have been read.
+pub fn fit(
+    rows: &mut dyn RowReader,
+    selection: &Selection,
+    steps: Steps,
+    take: &mut dyn FnMut(Window) -> Result<()>,
+    progress: &mut dyn FnMut(u64),
+) -> Result<()> {
+    let chosen = columns(rows, selection)?;
+    let table = TableHead::of(rows);
+    let workers = thread::available_parallelism().map_or(1, usize::from);
+    let (jobs, queue) = sync_channel::<(u64, Part)>(2 * workers);
+    let (done, fits) = channel();
+    let queue = Mutex::new(queue);
+    thread::scope(|scope| {
+        for _ in 0..workers {
+            let (queue, table, chosen, done) = (&queue, &table, &chosen, done.clone());
+            scope.spawn(move || {
+                loop {
+                    // The lock is let go before the work.
+                    let next = queue.lock().map(|queue| queue.recv());
+                    let Ok(Ok((number, part))) = next else {
+                        break;
+                    };
+                    let window = Window {
+                        from_s: part.times_s[0],
+                        fit: fit_part(table, &part, chosen, selection),
+                    };
+                    if done.send((number, window)).is_err() {
+                        break;
+                    }
+                }
+            });
+        }
+        drop(done);
+        let (mut sent, mut given, mut waiting) = (0, 0, BTreeMap::new());
+        let mut in_order = |number, window| {
+            waiting.insert(number, window);
+            while let Some(window) = waiting.remove(&given) {
+                given += 1;
+                take(window)?;
+            }
+            anyhow::Ok(())
+        };
+        let mut cutter = Cutter::new(rows, selection, steps)?;
+        while let Some(part) = cutter.next(progress)? {
+            jobs.send((sent, part)).context("no thread fits windows")?;
+            sent += 1;
+            for (number, window) in fits.try_iter() {
+                in_order(number, window)?;
+            }
+        }
+        drop(jobs);
+        for (number, window) in fits {
+            in_order(number, window)?;
+        }
+        ensure!(
+            sent > 0,
+            "{}: its rows fill no window of {} s: choose a shorter --window",
+            table.file(),
+            steps.window_s
+        );
+        Ok(())
+    })
+}
+
+/// Cuts rows into windows.
+struct Cutter<'a> {
+    rows: &'a mut dyn RowReader,
+    selection: &'a Selection,
+    steps: Steps,
+    /// Values of a row.
+    width: usize,
+    /// Rows read.
+    read: u64,
+    /// Times and values of the rows that the next window may need.
+    times_s: Vec<f64>,
+    values: Vec<f64>,
+    /// Number of the first of them in the file.
+    first: u64,
+    /// Time of the first row of the part.
+    begin_s: Option<f64>,
+    /// Number of the next window.
+    number: u64,
+    is_over: bool,
+}
+
+impl<'a> Cutter<'a> {
+    fn new(rows: &'a mut dyn RowReader, selection: &'a Selection, steps: Steps) -> Result<Self> {
+        ensure!(
+            steps.window_s > 0.0 && steps.hop_s > 0.0,
+            "--window and --hop must be greater than 0 s"
+        );
+        Ok(Self {
+            width: rows.names().len(),
+            rows,
+            selection,
+            steps,
+            read: 0,
+            times_s: Vec::new(),
+            values: Vec::new(),
+            first: 0,
+            begin_s: None,
+            number: 0,
+            is_over: false,
+        })
+    }
+
+    /// The next window that has a row.
+    fn next(&mut self, progress: &mut dyn FnMut(u64)) -> Result<Option<Part>> {
+        loop {
+            let from_s = self
+                .begin_s
+                .map(|begin_s| begin_s + self.number as f64 * self.steps.hop_s);
+            if let Some(from_s) = from_s {
+                self.forget_before(from_s);
+                let to_s = from_s + self.steps.window_s;
+                let reaches = |last_s: f64| last_s >= to_s;
+                if self.times_s.last().copied().is_some_and(reaches) {
+                    if let Some(part) = self.cut(from_s, to_s) {
+                        return Ok(Some(part));
+                    }
+                    continue;
+                }
+                if self.is_over {
+                    let ends_s = self.times_s.last().map(|last_s| last_s + self.row_s());
+                    return Ok(match ends_s.is_some_and(reaches) {
+                        true => self.cut(from_s, to_s),
+                        false => None,
+                    });
+                }
+            } else if self.is_over {
+                return Ok(None);
+            }
+            self.read_row(progress)?;
+        }
+    }
+
+    /// Length of a row.
+    fn row_s(&self) -> f64 {
+        let (Some(first_s), Some(last_s)) = (self.times_s.first(), self.times_s.last()) else {
+            return 0.0;
+        };
+        ROW_LENGTH * (last_s - first_s) / (self.times_s.len() - 1).max(1) as f64
+    }
+
+    fn read_row(&mut self, progress: &mut dyn FnMut(u64)) -> Result<()> {
+        if !self.rows.advance()? {
+            self.is_over = true;
+            return Ok(());
+        }
+        let stamp_s = self.rows.time_s();
+        let t_s = match (stamp_s, self.selection.rate_hz) {
+            (Some(stamp_s), None) => stamp_s,
+            _ => self.read as f64 / given_rate_hz(self.rows, self.selection)?,
+        };
+        self.read += 1;
+        if self.read.is_multiple_of(hal_mock::PROGRESS_ROWS) {
+            progress(self.read);
+        }
+        if let (Some(before_s), None) = (self.times_s.last(), self.selection.rate_hz) {
+            check_order(self.rows, *before_s, t_s)?;
+        }
+        if self.selection.to_s.is_some_and(|to_s| t_s > to_s) {
+            self.is_over = true;
+            return Ok(());
+        }
+        if self.selection.from_s.is_some_and(|from_s| t_s < from_s) {
+            self.first = self.read;
+            return Ok(());
+        }
+        let mut values = Vec::with_capacity(self.width);
+        self.rows.values(&mut values)?;
+        self.values.append(&mut values);
+        self.times_s.push(t_s);
+        self.begin_s.get_or_insert(t_s);
+        Ok(())
+    }
+
+    /// The rows between two times, and the number of the next window; a window without any row is left
+    /// out, and so are those before the row after a pause.
+    fn cut(&mut self, from_s: f64, to_s: f64) -> Option<Part> {
+        let start = self.times_s.partition_point(|t_s| *t_s < from_s);
+        let end = self.times_s.partition_point(|t_s| *t_s < to_s);
+        if start == end {
+            let (next_s, begin_s) = (self.times_s.get(end)?, self.begin_s?);
+            let first_with_it = (next_s - begin_s - self.steps.window_s) / self.steps.hop_s;
+            self.number = (self.number + 1).max(first_with_it.floor().max(0.0) as u64);
+            return None;
+        }
+        self.number += 1;
+        let times_s = self.times_s[start..end].to_vec();
+        let values = self.values[start * self.width..end * self.width].to_vec();
+        Some(Part::of_rows(self.first + start as u64, times_s, values))
+    }
+
+    fn forget_before(&mut self, from_s: f64) {
+        let count = self.times_s.partition_point(|t_s| *t_s < from_s);
+        // The last one tells whether stamps increase.
+        let count = count.min(self.times_s.len().saturating_sub(1));
+        self.times_s.drain(..count);
+        self.values.drain(..count * self.width);
+        self.first += count as u64;
+    }
+}
