@@ -8,6 +8,7 @@ use ridgetone::CONVERSION_NS;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{SCAN, Settings};
 use ridgetone_proto::telemetry::Event;
+use ridgetone_tone::FRAMES_MIN;
 
 /// Reference of the simulated chip, volts; the library's default settings expect the same.
 pub const REFERENCE_V: f64 = 4.096;
@@ -232,6 +233,7 @@ impl Input {
                 let (trace, file) = (trace?, samples.name());
                 let (warning, end_s) = (overload(&trace, file), trace.end_s());
                 check_length(file, end_s, RECORDING_MAX_S)?;
+                check_rate(file, trace.rate_hz(), plan)?;
                 options.clock_error_ppm = trace.clock_error_ppm();
                 let uncertainty = Uncertainty {
                     factor: trace.sigma_factor(),
@@ -266,6 +268,19 @@ pub fn check_length(what: &str, end_s: f64, most_s: f64) -> Result<()> {
     ensure!(
         end_s <= most_s,
         "{what} would last {end_s:.4e} s, and at most {most_s} s are played: check its speed, or its unit of time"
+    );
+    Ok(())
+}
+
+/// Refuses a recording whose rows are too far apart for any window of a plan to be fitted: playing
+/// it would make thousands of frames of each row.
+fn check_rate(file: &str, rate_hz: f64, plan: &Plan) -> Result<()> {
+    let window_s = f64::from(plan.ring_frames()) / rate_of(plan);
+    let least_hz = f64::from(FRAMES_MIN) / window_s;
+    ensure!(
+        rate_hz >= least_hz,
+        "{file}: a row every {:.3} s is too slow for touch: the longest window, {window_s:.1} s, needs {FRAMES_MIN} rows ({least_hz:.1} a second); `ridgetone fit --whole {file}` fits rows of any rate",
+        rate_hz.recip()
     );
     Ok(())
 }

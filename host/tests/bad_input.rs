@@ -48,6 +48,26 @@ fn files_that_are_no_tables() {
     assert_one_line(&run(&["fit", text(folder.path())]), 1, &["directory"]);
 }
 
+/// Played at 241 frames a second each row would become 193,000.
+#[test]
+fn recordings_that_are_too_slow_for_touch() {
+    let folder = directory();
+    let path = file(
+        folder.path(),
+        "hourly.csv",
+        &tone(1, 40, 1.0 / 800.0, 1e-4, 0.0),
+    );
+    let parts = [
+        "hourly.csv",
+        "a row every 800",
+        "too slow for touch",
+        "ridgetone fit --whole",
+    ];
+    assert_one_line(&run(&["replay", text(&path)]), 1, &parts);
+    let fit = run(&["fit", "--whole", text(&path), "--json"]);
+    assert!(fit.status.success(), "{}", common::stderr(&fit));
+}
+
 #[test]
 fn windows_outside_the_data() {
     let folder = directory();
