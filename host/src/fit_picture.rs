@@ -3,9 +3,9 @@
 //!
 //! | step | file |
 //! |---|---|
-//! | what was fitted, channel by channel | [`channels`] |
-//! | the strips | [`strips`] |
-//! | the spectra | [`spectrum`] |
+//! | what was fitted, channel by channel | `channels` |
+//! | the strips | `strips` |
+//! | the spectra | `spectrum` |
 
 mod channels;
 mod spectrum;

@@ -2,6 +2,7 @@
 //! part are kept.
 
 use crate::speed::Column;
+use crate::usage::UsageError;
 use anyhow::{Result, bail, ensure};
 use hal_mock::{PROGRESS_ROWS, RowReader, Timing, ValueAt, check_order};
 use ridgetone_proto::settings::TAXELS;
@@ -33,6 +34,16 @@ pub struct Band {
 }
 
 impl Band {
+    /// Bounds in their order.
+    pub fn new(least_hz: Option<f64>, most_hz: Option<f64>) -> Result<Self, UsageError> {
+        match (least_hz, most_hz) {
+            (Some(least_hz), Some(most_hz)) if least_hz >= most_hz => Err(UsageError(format!(
+                "--least-hz {least_hz} is not below --most-hz {most_hz}"
+            ))),
+            _ => Ok(Self { least_hz, most_hz }),
+        }
+    }
+
     /// Whether there is no bound.
     pub fn is_open(&self) -> bool {
         *self == Self::default()

@@ -15,7 +15,7 @@ use ridgetone_host::profile::Profile;
 use ridgetone_host::replay::Motion;
 use ridgetone_host::samples;
 use ridgetone_host::speed::{Column, Quantity};
-use ridgetone_host::table_fit::{Selection, TableFit};
+use ridgetone_host::table_fit::{Band, Selection, TableFit};
 use ridgetone_host::{
     feel as felt, fit_picture, fit_report, replay as player, settings_form, touch_part,
 };
@@ -63,6 +63,7 @@ pub fn fit(
     position_column: Option<String>,
     whole: bool,
     mm_per_count: Option<f64>,
+    band_hz: (Option<f64>, Option<f64>),
 ) -> PyResult<(String, Vec<String>, Fitted)> {
     let column = |quantity, text: Option<String>| {
         text.map(|text| Column::parse(quantity, &text))
@@ -81,7 +82,7 @@ pub fn fit(
         harmonics,
         place,
         interferer_hz: mains_hz,
-        ..Selection::default()
+        band: Band::new(band_hz.0, band_hz.1).map_err(|why| raised(why.into()))?,
     };
     let run = || -> Result<_> {
         // An array is what somebody has chosen.

@@ -28,6 +28,8 @@ def test_fit_of_a_file_a_recording_and_an_array(name: str, recordings: dict[str,
     for array in [recording.values, np.asfortranarray(recording.values), np.repeat(recording.values, 2, axis=0)[::2]]:
         found = rt.fit(array, time_s=recording.time_s, names=recording.names, **part)
         same({**found, "file": printed["file"]}, printed)
+    [printed] = run("fit", path, "--json", "--from", 1, "--to", 3, "--least-hz", 1, "--most-hz", 2)
+    same(rt.fit(recording, **part, least_hz=1, most_hz=2), printed)
     # The rate from the command line, harmonics and hum.
     options = {"harmonics": 2, "mains_hz": 50.0}
     [printed] = run("fit", path, "--json", "--from", 1, "--to", 3, "--harmonics", 2, "--mains", 50)

@@ -127,12 +127,6 @@ impl FitArgs {
         if self.files.len() > 1 && self.svg.is_some() {
             return Err(UsageError("--svg draws the fit of one file".into()).into());
         }
-        if let (Some(least_hz), Some(most_hz)) = (self.least_hz, self.most_hz)
-            && least_hz >= most_hz
-        {
-            let why = format!("--least-hz {least_hz} is not below --most-hz {most_hz}");
-            return Err(UsageError(why).into());
-        }
         let selection = Selection {
             rate_hz: self.rate,
             from_s: self.from,
@@ -148,10 +142,7 @@ impl FitArgs {
             interferer_hz: self.mains.or(settings
                 .map(|settings| settings.interferer_hz.into())
                 .filter(|hz| *hz > 0.0)),
-            band: Band {
-                least_hz: self.least_hz,
-                most_hz: self.most_hz,
-            },
+            band: Band::new(self.least_hz, self.most_hz)?,
         };
         if is_batch {
             let batch = Batch {

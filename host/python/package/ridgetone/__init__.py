@@ -52,6 +52,8 @@ def fit(
     position_mm: npt.ArrayLike | None = None,
     whole: bool = False,
     mm_per_count: float | None = None,
+    least_hz: float | None = None,
+    most_hz: float | None = None,
 ) -> Fit:
     """Fits all channels with one common frequency, as `ridgetone fit` does.
 
@@ -62,7 +64,7 @@ def fit(
     `NAME:UNIT` with s, ms, us or ns, or `none`, as for files.
 
     `speed_mm_s` or `position_mm`, a value for each row, fit by place: cycles per mm at any speed. `speed_column` and
-    `position_column` name columns that have them. `picture` draws the result.
+    `position_column` name columns that have them. `least_hz` and `most_hz` bound the frequency. `picture` draws the result.
 
     An array of float32 or float64 is not copied, whatever its strides; others are converted to float64. Do not write to it
     from another thread meanwhile: the interpreter's lock is released.
@@ -88,7 +90,18 @@ def fit(
         beside, speed_column = ("speed_mm_s", speed_mm_s), "speed_mm_s:mm/s"
     given = native(samples, Times(time_s, time_column, rate_hz), names, beside)
     text, remarks, fitted = _ridgetone.fit(
-        given, rate_hz, from_s, to_s, columns or [], harmonics, mains_hz, speed_column, position_column, whole, mm_per_count
+        given,
+        rate_hz,
+        from_s,
+        to_s,
+        columns or [],
+        harmonics,
+        mains_hz,
+        speed_column,
+        position_column,
+        whole,
+        mm_per_count,
+        (least_hz, most_hz),
     )
     _warn(remarks)
     found = load(Fit, text)

@@ -51,6 +51,7 @@ def fit(
     position_column: str | None,
     whole: bool,
     mm_per_count: float | None,
+    band_hz: tuple[float | None, float | None],
 ) -> tuple[str, list[str], Fitted]: ...
 def feel(
     samples: Samples,
