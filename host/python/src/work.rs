@@ -63,7 +63,8 @@ pub fn fit(
     position_column: Option<String>,
     whole: bool,
     mm_per_count: Option<f64>,
-    band_hz: (Option<f64>, Option<f64>),
+    least_hz: Option<f64>,
+    most_hz: Option<f64>,
 ) -> PyResult<(String, Vec<String>, Fitted)> {
     let column = |quantity, text: Option<String>| {
         text.map(|text| Column::parse(quantity, &text))
@@ -82,7 +83,7 @@ pub fn fit(
         harmonics,
         place,
         interferer_hz: mains_hz,
-        band: Band::new(band_hz.0, band_hz.1).map_err(|why| raised(why.into()))?,
+        band: Band::new(least_hz, most_hz).map_err(|why| raised(why.into()))?,
     };
     let run = || -> Result<_> {
         // An array is what somebody has chosen.

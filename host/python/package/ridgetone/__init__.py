@@ -101,7 +101,8 @@ def fit(
         position_column,
         whole,
         mm_per_count,
-        (least_hz, most_hz),
+        least_hz,
+        most_hz,
     )
     _warn(remarks)
     found = load(Fit, text)

@@ -51,7 +51,8 @@ def fit(
     position_column: str | None,
     whole: bool,
     mm_per_count: float | None,
-    band_hz: tuple[float | None, float | None],
+    least_hz: float | None,
+    most_hz: float | None,
 ) -> tuple[str, list[str], Fitted]: ...
 def feel(
     samples: Samples,
