@@ -6,12 +6,14 @@
 //! squares.
 
 use crate::input::Opened;
+use crate::names::name as name_of;
 use crate::replay;
 use anyhow::{Context, Result, bail, ensure};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{Array, Settings};
-use ridgetone_proto::telemetry::{Event, Packet, Span, TravelStatus};
+use ridgetone_proto::telemetry::{Event, Packet, Span, Status, TravelStatus};
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::fmt;
 
@@ -51,8 +53,13 @@ pub struct Calibration {
 }
 
 /// Measures gratings of different periods with a scan plan and fits the line. `pitch_mm` is the
-/// units' own pitch.
-pub fn run(gratings: Vec<Grating>, pitch_mm: f32, plan: Plan) -> Result<Calibration> {
+/// units' own pitch. Windows that are not good are left out, unless `accepts_any`.
+pub fn run(
+    gratings: Vec<Grating>,
+    pitch_mm: f32,
+    plan: Plan,
+    accepts_any: bool,
+) -> Result<Calibration> {
     refuse_without_pairs(&plan)?;
     ensure!(
         gratings.len() >= GRATINGS_MIN,
@@ -61,7 +68,7 @@ pub fn run(gratings: Vec<Grating>, pitch_mm: f32, plan: Plan) -> Result<Calibrat
     );
     let points = gratings
         .into_iter()
-        .map(|grating| measure(grating, pitch_mm, plan))
+        .map(|grating| measure(grating, pitch_mm, plan, accepts_any))
         .collect::<Result<Vec<_>>>()?;
     line(points)
 }
@@ -88,6 +95,7 @@ fn measure(
     }: Grating,
     pitch_mm: f32,
     plan: Plan,
+    accepts_any: bool,
 ) -> Result<Point> {
     let near = period_mm as f32;
     let array = Array {
@@ -104,6 +112,7 @@ fn measure(
     };
     settings.validate().with_context(|| name.clone())?;
     let (mut first, mut lags, mut doubtful) = (true, Vec::new(), 0);
+    let mut left_out = BTreeMap::<String, u32>::new();
     let mut sink = |packet: &Packet| {
         let Event::Estimate(fit) = &packet.event else {
             first |= matches!(&packet.event, Event::Slide(slide) if slide.end_us.is_none());
@@ -111,6 +120,12 @@ fn measure(
         };
         // The onset of friction is in a slide's first window, and in the whole slide.
         if fit.span == Span::Window && !std::mem::take(&mut first) {
+            if fit.status != Status::Good && !accepts_any {
+                *left_out
+                    .entry(name_of(&fit.status).to_string())
+                    .or_default() += 1;
+                return Ok(());
+            }
             match fit.travel.status {
                 TravelStatus::Unique => {
                     lags.push(TAU * f64::from(pitch_mm) / f64::from(fit.travel.spatial_period_mm))
@@ -121,6 +136,15 @@ fn measure(
         Ok(())
     };
     replay::run(input, settings, None, &mut sink, &mut |_, _| {})?;
+    if lags.is_empty() && doubtful == 0 && !left_out.is_empty() {
+        let statuses = left_out
+            .iter()
+            .map(|(status, count)| format!("{count} `{status}`"));
+        let statuses = statuses.collect::<Vec<_>>().join(", ");
+        bail!(
+            "{name}: no window is good: {statuses}; slide more steadily, or take them as they are with --accept"
+        );
+    }
     ensure!(
         lags.len() + doubtful > 0,
         "{name}: no slide of two seconds: give the recording of a touch from before its contact on, in volts"
@@ -242,7 +266,7 @@ mod tests {
     fn lags_that_cannot_be_calibrated_are_refused() {
         let error = line(points(&[(3.0, 4.0), (3.0, 4.0), (3.01, 4.0)])).expect_err("no line");
         assert!(error.to_string().contains("too similar"), "{error}");
-        let error = run(Vec::new(), 2.3, Plan::PAPER).expect_err("no line");
+        let error = run(Vec::new(), 2.3, Plan::PAPER, false).expect_err("no line");
         assert!(
             error.to_string().contains("0 gratings: 3 at least"),
             "{error}"
@@ -255,7 +279,7 @@ mod tests {
                 ..Plan::HAND
             },
         ] {
-            let error = run(Vec::new(), 2.3, plan).expect_err("no pair");
+            let error = run(Vec::new(), 2.3, plan, false).expect_err("no pair");
             assert!(
                 error.to_string().contains("converts no two alike inputs"),
                 "{error}"

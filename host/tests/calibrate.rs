@@ -97,6 +97,26 @@ fn it_is_printed_as_options() {
     );
 }
 
+/// Under a speed that moves by an eighth no window is good, though the lags are right.
+#[test]
+fn windows_that_are_not_good_are_taken_only_if_they_are_accepted() {
+    let folder = directory();
+    let moving = "[stimulator]\nripple_percent = 12\nripple_hz = 1.5\n";
+    // Of the fourth, 4 mm, windows hold too few cycles for so much movement.
+    let gratings = &gratings(&folder, 28.0, moving)[..3];
+    assert_one_line(
+        &calibrate(gratings, &[]),
+        1,
+        &["2.5.toml", "no window is good", "`unsteady`", "--accept"],
+    );
+    let found = &json_lines(&calibrate(gratings, &["--accept", "--json"]))[0];
+    let pitch_mm = found["pitch_mm"].as_f64().expect("a number");
+    assert!(
+        (pitch_mm - f64::from(Array::DEFAULT.pitch_mm)).abs() < 0.02,
+        "{found}"
+    );
+}
+
 #[test]
 fn what_is_no_calibration_is_refused_in_a_line() {
     let folder = directory();

@@ -32,6 +32,9 @@ pub struct CalibrateArgs {
     /// another rate are resampled.
     #[arg(long, value_name = "NAME", value_parser = plan)]
     plan: Option<Plan>,
+    /// Measure windows of any status, not good ones alone.
+    #[arg(long)]
+    accept: bool,
     /// One JSON object on one line instead of text.
     #[arg(long)]
     json: bool,
@@ -71,7 +74,7 @@ impl CalibrateArgs {
             })
         };
         let gratings = self.files.iter().map(open).collect::<Result<_>>()?;
-        let found = calibrate::run(gratings, self.nominal, plan)?;
+        let found = calibrate::run(gratings, self.nominal, plan, self.accept)?;
         let text = if self.json {
             serde_json::to_string(&found)?
         } else {
