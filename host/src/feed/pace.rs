@@ -1,7 +1,7 @@
 //! A recording at the speed at which it was made.
 
-use crate::digits::time_s;
-use ridgetone_proto::telemetry::Packet;
+use crate::digits::seconds;
+use ridgetone_proto::telemetry::{Events, Packet};
 use std::time::{Duration, Instant};
 
 /// Longest pause between two packets, seconds: a connected board sends something every second.
@@ -24,7 +24,9 @@ impl Pace {
     /// Time that a packet has to wait. It does not wait without a time, or with an earlier time
     /// than the packets before it; a gap or a restart of the board sets a new mark.
     pub fn wait(&mut self, packet: &Packet, now: Instant) -> Duration {
-        let Some(t_s) = time_s(&packet.event) else {
+        let event = &packet.event;
+        // A greeting has a time too: a touch is half a second after the start.
+        let Some(t_s) = event.dated_us().or(event.made_us()).map(seconds) else {
             return Duration::ZERO;
         };
         let (mark_s, mark) = *self.mark.get_or_insert((t_s, now));
