@@ -102,7 +102,7 @@ fn it_is_printed_as_options() {
 fn windows_that_are_not_good_are_taken_only_if_they_are_accepted() {
     let folder = directory();
     let moving = "[stimulator]\nripple_percent = 12\nripple_hz = 1.5\n";
-    // Of the fourth, 4 mm, windows hold too few cycles for so much movement.
+    // Windows of the fourth, 4 mm, hold too few cycles for so much movement.
     let gratings = &gratings(&folder, 28.0, moving)[..3];
     assert_one_line(
         &calibrate(gratings, &[]),
