@@ -121,9 +121,7 @@ fn measure(
         // The onset of friction is in a slide's first window, and in the whole slide.
         if fit.span == Span::Window && !std::mem::take(&mut first) {
             if fit.status != Status::Good && !accepts_any {
-                *left_out
-                    .entry(name_of(&fit.status).to_string())
-                    .or_default() += 1;
+                *left_out.entry(name_of(fit.status).to_string()).or_default() += 1;
                 return Ok(());
             }
             match fit.travel.status {
