@@ -1,4 +1,5 @@
-//! Analysis of raw frames that the board does not send: the spectrum of a window, and the reported tone as curves over the same frames.
+//! Analysis of raw frames that the board does not send: the spectrum of a window, and the reported
+//! tone as curves over the same frames.
 
 use crate::digits::seconds;
 use crate::frame::Frame;
@@ -16,7 +17,7 @@ const LEAST_DB: f32 = -120.0;
 
 /// The neighbourhood of a line reaches five cycles a window to both sides: the estimator takes the
 /// noise there (`crates/tone/src/neighbourhood.rs`).
-const NEIGHBOURHOOD_CYCLES: f64 = 5.0;
+pub const NEIGHBOURHOOD_CYCLES: f64 = 5.0;
 
 /// Points of the shortest spectrum: with this many, its lines look smooth.
 const POINTS_MIN: usize = 64;
@@ -110,7 +111,7 @@ pub fn spectrum(live: &Live) -> Option<Spectrum> {
         of_estimate,
         bin_hz,
         strongest_hz: lines_of
-            .strongest_cycles(points)
+            .strongest_cycles(&power_db)
             .map(|cycles| cycles * rate_hz / f64::from(slots)),
         lines,
         power_db,
@@ -369,15 +370,23 @@ impl Periodogram {
         (0..points / 2).map(power).collect()
     }
 
-    /// The strongest line of two cycles and more, between the bins.
-    fn strongest_cycles(&self, points: usize) -> Option<f64> {
-        let bins = (0..points / 2).map(|bin| self.cycles(bin as f64, points));
-        let strongest = |cycles: &mut dyn Iterator<Item = f64>| {
-            cycles.max_by(|a, b| self.power(*a).total_cmp(&self.power(*b)))
-        };
-        let bin = strongest(&mut bins.filter(|cycles| *cycles >= 2.0))?;
+    /// The strongest line of two cycles and more, looked for beside the strongest bin of
+    /// [`Self::power_db`].
+    fn strongest_cycles(&self, power_db: &[f32]) -> Option<f64> {
+        let points = 2 * power_db.len();
+        let bins = power_db
+            .iter()
+            .enumerate()
+            .map(|(bin, db)| (self.cycles(bin as f64, points), *db));
+        let (cycles, _) = bins
+            .filter(|(cycles, _)| *cycles >= 2.0)
+            .max_by(|a, b| a.1.total_cmp(&b.1))?;
         let step = self.cycles(1.0, points) / f64::from(BETWEEN_BINS);
-        strongest(&mut (-BETWEEN_BINS..=BETWEEN_BINS).map(|at| bin + f64::from(at) * step))
+        let beside = (-BETWEEN_BINS..=BETWEEN_BINS).map(|at| cycles + f64::from(at) * step);
+        beside
+            .map(|cycles| (cycles, self.power(cycles)))
+            .max_by(|a, b| a.1.total_cmp(&b.1))
+            .map(|(cycles, _)| cycles)
     }
 }
 

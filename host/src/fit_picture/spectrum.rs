@@ -2,6 +2,7 @@
 //! to them.
 
 use super::channels::Fitted;
+use crate::analysis::NEIGHBOURHOOD_CYCLES;
 use crate::chart::{Curve, Look, Panel, Scale};
 use crate::digits::significant;
 use crate::table_fit::TableFit;
@@ -16,9 +17,6 @@ const PER_CYCLE: f64 = 2.0;
 
 /// Harmonics' widths up to which there is room in the picture, if half the rate is far above.
 const HARMONICS_SHOWN: f64 = 8.0;
-
-/// Cycles a window to both sides of a harmonic where the noise next to it is.
-const NEXT_TO_IT: f64 = 5.0;
 
 /// Least power that is drawn, decibels.
 const LEAST_DB: f64 = -140.0;
@@ -112,7 +110,7 @@ fn drawn(data: &Spectrum, residual: Option<&Spectrum>, windows: &Windows, fit: &
         let harmonics = (1..=fit.harmonics)
             .map(|k| f64::from(k) * tone.value)
             .filter(|frequency| *frequency <= windows.most);
-        let reach = NEXT_TO_IT / windows.length;
+        let reach = NEIGHBOURHOOD_CYCLES / windows.length;
         for (number, frequency) in harmonics.enumerate() {
             let named = |name: &str| match number {
                 0 => name.to_owned(),
