@@ -213,7 +213,7 @@ pub fn open(
     open_named(path, &path.display().to_string(), time)
 }
 
-/// The same under another name in errors.
+/// Opens a file that errors call by another name.
 fn open_named(
     path: &Path,
     file: &str,

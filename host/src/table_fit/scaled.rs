@@ -21,7 +21,7 @@ pub struct Scaled {
     pub units: Vec<f64>,
     /// Readings of the file.
     pub readings: usize,
-    /// Of each channel, those that others beside them stand for.
+    /// Number of readings of each channel that are filled in from those beside them.
     pub bridged: [usize; TAXELS],
 }
 
@@ -84,7 +84,7 @@ impl Scaled {
         }
     }
 
-    /// The same with single readings bridged; of a row that is missing nothing is known.
+    /// A copy with single missing readings bridged; whole missing rows stay missing.
     pub fn bridged(&self) -> Self {
         let mut bridged = self.clone();
         for c in 0..self.units.len() {

@@ -102,7 +102,7 @@ impl<const N: usize, E: Events> Outbox<N, E> {
     }
 }
 
-// A frame of its own: an event lies in it, which is not under the encoding of others.
+// Not inlined: its stack holds an event, which would lie under the encoding of all others.
 #[inline(never)]
 fn encode_frame<E: Events>(
     frame: E::Bulk,
