@@ -4,13 +4,16 @@
 mod reference;
 
 use reference::{Tone, log_likelihood_peak};
-use ridgetone_tone::{Fit, Fitter, FrameSpan, Status, Table};
+use ridgetone_tone::{Fit, Fitter, FrameSpan, Scene, Status, Table};
 
 fn fit(values: &[[f32; 16]], valid: &[u16], harmonics: u8) -> Fit {
     let mut table = Table { values, valid };
-    let mut fitter = Box::new(Fitter::new(harmonics));
+    let mut fitter = Box::new(Fitter::new());
     fitter
-        .fit(&mut FrameSpan::new(&mut table, 0, values.len() as u32).with_quantization(1.0))
+        .fit(
+            &mut FrameSpan::new(&mut table, 0, values.len() as u32).with_quantization(1.0),
+            &Scene::with_harmonics(harmonics),
+        )
         .unwrap()
 }
 

@@ -10,6 +10,7 @@ use ridgetone::internals::by_phases;
 use ridgetone::internals::lag;
 use ridgetone::internals::{Fitted, fit};
 use ridgetone_proto::plan::Plan;
+use ridgetone_proto::settings::Settings;
 use ridgetone_proto::settings::{Array, FRAME_RATE_HZ};
 use ridgetone_proto::telemetry::{Direction, Travel, TravelStatus};
 use ridgetone_tone::{Fitter, Table};
@@ -86,7 +87,7 @@ impl Wave {
             frame_rate_hz: FRAME_RATE_HZ,
             ..Window::new(Plan::PAPER, self.frames as u32)
         };
-        fit(fitter, &window, &mut table, 0.0, None).expect("all frames are there")
+        fit(fitter, &window, &mut table, &Settings::DEFAULT, None).expect("all frames are there")
     }
 }
 
@@ -101,7 +102,7 @@ fn travel(fitted: &Fitted, array: &Array) -> Travel {
 
 #[test]
 fn uncertainties_are_the_spread_of_a_thousand_windows() {
-    let mut fitter = Box::new(Fitter::new(4));
+    let mut fitter = Box::new(Fitter::new());
     let short = Wave {
         frames: 97,
         speed_mm_s: 48.0,
@@ -188,7 +189,7 @@ fn uncertainties_are_the_spread_of_a_thousand_windows() {
 /// A dead and a noisy channel cost no more than their own information.
 #[test]
 fn dead_and_noisy_channels_do_not_hurt() {
-    let mut fitter = Box::new(Fitter::new(4));
+    let mut fitter = Box::new(Fitter::new());
     let mut sigma = |damaged| {
         let wave = Wave { damaged, ..WAVE };
         f64::from(travel(&wave.fitted(&mut fitter), &ARRAY).spatial_period_sigma_mm)
@@ -209,7 +210,7 @@ fn dead_and_noisy_channels_do_not_hurt() {
 /// tone known but for offset and slope), times period^2 / (2 pi pitch).
 #[test]
 fn the_uncertainty_is_that_of_the_closed_form() {
-    let travel = travel(&WAVE.fitted(&mut Fitter::new(4)), &ARRAY);
+    let travel = travel(&WAVE.fitted(&mut Fitter::new()), &ARRAY);
     let strengths: f64 = [1.0, 0.16, 0.81, 0.09].iter().sum::<f64>() * 2.0;
     let variance = 2.0
         * (2.0 * WAVE.noise * WAVE.noise / (241.0 * WAVE.amplitude * WAVE.amplitude))
@@ -223,7 +224,7 @@ fn the_uncertainty_is_that_of_the_closed_form() {
 /// treating a scan as read at once is wrong by more than that, one way and the other.
 #[test]
 fn a_fast_grating_comes_out_wrong_without_the_skew_of_the_slots() {
-    let mut fitter = Box::new(Fitter::new(4));
+    let mut fitter = Box::new(Fitter::new());
     for backward in [false, true] {
         for period_mm in [2.6, 3.1, 3.6] {
             let wave = Wave {
@@ -260,7 +261,7 @@ fn a_fast_grating_comes_out_wrong_without_the_skew_of_the_slots() {
 /// Without a column, without a tone in it, or with nothing alike in both, there is no lag.
 #[test]
 fn without_two_columns_there_is_nothing() {
-    let mut fitted = WAVE.fitted(&mut Fitter::new(4));
+    let mut fitted = WAVE.fitted(&mut Fitter::new());
     for front in [0, u16::MAX] {
         assert_eq!(
             travel(&fitted, &Array { front, ..ARRAY }).status,
@@ -296,7 +297,7 @@ fn without_two_columns_there_is_nothing() {
 /// Where channels disagree by more than their noise, the uncertainty is their scatter.
 #[test]
 fn channels_that_disagree_are_less_certain() {
-    let mut fitted = WAVE.fitted(&mut Fitter::new(4));
+    let mut fitted = WAVE.fitted(&mut Fitter::new());
     let sure = lag(&fitted, &ARRAY).expect("a lag").sigma;
     for taxel in [0, 2, 13] {
         fitted.fit.channels[taxel].phase_rad += 0.2;

@@ -13,7 +13,7 @@ mod reference;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use reference::{normal, unit};
-use ridgetone_tone::{Fitter, FrameSpan, Status, Table, Values};
+use ridgetone_tone::{Fitter, FrameSpan, Scene, Status, Table, Values};
 use std::f64::consts::TAU;
 
 /// Readings a second (section III-B).
@@ -115,7 +115,7 @@ struct Errors {
 fn errors(wavelength_mm: f64, channels: usize, window: usize, harmonics: u8) -> Errors {
     let values = scan(wavelength_mm, channels);
     let valid = vec![u16::MAX; window];
-    let mut fitter = Box::new(Fitter::new(harmonics));
+    let mut fitter = Box::new(Fitter::new());
     let mut sums = Errors::default();
     for first in (0..FRAMES - window).step_by(HOP) {
         let values = &values[first..first + window];
@@ -139,7 +139,9 @@ fn errors(wavelength_mm: f64, channels: usize, window: usize, harmonics: u8) -> 
         }
         let counts = usize::from(cycles >= cycles_least(channels));
         sums.windows += counts;
-        let fit = fitter.fit(&mut span).unwrap();
+        let fit = fitter
+            .fit(&mut span, &Scene::with_harmonics(harmonics))
+            .unwrap();
         if fit.status != Status::Good {
             continue;
         }

@@ -6,7 +6,7 @@ mod reference;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use reference::{Neighbourhood, normal, peak_along, unit};
-use ridgetone_tone::{Fit, Fitter, FrameSpan, Status, Table, Values};
+use ridgetone_tone::{Fit, Fitter, FrameSpan, Scene, Status, Table, Values};
 use std::f64::consts::TAU;
 
 const FRAMES: usize = 241;
@@ -59,8 +59,10 @@ fn fit(values: &[Values], places: &[f64], harmonics: u8) -> Fit {
         .with_quantization(1.0)
         .along(&place)
         .unwrap();
-    let mut fitter = Box::new(Fitter::new(harmonics));
-    fitter.fit(&mut span).unwrap()
+    let mut fitter = Box::new(Fitter::new());
+    fitter
+        .fit(&mut span, &Scene::with_harmonics(harmonics))
+        .unwrap()
 }
 
 #[test]

@@ -16,7 +16,7 @@ use std::f64::consts::TAU;
 const LEAST_DB: f32 = -120.0;
 
 /// The neighbourhood of a line reaches five cycles a window to both sides: the estimator takes the
-/// noise there (`crates/tone/src/neighbourhood.rs`).
+/// noise there (`crates/tone/src/neighbours.rs`).
 pub const NEIGHBOURHOOD_CYCLES: f64 = 5.0;
 
 /// Points of the shortest spectrum: with this many, its lines look smooth.

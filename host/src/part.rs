@@ -48,16 +48,6 @@ impl Band {
     pub fn is_open(&self) -> bool {
         *self == Self::default()
     }
-
-    /// Whether a frequency is below it.
-    pub fn is_below(&self, hz: f64) -> bool {
-        self.least_hz.is_some_and(|least_hz| hz < least_hz)
-    }
-
-    /// Whether a frequency is above it.
-    pub fn is_above(&self, hz: f64) -> bool {
-        self.most_hz.is_some_and(|most_hz| hz > most_hz)
-    }
 }
 
 #[derive(Default)]

@@ -1,7 +1,7 @@
 //! A window, its fit, and the check against f64.
 
 use crate::reference::{Baseline, Likelihood};
-use ridgetone_tone::{Fit, Fitter, FrameSpan, Status, Table};
+use ridgetone_tone::{Fit, Fitter, FrameSpan, Scene, Status, Table};
 use std::ops::Range;
 
 /// Greatest error of the fit, in standard deviations. The fit takes `u` by block, of which there
@@ -47,7 +47,9 @@ impl Case {
         if let Some(cycles) = self.interferer {
             span = span.with_interferer(cycles);
         }
-        let fit = Fitter::new(self.harmonics).fit(&mut span).unwrap();
+        let fit = Fitter::new()
+            .fit(&mut span, &Scene::with_harmonics(self.harmonics))
+            .unwrap();
         assert_finite(&fit);
         fit
     }

@@ -3,7 +3,7 @@
 
 use crate::images::{self, Board};
 use crate::setup;
-use crate::tools::{announce, clean, program, root, run};
+use crate::tools::{announce, program, root, run};
 use anyhow::Result;
 use std::path::Path;
 use std::process::Command;
@@ -57,18 +57,7 @@ pub fn noise(flags: &[String]) -> Result<()> {
 
 /// Fits recordings on this PC.
 pub fn real(folder: &Path) -> Result<()> {
-    let mut cargo = clean("cargo");
-    cargo.args([
-        "run",
-        "--release",
-        "-q",
-        "-p",
-        "ridgetone-estimator",
-        "--example",
-        "real",
-        "--",
-    ]);
-    run(cargo.arg(folder))
+    run(eval("real").arg(folder))
 }
 
 /// Runs traces through the detector on this PC.

@@ -66,8 +66,8 @@ enum Task {
     /// --write it fills in docs/results/noise.md.
     #[command(disable_help_flag = true)]
     Noise(Flags),
-    /// Fits recordings of real touch whose frequency is known, and some without a grating, with both
-    /// estimators: the tables of docs/results/real.md.
+    /// Fits recordings of real touch whose frequency is known, and some without a grating:
+    /// the tables of docs/results/real.md.
     Real {
         /// The folder of the recordings; without it nothing is measured.
         folder: PathBuf,

@@ -8,9 +8,9 @@ use crate::surface::odometry::trajectory::Trajectory;
 use crate::window::Window;
 use core::f32::consts::PI;
 use delay_error::{DelayError, LOW_PASS_SIGMA_S};
-use ridgetone_proto::settings::TAXELS;
+use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::Abscissa;
-use ridgetone_tone::{Fit, Fitter, FrameSource, FrameSpan, Overwritten};
+use ridgetone_tone::{Fit, Fitter, FrameSource, FrameSpan, Overwritten, Scene};
 
 /// A fit, and the unit of its frequency.
 #[derive(Clone, Debug)]
@@ -57,9 +57,10 @@ pub fn fit(
     fitter: &mut Fitter,
     window: &Window,
     source: &mut dyn FrameSource,
-    interferer_hz: f32,
+    settings: &Settings,
     track: Option<&Track>,
 ) -> Result<Fitted, Overwritten> {
+    let scene = &Scene::with_harmonics(settings.harmonics);
     let scan = Scan::new(&window.plan);
     let Scan {
         channels,
@@ -83,27 +84,18 @@ pub fn fit(
     // Frames hold codes.
     let mut span = FrameSpan::new(source, window.first, window.frames.saturating_sub(unplaced))
         .with_quantization(1.0);
-    if interferer_hz > 0.0 {
-        span = span.with_interferer(interferer_hz / window.frame_rate_hz);
+    if settings.interferer_hz > 0.0 {
+        span = span.with_interferer(settings.interferer_hz / window.frame_rate_hz);
     }
     let place_mm = trajectory
         .as_ref()
         .map(|trajectory| |frame: u32| trajectory.place_mm(frame as f32 * frame_us));
     let last = last.saturating_sub(unplaced);
-    let (mut later, mut at, mut inputs) = ([0.0; TAXELS], -middle_slot, scan.inputs);
-    for later in &mut later {
-        if inputs == 0 {
-            break;
-        }
-        *later = at / slots as f32;
-        at += (inputs & 1) as f32;
-        inputs >>= 1;
-    }
     // One place for the fit: a second one would lie on the stack beside it.
     let mut fit = match &place_mm {
-        None => fitter.fit(&mut span),
+        None => fitter.fit(&mut span, scene),
         Some(place_mm) => match span.along(place_mm) {
-            Some(span) => fitter.fit(&mut span.with_lateness(&later)),
+            Some(mut span) => fitter.fit(&mut span, scene),
             None => Ok(Fit::at_rest(window.frames)),
         },
     };
@@ -129,9 +121,7 @@ pub fn fit(
             (window.odometry.delay_sigma_s(), late.per_s * fit.frequency);
         let delay_variance = delay_sigma_s * delay_sigma_s + LOW_PASS_SIGMA_S * LOW_PASS_SIGMA_S;
         let by_delay = delay_variance * change_per_s * change_per_s;
-        for sigma in [&mut fit.sigma, &mut fit.movement.sigma_of_mean] {
-            *sigma = libm::sqrtf(*sigma * *sigma + by_delay);
-        }
+        fit.sigma = libm::sqrtf(fit.sigma * fit.sigma + by_delay);
     }
     if trajectory
         .as_ref()

@@ -57,7 +57,7 @@ impl Estimator {
     pub const fn new(settings: Settings) -> Self {
         Self {
             settings,
-            fitter: Fitter::new(settings.harmonics),
+            fitter: Fitter::new(),
             reported_end: 0,
             overtones: [[0.0; 2]; OVERTONES],
             textures: TextureReporter::new(),
@@ -67,7 +67,6 @@ impl Estimator {
     /// Puts settings into force. They must have passed [`Settings::validate`].
     pub fn change(&mut self, settings: &Settings) {
         self.settings = *settings;
-        self.fitter.set_harmonics(settings.harmonics);
     }
 
     /// Fits a window, unless its frames were overwritten. The estimate is in cycles per millimetre
@@ -136,19 +135,16 @@ impl Estimator {
         source: &mut dyn FrameSource,
         track: Option<&Track>,
     ) -> Result<WindowFit, Overwritten> {
-        let fitted = abscissa::fit(
-            &mut self.fitter,
-            window,
-            source,
-            self.settings.interferer_hz,
-            track,
-        );
+        let fitted = abscissa::fit(&mut self.fitter, window, source, &self.settings, track);
         // By reference: a copy would lie on the stack beside it.
         let fitted = fitted.as_ref().map_err(|overwritten| *overwritten)?;
         let least = window.frames / GAP_SHARE;
         // Nearly always none are missing: then nothing is read again.
         let has_gap = fitted.fit.frames.saturating_add(least) < window.frames
             && has_gap(window, least, source)?;
+        if fitted.fit.status == ridgetone_tone::Status::Ambiguous {
+            dbg_print(&fitted.fit);
+        }
         self.overtones = fitted.fit.overtones;
         Ok(WindowFit::Done(self.estimate(fitted, window, has_gap)))
     }
@@ -244,6 +240,17 @@ impl Estimator {
     }
 }
 
+extern crate std;
+fn dbg_print(f: &Fit) {
+    std::eprintln!(
+        "AMB {} {} other {:?} {:?}",
+        f.frequency,
+        f.sigma,
+        f.other_tone,
+        f.tests
+    );
+}
+
 /// Whether more than `least` frames in a row are missing in a window.
 fn has_gap(window: &Window, least: u32, source: &mut dyn FrameSource) -> Result<bool, Overwritten> {
     let (mut longest, mut gap, mut left) = (0u32, 0u32, window.frames);
@@ -268,7 +275,6 @@ pub fn movement(fit: &Fit, per_unit: f32) -> Movement {
     let ridgetone_tone::Movement {
         wander,
         wander_sigma,
-        sigma_of_mean,
         chirp,
         chirp_sigma,
     } = fit.movement;
@@ -276,7 +282,7 @@ pub fn movement(fit: &Fit, per_unit: f32) -> Movement {
     Movement {
         wander,
         wander_sigma,
-        sigma_mean: sigma_of_mean * per_unit,
+        sigma_mean: fit.sigma * per_unit,
         chirp: chirp * per_unit_squared,
         chirp_sigma: chirp_sigma * per_unit_squared,
     }
@@ -310,10 +316,10 @@ mod tests {
     #[test]
     fn a_chirp_has_the_square_of_the_frequency_s_unit_and_shares_have_none() {
         let mut fit = Fit::at_rest(100);
+        fit.sigma = 0.5;
         fit.movement = ridgetone_tone::Movement {
             wander: 0.02,
             wander_sigma: 0.001,
-            sigma_of_mean: 0.5,
             chirp: 0.25,
             chirp_sigma: 0.125,
         };

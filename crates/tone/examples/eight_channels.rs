@@ -1,6 +1,6 @@
 //! Eight channels of any ADC at 500 Hz, in volts: what frequency do they share?
 
-use ridgetone_tone::{Fit, Fitter, FrameSpan, Frames, Overwritten};
+use ridgetone_tone::{Fit, Fitter, FrameSpan, Frames, Overwritten, Scene};
 
 const CHANNELS: usize = 8;
 const RATE_HZ: f32 = 500.0;
@@ -9,7 +9,10 @@ const RATE_HZ: f32 = 500.0;
 pub fn fit(volts: &[f32]) -> Result<Fit, Overwritten> {
     let mut frames = Frames::new(volts, CHANNELS).expect("1 to 16 channels");
     let count = frames.count();
-    Fitter::new(3).fit(&mut FrameSpan::new(&mut frames, 0, count).with_frame_rate(RATE_HZ))
+    Fitter::new().fit(
+        &mut FrameSpan::new(&mut frames, 0, count).with_frame_rate(RATE_HZ),
+        &Scene::with_harmonics(3),
+    )
 }
 
 fn main() -> Result<(), Overwritten> {

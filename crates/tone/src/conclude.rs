@@ -1,372 +1,322 @@
-//! Whether a solution is a tone, and with what uncertainty.
+//! What a window says: the mean frequency, its uncertainty, and the one place where a status is
+//! set.
 
 use crate::blocks::Blocks;
-use crate::fit::{ChannelFit, Fit, OtherTone, Status};
+use crate::fit::{Fit, Movement, OtherTone, Status, Tests};
 use crate::frame_span::FrameSpan;
-use crate::limits::{CHANNELS_MAX, HARMONICS_MAX, OVERTONES};
-use crate::movement::movement;
-use crate::neighbourhood::Neighbourhood;
-use crate::other_lines::strongest_other_line;
-use crate::refine::Summit;
-use crate::significance::{ln, significant_search_gain};
+use crate::legendre::{legendre, slopes};
+use crate::limits::{BLOCKS_MAX, DEGREES_MAX, HARMONICS_MAX, MOVES_MAX, OVERTONES};
+use crate::matrix::Square;
+use crate::mean::{Evidence, MeanPhase};
+use crate::movement::Followed;
+use crate::neighbours::Neighbours;
+use crate::normal::MOVEMENT_MAX;
+use crate::phase::{cos_sin, from_turns};
+use crate::scene::Scene;
 use crate::solve::Solution;
-use crate::source::Overwritten;
-use crate::statistics::{Channels, Statistics};
-use crate::trust::{Evidence, STEADY_SHARE, trust};
+use crate::source::Values;
+use crate::statistics::Statistics;
+use crate::tests::{Other, Tested, Z_LINE, Z_TEST};
+use crate::work::Work;
+use core::f32::consts::PI;
 
-/// Cycles in the window below which its frequency cannot be estimated.
-const CYCLES_MIN: f32 = 0.6;
-/// A tone is its own mirror image within this distance of half the frame rate, cycles a window.
-const IMAGE_CYCLES: f32 = 0.9;
-/// Relative uncertainty above which a window is too short for a frequency.
-const RELATIVE_SIGMA_MAX: f32 = 0.1;
-/// Error of a frequency by f32, as a share of it: of its own last digit, and of the sums', below
-/// the noise's at signal to noise ratios up to about 60 dB.
-const ROUNDING_SHARE: f32 = 2e-7;
+/// Fewer cycles are no period.
+const CYCLES: f32 = 1.15;
+/// Fewest cycles of a period where all channels have one shape in time: any bump looks like it.
+const CYCLES_ONE: f32 = 2.0;
+/// Phase beyond the fitted degrees, radians: past it a cycle may be lost.
+const FOLLOWED: f32 = 0.2;
+/// Power beside the line, as a share of the tone's, that is a second tone.
+const BESIDE: f32 = 0.125;
+/// How far an amplitude may go, root mean square, as a share of it.
+const FADING: f32 = 0.7;
+/// Largest relative sigma of a frequency.
+const SIGMA_MAX: f32 = 0.1;
+/// Sigma of a variance from few samples.
+const FEW_SAMPLES: f32 = 1.2;
 
-/// Power of a fundamental that is there, in units of the noise in each channel: noise has two.
-const FUNDAMENTAL_POWER: f32 = 4.0;
-/// Residuals over the noise, cycles in the window, of a tone that may be a part of a curved
-/// baseline.
-const CURVED_NOISE_RATIO: f32 = 3.0;
-const CURVED_CYCLES: f32 = 6.0;
-/// And power of the residuals over the tone's.
-const CURVED_REMAINDER: f32 = 0.08;
-/// Unknowns of harmonics and of a curved baseline over the values that are independent in a window
-/// up to the highest harmonic. From this share on they describe nearly everything, and so say
-/// nothing of a period.
-const FULL_SHARE: f32 = 0.85;
-/// A line that the solution leaves counts from this share of the tone's power on, and from this
-/// contrast.
-const OTHER_LINE_SHARE: f32 = 0.06;
-const OTHER_LINE_CONTRAST: f32 = 6.0;
-/// The same of one that stands out more, where residuals are at least this multiple of the noise.
-const CLEAR_LINE_SHARE: f32 = 0.02;
-const CLEAR_LINE_CONTRAST: f32 = 10.0;
-const CLEAR_LINE_NOISE_RATIO: f32 = 3.0;
-/// From this density on, and this multiple of the band's power, the residuals at a line are its
-/// own: no noise is as narrow. Two tones less than a cycle a window apart beat, in each channel at
-/// another time. Their density is 5 to 13 times the band's power, that of coloured noise less than
-/// 3; of one window in a thousand it is 5. Chosen on other seeds than those of docs/results/noise.md.
-const BEAT_DENSITY: f32 = 4.0;
-const BEAT_OVER_BAND: f32 = 4.0;
-/// Least share of the tone's power, and distance from its lines, cycles in the window, of a line
-/// that is no part of a movement.
-const APART_SHARE: f32 = 0.2;
-const APART_CYCLES: f32 = 2.0;
-/// Fewer cycles of a comb whose fundamental is not its strongest line are no period if they move,
-/// or leave this multiple of the noise.
-const COMB_CYCLES: f32 = 4.0;
-const COMB_NOISE_RATIO: f32 = 3.0;
-/// Along a path that turns back residuals are the noise's, to this factor, or the ways differ:
-/// friction turns with the motion, and with it a channel's level, amplitude and phase, of which the
-/// solution has one each.
-const TURNED_NOISE_RATIO: f32 = 2.0;
-/// So much of its range is a turn and no encoder's noise.
-const TURNED_SHARE: f32 = 0.025;
-/// A way back of this many cycles at an end of the path is a turn, too: its friction is a step in
-/// the first frames or in the last.
-const TURNED_CYCLES: f32 = 0.003;
-/// Nearer than this many cycles a window to a multiple a line counts as one.
-const MULTIPLE_CYCLES: f32 = 0.5;
-/// Cycles from which such a line is a tone of its own.
-const OTHER_TONE_CYCLES: f32 = 1.5;
+/// The mean frequency, in cycles a window.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Mean {
+    /// The mean.
+    pub cycles: f32,
+    /// Its standard deviation.
+    pub sigma: f32,
+    /// How the phase moves.
+    pub phase: MeanPhase,
+}
 
-/// The result of a window's solution, into `fit`.
+/// Mean frequency and its uncertainty.
 #[inline(never)]
-pub fn conclude(
-    span: &mut FrameSpan,
-    statistics: &Statistics,
-    channels: &Channels,
-    blocks: &mut Blocks,
-    best: &Solution,
-    (summit, around, evidence): (&Summit, &Neighbourhood, &Evidence),
-    fit: &mut Fit,
-) -> Result<(), Overwritten> {
-    let sigma_nu = white_sigma(best);
-    let (model, baseline) = (summit.model, summit.baseline);
-    let unknowns =
-        (model.shape.unknowns() as f32 - baseline.shape.unknowns() as f32) * channels.width as f32;
-    let gained = model.score - baseline.score + 0.5 * ln(best.frames) * unknowns;
-    let waves = 2.0 * model.shape.harmonics as f32 * channels.width as f32;
-    let threshold = significant_search_gain(waves, statistics.frames);
-    let is_too_short = !(2.0 * best.nu >= CYCLES_MIN)
-        || 2.0 * (span.nu_max() - best.nu) < IMAGE_CYCLES
-        || !(sigma_nu <= RELATIVE_SIGMA_MAX * best.nu);
-    let status = match () {
-        () if !(gained > threshold) => Status::NoTone,
-        () if is_too_short => Status::TooShort,
-        () => Status::Good,
+pub fn mean(tested: &Tested, work: &Work, blocks: &Blocks, scene: &Scene) -> Mean {
+    let followed = tested.followed;
+    let n = followed.degrees.phase;
+    let scale = Scale::new(tested, &work.neighbours, blocks);
+    let mut evidence = Evidence {
+        phase: [0.0; DEGREES_MAX],
+        covariance: &work.normal.matrix,
+        scale: scale.factor,
+        count: n,
+        freedom: scale.freedom,
+        steady: scene.steady(),
     };
-    if !status.has_tone() {
-        statistics.without_tone(status, fit);
-        return Ok(());
-    }
-    let (status, factor) = trust(around, evidence);
-    if !status.has_tone() {
-        statistics.without_tone(status, fit);
-        return Ok(());
-    }
-    let sigma_nu = factor * sigma_nu;
-    // Of a comb whose fundamental is not there the lines may as well be tones of their own.
-    let is_seen = best.power[0] > FUNDAMENTAL_POWER * best.width as f32;
-    // Beside a baseline that is curved and not described a tone may be a part of it, or its weaker
-    // first harmonics.
-    let is_part = best.shape.curves > 0
-        && evidence.cycles < CURVED_CYCLES
-        && (evidence.noise_ratio > CURVED_NOISE_RATIO && evidence.remainder > CURVED_REMAINDER
-            || summit.strongest > 1);
-    // What channels that are late leave in the blocks looks like a beat, too.
-    let is_beat = !span.is_staggered()
-        && around.colour > BEAT_DENSITY
-        && around.colour > BEAT_OVER_BAND * around.band
-        && evidence.remainder > STEADY_SHARE;
-    let is_full = is_full(best, evidence.cycles);
-    let is_ambiguous =
-        !is_seen || is_part || is_beat || is_full || is_image_strong(best, span.nu_max());
-    // A comb that moves or leaves more than noise, whose fundamental is weak, may be several tones.
-    let is_comb = summit.strongest > 1 && evidence.cycles < COMB_CYCLES;
-    let is_ambiguous = match status {
-        Status::Good => is_ambiguous || is_comb && evidence.noise_ratio > COMB_NOISE_RATIO,
-        _ => is_comb && status == Status::Unsteady,
-    };
-    let status = if is_ambiguous {
-        Status::Ambiguous
-    } else {
-        status
-    };
-    let (path, turned) = (span.abscissa(), TURNED_CYCLES / evidence.cycles);
-    let are_unlike = (path.turns(TURNED_SHARE) || path.turns_at_an_end(turned))
-        && evidence.noise_ratio > TURNED_NOISE_RATIO;
-    let status = if status == Status::Good && are_unlike {
-        Status::Unsteady
-    } else {
-        status
-    };
-    let movement = movement(span, around, factor * factor, best.nu, sigma_nu);
-    let (mut status, mut other_tone) = (status, None);
-    if !summit.leaves_noise()
-        && let Some(line) = strongest_other_line(span, statistics, channels, best, blocks)?
-    {
-        let times = line.cycles / evidence.cycles;
-        let is_multiple_of = |share: f32| is_multiple(times, share, evidence.cycles);
-        // Overtones fall as their number's square, or faster; stronger, the line is the tone and
-        // the rest a part of it.
-        let is_overtone = times > 1.5 && is_multiple_of(1.0) && line.share * times * times < 1.0;
-        let is_strong = line.share > OTHER_LINE_SHARE && line.contrast > OTHER_LINE_CONTRAST;
-        let is_clear = line.share > CLEAR_LINE_SHARE
-            && line.contrast > CLEAR_LINE_CONTRAST
-            && evidence.noise_ratio > CLEAR_LINE_NOISE_RATIO
-            && evidence.cycles < CURVED_CYCLES;
-        if (is_strong || is_clear) && !is_overtone {
-            // A tone that moves has lines beside its own, but none as strong and as far away.
-            let (nearest, most) = (libm::roundf(times), best.shape.harmonics as f32);
-            let nearest = if nearest > most {
-                most
-            } else {
-                nearest.max(1.0)
-            };
-            let is_apart = line.share > APART_SHARE
-                && (times - nearest).abs() * evidence.cycles > APART_CYCLES;
-            if status == Status::Good || status == Status::Unsteady && is_apart {
-                status = Status::Ambiguous;
-            }
-            // A line between those of the tone says that its fundamental is lower.
-            let is_tone = line.cycles > OTHER_TONE_CYCLES
-                && !(is_multiple_of(0.5) || is_multiple_of(1.0 / 3.0));
-            other_tone = is_tone.then(|| OtherTone {
-                frequency: span.frequency(0.5 * line.cycles),
-                share: line.share,
-            });
-        }
-    }
-    fit.status = status;
-    (fit.frequency, fit.sigma) = (span.frequency(best.nu), span.frequency(sigma_nu));
-    (fit.movement, fit.other_tone, fit.interferer) = (movement, other_tone, None);
-    fit.harmonics = best.shape.harmonics as u8;
-    (fit.frames, fit.usable) = (statistics.frames, statistics.usable);
-    of_channels(best, statistics, channels, fit);
-    Ok(())
-}
-
-/// The result of mixtures of channels that share no noise, in place of the channels' own: what
-/// noise that is taken out has hidden says less than what is seen with it, so that a status is no
-/// better for it.
-#[inline(never)]
-pub fn conclude_mixtures(
-    fit: &mut Fit,
-    span: &FrameSpan,
-    best: &Solution,
-    around: &Neighbourhood,
-    evidence: &Evidence,
-) {
-    let (status, factor) = trust(
-        around,
-        &Evidence {
-            contrast: contrast(best),
-            ..*evidence
-        },
-    );
-    if !status.has_tone() {
-        return;
-    }
-    if fit.status == Status::Good {
-        fit.status = status;
-    }
-    let sigma = span.frequency(factor * white_sigma(best));
-    let apart = fit.movement.sigma_of_mean * fit.movement.sigma_of_mean - fit.sigma * fit.sigma;
-    fit.movement.sigma_of_mean = libm::sqrtf(sigma * sigma + apart.max(0.0));
-    (fit.frequency, fit.sigma) = (span.frequency(best.nu), sigma);
-}
-
-/// Whether a line at `times` the frequency of a tone of so many cycles is within half a cycle of a
-/// multiple of this share of it.
-// Not inlined: it is called three times.
-#[inline(never)]
-fn is_multiple(times: f32, share: f32, cycles: f32) -> bool {
-    (times - share * libm::roundf(times / share)).abs() * cycles < MULTIPLE_CYCLES
-}
-
-/// Whether several harmonics and a curved baseline describe nearly everything that a window of
-/// `cycles` cycles can hold.
-fn is_full(best: &Solution, cycles: f32) -> bool {
-    let harmonics = best.shape.harmonics as f32;
-    // Two a cycle of the highest harmonic, and a level.
-    let independent = 2.0 * harmonics * cycles + 1.0;
-    let unknowns = (2 + 2 * best.shape.harmonics + best.shape.curves) as f32;
-    best.shape.curves > 0 && best.shape.harmonics > 1 && unknowns > FULL_SHARE * independent
-}
-
-/// Whether a harmonic above half the frame rate falls less than as its number's square: another
-/// tone may be where its image is.
-fn is_image_strong(best: &Solution, nu_max: f32) -> bool {
-    let (mut below, mut above) = (0.0f32, 0.0f32);
-    for (h, power) in best.power.iter().enumerate().take(best.shape.harmonics) {
-        let number = (h + 1) as f32;
-        let most = if number * best.nu < nu_max {
-            &mut below
+    for i in 0..n {
+        let moved = if i > 0 && i < MOVES_MAX {
+            followed.course.moved[i + 1]
         } else {
-            &mut above
+            0.0
         };
-        *most = most.max(number * number * power);
+        evidence.phase[i] = followed.moved[i] + moved;
     }
-    above > below
-}
-
-/// Standard deviation of a solution's `nu` in noise that is white.
-fn white_sigma(best: &Solution) -> f32 {
-    let (information, rounding) = (
-        best.information * real_information_share(best),
-        ROUNDING_SHARE * best.nu,
-    );
-    libm::sqrtf(1.0 / information + rounding * rounding)
-}
-
-/// What is known of the tone.
-pub fn evidence(statistics: &Statistics, channels: &Channels, best: &Solution) -> Evidence {
-    let count = channels.width as f32;
-    // Of the fundamental's factors as vectors, one a channel: the lesser of their two moments over
-    // the greater.
-    let (cos, sin) = best.harmonic(0);
-    let (mut xx, mut yy, mut xy) = (0.0, 0.0, 0.0);
-    for ((x, y), weight) in cos.iter().zip(sin).zip(&best.weights).take(channels.width) {
-        (xx, yy, xy) = (
-            xx + weight * x * x,
-            yy + weight * y * y,
-            xy + weight * x * y,
-        );
-    }
-    let apart = libm::sqrtf((xx - yy) * (xx - yy) + 4.0 * xy * xy);
-    Evidence {
-        spread: (xx + yy - apart) / (xx + yy + apart).max(f32::MIN_POSITIVE),
-        is_curved: best.shape.curves > 0,
-        cycles: 2.0 * best.nu,
-        frames: best.frames,
-        channels: count,
-        contrast: contrast(best),
-        remainder: best.remainder(),
-        noise_ratio: best.noise_ratio(statistics, channels).0,
+    let phase = evidence.mean_phase();
+    Mean {
+        cycles: followed.course.cycles + phase.mean / PI,
+        sigma: libm::sqrtf(phase.variance) / PI,
+        phase,
     }
 }
 
-/// Power of the strongest line in a channel over that of as wide a part of white noise.
-fn contrast(best: &Solution) -> f32 {
-    0.5 * best
-        .power
-        .iter()
-        .fold(0.0f32, |most, power| most.max(*power))
-        / best.width as f32
+/// By what the covariance of the movement is larger than the noise next to the lines says.
+struct Scale {
+    factor: f32,
+    /// Degrees of freedom.
+    freedom: f32,
 }
 
-/// The channels' part of the result, and what they have in common of the overtones.
-///
-/// A channel's harmonic k has the phasor Z_k = cosine's factor - i sine's. A gain g and a delay
-/// that turns the fundamental by d make it g exp(i k d) Z_k: so Z_k = r_k B_k with B_k = Z_1^k /
-/// |Z_1|^(k - 1), |B_k| = |Z_1|, and the same r_k in all channels. By least squares over the
-/// channels (S. M. Kay, "Fundamentals of Statistical Signal Processing: Estimation Theory" (1993),
-/// section 4.3) r_k is the sum of Z_k conj(B_k) over that of |Z_1|^2. Channels are not weighted by
-/// their noise: where they differ in more than gain and delay, the few with the least noise would
-/// say it all.
-fn of_channels(best: &Solution, statistics: &Statistics, channels: &Channels, fit: &mut Fit) {
-    let (cos, sin) = best.harmonic(0);
-    let [of_cos, of_sin, of_both] = best.fundamental;
-    let freedom = (best.frames - best.shape.unknowns() as f32).max(1.0);
-    // One channel's unit, so that squares stay within f32 in any.
-    let one = channels
-        .list()
-        .first()
-        .map_or(1.0, |c| statistics.scale[*c as usize % CHANNELS_MAX]);
-    let mut squares = 0.0;
-    fit.channels = [ChannelFit::default(); CHANNELS_MAX];
-    fit.overtones = [[0.0; 2]; OVERTONES];
-    for (k, c) in channels.list().iter().enumerate() {
-        let c = *c as usize % CHANNELS_MAX;
-        let power = cos[k] * cos[k] + sin[k] * sin[k];
-        // Across the fundamental's phasor.
-        let across =
-            of_cos * sin[k] * sin[k] + of_sin * cos[k] * cos[k] - 2.0 * of_both * cos[k] * sin[k];
-        let noise = best.residual_squares[k] / freedom;
-        let (size, unit) = (libm::sqrtf(power), 1.0 / statistics.scale[c]);
-        fit.channels[c] = ChannelFit {
-            offset: statistics.offset[c] + best.unknowns[0][k] * unit,
-            amplitude: size * unit,
-            phase_rad: libm::atan2f(-sin[k], cos[k]),
-            phase_variance: noise * (across / power) / power,
-            residual: libm::sqrtf(noise) * unit,
+impl Scale {
+    /// The noise where the mean frequency sees it, from as many samples as there are.
+    fn new(tested: &Tested, neighbours: &Neighbours, blocks: &Blocks) -> Self {
+        let (followed, lines) = (tested.followed, tested.shape.lines);
+        let n = followed.fitted.phase;
+        let at = |u: f32| {
+            let p = legendre::<{ DEGREES_MAX + 1 }>(u);
+            followed.seen[..n]
+                .iter()
+                .zip(&p[1..])
+                .map(|(x, p)| x * p)
+                .sum::<f32>()
         };
-        if !(power > 0.0) {
-            continue;
+        let mut places = [[0.0; 2]; BLOCKS_MAX];
+        let places = &mut places[..blocks.count()];
+        for (b, place) in places.iter_mut().enumerate() {
+            *place = [blocks.middle(b), at(blocks.middle(b))];
         }
-        // Of the fundamental's phasor x - i y the conjugate is x + i y.
-        let (x, y) = (cos[k] / size, sin[k] / size);
-        let weight = (one * unit) * (one * unit);
-        let (mut re, mut im) = (weight * cos[k], weight * sin[k]);
-        squares += weight * power;
-        for (h, overtone) in (1..best.shape.harmonics).zip(&mut fit.overtones) {
-            (re, im) = (re * x - im * y, re * y + im * x);
-            let (cos, sin) = best.harmonic(h);
-            overtone[0] += cos[k] * re + sin[k] * im;
-            overtone[1] += cos[k] * im - sin[k] * re;
+        let level = places.iter().map(|[_, value]| value).sum::<f32>() / places.len() as f32;
+        let (mut last, mut seen_there) = (f32::NAN, 0.0);
+        // Cosine and sine of one place follow each other.
+        let mut sees = |distance: f32| {
+            if distance != last {
+                let (mut cos, mut sin) = (0.0, 0.0);
+                for [u, value] in &*places {
+                    let (c, s) = cos_sin(from_turns(0.5 * distance * u));
+                    (cos, sin) = (cos + (value - level) * c, sin + (value - level) * s);
+                }
+                (last, seen_there) = (distance, cos * cos + sin * sin);
+            }
+            seen_there
+        };
+        let [mut seen, mut squares, mut power, mut weights, mut weighted] = [0.0; 5];
+        for member in neighbours.members() {
+            let weight = followed.weights[lines.place(usize::from(member.line)) % HARMONICS_MAX];
+            let share = weight * sees(neighbours.distance(member));
+            seen += share;
+            squares += share * share;
+            power += share * member.power;
+            weights += weight;
+            weighted += weight * member.power;
         }
-    }
-    if squares > 0.0 {
-        fit.overtones
-            .as_flattened_mut()
-            .iter_mut()
-            .for_each(|part| *part /= squares);
+        let local = power
+            / seen.max(f32::MIN_POSITIVE)
+            / (weighted / weights.max(f32::MIN_POSITIVE)).max(f32::MIN_POSITIVE);
+        let equal = seen * seen / squares.max(f32::MIN_POSITIVE);
+        let freedom = (followed.noise.channels * equal).min(followed.freedom());
+        let few = 1.0 + FEW_SAMPLES / freedom;
+        let correlated = 1.0 - followed.noise.shrinkage;
+        let width = tested.width as f32;
+        // What the movement's shapes take out of the noise that they are judged by.
+        let (mut all, mut each) = (0.0, 0.0);
+        for power in &tested.powers {
+            all += power.all * power.all;
+            each += power.squares;
+        }
+        let rank = followed.count * all / each.max(f32::MIN_POSITIVE);
+        let left = (rank - followed.degrees.count() as f32).max(0.25 * rank);
+        Self {
+            factor: local
+                * few
+                * few
+                * (1.0 + correlated * width / followed.effective)
+                * (1.0 + correlated * (rank / left.max(f32::MIN_POSITIVE) - 1.0)),
+            freedom,
+        }
     }
 }
 
-/// The share of a solution's information that is real. Its weights are estimates with few degrees
-/// of freedom (their mean is too large by two, and their variance costs two more), and the noise in
-/// a harmonic's two amplitudes counts as its power.
-fn real_information_share(best: &Solution) -> f32 {
-    let freedom = (best.frames - best.shape.unknowns() as f32).max(5.0);
-    let mut real = best.information;
-    for h in 0..best.shape.harmonics.min(HARMONICS_MAX) {
-        if best.power[h] > 0.0 && best.line_information[h] > 0.0 {
-            real -= best.line_information[h] * (2.0 * best.width as f32 / best.power[h]).min(1.0);
+/// How the frequency moves, by the coefficients of the phase.
+pub fn movement(
+    followed: &Followed,
+    covariance: &Square<MOVEMENT_MAX>,
+    mean: &Mean,
+    span: &FrameSpan,
+) -> Movement {
+    let n = followed.degrees.phase;
+    let mut phase = [0.0; DEGREES_MAX + 1];
+    for k in 2..=n {
+        let moved = if k <= MOVES_MAX {
+            followed.course.moved[k]
+        } else {
+            0.0
+        };
+        phase[k] = followed.moved[k - 1] + moved;
+    }
+    let variance = |k: usize| covariance[k - 1][k - 1];
+    // The mean square of P'_k is k (k + 1) / 2 over -1 to 1, twice over.
+    let (mut square, mut noise) = (0.0, 0.0);
+    const PLACES: usize = 32;
+    for i in 0..PLACES {
+        let slopes = slopes::<{ DEGREES_MAX + 1 }>((2 * i + 1) as f32 / PLACES as f32 - 1.0);
+        let slope: f32 = slopes.iter().zip(&phase).map(|(s, c)| s * c).sum();
+        square += slope * slope / PLACES as f32;
+        let variances = (2..=n).map(|k| slopes[k] * slopes[k] * variance(k));
+        noise += variances.sum::<f32>() / PLACES as f32;
+    }
+    let unit = PI * mean.cycles;
+    let wander = libm::sqrtf((square - noise).max(0.0)) / unit;
+    let even = || (2..=n).step_by(2);
+    let chirp = 3.0 * even().map(|k| phase[k]).sum::<f32>() / PI;
+    let chirp_sigma = 3.0 * libm::sqrtf(even().map(variance).sum::<f32>()) / PI;
+    let per_unit = span.frequency(1.0) * span.per_u();
+    Movement {
+        wander,
+        wander_sigma: libm::sqrtf(noise) / unit,
+        chirp: chirp * per_unit,
+        chirp_sigma: chirp_sigma * per_unit,
+    }
+}
+
+/// The figures that a status is set by.
+pub struct Figures<'v> {
+    /// Figures of the tests.
+    pub tests: &'v Tests,
+    /// The mean frequency.
+    pub mean: &'v Mean,
+    /// Another line.
+    pub other: &'v Other,
+    /// The lowest and the strongest line.
+    pub lowest: usize,
+    /// The strongest line.
+    pub strongest: usize,
+    /// Whether lines and baseline have more unknowns than the window has room for.
+    pub is_crowded: bool,
+    /// Number of lines.
+    pub lines: usize,
+}
+
+impl Figures<'_> {
+    /// The status: the only place where it is set.
+    pub fn status(&self) -> Status {
+        let (tests, mean) = (self.tests, self.mean);
+        let least = if tests.one_shape { CYCLES_ONE } else { CYCLES };
+        let is_faint = self.lines > 1 && tests.fundamental < Z_TEST;
+        let is_overtone = tests.cycles < CYCLES_ONE && self.strongest > 1;
+        let is_second = tests.beside > Z_TEST && tests.beside_share > BESIDE;
+        let is_lost = mean.phase.unfollowed > FOLLOWED * FOLLOWED;
+        if tests.line < Z_LINE {
+            Status::NoTone
+        } else if tests.cycles < least
+            || self.other.deviate > Z_TEST
+            || self.other.own > Z_LINE
+            || self.lowest > 1
+            || self.is_crowded
+            || is_faint
+            || is_overtone
+            || is_second
+            || tests.between > Z_TEST
+        {
+            Status::Ambiguous
+        } else if is_lost || tests.fading > FADING || mean.sigma > SIGMA_MAX * mean.cycles {
+            Status::Unsteady
+        } else {
+            Status::Good
         }
     }
-    (real / best.information).max(0.1) * (freedom - 4.0) / freedom
+
+    /// The other reading that makes a tone ambiguous.
+    pub fn other_tone(&self, span: &FrameSpan) -> Option<OtherTone> {
+        let cycles = if self.other.deviate > Z_TEST {
+            self.other.cycles
+        } else if self.other.own > Z_LINE {
+            self.other.own_cycles
+        } else if self.tests.between > Z_TEST {
+            0.5 * self.mean.cycles
+        } else {
+            return None;
+        };
+        Some(OtherTone {
+            frequency: span.frequency(cycles),
+            share: self.other.share,
+        })
+    }
+}
+
+/// Fills in the channels.
+#[inline(never)]
+pub fn channels(followed: &Followed, solution: &Solution, statistics: &Statistics, fit: &mut Fit) {
+    let first = solution.shape.first_line();
+    let inverse = solution.inverse();
+    let has_fundamental = solution.shape.lines.has(1);
+    let center = legendre::<5>(0.0);
+    for k in 0..statistics.width {
+        let c = usize::from(statistics.order[k]);
+        let scale = statistics.scale[k];
+        let levels = solution.rows.iter().zip(&center).take(first);
+        let offset: f32 = levels.map(|(row, p)| row[k] * p).sum();
+        let channel = &mut fit.channels[c];
+        channel.offset = statistics.level[k] + scale * offset;
+        channel.residual = scale * libm::sqrtf(followed.variances[k]);
+        if has_fundamental {
+            let (cos, sin) = (solution.rows[first][k], solution.rows[first + 1][k]);
+            channel.amplitude = scale * libm::hypotf(cos, sin);
+            channel.phase_rad = libm::atan2f(-sin, cos);
+            let variance = 0.5 * (inverse[first][first] + inverse[first + 1][first + 1]);
+            channel.phase_variance =
+                variance * followed.noise.variances[k] / (cos * cos + sin * sin);
+        }
+        fit.usable |= 1 << c;
+    }
+}
+
+/// Ratios of the overtones to the fundamental, the same in all channels whatever their delays.
+pub fn overtones(solution: &Solution, variances: &Values, width: usize) -> [[f32; 2]; OVERTONES] {
+    let mut ratios = [[0.0; 2]; OVERTONES];
+    let lines = solution.lines();
+    let shape = solution.shape;
+    if !shape.lines.has(1) {
+        return ratios;
+    }
+    for (i, line) in shape.lines.iter().enumerate().skip(1) {
+        let (mut real, mut imaginary, mut all) = (0.0, 0.0, 0.0);
+        for k in 0..width {
+            let (x, y) = (lines[0][k], -lines[1][k]);
+            let power = x * x + y * y;
+            if power <= 0.0 {
+                continue;
+            }
+            // Conjugate of the fundamental to the line's power, of unit length but once.
+            let (mut c, mut s) = (1.0, 0.0);
+            let size = libm::sqrtf(power);
+            for _ in 0..line {
+                (c, s) = ((c * x + s * y) / size, (s * x - c * y) / size);
+            }
+            let (a, b) = (lines[2 * i][k], -lines[2 * i + 1][k]);
+            let weight = size / variances[k];
+            real += weight * (a * c - b * s);
+            imaginary += weight * (a * s + b * c);
+            all += weight * size;
+        }
+        if let Some(ratio) = ratios.get_mut(line - 2) {
+            *ratio = [real / all, imaginary / all];
+        }
+    }
+    ratios
 }

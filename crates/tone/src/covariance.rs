@@ -1,41 +1,200 @@
-//! What channels have in common: the covariance of their residuals, and whether it is more than
-//! chance.
+//! The covariance of the channels' noise from a few samples: shrunk towards what few samples can
+//! tell.
+//!
+//! O. Ledoit, M. Wolf, "A well-conditioned estimator for large-dimensional covariance matrices",
+//! Journal of Multivariate Analysis 88 (2004), 365-411; here correlations are shrunk towards none,
+//! and variances towards the shape of those of all frames.
 
 use crate::limits::CHANNELS_MAX;
-use crate::normal::channels_dot;
-use crate::solve::Solution;
+use crate::matrix::{Factor, Square, invert};
 use crate::source::Values;
 
-/// Power in a direction, over the mean of those left, from which on it is shared and no chance:
-/// white noise in sixteen channels has it in two of a thousand windows of nine blocks, the fewest,
-/// and in none of twelve. With 10 in its place intervals in autoregressive noise of 0.9 and 0.2 s
-/// held in 89 % of windows, with 14 in 93 to 94 % (cells of docs/results/noise.md, seeds 5 and 6).
-pub const SHARED_MIN: f32 = 14.0;
-/// Fewer channels have no mixture to spare.
-const CHANNELS_MIN: usize = 3;
-/// In fewer cycles the solution takes most of what is next to the line.
-const CYCLES_MIN: f32 = 1.55;
-/// And fewer frames say too little of sixteen channels.
-const FRAMES_MIN: f32 = 40.0;
+/// Added to variances: rounding, in units of a channel's own variance.
+pub const ROUNDING: f32 = 1e-7;
 
-/// A covariance of channels, each in units of its own residuals: both triangles.
-pub type Covariance = [Values; CHANNELS_MAX];
+/// Samples of the noise: how many there are.
+#[derive(Clone, Copy, Debug)]
+pub struct Samples {
+    /// Number of channels.
+    pub width: usize,
+    /// Number of samples.
+    pub count: f32,
+    /// Number of samples of equal weight that tell as much.
+    pub effective: f32,
+    /// Whether channels may be correlated.
+    pub may_share: bool,
+}
 
-/// Whether channels may share a direction. The greatest of `n` eigenvalues is at most their mean
-/// and the root of `n - 1` times their standard deviation: P. A. Samuelson, "How deviant can you
-/// be?", J. Am. Stat. Assoc. 63 (1968).
-pub fn may_share(covariance: &Covariance, solution: &Solution) -> bool {
-    let width = solution.width;
-    let (mut trace, mut squares) = (0.0, 0.0);
-    for (c, row) in covariance.iter().enumerate() {
-        (trace, squares) = (
-            trace + row[c % CHANNELS_MAX],
-            squares + channels_dot(row, row),
-        );
+/// A shrunk covariance, beside its inverse.
+#[derive(Clone, Copy, Debug)]
+pub struct Covariance {
+    /// Variances of the channels.
+    pub variances: Values,
+    /// Share of the correlations that was taken away.
+    pub shrinkage: f32,
+    /// Channels that tell as much and are not correlated.
+    pub channels: f32,
+}
+
+impl Covariance {
+    /// Zeros.
+    pub const NONE: Self = Self {
+        variances: [0.0; CHANNELS_MAX],
+        shrinkage: 1.0,
+        channels: 1.0,
+    };
+}
+
+impl Samples {
+    /// The covariance, whose inverse takes the place of the samples' products on and below the
+    /// diagonal; `all` are variances over all frames.
+    #[inline(never)]
+    pub fn invert(&self, products: &mut Square<CHANNELS_MAX>, all: Option<&Values>) -> Covariance {
+        let c = self.width;
+        let own: Values = core::array::from_fn(|k| products[k][k] / self.count + ROUNDING);
+        let variances = all.map_or(own, |all| self.shrunk(&own, all));
+        let mut squares = 0.0;
+        if self.may_share {
+            let inverse = own.map(|own| 1.0 / libm::sqrtf(self.count * own.max(f32::MIN_POSITIVE)));
+            for k in 0..c {
+                for l in 0..k {
+                    products[k][l] *= inverse[k] * inverse[l];
+                    squares += 2.0 * products[k][l] * products[k][l];
+                }
+            }
+        }
+        let shrinkage = if self.may_share && c > 1 {
+            ((c * (c - 1)) as f32 / self.effective / squares.max(f32::MIN_POSITIVE)).min(1.0)
+        } else {
+            1.0
+        };
+        if shrinkage < 1.0 {
+            let deviations = variances.map(libm::sqrtf);
+            for k in 0..c {
+                for l in 0..k {
+                    products[k][l] *= (1.0 - shrinkage) * deviations[k] * deviations[l];
+                }
+                products[k][k] = variances[k];
+            }
+            Factor::new(products, c);
+            invert(products, c);
+        } else {
+            *products = [[0.0; CHANNELS_MAX]; CHANNELS_MAX];
+            for k in 0..c {
+                products[k][k] = 1.0 / variances[k];
+            }
+        }
+        let kept = (1.0 - shrinkage) * (1.0 - shrinkage) * squares;
+        Covariance {
+            variances,
+            shrinkage,
+            channels: (c * c) as f32 / (c as f32 + kept),
+        }
     }
-    let others = width as f32 - 1.0;
-    let beyond = SHARED_MIN * trace / (others + SHARED_MIN) - trace / width as f32;
-    let is_enough =
-        width >= CHANNELS_MIN && solution.frames >= FRAMES_MIN && 2.0 * solution.nu >= CYCLES_MIN;
-    is_enough && others * (squares - trace * trace / width as f32) > width as f32 * beyond * beyond
+
+    /// Variances, shrunk towards the shape of those over all frames.
+    fn shrunk(&self, own: &Values, all: &Values) -> Values {
+        let mut variances = *own;
+        let width = self.width as f32;
+        let ratio = |k: usize| own[k] / all[k];
+        let mean = (0..self.width).map(ratio).sum::<f32>() / width;
+        let spread = (0..self.width)
+            .map(|k| (ratio(k) - mean) * (ratio(k) - mean))
+            .sum::<f32>()
+            / width;
+        let share = (2.0 / self.effective * mean * mean / spread.max(f32::MIN_POSITIVE)).min(1.0);
+        for k in 0..self.width {
+            variances[k] = share * mean * all[k] + (1.0 - share) * own[k];
+        }
+        variances
+    }
+}
+
+/// The product x' W y.
+pub fn form(x: &Values, weights: &Square<CHANNELS_MAX>, y: &Values) -> f32 {
+    let rows = x.iter().zip(weights);
+    rows.map(|(x, row)| x * row.iter().zip(y).map(|(w, y)| w * y).sum::<f32>())
+        .sum()
+}
+
+/// The product x' W x of symmetric weights, by groups of four up to the diagonal.
+pub fn power(x: &Values, weights: &Square<CHANNELS_MAX>) -> f32 {
+    let groups = x.as_chunks::<4>().0;
+    let mut power = 0.0;
+    for (k, (own, row)) in x.iter().zip(weights).enumerate() {
+        let mut products = row
+            .as_chunks::<4>()
+            .0
+            .iter()
+            .zip(groups)
+            .map(|(w, x)| w[0] * x[0] + w[1] * x[1] + w[2] * x[2] + w[3] * x[3]);
+        let below: f32 = products.by_ref().take(k / 4).sum();
+        power += own * (2.0 * below + products.next().unwrap_or_default());
+    }
+    power
+}
+
+/// Adds the products of the channels of two samples, on and below the diagonal, in groups of four.
+pub fn add_products(products: &mut Square<CHANNELS_MAX>, [one, other]: [&Values; 2]) {
+    for (k, row) in products.iter_mut().enumerate() {
+        let own = [one[k], other[k]];
+        let groups = one.as_chunks::<4>().0.iter().zip(other.as_chunks::<4>().0);
+        let rows = row.as_chunks_mut::<4>().0.iter_mut();
+        for (sums, (one, other)) in rows.zip(groups).take(k / 4 + 1) {
+            for i in 0..4 {
+                sums[i] += own[0] * one[i] + own[1] * other[i];
+            }
+        }
+    }
+}
+
+/// Adds the products of the channels of a sample, `weight` times, on and below the diagonal.
+pub fn add_product(products: &mut Square<CHANNELS_MAX>, weight: f32, values: &Values) {
+    for (k, row) in products.iter_mut().enumerate() {
+        let own = weight * values[k];
+        let groups = values.as_chunks::<4>().0;
+        let rows = row.as_chunks_mut::<4>().0.iter_mut();
+        for (sums, values) in rows.zip(groups).take(k / 4 + 1) {
+            for i in 0..4 {
+                sums[i] += own * values[i];
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SAMPLES: Samples = Samples {
+        width: 2,
+        count: 50.0,
+        effective: 50.0,
+        may_share: true,
+    };
+
+    #[test]
+    fn a_correlation_that_few_samples_may_have_by_chance_is_taken_away() {
+        let mut products = [[0.0; CHANNELS_MAX]; CHANNELS_MAX];
+        (products[0][0], products[1][1]) = (50.0, 200.0);
+        (products[0][1], products[1][0]) = (10.0, 10.0);
+        let covariance = SAMPLES.invert(&mut products, None);
+        assert_eq!(covariance.shrinkage, 1.0);
+        assert_eq!(covariance.channels, 2.0);
+        assert!((products[1][1] - 0.25).abs() < 1e-6 && products[0][1] == 0.0);
+    }
+
+    #[test]
+    fn a_strong_correlation_stays() {
+        let mut products = [[0.0; CHANNELS_MAX]; CHANNELS_MAX];
+        (products[0][0], products[1][1]) = (50.0, 50.0);
+        (products[0][1], products[1][0]) = (45.0, 45.0);
+        let covariance = SAMPLES.invert(&mut products, None);
+        assert!(covariance.shrinkage < 0.03 && covariance.channels < 1.2);
+        // The inverse of 1 and r is 1 and -r, over 1 - r^2.
+        let r = -products[0][1] / products[0][0];
+        assert!(r > 0.87, "{r}");
+        assert!((products[0][0] * (1.0 - r * r) - 1.0).abs() < 1e-4);
+        assert_eq!(products[0][1], products[1][0]);
+    }
 }

@@ -5,21 +5,20 @@ use crate::limits::{CHANNELS_MAX, OVERTONES};
 /// How far a fit can be trusted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
-    /// A common tone, with its uncertainty.
+    /// A tone that the channels share; 1.96 sigma hold its mean frequency over the window, movement
+    /// included, in 95 of 100 windows.
     Good,
     /// The channels share no tone that is significant against their noise.
     NoTone,
-    /// The window holds too little of a cycle, or too few frames, to decide.
+    /// The window holds too few frames to decide.
     TooShort,
     /// No valid channel or no valid frame.
     Nothing,
-    /// Two frequencies an octave (or another harmonic step) apart explain the window about equally
-    /// well; or the window holds too few cycles to tell a tone from a single bump, or another line
-    /// about as strong.
+    /// Another reading explains the window about as well; [`Fit::other_tone`] names it where it is
+    /// a tone.
     Ambiguous,
-    /// A tone, but it moves within the window, or what disturbs it looks like it in all channels;
-    /// or along a path that turns back its ways differ by more than noise. The uncertainty is that
-    /// of the mean, weighted most in the window's middle.
+    /// A tone, but no interval can be promised: its phase is not followed, or its amplitude comes
+    /// or goes.
     Unsteady,
 }
 
@@ -54,10 +53,6 @@ pub struct Movement {
     pub wander: f32,
     /// Standard deviation of `wander`.
     pub wander_sigma: f32,
-    /// Standard deviation of [`Fit::frequency`] as an estimate of the frequency's plain mean over
-    /// the window; [`Fit::sigma`] is against the mean that is weighted with a parabola, most in the
-    /// window's middle.
-    pub sigma_of_mean: f32,
     /// Change of the frequency: hertz per second, without a frame rate cycles per frame per frame;
     /// along a path cycles per its unit, squared.
     pub chirp: f32,
@@ -65,7 +60,7 @@ pub struct Movement {
     pub chirp_sigma: f32,
 }
 
-/// Another tone beside the one that is reported.
+/// Another reading of the window beside the one that is reported.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OtherTone {
     /// In the unit of [`Fit::frequency`].
@@ -74,42 +69,77 @@ pub struct OtherTone {
     pub share: f32,
 }
 
+/// Figures of the tests, for whoever wants to know why.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tests {
+    /// Deviate of the strongest line over its neighbourhood.
+    pub line: f32,
+    /// Deviate of the fundamental over its own neighbourhood.
+    pub fundamental: f32,
+    /// Deviate of another line.
+    pub other: f32,
+    /// Deviate of the lines between the comb's.
+    pub between: f32,
+    /// Deviate of the power beside the lines.
+    pub beside: f32,
+    /// Power beside the lines over the tone's.
+    pub beside_share: f32,
+    /// Phase that is not followed, radians.
+    pub unfollowed: f32,
+    /// How the amplitude goes, root mean square, as a share of it.
+    pub fading: f32,
+    /// Cycles in the window.
+    pub cycles: f32,
+    /// Whether all channels have one shape in time.
+    pub one_shape: bool,
+    /// Probability that the phase does not move.
+    pub steady: f32,
+    /// Degree of the baseline.
+    pub degree: u8,
+    /// Degrees of the phase that are fitted.
+    pub degrees: u8,
+    /// Lines that are fitted, bit by bit.
+    pub lines: u16,
+}
+
 /// The result of a fit.
 #[derive(Clone, Debug)]
 pub struct Fit {
     /// Whether the window has a tone.
     pub status: Status,
-    /// Hertz if the span has a frame rate ([`crate::FrameSpan::with_frame_rate`]), else cycles per
-    /// frame; along a path cycles per its unit. Zero if there is no tone.
+    /// Mean frequency over the window: hertz if the span has a frame rate
+    /// ([`crate::FrameSpan::with_frame_rate`]), else cycles per frame; along a path cycles per its
+    /// unit. Zero if there is no tone.
     pub frequency: f32,
     /// Standard deviation of the frequency, in the same unit.
     pub sigma: f32,
     /// How the frequency moves.
     pub movement: Movement,
-    /// A second tone that is significant beside the first.
+    /// Another reading, where the status is [`Status::Ambiguous`] by one.
     pub other_tone: Option<OtherTone>,
-    /// Frequency of the interferer as fitted, cycles per frame; None if none was given, or if it is
-    /// no line of its own.
+    /// Frequency of the interferer as fitted, cycles per frame; None if none was given.
     pub interferer: Option<f32>,
-    /// Harmonics fitted.
+    /// The highest harmonic that is there.
     pub harmonics: u8,
     /// The second harmonic and those above it against the fundamental, common to all channels,
-    /// whatever their gains and delays: real and imaginary part of a ratio. Its magnitude is the
-    /// amplitude over the fundamental's, its angle the phase less as many times the fundamental's,
-    /// both as cosines. In time phases are those of the motion as it was, along a path those of its
-    /// places. Zeros of harmonics that were not fitted, and without a tone.
+    /// whatever their gains and delays: real and imaginary part of a ratio. Zeros of harmonics that
+    /// are not there, and without a tone.
     pub overtones: [[f32; 2]; OVERTONES],
     /// Frames that counted.
     pub frames: u32,
     /// Bit k: channel k was used.
     pub usable: u16,
+    /// Bit k: the tone is significant in channel k alone.
+    pub with_tone: u16,
     /// One for each channel; zeros where it was not used.
     pub channels: [ChannelFit; CHANNELS_MAX],
+    /// Figures of the tests.
+    pub tests: Tests,
 }
 
 impl Fit {
-    /// Of a path that does not move, so that nothing can be fitted along it.
-    pub const fn at_rest(frames: u32) -> Self {
+    /// A fit without a tone.
+    pub(crate) const fn without_tone(status: Status, frames: u32) -> Self {
         const NONE: ChannelFit = ChannelFit {
             offset: 0.0,
             amplitude: 0.0,
@@ -117,26 +147,45 @@ impl Fit {
             phase_variance: 0.0,
             residual: 0.0,
         };
-        let channels = [NONE; CHANNELS_MAX];
-        const STEADY: Movement = Movement {
-            wander: 0.0,
-            wander_sigma: 0.0,
-            sigma_of_mean: 0.0,
-            chirp: 0.0,
-            chirp_sigma: 0.0,
-        };
         Self {
-            status: Status::TooShort,
+            status,
             frequency: 0.0,
             sigma: 0.0,
-            movement: STEADY,
+            movement: Movement {
+                wander: 0.0,
+                wander_sigma: 0.0,
+                chirp: 0.0,
+                chirp_sigma: 0.0,
+            },
             other_tone: None,
             interferer: None,
             harmonics: 0,
             overtones: [[0.0; 2]; OVERTONES],
             frames,
             usable: 0,
-            channels,
+            with_tone: 0,
+            channels: [NONE; CHANNELS_MAX],
+            tests: Tests {
+                line: 0.0,
+                fundamental: 0.0,
+                other: 0.0,
+                between: 0.0,
+                beside: 0.0,
+                beside_share: 0.0,
+                unfollowed: 0.0,
+                fading: 0.0,
+                cycles: 0.0,
+                one_shape: false,
+                steady: 0.0,
+                degree: 0,
+                degrees: 0,
+                lines: 0,
+            },
         }
+    }
+
+    /// A path that does not move, so that nothing can be fitted along it.
+    pub const fn at_rest(frames: u32) -> Self {
+        Self::without_tone(Status::TooShort, frames)
     }
 }

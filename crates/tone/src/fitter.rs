@@ -1,395 +1,424 @@
-//! Least squares over all channels with one common frequency: the order of the steps.
+//! The order of the steps.
 
-use crate::blocks::{Blocks, Lines};
-use crate::cleaned::Impulses;
-use crate::conclude::{conclude, conclude_mixtures, evidence};
-use crate::fit::{Fit, Status};
-use crate::found::{Found, SAME_NU};
+use crate::blocks::{Blocks, Pass};
+use crate::comb::Comb;
+use crate::conclude::{self, Figures};
+use crate::data::Data;
+use crate::fit::{Fit, Status, Tests};
 use crate::frame_span::FrameSpan;
-use crate::interferer::Interferer;
-use crate::limits::{CHANNELS_SEARCHED, HARMONICS_MAX};
-use crate::mixture::whiten;
-use crate::neighbourhood::neighbourhood;
-use crate::other_lines::{has_half_line, lines_between};
-use crate::polish::polish;
-use crate::refine::{Limits, Refinement, Summit, least_squares};
-use crate::search;
-use crate::solve::Equations;
+use crate::hum::Hum;
+use crate::impulses::{self, Impulses};
+use crate::legendre::legendre;
+use crate::limits::FRAMES_MIN;
+use crate::lines::Lines;
+use crate::movement::Followed;
+use crate::phase_course::Course;
+use crate::refine::Refinement;
+use crate::scene::Scene;
+use crate::search::{PEAKS, candidates};
+use crate::solve::Shape;
 use crate::source::Overwritten;
-use crate::statistics::Statistics;
+use crate::spectrum::Sums;
+use crate::statistics::{Products, Statistics};
+use crate::tests::{Noise, Other, Tested, Z_LINE};
+use crate::work::Work;
 
-/// Fewest frames that are fitted.
-pub const FRAMES_MIN: u32 = 16;
-/// Steps of the next likely one beside the best, by all channels.
-const NEXT_STEPS: usize = 3;
-/// Behind a step that moves the highest harmonic by more, in `nu`, a solution's amplitudes are off
-/// by half a percent and more.
-const SOLVED_STEP: f32 = 0.01;
-/// In fewer cycles a straight baseline is tried where a curved one is likelier.
-const CYCLES_BENT: f32 = 1.6;
-/// A window as short, or with as few cycles, is too rough for blocks: the last step is that of its
-/// frames.
-const FRAMES_ROUGH: u32 = 32;
-const CYCLES_ROUGH: f32 = 1.5;
-/// Third differences hold the tone where residuals have at most this share of the noise by these
-/// differences.
-const HIDING_NOISE_RATIO: f32 = 0.5;
-const HIDING_FRAMES: u32 = 128;
+/// Fits of a window whose impulses are replaced, the last included.
+const ATTEMPTS: usize = 3;
+/// Parts of a peak's frequency that are tried, where there are as many harmonics.
+const DIVISORS: usize = 3;
+/// Fewest cycles of a candidate.
+const CYCLES_LEAST: f32 = 0.45;
+/// Candidates nearer than this, in cycles, are one.
+const CANDIDATES_APART: f32 = 0.1;
+/// Below this many cycles a curved baseline is tried for every candidate.
+const CYCLES_CURVED: f32 = 5.0;
 
-/// The estimator: scratch memory and settings of the fit.
+/// The estimator: memory of its steps.
 #[derive(Debug)]
 pub struct Fitter {
+    impulses: Impulses,
     blocks: Blocks,
-    equations: Equations,
-    harmonics_max: usize,
+    work: Work,
+}
+
+impl Default for Fitter {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 impl Fitter {
-    /// A fitter of up to `harmonics_max` harmonics, the fundamental included (1 to
-    /// [`HARMONICS_MAX`]); `const`, so that its memory can live in a static.
-    pub const fn new(harmonics_max: u8) -> Self {
-        let mut fitter = Self {
+    /// A fitter; all zeros, so that a static of it takes no flash.
+    pub const fn new() -> Self {
+        Self {
+            impulses: Impulses::new(),
             blocks: Blocks::new(),
-            equations: Equations::NONE,
-            harmonics_max: 1,
-        };
-        fitter.set_harmonics(harmonics_max);
-        fitter
+            work: Work::new(),
+        }
     }
 
-    /// From now on up to `harmonics_max` harmonics are fitted, 1 to [`HARMONICS_MAX`].
-    pub const fn set_harmonics(&mut self, harmonics_max: u8) {
-        let (wanted, most) = (harmonics_max as usize, HARMONICS_MAX);
-        self.harmonics_max = if wanted < 1 {
-            1
-        } else if wanted > most {
-            most
-        } else {
-            wanted
-        };
+    /// Memory that holds nothing between fits.
+    pub fn scratch(&mut self) -> &mut [f32] {
+        self.blocks.scratch()
     }
 
     /// Fits all usable channels of a span.
     ///
     /// # Errors
     /// If its frames were overwritten meanwhile.
-    // Not inlined, as the steps: what they take of the stack is given back.
     #[inline(never)]
-    pub fn fit(&mut self, span: &mut FrameSpan) -> Result<Fit, Overwritten> {
-        let mut impulses = Impulses::NONE;
-        let mut fit = const { Fit::at_rest(0) };
-        self.fit_with(span, Some(&mut impulses), &mut fit)?;
-        if impulses.are_found() {
-            span.cleaned(&impulses, |span| self.fit_with(span, None, &mut fit))?;
-        }
-        Ok(fit)
-    }
-
-    /// The same into `fit`, of which each step would else have a copy on the stack; if impulses are
-    /// found it ends there.
-    #[inline(never)]
-    fn fit_with(
-        &mut self,
-        span: &mut FrameSpan,
-        impulses: Option<&mut Impulses>,
-        fit: &mut Fit,
-    ) -> Result<(), Overwritten> {
-        let statistics = self.statistics(span)?;
-        if statistics.usable == 0 || statistics.frames < FRAMES_MIN {
-            statistics.without_tone(Status::Nothing, fit);
-            fit.usable = 0;
-            return Ok(());
+    pub fn fit(&mut self, span: &mut FrameSpan, scene: &Scene) -> Result<Fit, Overwritten> {
+        let statistics = Statistics::collect(span)?;
+        let mut fit = Fit::without_tone(Status::Nothing, statistics.frames);
+        if statistics.width == 0 || statistics.frames < FRAMES_MIN {
+            return Ok(fit);
         }
         // More gaps than frames leave the frequency open.
         if 2 * statistics.frames < span.frames {
-            statistics.without_tone(Status::TooShort, fit);
-            return Ok(());
+            fit.status = Status::TooShort;
+            return Ok(fit);
         }
-        let mut interferer = None;
-        let found = self.search(span, &statistics, &mut interferer)?;
-        match self.select(span, &statistics, &found, &mut interferer)? {
-            Some(summit) => self.conclude(
-                span,
-                &statistics,
-                (&summit, &found),
-                impulses,
-                interferer,
-                fit,
-            )?,
-            None if found.best.is_none() => statistics.without_tone(Status::NoTone, fit),
-            None => statistics.without_tone(Status::TooShort, fit),
-        }
-        Ok(())
-    }
-
-    /// The likeliest candidates, by a few channels; follows the interferer, if there is one.
-    #[inline(never)]
-    fn search(
-        &mut self,
-        span: &mut FrameSpan,
-        statistics: &Statistics,
-        interferer: &mut Option<Interferer>,
-    ) -> Result<Found, Overwritten> {
-        let few = statistics.order.first(CHANNELS_SEARCHED);
         let Self {
+            impulses,
             blocks,
-            equations,
-            harmonics_max,
+            work,
         } = self;
-        let harmonics = *harmonics_max;
-        let mut refinement = Refinement {
+        impulses.clear();
+        let mut data = Data {
+            place: *span.abscissa(),
             span,
             statistics,
-            blocks,
-            equations,
+            impulses,
+            hum: None,
+            is_lost: false,
         };
-        if let Some(given) = Interferer::new(refinement.span) {
-            *interferer = Some(given.follow(&mut refinement, &few)?);
+        let mut memory = Memory { blocks, work };
+        data.fit(&mut memory, scene, &mut fit);
+        if data.is_lost {
+            Err(Overwritten)
+        } else {
+            Ok(fit)
         }
-        let interferer_nu = Interferer::nu(interferer);
-        let of_interferer = interferer
-            .filter(|interferer: &Interferer| interferer.reach > 0.0)
-            .map(|interferer| (interferer.nu, &refinement.equations.solution));
-        let mut candidates = search::lines(
-            refinement.span,
-            statistics,
-            &few,
-            harmonics,
-            of_interferer,
-            refinement.blocks,
-        )?;
-        let mut found = Found::default();
-        for slow in [false, true] {
-            if slow && !found.is_plain() {
-                candidates = search::slow(
-                    statistics,
-                    &few,
-                    (harmonics, interferer_nu, refinement.span.is_in_time()),
-                    refinement.blocks,
-                    &candidates,
-                );
+    }
+}
+
+impl Data<'_, '_> {
+    /// Fits what is there.
+    fn fit(&mut self, memory: &mut Memory, scene: &Scene, fit: &mut Fit) {
+        if let Some(given) = self.span.interferer {
+            Hum::take_out(self, memory.blocks, memory.work, given);
+        }
+        fit.interferer = self.hum.map(|hum| hum.cycles_per_frame);
+        for attempt in 1..=ATTEMPTS {
+            let all = self.products(scene.may_share());
+            let mut window = Window {
+                data: self,
+                scene,
+                all: &all,
+            };
+            let Some(comb) = window.best(memory) else {
+                fit.status = Status::NoTone;
+                return;
+            };
+            if !scene.impulses || attempt == ATTEMPTS || !window.has_impulses(memory, &comb) {
+                window.conclude(memory, &comb, fit);
+                return;
             }
-            for nu in &candidates {
-                if found.is_plain() || found.has(*nu) || !slow && search::is_slow(*nu) {
+            self.centre();
+        }
+    }
+}
+
+/// Memory of the steps.
+struct Memory<'m> {
+    blocks: &'m mut Blocks,
+    work: &'m mut Work,
+}
+
+/// A window that is fitted.
+struct Window<'w, 'd, 's> {
+    data: &'w mut Data<'d, 's>,
+    scene: &'w Scene,
+    all: &'w Products,
+}
+
+impl<'w> Window<'w, '_, '_> {
+    /// The likeliest comb of those at the peaks, and at half and at a third of each; the blocks are at
+    /// it.
+    #[inline(never)]
+    fn best(&mut self, memory: &mut Memory) -> Option<Comb> {
+        let Memory { blocks, work } = memory;
+        let (refinement, scene) = (self.refinement(), self.scene);
+        let mut peaks = self.candidates(blocks, work);
+        blocks.start(self.data, refinement.harmonics);
+        work.score_of_best = f32::NEG_INFINITY;
+        let most = scene.degree_max();
+        let mut tried = [0.0f32; PEAKS * DIVISORS];
+        let (mut best, mut count, mut first) = (None::<Comb>, 0, Lines::NONE);
+        for divisor in 1..=DIVISORS.min(refinement.harmonics) {
+            for (i, peak) in peaks.iter_mut().enumerate() {
+                let cycles = *peak / divisor as f32;
+                // A harmonic of the strongest peak is a line of its comb already.
+                let times = libm::roundf(*peak / tried[0].max(CYCLES_LEAST));
+                let is_harmonic = f32::abs(*peak - times * tried[0]) < CANDIDATES_APART
+                    && first.has(times as usize);
+                let is_known = i > 0 && is_harmonic
+                    || tried[..count]
+                        .iter()
+                        .any(|other| f32::abs(other - cycles) < CANDIDATES_APART);
+                if cycles < CYCLES_LEAST || is_known || !self.may_be(cycles) {
                     continue;
                 }
-                let lines = Lines {
-                    nu: *nu,
-                    harmonics,
-                    interferer: interferer_nu,
-                };
-                let limits = Limits {
-                    score: found.least_score(),
-                    ..Limits::CANDIDATE
-                };
-                if let Some(mut summit) = refinement.refine(&few, &lines, &limits)? {
-                    if found.best.is_none() && summit.is_plain() && harmonics > 1 {
-                        if libm::fabsf(refinement.equations.solution.step) * harmonics as f32
-                            > SOLVED_STEP
-                        {
-                            refinement.solve_again(&few, &summit);
-                        }
-                        let Refinement {
-                            span, equations, ..
-                        } = &mut refinement;
-                        let solution = &equations.solution;
-                        let is_overtone =
-                            lines_between(span, statistics, &few, solution, interferer_nu)?;
-                        found.overtone = is_overtone.then_some(summit.nu);
-                        summit.explains_all &= !is_overtone;
+                tried[count] = cycles;
+                count += 1;
+                let course = Course::steady(cycles);
+                self.collect(blocks, &course, refinement.lines(cycles));
+                let degrees = [1, most];
+                let curved = usize::from(cycles < CYCLES_CURVED && most > 1);
+                // A part of a peak's frequency needs a line beside the peak's own.
+                let least = if divisor > 1 { 2 } else { 1 };
+                if let Some(best) = &best
+                    && refinement.bound(blocks, work, degrees[curved], least) < best.score
+                {
+                    continue;
+                }
+                let comb = refinement.best(blocks, work, course, &degrees[..=curved])?;
+                if divisor == 1 {
+                    *peak = comb.tried;
+                    tried[count - 1] = comb.tried;
+                    if i == 0 {
+                        first = comb.kept;
                     }
-                    found.add(summit);
+                }
+                let is_best = best.is_none_or(|best| comb.score > best.score);
+                if is_best && self.may_be(comb.course.cycles) {
+                    best = Some(comb);
                 }
             }
         }
-        // A fundamental without power of its own may be one of a gap, or of a drift.
-        if let Some(best) = found.best.filter(|best| best.strongest > 1) {
-            let lines = Lines {
-                nu: best.strongest as f32 * best.nu,
-                harmonics,
-                interferer: interferer_nu,
+        let mut best = best?;
+        let lines = refinement.lines(best.course.cycles);
+        self.collect(blocks, &best.course, lines.and(best.shape.lines));
+        for degree in 2..most {
+            let shape = Shape {
+                degree,
+                ..best.shape
             };
-            // Images of its overtones are what makes a comb of a lower one.
-            let limits = Limits {
-                score: found.least_score(),
-                images: true,
-                ..Limits::CANDIDATE
-            };
-            if let Some(summit) = refinement.refine(&few, &lines, &limits)? {
-                found.add(summit);
+            work.solution.project(blocks, shape);
+            let score = refinement.score(&work.solution);
+            if score > best.score {
+                (best.score, best.shape) = (score, shape);
             }
         }
-        Ok(found)
+        Some(best)
     }
 
-    /// Where the likeliest of the candidates ends by all channels; refines the interferer beside
-    /// it. None if nowhere.
-    #[inline(never)]
-    fn select(
-        &mut self,
-        span: &mut FrameSpan,
-        statistics: &Statistics,
-        found: &Found,
-        interferer: &mut Option<Interferer>,
-    ) -> Result<Option<Summit>, Overwritten> {
-        let Some(best) = found.best else {
-            return Ok(None);
-        };
-        let (all, limits) = (statistics.order, Limits::RESULT);
-        let Self {
-            blocks,
-            equations,
-            harmonics_max,
-        } = self;
-        let mut refinement = Refinement {
-            span,
-            statistics,
-            blocks,
-            equations,
-        };
-        if let Some(interferer) = interferer {
-            // Once more, beside the tone.
-            interferer.refine(&mut refinement, &all, best.nu)?;
-        }
-        let interferer_nu = Interferer::nu(interferer);
-        let at = |summit: &Summit| Lines {
-            nu: summit.nu,
-            harmonics: *harmonics_max,
-            interferer: interferer_nu,
-        };
-        // What a few channels leave open all of them decide; and in few cycles a curve takes a part
-        // of a tone that is off.
-        let is_bent = 2.0 * best.nu < CYCLES_BENT && best.model.shape.curves > 0;
-        let other = found.other.map(|other| (at(&other), limits));
-        let straight = is_bent.then(|| {
-            (
-                at(&best),
-                Limits {
-                    is_straight: true,
-                    ..limits
-                },
-            )
-        });
-        let mut next: Option<(Lines, Limits, Summit)> = None;
-        for (lines, limits) in [other, straight].into_iter().flatten() {
-            let rough = Limits {
-                blocks: Limits::CANDIDATE.blocks,
-                steps: NEXT_STEPS,
-                ..limits
-            };
-            if let Some(summit) = refinement.refine(&all, &lines, &rough)?
-                && next.is_none_or(|(.., next)| summit.lead(&next) > 0.0)
-            {
-                next = Some((
-                    Lines {
-                        nu: summit.nu,
-                        ..lines
-                    },
-                    limits,
-                    summit,
-                ));
-            }
-        }
-        let mut summit = refinement.refine(&all, &at(&best), &limits)?;
-        if let Some((lines, limits, next)) = next
-            && summit.is_none_or(|summit| next.lead(&summit) > 0.0)
-        {
-            let baseline = summit.map(|summit| summit.baseline);
-            summit = refinement.refine(&all, &lines, &limits)?;
-            if let (Some(summit), Some(baseline)) = (&mut summit, baseline)
-                && baseline.score > summit.baseline.score
-            {
-                summit.baseline = baseline;
-            }
-        }
-        Ok(summit)
+    /// Whether a fundamental may have so many cycles a window.
+    fn may_be(&self, cycles: f32) -> bool {
+        self.scene.band.has(self.data.span.frequency(cycles))
     }
 
-    /// The result of a summit, whose solution is the latest.
+    /// Replaces what a comb leaves of single values; whether there are some.
     #[inline(never)]
-    fn conclude(
-        &mut self,
-        span: &mut FrameSpan,
-        statistics: &Statistics,
-        (summit, found): (&Summit, &Found),
-        impulses: Option<&mut Impulses>,
-        interferer: Option<Interferer>,
-        fit: &mut Fit,
-    ) -> Result<(), Overwritten> {
-        let Self {
-            blocks,
-            equations,
-            harmonics_max,
-        } = self;
-        let all = statistics.order;
-        let least = least_squares(statistics, &all);
-        let at = (equations.nu, Interferer::nu(&interferer));
-        // The third differences of a fast tone hide those of impulses. Of a longer window one more
-        // pass takes too long.
-        let may_hide = statistics.frames <= HIDING_FRAMES
-            && equations.solution.noise_ratio(statistics, &all).0 < HIDING_NOISE_RATIO;
-        if let Some(impulses) = impulses.filter(|_| statistics.is_spiky || may_hide) {
-            impulses.find(span, statistics, &all, &equations.solution, at)?;
-            if impulses.are_found() {
-                return Ok(());
-            }
-        }
-        let half_power = equations.half_power();
-        // It is known now: what follows needs no more of that line.
-        blocks.half_line = false;
-        // The neighbourhood is that of the blocks' solution. A single harmonic is chosen to be
-        // quick; what others leave would be taken for noise that is shared. So would what channels
-        // that are late leave where the speed changes.
-        let around = neighbourhood(
-            blocks,
-            &equations.solution,
-            *harmonics_max > 1 && !span.is_staggered(),
-        );
-        let is_rough = statistics.frames <= FRAMES_ROUGH || 2.0 * summit.nu < CYCLES_ROUGH;
-        if !span.is_in_time() || is_rough || equations.is_cancelled() {
-            polish(span, statistics, &all, &least, at, &mut equations.solution)?;
-        }
-        let evidence = evidence(statistics, &all, &equations.solution);
-        let has_half = has_half_line(
-            half_power,
-            &equations.solution,
-            &around,
-            evidence.noise_ratio,
-        );
-        let by = (summit, &around, &evidence);
-        conclude(span, statistics, &all, blocks, &equations.solution, by, fit)?;
-        if around.may_share && fit.status.has_tone() {
-            let (nu, shape, lines) = (
-                equations.solution.nu,
-                equations.solution.shape,
-                blocks.lines,
-            );
-            if !blocks.are_intact {
-                blocks.collect(span, statistics, &all, lines, Limits::RESULT.blocks)?;
-            }
-            if whiten(blocks, equations, &least, nu, shape) {
-                let around = neighbourhood(blocks, &equations.solution, false);
-                conclude_mixtures(fit, span, &equations.solution, &around, &evidence);
-            }
-        }
-        let is_overtone = found
-            .overtone
-            .is_some_and(|nu| (summit.nu - nu).abs() < SAME_NU);
-        if (is_overtone || has_half) && fit.status == Status::Good {
+    fn has_impulses(&mut self, memory: &mut Memory, comb: &Comb) -> bool {
+        let Work {
+            solution,
+            memory: found,
+            ..
+        } = &mut *memory.work;
+        solution.project(memory.blocks, comb.shape);
+        solution.solve();
+        let found = found.as_flattened_mut();
+        impulses::replace(self.data, solution, &comb.course, found) > 0
+    }
+
+    /// The verdict on a comb, whose phase is followed and tested.
+    #[inline(never)]
+    fn conclude(&mut self, memory: &mut Memory, comb: &Comb, fit: &mut Fit) {
+        let Memory { blocks, work } = memory;
+        let refinement = self.refinement();
+        let mut followed = Followed::at(comb.course, comb.shape);
+        work.restore_weights();
+        let mut recollect = |blocks: &mut Blocks, course: &Course, lines: Lines| {
+            self.collect(blocks, course, lines);
+        };
+        let is_known = refinement.follow(blocks, work, &mut followed, &mut recollect);
+        if is_known {
+            self.judge(memory, &followed, fit);
+        } else {
             fit.status = Status::Ambiguous;
+            fit.frequency = self.data.span.frequency(comb.course.cycles);
+            fit.sigma = fit.frequency;
         }
-        fit.interferer = interferer.map(|interferer| interferer.cycles_per_frame(span.frames));
-        Ok(())
     }
 
-    /// Memory that holds nothing between fits: 1536 values on the chip, more with the feature
-    /// `long-windows`.
-    pub fn scratch(&mut self) -> &mut [f32] {
-        self.blocks.scratch()
+    /// The verdict on a tone that is followed.
+    #[inline(never)]
+    fn judge(&mut self, memory: &mut Memory, followed: &Followed, fit: &mut Fit) {
+        let work = &*memory.work;
+        let (cycles_max, width) = (self.data.cycles_max(), self.data.width());
+        let tested = Tested::new(followed, work, cycles_max, width);
+        let mean = conclude::mean(&tested, work, memory.blocks, self.scene);
+        let mut tests = Tests::default();
+        tested.near(&work.neighbours, &mut tests);
+        let (span, statistics) = (&*self.data.span, &self.data.statistics);
+        conclude::channels(followed, &work.solution, statistics, fit);
+        let overtones = conclude::overtones(&work.solution, &followed.variances, width);
+        let movement = conclude::movement(followed, &work.normal.matrix, &mean, span);
+        let mut other = Other::default();
+        if tests.line >= Z_LINE {
+            (tests.between, other) = self.beside(memory, &tested);
+        }
+        let shape = tested.shape;
+        tests.other = other.deviate;
+        tests.cycles = followed.course.cycles;
+        tests.unfollowed = libm::sqrtf(mean.phase.unfollowed);
+        tests.fading = fading(followed);
+        tests.steady = mean.phase.steady;
+        tests.degree = shape.degree as u8;
+        tests.degrees = followed.fitted.phase as u8;
+        tests.lines = shape.lines.iter().fold(0, |mask, line| mask | 1 << line);
+        let strongest =
+            shape
+                .lines
+                .iter()
+                .zip(&tested.powers)
+                .fold((0, 0.0), |best, (line, power)| {
+                    if power.all > best.1 {
+                        (line, power.all)
+                    } else {
+                        best
+                    }
+                });
+        let room = 2.0 * shape.lines.most() as f32 * tests.cycles + 1.0;
+        let verdict = Figures {
+            tests: &tests,
+            mean: &mean,
+            other: &other,
+            lowest: shape.lines.least(),
+            strongest: strongest.0,
+            is_crowded: shape.degree > 1 && room < (2 * shape.lines.count() + shape.degree) as f32,
+            lines: shape.lines.count(),
+        };
+        fit.status = verdict.status();
+        fit.tests = tests;
+        let (span, statistics) = (&*self.data.span, &self.data.statistics);
+        if fit.status.has_tone() {
+            fit.other_tone = verdict.other_tone(span);
+            fit.frequency = span.frequency(mean.cycles);
+            fit.sigma = span.frequency(mean.sigma);
+            fit.movement = movement;
+            fit.harmonics = shape.lines.most() as u8;
+            fit.overtones = overtones;
+            for k in 0..statistics.width {
+                fit.with_tone |= (tested.with_tone >> k & 1) << statistics.order[k];
+            }
+        }
+    }
+
+    /// What a tone leaves: the deviate of lines between its own, and another line.
+    #[inline(never)]
+    fn beside(&mut self, memory: &mut Memory, tested: &Tested) -> (f32, Other) {
+        let Memory { blocks, work } = memory;
+        tested.followed.take_out_motion(blocks, &mut work.solution);
+        let (model, mut between) = (tested.model(&work.solution), 0.0);
+        if self.scene.harmonics() > 1 {
+            let mut noise = Noise {
+                neighbours: &mut work.neighbours,
+                memory: &mut work.memory,
+                weights: &work.weights,
+            };
+            between = tested.between(self.data, &model, blocks, &mut noise);
+        }
+        let sums = Sums {
+            memory: work.memory.as_flattened_mut(),
+            more: work.normal.matrix.as_flattened_mut(),
+        };
+        let other = tested.other(self.data, &model, sums, blocks.scratch());
+        (between, other)
+    }
+
+    fn collect(&mut self, blocks: &mut Blocks, course: &Course, lines: Lines) {
+        let pass = Pass {
+            course: *course,
+            scale: 1.0,
+            lines,
+            most: 2 * lines.most(),
+        };
+        blocks.collect(self.data, &pass, None);
     }
 
     #[inline(never)]
-    fn statistics(&mut self, span: &mut FrameSpan) -> Result<Statistics, Overwritten> {
-        Statistics::collect(span, self.blocks.pieces_mut())
+    fn candidates(&mut self, blocks: &mut Blocks, work: &mut Work) -> [f32; PEAKS] {
+        let (all, scene) = (&self.all.matrix, self.scene);
+        candidates(self.data, work.sums(), blocks.scratch(), all, scene)
+    }
+
+    fn refinement(&self) -> Refinement<'w> {
+        Refinement {
+            all: self.all,
+            width: self.data.width(),
+            frames: self.all.count,
+            harmonics: usize::from(self.scene.harmonics()),
+            may_share: self.scene.may_share(),
+            cycles_max: self.data.cycles_max(),
+        }
+    }
+}
+
+/// How far the amplitude goes, root mean square over the blocks.
+fn fading(followed: &Followed) -> f32 {
+    const PLACES: usize = 32;
+    let motion = followed.motion();
+    let square = (0..PLACES).map(|i| {
+        let p = legendre::<{ crate::limits::DEGREES_MAX + 1 }>(
+            (2 * i + 1) as f32 / PLACES as f32 - 1.0,
+        );
+        let amplitude: f32 = motion
+            .amplitude
+            .iter()
+            .zip(&p[1..])
+            .map(|(c, p)| c * p)
+            .sum();
+        amplitude * amplitude
+    });
+    libm::sqrtf(square.sum::<f32>() / PLACES as f32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::limits::{
+        BLOCK_LINES, BLOCK_LINES_CHIP, IMPULSES_CHIP, IMPULSES_MAX, POINTS_CHIP, POINTS_MAX,
+    };
+    use crate::{blocks, work};
+    extern crate std;
+    use std::format;
+
+    /// Most bytes of a fitter on the chip.
+    const BUDGET: usize = 23_000;
+
+    #[test]
+    fn on_the_chip_it_takes_no_more_than_its_budget() {
+        let rows = |lines, points| blocks::rows(lines, points) + work::rows(points);
+        let longer = (rows(BLOCK_LINES, POINTS_MAX) - rows(BLOCK_LINES_CHIP, POINTS_CHIP))
+            * size_of::<crate::source::Values>()
+            + (BLOCK_LINES - BLOCK_LINES_CHIP) * size_of::<blocks::Wave>();
+        let more = size_of::<Impulses>() / IMPULSES_MAX * (IMPULSES_MAX - IMPULSES_CHIP);
+        let size = size_of::<Fitter>() - longer - more;
+        assert!(size <= BUDGET, "{size} bytes");
+    }
+
+    #[test]
+    fn a_fresh_one_is_all_zeros() {
+        let fresh = format!("{:?}", Fitter::new());
+        let values = fresh.split(|c: char| !c.is_alphanumeric() && c != '.' && c != '-');
+        let mut numbers = values.filter(|value| value.starts_with(|c: char| c.is_ascii_digit()));
+        assert!(
+            numbers.all(|number| number.parse() == Ok(0.0)),
+            "{fresh:.500}"
+        );
+        assert!(!fresh.contains("true"));
     }
 }

@@ -1,111 +1,167 @@
-//! Impulses: single values far off what is around them. Squares weigh one of twenty standard
-//! deviations as four hundred others, so where there are some they are replaced and the window is
-//! fitted anew.
+//! Impulses: single values far off what is beside them. Squares weigh one of twenty standard
+//! deviations as four hundred others, so where there are some they are replaced by the model and
+//! the window is fitted anew.
 //!
-//! It is one step of a redescending estimator: P. J. Huber, E. M. Ronchetti, "Robust Statistics"
-//! (2nd edition, 2009), section 4.8.
+//! One step of a redescending estimator: P. J. Huber, E. M. Ronchetti, "Robust Statistics" (2nd
+//! edition, 2009), section 4.8.
 
-use crate::cleaned::Impulses;
-use crate::frame_span::{BLOCK, Block, FrameSpan};
-use crate::limits::CHANNELS_MAX;
+use crate::data::{Data, Frame};
+use crate::limits::{CHANNELS_MAX, IMPULSES_MAX};
+use crate::phase_course::Course;
+use crate::residual::Model;
 use crate::solve::Solution;
-use crate::source::Overwritten;
-use crate::statistics::{Channels, Statistics};
-use crate::waves::Waves;
+use crate::source::Values;
+use crate::tests::Sum;
 
-/// Most of a window's values that may be impulses.
-const SHARE_MAX: f32 = 0.03;
+/// Deviate of one value among some thousands.
+const Z_IMPULSE: f32 = 4.8;
+/// A step from a value to the one beside it has twice the noise: nearly the root of 2.
+const STEP: f32 = 1.41;
 /// Mean magnitude of white noise, in standard deviations: the root of 2 / pi.
 const MEAN_MAGNITUDE: f32 = 0.797_884_6;
-/// An impulse is five standard deviations off, by the mean magnitude: white noise is in one of two
-/// million values.
-const SIGMAS: f32 = 5.0;
-/// More values than this, so close to each other, are no impulses.
-const TOGETHER: u32 = 2;
-const CLOSE: usize = 2;
+/// Channels of a frame in a place.
+const CHANNELS: u32 = CHANNELS_MAX as u32;
+/// Most of a window's values that may be impulses.
+const SHARE_MAX: f32 = 0.1;
 
-impl Impulses {
-    /// Those that a solution leaves.
-    #[inline(never)]
-    pub fn find(
-        &mut self,
-        span: &mut FrameSpan,
-        statistics: &Statistics,
-        channels: &Channels,
-        solution: &Solution,
-        at: (f32, Option<f32>),
-    ) -> Result<(), Overwritten> {
-        let (abscissa, frames) = (span.abscissa(), span.frames);
-        let mut waves = Waves::new(span, statistics, solution, at);
-        // By the root mean square at first, which impulses raise: one in a hundred of twenty
-        // standard deviations makes it twice as large.
-        let mut limits = solution
-            .residual_squares
-            .map(|square| SIGMAS * libm::sqrtf(square / solution.frames));
-        let mut magnitudes = [0.0; CHANNELS_MAX];
-        for _ in 0..2 {
-            self.begin(frames);
-            span.blocks(&statistics.offset, &mut |block| {
-                waves.go(abscissa.block(block.first, frames));
-                let there = block
-                    .valid
-                    .iter()
-                    .rev()
-                    .fold(0, |there, valid| there << 1 | (*valid != 0) as u16);
-                for ((k, c), limit) in channels.list().iter().enumerate().zip(&limits) {
-                    let c = *c as usize % CHANNELS_MAX;
-                    let (residuals, mut far) = (waves.residuals(block.values, c, k), 0);
-                    for (i, (residual, valid)) in residuals.iter().zip(block.valid).enumerate() {
-                        let magnitude = if *valid != 0 { residual.abs() } else { 0.0 };
-                        magnitudes[k % CHANNELS_MAX] += magnitude;
-                        far |= ((magnitude > *limit) as u16) << i;
-                    }
-                    if far != 0 {
-                        self.add(&block, c, &residuals, [far, there], statistics.scale[c]);
-                    }
-                }
-            })?;
-            if self.count() as f32 > SHARE_MAX * solution.frames * channels.width as f32 {
-                // That is too many for impulses.
-                self.begin(frames);
-            }
-            if !self.are_found() {
+/// A value that is far off, and by how much.
+#[derive(Clone, Copy, Debug, Default)]
+struct Impulse {
+    /// Sixteen times the frame's number, and the channel.
+    place: u32,
+    /// What is subtracted.
+    off: f32,
+}
+
+/// Values that are far off, in the order of their places.
+#[derive(Debug)]
+pub struct Impulses {
+    list: [Impulse; IMPULSES_MAX],
+    count: usize,
+}
+
+/// Those that are ahead on a way through the frames.
+pub struct Ahead<'i>(&'i [Impulse]);
+
+impl Ahead<'_> {
+    /// Subtracts those of a frame.
+    #[inline]
+    pub fn subtract(&mut self, frame: &mut Frame) {
+        while let Some((first, others)) = self.0.split_first() {
+            if first.place / CHANNELS > frame.number {
                 break;
             }
-            limits =
-                magnitudes.map(|magnitude| SIGMAS / MEAN_MAGNITUDE * magnitude / solution.frames);
+            if first.place / CHANNELS == frame.number {
+                frame.values[(first.place % CHANNELS) as usize] -= first.off;
+            }
+            self.0 = others;
         }
-        Ok(())
+    }
+}
+
+impl Impulses {
+    /// None; all zeros.
+    pub const fn new() -> Self {
+        Self {
+            list: [Impulse { place: 0, off: 0.0 }; IMPULSES_MAX],
+            count: 0,
+        }
     }
 
-    /// Adds a channel's impulses in a block, of which some frames are far off, and some are there.
-    #[inline(never)]
-    fn add(
-        &mut self,
-        block: &Block,
-        c: usize,
-        residuals: &[f32; BLOCK],
-        [far, there]: [u16; 2],
-        scale: f32,
-    ) {
-        for i in (0..BLOCK).filter(|i| far & 1 << i != 0) {
-            let close = ((1u32 << (i + CLOSE + 1)) - (1 << i.saturating_sub(CLOSE))) as u16 & there;
-            if (close & far).count_ones() > TOGETHER {
-                continue;
+    /// Forgets all.
+    pub fn clear(&mut self) {
+        self.count = 0;
+    }
+
+    /// Goes through them frame by frame.
+    pub fn iter(&self) -> Ahead<'_> {
+        Ahead(self.list.get(..self.count).unwrap_or_default())
+    }
+
+    /// Adds one behind those of the same and of earlier places.
+    fn add(&mut self, place: u32, off: f32) {
+        let mut at = self.count;
+        while at > 0 && self.list[at - 1].place > place {
+            self.list[at] = self.list[at - 1];
+            at -= 1;
+        }
+        self.list[at] = Impulse { place, off };
+        self.count += 1;
+    }
+}
+
+/// Visits the residuals of a window, frame after frame, each with those beside it.
+fn residuals(data: &mut Data, model: &Model, visit: &mut dyn FnMut(u32, &[Values; 3])) {
+    let mut last = [[0.0; CHANNELS_MAX]; 3];
+    let (mut count, mut numbers) = (0u32, [0; 2]);
+    data.visit_beside(Some(model), |frame| {
+        last = [last[1], last[2], frame.values];
+        numbers = [numbers[1], frame.number];
+        count += 1;
+        if count == 2 {
+            // The first frame has one beside it, twice.
+            visit(numbers[0], &[last[2], last[1], last[2]]);
+        } else if count > 2 {
+            visit(numbers[0], &last);
+        }
+    });
+    if count > 1 {
+        visit(numbers[1], &[last[1], last[2], last[1]]);
+    }
+}
+
+/// Replaces what a solution leaves of single values; how many there are. Its memory holds nothing.
+#[inline(never)]
+pub fn replace(data: &mut Data, solution: &Solution, course: &Course, memory: &mut [f32]) -> usize {
+    let model = Model {
+        solution,
+        motion: None,
+        course: *course,
+    };
+    let width = data.width();
+    // The first limit is by all magnitudes, which impulses raise; the second by those below it.
+    let mut limits = [f32::INFINITY; CHANNELS_MAX];
+    for round in 0..2 {
+        let (mut magnitudes, mut most) = ([Sum::default(); CHANNELS_MAX], [0.0; CHANNELS_MAX]);
+        data.visit_beside(Some(&model), |frame| {
+            for (k, value) in frame.values.iter().enumerate().take(width) {
+                most[k] = f32::max(most[k], value.abs());
+                if value.abs() < limits[k] {
+                    magnitudes[k].add(value.abs());
+                }
             }
-            let others = close & !far;
-            let beside = residuals
-                .iter()
-                .enumerate()
-                .filter(|(i, _)| others & 1 << i != 0)
-                .map(|(_, beside)| beside);
-            let off =
-                residuals[i % BLOCK] - beside.sum::<f32>() / others.count_ones().max(1) as f32;
-            self.push(
-                block.first as usize + i,
-                c,
-                block.values[i % BLOCK][c % CHANNELS_MAX] - off / scale,
-            );
+        });
+        limits = magnitudes.map(|sum| Z_IMPULSE / MEAN_MAGNITUDE * sum.mean());
+        if round == 0 && (0..width).all(|k| most[k] <= limits[k]) {
+            return 0;
         }
     }
+    let is_impulse = |k: usize, [before, values, after]: &[Values; 3]| {
+        let sign = 1f32.copysign(values[k]);
+        let least = ((values[k] - before[k]) * sign).min((values[k] - after[k]) * sign);
+        values[k].abs() > limits[k] && least > STEP * limits[k] && limits[k] > 0.0
+    };
+    let (mut found, mut all) = (0, 0);
+    residuals(data, &model, &mut |_, values| {
+        all += width;
+        found += (0..width).filter(|k| is_impulse(*k, values)).count();
+    });
+    if found as f32 > SHARE_MAX * all as f32
+        || found > IMPULSES_MAX - data.impulses.count
+        || 2 * found > memory.len()
+    {
+        return 0;
+    }
+    let mut pairs = memory.as_chunks_mut::<2>().0.iter_mut();
+    residuals(data, &model, &mut |number, values| {
+        for k in (0..width).filter(|k| is_impulse(*k, values)) {
+            if let Some(pair) = pairs.next() {
+                *pair = [(number * CHANNELS + k as u32) as f32, values[1][k]];
+            }
+        }
+    });
+    for [place, off] in memory.as_chunks::<2>().0.iter().take(found) {
+        data.impulses.add(*place as u32, *off);
+    }
+    found
 }

@@ -2,29 +2,56 @@
 
 /// Most channels of a frame.
 pub const CHANNELS_MAX: usize = 16;
-/// Channels in which candidates are searched, those with the least share of noise.
-pub const CHANNELS_SEARCHED: usize = 4;
 /// Most harmonics, the fundamental included.
 pub const HARMONICS_MAX: usize = 5;
 /// Harmonics above the first whose ratios to it are reported.
 pub const OVERTONES: usize = 3;
-/// Most spectral lines: the harmonics, and behind them an interferer.
-pub const LINES_MAX: usize = HARMONICS_MAX;
-/// Functions of a curved baseline.
-pub const CURVES_MAX: usize = 3;
-/// Most unknowns of a channel: offset, slope, cosine and sine of each line, curves.
-pub const UNKNOWNS_MAX: usize = 2 + 2 * LINES_MAX + CURVES_MAX;
-/// Most pieces: means of a few frames.
-pub const PIECES_MAX: usize = 64;
-/// Most blocks.
+/// Highest degree of a curved baseline.
+pub const DEGREE_MAX: usize = 4;
+/// Most unknowns of a channel: the baseline's, and a cosine and a sine of each line.
+pub const UNKNOWNS_MAX: usize = DEGREE_MAX + 1 + 2 * HARMONICS_MAX;
+/// Most blocks of a window.
 pub const BLOCKS_MAX: usize = 16;
-/// Most candidates for the frequency.
-pub const CANDIDATES_MAX: usize = 8;
+/// Lines of all blocks on the chip: a fifth harmonic takes fewer blocks.
+#[cfg(any(test, not(feature = "long-windows")))]
+pub const BLOCK_LINES_CHIP: usize = BLOCKS_MAX * (HARMONICS_MAX - 1);
+/// Lines of all blocks.
+#[cfg(not(feature = "long-windows"))]
+pub const BLOCK_LINES: usize = BLOCK_LINES_CHIP;
+/// Lines of all blocks.
+#[cfg(feature = "long-windows")]
+pub const BLOCK_LINES: usize = BLOCKS_MAX * HARMONICS_MAX;
+/// Degrees of phase and amplitude that are tested beyond the fitted ones.
+pub const MOVES: usize = 4;
+/// Most degrees of the phase, and of the amplitude, that are fitted.
+pub const MOVES_MAX: usize = 10;
+/// Most degrees of either that a test looks at.
+pub const DEGREES_MAX: usize = MOVES_MAX + MOVES - 1;
+/// Most functions next to the lines.
+pub const NEIGHBOURS_MAX: usize = 64;
+/// Most pieces of a transform on the chip: frames, or sums of some.
+pub const PIECES_CHIP: usize = POINTS_CHIP / 2;
+/// Most pieces of a transform.
+pub const PIECES_MAX: usize = POINTS_MAX / 2;
 /// Longest transform on the chip, points.
 pub const POINTS_CHIP: usize = 1024;
-/// Longest transform, points: 1024 on the chip; 32,768 with the feature `long-windows`.
+/// Longest transform, points.
 #[cfg(not(feature = "long-windows"))]
 pub const POINTS_MAX: usize = POINTS_CHIP;
-/// Longest transform, points: 1024 on the chip; 32,768 with the feature `long-windows`.
+/// Longest transform, points.
 #[cfg(feature = "long-windows")]
 pub const POINTS_MAX: usize = 32_768;
+/// Most frames of a window on the chip.
+pub const FRAMES_CHIP: usize = 1024;
+/// Most frames of a window.
+#[cfg(not(feature = "long-windows"))]
+pub const FRAMES_MAX: usize = FRAMES_CHIP;
+/// Most frames of a window.
+#[cfg(feature = "long-windows")]
+pub const FRAMES_MAX: usize = 65_536;
+/// Most single values that are replaced on the chip: one of eighty.
+pub const IMPULSES_CHIP: usize = 192;
+/// Most single values that are replaced.
+pub const IMPULSES_MAX: usize = IMPULSES_CHIP * (FRAMES_MAX / FRAMES_CHIP);
+/// Fewest frames that are fitted.
+pub const FRAMES_MIN: u32 = 24;

@@ -1,109 +1,317 @@
-//! How a tone's frequency moves within its window, from the phase of its blocks.
+//! How phase and amplitude move, and the noise next to the lines: each is estimated beside the
+//! other, and degrees are added until none is missing.
 
-use crate::fit::Movement;
-use crate::frame_span::FrameSpan;
-use crate::neighbourhood::{Neighbourhood, PHASE_DEGREES};
+use crate::blocks::Blocks;
+use crate::covariance::{Covariance, ROUNDING, Samples};
+use crate::limits::{CHANNELS_MAX, HARMONICS_MAX, MOVES, MOVES_MAX};
+use crate::lines::Lines;
+use crate::matrix::{Factor, Square, invert};
+use crate::neighbours::{BAND, Member, Place};
+use crate::normal::{Degrees, MOVEMENT_MAX, degrees_max};
+use crate::phase_course::Course;
+use crate::refine::{Known, Refinement, Steps};
+use crate::residual::Motion;
+use crate::significance::deviate;
+use crate::solve::{Power, Shape, Solution};
+use crate::source::Values;
+use crate::tests::Z_TEST;
+use crate::work::Work;
+use core::ops::Range;
 
-/// Degrees that always count: the noise of higher ones hides slow movement, and they count where
-/// they are nine times it.
-const SLOW_DEGREES: usize = 5;
-const CLEAR: f32 = 9.0;
-/// Least variance of the wander, as a share of that of its noise: an estimate without noise is
-/// none.
-const NOISE_SHARE_MIN: f32 = 0.05;
+/// Gauss-Newton steps of a turn.
+const STEPS: usize = 6;
+/// Most turns.
+const TURNS: usize = 7;
+/// Turns after which the lines are chosen again.
+const LINES_AGAIN: [usize; 2] = [2, 4];
+/// Fewest functions next to the lines that are enough beside all harmonics.
+const NEIGHBOURS_WHOLE: usize = 8;
+/// Fewest functions next to the lines that noise is known from.
+const NEIGHBOURS_MIN: usize = 3;
+/// Samples of noise that a degree needs.
+const SAMPLES_PER_DEGREE: usize = 4;
+/// Blocks that are turned against each other by more, in radians of the highest line, are collected
+/// anew.
+const TWIST_MAX: f32 = 0.1;
 
-/// Share of the wander, and of the chirp, by which they are off beside the noise's part, and in one
-/// cycle: in few cycles baseline and harmonics take a part. Chosen on other seeds than those of
-/// docs/results/noise.md, as are the next two.
-const WANDER_OFF: [f32; 2] = [0.4, 0.6];
-const CHIRP_OFF: [f32; 2] = [0.06, 2.0];
-/// Number of degrees that are too fast to be seen. Each counts with the mean energy of the last
-/// degrees that are seen.
-const FAST_DEGREES: f32 = 20.0;
-const LAST_DEGREES: u8 = 3;
-/// Share of a degree's energy by which a degree that is not seen may move the mean: 1 / (2 l - 1),
-/// where l is about six.
-const FAST_MEAN: f32 = 0.1;
+/// A tone with its movement and the noise next to it; its solution, the covariance of its movement
+/// and the noise's weights are in the steps' memory.
+#[derive(Clone, Debug)]
+pub struct Followed {
+    /// Phase of the fundamental.
+    pub course: Course,
+    /// Lines and baseline.
+    pub shape: Shape,
+    /// Variances of the residuals over all frames.
+    pub variances: Values,
+    /// Degrees that are fitted.
+    pub fitted: Degrees,
+    /// Degrees that were looked at.
+    pub degrees: Degrees,
+    /// Movement beside the course.
+    pub moved: [f32; MOVEMENT_MAX],
+    /// How the fitted phase sees the mean frequency, by degree.
+    pub seen: [f32; MOVEMENT_MAX],
+    /// The noise next to the lines.
+    pub noise: Covariance,
+    /// Weight of the neighbourhood of each line, by its place.
+    pub weights: [f32; HARMONICS_MAX],
+    /// Number of functions next to the lines, and of those of equal weight that tell as much.
+    pub count: f32,
+    /// Number of equal weight.
+    pub effective: f32,
+    /// What the movement takes out of the noise.
+    pub taken: f32,
+}
 
-/// The movement; `colour` is the noise's variance over white noise's, `nu` and `sigma_nu` are the
-/// frequency and its standard deviation.
-///
-/// The phase's deviation is a sum of Legendre's polynomials P_l with factors p_l. Of the slope of
-/// P_l the factor of P_(l-1) is 2 l - 1, that of P_(l-3) 2 l - 5, and so on: so the frequency's
-/// factor of P_(l-1) is (2 l - 1) t_l, with t_l = p_l + p_(l+2) + ..., its mean square (2 l - 1)
-/// t_l^2, and its mean t_3 beside the slope of P_1, which is what least squares finds.
-pub fn movement(
-    span: &FrameSpan,
-    of: &Neighbourhood,
-    colour: f32,
-    nu: f32,
-    sigma_nu: f32,
-) -> Movement {
-    // What is above white noise may be the movement itself: then the amplitude says what is noise.
-    let noise = if colour > 1.0 {
-        colour.min(of.of_amplitude)
-    } else {
-        colour
-    };
-    let mut tails = [[0.0; 3]; PHASE_DEGREES + 2];
-    let (mut square, mut square_variance) = (0.0, 0.0);
-    let (mut fast, mut last) = (0.0, 0);
-    for (k, [value, variance]) in of.phase.iter().enumerate().rev() {
-        let (value, variance) = (*value, noise * variance);
-        let counts = k < SLOW_DEGREES || value * value > CLEAR * variance;
-        let (value, variance) = if counts {
-            (value, variance)
-        } else {
-            (0.0, 0.0)
-        };
-        let [after, variance_after, _] = tails[k + 2];
-        let [tail, tail_variance] = [value + after, variance + variance_after];
-        tails[k] = [tail, tail_variance, variance];
-        let degree = (k + 2) as f32;
-        let energy = (2.0 * degree - 1.0) * (tail * tail - tail_variance);
-        square += energy;
-        if (counts || last > 0) && last < LAST_DEGREES {
-            (fast, last) = (fast + energy.abs() * (1.0 / LAST_DEGREES as f32), last + 1);
+impl Followed {
+    /// A comb that is not followed yet.
+    pub fn at(course: Course, shape: Shape) -> Self {
+        Self {
+            course,
+            shape,
+            variances: [0.0; CHANNELS_MAX],
+            fitted: Degrees::STEADY,
+            degrees: Degrees::STEADY,
+            moved: [0.0; MOVEMENT_MAX],
+            seen: [0.0; MOVEMENT_MAX],
+            noise: Covariance::NONE,
+            weights: [0.0; HARMONICS_MAX],
+            count: 0.0,
+            effective: 0.0,
+            taken: 1.0,
         }
-        // The square of noise alone: what a degree has in common with a higher one is its own mean
-        // square.
-        let own = 0.5 * degree * (degree + 1.0) - (k % 2) as f32;
-        square_variance += 2.0 * own * own * variance * (variance + 2.0 * variance_after);
     }
-    // And its product with what moves.
-    let mut slopes = [0.0; 2];
-    for (k, [tail, _, variance]) in tails.iter().enumerate() {
-        let slope = &mut slopes[k % 2];
-        *slope += (2 * k + 3) as f32 * tail;
-        square_variance += 4.0 * *slope * *slope * variance;
+
+    /// Estimates the movement by the noise that is known.
+    fn move_by_noise(&mut self, blocks: &Blocks, work: &mut Work) {
+        let (normal, n) = (&mut work.normal, self.degrees.count());
+        normal.degrees = self.degrees;
+        let memory = work.memory.as_flattened_mut();
+        normal.make(blocks, &work.solution, &work.weights, memory);
+        let trace: f32 = (0..n).map(|i| normal.matrix[i][i]).sum();
+        for (i, row) in normal.matrix.iter_mut().enumerate().take(n) {
+            row[i] += 1e-7 * trace;
+        }
+        self.moved = normal.right;
+        Factor::new(&mut normal.matrix, n).solve(&mut self.moved);
+        // Phases come first: their factor is the beginning of that of all.
+        self.seen = core::array::from_fn(|i| if i % 2 == 0 { 1.0 } else { 0.0 });
+        Factor::of(&normal.matrix, self.fitted.phase).solve(&mut self.seen);
+        invert(&mut normal.matrix, n);
     }
-    let [apart, apart_variance, _] = tails[1];
-    let wander = libm::sqrtf(square.max(0.0));
-    // Of a frequency that moves the mean is as uncertain as it is measured, and may have a part
-    // that is not seen.
-    let moves = square > libm::sqrtf(square_variance);
-    let of_moving = if moves {
-        apart_variance + FAST_MEAN * fast
-    } else {
-        0.0
-    };
-    let apart = apart * apart + of_moving;
-    let spread = libm::sqrtf(square_variance + FAST_DEGREES * FAST_DEGREES * fast * fast);
-    // The error of a root; where the square is no larger than its own error, the root of that.
-    let wander_sigma = spread / libm::sqrtf(4.0 * square.max(0.0) + spread).max(f32::MIN_POSITIVE);
-    let off = |[share, of_cycles]: [f32; 2], value: f32| value * (share + of_cycles / (2.0 * nu));
-    let with_off = |sigma: f32, off: f32| libm::sqrtf(sigma * sigma + off * off);
-    let [bend, bend_variance] = of.phase[0];
-    // The slope of P_2 at the window's end is 3.
-    let (chirp, chirp_variance) = (3.0 * bend, 9.0 * bend_variance * noise.max(NOISE_SHARE_MIN));
-    Movement {
-        wander: wander / nu,
-        wander_sigma: with_off(wander_sigma, off(WANDER_OFF, wander)) / nu,
-        sigma_of_mean: span.frequency(libm::sqrtf(sigma_nu * sigma_nu + apart)),
-        // Per unit of the abscissa twice: once for the frequency, once for its change.
-        chirp: span.frequency(span.frequency(chirp)),
-        chirp_sigma: span.frequency(
-            span.frequency(with_off(libm::sqrtf(chirp_variance), off(CHIRP_OFF, chirp))),
-        ),
+
+    /// The movement beside the course.
+    pub fn motion(&self) -> Motion {
+        let mut motion = Motion::NONE;
+        let Degrees { phase, amplitude } = self.degrees;
+        motion.degrees = phase.max(amplitude);
+        motion.phase[..phase].copy_from_slice(&self.moved[..phase]);
+        motion.amplitude[..amplitude].copy_from_slice(&self.moved[phase..phase + amplitude]);
+        motion
+    }
+
+    /// Adds the movement to the blocks, `sign` times.
+    #[inline(never)]
+    fn add_motion(&self, blocks: &mut Blocks, solution: &Solution, sign: f32) {
+        let motion = self.motion();
+        for b in 0..blocks.count() {
+            let moved = motion.at(blocks.middle(b)).map(|x| sign * x);
+            let change = Motion::change(solution, moved);
+            blocks.add(b, &solution.shape, &change);
+        }
+    }
+
+    /// Takes the movement out of the blocks and out of the solution.
+    pub fn take_out_motion(&self, blocks: &mut Blocks, solution: &mut Solution) {
+        self.add_motion(blocks, solution, -1.0);
+        solution.project(blocks, self.shape);
+        solution.solve();
+    }
+
+    /// Degrees of freedom of the noise.
+    pub fn freedom(&self) -> f32 {
+        self.effective * self.noise.channels
+    }
+
+    /// Deviate of some unknowns of the movement together.
+    fn shows(&self, covariance: &Square<MOVEMENT_MAX>, unknowns: Range<usize>) -> f32 {
+        let n = unknowns.len();
+        let mut block = [[0.0; MOVES]; MOVES];
+        let mut moved = [0.0; MOVES];
+        for (i, row) in unknowns.clone().enumerate().take(MOVES) {
+            moved[i] = self.moved[row];
+            block[i][..n].copy_from_slice(&covariance[row][unknowns.clone()]);
+        }
+        Factor::new(&mut block, n).forward(&mut moved);
+        let square: f32 = moved[..n].iter().map(|x| x * x).sum();
+        deviate(square / n as f32, n as f32, self.freedom())
+    }
+}
+
+/// Weight of each line's neighbourhood: its share of the information, by its number of functions.
+#[inline(never)]
+fn neighbour_weights(
+    solution: &Solution,
+    inverse: &Square<CHANNELS_MAX>,
+    counts: &[f32; HARMONICS_MAX],
+) -> [f32; HARMONICS_MAX] {
+    let factors = solution.line_factors();
+    let mut weights = [0.0; HARMONICS_MAX];
+    let (mut sum, mut count) = (0.0, 0.0);
+    for (i, line) in solution.shape.lines.iter().enumerate() {
+        let power = Power::new(&factors[i], inverse).all;
+        weights[i] = (line * line) as f32 * power / counts[i].max(1.0);
+        sum += counts[i] * weights[i];
+        count += counts[i];
+    }
+    weights.map(|weight| weight * count / sum.max(f32::MIN_POSITIVE))
+}
+
+impl Refinement<'_> {
+    /// Follows a comb, at which the blocks are, into `followed`; `recollect` passes over the window
+    /// again. Whether enough noise is known.
+    #[inline(never)]
+    pub fn follow(
+        &self,
+        blocks: &mut Blocks,
+        work: &mut Work,
+        followed: &mut Followed,
+        recollect: &mut dyn FnMut(&mut Blocks, &Course, Lines),
+    ) -> bool {
+        let (mut course, mut shape) = (followed.course, followed.shape);
+        let mut fitted = followed.fitted;
+        let (mut turn, mut collected) = (0, course);
+        loop {
+            let steps = Steps {
+                shape,
+                most: STEPS,
+                degrees: fitted.phase,
+                last: 0.02,
+                noise: Known::Weights,
+            };
+            for _ in 0..2 {
+                self.refine(blocks, &mut course, steps, work);
+                if blocks.twist(&collected, &course) * shape.lines.most() as f32 <= TWIST_MAX {
+                    break;
+                }
+                recollect(blocks, &course, self.lines(course.cycles).and(shape.lines));
+                collected = course;
+            }
+            (followed.course, followed.shape, followed.fitted) = (course, shape, fitted);
+            if !self.noise(blocks, work, followed) {
+                return false;
+            }
+            let Degrees { phase, amplitude } = followed.degrees;
+            let covariance = &work.normal.matrix;
+            let phase_shows = followed.shows(covariance, fitted.phase..phase) > Z_TEST;
+            let beyond = phase + fitted.amplitude..phase + amplitude;
+            let amplitude_shows = followed.shows(covariance, beyond) > Z_TEST;
+            let samples = followed.count as usize * self.width;
+            let has_room = (phase + amplitude + 2 * (MOVES - 1)) * SAMPLES_PER_DEGREE < samples;
+            let most = MOVES_MAX.min(degrees_max(blocks) + 1 - MOVES);
+            let grows = has_room && phase_shows && fitted.phase < most;
+            let fades = has_room && amplitude_shows && fitted.amplitude < most;
+            turn += 1;
+            if !grows && !fades || turn == TURNS {
+                return true;
+            }
+            if grows {
+                fitted.phase = (fitted.phase + MOVES - 1).min(most);
+            }
+            if fades {
+                fitted.amplitude = (fitted.amplitude + MOVES - 1).min(most);
+            }
+            // Lines that the movement had smeared.
+            if fitted.phase > 1 && LINES_AGAIN.contains(&turn) {
+                recollect(blocks, &course, self.lines(course.cycles));
+                let degrees = [1, shape.degree];
+                let count = if shape.degree > 1 { 2 } else { 1 };
+                work.score_of_best = f32::NEG_INFINITY;
+                if let Some(comb) = self.best(blocks, work, course, &degrees[..count]) {
+                    (course, shape) = (comb.course, comb.shape);
+                    work.restore_weights();
+                }
+                recollect(blocks, &course, self.lines(course.cycles).and(shape.lines));
+                collected = course;
+            }
+        }
+    }
+
+    /// The noise next to the lines, and the movement beside the fitted one.
+    #[inline(never)]
+    fn noise(&self, blocks: &mut Blocks, work: &mut Work, followed: &mut Followed) -> bool {
+        let shape = followed.shape;
+        work.solution.project(blocks, shape);
+        let squares = work.solution.squares(self.all);
+        let free = (self.frames - shape.unknowns() as f32).max(1.0);
+        followed.variances = squares.map(|square| square / free + ROUNDING);
+        work.solution.solve();
+        let most = degrees_max(blocks);
+        followed.degrees = Degrees {
+            phase: (followed.fitted.phase + MOVES - 1).min(most),
+            amplitude: (followed.fitted.amplitude + MOVES).min(most),
+        };
+        followed.move_by_noise(blocks, work);
+        self.collect_beside(blocks, work, followed);
+        let count = work.neighbours.count();
+        if count < NEIGHBOURS_MIN {
+            return false;
+        }
+        let mut counts = [0.0; HARMONICS_MAX];
+        for member in work.neighbours.members() {
+            counts[shape.lines.place(usize::from(member.line))] += 1.0;
+        }
+        let of_lines = neighbour_weights(&work.solution, &work.weights, &counts);
+        let squares: f32 = counts.iter().zip(&of_lines).map(|(n, w)| n * w * w).sum();
+        let all = count as f32 * self.width as f32;
+        followed.weights = of_lines;
+        followed.count = count as f32;
+        followed.effective = (count * count) as f32 / squares.max(f32::MIN_POSITIVE);
+        followed.taken = all / (all - followed.degrees.count() as f32).max(1.0);
+        let weight = |member: &Member| {
+            followed.taken * of_lines[shape.lines.place(usize::from(member.line)) % HARMONICS_MAX]
+        };
+        let neighbours = &mut work.neighbours;
+        neighbours.products(&work.memory, &weight, &mut work.weights);
+        let samples = Samples {
+            width: self.width,
+            count: followed.count,
+            effective: followed.effective,
+            may_share: self.may_share,
+        };
+        followed.noise = samples.invert(&mut work.weights, Some(&followed.variances));
+        neighbours.measure(&work.memory, &work.weights, &followed.variances);
+        followed.move_by_noise(blocks, work);
+        true
+    }
+
+    /// Collects the functions next to the lines, less the movement, and the model without it.
+    #[inline(never)]
+    fn collect_beside(&self, blocks: &mut Blocks, work: &mut Work, followed: &mut Followed) {
+        let (shape, cycles) = (work.solution.shape, followed.course.cycles);
+        followed.add_motion(blocks, &work.solution, -1.0);
+        // Harmonics that are too weak to be kept are no noise either, where there is room without.
+        let whole = Shape {
+            lines: self.lines(cycles).and(shape.lines),
+            ..shape
+        };
+        let place = Place {
+            lines: shape.lines,
+            cycles,
+            most: self.cycles_max,
+            band: BAND,
+        };
+        let (neighbours, memory) = (&mut work.neighbours, &mut work.memory);
+        let mut beside = Solution::NONE;
+        if whole.lines != shape.lines {
+            beside.project(blocks, whole);
+            neighbours.collect(blocks, beside.beside(), place, memory);
+        }
+        beside.project(blocks, shape);
+        if whole.lines == shape.lines || neighbours.count() < NEIGHBOURS_WHOLE {
+            neighbours.collect(blocks, beside.beside(), place, memory);
+        }
+        followed.add_motion(blocks, &work.solution, 1.0);
     }
 }

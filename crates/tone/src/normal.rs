@@ -1,196 +1,319 @@
-//! Normal equations of a handful of unknowns: the Cholesky factor, for one vector or for all
-//! channels at once.
+//! Normal equations of how phase and amplitude move: Legendre polynomials times the tone's
+//! derivatives, beside the model, over all channels.
 
-use crate::limits::{CHANNELS_MAX, UNKNOWNS_MAX};
+use crate::blocks::Blocks;
+use crate::legendre::{fill_legendre, legendre_after};
+use crate::limits::{BLOCKS_MAX, CHANNELS_MAX, DEGREES_MAX, NEIGHBOURS_MAX, UNKNOWNS_MAX};
+use crate::lines::Lines;
+use crate::matrix::Square;
+use crate::solve::{Shape, Solution};
 use crate::source::Values;
+use crate::totals::{LINE_FUNCTIONS, LIST_MAX, OfLines, OfModel, by_wave, fold, list_len, unfold};
 
-/// A symmetric matrix, of which the lower triangle of the first `size` rows counts.
-pub type Matrix = [[f32; UNKNOWNS_MAX]; UNKNOWNS_MAX];
+/// Most unknowns of a movement.
+pub const MOVEMENT_MAX: usize = 2 * DEGREES_MAX;
+const _: () = assert!(DEGREES_MAX * LIST_MAX <= NEIGHBOURS_MAX * CHANNELS_MAX);
 
-/// A vector of which the first `size` elements count.
-pub type Vector = [f32; UNKNOWNS_MAX];
+/// How many degrees of phase and amplitude.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Degrees {
+    /// Degrees of the phase, from the first on.
+    pub phase: usize,
+    /// Degrees of the amplitude.
+    pub amplitude: usize,
+}
 
-/// A vector for every channel: one row for each unknown.
-pub type Rows = [Values; UNKNOWNS_MAX];
+impl Degrees {
+    /// A frequency, and nothing that moves.
+    pub const STEADY: Self = Self {
+        phase: 1,
+        amplitude: 0,
+    };
 
-/// A normal matrix, and its Cholesky factor in its place.
+    /// Both.
+    pub fn count(self) -> usize {
+        self.phase + self.amplitude
+    }
+}
+
+/// Most degrees of the phase, or of the amplitude, that the blocks can tell apart.
+pub fn degrees_max(blocks: &Blocks) -> usize {
+    DEGREES_MAX.min(blocks.count().saturating_sub(2))
+}
+
+/// Normal equations: the phase's degrees, then the amplitude's.
 #[derive(Clone, Debug)]
 pub struct Normal {
-    /// How many unknowns there are.
-    pub size: usize,
-    /// Lower triangle; once factored the diagonal holds reciprocals.
-    pub lower: Matrix,
+    /// Information, in the lower triangle.
+    pub matrix: Square<MOVEMENT_MAX>,
+    /// Right side.
+    pub right: [f32; MOVEMENT_MAX],
+    /// What is asked for.
+    pub degrees: Degrees,
 }
 
-impl Normal {
-    /// An empty matrix of `size` unknowns, at most [`UNKNOWNS_MAX`].
-    #[inline(always)]
-    pub const fn new(size: usize) -> Self {
-        Self {
-            size: if size < UNKNOWNS_MAX {
-                size
-            } else {
-                UNKNOWNS_MAX
-            },
-            lower: [[0.0; UNKNOWNS_MAX]; UNKNOWNS_MAX],
-        }
-    }
+/// The tone by the noise's weights.
+///
+/// What the tone gains by its amplitude are its own lines; by its phase it gains each line times its
+/// number, a quarter of a turn behind.
+struct Weighted {
+    /// Products of the lines' weighted coefficients with those of all unknowns.
+    fitted: OfModel,
+    /// Products of the channels with the gain by the phase, in each block.
+    phases: [f32; BLOCKS_MAX],
+    /// Products with the gain by the amplitude.
+    amplitudes: [f32; BLOCKS_MAX],
+}
 
-    /// Replaces the matrix by its factor, for as many unknowns, from the first on, as f32 can
-    /// separate: `size` is then their number. A pivot must be more than a millionth of its diagonal
-    /// element, and all of these shares' product more than `product_min`.
-    pub fn factor(&mut self, product_min: f32) {
-        let mut product = 1.0;
-        for i in 0..self.size.min(UNKNOWNS_MAX) {
-            let (above, below) = self.lower.split_at_mut(i);
-            let Some(row) = below.first_mut() else { return };
-            for (j, other) in (0..UNKNOWNS_MAX).zip(above.iter()) {
-                row[j] = (row[j] - dot(&row[..j], &other[..j])) * other[j];
-            }
-            let pivot = row[i] - dot(&row[..i], &row[..i]);
-            product *= pivot / row[i];
-            if !(pivot > 1e-6 * row[i] && product > product_min) {
-                self.size = i;
-                return;
-            }
-            row[i] = 1.0 / libm::sqrtf(pivot);
-        }
-    }
-
-    /// Forward substitution of one right-hand side, in place. The product of two such is that of
-    /// the one's solution with the other's right-hand side.
+impl Weighted {
     #[inline(never)]
-    pub fn forward(&self, x: &mut Vector) {
-        for (i, row) in self.lower.iter().enumerate().take(self.size) {
-            x[i] = (x[i] - dot(&row[..i], &x[..i])) * row[i];
-        }
-    }
-
-    /// The same for the first `width` channels; behind them there are zeros.
-    pub fn forward_rows(&self, x: &mut Rows, width: usize) {
-        for (i, row) in self.lower.iter().enumerate().take(self.size) {
-            let (known, unknown) = x.split_at_mut(i);
-            let Some(first) = unknown.first_mut() else {
-                return;
-            };
-            subtract(first, known, row, row[i], width);
-        }
-    }
-
-    /// Back substitution, for the first `width` channels: the solution.
-    pub fn backward_rows(&self, x: &mut Rows, width: usize) {
-        let size = self.size.min(UNKNOWNS_MAX);
-        for i in (0..size).rev() {
-            let (unknown, known) = x.split_at_mut(i + 1);
-            let Some(last) = unknown.last_mut() else {
-                return;
-            };
-            let mut factors = [0.0; UNKNOWNS_MAX];
-            let below = self.lower.iter().take(size).skip(i + 1);
-            factors
-                .iter_mut()
-                .zip(below)
-                .for_each(|(factor, row)| *factor = row[i]);
-            subtract(
-                last,
-                known.get(..size - i - 1).unwrap_or_default(),
-                &factors,
-                self.lower[i][i],
-                width,
-            );
-        }
-    }
-}
-
-/// Subtracts rows times factors from the first `width` channels of another, and multiplies these by
-/// `scale`. By fours, which stay in registers: what is behind the channels should be zeros.
-#[inline(never)]
-pub fn subtract(from: &mut Values, rows: &[Values], factors: &[f32], scale: f32, width: usize) {
-    for (i, four) in from
-        .as_chunks_mut::<4>()
-        .0
-        .iter_mut()
-        .enumerate()
-        .take(width.div_ceil(4))
-    {
-        let mut left = *four;
-        for (row, factor) in rows.iter().zip(factors) {
-            let row = &row.as_chunks::<4>().0[i % (CHANNELS_MAX / 4)];
-            left.iter_mut()
-                .zip(row)
-                .for_each(|(left, value)| *left -= factor * value);
-        }
-        *four = left.map(|left| left * scale);
-    }
-}
-
-/// Sum of the products of two vectors, as far as both go.
-#[inline(always)]
-pub fn dot(a: &[f32], b: &[f32]) -> f32 {
-    let mut sum = 0.0;
-    for (a, b) in a.iter().zip(b) {
-        sum += a * b;
-    }
-    sum
-}
-
-/// The same of all channels, for steps that are seldom taken.
-// Not inlined: each copy is a loop of sixteen, unrolled.
-#[inline(never)]
-pub fn channels_dot(a: &Values, b: &Values) -> f32 {
-    dot(a, b)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn solves_what_it_is_given() {
-        let mut a = [[0.0; UNKNOWNS_MAX]; UNKNOWNS_MAX];
-        let mut b = [[0.0; CHANNELS_MAX]; UNKNOWNS_MAX];
-        let x = |i: usize, c: usize| [1.0, -2.0, 3.0][i] * (c as f32 + 1.0);
-        let m = [[4.0, 1.0, 0.5], [1.0, 3.0, -1.0], [0.5, -1.0, 5.0]];
-        for i in 0..3 {
-            for j in 0..3 {
-                a[i][j] = m[i][j];
-                for c in 0..CHANNELS_MAX {
-                    b[i][c] += m[i][j] * x(j, c);
+    fn new(blocks: &Blocks, solution: &Solution, weights: &Square<CHANNELS_MAX>) -> Self {
+        let mut weighted = Self {
+            fitted: [[0.0; UNKNOWNS_MAX]; LINE_FUNCTIONS],
+            phases: [0.0; BLOCKS_MAX],
+            amplitudes: [0.0; BLOCKS_MAX],
+        };
+        let unknowns = solution.shape.unknowns();
+        let pairs = solution.lines().as_chunks::<2>().0;
+        for (i, (line, pair)) in solution.shape.lines.iter().zip(pairs).enumerate() {
+            for (r, coefficients) in pair.iter().enumerate() {
+                let own: Values = core::array::from_fn(|k| dot(&weights[k], coefficients));
+                let fitted = weighted.fitted[2 * i + r].iter_mut();
+                for (product, row) in fitted.zip(&solution.rows).take(unknowns) {
+                    *product = dot(row, &own);
+                }
+                let number = if r == 0 { -(line as f32) } else { line as f32 };
+                for b in 0..blocks.count() {
+                    let products = blocks.line(b, line);
+                    weighted.phases[b] += number * dot(products[1 - r], &own);
+                    weighted.amplitudes[b] += dot(products[r], &own);
                 }
             }
         }
-        let mut normal = Normal { size: 3, lower: a };
-        normal.factor(1e-9);
-        assert_eq!(normal.size, 3);
-        let mut alone: Vector = core::array::from_fn(|i| b[i][7]);
-        normal.forward(&mut alone);
-        normal.forward_rows(&mut b, CHANNELS_MAX);
-        for i in 0..3 {
-            assert_eq!(alone[i], b[i][7]);
-        }
-        normal.backward_rows(&mut b, CHANNELS_MAX);
-        for i in 0..3 {
-            for c in 0..CHANNELS_MAX {
-                assert!((b[i][c] - x(i, c)).abs() < 2e-6 * x(i, c).abs(), "{i} {c}");
+        weighted
+    }
+
+    /// Products of the lines' coefficients with rows.
+    fn weigh(&self, rows: &OfModel, shape: &Shape, weighed: &mut OfModel) {
+        let (first, unknowns) = (shape.first_line(), shape.unknowns());
+        for (own, weights) in weighed.iter_mut().zip(&self.fitted).take(unknowns - first) {
+            own.fill(0.0);
+            for (row, weight) in rows.iter().zip(&weights[first..unknowns]) {
+                let pairs = own.iter_mut().zip(row).take(unknowns);
+                pairs.for_each(|(sum, x)| *sum += weight * x);
             }
         }
     }
 
-    #[test]
-    fn refuses_a_singular_matrix() {
-        let mut a = [[0.0; UNKNOWNS_MAX]; UNKNOWNS_MAX];
-        a[0][0] = 1.0;
-        a[1][0] = 1.0;
-        a[0][1] = 1.0;
-        a[1][1] = 1.0;
-        let size = |size, lower| {
-            let mut normal = Normal { size, lower };
-            normal.factor(1e-9);
-            normal.size
-        };
-        assert_eq!(size(2, a), 1);
-        assert_eq!(size(1, [[0.0; UNKNOWNS_MAX]; UNKNOWNS_MAX]), 0);
-        a[0][0] = f32::NAN;
-        assert_eq!(size(2, a), 0);
+    /// Products of the lines' coefficients.
+    fn power(&self, first: usize) -> OfLines {
+        self.fitted.map(|row| {
+            let mut power = [0.0; LINE_FUNCTIONS];
+            let columns = row[first..].iter();
+            power
+                .iter_mut()
+                .zip(columns)
+                .for_each(|(place, x)| *place = *x);
+            power
+        })
     }
+}
+
+/// What information is between.
+#[derive(Clone, Copy)]
+enum Kind {
+    Phases,
+    Both,
+    Amplitudes,
+}
+
+/// Turns pairs of rows: those of the amplitude's gain become those of the phase's.
+fn turn_rows<const N: usize>(rows: &mut [[f32; N]; LINE_FUNCTIONS], lines: Lines) {
+    for ([one, other], line) in rows.as_chunks_mut::<2>().0.iter_mut().zip(lines.iter()) {
+        let number = line as f32;
+        for (cos, sin) in one.iter_mut().zip(other) {
+            (*cos, *sin) = (number * *sin, -number * *cos);
+        }
+    }
+}
+
+impl Normal {
+    /// No equations; all zeros.
+    pub const NONE: Self = Self {
+        matrix: [[0.0; MOVEMENT_MAX]; MOVEMENT_MAX],
+        right: [0.0; MOVEMENT_MAX],
+        degrees: Degrees {
+            phase: 0,
+            amplitude: 0,
+        },
+    };
+
+    /// Makes the equations of a movement beside a solution, with memory for a list of each degree.
+    #[inline(never)]
+    pub fn make(
+        &mut self,
+        blocks: &Blocks,
+        solution: &Solution,
+        weights: &Square<CHANNELS_MAX>,
+        memory: &mut [f32],
+    ) {
+        let weighted = Weighted::new(blocks, solution, weights);
+        let count = self.degrees.count();
+        for row in self.matrix.iter_mut().take(count) {
+            row[..count].fill(0.0);
+        }
+        self.inform_all(blocks, solution, &weighted);
+        self.gather(blocks, solution, &weighted, memory);
+        self.project(solution, &weighted, memory);
+    }
+
+    /// Adds all information.
+    #[inline(never)]
+    fn inform_all(&mut self, blocks: &Blocks, solution: &Solution, weighted: &Weighted) {
+        let lines = solution.shape.lines;
+        let mut power = weighted.power(solution.shape.first_line());
+        // Steps of the phase need nothing of the amplitude.
+        let has_amplitude = self.degrees.amplitude > 0;
+        if has_amplitude {
+            self.inform(blocks, lines, Kind::Amplitudes, &power);
+        }
+        turn_rows(&mut power, lines);
+        if has_amplitude {
+            self.inform(blocks, lines, Kind::Both, &power);
+        }
+        for row in &mut power {
+            for (pair, line) in row.as_chunks_mut::<2>().0.iter_mut().zip(lines.iter()) {
+                let number = line as f32;
+                *pair = [number * pair[1], -number * pair[0]];
+            }
+        }
+        self.inform(blocks, lines, Kind::Phases, &power);
+    }
+
+    /// Adds the information of all blocks, between phases, between phase and amplitude, or between
+    /// amplitudes.
+    fn inform(&mut self, blocks: &Blocks, lines: Lines, kind: Kind, power: &OfLines) {
+        let Degrees { phase, amplitude } = self.degrees;
+        let (rows, columns) = match kind {
+            Kind::Phases => (0..phase, 0..phase),
+            Kind::Both => (phase..phase + amplitude, 0..phase),
+            Kind::Amplitudes => (phase..phase + amplitude, phase..phase + amplitude),
+        };
+        let by_wave = by_wave(power, 0, lines);
+        for b in 0..blocks.count() {
+            let waves = by_wave.iter().enumerate().take(2 * lines.most() + 1);
+            let information = waves
+                .map(|(m, [cos, sin])| {
+                    let wave = blocks.wave(b, m);
+                    cos * wave[0] + sin * wave[1]
+                })
+                .sum::<f32>();
+            let mut p = [1.0; DEGREES_MAX + 1];
+            fill_legendre(blocks.middle(b), &mut p[..=phase.max(amplitude)]);
+            let polynomial = |i: usize| {
+                if i < phase {
+                    p[i + 1]
+                } else {
+                    p[i - phase + 1]
+                }
+            };
+            for i in rows.clone() {
+                let weight = information * polynomial(i);
+                for j in columns.start..columns.end.min(i + 1) {
+                    self.matrix[i][j] += weight * polynomial(j);
+                }
+            }
+        }
+    }
+
+    /// The right side, and a list of the totals of each polynomial.
+    #[inline(never)]
+    fn gather(
+        &mut self,
+        blocks: &Blocks,
+        solution: &Solution,
+        weighted: &Weighted,
+        memory: &mut [f32],
+    ) {
+        let shape = &solution.shape;
+        let Degrees { phase, amplitude } = self.degrees;
+        // Polynomials of the degree before and of this one in the middles of the blocks.
+        let (mut before, mut by_block) = ([0.0; BLOCKS_MAX], [1.0; BLOCKS_MAX]);
+        let lists = memory.chunks_exact_mut(list_len(shape));
+        for (k, list) in lists.enumerate().take(phase.max(amplitude)) {
+            for (b, (last, p)) in before.iter_mut().zip(&mut by_block).enumerate() {
+                let next = legendre_after(k, blocks.middle(b), [*last, *p]);
+                (*last, *p) = (*p, next);
+            }
+            blocks.totals(shape, &by_block).list(shape, list);
+            if k < phase {
+                self.right[k] = product(&by_block, &weighted.phases);
+            }
+            if k < amplitude {
+                self.right[phase + k] = product(&by_block, &weighted.amplitudes);
+            }
+        }
+    }
+
+    /// Takes out what the model explains.
+    #[inline(never)]
+    fn project(&mut self, solution: &Solution, weighted: &Weighted, memory: &[f32]) {
+        let shape = &solution.shape;
+        let Degrees { phase, amplitude } = self.degrees;
+        let lists = memory.chunks_exact(list_len(shape));
+        let mut list = [0.0; LIST_MAX];
+        let mut rows = weighted.fitted;
+        if amplitude > 0 {
+            fold(shape, &rows, &mut list);
+            let pairs = self.right[phase..].iter_mut().zip(lists.clone());
+            pairs
+                .take(amplitude)
+                .for_each(|(right, own)| *right -= product(own, &list));
+        }
+        turn_rows(&mut rows, shape.lines);
+        fold(shape, &rows, &mut list);
+        let pairs = self.right.iter_mut().zip(lists.clone());
+        pairs
+            .take(phase)
+            .for_each(|(right, own)| *right -= product(own, &list));
+        let mut solved = [[0.0; UNKNOWNS_MAX]; LINE_FUNCTIONS];
+        for (l, own) in lists.clone().enumerate().take(phase.max(amplitude)) {
+            unfold(shape, own, &mut solved);
+            for row in solved.iter_mut().take(2 * shape.lines.count()) {
+                solution.factor().solve(row);
+            }
+            let later = |from: usize| lists.clone().enumerate().skip(from);
+            if l < amplitude {
+                weighted.weigh(&solved, shape, &mut rows);
+                fold(shape, &rows, &mut list);
+                for (k, other) in later(l).take(amplitude - l) {
+                    self.matrix[phase + k][phase + l] -= product(other, &list);
+                }
+            }
+            if l < phase {
+                // The transpose of a turn goes backwards.
+                turn_rows(&mut solved, shape.lines);
+                weighted.weigh(&solved, shape, &mut rows);
+                if amplitude > 0 {
+                    fold(shape, &rows, &mut list);
+                    for (k, other) in later(0).take(amplitude) {
+                        self.matrix[phase + k][l] += product(other, &list);
+                    }
+                }
+                turn_rows(&mut rows, shape.lines);
+                fold(shape, &rows, &mut list);
+                for (k, other) in later(l).take(phase - l) {
+                    self.matrix[k][l] += product(other, &list);
+                }
+            }
+        }
+    }
+}
+
+fn product(one: &[f32], other: &[f32]) -> f32 {
+    one.iter().zip(other).map(|(x, y)| x * y).sum()
+}
+
+fn dot(one: &Values, other: &Values) -> f32 {
+    one.iter().zip(other).map(|(x, y)| x * y).sum()
 }

@@ -34,6 +34,17 @@ pub fn cos_sin(phase: u32) -> (f32, f32) {
     }
 }
 
+/// Fills in cosine and sine of the multiples 0, 1, 2... of a phase.
+pub(crate) fn fill_powers(phase: u32, powers: &mut [[f32; 2]]) {
+    let (cos, sin) = cos_sin(phase);
+    let mut power = [1.0, 0.0];
+    for place in powers {
+        *place = power;
+        let [c, s] = power;
+        power = [c * cos - s * sin, s * cos + c * sin];
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

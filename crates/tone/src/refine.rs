@@ -1,405 +1,120 @@
-//! Refines a candidate: Gauss-Newton steps lead to the maximum of its likelihood, which also
-//! chooses the shape of the model (the number of harmonics, and whether the baseline is curved).
+//! Gauss-Newton steps to the optimum of the phase: its frequency, and where it moves more degrees.
 
-use crate::blocks::{Blocks, Lines};
-use crate::frame_span::FrameSpan;
-use crate::limits::{BLOCKS_MAX, CHANNELS_MAX, CURVES_MAX, LINES_MAX};
-use crate::other_lines::HALF_CYCLES;
-use crate::significance::ln;
-use crate::solve::{Equations, Shape, Solution};
-use crate::source::{Overwritten, Values};
-use crate::statistics::{Channels, Statistics};
-use core::f32::consts::PI;
+use crate::blocks::Blocks;
+use crate::covariance::Samples;
+use crate::limits::MOVES_MAX;
+use crate::lines::Lines;
+use crate::matrix::Factor;
+use crate::normal::Degrees;
+use crate::phase_course::Course;
+use crate::solve::Shape;
+use crate::statistics::Products;
+use crate::work::Work;
 
-/// Longest step in `nu`, half a bin of a periodogram: further away the slope of the likelihood
-/// misleads.
-const STEP_MAX: f32 = 0.25;
-/// The blocks' sums hold near the frequency at which they were collected. Greatest share of the
-/// residuals that may come from the distance to it.
-const MOVED_SHARE: f32 = 0.005;
-/// The shape is chosen again after a step that moves the highest harmonic by more than this, in
-/// `nu`.
-const LONG_STEP: f32 = 0.1;
-/// The same in windows of fewer than [`CYCLES_FEW`] cycles, where a curve can stand for a harmonic
-/// and the shape changes often.
-const LONG_STEP_FEW: f32 = 0.004;
-const CYCLES_FEW: f32 = 3.0;
-/// Steps in such windows whose expected gain is not used yet: the shape still changes.
-const STEPS_FEW: usize = 2;
-/// With at least this number of cycles a step's error grows with its cube. With fewer, the waves
-/// correlate with the baseline.
-const CYCLES_CUBIC: f32 = 2.0;
-/// Cycles that each curve of the baseline adds to it.
-const CYCLES_CURVE: f32 = 0.5;
-/// Normal deviate within which residuals are noise alone.
-const NOISE_DEVIATE: f32 = 3.5;
-/// A step removes at most this share of the residuals: 60 dB.
-const TAKEN_MAX: f32 = 1.0 - 1e-6;
-/// A refinement gains at most this multiple of the gain that a step expects, and this score more.
-const SURE_GAINS: f32 = 2.0;
-const SURE_SCORE: f32 = 30.0;
-/// Bounds of the secant's slope: the change of the solution's step from one frequency to the next,
-/// over the distance between them, with the sign reversed. It is 1 where the steps converge at
-/// once.
-const SLOPE_MIN: f32 = 0.25;
-const SLOPE_MAX: f32 = 3.0;
-/// Smallest change of `nu` that f32 resolves well, as a share of it.
-const STEP_SHARE_MIN: f32 = 1e-6;
+/// Added to the information, as a share of it.
+const DAMPING: f32 = 1e-6;
+/// Fewest cycles of the unit line.
+const CYCLES_LEAST: f32 = 0.4;
 
-/// A model of a window's content.
+/// What the steps need beside the blocks.
+pub struct Refinement<'r> {
+    /// Products of all channels.
+    pub all: &'r Products,
+    /// Number of channels.
+    pub width: usize,
+    /// Frames that count.
+    pub frames: f32,
+    /// Most harmonics.
+    pub harmonics: usize,
+    /// Whether channels may share noise.
+    pub may_share: bool,
+    /// Cycles a window of half the frame rate.
+    pub cycles_max: f32,
+}
+
+/// What is refined.
 #[derive(Clone, Copy, Debug)]
-pub struct Model {
+pub struct Steps {
+    /// Lines and baseline.
     pub shape: Shape,
-    /// Log-likelihood less a penalty for each unknown (Schwarz's criterion).
-    pub score: f32,
+    /// Most steps.
+    pub most: usize,
+    /// Degrees of the phase.
+    pub degrees: usize,
+    /// A step of less than this many sigmas is the last.
+    pub last: f32,
+    /// What the channels' noise is known from.
+    pub noise: Known,
 }
 
-/// Smallest sums of squares of residuals: a rounding's, by channel of the pass.
-pub fn least_squares(statistics: &Statistics, channels: &Channels) -> Values {
-    let step = statistics.quantization_step;
-    let mut least = [0.0; CHANNELS_MAX];
-    for (least, c) in least.iter_mut().zip(channels.list()) {
-        let step = step * statistics.scale[*c as usize % CHANNELS_MAX];
-        *least = step * step / 12.0 * statistics.frames as f32;
-    }
-    least
+/// What the channels' noise is known from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Known {
+    /// The residuals beside the lines, at the first step.
+    Residuals,
+    /// An inverse covariance that is there already.
+    Weights,
 }
 
-/// The log-likelihood of `width` channels, by the product of their residuals' shares of the
-/// squares, less the penalty for the unknowns of each; `frames` and their logarithm.
-pub fn likelihood(
-    (frames, ln_frames): (f32, f32),
-    width: usize,
-    product: f32,
-    unknowns: usize,
-) -> f32 {
-    -0.5 * (frames - unknowns as f32).max(0.0) * ln(product)
-        - 0.5 * ln_frames * unknowns as f32 * width as f32
-}
-
-/// The same of residuals.
-fn score(
-    equations: &Equations,
-    ln_frames: f32,
-    residuals: &Values,
-    least: &Values,
-    unknowns: usize,
-) -> f32 {
-    let (frames, width) = ((equations.frames, ln_frames), equations.width());
-    let mut sum = 0.0;
-    // One logarithm for four: a residual is no less than a millionth of its squares, so f32 holds
-    // their product.
-    for first in (0..width).step_by(4) {
-        let last = (first + 4).min(width);
-        let mut product = 1.0;
-        for c in first..last {
-            let residual = if residuals[c] > least[c] {
-                residuals[c]
-            } else {
-                least[c]
-            };
-            product *= residual / equations.squares()[c];
-        }
-        sum += likelihood(frames, last - first, product, unknowns);
-    }
-    sum
-}
-
-/// The likeliest model at a frequency, and the likeliest without a tone.
-#[inline(never)]
-fn choose(
-    equations: &mut Equations,
-    least: &Values,
-    lines: &Lines,
-    curved: bool,
-) -> (Option<Model>, Model) {
-    let none = Model {
-        shape: Shape::default(),
-        score: f32::NEG_INFINITY,
-    };
-    let (mut best, mut baseline) = (None, none);
-    let curves = if curved { CURVES_MAX } else { 0 };
-    let ln_frames = ln(equations.frames);
-    let shape = Shape {
-        harmonics: lines.harmonics,
-        curves,
-        interferer: lines.interferer.is_some(),
-    };
-    equations.residuals(shape, &mut |equations, shape, residuals| {
-        let model = Model {
-            shape,
-            score: score(equations, ln_frames, residuals, least, shape.unknowns()),
-        };
-        if shape.harmonics == 0 {
-            if model.score > baseline.score {
-                baseline = model;
-            }
-        } else if best.is_none_or(|best: Model| model.score > best.score) {
-            best = Some(model);
-        }
-    });
-    (best, baseline)
-}
-
-/// Where a refinement ends.
-#[derive(Clone, Copy, Debug)]
-pub struct Summit {
-    pub nu: f32,
-    pub model: Model,
-    /// The likeliest model without a tone.
-    pub baseline: Model,
-    /// The strongest harmonic, 1 the fundamental.
-    pub strongest: usize,
-    /// The part of its score that its unknowns take.
-    pub penalty: f32,
-    /// Power of the residuals over the noise of the frames' third differences, in most channels.
-    pub noise_ratio: f32,
-    /// The residuals are no more than that noise.
-    pub explains_all: bool,
-    /// Power of the residuals over the tone's.
-    pub remainder: f32,
-}
-
-/// Share of the residuals that the solution's step takes.
-fn taken(solution: &Solution) -> f32 {
-    let samples = solution.frames * solution.width as f32;
-    (solution.step * solution.step * solution.information / samples).min(TAKEN_MAX)
-}
-
-/// Power of the residuals over the noise in most channels, and whether they are noise alone in all.
-fn noise_ratio(statistics: &Statistics, channels: &Channels, solution: &Solution) -> (f32, bool) {
-    let (ratio, of_most, known) = solution.noise_ratio(statistics, channels);
-    // Of the residuals and of third differences, a quarter as many but each of four frames.
-    let sigma = libm::sqrtf(4.0 / (solution.frames * known));
-    (
-        of_most,
-        known > 0.0 && ratio * (1.0 - taken(solution)) < 1.0 + NOISE_DEVIATE * sigma,
-    )
-}
-
-/// How far to refine.
-#[derive(Clone, Copy, Debug)]
-pub struct Limits {
-    /// Most blocks.
-    pub blocks: usize,
-    /// Gauss-Newton steps.
-    pub steps: usize,
-    /// Error that may be left, standard deviations.
-    pub sigmas: f32,
-    /// A refinement that will not come to this score is given up.
-    pub score: f32,
-    /// Without curves.
-    pub is_straight: bool,
-    /// With harmonics above half the frame rate, by their images.
-    pub images: bool,
-}
-
-impl Limits {
-    /// For a candidate. Eight blocks leave the memory of the window's pieces untouched.
-    pub const CANDIDATE: Self = Self {
-        blocks: 8,
-        steps: 5,
-        sigmas: 0.5,
-        score: f32::NEG_INFINITY,
-        is_straight: false,
-        images: false,
-    };
-    /// For the result.
-    pub const RESULT: Self = Self {
-        blocks: BLOCKS_MAX,
-        steps: 8,
-        sigmas: 0.02,
-        score: f32::NEG_INFINITY,
-        is_straight: false,
-        images: true,
-    };
-}
-
-/// The error of a step. It grows with the cube of the angle by which the step turns the ends of the
-/// window (the waves' third-order terms); that of a secant grows with the slope's distance from 1.
-/// The weights follow the residuals: that moves the maximum by the step's share in the degrees of
-/// freedom.
-fn remainder(solution: &Solution, step: f32, slope: Option<f32>, nu_max: f32) -> f32 {
-    let harmonics = solution.shape.harmonics as f32;
-    let angle = 2.0 * PI * harmonics * step;
-    let few = CYCLES_CUBIC + CYCLES_CURVE * solution.shape.curves as f32;
-    // As close to half the frame rate the waves correlate with their own images.
-    let below = harmonics.min((nu_max / solution.nu) as u32 as f32);
-    let is_close = 2.0 * solution.nu < few || 2.0 * (nu_max - below * solution.nu) < CYCLES_CUBIC;
-    if is_close || angle.abs() > 1.0 {
-        return match slope {
-            Some(slope) => step.abs() * (0.1 + (1.0 - slope).abs()),
-            None => step.abs(),
-        };
-    }
-    let freedom = (solution.frames - solution.shape.unknowns() as f32 - 8.0).max(1.0);
-    step.abs() * (0.1 * angle * angle + 2.5 / freedom)
-}
-
-/// How far the highest harmonic may move from the frequency at which its blocks were collected, in
-/// `nu`. The phase at a block's ends is then off by this distance times half the block's length. A
-/// third of that phase's square, times the tone's power, is left in the residuals.
-fn move_max(solution: &Solution, blocks: usize) -> f32 {
-    let samples = solution.frames * solution.width as f32;
-    let power = solution.power.iter().sum::<f32>() / samples;
-    blocks as f32 / (2.0 * PI) * libm::sqrtf(3.0 * MOVED_SHARE / power.max(1.0))
-}
-
-/// A window, and memory.
-pub struct Refinement<'c, 's> {
-    pub span: &'c mut FrameSpan<'s>,
-    pub statistics: &'c Statistics,
-    pub blocks: &'c mut Blocks,
-    pub equations: &'c mut Equations,
-}
-
-impl Refinement<'_, '_> {
-    fn collect(
-        &mut self,
-        channels: &Channels,
-        lines: &Lines,
-        nu: f32,
-        limits: &Limits,
-    ) -> Result<(), Overwritten> {
-        // An interferer takes the place of a harmonic.
-        let most = lines
-            .harmonics
-            .min(LINES_MAX - lines.interferer.is_some() as usize);
-        let harmonics = self.span.harmonics_apart(nu, most, limits.images);
-        // Only a result's blocks have it.
-        self.blocks.half_line = limits.blocks == BLOCKS_MAX
-            && lines.harmonics > 1
-            && nu >= HALF_CYCLES
-            && self.span.is_in_time();
-        let lines = Lines {
-            nu,
-            harmonics,
-            ..*lines
-        };
-        self.blocks
-            .collect(self.span, self.statistics, channels, lines, limits.blocks)
+impl Refinement<'_> {
+    /// The harmonics of a fundamental that are clear of half the frame rate.
+    pub fn lines(&self, cycles: f32) -> Lines {
+        let is_clear = |line: &usize| *line as f32 * cycles < self.cycles_max - 0.5;
+        let most = (1..=self.harmonics).take_while(is_clear).count();
+        Lines::up_to(most.max(1))
     }
 
-    /// The solution at the end of the latest refinement: it is one step behind.
-    pub fn solve_again(&mut self, channels: &Channels, summit: &Summit) {
-        let shape = summit.model.shape;
-        self.equations
-            .collect(self.blocks, summit.nu, shape.curves > 0);
-        // It had one a small step before.
-        let _ = self
-            .equations
-            .solve(shape, &least_squares(self.statistics, channels));
-    }
-
-    /// Gauss-Newton steps from the fundamental of `lines`. Leaves the solution. None if there is no
-    /// tone that can be separated from the baseline, or none that is likely enough.
+    /// Steps of `course`, to which the blocks are turned.
     #[inline(never)]
-    pub fn refine(
-        &mut self,
-        channels: &Channels,
-        lines: &Lines,
-        limits: &Limits,
-    ) -> Result<Option<Summit>, Overwritten> {
-        let least = least_squares(self.statistics, channels);
-        let nu_max = self.span.nu_max();
-        let mut nu = lines.nu;
-        self.collect(channels, lines, nu, limits)?;
-        let mut chosen: Option<(Shape, Model)> = None;
-        let (mut most, mut last) = (0.0, None);
-        for step in 0..limits.steps {
-            if (nu - self.blocks.lines.nu).abs() * self.blocks.lines.harmonics as f32 > most {
-                self.collect(channels, lines, nu, limits)?;
-                // On the way an image may have come too close to another line.
-                chosen = chosen.filter(|(shape, _)| shape.harmonics <= self.blocks.lines.harmonics);
+    pub fn refine(&self, blocks: &mut Blocks, course: &mut Course, steps: Steps, work: &mut Work) {
+        let n = steps.degrees.min(MOVES_MAX);
+        for number in 0..steps.most {
+            work.solution.project(blocks, steps.shape);
+            if number == 0 && steps.noise == Known::Residuals {
+                self.weigh(work);
             }
-            // The shape is chosen where the refinement begins, and anew behind a long step.
-            let curved = !limits.is_straight
-                && self.span.is_in_time()
-                && chosen.is_none_or(|(shape, _)| shape.curves > 0);
-            let equations = &mut *self.equations;
-            equations.collect(self.blocks, nu, curved);
-            let (shape, baseline) = match chosen {
-                Some(chosen) => chosen,
-                None => match choose(equations, &least, &self.blocks.lines, curved) {
-                    (Some(model), baseline) => (model.shape, baseline),
-                    (None, _) => return Ok(None),
-                },
+            work.solution.solve();
+            let normal = &mut work.normal;
+            normal.degrees = Degrees {
+                phase: n,
+                amplitude: 0,
             };
-            if equations.solve(shape, &least).is_none() {
-                return Ok(None);
+            let memory = work.memory.as_flattened_mut();
+            normal.make(blocks, &work.solution, &work.weights, memory);
+            let mut information = [0.0; MOVES_MAX];
+            for i in 0..n {
+                information[i] = normal.matrix[i][i];
+                normal.matrix[i][i] += DAMPING * information[i] + f32::MIN_POSITIVE;
             }
-            let (solution, ln_frames) = (&equations.solution, ln(equations.frames));
-            let score = score(
-                equations,
-                ln_frames,
-                &solution.residual_squares,
-                &least,
-                shape.unknowns(),
-            );
-            let expected =
-                -0.5 * solution.frames * solution.width as f32 * ln(1.0 - taken(solution));
-            // Where the shape changes on the way, the first steps promise too little.
-            let is_known = 2.0 * nu >= CYCLES_FEW || step >= STEPS_FEW;
-            if is_known && score + SURE_GAINS * expected + SURE_SCORE < limits.score {
-                return Ok(None);
+            Factor::new(&mut normal.matrix, n).solve(&mut normal.right);
+            let step = &mut normal.right[..n];
+            let largest = step.iter().map(|x| x.abs()).fold(0.0, f32::max);
+            if !largest.is_finite() {
+                return;
             }
-            // Along a path a block's frames are not spread evenly about its centre; the last step
-            // is that of the frames then.
-            most = move_max(solution, self.blocks.count);
-            // A step should take itself back: where it does less, as in few cycles, the secant
-            // leads further.
-            let slope = match last {
-                Some((at, step, of)) if of == shape => Some((step - solution.step) / (nu - at)),
-                _ => None,
-            };
-            let slope = slope.map(|slope: f32| slope.clamp(SLOPE_MIN, SLOPE_MAX));
-            last = Some((nu, solution.step, shape));
-            let change = (solution.step / slope.unwrap_or(1.0)).clamp(-STEP_MAX, STEP_MAX);
-            let next = (nu + change).min(nu_max).max(0.15);
-            let tolerance = limits.sigmas / libm::sqrtf(solution.information);
-            let is_tiny = change.abs() < STEP_SHARE_MIN * nu;
-            if step + 1 < limits.steps
-                && !is_tiny
-                && remainder(solution, change, slope, nu_max) > tolerance
-            {
-                let long = if 2.0 * nu < CYCLES_FEW {
-                    LONG_STEP_FEW
-                } else {
-                    LONG_STEP
-                };
-                let is_long = change.abs() * shape.harmonics as f32 > long;
-                chosen = if is_long {
-                    None
-                } else {
-                    Some((shape, baseline))
-                };
-                nu = next;
-                continue;
+            let scale = 1.0 / largest.max(1.0);
+            step.iter_mut().for_each(|x| *x *= scale);
+            let before = *course;
+            course.step(step);
+            course.cycles = course.cycles.clamp(CYCLES_LEAST, self.cycles_max);
+            blocks.turn(&before, course);
+            let mut sizes = step.iter().zip(&information);
+            if sizes.all(|(step, x)| step.abs() * libm::sqrtf(x.max(0.0)) < steps.last) {
+                return;
             }
-            // What remains is less than the tolerance: the solution is that at `nu`, its frequency
-            // one step ahead.
-            equations.solution.nu = next;
-            let power = &equations.solution.power;
-            let strongest = (0..power.len())
-                .fold(0, |most, h| if power[h] > power[most] { h } else { most })
-                + 1;
-            let (noise_ratio, explains_all) =
-                noise_ratio(self.statistics, channels, &equations.solution);
-            let unknowns = shape.unknowns() as f32 * equations.width() as f32;
-            return Ok(Some(Summit {
-                nu: next,
-                model: Model {
-                    shape,
-                    score: score + expected,
-                },
-                baseline,
-                strongest,
-                penalty: 0.5 * ln_frames * unknowns,
-                noise_ratio,
-                explains_all,
-                remainder: equations.solution.remainder(),
-            }));
         }
-        Ok(None)
+    }
+
+    /// Weighs the channels by the inverse covariance of what is left beside the projections.
+    #[inline(never)]
+    pub fn weigh(&self, work: &mut Work) {
+        work.weights = work.solution.residuals(self.all);
+        let samples = Samples {
+            width: self.width,
+            count: self.frames,
+            effective: self.frames,
+            may_share: self.may_share,
+        };
+        samples.invert(&mut work.weights, None);
     }
 }

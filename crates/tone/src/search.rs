@@ -1,149 +1,173 @@
-//! Finds candidates for the frequency of a window's tone. From three cycles on they are lines of a
-//! periodogram ([`lines`]); below four cycles they are maxima of a likelihood on a grid of
-//! frequencies ([`slow`]).
+//! Candidates: the highest peaks of Wilks' ratio of one line, in channels that are made white.
+//!
+//! S. S. Wilks, "Certain generalizations in the analysis of variance", Biometrika 24 (1932),
+//! 471-494.
 
-use crate::blocks::Blocks;
-use crate::frame_span::FrameSpan;
-use crate::grid::{Grid, Point};
-use crate::limits::CANDIDATES_MAX;
-use crate::solve::Solution;
-use crate::source::Overwritten;
-use crate::spectrum::Periodogram;
-use crate::statistics::{Channels, Statistics};
-use crate::waves::Waves;
-use heapless::Vec;
+use crate::data::Data;
+use crate::limits::CHANNELS_MAX;
+use crate::matrix::{Factor, Square, invert_lower};
+use crate::scene::Scene;
+use crate::spectrum::{Spectrum, Sums};
+use core::f32::consts::FRAC_1_SQRT_2 as ROOT_HALF;
+use core::ops::Range;
 
-/// The periodogram is searched from this number of cycles on.
-const PERIODOGRAM_CYCLES: f32 = 3.0;
-/// A candidate of the periodogram with fewer cycles than this is refined only if the grid is
-/// searched too, which then has a point there.
-const GRID_CYCLES: f32 = 3.4;
-/// Most candidates from the grid.
-const OF_GRID: usize = 4;
-/// A candidate of the grid is kept if its gain over a baseline is at least this share of the
-/// greatest gain,
-const GAIN_SHARE_MIN: f32 = 0.85;
-/// or at most this much less than the greatest gain, in units of the score.
-const SURE_GAIN: f32 = 25.0;
-/// A line closer than this to half the frame rate, in cycles, may be at half the frame rate.
-const NYQUIST_CYCLES: f32 = 2.0;
-/// The strongest line may be a harmonic of up to this order; 1 is the fundamental.
-const ORDERS: usize = 3;
+/// Peaks that are tried.
+pub const PEAKS: usize = 2;
+/// Most frames of a window, and most channels, that are all transformed.
+const FRAMES_FEW: u32 = 128;
+const CHANNELS_FEW: usize = 8;
+/// Fewest cycles of a peak.
+const CYCLES_PEAK: f32 = 0.5;
+/// Least of what a line leaves of a determinant.
+const LEFT_MIN: f32 = 1e-7;
 
-/// Frequencies, cycles per half window. Those of one function are sorted, the likeliest first.
-pub type Candidates = Vec<f32, CANDIDATES_MAX>;
-
-/// The strongest line within `reach` of an interferer's frequency, both in cycles per half window.
-#[inline(never)]
-pub fn interferer(
-    span: &mut FrameSpan,
-    statistics: &Statistics,
-    channels: &Channels,
-    (nu, reach): (f32, f32),
-    blocks: &mut Blocks,
-) -> Result<f32, Overwritten> {
-    let (power, points) = blocks.transform_memory();
-    let periodogram = Periodogram::new(span, statistics, channels.list(), None, points, power)?;
-    let from = (2.0 * (nu - reach)).max(1.0) * periodogram.bins_per_cycle;
-    let to = 2.0 * (nu + reach) * periodogram.bins_per_cycle;
-    periodogram
-        .power
-        .iter_mut()
-        .take(from as usize)
-        .for_each(|power| *power = 0.0);
-    periodogram
-        .power
-        .iter_mut()
-        .skip(to as usize + 2)
-        .for_each(|power| *power = 0.0);
-    let peak = periodogram
-        .strongest(1.0)
-        .map_or(nu, |peak| 0.5 * peak.cycles);
-    Ok(peak.min(nu + reach).max(nu - reach))
+/// A peak of the ratio.
+#[derive(Clone, Copy, Default)]
+struct Peak {
+    cycles: f32,
+    height: f32,
 }
 
-/// Candidates of the periodogram, less an interferer as `equations` have it: the strongest line,
-/// and the fundamentals of which it may be a harmonic.
+/// Peaks to try, cycles a window, the likeliest first and zeros where there are none; `all` are
+/// the products of the channels.
 #[inline(never)]
-pub fn lines(
-    span: &mut FrameSpan,
-    statistics: &Statistics,
-    channels: &Channels,
-    harmonics: usize,
-    interferer: Option<(f32, &Solution)>,
-    blocks: &mut Blocks,
-) -> Result<Candidates, Overwritten> {
-    let mut candidates = Candidates::new();
-    let (power, points) = blocks.transform_memory();
-    let list = Periodogram::channels(span, channels);
-    let mut waves =
-        interferer.map(|(nu, solution)| Waves::new(span, statistics, solution, (nu, None)));
-    let mut periodogram = Periodogram::new(span, statistics, list, waves.as_mut(), points, power)?;
-    if let Some((nu, _)) = interferer {
-        periodogram.blank(2.0 * nu);
+pub fn candidates(
+    data: &mut Data,
+    sums: Sums,
+    transforms: &mut [f32],
+    all: &Square<CHANNELS_MAX>,
+    scene: &Scene,
+) -> [f32; PEAKS] {
+    let unit = data.span.frequency(1.0);
+    let mut most = data.cycles_max() / data.frames_each() as f32 - 0.25;
+    let spectrum = whitened(data, sums, transforms, all, scene.may_share());
+    if scene.band.most > 0.0 {
+        // Overtones of a fundamental within the band are lines too.
+        most = most.min(scene.band.most / unit * f32::from(scene.harmonics()));
     }
-    let Some(peak) = periodogram.strongest(PERIODOGRAM_CYCLES) else {
-        return Ok(candidates);
-    };
-    let cycles = (1..=harmonics.min(ORDERS)).map(|order| peak.cycles / order as f32);
-    for cycles in cycles {
-        let _ = candidates.push(0.5 * cycles);
-    }
-    // The periodogram has no bin at half the frame rate. A line there shows in the bin beside it.
-    if 2.0 * span.nu_max() - peak.cycles < NYQUIST_CYCLES {
-        let _ = candidates.push(span.nu_max());
-    }
-    Ok(candidates)
+    let found = spectrum.map_or([Peak::default(); PEAKS], |spectrum| {
+        peaks(&spectrum, scene.band.least / unit, most)
+    });
+    found.map(|peak| peak.cycles)
 }
 
-/// Whether a candidate of the periodogram is one of the grid.
-pub fn is_slow(nu: f32) -> bool {
-    2.0 * nu < GRID_CYCLES
+/// The most likely line between two numbers of cycles a window.
+pub fn strongest(
+    data: &mut Data,
+    sums: Sums,
+    transforms: &mut [f32],
+    all: &Square<CHANNELS_MAX>,
+    band: Range<f32>,
+) -> Option<f32> {
+    let spectrum = whitened(data, sums, transforms, all, true);
+    let peak = spectrum.map(|spectrum| peaks(&spectrum, band.start, band.end)[0]);
+    peak.filter(|peak| peak.height > 0.0)
+        .map(|peak| peak.cycles)
 }
 
-/// Candidates below four cycles a window, from the window's pieces, which are in `blocks`. The grid
-/// also gets a point at each candidate of the periodogram (`lines`): without it the grid would miss
-/// a tone of many harmonics.
-// Not inlined: the grid leaves the stack.
-#[inline(never)]
-pub fn slow(
-    statistics: &Statistics,
-    channels: &Channels,
-    (harmonics, interferer, is_in_time): (usize, Option<f32>, bool),
-    blocks: &mut Blocks,
-    lines: &Candidates,
-) -> Candidates {
-    let (pieces, folded) = blocks.grid_memory(statistics.pieces);
-    let mut grid = Grid::empty(folded);
-    grid.fill(
-        pieces,
-        statistics,
-        channels,
-        (harmonics, interferer),
-        is_in_time,
-    );
-    let points = grid.points(lines.iter().copied().filter(|nu| is_slow(*nu)));
-    let mut found: Vec<Point, OF_GRID> = Vec::new();
-    for i in 0..points.len() {
-        let point = |i: usize| points.get(i).copied().unwrap_or_default();
-        let (before, this, after) = (point(i.wrapping_sub(1)), point(i), point(i + 1));
-        if !(this.score > before.score && this.score >= after.score && this.score > grid.baseline) {
-            continue;
+/// The spectrum of the channels that are made white. None if the window is too long.
+fn whitened<'m>(
+    data: &mut Data,
+    sums: Sums<'m>,
+    transforms: &'m mut [f32],
+    all: &Square<CHANNELS_MAX>,
+    may_share: bool,
+) -> Option<Spectrum<'m>> {
+    let (width, each) = (data.width(), data.frames_each());
+    let place = data.place;
+    let frames = data.count();
+    let mut spectrum = Spectrum::new(data, sums, transforms)?;
+    // Rows of the inverse of the factor make channels white. A long window has power enough for half
+    // as many: sums and differences of two.
+    let mut mixtures = [[0.0; CHANNELS_MAX]; CHANNELS_MAX];
+    if may_share {
+        for (k, mixture) in mixtures.iter_mut().enumerate().take(width) {
+            mixture[..=k].copy_from_slice(&all[k][..=k]);
         }
-        let mut next = grid.refine([before, this, after]);
-        for other in &mut found {
-            if other.score < next.score {
-                core::mem::swap(other, &mut next);
+        Factor::new(&mut mixtures, width);
+        invert_lower(&mut mixtures, width);
+    } else {
+        for (k, mixture) in mixtures.iter_mut().enumerate().take(width) {
+            mixture[k] = 1.0 / libm::sqrtf(all[k][k].max(f32::MIN_POSITIVE));
+        }
+    }
+    let (mut width, mut reach) = (width, 1);
+    if frames > FRAMES_FEW && width > CHANNELS_FEW {
+        (width, reach) = (width.div_ceil(2), 2);
+        for k in 0..width {
+            let [one, other] = [2 * k, (2 * k + 1) % CHANNELS_MAX].map(|k| mixtures[k]);
+            let sign = if k % 2 == 0 { ROOT_HALF } else { -ROOT_HALF };
+            mixtures[k] = core::array::from_fn(|i| ROOT_HALF * one[i] + sign * other[i]);
+        }
+    }
+    let weight = if may_share { 1.0 } else { 1.0 / width as f32 };
+    let mut first = 0;
+    while first < width {
+        let end = (first + spectrum.channels()).min(width);
+        spectrum.clear(end - first);
+        data.visit(|frame| {
+            let point = frame.point(&place, frames) / each as usize;
+            for (k, mixture) in mixtures[first..end].iter().enumerate() {
+                let groups = mixture.as_chunks::<4>().0.iter();
+                let pairs = groups.zip(frame.values.as_chunks::<4>().0);
+                // Independent channels are mixed with none before them.
+                let from = if may_share {
+                    0
+                } else {
+                    reach * (first + k) / 4
+                };
+                let reached = (reach * (first + k + 1)).div_ceil(4);
+                let value = pairs
+                    .take(reached)
+                    .skip(from)
+                    .map(|(m, v)| m[0] * v[0] + m[1] * v[1] + m[2] * v[2] + m[3] * v[3])
+                    .sum();
+                spectrum.put(k, point, value);
+            }
+        });
+        for k in first..end {
+            spectrum.add(k - first, weight);
+        }
+        first = end;
+    }
+    Some(spectrum)
+}
+
+/// The highest peaks between two numbers of cycles.
+fn peaks(spectrum: &Spectrum, least: f32, most: f32) -> [Peak; PEAKS] {
+    let mut peaks = [Peak::default(); PEAKS];
+    let first = spectrum.bin(CYCLES_PEAK.max(least)) as usize + 1;
+    let last = (spectrum.bin(most) as usize).min(spectrum.last());
+    let ratio = |bin: usize| {
+        let [cos, both, sin] = spectrum.line(bin);
+        let left = (1.0 - cos) * (1.0 - sin) - both * both;
+        -libm::logf(left.max(LEFT_MIN))
+    };
+    let (mut before, mut at) = (f32::NEG_INFINITY, ratio(first.min(last)));
+    for bin in first..=last {
+        let after = if bin < last {
+            ratio(bin + 1)
+        } else {
+            f32::NEG_INFINITY
+        };
+        if at >= before && at >= after && at > peaks[PEAKS - 1].height {
+            let bend = 2.0 * at - before - after;
+            let vertex = if bend.is_finite() && bend > 0.0 {
+                0.5 * (after - before) / bend
+            } else {
+                0.0
+            };
+            let mut peak = Peak {
+                cycles: spectrum.cycles(bin as f32 + vertex),
+                height: at,
+            };
+            for place in &mut peaks {
+                if peak.height > place.height {
+                    core::mem::swap(place, &mut peak);
+                }
             }
         }
-        let _ = found.push(next);
+        (before, at) = (at, after);
     }
-    let gained = |point: &Point| point.score - grid.baseline;
-    let most = found.first().map_or(0.0, gained);
-    let least = (GAIN_SHARE_MIN * most).min(most - SURE_GAIN);
-    let mut candidates = Candidates::new();
-    for point in found.iter().filter(|point| gained(point) >= least) {
-        let _ = candidates.push(point.nu);
-    }
-    candidates
+    peaks
 }

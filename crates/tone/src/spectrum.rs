@@ -1,228 +1,239 @@
-//! Periodogram over the channels: where lines may be.
-//!
-//! Each channel, less its straight line, is transformed on its own and counts by the share of its
-//! own power that a line takes, so that a noisy channel does not hide the others.
+//! Transforms of channels, and Wilks' ratio of a line at each of their bins.
 
-use crate::frame_span::{BLOCK, FrameSpan};
-use crate::limits::{CHANNELS_MAX, CHANNELS_SEARCHED, POINTS_CHIP, POINTS_MAX};
+use crate::data::Data;
+use crate::limits::CHANNELS_MAX;
 use crate::phase::{cos_sin, from_turns};
-use crate::source::Overwritten;
-use crate::statistics::{Channels, Statistics};
-use crate::waves::Waves;
 use core::f32::consts::PI;
 
-/// In windows in time of more than 192 frames fewer channels are transformed.
-const CHANNELS_LONG: usize = 2;
-const FRAMES_LONG: u32 = 192;
 /// Shortest transform, points.
-const POINTS_MIN: usize = 64;
+const POINTS_MIN: usize = 128;
+/// Points of a transform for each piece.
+const OVERSAMPLING: usize = 2;
+/// A cosine or a sine that level and slope explain all but this share of is no line.
+const LEFT_MIN: f32 = 2e-3;
+/// Above this many cycles a window level and slope are orthogonal to lines.
+const CYCLES_FAR: f32 = 12.0;
 
-/// A line of a periodogram.
-#[derive(Clone, Copy, Debug)]
-pub struct Peak {
-    /// Cycles in the window.
-    pub cycles: f32,
-    /// Share of the power.
-    pub power: f32,
+/// Memory of a spectrum's sums.
+pub struct Sums<'m> {
+    /// Two sums of each bin.
+    pub memory: &'m mut [f32],
+    /// The third, where the first memory has no room for it; not needed for powers.
+    pub more: &'m mut [f32],
 }
 
-/// The powers of a span's lines.
-pub struct Periodogram<'m> {
-    pub power: &'m mut [f32],
-    pub bins_per_cycle: f32,
+/// Products of the channels with cosine and sine at each bin: squares and cross products, summed
+/// over the channels; or their powers.
+pub struct Spectrum<'m> {
+    /// Transforms of some channels, one after the other.
+    transforms: &'m mut [f32],
+    points: usize,
+    cos: &'m mut [f32],
+    sin: &'m mut [f32],
+    both: &'m mut [f32],
+    /// Pieces of the window.
+    count: f32,
+    /// Frames of the window.
+    frames: f32,
 }
 
-impl<'m> Periodogram<'m> {
-    /// The channels of a periodogram, those with the least share of noise.
-    pub fn channels<'c>(span: &FrameSpan, channels: &'c Channels) -> &'c [u8] {
-        let list = channels.list();
-        // A long window has enough of a line in two.
-        let most = if span.is_in_time() && span.frames > FRAMES_LONG {
-            CHANNELS_LONG
+impl<'m> Spectrum<'m> {
+    /// An empty one of a window, whose transforms and sums are in two memories. None if it does not
+    /// fit.
+    pub fn new(data: &Data, sums: Sums<'m>, transforms: &'m mut [f32]) -> Option<Self> {
+        let each = data.frames_each();
+        let count = data.count().div_ceil(each) as usize;
+        let mut points = POINTS_MIN;
+        while points < OVERSAMPLING * count {
+            points *= 2;
+        }
+        let (cos, rest) = sums.memory.split_at_mut_checked(points / 2)?;
+        let (sin, rest) = rest.split_at_mut_checked(points / 2)?;
+        let both = if rest.len() < points / 2 {
+            sums.more.get_mut(..points / 2).unwrap_or_default()
         } else {
-            CHANNELS_SEARCHED
+            &mut rest[..points / 2]
         };
-        list.get(..most).unwrap_or(list)
-    }
-
-    /// Of some channels, or of what a solution leaves of them, where each counts by its weight
-    /// there; `memory` is for transforms. Without power if the memory is too small for the frames.
-    pub fn new(
-        span: &mut FrameSpan,
-        statistics: &Statistics,
-        channels: &[u8],
-        mut rest: Option<&mut Waves>,
-        memory: &mut [f32],
-        power: &'m mut [f32],
-    ) -> Result<Self, Overwritten> {
-        let frames = span.frames as usize;
-        let points = transform_size(frames, memory.len().min(2 * power.len()));
-        // A path's first and last frame lie at its very ends, those in time half a frame inside.
-        let bins_per_cycle = points as f32
-            / if span.is_in_time() {
-                frames
-            } else {
-                frames - 1
-            } as f32;
-        let (power, memory) = (power.get_mut(..points / 2), memory.get_mut(..points));
-        let (Some(power), Some(memory), true) = (power, memory, frames <= points) else {
-            return Ok(Self {
-                power: &mut [],
-                bins_per_cycle,
-            });
-        };
-        power.fill(0.0);
-        for (k, channel) in channels.iter().enumerate() {
-            let c = *channel as usize % CHANNELS_MAX;
-            let weight = match &rest {
-                Some(waves) => waves.solution.weights[k % CHANNELS_MAX],
-                None => 1.0 / statistics.about_line[c],
-            };
-            copy(
-                span,
-                statistics,
-                (c, k, libm::sqrtf(weight)),
-                rest.as_deref_mut(),
-                memory,
-            )?;
-            add_power(memory, power);
-        }
-        // A line alone has a magnitude of half its amplitude times the frames; half its square is
-        // the power.
-        let all = 0.5 * statistics.frames as f32 * channels.len() as f32;
-        power.iter_mut().for_each(|power| *power /= all);
-        // A path that turns back has places closer together than its frames can separate lines.
-        if !span.is_in_time() {
-            let highest = (2.0 * span.nu_max() * bins_per_cycle) as usize;
-            power
-                .iter_mut()
-                .skip(highest + 1)
-                .for_each(|power| *power = 0.0);
-        }
-        Ok(Self {
-            power,
-            bins_per_cycle,
-        })
-    }
-
-    /// The strongest line of at least `least_cycles` cycles, interpolated between bins by the
-    /// higher neighbour of the peak.
-    pub fn strongest(&self, least_cycles: f32) -> Option<Peak> {
-        let least = ((least_cycles * self.bins_per_cycle) as usize).max(1);
-        let (mut bin, mut peak) = (0, 0.0);
-        for (k, power) in self.power.iter().enumerate().skip(least) {
-            if *power > peak {
-                (bin, peak) = (k, *power);
-            }
-        }
-        let left = self.power.get(bin.checked_sub(1)?).copied()?;
-        let right = self.power.get(bin + 1).copied().unwrap_or(0.0);
-        // A line half way between two bins is as high in both; one in the middle of a bin has its
-        // skirt in the next.
-        let half_turns = 1.0 / self.bins_per_cycle;
-        let (_, sin) = cos_sin(from_turns(0.5 * half_turns));
-        let skirt = sin / (PI * half_turns);
-        let beside = libm::sqrtf(left.max(right) / peak.max(f32::MIN_POSITIVE));
-        // Where bins are close both are small differences.
-        let between = ((beside - skirt) / (1.0 + beside - 2.0 * skirt).max(f32::MIN_POSITIVE))
-            .clamp(0.0, 0.5);
-        let between = if right > left { between } else { -between };
-        Some(Peak {
-            cycles: (bin as f32 + between) / self.bins_per_cycle,
-            power: peak,
-        })
-    }
-
-    /// Takes out the bins next to an interferer.
-    pub fn blank(&mut self, cycles: f32) {
-        let (from, to) = (
-            (cycles - 0.8) * self.bins_per_cycle,
-            (cycles + 0.8) * self.bins_per_cycle + 1.0,
-        );
-        self.power
+        [&mut *cos, &mut *sin, &mut *both]
             .iter_mut()
-            .take(to as usize)
-            .skip(from as usize)
-            .for_each(|power| *power = 0.0);
+            .for_each(|sums| sums.fill(0.0));
+        (transforms.len() >= points).then_some(Self {
+            transforms,
+            points,
+            cos,
+            sin,
+            both,
+            count: count as f32,
+            frames: data.count() as f32,
+        })
     }
-}
 
-/// Copies a channel, less its line or what a solution says of it, in units of its scale, with a
-/// weight, frame by frame; along a path each frame goes to its place, which makes the transform
-/// that of the path. Zeros behind them and where frames are missing.
-fn copy(
-    span: &mut FrameSpan,
-    statistics: &Statistics,
-    (c, k, weight): (usize, usize, f32),
-    mut rest: Option<&mut Waves>,
-    out: &mut [f32],
-) -> Result<(), Overwritten> {
-    out.fill(0.0);
-    let (abscissa, frames, in_time, c) = (
-        span.abscissa(),
-        span.frames,
-        span.is_in_time(),
-        c % CHANNELS_MAX,
-    );
-    let (offset, slope) = (statistics.offset[c], statistics.slope[c]);
-    let scale = statistics.scale[c] * weight;
-    span.blocks(&statistics.offset, &mut |block| {
-        let u = abscissa.block(block.first, frames);
-        let values: [f32; BLOCK] = match &mut rest {
-            Some(waves) => {
-                waves.go(u);
-                waves
-                    .residuals(block.values, c, k)
-                    .map(|residual| weight * residual)
-            }
-            None => core::array::from_fn(|i| (block.values[i][c] - offset - slope * u[i]) * scale),
-        };
-        let places = out
-            .get_mut(block.first as usize..)
-            .and_then(|out| out.first_chunk_mut::<BLOCK>());
-        if let (true, true, Some(places)) = (block.complete, in_time, places) {
-            *places = values;
+    /// How many channels are transformed at a time.
+    pub fn channels(&self) -> usize {
+        (self.transforms.len() / self.points).min(CHANNELS_MAX)
+    }
+
+    /// Makes room for some channels.
+    pub fn clear(&mut self, channels: usize) {
+        let used = (channels * self.points).min(self.transforms.len());
+        self.transforms[..used].fill(0.0);
+    }
+
+    /// Adds to a point of a channel that is to be transformed.
+    pub fn put(&mut self, channel: usize, point: usize, value: f32) {
+        if point < self.points
+            && let Some(place) = self.transforms.get_mut(channel * self.points + point)
+        {
+            *place += value;
+        }
+    }
+
+    /// Transforms a channel and adds its products, `weight` times.
+    pub fn add(&mut self, channel: usize, weight: f32) {
+        let from = channel * self.points;
+        let Some(signal) = self.transforms.get_mut(from..from + self.points) else {
             return;
+        };
+        transform(signal);
+        let bins = signal.as_chunks::<2>().0;
+        let sums = self.cos.iter_mut().zip(&mut *self.sin).zip(&mut *self.both);
+        for (((cos, sin), both), [re, im]) in sums.zip(bins).skip(1) {
+            let (x, y) = (weight * re, weight * im);
+            *cos += x * re;
+            *sin += y * im;
+            // The transform's sine has the other sign.
+            *both -= x * im;
         }
-        for (i, ((value, valid), u)) in values.iter().zip(block.valid).zip(u).enumerate() {
-            let place = match in_time {
-                true => block.first as usize + i,
-                false => (0.5 * (u + 1.0) * (frames - 1) as f32 + 0.5) as usize,
-            };
-            if let (Some(out), true) = (out.get_mut(place), *valid != 0) {
-                *out += value;
+    }
+
+    /// Transforms the first channels and adds their powers, one by one with its weight, for
+    /// [`Self::power`] and [`Self::plain`].
+    pub fn add_powers(&mut self, weights: &[f32]) {
+        let signals = self.transforms.chunks_exact_mut(self.points);
+        signals.take(weights.len()).for_each(transform);
+        for bin in 1..self.bins() {
+            let geometry = self.geometry(bin);
+            let (mut power, mut plain) = (0.0, 0.0);
+            let signals = self.transforms.chunks_exact(self.points);
+            for (signal, weight) in signals.zip(weights) {
+                let (re, im) = (signal[2 * bin], signal[2 * bin + 1]);
+                plain += re * re + im * im;
+                if let Some(geometry) = &geometry {
+                    let (cosine, sine) = geometry.centred(re, -im);
+                    power +=
+                        weight * (cosine * cosine / geometry.even + sine * sine / geometry.odd);
+                }
             }
+            self.cos[bin] += power;
+            self.sin[bin] += plain;
         }
-    })
+    }
+
+    /// Number of bins.
+    pub fn bins(&self) -> usize {
+        self.cos.len()
+    }
+
+    /// Cycles a window of a bin.
+    pub fn cycles(&self, bin: f32) -> f32 {
+        bin * self.count / self.points as f32
+    }
+
+    /// Bin of a number of cycles a window.
+    pub fn bin(&self, cycles: f32) -> f32 {
+        cycles / self.cycles(1.0)
+    }
+
+    /// Power of a bin of a channel that was added.
+    pub fn of_channel(&self, channel: usize, bin: usize) -> f32 {
+        let at = channel * self.points + 2 * bin;
+        let [re, im] = [at, at + 1].map(|i| self.transforms.get(i).copied().unwrap_or_default());
+        2.0 / self.frames * (re * re + im * im)
+    }
+
+    /// Power of a bin without weights.
+    pub fn plain(&self, bin: usize) -> f32 {
+        2.0 / self.frames * self.sin[bin]
+    }
+
+    /// Power of a bin, all channels with their weights, beside level and slope.
+    pub fn power(&self, bin: usize) -> f32 {
+        self.cos[bin]
+    }
+
+    /// Highest bin: one channel's half of the rate.
+    pub fn last(&self) -> usize {
+        self.bins() - 1
+    }
+
+    /// Squares of the products with orthonormal cosine and sine beside level and slope, and their
+    /// cross product; zeros where there is no line.
+    pub fn line(&self, bin: usize) -> [f32; 3] {
+        let (cos, sin, both) = (self.cos[bin], self.sin[bin], self.both[bin]);
+        let Some(Geometry { c, s, even, odd }) = self.geometry(bin) else {
+            return [0.0; 3];
+        };
+        [
+            (c * c * cos + 2.0 * c * s * both + s * s * sin) / even,
+            (c * c * both - s * s * both + c * s * (sin - cos)) / libm::sqrtf(even * odd),
+            (c * c * sin - 2.0 * c * s * both + s * s * cos) / odd,
+        ]
+    }
+
+    /// What level and slope leave of a bin's cosine and sine; none where there is no line.
+    fn geometry(&self, bin: usize) -> Option<Geometry> {
+        let (n, x) = (self.frames, self.cycles(bin as f32));
+        if x > CYCLES_FAR {
+            return Some(Geometry {
+                c: 1.0,
+                s: 0.0,
+                even: 0.5 * n,
+                odd: 0.5 * n,
+            });
+        }
+        // From the first piece to the window's centre, about which cosines are even.
+        let (c, s) = cos_sin(from_turns(0.5 * x * (1.0 - 1.0 / self.count)));
+        let angle = PI * x;
+        let (cosine, sine) = cos_sin(from_turns(0.5 * x));
+        let level = sine / angle;
+        // The mean of u sin(angle u) over -1 to 1, against the mean square of u.
+        let slope = (level - cosine) / angle;
+        let even = 0.5 + 0.5 * level * cosine - level * level;
+        let odd = 0.5 - 0.5 * level * cosine - 3.0 * slope * slope;
+        (even >= LEFT_MIN && odd >= LEFT_MIN).then_some(Geometry {
+            c,
+            s,
+            even: n * even,
+            odd: n * odd,
+        })
+    }
 }
 
-/// Points of the transform of `frames` frames with memory for `most`.
-fn transform_size(frames: usize, most: usize) -> usize {
-    // No longer on a PC than on the chip where the chip can do it at all: both give the same bits.
-    let most = most.min(if frames > POINTS_CHIP {
-        POINTS_MAX
-    } else {
-        POINTS_CHIP
-    });
-    let mut size = POINTS_MIN;
-    while size < frames {
-        // In steps of four on the chip: each size of transform takes a kilobyte of flash.
-        let next = if size < POINTS_CHIP {
-            4 * size
-        } else {
-            2 * size
-        };
-        if next > most {
-            break;
-        }
-        size = next;
+/// How a bin's cosine and sine lie about the window's centre.
+struct Geometry {
+    /// Cosine of the phase at the centre.
+    c: f32,
+    /// Sine of that phase.
+    s: f32,
+    /// Square sum of the cosine about the centre beside level and slope.
+    even: f32,
+    /// Square sum of the sine.
+    odd: f32,
+}
+
+impl Geometry {
+    /// Products with cosine and sine about the centre, from those about the first piece.
+    fn centred(&self, cosine: f32, sine: f32) -> (f32, f32) {
+        (
+            self.c * cosine + self.s * sine,
+            self.c * sine - self.s * cosine,
+        )
     }
-    size
 }
 
 /// The transform of a real signal in its place, as real and imaginary parts; the first two are bin
 /// 0 and the Nyquist bin. Nothing is done if the length is none of the transform's own.
-pub fn transform(signal: &mut [f32]) {
+fn transform(signal: &mut [f32]) {
     macro_rules! transform {
         ($($points:literal $name:ident),*) => {
             match signal.len() {
@@ -234,16 +245,8 @@ pub fn transform(signal: &mut [f32]) {
         };
     }
     #[cfg(not(feature = "long-windows"))]
-    transform!(64 rfft_64, 256 rfft_256, 1024 rfft_1024);
+    transform!(128 rfft_128, 256 rfft_256, 512 rfft_512, 1024 rfft_1024);
     #[cfg(feature = "long-windows")]
-    transform!(64 rfft_64, 256 rfft_256, 1024 rfft_1024,
-        2048 rfft_2048, 4096 rfft_4096, 8192 rfft_8192, 16384 rfft_16384, 32768 rfft_32768);
-}
-
-/// Adds the squared magnitudes of a signal's transform to `power`, bin 0 left out.
-fn add_power(signal: &mut [f32], power: &mut [f32]) {
-    transform(signal);
-    for (power, bin) in power.iter_mut().zip(signal.as_chunks::<2>().0).skip(1) {
-        *power += bin[0] * bin[0] + bin[1] * bin[1];
-    }
+    transform!(128 rfft_128, 256 rfft_256, 512 rfft_512, 1024 rfft_1024, 2048 rfft_2048,
+        4096 rfft_4096, 8192 rfft_8192, 16384 rfft_16384, 32768 rfft_32768);
 }

@@ -3,7 +3,7 @@
 
 mod common;
 
-use ridgetone_tone::{CHANNELS_MAX, Fit, Fitter, FrameSpan, Frames, Status};
+use ridgetone_tone::{CHANNELS_MAX, Fit, Fitter, FrameSpan, Frames, Scene, Status};
 use std::f64::consts::{SQRT_2, TAU};
 
 /// The second harmonic's amplitude, 20 dB above noise of variance 1.
@@ -46,8 +46,11 @@ fn fit(
         }
     }
     let mut source = Frames::new(&values, CHANNELS_MAX).expect("sixteen channels");
-    Fitter::new(4)
-        .fit(&mut FrameSpan::new(&mut source, 0, frames as u32))
+    Fitter::new()
+        .fit(
+            &mut FrameSpan::new(&mut source, 0, frames as u32),
+            &Scene::with_harmonics(4),
+        )
         .expect("its frames are there")
 }
 

@@ -3,7 +3,7 @@
 
 mod common;
 
-use ridgetone_tone::{Fitter, FrameSpan, Frames, Status};
+use ridgetone_tone::{Fitter, FrameSpan, Frames, Scene, Status};
 use std::f64::consts::TAU;
 
 const CHANNELS: usize = 16;
@@ -65,8 +65,11 @@ fn short_windows_are_on_the_bound() {
             .collect();
         let ratio = error_over_bound(&places, 3.6, |values| {
             let mut source = Frames::new(values, CHANNELS).unwrap();
-            let fit = Fitter::new(1)
-                .fit(&mut FrameSpan::new(&mut source, 0, count as u32))
+            let fit = Fitter::new()
+                .fit(
+                    &mut FrameSpan::new(&mut source, 0, count as u32),
+                    &Scene::with_harmonics(1),
+                )
                 .unwrap();
             (fit.status, f64::from(fit.frequency) * count as f64)
         });
@@ -88,7 +91,9 @@ fn windows_along_a_path_are_on_the_bound() {
             let mut span = FrameSpan::new(&mut source, 0, count as u32)
                 .along(&place)
                 .unwrap();
-            let fit = Fitter::new(1).fit(&mut span).unwrap();
+            let fit = Fitter::new()
+                .fit(&mut span, &Scene::with_harmonics(1))
+                .unwrap();
             (fit.status, f64::from(fit.frequency))
         });
         assert!(NEAR_THE_BOUND.contains(&ratio), "{count} frames: {ratio}");

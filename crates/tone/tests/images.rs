@@ -3,7 +3,7 @@
 
 mod common;
 
-use ridgetone_tone::{Fit, Fitter, FrameSpan, Frames, Status};
+use ridgetone_tone::{Fit, Fitter, FrameSpan, Frames, Scene, Status};
 use std::f64::consts::TAU;
 
 const CHANNELS: usize = 16;
@@ -42,8 +42,8 @@ impl Window {
         if self.hum.1 > 0.0 {
             span = span.with_interferer((self.hum.0 / self.frames as f64) as f32);
         }
-        Fitter::new(harmonics)
-            .fit(&mut span)
+        Fitter::new()
+            .fit(&mut span, &Scene::with_harmonics(harmonics))
             .expect("its frames are there")
     }
 

@@ -2,7 +2,7 @@
 
 mod common;
 
-use ridgetone_tone::{Fit, Fitter, FrameSpan, Frames, OVERTONES, Status};
+use ridgetone_tone::{Fit, Fitter, FrameSpan, Frames, OVERTONES, Scene, Status};
 use std::f64::consts::TAU;
 
 const CHANNELS: usize = 16;
@@ -43,8 +43,11 @@ fn delay(channel: usize) -> f64 {
 
 fn fit(values: &[f32], harmonics: u8) -> Fit {
     let mut frames = Frames::new(values, CHANNELS).expect("sixteen channels");
-    Fitter::new(harmonics)
-        .fit(&mut FrameSpan::new(&mut frames, 0, COUNT as u32))
+    Fitter::new()
+        .fit(
+            &mut FrameSpan::new(&mut frames, 0, COUNT as u32),
+            &Scene::with_harmonics(harmonics),
+        )
         .expect("its frames are there")
 }
 

@@ -2,7 +2,7 @@
 
 mod common;
 
-use ridgetone_tone::{CHANNELS_MAX, Fit, Fitter, FrameSpan, Frames, Status};
+use ridgetone_tone::{CHANNELS_MAX, Fit, Fitter, FrameSpan, Frames, Scene, Status};
 use std::f64::consts::TAU;
 
 /// Share of its frequency by which a tone that is named may be off.
@@ -25,8 +25,11 @@ fn fit(frames: usize, cycles: [f64; 2], seed: u64) -> Fit {
         }
     }
     let mut source = Frames::new(&values, CHANNELS_MAX).expect("sixteen channels");
-    Fitter::new(4)
-        .fit(&mut FrameSpan::new(&mut source, 0, frames as u32))
+    Fitter::new()
+        .fit(
+            &mut FrameSpan::new(&mut source, 0, frames as u32),
+            &Scene::with_harmonics(4),
+        )
         .expect("its frames are there")
 }
 

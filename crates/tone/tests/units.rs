@@ -1,6 +1,8 @@
 //! Any number of channels, any unit, any frame rate.
 
-use ridgetone_tone::{Fit, Fitter, FrameSource, FrameSpan, Frames, Overwritten, Status, Table};
+use ridgetone_tone::{
+    Fit, Fitter, FrameSource, FrameSpan, Frames, Overwritten, Scene, Status, Table,
+};
 
 #[allow(dead_code, reason = "its main is for cargo run --example")]
 #[path = "../examples/eight_channels.rs"]
@@ -22,8 +24,11 @@ fn frames(channels: usize, count: usize, unit: f32) -> Vec<f32> {
 fn fit(values: &[f32], channels: usize) -> Fit {
     let mut frames = Frames::new(values, channels).unwrap();
     let count = frames.count();
-    Fitter::new(3)
-        .fit(&mut FrameSpan::new(&mut frames, 0, count).with_frame_rate(500.0))
+    Fitter::new()
+        .fit(
+            &mut FrameSpan::new(&mut frames, 0, count).with_frame_rate(500.0),
+            &Scene::with_harmonics(3),
+        )
         .unwrap()
 }
 
@@ -87,8 +92,11 @@ fn frames_and_a_table_give_the_same_fit() {
         values: &table,
         valid: &[u16::MAX; 300],
     };
-    let of_table = Fitter::new(3)
-        .fit(&mut FrameSpan::new(&mut table, 0, 300).with_frame_rate(500.0))
+    let of_table = Fitter::new()
+        .fit(
+            &mut FrameSpan::new(&mut table, 0, 300).with_frame_rate(500.0),
+            &Scene::with_harmonics(3),
+        )
         .unwrap();
     assert_eq!(of_table.frequency, fit(&values, 16).frequency);
 }
@@ -101,8 +109,11 @@ fn frames_that_are_gone_are_an_error() {
         Err(Overwritten)
     );
     assert_eq!(
-        Fitter::new(1)
-            .fit(&mut FrameSpan::new(&mut frames, 0, 20))
+        Fitter::new()
+            .fit(
+                &mut FrameSpan::new(&mut frames, 0, 20),
+                &Scene::with_harmonics(3)
+            )
             .map(|_| ()),
         Err(Overwritten)
     );

@@ -7,6 +7,7 @@ use crate::distance::{self, DistanceArgs};
 use crate::faults::{self, FaultsArgs};
 use crate::noise::{self, NoiseArgs};
 use crate::page::{self, Figures, Tables};
+use crate::real::{self, RealArgs};
 use crate::reproduce;
 use crate::reproduce::results::Reproduction;
 use crate::reproduce::taken::Place;
@@ -40,6 +41,8 @@ enum Command {
     Board(BoardArgs),
     /// Fit windows whose noise is not white, that hold no tone, or a tone and something else.
     Noise(NoiseArgs),
+    /// Fit recordings of real touch whose frequency is known, and some without a grating.
+    Real(RealArgs),
     /// Look for contacts, slides and releases in traces with known times.
     Touch(TouchArgs),
     /// Compute what a pin display does to a finger, beside a paper's figures.
@@ -186,6 +189,7 @@ pub fn main() -> ExitCode {
         Command::Bench(args) => run_bench(&args),
         Command::Board(args) => board::run(&args),
         Command::Noise(args) => noise::run(&args),
+        Command::Real(args) => real::run(&args),
         Command::Pages { folder } => make_pages(&folder),
         Command::Touch(args) => touch::run(&args),
         Command::Distance(args) => distance::run(&args),

@@ -10,6 +10,7 @@
 //! | cost beside accuracy | `trade` |
 //! | the boards' images on the register model | `board` |
 //! | noise that is not white, and what is no tone | `noise` |
+//! | recordings of real touch | `real` |
 //! | touches against their truth | `touch` |
 //! | the paper's experiment | `reproduce` |
 //! | a pin display under a finger, beside another paper | `distance` |
@@ -51,6 +52,8 @@ mod noise;
 mod page;
 #[cfg(not(target_os = "none"))]
 mod parallel;
+#[cfg(not(target_os = "none"))]
+mod real;
 #[cfg(not(target_os = "none"))]
 mod reproduce;
 #[cfg(not(target_os = "none"))]

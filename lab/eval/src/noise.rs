@@ -16,7 +16,7 @@ use crate::page::{self, Figures, Tables};
 use crate::parallel;
 use anyhow::Result;
 use cells::{Cell, Group, WINDOWS_S, cells};
-use measure::{Answers, Estimator, measure};
+use measure::{Answers, measure};
 use process::Noise;
 use ridgetone_host::output::whole_text;
 use ridgetone_host::usage::UsageError;
@@ -45,15 +45,6 @@ pub struct NoiseArgs {
     /// Seed of the first window. Constants are chosen on other seeds than the page's.
     #[arg(long, value_name = "N", default_value_t = SEED)]
     seed: u64,
-    /// Whose answers.
-    #[arg(
-        long,
-        value_name = "WHICH",
-        value_enum,
-        default_value_t,
-        conflicts_with = "write"
-    )]
-    estimator: Estimator,
     /// Only this group: no_tone, something, sigma, accuracy, few_cycles or unsteady.
     #[arg(long, value_name = "NAME", conflicts_with = "write")]
     group: Option<String>,
@@ -119,7 +110,6 @@ pub struct Selection<'a> {
 
 /// The answers of the selected cells; with noise of the recordings, where there are some.
 pub fn rows(
-    by: Estimator,
     windows: u32,
     seed: u64,
     selection: Selection<'_>,
@@ -146,7 +136,7 @@ pub fn rows(
         .flat_map(|cell| WINDOWS_S.map(|window_s| (cell.recipe, window_s, windows * cell.times)))
         .collect();
     let answers = parallel::map("cells", &jobs, |(recipe, window_s, windows)| {
-        measure(by, recipe, *window_s, *windows, seed)
+        measure(recipe, *window_s, *windows, seed)
     })?;
     let answers = answers.chunks_exact(WINDOWS_S.len());
     let row = |(cell, answers): (&Cell, &[[Answers; 2]])| Row {
@@ -197,13 +187,7 @@ pub fn run(args: &NoiseArgs) -> Result<()> {
         group: args.group.as_deref(),
         name: args.cell.as_deref(),
     };
-    let rows = rows(
-        args.estimator,
-        args.windows,
-        args.seed,
-        selection,
-        &args.real,
-    )?;
+    let rows = rows(args.windows, args.seed, selection, &args.real)?;
     match &args.write {
         Some(folder) => write(rows, folder),
         None => page::print(&figures(rows).tables),
@@ -218,7 +202,7 @@ mod tests {
     /// The measured figures repeat: a few windows of each cell, on any number of cores.
     #[test]
     fn equal_seeds_give_equal_rows() {
-        let rows = || rows(Estimator::Old, 2, 5, Selection::default(), &[]).expect("rows");
+        let rows = || rows(2, 5, Selection::default(), &[]).expect("rows");
         let first = rows();
         assert!(first.len() > 50 && first == rows());
     }

@@ -14,7 +14,7 @@ use ridgetone_eval::workload::{Frame, Job, Measured, Outcome, Wire, conversion, 
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{RING_FRAMES, Settings};
 use ridgetone_proto::telemetry::{Event, Feel, Packet, WIRE_MAX};
-use ridgetone_tone::{Fit, Fitter, FrameSpan, HARMONICS_MAX};
+use ridgetone_tone::{Fit, Fitter, FrameSpan, Scene};
 
 /// Most events of one scan: a slide's end with its windows, health and greeting.
 const EVENTS_MAX: usize = 4;
@@ -23,7 +23,7 @@ const EVENTS_MAX: usize = 4;
 #[cortex_m_rt::entry]
 fn main() -> ! {
     static mut RING: Ring = Ring::new();
-    static mut FITTER: Fitter = Fitter::new(1);
+    static mut FITTER: Fitter = Fitter::new();
     static mut DETECTOR: Detector = Detector::new(Settings::DEFAULT);
 
     Files::run(|files| {
@@ -54,8 +54,8 @@ impl Bench<'_> {
             match self.files.read()? {
                 Job::End => return Some(()),
                 Job::Fit { harmonics, frames } => {
-                    fitter.set_harmonics(harmonics.min(HARMONICS_MAX as u8));
-                    self.fit(fitter, frames)?;
+                    let scene = Scene::with_harmonics(harmonics);
+                    self.fit(fitter, &scene, frames)?;
                 }
                 Job::Detect { conversions } => {
                     anew(detector);
@@ -75,7 +75,7 @@ impl Bench<'_> {
 
     // Each job apart: together their variables, with the events of a touch, overflow the stack.
     #[inline(never)]
-    fn fit(&mut self, fitter: &mut Fitter, frames: u32) -> Option<()> {
+    fn fit(&mut self, fitter: &mut Fitter, scene: &Scene, frames: u32) -> Option<()> {
         if frames as usize > RING_FRAMES {
             return None;
         }
@@ -85,7 +85,9 @@ impl Bench<'_> {
             self.ring.push(&values, valid, 0);
         }
         let from = stack::paint();
-        let (instructions, fit) = self.counter.measure(|| fit(fitter, self.ring, frames));
+        let (instructions, fit) = self
+            .counter
+            .measure(|| fit(fitter, scene, self.ring, frames));
         let stack_bytes = stack::deepest(from);
         self.files.write(Measured::Fit {
             instructions,
@@ -151,10 +153,10 @@ impl Bench<'_> {
 
 /// What is measured, with nothing of the rest inlined into it.
 #[inline(never)]
-fn fit(fitter: &mut Fitter, ring: &Ring, frames: u32) -> Option<Fit> {
-    fitter
-        .fit(&mut FrameSpan::new(&mut &*ring, 0, frames).with_quantization(1.0))
-        .ok()
+fn fit(fitter: &mut Fitter, scene: &Scene, ring: &Ring, frames: u32) -> Option<Fit> {
+    let source = &mut &*ring;
+    let mut span = FrameSpan::new(source, 0, frames).with_quantization(1.0);
+    fitter.fit(&mut span, scene).ok()
 }
 
 /// As [`fit`].

@@ -26,7 +26,7 @@ pub fn write(jobs: &mut Jobs) {
 
 pub fn read(measured: &mut dyn Iterator<Item = Measured>) -> Result<Vec<Cell>> {
     let mut cells = Vec::new();
-    let (mut ring, mut fitter) = (Box::new(Ring::new()), Box::new(Fitter::new(4)));
+    let (mut ring, mut fitter) = (Box::new(Ring::new()), Box::new(Fitter::new()));
     for (number, (name, plan)) in (0..).zip(Plan::NAMED) {
         let (instructions, stack_bytes, on_chip) = next!(
             measured,

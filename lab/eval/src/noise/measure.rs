@@ -7,10 +7,9 @@ use crate::accuracy::{Accuracy, Answer, NINETY_FIVE, Sample, rounded};
 use crate::baselines::nls;
 use crate::draw::Draw;
 use anyhow::{Context, Result};
-use ridgetone_estimator as new;
 use ridgetone_host::input::frame_rate_hz;
 use ridgetone_proto::settings::TAXELS;
-use ridgetone_tone::{Fit, Fitter, FrameSpan, Status, Table};
+use ridgetone_tone::{Fit, Fitter, FrameSpan, Scene, Status, Table};
 use serde::{Deserialize, Serialize};
 
 /// Harmonics that the fit may use.
@@ -22,16 +21,6 @@ const WRONG: f64 = 0.05;
 const WRONG_SIGMAS: f64 = 5.0;
 /// The opponent, which is a hundred times as slow, gets every tenth window.
 const NLS_EVERY: u64 = 10;
-
-/// Which estimator answers.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
-pub enum Estimator {
-    /// `ridgetone-tone`, which the firmware has.
-    #[default]
-    Old,
-    /// `ridgetone-estimator`, which is to replace it.
-    New,
-}
 
 /// Answers to the windows of a cell, by what they are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -103,34 +92,6 @@ impl Reported {
             half_width: NINETY_FIVE * sigma,
             second,
             movement: fit.movement,
-        }
-    }
-
-    /// By the second estimator, whose sigma is of the plain mean, movement included.
-    fn by_new(fit: &new::Fit) -> Self {
-        let (frequency, sigma) = (f64::from(fit.frequency), f64::from(fit.sigma));
-        let status = match fit.status {
-            new::Status::Good => Status::Good,
-            new::Status::NoTone => Status::NoTone,
-            new::Status::TooShort => Status::TooShort,
-            new::Status::Nothing => Status::Nothing,
-            new::Status::Ambiguous => Status::Ambiguous,
-            new::Status::Unsteady => Status::Unsteady,
-        };
-        let movement = ridgetone_tone::Movement {
-            wander: fit.movement.wander,
-            wander_sigma: fit.movement.wander_sigma,
-            sigma_of_mean: fit.sigma,
-            chirp: fit.movement.chirp,
-            chirp_sigma: fit.movement.chirp_sigma,
-        };
-        Self {
-            status,
-            frequency,
-            sigma,
-            half_width: NINETY_FIVE * sigma,
-            second: fit.other_tone.map(|tone| f64::from(tone.frequency)),
-            movement,
         }
     }
 
@@ -250,7 +211,7 @@ impl Movement {
             u32::from((found - truth).abs() <= NINETY_FIVE * sigma)
         };
         self.answers += 1;
-        self.mean += holds(reported.frequency, mean, moves.sigma_of_mean.into());
+        self.mean += holds(reported.frequency, mean, reported.sigma);
         self.weighted += u32::from((reported.frequency - weighted).abs() <= reported.half_width);
         self.wander += holds(
             moves.wander.into(),
@@ -264,62 +225,33 @@ impl Movement {
     }
 }
 
-/// What an estimator says of a window.
-struct Both {
-    by: Estimator,
-    old: Box<Fitter>,
-    new: Box<new::Fitter>,
-}
-
-impl Both {
-    fn fit(&mut self, window: &Window) -> Result<Reported> {
-        let (values, frames) = (&window.values, window.values.len() as u32);
-        let valid = vec![u16::MAX; values.len()];
-        let valid = &valid;
-        let lost = "a table loses no frames";
-        if self.by == Estimator::New {
-            let mut table = new::Table { values, valid };
-            let span = new::FrameSpan::new(&mut table, 0, frames);
-            let mut span = span.with_quantization(window.step);
-            if let Some(cycles) = window.interferer {
-                span = span.with_interferer(cycles as f32);
-            }
-            let fit = self.new.fit(&mut span, &new::Scene::DEFAULT);
-            return Ok(Reported::by_new(&fit.context(lost)?));
-        }
-        let mut table = Table { values, valid };
-        let mut span = FrameSpan::new(&mut table, 0, frames).with_quantization(window.step);
-        if let Some(cycles) = window.interferer {
-            span = span.with_interferer(cycles as f32);
-        }
-        Ok(Reported::by(&self.old.fit(&mut span).context(lost)?))
+/// What the estimator says of a window.
+fn fit(fitter: &mut Fitter, window: &Window) -> Result<Reported> {
+    let (values, frames) = (&window.values, window.values.len() as u32);
+    let valid = &vec![u16::MAX; values.len()];
+    let mut table = Table { values, valid };
+    let mut span = FrameSpan::new(&mut table, 0, frames).with_quantization(window.step);
+    if let Some(cycles) = window.interferer {
+        span = span.with_interferer(cycles as f32);
     }
+    let fit = fitter.fit(&mut span, &Scene::DEFAULT);
+    Ok(Reported::by(&fit.context("a table loses no frames")?))
 }
 
 /// The answers to `windows` windows of `window_s` seconds, and those of the opponent to some of
 /// them. Equal seeds give equal windows.
-pub fn measure(
-    by: Estimator,
-    recipe: &Recipe,
-    window_s: f64,
-    windows: u32,
-    seed: u64,
-) -> Result<[Answers; 2]> {
+pub fn measure(recipe: &Recipe, window_s: f64, windows: u32, seed: u64) -> Result<[Answers; 2]> {
     let (mut answers, mut samples) = ([Answers::default(); 2], [Vec::new(), Vec::new()]);
     let rate_hz = frame_rate_hz();
     let frames = (window_s * rate_hz).round() as usize;
-    let mut both = Both {
-        by,
-        old: Box::new(Fitter::new(HARMONICS)),
-        new: Box::new(new::Fitter::new()),
-    };
+    let mut fitter = Box::new(Fitter::new());
     for number in 0..u64::from(windows) {
         let window = recipe.make(
             frames,
             rate_hz,
             &mut Draw::new(seed.wrapping_mul(1_000_003).wrapping_add(number)),
         );
-        let reported = both.fit(&window)?;
+        let reported = fit(&mut fitter, &window)?;
         let opponent = number.is_multiple_of(NLS_EVERY).then(|| {
             let estimate =
                 nls::estimate(&window.values, TAXELS, HARMONICS.into(), window.interferer);
@@ -366,7 +298,7 @@ mod tests {
             tone: Some(tone),
             extra: Extra::Nothing,
         };
-        let [answers, opponent] = measure(Estimator::Old, &recipe, 1.0, 40, 7).expect("answers");
+        let [answers, opponent] = measure(&recipe, 1.0, 40, 7).expect("answers");
         assert_eq!(
             (answers.windows, answers.good, answers.wrong),
             (40, 40, 0),
@@ -394,17 +326,16 @@ mod tests {
             "{opponent:?}"
         );
         assert_eq!(
-            measure(Estimator::Old, &recipe, 1.0, 40, 7).expect("answers")[0],
+            measure(&recipe, 1.0, 40, 7).expect("answers")[0],
             answers,
             "equal seeds"
         );
         assert_ne!(
-            measure(Estimator::Old, &recipe, 1.0, 40, 8).expect("answers")[0].squares,
+            measure(&recipe, 1.0, 40, 8).expect("answers")[0].squares,
             answers.squares,
             "other seeds"
         );
         let [none, opponent] = measure(
-            Estimator::Old,
             &Recipe {
                 tone: None,
                 ..recipe

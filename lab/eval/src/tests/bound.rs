@@ -3,7 +3,7 @@
 use crate::bound::Clue;
 use crate::simulated::Simulated;
 use hal_mock::Sliding;
-use ridgetone_tone::{Fitter, FrameSpan, Status, Table};
+use ridgetone_tone::{Fitter, FrameSpan, Scene, Status, Table};
 
 /// Fewer cycles may be a single bump: then a right answer need not be good.
 const CYCLES_GOOD: f64 = 1.5;
@@ -14,7 +14,7 @@ const OUTLIER_BOUNDS: f64 = 6.0;
 /// RMS error over bound of those near the true summit, windows with another, and windows in which
 /// no tone was found, or none that is good from [`CYCLES_GOOD`] on.
 fn measure(scene: &Sliding, window_s: f64, runs: u64) -> (f64, u64, u64) {
-    let mut fitter = Box::new(Fitter::new(4));
+    let mut fitter = Box::new(Fitter::new());
     let (mut squares, mut outliers, mut lost) = (0.0, 0, 0);
     for run in 0..runs {
         let scene = Sliding {
@@ -28,7 +28,10 @@ fn measure(scene: &Sliding, window_s: f64, runs: u64) -> (f64, u64, u64) {
             valid: &valid,
         };
         let fit = fitter
-            .fit(&mut FrameSpan::new(&mut table, 0, valid.len() as u32).with_quantization(1.0))
+            .fit(
+                &mut FrameSpan::new(&mut table, 0, valid.len() as u32).with_quantization(1.0),
+                &Scene::with_harmonics(4),
+            )
             .expect("all frames are there");
         let may_be_open =
             window.frequency_hz * window_s < CYCLES_GOOD && fit.status == Status::Ambiguous;

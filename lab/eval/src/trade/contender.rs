@@ -7,7 +7,7 @@ use crate::setting::Setting;
 use crate::simulated::Simulated;
 use anyhow::{Context, Result};
 use ridgetone_proto::settings::TAXELS;
-use ridgetone_tone::{Fit, Fitter, FrameSpan, Status, Table, Values};
+use ridgetone_tone::{Fit, Fitter, FrameSpan, Scene, Status, Table, Values};
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Contender {
@@ -86,9 +86,11 @@ pub fn fit(values: &[Values], harmonics: u8, inputs: u16) -> Result<Fit> {
         values,
         valid: &valid,
     };
-    let mut fitter = Box::new(Fitter::new(harmonics));
-    let fit =
-        fitter.fit(&mut FrameSpan::new(&mut table, 0, valid.len() as u32).with_quantization(1.0));
+    let mut fitter = Box::new(Fitter::new());
+    let fit = fitter.fit(
+        &mut FrameSpan::new(&mut table, 0, valid.len() as u32).with_quantization(1.0),
+        &Scene::with_harmonics(harmonics),
+    );
     fit.context("a table loses no frames")
 }
 

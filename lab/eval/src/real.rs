@@ -1,15 +1,19 @@
-//! Recordings of other people's sensors, each fit by itself: `real FOLDER`. The folder's README says
-//! what is known of each. Prints the tables of `docs/results/real.md`, of both estimators.
+//! Recordings of other people's sensors, each fit by itself. The folder's README says what is known
+//! of each. Prints the tables of `docs/results/real.md`.
 
-#[path = "real/estimators.rs"]
-mod estimators;
-#[path = "real/recording.rs"]
+mod answer;
 mod recording;
 
-use estimators::{Answer, Estimator, periodogram};
+use answer::{Answer, periodogram};
+use anyhow::Result;
 use recording::{Known, Recording, known};
-use std::error::Error;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+#[derive(Debug, clap::Args)]
+pub struct RealArgs {
+    /// The recordings. Where it is absent nothing is measured.
+    folder: PathBuf,
+}
 
 /// Cycles of a window of the figure of error against window.
 const WINDOW_CYCLES: [f64; 5] = [1.5, 2.0, 3.0, 4.0, 6.0];
@@ -55,37 +59,22 @@ struct Counts {
     pattern_wrong: Share,
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let folder = std::env::args()
-        .nth(1)
-        .ok_or("real FOLDER: the folder of the recordings")?;
-    let folder = Path::new(&folder);
+pub fn run(RealArgs { folder }: &RealArgs) -> Result<()> {
     if !folder.is_dir() {
         println!("{}: no such folder, nothing is measured", folder.display());
         return Ok(());
     }
     let recordings = known(folder)?;
-    println!(
-        "| recording | known, Hz | {} | {} |",
-        Estimator::Old,
-        Estimator::New
-    );
-    println!("|---|---|---|---|");
-    let mut counts = [Counts::default(); 2];
+    println!("| recording | known, Hz | fit, Hz |");
+    println!("|---|---|---|");
+    let mut counts = Counts::default();
     for (recording, truth) in &recordings {
-        let answers = Estimator::BOTH.map(|by| by.fit(recording));
-        println!(
-            "| {} | {:.4} | {} | {} |",
-            recording.name, truth.hz, answers[0], answers[1]
-        );
-        for (by, counts) in Estimator::BOTH.into_iter().zip(&mut counts) {
-            of_a_tone(by, recording, truth, counts);
-        }
+        let answer = Answer::of(recording);
+        println!("| {} | {:.4} | {answer} |", recording.name, truth.hz);
+        of_a_tone(recording, truth, &mut counts);
     }
-    for (by, counts) in Estimator::BOTH.into_iter().zip(&mut counts) {
-        without_tone(by, folder, counts)?;
-        sweeps(by, folder, counts)?;
-    }
+    without_tone(folder, &mut counts)?;
+    sweeps(folder, &mut counts)?;
     println!();
     summary(&counts);
     println!();
@@ -94,8 +83,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 /// A recording of a known tone, whole, in parts and by halves of its channels.
-fn of_a_tone(by: Estimator, recording: &Recording, truth: &Known, counts: &mut Counts) {
-    let answer = by.fit(recording);
+fn of_a_tone(recording: &Recording, truth: &Known, counts: &mut Counts) {
+    let answer = Answer::of(recording);
     counts.right.add(answer.is_near(truth.hz, truth.tolerance));
     if truth.hz * recording.length() >= 5.9 {
         counts.good.add(answer.is_good);
@@ -111,8 +100,8 @@ fn of_a_tone(by: Estimator, recording: &Recording, truth: &Known, counts: &mut C
         let parts: Vec<_> = (0..count)
             .map(|i| recording.stretch(i * rows, rows))
             .collect();
-        let whole = by.fit(&recording.stretch(0, count * rows));
-        let answers: Vec<_> = parts.iter().map(|part| by.fit(part)).collect();
+        let whole = Answer::of(&recording.stretch(0, count * rows));
+        let answers: Vec<_> = parts.iter().map(|part| Answer::of(part)).collect();
         if !whole.is_good || answers.iter().any(|part| !part.is_good) {
             continue;
         }
@@ -132,7 +121,7 @@ fn of_a_tone(by: Estimator, recording: &Recording, truth: &Known, counts: &mut C
         recording.stretch(0, rows),
         recording.stretch(rows, rows),
     ] {
-        let halves = [0, 1].map(|half| by.fit(&stretch.every_second_channel(half)));
+        let halves = [0, 1].map(|half| Answer::of(&stretch.every_second_channel(half)));
         if halves.iter().all(|half| half.is_good) {
             let width = NINETY_FIVE * halves[0].sigma.hypot(halves[1].sigma);
             counts
@@ -143,13 +132,13 @@ fn of_a_tone(by: Estimator, recording: &Recording, truth: &Known, counts: &mut C
 }
 
 /// Cloth without a grating, whole and in stretches: none is good.
-fn without_tone(by: Estimator, folder: &Path, counts: &mut Counts) -> Result<(), Box<dyn Error>> {
+fn without_tone(folder: &Path, counts: &mut Counts) -> Result<()> {
     for recording in recording::folder(&folder.join("no_grating"), "", "time_s")? {
         for rows in CLOTH_ROWS.into_iter().chain([recording.rows()]) {
             for first in (0..recording.rows() + 1 - rows.min(recording.rows())).step_by(rows) {
                 counts
                     .cloth
-                    .add(by.fit(&recording.stretch(first, rows)).is_good);
+                    .add(Answer::of(&recording.stretch(first, rows)).is_good);
             }
         }
     }
@@ -157,13 +146,13 @@ fn without_tone(by: Estimator, folder: &Path, counts: &mut Counts) -> Result<(),
 }
 
 /// Sweeps by place: over a pattern, and over flat samples.
-fn sweeps(by: Estimator, folder: &Path, counts: &mut Counts) -> Result<(), Box<dyn Error>> {
+fn sweeps(folder: &Path, counts: &mut Counts) -> Result<()> {
     let folder = folder.join("sweeps");
     for recording in recording::folder(&folder, "flat", "x_mm")? {
-        counts.flat.add(by.fit(&recording).is_good);
+        counts.flat.add(Answer::of(&recording).is_good);
     }
     for recording in recording::folder(&folder, "pattern", "x_mm")? {
-        let answer = by.fit(&recording);
+        let answer = Answer::of(&recording);
         let is_right = answer.is_near(1.0 / PATTERN_MM, PATTERN_TOLERANCE);
         counts.pattern_right.add(is_right);
         counts.pattern_wrong.add(answer.is_good && !is_right);
@@ -171,19 +160,11 @@ fn sweeps(by: Estimator, folder: &Path, counts: &mut Counts) -> Result<(), Box<d
     Ok(())
 }
 
-fn summary(counts: &[Counts; 2]) {
-    println!(
-        "| what | {} | {} | asked for |",
-        Estimator::Old,
-        Estimator::New
-    );
-    println!("|---|---|---|---|");
+fn summary(counts: &Counts) {
+    println!("| what | measured | asked for |");
+    println!("|---|---|---|");
     let row = |what: &str, of: &dyn Fn(&Counts) -> Share, asked: &str| {
-        println!(
-            "| {what} | {} | {} | {asked} |",
-            of(&counts[0]),
-            of(&counts[1])
-        );
+        println!("| {what} | {} | {asked} |", of(counts));
     };
     row("right within tolerance", &|c| c.right, "all");
     row("good, of those with six cycles", &|c| c.good, "80 %");
@@ -203,14 +184,10 @@ fn summary(counts: &[Counts; 2]) {
 /// The ridged board in windows of some cycles: relative error of a periodogram's peak and of least
 /// squares, against speed over ridge distance.
 fn board(recordings: &[(Recording, Known)]) {
-    println!(
-        "| cycles in the window | windows | periodogram's peak, % | {} | {} | good |",
-        Estimator::Old,
-        Estimator::New
-    );
-    println!("|---|---|---|---|---|---|");
+    println!("| cycles in the window | windows | periodogram's peak, % | fit, % | of these good |");
+    println!("|---|---|---|---|---|");
     for cycles in WINDOW_CYCLES {
-        let (mut errors, mut good) = ([const { Vec::new() }; 3], Share::default());
+        let (mut errors, mut good) = ([const { Vec::new() }; 2], Share::default());
         for (recording, truth) in recordings
             .iter()
             .filter(|(one, _)| one.name.starts_with("fabric"))
@@ -219,13 +196,9 @@ fn board(recordings: &[(Recording, Known)]) {
             let rows = (cycles / (truth.hz * recording.length()) * all).min(all) as usize;
             for first in (0..=recording.rows() - rows).step_by(rows) {
                 let stretch = recording.stretch(first, rows);
-                let answers = Estimator::BOTH.map(|by| by.fit(&stretch));
-                good.add(answers[1].is_good);
-                let found = [
-                    periodogram(&stretch),
-                    answers[0].frequency,
-                    answers[1].frequency,
-                ];
+                let answer = Answer::of(&stretch);
+                good.add(answer.is_good);
+                let found = [periodogram(&stretch), answer.frequency];
                 for (errors, found) in errors.iter_mut().zip(found) {
                     errors.push(100.0 * (found / truth.hz - 1.0).abs());
                 }
@@ -235,10 +208,8 @@ fn board(recordings: &[(Recording, Known)]) {
             errors.sort_by(f64::total_cmp);
             (errors[errors.len() / 2], errors.len())
         });
-        println!(
-            "| {cycles} | {} | {:.1} | {:.1} | {:.1} | {good} |",
-            median[0].1, median[0].0, median[1].0, median[2].0
-        );
+        let [(peak, windows), (fit, _)] = median;
+        println!("| {cycles} | {windows} | {peak:.1} | {fit:.1} | {good} |");
     }
 }
 

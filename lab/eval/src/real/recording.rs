@@ -1,6 +1,6 @@
 //! Recordings as tables: an abscissa and channels.
 
-use std::error::Error;
+use anyhow::{Context, Result};
 use std::path::Path;
 
 /// A recording, or a part of one.
@@ -22,14 +22,14 @@ pub struct Known {
 }
 
 impl Recording {
-    fn read(path: &Path, abscissa: &str) -> Result<Self, Box<dyn Error>> {
+    fn read(path: &Path, abscissa: &str) -> Result<Self> {
         let text = std::fs::read_to_string(path)?;
         let mut lines = text.lines();
         let names: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
         let at = names
             .iter()
             .position(|name| *name == abscissa)
-            .ok_or_else(|| format!("{}: no column {abscissa}", path.display()))?;
+            .with_context(|| format!("{}: no column {abscissa}", path.display()))?;
         let is_channel = |i: &usize| *i != at && names[*i] != "time_s";
         let channels: Vec<usize> = (0..names.len()).filter(is_channel).collect();
         let mut recording = Self {
@@ -94,7 +94,7 @@ impl Recording {
 }
 
 /// The recordings of a folder whose names begin with a text; none where the folder is absent.
-pub fn folder(path: &Path, start: &str, abscissa: &str) -> Result<Vec<Recording>, Box<dyn Error>> {
+pub fn folder(path: &Path, start: &str, abscissa: &str) -> Result<Vec<Recording>> {
     let Ok(entries) = std::fs::read_dir(path) else {
         return Ok(Vec::new());
     };
@@ -114,7 +114,7 @@ pub fn folder(path: &Path, start: &str, abscissa: &str) -> Result<Vec<Recording>
 }
 
 /// The recordings whose frequency is known, in their steady part.
-pub fn known(path: &Path) -> Result<Vec<(Recording, Known)>, Box<dyn Error>> {
+pub fn known(path: &Path) -> Result<Vec<(Recording, Known)>> {
     let mut known = Vec::new();
     for recording in folder(path, "", "time_s")? {
         let end = *recording.abscissa.last().unwrap_or(&0.0);

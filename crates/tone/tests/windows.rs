@@ -1,6 +1,6 @@
 //! The estimator as a whole, on windows that are made here.
 
-use ridgetone_estimator::{Fit, Fitter, FrameSpan, Frames, Scene, Status};
+use ridgetone_tone::{Fit, Fitter, FrameSpan, Frames, Scene, Status};
 use std::f64::consts::TAU;
 
 const CHANNELS: usize = 16;
