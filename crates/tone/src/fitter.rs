@@ -167,7 +167,7 @@ impl<'w> Window<'w, '_, '_> {
                     || tried[..count]
                         .iter()
                         .any(|other| f32::abs(other - cycles) < CANDIDATES_APART);
-                if cycles < CYCLES_LEAST || is_known || !self.may_be(cycles) {
+                if cycles < CYCLES_LEAST || is_known || !refinement.band.has(cycles) {
                     continue;
                 }
                 tried[count] = cycles;
@@ -183,7 +183,10 @@ impl<'w> Window<'w, '_, '_> {
                 {
                     continue;
                 }
-                let comb = refinement.best(blocks, work, course, &degrees[..=curved])?;
+                let degrees = &degrees[..=curved];
+                let Some(comb) = refinement.best(blocks, work, course, degrees) else {
+                    continue;
+                };
                 if divisor == 1 {
                     *peak = comb.tried;
                     tried[count - 1] = comb.tried;
@@ -191,8 +194,7 @@ impl<'w> Window<'w, '_, '_> {
                         first = comb.kept;
                     }
                 }
-                let is_best = best.is_none_or(|best| comb.score > best.score);
-                if is_best && self.may_be(comb.course.cycles) {
+                if best.is_none_or(|best| comb.score > best.score) {
                     best = Some(comb);
                 }
             }
@@ -212,11 +214,6 @@ impl<'w> Window<'w, '_, '_> {
             }
         }
         Some(best)
-    }
-
-    /// Whether a fundamental may have so many cycles a window.
-    fn may_be(&self, cycles: f32) -> bool {
-        self.scene.band.has(self.data.span.frequency(cycles))
     }
 
     /// Replaces what a comb leaves of single values; whether there are some.
@@ -363,6 +360,7 @@ impl<'w> Window<'w, '_, '_> {
             harmonics: usize::from(self.scene.harmonics()),
             may_share: self.scene.may_share(),
             cycles_max: self.data.cycles_max(),
+            band: self.scene.band.over(self.data.span.frequency(1.0)),
         }
     }
 }

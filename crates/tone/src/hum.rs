@@ -9,6 +9,7 @@ use crate::lines::Lines;
 use crate::phase::{cos_sin, from_turns};
 use crate::phase_course::Course;
 use crate::refine::{Known, Refinement, Steps};
+use crate::scene::Band;
 use crate::search::strongest;
 use crate::solve::Shape;
 use crate::source::Values;
@@ -77,6 +78,7 @@ impl Hum {
             harmonics: 1,
             may_share: true,
             cycles_max: data.cycles_max(),
+            band: Band::default(),
         };
         for most in [STEPS, 1] {
             let pass = Pass {

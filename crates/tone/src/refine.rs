@@ -7,6 +7,7 @@ use crate::lines::Lines;
 use crate::matrix::Factor;
 use crate::normal::Degrees;
 use crate::phase_course::Course;
+use crate::scene::Band;
 use crate::solve::Shape;
 use crate::statistics::Products;
 use crate::work::Work;
@@ -30,6 +31,8 @@ pub struct Refinement<'r> {
     pub may_share: bool,
     /// Cycles a window of half the frame rate.
     pub cycles_max: f32,
+    /// Cycles a window that the fundamental may have.
+    pub band: Band,
 }
 
 /// What is refined.

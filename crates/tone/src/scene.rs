@@ -68,6 +68,14 @@ pub struct Band {
 }
 
 impl Band {
+    /// The band in another unit, of which one is `unit` of this one's.
+    pub(crate) fn over(&self, unit: f32) -> Self {
+        Self {
+            least: self.least / unit,
+            most: self.most / unit,
+        }
+    }
+
     /// Whether it holds a frequency.
     pub(crate) fn has(&self, frequency: f32) -> bool {
         frequency >= self.least && (self.most <= 0.0 || frequency <= self.most)
