@@ -119,7 +119,6 @@ impl Uncertainty {
         };
         scaled(&mut estimate.sigma, own, estimate.frequency);
         let movement = &mut estimate.movement;
-        scaled(&mut movement.sigma_mean, own, estimate.frequency);
         scaled(&mut movement.wander_sigma, own, 0.0);
         scaled(&mut movement.chirp_sigma, own, 0.0);
         // The phases' variances are those of independent frames.

@@ -73,7 +73,6 @@ mod tests {
         let movement = Movement {
             wander: 0.021,
             wander_sigma: 0.013,
-            sigma_mean: 0.1,
             chirp: -0.31,
             chirp_sigma: 0.05,
         };

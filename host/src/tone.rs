@@ -12,13 +12,13 @@ pub type InUnit<T> = Option<Option<T>>;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(test, derive(JsonSchema))]
 pub struct Tone<T> {
-    /// Common frequency in time: mean of the window, weighted by a parabola.
+    /// Common frequency in time: its mean over the window.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frequency_hz: InUnit<T>,
     /// Standard deviation of the frequency.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sigma_hz: InUnit<T>,
-    /// Common frequency by place: mean of the window, weighted by a parabola.
+    /// Common frequency by place: its mean over the window.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frequency_per_mm: InUnit<T>,
     /// Standard deviation of the frequency by place.
@@ -34,9 +34,6 @@ pub struct Tone<T> {
     pub wander_percent: Option<f32>,
     /// Standard deviation of the wander.
     pub wander_sigma_percent: Option<f32>,
-    /// Standard deviation of the frequency as an estimate of the plain mean over the window.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub sigma_mean_hz: InUnit<f32>,
     /// Change of the frequency with time.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub chirp_hz_per_s: InUnit<f32>,
@@ -46,9 +43,6 @@ pub struct Tone<T> {
     /// Frequency of a second tone that is significant beside the first.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub other_tone_hz: InUnit<f32>,
-    /// Standard deviation of the frequency by place as an estimate of the plain mean.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub sigma_mean_per_mm: InUnit<f32>,
     /// Change of the frequency with place.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub chirp_per_mm2: InUnit<f32>,
@@ -111,7 +105,6 @@ impl<T: Precision> Tone<T> {
     ) -> Self {
         let (value, sigma) = (frequency.map(|f| f.value), frequency.map(|f| f.sigma));
         let period = frequency.map(WithSigma::inverse);
-        let sigma_mean = movement.map(|m| m.sigma_mean);
         let (chirp, chirp_sigma) = (movement.map(|m| m.chirp), movement.map(|m| m.chirp_sigma));
         let other = other_tone.map(|other| other.frequency);
         let both = Self {
@@ -125,7 +118,6 @@ impl<T: Precision> Tone<T> {
             Abscissa::Time => Self {
                 frequency_hz: Some(value),
                 sigma_hz: Some(sigma),
-                sigma_mean_hz: Some(sigma_mean),
                 chirp_hz_per_s: Some(chirp),
                 chirp_sigma_hz_per_s: Some(chirp_sigma),
                 other_tone_hz: Some(other),
@@ -136,7 +128,6 @@ impl<T: Precision> Tone<T> {
                 sigma_per_mm: Some(sigma),
                 period_mm: Some(period.map(|p| p.value)),
                 period_sigma_mm: Some(period.map(|p| p.sigma)),
-                sigma_mean_per_mm: Some(sigma_mean),
                 chirp_per_mm2: Some(chirp),
                 chirp_sigma_per_mm2: Some(chirp_sigma),
                 other_tone_per_mm: Some(other),

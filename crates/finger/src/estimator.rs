@@ -142,9 +142,6 @@ impl Estimator {
         // Nearly always none are missing: then nothing is read again.
         let has_gap = fitted.fit.frames.saturating_add(least) < window.frames
             && has_gap(window, least, source)?;
-        if fitted.fit.status == ridgetone_tone::Status::Ambiguous {
-            dbg_print(&fitted.fit);
-        }
         self.overtones = fitted.fit.overtones;
         Ok(WindowFit::Done(self.estimate(fitted, window, has_gap)))
     }
@@ -240,17 +237,6 @@ impl Estimator {
     }
 }
 
-extern crate std;
-fn dbg_print(f: &Fit) {
-    std::eprintln!(
-        "AMB {} {} other {:?} {:?}",
-        f.frequency,
-        f.sigma,
-        f.other_tone,
-        f.tests
-    );
-}
-
 /// Whether more than `least` frames in a row are missing in a window.
 fn has_gap(window: &Window, least: u32, source: &mut dyn FrameSource) -> Result<bool, Overwritten> {
     let (mut longest, mut gap, mut left) = (0u32, 0u32, window.frames);
@@ -282,7 +268,6 @@ pub fn movement(fit: &Fit, per_unit: f32) -> Movement {
     Movement {
         wander,
         wander_sigma,
-        sigma_mean: fit.sigma * per_unit,
         chirp: chirp * per_unit_squared,
         chirp_sigma: chirp_sigma * per_unit_squared,
     }
@@ -330,7 +315,6 @@ mod tests {
         let expected = Movement {
             wander: 0.02,
             wander_sigma: 0.001,
-            sigma_mean: 2.0,
             chirp: 4.0,
             chirp_sigma: 2.0,
         };

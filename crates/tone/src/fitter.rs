@@ -71,11 +71,11 @@ impl Fitter {
     pub fn fit(&mut self, span: &mut FrameSpan, scene: &Scene) -> Result<Fit, Overwritten> {
         let statistics = Statistics::collect(span)?;
         let mut fit = Fit::without_tone(Status::Nothing, statistics.frames);
-        if statistics.width == 0 || statistics.frames < FRAMES_MIN {
+        if statistics.width == 0 {
             return Ok(fit);
         }
         // More gaps than frames leave the frequency open.
-        if 2 * statistics.frames < span.frames {
+        if statistics.frames < FRAMES_MIN || 2 * statistics.frames < span.frames {
             fit.status = Status::TooShort;
             return Ok(fit);
         }

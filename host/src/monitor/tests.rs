@@ -419,7 +419,6 @@ fn what_helps_against_a_status_is_on_the_smallest_screen_too() {
     estimate.movement = Movement {
         wander: 0.021,
         wander_sigma: 0.002,
-        sigma_mean: 0.02,
         chirp: -0.31,
         chirp_sigma: 0.04,
     };

@@ -19,11 +19,10 @@ pub struct Estimate {
     pub status: Status,
     /// Unit in which the frequency counts its cycles.
     pub abscissa: Abscissa,
-    /// The common frequency, hertz, or by place cycles per millimetre; zero without a tone
+    /// Mean of the common frequency over the window, hertz, or by place cycles per millimetre; zero without a tone
     /// ([`Status::has_tone`]).
     pub frequency: f32,
-    /// Its standard deviation as an estimate of the mean that is weighted with a parabola, 1 in the
-    /// window's middle and 0 at its ends, in the same unit; zero without a tone.
+    /// Its standard deviation, movement included, in the same unit; zero without a tone.
     pub sigma: f32,
     /// How the frequency moves within the window.
     pub movement: Movement,
@@ -65,9 +64,8 @@ pub enum Status {
     Ambiguous,
     /// A common tone, but [`Estimate::faults`] may have changed it.
     Doubtful,
-    /// A common tone that moves within the window, or a disturbance of all channels that looks like
-    /// it. The frequency is its mean, weighted most in the window's middle, and its uncertainty
-    /// counts the movement.
+    /// A common tone, but no interval can be promised: its phase is not followed, or its amplitude
+    /// comes or goes.
     Unsteady,
 }
 
@@ -89,9 +87,6 @@ pub struct Movement {
     pub wander: f32,
     /// Its standard deviation.
     pub wander_sigma: f32,
-    /// Standard deviation of [`Estimate::frequency`] as an estimate of the plain mean over the
-    /// window, in the same unit.
-    pub sigma_mean: f32,
     /// Change of the frequency: hertz per second, or by place cycles per millimetre, per
     /// millimetre.
     pub chirp: f32,

@@ -46,7 +46,6 @@ pub fn longest_packet() -> Packet {
         movement: Movement {
             wander: 0.02,
             wander_sigma: 1e-3,
-            sigma_mean: 2e-3,
             chirp: 0.3,
             chirp_sigma: 1e-2,
         },
