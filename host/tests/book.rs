@@ -94,12 +94,11 @@ const LITTLE_OF: [(&str, &str); 30] = [
         "lab/eval/src/reproduce/okamoto.rs",
     ),
     ("cargo xtask events", "xtask/src/events.rs"),
-    ("cargo xtask noise --estimator new", "lab/eval/src/noise.rs"),
     (
         "cargo xtask settings",
         "host/src/settings_form/generated.rs",
     ),
-    ("cargo xtask real FOLDER", "lab/estimator/examples/real.rs"),
+    ("cargo xtask real FOLDER", "lab/eval/src/real.rs"),
     ("cargo xtask noise --seed 1", "lab/eval/src/noise.rs"),
     (
         "cargo test -p ridgetone-host --lib check::tests::conversation",

@@ -59,7 +59,7 @@ const NEAR_THE_BOUND: std::ops::Range<f64> = 0.6..1.4;
 
 #[test]
 fn short_windows_are_on_the_bound() {
-    for count in [24usize, 31, 32, 33, 40] {
+    for count in [28usize, 31, 32, 33, 40] {
         let places: Vec<f64> = (0..count)
             .map(|number| number as f64 / count as f64)
             .collect();

@@ -131,13 +131,13 @@ fn channels_that_are_constant_ramps_or_not_finite_are_left_out() {
 }
 
 #[test]
-fn few_frames_and_values_without_any_change_are_nothing() {
+fn few_frames_are_too_short_and_values_without_any_change_are_nothing() {
     assert_eq!(
         fit(&[1.0; 16 * 100], 16, &Scene::DEFAULT).status,
         Status::Nothing
     );
     let short = window(23, 4, 3.0, 1);
-    assert_eq!(fit(&short, 4, &Scene::DEFAULT).status, Status::Nothing);
+    assert_eq!(fit(&short, 4, &Scene::DEFAULT).status, Status::TooShort);
     let none = vec![f32::NAN; 400];
     assert_eq!(fit(&none, 4, &Scene::DEFAULT).status, Status::Nothing);
 }
@@ -150,7 +150,7 @@ fn gaps_widen_the_interval_and_do_no_more() {
     let mut gaps = whole.clone();
     for frame in gaps.chunks_exact_mut(8) {
         if even.next() < 0.25 {
-            frame[3] = f32::NAN;
+            frame.fill(f32::NAN);
         }
     }
     let (whole, gaps) = (
