@@ -4,13 +4,10 @@ use crate::reference::{Baseline, Likelihood};
 use ridgetone_tone::{Fit, Fitter, FrameSpan, Scene, Status, Table};
 use std::ops::Range;
 
-/// Greatest error of the fit, in standard deviations. The fit takes `u` by block, of which there
-/// are eight to sixteen: it has up to 1.5 percent less information, and is off the maximum by a
-/// tenth of its uncertainty, root mean square, at most.
-pub const OFF_MAX: f64 = 0.3;
-/// Bounds of the fit's sigma over that of f64, which ignores that few frames give an uncertain
-/// noise.
-const SURE: Range<f64> = 0.8..1.25;
+/// Greatest error of a fit, in standard deviations of f64.
+pub const OFF_MAX: f64 = 4.5;
+/// Bounds of the fit's sigma over that of f64, which knows the noise, and that the tone is steady.
+const SURE: Range<f64> = 0.75..1.6;
 
 /// A window and how to fit it.
 #[derive(Clone)]
@@ -54,15 +51,14 @@ impl Case {
         fit
     }
 
-    /// How far a fit is from the maximum of its likelihood next to `near`, in standard deviations
-    /// of f64, and its own sigma over that. A fit does not report its baseline: the nearest of the
-    /// four counts.
-    pub fn off(&self, fit: &Fit, near: f64) -> (f64, f64) {
-        self.off_at_least(fit, near, 0.0)
+    /// How far a fit is from the truth, in standard deviations of f64, and its own sigma over that. A
+    /// fit does not report its baseline: the nearest of the four counts.
+    pub fn off(&self, fit: &Fit, truth: f64) -> (f64, f64) {
+        self.off_at_least(fit, truth, 0.0)
     }
 
     /// As [`off`](Self::off), with no standard deviation smaller than `least`.
-    pub fn off_at_least(&self, fit: &Fit, near: f64, least: f64) -> (f64, f64) {
+    pub fn off_at_least(&self, fit: &Fit, truth: f64, least: f64) -> (f64, f64) {
         // Taxels that are invalid in more than a tenth of the frames do not keep frames from
         // counting.
         let some = self.valid.iter().filter(|valid| **valid != 0);
@@ -82,9 +78,8 @@ impl Case {
             let mut likelihood = Likelihood::new(&self.values, fit.harmonics as usize, baseline);
             likelihood.interferer = self.interferer.map(f64::from);
             let likelihood = likelihood.only(fit.usable, &self.valid, taxels);
-            let peak = likelihood.peak(near, 0.6 / self.values.len() as f64);
-            let sigma = likelihood.sigma(peak).max(least);
-            let off = (fit.frequency as f64 - peak).abs() / sigma;
+            let sigma = likelihood.sigma(truth).max(least);
+            let off = (fit.frequency as f64 - truth).abs() / sigma;
             let sure = fit.sigma as f64 / sigma;
             // The one that was fitted is known by both.
             if off < OFF_MAX && SURE.contains(&sure) {
@@ -97,35 +92,33 @@ impl Case {
         nearest
     }
 
-    /// Fits it and asserts that the fit is good, at the maximum next to `near`, and as sure as f64
-    /// is.
+    /// Fits it and asserts that the fit is good, at the truth, and as sure as f64 is.
     #[track_caller]
-    pub fn assert_good(&self, what: &str, near: f64) -> Fit {
+    pub fn assert_good(&self, what: &str, truth: f64) -> Fit {
         let fit = self.fit();
         assert_eq!(fit.status, Status::Good, "{what}: {fit:?}");
-        self.assert_at_peak(what, &fit, near);
+        self.assert_right_and_sure(what, &fit, truth);
         fit
     }
 
-    /// Asserts that a fit is at the maximum next to `near`. Where the model is wrong there is no
-    /// telling how sure.
+    /// Asserts that a fit is at the truth. Where the model is wrong there is no telling how sure.
     #[track_caller]
-    pub fn assert_near_peak(&self, what: &str, fit: &Fit, near: f64) {
-        let (off, _) = self.off(fit, near);
+    pub fn assert_right(&self, what: &str, fit: &Fit, truth: f64) {
+        let (off, _) = self.off(fit, truth);
         assert!(
             off < OFF_MAX,
-            "{what}: {off:.3} sigma from the reference, near {near}: {fit:?}"
+            "{what}: {off:.3} sigma from the truth, {truth}: {fit:?}"
         );
     }
 
-    /// Asserts that a fit is at the maximum next to `near`, and as sure as f64 is.
+    /// Asserts that a fit is at the truth, and as sure as f64 is.
     #[track_caller]
-    pub fn assert_at_peak(&self, what: &str, fit: &Fit, near: f64) {
-        self.assert_near_peak(what, fit, near);
-        let (_, sure) = self.off(fit, near);
+    pub fn assert_right_and_sure(&self, what: &str, fit: &Fit, truth: f64) {
+        self.assert_right(what, fit, truth);
+        let (_, sure) = self.off(fit, truth);
         assert!(
             SURE.contains(&sure),
-            "{what}: sigma is {sure:.3} of the reference's: {fit:?}"
+            "{what}: sigma is {sure:.3} of f64's: {fit:?}"
         );
     }
 }

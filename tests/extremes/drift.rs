@@ -148,12 +148,6 @@ fn a_huge_drift_makes_no_tone_a_part_of_itself() {
                     .iter()
                     .filter(|fit| (fit.frequency as f64 / truth - 1.0).abs() > 0.25)
                     .count();
-                for seed in 0..2 {
-                    eprintln!(
-                        "{cycles} {time} {swing} {:?}",
-                        window(cycles, time, swing, AMPLITUDE, seed).fit().status
-                    );
-                }
                 // The curves describe a drift to a three hundredth.
                 let least = if swing < 100.0 && time > 0.4 { 18 } else { 0 };
                 if off > 0 || good.len() < least {
@@ -240,9 +234,8 @@ fn a_quick_drift_alone_is_no_tone() {
     assert_no_tone(&TIMES[..1], &[2.0]);
 }
 
-/// The fit is at the maximum of its likelihood even where the tone is on a drift.
 #[test]
-fn a_tone_on_a_drift_is_at_its_maximum() {
+fn a_tone_on_a_drift_is_right() {
     for cycles in [3.0, 5.2, 8.34] {
         for time in [1.0, 3.0, f64::INFINITY] {
             for seed in 0..5 {

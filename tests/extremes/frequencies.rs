@@ -33,7 +33,7 @@ fn half_a_cycle_to_one() {
                     Status::Ambiguous => {
                         ambiguous += 1;
                         if cycles > 0.95 {
-                            case.assert_near_peak(&format!("{tone:?}"), &fit, tone.frequency);
+                            case.assert_right(&format!("{tone:?}"), &fit, tone.frequency);
                         }
                     }
                     Status::TooShort | Status::NoTone => too_short += 1,
@@ -80,7 +80,7 @@ fn next_to_half_the_frame_rate() {
                 assert_eq!(fit.status, Status::Good, "{tone:?} {fit:?}");
             }
             if fit.status.has_tone() {
-                case.assert_at_peak(&format!("{tone:?}"), &fit, frequency);
+                case.assert_right_and_sure(&format!("{tone:?}"), &fit, frequency);
             }
         }
     }
@@ -151,7 +151,7 @@ fn the_shortest_window_and_the_longest() {
                 Status::Good
             };
             assert_eq!(fit.status, expected, "{tone:?} {fit:?}");
-            case.assert_near_peak(&format!("{tone:?}"), &fit, tone.frequency);
+            case.assert_right(&format!("{tone:?}"), &fit, tone.frequency);
             assert_eq!(fit.harmonics as usize, carried, "{tone:?} {fit:?}");
         }
     }

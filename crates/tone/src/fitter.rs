@@ -241,22 +241,23 @@ impl<'w> Window<'w, '_, '_> {
             self.collect(blocks, course, lines);
         };
         let is_known = refinement.follow(blocks, work, &mut followed, &mut recollect);
-        if is_known {
-            self.judge(memory, &followed, fit);
-        } else {
+        if !is_known || !self.judge(memory, &followed, fit) {
             fit.status = Status::Ambiguous;
             fit.frequency = self.data.span.frequency(comb.course.cycles);
             fit.sigma = fit.frequency;
         }
     }
 
-    /// The verdict on a tone that is followed.
+    /// The verdict on a tone that is followed; false where f32 cannot tell its mean.
     #[inline(never)]
-    fn judge(&mut self, memory: &mut Memory, followed: &Followed, fit: &mut Fit) {
+    fn judge(&mut self, memory: &mut Memory, followed: &Followed, fit: &mut Fit) -> bool {
         let work = &*memory.work;
         let (cycles_max, width) = (self.data.cycles_max(), self.data.width());
         let tested = Tested::new(followed, work, cycles_max, width);
         let mean = conclude::mean(&tested, work, memory.blocks, self.scene);
+        if !(mean.cycles + mean.sigma).is_finite() {
+            return false;
+        }
         let mut tests = Tests::default();
         tested.near(&work.neighbours, &mut tests);
         let (span, statistics) = (&*self.data.span, &self.data.statistics);
@@ -312,6 +313,7 @@ impl<'w> Window<'w, '_, '_> {
                 fit.with_tone |= (tested.with_tone >> k & 1) << statistics.order[k];
             }
         }
+        true
     }
 
     /// What a tone leaves: the deviate of lines between its own, and another line.
