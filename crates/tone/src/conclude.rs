@@ -21,7 +21,7 @@ use crate::work::Work;
 use core::f32::consts::PI;
 
 /// Fewer cycles are no period.
-const CYCLES: f32 = 1.15;
+pub const CYCLES: f32 = 1.15;
 /// Fewest cycles of a period where all channels have one shape in time: any bump looks like it.
 const CYCLES_ONE: f32 = 2.0;
 /// Phase beyond the fitted degrees, radians: past it a cycle may be lost.

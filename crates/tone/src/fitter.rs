@@ -2,7 +2,7 @@
 
 use crate::blocks::{Blocks, Pass};
 use crate::comb::Comb;
-use crate::conclude::{self, Figures};
+use crate::conclude::{self, CYCLES, Figures};
 use crate::data::Data;
 use crate::fit::{Fit, Status, Tests};
 use crate::frame_span::FrameSpan;
@@ -167,7 +167,8 @@ impl<'w> Window<'w, '_, '_> {
                     || tried[..count]
                         .iter()
                         .any(|other| f32::abs(other - cycles) < CANDIDATES_APART);
-                if cycles < CYCLES_LEAST || is_known || !refinement.band.has(cycles) {
+                let least = if divisor > 1 { CYCLES } else { CYCLES_LEAST };
+                if cycles < least || is_known || !refinement.band.has(cycles) {
                     continue;
                 }
                 tried[count] = cycles;
