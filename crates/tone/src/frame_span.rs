@@ -161,6 +161,8 @@ impl<'a> FrameSpan<'a> {
         add(mask, run);
         let most = counts.iter().copied().max().unwrap_or(0);
         let is_used = |c: &usize| counts[*c] > 0 && 10 * counts[*c] >= 9 * most;
-        Ok((0..CHANNELS_MAX).filter(is_used).fold(0, |mask, c| mask | 1 << c))
+        Ok((0..CHANNELS_MAX)
+            .filter(is_used)
+            .fold(0, |mask, c| mask | 1 << c))
     }
 }
