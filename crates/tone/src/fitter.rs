@@ -353,7 +353,7 @@ impl<'w> Window<'w, '_, '_> {
 
     #[inline(never)]
     fn candidates(&mut self, blocks: &mut Blocks, work: &mut Work) -> [f32; PEAKS] {
-        let (all, scene) = (&self.all.matrix, self.scene);
+        let (all, scene) = (self.all, self.scene);
         candidates(self.data, work.sums(), blocks.scratch(), all, scene)
     }
 

@@ -66,7 +66,7 @@ impl Hum {
         let centre = 2.0 * most * libm::roundf(0.5 * cycles / most);
         let folded = (cycles - centre).abs();
         let band = (folded - off).max(1.0)..(folded + off).min(most - 0.5);
-        let found = strongest(data, work.sums(), blocks.scratch(), &all.matrix, band)?;
+        let found = strongest(data, work.sums(), blocks.scratch(), &all, band)?;
         blocks.start(data, 1);
         let mut course = Course::steady(centre + found.copysign(cycles - centre));
         let lines = Lines::up_to(1);

@@ -5,9 +5,10 @@
 
 use crate::data::Data;
 use crate::limits::CHANNELS_MAX;
-use crate::matrix::{Factor, Square, invert_lower};
+use crate::matrix::{Factor, invert_lower};
 use crate::scene::Scene;
 use crate::spectrum::{Spectrum, Sums};
+use crate::statistics::Products;
 use core::f32::consts::FRAC_1_SQRT_2 as ROOT_HALF;
 use core::ops::Range;
 
@@ -35,7 +36,7 @@ pub fn candidates(
     data: &mut Data,
     sums: Sums,
     transforms: &mut [f32],
-    all: &Square<CHANNELS_MAX>,
+    all: &Products,
     scene: &Scene,
 ) -> [f32; PEAKS] {
     let unit = data.span.frequency(1.0);
@@ -56,7 +57,7 @@ pub fn strongest(
     data: &mut Data,
     sums: Sums,
     transforms: &mut [f32],
-    all: &Square<CHANNELS_MAX>,
+    all: &Products,
     band: Range<f32>,
 ) -> Option<f32> {
     let spectrum = whitened(data, sums, transforms, all, true);
@@ -70,7 +71,7 @@ fn whitened<'m>(
     data: &mut Data,
     sums: Sums<'m>,
     transforms: &'m mut [f32],
-    all: &Square<CHANNELS_MAX>,
+    all: &Products,
     may_share: bool,
 ) -> Option<Spectrum<'m>> {
     let (width, each) = (data.width(), data.frames_each());
@@ -82,13 +83,15 @@ fn whitened<'m>(
     let mut mixtures = [[0.0; CHANNELS_MAX]; CHANNELS_MAX];
     if may_share {
         for (k, mixture) in mixtures.iter_mut().enumerate().take(width) {
-            mixture[..=k].copy_from_slice(&all[k][..=k]);
+            mixture[..=k].copy_from_slice(&all.matrix[k][..=k]);
+            // Rounding of a clear tone has lines without end, which are none of the channels'.
+            mixture[k] += all.least[k];
         }
         Factor::new(&mut mixtures, width);
         invert_lower(&mut mixtures, width);
     } else {
         for (k, mixture) in mixtures.iter_mut().enumerate().take(width) {
-            mixture[k] = 1.0 / libm::sqrtf(all[k][k].max(f32::MIN_POSITIVE));
+            mixture[k] = 1.0 / libm::sqrtf((all.matrix[k][k] + all.least[k]).max(f32::MIN_POSITIVE));
         }
     }
     let (mut width, mut reach) = (width, 1);
