@@ -258,7 +258,7 @@ impl<'w> Window<'w, '_, '_> {
         let (cycles_max, width) = (self.data.cycles_max(), self.data.width());
         let tested = Tested::new(followed, work, cycles_max, width);
         let mean = conclude::mean(&tested, work, memory.blocks, self.scene);
-        if !(mean.cycles + mean.sigma).is_finite() {
+        if !(mean.cycles > 0.0 && (mean.cycles + mean.sigma).is_finite()) {
             return false;
         }
         let mut tests = Tests::default();

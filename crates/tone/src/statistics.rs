@@ -180,8 +180,10 @@ impl Statistics {
     /// Variance of a value's rounding in each channel, where values are rounded to multiples of
     /// `step`.
     fn rounding(&self, step: f32) -> Values {
-        self.scale
-            .map(|scale| step * step / (12.0 * scale * scale) + ROUNDING)
+        self.scale.map(|scale| {
+            let steps = step / scale;
+            steps * steps / 12.0 + ROUNDING
+        })
     }
 }
 
