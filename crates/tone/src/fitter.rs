@@ -171,8 +171,6 @@ impl<'w> Window<'w, '_, '_> {
                 if cycles < least || is_known || !refinement.band.has(cycles) {
                     continue;
                 }
-                tried[count] = cycles;
-                count += 1;
                 let course = Course::steady(cycles);
                 self.collect(blocks, &course, refinement.lines(cycles));
                 let degrees = [1, most];
@@ -184,6 +182,8 @@ impl<'w> Window<'w, '_, '_> {
                 {
                     continue;
                 }
+                tried[count] = cycles;
+                count += 1;
                 let degrees = &degrees[..=curved];
                 let Some(comb) = refinement.best(blocks, work, course, degrees) else {
                     continue;
@@ -255,8 +255,8 @@ impl<'w> Window<'w, '_, '_> {
     #[inline(never)]
     fn judge(&mut self, memory: &mut Memory, followed: &Followed, fit: &mut Fit) -> bool {
         let work = &*memory.work;
-        let (cycles_max, width) = (self.data.cycles_max(), self.data.width());
-        let tested = Tested::new(followed, work, cycles_max, width);
+        let (reach, width) = (self.data.reach(), self.data.width());
+        let tested = Tested::new(followed, work, reach, width);
         let mean = conclude::mean(&tested, work, memory.blocks, self.scene);
         if !(mean.cycles > 0.0 && (mean.cycles + mean.sigma).is_finite()) {
             return false;
@@ -364,7 +364,7 @@ impl<'w> Window<'w, '_, '_> {
             frames: self.all.count,
             harmonics: usize::from(self.scene.harmonics()),
             may_share: self.scene.may_share(),
-            cycles_max: self.data.cycles_max(),
+            reach: self.data.reach(),
             band: self.scene.band.over(self.data.span.frequency(1.0)),
         }
     }

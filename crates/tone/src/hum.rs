@@ -77,7 +77,7 @@ impl Hum {
             frames: all.count,
             harmonics: 1,
             may_share: true,
-            cycles_max: data.cycles_max(),
+            reach: data.reach(),
             band: Band::default(),
         };
         for most in [STEPS, 1] {

@@ -52,7 +52,8 @@ pub fn candidates(
     found.map(|peak| peak.cycles)
 }
 
-/// The most likely line between two numbers of cycles a window.
+/// The most likely line between two numbers of cycles a window, if its likelihood is worth the price
+/// of its unknowns by the Bayesian criterion.
 pub fn strongest(
     data: &mut Data,
     sums: Sums,
@@ -60,9 +61,11 @@ pub fn strongest(
     all: &Products,
     band: Range<f32>,
 ) -> Option<f32> {
+    let frames = data.count() as f32;
+    let price = 2.0 * data.width() as f32 * libm::logf(frames) / frames;
     let spectrum = whitened(data, sums, transforms, all, true);
     let peak = spectrum.map(|spectrum| peaks(&spectrum, band.start, band.end)[0]);
-    peak.filter(|peak| peak.height > 0.0)
+    peak.filter(|peak| peak.height > price)
         .map(|peak| peak.cycles)
 }
 
@@ -91,7 +94,8 @@ fn whitened<'m>(
         invert_lower(&mut mixtures, width);
     } else {
         for (k, mixture) in mixtures.iter_mut().enumerate().take(width) {
-            mixture[k] = 1.0 / libm::sqrtf((all.matrix[k][k] + all.least[k]).max(f32::MIN_POSITIVE));
+            mixture[k] =
+                1.0 / libm::sqrtf((all.matrix[k][k] + all.least[k]).max(f32::MIN_POSITIVE));
         }
     }
     let (mut width, mut reach) = (width, 1);
