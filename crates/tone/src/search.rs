@@ -19,6 +19,9 @@ const FRAMES_FEW: u32 = 128;
 const CHANNELS_FEW: usize = 8;
 /// Fewest cycles of a peak.
 const CYCLES_PEAK: f32 = 0.5;
+/// Noise is taken for at least this share of a channel's variance: beside less, a faint overtone
+/// would stand out as far as the tone.
+const CLEAR: f32 = 1e-4;
 /// Least of what a line leaves of a determinant.
 const LEFT_MIN: f32 = 1e-7;
 
@@ -87,8 +90,7 @@ fn whitened<'m>(
     if may_share {
         for (k, mixture) in mixtures.iter_mut().enumerate().take(width) {
             mixture[..=k].copy_from_slice(&all.matrix[k][..=k]);
-            // Rounding of a clear tone has lines without end, which are none of the channels'.
-            mixture[k] += all.least[k];
+            mixture[k] += all.least[k].max(CLEAR * mixture[k]);
         }
         Factor::new(&mut mixtures, width);
         invert_lower(&mut mixtures, width);
@@ -157,7 +159,7 @@ fn peaks(spectrum: &Spectrum, least: f32, most: f32) -> [Peak; PEAKS] {
         } else {
             f32::NEG_INFINITY
         };
-        if at >= before && at >= after && at > peaks[PEAKS - 1].height {
+        if at > before && at >= after && at > peaks[PEAKS - 1].height {
             let bend = 2.0 * at - before - after;
             let vertex = if bend.is_finite() && bend > 0.0 {
                 0.5 * (after - before) / bend
