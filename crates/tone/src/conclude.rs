@@ -2,6 +2,7 @@
 //! set.
 
 use crate::blocks::Blocks;
+use crate::comb::Rival;
 use crate::fit::{Fit, Movement, OtherTone, Status, Tests};
 use crate::frame_span::FrameSpan;
 use crate::legendre::{legendre, slopes};
@@ -202,6 +203,8 @@ pub struct Figures<'v> {
     pub mean: &'v Mean,
     /// Another line.
     pub other: &'v Other,
+    /// The likeliest comb of another frequency.
+    pub rival: &'v Rival,
     /// The strongest line.
     pub strongest: usize,
     /// Whether lines and baseline have more unknowns than the window has room for.
@@ -229,6 +232,7 @@ impl Figures<'_> {
             || is_overtone
             || is_second
             || tests.between > Z_TEST
+            || tests.margin < ODDS
         {
             Status::Ambiguous
         } else if is_lost || tests.fading > FADING || mean.sigma > SIGMA_MAX * mean.cycles {
@@ -246,6 +250,8 @@ impl Figures<'_> {
             self.other.own_cycles
         } else if self.tests.between > Z_TEST {
             0.5 * self.mean.cycles
+        } else if self.tests.margin < ODDS {
+            self.rival.cycles
         } else {
             return None;
         };

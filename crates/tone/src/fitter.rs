@@ -155,6 +155,7 @@ impl<'w> Window<'w, '_, '_> {
         work.score_of_best = f32::NEG_INFINITY;
         let most = scene.degree_max();
         let mut tried = [0.0f32; PEAKS * DIVISORS];
+        let mut rivals = [Rival::NONE; PEAKS * DIVISORS];
         let (mut best, mut count, mut first) = (None::<Comb>, 0, Lines::NONE);
         for divisor in 1..=DIVISORS.min(refinement.harmonics) {
             for (i, peak) in peaks.iter_mut().enumerate() {
@@ -168,7 +169,7 @@ impl<'w> Window<'w, '_, '_> {
                         .iter()
                         .any(|other| f32::abs(other - cycles) < CANDIDATES_APART);
                 let least = if divisor > 1 { CYCLES } else { CYCLES_LEAST };
-                if cycles < least || is_known || !refinement.band.has(cycles) {
+                if cycles < CYCLES_LEAST || is_known || !refinement.band.has(cycles) {
                     continue;
                 }
                 let course = Course::steady(cycles);
@@ -195,12 +196,28 @@ impl<'w> Window<'w, '_, '_> {
                         first = comb.kept;
                     }
                 }
+                rivals[count - 1] = Rival {
+                    score: comb.score,
+                    cycles: comb.course.cycles,
+                };
                 if best.is_none_or(|best| comb.score > best.score) {
                     best = Some(comb);
                 }
             }
         }
         let mut best = best?;
+        let cycles = best.course.cycles;
+        let others = rivals
+            .iter()
+            .filter(|rival| f32::abs(rival.cycles - cycles) > CYCLES_LEAST);
+        best.rival = others.fold(Rival::NONE, |most, rival| {
+            if rival.score > most.score {
+                *rival
+            } else {
+                most
+            }
+        });
+        best.rival.score -= best.score;
         let lines = refinement.lines(best.course.cycles);
         self.collect(blocks, &best.course, lines.and(best.shape.lines));
         // Scores of turned blocks and of these are not comparable.
@@ -273,6 +290,7 @@ impl<'w> Window<'w, '_, '_> {
         }
         let shape = tested.shape;
         tests.other = other.deviate;
+        tests.margin = -rival.score;
         tests.cycles = followed.course.cycles;
         tests.unfollowed = libm::sqrtf(mean.phase.unfollowed);
         tests.fading = fading(followed);
@@ -297,6 +315,7 @@ impl<'w> Window<'w, '_, '_> {
             tests: &tests,
             mean: &mean,
             other: &other,
+            rival,
             strongest: strongest.0,
             is_crowded: shape.degree > 1 && room < (2 * shape.lines.count() + shape.degree) as f32,
             lines: shape.lines.count(),
