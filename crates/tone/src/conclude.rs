@@ -21,8 +21,10 @@ use crate::tests::{Other, Tested, Z_LINE, Z_TEST};
 use crate::work::Work;
 use core::f32::consts::PI;
 
+/// Logarithm of a thousand: odds against another frequency.
+const ODDS: f32 = 6.9;
 /// Fewer cycles are no period.
-pub const CYCLES: f32 = 1.15;
+const CYCLES: f32 = 1.15;
 /// Fewest cycles of a period where all channels have one shape in time: any bump looks like it.
 const CYCLES_ONE: f32 = 2.0;
 /// Phase beyond the fitted degrees, radians: past it a cycle may be lost.

@@ -1,8 +1,8 @@
 //! The order of the steps.
 
 use crate::blocks::{Blocks, Pass};
-use crate::comb::Comb;
-use crate::conclude::{self, CYCLES, Figures};
+use crate::comb::{Comb, Rival};
+use crate::conclude::{self, Figures};
 use crate::data::Data;
 use crate::fit::{Fit, Status, Tests};
 use crate::frame_span::FrameSpan;
@@ -168,7 +168,6 @@ impl<'w> Window<'w, '_, '_> {
                     || tried[..count]
                         .iter()
                         .any(|other| f32::abs(other - cycles) < CANDIDATES_APART);
-                let least = if divisor > 1 { CYCLES } else { CYCLES_LEAST };
                 if cycles < CYCLES_LEAST || is_known || !refinement.band.has(cycles) {
                     continue;
                 }
@@ -261,7 +260,7 @@ impl<'w> Window<'w, '_, '_> {
             self.collect(blocks, course, lines);
         };
         let is_known = refinement.follow(blocks, work, &mut followed, &mut recollect);
-        if !is_known || !self.judge(memory, &followed, fit) {
+        if !is_known || !self.judge(memory, &followed, &comb.rival, fit) {
             fit.status = Status::Ambiguous;
             fit.frequency = self.data.span.frequency(comb.course.cycles);
             fit.sigma = fit.frequency;
@@ -270,7 +269,13 @@ impl<'w> Window<'w, '_, '_> {
 
     /// The verdict on a tone that is followed; false where f32 cannot tell its mean.
     #[inline(never)]
-    fn judge(&mut self, memory: &mut Memory, followed: &Followed, fit: &mut Fit) -> bool {
+    fn judge(
+        &mut self,
+        memory: &mut Memory,
+        followed: &Followed,
+        rival: &Rival,
+        fit: &mut Fit,
+    ) -> bool {
         let work = &*memory.work;
         let (reach, width) = (self.data.reach(), self.data.width());
         let tested = Tested::new(followed, work, reach, width);
