@@ -15,6 +15,8 @@ mod flash;
 #[cfg(feature = "simulator")]
 pub mod half_plane;
 #[cfg(feature = "simulator")]
+mod printable;
+#[cfg(feature = "simulator")]
 mod random;
 #[cfg(feature = "simulator")]
 pub mod scene;
@@ -31,6 +33,7 @@ pub use self::{
     chip::{Ads1258, Analog, Counters, Fault, Injected, Injection, Options},
     file_error::FileError,
     flash::CutFlash,
+    printable::{escaped, printable},
     scene::{Constant, Noisy, Repeated, Scene},
     scene_file::{load_scene, parse_scene},
     sliding::{

@@ -27,6 +27,8 @@
 //! | the commands of `ridgetone-teletaction` | `teletaction` |
 //! | the command line | [`cli`], [`usage`], [`program`], [`output`], [`digits`], [`stop`] |
 #![forbid(unsafe_code)]
+// Messages quote files, boards and peers: `note!` escapes and cuts them.
+#![deny(clippy::print_stderr)]
 // Not published: a field whose name and unit say everything needs no documentation.
 #![allow(missing_docs)]
 

@@ -2,6 +2,7 @@
 
 use crate::events;
 use crate::feed::{Feed, FeedEvent, Requester};
+use crate::note;
 use crate::stop;
 use crate::utc::Receipt;
 use anyhow::{Result, bail};
@@ -121,14 +122,14 @@ fn listen(listener: &mut Listener, sink: &mut Sink<'_>) -> Result<()> {
         match heard {
             Some(Heard::Packet(packet, receipt)) if sink(&packet, receipt)?.is_break() => break,
             Some(Heard::Packet(..)) | None => {}
-            Some(Heard::Connected(name)) => eprintln!("ridgetone: {name}: open"),
+            Some(Heard::Connected(name)) => note!("{name}: open"),
             Some(Heard::Disconnected(name, why)) => {
-                eprintln!("ridgetone: {name}: {why}; waiting for the board")
+                note!("{name}: {why}; waiting for the board")
             }
             Some(Heard::Over) => break,
         }
         if let Some(losses) = listener.losses() {
-            eprintln!("ridgetone: {losses}");
+            note!("{losses}");
         }
     }
     Ok(())

@@ -1,5 +1,6 @@
 //! A robot's odometry: a file of places or speeds becomes the messages that the robot would send.
 
+use crate::note;
 use anyhow::{Context, Result, bail, ensure};
 use hal_mock::Table;
 use ridgetone_proto::odometry::{FRAME_BYTES, Odometry, PLACE_PER_MM, Reading, SPEED_MAX_MM_S};
@@ -140,7 +141,7 @@ pub fn follow(path: &Path) -> Result<Receiver<Vec<u8>>> {
     let (found, messages) = sync_channel(WAITING);
     std::thread::spawn(move || {
         if let Err(error) = send_lines(BufReader::new(source), &shown, is_file, &found) {
-            eprintln!("ridgetone: {error:#}; estimates come by time from now on");
+            note!("{error:#}; estimates come by time from now on");
         }
     });
     Ok(messages)

@@ -8,7 +8,7 @@ use crate::messages::{Form, messages};
 use crate::raw_rows::RawRows;
 use crate::wav_rows::WavRows;
 use anyhow::Result;
-use hal_mock::{FileError, OpenRows, RowReader, Rows, TimeColumn, Timing, ValueAt};
+use hal_mock::{FileError, OpenRows, RowReader, Rows, TimeColumn, Timing, ValueAt, escaped};
 use std::fmt;
 use std::fs::File;
 use std::io::Read;
@@ -38,7 +38,7 @@ impl Samples {
         let is_standard_input = path == Path::new("-");
         let name = match is_standard_input {
             true => "standard input".to_owned(),
-            false => path.display().to_string(),
+            false => escaped(&path.display().to_string()).into_owned(),
         };
         let refuse = |error| FileError::new(&name, None, error);
         // What can be read only once is kept in a file while it is needed.

@@ -28,6 +28,7 @@ pub mod server;
 pub mod status;
 
 use crate::feed::{Feed, Following};
+use crate::note;
 use crate::stop;
 use anyhow::{Context, Result};
 use app::App;
@@ -85,7 +86,7 @@ fn serve(following: &mut Following, options: &Options) -> Result<()> {
                 |name| name.to_string_lossy().into(),
             );
             if let Err(error) = runs.open(&name, &path) {
-                eprintln!("ridgetone: {error:#}");
+                note!("{error:#}");
             }
         });
     }

@@ -3,6 +3,7 @@
 
 use super::parse::{number, positive};
 use crate::feel::{self, Coefficients, KnownSurface, Options};
+use crate::note;
 use crate::output::{self, Progress};
 use crate::samples::Samples;
 use crate::table_fit::Selection;
@@ -242,7 +243,7 @@ impl FeelArgs {
         let samples = Samples::file_with(&file, self.time_column)?;
         let felt = with_progress(|progress| feel::measure(&samples, &measure.options(), progress))?;
         if let Some(guessed) = &felt.guessed {
-            eprintln!("ridgetone: {}: {guessed}", felt.file);
+            note!("{}: {guessed}", felt.file);
         }
         if let Some(path) = &self.svg {
             output::new_text(path, &feel::draw(&felt))?;

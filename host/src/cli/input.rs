@@ -2,6 +2,7 @@
 
 use super::parse::{number, positive};
 use crate::input::{Input, Opened, Source, rate_of};
+use crate::note;
 use crate::samples::Samples;
 use crate::usage::UsageError;
 use anyhow::Result;
@@ -119,10 +120,10 @@ impl SceneOptions {
 /// Says on standard error what was guessed of an input, and its warning.
 pub fn remark(input: &Opened) {
     if let Some(guessed) = &input.guessed {
-        eprintln!("ridgetone: {guessed}");
+        note!("{guessed}");
     }
     if let Some(warning) = &input.warning {
-        eprintln!("ridgetone: warning: {warning}");
+        note!("warning: {warning}");
     }
 }
 

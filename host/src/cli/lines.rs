@@ -5,6 +5,7 @@ use crate::events::JsonLines;
 use crate::feed::{Feed, Requester};
 use crate::frame::Frame;
 use crate::live::Counts;
+use crate::note;
 use crate::teleplot::Teleplot;
 use crate::utc::Receipt;
 use crate::{events, listen, output};
@@ -154,5 +155,5 @@ pub fn report(counts: Counts) {
         damaged,
         ..
     } = counts;
-    eprintln!("ridgetone: {received} telemetry frames received, {missing} lost, {damaged} damaged");
+    note!("{received} telemetry frames received, {missing} lost, {damaged} damaged");
 }

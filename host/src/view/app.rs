@@ -5,6 +5,7 @@ use super::runs::Runs;
 use anyhow::{Context, Result};
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use hal_mock::printable;
 use serde::Serialize;
 use std::sync::Arc;
 
@@ -22,7 +23,14 @@ pub fn answer(done: Result<String>) -> Response {
             ([(header::CONTENT_TYPE, "application/json")], text).into_response()
         }
         Ok(text) => text.into_response(),
-        Err(error) => (StatusCode::UNPROCESSABLE_ENTITY, format!("{error:#}")).into_response(),
+        Err(error) => {
+            let why = format!("{error:#}");
+            (
+                StatusCode::UNPROCESSABLE_ENTITY,
+                printable(&why).into_owned(),
+            )
+                .into_response()
+        }
     }
 }
 

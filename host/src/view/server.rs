@@ -16,6 +16,7 @@ use super::hub::Hub;
 use super::message::Message;
 use super::run_routes;
 use crate::events::view::{Missed, Note};
+use crate::note;
 use anyhow::{Context, Result};
 use axum::Router;
 use axum::body::{Body, Bytes};
@@ -75,7 +76,7 @@ impl Server {
             let served = std::pin::pin!(async move { axum::serve(listener, routes).await });
             // It does not wait for pages, which listen for ever.
             if let Either::Left((Err(error), _)) = select(served, dropped).await {
-                eprintln!("ridgetone: the page is no longer served: {error}");
+                note!("the page is no longer served: {error}");
             }
         };
         std::thread::spawn(move || runtime.block_on(serve));
