@@ -4,7 +4,7 @@ use crate::blocks::Blocks;
 use crate::covariance::Samples;
 use crate::limits::HARMONICS_MAX;
 use crate::lines::Lines;
-use crate::matrix::Factor;
+use crate::matrix::{Factor, PIVOT_MIN};
 use crate::neighbours::{BAND, Place};
 use crate::phase_course::Course;
 use crate::refine::{Known, Refinement, Steps};
@@ -84,21 +84,34 @@ impl Refinement<'_> {
         }
     }
 
-    /// The lines of the solution whose power is more than the Bayesian criterion's price, by the
-    /// noise next to them; the first where there is none.
+    /// The lines of the solution whose power is more than the Bayesian criterion's price by the
+    /// noise next to them, and than all that rounding may have: of these the one whose multiples
+    /// have most power, with them. The first where there is none.
     #[inline(never)]
     fn lines_there(&self, work: &Work) -> Lines {
-        let least = 2.0 * self.width as f32 * libm::logf(self.frames);
+        let rounding: f32 = (0..self.width)
+            .map(|k| work.weights[k][k] * self.all.least[k])
+            .sum();
+        let least = 2.0 * self.width as f32 * libm::logf(self.frames) + rounding;
         let factors = work.solution.line_factors();
-        let lines = work.solution.shape.lines.iter().zip(&factors);
-        let there = lines
-            .filter(|(_, factors)| Power::new(factors, &work.weights).all > least)
-            .fold(Lines::NONE, |lines, (line, _)| lines.with(line));
-        if there == Lines::NONE {
-            there.with(1)
-        } else {
-            there
+        let lines = work.solution.shape.lines;
+        let mut powers = [0.0; HARMONICS_MAX + 1];
+        for (line, factors) in lines.iter().zip(&factors) {
+            let power = Power::new(factors, &work.weights).all;
+            powers[line] = if power > least { power } else { 0.0 };
         }
+        let there = || lines.iter().filter(|line| powers[*line] > 0.0);
+        let multiples = |unit: usize| there().filter(move |line| line.is_multiple_of(unit));
+        let power = |unit: usize| multiples(unit).map(|line| powers[line]).sum::<f32>();
+        let first = there().next().unwrap_or(1);
+        let unit = there().fold(first, |best, unit| {
+            if power(unit) > power(best) {
+                unit
+            } else {
+                best
+            }
+        });
+        multiples(unit).fold(Lines::NONE.with(unit), Lines::with)
     }
 
     /// The likeliest of the combs at `course` with baselines of some degrees. The weights of the best
@@ -194,7 +207,10 @@ impl Refinement<'_> {
     fn likelihood(&self, solution: &Solution) -> f32 {
         let log_det = if self.may_share {
             let mut residuals = solution.residuals(self.all);
-            Factor::new(&mut residuals, self.width).log_det()
+            // What a channel has beside the others is not less than rounding either.
+            let least =
+                core::array::from_fn(|k| self.all.least[k].max(PIVOT_MIN * residuals[k][k]));
+            Factor::new(&mut residuals, self.width).log_det_above(&least)
         } else {
             let squares = solution.squares(self.all);
             squares

@@ -202,8 +202,6 @@ pub struct Figures<'v> {
     pub mean: &'v Mean,
     /// Another line.
     pub other: &'v Other,
-    /// The lowest and the strongest line.
-    pub lowest: usize,
     /// The strongest line.
     pub strongest: usize,
     /// Whether lines and baseline have more unknowns than the window has room for.
@@ -226,7 +224,6 @@ impl Figures<'_> {
         } else if tests.cycles < least
             || self.other.deviate > Z_TEST
             || self.other.own > Z_LINE
-            || self.lowest > 1
             || self.is_crowded
             || is_faint
             || is_overtone

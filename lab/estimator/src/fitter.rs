@@ -199,7 +199,9 @@ impl<'w> Window<'w, '_, '_> {
         let mut best = best?;
         let lines = refinement.lines(best.course.cycles);
         self.collect(blocks, &best.course, lines.and(best.shape.lines));
-        for degree in 2..most {
+        // Scores of turned blocks and of these are not comparable.
+        best.score = f32::NEG_INFINITY;
+        for degree in 1..=most {
             let shape = Shape {
                 degree,
                 ..best.shape
@@ -290,7 +292,6 @@ impl<'w> Window<'w, '_, '_> {
             tests: &tests,
             mean: &mean,
             other: &other,
-            lowest: shape.lines.least(),
             strongest: strongest.0,
             is_crowded: shape.degree > 1 && room < (2 * shape.lines.count() + shape.degree) as f32,
             lines: shape.lines.count(),
@@ -322,6 +323,7 @@ impl<'w> Window<'w, '_, '_> {
                 neighbours: &mut work.neighbours,
                 memory: &mut work.memory,
                 weights: &work.weights,
+                least: &self.all.least,
             };
             between = tested.between(self.data, &model, blocks, &mut noise);
         }

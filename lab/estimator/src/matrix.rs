@@ -4,7 +4,7 @@
 pub type Square<const N: usize> = [[f32; N]; N];
 
 /// A pivot below this share of its diagonal is rounding: the unknown is left out.
-const PIVOT_MIN: f32 = 2e-6;
+pub const PIVOT_MIN: f32 = 2e-6;
 
 /// A lower factor L with L L' = A, in the lower triangle of a matrix. An unknown that the others
 /// explain has a row and a column of zeros, and its solution is zero.
@@ -111,6 +111,15 @@ impl<'a, const N: usize> Factor<'a, N> {
             .map(|i| self.lower[i][i])
             .filter(|pivot| *pivot > 0.0);
         2.0 * pivots.map(libm::logf).sum::<f32>()
+    }
+
+    /// Logarithm of the determinant of A, each of whose squared pivots is at least so much, those
+    /// that are left out too.
+    pub fn log_det_above(&self, least: &[f32; N]) -> f32 {
+        let pivots = self.lower.iter().enumerate().take(self.n);
+        let squares = pivots.map(|(i, row)| row[i] * row[i]);
+        let squares = squares.zip(least).map(|(square, least)| square.max(*least));
+        squares.map(libm::logf).sum()
     }
 }
 

@@ -57,6 +57,8 @@ pub struct Noise<'n> {
     pub memory: &'n mut [Values],
     /// Inverse covariance of the channels' noise.
     pub weights: &'n Square<CHANNELS_MAX>,
+    /// Least square sums of residuals.
+    pub least: &'n Values,
 }
 
 /// What the tests look at.
@@ -272,7 +274,13 @@ impl<'t> Tested<'t> {
             neighbours,
             memory,
             weights,
+            least,
         } = noise;
+        // Rounding may have all its power in one line, in its cosine and its sine.
+        let rounding = 0.5
+            * (0..self.width)
+                .map(|k| weights[k][k] * least[k])
+                .sum::<f32>();
         let mut found = f32::NEG_INFINITY;
         for number in BETWEEN {
             let cycles = 0.5 * number as f32 * followed.course.cycles;
@@ -295,7 +303,7 @@ impl<'t> Tested<'t> {
                 own.add(power(values, weights));
             }
             let channels = followed.noise.channels;
-            let over = own.mean() / beside.mean().max(f32::MIN_POSITIVE);
+            let over = (own.mean() - rounding) / beside.mean().max(f32::MIN_POSITIVE);
             found = found.max(deviate(over, 2.0 * channels, beside.count * channels));
         }
         found

@@ -1,0 +1,50 @@
+//! Windows, and numbers that are the same in every run.
+// Not every program of tests uses all of it.
+#![allow(dead_code)]
+
+use ridgetone_estimator::{Fit, Fitter, FrameSpan, Frames, Scene};
+
+/// Frames a second of the scan.
+pub const RATE_HZ: f64 = 241.14;
+
+/// Evenly from 0 to 1: a linear congruential generator (D. E. Knuth, MMIX).
+pub fn even(seed: u64) -> impl FnMut() -> f64 {
+    let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
+    move || {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (state >> 40) as f64 / (1 << 24) as f64
+    }
+}
+
+/// With mean 0 and variance 1: a sum of twelve even numbers is nearly normal.
+pub fn normal(seed: u64) -> impl FnMut() -> f64 {
+    let mut even = even(seed);
+    move || (0..12).map(|_| even()).sum::<f64>() - 6.0
+}
+
+/// The fit of frames of some channels, whose frequency is in cycles a window, with what else is
+/// known of them.
+pub fn fit_with(
+    values: &[f32],
+    channels: usize,
+    known: impl FnOnce(FrameSpan<'_>) -> FrameSpan<'_>,
+) -> Fit {
+    let mut frames = Frames::new(values, channels).expect("1 to 16 channels");
+    let count = frames.count();
+    let span = FrameSpan::new(&mut frames, 0, count).with_frame_rate(count as f32);
+    Fitter::new()
+        .fit(&mut known(span), &Scene::DEFAULT)
+        .expect("its frames are there")
+}
+
+/// The fit of frames of some channels, whose frequency is in cycles a window.
+pub fn fit(values: &[f32], channels: usize) -> Fit {
+    fit_with(values, channels, |span| span)
+}
+
+/// The fit of a converter's codes.
+pub fn fit_codes(values: &[f32], channels: usize) -> Fit {
+    fit_with(values, channels, |span| span.with_quantization(1.0))
+}
