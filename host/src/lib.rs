@@ -40,6 +40,7 @@ pub mod cli;
 pub mod client;
 mod content;
 pub mod demo;
+pub mod detection;
 pub mod digits;
 pub mod emulator;
 pub mod events;
