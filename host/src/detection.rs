@@ -6,7 +6,7 @@ use crate::replay::conversions_of;
 use crate::stop;
 use anyhow::{Result, bail, ensure};
 use ridgetone::{Detector, Diagnostics, Outputs, Ring};
-use ridgetone_proto::settings::Settings;
+use ridgetone_proto::settings::{Settings, Slide, SlideRule};
 use ridgetone_proto::telemetry::Event;
 use std::cell::Cell;
 use std::ops::ControlFlow;
@@ -54,8 +54,31 @@ pub fn run(
     Ok(())
 }
 
+/// The settings for an input: where no finger touches, all of it is a slide. What the converter
+/// would clip is left as it is: nobody knows what touches in it.
+pub fn settings_for(input: Opened, settings: Settings) -> Result<Settings> {
+    let is_always = settings.slide.rule == SlideRule::Always;
+    if is_always || input.warning.is_some() || has_touch(input, &settings)? {
+        return Ok(settings);
+    }
+    // Only a protocol's speed is that of this input.
+    let speed_mm_s = match settings.slide.rule {
+        SlideRule::Protocol => settings.slide.speed_mm_s,
+        _ => 0.0,
+    };
+    let slide = Slide {
+        rule: SlideRule::Always,
+        speed_mm_s,
+        ..settings.slide
+    };
+    Ok(Settings { slide, ..settings })
+}
+
+/// What to say where [`settings_for`] has changed the rule.
+pub const ALWAYS: &str = "no finger touches: all of it is taken as a slide (slide.rule = always)";
+
 /// Whether an input has a contact or a slide.
-pub fn has_touch(input: Opened, settings: &Settings) -> Result<bool> {
+fn has_touch(input: Opened, settings: &Settings) -> Result<bool> {
     let mut is_found = false;
     run(input, settings, &mut |event| {
         if matches!(event, Event::Contact(_) | Event::Slide(_)) {

@@ -16,7 +16,7 @@ pub use emulated::Emulated;
 pub use following::{Following, RawFrames, SettingsReply};
 pub use pace::Pace;
 pub use requester::{Requester, new_requests, request};
-pub use source::{FeedEvent, Source};
+pub use source::{FeedEvent, NoBoard, Source};
 
 #[cfg(test)]
 mod tests;

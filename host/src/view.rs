@@ -4,7 +4,7 @@
 //! | step | file |
 //! |---|---|
 //! | what the pages get, and when | [`message`], [`hub`] |
-//! | runs to look back at, and what is recorded | [`mod@run`], [`runs`], [`recorder`] |
+//! | runs to look back at, how they are read, and what is recorded | [`mod@run`], [`runs`], [`reading`], [`recorder`] |
 //! | the server | [`server`], [`run_routes`] |
 //! | who may ask it | [`guard`] |
 //! | the page's files | [`files`] |
@@ -20,6 +20,7 @@ pub mod files;
 pub mod guard;
 pub mod hub;
 pub mod message;
+pub mod reading;
 pub mod recorder;
 pub mod run;
 pub mod run_routes;
@@ -34,6 +35,7 @@ use anyhow::{Context, Result};
 use app::App;
 use guard::Access;
 use hub::{Hub, UPDATE_EVERY};
+use reading::Reading;
 use ridgetone_proto::settings::Settings;
 use runs::Runs;
 use server::Server;
@@ -51,8 +53,31 @@ pub struct Options {
     pub address: SocketAddr,
     /// Opens it in the browser.
     pub open: bool,
-    /// A recording that pages can look back at from the beginning.
-    pub run: Option<PathBuf>,
+    /// A file that pages can look back at from the beginning.
+    pub run: Option<RunFile>,
+}
+
+/// A file to look back at.
+#[derive(Clone, Debug)]
+pub struct RunFile {
+    pub path: PathBuf,
+    /// How it is read, if it is a table.
+    pub reading: Reading,
+    /// Settings in place of its own.
+    pub settings: Option<Settings>,
+    /// There is nothing else to see: what cannot be opened ends the command.
+    pub is_alone: bool,
+}
+
+impl RunFile {
+    fn open(self, runs: &Runs) -> Result<()> {
+        let name = self.path.file_name().map_or_else(
+            || self.path.display().to_string(),
+            |name| name.to_string_lossy().into(),
+        );
+        runs.open(&name, &self.path, self.reading, self.settings)?;
+        Ok(())
+    }
 }
 
 /// Serves the page, and prints its URL, until this process is to stop. `settings` are put into
@@ -78,18 +103,18 @@ fn serve(following: &mut Following, options: &Options) -> Result<()> {
             runs: Arc::clone(&runs),
         }),
     )?;
-    announce::announce(&server.access, options.open)?;
-    if let Some(path) = options.run.clone() {
-        std::thread::spawn(move || {
-            let name = path.file_name().map_or_else(
-                || path.display().to_string(),
-                |name| name.to_string_lossy().into(),
-            );
-            if let Err(error) = runs.open(&name, &path) {
-                note!("{error:#}");
-            }
-        });
+    match options.run.clone() {
+        Some(file) if file.is_alone => file.open(&runs)?,
+        Some(file) => {
+            std::thread::spawn(move || {
+                if let Err(error) = file.open(&runs) {
+                    note!("{error:#}");
+                }
+            });
+        }
+        None => {}
     }
+    announce::announce(&server.access, options.open)?;
     let mut published = Instant::now();
     while !stop::is_requested() {
         if following.idle(!hub.is_watched()) {

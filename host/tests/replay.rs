@@ -304,7 +304,7 @@ fn a_recording_without_an_estimate_is_explained() {
         let last = printed.lines().last().expect("a line");
         assert!(
             last.contains("no estimate")
-                && last.contains("no slide was found after it")
+                && last.contains("no slide was found")
                 && last.contains("always"),
             "{printed}"
         );

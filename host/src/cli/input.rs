@@ -5,6 +5,7 @@ use crate::input::{Input, Opened, Source, rate_of};
 use crate::note;
 use crate::samples::Samples;
 use crate::usage::UsageError;
+use crate::view::reading::Reading;
 use anyhow::Result;
 use clap::Args;
 use hal_mock::{Sliding, TimeColumn};
@@ -130,6 +131,16 @@ pub fn remark(input: &Opened) {
 impl InputOptions {
     pub fn is_given(&self) -> bool {
         self.file.is_some() || !self.noise || self.scene.makes_scene() || self.scene.seed.is_some()
+    }
+
+    /// How a table on the page is read.
+    pub fn reading(&self) -> Reading {
+        Reading {
+            time_column: self.time_column.clone(),
+            rate_hz: self.rate,
+            // Volts are the page's guess, too.
+            scale: (self.scale != 1.0).then_some(self.scale),
+        }
     }
 
     /// The input that the options describe, for a plan.

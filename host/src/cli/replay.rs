@@ -5,6 +5,7 @@ use super::lines::{LineOptions, Printer, print, report};
 use super::settings::SettingsOptions;
 use crate::detection;
 use crate::feed::{Feed, Requester};
+use crate::note;
 use crate::output::with_progress;
 use crate::profile::Profile;
 use crate::recording::Recorded;
@@ -13,7 +14,7 @@ use crate::usage::{NoEstimate, UsageError};
 use crate::{odometry, recording, replay, stop};
 use anyhow::Result;
 use clap::Args;
-use ridgetone_proto::settings::{Settings, Slide, SlideRule};
+use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Packet};
 use std::path::{Path, PathBuf};
 
@@ -71,15 +72,12 @@ impl ReplayArgs {
             (None, None) => None,
         };
         let input = self.input.input(&settings.plan)?;
-        if let Some(file) = &self.input.file
-            && settings.slide.rule != SlideRule::Always
-            && !detection::has_touch(input.open_for(&settings)?, &settings)?
-        {
-            settings.slide = always(settings.slide);
-            let file = file.display();
-            eprintln!(
-                "ridgetone: {file}: no finger touches: all of it is taken as a slide (slide.rule = always)"
-            );
+        if let Some(file) = &self.input.file {
+            let chosen = detection::settings_for(input.open_for(&settings)?, settings)?;
+            if chosen != settings {
+                note!("{}: {}", file.display(), detection::ALWAYS);
+            }
+            settings = chosen;
         }
         let input = input.open_for(&settings)?;
         remark(&input);
@@ -152,19 +150,7 @@ impl Seen {
             Some(slide_s) => format!(
                 "its longest slide, {slide_s:.2} s, fills no window of {window_s} s: choose a shorter --window"
             ),
-            None => "a finger touches, but no slide was found after it; `slide.rule = \"always\"` in a file for --settings takes all of it as a slide".into(),
+            None => "no slide was found: one begins with contact and hold; `slide.rule = \"always\"` in a file for --settings takes all of it as a slide".into(),
         })
-    }
-}
-
-/// The rule for a recording that is all slide. Only a protocol's speed is that of this recording.
-const fn always(slide: Slide) -> Slide {
-    Slide {
-        rule: SlideRule::Always,
-        speed_mm_s: match slide.rule {
-            SlideRule::Found => 0.0,
-            SlideRule::Protocol | SlideRule::Always => slide.speed_mm_s,
-        },
-        ..slide
     }
 }

@@ -6,6 +6,7 @@
 //! | POST `/runs?name=NAME` | opens the body as a run: telemetry as `record` writes it, or a table |
 //! | GET `/runs/ID/state.json?t_s=T` | the state at a time; with `from_s` and `until_s` with the estimate of this part |
 //! | POST `/runs/ID/settings` | runs the library over it again, with some settings of a JSON object |
+//! | POST `/runs/ID/time-column` | reads its table again with this column as the time |
 //! | GET `/runs/ID/file` | the run's file |
 //! | POST `/runs/ID/close` | forgets it |
 //! | POST `/record` | begins to record; the answer to the next one is the run |
@@ -13,6 +14,7 @@
 
 use super::app::{App, answer, json, on_a_thread};
 use super::hub;
+use super::reading::Reading;
 use super::recorder::Recorder;
 use super::run::Part;
 use anyhow::{Result, ensure};
@@ -48,6 +50,7 @@ pub fn routes() -> Router<App> {
         )
         .route("/runs/{id}/state.json", get(state))
         .route("/runs/{id}/settings", post(again))
+        .route("/runs/{id}/time-column", post(with_time))
         .route("/runs/{id}/file", get(file))
         .route("/runs/{id}/close", post(close))
         .route("/record", post(record))
@@ -82,6 +85,10 @@ async fn again(State(app): State<App>, Path(id): Path<u64>, settings: String) ->
     answer(on_a_thread(move || json(&app.runs.again(id, &settings)?)).await)
 }
 
+async fn with_time(State(app): State<App>, Path(id): Path<u64>, column: String) -> Response {
+    answer(on_a_thread(move || json(&app.runs.with_time(id, &column)?)).await)
+}
+
 async fn file(State(app): State<App>, Path(id): Path<u64>) -> Response {
     let read = || Ok(std::fs::read(&app.runs.get(id)?.path)?);
     match read() {
@@ -114,5 +121,5 @@ fn opened(app: &App, recorder: Recorder) -> Result<String> {
     let (path, name) = (recorder.path.clone(), recorder.name());
     // Its file is complete when it is dropped.
     drop(recorder);
-    json(&app.runs.open(&name, &path)?)
+    json(&app.runs.open(&name, &path, Reading::default(), None)?)
 }

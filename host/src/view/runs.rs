@@ -1,8 +1,10 @@
 //! The runs that pages look back at, by their numbers, and their files.
 
+use super::reading::Reading;
 use super::run::{Run, Summary};
 use crate::settings_form;
 use anyhow::{Context, Result, ensure};
+use ridgetone_proto::settings::Settings;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -50,7 +52,7 @@ impl Runs {
     pub fn add(&self, name: &str, bytes: &[u8]) -> Result<Numbered> {
         let path = self.new_path();
         std::fs::write(&path, bytes).context("the temporary folder")?;
-        let opened = self.open(name, &path);
+        let opened = self.open(name, &path, Reading::default(), None);
         if opened.is_err() {
             // Nobody asks for it again.
             let _ = std::fs::remove_file(&path);
@@ -59,10 +61,16 @@ impl Runs {
     }
 
     /// Opens a file as a run.
-    pub fn open(&self, name: &str, path: &Path) -> Result<Numbered> {
+    pub fn open(
+        &self,
+        name: &str,
+        path: &Path,
+        reading: Reading,
+        settings: Option<Settings>,
+    ) -> Result<Numbered> {
         let is_full = || self.lock().runs.len() >= MOST;
         ensure!(!is_full(), "{MOST} runs are open: close one first");
-        let run = Arc::new(Run::open(name, path, None)?);
+        let run = Arc::new(Run::open(name, path, reading, settings)?);
         let summary = run.summary();
         let mut list = self.lock();
         list.next += 1;
@@ -75,7 +83,26 @@ impl Runs {
     pub fn again(&self, id: u64, json: &str) -> Result<Numbered> {
         let run = self.get(id)?;
         let settings = settings_form::with_json(&run.settings(), json)?;
-        let run = Arc::new(Run::open(&run.name, &run.path, Some(settings))?);
+        self.replace(id, &run, run.reading.clone(), Some(settings))
+    }
+
+    /// Reads a run's table again with another column as the time.
+    pub fn with_time(&self, id: u64, text: &str) -> Result<Numbered> {
+        let run = self.get(id)?;
+        let reading = run
+            .reading
+            .with_time(&run.summary().time_columns, text.trim())?;
+        self.replace(id, &run, reading, None)
+    }
+
+    fn replace(
+        &self,
+        id: u64,
+        run: &Run,
+        reading: Reading,
+        settings: Option<Settings>,
+    ) -> Result<Numbered> {
+        let run = Arc::new(Run::open(&run.name, &run.path, reading, settings)?);
         let summary = run.summary();
         self.lock()
             .runs
