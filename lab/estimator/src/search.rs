@@ -51,7 +51,8 @@ pub fn candidates(
     found.map(|peak| peak.cycles)
 }
 
-/// The most likely line between two numbers of cycles a window.
+/// The most likely line between two numbers of cycles a window, if its likelihood is worth the price
+/// of its unknowns by the Bayesian criterion.
 pub fn strongest(
     data: &mut Data,
     sums: Sums,
@@ -59,9 +60,11 @@ pub fn strongest(
     all: &Square<CHANNELS_MAX>,
     band: Range<f32>,
 ) -> Option<f32> {
+    let frames = data.count() as f32;
+    let price = 2.0 * data.width() as f32 * libm::logf(frames) / frames;
     let spectrum = whitened(data, sums, transforms, all, true);
     let peak = spectrum.map(|spectrum| peaks(&spectrum, band.start, band.end)[0]);
-    peak.filter(|peak| peak.height > 0.0)
+    peak.filter(|peak| peak.height > price)
         .map(|peak| peak.cycles)
 }
 
