@@ -60,7 +60,7 @@ impl Refinement<'_> {
         self.weigh_by_neighbours(blocks, work, course.cycles);
         work.solution.solve();
         let kept = Shape {
-            lines: self.lines_there(work),
+            lines: self.lines_there(work, course.cycles),
             degree,
         };
         let steps = Steps {
@@ -86,9 +86,9 @@ impl Refinement<'_> {
 
     /// The lines of the solution whose power is more than the Bayesian criterion's price by the
     /// noise next to them, and than all that rounding may have: of these the one whose multiples
-    /// have most power, with them. The first where there is none.
+    /// have most power, with them. The first where there is none. One that is folded has none.
     #[inline(never)]
-    fn lines_there(&self, work: &Work) -> Lines {
+    fn lines_there(&self, work: &Work, cycles: f32) -> Lines {
         let rounding: f32 = (0..self.width)
             .map(|k| work.weights[k][k] * self.all.least[k])
             .sum();
@@ -103,8 +103,9 @@ impl Refinement<'_> {
         let there = || lines.iter().filter(|line| powers[*line] > 0.0);
         let multiples = |unit: usize| there().filter(move |line| line.is_multiple_of(unit));
         let power = |unit: usize| multiples(unit).map(|line| powers[line]).sum::<f32>();
-        let first = there().next().unwrap_or(1);
-        let unit = there().fold(first, |best, unit| {
+        let mut units = there().filter(|line| *line as f32 * cycles < self.reach.most);
+        let first = units.next().unwrap_or(1);
+        let unit = units.fold(first, |best, unit| {
             if power(unit) > power(best) {
                 unit
             } else {
@@ -172,7 +173,7 @@ impl Refinement<'_> {
         let place = Place {
             lines: shape.lines,
             cycles,
-            most: self.cycles_max,
+            reach: self.reach,
             band: if shape.lines.count() > 2 {
                 BAND / 2
             } else {

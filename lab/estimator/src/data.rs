@@ -6,6 +6,7 @@ use crate::frame_span::FrameSpan;
 use crate::hum::Hum;
 use crate::impulses::Impulses;
 use crate::limits::{CHANNELS_MAX, PIECES_CHIP, PIECES_MAX};
+use crate::reach::Reach;
 use crate::residual::Model;
 use crate::source::Values;
 use crate::statistics::Statistics;
@@ -94,6 +95,14 @@ impl Data<'_, '_> {
         match self.place {
             Abscissa::Time { .. } => 0.5 * self.count() as f32,
             Abscissa::Path { .. } => 0.5 * self.span.effective_frames(),
+        }
+    }
+
+    /// How far frequencies reach.
+    pub fn reach(&self) -> Reach {
+        Reach {
+            most: self.cycles_max(),
+            folds: matches!(self.place, Abscissa::Time { .. }),
         }
     }
 

@@ -170,8 +170,6 @@ impl<'w> Window<'w, '_, '_> {
                 if cycles < CYCLES_LEAST || is_known {
                     continue;
                 }
-                tried[count] = cycles;
-                count += 1;
                 let course = Course::steady(cycles);
                 self.collect(blocks, &course, refinement.lines(cycles));
                 let degrees = [1, most];
@@ -183,6 +181,8 @@ impl<'w> Window<'w, '_, '_> {
                 {
                     continue;
                 }
+                tried[count] = cycles;
+                count += 1;
                 let comb = refinement.best(blocks, work, course, &degrees[..=curved])?;
                 if divisor == 1 {
                     *peak = comb.tried;
@@ -253,8 +253,8 @@ impl<'w> Window<'w, '_, '_> {
     #[inline(never)]
     fn judge(&mut self, memory: &mut Memory, followed: &Followed, fit: &mut Fit) {
         let work = &*memory.work;
-        let (cycles_max, width) = (self.data.cycles_max(), self.data.width());
-        let tested = Tested::new(followed, work, cycles_max, width);
+        let (reach, width) = (self.data.reach(), self.data.width());
+        let tested = Tested::new(followed, work, reach, width);
         let mean = conclude::mean(&tested, work, memory.blocks, self.scene);
         let mut tests = Tests::default();
         tested.near(&work.neighbours, &mut tests);
@@ -358,7 +358,7 @@ impl<'w> Window<'w, '_, '_> {
             frames: self.all.count,
             harmonics: usize::from(self.scene.harmonics()),
             may_share: self.scene.may_share(),
-            cycles_max: self.data.cycles_max(),
+            reach: self.data.reach(),
         }
     }
 }

@@ -76,7 +76,7 @@ impl Hum {
             frames: all.count,
             harmonics: 1,
             may_share: true,
-            cycles_max: data.cycles_max(),
+            reach: data.reach(),
         };
         for most in [STEPS, 1] {
             let pass = Pass {

@@ -37,6 +37,7 @@ mod neighbours;
 mod normal;
 pub mod phase;
 mod phase_course;
+mod reach;
 mod refine;
 mod residual;
 mod scene;

@@ -299,7 +299,7 @@ impl Refinement<'_> {
         let place = Place {
             lines: shape.lines,
             cycles,
-            most: self.cycles_max,
+            reach: self.reach,
             band: BAND,
         };
         let (neighbours, memory) = (&mut work.neighbours, &mut work.memory);

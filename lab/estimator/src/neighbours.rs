@@ -9,6 +9,7 @@ use crate::limits::{CHANNELS_MAX, DEGREE_MAX, NEIGHBOURS_MAX, UNKNOWNS_MAX};
 use crate::lines::Lines;
 use crate::matrix::{Factor, Square};
 use crate::phase::{cos_sin, from_turns};
+use crate::reach::Reach;
 use crate::solve::{Rows, Shape};
 use crate::source::Values;
 
@@ -17,7 +18,7 @@ pub const BAND: usize = 4;
 /// Next to a line, cycles a window.
 const NEAR_CYCLES: f32 = 1.5;
 /// Functions next to different lines are as far apart, cycles a window.
-const APART: f32 = 0.85;
+pub const APART: f32 = 0.85;
 /// A function must have as much of its power beside the model.
 const LEFT_MIN: f32 = 0.25;
 /// Least share of the power of a tested line beside the model.
@@ -49,8 +50,8 @@ pub struct Place {
     pub lines: Lines,
     /// The unit line.
     pub cycles: f32,
-    /// Half the frame rate.
-    pub most: f32,
+    /// How far frequencies reach.
+    pub reach: Reach,
     /// How far from a line functions are next to it.
     pub band: usize,
 }
@@ -249,7 +250,7 @@ impl Neighbours {
             place: Place {
                 lines: Lines::NONE,
                 cycles: 0.0,
-                most: 0.0,
+                reach: Reach::NONE,
                 band: 0,
             },
             nearest: 0.0,
@@ -268,11 +269,11 @@ impl Neighbours {
             for number in lines.iter() {
                 let at = number as f32 * place.cycles;
                 let is_wanted = |x: f32| {
-                    x > 0.5
-                        && x < place.most - 0.5
+                    let seen = place.reach.seen(x);
+                    place.reach.is_clear(x)
                         && self.members[..self.count].iter().all(|other| {
                             usize::from(other.line) == number
-                                || (self.cycles(other) - x).abs() > APART
+                                || (self.seen(other) - seen).abs() > APART
                         })
                 };
                 let wanted = [at + cycles as f32, at - cycles as f32].map(|x| (x, is_wanted(x)));
@@ -309,17 +310,18 @@ impl Neighbours {
         self.count
     }
 
-    /// Where a function is, cycles a window.
-    fn cycles(&self, member: &Member) -> f32 {
-        f32::from(member.line) * self.place.cycles + f32::from(member.offset)
+    /// Where a function is seen, cycles a window.
+    fn seen(&self, member: &Member) -> f32 {
+        let cycles = f32::from(member.line) * self.place.cycles + f32::from(member.offset);
+        self.place.reach.seen(cycles)
     }
 
     /// Cycles a window from a function to the nearest line.
     pub fn distance(&self, member: &Member) -> f32 {
-        let x = self.cycles(member);
-        let distances = self.place.lines.iter();
-        distances
-            .map(|line| (x - line as f32 * self.place.cycles).abs())
+        let (place, x) = (&self.place, self.seen(member));
+        let lines = place.lines.iter();
+        lines
+            .map(|line| (x - place.reach.seen(line as f32 * place.cycles)).abs())
             .fold(f32::INFINITY, f32::min)
     }
 

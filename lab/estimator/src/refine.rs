@@ -5,8 +5,10 @@ use crate::covariance::Samples;
 use crate::limits::MOVES_MAX;
 use crate::lines::Lines;
 use crate::matrix::Factor;
+use crate::neighbours::APART;
 use crate::normal::Degrees;
 use crate::phase_course::Course;
+use crate::reach::Reach;
 use crate::solve::Shape;
 use crate::statistics::Products;
 use crate::work::Work;
@@ -28,8 +30,8 @@ pub struct Refinement<'r> {
     pub harmonics: usize,
     /// Whether channels may share noise.
     pub may_share: bool,
-    /// Cycles a window of half the frame rate.
-    pub cycles_max: f32,
+    /// How far frequencies reach.
+    pub reach: Reach,
 }
 
 /// What is refined.
@@ -57,11 +59,20 @@ pub enum Known {
 }
 
 impl Refinement<'_> {
-    /// The harmonics of a fundamental that are clear of half the frame rate.
+    /// The harmonics of a fundamental that are seen clear of zero, of half the frame rate and, where
+    /// they are folded, of each other.
     pub fn lines(&self, cycles: f32) -> Lines {
-        let is_clear = |line: &usize| *line as f32 * cycles < self.cycles_max - 0.5;
-        let most = (1..=self.harmonics).take_while(is_clear).count();
-        Lines::up_to(most.max(1))
+        let seen = |line: usize| self.reach.seen(line as f32 * cycles);
+        (2..=self.harmonics).fold(Lines::up_to(1), |lines, line| {
+            let at = line as f32 * cycles;
+            let is_apart = |other: usize| (seen(other) - seen(line)).abs() > APART;
+            let is_below = at < self.reach.most;
+            if self.reach.is_clear(at) && (is_below || lines.iter().all(is_apart)) {
+                lines.with(line)
+            } else {
+                lines
+            }
+        })
     }
 
     /// Steps of `course`, to which the blocks are turned.
@@ -96,7 +107,7 @@ impl Refinement<'_> {
             step.iter_mut().for_each(|x| *x *= scale);
             let before = *course;
             course.step(step);
-            course.cycles = course.cycles.clamp(CYCLES_LEAST, self.cycles_max);
+            course.cycles = course.cycles.clamp(CYCLES_LEAST, self.reach.most);
             blocks.turn(&before, course);
             let mut sizes = step.iter().zip(&information);
             if sizes.all(|(step, x)| step.abs() * libm::sqrtf(x.max(0.0)) < steps.last) {

@@ -9,6 +9,7 @@ use crate::lines::Lines;
 use crate::matrix::Square;
 use crate::movement::Followed;
 use crate::neighbours::{BAND, Beside, Neighbours, Place, line};
+use crate::reach::Reach;
 use crate::residual::Model;
 use crate::significance::deviate;
 use crate::solve::{Power, Shape, Solution};
@@ -75,8 +76,8 @@ pub struct Tested<'t> {
     pub with_tone: u16,
     /// What is fitted.
     pub shape: Shape,
-    /// Cycles a window of half the frame rate.
-    pub cycles_max: f32,
+    /// How far frequencies reach.
+    pub reach: Reach,
     /// Number of channels.
     pub width: usize,
 }
@@ -84,7 +85,7 @@ pub struct Tested<'t> {
 impl<'t> Tested<'t> {
     /// Prepares the tests of a tone.
     #[inline(never)]
-    pub fn new(followed: &'t Followed, work: &Work, cycles_max: f32, width: usize) -> Self {
+    pub fn new(followed: &'t Followed, work: &Work, reach: Reach, width: usize) -> Self {
         let (all, shape) = (work.solution.line_factors(), followed.shape);
         let factors = &all[..shape.lines.count()];
         let mut powers = [Power::default(); HARMONICS_MAX];
@@ -112,7 +113,7 @@ impl<'t> Tested<'t> {
             plain: plain.max(f32::MIN_POSITIVE),
             with_tone,
             shape,
-            cycles_max,
+            reach,
             width,
         }
     }
@@ -212,7 +213,8 @@ impl<'t> Tested<'t> {
         }
         for i in 1..places.last {
             let share = spectrum.plain(i) / self.plain;
-            if share <= OTHER || places.is_multiple(i) {
+            // What is stronger than the tone is no overtone that was not fitted.
+            if share <= OTHER || share < 1.0 && places.is_multiple(i) {
                 continue;
             }
             let deviate = places.deviate(i, &|i| spectrum.power(i));
@@ -262,7 +264,7 @@ impl<'t> Tested<'t> {
         let place = |number: usize| Place {
             lines: Lines::NONE.with(number),
             cycles: 0.5 * followed.course.cycles,
-            most: self.cycles_max,
+            reach: self.reach,
             band: BAND,
         };
         let beside_model = Beside {
@@ -284,7 +286,7 @@ impl<'t> Tested<'t> {
         let mut found = f32::NEG_INFINITY;
         for number in BETWEEN {
             let cycles = 0.5 * number as f32 * followed.course.cycles;
-            if cycles <= 0.5 || cycles >= self.cycles_max - 0.5 {
+            if cycles >= self.reach.most || !self.reach.is_clear(cycles) {
                 continue;
             }
             neighbours.collect(blocks, beside_model, place(number), memory);

@@ -1,0 +1,36 @@
+//! Which frequencies frames tell apart.
+
+/// A line is as far from zero and from half the frame rate, cycles a window.
+const CLEAR_CYCLES: f32 = 0.5;
+
+/// How far frequencies reach, in cycles a window.
+#[derive(Clone, Copy, Debug)]
+pub struct Reach {
+    /// Half the frame rate.
+    pub most: f32,
+    /// Whether frames are evenly spaced: a line above half their rate is seen as one below.
+    pub folds: bool,
+}
+
+impl Reach {
+    /// Zeros.
+    pub const NONE: Self = Self {
+        most: 0.0,
+        folds: false,
+    };
+
+    /// Where a line is seen.
+    pub fn seen(&self, cycles: f32) -> f32 {
+        if self.folds {
+            (cycles - 2.0 * self.most * libm::roundf(0.5 * cycles / self.most)).abs()
+        } else {
+            cycles
+        }
+    }
+
+    /// Whether a line is seen clear of zero and of half the frame rate.
+    pub fn is_clear(&self, cycles: f32) -> bool {
+        let seen = self.seen(cycles);
+        seen > CLEAR_CYCLES && seen < self.most - CLEAR_CYCLES
+    }
+}
