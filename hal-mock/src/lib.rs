@@ -40,7 +40,7 @@ pub use self::{
         Finger, Hand, ParameterError, SkinState, Sliding, SlidingScene, Stimulator, TABLE_2, Truth,
     },
     trace::{
-        OpenRows, PROGRESS_ROWS, Playback, RowClock, RowReader, Rows, Table, TimeColumn, Timing,
-        Trace, ValueAt, check_order, write_csv,
+        Failure, OpenRows, PROGRESS_ROWS, Playback, RowClock, RowReader, Rows, Table, TimeColumn,
+        Timing, Trace, ValueAt, check_order, write_csv,
     },
 };

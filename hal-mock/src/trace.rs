@@ -25,6 +25,7 @@ pub use write::write_csv;
 use crate::file_error::FileError;
 use crate::scene::{INPUTS, Scene};
 use core::f64::consts::{FRAC_PI_2, PI};
+pub use played::Failure;
 use played::{Place, Played};
 use std::io::Cursor;
 use std::path::Path;
@@ -74,6 +75,7 @@ pub struct Trace {
     playback: Playback,
     survey: Survey,
     played: Option<Played>,
+    failure: Failure,
 }
 
 /// What one pass over the rows finds.
@@ -85,6 +87,8 @@ struct Survey {
     spacing_sigma_s: f64,
     /// Number of the last row.
     last: u64,
+    /// Rows that were read.
+    rows: u64,
     columns: usize,
     /// Columns with any reading.
     alive: u16,
@@ -144,6 +148,7 @@ impl Trace {
             playback,
             survey,
             played: None,
+            failure: Failure::default(),
         })
     }
 
@@ -178,6 +183,11 @@ impl Trace {
         }
     }
 
+    /// Why the recording ended early while it was played, if it did.
+    pub fn failure(&self) -> Failure {
+        Arc::clone(&self.failure)
+    }
+
     /// The first value beyond the limit.
     pub fn beyond(&self) -> Option<&Beyond> {
         self.survey.beyond.as_ref()
@@ -200,7 +210,12 @@ impl Trace {
             .as_ref()
             .is_none_or(|played| played.is_past(from))
         {
-            self.played = Some(Played::new((self.open)().ok()?, self.survey.clock));
+            let rows = (self.open)()
+                .map_err(|error| self.failure.set(error))
+                .ok()?;
+            let failure = self.failure();
+            let played = Played::new(rows, self.survey.clock, self.survey.rows, failure);
+            self.played = Some(played);
         }
         self.played.as_mut()
     }
@@ -330,6 +345,7 @@ impl Survey {
             spacing_s,
             spacing_sigma_s,
             last,
+            rows: read,
             columns,
             alive,
             beyond,
