@@ -31,6 +31,25 @@ pub struct Comb {
     pub tried: f32,
     /// Those of the lines that were tried that are there.
     pub kept: Lines,
+    /// The likeliest comb of another frequency.
+    pub rival: Rival,
+}
+
+/// A comb of another frequency.
+#[derive(Clone, Copy, Debug)]
+pub struct Rival {
+    /// Its score, in the end less that of the likeliest.
+    pub score: f32,
+    /// Cycles a window.
+    pub cycles: f32,
+}
+
+impl Rival {
+    /// None.
+    pub const NONE: Self = Self {
+        score: f32::NEG_INFINITY,
+        cycles: 0.0,
+    };
 }
 
 impl Refinement<'_> {
@@ -81,6 +100,7 @@ impl Refinement<'_> {
             },
             tried: course.cycles,
             kept: kept.lines,
+            rival: Rival::NONE,
         }
     }
 

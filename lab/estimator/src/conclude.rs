@@ -2,6 +2,7 @@
 //! set.
 
 use crate::blocks::Blocks;
+use crate::comb::Rival;
 use crate::fit::{Fit, Movement, OtherTone, Status, Tests};
 use crate::frame_span::FrameSpan;
 use crate::legendre::{legendre, slopes};
@@ -20,6 +21,8 @@ use crate::tests::{Other, Tested, Z_LINE, Z_TEST};
 use crate::work::Work;
 use core::f32::consts::PI;
 
+/// Logarithm of a thousand: odds against another frequency.
+const ODDS: f32 = 6.9;
 /// Fewer cycles are no period.
 const CYCLES: f32 = 1.15;
 /// Fewest cycles of a period where all channels have one shape in time: any bump looks like it.
@@ -202,6 +205,8 @@ pub struct Figures<'v> {
     pub mean: &'v Mean,
     /// Another line.
     pub other: &'v Other,
+    /// The likeliest comb of another frequency.
+    pub rival: &'v Rival,
     /// The strongest line.
     pub strongest: usize,
     /// Whether lines and baseline have more unknowns than the window has room for.
@@ -229,6 +234,7 @@ impl Figures<'_> {
             || is_overtone
             || is_second
             || tests.between > Z_TEST
+            || tests.margin < ODDS
         {
             Status::Ambiguous
         } else if is_lost || tests.fading > FADING || mean.sigma > SIGMA_MAX * mean.cycles {
@@ -246,6 +252,8 @@ impl Figures<'_> {
             self.other.own_cycles
         } else if self.tests.between > Z_TEST {
             0.5 * self.mean.cycles
+        } else if self.tests.margin < ODDS {
+            self.rival.cycles
         } else {
             return None;
         };

@@ -72,6 +72,8 @@ pub struct OtherTone {
 /// Figures of the tests, for whoever wants to know why.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tests {
+    /// Logarithm of the odds against the likeliest comb of another frequency.
+    pub margin: f32,
     /// Deviate of the strongest line over its neighbourhood.
     pub line: f32,
     /// Deviate of the fundamental over its own neighbourhood.
@@ -166,6 +168,7 @@ impl Fit {
             with_tone: 0,
             channels: [NONE; CHANNELS_MAX],
             tests: Tests {
+                margin: 0.0,
                 line: 0.0,
                 fundamental: 0.0,
                 other: 0.0,

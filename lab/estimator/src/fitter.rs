@@ -1,7 +1,7 @@
 //! The order of the steps.
 
 use crate::blocks::{Blocks, Pass};
-use crate::comb::Comb;
+use crate::comb::{Comb, Rival};
 use crate::conclude::{self, Figures};
 use crate::data::Data;
 use crate::fit::{Fit, Status, Tests};
@@ -155,6 +155,7 @@ impl<'w> Window<'w, '_, '_> {
         work.score_of_best = f32::NEG_INFINITY;
         let most = scene.degree_max();
         let mut tried = [0.0f32; PEAKS * DIVISORS];
+        let mut rivals = [Rival::NONE; PEAKS * DIVISORS];
         let (mut best, mut count, mut first) = (None::<Comb>, 0, Lines::NONE);
         for divisor in 1..=DIVISORS.min(refinement.harmonics) {
             for (i, peak) in peaks.iter_mut().enumerate() {
@@ -191,12 +192,28 @@ impl<'w> Window<'w, '_, '_> {
                         first = comb.kept;
                     }
                 }
+                rivals[count - 1] = Rival {
+                    score: comb.score,
+                    cycles: comb.course.cycles,
+                };
                 if best.is_none_or(|best| comb.score > best.score) {
                     best = Some(comb);
                 }
             }
         }
         let mut best = best?;
+        let cycles = best.course.cycles;
+        let others = rivals
+            .iter()
+            .filter(|rival| f32::abs(rival.cycles - cycles) > CYCLES_LEAST);
+        best.rival = others.fold(Rival::NONE, |most, rival| {
+            if rival.score > most.score {
+                *rival
+            } else {
+                most
+            }
+        });
+        best.rival.score -= best.score;
         let lines = refinement.lines(best.course.cycles);
         self.collect(blocks, &best.course, lines.and(best.shape.lines));
         // Scores of turned blocks and of these are not comparable.
@@ -241,7 +258,7 @@ impl<'w> Window<'w, '_, '_> {
         };
         let is_known = refinement.follow(blocks, work, &mut followed, &mut recollect);
         if is_known {
-            self.judge(memory, &followed, fit);
+            self.judge(memory, &followed, &comb.rival, fit);
         } else {
             fit.status = Status::Ambiguous;
             fit.frequency = self.data.span.frequency(comb.course.cycles);
@@ -251,7 +268,7 @@ impl<'w> Window<'w, '_, '_> {
 
     /// The verdict on a tone that is followed.
     #[inline(never)]
-    fn judge(&mut self, memory: &mut Memory, followed: &Followed, fit: &mut Fit) {
+    fn judge(&mut self, memory: &mut Memory, followed: &Followed, rival: &Rival, fit: &mut Fit) {
         let work = &*memory.work;
         let (reach, width) = (self.data.reach(), self.data.width());
         let tested = Tested::new(followed, work, reach, width);
@@ -268,6 +285,7 @@ impl<'w> Window<'w, '_, '_> {
         }
         let shape = tested.shape;
         tests.other = other.deviate;
+        tests.margin = -rival.score;
         tests.cycles = followed.course.cycles;
         tests.unfollowed = libm::sqrtf(mean.phase.unfollowed);
         tests.fading = fading(followed);
@@ -292,6 +310,7 @@ impl<'w> Window<'w, '_, '_> {
             tests: &tests,
             mean: &mean,
             other: &other,
+            rival,
             strongest: strongest.0,
             is_crowded: shape.degree > 1 && room < (2 * shape.lines.count() + shape.degree) as f32,
             lines: shape.lines.count(),
