@@ -5,7 +5,8 @@
 //! |---|---|
 //! | what the pages get, and when | [`message`], [`hub`] |
 //! | runs to look back at, how they are read, and what is recorded | [`mod@run`], [`runs`], [`reading`], [`recorder`] |
-//! | the server | [`server`], [`run_routes`] |
+//! | the server | [`server`], [`connections`], [`run_routes`] |
+//! | work that takes long | [`work`] |
 //! | who may ask it | [`guard`] |
 //! | the page's files | [`files`] |
 //! | its address in a browser, and as a QR code | [`announce`] |
@@ -16,6 +17,7 @@
 
 pub mod announce;
 pub mod app;
+pub mod connections;
 pub mod files;
 pub mod guard;
 pub mod hub;
@@ -27,6 +29,7 @@ pub mod run_routes;
 pub mod runs;
 pub mod server;
 pub mod status;
+pub mod work;
 
 use crate::feed::{Feed, Following};
 use crate::note;
@@ -37,12 +40,13 @@ use guard::Access;
 use hub::{Hub, UPDATE_EVERY};
 use reading::Reading;
 use ridgetone_proto::settings::Settings;
-use runs::Runs;
+use runs::{How, Runs};
 use server::Server;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
+use work::Allowance;
 
 /// Longest wait between two looks at [`stop`].
 const LOOK: Duration = Duration::from_millis(20);
@@ -75,7 +79,12 @@ impl RunFile {
             || self.path.display().to_string(),
             |name| name.to_string_lossy().into(),
         );
-        runs.open(&name, &self.path, self.reading, self.settings)?;
+        let allowance = Allowance::unlimited();
+        let how = How {
+            reading: self.reading,
+            settings: self.settings,
+        };
+        runs.open(&name, &self.path, how, &allowance)?;
         Ok(())
     }
 }

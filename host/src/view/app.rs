@@ -2,7 +2,7 @@
 
 use super::hub::Hub;
 use super::runs::Runs;
-use anyhow::{Context, Result};
+use anyhow::Result;
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use hal_mock::printable;
@@ -36,11 +36,4 @@ pub fn answer(done: Result<String>) -> Response {
 
 pub fn json(value: &impl Serialize) -> Result<String> {
     Ok(serde_json::to_string(value)?)
-}
-
-/// Runs work that takes long on a thread of its own, so that the pages do not wait.
-pub async fn on_a_thread(work: impl FnOnce() -> Result<String> + Send + 'static) -> Result<String> {
-    tokio::task::spawn_blocking(work)
-        .await
-        .context("the work ended without a result")?
 }

@@ -1,6 +1,7 @@
 //! A run to look back at: what a file holds, or what was recorded on the page, at any of its times.
 
 use super::reading::Reading;
+use super::work::Allowance;
 use crate::digits::time_s;
 use crate::input::{Input, Source};
 use crate::live::{Live, STRIP_FRAMES, point};
@@ -69,6 +70,7 @@ impl Run {
         path: &Path,
         reading: Reading,
         settings: Option<Settings>,
+        allowance: &Allowance,
     ) -> Result<Self> {
         let (packets, frames) = (Vec::new(), Vec::new());
         let mut run = Self {
@@ -81,7 +83,7 @@ impl Run {
             remark: None,
             starts: Starts::new(),
         };
-        run.read(settings).map_err(|error| {
+        run.read(settings, allowance).map_err(|error| {
             // The name that people know, instead of the path.
             let text = format!("{error:#}").replace(&path.display().to_string(), name);
             if text.starts_with(name) {
@@ -93,23 +95,24 @@ impl Run {
         Ok(run)
     }
 
-    fn read(&mut self, settings: Option<Settings>) -> Result<()> {
+    fn read(&mut self, settings: Option<Settings>, allowance: &Allowance) -> Result<()> {
         match (Form::of(&self.path)?, settings) {
             (Form::Telemetry, None) => {
                 for message in messages(&self.path, Form::Telemetry)? {
                     if let Message::Packet(packet, _) = message? {
                         self.take(*packet);
+                        allowance.check(self.bytes())?;
                     }
                 }
             }
-            (_, settings) => self.replay(settings.unwrap_or(Settings::DEFAULT))?,
+            (_, settings) => self.replay(settings.unwrap_or(Settings::DEFAULT), allowance)?,
         }
         ensure!(self.ends_s().is_some(), "it holds nothing with a time");
         Ok(())
     }
 
     /// Through the library, as `replay` does, with every frame.
-    fn replay(&mut self, settings: Settings) -> Result<()> {
+    fn replay(&mut self, settings: Settings, allowance: &Allowance) -> Result<()> {
         let samples = Samples::file_with(&self.path, self.reading.time_column.clone())?;
         if Form::of(&self.path)? == Form::Table {
             self.channels = Some(samples.open()?.names().len());
@@ -142,17 +145,17 @@ impl Run {
         pipeline.report_raw(u32::MAX);
         let hello = pipeline.hello();
         let mut sequence = 0;
-        let mut take = |mut event: Event| {
+        let mut take = |run: &mut Self, mut event: Event| {
             uncertainty.apply(&mut event);
-            self.take(Packet { sequence, event });
+            run.take(Packet { sequence, event });
             sequence = sequence.wrapping_add(1);
         };
-        take(hello);
+        take(self, hello);
         replay::conversions_of(input, &settings.plan, &mut |timed| {
-            pipeline.push(timed, &mut take);
-            Ok(())
+            pipeline.push(timed, &mut |event| take(self, event));
+            allowance.check(self.bytes())
         })?;
-        pipeline.finish(&mut take);
+        pipeline.finish(&mut |event| take(self, event));
         Ok(())
     }
 
@@ -168,6 +171,11 @@ impl Run {
             Event::Raw(raw) => self.frames.push(raw),
             _ => self.packets.push(packet),
         }
+    }
+
+    /// Size in memory.
+    fn bytes(&self) -> usize {
+        size_of_val(&*self.packets) + size_of_val(&*self.frames)
     }
 
     /// The first and the last time.
