@@ -25,6 +25,8 @@ pub mod scene_file;
 #[cfg(feature = "simulator")]
 pub mod sliding;
 #[cfg(feature = "simulator")]
+mod text_file;
+#[cfg(feature = "simulator")]
 pub mod trace;
 
 #[cfg(feature = "simulator")]
@@ -39,6 +41,7 @@ pub use self::{
     sliding::{
         Finger, Hand, ParameterError, SkinState, Sliding, SlidingScene, Stimulator, TABLE_2, Truth,
     },
+    text_file::short_text,
     trace::{
         Failure, OpenRows, PROGRESS_ROWS, Playback, RowClock, RowReader, Rows, Table, TimeColumn,
         Timing, Trace, ValueAt, check_order, write_csv,

@@ -27,7 +27,7 @@ use crate::scene::{INPUTS, Scene};
 use core::f64::consts::{FRAC_PI_2, PI};
 pub use played::Failure;
 use played::{Place, Played};
-use std::io::Cursor;
+use std::io::{Cursor, Read};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -96,6 +96,9 @@ struct Survey {
     guessed: Option<String>,
 }
 
+/// Most bytes that are read from a pipe.
+const PIPE_MOST: u64 = 1 << 30;
+
 /// A value that the chip cannot convert.
 #[derive(Clone, Debug)]
 pub struct Beyond {
@@ -124,8 +127,15 @@ impl Trace {
                 progress,
             );
         }
-        // A pipe is read only once.
-        Self::parse(&std::fs::read(path).map_err(refuse)?, &file, playback)
+        // A pipe is read only once, and a device may never end.
+        let mut bytes = Vec::new();
+        let input = std::fs::File::open(path).map_err(refuse)?;
+        let read = input.take(PIPE_MOST).read_to_end(&mut bytes);
+        if read.map_err(refuse)? as u64 == PIPE_MOST {
+            let why = "more than 1 GiB: write it into a file, and name that";
+            return Err(FileError::new(&file, None, why));
+        }
+        Self::parse(&bytes, &file, playback)
     }
 
     /// The same with the bytes of a file of that name.

@@ -1,7 +1,7 @@
 //! A robot's odometry: a file of places or speeds becomes the messages that the robot would send.
 
 use crate::note;
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, anyhow, bail, ensure};
 use hal_mock::Table;
 use ridgetone_proto::odometry::{FRAME_BYTES, Odometry, PLACE_PER_MM, Reading, SPEED_MAX_MM_S};
 use ridgetone_proto::telemetry::Packet;
@@ -147,13 +147,32 @@ pub fn follow(path: &Path) -> Result<Receiver<Vec<u8>>> {
     Ok(messages)
 }
 
+/// Bytes of the longest line; a row of numbers has some tens.
+const LINE_MOST: u64 = 1 << 16;
+
+/// The lines of a source, which need not have any.
+fn lines(mut source: impl BufRead) -> impl Iterator<Item = Result<String>> {
+    std::iter::from_fn(move || {
+        let mut line = String::new();
+        let read = source.by_ref().take(LINE_MOST).read_line(&mut line);
+        match read {
+            Ok(0) => None,
+            Ok(length) if length as u64 == LINE_MOST => {
+                Some(Err(anyhow!("a line of 64 KiB and more: these are no rows")))
+            }
+            Ok(_) => Some(Ok(line.trim_end_matches(['\n', '\r']).to_owned())),
+            Err(error) => Some(Err(error.into())),
+        }
+    })
+}
+
 fn send_lines(
     source: impl BufRead,
     file: &str,
     is_paced: bool,
     found: &SyncSender<Vec<u8>>,
 ) -> Result<()> {
-    let mut lines = source.lines();
+    let mut lines = lines(source);
     let Some(header) = lines.next().transpose().with_context(|| file.to_owned())? else {
         bail!("{file}: no line")
     };

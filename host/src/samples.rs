@@ -198,10 +198,25 @@ impl RowReader for ArrayRows {
     }
 }
 
-/// A file that holds what `input` gives, and is removed when nobody needs it.
+/// Bytes by which a recording is known.
+const LOOK_BYTES: u64 = 1 << 16;
+
+/// Most bytes of a recording that is not in a file, as long as a week of a fast instrument's.
+const KEPT_MOST: u64 = 4 << 30;
+
+/// A file that holds what `input` gives, and is removed when nobody needs it. A device may never
+/// end: what is no recording by its beginning is refused there.
 fn kept(input: &mut dyn Read) -> std::io::Result<TempPath> {
     let mut file = tempfile::NamedTempFile::new()?;
-    std::io::copy(input, &mut file)?;
+    std::io::copy(&mut input.take(LOOK_BYTES), &mut file)?;
+    if Form::of(file.path())? == Form::Table {
+        Content::of(Box::new(File::open(file.path())?)).map_err(std::io::Error::other)?;
+    }
+    if std::io::copy(&mut input.take(KEPT_MOST), &mut file)? == KEPT_MOST {
+        return Err(std::io::Error::other(
+            "more than 4 GiB: write it into a file, and name that",
+        ));
+    }
     Ok(file.into_temp_path())
 }
 

@@ -153,7 +153,11 @@ pub fn report(counts: Counts) {
         received,
         missing,
         damaged,
-        ..
+        stepped_back,
     } = counts;
-    note!("{received} telemetry frames received, {missing} lost, {damaged} damaged");
+    let repeated = match stepped_back {
+        0 => String::new(),
+        _ => format!(", {stepped_back} repeated or out of order"),
+    };
+    note!("{received} telemetry frames received, {missing} lost, {damaged} damaged{repeated}");
 }

@@ -24,7 +24,7 @@ pub fn announce(access: &Access, open: bool) -> Result<()> {
             "whoever has this address can watch and set the board, and what travels is not encrypted"
         );
     }
-    if open && let Err(error) = browse(&url) {
+    if open && let Err(error) = browse(&access.url_once()?) {
         note!("no browser was opened ({error}): open {url} yourself");
     }
     Ok(())

@@ -50,7 +50,7 @@ pub struct Server {
 
 impl Server {
     /// Serves what is at these paths, each answer guarded.
-    pub fn start(access: Access, routes: Router) -> Result<Self> {
+    pub fn start(mut access: Access, routes: Router) -> Result<Self> {
         let address = access.address;
         let what = || {
             format!(
@@ -59,10 +59,7 @@ impl Server {
         };
         let listener = TcpListener::bind(address).with_context(what)?;
         listener.set_nonblocking(true)?;
-        let access = Access {
-            address: listener.local_addr()?,
-            ..access
-        };
+        access.address = listener.local_addr()?;
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_all()
             .build()?;
