@@ -141,7 +141,7 @@ fn a_second_pass_that_differs_from_the_first_is_noticed() {
         .to_string();
     assert_eq!(whole.load(Ordering::Relaxed), 2);
     assert!(
-        error.contains("a file: it ended after 900 rows, and had 2000 before"),
+        error.contains("a file: row 900: it ended after 900 rows, and had 2000 before"),
         "{error}"
     );
 }
