@@ -135,8 +135,8 @@ impl Refinement<'_> {
         multiples(unit).fold(Lines::NONE.with(unit), Lines::with)
     }
 
-    /// The likeliest of the combs at `course` with baselines of some degrees. The weights of the best
-    /// so far are kept.
+    /// The likeliest of the combs at `course` with baselines of some degrees, whose fundamental is in
+    /// the band. The weights of the best so far are kept.
     pub fn best(
         &self,
         blocks: &mut Blocks,
@@ -160,6 +160,9 @@ impl Refinement<'_> {
             blocks.turn(&at, &course);
             at = course;
             let comb = self.comb(blocks, work, &mut at, *degree);
+            if !self.band.has(comb.course.cycles) {
+                continue;
+            }
             if best.is_none_or(|best| comb.score > best.score) {
                 if comb.score > work.score_of_best {
                     work.score_of_best = comb.score;

@@ -10,7 +10,7 @@ use crate::matrix::{Factor, Square, invert};
 use crate::source::Values;
 
 /// Added to variances: rounding, in units of a channel's own variance.
-pub const ROUNDING: f32 = 1e-7;
+pub const ROUNDING: f32 = 5e-7;
 
 /// Samples of the noise: how many there are.
 #[derive(Clone, Copy, Debug)]

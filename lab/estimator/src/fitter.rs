@@ -71,11 +71,11 @@ impl Fitter {
     pub fn fit(&mut self, span: &mut FrameSpan, scene: &Scene) -> Result<Fit, Overwritten> {
         let statistics = Statistics::collect(span)?;
         let mut fit = Fit::without_tone(Status::Nothing, statistics.frames);
-        if statistics.width == 0 || statistics.frames < FRAMES_MIN {
+        if statistics.width == 0 {
             return Ok(fit);
         }
         // More gaps than frames leave the frequency open.
-        if 2 * statistics.frames < span.frames {
+        if statistics.frames < FRAMES_MIN || 2 * statistics.frames < span.frames {
             fit.status = Status::TooShort;
             return Ok(fit);
         }
@@ -168,7 +168,7 @@ impl<'w> Window<'w, '_, '_> {
                     || tried[..count]
                         .iter()
                         .any(|other| f32::abs(other - cycles) < CANDIDATES_APART);
-                if cycles < CYCLES_LEAST || is_known {
+                if cycles < CYCLES_LEAST || is_known || !refinement.band.has(cycles) {
                     continue;
                 }
                 let course = Course::steady(cycles);
@@ -184,7 +184,10 @@ impl<'w> Window<'w, '_, '_> {
                 }
                 tried[count] = cycles;
                 count += 1;
-                let comb = refinement.best(blocks, work, course, &degrees[..=curved])?;
+                let degrees = &degrees[..=curved];
+                let Some(comb) = refinement.best(blocks, work, course, degrees) else {
+                    continue;
+                };
                 if divisor == 1 {
                     *peak = comb.tried;
                     tried[count - 1] = comb.tried;
@@ -257,22 +260,29 @@ impl<'w> Window<'w, '_, '_> {
             self.collect(blocks, course, lines);
         };
         let is_known = refinement.follow(blocks, work, &mut followed, &mut recollect);
-        if is_known {
-            self.judge(memory, &followed, &comb.rival, fit);
-        } else {
+        if !is_known || !self.judge(memory, &followed, &comb.rival, fit) {
             fit.status = Status::Ambiguous;
             fit.frequency = self.data.span.frequency(comb.course.cycles);
             fit.sigma = fit.frequency;
         }
     }
 
-    /// The verdict on a tone that is followed.
+    /// The verdict on a tone that is followed; false where f32 cannot tell its mean.
     #[inline(never)]
-    fn judge(&mut self, memory: &mut Memory, followed: &Followed, rival: &Rival, fit: &mut Fit) {
+    fn judge(
+        &mut self,
+        memory: &mut Memory,
+        followed: &Followed,
+        rival: &Rival,
+        fit: &mut Fit,
+    ) -> bool {
         let work = &*memory.work;
         let (reach, width) = (self.data.reach(), self.data.width());
         let tested = Tested::new(followed, work, reach, width);
         let mean = conclude::mean(&tested, work, memory.blocks, self.scene);
+        if !(mean.cycles > 0.0 && (mean.cycles + mean.sigma).is_finite()) {
+            return false;
+        }
         let mut tests = Tests::default();
         tested.near(&work.neighbours, &mut tests);
         let (span, statistics) = (&*self.data.span, &self.data.statistics);
@@ -329,6 +339,7 @@ impl<'w> Window<'w, '_, '_> {
                 fit.with_tone |= (tested.with_tone >> k & 1) << statistics.order[k];
             }
         }
+        true
     }
 
     /// What a tone leaves: the deviate of lines between its own, and another line.
@@ -366,7 +377,7 @@ impl<'w> Window<'w, '_, '_> {
 
     #[inline(never)]
     fn candidates(&mut self, blocks: &mut Blocks, work: &mut Work) -> [f32; PEAKS] {
-        let (all, scene) = (&self.all.matrix, self.scene);
+        let (all, scene) = (self.all, self.scene);
         candidates(self.data, work.sums(), blocks.scratch(), all, scene)
     }
 
@@ -378,6 +389,7 @@ impl<'w> Window<'w, '_, '_> {
             harmonics: usize::from(self.scene.harmonics()),
             may_share: self.scene.may_share(),
             reach: self.data.reach(),
+            band: self.scene.band.over(self.data.span.frequency(1.0)),
         }
     }
 }

@@ -1,6 +1,7 @@
 //! The frames of a window, and what is known of them beforehand.
 
 use crate::abscissa::Abscissa;
+use crate::limits::CHANNELS_MAX;
 use crate::source::{FrameSource, Overwritten, Values};
 
 /// Frames that are read at a time: as long a source is locked.
@@ -129,13 +130,13 @@ impl<'a> FrameSpan<'a> {
         Ok(())
     }
 
-    /// Channels that are valid in at least half of the frames that have any.
+    /// Channels that are valid in at least nine tenths of as many frames as the most valid one:
+    /// frames that lack one of these do not count.
     pub(crate) fn channels(&mut self) -> Result<u16, Overwritten> {
-        let (mut counts, mut all) = ([0u32; 16], 0);
+        let mut counts = [0u32; CHANNELS_MAX];
         // Frames in a row mostly have the same channels.
         let (mut mask, mut run) = (0, 0);
         let mut add = |mask: u16, run: u32| {
-            all += if mask == 0 { 0 } else { run };
             for (c, count) in counts.iter_mut().enumerate() {
                 *count += run * u32::from(mask >> c & 1);
             }
@@ -158,7 +159,10 @@ impl<'a> FrameSpan<'a> {
             frame += read.max(1);
         }
         add(mask, run);
-        let is_used = |c: &usize| 2 * counts[*c] > all;
-        Ok((0..16).filter(is_used).fold(0, |mask, c| mask | 1 << c))
+        let most = counts.iter().copied().max().unwrap_or(0);
+        let is_used = |c: &usize| counts[*c] > 0 && 10 * counts[*c] >= 9 * most;
+        Ok((0..CHANNELS_MAX)
+            .filter(is_used)
+            .fold(0, |mask, c| mask | 1 << c))
     }
 }

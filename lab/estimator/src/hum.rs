@@ -9,6 +9,7 @@ use crate::lines::Lines;
 use crate::phase::{cos_sin, from_turns};
 use crate::phase_course::Course;
 use crate::refine::{Known, Refinement, Steps};
+use crate::scene::Band;
 use crate::search::strongest;
 use crate::solve::Shape;
 use crate::source::Values;
@@ -65,7 +66,7 @@ impl Hum {
         let centre = 2.0 * most * libm::roundf(0.5 * cycles / most);
         let folded = (cycles - centre).abs();
         let band = (folded - off).max(1.0)..(folded + off).min(most - 0.5);
-        let found = strongest(data, work.sums(), blocks.scratch(), &all.matrix, band)?;
+        let found = strongest(data, work.sums(), blocks.scratch(), &all, band)?;
         blocks.start(data, 1);
         let mut course = Course::steady(centre + found.copysign(cycles - centre));
         let lines = Lines::up_to(1);
@@ -77,6 +78,7 @@ impl Hum {
             harmonics: 1,
             may_share: true,
             reach: data.reach(),
+            band: Band::default(),
         };
         for most in [STEPS, 1] {
             let pass = Pass {

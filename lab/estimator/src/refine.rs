@@ -9,6 +9,7 @@ use crate::neighbours::APART;
 use crate::normal::Degrees;
 use crate::phase_course::Course;
 use crate::reach::Reach;
+use crate::scene::Band;
 use crate::solve::Shape;
 use crate::statistics::Products;
 use crate::work::Work;
@@ -32,6 +33,8 @@ pub struct Refinement<'r> {
     pub may_share: bool,
     /// How far frequencies reach.
     pub reach: Reach,
+    /// Cycles a window that the fundamental may have.
+    pub band: Band,
 }
 
 /// What is refined.

@@ -67,6 +67,21 @@ pub struct Band {
     pub most: f32,
 }
 
+impl Band {
+    /// The band in another unit, of which one is `unit` of this one's.
+    pub(crate) fn over(&self, unit: f32) -> Self {
+        Self {
+            least: self.least / unit,
+            most: self.most / unit,
+        }
+    }
+
+    /// Whether it holds a frequency.
+    pub(crate) fn has(&self, frequency: f32) -> bool {
+        frequency >= self.least && (self.most <= 0.0 || frequency <= self.most)
+    }
+}
+
 impl Scene {
     /// The paper's finger: ridges with overtones under a skin that creeps.
     pub const DEFAULT: Self = Self {
@@ -95,6 +110,14 @@ impl Scene {
             most: 0.0,
         },
     };
+
+    /// The default one with this many harmonics at most, the fundamental included.
+    pub const fn with_harmonics(harmonics: u8) -> Self {
+        Self {
+            harmonics,
+            ..Self::DEFAULT
+        }
+    }
 
     /// Most harmonics that the fit has room for.
     pub(crate) fn harmonics(&self) -> u8 {

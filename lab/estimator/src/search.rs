@@ -5,9 +5,10 @@
 
 use crate::data::Data;
 use crate::limits::CHANNELS_MAX;
-use crate::matrix::{Factor, Square, invert_lower};
+use crate::matrix::{Factor, invert_lower};
 use crate::scene::Scene;
 use crate::spectrum::{Spectrum, Sums};
+use crate::statistics::Products;
 use core::f32::consts::FRAC_1_SQRT_2 as ROOT_HALF;
 use core::ops::Range;
 
@@ -18,6 +19,9 @@ const FRAMES_FEW: u32 = 128;
 const CHANNELS_FEW: usize = 8;
 /// Fewest cycles of a peak.
 const CYCLES_PEAK: f32 = 0.5;
+/// Noise is taken for at least this share of a channel's variance: beside less, a faint overtone
+/// would stand out as far as the tone.
+const CLEAR: f32 = 1e-4;
 /// Least of what a line leaves of a determinant.
 const LEFT_MIN: f32 = 1e-7;
 
@@ -35,7 +39,7 @@ pub fn candidates(
     data: &mut Data,
     sums: Sums,
     transforms: &mut [f32],
-    all: &Square<CHANNELS_MAX>,
+    all: &Products,
     scene: &Scene,
 ) -> [f32; PEAKS] {
     let unit = data.span.frequency(1.0);
@@ -57,7 +61,7 @@ pub fn strongest(
     data: &mut Data,
     sums: Sums,
     transforms: &mut [f32],
-    all: &Square<CHANNELS_MAX>,
+    all: &Products,
     band: Range<f32>,
 ) -> Option<f32> {
     let frames = data.count() as f32;
@@ -73,7 +77,7 @@ fn whitened<'m>(
     data: &mut Data,
     sums: Sums<'m>,
     transforms: &'m mut [f32],
-    all: &Square<CHANNELS_MAX>,
+    all: &Products,
     may_share: bool,
 ) -> Option<Spectrum<'m>> {
     let (width, each) = (data.width(), data.frames_each());
@@ -85,13 +89,15 @@ fn whitened<'m>(
     let mut mixtures = [[0.0; CHANNELS_MAX]; CHANNELS_MAX];
     if may_share {
         for (k, mixture) in mixtures.iter_mut().enumerate().take(width) {
-            mixture[..=k].copy_from_slice(&all[k][..=k]);
+            mixture[..=k].copy_from_slice(&all.matrix[k][..=k]);
+            mixture[k] += all.least[k].max(CLEAR * mixture[k]);
         }
         Factor::new(&mut mixtures, width);
         invert_lower(&mut mixtures, width);
     } else {
         for (k, mixture) in mixtures.iter_mut().enumerate().take(width) {
-            mixture[k] = 1.0 / libm::sqrtf(all[k][k].max(f32::MIN_POSITIVE));
+            mixture[k] =
+                1.0 / libm::sqrtf((all.matrix[k][k] + all.least[k]).max(f32::MIN_POSITIVE));
         }
     }
     let (mut width, mut reach) = (width, 1);
@@ -153,7 +159,7 @@ fn peaks(spectrum: &Spectrum, least: f32, most: f32) -> [Peak; PEAKS] {
         } else {
             f32::NEG_INFINITY
         };
-        if at >= before && at >= after && at > peaks[PEAKS - 1].height {
+        if at > before && at >= after && at > peaks[PEAKS - 1].height {
             let bend = 2.0 * at - before - after;
             let vertex = if bend.is_finite() && bend > 0.0 {
                 0.5 * (after - before) / bend

@@ -99,7 +99,7 @@ impl Statistics {
             sum_u / n,
             (sum_uu - sum_u * sum_u / n).max(f32::MIN_POSITIVE),
         );
-        let (mut clear, mut is_exact) = (true, true);
+        let (mut clear, mut is_exact, mut ranges) = (true, true, [1.0; CHANNELS_MAX]);
         for _ in 0..2 {
             for (c, sums) in sums.iter().enumerate() {
                 let is_used = wanted >> c & 1 == 1 && sums.most > sums.least;
@@ -116,6 +116,7 @@ impl Statistics {
                 let variance = square - mean * mean - slope * slope * spread / n;
                 is_exact &= variance > LEFT_MIN * square;
                 statistics.scale[k] = libm::sqrtf(variance.max(0.0));
+                ranges[k] = 0.5 * (sums.most - sums.least);
                 statistics.width += 1;
             }
             if statistics.width > 0 {
@@ -124,7 +125,7 @@ impl Statistics {
             clear = false;
         }
         if !is_exact {
-            statistics.scale = [1.0; CHANNELS_MAX];
+            statistics.scale = ranges;
             statistics.scales(span)?;
         }
         Ok(statistics)
@@ -161,12 +162,12 @@ impl Statistics {
         let mut width = 0;
         let n = self.frames.max(1) as f32;
         for k in 0..self.width {
-            let scale = libm::sqrtf(squares[k] / n);
+            let scale = self.scale[k] * libm::sqrtf(squares[k] / n);
             let rounding = f32::EPSILON * (self.level[k].abs() + self.slope[k].abs());
             if scale > rounding && scale.is_finite() {
                 self.order[width] = self.order[k];
                 // What rounding of large sums has left.
-                self.level[width] = self.level[k] + levels[k] / n;
+                self.level[width] = self.level[k] + self.scale[k] * levels[k] / n;
                 self.slope[width] = self.slope[k];
                 self.scale[width] = scale;
                 width += 1;
@@ -179,8 +180,10 @@ impl Statistics {
     /// Variance of a value's rounding in each channel, where values are rounded to multiples of
     /// `step`.
     fn rounding(&self, step: f32) -> Values {
-        self.scale
-            .map(|scale| step * step / (12.0 * scale * scale) + ROUNDING)
+        self.scale.map(|scale| {
+            let steps = step / scale;
+            steps * steps / 12.0 + ROUNDING
+        })
     }
 }
 
