@@ -274,10 +274,10 @@ fn a_tone_is_looked_for_in_the_band_alone() {
             let line = |cycles: f64| {
                 (TAU * (cycles * f64::from(n) / 240.0 + 0.13 * f64::from(channel))).cos()
             };
-            values.push((3.0 * line(20.0) + line(8.0) + 0.05 * (even.next() - 0.5)) as f32);
+            values.push((line(20.0) + 2.0 * line(8.0) + 0.05 * (even.next() - 0.5)) as f32);
         }
     }
-    for (least, most, cycles) in [(7.2, 9.5, 8.0), (15.0, 0.0, 20.0)] {
+    for (least, most, cycles) in [(7.2, 9.5, 8.0), (15.0, 30.0, 20.0)] {
         let scene = Scene {
             band: Band {
                 least: least / 240.0,
