@@ -11,8 +11,8 @@ use ridgetone::TimedConversion;
 use ridgetone::{Detector, Outputs};
 use ridgetone::{Estimator, WindowFit};
 use ridgetone_proto::boot::SettingsSource;
-use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings};
-use ridgetone_proto::telemetry::{Estimate, Span, Status};
+use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings, Slide, SlideRule};
+use ridgetone_proto::telemetry::{Estimate, Event, Span, Status};
 use touch::{SCANS, TONE_HZ};
 
 /// The slide begins at 0.8 s, after this many scans (`touch`).
@@ -158,5 +158,70 @@ fn every_window_is_of_one_length_within_the_slide_and_right() {
                 "{what}: {whole:?}"
             );
         }
+    }
+}
+
+/// A slide that lasts always ends with its rule; then touches are found as ever. It ends a hold or a
+/// slide that lasts when it comes.
+#[test]
+fn a_slide_that_lasts_always_ends_with_its_rule() {
+    let by_rule = |rule| Settings {
+        slide: Slide {
+            rule,
+            ..Slide::DEFAULT
+        },
+        ..Settings::DEFAULT
+    };
+    let (always, found) = (by_rule(SlideRule::Always), by_rule(SlideRule::Found));
+    let slides = |before: Settings, after: Settings, changed: u64| {
+        let (mut ring, diagnostics) = (Box::new(Ring::new()), Diagnostics::new());
+        let mut detector = Box::new(Detector::new(before));
+        let mut slides = Vec::new();
+        let mut emit = |event| {
+            if let Event::Slide(slide) = event {
+                let s = |us: u64| us as f64 * 1e-6;
+                slides.push((s(slide.start_us), slide.end_us.map(s)));
+            }
+        };
+        for number in 0..SCANS {
+            if number == changed {
+                detector.change(&after, SettingsSource::Sent);
+            }
+            for conversion in touch::scan(number, number, 0) {
+                let outputs = &mut Outputs {
+                    emit: &mut emit,
+                    due: &mut |_| (),
+                };
+                detector.push(conversion, &mut ring, &diagnostics, outputs);
+            }
+        }
+        detector.finish(&mut ring, &diagnostics, &mut emit, &mut |_| ());
+        slides
+    };
+    let end_s = SCANS as f64 / f64::from(FRAME_RATE_HZ);
+    let is_near = |found: (f64, Option<f64>), start_s: f64, expected_s: Option<f64>| {
+        (found.0 - start_s).abs() < 0.03
+            && found.1.is_some() == expected_s.is_some()
+            && (found.1.unwrap_or(0.0) - expected_s.unwrap_or(0.0)).abs() < 0.03
+    };
+    let check = |slides: &[(f64, Option<f64>)], expected: &[(f64, f64)]| {
+        let reports = expected
+            .iter()
+            .flat_map(|(start_s, end_s)| [(*start_s, None), (*start_s, Some(*end_s))]);
+        assert_eq!(slides.len(), 2 * expected.len(), "{slides:?}");
+        for (found, (start_s, end_s)) in slides.iter().zip(reports) {
+            assert!(is_near(*found, start_s, end_s), "{slides:?}");
+        }
+    };
+    let at_s = |scan: u64| scan as f64 / f64::from(FRAME_RATE_HZ);
+    check(&slides(always, always, 0), &[(0.0, end_s)]);
+    check(&slides(always, found, 30), &[(0.0, at_s(30)), (0.8, 2.8)]);
+    check(
+        &slides(found, always, 400),
+        &[(0.8, at_s(400)), (at_s(400), end_s)],
+    );
+    // In the hold before the slide, and in the air.
+    for changed in [150, 50] {
+        check(&slides(found, always, changed), &[(at_s(changed), end_s)]);
     }
 }

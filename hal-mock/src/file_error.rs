@@ -1,11 +1,12 @@
 //! Why a file is refused.
 
+use crate::printable;
 use std::fmt::Display;
 
 /// A file that cannot be read or means nothing, in one line that names the file and, where there is
 /// one, the line.
 #[derive(Debug, thiserror::Error)]
-#[error("{file}: {}", self.place_and_reason())]
+#[error("{}", printable(&format!("{file}: {}", self.place_and_reason())))]
 pub struct FileError {
     file: String,
     /// From 1.

@@ -15,6 +15,8 @@ mod flash;
 #[cfg(feature = "simulator")]
 pub mod half_plane;
 #[cfg(feature = "simulator")]
+mod printable;
+#[cfg(feature = "simulator")]
 mod random;
 #[cfg(feature = "simulator")]
 pub mod scene;
@@ -22,6 +24,8 @@ pub mod scene;
 pub mod scene_file;
 #[cfg(feature = "simulator")]
 pub mod sliding;
+#[cfg(feature = "simulator")]
+mod text_file;
 #[cfg(feature = "simulator")]
 pub mod trace;
 
@@ -31,13 +35,15 @@ pub use self::{
     chip::{Ads1258, Analog, Counters, Fault, Injected, Injection, Options},
     file_error::FileError,
     flash::CutFlash,
+    printable::{escaped, printable},
     scene::{Constant, Noisy, Repeated, Scene},
     scene_file::{load_scene, parse_scene},
     sliding::{
         Finger, Hand, ParameterError, SkinState, Sliding, SlidingScene, Stimulator, TABLE_2, Truth,
     },
+    text_file::short_text,
     trace::{
-        OpenRows, PROGRESS_ROWS, Playback, RowClock, RowReader, Rows, Table, TimeColumn, Timing,
-        Trace, ValueAt, check_order, write_csv,
+        Failure, OpenRows, PROGRESS_ROWS, Playback, RowClock, RowReader, Rows, Table, TimeColumn,
+        Timing, Trace, ValueAt, check_order, write_csv,
     },
 };

@@ -11,6 +11,7 @@
 //! ```
 
 use crate::file_error::FileError;
+use crate::short_text;
 use crate::sliding::{Sliding, SlidingScene};
 use std::ops::Range;
 use std::path::Path;
@@ -19,9 +20,7 @@ use toml::de::{DeTable, DeValue};
 /// Reads a scene file, for a scan of `frame_rate_hz`. Errors name the file, the line and the key.
 pub fn load_scene(path: impl AsRef<Path>, frame_rate_hz: f64) -> Result<Sliding, FileError> {
     let file = path.as_ref().display().to_string();
-    let text =
-        std::fs::read_to_string(&path).map_err(|error| FileError::new(&file, None, error))?;
-    parse_scene(&file, &text, frame_rate_hz)
+    parse_scene(&file, &short_text(&path)?, frame_rate_hz)
 }
 
 /// As [`load_scene`], from the text of a file of that name.

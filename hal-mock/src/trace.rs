@@ -25,8 +25,9 @@ pub use write::write_csv;
 use crate::file_error::FileError;
 use crate::scene::{INPUTS, Scene};
 use core::f64::consts::{FRAC_PI_2, PI};
+pub use played::Failure;
 use played::{Place, Played};
-use std::io::Cursor;
+use std::io::{Cursor, Read};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -74,6 +75,7 @@ pub struct Trace {
     playback: Playback,
     survey: Survey,
     played: Option<Played>,
+    failure: Failure,
 }
 
 /// What one pass over the rows finds.
@@ -85,12 +87,17 @@ struct Survey {
     spacing_sigma_s: f64,
     /// Number of the last row.
     last: u64,
+    /// Rows that were read.
+    rows: u64,
     columns: usize,
     /// Columns with any reading.
     alive: u16,
     beyond: Option<Beyond>,
     guessed: Option<String>,
 }
+
+/// Most bytes that are read from a pipe.
+const PIPE_MOST: u64 = 1 << 30;
 
 /// A value that the chip cannot convert.
 #[derive(Clone, Debug)]
@@ -120,8 +127,15 @@ impl Trace {
                 progress,
             );
         }
-        // A pipe is read only once.
-        Self::parse(&std::fs::read(path).map_err(refuse)?, &file, playback)
+        // A pipe is read only once, and a device may never end.
+        let mut bytes = Vec::new();
+        let input = std::fs::File::open(path).map_err(refuse)?;
+        let read = input.take(PIPE_MOST).read_to_end(&mut bytes);
+        if read.map_err(refuse)? as u64 == PIPE_MOST {
+            let why = "more than 1 GiB: write it into a file, and name that";
+            return Err(FileError::new(&file, None, why));
+        }
+        Self::parse(&bytes, &file, playback)
     }
 
     /// The same with the bytes of a file of that name.
@@ -144,6 +158,7 @@ impl Trace {
             playback,
             survey,
             played: None,
+            failure: Failure::default(),
         })
     }
 
@@ -178,6 +193,11 @@ impl Trace {
         }
     }
 
+    /// Why the recording ended early while it was played, if it did.
+    pub fn failure(&self) -> Failure {
+        Arc::clone(&self.failure)
+    }
+
     /// The first value beyond the limit.
     pub fn beyond(&self) -> Option<&Beyond> {
         self.survey.beyond.as_ref()
@@ -200,7 +220,12 @@ impl Trace {
             .as_ref()
             .is_none_or(|played| played.is_past(from))
         {
-            self.played = Some(Played::new((self.open)().ok()?, self.survey.clock));
+            let rows = (self.open)()
+                .map_err(|error| self.failure.set(error))
+                .ok()?;
+            let failure = self.failure();
+            let played = Played::new(rows, self.survey.clock, self.survey.rows, failure);
+            self.played = Some(played);
         }
         self.played.as_mut()
     }
@@ -330,6 +355,7 @@ impl Survey {
             spacing_s,
             spacing_sigma_s,
             last,
+            rows: read,
             columns,
             alive,
             beyond,

@@ -15,8 +15,8 @@ pub use decoded::Feed;
 pub use emulated::Emulated;
 pub use following::{Following, RawFrames, SettingsReply};
 pub use pace::Pace;
-pub use requester::{Requester, new_requests, request};
-pub use source::{FeedEvent, Source};
+pub use requester::{Requester, new_requests, other_requests, request};
+pub use source::{FeedEvent, NoBoard, Source};
 
 #[cfg(test)]
 mod tests;

@@ -3,7 +3,7 @@
 use crate::output::Progress;
 use crate::samples::Samples;
 use anyhow::{Context, Result, ensure};
-use hal_mock::{Constant, Options, Playback, Scene, Sliding, SlidingScene, Trace, Truth};
+use hal_mock::{Constant, Failure, Options, Playback, Scene, Sliding, SlidingScene, Trace, Truth};
 use ridgetone::CONVERSION_NS;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{SCAN, Settings};
@@ -77,6 +77,8 @@ pub struct Opened {
     /// What was guessed of how a table is written.
     pub guessed: Option<String>,
     pub uncertainty: Uncertainty,
+    /// Why a recording ended early while it was played, if it did.
+    pub failure: Option<Failure>,
 }
 
 /// What a recording adds to the standard deviations of estimates: the library assumes independent
@@ -141,6 +143,7 @@ impl Opened {
             warning: None,
             guessed: None,
             uncertainty,
+            failure: None,
         }
     }
 }
@@ -212,6 +215,7 @@ impl Input {
                     warning,
                     guessed: None,
                     uncertainty,
+                    failure: None,
                 })
             }
             Source::Trace {
@@ -239,6 +243,7 @@ impl Input {
                     rate_share: trace.rate_share(),
                 };
                 let guessed = trace.guessed().map(str::to_owned);
+                let failure = Some(trace.failure());
                 Ok(Opened {
                     scene: Box::new(trace),
                     options,
@@ -247,6 +252,7 @@ impl Input {
                     warning,
                     guessed,
                     uncertainty,
+                    failure,
                 })
             }
         }

@@ -27,6 +27,8 @@
 //! | the commands of `ridgetone-teletaction` | `teletaction` |
 //! | the command line | [`cli`], [`usage`], [`program`], [`output`], [`digits`], [`stop`] |
 #![forbid(unsafe_code)]
+// Messages quote files, boards and peers: `note!` escapes and cuts them.
+#![deny(clippy::print_stderr)]
 // Not published: a field whose name and unit say everything needs no documentation.
 #![allow(missing_docs)]
 
@@ -38,6 +40,7 @@ pub mod cli;
 pub mod client;
 mod content;
 pub mod demo;
+pub mod detection;
 pub mod digits;
 pub mod emulator;
 pub mod events;

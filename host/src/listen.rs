@@ -1,12 +1,15 @@
 //! Packets of a feed one by one, until the source is over or the sink breaks off.
 
 use crate::events;
-use crate::feed::{Feed, FeedEvent, Requester};
+use crate::feed::{Feed, FeedEvent, Requester, other_requests};
+use crate::note;
+use crate::requests::Requests;
 use crate::stop;
 use crate::utc::Receipt;
 use anyhow::{Result, bail};
-use ridgetone_proto::command::Outcome;
-use ridgetone_proto::telemetry::Packet;
+use ridgetone_proto::command::{Command, Outcome};
+use ridgetone_proto::telemetry::{Event, Packet};
+use std::collections::VecDeque;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
@@ -19,11 +22,22 @@ const LOOK: Duration = Duration::from_millis(50);
 /// Time after which damage is reported without a loss.
 const DAMAGED_ALONE: Duration = Duration::from_secs(1);
 
+/// Longest wait for the greeting of a board that was sending already.
+const GREETING: Duration = Duration::from_millis(500);
+
 /// A feed that is listened to: its requests are sent while its packets are read.
+///
+/// A board that sends already is asked for its greeting, and its packets are held back until it has
+/// come: a board with another protocol would be read wrongly until its next greeting by itself.
 pub struct Listener {
     pub feed: Feed,
     requester: Requester,
     is_connected: bool,
+    /// The request for the greeting.
+    greeting: Requests,
+    /// When that was sent, while the greeting is waited for.
+    joining: Option<Instant>,
+    held: VecDeque<Heard>,
     /// Packets lost and damaged as reported.
     reported: (u32, u32),
     damaged_since: Option<Instant>,
@@ -46,6 +60,9 @@ impl Listener {
             feed,
             requester,
             is_connected: false,
+            greeting: other_requests(),
+            joining: None,
+            held: VecDeque::new(),
             reported: (0, 0),
             damaged_since: None,
         }
@@ -54,6 +71,44 @@ impl Listener {
     /// Waits for the next event, at most for `most`, and sends the request that is due.
     /// Fails if the board refuses a request or does not answer, or if the source cannot go on.
     pub fn next(&mut self, most: Duration) -> Result<Option<Heard>> {
+        if self.joining.is_none()
+            && let Some(heard) = self.held.pop_front()
+        {
+            return Ok(Some(heard));
+        }
+        let heard = self.hear(most)?;
+        let Some(since) = self.joining else {
+            return Ok(heard);
+        };
+        let waits = match &heard {
+            Some(Heard::Packet(packet, _)) => !matches!(packet.event, Event::Hello(_)),
+            Some(_) => false,
+            None => true,
+        };
+        self.held.extend(heard);
+        if waits && since.elapsed() < GREETING {
+            return Ok(None);
+        }
+        self.joining = None;
+        Ok(self.held.pop_front())
+    }
+
+    /// Asks a board that sends already for its greeting.
+    fn join(&mut self, first: &Packet) -> Result<()> {
+        if matches!(first.event, Event::Hello(_)) || !self.feed.has_board() {
+            return Ok(());
+        }
+        self.greeting = other_requests();
+        self.greeting.push(Command::Greet);
+        let request = self.greeting.due(self.feed.elapsed())?;
+        // A line on which nothing can be sent is read as it is.
+        if self.feed.send(&request).is_ok() {
+            self.joining = Some(Instant::now());
+        }
+        Ok(())
+    }
+
+    fn hear(&mut self, most: Duration) -> Result<Option<Heard>> {
         let event = self.feed.next(most)?;
         let heard = event.map(|event| match event {
             FeedEvent::Data(packet) => Heard::Packet(Box::new(packet), self.feed.receipt()),
@@ -63,7 +118,13 @@ impl Listener {
         });
         match &heard {
             Some(Heard::Packet(packet, _)) => {
-                self.is_connected = true;
+                if !std::mem::replace(&mut self.is_connected, true) {
+                    self.join(packet)?;
+                }
+                if self.greeting.answered(&packet.event).is_some() {
+                    // Nobody else has asked.
+                    return Ok(None);
+                }
                 if let Some((_, outcome)) = self.requester.answered(packet)
                     && !matches!(outcome, Outcome::Done | Outcome::DoneErased)
                 {
@@ -121,14 +182,14 @@ fn listen(listener: &mut Listener, sink: &mut Sink<'_>) -> Result<()> {
         match heard {
             Some(Heard::Packet(packet, receipt)) if sink(&packet, receipt)?.is_break() => break,
             Some(Heard::Packet(..)) | None => {}
-            Some(Heard::Connected(name)) => eprintln!("ridgetone: {name}: open"),
+            Some(Heard::Connected(name)) => note!("{name}: open"),
             Some(Heard::Disconnected(name, why)) => {
-                eprintln!("ridgetone: {name}: {why}; waiting for the board")
+                note!("{name}: {why}; waiting for the board")
             }
             Some(Heard::Over) => break,
         }
         if let Some(losses) = listener.losses() {
-            eprintln!("ridgetone: {losses}");
+            note!("{losses}");
         }
     }
     Ok(())

@@ -1,6 +1,7 @@
 //! A robot's odometry: a file of places or speeds becomes the messages that the robot would send.
 
-use anyhow::{Context, Result, bail, ensure};
+use crate::note;
+use anyhow::{Context, Result, anyhow, bail, ensure};
 use hal_mock::Table;
 use ridgetone_proto::odometry::{FRAME_BYTES, Odometry, PLACE_PER_MM, Reading, SPEED_MAX_MM_S};
 use ridgetone_proto::telemetry::Packet;
@@ -140,10 +141,29 @@ pub fn follow(path: &Path) -> Result<Receiver<Vec<u8>>> {
     let (found, messages) = sync_channel(WAITING);
     std::thread::spawn(move || {
         if let Err(error) = send_lines(BufReader::new(source), &shown, is_file, &found) {
-            eprintln!("ridgetone: {error:#}; estimates come by time from now on");
+            note!("{error:#}; estimates come by time from now on");
         }
     });
     Ok(messages)
+}
+
+/// Bytes of the longest line; a row of numbers has some tens.
+const LINE_MOST: u64 = 1 << 16;
+
+/// The lines of a source, which need not have any.
+fn lines(mut source: impl BufRead) -> impl Iterator<Item = Result<String>> {
+    std::iter::from_fn(move || {
+        let mut line = String::new();
+        let read = source.by_ref().take(LINE_MOST).read_line(&mut line);
+        match read {
+            Ok(0) => None,
+            Ok(length) if length as u64 == LINE_MOST => {
+                Some(Err(anyhow!("a line of 64 KiB and more: these are no rows")))
+            }
+            Ok(_) => Some(Ok(line.trim_end_matches(['\n', '\r']).to_owned())),
+            Err(error) => Some(Err(error.into())),
+        }
+    })
 }
 
 fn send_lines(
@@ -152,7 +172,7 @@ fn send_lines(
     is_paced: bool,
     found: &SyncSender<Vec<u8>>,
 ) -> Result<()> {
-    let mut lines = source.lines();
+    let mut lines = lines(source);
     let Some(header) = lines.next().transpose().with_context(|| file.to_owned())? else {
         bail!("{file}: no line")
     };

@@ -1,10 +1,11 @@
-//! Output: lines on standard output, complete files, and progress on standard error.
+//! Output: lines on standard output, complete files, and messages and progress on standard error.
 
 mod file;
 
 pub use file::{check_new, force, new_file, new_text, whole_file, whole_text};
 
 use anyhow::Result;
+use hal_mock::printable;
 use std::fmt::Arguments;
 use std::io::{IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -17,6 +18,21 @@ pub fn line(text: &str) -> Result<()> {
     out.write_all(b"\n")?;
     out.flush()?;
     Ok(())
+}
+
+/// Writes one line to standard error. It may quote files, boards and peers: control characters are
+/// escaped, and a long text is cut.
+pub fn error_line(text: Arguments<'_>) {
+    // Nobody is there to be told that nobody reads messages.
+    let _ = writeln!(std::io::stderr().lock(), "{}", printable(&text.to_string()));
+}
+
+/// Writes a message of the command to standard error, as [`output::error_line`](error_line) does.
+#[macro_export]
+macro_rules! note {
+    ($($text:tt)+) => {
+        $crate::output::error_line(format_args!("ridgetone: {}", format_args!($($text)+)))
+    };
 }
 
 /// Whether there is no progress to show: whoever calls this library has a screen of their own.
@@ -70,17 +86,22 @@ impl Progress {
         }
         self.shown = Instant::now();
         if self.is_terminal {
-            eprint!("\rridgetone: {text} ");
+            let text = text.to_string();
+            let _ = write!(
+                std::io::stderr().lock(),
+                "\rridgetone: {} ",
+                printable(&text)
+            );
             self.is_open = true;
         } else {
-            eprintln!("ridgetone: {text}");
+            note!("{text}");
         }
     }
 
     /// Ends the progress line.
     pub fn end(&mut self) {
         if std::mem::take(&mut self.is_open) {
-            eprintln!();
+            let _ = writeln!(std::io::stderr().lock());
         }
     }
 }

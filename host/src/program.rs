@@ -1,6 +1,7 @@
 //! A command of the family `ridgetone` as a program: its arguments, its exit status, its errors on
 //! one line each.
 
+use crate::note;
 use crate::usage::{NoEstimate, UsageError};
 use anyhow::Result;
 use clap::Parser;
@@ -12,8 +13,8 @@ pub fn run<C: Parser>(run: impl FnOnce(C) -> Result<()>) -> ExitCode {
     let command = match C::try_parse() {
         Ok(command) => command,
         Err(error) if error.use_stderr() => {
-            eprintln!(
-                "ridgetone: {}; see --help",
+            note!(
+                "{}; see --help",
                 first_paragraph(&error.render().to_string())
             );
             return ExitCode::from(2);
@@ -32,8 +33,7 @@ pub fn run<C: Parser>(run: impl FnOnce(C) -> Result<()>) -> ExitCode {
         // The reader of the output has closed it, as `head` does.
         Err(error) if is_closed_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
-            let line = format!("{error:#}").replace(['\n', '\r'], " ");
-            eprintln!("ridgetone: {line}");
+            note!("{error:#}");
             ExitCode::from(if error.is::<UsageError>() {
                 2
             } else if error.is::<NoEstimate>() {

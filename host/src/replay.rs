@@ -7,7 +7,7 @@ use crate::odometry::Stream;
 use crate::profile::Profile;
 use crate::stop;
 use ads1258::Ads1258;
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use embedded_hal::delay::DelayNs;
 use hal_mock::SimulatedBoard;
 use ridgetone::Pipeline;
@@ -177,6 +177,7 @@ pub fn conversions_of(
     plan: &Plan,
     take: &mut dyn FnMut(TimedConversion) -> Result<()>,
 ) -> Result<()> {
+    let failure = input.failure.unwrap_or_default();
     let board = SimulatedBoard::new(input.scene, input.options);
     board.set_sclk_hz(0); // as over the bridge: a transfer takes no time
 
@@ -197,6 +198,9 @@ pub fn conversions_of(
     chip.start(&mut start)?;
     while let Some(edge_ns) = board.wait_for_drdy() {
         let conversion = chip.read().context("the simulated chip")?;
+        if let Some(error) = failure.get() {
+            bail!("{error}");
+        }
         // The board's counter wraps after 71 minutes, and the library expects that.
         take(TimedConversion::new((edge_ns / 1000) as u32, conversion))?;
         if own > 0 {

@@ -8,7 +8,7 @@ use crate::messages::{Form, messages};
 use crate::raw_rows::RawRows;
 use crate::wav_rows::WavRows;
 use anyhow::Result;
-use hal_mock::{FileError, OpenRows, RowReader, Rows, TimeColumn, Timing, ValueAt};
+use hal_mock::{FileError, OpenRows, RowReader, Rows, TimeColumn, Timing, ValueAt, escaped};
 use std::fmt;
 use std::fs::File;
 use std::io::Read;
@@ -38,7 +38,7 @@ impl Samples {
         let is_standard_input = path == Path::new("-");
         let name = match is_standard_input {
             true => "standard input".to_owned(),
-            false => path.display().to_string(),
+            false => escaped(&path.display().to_string()).into_owned(),
         };
         let refuse = |error| FileError::new(&name, None, error);
         // What can be read only once is kept in a file while it is needed.
@@ -198,10 +198,25 @@ impl RowReader for ArrayRows {
     }
 }
 
-/// A file that holds what `input` gives, and is removed when nobody needs it.
+/// Bytes by which a recording is known.
+const LOOK_BYTES: u64 = 1 << 16;
+
+/// Most bytes of a recording that is not in a file, as long as a week of a fast instrument's.
+const KEPT_MOST: u64 = 4 << 30;
+
+/// A file that holds what `input` gives, and is removed when nobody needs it. A device may never
+/// end: what is no recording by its beginning is refused there.
 fn kept(input: &mut dyn Read) -> std::io::Result<TempPath> {
     let mut file = tempfile::NamedTempFile::new()?;
-    std::io::copy(input, &mut file)?;
+    std::io::copy(&mut input.take(LOOK_BYTES), &mut file)?;
+    if Form::of(file.path())? == Form::Table {
+        Content::of(Box::new(File::open(file.path())?)).map_err(std::io::Error::other)?;
+    }
+    if std::io::copy(&mut input.take(KEPT_MOST), &mut file)? == KEPT_MOST {
+        return Err(std::io::Error::other(
+            "more than 4 GiB: write it into a file, and name that",
+        ));
+    }
     Ok(file.into_temp_path())
 }
 

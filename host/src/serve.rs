@@ -36,6 +36,7 @@ mod zenoh;
 pub use open::Emulator;
 pub use sink::Sink;
 
+use crate::note;
 use crate::stop;
 use crate::usage::UsageError;
 use anyhow::{Result, bail};
@@ -149,7 +150,7 @@ pub fn run(serve: Serve, sinks: Vec<Box<dyn Sink>>) -> Result<()> {
         let thread = std::thread::spawn(move || {
             sink.run(&its, &names).inspect_err(|error| {
                 its.fail();
-                eprintln!("ridgetone: {}: {error:#}", its.sink);
+                note!("{}: {error:#}", its.sink);
             })
         });
         delivering.push((queue, thread));
@@ -189,7 +190,7 @@ pub fn run(serve: Serve, sinks: Vec<Box<dyn Sink>>) -> Result<()> {
         sleep(LOOK);
     }
     for (queue, _) in &delivering {
-        eprintln!("ridgetone: {}: {}", queue.sink, queue.counts());
+        note!("{}: {}", queue.sink, queue.counts());
     }
     if all_failed {
         bail!("nothing is served: no sink works");

@@ -28,6 +28,7 @@ mod words;
 
 use crate::usage::UsageError;
 use anyhow::{Context, Result, anyhow};
+use hal_mock::short_text;
 use ridgetone_proto::settings::{Setting, Settings, TABLE, Value};
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
@@ -142,7 +143,7 @@ pub fn toml(settings: &Settings) -> Result<String> {
 /// Settings of a file, with defaults for those it leaves out.
 pub fn load(path: &Path) -> Result<Settings> {
     let named = || path.display().to_string();
-    let text = std::fs::read_to_string(path).with_context(named)?;
+    let text = short_text(path)?;
     let given: Table = text.parse().with_context(named)?;
     over(&Settings::DEFAULT, given).with_context(named)
 }

@@ -1,17 +1,17 @@
 //! `fit` of the part of a recording that is a slide: one with contact and hold before it.
 
+use crate::detection;
 use crate::input::{Input, Source};
 use crate::messages::{Form, Message, messages};
 use crate::part::{Selection, columns};
-use crate::replay::conversions;
 use crate::samples::Samples;
 use crate::table_fit::{self, FittedPart, TableFit};
 use anyhow::{Result, ensure};
 use hal_mock::{FileError, RowReader, Timing};
-use ridgetone::{Detector, Diagnostics, Outputs, Ring};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::Event;
 use serde::Deserialize;
+use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -136,23 +136,13 @@ fn detected(samples: &Samples, selection: &Selection) -> Result<Vec<SlideTimes>>
     };
     let input = input.open()?;
     ensure!(input.warning.is_none(), "these are no volts of the chip");
-    let mut detector = Box::new(Detector::new(Settings::DEFAULT));
-    let (mut ring, diagnostics) = (Box::new(Ring::new()), Diagnostics::new());
     let mut slides = Vec::new();
-    let mut emit = |event: Event| {
+    detection::run(input, &Settings::DEFAULT, &mut |event| {
         if let Event::Slide(slide) = event {
             slides.extend(ended(slide.start_us, slide.end_us));
         }
-    };
-    conversions(input, &mut |timed| {
-        let outputs = &mut Outputs {
-            emit: &mut emit,
-            due: &mut |_| {},
-        };
-        detector.push(timed, &mut ring, &diagnostics, outputs);
-        Ok(())
+        ControlFlow::Continue(())
     })?;
-    detector.finish(&mut ring, &diagnostics, &mut emit, &mut |_| {});
     Ok(slides
         .into_iter()
         .map(|slide| SlideTimes {

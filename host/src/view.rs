@@ -4,8 +4,9 @@
 //! | step | file |
 //! |---|---|
 //! | what the pages get, and when | [`message`], [`hub`] |
-//! | runs to look back at, and what is recorded | [`mod@run`], [`runs`], [`recorder`] |
-//! | the server | [`server`], [`run_routes`] |
+//! | runs to look back at, how they are read, and what is recorded | [`mod@run`], [`runs`], [`reading`], [`recorder`] |
+//! | the server | [`server`], [`connections`], [`run_routes`] |
+//! | work that takes long | [`work`] |
 //! | who may ask it | [`guard`] |
 //! | the page's files | [`files`] |
 //! | its address in a browser, and as a QR code | [`announce`] |
@@ -16,30 +17,36 @@
 
 pub mod announce;
 pub mod app;
+pub mod connections;
 pub mod files;
 pub mod guard;
 pub mod hub;
 pub mod message;
+pub mod reading;
 pub mod recorder;
 pub mod run;
 pub mod run_routes;
 pub mod runs;
 pub mod server;
 pub mod status;
+pub mod work;
 
 use crate::feed::{Feed, Following};
+use crate::note;
 use crate::stop;
 use anyhow::{Context, Result};
 use app::App;
 use guard::Access;
 use hub::{Hub, UPDATE_EVERY};
+use reading::Reading;
 use ridgetone_proto::settings::Settings;
-use runs::Runs;
+use runs::{How, Runs};
 use server::Server;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
+use work::Allowance;
 
 /// Longest wait between two looks at [`stop`].
 const LOOK: Duration = Duration::from_millis(20);
@@ -50,8 +57,36 @@ pub struct Options {
     pub address: SocketAddr,
     /// Opens it in the browser.
     pub open: bool,
-    /// A recording that pages can look back at from the beginning.
-    pub run: Option<PathBuf>,
+    /// A file that pages can look back at from the beginning.
+    pub run: Option<RunFile>,
+}
+
+/// A file to look back at.
+#[derive(Clone, Debug)]
+pub struct RunFile {
+    pub path: PathBuf,
+    /// How it is read, if it is a table.
+    pub reading: Reading,
+    /// Settings in place of its own.
+    pub settings: Option<Settings>,
+    /// There is nothing else to see: what cannot be opened ends the command.
+    pub is_alone: bool,
+}
+
+impl RunFile {
+    fn open(self, runs: &Runs) -> Result<()> {
+        let name = self.path.file_name().map_or_else(
+            || self.path.display().to_string(),
+            |name| name.to_string_lossy().into(),
+        );
+        let allowance = Allowance::unlimited();
+        let how = How {
+            reading: self.reading,
+            settings: self.settings,
+        };
+        runs.open(&name, &self.path, how, &allowance)?;
+        Ok(())
+    }
 }
 
 /// Serves the page, and prints its URL, until this process is to stop. `settings` are put into
@@ -77,18 +112,18 @@ fn serve(following: &mut Following, options: &Options) -> Result<()> {
             runs: Arc::clone(&runs),
         }),
     )?;
-    announce::announce(&server.access, options.open)?;
-    if let Some(path) = options.run.clone() {
-        std::thread::spawn(move || {
-            let name = path.file_name().map_or_else(
-                || path.display().to_string(),
-                |name| name.to_string_lossy().into(),
-            );
-            if let Err(error) = runs.open(&name, &path) {
-                eprintln!("ridgetone: {error:#}");
-            }
-        });
+    match options.run.clone() {
+        Some(file) if file.is_alone => file.open(&runs)?,
+        Some(file) => {
+            std::thread::spawn(move || {
+                if let Err(error) = file.open(&runs) {
+                    note!("{error:#}");
+                }
+            });
+        }
+        None => {}
     }
+    announce::announce(&server.access, options.open)?;
     let mut published = Instant::now();
     while !stop::is_requested() {
         if following.idle(!hub.is_watched()) {

@@ -194,6 +194,76 @@ fn inputs_that_would_play_for_ever() {
     assert!(!scene.exists());
 }
 
+/// Each is read to a bound, in less memory than would hold what comes.
+#[cfg(target_os = "linux")]
+#[test]
+fn devices_that_never_end_are_refused() {
+    let folder = directory();
+    let table = file(folder.path(), "tone.csv", &tone(2, 400, 100.0, 5.0, 0.0));
+    let (table, out) = (text(&table), folder.path().join("out.csv"));
+    let reference = "ra_um=0.5,rsm_mm=0.1,speed_mm_s=10";
+    for device in ["/dev/zero", "/dev/urandom"] {
+        for arguments in [
+            &["fit", device][..],
+            &["feel", device, "--reference", reference],
+            &["feel", table, "--reference", reference, "--image", device],
+            &[
+                "feel",
+                table,
+                "--reference",
+                reference,
+                "--coefficients",
+                device,
+            ],
+            &[
+                "calibrate",
+                &format!("2.6={device}"),
+                &format!("3.6={device}"),
+            ],
+            &["replay", device],
+            &["replay", "--settings", device],
+            &["replay", "--scene", device],
+            &["replay", "--profile", device],
+            &["replay", "--odometry", device],
+            &["scene", "--scene", device, "-o", text(&out)],
+            &["export", device, "--format", "ndjson"],
+            &["monitor", "--plain", "--file", device],
+            &["emulate", "--elf", device],
+        ] {
+            let mut limited = std::process::Command::new("sh");
+            limited.args(["-c", r#"ulimit -v 2000000; exec timeout 60 "$0" "$@""#]);
+            let program = common::ridgetone().get_program().to_owned();
+            let output = limited
+                .arg(program)
+                .args(arguments)
+                .output()
+                .expect("it runs");
+            let code = output.status.code();
+            assert_eq!(code, Some(1), "{arguments:?}: {}", common::stderr(&output));
+        }
+    }
+}
+
+/// A scene is made of sizes that things have.
+#[test]
+fn scenes_that_no_thing_has_are_refused() {
+    let folder = directory();
+    let out = folder.path().join("scene.csv");
+    for (key, value) in [
+        ("snr_db", "-1e9"),
+        ("speed_mm_s", "1e30"),
+        ("[finger]\nforce_n", "1e30"),
+        ("[finger]\nmodulus_mpa", "1e-30"),
+        ("[hand]\nswing_hz", "1e9"),
+    ] {
+        let scene = file(folder.path(), "a.toml", &format!("{key} = {value}\n"));
+        let name = key.lines().last().expect("a key");
+        let scene = run(&["scene", "--scene", text(&scene), "-o", text(&out)]);
+        assert_one_line(&scene, 1, &["a.toml", name]);
+    }
+    assert!(!out.exists());
+}
+
 #[test]
 fn a_grating_too_fine_for_the_scan_is_reported() {
     let output = run(&["replay", "--period", "0.2", "--json"]);

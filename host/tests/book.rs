@@ -43,7 +43,11 @@ const WITH_A_BOARD: [&str; 23] = [
 ];
 
 /// Commands that take too long for a test, each with the test that covers a short form of it.
-const LITTLE_OF: [(&str, &str); 30] = [
+const LITTLE_OF: [(&str, &str); 31] = [
+    (
+        "ridgetone view recording.csv",
+        "host/tests/view/page_runs.rs",
+    ),
     ("cargo xtask worklet", "teletaction/tests/touch/page.rs"),
     (
         "cargo xtask distance --write",

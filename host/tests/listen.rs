@@ -4,11 +4,15 @@
 mod common;
 
 use ridgetone_host::events;
-use ridgetone_proto::telemetry::{Contact, Event, Packet, WIRE_MAX, encode};
+use ridgetone_proto::boot::{Boot, SettingsSource};
+use ridgetone_proto::settings::Settings;
+use ridgetone_proto::telemetry::{
+    Contact, Event, Hello, PROTOCOL, Packet, Release, WIRE_MAX, encode,
+};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use std::fs::File;
-use std::io::{BufRead, BufReader, Write};
-use std::process::Stdio;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::process::{Child, ChildStderr, Stdio};
 
 /// A board's end of a line, and the name of the other end.
 fn pty() -> (File, String) {
@@ -133,4 +137,74 @@ fn a_board_that_is_not_there_is_reported_on_one_line() {
     common::assert_one_line(&common::run(&["listen"]), 2, &["--port", "--usb-serial"]);
     let both = common::run(&["listen", "--port", "a", "--usb-serial", "b"]);
     common::assert_one_line(&both, 2, &["--port"]);
+}
+
+/// `listen --json` at a board's line, once it is open.
+fn listening() -> (File, Child, BufReader<ChildStderr>) {
+    let (board, name) = pty();
+    let mut child = common::ridgetone()
+        .args(["listen", "--json", "--port", &name])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the command runs");
+    let mut messages = BufReader::new(child.stderr.take().expect("a pipe"));
+    let mut open = String::new();
+    messages.read_line(&mut open).expect("a line");
+    assert_eq!(open, format!("ridgetone: {name}: open\n"));
+    (board, child, messages)
+}
+
+/// What it has printed, and its other messages.
+fn ended(child: Child, mut messages: BufReader<ChildStderr>) -> (String, String) {
+    let output = child.wait_with_output().expect("it ends");
+    let mut report = String::new();
+    messages.read_to_string(&mut report).expect("UTF-8");
+    (common::stdout(&output), report)
+}
+
+fn send(board: &mut File, sequence: u16, event: Event) {
+    let mut wire = [0; WIRE_MAX];
+    let used = encode(&Packet { sequence, event }, &mut wire).expect("it fits");
+    board.write_all(&wire[..used]).expect("written");
+}
+
+/// What the board says of itself comes before what would be read wrongly.
+#[test]
+fn a_board_with_another_protocol_is_refused_before_anything_is_printed() {
+    let (mut board, child, messages) = listening();
+    let release = Event::Release(Release { t_us: 5 });
+    let foreign = Hello {
+        protocol: PROTOCOL + 1,
+        version: [0, 1, 0],
+        frame_rate_hz: 241.14,
+        settings: Settings::DEFAULT,
+        source: SettingsSource::Default,
+        boot: Boot::default(),
+        t_us: 0,
+    };
+    send(&mut board, 700, release.clone());
+    // The request for the greeting.
+    let mut heard = [0; 1];
+    board.read_exact(&mut heard).expect("a request");
+    send(&mut board, 701, release);
+    send(&mut board, 702, Event::Hello(foreign));
+    let (printed, report) = ended(child, messages);
+    assert_eq!(printed, "");
+    assert!(report.contains("speaks protocol"), "{report}");
+}
+
+#[test]
+fn a_packet_that_comes_twice_is_printed_once_and_counted() {
+    let (mut board, child, messages) = listening();
+    for (sequence, t_us) in [(7, 5), (7, 5), (8, 6), (8, 6), (9, 7)] {
+        send(&mut board, sequence, Event::Release(Release { t_us }));
+    }
+    std::thread::sleep(std::time::Duration::from_secs(3));
+    let process = rustix::process::Pid::from_child(&child);
+    rustix::process::kill_process(process, rustix::process::Signal::INT).expect("interrupted");
+    let (printed, report) = ended(child, messages);
+    assert_eq!(printed.lines().count(), 3, "{printed}");
+    let counts = "3 telemetry frames received, 0 lost, 0 damaged, 2 repeated";
+    assert!(report.contains(counts), "{report}");
 }

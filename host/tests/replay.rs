@@ -237,22 +237,75 @@ fn a_reader_that_leaves_early_is_no_error() {
 }
 
 #[test]
-fn a_recording_without_an_estimate_is_explained() {
+fn a_recording_that_is_all_slide_gives_estimates() {
     let folder = common::directory();
     let path = common::file(
         folder.path(),
         "tone.csv",
         &common::tone(2, 1000, 241.0, 5.0, 0.0),
     );
-    for options in [&["--scale", "0.01"][..], &["--scale", "0.01", "--json"]] {
+    let replay = |options: &[&str]| {
+        let all = &["replay", common::text(&path), "--scale", "0.01", "--json"];
+        let output = run(&[all, options].concat());
+        assert!(output.status.success(), "{}", stderr(&output));
+        let printed = stderr(&output);
+        let lines = printed.lines();
+        let told: Vec<_> = lines.filter(|line| line.contains("always")).collect();
+        assert!(
+            told.len() == 1 && told[0].contains("no finger touches"),
+            "{printed}"
+        );
+        json_lines(&output)
+    };
+    let events = replay(&[]);
+    let estimates = of_type(&events, "estimate");
+    assert!(estimates.len() > 10, "{}", estimates.len());
+    for estimate in estimates {
+        assert!(
+            (estimate["frequency_hz"].as_f64().unwrap() - 5.0).abs() < 0.01,
+            "{estimate}"
+        );
+    }
+    let slides = of_type(&events, "slide");
+    assert_eq!(slides.len(), 2);
+    assert!(
+        slides[1]["end_s"].as_f64().unwrap() > 4.0,
+        "{:?}",
+        slides[1]
+    );
+    // A speed that is given makes periods of the frequencies.
+    let events = replay(&["--speed", "15"]);
+    let period_mm = slide_estimate(&events)["spatial_period_mm"]
+        .as_f64()
+        .unwrap();
+    assert!((period_mm - 3.0).abs() < 0.01, "{period_mm}");
+}
+
+#[test]
+fn a_recording_without_an_estimate_is_explained() {
+    let folder = common::directory();
+    let mut csv = "time_s,a,b\n".to_owned();
+    for row in 0..1000 {
+        // Pressed after two seconds, and held.
+        let level = if row < 482 { 0.0 } else { 0.2 };
+        let noise = 1e-4 * f64::from(row * 7919 % 13 - 6);
+        csv += &format!(
+            "{:.6},{:.6},{:.6}\n",
+            f64::from(row) / 241.0,
+            level + noise,
+            noise - level
+        );
+    }
+    let path = common::file(folder.path(), "held.csv", &csv);
+    for options in [&[][..], &["--json"]] {
         let output = common::run(&[&["replay", common::text(&path)], options].concat());
         let printed = common::stderr(&output);
         assert_eq!(output.status.code(), Some(3), "{printed}");
         let last = printed.lines().last().expect("a line");
         assert!(
             last.contains("no estimate")
-                && last.contains("no finger touches")
-                && last.contains("ridgetone fit "),
+                && last.contains("no slide was found")
+                && last.contains("always"),
             "{printed}"
         );
     }

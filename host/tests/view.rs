@@ -3,6 +3,8 @@
 #![cfg(target_os = "linux")]
 
 mod common;
+#[path = "view/limits.rs"]
+mod limits;
 #[path = "view/page.rs"]
 mod page;
 #[path = "view/served.rs"]

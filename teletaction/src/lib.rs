@@ -14,6 +14,8 @@
 //! The vibration under a hand is made by the crate `ridgetone-stimulus`: here, as WebAssembly in
 //! the page of `touch`, and on a stylus (crate `ridgetone-stylus`).
 #![forbid(unsafe_code)]
+// Messages quote files, boards and peers: `note!` escapes and cuts them.
+#![deny(clippy::print_stderr)]
 // Nobody publishes it: a field whose name and unit say all has no doc.
 #![allow(missing_docs)]
 

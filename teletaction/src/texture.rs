@@ -12,6 +12,7 @@ pub use law::law;
 pub use learn::{Learned, Speed, learn};
 
 use anyhow::{Context, Result};
+use hal_mock::short_text;
 use ridgetone_host::output;
 use ridgetone_stimulus::{AmplitudeLaw, Texture};
 use std::path::Path;
@@ -19,7 +20,7 @@ use std::path::Path;
 /// Reads a texture's file.
 pub fn load(path: &Path) -> Result<Texture> {
     let named = || path.display().to_string();
-    let text = std::fs::read_to_string(path).with_context(named)?;
+    let text = short_text(path)?;
     let texture: Texture = toml::from_str(&text).with_context(named)?;
     texture.check().with_context(named)?;
     Ok(texture)
@@ -28,8 +29,7 @@ pub fn load(path: &Path) -> Result<Texture> {
 /// Reads the file of a law.
 pub fn load_law(path: &Path) -> Result<AmplitudeLaw> {
     let named = || path.display().to_string();
-    let law: AmplitudeLaw =
-        toml::from_str(&std::fs::read_to_string(path).with_context(named)?).with_context(named)?;
+    let law: AmplitudeLaw = toml::from_str(&short_text(path)?).with_context(named)?;
     law.check().with_context(named)?;
     Ok(law)
 }

@@ -1,7 +1,8 @@
-//! `lint`: refuses what clippy and rustfmt do not know: comments with an unnatural opening, and
-//! tuples as parameters.
+//! `lint`: refuses what clippy and rustfmt do not know: comments with an unnatural opening, tuples
+//! as parameters, licences of others that ask for more than to be named, and crates in two versions.
 
 mod comments;
+mod crates;
 mod parameters;
 #[cfg(test)]
 mod tests;
@@ -46,6 +47,10 @@ pub fn run() -> Result<()> {
             eprintln!("{path}:{line}: {what}");
             count += 1;
         }
+    }
+    for what in crates::check()? {
+        eprintln!("Cargo.lock: {what}");
+        count += 1;
     }
     ensure!(
         count == 0,

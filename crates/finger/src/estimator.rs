@@ -200,11 +200,13 @@ impl Estimator {
         let frequency = fit.frequency * fitted.per_unit;
         let (period_mm, speed_mm_s) = match (fitted.abscissa, self.settings.slide.rule) {
             (Abscissa::Place, _) => (1.0 / frequency, fitted.per_frame() * window.frame_rate_hz),
-            (Abscissa::Time, SlideRule::Protocol) => {
+            (Abscissa::Time, SlideRule::Protocol | SlideRule::Always)
+                if self.settings.slide.speed_mm_s > 0.0 =>
+            {
                 let speed_mm_s = self.settings.slide.speed_mm_s;
                 (speed_mm_s / frequency, speed_mm_s)
             }
-            (Abscissa::Time, SlideRule::Found) => {
+            (Abscissa::Time, _) => {
                 return travel::by_phases(lag, array, (frequency, relative * frequency));
             }
         };

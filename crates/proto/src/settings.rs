@@ -49,12 +49,14 @@ table::settings! {
     /// Where the sliding phase comes from. By the protocol of the stimulus (paper, equations 4 and
     /// 5) it starts `delay_s` after the contact spike and covers `length_mm` at `speed_mm_s`.
     slide: Slide "Slides" {
-        /// Whether slides are found in the signal or follow the protocol of the stimulus.
+        /// Whether slides are found in the signal, follow the protocol of the stimulus, or last
+        /// always: every frame is part of one, without contact and hold.
         8 rule: SlideRule = SlideRule::Found, "", Any;
         /// With the protocol: hold time between the contact spike and the slide.
         9 delay_s: f32 = 1.0, "s", Between(0.0, 60.0), option "delay",
             because "the protocol that the stimulus follows";
-        /// With the protocol: speed of the stimulus, which gives the spatial period too.
+        /// Speed of the stimulus, which gives the spatial period too: with the protocol, or, unless
+        /// 0, with a slide that lasts always.
         10 speed_mm_s: f32 = 0.0, "mm/s", By(speed), option "speed",
             because "slide.rule = \"protocol\" needs the speed of the stimulus";
         /// With the protocol: length of the slide to use (paper: 55 of 60).
@@ -135,7 +137,7 @@ fn hop(settings: &Settings) -> Limits {
 
 fn speed(settings: &Settings) -> Limits {
     match settings.slide.rule {
-        SlideRule::Found => Limits::new(0.0, 2000.0),
+        SlideRule::Found | SlideRule::Always => Limits::new(0.0, 2000.0),
         SlideRule::Protocol => Limits::new(0.1, 2000.0),
     }
 }
@@ -163,10 +165,12 @@ pub enum SlideRule {
     Found,
     /// From the protocol of the stimulus.
     Protocol,
+    /// Always: every frame is part of a slide, without contact and hold.
+    Always,
 }
 
 impl Field for SlideRule {
-    const KIND: Kind = Kind::Word(&["found", "protocol"]);
+    const KIND: Kind = Kind::Word(&["found", "protocol", "always"]);
 
     fn number(self) -> f32 {
         0.0
@@ -176,6 +180,7 @@ impl Field for SlideRule {
         Value::Word(match self {
             Self::Found => "found",
             Self::Protocol => "protocol",
+            Self::Always => "always",
         })
     }
 
@@ -183,6 +188,7 @@ impl Field for SlideRule {
         match value {
             Value::Word("found") => Some(Self::Found),
             Value::Word("protocol") => Some(Self::Protocol),
+            Value::Word("always") => Some(Self::Always),
             _ => None,
         }
     }

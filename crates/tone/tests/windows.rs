@@ -1,6 +1,6 @@
 //! The estimator as a whole, on windows that are made here.
 
-use ridgetone_tone::{Fit, Fitter, FrameSpan, Frames, Scene, Status};
+use ridgetone_tone::{Band, Fit, Fitter, FrameSpan, Frames, Scene, Status};
 use std::f64::consts::TAU;
 
 const CHANNELS: usize = 16;
@@ -261,5 +261,47 @@ fn impulses_are_replaced() {
             (f64::from(fit.frequency) - cycles).abs() < 4.0 * f64::from(fit.sigma),
             "{fit:?}"
         );
+    }
+}
+
+/// Where a band is given, what is outside of it is no fundamental.
+#[test]
+fn a_tone_is_looked_for_in_the_band_alone() {
+    let mut even = Even(11);
+    let mut values = Vec::new();
+    for n in 0..240 {
+        for channel in 0..8 {
+            let line = |cycles: f64| {
+                (TAU * (cycles * f64::from(n) / 240.0 + 0.13 * f64::from(channel))).cos()
+            };
+            values.push((line(20.0) + 2.0 * line(8.0) + 0.05 * (even.next() - 0.5)) as f32);
+        }
+    }
+    for (least, most, cycles) in [(7.2, 9.5, 8.0), (15.0, 30.0, 20.0)] {
+        let scene = Scene {
+            band: Band {
+                least: least / 240.0,
+                most: most / 240.0,
+            },
+            ..Scene::DEFAULT
+        };
+        let mut frames = Frames::new(&values, 8).expect("eight channels");
+        let mut span = FrameSpan::new(&mut frames, 0, 240);
+        let found = Fitter::new()
+            .fit(&mut span, &scene)
+            .expect("its frames are there");
+        assert!((240.0 * found.frequency - cycles).abs() < 0.1, "{found:?}");
+    }
+}
+
+/// The unit does not matter, as far as f32 reaches.
+#[test]
+fn huge_and_tiny_values_are_fitted() {
+    let whole = window(240, 8, 9.3, 5);
+    for unit in [1e-30, 1e30] {
+        let values: Vec<f32> = whole.iter().map(|value| value * unit).collect();
+        let found = fit(&values, 8, &Scene::DEFAULT);
+        assert_eq!(found.status, Status::Good, "{found:?}");
+        assert!((found.frequency - 9.3).abs() < 0.02, "{found:?}");
     }
 }

@@ -140,7 +140,11 @@ impl Sliding {
             ("overtones[0]", self.overtones[0], Range::NotNegative),
             ("overtones[1]", self.overtones[1], Range::NotNegative),
             ("overtones[2]", self.overtones[2], Range::NotNegative),
-            ("snr_db", self.snr_db.unwrap_or(0.0), Range::Any),
+            (
+                "snr_db",
+                self.snr_db.unwrap_or(0.0),
+                Range::Between(-100.0, 200.0),
+            ),
             (
                 "speed_error_percent",
                 s.speed_error_percent,
@@ -171,7 +175,8 @@ impl Sliding {
         if let Some(hand) = self.hand {
             rules.extend([
                 ("peak_mm_s", hand.peak_mm_s, Range::Positive),
-                ("swing_hz", hand.swing_hz, Range::Positive),
+                // A hand that swings as often as the chip scans is none.
+                ("swing_hz", hand.swing_hz, Range::Between(1e-6, 100.0)),
                 ("swings", hand.swings, Range::Positive),
             ]);
         }

@@ -1,5 +1,9 @@
 //! The ranges of a scene's parameters.
 
+/// Greatest size of any parameter, and the reciprocal of the least of one that is positive: no
+/// thing or motion has such a one in its own unit, and products of a few of them are still numbers.
+const MOST: f64 = 1e6;
+
 /// What a parameter may be; all have to be finite.
 pub(crate) enum Range {
     Any,
@@ -19,7 +23,13 @@ pub(crate) type Rule = (&'static str, f64, Range);
 pub(crate) fn check(rules: &[Rule]) -> Result<(), ParameterError> {
     let broken = rules.iter().find_map(|&(name, value, ref range)| {
         let (fits, wanted, limit) = match *range {
+            _ if value.is_finite() && value.abs() > MOST => {
+                (false, format!("from -{MOST} to {MOST}"), "")
+            }
             Range::Any => (true, "a number".into(), ""),
+            Range::Positive if value > 0.0 && value < 1.0 / MOST => {
+                (false, format!("at least {}", 1.0 / MOST), "")
+            }
             Range::Positive => (value > 0.0, "greater than 0".into(), ""),
             Range::NotNegative => (value >= 0.0, "not negative".into(), ""),
             Range::Between(low, high) => (

@@ -4,6 +4,7 @@ use super::cells::Kind;
 use super::head_line::HeadLine;
 use super::layout::Refused;
 use super::time_column::per_second;
+use crate::escaped;
 
 /// The names of the columns and the line that they stand on. It may be a comment, and a row of
 /// units may follow it.
@@ -43,7 +44,10 @@ pub fn names(
 /// The names that a line gives to so many columns. LabVIEW has one more, for comments, and a
 /// separator at the end of each row makes one without a name.
 fn fitting(line: &HeadLine, width: usize) -> Option<Vec<String>> {
-    let mut names = line.cells.clone();
+    // They go into results, which people look at on a terminal.
+    let mut names: Vec<String> = (line.cells.iter())
+        .map(|name| escaped(name).into_owned())
+        .collect();
     if let Some(first) = names.first_mut()
         && let Some(comment) = first.strip_prefix('#').or(first.strip_prefix("% "))
     {

@@ -2,11 +2,16 @@
 
 use super::clock::RowClock;
 use super::row_reader::RowReader;
+use crate::file_error::FileError;
 use crate::scene::INPUTS;
 use std::collections::VecDeque;
+use std::sync::{Arc, OnceLock};
 
 /// Longest run of blank cells of a column that is bridged, rows.
 const BRIDGE_ROWS: usize = 8;
+
+/// Why the pass that plays a recording ended before the end that the first pass found, if it did.
+pub type Failure = Arc<OnceLock<FileError>>;
 
 /// What a row has for a column.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,6 +39,9 @@ pub struct Played {
     /// Number and values of the row that was read last, which does not follow on the others yet.
     next: Option<(u64, Vec<f64>)>,
     read: u64,
+    /// Rows of the first pass.
+    rows_before: u64,
+    failure: Failure,
     is_over: bool,
     /// Number of the first of `around`.
     first: u64,
@@ -41,9 +49,17 @@ pub struct Played {
 }
 
 impl Played {
-    /// `clock` numbers rows by their stamps; without one they follow on each other.
-    pub fn new(rows: Box<dyn RowReader + Send>, clock: Option<RowClock>) -> Self {
+    /// `clock` numbers rows by their stamps; without one they follow on each other. The first pass
+    /// has read `rows_before` rows; if this one does not, `failure` says why.
+    pub fn new(
+        rows: Box<dyn RowReader + Send>,
+        clock: Option<RowClock>,
+        rows_before: u64,
+        failure: Failure,
+    ) -> Self {
         Self {
+            rows_before,
+            failure,
             rows,
             clock,
             next: None,
@@ -150,11 +166,21 @@ impl Played {
         }
     }
 
-    /// None at the end. The first pass has read all rows without an error, so one here ends the
-    /// recording.
+    /// None at the end, and at an error, which the first pass had not.
     fn next_row(&mut self) -> Option<(u64, Vec<f64>)> {
         let mut values = Vec::with_capacity(INPUTS);
-        if !self.rows.advance().ok()? || self.rows.values(&mut values).is_err() {
+        let read = match self.rows.advance() {
+            Ok(true) => self.rows.values(&mut values),
+            Ok(false) if self.read >= self.rows_before => return None,
+            Ok(false) => Err(self.rows.refuse(&format!(
+                "it ended after {} rows, and had {} before",
+                self.read, self.rows_before
+            ))),
+            Err(error) => Err(error),
+        };
+        if let Err(error) = read {
+            // The first error counts.
+            let _ = self.failure.set(error);
             return None;
         }
         let number = match (&mut self.clock, self.rows.time_s()) {
@@ -180,7 +206,7 @@ mod tests {
             .collect();
         let rows = Rows::new(std::io::Cursor::new(format!("time_s,a\n{csv}")), "t.csv").unwrap();
         let clock = RowClock::new(&[0.0, 1.0, 2.0]);
-        let mut played = Played::new(Box::new(rows), clock);
+        let mut played = Played::new(Box::new(rows), clock, 600, Failure::default());
         for row in 16..1_990_000 {
             played.read(row - 16, row + 16);
             assert!(played.around.len() < 64, "{} rows", played.around.len());

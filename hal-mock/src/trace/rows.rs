@@ -17,6 +17,9 @@ use std::path::Path;
 /// Bytes in which the layout of a table shows.
 const HEAD: u64 = 1 << 16;
 
+/// Bytes at the beginning of a file in which no zero stands if it is text.
+const LOOK: usize = 4096;
+
 /// Most rows with the same stamp: more have no clock.
 const BATCH_MAX: usize = 1 << 14;
 
@@ -96,6 +99,10 @@ impl<'a> Rows<'a> {
         let mut head = Vec::new();
         let read = input.by_ref().take(HEAD).read_to_end(&mut head);
         read.map_err(|error| FileError::new(file, None, error))?;
+        // A device of noise never ends, and some of its lines would pass for rows.
+        if head.iter().take(LOOK).any(|byte| *byte == 0) {
+            return Err(FileError::new(file, None, "not text: write it as CSV"));
+        }
         // Spreadsheets put a byte order mark in front.
         if head.starts_with(b"\xEF\xBB\xBF") {
             head.drain(..3);

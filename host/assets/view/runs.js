@@ -52,6 +52,7 @@ export function difference(one, other) {
 
 export const of = (id) => runs.find((run) => run.id === id);
 export const compared = () => beside;
+export const first = () => runs[0] ?? null;
 
 // `look` shows a run and `changed` draws anew.
 export function begin({ look, changed, shown }) {
@@ -140,7 +141,10 @@ export function begin({ look, changed, shown }) {
     await look(found);
   }));
   // Those that the command has from before.
-  trying(async () => (await (await fetch("/runs")).json()).forEach(update));
+  trying(async () => {
+    (await (await fetch("/runs")).json()).forEach(update);
+    changed();
+  });
   return { update, list };
 }
 

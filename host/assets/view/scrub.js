@@ -2,21 +2,27 @@
 import { Model } from "./model.js";
 import { seconds } from "./format.js";
 import * as runs from "./runs.js";
+import { post } from "./settings.js";
 
 const $ = (id) => document.getElementById(id);
 // A step of the keys, seconds.
 const STEP_S = 0.05;
 
 export class Scrub {
-  // `changed` draws anew.
-  constructor(changed) {
-    Object.assign(this, { changed, run: null, model: null, mark: [null, null], wanted: null, isBusy: false, playing: null });
+  // `changed` draws anew, and `read` takes a run that was read anew.
+  constructor(changed, read) {
+    Object.assign(this, { changed, read, run: null, model: null, mark: [null, null], wanted: null, isBusy: false, playing: null });
     $("time").addEventListener("input", () => this.go(Number($("time").value)));
     $("play").addEventListener("click", () => this.play(this.playing === null));
     $("live").addEventListener("click", () => this.look(null));
     $("mark-from").addEventListener("click", () => this.setMark(0, this.t_s));
     $("mark-until").addEventListener("click", () => this.setMark(1, this.t_s));
     $("mark-none").addEventListener("click", () => this.setMark(null));
+    $("mark-all").addEventListener("click", () => {
+      this.mark = [this.run.from_s, this.run.until_s];
+      this.go(this.t_s);
+    });
+    $("time-column").addEventListener("change", () => this.readAgain($("time-column").value));
   }
 
   get t_s() {
@@ -34,12 +40,27 @@ export class Scrub {
       return;
     }
     $("run-name").textContent = run.name;
+    $("time-column-label").hidden = run.time_columns.length === 0;
+    $("time-column").value = run.time_column ?? "";
+    $("time-columns").replaceChildren(...["none", ...run.time_columns].map((name) => new Option(name, name)));
     const slider = $("time");
     [slider.min, slider.max] = [run.from_s, run.until_s];
     // Where its estimate has just come.
     slider.value = run.estimate ? Math.min(run.until_s, run.estimate.t_s + STEP_S) : run.until_s;
     await this.go(this.t_s);
     slider.focus();
+  }
+
+  // Another column of the run's table is the time.
+  async readAgain(column) {
+    const found = await runs.trying(async () => JSON.parse(await post(`/runs/${this.run.id}/time-column`, column)));
+    if (found === null) {
+      $("time-column").value = this.run.time_column ?? "";
+      return;
+    }
+    runs.say(found.remark ?? "");
+    this.read(found);
+    await this.look(found);
   }
 
   // The state at a time; of several wishes the latest counts.

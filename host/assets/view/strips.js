@@ -1,10 +1,11 @@
-// Sixteen channels over time, one below the other.
+// The channels over time, one below the other: sixteen, or those of a table.
 import { Plot, colour, line, robust } from "./plot.js";
 import { round125 } from "./format.js";
 
 const TAXELS = 16;
-// Rank, among sixteen ranges, of the one that sets the rows' distance: the three widest may reach into their neighbours' rows.
-const SWING = 12;
+// Rank, as a share of the ranges, of the one that sets the rows' distance: of sixteen the three widest may reach into their
+// neighbours' rows.
+const SWING = 0.75;
 // The distance shrinks only when the rows would fit into this share of it.
 const SLACK = 0.6;
 
@@ -16,31 +17,38 @@ const middle = (values) => {
 
 export class Strips extends Plot {
   constructor(card, onZoom) {
-    const apart = { mv: 1 };
+    const apart = { mv: 1, rows: TAXELS };
     const series = Array.from({ length: TAXELS }, (_, taxel) => line(() => colour(unit(taxel)), { width: 1.25 }));
-    const rows = () => Array.from({ length: TAXELS }, (_, row) => (row + 1 - TAXELS) * apart.mv);
+    const rows = () => Array.from({ length: apart.rows }, (_, row) => (row + 1 - apart.rows) * apart.mv);
     super(card, onZoom, {
       x: "device time, s", y: "taxel", ySize: 34, series,
-      yRange: () => [(0.1 - TAXELS) * apart.mv, 1.1 * apart.mv],
+      yRange: () => [(0.1 - apart.rows) * apart.mv, 1.1 * apart.mv],
       yAxis: { splits: rows, values: (_, splits) => splits.map((split) => String(Math.round(-split / apart.mv))) },
     });
     this.apart = apart;
+  }
+
+  // The number of a table's channels; null shows all taxels.
+  setRows(channels) {
+    this.apart.rows = Math.min(TAXELS, channels ?? TAXELS);
   }
 
   draw({ live: { strips } }, length_s) {
     const end = strips.t_s.at(-1);
     const from = Math.max(0, strips.t_s.findIndex((t_s) => t_s > end - length_s));
     const t_s = strips.t_s.slice(from);
-    const mv = strips.volts.map((values) => {
+    const mv = strips.volts.slice(0, this.apart.rows).map((values) => {
       const part = values.slice(from);
       const zero = middle(part);
       return part.map((value) => (value === null ? null : 1e3 * (value - zero)));
     });
     const swings = mv.map((values) => robust(values)).map((range) => (range ? range[1] - range[0] : 0)).sort((a, b) => a - b);
-    const wanted = Math.max(0.02, 0.6 * swings[SWING]);
+    const wanted = Math.max(0.02, 0.6 * swings[Math.floor(SWING * swings.length)]);
     if (wanted > this.apart.mv || wanted < SLACK * 0.5 * this.apart.mv) this.apart.mv = round125(wanted);
     const rows = `rows ${this.apart.mv} mV apart`;
     this.plot.axes[1].label = `taxel, ${rows}`;
-    this.show([t_s, ...mv.map((values, taxel) => values.map((value) => (value === null ? null : value - taxel * this.apart.mv)))], rows);
+    const lines = mv.map((values, taxel) => values.map((value) => (value === null ? null : value - taxel * this.apart.mv)));
+    const none = Array.from({ length: TAXELS - lines.length }, () => t_s.map(() => null));
+    this.show([t_s, ...lines, ...none], rows);
   }
 }

@@ -21,6 +21,8 @@ let paused = null;
 let isConnected = false;
 let isDue = false;
 let source = null;
+// Whether the file of a command without a board was shown.
+let hasLooked = false;
 
 const zoomed = () => scrub.run === null && pause(true);
 const plots = {
@@ -34,7 +36,7 @@ const mapCanvas = $("map").querySelector("canvas");
 const scrub = new Scrub(() => {
   list.list();
   drawAll();
-});
+}, (run) => list.update(run));
 const list = runs.begin({ look: (run) => scrub.look(run), changed: () => drawAll(), shown: () => scrub.run });
 
 const shown = () => (scrub.run === null ? paused ?? model : scrub.model ?? model);
@@ -61,6 +63,16 @@ function schedule() {
 
 const drawAll = () => draw(true);
 
+// Without a board there is only the file to look at.
+function lookAtFile({ live }) {
+  const isAlone = live.connection.state === "over" && live.counts.received === 0;
+  $("live").hidden = isAlone;
+  if (!isAlone || hasLooked || runs.first() === null) return;
+  hasLooked = true;
+  runs.say(runs.first().remark ?? "");
+  scrub.look(runs.first());
+}
+
 function showStatus({ state }) {
   $("status").textContent = isConnected ? state.status : "The command cannot be reached: it has ended, or is being restarted. Trying again every second.";
   $("status").classList.toggle("alarm", !isConnected || ["disconnected", "waiting"].includes(state.live.connection.state));
@@ -69,6 +81,7 @@ function showStatus({ state }) {
 function draw(withPlots) {
   if (model.state === null) return;
   runs.showRecording(model.state);
+  lookAtFile(model.state);
   const found = shown();
   showStatus(scrub.run === null ? model : found);
   const { state } = found;
@@ -85,6 +98,7 @@ function draw(withPlots) {
   settings.show(run === null ? state : { ...state, can_set: run.frames > 0 && Boolean(live.latest.hello) }, run !== null);
   drawMap(mapCanvas, state);
   if (!withPlots) return;
+  plots.strips.setRows(run?.channels ?? null);
   const mark = run === null ? [null, null] : scrub.mark;
   [plots.strips, plots.history].forEach((plot) => { plot.mark = mark; });
   drawPlots(plots, state, compared(run, live));

@@ -27,6 +27,11 @@ pub struct BoardOptions {
 }
 
 impl BoardOptions {
+    /// Whether an option names a board.
+    pub(super) const fn is_given(&self) -> bool {
+        self.emulated || self.port.is_some() || self.usb_serial.is_some()
+    }
+
     /// Opens the board's line. The emulated board is in front of `input`, or of the first scene,
     /// and runs at `pace`, or as fast as it can; with `again` its input repeats, and of the first
     /// scene each touch is over another grating.

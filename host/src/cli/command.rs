@@ -4,6 +4,7 @@ use super::board::BoardOptions;
 use super::lines::{LineOptions, print};
 use crate::client::Client;
 use crate::feed::Requester;
+use crate::note;
 use crate::profile::{Player, Profile};
 use crate::stop;
 use anyhow::Result;
@@ -83,7 +84,7 @@ impl BoardCommand {
         };
         let mut feed = board.open_for_request()?;
         Client::new(&mut feed).request(request)?;
-        eprintln!("ridgetone: {}: {done}", feed.name());
+        note!("{}: {done}", feed.name());
         Ok(())
     }
 }

@@ -67,7 +67,9 @@ impl EmulateArgs {
             odometry: &stream,
             keep_conversions: self.svg.is_some(),
             keep_serial: self.serial_out.is_some(),
-            log: self.log.then_some(|line| eprintln!("log: {line}")),
+            log: self
+                .log
+                .then_some(|line| output::error_line(format_args!("log: {line}"))),
             ..self.firmware.options(&elf)
         };
         let mut printer = Printer::new(
@@ -88,7 +90,7 @@ impl EmulateArgs {
             output::with_progress(|progress| emulator::run(input, options, &mut sink, progress))?;
         drop(printer);
         for line in outcome.messages.lines() {
-            eprintln!("firmware: {line}");
+            output::error_line(format_args!("firmware: {line}"));
         }
         if let Some(path) = &self.serial_out {
             output::new_file(path, |file| Ok(file.write_all(&outcome.serial)?))?;

@@ -3,6 +3,7 @@
 
 use super::parse::{number, positive};
 use crate::feel::{self, Coefficients, KnownSurface, Options};
+use crate::note;
 use crate::output::{self, Progress};
 use crate::samples::Samples;
 use crate::table_fit::Selection;
@@ -10,6 +11,8 @@ use anyhow::{Context, Result, bail};
 use clap::{Args, Subcommand};
 use hal_mock::TimeColumn;
 use ridgetone_feel::{Reference, force_ratio};
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
@@ -163,16 +166,21 @@ fn with_sigma(text: &str) -> Result<(f32, f32), String> {
     Ok((number(value.trim())? as f32, sigma? as f32))
 }
 
+/// Bytes in which the last static image is looked for: a day of estimates. A device may never end.
+const LINES_MOST: u64 = 256 << 20;
+
 /// M by the last static image in a file of JSON lines.
 fn image_ratio(path: &Path, gain: f64) -> Result<(f32, f32)> {
     let named = || path.display().to_string();
-    let text = std::fs::read_to_string(path).with_context(named)?;
+    let file = File::open(path).with_context(named)?.take(LINES_MOST);
     let (mut levels, mut sigmas) = ([[f32::NAN; 4]; 4], [[0.0; 4]; 4]);
-    let lines = text
-        .lines()
-        .rev()
-        .filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok());
-    let Some(image) = lines.into_iter().find(|line| line["type"] == "image") else {
+    let mut last = None;
+    for line in BufReader::new(file).lines() {
+        let line = line.with_context(named)?;
+        let image = serde_json::from_str::<serde_json::Value>(&line).ok();
+        last = image.filter(|line| line["type"] == "image").or(last);
+    }
+    let Some(image) = last else {
         bail!(
             "{}: no static image: write it with `ridgetone replay --json`",
             named()
@@ -242,7 +250,7 @@ impl FeelArgs {
         let samples = Samples::file_with(&file, self.time_column)?;
         let felt = with_progress(|progress| feel::measure(&samples, &measure.options(), progress))?;
         if let Some(guessed) = &felt.guessed {
-            eprintln!("ridgetone: {}: {guessed}", felt.file);
+            note!("{}: {guessed}", felt.file);
         }
         if let Some(path) = &self.svg {
             output::new_text(path, &feel::draw(&felt))?;

@@ -2,6 +2,7 @@
 
 use super::parse::{number, positive};
 use crate::fit_rows::FitRows;
+use crate::note;
 use crate::output::Progress;
 use crate::samples::Samples;
 use crate::speed::{Column, Quantity};
@@ -11,7 +12,7 @@ use crate::windows::{Steps, Window};
 use crate::{fit_picture, fit_report, output, settings_form, touch_part, windows};
 use anyhow::{Result, ensure};
 use clap::Args;
-use hal_mock::TimeColumn;
+use hal_mock::{TimeColumn, escaped, printable};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -178,10 +179,10 @@ impl FitArgs {
         progress.end();
         let fit = fit?;
         if let Some(guessed) = &fit.guessed {
-            eprintln!("ridgetone: {file}: {guessed}");
+            note!("{file}: {guessed}");
         }
         if let Some(warning) = fit.warning(&selection) {
-            eprintln!("ridgetone: warning: {warning}");
+            note!("warning: {warning}");
         }
         if let Some(path) = &self.svg {
             output::new_text(path, &fit_picture::draw(&samples, &selection, &fit)?)?;
@@ -215,14 +216,14 @@ impl Batch<'_> {
             if let Err(why) = self.one(path, &mut rows, &mut progress) {
                 progress.end();
                 let why = format!("{why:#}");
-                eprintln!("ridgetone: {why}");
-                rows.refused(&file, None, &why)?;
+                note!("{why}");
+                rows.refused(&escaped(&file), None, &printable(&why))?;
                 failed += 1;
             }
         }
         progress.end();
         rows.finish()?;
-        eprintln!("ridgetone: {} rows, {} of them good", rows.count, rows.good);
+        note!("{} rows, {} of them good", rows.count, rows.good);
         Ok(failed)
     }
 

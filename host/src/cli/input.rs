@@ -2,8 +2,10 @@
 
 use super::parse::{number, positive};
 use crate::input::{Input, Opened, Source, rate_of};
+use crate::note;
 use crate::samples::Samples;
 use crate::usage::UsageError;
+use crate::view::reading::Reading;
 use anyhow::Result;
 use clap::Args;
 use hal_mock::{Sliding, TimeColumn};
@@ -119,16 +121,26 @@ impl SceneOptions {
 /// Says on standard error what was guessed of an input, and its warning.
 pub fn remark(input: &Opened) {
     if let Some(guessed) = &input.guessed {
-        eprintln!("ridgetone: {guessed}");
+        note!("{guessed}");
     }
     if let Some(warning) = &input.warning {
-        eprintln!("ridgetone: warning: {warning}");
+        note!("warning: {warning}");
     }
 }
 
 impl InputOptions {
     pub fn is_given(&self) -> bool {
         self.file.is_some() || !self.noise || self.scene.makes_scene() || self.scene.seed.is_some()
+    }
+
+    /// How a table on the page is read.
+    pub fn reading(&self) -> Reading {
+        Reading {
+            time_column: self.time_column.clone(),
+            rate_hz: self.rate,
+            // Volts are the page's guess, too.
+            scale: (self.scale != 1.0).then_some(self.scale),
+        }
     }
 
     /// The input that the options describe, for a plan.

@@ -5,6 +5,7 @@ use crate::events::JsonLines;
 use crate::feed::{Feed, Requester};
 use crate::frame::Frame;
 use crate::live::Counts;
+use crate::note;
 use crate::teleplot::Teleplot;
 use crate::utc::Receipt;
 use crate::{events, listen, output};
@@ -152,7 +153,11 @@ pub fn report(counts: Counts) {
         received,
         missing,
         damaged,
-        ..
+        stepped_back,
     } = counts;
-    eprintln!("ridgetone: {received} telemetry frames received, {missing} lost, {damaged} damaged");
+    let repeated = match stepped_back {
+        0 => String::new(),
+        _ => format!(", {stepped_back} repeated or out of order"),
+    };
+    note!("{received} telemetry frames received, {missing} lost, {damaged} damaged{repeated}");
 }

@@ -1,5 +1,6 @@
 //! `ports`: the serial ports of this computer.
 
+use crate::note;
 use crate::output;
 use crate::port::{Ports, System, list_error};
 use anyhow::Result;
@@ -19,7 +20,7 @@ impl PortsArgs {
     pub(super) fn run(self) -> Result<()> {
         let found = System.list().map_err(list_error)?;
         if found.is_empty() {
-            eprintln!("ridgetone: there is no serial port");
+            note!("there is no serial port");
         }
         for port in found {
             output::line(&if self.json {

@@ -1,9 +1,11 @@
 //! `replay`: a recording or a scene through the library.
 
-use super::input::InputOptions;
+use super::input::{InputOptions, remark};
 use super::lines::{LineOptions, Printer, print, report};
 use super::settings::SettingsOptions;
+use crate::detection;
 use crate::feed::{Feed, Requester};
+use crate::note;
 use crate::output::with_progress;
 use crate::profile::Profile;
 use crate::recording::Recorded;
@@ -63,13 +65,22 @@ impl ReplayArgs {
         {
             return self.print_telemetry(file);
         }
-        let settings = self.settings.settings()?;
+        let mut settings = self.settings.settings()?;
         let motion = match (&self.profile, &self.odometry) {
             (Some(path), _) => Some(Motion::Speed(Profile::load(path, self.profile_repeats)?)),
             (None, Some(path)) => Some(Motion::Robot(odometry::stream(path)?)),
             (None, None) => None,
         };
-        let input = self.input.open_for(&settings)?;
+        let input = self.input.input(&settings.plan)?;
+        if let Some(file) = &self.input.file {
+            let chosen = detection::settings_for(input.open_for(&settings)?, settings)?;
+            if chosen != settings {
+                note!("{}: {}", file.display(), detection::ALWAYS);
+            }
+            settings = chosen;
+        }
+        let input = input.open_for(&settings)?;
+        remark(&input);
         let mut printer = Printer::new(self.lines, true);
         let mut seen = Seen::default();
         let mut sink = |packet: &Packet| {
@@ -81,11 +92,7 @@ impl ReplayArgs {
         drop(printer);
         report(outcome.counts);
         match (&self.input.file, seen.why_no_estimate(settings.window_s)) {
-            (Some(file), Some(why)) => {
-                let file = file.display();
-                let way_out = format!("`ridgetone fit {file}` takes all of it as a slide");
-                Err(NoEstimate(format!("{file}: {why}; {way_out}")).into())
-            }
+            (Some(file), Some(why)) => Err(NoEstimate(format!("{}: {why}", file.display())).into()),
             _ => Ok(()),
         }
     }
@@ -114,7 +121,6 @@ impl ReplayArgs {
 #[derive(Default)]
 struct Seen {
     estimates: u64,
-    has_contact: bool,
     /// The longest slide that has ended, seconds.
     slide_s: Option<f64>,
 }
@@ -123,7 +129,6 @@ impl Seen {
     fn take(&mut self, event: &Event) {
         match event {
             Event::Estimate(_) => self.estimates += 1,
-            Event::Contact(_) => self.has_contact = true,
             Event::Slide(slide) => {
                 let length_s = |end_us: u64| (end_us - slide.start_us) as f64 * 1e-6;
                 let longest_s = self.slide_s.unwrap_or(0.0);
@@ -141,16 +146,11 @@ impl Seen {
         if self.estimates > 0 {
             return None;
         }
-        Some(match (self.has_contact, self.slide_s) {
-            (_, Some(slide_s)) => {
-                format!(
-                    "its longest slide, {slide_s:.2} s, fills no window of {window_s} s: choose a shorter --window"
-                )
-            }
-            (true, None) => "a finger touches, but no slide was found after it".into(),
-            (false, None) => {
-                "no finger touches: there is no contact from which a slide could begin".into()
-            }
+        Some(match self.slide_s {
+            Some(slide_s) => format!(
+                "its longest slide, {slide_s:.2} s, fills no window of {window_s} s: choose a shorter --window"
+            ),
+            None => "no slide was found: one begins with contact and hold; `slide.rule = \"always\"` in a file for --settings takes all of it as a slide".into(),
         })
     }
 }

@@ -2,6 +2,7 @@
 
 use super::input::SceneOptions;
 use crate::input::{SCENE_MAX_S, SLOT_S, check_length, frame_rate_hz};
+use crate::note;
 use crate::output;
 use anyhow::Result;
 use clap::Args;
@@ -58,7 +59,7 @@ impl SceneArgs {
             Ok(())
         })?;
         let file = self.output.display().to_string();
-        eprintln!(
+        note!(
             "{file}: {rows} rows at {rate_hz:.2} Hz; contact {:.3} s, slide {:.3} to {:.3} s, release {:.3} s, end {:.3} s, tone {:.4} Hz",
             truth.contact_s,
             truth.slide_start_s,

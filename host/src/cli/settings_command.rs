@@ -2,6 +2,7 @@
 
 use super::board::BoardOptions;
 use crate::client::Client;
+use crate::note;
 use crate::{events, names, output, settings_form};
 use anyhow::Result;
 use clap::{Args, Subcommand};
@@ -60,11 +61,7 @@ impl SettingsCommand {
             Self::Get(board) => {
                 let mut feed = board.open_for_request()?;
                 let hello = Client::new(&mut feed).hello()?;
-                eprintln!(
-                    "ridgetone: {}: settings {}",
-                    feed.name(),
-                    names::name(hello.source)
-                );
+                note!("{}: settings {}", feed.name(), names::name(hello.source));
                 return output::line(settings_form::toml(&hello.settings)?.trim_end());
             }
             Self::Set(args) => {
@@ -120,5 +117,5 @@ fn report(what: &str, erased: bool) {
     } else {
         ""
     };
-    eprintln!("ridgetone: {what}{erased}");
+    note!("{what}{erased}");
 }

@@ -6,6 +6,7 @@ use super::parse::number;
 use crate::feed::{Feed, Pace};
 use crate::odometry;
 use crate::recording::Recorded;
+use crate::view::RunFile;
 use anyhow::Result;
 use clap::Args;
 use std::path::PathBuf;
@@ -43,8 +44,19 @@ fn pace(text: &str) -> Result<f64, String> {
 }
 
 impl SourceOptions {
-    pub fn recording(&self) -> Option<&PathBuf> {
-        self.recording.as_ref()
+    /// The file to look back at: a recording, or a file that no board is to play.
+    pub fn run(&self) -> Option<RunFile> {
+        let file = match &self.recording {
+            Some(recording) => recording,
+            None if self.board.is_given() || self.board.firmware.elf.is_some() => return None,
+            None => self.input.file.as_ref()?,
+        };
+        Some(RunFile {
+            path: file.clone(),
+            reading: self.input.reading(),
+            settings: None,
+            is_alone: self.recording.is_none(),
+        })
     }
 
     pub fn open(&self) -> Result<Feed> {

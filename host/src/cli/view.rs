@@ -2,8 +2,9 @@
 
 use super::lines::report;
 use super::source::SourceOptions;
-use crate::view::Options;
+use crate::feed::{Feed, NoBoard};
 use crate::view::guard::address;
+use crate::view::{Options, RunFile};
 use crate::{settings_form, stop, view};
 use anyhow::Result;
 use clap::Args;
@@ -16,12 +17,16 @@ It prints the page's address; open that in a browser, or give --open. Only this 
 computer that others reach, or 0.0.0.0 for all of them, --listen makes a token: the printed address has it, and the QR code is
 that address for a phone. What travels is not encrypted. The emulated board waits while nobody looks.
 
+FILE.csv without --emulated goes through the library on this PC, scaled by a power of ten where it is no volts: mark parts of it
+to fit, or fit all.
+
 Examples:
   ridgetone view
   ridgetone view --port /dev/ttyUSB0
   ridgetone view --emulated --open
   ridgetone view --emulated --scene hal-mock/scenes/c7.toml --listen 127.0.0.1:9000
   ridgetone view --file touch.rec
+  ridgetone view recording.csv
   ridgetone view --listen 0.0.0.0:8321")]
 pub struct ViewArgs {
     #[command(flatten)]
@@ -46,15 +51,22 @@ impl ViewArgs {
             .map(settings_form::load)
             .transpose()?;
         stop::on_signal()?;
-        let (feed, served) = {
-            let options = Options {
-                address: self.listen,
-                open: self.open,
-                run: self.source.recording().cloned(),
-            };
-            view::run(self.source.open()?, settings, &options)
+        let run = self.source.run().map(|run| RunFile { settings, ..run });
+        let alone = run.as_ref().filter(|run| run.is_alone);
+        let feed = match alone {
+            Some(run) => Feed::new(NoBoard(run.path.display().to_string())),
+            None => self.source.open()?,
         };
-        report(feed.counts());
+        let is_alone = alone.is_some();
+        let options = Options {
+            address: self.listen,
+            open: self.open,
+            run,
+        };
+        let (feed, served) = view::run(feed, settings, &options);
+        if !is_alone {
+            report(feed.counts());
+        }
         served
     }
 }

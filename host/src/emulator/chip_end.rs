@@ -221,6 +221,7 @@ mod tests {
                 warning: None,
                 guessed: None,
                 uncertainty: Default::default(),
+                failure: None,
             },
             &options,
         )

@@ -38,10 +38,21 @@ pub fn find() -> Result<PathBuf> {
     })
 }
 
+/// The bytes of an image's file. A device may never end.
+pub fn bytes(path: &Path) -> Result<Vec<u8>> {
+    let named = || path.display().to_string();
+    ensure!(
+        std::fs::metadata(path).with_context(named)?.is_file(),
+        "{}: not a file",
+        named()
+    );
+    std::fs::read(path).with_context(named)
+}
+
 /// Checks that a file is an image of our firmware; gives its absolute path.
 pub fn check(path: &Path) -> Result<PathBuf> {
     let shown = path.display();
-    let bytes = std::fs::read(path).with_context(|| format!("{shown}"))?;
+    let bytes = bytes(path)?;
     let Ok(file) = object::File::parse(&*bytes) else {
         bail!("{shown}: not an ELF file");
     };

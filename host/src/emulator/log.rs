@@ -1,5 +1,6 @@
 //! The emulated firmware's defmt log, as lines. The image has the texts, the log their numbers.
 
+use super::image::bytes;
 use anyhow::{Context, Result, bail};
 use defmt_decoder::{DecodeError, Table};
 use std::path::Path;
@@ -16,7 +17,7 @@ impl Log {
     /// text.
     pub fn new(image: &Path, print: fn(&str)) -> Result<Self> {
         let shown = image.display();
-        let bytes = std::fs::read(image).with_context(|| format!("{shown}"))?;
+        let bytes = bytes(image)?;
         let Some(table) = Table::parse(&bytes).with_context(|| format!("{shown}: its log"))? else {
             bail!("{shown}: an image without a log");
         };

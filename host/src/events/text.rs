@@ -80,6 +80,7 @@ fn hello(e: &Hello) -> String {
     let s = &e.settings;
     let slide = match s.slide.rule {
         SlideRule::Found => "slide found in the signal".to_owned(),
+        SlideRule::Always => "all of it a slide".to_owned(),
         SlideRule::Protocol => format!(
             "slide by protocol: {} s after contact, {} mm at {} mm/s",
             s.slide.delay_s, s.slide.length_mm, s.slide.speed_mm_s

@@ -4,6 +4,7 @@ use super::packets::packets;
 use crate::events::{rows, serializable};
 use crate::live::Counts;
 use crate::messages::{Form, messages};
+use crate::note;
 use crate::raw_rows::{self, RawRows};
 use anyhow::{Result, bail};
 use clap::ValueEnum;
@@ -96,10 +97,7 @@ fn frames(path: &Path, csv: &mut csv::Writer<&mut dyn Write>, rows: &mut u64) ->
         )?;
     }
     if frames.left_out > 0 {
-        eprintln!(
-            "ridgetone: {} frames lack a taxel and are left out",
-            frames.left_out
-        );
+        note!("{} frames lack a taxel and are left out", frames.left_out);
     }
     Ok(counts)
 }

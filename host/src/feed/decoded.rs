@@ -19,6 +19,8 @@ pub struct Feed {
     source: Box<dyn Source + Send>,
     decoder: Decoder,
     received: u64,
+    /// Number of the latest packet. A line that repeats one gives it once.
+    latest: Option<u16>,
     bytes: u64,
     queue: VecDeque<(FeedEvent<Packet>, Option<Receipt>)>,
     receipt: Option<Receipt>,
@@ -36,6 +38,7 @@ impl Feed {
             source: Box::new(source),
             decoder: Decoder::new(),
             received: 0,
+            latest: None,
             bytes: 0,
             queue: VecDeque::new(),
             receipt: None,
@@ -153,7 +156,16 @@ impl Feed {
             recording.keep(bytes, receipt).context("the recording")?;
         }
         let now = self.clock();
-        for packet in bytes.iter().filter_map(|byte| self.decoder.push(*byte)) {
+        for byte in bytes {
+            let before = self.decoder.stepped_back;
+            let Some(packet) = self.decoder.push(*byte) else {
+                continue;
+            };
+            let is_before_once_more = self.latest == Some(packet.sequence);
+            self.latest = Some(packet.sequence);
+            if is_before_once_more && self.decoder.stepped_back != before {
+                continue;
+            }
             self.received += 1;
             if let Some(robot) = &mut self.robot {
                 robot.hear(&packet, now);

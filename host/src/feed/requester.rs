@@ -19,10 +19,19 @@ const FRAMES: u32 = (60.0 * FRAME_RATE_HZ) as u32;
 /// Requests whose first number comes from the clock: a board only repeats its reply to the number
 /// that it answered last.
 pub fn new_requests() -> Requests {
+    Requests::new(clock_number())
+}
+
+/// Requests beside those, which share no number with them for half a minute.
+pub fn other_requests() -> Requests {
+    Requests::new(clock_number() ^ 0x8000)
+}
+
+fn clock_number() -> u16 {
     let clock = SystemTime::now()
         .duration_since(UNIX_EPOCH)
         .unwrap_or_default();
-    Requests::new((clock.as_millis() % 65_536) as u16)
+    (clock.as_millis() % 65_536) as u16
 }
 
 /// Sends a command and waits for its outcome; all packets that arrive meanwhile go to `sink`.

@@ -1,7 +1,7 @@
 //! A source of telemetry bytes.
 
 use crate::utc::Receipt;
-use anyhow::Result;
+use anyhow::{Result, bail};
 use std::time::Duration;
 
 /// What a source reports, with bytes as data, and a feed, with packets.
@@ -50,5 +50,26 @@ pub trait Source {
     /// Whether a board can receive bytes.
     fn has_board(&self) -> bool {
         true
+    }
+}
+
+/// No board: there is only a file of this name to look back at.
+pub struct NoBoard(pub String);
+
+impl Source for NoBoard {
+    fn name(&self) -> String {
+        self.0.clone()
+    }
+
+    fn next(&mut self, _most: Duration) -> Result<Option<FeedEvent<Vec<u8>>>> {
+        Ok(Some(FeedEvent::Over))
+    }
+
+    fn send(&mut self, _bytes: &[u8]) -> Result<()> {
+        bail!("there is no board")
+    }
+
+    fn has_board(&self) -> bool {
+        false
     }
 }

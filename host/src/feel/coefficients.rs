@@ -9,6 +9,7 @@
 //! ```
 
 use anyhow::{Context, Result, ensure};
+use hal_mock::short_text;
 use ridgetone_feel::{INDICES, PAPER_WINDOW_S, ROUGH, SOFT, Score};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -100,7 +101,7 @@ impl Coefficients {
 
     pub fn load(path: &Path) -> Result<Self> {
         let named = || path.display().to_string();
-        let text = std::fs::read_to_string(path).with_context(named)?;
+        let text = short_text(path)?;
         let found: Self = toml::from_str(&text).with_context(named)?;
         ensure!(
             found.window_s > 0.0 && found.window_s.is_finite(),

@@ -101,3 +101,47 @@ fn recordings_of_any_rate_leave_intervals_that_hold() {
         );
     }
 }
+
+/// A pass that ends early, or fails, is no shorter recording.
+#[test]
+fn a_second_pass_that_differs_from_the_first_is_noticed() {
+    use crate::samples::Samples;
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicU32, Ordering};
+
+    let whole = Arc::new(AtomicU32::new(0));
+    let opened = Arc::clone(&whole);
+    let samples = Samples::rows(
+        "a file",
+        Arc::new(move || {
+            let rows = if opened.fetch_add(1, Ordering::Relaxed) == 0 {
+                2000
+            } else {
+                900
+            };
+            let value_at = Arc::new(|row: usize, _| 1e-3 * (row as f64 / 5.0).sin());
+            let time_s = Arc::new(|row: usize| row as f64 / 241.0);
+            let names = vec!["a".to_owned()];
+            let all = Samples::array("a file", names, rows, value_at, Some(time_s));
+            all.opener()()
+        }),
+    );
+    let source = Source::Trace {
+        samples,
+        rate_hz: None,
+        volts_per_unit: 1.0,
+    };
+    let input = Input {
+        source,
+        ..Input::default()
+    };
+    let opened = input.open().unwrap();
+    let error = conversions(opened, &mut |_| Ok(()))
+        .unwrap_err()
+        .to_string();
+    assert_eq!(whole.load(Ordering::Relaxed), 2);
+    assert!(
+        error.contains("a file: row 900: it ended after 900 rows, and had 2000 before"),
+        "{error}"
+    );
+}

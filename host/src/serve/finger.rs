@@ -10,6 +10,7 @@ use crate::events::view::{self, ConnectionState, Note};
 use crate::feed::Requester;
 use crate::listen::{Heard, Listener};
 use crate::live::Counts;
+use crate::note;
 use crate::stop;
 use crate::utc::Receipt;
 use anyhow::Result;
@@ -90,7 +91,7 @@ impl Finger {
     }
 
     fn say(&self, what: &str) {
-        eprintln!("ridgetone: {}: {what}", self.name);
+        note!("{}: {what}", self.name);
     }
 
     fn read(&mut self, publisher: &mut Publisher) -> Result<()> {

@@ -7,6 +7,7 @@ use super::queue::Queue;
 use super::schema;
 use super::sink::Sink;
 use super::topic::{Names, Topic};
+use crate::note;
 use anyhow::{Context, Result};
 use foxglove::{PartialMetadata, RawChannel, Schema};
 use std::net::SocketAddr;
@@ -46,8 +47,8 @@ impl Foxglove {
             .await
             .with_context(|| self.address.to_string())?;
         let (ip, port) = (self.address.ip(), server.port());
-        eprintln!(
-            "ridgetone: foxglove: ws://{}; or open {}",
+        note!(
+            "foxglove: ws://{}; or open {}",
             SocketAddr::new(ip, port),
             server.app_url()
         );

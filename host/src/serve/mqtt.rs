@@ -10,6 +10,7 @@ use super::queue::{Queue, Queued};
 use super::schema;
 use super::sink::Sink;
 use super::topic::{Names, Topic};
+use crate::note;
 use crate::usage::UsageError;
 use crate::utc::Receipt;
 use anyhow::{Result, anyhow};
@@ -96,10 +97,7 @@ impl Sink for Mqtt {
             while let Err(error) = self.session(queue, names).await {
                 let why = format!("{error:#}");
                 if why != reported {
-                    eprintln!(
-                        "ridgetone: mqtt: {}:{}: {why}; trying again",
-                        self.host, self.port
-                    );
+                    note!("mqtt: {}:{}: {why}; trying again", self.host, self.port);
                     reported = why;
                 }
                 if queue.is_closed() {
@@ -204,7 +202,7 @@ impl Mqtt {
         loop {
             match timeout(2 * PING, events.poll()).await {
                 Ok(Ok(Event::Incoming(Incoming::ConnAck(_)))) => {
-                    eprintln!("ridgetone: mqtt: {}:{}: connected", self.host, self.port);
+                    note!("mqtt: {}:{}: connected", self.host, self.port);
                     connected.notify_one();
                 }
                 Ok(Ok(Event::Incoming(Incoming::PubAck(ack)))) => {

@@ -8,6 +8,7 @@ use super::message::{Message, positions_mm};
 use super::queue::Queue;
 use super::sink::Sink;
 use super::topic::{Names, Topic};
+use crate::note;
 use anyhow::{Context as _, Result, anyhow};
 use ros2_client::qos::{History, WhenFull};
 use ros2_client::{
@@ -103,7 +104,7 @@ impl Sink for Ros2 {
                 );
             }
         }
-        eprintln!("ridgetone: ros2: open in domain {domain}");
+        note!("ros2: open in domain {domain}");
         let runtime = tokio::runtime::Builder::new_current_thread().build()?;
         while let Some(queued) = runtime.block_on(queue.next()) {
             let message = &queued.message;

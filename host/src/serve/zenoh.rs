@@ -6,6 +6,7 @@
 use super::queue::Queue;
 use super::sink::Sink;
 use super::topic::{Names, Topic};
+use crate::note;
 use crate::usage::UsageError;
 use anyhow::{Result, anyhow};
 use std::collections::BTreeMap;
@@ -57,7 +58,7 @@ impl Sink for Zenoh {
 
 async fn publish(config: Config, queue: &Queue, names: &Names) -> zenoh::Result<()> {
     let session = zenoh::open(config).await?;
-    eprintln!("ridgetone: zenoh: open as {}", session.zid());
+    note!("zenoh: open as {}", session.zid());
     let mut publishers = BTreeMap::new();
     for finger in 0..names.fingers.len() {
         for topic in Topic::ALL {

@@ -36,17 +36,17 @@ impl Scaled {
             bridged: [0; TAXELS],
         };
         for (c, column) in columns.iter().enumerate() {
-            let readings = || {
-                grid.places
-                    .iter()
-                    .copied()
-                    .zip(part.column(*column))
-                    .filter(|(_, v)| !v.is_nan())
-            };
-            let zero = readings().next().map_or(0.0, |(_, value)| value);
-            let (least, greatest) = readings()
-                .map(|(_, value)| value)
-                .fold((zero, zero), |(l, g), value| (value.min(l), value.max(g)));
+            let column: Vec<f64> = part.column(*column).collect();
+            let zero = column.iter().copied().find(|value| !value.is_nan());
+            let zero = zero.unwrap_or(0.0);
+            let (mut least, mut greatest) = (zero, zero);
+            for value in &column {
+                if *value < least {
+                    least = *value;
+                } else if *value > greatest {
+                    greatest = *value;
+                }
+            }
             let span = greatest - least;
             // The fit leaves a constant channel out, whatever its unit.
             let unit = if span > f64::MIN_POSITIVE * SPAN_CODES {
@@ -54,7 +54,11 @@ impl Scaled {
             } else {
                 1.0
             };
-            for (place, value) in readings() {
+            for (row, value) in column.iter().enumerate() {
+                if value.is_nan() {
+                    continue;
+                }
+                let place = grid.places[row];
                 scaled.values[place][c] = ((value - zero) / unit) as f32;
                 scaled.valid[place] |= 1 << c;
                 scaled.readings += 1;

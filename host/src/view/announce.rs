@@ -1,6 +1,7 @@
 //! Says where the page is: its URL, a QR code of it for a phone, and the browser if that is wanted.
 
 use super::guard::Access;
+use crate::note;
 use crate::output;
 use anyhow::{Result, anyhow};
 use qrcodegen::{QrCode, QrCodeEcc};
@@ -19,12 +20,12 @@ pub fn announce(access: &Access, open: bool) -> Result<()> {
     output::line(&url)?;
     if access.token.is_some() {
         output::line(&code(&url, std::io::stdout().is_terminal())?)?;
-        eprintln!(
-            "ridgetone: whoever has this address can watch and set the board, and what travels is not encrypted"
+        note!(
+            "whoever has this address can watch and set the board, and what travels is not encrypted"
         );
     }
-    if open && let Err(error) = browse(&url) {
-        eprintln!("ridgetone: no browser was opened ({error}): open {url} yourself");
+    if open && let Err(error) = browse(&access.url_once()?) {
+        note!("no browser was opened ({error}): open {url} yourself");
     }
     Ok(())
 }

@@ -2,9 +2,10 @@
 
 use super::hub::Hub;
 use super::runs::Runs;
-use anyhow::{Context, Result};
+use anyhow::Result;
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use hal_mock::printable;
 use serde::Serialize;
 use std::sync::Arc;
 
@@ -22,17 +23,17 @@ pub fn answer(done: Result<String>) -> Response {
             ([(header::CONTENT_TYPE, "application/json")], text).into_response()
         }
         Ok(text) => text.into_response(),
-        Err(error) => (StatusCode::UNPROCESSABLE_ENTITY, format!("{error:#}")).into_response(),
+        Err(error) => {
+            let why = format!("{error:#}");
+            (
+                StatusCode::UNPROCESSABLE_ENTITY,
+                printable(&why).into_owned(),
+            )
+                .into_response()
+        }
     }
 }
 
 pub fn json(value: &impl Serialize) -> Result<String> {
     Ok(serde_json::to_string(value)?)
-}
-
-/// Runs work that takes long on a thread of its own, so that the pages do not wait.
-pub async fn on_a_thread(work: impl FnOnce() -> Result<String> + Send + 'static) -> Result<String> {
-    tokio::task::spawn_blocking(work)
-        .await
-        .context("the work ended without a result")?
 }

@@ -10,6 +10,8 @@ use axum::http::{HeaderName, HeaderValue, StatusCode, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use std::net::{IpAddr, SocketAddr, UdpSocket};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
 /// Headers of every answer: the page loads nothing from elsewhere, and nobody else may use or store
 /// it.
@@ -31,11 +33,29 @@ const HEADERS: [(HeaderName, &str); 6] = [
 /// Bytes of a token: 128 bits cannot be guessed.
 const TOKEN_BYTES: usize = 16;
 
+/// Time in which a browser opens the page.
+const TICKET_LASTS: Duration = Duration::from_secs(60);
+
+/// A word that opens the page once.
+#[derive(Debug)]
+struct Ticket {
+    word: String,
+    made: Instant,
+}
+
 /// Access rule: this computer; at an address that others reach, whoever has the token.
 #[derive(Clone, Debug)]
 pub struct Access {
     pub address: SocketAddr,
     pub token: Option<String>,
+    ticket: Arc<Mutex<Option<Ticket>>>,
+}
+
+fn random_word() -> anyhow::Result<String> {
+    let mut bytes = [0; TOKEN_BYTES];
+    getrandom::fill(&mut bytes)
+        .map_err(|error| anyhow::anyhow!("random numbers for a token: {error}"))?;
+    Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
 }
 
 /// Reads an address to listen on, such as `127.0.0.1:8321`, `[::1]:8321` or `localhost:8321`; port
@@ -51,27 +71,58 @@ pub fn address(text: &str) -> Result<SocketAddr, String> {
 impl Access {
     /// A new token for an address that others reach, and none for one of this computer's own.
     pub fn new(address: SocketAddr) -> anyhow::Result<Self> {
-        let mut bytes = [0; TOKEN_BYTES];
-        getrandom::fill(&mut bytes)
-            .map_err(|error| anyhow::anyhow!("random numbers for a token: {error}"))?;
-        let token = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
+        let is_open = !address.ip().is_loopback();
         Ok(Self {
             address,
-            token: (!address.ip().is_loopback()).then_some(token),
+            token: is_open.then(random_word).transpose()?,
+            ticket: Arc::default(),
         })
     }
 
     /// What to open. For an address that stands for all of this computer's it is the one by which
     /// others reach it.
     pub fn url(&self) -> String {
+        match &self.token {
+            Some(token) => format!("{}?token={token}", self.place()),
+            None => self.place(),
+        }
+    }
+
+    /// What to open in a browser by a program, whose arguments all users of this computer can read:
+    /// it opens the page once, and soon.
+    pub fn url_once(&self) -> anyhow::Result<String> {
+        if self.token.is_none() {
+            return Ok(self.place());
+        }
+        let word = random_word()?;
+        let url = format!("{}?once={word}", self.place());
+        let made = Instant::now();
+        *self.ticket() = Some(Ticket { word, made });
+        Ok(url)
+    }
+
+    fn ticket(&self) -> MutexGuard<'_, Option<Ticket>> {
+        self.ticket.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Whether a word opens the page; it never does again.
+    fn admits(&self, word: &str) -> bool {
+        let mut ticket = self.ticket();
+        let is_valid = ticket
+            .as_ref()
+            .is_some_and(|known| known.made.elapsed() < TICKET_LASTS && is_same(word, &known.word));
+        if is_valid {
+            *ticket = None;
+        }
+        is_valid
+    }
+
+    fn place(&self) -> String {
         let mut address = self.address;
         if address.ip().is_unspecified() {
             address.set_ip(outward(address.is_ipv6()).unwrap_or(address.ip()));
         }
-        match &self.token {
-            Some(token) => format!("http://{address}/?token={token}"),
-            None => format!("http://{address}/"),
-        }
+        format!("http://{address}/")
     }
 
     fn cookie(&self) -> String {
@@ -99,7 +150,7 @@ impl Access {
             .flat_map(|all| all.split("; "));
         let mut given = cookies
             .filter_map(|one| one.strip_prefix(self.cookie().as_str()))
-            .chain(given(request));
+            .chain(given(request, "token="));
         !is_foreign && given.any(|given| is_same(given, token))
     }
 }
@@ -117,13 +168,13 @@ fn outward(is_v6: bool) -> Option<IpAddr> {
     Some(socket.local_addr().ok()?.ip())
 }
 
-/// The token in a request's address.
-fn given(request: &Request) -> Option<&str> {
+/// What a request's address gives under a name.
+fn given<'a>(request: &'a Request, name: &str) -> Option<&'a str> {
     request
         .uri()
         .query()?
         .split('&')
-        .find_map(|pair| pair.strip_prefix("token="))
+        .find_map(|pair| pair.strip_prefix(name))
 }
 
 /// Compares in constant time.
@@ -139,7 +190,9 @@ fn is_same(given: &str, token: &str) -> bool {
 /// Refuses requests that [`Access`] does not allow, and adds headers to every answer. The page's
 /// address with the token leads to the one without, which the browser then knows by a cookie.
 pub async fn guard(State(access): State<Access>, request: Request, next: Next) -> Response {
-    let mut response = if !access.allows(&request) {
+    let is_first = request.uri().path() == "/";
+    let is_admitted = is_first && given(&request, "once=").is_some_and(|word| access.admits(word));
+    let mut response = if !is_admitted && !access.allows(&request) {
         let why = match access.token {
             None => "this page is served to this computer only, as localhost\n",
             Some(_) => {
@@ -147,8 +200,9 @@ pub async fn guard(State(access): State<Access>, request: Request, next: Next) -
             }
         };
         (StatusCode::FORBIDDEN, why).into_response()
-    } else if let (Some(token), "/", Some(_)) =
-        (&access.token, request.uri().path(), given(&request))
+    } else if let Some(token) = &access.token
+        && is_first
+        && (is_admitted || given(&request, "token=").is_some())
     {
         let cookie = format!("{}{token}; HttpOnly; SameSite=Lax; Path=/", access.cookie());
         (
@@ -235,6 +289,7 @@ mod tests {
         let access = Access {
             address: "0.0.0.0:8321".parse().unwrap(),
             token: Some("a1b2".into()),
+            ticket: Arc::default(),
         };
         let request = |path: &str, headers: &[(&str, &str)]| {
             let mut request = Request::builder()
@@ -279,6 +334,24 @@ mod tests {
                 "{origin}"
             );
         }
+    }
+
+    #[test]
+    fn what_a_browser_is_given_opens_the_page_once_and_has_no_token() {
+        let access = Access::new(address("192.168.1.7:80").unwrap()).unwrap();
+        let token = access.token.clone().unwrap();
+        assert!(!access.admits(""));
+        let urls = [(); 2].map(|()| access.url_once().unwrap());
+        let words = urls.map(|url| {
+            assert!(!url.contains(&token));
+            url.split_once("/?once=").unwrap().1.to_owned()
+        });
+        assert!(!access.admits(&words[0]), "only the latest one counts");
+        assert!(!access.admits(&words[1][1..]));
+        assert!(access.admits(&words[1]));
+        assert!(!access.admits(&words[1]), "it has been used");
+        let own = Access::new(address("127.0.0.1:80").unwrap()).unwrap();
+        assert_eq!(own.url_once().unwrap(), own.url());
     }
 
     #[test]

@@ -40,9 +40,10 @@ pub struct Common<'a> {
 
 #[derive(Serialize)]
 pub struct State<'a> {
+    /// Updates that a page was too slow for. The first field, so that it can be replaced.
+    pub missed: u64,
     #[serde(flatten)]
     pub common: Common<'a>,
-    pub missed: u64,
     /// Version of the stream.
     pub stream: u32,
     pub version: &'static str,

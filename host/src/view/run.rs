@@ -1,11 +1,13 @@
 //! A run to look back at: what a file holds, or what was recorded on the page, at any of its times.
 
+use super::reading::Reading;
+use super::work::Allowance;
 use crate::digits::time_s;
 use crate::input::{Input, Source};
 use crate::live::{Live, STRIP_FRAMES, point};
 use crate::messages::{Form, Message, messages};
-use crate::replay;
 use crate::samples::Samples;
+use crate::{detection, replay};
 use anyhow::{Result, anyhow, ensure};
 use ridgetone::Pipeline;
 use ridgetone::Window;
@@ -27,6 +29,10 @@ pub struct Part {
 pub struct Run {
     pub name: String,
     pub path: PathBuf,
+    /// How it is read, if it is a table.
+    pub reading: Reading,
+    /// Channels of a table.
+    channels: Option<usize>,
     /// All but raw frames, in the order of their arrival.
     packets: Vec<Packet>,
     frames: Vec<Raw>,
@@ -48,22 +54,36 @@ pub struct Summary {
     /// The estimate of the latest whole slide; without one the latest with a tone.
     pub estimate: Option<crate::events::view::Estimate>,
     pub remark: Option<String>,
+    /// Channels of a table; none of a board, which has all taxels.
+    pub channels: Option<usize>,
+    /// Columns of a table that may be its time.
+    pub time_columns: Vec<String>,
+    /// The one that somebody has chosen.
+    pub time_column: Option<String>,
 }
 
 impl Run {
     /// Reads telemetry as it is; anything else, and telemetry with new `settings`, goes through the
     /// library first.
-    pub fn open(name: &str, path: &Path, settings: Option<Settings>) -> Result<Self> {
+    pub fn open(
+        name: &str,
+        path: &Path,
+        reading: Reading,
+        settings: Option<Settings>,
+        allowance: &Allowance,
+    ) -> Result<Self> {
         let (packets, frames) = (Vec::new(), Vec::new());
         let mut run = Self {
             name: name.to_owned(),
             path: path.to_owned(),
+            reading,
+            channels: None,
             packets,
             frames,
             remark: None,
             starts: Starts::new(),
         };
-        run.read(settings).map_err(|error| {
+        run.read(settings, allowance).map_err(|error| {
             // The name that people know, instead of the path.
             let text = format!("{error:#}").replace(&path.display().to_string(), name);
             if text.starts_with(name) {
@@ -75,35 +95,47 @@ impl Run {
         Ok(run)
     }
 
-    fn read(&mut self, settings: Option<Settings>) -> Result<()> {
+    fn read(&mut self, settings: Option<Settings>, allowance: &Allowance) -> Result<()> {
         match (Form::of(&self.path)?, settings) {
             (Form::Telemetry, None) => {
                 for message in messages(&self.path, Form::Telemetry)? {
                     if let Message::Packet(packet, _) = message? {
                         self.take(*packet);
+                        allowance.check(self.bytes())?;
                     }
                 }
             }
-            (_, settings) => self.replay(settings.unwrap_or(Settings::DEFAULT))?,
+            (_, settings) => self.replay(settings.unwrap_or(Settings::DEFAULT), allowance)?,
         }
         ensure!(self.ends_s().is_some(), "it holds nothing with a time");
         Ok(())
     }
 
     /// Through the library, as `replay` does, with every frame.
-    fn replay(&mut self, settings: Settings) -> Result<()> {
-        let samples = Samples::file(&self.path)?;
+    fn replay(&mut self, settings: Settings, allowance: &Allowance) -> Result<()> {
+        let samples = Samples::file_with(&self.path, self.reading.time_column.clone())?;
+        if Form::of(&self.path)? == Form::Table {
+            self.channels = Some(samples.open()?.names().len());
+        }
+        let volts_per_unit = self.reading.volts_per_unit(&samples)?;
         let source = Source::Trace {
             samples,
-            rate_hz: None,
-            volts_per_unit: 1.0,
+            rate_hz: self.reading.rate_hz,
+            volts_per_unit,
         };
         let input = Input {
             source,
             ..Input::default()
-        }
-        .open_for(&settings)?;
-        self.remark = input.warning.clone().or_else(|| input.guessed.clone());
+        };
+        let chosen = detection::settings_for(input.open_for(&settings)?, settings)?;
+        let is_changed = chosen != settings;
+        let (input, settings) = (input.open_for(&chosen)?, chosen);
+        let scaled = (volts_per_unit != 1.0)
+            .then(|| format!("1 V on this page is {} in the file", volts_per_unit.recip()));
+        let always = is_changed.then(|| detection::ALWAYS.to_owned());
+        let remarks = [input.warning.clone(), input.guessed.clone(), scaled, always];
+        let remarks: Vec<String> = remarks.into_iter().flatten().collect();
+        self.remark = (!remarks.is_empty()).then(|| remarks.join("; "));
         let uncertainty = input.uncertainty;
         // The simulated chip has the default reference.
         let mut pipeline = Box::new(Pipeline::new(Settings {
@@ -113,17 +145,17 @@ impl Run {
         pipeline.report_raw(u32::MAX);
         let hello = pipeline.hello();
         let mut sequence = 0;
-        let mut take = |mut event: Event| {
+        let mut take = |run: &mut Self, mut event: Event| {
             uncertainty.apply(&mut event);
-            self.take(Packet { sequence, event });
+            run.take(Packet { sequence, event });
             sequence = sequence.wrapping_add(1);
         };
-        take(hello);
-        replay::conversions(input, &mut |timed| {
-            pipeline.push(timed, &mut take);
-            Ok(())
+        take(self, hello);
+        replay::conversions_of(input, &settings.plan, &mut |timed| {
+            pipeline.push(timed, &mut |event| take(self, event));
+            allowance.check(self.bytes())
         })?;
-        pipeline.finish(&mut take);
+        pipeline.finish(&mut |event| take(self, event));
         Ok(())
     }
 
@@ -139,6 +171,11 @@ impl Run {
             Event::Raw(raw) => self.frames.push(raw),
             _ => self.packets.push(packet),
         }
+    }
+
+    /// Size in memory.
+    fn bytes(&self) -> usize {
+        size_of_val(&*self.packets) + size_of_val(&*self.frames)
     }
 
     /// The first and the last time.
@@ -185,6 +222,11 @@ impl Run {
                 .find(|found| found.span == Span::Slide)
                 .or_else(|| estimates().next()),
             remark: self.remark.clone(),
+            channels: self.channels,
+            time_columns: self
+                .channels
+                .map_or_else(Vec::new, |_| Reading::columns(&self.path)),
+            time_column: self.reading.time_name().map(str::to_owned),
         }
     }
 

@@ -6,26 +6,34 @@
 //! | POST `/runs?name=NAME` | opens the body as a run: telemetry as `record` writes it, or a table |
 //! | GET `/runs/ID/state.json?t_s=T` | the state at a time; with `from_s` and `until_s` with the estimate of this part |
 //! | POST `/runs/ID/settings` | runs the library over it again, with some settings of a JSON object |
+//! | POST `/runs/ID/time-column` | reads its table again with this column as the time |
 //! | GET `/runs/ID/file` | the run's file |
 //! | POST `/runs/ID/close` | forgets it |
 //! | POST `/record` | begins to record; the answer to the next one is the run |
 //! | POST `/record/latest` | a run of the latest minute |
 
-use super::app::{App, answer, json, on_a_thread};
+use super::app::{App, answer, json};
 use super::hub;
 use super::recorder::Recorder;
 use super::run::Part;
-use anyhow::{Result, ensure};
+use super::runs::How;
+use super::work::{Allowance, on_a_thread};
+use anyhow::{Context, Result, ensure};
 use axum::Router;
-use axum::body::Bytes;
-use axum::extract::{DefaultBodyLimit, Path, Query, State};
+use axum::body::Body;
+use axum::extract::{Path, Query, State};
 use axum::http::header;
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
+use futures_util::stream::StreamExt;
 use serde::Deserialize;
+use std::io::Write;
 
 /// Longest file that is taken, bytes: the 3.5 hours that 256 MiB of raw frames last.
 const FILE_MOST: usize = 256 << 20;
+
+/// Most memory that a run takes which a page has asked for, bytes: that of as many frames.
+const RUN_MOST: usize = 256 << 20;
 
 #[derive(Deserialize)]
 struct Named {
@@ -42,12 +50,10 @@ struct Moment {
 
 pub fn routes() -> Router<App> {
     Router::new()
-        .route(
-            "/runs",
-            get(list).post(add).layer(DefaultBodyLimit::max(FILE_MOST)),
-        )
+        .route("/runs", get(list).post(add))
         .route("/runs/{id}/state.json", get(state))
         .route("/runs/{id}/settings", post(again))
+        .route("/runs/{id}/time-column", post(with_time))
         .route("/runs/{id}/file", get(file))
         .route("/runs/{id}/close", post(close))
         .route("/record", post(record))
@@ -58,12 +64,26 @@ async fn list(State(app): State<App>) -> Response {
     answer(json(&app.runs.list()))
 }
 
-async fn add(
-    State(app): State<App>,
-    Query(Named { name }): Query<Named>,
-    bytes: Bytes,
-) -> Response {
-    answer(on_a_thread(move || json(&app.runs.add(&name, &bytes)?)).await)
+async fn add(State(app): State<App>, Query(Named { name }): Query<Named>, body: Body) -> Response {
+    answer(added(app, name, body).await)
+}
+
+/// Opens a body as a run. It goes into a file part by part, since many may come at a time.
+async fn added(app: App, name: String, body: Body) -> Result<String> {
+    let (mut file, mut length) = (app.runs.new_file()?, 0);
+    let mut parts = body.into_data_stream();
+    while let Some(part) = parts.next().await {
+        let part = part?;
+        length += part.len();
+        ensure!(
+            length <= FILE_MOST,
+            "{name}: longer than {} MiB: cut it into parts",
+            FILE_MOST >> 20
+        );
+        file.write_all(&part).context("the temporary folder")?;
+    }
+    let add = move |allowance: &Allowance| json(&app.runs.add(&name, file, allowance)?);
+    on_a_thread(RUN_MOST, add).await
 }
 
 async fn state(
@@ -75,11 +95,18 @@ async fn state(
         .from_s
         .zip(moment.until_s)
         .map(|(from_s, until_s)| Part { from_s, until_s });
-    answer(on_a_thread(move || hub::state_of(app.runs.get(id)?.at(moment.t_s, mark)?)).await)
+    let look = move |_: &Allowance| hub::state_of(app.runs.get(id)?.at(moment.t_s, mark)?);
+    answer(on_a_thread(RUN_MOST, look).await)
 }
 
 async fn again(State(app): State<App>, Path(id): Path<u64>, settings: String) -> Response {
-    answer(on_a_thread(move || json(&app.runs.again(id, &settings)?)).await)
+    let again = move |allowance: &Allowance| json(&app.runs.again(id, &settings, allowance)?);
+    answer(on_a_thread(RUN_MOST, again).await)
+}
+
+async fn with_time(State(app): State<App>, Path(id): Path<u64>, column: String) -> Response {
+    let again = move |allowance: &Allowance| json(&app.runs.with_time(id, &column, allowance)?);
+    answer(on_a_thread(RUN_MOST, again).await)
 }
 
 async fn file(State(app): State<App>, Path(id): Path<u64>) -> Response {
@@ -96,17 +123,23 @@ async fn close(State(app): State<App>, Path(id): Path<u64>) -> Response {
 
 async fn record(State(app): State<App>) -> Response {
     match app.hub.record(|| app.runs.new_path()) {
-        Some(recorder) => answer(on_a_thread(move || opened(&app, recorder)).await),
+        Some(recorder) => {
+            let open = move |allowance: &Allowance| opened(&app, recorder, allowance);
+            answer(on_a_thread(RUN_MOST, open).await)
+        }
         None => answer(Ok(String::new())),
     }
 }
 
 async fn record_latest(State(app): State<App>) -> Response {
-    answer(on_a_thread(move || opened(&app, app.hub.record_latest(app.runs.new_path())?)).await)
+    let open = move |allowance: &Allowance| {
+        opened(&app, app.hub.record_latest(app.runs.new_path())?, allowance)
+    };
+    answer(on_a_thread(RUN_MOST, open).await)
 }
 
 /// A finished recording as a run.
-fn opened(app: &App, recorder: Recorder) -> Result<String> {
+fn opened(app: &App, recorder: Recorder, allowance: &Allowance) -> Result<String> {
     ensure!(
         !recorder.is_empty(),
         "nothing was received while it was recorded"
@@ -114,5 +147,5 @@ fn opened(app: &App, recorder: Recorder) -> Result<String> {
     let (path, name) = (recorder.path.clone(), recorder.name());
     // Its file is complete when it is dropped.
     drop(recorder);
-    json(&app.runs.open(&name, &path)?)
+    json(&app.runs.open(&name, &path, How::default(), allowance)?)
 }

@@ -1,11 +1,15 @@
 //! The runs that pages look back at, by their numbers, and their files.
 
+use super::reading::Reading;
 use super::run::{Run, Summary};
+use super::work::Allowance;
 use crate::settings_form;
 use anyhow::{Context, Result, ensure};
+use ridgetone_proto::settings::Settings;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use tempfile::NamedTempFile;
 
 /// Runs kept at a time.
 const MOST: usize = 8;
@@ -19,6 +23,23 @@ pub struct Runs {
 struct List {
     next: u64,
     runs: Vec<(u64, Arc<Run>)>,
+}
+
+impl List {
+    /// Refuses one run more than there may be.
+    fn check(&self) -> Result<()> {
+        let is_full = self.runs.len() >= MOST;
+        ensure!(!is_full, "{MOST} runs are open: close one first");
+        Ok(())
+    }
+}
+
+/// How a file becomes a run.
+#[derive(Clone, Debug, Default)]
+pub struct How {
+    pub reading: Reading,
+    /// Settings in place of those of its board.
+    pub settings: Option<Settings>,
 }
 
 /// A run's number, and what is in it.
@@ -46,25 +67,34 @@ impl Runs {
         self.folder.join(list.next.to_string())
     }
 
-    /// Keeps a file's bytes, and opens it.
-    pub fn add(&self, name: &str, bytes: &[u8]) -> Result<Numbered> {
-        let path = self.new_path();
-        std::fs::write(&path, bytes).context("the temporary folder")?;
-        let opened = self.open(name, &path);
-        if opened.is_err() {
-            // Nobody asks for it again.
-            let _ = std::fs::remove_file(&path);
-        }
-        opened
+    /// A new file in the folder, which goes unless it becomes a run.
+    pub fn new_file(&self) -> Result<NamedTempFile> {
+        NamedTempFile::new_in(&self.folder).context("the temporary folder")
+    }
+
+    /// Opens such a file as a run, and keeps it.
+    pub fn add(&self, name: &str, file: NamedTempFile, allowance: &Allowance) -> Result<Numbered> {
+        let path = file.into_temp_path();
+        let opened = self.open(name, &path, How::default(), allowance)?;
+        path.keep()?;
+        Ok(opened)
     }
 
     /// Opens a file as a run.
-    pub fn open(&self, name: &str, path: &Path) -> Result<Numbered> {
-        let is_full = || self.lock().runs.len() >= MOST;
-        ensure!(!is_full(), "{MOST} runs are open: close one first");
-        let run = Arc::new(Run::open(name, path, None)?);
+    pub fn open(
+        &self,
+        name: &str,
+        path: &Path,
+        how: How,
+        allowance: &Allowance,
+    ) -> Result<Numbered> {
+        self.lock().check()?;
+        let How { reading, settings } = how;
+        let run = Arc::new(Run::open(name, path, reading, settings, allowance)?);
         let summary = run.summary();
         let mut list = self.lock();
+        // Others may have been opened meanwhile.
+        list.check()?;
         list.next += 1;
         let id = list.next;
         list.runs.push((id, run));
@@ -72,10 +102,31 @@ impl Runs {
     }
 
     /// Runs the library over a run's frames again, with some settings in place of its own.
-    pub fn again(&self, id: u64, json: &str) -> Result<Numbered> {
+    pub fn again(&self, id: u64, json: &str, allowance: &Allowance) -> Result<Numbered> {
         let run = self.get(id)?;
         let settings = settings_form::with_json(&run.settings(), json)?;
-        let run = Arc::new(Run::open(&run.name, &run.path, Some(settings))?);
+        self.replace(id, run.reading.clone(), Some(settings), allowance)
+    }
+
+    /// Reads a run's table again with another column as the time.
+    pub fn with_time(&self, id: u64, text: &str, allowance: &Allowance) -> Result<Numbered> {
+        let run = self.get(id)?;
+        let reading = run
+            .reading
+            .with_time(&run.summary().time_columns, text.trim())?;
+        self.replace(id, reading, None, allowance)
+    }
+
+    fn replace(
+        &self,
+        id: u64,
+        reading: Reading,
+        settings: Option<Settings>,
+        allowance: &Allowance,
+    ) -> Result<Numbered> {
+        let run = self.get(id)?;
+        let (name, path) = (&run.name, &run.path);
+        let run = Arc::new(Run::open(name, path, reading, settings, allowance)?);
         let summary = run.summary();
         self.lock()
             .runs

@@ -10,9 +10,10 @@
 //! | `/runs`, `/record` | [`super::run_routes`] |
 
 use super::app::{App, answer};
+use super::connections;
 use super::files::{FILES, File};
 use super::guard::{Access, guard};
-use super::hub::Hub;
+use super::hub::{Hub, PAGES, Place};
 use super::message::Message;
 use super::run_routes;
 use crate::events::view::{Missed, Note};
@@ -21,11 +22,11 @@ use axum::Router;
 use axum::body::{Body, Bytes};
 use axum::extract::State;
 use axum::http::{StatusCode, header};
-use axum::middleware::from_fn_with_state;
+use axum::middleware::{from_fn, from_fn_with_state};
 use axum::response::sse::{Event, KeepAlive, Sse};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
-use futures_util::future::{Either, select};
+use futures_util::future::select;
 use futures_util::stream::{Stream, unfold};
 use serde_json::json;
 use std::convert::Infallible;
@@ -49,7 +50,7 @@ pub struct Server {
 
 impl Server {
     /// Serves what is at these paths, each answer guarded.
-    pub fn start(access: Access, routes: Router) -> Result<Self> {
+    pub fn start(mut access: Access, routes: Router) -> Result<Self> {
         let address = access.address;
         let what = || {
             format!(
@@ -58,25 +59,25 @@ impl Server {
         };
         let listener = TcpListener::bind(address).with_context(what)?;
         listener.set_nonblocking(true)?;
-        let access = Access {
-            address: listener.local_addr()?,
-            ..access
-        };
+        access.address = listener.local_addr()?;
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_all()
             .build()?;
         let (running, dropped) = oneshot::channel::<()>();
-        let routes = routes.layer(from_fn_with_state(access.clone(), guard));
+        let routes = routes
+            .layer(from_fn(connections::patience))
+            .layer(from_fn_with_state(access.clone(), guard));
         let serve = async move {
             // It fails only without a runtime.
             let Ok(listener) = tokio::net::TcpListener::from_std(listener) else {
                 return;
             };
-            let served = std::pin::pin!(async move { axum::serve(listener, routes).await });
             // It does not wait for pages, which listen for ever.
-            if let Either::Left((Err(error), _)) = select(served, dropped).await {
-                eprintln!("ridgetone: the page is no longer served: {error}");
-            }
+            select(
+                std::pin::pin!(connections::serve(listener, routes)),
+                dropped,
+            )
+            .await;
         };
         std::thread::spawn(move || runtime.block_on(serve));
         Ok(Self {
@@ -156,22 +157,30 @@ async fn packets(State(App { hub, .. }): State<App>) -> Response {
         .into_response()
 }
 
-async fn events(State(App { hub, .. }): State<App>) -> impl IntoResponse {
-    Sse::new(messages(hub)).keep_alive(KeepAlive::default())
+async fn events(State(App { hub, .. }): State<App>) -> Response {
+    let Some(place) = hub.page() else {
+        let why = format!("{PAGES} pages are open, and the command serves no more: close one\n");
+        return (StatusCode::SERVICE_UNAVAILABLE, why).into_response();
+    };
+    Sse::new(messages(hub, place))
+        .keep_alive(KeepAlive::default())
+        .into_response()
 }
 
 struct Page {
     hub: Arc<Hub>,
     updates: Option<Receiver<Message>>,
     missed: u64,
+    _place: Place,
 }
 
-fn messages(hub: Arc<Hub>) -> impl Stream<Item = Result<Event, Infallible>> {
+fn messages(hub: Arc<Hub>, place: Place) -> impl Stream<Item = Result<Event, Infallible>> {
     unfold(
         Page {
             hub,
             updates: None,
             missed: 0,
+            _place: place,
         },
         |mut page| async {
             let message = page.next().await?;
@@ -207,6 +216,32 @@ mod tests {
     use super::*;
 
     #[test]
+    fn pages_that_come_at_once_share_one_state_and_miss_no_update() {
+        let hub = Hub::new(crate::live::Live::new("a test"));
+        let joined: Vec<_> = (0..200).map(|missed| hub.join(missed).unwrap()).collect();
+        let number = |message: &Message| {
+            let json: serde_json::Value = serde_json::from_str(&message.json).unwrap();
+            (json["update"].as_u64().unwrap(), json["missed"].as_u64())
+        };
+        let first = number(&joined[0].0).0;
+        hub.publish().unwrap();
+        for (missed, (state, mut updates)) in joined.into_iter().enumerate() {
+            assert_eq!(number(&state), (first, Some(missed as u64)));
+            assert_eq!(number(&updates.try_recv().unwrap()).0, first + 1);
+        }
+        assert!(number(&hub.join(0).unwrap().0).0 > first + 1);
+    }
+
+    #[test]
+    fn pages_have_a_limit() {
+        let hub = Hub::new(crate::live::Live::new("a test"));
+        let mut places: Vec<_> = (0..PAGES).map(|_| hub.page().unwrap()).collect();
+        assert!(hub.page().is_none());
+        places.pop();
+        assert!(hub.page().is_some());
+    }
+
+    #[test]
     fn a_slow_page_gets_everything_again_and_the_number_of_missed_updates() {
         let hub = Arc::new(Hub::new(crate::live::Live::new("a test")));
         let runtime = tokio::runtime::Builder::new_current_thread()
@@ -216,6 +251,7 @@ mod tests {
             hub: Arc::clone(&hub),
             updates: None,
             missed: 0,
+            _place: hub.page().unwrap(),
         };
         let mut next = || {
             let message = runtime.block_on(page.next()).unwrap();

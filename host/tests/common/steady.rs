@@ -63,6 +63,7 @@ pub fn run(end_s: f64, alone: bool) {
         },
         end_s,
         truth: None,
+        failure: None,
         warning: None,
         guessed: None,
         uncertainty: Default::default(),

@@ -279,6 +279,46 @@ fn beyond_this_computer_it_needs_the_token_that_is_printed_and_is_a_code_too() {
     assert!(warned.contains("not encrypted"), "{warned}");
 }
 
+/// The arguments of a process can be read by every user of this computer.
+#[test]
+fn what_the_browser_is_given_opens_the_page_once() {
+    let folder = common::directory();
+    let path = recorded(folder.path(), &packets(0.5));
+    let opened = folder.path().join("opened");
+    let stub = format!("#!/bin/sh\necho \"$1\" > '{}'\n", opened.display());
+    let stub = common::file(folder.path(), "xdg-open", &stub);
+    std::fs::set_permissions(&stub, std::os::unix::fs::PermissionsExt::from_mode(0o755))
+        .expect("a mode");
+    let before = std::env::var("PATH").expect("a path");
+    let searched = format!("{}:{before}", folder.path().display());
+    let view = View::with(
+        "0.0.0.0:0",
+        &["--file", common::text(&path), "--open"],
+        &[("PATH", &searched)],
+    );
+    let token = view.url.split_once("token=").expect("a token").1;
+    let begun = Instant::now();
+    let given = loop {
+        let given = std::fs::read_to_string(&opened).unwrap_or_default();
+        if given.ends_with('\n') {
+            break given.trim().to_owned();
+        }
+        assert!(begun.elapsed() < LONG, "nothing was opened");
+        sleep(Duration::from_millis(20));
+    };
+    assert!(!given.contains(token), "{given}");
+    let (place, word) = given
+        .trim_start_matches("http://")
+        .split_once("/?")
+        .expect("a word");
+    let port = place.rsplit_once(':').expect("a port").1;
+    let here = format!("127.0.0.1:{port}");
+    let open = || request(&here, &format!("/?{word}"), &here, LONG);
+    let (status, head, _) = open();
+    assert!(status == 303 && head.contains("set-cookie"), "{head}");
+    assert_eq!(open().0, 403);
+}
+
 #[test]
 fn open_starts_the_browser_with_the_address() {
     let folder = common::directory();

@@ -10,6 +10,7 @@ use clap::Args;
 use ridgetone_host::cli::firmware::FirmwareOptions;
 use ridgetone_host::cli::lines::report;
 use ridgetone_host::cli::parse::{number, positive};
+use ridgetone_host::note;
 use ridgetone_host::port::{self, Wanted};
 use ridgetone_host::serve::name::Source;
 use ridgetone_host::serve::{Emulator, open};
@@ -129,10 +130,7 @@ impl LinkArgs {
         ) {
             (None, Some(place)) => {
                 let socket = Socket::at(place)?;
-                eprintln!(
-                    "ridgetone: a stylus finds this finger at udp:{}",
-                    socket.address()?
-                );
+                note!("a stylus finds this finger at udp:{}", socket.address()?);
                 Ends::Finger(socket)
             }
             (Some(_), Some(_)) => {

@@ -10,6 +10,7 @@ use ridgetone_host::cli::board::BoardOptions;
 use ridgetone_host::cli::lines::report;
 use ridgetone_host::cli::parse::positive;
 use ridgetone_host::feed::{Feed, FeedEvent, Pace};
+use ridgetone_host::note;
 use ridgetone_host::recording::{Recorded, is_telemetry};
 use ridgetone_host::usage::UsageError;
 use ridgetone_host::view::guard::address;
@@ -161,8 +162,8 @@ impl TouchArgs {
         } else {
             path.display().to_string()
         };
-        eprintln!(
-            "ridgetone: {place}: {:.4} mm at {:.1} mm/s is {:.1} Hz; {:.2} s at {RATE_HZ} Hz, peak {peak:.3} of 1",
+        note!(
+            "{place}: {:.4} mm at {:.1} mm/s is {:.1} Hz; {:.2} s at {RATE_HZ} Hz, peak {peak:.3} of 1",
             texture.period_mm,
             run.hand.speed_mm_s,
             run.hand.speed_mm_s / f64::from(texture.period_mm),

@@ -8,6 +8,7 @@ use crate::touch::Output;
 use anyhow::{Result, bail};
 use ridgetone_host::feed::{FeedEvent, Source};
 use ridgetone_host::names::name;
+use ridgetone_host::note;
 use ridgetone_proto::command::REQUEST_WIRE_MAX;
 use ridgetone_proto::framing;
 use ridgetone_proto::telemetry::Starts;
@@ -185,7 +186,7 @@ impl BoardEnd {
                 continue;
             };
             if std::mem::take(&mut self.is_lost) {
-                eprintln!("ridgetone: {}: the stylus is back", self.line.name());
+                note!("{}: the stylus is back", self.line.name());
             }
             self.heard_s = Some(t_s);
             self.take_packet(t_s, packet)?;
@@ -224,8 +225,8 @@ impl BoardEnd {
             }
             Event::Reply(reply) => match self.requests.answered(t_s, &reply) {
                 Some((Command::Texture(texture), why)) => {
-                    eprintln!(
-                        "ridgetone: the stylus refuses the texture of {} mm: {why}",
+                    note!(
+                        "the stylus refuses the texture of {} mm: {why}",
                         texture.period_mm
                     );
                 }
@@ -249,7 +250,7 @@ impl BoardEnd {
     /// of life.
     fn lose(&mut self, why: &str) {
         if self.heard_s.take().is_some() {
-            eprintln!("ridgetone: {why}");
+            note!("{why}");
             (self.is_lost, self.doing.state) = (true, None);
             self.doing.silences += 1;
             self.requests.forget();

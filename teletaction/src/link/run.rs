@@ -10,6 +10,7 @@ use crate::texture::{Follower, News};
 use crate::touch::{Hand, Output};
 use anyhow::Result;
 use ridgetone_host::feed::Feed;
+use ridgetone_host::note;
 use ridgetone_host::{output, stop};
 use ridgetone_stimulus::Delay;
 use serde::Serialize;
@@ -284,7 +285,7 @@ fn take(finger: &mut Follower, end: &mut FingerEnd) -> Result<bool> {
     match finger.next(STEP)? {
         Some(News::Texture(texture)) => end.found(Some(texture)),
         Some(News::Disconnected(name, why)) => {
-            eprintln!("ridgetone: {name}: {why}; waiting for the board");
+            note!("{name}: {why}; waiting for the board");
             end.found(None);
         }
         Some(News::Silent) => end.found(None),

@@ -9,7 +9,6 @@ use ridgetone_host::table_fit::{Selection, columns};
 use ridgetone_host::touch_part;
 use ridgetone_proto::telemetry::Status;
 use ridgetone_stimulus::{HARMONICS_MAX, Texture};
-use ridgetone_tone::FRAMES_MAX;
 use std::f64::consts::{PI, TAU};
 
 /// Speed over the surface with its standard deviation, millimetres per second.
@@ -127,7 +126,7 @@ fn one(file: &Samples, selection: &Selection, mm_s: f64, accepts_any: bool) -> R
     let (hz, sigma_hz) = (frequency.value, frequency.sigma);
     let mut rows = file.open()?;
     let used = columns(&*rows, selection)?;
-    let part = Part::read(&mut *rows, selection, FRAMES_MAX, &mut |_| {})?;
+    let part = Part::read(&mut *rows, selection, usize::MAX, &mut |_| {})?;
     let (first, last) = (part.times_s[0], part.times_s[part.rows() - 1]);
     let t_s: Vec<f64> = part
         .times_s

@@ -1,7 +1,7 @@
 //! What is refused, and what is not. Texts are put together here, so that the lint finds nothing
 //! in this file.
 
-use super::{comments, is_exempt, look_at, parameters};
+use super::{comments, crates, is_exempt, look_at, parameters};
 
 /// The lines that are refused in a text with these comments, one a line.
 fn refused(marker: &str, comments: &[&str]) -> Vec<usize> {
@@ -137,5 +137,32 @@ fn the_estimator_and_the_reader_of_recordings_are_exempt_and_nothing_else() {
         "host/src/replay.rs",
     ] {
         assert!(!is_exempt(path), "{path}");
+    }
+}
+
+#[test]
+fn licences_that_ask_for_more_and_crates_in_two_versions_are_refused() {
+    let own = "ridgetone v0.1.0 (/somewhere/crates/finger)|";
+    let fine =
+        "a v1.0.0|MIT/Apache-2.0\nb v1.0.0 (proc-macro)|(MIT OR GPL-3.0-only) AND Unicode-3.0";
+    let files = "c v2.0.0|MPL-2.0";
+    let notice = "- c: https://example.org/c";
+    let all = [own, fine, files, files].join("\n");
+    assert_eq!(crates::complaints(&all, notice), [""; 0]);
+    for (tree, notice, part) in [
+        (files, "", "c v2.0.0: the licence is \"MPL-2.0\""),
+        (files, "- cc: https://example.org/cc", "c v2.0.0"),
+        ("d v1.0.0|GPL-3.0-only", notice, "d v1.0.0"),
+        ("d v1.0.0|MIT AND GPL-3.0-only", notice, "d v1.0.0"),
+        ("d v1.0.0|", notice, "d v1.0.0"),
+        (
+            "e v1.0.0|MIT\ne v2.0.0|MIT",
+            notice,
+            "e is there in 2 versions",
+        ),
+    ] {
+        let found = crates::complaints(tree, notice);
+        assert_eq!(found.len(), 1, "{tree}: {found:?}");
+        assert!(found[0].contains(part), "{found:?}");
     }
 }

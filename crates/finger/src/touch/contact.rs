@@ -133,7 +133,7 @@ impl ContactDetector {
     /// While a slide lasts: its first frame, and the frame up to which it is known to have lasted.
     pub const fn sliding(&self) -> Option<(u32, u32)> {
         match self.phase {
-            Phase::Slide(start) => Some((start, self.moving_until)),
+            Phase::Slide(start) | Phase::Always(start) => Some((start, self.moving_until)),
             _ => None,
         }
     }
@@ -155,6 +155,9 @@ impl ContactDetector {
         report: &mut dyn FnMut(Change),
     ) {
         let Observed { values, squares } = frame;
+        if self.slides_always(number, report) {
+            return;
+        }
         self.follow_plan(number, report);
         let number = self.condition.reach(number);
         let cleaned;
@@ -179,8 +182,8 @@ impl ContactDetector {
             return;
         };
         if core::mem::take(&mut self.skips_block) {
-            if self.phase == Phase::Idle {
-                self.enter(Phase::Idle);
+            if matches!(self.phase, Phase::Idle | Phase::Learning(_)) {
+                self.enter(self.phase);
             }
         } else if self.step(number, block, ring, report) {
             self.motion.learn();
@@ -191,6 +194,12 @@ impl ContactDetector {
     pub fn finish(&mut self, number: u32, report: &mut dyn FnMut(Change)) {
         match self.phase {
             Phase::Hold | Phase::Moving(_) => self.end_hold(report),
+            Phase::Always(start) => {
+                self.idle = Idle::new();
+                self.skips_block = true;
+                self.enter(Phase::Learning(0));
+                report(Change::SlideEnd(start, number));
+            }
             Phase::Slide(start) => {
                 self.phase = Phase::Hold;
                 report(Change::SlideEnd(
@@ -204,6 +213,26 @@ impl ContactDetector {
             }
             _ => {}
         }
+    }
+
+    /// True if frame `number` is part of a slide because every frame is. With another rule again the
+    /// slide is over, and the level in the air is learned anew.
+    fn slides_always(&mut self, number: u32, report: &mut dyn FnMut(Change)) -> bool {
+        let is_always = self.slide.rule == SlideRule::Always;
+        if is_always != matches!(self.phase, Phase::Always(_)) {
+            self.finish(number, report);
+            if is_always {
+                self.motion.ignore(None);
+                self.planned = None;
+                (self.air, self.was_in_air) = (Air::Known(None), false);
+                self.phase = Phase::Always(number);
+                report(Change::SlideStart(number));
+            }
+        }
+        if is_always {
+            self.moving_until = number.wrapping_add(1);
+        }
+        is_always
     }
 
     /// One block further, which ends with frame `number`. True if the finger was still, so that the
@@ -311,6 +340,7 @@ impl ContactDetector {
                 }
                 false
             }
+            Phase::Always(_) => false,
         }
     }
 

@@ -18,6 +18,10 @@ pub enum Phase {
     Moving(Moving),
     /// Since this frame.
     Slide(u32),
+    /// A slide since this frame by [`SlideRule::Always`]: nothing is looked for.
+    ///
+    /// [`SlideRule::Always`]: ridgetone_proto::settings::SlideRule::Always
+    Always(u32),
 }
 
 /// What ended when the levels became still.

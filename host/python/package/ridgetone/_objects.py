@@ -61,12 +61,12 @@ class Felt(Object):
 class SlideSettings(Object):
     """Settings `slide`."""
 
-    rule: Literal["found", "protocol"]
-    """Whether slides are found in the signal or follow the protocol of the stimulus."""
+    rule: Literal["found", "protocol", "always"]
+    """Whether slides are found in the signal, follow the protocol of the stimulus, or last always: every frame is part of one, without contact and hold."""
     delay_s: float
     """With the protocol: hold time between the contact spike and the slide. [s]"""
     speed_mm_s: float
-    """With the protocol: speed of the stimulus, which gives the spatial period too. [mm/s]"""
+    """Speed of the stimulus, which gives the spatial period too: with the protocol, or, unless 0, with a slide that lasts always. [mm/s]"""
     length_mm: float
     """With the protocol: length of the slide to use (paper: 55 of 60). [mm]"""
 

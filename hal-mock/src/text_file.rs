@@ -1,0 +1,27 @@
+//! Short files of text: settings, scenes, textures.
+
+use crate::file_error::FileError;
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+/// Longest such file, bytes; written by hand they have some thousands.
+const MOST: usize = 1 << 20;
+
+/// Reads a short file whole. A long one, and a device that never ends, are refused.
+pub fn short_text(path: impl AsRef<Path>) -> Result<String, FileError> {
+    let file = path.as_ref().display().to_string();
+    let mut bytes = Vec::new();
+    File::open(&path)
+        .and_then(|file| file.take(MOST as u64 + 1).read_to_end(&mut bytes))
+        .map_err(|error| FileError::new(&file, None, error))?;
+    if bytes.len() > MOST {
+        let why = "longer than 1 MiB, which settings, scenes and textures never are";
+        return Err(FileError::new(&file, None, why));
+    }
+    String::from_utf8(bytes).map_err(|error| {
+        let before = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+        let line = before.iter().filter(|byte| **byte == b'\n').count() as u64 + 1;
+        FileError::new(&file, Some(line), "not text in UTF-8")
+    })
+}

@@ -1,0 +1,84 @@
+//! Crates of others that the programs are built from: their licences, and those in two versions.
+//! Features that are off by default are not looked at.
+
+use crate::tools::{clean, output_of, root};
+use anyhow::{Context, Result};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+
+/// Licences that ask for no more than to be named.
+const LICENCES: [&str; 11] = [
+    "MIT",
+    "Apache-2.0",
+    "Apache-2.0 WITH LLVM-exception",
+    "BSD-2-Clause",
+    "BSD-3-Clause",
+    "0BSD",
+    "BSL-1.0",
+    "ISC",
+    "Unicode-3.0",
+    "Unlicense",
+    "Zlib",
+];
+
+/// Licence of whole files: whoever passes a program on says where the files' source is, as `NOTICE`
+/// does.
+const OF_FILES: &str = "MPL-2.0";
+
+/// Crates in two versions, since crates of others ask for both.
+const TWICE: [&str; 5] = ["bitflags", "cobs", "syn", "thiserror", "thiserror-impl"];
+
+/// What is wrong with the crates, a line each.
+pub fn check() -> Result<Vec<String>> {
+    let mut cargo = clean("cargo");
+    cargo.args(["tree", "--workspace", "--locked", "--edges", "normal"]);
+    let tree = output_of(cargo.args(["--prefix", "none", "--format", "{p}|{l}"]))?;
+    let notice = fs::read_to_string(root().join("NOTICE")).context("cannot read NOTICE")?;
+    Ok(complaints(&tree, &notice))
+}
+
+/// Looks at lines such as `syn v2.0.1 (proc-macro)|MIT OR Apache-2.0`.
+pub fn complaints(tree: &str, notice: &str) -> Vec<String> {
+    let mut complaints = BTreeSet::new();
+    let mut versions: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
+    for line in tree.lines().filter(|line| !line.is_empty()) {
+        let (package, licence) = line.split_once('|').unwrap_or((line, ""));
+        // Cargo marks lines that repeat others.
+        let licence = licence.trim_end_matches("(*)").trim_end();
+        let mut words = package.split(' ');
+        let (name, version) = (words.next().unwrap_or(""), words.next().unwrap_or(""));
+        // Those with a path are the workspace's own.
+        if words.any(|word| word.starts_with('(') && word != "(proc-macro)") {
+            continue;
+        }
+        versions.entry(name).or_default().insert(version);
+        let is_named = notice
+            .lines()
+            .any(|line| line.starts_with(&format!("- {name}:")));
+        if !is_allowed(licence, is_named) {
+            complaints.insert(format!(
+                "{name} {version}: the licence is {licence:?}: take another crate, or name a licence of files ({OF_FILES}) in NOTICE"
+            ));
+        }
+    }
+    let twice = versions.iter().filter(|(_, all)| all.len() > 1);
+    complaints.extend(
+        twice
+            .filter(|(name, _)| !TWICE.contains(name))
+            .map(|(name, all)| format!("{name} is there in {} versions: {all:?}", all.len())),
+    );
+    complaints.into_iter().collect()
+}
+
+/// Whether an expression (SPDX 2.3, annex D; `/` is an old `OR`) can be met.
+fn is_allowed(licence: &str, is_named: bool) -> bool {
+    let plain = licence.replace(['(', ')'], "").replace('/', " OR ");
+    let is_met = |one: &str| {
+        let one = one.trim();
+        LICENCES.contains(&one) || is_named && one == OF_FILES
+    };
+    // `A OR B AND C`, as written here, is `(A OR B) AND C`: a part is met by one alternative.
+    plain
+        .split(" AND ")
+        .all(|part| part.split(" OR ").any(is_met))
+}
