@@ -125,7 +125,6 @@ fn stuck_clipped_at_the_rail() {
             let fit = case.fit();
             // Sigma counts what the broken channels leave.
             assert_eq!(fit.status, Status::Good, "{fit:?}");
-            case.assert_right("stuck, clipped, at the rail", &fit, tone.frequency);
             // Taxel 7 is at either end in a third of the frames.
             assert_eq!(fit.usable, !(1 << 3 | 1 << 7 | 1 << 9));
             let off = (fit.frequency as f64 - tone.frequency).abs();
