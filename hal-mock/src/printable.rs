@@ -8,9 +8,8 @@ const MOST: usize = 1200;
 /// Characters that stay of the end of a longer one, where the reason stands.
 const END: usize = 400;
 
-/// A text without control characters, which could clear a terminal or set its title, and without
-/// marks that turn the direction of what follows: they are escaped as in Rust. Line breaks and tabs
-/// become spaces.
+/// Escapes, as Rust does, control characters, which could clear a terminal or set its title, and
+/// marks that reverse the direction of the text after them. Line breaks and tabs become spaces.
 pub fn escaped(text: &str) -> Cow<'_, str> {
     if !text.contains(is_active) {
         return Cow::Borrowed(text);

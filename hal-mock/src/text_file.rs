@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-/// Longest such file, bytes; written by hand they have some thousands.
+/// Longest file that is read, bytes. Those that people write have some thousands.
 const MOST: usize = 1 << 20;
 
 /// Reads a short file whole. A long one, and a device that never ends, are refused.

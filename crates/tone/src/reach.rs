@@ -1,6 +1,6 @@
 //! Which frequencies frames tell apart.
 
-/// A line is as far from zero and from half the frame rate, cycles a window.
+/// Least distance of a line from zero and from half the frame rate, cycles a window.
 const CLEAR_CYCLES: f32 = 0.5;
 
 /// How far frequencies reach, in cycles a window.

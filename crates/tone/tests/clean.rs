@@ -62,7 +62,7 @@ fn a_clean_finger_is_good() {
     }
 }
 
-/// Rounding to a step has overtones without end, which fold onto parts of the tone's frequency.
+/// Rounding makes endless overtones, and some of them fold onto parts of the tone's frequency.
 #[test]
 fn a_sine_that_is_rounded_is_good() {
     for frames in [48, 120, 241] {

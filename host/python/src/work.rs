@@ -17,7 +17,7 @@ use ridgetone_host::samples;
 use ridgetone_host::speed::{Column, Quantity};
 use ridgetone_host::table_fit::{Band, Selection, TableFit};
 use ridgetone_host::{
-    feel as felt, fit_picture, fit_report, replay as player, settings_form, touch_part,
+    detection, feel as felt, fit_picture, fit_report, replay as player, settings_form, touch_part,
 };
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::Packet;
@@ -208,19 +208,20 @@ pub fn replay(
                 (Source::Scene(scene), seed)
             }
         };
-        let mut input = Input {
+        let input = Input {
             source,
             converter_noise: noise,
             seed,
+        };
+        let (given, mut settings) = (settings, settings);
+        if samples.is_some() {
+            settings = detection::settings_for(input.open_for(&given)?, given)?;
         }
-        .open_for(&settings)?;
-        let remarks = input
-            .guessed
-            .take()
-            .into_iter()
-            .chain(input.warning.take())
-            .map(|remark| of_python(&remark))
-            .collect();
+        let always = (settings != given).then(|| detection::ALWAYS.to_owned());
+        let mut input = input.open_for(&settings)?;
+        let remarks = [always, input.guessed.take(), input.warning.take()];
+        let remarks = remarks.into_iter().flatten();
+        let remarks = remarks.map(|remark| of_python(&remark)).collect();
         let truth = input.truth;
         let (mut lines, mut packets, mut conversions) = (Vec::new(), Vec::new(), Vec::new());
         let mut sink = |packet: &Packet| {

@@ -19,7 +19,7 @@ pub struct Feed {
     source: Box<dyn Source + Send>,
     decoder: Decoder,
     received: u64,
-    /// Number of the latest packet. A line that repeats one gives it once.
+    /// Number of the latest packet: a packet that arrives twice is given once.
     latest: Option<u16>,
     bytes: u64,
     queue: VecDeque<(FeedEvent<Packet>, Option<Receipt>)>,

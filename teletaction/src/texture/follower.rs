@@ -82,10 +82,8 @@ impl Follower {
                     .map(News::Texture)
                     .or(is_back.then_some(News::Back)))
             }
-            Some(Heard::Connected(_)) => {
-                self.greet();
-                Ok(None)
-            }
+            // The listener greets it.
+            Some(Heard::Connected(_)) => Ok(None),
             Some(Heard::Over) => {
                 self.is_over = true;
                 Ok(Some(News::Over))
@@ -107,11 +105,13 @@ impl Follower {
 mod tests {
     use super::*;
     use ridgetone_host::feed::{FeedEvent, Source};
+    use ridgetone_proto::boot::{Boot, SettingsSource};
     use ridgetone_proto::command::Request;
     use ridgetone_proto::framing;
     use ridgetone_proto::plan::Plan;
+    use ridgetone_proto::settings::Settings;
     use ridgetone_proto::telemetry::{
-        Event, Packet, Release, Texture as Reported, WIRE_MAX, encode,
+        Event, Hello, PROTOCOL, Packet, Release, Texture as Reported, WIRE_MAX, encode,
     };
     use std::collections::VecDeque;
     use std::sync::{Arc, Mutex};
@@ -172,13 +172,24 @@ mod tests {
             })
         };
         let released = Event::Release(Release { t_us: 4 });
+        let greeting = Event::Hello(Hello {
+            protocol: PROTOCOL,
+            version: [0, 1, 0],
+            frame_rate_hz: 241.14,
+            settings: Settings::DEFAULT,
+            source: SettingsSource::Default,
+            boot: Boot::default(),
+            t_us: 3,
+        });
         let script = [
             FeedEvent::Connected("a".into()),
             data(0, texture(3.6)),
-            data(1, released.clone()),
+            data(1, greeting.clone()),
+            data(2, released.clone()),
             FeedEvent::Disconnected("a".into(), "gone".into()),
-            data(2, released),
-            data(3, texture(2.5)),
+            data(3, released),
+            data(4, greeting),
+            data(5, texture(2.5)),
             FeedEvent::Over,
         ];
         let mut follower = Follower::new(Feed::new(Script(script.into(), Arc::clone(&sent))));
@@ -196,16 +207,17 @@ mod tests {
             }
             news => panic!("{news:?}"),
         };
+        assert_eq!((next(), commands(&sent)), (None, vec![]));
+        // What it sends waits for its greeting.
         assert_eq!((next(), commands(&sent)), (None, vec![Command::Greet]));
         assert_eq!(period_mm(next()), 3.6);
-        assert_eq!(next(), None);
+        assert_eq!((next(), next()), (None, None));
         assert_eq!(next(), Some(News::Disconnected("a".into(), "gone".into())));
         assert_eq!(commands(&sent), []);
-        assert_eq!(
-            (next(), commands(&sent)),
-            (Some(News::Back), vec![Command::Greet])
-        );
+        assert_eq!((next(), commands(&sent)), (None, vec![Command::Greet]));
+        assert_eq!(next(), Some(News::Back));
+        assert_eq!(next(), None);
         assert_eq!(period_mm(next()), 2.5);
-        assert_eq!((next(), commands(&sent)), (Some(News::Over), vec![]));
+        assert_eq!(next(), Some(News::Over));
     }
 }

@@ -215,8 +215,9 @@ impl ContactDetector {
         }
     }
 
-    /// True if frame `number` is part of a slide because every frame is. With another rule again the
-    /// slide is over, and the level in the air is learned anew.
+    /// Takes frame `number` as part of a slide where [`SlideRule::Always`] is in force; false where it
+    /// is not. When another rule comes into force the slide ends, and the level in the air is learned
+    /// anew.
     fn slides_always(&mut self, number: u32, report: &mut dyn FnMut(Change)) -> bool {
         let is_always = self.slide.rule == SlideRule::Always;
         if is_always != matches!(self.phase, Phase::Always(_)) {
