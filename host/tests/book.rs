@@ -43,7 +43,7 @@ const WITH_A_BOARD: [&str; 23] = [
 ];
 
 /// Commands that take too long for a test, each with the test that covers a short form of it.
-const LITTLE_OF: [(&str, &str); 31] = [
+const LITTLE_OF: [(&str, &str); 30] = [
     (
         "ridgetone view recording.csv",
         "host/tests/view/page_runs.rs",
