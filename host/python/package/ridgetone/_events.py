@@ -117,11 +117,11 @@ class Estimate(Event):
     abscissa: Literal["time", "place"]
     """Whether cycles are counted in time, or by place with a speed that is known."""
     frequency_hz: float | None
-    """Common frequency in time: mean of the window, weighted by a parabola [Hz]."""
+    """Common frequency in time: its mean over the window [Hz]."""
     sigma_hz: float | None
     """Standard deviation of the frequency [Hz]."""
     frequency_per_mm: float | None
-    """Common frequency by place: mean of the window, weighted by a parabola [1/mm]."""
+    """Common frequency by place: its mean over the window [1/mm]."""
     sigma_per_mm: float | None
     """Standard deviation of the frequency by place [1/mm]."""
     period_mm: float | None
@@ -132,16 +132,12 @@ class Estimate(Event):
     """How much the frequency differs from its mean, root mean square over the window [%]."""
     wander_sigma_percent: float | None
     """Standard deviation of the wander [%]."""
-    sigma_mean_hz: float | None
-    """Standard deviation of the frequency as an estimate of the plain mean over the window [Hz]."""
     chirp_hz_per_s: float | None
     """Change of the frequency with time [Hz/s]."""
     chirp_sigma_hz_per_s: float | None
     """Standard deviation of the chirp [Hz/s]."""
     other_tone_hz: float | None
     """Frequency of a second tone that is significant beside the first [Hz]."""
-    sigma_mean_per_mm: float | None
-    """Standard deviation of the frequency by place as an estimate of the plain mean [1/mm]."""
     chirp_per_mm2: float | None
     """Change of the frequency with place [1/mm^2]."""
     chirp_sigma_per_mm2: float | None
@@ -411,11 +407,11 @@ class Fit(Object):
     abscissa: Literal["time", "place"]
     """Whether cycles are counted in time or by place."""
     frequency_hz: float | None
-    """Common frequency in time: mean of the window, weighted by a parabola [Hz]."""
+    """Common frequency in time: its mean over the window [Hz]."""
     sigma_hz: float | None
     """Standard deviation of the frequency [Hz]."""
     frequency_per_mm: float | None
-    """Common frequency by place: mean of the window, weighted by a parabola [1/mm]."""
+    """Common frequency by place: its mean over the window [1/mm]."""
     sigma_per_mm: float | None
     """Standard deviation of the frequency by place [1/mm]."""
     period_mm: float | None
@@ -426,16 +422,12 @@ class Fit(Object):
     """How much the frequency differs from its mean, root mean square over the window [%]."""
     wander_sigma_percent: float | None
     """Standard deviation of the wander [%]."""
-    sigma_mean_hz: float | None
-    """Standard deviation of the frequency as an estimate of the plain mean over the window [Hz]."""
     chirp_hz_per_s: float | None
     """Change of the frequency with time [Hz/s]."""
     chirp_sigma_hz_per_s: float | None
     """Standard deviation of the chirp [Hz/s]."""
     other_tone_hz: float | None
     """Frequency of a second tone that is significant beside the first [Hz]."""
-    sigma_mean_per_mm: float | None
-    """Standard deviation of the frequency by place as an estimate of the plain mean [1/mm]."""
     chirp_per_mm2: float | None
     """Change of the frequency with place [1/mm^2]."""
     chirp_sigma_per_mm2: float | None
