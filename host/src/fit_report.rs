@@ -150,14 +150,12 @@ fn meaning(status: Status) -> &'static str {
     match status {
         Status::Good => "a common tone",
         Status::NoTone => "the channels share no tone that stands out of their noise",
-        Status::TooShort => {
-            "too little of a cycle in this part, or steps and drifts outweigh it; try --from and --to"
-        }
-        Status::Nothing => "no usable channel, or fewer than 16 rows",
+        Status::TooShort => "fewer than 24 rows, or more of them missing than there: try a longer part",
+        Status::Nothing => "no usable channel, or no row",
         Status::Doubtful => "a common tone, but with a fault during the window",
         Status::Ambiguous => "another reading is about as likely: use a longer part",
         Status::Unsteady => {
-            "the tone moves within this part: use a shorter one (--from, --to), or give the speed (--speed-column), or allow one harmonic more"
+            "no interval can be promised, for the tone moves, comes or goes within this part: use a shorter one (--from, --to), or give the speed (--speed-column)"
         }
     }
 }
@@ -208,7 +206,7 @@ mod tests {
         };
         let shown = text(&fit);
         for part in [
-            "unsteady (the tone moves",
+            "unsteady (no interval can be promised",
             "wander        2.0 %\n",
             "interferer_hz 50.250\n",
         ] {

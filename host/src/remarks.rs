@@ -11,7 +11,7 @@ const SIGNIFICANT: f32 = 3.0;
 /// What to do about a status that depends on the window; few words, for a narrow box.
 pub const fn remedy(status: Status) -> Option<&'static str> {
     match status {
-        Status::Unsteady => Some("shorten the window, give the speed, or add one harmonic"),
+        Status::Unsteady => Some("shorten the window, or give the speed"),
         Status::Ambiguous => Some("use a longer window"),
         Status::TooShort => Some("use a longer window, or slide faster"),
         _ => None,

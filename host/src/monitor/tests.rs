@@ -428,8 +428,7 @@ fn what_helps_against_a_status_is_on_the_smallest_screen_too() {
     });
     let parts = [
         "unsteady, wander 2.1 %",
-        "shorten the window, give the",
-        "speed, or add one harmonic",
+        "shorten the window, or give",
         "speed  28.6",
     ];
     assert_shows(&shown(&live, LEAST), &parts);
