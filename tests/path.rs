@@ -10,7 +10,7 @@ use hal_mock::{
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::settings::{Settings, Slide, SlideRule};
 use ridgetone_proto::telemetry::{Event, Status};
-use support::{Outcome, all, outcome, run, run_on};
+use support::{Outcome, Rate, all, outcome, run, run_on};
 
 fn scene(speed_mm_s: f64, period_mm: f64, snr_db: f64, seed: u64) -> SlidingScene {
     SlidingScene::new(Sliding {
@@ -23,8 +23,9 @@ fn scene(speed_mm_s: f64, period_mm: f64, snr_db: f64, seed: u64) -> SlidingScen
     .unwrap()
 }
 
-/// The bars of the emulated run (host/tests/emulated.rs), here without an emulator.
-fn assert_within_bars(what: &str, out: &Outcome, truth: &Truth) {
+/// Asserts the bars of the emulated run (host/tests/emulated.rs), here without an emulator. A test
+/// for another tone has false alarms: how many estimates are good is for [`Rate`].
+fn assert_within_bars(what: &str, out: &Outcome, truth: &Truth, rate: &mut Rate) {
     let what = format!("{what}: {out:?} {truth:?}");
     assert_eq!(out.contacts_s.len(), 1, "{what}");
     assert!(
@@ -49,13 +50,13 @@ fn assert_within_bars(what: &str, out: &Outcome, truth: &Truth) {
     assert_eq!(out.slide_fits.len(), 1, "{what}");
     let fit = &out.slide_fits[0];
     let off = fit.frequency as f64 - truth.frequency_hz;
-    assert_eq!(fit.status, Status::Good, "{what}");
+    rate.add(fit);
     assert!(off.abs() < 0.002 * truth.frequency_hz, "{what}");
     assert!(off.abs() < 6.0 * fit.sigma as f64, "{what}");
     assert_eq!(fit.channels.len(), 16, "{what}");
     assert!(!out.window_fits.is_empty(), "{what}");
     for fit in &out.window_fits {
-        assert_eq!(fit.status, Status::Good, "{what}");
+        rate.add(fit);
         assert!(
             (fit.frequency as f64 - truth.frequency_hz).abs() < 6.0 * fit.sigma as f64,
             "{what}"
@@ -86,19 +87,23 @@ fn table_2() -> impl Iterator<Item = (String, SlidingScene)> {
 
 #[test]
 fn all_of_table_2_within_its_bars() {
+    let mut rate = Rate::default();
     for (what, scene) in table_2() {
         let truth = scene.truth();
         assert_within_bars(
             &what,
             &outcome(&run(scene, Settings::default(), all)),
             &truth,
+            &mut rate,
         );
     }
+    rate.assert_good();
 }
 
 /// Table 2 from recordings, whose rows are held, or resampled where they have another rate.
 #[test]
 fn all_of_table_2_from_recordings_of_any_rate() {
+    let mut rate = Rate::default();
     for rate_hz in [200.0, 241.0, 241.14, 1000.0] {
         for (what, mut scene) in table_2() {
             let truth = scene.truth();
@@ -118,9 +123,10 @@ fn all_of_table_2_from_recordings_of_any_rate() {
             };
             let board = SimulatedBoard::new(trace, options);
             let out = outcome(&run_on(board, Settings::default(), all));
-            assert_within_bars(&format!("{rate_hz} Hz, {what}"), &out, &truth);
+            assert_within_bars(&format!("{rate_hz} Hz, {what}"), &out, &truth, &mut rate);
         }
     }
+    rate.assert_good();
 }
 
 #[test]
@@ -302,7 +308,8 @@ fn a_conversion_lost_just_before_the_touch_changes_nothing() {
     }
 }
 
-/// A window that begins or ends in a hole of lost scans still knows the frame rate.
+/// A window that begins or ends in a hole of lost scans still knows the frame rate. One that
+/// reaches beyond the slide has a part in which nothing moves, and another mean.
 #[test]
 fn holes_do_not_bend_the_frequency() {
     for scans in [1, 5, 30, 120] {
@@ -323,6 +330,7 @@ fn holes_do_not_bend_the_frequency() {
                 .iter()
                 .chain(&out.slide_fits)
                 .filter(|fit| fit.status == Status::Good)
+                .filter(|fit| (fit.t_us as f64) < 1e6 * truth.slide_end_s)
             {
                 let off = fit.frequency as f64 / truth.frequency_hz - 1.0;
                 assert!(off.abs() < 0.01, "{scans} scans lost at {at_s} s: {fit:?}");

@@ -6,8 +6,11 @@ use std::ops::Range;
 
 /// Greatest error of a fit, in standard deviations of f64.
 pub const OFF_MAX: f64 = 4.5;
-/// Bounds of the fit's sigma over that of f64, which knows the noise, and that the tone is steady.
-const SURE: Range<f64> = 0.75..1.6;
+/// Bounds of one fit's sigma over that of f64, which knows the noise. The fit takes the noise from
+/// next to the lines, of which a window has few samples.
+const SURE: Range<f64> = 0.5..2.2;
+/// Bounds of the mean over many windows: a speed that may move costs white noise up to a fifth.
+const SURE_MEAN: Range<f64> = 0.9..1.35;
 
 /// A window and how to fit it.
 #[derive(Clone)]
@@ -71,9 +74,9 @@ impl Case {
         let mut nearest = (f64::MAX, 0.0);
         for baseline in [
             Baseline::Line,
-            Baseline::Relaxing(1),
-            Baseline::Relaxing(2),
-            Baseline::Relaxing(3),
+            Baseline::Polynomial(2),
+            Baseline::Polynomial(3),
+            Baseline::Polynomial(4),
         ] {
             let mut likelihood = Likelihood::new(&self.values, fit.harmonics as usize, baseline);
             likelihood.interferer = self.interferer.map(f64::from);
@@ -119,6 +122,31 @@ impl Case {
         assert!(
             SURE.contains(&sure),
             "{what}: sigma is {sure:.3} of f64's: {fit:?}"
+        );
+    }
+}
+
+/// Good fits of many windows, whose sigmas are judged together.
+#[derive(Default)]
+pub struct GoodFits(Vec<f64>);
+
+impl GoodFits {
+    /// Asserts that the fit of one more is good and right.
+    #[track_caller]
+    pub fn add(&mut self, case: &Case, what: &str, truth: f64) -> Fit {
+        let fit = case.assert_good(what, truth);
+        self.0.push(case.off(&fit, truth).1);
+        fit
+    }
+
+    /// Asserts that their sigmas are those of f64, on average.
+    #[track_caller]
+    pub fn assert_sure(&self) {
+        let mean = self.0.iter().sum::<f64>() / self.0.len() as f64;
+        assert!(
+            SURE_MEAN.contains(&mean),
+            "sigma is {mean:.3} of f64's in the mean over {} windows",
+            self.0.len()
         );
     }
 }

@@ -5,13 +5,10 @@ use std::f64::consts::TAU;
 /// What a channel holds besides its tone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Baseline {
-    Level,
+    /// A level and a slope.
     Line,
-    /// A polynomial of the third degree.
-    Curve,
-    /// A line and this number of exponentials, of time constants of half the window, a sixth, and
-    /// an eighteenth of it.
-    Relaxing(usize),
+    /// A polynomial of this degree.
+    Polynomial(i32),
 }
 
 /// The likelihood of a frequency, with unknown noise in every channel and every other unknown
@@ -19,10 +16,8 @@ pub enum Baseline {
 #[derive(Clone, Debug)]
 pub struct Likelihood<'a> {
     values: &'a [[f32; 16]],
-    /// Where each was taken: frames from the centre, or places along a path.
+    /// When each was taken, frames from the centre.
     places: Vec<f64>,
-    /// Above this every frequency is the image of one below.
-    highest: f64,
     /// Frames that count.
     rows: Vec<usize>,
     /// Bit c: channel c counts.
@@ -41,7 +36,6 @@ impl<'a> Likelihood<'a> {
         Self {
             values,
             places,
-            highest: 0.5,
             rows,
             channels: u16::MAX,
             harmonics,
@@ -69,7 +63,7 @@ impl<'a> Likelihood<'a> {
         let sides = 8;
         let at = |i: i32| near + reach * i as f64 / sides as f64;
         let cost = |f: f64| {
-            if f > 0.0 && f < self.highest {
+            if f > 0.0 && f < 0.5 {
                 self.cost(f)
             } else {
                 f64::INFINITY
@@ -133,22 +127,12 @@ impl<'a> Likelihood<'a> {
         let column =
             |of: &dyn Fn(f64) -> f64| self.rows.iter().map(|n| of(self.places[*n])).collect();
         let degree = match self.baseline {
-            Baseline::Level => 0,
             Baseline::Line => 1,
-            Baseline::Curve => 3,
-            Baseline::Relaxing(_) => 1,
+            Baseline::Polynomial(degree) => degree,
         };
         let mut columns: Vec<Vec<f64>> = (0..=degree)
             .map(|d| column(&|t| (t / half).powi(d)))
             .collect();
-        if let Baseline::Relaxing(count) = self.baseline {
-            columns.extend(
-                [1.0f64, 3.0, 9.0]
-                    .iter()
-                    .take(count)
-                    .map(|rate: &f64| column(&|t: f64| (-rate * (t / half + 1.0)).exp())),
-            );
-        }
         let harmonics = (1..=self.harmonics).map(|h| h as f64 * f);
         for f in self.interferer.into_iter().chain(harmonics) {
             columns.push(column(&|t| (TAU * f * t).cos()));
@@ -182,40 +166,4 @@ fn orthonormal(columns: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
         }
     }
     basis
-}
-
-/// The maximum within 0.4 bins of `near` over all channels of a whole window.
-pub fn log_likelihood_peak(values: &[[f32; 16]], near: f64, harmonics: usize, slope: bool) -> f64 {
-    Likelihood::new(values, harmonics, baseline(slope)).peak(near, 0.4 / values.len() as f64)
-}
-
-/// Where to look for a maximum.
-pub struct Neighbourhood {
-    pub near: f64,
-    pub reach: f64,
-}
-
-/// The maximum along a path, in cycles per unit of `places`.
-pub fn peak_along(
-    values: &[[f32; 16]],
-    places: &[f64],
-    neighbourhood: Neighbourhood,
-    harmonics: usize,
-    slope: bool,
-) -> f64 {
-    let in_time = Likelihood::new(values, harmonics, baseline(slope));
-    Likelihood {
-        places: places.to_vec(),
-        highest: f64::INFINITY,
-        ..in_time
-    }
-    .peak(neighbourhood.near, neighbourhood.reach)
-}
-
-fn baseline(slope: bool) -> Baseline {
-    if slope {
-        Baseline::Line
-    } else {
-        Baseline::Level
-    }
 }

@@ -4,7 +4,7 @@
 
 mod likelihood;
 
-pub use likelihood::{Baseline, Likelihood, Neighbourhood, log_likelihood_peak, peak_along};
+pub use likelihood::{Baseline, Likelihood};
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};

@@ -6,7 +6,7 @@ use ridgetone::Pipeline;
 use ridgetone::TimedConversion;
 use ridgetone_proto::odometry::{FRAME_BYTES, Odometry, PLACE_PER_MM, Reading, WIRE_BYTES};
 use ridgetone_proto::settings::Settings;
-use ridgetone_proto::telemetry::{Decoder, Event, Packet, WIRE_MAX, encode};
+use ridgetone_proto::telemetry::{Decoder, Estimate, Event, Packet, Status, WIRE_MAX, encode};
 
 /// Runs `scene` through the simulated chip, byte by byte over SPI, the driver, the pipeline, and
 /// the wire; `keep` may drop or change conversions on the way. Gives what a reader gets.
@@ -191,4 +191,36 @@ pub fn outcome(events: &[Event]) -> Outcome {
         }
     }
     out
+}
+
+/// How many estimates are good.
+#[derive(Debug, Default)]
+pub struct Rate {
+    estimates: usize,
+    others: Vec<Estimate>,
+}
+
+impl Rate {
+    /// Counts one more; each has a tone.
+    #[track_caller]
+    pub fn add(&mut self, estimate: &Estimate) {
+        self.estimates += 1;
+        if estimate.status != Status::Good {
+            assert_eq!(estimate.status, Status::Ambiguous, "{estimate:?}");
+            self.others.push(estimate.clone());
+        }
+    }
+
+    /// Asserts that at most one of a hundred is not good; in a test of some size chance adds three
+    /// standard deviations.
+    #[track_caller]
+    pub fn assert_good(&self) {
+        let (count, expected) = (self.others.len(), self.estimates as f64 / 100.0);
+        assert!(
+            count as f64 <= expected + 3.0 * expected.sqrt(),
+            "{count} of {}: {:?}",
+            self.estimates,
+            self.others
+        );
+    }
 }

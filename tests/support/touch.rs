@@ -52,7 +52,14 @@ fn code(taxel: u64, t_s: f64) -> i32 {
         0.0
     };
     // Noise by hashing: equal in every run, without a generator to carry along.
-    let hash = ((t_s * 1e9) as u64 ^ taxel << 56).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    let hash = mixed((t_s * 1e9) as u64 ^ taxel << 56);
     let noise = ((hash >> 40) as f64 / (1u64 << 24) as f64 - 0.5) * 200.0;
     (4e6 + sign * (load + tone) + noise).round() as i32
+}
+
+/// The output function of SplitMix64: a multiplication alone would turn even times into a line.
+fn mixed(state: u64) -> u64 {
+    let z = (state ^ state >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ z >> 31
 }
