@@ -63,9 +63,7 @@ pub struct Playback {
 ///   chip's clock has to run as the recording's did: [`clock_error_ppm`](Self::clock_error_ppm).
 /// - **Rows at another rate are resampled** by a windowed sinc with the lower rate's band. Of a
 ///   faster recording it takes the noise above the scan's band and leaves the rest white. A slower
-///   recording has no noise above its own band, so that neighbouring scans are alike: a fit that
-///   takes them for independent has to multiply its standard deviations by
-///   [`sigma_factor`](Self::sigma_factor).
+///   recording has no noise above its own band, so that neighbouring scans are alike.
 /// - **Rows that are missing**, by the stamps or because they are blank, are conversions without a
 ///   result.
 /// - **A blank cell** is bridged by a straight line; in a run of more than eight it is beyond the
@@ -179,17 +177,6 @@ impl Trace {
             1e6 * (self.rate_hz() / self.playback.scan_rate_hz - 1.0)
         } else {
             0.0
-        }
-    }
-
-    /// By how much more than for independent scans estimates of the played scans scatter.
-    pub fn sigma_factor(&self) -> f64 {
-        if self.is_held() {
-            1.0
-        } else {
-            (self.playback.scan_rate_hz / self.rate_hz())
-                .max(1.0)
-                .sqrt()
         }
     }
 

@@ -7,7 +7,7 @@ use hal_mock::{Constant, Failure, Options, Playback, Scene, Sliding, SlidingScen
 use ridgetone::CONVERSION_NS;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{SCAN, Settings};
-use ridgetone_proto::telemetry::Event;
+use ridgetone_proto::telemetry::{Estimate, Event};
 use ridgetone_tone::FRAMES_MIN;
 
 /// Reference of the simulated chip, volts; the library's default settings expect the same.
@@ -81,52 +81,23 @@ pub struct Opened {
     pub failure: Option<Failure>,
 }
 
-/// What a recording adds to the standard deviations of estimates: the library assumes independent
-/// and exactly timed scans.
-#[derive(Clone, Copy, Debug)]
+/// What a recording adds to the standard deviations of estimates: the library assumes exactly timed
+/// scans. That neighbouring scans of a slow recording are alike it sees in the noise next to the tone.
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Uncertainty {
-    /// By how much more than for independent scans estimates scatter.
-    pub factor: f64,
     /// Standard deviation of the rows' rate as a share of it.
     pub rate_share: f64,
-}
-
-/// The estimator counts the noise's density at the tone in its own standard deviation if it exceeds
-/// that of independent frames by 4.5 standard errors, which it takes from 16 blocks of each channel
-/// (`crates/tone/src/trust.rs`).
-const DENSITY_SEEN: f64 = 4.5;
-const DENSITY_BLOCKS: f64 = 16.0;
-
-impl Default for Uncertainty {
-    fn default() -> Self {
-        Self {
-            factor: 1.0,
-            rate_share: 0.0,
-        }
-    }
 }
 
 impl Uncertainty {
     /// Enlarges the uncertainties of an estimate.
     pub fn apply(&self, event: &mut Event) {
-        let Event::Estimate(estimate) = event else {
-            return;
-        };
-        let channels = estimate.channels.len().max(1) as f64;
-        let is_seen =
-            self.factor.powi(2) > 1.0 + DENSITY_SEEN * (2.0 / (DENSITY_BLOCKS * channels)).sqrt();
-        let own = if is_seen { 1.0 } else { self.factor };
-        let scaled = |sigma: &mut f32, factor: f64, value: f32| {
-            *sigma = (factor * f64::from(*sigma)).hypot(self.rate_share * f64::from(value)) as f32;
-        };
-        scaled(&mut estimate.sigma, own, estimate.frequency);
-        let movement = &mut estimate.movement;
-        scaled(&mut movement.wander_sigma, own, 0.0);
-        scaled(&mut movement.chirp_sigma, own, 0.0);
-        // The phases' variances are those of independent frames.
-        let travel = &mut estimate.travel;
-        scaled(&mut travel.spatial_period_sigma_mm, self.factor, 0.0);
-        scaled(&mut travel.speed_sigma_mm_s, self.factor, 0.0);
+        if let Event::Estimate(Estimate {
+            sigma, frequency, ..
+        }) = event
+        {
+            *sigma = sigma.hypot(self.rate_share as f32 * *frequency);
+        }
     }
 }
 
@@ -239,7 +210,6 @@ impl Input {
                 check_rate(file, trace.rate_hz(), plan)?;
                 options.clock_error_ppm = trace.clock_error_ppm();
                 let uncertainty = Uncertainty {
-                    factor: trace.sigma_factor(),
                     rate_share: trace.rate_share(),
                 };
                 let guessed = trace.guessed().map(str::to_owned);

@@ -28,8 +28,10 @@ fn the_defaults_are_the_simulated_fingers() {
         let found = &json_lines(&calibrate(&gratings(&folder, speed_mm_s, way), &["--json"]))[0];
         let number = |name: &str| found[name].as_f64().expect("a number");
         let array = Array::DEFAULT;
+        // The taxels differ a little in their lags, and are weighted by the noise next to the tone,
+        // which a window knows to some tens of percent.
         assert!(
-            (number("pitch_mm") - f64::from(array.pitch_mm)).abs() < 0.002,
+            (number("pitch_mm") - f64::from(array.pitch_mm)).abs() < 0.003,
             "{found}"
         );
         assert!(
@@ -97,24 +99,32 @@ fn it_is_printed_as_options() {
     );
 }
 
-/// Under a speed that moves by an eighth no window is good, though the lags are right.
+/// Under a speed that moves by a third no window is good; where it moves by a seventh some are not,
+/// though their lags are right.
 #[test]
 fn windows_that_are_not_good_are_taken_only_if_they_are_accepted() {
     let folder = directory();
-    let moving = "[stimulator]\nripple_percent = 12\nripple_hz = 1.5\n";
-    // Windows of the fourth, 4 mm, hold too few cycles for so much movement.
-    let gratings = &gratings(&folder, 28.0, moving)[..3];
+    let fast = "[stimulator]\nripple_percent = 30\nripple_hz = 1\n";
     assert_one_line(
-        &calibrate(gratings, &[]),
+        &calibrate(&gratings(&folder, 28.0, fast), &[]),
         1,
         &["2.5.toml", "no window is good", "`unsteady`", "--accept"],
     );
-    let found = &json_lines(&calibrate(gratings, &["--accept", "--json"]))[0];
-    let pitch_mm = found["pitch_mm"].as_f64().expect("a number");
-    assert!(
-        (pitch_mm - f64::from(Array::DEFAULT.pitch_mm)).abs() < 0.02,
-        "{found}"
-    );
+    let moving = "[stimulator]\nripple_percent = 14\nripple_hz = 1.5\n";
+    // Windows of the fourth, 4 mm, hold too few cycles for so much movement.
+    let gratings = &gratings(&folder, 28.0, moving)[..3];
+    let windows = [&["--json"][..], &["--accept", "--json"]].map(|options| {
+        let found = &json_lines(&calibrate(gratings, options))[0];
+        let pitch_mm = found["pitch_mm"].as_f64().expect("a number");
+        assert!(
+            (pitch_mm - f64::from(Array::DEFAULT.pitch_mm)).abs() < 0.02,
+            "{found}"
+        );
+        let gratings = found["gratings"].as_array().expect("gratings");
+        let windows = gratings.iter().map(|grating| grating["windows"].as_u64());
+        windows.map(|windows| windows.expect("a number")).sum::<u64>()
+    });
+    assert!(windows[0] < windows[1], "{windows:?}");
 }
 
 #[test]

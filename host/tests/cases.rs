@@ -71,7 +71,14 @@ const CASES: [Case; 52] = [
     ("stamps_in_batches.csv", &["--rate", "250"], TONE),
     (
         "stamps_in_batches.csv",
-        &["--time-column", "none", "--rate", "250"],
+        &[
+            "--time-column",
+            "none",
+            "--rate",
+            "250",
+            "--columns",
+            "ax,ay,az",
+        ],
         TONE,
     ),
     ("stamps_8_and_2_ms.csv", &[], TONE),

@@ -69,18 +69,18 @@ fn the_slide_of_a_touch_is_learned() {
     );
 }
 
-/// A ramp from 10 to 30 Hz has no period at one speed.
+/// Two tones that are no harmonics of one another have no period at one speed.
 #[test]
 fn only_good_fits_are_learned_unless_any_is_accepted() {
     let folder = directory();
-    let chirp = (0..2000).fold("when,a\n".to_owned(), |csv, row| {
+    let two = (0..2000).fold("when,a\n".to_owned(), |csv, row| {
         let t_s = f64::from(row) * 1e-3;
-        let turns = 10.0 * t_s + 5.0 * t_s * t_s;
+        let sine = |hz: f64| (std::f64::consts::TAU * hz * t_s).sin();
         let noise = f64::from(row * 7919 % 1009) * 1e-4;
-        let value = (std::f64::consts::TAU * turns).sin() + noise;
+        let value = sine(10.0) + 0.5 * sine(17.3) + noise;
         format!("{csv}{row},{value:.6}\n")
     });
-    let path = file(folder.path(), "chirp.csv", &chirp);
+    let path = file(folder.path(), "two.csv", &two);
     let learn = |more: &[&str]| {
         let options = [
             "texture",
@@ -93,7 +93,7 @@ fn only_good_fits_are_learned_unless_any_is_accepted() {
         ];
         run(&[&options[..], more].concat())
     };
-    assert_one_line(&learn(&[]), 1, &["chirp.csv", "`unsteady`", "--accept"]);
+    assert_one_line(&learn(&[]), 1, &["two.csv", "`ambiguous`", "--accept"]);
     assert!(learn(&["--accept"]).status.success());
 }
 

@@ -81,8 +81,7 @@ fn recordings_of_any_rate_leave_intervals_that_hold() {
         (1000.0, 3, 16),
         (200.0, 3, 16),
         (100.0, 3, 16),
-        // The estimator sees that neighbouring scans are alike in sixteen channels, but not in
-        // these.
+        // Few channels hold little noise in which to see that neighbouring scans are alike.
         (150.0, 3, 4),
         (150.0, 3, 1),
     ] {

@@ -17,7 +17,7 @@ pub struct Estimated {
     pub found: Fit,
     /// Places of the grid for each frame that was fitted.
     pub slots_per_frame: usize,
-    /// What was done to the rows.
+    /// What was done to the rows, and what was found outside of the band.
     pub note: Option<String>,
 }
 
@@ -28,6 +28,7 @@ struct Frames<'a> {
     places: &'a [f32],
     rate_hz: f64,
     selection: &'a Selection,
+    band: Band,
 }
 
 /// Fits all rows: more than the estimator takes at once through a low-pass filter.
@@ -47,11 +48,13 @@ pub fn estimate(
             places,
             rate_hz: grid.rate_hz,
             selection,
+            band: selection.band,
         };
+        let found = frames.fit()?;
         return Ok(Estimated {
-            found: frames.fit()?,
+            note: frames.outside(&found)?,
+            found,
             slots_per_frame,
-            note: None,
         });
     }
     ensure!(
@@ -68,27 +71,53 @@ pub fn estimate(
         places,
         rate_hz,
         selection,
+        band: selection.band,
     };
     let most_hz = significant(PASSED * rate_hz, 3);
     let note = format!(
         "{slots} rows are fitted by a low-pass filter and every {slots_per_frame}th value of it: tones up to {most_hz} Hz; for faster ones take windows with --window"
     );
+    let found = frames.fit()?;
+    let note = match frames.outside(&found)? {
+        Some(outside) => format!("{note}; {outside}"),
+        None => note,
+    };
     Ok(Estimated {
-        found: frames.fit()?,
+        found,
         slots_per_frame,
         note: Some(note),
     })
 }
 
 impl Frames<'_> {
-    /// The scene: in frames along time frequencies are cycles per frame.
-    fn scene(&self) -> Scene {
-        let Band { least_hz, most_hz } = self.selection.band;
-        let unit_hz = if self.places.is_empty() {
+    /// The unit of frequencies: in frames along time they are cycles per frame.
+    fn unit_hz(&self) -> f64 {
+        if self.places.is_empty() {
             self.rate_hz
         } else {
             1.0
+        }
+    }
+
+    /// Where the band has no tone: which one is outside of it.
+    fn outside(&self, found: &Fit) -> Result<Option<String>> {
+        if self.band.is_open() || found.status.has_tone() {
+            return Ok(None);
+        }
+        let open = Self {
+            band: Band::default(),
+            ..*self
         };
+        let other = open.fit()?;
+        Ok(other.status.has_tone().then(|| {
+            let hz = significant(f64::from(other.frequency) * self.unit_hz(), 4);
+            format!("a tone of {hz} Hz is outside of --least-hz and --most-hz")
+        }))
+    }
+
+    fn scene(&self) -> Scene {
+        let Band { least_hz, most_hz } = self.band;
+        let unit_hz = self.unit_hz();
         let bound = |hz: Option<f64>| hz.map_or(0.0, |hz| (hz / unit_hz) as f32);
         Scene {
             harmonics: self.selection.harmonics.unwrap_or(HARMONICS_MAX as u8),
@@ -108,11 +137,10 @@ impl Frames<'_> {
             let bridged = self.scaled.bridged();
             let found = self.run(&bridged)?;
             if found.status.has_tone() && f64::from(found.frequency) <= bridge::TONE_MAX {
-                return Ok(with_readings(found, &bridged));
+                return Ok(found);
             }
         }
-        let found = self.run(self.scaled)?;
-        Ok(with_readings(found, self.scaled))
+        self.run(self.scaled)
     }
 
     fn run(&self, scaled: &Scaled) -> Result<Fit> {
@@ -145,17 +173,4 @@ impl Frames<'_> {
         };
         Ok(found)
     }
-}
-
-/// With deviations that count bridged readings as none.
-fn with_readings(mut found: Fit, scaled: &Scaled) -> Fit {
-    let of_readings = scaled.sigma_factor(&found);
-    for sigma in [
-        &mut found.sigma,
-        &mut found.movement.wander_sigma,
-        &mut found.movement.chirp_sigma,
-    ] {
-        *sigma *= of_readings;
-    }
-    found
 }

@@ -4,7 +4,6 @@ use super::bridge;
 use crate::grid::Grid;
 use crate::part::Part;
 use ridgetone_proto::settings::TAXELS;
-use ridgetone_tone::Fit;
 
 /// Channels are scaled to about a real one's span in codes. Quantization to 1 is then far below any
 /// file's residuals.
@@ -21,8 +20,6 @@ pub struct Scaled {
     pub units: Vec<f64>,
     /// Readings of the file.
     pub readings: usize,
-    /// Number of readings of each channel that are filled in from those beside them.
-    pub bridged: [usize; TAXELS],
 }
 
 impl Scaled {
@@ -33,7 +30,6 @@ impl Scaled {
             zeros: Vec::new(),
             units: Vec::new(),
             readings: 0,
-            bridged: [0; TAXELS],
         };
         for (c, column) in columns.iter().enumerate() {
             let column: Vec<f64> = part.column(*column).collect();
@@ -102,29 +98,8 @@ impl Scaled {
             {
                 bridged.values[slot][c] = value as f32;
                 bridged.valid[slot] |= 1 << c;
-                bridged.bridged[c] += 1;
             }
         }
         bridged
-    }
-
-    /// By what factor bridged values make sigma larger: they add no information. Their share counts
-    /// in each channel, weighted as the channel is.
-    pub fn sigma_factor(&self, found: &Fit) -> f32 {
-        let (mut all, mut bridged) = (f64::MIN_POSITIVE, 0.0);
-        for (c, count) in self
-            .bridged
-            .iter()
-            .enumerate()
-            .filter(|(c, _)| found.usable & 1 << c != 0)
-        {
-            let channel = &found.channels[c];
-            let weight = f64::from(channel.amplitude / channel.residual.max(f32::MIN_POSITIVE))
-                .powi(2)
-                .min(1e30);
-            all += weight;
-            bridged += weight * (*count as f64 / self.values.len().max(1) as f64);
-        }
-        (1.0 / (1.0 - bridged / all).max(0.1)).sqrt() as f32
     }
 }
