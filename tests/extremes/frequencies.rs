@@ -17,55 +17,42 @@ fn tone(cycles: f64, frames: usize, noise: f64, seed: u64) -> Tone {
     }
 }
 
-/// From 0.6 cycles on there is a frequency if the noise allows; below, the status is too short.
-/// None is good.
+/// Fewer cycles than the least of a period are never good: half a cycle and a curved baseline look
+/// alike. From 0.9 on the tone is right but for what the baseline takes of it.
 #[test]
 fn half_a_cycle_to_one() {
-    let (mut ambiguous, mut too_short, mut wrong) = (0, 0, 0);
-    for cycles in [0.5, 0.55, 0.6, 0.65, 0.7, 0.73, 0.8, 0.9, 1.0] {
+    for cycles in [0.5, 0.55, 0.6, 0.65, 0.7, 0.73, 0.8, 0.9, 1.0, 1.1] {
         for noise in [10.0, 100.0] {
-            for seed in 0..4 {
+            for seed in 0..10 {
                 let tone = tone(cycles, 241, noise, seed);
                 let mut case = Case::new(tone.values());
                 case.harmonics = 1;
                 let fit = case.fit();
-                match fit.status {
-                    Status::Ambiguous => {
-                        ambiguous += 1;
-                        if cycles > 0.95 {
-                            case.assert_right(&format!("{tone:?}"), &fit, tone.frequency);
-                        }
-                    }
-                    Status::TooShort | Status::NoTone => too_short += 1,
-                    other => panic!("{other:?}: {tone:?}"),
+                let what = format!("{tone:?} {fit:?}");
+                assert!(
+                    matches!(
+                        fit.status,
+                        Status::Ambiguous | Status::NoTone | Status::TooShort
+                    ),
+                    "{what}"
+                );
+                if cycles > 0.85 {
+                    let off = f64::from(fit.frequency) / tone.frequency - 1.0;
+                    assert!(fit.status.has_tone() && off.abs() < 0.1, "{what}");
                 }
-                assert!(
-                    cycles < 0.8 || noise > 50.0 || fit.status.has_tone(),
-                    "{tone:?} {fit:?}"
-                );
-                // Below a cycle an ambiguous answer may be another one: a tone with as many
-                // unknowns, or a drift.
-                let off = (fit.frequency as f64 - tone.frequency).abs();
-                let is_right = off < 5.0 * fit.sigma as f64;
-                wrong += u32::from(fit.status.has_tone() && !is_right);
-                assert!(
-                    !fit.status.has_tone() || is_right || cycles < 0.95,
-                    "{tone:?} {fit:?}"
-                );
             }
         }
     }
-    let counts = format!("{ambiguous} ambiguous, {wrong} of them wrong, {too_short} too short");
-    assert!(
-        ambiguous >= 40 && too_short >= 8 && 7 * wrong <= ambiguous,
-        "{counts}"
-    );
 }
 
+/// A tone needs as much distance from half the frame rate as from zero: nearer it is its own mirror
+/// image.
 #[test]
 fn next_to_half_the_frame_rate() {
-    for frequency in [0.45, 0.47, 0.49, 0.495, 0.498, 0.499, 0.4995, 0.4999] {
-        for seed in 0..4 {
+    for frequency in [
+        0.45, 0.47, 0.49, 0.494, 0.496, 0.498, 0.499, 0.4995, 0.4999,
+    ] {
+        for seed in 0..10 {
             let tone = Tone {
                 frequency,
                 noise: 50.0,
@@ -75,12 +62,11 @@ fn next_to_half_the_frame_rate() {
             let mut case = Case::new(tone.values());
             case.harmonics = 1;
             let fit = case.fit();
-            // Less than half a cycle from half the frame rate a tone is its own mirror image.
-            if (0.5 - frequency) * tone.frames as f64 > 1.0 {
+            if (0.5 - frequency) * tone.frames as f64 > 1.15 {
                 assert_eq!(fit.status, Status::Good, "{tone:?} {fit:?}");
-            }
-            if fit.status.has_tone() {
                 case.assert_right_and_sure(&format!("{tone:?}"), &fit, frequency);
+            } else {
+                assert_ne!(fit.status, Status::Good, "{tone:?} {fit:?}");
             }
         }
     }
@@ -127,18 +113,22 @@ fn the_shortest_window_and_the_longest() {
             && accepts(longest)
             && !accepts(1.01 * longest)
     );
-    for (window_s, cycles, carried, most) in [
-        (shortest, 1.0, 1, 1),
-        (shortest, 1.3, 1, 4),
-        (shortest, 2.4, 2, 5),
-        (shortest, 4.3, 1, 5),
-        (shortest, 9.7, 1, 5),
-        (longest, 1.2, 1, 4),
-        (longest, 3.3, 4, 5),
-        (longest, 59.4, 4, 5),
-        (longest, 411.7, 1, 5),
+    // The least share of good windows. One and a fifth cycles with room for four harmonics may be
+    // less of another tone, and fifteen unknowns leave little of 24 frames.
+    for (window_s, cycles, carried, most, least) in [
+        (shortest, 1.0, 1, 1, 0.0),
+        (shortest, 1.3, 1, 4, 0.95),
+        (shortest, 2.4, 2, 5, 0.5),
+        (shortest, 4.3, 1, 5, 0.9),
+        (shortest, 9.7, 1, 5, 0.95),
+        (longest, 1.2, 1, 4, 0.0),
+        (longest, 1.5, 1, 4, 0.95),
+        (longest, 3.3, 4, 5, 0.95),
+        (longest, 59.4, 4, 5, 0.95),
+        (longest, 411.7, 1, 5, 0.95),
     ] {
-        for seed in 0..4 {
+        let mut good = 0;
+        for seed in 0..20 {
             let tone = Tone {
                 harmonics: carried,
                 ..tone(cycles, frames_of(window_s), 50.0, seed)
@@ -148,15 +138,16 @@ fn the_shortest_window_and_the_longest() {
                 ..Case::new(tone.values())
             };
             let fit = case.fit();
-            // So few cycles may be a single bump, though the channels have it in different phases.
-            let expected = if cycles < 1.15 {
-                Status::Ambiguous
-            } else {
-                Status::Good
-            };
-            assert_eq!(fit.status, expected, "{tone:?} {fit:?}");
-            case.assert_right(&format!("{tone:?}"), &fit, tone.frequency);
-            assert_eq!(fit.harmonics as usize, carried, "{tone:?} {fit:?}");
+            if fit.status == Status::Good {
+                good += 1;
+                assert!(cycles > 1.15, "{tone:?} {fit:?}");
+                case.assert_right(&format!("{tone:?}"), &fit, tone.frequency);
+                assert_eq!(fit.harmonics as usize, carried, "{tone:?} {fit:?}");
+            }
         }
+        assert!(
+            f64::from(good) >= 20.0 * least,
+            "{window_s} s, {cycles} cycles: {good} of 20 are good"
+        );
     }
 }
