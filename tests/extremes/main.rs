@@ -1,7 +1,6 @@
 //! The extremes: what a finger may meet but a tidy test would not think of. In each the fit in f32
-//! is near the maximum of the same likelihood in f64, or its status gives the reason why there is
-//! none. Near is three tenths of the uncertainty in the fixed cases (`case::OFF_MAX`), and once the
-//! whole of it in thousands of random corners (`corners::THOUSANDS_OFF_MAX`).
+//! is near the truth, or its status gives the reason why there is none. Near is within the
+//! uncertainty that the likelihood has in f64 (`case::OFF_MAX`).
 
 #[path = "../support/any_settings.rs"]
 mod any_settings;
