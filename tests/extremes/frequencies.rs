@@ -49,9 +49,7 @@ fn half_a_cycle_to_one() {
 /// image.
 #[test]
 fn next_to_half_the_frame_rate() {
-    for frequency in [
-        0.45, 0.47, 0.49, 0.494, 0.496, 0.498, 0.499, 0.4995, 0.4999,
-    ] {
+    for frequency in [0.45, 0.47, 0.49, 0.494, 0.496, 0.498, 0.499, 0.4995, 0.4999] {
         for seed in 0..10 {
             let tone = Tone {
                 frequency,
