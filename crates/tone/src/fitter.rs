@@ -324,6 +324,7 @@ impl<'w> Window<'w, '_, '_> {
             strongest: strongest.0,
             is_crowded: shape.degree > 1 && room < (2 * shape.lines.count() + shape.degree) as f32,
             lines: shape.lines.count(),
+            reach,
         };
         fit.status = verdict.status();
         fit.tests = tests;

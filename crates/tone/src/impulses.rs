@@ -11,7 +11,7 @@ use crate::phase_course::Course;
 use crate::residual::Model;
 use crate::solve::Solution;
 use crate::source::Values;
-use crate::tests::Sum;
+use crate::significance::Sum;
 
 /// Deviate of one value among some thousands.
 const Z_IMPULSE: f32 = 4.8;
