@@ -212,9 +212,7 @@ impl Refinement<'_> {
             let samples = followed.count as usize * self.width;
             let has_room = (phase + amplitude + 2 * (MOVES - 1)) * SAMPLES_PER_DEGREE < samples;
             let most = MOVES_MAX.min(degrees_max(blocks) + 1 - MOVES);
-            // A movement of more degrees is seen beside the lines alone.
-            let beside_shows = work.neighbours.beside(followed.noise.channels) > Z_TEST;
-            let grows = has_room && (phase_shows || beside_shows) && fitted.phase < most;
+            let grows = has_room && phase_shows && fitted.phase < most;
             let fades = has_room && amplitude_shows && fitted.amplitude < most;
             turn += 1;
             if turn == TURNS || !grows && !fades && turn >= TURNS_MIN {
