@@ -5,7 +5,7 @@ use crate::abscissa::Abscissa;
 use crate::frame_span::FrameSpan;
 use crate::hum::Hum;
 use crate::impulses::Impulses;
-use crate::limits::{CHANNELS_MAX, PIECES_CHIP, PIECES_MAX};
+use crate::limits::{CHANNELS_MAX, POINTS_MAX};
 use crate::reach::Reach;
 use crate::residual::Model;
 use crate::source::Values;
@@ -108,12 +108,7 @@ impl Data<'_, '_> {
 
     /// Frames of a point of a transform.
     pub fn frames_each(&self) -> u32 {
-        let most = if self.count() as usize <= 2 * PIECES_CHIP {
-            PIECES_CHIP
-        } else {
-            PIECES_MAX
-        };
-        self.count().div_ceil(most as u32).max(1)
+        self.count().div_ceil(POINTS_MAX as u32).max(1)
     }
 
     /// Visits the frames.
