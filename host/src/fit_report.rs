@@ -150,7 +150,7 @@ fn meaning(status: Status) -> &'static str {
     match status {
         Status::Good => "a common tone",
         Status::NoTone => "the channels share no tone that stands out of their noise",
-        Status::TooShort => "fewer than 24 rows, or more of them missing than there: try a longer part",
+        Status::TooShort => "fewer than 24 rows, or more missing than there are: try a longer part",
         Status::Nothing => "no usable channel, or no row",
         Status::Doubtful => "a common tone, but with a fault during the window",
         Status::Ambiguous => "another reading is about as likely: use a longer part",

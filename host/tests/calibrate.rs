@@ -122,7 +122,9 @@ fn windows_that_are_not_good_are_taken_only_if_they_are_accepted() {
         );
         let gratings = found["gratings"].as_array().expect("gratings");
         let windows = gratings.iter().map(|grating| grating["windows"].as_u64());
-        windows.map(|windows| windows.expect("a number")).sum::<u64>()
+        windows
+            .map(|windows| windows.expect("a number"))
+            .sum::<u64>()
     });
     assert!(windows[0] < windows[1], "{windows:?}");
 }
