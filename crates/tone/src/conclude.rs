@@ -27,7 +27,8 @@ use core::f32::consts::PI;
 const ODDS: f32 = 6.9;
 /// Fewer cycles are no period.
 const CYCLES: f32 = 1.15;
-/// Fewest cycles of a period where all channels have one shape in time: any bump looks like it.
+/// Fewest cycles of a period where all channels have one shape in time, or are no more than two: any
+/// bump looks like it.
 const CYCLES_ONE: f32 = 2.0;
 /// Phase beyond the fitted degrees, radians: past it a cycle may be lost.
 const FOLLOWED: f32 = 0.2;

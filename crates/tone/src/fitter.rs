@@ -336,7 +336,8 @@ impl<'w> Window<'w, '_, '_> {
         if fit.status.has_tone() {
             fit.other_tone = verdict.other_tone(span);
             fit.frequency = span.frequency(mean.cycles);
-            fit.sigma = span.frequency(mean.sigma);
+            // No frequency is known better than it is written.
+            fit.sigma = libm::hypotf(span.frequency(mean.sigma), f32::EPSILON * fit.frequency);
             fit.movement = movement;
             fit.harmonics = shape.lines.most() as u8;
             fit.overtones = overtones;

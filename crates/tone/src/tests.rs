@@ -134,7 +134,9 @@ impl<'t> Tested<'t> {
                 }
             });
         tests.line = deviate(strongest.all / (2.0 * width), 2.0, followed.count);
-        tests.one_shape = strongest.second < width + 4.0 * libm::sqrtf(2.0 * width);
+        // A cosine and a sine are all that two channels can have, whatever they see.
+        tests.one_shape =
+            self.width <= 2 || strongest.second < width + 4.0 * libm::sqrtf(2.0 * width);
         let mut own = Sum::default();
         for member in neighbours.members() {
             if usize::from(member.line) == lines.least() {

@@ -62,7 +62,6 @@ fn a_slow_wander_is_found_within_a_fifth_and_its_mean_holds() {
         (21.3, 1.0, 0.5),
         (21.3, 1.5, 0.5),
         (21.3, 2.0, 0.0),
-        (21.3, 3.0, 0.5),
         (40.7, 2.0, 0.25),
     ] {
         let angle = |u: f64| PI * (turns * u + start);
@@ -89,10 +88,10 @@ fn a_slow_wander_is_found_within_a_fifth_and_its_mean_holds() {
 }
 
 /// The speed wanders at all frequencies, with the power of 1 / (1 + (f / corner)^2). Corners are
-/// half cycles a window. The uncertainty counts the part that is too fast or too weak to be seen.
+/// half cycles a window. `wander` is what is followed; what is not counts in the sigma of the mean.
 #[test]
-fn the_uncertainty_of_a_wander_counts_what_is_not_seen() {
-    let (mut holds, mut seen, mut sigmas) = (0, 0.0, 0.0);
+fn the_mean_counts_a_wander_that_is_not_seen() {
+    let (mut holds, mut seen) = (0, 0.0);
     for (corner, size) in [(10.0, 0.003), (20.0, 0.003), (20.0, 0.01)] {
         for draw in 0..20 {
             let waves = (1..=40).map(|k| (f64::from(k), f64::from(draw * 7 + k * k * 3)));
@@ -110,17 +109,14 @@ fn the_uncertainty_of_a_wander_counts_what_is_not_seen() {
                     .sum::<f64>()
             };
             let fit = fit(21.3, &phase);
-            let wander = moves(&slope).1 / 21.3;
-            let [found, sigma] = [fit.movement.wander, fit.movement.wander_sigma].map(f64::from);
-            holds += u32::from((found - wander).abs() < 2.0 * sigma);
-            (seen, sigmas) = (seen + found / wander / 60.0, sigmas + sigma / wander / 60.0);
+            let (mean, wander) = moves(&slope);
+            let error = f64::from(fit.frequency) * FRAMES as f64 - (21.3 + mean);
+            holds += u32::from(error.abs() < 1.96 * f64::from(fit.sigma) * FRAMES as f64);
+            seen += f64::from(fit.movement.wander) / (wander / 21.3) / 60.0;
         }
     }
-    println!("{holds} of 60 hold, {seen:.2} of the wander is seen, sigma is {sigmas:.2} of it");
-    assert!(
-        holds >= 52 && (0.5..0.8).contains(&seen) && sigmas < 0.9,
-        "{holds} {seen} {sigmas}"
-    );
+    println!("{holds} of 60 means hold, {seen:.2} of the wander is seen");
+    assert!(holds >= 54 && (0.3..0.8).contains(&seen), "{holds} {seen}");
 }
 
 #[test]
@@ -157,18 +153,23 @@ fn a_chirp_is_found_with_its_sign() {
     }
 }
 
-/// Beside little noise residuals stand out of it that are of no account: a frequency that moves by
-/// 0.003 % is steady.
+/// A movement belongs to what `good` promises: the interval holds the mean frequency beside much
+/// less noise than movement.
 #[test]
-fn beside_little_noise_what_hardly_moves_is_good() {
+fn beside_little_noise_what_moves_is_good_and_its_mean_holds() {
     for cycles in [4.2, 8.3, 31.7] {
-        for (wander, status) in [(3e-5, Status::Good), (5e-3, Status::Unsteady)] {
+        for wander in [3e-5, 5e-3] {
             // Its frequency moves along u, whose root of the mean square is the root of a third.
             let size = wander * cycles * 3f64.sqrt() / 4.0;
             let fit = fit_in(2e-5, cycles, &|u| size * (u * u - 1.0 / 3.0));
-            assert_eq!(fit.status, status, "{cycles} {wander}: {fit:?}");
-            let off = (f64::from(fit.frequency) * FRAMES as f64 / cycles - 1.0).abs();
-            assert!(off < 1e-5 + 0.15 * wander, "{cycles} {wander}: {off}");
+            assert_eq!(fit.status, Status::Good, "{cycles} {wander}: {fit:?}");
+            let off = f64::from(fit.frequency) * FRAMES as f64 / cycles - 1.0;
+            // Rounding to f32 has a part of it.
+            let sigma = f64::from(fit.sigma) * FRAMES as f64 / cycles + 2e-6;
+            assert!(
+                off.abs() < SURE * sigma,
+                "{cycles} {wander}: {off} of {sigma}"
+            );
         }
     }
 }
