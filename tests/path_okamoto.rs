@@ -214,8 +214,7 @@ fn the_fit_along_the_path_is_better_than_the_papers_method_everywhere() {
         // Windows overlap: of the fewest some 60 are independent, and the ratio is known to 13 %. One
         // channel of two cycles may have a curve beside it, and a sigma that says so.
         assert!(
-            channels == 1
-                || most(&wrong, |e| e.per_cycle) < 1.4 * most(&right, |e| e.per_cycle),
+            channels == 1 || most(&wrong, |e| e.per_cycle) < 1.4 * most(&right, |e| e.per_cycle),
             "{right:?} {wrong:?}"
         );
         if channels == 16 {
