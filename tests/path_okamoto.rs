@@ -231,7 +231,7 @@ fn the_fit_along_the_path_is_better_than_the_papers_method_everywhere() {
 #[test]
 fn a_longer_window_is_better() {
     let (right, wrong) = table(16, 4 * WINDOW);
-    // Of the windows some 35 are independent: the root mean square is known to 12 %.
+    // Some 35 windows are independent: the root mean square is known to 12 %.
     for e in right.iter().chain(&wrong) {
         assert!(
             e.fit < 0.0006 && e.found as f64 > 0.99 * e.windows as f64,

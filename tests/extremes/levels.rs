@@ -47,13 +47,16 @@ fn full_scale() {
     }
 }
 
+/// Amplitude, offset and noise by channel.
+type Kind<'a> = &'a dyn Fn(usize) -> (f64, f64, f64);
+
 /// From 60 dB on the bound is at the last digits of f32: the frequency is right to those, and sigma
 /// shows it. Where one channel has nearly all of the information its noise is known from few
 /// samples, and some windows are less sure.
 #[test]
 fn what_f32_cannot_hold_is_reported() {
     let strongest = |c: usize| 4e6 * 1e-6f64.powf(c as f64 / 15.0);
-    let kinds: [(&str, &dyn Fn(usize) -> (f64, f64, f64)); 4] = [
+    let kinds: [(&str, Kind); 4] = [
         ("60 dB", &|_| (RAIL, 0.0, 6000.0)),
         ("92 dB in one channel", &|c| {
             (strongest(c), 1000.0 * c as f64, 100.0)
