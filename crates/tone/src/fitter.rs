@@ -384,7 +384,7 @@ impl<'w> Window<'w, '_, '_> {
     #[inline(never)]
     fn candidates(&mut self, blocks: &mut Blocks, work: &mut Work) -> [f32; PEAKS] {
         let (all, scene) = (self.all, self.scene);
-        candidates(self.data, work.sums(), blocks.scratch(), all, scene)
+        candidates(self.data, blocks, work, all, scene)
     }
 
     fn refinement(&self) -> Refinement<'w> {

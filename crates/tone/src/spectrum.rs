@@ -38,10 +38,9 @@ pub struct Spectrum<'m> {
 }
 
 impl<'m> Spectrum<'m> {
-    /// An empty one of a window, whose transforms and sums are in two memories. None if it does not
-    /// fit.
-    pub fn new(data: &Data, sums: Sums<'m>, transforms: &'m mut [f32]) -> Option<Self> {
-        let each = data.frames_each();
+    /// An empty one of a window, whose points are `each` frames, and whose transforms and sums are in
+    /// two memories. None if it does not fit.
+    pub fn new(data: &Data, each: u32, sums: Sums<'m>, transforms: &'m mut [f32]) -> Option<Self> {
         let count = data.count().div_ceil(each) as usize;
         let mut points = POINTS_MIN;
         while points < (OVERSAMPLING * count).min(POINTS_MAX) {

@@ -166,7 +166,7 @@ impl<'t> Tested<'t> {
         let followed = self.followed;
         let (place, each, frames) = (data.place, data.frames_each(), data.count());
         let half = data.cycles_max() / each as f32;
-        let Some(mut spectrum) = Spectrum::new(data, sums, transforms) else {
+        let Some(mut spectrum) = Spectrum::new(data, each, sums, transforms) else {
             return Other::default();
         };
         let places = Places {
