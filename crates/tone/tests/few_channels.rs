@@ -69,7 +69,7 @@ fn a_part_of_a_cycle_in_few_channels_is_no_tone_of_more_cycles() {
     }
 }
 
-/// And a tone of more cycles stays one: at most one of a hundred is not good. One or two channels
+/// More cycles make a tone certain: at most one of a hundred is not good. One or two channels
 /// have the shape of any bump, so that a tone of theirs has two cycles or more.
 #[test]
 fn two_cycles_in_few_channels_are_good() {

@@ -17,7 +17,7 @@ fn fit(cycles: f64, phase: &dyn Fn(f64) -> f64) -> Fit {
     fit_in(0.022, cycles, phase)
 }
 
-/// The same in white noise of this standard deviation.
+/// A fit of the moving tone in white noise of this standard deviation.
 fn fit_in(sigma: f64, cycles: f64, phase: &dyn Fn(f64) -> f64) -> Fit {
     let mut noise = common::normal(1);
     let value = |n: usize, c: usize, noise: f64| {
@@ -37,7 +37,7 @@ fn fit_in(sigma: f64, cycles: f64, phase: &dyn Fn(f64) -> f64) -> Fit {
         .expect("all frames are there")
 }
 
-/// Of a frame, from -1 to 1.
+/// Place of a frame, from -1 to 1.
 fn place(n: usize) -> f64 {
     (2.0 * n as f64 + 1.0) / FRAMES as f64 - 1.0
 }

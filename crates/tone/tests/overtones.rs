@@ -52,7 +52,7 @@ fn fit(values: &[f32], harmonics: u8) -> Fit {
 }
 
 /// Real and imaginary part.
-fn complex((size, turns): (f64, f64)) -> [f64; 2] {
+fn complex(size: f64, turns: f64) -> [f64; 2] {
     [size * (TAU * turns).cos(), size * (TAU * turns).sin()]
 }
 
@@ -73,7 +73,7 @@ fn known_ratios_come_back_within_their_noise() {
         let fit = fit(&frames(made, seed, 0.0), 4);
         assert_eq!((fit.status, fit.harmonics), (Status::Good, 4), "{seed}");
         for (n, (found, made)) in fit.overtones.iter().zip(made).enumerate() {
-            for (found, made_part) in found.iter().zip(complex(made)) {
+            for (found, made_part) in found.iter().zip(complex(made.0, made.1)) {
                 let off = (f64::from(*found) - made_part) / sigma(n + 2, made.0);
                 assert!(
                     off.abs() < 5.0,
@@ -85,7 +85,7 @@ fn known_ratios_come_back_within_their_noise() {
         }
     }
     println!("mean squares over their bounds: {squares:?}");
-    // Of 50 values of variance 1 the mean square is known to 0.2. The bound counts a noise of the
+    // The mean square of 50 values of variance 1 is known to 0.2. The bound counts a noise of the
     // fundamental that overtones have only a part of.
     assert!(
         squares.iter().all(|square| (0.3..1.8).contains(square)),
@@ -108,7 +108,7 @@ fn a_shared_disturbance_leaves_them() {
             .all(|c| disturbed.channels[c].residual > 2.0 * alone.channels[c].residual);
         assert!(own, "{disturbed:?}");
         for (n, (found, made)) in disturbed.overtones.iter().zip(made).enumerate() {
-            for (found, made_part) in found.iter().zip(complex(made)) {
+            for (found, made_part) in found.iter().zip(complex(made.0, made.1)) {
                 // At worst all channels add it up in step: as many times the noise of one as the
                 // root of their number.
                 let sigma = sigma(n + 2, made.0) * (1.0 + 9.0 * CHANNELS as f64).sqrt();

@@ -128,7 +128,7 @@ fn noisy(count: usize, seed: u64, shared: f32) -> Vec<f32> {
     noisy_at(FREQUENCY_HZ, count, seed, shared)
 }
 
-/// The same of a tone of this frequency, hertz.
+/// A noisy tone of this frequency, hertz.
 fn noisy_at(frequency_hz: f32, count: usize, seed: u64, shared: f32) -> Vec<f32> {
     let mut state = seed;
     let mut normal = || {
