@@ -56,8 +56,7 @@ pub fn candidates(
     for _ in 0..2 {
         let reached = end.min(data.cycles_max() / each as f32 - 0.25);
         let sums = work.sums();
-        let may_share = scene.may_share();
-        if let Some(spectrum) = whitened(data, each, sums, blocks.scratch(), all, may_share) {
+        if let Some(spectrum) = whitened(data, each, sums, blocks.scratch(), all) {
             peaks(&spectrum, from, reached, &mut found);
         }
         if each == 1 || reached >= end {
@@ -79,7 +78,7 @@ pub fn strongest(
 ) -> Option<f32> {
     let frames = data.count() as f32;
     let price = 2.0 * data.width() as f32 * libm::logf(frames) / frames;
-    let spectrum = whitened(data, data.frames_each(), sums, transforms, all, true)?;
+    let spectrum = whitened(data, data.frames_each(), sums, transforms, all)?;
     let mut found = [Peak::default(); PEAKS];
     peaks(&spectrum, band.start, band.end, &mut found);
     (found[0].height > price).then_some(found[0].cycles)
@@ -93,9 +92,8 @@ fn whitened<'m>(
     sums: Sums<'m>,
     transforms: &'m mut [f32],
     all: &Products,
-    may_share: bool,
 ) -> Option<Spectrum<'m>> {
-    let width = data.width();
+    let (width, may_share) = (data.width(), all.may_share);
     let place = data.place;
     let frames = data.count();
     let mut spectrum = Spectrum::new(data, each, sums, transforms)?;
@@ -103,8 +101,10 @@ fn whitened<'m>(
     // as many: sums and differences of two.
     let mut mixtures = [[0.0; CHANNELS_MAX]; CHANNELS_MAX];
     if may_share {
-        for (k, mixture) in mixtures.iter_mut().enumerate().take(width) {
-            mixture[..=k].copy_from_slice(&all.matrix[k][..=k]);
+        let rows = mixtures.iter_mut().zip(&all.matrix).enumerate();
+        for (k, (mixture, row)) in rows.take(width) {
+            let pairs = mixture.iter_mut().zip(row).take(k + 1);
+            pairs.for_each(|(to, from)| *to = *from);
             mixture[k] += all.least[k].max(CLEAR * mixture[k]);
         }
         Factor::new(&mut mixtures, width);
@@ -119,7 +119,7 @@ fn whitened<'m>(
     if frames > FRAMES_FEW && width > CHANNELS_FEW {
         (width, reach) = (width.div_ceil(2), 2);
         for k in 0..width {
-            let [one, other] = [2 * k, (2 * k + 1) % CHANNELS_MAX].map(|k| mixtures[k]);
+            let [one, other] = [2 * k, 2 * k + 1].map(|k| mixtures[k % CHANNELS_MAX]);
             let sign = if k % 2 == 0 { ROOT_HALF } else { -ROOT_HALF };
             mixtures[k] = core::array::from_fn(|i| ROOT_HALF * one[i] + sign * other[i]);
         }
@@ -129,9 +129,10 @@ fn whitened<'m>(
     while first < width {
         let end = (first + spectrum.channels()).min(width);
         spectrum.clear(end - first);
+        let together = mixtures.get(first..end).unwrap_or_default();
         data.visit(|frame| {
-            let point = frame.point(&place, frames) / each as usize;
-            for (k, mixture) in mixtures[first..end].iter().enumerate() {
+            let point = frame.point(&place, frames, each);
+            for (k, mixture) in together.iter().enumerate() {
                 let groups = mixture.as_chunks::<4>().0.iter();
                 let pairs = groups.zip(frame.values.as_chunks::<4>().0);
                 // Independent channels are mixed with none before them.
