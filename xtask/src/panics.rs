@@ -22,7 +22,6 @@ const ALLOWED: [(&str, usize, &str); 9] = [
         "a taxel's number, from a mask of 16 bits",
     ),
     ("crates/finger/src/touch/onset.rs", 1, COUNTED),
-    ("crates/tone/src/normal.rs", 2, COUNTED),
     (
         "cobs/src/dec.rs",
         2,
