@@ -82,9 +82,9 @@ def command_way(source):
         way.step("git clone", ["git", "clone", "--quiet", source, "ridgetone"])
         install = ["cargo", "install", "--quiet", "--path", "ridgetone/host", "--root", "installed"]
         way.step("cargo install --path host", install)
-        foreign_table(way.folder / "kraft.csv")
-        fit = ["installed/bin/ridgetone", "fit", "kraft.csv", "--json"]
-        found = json.loads(way.step("ridgetone fit kraft.csv", fit))
+        foreign_table(way.folder / "recording.csv")
+        fit = ["installed/bin/ridgetone", "fit", "recording.csv", "--json"]
+        found = json.loads(way.step("ridgetone fit recording.csv", fit))
         if found["status"] != "good" or abs(found["frequency_hz"] - TONE_HZ) > 1e-3:
             sys.exit(f"the fit is wrong: {found}")
         way.total()
