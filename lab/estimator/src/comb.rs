@@ -11,8 +11,6 @@ use crate::refine::{Known, Refinement, Steps};
 use crate::solve::{Power, Shape, Solution};
 use crate::work::Work;
 
-/// Gauss-Newton steps before and after the harmonics are chosen.
-const STEPS: usize = 2;
 /// Most functions next to the lines of a comb.
 pub const NEIGHBOURS_COMB: usize = 4 * (BAND / 2) * HARMONICS_MAX;
 /// Fewest functions next to the lines that a covariance is taken from.
@@ -68,11 +66,8 @@ impl Refinement<'_> {
             degree,
         };
         let steps = Steps {
-            shape: all,
-            most: STEPS,
-            degrees: 1,
-            last: 0.1,
             noise: Known::Residuals,
+            ..Steps::of_comb(all)
         };
         self.refine(blocks, course, steps, work);
         work.solution.project(blocks, all);
@@ -83,10 +78,8 @@ impl Refinement<'_> {
             degree,
         };
         let steps = Steps {
-            shape: kept,
             most: 1,
-            noise: Known::Weights,
-            ..steps
+            ..Steps::of_comb(kept)
         };
         self.refine(blocks, course, steps, work);
         work.solution.project(blocks, kept);

@@ -3,6 +3,7 @@
 
 use crate::blocks::Blocks;
 use crate::comb::Rival;
+use crate::covariance::ROUNDING;
 use crate::fit::{Fit, Movement, OtherTone, Status, Tests};
 use crate::frame_span::FrameSpan;
 use crate::legendre::{legendre, slopes};
@@ -13,6 +14,7 @@ use crate::movement::Followed;
 use crate::neighbours::Neighbours;
 use crate::normal::MOVEMENT_MAX;
 use crate::phase::{cos_sin, from_turns};
+use crate::reach::Reach;
 use crate::scene::Scene;
 use crate::solve::Solution;
 use crate::source::Values;
@@ -25,7 +27,8 @@ use core::f32::consts::PI;
 const ODDS: f32 = 6.9;
 /// Fewer cycles are no period.
 const CYCLES: f32 = 1.15;
-/// Fewest cycles of a period where all channels have one shape in time: any bump looks like it.
+/// Fewest cycles of a period where all channels have one shape in time, or are no more than two: any
+/// bump looks like it.
 const CYCLES_ONE: f32 = 2.0;
 /// Phase beyond the fitted degrees, radians: past it a cycle may be lost.
 const FOLLOWED: f32 = 0.2;
@@ -213,6 +216,8 @@ pub struct Figures<'v> {
     pub is_crowded: bool,
     /// Number of lines.
     pub lines: usize,
+    /// How far frequencies reach.
+    pub reach: Reach,
 }
 
 impl Figures<'_> {
@@ -226,7 +231,7 @@ impl Figures<'_> {
         let is_lost = mean.phase.unfollowed > FOLLOWED * FOLLOWED;
         if tests.line < Z_LINE {
             Status::NoTone
-        } else if tests.cycles < least
+        } else if f32::min(tests.cycles, self.reach.most - tests.cycles) < least
             || self.other.deviate > Z_TEST
             || self.other.own > Z_LINE
             || self.is_crowded
@@ -278,7 +283,7 @@ pub fn channels(followed: &Followed, solution: &Solution, statistics: &Statistic
         let offset: f32 = levels.map(|(row, p)| row[k] * p).sum();
         let channel = &mut fit.channels[c];
         channel.offset = statistics.level[k] + scale * offset;
-        channel.residual = scale * libm::sqrtf(followed.variances[k]);
+        channel.residual = scale * libm::sqrtf((followed.variances[k] - ROUNDING).max(0.0));
         if has_fundamental {
             let (cos, sin) = (solution.rows[first][k], solution.rows[first + 1][k]);
             channel.amplitude = scale * libm::hypotf(cos, sin);

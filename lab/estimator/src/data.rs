@@ -5,7 +5,7 @@ use crate::abscissa::Abscissa;
 use crate::frame_span::FrameSpan;
 use crate::hum::Hum;
 use crate::impulses::Impulses;
-use crate::limits::{CHANNELS_MAX, PIECES_CHIP, PIECES_MAX};
+use crate::limits::{CHANNELS_MAX, POINTS_CHIP, POINTS_MAX};
 use crate::reach::Reach;
 use crate::residual::Model;
 use crate::source::Values;
@@ -106,12 +106,12 @@ impl Data<'_, '_> {
         }
     }
 
-    /// Frames of a point of a transform.
+    /// Frames of a point of a transform that has twice as many points.
     pub fn frames_each(&self) -> u32 {
-        let most = if self.count() as usize <= 2 * PIECES_CHIP {
-            PIECES_CHIP
+        let most = if self.count() as usize <= POINTS_CHIP {
+            POINTS_CHIP / 2
         } else {
-            PIECES_MAX
+            POINTS_MAX / 2
         };
         self.count().div_ceil(most as u32).max(1)
     }

@@ -92,7 +92,7 @@ pub struct Tests {
     pub fading: f32,
     /// Cycles in the window.
     pub cycles: f32,
-    /// Whether all channels have one shape in time.
+    /// Whether all channels have one shape in time, or are no more than two.
     pub one_shape: bool,
     /// Probability that the phase does not move.
     pub steady: f32,

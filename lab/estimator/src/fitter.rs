@@ -13,10 +13,9 @@ use crate::limits::FRAMES_MIN;
 use crate::lines::Lines;
 use crate::movement::Followed;
 use crate::phase_course::Course;
-use crate::refine::Refinement;
+use crate::refine::{Refinement, Steps};
 use crate::scene::Scene;
 use crate::search::{PEAKS, candidates};
-use crate::solve::Shape;
 use crate::source::Overwritten;
 use crate::spectrum::Sums;
 use crate::statistics::{Products, Statistics};
@@ -219,19 +218,24 @@ impl<'w> Window<'w, '_, '_> {
         best.rival.score -= best.score;
         let lines = refinement.lines(best.course.cycles);
         self.collect(blocks, &best.course, lines.and(best.shape.lines));
-        // Scores of turned blocks and of these are not comparable.
+        // Scores of turned blocks and of these are not comparable; nor are those of other courses:
+        // a curved baseline explains a part of what a step would.
+        let (mut at, course) = (best.course, best.course);
         best.score = f32::NEG_INFINITY;
+        work.restore_weights();
         for degree in 1..=most {
-            let shape = Shape {
-                degree,
-                ..best.shape
-            };
-            work.solution.project(blocks, shape);
+            let mut steps = Steps::of_comb(best.shape);
+            steps.shape.degree = degree;
+            blocks.turn(&at, &course);
+            at = course;
+            refinement.refine(blocks, &mut at, steps, work);
+            work.solution.project(blocks, steps.shape);
             let score = refinement.score(&work.solution);
             if score > best.score {
-                (best.score, best.shape) = (score, shape);
+                (best.score, best.shape, best.course) = (score, steps.shape, at);
             }
         }
+        blocks.turn(&at, &best.course);
         Some(best)
     }
 
@@ -324,6 +328,7 @@ impl<'w> Window<'w, '_, '_> {
             strongest: strongest.0,
             is_crowded: shape.degree > 1 && room < (2 * shape.lines.count() + shape.degree) as f32,
             lines: shape.lines.count(),
+            reach,
         };
         fit.status = verdict.status();
         fit.tests = tests;
@@ -331,7 +336,8 @@ impl<'w> Window<'w, '_, '_> {
         if fit.status.has_tone() {
             fit.other_tone = verdict.other_tone(span);
             fit.frequency = span.frequency(mean.cycles);
-            fit.sigma = span.frequency(mean.sigma);
+            // No frequency is known better than it is written.
+            fit.sigma = libm::hypotf(span.frequency(mean.sigma), f32::EPSILON * fit.frequency);
             fit.movement = movement;
             fit.harmonics = shape.lines.most() as u8;
             fit.overtones = overtones;
@@ -378,7 +384,7 @@ impl<'w> Window<'w, '_, '_> {
     #[inline(never)]
     fn candidates(&mut self, blocks: &mut Blocks, work: &mut Work) -> [f32; PEAKS] {
         let (all, scene) = (self.all, self.scene);
-        candidates(self.data, work.sums(), blocks.scratch(), all, scene)
+        candidates(self.data, blocks, work, all, scene)
     }
 
     fn refinement(&self) -> Refinement<'w> {

@@ -9,9 +9,9 @@ use crate::data::{Data, Frame};
 use crate::limits::{CHANNELS_MAX, IMPULSES_MAX};
 use crate::phase_course::Course;
 use crate::residual::Model;
+use crate::significance::Sum;
 use crate::solve::Solution;
 use crate::source::Values;
-use crate::tests::Sum;
 
 /// Deviate of one value among some thousands.
 const Z_IMPULSE: f32 = 4.8;

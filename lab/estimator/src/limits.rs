@@ -29,10 +29,6 @@ pub const MOVES_MAX: usize = 10;
 pub const DEGREES_MAX: usize = MOVES_MAX + MOVES - 1;
 /// Most functions next to the lines.
 pub const NEIGHBOURS_MAX: usize = 64;
-/// Most pieces of a transform on the chip: frames, or sums of some.
-pub const PIECES_CHIP: usize = POINTS_CHIP / 2;
-/// Most pieces of a transform.
-pub const PIECES_MAX: usize = POINTS_MAX / 2;
 /// Longest transform on the chip, points.
 pub const POINTS_CHIP: usize = 1024;
 /// Longest transform, points.

@@ -17,6 +17,11 @@ pub struct Factor<'a, const N: usize> {
 impl<'a, const N: usize> Factor<'a, N> {
     /// Factors the first `n` rows and columns in their place.
     pub fn new(a: &'a mut Square<N>, n: usize) -> Self {
+        Self::with_pivots(a, n, PIVOT_MIN)
+    }
+
+    /// Factors them without unknowns of which the others leave less than a share.
+    pub fn with_pivots(a: &'a mut Square<N>, n: usize, least: f32) -> Self {
         for i in 0..n {
             let diagonal = a[i][i];
             for j in 0..i {
@@ -29,7 +34,7 @@ impl<'a, const N: usize> Factor<'a, N> {
                 };
             }
             let beside = diagonal - a[i][..i].iter().map(|x| x * x).sum::<f32>();
-            if beside > PIVOT_MIN * diagonal {
+            if beside > least * diagonal {
                 a[i][i] = libm::sqrtf(beside);
             } else {
                 a[i][..=i].fill(0.0);

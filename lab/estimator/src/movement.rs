@@ -22,6 +22,8 @@ use core::ops::Range;
 const STEPS: usize = 6;
 /// Most turns.
 const TURNS: usize = 7;
+/// Fewest turns: the first has the noise beside a comb that was not at its optimum.
+const TURNS_MIN: usize = 2;
 /// Turns after which the lines are chosen again.
 const LINES_AGAIN: [usize; 2] = [2, 4];
 /// Fewest functions next to the lines that are enough beside all harmonics.
@@ -213,7 +215,7 @@ impl Refinement<'_> {
             let grows = has_room && phase_shows && fitted.phase < most;
             let fades = has_room && amplitude_shows && fitted.amplitude < most;
             turn += 1;
-            if !grows && !fades || turn == TURNS {
+            if turn == TURNS || !grows && !fades && turn >= TURNS_MIN {
                 return true;
             }
             if grows {

@@ -10,6 +10,7 @@ use crate::lines::Lines;
 use crate::matrix::{Factor, Square};
 use crate::phase::{cos_sin, from_turns};
 use crate::reach::Reach;
+use crate::significance::{Sum, deviate};
 use crate::solve::{Rows, Shape};
 use crate::source::Values;
 
@@ -328,6 +329,25 @@ impl Neighbours {
     /// Whether a function is as near to a line as a second tone may be.
     pub fn is_near(&self, member: &Member) -> bool {
         self.distance(member) < NEAR_CYCLES
+    }
+
+    /// Deviate of the power near the lines over that further from them, of so many independent
+    /// channels; zero where there is nothing to compare.
+    pub fn beside(&self, channels: f32) -> f32 {
+        let [mut near, mut far] = [Sum::default(); 2];
+        for member in self.members() {
+            let sum = if self.is_near(member) {
+                &mut near
+            } else {
+                &mut far
+            };
+            sum.add(member.power);
+        }
+        if near.count == 0.0 || far.count == 0.0 {
+            return 0.0;
+        }
+        let over = near.mean() / far.mean().max(f32::MIN_POSITIVE);
+        deviate(over, near.count * channels, far.count * channels)
     }
 
     /// The functions.

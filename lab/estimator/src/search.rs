@@ -3,12 +3,14 @@
 //! S. S. Wilks, "Certain generalizations in the analysis of variance", Biometrika 24 (1932),
 //! 471-494.
 
+use crate::blocks::Blocks;
 use crate::data::Data;
 use crate::limits::CHANNELS_MAX;
 use crate::matrix::{Factor, invert_lower};
 use crate::scene::Scene;
 use crate::spectrum::{Spectrum, Sums};
 use crate::statistics::Products;
+use crate::work::Work;
 use core::f32::consts::FRAC_1_SQRT_2 as ROOT_HALF;
 use core::ops::Range;
 
@@ -37,21 +39,32 @@ struct Peak {
 #[inline(never)]
 pub fn candidates(
     data: &mut Data,
-    sums: Sums,
-    transforms: &mut [f32],
+    blocks: &mut Blocks,
+    work: &mut Work,
     all: &Products,
     scene: &Scene,
 ) -> [f32; PEAKS] {
     let unit = data.span.frequency(1.0);
-    let mut most = data.cycles_max() / data.frames_each() as f32 - 0.25;
-    let spectrum = whitened(data, sums, transforms, all, scene.may_share());
+    let mut end = data.cycles_max() - 0.25;
     if scene.band.most > 0.0 {
         // Overtones of a fundamental within the band are lines too.
-        most = most.min(scene.band.most / unit * f32::from(scene.harmonics()));
+        end = end.min(scene.band.most / unit * f32::from(scene.harmonics()));
     }
-    let found = spectrum.map_or([Peak::default(); PEAKS], |spectrum| {
-        peaks(&spectrum, scene.band.least / unit, most)
-    });
+    let (mut found, mut from) = ([Peak::default(); PEAKS], scene.band.least / unit);
+    let mut each = data.frames_each();
+    // A long window's transform reaches further with half the frames a point, at half the resolution.
+    for _ in 0..2 {
+        let reached = end.min(data.cycles_max() / each as f32 - 0.25);
+        let sums = work.sums();
+        let may_share = scene.may_share();
+        if let Some(spectrum) = whitened(data, each, sums, blocks.scratch(), all, may_share) {
+            peaks(&spectrum, from, reached, &mut found);
+        }
+        if each == 1 || reached >= end {
+            break;
+        }
+        (from, each) = (reached, each / 2);
+    }
     found.map(|peak| peak.cycles)
 }
 
@@ -66,24 +79,26 @@ pub fn strongest(
 ) -> Option<f32> {
     let frames = data.count() as f32;
     let price = 2.0 * data.width() as f32 * libm::logf(frames) / frames;
-    let spectrum = whitened(data, sums, transforms, all, true);
-    let peak = spectrum.map(|spectrum| peaks(&spectrum, band.start, band.end)[0]);
-    peak.filter(|peak| peak.height > price)
-        .map(|peak| peak.cycles)
+    let spectrum = whitened(data, data.frames_each(), sums, transforms, all, true)?;
+    let mut found = [Peak::default(); PEAKS];
+    peaks(&spectrum, band.start, band.end, &mut found);
+    (found[0].height > price).then_some(found[0].cycles)
 }
 
-/// The spectrum of the channels that are made white. None if the window is too long.
+/// The spectrum of the channels that are made white, with `each` frames a point. None if the window
+/// is too long.
 fn whitened<'m>(
     data: &mut Data,
+    each: u32,
     sums: Sums<'m>,
     transforms: &'m mut [f32],
     all: &Products,
     may_share: bool,
 ) -> Option<Spectrum<'m>> {
-    let (width, each) = (data.width(), data.frames_each());
+    let width = data.width();
     let place = data.place;
     let frames = data.count();
-    let mut spectrum = Spectrum::new(data, sums, transforms)?;
+    let mut spectrum = Spectrum::new(data, each, sums, transforms)?;
     // Rows of the inverse of the factor make channels white. A long window has power enough for half
     // as many: sums and differences of two.
     let mut mixtures = [[0.0; CHANNELS_MAX]; CHANNELS_MAX];
@@ -142,9 +157,8 @@ fn whitened<'m>(
     Some(spectrum)
 }
 
-/// The highest peaks between two numbers of cycles.
-fn peaks(spectrum: &Spectrum, least: f32, most: f32) -> [Peak; PEAKS] {
-    let mut peaks = [Peak::default(); PEAKS];
+/// Takes peaks between two numbers of cycles that are higher than those found.
+fn peaks(spectrum: &Spectrum, least: f32, most: f32, peaks: &mut [Peak; PEAKS]) {
     let first = spectrum.bin(CYCLES_PEAK.max(least)) as usize + 1;
     let last = (spectrum.bin(most) as usize).min(spectrum.last());
     let ratio = |bin: usize| {
@@ -170,7 +184,7 @@ fn peaks(spectrum: &Spectrum, least: f32, most: f32) -> [Peak; PEAKS] {
                 cycles: spectrum.cycles(bin as f32 + vertex),
                 height: at,
             };
-            for place in &mut peaks {
+            for place in &mut *peaks {
                 if peak.height > place.height {
                     core::mem::swap(place, &mut peak);
                 }
@@ -178,5 +192,4 @@ fn peaks(spectrum: &Spectrum, least: f32, most: f32) -> [Peak; PEAKS] {
         }
         (before, at) = (at, after);
     }
-    peaks
 }

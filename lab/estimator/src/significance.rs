@@ -21,6 +21,27 @@ fn cube_root(x: f32) -> f32 {
     root
 }
 
+/// A sum of some values.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Sum {
+    sum: f32,
+    /// How many there are.
+    pub count: f32,
+}
+
+impl Sum {
+    /// Adds a value.
+    pub fn add(&mut self, value: f32) {
+        self.sum += value;
+        self.count += 1.0;
+    }
+
+    /// Their mean.
+    pub fn mean(&self) -> f32 {
+        self.sum / self.count.max(1.0)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -36,6 +36,9 @@ impl Shape {
 /// Rows of the unknowns, in groups of four.
 pub type Rows = [Values; UNKNOWNS_MAX.next_multiple_of(4)];
 
+/// Least share of a function that those before it leave: less is what turned blocks err by.
+const LEFT_MIN: f32 = 1e-3;
+
 /// A solution of all channels.
 #[derive(Clone, Debug)]
 pub struct Solution {
@@ -73,7 +76,7 @@ impl Solution {
         blocks.products(&shape, &[1.0; BLOCKS_MAX], &mut self.rows[first..]);
         // What an earlier solution has in the last group is not of this one.
         self.rows[shape.unknowns()..].fill([0.0; CHANNELS_MAX]);
-        let factor = Factor::new(&mut self.lower, shape.unknowns());
+        let factor = Factor::with_pivots(&mut self.lower, shape.unknowns(), LEFT_MIN);
         factor.forward_rows(&mut self.rows);
     }
 

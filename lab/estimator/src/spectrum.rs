@@ -1,13 +1,13 @@
 //! Transforms of channels, and Wilks' ratio of a line at each of their bins.
 
 use crate::data::Data;
-use crate::limits::CHANNELS_MAX;
+use crate::limits::{CHANNELS_MAX, POINTS_MAX};
 use crate::phase::{cos_sin, from_turns};
 use core::f32::consts::PI;
 
 /// Shortest transform, points.
 const POINTS_MIN: usize = 128;
-/// Points of a transform for each piece.
+/// Points of a transform for each piece, where it may be as long.
 const OVERSAMPLING: usize = 2;
 /// A cosine or a sine that level and slope explain all but this share of is no line.
 const LEFT_MIN: f32 = 2e-3;
@@ -38,13 +38,12 @@ pub struct Spectrum<'m> {
 }
 
 impl<'m> Spectrum<'m> {
-    /// An empty one of a window, whose transforms and sums are in two memories. None if it does not
-    /// fit.
-    pub fn new(data: &Data, sums: Sums<'m>, transforms: &'m mut [f32]) -> Option<Self> {
-        let each = data.frames_each();
+    /// An empty one of a window, whose points are `each` frames, and whose transforms and sums are in
+    /// two memories. None if it does not fit.
+    pub fn new(data: &Data, each: u32, sums: Sums<'m>, transforms: &'m mut [f32]) -> Option<Self> {
         let count = data.count().div_ceil(each) as usize;
         let mut points = POINTS_MIN;
-        while points < OVERSAMPLING * count {
+        while points < (OVERSAMPLING * count).min(POINTS_MAX) {
             points *= 2;
         }
         let (cos, rest) = sums.memory.split_at_mut_checked(points / 2)?;

@@ -11,7 +11,7 @@ use crate::movement::Followed;
 use crate::neighbours::{BAND, Beside, Neighbours, Place, line};
 use crate::reach::Reach;
 use crate::residual::Model;
-use crate::significance::deviate;
+use crate::significance::{Sum, deviate};
 use crate::solve::{Power, Shape, Solution};
 use crate::source::Values;
 use crate::spectrum::{Spectrum, Sums};
@@ -134,21 +134,15 @@ impl<'t> Tested<'t> {
                 }
             });
         tests.line = deviate(strongest.all / (2.0 * width), 2.0, followed.count);
-        tests.one_shape = strongest.second < width + 4.0 * libm::sqrtf(2.0 * width);
-        let mut sums = [Sum::default(); 3];
+        // A cosine and a sine are all that two channels can have, whatever they see.
+        tests.one_shape =
+            self.width <= 2 || strongest.second < width + 4.0 * libm::sqrtf(2.0 * width);
+        let mut own = Sum::default();
         for member in neighbours.members() {
-            let power = member.power * followed.taken / width;
-            let [own, near, far] = &mut sums;
             if usize::from(member.line) == lines.least() {
-                own.add(power);
-            }
-            if neighbours.is_near(member) {
-                near.add(power);
-            } else {
-                far.add(power);
+                own.add(member.power * followed.taken / width);
             }
         }
-        let [own, near, far] = sums;
         let channels = followed.noise.channels;
         tests.fundamental = if own.count > 3.0 {
             let over = powers[0].all / (2.0 * width) / own.mean().max(f32::MIN_POSITIVE);
@@ -156,10 +150,7 @@ impl<'t> Tested<'t> {
         } else {
             tests.line
         };
-        if near.count > 0.0 && far.count > 0.0 {
-            let over = near.mean() / far.mean().max(f32::MIN_POSITIVE);
-            tests.beside = deviate(over, near.count * channels, far.count * channels);
-        }
+        tests.beside = neighbours.beside(channels);
         tests.beside_share = neighbours.nearest / self.power;
     }
 
@@ -175,7 +166,7 @@ impl<'t> Tested<'t> {
         let followed = self.followed;
         let (place, each, frames) = (data.place, data.frames_each(), data.count());
         let half = data.cycles_max() / each as f32;
-        let Some(mut spectrum) = Spectrum::new(data, sums, transforms) else {
+        let Some(mut spectrum) = Spectrum::new(data, each, sums, transforms) else {
             return Other::default();
         };
         let places = Places {
@@ -309,27 +300,6 @@ impl<'t> Tested<'t> {
             found = found.max(deviate(over, 2.0 * channels, beside.count * channels));
         }
         found
-    }
-}
-
-/// A sum of some values.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Sum {
-    sum: f32,
-    /// How many there are.
-    pub count: f32,
-}
-
-impl Sum {
-    /// Adds a value.
-    pub fn add(&mut self, value: f32) {
-        self.sum += value;
-        self.count += 1.0;
-    }
-
-    /// Their mean.
-    pub fn mean(&self) -> f32 {
-        self.sum / self.count.max(1.0)
     }
 }
 
