@@ -55,9 +55,7 @@ pub fn candidates(
     // A long window's transform reaches further with half the frames a point, at half the resolution.
     for _ in 0..2 {
         let reached = end.min(data.cycles_max() / each as f32 - 0.25);
-        let sums = work.sums();
-        let may_share = scene.may_share();
-        if let Some(spectrum) = whitened(data, each, sums, blocks.scratch(), all, may_share) {
+        if let Some(spectrum) = whitened(data, each, work.sums(), blocks.scratch(), all) {
             peaks(&spectrum, from, reached, &mut found);
         }
         if each == 1 || reached >= end {
@@ -79,7 +77,7 @@ pub fn strongest(
 ) -> Option<f32> {
     let frames = data.count() as f32;
     let price = 2.0 * data.width() as f32 * libm::logf(frames) / frames;
-    let spectrum = whitened(data, data.frames_each(), sums, transforms, all, true)?;
+    let spectrum = whitened(data, data.frames_each(), sums, transforms, all)?;
     let mut found = [Peak::default(); PEAKS];
     peaks(&spectrum, band.start, band.end, &mut found);
     (found[0].height > price).then_some(found[0].cycles)
@@ -93,7 +91,6 @@ fn whitened<'m>(
     sums: Sums<'m>,
     transforms: &'m mut [f32],
     all: &Products,
-    may_share: bool,
 ) -> Option<Spectrum<'m>> {
     let width = data.width();
     let place = data.place;
@@ -102,7 +99,7 @@ fn whitened<'m>(
     // Rows of the inverse of the factor make channels white. A long window has power enough for half
     // as many: sums and differences of two.
     let mut mixtures = [[0.0; CHANNELS_MAX]; CHANNELS_MAX];
-    if may_share {
+    if all.may_share {
         for (k, mixture) in mixtures.iter_mut().enumerate().take(width) {
             mixture[..=k].copy_from_slice(&all.matrix[k][..=k]);
             mixture[k] += all.least[k].max(CLEAR * mixture[k]);
@@ -124,7 +121,11 @@ fn whitened<'m>(
             mixtures[k] = core::array::from_fn(|i| ROOT_HALF * one[i] + sign * other[i]);
         }
     }
-    let weight = if may_share { 1.0 } else { 1.0 / width as f32 };
+    let weight = if all.may_share {
+        1.0
+    } else {
+        1.0 / width as f32
+    };
     let mut first = 0;
     while first < width {
         let end = (first + spectrum.channels()).min(width);
@@ -135,7 +136,7 @@ fn whitened<'m>(
                 let groups = mixture.as_chunks::<4>().0.iter();
                 let pairs = groups.zip(frame.values.as_chunks::<4>().0);
                 // Independent channels are mixed with none before them.
-                let from = if may_share {
+                let from = if all.may_share {
                     0
                 } else {
                     reach * (first + k) / 4
