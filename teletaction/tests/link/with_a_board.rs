@@ -13,6 +13,7 @@ use ridgetone_teletaction::link::network::Impairments;
 use ridgetone_teletaction::link::run::Report;
 use ridgetone_teletaction::link::{BoardEnd, Ends, Link, Options};
 use ridgetone_teletaction::touch::{Hand, Output};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
@@ -25,7 +26,16 @@ const ACTUATOR: Actuator = Actuator {
 /// The converter's rest.
 const REST_CODE: u16 = 2048;
 
+/// Boards and links in real time go one after the other: together they would be late on a busy
+/// computer.
+static REAL_TIME: Mutex<()> = Mutex::new(());
+
+fn alone() -> MutexGuard<'static, ()> {
+    REAL_TIME.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 struct Bench {
+    _alone: MutexGuard<'static, ()>,
     board: StylusBoard,
     link: Link,
     begun: Instant,
@@ -33,6 +43,7 @@ struct Bench {
 
 impl Bench {
     fn new(impairments: Impairments) -> Self {
+        let alone = alone();
         let board = StylusBoard::new(counts);
         let output = Output::new(ACTUATOR, None).expect("an output");
         let options = Options {
@@ -48,6 +59,7 @@ impl Bench {
             .expect("an end");
         let link = Link::new(&options, Ends::Here, Some(end)).expect("a link");
         Self {
+            _alone: alone,
             board,
             link,
             begun: Instant::now(),
@@ -65,6 +77,10 @@ impl Bench {
             }
             sleep(Duration::from_millis(1));
         }
+    }
+
+    fn report(&mut self) -> Report {
+        self.link.report(self.begun.elapsed().as_secs_f64())
     }
 
     fn trace(&self) -> Trace {
@@ -108,18 +124,21 @@ fn textures_and_parameters_go_to_the_board_and_its_hand_to_the_finger() {
     bench.link.finger.found(Some(Texture::new(1.4)));
     bench.pass(1.0);
     let from_mm = bench.link.finger.place_mm.expect("a place");
-    let before = bench.link.report(1.0);
+    let before = bench.report();
     let report = bench.pass(2.0);
     println!("{}", report.text());
     let moved_mm = bench.link.finger.place_mm.expect("a place") - from_mm;
-    // A busy computer may be late by a tenth of a second.
+    // A busy computer is late by more than the passes say; what it counts and reads in a pass may be
+    // off by a tenth of a second.
+    let passed_s = report.t_s - before.t_s;
     assert!(
-        (moved_mm / SPEED_MM_S - 2.0).abs() < 0.1,
-        "{moved_mm} mm in 2 s"
+        (moved_mm / SPEED_MM_S - passed_s).abs() < 0.1,
+        "{moved_mm} mm in {passed_s} s"
     );
+    let places = (report.places_sent - before.places_sent) as f64;
     assert!(
-        (450..550).contains(&(report.places_sent - before.places_sent)),
-        "{report:?}"
+        (225.0..275.0).contains(&(places / passed_s)),
+        "{places} places in {passed_s} s: {report:?}"
     );
     assert!(
         report.places.received > 500 && report.places.lost > 5,
@@ -267,6 +286,7 @@ fn a_board_that_has_started_again_gets_all_again() {
 /// rest.
 #[test]
 fn the_command_leaves_the_board_at_rest() {
+    let _alone = alone();
     let folder = directory();
     let path = recorded_touch(&folder);
     let board = StylusBoard::new(counts);
