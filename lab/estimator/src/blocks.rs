@@ -130,9 +130,14 @@ impl Blocks {
         }
     }
 
+    /// End of a block.
+    fn end(&self, b: usize) -> f32 {
+        self.ends[b % BLOCKS_MAX]
+    }
+
     /// Whether a place is in a block.
     fn is_in(&self, b: usize, u: f32) -> bool {
-        u < self.ends[b] && (b == 0 || u >= self.ends[b - 1])
+        u < self.end(b) && (b == 0 || u >= self.end(b - 1))
     }
 
     /// Block of a place.
@@ -146,7 +151,8 @@ impl Blocks {
     #[inline(never)]
     pub fn collect(&mut self, data: &mut Data, pass: &Pass, model: Option<&Model>) {
         self.lines = pass.lines;
-        self.most = pass.most.min(WAVES - 1);
+        let most = pass.most.min(WAVES - 1);
+        self.most = most;
         self.rows[..2 * BLOCK_LINES].fill([0.0; CHANNELS_MAX]);
         self.waves = [[[0.0; 2]; WAVES]; BLOCKS_MAX];
         self.moments = [[0.0; 2]; BLOCK_LINES];
@@ -158,31 +164,30 @@ impl Blocks {
         let mut batch = Batch::NONE;
         data.visit_beside(model, |frame| {
             if !self.is_in(b, frame.u) {
-                batch.add_to(&mut self.rows[2 * b * lines..][..2 * lines]);
+                batch.add_to(self.rows_of(b, lines));
                 b = self.block(frame.u);
                 middle = self.middle(b);
             }
-            fill_powers(
-                pass.course.at(frame.u, pass.scale),
-                &mut powers[..=self.most],
-            );
-            for (wave, power) in self.waves[b].iter_mut().zip(&powers[..=self.most]) {
+            let used = &mut powers[..=most.min(WAVES - 1)];
+            fill_powers(pass.course.at(frame.u, pass.scale), used);
+            for (wave, power) in self.waves[b % BLOCKS_MAX].iter_mut().zip(&*used) {
                 wave[0] += power[0];
                 wave[1] += power[1];
             }
-            let moments = self.moments[b * lines..].iter_mut();
+            let moments = self.moments.get_mut(b * lines..).unwrap_or_default();
             let weights = batch.push(&frame.values).as_chunks_mut::<2>().0.iter_mut();
-            for ((moment, pair), number) in moments.zip(weights).zip(&numbers[..lines]) {
-                let [cos, sin] = powers[*number];
+            let places = moments.iter_mut().zip(weights);
+            for ((moment, pair), number) in places.zip(&numbers).take(lines) {
+                let [cos, sin] = powers[(*number).min(WAVES - 1)];
                 moment[0] += (frame.u - middle) * cos;
                 moment[1] += (frame.u - middle) * sin;
                 *pair = [cos, sin];
             }
             if batch.count == BATCH {
-                batch.add_to(&mut self.rows[2 * b * lines..][..2 * lines]);
+                batch.add_to(self.rows_of(b, lines));
             }
         });
-        batch.add_to(&mut self.rows[2 * b * lines..][..2 * lines]);
+        batch.add_to(self.rows_of(b, lines));
     }
 
     /// Divides the window into up to `most` blocks of whole frames. They are shortest at the ends,
@@ -193,8 +198,10 @@ impl Blocks {
         for i in 1..=most {
             let (cos, _) = cos_sin(from_turns(0.5 * i as f32 / most as f32));
             let end = (half * (1.0 - cos) + 0.5) as u32;
-            if end > first {
-                self.ends[self.count] = end as f32 / half - 1.0;
+            if end > first
+                && let Some(place) = self.ends.get_mut(self.count)
+            {
+                *place = end as f32 / half - 1.0;
                 self.count += 1;
                 first = end;
             }
@@ -203,13 +210,13 @@ impl Blocks {
 
     /// How many blocks there are.
     pub fn count(&self) -> usize {
-        self.count
+        self.count.min(BLOCKS_MAX)
     }
 
     /// Middle of a block.
     pub fn middle(&self, b: usize) -> f32 {
-        let start = b.checked_sub(1).map_or(-1.0, |before| self.ends[before]);
-        0.5 * (start + self.ends[b])
+        let start = b.checked_sub(1).map_or(-1.0, |before| self.end(before));
+        0.5 * (start + self.end(b))
     }
 
     /// The lines of the pass.
@@ -217,9 +224,17 @@ impl Blocks {
         self.lines
     }
 
+    /// Rows of a block's lines.
+    fn rows_of(&mut self, b: usize, lines: usize) -> &mut [Values] {
+        let first = 2 * b * lines;
+        self.rows
+            .get_mut(first..first + 2 * lines)
+            .unwrap_or_default()
+    }
+
     /// Place of a line among those of all blocks.
     fn place(&self, b: usize, line: usize) -> usize {
-        b * self.lines.count() + self.lines.place(line)
+        (b * self.lines.count() + self.lines.place(line)) % BLOCK_LINES
     }
 
     /// Products of a line's cosine and sine with the channels in a block.
@@ -230,7 +245,7 @@ impl Blocks {
 
     /// Sums of a multiple of the phase in a block.
     pub fn wave(&self, b: usize, multiple: usize) -> Wave {
-        self.waves[b][multiple.min(WAVES - 1)]
+        self.waves[b % BLOCKS_MAX][multiple.min(WAVES - 1)]
     }
 
     /// Products of the baselines with the channels.
@@ -255,7 +270,7 @@ impl Blocks {
     pub fn totals(&self, shape: &Shape, weights: &[f32; BLOCKS_MAX]) -> Totals {
         let most = (2 * shape.lines.most()).min(self.most);
         let mut totals = Totals::NONE;
-        for b in 0..self.count {
+        for b in 0..self.count() {
             let weight = weights[b];
             let waves = totals.waves.iter_mut().zip(&self.waves[b]);
             for (sum, wave) in waves.take(most + 1) {
@@ -281,7 +296,7 @@ impl Blocks {
         for (sums, line) in pairs.zip(shape.lines.iter()) {
             for (r, sums) in sums.iter_mut().enumerate() {
                 *sums = [0.0; CHANNELS_MAX];
-                for b in 0..self.count {
+                for b in 0..self.count() {
                     let row = self.line(b, line)[r];
                     for (sum, value) in sums.iter_mut().zip(row) {
                         *sum += weights[b] * value;
@@ -294,13 +309,13 @@ impl Blocks {
     /// Turns the unit line to another course.
     #[inline(never)]
     pub fn turn(&mut self, from: &Course, to: &Course) {
-        for b in 0..self.count {
+        for b in 0..self.count() {
             let u = self.middle(b);
             let turns = 0.5 * (to.cycles - from.cycles) * u
                 + 0.5 * FRAC_1_PI * (to.movement(u) - from.movement(u));
             let (cos, sin) = cos_sin(from_turns(turns));
             let mut power = [1.0, 0.0];
-            for m in 1..=self.most {
+            for m in 1..=self.most.min(WAVES - 1) {
                 let [c, s] = power;
                 power = [c * cos - s * sin, s * cos + c * sin];
                 rotate(&mut self.waves[b][m], power);
@@ -333,21 +348,23 @@ impl Blocks {
     /// Adds a part of a function of the lines to the channels' products in a block: `change` has
     /// its coefficients for cosine and sine of each line of a shape.
     pub fn add(&mut self, b: usize, shape: &Shape, change: &[Values]) {
-        for (j, line) in shape.lines.iter().enumerate() {
+        let pairs = change.as_chunks::<2>().0;
+        for (line, [of_cos, of_sin]) in shape.lines.iter().zip(pairs) {
             for one in self.lines.iter() {
                 let products = self.of_lines(b, one, line);
                 let row = 2 * self.place(b, one);
                 for (i, products) in products.iter().enumerate() {
-                    for (k, sum) in self.rows[row + i].iter_mut().enumerate() {
-                        *sum += products[0] * change[2 * j][k] + products[1] * change[2 * j + 1][k];
+                    let sums = self.rows[row + i].iter_mut().zip(of_cos.iter().zip(of_sin));
+                    for (sum, (cos, sin)) in sums {
+                        *sum += products[0] * cos + products[1] * sin;
                     }
                 }
             }
             let with_baselines = self.with_baselines(b, line);
             let levels = self.levels.iter_mut().zip(with_baselines);
             for (level, products) in levels.take(shape.degree + 1) {
-                for (k, sum) in level.iter_mut().enumerate() {
-                    *sum += products[0] * change[2 * j][k] + products[1] * change[2 * j + 1][k];
+                for (sum, (cos, sin)) in level.iter_mut().zip(of_cos.iter().zip(of_sin)) {
+                    *sum += products[0] * cos + products[1] * sin;
                 }
             }
         }
@@ -355,7 +372,7 @@ impl Blocks {
 
     /// Products of two lines in a block.
     fn of_lines(&self, b: usize, one: usize, other: usize) -> [Wave; 2] {
-        of_lines(&self.waves[b], one, other)
+        of_lines(&self.waves[b % BLOCKS_MAX], one, other)
     }
 }
 
@@ -391,8 +408,9 @@ impl Batch {
         self.weights[self.count.min(BATCH)..].fill([0.0; FUNCTIONS]);
         let [one, two, three, four] = &self.values;
         for (i, [cosine, sine]) in rows.as_chunks_mut::<2>().0.iter_mut().enumerate() {
-            let cos = self.weights.map(|weights| weights[2 * i]);
-            let sin = self.weights.map(|weights| weights[2 * i + 1]);
+            let place = 2 * i.min(HARMONICS_MAX - 1);
+            let cos = self.weights.map(|weights| weights[place]);
+            let sin = self.weights.map(|weights| weights[place + 1]);
             for k in 0..CHANNELS_MAX {
                 let (a, b, c, d) = (one[k], two[k], three[k], four[k]);
                 cosine[k] += cos[0] * a + cos[1] * b + cos[2] * c + cos[3] * d;

@@ -102,20 +102,21 @@ impl Refinement<'_> {
     /// have most power, with them. The first where there is none. One that is folded has none.
     #[inline(never)]
     fn lines_there(&self, work: &Work, cycles: f32) -> Lines {
-        let rounding: f32 = (0..self.width)
-            .map(|k| work.weights[k][k] * self.all.least[k])
-            .sum();
+        let rounding = self.all.rounding(&work.weights, self.width);
         let least = 2.0 * self.width as f32 * libm::logf(self.frames) + rounding;
         let factors = work.solution.line_factors();
         let lines = work.solution.shape.lines;
         let mut powers = [0.0; HARMONICS_MAX + 1];
         for (line, factors) in lines.iter().zip(&factors) {
             let power = Power::new(factors, &work.weights).all;
-            powers[line] = if power > least { power } else { 0.0 };
+            if let Some(place) = powers.get_mut(line) {
+                *place = if power > least { power } else { 0.0 };
+            }
         }
-        let there = || lines.iter().filter(|line| powers[*line] > 0.0);
+        let own = |line: usize| powers.get(line).copied().unwrap_or_default();
+        let there = || lines.iter().filter(|line| own(*line) > 0.0);
         let multiples = |unit: usize| there().filter(move |line| line.is_multiple_of(unit));
-        let power = |unit: usize| multiples(unit).map(|line| powers[line]).sum::<f32>();
+        let power = |unit: usize| multiples(unit).map(own).sum::<f32>();
         let mut units = there().filter(|line| *line as f32 * cycles < self.reach.most);
         let first = units.next().unwrap_or(1);
         let unit = units.fold(first, |best, unit| {

@@ -7,7 +7,7 @@ use crate::covariance::ROUNDING;
 use crate::fit::{Fit, Movement, OtherTone, Status, Tests};
 use crate::frame_span::FrameSpan;
 use crate::legendre::{legendre, slopes};
-use crate::limits::{BLOCKS_MAX, DEGREES_MAX, HARMONICS_MAX, MOVES_MAX, OVERTONES};
+use crate::limits::{BLOCKS_MAX, CHANNELS_MAX, DEGREES_MAX, HARMONICS_MAX, OVERTONES};
 use crate::matrix::Square;
 use crate::mean::{Evidence, MeanPhase};
 use crate::movement::Followed;
@@ -56,24 +56,15 @@ pub struct Mean {
 #[inline(never)]
 pub fn mean(tested: &Tested, work: &Work, blocks: &Blocks, scene: &Scene) -> Mean {
     let followed = tested.followed;
-    let n = followed.degrees.phase;
     let scale = Scale::new(tested, &work.neighbours, blocks);
-    let mut evidence = Evidence {
-        phase: [0.0; DEGREES_MAX],
+    let evidence = Evidence {
+        phase: followed.phase(),
         covariance: &work.normal.matrix,
         scale: scale.factor,
-        count: n,
+        count: followed.degrees.phase,
         freedom: scale.freedom,
         steady: scene.steady(),
     };
-    for i in 0..n {
-        let moved = if i > 0 && i < MOVES_MAX {
-            followed.course.moved[i + 1]
-        } else {
-            0.0
-        };
-        evidence.phase[i] = followed.moved[i] + moved;
-    }
     let phase = evidence.mean_phase();
     Mean {
         cycles: followed.course.cycles + phase.mean / PI,
@@ -96,24 +87,21 @@ impl Scale {
         let n = followed.fitted.phase;
         let at = |u: f32| {
             let p = legendre::<{ DEGREES_MAX + 1 }>(u);
-            followed.seen[..n]
-                .iter()
-                .zip(&p[1..])
-                .map(|(x, p)| x * p)
-                .sum::<f32>()
+            let seen = followed.seen.iter().zip(&p[1..]).take(n);
+            seen.map(|(x, p)| x * p).sum::<f32>()
         };
         let mut places = [[0.0; 2]; BLOCKS_MAX];
-        let places = &mut places[..blocks.count()];
-        for (b, place) in places.iter_mut().enumerate() {
+        for (b, place) in places.iter_mut().enumerate().take(blocks.count()) {
             *place = [blocks.middle(b), at(blocks.middle(b))];
         }
+        let places = places.get(..blocks.count()).unwrap_or_default();
         let level = places.iter().map(|[_, value]| value).sum::<f32>() / places.len() as f32;
         let (mut last, mut seen_there) = (f32::NAN, 0.0);
         // Cosine and sine of one place follow each other.
         let mut sees = |distance: f32| {
             if distance != last {
                 let (mut cos, mut sin) = (0.0, 0.0);
-                for [u, value] in &*places {
+                for [u, value] in places {
                     let (c, s) = cos_sin(from_turns(0.5 * distance * u));
                     (cos, sin) = (cos + (value - level) * c, sin + (value - level) * s);
                 }
@@ -165,32 +153,32 @@ pub fn movement(
     mean: &Mean,
     span: &FrameSpan,
 ) -> Movement {
-    let n = followed.degrees.phase;
-    let mut phase = [0.0; DEGREES_MAX + 1];
-    for k in 2..=n {
-        let moved = if k <= MOVES_MAX {
-            followed.course.moved[k]
+    // The first degree is the mean frequency's.
+    let moves = 1..followed.degrees.phase;
+    let variances: [f32; DEGREES_MAX] = core::array::from_fn(|i| {
+        if moves.contains(&i) {
+            covariance[i][i]
         } else {
             0.0
-        };
-        phase[k] = followed.moved[k - 1] + moved;
-    }
-    let variance = |k: usize| covariance[k - 1][k - 1];
+        }
+    });
+    let mut phase = followed.phase();
+    phase[0] = 0.0;
     // The mean square of P'_k is k (k + 1) / 2 over -1 to 1, twice over.
     let (mut square, mut noise) = (0.0, 0.0);
     const PLACES: usize = 32;
     for i in 0..PLACES {
         let slopes = slopes::<{ DEGREES_MAX + 1 }>((2 * i + 1) as f32 / PLACES as f32 - 1.0);
-        let slope: f32 = slopes.iter().zip(&phase).map(|(s, c)| s * c).sum();
+        let slope: f32 = slopes[1..].iter().zip(&phase).map(|(s, c)| s * c).sum();
         square += slope * slope / PLACES as f32;
-        let variances = (2..=n).map(|k| slopes[k] * slopes[k] * variance(k));
-        noise += variances.sum::<f32>() / PLACES as f32;
+        let squares = slopes[1..].iter().zip(&variances).map(|(s, v)| s * s * v);
+        noise += squares.sum::<f32>() / PLACES as f32;
     }
     let unit = PI * mean.cycles;
     let wander = libm::sqrtf((square - noise).max(0.0)) / unit;
-    let even = || (2..=n).step_by(2);
-    let chirp = 3.0 * even().map(|k| phase[k]).sum::<f32>() / PI;
-    let chirp_sigma = 3.0 * libm::sqrtf(even().map(variance).sum::<f32>()) / PI;
+    let even = |by_degree: &[f32; DEGREES_MAX]| by_degree.iter().skip(1).step_by(2).sum::<f32>();
+    let chirp = 3.0 * even(&phase) / PI;
+    let chirp_sigma = 3.0 * libm::sqrtf(even(&variances)) / PI;
     let per_unit = span.frequency(1.0) * span.per_u();
     Movement {
         wander,
@@ -274,21 +262,25 @@ impl Figures<'_> {
 pub fn channels(followed: &Followed, solution: &Solution, statistics: &Statistics, fit: &mut Fit) {
     let first = solution.shape.first_line();
     let inverse = solution.inverse();
+    let rows = inverse.iter().enumerate();
+    let diagonal = rows.filter_map(|(i, row)| row.get(i));
+    let variance = 0.5 * diagonal.skip(first).take(2).sum::<f32>();
     let has_fundamental = solution.shape.lines.has(1);
+    let fundamental = solution.lines().first_chunk::<2>();
+    let fundamental = fundamental.filter(|_| has_fundamental);
     let center = legendre::<5>(0.0);
-    for k in 0..statistics.width {
-        let c = usize::from(statistics.order[k]);
+    for k in 0..statistics.width.min(CHANNELS_MAX) {
+        let c = usize::from(statistics.order[k]) % CHANNELS_MAX;
         let scale = statistics.scale[k];
         let levels = solution.rows.iter().zip(&center).take(first);
         let offset: f32 = levels.map(|(row, p)| row[k] * p).sum();
         let channel = &mut fit.channels[c];
         channel.offset = statistics.level[k] + scale * offset;
         channel.residual = scale * libm::sqrtf((followed.variances[k] - ROUNDING).max(0.0));
-        if has_fundamental {
-            let (cos, sin) = (solution.rows[first][k], solution.rows[first + 1][k]);
+        if let Some([cos, sin]) = fundamental {
+            let (cos, sin) = (cos[k], sin[k]);
             channel.amplitude = scale * libm::hypotf(cos, sin);
             channel.phase_rad = libm::atan2f(-sin, cos);
-            let variance = 0.5 * (inverse[first][first] + inverse[first + 1][first + 1]);
             channel.phase_variance =
                 variance * followed.noise.variances[k] / (cos * cos + sin * sin);
         }
@@ -299,15 +291,17 @@ pub fn channels(followed: &Followed, solution: &Solution, statistics: &Statistic
 /// Ratios of the overtones to the fundamental, the same in all channels whatever their delays.
 pub fn overtones(solution: &Solution, variances: &Values, width: usize) -> [[f32; 2]; OVERTONES] {
     let mut ratios = [[0.0; 2]; OVERTONES];
-    let lines = solution.lines();
-    let shape = solution.shape;
-    if !shape.lines.has(1) {
+    let numbers = solution.shape.lines;
+    let Some((first, others)) = solution.lines().as_chunks::<2>().0.split_first() else {
+        return ratios;
+    };
+    if !numbers.has(1) {
         return ratios;
     }
-    for (i, line) in shape.lines.iter().enumerate().skip(1) {
+    for (line, [cos, sin]) in numbers.iter().skip(1).zip(others) {
         let (mut real, mut imaginary, mut all) = (0.0, 0.0, 0.0);
-        for k in 0..width {
-            let (x, y) = (lines[0][k], -lines[1][k]);
+        for k in 0..width.min(CHANNELS_MAX) {
+            let (x, y) = (first[0][k], -first[1][k]);
             let power = x * x + y * y;
             if power <= 0.0 {
                 continue;
@@ -318,7 +312,7 @@ pub fn overtones(solution: &Solution, variances: &Values, width: usize) -> [[f32
             for _ in 0..line {
                 (c, s) = ((c * x + s * y) / size, (s * x - c * y) / size);
             }
-            let (a, b) = (lines[2 * i][k], -lines[2 * i + 1][k]);
+            let (a, b) = (cos[k], -sin[k]);
             let weight = size / variances[k];
             real += weight * (a * c - b * s);
             imaginary += weight * (a * s + b * c);

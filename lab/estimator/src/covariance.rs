@@ -50,7 +50,7 @@ impl Samples {
     /// diagonal; `all` are variances over all frames.
     #[inline(never)]
     pub fn invert(&self, products: &mut Square<CHANNELS_MAX>, all: Option<&Values>) -> Covariance {
-        let c = self.width;
+        let c = self.width.min(CHANNELS_MAX);
         let own: Values = core::array::from_fn(|k| products[k][k] / self.count + ROUNDING);
         let variances = all.map_or(own, |all| self.shrunk(&own, all));
         let mut squares = 0.0;
@@ -95,15 +95,16 @@ impl Samples {
     /// Variances, shrunk towards the shape of those over all frames.
     fn shrunk(&self, own: &Values, all: &Values) -> Values {
         let mut variances = *own;
-        let width = self.width as f32;
+        let count = self.width.min(CHANNELS_MAX);
+        let width = count as f32;
         let ratio = |k: usize| own[k] / all[k];
-        let mean = (0..self.width).map(ratio).sum::<f32>() / width;
-        let spread = (0..self.width)
+        let mean = (0..count).map(ratio).sum::<f32>() / width;
+        let spread = (0..count)
             .map(|k| (ratio(k) - mean) * (ratio(k) - mean))
             .sum::<f32>()
             / width;
         let share = (2.0 / self.effective * mean * mean / spread.max(f32::MIN_POSITIVE)).min(1.0);
-        for k in 0..self.width {
+        for k in 0..count {
             variances[k] = share * mean * all[k] + (1.0 - share) * own[k];
         }
         variances

@@ -22,12 +22,13 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// Its number among `frames` that are evenly spaced.
-    pub fn point(&self, place: &Abscissa, frames: u32) -> usize {
-        match place {
-            Abscissa::Time { .. } => self.number as usize,
-            Abscissa::Path { .. } => (0.5 * (self.u + 1.0) * frames as f32) as usize,
-        }
+    /// Its point in a transform, whose points are `each` of `frames` that are evenly spaced.
+    pub fn point(&self, place: &Abscissa, frames: u32, each: u32) -> usize {
+        let number = match place {
+            Abscissa::Time { .. } => self.number,
+            Abscissa::Path { .. } => (0.5 * (self.u + 1.0) * frames as f32) as u32,
+        };
+        number.checked_div(each).unwrap_or_default() as usize
     }
 }
 
@@ -82,7 +83,7 @@ pub struct Data<'d, 's> {
 impl Data<'_, '_> {
     /// Number of channels.
     pub fn width(&self) -> usize {
-        self.statistics.width
+        self.statistics.width.min(CHANNELS_MAX)
     }
 
     /// Frames of the window, missing ones included.
@@ -119,7 +120,7 @@ impl Data<'_, '_> {
     /// Visits the frames.
     pub fn visit(&mut self, mut visit: impl FnMut(&Frame)) {
         let Statistics { wanted, order, .. } = &self.statistics;
-        let width = self.width().min(CHANNELS_MAX);
+        let width = self.width();
         let units = Units::new(&self.statistics);
         let is_ordered = order.iter().enumerate().all(|(k, c)| k == usize::from(*c));
         let (place, hum) = (&self.place, &self.hum);

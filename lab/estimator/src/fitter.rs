@@ -164,8 +164,9 @@ impl<'w> Window<'w, '_, '_> {
                 let is_harmonic = f32::abs(*peak - times * tried[0]) < CANDIDATES_APART
                     && first.has(times as usize);
                 let is_known = i > 0 && is_harmonic
-                    || tried[..count]
+                    || tried
                         .iter()
+                        .take(count)
                         .any(|other| f32::abs(other - cycles) < CANDIDATES_APART);
                 if cycles < CYCLES_LEAST || is_known || !refinement.band.has(cycles) {
                     continue;
@@ -181,7 +182,11 @@ impl<'w> Window<'w, '_, '_> {
                 {
                     continue;
                 }
-                tried[count] = cycles;
+                let (Some(place), Some(rival)) = (tried.get_mut(count), rivals.get_mut(count))
+                else {
+                    break;
+                };
+                *place = cycles;
                 count += 1;
                 let degrees = &degrees[..=curved];
                 let Some(comb) = refinement.best(blocks, work, course, degrees) else {
@@ -189,12 +194,12 @@ impl<'w> Window<'w, '_, '_> {
                 };
                 if divisor == 1 {
                     *peak = comb.tried;
-                    tried[count - 1] = comb.tried;
+                    *place = comb.tried;
                     if i == 0 {
                         first = comb.kept;
                     }
                 }
-                rivals[count - 1] = Rival {
+                *rival = Rival {
                     score: comb.score,
                     cycles: comb.course.cycles,
                 };
@@ -341,8 +346,8 @@ impl<'w> Window<'w, '_, '_> {
             fit.movement = movement;
             fit.harmonics = shape.lines.most() as u8;
             fit.overtones = overtones;
-            for k in 0..statistics.width {
-                fit.with_tone |= (tested.with_tone >> k & 1) << statistics.order[k];
+            for (k, channel) in statistics.order.iter().enumerate().take(statistics.width) {
+                fit.with_tone |= (tested.with_tone >> k & 1) << channel;
             }
         }
         true
@@ -359,7 +364,7 @@ impl<'w> Window<'w, '_, '_> {
                 neighbours: &mut work.neighbours,
                 memory: &mut work.memory,
                 weights: &work.weights,
-                least: &self.all.least,
+                all: self.all,
             };
             between = tested.between(self.data, &model, blocks, &mut noise);
         }

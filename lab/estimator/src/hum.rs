@@ -4,7 +4,6 @@
 use crate::abscissa::Abscissa;
 use crate::blocks::{Blocks, Pass};
 use crate::data::{Data, Frame};
-use crate::limits::CHANNELS_MAX;
 use crate::lines::Lines;
 use crate::phase::{cos_sin, from_turns};
 use crate::phase_course::Course;
@@ -99,12 +98,10 @@ impl Hum {
         }
         work.solution.project(blocks, shape);
         work.solution.solve();
-        let mut waves = [[0.0; CHANNELS_MAX]; 2];
-        waves.copy_from_slice(work.solution.lines());
         Some(Self {
             cycles_per_frame: course.cycles / count,
             middle: 0.5 * (count - 1.0),
-            waves,
+            waves: *work.solution.lines().first_chunk()?,
         })
     }
 }

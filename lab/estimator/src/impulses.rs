@@ -80,12 +80,16 @@ impl Impulses {
 
     /// Adds one behind those of the same and of earlier places.
     fn add(&mut self, place: u32, off: f32) {
-        let mut at = self.count;
-        while at > 0 && self.list[at - 1].place > place {
-            self.list[at] = self.list[at - 1];
-            at -= 1;
+        let list = self.list.get_mut(..=self.count).unwrap_or_default();
+        let mut before = list.iter_mut().rev();
+        let Some(mut free) = before.next() else {
+            return;
+        };
+        for other in before.take_while(|other| other.place > place) {
+            *free = *other;
+            free = other;
         }
-        self.list[at] = Impulse { place, off };
+        *free = Impulse { place, off };
         self.count += 1;
     }
 }
@@ -110,6 +114,21 @@ fn residuals(data: &mut Data, model: &Model, visit: &mut dyn FnMut(u32, &[Values
     }
 }
 
+/// Channels and values of residuals that are far off those beside them, by the channels' limits.
+fn far_off<'v>(
+    [before, values, after]: &'v [Values; 3],
+    limits: &'v Values,
+) -> impl Iterator<Item = (u32, f32)> {
+    let beside = before.iter().zip(after);
+    let channels = values.iter().zip(limits).zip(beside).zip(0..);
+    channels.filter_map(|(((value, limit), (before, after)), channel)| {
+        let sign = 1f32.copysign(*value);
+        let least = ((value - before) * sign).min((value - after) * sign);
+        let is_far = value.abs() > *limit && least > STEP * limit && *limit > 0.0;
+        is_far.then_some((channel, *value))
+    })
+}
+
 /// Replaces what a solution leaves of single values; how many there are. Its memory holds nothing.
 #[inline(never)]
 pub fn replace(data: &mut Data, solution: &Solution, course: &Course, memory: &mut [f32]) -> usize {
@@ -132,19 +151,15 @@ pub fn replace(data: &mut Data, solution: &Solution, course: &Course, memory: &m
             }
         });
         limits = magnitudes.map(|sum| Z_IMPULSE / MEAN_MAGNITUDE * sum.mean());
-        if round == 0 && (0..width).all(|k| most[k] <= limits[k]) {
+        let mut pairs = most.iter().zip(&limits);
+        if round == 0 && pairs.all(|(most, limit)| most <= limit) {
             return 0;
         }
     }
-    let is_impulse = |k: usize, [before, values, after]: &[Values; 3]| {
-        let sign = 1f32.copysign(values[k]);
-        let least = ((values[k] - before[k]) * sign).min((values[k] - after[k]) * sign);
-        values[k].abs() > limits[k] && least > STEP * limits[k] && limits[k] > 0.0
-    };
     let (mut found, mut all) = (0, 0);
     residuals(data, &model, &mut |_, values| {
         all += width;
-        found += (0..width).filter(|k| is_impulse(*k, values)).count();
+        found += far_off(values, &limits).count();
     });
     if found as f32 > SHARE_MAX * all as f32
         || found > IMPULSES_MAX - data.impulses.count
@@ -154,10 +169,8 @@ pub fn replace(data: &mut Data, solution: &Solution, course: &Course, memory: &m
     }
     let mut pairs = memory.as_chunks_mut::<2>().0.iter_mut();
     residuals(data, &model, &mut |number, values| {
-        for k in (0..width).filter(|k| is_impulse(*k, values)) {
-            if let Some(pair) = pairs.next() {
-                *pair = [(number * CHANNELS + k as u32) as f32, values[1][k]];
-            }
+        for ((channel, value), pair) in far_off(values, &limits).zip(&mut pairs) {
+            *pair = [(number * CHANNELS + channel) as f32, value];
         }
     });
     for [place, off] in memory.as_chunks::<2>().0.iter().take(found) {

@@ -22,6 +22,7 @@ impl<'a, const N: usize> Factor<'a, N> {
 
     /// Factors them without unknowns of which the others leave less than a share.
     pub fn with_pivots(a: &'a mut Square<N>, n: usize, least: f32) -> Self {
+        let n = n.min(N);
         for i in 0..n {
             let diagonal = a[i][i];
             for j in 0..i {
@@ -50,7 +51,7 @@ impl<'a, const N: usize> Factor<'a, N> {
 
     /// Solves L x = b in place.
     pub fn forward(&self, x: &mut [f32; N]) {
-        for i in 0..self.n {
+        for i in 0..self.n.min(N) {
             let (row, before) = (&self.lower[i], &x[..i]);
             let sum: f32 = row.iter().zip(before).map(|(l, x)| l * x).sum();
             let pivot = row[i];
@@ -64,40 +65,44 @@ impl<'a, const N: usize> Factor<'a, N> {
 
     /// Solves L' x = b in place.
     pub fn backward(&self, x: &mut [f32; N]) {
-        for i in (0..self.n).rev() {
+        for i in (0..self.n.min(N)).rev() {
             let row = &self.lower[i];
-            let (before, own) = x.split_at_mut(i);
-            own[0] = if row[i] > 0.0 { own[0] / row[i] } else { 0.0 };
-            for (x, factor) in before.iter_mut().zip(row) {
-                *x -= factor * own[0];
+            x[i] = if row[i] > 0.0 { x[i] / row[i] } else { 0.0 };
+            let own = x[i];
+            for (x, factor) in x[..i].iter_mut().zip(row) {
+                *x -= factor * own;
             }
         }
     }
 
     /// Solves L X = B in place for many right sides, which are columns.
     pub fn forward_rows<const M: usize>(&self, x: &mut [[f32; M]]) {
-        for i in 0..self.n {
-            let (before, rest) = x.split_at_mut(i);
-            for (factor, row) in self.lower[i].iter().zip(before.iter()) {
-                for (value, other) in rest[0].iter_mut().zip(row) {
+        for (i, factors) in self.lower.iter().enumerate().take(self.n) {
+            let Some((before, [own, ..])) = x.split_at_mut_checked(i) else {
+                return;
+            };
+            for (factor, row) in factors.iter().zip(before.iter()) {
+                for (value, other) in own.iter_mut().zip(row) {
                     *value -= factor * other;
                 }
             }
-            let pivot = self.lower[i][i];
+            let pivot = factors[i];
             let inverse = if pivot > 0.0 { 1.0 / pivot } else { 0.0 };
-            rest[0].iter_mut().for_each(|value| *value *= inverse);
+            own.iter_mut().for_each(|value| *value *= inverse);
         }
     }
 
     /// Solves L' X = B in place for many right sides, which are columns.
     pub fn backward_rows<const M: usize>(&self, x: &mut [[f32; M]]) {
-        for i in (0..self.n).rev() {
-            let (before, rest) = x.split_at_mut(i);
-            let pivot = self.lower[i][i];
+        for (i, factors) in self.lower.iter().enumerate().take(self.n).rev() {
+            let Some((before, [own, ..])) = x.split_at_mut_checked(i) else {
+                continue;
+            };
+            let pivot = factors.get(i).copied().unwrap_or_default();
             let inverse = if pivot > 0.0 { 1.0 / pivot } else { 0.0 };
-            rest[0].iter_mut().for_each(|value| *value *= inverse);
-            for (factor, row) in self.lower[i].iter().zip(before) {
-                for (value, other) in row.iter_mut().zip(&rest[0]) {
+            own.iter_mut().for_each(|value| *value *= inverse);
+            for (factor, row) in factors.iter().zip(before) {
+                for (value, other) in row.iter_mut().zip(&*own) {
                     *value -= factor * other;
                 }
             }
@@ -112,7 +117,7 @@ impl<'a, const N: usize> Factor<'a, N> {
 
     /// Logarithm of the determinant of A, without unknowns that are left out.
     pub fn log_det(&self) -> f32 {
-        let pivots = (0..self.n)
+        let pivots = (0..self.n.min(N))
             .map(|i| self.lower[i][i])
             .filter(|pivot| *pivot > 0.0);
         2.0 * pivots.map(libm::logf).sum::<f32>()
@@ -130,12 +135,17 @@ impl<'a, const N: usize> Factor<'a, N> {
 
 /// Turns a factor of `n` rows and columns into its inverse, in its place.
 pub fn invert_lower<const N: usize>(lower: &mut Square<N>, n: usize) {
+    let n = n.min(N);
     for j in (0..n).rev() {
         let pivot = lower[j][j];
         let inverse = if pivot > 0.0 { 1.0 / pivot } else { 0.0 };
         lower[j][j] = inverse;
         for i in (j + 1..n).rev() {
-            let sum: f32 = (j + 1..=i).map(|k| lower[i][k] * lower[k][j]).sum();
+            let Some(own) = lower.get(i) else {
+                continue;
+            };
+            let columns = own.iter().zip(&*lower).take(i + 1).skip(j + 1);
+            let sum: f32 = columns.map(|(factor, row)| factor * row[j]).sum();
             lower[i][j] = -inverse * sum;
         }
     }
@@ -143,6 +153,7 @@ pub fn invert_lower<const N: usize>(lower: &mut Square<N>, n: usize) {
 
 /// Turns a factor of `n` rows and columns into the inverse of what was factored, in its place.
 pub fn invert<const N: usize>(lower: &mut Square<N>, n: usize) {
+    let n = n.min(N);
     invert_lower(lower, n);
     for i in 0..n {
         for j in 0..=i {

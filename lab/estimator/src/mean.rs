@@ -115,12 +115,18 @@ const TAILS: [[f32; DEGREES_MAX + 1]; WALKS + 1] = {
     tails
 };
 
+/// An entry of a table; zero beyond it.
+fn entry<T: Copy + Default, const N: usize>(table: &[[T; N]], row: usize, column: usize) -> T {
+    let entry = table.get(row).and_then(|row| row.get(column));
+    entry.copied().unwrap_or_default()
+}
+
 /// Twice the sum of all odd degrees above `n`: what they add to the ends; as a row of the returned
 /// degree.
 fn ends(order: usize, n: usize) -> (usize, Row) {
     let k = if n.is_multiple_of(2) { n + 1 } else { n + 2 };
     let share = 1.0 / (2 * k - 1) as f32;
-    (k, ROWS[order - 1][k - 1].map(|x| x * share))
+    (k, entry(&ROWS, order - 1, k - 1).map(|x| x * share))
 }
 
 /// Whether a degree counts for the mean, by its place from the second on: odd degrees, and the ends.
@@ -153,15 +159,15 @@ impl Walk {
             if i + 1 == n {
                 ends(order, n)
             } else {
-                (i + 2, ROWS[order][i + 2])
+                (i + 2, entry(&ROWS, order, i + 2))
             }
         };
         let scale = 1.0 / square(order, 2);
         let mut walk = Self {
-            tail: TAILS[order][n],
+            tail: entry(&TAILS, order, n),
             ..Self::NONE
         };
-        for i in 0..n {
+        for i in 0..n.min(DEGREES_MAX) {
             let (k, one) = at(i);
             for j in 0..=i {
                 let (l, other) = at(j);
@@ -176,7 +182,7 @@ impl Walk {
                     (&other, &one, l)
                 };
                 let degree = |a: usize| (first + 2 * a) as f32 - order as f32 + 0.5;
-                let pairs = high.iter().zip(&low[shift..]).enumerate();
+                let pairs = high.iter().zip(low.iter().skip(shift)).enumerate();
                 let sum: f32 = pairs.map(|(a, (x, y))| x * y * degree(a)).sum();
                 walk.covariance[i][j] = scale * sum;
                 if counts(j, n) {
@@ -246,22 +252,31 @@ impl Evidence<'_> {
     /// The answer of a walk of variance `variance`, without its prior.
     #[inline(never)]
     fn answer(&self, walk: &Walk, variance: f32, matrix: &mut Square<DEGREES_MAX>) -> Answer {
-        let n = self.count;
+        // The first degree is what is asked for.
+        let n = self.count.min(DEGREES_MAX).saturating_sub(1);
         let (mut z, mut q) = ([0.0; DEGREES_MAX], [0.0; DEGREES_MAX]);
-        for i in 0..n - 1 {
-            for j in 0..=i {
-                matrix[i][j] = self.covariance(i + 1, j + 1) + variance * walk.covariance[i][j];
+        let own_rows = self.covariance.iter().map(|row| &row[1..]);
+        let rows = matrix.iter_mut().zip(&walk.covariance);
+        for (i, ((row, walk), own)) in rows.zip(own_rows.skip(1)).enumerate().take(n) {
+            let places = row.iter_mut().zip(walk).zip(own);
+            for ((place, walk), own) in places.take(i + 1) {
+                *place = self.scale * own + variance * walk;
             }
-            z[i] = self.phase[i + 1];
-            q[i] = variance * walk.mean[i] - self.covariance(0, i + 1);
         }
-        let factor = Factor::new(matrix, n - 1);
+        let places = z.iter_mut().zip(&mut q).zip(&self.phase[1..]);
+        let first = walk.mean.iter().zip(&self.covariance[0][1..]);
+        for (((z, q), phase), (mean, own)) in places.zip(first).take(n) {
+            *z = *phase;
+            *q = variance * mean - self.scale * own;
+        }
+        let factor = Factor::new(matrix, n);
         factor.forward(&mut z);
         factor.forward(&mut q);
         let square: f32 = z.iter().map(|z| z * z).sum();
         let both: f32 = z.iter().zip(&q).map(|(z, q)| z * q).sum();
         let known: f32 = q.iter().map(|q| q * q).sum();
-        let unlikely = 0.5 * (self.freedom + n as f32) * libm::log1pf(square / self.freedom);
+        let unlikely =
+            0.5 * (self.freedom + self.count as f32) * libm::log1pf(square / self.freedom);
         Answer {
             log_weight: -0.5 * factor.log_det() - unlikely,
             mean: both,

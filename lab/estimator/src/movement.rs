@@ -3,7 +3,7 @@
 
 use crate::blocks::Blocks;
 use crate::covariance::{Covariance, ROUNDING, Samples};
-use crate::limits::{CHANNELS_MAX, HARMONICS_MAX, MOVES, MOVES_MAX};
+use crate::limits::{CHANNELS_MAX, DEGREES_MAX, HARMONICS_MAX, MOVES, MOVES_MAX};
 use crate::lines::Lines;
 use crate::matrix::{Factor, Square, invert};
 use crate::neighbours::{BAND, Member, Place};
@@ -87,7 +87,8 @@ impl Followed {
 
     /// Estimates the movement by the noise that is known.
     fn move_by_noise(&mut self, blocks: &Blocks, work: &mut Work) {
-        let (normal, n) = (&mut work.normal, self.degrees.count());
+        let n = self.degrees.count().min(MOVEMENT_MAX);
+        let normal = &mut work.normal;
         normal.degrees = self.degrees;
         let memory = work.memory.as_flattened_mut();
         normal.make(blocks, &work.solution, &work.weights, memory);
@@ -108,9 +109,23 @@ impl Followed {
         let mut motion = Motion::NONE;
         let Degrees { phase, amplitude } = self.degrees;
         motion.degrees = phase.max(amplitude);
-        motion.phase[..phase].copy_from_slice(&self.moved[..phase]);
-        motion.amplitude[..amplitude].copy_from_slice(&self.moved[phase..phase + amplitude]);
+        let phases = motion.phase.iter_mut().zip(&self.moved);
+        phases.take(phase).for_each(|(to, from)| *to = *from);
+        let behind = self.moved.iter().skip(phase);
+        let amplitudes = motion.amplitude.iter_mut().zip(behind);
+        amplitudes
+            .take(amplitude)
+            .for_each(|(to, from)| *to = *from);
         motion
+    }
+
+    /// Coefficients of the phase by degree from 1 on, beside the frequency of the course.
+    pub fn phase(&self) -> [f32; DEGREES_MAX] {
+        let mut phase = self.motion().phase;
+        let in_course = self.course.moved.iter().skip(1);
+        let pairs = phase.iter_mut().zip(in_course).take(self.degrees.phase);
+        pairs.for_each(|(phase, moved)| *phase += moved);
+        phase
     }
 
     /// Adds the movement to the blocks, `sign` times.
@@ -138,15 +153,18 @@ impl Followed {
 
     /// Deviate of some unknowns of the movement together.
     fn shows(&self, covariance: &Square<MOVEMENT_MAX>, unknowns: Range<usize>) -> f32 {
-        let n = unknowns.len();
+        let (first, n) = (unknowns.start, unknowns.len().min(MOVES));
         let mut block = [[0.0; MOVES]; MOVES];
         let mut moved = [0.0; MOVES];
-        for (i, row) in unknowns.clone().enumerate().take(MOVES) {
-            moved[i] = self.moved[row];
-            block[i][..n].copy_from_slice(&covariance[row][unknowns.clone()]);
+        let known = covariance.iter().zip(&self.moved).skip(first).take(n);
+        let places = block.iter_mut().zip(&mut moved);
+        for ((row, moved), (known_row, known)) in places.zip(known) {
+            *moved = *known;
+            let columns = row.iter_mut().zip(known_row.iter().skip(first));
+            columns.for_each(|(to, from)| *to = *from);
         }
         Factor::new(&mut block, n).forward(&mut moved);
-        let square: f32 = moved[..n].iter().map(|x| x * x).sum();
+        let square: f32 = moved.iter().map(|x| x * x).sum();
         deviate(square / n as f32, n as f32, self.freedom())
     }
 }
@@ -161,11 +179,12 @@ fn neighbour_weights(
     let factors = solution.line_factors();
     let mut weights = [0.0; HARMONICS_MAX];
     let (mut sum, mut count) = (0.0, 0.0);
-    for (i, line) in solution.shape.lines.iter().enumerate() {
-        let power = Power::new(&factors[i], inverse).all;
-        weights[i] = (line * line) as f32 * power / counts[i].max(1.0);
-        sum += counts[i] * weights[i];
-        count += counts[i];
+    let lines = solution.shape.lines.iter().zip(&factors);
+    for ((line, factors), (weight, own)) in lines.zip(weights.iter_mut().zip(counts)) {
+        let power = Power::new(factors, inverse).all;
+        *weight = (line * line) as f32 * power / own.max(1.0);
+        sum += own * *weight;
+        count += own;
     }
     weights.map(|weight| weight * count / sum.max(f32::MIN_POSITIVE))
 }
@@ -262,7 +281,7 @@ impl Refinement<'_> {
         }
         let mut counts = [0.0; HARMONICS_MAX];
         for member in work.neighbours.members() {
-            counts[shape.lines.place(usize::from(member.line))] += 1.0;
+            counts[shape.lines.place(usize::from(member.line)) % HARMONICS_MAX] += 1.0;
         }
         let of_lines = neighbour_weights(&work.solution, &work.weights, &counts);
         let squares: f32 = counts.iter().zip(&of_lines).map(|(n, w)| n * w * w).sum();

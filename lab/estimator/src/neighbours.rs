@@ -110,9 +110,9 @@ impl Sums {
             turns: [[1.0, 0.0]; crate::limits::BLOCKS_MAX],
             multiples: [[0.0; 4]; WAVES],
         };
-        for b in 0..blocks.count() {
+        for (b, turn) in sums.turns.iter_mut().enumerate().take(blocks.count()) {
             let (cos, sin) = cos_sin(from_turns(0.5 * cycles as f32 * blocks.middle(b)));
-            sums.turns[b] = [cos, sin];
+            *turn = [cos, sin];
             for (m, sum) in sums.multiples.iter_mut().enumerate().take(most + 1) {
                 let products = turned(blocks.wave(b, m), [cos, sin]);
                 sum.iter_mut().zip(products).for_each(|(sum, x)| *sum += x);
@@ -149,16 +149,15 @@ impl<'l> TurnedLine<'l> {
     fn new(blocks: &'l Blocks, model: Beside<'l>, sums: &'l Sums, number: usize) -> Self {
         let mut baselines = [[0.0; 4]; DEGREE_MAX + 1];
         let mut values = [[0.0; CHANNELS_MAX]; 4];
-        for b in 0..blocks.count() {
-            let turn = sums.turns[b];
+        for (b, turn) in sums.turns.iter().enumerate().take(blocks.count()) {
             let with_baselines = blocks.with_baselines(b, number);
             let pairs = baselines.iter_mut().zip(with_baselines);
             for (sums, wave) in pairs.take(model.shape.degree + 1) {
-                let products = turned(wave, turn);
+                let products = turned(wave, *turn);
                 sums.iter_mut().zip(products).for_each(|(sum, x)| *sum += x);
             }
             let [c, s] = blocks.line(b, number);
-            let [cos, sin] = turn;
+            let [cos, sin] = *turn;
             for k in 0..CHANNELS_MAX {
                 values[0][k] += cos * c[k];
                 values[1][k] += sin * s[k];
@@ -189,11 +188,13 @@ impl<'l> TurnedLine<'l> {
         for (explained, baseline) in explained.iter_mut().zip(&self.baselines).take(first) {
             *explained = wave(*baseline, is_forwards)[usize::from(is_sine)];
         }
-        for (i, line) in shape.lines.iter().enumerate() {
+        let lines = explained.get_mut(first..).unwrap_or_default();
+        let pairs = lines.as_chunks_mut::<2>().0.iter_mut();
+        for (pair, line) in pairs.zip(shape.lines.iter()) {
             let (number, line) = (self.number as isize, line as isize);
             let difference = self.sums.multiple(number - line, is_forwards);
             let sum = self.sums.multiple(number + line, is_forwards);
-            [explained[first + 2 * i], explained[first + 2 * i + 1]] = if is_sine {
+            *pair = if is_sine {
                 [
                     0.5 * (sum[1] + difference[1]),
                     0.5 * (difference[0] - sum[0]),
@@ -207,8 +208,8 @@ impl<'l> TurnedLine<'l> {
         }
         factor.forward(&mut explained);
         let (mut frames, mut twice) = (0.0, 0.0);
-        for b in 0..self.blocks.count() {
-            let [cos, sin] = self.sums.turns[b];
+        let turns = self.sums.turns.iter().enumerate();
+        for (b, [cos, sin]) in turns.take(self.blocks.count()) {
             let [c, s] = self.blocks.wave(b, 2 * self.number);
             let sign = if is_forwards { -2.0 } else { 2.0 };
             twice += c * (cos * cos - sin * sin) + sign * s * cos * sin;
@@ -272,7 +273,7 @@ impl Neighbours {
                 let is_wanted = |x: f32| {
                     let seen = place.reach.seen(x);
                     place.reach.is_clear(x)
-                        && self.members[..self.count].iter().all(|other| {
+                        && self.members().iter().all(|other| {
                             usize::from(other.line) == number
                                 || (self.seen(other) - seen).abs() > APART
                         })
@@ -352,7 +353,7 @@ impl Neighbours {
 
     /// The functions.
     pub fn members(&self) -> &[Member] {
-        &self.members[..self.count]
+        self.members.get(..self.count).unwrap_or_default()
     }
 
     /// Products of the channels, each function with its weight.
@@ -375,14 +376,15 @@ impl Neighbours {
         weights: &Square<CHANNELS_MAX>,
         variances: &Values,
     ) {
-        self.nearest = 0.0;
-        for (i, values) in memory.iter().enumerate().take(self.count) {
-            self.members[i].power = power(values, weights);
-            if self.is_near(&self.members[i]) {
-                let powers = values.iter().zip(variances).map(|(x, v)| x * x / v);
-                self.nearest += powers.sum::<f32>();
-            }
-        }
+        let members = self.members.iter_mut().zip(memory).take(self.count);
+        members.for_each(|(member, values)| member.power = power(values, weights));
+        let near = self.members().iter().zip(memory);
+        let near = near.filter(|(member, _)| self.is_near(member));
+        let powers = near.map(|(_, values)| {
+            let powers = values.iter().zip(variances).map(|(x, v)| x * x / v);
+            powers.sum::<f32>()
+        });
+        self.nearest = powers.sum();
     }
 }
 

@@ -30,6 +30,14 @@ impl Degrees {
         amplitude: 0,
     };
 
+    /// What memory has room for.
+    fn bounded(self) -> Self {
+        Self {
+            phase: self.phase.min(DEGREES_MAX),
+            amplitude: self.amplitude.min(DEGREES_MAX),
+        }
+    }
+
     /// Both.
     pub fn count(self) -> usize {
         self.phase + self.amplitude
@@ -75,18 +83,20 @@ impl Weighted {
         };
         let unknowns = solution.shape.unknowns();
         let pairs = solution.lines().as_chunks::<2>().0;
-        for (i, (line, pair)) in solution.shape.lines.iter().zip(pairs).enumerate() {
-            for (r, coefficients) in pair.iter().enumerate() {
+        let fitted = weighted.fitted.as_chunks_mut::<2>().0.iter_mut();
+        for ((line, pair), fitted) in solution.shape.lines.iter().zip(pairs).zip(fitted) {
+            for (r, (coefficients, fitted)) in pair.iter().zip(fitted).enumerate() {
                 let own: Values = core::array::from_fn(|k| dot(&weights[k], coefficients));
-                let fitted = weighted.fitted[2 * i + r].iter_mut();
-                for (product, row) in fitted.zip(&solution.rows).take(unknowns) {
+                for (product, row) in fitted.iter_mut().zip(&solution.rows).take(unknowns) {
                     *product = dot(row, &own);
                 }
                 let number = if r == 0 { -(line as f32) } else { line as f32 };
-                for b in 0..blocks.count() {
-                    let products = blocks.line(b, line);
-                    weighted.phases[b] += number * dot(products[1 - r], &own);
-                    weighted.amplitudes[b] += dot(products[r], &own);
+                let sums = weighted.phases.iter_mut().zip(&mut weighted.amplitudes);
+                for (b, (phase, amplitude)) in sums.enumerate().take(blocks.count()) {
+                    let [cos, sin] = blocks.line(b, line);
+                    let (own_line, other) = if r == 0 { (cos, sin) } else { (sin, cos) };
+                    *phase += number * dot(other, &own);
+                    *amplitude += dot(own_line, &own);
                 }
             }
         }
@@ -98,7 +108,7 @@ impl Weighted {
         let (first, unknowns) = (shape.first_line(), shape.unknowns());
         for (own, weights) in weighed.iter_mut().zip(&self.fitted).take(unknowns - first) {
             own.fill(0.0);
-            for (row, weight) in rows.iter().zip(&weights[first..unknowns]) {
+            for (row, weight) in rows.iter().zip(&weights[first..]).take(unknowns - first) {
                 let pairs = own.iter_mut().zip(row).take(unknowns);
                 pairs.for_each(|(sum, x)| *sum += weight * x);
             }
@@ -109,7 +119,7 @@ impl Weighted {
     fn power(&self, first: usize) -> OfLines {
         self.fitted.map(|row| {
             let mut power = [0.0; LINE_FUNCTIONS];
-            let columns = row[first..].iter();
+            let columns = row.iter().skip(first);
             power
                 .iter_mut()
                 .zip(columns)
@@ -160,7 +170,7 @@ impl Normal {
         let weighted = Weighted::new(blocks, solution, weights);
         let count = self.degrees.count();
         for row in self.matrix.iter_mut().take(count) {
-            row[..count].fill(0.0);
+            row.iter_mut().take(count).for_each(|x| *x = 0.0);
         }
         self.inform_all(blocks, solution, &weighted);
         self.gather(blocks, solution, &weighted, memory);
@@ -193,7 +203,7 @@ impl Normal {
     /// Adds the information of all blocks, between phases, between phase and amplitude, or between
     /// amplitudes.
     fn inform(&mut self, blocks: &Blocks, lines: Lines, kind: Kind, power: &OfLines) {
-        let Degrees { phase, amplitude } = self.degrees;
+        let Degrees { phase, amplitude } = self.degrees.bounded();
         let (rows, columns) = match kind {
             Kind::Phases => (0..phase, 0..phase),
             Kind::Both => (phase..phase + amplitude, 0..phase),
@@ -210,13 +220,8 @@ impl Normal {
                 .sum::<f32>();
             let mut p = [1.0; DEGREES_MAX + 1];
             fill_legendre(blocks.middle(b), &mut p[..=phase.max(amplitude)]);
-            let polynomial = |i: usize| {
-                if i < phase {
-                    p[i + 1]
-                } else {
-                    p[i - phase + 1]
-                }
-            };
+            let polynomial =
+                |i: usize| p[(if i < phase { i } else { i - phase } + 1).min(DEGREES_MAX)];
             for i in rows.clone() {
                 let weight = information * polynomial(i);
                 for j in columns.start..columns.end.min(i + 1) {
@@ -236,7 +241,7 @@ impl Normal {
         memory: &mut [f32],
     ) {
         let shape = &solution.shape;
-        let Degrees { phase, amplitude } = self.degrees;
+        let Degrees { phase, amplitude } = self.degrees.bounded();
         // Polynomials of the degree before and of this one in the middles of the blocks.
         let (mut before, mut by_block) = ([0.0; BLOCKS_MAX], [1.0; BLOCKS_MAX]);
         let lists = memory.chunks_exact_mut(list_len(shape));
@@ -259,13 +264,13 @@ impl Normal {
     #[inline(never)]
     fn project(&mut self, solution: &Solution, weighted: &Weighted, memory: &[f32]) {
         let shape = &solution.shape;
-        let Degrees { phase, amplitude } = self.degrees;
+        let Degrees { phase, amplitude } = self.degrees.bounded();
         let lists = memory.chunks_exact(list_len(shape));
         let mut list = [0.0; LIST_MAX];
         let mut rows = weighted.fitted;
         if amplitude > 0 {
             fold(shape, &rows, &mut list);
-            let pairs = self.right[phase..].iter_mut().zip(lists.clone());
+            let pairs = self.right.iter_mut().skip(phase).zip(lists.clone());
             pairs
                 .take(amplitude)
                 .for_each(|(right, own)| *right -= product(own, &list));
@@ -282,12 +287,13 @@ impl Normal {
             for row in solved.iter_mut().take(2 * shape.lines.count()) {
                 solution.factor().solve(row);
             }
-            let later = |from: usize| lists.clone().enumerate().skip(from);
+            let later = |from: usize| lists.clone().skip(from);
             if l < amplitude {
                 weighted.weigh(&solved, shape, &mut rows);
                 fold(shape, &rows, &mut list);
-                for (k, other) in later(l).take(amplitude - l) {
-                    self.matrix[phase + k][phase + l] -= product(other, &list);
+                let rows = self.matrix.iter_mut().skip(phase + l).zip(later(l));
+                for (row, other) in rows.take(amplitude - l) {
+                    row[phase + l] -= product(other, &list);
                 }
             }
             if l < phase {
@@ -296,14 +302,16 @@ impl Normal {
                 weighted.weigh(&solved, shape, &mut rows);
                 if amplitude > 0 {
                     fold(shape, &rows, &mut list);
-                    for (k, other) in later(0).take(amplitude) {
-                        self.matrix[phase + k][l] += product(other, &list);
+                    let rows = self.matrix.iter_mut().skip(phase).zip(later(0));
+                    for (row, other) in rows.take(amplitude) {
+                        row[l] += product(other, &list);
                     }
                 }
                 turn_rows(&mut rows, shape.lines);
                 fold(shape, &rows, &mut list);
-                for (k, other) in later(l).take(phase - l) {
-                    self.matrix[k][l] += product(other, &list);
+                let rows = self.matrix.iter_mut().skip(l).zip(later(l));
+                for (row, other) in rows.take(phase - l) {
+                    row[l] += product(other, &list);
                 }
             }
         }

@@ -125,7 +125,8 @@ impl Refinement<'_> {
             step.iter_mut().for_each(|x| *x *= scale);
             let before = *course;
             course.step(step);
-            course.cycles = course.cycles.clamp(CYCLES_LEAST, self.reach.most);
+            // `clamp` may panic.
+            course.cycles = course.cycles.max(CYCLES_LEAST).min(self.reach.most);
             blocks.turn(&before, course);
             let mut sizes = step.iter().zip(&information);
             if sizes.all(|(step, x)| step.abs() * libm::sqrtf(x.max(0.0)) < steps.last) {

@@ -47,11 +47,13 @@ impl Motion {
         let [phase, amplitude] = moved;
         let mut change = [[0.0; CHANNELS_MAX]; 2 * HARMONICS_MAX];
         let pairs = solution.lines().as_chunks::<2>().0;
-        for (i, ([cos, sin], line)) in pairs.iter().zip(solution.shape.lines.iter()).enumerate() {
+        let changes = change.as_chunks_mut::<2>().0.iter_mut();
+        let lines = pairs.iter().zip(solution.shape.lines.iter());
+        for ([of_cos, of_sin], ([cos, sin], line)) in changes.zip(lines) {
             let turn = phase * line as f32;
             for k in 0..CHANNELS_MAX {
-                change[2 * i][k] = amplitude * cos[k] + turn * sin[k];
-                change[2 * i + 1][k] = amplitude * sin[k] - turn * cos[k];
+                of_cos[k] = amplitude * cos[k] + turn * sin[k];
+                of_sin[k] = amplitude * sin[k] - turn * cos[k];
             }
         }
         change
@@ -104,7 +106,7 @@ impl Model<'_> {
         let groups = self.solution.shape.unknowns().div_ceil(4);
         let rows = self.solution.rows.as_chunks::<4>().0;
         for ([one, two, three, four], [a, b, c, d]) in rows.iter().zip(&functions).take(groups) {
-            for k in channels.clone() {
+            for k in channels.start..channels.end.min(CHANNELS_MAX) {
                 values[k] -= a * one[k] + b * two[k] + c * three[k] + d * four[k];
             }
         }

@@ -55,7 +55,8 @@ pub fn candidates(
     // A long window's transform reaches further with half the frames a point, at half the resolution.
     for _ in 0..2 {
         let reached = end.min(data.cycles_max() / each as f32 - 0.25);
-        if let Some(spectrum) = whitened(data, each, work.sums(), blocks.scratch(), all) {
+        let sums = work.sums();
+        if let Some(spectrum) = whitened(data, each, sums, blocks.scratch(), all) {
             peaks(&spectrum, from, reached, &mut found);
         }
         if each == 1 || reached >= end {
@@ -92,16 +93,18 @@ fn whitened<'m>(
     transforms: &'m mut [f32],
     all: &Products,
 ) -> Option<Spectrum<'m>> {
-    let width = data.width();
+    let (width, may_share) = (data.width(), all.may_share);
     let place = data.place;
     let frames = data.count();
     let mut spectrum = Spectrum::new(data, each, sums, transforms)?;
     // Rows of the inverse of the factor make channels white. A long window has power enough for half
     // as many: sums and differences of two.
     let mut mixtures = [[0.0; CHANNELS_MAX]; CHANNELS_MAX];
-    if all.may_share {
-        for (k, mixture) in mixtures.iter_mut().enumerate().take(width) {
-            mixture[..=k].copy_from_slice(&all.matrix[k][..=k]);
+    if may_share {
+        let rows = mixtures.iter_mut().zip(&all.matrix).enumerate();
+        for (k, (mixture, row)) in rows.take(width) {
+            let pairs = mixture.iter_mut().zip(row).take(k + 1);
+            pairs.for_each(|(to, from)| *to = *from);
             mixture[k] += all.least[k].max(CLEAR * mixture[k]);
         }
         Factor::new(&mut mixtures, width);
@@ -116,27 +119,24 @@ fn whitened<'m>(
     if frames > FRAMES_FEW && width > CHANNELS_FEW {
         (width, reach) = (width.div_ceil(2), 2);
         for k in 0..width {
-            let [one, other] = [2 * k, (2 * k + 1) % CHANNELS_MAX].map(|k| mixtures[k]);
+            let [one, other] = [2 * k, 2 * k + 1].map(|k| mixtures[k % CHANNELS_MAX]);
             let sign = if k % 2 == 0 { ROOT_HALF } else { -ROOT_HALF };
             mixtures[k] = core::array::from_fn(|i| ROOT_HALF * one[i] + sign * other[i]);
         }
     }
-    let weight = if all.may_share {
-        1.0
-    } else {
-        1.0 / width as f32
-    };
+    let weight = if may_share { 1.0 } else { 1.0 / width as f32 };
     let mut first = 0;
     while first < width {
         let end = (first + spectrum.channels()).min(width);
         spectrum.clear(end - first);
+        let together = mixtures.get(first..end).unwrap_or_default();
         data.visit(|frame| {
-            let point = frame.point(&place, frames) / each as usize;
-            for (k, mixture) in mixtures[first..end].iter().enumerate() {
+            let point = frame.point(&place, frames, each);
+            for (k, mixture) in together.iter().enumerate() {
                 let groups = mixture.as_chunks::<4>().0.iter();
                 let pairs = groups.zip(frame.values.as_chunks::<4>().0);
                 // Independent channels are mixed with none before them.
-                let from = if all.may_share {
+                let from = if may_share {
                     0
                 } else {
                     reach * (first + k) / 4

@@ -24,12 +24,12 @@ pub struct Shape {
 impl Shape {
     /// Number of unknowns of a channel.
     pub fn unknowns(&self) -> usize {
-        self.degree + 1 + 2 * self.lines.count()
+        self.first_line() + 2 * self.lines.count().min(HARMONICS_MAX)
     }
 
     /// Place of the first unknown of the lines.
     pub fn first_line(&self) -> usize {
-        self.degree + 1
+        self.degree.min(DEGREE_MAX) + 1
     }
 }
 
@@ -128,7 +128,8 @@ impl Solution {
 
     /// Coefficients of the lines, once solved: cosine and sine of each.
     pub fn lines(&self) -> &[Values] {
-        &self.rows[self.shape.first_line()..self.shape.unknowns()]
+        let (first, end) = (self.shape.first_line(), self.shape.unknowns());
+        self.rows.get(first..end).unwrap_or_default()
     }
 
     /// The inverse of the normal equations.
@@ -143,12 +144,9 @@ impl Solution {
     pub fn line_factors(&self) -> [LineFactors; HARMONICS_MAX] {
         let inverse = self.inverse();
         let mut factors = [[[0.0; CHANNELS_MAX]; 2]; HARMONICS_MAX];
-        for (i, factors) in factors
-            .iter_mut()
-            .enumerate()
-            .take(self.shape.lines.count())
-        {
-            let row = self.shape.first_line() + 2 * i;
+        let count = self.shape.lines.count();
+        for (i, factors) in factors.iter_mut().enumerate().take(count) {
+            let row = self.shape.first_line() + 2 * i.min(HARMONICS_MAX - 1);
             let (x, y, z) = (
                 inverse[row][row],
                 inverse[row + 1][row],

@@ -4,6 +4,7 @@ use crate::data::Data;
 use crate::limits::{CHANNELS_MAX, POINTS_MAX};
 use crate::phase::{cos_sin, from_turns};
 use core::f32::consts::PI;
+use core::num::NonZeroUsize;
 
 /// Shortest transform, points.
 const POINTS_MIN: usize = 128;
@@ -27,7 +28,7 @@ pub struct Sums<'m> {
 pub struct Spectrum<'m> {
     /// Transforms of some channels, one after the other.
     transforms: &'m mut [f32],
-    points: usize,
+    points: NonZeroUsize,
     cos: &'m mut [f32],
     sin: &'m mut [f32],
     both: &'m mut [f32],
@@ -58,7 +59,7 @@ impl<'m> Spectrum<'m> {
             .for_each(|sums| sums.fill(0.0));
         (transforms.len() >= points).then_some(Self {
             transforms,
-            points,
+            points: NonZeroUsize::new(points)?,
             cos,
             sin,
             both,
@@ -69,19 +70,20 @@ impl<'m> Spectrum<'m> {
 
     /// How many channels are transformed at a time.
     pub fn channels(&self) -> usize {
-        (self.transforms.len() / self.points).min(CHANNELS_MAX)
+        (self.transforms.len() / self.points).clamp(1, CHANNELS_MAX)
     }
 
     /// Makes room for some channels.
     pub fn clear(&mut self, channels: usize) {
-        let used = (channels * self.points).min(self.transforms.len());
+        let used = (channels * self.points.get()).min(self.transforms.len());
         self.transforms[..used].fill(0.0);
     }
 
     /// Adds to a point of a channel that is to be transformed.
     pub fn put(&mut self, channel: usize, point: usize, value: f32) {
-        if point < self.points
-            && let Some(place) = self.transforms.get_mut(channel * self.points + point)
+        let points = self.points.get();
+        if point < points
+            && let Some(place) = self.transforms.get_mut(channel * points + point)
         {
             *place += value;
         }
@@ -89,8 +91,8 @@ impl<'m> Spectrum<'m> {
 
     /// Transforms a channel and adds its products, `weight` times.
     pub fn add(&mut self, channel: usize, weight: f32) {
-        let from = channel * self.points;
-        let Some(signal) = self.transforms.get_mut(from..from + self.points) else {
+        let mut signals = self.transforms.chunks_exact_mut(self.points.get());
+        let Some(signal) = signals.nth(channel) else {
             return;
         };
         transform(signal);
@@ -108,14 +110,14 @@ impl<'m> Spectrum<'m> {
     /// Transforms the first channels and adds their powers, one by one with its weight, for
     /// [`Self::power`] and [`Self::plain`].
     pub fn add_powers(&mut self, weights: &[f32]) {
-        let signals = self.transforms.chunks_exact_mut(self.points);
+        let signals = self.transforms.chunks_exact_mut(self.points.get());
         signals.take(weights.len()).for_each(transform);
         for bin in 1..self.bins() {
             let geometry = self.geometry(bin);
             let (mut power, mut plain) = (0.0, 0.0);
-            let signals = self.transforms.chunks_exact(self.points);
+            let signals = self.transforms.chunks_exact(self.points.get());
             for (signal, weight) in signals.zip(weights) {
-                let (re, im) = (signal[2 * bin], signal[2 * bin + 1]);
+                let [re, im] = entry(signal.as_chunks().0, bin);
                 plain += re * re + im * im;
                 if let Some(geometry) = &geometry {
                     let (cosine, sine) = geometry.centred(re, -im);
@@ -123,8 +125,9 @@ impl<'m> Spectrum<'m> {
                         weight * (cosine * cosine / geometry.even + sine * sine / geometry.odd);
                 }
             }
-            self.cos[bin] += power;
-            self.sin[bin] += plain;
+            if let (Some(cos), Some(sin)) = (self.cos.get_mut(bin), self.sin.get_mut(bin)) {
+                (*cos, *sin) = (*cos + power, *sin + plain);
+            }
         }
     }
 
@@ -135,7 +138,7 @@ impl<'m> Spectrum<'m> {
 
     /// Cycles a window of a bin.
     pub fn cycles(&self, bin: f32) -> f32 {
-        bin * self.count / self.points as f32
+        bin * self.count / self.points.get() as f32
     }
 
     /// Bin of a number of cycles a window.
@@ -145,19 +148,19 @@ impl<'m> Spectrum<'m> {
 
     /// Power of a bin of a channel that was added.
     pub fn of_channel(&self, channel: usize, bin: usize) -> f32 {
-        let at = channel * self.points + 2 * bin;
-        let [re, im] = [at, at + 1].map(|i| self.transforms.get(i).copied().unwrap_or_default());
+        let bins = self.transforms.as_chunks().0;
+        let [re, im] = entry(bins, channel * self.points.get() / 2 + bin);
         2.0 / self.frames * (re * re + im * im)
     }
 
     /// Power of a bin without weights.
     pub fn plain(&self, bin: usize) -> f32 {
-        2.0 / self.frames * self.sin[bin]
+        2.0 / self.frames * entry(self.sin, bin)
     }
 
     /// Power of a bin, all channels with their weights, beside level and slope.
     pub fn power(&self, bin: usize) -> f32 {
-        self.cos[bin]
+        entry(self.cos, bin)
     }
 
     /// Highest bin: one channel's half of the rate.
@@ -168,7 +171,7 @@ impl<'m> Spectrum<'m> {
     /// Squares of the products with orthonormal cosine and sine beside level and slope, and their
     /// cross product; zeros where there is no line.
     pub fn line(&self, bin: usize) -> [f32; 3] {
-        let (cos, sin, both) = (self.cos[bin], self.sin[bin], self.both[bin]);
+        let [cos, sin, both] = [&*self.cos, &*self.sin, &*self.both].map(|sums| entry(sums, bin));
         let Some(Geometry { c, s, even, odd }) = self.geometry(bin) else {
             return [0.0; 3];
         };
@@ -206,6 +209,11 @@ impl<'m> Spectrum<'m> {
             odd: n * odd,
         })
     }
+}
+
+/// An entry of a list; zero beyond it.
+fn entry<T: Copy + Default>(list: &[T], at: usize) -> T {
+    list.get(at).copied().unwrap_or_default()
 }
 
 /// How a bin's cosine and sine lie about the window's centre.

@@ -106,7 +106,7 @@ impl Statistics {
                 if !is_used || clear && sums.is_clipped(frames) {
                     continue;
                 }
-                let k = statistics.width;
+                let k = statistics.width.min(CHANNELS_MAX - 1);
                 let slope = (sums.sum_u - mean_u * sums.sum) / spread;
                 statistics.order[k] = c as u8;
                 statistics.slope[k] = slope;
@@ -161,15 +161,16 @@ impl Statistics {
         })?;
         let mut width = 0;
         let n = self.frames.max(1) as f32;
-        for k in 0..self.width {
+        for k in 0..self.width.min(CHANNELS_MAX) {
             let scale = self.scale[k] * libm::sqrtf(squares[k] / n);
             let rounding = f32::EPSILON * (self.level[k].abs() + self.slope[k].abs());
             if scale > rounding && scale.is_finite() {
-                self.order[width] = self.order[k];
+                let place = width.min(k);
+                self.order[place] = self.order[k];
                 // What rounding of large sums has left.
-                self.level[width] = self.level[k] + self.scale[k] * levels[k] / n;
-                self.slope[width] = self.slope[k];
-                self.scale[width] = scale;
+                self.level[place] = self.level[k] + self.scale[k] * levels[k] / n;
+                self.slope[place] = self.slope[k];
+                self.scale[place] = scale;
                 width += 1;
             }
         }
@@ -259,4 +260,13 @@ pub struct Products {
     pub count: f32,
     /// Whether there are any between channels.
     pub may_share: bool,
+}
+
+impl Products {
+    /// What rounding may have of the power of the first `width` channels, by their weights.
+    pub fn rounding(&self, weights: &Square<CHANNELS_MAX>, width: usize) -> f32 {
+        (0..width.min(CHANNELS_MAX))
+            .map(|k| weights[k][k] * self.least[k])
+            .sum()
+    }
 }

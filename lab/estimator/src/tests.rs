@@ -15,6 +15,7 @@ use crate::significance::{Sum, deviate};
 use crate::solve::{Power, Shape, Solution};
 use crate::source::Values;
 use crate::spectrum::{Spectrum, Sums};
+use crate::statistics::Products;
 use crate::work::Work;
 
 /// Deviate of a line over its neighbourhood: 1e-5, which is 1e-3 over a hundred places.
@@ -58,8 +59,8 @@ pub struct Noise<'n> {
     pub memory: &'n mut [Values],
     /// Inverse covariance of the channels' noise.
     pub weights: &'n Square<CHANNELS_MAX>,
-    /// Least square sums of residuals.
-    pub least: &'n Values,
+    /// Products of the channels.
+    pub all: &'n Products,
 }
 
 /// What the tests look at.
@@ -87,13 +88,13 @@ impl<'t> Tested<'t> {
     #[inline(never)]
     pub fn new(followed: &'t Followed, work: &Work, reach: Reach, width: usize) -> Self {
         let (all, shape) = (work.solution.line_factors(), followed.shape);
-        let factors = &all[..shape.lines.count()];
+        let factors = all.get(..shape.lines.count()).unwrap_or_default();
         let mut powers = [Power::default(); HARMONICS_MAX];
         for (power, factors) in powers.iter_mut().zip(factors) {
             *power = Power::new(factors, &work.weights);
         }
         let (mut tone, mut plain, mut with_tone) = (0.0, 0.0, 0);
-        for k in 0..width {
+        for k in 0..width.min(CHANNELS_MAX) {
             let mut most = 0.0;
             for [cos, sin] in factors {
                 let power = cos[k] * cos[k] + sin[k] * sin[k];
@@ -183,12 +184,13 @@ impl<'t> Tested<'t> {
             spectrum.clear(channels.len());
             data.visit(|frame| {
                 let values = model.residual(frame, channels.clone());
-                let point = frame.point(&place, frames) / each as usize;
-                for (i, value) in values[channels.clone()].iter().enumerate() {
+                let point = frame.point(&place, frames, each);
+                let values = values.get(channels.clone()).unwrap_or_default();
+                for (i, value) in values.iter().enumerate() {
                     spectrum.put(i, point, *value);
                 }
             });
-            spectrum.add_powers(&weights[channels.clone()]);
+            spectrum.add_powers(weights.get(channels.clone()).unwrap_or_default());
             // A channel without the tone that has one of its own.
             for k in channels.filter(|k| self.with_tone >> k & 1 == 0) {
                 let power = |i: usize| spectrum.of_channel(k - first, i);
@@ -267,13 +269,10 @@ impl<'t> Tested<'t> {
             neighbours,
             memory,
             weights,
-            least,
+            all,
         } = noise;
         // Rounding may have all its power in one line, in its cosine and its sine.
-        let rounding = 0.5
-            * (0..self.width)
-                .map(|k| weights[k][k] * least[k])
-                .sum::<f32>();
+        let rounding = 0.5 * all.rounding(weights, self.width);
         let mut found = f32::NEG_INFINITY;
         for number in BETWEEN {
             let cycles = 0.5 * number as f32 * followed.course.cycles;
@@ -289,7 +288,7 @@ impl<'t> Tested<'t> {
                 continue;
             }
             let [mut beside, mut own] = [Sum::default(); 2];
-            for values in &memory[..count] {
+            for values in memory.iter().take(count) {
                 beside.add(power(values, weights));
             }
             for values in &tested {

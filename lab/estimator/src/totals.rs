@@ -38,15 +38,16 @@ impl Totals {
     /// Products of the lines of a shape with its unknowns' functions, into rows.
     pub fn of_shape(&self, shape: &Shape, products: &mut [[f32; UNKNOWNS_MAX]]) {
         let first = shape.first_line();
-        for (i, line) in shape.lines.iter().enumerate() {
-            for (j, wave) in self.baselines[i].iter().enumerate().take(first) {
-                (products[2 * i][j], products[2 * i + 1][j]) = (wave[0], wave[1]);
+        let rows = products.as_chunks_mut::<2>().0.iter_mut();
+        for ((line, baselines), rows) in shape.lines.iter().zip(&self.baselines).zip(rows) {
+            for (j, wave) in baselines.iter().enumerate().take(first) {
+                (rows[0][j], rows[1][j]) = (wave[0], wave[1]);
             }
-            for (j, other) in shape.lines.iter().enumerate() {
+            for (j, other) in shape.lines.iter().enumerate().take(HARMONICS_MAX) {
                 let product = of_lines(&self.waves, line, other);
-                for r in 0..2 {
-                    products[2 * i + r][first + 2 * j] = product[r][0];
-                    products[2 * i + r][first + 2 * j + 1] = product[r][1];
+                for (row, product) in rows.iter_mut().zip(product) {
+                    row[first + 2 * j] = product[0];
+                    row[first + 2 * j + 1] = product[1];
                 }
             }
         }
@@ -54,10 +55,10 @@ impl Totals {
 
     /// The numbers of a shape as a list.
     pub fn list(&self, shape: &Shape, list: &mut [f32]) {
-        let waves = &self.waves[..=2 * shape.lines.most()];
+        let waves = self.waves.iter().take(2 * shape.lines.most() + 1);
         let baselines = self.baselines.iter().take(shape.lines.count());
-        let baselines = baselines.flat_map(|row| &row[..shape.first_line()]);
-        let numbers = waves.iter().chain(baselines).flatten();
+        let baselines = baselines.flat_map(|row| row.iter().take(shape.first_line()));
+        let numbers = waves.chain(baselines).flatten();
         list.iter_mut()
             .zip(numbers)
             .for_each(|(place, x)| *place = *x);
@@ -73,7 +74,9 @@ pub fn list_len(shape: &Shape) -> usize {
 #[inline(never)]
 pub fn unfold(shape: &Shape, list: &[f32], products: &mut OfModel) {
     let mut totals = Totals::NONE;
-    let (waves, baselines) = list.split_at(2 * (2 * shape.lines.most() + 1));
+    let Some((waves, baselines)) = list.split_at_checked(2 * (2 * shape.lines.most() + 1)) else {
+        return;
+    };
     let pairs = totals.waves.as_flattened_mut().iter_mut().zip(waves);
     pairs.for_each(|(place, x)| *place = *x);
     let rows = baselines.chunks_exact(2 * shape.first_line());
@@ -89,13 +92,17 @@ pub fn unfold(shape: &Shape, list: &[f32], products: &mut OfModel) {
 pub fn fold(shape: &Shape, weights: &OfModel, list: &mut [f32; LIST_MAX]) {
     let first = shape.first_line();
     let by_wave = by_wave(weights, first, shape.lines);
-    let (waves, baselines) = list.split_at_mut(2 * (2 * shape.lines.most() + 1));
+    let Some((waves, baselines)) = list.split_at_mut_checked(2 * (2 * shape.lines.most() + 1))
+    else {
+        return;
+    };
     let pairs = waves.iter_mut().zip(by_wave.as_flattened());
     pairs.for_each(|(place, x)| *place = *x);
     let rows = baselines.chunks_exact_mut(2 * first);
     for (row, [cos, sin]) in rows.zip(weights.as_chunks::<2>().0) {
-        for (j, pair) in row.as_chunks_mut::<2>().0.iter_mut().enumerate() {
-            *pair = [cos[j], sin[j]];
+        let pairs = row.as_chunks_mut::<2>().0.iter_mut();
+        for (pair, (cos, sin)) in pairs.zip(cos.iter().zip(sin)) {
+            *pair = [*cos, *sin];
         }
     }
 }
@@ -126,9 +133,9 @@ pub fn by_wave<const N: usize>(
 ) -> [Wave; WAVES] {
     let mut by_wave = [[0.0; 2]; WAVES];
     for (one, [cos, sin]) in lines.iter().zip(weights.as_chunks::<2>().0) {
-        let columns = |row: &'_ [f32; N], j: usize| [row[first + 2 * j], row[first + 2 * j + 1]];
-        for (j, other) in lines.iter().enumerate() {
-            let ([cc, cs], [sc, ss]) = (columns(cos, j), columns(sin, j));
+        let [of_cos, of_sin] =
+            [cos, sin].map(|row| row.get(first..).unwrap_or_default().as_chunks::<2>().0);
+        for (other, ([cc, cs], [sc, ss])) in lines.iter().zip(of_cos.iter().zip(of_sin)) {
             let sign = if one < other { -0.5 } else { 0.5 };
             let difference = &mut by_wave[one.abs_diff(other) % WAVES];
             difference[0] += 0.5 * (cc + ss);
