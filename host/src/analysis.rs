@@ -352,7 +352,7 @@ impl Periodogram {
         self.channels.first().map(|channel| channel.values.len())
     }
 
-    /// Share of the channels' power in a line of each of these frequencies, in cycles a window.
+    /// For each frequency, in cycles a window, the share of the channels' power in its line.
     fn powers(&self, frequencies: Frequencies) -> Vec<f64> {
         let mut mean = vec![0.0; frequencies.count];
         for Shares { squares, values } in &self.channels {

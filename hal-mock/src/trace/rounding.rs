@@ -5,7 +5,7 @@ use super::clock::RowClock;
 /// Most decimals by which the rounding of stamps is recognised: microseconds.
 const DECIMALS_MAX: i32 = 6;
 
-/// Standard deviation of the spacing of rows that have these stamps and numbers.
+/// Standard deviation of the rows' spacing, by their stamps and numbers.
 ///
 /// Errors from rounding are no noise: they follow from the spacing, repeat in a pattern, and may
 /// lie on a slope of their own. But every stamp bounds them. If some spacings put every row within

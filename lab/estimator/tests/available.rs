@@ -81,8 +81,7 @@ fn answers_are_good_and_right_and_their_intervals_hold() {
     assert!((0.93..0.98).contains(&share), "{share}");
 }
 
-/// Four harmonics of two and a half cycles, in noise so low that a hundredth of the frequency's bound is
-/// more than rounding: the error is that of the noise alone.
+/// Two and a half cycles with four harmonics, beside little noise: the error is that of the noise alone.
 #[test]
 fn few_cycles_in_little_noise_have_no_bias() {
     let (mut sum, mut squares) = (0.0, 0.0);
@@ -109,6 +108,6 @@ fn few_cycles_in_little_noise_have_no_bias() {
         "mean {sum:.2} sigma, root of the mean square {:.2}",
         squares.sqrt()
     );
-    // A tenth of a sigma is the mean of a hundred windows without bias.
+    // Without bias the mean of a hundred windows has a standard deviation of a tenth of a sigma.
     assert!(sum.abs() < 0.4 && squares < 1.4, "{sum} {squares}");
 }

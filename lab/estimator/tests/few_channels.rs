@@ -64,8 +64,8 @@ fn a_part_of_a_cycle_in_few_channels_is_no_tone_of_more_cycles() {
     assert!(all <= windows / 100, "{all} of {windows}");
 }
 
-/// A tone of more cycles stays one, in 95 % of the windows. One or two channels can have any shapes,
-/// so that a tone of theirs has two cycles or more.
+/// A tone of more cycles is good in 95 % of the windows. One or two channels can follow any bump, so
+/// that a tone of theirs needs two cycles.
 #[test]
 fn two_cycles_in_few_channels_are_good() {
     for (channels, cycles) in [(1, 2.5), (2, 2.3), (4, 1.5), (8, 1.5)] {
