@@ -44,6 +44,6 @@ pub use self::{
     text_file::short_text,
     trace::{
         Failure, OpenRows, PROGRESS_ROWS, Playback, RowClock, RowReader, Rows, Table, TimeColumn,
-        Timing, Trace, ValueAt, check_order, write_csv,
+        Timing, Trace, ValueAt, check_order, spacing_sigma_s, write_csv,
     },
 };

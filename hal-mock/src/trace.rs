@@ -8,6 +8,7 @@ mod header;
 mod layout;
 mod look;
 mod played;
+mod rounding;
 mod row_reader;
 mod rows;
 mod stamps;
@@ -16,6 +17,7 @@ mod time_column;
 mod write;
 
 pub use clock::RowClock;
+pub use rounding::spacing_sigma_s;
 pub use row_reader::{OpenRows, PROGRESS_ROWS, RowReader, Timing, ValueAt, check_order};
 pub use rows::Rows;
 pub use table::Table;

@@ -3,7 +3,7 @@
 
 use crate::digits::seconds;
 use crate::frame::Frame;
-use crate::harmonics::{self, Harmonic, Harmonics};
+use crate::harmonics::{self, Frequencies, Harmonic, Harmonics, Reading, powers};
 use crate::live::{Live, Strips};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::TAXELS;
@@ -23,7 +23,7 @@ pub const NEIGHBOURHOOD_CYCLES: f64 = 5.0;
 const POINTS_MIN: usize = 64;
 
 /// Places between two bins at which the strongest line is looked for.
-const BETWEEN_BINS: i32 = 16;
+const BETWEEN_BINS: usize = 16;
 
 /// The periodogram over all channels, each less its straight line.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -352,12 +352,20 @@ impl Periodogram {
         self.channels.first().map(|channel| channel.values.len())
     }
 
-    /// Share of the channels' power in a line of some cycles a window.
-    fn power(&self, cycles: f64) -> f64 {
-        let share = |Shares { squares, values }: &Shares| {
-            harmonics::power(values, cycles) / (0.5 * squares * values.len() as f64)
-        };
-        self.channels.iter().map(share).sum::<f64>() / self.channels.len().max(1) as f64
+    /// For each frequency, in cycles a window, the share of the channels' power in its line.
+    fn powers(&self, frequencies: Frequencies) -> Vec<f64> {
+        let mut mean = vec![0.0; frequencies.count];
+        for Shares { squares, values } in &self.channels {
+            let readings = values.iter().enumerate().map(|(row, value)| Reading {
+                at: row as f64 / values.len() as f64,
+                value: *value,
+            });
+            let scale = 0.5 * squares * (values.len() * self.channels.len()) as f64;
+            for (mean, power) in mean.iter_mut().zip(powers(readings, frequencies)) {
+                *mean += power / scale;
+            }
+        }
+        mean
     }
 
     fn cycles(&self, bin: f64, points: usize) -> f64 {
@@ -366,8 +374,13 @@ impl Periodogram {
 
     /// Powers of bins that are a share `1 / points` of the frame rate apart.
     fn power_db(&self, points: usize) -> Vec<f32> {
-        let power = |bin: usize| decibel(self.power(self.cycles(bin as f64, points)) as f32);
-        (0..points / 2).map(power).collect()
+        let frequencies = Frequencies {
+            first: 0.0,
+            step: self.cycles(1.0, points),
+            count: points / 2,
+        };
+        let powers = self.powers(frequencies).into_iter();
+        powers.map(|power| decibel(power as f32)).collect()
     }
 
     /// The strongest line of two cycles and more, looked for beside the strongest bin of
@@ -381,12 +394,15 @@ impl Periodogram {
         let (cycles, _) = bins
             .filter(|(cycles, _)| *cycles >= 2.0)
             .max_by(|a, b| a.1.total_cmp(&b.1))?;
-        let step = self.cycles(1.0, points) / f64::from(BETWEEN_BINS);
-        let beside = (-BETWEEN_BINS..=BETWEEN_BINS).map(|at| cycles + f64::from(at) * step);
-        beside
-            .map(|cycles| (cycles, self.power(cycles)))
-            .max_by(|a, b| a.1.total_cmp(&b.1))
-            .map(|(cycles, _)| cycles)
+        let step = self.cycles(1.0, points) / BETWEEN_BINS as f64;
+        let beside = Frequencies {
+            first: cycles - BETWEEN_BINS as f64 * step,
+            step,
+            count: 2 * BETWEEN_BINS + 1,
+        };
+        let powers = self.powers(beside).into_iter().enumerate();
+        let (strongest, _) = powers.max_by(|a, b| a.1.total_cmp(&b.1))?;
+        Some(beside.first + strongest as f64 * step)
     }
 }
 

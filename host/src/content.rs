@@ -21,8 +21,11 @@ pub enum Content {
     Wav(Input),
 }
 
+const JSON_ARRAY: &str =
+    "a JSON array: in Python, ridgetone.fit(pandas.read_json(FILE), rate_hz=...)";
+
 /// Kinds of file that are no recordings by their first bytes, and the way out.
-const OTHERS: [(&[u8], &str); 12] = [
+const OTHERS: [(&[u8], &str); 14] = [
     (
         b"\x93NUMPY",
         "a NumPy array: in Python, ridgetone.fit(numpy.load(FILE), rate_hz=...)",
@@ -61,6 +64,8 @@ const OTHERS: [(&[u8], &str); 12] = [
     ),
     (b"BZh", "compressed with bzip2: unpack it with bunzip2 FILE"),
     (b"\xFD7zXZ", "compressed with xz: unpack it with unxz FILE"),
+    (b"[[", JSON_ARRAY),
+    (b"[{", JSON_ARRAY),
     (b"%PDF", "a PDF document: it holds no numbers to fit"),
 ];
 

@@ -3,7 +3,7 @@
 use crate::digits::significant;
 use crate::part::{Part, Selection};
 use anyhow::{Context, Result, bail, ensure};
-use hal_mock::RowClock;
+use hal_mock::{RowClock, spacing_sigma_s};
 
 /// Share of missing rows above which the time stamps are no steady sampling with a few rows lost.
 const MISSING_MAX: f64 = 0.2;
@@ -14,9 +14,6 @@ const PAUSE_SHARE: f64 = 0.5;
 /// Distance from a multiple of a given spacing, as a share of it, up to which stamps tell which rows
 /// of that spacing are missing.
 const ON_GRID: f64 = 0.2;
-
-/// Most decimals by which the rounding of stamps is recognised: microseconds.
-const DECIMALS_MAX: i32 = 6;
 
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid {
@@ -169,117 +166,6 @@ fn is_steady(places: &[usize]) -> bool {
     (slots - places.len()) as f64 <= MISSING_MAX * slots as f64
 }
 
-/// Standard deviation of the spacing of rows.
-///
-/// Errors from rounding are no noise: they follow from the spacing, repeat in a pattern, and may
-/// lie on a slope of their own. But every stamp bounds them. If some spacings put every row within
-/// the rounding of its stamp, one of these is true, and any of them as likely as another. If none
-/// does, then the stamps jitter, which makes their errors independent.
-fn spacing_sigma_s(clock: &RowClock, time_s: &[f64], places: &[usize]) -> f64 {
-    let spacing_s = clock.spacing_s();
-    let Some(step_s) = resolution_s(time_s) else {
-        return clock.spacing_sigma_s(0.0);
-    };
-    let corners = corners(time_s, places);
-    let range_s = |spacing_s: f64| range_s(&corners, spacing_s);
-    // Stamps on an even grid are taken for exact ones: 0.01, 0.02, 0.03.
-    if range_s(spacing_s) < 1e-3 * step_s {
-        return clock.spacing_sigma_s(0.0);
-    }
-    let is_possible = |spacing_s: f64| range_s(spacing_s) <= step_s * (1.0 + 1e-3);
-    let reach_s = 2.0 * step_s / places.last().map_or(1.0, |last| *last as f64);
-    let (mut low, mut high) = (spacing_s - reach_s, spacing_s + reach_s);
-    // The range is convex in the spacing: halve towards its least value.
-    let mut inside = spacing_s;
-    while !is_possible(inside) {
-        let (left, right) = (low + (high - low) / 3.0, high - (high - low) / 3.0);
-        if right - left < 1e-9 * reach_s {
-            return clock.spacing_sigma_s(step_s / 12f64.sqrt());
-        }
-        if range_s(left) < range_s(right) {
-            high = right
-        } else {
-            low = left
-        }
-        inside = 0.5 * (low + high);
-    }
-    let edge = |mut out: f64| {
-        let mut within = inside;
-        for _ in 0..40 {
-            let middle = 0.5 * (within + out);
-            if is_possible(middle) {
-                within = middle
-            } else {
-                out = middle
-            }
-        }
-        within
-    };
-    let (least, most) = (edge(spacing_s - reach_s), edge(spacing_s + reach_s));
-    ((most - least) / 12f64.sqrt()).hypot(spacing_s - 0.5 * (least + most))
-}
-
-/// A row's number, and its stamp from the first one, seconds.
-#[derive(Clone, Copy, Debug)]
-struct Stamp {
-    place: f64,
-    t_s: f64,
-}
-
-/// Range of the rows' distances from an even grid.
-fn range_s(stamps: &[Stamp], spacing_s: f64) -> f64 {
-    let (mut least, mut greatest) = (f64::INFINITY, f64::NEG_INFINITY);
-    for stamp in stamps {
-        let off_s = stamp.t_s - stamp.place * spacing_s;
-        (least, greatest) = (off_s.min(least), off_s.max(greatest));
-    }
-    greatest - least
-}
-
-/// The rows that are furthest from an even grid of any spacing: the corners of the convex hull of
-/// all stamps over their numbers. The search for the spacings that are possible looks at the range
-/// some 80 times, and at these alone.
-fn corners(time_s: &[f64], places: &[usize]) -> Vec<Stamp> {
-    let is_left_turn = |a: Stamp, b: Stamp, c: Stamp| {
-        (b.place - a.place) * (c.t_s - a.t_s) > (b.t_s - a.t_s) * (c.place - a.place)
-    };
-    let (mut below, mut above) = (Vec::<Stamp>::new(), Vec::<Stamp>::new());
-    for (t_s, place) in time_s.iter().zip(places) {
-        let next = Stamp {
-            place: *place as f64,
-            t_s: t_s - time_s[0],
-        };
-        while let [.., a, b] = below[..]
-            && !is_left_turn(a, b, next)
-        {
-            below.pop();
-        }
-        while let [.., a, b] = above[..]
-            && !is_left_turn(b, a, next)
-        {
-            above.pop();
-        }
-        below.push(next);
-        above.push(next);
-    }
-    below.append(&mut above);
-    below
-}
-
-/// The step of the stamps' last decimal, seconds; none if they have more decimals than stand for a
-/// rounding.
-fn resolution_s(time_s: &[f64]) -> Option<f64> {
-    let is_multiple = |decimals: &i32| {
-        let steps = 10f64.powi(*decimals);
-        time_s
-            .iter()
-            .all(|t_s| (t_s * steps - (t_s * steps).round()).abs() < 0.01)
-    };
-    (0..=DECIMALS_MAX)
-        .find(is_multiple)
-        .map(|decimals| 0.1f64.powi(decimals))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -300,26 +186,6 @@ mod tests {
             "{}",
             grid.rate_hz
         );
-    }
-
-    #[test]
-    fn a_few_rows_have_the_range_of_all() {
-        let places: Vec<usize> = (0..1000).filter(|place| place % 7 != 3).collect();
-        let exact = |place: usize| place as f64 / 241.14;
-        let jittering = |place: usize| exact(place) + 1e-4 * (place * 7919 % 101) as f64;
-        let rounded = |place: usize| (exact(place) * 1e3).round() * 1e-3;
-        for stamp in [&exact as &dyn Fn(usize) -> f64, &jittering, &rounded] {
-            let time_s: Vec<f64> = places.iter().map(|place| 5.0 + stamp(*place)).collect();
-            let corners = corners(&time_s, &places);
-            assert!(corners.len() < 120, "{}", corners.len());
-            for spacing_s in [0.0, 0.004, 1.0 / 241.2, 1.0 / 241.14, 0.01] {
-                let off_s = |row: &usize| time_s[*row] - places[*row] as f64 * spacing_s;
-                let all = || (0..places.len()).map(|row| off_s(&row));
-                let range = all().fold(f64::MIN, f64::max) - all().fold(f64::MAX, f64::min);
-                let found = range_s(&corners, spacing_s);
-                assert!((found - range).abs() < 1e-12, "{found} {range}");
-            }
-        }
     }
 
     #[test]

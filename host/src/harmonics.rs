@@ -107,15 +107,36 @@ pub fn about_line(volts: &[Option<f32>]) -> f64 {
     straight_line(volts).1
 }
 
-/// Square of the sum of `values` times a wave of `cycles` in as many of them.
-pub fn power(values: &[f64], cycles: f64) -> f64 {
-    let (sin, cos) = (TAU * cycles / values.len() as f64).sin_cos();
-    let (mut wave, mut sum) = ((1.0, 0.0), (0.0, 0.0));
-    for value in values {
-        sum = (sum.0 + value * wave.0, sum.1 + value * wave.1);
-        wave = (wave.0 * cos - wave.1 * sin, wave.0 * sin + wave.1 * cos);
+/// A value, and where it is along the axis.
+#[derive(Clone, Copy, Debug)]
+pub struct Reading {
+    pub at: f64,
+    pub value: f64,
+}
+
+/// Evenly spaced frequencies, in cycles a unit of the axis.
+#[derive(Clone, Copy, Debug)]
+pub struct Frequencies {
+    pub first: f64,
+    pub step: f64,
+    pub count: usize,
+}
+
+/// The periodogram: for each frequency the square of the sum of all values times a wave of it.
+pub fn powers(readings: impl Iterator<Item = Reading>, frequencies: Frequencies) -> Vec<f64> {
+    let mut sums = vec![(0.0, 0.0); frequencies.count];
+    for Reading { at, value } in readings {
+        let (sin, cos) = (TAU * frequencies.first * at).sin_cos();
+        let mut wave = (value * cos, value * sin);
+        // From each frequency to the next the wave turns by the same angle.
+        let (sin, cos) = (TAU * frequencies.step * at).sin_cos();
+        for sum in &mut sums {
+            sum.0 += wave.0;
+            sum.1 += wave.1;
+            wave = (wave.0 * cos - wave.1 * sin, wave.0 * sin + wave.1 * cos);
+        }
     }
-    sum.0.powi(2) + sum.1.powi(2)
+    sums.into_iter().map(|(re, im)| re * re + im * im).collect()
 }
 
 /// The unknowns, and the sum of the squared residuals, by the modified Gram-Schmidt process

@@ -6,6 +6,7 @@ use crate::usage::UsageError;
 use anyhow::{Result, bail, ensure};
 use hal_mock::{PROGRESS_ROWS, RowReader, Timing, ValueAt, check_order};
 use ridgetone_proto::settings::TAXELS;
+use std::borrow::Cow;
 
 /// Which rows and columns to fit, and how.
 #[derive(Clone, Debug, Default)]
@@ -62,30 +63,33 @@ pub struct Part {
 
 /// Values of the rows; NaN stands for a missing reading.
 enum Values {
-    /// Row after row.
-    Read { all: Vec<f64>, columns: usize },
+    /// Column by column.
+    Read(Vec<Vec<f64>>),
     /// They are where they were.
     InMemory(ValueAt),
 }
 
 impl Default for Values {
     fn default() -> Self {
-        Self::Read {
-            all: Vec::new(),
-            columns: 0,
-        }
+        Self::Read(Vec::new())
+    }
+}
+
+/// Adds a row's values to their columns.
+pub fn push_row(columns: &mut [Vec<f64>], row: &[f64]) {
+    for (column, value) in columns.iter_mut().zip(row) {
+        column.push(*value);
     }
 }
 
 impl Part {
-    /// Rows that were read already, all values row after row.
-    pub fn of_rows(before: u64, times_s: Vec<f64>, all: Vec<f64>) -> Self {
-        let columns = all.len() / times_s.len().max(1);
+    /// Rows that were read already, column by column.
+    pub fn of_rows(before: u64, times_s: Vec<f64>, columns: Vec<Vec<f64>>) -> Self {
         Self {
             before,
             times_s,
             is_stamped: true,
-            values: Values::Read { all, columns },
+            values: Values::Read(columns),
         }
     }
 
@@ -108,7 +112,8 @@ impl Part {
         let mut part = Self::default();
         let (mut read, mut begin_s, mut last_s) = (0u64, 0.0, 0.0);
         let mut is_whole = true;
-        let (mut kept, mut values, in_memory) = (Vec::new(), Vec::new(), rows.in_memory());
+        let (mut values, in_memory) = (Vec::new(), rows.in_memory());
+        let mut kept = vec![Vec::new(); rows.names().len()];
         while rows.advance()? {
             let stamp_s = rows.time_s();
             part.is_stamped = stamp_s.is_some();
@@ -142,7 +147,7 @@ impl Part {
             // It refuses values that are not finite, those in memory too.
             rows.values(&mut values)?;
             if in_memory.is_none() {
-                kept.extend_from_slice(&values);
+                push_row(&mut kept, &values);
             }
             part.times_s.push(t_s);
         }
@@ -168,8 +173,7 @@ impl Part {
             "{file}: --to {to_s} s is outside the data: {data}"
         );
         ensure!(part.rows() > 0, "{file}: no row from {from_s} to {to_s} s");
-        let columns = rows.names().len();
-        part.values = in_memory.map_or(Values::Read { all: kept, columns }, Values::InMemory);
+        part.values = in_memory.map_or(Values::Read(kept), Values::InMemory);
         Ok(part)
     }
 
@@ -178,17 +182,15 @@ impl Part {
         self.times_s.len()
     }
 
-    /// The value of a row of the part in a column.
-    pub fn value(&self, row: usize, column: usize) -> f64 {
-        match &self.values {
-            Values::Read { all, columns } => all[row * columns + column],
-            Values::InMemory(value_at) => value_at(self.before as usize + row, column),
-        }
-    }
-
     /// All values of a column.
-    pub fn column(&self, column: usize) -> impl Iterator<Item = f64> {
-        (0..self.rows()).map(move |row| self.value(row, column))
+    pub fn column(&self, column: usize) -> Cow<'_, [f64]> {
+        match &self.values {
+            Values::Read(columns) => Cow::Borrowed(&columns[column]),
+            Values::InMemory(value_at) => {
+                let rows = self.before as usize..self.before as usize + self.rows();
+                rows.map(|row| value_at(row, column)).collect()
+            }
+        }
     }
 }
 

@@ -35,7 +35,10 @@ impl RawRows {
                 alive |= raw.present & raw.good;
             }
         }
-        ensure!(alive != 0, "{file}: holds no frames: record with --raw");
+        ensure!(
+            alive != 0,
+            "{file}: holds no frames of a board: record with --raw, or write other samples as CSV"
+        );
         let (file, frame) = (file.to_owned(), None);
         Ok(Self {
             file,

@@ -172,7 +172,7 @@ pub fn fit_part(
     let places = match &selection.place {
         Some(column) => {
             let at = named_in(file, &table.names, column.name())?;
-            let values: Vec<f64> = part.column(at).collect();
+            let values = part.column(at);
             let is_blank = |end: Option<&f64>| end.is_some_and(|value| value.is_nan());
             let is_cut = is_blank(values.first()) || is_blank(values.last());
             ensure!(

@@ -1,7 +1,7 @@
 //! `fit --window`: a recording of any length in windows, fitted on all cores; only the rows of the
 //! windows in work are in memory.
 
-use crate::part::{Part, Selection, columns, given_rate_hz};
+use crate::part::{Part, Selection, columns, given_rate_hz, push_row};
 use crate::table_fit::{TableFit, TableHead, fit_part};
 use anyhow::{Context, Result, ensure};
 use hal_mock::{RowReader, check_order};
@@ -98,13 +98,13 @@ struct Cutter<'a> {
     rows: &'a mut dyn RowReader,
     selection: &'a Selection,
     steps: Steps,
-    /// Values of a row.
-    width: usize,
     /// Rows read.
     read: u64,
-    /// Times and values of the rows that the next window may need.
+    /// Values of the row that was read last.
+    row: Vec<f64>,
+    /// Times of the rows that the next window may need, and their values column by column.
     times_s: Vec<f64>,
-    values: Vec<f64>,
+    columns: Vec<Vec<f64>>,
     /// Number of the first of them in the file.
     first: u64,
     /// Time of the first row of the part.
@@ -121,13 +121,13 @@ impl<'a> Cutter<'a> {
             "--window and --hop must be greater than 0 s"
         );
         Ok(Self {
-            width: rows.names().len(),
+            columns: vec![Vec::new(); rows.names().len()],
             rows,
             selection,
             steps,
             read: 0,
+            row: Vec::new(),
             times_s: Vec::new(),
-            values: Vec::new(),
             first: 0,
             begin_s: None,
             number: 0,
@@ -198,9 +198,8 @@ impl<'a> Cutter<'a> {
             self.first = self.read;
             return Ok(());
         }
-        let mut values = Vec::with_capacity(self.width);
-        self.rows.values(&mut values)?;
-        self.values.append(&mut values);
+        self.rows.values(&mut self.row)?;
+        push_row(&mut self.columns, &self.row);
         self.times_s.push(t_s);
         self.begin_s.get_or_insert(t_s);
         Ok(())
@@ -219,16 +218,23 @@ impl<'a> Cutter<'a> {
         }
         self.number += 1;
         let times_s = self.times_s[start..end].to_vec();
-        let values = self.values[start * self.width..end * self.width].to_vec();
-        Some(Part::of_rows(self.first + start as u64, times_s, values))
+        let columns = self.columns.iter().map(|all| all[start..end].to_vec());
+        let before = self.first + start as u64;
+        Some(Part::of_rows(before, times_s, columns.collect()))
     }
 
     fn forget_before(&mut self, from_s: f64) {
+        // It is called for each row that is read.
+        if self.times_s.first().is_none_or(|t_s| *t_s >= from_s) {
+            return;
+        }
         let count = self.times_s.partition_point(|t_s| *t_s < from_s);
         // The last one tells whether stamps increase.
         let count = count.min(self.times_s.len().saturating_sub(1));
         self.times_s.drain(..count);
-        self.values.drain(..count * self.width);
+        for column in &mut self.columns {
+            column.drain(..count);
+        }
         self.first += count as u64;
     }
 }

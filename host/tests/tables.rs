@@ -59,6 +59,17 @@ fn separators_decimals_and_times_of_all_kinds_give_the_same_numbers() {
     };
     type Cell<'a> = &'a dyn Fn(usize, &str) -> String;
     let (same, comma, clock): (Cell<'_>, Cell<'_>, Cell<'_>) = (&same, &comma, &clock);
+    let after = |before: &'static str| {
+        move |at: usize, text: &str| match at {
+            0 => format!("{before}{text}"),
+            _ => text.to_owned(),
+        }
+    };
+    let (stopwatch, days, month) = (
+        after("59:0"),
+        after("0 days 00:00:0"),
+        after("31-Jan-2026 12:00:0"),
+    );
     let (ms, us) = (times(1e3), times(1e6));
     for (name, header, separator, cell, options, said) in [
         (
@@ -128,6 +139,46 @@ fn separators_decimals_and_times_of_all_kinds_give_the_same_numbers() {
             &[],
             "column timestamp is the time as a date or a time of day",
         ),
+        (
+            "stopwatch",
+            "Time,c0,c1",
+            ",",
+            &stopwatch,
+            &[],
+            "a time of day",
+        ),
+        (
+            "days",
+            "when,c0,c1",
+            ",",
+            &days,
+            &[],
+            "column when is the time as a date or a time of day",
+        ),
+        (
+            "month",
+            "Timestamp,c0,c1",
+            ",",
+            &month,
+            &[],
+            "a time of day",
+        ),
+        (
+            "zeit",
+            "Zeit (ms),c0,c1",
+            ",",
+            &ms,
+            &[],
+            "column Zeit (ms) is the time in milliseconds",
+        ),
+        (
+            "minus",
+            "time_s,c0,c1",
+            ",",
+            &|_, text| text.replace('-', "\u{2212}"),
+            &[],
+            "",
+        ),
     ] {
         let mut rows = rewritten(&table, header, separator, cell);
         if header.ends_with(";c1;") {
@@ -144,7 +195,7 @@ fn separators_decimals_and_times_of_all_kinds_give_the_same_numbers() {
         }
         let (found, beside) = fit(&file(folder.path(), &format!("{name}.csv"), &rows), options);
         // Stamps since 1970 have a quarter of a microsecond.
-        if name == "clock" {
+        if said.contains("time of day") {
             let hz = |found: &Value| found["frequency_hz"].as_f64().expect("a tone");
             assert!((hz(&found) / hz(&plain.0) - 1.0).abs() < 1e-6, "{found}");
         } else {
@@ -154,6 +205,54 @@ fn separators_decimals_and_times_of_all_kinds_give_the_same_numbers() {
             beside.contains(said) && beside.lines().count() == usize::from(!said.is_empty()),
             "{name}: {beside}"
         );
+    }
+}
+
+#[test]
+fn preambles_that_look_like_rows_are_passed_over() {
+    let folder = directory();
+    let table = tone(2, 400, 100.0, 5.0, 0.0);
+    let plain = fit(&file(folder.path(), "plain.csv", &table), &[]).0;
+    let rows = |separator: &str| {
+        let same = |_: usize, text: &str| text.to_owned();
+        rewritten(&table, "", separator, same)
+    };
+    let oscilloscope = format!(
+        "Model,MSO44\nSample Interval,0.01\nVertical Units,V,V\nVertical Offset,0,0\nVertical Scale,1,1\n,,\nLabel,,\nTIME,c0,c1{}",
+        rows(",")
+    );
+    let labview = format!(
+        "LabVIEW Measurement\t\nSeparator\tTab\n***End_of_Header***\t\n\t\nChannels\t2\t\t\nDate\t2021/03/04\t2021/03/04\t\nTime\t10:11:12.12\t10:11:12.12\t\nX0\t0.0E+0\t0.0E+0\t\nDelta_X\t0.01\t0.01\t\n***End_of_Header***\t\t\t\nX_Value\tc0\tc1\tComment\n{}\t",
+        rows("\t").trim_start().replace('\n', "\t\n")
+    );
+    for (name, text) in [("oscilloscope.csv", oscilloscope), ("labview.lvm", labview)] {
+        assert_eq!(
+            fit(&file(folder.path(), name, &text), &[]).0,
+            plain,
+            "{name}"
+        );
+    }
+    // Another one writes its settings beside the first rows.
+    let settings = [
+        "Record Length,4.0e+02,,",
+        "Sample Interval,0.01,,",
+        "Source,CH1,,",
+    ];
+    let beside: String = table
+        .lines()
+        .skip(1)
+        .enumerate()
+        .map(|(row, line)| format!("{}{line}\n", settings.get(row).unwrap_or(&",,,")))
+        .collect();
+    let path = file(folder.path(), "beside.csv", &beside);
+    assert_one_line(
+        &run(&["fit", text(&path)]),
+        1,
+        &["no header", "--time-column column_4:s"],
+    );
+    let found = fit(&path, &["--time-column", "column_4:s"]).0;
+    for field in ["rows", "frequency_hz", "sigma_hz"] {
+        assert_eq!(found[field], plain[field]);
     }
 }
 

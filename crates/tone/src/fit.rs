@@ -92,7 +92,8 @@ pub struct Tests {
     pub fading: f32,
     /// Cycles in the window.
     pub cycles: f32,
-    /// Whether all channels have one shape in time, or are no more than two.
+    /// Whether any bump may look like this: all channels have one shape in time, or there are at most
+    /// two of them.
     pub one_shape: bool,
     /// Probability that the phase does not move.
     pub steady: f32,

@@ -223,8 +223,8 @@ impl<'w> Window<'w, '_, '_> {
         best.rival.score -= best.score;
         let lines = refinement.lines(best.course.cycles);
         self.collect(blocks, &best.course, lines.and(best.shape.lines));
-        // Scores of turned blocks and of these are not comparable; nor are those of other courses:
-        // a curved baseline explains a part of what a step would.
+        // Blocks that were turned gave the scores so far; these are exact. Each degree is compared at
+        // its own frequency: beside it a curved baseline explains part of what a step would.
         let (mut at, course) = (best.course, best.course);
         best.score = f32::NEG_INFINITY;
         work.restore_weights();

@@ -10,6 +10,9 @@ const MISSING: [&str; 17] = [
     "overflow", "ovl", "ol", "?",
 ];
 
+/// Marks between groups of three digits besides a comma.
+const GROUP_MARKS: [char; 5] = [' ', '\u{A0}', '\u{202F}', '\'', '\u{2019}'];
+
 /// Kind of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
@@ -56,6 +59,9 @@ impl Numbers {
         if is_missing(cell) {
             return Some(f64::NAN);
         }
+        if let Some(plain) = plain(cell) {
+            return self.number(&plain);
+        }
         if !cell.contains(',') {
             return None;
         }
@@ -81,16 +87,30 @@ impl Numbers {
     }
 }
 
+/// A cell with another minus than a hyphen, or with marks between its thousands, without these.
+fn plain(cell: &str) -> Option<String> {
+    if let Some(size) = cell.strip_prefix('\u{2212}') {
+        return Some(format!("-{size}"));
+    }
+    let end = cell.find(['.', ',']).unwrap_or(cell.len());
+    let mark = cell[..end].chars().find(|c| GROUP_MARKS.contains(c))?;
+    is_grouped(&cell[..end], mark).then(|| cell.replace(mark, ""))
+}
+
 /// `10,273.937` and `1,234,567`: groups of three digits.
 fn without_thousands(cell: &str) -> Option<f64> {
     let (whole, decimals) = cell.split_once('.').unwrap_or((cell, ""));
-    let mut groups = whole.trim_start_matches(['+', '-']).split(',');
-    let is_group =
-        |group: &str| group.len() == 3 && group.bytes().all(|byte| byte.is_ascii_digit());
-    let first = groups.next()?;
-    let is_first = (1..=3).contains(&first.len()) && first != "0";
-    (is_first && groups.all(is_group) && !decimals.contains(','))
+    (is_grouped(whole, ',') && !decimals.contains(','))
         .then(|| cell.replace(',', "").parse().ok())?
+}
+
+/// Whether a whole number has groups of three digits.
+fn is_grouped(whole: &str, mark: char) -> bool {
+    let mut groups = whole.trim_start_matches(['+', '-']).split(mark);
+    let is_digits = |group: &str| group.bytes().all(|byte| byte.is_ascii_digit());
+    let first = groups.next().unwrap_or_default();
+    let is_first = (1..=3).contains(&first.len()) && first != "0" && is_digits(first);
+    is_first && groups.all(|group| group.len() == 3 && is_digits(group))
 }
 
 /// Whether a cell stands for a missing reading.
@@ -124,6 +144,12 @@ mod tests {
             (others(), "1,5", Some(1.5)),
             (others(), "10,273.9", Some(10_273.9)),
             (others(), "0,125", Some(0.125)),
+            (commas(), "\u{2212}1.5", Some(-1.5)),
+            (others(), "10 273,9", Some(10_273.9)),
+            (others(), "-1'234'567.5", Some(-1_234_567.5)),
+            (others(), "\u{2212}10\u{A0}273", Some(-10_273.0)),
+            (others(), "10 27", None),
+            (commas(), "\u{2212}\u{2212}1", None),
             (commas(), "1,2,3", None),
             (commas(), "two", None),
         ] {

@@ -14,13 +14,13 @@ pub enum ClockTime {
     Absolute(f64),
     /// Seconds since 1970 by a local clock, which may jump by an hour.
     Local(f64),
-    /// Seconds since midnight.
+    /// Seconds since midnight, or since a start.
     OfDay(f64),
 }
 
 impl ClockTime {
-    /// Reads `2026-01-31T12:30:05.25+01:00`, `31.01.2026 12:30:05,25`, `1/31/2026 0:30:05 PM` and
-    /// the like; a time of day, too.
+    /// Reads `2026-01-31T12:30:05.25+01:00`, `31.01.2026 12:30:05,25`, `1/31/2026 0:30:05 PM`,
+    /// `31-Jan-2026 12:30:05` and the like; a time of day and `0 days 00:00:05.25`, too.
     pub fn parse(text: &str) -> Option<Self> {
         // Most cells of a table are no time: that should cost little.
         if !text.contains(':') {
@@ -30,6 +30,11 @@ impl ClockTime {
             return Some(Self::Absolute(seconds(stamp)));
         }
         let text = text.replace(',', ".");
+        if let Some((days, time)) = text.split_once(" day") {
+            let time = time.trim_start_matches(['s', '.', ' ', '+']);
+            let days: f64 = days.parse().ok()?;
+            return Some(Self::OfDay(days * DAY_S + time_of_day_s(time)?));
+        }
         let (date, time) = match text.split_once(['T', ' ']) {
             Some((date, time)) if !date.contains(':') => (Some(date), time.trim()),
             _ => (None, text.as_str()),
@@ -57,7 +62,8 @@ fn seconds(stamp: Timestamp) -> f64 {
     stamp.as_second() as f64 + f64::from(stamp.subsec_nanosecond()) * 1e-9
 }
 
-/// `12:30:05.25`, `12:30:05:250`, `12:30`, `0:30:05 PM`.
+/// `12:30:05.25`, `12:30:05:250`, `12:30`, `0:30:05 PM`; of `30:05.25` the decimals say that it has
+/// minutes and seconds.
 fn time_of_day_s(text: &str) -> Option<f64> {
     let lower = text.to_ascii_lowercase();
     let (time, later_s) = match (lower.strip_suffix("am"), lower.strip_suffix("pm")) {
@@ -71,6 +77,9 @@ fn time_of_day_s(text: &str) -> Option<f64> {
         part.parse::<f64>().ok().filter(|_| is_number)
     });
     let (hours, minutes) = (parts.next()??, parts.next()??);
+    if !has_half && time.contains('.') && time.matches(':').count() == 1 {
+        return (minutes < 60.0).then_some(60.0 * hours + minutes);
+    }
     let seconds = parts.next().unwrap_or(Some(0.0))?;
     let milliseconds = parts.next().unwrap_or(Some(0.0))?;
     let hours = if has_half { hours % 12.0 } else { hours };
@@ -81,6 +90,9 @@ fn time_of_day_s(text: &str) -> Option<f64> {
 /// The day of a date: year first, or last; then the month is first after slashes, unless it cannot
 /// be one.
 fn day(text: &str) -> Option<Date> {
+    if text.contains(|c: char| c.is_alphabetic()) {
+        return Date::strptime("%d-%b-%Y", text).ok();
+    }
     let parts: Vec<i16> = text
         .split(['-', '/', '.'])
         .map(|part| part.parse().ok())
@@ -112,9 +124,16 @@ mod tests {
             ("2026-01-31 12:30:05.25", ClockTime::Local(noon)),
             ("31.01.2026 12:30:05,25", ClockTime::Local(noon)),
             ("1/31/2026 12:30:05.25 PM", ClockTime::Local(noon)),
+            ("31-Jan-2026 12:30:05.25", ClockTime::Local(noon)),
             ("2000-02-29 00:00:00", ClockTime::Local(951_782_400.0)),
             ("00:01:01.5", ClockTime::OfDay(61.5)),
             ("00:01:01:500", ClockTime::OfDay(61.5)),
+            ("01:01.5", ClockTime::OfDay(61.5)),
+            ("61:01,5", ClockTime::OfDay(3661.5)),
+            ("01:01", ClockTime::OfDay(3660.0)),
+            ("0 days 00:01:01.500000", ClockTime::OfDay(61.5)),
+            ("1 day, 0:01:01", ClockTime::OfDay(86_461.0)),
+            ("-1 days +23:59:59.5", ClockTime::OfDay(-0.5)),
         ] {
             assert_eq!(ClockTime::parse(text), Some(expected), "{text}");
         }

@@ -1,7 +1,8 @@
 //! The first lines of a text, cut into cells by some separator.
 
 use super::cells::{Kind, kind};
-use csv::ByteRecord;
+use csv::{ByteRecord, StringRecord};
+use encoding_rs::WINDOWS_1252;
 
 /// A line of the table's beginning.
 pub struct HeadLine {
@@ -20,6 +21,11 @@ impl HeadLine {
     pub fn is_data(&self) -> bool {
         let values = self.count(Kind::Number) + self.count(Kind::Clock);
         values > self.count(Kind::Text) && !self.is_comment()
+    }
+
+    /// Whether LabVIEW's header ends here; there may be two.
+    pub fn ends_header(&self) -> bool {
+        self.cells[0] == "***End_of_Header***"
     }
 
     pub fn is_comment(&self) -> bool {
@@ -41,28 +47,20 @@ pub fn records<R: std::io::Read>(input: R, separator: u8) -> csv::Reader<R> {
         .from_reader(input)
 }
 
-/// The cells of a record as text; between spaces there may be nothing.
-pub fn cells(
-    record: &ByteRecord,
-    separator: u8,
-) -> impl Iterator<Item = std::borrow::Cow<'_, str>> {
+/// The cells of a record; between spaces there may be nothing.
+pub fn cells(record: &StringRecord, separator: u8) -> impl Iterator<Item = &str> {
     record
         .iter()
-        .map(text)
+        .map(str::trim_ascii)
         .filter(move |cell| separator != b' ' || !cell.is_empty())
 }
 
-/// Bytes as text: of instruments that write no UTF-8 the usual code page.
-pub fn text(bytes: &[u8]) -> std::borrow::Cow<'_, str> {
-    let bytes = bytes.trim_ascii();
-    match core::str::from_utf8(bytes) {
-        Ok(text) => text.into(),
-        Err(_) => {
-            encoding_rs::WINDOWS_1252
-                .decode_without_bom_handling(bytes)
-                .0
-        }
-    }
+/// A record as text: of instruments that write no UTF-8 by the usual code page.
+pub fn as_text(record: ByteRecord) -> StringRecord {
+    StringRecord::from_byte_record(record).unwrap_or_else(|error| {
+        let decoded = |cell| WINDOWS_1252.decode_without_bom_handling(cell).0;
+        error.into_byte_record().iter().map(decoded).collect()
+    })
 }
 
 /// How lines end.
@@ -104,17 +102,16 @@ pub fn lines(text: &[u8], separator: u8, is_whole: bool) -> Vec<HeadLine> {
     let ends = LineEnds::of(text);
     let (mut record, mut lines) = (ByteRecord::new(), Vec::new());
     while reader.read_byte_record(&mut record).unwrap_or(false) {
-        let cells: Vec<String> = cells(&record, separator).map(Into::into).collect();
+        let line = ends.line(&reader, &record);
+        let byte = record.position().map_or(0, csv::Position::byte) as usize;
+        let read = as_text(core::mem::take(&mut record));
+        let cells: Vec<String> = cells(&read, separator).map(Into::into).collect();
         if cells.iter().all(String::is_empty) {
             continue;
         }
         lines.push(HeadLine {
-            number: ends
-                .line(&reader, &record)
-                .unwrap_or(lines.len() as u64 + 1),
-            byte: record
-                .position()
-                .map_or(0, |position| position.byte() as usize),
+            number: line.unwrap_or(lines.len() as u64 + 1),
+            byte,
             kinds: cells
                 .iter()
                 .map(|cell| kind(cell, separator == b','))

@@ -6,6 +6,9 @@ use super::layout::Refused;
 use super::time_column::per_second;
 use crate::escaped;
 
+/// LabVIEW's column without numbers.
+pub const COMMENT: &str = "Comment";
+
 /// The names of the columns and the line that they stand on. It may be a comment, and a row of
 /// units may follow it.
 pub fn names(
@@ -60,7 +63,7 @@ fn fitting(line: &HeadLine, width: usize) -> Option<Vec<String>> {
     if names.len() == width + 1
         && names
             .last()
-            .is_some_and(|last| last == "Comment" || last.is_empty())
+            .is_some_and(|last| last == COMMENT || last.is_empty())
     {
         names.pop();
     }

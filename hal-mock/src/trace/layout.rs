@@ -2,7 +2,7 @@
 
 use super::cells::Kind;
 use super::head_line::{HeadLine, LineEnds, lines};
-use super::header::{names, unit_row};
+use super::header::{COMMENT, names, unit_row};
 use super::look::{Look, is_counter, likely_time};
 use super::stamps::Unit;
 use super::time_column::{
@@ -57,6 +57,8 @@ pub struct Layout {
     pub time: Option<(usize, Option<Unit>)>,
     /// The column that looks most like a time among those that are none.
     pub likely_time: Option<usize>,
+    /// Whether all its values are whole: seconds would have decimals.
+    pub is_likely_whole: bool,
     /// Whether lines were passed over in front of the header.
     pub has_preamble: bool,
     /// The time's unit is guessed from its size.
@@ -110,7 +112,8 @@ impl Layout {
             let name = names
                 .as_ref()
                 .map_or(format!("column_{}", at + 1), |names| names[at].clone());
-            let is_empty = name.is_empty() && share(at, Kind::Missing) == 1.0;
+            let is_unnamed = name.is_empty() || name == COMMENT;
+            let is_empty = is_unnamed && share(at, Kind::Missing) == 1.0;
             let words = share(at, Kind::Text) + share(at, Kind::Clock);
             Column {
                 is_left_out: is_empty || words > 0.5 || is_counter(&name, &rows, at),
@@ -134,6 +137,7 @@ impl Layout {
             header_line: header.map(|at| lines[at].number),
             time: None,
             likely_time: None,
+            is_likely_whole: false,
             has_preamble: lines[..header_at].iter().any(|line| !line.is_comment()),
             is_epoch: false,
         })
@@ -182,7 +186,11 @@ impl Layout {
                         likeness: Likeness::WithUnit,
                         per_second: Some(per_second),
                     });
-                    let named = named(&self.columns[at].name).or(by_unit);
+                    let by_look = look.is_clock.then_some(Named {
+                        likeness: Likeness::Contains,
+                        per_second: None,
+                    });
+                    let named = named(&self.columns[at].name).or(by_unit).or(by_look);
                     let named =
                         named.filter(|named| look.is_time() || named.likeness == Likeness::Exact);
                     candidates.extend(named.map(|named| Candidate {
@@ -200,6 +208,8 @@ impl Layout {
                     Ok(Some(found)) => (found.at, found.named.per_second),
                     Ok(None) => {
                         self.likely_time = likely_time(&looks);
+                        self.is_likely_whole =
+                            self.likely_time.is_some_and(|at| looks[at].is_whole);
                         return Ok(());
                     }
                     Err(all) => {
@@ -284,24 +294,26 @@ fn usual_width(lines: &[HeadLine]) -> usize {
     most.map_or(0, |(width, _)| width)
 }
 
-/// The first row: a line with a word where the others have numbers gives the names.
+/// The first row: a line with a word where most others have numbers gives names, or belongs to a
+/// preamble.
 fn first_row(lines: &[HeadLine], width: usize) -> Option<usize> {
-    let first = lines
-        .iter()
-        .position(|line| line.is_data() && line.cells.len() == width)?;
-    let others: Vec<&HeadLine> = rows(lines, first).skip(1).collect();
-    let is_named = (0..width).any(|at| {
-        let words = others
-            .iter()
-            .filter(|row| row.kinds[at] == Kind::Text)
-            .count();
-        lines[first].kinds[at] == Kind::Text && 2 * words < others.len()
+    let ends = lines.iter().rposition(HeadLine::ends_header);
+    let begin = ends.map_or(0, |end| end + 1);
+    let may_be = |line: &&HeadLine| line.is_data() && line.cells.len() == width;
+    let has_numbers = (0..width).map(|at| {
+        let all = lines[begin..].iter().filter(may_be);
+        let (words, others): (Vec<Kind>, _) = all
+            .map(|line| line.kinds[at])
+            .filter(|kind| *kind != Kind::Missing)
+            .partition(|kind| *kind == Kind::Text);
+        others.len() >= words.len().max(1)
     });
-    if is_named {
-        (first + 1..lines.len()).find(|at| lines[*at].is_data() && lines[*at].cells.len() == width)
-    } else {
-        Some(first)
-    }
+    let has_numbers: Vec<bool> = has_numbers.collect();
+    let is_row = |line: &HeadLine| {
+        let mut cells = line.kinds.iter().zip(&has_numbers);
+        !cells.any(|(kind, has_numbers)| *has_numbers && *kind == Kind::Text)
+    };
+    (begin..lines.len()).find(|at| may_be(&&lines[*at]) && is_row(&lines[*at]))
 }
 
 /// The rows among the first lines.

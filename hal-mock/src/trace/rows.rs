@@ -1,14 +1,14 @@
 //! A table of samples as text, read row by row: only the rows of one stamp are in memory.
 
 use super::cells::Numbers;
-use super::head_line::{cells, is_comment, records, text};
+use super::head_line::{as_text, cells, is_comment, records};
 use super::layout::{Column, Layout};
 use super::row_reader::{RowReader, Timing};
 use super::stamps::{Stamps, Unit};
 use super::time_column::{TIME_COLUMN, TimeColumn, quoted, unit_name};
 use crate::file_error::FileError;
 use core::cell::RefCell;
-use csv::ByteRecord;
+use csv::{ByteRecord, StringRecord};
 use std::collections::VecDeque;
 use std::fs::File;
 use std::io::{Cursor, Read};
@@ -64,7 +64,7 @@ fn is_numeric(cell: &str) -> bool {
 
 #[derive(Default)]
 struct Row {
-    record: ByteRecord,
+    record: StringRecord,
     time_s: Option<f64>,
     line: Option<u64>,
 }
@@ -141,22 +141,25 @@ impl<'a> Rows<'a> {
 
     /// Reads the next row, past all that is none. False at the end.
     fn read_row(&mut self) -> Result<bool, FileError> {
-        let record = self.spare.pop().unwrap_or_default();
-        let mut row = Row {
-            record,
-            time_s: None,
-            line: None,
-        };
+        let mut record = self.spare.pop().unwrap_or_default();
         loop {
-            let read = self.reader.read_byte_record(&mut row.record);
+            let read = self.reader.read_byte_record(&mut record);
             if !read.map_err(|error| FileError::new(&self.file, None, error))? {
                 self.is_over = true;
                 return Ok(false);
             }
-            row.line = self.line_of(&row.record);
+            let mut row = Row {
+                line: self.line_of(&record),
+                record: as_text(record),
+                time_s: None,
+            };
             match self.examine(&mut row) {
-                Some(why) if !why.is_empty() => self.skip(&row, &why),
-                Some(_) => {}
+                Some(why) => {
+                    if !why.is_empty() {
+                        self.skip(&row, &why);
+                    }
+                    record = row.record.into_byte_record();
+                }
                 None => {
                     self.ahead.push_back(row);
                     return Ok(true);
@@ -170,8 +173,8 @@ impl<'a> Rows<'a> {
         let separator = self.layout.separator;
         let wanted = self.layout.columns.len();
         let first = row.record.get(0).unwrap_or_default();
-        let is_blank = || row.record.iter().all(|cell| cell.trim_ascii().is_empty());
-        if is_comment(&text(first)) || is_blank() {
+        let is_blank = || cells(&row.record, separator).all(str::is_empty);
+        if is_comment(first.trim_ascii()) || is_blank() {
             return Some(String::new());
         }
         let found = cells(&row.record, separator).count();
@@ -190,16 +193,16 @@ impl<'a> Rows<'a> {
         match (self.layout.time, &mut self.stamps) {
             (Some((at, _)), Some(stamps)) => {
                 let cell = cells(&row.record, separator).nth(at).unwrap_or_default();
-                row.time_s = stamps.seconds(&cell, &self.numbers);
+                row.time_s = stamps.seconds(cell, &self.numbers);
                 let name = &self.layout.columns[at].name;
-                row.time_s.is_none().then(|| match is_numeric(&cell) {
+                row.time_s.is_none().then(|| match is_numeric(cell) {
                     true => format!("column {name}: {cell:?} {OTHER_DECIMALS}"),
                     false => format!("column {name}: {cell:?} is no time"),
                 })
             }
             _ => {
-                let has_value = |(cell, column): (std::borrow::Cow<'_, str>, &Column)| {
-                    !column.is_left_out && self.numbers.number(&cell).is_some()
+                let has_value = |(cell, column): (&str, &Column)| {
+                    !column.is_left_out && self.numbers.number(cell).is_some()
                 };
                 let is_row = cells(&row.record, separator)
                     .zip(&self.layout.columns)
@@ -315,7 +318,7 @@ impl RowReader for Rows<'_> {
             return Ok(false);
         };
         let before = std::mem::replace(&mut self.present, row);
-        self.spare.push(before.record);
+        self.spare.push(before.record.into_byte_record());
         self.rows += 1;
         Ok(true)
     }
@@ -340,8 +343,12 @@ impl RowReader for Rows<'_> {
                     ""
                 };
                 let guess = self.layout.likely_time.map_or(String::new(), |at| {
-                    let option = quoted(&format!("{}:ms", name(at)));
-                    format!("; {} grows steadily: if it is the time, --time-column {option} (or s, us, ns)", name(at))
+                    let (unit, others) = match self.layout.is_likely_whole {
+                        true => ("ms", "s, us, ns"),
+                        false => ("s", "ms, us, ns"),
+                    };
+                    let option = quoted(&format!("{}:{unit}", name(at)));
+                    format!("; {} grows steadily: if it is the time, --time-column {option} (or {others})", name(at))
                 });
                 Timing::Absent(format!(
                     "{header}no column {TIME_COLUMN} or of another name that says time; there are: {}{guess}; give the rate of the rows with --rate HZ",
@@ -357,7 +364,7 @@ impl RowReader for Rows<'_> {
         for (cell, (at, column)) in cells(&self.present.record, self.layout.separator).zip(columns)
         {
             if !column.is_left_out {
-                values.push(self.number(at, &cell)?);
+                values.push(self.number(at, cell)?);
             }
         }
         Ok(())
@@ -418,7 +425,10 @@ impl RowReader for Rows<'_> {
             ));
         }
         if let Some((at, Some(unit))) = self.layout.time {
-            let name = &self.layout.columns[at].name;
+            let name = match self.layout.columns[at].name.as_str() {
+                "" => "without a name",
+                name => name,
+            };
             let unit = match unit {
                 Unit::Clock => "as a date or a time of day".to_owned(),
                 Unit::PerSecond(per_second) if self.layout.is_epoch => {

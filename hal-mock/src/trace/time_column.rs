@@ -4,7 +4,7 @@
 pub const TIME_COLUMN: &str = "time_s";
 
 /// Words of a name that say that a column is the time, but not in what unit.
-const TIME_WORDS: [&str; 12] = [
+const TIME_WORDS: [&str; 18] = [
     "time",
     "timer",
     "timestamp",
@@ -17,6 +17,12 @@ const TIME_WORDS: [&str; 12] = [
     "epoch",
     "utc",
     "uptime",
+    "zeit",
+    "zeitstempel",
+    "temps",
+    "tiempo",
+    "tempo",
+    "tijd",
 ];
 
 /// Names that are a time as a whole.
@@ -232,6 +238,7 @@ mod tests {
             ("RX Date/Time", Some(None)),
             ("Second", Some(Some(1.0))),
             ("X_Value", Some(Some(1.0))),
+            ("Zeit (ms)", Some(Some(1e3))),
             ("tension", None),
             ("force (s)", None),
             ("ain0", None),

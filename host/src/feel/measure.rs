@@ -253,7 +253,9 @@ impl Loaded {
         );
         let mut readings_missing = 0;
         let mut channel = |column: &usize| {
-            let readings = grid.places.iter().copied().zip(part.column(*column));
+            let column_values = part.column(*column);
+            let readings = grid.places.iter().zip(column_values.iter());
+            let readings = readings.map(|(place, value)| (*place, *value));
             let known: Vec<(usize, f64)> = readings.filter(|(_, value)| !value.is_nan()).collect();
             readings_missing += part.rows() - known.len();
             let values = bridged(&known, grid.slots());

@@ -74,7 +74,7 @@ impl Fitted {
         let readings = columns
             .iter()
             .map(|column| (rows.names()[*column].clone(), part.column(*column)))
-            .map(|(name, values)| Channel::new(name, values.collect()));
+            .map(|(name, values)| Channel::new(name, values.into_owned()));
         Ok(Self::new(at, readings.collect(), fit))
     }
 
@@ -144,7 +144,7 @@ fn abscissas(
     selection: &Selection,
 ) -> Result<Vec<f64>> {
     if let Some(column) = &selection.place {
-        let values: Vec<f64> = part.column(named(rows, column.name())?).collect();
+        let values = part.column(named(rows, column.name())?);
         let places = column.places_mm(&values, grid);
         let places = places.map_err(|why| anyhow!("{}: {why}", rows.file()))?;
         let at_row = |slot: &usize| places[*slot].into();

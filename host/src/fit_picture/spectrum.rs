@@ -5,6 +5,7 @@ use super::channels::Fitted;
 use crate::analysis::NEIGHBOURHOOD_CYCLES;
 use crate::chart::{Curve, Look, Panel, Scale};
 use crate::digits::significant;
+use crate::harmonics::{Frequencies, Reading, powers};
 use crate::table_fit::TableFit;
 use ridgetone_proto::telemetry::Abscissa;
 use std::f64::consts::TAU;
@@ -217,31 +218,36 @@ impl Windows {
 
     /// Adds the power of a series in one window; false if no row is in it.
     fn add(&self, series: &Series<'_>, start: f64, power: &mut [f64]) -> bool {
-        let mut sums = vec![(0.0, 0.0); power.len()];
         let mut weights = 0.0;
-        for (at, value) in series.at.iter().zip(&series.values) {
-            let from_start = at - start;
-            if !(0.0..=self.length).contains(&from_start) {
-                continue;
-            }
-            let weight = 0.5 - 0.5 * (TAU * from_start / self.length).cos();
-            weights += weight;
-            // From each frequency to the next the wave turns by the same angle.
-            let (sin, cos) = (TAU * self.step * from_start).sin_cos();
-            let mut wave = (weight * value, 0.0);
-            for sum in &mut sums {
-                sum.0 += wave.0;
-                sum.1 += wave.1;
-                wave = (wave.0 * cos - wave.1 * sin, wave.0 * sin + wave.1 * cos);
-            }
-        }
+        let readings = series
+            .at
+            .iter()
+            .zip(&series.values)
+            .filter_map(|(at, value)| {
+                let from_start = at - start;
+                let is_inside = (0.0..=self.length).contains(&from_start);
+                let weight = 0.5 - 0.5 * (TAU * from_start / self.length).cos();
+                is_inside.then(|| {
+                    weights += weight;
+                    Reading {
+                        at: from_start,
+                        value: weight * value,
+                    }
+                })
+            });
+        let frequencies = Frequencies {
+            first: 0.0,
+            step: self.step,
+            count: power.len(),
+        };
+        let squares = powers(readings, frequencies);
         if weights <= 0.0 {
             return false;
         }
         // A line of amplitude a has the variance a^2 / 2, and half of a in its sum.
         let scale = 2.0 / (weights * weights * series.variance);
-        for (power, (re, im)) in power.iter_mut().zip(sums) {
-            *power += scale * (re * re + im * im);
+        for (power, square) in power.iter_mut().zip(squares) {
+            *power += scale * square;
         }
         true
     }

@@ -32,11 +32,11 @@ impl Scaled {
             readings: 0,
         };
         for (c, column) in columns.iter().enumerate() {
-            let column: Vec<f64> = part.column(*column).collect();
+            let column = part.column(*column);
             let zero = column.iter().copied().find(|value| !value.is_nan());
             let zero = zero.unwrap_or(0.0);
             let (mut least, mut greatest) = (zero, zero);
-            for value in &column {
+            for value in column.iter() {
                 if *value < least {
                     least = *value;
                 } else if *value > greatest {
@@ -50,13 +50,12 @@ impl Scaled {
             } else {
                 1.0
             };
-            for (row, value) in column.iter().enumerate() {
+            for (value, place) in column.iter().zip(&grid.places) {
                 if value.is_nan() {
                     continue;
                 }
-                let place = grid.places[row];
-                scaled.values[place][c] = ((value - zero) / unit) as f32;
-                scaled.valid[place] |= 1 << c;
+                scaled.values[*place][c] = ((value - zero) / unit) as f32;
+                scaled.valid[*place] |= 1 << c;
                 scaled.readings += 1;
             }
             scaled.zeros.push(zero);

@@ -150,7 +150,8 @@ fn one(file: &Samples, selection: &Selection, mm_s: f64, accepts_any: bool) -> R
         }
         let values: Vec<Option<f32>> = part
             .column(*column)
-            .map(|value| value.is_finite().then_some(value as f32))
+            .iter()
+            .map(|value| value.is_finite().then_some(*value as f32))
             .collect();
         let Some(fitted) = fit_harmonics(&t_s, &values, hz, count as u8, interferer_hz) else {
             continue;

@@ -67,6 +67,10 @@ impl Bench {
         }
     }
 
+    fn report(&mut self) -> Report {
+        self.link.report(self.begun.elapsed().as_secs_f64())
+    }
+
     fn trace(&self) -> Trace {
         self.board.trace()
     }
@@ -100,6 +104,7 @@ fn rises(trace: &Trace) -> usize {
 }
 
 #[test]
+#[ignore = "looks at a clock: cargo xtask test"]
 fn textures_and_parameters_go_to_the_board_and_its_hand_to_the_finger() {
     let mut bench = Bench::new(Impairments {
         loss: 0.05,
@@ -108,18 +113,21 @@ fn textures_and_parameters_go_to_the_board_and_its_hand_to_the_finger() {
     bench.link.finger.found(Some(Texture::new(1.4)));
     bench.pass(1.0);
     let from_mm = bench.link.finger.place_mm.expect("a place");
-    let before = bench.link.report(1.0);
+    let before = bench.report();
     let report = bench.pass(2.0);
     println!("{}", report.text());
     let moved_mm = bench.link.finger.place_mm.expect("a place") - from_mm;
-    // A busy computer may be late by a tenth of a second.
+    // A busy computer is late by more than the passes say; what it counts and reads in a pass may be
+    // off by a tenth of a second.
+    let passed_s = report.t_s - before.t_s;
     assert!(
-        (moved_mm / SPEED_MM_S - 2.0).abs() < 0.1,
-        "{moved_mm} mm in 2 s"
+        (moved_mm / SPEED_MM_S - passed_s).abs() < 0.1,
+        "{moved_mm} mm in {passed_s} s"
     );
+    let places = (report.places_sent - before.places_sent) as f64;
     assert!(
-        (450..550).contains(&(report.places_sent - before.places_sent)),
-        "{report:?}"
+        (225.0..275.0).contains(&(places / passed_s)),
+        "{places} places in {passed_s} s: {report:?}"
     );
     assert!(
         report.places.received > 500 && report.places.lost > 5,
@@ -163,6 +171,7 @@ fn textures_and_parameters_go_to_the_board_and_its_hand_to_the_finger() {
 /// Neither a finger that is silent nor a network that is dead leaves a vibration; it stops softly,
 /// and comes again.
 #[test]
+#[ignore = "looks at a clock: cargo xtask test"]
 fn without_the_finger_the_board_rests() {
     let mut bench = Bench::new(Impairments::default());
     bench.link.finger.found(Some(Texture::new(1.4)));
@@ -195,6 +204,7 @@ fn without_the_finger_the_board_rests() {
 /// Nobody knows what a board does that says nothing: it is reported, disabled, and set up again
 /// when it is back.
 #[test]
+#[ignore = "looks at a clock: cargo xtask test"]
 fn a_board_that_is_silent_is_reported_and_stops_softly() {
     let mut bench = Bench::new(Impairments::default());
     bench.link.finger.found(Some(Texture::new(1.4)));
@@ -228,6 +238,7 @@ fn a_board_that_is_silent_is_reported_and_stops_softly() {
 }
 
 #[test]
+#[ignore = "looks at a clock: cargo xtask test"]
 fn a_board_that_has_started_again_gets_all_again() {
     let mut bench = Bench::new(Impairments::default());
     bench.link.finger.found(Some(Texture::new(1.4)));
@@ -266,6 +277,7 @@ fn a_board_that_has_started_again_gets_all_again() {
 /// A recorded finger and a board: the command ends with the recording, and leaves the board at
 /// rest.
 #[test]
+#[ignore = "looks at a clock: cargo xtask test"]
 fn the_command_leaves_the_board_at_rest() {
     let folder = directory();
     let path = recorded_touch(&folder);
