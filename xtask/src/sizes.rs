@@ -75,13 +75,13 @@ pub const STYLUS: Budgets = Budgets {
 /// board has 256.
 const FLASH: [(&str, u64); 8] = [
     ("ridgetone_tone", 86_000),
-    ("ridgetone", 62_000),
+    ("ridgetone", 60_000),
     ("ridgetone_firmware", 35_000),
     ("ridgetone_proto", 13_000),
     ("microfft", 6_600),
     ("ridgetone_feel", 3_000),
     (CONSTANTS, 6_000),
-    (OTHER, 13_000),
+    (OTHER, 15_000),
 ];
 
 /// Most bytes of RAM by static, without the stack's 16 KiB. Together they are no more than 112 KiB,
