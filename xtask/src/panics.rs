@@ -199,16 +199,12 @@ mod tests {
 
     #[test]
     fn a_panic_that_was_not_known_is_refused_with_its_place() {
-        let known = [
-            ("cobs/src/dec.rs", 50, 27),
-            ("cobs/src/dec.rs", 86, 35),
-        ];
+        let known = [("cobs/src/dec.rs", 50, 27), ("cobs/src/dec.rs", 86, 35)];
         assert_eq!(check(&image(&known)).expect("known"), 2);
         let one_more = [known[0], known[1], ("cobs/src/dec.rs", 90, 1)];
         let error = check(&image(&one_more)).expect_err("one more").to_string();
         assert!(
-            error.contains("3 places in cobs/src/dec.rs, 2 known")
-                && error.contains("dec.rs:90:1"),
+            error.contains("3 places in cobs/src/dec.rs, 2 known") && error.contains("dec.rs:90:1"),
             "{error}"
         );
         let other = check(&image(&[("src/search.rs", 153, 11)]))

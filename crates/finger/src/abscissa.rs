@@ -8,7 +8,7 @@ use crate::surface::odometry::trajectory::Trajectory;
 use crate::window::Window;
 use core::f32::consts::PI;
 use delay_error::{DelayError, LOW_PASS_SIGMA_S};
-use ridgetone_proto::settings::Settings;
+use ridgetone_proto::settings::{Settings, TAXELS};
 use ridgetone_proto::telemetry::Abscissa;
 use ridgetone_tone::{Fit, Fitter, FrameSource, FrameSpan, Overwritten, Scene};
 
@@ -91,11 +91,20 @@ pub fn fit(
         .as_ref()
         .map(|trajectory| |frame: u32| trajectory.place_mm(frame as f32 * frame_us));
     let last = last.saturating_sub(unplaced);
+    let (mut late, mut at, mut inputs) = ([0.0; TAXELS], -middle_slot, scan.inputs);
+    for late in &mut late {
+        if inputs == 0 {
+            break;
+        }
+        *late = at / slots as f32;
+        at += (inputs & 1) as f32;
+        inputs >>= 1;
+    }
     // One place for the fit: a second one would lie on the stack beside it.
     let mut fit = match &place_mm {
         None => fitter.fit(&mut span, scene),
         Some(place_mm) => match span.along(place_mm) {
-            Some(mut span) => fitter.fit(&mut span, scene),
+            Some(span) => fitter.fit(&mut span.with_lateness(&late), scene),
             None => Ok(Fit::at_rest(window.frames)),
         },
     };

@@ -278,11 +278,13 @@ pub fn causes(which: &[usize], place: Place<'_>) -> Result<Vec<Cause>> {
         .iter()
         .zip(errors.chunks(which.len()))
         .map(|((name, _), errors)| {
+            // Beside hardly any noise a fit may be ambiguous.
+            let found = errors.iter().filter(|error| error.1.is_some());
             Ok(Cause {
                 name: (*name).into(),
                 least_squares_percent: rms(errors.iter().map(|error| error.0))
                     .context("no estimate")?,
-                all_percent: rms(errors.iter().map(|error| error.1)).context("no estimate")?,
+                all_percent: rms(found.map(|error| error.1)).context("no estimate")?,
             })
         })
         .collect()

@@ -132,10 +132,16 @@ fn errors_are_near_the_bound_and_fall_with_the_window() {
     assert_eq!(rows.len(), Choice::all().len());
     for row in &rows {
         let error = row.accuracy.error.expect("an error");
+        // A ratio of 40 windows has a standard deviation of 0.11. The shortest window has 2.9 cycles of
+        // the slowest tone.
+        let most = if row.window_s < 0.2 { 1.8 } else { 1.3 };
         assert!(
-            row.accuracy.windows == 40 && (0.9..1.3).contains(&error.ratio),
+            row.accuracy.windows == 40 && (0.75..most).contains(&error.ratio),
             "{row:?}"
         );
+        // One channel alone in three cycles may be ambiguous.
+        let least = if row.channels == 1 { 36 } else { 39 };
+        assert!(row.accuracy.good >= least, "{row:?}");
     }
     for (short, long) in rows
         .iter()
