@@ -106,7 +106,7 @@ fn as_on_the_pc(scene: Sliding, settings: Settings, odometry: &Stream) -> Vec<Es
         odometry.is_empty() || in_force_s < ROBOT_FROM_S - 0.1,
         "{in_force_s} s"
     );
-    let (mut pipeline, mut on_pc) = (Pipeline::new(settings), Vec::new());
+    let (mut pipeline, mut on_pc) = (Box::new(Pipeline::new(settings)), Vec::new());
     let mut heard = outcome
         .heard
         .into_iter()
