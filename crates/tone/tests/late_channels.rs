@@ -15,36 +15,35 @@ fn later(channel: usize) -> f64 {
     (channel as f64 - 7.5) / 16.0
 }
 
-/// Of this standard deviation.
-fn noise(sigma: f64, seed: u64) -> impl FnMut() -> f64 {
-    let mut normal = common::normal(seed);
-    move || sigma * normal()
-}
-
-/// Fits cos(TAU x / period) along places `x_mm` of frames that need not be whole; `way` is added to
-/// the levels where the path goes back.
-fn fit(x_mm: &dyn Fn(f64) -> f64, way: f64, is_lateness_known: bool, noise: (f64, u64)) -> Fit {
-    fit_with(0.0, x_mm, way, is_lateness_known, noise)
-}
-
-/// The same with a third harmonic, which is not fitted.
-fn fit_with(
-    third: f64,
-    x_mm: &dyn Fn(f64) -> f64,
+/// What a window has beside its wave.
+#[derive(Clone, Copy, Default)]
+struct Recipe {
+    /// Added to the levels where the path goes back.
     way: f64,
-    is_lateness_known: bool,
-    (sigma, seed): (f64, u64),
-) -> Fit {
-    let mut noise = noise(sigma, seed);
+    /// Amplitude of a third harmonic, which is not fitted.
+    third: f64,
+    /// Standard deviation of the noise.
+    noise: f64,
+    seed: u64,
+    is_lateness_unknown: bool,
+}
+
+/// Fits cos(TAU x / period) along places `x_mm` of frames that need not be whole.
+fn fit(x_mm: &dyn Fn(f64) -> f64, recipe: Recipe) -> Fit {
+    let mut noise = common::normal(recipe.seed);
     let mut values = Vec::new();
     for frame in 0..COUNT {
         for channel in 0..CHANNELS_MAX {
             let at = frame as f64 + later(channel);
-            let level = if x_mm(at + 0.01) < x_mm(at) { way } else { 0.0 };
+            let level = if x_mm(at + 0.01) < x_mm(at) {
+                recipe.way
+            } else {
+                0.0
+            };
             let gain = 1.0 - 0.05 * channel as f64;
             let turns = x_mm(at) / PERIOD_MM + 0.3 * channel as f64;
-            let wave = (TAU * turns).cos() + third * (3.0 * TAU * turns).cos();
-            values.push((gain * wave + level + noise()) as f32);
+            let wave = (TAU * turns).cos() + recipe.third * (3.0 * TAU * turns).cos();
+            values.push((gain * wave + level + recipe.noise * noise()) as f32);
         }
     }
     let mut frames = Frames::new(&values, CHANNELS_MAX).expect("sixteen channels");
@@ -53,7 +52,7 @@ fn fit_with(
     let mut span = FrameSpan::new(&mut frames, 0, COUNT as u32)
         .along(&place)
         .expect("it moves");
-    if is_lateness_known {
+    if !recipe.is_lateness_unknown {
         span = span.with_lateness(&late);
     }
     Fitter::new()
@@ -69,20 +68,30 @@ fn faster(frame: f64) -> f64 {
 /// A channel that is late by t frames is v t further: with the speed v = v0 + a n that is a t n
 /// more than at the start, a t n / x of the wavelength in the mean. By the amplitudes' squares the
 /// channels are early by 0.1 frames, so that at the mean speed of 0.1 mm and with a = 0.16 / 240 mm
-/// a frame the error is 0.1 x 0.00067 / 0.1 = 0.07 % but for the weights.
+/// a frame the error is 0.1 x 0.00067 / 0.1 = 0.07 % in the mean, and more where a fit takes the
+/// lateness for a movement.
 #[test]
 fn channels_that_are_late_do_not_bend_the_wavelength() {
     let (mut known, mut unknown) = (0.0, 0.0);
     for seed in 1..=20 {
         let off = |fit: &Fit| 1.0 / f64::from(fit.frequency) / PERIOD_MM - 1.0;
-        let fit_known = fit(&faster, 0.0, true, (2e-3, seed));
+        let recipe = Recipe {
+            noise: 2e-3,
+            seed,
+            ..Recipe::default()
+        };
+        let fit_known = fit(&faster, recipe);
         assert_eq!(fit_known.status, Status::Good, "{seed}");
         assert!(
             off(&fit_known).abs() < 5.0 * f64::from(fit_known.sigma / fit_known.frequency),
             "{seed}: {fit_known:?}"
         );
         known += off(&fit_known).powi(2) / 20.0;
-        unknown += off(&fit(&faster, 0.0, false, (2e-3, seed))).powi(2) / 20.0;
+        let recipe = Recipe {
+            is_lateness_unknown: true,
+            ..recipe
+        };
+        unknown += off(&fit(&faster, recipe)).powi(2) / 20.0;
     }
     let (known, unknown) = (known.sqrt(), unknown.sqrt());
     println!(
@@ -104,13 +113,14 @@ fn ways_that_differ_are_not_good_and_wrong() {
     let paths: [&dyn Fn(f64) -> f64; 2] = [&turning, &turned];
     let (mut good, mut held) = (0, 0);
     for (seed, path) in (1..=50).flat_map(|seed| paths.map(|path| (seed, path))) {
-        assert_eq!(
-            fit(path, 0.0, true, (0.1, seed)).status,
-            Status::Good,
-            "{seed}"
-        );
+        let recipe = Recipe {
+            noise: 0.1,
+            seed,
+            ..Recipe::default()
+        };
+        assert_eq!(fit(path, recipe).status, Status::Good, "{seed}");
         for way in [0.3, 0.7, 1.0] {
-            let unlike = fit(path, way, true, (0.1, seed));
+            let unlike = fit(path, Recipe { way, ..recipe });
             if unlike.status == Status::Good {
                 let off = f64::from(unlike.frequency) - 1.0 / PERIOD_MM;
                 good += 1;
@@ -129,10 +139,12 @@ fn ways_that_differ_are_not_good_and_wrong() {
 fn a_stage_that_slips_back_on_its_way_is_steady() {
     let slips = |frame: f64| 0.08 * (frame - 14.0 * ((frame - 120.0) / 11.0).tanh());
     for seed in 1..=20 {
-        assert_eq!(
-            fit_with(0.05, &slips, 0.0, true, (0.005, seed)).status,
-            Status::Good,
-            "{seed}"
-        );
+        let recipe = Recipe {
+            third: 0.05,
+            noise: 0.005,
+            seed,
+            ..Recipe::default()
+        };
+        assert_eq!(fit(&slips, recipe).status, Status::Good, "{seed}");
     }
 }
