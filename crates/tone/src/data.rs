@@ -38,6 +38,8 @@ struct Units {
     inverse: Values,
     level: Values,
     slope: Values,
+    /// Groups of four channels.
+    groups: usize,
 }
 
 impl Units {
@@ -46,6 +48,7 @@ impl Units {
             inverse: [0.0; CHANNELS_MAX],
             level: [0.0; CHANNELS_MAX],
             slope: [0.0; CHANNELS_MAX],
+            groups: statistics.width.div_ceil(4),
         };
         for k in 0..statistics.width.min(CHANNELS_MAX) {
             units.inverse[k] = 1.0 / statistics.scale[k];
@@ -58,9 +61,15 @@ impl Units {
     /// Centres and scales the values of a frame.
     #[inline]
     fn change(&self, u: f32, values: &Values, changed: &mut Values) {
-        for k in 0..CHANNELS_MAX {
-            let line = self.level[k] + self.slope[k] * u;
-            changed[k] = (values[k] - line) * self.inverse[k];
+        let [values, inverse, level, slope] =
+            [values, &self.inverse, &self.level, &self.slope].map(|all| all.as_chunks::<4>().0);
+        let changed = changed.as_chunks_mut::<4>().0.iter_mut().zip(values);
+        let lines = inverse.iter().zip(level).zip(slope);
+        for ((changed, values), ((inverse, level), slope)) in changed.zip(lines).take(self.groups) {
+            for k in 0..4 {
+                let line = level[k] + slope[k] * u;
+                changed[k] = (values[k] - line) * inverse[k];
+            }
         }
     }
 }
@@ -159,9 +168,10 @@ impl Data<'_, '_> {
 
     /// Visits the frames, or what a model leaves of them.
     pub fn visit_beside(&mut self, model: Option<&Model>, mut visit: impl FnMut(&Frame)) {
+        let width = self.width();
         self.visit(|frame| match model {
             Some(model) => {
-                let values = model.residual(frame, 0..CHANNELS_MAX);
+                let values = model.residual(frame, 0..width);
                 visit(&Frame { values, ..*frame });
             }
             None => visit(frame),
