@@ -11,6 +11,7 @@ use crate::reach::Reach;
 use crate::residual::Model;
 use crate::source::Values;
 use crate::statistics::Statistics;
+use core::ops::Range;
 
 /// A frame, centred and scaled.
 pub struct Frame {
@@ -38,8 +39,6 @@ struct Units {
     inverse: Values,
     level: Values,
     slope: Values,
-    /// Groups of four channels.
-    groups: usize,
 }
 
 impl Units {
@@ -48,7 +47,6 @@ impl Units {
             inverse: [0.0; CHANNELS_MAX],
             level: [0.0; CHANNELS_MAX],
             slope: [0.0; CHANNELS_MAX],
-            groups: statistics.width.div_ceil(4),
         };
         for k in 0..statistics.width.min(CHANNELS_MAX) {
             units.inverse[k] = 1.0 / statistics.scale[k];
@@ -58,14 +56,15 @@ impl Units {
         units
     }
 
-    /// Centres and scales the values of a frame.
+    /// Centres and scales the values of some groups of four channels.
     #[inline]
-    fn change(&self, u: f32, values: &Values, changed: &mut Values) {
+    fn change(&self, u: f32, groups: &Range<usize>, values: &Values, changed: &mut Values) {
         let [values, inverse, level, slope] =
             [values, &self.inverse, &self.level, &self.slope].map(|all| all.as_chunks::<4>().0);
         let changed = changed.as_chunks_mut::<4>().0.iter_mut().zip(values);
         let lines = inverse.iter().zip(level).zip(slope);
-        for ((changed, values), ((inverse, level), slope)) in changed.zip(lines).take(self.groups) {
+        let groups = changed.zip(lines).take(groups.end).skip(groups.start);
+        for ((changed, values), ((inverse, level), slope)) in groups {
             for k in 0..4 {
                 let line = level[k] + slope[k] * u;
                 changed[k] = (values[k] - line) * inverse[k];
@@ -130,7 +129,13 @@ impl Data<'_, '_> {
     }
 
     /// Visits the frames.
-    pub fn visit(&mut self, mut visit: impl FnMut(&Frame)) {
+    pub fn visit(&mut self, visit: impl FnMut(&Frame)) {
+        self.visit_channels(0..self.width(), visit);
+    }
+
+    /// Visits the frames with the values of at least some of the channels.
+    pub fn visit_channels(&mut self, channels: Range<usize>, mut visit: impl FnMut(&Frame)) {
+        let groups = channels.start / 4..channels.end.div_ceil(4);
         let Statistics { wanted, order, .. } = &self.statistics;
         let width = self.width();
         let units = Units::new(&self.statistics);
@@ -146,13 +151,13 @@ impl Data<'_, '_> {
             let u = place.u(number);
             (frame.number, frame.u) = (number, u);
             if is_ordered {
-                units.change(u, values, &mut frame.values);
+                units.change(u, &groups, values, &mut frame.values);
             } else {
                 let mut used = [0.0; CHANNELS_MAX];
                 for (used, c) in used.iter_mut().zip(order).take(width) {
                     *used = values[usize::from(*c) % CHANNELS_MAX];
                 }
-                units.change(u, &used, &mut frame.values);
+                units.change(u, &groups, &used, &mut frame.values);
             }
             if let Some(hum) = hum {
                 hum.subtract(&mut frame);

@@ -229,7 +229,10 @@ impl Data<'_, '_> {
             }
             if may_share {
                 match pending.take() {
-                    Some(before) => add_products(&mut products[..width], [&before, &frame.values]),
+                    Some(before) => {
+                        let rows = products.get_mut(..width).unwrap_or_default();
+                        add_products(rows, [&before, &frame.values]);
+                    }
                     None => pending = Some(frame.values),
                 }
             }
