@@ -730,13 +730,13 @@ pub struct Lost {
     /// At the line: damaged messages so far.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub damaged: Option<u32>,
-    /// At a receiver: frames since the message before.
+    /// At a receiver: frames so far.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frames: Option<u64>,
-    /// At a receiver: other messages since the message before.
+    /// At a receiver: other messages so far.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub events: Option<u64>,
-    /// At a receiver: frames given to a connection that broke.
+    /// At a receiver: frames so far that were given to a connection that broke.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frames_unconfirmed: Option<u64>,
 }

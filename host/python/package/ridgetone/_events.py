@@ -369,11 +369,11 @@ class Lost(Event):
     damaged: int | None
     """At the line: damaged messages so far."""
     frames: int | None
-    """At a receiver: frames since the message before."""
+    """At a receiver: frames so far."""
     events: int | None
-    """At a receiver: other messages since the message before."""
+    """At a receiver: other messages so far."""
     frames_unconfirmed: int | None
-    """At a receiver: frames given to a connection that broke."""
+    """At a receiver: frames so far that were given to a connection that broke."""
 
 
 class Missed(Event):
