@@ -46,7 +46,8 @@ pub struct Received {
     pub received_utc_s: f64,
     /// `t_s` in UTC, since 1970; null before the relation of the clocks is known.
     pub utc_s: Option<f64>,
-    /// Standard deviation of `utc_s`.
+    /// Standard deviation of `utc_s`; null in the first quarter of a second, in which it is not
+    /// known.
     pub utc_sigma_s: Option<f64>,
     #[serde(flatten)]
     pub relation: Option<Relation>,

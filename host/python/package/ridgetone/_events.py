@@ -40,7 +40,7 @@ class Event(Object):
     utc_s: float | None
     """`t_s` in UTC, since 1970; null before the relation of the clocks is known [s]."""
     utc_sigma_s: float | None
-    """Standard deviation of `utc_s` [s]."""
+    """Standard deviation of `utc_s`; null in the first quarter of a second, in which it is not known [s]."""
     clock_offset_s: float | None
     """With `health`: UTC less board time at board time 0 [s]."""
     clock_skew_ppm: float | None
