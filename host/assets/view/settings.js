@@ -40,7 +40,7 @@ function field(entry) {
   Object.assign(input, { id: entry.name, name: entry.name, title: entry.title });
   if (entry.kind === "switch") input.append(new Option("true"), new Option("false"));
   for (const { value: found, text } of entry.choices) input.add(new Option(text, found));
-  if (entry.kind === "plan") input.add(new Option("its own", OWN));
+  if (entry.kind === "plan") input.add(new Option("custom", OWN));
   if (["number", "whole"].includes(entry.kind)) {
     Object.assign(input, { type: "number", step: entry.kind === "whole" ? "1" : "any", inputMode: "decimal" });
     if (entry.least !== null) Object.assign(input, { min: entry.least, max: entry.greatest });

@@ -138,7 +138,9 @@ function connect() {
 
 $("pause").addEventListener("click", () => pause(paused === null));
 document.addEventListener("keydown", (event) => {
-  const hasOwn = OWN_KEYS.includes(event.target.tagName) && (event.key === " " || event.target.type === "number");
+  // A slider does nothing with the space.
+  const { tagName, type } = event.target;
+  const hasOwn = OWN_KEYS.includes(tagName) && ((event.key === " " && type !== "range") || type === "number");
   if (hasOwn || event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented) return;
   if (!scrub.key(event.key)) {
     if (event.key !== " ") return;
