@@ -5,6 +5,7 @@ use crate::abscissa::Abscissa;
 use crate::frame_span::FrameSpan;
 use crate::hum::Hum;
 use crate::impulses::Impulses;
+use crate::late::Late;
 use crate::limits::{CHANNELS_MAX, POINTS_CHIP, POINTS_MAX};
 use crate::reach::Reach;
 use crate::residual::Model;
@@ -76,6 +77,8 @@ pub struct Data<'d, 's> {
     pub impulses: &'d mut Impulses,
     /// Mains hum.
     pub hum: Option<Hum>,
+    /// What channels that are read late change.
+    pub late: Option<Late>,
     /// Whether frames were overwritten meanwhile.
     pub is_lost: bool,
 }
@@ -123,7 +126,7 @@ impl Data<'_, '_> {
         let width = self.width();
         let units = Units::new(&self.statistics);
         let is_ordered = order.iter().enumerate().all(|(k, c)| k == usize::from(*c));
-        let (place, hum) = (&self.place, &self.hum);
+        let (place, hum, late) = (&self.place, &self.hum, &self.late);
         let mut impulses = self.impulses.iter();
         let mut frame = Frame {
             number: 0,
@@ -144,6 +147,9 @@ impl Data<'_, '_> {
             }
             if let Some(hum) = hum {
                 hum.subtract(&mut frame);
+            }
+            if let Some(late) = late {
+                late.subtract(place, &mut frame);
             }
             impulses.subtract(&mut frame);
             visit(&frame);

@@ -8,6 +8,7 @@ use crate::fit::{Fit, Status, Tests};
 use crate::frame_span::FrameSpan;
 use crate::hum::Hum;
 use crate::impulses::{self, Impulses};
+use crate::late::Late;
 use crate::legendre::legendre;
 use crate::limits::FRAMES_MIN;
 use crate::lines::Lines;
@@ -90,6 +91,7 @@ impl Fitter {
             statistics,
             impulses,
             hum: None,
+            late: None,
             is_lost: false,
         };
         let mut memory = Memory { blocks, work };
@@ -120,6 +122,14 @@ impl Data<'_, '_> {
                 fit.status = Status::NoTone;
                 return;
             };
+            if attempt == 1 && self.span.late.is_some() && self.has_late(memory, scene, &comb) {
+                continue;
+            }
+            let mut window = Window {
+                data: self,
+                scene,
+                all: &all,
+            };
             if !scene.impulses || attempt == ATTEMPTS || !window.has_impulses(memory, &comb) {
                 window.conclude(memory, &comb, fit);
                 return;
@@ -127,7 +137,38 @@ impl Data<'_, '_> {
             self.centre();
         }
     }
+
+    /// Takes out what late channels change of a comb; whether that is more than the noise.
+    #[inline(never)]
+    fn has_late(&mut self, memory: &mut Memory, scene: &Scene, comb: &Comb) -> bool {
+        let mut course = comb.course;
+        memory.work.restore_weights();
+        for number in 0..LATE_FITS {
+            let all = self.products(scene.may_share());
+            let mut window = Window {
+                data: self,
+                scene,
+                all: &all,
+            };
+            if number > 0 {
+                window.collect(memory.blocks, &course, comb.shape.lines);
+                let steps = Steps::of_comb(comb.shape);
+                let refinement = window.refinement();
+                refinement.refine(memory.blocks, &mut course, steps, memory.work);
+            }
+            memory.work.solution.project(memory.blocks, comb.shape);
+            memory.work.solution.solve();
+            if !Late::take_out(self, memory.work, &course) {
+                return number > 0;
+            }
+            self.centre();
+        }
+        true
+    }
 }
+
+/// Fits by which what late channels change is found.
+const LATE_FITS: usize = 3;
 
 /// Memory of the steps.
 struct Memory<'m> {

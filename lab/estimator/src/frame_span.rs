@@ -19,6 +19,8 @@ pub struct FrameSpan<'a> {
     /// Frames per unit of time.
     rate: f32,
     abscissa: Abscissa<'a>,
+    /// Frames by which each channel is read after its frame's place.
+    pub(crate) late: Option<&'a Values>,
 }
 
 impl<'a> FrameSpan<'a> {
@@ -32,6 +34,7 @@ impl<'a> FrameSpan<'a> {
             quantization_step: 0.0,
             rate: 1.0,
             abscissa: Abscissa::time(frames),
+            late: None,
         }
     }
 
@@ -70,6 +73,16 @@ impl<'a> FrameSpan<'a> {
             abscissa: Abscissa::path(place, self.frames)?,
             ..self
         })
+    }
+
+    /// Declares that channels are read one after the other: each so many frames, at most one, after
+    /// the frame's place; negative is before it. Along a path a channel's own place then counts. In
+    /// time, and at the mean speed, being late is a phase, and stays in it.
+    pub fn with_lateness(self, frames: &'a Values) -> Self {
+        Self {
+            late: Some(frames),
+            ..self
+        }
     }
 
     /// Where its frames are.

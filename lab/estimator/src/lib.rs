@@ -27,6 +27,7 @@ mod fitter;
 mod frame_span;
 mod hum;
 mod impulses;
+mod late;
 mod legendre;
 mod limits;
 mod lines;
