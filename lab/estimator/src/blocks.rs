@@ -153,18 +153,20 @@ impl Blocks {
         self.lines = pass.lines;
         let most = pass.most.min(WAVES - 1);
         self.most = most;
-        self.rows[..2 * BLOCK_LINES].fill([0.0; CHANNELS_MAX]);
+        let lines = pass.lines.count().min(HARMONICS_MAX);
+        let used = (2 * lines * self.count).min(2 * BLOCK_LINES);
+        self.rows[..used].fill([0.0; CHANNELS_MAX]);
         self.waves = [[[0.0; 2]; WAVES]; BLOCKS_MAX];
         self.moments = [[0.0; 2]; BLOCK_LINES];
         let (mut b, mut middle, mut powers) = (0, self.middle(0), [[1.0, 0.0]; WAVES]);
-        let lines = pass.lines.count().min(HARMONICS_MAX);
+        let groups = data.width().div_ceil(4);
         let mut numbers = [0; HARMONICS_MAX];
         let places = numbers.iter_mut().zip(pass.lines.iter());
         places.for_each(|(place, line)| *place = line % WAVES);
         let mut batch = Batch::NONE;
         data.visit_beside(model, |frame| {
             if !self.is_in(b, frame.u) {
-                batch.add_to(self.rows_of(b, lines));
+                batch.add_to(self.rows_of(b, lines), groups);
                 b = self.block(frame.u);
                 middle = self.middle(b);
             }
@@ -184,10 +186,10 @@ impl Blocks {
                 *pair = [cos, sin];
             }
             if batch.count == BATCH {
-                batch.add_to(self.rows_of(b, lines));
+                batch.add_to(self.rows_of(b, lines), groups);
             }
         });
-        batch.add_to(self.rows_of(b, lines));
+        batch.add_to(self.rows_of(b, lines), groups);
     }
 
     /// Divides the window into up to `most` blocks of whole frames. They are shortest at the ends,
@@ -401,20 +403,30 @@ impl Batch {
         &mut self.weights[place]
     }
 
-    /// Adds them to the rows of a block, and forgets them.
+    /// Adds them to the rows of a block, so many groups of four channels, and forgets them.
     #[inline(never)]
-    fn add_to(&mut self, rows: &mut [Values]) {
+    fn add_to(&mut self, rows: &mut [Values], groups: usize) {
         // What earlier frames have left counts nothing.
         self.weights[self.count.min(BATCH)..].fill([0.0; FUNCTIONS]);
-        let [one, two, three, four] = &self.values;
+        let [one, two, three, four] = self.values.each_ref().map(|values| values.as_chunks().0);
         for (i, [cosine, sine]) in rows.as_chunks_mut::<2>().0.iter_mut().enumerate() {
             let place = 2 * i.min(HARMONICS_MAX - 1);
             let cos = self.weights.map(|weights| weights[place]);
             let sin = self.weights.map(|weights| weights[place + 1]);
-            for k in 0..CHANNELS_MAX {
-                let (a, b, c, d) = (one[k], two[k], three[k], four[k]);
-                cosine[k] += cos[0] * a + cos[1] * b + cos[2] * c + cos[3] * d;
-                sine[k] += sin[0] * a + sin[1] * b + sin[2] * c + sin[3] * d;
+            let frames = one.iter().zip(two).zip(three.iter().zip(four));
+            let cosine = cosine.as_chunks_mut().0.iter_mut();
+            let sine = sine.as_chunks_mut().0.iter_mut();
+            for ((cosine, sine), ((one, two), (three, four))) in
+                cosine.zip(sine).zip(frames).take(groups)
+            {
+                let (cosine, sine): (&mut [f32; 4], &mut [f32; 4]) = (cosine, sine);
+                let (one, two): (&[f32; 4], &[f32; 4]) = (one, two);
+                let (three, four): (&[f32; 4], &[f32; 4]) = (three, four);
+                for k in 0..4 {
+                    let (a, b, c, d) = (one[k], two[k], three[k], four[k]);
+                    cosine[k] += cos[0] * a + cos[1] * b + cos[2] * c + cos[3] * d;
+                    sine[k] += sin[0] * a + sin[1] * b + sin[2] * c + sin[3] * d;
+                }
             }
         }
         self.count = 0;

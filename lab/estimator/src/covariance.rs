@@ -136,8 +136,8 @@ pub fn power(x: &Values, weights: &Square<CHANNELS_MAX>) -> f32 {
 }
 
 /// Adds the products of the channels of two samples, on and below the diagonal, in groups of four.
-pub fn add_products(products: &mut Square<CHANNELS_MAX>, [one, other]: [&Values; 2]) {
-    for (k, row) in products.iter_mut().enumerate() {
+pub fn add_products(products: &mut [Values], [one, other]: [&Values; 2]) {
+    for (k, row) in products.iter_mut().enumerate().take(CHANNELS_MAX) {
         let own = [one[k], other[k]];
         let groups = one.as_chunks::<4>().0.iter().zip(other.as_chunks::<4>().0);
         let rows = row.as_chunks_mut::<4>().0.iter_mut();

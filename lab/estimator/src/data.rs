@@ -11,6 +11,7 @@ use crate::reach::Reach;
 use crate::residual::Model;
 use crate::source::Values;
 use crate::statistics::Statistics;
+use core::ops::Range;
 
 /// A frame, centred and scaled.
 pub struct Frame {
@@ -55,12 +56,19 @@ impl Units {
         units
     }
 
-    /// Centres and scales the values of a frame.
+    /// Centres and scales the values of some groups of four channels.
     #[inline]
-    fn change(&self, u: f32, values: &Values, changed: &mut Values) {
-        for k in 0..CHANNELS_MAX {
-            let line = self.level[k] + self.slope[k] * u;
-            changed[k] = (values[k] - line) * self.inverse[k];
+    fn change(&self, u: f32, groups: &Range<usize>, values: &Values, changed: &mut Values) {
+        let [values, inverse, level, slope] =
+            [values, &self.inverse, &self.level, &self.slope].map(|all| all.as_chunks::<4>().0);
+        let changed = changed.as_chunks_mut::<4>().0.iter_mut().zip(values);
+        let lines = inverse.iter().zip(level).zip(slope);
+        let groups = changed.zip(lines).take(groups.end).skip(groups.start);
+        for ((changed, values), ((inverse, level), slope)) in groups {
+            for k in 0..4 {
+                let line = level[k] + slope[k] * u;
+                changed[k] = (values[k] - line) * inverse[k];
+            }
         }
     }
 }
@@ -121,7 +129,13 @@ impl Data<'_, '_> {
     }
 
     /// Visits the frames.
-    pub fn visit(&mut self, mut visit: impl FnMut(&Frame)) {
+    pub fn visit(&mut self, visit: impl FnMut(&Frame)) {
+        self.visit_channels(0..self.width(), visit);
+    }
+
+    /// Visits the frames with the values of at least some of the channels.
+    pub fn visit_channels(&mut self, channels: Range<usize>, mut visit: impl FnMut(&Frame)) {
+        let groups = channels.start / 4..channels.end.div_ceil(4);
         let Statistics { wanted, order, .. } = &self.statistics;
         let width = self.width();
         let units = Units::new(&self.statistics);
@@ -137,13 +151,13 @@ impl Data<'_, '_> {
             let u = place.u(number);
             (frame.number, frame.u) = (number, u);
             if is_ordered {
-                units.change(u, values, &mut frame.values);
+                units.change(u, &groups, values, &mut frame.values);
             } else {
                 let mut used = [0.0; CHANNELS_MAX];
                 for (used, c) in used.iter_mut().zip(order).take(width) {
                     *used = values[usize::from(*c) % CHANNELS_MAX];
                 }
-                units.change(u, &used, &mut frame.values);
+                units.change(u, &groups, &used, &mut frame.values);
             }
             if let Some(hum) = hum {
                 hum.subtract(&mut frame);
@@ -159,9 +173,10 @@ impl Data<'_, '_> {
 
     /// Visits the frames, or what a model leaves of them.
     pub fn visit_beside(&mut self, model: Option<&Model>, mut visit: impl FnMut(&Frame)) {
+        let width = self.width();
         self.visit(|frame| match model {
             Some(model) => {
-                let values = model.residual(frame, 0..CHANNELS_MAX);
+                let values = model.residual(frame, 0..width);
                 visit(&Frame { values, ..*frame });
             }
             None => visit(frame),

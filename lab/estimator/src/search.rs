@@ -130,12 +130,13 @@ fn whitened<'m>(
         let end = (first + spectrum.channels()).min(width);
         spectrum.clear(end - first);
         let together = mixtures.get(first..end).unwrap_or_default();
-        data.visit(|frame| {
+        // Independent channels are mixed with none before them.
+        let channels = if may_share { 0 } else { reach * first }..reach * end;
+        data.visit_channels(channels, |frame| {
             let point = frame.point(&place, frames, each);
             for (k, mixture) in together.iter().enumerate() {
                 let groups = mixture.as_chunks::<4>().0.iter();
                 let pairs = groups.zip(frame.values.as_chunks::<4>().0);
-                // Independent channels are mixed with none before them.
                 let from = if may_share {
                     0
                 } else {

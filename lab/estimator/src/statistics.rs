@@ -73,9 +73,10 @@ impl Statistics {
         let (mut sums, mut frames) = ([Sums::default(); CHANNELS_MAX], 0);
         let (mut sum_u, mut sum_uu) = (0.0, 0.0);
         let place = *span.abscissa();
+        let used = 16 - wanted.leading_zeros() as usize;
         span.visit(wanted, &mut |frame, values| {
             let u = place.u(frame);
-            for (sums, value) in sums.iter_mut().zip(values) {
+            for (sums, value) in sums.iter_mut().zip(values).take(used) {
                 if frames == 0 {
                     sums.first = *value;
                 }
@@ -220,7 +221,7 @@ impl Data<'_, '_> {
     pub fn products(&mut self, may_share: bool) -> Products {
         let (mut products, mut count) = ([[0.0; CHANNELS_MAX]; CHANNELS_MAX], 0.0);
         let mut squares = [0.0; CHANNELS_MAX];
-        let mut pending = None::<Values>;
+        let (mut pending, width) = (None::<Values>, self.width());
         self.visit(|frame| {
             count += 1.0;
             for (square, value) in squares.iter_mut().zip(&frame.values) {
@@ -228,7 +229,10 @@ impl Data<'_, '_> {
             }
             if may_share {
                 match pending.take() {
-                    Some(before) => add_products(&mut products, [&before, &frame.values]),
+                    Some(before) => {
+                        let rows = products.get_mut(..width).unwrap_or_default();
+                        add_products(rows, [&before, &frame.values]);
+                    }
                     None => pending = Some(frame.values),
                 }
             }

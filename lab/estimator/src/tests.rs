@@ -165,6 +165,13 @@ impl<'t> Tested<'t> {
         transforms: &mut [f32],
     ) -> Other {
         let followed = self.followed;
+        // No line has more power than all that is left.
+        let all: f32 = followed.variances.iter().take(self.width).sum();
+        let is_weak = followed.count * all < OTHER * self.plain;
+        let every = ((1u32 << self.width) - 1) as u16;
+        if is_weak && self.with_tone == every {
+            return Other::default();
+        }
         let (place, each, frames) = (data.place, data.frames_each(), data.count());
         let half = data.cycles_max() / each as f32;
         let Some(mut spectrum) = Spectrum::new(data, each, sums, transforms) else {
@@ -182,7 +189,7 @@ impl<'t> Tested<'t> {
         for first in (0..self.width).step_by(spectrum.channels()) {
             let channels = first..(first + spectrum.channels()).min(self.width);
             spectrum.clear(channels.len());
-            data.visit(|frame| {
+            data.visit_channels(channels.clone(), |frame| {
                 let values = model.residual(frame, channels.clone());
                 let point = frame.point(&place, frames, each);
                 let values = values.get(channels.clone()).unwrap_or_default();
