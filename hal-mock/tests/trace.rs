@@ -282,6 +282,13 @@ fn what_is_no_row_is_passed_over_and_counted() {
     assert_eq!(read(b"a,T_\xB0C\n1,2\n").0, ["a", "T_\u{B0}C"]);
 }
 
+/// A carriage return alone ends a line, too, and the next one has the same number then.
+#[test]
+fn mixed_ends_of_lines_do_not_mix_up_lines() {
+    let (_, rows, _) = read(b"7\r0.0,1\n0.1,2\n0.2,3\n");
+    assert_eq!(rows, [[0.0, 1.0], [0.1, 2.0], [0.2, 3.0]]);
+}
+
 #[test]
 fn rows_that_share_a_stamp_are_spread() {
     let text = "time_s,a\n0,1\n0,2\n0,3\n0.3,4\n0.3,5\n0.3,6\n";

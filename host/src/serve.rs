@@ -16,6 +16,8 @@
 mod finger;
 #[cfg(feature = "foxglove")]
 mod foxglove;
+#[cfg(any(feature = "foxglove", feature = "mqtt"))]
+mod latest;
 mod lines;
 pub mod message;
 #[cfg(feature = "mqtt")]

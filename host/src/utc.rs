@@ -70,9 +70,9 @@ impl Receipt {
 pub struct Utc {
     /// Nanoseconds since 1970.
     pub utc_ns: u64,
-    /// Standard deviation. A delay that all packets have, such as an adapter's least one, is not in
-    /// it.
-    pub sigma_s: f64,
+    /// Standard deviation; none as long as there is one least delay alone, which nothing is known
+    /// of. A delay that all packets have, such as an adapter's least one, is not in it.
+    pub sigma_s: Option<f64>,
     pub relation: Relation,
 }
 
@@ -196,7 +196,7 @@ impl UtcClock {
         let utc_ns = self.zero_ns? + ((t_s + delay_s) * 1e9).round() as i64;
         Some(Utc {
             utc_ns: utc_ns.max(0) as u64,
-            sigma_s: scatter_s.hypot(far_s * slope_sigma),
+            sigma_s: (near.len() > 1).then(|| scatter_s.hypot(far_s * slope_sigma)),
             relation: Relation {
                 offset_s: zero_s + delay_s - slope * t_s,
                 skew_ppm: 1e6 * slope,
@@ -276,6 +276,13 @@ mod tests {
 
     const EPOCH_NS: f64 = 1.769_862_605e18;
 
+    #[test]
+    fn a_single_least_delay_has_no_known_uncertainty() {
+        let sigma_s = |lasts_s: f64| clock(0.0, 0.0, lasts_s, 1).utc(0.0).unwrap().sigma_s;
+        assert_eq!([sigma_s(0.01), sigma_s(0.24)], [None; 2]);
+        assert!(sigma_s(1.0).is_some_and(|sigma_s| sigma_s > LEAST_S));
+    }
+
     /// Frames of a board whose clock is slow by `slow` and has begun `begun_s` after a moment, for
     /// so long; delays are `least_s` and something exponential with a mean of a millisecond, and 16
     /// ms now and then.
@@ -337,8 +344,8 @@ mod tests {
                 );
                 for utc in [one, other] {
                     assert!(
-                        off_s(utc).abs() < 3.0 * utc.sigma_s + 1e-6,
-                        "{lasts_s} s, {share}: {} +- {}, {:?}",
+                        off_s(utc).abs() < 3.0 * utc.sigma_s.unwrap() + 1e-6,
+                        "{lasts_s} s, {share}: {} +- {:?}, {:?}",
                         off_s(utc),
                         utc.sigma_s,
                         utc.relation

@@ -19,7 +19,7 @@ use serial_board::SerialBoard;
 use serving::Serving;
 use std::collections::{BTreeMap, BTreeSet};
 use std::thread::sleep;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Numbers of the messages of a topic that have arrived.
 fn indices(all: &[Received], topic: &str) -> BTreeSet<u64> {
@@ -34,6 +34,23 @@ fn gaps(indices: &BTreeSet<u64>) -> u64 {
     indices
         .last()
         .map_or(0, |last| last + 1 - indices.len() as u64)
+}
+
+/// What the command has said of itself.
+fn statuses(all: &[Received]) -> Vec<&Value> {
+    all.iter()
+        .filter(|one| one.topic == "ridgetone/status")
+        .map(|one| &one.message)
+        .collect()
+}
+
+/// Waits until it is so.
+fn wait_until(is_so: impl Fn() -> bool) {
+    let begun = Instant::now();
+    while !is_so() {
+        assert!(begun.elapsed() < Duration::from_secs(20), "it never is");
+        sleep(Duration::from_millis(10));
+    }
 }
 
 #[test]
@@ -63,12 +80,16 @@ fn a_broker_gets_every_message_and_the_schemas() {
         .find(|one| one.topic == "ridgetone/f0/frames/schema")
         .expect("a schema");
     assert_eq!(schema.message["properties"]["volts"]["type"], "array");
-    let states: Vec<&Value> = all
-        .iter()
-        .filter(|one| one.topic == "ridgetone/status")
-        .map(|one| &one.message["state"])
-        .collect();
-    assert_eq!(states, ["online", "offline"]);
+    let states = statuses(&all);
+    let (last, others) = states.split_last().expect("a status");
+    assert!(
+        others.len() > 1 && others.iter().all(|one| one["state"] == "online"),
+        "{states:?}"
+    );
+    // A subscriber that was away sees by this what it has missed.
+    let finger = &last["fingers"]["f0"];
+    assert_eq!(finger["published"]["frames"], frames.len() as u64);
+    assert_eq!(finger["lost"]["frames"], 0);
     assert!(report.contains("0 frames and 0 events lost\n"), "{report}");
 }
 
@@ -97,9 +118,13 @@ fn what_a_broken_connection_costs_is_counted_and_reported() {
         all.iter()
             .filter(|one| one.message["at"] == "mqtt")
             .filter_map(|one| one.message[name].as_u64())
-            .sum()
+            .max()
+            .unwrap_or(0)
     };
     let (lost, unconfirmed) = (reported("frames"), reported("frames_unconfirmed"));
+    let total = &statuses(&all).last().expect("a status")["fingers"]["f0"]["lost"];
+    assert_eq!(total["frames"], lost);
+    assert_eq!(total["frames_unconfirmed"], unconfirmed);
     let missing = gaps(&indices(&all, "ridgetone/f0/frames"));
     assert!(lost > 1000, "{lost}: {report}");
     assert!(
@@ -124,6 +149,62 @@ fn what_a_broken_connection_costs_is_counted_and_reported() {
         report.contains("; trying again") && report.matches("connected").count() >= 2,
         "{report}"
     );
+}
+
+/// A broker loses what it retains when it restarts, and a subscriber comes whenever it likes.
+#[test]
+fn a_subscriber_that_comes_late_gets_the_greeting_also_of_a_restarted_broker() {
+    let (port, board) = (mosquitto::free_port(), SerialBoard::new());
+    let broker = Broker::start_at(port);
+    let early = Subscriber::start(port);
+    let url = format!("mqtt://127.0.0.1:{port}");
+    let serving = Serving::start(&[&board], &["--mqtt", &url]);
+    wait_until(|| early.count() > 500);
+    let greeted = || {
+        let late = Subscriber::start(port);
+        wait_until(|| late.count() > 100);
+        let all = late.leave();
+        all.iter()
+            .filter(|one| one.is_retained && one.message["type"] == "hello")
+            .any(|one| one.message["settings"].is_object() && one.message["index"].is_u64())
+    };
+    assert!(greeted());
+    drop((early, broker));
+    let broker = Broker::start_at(port);
+    let early = Subscriber::start(port);
+    wait_until(|| early.count() > 500);
+    assert!(greeted());
+    let report = serving.interrupt();
+    assert!(
+        !report.contains("refused: ") && !report.contains("abruptly: "),
+        "an error's text comes twice: {report}"
+    );
+    drop(broker);
+}
+
+/// A publisher that has waited for a broker lets subscribers connect first.
+#[test]
+fn what_waited_for_a_broker_comes_to_a_subscriber_that_connects_later() {
+    let (broker, board) = (Broker::start(), SerialBoard::new());
+    let relay = Relay::start(broker.port);
+    relay.cut();
+    let url = format!("mqtt://127.0.0.1:{}", relay.port);
+    let serving = Serving::start(&[&board], &["--mqtt", &url]);
+    wait_until(|| board.frames() > 400);
+    relay.mend();
+    wait_until(|| relay.is_used());
+    let subscriber = Subscriber::start(broker.port);
+    wait_until(|| subscriber.count() > 500);
+    let report = serving.interrupt();
+    let all = subscriber.finish();
+    for topic in ["frames", "diagnostics", "health"] {
+        let found = indices(&all, &format!("ridgetone/f0/{topic}"));
+        assert_eq!(
+            (found.first(), gaps(&found)),
+            (Some(&0), 0),
+            "{topic}: {report}"
+        );
+    }
 }
 
 /// A broker that has stopped takes nothing and says nothing; the board goes on.
@@ -220,6 +301,13 @@ fn foxglove_gets_channels_schemas_and_messages() {
         "{last}"
     );
     assert!(!found["/ridgetone/f0/health"].is_empty());
+    // The board has greeted long ago.
+    let mut late = foxglove::Viewer::connect(port);
+    late.subscribe_to(7);
+    let greeting = std::iter::from_fn(|| late.next())
+        .take(100)
+        .find(|(_, _, message)| message["type"] == "hello");
+    assert!(greeting.is_some_and(|(topic, ..)| topic.ends_with("/diagnostics")));
     let report = serving.interrupt();
     assert!(
         report.contains(&format!("ridgetone: foxglove: ws://127.0.0.1:{port}")),

@@ -24,7 +24,8 @@ fn test(features: &[&str], program: &str) -> Command {
 pub fn run_tests() -> Result<()> {
     setup::broker()?;
     announce("streams: Foxglove, and MQTT beside mosquitto");
-    run(&mut test(&STREAMS, "streams")).context("tests of streams")
+    // One after the other: they look at a clock, beside boards of 2 kHz.
+    run(test(&STREAMS, "streams").arg("--test-threads=1")).context("tests of streams")
 }
 
 /// Receivers by other authors, as packages for Python: Cyclone DDS reads what is for ROS 2, and

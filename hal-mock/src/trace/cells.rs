@@ -43,16 +43,16 @@ impl Numbers {
     /// The number in a cell, NaN where it is missing; none where it is no number.
     #[inline]
     pub fn number(&self, cell: &str) -> Option<f64> {
-        match cell.parse::<f64>() {
-            Ok(value) if !value.is_finite() => Some(f64::NAN),
+        let value = match cell.parse::<f64>() {
             Ok(value) => {
-                if !self.is_comma_separator && cell.contains('.') {
+                if value.is_finite() && !self.is_comma_separator && cell.contains('.') {
                     self.note(b'.')?;
                 }
-                Some(value)
+                value
             }
-            Err(_) => self.unusual(cell),
-        }
+            Err(_) => self.unusual(cell)?,
+        };
+        Some(if value.is_finite() { value } else { f64::NAN })
     }
 
     fn unusual(&self, cell: &str) -> Option<f64> {
@@ -166,7 +166,7 @@ mod tests {
     #[test]
     fn missing_readings_have_many_names() {
         for cell in [
-            "", "-", "NA", "n/a", "NaN", "-inf", "1e999", "ERR", "--", "null",
+            "", "-", "NA", "n/a", "NaN", "-inf", "1e999", "-1,5e999", "ERR", "--", "null",
         ] {
             assert_eq!(kind(cell, true), Kind::Missing, "{cell}");
         }

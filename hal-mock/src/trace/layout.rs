@@ -88,13 +88,13 @@ impl Layout {
             return Err(Refused::new(None, "the file is empty"));
         };
         let mut found = Self::of(&lines, separator)?;
-        found.byte += skip;
         found.ends = LineEnds::of(text);
-        found.lines_before = text[..found.byte - skip]
+        found.lines_before = text[..found.byte]
             .iter()
             .filter(|byte| **byte == b'\n')
             .count() as u64;
         found.find_time(&lines, time)?;
+        found.byte += skip;
         Ok(found)
     }
 
@@ -149,9 +149,10 @@ impl Layout {
         wanted: Option<&TimeColumn>,
     ) -> Result<(), Refused> {
         let refuse = |why: String| Err(Refused::new(self.header_line, why));
+        // Not by its number: where ends of lines are mixed, two may have the same.
         let first = lines
             .iter()
-            .position(|line| line.number == self.line)
+            .position(|line| line.byte == self.byte)
             .unwrap_or(0);
         let rows: Vec<&HeadLine> = rows(lines, first).collect();
         let units = unit_row(lines, first, self.header_line);

@@ -8,6 +8,9 @@ const LEAST_SHARE = 1e-4;
 // Share of the estimates at each end that may lie beyond the axis.
 const WILD = 0.08;
 
+// Half the height of the band around an estimate: what is hardly known must not flatten the others.
+const band = (point) => Math.min(point.sigma, 0.1 * point.frequency);
+
 // With an empty point in every pause that is longer: what is before it and behind it is not joined.
 const apart = (points, pause_s) => points.flatMap((point, at) => {
   const before = points[at - 1];
@@ -37,10 +40,12 @@ export class History extends Plot {
     const known = found.filter((point) => (point.frequency ?? null) !== null);
     if (!known.length) return 0;
     const good = known.filter((point) => point.status === "good");
-    const frequencies = (good.length ? good : known).map((point) => point.frequency);
-    const [low, high] = withoutWild(frequencies, WILD);
+    const wanted = good.length ? good : known;
+    const [low, high] = withoutWild(wanted.map((point) => point.frequency), WILD);
     const latest = known.at(-1).frequency;
-    const [least, most] = [Math.min(low, latest), Math.max(high, latest)];
+    const bands = good.filter(({ frequency }) => frequency >= low && frequency <= high);
+    const ends = (sign) => bands.map((point) => point.frequency + sign * band(point));
+    const [least, most] = [Math.min(low, latest, ...ends(-1)), Math.max(high, latest, ...ends(1))];
     const half = Math.max(0.65 * (most - least), 0.5 * LEAST_SHARE * most);
     const centre = 0.5 * (least + most);
     this.axis.range = this.steady.take([centre - half, centre + half]);
@@ -58,18 +63,17 @@ export class History extends Plot {
     const own = apart(found, GAP * (latest.hello?.settings.hop_s ?? 0.25));
     const shown = [...own, ...beside.map((point) => ({ t_s: point.t_s, beside: point.frequency }))].sort((a, b) => a.t_s - b.t_s);
     // To the plot null is a gap, and undefined nothing at all.
+    // Good windows are joined to good ones: what is between them is not known.
     const windows = (value) => shown.map((point) => {
       if (point.span === "slide" || point.beside !== undefined) return undefined;
-      return (point.frequency ?? null) === null ? null : value(point);
+      return (point.frequency ?? null) === null || point.status !== "good" ? null : value(point);
     });
     const only = (want) => shown.map((point) => ((point.frequency ?? null) !== null && want(point) ? point.frequency : undefined));
-    // What is hardly known must not flatten the rest.
-    const sigma = (point) => Math.min(point.sigma, 0.1 * point.frequency);
     this.plot.axes[1].label = abscissa === "place" ? "cycles per mm" : "frequency, Hz";
     this.show([
       shown.map((point) => point.t_s),
-      windows((point) => point.frequency - sigma(point)),
-      windows((point) => point.frequency + sigma(point)),
+      windows((point) => point.frequency - band(point)),
+      windows((point) => point.frequency + band(point)),
       windows((point) => point.frequency),
       only((point) => point.span === "window" && point.status === "good"),
       only((point) => point.span === "window" && point.status !== "good"),

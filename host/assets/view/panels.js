@@ -42,10 +42,10 @@ export function tiles({ live, remarks }) {
   put("phase-small", `${since}${live.touches} ${live.touches === 1 ? "touch" : "touches"}`);
   const { missing, damaged } = live.counts;
   const board = health ? health.conversions_lost + health.hops_skipped : 0; // What the board drops is missing here, too.
-  const lost = missing + damaged + board;
+  const lost = missing + board; // A damaged packet is missing, too.
   put("lost", lost === 0 ? "nothing" : String(lost));
-  put("lost-small", live.counts.received === 0 ? "" : lost === 0 ? `of ${live.counts.received} packets` : `${missing} packets, ${damaged} damaged, ${board} on the board`);
-  $("lost").classList.toggle("alarm", lost > 0);
+  put("lost-small", live.counts.received === 0 ? "" : lost + damaged === 0 ? `of ${live.counts.received} packets` : `${missing} packets, ${board} on the board; ${damaged} arrived damaged`);
+  $("lost").classList.toggle("alarm", lost + damaged > 0);
 }
 
 export function health(model) {

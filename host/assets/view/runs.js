@@ -132,12 +132,12 @@ export function begin({ look, changed, shown }) {
     if (ended === "") return;
     const found = JSON.parse(ended);
     update(found);
-    say("Recorded: Save keeps it.");
+    say("Recorded, in memory only: press Save to keep it.");
   }));
   $("latest").addEventListener("click", () => trying(async () => {
     const found = JSON.parse(await post("/record/latest", ""));
     update(found);
-    say("This was the last minute: Save keeps it.");
+    say("The last minute, in memory only: press Save to keep it.");
     await look(found);
   }));
   // Those that the command has from before.

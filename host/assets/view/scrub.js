@@ -92,7 +92,7 @@ export class Scrub {
     $("scrub-message").textContent = marked ? `Marked ${seconds(from_s)} to ${seconds(until_s)}: the estimate is of this part.`
       : from_s !== null ? `Marked from ${seconds(from_s)}: go on, and mark its end.`
       : until_s !== null ? `Marked until ${seconds(until_s)}: go back, and mark its beginning.`
-      : "Comma and point step, [ and ] mark a part to fit, space plays.";
+      : "Comma and full stop step 0.05 s; [ and ] mark the part to fit; space plays.";
   }
 
   setMark(end, t_s) {

@@ -6,8 +6,10 @@ const OWN = "";
 
 // What somebody is changing stays as it is.
 let isChanging = false;
-// Whose settings are shown.
-let wasRun = false;
+// The run whose settings are shown; none: the board's.
+let shownRun = null;
+// Number of the board's answer that was said last. It comes with every update: what was said since stays.
+let answered = null;
 // An object for each input: the setting's entry, and its element.
 let inputs = [];
 
@@ -38,7 +40,7 @@ function field(entry) {
   Object.assign(input, { id: entry.name, name: entry.name, title: entry.title });
   if (entry.kind === "switch") input.append(new Option("true"), new Option("false"));
   for (const { value: found, text } of entry.choices) input.add(new Option(text, found));
-  if (entry.kind === "plan") input.add(new Option("its own", OWN));
+  if (entry.kind === "plan") input.add(new Option("custom", OWN));
   if (["number", "whole"].includes(entry.kind)) {
     Object.assign(input, { type: "number", step: entry.kind === "whole" ? "1" : "any", inputMode: "decimal" });
     if (entry.least !== null) Object.assign(input, { min: entry.least, max: entry.greatest });
@@ -89,12 +91,13 @@ export async function post(path, body, type = "application/json") {
 }
 
 // Shows those in force; without a board that takes settings there is nothing to set.
-export function show({ live, settings_form: entries, settings_reply: reply, can_set: canSet }, isRun) {
+export function show({ live, settings_form: entries, settings_reply: reply, can_set: canSet }, run) {
   $("settings").hidden = !canSet;
   if (!canSet) return;
   if (inputs.length === 0) build(entries);
-  if (wasRun !== isRun) {
-    [wasRun, isChanging] = [isRun, false];
+  const isRun = run !== null;
+  if (shownRun !== (run?.id ?? null)) {
+    [shownRun, isChanging] = [run?.id ?? null, false];
     say("");
   }
   $("settings-title").textContent = isRun ? "Settings of this run" : "Settings of the board";
@@ -105,12 +108,17 @@ export function show({ live, settings_form: entries, settings_reply: reply, can_
       input.value = input.dataset.shown = WAYS[entry.kind][0](value(live.latest.hello.settings, entry.name));
     }
   }
-  if (!isRun && reply !== null && reply !== undefined) say(reply.text, reply.is_refused);
+  if (isRun || (reply?.number ?? null) === answered) return;
+  answered = reply?.number ?? null;
+  if (reply) say(reply.text, reply.is_refused);
 }
 
 // `send` takes the wanted settings as JSON, and gives what became of them.
 export function begin(send) {
   $("settings-form").addEventListener("input", () => { isChanging = true; });
+  // The browser's own refusal of a value, which is nothing to send.
+  const refuse = ({ target }) => say(`${target.name}: ${target.validationMessage}`, true);
+  $("settings-form").addEventListener("invalid", refuse, true);
   $("settings-form").addEventListener("submit", async (event) => {
     event.preventDefault();
     say("Sending.");

@@ -6,8 +6,17 @@ const TAXELS = 16;
 // Rank, as a share of the ranges, of the one that sets the rows' distance: of sixteen the three widest may reach into their
 // neighbours' rows.
 const SWING = 0.75;
+// Frames more than this many usual steps apart have a gap between them.
+const GAP = 1.5;
 // The distance shrinks only when the rows would fit into this share of it.
 const SLACK = 0.6;
+
+// Places in front of which frames are missing.
+function gaps(t_s) {
+  const steps = t_s.slice(1).map((time_s, at) => time_s - t_s[at]);
+  const usual = steps.toSorted((a, b) => a - b)[Math.floor(steps.length / 2)];
+  return steps.flatMap((step, at) => (step > GAP * usual ? [at + 1] : []));
+}
 
 const unit = (taxel) => `unit${Math.floor(taxel / 4)}`;
 const middle = (values) => {
@@ -49,6 +58,10 @@ export class Strips extends Plot {
     this.plot.axes[1].label = `taxel, ${rows}`;
     const lines = mv.map((values, taxel) => values.map((value) => (value === null ? null : value - taxel * this.apart.mv)));
     const none = Array.from({ length: TAXELS - lines.length }, () => t_s.map(() => null));
-    this.show([t_s, ...lines, ...none], rows);
+    const missing = gaps(t_s).toReversed();
+    const apart = [t_s, ...lines, ...none].map((values) => values.slice());
+    // An empty point in each gap, from the last on, so that places hold.
+    for (const at of missing) apart.forEach((values, column) => values.splice(at, 0, column === 0 ? 0.5 * (t_s[at - 1] + t_s[at]) : null));
+    this.show(apart, rows);
   }
 }

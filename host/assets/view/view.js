@@ -74,6 +74,10 @@ function lookAtFile({ live }) {
 }
 
 function showStatus({ state }) {
+  // Without the command nothing can be asked of it, and what is shown is old.
+  document.body.classList.toggle("gone", !isConnected);
+  for (const id of ["record", "latest"]) $(id).disabled = !isConnected;
+  for (const id of ["runs", "settings"]) $(id).inert = !isConnected;
   $("status").textContent = isConnected ? state.status : "The command cannot be reached: it has ended, or is being restarted. Trying again every second.";
   $("status").classList.toggle("alarm", !isConnected || ["disconnected", "waiting"].includes(state.live.connection.state));
 }
@@ -95,7 +99,7 @@ function draw(withPlots) {
   panels.tiles(state);
   panels.health(found);
   panels.log(live);
-  settings.show(run === null ? state : { ...state, can_set: run.frames > 0 && Boolean(live.latest.hello) }, run !== null);
+  settings.show(run === null ? state : { ...state, can_set: run.frames > 0 && Boolean(live.latest.hello) }, run);
   drawMap(mapCanvas, state);
   if (!withPlots) return;
   plots.strips.setRows(run?.channels ?? null);
@@ -134,7 +138,9 @@ function connect() {
 
 $("pause").addEventListener("click", () => pause(paused === null));
 document.addEventListener("keydown", (event) => {
-  const hasOwn = OWN_KEYS.includes(event.target.tagName) && (event.key === " " || event.target.type === "number");
+  // A slider does nothing with the space.
+  const { tagName, type } = event.target;
+  const hasOwn = OWN_KEYS.includes(tagName) && ((event.key === " " && type !== "range") || type === "number");
   if (hasOwn || event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented) return;
   if (!scrub.key(event.key)) {
     if (event.key !== " ") return;

@@ -60,7 +60,7 @@ impl JsonLines {
             Received {
                 received_utc_s: receipt.utc_s(),
                 utc_s: utc.map(|utc| utc.utc_s()),
-                utc_sigma_s: utc.map(|utc| utc.sigma_s),
+                utc_sigma_s: utc.and_then(|utc| utc.sigma_s),
                 relation: utc.filter(|_| is_health).map(|utc| utc.relation),
             }
         });

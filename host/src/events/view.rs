@@ -46,7 +46,8 @@ pub struct Received {
     pub received_utc_s: f64,
     /// `t_s` in UTC, since 1970; null before the relation of the clocks is known.
     pub utc_s: Option<f64>,
-    /// Standard deviation of `utc_s`.
+    /// Standard deviation of `utc_s`; null in the first quarter of a second, in which it is not
+    /// known.
     pub utc_sigma_s: Option<f64>,
     #[serde(flatten)]
     pub relation: Option<Relation>,
@@ -730,13 +731,13 @@ pub struct Lost {
     /// At the line: damaged messages so far.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub damaged: Option<u32>,
-    /// At a receiver: frames since the message before.
+    /// At a receiver: frames so far.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frames: Option<u64>,
-    /// At a receiver: other messages since the message before.
+    /// At a receiver: other messages so far.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub events: Option<u64>,
-    /// At a receiver: frames given to a connection that broke.
+    /// At a receiver: frames so far that were given to a connection that broke.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frames_unconfirmed: Option<u64>,
 }

@@ -111,7 +111,7 @@ impl Messages {
                 self.time_ns = utc.utc_ns;
                 if let Some(received) = &mut message.receipt {
                     received.utc_s = Some(utc.utc_s());
-                    received.utc_sigma_s = Some(utc.sigma_s);
+                    received.utc_sigma_s = utc.sigma_s;
                 }
             }
         } else if let Some(receipt) = receipt {

@@ -22,6 +22,9 @@ const LOOK: Duration = Duration::from_millis(5);
 /// Time between two looks whether somebody looks again.
 const LOOK_IDLE: Duration = Duration::from_millis(20);
 
+/// Its name as a source.
+pub const EMULATED: &str = "emulated board";
+
 /// The emulated board. Dropped, it ends the emulator.
 #[derive(Debug)]
 pub struct Emulated {
@@ -107,7 +110,7 @@ impl Emulated {
 
 impl Source for Emulated {
     fn name(&self) -> String {
-        "emulated board".into()
+        EMULATED.into()
     }
 
     fn next(&mut self, most: Duration) -> Result<Option<FeedEvent<Vec<u8>>>> {

@@ -35,6 +35,8 @@ pub struct Following {
     pub raw: RawFrames,
     /// The board's answer to [`Self::set`]; none before it has come.
     pub settings_reply: Option<SettingsReply>,
+    /// Answers so far.
+    answers: u32,
     is_setting: bool,
     is_idle: bool,
 }
@@ -42,6 +44,8 @@ pub struct Following {
 /// What became of settings that were sent.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct SettingsReply {
+    /// From 1 on: another answer may have the same words.
+    pub number: u32,
     pub text: String,
     pub is_refused: bool,
 }
@@ -64,6 +68,7 @@ impl Following {
             requester,
             raw,
             settings_reply: None,
+            answers: 0,
             is_setting: false,
             is_idle: false,
         }
@@ -110,7 +115,12 @@ impl Following {
 
     fn set_ended(&mut self, text: String, is_refused: bool) {
         if std::mem::take(&mut self.is_setting) {
-            self.settings_reply = Some(SettingsReply { text, is_refused });
+            self.answers += 1;
+            self.settings_reply = Some(SettingsReply {
+                number: self.answers,
+                text,
+                is_refused,
+            });
         }
     }
 

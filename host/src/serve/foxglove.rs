@@ -3,21 +3,55 @@
 //! The crate has a queue of its own for each viewer, from which a slow one loses the oldest
 //! messages; it does not say how many. `index` of the messages does.
 
+use super::latest::Latest;
 use super::queue::Queue;
 use super::schema;
 use super::sink::Sink;
 use super::topic::{Names, Topic};
 use crate::note;
 use anyhow::{Context, Result};
+use foxglove::websocket::{ChannelView, Client, ServerListener};
 use foxglove::{PartialMetadata, RawChannel, Schema};
 use std::net::SocketAddr;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Messages that wait for each viewer: 1.7 s of ten fingers.
 const BACKLOG: usize = 4096;
 
 pub struct Foxglove {
     pub address: SocketAddr,
+}
+
+/// The channels of each finger, and the latest states on them: a viewer that comes later gets those
+/// first.
+#[derive(Default)]
+struct Channels {
+    by_finger: Vec<Vec<Arc<RawChannel>>>,
+    latest: Latest,
+}
+
+/// Channels that the server's listener shares.
+#[derive(Clone, Default)]
+struct Shared(Arc<Mutex<Channels>>);
+
+impl Shared {
+    fn with<T>(&self, step: impl FnOnce(&mut Channels) -> T) -> T {
+        step(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+impl ServerListener for Shared {
+    fn on_subscribe(&self, client: Client, view: ChannelView) {
+        self.with(|channels| {
+            for message in channels.latest.all() {
+                let channel = &channels.by_finger[message.finger][message.topic as usize];
+                if channel.id() == view.id() {
+                    let time = PartialMetadata::with_log_time(message.time_ns);
+                    channel.log_with_meta_to_sink(message.json.as_bytes(), time, client.sink_id());
+                }
+            }
+        });
+    }
 }
 
 impl Sink for Foxglove {
@@ -36,12 +70,13 @@ impl Sink for Foxglove {
 
 impl Foxglove {
     async fn serve(&self, queue: &Queue, names: &Names) -> Result<()> {
-        let context = foxglove::Context::new();
+        let (context, shared) = (foxglove::Context::new(), Shared::default());
         let server = context
             .websocket_server()
             .name("ridgetone")
             .bind(self.address.ip().to_string(), self.address.port())
             .message_backlog_size(BACKLOG)
+            .listener(Arc::new(shared.clone()))
             .tokio_runtime(&tokio::runtime::Handle::current())
             .start()
             .await
@@ -73,13 +108,15 @@ impl Foxglove {
                     .collect()
             })
             .collect::<Result<Vec<Vec<_>>>>()?;
+        shared.with(|all| all.by_finger = channels);
         while let Some(queued) = queue.next().await {
             let message = &queued.message;
-            let channel = &channels[message.finger][message.topic as usize];
-            channel.log_with_meta(
-                message.json.as_bytes(),
-                PartialMetadata::with_log_time(message.time_ns),
-            );
+            let time = PartialMetadata::with_log_time(message.time_ns);
+            shared.with(|channels| {
+                channels.latest.take(message);
+                channels.by_finger[message.finger][message.topic as usize]
+                    .log_with_meta(message.json.as_bytes(), time);
+            });
             // The server's turn.
             tokio::task::yield_now().await;
         }

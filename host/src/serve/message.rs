@@ -21,15 +21,21 @@ pub struct Message {
     pub json: String,
     /// When it happened, nanoseconds since 1970.
     pub time_ns: u64,
+    /// Number on its topic; none for what is said to one sink alone.
+    pub index: Option<u64>,
+    /// Whether it stands until the next of its topic and type: a greeting with the settings, a
+    /// texture, a health.
+    pub is_state: bool,
 }
 
-/// Messages of a finger that a sink has lost.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// Messages of a finger that a sink has lost since the command started.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Lost {
     pub frames: u64,
     pub events: u64,
     /// Frames that were handed over to a connection that broke: nobody knows whether they have
     /// arrived.
+    #[serde(rename = "frames_unconfirmed")]
     pub unconfirmed: u64,
 }
 
@@ -62,6 +68,8 @@ pub fn lost(finger: usize, sink: &str, lost: Lost) -> Message {
         topic: Topic::Diagnostics,
         json: noted(Note::Lost(lost), now),
         time_ns: now.utc_ns,
+        index: None,
+        is_state: false,
     }
 }
 
@@ -87,6 +95,15 @@ pub struct Head {
     r#type: String,
     pub utc_s: Option<f64>,
     pub received_utc_s: Option<f64>,
+    /// Number on the topic.
+    #[serde(skip)]
+    pub index: u64,
+}
+
+impl Head {
+    pub fn is_state(&self) -> bool {
+        matches!(self.r#type.as_str(), "hello" | "texture" | "health")
+    }
 }
 
 /// Turns the objects of `--json` into messages of streams and of MCAP files.
@@ -103,7 +120,7 @@ impl Streamed {
     /// The topic and the text of a message; `json` is one object on one line.
     pub fn message(&mut self, mut json: String) -> Result<(Topic, String, Head)> {
         let named = || json.chars().take(SHOWN).collect::<String>();
-        let head: Head = serde_json::from_str(&json).with_context(named)?;
+        let mut head: Head = serde_json::from_str(&json).with_context(named)?;
         let topic = Topic::of(&head.r#type);
         if json.contains(":null") {
             let mut object: Value = serde_json::from_str(&json).with_context(named)?;
@@ -117,6 +134,7 @@ impl Streamed {
         }
         let count = &mut self.counts[topic as usize];
         json += &format!(r#","index":{count}}}"#);
+        head.index = *count;
         *count += 1;
         Ok((topic, json, head))
     }

@@ -1,11 +1,17 @@
-//! MQTT 5: frames with QoS 0, all other messages with QoS 1; the schemas are retained beside the
-//! topics.
+//! MQTT 5: frames with QoS 0, all other messages with QoS 1. A broker retains the latest states of
+//! the fingers, a status with totals, and the schemas beside the topics; each connection publishes
+//! them again, since a broker may have restarted without them.
 //!
 //! A session lives as long as its connection. When that breaks, events that the broker has not
 //! acknowledged wait again. A broker acknowledges in the order of publication (MQTT 5.0, 4.6):
 //! frames before an acknowledged event have arrived, and those after the last one are counted as
 //! not confirmed.
 
+mod flight;
+mod totals;
+
+use super::latest::Latest;
+use super::message::Message;
 use super::queue::{Queue, Queued};
 use super::schema;
 use super::sink::Sink;
@@ -13,16 +19,18 @@ use super::topic::{Names, Topic};
 use crate::note;
 use crate::usage::UsageError;
 use crate::utc::Receipt;
-use anyhow::{Result, anyhow};
+use anyhow::{Error, Result};
+use flight::Flight;
 use rumqttc::v5::mqttbytes::QoS;
 use rumqttc::v5::mqttbytes::v5::LastWill;
 use rumqttc::v5::{AsyncClient, Event, EventLoop, Incoming, MqttOptions};
 use rumqttc::{NetworkOptions, Outgoing};
 use std::cell::RefCell;
-use std::collections::{HashMap, VecDeque};
+use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::Notify;
-use tokio::time::{sleep, timeout};
+use tokio::time::{Instant, sleep, timeout, timeout_at};
+use totals::{Publishes, Totals};
 
 /// The port of MQTT without TLS.
 const PORT: u16 = 1883;
@@ -39,9 +47,14 @@ const CHANNEL: usize = 64;
 /// Events that wait for their acknowledgement; a broker may want less.
 const UNACKNOWLEDGED_MAX: u16 = 256;
 
-/// What `<board>/status` says, retained; the broker says the second one too if the connection
-/// breaks.
-const ONLINE: &str = r#"{"state":"online"}"#;
+/// Time before what waited for a broker is published: subscribers need some to come back, and to a
+/// subscriber that is not there it would be lost without a word.
+const PAUSE: Duration = Duration::from_secs(2);
+
+/// Time from a status to the next.
+const STATUS_EVERY: Duration = Duration::from_secs(1);
+
+/// Status of a command whose connection breaks: the broker publishes it.
 const OFFLINE: &str = r#"{"state":"offline"}"#;
 
 /// Time that the broker has at the end for its last acknowledgements.
@@ -51,36 +64,6 @@ pub struct Mqtt {
     host: String,
     port: u16,
     login: Option<(String, String)>,
-}
-
-/// Messages given to the connection and not confirmed; nothing in place of a schema.
-#[derive(Default)]
-struct Flight {
-    entries: VecDeque<Option<Queued>>,
-    /// Number of the first entry.
-    first: u64,
-    /// Number of the entry that is written next.
-    written: u64,
-    /// Entries by their packet identifiers.
-    numbers: HashMap<u16, u64>,
-}
-
-impl Flight {
-    fn write(&mut self, packet: u16) {
-        if packet != 0 {
-            self.numbers.insert(packet, self.written);
-        }
-        self.written += 1;
-    }
-
-    fn acknowledge(&mut self, packet: u16) {
-        let Some(number) = self.numbers.remove(&packet) else {
-            return;
-        };
-        let confirmed = (number + 1).saturating_sub(self.first);
-        self.entries.drain(..confirmed as usize);
-        self.first += confirmed;
-    }
 }
 
 impl Sink for Mqtt {
@@ -93,9 +76,17 @@ impl Sink for Mqtt {
             .enable_all()
             .build()?;
         runtime.block_on(async {
+            let mut publishing = Publishing {
+                queue,
+                names,
+                latest: Latest::default(),
+                totals: Totals::new(names.fingers.len()),
+                has_waited: false,
+            };
             let mut reported = String::new();
-            while let Err(error) = self.session(queue, names).await {
-                let why = format!("{error:#}");
+            while let Err(error) = self.session(&mut publishing).await {
+                publishing.has_waited = true;
+                let why = error.to_string();
                 if why != reported {
                     note!("mqtt: {}:{}: {why}; trying again", self.host, self.port);
                     reported = why;
@@ -174,21 +165,25 @@ impl Mqtt {
     }
 
     /// Delivers until the queue is closed and empty. Fails if the connection breaks.
-    async fn session(&self, queue: &Queue, names: &Names) -> Result<()> {
-        let (client, mut events) = AsyncClient::new(self.options(names), CHANNEL);
+    async fn session(&self, publishing: &mut Publishing<'_>) -> Result<()> {
+        let (client, mut events) = AsyncClient::new(self.options(publishing.names), CHANNEL);
         let (flight, connected) = (RefCell::new(Flight::default()), Notify::new());
+        let connection = Connection {
+            client: &client,
+            flight: &flight,
+        };
         let ended = tokio::select! {
             why = self.poll(&mut events, &flight, &connected) => Err(why),
             done = async {
                 connected.notified().await;
-                deliver(&client, queue, names, &flight).await
+                publishing.deliver(&connection).await
             } => done,
         };
         if ended.is_ok() {
             // Writes the farewell, and waits until the broker hangs up.
             let _ = timeout(LAST, self.poll(&mut events, &flight, &connected)).await;
         }
-        queue.put_back(flight.into_inner().entries.into_iter().flatten());
+        publishing.put_back(flight.into_inner());
         ended
     }
 
@@ -198,7 +193,7 @@ impl Mqtt {
         events: &mut EventLoop,
         flight: &RefCell<Flight>,
         connected: &Notify,
-    ) -> anyhow::Error {
+    ) -> Error {
         loop {
             match timeout(2 * PING, events.poll()).await {
                 Ok(Ok(Event::Incoming(Incoming::ConnAck(_)))) => {
@@ -212,76 +207,138 @@ impl Mqtt {
                     flight.borrow_mut().write(packet)
                 }
                 Ok(Ok(_)) => {}
-                Ok(Err(error)) => return anyhow!(error),
-                Err(_) => return anyhow!("the broker does not answer"),
+                // Its text has those of its sources in it.
+                Ok(Err(error)) => return Error::msg(error.to_string()),
+                Err(_) => return Error::msg("the broker does not answer"),
             }
         }
     }
 }
 
-/// Says whether this command publishes.
-async fn report(
-    client: &AsyncClient,
-    names: &Names,
-    flight: &RefCell<Flight>,
-    state: &'static str,
-) -> Result<()> {
-    flight.borrow_mut().entries.push_back(None);
-    Ok(client
-        .publish(names.status(), QoS::AtLeastOnce, true, state)
-        .await?)
+/// A session's connection, and what it has not confirmed.
+struct Connection<'a> {
+    client: &'a AsyncClient,
+    flight: &'a RefCell<Flight>,
 }
 
-/// Publishes what waits, and at the end waits for the acknowledgements.
-async fn deliver(
-    client: &AsyncClient,
-    queue: &Queue,
-    names: &Names,
-    flight: &RefCell<Flight>,
-) -> Result<()> {
-    report(client, names, flight, ONLINE).await?;
-    for finger in 0..names.fingers.len() {
-        for topic in Topic::ALL {
-            flight.borrow_mut().entries.push_back(None);
-            let path = format!("{}/schema", names.path(finger, topic));
-            client
-                .publish(
-                    path,
-                    QoS::AtLeastOnce,
-                    true,
-                    schema::json(topic).to_string(),
-                )
-                .await?;
-        }
+impl Connection<'_> {
+    /// Publishes what the broker retains; the next session does so again.
+    async fn retain(&self, topic: String, text: String) -> Result<()> {
+        self.flight.borrow_mut().entries.push_back(None);
+        let quality = QoS::AtLeastOnce;
+        Ok(self.client.publish(topic, quality, true, text).await?)
     }
-    while let Some(queued) = queue.next().await {
-        let (topic, path) = (
-            queued.message.topic,
-            names.path(queued.message.finger, queued.message.topic),
-        );
-        let quality = if topic == Topic::Frames {
-            QoS::AtMostOnce
-        } else {
-            QoS::AtLeastOnce
+}
+
+/// What is published, from one session to the next.
+struct Publishing<'a> {
+    queue: &'a Queue,
+    names: &'a Names,
+    latest: Latest,
+    totals: Totals,
+    /// Whether messages have waited for a broker.
+    has_waited: bool,
+}
+
+impl Publishing<'_> {
+    /// Publishes what waits, and at the end waits for the acknowledgements.
+    async fn deliver(&mut self, connection: &Connection<'_>) -> Result<()> {
+        self.retain_again(connection).await?;
+        self.pause().await;
+        let (mut stated, mut due) = (String::new(), Instant::now() + STATUS_EVERY);
+        loop {
+            match timeout_at(due, self.queue.next()).await {
+                Ok(Some(queued)) => self.publish(connection, queued).await?,
+                Ok(None) => break,
+                Err(_) => {}
+            }
+            let status = (Instant::now() >= due).then(|| self.status(Publishes::Online));
+            if let Some(status) = status {
+                due = Instant::now() + STATUS_EVERY;
+                if status != stated {
+                    stated.clone_from(&status);
+                    connection.retain(self.names.status(), status).await?;
+                }
+            }
+        }
+        // Its acknowledgement confirms all frames before it.
+        let status = self.status(Publishes::Offline);
+        connection.retain(self.names.status(), status).await?;
+        let all_confirmed = async {
+            while !connection.flight.borrow().entries.is_empty() {
+                sleep(Duration::from_millis(10)).await;
+            }
         };
-        let json = queued.message.json.clone();
-        flight.borrow_mut().entries.push_back(Some(queued));
-        // A subscriber gets the latest state at once.
-        client
-            .publish(path, quality, topic == Topic::Health, json)
-            .await?;
+        // What is not confirmed by then is counted.
+        let _ = timeout(LAST, all_confirmed).await;
+        // The connection's end is what this ends with.
+        Ok(connection.client.disconnect().await?)
     }
-    // Its acknowledgement confirms all frames before it.
-    report(client, names, flight, OFFLINE).await?;
-    let all_confirmed = async {
-        while !flight.borrow().entries.is_empty() {
-            sleep(Duration::from_millis(10)).await;
+
+    async fn retain_again(&self, connection: &Connection<'_>) -> Result<()> {
+        let status = self.status(Publishes::Online);
+        connection.retain(self.names.status(), status).await?;
+        for finger in 0..self.names.fingers.len() {
+            for topic in Topic::ALL {
+                let path = format!("{}/schema", self.names.path(finger, topic));
+                let schema = schema::json(topic).to_string();
+                connection.retain(path, schema).await?;
+            }
         }
-    };
-    // What is not confirmed by then is counted.
-    let _ = timeout(LAST, all_confirmed).await;
-    // The connection's end is what this ends with.
-    Ok(client.disconnect().await?)
+        for message in self.latest.all() {
+            let path = self.path(message);
+            connection.retain(path, message.json.clone()).await?;
+        }
+        Ok(())
+    }
+
+    /// Waits for subscribers, where messages have waited for the broker.
+    async fn pause(&self) {
+        let until = Instant::now() + PAUSE;
+        while self.has_waited && !self.queue.is_closed() && Instant::now() < until {
+            sleep(Duration::from_millis(20)).await;
+        }
+    }
+
+    async fn publish(&mut self, connection: &Connection<'_>, queued: Queued) -> Result<()> {
+        let message = Arc::clone(&queued.message);
+        self.latest.take(&message);
+        self.totals.publish(&message);
+        let quality = match message.topic {
+            Topic::Frames => QoS::AtMostOnce,
+            _ => QoS::AtLeastOnce,
+        };
+        connection
+            .flight
+            .borrow_mut()
+            .entries
+            .push_back(Some(queued));
+        let (path, json) = (self.path(&message), message.json.clone());
+        let client = connection.client;
+        // A subscriber gets the latest state at once.
+        Ok(client
+            .publish(path, quality, message.is_state, json)
+            .await?)
+    }
+
+    /// What the connection has not confirmed waits again, or is lost by count.
+    fn put_back(&mut self, flight: Flight) {
+        let unconfirmed = flight.entries.into_iter().flatten();
+        self.queue.put_back(unconfirmed.inspect(|queued| {
+            if queued.message.topic != Topic::Frames {
+                self.totals.take_back(&queued.message);
+            }
+        }));
+    }
+
+    fn status(&self, state: Publishes) -> String {
+        let lost = self.queue.losses();
+        self.totals.status(state, self.names, &lost)
+    }
+
+    fn path(&self, message: &Message) -> String {
+        self.names.path(message.finger, message.topic)
+    }
 }
 
 #[cfg(test)]

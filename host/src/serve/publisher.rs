@@ -34,6 +34,8 @@ impl Publisher {
             topic,
             json,
             time_ns,
+            index: Some(head.index),
+            is_state: head.is_state(),
         });
         self.queues
             .iter()

@@ -76,10 +76,11 @@ struct State {
     events: VecDeque<Queued>,
     /// Number of the next message.
     order: u64,
-    /// Losses by finger that are not reported yet.
+    /// Losses by finger, and which of them are reported.
     lost: Vec<Lost>,
+    known: Vec<Lost>,
     reported: Option<Instant>,
-    counts: Counts,
+    delivered: u64,
     is_closed: bool,
     has_failed: bool,
 }
@@ -89,6 +90,7 @@ impl Queue {
         let state = State {
             order: 1,
             lost: vec![Lost::default(); fingers],
+            known: vec![Lost::default(); fingers],
             ..State::default()
         };
         Self {
@@ -124,7 +126,7 @@ impl Queue {
             {
                 let mut state = self.state();
                 if let Some(queued) = state.report(self.sink).or_else(|| state.take()) {
-                    state.counts.delivered += 1;
+                    state.delivered += 1;
                     return Some(queued);
                 }
                 if state.is_closed {
@@ -140,14 +142,9 @@ impl Queue {
     pub fn put_back(&self, queued: impl DoubleEndedIterator<Item = Queued>) {
         let mut state = self.state();
         for queued in queued.rev() {
-            state.counts.delivered -= 1;
+            state.delivered -= 1;
             if queued.message.topic == Topic::Frames {
-                let lost = Lost {
-                    unconfirmed: 1,
-                    ..Lost::default()
-                };
-                state.lost[queued.message.finger].add(lost);
-                state.counts.lost.add(lost);
+                state.lost[queued.message.finger].unconfirmed += 1;
             } else {
                 state.events.push_front(queued);
             }
@@ -173,11 +170,20 @@ impl Queue {
         self.state().has_failed
     }
 
+    /// What each finger has lost here.
+    #[cfg(any(feature = "mqtt", test))]
+    pub fn losses(&self) -> Vec<Lost> {
+        self.state().lost.clone()
+    }
+
     pub fn counts(&self) -> Counts {
         let state = self.state();
+        let mut lost = Lost::default();
+        state.lost.iter().for_each(|finger| lost.add(*finger));
         Counts {
+            delivered: state.delivered,
+            lost,
             left: (state.frames.len() + state.events.len()) as u64,
-            ..state.counts
         }
     }
 }
@@ -197,41 +203,27 @@ impl State {
     }
 
     fn lose(&mut self, message: &Message) {
-        let lost = match message.topic {
-            Topic::Frames => Lost {
-                frames: 1,
-                ..Lost::default()
-            },
-            _ => Lost {
-                events: 1,
-                ..Lost::default()
-            },
-        };
-        self.lost[message.finger].add(lost);
-        self.counts.lost.add(lost);
+        let lost = &mut self.lost[message.finger];
+        match message.topic {
+            Topic::Frames => lost.frames += 1,
+            _ => lost.events += 1,
+        }
     }
 
     /// A message about what a finger has lost here, if it is time for one.
     fn report(&mut self, sink: &str) -> Option<Queued> {
         let is_due = self.is_closed || self.reported.is_none_or(|at| at.elapsed() >= REPORT_EVERY);
-        let finger = self
-            .lost
-            .iter()
-            .position(|lost| is_due && *lost != Lost::default());
-        let Some(finger) = finger else {
+        let mut unknown = (0..self.lost.len()).filter(|n| self.lost[*n] != self.known[*n]);
+        let Some(finger) = unknown.next().filter(|_| is_due) else {
             // Every finger's losses are reported at the same time.
             self.reported = self.reported.filter(|_| !is_due);
             return None;
         };
-        if self
-            .lost
-            .iter()
-            .skip(finger + 1)
-            .all(|lost| *lost == Lost::default())
-        {
+        if unknown.next().is_none() {
             self.reported = Some(Instant::now());
         }
-        let message = lost(finger, sink, std::mem::take(&mut self.lost[finger]));
+        self.known[finger] = self.lost[finger];
+        let message = lost(finger, sink, self.lost[finger]);
         Some(Queued {
             order: 0,
             message: Arc::new(message),
@@ -258,6 +250,8 @@ mod tests {
             topic,
             json: number.to_string(),
             time_ns: 0,
+            index: None,
+            is_state: false,
         })
     }
 
@@ -370,5 +364,29 @@ mod tests {
             .collect();
         assert_eq!(rest, ["0", "2", "3"]);
         assert_eq!(queue.counts().delivered, 4);
+    }
+
+    /// A receiver that misses a report learns from the next one what it missed.
+    #[test]
+    fn reports_give_totals() {
+        let queue = Queue::new("test", 1);
+        for lost in [1, 3] {
+            for number in 0..FRAMES_MAX as u64 + lost {
+                queue.push(message(0, Topic::Frames, number as usize));
+            }
+        }
+        let all = drain(&queue);
+        queue.push(message(0, Topic::Frames, 0));
+        queue.put_back(drain(&queue).into_iter());
+        let again = drain(&queue);
+        let counts = |queued: &Queued| -> (u64, u64) {
+            let json: serde_json::Value = serde_json::from_str(&queued.message.json).unwrap();
+            let count = |name: &str| json[name].as_u64().unwrap();
+            (count("frames"), count("frames_unconfirmed"))
+        };
+        let frames = FRAMES_MAX as u64 + 4;
+        assert_eq!(counts(&all[0]), (frames, 0));
+        assert_eq!((again.len(), counts(&again[0])), (1, (frames, 1)));
+        assert_eq!(queue.losses()[0], queue.counts().lost);
     }
 }

@@ -1,6 +1,6 @@
 //! The status line of the page: the state of the board, and what to do if nothing arrives.
 
-use crate::feed::RawFrames;
+use crate::feed::{EMULATED, RawFrames};
 use crate::listen::SILENT;
 use crate::live::{Connection, Live, Phase};
 use std::time::Duration;
@@ -12,6 +12,9 @@ pub fn status(live: &Live, age: Option<Duration>) -> String {
             format!("The board is disconnected ({why}). Plug it in again: the command waits for it.")
         }
         (Connection::Over, _) => "The recording is over. The page shows its end.".into(),
+        (_, None) if live.now.source == EMULATED => {
+            "The emulated board is starting, which takes some seconds.".into()
+        }
         (_, None) => {
             "Nothing was received from the board yet. Is it powered, and its TX on this port, at 921600 baud?".into()
         }
@@ -59,6 +62,8 @@ mod tests {
         let mut live = Live::new("a port");
         let now = Some(Duration::ZERO);
         assert!(status(&live, None).starts_with("Nothing was received"));
+        let emulated = status(&Live::new(EMULATED), None);
+        assert!(emulated.starts_with("The emulated board is starting"));
         live.now.connection = Connection::Connected;
         assert!(status(&live, now).starts_with("The board is connected"));
         assert_eq!(

@@ -102,16 +102,15 @@ fn report(served: &Served, receiver: &str, got: &Got) {
     } = served;
     let mut late_ms = Vec::new();
     let mut numbers: BTreeMap<String, Vec<u64>> = BTreeMap::new();
-    let mut counted = 0;
+    let mut counts: BTreeMap<&String, u64> = BTreeMap::new();
     for (utc_s, topic, message) in got {
         if let Some(number) = message["index"].as_u64() {
             numbers.entry(topic.clone()).or_default().push(number);
         }
         if message["at"] == receiver {
-            counted += ["frames", "events", "frames_unconfirmed"]
-                .iter()
-                .filter_map(|name| message[*name].as_u64())
-                .sum::<u64>();
+            let names = ["frames", "events", "frames_unconfirmed"];
+            let total = names.iter().filter_map(|name| message[*name].as_u64());
+            counts.insert(topic, total.sum());
         }
         if message["type"] == "raw" {
             let board: usize = topic
@@ -125,6 +124,7 @@ fn report(served: &Served, receiver: &str, got: &Got) {
             late_ms.push(1e3 * (utc_s - converted_s));
         }
     }
+    let counted: u64 = counts.values().sum();
     // A viewer that subscribes later lacks the first messages of a topic.
     let missing: u64 = numbers
         .values()

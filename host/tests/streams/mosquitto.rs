@@ -105,9 +105,14 @@ impl Drop for Broker {
 pub struct Received {
     /// When, by the subscriber's own clock, seconds since 1970.
     pub utc_s: f64,
+    /// Whether the broker had kept it.
+    pub is_retained: bool,
     pub topic: String,
     pub message: Value,
 }
+
+/// Longest silence before the last message.
+const SILENCE: Duration = Duration::from_secs(10);
 
 pub struct Subscriber {
     child: Child,
@@ -121,7 +126,7 @@ impl Subscriber {
         let mut subscriber = Command::new("stdbuf");
         subscriber.args(["-oL", &program("mosquitto_sub")]);
         // "-d" prints the acknowledgement of the subscription; its lines do not begin with a time.
-        subscriber.args(["-V", "mqttv5", "-q", "1", "-d", "-F", "%U %t %p"]);
+        subscriber.args(["-V", "mqttv5", "-q", "1", "-d", "-F", "%U %r %t %p"]);
         subscriber.args(["-t", "ridgetone/#", "-p", &port.to_string()]);
         let mut child = subscriber
             .stdout(Stdio::piped())
@@ -145,37 +150,57 @@ impl Subscriber {
         Self { child, got }
     }
 
+    /// Number of messages so far.
+    pub fn count(&self) -> usize {
+        self.got.lock().expect("messages").len()
+    }
+
     /// What has arrived. `serve` must have ended: its last message is its status.
-    pub fn finish(mut self) -> Vec<Received> {
-        let begun = Instant::now();
-        while self
+    pub fn finish(self) -> Vec<Received> {
+        let (mut count, mut since) = (self.count(), Instant::now());
+        while !self
             .got
             .lock()
             .expect("messages")
             .last()
-            .is_none_or(|one| one.topic != "ridgetone/status")
+            .is_some_and(|one| one.message["state"] == "offline")
         {
+            if self.count() != count {
+                (count, since) = (self.count(), Instant::now());
+            }
             assert!(
-                begun.elapsed() < Duration::from_secs(60),
-                "no last message arrives"
+                since.elapsed() < SILENCE,
+                "no last message after {count}: is the broker there?"
             );
             sleep(Duration::from_millis(20));
         }
-        self.child.kill().expect("ended");
-        self.child.wait().expect("ended");
+        self.leave()
+    }
+
+    /// What has arrived until now.
+    pub fn leave(self) -> Vec<Received> {
         std::mem::take(&mut self.got.lock().expect("messages"))
+    }
+}
+
+impl Drop for Subscriber {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
     }
 }
 
 impl Received {
     fn read(line: &str) -> Option<Self> {
-        let mut parts = line.splitn(3, ' ');
+        let mut parts = line.splitn(4, ' ');
         let utc_s = parts.next()?.parse().ok()?;
+        let is_retained = parts.next()? == "1";
         let topic = parts.next()?.to_owned();
         let message =
             serde_json::from_str(parts.next()?).unwrap_or_else(|error| panic!("{error}: {line}"));
         Some(Self {
             utc_s,
+            is_retained,
             topic,
             message,
         })
@@ -221,6 +246,15 @@ impl Relay {
         for end in self.ends.lock().expect("ends").take().into_iter().flatten() {
             let _ = end.shutdown(Shutdown::Both);
         }
+    }
+
+    /// Whether somebody is connected.
+    pub fn is_used(&self) -> bool {
+        self.ends
+            .lock()
+            .expect("ends")
+            .as_ref()
+            .is_some_and(|ends| !ends.is_empty())
     }
 
     pub fn mend(&self) {

@@ -252,10 +252,68 @@ fn a_restarted_command_is_found_again_and_missing_raw_frames_and_an_unsteady_ton
     browser.wait(
         "document.getElementById('status').textContent.startsWith('The command cannot be reached')",
     );
+    let is_gone = "document.body.classList.contains('gone') \
+        && document.getElementById('latest').disabled && document.getElementById('runs').inert \
+        && Number(getComputedStyle(document.querySelector('#history .plot')).opacity) < 0.5";
+    assert_eq!(browser.value(is_gone), true);
     let _again = View::at(&address, &arguments);
     browser
         .wait("document.getElementById('status').textContent.startsWith('The recording is over')");
     assert_eq!(text(&mut browser, "frequency"), shown);
+    assert_eq!(browser.value(is_gone), false);
+}
+
+/// What is not known is not drawn: frames that are missing, and what is between good windows.
+#[test]
+#[ignore = "needs a browser; cargo xtask test installs one"]
+fn gaps_and_windows_that_are_not_good_are_not_drawn_over() {
+    let folder = common::directory();
+    let path = recorded(folder.path(), &packets(0.6));
+    let view = View::start(&["--file", common::text(&path), "--pace", "0"]);
+    let mut browser = Browser::start(LOOK);
+    browser.open(&view.url);
+    browser.wait("document.getElementById('status')?.textContent.startsWith('The recording is over') === true");
+    let plot = |file: &str, class: &str, card: &str| {
+        format!(
+            "const {{ {class} }} = await import('/{file}.js'); \
+             const plot = new {class}(document.getElementById('{card}').cloneNode(true), () => {{}});"
+        )
+    };
+    let strips = browser.value(&format!(
+        "(async () => {{ {} const t_s = [0, 0.004, 0.008, 1, 1.004, 1.008]; \
+         plot.draw({{ live: {{ strips: {{ t_s, volts: Array.from({{ length: 16 }}, () => t_s) }} }} }}, 2); \
+         return plot.data.slice(0, 2); }})()",
+        plot("strips", "Strips", "strips")
+    ));
+    assert_eq!(strips[0].as_array().map(Vec::len), Some(7));
+    let empty = |values: &Value| {
+        let values = values.as_array().expect("values").iter().enumerate();
+        values
+            .filter(|(_, value)| value.is_null())
+            .map(|(at, _)| at)
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(empty(&strips[1]), [3]);
+    let history = browser.value(&format!(
+        "(async () => {{ {} const points = ['good', 'good', 'ambiguous', 'good'].map((status, at) => ({{ \
+         t_s: 0.25 * at, status, span: 'window', frequency: status === 'good' ? 4 : 2.9, sigma: 1, abscissa: 'time' }})); \
+         plot.draw({{ live: {{ history: points, now_s: 1, latest: {{}} }} }}, 30); \
+         return [...plot.data.slice(1, 4), plot.axis.range]; }})()",
+        plot("history", "History", "history")
+    ));
+    for line in [0, 1, 2] {
+        assert_eq!(empty(&history[line]), [2], "{history}");
+    }
+    // The axis holds the band, which is a tenth of the frequency here.
+    let [low, high] = [0, 1].map(|end| history[3][end].as_f64().expect("an end"));
+    assert!(low < 3.6 && high > 4.4, "{history}");
+    // A damaged packet is missing, too, and is one loss.
+    let lost = browser.value(
+        "(async () => { const { tiles } = await import('/panels.js'); \
+         tiles({ remarks: [], live: { latest: {}, counts: { received: 9, missing: 3, damaged: 2 }, phase: 'idle', phase_since_s: null, touches: 0 } }); \
+         return document.getElementById('lost').textContent; })()",
+    );
+    assert_eq!(lost, "3");
 }
 
 const PHONE: Look = Look {
@@ -299,6 +357,25 @@ fn the_emulated_board_waits_while_nobody_looks_takes_settings_and_is_recorded() 
         ));
     }
     browser.value("document.getElementById('settings-send').click()");
+    browser.wait("document.getElementById('settings-message').textContent.startsWith('In force')");
+    // A refusal stays until the next command, though the board's answer comes with every update.
+    let change = |browser: &mut Browser, harmonics: &str| {
+        browser.value(&format!(
+            "(() => {{ const input = document.getElementById('harmonics'); input.value = '{harmonics}'; \
+             input.dispatchEvent(new Event('input', {{ bubbles: true }})); \
+             document.getElementById('settings-send').click(); }})()"
+        ));
+    };
+    change(&mut browser, "9");
+    browser
+        .wait("document.getElementById('settings-message').textContent.startsWith('harmonics: ')");
+    let from_s = now_s();
+    while now_s() < from_s + 0.5 {
+        sleep(Duration::from_millis(50));
+    }
+    let message = text(&mut browser, "settings-message");
+    assert!(message.starts_with("harmonics: "), "{message}");
+    change(&mut browser, "2");
     browser.wait("document.getElementById('settings-message').textContent.startsWith('In force')");
     browser.wait(
         "document.getElementById('frequency-small').textContent.includes('window of 0.50 s')",

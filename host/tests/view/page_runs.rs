@@ -153,6 +153,13 @@ fn a_file_that_is_dropped_is_scrubbed_marked_and_compared_with_keys_too() {
     press(&mut browser, ",");
     assert!((frequency(&mut browser) / second_hz - 1.0).abs() < 0.01);
 
+    // The space plays while the slider has the focus, too.
+    browser.value("document.getElementById('time').focus()");
+    press(&mut browser, " ");
+    assert_eq!(text(&mut browser, "play"), "Stop");
+    press(&mut browser, " ");
+    assert_eq!(text(&mut browser, "play"), "Play");
+
     // Beside another run.
     browser.value("document.querySelector('[aria-label=\"Compare other.csv\"]').click()");
     browser.wait(

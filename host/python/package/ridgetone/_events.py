@@ -40,7 +40,7 @@ class Event(Object):
     utc_s: float | None
     """`t_s` in UTC, since 1970; null before the relation of the clocks is known [s]."""
     utc_sigma_s: float | None
-    """Standard deviation of `utc_s` [s]."""
+    """Standard deviation of `utc_s`; null in the first quarter of a second, in which it is not known [s]."""
     clock_offset_s: float | None
     """With `health`: UTC less board time at board time 0 [s]."""
     clock_skew_ppm: float | None
@@ -365,11 +365,11 @@ class Lost(Event):
     damaged: int | None
     """At the line: damaged messages so far."""
     frames: int | None
-    """At a receiver: frames since the message before."""
+    """At a receiver: frames so far."""
     events: int | None
-    """At a receiver: other messages since the message before."""
+    """At a receiver: other messages so far."""
     frames_unconfirmed: int | None
-    """At a receiver: frames given to a connection that broke."""
+    """At a receiver: frames so far that were given to a connection that broke."""
 
 
 class Missed(Event):

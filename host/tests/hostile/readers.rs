@@ -1,0 +1,186 @@
+//! What holds for any bytes in a file or a request. `lab/fuzz` tries it too.
+
+use hal_mock::{FileError, Scene, SlidingScene, parse_scene};
+use ridgetone_host::events::{JsonLines, text};
+use ridgetone_host::feed::{Feed, FeedEvent};
+use ridgetone_host::input::frame_rate_hz;
+use ridgetone_host::messages::{Form, Message, messages};
+use ridgetone_host::recording::Recorded;
+use ridgetone_host::samples::Samples;
+use ridgetone_host::settings_form;
+use ridgetone_proto::command::{Command, REQUEST_WIRE_MAX, Request};
+use ridgetone_proto::framing;
+use ridgetone_proto::settings::Settings;
+use std::path::PathBuf;
+use std::time::Duration;
+use tempfile::TempDir;
+
+/// What reads bytes that anybody may have made.
+#[derive(Clone, Copy, Debug)]
+pub enum Reader {
+    /// Samples: tables, and raw frames in any file.
+    Rows,
+    /// Telemetry as `record` writes it.
+    Recording,
+    /// MCAP.
+    Mcap,
+    /// Settings as TOML.
+    Settings,
+    /// A scene as TOML.
+    Scene,
+    /// A request to the board, without its frame.
+    Request,
+}
+
+impl Reader {
+    /// Reads, and panics if something does not hold. Gives whether the bytes were accepted.
+    pub fn accepts(self, bytes: &[u8]) -> bool {
+        match self {
+            Self::Rows => rows(bytes),
+            Self::Recording => recording(bytes),
+            Self::Mcap => mcap(bytes),
+            Self::Settings => settings(bytes),
+            Self::Scene => scene(bytes),
+            Self::Request => request(bytes),
+        }
+    }
+}
+
+/// A file with these bytes, in a folder of this thread.
+fn file(name: &str, bytes: &[u8]) -> PathBuf {
+    thread_local! {
+        static FOLDER: TempDir = TempDir::new().expect("a folder");
+    }
+    let path = FOLDER.with(|folder| folder.path().join(name));
+    std::fs::write(&path, bytes).expect("written");
+    path
+}
+
+/// Rows are complete, finite and no more than there are bytes, and are the same once more.
+fn rows(bytes: &[u8]) -> bool {
+    let path = file("rows", bytes);
+    let Ok(samples) = Samples::file(&path) else {
+        return false;
+    };
+    let first = all_rows(&samples, bytes.len());
+    let second = all_rows(&samples, bytes.len());
+    let texts = [&first, &second].map(|read| read.as_ref().map_err(FileError::to_string));
+    assert_eq!(texts[0], texts[1]);
+    first.is_ok()
+}
+
+/// The bits of all values and times.
+fn all_rows(samples: &Samples, most: usize) -> Result<Vec<u64>, FileError> {
+    let name = samples.name().to_owned();
+    let refuse = |error: anyhow::Error| FileError::new(&name, None, format!("{error:#}"));
+    let mut rows = samples.open().map_err(refuse)?;
+    let (mut values, mut all, mut count) = (Vec::new(), Vec::new(), 0);
+    while rows.advance()? {
+        count += 1;
+        assert!(count <= most, "more rows than bytes");
+        rows.values(&mut values)?;
+        assert_eq!(values.len(), rows.names().len());
+        assert!(
+            !values.iter().any(|value| value.is_infinite()),
+            "{values:?}"
+        );
+        let t_s = rows.time_s();
+        assert!(t_s.is_none_or(f64::is_finite), "{t_s:?}");
+        all.extend(values.iter().chain(&t_s).map(|value| value.to_bits()));
+    }
+    Ok(all)
+}
+
+/// Packets are counted, and each can be printed.
+fn recording(bytes: &[u8]) -> bool {
+    let Ok(recorded) = Recorded::open(&file("telemetry", bytes)) else {
+        return false;
+    };
+    let (mut feed, mut lines, mut packets) = (Feed::new(recorded), JsonLines::default(), 0);
+    loop {
+        match feed.next(Duration::ZERO).expect("a file can be read") {
+            Some(FeedEvent::Data(packet)) => {
+                packets += 1;
+                let json = lines.line(&packet, feed.receipt()).expect("JSON");
+                let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+                assert!(json["type"].is_string() && !text(&packet).is_empty());
+            }
+            Some(FeedEvent::Over) => break,
+            _ => {}
+        }
+    }
+    assert_eq!(feed.counts().received, packets);
+    packets > 0
+}
+
+/// Messages are parts of the file, none of them twice.
+fn mcap(bytes: &[u8]) -> bool {
+    let Ok(all) = messages(&file("messages", bytes), Form::Mcap) else {
+        return false;
+    };
+    let length = |message: anyhow::Result<Message>| match message.expect("it was read") {
+        Message::Json(text) => text.len(),
+        Message::Packet(..) => unreachable!("MCAP has JSON"),
+    };
+    assert!(all.map(length).sum::<usize>() <= bytes.len());
+    true
+}
+
+/// Settings of a file are valid, and the same when they are written and read again.
+fn settings(bytes: &[u8]) -> bool {
+    let Ok(settings) = settings_form::load(&file("settings.toml", bytes)) else {
+        return false;
+    };
+    assert_eq!(settings.validate(), Ok(()));
+    assert_written_and_read(&settings);
+    true
+}
+
+fn assert_written_and_read(settings: &Settings) {
+    let written = settings_form::toml(settings).expect("TOML");
+    let read = settings_form::load(&file("written.toml", written.as_bytes()));
+    assert_eq!(read.expect("settings"), *settings, "{written}");
+}
+
+/// A scene gives voltages at all times.
+fn scene(bytes: &[u8]) -> bool {
+    let Ok(text) = std::str::from_utf8(bytes) else {
+        return false;
+    };
+    let Ok(sliding) = parse_scene("scene.toml", text, frame_rate_hz()) else {
+        return false;
+    };
+    let mut scene = SlidingScene::new(sliding).expect("it was checked");
+    let end_s = scene.end_s();
+    assert!(end_s > 0.0, "{end_s}");
+    for step in 0..32 {
+        let t_s = f64::from(step) / 16.0 * end_s.min(1e4);
+        let volts = [0, 15].map(|input| scene.volts(input, t_s));
+        assert!(
+            volts.iter().all(|volts| volts.is_finite()),
+            "{t_s} s: {volts:?}"
+        );
+    }
+    true
+}
+
+/// A request that is read fits its frame, and valid settings in it fit a file.
+fn request(bytes: &[u8]) -> bool {
+    let mut wire = [0; 2 * REQUEST_WIRE_MAX];
+    let read = |wire: &[u8]| Request::decode(&mut wire.to_vec());
+    let used = framing::encode_bytes(bytes, &mut wire);
+    let Some(request) = used.ok().and_then(|used| read(&wire[..used - 1])) else {
+        return false;
+    };
+    let mut again = [0; REQUEST_WIRE_MAX];
+    let used = framing::encode(&request, &mut again).expect("it fits");
+    let repeated = read(&again[..used - 1]).expect("a request");
+    // Not a number is not equal to itself.
+    assert_eq!(format!("{repeated:?}"), format!("{request:?}"));
+    if let Command::Set { settings, .. } = request.command
+        && settings.validate().is_ok()
+    {
+        assert_written_and_read(&settings);
+    }
+    true
+}
