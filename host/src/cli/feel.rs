@@ -73,8 +73,8 @@ enum FeelCommand {
 #[derive(Debug, Args)]
 #[command(after_help = "\
 scores.csv has a column file with the recording of each row (beside scores.csv), a column for each score, and a column m for
-M if it is known. Rows of the same file, such as those of several people, are averaged. At least three
-recordings are needed; eight are what the paper has.
+M if it is known. Rows of the same file, such as those of several people, are averaged. At least three recordings
+are needed; eight are what the paper has.
 
 Example:
   ridgetone feel train scores.csv --rate 10000 --reference ra_um=0.5,rsm_mm=0.1,speed_mm_s=10,file=smooth.csv -o mine.toml")]

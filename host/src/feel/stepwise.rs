@@ -1,8 +1,8 @@
 //! Stepwise linear regression: which variables explain a score.
 //!
-//! As SPSS does it: the variable of the model with the greatest p leaves if that is above a
-//! criterion; else of those outside the one with the least p enters if that is below another; and
-//! again. p is that of the F test of one coefficient.
+//! The procedure is that of SPSS. The variable with the greatest p leaves the model if its p is above
+//! one criterion. If none leaves, the variable with the least p enters if its p is below another.
+//! This is repeated until nothing changes. p is that of the F test of one coefficient.
 
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 use std::collections::HashSet;
