@@ -44,6 +44,13 @@ pub fn plus_minus(value: f64, sigma: f64, least: usize) -> String {
 
 /// A value and its uncertainty, the uncertainty with two significant digits.
 pub fn uncertain(value: f64, sigma: f64) -> String {
+    let (value, sigma) = two_digits(value, sigma);
+    format!("{value} \u{b1} {sigma}")
+}
+
+/// A value and its uncertainty with as many decimals as the uncertainty needs for two significant
+/// digits.
+pub fn two_digits(value: f64, sigma: f64) -> (String, String) {
     // The exponent after rounding: 0.0996 is 0.10.
     let power: i32 = format!("{sigma:.1e}")
         .split_once('e')
@@ -51,9 +58,9 @@ pub fn uncertain(value: f64, sigma: f64) -> String {
         .unwrap_or(0);
     if sigma > 0.0 && sigma.is_finite() {
         let decimals = (1 - power).max(0) as usize;
-        format!("{value:.decimals$} \u{b1} {sigma:.decimals$}")
+        (format!("{value:.decimals$}"), format!("{sigma:.decimals$}"))
     } else {
-        format!("{value} \u{b1} {sigma}")
+        (value.to_string(), sigma.to_string())
     }
 }
 

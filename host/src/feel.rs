@@ -15,4 +15,5 @@ pub use coefficients::Coefficients;
 pub use measure::{KnownSurface, Options, measure};
 pub use picture::draw;
 pub use report::{json, text};
+pub use stepwise::Criteria;
 pub use train::train;

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{assert_one_line, directory, file, json_lines, run, stdout, text};
+use common::{assert_one_line, directory, file, json_lines, run, stderr, stdout, text};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use serde_json::Value;
@@ -606,6 +606,20 @@ fn what_is_absent_or_explains_nothing_is_excluded() {
         "file,odd\np0.csv,1\np1.csv,0\np2.csv,1\np3.csv,1\n",
     );
     assert_one_line(&run(&train), 1, &["scores.csv", "odd", "constant"]);
+}
+
+#[test]
+fn criteria_that_go_round_in_circles_are_refused() {
+    let reference = "ra_um=0.5,rsm_mm=0.1,speed_mm_s=10";
+    let train = |enter: &str, remove: &str| {
+        let criteria = ["--enter", enter, "--remove", remove];
+        let train = ["feel", "train", "none.csv", "--reference", reference];
+        run(&[&train[..], &criteria].concat())
+    };
+    assert_one_line(&train("0.2", "0.1"), 1, &["0.2", "0.1"]);
+    let output = train("1.5", "0.1");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("less than 1"), "{output:?}");
 }
 
 #[test]

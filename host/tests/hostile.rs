@@ -17,7 +17,7 @@ use ridgetone_proto::framing;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Packet, WIRE_MAX, encode};
 
-/// Tries `count` damaged ones. Neither acceptance nor refusal may be rare.
+/// Reads `count` damaged inputs. At least one of fifty has to be accepted, and one of fifty refused.
 fn try_all(reader: Reader, wholes: &[Vec<u8>], count: usize) {
     for whole in wholes {
         assert!(reader.accepts(whole), "{}", String::from_utf8_lossy(whole));
@@ -32,7 +32,7 @@ fn try_all(reader: Reader, wholes: &[Vec<u8>], count: usize) {
     );
 }
 
-/// The first part of a touch with its raw frames, and of a whole touch all but these.
+/// Two recordings: the beginning of a touch with raw frames, and a whole touch without them.
 fn recordings() -> [Vec<u8>; 2] {
     let mut pipeline = Box::new(Pipeline::new(Settings::DEFAULT));
     pipeline.report_raw(u32::MAX);

@@ -59,6 +59,25 @@ fn the_default_scene_is_understood() {
     );
 }
 
+/// The power of a texture, mV^2, with its uncertainty's two digits.
+#[test]
+fn a_power_is_written_with_two_digits_of_its_uncertainty() {
+    let lines = stdout(&run(&["replay"]));
+    let power = lines
+        .lines()
+        .find_map(|line| line.split_once(" texture ")?.1.split_once(", power "))
+        .expect("a texture")
+        .1;
+    let words: Vec<&str> = power.split([' ', ',']).take(5).collect();
+    let [value, "mV^2", "+-", sigma, "mV^2"] = words[..] else {
+        panic!("{power}");
+    };
+    let digits = sigma.trim_start_matches(['0', '.']).replace('.', "");
+    assert_eq!(digits.len(), 2, "{power}");
+    let decimals = |number: &str| number.split_once('.').map_or(0, |(_, digits)| digits.len());
+    assert_eq!(decimals(value), decimals(sigma), "{power}");
+}
+
 #[test]
 fn the_same_run_gives_the_same_lines() {
     let arguments = [

@@ -403,25 +403,26 @@ impl Batch {
         &mut self.weights[place]
     }
 
-    /// Adds them to the rows of a block, so many groups of four channels, and forgets them.
+    /// Adds the frames to the rows of a block and forgets them; `groups` is how many groups of four
+    /// channels are used.
     #[inline(never)]
     fn add_to(&mut self, rows: &mut [Values], groups: usize) {
         // What earlier frames have left counts nothing.
         self.weights[self.count.min(BATCH)..].fill([0.0; FUNCTIONS]);
-        let [one, two, three, four] = self.values.each_ref().map(|values| values.as_chunks().0);
+        let [one, two, three, four] = self
+            .values
+            .each_ref()
+            .map(|values| values.as_chunks::<4>().0);
         for (i, [cosine, sine]) in rows.as_chunks_mut::<2>().0.iter_mut().enumerate() {
             let place = 2 * i.min(HARMONICS_MAX - 1);
             let cos = self.weights.map(|weights| weights[place]);
             let sin = self.weights.map(|weights| weights[place + 1]);
             let frames = one.iter().zip(two).zip(three.iter().zip(four));
-            let cosine = cosine.as_chunks_mut().0.iter_mut();
-            let sine = sine.as_chunks_mut().0.iter_mut();
+            let cosine = cosine.as_chunks_mut::<4>().0.iter_mut();
+            let sine = sine.as_chunks_mut::<4>().0.iter_mut();
             for ((cosine, sine), ((one, two), (three, four))) in
                 cosine.zip(sine).zip(frames).take(groups)
             {
-                let (cosine, sine): (&mut [f32; 4], &mut [f32; 4]) = (cosine, sine);
-                let (one, two): (&[f32; 4], &[f32; 4]) = (one, two);
-                let (three, four): (&[f32; 4], &[f32; 4]) = (three, four);
                 for k in 0..4 {
                     let (a, b, c, d) = (one[k], two[k], three[k], four[k]);
                     cosine[k] += cos[0] * a + cos[1] * b + cos[2] * c + cos[3] * d;

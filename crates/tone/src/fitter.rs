@@ -25,6 +25,8 @@ use crate::work::Work;
 
 /// Fits of a window whose impulses are replaced, the last included.
 const ATTEMPTS: usize = 3;
+/// Fits after each of which the lateness of channels is taken out anew.
+const LATE_FITS: usize = 3;
 /// Parts of a peak's frequency that are tried, where there are as many harmonics.
 const DIVISORS: usize = 3;
 /// Fewest cycles of a candidate.
@@ -138,7 +140,8 @@ impl Data<'_, '_> {
         }
     }
 
-    /// Takes out what late channels change of a comb; whether that is more than the noise.
+    /// Takes the lateness of channels out of the frames, by a comb; false if it is less than the
+    /// noise.
     #[inline(never)]
     fn has_late(&mut self, memory: &mut Memory, scene: &Scene, comb: &Comb) -> bool {
         let mut course = comb.course;
@@ -166,9 +169,6 @@ impl Data<'_, '_> {
         true
     }
 }
-
-/// Fits by which what late channels change is found.
-const LATE_FITS: usize = 3;
 
 /// Memory of the steps.
 struct Memory<'m> {

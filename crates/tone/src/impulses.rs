@@ -114,7 +114,8 @@ fn residuals(data: &mut Data, model: &Model, visit: &mut dyn FnMut(u32, &[Values
     }
 }
 
-/// Channels and values of residuals that are far off those beside them, by the channels' limits.
+/// Residuals that are beyond their channel's limit, and as far from those before and after: channel
+/// and value.
 fn far_off<'v>(
     [before, values, after]: &'v [Values; 3],
     limits: &'v Values,

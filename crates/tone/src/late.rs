@@ -53,8 +53,8 @@ impl Late {
         })
     }
 
-    /// Finds what it changes by the latest solution, to take it out of the frames from now on; false
-    /// if that is less than the noise.
+    /// Finds what lateness changes, by the latest solution. From then on each visit takes it out of
+    /// the frames; false if it is less than the noise, and stays.
     #[inline(never)]
     pub fn take_out(data: &mut Data, work: &Work, course: &Course) -> bool {
         data.late = None;
@@ -72,7 +72,7 @@ impl Late {
         data.late.is_some()
     }
 
-    /// Takes it out of a frame. All passes have one copy of this.
+    /// Takes the change out of a frame. It is not inlined, so that all passes share one copy.
     #[inline(never)]
     pub fn subtract(&self, place: &Abscissa, frame: &mut Frame) {
         let change = self.change(place, frame);
@@ -80,7 +80,8 @@ impl Late {
         pairs.for_each(|(value, change)| *value -= change);
     }
 
-    /// What it changes in a frame: the waves turned on, to second order of the angle.
+    /// How much each channel of a frame differs from one that is read at the frame's place, to second
+    /// order of the angle.
     fn change(&self, place: &Abscissa, frame: &Frame) -> Values {
         let (before, after) = (
             frame.number.saturating_sub(1),

@@ -73,7 +73,7 @@ impl Statistics {
         let (mut sums, mut frames) = ([Sums::default(); CHANNELS_MAX], 0);
         let (mut sum_u, mut sum_uu) = (0.0, 0.0);
         let place = *span.abscissa();
-        let used = 16 - wanted.leading_zeros() as usize;
+        let used = (u16::BITS - wanted.leading_zeros()) as usize;
         span.visit(wanted, &mut |frame, values| {
             let u = place.u(frame);
             for (sums, value) in sums.iter_mut().zip(values).take(used) {

@@ -2,7 +2,7 @@
 //! it.
 
 use super::parse::{number, positive};
-use crate::feel::{self, Coefficients, KnownSurface, Options};
+use crate::feel::{self, Coefficients, Criteria, KnownSurface, Options};
 use crate::note;
 use crate::output::{self, Progress};
 use crate::samples::Samples;
@@ -73,8 +73,8 @@ enum FeelCommand {
 #[derive(Debug, Args)]
 #[command(after_help = "\
 scores.csv has a column file with the recording of each row (beside scores.csv), a column for each score, and a column m for
-M if it is known. Rows of the same file, such as those of several people, are averaged. A variable enters below p = 0.05 and
-leaves above 0.10. At least three recordings are needed; eight are what the paper has.
+M if it is known. Rows of the same file, such as those of several people, are averaged. At least three recordings
+are needed; eight are what the paper has.
 
 Example:
   ridgetone feel train scores.csv --rate 10000 --reference ra_um=0.5,rsm_mm=0.1,speed_mm_s=10,file=smooth.csv -o mine.toml")]
@@ -84,6 +84,12 @@ struct TrainArgs {
     scores: PathBuf,
     #[command(flatten)]
     measure: MeasureOptions,
+    /// A variable enters the model below this significance; the paper's is 0.10.
+    #[arg(long, value_name = "P", value_parser = probability, default_value = "0.10")]
+    enter: f64,
+    /// A variable leaves the model above this significance.
+    #[arg(long, value_name = "P", value_parser = probability, default_value = "0.10")]
+    remove: f64,
     /// Write the coefficients here, for --coefficients.
     #[arg(short, long, value_name = "FILE.toml")]
     output: Option<PathBuf>,
@@ -114,6 +120,16 @@ struct MeasureOptions {
     /// [default: as long as fits].
     #[arg(long, value_name = "S", value_parser = positive)]
     window: Option<f64>,
+}
+
+fn probability(text: &str) -> Result<f64, String> {
+    positive(text).and_then(|p| {
+        if p < 1.0 {
+            Ok(p)
+        } else {
+            Err("must be less than 1".into())
+        }
+    })
 }
 
 fn reference(text: &str) -> Result<KnownSurface, String> {
@@ -267,7 +283,12 @@ impl FeelArgs {
 impl TrainArgs {
     fn run(self) -> Result<()> {
         let options = self.measure.options();
-        let training = with_progress(|progress| feel::train(&self.scores, &options, progress))?;
+        let criteria = Criteria {
+            enter: self.enter,
+            remove: self.remove,
+        };
+        let training =
+            with_progress(|progress| feel::train(&self.scores, &options, criteria, progress))?;
         if let Some(path) = &self.output {
             let Some(coefficients) = training.coefficients() else {
                 bail!(

@@ -2,7 +2,7 @@
 
 use super::rows::{self, Column};
 use super::serializable;
-use crate::digits::{seconds, with_sigma};
+use crate::digits::{seconds, two_digits, with_sigma};
 use crate::feel::event::words;
 use crate::names::name;
 use crate::overtones::overtones;
@@ -217,9 +217,9 @@ fn travel(e: &Travel) -> String {
 
 fn texture(e: &Texture) -> String {
     let (period_mm, period_sigma_mm) = with_sigma(e.period_mm.into(), e.period_sigma_mm.into());
-    let (power_uv2, power_sigma_uv2) = with_sigma(
-        1e12 * f64::from(e.power_v2),
-        1e12 * f64::from(e.power_sigma_v2),
+    let (power_mv2, power_sigma_mv2) = two_digits(
+        1e6 * f64::from(e.power_v2),
+        1e6 * f64::from(e.power_sigma_v2),
     );
     let level = e.level_v.map_or(String::new(), |level_v| {
         format!(", pressed to {:.3} mV", 1e3 * level_v)
@@ -228,7 +228,7 @@ fn texture(e: &Texture) -> String {
         .map(|overtone| format!("{:.1}", 100.0 * overtone.amplitude))
         .join(" ");
     format!(
-        "period {period_mm} mm +- {period_sigma_mm} mm, power {power_uv2} uV^2 +- {power_sigma_uv2} uV^2, overtones {overtones} %{level}"
+        "period {period_mm} mm +- {period_sigma_mm} mm, power {power_mv2} mV^2 +- {power_sigma_mv2} mV^2, overtones {overtones} %{level}"
     )
 }
 

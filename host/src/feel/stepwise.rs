@@ -1,14 +1,30 @@
 //! Stepwise linear regression: which variables explain a score.
 //!
-//! As SPSS does it: of the variables outside the model the one with the least p enters if its p is
-//! below 0.05; then the one with the greatest p leaves if that is above 0.10; and again. p is that
-//! of the F test of one coefficient.
+//! The procedure is that of SPSS. The variable with the greatest p leaves the model if its p is above
+//! one criterion. If none leaves, the variable with the least p enters if its p is below another.
+//! This is repeated until nothing changes. p is that of the F test of one coefficient.
 
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 use std::collections::HashSet;
 
-const ENTER_BELOW: f64 = 0.05;
-const REMOVE_ABOVE: f64 = 0.10;
+/// When variables enter and leave.
+#[derive(Clone, Copy, Debug)]
+pub struct Criteria {
+    /// A variable enters below this p.
+    pub enter: f64,
+    /// It leaves above this p, which is no less.
+    pub remove: f64,
+}
+
+impl Default for Criteria {
+    /// The paper's: p < 0.10 (section 2.5).
+    fn default() -> Self {
+        Self {
+            enter: 0.10,
+            remove: 0.10,
+        }
+    }
+}
 
 /// The least share of a variable's variance that the model's variables must leave unexplained
 /// (SPSS: 0.0001).
@@ -43,7 +59,7 @@ pub struct Model {
 
 /// Regresses `scores` on the rows of `observed`, one row a score. None if the scores or all
 /// variables are constant.
-pub fn stepwise(observed: &[Vec<f64>], scores: &[f64]) -> Option<Model> {
+pub fn stepwise(observed: &[Vec<f64>], scores: &[f64], criteria: Criteria) -> Option<Model> {
     let (count, variables) = (scores.len(), observed.first()?.len());
     let column = |v: usize| -> Vec<f64> { observed.iter().map(|row| row[v]).collect() };
     let columns: Vec<Vec<f64>> = (0..variables)
@@ -95,12 +111,12 @@ pub fn stepwise(observed: &[Vec<f64>], scores: &[f64]) -> Option<Model> {
         let leaves = all(true)
             .into_iter()
             .max_by(by_p)
-            .filter(|(p, _)| *p > REMOVE_ABOVE);
+            .filter(|(p, _)| *p > criteria.remove);
         let enters = || {
             all(false)
                 .into_iter()
                 .min_by(by_p)
-                .filter(|(p, _)| *p < ENTER_BELOW)
+                .filter(|(p, _)| *p < criteria.enter)
         };
         let Some((_, v)) = leaves.or_else(enters) else {
             break;
@@ -207,7 +223,7 @@ mod tests {
     #[test]
     fn a_line_that_is_not_significant_stays_out() {
         let x: Vec<Vec<f64>> = (1..=5).map(|x| vec![f64::from(x)]).collect();
-        let model = stepwise(&x, &[2.0, 4.0, 5.0, 4.0, 5.0]).expect("a model");
+        let model = stepwise(&x, &[2.0, 4.0, 5.0, 4.0, 5.0], Criteria::default()).expect("a model");
         assert_eq!(
             (model.variables[0].coefficient, model.r2.abs() < 1e-12),
             (None, true)
@@ -219,6 +235,20 @@ mod tests {
         assert_eq!(model.p, 1.0);
     }
 
+    /// A line whose p is 0.124 enters where more is let in.
+    #[test]
+    fn criteria_say_what_enters() {
+        let x: Vec<Vec<f64>> = (1..=5).map(|x| vec![f64::from(x)]).collect();
+        for (enter, is_in) in [(0.12, false), (0.13, true)] {
+            let criteria = Criteria {
+                enter,
+                remove: 0.13,
+            };
+            let model = stepwise(&x, &[2.0, 4.0, 5.0, 4.0, 5.0], criteria).expect("a model");
+            assert_eq!(model.variables[0].coefficient.is_some(), is_in, "{enter}");
+        }
+    }
+
     /// Each point twice: F = 7.2 / (4.8 / 8) = 12, p = 0.0085; the residual variance is 0.6, that of
     /// the slope 0.6 / 20.
     #[test]
@@ -226,7 +256,12 @@ mod tests {
         let x: Vec<Vec<f64>> = (0..10)
             .map(|row| vec![f64::from(row % 5 + 1), 7.0])
             .collect();
-        let model = stepwise(&x, &[2.0, 4.0, 5.0, 4.0, 5.0].repeat(2)).expect("a model");
+        let model = stepwise(
+            &x,
+            &[2.0, 4.0, 5.0, 4.0, 5.0].repeat(2),
+            Criteria::default(),
+        )
+        .expect("a model");
         let [line, constant] = &model.variables[..] else {
             panic!("two")
         };
@@ -272,7 +307,7 @@ mod tests {
             .zip(noise)
             .map(|(row, noise)| 1.0 + 2.0 * row[0] + 2.0 * row[1] + noise)
             .collect();
-        let model = stepwise(&observed, &scores).expect("a model");
+        let model = stepwise(&observed, &scores, Criteria::default()).expect("a model");
         let [x, y, z] = &model.variables[..] else {
             panic!("three")
         };
@@ -314,7 +349,7 @@ mod tests {
                 .iter()
                 .map(|row| 4.0 + row[0] - 2.0 * row[1] + 0.3 * normal())
                 .collect();
-            let model = stepwise(&observed, &scores).expect("a model");
+            let model = stepwise(&observed, &scores, Criteria::default()).expect("a model");
             let [Some(a), Some(b)] = [0, 1].map(|v: usize| model.variables[v].coefficient) else {
                 continue;
             };
@@ -336,11 +371,18 @@ mod tests {
 
     #[test]
     fn what_cannot_be_regressed_is_refused() {
-        assert_eq!(stepwise(&[vec![1.0], vec![2.0]], &[3.0, 3.0]), None);
-        assert_eq!(stepwise(&[vec![1.0], vec![1.0]], &[3.0, 4.0]), None);
-        assert_eq!(stepwise(&[], &[]), None);
+        assert_eq!(
+            stepwise(&[vec![1.0], vec![2.0]], &[3.0, 3.0], Criteria::default()),
+            None
+        );
+        assert_eq!(
+            stepwise(&[vec![1.0], vec![1.0]], &[3.0, 4.0], Criteria::default()),
+            None
+        );
+        assert_eq!(stepwise(&[], &[], Criteria::default()), None);
         // Two points are on a line, but there is nothing to tell its p.
-        let model = stepwise(&[vec![1.0], vec![2.0]], &[3.0, 4.0]).expect("a model");
+        let model =
+            stepwise(&[vec![1.0], vec![2.0]], &[3.0, 4.0], Criteria::default()).expect("a model");
         assert_eq!(
             model.variables[0],
             Variable {

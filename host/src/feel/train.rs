@@ -3,7 +3,7 @@
 
 use super::coefficients::{Coefficients, NAMES};
 use super::measure::{Options, RATES_DIFFER, measure};
-use super::stepwise::{Model, stepwise};
+use super::stepwise::{Criteria, Model, stepwise};
 use crate::digits::significant;
 use crate::samples::Samples;
 use anyhow::{Context, Result, bail, ensure};
@@ -57,7 +57,19 @@ pub struct Training {
 }
 
 /// Measures all recordings of `path` and regresses every score on the intensities and on M.
-pub fn train(path: &Path, options: &Options, progress: &mut dyn FnMut(u64)) -> Result<Training> {
+pub fn train(
+    path: &Path,
+    options: &Options,
+    criteria: Criteria,
+    progress: &mut dyn FnMut(u64),
+) -> Result<Training> {
+    ensure!(
+        criteria.enter <= criteria.remove,
+        "a variable would enter below p = {} and leave again above {}: let it leave above {} or more",
+        criteria.enter,
+        criteria.remove,
+        criteria.enter
+    );
     let file = path.display().to_string();
     let scores = Scores::read(path).with_context(|| file.clone())?;
     let count = scores.recordings.len();
@@ -104,7 +116,7 @@ pub fn train(path: &Path, options: &Options, progress: &mut dyn FnMut(u64)) -> R
             .iter()
             .map(|(.., values)| values[number])
             .collect();
-        let Some(model) = stepwise(&observed, &values) else {
+        let Some(model) = stepwise(&observed, &values, criteria) else {
             bail!("{file}: column {name}: it is constant, or everything measured is")
         };
         trained.push(Trained::new(name, &model, &used, &absent));

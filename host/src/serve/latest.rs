@@ -9,7 +9,7 @@ use std::sync::Arc;
 pub struct Latest(BTreeMap<(usize, Topic), Arc<Message>>);
 
 impl Latest {
-    /// Keeps a message that is a state: a topic has one type of them.
+    /// Keeps the message if it is a state. Each topic has one type of state.
     pub fn take(&mut self, message: &Arc<Message>) {
         if message.is_state {
             let key = (message.finger, message.topic);

@@ -241,7 +241,7 @@ struct Publishing<'a> {
 }
 
 impl Publishing<'_> {
-    /// Publishes what waits, and at the end waits for the acknowledgements.
+    /// Publishes messages until there are no more, then waits for their acknowledgements.
     async fn deliver(&mut self, connection: &Connection<'_>) -> Result<()> {
         self.retain_again(connection).await?;
         self.pause().await;
@@ -292,7 +292,7 @@ impl Publishing<'_> {
         Ok(())
     }
 
-    /// Waits for subscribers, where messages have waited for the broker.
+    /// Gives subscribers time to reconnect, if messages have waited for the broker.
     async fn pause(&self) {
         let until = Instant::now() + PAUSE;
         while self.has_waited && !self.queue.is_closed() && Instant::now() < until {

@@ -1,4 +1,4 @@
-//! Bytes as a file or a request: the first one chooses what reads the others.
+//! Bytes that are read as a file or as a request: the first byte chooses which.
 #![no_main]
 
 #[path = "../../../host/tests/hostile/readers.rs"]

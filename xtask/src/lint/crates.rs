@@ -1,5 +1,5 @@
-//! Crates of others that the programs are built from: their licences, and those in two versions. Of
-//! features that are off by default the licences alone count.
+//! Third-party crates of the programs: their licences, and which are there in two versions. Crates of
+//! features that are off by default are checked for their licences only.
 
 use crate::tools::{clean, output_of, root};
 use anyhow::{Context, Result};
