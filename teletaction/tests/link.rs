@@ -197,13 +197,17 @@ fn the_emulated_finger_is_felt_without_the_delay() {
     ]
     .concat()));
     assert!(reports.len() >= 10, "{}", reports.len());
-    // Seconds in which no new texture came.
+    // Seconds in which neither end had a new texture: the finger has it a delay before the stylus,
+    // so the report after must have the same one too.
     let steady: Vec<&Value> = reports
-        .windows(2)
-        .filter(|pair| {
-            pair[0]["period_mm"].is_number() && pair[0]["period_mm"] == pair[1]["period_mm"]
+        .windows(3)
+        .filter(|three| {
+            three[0]["period_mm"].is_number()
+                && three
+                    .iter()
+                    .all(|report| report["period_mm"] == three[0]["period_mm"])
         })
-        .map(|pair| &pair[1])
+        .map(|three| &three[1])
         .collect();
     assert!(steady.len() >= 3, "{reports:?}");
     for report in steady {
