@@ -25,7 +25,7 @@ use ridgetone_proto::settings::{Feeling, Settings};
 use ridgetone_proto::telemetry::{Direction, Event, Hold, Packet, Span, Status, TravelStatus};
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
 
 fn emulate(input: &Input, keep_conversions: bool) -> (Outcome, Vec<Packet>) {
     emulate_with(input, Settings::DEFAULT, keep_conversions)
@@ -193,7 +193,8 @@ fn all_of_table_2_within_its_bars_and_as_on_the_pc() {
 }
 
 /// The paper's gratings on the physical finger, 20 dB, windows of 1 s: spatial period within 1 %,
-/// speed within 1.5 %, the direction always right, without a given speed.
+/// speed within 1.5 %, the direction always right, without a given speed. One of a hundred may have an
+/// answer that is ambiguous: a line at half the frequency is tested for at odds of a thousand.
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn period_speed_and_direction_of_table_2_without_a_given_speed() {
@@ -201,6 +202,7 @@ fn period_speed_and_direction_of_table_2_without_a_given_speed() {
     let all: Vec<_> = (1..=10)
         .flat_map(|number| [(number, false), (number, true)])
         .collect();
+    let [seen, unclear] = [const { AtomicU32::new(0) }; 2];
     for_all(&all, |&(number, reverse)| {
         let scene =
             load_scene(scenes.join(format!("c{number}.toml")), frame_rate_hz()).expect("a scene");
@@ -228,6 +230,12 @@ fn period_speed_and_direction_of_table_2_without_a_given_speed() {
                 continue;
             };
             let (travel, what) = (fit.travel, format!("c{number}, reverse {reverse}: {fit:?}"));
+            seen.fetch_add(1, Ordering::Relaxed);
+            windows += u32::from(fit.span == Span::Window);
+            if fit.status == Status::Ambiguous {
+                unclear.fetch_add(1, Ordering::Relaxed);
+                continue;
+            }
             assert_eq!(
                 (travel.status, travel.direction),
                 (TravelStatus::Unique, towards),
@@ -241,7 +249,6 @@ fn period_speed_and_direction_of_table_2_without_a_given_speed() {
                 (f64::from(travel.speed_mm_s) / scene.speed_mm_s - 1.0).abs() < 0.015,
                 "{what}"
             );
-            windows += u32::from(fit.span == Span::Window);
         }
         assert!(
             windows > 0
@@ -266,6 +273,8 @@ fn period_speed_and_direction_of_table_2_without_a_given_speed() {
             "c{number}: the PC gives other numbers"
         );
     });
+    let [seen, unclear] = [seen, unclear].map(AtomicU32::into_inner);
+    assert!(100 * unclear <= seen, "{unclear} of {seen} are ambiguous");
 }
 
 /// What a finger feels, in windows of several lengths; M by the static image, which the plain scene

@@ -10,6 +10,7 @@ use crate::lines::Lines;
 use crate::phase::{cos_sin, fill_powers, from_turns};
 use crate::phase_course::Course;
 use crate::residual::Model;
+use crate::rows::add_rows;
 use crate::solve::Shape;
 use crate::source::Values;
 use crate::totals::{Totals, of_lines};
@@ -35,6 +36,11 @@ pub const WAVES: usize = 2 * HARMONICS_MAX + 4;
 /// A cosine and a sine.
 pub type Wave = [f32; 2];
 
+/// Rows of a change: cosine and sine of each line, in groups of four.
+const CHANGES: usize = FUNCTIONS.next_multiple_of(4);
+/// Coefficients of a change.
+pub type Changes = [Values; CHANGES];
+
 /// Sums over the blocks of a window.
 #[derive(Debug)]
 pub struct Blocks {
@@ -50,6 +56,8 @@ pub struct Blocks {
     /// Products of the baselines with each other.
     gram: [[f32; DEGREE_MAX + 1]; DEGREE_MAX + 1],
     count: usize,
+    /// Groups of four channels that are used.
+    groups: usize,
     lines: Lines,
     most: usize,
 }
@@ -77,6 +85,7 @@ impl Blocks {
             levels: [[0.0; CHANNELS_MAX]; DEGREE_MAX + 1],
             gram: [[0.0; DEGREE_MAX + 1]; DEGREE_MAX + 1],
             count: 0,
+            groups: 0,
             lines: Lines::NONE,
             most: 0,
         }
@@ -92,6 +101,7 @@ impl Blocks {
     #[inline(never)]
     pub fn start(&mut self, data: &mut Data, lines: usize) {
         self.divide(data.count(), BLOCKS_MAX.min(BLOCK_LINES / lines.max(1)));
+        self.groups = data.width().div_ceil(4);
         self.levels = [[0.0; CHANNELS_MAX]; DEGREE_MAX + 1];
         self.gram = [[0.0; DEGREE_MAX + 1]; DEGREE_MAX + 1];
         let (mut b, mut sums) = (0, [[0.0; CHANNELS_MAX]; 2]);
@@ -159,7 +169,7 @@ impl Blocks {
         self.waves = [[[0.0; 2]; WAVES]; BLOCKS_MAX];
         self.moments = [[0.0; 2]; BLOCK_LINES];
         let (mut b, mut middle, mut powers) = (0, self.middle(0), [[1.0, 0.0]; WAVES]);
-        let groups = data.width().div_ceil(4);
+        let groups = self.groups;
         let mut numbers = [0; HARMONICS_MAX];
         let places = numbers.iter_mut().zip(pass.lines.iter());
         places.for_each(|(place, line)| *place = line % WAVES);
@@ -292,16 +302,22 @@ impl Blocks {
         totals
     }
 
-    /// Products of the lines of a shape with the channels, each block with its weight, into rows.
-    pub fn products(&self, shape: &Shape, weights: &[f32; BLOCKS_MAX], rows: &mut [Values]) {
-        let pairs = rows.chunks_exact_mut(2);
-        for (sums, line) in pairs.zip(shape.lines.iter()) {
-            for (r, sums) in sums.iter_mut().enumerate() {
-                *sums = [0.0; CHANNELS_MAX];
-                for b in 0..self.count() {
-                    let row = self.line(b, line)[r];
-                    for (sum, value) in sums.iter_mut().zip(row) {
-                        *sum += weights[b] * value;
+    /// Products of the lines of a shape with the channels, into rows.
+    pub fn products(&self, shape: &Shape, rows: &mut [Values]) {
+        for (sums, line) in rows
+            .as_chunks_mut::<2>()
+            .0
+            .iter_mut()
+            .zip(shape.lines.iter())
+        {
+            *sums = [[0.0; CHANNELS_MAX]; 2];
+            for b in 0..self.count() {
+                for (sums, row) in sums.iter_mut().zip(self.line(b, line)) {
+                    let pairs = sums.as_chunks_mut::<4>().0.iter_mut();
+                    for (sums, row) in pairs.zip(row.as_chunks::<4>().0).take(self.groups) {
+                        for k in 0..4 {
+                            sums[k] += row[k];
+                        }
                     }
                 }
             }
@@ -325,7 +341,7 @@ impl Blocks {
                     let place = self.place(b, m);
                     rotate(&mut self.moments[place], power);
                     let [first, second] = &mut self.rows.as_chunks_mut::<2>().0[place];
-                    for (cos, sin) in first.iter_mut().zip(second) {
+                    for (cos, sin) in first.iter_mut().zip(second).take(4 * self.groups) {
                         let mut wave = [*cos, *sin];
                         rotate(&mut wave, power);
                         [*cos, *sin] = wave;
@@ -348,26 +364,35 @@ impl Blocks {
     }
 
     /// Adds a part of a function of the lines to the channels' products in a block: `change` has
-    /// its coefficients for cosine and sine of each line of a shape.
-    pub fn add(&mut self, b: usize, shape: &Shape, change: &[Values]) {
-        let pairs = change.as_chunks::<2>().0;
-        for (line, [of_cos, of_sin]) in shape.lines.iter().zip(pairs) {
-            for one in self.lines.iter() {
-                let products = self.of_lines(b, one, line);
-                let row = 2 * self.place(b, one);
-                for (i, products) in products.iter().enumerate() {
-                    let sums = self.rows[row + i].iter_mut().zip(of_cos.iter().zip(of_sin));
-                    for (sum, (cos, sin)) in sums {
-                        *sum += products[0] * cos + products[1] * sin;
-                    }
+    /// its coefficients for cosine and sine of each line of a shape, and zeros.
+    pub fn add(&mut self, b: usize, shape: &Shape, change: &Changes) {
+        let used = (2 * shape.lines.count()).div_ceil(4);
+        let rows = change.as_chunks::<4>().0;
+        for one in self.lines.iter() {
+            let mut factors = [[0.0; CHANGES]; 2];
+            for (j, line) in shape.lines.iter().enumerate() {
+                for (row, product) in factors.iter_mut().zip(self.of_lines(b, one, line)) {
+                    set(row, j, product);
                 }
             }
-            let with_baselines = self.with_baselines(b, line);
-            let levels = self.levels.iter_mut().zip(with_baselines);
-            for (level, products) in levels.take(shape.degree + 1) {
-                for (sum, (cos, sin)) in level.iter_mut().zip(of_cos.iter().zip(of_sin)) {
-                    *sum += products[0] * cos + products[1] * sin;
+            let place = self.place(b, one);
+            let sums = &mut self.rows.as_chunks_mut::<2>().0[place];
+            for (sums, factors) in sums.iter_mut().zip(&factors) {
+                for (rows, factors) in rows.iter().zip(factors.as_chunks().0).take(used) {
+                    add_rows(sums, 0..self.groups, rows, factors);
                 }
+            }
+        }
+        let mut factors = [[0.0; CHANGES]; DEGREE_MAX + 1];
+        for (j, line) in shape.lines.iter().enumerate() {
+            for (row, product) in factors.iter_mut().zip(self.with_baselines(b, line)) {
+                set(row, j, product);
+            }
+        }
+        let levels = self.levels.iter_mut().zip(&factors);
+        for (level, factors) in levels.take(shape.degree + 1) {
+            for (rows, factors) in rows.iter().zip(factors.as_chunks().0).take(used) {
+                add_rows(level, 0..self.groups, rows, factors);
             }
         }
     }
@@ -431,6 +456,13 @@ impl Batch {
             }
         }
         self.count = 0;
+    }
+}
+
+/// Sets a pair of factors.
+fn set(factors: &mut [f32; CHANGES], pair: usize, product: Wave) {
+    if let Some(place) = factors.as_chunks_mut::<2>().0.get_mut(pair) {
+        *place = product;
     }
 }
 

@@ -77,11 +77,7 @@ impl Refinement<'_> {
             lines: self.lines_there(work, course.cycles),
             degree,
         };
-        let steps = Steps {
-            most: 1,
-            ..Steps::of_comb(kept)
-        };
-        self.refine(blocks, course, steps, work);
+        self.refine(blocks, course, Steps::of_comb(kept), work);
         work.solution.project(blocks, kept);
         let divisor = kept.lines.divisor();
         Comb {

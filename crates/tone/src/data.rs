@@ -34,43 +34,44 @@ impl Frame {
     }
 }
 
-/// Levels, slopes and one over the scales; zeros of channels that are not used.
+/// Level, slope and one over the scale of four channels; zeros of those that are not used.
+#[derive(Clone, Copy, Default)]
 struct Units {
-    inverse: Values,
-    level: Values,
-    slope: Values,
+    level: [f32; 4],
+    slope: [f32; 4],
+    inverse: [f32; 4],
 }
 
 impl Units {
-    fn new(statistics: &Statistics) -> Self {
-        let mut units = Self {
-            inverse: [0.0; CHANNELS_MAX],
-            level: [0.0; CHANNELS_MAX],
-            slope: [0.0; CHANNELS_MAX],
-        };
+    /// Those of all groups of four.
+    fn of_groups(statistics: &Statistics) -> [Self; CHANNELS_MAX / 4] {
+        let mut groups = [Self::default(); CHANNELS_MAX / 4];
         for k in 0..statistics.width.min(CHANNELS_MAX) {
-            units.inverse[k] = 1.0 / statistics.scale[k];
-            units.level[k] = statistics.level[k];
-            units.slope[k] = statistics.slope[k];
+            let group = &mut groups[k / 4];
+            group.level[k % 4] = statistics.level[k];
+            group.slope[k % 4] = statistics.slope[k];
+            group.inverse[k % 4] = 1.0 / statistics.scale[k];
         }
-        units
+        groups
     }
 
-    /// Centres and scales the values of some groups of four channels.
-    #[inline]
-    fn change(&self, u: f32, groups: &Range<usize>, values: &Values, changed: &mut Values) {
-        let [values, inverse, level, slope] =
-            [values, &self.inverse, &self.level, &self.slope].map(|all| all.as_chunks::<4>().0);
-        let changed = changed.as_chunks_mut::<4>().0.iter_mut().zip(values);
-        let lines = inverse.iter().zip(level).zip(slope);
-        let groups = changed.zip(lines).take(groups.end).skip(groups.start);
-        for ((changed, values), ((inverse, level), slope)) in groups {
-            for k in 0..4 {
-                let line = level[k] + slope[k] * u;
-                changed[k] = (values[k] - line) * inverse[k];
-            }
-        }
+    /// Centres and scales values.
+    #[inline(always)]
+    fn change(&self, u: f32, values: &[f32; 4]) -> [f32; 4] {
+        core::array::from_fn(|k| {
+            (values[k] - (self.level[k] + self.slope[k] * u)) * self.inverse[k]
+        })
     }
+}
+
+/// The values of the channels that are used, by their order.
+#[inline(never)]
+fn ordered(values: &Values, order: &[u8; CHANNELS_MAX], width: usize) -> Values {
+    let mut used = [0.0; CHANNELS_MAX];
+    for (used, c) in used.iter_mut().zip(order).take(width) {
+        *used = values[usize::from(*c) % CHANNELS_MAX];
+    }
+    used
 }
 
 /// The frames of a window.
@@ -138,8 +139,11 @@ impl Data<'_, '_> {
         let groups = channels.start / 4..channels.end.div_ceil(4);
         let Statistics { wanted, order, .. } = &self.statistics;
         let width = self.width();
-        let units = Units::new(&self.statistics);
-        let is_ordered = order.iter().enumerate().all(|(k, c)| k == usize::from(*c));
+        let units = Units::of_groups(&self.statistics);
+        let units = units.get(groups.clone()).unwrap_or_default();
+        // What else is in a group of four would not be zero.
+        let mut numbers = order.iter().enumerate().take(width);
+        let is_ordered = width.is_multiple_of(4) && numbers.all(|(k, c)| k == usize::from(*c));
         let (place, hum, late) = (&self.place, &self.hum, &self.late);
         let mut impulses = self.impulses.iter();
         let mut frame = Frame {
@@ -150,14 +154,16 @@ impl Data<'_, '_> {
         let read = self.span.visit(*wanted, &mut |number, values| {
             let u = place.u(number);
             (frame.number, frame.u) = (number, u);
-            if is_ordered {
-                units.change(u, &groups, values, &mut frame.values);
-            } else {
-                let mut used = [0.0; CHANNELS_MAX];
-                for (used, c) in used.iter_mut().zip(order).take(width) {
-                    *used = values[usize::from(*c) % CHANNELS_MAX];
-                }
-                units.change(u, &groups, &used, &mut frame.values);
+            let mut used = values;
+            let changed;
+            if !is_ordered {
+                changed = ordered(values, order, width);
+                used = &changed;
+            }
+            let used = used.as_chunks::<4>().0.iter().skip(groups.start);
+            let places = frame.values.as_chunks_mut::<4>().0.iter_mut();
+            for ((place, used), units) in places.skip(groups.start).zip(used).zip(units) {
+                *place = units.change(u, used);
             }
             if let Some(hum) = hum {
                 hum.subtract(&mut frame);

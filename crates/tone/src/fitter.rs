@@ -274,6 +274,10 @@ impl<'w> Window<'w, '_, '_> {
             steps.shape.degree = degree;
             blocks.turn(&at, &course);
             at = course;
+            work.solution.project(blocks, steps.shape);
+            if cycles >= CYCLES_CURVED && refinement.score(&work.solution) <= best.score {
+                continue;
+            }
             refinement.refine(blocks, &mut at, steps, work);
             work.solution.project(blocks, steps.shape);
             let score = refinement.score(&work.solution);

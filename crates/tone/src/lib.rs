@@ -41,6 +41,7 @@ mod phase_course;
 mod reach;
 mod refine;
 mod residual;
+mod rows;
 mod scene;
 mod search;
 mod significance;

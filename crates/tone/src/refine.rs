@@ -14,8 +14,6 @@ use crate::solve::Shape;
 use crate::statistics::Products;
 use crate::work::Work;
 
-/// Most steps of a comb at a time.
-const STEPS: usize = 2;
 /// Added to the information, as a share of it.
 const DAMPING: f32 = 1e-6;
 /// Fewest cycles of the unit line.
@@ -55,11 +53,11 @@ pub struct Steps {
 }
 
 impl Steps {
-    /// Steps of a comb's frequency by weights that are known.
+    /// A step of a comb's frequency by weights that are known.
     pub fn of_comb(shape: Shape) -> Self {
         Self {
             shape,
-            most: STEPS,
+            most: 1,
             degrees: 1,
             last: 0.1,
             noise: Known::Weights,

@@ -1,10 +1,12 @@
 //! What a solution, and the movement that is fitted beside it, leave of the frames.
 
+use crate::blocks::Changes;
 use crate::data::Frame;
 use crate::legendre::{baselines, legendre_after};
 use crate::limits::{CHANNELS_MAX, DEGREES_MAX, HARMONICS_MAX, UNKNOWNS_MAX};
 use crate::phase::fill_powers;
 use crate::phase_course::Course;
+use crate::rows::add_rows;
 use crate::solve::Solution;
 use crate::source::Values;
 use core::ops::Range;
@@ -43,9 +45,9 @@ impl Motion {
 
     /// Coefficients of what is added to the lines of a solution where phase and amplitude are
     /// `moved`.
-    pub fn change(solution: &Solution, moved: [f32; 2]) -> [Values; 2 * HARMONICS_MAX] {
+    pub fn change(solution: &Solution, moved: [f32; 2]) -> Changes {
         let [phase, amplitude] = moved;
-        let mut change = [[0.0; CHANNELS_MAX]; 2 * HARMONICS_MAX];
+        let mut change = Changes::default();
         let pairs = solution.lines().as_chunks::<2>().0;
         let changes = change.as_chunks_mut::<2>().0.iter_mut();
         let lines = pairs.iter().zip(solution.shape.lines.iter());
@@ -103,12 +105,10 @@ impl Model<'_> {
     /// What is left of some channels of a frame.
     pub fn residual(&self, frame: &Frame, channels: Range<usize>) -> Values {
         let (functions, mut values) = (self.functions(frame.u), frame.values);
-        let groups = self.solution.shape.unknowns().div_ceil(4);
-        let rows = self.solution.rows.as_chunks::<4>().0;
-        for ([one, two, three, four], [a, b, c, d]) in rows.iter().zip(&functions).take(groups) {
-            for k in channels.start..channels.end.min(CHANNELS_MAX) {
-                values[k] -= a * one[k] + b * two[k] + c * three[k] + d * four[k];
-            }
+        let groups = channels.start / 4..channels.end.div_ceil(4);
+        let rows = self.solution.rows.as_chunks::<4>().0.iter().zip(functions);
+        for (rows, factors) in rows.take(self.solution.shape.unknowns().div_ceil(4)) {
+            add_rows(&mut values, groups.clone(), rows, &factors.map(|x| -x));
         }
         values
     }

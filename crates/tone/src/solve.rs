@@ -73,7 +73,7 @@ impl Solution {
         self.rows[..first].copy_from_slice(&blocks.levels()[..first]);
         let totals = blocks.totals(&shape, &[1.0; BLOCKS_MAX]);
         totals.of_shape(&shape, &mut self.lower[first..]);
-        blocks.products(&shape, &[1.0; BLOCKS_MAX], &mut self.rows[first..]);
+        blocks.products(&shape, &mut self.rows[first..]);
         // What an earlier solution has in the last group is not of this one.
         self.rows[shape.unknowns()..].fill([0.0; CHANNELS_MAX]);
         let factor = Factor::with_pivots(&mut self.lower, shape.unknowns(), LEFT_MIN);
