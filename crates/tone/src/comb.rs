@@ -77,7 +77,11 @@ impl Refinement<'_> {
             lines: self.lines_there(work, course.cycles),
             degree,
         };
-        self.refine(blocks, course, Steps::of_comb(kept), work);
+        let steps = Steps {
+            most: 1,
+            ..Steps::of_comb(kept)
+        };
+        self.refine(blocks, course, steps, work);
         work.solution.project(blocks, kept);
         let divisor = kept.lines.divisor();
         Comb {

@@ -130,12 +130,13 @@ impl Data<'_, '_> {
     }
 
     /// Visits the frames.
-    pub fn visit(&mut self, visit: impl FnMut(&Frame)) {
-        self.visit_channels(0..self.width(), visit);
+    pub fn visit(&mut self, mut visit: impl FnMut(&Frame)) {
+        self.visit_channels(0..self.width(), &mut visit);
     }
 
     /// Visits the frames with the values of at least some of the channels.
-    pub fn visit_channels(&mut self, channels: Range<usize>, mut visit: impl FnMut(&Frame)) {
+    #[inline(never)]
+    pub fn visit_channels(&mut self, channels: Range<usize>, visit: &mut dyn FnMut(&Frame)) {
         let groups = channels.start / 4..channels.end.div_ceil(4);
         let Statistics { wanted, order, .. } = &self.statistics;
         let width = self.width();

@@ -14,6 +14,8 @@ use crate::solve::Shape;
 use crate::statistics::Products;
 use crate::work::Work;
 
+/// Most steps of a comb at a time.
+const STEPS: usize = 2;
 /// Added to the information, as a share of it.
 const DAMPING: f32 = 1e-6;
 /// Fewest cycles of the unit line.
@@ -53,11 +55,11 @@ pub struct Steps {
 }
 
 impl Steps {
-    /// A step of a comb's frequency by weights that are known.
+    /// Steps of a comb's frequency by weights that are known.
     pub fn of_comb(shape: Shape) -> Self {
         Self {
             shape,
-            most: 1,
+            most: STEPS,
             degrees: 1,
             last: 0.1,
             noise: Known::Weights,

@@ -132,7 +132,7 @@ fn whitened<'m>(
         let together = mixtures.get(first..end).unwrap_or_default();
         // Independent channels are mixed with none before them.
         let channels = if may_share { 0 } else { reach * first }..reach * end;
-        data.visit_channels(channels, |frame| {
+        data.visit_channels(channels, &mut |frame| {
             let point = frame.point(&place, frames, each);
             for (k, mixture) in together.iter().enumerate() {
                 let groups = mixture.as_chunks::<4>().0.iter();

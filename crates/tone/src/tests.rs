@@ -189,7 +189,7 @@ impl<'t> Tested<'t> {
         for first in (0..self.width).step_by(spectrum.channels()) {
             let channels = first..(first + spectrum.channels()).min(self.width);
             spectrum.clear(channels.len());
-            data.visit_channels(channels.clone(), |frame| {
+            data.visit_channels(channels.clone(), &mut |frame| {
                 let values = model.residual(frame, channels.clone());
                 let point = frame.point(&place, frames, each);
                 let values = values.get(channels.clone()).unwrap_or_default();
