@@ -7,7 +7,7 @@ use crate::data::Data;
 use crate::legendre::baselines;
 use crate::limits::{BLOCK_LINES, BLOCKS_MAX, CHANNELS_MAX, DEGREE_MAX, HARMONICS_MAX, POINTS_MAX};
 use crate::lines::Lines;
-use crate::phase::{cos_sin, fill_powers, from_turns};
+use crate::phase::{self, cos_sin, from_turns};
 use crate::phase_course::Course;
 use crate::residual::Model;
 use crate::rows::add_rows;
@@ -180,9 +180,10 @@ impl Blocks {
                 b = self.block(frame.u);
                 middle = self.middle(b);
             }
-            let used = &mut powers[..=most.min(WAVES - 1)];
-            fill_powers(pass.course.at(frame.u, pass.scale), used);
-            for (wave, power) in self.waves[b % BLOCKS_MAX].iter_mut().zip(&*used) {
+            let places = powers.iter_mut().zip(&mut self.waves[b % BLOCKS_MAX]);
+            let multiples = phase::powers(pass.course.at(frame.u, pass.scale));
+            for ((place, wave), power) in places.zip(multiples).take(most + 1) {
+                *place = power;
                 wave[0] += power[0];
                 wave[1] += power[1];
             }

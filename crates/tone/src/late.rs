@@ -6,7 +6,7 @@ use crate::abscissa::Abscissa;
 use crate::data::{Data, Frame};
 use crate::limits::{CHANNELS_MAX, HARMONICS_MAX};
 use crate::lines::Lines;
-use crate::phase::fill_powers;
+use crate::phase::first_powers;
 use crate::phase_course::Course;
 use crate::solve::Solution;
 use crate::source::Values;
@@ -89,9 +89,8 @@ impl Late {
         );
         let step = (place.u(after) - place.u(before)) / (after - before).max(1) as f32;
         let turn = PI * self.course.cycles * (step - self.step);
-        let mut powers = [[0.0; 2]; HARMONICS_MAX + 1];
-        let most = self.lines.most().min(HARMONICS_MAX);
-        fill_powers(self.course.at(frame.u, 1.0), &mut powers[..=most]);
+        let powers: [_; HARMONICS_MAX + 1] =
+            first_powers(self.course.at(frame.u, 1.0), self.lines.most());
         let mut change = [0.0; CHANNELS_MAX];
         let pairs = self.waves.as_chunks::<2>().0.iter();
         for ([of_cos, of_sin], line) in pairs.zip(self.lines.iter()) {

@@ -34,15 +34,21 @@ pub fn cos_sin(phase: u32) -> (f32, f32) {
     }
 }
 
-/// Fills in cosine and sine of the multiples 0, 1, 2... of a phase.
-pub(crate) fn fill_powers(phase: u32, powers: &mut [[f32; 2]]) {
+/// Cosine and sine of the multiples 0, 1, 2... of a phase.
+pub(crate) fn powers(phase: u32) -> impl Iterator<Item = [f32; 2]> {
     let (cos, sin) = cos_sin(phase);
-    let mut power = [1.0, 0.0];
-    for place in powers {
-        *place = power;
-        let [c, s] = power;
-        power = [c * cos - s * sin, s * cos + c * sin];
-    }
+    let next = move |[c, s]: &[f32; 2]| Some([c * cos - s * sin, s * cos + c * sin]);
+    core::iter::successors(Some([1.0, 0.0]), next)
+}
+
+/// The first of them, up to the multiple `most`, and zeros.
+pub(crate) fn first_powers<const N: usize>(phase: u32, most: usize) -> [[f32; 2]; N] {
+    let mut first = [[0.0; 2]; N];
+    let places = first.iter_mut().take(most + 1);
+    places
+        .zip(powers(phase))
+        .for_each(|(place, power)| *place = power);
+    first
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use crate::blocks::Changes;
 use crate::data::Frame;
 use crate::legendre::{baselines, legendre_after};
 use crate::limits::{CHANNELS_MAX, DEGREES_MAX, HARMONICS_MAX, UNKNOWNS_MAX};
-use crate::phase::fill_powers;
+use crate::phase::first_powers;
 use crate::phase_course::Course;
 use crate::rows::add_rows;
 use crate::solve::Solution;
@@ -80,9 +80,8 @@ impl Model<'_> {
     /// Values of the functions at `u`.
     pub fn functions(&self, u: f32) -> Functions {
         let shape = &self.solution.shape;
-        let mut powers = [[0.0; 2]; HARMONICS_MAX + 1];
-        let most = shape.lines.most().min(HARMONICS_MAX);
-        fill_powers(self.course.at(u, 1.0), &mut powers[..=most]);
+        let powers: [_; HARMONICS_MAX + 1] =
+            first_powers(self.course.at(u, 1.0), shape.lines.most());
         let [phase, amplitude] = self.motion.as_ref().map_or([0.0; 2], |motion| motion.at(u));
         let mut functions = [[0.0; 4]; UNKNOWNS_MAX.div_ceil(4)];
         let (levels, lines) = functions
