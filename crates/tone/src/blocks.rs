@@ -36,11 +36,6 @@ pub const WAVES: usize = 2 * HARMONICS_MAX + 4;
 /// A cosine and a sine.
 pub type Wave = [f32; 2];
 
-/// Rows of a change: cosine and sine of each line, in groups of four.
-const CHANGES: usize = FUNCTIONS.next_multiple_of(4);
-/// Coefficients of a change.
-pub type Changes = [Values; CHANGES];
-
 /// Sums over the blocks of a window.
 #[derive(Debug)]
 pub struct Blocks {
@@ -364,37 +359,31 @@ impl Blocks {
             .fold(0.0, f32::max)
     }
 
-    /// Adds a part of a function of the lines to the channels' products in a block: `change` has
-    /// its coefficients for cosine and sine of each line of a shape, and zeros.
-    pub fn add(&mut self, b: usize, shape: &Shape, change: &Changes) {
-        let used = (2 * shape.lines.count()).div_ceil(4);
-        let rows = change.as_chunks::<4>().0;
+    /// Adds a part of a function of one or two lines to the channels' products in a block, and to
+    /// those with baselines up to a degree: `change` has the coefficients of their cosines and sines.
+    pub fn add(&mut self, b: usize, lines: Lines, change: &[Values; 4], degree: usize) {
         for one in self.lines.iter() {
-            let mut factors = [[0.0; CHANGES]; 2];
-            for (j, line) in shape.lines.iter().enumerate() {
+            let mut factors = [[[0.0; 2]; 2]; 2];
+            for (j, line) in lines.iter().enumerate().take(2) {
                 for (row, product) in factors.iter_mut().zip(self.of_lines(b, one, line)) {
-                    set(row, j, product);
+                    row[j] = product;
                 }
             }
             let place = self.place(b, one);
             let sums = &mut self.rows.as_chunks_mut::<2>().0[place];
             for (sums, factors) in sums.iter_mut().zip(&factors) {
-                for (rows, factors) in rows.iter().zip(factors.as_chunks().0).take(used) {
-                    add_rows(sums, 0..self.groups, rows, factors);
-                }
+                add_rows(sums, 0..self.groups, change, factors);
             }
         }
-        let mut factors = [[0.0; CHANGES]; DEGREE_MAX + 1];
-        for (j, line) in shape.lines.iter().enumerate() {
+        let mut factors = [[[0.0; 2]; 2]; DEGREE_MAX + 1];
+        for (j, line) in lines.iter().enumerate().take(2) {
             for (row, product) in factors.iter_mut().zip(self.with_baselines(b, line)) {
-                set(row, j, product);
+                row[j] = product;
             }
         }
         let levels = self.levels.iter_mut().zip(&factors);
-        for (level, factors) in levels.take(shape.degree + 1) {
-            for (rows, factors) in rows.iter().zip(factors.as_chunks().0).take(used) {
-                add_rows(level, 0..self.groups, rows, factors);
-            }
+        for (level, factors) in levels.take(degree + 1) {
+            add_rows(level, 0..self.groups, change, factors);
         }
     }
 
@@ -457,13 +446,6 @@ impl Batch {
             }
         }
         self.count = 0;
-    }
-}
-
-/// Sets a pair of factors.
-fn set(factors: &mut [f32; CHANGES], pair: usize, product: Wave) {
-    if let Some(place) = factors.as_chunks_mut::<2>().0.get_mut(pair) {
-        *place = product;
     }
 }
 

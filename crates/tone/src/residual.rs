@@ -1,9 +1,9 @@
 //! What a solution, and the movement that is fitted beside it, leave of the frames.
 
-use crate::blocks::Changes;
 use crate::data::Frame;
 use crate::legendre::{baselines, legendre_after};
 use crate::limits::{CHANNELS_MAX, DEGREES_MAX, HARMONICS_MAX, UNKNOWNS_MAX};
+use crate::lines::Lines;
 use crate::phase::first_powers;
 use crate::phase_course::Course;
 use crate::rows::add_rows;
@@ -43,15 +43,14 @@ impl Motion {
         [phase, amplitude]
     }
 
-    /// Coefficients of what is added to the lines of a solution where phase and amplitude are
-    /// `moved`.
-    pub fn change(solution: &Solution, moved: [f32; 2]) -> Changes {
+    /// Coefficients of what is added to two lines of a solution, by the place of the pair, where phase
+    /// and amplitude are `moved`; zeros of a second one that is not there.
+    pub fn change(solution: &Solution, lines: Lines, pair: usize, moved: [f32; 2]) -> [Values; 4] {
         let [phase, amplitude] = moved;
-        let mut change = Changes::default();
-        let pairs = solution.lines().as_chunks::<2>().0;
+        let mut change = [[0.0; CHANNELS_MAX]; 4];
+        let pairs = solution.lines().as_chunks::<2>().0.iter().skip(2 * pair);
         let changes = change.as_chunks_mut::<2>().0.iter_mut();
-        let lines = pairs.iter().zip(solution.shape.lines.iter());
-        for ([of_cos, of_sin], ([cos, sin], line)) in changes.zip(lines) {
+        for ([of_cos, of_sin], ([cos, sin], line)) in changes.zip(pairs.zip(lines.iter())) {
             let turn = phase * line as f32;
             for k in 0..CHANNELS_MAX {
                 of_cos[k] = amplitude * cos[k] + turn * sin[k];
@@ -106,8 +105,8 @@ impl Model<'_> {
         let (functions, mut values) = (self.functions(frame.u), frame.values);
         let groups = channels.start / 4..channels.end.div_ceil(4);
         let rows = self.solution.rows.as_chunks::<4>().0.iter().zip(functions);
-        for (rows, factors) in rows.take(self.solution.shape.unknowns().div_ceil(4)) {
-            add_rows(&mut values, groups.clone(), rows, &factors.map(|x| -x));
+        for (rows, [a, b, c, d]) in rows.take(self.solution.shape.unknowns().div_ceil(4)) {
+            add_rows(&mut values, groups.clone(), rows, &[[-a, -b], [-c, -d]]);
         }
         values
     }

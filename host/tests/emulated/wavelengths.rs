@@ -236,6 +236,7 @@ fn gratings_under_a_hands_swings_are_those_of_the_pc_bit_for_bit() {
             "{wavelength_mm} mm: {good} of {} windows are good",
             windows.len()
         );
-        assert!(good >= 20, "{wavelength_mm} mm: {on_chip:?}");
+        // Where the hand turns, a window has no frequency that it can promise.
+        assert!(2 * good >= windows.len(), "{wavelength_mm} mm: {on_chip:?}");
     }
 }
