@@ -284,8 +284,6 @@ impl Detector {
 
     /// The next conversions are of this plan, with the settings that wait for it. What lasts is
     /// over; numbers and times of frames go on, and the level without touch is measured again.
-    // A frame of its own: the 3,250 bytes of what it makes anew would be under every scan.
-    #[inline(never)]
     pub fn begin(
         &mut self,
         plan: Plan,
@@ -299,6 +297,14 @@ impl Detector {
             // Others are wanted by now, and their plan follows.
             return;
         }
+        self.begin_plan(plan);
+        (outputs.emit)(self.hello());
+    }
+
+    // A frame of its own: the 3,250 bytes of what it makes anew would be under every scan, and under
+    // the end of what lasts.
+    #[inline(never)]
+    fn begin_plan(&mut self, plan: Plan) {
         let Self {
             settings,
             assembler,
@@ -313,7 +319,6 @@ impl Detector {
         let (number, t_us) = tracker.clock.latest;
         health_reporter.change(&plan, number, t_us);
         tracker.begin(settings);
-        (outputs.emit)(self.hello());
     }
 
     /// Settings that are in force, or wait for their plan.

@@ -87,7 +87,7 @@ impl Estimator {
         if grows && frames < GROWING_FRAMES_MIN {
             return Ok(WindowFit::Growing);
         }
-        let fitted = self.fit(
+        let mut fitted = self.fit(
             &Window {
                 first,
                 frames,
@@ -103,9 +103,11 @@ impl Estimator {
             // A window that is half a frame short cannot grow any more.
             let window_s = frames as f32 / window.frame_rate_hz;
             if !is_accurate && window_s < self.settings.window_s - 0.5 / window.frame_rate_hz {
-                return Ok(WindowFit::Growing);
+                // In its place: a copy would lie on the stack beside it.
+                fitted = Ok(WindowFit::Growing);
+            } else {
+                self.reported_end = end;
             }
-            self.reported_end = end;
         }
         fitted
     }
@@ -143,12 +145,17 @@ impl Estimator {
         let has_gap = fitted.fit.frames.saturating_add(least) < window.frames
             && has_gap(window, least, source)?;
         self.overtones = fitted.fit.overtones;
-        Ok(WindowFit::Done(self.estimate(fitted, window, has_gap)))
+        self.estimate(fitted, window, has_gap)
     }
 
     // A frame of its own, 520 bytes, which is not under a fit, the deepest of the stack.
     #[inline(never)]
-    fn estimate(&self, fitted: &Fitted, window: &Window, has_gap: bool) -> Estimate {
+    fn estimate(
+        &self,
+        fitted: &Fitted,
+        window: &Window,
+        has_gap: bool,
+    ) -> Result<WindowFit, Overwritten> {
         let fit = &fitted.fit;
         let frames = window.frames.saturating_sub(fitted.unplaced);
         let unplaced_us = (fitted.unplaced as f32 * 1e6 / window.frame_rate_hz) as u32;
@@ -181,7 +188,7 @@ impl Estimator {
         if has_gap {
             doubt(&mut estimate);
         }
-        estimate
+        Ok(WindowFit::Done(estimate))
     }
 
     fn travel(&self, fitted: &Fitted, window: &Window) -> Travel {

@@ -34,9 +34,11 @@ impl Frame {
     }
 }
 
-/// Level, slope and one over the scale of four channels; zeros of those that are not used.
+/// Numbers, levels, slopes and one over the scales of four channels; those that are not used come out
+/// as zeros.
 #[derive(Clone, Copy, Default)]
 struct Units {
+    from: [u8; 4],
     level: [f32; 4],
     slope: [f32; 4],
     inverse: [f32; 4],
@@ -45,9 +47,14 @@ struct Units {
 impl Units {
     /// Those of all groups of four.
     fn of_groups(statistics: &Statistics) -> [Self; CHANNELS_MAX / 4] {
-        let mut groups = [Self::default(); CHANNELS_MAX / 4];
+        let unused = Self {
+            from: [statistics.order[0]; 4],
+            ..Self::default()
+        };
+        let mut groups = [unused; CHANNELS_MAX / 4];
         for k in 0..statistics.width.min(CHANNELS_MAX) {
             let group = &mut groups[k / 4];
+            group.from[k % 4] = statistics.order[k];
             group.level[k % 4] = statistics.level[k];
             group.slope[k % 4] = statistics.slope[k];
             group.inverse[k % 4] = 1.0 / statistics.scale[k];
@@ -57,21 +64,12 @@ impl Units {
 
     /// Centres and scales values.
     #[inline(always)]
-    fn change(&self, u: f32, values: &[f32; 4]) -> [f32; 4] {
+    fn change(&self, u: f32, values: &Values) -> [f32; 4] {
         core::array::from_fn(|k| {
-            (values[k] - (self.level[k] + self.slope[k] * u)) * self.inverse[k]
+            let value = values[usize::from(self.from[k]) % CHANNELS_MAX];
+            (value - (self.level[k] + self.slope[k] * u)) * self.inverse[k]
         })
     }
-}
-
-/// The values of the channels that are used, by their order.
-#[inline(never)]
-fn ordered(values: &Values, order: &[u8; CHANNELS_MAX], width: usize) -> Values {
-    let mut used = [0.0; CHANNELS_MAX];
-    for (used, c) in used.iter_mut().zip(order).take(width) {
-        *used = values[usize::from(*c) % CHANNELS_MAX];
-    }
-    used
 }
 
 /// The frames of a window.
@@ -138,13 +136,9 @@ impl Data<'_, '_> {
     #[inline(never)]
     pub fn visit_channels(&mut self, channels: Range<usize>, visit: &mut dyn FnMut(&Frame)) {
         let groups = channels.start / 4..channels.end.div_ceil(4);
-        let Statistics { wanted, order, .. } = &self.statistics;
-        let width = self.width();
+        let wanted = self.statistics.wanted;
         let units = Units::of_groups(&self.statistics);
         let units = units.get(groups.clone()).unwrap_or_default();
-        // What else is in a group of four would not be zero.
-        let mut numbers = order.iter().enumerate().take(width);
-        let is_ordered = width.is_multiple_of(4) && numbers.all(|(k, c)| k == usize::from(*c));
         let (place, hum, late) = (&self.place, &self.hum, &self.late);
         let mut impulses = self.impulses.iter();
         let mut frame = Frame {
@@ -152,19 +146,12 @@ impl Data<'_, '_> {
             u: 0.0,
             values: [0.0; CHANNELS_MAX],
         };
-        let read = self.span.visit(*wanted, &mut |number, values| {
+        let read = self.span.visit(wanted, &mut |number, values| {
             let u = place.u(number);
             (frame.number, frame.u) = (number, u);
-            let mut used = values;
-            let changed;
-            if !is_ordered {
-                changed = ordered(values, order, width);
-                used = &changed;
-            }
-            let used = used.as_chunks::<4>().0.iter().skip(groups.start);
             let places = frame.values.as_chunks_mut::<4>().0.iter_mut();
-            for ((place, used), units) in places.skip(groups.start).zip(used).zip(units) {
-                *place = units.change(u, used);
+            for (place, units) in places.skip(groups.start).zip(units) {
+                *place = units.change(u, values);
             }
             if let Some(hum) = hum {
                 hum.subtract(&mut frame);

@@ -5,7 +5,7 @@ use crate::limits::CHANNELS_MAX;
 use crate::source::{FrameSource, Overwritten, Values};
 
 /// Frames that are read at a time: as long a source is locked.
-pub const READ_FRAMES: usize = 16;
+pub const READ_FRAMES: usize = 8;
 
 /// Consecutive frames of a source, and what is known of them beforehand.
 pub struct FrameSpan<'a> {

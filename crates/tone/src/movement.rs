@@ -336,16 +336,28 @@ impl Refinement<'_> {
             reach: self.reach,
             band: BAND,
         };
-        let (neighbours, memory) = (&mut work.neighbours, &mut work.memory);
-        let mut beside = Solution::NONE;
+        let Work {
+            neighbours,
+            memory,
+            solution,
+            ..
+        } = work;
+        // Memory of a second solution would lie deepest on the stack.
+        let mut lines = [[0.0; CHANNELS_MAX]; 2 * HARMONICS_MAX];
+        let pairs = lines.iter_mut().zip(solution.lines());
+        pairs.for_each(|(kept, row)| *kept = *row);
         if whole.lines != shape.lines {
-            beside.project(blocks, whole);
-            neighbours.collect(blocks, beside.beside(), place, memory);
+            solution.project(blocks, whole);
+            neighbours.collect(blocks, solution.beside(), place, memory);
         }
-        beside.project(blocks, shape);
+        solution.project(blocks, shape);
         if whole.lines == shape.lines || neighbours.count() < NEIGHBOURS_WHOLE {
-            neighbours.collect(blocks, beside.beside(), place, memory);
+            neighbours.collect(blocks, solution.beside(), place, memory);
         }
-        followed.add_motion(blocks, &work.solution, 1.0);
+        let rows = solution.rows.iter_mut().skip(shape.first_line());
+        rows.zip(lines).for_each(|(row, kept)| *row = kept);
+        followed.add_motion(blocks, solution, 1.0);
+        solution.project(blocks, shape);
+        solution.solve();
     }
 }

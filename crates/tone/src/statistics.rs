@@ -68,6 +68,7 @@ impl Sums {
 
 impl Statistics {
     /// Reads the span for levels and slopes, and once more where sums do not tell the scales.
+    #[inline(never)]
     pub fn collect(span: &mut FrameSpan) -> Result<Self, Overwritten> {
         let wanted = span.channels()?;
         let (mut sums, mut frames) = ([Sums::default(); CHANNELS_MAX], 0);
