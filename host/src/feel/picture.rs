@@ -33,7 +33,7 @@ pub fn draw(felt: &Felt) -> String {
     }];
     for (number, receptor) in Receptor::ALL.into_iter().enumerate() {
         let fires = match felt.firing.mean().intensity[number] {
-            Some(intensity) => significant((intensity * bin_hz as f32).into(), 3),
+            Some(intensity) => significant(f64::from(intensity) / felt.as_window_s, 3),
             None => "absent".to_owned(),
         };
         let ends = receptor.threshold_ends();
