@@ -23,8 +23,11 @@ export class Spectrum extends Plot {
     const shown = { lines: [], residual: null, isLog: false, floor: -70 };
     const toX = (hz) => (shown.isLog ? Math.log10(hz) : hz);
     super(card, onZoom, {
-      x: "frequency, Hz", y: "share of power, dB",
-      series: [line(() => colour("accent")), line(() => colour("unit1"), { width: 1 }), line(() => colour("other"), { dash: [5, 4] })],
+      x: "frequency, Hz", y: "share of power, dB", units: ["Hz", "dB"], real: (x) => (shown.isLog ? 10 ** x : x),
+      series: [
+        line(() => colour("accent"), { name: "power" }), line(() => colour("unit1"), { width: 1, name: "residual" }),
+        line(() => colour("other"), { dash: [5, 4], name: "other run" }),
+      ],
       yRange: () => [shown.floor, 0],
       xAxis: {
         splits: (u, axis, min, max, increment) => {
@@ -32,17 +35,13 @@ export class Spectrum extends Plot {
           const first = Math.ceil(min / increment);
           return Array.from({ length: Math.max(0, Math.floor(max / increment) - first + 1) }, (_, at) => (first + at) * increment);
         },
-        values: (_, splits) => splits.map((split) => String(Number((shown.isLog ? 10 ** split : split).toPrecision(6)))),
+        values: (_, splits) => splits.map((split) => String(Number(this.real(split).toPrecision(6)))),
       },
       below: [(u) => paintNeighbourhood(u, shown.residual, toX)],
       draw: [(u) => paintLines(u, shown.lines, toX)],
     });
     [this.shown, this.toX] = [shown, toX];
     this.steady = new Steady();
-  }
-
-  toHz(x) {
-    return this.shown.isLog ? 10 ** x : x;
   }
 
   // `beside`: the spectrum of another run.

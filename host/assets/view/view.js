@@ -148,7 +148,12 @@ document.addEventListener("keydown", (event) => {
   }
   event.preventDefault();
 });
-for (const select of document.querySelectorAll("select")) select.addEventListener("change", drawAll);
+for (const select of document.querySelectorAll("select")) {
+  select.addEventListener("change", () => {
+    plots[select.closest(".card")?.dataset.name]?.reset();
+    drawAll();
+  });
+}
 for (let taxel = 0; taxel < 16; taxel += 1) $("taxel").add(new Option(String(taxel)));
 for (const button of document.querySelectorAll("[data-save]")) {
   button.addEventListener("click", () => {

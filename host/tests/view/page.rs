@@ -2,6 +2,8 @@
 
 #[path = "../common/browser.rs"]
 mod browser;
+#[path = "page_cursor.rs"]
+mod cursor;
 #[path = "page_feel.rs"]
 mod feel;
 #[path = "page_runs.rs"]
@@ -42,6 +44,21 @@ fn text(browser: &mut Browser, id: &str) -> String {
 
 fn save(what: &str, how: &str) -> String {
     format!("#{what} [data-save={how}]")
+}
+
+/// Presses a key, as a keyboard does.
+fn press(browser: &mut Browser, key: &str) {
+    for kind in ["keyDown", "keyUp"] {
+        let text = if kind == "keyDown" && key.len() == 1 {
+            key
+        } else {
+            ""
+        };
+        browser.call(
+            "Input.dispatchKeyEvent",
+            json!({"type": kind, "key": key, "text": text}),
+        );
+    }
 }
 
 /// Chooses an option as somebody would.

@@ -2,28 +2,13 @@
 //! keys.
 
 use super::browser::Browser;
-use super::{LOOK, Look, PHONE, TARGETS, View, assert_drawn, save, text};
+use super::{LOOK, Look, PHONE, TARGETS, View, assert_drawn, press, save, text};
 use crate::common;
 use crate::{packets, recorded, recorded_as};
 use serde_json::{Value, json};
 use std::path::Path;
 use std::thread::sleep;
 use std::time::Duration;
-
-/// Presses a key, as a keyboard does.
-fn press(browser: &mut Browser, key: &str) {
-    for kind in ["keyDown", "keyUp"] {
-        let text = if kind == "keyDown" && key.len() == 1 {
-            key
-        } else {
-            ""
-        };
-        browser.call(
-            "Input.dispatchKeyEvent",
-            json!({"type": kind, "key": key, "text": text}),
-        );
-    }
-}
 
 /// Role and name of everything that a keyboard reaches, as a screen reader has them.
 fn controls(browser: &mut Browser) -> Vec<(String, String)> {
