@@ -76,9 +76,10 @@ function lookAtFile({ live }) {
 function showStatus({ state }) {
   // Without the command nothing can be asked of it, and what is shown is old.
   document.body.classList.toggle("gone", !isConnected);
-  for (const id of ["record", "latest"]) $(id).disabled = !isConnected;
+  for (const id of ["clear", "record", "latest"]) $(id).disabled = !isConnected;
   for (const id of ["runs", "settings"]) $(id).inert = !isConnected;
-  $("status").textContent = isConnected ? state.status : "The command cannot be reached: it has ended, or is being restarted. Trying again every second.";
+  const status = scrub.run?.touches === 0 ? "No touch was found in this run." : state.status;
+  $("status").textContent = isConnected ? status : "The command cannot be reached: it has ended, or is being restarted. Trying again every second.";
   $("status").classList.toggle("alarm", !isConnected || ["disconnected", "waiting"].includes(state.live.connection.state));
 }
 
@@ -96,7 +97,8 @@ function draw(withPlots) {
   $("version").textContent = `Ridgetone ${state.version}.`;
   $("pause").hidden = run !== null;
   document.body.classList.toggle("looking", run !== null);
-  panels.tiles(state);
+  const why = run?.why_none ?? undefined;
+  panels.tiles(state, why);
   panels.health(found);
   panels.log(live);
   settings.show(run === null ? state : { ...state, can_set: run.frames > 0 && Boolean(live.latest.hello) }, run);
@@ -105,7 +107,7 @@ function draw(withPlots) {
   plots.strips.setRows(run?.channels ?? null);
   const mark = run === null ? [null, null] : scrub.mark;
   [plots.strips, plots.history].forEach((plot) => { plot.mark = mark; });
-  drawPlots(plots, state, compared(run, live));
+  drawPlots(plots, state, { beside: compared(run, live), why });
 }
 
 // The run to compare with, its first contact at that of this one; at a board its end is now.
@@ -140,7 +142,7 @@ $("pause").addEventListener("click", () => pause(paused === null));
 document.addEventListener("keydown", (event) => {
   // A slider does nothing with the space.
   const { tagName, type } = event.target;
-  const hasOwn = OWN_KEYS.includes(tagName) && ((event.key === " " && type !== "range") || type === "number");
+  const hasOwn = OWN_KEYS.includes(tagName) && ((event.key === " " && type !== "range") || ["number", "text"].includes(type));
   if (hasOwn || event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented) return;
   if (!scrub.key(event.key)) {
     if (event.key !== " ") return;
@@ -179,6 +181,6 @@ settings.begin(async (wanted) => {
   Object.assign(scrub.run, found);
   list.update(found);
   await scrub.go(scrub.t_s);
-  return "These are this run's estimates with the new settings.";
+  return found.why_none === null ? "These are this run's estimates with the new settings." : `No window has an estimate: ${found.why_none}.`;
 });
 connect();
