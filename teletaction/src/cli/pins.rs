@@ -109,8 +109,10 @@ struct DisplayOptions {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Match {
-    /// Normal strain.
+    /// Normal strain of the paper's thin slices, which give way across (plane stress).
     Strain,
+    /// Normal strain of a half space: a wide even touch hardly strains rubber, and needs more force.
+    HalfSpace,
     /// Normal stress.
     Stress,
 }
@@ -152,6 +154,7 @@ impl DisplayOptions {
         };
         let quantity = match self.by {
             Match::Strain => Quantity::Strain,
+            Match::HalfSpace => Quantity::HalfSpaceStrain,
             Match::Stress => Quantity::Stress,
         };
         Ok(Setup {
