@@ -28,7 +28,7 @@ export class FeelPanel extends Plot {
         ...LOOKS.map(([name, dash]) => line(() => colour(name), { dash, spanGaps: true, width: 2, name: "threshold" })),
       ],
       yRange: () => shown.range,
-      xAxis: { splits: (u, axis, min, max) => numbered(min, max), values: (_, splits) => splits.map((split) => String(Number(this.real(split).toPrecision(6)))) },
+      xAxis: { splits: (u, axis, min, max) => numbered(u, min, max), values: (_, splits) => splits.map((split) => String(Number(this.real(split).toPrecision(6)))) },
       draw: [(u) => paintNames(u, shown.thresholds)],
     });
     [this.shown, this.steady] = [shown, new Steady()];

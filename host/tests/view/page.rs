@@ -6,6 +6,8 @@ mod browser;
 mod cursor;
 #[path = "page_feel.rs"]
 mod feel;
+#[path = "page_room.rs"]
+mod room;
 #[path = "page_runs.rs"]
 mod runs;
 
