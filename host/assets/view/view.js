@@ -1,5 +1,5 @@
 // The page: takes the messages of the command, and shows them, or a run, unless it is paused.
-import { Model } from "./model.js";
+import { Model, Pace } from "./model.js";
 import { drawMap, drawPlots } from "./draw.js";
 import { FeelPanel } from "./feel.js";
 import { Fit } from "./fit.js";
@@ -15,12 +15,15 @@ import * as settings from "./settings.js";
 const $ = (id) => document.getElementById(id);
 // Elements that have keys of their own.
 const OWN_KEYS = ["BUTTON", "SELECT", "INPUT", "A"];
+// Below this pace an emulated board is slow.
+const SLOW = 0.95;
 const model = new Model();
 // The state when the page was paused.
 let paused = null;
 let isConnected = false;
 let isDue = false;
 let source = null;
+let pace = new Pace();
 // Whether the file of a command without a board was shown.
 let hasLooked = false;
 
@@ -93,7 +96,7 @@ function draw(withPlots) {
   const { live } = state;
   const { run } = scrub;
   document.title = `Ridgetone · ${live.source}`;
-  $("source").textContent = live.now_s === null ? live.source : `${live.source}, ${live.now_s.toFixed(1)} s`;
+  $("source").textContent = [live.source + slowness(), ...(live.now_s === null ? [] : [`${live.now_s.toFixed(1)} s`])].join(", ");
   $("version").textContent = `Ridgetone ${state.version}.`;
   $("pause").hidden = run !== null;
   document.body.classList.toggle("looking", run !== null);
@@ -110,6 +113,13 @@ function draw(withPlots) {
   drawPlots(plots, state, { beside: compared(run, live), why });
 }
 
+// A slow computer is not a slow finger.
+function slowness() {
+  const { source: name, now_s } = model.state.live;
+  const found = scrub.run === null && name === "emulated board" && now_s !== null ? pace.take(1e-3 * performance.now(), now_s) : null;
+  return found !== null && found < SLOW ? ` (${found.toFixed(2)} of real time)` : "";
+}
+
 // The run to compare with, its first contact at that of this one; at a board its end is now.
 function compared(run, live) {
   const beside = runs.compared();
@@ -122,6 +132,7 @@ function compared(run, live) {
 
 function connect() {
   source?.close();
+  pace = new Pace();
   source = new EventSource("/events");
   const on = (take) => (event) => {
     isConnected = true;

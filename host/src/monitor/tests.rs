@@ -221,7 +221,7 @@ fn nothing_is_cut_when_narrow_and_strips_have_no_holes_when_wide() {
     live.now.source =
         "/dev/serial/by-id/usb-Silicon_Labs_CP2102N_USB_to_UART_Bridge_0001-if00-port0".into();
     (live.now.counts.missing, live.now.counts.damaged) = (123_456, 12_345);
-    let mut health = live.health().expect("a reading").clone();
+    let mut health = *live.health().expect("a reading");
     (health.messages_dropped, health.frames_thinned) = (65_432, 123_456);
     (health.conversions_lost, health.conversions_doubtful) = (54_321, 4321);
     (health.hops_skipped, health.chip_restarts) = (321, 21);

@@ -14,8 +14,8 @@ const OVERLAPS: &str = "async (rate, harmonics, isLog) => { \
     CanvasRenderingContext2D.prototype.fillText = function (text, x, y) { \
         const { width } = this.measureText(text); \
         const { e, f, b } = this.getTransform(); \
-        const left = e + x - { left: 0, start: 0, center: 0.5, right: 1, end: 1 }[this.textAlign] * width; \
-        if (b === 0) texts.push({ ctx: this, text, left, right: left + width, y: Math.round(f + y) }); \
+        const begin = e + x - { left: 0, start: 0, center: 0.5, right: 1, end: 1 }[this.textAlign] * width; \
+        if (b === 0) texts.push({ ctx: this, text, begin, end: begin + width, y: Math.round(f + y) }); \
         fillText.call(this, text, x, y); \
     }; \
     const plot = new Spectrum(document.getElementById('spectrum').cloneNode(true), () => {}); \
@@ -29,7 +29,7 @@ const OVERLAPS: &str = "async (rate, harmonics, isLog) => { \
     CanvasRenderingContext2D.prototype.fillText = fillText; \
     const own = texts.filter(({ ctx }) => ctx === plot.plot.ctx); \
     const overlaps = own.flatMap((one, at) => own.slice(at + 1) \
-        .filter((other) => other.y === one.y && other.left < one.right && one.left < other.right) \
+        .filter((other) => other.y === one.y && other.begin < one.end && one.begin < other.end) \
         .map((other) => `${one.text} ${other.text}`)); \
     return [own.map(({ text }) => text), overlaps]; }";
 
@@ -57,6 +57,18 @@ fn texts_do_not_overlap_and_the_events_use_their_room() {
             );
         }
     }
+    // Ten updates a second of a board that has half of its time, and of one that restarts.
+    let pace = browser.value(
+        "(async () => { const { Pace } = await import('/model.js'); const pace = new Pace(); \
+         const at = (wall_s, now_s) => pace.take(wall_s, now_s); \
+         const first = at(10, 1); let slow; for (let t = 1; t < 80; t += 1) slow = at(10 + 0.1 * t, 1 + 0.05 * t); \
+         return [first, slow, at(18, 0)]; })()",
+    );
+    assert!(pace[0].is_null() && pace[2].is_null(), "{pace}");
+    assert!(
+        (pace[1].as_f64().expect("a pace") - 0.5).abs() < 1e-9,
+        "{pace}"
+    );
     // The list ends where its box .
     let room = browser.value(
         "(() => { const [list, card] = ['lines', 'log'].map((id) => document.getElementById(id).getBoundingClientRect()); \
