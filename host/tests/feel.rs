@@ -440,10 +440,20 @@ fn a_picture_and_stamps() {
     );
     let drawn = std::fs::read_to_string(&svg).expect("a picture");
     assert!(drawn.starts_with("<svg") && !drawn.contains("NaN") && !drawn.contains("inf"));
+    // The key names what is measured, and what each threshold is with the intensity above it.
     assert!(
-        ["FA I:", "FA II:", "SA I:", "SA II:"]
-            .iter()
-            .all(|name| drawn.contains(name))
+        drawn.contains(">spectrum<") && drawn.contains(" threshold, intensity "),
+        "{drawn}"
+    );
+    assert!(
+        [
+            "FA I threshold",
+            "FA II threshold",
+            "SA I threshold",
+            "SA II threshold"
+        ]
+        .iter()
+        .all(|name| drawn.contains(name))
     );
 }
 

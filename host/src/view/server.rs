@@ -54,7 +54,7 @@ impl Server {
         let address = access.address;
         let what = || {
             format!(
-                "{address}: choose another with --listen 127.0.0.1:PORT, or any free one with PORT 0"
+                "{address} cannot be used: choose another with --listen ADDRESS:PORT (port 0: any free one)"
             )
         };
         let listener = TcpListener::bind(address).with_context(what)?;

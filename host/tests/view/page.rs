@@ -376,7 +376,9 @@ fn the_emulated_board_waits_while_nobody_looks_takes_settings_and_is_recorded() 
         ));
     }
     browser.value("document.getElementById('settings-send').click()");
-    browser.wait("document.getElementById('settings-message').textContent.startsWith('In force')");
+    browser.wait(
+        "document.getElementById('settings-message').textContent.startsWith('Applied, not stored')",
+    );
     // A refusal stays until the next command, though the board's answer comes with every update.
     let change = |browser: &mut Browser, harmonics: &str| {
         browser.value(&format!(
@@ -395,7 +397,9 @@ fn the_emulated_board_waits_while_nobody_looks_takes_settings_and_is_recorded() 
     let message = text(&mut browser, "settings-message");
     assert!(message.starts_with("harmonics: "), "{message}");
     change(&mut browser, "2");
-    browser.wait("document.getElementById('settings-message').textContent.startsWith('In force')");
+    browser.wait(
+        "document.getElementById('settings-message').textContent.startsWith('Applied, not stored')",
+    );
     browser.wait(
         "document.getElementById('frequency-small').textContent.includes('window of 0.50 s')",
     );
