@@ -90,7 +90,8 @@ fn feel_with_gaps(
 }
 
 /// By equations 8 and 9: decades above the threshold, in the line's bin and in those beside it,
-/// which Hamming's window gives 0.23 / 0.54 of the amplitude; times the distance of the bins.
+/// which Hamming's window gives 0.23 / 0.54 of the amplitude. They are three bins in the paper's
+/// window of 3 s too, whose bins are a third of a hertz apart.
 fn closed_form(receptor: Receptor, hz: f64, um: f64, bin_hz: f64) -> f64 {
     let bin = |place: f64, share: f64| {
         let threshold = receptor
@@ -102,7 +103,7 @@ fn closed_form(receptor: Receptor, hz: f64, um: f64, bin_hz: f64) -> f64 {
         .into_iter()
         .filter_map(|(at, share)| bin(at, share))
         .sum::<f64>()
-        * bin_hz
+        / 3.0
 }
 
 #[test]

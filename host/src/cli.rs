@@ -77,7 +77,7 @@ enum Command {
     View(view::ViewArgs),
     /// Record the telemetry of a board in a file.
     Record(record::RecordArgs),
-    /// Give the messages of one or many boards to other programs: Foxglove, MQTT, Zenoh, ROS 2, or
+    /// Stream the messages of one or more boards to other programs: Foxglove, MQTT, Zenoh, ROS 2, or
     /// lines of JSON.
     Serve(serve::ServeArgs),
     /// Turn a recording of telemetry into CSV, JSON lines, MCAP or lines for Teleplot.

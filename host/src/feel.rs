@@ -2,10 +2,14 @@
 //! the surface.
 
 mod coefficients;
+mod cut;
 pub(crate) mod event;
+mod known;
+mod loaded;
 mod measure;
 mod picture;
 mod report;
+mod spectrum;
 mod stepwise;
 pub(crate) mod threshold;
 mod train;

@@ -79,6 +79,7 @@ mod remarks;
 pub mod replay;
 pub mod requests;
 pub mod samples;
+pub mod seen;
 pub mod serve;
 pub mod settings_form;
 pub mod simulated;

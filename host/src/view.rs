@@ -83,6 +83,7 @@ impl RunFile {
         let how = How {
             reading: self.reading,
             settings: self.settings,
+            is_recorded: false,
         };
         runs.open(&name, &self.path, how, &allowance)?;
         Ok(())

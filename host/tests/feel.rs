@@ -108,7 +108,8 @@ fn a_known_vibration_is_a_sum_of_logarithms() {
     let sum: f64 = decades.iter().sum();
     let sa1 = receptor(&found, "sa1");
     assert!((number(sa1, "intensity") - sum).abs() < 1e-3, "{sa1} {sum}");
-    assert!((number(sa1, "intensity_per_hz") - 0.5 * sum).abs() < 1e-3);
+    // In a window of 3 s a tone has three bins too, a third of a hertz apart.
+    assert!((number(sa1, "intensity_per_hz") - sum / 3.0).abs() < 1e-3);
     let channels = found["channels"].as_array().expect("channels");
     for (channel, per_um) in channels.iter().zip([0.25, 0.5]) {
         assert!(
@@ -122,9 +123,74 @@ fn a_known_vibration_is_a_sum_of_logarithms() {
     }
     let soft = &found["scores"][1];
     assert!(
-        (number(soft, "score") - (5.59 - 0.002 * 1.5 * sum)).abs() < 1e-4,
+        (number(soft, "score") - (5.59 - 0.002 * sum)).abs() < 1e-4,
         "{soft}"
     );
+}
+
+/// One stationary surface and one reference with a line have one score in windows from 0.2 s to
+/// 3.28 s, within the uncertainty, and that is small enough to tell surfaces apart.
+#[test]
+fn a_score_does_not_depend_on_the_window() {
+    let folder = directory();
+    let mut random = ChaCha8Rng::seed_from_u64(17);
+    let mut noise = |sigma: f64| -> Vec<f64> {
+        let uniform = |random: &mut ChaCha8Rng| f64::from(random.next_u32()) / 2f64.powi(32);
+        let twelve = |random: &mut ChaCha8Rng| (0..12).map(|_| uniform(random)).sum::<f64>() - 6.0;
+        (0..8 * ROWS).map(|_| sigma * twelve(&mut random)).collect()
+    };
+    let (of_reference, of_surface) = (noise(0.005), noise(20.0));
+    let at = |values: &[f64], t_s: f64| values[(t_s * RATE_HZ).round() as usize];
+    let reference = table(folder.path(), "reference.csv", 8 * ROWS, |t_s| {
+        [sine(1.0, 100.0, t_s) + at(&of_reference, t_s)]
+    });
+    let with_file = format!("{REFERENCE},file={}", text(&reference));
+    for (name, line_um) in [("noise.csv", 0.0), ("line.csv", 40.0)] {
+        let path = table(folder.path(), name, 8 * ROWS, |t_s| {
+            [at(&of_surface, t_s) + sine(line_um, 250.0, t_s)]
+        });
+        let score = |window: &str| {
+            let options = ["--reference", &with_file, "--m", "1.2", "--window", window];
+            let found = feel(&path, &options);
+            let rough = found["scores"].as_array().expect("scores")[0].clone();
+            assert_eq!(rough["name"], "rough");
+            (number(&rough, "score"), number(&rough, "score_sigma"))
+        };
+        let (expected, expected_sigma) = score("3");
+        assert!(expected_sigma < 0.2, "{name}: {expected_sigma}");
+        for window in ["0.2", "0.3", "0.41", "0.82", "1.64", "2", "3.28"] {
+            let (found, sigma) = score(window);
+            assert!(
+                (found - expected).abs() < 2.0 * sigma.hypot(expected_sigma),
+                "{name}, {window} s: {found} +- {sigma}, {expected} +- {expected_sigma}"
+            );
+            // In a short window a line may be narrow noise: less than one of the seven steps.
+            let most = if line_um > 0.0 { 1.0 } else { 0.5 };
+            assert!(sigma < most, "{name}, {window} s: {sigma}");
+        }
+    }
+}
+
+/// A reference that was sampled 0.9 % slower is looked up at its own rate: at the other file's, its
+/// line would be three bins off.
+#[test]
+fn a_reference_has_its_own_rate() {
+    let folder = directory();
+    let stamped = |name: &str, rate_hz: f64| {
+        let mut csv = String::from("time_s,a\n");
+        for row in 0..4 * ROWS {
+            let t_s = row as f64 / rate_hz;
+            let _ = writeln!(csv, "{t_s:.6},{:.7}", sine(0.25, 100.0, t_s));
+        }
+        file(folder.path(), name, &csv)
+    };
+    let [path, slower] = [("a.csv", RATE_HZ), ("slower.csv", 0.991 * RATE_HZ)]
+        .map(|(name, rate_hz)| stamped(name, rate_hz));
+    let known = format!("{REFERENCE},file={}", text(&slower));
+    let arguments = ["feel", text(&path), "--json", "--reference", &known];
+    let found = json_lines(&run(&arguments)).remove(0);
+    let per_um = number(&found["channels"][0], "per_um");
+    assert!((per_um - 0.25).abs() < 1e-3, "{per_um}");
 }
 
 /// Equation 12 has 11.633 M - 16.075: nobody says 7.19 on a scale of seven steps. A file's scores
@@ -374,10 +440,20 @@ fn a_picture_and_stamps() {
     );
     let drawn = std::fs::read_to_string(&svg).expect("a picture");
     assert!(drawn.starts_with("<svg") && !drawn.contains("NaN") && !drawn.contains("inf"));
+    // The key names what is measured, and what each threshold is with the intensity above it.
     assert!(
-        ["FA I:", "FA II:", "SA I:", "SA II:"]
-            .iter()
-            .all(|name| drawn.contains(name))
+        drawn.contains(">spectrum<") && drawn.contains(" threshold, intensity "),
+        "{drawn}"
+    );
+    assert!(
+        [
+            "FA I threshold",
+            "FA II threshold",
+            "SA I threshold",
+            "SA II threshold"
+        ]
+        .iter()
+        .all(|name| drawn.contains(name))
     );
 }
 

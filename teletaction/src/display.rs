@@ -36,8 +36,9 @@
 //!
 //! - Forces only press: least squares without negative forces, by block principal pivoting. The
 //!   solution fulfils the conditions of an optimum; [`Solution::is_optimal`] says so.
-//! - [`Grid::map`] gives the response of strain or stress in a half plane (one row of pins) or a
-//!   half space (several rows). [`half_plane`] has closed forms and transfer functions, with and
+//! - [`Grid::map`] gives the response of strain or stress to a line load (one row of pins) or to a
+//!   force at a point (several rows). Strain is that of the paper's slices in both, or that of a
+//!   half space ([`Quantity`]). [`half_plane`] has closed forms and transfer functions, with and
 //!   without the shear stress between the layers.
 //! - [`Afterimage`]: skin keeps part of a strain for seconds. It is taken off the wanted strains, so
 //!   a long touch needs less force. A pressing pin cannot take it away.

@@ -135,8 +135,13 @@ enum Task {
     },
     /// Builds the images of the real boards as ELF, raw and DFU files with their SHA-256 checksums.
     Release,
-    /// Packs the published crates and builds each from its package alone, without network.
-    Package,
+    /// Packs the published crates, builds each from its package alone, without network, and fails if
+    /// one lacks its licences, README or description. Says if they have no `repository` yet.
+    Package {
+        /// Before a release: fail without a `repository`, too.
+        #[arg(long)]
+        publish: bool,
+    },
     /// Refuses comments that open with Of, Nor, And, The same, So too, Unless or Behind, and tuples
     /// as parameters: what clippy does not know.
     Lint,
@@ -172,7 +177,7 @@ fn main() -> ExitCode {
         Task::Test { .. } => test::run_tests(),
         Task::Pictures => demo::moving_picture().and_then(|()| test::take_pictures()),
         Task::Release => release::run(),
-        Task::Package => package::check(),
+        Task::Package { publish } => package::check(publish),
         Task::Lint => lint::run(),
         Task::LintFirmware => images::lint(),
         Task::Events => events::write(),

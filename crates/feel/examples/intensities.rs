@@ -2,7 +2,7 @@
 //!
 //! `cargo run -p ridgetone-feel --example intensities`
 
-use ridgetone_feel::{Conversion, Firing, Receptor, amplitude_spectrum};
+use ridgetone_feel::{Conversion, Firing, Receptor, Windows, amplitude_spectrum};
 
 /// Samples a second.
 pub const RATE_HZ: f32 = 2000.0;
@@ -13,12 +13,16 @@ pub const VOLTS_PER_UM: f32 = 0.3;
 /// The intensities of a window. None if its length is no power of two from 64 to 1024. The samples
 /// are overwritten.
 pub fn firing(volts: &mut [f32]) -> Option<Firing> {
-    let bin_hz = RATE_HZ / volts.len() as f32;
+    let windows = Windows::same(volts.len() as f32 / RATE_HZ);
     let conversion = Conversion {
         log_per_um: VOLTS_PER_UM.log10(),
         log_sigma: 0.0,
     };
-    Some(Firing::new(amplitude_spectrum(volts)?, bin_hz, &conversion))
+    Some(Firing::new(
+        amplitude_spectrum(volts)?,
+        windows,
+        &conversion,
+    ))
 }
 
 fn main() {

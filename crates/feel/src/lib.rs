@@ -24,6 +24,7 @@ mod receptor;
 mod reference;
 mod score;
 mod spectrum;
+mod windows;
 
 pub use bands::{BANDS, band_hz, strongest_in_bands};
 pub use firing::{Absent, Firing};
@@ -31,5 +32,6 @@ pub use force::force_ratio;
 pub use mean::MeanFiring;
 pub use receptor::{RECEPTORS, Receptor};
 pub use reference::{Conversion, NoAmplitude, Reference, SpectralLine};
-pub use score::{INDICES, Indices, PAPER_WINDOW_S, ROUGH, SOFT, Score, Windows};
+pub use score::{INDICES, Indices, PAPER_WINDOW_S, ROUGH, SOFT, Score};
 pub use spectrum::{POINTS_MAX, amplitude_at, amplitude_spectrum, points};
+pub use windows::Windows;

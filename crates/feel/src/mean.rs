@@ -1,6 +1,6 @@
 //! The mean over several windows, with its covariance.
 
-use crate::firing::Firing;
+use crate::firing::{Firing, Matrix};
 use crate::receptor::RECEPTORS;
 use crate::reference::SCATTER_FROM;
 
@@ -12,9 +12,6 @@ use crate::reference::SCATTER_FROM;
 /// ones by 0.133; the covariance of the logarithms goes with the dilogarithm of the square: 0.266
 /// and 0.011 of the variance, on both sides.
 const VARIANCE_PER_BIN: f32 = 0.0776 * (1.0 + 2.0 * (0.266 + 0.011));
-
-/// Square matrix over the receptors.
-type Matrix = [[f32; RECEPTORS]; RECEPTORS];
 
 /// How the receptors fire on the average of several windows.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -28,20 +25,14 @@ pub struct MeanFiring {
 impl MeanFiring {
     /// Adds a window. All windows have to be of one length and one rate.
     pub fn push(&mut self, firing: &Firing) {
-        self.windows += 1.0;
         let before = self.mean.intensity.map(|value| value.unwrap_or(0.0));
-        for a in 0..RECEPTORS {
-            let off = firing.intensity[a].map(|value| value - before[a]);
-            self.mean.intensity[a] = off.map(|off| before[a] + off / self.windows);
-        }
+        self.mean.average(firing, self.windows as usize);
+        self.windows += 1.0;
+        let off = |m: usize, from: f32| firing.intensity[m].map_or(0.0, |value| value - from);
         for a in 0..RECEPTORS {
             for b in 0..RECEPTORS {
-                let (before_a, after_b) = (before[a], self.mean.intensity[b].unwrap_or(0.0));
-                let off =
-                    |m: usize, from: f32| firing.intensity[m].map_or(0.0, |value| value - from);
-                self.scatter[a][b] += off(a, before_a) * off(b, after_b);
-                self.mean.above[a][b] +=
-                    (firing.above[a][b] - self.mean.above[a][b]) / self.windows;
+                let after = self.mean.intensity[b].unwrap_or(0.0);
+                self.scatter[a][b] += off(a, before[a]) * off(b, after);
             }
         }
     }
@@ -56,9 +47,9 @@ impl MeanFiring {
         &self.mean
     }
 
-    /// Covariance of the mean: how other stretches of the same surface would scatter, and how an
-    /// error of the conversion of `log_sigma` decades moves all bins that are above their
-    /// thresholds.
+    /// Covariance of the mean: how other stretches of the same surface would scatter, how an error
+    /// of the conversion of `log_sigma` decades moves all bins that are above their thresholds, and
+    /// what the intensities would change by if lines were noise.
     ///
     /// From eight windows on the first part is the windows' scatter. Of fewer it is that of a
     /// surface without a period, which is more than that of a steady vibration.
@@ -69,11 +60,11 @@ impl MeanFiring {
             for b in 0..RECEPTORS {
                 let of_window = match by_scatter {
                     true => self.scatter[a][b] / (self.windows - 1.0),
-                    false => VARIANCE_PER_BIN * self.mean.above[a][b],
+                    false => VARIANCE_PER_BIN * self.mean.products[a][b],
                 };
-                let by_conversion =
-                    log_sigma * log_sigma * self.mean.above[a][a] * self.mean.above[b][b];
-                covariance[a][b] = of_window / f32::max(self.windows, 1.0) + by_conversion;
+                let by_conversion = log_sigma * log_sigma * self.mean.above[a] * self.mean.above[b];
+                let by_law = self.mean.lines_as_noise[a] * self.mean.lines_as_noise[b];
+                covariance[a][b] = of_window / f32::max(self.windows, 1.0) + by_conversion + by_law;
             }
         }
         covariance

@@ -1,6 +1,7 @@
 //! From the sensor's unit to displacement, by a surface whose roughness is known.
 
 use crate::spectrum::{amplitude_at, amplitude_spectrum};
+use crate::windows::{LINE_OVER_NOISE, Windows};
 use core::f32::consts::{FRAC_1_SQRT_2, LN_10};
 use core::ops::Range;
 
@@ -80,8 +81,13 @@ impl SpectralLine {
     /// whose memory is used; none for another length.
     pub fn measure(samples: &mut [f32], cycles: f32) -> Option<Self> {
         let amplitude = amplitude_at(samples, cycles);
+        Some(Self::new(amplitude, amplitude_spectrum(samples)?, cycles))
+    }
+
+    /// The amplitude at `cycles` cycles with what is beside it in the spectrum.
+    pub fn new(amplitude: f32, spectrum: &[f32], cycles: f32) -> Self {
         let (mut beside, mut count, mut leaked) = (0.0, 0.0, 0.0);
-        for (bin, other) in amplitude_spectrum(samples)?.iter().enumerate().skip(1) {
+        for (bin, other) in spectrum.iter().enumerate().skip(1) {
             let distance = libm::fabsf(bin as f32 - cycles);
             let power = other * other;
             if BESIDE.contains(&distance) {
@@ -92,17 +98,17 @@ impl SpectralLine {
             }
         }
         let sigma = FRAC_1_SQRT_2 * libm::sqrtf(beside / f32::max(count, 1.0));
-        Some(Self {
+        Self {
             amplitude,
             sigma,
             leaked: libm::sqrtf(leaked),
-        })
+        }
     }
 
-    /// The mean of several windows with its standard deviation: from eight windows on by their
-    /// scatter, of fewer by what is beside the line. None without a window, and where the amplitude
-    /// is not more than twice what leaks.
-    pub fn mean(lines: impl Iterator<Item = Self> + Clone) -> Option<(f32, f32)> {
+    /// The mean of several windows of the measured length, converted to the wanted length, with its
+    /// standard deviation: from eight windows on by their scatter, with fewer by the noise beside the
+    /// line. None without a window, and where the amplitude is not more than twice what leaks.
+    pub fn mean(lines: impl Iterator<Item = Self> + Clone, windows: Windows) -> Option<(f32, f32)> {
         let count = lines.clone().count() as f32;
         let mean_of =
             |value: fn(&Self) -> f32| lines.clone().map(|line| value(&line)).sum::<f32>() / count;
@@ -117,8 +123,27 @@ impl SpectralLine {
             }
             false => mean_of(|line| line.sigma * line.sigma),
         };
-        (mean > 2.0 * mean_of(|line| line.leaked)).then(|| (mean, libm::sqrtf(variance / count)))
+        let noise = 2.0 * mean_of(|line| line.sigma * line.sigma);
+        let sigma = libm::sqrtf(variance / count);
+        (mean > 2.0 * mean_of(|line| line.leaked))
+            .then(|| in_wanted_window(mean, sigma, noise, windows.bins()))
     }
+}
+
+/// An amplitude in a window of `bins` times the length, with its standard deviation. A line that
+/// stands out of the noise keeps its power; noise keeps its power a hertz. Without such a line all
+/// is taken as noise, and the difference from the amplitude of a weak line is a standard deviation.
+fn in_wanted_window(amplitude: f32, sigma: f32, noise: f32, bins: f32) -> (f32, f32) {
+    let power = amplitude * amplitude;
+    let tone = f32::max(power - noise, 0.0);
+    if power > LINE_OVER_NOISE * noise {
+        return (libm::sqrtf(tone + noise / bins), sigma);
+    }
+    let as_noise = amplitude / libm::sqrtf(bins);
+    // Noise is subtracted and added again, so that both agree if the window keeps its length.
+    let as_tone = libm::sqrtf(tone + (power - tone) / bins);
+    let sigma = libm::hypotf(sigma / libm::sqrtf(bins), as_tone - as_noise);
+    (as_noise, sigma)
 }
 
 impl Conversion {

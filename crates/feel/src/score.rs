@@ -6,8 +6,8 @@ use crate::receptor::RECEPTORS;
 /// What scores depend on: the intensities of the receptors, and M.
 pub const INDICES: usize = RECEPTORS + 1;
 
-/// Window of the paper's intensities, seconds: its 30 mm at 10 mm/s (section 2.3). The paper does
-/// not say what part of the run is transformed.
+/// Window of the paper's intensities and of its conversion, seconds: its 30 mm at 10 mm/s (section
+/// 2.3). The paper does not say what part of the run is transformed.
 pub const PAPER_WINDOW_S: f32 = 3.0;
 
 /// Soft, from 1 to 7 (equation 11). The paper gives no covariance, and no scatter of the scores
@@ -36,32 +36,15 @@ pub struct Score {
     pub residual_sigma: f32,
 }
 
-/// Lengths of windows, seconds: an intensity sums over bins, so it grows with the window.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Windows {
-    /// The windows that were measured.
-    pub measured_s: f32,
-    /// The windows for which the indices are wanted.
-    pub wanted_s: f32,
-}
-
 impl Indices {
-    /// Indices as windows of another length would have them, which have more or fewer bins a
-    /// hertz. `log_sigma` is that of the conversion; `m` is M with its standard deviation.
-    pub fn new(
-        firing: &MeanFiring,
-        log_sigma: f32,
-        windows: Windows,
-        m: Option<(f32, f32)>,
-    ) -> Self {
-        let scale = windows.wanted_s / windows.measured_s;
+    /// Indices of the windows that the firing is wanted for. `log_sigma` is that of the conversion;
+    /// `m` is M with its standard deviation.
+    pub fn new(firing: &MeanFiring, log_sigma: f32, m: Option<(f32, f32)>) -> Self {
         let (mut values, mut covariance) = ([None; INDICES], [[0.0; INDICES]; INDICES]);
         let of_firing = firing.covariance(log_sigma);
         for a in 0..RECEPTORS {
-            values[a] = firing.mean().intensity[a].map(|value| scale * value);
-            for b in 0..RECEPTORS {
-                covariance[a][b] = scale * scale * of_firing[a][b];
-            }
+            values[a] = firing.mean().intensity[a];
+            covariance[a][..RECEPTORS].copy_from_slice(&of_firing[a]);
         }
         values[RECEPTORS] = m.map(|(value, _)| value);
         covariance[RECEPTORS][RECEPTORS] = m.map_or(0.0, |(_, sigma)| sigma * sigma);

@@ -2,12 +2,8 @@
 
 use core::f32::consts::TAU;
 
-/// Longest window, samples: 1024 on the chip; 32,768 with the feature `long-windows`.
-#[cfg(not(feature = "long-windows"))]
+/// Longest window, samples.
 pub const POINTS_MAX: usize = 1024;
-/// Longest window, samples: 1024 on the chip; 32,768 with the feature `long-windows`.
-#[cfg(feature = "long-windows")]
-pub const POINTS_MAX: usize = 32_768;
 
 /// Shortest window, samples.
 const POINTS_MIN: usize = 64;
@@ -101,9 +97,5 @@ fn transform(samples: &mut [f32]) {
             }
         };
     }
-    #[cfg(not(feature = "long-windows"))]
     transform!(64 rfft_64, 128 rfft_128, 256 rfft_256, 512 rfft_512, 1024 rfft_1024);
-    #[cfg(feature = "long-windows")]
-    transform!(64 rfft_64, 128 rfft_128, 256 rfft_256, 512 rfft_512, 1024 rfft_1024, 2048 rfft_2048, 4096 rfft_4096,
-        8192 rfft_8192, 16384 rfft_16384, 32768 rfft_32768);
 }

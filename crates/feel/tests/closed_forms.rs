@@ -2,8 +2,8 @@
 //! amplitude, forces, scores.
 
 use ridgetone_feel::{
-    Absent, Conversion, Firing, Indices, MeanFiring, PAPER_WINDOW_S, ROUGH, Receptor, Reference,
-    SOFT, SpectralLine, Windows, amplitude_at, amplitude_spectrum, force_ratio, points,
+    Absent, Conversion, Firing, Indices, MeanFiring, ROUGH, Receptor, Reference, SOFT,
+    SpectralLine, Windows, amplitude_at, amplitude_spectrum, force_ratio, points,
 };
 use std::f64::consts::TAU;
 
@@ -56,11 +56,15 @@ fn leakage_is_no_amplitude() {
     let mean = |mut samples: Vec<f32>| {
         SpectralLine::mean(
             [SpectralLine::measure(&mut samples, 20.0).expect("a power of two")].into_iter(),
+            Windows::same(1.0),
         )
     };
     assert_eq!(mean(sine(1024, 300.5, 1.0, 2.5)), None);
     assert_eq!(
-        (mean(vec![2.5; 1024]), SpectralLine::mean([].into_iter())),
+        (
+            mean(vec![2.5; 1024]),
+            SpectralLine::mean([].into_iter(), Windows::same(1.0))
+        ),
         (None, None)
     );
     let faint: Vec<f32> = sine(1024, 300.5, 1.0, 2.5)
@@ -187,7 +191,7 @@ fn a_vibration_of_known_amplitude_is_a_sum_of_logarithms() {
     let bin_hz = rate_hz / count as f32;
     let mut samples = sine(count, 20.0, 30.0, 0.0);
     let amplitudes = amplitude_spectrum(&mut samples).expect("a power of two");
-    let firing = Firing::new(amplitudes, bin_hz, &UNIT);
+    let firing = Firing::new(amplitudes, Windows::same(1.0 / bin_hz), &UNIT);
     for (m, receptor) in Receptor::ALL.into_iter().enumerate() {
         let lines = [
             (38.0, 30.0 * 0.23 / 0.54),
@@ -204,13 +208,13 @@ fn a_vibration_of_known_amplitude_is_a_sum_of_logarithms() {
             "{receptor:?}: {found} {decades:?}"
         );
         assert_eq!(
-            firing.above[m][m] as usize,
+            firing.above[m] as usize,
             decades.iter().filter(|decades| **decades > 0.0).count()
         );
     }
     // 30 um are below FA I's 54 um, the middle line is above SA II's 28 um.
     assert_eq!(
-        Receptor::ALL.map(|receptor| firing.above[receptor as usize][receptor as usize]),
+        Receptor::ALL.map(|receptor| firing.above[receptor as usize]),
         [0.0, 3.0, 3.0, 1.0]
     );
     // A sensor of another unit with its own conversion feels the same.
@@ -221,7 +225,7 @@ fn a_vibration_of_known_amplitude_is_a_sum_of_logarithms() {
     };
     let scaled = Firing::new(
         amplitude_spectrum(&mut samples).expect("a power of two"),
-        bin_hz,
+        Windows::same(1.0 / bin_hz),
         &conversion,
     );
     for m in 0..4 {
@@ -242,12 +246,12 @@ fn a_rate_too_low_for_a_receptor_gives_no_intensity() {
         absent(1600.0),
         [None, Some(Absent::RateTooLow(1600.0)), None, None]
     );
-    let firing = Firing::new(amplitudes, 1000.0 / 1024.0, &UNIT);
+    let firing = Firing::new(amplitudes, Windows::same(1.024), &UNIT);
     assert_eq!(
         firing.intensity.map(|value| value.is_some()),
         [true, false, true, true]
     );
-    let firing = Firing::new(amplitudes, 241.0 / 1024.0, &UNIT);
+    let firing = Firing::new(amplitudes, Windows::same(1024.0 / 241.0), &UNIT);
     assert_eq!(
         firing.intensity.map(|value| value.is_some()),
         [true, false, true, false]
@@ -328,21 +332,33 @@ fn the_papers_scores() {
     assert!(SOFT.of(&without_m).is_some());
 }
 
+/// A tone is three bins in a window of any length, and its reference has one amplitude: in half a
+/// second as in three.
 #[test]
-fn intensities_of_another_window_have_as_many_bins_a_hertz() {
-    let mut mean = MeanFiring::default();
-    mean.push(&Firing {
-        intensity: [Some(100.0), None, Some(50.0), None],
-        above: [[10.0; 4]; 4],
+fn a_tone_in_another_window_has_no_more_bins() {
+    let mut samples = sine(1024, 20.0, 300.0, 0.0);
+    let amplitudes = amplitude_spectrum(&mut samples).expect("a power of two");
+    let [own, wanted] = [0.5, 3.0].map(|wanted_s| {
+        let windows = Windows {
+            measured_s: 0.5,
+            wanted_s,
+        };
+        let mut mean = MeanFiring::default();
+        mean.push(&Firing::new(amplitudes, windows, &UNIT));
+        Indices::new(&mean, 0.0, Some((1.2, 0.1)))
     });
+    assert_eq!(own.values, wanted.values);
+    assert!((wanted.get(4).expect("M").1 - 0.1).abs() < 1e-6);
+    let sigma = |indices: &Indices| indices.get(Receptor::Sa1 as usize).expect("SA I").1;
+    // Noise no wider than a bin would be as many bins more as there are.
+    assert!(sigma(&wanted) > 2.0 * sigma(&own));
+
+    let line = |samples: &mut [f32]| SpectralLine::measure(samples, 20.0).expect("a power of two");
+    let lines = [line(&mut sine(1024, 20.0, 0.3, 0.0))];
     let windows = Windows {
         measured_s: 0.5,
-        wanted_s: PAPER_WINDOW_S,
+        wanted_s: 3.0,
     };
-    let indices = Indices::new(&mean, 0.0, windows, Some((1.2, 0.1)));
-    assert_eq!(
-        indices.values,
-        [Some(600.0), None, Some(300.0), None, Some(1.2)]
-    );
-    assert!((indices.get(4).expect("M").1 - 0.1).abs() < 1e-6);
+    let (amplitude, _) = SpectralLine::mean(lines.into_iter(), windows).expect("an amplitude");
+    assert!((amplitude - 0.3).abs() < 1e-5);
 }

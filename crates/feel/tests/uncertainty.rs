@@ -4,7 +4,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use ridgetone_feel::{
     Conversion, Firing, Indices, MeanFiring, Receptor, Reference, Score, SpectralLine, Windows,
-    amplitude_at, amplitude_spectrum,
+    amplitude_spectrum,
 };
 use std::f64::consts::TAU;
 
@@ -14,12 +14,7 @@ const UNIT: Conversion = Conversion {
     log_sigma: 0.0,
 };
 
-const HALF_SECOND: Windows = Windows {
-    measured_s: 0.5,
-    wanted_s: 0.5,
-};
-
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq)]
 struct Tone {
     amplitude: f64,
     hz: f64,
@@ -60,10 +55,10 @@ fn noise(seed: u64) -> Noise {
 }
 
 fn firing(mut samples: Vec<f32>, conversion: &Conversion) -> Firing {
-    let bin_hz = (RATE_HZ / samples.len() as f64) as f32;
+    let windows = Windows::same((samples.len() as f64 / RATE_HZ) as f32);
     Firing::new(
         amplitude_spectrum(&mut samples).expect("a power of two"),
-        bin_hz,
+        windows,
         conversion,
     )
 }
@@ -194,7 +189,7 @@ fn the_conversion_and_the_scores_uncertainty() {
             let mut mean = MeanFiring::default();
             mean.push(&firing(noise.samples(1024, Tone::NONE, 1e5), &conversion));
             let m = (1.2 + 0.1 * noise.normal()) as f32;
-            let indices = Indices::new(&mean, conversion.log_sigma, HALF_SECOND, Some((m, 0.1)));
+            let indices = Indices::new(&mean, conversion.log_sigma, Some((m, 0.1)));
             let (value, sigma) = score.of(&indices).expect("a score");
             scores.push(f64::from(value) + 0.3 * noise.normal());
             score_variances.push(f64::from(sigma).powi(2));
@@ -220,36 +215,81 @@ fn the_conversion_and_the_scores_uncertainty() {
     }
 }
 
-/// A sum with one term a hertz is the same in windows of any length, if the reference has been
-/// measured in such windows.
+/// One noisy surface near the thresholds with a strong tone and a weak one: as a window of
+/// half a second it has one score, from windows of 31 ms to half a second.
 #[test]
-fn per_hertz_the_window_does_not_matter() {
-    let reference = Reference {
-        ra_um: 0.5,
-        ra_sigma_um: 0.0,
-        rsm_mm: 0.1,
-        speed_mm_s: 10.0,
+fn one_surface_has_one_score_from_windows_of_any_length() {
+    let conversion = Conversion {
+        log_per_um: 0.0,
+        log_sigma: 0.01,
     };
-    let found = [256, 1024].map(|count: usize| {
-        let mut noise = noise(6);
-        let (bin_hz, mut amplitude, mut mean) =
-            (RATE_HZ as f32 / count as f32, 0.0, MeanFiring::default());
-        for _ in 0..100 {
-            amplitude +=
-                amplitude_at(&noise.samples(count, Tone::NONE, 1.0), 100.0 / bin_hz) / 100.0;
+    let score = Score::exact([1.0, 0.0, 0.011, 0.0, 0.0, 0.0]);
+    let strong = Tone {
+        amplitude: 3.0,
+        hz: 256.0,
+    };
+    for (name, tone, sigma) in [
+        ("far above", Tone::NONE, 100.0),
+        ("near", Tone::NONE, 3.0),
+        ("line in noise", strong, 3.0),
+        ("line", strong, 1e-3),
+    ] {
+        let scores = [1024, 512, 256, 128, 64].map(|count| {
+            let mut noise = noise(6);
+            let windows = Windows {
+                measured_s: (count as f64 / RATE_HZ) as f32,
+                wanted_s: 0.5,
+            };
+            let mut mean = MeanFiring::default();
+            for _ in 0..20 {
+                let mut samples = noise.samples(count, tone, sigma);
+                let amplitudes = amplitude_spectrum(&mut samples).expect("a power of two");
+                mean.push(&Firing::new(amplitudes, windows, &conversion));
+            }
+            let indices = Indices::new(&mean, conversion.log_sigma, None);
+            score.of(&indices).expect("a score")
+        });
+        let (expected, expected_sigma) = scores[0];
+        for (value, sigma) in &scores[1..] {
+            let off = (value - expected).abs();
+            assert!(
+                off < 3.0 * sigma.hypot(expected_sigma),
+                "{name}: {scores:?}"
+            );
         }
-        let conversion = reference.conversion(amplitude, 0.0).expect("an amplitude");
-        for _ in 0..100 {
-            mean.push(&firing(
-                noise.samples(count, Tone::NONE, 100.0),
-                &conversion,
-            ));
+        // No line, no doubt about it: the uncertainty is that of the scatter.
+        if tone == Tone::NONE {
+            let (value, sigma) = scores[3];
+            assert!(sigma < 0.06 * value, "{name}: {scores:?}");
         }
-        mean.mean().intensity[Receptor::Fa2 as usize].expect("an intensity")
-    });
-    let (sums, per_hertz) = (found[1] / found[0], found[1] / 4.0 / found[0]);
-    assert!((0.97..1.03).contains(&per_hertz), "{per_hertz}");
-    assert!((3.88..4.12).contains(&sums), "{sums}");
+    }
+}
+
+/// A reference of noise is less in a longer window, and one with a line is as much.
+#[test]
+fn one_reference_has_one_conversion_from_windows_of_any_length() {
+    for (name, tone) in [("line", 3.0), ("weak line", 0.3), ("noise", 0.0)] {
+        let found = [1024, 256, 64].map(|count: usize| {
+            let mut noise = noise(8);
+            let cycles = (100.0 * count as f64 / RATE_HZ) as f32;
+            let lines: Vec<SpectralLine> = (0..40)
+                .map(|_| {
+                    let mut samples = noise.samples(count, Tone::at_100_hz(tone), 1.0);
+                    SpectralLine::measure(&mut samples, cycles).expect("a power of two")
+                })
+                .collect();
+            let windows = Windows {
+                measured_s: (count as f64 / RATE_HZ) as f32,
+                wanted_s: 0.5,
+            };
+            SpectralLine::mean(lines.into_iter(), windows).expect("an amplitude")
+        });
+        let (expected, expected_sigma) = found[0];
+        for (amplitude, sigma) in &found[1..] {
+            let off = (amplitude - expected).abs();
+            assert!(off < 3.0 * sigma.hypot(expected_sigma), "{name}: {found:?}");
+        }
+    }
 }
 
 /// The mean of windows, by what is beside the line and by their scatter.
@@ -269,7 +309,7 @@ fn the_amplitude_of_several_windows() {
                         .expect("a power of two")
                 })
                 .collect();
-            SpectralLine::mean(lines.into_iter()).expect("an amplitude")
+            SpectralLine::mean(lines.into_iter(), Windows::same(0.125)).expect("an amplitude")
         };
         let (means, sigmas): (Vec<f64>, Vec<f64>) = (0..400)
             .map(run)

@@ -62,7 +62,10 @@ pub fn feel(
         scale: reading::volts(1, settings.vref_v) / stride as f32,
     };
     let rate_hz = window.frame_rate_hz / stride as f32;
-    let bin_hz = rate_hz / count as f32;
+    let windows = Windows {
+        measured_s: count as f32 / rate_hz,
+        wanted_s: PAPER_WINDOW_S,
+    };
     let known = &settings.feel;
     let conversion = Conversion {
         log_per_um: libm::log10f(known.volts_per_um),
@@ -86,7 +89,7 @@ pub fn feel(
             *power += *amplitude * *amplitude;
         }
         firing.average(
-            &Firing::new(amplitudes, bin_hz, &conversion),
+            &Firing::new(amplitudes, windows, &conversion),
             taxels.count_ones() as usize,
         );
         taxels |= 1 << taxel;
@@ -95,14 +98,13 @@ pub fn feel(
         return Ok(None);
     }
     let per_square_um = known.volts_per_um * known.volts_per_um * taxels.count_ones() as f32;
-    let window_s = count as f32 / rate_hz;
     let ratio = Measured {
         value: known.force_ratio,
         sigma: 0.0,
     };
     let mut feel = Feel {
         t_us: window.end_us,
-        window_s,
+        window_s: windows.measured_s,
         rate_hz,
         taxels,
         faults: FaultSet::NONE,
@@ -114,7 +116,7 @@ pub fn feel(
         },
         soft: None,
         rough: None,
-        levels_db: strongest_in_bands(powers, bin_hz)
+        levels_db: strongest_in_bands(powers, windows.bin_hz())
             .map(|power| power.map_or(NO_LEVEL, |p| decibels(p / per_square_um))),
     };
     score(&mut feel, &firing, &conversion);
@@ -126,22 +128,11 @@ fn score(feel: &mut Feel, firing: &Firing, conversion: &Conversion) {
     let mut mean = MeanFiring::default();
     mean.push(firing);
     let forces = feel.force_ratio.map(|ratio| (ratio.value, ratio.sigma));
-    let as_long_as = |window_s| {
-        Indices::new(
-            &mean,
-            conversion.log_sigma,
-            Windows {
-                measured_s: feel.window_s,
-                wanted_s: window_s,
-            },
-            forces,
-        )
-    };
-    let (per_hz, of_paper) = (as_long_as(1.0), as_long_as(PAPER_WINDOW_S));
-    let measured =
-        |found: Option<(f32, f32)>| found.map(|(value, sigma)| Measured { value, sigma });
-    feel.per_hz = Receptor::ALL.map(|receptor| measured(per_hz.get(receptor as usize)));
-    let of = |score: &Score| measured(score.of(&of_paper));
+    let indices = Indices::new(&mean, conversion.log_sigma, forces);
+    let measured = |(value, sigma)| Measured { value, sigma };
+    let per_hz = |(value, sigma)| measured((value / PAPER_WINDOW_S, sigma / PAPER_WINDOW_S));
+    feel.per_hz = Receptor::ALL.map(|receptor| indices.get(receptor as usize).map(per_hz));
+    let of = |score: &Score| score.of(&indices).map(measured);
     (feel.soft, feel.rough) = (of(&SOFT), of(&ROUGH));
 }
 

@@ -33,8 +33,8 @@ const LATE_FRAMES: u32 = 180;
 const WINDOW_LEAST_FRAMES: u32 = 24;
 /// Default window, seconds, where the plan allows it: the paper's longest.
 const WINDOW_S: f32 = 1.0;
-/// Least default hop, seconds: a fit of four harmonics and the tasks beside it take up to 0.1 s.
-const HOP_LEAST_S: f32 = 0.12;
+/// Least default hop, seconds: a fit of four harmonics and the tasks beside it take up to 0.12 s.
+const HOP_LEAST_S: f32 = 0.15;
 
 /// When the chip converts its own supply, reference, temperature, offset and gain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -454,7 +454,7 @@ mod tests {
         }
         assert_eq!(
             Plan::NAMED.map(|(_, plan)| plan.default_window().1),
-            [0.25, 0.12, 0.12, 0.12, 0.12]
+            [0.25, 0.15, 0.15, 0.15, 0.15]
         );
         assert_eq!(
             (

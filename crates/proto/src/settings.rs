@@ -107,7 +107,7 @@ table::settings! {
     /// `ridgetone feel`. By default nobody knows the conversion of a finger that was not measured.
     feel: Feeling "What a finger feels" {
         /// Amplitude of a taxel's reading over the displacement from peak to peak (equation 6),
-        /// measured in windows as long as those of the events; 0 for no event `feel`.
+        /// as `ridgetone feel` prints it for a window of 3 s; 0 for no event `feel`.
         21 volts_per_um: f32 = 0.0, "V/um", ZeroOr(1e-9, 10.0);
         /// Standard deviation of `feel.volts_per_um` over it.
         22 sigma_share: f32 = 0.0, "share", Between(0.0, 1.0);

@@ -6,8 +6,8 @@ import * as panels from "./panels.js";
 
 const $ = (id) => document.getElementById(id);
 
-// `beside`: another run to compare with, as a state and the seconds by which it is shifted.
-export function drawPlots(plots, state, beside = null) {
+// `beside`: another run to compare with, as a state and the seconds by which it is shifted; `why`: why a run has no estimate.
+export function drawPlots(plots, state, { beside, why }) {
   const { live, spectrum, curves } = state;
   const hasRaw = live.strips.t_s.length > 1;
   const noRaw = state.no_raw ?? "No raw frames yet.";
@@ -17,7 +17,7 @@ export function drawPlots(plots, state, beside = null) {
     .filter((point) => (point.frequency ?? null) !== null && point.span === "window")
     .map((point) => ({ ...point, t_s: point.t_s + beside.shift_s }));
   const { hasTone, beyond } = plots.history.draw(state, Number($("history-s").value), others);
-  plots.history.explain(hasTone ? "" : (live.history.length ? "No frequency in this time." : "No frequency yet: it takes a slide of a window's length."));
+  plots.history.explain(hasTone ? "" : (live.history.length ? "No frequency in this time." : why ? `No frequency: ${why}.` : "No frequency yet: it takes a slide of a window's length."));
   $("history-small").textContent = beyond > 0 ? `${beyond} beyond the axis` : "";
   const isLog = $("spectrum-x").value === "log";
   if (spectrum) plots.spectrum.draw(state, isLog, beside?.state.spectrum ?? null);

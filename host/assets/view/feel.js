@@ -22,13 +22,13 @@ export class FeelPanel extends Plot {
   constructor(card, onZoom) {
     const shown = { thresholds: [], range: LEVELS_DB };
     super(card, onZoom, {
-      x: "frequency, Hz, logarithmic", y: "dB over 1 µm",
+      x: "frequency, Hz, logarithmic", y: "dB over 1 µm", units: ["Hz", "dB"], real: (x) => 10 ** x,
       series: [
-        dots(() => colour("text"), 6),
-        ...LOOKS.map(([name, dash]) => line(() => colour(name), { dash, spanGaps: true, width: 2 })),
+        dots(() => colour("text"), 6, { name: "strongest line" }),
+        ...LOOKS.map(([name, dash]) => line(() => colour(name), { dash, spanGaps: true, width: 2, name: "threshold" })),
       ],
       yRange: () => shown.range,
-      xAxis: { splits: (u, axis, min, max) => numbered(min, max), values: (_, splits) => splits.map((split) => String(Number((10 ** split).toPrecision(6)))) },
+      xAxis: { splits: (u, axis, min, max) => numbered(u, min, max), values: (_, splits) => splits.map((split) => String(Number(this.real(split).toPrecision(6)))) },
       draw: [(u) => paintNames(u, shown.thresholds)],
     });
     [this.shown, this.steady] = [shown, new Steady()];

@@ -11,8 +11,8 @@ export class Fit extends Plot {
     super(card, onZoom, {
       x: "device time, s", y: "mV",
       series: [
-        dots(() => colour("soft"), 4), line(() => colour("accent"), { width: 2 }), line(() => colour("unit2"), { width: 1.5, dash: [4, 4] }),
-        dots(() => colour("unit1"), 3, { scale: "right" }),
+        dots(() => colour("soft"), 4, { name: "as read" }), line(() => colour("accent"), { width: 2, name: "fit" }),
+        line(() => colour("unit2"), { width: 1.5, dash: [4, 4], name: "f alone" }), dots(() => colour("unit1"), 3, { scale: "right", name: "residual" }),
       ],
       yRange: () => axis.read,
       right: {

@@ -24,8 +24,8 @@ export class History extends Plot {
     super(card, onZoom, {
       x: "device time, s", y: "frequency, Hz", ySize: 76,
       series: [
-        edge, edge, line(() => colour("accent")), dots(() => colour("accent"), 6), dots(() => colour("alarm"), 8), dots(() => colour("text"), 10),
-        line(() => colour("other"), { dash: [5, 4], width: 2, points: { show: true, size: 5, fill: () => colour("other") } }),
+        edge, edge, line(() => colour("accent")), dots(() => colour("accent"), 6, { name: "window" }), dots(() => colour("alarm"), 8, { name: "not good" }),
+        dots(() => colour("text"), 10, { name: "whole slide" }), line(() => colour("other"), { name: "other run", dash: [5, 4], width: 2, points: { show: true, size: 5, fill: () => colour("other") } }),
       ],
       yAxis: { values: (_, splits) => splits.map((split) => String(Number(split.toPrecision(8)))) },
       yRange: () => axis.range,
@@ -61,7 +61,7 @@ export class History extends Plot {
     found.sort((a, b) => a.t_s - b.t_s);
     const beyond = this.scale([...beside, ...found]);
     const own = apart(found, GAP * (latest.hello?.settings.hop_s ?? 0.25));
-    const shown = [...own, ...beside.map((point) => ({ t_s: point.t_s, beside: point.frequency }))].sort((a, b) => a.t_s - b.t_s);
+    const shown = [...own, ...beside.map((point) => ({ ...point, beside: point.frequency, frequency: undefined }))].sort((a, b) => a.t_s - b.t_s);
     // To the plot null is a gap, and undefined nothing at all.
     // Good windows are joined to good ones: what is between them is not known.
     const windows = (value) => shown.map((point) => {
@@ -70,6 +70,7 @@ export class History extends Plot {
     });
     const only = (want) => shown.map((point) => ((point.frequency ?? null) !== null && want(point) ? point.frequency : undefined));
     this.plot.axes[1].label = abscissa === "place" ? "cycles per mm" : "frequency, Hz";
+    [this.shown, this.units] = [shown, ["s", abscissa === "place" ? "/mm" : "Hz"]];
     this.show([
       shown.map((point) => point.t_s),
       windows((point) => point.frequency - band(point)),
@@ -81,5 +82,10 @@ export class History extends Plot {
       shown.map((point) => point.beside),
     ], `from ${this.axis.range.map((end) => end.toPrecision(6)).join(" to ")}`);
     return { hasTone: found.some((point) => point.frequency !== null), beyond };
+  }
+
+  measured(series, at) {
+    const { frequency, beside, sigma } = this.shown[at];
+    return { y: frequency ?? beside, sigma };
   }
 }

@@ -1,6 +1,24 @@
 // The messages of the command, folded into one state; host/src/view/hub.rs defines them.
 import { charted } from "./format.js";
 
+// Time over which the pace is measured at most, and at least, seconds.
+const PACE_S = [5, 3];
+
+// How much of its time a board has in a second.
+export class Pace {
+  marks = [];
+
+  // Null as long as it is not known.
+  take(wall_s, now_s) {
+    if (now_s < this.marks.at(-1)?.now_s) this.marks = [];
+    this.marks.push({ wall_s, now_s });
+    this.marks = this.marks.filter((mark) => wall_s - mark.wall_s <= PACE_S[0]);
+    const [first] = this.marks;
+    const span_s = wall_s - first.wall_s;
+    return span_s >= PACE_S[1] ? (now_s - first.now_s) / span_s : null;
+  }
+}
+
 export class Model {
   constructor() {
     this.state = null;

@@ -20,7 +20,8 @@ const tone = (estimate) => {
   return null;
 };
 
-export function tiles({ live, remarks }) {
+// `why`: why there is no estimate.
+export function tiles({ live, remarks }, why = "no estimate yet") {
   const { estimate, whole_slide: whole, health } = live.latest;
   put("frequency", (estimate && tone(estimate)) ?? "none");
   const parts = [];
@@ -28,15 +29,15 @@ export function tiles({ live, remarks }) {
     parts.push(words(estimate.status), ...remarks, `${estimate.span} of ${seconds(estimate.window_s)}, ending at ${seconds(estimate.t_s)}`);
     if (estimate.faults.length) parts.push(`faults: ${estimate.faults.map(words).join(", ")}`);
     if (whole && estimate.span !== "slide" && tone(whole)) parts.push(`slide before: ${tone(whole)}`);
-  } else parts.push("no estimate yet");
+  } else parts.push(why);
   put("frequency-small", parts.join(" · "));
   $("frequency").classList.toggle("alarm", Boolean(estimate && tone(estimate)) && estimate.status !== "good");
   const known = estimate && estimate.spatial_period_mm !== null;
-  const why = estimate ? (estimate.travel === "nothing" ? "not known" : words(estimate.travel)) : "not known";
+  const travel = estimate ? (estimate.travel === "nothing" ? "not known" : words(estimate.travel)) : "not known";
   put("period", known ? withSigma(estimate.spatial_period_mm, estimate.spatial_period_sigma_mm, "mm") : "none");
-  put("period-small", why);
+  put("period-small", travel);
   put("speed", known ? withSigma(estimate.speed_mm_s, estimate.speed_sigma_mm_s, "mm/s") : "none");
-  put("speed-small", estimate?.direction ? `${estimate.direction} ${estimate.direction === "forward" ? "→" : "←"}` : why);
+  put("speed-small", estimate?.direction ? `${estimate.direction} ${estimate.direction === "forward" ? "→" : "←"}` : travel);
   put("phase", PHASES[live.phase] ?? words(live.phase));
   const since = live.phase_since_s === null ? "" : `since ${seconds(live.phase_since_s)} · `;
   put("phase-small", `${since}${live.touches} ${live.touches === 1 ? "touch" : "touches"}`);

@@ -1,10 +1,13 @@
 // Base of all plots: uPlot behind a common look, axes that a few wild values do not stretch, and keys for zoom.
 /* global uPlot */
+import { Cursor } from "./cursor.js";
 
 export const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 
 // Share of the axis that new data may leave unused before it shrinks: a live axis must not tremble.
 const SLACK = 0.4;
+// A point this near to the cursor is read, pixels.
+const NEAR = 30;
 // Times the median deviation from the median.
 const FAR = 8;
 // A step to the side, and a step of zoom, as shares of what is shown.
@@ -49,7 +52,7 @@ export const dots = (stroke, size, more = {}) => ({
   stroke, width: 0, paths: () => null, points: { show: true, size, stroke, fill: stroke, width: 1 }, ...more,
 });
 
-// `series` without x; `draw` of each plot makes the data of a state.
+// `series` without x, each with a `name` if its points can be read; `draw` of each plot makes the data of a state.
 export class Plot {
   constructor(card, onZoom, options) {
     this.box = card.querySelector(".plot");
@@ -57,6 +60,11 @@ export class Plot {
     this.name = card.dataset.name;
     this.title = card.querySelector("h2").textContent;
     this.onZoom = onZoom;
+    this.isZoomed = { x: false, y: false };
+    this.units = options.units ?? ["s", "mV"];
+    this.names = ["", ...options.series.map(({ name }) => name)];
+    // A place on the x axis in its unit.
+    this.real = options.real ?? ((x) => x);
     // Beginning and end of a marked part of the time, each of them or none.
     this.mark = [null, null];
     const axis = (label, size, more = {}) => ({
@@ -68,20 +76,37 @@ export class Plot {
       ...this.size(),
       padding: [10, right ? 4 : 12, 0, 0],
       legend: { show: false },
-      cursor: { drag: { x: true, y: true, uni: 30 }, points: { show: false } },
+      cursor: { drag: { x: true, y: true, uni: 30 }, points: { show: false }, hover: { skip: [null, undefined], prox: NEAR } },
       scales: { x: { time: false }, y: { range: options.yRange }, ...(right ? { right: { range: right.range } } : {}) },
       axes: [
         axis(options.x, 38, options.xAxis), axis(options.y, options.ySize ?? 62, options.yAxis),
         ...(right ? [axis(right.label, 54, { scale: "right", side: 1, grid: { show: false }, splits: right.splits })] : []),
       ],
       series: [{}, ...options.series],
-      hooks: { setSelect: [(u) => (u.select.width > 0 || u.select.height > 0) && onZoom()], drawClear: [(u) => this.paintMark(u), ...(options.below ?? [])], draw: options.draw ?? [] },
+      hooks: {
+        setSelect: [(u) => this.zoomed(u)], setCursor: [() => this.cursor?.show()],
+        drawClear: [(u) => this.paintMark(u), ...(options.below ?? [])], draw: options.draw ?? [],
+      },
     }, [[], ...options.series.map(() => [])], this.box);
+    this.plot.over.addEventListener("dblclick", () => this.reset());
+    this.cursor = new Cursor(this);
     new ResizeObserver(() => this.plot.setSize(this.size())).observe(this.box);
     this.box.tabIndex = 0;
     this.box.setAttribute("role", "group");
-    this.box.setAttribute("aria-label", `${this.title}, plot. Plus and minus zoom, the arrows move, 0 shows all.`);
+    this.box.setAttribute("aria-label", `${this.title}, plot. Plus and minus zoom, the arrows move, 0 shows all. With shift the arrows move a cursor, enter marks a point.`);
     this.box.addEventListener("keydown", (event) => this.key(event));
+  }
+
+  // After a drag.
+  zoomed({ select: { width, height }, over }) {
+    if (!(width > 0 || height > 0)) return;
+    this.isZoomed = { x: this.isZoomed.x || (width > 0 && width < over.clientWidth), y: this.isZoomed.y || (height > 0 && height < over.clientHeight) };
+    this.onZoom();
+  }
+
+  // The next data show all.
+  reset() {
+    this.isZoomed = { x: false, y: false };
   }
 
   paintMark(u) {
@@ -92,7 +117,8 @@ export class Plot {
     u.ctx.fillStyle = colour("band");
     if (from !== null && until !== null) u.ctx.fillRect(inside(from), top, inside(until) - inside(from), height);
     u.ctx.fillStyle = colour("accent");
-    for (const x of [from, until]) if (x !== null && x === inside(x)) u.ctx.fillRect(x - 1, top, 2, height);
+    const points = this.cursor.points.map(({ x }) => u.valToPos(x, "x", true));
+    for (const x of [from, until, ...points]) if (x !== null && x === inside(x)) u.ctx.fillRect(x - 1, top, 2, height);
     u.ctx.restore();
   }
 
@@ -107,11 +133,15 @@ export class Plot {
       ArrowRight: [min + STEP * span, max + STEP * span],
     }[event.key === "=" ? "+" : event.key];
     if (event.ctrlKey || event.metaKey || event.altKey || !(span > 0)) return;
-    if (to) {
+    if ((event.shiftKey && event.key.startsWith("Arrow")) || ["Enter", "Escape"].includes(event.key)) this.cursor.key(event.key);
+    else if (to) {
       this.onZoom();
+      this.isZoomed.x = true;
       this.plot.setScale("x", { min: to[0], max: to[1] });
-    } else if (event.key === "0") this.plot.setData(this.plot.data);
-    else return;
+    } else if (event.key === "0") {
+      this.reset();
+      this.plot.setData(this.plot.data);
+    } else return;
     event.preventDefault();
   }
 
@@ -119,11 +149,22 @@ export class Plot {
     return { width: Math.max(200, this.box.clientWidth), height: Math.max(120, this.box.clientHeight) };
   }
 
-  // `shown`: what the axes show, for those who do not see them.
+  // `shown`: what the axes show, for those who do not see them. What is zoomed stays so, and moves with the time.
   show(data, shown = "") {
+    const { x, y } = Object.fromEntries(["x", "y"].map((name) => [name, { min: this.plot.scales[name].min, max: this.plot.scales[name].max }]));
+    const by = this.units[0] === "s" ? data[0].at(-1) - this.data?.[0].at(-1) || 0 : 0;
     this.data = data;
-    this.plot.setData(data);
+    this.plot.batch(() => {
+      this.plot.setData(data);
+      if (this.isZoomed.x) this.plot.setScale("x", { min: x.min + by, max: x.max + by });
+      if (this.isZoomed.y) this.plot.setScale("y", y);
+    });
     this.box.setAttribute("aria-description", shown);
+  }
+
+  // A point of a series in its units, where the height is not the value.
+  measured(series, at) {
+    return { y: this.data[series][at] };
   }
 
   // Shows the reason instead of an empty plot; none for a plot with data.

@@ -39,6 +39,12 @@ const value = (point) => {
 };
 const period = (point) => (point && point.spatial_period_mm !== null ? withSigma(point.spatial_period_mm, point.spatial_period_sigma_mm, "mm") : "");
 
+// A file's name with the note in it.
+const named = ({ name, note }) => {
+  const words = note.replace(/[^\p{L}\p{N}]+/gu, "-").replace(/^-|-$/g, "");
+  return words === "" ? name : name.replace(/(\.[^.]*)?$/, (ending) => `-${words}${ending}`);
+};
+
 // How far two runs are apart, in words.
 export function difference(one, other) {
   const [a, b] = [one?.estimate, other?.estimate];
@@ -78,7 +84,9 @@ export function begin({ look, changed, shown }) {
     list();
     changed();
   });
+  const isMeant = (run) => !run.is_unsaved || window.confirm(`${run.name} is not saved, and goes when it is closed.`);
   const close = (run) => trying(async () => {
+    if (!isMeant(run)) return;
     await post(`/runs/${run.id}/close`, "");
     runs = runs.filter(({ id }) => id !== run.id);
     if (beside?.run.id === run.id) beside = null;
@@ -87,11 +95,29 @@ export function begin({ look, changed, shown }) {
     changed();
   });
 
+  const reload = (run) => trying(async () => {
+    const found = JSON.parse(await post(`/runs/${run.id}/reload`, ""));
+    say(found.remark ?? "");
+    update(found);
+    if (beside?.run.id === run.id) beside = null;
+    if (shown()?.id === run.id) await look(found);
+    changed();
+  });
+  const noteOf = (run) => {
+    const input = Object.assign(document.createElement("input"), { type: "text", value: run.note, maxLength: 200, placeholder: "note" });
+    input.setAttribute("aria-label", `note on ${run.name}`);
+    input.addEventListener("change", () => trying(async () => {
+      await post(`/runs/${run.id}/note`, input.value, "text/plain");
+      update({ ...run, note: input.value });
+    }));
+    return input;
+  };
+
   function list() {
     $("run-list").hidden = runs.length === 0;
     $("run-rows").replaceChildren(...runs.map((run) => {
       const row = document.createElement("tr");
-      const cells = [run.name, seconds(run.until_s - run.from_s), `${run.touches}`, value(run.estimate), period(run.estimate)];
+      const cells = [run.is_unsaved ? `${run.name}, not saved` : run.name, seconds(run.until_s - run.from_s), `${run.touches}`, value(run.estimate), period(run.estimate)];
       row.append(...cells.map((text) => Object.assign(document.createElement("td"), { textContent: text })));
       const actions = document.createElement("td");
       const button = (text, act, isPressed) => {
@@ -101,13 +127,17 @@ export function begin({ look, changed, shown }) {
         made.addEventListener("click", act);
         return made;
       };
-      const save = Object.assign(document.createElement("a"), { href: `/runs/${run.id}/file`, download: run.name, textContent: "Save" });
+      const save = Object.assign(document.createElement("a"), { href: `/runs/${run.id}/file`, download: named(run), textContent: "Save" });
       save.className = "button";
+      // The browser takes the link first.
+      save.addEventListener("click", () => setTimeout(() => update({ ...of(run.id), is_unsaved: false })));
       save.setAttribute("aria-label", `Save ${run.name}`);
       actions.append(
         button("Look", () => trying(() => look(run)), shown()?.id === run.id),
-        button("Compare", () => compare(run), beside?.run.id === run.id), save, button("Close", () => close(run)),
+        button("Compare", () => compare(run), beside?.run.id === run.id), save,
+        ...(run.can_reload ? [button("Reload", () => reload(run))] : []), button("Close", () => close(run)),
       );
+      row.firstChild.append(document.createElement("br"), noteOf(run));
       row.append(actions);
       return row;
     }));
@@ -127,6 +157,9 @@ export function begin({ look, changed, shown }) {
     document.body.classList.remove("dropping");
     for (const file of event.dataTransfer.files) await open(file.name, file);
   });
+  // Without the page nobody would save them.
+  window.addEventListener("beforeunload", (event) => runs.some((run) => run.is_unsaved) && event.preventDefault());
+  $("clear").addEventListener("click", () => trying(() => post("/clear", "")));
   $("record").addEventListener("click", () => trying(async () => {
     const ended = await post("/record", "");
     if (ended === "") return;
@@ -151,7 +184,7 @@ export function begin({ look, changed, shown }) {
 export function showRecording({ recording_s: length_s, live }) {
   const isOn = (length_s ?? null) !== null;
   $("record").hidden = live.connection.state === "over" && !isOn;
-  $("latest").hidden = live.counts.received === 0;
+  $("latest").hidden = $("clear").hidden = live.counts.received === 0;
   $("record").setAttribute("aria-pressed", String(isOn));
   $("record").textContent = isOn ? `Stop, ${length_s.toFixed(0)} s` : "Record";
 }

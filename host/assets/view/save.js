@@ -52,7 +52,7 @@ const TABLES = {
   },
   spectrum(_, plot) {
     const [x, db, rest] = plot.data ?? [[], [], []];
-    const rows = x.map((value, bin) => [value, plot.toHz(value), db[bin], rest[bin]]).filter(([value]) => plot.shows(value));
+    const rows = x.map((value, bin) => [value, plot.real(value), db[bin], rest[bin]]).filter(([value]) => plot.shows(value));
     return table(["frequency_hz", "power_db", "rest_db"], rows.map(([, ...row]) => row));
   },
   fit(_, plot) {

@@ -1,21 +1,24 @@
 // The spectrum in decibels: with the tone, its harmonics, and the noise beside it.
 import { Plot, Steady, colour, line, quantile } from "./plot.js";
 
-// Multiples of a power of ten that get a number on a logarithmic axis.
-const NUMBERED = [1, 2, 5];
+// Multiples of a power of ten that get a number on a logarithmic axis: the first ones for which there is room.
+const NUMBERED = [[1, 2, 5], [1, 3], [1]];
+// Width of a digit, and the gap between two numbers, pixels.
+const DIGIT = 7;
+const GAP = 6;
 // The axis ends at so many decibels below what nearly all bins have.
 const MARGIN_DB = 6;
 
+const label = (hz) => String(Number(hz.toPrecision(6)));
+
 // Places of numbers on an axis of logarithms to the base of ten.
-export const numbered = (min, max) => {
-  const found = [];
-  for (let power = Math.floor(min); power <= max; power += 1) {
-    for (const multiple of NUMBERED) {
-      const x = power + Math.log10(multiple);
-      if (x >= min && x <= max) found.push(x);
-    }
-  }
-  return found;
+export const numbered = (u, min, max) => {
+  const decade = u.bbox.width / window.devicePixelRatio / (max - min);
+  const powers = Array.from({ length: Math.floor(max) - Math.floor(min) + 1 }, (_, at) => Math.floor(min) + at);
+  const places = (multiples) => powers.flatMap((power) => multiples.map((multiple) => power + Math.log10(multiple))).filter((x) => x >= min && x <= max);
+  // A number is in the middle of its place.
+  const fits = (found) => found.every((x, at) => at === 0 || (x - found[at - 1]) * decade > label(10 ** x).length * DIGIT + GAP);
+  return NUMBERED.map(places).find(fits) ?? [];
 };
 
 export class Spectrum extends Plot {
@@ -23,26 +26,25 @@ export class Spectrum extends Plot {
     const shown = { lines: [], residual: null, isLog: false, floor: -70 };
     const toX = (hz) => (shown.isLog ? Math.log10(hz) : hz);
     super(card, onZoom, {
-      x: "frequency, Hz", y: "share of power, dB",
-      series: [line(() => colour("accent")), line(() => colour("unit1"), { width: 1 }), line(() => colour("other"), { dash: [5, 4] })],
+      x: "frequency, Hz", y: "share of power, dB", units: ["Hz", "dB"], real: (x) => (shown.isLog ? 10 ** x : x),
+      series: [
+        line(() => colour("accent"), { name: "power" }), line(() => colour("unit1"), { width: 1, name: "residual" }),
+        line(() => colour("other"), { dash: [5, 4], name: "other run" }),
+      ],
       yRange: () => [shown.floor, 0],
       xAxis: {
         splits: (u, axis, min, max, increment) => {
-          if (shown.isLog) return numbered(min, max);
+          if (shown.isLog) return numbered(u, min, max);
           const first = Math.ceil(min / increment);
           return Array.from({ length: Math.max(0, Math.floor(max / increment) - first + 1) }, (_, at) => (first + at) * increment);
         },
-        values: (_, splits) => splits.map((split) => String(Number((shown.isLog ? 10 ** split : split).toPrecision(6)))),
+        values: (_, splits) => splits.map((split) => label(this.real(split))),
       },
       below: [(u) => paintNeighbourhood(u, shown.residual, toX)],
       draw: [(u) => paintLines(u, shown.lines, toX)],
     });
     [this.shown, this.toX] = [shown, toX];
     this.steady = new Steady();
-  }
-
-  toHz(x) {
-    return this.shown.isLog ? 10 ** x : x;
   }
 
   // `beside`: the spectrum of another run.
@@ -88,6 +90,7 @@ function paintLines(u, lines, toX) {
   const scale = window.devicePixelRatio;
   u.ctx.strokeStyle = u.ctx.fillStyle = colour("alarm");
   u.ctx.font = `${12 * scale}px system-ui`;
+  [u.ctx.textAlign, u.ctx.textBaseline] = ["left", "alphabetic"];
   let labelled = -Infinity;
   lines.forEach(({ frequency_hz: hz }, at) => {
     if (!within(u, toX(hz))) return;
@@ -97,9 +100,11 @@ function paintLines(u, lines, toX) {
     u.ctx.moveTo(x, u.bbox.top);
     u.ctx.lineTo(x, u.bbox.top + u.bbox.height);
     u.ctx.stroke();
-    if (x < labelled) return;
-    labelled = x + 20 * scale;
-    u.ctx.fillText(at === 0 ? "f" : `${at + 1}f`, x + 3 * scale, u.bbox.top + 12 * scale);
+    const name = at === 0 ? "f" : `${at + 1}f`;
+    const end = x + 3 * scale + u.ctx.measureText(name).width;
+    if (x < labelled || end > u.bbox.left + u.bbox.width) return;
+    labelled = end + 3 * scale;
+    u.ctx.fillText(name, x + 3 * scale, u.bbox.top + 12 * scale);
   });
   u.ctx.restore();
 }

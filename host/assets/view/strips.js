@@ -27,7 +27,7 @@ const middle = (values) => {
 export class Strips extends Plot {
   constructor(card, onZoom) {
     const apart = { mv: 1, rows: TAXELS };
-    const series = Array.from({ length: TAXELS }, (_, taxel) => line(() => colour(unit(taxel)), { width: 1.25 }));
+    const series = Array.from({ length: TAXELS }, (_, taxel) => line(() => colour(unit(taxel)), { width: 1.25, name: `taxel ${taxel}` }));
     const rows = () => Array.from({ length: apart.rows }, (_, row) => (row + 1 - apart.rows) * apart.mv);
     super(card, onZoom, {
       x: "device time, s", y: "taxel", ySize: 34, series,
@@ -46,11 +46,9 @@ export class Strips extends Plot {
     const end = strips.t_s.at(-1);
     const from = Math.max(0, strips.t_s.findIndex((t_s) => t_s > end - length_s));
     const t_s = strips.t_s.slice(from);
-    const mv = strips.volts.slice(0, this.apart.rows).map((values) => {
-      const part = values.slice(from);
-      const zero = middle(part);
-      return part.map((value) => (value === null ? null : 1e3 * (value - zero)));
-    });
+    const parts = strips.volts.slice(0, this.apart.rows).map((values) => values.slice(from).map((value) => (value === null ? null : 1e3 * value)));
+    this.zeros = parts.map(middle);
+    const mv = parts.map((values, row) => values.map((value) => (value === null ? null : value - this.zeros[row])));
     const swings = mv.map((values) => robust(values)).map((range) => (range ? range[1] - range[0] : 0)).sort((a, b) => a - b);
     const wanted = Math.max(0.02, 0.6 * swings[Math.floor(SWING * swings.length)]);
     if (wanted > this.apart.mv || wanted < SLACK * 0.5 * this.apart.mv) this.apart.mv = round125(wanted);
@@ -63,5 +61,10 @@ export class Strips extends Plot {
     // An empty point in each gap, from the last on, so that places hold.
     for (const at of missing) apart.forEach((values, column) => values.splice(at, 0, column === 0 ? 0.5 * (t_s[at - 1] + t_s[at]) : null));
     this.show(apart, rows);
+  }
+
+  measured(series, at) {
+    const row = series - 1;
+    return { y: this.data[series][at] + row * this.apart.mv + this.zeros[row] };
   }
 }

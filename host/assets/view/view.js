@@ -1,5 +1,5 @@
 // The page: takes the messages of the command, and shows them, or a run, unless it is paused.
-import { Model } from "./model.js";
+import { Model, Pace } from "./model.js";
 import { drawMap, drawPlots } from "./draw.js";
 import { FeelPanel } from "./feel.js";
 import { Fit } from "./fit.js";
@@ -15,12 +15,15 @@ import * as settings from "./settings.js";
 const $ = (id) => document.getElementById(id);
 // Elements that have keys of their own.
 const OWN_KEYS = ["BUTTON", "SELECT", "INPUT", "A"];
+// Below this pace an emulated board is slow.
+const SLOW = 0.95;
 const model = new Model();
 // The state when the page was paused.
 let paused = null;
 let isConnected = false;
 let isDue = false;
 let source = null;
+let pace = new Pace();
 // Whether the file of a command without a board was shown.
 let hasLooked = false;
 
@@ -76,9 +79,10 @@ function lookAtFile({ live }) {
 function showStatus({ state }) {
   // Without the command nothing can be asked of it, and what is shown is old.
   document.body.classList.toggle("gone", !isConnected);
-  for (const id of ["record", "latest"]) $(id).disabled = !isConnected;
+  for (const id of ["clear", "record", "latest"]) $(id).disabled = !isConnected;
   for (const id of ["runs", "settings"]) $(id).inert = !isConnected;
-  $("status").textContent = isConnected ? state.status : "The command cannot be reached: it has ended, or is being restarted. Trying again every second.";
+  const status = scrub.run?.touches === 0 ? "No touch was found in this run." : state.status;
+  $("status").textContent = isConnected ? status : "The command cannot be reached: it has ended, or is being restarted. Trying again every second.";
   $("status").classList.toggle("alarm", !isConnected || ["disconnected", "waiting"].includes(state.live.connection.state));
 }
 
@@ -92,11 +96,12 @@ function draw(withPlots) {
   const { live } = state;
   const { run } = scrub;
   document.title = `Ridgetone · ${live.source}`;
-  $("source").textContent = live.now_s === null ? live.source : `${live.source}, ${live.now_s.toFixed(1)} s`;
+  $("source").textContent = [live.source + slowness(), ...(live.now_s === null ? [] : [`${live.now_s.toFixed(1)} s`])].join(", ");
   $("version").textContent = `Ridgetone ${state.version}.`;
   $("pause").hidden = run !== null;
   document.body.classList.toggle("looking", run !== null);
-  panels.tiles(state);
+  const why = run?.why_none ?? undefined;
+  panels.tiles(state, why);
   panels.health(found);
   panels.log(live);
   settings.show(run === null ? state : { ...state, can_set: run.frames > 0 && Boolean(live.latest.hello) }, run);
@@ -105,7 +110,14 @@ function draw(withPlots) {
   plots.strips.setRows(run?.channels ?? null);
   const mark = run === null ? [null, null] : scrub.mark;
   [plots.strips, plots.history].forEach((plot) => { plot.mark = mark; });
-  drawPlots(plots, state, compared(run, live));
+  drawPlots(plots, state, { beside: compared(run, live), why });
+}
+
+// A slow computer is not a slow finger.
+function slowness() {
+  const { source: name, now_s } = model.state.live;
+  const found = scrub.run === null && name === "emulated board" && now_s !== null ? pace.take(1e-3 * performance.now(), now_s) : null;
+  return found !== null && found < SLOW ? ` (${found.toFixed(2)} of real time)` : "";
 }
 
 // The run to compare with, its first contact at that of this one; at a board its end is now.
@@ -120,6 +132,7 @@ function compared(run, live) {
 
 function connect() {
   source?.close();
+  pace = new Pace();
   source = new EventSource("/events");
   const on = (take) => (event) => {
     isConnected = true;
@@ -140,7 +153,7 @@ $("pause").addEventListener("click", () => pause(paused === null));
 document.addEventListener("keydown", (event) => {
   // A slider does nothing with the space.
   const { tagName, type } = event.target;
-  const hasOwn = OWN_KEYS.includes(tagName) && ((event.key === " " && type !== "range") || type === "number");
+  const hasOwn = OWN_KEYS.includes(tagName) && ((event.key === " " && type !== "range") || ["number", "text"].includes(type));
   if (hasOwn || event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented) return;
   if (!scrub.key(event.key)) {
     if (event.key !== " ") return;
@@ -148,7 +161,12 @@ document.addEventListener("keydown", (event) => {
   }
   event.preventDefault();
 });
-for (const select of document.querySelectorAll("select")) select.addEventListener("change", drawAll);
+for (const select of document.querySelectorAll("select")) {
+  select.addEventListener("change", () => {
+    plots[select.closest(".card")?.dataset.name]?.reset();
+    drawAll();
+  });
+}
 for (let taxel = 0; taxel < 16; taxel += 1) $("taxel").add(new Option(String(taxel)));
 for (const button of document.querySelectorAll("[data-save]")) {
   button.addEventListener("click", () => {
@@ -174,6 +192,6 @@ settings.begin(async (wanted) => {
   Object.assign(scrub.run, found);
   list.update(found);
   await scrub.go(scrub.t_s);
-  return "These are this run's estimates with the new settings.";
+  return found.why_none === null ? "These are this run's estimates with the new settings." : `No window has an estimate: ${found.why_none}.`;
 });
 connect();

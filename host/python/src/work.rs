@@ -147,15 +147,16 @@ pub fn feel(
         columns,
         ..Selection::default()
     };
-    let options = felt::Options {
-        selection,
-        window_s,
-        reference,
-    };
     let run = || -> Result<_> {
         let coefficients = coefficients
             .as_deref()
             .map_or_else(|| Ok(felt::Coefficients::paper()), felt::Coefficients::load)?;
+        let options = felt::Options {
+            selection,
+            window_s,
+            as_window_s: coefficients.window_s,
+            reference,
+        };
         let felt = felt::measure(&samples.0, &options, &mut |_| {})?;
         Ok((
             felt::json(&felt, &coefficients, m)?,

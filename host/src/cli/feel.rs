@@ -10,7 +10,7 @@ use crate::table_fit::Selection;
 use anyhow::{Context, Result, bail};
 use clap::{Args, Subcommand};
 use hal_mock::TimeColumn;
-use ridgetone_feel::{Reference, force_ratio};
+use ridgetone_feel::{PAPER_WINDOW_S, Reference, force_ratio};
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
@@ -21,8 +21,8 @@ use std::path::{Path, PathBuf};
     after_help = "\
 FILE.csv has a header, then one row a sample, in any unit; a column time_s is the time in seconds. The reference is a
 surface of known roughness: its amplitude at speed over RSm makes the unit micrometres. Use the sliding part alone:
---from and --to count for the reference's file too. An intensity is the sum over the bins of a window of the decades above
-the receptor's threshold; per hertz it is the same with one term a hertz. Scores go from 1 to 7.
+--from and --to count for the reference's file too. An intensity is the sum over the bins of a window of 3 s of the decades
+above the receptor's threshold; per hertz it is the same with one term a hertz. Scores go from 1 to 7.
 
 Examples:
   ridgetone feel vibration.csv --rate 10000 --reference ra_um=0.5,rsm_mm=0.1,speed_mm_s=10
@@ -116,8 +116,8 @@ struct MeasureOptions {
     /// Columns to use, at most 16 [default: all but time_s].
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     columns: Vec<String>,
-    /// Longest window, seconds: the next shorter power of two of rows is taken, at most 32768
-    /// [default: as long as fits].
+    /// Longest window, seconds [default: the window of the coefficients, the paper's 3 s]. From
+    /// others the intensities of that window are estimated, less surely.
     #[arg(long, value_name = "S", value_parser = positive)]
     window: Option<f64>,
 }
@@ -215,7 +215,7 @@ fn image_ratio(path: &Path, gain: f64) -> Result<(f32, f32)> {
 }
 
 impl MeasureOptions {
-    fn options(self) -> Options {
+    fn options(self, as_window_s: f64) -> Options {
         let Self {
             reference,
             rate: rate_hz,
@@ -233,6 +233,7 @@ impl MeasureOptions {
                 ..Selection::default()
             },
             window_s,
+            as_window_s,
             reference,
         }
     }
@@ -264,7 +265,8 @@ impl FeelArgs {
             .transpose()?;
         let m = self.m.or(by_image);
         let samples = Samples::file_with(&file, self.time_column)?;
-        let felt = with_progress(|progress| feel::measure(&samples, &measure.options(), progress))?;
+        let options = measure.options(coefficients.window_s);
+        let felt = with_progress(|progress| feel::measure(&samples, &options, progress))?;
         if let Some(guessed) = &felt.guessed {
             note!("{}: {guessed}", felt.file);
         }
@@ -282,7 +284,7 @@ impl FeelArgs {
 
 impl TrainArgs {
     fn run(self) -> Result<()> {
-        let options = self.measure.options();
+        let options = self.measure.options(PAPER_WINDOW_S.into());
         let criteria = Criteria {
             enter: self.enter,
             remove: self.remove,

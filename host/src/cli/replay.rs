@@ -10,13 +10,18 @@ use crate::output::with_progress;
 use crate::profile::Profile;
 use crate::recording::Recorded;
 use crate::replay::Motion;
+use crate::seen::Seen;
 use crate::usage::{NoEstimate, UsageError};
 use crate::{odometry, recording, replay, stop};
 use anyhow::Result;
 use clap::Args;
 use ridgetone_proto::settings::Settings;
-use ridgetone_proto::telemetry::{Event, Packet};
+use ridgetone_proto::telemetry::Packet;
 use std::path::{Path, PathBuf};
+
+/// What to do with a recording without a slide.
+const ALWAYS: &str =
+    "`slide.rule = \"always\"` in a file for --settings takes all of it as a slide";
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -91,7 +96,10 @@ impl ReplayArgs {
             with_progress(|progress| replay::run(input, settings, motion, &mut sink, progress))?;
         drop(printer);
         report(outcome.counts);
-        match (&self.input.file, seen.why_no_estimate(settings.window_s)) {
+        match (
+            &self.input.file,
+            seen.why_no_estimate(settings.window_s, ALWAYS),
+        ) {
             (Some(file), Some(why)) => Err(NoEstimate(format!("{}: {why}", file.display())).into()),
             _ => Ok(()),
         }
@@ -114,43 +122,5 @@ impl ReplayArgs {
             Requester::default(),
             self.lines,
         )
-    }
-}
-
-/// What a recording has shown of a touch.
-#[derive(Default)]
-struct Seen {
-    estimates: u64,
-    /// The longest slide that has ended, seconds.
-    slide_s: Option<f64>,
-}
-
-impl Seen {
-    fn take(&mut self, event: &Event) {
-        match event {
-            Event::Estimate(_) => self.estimates += 1,
-            Event::Slide(slide) => {
-                let length_s = |end_us: u64| (end_us - slide.start_us) as f64 * 1e-6;
-                let longest_s = self.slide_s.unwrap_or(0.0);
-                let ended_s = slide.end_us.map(length_s);
-                self.slide_s = ended_s
-                    .map(|ended_s| ended_s.max(longest_s))
-                    .or(self.slide_s);
-            }
-            _ => {}
-        }
-    }
-
-    /// Why nothing was estimated.
-    fn why_no_estimate(&self, window_s: f32) -> Option<String> {
-        if self.estimates > 0 {
-            return None;
-        }
-        Some(match self.slide_s {
-            Some(slide_s) => format!(
-                "its longest slide, {slide_s:.2} s, fills no window of {window_s} s: choose a shorter --window"
-            ),
-            None => "no slide was found: one begins with contact and hold; `slide.rule = \"always\"` in a file for --settings takes all of it as a slide".into(),
-        })
     }
 }

@@ -34,7 +34,7 @@ pub fn find() -> Result<PathBuf> {
         .map(|target| target.join(IMAGE))
         .find(|image| image.is_file());
     found.with_context(|| {
-        format!("no firmware image target/{IMAGE}: build it with `cargo xtask firmware --board emulated` in a clone of the repository, and run this in there or name the file with --elf FILE")
+        format!("firmware image target/{IMAGE} not found: build it with `cargo xtask firmware --board emulated` in a clone of the repository, and run this in there or name the file with --elf FILE")
     })
 }
 

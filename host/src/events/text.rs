@@ -2,7 +2,7 @@
 
 use super::rows::{self, Column};
 use super::serializable;
-use crate::digits::{seconds, two_digits, with_sigma};
+use crate::digits::{seconds, significant, two_digits, with_sigma};
 use crate::feel::event::words;
 use crate::names::name;
 use crate::overtones::overtones;
@@ -185,13 +185,16 @@ fn image(e: &Image) -> String {
         Hold::AfterSlide => "after the slide",
     };
     let sigma = match static_image::greatest_sigma_v(e) {
-        Some(sigma_v) => format!("mV +- {:.4} mV at most", 1e3 * sigma_v),
+        Some(sigma_v) => {
+            let sigma_mv = significant(f64::from(1e3 * sigma_v), 2);
+            format!("mV, sigma at most {sigma_mv} mV")
+        }
         None => "every taxel is dead".into(),
     };
     let length_s = seconds(e.end_us) - seconds(e.start_us);
     let map = static_image::text(e, &format!("{:22}", ""));
     format!(
-        "{hold}, mean of {length_s:.3} s since {:.3} s; {sigma}\n{}",
+        "{hold}: mean over {length_s:.3} s from {:.3} s; {sigma}\n{}",
         seconds(e.start_us),
         map.trim_end()
     )

@@ -594,7 +594,7 @@ pub struct Feel {
 pub struct Receptor {
     /// Kind of the receptor: `fa1`, `fa2`, `sa1` or `sa2`.
     pub receptor: &'static str,
-    /// Firing intensity: the sum over the window's bins.
+    /// Firing intensity: the sum over the bins of a window of 3 s.
     pub intensity: Option<f32>,
     /// Standard deviation of the intensity.
     pub intensity_sigma: Option<f32>,

@@ -150,11 +150,11 @@ impl Following {
                                 gives: Some(gives), ..
                             }) => {
                                 format!(
-                                    "In force until the board's next start: {}.",
+                                    "Applied, not stored (lost at the next restart): {}.",
                                     events::given(gives)
                                 )
                             }
-                            _ => "In force until the board's next start.".into(),
+                            _ => "Applied, not stored (lost at the next restart).".into(),
                         };
                         self.set_ended(text, !is_done);
                     }

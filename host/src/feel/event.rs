@@ -5,7 +5,7 @@ use super::words::{OUTSIDE_SCALE, absent, in_short, is_outside_scale, needs};
 use crate::digits::{seconds, with_sigma};
 use crate::events::view;
 use crate::names::name;
-use ridgetone_feel::{Firing, Indices, ROUGH, Receptor, SOFT, Score, band_hz};
+use ridgetone_feel::{Firing, Indices, PAPER_WINDOW_S, ROUGH, Receptor, SOFT, Score, band_hz};
 use ridgetone_proto::telemetry::{Feel, Measured, NO_LEVEL, RECEPTORS};
 
 /// The scores of the board.
@@ -19,8 +19,8 @@ impl From<&Feel> for view::Feel {
             let per_hz = feel.per_hz[kind as usize];
             view::Receptor {
                 receptor: NAMES[kind as usize],
-                intensity: value(per_hz).map(|per_hz| per_hz * feel.window_s),
-                intensity_sigma: sigma(per_hz).map(|per_hz| per_hz * feel.window_s),
+                intensity: value(per_hz).map(|per_hz| per_hz * PAPER_WINDOW_S),
+                intensity_sigma: sigma(per_hz).map(|per_hz| per_hz * PAPER_WINDOW_S),
                 intensity_per_hz: value(per_hz),
                 intensity_per_hz_sigma: sigma(per_hz),
                 absent: why(feel, kind),

@@ -27,18 +27,21 @@ pub fn draw(felt: &Felt) -> String {
     });
     let (least, most) = (least.floor().max(most.ceil() - DECADES_MAX), most.ceil());
     let mut curves = vec![Curve {
-        name: String::new(),
+        name: "spectrum".to_owned(),
         look: Look::Data,
         points,
     }];
     for (number, receptor) in Receptor::ALL.into_iter().enumerate() {
         let fires = match felt.firing.mean().intensity[number] {
-            Some(intensity) => significant((intensity * bin_hz as f32).into(), 3),
-            None => "absent".to_owned(),
+            Some(intensity) => {
+                let per_hz = significant(f64::from(intensity) / felt.as_window_s, 3);
+                format!("intensity {per_hz} a hertz")
+            }
+            None => "not known".to_owned(),
         };
         let ends = receptor.threshold_ends();
         curves.push(Curve {
-            name: format!("{}: {fires} per hertz", receptor.name()),
+            name: format!("{} threshold, {fires}", receptor.name()),
             look: Look::Line(number),
             points: ends
                 .as_flattened()

@@ -5,7 +5,7 @@ use super::measure::{Channel, Felt};
 use super::words::{OUTSIDE_SCALE, absent, is_outside_scale, needs};
 use crate::digits::{plus_minus, significant};
 use crate::events::view::{Receptor as ReceptorView, Score as ScoreView};
-use ridgetone_feel::{Indices, MeanFiring, Receptor, Score, Windows};
+use ridgetone_feel::{Indices, MeanFiring, Receptor, Score};
 use serde::Serialize;
 use std::fmt::Write;
 
@@ -15,6 +15,7 @@ struct Json<'a> {
     file: &'a str,
     rate_hz: f64,
     window_s: f64,
+    as_window_s: f64,
     windows: u32,
     rows: usize,
     rows_missing: usize,
@@ -48,6 +49,7 @@ pub fn json(
         file: &felt.file,
         rate_hz: felt.rate_hz,
         window_s: felt.window_s,
+        as_window_s: felt.as_window_s,
         windows: felt.firing.windows(),
         rows: felt.rows,
         rows_missing: felt.rows_missing,
@@ -83,22 +85,16 @@ fn json_channel<'a>(
 }
 
 fn receptors(felt: &Felt, firing: &MeanFiring, log_sigma: f32) -> Vec<ReceptorView> {
-    let as_window = |wanted_s: f64| {
-        let windows = Windows {
-            measured_s: felt.window_s as f32,
-            wanted_s: wanted_s as f32,
-        };
-        Indices::new(firing, log_sigma, windows, None)
-    };
-    let (window, second) = (as_window(felt.window_s), as_window(1.0));
+    let indices = Indices::new(firing, log_sigma, None);
     let receptor = |receptor: Receptor| {
-        let (window, second) = (window.get(receptor as usize), second.get(receptor as usize));
+        let found = indices.get(receptor as usize);
+        let per_hz = |value: f32| value / felt.as_window_s as f32;
         ReceptorView {
             receptor: NAMES[receptor as usize],
-            intensity: window.map(|(value, _)| value),
-            intensity_sigma: window.map(|(_, sigma)| sigma),
-            intensity_per_hz: second.map(|(value, _)| value),
-            intensity_per_hz_sigma: second.map(|(_, sigma)| sigma),
+            intensity: found.map(|(value, _)| value),
+            intensity_sigma: found.map(|(_, sigma)| sigma),
+            intensity_per_hz: found.map(|(value, _)| per_hz(value)),
+            intensity_per_hz_sigma: found.map(|(_, sigma)| per_hz(sigma)),
             absent: absent(receptor, felt.rate_hz, felt.window_s, felt.bins()),
         }
     };
@@ -106,7 +102,7 @@ fn receptors(felt: &Felt, firing: &MeanFiring, log_sigma: f32) -> Vec<ReceptorVi
 }
 
 fn scores(felt: &Felt, coefficients: &Coefficients, m: Option<(f32, f32)>) -> Vec<ScoreView> {
-    let indices = felt.indices(coefficients.window_s, m);
+    let indices = felt.indices(m);
     let score = |(name, score): (&str, Score)| {
         let found = score.of(&indices);
         let (value, sigma) = (found.map(|(value, _)| value), found.map(|(_, sigma)| sigma));
@@ -176,10 +172,11 @@ pub fn text(felt: &Felt, coefficients: &Coefficients, m: Option<(f32, f32)>) -> 
     let _ = writeln!(out, "{:<10}{m:>22}", "M = F/N");
     let _ = writeln!(
         out,
-        "reference at {} Hz; {} windows of {} s, {} rows at {} Hz, {} rows and {} readings missing",
+        "reference at {} Hz; {} windows of {} s, as of {} s; {} rows at {} Hz, {} rows and {} readings missing",
         significant(felt.reference.frequency_hz().into(), 4),
         felt.firing.windows(),
         significant(felt.window_s, 4),
+        significant(felt.as_window_s, 4),
         felt.rows,
         significant(felt.rate_hz, 6),
         felt.rows_missing,

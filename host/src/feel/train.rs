@@ -89,7 +89,7 @@ pub fn train(
             felt.file,
             felt.window_s
         );
-        let indices = felt.indices(PAPER_WINDOW_S.into(), m.map(|m| (m as f32, 0.0)));
+        let indices = felt.indices(m.map(|m| (m as f32, 0.0)));
         for (absent, value) in absent.iter_mut().zip(&indices.values) {
             if value.is_none() {
                 absent.get_or_insert_with(|| format!("absent in {}", felt.file));

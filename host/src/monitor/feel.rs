@@ -4,7 +4,7 @@
 use super::strips::bar;
 use super::style::{alarm, boxed};
 use super::view::View;
-use crate::digits::{plus_minus, significant};
+use crate::digits::{significant, uncertain};
 use crate::feel::event::{Reading, levels, ratings, receptors};
 use crate::feel::threshold::{Threshold, thresholds};
 use crate::live::Live;
@@ -43,7 +43,7 @@ const POINTS: usize = 200;
 const LETTERS: [char; 4] = ['a', 'b', 'c', 'd'];
 
 pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
-    let block = boxed("what a finger feels, a hertz; f: strips");
+    let block = boxed("what a finger feels, a hertz; f: channels");
     let inner = block.inner(area);
     frame.render_widget(block, area);
     let Some(feel) = live.feel() else {
@@ -139,7 +139,7 @@ fn text(value: f32, sigma: f32) -> String {
     if sigma == 0.0 {
         significant(value.into(), 3)
     } else {
-        plus_minus(value.into(), sigma.into(), 2)
+        uncertain(value.into(), sigma.into())
     }
 }
 

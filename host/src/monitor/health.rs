@@ -1,21 +1,18 @@
 //! The board's readings, and all losses, on the board and on the line.
 
-use super::style::{alarm, boxed};
+use super::style::{alarm, boxed, fitted};
 use super::view::View;
 use crate::live::Live;
 use crate::names::name;
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
-use ratatui::widgets::Paragraph;
+use ratatui::widgets::{Paragraph, Wrap};
 
 pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
     let (title, style) = match live.now.faults.as_slice() {
         [] => (
-            format!(
-                "health: nothing is wrong; {} packets",
-                live.now.counts.received
-            ),
+            format!("health: OK; {} packets", live.now.counts.received),
             Default::default(),
         ),
         faults => {
@@ -28,11 +25,16 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
     } else {
         title
     };
-    let lines = vec![readings(live), losses(live, view)];
-    frame.render_widget(
-        Paragraph::new(lines).block(boxed(title).title_style(style)),
-        area,
-    );
+    let losses = losses(live, view);
+    // Losses that take both lines matter more than the readings.
+    let lines = if losses.width() > usize::from(area.width.saturating_sub(2)) {
+        vec![losses]
+    } else {
+        vec![readings(live), losses]
+    };
+    let title = fitted(&title, usize::from(area.width.saturating_sub(4)));
+    let text = Paragraph::new(lines).wrap(Wrap { trim: true });
+    frame.render_widget(text.block(boxed(title).title_style(style)), area);
 }
 
 fn readings(live: &Live) -> Line<'static> {

@@ -1,6 +1,7 @@
 //! The static image: the level of each taxel in the latest hold, as a map of 4 x 4.
 
 use super::style::boxed;
+use crate::digits::significant;
 use crate::live::Live;
 use crate::static_image;
 use ratatui::Frame;
@@ -11,9 +12,9 @@ use ridgetone_proto::telemetry::Hold;
 
 pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live) {
     let title = match live.image().map(|image| image.hold) {
-        Some(Hold::BeforeSlide) => "map before the slide, mV",
-        Some(Hold::AfterSlide) => "map after the slide, mV",
-        None => "static map, mV",
+        Some(Hold::BeforeSlide) => "static image before, mV",
+        Some(Hold::AfterSlide) => "static image after, mV",
+        None => "static image, mV",
     };
     frame.render_widget(Paragraph::new(lines(live)).block(boxed(title)), area);
 }
@@ -34,7 +35,7 @@ fn lines(live: &Live) -> Vec<Line<'static>> {
     }
     let sigma = static_image::greatest_sigma_v(image);
     lines.push(Line::raw(sigma.map_or(String::new(), |sigma_v| {
-        format!("+-{:.3} mV at most", 1e3 * sigma_v)
+        format!("σ at most {} mV", significant(f64::from(1e3 * sigma_v), 2))
     })));
     lines
 }

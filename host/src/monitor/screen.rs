@@ -3,7 +3,7 @@
 //! Colours are the terminal's own, so that the screen is readable on dark and on light: important
 //! text is bold or reversed, and only alarms are red.
 
-use super::style::{alarm, bold, boxed};
+use super::style::{alarm, bold, boxed, fitted, wrapped};
 use super::view::{FEEL_KEY, HELP, KEYS, View};
 use super::{chart, feel, health, map, strips, tone};
 use crate::live::{Connection, Live};
@@ -93,11 +93,7 @@ fn header(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
         Connection::Disconnected { .. } => Span::styled("UNPLUGGED, waiting for it", alarm(view)),
         Connection::Over => Span::raw("over"),
     };
-    let mut spans = vec![
-        Span::styled("ridgetone", bold()),
-        Span::raw(format!("  {}  ", live.now.source)),
-        state,
-    ];
+    let mut spans = vec![Span::raw("  "), state];
     if let Some(hello) = live.hello() {
         let [major, minor, patch] = hello.version;
         spans.push(Span::raw(format!("  firmware {major}.{minor}.{patch}")));
@@ -118,18 +114,24 @@ fn header(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
             Style::new().add_modifier(Modifier::REVERSED),
         ));
     }
+    // The name of a port may be long: it gives way.
+    let used: usize = spans.iter().map(Span::width).sum();
+    let room = usize::from(area.width).saturating_sub(used + "ridgetone  ".len());
+    let source = format!("  {}", fitted(&live.now.source, room));
+    spans.splice(0..0, [Span::styled("ridgetone", bold()), Span::raw(source)]);
     frame.render_widget(Line::from(spans), area);
 }
 
 fn log_lines(frame: &mut Frame<'_>, area: Rect, live: &Live) {
     let rows = usize::from(area.height.saturating_sub(2));
-    let skipped = live.log.len().saturating_sub(rows);
-    let lines: Vec<Line<'_>> = live
+    let columns = usize::from(area.width.saturating_sub(2));
+    let all: Vec<String> = live
         .log
         .iter()
-        .skip(skipped)
-        .map(|line| Line::raw(line.as_str()))
+        .flat_map(|line| wrapped(line, columns))
         .collect();
+    let latest = all[all.len().saturating_sub(rows)..].iter();
+    let lines: Vec<Line<'_>> = latest.map(|line| Line::raw(line.as_str())).collect();
     frame.render_widget(Paragraph::new(lines).block(boxed("events")), area);
 }
 

@@ -44,7 +44,7 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
 fn no_frames(view: &View) -> String {
     match &view.raw {
         RawFrames::Unavailable => "no raw frames".into(),
-        RawFrames::Off => "r: strips".into(),
+        RawFrames::Off => "r: channels".into(),
         RawFrames::On => "waiting for frames".into(),
         RawFrames::Refused(why) => why.clone(),
     }
@@ -127,12 +127,13 @@ fn raw(live: &Live, view: &View, width: usize) -> (String, Vec<Line<'static>>) {
         ])
     });
     (
-        format!("strips, {} s, +-{:.3} mV", view.strips_s(), 1e3 * half_v),
+        format!("channels, {} s, ±{:.3} mV", view.strips_s(), 1e3 * half_v),
         lines.collect(),
     )
 }
 
-/// Means of a channel in `places` columns of time, less the mean of all; none where no frame is.
+/// Means of a channel in `places` columns of time, less the mean of all; none where a frame is
+/// missing. Where there are more columns than frames, a frame has those up to the next one.
 fn columns(
     frames: &[&RawFrame],
     taxel: usize,
@@ -141,13 +142,22 @@ fn columns(
     places: usize,
 ) -> Vec<Option<f32>> {
     let mut sums = vec![(0.0f64, 0u32); places];
-    for frame in frames {
+    let place = |frame: &RawFrame| {
         let place = ((frame.t_s - begin_s) / length_s * places as f64) as usize;
-        if let (Some(volts), Some(sum)) = (
-            frame.volts[taxel],
-            sums.get_mut(place.min(places.saturating_sub(1))),
-        ) {
-            *sum = (sum.0 + f64::from(volts), sum.1 + 1);
+        place.min(places.saturating_sub(1))
+    };
+    let apart = |pair: &[&RawFrame]| pair[1].number.wrapping_sub(pair[0].number);
+    let step = frames.windows(2).map(apart).min();
+    for (at, frame) in frames.iter().enumerate() {
+        let begin = place(frame);
+        let next = frames
+            .get(at..at + 2)
+            .filter(|pair| Some(apart(pair)) == step);
+        let end = next.map_or(0, |pair| place(pair[1])).max(begin + 1);
+        for sum in sums.get_mut(begin..end).unwrap_or_default() {
+            if let Some(volts) = frame.volts[taxel] {
+                *sum = (sum.0 + f64::from(volts), sum.1 + 1);
+            }
         }
     }
     let (sum, count) = sums
@@ -204,5 +214,12 @@ mod tests {
         ];
         let found = columns(&frames.each_ref(), 5, 0.0, 1.5, 3);
         assert_eq!(found, [Some(-2.0), None, Some(2.0)]);
+        // Three columns a frame: only the frames that are missing leave a hole.
+        let near = [0, 1, 4, 5].map(|number| frame(number, Some(number as f32)));
+        let found = columns(&near.each_ref(), 5, 0.0, 1.5, 18);
+        let is_there: Vec<bool> = found.iter().map(Option::is_some).collect();
+        let expected = [[true; 4], [false; 4]].concat();
+        assert_eq!(is_there[..8], expected);
+        assert!(is_there[12..16].iter().all(|there| *there));
     }
 }

@@ -16,6 +16,32 @@ pub fn bold() -> Style {
     Style::new().add_modifier(Modifier::BOLD)
 }
 
+/// A text in a place that may be shorter: what is cut is shown.
+pub fn fitted(text: &str, columns: usize) -> String {
+    if text.chars().count() <= columns {
+        return text.to_owned();
+    }
+    let kept = text.chars().take(columns.saturating_sub(1));
+    kept.chain(['…']).collect()
+}
+
+/// A text as lines of at most so many columns, broken between words.
+pub fn wrapped(text: &str, columns: usize) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in text.split(' ') {
+        let begun = lines.last_mut().filter(|line| {
+            line.is_empty() || line.chars().count() + 1 + word.chars().count() <= columns
+        });
+        match begun {
+            Some(line) if line.is_empty() => word.clone_into(line),
+            Some(line) => *line += &format!(" {word}"),
+            // What goes on is indented.
+            None => lines.push(format!("  {word}")),
+        }
+    }
+    lines.iter().map(|line| fitted(line, columns)).collect()
+}
+
 pub fn boxed(title: impl Into<String>) -> Block<'static> {
     Block::bordered().title(format!(" {} ", title.into()))
 }

@@ -121,13 +121,13 @@ fn at_80_by_24_everything_is_there() {
             "firmware 0.1.0",
             "frequency, Hz, last 30 s",
             "no contact",
-            "good, 1.96 s until",
+            "good, 1.96 s, to",
             "period 3.4",
-            "mm/s ->",
+            "mm/s →",
             "slide 8.333",
-            "strips, 0.5 s, +-",
-            "map after the slide, mV",
-            "health: nothing is wrong",
+            "channels, 0.5 s, ±",
+            "static image after, mV",
+            "health: OK",
             "241.14 frames/s",
             "line: 0 lost, 0 damaged, 0 dropped; ADC: 0 lost, 0 doubtful; 0 hops skipped",
             "q quit",
@@ -214,6 +214,64 @@ fn larger_screens_show_a_strip_a_row_and_the_log() {
     assert_eq!(strips.count(), TAXELS - 1);
 }
 
+/// At 80 columns no line is cut, and at 200 no strip has holes.
+#[test]
+fn nothing_is_cut_when_narrow_and_strips_have_no_holes_when_wide() {
+    let mut live = with_frames(touched());
+    live.now.source =
+        "/dev/serial/by-id/usb-Silicon_Labs_CP2102N_USB_to_UART_Bridge_0001-if00-port0".into();
+    (live.now.counts.missing, live.now.counts.damaged) = (123_456, 12_345);
+    let mut health = *live.health().expect("a reading");
+    (health.messages_dropped, health.frames_thinned) = (65_432, 123_456);
+    (health.conversions_lost, health.conversions_doubtful) = (54_321, 4321);
+    (health.hops_skipped, health.chip_restarts) = (321, 21);
+    health.t_us = 6_000_000;
+    live.take(&Packet {
+        sequence: 2,
+        event: Event::Health(health),
+    });
+    let mut view = view();
+    view.is_paused = true;
+    for size in [LEAST, (80, 48)] {
+        let shown = lines(&drawn(&live, &view, size));
+        assert_shows(&shown[..1], &["/dev/serial/", "…", "connected", "PAUSED"]);
+        assert_shows(
+            &shown,
+            &[
+                "123456 raw frames not sent",
+                "321 hops skipped, 21 ADC restarts",
+            ],
+        );
+    }
+    let log = lines(&drawn(&live, &view, (80, 48)));
+    let latest: Vec<&str> = live
+        .log
+        .iter()
+        .last()
+        .expect("an event")
+        .split(' ')
+        .collect();
+    assert!(live.log.iter().any(|line| line.chars().count() > 78));
+    assert_shows(&log, &[latest[latest.len() - 1]]);
+    for line in log.iter().filter(|line| line.starts_with('│')) {
+        assert!(line.ends_with('│'), "{line}");
+    }
+    let wide = lines(&drawn(&live, &view, (200, 60)));
+    let strips = wide
+        .iter()
+        .filter(|line| line.contains('▂') && line.contains('▇'));
+    let holes = |line: &str| {
+        let strip: Vec<char> = line.chars().skip(4).take(160).collect();
+        strip.iter().filter(|c| **c == ' ').count()
+    };
+    let found: Vec<usize> = strips.map(|line| holes(line)).collect();
+    assert!(
+        found.len() >= 6 && found.iter().all(|holes| *holes < 8),
+        "{found:?}\n{}",
+        wide.join("\n")
+    );
+}
+
 #[test]
 fn without_raw_frames_there_are_amplitudes_and_the_reason() {
     let shown = |raw| lines(&drawn(&touched(), &View::new(raw, true), LEAST));
@@ -225,7 +283,7 @@ fn without_raw_frames_there_are_amplitudes_and_the_reason() {
         &shown(RawFrames::Refused("no answer".into())),
         &["no answer"],
     );
-    assert_shows(&shown(RawFrames::Off), &["r: strips"]);
+    assert_shows(&shown(RawFrames::Off), &["r: channels"]);
 }
 
 #[test]
@@ -268,7 +326,7 @@ fn what_a_finger_feels_takes_the_place_of_the_strips() {
     let shown = lines(&drawn(&live, &view, LEAST));
     let intensity = |index: usize| {
         let Measured { value, sigma } = found.per_hz[index].unwrap();
-        format!("{value:.2} +- {sigma:.2} ")
+        crate::digits::uncertain(value.into(), sigma.into())
     };
     let parts = [
         "FA II - needs more than 1600 rows a second",
@@ -362,8 +420,8 @@ fn without_an_event_it_says_what_to_set_and_faults_are_alarms() {
     assert_shows(
         &shown,
         &[
-            "FA II     1.50 +- 0.10 █",
-            "rough     4.25 +- 0.50 1",
+            "FA II      1.50 ± 0.10 █",
+            "rough      4.25 ± 0.50 1",
             "faults: lost",
         ],
     );

@@ -2,7 +2,7 @@
 
 use super::style::{alarm, bold, boxed};
 use super::view::View;
-use crate::digits::{plus_minus, seconds, with_sigma};
+use crate::digits::{seconds, uncertain};
 use crate::live::{Live, Phase};
 use crate::names::name;
 use crate::remarks::{phrases, remedy};
@@ -50,7 +50,7 @@ fn lines(live: &Live, view: &View) -> Vec<Line<'static>> {
     match remedy {
         None => {
             status += &format!(
-                ", {:.2} s until {:.2} s",
+                ", {:.2} s, to {:.2} s",
                 estimate.window_s,
                 seconds(estimate.t_us)
             )
@@ -88,12 +88,12 @@ fn frequency(estimate: &Estimate) -> String {
     if !estimate.status.has_tone() {
         return format!("- ({})", name(estimate.status));
     }
-    let (value, sigma) = with_sigma(estimate.frequency.into(), estimate.sigma.into());
+    let shown = uncertain(estimate.frequency.into(), estimate.sigma.into());
     let unit = match estimate.abscissa {
         Abscissa::Time => "Hz",
         Abscissa::Place => "/mm",
     };
-    format!("{value} +- {sigma} {unit}")
+    format!("{shown} {unit}")
 }
 
 fn travel(travel: &Travel) -> [String; 2] {
@@ -111,13 +111,11 @@ fn travel(travel: &Travel) -> [String; 2] {
         speed_sigma_mm_s,
         ..
     } = *travel;
-    // Short, for a narrow box.
-    let short = |value: f32, sigma: f32, least| plus_minus(value.into(), sigma.into(), least);
-    let period = short(spatial_period_mm, spatial_period_sigma_mm, 2);
-    let speed = short(speed_mm_s, speed_sigma_mm_s, 1);
+    let period = uncertain(spatial_period_mm.into(), spatial_period_sigma_mm.into());
+    let speed = uncertain(speed_mm_s.into(), speed_sigma_mm_s.into());
     let arrow = match travel.direction {
-        Direction::Forward => " ->",
-        Direction::Backward => " <-",
+        Direction::Forward => " →",
+        Direction::Backward => " ←",
         Direction::Unknown => "",
     };
     [

@@ -82,7 +82,7 @@ impl View {
 }
 
 /// Keys, for the last line of the screen.
-pub const KEYS: &str = "q quit  p pause  c clear  r raw frames  +- history  [] strips  h help";
+pub const KEYS: &str = "q quit  p pause  c clear  r raw frames  +- history  [] channels  h help";
 
 /// The key that is on that line too as soon as a board reports what a finger feels.
 pub const FEEL_KEY: &str = "  f feel";
@@ -90,11 +90,11 @@ pub const FEEL_KEY: &str = "  f feel";
 pub const HELP: &[&str] = &[
     "q, Esc, Ctrl-C  leave",
     "p, space        pause the screen; packets are still read",
-    "c               clear history, strips, maps and log",
+    "c               clear history, channels, image and events",
     "r               request raw frames of the board, or end them",
     "+  -            shorter, longer history",
-    "]  [            shorter, longer strips",
-    "f               what a finger feels, in place of the strips",
+    "]  [            shorter, longer time of the channels",
+    "f               what a finger feels, in place of the channels",
     "",
     "The chart shows the frequency of every window with one",
     "standard deviation up and down; x: not good (see status).",

@@ -49,6 +49,7 @@ pub const FILES: &[File] = &[
     js!("model.js"),
     js!("draw.js"),
     js!("plot.js"),
+    js!("cursor.js"),
     js!("strips.js"),
     js!("history.js"),
     js!("spectrum.js"),

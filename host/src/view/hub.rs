@@ -214,6 +214,15 @@ impl Hub {
         Ok((Message { kind, json }, self.updates.subscribe()))
     }
 
+    /// Forgets what was received, but the settings and the health, for all pages.
+    pub fn clear(&self) {
+        let mut inner = self.lock();
+        inner.live.clear();
+        (inner.points, inner.frames, inner.everything) = Default::default();
+        // The next message is a whole state.
+        inner.sent_restarts = inner.live.now.restarts.wrapping_sub(1);
+    }
+
     /// A place for a new page, if there is one.
     pub fn page(&self) -> Option<Place> {
         Arc::clone(&self.places).try_acquire_owned().ok()

@@ -7,6 +7,7 @@ use crate::input::{Input, Source};
 use crate::live::{Live, STRIP_FRAMES, point};
 use crate::messages::{Form, Message, messages};
 use crate::samples::Samples;
+use crate::seen::Seen;
 use crate::{detection, replay};
 use anyhow::{Result, anyhow, ensure};
 use ridgetone::Pipeline;
@@ -17,6 +18,9 @@ use ridgetone_proto::telemetry::{Estimate, Event, Hello, Packet, Raw, Span, Star
 use ridgetone_tone::{FRAMES_MAX, FRAMES_MIN, Table, Values};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
+
+/// What to do with a run without a slide.
+const BY_HAND: &str = "mark a part, or press Fit all";
 
 /// A part of a run, seconds of device time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,6 +57,8 @@ pub struct Summary {
     pub contact_s: Option<f64>,
     /// The estimate of the latest whole slide; without one the latest with a tone.
     pub estimate: Option<crate::events::view::Estimate>,
+    /// Why no window of it has an estimate.
+    pub why_none: Option<String>,
     pub remark: Option<String>,
     /// Channels of a table; none of a board, which has all taxels.
     pub channels: Option<usize>,
@@ -221,6 +227,7 @@ impl Run {
             estimate: estimates()
                 .find(|found| found.span == Span::Slide)
                 .or_else(|| estimates().next()),
+            why_none: self.why_none(),
             remark: self.remark.clone(),
             channels: self.channels,
             time_columns: self
@@ -228,6 +235,16 @@ impl Run {
                 .map_or_else(Vec::new, |_| Reading::columns(&self.path)),
             time_column: self.reading.time_name().map(str::to_owned),
         }
+    }
+
+    fn why_none(&self) -> Option<String> {
+        let mut seen = Seen::default();
+        for Packet { event, .. } in &self.packets {
+            if !matches!(event, Event::Estimate(found) if found.span == Span::Slide) {
+                seen.take(event);
+            }
+        }
+        seen.why_no_estimate(self.settings().window_s, BY_HAND)
     }
 
     /// The settings of its board.

@@ -7,6 +7,8 @@
 //! | GET `/runs/ID/state.json?t_s=T` | the state at a time; with `from_s` and `until_s` with the estimate of this part |
 //! | POST `/runs/ID/settings` | runs the library over it again, with some settings of a JSON object |
 //! | POST `/runs/ID/time-column` | reads its table again with this column as the time |
+//! | POST `/runs/ID/reload` | reads its file again |
+//! | POST `/runs/ID/note` | keeps the body as a note on it |
 //! | GET `/runs/ID/file` | the run's file |
 //! | POST `/runs/ID/close` | forgets it |
 //! | POST `/record` | begins to record; the answer to the next one is the run |
@@ -54,6 +56,8 @@ pub fn routes() -> Router<App> {
         .route("/runs/{id}/state.json", get(state))
         .route("/runs/{id}/settings", post(again))
         .route("/runs/{id}/time-column", post(with_time))
+        .route("/runs/{id}/reload", post(reload))
+        .route("/runs/{id}/note", post(note))
         .route("/runs/{id}/file", get(file))
         .route("/runs/{id}/close", post(close))
         .route("/record", post(record))
@@ -109,8 +113,21 @@ async fn with_time(State(app): State<App>, Path(id): Path<u64>, column: String) 
     answer(on_a_thread(RUN_MOST, again).await)
 }
 
+async fn reload(State(app): State<App>, Path(id): Path<u64>) -> Response {
+    let again = move |allowance: &Allowance| json(&app.runs.reload(id, allowance)?);
+    answer(on_a_thread(RUN_MOST, again).await)
+}
+
+async fn note(State(app): State<App>, Path(id): Path<u64>, text: String) -> Response {
+    answer(app.runs.note(id, &text).map(|()| String::new()))
+}
+
 async fn file(State(app): State<App>, Path(id): Path<u64>) -> Response {
-    let read = || Ok(std::fs::read(&app.runs.get(id)?.path)?);
+    let read = || {
+        let bytes = std::fs::read(&app.runs.get(id)?.path)?;
+        app.runs.saved(id)?;
+        Ok(bytes)
+    };
     match read() {
         Ok(bytes) => ([(header::CONTENT_TYPE, "application/octet-stream")], bytes).into_response(),
         Err(error) => answer(Err(error)),
@@ -147,5 +164,9 @@ fn opened(app: &App, recorder: Recorder, allowance: &Allowance) -> Result<String
     let (path, name) = (recorder.path.clone(), recorder.name());
     // Its file is complete when it is dropped.
     drop(recorder);
-    json(&app.runs.open(&name, &path, How::default(), allowance)?)
+    let how = How {
+        is_recorded: true,
+        ..How::default()
+    };
+    json(&app.runs.open(&name, &path, how, allowance)?)
 }

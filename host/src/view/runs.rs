@@ -14,6 +14,9 @@ use tempfile::NamedTempFile;
 /// Runs kept at a time.
 const MOST: usize = 8;
 
+/// Longest note, characters.
+const NOTE_MOST: usize = 200;
+
 pub struct Runs {
     folder: PathBuf,
     list: Mutex<List>,
@@ -22,10 +25,24 @@ pub struct Runs {
 #[derive(Default)]
 struct List {
     next: u64,
-    runs: Vec<(u64, Arc<Run>)>,
+    runs: Vec<Kept>,
+}
+
+struct Kept {
+    id: u64,
+    run: Arc<Run>,
+    /// Settings in place of those of its board, as it was opened.
+    settings: Option<Settings>,
+    note: String,
+    is_unsaved: bool,
 }
 
 impl List {
+    fn kept(&mut self, id: u64) -> Result<&mut Kept> {
+        let found = self.runs.iter_mut().find(|kept| kept.id == id);
+        found.context("this run is closed")
+    }
+
     /// Refuses one run more than there may be.
     fn check(&self) -> Result<()> {
         let is_full = self.runs.len() >= MOST;
@@ -40,12 +57,19 @@ pub struct How {
     pub reading: Reading,
     /// Settings in place of those of its board.
     pub settings: Option<Settings>,
+    /// Whether it was recorded here, so that its file goes with the command.
+    pub is_recorded: bool,
 }
 
 /// A run's number, and what is in it.
 #[derive(Clone, Debug, Serialize)]
 pub struct Numbered {
     pub id: u64,
+    pub note: String,
+    /// Recorded here, and nobody has saved it yet.
+    pub is_unsaved: bool,
+    /// Whether its file is outside the command's folder, where another program may change it.
+    pub can_reload: bool,
     #[serde(flatten)]
     pub summary: Summary,
 }
@@ -89,16 +113,26 @@ impl Runs {
         allowance: &Allowance,
     ) -> Result<Numbered> {
         self.lock().check()?;
-        let How { reading, settings } = how;
+        let How {
+            reading,
+            settings,
+            is_recorded,
+        } = how;
         let run = Arc::new(Run::open(name, path, reading, settings, allowance)?);
-        let summary = run.summary();
         let mut list = self.lock();
         // Others may have been opened meanwhile.
         list.check()?;
         list.next += 1;
-        let id = list.next;
-        list.runs.push((id, run));
-        Ok(Numbered { id, summary })
+        let kept = Kept {
+            id: list.next,
+            run,
+            settings,
+            note: String::new(),
+            is_unsaved: is_recorded,
+        };
+        let numbered = self.numbered(&kept);
+        list.runs.push(kept);
+        Ok(numbered)
     }
 
     /// Runs the library over a run's frames again, with some settings in place of its own.
@@ -117,6 +151,29 @@ impl Runs {
         self.replace(id, reading, None, allowance)
     }
 
+    /// Reads a run's file again, as it was opened at first.
+    pub fn reload(&self, id: u64, allowance: &Allowance) -> Result<Numbered> {
+        let settings = self.lock().kept(id)?.settings;
+        self.replace(id, self.get(id)?.reading.clone(), settings, allowance)
+    }
+
+    /// Keeps somebody's note on a run.
+    pub fn note(&self, id: u64, text: &str) -> Result<()> {
+        let text = text.trim();
+        ensure!(
+            text.chars().count() <= NOTE_MOST,
+            "the note is longer than {NOTE_MOST} characters: shorten it"
+        );
+        text.clone_into(&mut self.lock().kept(id)?.note);
+        Ok(())
+    }
+
+    /// Remembers that somebody has a run's file.
+    pub fn saved(&self, id: u64) -> Result<()> {
+        self.lock().kept(id)?.is_unsaved = false;
+        Ok(())
+    }
+
     fn replace(
         &self,
         id: u64,
@@ -127,29 +184,30 @@ impl Runs {
         let run = self.get(id)?;
         let (name, path) = (&run.name, &run.path);
         let run = Arc::new(Run::open(name, path, reading, settings, allowance)?);
-        let summary = run.summary();
-        self.lock()
-            .runs
-            .iter_mut()
-            .filter(|(known, _)| *known == id)
-            .for_each(|(_, known)| *known = Arc::clone(&run));
-        Ok(Numbered { id, summary })
+        let mut list = self.lock();
+        let kept = list.kept(id)?;
+        kept.run = run;
+        Ok(self.numbered(kept))
+    }
+
+    fn numbered(&self, kept: &Kept) -> Numbered {
+        Numbered {
+            id: kept.id,
+            note: kept.note.clone(),
+            is_unsaved: kept.is_unsaved,
+            can_reload: !kept.run.path.starts_with(&self.folder),
+            summary: kept.run.summary(),
+        }
     }
 
     pub fn get(&self, id: u64) -> Result<Arc<Run>> {
-        let list = self.lock();
-        let found = list
-            .runs
-            .iter()
-            .find(|(known, _)| *known == id)
-            .context("this run is closed")?;
-        Ok(Arc::clone(&found.1))
+        Ok(Arc::clone(&self.lock().kept(id)?.run))
     }
 
     /// Forgets a run; its file too if it is in the folder.
     pub fn close(&self, id: u64) -> Result<()> {
         let run = self.get(id)?;
-        self.lock().runs.retain(|(known, _)| *known != id);
+        self.lock().runs.retain(|kept| kept.id != id);
         if run.path.starts_with(&self.folder) {
             std::fs::remove_file(&run.path)?;
         }
@@ -157,14 +215,8 @@ impl Runs {
     }
 
     pub fn list(&self) -> Vec<Numbered> {
-        self.lock()
-            .runs
-            .iter()
-            .map(|(id, run)| Numbered {
-                id: *id,
-                summary: run.summary(),
-            })
-            .collect()
+        let list = self.lock();
+        list.runs.iter().map(|kept| self.numbered(kept)).collect()
     }
 
     fn lock(&self) -> MutexGuard<'_, List> {

@@ -54,7 +54,7 @@ impl Server {
         let address = access.address;
         let what = || {
             format!(
-                "{address}: choose another with --listen 127.0.0.1:PORT, or any free one with PORT 0"
+                "{address} cannot be used: choose another with --listen ADDRESS:PORT (port 0: any free one)"
             )
         };
         let listener = TcpListener::bind(address).with_context(what)?;
@@ -94,6 +94,7 @@ pub fn routes(app: App) -> Router {
         .route("/state.json", get(state))
         .route("/packets", get(packets))
         .route("/settings", post(settings))
+        .route("/clear", post(clear))
         .with_state(app)
 }
 
@@ -126,6 +127,10 @@ async fn state(State(App { hub, .. }): State<App>) -> Response {
 
 async fn settings(State(App { hub, .. }): State<App>, json: String) -> Response {
     answer(hub.set(&json).map(|()| "Sent to the board.".to_owned()))
+}
+
+async fn clear(State(App { hub, .. }): State<App>) {
+    hub.clear();
 }
 
 async fn packets(State(App { hub, .. }): State<App>) -> Response {

@@ -153,7 +153,7 @@ fn the_wiring_is_the_firmwares() {
                 "{signal} is not on {pin}: {value}"
             );
         }
-        for text in [row[1], row[2]] {
+        for text in [row[0], row[1], row[3]] {
             assert!(
                 drawing.contains(&format!(">{text}<")),
                 "{signal}: the drawing has no {text}"

@@ -2,8 +2,12 @@
 
 #[path = "../common/browser.rs"]
 mod browser;
+#[path = "page_cursor.rs"]
+mod cursor;
 #[path = "page_feel.rs"]
 mod feel;
+#[path = "page_room.rs"]
+mod room;
 #[path = "page_runs.rs"]
 mod runs;
 
@@ -42,6 +46,21 @@ fn text(browser: &mut Browser, id: &str) -> String {
 
 fn save(what: &str, how: &str) -> String {
     format!("#{what} [data-save={how}]")
+}
+
+/// Presses a key, as a keyboard does.
+fn press(browser: &mut Browser, key: &str) {
+    for kind in ["keyDown", "keyUp"] {
+        let text = if kind == "keyDown" && key.len() == 1 {
+            key
+        } else {
+            ""
+        };
+        browser.call(
+            "Input.dispatchKeyEvent",
+            json!({"type": kind, "key": key, "text": text}),
+        );
+    }
 }
 
 /// Chooses an option as somebody would.
@@ -357,7 +376,9 @@ fn the_emulated_board_waits_while_nobody_looks_takes_settings_and_is_recorded() 
         ));
     }
     browser.value("document.getElementById('settings-send').click()");
-    browser.wait("document.getElementById('settings-message').textContent.startsWith('In force')");
+    browser.wait(
+        "document.getElementById('settings-message').textContent.startsWith('Applied, not stored')",
+    );
     // A refusal stays until the next command, though the board's answer comes with every update.
     let change = |browser: &mut Browser, harmonics: &str| {
         browser.value(&format!(
@@ -376,7 +397,9 @@ fn the_emulated_board_waits_while_nobody_looks_takes_settings_and_is_recorded() 
     let message = text(&mut browser, "settings-message");
     assert!(message.starts_with("harmonics: "), "{message}");
     change(&mut browser, "2");
-    browser.wait("document.getElementById('settings-message').textContent.startsWith('In force')");
+    browser.wait(
+        "document.getElementById('settings-message').textContent.startsWith('Applied, not stored')",
+    );
     browser.wait(
         "document.getElementById('frequency-small').textContent.includes('window of 0.50 s')",
     );

@@ -2,12 +2,18 @@
 const $ = (id) => document.getElementById(id);
 const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 
+// What passes for rest, as in the terminal: a strain, and newtons.
+const REST_STRAIN = 5e-4;
+const REST_N = 0.01;
 // Columns from which on cells have no numbers.
 const WIDE = 8;
 
 let state = null;
 let isConnected = false;
 let isDue = false;
+
+// Without the sign of a zero.
+const number = (value) => value.toFixed(2).replace(/^-(?=[0.]*$)/, "");
 
 // Values row by row; `most` has the strongest shade, and what is below 0 the other colour.
 function grid(id, values, columns, most, scale) {
@@ -34,9 +40,9 @@ function grid(id, values, columns, most, scale) {
     fill(value < 0 ? "negative" : "positive", 0.85 * Math.min(1, Math.abs(value) / most));
     if (columns >= WIDE) return;
     context.fillStyle = colour("text");
-    context.fillText((scale * value).toFixed(2), left + cell / 2, top + cell / 2);
+    context.fillText(number(scale * value), left + cell / 2, top + cell / 2);
   });
-  canvas.setAttribute("aria-label", `${rows} rows of ${columns}: ${values.map((value) => (scale * value).toFixed(2)).join(", ")}`);
+  canvas.setAttribute("aria-label", `${rows} rows of ${columns}: ${values.map((value) => number(scale * value)).join(", ")}`);
 }
 
 function show() {
@@ -49,9 +55,9 @@ function show() {
   const { update, gain, force_most_n: force } = state;
   if (update === null) return;
   const gained = update.sensor_strain.map((strain) => gain * strain);
-  const strain = Math.max(1e-6, ...gained, ...update.felt_strain);
+  const strain = Math.max(REST_STRAIN, ...gained, ...update.felt_strain);
   grid("sensor", gained, 4, strain, 100);
-  grid("forces", update.forces_n, update.columns, Math.min(force, Math.max(0.05, ...update.forces_n)), 1);
+  grid("forces", update.forces_n, update.columns, Math.min(force, Math.max(5 * REST_N, ...update.forces_n)), 1);
   grid("felt", update.felt_strain, 4, strain, 100);
   $("summary").textContent = state.summary;
 }

@@ -75,7 +75,7 @@ struct DisplayOptions {
     /// Rubber, and skin, between the pins and the finger's receptors, mm.
     #[arg(long, value_name = "MM", default_value_t = 2.0, value_parser = positive)]
     depth_mm: f64,
-    /// What sensor and finger shall have in common.
+    /// Quantity that sensor and finger should share.
     #[arg(long, value_enum, value_name = "WHAT", default_value_t = Match::Strain)]
     by: Match,
     /// Strain in the finger over that in the sensor.
@@ -90,7 +90,7 @@ struct DisplayOptions {
     /// Greatest force of a pin, N.
     #[arg(long, value_name = "N", default_value_t = f64::from(Limits::IDEAL.force_n), value_parser = positive)]
     force_n: f64,
-    /// Greatest way of a pin, mm; the finger opposes 0.5 N/mm.
+    /// Longest travel of a pin, mm; the finger opposes 0.5 N/mm.
     #[arg(long, value_name = "MM", default_value_t = f64::from(Limits::IDEAL.stroke_mm), value_parser = positive)]
     stroke_mm: f64,
     /// Updates of the display a second.
@@ -109,8 +109,10 @@ struct DisplayOptions {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Match {
-    /// Normal strain.
+    /// Normal strain of the paper's thin slices, which give way across (plane stress).
     Strain,
+    /// Normal strain of a half space: a wide even touch hardly strains rubber, and needs more force.
+    HalfSpace,
     /// Normal stress.
     Stress,
 }
@@ -152,6 +154,7 @@ impl DisplayOptions {
         };
         let quantity = match self.by {
             Match::Strain => Quantity::Strain,
+            Match::HalfSpace => Quantity::HalfSpaceStrain,
             Match::Stress => Quantity::Stress,
         };
         Ok(Setup {

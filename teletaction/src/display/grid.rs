@@ -1,6 +1,7 @@
 //! Places of pins, or of sensors, on a regular grid.
 
 use crate::display::error::{Error, within};
+use crate::display::{half_plane, half_space};
 
 /// A regular grid around the origin, row by row: the columns along x, the rows along y.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,8 +81,8 @@ impl Grid {
     /// [`Matching::new`] takes as its map.
     ///
     /// If both grids have one row, they are a slice of the half plane, and the force is per
-    /// millimetre across. Otherwise they are on the half space, and the force is in newtons.
-    /// `depth_mm`: 0.1 to 100. `quantity` is strain times Young's modulus, or stress.
+    /// millimetre across. Otherwise, and always for [`Quantity::HalfSpaceStrain`], the force is at a
+    /// point, in newtons. `depth_mm`: 0.1 to 100.
     ///
     /// [`Matching::new`]: crate::display::Matching::new
     pub fn map(
@@ -96,22 +97,17 @@ impl Grid {
         let (sensors, pins) = (*self, *pins);
         Ok(move |sensor: usize, pin: usize| {
             let ((x, y), (pin_x, pin_y)) = (sensors.place_mm(sensor), pins.place_mm(pin));
-            let value = if sensors.rows == 1 && pins.rows == 1 {
-                let stress = crate::display::half_plane::normal(x - pin_x, depth_mm);
-                match quantity {
-                    Quantity::Strain => stress.strain(poisson),
-                    Quantity::Stress => stress.z,
-                }
-            } else {
-                let (r_mm, depth_mm) = (f64::hypot(x - pin_x, y - pin_y) as f32, depth_mm as f32);
-                return match quantity {
-                    Quantity::Strain => {
-                        crate::display::half_space::strain(r_mm, depth_mm, poisson as f32)
-                    }
-                    Quantity::Stress => crate::display::half_space::stress(r_mm, depth_mm),
-                };
-            };
-            value as f32
+            let is_slice = sensors.rows == 1 && pins.rows == 1;
+            let line = || half_plane::normal(x - pin_x, depth_mm);
+            let r_mm = f64::hypot(x - pin_x, y - pin_y) as f32;
+            let (z_mm, ratio) = (depth_mm as f32, poisson as f32);
+            match quantity {
+                Quantity::Strain if is_slice => line().strain(poisson) as f32,
+                Quantity::Strain => half_space::slice_strain(r_mm, z_mm, ratio),
+                Quantity::HalfSpaceStrain => half_space::strain(r_mm, z_mm, ratio),
+                Quantity::Stress if is_slice => line().z as f32,
+                Quantity::Stress => half_space::stress(r_mm, z_mm),
+            }
         })
     }
 }
@@ -119,8 +115,12 @@ impl Grid {
 /// What sensor and finger have in common.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
-    /// Normal strain times Young's modulus: strain matching.
+    /// Normal strain times Young's modulus, as the paper's slices have it (plane stress): strain
+    /// matching.
     Strain,
+    /// Normal strain times Young's modulus in a half space, where nothing gives way across: a wide
+    /// even pressure hardly strains rubber, so that matching takes greater forces.
+    HalfSpaceStrain,
     /// Normal stress: stress matching. Shear stress is left out, as no display of pins can make it.
     Stress,
 }

@@ -19,8 +19,8 @@ const SENSORS_MAX: usize = 1024;
 /// Least pivot over its diagonal element: below it f32 cannot separate the pins.
 const PIVOT_MIN: f32 = 1e-5;
 
-/// Pivots at most by default. Of 4,000 frames that had nothing to do with the ones before, none
-/// took more than 10 (`tests/matching.rs`).
+/// Pivots at most by default. Of 8,000 frames that had nothing to do with the ones before, none
+/// took more than 12 (`tests/display/matching.rs`).
 pub(crate) const PIVOTS_MAX: u32 = 20;
 
 /// Pins and sensors with all that is computed once.

@@ -246,30 +246,30 @@ impl Report {
                 damaged,
             } = counts;
             format!(
-                "{name} {sent} sent, {received} received, {lost} lost, {late} late, {doubled} doubled, {damaged} damaged"
+                "{name} {sent} sent, {received} received, {lost} lost, {late} late, {doubled} duplicated, {damaged} damaged"
             )
         };
         let texture = match self.period_mm.zip(self.period_sigma_mm) {
             Some((period, sigma)) => format!("{period:.4} +- {sigma:.4} mm"),
-            None => "no texture".into(),
+            None => "no texture yet".into(),
         };
         let error = match (self.error_percent, self.as_vibration_percent) {
             (Some(percent), Some(late)) => {
-                let cycles = self
-                    .error_cycles
-                    .map_or(String::new(), |cycles| format!(" and {cycles:.4} cycles"));
+                let cycles = self.error_cycles.map_or(String::new(), |cycles| {
+                    format!(", {cycles:.4} cycles in phase")
+                });
                 format!(
-                    "stimulus off by {percent:.2} % of the amplitude{cycles} (as a vibration by {late:.0} %)"
+                    "stimulus error: {percent:.2} % of amplitude{cycles} (a transmitted vibration: {late:.0} %)"
                 )
             }
-            _ if self.stylus.is_some() && self.is_felt => "it is felt".into(),
-            _ => "nothing is felt".into(),
+            _ if self.stylus.is_some() && self.is_felt => "vibration on".into(),
+            _ => "no vibration".into(),
         };
         let stylus = self.stylus.map_or(String::new(), |stylus| {
             format!("\n           {}", stylus.text())
         });
         let behind = self.behind_mm.map_or(String::new(), |mm| {
-            format!("; the finger knows a place {mm:.1} mm off")
+            format!("; hand position at the finger: {mm:.1} mm error")
         });
         format!(
             "{:7.1} s  {}{behind}\n           {}\n           {texture}; {error}{stylus}",

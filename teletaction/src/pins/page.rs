@@ -84,7 +84,7 @@ fn json(source: &str, update: Option<&Update>, player: &Player<'_>) -> Result<St
     let setup = player.setup();
     let status = match update {
         None => "Learning the level without touch.",
-        Some(update) if update.pins.forces_n.iter().any(|n| *n > 0.0) => "The pins press.",
+        Some(update) if screen::is_active(update) => "Pins active.",
         Some(_) => "Nothing is touched.",
     };
     Ok(serde_json::to_string(&State {

@@ -5,10 +5,14 @@ use super::player::{Player, Update};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::text::Line;
-use ratatui::widgets::{Block, Paragraph};
+use ratatui::widgets::{Block, Paragraph, Wrap};
 
 /// From nothing to the greatest.
 const SHADES: [char; 5] = [' ', '\u{2591}', '\u{2592}', '\u{2593}', '\u{2588}'];
+
+/// What passes for rest, as a strain and in newtons: shades are of more than that.
+const REST_STRAIN: f32 = 5e-4;
+const REST_N: f32 = 0.01;
 
 /// Columns from which on cells have no numbers.
 const WIDE: usize = 6;
@@ -47,13 +51,17 @@ pub fn draw(frame: &mut Frame<'_>, source: &str, update: Option<&Update>, player
         .iter()
         .map(|strain| setup.gain as f32 * strain)
         .collect();
-    let greatest = |values: &[f32]| values.iter().fold(1e-6f32, |most, value| most.max(*value));
+    let greatest = |values: &[f32]| {
+        values
+            .iter()
+            .fold(REST_STRAIN, |most, value| most.max(*value))
+    };
     // One scale for both strains, so that equal shades are equal strains.
     let strain = greatest(&gained).max(greatest(&update.felt_strain));
     let force = setup
         .limits
         .greatest_n()
-        .min(greatest(&update.pins.forces_n).max(0.05));
+        .min(greatest(&update.pins.forces_n).max(5.0 * REST_N));
     for (place, title, values, columns, most, scale, decimals) in [
         (
             boxes[0],
@@ -92,7 +100,8 @@ pub fn draw(frame: &mut Frame<'_>, source: &str, update: Option<&Update>, player
             place,
         );
     }
-    frame.render_widget(Paragraph::new(summary(update, setup.gain)), below);
+    let summary = Paragraph::new(summary(update, setup.gain)).wrap(Wrap { trim: true });
+    frame.render_widget(summary, below);
     frame.render_widget(Line::raw("q quit"), keys);
 }
 
@@ -109,13 +118,27 @@ fn cells(values: &[f32], columns: usize, most: f32, scale: f32, decimals: usize)
         let numbers: String = match columns < WIDE {
             true => row
                 .iter()
-                .map(|value| format!("{:>6.decimals$}", scale * value))
+                .map(|value| format!("{:>6}", number(scale * value, decimals)))
                 .collect(),
             false => shades.clone(),
         };
         lines.extend([shades, numbers]);
     }
     lines
+}
+
+/// A number without the sign of a zero.
+fn number(value: f32, decimals: usize) -> String {
+    let shown = format!("{value:.decimals$}");
+    match shown.strip_prefix('-') {
+        Some(zero) if !zero.contains(|digit: char| ('1'..='9').contains(&digit)) => zero.to_owned(),
+        _ => shown,
+    }
+}
+
+/// Whether the pins press more than at rest.
+pub fn is_active(update: &Update) -> bool {
+    update.pins.forces_n.iter().any(|n| *n > REST_N)
 }
 
 /// What a person wants to know of an update, in a line.
@@ -127,10 +150,10 @@ pub fn summary(update: &Update, gain: f64) -> String {
         String::new()
     };
     format!(
-        "{:8.3} s  sensor {:+.2} %  finger {:+.2} %, off by {:.2} % rms  pins {:.2} N at most, {:.2} N in all{limited}",
+        "{:8.3} s  sensor {} %  finger {} %, error {:.2} % rms; pins: {:.2} N max, {:.2} N total{limited}",
         update.pins.t_s,
-        100.0 * gain * f64::from(most(&update.sensor_strain)),
-        100.0 * most(&update.felt_strain),
+        number(100.0 * gain as f32 * most(&update.sensor_strain), 2),
+        number(100.0 * most(&update.felt_strain), 2),
         100.0 * update.error(gain),
         most(&update.pins.forces_n),
         update.pins.forces_n.iter().sum::<f32>(),

@@ -175,10 +175,35 @@ fn the_screen_shows_three_images() {
         "forces of the pins, N",
         "strain in the finger, %",
         "  2.00  2.00",
-        "off by",
+        "error 0.",
         "q quit",
     ] {
         assert!(shown.contains(part), "{part}\n{shown}");
     }
     assert!(shown.contains('\u{2588}'));
+
+    // At 80 columns the summary goes on in the next line.
+    let mut narrow = Terminal::new(TestBackend::new(80, 16)).expect("a terminal");
+    let mut shown_at_80 = |update: &Update| {
+        narrow
+            .draw(|frame| screen::draw(frame, "a board", Some(update), &player))
+            .expect("drawn");
+        let buffer = narrow.backend().buffer();
+        let cells = (0..16).flat_map(|y| (0..80).map(move |x| (x, y)));
+        cells.map(|at| buffer[at].symbol()).collect::<String>()
+    };
+    let last = updates.last().expect("an update");
+    assert!(shown_at_80(last).contains(" N total"));
+    // Rest has no shade and no sign, and is not active.
+    let mut rest = last.clone();
+    assert!(screen::is_active(&rest));
+    rest.pins.forces_n.fill(0.004);
+    rest.sensor_strain.fill(-4e-5);
+    rest.felt_strain.fill(2e-5);
+    let shown = shown_at_80(&rest);
+    assert!(
+        !screen::is_active(&rest) && !shown.contains(['\u{2588}', '\u{2593}']),
+        "{shown}"
+    );
+    assert!(!shown.contains("-0.00"), "{shown}");
 }

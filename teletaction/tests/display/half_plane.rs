@@ -3,7 +3,7 @@
 use ridgetone_teletaction::display::half_plane::{
     Stress, at_angle, normal, normal_wave, strain_without_shear, tangential, tangential_wave,
 };
-use ridgetone_teletaction::display::half_space;
+use ridgetone_teletaction::display::{Grid, Quantity, half_space};
 use std::f64::consts::{PI, TAU};
 
 /// Flamant's solution in polar coordinates: the only stress is the radial one.
@@ -113,6 +113,60 @@ fn a_half_space_carries_the_whole_force() {
                 "{poisson}: {sum}"
             );
         }
+    }
+}
+
+/// Plane stress and plane strain by Hooke's law, from the stresses of one line load (equation 1):
+/// along a long column of points the slices' strain is the one and the half space's the other.
+#[test]
+fn slices_and_half_space_are_told_apart() {
+    let spacing_mm = 0.25;
+    let column = Grid::new(1, 1000, spacing_mm).expect("a grid");
+    for (x_mm, z_mm) in [(0.0, 1.0), (1.5, 2.0), (4.0, 1.0)] {
+        // The two places of this grid are `x_mm` from the column.
+        let places = Grid::new(2, 1, 2.0 * f64::max(x_mm, 0.01)).expect("a grid");
+        for poisson in [0.0, 0.3, 0.5] {
+            let all = |quantity| -> f64 {
+                let map = places.map(&column, z_mm, poisson, quantity).expect("a map");
+                (0..1000).map(|pin| f64::from(map(0, pin))).sum::<f64>() * spacing_mm
+            };
+            let line = normal(x_mm, z_mm);
+            let across = poisson * (line.x + line.z);
+            for (quantity, expected) in [
+                (Quantity::Strain, line.z - poisson * line.x),
+                (
+                    Quantity::HalfSpaceStrain,
+                    line.z - poisson * (line.x + across),
+                ),
+                (Quantity::Stress, line.z),
+            ] {
+                let found = all(quantity);
+                assert!(
+                    near(found, expected, 1e-3),
+                    "{x_mm} {z_mm} {poisson} {quantity:?}: {found} {expected}"
+                );
+            }
+        }
+    }
+}
+
+/// Under an even pressure a slice has the same stress along x and z. A half space has twice Poisson's
+/// ratio of it along y too, for nothing can give way there.
+#[test]
+fn an_even_pressure_strains_slices_and_hardly_a_half_space() {
+    let pins = Grid::new(1000, 1000, 1.0).expect("a grid");
+    let place = Grid::new(1, 1, 1.0).expect("a grid");
+    for poisson in [0.0, 0.3, 0.5] {
+        let all = |quantity| -> f64 {
+            let map = place.map(&pins, 2.0, poisson, quantity).expect("a map");
+            (0..pins.count()).map(|pin| f64::from(map(0, pin))).sum()
+        };
+        let (slices, half_space) = (all(Quantity::Strain), all(Quantity::HalfSpaceStrain));
+        assert!(near(slices, 1.0 - poisson, 1e-2), "{poisson}: {slices}");
+        assert!(
+            near(half_space, 1.0 - poisson - 2.0 * poisson * poisson, 1e-2),
+            "{poisson}: {half_space}"
+        );
     }
 }
 

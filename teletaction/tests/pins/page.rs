@@ -55,7 +55,7 @@ fn the_emulated_touch_is_shown_as_three_pictures() {
         .expect("a line");
     let mut browser = Browser::start(LOOK);
     browser.open(url.trim());
-    browser.wait("document.getElementById('status')?.textContent === 'The pins press.'");
+    browser.wait("document.getElementById('status')?.textContent === 'Pins active.'");
     // A finger of 1 N. Then the page is held, so that all pictures are of one state.
     browser.wait(
         "(() => { const label = document.querySelector('#forces canvas').getAttribute('aria-label') ?? ''; \
@@ -75,7 +75,7 @@ fn the_emulated_touch_is_shown_as_three_pictures() {
     assert!(
         summary
             .as_str()
-            .is_some_and(|text| text.contains(" N in all")),
+            .is_some_and(|text| text.contains(" N total")),
         "{summary}"
     );
     assert_eq!(

@@ -98,7 +98,7 @@ class FeelSettings(Object):
     """Settings `feel`."""
 
     volts_per_um: float
-    """Amplitude of a taxel's reading over the displacement from peak to peak (equation 6), measured in windows as long as those of the events; 0 for no event `feel`. [V/um]"""
+    """Amplitude of a taxel's reading over the displacement from peak to peak (equation 6), as `ridgetone feel` prints it for a window of 3 s; 0 for no event `feel`. [V/um]"""
     sigma_share: float
     """Standard deviation of `feel.volts_per_um` over it. [share]"""
     force_ratio: float

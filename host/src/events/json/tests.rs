@@ -178,9 +178,10 @@ fn what_a_finger_feels_has_values_or_the_reason_why_not() {
     })
     .unwrap();
     let fires = |name: &str, value: f32| {
-        let half = 0.5 * value;
+        // An intensity is that of the paper's window of 3 s.
+        let intensity = 3.0 * value;
         format!(
-            r#"{{"receptor":"{name}","intensity":{half:?},"intensity_sigma":0.25,"intensity_per_hz":{value:?},"intensity_per_hz_sigma":0.5}}"#
+            r#"{{"receptor":"{name}","intensity":{intensity:?},"intensity_sigma":1.5,"intensity_per_hz":{value:?},"intensity_per_hz_sigma":0.5}}"#
         )
     };
     let absent = |name: &str, why: &str| {
