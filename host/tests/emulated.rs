@@ -193,8 +193,9 @@ fn all_of_table_2_within_its_bars_and_as_on_the_pc() {
 }
 
 /// The paper's gratings on the physical finger, 20 dB, windows of 1 s: spatial period within 1 %,
-/// speed within 1.5 %, the direction always right, without a given speed. One of a hundred may have an
-/// answer that is ambiguous: a line at half the frequency is tested for at odds of a thousand.
+/// speed within 1.5 %, the direction always right, without a given speed. Two lines between those of
+/// the comb are tested for at odds of a thousand each, and one by chance is in up to four windows, which
+/// overlap: of 170 as many may be ambiguous.
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn period_speed_and_direction_of_table_2_without_a_given_speed() {
@@ -274,7 +275,10 @@ fn period_speed_and_direction_of_table_2_without_a_given_speed() {
         );
     });
     let [seen, unclear] = [seen, unclear].map(AtomicU32::into_inner);
-    assert!(100 * unclear <= seen, "{unclear} of {seen} are ambiguous");
+    assert!(
+        seen > 150 && unclear <= 4,
+        "{unclear} of {seen} are ambiguous"
+    );
 }
 
 /// What a finger feels, in windows of several lengths; M by the static image, which the plain scene
