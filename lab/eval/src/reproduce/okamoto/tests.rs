@@ -189,7 +189,7 @@ fn by_hand_under_ridges_intervals_hold_and_nothing_is_wrong() {
                 if scan.is_turning {
                     continue;
                 }
-                // Of 60 windows of which 95 % hold, 52 or fewer do in one of a hundred cells.
+                // If 95 % of 60 windows hold, 52 or fewer do in one of a hundred cells.
                 assert!(
                     errors.held_share().is_none_or(|share| share > 0.87),
                     "{scan:?}"
