@@ -101,7 +101,7 @@ fn of_a_tone(recording: &Recording, truth: &Known, counts: &mut Counts) {
             .map(|i| recording.stretch(i * rows, rows))
             .collect();
         let whole = Answer::of(&recording.stretch(0, count * rows));
-        let answers: Vec<_> = parts.iter().map(|part| Answer::of(part)).collect();
+        let answers: Vec<_> = parts.iter().map(Answer::of).collect();
         if !whole.is_good || answers.iter().any(|part| !part.is_good) {
             continue;
         }

@@ -29,7 +29,7 @@ const EIGHT: Plan = Plan {
 };
 
 /// Least default hop of a plan, seconds.
-const HOP_LEAST_S: f32 = 0.05;
+const HOP_LEAST_S: f32 = 0.15;
 
 /// Windows of each tone for a row, for the page.
 pub const WINDOWS: u32 = 250;
