@@ -33,8 +33,13 @@ const LATE_FRAMES: u32 = 180;
 const WINDOW_LEAST_FRAMES: u32 = 24;
 /// Default window, seconds, where the plan allows it: the paper's longest.
 const WINDOW_S: f32 = 1.0;
-/// Least default hop, seconds: a fit of four harmonics and the tasks beside it take up to 0.12 s.
-const HOP_LEAST_S: f32 = 0.15;
+/// Processor time of a fit of four harmonics, seconds: of any, of a frame, and of each value in it
+/// (`docs/results/trade.md`).
+const FIT_S: f32 = 0.027;
+const FIT_FRAME_S: f32 = 32e-6;
+const FIT_VALUE_S: f32 = 5.1e-6;
+/// Share of the processor that the tasks before a fit leave for it, at the chip's fastest.
+const FIT_SHARE: f32 = 0.55;
 
 /// When the chip converts its own supply, reference, temperature, offset and gain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -306,23 +311,26 @@ impl Plan {
         parts as u32 as f32 / self.parts()
     }
 
-    /// The window and the hop that are used unless others are set, seconds: a quarter of the
-    /// window, in whole hundredths.
+    /// The window and the hop that are used unless others are set, seconds.
     pub const fn default_window(&self) -> (f32, f32) {
         let most_s = self.window_most_s();
         let window_s = if WINDOW_S < most_s { WINDOW_S } else { most_s };
-        let hop_s = 0.25 * window_s;
-        // Rounded up to whole hundredths: with the plan `hand` a fit along a robot's path takes 0.9
-        // quarters of the window and more.
-        let hop_s = (100.0 * hop_s + 0.999) as u32 as f32 / 100.0;
-        (
-            window_s,
-            if hop_s > HOP_LEAST_S {
-                hop_s
-            } else {
-                HOP_LEAST_S
-            },
-        )
+        (window_s, self.default_hop(window_s))
+    }
+
+    /// The hop of a window unless another is set, seconds: a quarter of the window, or what a fit
+    /// takes if that is longer, in whole hundredths.
+    pub const fn default_hop(&self, window_s: f32) -> f32 {
+        let values = FIT_VALUE_S * self.channels() as f32;
+        let fit_s = FIT_S + self.frames_in(window_s) as f32 * (FIT_FRAME_S + values);
+        let (quarter_s, least_s) = (0.25 * window_s, fit_s / FIT_SHARE);
+        let hop_s = if quarter_s > least_s {
+            quarter_s
+        } else {
+            least_s
+        };
+        // Rounded up: with the plan `hand` a fit along a robot's path takes longest.
+        (100.0 * hop_s + 0.999) as u32 as f32 / 100.0
     }
 
     /// What it gives.
@@ -454,7 +462,7 @@ mod tests {
         }
         assert_eq!(
             Plan::NAMED.map(|(_, plan)| plan.default_window().1),
-            [0.25, 0.15, 0.15, 0.15, 0.15]
+            [0.25, 0.17, 0.15, 0.13, 0.12]
         );
         assert_eq!(
             (
@@ -549,7 +557,7 @@ mod tests {
                     "{plan:?}"
                 );
                 assert!(
-                    hop_s >= HOP_LEAST_S && plan.window_frames_most() > 60,
+                    hop_s >= crate::settings::HOP_LEAST_S && plan.window_frames_most() > 60,
                     "{plan:?}"
                 );
                 // Touch detection works at 180 to 362 frames a second.

@@ -14,7 +14,7 @@ use core::ops::DerefMut;
 use core::sync::atomic::Ordering::Relaxed;
 use heapless::spsc::Consumer;
 use ridgetone_proto::store::Store;
-use ridgetone_proto::telemetry::{Abscissa, Estimate, Event, Feel};
+use ridgetone_proto::telemetry::{Abscissa, Estimate, Event, Feel, Span};
 use ridgetone_tone::{FrameSource, Overwritten, Values};
 use rtic_core::Mutex;
 
@@ -46,6 +46,13 @@ impl<S: Store> Fit<'_, S> {
         loop {
             // By reference, as the estimate: a copy would lie on the stack beside it.
             while let Some(window) = &windows.dequeue() {
+                // A later one is due: this one would only make that late, too.
+                if window.span == Span::Window
+                    && windows.peek().is_some_and(|next| next.span == Span::Window)
+                {
+                    shared.diagnostics.hops_skipped.add(1);
+                    continue;
+                }
                 let source = &mut Locked(&mut *ring);
                 if let Ok(WindowFit::Done(estimate)) = &fit(window, estimator, source, shared) {
                     report(outbox, estimate, window, estimator, shared);

@@ -28,9 +28,6 @@ const EIGHT: Plan = Plan {
     ..Plan::HAND
 };
 
-/// Least default hop of a plan, seconds.
-const HOP_LEAST_S: f32 = 0.15;
-
 /// Windows of each tone for a row, for the page.
 pub const WINDOWS: u32 = 250;
 
@@ -75,10 +72,9 @@ impl Choice {
     /// of a plan's default window.
     fn settings(self) -> Settings {
         let window_s = self.window_s as f32;
-        let hop_s = (0.25 * window_s).max(HOP_LEAST_S);
         Settings {
             window_s,
-            hop_s,
+            hop_s: self.plan.default_hop(window_s),
             ..Settings::DEFAULT.with_plan(self.plan)
         }
     }
