@@ -334,7 +334,7 @@ impl Ring {
 }
 
 /// Most frames that are read at a time: the fit's blocks.
-const READ_FRAMES: usize = 16;
+const READ_FRAMES: usize = 8;
 
 impl Default for Ring {
     fn default() -> Self {
