@@ -33,13 +33,11 @@ const LATE_FRAMES: u32 = 180;
 const WINDOW_LEAST_FRAMES: u32 = 24;
 /// Default window, seconds, where the plan allows it: the paper's longest.
 const WINDOW_S: f32 = 1.0;
-/// Processor time of a fit of four harmonics, seconds: of any, of a frame, and of each value in it
-/// (`docs/results/trade.md`).
-const FIT_S: f32 = 0.027;
-const FIT_FRAME_S: f32 = 32e-6;
-const FIT_VALUE_S: f32 = 5.1e-6;
-/// Share of the processor that the tasks before a fit leave for it, at the chip's fastest.
-const FIT_SHARE: f32 = 0.55;
+/// How long a fit of four harmonics takes with all that interrupts it at the chip's fastest, and a tenth
+/// more, seconds: any fit, for each frame, and for each value in it (`docs/results/trade.md`).
+const FIT_S: f32 = 0.055;
+const FIT_FRAME_S: f32 = 0.2e-3;
+const FIT_VALUE_S: f32 = 8e-6;
 
 /// When the chip converts its own supply, reference, temperature, offset and gain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -323,13 +321,8 @@ impl Plan {
     pub const fn default_hop(&self, window_s: f32) -> f32 {
         let values = FIT_VALUE_S * self.channels() as f32;
         let fit_s = FIT_S + self.frames_in(window_s) as f32 * (FIT_FRAME_S + values);
-        let (quarter_s, least_s) = (0.25 * window_s, fit_s / FIT_SHARE);
-        let hop_s = if quarter_s > least_s {
-            quarter_s
-        } else {
-            least_s
-        };
-        // Rounded up: with the plan `hand` a fit along a robot's path takes longest.
+        let quarter_s = 0.25 * window_s;
+        let hop_s = if quarter_s > fit_s { quarter_s } else { fit_s };
         (100.0 * hop_s + 0.999) as u32 as f32 / 100.0
     }
 
@@ -462,7 +455,7 @@ mod tests {
         }
         assert_eq!(
             Plan::NAMED.map(|(_, plan)| plan.default_window().1),
-            [0.25, 0.17, 0.15, 0.13, 0.12]
+            [0.25, 0.24, 0.3, 0.28, 0.27]
         );
         assert_eq!(
             (

@@ -374,7 +374,11 @@ fn what_the_firmware_before_stored_is_read_and_migrated() {
     all.feel.volts_per_um = 0.002;
     all.feel.sigma_share = 0.1;
     all.feel.force_ratio = 0.6;
-    let hand = Settings::DEFAULT.with_plan(Plan::HAND);
+    // The hop that the plan had then.
+    let hand = Settings {
+        hop_s: 0.1,
+        ..Settings::DEFAULT.with_plan(Plan::HAND)
+    };
     for (records, expected) in [
         (1, (all, SettingsSource::Migrated)),
         (2, (Settings::DEFAULT, SettingsSource::Default)),
