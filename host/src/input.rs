@@ -153,7 +153,7 @@ impl Input {
             let fills = end_s >= f64::from(window_s);
             ensure!(
                 fills,
-                "{file}: {end_s:.3} s of data do not fill a window of {window_s} s: choose a shorter window"
+                "{file}: {end_s:.3} s of data do not fill a window of {window_s} s: choose a shorter one (--window)"
             );
         }
         Ok(input)

@@ -28,8 +28,8 @@ pub struct Firing {
     pub intensity: [Option<f32>; RECEPTORS],
     /// Bins above the threshold, in the wanted window.
     pub above: [f32; RECEPTORS],
-    /// Sum over the measured bins of the product of the wanted bins that each stands for, of those
-    /// above the threshold of one receptor and of another.
+    /// For two receptors the product of their wanted bins above the threshold, summed over the
+    /// measured bins: each of these stands for several wanted ones.
     pub products: Matrix,
     /// Change of the intensity if all lines were noise: in the measured window a tone and noise
     /// narrower than a bin look the same.

@@ -131,8 +131,8 @@ impl SpectralLine {
 }
 
 /// An amplitude in a window of `bins` times the length, with its standard deviation. A line that
-/// stands out of the noise keeps its power; noise keeps its power a hertz. Without such a line all
-/// is taken as noise, and the difference from the amplitude of a weak line is a standard deviation.
+/// stands out of the noise keeps its power; noise keeps its power a hertz. If no line stands out, all
+/// of it is taken as noise; what a weak line would change counts as a standard deviation.
 fn in_wanted_window(amplitude: f32, sigma: f32, noise: f32, bins: f32) -> (f32, f32) {
     let power = amplitude * amplitude;
     let tone = f32::max(power - noise, 0.0);

@@ -265,7 +265,7 @@ fn one_surface_has_one_score_from_windows_of_any_length() {
     }
 }
 
-/// A reference of noise is less in a longer window, and one with a line is as much.
+/// In a longer window a bin has less of a reference of noise, and as much of a line.
 #[test]
 fn one_reference_has_one_conversion_from_windows_of_any_length() {
     for (name, tone) in [("line", 3.0), ("weak line", 0.3), ("noise", 0.0)] {

@@ -64,7 +64,7 @@ pub struct Felt {
 }
 
 impl Felt {
-    /// The indices of a window of `as_window_s`.
+    /// The indices of a window of [`Self::as_window_s`].
     pub fn indices(&self, m: Option<(f32, f32)>) -> Indices {
         Indices::new(&self.firing, self.log_sigma, m)
     }

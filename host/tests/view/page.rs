@@ -44,6 +44,14 @@ fn text(browser: &mut Browser, id: &str) -> String {
         .to_owned()
 }
 
+/// The page of a recording that is played at once, at its end.
+fn open(view: &View) -> Browser {
+    let mut browser = Browser::start(LOOK);
+    browser.open(&view.url);
+    browser.wait("document.getElementById('status')?.textContent.startsWith('The recording is over') === true");
+    browser
+}
+
 fn save(what: &str, how: &str) -> String {
     format!("#{what} [data-save={how}]")
 }
@@ -88,9 +96,7 @@ fn a_recording_is_shown_with_the_numbers_of_json_and_can_be_paused_and_saved() {
     let path = recorded(folder.path(), &packets(3.2));
     let arguments = ["--file", common::text(&path), "--pace", "0"];
     let view = View::start(&arguments);
-    let mut browser = Browser::start(LOOK);
-    browser.open(&view.url);
-    browser.wait("document.getElementById('status')?.textContent.startsWith('The recording is over') === true");
+    let mut browser = open(&view);
     let lines = common::json_lines(&common::run(
         &[&["monitor", "--json"][..], &arguments].concat(),
     ));
@@ -247,9 +253,7 @@ fn a_restarted_command_is_found_again_and_missing_raw_frames_and_an_unsteady_ton
     let arguments = ["--file", common::text(&path), "--pace", "0"];
     let view = View::start(&arguments);
     let address = view.address().to_owned();
-    let mut browser = Browser::start(LOOK);
-    browser.open(&view.url);
-    browser.wait("document.getElementById('status')?.textContent.startsWith('The recording is over') === true");
+    let mut browser = open(&view);
     let why = browser.value("document.querySelector('#strips .empty').textContent");
     assert_eq!(
         why,
@@ -289,9 +293,7 @@ fn gaps_and_windows_that_are_not_good_are_not_drawn_over() {
     let folder = common::directory();
     let path = recorded(folder.path(), &packets(0.6));
     let view = View::start(&["--file", common::text(&path), "--pace", "0"]);
-    let mut browser = Browser::start(LOOK);
-    browser.open(&view.url);
-    browser.wait("document.getElementById('status')?.textContent.startsWith('The recording is over') === true");
+    let mut browser = open(&view);
     let plot = |file: &str, class: &str, card: &str| {
         format!(
             "const {{ {class} }} = await import('/{file}.js'); \

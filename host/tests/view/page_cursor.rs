@@ -1,7 +1,7 @@
 //! The cursor of the plots in a browser: values, differences, and a zoom that follows.
 
 use super::browser::Browser;
-use super::{LOOK, View, choose, press, save};
+use super::{LOOK, View, choose, open, press, save};
 use crate::common;
 use crate::{packets, recorded};
 use serde_json::json;
@@ -68,9 +68,7 @@ fn the_cursor_reads_every_plot_and_two_clicks_show_a_difference() {
     let folder = common::directory();
     let path = recorded(folder.path(), &packets(3.2));
     let view = View::start(&["--file", common::text(&path), "--pace", "0"]);
-    let mut browser = Browser::start(LOOK);
-    browser.open(&view.url);
-    browser.wait("document.getElementById('status')?.textContent.startsWith('The recording is over') === true");
+    let mut browser = open(&view);
     browser.wait("document.querySelector('#fit .empty').hidden");
 
     // What is read is what the table of the plot has, to the resolution of the picture.

@@ -1,7 +1,9 @@
 //! What a finger feels, on the page in a browser.
 
 use super::browser::Browser;
-use super::{LOOK, Look, PHONE, TARGETS, View, assert_drawn, assert_quiet, base64, save, text};
+use super::{
+    LOOK, Look, PHONE, TARGETS, View, assert_drawn, assert_quiet, base64, open, save, text,
+};
 use crate::common;
 use crate::{packets, packets_with, recorded, recorded_as};
 use ridgetone_proto::settings::{Feeling, Settings};
@@ -24,13 +26,6 @@ const SETTINGS: Settings = Settings {
 /// Name, text, and classes and left ends of what is drawn beside it, of each row.
 const ROWS: &str = "[...document.querySelectorAll('#feel-bars > div')].map((row) => [...row.children].slice(0, 2) \
     .map((child) => child.textContent).concat([...row.querySelectorAll('i')].map((part) => part.className)))";
-
-fn open(view: &View) -> Browser {
-    let mut browser = Browser::start(LOOK);
-    browser.open(&view.url);
-    browser.wait("document.getElementById('status')?.textContent.startsWith('The recording is over') === true");
-    browser
-}
 
 /// Width of a bar's part over that of its track.
 fn width(browser: &mut Browser, row: usize) -> f64 {

@@ -1,7 +1,6 @@
 //! Texts that stand where there is room for them, in a browser.
 
-use super::browser::Browser;
-use super::{LOOK, View};
+use super::{View, open};
 use crate::common;
 use crate::{packets, recorded};
 use serde_json::{Value, json};
@@ -39,9 +38,7 @@ fn texts_do_not_overlap_and_the_events_use_their_room() {
     let folder = common::directory();
     let path = recorded(folder.path(), &packets(0.6));
     let view = View::start(&["--file", common::text(&path), "--pace", "0"]);
-    let mut browser = Browser::start(LOOK);
-    browser.open(&view.url);
-    browser.wait("document.getElementById('status')?.textContent.startsWith('The recording is over') === true");
+    let mut browser = open(&view);
     // From the slowest plan to the fastest one of a single channel.
     for rate_hz in [30.0, 241.14, 1458.8, 14_000.0, 23_739.0] {
         for (harmonics, is_log) in [(4, true), (16, true), (4, false), (16, false)] {

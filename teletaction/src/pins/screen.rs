@@ -131,7 +131,7 @@ fn cells(values: &[f32], columns: usize, most: f32, scale: f32, decimals: usize)
 fn number(value: f32, decimals: usize) -> String {
     let shown = format!("{value:.decimals$}");
     match shown.strip_prefix('-') {
-        Some(zero) if !zero.contains(|digit: char| ('1'..='9').contains(&digit)) => zero.to_owned(),
+        Some(zero) if zero.parse() == Ok(0.0f32) => zero.to_owned(),
         _ => shown,
     }
 }
