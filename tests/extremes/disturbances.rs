@@ -221,6 +221,33 @@ fn two_tones_of_equal_strength() {
     }
 }
 
+/// A second tone of half, a quarter and an eighth of the amplitude, far from the first and no
+/// multiple of it: an answer names it.
+#[test]
+fn a_weaker_tone_is_named() {
+    for share in [0.5, 0.25, 0.125] {
+        for ratio in [1.73, 2.37, 3.7] {
+            for seed in 0..5 {
+                let mut noise = Noise::new(seed);
+                let values = codes(FRAMES, |c, t| {
+                    let phase = (c as u64 + 7 * seed) as f64;
+                    let tones = (TAU * FREQUENCY * t + 1.3 * phase).cos()
+                        + share * (TAU * ratio * FREQUENCY * t + 2.9 * phase).cos();
+                    1000.0 * tones + 20.0 * noise.next()
+                });
+                let fit = Case::new(values).fit();
+                let what = format!("{share} at {ratio}, seed {seed}");
+                if !fit.status.has_tone() {
+                    continue;
+                }
+                let other = fit.other_tone.unwrap_or_else(|| panic!("{what}: {fit:?}"));
+                let off = (other.frequency as f64 - ratio * FREQUENCY).abs();
+                assert!(off < 0.5 / FRAMES as f64, "{what}: {fit:?}");
+            }
+        }
+    }
+}
+
 /// Mains ten times as strong as the tone, at a known frequency, including where the frame rate
 /// folds it.
 #[test]

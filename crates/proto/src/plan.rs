@@ -35,9 +35,9 @@ const WINDOW_LEAST_FRAMES: u32 = 24;
 const WINDOW_S: f32 = 1.0;
 /// How long a fit of four harmonics takes with all that interrupts it at the chip's fastest, and a tenth
 /// more, seconds: any fit, for each frame, and for each value in it (`docs/results/trade.md`).
-const FIT_S: f32 = 0.055;
-const FIT_FRAME_S: f32 = 0.2e-3;
-const FIT_VALUE_S: f32 = 8e-6;
+const FIT_S: f32 = 0.06;
+const FIT_FRAME_S: f32 = 0.3e-3;
+const FIT_VALUE_S: f32 = 16e-6;
 
 /// When the chip converts its own supply, reference, temperature, offset and gain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

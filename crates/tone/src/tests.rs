@@ -167,7 +167,7 @@ impl<'t> Tested<'t> {
         let followed = self.followed;
         // No line has more power than all that is left.
         let all: f32 = followed.variances.iter().take(self.width).sum();
-        let is_weak = followed.count * all < OTHER * self.plain;
+        let is_weak = data.statistics.frames as f32 * all < OTHER * self.plain;
         let every = ((1u32 << self.width) - 1) as u16;
         if is_weak && self.with_tone == every {
             return Other::default();

@@ -487,7 +487,7 @@ fn what_helps_against_a_status_is_on_the_smallest_screen_too() {
     let parts = [
         "unsteady, wander 2.1 %",
         "shorten the window, or give",
-        "speed  28.6",
+        "speed  28.5",
     ];
     assert_shows(&shown(&live, LEAST), &parts);
     assert_shows(

@@ -50,7 +50,10 @@ pub fn figures(trade: Trade) -> Figures<Trade> {
         ("methods".into(), methods(&trade)),
         ("plans".into(), plans::table(&trade.plans)),
         ("feels".into(), feels(&trade)),
-        ("bars".into(), page::bars(&trade.chip)),
+        (
+            "bars".into(),
+            page::bars(trade.chip.iter().chain(&plans::bars(&trade.plans))),
+        ),
     ]);
     Figures {
         tables,

@@ -9,7 +9,7 @@ mod accuracy;
 mod on_board;
 
 use crate::accuracy::{Accuracy, rounded};
-use crate::page::{Table, figure, fixed, percent};
+use crate::page::{Bar, Table, figure, fixed, percent};
 use crate::parallel;
 use anyhow::Result;
 use ridgetone_proto::plan::Plan;
@@ -27,6 +27,11 @@ const EIGHT: Plan = Plan {
     inputs: 0x5555,
     ..Plan::HAND
 };
+
+/// Most time from a window's end to the last byte of its estimate on the line, ms.
+const LATE_BAR_MS: f64 = 100.0;
+/// Most share of time in which the processor is awake, percent.
+const LOAD_BAR_PERCENT: f64 = 90.0;
 
 /// Windows of each tone for a row, for the page.
 pub const WINDOWS: u32 = 250;
@@ -111,6 +116,39 @@ impl Row {
     pub fn latency_s(&self) -> Option<f64> {
         self.board.map(|board| self.window_s + board.late_s)
     }
+}
+
+/// What must hold on the register model; nothing where it was not run.
+pub fn bars(rows: &[Row]) -> Vec<Bar> {
+    let most = |figure: fn(&OnBoard) -> f64| {
+        let boards = rows.iter().filter_map(|row| row.board.as_ref());
+        boards.map(figure).reduce(f64::max)
+    };
+    let bar = |what: &str, limit, unit, most: Option<f64>| {
+        most.map(|most| Bar {
+            bar: what.into(),
+            limit: format!("at most {limit} {unit}"),
+            measured: format!("{:.0} {unit}", most),
+            met: most <= limit,
+        })
+    };
+    let late = most(|board| 1e3 * board.late_s);
+    let load = most(|board| 1e2 * board.load);
+    let bars = [
+        bar(
+            "a plan's estimate after its window",
+            LATE_BAR_MS,
+            "ms",
+            late,
+        ),
+        bar(
+            "a plan's load while the finger slides",
+            LOAD_BAR_PERCENT,
+            "%",
+            load,
+        ),
+    ];
+    bars.into_iter().flatten().collect()
 }
 
 /// Measures each choice, with `windows` windows of each tone; `board` says whether to run the image
