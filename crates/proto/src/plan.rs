@@ -455,7 +455,7 @@ mod tests {
         }
         assert_eq!(
             Plan::NAMED.map(|(_, plan)| plan.default_window().1),
-            [0.25, 0.24, 0.3, 0.28, 0.27]
+            [0.25, 0.37, 0.44, 0.4, 0.38]
         );
         assert_eq!(
             (

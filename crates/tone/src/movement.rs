@@ -22,9 +22,9 @@ use core::ops::Range;
 const STEPS: usize = 6;
 /// Most turns.
 const TURNS: usize = 7;
-/// A square of the step over its variance below which the equations at the course hold for what the
-/// noise asks for.
-const ASKED_MIN: f32 = 0.25;
+/// Fewest turns: the first has the noise beside a comb that was not at its optimum. With the second, a
+/// tone that starts or ends in the window is good and wrong a third as often.
+const TURNS_MIN: usize = 2;
 /// Turns after which the lines are chosen again.
 const LINES_AGAIN: [usize; 2] = [2, 4];
 /// Fewest functions next to the lines that are enough beside all harmonics.
@@ -53,8 +53,6 @@ pub struct Followed {
     pub degrees: Degrees,
     /// Movement beside the course.
     pub moved: [f32; MOVEMENT_MAX],
-    /// Square of the step that the fitted phase asks for, over its variance.
-    pub asked: f32,
     /// How the fitted phase sees the mean frequency, by degree.
     pub seen: [f32; MOVEMENT_MAX],
     /// The noise next to the lines.
@@ -79,7 +77,6 @@ impl Followed {
             fitted: Degrees::STEADY,
             degrees: Degrees::STEADY,
             moved: [0.0; MOVEMENT_MAX],
-            asked: 0.0,
             seen: [0.0; MOVEMENT_MAX],
             noise: Covariance::NONE,
             weights: [0.0; HARMONICS_MAX],
@@ -103,13 +100,8 @@ impl Followed {
         self.moved = normal.right;
         Factor::new(&mut normal.matrix, n).solve(&mut self.moved);
         // Phases come first: their factor is the beginning of that of all.
-        let of_phase = Factor::of(&normal.matrix, self.fitted.phase);
-        let mut asked = normal.right;
-        of_phase.forward(&mut asked);
-        let asked = asked.iter().take(self.fitted.phase);
-        self.asked = asked.map(|x| x * x).sum();
         self.seen = core::array::from_fn(|i| if i % 2 == 0 { 1.0 } else { 0.0 });
-        of_phase.solve(&mut self.seen);
+        Factor::of(&normal.matrix, self.fitted.phase).solve(&mut self.seen);
         invert(&mut normal.matrix, n);
     }
 
@@ -247,7 +239,7 @@ impl Refinement<'_> {
             let grows = has_room && phase_shows && fitted.phase < most;
             let fades = has_room && amplitude_shows && fitted.amplitude < most;
             turn += 1;
-            if turn == TURNS || !grows && !fades && followed.asked < ASKED_MIN {
+            if turn == TURNS || !grows && !fades && turn >= TURNS_MIN {
                 return true;
             }
             if grows {

@@ -84,10 +84,15 @@ fn the_scan_plans_are_as_the_text_says() {
             error.is_some_and(|error| (0.94..1.15).contains(&error.ratio)),
             "{one:?}"
         );
-        // An estimate is out before the next window ends.
+        // What the guide says.
+        let most_s = match one.plan.as_str() {
+            "paper" => 0.13,
+            "hand" | "0x5555" | "texture" if one.window_s == 0.032 => 0.12,
+            _ => 0.42,
+        };
         assert!(
             one.latency_s()
-                .is_some_and(|latency_s| latency_s < one.window_s + one.hop_s.max(0.12)),
+                .is_some_and(|latency_s| latency_s <= one.window_s + most_s),
             "{one:?}"
         );
     }
