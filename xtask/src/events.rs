@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 /// The unit test that compares the files writes them if this is set.
 const WRITE: &str = "RIDGETONE_WRITE";
 
-/// Writes `host/src/events/schema.json`, the tables of `docs/guide/4-telemetry.md` and
+/// Writes `host/src/events/schema.json`, the tables of `docs/guide/5-live-data.md` and
 /// `host/python/package/ridgetone/_events.py`.
 pub fn write() -> Result<()> {
     announce("schemas, the guide's tables and Python's classes, from host/src/events/view.rs");

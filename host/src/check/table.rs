@@ -13,8 +13,8 @@ use serde_json::{Value, json};
 use Sees::{Frames, Listening, OtherPlan, Readings, Report, Run, Start};
 
 /// Pages of the guide.
-const WIRING: &str = "docs/guide/1-wiring.md";
-const FIRST_RUN: &str = "docs/guide/2-first-run.md";
+const WIRING: &str = "docs/guide/2-build.md";
+const FIRST_RUN: &str = "docs/guide/1-first-hour.md";
 const PLANS: &str = "docs/guide/3-speed-or-accuracy.md";
 pub const TROUBLESHOOTING: &str = "docs/guide/6-troubleshooting.md";
 

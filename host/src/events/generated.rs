@@ -379,7 +379,7 @@ fn compare_or_write(path: &str, wanted: &str) {
 fn what_is_made_from_the_views_is_up_to_date() {
     compare_or_write("host/src/events/schema.json", &schema_json());
     compare_or_write("host/python/package/ridgetone/_events.py", &python());
-    let page = "docs/guide/4-telemetry.md";
+    let page = "docs/guide/5-live-data.md";
     let text = std::fs::read_to_string(root().join(page)).expect("a page");
     let (before, rest) = text.split_once(BEGIN).expect("a beginning");
     let (_, after) = rest.split_once(END).expect("an end");

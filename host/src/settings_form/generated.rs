@@ -17,7 +17,7 @@ struct Place {
 }
 
 const GUIDE: Place = Place {
-    file: "../docs/guide/2-first-run.md",
+    file: "../docs/guide/1-first-hour.md",
     begin: "<!-- `cargo xtask settings` writes what follows. -->\n",
     end: "<!-- End of what `cargo xtask settings` writes. -->\n",
 };

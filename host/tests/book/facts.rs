@@ -42,7 +42,7 @@ fn every_link_leads_to_a_file() {
 /// `Type::function`, each once.
 #[test]
 fn the_ways_name_functions_that_exist() {
-    let page = read(&root().join("docs/guide/9-how-it-works.md"));
+    let page = read(&root().join("docs/guide/6-how-it-works.md"));
     let (_, ways) = page
         .split_once("## The way of one conversion")
         .expect("the ways");
@@ -87,7 +87,7 @@ fn the_ways_name_functions_that_exist() {
 /// A row whose file was in a row before says "again", and why.
 #[test]
 fn the_way_of_a_window_says_where_it_comes_back() {
-    let page = read(&root().join("docs/guide/9-how-it-works.md"));
+    let page = read(&root().join("docs/guide/6-how-it-works.md"));
     let (_, way) = page
         .split_once("## The way of one window")
         .expect("the way");
@@ -122,7 +122,7 @@ fn value_of(code: &str, field: &str) -> String {
 /// the code.
 #[test]
 fn the_wiring_is_the_firmwares() {
-    let page = read(&root().join("docs/guide/1-wiring.md"));
+    let page = read(&root().join("docs/guide/2-build.md"));
     let drawing = read(&root().join("docs/guide/wiring.svg"));
     let feather = read(&root().join("src/board/feather_f405.rs"));
     let nucleo = read(&root().join("src/board/nucleo_f446re.rs"));
@@ -181,7 +181,7 @@ fn the_wiring_is_the_firmwares() {
 /// beyond a row's range is refused.
 #[test]
 fn every_setting_is_in_a_table_with_its_range() {
-    let chapters = ["2-first-run", "4-telemetry", "11-what-a-finger-feels"];
+    let chapters = ["1-first-hour", "5-live-data", "11-what-a-finger-feels"];
     let pages = chapters
         .map(|name| read(&root().join(format!("docs/guide/{name}.md"))))
         .concat();
@@ -271,7 +271,7 @@ fn every_kind_of_fault_has_a_remedy() {
 
 #[test]
 fn the_reader_in_python_reads_what_the_command_prints() {
-    let page = read(&root().join("docs/guide/4-telemetry.md"));
+    let page = read(&root().join("docs/guide/5-live-data.md"));
     let [reader] = &blocks(&page, "python")[..] else {
         panic!("one reader")
     };
