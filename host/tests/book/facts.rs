@@ -2,8 +2,8 @@
 //! Python reads.
 
 use super::common::{directory, file, json_lines, run};
-use super::{blocks, pages, read, root};
-use pulldown_cmark::{Event as Mark, Parser, Tag};
+use super::{blocks, documents, pages, read, root};
+use pulldown_cmark::{Event as Mark, Parser, Tag, TagEnd};
 use ridgetone_host::input::{Input, Source};
 use ridgetone_host::names;
 use ridgetone_host::replay;
@@ -12,30 +12,129 @@ use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Packet, WIRE_MAX, encode};
 use std::io::Write;
+use std::path::Path;
 use std::process::{Command, Stdio};
 
+/// The anchors of a page's headings, as GitHub and others make them.
+fn anchors(page: &str) -> Vec<String> {
+    let (mut anchors, mut heading): (Vec<String>, Option<String>) = (Vec::new(), None);
+    for mark in Parser::new(page) {
+        match mark {
+            Mark::Start(Tag::Heading { .. }) => heading = Some(String::new()),
+            Mark::End(TagEnd::Heading(_)) => {
+                let text = heading.take().expect("begun").to_lowercase();
+                let kept = text
+                    .chars()
+                    .filter(|c| c.is_alphanumeric() || [' ', '-', '_'].contains(c));
+                anchors.push(kept.map(|c| if c == ' ' { '-' } else { c }).collect());
+            }
+            Mark::Text(text) | Mark::Code(text) => {
+                if let Some(heading) = &mut heading {
+                    heading.push_str(&text);
+                }
+            }
+            _ => {}
+        }
+    }
+    anchors
+}
+
+/// Fails if a link from a page leads to no file, or to no heading of a page.
+fn assert_leads(page: &Path, to: &str) {
+    let (file, anchor) = to.split_once('#').unwrap_or((to, ""));
+    let target = if file.is_empty() {
+        page.to_owned()
+    } else {
+        page.with_file_name("").join(file)
+    };
+    assert!(target.exists(), "{}: {to}", page.display());
+    assert!(
+        anchor.is_empty() || anchors(&read(&target)).iter().any(|name| name == anchor),
+        "{}: no heading {to}",
+        page.display()
+    );
+}
+
 #[test]
-fn every_link_leads_to_a_file() {
+fn every_link_leads_to_a_file_and_a_heading() {
+    let more = [
+        "docs/CHANGELOG.md",
+        "host/reference.md",
+        "host/python/README.md",
+        "hal-mock/README.md",
+        "lab/rig/README.md",
+        "teletaction/stimulus/README.md",
+    ];
     let mut links = 0;
-    for page in pages() {
+    for page in documents()
+        .into_iter()
+        .chain(more.map(|name| root().join(name)))
+    {
         for mark in Parser::new(&read(&page)) {
             let (Mark::Start(Tag::Link { dest_url: to, .. })
             | Mark::Start(Tag::Image { dest_url: to, .. })) = mark
             else {
                 continue;
             };
-            let to = to.split('#').next().unwrap_or_default();
-            if !to.is_empty() && !to.contains("://") {
+            if !to.contains("://") {
                 links += 1;
-                assert!(
-                    page.with_file_name("").join(to).exists(),
-                    "{}: {to}",
-                    page.display()
-                );
+                assert_leads(&page, &to);
             }
         }
     }
-    assert!(links > 30);
+    assert!(links > 100, "{links} links");
+}
+
+/// The command prints the file and the heading for each of its checks.
+#[test]
+fn every_check_leads_to_a_heading() {
+    for row in &ridgetone_host::check::table::TABLE {
+        assert_leads(&root().join("README.md"), row.page);
+    }
+}
+
+/// A chapter begins with what its reader can do at its end, and all of them are short.
+#[test]
+fn the_guide_is_six_short_chapters() {
+    let mut words = 0;
+    let chapters = &pages()[1..];
+    for (number, path) in chapters.iter().enumerate() {
+        let page = read(path);
+        words += page.split_whitespace().count();
+        let mut lines = page.lines().filter(|line| !line.is_empty());
+        let title = lines.next().expect("a title");
+        assert!(title.starts_with(&format!("# {}. ", number + 1)), "{title}");
+        let first = lines.next().expect("a first paragraph");
+        assert!(
+            first.starts_with("At the end of this chapter you "),
+            "{first}"
+        );
+    }
+    assert_eq!(chapters.len(), 6, "{chapters:?}");
+    assert!(words <= 15_000, "{words} words");
+    let readme = read(&root().join("README.md"));
+    assert!(readme.lines().count() <= 120);
+}
+
+/// Each name in the drawings of the ways is one of the tables below them.
+#[test]
+fn the_drawings_name_what_the_tables_name() {
+    let page = read(&root().join("docs/guide/6-how-it-works.md"));
+    for drawing in ["conversion", "window"] {
+        let drawing = read(&root().join(format!("docs/guide/{drawing}.svg")));
+        let texts = drawing.split(" class=\"code\">").skip(1);
+        let names: Vec<&str> = texts
+            .filter_map(|text| text.split('<').next())
+            .flat_map(|names| names.split(", "))
+            .collect();
+        assert!(names.len() > 10, "{names:?}");
+        for name in names {
+            assert!(
+                page.contains(&format!("`{name}`")),
+                "the page has no {name}"
+            );
+        }
+    }
 }
 
 /// The tables of the ways of a conversion and of a window: `file`: `function`, or `file`:
@@ -46,6 +145,7 @@ fn the_ways_name_functions_that_exist() {
     let (_, ways) = page
         .split_once("## The way of one conversion")
         .expect("the ways");
+    let (ways, _) = ways.split_once("\n## Checks").expect("their end");
     let mut named = Vec::new();
     let mut source = None;
     for code in ways
@@ -91,6 +191,7 @@ fn the_way_of_a_window_says_where_it_comes_back() {
     let (_, way) = page
         .split_once("## The way of one window")
         .expect("the way");
+    let (way, _) = way.split_once("\n## Checks").expect("its end");
     let (mut seen, mut rows) = (Vec::new(), 0);
     for row in way.lines().filter(|line| line.starts_with('|')) {
         let mut files: Vec<&str> = row
@@ -177,14 +278,11 @@ fn the_wiring_is_the_firmwares() {
     }
 }
 
-/// Every setting of the defaults has a row, in one of the chapters, with its default; and what is
-/// beyond a row's range is refused.
+/// Every setting of the defaults has a row in the reference, with its default; and what is beyond
+/// a row's range is refused.
 #[test]
 fn every_setting_is_in_a_table_with_its_range() {
-    let chapters = ["1-first-hour", "5-live-data", "11-what-a-finger-feels"];
-    let pages = chapters
-        .map(|name| read(&root().join(format!("docs/guide/{name}.md"))))
-        .concat();
+    let pages = read(&root().join("host/reference.md"));
     let rows: Vec<Vec<&str>> = pages
         .lines()
         .map(|line| line.split('|').map(str::trim).collect())
@@ -255,7 +353,7 @@ fn every_setting_is_in_a_table_with_its_range() {
 
 #[test]
 fn every_kind_of_fault_has_a_remedy() {
-    let page = read(&root().join("docs/guide/6-troubleshooting.md"));
+    let page = read(&root().join("docs/guide/2-build.md"));
     let symptoms: Vec<&str> = page
         .lines()
         .filter_map(|line| line.strip_prefix("| ")?.split(" | ").next())
