@@ -1,5 +1,6 @@
 //! What is made from the views and checked in: `schema.json`, the tables of `host/reference.md`,
-//! Python's classes. The test fails if one of them is not what the views say; `cargo xtask events` writes them anew.
+//! Python's classes. The test fails if one of them is not what the views say; `cargo xtask events`
+//! writes them anew.
 
 use super::schema::DIALECT;
 use super::view::{Message, schemas};
