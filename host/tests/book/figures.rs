@@ -90,7 +90,7 @@ fn compare_or_write(page: &Path, name: &str, table: &str) {
 #[test]
 fn the_tables_are_the_trades() {
     let trade = tables("trade");
-    let head = "window | RMS error | age of the answer | instructions |\n";
+    let head = "window | RMS error | latency | instructions |\n";
     let rules = "---:|---:|---:|---:|\n";
     let mut table = format!("| scene | set | {head}|---|---|{rules}");
     for (scene, set, choice) in [
@@ -164,6 +164,37 @@ fn the_sentence_on_harmonics_is_the_trades() {
         significant(most(4, [1, 4], |m| m.rms_percent), 2),
         significant(most(1, [4, 1], |m| m.instructions), 2),
         (100.0 * (most(1, [4, 1], |m| m.rms_percent) - 1.0)).ceil(),
+    );
+    let chapter = read(&root().join("docs/guide/3-speed-or-accuracy.md"));
+    assert!(chapter.contains(&sentence), "the chapter lacks: {sentence}");
+}
+
+/// What the register model adds to a window of the default plan, and how old answers of the fast
+/// plans are.
+#[test]
+fn the_sentence_on_latency_is_the_trades() {
+    let plans = tables("trade")["plans"].clone();
+    let columns = plans["columns"].as_array().expect("columns");
+    let column = |name: &str| columns.iter().position(|column| column == name);
+    let place = |name: &str| column(name).unwrap_or_else(|| panic!("no column {name}"));
+    let [window, plan, latency] = ["window, ms", "plan", "latency, ms"].map(place);
+    let (mut more_ms, mut fast_ms) = (Vec::new(), Vec::new());
+    for row in plans["rows"].as_array().expect("rows") {
+        let ms = |column: usize| row[column].as_f64().expect("a figure");
+        if row[plan] == "`paper`" {
+            more_ms.push(ms(latency) - ms(window));
+        } else {
+            fast_ms.push(ms(latency) / 1e3);
+        }
+    }
+    let least = |values: &[f64]| values.iter().copied().fold(f64::MAX, f64::min);
+    let most = |values: &[f64]| values.iter().copied().fold(0.0, f64::max);
+    let sentence = format!(
+        "takes {:.0} to {:.0} ms longer than its window with the default plan; with fast plans it is there after {} to {} s.",
+        least(&more_ms),
+        most(&more_ms),
+        significant(least(&fast_ms), 2),
+        significant(most(&fast_ms), 2),
     );
     let chapter = read(&root().join("docs/guide/3-speed-or-accuracy.md"));
     assert!(chapter.contains(&sentence), "the chapter lacks: {sentence}");
