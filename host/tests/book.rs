@@ -48,7 +48,7 @@ const WITH_A_BOARD: [&str; 22] = [
 ];
 
 /// Commands that take too long for a test, each with the test that covers a short form of it.
-const LITTLE_OF: [(&str, &str); 28] = [
+const LITTLE_OF: [(&str, &str); 29] = [
     (
         "cargo run -p ridgetone --example plain_frames",
         "crates/finger/tests/plain_frames.rs",
@@ -111,6 +111,7 @@ const LITTLE_OF: [(&str, &str); 28] = [
     ),
     ("cargo xtask test --fresh", "xtask/src/fresh.rs"),
     ("cargo test -p ridgetone-tone", "xtask/src/test.rs"),
+    ("cargo test -p rig", "xtask/src/test.rs"),
     (
         "cargo test -p ridgetone-firmware --test path",
         "xtask/src/test.rs",
@@ -173,14 +174,26 @@ fn pages() -> Vec<PathBuf> {
     pages
 }
 
-/// The results, the guide, the READMEs and CONTRIBUTING.md.
+/// Documents besides the results and the guide. The crates' READMEs are documentation of Rust, whose
+/// code runs as such.
+const MORE: [&str; 7] = [
+    "CONTRIBUTING.md",
+    "hal-mock/README.md",
+    "host/python/README.md",
+    "host/reference.md",
+    "lab/rig/README.md",
+    "teletaction/README.md",
+    "teletaction/stimulus/README.md",
+];
+
+/// The results, the guide, the READMEs and [`MORE`].
 fn documents() -> Vec<PathBuf> {
     let docs = fs::read_dir(root().join("docs/results"))
         .expect("documents")
         .map(|entry| entry.expect("an entry").path());
     docs.filter(|path| path.extension().is_some_and(|extension| extension == "md"))
         .chain(pages())
-        .chain(["teletaction/README.md", "CONTRIBUTING.md"].map(|name| root().join(name)))
+        .chain(MORE.map(|name| root().join(name)))
         .collect()
 }
 
@@ -265,6 +278,25 @@ fn is_of(word: &str, long: &str) -> bool {
 /// can.
 fn is_elsewhere(command: &str) -> bool {
     WITH_A_BOARD.contains(&command) || LITTLE_OF.iter().any(|(long, _)| *long == command)
+}
+
+/// The command whose report is shown in the second chapter.
+const CHECK: &str = "ridgetone check --emulated --for 10";
+
+/// The verdicts in the second chapter are those of the report; figures may differ a little.
+fn assert_shown(report: &str) {
+    let page = read(&root().join("docs/guide/2-build.md"));
+    let [shown] = &blocks(&page, "text")[..] else {
+        panic!("one report")
+    };
+    let verdict = |line: &str| {
+        let words: Vec<String> = line.split_whitespace().map(str::to_owned).collect();
+        [words.first().cloned(), words.get(1).cloned()]
+    };
+    let reported: Vec<_> = report.lines().map(verdict).collect();
+    for line in shown.lines().filter(|line| *line != "...") {
+        assert!(reported.contains(&verdict(line)), "{line}\n{report}");
+    }
 }
 
 /// Runs the `ridgetone` commands, the long ones or the others, one after the other in a folder that
@@ -375,6 +407,9 @@ fn run_all(long: bool) {
                 all.contains(word),
                 "{command} does not say \"{word}\" within {s} s"
             );
+        }
+        if command == CHECK {
+            assert_shown(&stdout(&output));
         }
         ran += 1;
     }

@@ -2,6 +2,8 @@
 
 mod demo;
 mod dfu;
+#[cfg(test)]
+mod documents;
 mod eval;
 mod events;
 mod flash;

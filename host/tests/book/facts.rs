@@ -57,18 +57,10 @@ fn assert_leads(page: &Path, to: &str) {
 
 #[test]
 fn every_link_leads_to_a_file_and_a_heading() {
-    let more = [
-        "docs/CHANGELOG.md",
-        "host/reference.md",
-        "host/python/README.md",
-        "hal-mock/README.md",
-        "lab/rig/README.md",
-        "teletaction/stimulus/README.md",
-    ];
     let mut links = 0;
     for page in documents()
         .into_iter()
-        .chain(more.map(|name| root().join(name)))
+        .chain([root().join("docs/CHANGELOG.md")])
     {
         for mark in Parser::new(&read(&page)) {
             let (Mark::Start(Tag::Link { dest_url: to, .. })
