@@ -1,4 +1,4 @@
-"""The notebook runs to the README's picture, and the book's chapter, the examples and the types hold."""
+"""The notebook runs to the README's picture, and the guide's code, the examples and the types hold."""
 
 import doctest
 import os
