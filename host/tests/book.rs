@@ -6,6 +6,8 @@ mod common;
 mod facts;
 #[path = "book/figures.rs"]
 mod figures;
+#[path = "book/links.rs"]
+mod links;
 #[path = "book/words.rs"]
 mod words;
 
