@@ -194,7 +194,7 @@ fn table(channels: usize, window: usize) -> (Vec<Errors>, Vec<Errors>) {
     (RIGHT_MM.map(row).into(), WRONG_MM.map(row).into())
 }
 
-/// The paper's window. The README's figures.
+/// The window of the paper.
 #[test]
 fn the_fit_along_the_path_is_better_than_the_papers_method_everywhere() {
     // With few channels the error is mostly that of the shortest windows.

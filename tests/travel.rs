@@ -229,7 +229,7 @@ fn a_grating_finer_than_the_pitch_is_ambiguous() {
     }
 }
 
-/// The defaults are those of a contact 8 mm long. How wrong they are for another is in the README.
+/// The defaults are those of a contact 8 mm long. How wrong they are for another is in the guide.
 #[test]
 fn another_contact_wants_a_calibration_of_its_own() {
     for (contact_mm, least, most) in [(7.0, 0.024, 0.04), (9.0, -0.03, -0.005)] {

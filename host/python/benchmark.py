@@ -1,4 +1,4 @@
-"""Prints how long a fit takes through Python, beside the command and beside the library alone: the book's table."""
+"""Prints how long a fit takes through Python, beside the command and beside the library alone."""
 
 import os
 import subprocess

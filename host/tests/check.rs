@@ -116,7 +116,8 @@ fn a_check_that_fails_is_reported_and_is_the_exit_status() {
                 .find(|line| line.contains(" firmware  "))
                 .expect("a line");
             assert!(
-                line.starts_with("fail ") && line.ends_with("-> docs/guide/2-first-run.md"),
+                line.starts_with("fail ")
+                    && line.ends_with("-> docs/guide/2-build.md#flash-and-check"),
                 "{line}"
             );
         }

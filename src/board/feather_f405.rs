@@ -1,6 +1,6 @@
 //! Adafruit Feather STM32F405 Express (product 4382), 168 MHz from its 12 MHz crystal.
 //!
-//! Its pins are in `docs/guide/1-wiring.md`, which a test compares with this file.
+//! Its pins are in `docs/guide/2-build.md`, which a test compares with this file.
 //!
 //! Telemetry leaves on TX (PB10, USART3, AF7), requests arrive on RX (PB11), at 921600 baud, 8N1.
 //! The baud rate generator divides 42 MHz by 46 and is 0.93 % slow, which every receiver tolerates

@@ -2,7 +2,7 @@
 //!
 //! # Porting
 //!
-//! A board is a module with the items below; `docs/guide/5-another-board.md` has the steps.
+//! A board is a module with the items below; `docs/guide/6-how-it-works.md` has the steps.
 //! `main.rs` names no pin and no register. A board with an STM32F4 is little more than its pins, as
 //! `nucleo_f446re.rs` shows.
 //!

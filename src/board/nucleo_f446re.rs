@@ -1,7 +1,7 @@
 //! ST Nucleo-F446RE (MB1136), 168 MHz from the 8 MHz that its ST-LINK puts on OSC_IN (UM1724, "OSC
 //! clock supply": the bridges are so from MB1136 C-02 on).
 //!
-//! Its pins are in `docs/guide/1-wiring.md`, which a test compares with this file.
+//! Its pins are in `docs/guide/2-build.md`, which a test compares with this file.
 //!
 //! Telemetry leaves on PA2, requests arrive on PA3 (USART2, AF7), a serial port of the PC through
 //! the ST-LINK, at 921600 baud, 8N1; 0.93 % slow as on the Feather. D0 and D1 are these pins only

@@ -2,6 +2,8 @@
 
 mod demo;
 mod dfu;
+#[cfg(test)]
+mod documents;
 mod eval;
 mod events;
 mod flash;
@@ -115,13 +117,13 @@ enum Task {
     /// touch of hal-mock/scenes/c1.toml.
     Pictures,
     /// Writes what follows from the description of the messages in host/src/events/view.rs: their
-    /// JSON schemas, the guide's tables and Python's classes.
+    /// JSON schemas, the tables of host/reference.md and Python's classes.
     Events,
     /// Builds what makes the sound of `ridgetone touch`, teletaction/assets/touch/stimulus.wasm: after a
     /// change of stimulus/.
     Worklet,
-    /// Writes the guide's list of settings and Python's class: after a change of the table in
-    /// crates/proto/src/settings.rs.
+    /// Writes the list of settings in host/reference.md and Python's class: after a change of the
+    /// table in crates/proto/src/settings.rs.
     Settings,
     /// Finds or installs the tools of the firmware and its tests: the core library for Cortex-M,
     /// the emulator, a browser, a broker of MQTT, Python.

@@ -12,15 +12,15 @@ use serde_json::{Value, json};
 
 use Sees::{Frames, Listening, OtherPlan, Readings, Report, Run, Start};
 
-/// Pages of the guide.
-const WIRING: &str = "docs/guide/1-wiring.md";
-const FIRST_RUN: &str = "docs/guide/2-first-run.md";
-const PLANS: &str = "docs/guide/3-speed-or-accuracy.md";
-pub const TROUBLESHOOTING: &str = "docs/guide/6-troubleshooting.md";
+/// Sections of the guide.
+const WIRING: &str = "docs/guide/2-build.md#wiring";
+const FLASHING: &str = "docs/guide/2-build.md#flash-and-check";
+const PLANS: &str = "docs/guide/3-speed-or-accuracy.md#scan-plans";
+pub const TROUBLESHOOTING: &str = "docs/guide/2-build.md#what-ridgetone-check-finds";
 
 /// Every check: its name, what it looks at and its verdict on that, and the page that helps.
 pub const TABLE: [Row; 24] = [
-    row("firmware", Run(firmware), FIRST_RUN),
+    row("firmware", Run(firmware), FLASHING),
     row("reset", Start(reset), TROUBLESHOOTING),
     row("brown_out", Start(brown_out), WIRING),
     row("oscillator", Start(oscillator), TROUBLESHOOTING),
@@ -157,7 +157,7 @@ pub struct Check {
     pub verdict: Verdict,
     pub finding: String,
     pub values: Value,
-    /// The page of the guide that helps.
+    /// The section of the guide that helps.
     pub page: &'static str,
 }
 

@@ -1,5 +1,6 @@
-//! What is made from the views and checked in: `schema.json`, the guide's tables, Python's classes.
-//! The test fails if one of them is not what the views say; `cargo xtask events` writes them anew.
+//! What is made from the views and checked in: `schema.json`, the tables of `host/reference.md`,
+//! Python's classes. The test fails if one of them is not what the views say; `cargo xtask events`
+//! writes them anew.
 
 use super::schema::DIALECT;
 use super::view::{Message, schemas};
@@ -312,8 +313,8 @@ fn docstring(text: &str) -> String {
     lines.join("\n") + "\"\"\"\n"
 }
 
-/// The guide's tables: a section for each kind of message.
-fn guide() -> String {
+/// The reference's tables: a section for each kind of message.
+fn tables() -> String {
     let mut out = String::new();
     let envelope = schema::<Message>();
     let common = envelope["properties"].as_object().expect("properties");
@@ -379,11 +380,11 @@ fn compare_or_write(path: &str, wanted: &str) {
 fn what_is_made_from_the_views_is_up_to_date() {
     compare_or_write("host/src/events/schema.json", &schema_json());
     compare_or_write("host/python/package/ridgetone/_events.py", &python());
-    let page = "docs/guide/4-telemetry.md";
+    let page = "host/reference.md";
     let text = std::fs::read_to_string(root().join(page)).expect("a page");
     let (before, rest) = text.split_once(BEGIN).expect("a beginning");
     let (_, after) = rest.split_once(END).expect("an end");
-    compare_or_write(page, &format!("{before}{BEGIN}{}{END}{after}", guide()));
+    compare_or_write(page, &format!("{before}{BEGIN}{}{END}{after}", tables()));
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! What each message of a board says to programs: one struct an event, one `From` from the wire.
 //!
 //! Everything else follows from these structs: lines of JSON, their schemas, the columns of tables,
-//! the topics of streams, the guide's table and Python's classes. Doc comments become descriptions,
-//! and the end of a field's name is its unit. After a change run `cargo xtask events`.
+//! the topics of streams, the tables of `host/reference.md` and Python's classes. Doc comments become
+//! descriptions, and the end of a field's name is its unit. After a change run `cargo xtask events`.
 
 use crate::digits::seconds;
 use crate::names::name;
@@ -750,7 +750,7 @@ pub struct Missed {
     pub count: u64,
 }
 
-/// The schema of each kind of message, in the order of the guide: those of the board, those of
+/// The schema of each kind of message, in the order of the reference: those of the board, those of
 /// this computer, and the object of `fit`.
 #[cfg(test)]
 pub fn schemas() -> Vec<(&'static str, serde_json::Value)> {

@@ -191,7 +191,7 @@ mod tests {
 
     #[test]
     fn the_book_has_the_papers_coefficients() {
-        let page = include_str!("../../../docs/guide/11-what-a-finger-feels.md");
+        let page = include_str!("../../../docs/guide/4-recordings.md");
         let text = page
             .split("```")
             .find_map(|block| block.strip_prefix("toml\n"))

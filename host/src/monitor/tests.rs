@@ -529,7 +529,7 @@ fn the_book_shows_the_screen() {
         .join("\n");
     let page = std::fs::read_to_string(concat!(
         env!("CARGO_MANIFEST_DIR"),
-        "/../docs/guide/2-first-run.md"
+        "/../docs/guide/1-first-hour.md"
     ))
     .unwrap();
     assert!(page.contains(&shown), "the page lacks\n{shown}");

@@ -102,7 +102,7 @@ pub const HELP: &[&str] = &[
     "one scale. The map shows the level of each taxel in",
     "the latest hold, x to the right; times are device time.",
     "Receptors have one scale too; the board must know the",
-    "settings `feel`: see chapter 11 of the book.",
+    "settings `feel`: see docs/guide/4-recordings.md.",
     "",
     "any key closes this",
 ];

@@ -1,5 +1,5 @@
-//! What is made from the table of settings and checked in: the guide's list and Python's class. The
-//! test fails if one of them is not what the table gives; `cargo xtask settings` writes them anew.
+//! What is made from the table of settings and checked in: the list in `host/reference.md` and
+//! Python's class. The test fails if one of them is not what the table gives; `cargo xtask settings` writes them anew.
 
 use super::{range, rows, shown, split, tables, words};
 use ridgetone_proto::settings::{Kind, Setting, TABLE};
@@ -9,15 +9,15 @@ use std::path::Path;
 /// Set by `cargo xtask settings`: write the files instead of comparing them.
 const WRITE: &str = "RIDGETONE_WRITE";
 
-/// A page of the guide, or a module of Python, with the lines around what is written.
+/// A page, or a module of Python, with the lines around what is written.
 struct Place {
     file: &'static str,
     begin: &'static str,
     end: &'static str,
 }
 
-const GUIDE: Place = Place {
-    file: "../docs/guide/2-first-run.md",
+const LIST: Place = Place {
+    file: "reference.md",
     begin: "<!-- `cargo xtask settings` writes what follows. -->\n",
     end: "<!-- End of what `cargo xtask settings` writes. -->\n",
 };
@@ -47,7 +47,7 @@ impl Place {
     }
 }
 
-fn guide() -> String {
+fn list() -> String {
     let mut text = String::from(
         "\n| setting | unit | range | default | what it is | option |\n|---|---|---|---|---|---|\n",
     );
@@ -112,7 +112,7 @@ fn field(setting: &Setting, text: &mut String) {
 }
 
 #[test]
-fn the_guide_and_python_have_what_the_table_has() {
-    GUIDE.check(&guide());
+fn the_list_and_python_have_what_the_table_has() {
+    LIST.check(&list());
     PYTHON.check(&python());
 }

@@ -1,9 +1,8 @@
-//! Checks that files, pins, functions and faults named on the pages exist, and that the reader in
+//! Checks that pins, functions, settings and faults named on the pages exist, and that the reader in
 //! Python reads.
 
 use super::common::{directory, file, json_lines, run};
-use super::{blocks, pages, read, root};
-use pulldown_cmark::{Event as Mark, Parser, Tag};
+use super::{blocks, read, root};
 use ridgetone_host::input::{Input, Source};
 use ridgetone_host::names;
 use ridgetone_host::replay;
@@ -14,38 +13,36 @@ use ridgetone_proto::telemetry::{Packet, WIRE_MAX, encode};
 use std::io::Write;
 use std::process::{Command, Stdio};
 
+/// Each name in the drawings of the ways is one of the tables below them.
 #[test]
-fn every_link_leads_to_a_file() {
-    let mut links = 0;
-    for page in pages() {
-        for mark in Parser::new(&read(&page)) {
-            let (Mark::Start(Tag::Link { dest_url: to, .. })
-            | Mark::Start(Tag::Image { dest_url: to, .. })) = mark
-            else {
-                continue;
-            };
-            let to = to.split('#').next().unwrap_or_default();
-            if !to.is_empty() && !to.contains("://") {
-                links += 1;
-                assert!(
-                    page.with_file_name("").join(to).exists(),
-                    "{}: {to}",
-                    page.display()
-                );
-            }
+fn the_drawings_name_what_the_tables_name() {
+    let page = read(&root().join("docs/guide/6-how-it-works.md"));
+    for drawing in ["conversion", "window"] {
+        let drawing = read(&root().join(format!("docs/guide/{drawing}.svg")));
+        let texts = drawing.split(" class=\"code\">").skip(1);
+        let names: Vec<&str> = texts
+            .filter_map(|text| text.split('<').next())
+            .flat_map(|names| names.split(", "))
+            .collect();
+        assert!(names.len() > 10, "{names:?}");
+        for name in names {
+            assert!(
+                page.contains(&format!("`{name}`")),
+                "the page has no {name}"
+            );
         }
     }
-    assert!(links > 30);
 }
 
 /// The tables of the ways of a conversion and of a window: `file`: `function`, or `file`:
 /// `Type::function`, each once.
 #[test]
 fn the_ways_name_functions_that_exist() {
-    let page = read(&root().join("docs/guide/9-how-it-works.md"));
+    let page = read(&root().join("docs/guide/6-how-it-works.md"));
     let (_, ways) = page
         .split_once("## The way of one conversion")
         .expect("the ways");
+    let (ways, _) = ways.split_once("\n## Checks").expect("their end");
     let mut named = Vec::new();
     let mut source = None;
     for code in ways
@@ -87,10 +84,11 @@ fn the_ways_name_functions_that_exist() {
 /// A row whose file was in a row before says "again", and why.
 #[test]
 fn the_way_of_a_window_says_where_it_comes_back() {
-    let page = read(&root().join("docs/guide/9-how-it-works.md"));
+    let page = read(&root().join("docs/guide/6-how-it-works.md"));
     let (_, way) = page
         .split_once("## The way of one window")
         .expect("the way");
+    let (way, _) = way.split_once("\n## Checks").expect("its end");
     let (mut seen, mut rows) = (Vec::new(), 0);
     for row in way.lines().filter(|line| line.starts_with('|')) {
         let mut files: Vec<&str> = row
@@ -122,7 +120,7 @@ fn value_of(code: &str, field: &str) -> String {
 /// the code.
 #[test]
 fn the_wiring_is_the_firmwares() {
-    let page = read(&root().join("docs/guide/1-wiring.md"));
+    let page = read(&root().join("docs/guide/2-build.md"));
     let drawing = read(&root().join("docs/guide/wiring.svg"));
     let feather = read(&root().join("src/board/feather_f405.rs"));
     let nucleo = read(&root().join("src/board/nucleo_f446re.rs"));
@@ -177,14 +175,11 @@ fn the_wiring_is_the_firmwares() {
     }
 }
 
-/// Every setting of the defaults has a row, in one of the chapters, with its default; and what is
-/// beyond a row's range is refused.
+/// Every setting of the defaults has a row in the reference, with its default; and what is beyond
+/// a row's range is refused.
 #[test]
 fn every_setting_is_in_a_table_with_its_range() {
-    let chapters = ["2-first-run", "4-telemetry", "11-what-a-finger-feels"];
-    let pages = chapters
-        .map(|name| read(&root().join(format!("docs/guide/{name}.md"))))
-        .concat();
+    let pages = read(&root().join("host/reference.md"));
     let rows: Vec<Vec<&str>> = pages
         .lines()
         .map(|line| line.split('|').map(str::trim).collect())
@@ -255,7 +250,7 @@ fn every_setting_is_in_a_table_with_its_range() {
 
 #[test]
 fn every_kind_of_fault_has_a_remedy() {
-    let page = read(&root().join("docs/guide/6-troubleshooting.md"));
+    let page = read(&root().join("docs/guide/2-build.md"));
     let symptoms: Vec<&str> = page
         .lines()
         .filter_map(|line| line.strip_prefix("| ")?.split(" | ").next())
@@ -271,7 +266,7 @@ fn every_kind_of_fault_has_a_remedy() {
 
 #[test]
 fn the_reader_in_python_reads_what_the_command_prints() {
-    let page = read(&root().join("docs/guide/4-telemetry.md"));
+    let page = read(&root().join("docs/guide/5-live-data.md"));
     let [reader] = &blocks(&page, "python")[..] else {
         panic!("one reader")
     };

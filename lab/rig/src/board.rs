@@ -1,4 +1,4 @@
-//! The boards: what is wired to which pin. Written from the wiring page of the book, not from the
+//! The boards: what is wired to which pin. Written from the guide's wiring, not from the
 //! firmware.
 
 /// A pin by its port (0 is A) and number.

@@ -1,7 +1,7 @@
 //! The stylus's board: an Adafruit Feather STM32F405 Express with an encoder and an actuator in
 //! place of a finger. Only registers.
 //!
-//! Its pins are in `docs/guide/5-another-board.md`. What any STM32F4 needs is the finger's own, from
+//! Its pins are in `teletaction/README.md`. What any STM32F4 needs is the finger's own, from
 //! `src/board/`.
 //!
 //! Two timers work without the processor: TIM3 counts the encoder's edges, all four of a period;

@@ -5,7 +5,7 @@ use core::f32::consts::PI;
 /// Parts of a way by which its speeds are measured.
 const PARTS: usize = 16;
 /// Delay of the bridges' low-pass for slow tones, seconds: 820 ohm beside 820 ohm, and 1 uF
-/// (docs/guide/1-wiring.md). A robot's places are to be those of that much earlier.
+/// (docs/guide/2-build.md). A robot's places are to be those of that much earlier.
 const LOW_PASS_S: f32 = 0.5 * 820.0 * 1e-6;
 /// Its standard deviation. The capacitor's value is anywhere within 10 % of the printed one.
 pub const LOW_PASS_SIGMA_S: f32 = 0.058 * LOW_PASS_S;
