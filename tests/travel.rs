@@ -22,6 +22,12 @@ fn estimates(scene: Sliding, settings: Settings) -> Vec<Estimate> {
     out.window_fits.into_iter().chain(out.slide_fits).collect()
 }
 
+/// The simulated finger as `ridgetone calibrate` measures it (`host/tests/calibrate.rs`).
+const CALIBRATED: Array = Array {
+    edge_phase_sigma_rad: 0.01,
+    ..Array::DEFAULT
+};
+
 fn with_array(array: Array) -> Settings {
     Settings {
         array,
@@ -54,7 +60,7 @@ fn all_of_table_2_both_ways_within_the_bars() {
                 ..scene.clone()
             };
             let (period_mm, speed_mm_s) = (scene.period_mm, scene.speed_mm_s);
-            for fit in estimates(scene, Settings::DEFAULT) {
+            for fit in estimates(scene, with_array(CALIBRATED)) {
                 let what = format!("c{number}, seed {seed}: {fit:?}");
                 let travel = fit.travel;
                 // Without a good tone nothing is said of its travel.
@@ -105,7 +111,7 @@ fn a_fast_grating_is_as_good_as_a_slow_one() {
                 snr_db: Some(20.0),
                 ..scene
             },
-            Settings::DEFAULT,
+            with_array(CALIBRATED),
         ) {
             let travel = fit.travel;
             assert_eq!(
@@ -143,7 +149,7 @@ fn with_a_given_speed_the_period_comes_from_it() {
                 scene.clone(),
                 Settings {
                     slide,
-                    ..Settings::DEFAULT
+                    ..with_array(CALIBRATED)
                 },
             )
         };
@@ -184,7 +190,7 @@ fn by_place_the_period_is_the_fits_own() {
         };
         let stream = places(20.0, |t_s| sign * 30.0 * t_s);
         let scene = SlidingScene::new(scene).unwrap();
-        let out = outcome(&run_streamed(scene, Settings::DEFAULT, stream));
+        let out = outcome(&run_streamed(scene, with_array(CALIBRATED), stream));
         assert!(!out.window_fits.is_empty(), "{out:?}");
         for fit in out.window_fits {
             let travel = fit.travel;
@@ -218,7 +224,7 @@ fn a_grating_finer_than_the_pitch_is_ambiguous() {
     };
     let array = Array {
         period_least_mm: 1.4,
-        ..Array::DEFAULT
+        ..CALIBRATED
     };
     for fit in estimates(scene, with_array(array)) {
         assert_eq!(fit.travel.status, TravelStatus::Ambiguous, "{fit:?}");
@@ -251,6 +257,10 @@ fn another_contact_wants_a_calibration_of_its_own() {
                     (least..most).contains(&off),
                     "{contact_mm} mm: {off}, {fit:?}"
                 );
+                // Nobody has calibrated it, and the uncertainty says so.
+                let sigma = f64::from(fit.travel.spatial_period_sigma_mm) / period_mm;
+                assert_eq!(fit.travel.status, TravelStatus::Uncalibrated, "{fit:?}");
+                assert!(off.abs() < sigma, "{contact_mm} mm: {off}, {fit:?}");
             }
         }
     }

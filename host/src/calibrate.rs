@@ -3,7 +3,7 @@
 //!
 //! The lag between the columns of units is modelled as a straight line over the grating's cycles
 //! per millimetre ([`Array::edge_phase_rad`]); here the line is fitted to measured lags by least
-//! squares.
+//! squares. One or two gratings give its height alone: its slope is the nominal pitch.
 
 use crate::input::Opened;
 use crate::names::name as name_of;
@@ -17,8 +17,16 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::fmt;
 
-/// Fewest gratings: two make a line, and the third shows how straight it is.
-const GRATINGS_MIN: usize = 3;
+/// Fewest gratings for a pitch: two make a line, and the third shows how straight it is.
+const GRATINGS_FOR_A_PITCH: usize = 3;
+
+/// Standard deviation of the pitch that the phases show over the units' own: under contacts of 7 to
+/// 30 mm of the simulated finger it is 0.98 to 1.03 of that (`host/tests/calibrate.rs`).
+const PITCH_SIGMA: f64 = 0.03;
+
+/// Greatest difference between the speed that is given and that of the tone, as a share: a grating
+/// of another period, or a harmonic, is off by more.
+const SPEED_OFF_MOST: f64 = 0.03;
 
 /// Longest period by the nominal pitch over the true one: the contact's ends then change the lag by
 /// a fifth.
@@ -52,25 +60,34 @@ pub struct Calibration {
     pub gratings: Vec<Point>,
 }
 
-/// Measures gratings of different periods with a scan plan and fits the line. `pitch_mm` is the
-/// units' own pitch. Windows that are not good are left out, unless `accepts_any`.
-pub fn run(
-    gratings: Vec<Grating>,
-    pitch_mm: f32,
-    plan: Plan,
-    accepts_any: bool,
-) -> Result<Calibration> {
-    refuse_without_pairs(&plan)?;
+/// How gratings are measured.
+#[derive(Clone, Copy, Debug)]
+pub struct Measuring {
+    /// The units' own pitch.
+    pub pitch_mm: f32,
+    /// Speed of the gratings, if it is known.
+    pub speed_mm_s: Option<f64>,
+    pub plan: Plan,
+    /// Windows that are not good are left out, unless this is set.
+    pub accepts_any: bool,
+}
+
+/// Measures gratings of known periods and fits the line.
+pub fn run(gratings: Vec<Grating>, how: Measuring) -> Result<Calibration> {
+    refuse_without_pairs(&how.plan)?;
     ensure!(
-        gratings.len() >= GRATINGS_MIN,
-        "{} gratings: {GRATINGS_MIN} at least are needed",
-        gratings.len()
+        !gratings.is_empty(),
+        "no grating: one at least is needed, and {GRATINGS_FOR_A_PITCH} for the pitch"
     );
     let points = gratings
         .into_iter()
-        .map(|grating| measure(grating, pitch_mm, plan, accepts_any))
+        .map(|grating| measure(grating, how))
         .collect::<Result<Vec<_>>>()?;
-    line(points)
+    if points.len() < GRATINGS_FOR_A_PITCH {
+        Ok(height(points, how.pitch_mm.into()))
+    } else {
+        line(points)
+    }
 }
 
 /// Refuses a plan that converts no pair of piezoresistors that respond alike, one in each column.
@@ -93,14 +110,19 @@ fn measure(
         period_mm,
         input,
     }: Grating,
-    pitch_mm: f32,
-    plan: Plan,
-    accepts_any: bool,
+    how: Measuring,
 ) -> Result<Point> {
+    let Measuring {
+        pitch_mm,
+        plan,
+        accepts_any,
+        ..
+    } = how;
     let near = period_mm as f32;
     let array = Array {
         pitch_mm,
         edge_phase_rad: 0.0,
+        // The lag itself is wanted.
         edge_phase_sigma_rad: 0.0,
         period_least_mm: 0.98 * near,
         period_most_mm: (PULLED_MOST * near).min(PITCHES_MOST * pitch_mm),
@@ -112,6 +134,7 @@ fn measure(
     };
     settings.validate().with_context(|| name.clone())?;
     let (mut first, mut lags, mut doubtful) = (true, Vec::new(), 0);
+    let mut speeds_mm_s = Vec::new();
     let mut left_out = BTreeMap::<String, u32>::new();
     let mut sink = |packet: &Packet| {
         let Event::Estimate(fit) = &packet.event else {
@@ -126,7 +149,8 @@ fn measure(
             }
             match fit.travel.status {
                 TravelStatus::Unique => {
-                    lags.push(TAU * f64::from(pitch_mm) / f64::from(fit.travel.spatial_period_mm))
+                    lags.push(TAU * f64::from(pitch_mm) / f64::from(fit.travel.spatial_period_mm));
+                    speeds_mm_s.push(f64::from(fit.frequency) * period_mm);
                 }
                 _ => doubtful += 1,
             }
@@ -155,13 +179,48 @@ fn measure(
             lags.len() + doubtful
         );
     }
-    let lag_rad = lags.iter().sum::<f64>() / lags.len() as f64;
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let (lag_rad, found_mm_s) = (mean(&lags), mean(&speeds_mm_s));
+    if let Some(speed_mm_s) = how.speed_mm_s {
+        ensure!(
+            (found_mm_s / speed_mm_s - 1.0).abs() < SPEED_OFF_MOST,
+            "{name}: by its tone a grating of {period_mm} mm moves at {found_mm_s:.2} mm/s, where --speed is {speed_mm_s}: \
+             give the period of this grating, or its own speed"
+        );
+    }
     Ok(Point {
         period_mm,
         lag_rad,
         residual_rad: 0.0,
         windows: lags.len(),
     })
+}
+
+/// The line of the nominal pitch through one or two lags. Its uncertainty is that of the pitch: what
+/// it changes at the end of the default periods that is further away.
+fn height(mut points: Vec<Point>, pitch_mm: f64) -> Calibration {
+    let count = points.len() as f64;
+    let edge = |point: &Point| TAU * pitch_mm / point.period_mm - point.lag_rad;
+    let edge_phase_rad = points.iter().map(edge).sum::<f64>() / count;
+    let (mut squares, mut wave) = (0.0, 0.0);
+    for point in &mut points {
+        point.residual_rad = edge_phase_rad - edge(point);
+        squares += point.residual_rad * point.residual_rad / count;
+        wave += TAU / point.period_mm / count;
+    }
+    let Array {
+        period_least_mm,
+        period_most_mm,
+        ..
+    } = Array::DEFAULT;
+    let from = |period_mm: f32| (TAU / f64::from(period_mm) - wave).abs();
+    let furthest = from(period_least_mm).max(from(period_most_mm));
+    Calibration {
+        pitch_mm,
+        edge_phase_rad,
+        edge_phase_sigma_rad: (PITCH_SIGMA * pitch_mm * furthest).hypot(squares.sqrt()),
+        gratings: points,
+    }
 }
 
 /// The straight line through the lags over the wave number, by least squares.
@@ -260,13 +319,44 @@ mod tests {
         assert!((found.edge_phase_sigma_rad - 6f64.sqrt()).abs() < 1e-12);
     }
 
+    /// By hand: an edge phase of 0.3 and 0.4 rad, 0.35 on average, and the pitch's 3 % from the mean
+    /// of 2.5 and 4 mm to 2.3 mm.
+    #[test]
+    fn one_or_two_gratings_give_the_height() {
+        let lag = |period_mm: f64, edge_rad| (period_mm, TAU * 2.3 / period_mm - edge_rad);
+        let one = height(points(&[lag(3.0, 0.3)]), 2.3);
+        assert!((one.edge_phase_rad - 0.3).abs() < 1e-12 && one.pitch_mm == 2.3);
+        let sigma_rad = 0.03 * TAU * 2.3 * (1.0 / 2.3 - 1.0 / 3.0);
+        assert!(
+            (one.edge_phase_sigma_rad - sigma_rad).abs() < 1e-6,
+            "{one:?}"
+        );
+        let two = height(points(&[lag(2.5, 0.3), lag(4.0, 0.4)]), 2.3);
+        assert!((two.edge_phase_rad - 0.35).abs() < 1e-12, "{two:?}");
+        assert!(
+            (two.gratings[0].residual_rad - 0.05).abs() < 1e-12,
+            "{two:?}"
+        );
+        let sigma_rad = (0.03 * TAU * 2.3 * (1.0 / 2.3 - 0.325)).hypot(0.05);
+        assert!(
+            (two.edge_phase_sigma_rad - sigma_rad).abs() < 1e-6,
+            "{two:?}"
+        );
+    }
+
     #[test]
     fn lags_that_cannot_be_calibrated_are_refused() {
         let error = line(points(&[(3.0, 4.0), (3.0, 4.0), (3.01, 4.0)])).expect_err("no line");
         assert!(error.to_string().contains("too similar"), "{error}");
-        let error = run(Vec::new(), 2.3, Plan::PAPER, false).expect_err("no line");
+        let how = Measuring {
+            pitch_mm: 2.3,
+            speed_mm_s: None,
+            plan: Plan::PAPER,
+            accepts_any: false,
+        };
+        let error = run(Vec::new(), how).expect_err("no line");
         assert!(
-            error.to_string().contains("0 gratings: 3 at least"),
+            error.to_string().contains("no grating: one at least"),
             "{error}"
         );
         // One input has no other to lag behind; AIN0 and AIN1 are in the same column.
@@ -277,7 +367,7 @@ mod tests {
                 ..Plan::HAND
             },
         ] {
-            let error = run(Vec::new(), 2.3, plan, false).expect_err("no pair");
+            let error = run(Vec::new(), Measuring { plan, ..how }).expect_err("no pair");
             assert!(
                 error.to_string().contains("converts no two alike inputs"),
                 "{error}"

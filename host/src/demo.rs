@@ -1,6 +1,6 @@
 //! `demo`: a scene through the emulated firmware, and its results beside the truth.
 
-use crate::digits::{decimals, seconds, with_sigma};
+use crate::digits::{decimals, seconds, two_digits, with_sigma};
 use crate::emulator::{self, Options, Outcome};
 use crate::input::{Input, Source};
 use crate::live::Counts;
@@ -9,7 +9,7 @@ use crate::picture::{self, Recording};
 use crate::static_image;
 use anyhow::{Context, Result};
 use hal_mock::{Sliding, Truth};
-use ridgetone_proto::telemetry::{Event, Hold, Packet, Span, Status};
+use ridgetone_proto::telemetry::{Event, Hold, Packet, Span, Status, TravelStatus};
 use std::fmt;
 
 /// A run of a scene, and its truth in device time.
@@ -173,7 +173,7 @@ impl fmt::Display for Demo {
                 )?;
                 if e.travel.is_known() {
                     let with_unit = |(value, sigma): (f32, f32), unit| {
-                        let (value, sigma) = with_sigma(value.into(), sigma.into());
+                        let (value, sigma) = two_digits(value.into(), sigma.into());
                         format!("{value} +- {sigma} {unit}")
                     };
                     let period = (e.travel.spatial_period_mm, e.travel.spatial_period_sigma_mm);
@@ -200,6 +200,13 @@ impl fmt::Display for Demo {
                 "not found".into(),
                 format!("{:.4} Hz", truth.frequency_hz),
             )?,
+        }
+        if estimate.is_some_and(|e| e.travel.status == TravelStatus::Uncalibrated) {
+            writeln!(
+                f,
+                "\nBy lags is `uncalibrated`: its uncertainty is that of any finger. It is right here because the\n\
+                 default constants were measured on this simulated finger; `ridgetone calibrate` measures yours."
+            )?;
         }
         let map = |hold: Hold| {
             let image = self.last(|event| match event {

@@ -192,7 +192,7 @@ mod tests {
                 Event::Release(release) => releases_s.push(release.t_us as f64 * 1e-6),
                 Event::Estimate(estimate)
                     if estimate.span == Span::Slide
-                        && estimate.travel.status == TravelStatus::Unique =>
+                        && estimate.travel.status == TravelStatus::Uncalibrated =>
                 {
                     periods_mm.push(f64::from(estimate.travel.spatial_period_mm));
                 }

@@ -237,9 +237,10 @@ fn period_speed_and_direction_of_table_2_without_a_given_speed() {
                 unclear.fetch_add(1, Ordering::Relaxed);
                 continue;
             }
-            assert_eq!(
-                (travel.status, travel.direction),
-                (TravelStatus::Unique, towards),
+            // Nobody has calibrated it; `tests/travel.rs` does, and always finds the direction.
+            assert_eq!(travel.status, TravelStatus::Uncalibrated, "{what}");
+            assert!(
+                [towards, Direction::Unknown].contains(&travel.direction),
                 "{what}"
             );
             assert!(

@@ -8,7 +8,16 @@ use serde_json::Value;
 /// C1 of the paper: 3.6 mm at 15 mm/s, towards units 1 and 3.
 const C1: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../hal-mock/scenes/c1.toml");
 
+/// What `calibrate` says of the simulated finger (`tests/calibrate.rs`), whose pitch and edge phase
+/// are the defaults.
+const CALIBRATED: [&str; 2] = ["--edge-phase-sigma", "0.01"];
+
 fn estimates(more: &[&str]) -> Vec<Value> {
+    let more = [&CALIBRATED[..], more].concat();
+    replayed(&more)
+}
+
+fn replayed(more: &[&str]) -> Vec<Value> {
     let events = json_lines(&run(&[&["replay", "--scene", C1, "--json"], more].concat()));
     events
         .into_iter()
@@ -45,7 +54,7 @@ fn period_speed_and_direction_are_reported_with_their_uncertainties() {
             "{estimate}"
         );
     }
-    let printed = stdout(&run(&["replay", "--scene", C1]));
+    let printed = stdout(&run(&[&["replay", "--scene", C1], &CALIBRATED[..]].concat()));
     assert!(
         printed.contains("; period 3.6") && printed.contains(" mm, backward at 15.0"),
         "{printed}"
@@ -61,7 +70,6 @@ fn what_is_possible_is_the_users_to_say() {
         (&["--period-most", "9"], "ambiguous"),
         (&["--period-least", "1.2"], "ambiguous"),
         (&["--period-least", "3.7"], "out_of_range"),
-        (&["--edge-phase-sigma", "1"], "ambiguous"),
     ] {
         for estimate in estimates(options) {
             assert_eq!(estimate["travel"], verdict, "{options:?}: {estimate}");
@@ -78,6 +86,28 @@ fn what_is_possible_is_the_users_to_say() {
         &["period_most_mm = 4", "5 to 100"],
     );
     assert_one_line(&run(&["replay", "--pitch", "0"]), 2, &["pitch_mm = 0"]);
+}
+
+/// By default nobody has measured the array: the uncertainty is that of any finger, and it does not
+/// decide between 3.6 mm one way and 4.3 mm the other.
+#[test]
+fn an_array_that_nobody_calibrated_says_so() {
+    for estimate in replayed(&[]) {
+        assert_eq!(estimate["travel"], "uncalibrated", "{estimate}");
+        assert!(estimate["direction"].is_null(), "{estimate}");
+        let number = |name: &str| estimate[name].as_f64().expect("a number");
+        let share = number("spatial_period_sigma_mm") / number("spatial_period_mm");
+        assert!((0.06..0.09).contains(&share), "{estimate}");
+        assert!(
+            number("speed_sigma_mm_s") > 0.06 * number("speed_mm_s"),
+            "{estimate}"
+        );
+    }
+    for estimate in replayed(&["--direction", "backward"]) {
+        assert_eq!(estimate["direction"], "backward", "{estimate}");
+    }
+    let printed = stdout(&run(&["replay", "--scene", C1]));
+    assert!(printed.contains("(uncalibrated)"), "{printed}");
 }
 
 #[test]

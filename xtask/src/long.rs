@@ -51,7 +51,7 @@ pub fn run_tests() -> Result<()> {
     in_real_time()?;
     println!(
         "ran: tests on this PC, long tests, all tests of the emulated firmware, all runs of the boards' images on the \
-         register model, the benchmark, pages in a browser, streams, the Python package"
+         register model, the benchmark, pages in a browser, streams, the Python package, the papers' figures in NumPy"
     );
     println!("not run: {}", NEVER.join(", "));
     Ok(())
@@ -115,6 +115,7 @@ fn run_beside(images: &Sender<Built>) -> Result<()> {
         output_of(&mut rig).context("tests of the boards' images")?
     );
     println!("{}", python::run_tests(&python)?);
+    println!("{}", python::run_papers(&python)?);
     Ok(())
 }
 

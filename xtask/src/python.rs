@@ -77,3 +77,12 @@ pub fn run_tests(python: &Path) -> Result<String> {
         .env("RIDGETONE_COMMAND", command);
     output_of(&mut tests).context("tests of the Python package")
 }
+
+/// Computes figures of the papers a second time, with NumPy and the copy of the command that the
+/// wheel's tests have made. Gives the table.
+pub fn run_papers(python: &Path) -> Result<String> {
+    let command = python.with_file_name(format!("ridgetone{}", env::consts::EXE_SUFFIX));
+    let mut papers = clean(python);
+    papers.arg("lab/papers/papers.py").arg("--command");
+    output_of(papers.arg(command)).context("figures of the papers")
+}

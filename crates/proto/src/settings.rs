@@ -69,7 +69,8 @@ table::settings! {
     ///
     /// The default has four units of four piezoresistors (paper, section 2.1): AIN 4 u + k is
     /// piezoresistor k + 1 of unit u + 1; units 2 and 4 are in front. Pitch and edge phase were
-    /// measured on the simulated finger with a contact 8 mm long (`host/tests/calibrate.rs`).
+    /// measured on the simulated finger with a contact 8 mm long (`host/tests/calibrate.rs`); their
+    /// uncertainty is that of a finger on which nobody has measured them ([`Array::is_calibrated`]).
     /// **Measure them on your own finger**: they change with the force. The possible periods are
     /// those of the paper's gratings with a margin, as far as the answer is unique.
     array: Array "Array" {
@@ -80,8 +81,9 @@ table::settings! {
         /// 2 pi pitch / period less this.
         13 edge_phase_rad: f32 = 0.41, "rad", Between(-PI, PI), option "edge-phase",
             because "`ridgetone calibrate` finds it";
-        /// Standard deviation of true lags around the line of pitch and edge phase.
-        14 edge_phase_sigma_rad: f32 = 0.01, "rad", Between(0.0, PI), option "edge-phase-sigma",
+        /// Standard deviation of true lags around the line of pitch and edge phase; from 0.3 on
+        /// the array is not calibrated.
+        14 edge_phase_sigma_rad: f32 = UNCALIBRATED_RAD, "rad", Between(0.0, PI), option "edge-phase-sigma",
             because "`ridgetone calibrate` finds it";
         /// Shortest possible spatial period.
         15 period_least_mm: f32 = 2.3, "mm", Between(0.1, PERIOD_GREATEST_MM), option "period-least";
@@ -115,6 +117,11 @@ table::settings! {
         23 force_ratio: f32 = 0.0, "", Between(0.0, 100.0);
     }
 }
+
+/// Standard deviation of the edge phase of an array that was never calibrated, radians: on the
+/// simulated finger the phase is 0 under a contact much longer than the array, and up to 1.13 rad
+/// under one of 5 mm (`hal-mock/README.md`).
+const UNCALIBRATED_RAD: f32 = 0.3;
 
 /// Least hop, seconds.
 pub const HOP_LEAST_S: f32 = 0.02;
@@ -191,6 +198,13 @@ impl Field for SlideRule {
             Value::Word("always") => Some(Self::Always),
             _ => None,
         }
+    }
+}
+
+impl Array {
+    /// Whether somebody has measured pitch and edge phase on this finger.
+    pub fn is_calibrated(&self) -> bool {
+        self.edge_phase_sigma_rad < UNCALIBRATED_RAD
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::parse::positive;
 use super::settings::plan;
-use crate::calibrate::{self, Grating};
+use crate::calibrate::{self, Grating, Measuring};
 use crate::input::{Input, Source, rate_of};
 use crate::output;
 use crate::samples::Samples;
@@ -16,18 +16,22 @@ use std::path::PathBuf;
 #[command(after_help = "\
 The units have to be under the same contact as later: the ends of the contact change the phases, by an amount that depends
 on its length, and so on the force. Use gratings from one pitch to 1.75, slid for two seconds or more, at any speed and
-in either direction.
+in either direction. One grating gives the edge phase at the nominal pitch, and a greater uncertainty; three and more give
+the pitch, too.
 
-Example:
+Examples:
+  ridgetone calibrate 3=b.csv --speed 15
   ridgetone calibrate 2.5=a.csv 3=b.csv 3.5=c.csv 4=d.csv")]
 pub struct CalibrateArgs {
-    /// Spatial period in mm and recording of a grating: a CSV file of volts, or a scene file; at
-    /// least three.
+    /// Spatial period in mm and recording of a grating: a CSV file of volts, or a scene file.
     #[arg(value_name = "MM=FILE", required = true, value_parser = grating)]
     files: Vec<(f64, PathBuf)>,
     /// Pitch of the units themselves, mm.
     #[arg(long, value_name = "MM", default_value_t = UNIT_PITCH_MM as f32)]
     nominal: f32,
+    /// Speed of the gratings, mm/s: a recording whose tone does not belong to it is refused.
+    #[arg(long, value_name = "MM/S", value_parser = positive)]
+    speed: Option<f64>,
     /// Scan plan of the board: paper, hand, texture or vibration [default: paper]. Recordings of
     /// another rate are resampled.
     #[arg(long, value_name = "NAME", value_parser = plan)]
@@ -74,7 +78,13 @@ impl CalibrateArgs {
             })
         };
         let gratings = self.files.iter().map(open).collect::<Result<_>>()?;
-        let found = calibrate::run(gratings, self.nominal, plan, self.accept)?;
+        let how = Measuring {
+            pitch_mm: self.nominal,
+            speed_mm_s: self.speed,
+            plan,
+            accepts_any: self.accept,
+        };
+        let found = calibrate::run(gratings, how)?;
         let text = if self.json {
             serde_json::to_string(&found)?
         } else {

@@ -272,7 +272,8 @@ pub struct Estimate {
     pub travel: TravelStatus,
     /// Direction in which the grating moves; null if it is not known.
     pub direction: Option<Direction>,
-    /// Spatial period by the lags between the units, or by the given speed.
+    /// Spatial period by the lags between the units, or by the given speed. By lags of an array that
+    /// was never calibrated only its uncertainty is right.
     pub spatial_period_mm: Option<f32>,
     /// Standard deviation of the spatial period.
     pub spatial_period_sigma_mm: Option<f32>,

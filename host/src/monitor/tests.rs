@@ -19,7 +19,14 @@ use ridgetone_proto::fault::{Fault, FaultKind};
 use ridgetone_proto::settings::{Feeling, Settings, TAXELS};
 use ridgetone_proto::telemetry::{Event, Measured, Movement, OtherTone, Packet, Raw, Status};
 
-/// The default scene, folded: a tone of 8.3333 Hz, 3.6 mm at 30 mm/s.
+/// The default settings of a finger that `ridgetone calibrate` has measured.
+fn calibrated() -> Settings {
+    let mut settings = Settings::DEFAULT;
+    settings.array.edge_phase_sigma_rad = 0.01;
+    settings
+}
+
+/// The default scene, folded, by a calibrated finger: a tone of 8.3333 Hz, 3.6 mm at 30 mm/s.
 fn touched() -> Live {
     let mut live = Live::new("/dev/ttyUSB0");
     let mut sink = |packet: &Packet| {
@@ -28,7 +35,7 @@ fn touched() -> Live {
     };
     replay::run(
         Input::default().open().unwrap(),
-        Settings::DEFAULT,
+        calibrated(),
         None,
         &mut sink,
         &mut |_, _| {},
@@ -51,7 +58,7 @@ fn feeling() -> Live {
     };
     let settings = Settings {
         feel,
-        ..Settings::DEFAULT
+        ..calibrated()
     };
     replay::run(
         Input::default().open().unwrap(),

@@ -118,8 +118,12 @@ fn travel(travel: &Travel) -> [String; 2] {
         Direction::Backward => " ←",
         Direction::Unknown => "",
     };
+    let doubt = match travel.status {
+        TravelStatus::Uncalibrated => " uncal.",
+        _ => "",
+    };
     [
-        format!("period {period} mm"),
+        format!("period {period} mm{doubt}"),
         format!("speed  {speed} mm/s{arrow}"),
     ]
 }

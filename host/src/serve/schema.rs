@@ -177,10 +177,12 @@ mod tests {
             sigma_share: 0.1,
             force_ratio: 1.4,
         };
-        let settings = Settings {
+        let mut settings = Settings {
             feel,
             ..Settings::DEFAULT
         };
+        // A finger that was calibrated knows the direction.
+        settings.array.edge_phase_sigma_rad = 0.01;
         crate::replay::run(
             Input::default().open().unwrap(),
             settings,

@@ -70,7 +70,10 @@ impl TextureReporter {
 fn texture(estimate: &Estimate, overtones: &Overtones, window: &Window) -> Option<Texture> {
     let travel = &estimate.travel;
     let is_sure = matches!(estimate.status, Status::Good | Status::Unsteady)
-        && matches!(travel.status, TravelStatus::Unique | TravelStatus::Given)
+        && matches!(
+            travel.status,
+            TravelStatus::Unique | TravelStatus::Given | TravelStatus::Uncalibrated
+        )
         && travel.spatial_period_mm > 0.0;
     if !is_sure {
         return None;
@@ -273,9 +276,12 @@ mod tests {
         };
         assert!(takes(&|_| ()));
         assert!(takes(&|estimate| estimate.status = Status::Unsteady));
-        assert!(takes(
-            &|estimate| estimate.travel.status = TravelStatus::Given
-        ));
+        for status in [TravelStatus::Given, TravelStatus::Uncalibrated] {
+            assert!(
+                takes(&|estimate| estimate.travel.status = status),
+                "{status:?}"
+            );
+        }
         for status in [
             Status::NoTone,
             Status::Doubtful,

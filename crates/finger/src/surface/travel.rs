@@ -43,48 +43,79 @@ fn calibrated(lag: Lag, array: &Array) -> Lag {
     }
 }
 
+/// The answers that a lag has.
+#[derive(Default)]
+struct Answers {
+    forward: u32,
+    backward: u32,
+    /// Turns of the last one.
+    late: f32,
+}
+
+impl Answers {
+    /// Those within the possible periods, and `margin` turns beyond them.
+    fn new(array: &Array, lag_turns: f32, margin: f32) -> Self {
+        let least = turns(array, array.period_most_mm) - margin;
+        let most = turns(array, array.period_least_mm) + margin;
+        let mut answers = Self::default();
+        for (late, possible, count) in [
+            (lag_turns, array.may_go_forward, &mut answers.forward),
+            (-lag_turns, array.may_go_backward, &mut answers.backward),
+        ] {
+            // The first whole number of turns that leads into the range.
+            let first = late + libm::roundf(least - late + 0.5);
+            if possible && first <= most {
+                *count = 1 + u32::from(first + 1.0 <= most);
+                answers.late = first;
+            }
+        }
+        answers
+    }
+
+    const fn count(&self) -> u32 {
+        self.forward + self.backward
+    }
+
+    const fn direction(&self) -> Direction {
+        match (self.forward, self.backward) {
+            (_, 0) => Direction::Forward,
+            (0, _) => Direction::Backward,
+            _ => Direction::Unknown,
+        }
+    }
+}
+
 /// Travel by the phases alone, for a slide of unknown speed.
 pub fn by_phases(lag: Option<Lag>, array: &Array, frequency_hz: Measured) -> Travel {
     let Some(lag) = lag else { return Travel::NONE };
-    let lag = calibrated(lag, array);
-    let margin = POSSIBLE * lag.sigma;
-    let (least, most) = (
-        turns(array, array.period_most_mm),
-        turns(array, array.period_least_mm),
-    );
-    let (mut answers, mut answer) = (0, (0.0, Direction::Unknown));
-    for (sign, direction, possible) in [
-        (1.0, Direction::Forward, array.may_go_forward),
-        (-1.0, Direction::Backward, array.may_go_backward),
-    ] {
-        if !possible {
-            continue;
-        }
-        let late = sign * lag.turns;
-        // The first whole number of turns that leads into the range.
-        let first = late + libm::roundf(least - margin - late + 0.5);
-        if first <= most + margin {
-            answers += 1;
-            answer = (first, direction);
-        }
-        answers += (first + 1.0 <= most + margin) as u32;
-    }
-    let (late, direction) = answer;
-    match answers {
-        0 => Travel {
+    let sigma = calibrated(lag, array).sigma;
+    // Within the uncertainty of an array that was never calibrated nearly every lag has several
+    // answers: the default constants choose one.
+    let (status, margin) = if array.is_calibrated() {
+        (TravelStatus::Unique, POSSIBLE * sigma)
+    } else {
+        (TravelStatus::Uncalibrated, POSSIBLE * lag.sigma)
+    };
+    let found = Answers::new(array, lag.turns, margin);
+    let possible = Answers::new(array, lag.turns, POSSIBLE * sigma);
+    let late = found.late;
+    let is_within = late - margin >= turns(array, array.period_most_mm)
+        && late + margin <= turns(array, array.period_least_mm);
+    match found.count() {
+        0 if possible.count() == 0 => Travel {
             status: TravelStatus::OutOfRange,
             ..Travel::NONE
         },
-        1 if late - margin >= least && late + margin <= most => {
+        1 if is_within => {
             let period_mm = array.pitch_mm / (late + array.edge_phase_rad / (2.0 * PI));
-            let period_sigma_mm = period_mm * period_mm / array.pitch_mm * lag.sigma;
+            let period_sigma_mm = period_mm * period_mm / array.pitch_mm * sigma;
             let (frequency_hz, sigma_hz) = frequency_hz;
             let speed_mm_s = frequency_hz * period_mm;
             // Frequency and phases at the window's centre do not depend on each other.
             let (of_frequency, of_period) = (sigma_hz * period_mm, period_sigma_mm * frequency_hz);
             Travel {
-                status: TravelStatus::Unique,
-                direction,
+                status,
+                direction: possible.direction(),
                 spatial_period_mm: period_mm,
                 spatial_period_sigma_mm: period_sigma_mm,
                 speed_mm_s,
@@ -217,6 +248,38 @@ mod tests {
             (travel.spatial_period_sigma_mm / sigma_mm - 1.0).abs() < 1e-3,
             "{travel:?}"
         );
+    }
+
+    /// The audit's waves: plain ones along units whose true pitch is 2.3 mm. By the default
+    /// constants they are 4 to 8 % off, which the uncertainty covers.
+    #[test]
+    fn an_array_that_was_never_calibrated_says_so() {
+        let array = Array::DEFAULT;
+        assert!(!array.is_calibrated() && ARRAY.is_calibrated());
+        for period_mm in [2.6, 3.1, 3.6, 4.1] {
+            let turns = 2.3 / period_mm;
+            let lag = Lag {
+                turns: (turns - f64::round(turns)) as f32,
+                sigma: 1e-4,
+            };
+            let travel = by_phases(Some(lag), &array, TONE_HZ);
+            assert_eq!(travel.status, TravelStatus::Uncalibrated, "{period_mm}");
+            assert!(travel.direction != Direction::Backward, "{travel:?}");
+            let off = (f64::from(travel.spatial_period_mm) - period_mm).abs();
+            let sigma = f64::from(travel.spatial_period_sigma_mm);
+            assert!(off > 0.03 * period_mm && off < 2.0 * sigma, "{travel:?}");
+            assert!(travel.is_known());
+        }
+        // Nothing that the constants say decides between 3.6 mm one way and 4.2 mm the other.
+        let lag = lag_of(3.9, Direction::Forward);
+        let travel = by_phases(Some(lag), &array, TONE_HZ);
+        assert_eq!(travel.direction, Direction::Unknown, "{travel:?}");
+        let forward = Array {
+            may_go_backward: false,
+            ..array
+        };
+        let travel = by_phases(Some(lag), &forward, TONE_HZ);
+        assert_eq!(travel.direction, Direction::Forward, "{travel:?}");
     }
 
     #[test]

@@ -59,6 +59,13 @@ struct OldPins {
     _lengths_and_forces: [f32; 6],
 }
 
+impl OldArray {
+    /// Whether pitch and edge phase are version 3's defaults.
+    fn is_as_it_was(&self) -> bool {
+        self.pitch_mm == 2.364 && self.edge_phase_rad == 0.41 && self.edge_phase_sigma_rad == 0.01
+    }
+}
+
 #[derive(Deserialize)]
 struct OldPlan {
     inputs: u16,
@@ -120,7 +127,10 @@ impl Old {
         }
         new.array.pitch_mm = self.array.pitch_mm;
         new.array.edge_phase_rad = self.array.edge_phase_rad;
-        new.array.edge_phase_sigma_rad = self.array.edge_phase_sigma_rad;
+        // Version 3 stored the uncertainty of the simulated finger where nobody had measured one.
+        if !self.array.is_as_it_was() {
+            new.array.edge_phase_sigma_rad = self.array.edge_phase_sigma_rad;
+        }
         new.array.period_least_mm = self.array.period_least_mm;
         new.array.period_most_mm = self.array.period_most_mm;
         new.array.may_go_forward = self.array.may_go_forward;

@@ -175,7 +175,10 @@ impl Travel {
     pub const fn is_known(&self) -> bool {
         matches!(
             self.status,
-            TravelStatus::Unique | TravelStatus::Given | TravelStatus::Contradicted
+            TravelStatus::Unique
+                | TravelStatus::Given
+                | TravelStatus::Contradicted
+                | TravelStatus::Uncalibrated
         )
     }
 }
@@ -197,6 +200,9 @@ pub enum TravelStatus {
     Given,
     /// The PC or a robot gives the speed, and with it the period; the phases disagree.
     Contradicted,
+    /// The array was never calibrated: one answer by the default constants. Its uncertainty is that
+    /// of any finger, and the direction is not known where the constants decide it.
+    Uncalibrated,
 }
 
 /// Direction in which the grating moves.

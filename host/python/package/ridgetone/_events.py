@@ -156,12 +156,13 @@ class Estimate(Event):
     """Frames that the window lacks."""
     faults: list[Literal["lost", "repeated", "bus", "bus_dead", "channel", "silent", "storm", "registers", "no_answer", "supply", "reference", "clock", "overload"]]
     """Kinds of faults in the window that may have changed the frequency."""
-    travel: Literal["nothing", "unique", "ambiguous", "out_of_range", "given", "contradicted"]
+    travel: Literal["nothing", "unique", "ambiguous", "out_of_range", "given", "contradicted", "uncalibrated"]
     """Whether period, speed and direction are known, and from what."""
     direction: Literal["unknown", "forward", "backward"] | None
     """Direction in which the grating moves; null if it is not known."""
     spatial_period_mm: float | None
-    """Spatial period by the lags between the units, or by the given speed [mm]."""
+    """Spatial period by the lags between the units, or by the given speed. By lags of an array that was never
+    calibrated only its uncertainty is right [mm]."""
     spatial_period_sigma_mm: float | None
     """Standard deviation of the spatial period [mm]."""
     speed_mm_s: float | None

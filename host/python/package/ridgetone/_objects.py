@@ -79,7 +79,7 @@ class ArraySettings(Object):
     edge_phase_rad: float
     """Phase by which the contact's ends reduce the lag between the columns, which is 2 pi pitch / period less this. [rad]"""
     edge_phase_sigma_rad: float
-    """Standard deviation of true lags around the line of pitch and edge phase. [rad]"""
+    """Standard deviation of true lags around the line of pitch and edge phase; from 0.3 on the array is not calibrated. [rad]"""
     period_least_mm: float
     """Shortest possible spatial period. [mm]"""
     period_most_mm: float
