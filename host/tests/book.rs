@@ -43,7 +43,7 @@ const WITH_A_BOARD: [&str; 23] = [
 ];
 
 /// Commands that take too long for a test, each with the test that covers a short form of it.
-const LITTLE_OF: [(&str, &str); 30] = [
+const LITTLE_OF: [(&str, &str); 31] = [
     (
         "ridgetone view recording.csv",
         "host/tests/view/page_runs.rs",
@@ -58,6 +58,7 @@ const LITTLE_OF: [(&str, &str); 30] = [
         "host/tests/streams.rs",
     ),
     ("cargo xtask streams", "host/tests/streams.rs"),
+    ("cargo xtask soak", "host/tests/streams/soak.rs"),
     (
         "ridgetone serve --finger left=touch.rec --json",
         "host/tests/serve.rs",
