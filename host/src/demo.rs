@@ -1,6 +1,6 @@
 //! `demo`: a scene through the emulated firmware, and its results beside the truth.
 
-use crate::digits::{decimals, seconds, two_digits, with_sigma};
+use crate::digits::{decimals, plus_minus, seconds};
 use crate::emulator::{self, Options, Outcome};
 use crate::input::{Input, Source};
 use crate::live::Counts;
@@ -154,27 +154,24 @@ impl fmt::Display for Demo {
         )?;
         match estimate {
             Some(e) if e.status.has_tone() => {
-                let (hz, sigma_hz) = with_sigma(e.frequency.into(), e.sigma.into());
                 row(
                     "tone",
-                    format!("{hz} +- {sigma_hz} Hz"),
+                    plus_minus(e.frequency.into(), e.sigma.into()) + " Hz",
                     format!("{:.4} Hz", truth.frequency_hz),
                 )?;
                 if e.status != Status::Good {
                     row("status", name(e.status).into(), String::new())?;
                 }
                 let found_mm = speed_mm_s / f64::from(e.frequency);
-                let (mm, sigma_mm) =
-                    with_sigma(found_mm, found_mm * f64::from(e.sigma / e.frequency));
+                let sigma_mm = found_mm * f64::from(e.sigma / e.frequency);
                 row(
                     "spatial period",
-                    format!("{mm} +- {sigma_mm} mm"),
+                    plus_minus(found_mm, sigma_mm) + " mm",
                     format!("{period_mm:.4} mm"),
                 )?;
                 if e.travel.is_known() {
                     let with_unit = |(value, sigma): (f32, f32), unit| {
-                        let (value, sigma) = two_digits(value.into(), sigma.into());
-                        format!("{value} +- {sigma} {unit}")
+                        format!("{} {unit}", plus_minus(value.into(), sigma.into()))
                     };
                     let period = (e.travel.spatial_period_mm, e.travel.spatial_period_sigma_mm);
                     row(
@@ -227,7 +224,7 @@ impl fmt::Display for Demo {
         writeln!(f)?;
         if let Some(e) = estimate.filter(|estimate| estimate.status.has_tone()) {
             let error = 100.0 * (f64::from(e.frequency) / truth.frequency_hz - 1.0);
-            let decimals = decimals(100.0 * f64::from(e.sigma / e.frequency), 3);
+            let decimals = decimals(100.0 * f64::from(e.sigma / e.frequency)).unwrap_or(3);
             writeln!(
                 f,
                 "error           {error:+.decimals$} % of the frequency, from {} channels and {:.3} s of sliding",

@@ -26,48 +26,32 @@ pub fn significant(value: f64, digits: usize) -> String {
     }
 }
 
-/// Decimals at which an uncertainty has a digit other than 0, at least `least`.
-pub fn decimals(sigma: f64, least: usize) -> usize {
-    // Half a unit of the last decimal is rounded up; single precision has at most nine decimals.
-    if sigma > 0.0 {
-        (-(2.0 * sigma).log10()).ceil().clamp(least as f64, 9.0) as usize
-    } else {
-        least
-    }
-}
-
-/// `value +- sigma`, both with the same number of [`decimals`], at least `least`.
-pub fn plus_minus(value: f64, sigma: f64, least: usize) -> String {
-    let places = decimals(sigma, least);
-    format!("{value:.places$} +- {sigma:.places$}")
-}
-
-/// A value and its uncertainty, the uncertainty with two significant digits.
-pub fn uncertain(value: f64, sigma: f64) -> String {
-    let (value, sigma) = two_digits(value, sigma);
-    format!("{value} \u{b1} {sigma}")
+/// Decimals with which an uncertainty has two significant digits; none if it is no uncertainty.
+pub fn decimals(sigma: f64) -> Option<usize> {
+    // The exponent after rounding: 0.0996 is 0.10.
+    let power: i32 = format!("{sigma:.1e}").split_once('e')?.1.parse().ok()?;
+    (sigma > 0.0 && sigma.is_finite()).then(|| (1 - power).max(0) as usize)
 }
 
 /// A value and its uncertainty with as many decimals as the uncertainty needs for two significant
 /// digits.
-pub fn two_digits(value: f64, sigma: f64) -> (String, String) {
-    // The exponent after rounding: 0.0996 is 0.10.
-    let power: i32 = format!("{sigma:.1e}")
-        .split_once('e')
-        .and_then(|(_, power)| power.parse().ok())
-        .unwrap_or(0);
-    if sigma > 0.0 && sigma.is_finite() {
-        let decimals = (1 - power).max(0) as usize;
-        (format!("{value:.decimals$}"), format!("{sigma:.decimals$}"))
-    } else {
-        (value.to_string(), sigma.to_string())
+pub fn with_sigma(value: f64, sigma: f64) -> (String, String) {
+    match decimals(sigma) {
+        Some(decimals) => (format!("{value:.decimals$}"), format!("{sigma:.decimals$}")),
+        None => (significant(value, 7), sigma.to_string()),
     }
 }
 
-/// A value and its uncertainty with the same number of [`decimals`], at least four.
-pub fn with_sigma(value: f64, sigma: f64) -> (String, String) {
-    let decimals = decimals(sigma, 4);
-    (format!("{value:.decimals$}"), format!("{sigma:.decimals$}"))
+/// `value +- sigma`, the uncertainty with two significant digits.
+pub fn plus_minus(value: f64, sigma: f64) -> String {
+    let (value, sigma) = with_sigma(value, sigma);
+    format!("{value} +- {sigma}")
+}
+
+/// A value and its uncertainty, the uncertainty with two significant digits, for screens.
+pub fn uncertain(value: f64, sigma: f64) -> String {
+    let (value, sigma) = with_sigma(value, sigma);
+    format!("{value} \u{b1} {sigma}")
 }
 
 #[cfg(test)]
@@ -81,30 +65,13 @@ mod tests {
             (8.33342, 0.0996, "8.33 \u{b1} 0.10"),
             (12.3, 4.56, "12.3 \u{b1} 4.6"),
             (1234.5, 67.8, "1234 \u{b1} 68"),
-            (1.0, 0.0, "1 \u{b1} 0"),
+            (3.60002, 6e-5, "3.600020 \u{b1} 0.000060"),
+            (4.166_666_7, 1e-6, "4.1666667 \u{b1} 0.0000010"),
+            (1.0, 0.0, "1.000000 \u{b1} 0"),
+            (1.0, f64::NAN, "1.000000 \u{b1} NaN"),
         ] {
             assert_eq!(uncertain(value, sigma), expected);
         }
-    }
-
-    #[test]
-    fn an_uncertainty_is_never_shown_as_0() {
-        let shown = |value, sigma| with_sigma(value, sigma);
-        assert_eq!(shown(8.33342, 0.00023), ("8.3334".into(), "0.0002".into()));
-        assert_eq!(shown(3.60002, 6e-5), ("3.6000".into(), "0.0001".into()));
-        assert_eq!(
-            shown(4.1666667, 2.6e-6),
-            ("4.166667".into(), "0.000003".into())
-        );
-        assert_eq!(
-            shown(4.1666667, 1e-6),
-            ("4.166667".into(), "0.000001".into())
-        );
-        assert_eq!(shown(31.25, 12.0), ("31.2500".into(), "12.0000".into()));
-        assert_eq!(
-            (shown(1.0, 0.0).1, shown(1.0, f64::NAN).1),
-            ("0.0000".into(), "NaN".into())
-        );
     }
 
     #[test]

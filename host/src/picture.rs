@@ -8,7 +8,7 @@ mod recording;
 pub use recording::Recording;
 
 use crate::chart::{Anchor, Axis, STYLE, Svg, nice, spaced, thinned};
-use crate::digits::{decimals, seconds, significant, with_sigma};
+use crate::digits::{decimals, seconds, significant, uncertain};
 use crate::names::name;
 use crate::remarks::phrases;
 use ridgetone_proto::settings::TAXELS;
@@ -81,8 +81,8 @@ fn headline(fit: Option<&Estimate>, nominal_hz: Option<f64>) -> (String, String)
             format!("The whole slide gave no tone: {}.", name(fit.status)),
         );
     }
-    let (hz, sigma_hz) = with_sigma(fit.frequency.into(), fit.sigma.into());
-    let title = format!("Sixteen taxels, one tone: {hz} \u{b1} {sigma_hz} Hz");
+    let found = uncertain(fit.frequency.into(), fit.sigma.into());
+    let title = format!("Sixteen taxels, one tone: {found} Hz");
     let mut subtitle = format!(
         "Least squares over {} channels and {:.2} s of sliding",
         fit.channels.len(),
@@ -96,7 +96,7 @@ fn headline(fit: Option<&Estimate>, nominal_hz: Option<f64>) -> (String, String)
     }
     if let Some(nominal_hz) = nominal_hz {
         let error = 100.0 * (f64::from(fit.frequency) / nominal_hz - 1.0);
-        let decimals = decimals(100.0 * f64::from(fit.sigma / fit.frequency), 3);
+        let decimals = decimals(100.0 * f64::from(fit.sigma / fit.frequency)).unwrap_or(3);
         subtitle += &format!("; nominal {nominal_hz:.4} Hz, error {error:+.decimals$} %");
     }
     (title, subtitle)

@@ -1,7 +1,7 @@
 //! What people read about an estimate besides its frequency: what to do about its status, and which
 //! of its movement and of its companions are significant.
 
-use crate::digits::{decimals, significant};
+use crate::digits::{plus_minus, significant};
 use crate::tone::{Precision, Tone, WithSigma};
 use ridgetone_proto::telemetry::{Abscissa, Estimate, OtherTone, Status};
 
@@ -38,11 +38,8 @@ pub fn remarks<T: Precision>(
     if let Some(WithSigma { value, sigma }) = tone.chirp()
         && value.abs() > SIGNIFICANT * sigma
     {
-        let places = decimals(sigma.into(), 2);
-        remarks.push((
-            "chirp",
-            format!("{value:.places$} +- {sigma:.places$} {chirp_unit}"),
-        ));
+        let found = plus_minus(value.into(), sigma.into());
+        remarks.push(("chirp", format!("{found} {chirp_unit}")));
     }
     if let Some(OtherTone { frequency, share }) = tone.other_tone() {
         let frequency = significant(frequency.into(), 4);
@@ -94,11 +91,15 @@ mod tests {
                 .collect::<Vec<_>>()
         };
         let moving = |abscissa| shown(Status::Unsteady, abscissa, Some(movement), other_tone);
-        let in_time = ["2.1 %", "-0.31 +- 0.05 Hz/s", "12.31 Hz, 42 % of the power"];
+        let in_time = [
+            "2.1 %",
+            "-0.310 +- 0.050 Hz/s",
+            "12.31 Hz, 42 % of the power",
+        ];
         assert_eq!(moving(Abscissa::Time), in_time);
         let by_place = [
             "2.1 %",
-            "-0.31 +- 0.05 /mm2",
+            "-0.310 +- 0.050 /mm2",
             "12.31 /mm, 42 % of the power",
         ];
         assert_eq!(moving(Abscissa::Place), by_place);

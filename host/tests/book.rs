@@ -50,7 +50,7 @@ const WITH_A_BOARD: [&str; 22] = [
 ];
 
 /// Commands that take too long for a test, each with the test that covers a short form of it.
-const LITTLE_OF: [(&str, &str); 29] = [
+const LITTLE_OF: [(&str, &str); 30] = [
     (
         "cargo run -p ridgetone --example plain_frames",
         "crates/finger/tests/plain_frames.rs",
@@ -65,6 +65,7 @@ const LITTLE_OF: [(&str, &str); 29] = [
         "host/tests/streams.rs",
     ),
     ("cargo xtask streams", "host/tests/streams.rs"),
+    ("cargo xtask soak", "host/tests/streams/soak.rs"),
     ("cargo xtask pictures", "host/tests/view/page.rs"),
     (
         "cargo test -p ridgetone-host --test view -- --ignored",

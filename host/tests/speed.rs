@@ -154,10 +154,31 @@ fn a_profile_makes_the_chips_estimates_periods() {
         assert!((period - 3.6).abs() < 5.0 * sigma, "{estimate}");
     }
     let printed = stdout(&run(&["replay", "--profile", text(&profile)]));
-    assert!(
-        printed.contains("3.6000 mm +- 0.0001 mm  good"),
-        "{printed}"
-    );
+    let tones: Vec<(&str, &str)> = printed
+        .lines()
+        .filter_map(|line| line.split_once(" mm +- "))
+        .filter_map(|(value, sigma)| {
+            Some((value.rsplit(' ').next()?, sigma.split_once(" mm  good")?.0))
+        })
+        .collect();
+    assert!(!tones.is_empty(), "{printed}");
+    for (value, sigma) in tones {
+        assert!(
+            value.starts_with("3.600") || value.starts_with("3.599"),
+            "{value}"
+        );
+        // Two digits of the uncertainty, and as many decimals of the value.
+        let decimals = |text: &str| {
+            text.split_once('.')
+                .map_or(0, |(_, decimals)| decimals.len())
+        };
+        assert_eq!(
+            sigma.trim_start_matches(['0', '.']).len(),
+            2,
+            "{value} {sigma}"
+        );
+        assert_eq!(decimals(value), decimals(sigma), "{value} {sigma}");
+    }
 }
 
 #[test]

@@ -1,6 +1,8 @@
 //! `serve` to MQTT, beside Debian's mosquitto, and to Foxglove, beside a WebSocket written here.
 #![cfg(target_os = "linux")]
 
+#[path = "streams/cable.rs"]
+mod cable;
 mod common;
 #[path = "streams/foxglove.rs"]
 mod foxglove;
@@ -8,10 +10,14 @@ mod foxglove;
 mod latency;
 #[path = "streams/mosquitto.rs"]
 mod mosquitto;
+#[path = "common/process.rs"]
+mod process;
 #[path = "common/serial_board.rs"]
 mod serial_board;
 #[path = "streams/serving.rs"]
 mod serving;
+#[path = "streams/soak.rs"]
+mod soak;
 
 use mosquitto::{Broker, Received, Relay, Subscriber};
 use serde_json::Value;

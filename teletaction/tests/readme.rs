@@ -95,7 +95,7 @@ fn every_command_is_listed_or_runs() {
     for command in first.iter().chain(&then) {
         run(folder.path(), command, None);
     }
-    assert!(first.len() == 1 && then.len() == 3, "{first:?} {then:?}");
+    assert!(first.len() == 1 && then.len() == 4, "{first:?} {then:?}");
 }
 
 #[test]

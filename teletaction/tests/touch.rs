@@ -194,7 +194,37 @@ fn what_is_impossible_is_refused_on_one_line() {
         &["out.mp3", ".wav"],
     );
     refused(&["--emulated"], &["--emulated"]);
+    refused(
+        &[&to[..], &["--carrier-hz", "100"]].concat(),
+        &["--carrier-hz", "150 to 250"],
+    );
+    let ahap = [
+        "--speed-mm-s",
+        "100",
+        "-o",
+        "out.ahap",
+        "--carrier-hz",
+        "200",
+    ];
+    refused(&ahap, &["--carrier-hz", ".wav"]);
     assert!(!out.exists());
+}
+
+/// 140 mm/s over 1.4 mm are 100 Hz, which a tone of 200 Hz carries.
+#[test]
+fn a_carrier_sounds_as_loud_as_the_texture_is_high() {
+    let folder = directory();
+    let arguments = ["--speed-mm-s", "140", "--carrier-hz", "200", "-o", "-"];
+    let raw = run(&[&["touch", &texture(folder.path())], &arguments[..]].concat());
+    assert!(raw.status.success(), "{}", stderr(&raw));
+    let samples = raw.stdout.chunks_exact(2);
+    let samples = samples.map(|b| f64::from(i16::from_le_bytes([b[0], b[1]])) / 32767.0);
+    for (n, y) in samples.enumerate().skip(4800).take(60_000) {
+        let t_s = n as f64 / 48_000.0;
+        let surface = 0.5 + 0.5 * (TAU * 100.0 * t_s).sin();
+        let expected = share(1.4) * surface * (TAU * 200.0 * t_s).sin();
+        assert!((y - expected).abs() < 0.01, "{n}: {y} {expected}");
+    }
 }
 
 /// Never a step beyond the slew, even of an actuator that is far slower than the texture.

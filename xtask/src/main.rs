@@ -99,6 +99,13 @@ enum Task {
     /// and of a fast one, to MQTT and Foxglove for a minute each: prints what is lost and how late
     /// the rest arrives.
     Streams,
+    /// Runs two fingers while the broker restarts, pages reload, cables are pulled and bytes are
+    /// damaged; fails if the counts at the end do not add up.
+    Soak {
+        /// For so many minutes.
+        #[arg(long, value_name = "N", default_value_t = 60.0)]
+        minutes: f64,
+    },
     /// Checks that the command builds for Windows and macOS, where rustup may fetch their core
     /// libraries.
     CheckSystems,
@@ -173,6 +180,7 @@ fn main() -> ExitCode {
         Task::Faults(Flags { flags }) => eval::faults(&flags),
         Task::Reproduce(Flags { flags }) => eval::reproduce(&flags),
         Task::Streams => streams::measure(),
+        Task::Soak { minutes } => streams::soak(minutes),
         Task::CheckSystems => streams::check_systems(),
         Task::Test { fresh: true, .. } => fresh::run_tests(),
         Task::Test { all: true, .. } => long::run_tests(),

@@ -46,7 +46,18 @@ pub fn measure() -> Result<()> {
         .with_context(|| format!("tests of {one}"))?;
     }
     announce("ten boards and a fast one, for a minute each");
-    run(test(&STREAMS, "streams").args(["--ignored", "--nocapture"])).context("streams")
+    run(test(&STREAMS, "streams").args(["--ignored", "--nocapture", "latency::"]))
+        .context("streams")
+}
+
+/// Two fingers for so many minutes of faults.
+pub fn soak(minutes: f64) -> Result<()> {
+    setup::broker()?;
+    announce(format_args!("two fingers for {minutes} minutes of faults"));
+    let mut soak = test(&STREAMS, "streams");
+    soak.args(["--ignored", "--nocapture", "soak::"])
+        .env("RIDGETONE_SOAK_MINUTES", minutes.to_string());
+    run(&mut soak).context("the counts of the soak")
 }
 
 /// Other systems on which the command has to build, by the targets of rustup.

@@ -23,6 +23,9 @@ export function drawPlots(plots, state, { beside, why }) {
   if (spectrum) plots.spectrum.draw(state, isLog, beside?.state.spectrum ?? null);
   plots.spectrum.explain(spectrum ? "" : hasRaw ? "Too few frames yet." : noRaw);
   $("spectrum-small").textContent = spectrum ? aboutSpectrum(state) : "";
+  const isDrawn = hasRaw && plots.spectrogram.draw(state, $("spectrogram-y").value === "log");
+  plots.spectrogram.explain(isDrawn ? "" : hasRaw ? "Too few frames yet." : noRaw);
+  $("spectrogram-small").textContent = isDrawn ? plots.spectrogram.words() : "";
   drawFit(plots.fit, state, hasRaw ? "" : noRaw);
   drawFeel(plots.feel, state);
 }

@@ -8,6 +8,8 @@ export const colour = (name) => getComputedStyle(document.documentElement).getPr
 const SLACK = 0.4;
 // A point this near to the cursor is read, pixels.
 const NEAR = 30;
+// From one number of the x axis to the next at least, pixels: seven digits and a gap.
+const APART = 64;
 // Times the median deviation from the median.
 const FAR = 8;
 // A step to the side, and a step of zoom, as shares of what is shown.
@@ -79,7 +81,7 @@ export class Plot {
       cursor: { drag: { x: true, y: true, uni: 30 }, points: { show: false }, hover: { skip: [null, undefined], prox: NEAR } },
       scales: { x: { time: false }, y: { range: options.yRange }, ...(right ? { right: { range: right.range } } : {}) },
       axes: [
-        axis(options.x, 38, options.xAxis), axis(options.y, options.ySize ?? 62, options.yAxis),
+        axis(options.x, 38, { space: APART, ...options.xAxis }), axis(options.y, options.ySize ?? 62, options.yAxis),
         ...(right ? [axis(right.label, 54, { scale: "right", side: 1, grid: { show: false }, splits: right.splits })] : []),
       ],
       series: [{}, ...options.series],

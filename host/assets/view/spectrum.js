@@ -9,17 +9,19 @@ const GAP = 6;
 // The axis ends at so many decibels below what nearly all bins have.
 const MARGIN_DB = 6;
 
-const label = (hz) => String(Number(hz.toPrecision(6)));
+export const label = (hz) => String(Number(hz.toPrecision(6)));
 
-// Places of numbers on an axis of logarithms to the base of ten.
-export const numbered = (u, min, max) => {
-  const decade = u.bbox.width / window.devicePixelRatio / (max - min);
+// Places of numbers on an axis of logarithms to the base of ten. `room`: that of a number, on the scale of the axis.
+export const places = ([min, max], room) => {
   const powers = Array.from({ length: Math.floor(max) - Math.floor(min) + 1 }, (_, at) => Math.floor(min) + at);
-  const places = (multiples) => powers.flatMap((power) => multiples.map((multiple) => power + Math.log10(multiple))).filter((x) => x >= min && x <= max);
+  const at = (multiples) => powers.flatMap((power) => multiples.map((multiple) => power + Math.log10(multiple))).filter((x) => x >= min && x <= max);
   // A number is in the middle of its place.
-  const fits = (found) => found.every((x, at) => at === 0 || (x - found[at - 1]) * decade > label(10 ** x).length * DIGIT + GAP);
-  return NUMBERED.map(places).find(fits) ?? [];
+  const fits = (found) => found.every((x, place) => place === 0 || x - found[place - 1] > room(label(10 ** x)));
+  return NUMBERED.map(at).find(fits) ?? [];
 };
+
+// Those of an x axis.
+export const numbered = (u, min, max) => places([min, max], (text) => ((text.length * DIGIT + GAP) * (max - min) * window.devicePixelRatio) / u.bbox.width);
 
 export class Spectrum extends Plot {
   constructor(card, onZoom) {

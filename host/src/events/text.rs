@@ -2,7 +2,7 @@
 
 use super::rows::{self, Column};
 use super::serializable;
-use crate::digits::{seconds, significant, two_digits, with_sigma};
+use crate::digits::{seconds, significant, with_sigma};
 use crate::feel::event::words;
 use crate::names::name;
 use crate::overtones::overtones;
@@ -208,19 +208,15 @@ fn travel(e: &Travel) -> String {
     let direction = e.direction.known().map_or("either way", name);
     let (period_mm, period_sigma_mm) =
         with_sigma(e.spatial_period_mm.into(), e.spatial_period_sigma_mm.into());
-    let Travel {
-        speed_mm_s,
-        speed_sigma_mm_s,
-        ..
-    } = e;
+    let (speed_mm_s, speed_sigma_mm_s) = with_sigma(e.speed_mm_s.into(), e.speed_sigma_mm_s.into());
     format!(
-        "period {period_mm} mm +- {period_sigma_mm} mm, {direction} at {speed_mm_s:.3} mm/s +- {speed_sigma_mm_s:.3} mm/s ({status})"
+        "period {period_mm} mm +- {period_sigma_mm} mm, {direction} at {speed_mm_s} mm/s +- {speed_sigma_mm_s} mm/s ({status})"
     )
 }
 
 fn texture(e: &Texture) -> String {
     let (period_mm, period_sigma_mm) = with_sigma(e.period_mm.into(), e.period_sigma_mm.into());
-    let (power_mv2, power_sigma_mv2) = two_digits(
+    let (power_mv2, power_sigma_mv2) = with_sigma(
         1e6 * f64::from(e.power_v2),
         1e6 * f64::from(e.power_sigma_v2),
     );

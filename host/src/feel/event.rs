@@ -2,7 +2,7 @@
 
 use super::coefficients::NAMES;
 use super::words::{OUTSIDE_SCALE, absent, in_short, is_outside_scale, needs};
-use crate::digits::{seconds, with_sigma};
+use crate::digits::{plus_minus, seconds};
 use crate::events::view;
 use crate::names::name;
 use ridgetone_feel::{Firing, Indices, PAPER_WINDOW_S, ROUGH, Receptor, SOFT, Score, band_hz};
@@ -124,8 +124,7 @@ pub fn ratings(feel: &Feel) -> [Reading; 2] {
 pub fn words(feel: &Feel) -> String {
     let word = |Reading { name, found, .. }: Reading| match found {
         Some(Measured { value, sigma }) => {
-            let (value, sigma) = with_sigma(value.into(), sigma.into());
-            format!("{name} {value} +- {sigma}")
+            format!("{name} {}", plus_minus(value.into(), sigma.into()))
         }
         None => format!("{name} -"),
     };

@@ -189,12 +189,7 @@ pub fn text(felt: &Felt, coefficients: &Coefficients, m: Option<(f32, f32)>) -> 
         let _ = match conversion {
             Some(conversion) => {
                 let (value, sigma) = (conversion.per_um().into(), conversion.per_um_sigma().into());
-                writeln!(
-                    out,
-                    "{name}: {} +- {} a micrometre",
-                    significant(value, 4),
-                    significant(sigma, 2)
-                )
+                writeln!(out, "{name}: {} a micrometre", plus_minus(value, sigma))
             }
             None => writeln!(
                 out,
@@ -214,5 +209,5 @@ fn with_sigma(value: Option<f32>, sigma: Option<f32>) -> String {
     if sigma == 0.0 {
         return significant(value.into(), 4);
     }
-    plus_minus(value.into(), sigma.into(), 1)
+    plus_minus(value.into(), sigma.into())
 }

@@ -4,7 +4,7 @@
 use super::coefficients::{Coefficients, NAMES};
 use super::measure::{Options, RATES_DIFFER, measure};
 use super::stepwise::{Criteria, Model, stepwise};
-use crate::digits::significant;
+use crate::digits::{plus_minus, significant};
 use crate::samples::Samples;
 use anyhow::{Context, Result, bail, ensure};
 use ridgetone_feel::{INDICES, PAPER_WINDOW_S, Score};
@@ -227,10 +227,10 @@ impl fmt::Display for Training {
                 )?,
             }
             for (index, Coefficient { value, sigma, p }) in coefficients {
-                let (value, sigma) = (significant(*value, 4), significant(*sigma, 2));
                 writeln!(
                     f,
-                    "  {index:<6} {value} +- {sigma}, p = {}",
+                    "  {index:<6} {}, p = {}",
+                    plus_minus(*value, *sigma),
                     p.map_or("-".to_owned(), |p| significant(p, 2))
                 )?;
             }

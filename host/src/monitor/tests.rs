@@ -494,12 +494,12 @@ fn what_helps_against_a_status_is_on_the_smallest_screen_too() {
     let parts = [
         "unsteady, wander 2.1 %",
         "shorten the window, or give",
-        "speed  28.5",
+        "speed  28.",
     ];
     assert_shows(&shown(&live, LEAST), &parts);
     assert_shows(
         &shown(&live, (80, 31)),
-        &[&parts[..], &["chirp -0.31 +- 0.04 Hz/s"]].concat(),
+        &[&parts[..], &["chirp -0.310 +- 0.040 Hz/s"]].concat(),
     );
     estimate.status = Status::Ambiguous;
     estimate.movement = Movement::default();

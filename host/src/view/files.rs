@@ -53,6 +53,7 @@ pub const FILES: &[File] = &[
     js!("strips.js"),
     js!("history.js"),
     js!("spectrum.js"),
+    js!("spectrogram.js"),
     js!("fit.js"),
     js!("feel.js"),
     js!("panels.js"),

@@ -17,7 +17,7 @@ use super::hub::{Hub, PAGES, Place};
 use super::message::Message;
 use super::run_routes;
 use crate::events::view::{Missed, Note};
-use anyhow::{Context, Result};
+use anyhow::{Result, anyhow};
 use axum::Router;
 use axum::body::{Body, Bytes};
 use axum::extract::State;
@@ -30,6 +30,7 @@ use futures_util::future::select;
 use futures_util::stream::{Stream, unfold};
 use serde_json::json;
 use std::convert::Infallible;
+use std::io::ErrorKind;
 use std::net::TcpListener;
 use std::sync::Arc;
 use std::time::Duration;
@@ -39,6 +40,9 @@ use tokio::sync::oneshot;
 
 /// Time after which a page that has lost the server tries again.
 const RETRY: Duration = Duration::from_secs(1);
+
+/// What helps where an address is not free.
+const ANOTHER: &str = "choose another with --listen ADDRESS:PORT (port 0: any free one)";
 
 /// A running server. Dropped, it ends.
 #[derive(Debug)]
@@ -52,12 +56,10 @@ impl Server {
     /// Serves what is at these paths, each answer guarded.
     pub fn start(mut access: Access, routes: Router) -> Result<Self> {
         let address = access.address;
-        let what = || {
-            format!(
-                "{address} cannot be used: choose another with --listen ADDRESS:PORT (port 0: any free one)"
-            )
-        };
-        let listener = TcpListener::bind(address).with_context(what)?;
+        let listener = TcpListener::bind(address).map_err(|error| match error.kind() {
+            ErrorKind::AddrInUse => anyhow!("{address} is in use: {ANOTHER}"),
+            _ => anyhow!("{address} cannot be used: {error}; {ANOTHER}"),
+        })?;
         listener.set_nonblocking(true)?;
         access.address = listener.local_addr()?;
         let runtime = tokio::runtime::Builder::new_current_thread()

@@ -26,6 +26,9 @@ struct Shared {
     /// UTC of the board's time 0, nanoseconds; 0 before it begins.
     begun_ns: AtomicU64,
     frames: AtomicU64,
+    /// Packets so far, and those before the first frame.
+    packets: AtomicU64,
+    greetings: AtomicU64,
     /// Longest time by which a packet was late on the line, microseconds.
     late_us: AtomicU64,
     begins: AtomicBool,
@@ -84,6 +87,12 @@ impl SerialBoard {
 
     pub fn frames(&self) -> u64 {
         self.shared.frames.load(Relaxed)
+    }
+
+    /// Numbers of packets so far: those from the first frame on, and all.
+    pub fn packets(&self) -> std::ops::RangeInclusive<u64> {
+        let all = self.shared.packets.load(Relaxed);
+        all - self.shared.greetings.load(Relaxed)..=all
     }
 
     /// Longest time by which a packet was late on the line, seconds.
@@ -146,6 +155,8 @@ impl BoardEnd {
             sleep(Duration::from_millis(50));
             wants = self.answer(&requests);
         }
+        let greetings = self.shared.packets.load(Relaxed);
+        self.shared.greetings.store(greetings, Relaxed);
         let (begun, utc) = (Instant::now(), SystemTime::now());
         let since = utc.duration_since(UNIX_EPOCH).expect("a clock");
         self.shared.begun_ns.store(since.as_nanos() as u64, Relaxed);
@@ -210,6 +221,7 @@ impl BoardEnd {
         )
         .expect("it fits");
         self.sequence = self.sequence.wrapping_add(1);
+        self.shared.packets.fetch_add(1, Relaxed);
         sleep(Duration::from_secs_f64(self.byte_s * used as f64));
         // Nobody may have opened the line yet, or any more.
         let _ = self.end.write_all(&wire[..used]);

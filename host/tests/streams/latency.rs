@@ -2,6 +2,7 @@
 
 use crate::foxglove::Viewer;
 use crate::mosquitto::{self, Broker, Subscriber};
+use crate::process::processor_s;
 use crate::serial_board::SerialBoard;
 use crate::serving::Serving;
 use ridgetone_proto::settings::FRAME_RATE_HZ;
@@ -12,9 +13,6 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 /// What a receiver got: moment of receipt, topic without a slash in front, message.
 type Got = Vec<(f64, String, Value)>;
-
-/// Scheduler ticks a second, as Linux reports processor time in.
-const TICKS_HZ: f64 = 100.0;
 
 #[test]
 #[ignore = "two minutes"]
@@ -148,21 +146,4 @@ fn report(served: &Served, receiver: &str, got: &Got) {
         sent,
         "every frame arrives or is counted: {stderr}"
     );
-}
-
-/// Processor time of a process so far, seconds.
-fn processor_s(id: u32) -> f64 {
-    let stat = std::fs::read_to_string(format!("/proc/{id}/stat")).expect("a process");
-    let fields: Vec<&str> = stat
-        .rsplit(") ")
-        .next()
-        .expect("fields")
-        .split(' ')
-        .collect();
-    // utime and stime (proc(5)).
-    fields[11..13]
-        .iter()
-        .map(|field| field.parse::<f64>().expect("ticks"))
-        .sum::<f64>()
-        / TICKS_HZ
 }

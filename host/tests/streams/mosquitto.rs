@@ -1,4 +1,5 @@
 //! Debian's broker and subscriber, and a relay whose line can be cut.
+#![allow(dead_code, reason = "every test file uses a part of it")]
 
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
@@ -77,6 +78,10 @@ impl Broker {
         }
     }
 
+    pub fn id(&self) -> u32 {
+        self.child.id()
+    }
+
     pub fn hang(&self) {
         self.signal(Signal::STOP);
     }
@@ -111,17 +116,46 @@ pub struct Received {
     pub message: Value,
 }
 
+/// What a subscriber does with its messages.
+pub trait Take {
+    fn take(&mut self, message: Received);
+    /// Number of messages so far.
+    fn count(&self) -> usize;
+    /// Whether the command has said that it ends.
+    fn is_over(&self) -> bool;
+}
+
+impl Take for Vec<Received> {
+    fn take(&mut self, message: Received) {
+        self.push(message);
+    }
+
+    fn count(&self) -> usize {
+        self.len()
+    }
+
+    fn is_over(&self) -> bool {
+        self.last().is_some_and(Received::is_end)
+    }
+}
+
 /// Longest silence before the last message.
 const SILENCE: Duration = Duration::from_secs(10);
 
-pub struct Subscriber {
+pub struct Subscriber<T = Vec<Received>> {
     child: Child,
-    got: Arc<Mutex<Vec<Received>>>,
+    got: Arc<Mutex<T>>,
 }
 
 impl Subscriber {
     /// Subscribes to everything, and is subscribed.
     pub fn start(port: u16) -> Self {
+        Self::of(port)
+    }
+}
+
+impl<T: Take + Default + Send + 'static> Subscriber<T> {
+    pub fn of(port: u16) -> Self {
         // A pipe gets every line at once.
         let mut subscriber = Command::new("stdbuf");
         subscriber.args(["-oL", &program("mosquitto_sub")]);
@@ -140,11 +174,11 @@ impl Subscriber {
             lines.any(|line| line.starts_with("Subscribed")),
             "a subscription"
         );
-        let got = Arc::new(Mutex::new(Vec::new()));
+        let got = Arc::new(Mutex::new(T::default()));
         let shared = Arc::clone(&got);
         std::thread::spawn(move || {
             for one in lines.filter_map(|line| Received::read(&line)) {
-                shared.lock().expect("messages").push(one);
+                shared.lock().expect("messages").take(one);
             }
         });
         Self { child, got }
@@ -152,19 +186,13 @@ impl Subscriber {
 
     /// Number of messages so far.
     pub fn count(&self) -> usize {
-        self.got.lock().expect("messages").len()
+        self.got.lock().expect("messages").count()
     }
 
     /// What has arrived. `serve` must have ended: its last message is its status.
-    pub fn finish(self) -> Vec<Received> {
+    pub fn finish(self) -> T {
         let (mut count, mut since) = (self.count(), Instant::now());
-        while !self
-            .got
-            .lock()
-            .expect("messages")
-            .last()
-            .is_some_and(|one| one.message["state"] == "offline")
-        {
+        while !self.got.lock().expect("messages").is_over() {
             if self.count() != count {
                 (count, since) = (self.count(), Instant::now());
             }
@@ -178,12 +206,12 @@ impl Subscriber {
     }
 
     /// What has arrived until now.
-    pub fn leave(self) -> Vec<Received> {
+    pub fn leave(self) -> T {
         std::mem::take(&mut self.got.lock().expect("messages"))
     }
 }
 
-impl Drop for Subscriber {
+impl<T> Drop for Subscriber<T> {
     fn drop(&mut self) {
         let _ = self.child.kill();
         let _ = self.child.wait();
@@ -191,6 +219,11 @@ impl Drop for Subscriber {
 }
 
 impl Received {
+    /// Whether it is the last one of a command.
+    pub fn is_end(&self) -> bool {
+        self.message["state"] == "offline"
+    }
+
     fn read(line: &str) -> Option<Self> {
         let mut parts = line.splitn(4, ' ');
         let utc_s = parts.next()?.parse().ok()?;

@@ -21,10 +21,16 @@ impl Serving {
         arguments: &[&str],
         variables: &[(&str, &str)],
     ) -> Self {
-        let fingers = boards
+        let sources: Vec<&str> = boards.iter().map(|board| board.name.as_str()).collect();
+        Self::of(&sources, arguments, variables)
+    }
+
+    /// Fingers f0, f1 and so on from these sources.
+    pub fn of(sources: &[&str], arguments: &[&str], variables: &[(&str, &str)]) -> Self {
+        let fingers = sources
             .iter()
             .enumerate()
-            .map(|(number, board)| format!("--finger=f{number}={}", board.name));
+            .map(|(number, source)| format!("--finger=f{number}={source}"));
         let mut command = common::ridgetone();
         command
             .arg("serve")

@@ -15,6 +15,12 @@ let speed = 0;
 let report = { late: 0, amplitude: 0 };
 let lateBefore = 0;
 
+// A hand that is moved by the arrow keys: its speeds, millimetres per second, the one that was chosen, and the time between
+// two of its reports, milliseconds.
+const KEY_SPEEDS = [5, 10, 20, 40, 80, 160];
+const KEY_MS = 8;
+let keySpeed = 3;
+
 // Milliseconds between two readings of the page's clock for that of the sound.
 const CLOCK_MS = 50;
 
@@ -53,10 +59,10 @@ async function start() {
   // For programs that look at the page.
   globalThis.ridgetone = { context, node, recorded: null };
   sendDelay();
+  sendCarrier();
   sendTexture();
   await context.resume();
   $("sound").textContent = "Sound off";
-  $("sound").setAttribute("aria-pressed", "true");
 }
 
 async function stop() {
@@ -66,7 +72,6 @@ async function stop() {
   await context.close();
   [context, node, gain] = [null, null, null];
   $("sound").textContent = "Sound on";
-  $("sound").setAttribute("aria-pressed", "false");
 }
 
 function sendTexture() {
@@ -79,6 +84,8 @@ function sendDelay() {
   const value = (id) => Number($(id).value) / 1e3;
   send("delay", value("mean_ms"), value("sigma_ms"), value("wait_ms"));
 }
+
+const sendCarrier = () => send("carrier", Number($("carrier_hz").value));
 
 // Time in seconds and place in millimetres of a pointer's event, and of those that came with it.
 function places(event) {
@@ -116,12 +123,54 @@ for (const end of ["pointerup", "pointercancel", "lostpointercapture"]) {
   });
 }
 
+// The arrow keys move a hand along the surface as long as they are held down.
+const keys = { way: 0, timer: null };
+
+function moveByKeys() {
+  const t_s = performance.now() / 1e3;
+  const way = keys.way * KEY_SPEEDS[keySpeed];
+  pointer.x_mm += way * (t_s - pointer.t_s);
+  const width = canvas.clientWidth;
+  // The surface goes on beyond its edges: there the ring enters it again on the other side.
+  Object.assign(pointer, { t_s, x: (((pointer.x_mm / mmPerPx()) % width) + width) % width });
+  speed = Math.abs(way);
+  sendPlaces("moved", [[t_s, pointer.x_mm]]);
+}
+
+function liftKeys() {
+  clearInterval(keys.timer);
+  Object.assign(keys, { way: 0, timer: null });
+  if (pointer?.id !== "keys") return;
+  [pointer, speed] = [null, 0];
+  send("lift");
+}
+
+canvas.addEventListener("keydown", (event) => {
+  const way = { ArrowLeft: -1, ArrowRight: 1 }[event.key] ?? 0;
+  const faster = { ArrowDown: -1, ArrowUp: 1 }[event.key] ?? 0;
+  if ((way === 0 && faster === 0) || event.ctrlKey || event.metaKey || event.altKey) return;
+  event.preventDefault();
+  keySpeed = Math.min(KEY_SPEEDS.length - 1, Math.max(0, keySpeed + faster));
+  if (way === 0 || (pointer !== null && pointer.id !== "keys")) return;
+  keys.way = way;
+  if (pointer !== null) return;
+  const [t_s, x] = [performance.now() / 1e3, 0.5 * canvas.clientWidth];
+  pointer = { id: "keys", t_s, x_mm: x * mmPerPx(), x, y: 0.5 * canvas.clientHeight };
+  if (!state?.is_silent && isConnected) sendPlaces("down", [[t_s, pointer.x_mm]]);
+  keys.timer = setInterval(moveByKeys, KEY_MS);
+});
+canvas.addEventListener("keyup", (event) => {
+  if ({ ArrowLeft: -1, ArrowRight: 1 }[event.key] === keys.way) liftKeys();
+});
+canvas.addEventListener("blur", liftKeys);
+
 $("sound").addEventListener("click", () => state !== null && toggle());
 $("volume").addEventListener("input", () => gain?.gain.setTargetAtTime(Number($("volume").value), context.currentTime, 0.02));
 $("condition").addEventListener("change", () => {
   if ($("condition").value !== "own") [$("mean_ms").value, $("sigma_ms").value] = $("condition").value.split(",");
   sendDelay();
 });
+$("carrier_hz").addEventListener("change", sendCarrier);
 for (const id of ["mean_ms", "sigma_ms", "wait_ms"]) {
   $(id).addEventListener("change", () => {
     chooseCondition();
@@ -154,6 +203,9 @@ events.addEventListener("state", ({ data }) => {
   if (before === null) {
     [$("mean_ms").value, $("sigma_ms").value] = state.delay_ms;
     chooseCondition();
+    const carrier = String(state.carrier_hz ?? 0);
+    if (![...$("carrier_hz").options].some(({ value }) => value === carrier)) $("carrier_hz").add(new Option(`${carrier} Hz`, carrier));
+    $("carrier_hz").value = carrier;
   }
   if (state.texture && isChanged(["number", "texture", "share"])) {
     $("period_mm").value = Number(state.texture.period_mm.toPrecision(5));
@@ -178,6 +230,7 @@ function show() {
   $("status").classList.toggle("alarm", !isConnected || state.is_silent);
   draw(canvas, state?.texture ?? null, mmPerPx(), pointer);
   put("scale", `${(canvas.clientWidth * mmPerPx()).toFixed(0)} mm wide`);
+  put("hint", context === null ? "The sound is off: press Sound on." : `← and → move the hand at ${KEY_SPEEDS[keySpeed]} mm/s, ↑ and ↓ change the speed.`);
   if (state === null) return;
   put("source", state.source);
   const { texture } = state;

@@ -6,6 +6,7 @@ use anyhow::Result;
 use clap::{Args, Subcommand};
 use hal_mock::TimeColumn;
 use ridgetone_host::cli::parse::{number, positive};
+use ridgetone_host::digits::plus_minus;
 use ridgetone_host::output;
 use ridgetone_host::samples::Samples;
 use ridgetone_host::table_fit::Selection;
@@ -147,8 +148,9 @@ impl LearnArgs {
             return output::line(&serde_json::to_string(&json)?);
         }
         let mut text = format!(
-            "period     {:.6} +- {:.6} mm\npower      {:.4e}, the recording's unit squared",
-            texture.period_mm, texture.period_sigma_mm, texture.power
+            "period     {} mm\npower      {:.4e}, the recording's unit squared",
+            plus_minus(texture.period_mm.into(), texture.period_sigma_mm.into()),
+            texture.power
         );
         for (n, overtone) in (2..).zip(texture.overtones) {
             text += &format!(

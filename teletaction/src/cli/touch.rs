@@ -23,14 +23,18 @@ use std::time::Duration;
 #[derive(Debug, Args)]
 #[command(after_help = "\
 It prints the address of a page; open that in a browser of this computer, or give --open. Press a mouse's button, a finger or a pen
-on the texture, and move: a voice coil or a headphone plays what is felt. A finger's texture is a new one when its board reports one, which
+on the texture, and move, or press the arrow keys. A finger's texture is a new one when its board reports one, which
 has changed by more than three standard deviations; the emulated finger waits while nobody looks. A recording is one of telemetry.
+
+What to plug into the computer's sound output: a voice coil or a piezo actuator with its amplifier, which plays the texture itself. Headphones
+and loudspeakers play little below 100 Hz: for them give --carrier-hz 200, a tone whose loudness is the texture.
 
 With -o it writes the vibration of a hand that nobody moves instead: out.wav, out.ahap, or - for raw samples of 16 bits, little endian,
 48,000 a second, one channel.
 
 Examples:
   ridgetone touch --emulated --open
+  ridgetone touch texture.toml --carrier-hz 200 --open
   ridgetone touch texture.toml --law law.toml
   ridgetone touch --port /dev/ttyUSB0 --delay-ms 120 --jitter-ms 40
   ridgetone touch texture.toml --speed-mm-s 100 -o out.wav
@@ -47,6 +51,10 @@ pub struct TouchArgs {
     actuator: ActuatorOptions,
     #[command(flatten)]
     delay: DelayOptions,
+    /// Sound a tone of 150 to 250 Hz whose amplitude is the texture, so that a headphone makes it
+    /// audible, Hz [default: the texture itself].
+    #[arg(long, value_name = "HZ", value_parser = carrier)]
+    carrier_hz: Option<f64>,
     #[command(flatten)]
     hand: HandOptions,
     /// Length of what is written, s.
@@ -73,10 +81,21 @@ pub struct TouchArgs {
 /// Longest file, seconds: an hour is 350 MB.
 const SECONDS_MAX: f64 = 3600.0;
 
+/// The frequency of a carrier, where skin feels a vibration best.
+fn carrier(text: &str) -> Result<f64, String> {
+    let hz = positive(text)?;
+    if (150.0..=250.0).contains(&hz) {
+        Ok(hz)
+    } else {
+        Err("choose 150 to 250".into())
+    }
+}
+
 impl TouchArgs {
     pub(super) fn run(self) -> Result<()> {
         let output = self.actuator.output()?;
         let delay = self.delay.delay(1)?;
+        let carrier_hz = self.carrier_hz.map(|hz| hz as f32);
         if let Some(path) = &self.output {
             let texture = self
                 .texture
@@ -99,6 +118,7 @@ impl TouchArgs {
                 &Run {
                     hand,
                     delay,
+                    carrier_hz,
                     seconds: self.seconds,
                 },
             );
@@ -122,6 +142,7 @@ impl TouchArgs {
             address: self.listen,
             open: self.open,
             delay_ms: (delay_ms, jitter_ms),
+            carrier_hz,
         };
         let (feed, served) = serve(textures, output, options);
         if let Some(feed) = feed {
@@ -139,6 +160,10 @@ impl TouchArgs {
                 path.display()
             ))
             .into());
+        }
+        if kind == Some("ahap") && self.carrier_hz.is_some() {
+            let why = "--carrier-hz is for sound: an AHAP file has no tone of its own; write to a .wav, or to -";
+            return Err(UsageError(why.into()).into());
         }
         output::check_new(path)?;
         let rendered = render(texture, output, run)?;

@@ -9,6 +9,7 @@ use super::stylus::{Error, StylusEnd};
 use crate::texture::{Follower, News};
 use crate::touch::{Hand, Output};
 use anyhow::Result;
+use ridgetone_host::digits::plus_minus;
 use ridgetone_host::feed::Feed;
 use ridgetone_host::note;
 use ridgetone_host::{output, stop};
@@ -250,7 +251,7 @@ impl Report {
             )
         };
         let texture = match self.period_mm.zip(self.period_sigma_mm) {
-            Some((period, sigma)) => format!("{period:.4} +- {sigma:.4} mm"),
+            Some((period, sigma)) => plus_minus(period.into(), sigma.into()) + " mm",
             None => "no texture yet".into(),
         };
         let error = match (self.error_percent, self.as_vibration_percent) {

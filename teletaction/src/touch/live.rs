@@ -29,6 +29,7 @@ pub struct Options {
     pub address: SocketAddr,
     pub open: bool,
     pub delay_ms: (f64, f64),
+    pub carrier_hz: Option<f32>,
 }
 
 /// Serves the page until this process is to stop. Gives the feed back, if there was one, for its
@@ -45,6 +46,7 @@ pub fn serve(
         texture,
         number: u64::from(texture.is_some()),
         delay_ms: options.delay_ms,
+        carrier_hz: options.carrier_hz,
     };
     match textures {
         Textures::Fixed(name, texture) => {

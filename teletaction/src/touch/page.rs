@@ -65,6 +65,8 @@ pub struct Shown {
     pub number: u64,
     /// Delay at the beginning, milliseconds: mean and standard deviation.
     pub delay_ms: (f64, f64),
+    /// Frequency of the carrier at the beginning, hertz; none: the texture itself.
+    pub carrier_hz: Option<f32>,
 }
 
 #[derive(Serialize)]
@@ -77,6 +79,7 @@ struct Json<'a> {
     share: Option<f32>,
     number: u64,
     delay_ms: (f64, f64),
+    carrier_hz: Option<f32>,
     voltage_v: f32,
     cutoff_hz: f32,
     slew_v_s: f32,
@@ -166,6 +169,7 @@ fn json(output: &Output, shown: &Shown) -> Result<String> {
         share: shown.texture.as_ref().map(|texture| output.share(texture)),
         number: shown.number,
         delay_ms: shown.delay_ms,
+        carrier_hz: shown.carrier_hz,
         voltage_v,
         cutoff_hz,
         slew_v_s,

@@ -16,6 +16,8 @@ const REPORTS_HZ: u32 = 1000;
 pub struct Run {
     pub hand: Hand,
     pub delay: Delay,
+    /// Frequency of a tone whose amplitude is the texture, hertz; none: the texture itself.
+    pub carrier_hz: Option<f32>,
     pub seconds: f64,
 }
 
@@ -33,6 +35,7 @@ pub fn render(texture: &Texture, output: &Output, run: &Run) -> Result<Rendered>
     let mut vibration = output.vibration(RATE_HZ as f32)?;
     vibration.set_texture(&output.counted(texture))?;
     vibration.set_delay(run.delay, 0.0)?;
+    vibration.set_carrier(run.carrier_hz)?;
     let rate_hz = f64::from(RATE_HZ);
     let count = (run.seconds * rate_hz).round() as usize;
     // The slew may hold the end back; half of the fade more.
@@ -68,6 +71,7 @@ mod tests {
         let run = Run {
             hand,
             delay: Delay::new(delay_s, 0.0, 1).expect("a delay"),
+            carrier_hz: None,
             seconds: 2.0,
         };
         render(&Texture::new(1.4), &output, &run).expect("samples")

@@ -9,7 +9,7 @@ use crate::texture::{HARMONICS_MAX, Texture};
 use core::f32::consts::FRAC_PI_2;
 
 /// Turns as 32 bits: phases are exact for any place, and wrap by themselves.
-const TURN: f32 = 4_294_967_296.0;
+pub(crate) const TURN: f32 = 4_294_967_296.0;
 
 /// A texture, checked and turned into steps of phase for an encoder: [`Stimulus::prepare`] makes
 /// it, [`Stimulus::take`] takes it.
@@ -246,7 +246,7 @@ const SINE: [f32; 5] = [
 ];
 
 /// Sine of a phase, within 3e-7.
-fn sine(phase: u32) -> f32 {
+pub(crate) fn sine(phase: u32) -> f32 {
     const QUARTER: u32 = 1 << 30;
     // From a quarter to three quarters of a turn it is mirrored: sin(pi - x) = sin(x).
     let is_behind = phase.wrapping_add(QUARTER) >= 2 * QUARTER;

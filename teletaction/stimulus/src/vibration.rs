@@ -1,17 +1,34 @@
 //! A texture as sound: for a voice coil, a headphone, or a file.
 
 use crate::actuator::Actuator;
+use crate::bounds::between;
 use crate::delay::Delay;
 use crate::error::{Error, within};
 use crate::hand::Encoder;
 use crate::law::AmplitudeLaw;
 use crate::path::Path;
-use crate::stimulus::Stimulus;
+use crate::stimulus::{Stimulus, TURN, sine};
 use crate::texture::Texture;
 
 /// A step of a place in samples of sound, millimetres: a twentieth of the paper's encoder, for
 /// which a place is a number of these.
 const COUNT_MM: f32 = 2.5e-4;
+
+/// Time without a change of place after which a hand rests, seconds: a carrier is silent under it.
+const RESTS_S: f32 = 0.03;
+
+/// A tone whose amplitude is the texture.
+#[derive(Clone, Copy, Debug, Default)]
+struct Carrier {
+    frequency_hz: f32,
+    /// Where the hand was last, and samples since it came there.
+    counts: i32,
+    still: u32,
+    /// How much of it a moving hand has brought in, 0 to 1.
+    share: f32,
+    /// The latest sample.
+    output: f32,
+}
 
 /// A texture under a hand whose places arrive one by one, as samples from -1 to 1: what a pointer
 /// on a screen feels, or a hand on the other side of a network. `N` is the number of places that
@@ -19,7 +36,10 @@ const COUNT_MM: f32 = 2.5e-4;
 #[derive(Clone, Copy, Debug)]
 pub struct Vibration<const N: usize> {
     stimulus: Stimulus,
+    /// Samples a second.
+    rate_hz: f32,
     bias_v: f32,
+    carrier: Option<Carrier>,
     path: Path<N>,
     delay: Delay,
     wait_s: f64,
@@ -38,7 +58,9 @@ impl<const N: usize> Vibration<N> {
         };
         Ok(Self {
             stimulus: Stimulus::new(actuator, encoder, law)?,
+            rate_hz,
             bias_v: actuator.bias_v(),
+            carrier: None,
             path: Path::default(),
             delay: Delay::new(0.0, 0.0, 0)?,
             wait_s: 0.0,
@@ -57,6 +79,20 @@ impl<const N: usize> Vibration<N> {
     pub fn set_delay(&mut self, delay: Delay, wait_s: f32) -> Result<(), Error> {
         within("wait_s", wait_s, 0.0, 0.2)?;
         (self.delay, self.wait_s) = (delay, wait_s.into());
+        Ok(())
+    }
+
+    /// Sounds a tone of a frequency, 150 to 250 Hz, whose amplitude is the texture: no headphone
+    /// plays the 5 to 60 Hz of a ridge under a slow hand, and skin is most sensitive there. None:
+    /// the texture itself.
+    pub fn set_carrier(&mut self, carrier_hz: Option<f32>) -> Result<(), Error> {
+        if let Some(frequency_hz) = carrier_hz {
+            within("carrier_hz", frequency_hz, 150.0, 250.0)?;
+        }
+        self.carrier = carrier_hz.map(|frequency_hz| Carrier {
+            frequency_hz,
+            ..self.carrier.unwrap_or_default()
+        });
         Ok(())
     }
 
@@ -94,7 +130,37 @@ impl<const N: usize> Vibration<N> {
             .unwrap_or(0.0);
         // Beyond 32 bits they wrap, as an encoder does.
         let counts = libm::floor(place_mm / f64::from(COUNT_MM)) as i64 as i32;
-        ((self.stimulus.next(counts) - self.bias_v) / self.bias_v).clamp(-1.0, 1.0)
+        let felt = ((self.stimulus.next(counts) - self.bias_v) / self.bias_v).clamp(-1.0, 1.0);
+        self.carried(felt, counts, t_s)
+    }
+
+    /// A sample of the carrier under a sample of the texture, or that sample without a carrier.
+    /// Its amplitude goes from none in the texture's grooves to the texture's own on its ridges,
+    /// and it keeps the actuator's slew.
+    fn carried(&mut self, felt: f32, counts: i32, t_s: f64) -> f32 {
+        let amplitude = self.amplitude();
+        let Some(carrier) = &mut self.carrier else {
+            return felt;
+        };
+        let actuator = self.stimulus.actuator();
+        carrier.still = if counts == carrier.counts {
+            carrier.still.saturating_add(1)
+        } else {
+            0
+        };
+        carrier.counts = counts;
+        let rests = carrier.still as f32 > RESTS_S * self.rate_hz;
+        let step = 1.0 / (actuator.fade_s * self.rate_hz);
+        let wanted = if rests { 0.0 } else { 1.0 };
+        carrier.share += between(wanted - carrier.share, -step, step);
+        let cycles = f64::from(carrier.frequency_hz) * t_s;
+        let phase = ((cycles - libm::floor(cycles)) * f64::from(TURN)) as u32;
+        let envelope = between(0.5 * (amplitude + felt), 0.0, 1.0);
+        let reach = carrier.share * actuator.share(carrier.frequency_hz);
+        let slew = actuator.slew_v_s / self.rate_hz / self.bias_v;
+        let tone = reach * envelope * sine(phase) - carrier.output;
+        carrier.output = (carrier.output + between(tone, -slew, slew)).clamp(-1.0, 1.0);
+        carrier.output
     }
 
     /// Samples for which the hand's next place was not known yet: it rested, or its report was

@@ -64,6 +64,13 @@ fn without_a_wait_places_are_missing() {
 
 #[test]
 fn no_step_is_beyond_the_slew_whatever_hand_and_delay_do() {
+    // The hand is lifted every 90 ms: with a delay that is longer it rests, and a carrier is silent.
+    for (carrier_hz, delay_s) in [(None, 0.12), (Some(250.0), 0.02)] {
+        no_step_is_beyond_the_slew(carrier_hz, delay_s);
+    }
+}
+
+fn no_step_is_beyond_the_slew(carrier_hz: Option<f32>, delay_s: f32) {
     let actuator = Actuator {
         slew_v_s: 50_000.0,
         ..Actuator::PIEZO
@@ -71,8 +78,9 @@ fn no_step_is_beyond_the_slew_whatever_hand_and_delay_do() {
     let mut vibration =
         Vibration::<64>::new(actuator, AmplitudeLaw::OKAMOTO, RATE_HZ as f32).expect("a vibration");
     vibration
-        .set_delay(Delay::new(0.12, 0.04, 3).expect("a delay"), 0.01)
+        .set_delay(Delay::new(delay_s, 0.04, 3).expect("a delay"), 0.01)
         .expect("a delay");
+    vibration.set_carrier(carrier_hz).expect("a carrier");
     let (mut last, mut loudest) = (0.0f32, 0.0f32);
     for n in 0..96_000u32 {
         let t_s = f64::from(n) / RATE_HZ;
@@ -88,7 +96,7 @@ fn no_step_is_beyond_the_slew_whatever_hand_and_delay_do() {
             1 if n % 11 == 0 => vibration.lift(),
             2 => drop(vibration.moved(f64::NAN, 3.0)),
             3 => drop(vibration.moved(t_s, f64::NAN)),
-            4 => drop(vibration.moved(t_s, 1e12)),
+            4 if n % 11 == 0 => drop(vibration.moved(t_s, 1e12)),
             _ => {}
         }
         let y = vibration.next(t_s);
@@ -104,4 +112,40 @@ fn no_step_is_beyond_the_slew_whatever_hand_and_delay_do() {
         .map(|n| vibration.next(2.0 + f64::from(n) / RATE_HZ))
         .last();
     assert_eq!((end, vibration.amplitude()), (Some(0.0), 0.0));
+}
+
+/// A tone whose amplitude is the surface, which a hand at 28 mm/s passes with 20 Hz; it is silent
+/// under a hand that rests.
+#[test]
+fn a_carrier_has_the_texture_as_its_envelope() {
+    let mut vibration =
+        Vibration::<256>::new(Actuator::PIEZO, AmplitudeLaw::OKAMOTO, RATE_HZ as f32)
+            .expect("a vibration");
+    vibration
+        .set_texture(&Texture::new(1.4))
+        .expect("a texture");
+    for refused in [0.0, 149.0, 251.0, f32::NAN] {
+        assert!(vibration.set_carrier(Some(refused)).is_err(), "{refused}");
+    }
+    vibration.set_carrier(Some(200.0)).expect("a carrier");
+    let amplitude = f64::from(AmplitudeLaw::OKAMOTO.share(1.4, 0.0));
+    vibration.down(0.0, 0.0);
+    let (mut worst, mut loudest) = (0.0f64, 0.0f64);
+    for n in 0..96_000 {
+        let t_s = f64::from(n) / RATE_HZ;
+        // It moves for a second.
+        if n % 48 == 0 && n < 48_000 {
+            vibration.moved(t_s + 1e-3, 28.0 * (t_s + 1e-3));
+        }
+        let y = f64::from(vibration.next(t_s));
+        let surface = 0.5 + 0.5 * (TAU * 20.0 * t_s).sin();
+        let expected = amplitude * surface * (TAU * 200.0 * t_s).sin();
+        if (4800..48_000).contains(&n) {
+            (worst, loudest) = (worst.max((y - expected).abs()), loudest.max(y.abs()));
+        } else if n > 51_000 {
+            assert_eq!(y, 0.0, "{n}");
+        }
+    }
+    assert!(worst < 0.03 * amplitude, "{worst} of {amplitude}");
+    assert!(loudest > 0.95 * amplitude, "{loudest} of {amplitude}");
 }

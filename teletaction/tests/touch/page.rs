@@ -158,7 +158,13 @@ fn the_web_assembly_is_the_crate_bit_for_bit() {
                     f64::from(0.02f32)
                 ]));
             }
-            // Neither of them changes anything.
+            170 | 260 => {
+                let carrier_hz = (step == 170).then_some(187.0f32);
+                native.set_carrier(carrier_hz).expect("a carrier");
+                calls.push(json!(["carrier", carrier_hz.unwrap_or(0.0)]));
+            }
+            // None of them changes anything.
+            59 => calls.push(json!(["carrier", 20])),
             60 => calls.push(json!(["texture", -3, 1, 0, 0, 0, 0, 0, 0])),
             61 => calls.push(json!(["texture", null, 1, 0, 0, 0, 0, 0, 0])),
             _ => {}
@@ -317,6 +323,54 @@ fn textures_change_and_impossible_ones_do_not() {
 
 fn click_submit(browser: &mut Browser) {
     browser.value("document.querySelector('#own button').click()");
+}
+
+/// Holding an arrow key moves the hand at a steady speed, and the carrier is heard as long.
+#[test]
+#[ignore = "needs a browser; cargo xtask test installs one"]
+fn arrow_keys_move_the_hand_and_a_carrier_is_heard() {
+    let folder = directory();
+    let texture = file(folder.path(), "t.toml", "period_mm = 1.4\n");
+    let (_touch, mut browser) = open(&[text(&texture), "--carrier-hz", "180"]);
+    let chosen = browser.value("document.getElementById('carrier_hz').value");
+    assert_eq!(chosen, "180");
+    assert!(text_of(&mut browser, "hint").contains("Sound on"));
+    sound_on(&mut browser);
+    // As on a busy computer.
+    browser.value("(() => { const wait = document.getElementById('wait_ms'); wait.value = '100'; wait.dispatchEvent(new Event('change')); })()");
+    browser.value("document.getElementById('surface').focus()");
+    let key = |browser: &mut Browser, kind: &str, key: &str| {
+        browser.call("Input.dispatchKeyEvent", json!({"type": kind, "key": key}));
+    };
+    key(&mut browser, "keyDown", "ArrowDown");
+    key(&mut browser, "keyDown", "ArrowRight");
+    browser.wait("document.getElementById('speed').textContent === '20 mm/s'");
+    assert!(text_of(&mut browser, "hint").contains("20 mm/s"));
+    sleep(Duration::from_millis(500));
+    browser.value("globalThis.ridgetone.node.port.postMessage({ what: 'record', values: [1] })");
+    browser.wait("globalThis.ridgetone.recorded !== null");
+    let samples = browser.value("[...globalThis.ridgetone.recorded.samples]");
+    let samples: Vec<f64> = serde_json::from_value(samples).expect("samples");
+    let rate_hz = browser.value("globalThis.ridgetone.recorded.rate_hz");
+    let rate_hz = rate_hz.as_f64().expect("a rate");
+    // A tone of 180 Hz whose amplitude goes through 14.3 cycles a second. A browser that is held up
+    // leaves the hand at rest, and the tone fades: the usual cycle is the tone's.
+    let rises: Vec<f64> = (1..samples.len())
+        .filter(|n| samples[n - 1] < 0.0 && samples[*n] >= 0.0)
+        .map(|n| n as f64 / rate_hz)
+        .collect();
+    let mut cycles_s: Vec<f64> = rises.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    cycles_s.sort_by(f64::total_cmp);
+    assert!(cycles_s.len() > 20, "{} cycles", cycles_s.len());
+    let usual_s = cycles_s[cycles_s.len() / 2];
+    assert!((usual_s * 180.0 - 1.0).abs() < 0.02, "{usual_s} s");
+    let loudest = |part: &[f64]| part.iter().fold(0.0f64, |most, y| most.max(y.abs()));
+    let parts: Vec<f64> = samples.chunks(480).map(loudest).collect();
+    let (least, most) = (parts.iter().copied().fold(1.0, f64::min), loudest(&parts));
+    assert!(most > 0.2 && least < 0.2 * most, "{least} to {most}");
+    key(&mut browser, "keyUp", "ArrowRight");
+    browser.wait("document.getElementById('speed').textContent === '0 mm/s'");
+    assert_eq!(browser.errors(), Vec::<String>::new());
 }
 
 /// A finger's texture arrives while it slides, from the emulated board.

@@ -1,6 +1,7 @@
 //! The estimator on a recording, and an FFT beside it.
 
 use super::recording::Recording;
+use ridgetone_host::digits::uncertain;
 use ridgetone_tone::{Fitter, FrameSpan, Frames, Scene, Status};
 
 /// What it says.
@@ -57,8 +58,9 @@ impl std::fmt::Display for Answer {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
         write!(
             f,
-            "{:.4} ± {:.4} {}",
-            self.frequency, self.sigma, self.status
+            "{} {}",
+            uncertain(self.frequency, self.sigma),
+            self.status
         )
     }
 }

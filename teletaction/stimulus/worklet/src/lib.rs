@@ -104,6 +104,13 @@ pub extern "C" fn delay(mean_s: f32, sigma_s: f32, wait_s: f32) -> i32 {
     })
 }
 
+/// Sets the carrier, hertz; 0: none.
+#[unsafe(no_mangle)]
+pub extern "C" fn carrier(frequency_hz: f32) -> i32 {
+    let wanted = (frequency_hz != 0.0).then_some(frequency_hz);
+    with(|vibration| vibration.set_carrier(wanted).is_ok())
+}
+
 /// The hand is down at a time in seconds, at a place in millimetres.
 #[unsafe(no_mangle)]
 pub extern "C" fn down(t_s: f64, place_mm: f64) -> i32 {
