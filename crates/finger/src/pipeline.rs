@@ -119,8 +119,8 @@ impl Pipeline {
             odometer.forget(t_us, &shared.track);
         }
         let due = &mut |mut window: Window| {
-            window.odometry =
-                odometer.mark((window.end_us as u32).wrapping_add(zero_us), &shared.track);
+            let end_us = (window.end_us as u32).wrapping_add(zero_us);
+            window.follow(odometer.mark(end_us, &shared.track));
             admit(window, true, |window| windows.push(window).is_ok(), shared);
         };
         match next {

@@ -55,4 +55,17 @@ impl Window {
             odometry: Mark::NONE,
         }
     }
+
+    /// Follows what is known of a robot's motion. A fit along its path takes longer, and the oldest
+    /// frames of a whole slide would be gone before its end: then the latest three quarters of what
+    /// the ring holds are fitted.
+    pub fn follow(&mut self, motion: Mark) {
+        self.odometry = motion;
+        if self.span == Span::Slide && motion.is_some() {
+            let most = self.plan.window_frames_most() / 4 * 3;
+            let early = self.frames.saturating_sub(most);
+            self.first = self.first.wrapping_add(early);
+            self.frames -= early;
+        }
+    }
 }

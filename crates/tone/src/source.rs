@@ -79,7 +79,11 @@ impl FrameSource for Frames<'_> {
             .get(first as usize * self.channels..)
             .unwrap_or_default();
         let places = values.iter_mut().zip(&mut valid);
-        for (frame, (values, valid)) in from.chunks_exact(self.channels.max(1)).take(most).zip(places) {
+        for (frame, (values, valid)) in from
+            .chunks_exact(self.channels.max(1))
+            .take(most)
+            .zip(places)
+        {
             for (c, (value, place)) in frame
                 .iter()
                 .zip(values)

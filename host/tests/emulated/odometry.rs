@@ -63,6 +63,8 @@ fn windows_by_place_are_those_of_the_pc_bit_for_bit() {
     let scene = Sliding {
         period_mm: PERIOD_MM,
         hand: Some(HAND),
+        // Time for the fit of the whole slide.
+        release_idle_s: 2.5,
         ..Sliding::default()
     };
     let truth = SlidingScene::new(scene.clone()).expect("a scene").truth();

@@ -181,14 +181,12 @@ fn a_plan_that_is_sent_is_in_force_after_a_greeting_and_says_what_it_gives() {
     assert!(greeted);
     let health = last_health(&run.packets);
     assert_eq!(
-        (
-            health.conversions_lost,
-            health.hops_skipped,
-            health.chip_restarts
-        ),
-        (0, 0, 0),
+        (health.conversions_lost, health.chip_restarts),
+        (0, 0),
         "{health:?}"
     );
+    // The fit of the whole slide may take the place of a window.
+    assert!(health.hops_skipped <= 1, "{health:?}");
     assert!(
         (health.frame_rate_hz / plan.frame_rate_hz() - 1.0).abs() < 1e-3,
         "{health:?}"

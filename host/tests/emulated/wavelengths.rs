@@ -214,7 +214,7 @@ fn gratings_under_a_hands_swings_are_those_of_the_pc_bit_for_bit() {
         let harmonics = if skin_ridge_mm > 0.0 { 4 } else { 2 };
         let settings = Settings {
             window_s,
-            hop_s: 0.48,
+            hop_s: 0.3,
             harmonics,
             accuracy,
             ..Settings::DEFAULT.with_plan(Plan::HAND)

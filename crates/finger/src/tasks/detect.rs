@@ -88,8 +88,8 @@ impl<'a> Detect<'a> {
             let zero_us = detector.zero_us();
             let mut due = |mut window: Window| {
                 let keeps_up = windows.is_empty();
-                window.odometry =
-                    odometer.mark((window.end_us as u32).wrapping_add(zero_us), &shared.track);
+                let end_us = (window.end_us as u32).wrapping_add(zero_us);
+                window.follow(odometer.mark(end_us, &shared.track));
                 admit(
                     window,
                     keeps_up,
