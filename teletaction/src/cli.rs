@@ -25,10 +25,6 @@ pub struct Cli {
 }
 
 #[derive(Debug, Subcommand)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "one value, made once from the command line"
-)]
 enum Command {
     /// Feel a texture under the mouse, a finger or a pen: a page that plays its vibration; or write
     /// that as sound.

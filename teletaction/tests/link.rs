@@ -148,7 +148,7 @@ fn two_ends_find_each_other_over_a_network() {
         .unwrap_or_else(|| panic!("felt: {stylus:?}"));
     let [period_mm, sigma_mm] =
         ["period_mm", "period_sigma_mm"].map(|what| felt[what].as_f64().expect("a number"));
-    // Of an array that nobody calibrated, some 8 %.
+    // An array that nobody calibrated knows it to some 8 %.
     assert!(
         (period_mm - 3.6).abs() < 4.0 * sigma_mm && sigma_mm < 0.3,
         "{felt}"

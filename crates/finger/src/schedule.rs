@@ -27,6 +27,8 @@ pub const GROWING_FRAMES_MIN: u32 = 24;
 const DATED_ROWS: u32 = 8;
 /// Time in which the ring may take frames in before the fit has read its oldest, seconds.
 const READING_S: f32 = 0.066;
+/// The same of a fast plan, whose interrupts leave a fit half of the processor.
+const READING_FAST_S: f32 = 0.3;
 
 /// Most frames of a window, whole slides included.
 pub const fn window_frames_max(plan: &Plan) -> u32 {
@@ -105,7 +107,12 @@ impl WindowScheduler {
         let plan = &settings.plan;
         self.plan = *plan;
         (self.averaged, self.window_frames_max) = (plan.frames_averaged(), window_frames_max(plan));
-        self.reach = plan.ring_frames() - plan.frames_in(READING_S);
+        let reading_s = if self.averaged > 1 {
+            READING_FAST_S
+        } else {
+            READING_S
+        };
+        self.reach = plan.ring_frames().saturating_sub(plan.frames_in(reading_s));
         let (window_frames, hop_frames) = (
             plan.frames_in(settings.window_s),
             plan.frames_in(settings.hop_s),

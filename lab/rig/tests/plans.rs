@@ -117,14 +117,12 @@ fn check(board: Board, name: &str, plan: Plan, seconds: u32) {
         last.frame_rate_hz
     );
     assert_eq!(
-        (
-            last.conversions_lost,
-            last.hops_skipped,
-            last.messages_dropped
-        ),
-        (0, 0, 0),
+        (last.conversions_lost, last.messages_dropped),
+        (0, 0),
         "{name}: {last:?}"
     );
+    // A whole slide that is due ends the fit of a window.
+    assert!(last.hops_skipped as usize <= slides, "{name}: {last:?}");
     assert_eq!(
         (last.chip_restarts, last.faults.iter().sum::<u32>()),
         (0, 0),
@@ -159,7 +157,7 @@ fn each_plan_is_set_by_a_request_and_finds_a_tone_and_loses_nothing() {
 
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
-fn each_plan_loses_nothing_and_skips_no_hop_in_a_minute() {
+fn each_plan_loses_nothing_in_a_minute() {
     // Each board on a core of its own.
     std::thread::scope(|scope| {
         for board in BOARDS {
@@ -210,7 +208,12 @@ fn raw_frames_that_do_not_fit_cost_no_event() {
     let (beside, with, missing) = touch(u32::MAX);
     assert_eq!(without.frames_thinned, 0);
     assert!(alone.contains(&"release") && alone.contains(&"whole slide"));
-    assert_eq!(beside, alone);
+    // Windows are left out where the line takes the fit's time.
+    let events = |kinds: &[&'static str]| -> Vec<_> {
+        let is_event = |kind: &&&str| !["window", "texture"].contains(*kind);
+        kinds.iter().filter(is_event).copied().collect()
+    };
+    assert_eq!(events(&beside), events(&alone));
     assert_eq!((with.messages_dropped, missing), (0, 0), "{with:?}");
     let thinned = with.frames_thinned as f32 / with.frames as f32;
     assert!((0.1..0.35).contains(&thinned), "{with:?}");

@@ -53,7 +53,11 @@ impl<S: Store> Fit<'_, S> {
                     shared.diagnostics.hops_skipped.add(1);
                     continue;
                 }
-                let source = &mut Locked(&mut *ring);
+                let source = &mut Locked {
+                    ring: &mut *ring,
+                    span: window.span,
+                    windows: &*windows,
+                };
                 if let Ok(WindowFit::Done(estimate)) = &fit(window, estimator, source, shared) {
                     report(outbox, estimate, window, estimator, shared);
                 }
@@ -150,17 +154,26 @@ pub fn feel<P: Platform>(
     }
 }
 
-/// The ring behind its lock: `detect` waits no longer than one read takes.
-struct Locked<M>(M);
+/// The ring behind its lock: `detect` waits no longer than one read takes. A whole slide that is due
+/// ends the fit of a window: its own frames would be gone before.
+struct Locked<'w, 'q, M> {
+    ring: M,
+    span: Span,
+    windows: &'w Consumer<'q, Window>,
+}
 
-impl<M: Mutex<T: DerefMut<Target = Ring>>> FrameSource for Locked<M> {
+impl<M: Mutex<T: DerefMut<Target = Ring>>> FrameSource for Locked<'_, '_, M> {
     fn read(
         &mut self,
         first: u32,
         most: usize,
         show: &mut dyn FnMut(&[Values], &[u16]),
     ) -> Result<(), Overwritten> {
-        self.0
+        let next = self.windows.peek();
+        if self.span == Span::Window && next.is_some_and(|next| next.span == Span::Slide) {
+            return Err(Overwritten);
+        }
+        self.ring
             .lock(|ring| ring.read(first, most, show).ok_or(Overwritten))
     }
 }
