@@ -27,7 +27,8 @@ pub const GROWING_FRAMES_MIN: u32 = 24;
 const DATED_ROWS: u32 = 8;
 /// Time in which the ring may take frames in before the fit has read its oldest, seconds.
 const READING_S: f32 = 0.066;
-/// The same of a fast plan, whose interrupts leave a fit half of the processor.
+/// Time in which the ring may go on so with a fast plan, whose interrupts leave a fit half of the processor,
+/// seconds.
 const READING_FAST_S: f32 = 0.3;
 
 /// Most frames of a window, whole slides included.

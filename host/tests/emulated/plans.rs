@@ -59,14 +59,16 @@ fn run(name: &str, plan: Plan, input: Opened) -> Vec<Packet> {
     );
     let health = last_health(&packets);
     assert_eq!(
-        (
-            health.conversions_lost,
-            health.hops_skipped,
-            health.chip_restarts
-        ),
-        (0, 0, 0),
+        (health.conversions_lost, health.chip_restarts),
+        (0, 0),
         "{name}: {health:?}"
     );
+    // A whole slide that is due ends the fit of a window.
+    let slides = packets
+        .iter()
+        .filter(|packet| matches!(packet.event, Event::Slide(slide) if slide.end_us.is_some()))
+        .count();
+    assert!(health.hops_skipped as usize <= slides, "{name}: {health:?}");
     packets
 }
 
