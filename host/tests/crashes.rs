@@ -153,13 +153,13 @@ fn the_stack_s_depth_is_reported_once_a_second() {
         .expect("the stack's depth");
     let (deepest, size) = message.split_once(" of ").expect("two numbers");
     let deepest: u32 = deepest.parse().expect("a number");
-    assert!(size.starts_with("16384 bytes"), "{message}");
+    assert!(size.starts_with("17408 bytes"), "{message}");
     let reported: Vec<u32> = healths
         .iter()
         .map(|health| health.stack_used_bytes)
         .collect();
     assert!(reported.is_sorted() && reported[0] > 0, "{reported:?}");
-    assert!(healths.iter().all(|health| health.stack_bytes == 16384));
+    assert!(healths.iter().all(|health| health.stack_bytes == 17408));
     // The last is sent with the end of the slide, before its fit; but windows like it were fitted
     // before.
     let last = reported[reported.len() - 1];

@@ -267,7 +267,7 @@ fn a_restarted_command_is_found_again_and_missing_raw_frames_and_an_unsteady_ton
         "unsteady",
         "wander 2.0 %",
         "other tone 12.50 Hz, 25 % of the power",
-        "shorten the window, give the speed",
+        "shorten the window, or give the speed",
     ] {
         assert!(beside.contains(part), "{part}: {beside}");
     }
