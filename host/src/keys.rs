@@ -1,7 +1,8 @@
-//! Keys pressed on the terminal.
+//! Keys pressed on the terminal, and its end.
 
 use crate::stop;
 use anyhow::Result;
+use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event, KeyEvent};
 use std::time::Duration;
 
@@ -20,6 +21,16 @@ pub fn next() -> Result<Option<KeyEvent>> {
         if let Event::Key(key) = event::read()? {
             return Ok(Some(key));
         }
+    }
+}
+
+/// Gives the terminal back as it was. One that is gone needs nothing: ratatui would say on standard
+/// error that it cannot, panic where that is the same terminal, and abort.
+pub fn restore(terminal: DefaultTerminal) {
+    if is_terminal_gone() {
+        std::mem::forget(terminal);
+    } else {
+        ratatui::restore();
     }
 }
 

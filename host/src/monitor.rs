@@ -62,7 +62,7 @@ impl Monitor {
             .context("the terminal")
             .and_then(|mut terminal| {
                 let shown = self.show(&mut terminal);
-                ratatui::restore();
+                keys::restore(terminal);
                 shown
             });
         (self.following.finish(), shown)

@@ -10,6 +10,7 @@ use common::{assert_one_line, directory, file, json_lines, run, stderr, stdout, 
 use ridgetone_host::input::Input;
 use ridgetone_host::replay;
 use rustix::process::{Pid, Signal, kill_process};
+use std::fs::File;
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Stdio};
@@ -62,9 +63,13 @@ fn the_screen_of_a_recording_is_a_moving_picture() {
         .split_once("height=\"")
         .and_then(|(_, rest)| rest.split('"').next()?.parse().ok())
         .expect("px");
+    assert!(
+        picture.contains(r#"<g class="film" xml:space="preserve">"#),
+        "programs other than browsers would draw several blanks as one"
+    );
     let images = picture.matches(">ridgetone<").count();
     let times = picture
-        .split("firmware 0.1.0  ")
+        .split(concat!("firmware ", env!("CARGO_PKG_VERSION"), "  "))
         .skip(1)
         .map(|rest| rest.split(" s").next()?.parse().ok());
     let times: Vec<f64> = times
@@ -454,25 +459,35 @@ fn the_screen_comes_on_a_terminal_and_goes_without_a_trace() {
 fn a_terminal_that_is_closed_ends_the_screen() {
     let folder = directory();
     let path = recording(folder.path());
+    assert_ends_with_its_terminal(&path, |_| Stdio::null());
+    // What it says goes to the same terminal, as it does in a shell.
+    assert_ends_with_its_terminal(&path, |end| end.into());
+}
+
+fn assert_ends_with_its_terminal(path: &Path, stderr: impl Fn(File) -> Stdio) {
     let mut terminal = Terminal::new(80, 24);
     let end = terminal.other_end();
     // In this test's session: it gets no signal when the terminal goes.
     let mut child = common::ridgetone()
-        .args(["monitor", "--file", text(&path), "--pace", "0"])
+        .args(["monitor", "--file", text(path), "--pace", "0"])
         .env("TERM", "xterm")
         .stdin(end.try_clone().expect("an end"))
+        .stderr(stderr(end.try_clone().expect("an end")))
         .stdout(end)
-        .stderr(Stdio::null())
         .spawn()
         .expect("the command runs");
     terminal.read_until("touch.rec  over");
     drop(terminal);
     let closed = Instant::now();
-    while child.try_wait().expect("a child").is_none() {
+    let status = loop {
+        if let Some(status) = child.try_wait().expect("a child") {
+            break status;
+        }
         if closed.elapsed() > Duration::from_secs(5) {
             child.kill().expect("killed");
             panic!("the command goes on without its terminal");
         }
         std::thread::sleep(Duration::from_millis(20));
-    }
+    };
+    assert!(status.code().is_some(), "it aborts: {status}");
 }

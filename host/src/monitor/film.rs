@@ -25,7 +25,8 @@ const IMAGES_MAX: usize = 150;
 /// How long the last image stays before the first one comes again, seconds.
 const REST_S: f64 = 6.0;
 
-/// A cell of the screen and the margin around all, pixels.
+/// A cell of the screen and the margin around all, pixels. A character of DejaVu Sans Mono is as wide
+/// in 12.46 px, for programs that know no `textLength`.
 const CELL: (f64, f64) = (7.5, 16.0);
 const MARGIN: f64 = 12.0;
 
@@ -93,8 +94,9 @@ fn picture(images: &[Buffer]) -> Result<String> {
     let (whole_s, shown) = (shown_s + REST_S, 100.0 * shown_s / (shown_s + REST_S));
     let end = -height * last as f64;
     let style = format!(
-        "text{{font:12px 'DejaVu Sans Mono',Menlo,Consolas,monospace;fill:#222;white-space:pre}}.card{{fill:#fff;stroke:#bbb}}\
+        "text{{font:12.46px 'DejaVu Sans Mono',Menlo,Consolas,monospace;fill:#222;white-space:pre}}.card{{fill:#fff;stroke:#bbb}}\
          .bold{{font-weight:700}}.alarm{{fill:#b00020;font-weight:700}}\
+         @media(prefers-color-scheme:dark){{text{{fill:#e4e6ea}}.card{{fill:#16191e;stroke:#444}}.alarm{{fill:#ff8a80}}}}\
          .film{{transform:translateY({end}px);animation:film {whole_s:.1}s infinite}}\
          @keyframes film{{0%{{transform:none;animation-timing-function:steps({count})}}\
          {shown:.3}%{{transform:translateY({:.1}px);animation-timing-function:step-start}}\
@@ -108,7 +110,8 @@ fn picture(images: &[Buffer]) -> Result<String> {
         "The terminal's screen of ridgetone monitor during a touch",
         &style,
     );
-    svg.push("<g class=\"film\">");
+    // The style's `white-space` says so to browsers alone.
+    svg.push("<g class=\"film\" xml:space=\"preserve\">");
     for (number, image) in images.iter().enumerate() {
         for row in 0..SIZE.1 {
             let y = height * number as f64 + MARGIN + CELL.1 * (f64::from(row) + 0.8);

@@ -40,7 +40,7 @@ pub fn run(feed: Feed, player: &mut Player<'_>, show: Show) -> (Feed, Result<()>
                 let shown = follow(&mut listener, player, &mut |source, update, player| {
                     draw(&mut terminal, source, update, player)
                 });
-                ratatui::restore();
+                keys::restore(terminal);
                 shown
             }),
         Show::Page(address, open) => {
