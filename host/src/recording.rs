@@ -1,7 +1,7 @@
 //! Telemetry in a file: a short header, then the bytes of the line.
 //!
 //! ```text
-//! ridgetone telemetry 2 {"protocol":7,"version":"0.1.0","source":"/dev/ttyUSB0"}\n\0<bytes>
+//! ridgetone telemetry 2 {"protocol":11,"version":"0.2.0","source":"/dev/ttyUSB0"}\n\0<bytes>
 //! ```
 //!
 //! Between frames stand marks: when the frames after it were received, `@`, nanoseconds since 1970

@@ -44,7 +44,7 @@ const WITH_A_BOARD: [&str; 22] = [
     "ridgetone settings set vref_v=2.5 --keep",
     "ridgetone command follow speed.csv",
     "stty -F /dev/ttyUSB0 921600 raw && python3 reader.py < /dev/ttyUSB0",
-    "dfu-util -a 0 -s :leave -D target/release-images/ridgetone-0.1.0-feather-f405.dfu",
+    "dfu-util -a 0 -s :leave -D target/release-images/ridgetone-0.2.0-feather-f405.dfu",
     "probe-rs attach --no-catch-reset --no-catch-hardfault --chip STM32F405RGTx target/firmware/feather-f405/ridgetone-firmware.elf",
     "probe-rs attach --no-catch-reset --no-catch-hardfault --chip STM32F446RETx target/firmware/nucleo-f446re/ridgetone-firmware.elf",
 ];

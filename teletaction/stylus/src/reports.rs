@@ -12,7 +12,7 @@ use ridgetone_proto::boot::Boot;
 use rtic_core::Mutex;
 
 /// Version of the crate.
-const VERSION: [u8; 3] = [0, 1, 0];
+const VERSION: [u8; 3] = [0, 2, 0];
 
 /// Seconds from one `health` to the next, and from one `hello` to the next.
 const HEALTH_S: u32 = 1;
