@@ -55,8 +55,8 @@ table::settings! {
         /// With the protocol: hold time between the contact spike and the slide.
         9 delay_s: f32 = 1.0, "s", Between(0.0, 60.0), option "delay",
             because "the protocol that the stimulus follows";
-        /// Speed of the stimulus, which gives the spatial period too: with the protocol, or, unless
-        /// 0, with a slide that lasts always.
+        /// Speed of the stimulus, which also gives the spatial period. It counts with the protocol,
+        /// and, unless 0, where slides last always.
         10 speed_mm_s: f32 = 0.0, "mm/s", By(speed), option "speed",
             because "slide.rule = \"protocol\" needs the speed of the stimulus";
         /// With the protocol: length of the slide to use (paper: 55 of 60).

@@ -116,8 +116,8 @@ struct MeasureOptions {
     /// Columns to use, at most 16 [default: all but time_s].
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     columns: Vec<String>,
-    /// Longest window, seconds [default: the window of the coefficients, the paper's 3 s]. From
-    /// others the intensities of that window are estimated, less surely.
+    /// Longest window, seconds [default: the window of the coefficients, the paper's 3 s]. Intensities
+    /// of other windows are converted to that one, with more uncertainty.
     #[arg(long, value_name = "S", value_parser = positive)]
     window: Option<f64>,
 }

@@ -19,8 +19,8 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Args)]
 #[command(after_help = "\
 FILE.csv has one row per sample, and a header; a column time_s is the time in seconds. Tables as instruments write them are
-read too, gzip and UTF-16 included, as are WAV files and recordings of telemetry with raw frames: what is guessed is said. The rate is that
-of the straight line through all time stamps, and its uncertainty is a part of sigma. A gap of a few rows counts as missing
+read too, gzip and UTF-16 included, as are WAV files and recordings of telemetry with raw frames; guesses are printed. The rate is
+the slope of a straight line through all time stamps, and sigma includes its uncertainty. A gap of a few rows counts as missing
 rows; rows that are not evenly spaced are fitted at their own times. A file may be long: no row after --to is read.
 
 Examples:
@@ -35,8 +35,8 @@ Examples:
   ridgetone fit by_hand.csv --speed-column v:m/s
   ridgetone fit stage.csv --position-column encoder --mm-per-count 0.025")]
 pub struct FitArgs {
-    /// Recordings: CSV with a header; `-` is standard input. Of more than one, or of windows, the
-    /// result is a table with a row for each.
+    /// Recordings: CSV with a header; `-` is standard input. Several files, and windows, give a table
+    /// with a row for each.
     #[arg(value_name = "FILE.csv", required = true)]
     files: Vec<PathBuf>,
     /// Fit windows of this length, seconds, one after the other: a recording may have any length
@@ -49,11 +49,11 @@ pub struct FitArgs {
     /// Write the table here: CSV, or lines of JSON with --json [default: standard output].
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Least frequency that the tone may have, hertz, such as 0.7 for a pulse: no third of it, and
-    /// no swing of the baseline.
+    /// Lowest frequency that the tone may have, hertz, such as 0.7 for a pulse: it keeps the fit from
+    /// a third of the tone and from a swing of the baseline.
     #[arg(long, value_name = "HZ", value_parser = positive, conflicts_with_all = ["speed_column", "position_column"])]
     least_hz: Option<f64>,
-    /// Most that it may have, hertz.
+    /// Highest frequency that the tone may have, hertz.
     #[arg(long, value_name = "HZ", value_parser = positive, conflicts_with_all = ["speed_column", "position_column"])]
     most_hz: Option<f64>,
     /// Rows per second, whatever the stamps say [default: from the stamps].

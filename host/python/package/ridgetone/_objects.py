@@ -66,7 +66,7 @@ class SlideSettings(Object):
     delay_s: float
     """With the protocol: hold time between the contact spike and the slide. [s]"""
     speed_mm_s: float
-    """Speed of the stimulus, which gives the spatial period too: with the protocol, or, unless 0, with a slide that lasts always. [mm/s]"""
+    """Speed of the stimulus, which also gives the spatial period. It counts with the protocol, and, unless 0, where slides last always. [mm/s]"""
     length_mm: float
     """With the protocol: length of the slide to use (paper: 55 of 60). [mm]"""
 
