@@ -64,8 +64,11 @@ const LITTLE_OF: [(&str, &str); 30] = [
         "cargo install --path host --features foxglove,mqtt",
         "host/tests/streams.rs",
     ),
-    ("cargo xtask streams", "host/tests/streams.rs"),
-    ("cargo xtask soak", "host/tests/streams/soak.rs"),
+    ("cargo xtask soak --write", "host/tests/streams/soak.rs"),
+    (
+        "cargo xtask streams --fingers 100 --write",
+        "host/tests/fingers.rs",
+    ),
     ("cargo xtask pictures", "host/tests/view/page.rs"),
     (
         "cargo test -p ridgetone-host --test view -- --ignored",

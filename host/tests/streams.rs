@@ -4,6 +4,8 @@
 #[path = "streams/cable.rs"]
 mod cable;
 mod common;
+#[path = "streams/figures.rs"]
+mod figures;
 #[path = "streams/foxglove.rs"]
 mod foxglove;
 #[path = "streams/latency.rs"]

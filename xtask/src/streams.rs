@@ -50,14 +50,44 @@ pub fn measure() -> Result<()> {
         .context("streams")
 }
 
+/// Makes a test write the page that it measures for, instead of comparing.
+const WRITE: &str = "RIDGETONE_WRITE";
+
+/// Up to so many replayed fingers through a broker and a router, and the commands, as they are
+/// installed: optimised.
+pub fn fingers(most: u32, write: bool) -> Result<()> {
+    setup::broker()?;
+    announce(format_args!("up to {most} fingers, and the commands"));
+    let features = STREAMS
+        .map(|feature| format!("ridgetone-host/{feature}"))
+        .join(",");
+    let features = format!("{features},ridgetone-host/zenoh");
+    let mut fingers = crate::test::test(&["--release", "--features", &features]);
+    fingers
+        .args(["--test", "fingers", "--", "--ignored", "--nocapture"])
+        .arg("--test-threads=1")
+        .env("RIDGETONE_FINGERS", most.to_string());
+    measured(&mut fingers, write).context("many fingers")
+}
+
 /// Two fingers for so many minutes of faults.
-pub fn soak(minutes: f64) -> Result<()> {
+pub fn soak(minutes: f64, write: bool) -> Result<()> {
     setup::broker()?;
     announce(format_args!("two fingers for {minutes} minutes of faults"));
     let mut soak = test(&STREAMS, "streams");
     soak.args(["--ignored", "--nocapture", "soak::"])
         .env("RIDGETONE_SOAK_MINUTES", minutes.to_string());
-    run(&mut soak).context("the counts of the soak")
+    measured(&mut soak, write).context("the counts of the soak")
+}
+
+/// Runs a measurement; if wanted, its figures go into docs/results/live.json and its page.
+fn measured(test: &mut Command, write: bool) -> Result<()> {
+    if !write {
+        return run(test);
+    }
+    run(test.env(WRITE, "1"))?;
+    let mut page = crate::test::test(&["--test", "book", "figures::live"]);
+    run(page.env(WRITE, "1")).context("docs/results/live.md")
 }
 
 /// Other systems on which the command has to build, by the targets of rustup.

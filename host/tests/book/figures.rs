@@ -271,3 +271,80 @@ fn the_readme_counts_what_is_not_met() {
         }
     }
 }
+
+/// A figure of the JSON in a table.
+fn cell(value: &Value) -> String {
+    match value {
+        Value::String(text) => text.clone(),
+        Value::Null => "none".to_owned(),
+        // Whole numbers without a point.
+        _ => value.as_f64().expect("a figure").to_string(),
+    }
+}
+
+#[test]
+fn live_has_the_tables_of_its_figures() {
+    let page = root().join("docs/results/live.md");
+    for (name, table) in tables("live").as_object().expect("tables") {
+        let cells = |row: &Value| -> Vec<String> {
+            row.as_array().expect("a row").iter().map(cell).collect()
+        };
+        let columns = cells(&table["columns"]);
+        let mut text = format!(
+            "| {} |\n|---|{}\n",
+            columns.join(" | "),
+            "---:|".repeat(columns.len() - 1)
+        );
+        for row in table["rows"].as_array().expect("rows") {
+            text += &format!("| {} |\n", cells(row).join(" | "));
+        }
+        compare_or_write(&page, name, &text);
+    }
+}
+
+/// The greatest number of fingers of which every frame arrives, 99 of 100 within 100 ms, at each
+/// receiver, and what a thousand would take at the same shares.
+#[test]
+fn live_says_how_many_fingers_two_cores_bear() {
+    let table = tables("live")["fingers"].clone();
+    let columns = table["columns"].as_array().expect("columns");
+    let place = |name: &str| {
+        let found = columns.iter().position(|column| column == name);
+        found.unwrap_or_else(|| panic!("no column {name}"))
+    };
+    let figures = [
+        "fingers",
+        "p50, ms",
+        "p99, ms",
+        "`serve`, % of a core",
+        "broker or router and receiver, % of a core",
+    ]
+    .map(place);
+    let [receiver, frames, arrived, p99] = ["receiver", "frames", "arrived", "p99, ms"].map(place);
+    let most = |name: &str| {
+        let rows = table["rows"].as_array().expect("rows").iter();
+        let row = rows
+            .filter(|row| row[receiver] == name && row[frames] == row[arrived])
+            .filter(|row| row[p99].as_f64().is_some_and(|ms| ms < 100.0))
+            .max_by_key(|row| row[figures[0]].as_u64())
+            .expect("a row without a loss");
+        figures.map(|column| row[column].as_f64().expect("a figure"))
+    };
+    let [mqtt, zenoh] = ["mqtt", "zenoh"].map(most);
+    let cores = |[fingers, _, _, serve, others]: [f64; 5]| {
+        [serve, others].map(|percent| (10.0 * percent / fingers).ceil())
+    };
+    let ([mqtt_serve, mqtt_others], [zenoh_serve, zenoh_others]) = (cores(mqtt), cores(zenoh));
+    let page = read(&root().join("docs/results/live.md"));
+    for sentence in [
+        format!(
+            "through one broker of MQTT every frame of {} fingers arrives, {} ms late at the median and {} ms at the 99th percentile, and through one router of Zenoh every frame of {}, {} and {} ms late",
+            mqtt[0], mqtt[1], mqtt[2], zenoh[0], zenoh[1], zenoh[2]
+        ),
+        format!(
+            "a thousand take {mqtt_serve} cores for `serve` and {mqtt_others} for broker and subscriber by MQTT, {zenoh_serve} and {zenoh_others} by Zenoh"
+        ),
+    ] {
+        assert!(page.contains(&sentence), "live.md lacks: {sentence}");
+    }
+}

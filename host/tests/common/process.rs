@@ -6,25 +6,28 @@ const TICKS_HZ: f64 = 100.0;
 
 /// Processor time of a process so far, seconds.
 pub fn processor_s(id: u32) -> f64 {
-    let stat = std::fs::read_to_string(format!("/proc/{id}/stat")).expect("a process");
-    let fields: Vec<&str> = stat
-        .rsplit(") ")
-        .next()
-        .expect("fields")
-        .split(' ')
-        .collect();
-    // utime and stime (proc(5)).
-    fields[11..13]
-        .iter()
-        .map(|field| field.parse::<f64>().expect("ticks"))
-        .sum::<f64>()
-        / TICKS_HZ
+    find_processor_s(id).expect("a process")
 }
 
 /// Memory of a process now, megabytes.
 pub fn memory_mb(id: u32) -> f64 {
-    let status = std::fs::read_to_string(format!("/proc/{id}/status")).expect("a process");
-    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
-    let kilobytes = line.and_then(|line| line.trim().trim_end_matches(" kB").parse::<f64>().ok());
-    kilobytes.expect("a size") / 1e3
+    find_memory_mb(id).expect("a process")
+}
+
+pub fn find_processor_s(id: u32) -> Option<f64> {
+    let stat = std::fs::read_to_string(format!("/proc/{id}/stat")).ok()?;
+    let mut fields = stat.rsplit(") ").next()?.split(' ').skip(11);
+    // utime and stime (proc(5)).
+    let mut ticks = || fields.next()?.parse::<f64>().ok();
+    Some((ticks()? + ticks()?) / TICKS_HZ)
+}
+
+/// None of a process that has ended and is not waited for yet, too.
+pub fn find_memory_mb(id: u32) -> Option<f64> {
+    let status = std::fs::read_to_string(format!("/proc/{id}/status")).ok()?;
+    let line = status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmRSS:"))?;
+    let kilobytes: f64 = line.trim().trim_end_matches(" kB").parse().ok()?;
+    Some(kilobytes / 1e3)
 }

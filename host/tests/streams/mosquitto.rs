@@ -19,7 +19,7 @@ pub fn free_port() -> u16 {
 }
 
 /// The path of a program of Debian's mosquitto.
-fn program(name: &str) -> String {
+pub fn program(name: &str) -> String {
     let places = [
         "/usr/sbin/",
         "/usr/bin/",
@@ -53,7 +53,9 @@ impl Broker {
         let config = crate::common::file(
             folder.path(),
             "broker.conf",
-            &format!("listener {port} 127.0.0.1\nallow_anonymous true\nset_tcp_nodelay true\n"),
+            &format!(
+                "listener {port} 127.0.0.1\nallow_anonymous true\nset_tcp_nodelay true\nsys_interval 1\n"
+            ),
         );
         let mut broker = Command::new(program("mosquitto"));
         let child = broker

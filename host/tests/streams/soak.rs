@@ -3,12 +3,13 @@
 
 use crate::cable::Cable;
 use crate::common;
+use crate::figures::{Table, tenths};
 use crate::mosquitto::{self, Broker, Received, Subscriber, Take};
 use crate::process::{memory_mb, processor_s};
 use crate::serial_board::SerialBoard;
 use crate::serving::Serving;
 use ridgetone_proto::settings::FRAME_RATE_HZ;
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
@@ -147,7 +148,8 @@ fn get(host: &str, path: &str) -> String {
     let mut line = TcpStream::connect(host).expect("it listens");
     line.set_read_timeout(Some(Duration::from_secs(20)))
         .expect("a limit");
-    write!(line, "GET {path} HTTP/1.0\r\nHost: {host}\r\n\r\n").expect("sent");
+    let request = format!("GET {path} HTTP/1.0\r\nHost: {host}\r\n\r\n");
+    line.write_all(request.as_bytes()).expect("sent");
     let (mut bytes, mut part) = (Vec::new(), [0; 65_536]);
     while let Ok(length @ 1..) = line.read(&mut part) {
         bytes.extend_from_slice(&part[..length]);
@@ -163,7 +165,8 @@ fn get(host: &str, path: &str) -> String {
 fn state(host: &str) -> Value {
     let events = get(host, "/events");
     let data = events.lines().find_map(|line| line.strip_prefix("data:"));
-    serde_json::from_str(data.expect("a state")).expect("JSON")
+    let data = data.unwrap_or_else(|| panic!("no state: {events:?}"));
+    serde_json::from_str(data).expect("JSON")
 }
 
 /// What a reader says of a board's line.
@@ -297,6 +300,23 @@ fn two_fingers_a_broker_that_restarts_pages_that_reload_and_cables_that_are_pull
         "{length_s:.0} s: {} restarts of the broker, {pulls} cables pulled, {damages} bytes damaged, {loads} loads of the page",
         restarts.len()
     );
+    let mut happened = Table::new(&["what happened", "times"]);
+    happened.rows = vec![
+        json!(["minutes", tenths(length_s / 60.0)]),
+        json!(["broker restarted", restarts.len()]),
+        json!(["cable pulled", pulls]),
+        json!(["byte damaged", damages]),
+        json!(["page loaded", loads]),
+    ];
+    let mut frames = Table::new(&[
+        "finger",
+        "frames sent",
+        "published",
+        "lost on the line",
+        "received",
+        "lost and counted",
+        "published while the subscriber was away",
+    ]);
     let mut wrong = Vec::new();
     Counts::reported(&stderr, "f0").check("f0", &boards[0].packets(), &mut wrong);
     at_page.check("f1", &boards[1].packets(), &mut wrong);
@@ -304,7 +324,8 @@ fn two_fingers_a_broker_that_restarts_pages_that_reload_and_cables_that_are_pull
         (&boards[0], "f0", Counts::reported(&stderr, "f0")),
         (&boards[1], "f1", at_page),
     ] {
-        check_frames(board, finger, &line, &arrivals, &mut wrong);
+        let row = check_frames(board, finger, &line, &arrivals, &mut wrong);
+        frames.rows.push(row);
     }
     for (topic, receipts) in &arrivals.receipts {
         let [unexcused, all] = lacking(receipts, &restarts);
@@ -319,7 +340,17 @@ fn two_fingers_a_broker_that_restarts_pages_that_reload_and_cables_that_are_pull
         }
     }
     let (early, late) = (memory[memory.len() / 4], memory[memory.len() - 1]);
+    let mut memory_of = Table::new(&[
+        "command",
+        "% of a core",
+        "MB after a quarter",
+        "MB at the end",
+    ]);
     for (n, name) in ["serve", "view"].into_iter().enumerate() {
+        let [early_mb, late_mb] = [early[n], late[n]].map(f64::round);
+        memory_of
+            .rows
+            .push(json!([name, tenths(busy[n]), early_mb, late_mb]));
         println!(
             "{name}: {:.1} % of a core, {:.0} MB after a quarter, {:.0} MB at the end",
             busy[n], early[n], late[n]
@@ -331,17 +362,21 @@ fn two_fingers_a_broker_that_restarts_pages_that_reload_and_cables_that_are_pull
     drop((broker, page));
     assert!(wrong.is_empty(), "does not add up: {wrong:#?}\n{stderr}");
     println!("all counts add up");
+    happened.write("soak");
+    frames.write("soak_frames");
+    memory_of.write("soak_commands");
 }
 
 /// A board's frames are published, or lost on the line, where packets of other kinds are lost, too.
 /// Published frames that do not arrive are counted as lost, or came while the subscriber was away.
+/// Gives the counts as a row.
 fn check_frames(
     board: &SerialBoard,
     finger: &str,
     line: &Counts,
     arrivals: &Arrivals,
     wrong: &mut Vec<String>,
-) {
+) -> Value {
     let status = &arrivals.status["fingers"][finger];
     let published = status["published"]["frames"].as_u64().unwrap_or(0);
     let lost = status["lost"]["frames"].as_u64().unwrap_or(0);
@@ -351,10 +386,9 @@ fn check_frames(
         .get(&topic)
         .map_or(0, |receipts| receipts.len() as u64);
     let on_line = board.frames() - published;
+    let (sent, away) = (board.frames(), (published - lost).saturating_sub(received));
     println!(
-        "{finger}, frames: {} sent = {published} published + {on_line} lost on the line; {received} received, {lost} lost and counted, {} while the subscriber was away",
-        board.frames(),
-        (published - lost).saturating_sub(received)
+        "{finger}, frames: {sent} sent = {published} published + {on_line} lost on the line; {received} received, {lost} lost and counted, {away} while the subscriber was away"
     );
     let others = board.packets().end() - board.frames();
     if !(line.missing.saturating_sub(others)..=line.missing).contains(&on_line) {
@@ -366,4 +400,5 @@ fn check_frames(
     if received + lost > published {
         wrong.push(format!("{finger}: more frames than were published"));
     }
+    json!([finger, sent, published, on_line, received, lost, away])
 }
