@@ -3,6 +3,7 @@
 mod actuator;
 mod link;
 mod pins;
+mod skin;
 mod texture;
 mod touch;
 
@@ -34,6 +35,9 @@ enum Command {
     /// Connect a finger with a stylus over a network: textures one way, the place of the hand the
     /// other.
     Link(link::LinkArgs),
+    /// Fit how a person's skin relaxes, for the afterimages of `pins`.
+    #[command(subcommand)]
+    Skin(skin::SkinCommand),
     /// Learn what a texture is from recordings, for a person's hand.
     #[command(subcommand)]
     Texture(texture::TextureCommand),
@@ -49,6 +53,7 @@ impl Cli {
             Command::Touch(args) => args.run(),
             Command::Pins(args) => args.run(),
             Command::Link(args) => args.run(),
+            Command::Skin(command) => command.run(),
             Command::Texture(command) => command.run(),
         }
     }

@@ -8,6 +8,7 @@
 //! | textures to a stylus and places to a finger, over a network | [`link`] |
 //! | strains to forces of a pin display that only presses | [`display`] |
 //! | a pin display on a screen or a page, and what it must be able to do | [`pins`] |
+//! | the relaxation of a person's skin, for the afterimages of a display | [`skin`] |
 //! | the one state of the pages of `touch` and `pins` | `latest` |
 //! | the command line | [`cli`] |
 //!
@@ -24,5 +25,6 @@ pub mod display;
 mod latest;
 pub mod link;
 pub mod pins;
+pub mod skin;
 pub mod texture;
 pub mod touch;

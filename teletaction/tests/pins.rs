@@ -54,7 +54,8 @@ fn what_makes_no_sense_is_refused() {
         (&["pins", "--design", "--emulated"], "--design"),
         (&["pins", "--resolution", "10"], "--design"),
         (&["pins", "--emulated", "--pins", "11x10"], "at most 100"),
-        (&["pins", "--emulated", "--subject", "7"], "1..=6"),
+        (&["pins", "--emulated", "--subject", "7"], "1 to 6"),
+        (&["pins", "--emulated", "--subject", "3,2"], "relaxation_s"),
         (&["pins", "--emulated", "--slew-n-s", "0.01"], "faster slew"),
         (&["pins", "--emulated", "--depth-mm", "0.01"], "depth_mm"),
         (

@@ -1,6 +1,6 @@
 //! `pins`: what the finger feels, on a display of pins; and what such a display must be able to do.
 
-use crate::display::{Grid, Limits, Quantity, SUBJECTS};
+use crate::display::{Grid, Kelvin, Limits, Quantity, SUBJECTS};
 use crate::pins::{Design, Memory, Perception, Player, Setup, Show, run, volts_per_strain};
 use anyhow::Result;
 use clap::{Args, ValueEnum};
@@ -84,9 +84,10 @@ struct DisplayOptions {
     /// How much even forces are preferred: more of it, less noise.
     #[arg(long, value_name = "SHARE", default_value_t = 0.01, value_parser = positive)]
     regularisation: f64,
-    /// Take the afterimages of this subject of the paper into account [default: of none].
-    #[arg(long, value_name = "1-6", value_parser = clap::value_parser!(u8).range(1..=6))]
-    subject: Option<u8>,
+    /// Take the afterimages of this subject of the paper into account, or of your own skin by its
+    /// relaxation times for constant strain and stress as `skin fit` finds them [default: of none].
+    #[arg(long, value_name = "1-6|S,S", value_parser = subject)]
+    subject: Option<Kelvin>,
     /// Greatest force of a pin, N.
     #[arg(long, value_name = "N", default_value_t = f64::from(Limits::IDEAL.force_n), value_parser = positive)]
     force_n: f64,
@@ -119,6 +120,18 @@ enum Match {
 
 fn percent(text: &str) -> Result<f64, String> {
     positive(text.trim_end_matches('%').trim_end())
+}
+
+fn subject(text: &str) -> Result<Kelvin, String> {
+    if let Some((relaxation_s, creep_s)) = text.split_once(',') {
+        let [relaxation_s, creep_s] = [positive(relaxation_s.trim())?, positive(creep_s.trim())?];
+        return Kelvin::new(relaxation_s, creep_s).map_err(|error| error.to_string());
+    }
+    let number = text.parse::<usize>().ok();
+    number
+        .and_then(|number| SUBJECTS.get(number.checked_sub(1)?))
+        .copied()
+        .ok_or_else(|| "write 1 to 6, or two times in seconds such as 1.42,2.14".into())
 }
 
 fn columns_and_rows(text: &str) -> Result<(usize, usize), String> {
@@ -162,9 +175,7 @@ impl DisplayOptions {
             depth_mm: self.depth_mm,
             quantity,
             regularisation: self.regularisation as f32,
-            skin: self
-                .subject
-                .map(|subject| SUBJECTS[usize::from(subject) - 1]),
+            skin: self.subject,
             limits,
             gain: self.gain,
             volts_per_strain: self.volts_per_strain.unwrap_or_else(volts_per_strain),
