@@ -4,6 +4,7 @@
 mod coefficients;
 mod cut;
 pub(crate) mod event;
+mod forces;
 mod known;
 mod loaded;
 mod measure;
@@ -16,6 +17,7 @@ mod train;
 mod words;
 
 pub use coefficients::Coefficients;
+pub use forces::ForceColumns;
 pub use measure::{KnownSurface, Options, measure};
 pub use picture::draw;
 pub use report::{json, text};

@@ -503,6 +503,39 @@ fn m_by_the_static_image() {
     assert!(found["scores"][0]["score"].is_number());
 }
 
+/// Equation 10: the run's first 5 mm, in which the skin sticks, do not count, nor does what comes after
+/// 25 mm.
+#[test]
+fn m_by_columns_of_the_forces() {
+    let folder = directory();
+    let forces = |rows: usize| {
+        table(folder.path(), &format!("{rows}.csv"), rows, |t_s| {
+            let (normal, slides) = (0.5, (0.5..2.5).contains(&t_s));
+            let tangential = if slides {
+                -0.6 * (1.0 + 0.02 * (t_s - 1.5))
+            } else {
+                2.0
+            };
+            [sine(1.0, 100.0, t_s), tangential, normal]
+        })
+    };
+    let options = ["--reference", REFERENCE, "--forces", "c1,c2"];
+    let found = feel(&forces(6200), &options);
+    // A drift of 4 % over the run: quarters 1 % apart, whose mean scatters by 0.65 %.
+    assert!((number(&found, "m") - 1.2).abs() < 1e-3, "{found}");
+    assert!((number(&found, "m_sigma") - 0.0077).abs() < 3e-4, "{found}");
+    // The forces are no vibration.
+    assert_eq!(found["channels"].as_array().map(Vec::len), Some(1));
+    let short = forces(4000);
+    let begin = ["feel", text(&short), "--rate", "2048"];
+    let refused = |options: &[&str], status, words: &[&str]| {
+        assert_one_line(&run(&[&begin[..], options].concat()), status, words);
+    };
+    refused(&options, 1, &["5 to 25 mm", "19.5 mm"]);
+    refused(&["--reference", REFERENCE, "--forces", "c1"], 2, &["F,N"]);
+    refused(&["--reference", REFERENCE, "--forces", "c1,c9"], 1, &["c9"]);
+}
+
 /// Eight plates whose scores are built from equations 11 and 12 give their coefficients back, and
 /// these give the scores back.
 #[test]

@@ -92,9 +92,16 @@ enum Task {
     /// hundred thousand with --full, which fills in docs/results/faults.md and takes most of an hour.
     #[command(disable_help_flag = true)]
     Faults(Flags),
-    /// Repeats the paper's experiment beside its own figures and fills in docs/results/papers.md.
+    /// Repeats the paper's experiment beside its own figures and fills in docs/results/papers-runs.md.
     #[command(disable_help_flag = true)]
     Reproduce(Flags),
+    /// Computes figures of the four papers a second time, with NumPy and none of the crates' code,
+    /// and tries the command beside them.
+    Papers {
+        /// Fill in docs/results/papers.md, a table a paper.
+        #[arg(long)]
+        write: bool,
+    },
     /// Tests Zenoh and ROS 2, beside programs of others too, and streams the frames of ten boards,
     /// and of a fast one, to MQTT and Foxglove for a minute each: prints what is lost and how late
     /// the rest arrives.
@@ -190,6 +197,7 @@ fn main() -> ExitCode {
         Task::Board { write } => eval::board(write),
         Task::Faults(Flags { flags }) => eval::faults(&flags),
         Task::Reproduce(Flags { flags }) => eval::reproduce(&flags),
+        Task::Papers { write } => python::papers(write),
         Task::Streams { fingers: None, .. } => streams::measure(),
         Task::Streams {
             fingers: Some(most),

@@ -1,7 +1,8 @@
 //! The Python package: its wheel in an environment of its own, and its tests there.
 
 use crate::install;
-use crate::tools::{announce, clean, find, output_of, run, target_dir};
+use crate::test::{prepare, test};
+use crate::tools::{announce, clean, find, output_of, program, run, target_dir};
 use anyhow::{Context, Result, bail};
 use std::path::{Path, PathBuf};
 use std::{env, fs};
@@ -78,11 +79,38 @@ pub fn run_tests(python: &Path) -> Result<String> {
     output_of(&mut tests).context("tests of the Python package")
 }
 
-/// Computes figures of the papers a second time, with NumPy and the copy of the command that the
-/// wheel's tests have made. Gives the table.
+/// Computes figures of the papers a second time, with NumPy and copies of the commands that
+/// `cargo test` has built. Gives the table.
 pub fn run_papers(python: &Path) -> Result<String> {
-    let command = python.with_file_name(format!("ridgetone{}", env::consts::EXE_SUFFIX));
+    let command = |name: &str| format!("{name}{}", env::consts::EXE_SUFFIX);
+    for name in ["ridgetone", "ridgetone-teletaction"].map(command) {
+        fs::copy(
+            target_dir().join("debug").join(&name),
+            python.with_file_name(&name),
+        )
+        .context("the commands of `cargo test`")?;
+    }
     let mut papers = clean(python);
     papers.arg("lab/papers/papers.py").arg("--command");
-    output_of(papers.arg(command)).context("figures of the papers")
+    output_of(papers.arg(python.with_file_name(command("ridgetone"))))
+        .context("figures of the papers")
+}
+
+/// Computes figures of the papers a second time; with `is_written` it fills in
+/// `docs/results/papers.md`.
+pub fn papers(is_written: bool) -> Result<()> {
+    prepare()?;
+    run(&mut test(&["--no-run", "--test", "feel", "--test", "skin"]))?;
+    let mut papers = clean(environment("papers", &["numpy>=1.24"])?);
+    papers.arg("lab/papers/papers.py").arg("--command");
+    papers.arg(
+        target_dir()
+            .join("debug")
+            .join(format!("ridgetone{}", env::consts::EXE_SUFFIX)),
+    );
+    if !is_written {
+        return run(&mut papers);
+    }
+    run(papers.arg("--write"))?;
+    run(&mut program("ridgetone-eval", "ridgetone-eval", "pages"))
 }

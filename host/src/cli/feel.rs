@@ -2,7 +2,7 @@
 //! it.
 
 use super::parse::{number, positive};
-use crate::feel::{self, Coefficients, Criteria, KnownSurface, Options};
+use crate::feel::{self, Coefficients, Criteria, ForceColumns, KnownSurface, Options};
 use crate::note;
 use crate::output::{self, Progress};
 use crate::samples::Samples;
@@ -45,6 +45,10 @@ pub struct FeelArgs {
     /// M, tangential over normal force, with its standard deviation.
     #[arg(long, value_name = "VALUE[+-SIGMA]", value_parser = with_sigma, conflicts_with = "image")]
     m: Option<(f32, f32)>,
+    /// Columns of the tangential and of the normal force: M is their ratio over 5 to 25 mm of the
+    /// run, at the reference's speed from the first row used.
+    #[arg(long, value_name = "F,N", value_parser = force_columns, conflicts_with_all = ["m", "image"])]
+    forces: Option<ForceColumns>,
     /// Estimate M from the last static image in the JSON lines of `replay` or `emulate`: opposite
     /// piezoresistors of a unit differ by the tangential force.
     #[arg(long, value_name = "FILE.ndjson")]
@@ -182,6 +186,16 @@ fn with_sigma(text: &str) -> Result<(f32, f32), String> {
     Ok((number(value.trim())? as f32, sigma? as f32))
 }
 
+fn force_columns(text: &str) -> Result<ForceColumns, String> {
+    let (tangential, normal) = text
+        .split_once(',')
+        .ok_or("write the names of two columns: F,N")?;
+    Ok(ForceColumns {
+        tangential: tangential.to_owned(),
+        normal: normal.to_owned(),
+    })
+}
+
 /// Bytes in which the last static image is looked for: a day of estimates. A device may never end.
 const LINES_MOST: u64 = 256 << 20;
 
@@ -263,9 +277,13 @@ impl FeelArgs {
             .as_deref()
             .map(|path| image_ratio(path, self.image_gain))
             .transpose()?;
-        let m = self.m.or(by_image);
         let samples = Samples::file_with(&file, self.time_column)?;
-        let options = measure.options(coefficients.window_s);
+        let mut options = measure.options(coefficients.window_s);
+        let mut m = self.m.or(by_image);
+        if let Some(forces) = &self.forces {
+            m = Some(forces.ratio(&samples, &options)?);
+            forces.exclude(&samples, &mut options.selection)?;
+        }
         let felt = with_progress(|progress| feel::measure(&samples, &options, progress))?;
         if let Some(guessed) = &felt.guessed {
             note!("{}: {guessed}", felt.file);

@@ -8,7 +8,13 @@ use std::path::Path;
 
 /// Topics of `docs/results` with bars in their JSON.
 const TOPICS: [&str; 7] = [
-    "boards", "distance", "faults", "noise", "papers", "touch", "trade",
+    "boards",
+    "distance",
+    "faults",
+    "noise",
+    "papers-runs",
+    "touch",
+    "trade",
 ];
 
 fn tables(topic: &str) -> Value {

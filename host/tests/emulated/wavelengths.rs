@@ -1,5 +1,5 @@
 //! Gratings under a hand's speed and a hand's swings with the plan `hand`, in the emulator and by
-//! the library on this PC: the same answers, bit for bit. What docs/results/papers.md measures with
+//! the library on this PC: the same answers, bit for bit. What docs/results/papers-runs.md measures with
 //! the library is so what the image measures.
 
 use hal_mock::{Finger, Hand, Sliding, SlidingScene};

@@ -59,7 +59,7 @@ enum Command {
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Takes a minute or two, with --emulated some minutes. Writes papers.json, papers.md and its pictures.
+Takes a minute or two, with --emulated some minutes. Writes papers-runs.json, papers-runs.md and its pictures.
 
 Examples:
   cargo xtask reproduce --out paper
@@ -147,9 +147,10 @@ fn make_pages(folder: &Path) -> Result<()> {
     reproduce::write(papers.detail, folder)?;
     reproduce::okamoto::write_picture(folder)?;
     type WithBars = fn(Tables) -> Tables;
-    let bars: [(&str, WithBars); 3] = [
+    let bars: [(&str, WithBars); 4] = [
         ("boards", board::with_bars),
         ("distance", |tables| tables),
+        ("papers", |tables| tables),
         ("faults", faults::table::with_bars),
     ];
     for (topic, with_bars) in bars {

@@ -24,7 +24,7 @@ use std::path::Path;
 use taken::Place;
 
 /// The topic of both papers' figures.
-pub const TOPIC: &str = "papers";
+pub const TOPIC: &str = "papers-runs";
 
 /// Takes `runs` runs of each of the ten combinations.
 pub fn measure(runs: u32, place: Place<'_>) -> Result<Reproduction> {

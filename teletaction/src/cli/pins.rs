@@ -232,6 +232,7 @@ fn text(design: &Design) -> String {
     };
     format!(
         "pins {} mm apart under {} mm of rubber, each off by up to {} %\n\
+         {:.2} pins a millimetre, {:.2} layers apart: {}\n\
          from pin to pin        index {:.3}  {}\n\
          worst, over {:4.1} mm    index {:.3}  {}\n\
          pins at one height     index {:.3}\n\
@@ -239,6 +240,13 @@ fn text(design: &Design) -> String {
         design.spacing_mm,
         design.depth_mm,
         design.resolution_percent,
+        design.samples_per_mm,
+        design.spacing_mm / design.depth_mm,
+        if design.is_dense {
+            "dense enough"
+        } else {
+            "too coarse, the paper has at least 0.5 and less than 2"
+        },
         design.index,
         verdict(design.verdict),
         design.worst_period_mm,

@@ -10,6 +10,10 @@ use serde::Serialize;
 /// Modulation indices between which people just notice a grating (Moy et al., section 5).
 pub const NOTICEABLE: (f64, f64) = (0.10, 0.15);
 
+/// Fewest pins a millimetre, and least spacing over the layer that is too coarse (section 5).
+const SAMPLES_PER_MM_MIN: f64 = 0.5;
+const SPACING_OVER_DEPTH_MOST: f64 = 2.0;
+
 /// Longest error of a display that a finger can have under it, millimetres: the finger pad (section
 /// 5: 0.1 cycles a millimetre).
 const PAD_MM: f64 = 10.0;
@@ -39,6 +43,11 @@ pub struct Design {
     pub spacing_mm: f64,
     pub depth_mm: f64,
     pub resolution_percent: f64,
+    /// Pins a millimetre.
+    pub samples_per_mm: f64,
+    /// Whether the pins are dense enough by the paper's rule: at least 0.5 a millimetre, and a
+    /// spacing below two layers (section 5).
+    pub is_dense: bool,
     /// Index of an error from pin to pin, whose period is two spacings.
     pub index: f64,
     pub verdict: Perception,
@@ -95,6 +104,9 @@ impl Design {
             spacing_mm,
             depth_mm,
             resolution_percent,
+            samples_per_mm: 1.0 / spacing_mm,
+            is_dense: 1.0 / spacing_mm >= SAMPLES_PER_MM_MIN
+                && spacing_mm / depth_mm < SPACING_OVER_DEPTH_MOST,
             index: first,
             verdict: Perception::of(first),
             worst_period_mm: worst as f64 * spacing_mm,
@@ -143,6 +155,15 @@ mod tests {
         );
         assert!(index(2.0, 1.0, 10.0).pins_index > paper.pins_index);
         assert_eq!(index(2.0, 2.0, 40.0).worst_verdict, Perception::Noticed);
+        // 0.5 pins a millimetre and a spacing below two layers.
+        for (spacing_mm, depth_mm, is_dense) in [
+            (2.0, 2.0, true),
+            (2.1, 2.0, false),
+            (2.0, 1.0, false),
+            (1.8, 1.0, true),
+        ] {
+            assert_eq!(index(spacing_mm, depth_mm, 10.0).is_dense, is_dense);
+        }
     }
 
     #[test]

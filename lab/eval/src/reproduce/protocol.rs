@@ -217,7 +217,7 @@ mod tests {
     /// The figures of the scenes in the text of the page.
     #[test]
     fn the_page_names_these_figures() {
-        let page = crate::tests::read("docs/results/papers.md").replace('\n', " ");
+        let page = crate::tests::read("docs/results/papers-runs.md").replace('\n', " ");
         let line = SpeedError::of_table_3();
         let speeds = [15.0, 30.0, 48.0].map(|v| format!("{:.2} % at {v} mm/s", line.at(v)));
         let others = [

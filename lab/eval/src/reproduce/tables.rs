@@ -6,6 +6,10 @@ use crate::page::{self, Bar, Table, Tables, figure, fixed};
 use ridgetone_host::chart::{Curve, Look, Panel, Scale, chart};
 use serde_json::Value;
 
+/// Three standard deviations of a figure of four runs: the paper's scatter of 0.166 % around the
+/// line through its Table 3, over the root of four.
+const PAPER_SCATTER_PERCENT: f64 = 0.25;
+
 /// The tables by names that tell them from those of the other paper.
 pub fn tables(reproduction: &Reproduction) -> Tables {
     let combinations = &reproduction.combinations;
@@ -53,13 +57,23 @@ fn bars(reproduction: &Reproduction) -> Vec<Bar> {
             let here = own.percent(own.rms_hz(|run| run.pairs[pair].least_squares_hz)?);
             Some((here - paper.least_squares.percent[c]).abs())
         });
-        let off = greatest(off);
-        bar(
-            &format!("Table 3, units {units}: least squares, difference from the paper"),
-            "at most 0.4 % of the frequency",
-            format!("{off:.2} %"),
-            off <= 0.4,
-        );
+        let off: Vec<f64> = off.collect();
+        for (limit_percent, of) in [
+            (0.4, "ours"),
+            (PAPER_SCATTER_PERCENT, "the paper's scatter"),
+        ] {
+            let within = off.iter().filter(|off| **off <= limit_percent).count();
+            bar(
+                &format!("Table 3, units {units}: least squares beside the paper, by {of}"),
+                &format!("at most {limit_percent} % of the frequency"),
+                format!(
+                    "{within} of {}, up to {:.2} %",
+                    off.len(),
+                    greatest(off.iter().copied())
+                ),
+                within == off.len(),
+            );
+        }
         let near = numbered().filter(|(c, own)| {
             let here_hz = own.rms_hz(|run| run.pairs[pair].fft_hz);
             here_hz

@@ -216,18 +216,20 @@ impl Bound {
 
 /// The paper's method: in windows of 32 ms the speed over the frequency of maximal power, of all
 /// channels together. The root mean square of its errors over the windows of at least [`CYCLES`]
-/// cycles.
+/// cycles; over all of them if none has so many, as at a steady speed.
 pub fn fft(slid: &Slid) -> Option<f64> {
     let (motion, wavelength_mm) = (slid.motion, slid.scene.period_mm);
     let frames = (WINDOW_S * f64::from(Plan::HAND.frame_rate_hz())).round() as usize;
-    let (mut squares, mut count) = (0.0, 0);
+    // Sums and numbers, of windows of fewer cycles and of the others.
+    let mut sums = [(0.0, 0); 2];
     for window in slid.frames.windows(frames).step_by(frames / 2) {
         let [from_s, until_s] = [window[0].0, window[frames - 1].0];
         // Where the finger turns, the speed in the middle says nothing.
         let is_slide = from_s >= 0.0 && until_s <= slid.lasts_s && !motion.turns(from_s, until_s);
-        if !is_slide || motion.range_mm(from_s, until_s) < CYCLES * wavelength_mm {
+        if !is_slide {
             continue;
         }
+        let has_cycles = motion.range_mm(from_s, until_s) >= CYCLES * wavelength_mm;
         let power = |bin: usize| -> f64 {
             let of = |taxel: usize| {
                 let turned = window.iter().enumerate().map(|(at, (_, values))| {
@@ -243,8 +245,10 @@ pub fn fft(slid: &Slid) -> Option<f64> {
         let bin = (1..=frames / 2).max_by(|a, b| power(*a).total_cmp(&power(*b)))?;
         let frequency_hz = bin as f64 * f64::from(Plan::HAND.frame_rate_hz()) / frames as f64;
         let found_mm = motion.speed_mm_s(0.5 * (from_s + until_s)).abs() / frequency_hz;
-        squares += (found_mm / wavelength_mm - 1.0).powi(2);
-        count += 1;
+        let (squares, count) = &mut sums[usize::from(has_cycles)];
+        *squares += (found_mm / wavelength_mm - 1.0).powi(2);
+        *count += 1;
     }
-    (count > 0).then(|| (squares / f64::from(count)).sqrt())
+    let (squares, count) = sums.into_iter().rfind(|(_, count)| *count > 0)?;
+    Some((squares / f64::from(count)).sqrt())
 }

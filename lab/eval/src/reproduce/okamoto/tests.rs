@@ -234,7 +234,7 @@ fn where_the_periods_meet_overtones_beyond_the_fourth_matter() {
 
 /// The figures of this paper as the page has them.
 fn shipped(name: &str) -> Vec<Vec<Value>> {
-    tables("papers")[name].rows.clone()
+    tables("papers-runs")[name].rows.clone()
 }
 
 /// What the text of the page says of the firmware: within 0.5 % wherever the bound is, near the
@@ -279,8 +279,10 @@ fn the_figures_are_as_the_text_says() {
                 assert!(windows < 5.0, "{row:?}");
             }
         }
+        // Fewer than 1.5 cycles in 32 ms: no window of the firmware counts either.
+        let most = if row[7] == 0 { 42.0 } else { 20.0 };
         let is_fft =
-            |fft: f64| (1.0..=20.0).contains(&fft) || skin == "smooth" && wavelength_mm == 0.5;
+            |fft: f64| (1.0..=most).contains(&fft) || skin == "smooth" && wavelength_mm == 0.5;
         assert!(row[3].as_f64().is_none_or(is_fft), "{row:?}");
     }
     for row in shipped("okamoto_motions") {
