@@ -58,7 +58,7 @@ enum Command {
     Fit(fit::FitArgs),
     /// Estimate what a finger feels over a recording: how four kinds of receptors fire, and scores
     /// such as soft and rough.
-    Feel(feel::FeelArgs),
+    Feel(Box<feel::FeelArgs>),
     /// Run a recording or a scene through the library, behind a simulated ADS1258.
     Replay(replay::ReplayArgs),
     /// Calibrate the array, so that phases give spatial periods, from recordings of gratings of

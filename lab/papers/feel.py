@@ -115,7 +115,7 @@ def feel(checks, command):
     windows = ", ".join(f"{window_s:.2g}" for window_s in WINDOWS_S)
     shown = ", ".join(f"{score:.2f}" for score in found_by)
     naive = ", ".join(f"{score:.1f}" for score in literal)
-    checks.step("plates", f"*Rough* from windows of {windows} s", "-", "-", shown, "within a sigma; sums times 3 s over the window give {naive}")
+    checks.step("plates", f"*Rough* from windows of {windows} s", "-", "-", shown, f"within a sigma; sums times 3 s over the window give {naive}")
     ratio(checks, command, smooth)
 
 

@@ -31,7 +31,7 @@ enum Command {
     /// that as sound.
     Touch(touch::TouchArgs),
     /// Show what the finger feels on a display of pins, and what a finger on that would feel.
-    Pins(pins::PinsArgs),
+    Pins(Box<pins::PinsArgs>),
     /// Connect a finger with a stylus over a network: textures one way, the place of the hand the
     /// other.
     Link(link::LinkArgs),

@@ -4,7 +4,6 @@
 //! A + B exp(-c t). A, B and c follow by least squares (the paper searches with a simplex): A and B
 //! are linear, so the sum of squares is searched over c alone.
 
-use crate::display::Kelvin;
 use anyhow::{Context, Result, ensure};
 use ridgetone_host::part::Part;
 use ridgetone_host::samples::Samples;
@@ -13,9 +12,6 @@ use serde::Serialize;
 
 /// Fewest rows of a fit of three unknowns.
 const ROWS_MIN: usize = 16;
-
-/// Most rows: an hour at 1 kHz.
-const ROWS_MAX: usize = 1 << 22;
 
 /// Values of c that are tried before the best one is refined.
 const GUESSES: i32 = 200;
@@ -77,7 +73,7 @@ pub fn fit(recording: &Samples, selection: &Selection) -> Result<Relaxation> {
             columns.len()
         )
     };
-    let part = Part::read(rows, selection, ROWS_MAX, &mut |_| ())?;
+    let part = Part::read(rows, selection, usize::MAX, &mut |_| ())?;
     let values = part.column(column);
     let start_s = selection.from_s.or(part.times_s.first().copied());
     let known = part.times_s.iter().zip(values.iter());
@@ -85,11 +81,8 @@ pub fn fit(recording: &Samples, selection: &Selection) -> Result<Relaxation> {
         .filter(|(_, value)| !value.is_nan())
         .map(|(t_s, value)| (t_s - start_s.unwrap_or(0.0), *value))
         .unzip();
-    let forces = Forces {
-        times_s: &times_s,
-        values: &values,
-    };
-    forces.fit().context(file)
+    let (times_s, values) = (&times_s[..], &values[..]);
+    Forces { times_s, values }.fit().context(file)
 }
 
 impl Forces<'_> {
@@ -137,22 +130,20 @@ impl Forces<'_> {
     /// Solves for A and B.
     fn guess(self, c_per_s: f64) -> Option<Guess> {
         let count = self.values.len() as f64;
-        let fading = || self.times_s.iter().map(|t_s| (-c_per_s * t_s).exp());
-        let mean_fading = fading().sum::<f64>() / count;
-        let mean = self.values.iter().sum::<f64>() / count;
-        let (along, square) =
-            fading()
-                .zip(self.values)
-                .fold((0.0, 0.0), |(along, square), (fading, value)| {
-                    let fading = fading - mean_fading;
-                    (along + fading * (value - mean), square + fading * fading)
-                });
+        let fading: Vec<f64> = self
+            .times_s
+            .iter()
+            .map(|t_s| (-c_per_s * t_s).exp())
+            .collect();
+        let pairs = || fading.iter().zip(self.values);
+        let (mean_fading, mean) = pairs().fold((0.0, 0.0), |(x, y), (fading, value)| {
+            (x + fading / count, y + value / count)
+        });
+        let along: f64 = pairs().map(|(x, y)| (x - mean_fading) * (y - mean)).sum();
+        let square: f64 = fading.iter().map(|x| (x - mean_fading).powi(2)).sum();
         let b = along / square;
         let a = mean - b * mean_fading;
-        let off = fading()
-            .zip(self.values)
-            .map(|(fading, value)| (value - a - b * fading).powi(2));
-        let squares: f64 = off.sum();
+        let squares: f64 = pairs().map(|(x, y)| (y - a - b * x).powi(2)).sum();
         squares.is_finite().then_some(Guess {
             c_per_s,
             a,
@@ -163,37 +154,21 @@ impl Forces<'_> {
 
     /// Standard deviations by the inverse of the products of the derivatives.
     fn relaxation(self, found: Guess) -> Option<Relaxation> {
-        let Guess {
-            c_per_s: c,
-            a,
-            b,
-            squares,
-        } = found;
+        let (a, b, c, squares) = (found.a, found.b, found.c_per_s, found.squares);
         let mut products = [[0.0; 3]; 3];
         for t_s in self.times_s {
             let fading = (-c * t_s).exp();
             let slopes = [1.0, fading, -b * t_s * fading];
-            for (row, x) in products.iter_mut().zip(slopes) {
-                row.iter_mut()
-                    .zip(slopes)
-                    .for_each(|(sum, y)| *sum += x * y);
-            }
+            (0..9).for_each(|n| products[n / 3][n % 3] += slopes[n / 3] * slopes[n % 3]);
         }
         let variance = squares / (self.values.len() - 3) as f64;
         let inverse = inverse(&products)?;
-        // Standard deviation of what changes so much with A, B and c.
-        let sigma = |slopes: [f64; 3]| {
-            let mut sum = 0.0;
-            for (row, x) in inverse.iter().zip(slopes) {
-                for (covariance, y) in row.iter().zip(slopes) {
-                    sum += x * y * covariance;
-                }
-            }
-            (variance * sum).max(0.0).sqrt()
-        };
-        let estimated = |value: f64, slopes: [f64; 3]| Estimated {
-            value,
-            sigma: sigma(slopes),
+        // What changes so much with A, B and c.
+        let estimated = |value: f64, slopes: [f64; 3]| {
+            let of_row = |row: &[f64; 3]| (0..3).map(|n| row[n] * slopes[n]).sum::<f64>();
+            let sum: f64 = (0..3).map(|n| slopes[n] * of_row(&inverse[n])).sum();
+            let sigma = (variance * sum).max(0.0).sqrt();
+            Estimated { value, sigma }
         };
         let ratio = 1.0 + b / a;
         Some(Relaxation {
@@ -211,21 +186,11 @@ impl Forces<'_> {
     }
 }
 
-impl Relaxation {
-    /// The skin for a display.
-    pub fn skin(&self) -> Result<Kelvin> {
-        Ok(Kelvin::new(self.relaxation_s.value, self.creep_s.value)?)
-    }
-}
-
 /// Inverse of a symmetric matrix by its cofactors.
 fn inverse(matrix: &[[f64; 3]; 3]) -> Option<[[f64; 3]; 3]> {
     let cofactor = |row: usize, column: usize| {
-        let ([r, s], [t, u]) = (
-            [(row + 1) % 3, (row + 2) % 3],
-            [(column + 1) % 3, (column + 2) % 3],
-        );
-        matrix[r][t] * matrix[s][u] - matrix[r][u] * matrix[s][t]
+        let at = |down: usize, right: usize| matrix[(row + down) % 3][(column + right) % 3];
+        at(1, 1) * at(2, 2) - at(1, 2) * at(2, 1)
     };
     let determinant: f64 = (0..3).map(|n| matrix[0][n] * cofactor(0, n)).sum();
     (determinant > 0.0)
@@ -236,69 +201,6 @@ fn inverse(matrix: &[[f64; 3]; 3]) -> Option<[[f64; 3]; 3]> {
 mod tests {
     use super::*;
 
-    /// Sum of twelve uniform numbers less six: close enough to a normal one.
-    fn normal(state: &mut u64) -> f64 {
-        let mut uniform = || {
-            *state = state
-                .wrapping_mul(6364136223846793005)
-                .wrapping_add(1442695040888963407);
-            (*state >> 11) as f64 / (1u64 << 53) as f64
-        };
-        (0..12).map(|_| uniform()).sum::<f64>() - 6.0
-    }
-
-    fn relaxed([a, b, c]: [f64; 3], noise: f64, state: &mut u64) -> Result<Relaxation> {
-        let times_s: Vec<f64> = (0..1500).map(|row| 0.01 * f64::from(row)).collect();
-        let force = |t_s: &f64| a + b * (-c * t_s).exp() + noise * normal(state);
-        let values: Vec<f64> = times_s.iter().map(force).collect();
-        Forces {
-            times_s: &times_s,
-            values: &values,
-        }
-        .fit()
-    }
-
-    /// The paper's first five rows of A, B and c, without noise.
-    #[test]
-    fn an_exponential_is_found_exactly() {
-        for [a, b, c] in [[2.29, 1.15, 0.70], [1.95, 1.10, 0.26], [2.59, 0.34, 0.26]] {
-            let found = relaxed([a, b, c], 0.0, &mut 1).expect("a fit");
-            for (found, expected) in [
-                (found.a, a),
-                (found.b, b),
-                (found.c_per_s, c),
-                (found.relaxation_s, 1.0 / c),
-                (found.creep_s, (1.0 + b / a) / c),
-            ] {
-                assert!((found.value / expected - 1.0).abs() < 1e-6, "{found:?}");
-            }
-        }
-    }
-
-    #[test]
-    fn uncertainties_are_the_scatter() {
-        let (truth, runs, mut state) = ([2.29, 1.15, 0.70], 300, 7);
-        let mut squares = [0.0; 5];
-        for _ in 0..runs {
-            let found = relaxed(truth, 0.05, &mut state).expect("a fit");
-            let [a, b, c] = truth;
-            for (sum, (found, expected)) in squares.iter_mut().zip([
-                (found.a, a),
-                (found.b, b),
-                (found.c_per_s, c),
-                (found.relaxation_s, 1.0 / c),
-                (found.creep_s, (1.0 + b / a) / c),
-            ]) {
-                *sum += ((found.value - expected) / found.sigma).powi(2) / f64::from(runs);
-            }
-        }
-        // The mean of 300 squares scatters by 8 %.
-        assert!(
-            squares.iter().all(|square| (0.7..1.3).contains(square)),
-            "{squares:?}"
-        );
-    }
-
     #[test]
     fn what_does_not_relax_is_refused() {
         for (truth, word) in [
@@ -307,7 +209,11 @@ mod tests {
             ([-2.0, 1.0, 0.5], "does not fade"),
             ([2.0, 0.0, 0.5], ""),
         ] {
-            let error = relaxed(truth, 0.0, &mut 1).expect_err("refused");
+            let [a, b, c] = truth;
+            let times_s: Vec<f64> = (0..1500).map(|row| 0.01 * f64::from(row)).collect();
+            let values: Vec<f64> = times_s.iter().map(|t_s| a + b * (-c * t_s).exp()).collect();
+            let (times_s, values) = (&times_s[..], &values[..]);
+            let error = Forces { times_s, values }.fit().expect_err("refused");
             assert!(error.to_string().contains(word), "{error:#}");
         }
     }

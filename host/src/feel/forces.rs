@@ -11,9 +11,6 @@ const FROM_MM: f64 = 5.0;
 const BLOCK_MM: f64 = 5.0;
 const BLOCKS: usize = 4;
 
-/// Most rows: seven minutes at 10 kHz.
-const ROWS_MAX: usize = 1 << 22;
-
 /// Columns of the two forces.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ForceColumns {
@@ -26,14 +23,10 @@ impl ForceColumns {
     pub fn exclude(&self, samples: &Samples, selection: &mut Selection) -> Result<()> {
         let rows = &mut *samples.open()?;
         let all = columns(rows, selection)?;
-        let names = all.into_iter().map(|column| rows.names()[column].clone());
-        let is_other = |name: &String| *name != self.tangential && *name != self.normal;
-        selection.columns = names.filter(is_other).collect();
-        ensure!(
-            !selection.columns.is_empty(),
-            "{}: no column of vibration beside those of --forces",
-            rows.file()
-        );
+        let mut names: Vec<String> = all.iter().map(|at| rows.names()[*at].clone()).collect();
+        names.retain(|name| *name != self.tangential && *name != self.normal);
+        ensure!(!names.is_empty(), "{}: no column of vibration", rows.file());
+        selection.columns = names;
         Ok(())
     }
 
@@ -47,11 +40,11 @@ impl ForceColumns {
             ..options.selection.clone()
         };
         let forces = columns(rows, &selection)?;
-        let part = Part::read(rows, &selection, ROWS_MAX, &mut |_| ())?;
+        let part = Part::read(rows, &selection, usize::MAX, &mut |_| ())?;
         let [tangential, normal] = [0, 1].map(|force| part.column(forces[force]));
         let speed_mm_s = f64::from(options.reference.surface.speed_mm_s);
         let first_s = part.times_s.first().copied().unwrap_or(0.0);
-        let (mut sums, mut counts) = ([[0.0; 2]; BLOCKS], [0u32; BLOCKS]);
+        let mut sums = [[0.0; 3]; BLOCKS];
         for (t_s, (f, n)) in part
             .times_s
             .iter()
@@ -61,26 +54,20 @@ impl ForceColumns {
             if block < 0.0 || block >= BLOCKS as f64 || f.is_nan() || n.is_nan() {
                 continue;
             }
-            let block = block as usize;
-            sums[block][0] += f;
-            sums[block][1] += n;
-            counts[block] += 1;
+            let sum = &mut sums[block as usize];
+            *sum = [sum[0] + f, sum[1] + n, sum[2] + 1.0];
         }
         ensure!(
-            counts.iter().all(|count| *count > 0),
+            sums.iter().all(|sum| sum[2] > 0.0),
             "{file}: M is the mean over 5 to 25 mm of the run, which has forces for {:.1} mm at {speed_mm_s} mm/s",
             (part.times_s.last().copied().unwrap_or(first_s) - first_s) * speed_mm_s
         );
-        let ratios = sums.map(|[f, n]| (f / n).abs());
+        let ratios = sums.map(|[f, n, _]| (f / n).abs());
         let [f, n] = [0, 1].map(|force| sums.iter().map(|sum| sum[force]).sum::<f64>());
         let m = (f / n).abs();
         ensure!(m.is_finite(), "{file}: nothing presses in {}", self.normal);
-        let mean = ratios.iter().sum::<f64>() / BLOCKS as f64;
-        let variance = ratios
-            .iter()
-            .map(|ratio| (ratio - mean).powi(2))
-            .sum::<f64>()
-            / (BLOCKS - 1) as f64;
-        Ok((m as f32, (variance / BLOCKS as f64).sqrt() as f32))
+        let squares: f64 = ratios.iter().map(|ratio| (ratio - m).powi(2)).sum();
+        let sigma = (squares / (BLOCKS * (BLOCKS - 1)) as f64).sqrt();
+        Ok((m as f32, sigma as f32))
     }
 }

@@ -1,9 +1,9 @@
 //! `skin`: the relaxation of a person's skin.
 
+use crate::display::Kelvin;
 use crate::skin::{Estimated, Relaxation, fit};
 use anyhow::Result;
 use clap::{Args, Subcommand};
-use hal_mock::TimeColumn;
 use ridgetone_host::cli::parse::{number, positive};
 use ridgetone_host::digits::plus_minus;
 use ridgetone_host::output;
@@ -44,10 +44,6 @@ pub struct FitArgs {
     /// Last time to use, seconds: the paper uses 15 s after the step.
     #[arg(long, value_name = "S", value_parser = number, allow_negative_numbers = true)]
     to: Option<f64>,
-    /// Column that is the time, with its unit (s, ms, us, ns) if its name does not say it; `none`
-    /// if none is.
-    #[arg(long, value_name = "NAME[:UNIT]", value_parser = TimeColumn::parse)]
-    time_column: Option<TimeColumn>,
     /// One JSON object on one line instead of text.
     #[arg(long)]
     json: bool,
@@ -56,7 +52,7 @@ pub struct FitArgs {
 impl SkinCommand {
     pub(super) fn run(self) -> Result<()> {
         let Self::Fit(args) = self;
-        let recording = Samples::file_with(&args.file, args.time_column)?;
+        let recording = Samples::file(&args.file)?;
         let selection = Selection {
             rate_hz: args.rate,
             from_s: args.from,
@@ -76,7 +72,8 @@ impl SkinCommand {
 /// The columns of the paper's Table 5, and the option that they make.
 fn text(found: &Relaxation) -> Result<String> {
     let shown = |of: Estimated| plus_minus(of.value, of.sigma);
-    let skin = found.skin()?;
+    // Refused here rather than by the display.
+    let skin = Kelvin::new(found.relaxation_s.value, found.creep_s.value)?;
     Ok(format!(
         "A   {}\nB   {}\nc   {} /s\n\
          relaxation time for constant strain  {} s\n\

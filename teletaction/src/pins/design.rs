@@ -156,14 +156,9 @@ mod tests {
         assert!(index(2.0, 1.0, 10.0).pins_index > paper.pins_index);
         assert_eq!(index(2.0, 2.0, 40.0).worst_verdict, Perception::Noticed);
         // 0.5 pins a millimetre and a spacing below two layers.
-        for (spacing_mm, depth_mm, is_dense) in [
-            (2.0, 2.0, true),
-            (2.1, 2.0, false),
-            (2.0, 1.0, false),
-            (1.8, 1.0, true),
-        ] {
-            assert_eq!(index(spacing_mm, depth_mm, 10.0).is_dense, is_dense);
-        }
+        let is_dense = |spacing_mm, depth_mm| index(spacing_mm, depth_mm, 10.0).is_dense;
+        assert!(is_dense(2.0, 2.0) && is_dense(1.8, 1.0));
+        assert!(!is_dense(2.1, 2.0) && !is_dense(2.0, 1.0));
     }
 
     #[test]
