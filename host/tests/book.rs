@@ -50,7 +50,7 @@ const WITH_A_BOARD: [&str; 22] = [
 ];
 
 /// Commands that take too long for a test, each with the test that covers a short form of it.
-const LITTLE_OF: [(&str, &str); 30] = [
+const LITTLE_OF: [(&str, &str); 31] = [
     (
         "cargo run -p ridgetone --example plain_frames",
         "crates/finger/tests/plain_frames.rs",
@@ -104,6 +104,7 @@ const LITTLE_OF: [(&str, &str); 30] = [
         "cargo xtask reproduce --wavelengths",
         "lab/eval/src/reproduce/okamoto.rs",
     ),
+    ("cargo xtask papers --write", "xtask/src/long.rs"),
     ("cargo xtask events", "xtask/src/events.rs"),
     (
         "cargo xtask settings",
