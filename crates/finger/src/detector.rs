@@ -9,6 +9,7 @@ use crate::frame::{PlainFrame, TimedConversion};
 use crate::health::{HealthReporter, health};
 use crate::ring::Ring;
 use crate::window::Window;
+use ridgetone_proto::VERSION;
 use ridgetone_proto::boot::{Boot, SettingsSource};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::Settings;
@@ -66,18 +67,9 @@ impl Detector {
 
     /// The greeting to send before anything else.
     pub fn hello(&self) -> Event {
-        let part = |text: &str| {
-            text.bytes().fold(0u8, |n, digit| {
-                n.wrapping_mul(10).wrapping_add(digit - b'0')
-            })
-        };
         Event::Hello(Hello {
             protocol: PROTOCOL,
-            version: [
-                part(env!("CARGO_PKG_VERSION_MAJOR")),
-                part(env!("CARGO_PKG_VERSION_MINOR")),
-                part(env!("CARGO_PKG_VERSION_PATCH")),
-            ],
+            version: VERSION,
             frame_rate_hz: self.settings.plan.frame_rate_hz(),
             settings: self.settings,
             source: self.source,

@@ -13,6 +13,22 @@
 // `!(a > b)` is intended: a NaN belongs on that side.
 #![allow(clippy::neg_cmp_op_on_partial_ord)]
 
+/// Version of the crates of this repository, which all have the same: major, minor, patch.
+pub const VERSION: [u8; 3] = [
+    number(env!("CARGO_PKG_VERSION_MAJOR")),
+    number(env!("CARGO_PKG_VERSION_MINOR")),
+    number(env!("CARGO_PKG_VERSION_PATCH")),
+];
+
+const fn number(text: &str) -> u8 {
+    let (mut digits, mut number) = (text.as_bytes(), 0);
+    while let [digit, others @ ..] = digits {
+        number = 10 * number + (*digit - b'0');
+        digits = others;
+    }
+    number
+}
+
 pub mod boot;
 pub mod command;
 pub mod crash;

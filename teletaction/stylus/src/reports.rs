@@ -8,11 +8,9 @@ use crate::{REPORT_SAMPLES, SAMPLE_HZ};
 use ridgetone::tasks::Inboxes;
 use ridgetone::tasks::Outbox;
 use ridgetone::tasks::{PACKETS, Platform, Shared};
+use ridgetone_proto::VERSION;
 use ridgetone_proto::boot::Boot;
 use rtic_core::Mutex;
-
-/// Version of the crate.
-const VERSION: [u8; 3] = [0, 2, 0];
 
 /// Seconds from one `health` to the next, and from one `hello` to the next.
 const HEALTH_S: u32 = 1;
