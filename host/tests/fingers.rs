@@ -20,6 +20,7 @@ use figures::{Table, tenths};
 use mosquitto::{Broker, free_port};
 use process::{find_memory_mb, find_processor_s, memory_mb, processor_s};
 use receiver::{Arrivals, MqttReceiver, Router};
+use ridgetone_proto::VERSION;
 use ridgetone_proto::boot::{Boot, SettingsSource};
 use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings};
 use ridgetone_proto::telemetry::{Event, Hello, PROTOCOL, Packet, Raw, WIRE_MAX, encode};
@@ -48,7 +49,7 @@ fn recording(folder: &Path, seconds: u32) -> (PathBuf, u64) {
     let frames = (f64::from(seconds) * rate_hz) as u32;
     let hello = Event::Hello(Hello {
         protocol: PROTOCOL,
-        version: [0, 1, 0],
+        version: VERSION,
         frame_rate_hz: FRAME_RATE_HZ,
         settings: Settings::DEFAULT,
         source: SettingsSource::Default,
@@ -181,7 +182,7 @@ impl Row<'_> {
                 .get(((late_ms.len().max(1) - 1) as f64 * share) as usize)
                 .map(|ms| tenths(*ms))
         };
-        let percent = |busy_s: f64| (100.0 * busy_s / served.seconds).round();
+        let percent = |busy_s: f64| (100.0 * busy_s / served.seconds).round() as u64;
         let row = json!([
             fingers,
             receiver,
@@ -194,7 +195,7 @@ impl Row<'_> {
             part(0.99),
             percent(served.busy_s),
             percent(others_s),
-            served.memory_mb.round(),
+            served.memory_mb.round() as u64,
         ]);
         println!("{row}");
         table.rows.push(row);
@@ -353,7 +354,7 @@ fn memory_and_processor_time_of_the_commands() {
             "view" => "view, one page open".to_owned(),
             _ => arguments.join(" "),
         };
-        let row = json!([shown, tenths(percent), memory_mb(id).round()]);
+        let row = json!([shown, tenths(percent), memory_mb(id).round() as u64]);
         println!("{row}");
         table.rows.push(row);
     }

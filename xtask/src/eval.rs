@@ -60,6 +60,11 @@ pub fn real(folder: &Path) -> Result<()> {
     run(eval("real").arg(folder))
 }
 
+/// Fills in a page of `docs/results` from its figures.
+pub fn page(topic: &str) -> Result<()> {
+    run(eval("pages").args(["--topic", topic]))
+}
+
 /// Runs traces through the detector on this PC.
 pub fn touch(flags: &[String]) -> Result<()> {
     run(eval("touch").args(flags))

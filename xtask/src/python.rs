@@ -1,10 +1,12 @@
 //! The Python package: its wheel in an environment of its own, and its tests there.
 
+use crate::eval;
 use crate::install;
 use crate::test::{prepare, test};
-use crate::tools::{announce, clean, find, output_of, program, run, target_dir};
+use crate::tools::{announce, clean, find, output_of, run, target_dir};
 use anyhow::{Context, Result, bail};
 use std::path::{Path, PathBuf};
+use std::process::Command;
 use std::{env, fs};
 
 /// The interpreter's names, the first is Debian's.
@@ -61,11 +63,7 @@ pub fn build() -> Result<PathBuf> {
 
 /// Runs the wheel's tests beside the command that `cargo test` has built. Gives what they print.
 pub fn run_tests(python: &Path) -> Result<String> {
-    let name = format!("ridgetone{}", env::consts::EXE_SUFFIX);
-    // A copy: other tests build the command anew meanwhile.
-    let command = python.with_file_name(&name);
-    fs::copy(target_dir().join("debug").join(&name), &command)
-        .context("the command of `cargo test`")?;
+    let command = copied(python, "ridgetone")?;
     let mut tests = clean(python);
     tests
         .args([
@@ -79,21 +77,30 @@ pub fn run_tests(python: &Path) -> Result<String> {
     output_of(&mut tests).context("tests of the Python package")
 }
 
-/// Computes figures of the papers a second time, with NumPy and copies of the commands that
-/// `cargo test` has built. Gives the table.
-pub fn run_papers(python: &Path) -> Result<String> {
-    let command = |name: &str| format!("{name}{}", env::consts::EXE_SUFFIX);
-    for name in ["ridgetone", "ridgetone-teletaction"].map(command) {
-        fs::copy(
-            target_dir().join("debug").join(&name),
-            python.with_file_name(&name),
-        )
-        .context("the commands of `cargo test`")?;
-    }
+/// Copies a command that `cargo test` has built to beside the interpreter: other tests build it anew
+/// meanwhile.
+fn copied(python: &Path, command: &str) -> Result<PathBuf> {
+    let name = format!("{command}{}", env::consts::EXE_SUFFIX);
+    let copy = python.with_file_name(&name);
+    fs::copy(target_dir().join("debug").join(&name), &copy)
+        .with_context(|| format!("{name} of `cargo test`"))?;
+    Ok(copy)
+}
+
+/// The script that computes figures of the papers a second time, with NumPy, and tries the commands
+/// that `cargo test` has built.
+fn script(python: &Path) -> Result<Command> {
+    let command = copied(python, "ridgetone")?;
+    copied(python, "ridgetone-teletaction")?;
     let mut papers = clean(python);
     papers.arg("lab/papers/papers.py").arg("--command");
-    output_of(papers.arg(python.with_file_name(command("ridgetone"))))
-        .context("figures of the papers")
+    papers.arg(command);
+    Ok(papers)
+}
+
+/// Computes figures of the papers a second time. Gives the table.
+pub fn run_papers(python: &Path) -> Result<String> {
+    output_of(&mut script(python)?).context("figures of the papers")
 }
 
 /// Computes figures of the papers a second time; with `is_written` it fills in
@@ -101,16 +108,10 @@ pub fn run_papers(python: &Path) -> Result<String> {
 pub fn papers(is_written: bool) -> Result<()> {
     prepare()?;
     run(&mut test(&["--no-run", "--test", "feel", "--test", "skin"]))?;
-    let mut papers = clean(environment("papers", &["numpy>=1.24"])?);
-    papers.arg("lab/papers/papers.py").arg("--command");
-    papers.arg(
-        target_dir()
-            .join("debug")
-            .join(format!("ridgetone{}", env::consts::EXE_SUFFIX)),
-    );
+    let mut papers = script(&environment("papers", &["numpy>=1.24"])?)?;
     if !is_written {
         return run(&mut papers);
     }
     run(papers.arg("--write"))?;
-    run(&mut program("ridgetone-eval", "ridgetone-eval", "pages"))
+    eval::page("papers")
 }

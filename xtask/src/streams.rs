@@ -1,5 +1,6 @@
 //! `serve` with its receivers: features of the command that nothing else builds.
 
+use crate::eval;
 use crate::python;
 use crate::setup;
 use crate::tools::{announce, clean, run};
@@ -12,12 +13,15 @@ const STREAMS: [&str; 2] = ["foxglove", "mqtt"];
 /// A program of tests of `serve`, with features that are built here alone. Those of all other
 /// crates are the usual ones, so that little is built again.
 fn test(features: &[&str], program: &str) -> Command {
+    crate::test::test(&["--features", &of_host(features), "--test", program, "--"])
+}
+
+/// The value of `--features`.
+fn of_host(features: &[&str]) -> String {
     let features = features
         .iter()
-        .map(|feature| format!("ridgetone-host/{feature}"))
-        .collect::<Vec<_>>()
-        .join(",");
-    crate::test::test(&["--features", &features, "--test", program, "--"])
+        .map(|feature| format!("ridgetone-host/{feature}"));
+    features.collect::<Vec<_>>().join(",")
 }
 
 /// Runs the tests of streams.
@@ -50,18 +54,12 @@ pub fn measure() -> Result<()> {
         .context("streams")
 }
 
-/// Makes a test write the page that it measures for, instead of comparing.
-const WRITE: &str = "RIDGETONE_WRITE";
-
-/// Up to so many replayed fingers through a broker and a router, and the commands, as they are
-/// installed: optimised.
+/// Measures up to `most` replayed fingers through a broker and a router, and the commands; optimised,
+/// as they are installed.
 pub fn fingers(most: u32, write: bool) -> Result<()> {
     setup::broker()?;
     announce(format_args!("up to {most} fingers, and the commands"));
-    let features = STREAMS
-        .map(|feature| format!("ridgetone-host/{feature}"))
-        .join(",");
-    let features = format!("{features},ridgetone-host/zenoh");
+    let features = of_host(&["mqtt", "zenoh"]);
     let mut fingers = crate::test::test(&["--release", "--features", &features]);
     fingers
         .args(["--test", "fingers", "--", "--ignored", "--nocapture"])
@@ -70,7 +68,7 @@ pub fn fingers(most: u32, write: bool) -> Result<()> {
     measured(&mut fingers, write).context("many fingers")
 }
 
-/// Two fingers for so many minutes of faults.
+/// Runs two fingers through so many minutes of faults.
 pub fn soak(minutes: f64, write: bool) -> Result<()> {
     setup::broker()?;
     announce(format_args!("two fingers for {minutes} minutes of faults"));
@@ -80,14 +78,13 @@ pub fn soak(minutes: f64, write: bool) -> Result<()> {
     measured(&mut soak, write).context("the counts of the soak")
 }
 
-/// Runs a measurement; if wanted, its figures go into docs/results/live.json and its page.
+/// Runs a measurement. With `write` its figures go into `docs/results/live.json` and its page.
 fn measured(test: &mut Command, write: bool) -> Result<()> {
     if !write {
         return run(test);
     }
-    run(test.env(WRITE, "1"))?;
-    let mut page = crate::test::test(&["--test", "book", "figures::live"]);
-    run(page.env(WRITE, "1")).context("docs/results/live.md")
+    run(test.env("RIDGETONE_WRITE", "1"))?;
+    eval::page("live")
 }
 
 /// Other systems on which the command has to build, by the targets of rustup.

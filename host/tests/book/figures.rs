@@ -6,17 +6,6 @@ use ridgetone_host::digits::significant;
 use serde_json::Value;
 use std::path::Path;
 
-/// Topics of `docs/results` with bars in their JSON.
-const TOPICS: [&str; 7] = [
-    "boards",
-    "distance",
-    "faults",
-    "noise",
-    "papers-runs",
-    "touch",
-    "trade",
-];
-
 fn tables(topic: &str) -> Value {
     let path = root().join(format!("docs/results/{topic}.json"));
     let figures: Value = serde_json::from_str(&read(&path)).expect("JSON");
@@ -246,70 +235,8 @@ fn the_readme_says_what_somebody_elses_finger_gave() {
     assert!(readme.contains(&sentence), "README.md lacks: {sentence}");
 }
 
-/// Every topic with bars that are not met is on the README, with how many they are.
-#[test]
-fn the_readme_counts_what_is_not_met() {
-    let readme = read(&root().join("README.md"));
-    for topic in TOPICS {
-        let tables = tables(topic);
-        let (mut all, mut unmet) = (0, 0);
-        for (name, table) in tables.as_object().expect("tables") {
-            if name != "bars" && !name.ends_with("_bars") {
-                continue;
-            }
-            for row in table["rows"].as_array().expect("rows") {
-                let cells = row.as_array().expect("cells");
-                let is_met = cells.iter().find_map(Value::as_bool).expect("a verdict");
-                all += 1;
-                unmet += usize::from(!is_met);
-            }
-        }
-        assert!(all > 0, "{topic} has no bars");
-        let counted = format!("[{topic}](docs/results/{topic}.md#what-must-hold)");
-        if unmet > 0 {
-            let counted = format!("{counted} {unmet} of {all} ");
-            assert!(readme.contains(&counted), "README.md lacks: {counted}");
-        } else {
-            assert!(
-                !readme.contains(&counted),
-                "README.md: all of {topic} is met"
-            );
-        }
-    }
-}
-
-/// A figure of the JSON in a table.
-fn cell(value: &Value) -> String {
-    match value {
-        Value::String(text) => text.clone(),
-        Value::Null => "none".to_owned(),
-        // Whole numbers without a point.
-        _ => value.as_f64().expect("a figure").to_string(),
-    }
-}
-
-#[test]
-fn live_has_the_tables_of_its_figures() {
-    let page = root().join("docs/results/live.md");
-    for (name, table) in tables("live").as_object().expect("tables") {
-        let cells = |row: &Value| -> Vec<String> {
-            row.as_array().expect("a row").iter().map(cell).collect()
-        };
-        let columns = cells(&table["columns"]);
-        let mut text = format!(
-            "| {} |\n|---|{}\n",
-            columns.join(" | "),
-            "---:|".repeat(columns.len() - 1)
-        );
-        for row in table["rows"].as_array().expect("rows") {
-            text += &format!("| {} |\n", cells(row).join(" | "));
-        }
-        compare_or_write(&page, name, &text);
-    }
-}
-
-/// The greatest number of fingers of which every frame arrives, 99 of 100 within 100 ms, at each
-/// receiver, and what a thousand would take at the same shares.
+/// For each receiver the page names the greatest number of fingers whose frames all arrive, 99 of 100
+/// within 100 ms, and what a thousand would take at the same share of a core.
 #[test]
 fn live_says_how_many_fingers_two_cores_bear() {
     let table = tables("live")["fingers"].clone();

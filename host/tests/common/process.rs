@@ -22,7 +22,7 @@ pub fn find_processor_s(id: u32) -> Option<f64> {
     Some((ticks()? + ticks()?) / TICKS_HZ)
 }
 
-/// None of a process that has ended and is not waited for yet, too.
+/// Memory of a process now, megabytes; none of one that has ended, even if nobody has waited for it.
 pub fn find_memory_mb(id: u32) -> Option<f64> {
     let status = std::fs::read_to_string(format!("/proc/{id}/status")).ok()?;
     let line = status

@@ -3,8 +3,14 @@
 use serde_json::{Value, json};
 use std::path::Path;
 
-pub fn tenths(value: f64) -> f64 {
-    (10.0 * value).round() / 10.0
+/// A figure to a tenth; a whole one without a point.
+pub fn tenths(value: f64) -> Value {
+    let tenths = (10.0 * value).round();
+    if tenths % 10.0 == 0.0 {
+        json!((tenths / 10.0) as i64)
+    } else {
+        json!(tenths / 10.0)
+    }
 }
 
 /// A table of figures.
@@ -21,8 +27,7 @@ impl Table {
         }
     }
 
-    /// With `RIDGETONE_WRITE=1` it takes the place of the one of this name, and this computer's
-    /// cores and load are kept beside it.
+    /// With `RIDGETONE_WRITE=1`, replaces the table of this name.
     pub fn write(self, name: &str) {
         if std::env::var_os("RIDGETONE_WRITE").is_none() {
             return;

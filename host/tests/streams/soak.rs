@@ -347,7 +347,7 @@ fn two_fingers_a_broker_that_restarts_pages_that_reload_and_cables_that_are_pull
         "MB at the end",
     ]);
     for (n, name) in ["serve", "view"].into_iter().enumerate() {
-        let [early_mb, late_mb] = [early[n], late[n]].map(f64::round);
+        let [early_mb, late_mb] = [early[n], late[n]].map(|mb| mb.round() as u64);
         memory_of
             .rows
             .push(json!([name, tenths(busy[n]), early_mb, late_mb]));

@@ -52,6 +52,9 @@ enum Command {
         /// Their folder.
         #[arg(default_value = "docs/results")]
         folder: PathBuf,
+        /// Fill in the tables of this page alone.
+        #[arg(long, value_name = "NAME")]
+        topic: Option<String>,
     },
     /// Inject faults into the chip, its bus and its lines, and count the consequences.
     Faults(FaultsArgs),
@@ -146,25 +149,19 @@ fn make_pages(folder: &Path) -> Result<()> {
     let papers = page::load::<Reproduction>(folder, reproduce::TOPIC)?;
     reproduce::write(papers.detail, folder)?;
     reproduce::okamoto::write_picture(folder)?;
-    type WithBars = fn(Tables) -> Tables;
-    let bars: [(&str, WithBars); 4] = [
-        ("boards", board::with_bars),
-        ("distance", |tables| tables),
-        ("papers", |tables| tables),
-        ("faults", faults::table::with_bars),
-    ];
-    for (topic, with_bars) in bars {
-        let Figures { tables, detail } = page::load::<page::None>(folder, topic)?;
-        page::write(
-            folder,
-            topic,
-            &Figures {
-                tables: with_bars(tables),
-                detail,
-            },
-        )?;
+    fill(folder, "boards", board::with_bars)?;
+    fill(folder, "faults", faults::table::with_bars)?;
+    for topic in ["distance", "live", "papers"] {
+        fill(folder, topic, |tables| tables)?;
     }
     Ok(())
+}
+
+/// Fills in a page from its figures.
+fn fill(folder: &Path, topic: &str, with_bars: fn(Tables) -> Tables) -> Result<()> {
+    let Figures { tables, detail } = page::load::<page::None>(folder, topic)?;
+    let tables = with_bars(tables);
+    page::write(folder, topic, &Figures { tables, detail })
 }
 
 fn run_reproduce(args: &ReproduceArgs) -> Result<()> {
@@ -191,7 +188,14 @@ pub fn main() -> ExitCode {
         Command::Board(args) => board::run(&args),
         Command::Noise(args) => noise::run(&args),
         Command::Real(args) => real::run(&args),
-        Command::Pages { folder } => make_pages(&folder),
+        Command::Pages {
+            folder,
+            topic: None,
+        } => make_pages(&folder),
+        Command::Pages {
+            folder,
+            topic: Some(topic),
+        } => fill(&folder, &topic, |tables| tables),
         Command::Touch(args) => touch::run(&args),
         Command::Distance(args) => distance::run(&args),
         Command::Faults(args) => faults::run(&args),

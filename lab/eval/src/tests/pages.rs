@@ -5,9 +5,10 @@ use crate::page::{self, Figures, Tables, filled};
 use crate::reproduce::results::Reproduction;
 use crate::reproduce::{self, okamoto};
 use crate::{noise, touch, trade};
+use serde_json::Value;
 use std::path::PathBuf;
 
-/// Topics, each a page and its figures.
+/// Topics with bars, each a page and its figures.
 const TOPICS: [&str; 7] = [
     "boards",
     "distance",
@@ -17,6 +18,9 @@ const TOPICS: [&str; 7] = [
     "touch",
     "trade",
 ];
+
+/// Topics that have figures and no bars.
+const WITHOUT_BARS: [&str; 2] = ["live", "papers"];
 
 fn results() -> PathBuf {
     from_root("docs/results")
@@ -31,7 +35,7 @@ pub fn tables(topic: &str) -> Tables {
 
 #[test]
 fn every_page_is_what_its_figures_give() {
-    for topic in TOPICS.into_iter().chain(["papers"]) {
+    for topic in TOPICS.into_iter().chain(WITHOUT_BARS) {
         let path = format!("docs/results/{topic}.md");
         let text = read(&path);
         let expected = filled(&text, &tables(topic)).expect("tables");
@@ -43,7 +47,7 @@ fn every_page_is_what_its_figures_give() {
             .lines()
             .any(|line| line.starts_with("<!-- ") && line.contains("bars"));
         assert!(
-            has_bars || topic == "papers",
+            has_bars || WITHOUT_BARS.contains(&topic),
             "{path} does not say what must hold"
         );
         assert!(
@@ -84,5 +88,33 @@ fn the_tables_and_pictures_are_what_was_measured() {
             read(&path) == expected,
             "{path}: run `cargo run -p ridgetone-eval -- pages`"
         );
+    }
+}
+
+/// Every topic with bars that are not met is on the README, with how many they are.
+#[test]
+fn the_readme_counts_what_is_not_met() {
+    let readme = read("README.md");
+    for topic in TOPICS {
+        let tables = tables(topic);
+        let bars = tables
+            .iter()
+            .filter(|(name, _)| *name == "bars" || name.ends_with("_bars"));
+        let verdicts: Vec<bool> = bars
+            .flat_map(|(_, table)| &table.rows)
+            .map(|row| row.iter().find_map(Value::as_bool).expect("a verdict"))
+            .collect();
+        let unmet = verdicts.iter().filter(|is_met| !**is_met).count();
+        assert!(!verdicts.is_empty(), "{topic} has no bars");
+        let counted = format!("[{topic}](docs/results/{topic}.md#what-must-hold)");
+        if unmet > 0 {
+            let counted = format!("{counted} {unmet} of {} ", verdicts.len());
+            assert!(readme.contains(&counted), "README.md lacks: {counted}");
+        } else {
+            assert!(
+                !readme.contains(&counted),
+                "README.md: all of {topic} is met"
+            );
+        }
     }
 }
