@@ -24,8 +24,8 @@ pub fn next() -> Result<Option<KeyEvent>> {
     }
 }
 
-/// Gives the terminal back as it was. One that is gone needs nothing: ratatui would say on standard
-/// error that it cannot, panic where that is the same terminal, and abort.
+/// Restores the terminal, unless it is gone. ratatui would fail on one that is gone and report it on
+/// standard error; where that is the same terminal, the report panics and the process aborts.
 pub fn restore(terminal: DefaultTerminal) {
     if is_terminal_gone() {
         std::mem::forget(terminal);

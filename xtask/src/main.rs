@@ -95,8 +95,8 @@ enum Task {
     /// Repeats the paper's experiment beside its own figures and fills in docs/results/papers-runs.md.
     #[command(disable_help_flag = true)]
     Reproduce(Flags),
-    /// Computes figures of the four papers a second time, with NumPy and none of the crates' code,
-    /// and tries the command beside them.
+    /// Computes the figures of the four papers a second time, in NumPy and without the crates' code,
+    /// and compares them with what the commands print.
     Papers {
         /// Fill in docs/results/papers.md, a table a paper.
         #[arg(long)]
@@ -106,8 +106,8 @@ enum Task {
     /// and of a fast one, to MQTT and Foxglove for a minute each: prints what is lost and how late
     /// the rest arrives.
     Streams {
-        /// Measure this instead: up to so many replayed fingers through one broker of MQTT and one
-        /// router of Zenoh, and what the commands take of this computer.
+        /// Measure up to N replayed fingers through one MQTT broker and one Zenoh router instead, and
+        /// the processor time and memory of the commands.
         #[arg(long, value_name = "N")]
         fingers: Option<u32>,
         /// Fill in docs/results/live.md.

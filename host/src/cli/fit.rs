@@ -35,7 +35,7 @@ Examples:
   ridgetone fit by_hand.csv --speed-column v:m/s
   ridgetone fit stage.csv --position-column encoder --mm-per-count 0.025")]
 pub struct FitArgs {
-    /// Recordings: CSV with a header; `-` is standard input. Several files, and windows, give a table
+    /// Recordings: CSV with a header; `-` is standard input. Several files, or windows, give a table
     /// with a row for each.
     #[arg(value_name = "FILE.csv", required = true)]
     files: Vec<PathBuf>,
@@ -49,8 +49,8 @@ pub struct FitArgs {
     /// Write the table here: CSV, or lines of JSON with --json [default: standard output].
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Lowest frequency that the tone may have, hertz, such as 0.7 for a pulse: it keeps the fit from
-    /// a third of the tone and from a swing of the baseline.
+    /// Lowest frequency that the tone may have, hertz, such as 0.7 for a pulse, so that the
+    /// fit takes neither a third of it nor a drift for the tone.
     #[arg(long, value_name = "HZ", value_parser = positive, conflicts_with_all = ["speed_column", "position_column"])]
     least_hz: Option<f64>,
     /// Highest frequency that the tone may have, hertz.

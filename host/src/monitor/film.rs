@@ -25,8 +25,8 @@ const IMAGES_MAX: usize = 150;
 /// How long the last image stays before the first one comes again, seconds.
 const REST_S: f64 = 6.0;
 
-/// A cell of the screen and the margin around all, pixels. A character of DejaVu Sans Mono is as wide
-/// in 12.46 px, for programs that know no `textLength`.
+/// A cell of the screen and the margin around all, pixels. At 12.46 px a character of DejaVu Sans Mono
+/// is as wide as a cell, also in programs that ignore `textLength`.
 const CELL: (f64, f64) = (7.5, 16.0);
 const MARGIN: f64 = 12.0;
 
