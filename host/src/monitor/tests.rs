@@ -125,7 +125,7 @@ fn at_80_by_24_everything_is_there() {
         &lines,
         &[
             "ridgetone  /dev/ttyUSB0  connected",
-            "firmware 0.1.0",
+            concat!("firmware ", env!("CARGO_PKG_VERSION")),
             "frequency, Hz, last 30 s",
             "no contact",
             "good, 1.96 s, to",
