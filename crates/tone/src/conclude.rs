@@ -134,7 +134,7 @@ impl Scale {
             each += power.squares;
         }
         let rank = followed.count * all / each.max(f32::MIN_POSITIVE);
-        let left = (rank - followed.degrees.count() as f32).max(0.25 * rank);
+        let left = (rank - followed.unknowns() as f32).max(0.25 * rank);
         Self {
             factor: local
                 * few

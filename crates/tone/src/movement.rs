@@ -63,6 +63,8 @@ pub struct Followed {
     pub count: f32,
     /// Number of equal weight.
     pub effective: f32,
+    /// Whether movement beside the fitted one was significant: it is then taken out of the noise.
+    pub moves: bool,
     /// What the movement takes out of the noise.
     pub taken: f32,
 }
@@ -82,6 +84,7 @@ impl Followed {
             weights: [0.0; HARMONICS_MAX],
             count: 0.0,
             effective: 0.0,
+            moves: false,
             taken: 1.0,
         }
     }
@@ -146,9 +149,16 @@ impl Followed {
 
     /// Takes the movement out of the blocks and out of the solution.
     pub fn take_out_motion(&self, blocks: &mut Blocks, solution: &mut Solution) {
-        self.add_motion(blocks, solution, -1.0);
-        solution.project(blocks, self.shape);
-        solution.solve();
+        if self.moves {
+            self.add_motion(blocks, solution, -1.0);
+            solution.project(blocks, self.shape);
+            solution.solve();
+        }
+    }
+
+    /// Unknowns of the movement that is taken out of the noise.
+    pub fn unknowns(&self) -> usize {
+        if self.moves { self.degrees.count() } else { 0 }
     }
 
     /// Degrees of freedom of the noise.
@@ -239,7 +249,10 @@ impl Refinement<'_> {
             let grows = has_room && phase_shows && fitted.phase < most;
             let fades = has_room && amplitude_shows && fitted.amplitude < most;
             turn += 1;
-            if turn == TURNS || !grows && !fades && turn >= TURNS_MIN {
+            let is_taken = followed.moves;
+            followed.moves |= phase_shows || amplitude_shows;
+            if turn == TURNS || !grows && !fades && turn >= TURNS_MIN && is_taken == followed.moves
+            {
                 return true;
             }
             if grows {
@@ -278,7 +291,9 @@ impl Refinement<'_> {
             phase: (followed.fitted.phase + MOVES - 1).min(most),
             amplitude: (followed.fitted.amplitude + MOVES).min(most),
         };
-        followed.move_by_noise(blocks, work);
+        if followed.moves {
+            followed.move_by_noise(blocks, work);
+        }
         self.collect_beside(blocks, work, followed);
         let count = work.neighbours.count();
         if count < NEIGHBOURS_MIN {
@@ -294,7 +309,7 @@ impl Refinement<'_> {
         followed.weights = of_lines;
         followed.count = count as f32;
         followed.effective = (count * count) as f32 / squares.max(f32::MIN_POSITIVE);
-        followed.taken = all / (all - followed.degrees.count() as f32).max(1.0);
+        followed.taken = all / (all - followed.unknowns() as f32).max(1.0);
         let weight = |member: &Member| {
             followed.taken * of_lines[shape.lines.place(usize::from(member.line)) % HARMONICS_MAX]
         };
@@ -316,7 +331,6 @@ impl Refinement<'_> {
     #[inline(never)]
     fn collect_beside(&self, blocks: &mut Blocks, work: &mut Work, followed: &mut Followed) {
         let (shape, cycles) = (work.solution.shape, followed.course.cycles);
-        followed.add_motion(blocks, &work.solution, -1.0);
         // Harmonics that are too weak to be kept are no noise either, where there is room without.
         let whole = Shape {
             lines: self.lines(cycles).and(shape.lines),
@@ -338,6 +352,9 @@ impl Refinement<'_> {
         let mut lines = [[0.0; CHANNELS_MAX]; 2 * HARMONICS_MAX];
         let pairs = lines.iter_mut().zip(solution.lines());
         pairs.for_each(|(kept, row)| *kept = *row);
+        if followed.moves {
+            followed.add_motion(blocks, solution, -1.0);
+        }
         if whole.lines != shape.lines {
             solution.project(blocks, whole);
             neighbours.collect(blocks, solution.beside(), place, memory);
@@ -346,10 +363,12 @@ impl Refinement<'_> {
         if whole.lines == shape.lines || neighbours.count() < NEIGHBOURS_WHOLE {
             neighbours.collect(blocks, solution.beside(), place, memory);
         }
-        let rows = solution.rows.iter_mut().skip(shape.first_line());
-        rows.zip(lines).for_each(|(row, kept)| *row = kept);
-        followed.add_motion(blocks, solution, 1.0);
-        solution.project(blocks, shape);
+        if followed.moves {
+            let rows = solution.rows.iter_mut().skip(shape.first_line());
+            rows.zip(lines).for_each(|(row, kept)| *row = kept);
+            followed.add_motion(blocks, solution, 1.0);
+            solution.project(blocks, shape);
+        }
         solution.solve();
     }
 }

@@ -231,7 +231,7 @@ impl<'t> Tested<'t> {
     pub fn model<'m>(&self, solution: &'m Solution) -> Model<'m> {
         Model {
             solution,
-            motion: Some(self.followed.motion()),
+            motion: self.followed.moves.then(|| self.followed.motion()),
             course: self.followed.course,
         }
     }
