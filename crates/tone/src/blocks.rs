@@ -300,21 +300,26 @@ impl Blocks {
 
     /// Products of the lines of a shape with the channels, into rows.
     pub fn products(&self, shape: &Shape, rows: &mut [Values]) {
-        for (sums, line) in rows
-            .as_chunks_mut::<2>()
-            .0
-            .iter_mut()
-            .zip(shape.lines.iter())
-        {
-            *sums = [[0.0; CHANNELS_MAX]; 2];
-            for b in 0..self.count() {
-                for (sums, row) in sums.iter_mut().zip(self.line(b, line)) {
-                    let pairs = sums.as_chunks_mut::<4>().0.iter_mut();
-                    for (sums, row) in pairs.zip(row.as_chunks::<4>().0).take(self.groups) {
-                        for k in 0..4 {
-                            sums[k] += row[k];
-                        }
+        let blocks = self.rows.chunks_exact(2 * self.lines.count().max(1));
+        let blocks = blocks.take(self.count());
+        let pairs = rows.as_chunks_mut::<2>().0.iter_mut();
+        for (pair, line) in pairs.zip(shape.lines.iter()) {
+            let places = 2 * self.lines.place(line)..;
+            for (sums, place) in pair.iter_mut().zip(places) {
+                *sums = [0.0; CHANNELS_MAX];
+                let groups = sums.as_chunks_mut::<4>().0.iter_mut().enumerate();
+                // A group's sums stay in registers.
+                for (g, sums) in groups.take(self.groups) {
+                    let [mut a, mut b, mut c, mut d] = [0.0; 4];
+                    for block in blocks.clone() {
+                        let Some(row) = block.get(place) else { break };
+                        let values = &row.as_chunks::<4>().0[g];
+                        a += values[0];
+                        b += values[1];
+                        c += values[2];
+                        d += values[3];
                     }
+                    *sums = [a, b, c, d];
                 }
             }
         }

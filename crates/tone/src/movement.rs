@@ -223,7 +223,7 @@ impl Refinement<'_> {
                 shape,
                 most: STEPS,
                 degrees: fitted.phase,
-                last: 0.02,
+                last: 0.3,
                 noise: Known::Weights,
             };
             for _ in 0..2 {

@@ -61,7 +61,7 @@ impl Steps {
             shape,
             most: STEPS,
             degrees: 1,
-            last: 0.1,
+            last: 1.0,
             noise: Known::Weights,
         }
     }
