@@ -13,6 +13,7 @@ use crate::residual::Model;
 use crate::rows::add_rows;
 use crate::solve::Shape;
 use crate::source::Values;
+use crate::statistics::Products;
 use crate::totals::{Totals, of_lines};
 use core::f32::consts::{FRAC_1_PI, PI};
 
@@ -92,16 +93,18 @@ impl Blocks {
     }
 
     /// Divides a window for passes of up to so many lines, and passes over it for what baselines
-    /// have.
+    /// have and for the products of the channels.
     #[inline(never)]
-    pub fn start(&mut self, data: &mut Data, lines: usize) {
+    pub fn start(&mut self, data: &mut Data, lines: usize, may_share: bool) -> Products {
         self.divide(data.count(), BLOCKS_MAX.min(BLOCK_LINES / lines.max(1)));
         self.groups = data.width().div_ceil(4);
         self.levels = [[0.0; CHANNELS_MAX]; DEGREE_MAX + 1];
         self.gram = [[0.0; DEGREE_MAX + 1]; DEGREE_MAX + 1];
         let (mut b, mut sums) = (0, [[0.0; CHANNELS_MAX]; 2]);
         let mut moments = [0.0; 3];
+        let (mut products, width) = (data.products(may_share), data.width());
         data.visit(|frame| {
+            products.add(&frame.values, width);
             if !self.is_in(b, frame.u) {
                 self.add_levels(b, &sums, &moments);
                 (sums, moments) = ([[0.0; CHANNELS_MAX]; 2], [0.0; 3]);
@@ -117,6 +120,7 @@ impl Blocks {
             }
         });
         self.add_levels(b, &sums, &moments);
+        products.finish()
     }
 
     /// Adds what baselines have of a block.

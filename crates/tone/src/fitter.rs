@@ -114,7 +114,7 @@ impl Data<'_, '_> {
         }
         fit.interferer = self.hum.map(|hum| hum.cycles_per_frame);
         for attempt in 1..=ATTEMPTS {
-            let all = self.products(scene.may_share());
+            let all = self.start(memory, scene);
             let mut window = Window {
                 data: self,
                 scene,
@@ -140,6 +140,12 @@ impl Data<'_, '_> {
         }
     }
 
+    /// The products of the channels, and the blocks' of the baselines.
+    fn start(&mut self, memory: &mut Memory, scene: &Scene) -> Products {
+        let lines = usize::from(scene.harmonics());
+        memory.blocks.start(self, lines, scene.may_share())
+    }
+
     /// Takes the lateness of channels out of the frames, by a comb; false if it is less than the
     /// noise.
     #[inline(never)]
@@ -147,7 +153,7 @@ impl Data<'_, '_> {
         let mut course = comb.course;
         memory.work.restore_weights();
         for number in 0..LATE_FITS {
-            let all = self.products(scene.may_share());
+            let all = self.start(memory, scene);
             let mut window = Window {
                 data: self,
                 scene,
@@ -191,7 +197,6 @@ impl<'w> Window<'w, '_, '_> {
         let Memory { blocks, work } = memory;
         let (refinement, scene) = (self.refinement(), self.scene);
         let mut peaks = self.candidates(blocks, work);
-        blocks.start(self.data, refinement.harmonics);
         work.score_of_best = f32::NEG_INFINITY;
         let most = scene.degree_max();
         let mut tried = [0.0f32; PEAKS * DIVISORS];
@@ -402,8 +407,12 @@ impl<'w> Window<'w, '_, '_> {
     #[inline(never)]
     fn beside(&mut self, memory: &mut Memory, tested: &Tested) -> (f32, Other) {
         let Memory { blocks, work } = memory;
-        tested.followed.take_out_motion(blocks, &mut work.solution);
-        let (model, mut between) = (tested.model(&work.solution), 0.0);
+        let mut between = 0.0;
+        if tested.followed.moves {
+            tested.followed.take_out_motion(blocks, &mut work.solution);
+        } else {
+            work.solution.project(blocks, tested.shape);
+        }
         if self.scene.harmonics() > 1 {
             let mut noise = Noise {
                 neighbours: &mut work.neighbours,
@@ -411,8 +420,12 @@ impl<'w> Window<'w, '_, '_> {
                 weights: &work.weights,
                 all: self.all,
             };
-            between = tested.between(self.data, &model, blocks, &mut noise);
+            between = tested.between(self.data, &work.solution, blocks, &mut noise);
         }
+        if !tested.followed.moves {
+            work.solution.solve();
+        }
+        let model = tested.model(&work.solution);
         let sums = Sums {
             memory: work.memory.as_flattened_mut(),
             more: work.normal.matrix.as_flattened_mut(),

@@ -149,11 +149,9 @@ impl Followed {
 
     /// Takes the movement out of the blocks and out of the solution.
     pub fn take_out_motion(&self, blocks: &mut Blocks, solution: &mut Solution) {
-        if self.moves {
-            self.add_motion(blocks, solution, -1.0);
-            solution.project(blocks, self.shape);
-            solution.solve();
-        }
+        self.add_motion(blocks, solution, -1.0);
+        solution.project(blocks, self.shape);
+        solution.solve();
     }
 
     /// Unknowns of the movement that is taken out of the noise.
