@@ -71,7 +71,11 @@ impl Refinement<'_> {
         };
         self.refine(blocks, course, steps, work);
         work.solution.project(blocks, all);
-        self.weigh_by_neighbours(blocks, work, course.cycles);
+        if self.is_white {
+            self.weigh(work, self.frames);
+        } else {
+            self.weigh_by_neighbours(blocks, work, course.cycles);
+        }
         work.solution.solve();
         let kept = Shape {
             lines: self.lines_there(work, course.cycles),
@@ -200,7 +204,7 @@ impl Refinement<'_> {
         let (neighbours, memory) = (&mut work.neighbours, &mut work.memory);
         neighbours.collect(blocks, work.solution.beside(), place, memory);
         if neighbours.count() < NEIGHBOURS_MIN {
-            self.weigh(work);
+            self.weigh(work, self.frames);
             return;
         }
         let count = neighbours.count() as f32;

@@ -119,10 +119,14 @@ impl Scale {
             weights += weight;
             weighted += weight * member.power;
         }
-        let local = power
-            / seen.max(f32::MIN_POSITIVE)
-            / (weighted / weights.max(f32::MIN_POSITIVE)).max(f32::MIN_POSITIVE);
-        let equal = seen * seen / squares.max(f32::MIN_POSITIVE);
+        // White noise has no place of its own.
+        let (mut local, mut equal) = (1.0, followed.count);
+        if neighbours.count() > 0 {
+            local = power
+                / seen.max(f32::MIN_POSITIVE)
+                / (weighted / weights.max(f32::MIN_POSITIVE)).max(f32::MIN_POSITIVE);
+            equal = seen * seen / squares.max(f32::MIN_POSITIVE);
+        }
         let freedom = (followed.noise.channels * equal).min(followed.freedom());
         let few = 1.0 + FEW_SAMPLES / freedom;
         let correlated = 1.0 - followed.noise.shrinkage;

@@ -457,6 +457,7 @@ impl<'w> Window<'w, '_, '_> {
             frames: self.all.count,
             harmonics: usize::from(self.scene.harmonics()),
             may_share: self.scene.may_share(),
+            is_white: self.scene.is_white(),
             reach: self.data.reach(),
             band: self.scene.band.over(self.data.span.frequency(1.0)),
         }

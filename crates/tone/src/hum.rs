@@ -75,6 +75,7 @@ impl Hum {
             frames: all.count,
             harmonics: 1,
             may_share: true,
+            is_white: false,
             reach: data.reach(),
             band: Band::default(),
         };

@@ -283,12 +283,20 @@ impl Refinement<'_> {
         let squares = work.solution.squares(self.all);
         let free = (self.frames - shape.unknowns() as f32).max(1.0);
         followed.variances = squares.map(|square| square / free + ROUNDING);
-        work.solution.solve();
         let most = degrees_max(blocks);
         followed.degrees = Degrees {
             phase: (followed.fitted.phase + MOVES - 1).min(most),
             amplitude: (followed.fitted.amplitude + MOVES).min(most),
         };
+        if self.is_white {
+            (followed.noise, followed.count) = (self.weigh(work, free), free);
+            (followed.effective, followed.weights) = (free, [1.0; HARMONICS_MAX]);
+            work.neighbours.clear();
+            work.solution.solve();
+            followed.move_by_noise(blocks, work);
+            return true;
+        }
+        work.solution.solve();
         if followed.moves {
             followed.move_by_noise(blocks, work);
         }

@@ -307,6 +307,11 @@ impl Neighbours {
         }
     }
 
+    /// Forgets all.
+    pub fn clear(&mut self) {
+        (self.count, self.nearest) = (0, 0.0);
+    }
+
     /// How many there are.
     pub fn count(&self) -> usize {
         self.count

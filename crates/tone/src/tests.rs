@@ -145,6 +145,10 @@ impl<'t> Tested<'t> {
             }
         }
         let channels = followed.noise.channels;
+        if neighbours.count() == 0 {
+            // White noise is known from all frames.
+            (own.sum, own.count) = (followed.count, followed.count);
+        }
         tests.fundamental = if own.count > 3.0 {
             let over = powers[0].all / (2.0 * width) / own.mean().max(f32::MIN_POSITIVE);
             deviate(over, 2.0 * channels, own.count * channels)
