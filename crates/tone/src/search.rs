@@ -16,11 +16,9 @@ use core::ops::Range;
 
 /// Peaks that are tried.
 pub const PEAKS: usize = 2;
-/// Most frames of a window whose channels are all transformed, and most channels that always are.
-/// Half of the power of a line that pays for its unknowns stands out of a longer window's noise, and so
-/// does a quarter.
+/// Most frames of a window, and most channels, that are all transformed.
 const FRAMES_FEW: u32 = 128;
-const CHANNELS_FEW: usize = 4;
+const CHANNELS_FEW: usize = 8;
 /// Fewest cycles of a peak.
 const CYCLES_PEAK: f32 = 0.5;
 /// Noise is taken for at least this share of a channel's variance: beside less, a faint overtone
@@ -99,8 +97,8 @@ fn whitened<'m>(
     let place = data.place;
     let frames = data.count();
     let mut spectrum = Spectrum::new(data, each, sums, transforms)?;
-    // Rows of the inverse of the factor make channels white. Of a long window sums and differences of
-    // some are enough.
+    // Rows of the inverse of the factor make channels white. A long window has power enough for half
+    // as many: sums and differences of two.
     let mut mixtures = [[0.0; CHANNELS_MAX]; CHANNELS_MAX];
     if may_share {
         let rows = mixtures.iter_mut().zip(&all.matrix).enumerate();
@@ -118,8 +116,8 @@ fn whitened<'m>(
         }
     }
     let (mut width, mut reach) = (width, 1);
-    while frames > FRAMES_FEW && width > CHANNELS_FEW {
-        (width, reach) = (width.div_ceil(2), 2 * reach);
+    if frames > FRAMES_FEW && width > CHANNELS_FEW {
+        (width, reach) = (width.div_ceil(2), 2);
         for k in 0..width {
             let [one, other] = [2 * k, 2 * k + 1].map(|k| mixtures[k % CHANNELS_MAX]);
             let sign = if k % 2 == 0 { ROOT_HALF } else { -ROOT_HALF };
