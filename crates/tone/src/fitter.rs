@@ -12,7 +12,7 @@ use crate::late::Late;
 use crate::legendre::legendre;
 use crate::limits::FRAMES_MIN;
 use crate::lines::Lines;
-use crate::movement::Followed;
+use crate::movement::{Followed, TWIST_MAX};
 use crate::phase_course::Course;
 use crate::refine::{Refinement, Steps};
 use crate::scene::Scene;
@@ -113,6 +113,24 @@ impl Data<'_, '_> {
             Hum::take_out(self, memory.blocks, memory.work, given);
         }
         fit.interferer = self.hum.map(|hum| hum.cycles_per_frame);
+        if let Some(expected) = self.span.expected {
+            self.look(memory, scene, fit, Some(expected / self.span.frequency(1.0)));
+            if fit.status == Status::Good {
+                return;
+            }
+            self.impulses.clear();
+            self.late = None;
+            let interferer = fit.interferer;
+            *fit = Fit::without_tone(Status::NoTone, fit.frames);
+            fit.interferer = interferer;
+        }
+        self.look(memory, scene, fit, None);
+    }
+
+    /// Looks for a tone near a number of cycles a window, or anywhere.
+    #[inline(never)]
+    fn look(&mut self, memory: &mut Memory, scene: &Scene, fit: &mut Fit, known: Option<f32>) {
+        let mut known = known;
         for attempt in 1..=ATTEMPTS {
             let all = self.start(memory, scene);
             let mut window = Window {
@@ -120,11 +138,12 @@ impl Data<'_, '_> {
                 scene,
                 all: &all,
             };
-            let Some(comb) = window.best(memory) else {
+            let Some(comb) = window.best(memory, known) else {
                 fit.status = Status::NoTone;
                 return;
             };
             if attempt == 1 && self.span.late.is_some() && self.has_late(memory, scene, &comb) {
+                known = Some(comb.course.cycles);
                 continue;
             }
             let mut window = Window {
@@ -190,15 +209,44 @@ struct Window<'w, 'd, 's> {
 }
 
 impl<'w> Window<'w, '_, '_> {
-    /// The likeliest comb of those at the peaks, and at half and at a third of each; the blocks are at
-    /// it.
+    /// The likeliest comb near a known frequency, or anywhere; the blocks are at it.
     #[inline(never)]
-    fn best(&mut self, memory: &mut Memory) -> Option<Comb> {
+    fn best(&mut self, memory: &mut Memory, known: Option<f32>) -> Option<Comb> {
+        memory.work.score_of_best = f32::NEG_INFINITY;
+        let (mut best, collected) = match known {
+            Some(cycles) => (self.near(memory, cycles)?, Some(Course::steady(cycles))),
+            None => (self.search(memory)?, None),
+        };
+        self.settle(memory, &mut best, collected);
+        Some(best)
+    }
+
+    /// The comb near a frequency, at whose unit the blocks are. None if it is elsewhere, or not one of
+    /// that frequency.
+    fn near(&mut self, memory: &mut Memory, cycles: f32) -> Option<Comb> {
         let Memory { blocks, work } = memory;
-        let (refinement, scene) = (self.refinement(), self.scene);
+        let refinement = self.refinement();
+        let course = Course::steady(cycles);
+        self.collect(blocks, &course, refinement.lines(cycles));
+        let (degrees, count) = self.degrees(cycles);
+        let comb = refinement.best(blocks, work, course, degrees.get(..count)?)?;
+        let is_near = f32::abs(comb.course.cycles - cycles) < CYCLES_LEAST;
+        is_near.then_some(comb)
+    }
+
+    /// Degrees of the baseline that are tried beside a candidate, and how many.
+    fn degrees(&self, cycles: f32) -> ([usize; 2], usize) {
+        let most = self.scene.degree_max();
+        let is_curved = cycles < CYCLES_CURVED && most > 1;
+        ([1, most], 1 + usize::from(is_curved))
+    }
+
+    /// The likeliest comb of those at the peaks, and at half and at a third of each.
+    #[inline(never)]
+    fn search(&mut self, memory: &mut Memory) -> Option<Comb> {
+        let Memory { blocks, work } = memory;
+        let refinement = self.refinement();
         let mut peaks = self.candidates(blocks, work);
-        work.score_of_best = f32::NEG_INFINITY;
-        let most = scene.degree_max();
         let mut tried = [0.0f32; PEAKS * DIVISORS];
         let mut rivals = [Rival::NONE; PEAKS * DIVISORS];
         let (mut best, mut count, mut first) = (None::<Comb>, 0, Lines::NONE);
@@ -219,12 +267,13 @@ impl<'w> Window<'w, '_, '_> {
                 }
                 let course = Course::steady(cycles);
                 self.collect(blocks, &course, refinement.lines(cycles));
-                let degrees = [1, most];
-                let curved = usize::from(cycles < CYCLES_CURVED && most > 1);
+                let (degrees, degrees_count) = self.degrees(cycles);
+                let degrees = degrees.get(..degrees_count).unwrap_or_default();
+                let most = degrees.last().copied().unwrap_or(1);
                 // A part of a peak's frequency needs a line beside the peak's own.
                 let least = if divisor > 1 { 2 } else { 1 };
                 if let Some(best) = &best
-                    && refinement.bound(blocks, work, degrees[curved], least) < best.score
+                    && refinement.bound(blocks, work, most, least) < best.score
                 {
                     continue;
                 }
@@ -234,13 +283,12 @@ impl<'w> Window<'w, '_, '_> {
                 };
                 *place = cycles;
                 count += 1;
-                let degrees = &degrees[..=curved];
                 let Some(comb) = refinement.best(blocks, work, course, degrees) else {
                     continue;
                 };
                 if divisor == 1 {
-                    *peak = comb.tried;
-                    *place = comb.tried;
+                    *peak = comb.unit.cycles;
+                    *place = comb.unit.cycles;
                     if i == 0 {
                         first = comb.kept;
                     }
@@ -267,14 +315,27 @@ impl<'w> Window<'w, '_, '_> {
             }
         });
         best.rival.score -= best.score;
-        let lines = refinement.lines(best.course.cycles);
-        self.collect(blocks, &best.course, lines.and(best.shape.lines));
+        Some(best)
+    }
+
+    /// Fits a comb with each degree of the baseline, by blocks that are at it: they were `collected`
+    /// near it, or are collected anew.
+    #[inline(never)]
+    fn settle(&mut self, memory: &mut Memory, best: &mut Comb, collected: Option<Course>) {
+        let Memory { blocks, work } = memory;
+        let refinement = self.refinement();
+        let cycles = best.course.cycles;
+        let lines = refinement.lines(cycles).and(best.shape.lines);
+        let twist = collected.map(|from| blocks.twist(&from, &best.course) * lines.most() as f32);
+        if twist.is_none_or(|twist| twist > TWIST_MAX) || blocks.lines() != lines {
+            self.collect(blocks, &best.course, lines);
+        }
         // Blocks that were turned gave the scores so far; these are exact. Each degree is compared at
         // its own frequency: beside it a curved baseline explains part of what a step would.
         let (mut at, course) = (best.course, best.course);
         best.score = f32::NEG_INFINITY;
         work.restore_weights();
-        for degree in 1..=most {
+        for degree in 1..=self.scene.degree_max() {
             let mut steps = Steps::of_comb(best.shape);
             steps.shape.degree = degree;
             blocks.turn(&at, &course);
@@ -291,7 +352,6 @@ impl<'w> Window<'w, '_, '_> {
             }
         }
         blocks.turn(&at, &best.course);
-        Some(best)
     }
 
     /// Replaces what a comb leaves of single values; whether there are some.

@@ -35,7 +35,7 @@ const NEIGHBOURS_MIN: usize = 3;
 const SAMPLES_PER_DEGREE: usize = 4;
 /// Blocks that are turned against each other by more, in radians of the highest line, are collected
 /// anew.
-const TWIST_MAX: f32 = 0.1;
+pub const TWIST_MAX: f32 = 0.1;
 
 /// A tone with its movement and the noise next to it; its solution, the covariance of its movement
 /// and the noise's weights are in the steps' memory.
