@@ -304,20 +304,16 @@ impl Blocks {
 
     /// Products of the lines of a shape with the channels, into rows.
     pub fn products(&self, shape: &Shape, rows: &mut [Values]) {
-        let blocks = self.rows.chunks_exact(2 * self.lines.count().max(1));
-        let blocks = blocks.take(self.count());
         let pairs = rows.as_chunks_mut::<2>().0.iter_mut();
         for (pair, line) in pairs.zip(shape.lines.iter()) {
-            let places = 2 * self.lines.place(line)..;
-            for (sums, place) in pair.iter_mut().zip(places) {
+            for (i, sums) in pair.iter_mut().enumerate() {
                 *sums = [0.0; CHANNELS_MAX];
                 let groups = sums.as_chunks_mut::<4>().0.iter_mut().enumerate();
                 // A group's sums stay in registers.
                 for (g, sums) in groups.take(self.groups) {
                     let [mut a, mut b, mut c, mut d] = [0.0; 4];
-                    for block in blocks.clone() {
-                        let Some(row) = block.get(place) else { break };
-                        let values = &row.as_chunks::<4>().0[g];
+                    for pair in self.pairs(line) {
+                        let values = &pair[i].as_chunks::<4>().0[g];
                         a += values[0];
                         b += values[1];
                         c += values[2];
@@ -327,6 +323,21 @@ impl Blocks {
                 }
             }
         }
+    }
+
+    /// Products of a line's cosine and sine with the channels, block by block.
+    pub fn pairs(&self, line: usize) -> impl Iterator<Item = &[Values; 2]> {
+        let pairs = self.rows.as_chunks::<2>().0.iter();
+        let each = self.lines.count().max(1);
+        pairs
+            .skip(self.lines.place(line))
+            .step_by(each)
+            .take(self.count())
+    }
+
+    /// How many groups of four channels are used.
+    pub fn groups(&self) -> usize {
+        self.groups
     }
 
     /// Turns the unit line to another course.
