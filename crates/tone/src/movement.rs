@@ -296,11 +296,14 @@ impl Refinement<'_> {
             followed.move_by_noise(blocks, work);
             return true;
         }
-        work.solution.solve();
         if followed.moves {
+            work.solution.solve();
             followed.move_by_noise(blocks, work);
+            self.collect_less_motion(blocks, work, followed);
+        } else {
+            self.collect_beside(blocks, work, followed.course.cycles);
         }
-        self.collect_beside(blocks, work, followed);
+        work.solution.solve();
         let count = work.neighbours.count();
         if count < NEIGHBOURS_MIN {
             return false;
@@ -333,10 +336,27 @@ impl Refinement<'_> {
         true
     }
 
-    /// Collects the functions next to the lines, less the movement, and the model without it.
+    /// Collects the functions next to the lines, less the movement; the solution is solved.
     #[inline(never)]
-    fn collect_beside(&self, blocks: &mut Blocks, work: &mut Work, followed: &mut Followed) {
-        let (shape, cycles) = (work.solution.shape, followed.course.cycles);
+    fn collect_less_motion(&self, blocks: &mut Blocks, work: &mut Work, followed: &Followed) {
+        let shape = work.solution.shape;
+        // Memory of a second solution would lie deepest on the stack.
+        let mut lines = [[0.0; CHANNELS_MAX]; 2 * HARMONICS_MAX];
+        let pairs = lines.iter_mut().zip(work.solution.lines());
+        pairs.for_each(|(kept, row)| *kept = *row);
+        followed.add_motion(blocks, &work.solution, -1.0);
+        work.solution.project(blocks, shape);
+        self.collect_beside(blocks, work, followed.course.cycles);
+        let solution = &mut work.solution;
+        let rows = solution.rows.iter_mut().skip(shape.first_line());
+        rows.zip(lines).for_each(|(row, kept)| *row = kept);
+        followed.add_motion(blocks, solution, 1.0);
+        solution.project(blocks, shape);
+    }
+
+    /// Collects the functions next to the lines of the projected solution.
+    fn collect_beside(&self, blocks: &Blocks, work: &mut Work, cycles: f32) {
+        let shape = work.solution.shape;
         // Harmonics that are too weak to be kept are no noise either, where there is room without.
         let whole = Shape {
             lines: self.lines(cycles).and(shape.lines),
@@ -354,27 +374,13 @@ impl Refinement<'_> {
             solution,
             ..
         } = work;
-        // Memory of a second solution would lie deepest on the stack.
-        let mut lines = [[0.0; CHANNELS_MAX]; 2 * HARMONICS_MAX];
-        let pairs = lines.iter_mut().zip(solution.lines());
-        pairs.for_each(|(kept, row)| *kept = *row);
-        if followed.moves {
-            followed.add_motion(blocks, solution, -1.0);
-        }
         if whole.lines != shape.lines {
             solution.project(blocks, whole);
             neighbours.collect(blocks, solution.beside(), place, memory);
+            solution.project(blocks, shape);
         }
-        solution.project(blocks, shape);
         if whole.lines == shape.lines || neighbours.count() < NEIGHBOURS_WHOLE {
             neighbours.collect(blocks, solution.beside(), place, memory);
         }
-        if followed.moves {
-            let rows = solution.rows.iter_mut().skip(shape.first_line());
-            rows.zip(lines).for_each(|(row, kept)| *row = kept);
-            followed.add_motion(blocks, solution, 1.0);
-            solution.project(blocks, shape);
-        }
-        solution.solve();
     }
 }
