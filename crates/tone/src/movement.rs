@@ -63,7 +63,8 @@ pub struct Followed {
     pub count: f32,
     /// Number of equal weight.
     pub effective: f32,
-    /// Whether movement beside the fitted one was significant: it is then taken out of the noise.
+    /// Whether movement beside the fitted one is taken out of the noise: at first, and where it was
+    /// significant.
     pub moves: bool,
     /// What the movement takes out of the noise.
     pub taken: f32,
@@ -84,7 +85,7 @@ impl Followed {
             weights: [0.0; HARMONICS_MAX],
             count: 0.0,
             effective: 0.0,
-            moves: false,
+            moves: true,
             taken: 1.0,
         }
     }
@@ -247,12 +248,12 @@ impl Refinement<'_> {
             let grows = has_room && phase_shows && fitted.phase < most;
             let fades = has_room && amplitude_shows && fitted.amplitude < most;
             turn += 1;
-            let is_taken = followed.moves;
-            followed.moves |= phase_shows || amplitude_shows;
-            if turn == TURNS || !grows && !fades && turn >= TURNS_MIN && is_taken == followed.moves
-            {
+            let moves = phase_shows || amplitude_shows;
+            let is_known = followed.moves || !moves;
+            if turn == TURNS || !grows && !fades && turn >= TURNS_MIN && is_known {
                 return true;
             }
+            followed.moves = moves;
             if grows {
                 fitted.phase = (fitted.phase + MOVES - 1).min(most);
             }
