@@ -27,6 +27,9 @@ const TURNS: usize = 7;
 const TURNS_MIN: usize = 2;
 /// Turns after which the lines are chosen again.
 const LINES_AGAIN: [usize; 2] = [2, 4];
+/// Deviate of movement that is taken out of the noise: one of twenty. Leaving in what is there costs more
+/// than taking out what is not.
+const Z_TAKEN: f32 = 1.64;
 /// Fewest functions next to the lines that are enough beside all harmonics.
 const NEIGHBOURS_WHOLE: usize = 8;
 /// Fewest functions next to the lines that noise is known from.
@@ -239,16 +242,16 @@ impl Refinement<'_> {
             }
             let Degrees { phase, amplitude } = followed.degrees;
             let covariance = &work.normal.matrix;
-            let phase_shows = followed.shows(covariance, fitted.phase..phase) > Z_TEST;
+            let of_phase = followed.shows(covariance, fitted.phase..phase);
             let beyond = phase + fitted.amplitude..phase + amplitude;
-            let amplitude_shows = followed.shows(covariance, beyond) > Z_TEST;
+            let of_amplitude = followed.shows(covariance, beyond);
             let samples = followed.count as usize * self.width;
             let has_room = (phase + amplitude + 2 * (MOVES - 1)) * SAMPLES_PER_DEGREE < samples;
             let most = MOVES_MAX.min(degrees_max(blocks) + 1 - MOVES);
-            let grows = has_room && phase_shows && fitted.phase < most;
-            let fades = has_room && amplitude_shows && fitted.amplitude < most;
+            let grows = has_room && of_phase > Z_TEST && fitted.phase < most;
+            let fades = has_room && of_amplitude > Z_TEST && fitted.amplitude < most;
             turn += 1;
-            let moves = phase_shows || amplitude_shows;
+            let moves = of_phase.max(of_amplitude) > Z_TAKEN;
             let is_known = followed.moves || !moves;
             if turn == TURNS || !grows && !fades && turn >= TURNS_MIN && is_known {
                 return true;
