@@ -313,7 +313,8 @@ impl Blocks {
                 for (g, sums) in groups.take(self.groups) {
                     let [mut a, mut b, mut c, mut d] = [0.0; 4];
                     for pair in self.pairs(line) {
-                        let values = &pair[i].as_chunks::<4>().0[g];
+                        let row = pair.get(i).and_then(|row| row.as_chunks::<4>().0.get(g));
+                        let Some(values) = row else { break };
                         a += values[0];
                         b += values[1];
                         c += values[2];

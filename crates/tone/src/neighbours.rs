@@ -166,7 +166,7 @@ impl<'l> TurnedLine<'l> {
             frames += blocks.wave(b, 0)[0];
         }
         let mut values = [[0.0; CHANNELS_MAX]; 4];
-        for g in 0..blocks.groups() {
+        for g in 0..blocks.groups().min(CHANNELS_MAX / 4) {
             // A group's sums stay in registers.
             let mut own = [[0.0; 4]; 4];
             for (pair, [cos, sin]) in blocks.pairs(number).zip(&sums.turns) {
@@ -249,7 +249,9 @@ impl<'l> TurnedLine<'l> {
                 let [mut a, mut b, mut c, mut d] = *values;
                 let rows = explained.iter().zip(projections).take(shape.unknowns());
                 for (weight, row) in rows {
-                    let row = &row.as_chunks::<4>().0[g];
+                    let Some(row) = row.as_chunks::<4>().0.get(g) else {
+                        break;
+                    };
                     a -= weight * row[0];
                     b -= weight * row[1];
                     c -= weight * row[2];
