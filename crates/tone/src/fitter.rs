@@ -330,28 +330,32 @@ impl<'w> Window<'w, '_, '_> {
         if twist.is_none_or(|twist| twist > TWIST_MAX) || blocks.lines() != lines {
             self.collect(blocks, &best.course, lines);
         }
-        // Blocks that were turned gave the scores so far; these are exact. Each degree is compared at
-        // its own frequency: beside it a curved baseline explains part of what a step would.
-        let (mut at, course) = (best.course, best.course);
+        // Blocks that were turned gave the scores so far; these are exact. The least and the highest
+        // degree were compared each at its own frequency; those between are at that of the better one.
+        let (mut at, degree) = (best.course, best.shape.degree);
         best.score = f32::NEG_INFINITY;
         work.restore_weights();
-        for degree in 1..=self.scene.degree_max() {
+        let others = (1..=self.scene.degree_max()).filter(|other| *other != degree);
+        for other in core::iter::once(degree).chain(others) {
             let mut steps = Steps::of_comb(best.shape);
-            steps.shape.degree = degree;
-            blocks.turn(&at, &course);
-            at = course;
-            work.solution.project(blocks, steps.shape);
-            if cycles >= CYCLES_CURVED && refinement.score(&work.solution) <= best.score {
-                continue;
+            steps.shape.degree = other;
+            if other != degree {
+                work.solution.project(blocks, steps.shape);
+                if refinement.score(&work.solution) <= best.score {
+                    continue;
+                }
             }
+            let from = at;
             refinement.refine(blocks, &mut at, steps, work);
             work.solution.project(blocks, steps.shape);
             let score = refinement.score(&work.solution);
             if score > best.score {
                 (best.score, best.shape, best.course) = (score, steps.shape, at);
+            } else {
+                blocks.turn(&at, &from);
+                at = from;
             }
         }
-        blocks.turn(&at, &best.course);
     }
 
     /// Replaces what a comb leaves of single values; whether there are some.
