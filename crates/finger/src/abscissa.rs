@@ -8,9 +8,12 @@ use crate::surface::odometry::trajectory::Trajectory;
 use crate::window::Window;
 use core::f32::consts::PI;
 use delay_error::{DelayError, LOW_PASS_SIGMA_S};
-use ridgetone_proto::settings::{Settings, TAXELS};
+use ridgetone_proto::settings::{Declared, Settings, TAXELS};
 use ridgetone_proto::telemetry::{Abscissa, Span};
-use ridgetone_tone::{Fit, Fitter, FrameSource, FrameSpan, Overwritten, Scene, Status};
+use ridgetone_tone::{
+    Band, Baseline, Channels, Fit, Fitter, FrameSource, FrameSpan, Noise, Overwritten, Scene,
+    Speed, Status,
+};
 
 /// A fit, and the unit of its frequency.
 #[derive(Clone, Debug)]
@@ -111,7 +114,7 @@ pub fn fit(
     settings: &Settings,
     track: Option<&Track>,
 ) -> Result<Fitted, Overwritten> {
-    let scene = &Scene::with_harmonics(settings.harmonics);
+    let scene = &scene(&settings.scene, settings.harmonics);
     let scan = Scan::new(&window.plan);
     let Scan {
         channels,
@@ -202,6 +205,35 @@ pub fn fit(
         scan,
         unplaced,
     })
+}
+
+/// The scene of what is declared, with at most so many harmonics, the fundamental included.
+pub fn scene(declared: &Declared, harmonics: u8) -> Scene {
+    Scene {
+        harmonics,
+        baseline: if declared.curved_baseline {
+            Baseline::Curved
+        } else {
+            Baseline::Slope
+        },
+        noise: if declared.coloured_noise {
+            Noise::Any
+        } else {
+            Noise::White
+        },
+        channels: if declared.shared_noise {
+            Channels::MayShare
+        } else {
+            Channels::Independent
+        },
+        speed: if declared.moving_speed {
+            Speed::MayMove
+        } else {
+            Speed::Steady
+        },
+        impulses: declared.impulses,
+        band: Band::default(),
+    }
 }
 
 /// Frames that a time takes, rounded up.

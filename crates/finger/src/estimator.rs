@@ -122,7 +122,12 @@ impl Estimator {
         if !self.settings.feel.is_on() || window.span == Span::Slide {
             return Ok(None);
         }
-        feel(window, source, self.tracker.fitter.scratch(), &self.settings)
+        feel(
+            window,
+            source,
+            self.tracker.fitter.scratch(),
+            &self.settings,
+        )
     }
 
     /// What is under the finger by the estimate of the latest [`Self::run`], if it is to be

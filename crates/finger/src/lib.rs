@@ -95,6 +95,7 @@ pub mod tasks;
 mod touch;
 mod window;
 
+pub use abscissa::scene;
 pub use acquire::Acquisition;
 pub use detector::{Detector, Outputs};
 pub use estimator::{Estimator, WindowFit, movement, other_tone, reported_status};

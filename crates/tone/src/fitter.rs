@@ -114,7 +114,12 @@ impl Data<'_, '_> {
         }
         fit.interferer = self.hum.map(|hum| hum.cycles_per_frame);
         if let Some(expected) = self.span.expected {
-            self.look(memory, scene, fit, Some(expected / self.span.frequency(1.0)));
+            self.look(
+                memory,
+                scene,
+                fit,
+                Some(expected / self.span.frequency(1.0)),
+            );
             if fit.status == Status::Good {
                 return;
             }
