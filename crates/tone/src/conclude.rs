@@ -50,6 +50,8 @@ pub struct Mean {
     pub sigma: f32,
     /// How the phase moves.
     pub phase: MeanPhase,
+    /// What the covariance of the movement is to be multiplied by.
+    pub scale: f32,
 }
 
 /// Mean frequency and its uncertainty.
@@ -70,6 +72,7 @@ pub fn mean(tested: &Tested, work: &Work, blocks: &Blocks, scene: &Scene) -> Mea
         cycles: followed.course.cycles + phase.mean / PI,
         sigma: libm::sqrtf(phase.variance) / PI,
         phase,
+        scale: scale.factor,
     }
 }
 
@@ -161,7 +164,7 @@ pub fn movement(
     let moves = 1..followed.degrees.phase;
     let variances: [f32; DEGREES_MAX] = core::array::from_fn(|i| {
         if moves.contains(&i) {
-            covariance[i][i]
+            mean.scale * covariance[i][i]
         } else {
             0.0
         }
