@@ -208,7 +208,7 @@ impl Movement {
 }
 
 /// What the estimator says of a window.
-fn fit(fitter: &mut Fitter, window: &Window) -> Result<Reported> {
+fn fit(fitter: &mut Fitter, window: &Window, scene: &Scene) -> Result<Reported> {
     let (values, frames) = (&window.values, window.values.len() as u32);
     let valid = &vec![u16::MAX; values.len()];
     let mut table = Table { values, valid };
@@ -216,13 +216,19 @@ fn fit(fitter: &mut Fitter, window: &Window) -> Result<Reported> {
     if let Some(cycles) = window.interferer {
         span = span.with_interferer(cycles as f32);
     }
-    let fit = fitter.fit(&mut span, &Scene::DEFAULT);
+    let fit = fitter.fit(&mut span, scene);
     Ok(Reported::by(&fit.context("a table loses no frames")?))
 }
 
 /// The answers to `windows` windows of `window_s` seconds, and those of the opponent to some of
 /// them. Equal seeds give equal windows.
-pub fn measure(recipe: &Recipe, window_s: f64, windows: u32, seed: u64) -> Result<[Answers; 2]> {
+pub fn measure(
+    recipe: &Recipe,
+    window_s: f64,
+    windows: u32,
+    seed: u64,
+    scene: &Scene,
+) -> Result<[Answers; 2]> {
     let (mut answers, mut samples) = ([Answers::default(); 2], [Vec::new(), Vec::new()]);
     let rate_hz = frame_rate_hz();
     let frames = (window_s * rate_hz).round() as usize;
@@ -233,7 +239,7 @@ pub fn measure(recipe: &Recipe, window_s: f64, windows: u32, seed: u64) -> Resul
             rate_hz,
             &mut Draw::new(seed.wrapping_mul(1_000_003).wrapping_add(number)),
         );
-        let reported = fit(&mut fitter, &window)?;
+        let reported = fit(&mut fitter, &window, scene)?;
         let opponent = number.is_multiple_of(NLS_EVERY).then(|| {
             let estimate =
                 nls::estimate(&window.values, TAXELS, HARMONICS.into(), window.interferer);
@@ -280,7 +286,7 @@ mod tests {
             tone: Some(tone),
             extra: Extra::Nothing,
         };
-        let [answers, opponent] = measure(&recipe, 1.0, 40, 7).expect("answers");
+        let [answers, opponent] = measure(&recipe, 1.0, 40, 7, &Scene::DEFAULT).expect("answers");
         assert_eq!(
             (answers.windows, answers.good, answers.wrong),
             (40, 40, 0),
@@ -301,12 +307,12 @@ mod tests {
             "{opponent:?}"
         );
         assert_eq!(
-            measure(&recipe, 1.0, 40, 7).expect("answers")[0],
+            measure(&recipe, 1.0, 40, 7, &Scene::DEFAULT).expect("answers")[0],
             answers,
             "equal seeds"
         );
         assert_ne!(
-            measure(&recipe, 1.0, 40, 8).expect("answers")[0].accuracy,
+            measure(&recipe, 1.0, 40, 8, &Scene::DEFAULT).expect("answers")[0].accuracy,
             answers.accuracy,
             "other seeds"
         );
@@ -318,6 +324,7 @@ mod tests {
             1.0,
             40,
             7,
+            &Scene::DEFAULT,
         )
         .expect("answers");
         assert_eq!(
