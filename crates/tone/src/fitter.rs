@@ -114,12 +114,8 @@ impl Data<'_, '_> {
         }
         fit.interferer = self.hum.map(|hum| hum.cycles_per_frame);
         if let Some(expected) = self.span.expected {
-            self.look(
-                memory,
-                scene,
-                fit,
-                Some(expected / self.span.frequency(1.0)),
-            );
+            let cycles = expected / self.span.frequency(1.0);
+            self.look(memory, scene, fit, Some(cycles));
             if fit.status == Status::Good {
                 return;
             }
@@ -132,16 +128,17 @@ impl Data<'_, '_> {
         self.look(memory, scene, fit, None);
     }
 
-    /// Looks for a tone near a number of cycles a window, or anywhere.
+    /// Looks for a tone near an expected number of cycles a window alone, or anywhere.
     #[inline(never)]
-    fn look(&mut self, memory: &mut Memory, scene: &Scene, fit: &mut Fit, known: Option<f32>) {
-        let mut known = known;
+    fn look(&mut self, memory: &mut Memory, scene: &Scene, fit: &mut Fit, expected: Option<f32>) {
+        let (mut known, is_expected) = (expected, expected.is_some());
         for attempt in 1..=ATTEMPTS {
             let all = self.start(memory, scene);
             let mut window = Window {
                 data: self,
                 scene,
                 all: &all,
+                is_expected,
             };
             let Some(comb) = window.best(memory, known) else {
                 fit.status = Status::NoTone;
@@ -155,6 +152,7 @@ impl Data<'_, '_> {
                 data: self,
                 scene,
                 all: &all,
+                is_expected,
             };
             if !scene.impulses || attempt == ATTEMPTS || !window.has_impulses(memory, &comb) {
                 window.conclude(memory, &comb, fit);
@@ -182,6 +180,7 @@ impl Data<'_, '_> {
                 data: self,
                 scene,
                 all: &all,
+                is_expected: false,
             };
             if number > 0 {
                 window.collect(memory.blocks, &course, comb.shape.lines);
@@ -211,6 +210,8 @@ struct Window<'w, 'd, 's> {
     data: &'w mut Data<'d, 's>,
     scene: &'w Scene,
     all: &'w Products,
+    /// Whether the tone is looked for where it is expected alone.
+    is_expected: bool,
 }
 
 impl<'w> Window<'w, '_, '_> {
@@ -218,8 +219,10 @@ impl<'w> Window<'w, '_, '_> {
     #[inline(never)]
     fn best(&mut self, memory: &mut Memory, known: Option<f32>) -> Option<Comb> {
         memory.work.score_of_best = f32::NEG_INFINITY;
-        let (mut best, collected) = match known {
-            Some(cycles) => (self.near(memory, cycles)?, Some(Course::steady(cycles))),
+        let near = known.and_then(|cycles| Some((self.near(memory, cycles)?, cycles)));
+        let (mut best, collected) = match near {
+            Some((comb, cycles)) => (comb, Some(Course::steady(cycles))),
+            None if self.is_expected => return None,
             None => (self.search(memory)?, None),
         };
         self.settle(memory, &mut best, collected);
@@ -495,6 +498,10 @@ impl<'w> Window<'w, '_, '_> {
             work.solution.solve();
         }
         let model = tested.model(&work.solution);
+        // Where the tone was expected, the search before has looked at all other frequencies.
+        if self.is_expected {
+            return (between, Other::default());
+        }
         let sums = Sums {
             memory: work.memory.as_flattened_mut(),
             more: work.normal.matrix.as_flattened_mut(),
