@@ -241,3 +241,42 @@ fn frames_in(time_us: u32, frame_us: f32) -> u32 {
     let frames = (time_us as f32 / frame_us) as u32;
     if time_us > 0 { frames + 1 } else { 0 }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ridgetone_proto::plan::Plan;
+
+    #[test]
+    fn a_good_tone_is_expected_in_three_windows_of_its_slide_and_then_searched_for() {
+        let window = Window::new(Plan::PAPER, 241);
+        let mut fit = Fit::at_rest(241);
+        (fit.status, fit.frequency) = (Status::Good, 0.04);
+        let mut tracker = Tracker::new();
+        let mut next = |window: &Window, fit: &Fit| {
+            let expected = tracker.expected(window, Abscissa::Time);
+            tracker.keep(window, Abscissa::Time, fit);
+            expected.is_some()
+        };
+        let expected: [bool; 9] = core::array::from_fn(|_| next(&window, &fit));
+        let cycle = [false, true, true, true];
+        assert_eq!(expected[..4], cycle);
+        assert_eq!(expected[4..8], cycle);
+        // Neither in another slide, nor in a whole one.
+        let other = Window {
+            slide_first: 500,
+            ..window
+        };
+        assert!(!next(&other, &fit) && next(&other, &fit));
+        let whole = Window {
+            span: Span::Slide,
+            ..other
+        };
+        assert!(!next(&whole, &fit));
+        // A window that is not good leaves nothing to expect.
+        assert!(!next(&window, &fit));
+        fit.status = Status::Ambiguous;
+        assert!(next(&window, &fit) && !next(&window, &fit));
+        assert_eq!(tracker.expected(&window, Abscissa::Place), None);
+    }
+}

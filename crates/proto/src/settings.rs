@@ -46,22 +46,6 @@ table::settings! {
             because "the ADS1258 takes a reference of 0.5 V up to its supply";
     }
 
-    /// What a window may hold beside the tone. What is not declared is not modelled: fewer
-    /// instructions, and wrong answers where it is there after all (`docs/results/scene.md`).
-    scene: Declared "Scene" {
-        /// Whether levels may bend over a window, as under a skin that creeps; otherwise they have a
-        /// slope alone.
-        25 curved_baseline: bool = true, "", Any;
-        /// Whether noise may have any spectrum; otherwise it is white.
-        26 coloured_noise: bool = true, "", Any;
-        /// Whether what disturbs one channel may disturb others.
-        27 shared_noise: bool = true, "", Any;
-        /// Whether the speed changes as likely as not; otherwise it is most likely steady.
-        28 moving_speed: bool = false, "", Any;
-        /// Whether single values may be far off.
-        29 impulses: bool = true, "", Any;
-    }
-
     /// Where the sliding phase comes from. By the protocol of the stimulus (paper, equations 4 and
     /// 5) it starts `delay_s` after the contact spike and covers `length_mm` at `speed_mm_s`.
     slide: Slide "Slides" {
@@ -131,6 +115,22 @@ table::settings! {
         22 sigma_share: f32 = 0.0, "share", Between(0.0, 1.0);
         /// Tangential over normal force; 0 for that of the static image before the slide.
         23 force_ratio: f32 = 0.0, "", Between(0.0, 100.0);
+    }
+
+    /// What a window may hold beside the tone. What is not declared is not modelled: fewer
+    /// instructions, and wrong answers where it is there after all (`docs/results/trade.md`).
+    scene: Declared "Scene" {
+        /// Whether levels may bend over a window, as under a skin that creeps; otherwise they have a
+        /// slope alone.
+        25 curved_baseline: bool = true, "", Any;
+        /// Whether noise may have any spectrum; otherwise it is white.
+        26 coloured_noise: bool = true, "", Any;
+        /// Whether what disturbs one channel may disturb others.
+        27 shared_noise: bool = true, "", Any;
+        /// Whether the speed changes as likely as not; otherwise it is most likely steady.
+        28 moving_speed: bool = false, "", Any;
+        /// Whether single values may be far off.
+        29 impulses: bool = true, "", Any;
     }
 }
 
