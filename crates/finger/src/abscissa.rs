@@ -53,6 +53,12 @@ pub struct Tracker {
     windows: u8,
 }
 
+impl Default for Tracker {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl Tracker {
     /// No tone yet.
     pub const fn new() -> Self {

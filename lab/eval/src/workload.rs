@@ -156,7 +156,7 @@ pub enum Measured {
     /// One fit, from its frames to frequency and uncertainty.
     Fit {
         instructions: u32,
-        /// The same window, where its tone is expected; 0 where it was not good.
+        /// Instructions of the window where its tone is expected; 0 where it was not good.
         tracked: u32,
         stack_bytes: u32,
         outcome: Outcome,

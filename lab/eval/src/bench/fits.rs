@@ -48,7 +48,7 @@ pub struct Cell {
     pub good: u32,
     pub instructions_mean: f64,
     pub instructions_worst: u32,
-    /// Of windows whose tone is expected.
+    /// The costliest window whose tone is expected.
     pub tracked_worst: u32,
     /// The worst one in passes over 16 x 240 samples.
     pub passes_worst: f64,

@@ -84,7 +84,7 @@ pub fn fit(values: &[Values], harmonics: u8, inputs: u16) -> Result<Fit> {
     fit_scene(values, &Scene::with_harmonics(harmonics), inputs)
 }
 
-/// The same in any scene.
+/// Ridgetone's fit in any scene.
 pub fn fit_scene(values: &[Values], scene: &Scene, inputs: u16) -> Result<Fit> {
     let valid = vec![inputs; values.len()];
     let mut table = Table {

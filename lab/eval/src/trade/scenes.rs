@@ -107,7 +107,7 @@ pub struct Row {
     pub name: String,
     /// Instructions of the costliest window of each length on the chip, where they were counted.
     pub instructions: Vec<u32>,
-    /// The same in windows of 1 s whose tone is expected.
+    /// Instructions of the costliest window of 1 s whose tone is expected.
     pub tracked: Option<u32>,
     /// What is in the windows of the answers.
     pub cell: Option<String>,
