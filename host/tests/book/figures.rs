@@ -7,8 +7,8 @@ use serde_json::Value;
 use std::path::Path;
 
 /// Topics of `docs/results` with bars in their JSON.
-const TOPICS: [&str; 7] = [
-    "boards", "distance", "faults", "noise", "papers", "touch", "trade",
+const TOPICS: [&str; 8] = [
+    "boards", "distance", "faults", "noise", "papers", "scene", "touch", "trade",
 ];
 
 fn tables(topic: &str) -> Value {

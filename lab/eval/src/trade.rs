@@ -32,14 +32,12 @@ pub fn measure(windows: u32, chip: Option<&Report>) -> Result<Trade> {
         rows.iter_mut()
             .for_each(|row| row.instructions = grid::instructions(row, chip));
     }
-    let scenes = scenes::measure(chip.map_or(&[], |chip| &chip.scenes))?;
     let (chip, feels) = chip.map_or_else(Default::default, |chip| {
         (chip.bars.clone(), chip.feels.clone())
     });
     Ok(Trade {
         windows,
         rows,
-        scenes,
         feels,
         chip,
         plans: Vec::new(),
@@ -49,7 +47,6 @@ pub fn measure(windows: u32, chip: Option<&Report>) -> Result<Trade> {
 pub fn figures(trade: Trade) -> Figures<Trade> {
     let tables = Tables::from([
         ("windows".into(), windows(&trade)),
-        ("scenes".into(), scenes::table(&trade.scenes)),
         ("choices".into(), choices(&trade.rows)),
         ("methods".into(), methods(&trade)),
         ("plans".into(), plans::table(&trade.plans)),

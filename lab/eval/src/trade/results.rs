@@ -1,6 +1,6 @@
 //! The data of a trade, as `trade.json` has them.
 
-use super::{plans, scenes};
+use super::plans;
 use crate::accuracy::Accuracy;
 use crate::bench::emulated::CLOCK_HZ;
 use crate::bench::feels;
@@ -19,9 +19,6 @@ pub struct Trade {
     /// Windows of each line of Table 2 in a row.
     pub windows: u32,
     pub rows: Vec<Row>,
-    /// What each part of a scene costs and brings.
-    #[serde(default)]
-    pub scenes: Vec<scenes::Row>,
     /// What a finger feels in a window, by plan.
     pub feels: Vec<feels::Cell>,
     /// The bars of instructions and memory on the chip.

@@ -1,12 +1,15 @@
 //! What each part of a scene costs, and what goes wrong where it is left out and is there after all.
 
-use crate::bench::fits::Cell;
+use crate::bench::report::Report;
 use crate::noise::beside;
-use crate::page::{Table, percent};
+use crate::page::{self, Bar, Figures, Table, Tables, percent};
 use anyhow::Result;
 use ridgetone_proto::settings::Declared;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+use std::path::Path;
+
+pub const TOPIC: &str = "scene";
 
 /// Windows, seconds.
 pub const SCENES_S: [f64; 4] = [0.2, 0.4, 1.0, 3.9];
@@ -125,9 +128,16 @@ pub struct Answers {
     pub covered: u32,
 }
 
-/// Answers here, beside the instructions of the chip, which are there scene by scene or not at all.
-pub fn measure(chip: &[Cell]) -> Result<Vec<Row>> {
-    let mut on_chip = chip.chunks_exact(SCENES_S.len());
+/// The data of the page.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Scenes {
+    pub rows: Vec<Row>,
+    pub bars: Vec<Bar>,
+}
+
+/// Answers here, beside the instructions of the chip.
+pub fn measure(chip: &Report) -> Result<Scenes> {
+    let mut on_chip = chip.scenes.chunks_exact(SCENES_S.len());
     let row = |setup: &Setup| {
         let cells = on_chip.next().unwrap_or_default();
         let answers = |setup: &Setup, cell| {
@@ -155,11 +165,35 @@ pub fn measure(chip: &[Cell]) -> Result<Vec<Row>> {
             answers: both.transpose()?.unwrap_or_default(),
         })
     };
-    SCENES.iter().map(row).collect()
+    Ok(Scenes {
+        rows: SCENES.iter().map(row).collect::<Result<_>>()?,
+        bars: chip.fit_bars(),
+    })
+}
+
+/// The page's tables.
+pub fn figures(scenes: Scenes) -> Figures<Scenes> {
+    Figures {
+        tables: Tables::from([
+            ("scenes".into(), table(&scenes.rows)),
+            ("bars".into(), page::bars(&scenes.bars)),
+        ]),
+        detail: scenes,
+    }
+}
+
+/// Writes the figures and the page.
+pub fn write(scenes: Scenes, folder: &Path) -> Result<()> {
+    page::write(folder, TOPIC, &figures(scenes))
+}
+
+/// What was measured last in a folder; nothing where nothing was.
+pub fn load(folder: &Path) -> Result<Scenes> {
+    page::load(folder, TOPIC).map(|figures| figures.detail)
 }
 
 /// A row for each scene.
-pub fn table(rows: &[Row]) -> Table {
+fn table(rows: &[Row]) -> Table {
     let mut table = Table::new(
         "scene|0.2 s|0.4 s|1 s|3.9 s|1 s, after a good window|in windows with|good, %|good and wrong, %|\
          intervals that hold, %|default: good, %|good and wrong, %|intervals that hold, %",
