@@ -188,6 +188,7 @@ pub fn write(scenes: Scenes, folder: &Path) -> Result<()> {
 }
 
 /// What was measured last in a folder; nothing where nothing was.
+#[cfg(test)]
 pub fn load(folder: &Path) -> Result<Scenes> {
     page::load(folder, TOPIC).map(|figures| figures.detail)
 }
