@@ -161,14 +161,15 @@ pub fn movement(
     span: &FrameSpan,
 ) -> Movement {
     // The first degree is the mean frequency's.
-    let moves = 1..followed.degrees.phase;
-    let variances: [f32; DEGREES_MAX] = core::array::from_fn(|i| {
-        if moves.contains(&i) {
-            mean.scale * covariance[i][i]
-        } else {
-            0.0
-        }
-    });
+    let count = followed.degrees.phase.min(DEGREES_MAX);
+    let variance = |weights: &[f32; DEGREES_MAX]| {
+        let rows = covariance.iter().zip(weights).take(count).skip(1);
+        let form = rows.map(|(row, weight)| {
+            let products = row.iter().zip(weights).take(count).skip(1);
+            weight * products.map(|(x, w)| x * w).sum::<f32>()
+        });
+        (mean.scale * form.sum::<f32>()).max(0.0)
+    };
     let mut phase = followed.phase();
     phase[0] = 0.0;
     // The mean square of P'_k is k (k + 1) / 2 over -1 to 1, twice over.
@@ -178,14 +179,15 @@ pub fn movement(
         let slopes = slopes::<{ DEGREES_MAX + 1 }>((2 * i + 1) as f32 / PLACES as f32 - 1.0);
         let slope: f32 = slopes[1..].iter().zip(&phase).map(|(s, c)| s * c).sum();
         square += slope * slope / PLACES as f32;
-        let squares = slopes[1..].iter().zip(&variances).map(|(s, v)| s * s * v);
-        noise += squares.sum::<f32>() / PLACES as f32;
+        let of_degrees = core::array::from_fn(|i| slopes.get(i + 1).copied().unwrap_or_default());
+        noise += variance(&of_degrees) / PLACES as f32;
     }
     let unit = PI * mean.cycles;
     let wander = libm::sqrtf((square - noise).max(0.0)) / unit;
-    let even = |by_degree: &[f32; DEGREES_MAX]| by_degree.iter().skip(1).step_by(2).sum::<f32>();
-    let chirp = 3.0 * even(&phase) / PI;
-    let chirp_sigma = 3.0 * libm::sqrtf(even(&variances)) / PI;
+    // By even degrees, half of the change of the frequency over the window.
+    let even = core::array::from_fn(|i| if i % 2 == 1 { 1.0 } else { 0.0 });
+    let chirp = 3.0 * phase.iter().zip(&even).map(|(x, w)| x * w).sum::<f32>() / PI;
+    let chirp_sigma = 3.0 * libm::sqrtf(variance(&even)) / PI;
     let per_unit = span.frequency(1.0) * span.per_u();
     Movement {
         wander,

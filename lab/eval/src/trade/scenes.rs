@@ -87,7 +87,7 @@ pub const SCENES: [Setup; 8] = [
             moving_speed: true,
             ..Declared::DEFAULT
         },
-        cell: Some("wander of 2 %"),
+        cell: Some("wander of 0.5 %"),
         ..DEFAULT
     },
     Setup {
