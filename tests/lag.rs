@@ -8,12 +8,12 @@ use reference::{Noise, codes};
 use ridgetone::Window;
 use ridgetone::internals::by_phases;
 use ridgetone::internals::lag;
-use ridgetone::internals::{Fitted, fit};
+use ridgetone::internals::{Fitted, Tracker, fit};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::settings::{Array, FRAME_RATE_HZ};
 use ridgetone_proto::telemetry::{Direction, Travel, TravelStatus};
-use ridgetone_tone::{Fitter, Status, Table};
+use ridgetone_tone::{Status, Table};
 use std::f64::consts::TAU;
 
 /// Slots of a scan (datasheet SBAS297G, auto-scan: 16 inputs and the five internal readings).
@@ -77,7 +77,7 @@ impl Wave {
         })
     }
 
-    fn fitted(&self, fitter: &mut Fitter) -> Fitted {
+    fn fitted(&self, tracker: &mut Tracker) -> Fitted {
         let values = self.values();
         let mut table = Table {
             values: &values,
@@ -87,7 +87,7 @@ impl Wave {
             frame_rate_hz: FRAME_RATE_HZ,
             ..Window::new(Plan::PAPER, self.frames as u32)
         };
-        fit(fitter, &window, &mut table, &Settings::DEFAULT, None).expect("all frames are there")
+        fit(tracker, &window, &mut table, &Settings::DEFAULT, None).expect("all frames are there")
     }
 }
 
@@ -102,7 +102,7 @@ fn travel(fitted: &Fitted, array: &Array) -> Travel {
 
 #[test]
 fn uncertainties_are_the_spread_of_a_thousand_windows() {
-    let mut fitter = Box::new(Fitter::new());
+    let mut tracker = Box::new(Tracker::new());
     let short = Wave {
         frames: 97,
         speed_mm_s: 48.0,
@@ -147,7 +147,7 @@ fn uncertainties_are_the_spread_of_a_thousand_windows() {
         let (runs, mut covered, mut squares, mut others) = (1000, [0; 2], [0.0; 2], 0);
         for seed in 1..=runs {
             let wave = Wave { seed, ..wave };
-            let fitted = wave.fitted(&mut fitter);
+            let fitted = wave.fitted(&mut tracker);
             let travel = travel(&fitted, &ARRAY);
             // Tests for other tones have false alarms.
             if fitted.fit.status != Status::Good {
@@ -199,10 +199,10 @@ fn uncertainties_are_the_spread_of_a_thousand_windows() {
 /// A dead and a noisy channel cost no more than their own information.
 #[test]
 fn dead_and_noisy_channels_do_not_hurt() {
-    let mut fitter = Box::new(Fitter::new());
+    let mut tracker = Box::new(Tracker::new());
     let mut sigma = |damaged| {
         let wave = Wave { damaged, ..WAVE };
-        f64::from(travel(&wave.fitted(&mut fitter), &ARRAY).spatial_period_sigma_mm)
+        f64::from(travel(&wave.fitted(&mut tracker), &ARRAY).spatial_period_sigma_mm)
     };
     let (whole, damaged) = (sigma(false), sigma(true));
     // A pair's weight goes with the square of its strength: 1, 0.16, 0.81, 0.09, each on two units
@@ -220,7 +220,7 @@ fn dead_and_noisy_channels_do_not_hurt() {
 /// tone known but for offset and slope), times period^2 / (2 pi pitch).
 #[test]
 fn the_uncertainty_is_that_of_the_closed_form() {
-    let travel = travel(&WAVE.fitted(&mut Fitter::new()), &ARRAY);
+    let travel = travel(&WAVE.fitted(&mut Tracker::new()), &ARRAY);
     let strengths: f64 = [1.0, 0.16, 0.81, 0.09].iter().sum::<f64>() * 2.0;
     let variance = 2.0
         * (2.0 * WAVE.noise * WAVE.noise / (241.0 * WAVE.amplitude * WAVE.amplitude))
@@ -234,7 +234,7 @@ fn the_uncertainty_is_that_of_the_closed_form() {
 /// treating a scan as read at once is wrong by more than that, one way and the other.
 #[test]
 fn a_fast_grating_comes_out_wrong_without_the_skew_of_the_slots() {
-    let mut fitter = Box::new(Fitter::new());
+    let mut tracker = Box::new(Tracker::new());
     for backward in [false, true] {
         for period_mm in [2.6, 3.1, 3.6] {
             let wave = Wave {
@@ -244,7 +244,7 @@ fn a_fast_grating_comes_out_wrong_without_the_skew_of_the_slots() {
                 overtone: 0.0,
                 ..WAVE
             };
-            let fitted = wave.fitted(&mut fitter);
+            let fitted = wave.fitted(&mut tracker);
             let right = travel(&fitted, &ARRAY);
             let off = |travel: &Travel| f64::from(travel.spatial_period_mm) / period_mm - 1.0;
             assert_eq!(right.status, TravelStatus::Unique);
@@ -271,7 +271,7 @@ fn a_fast_grating_comes_out_wrong_without_the_skew_of_the_slots() {
 /// Without a column, without a tone in it, or with nothing alike in both, there is no lag.
 #[test]
 fn without_two_columns_there_is_nothing() {
-    let mut fitted = WAVE.fitted(&mut Fitter::new());
+    let mut fitted = WAVE.fitted(&mut Tracker::new());
     for front in [0, u16::MAX] {
         assert_eq!(
             travel(&fitted, &Array { front, ..ARRAY }).status,
@@ -307,7 +307,7 @@ fn without_two_columns_there_is_nothing() {
 /// Where channels disagree by more than their noise, the uncertainty is their scatter.
 #[test]
 fn channels_that_disagree_are_less_certain() {
-    let mut fitted = WAVE.fitted(&mut Fitter::new());
+    let mut fitted = WAVE.fitted(&mut Tracker::new());
     let sure = lag(&fitted, &ARRAY).expect("a lag").sigma;
     for taxel in [0, 2, 13] {
         fitted.fit.channels[taxel].phase_rad += 0.2;

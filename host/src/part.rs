@@ -4,8 +4,9 @@
 use crate::speed::Column;
 use crate::usage::UsageError;
 use anyhow::{Result, bail, ensure};
-use hal_mock::{PROGRESS_ROWS, RowReader, Timing, ValueAt, check_order};
-use ridgetone_proto::settings::TAXELS;
+use clap::ValueEnum;
+use hal_mock::{PROGRESS_ROWS, RowReader, Timing, ValueAt, check_order, escaped};
+use ridgetone_proto::settings::{Declared, TAXELS};
 use std::borrow::Cow;
 
 /// Which rows and columns to fit, and how.
@@ -25,6 +26,56 @@ pub struct Selection {
     pub interferer_hz: Option<f64>,
     /// Frequencies that the tone may have.
     pub band: Band,
+    /// What is in the rows beside the tone.
+    pub declared: Declared,
+}
+
+/// What a scene holds by default and may be left out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Without {
+    /// Levels have a slope alone.
+    CurvedBaseline,
+    /// Noise is white.
+    ColouredNoise,
+    /// What disturbs a channel disturbs no other.
+    SharedNoise,
+    /// No single value is far off.
+    Impulses,
+    /// All of these.
+    All,
+}
+
+impl Without {
+    /// By its name, whose words may be joined by `_` too.
+    pub fn named(name: &str) -> Result<Self, UsageError> {
+        Self::from_str(&name.replace('_', "-"), false).map_err(|_| {
+            let all = Self::value_variants().iter();
+            let names =
+                all.filter_map(|known| Some(known.to_possible_value()?.get_name().to_owned()));
+            let names = names.collect::<Vec<_>>().join(", ");
+            UsageError(format!(
+                "--without {}: must be one of {names}",
+                escaped(name)
+            ))
+        })
+    }
+
+    /// Takes it out of a scene.
+    pub fn leave_out(self, declared: &mut Declared) {
+        let place = match self {
+            Self::CurvedBaseline => &mut declared.curved_baseline,
+            Self::ColouredNoise => &mut declared.coloured_noise,
+            Self::SharedNoise => &mut declared.shared_noise,
+            Self::Impulses => &mut declared.impulses,
+            Self::All => {
+                let all = Self::value_variants().iter();
+                all.filter(|other| **other != Self::All)
+                    .for_each(|other| other.leave_out(declared));
+                return;
+            }
+        };
+        *place = false;
+    }
 }
 
 /// Bounds of a frequency, hertz.

@@ -8,9 +8,12 @@ use crate::surface::odometry::trajectory::Trajectory;
 use crate::window::Window;
 use core::f32::consts::PI;
 use delay_error::{DelayError, LOW_PASS_SIGMA_S};
-use ridgetone_proto::settings::{Settings, TAXELS};
-use ridgetone_proto::telemetry::Abscissa;
-use ridgetone_tone::{Fit, Fitter, FrameSource, FrameSpan, Overwritten, Scene};
+use ridgetone_proto::settings::{Declared, Settings, TAXELS};
+use ridgetone_proto::telemetry::{Abscissa, Span};
+use ridgetone_tone::{
+    Band, Baseline, Channels, Fit, Fitter, FrameSource, FrameSpan, Noise, Overwritten, Scene,
+    Speed, Status,
+};
 
 /// A fit, and the unit of its frequency.
 #[derive(Clone, Debug)]
@@ -30,6 +33,63 @@ pub struct Fitted {
     /// Frames at the window's end that were left out: the robot's messages of them were not there
     /// yet.
     pub unplaced: u32,
+}
+
+/// So many windows of a slide after a search for its tone, the tone is searched for anew.
+const SEARCH_EVERY: u8 = 4;
+
+/// The fitter, and the tone of the latest window: the next one of its slide is expected to have it.
+#[derive(Debug)]
+pub struct Tracker {
+    /// The fitter.
+    pub fitter: Fitter,
+    /// First frame of the slide.
+    slide_first: u32,
+    /// What the frequency is over.
+    abscissa: Abscissa,
+    /// Frequency in the fit's unit; 0 where no good one is known.
+    frequency: f32,
+    /// Windows since the latest search.
+    windows: u8,
+}
+
+impl Default for Tracker {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Tracker {
+    /// No tone yet.
+    pub const fn new() -> Self {
+        Self {
+            fitter: Fitter::new(),
+            slide_first: 0,
+            abscissa: Abscissa::Time,
+            frequency: 0.0,
+            windows: 0,
+        }
+    }
+
+    /// The frequency that a window is expected to have.
+    fn expected(&self, window: &Window, abscissa: Abscissa) -> Option<f32> {
+        let is_next = window.span == Span::Window
+            && window.slide_first == self.slide_first
+            && abscissa == self.abscissa;
+        (is_next && self.frequency > 0.0 && self.windows < SEARCH_EVERY).then_some(self.frequency)
+    }
+
+    /// Keeps the frequency of a window for the next one.
+    fn keep(&mut self, window: &Window, abscissa: Abscissa, fit: &Fit) {
+        let is_expected = self.expected(window, abscissa).is_some();
+        self.windows = if is_expected { self.windows + 1 } else { 1 };
+        (self.slide_first, self.abscissa) = (window.slide_first, abscissa);
+        self.frequency = if fit.status == Status::Good {
+            fit.frequency
+        } else {
+            0.0
+        };
+    }
 }
 
 impl Fitted {
@@ -54,13 +114,13 @@ impl Fitted {
 /// Fits a window by the places in `track` that its [`Mark`](crate::surface::odometry::Mark) names,
 /// or by time if there are none. Fails if frames or places were overwritten.
 pub fn fit(
-    fitter: &mut Fitter,
+    tracker: &mut Tracker,
     window: &Window,
     source: &mut dyn FrameSource,
     settings: &Settings,
     track: Option<&Track>,
 ) -> Result<Fitted, Overwritten> {
-    let scene = &Scene::with_harmonics(settings.harmonics);
+    let scene = &scene(&settings.scene, settings.harmonics);
     let scan = Scan::new(&window.plan);
     let Scan {
         channels,
@@ -100,23 +160,27 @@ pub fn fit(
         at += (inputs & 1) as f32;
         inputs >>= 1;
     }
+    let abscissa = if place_mm.is_some() {
+        Abscissa::Place
+    } else {
+        Abscissa::Time
+    };
+    if let Some(frequency) = tracker.expected(window, abscissa) {
+        span = span.expecting(frequency);
+    }
     // One place for the fit: a second one would lie on the stack beside it.
     let mut fit = match &place_mm {
-        None => fitter.fit(&mut span, scene),
+        None => tracker.fitter.fit(&mut span, scene),
         Some(place_mm) => match span.along(place_mm) {
-            Some(span) => fitter.fit(&mut span.with_lateness(&late), scene),
+            Some(span) => tracker.fitter.fit(&mut span.with_lateness(&late), scene),
             None => Ok(Fit::at_rest(window.frames)),
         },
     };
     let fit = fit.as_mut().map_err(|overwritten| *overwritten)?;
-    let (mut abscissa, mut per_unit, mut per_slot, mut slot) = (
-        Abscissa::Time,
-        window.frame_rate_hz,
-        1.0 / slots as f32,
-        0.0,
-    );
+    tracker.keep(window, abscissa, fit);
+    let (mut per_unit, mut per_slot, mut slot) = (window.frame_rate_hz, 1.0 / slots as f32, 0.0);
     if let Some(place_mm) = &place_mm {
-        (abscissa, per_unit, slot) = (Abscissa::Place, 1.0, middle_slot);
+        (per_unit, slot) = (1.0, middle_slot);
         per_slot = (place_mm(last) - place_mm(0)) / (last.max(1) * slots) as f32;
         let late = DelayError::new(
             place_mm,
@@ -149,8 +213,76 @@ pub fn fit(
     })
 }
 
+/// The scene of what is declared, with at most so many harmonics, the fundamental included.
+pub fn scene(declared: &Declared, harmonics: u8) -> Scene {
+    Scene {
+        harmonics,
+        baseline: if declared.curved_baseline {
+            Baseline::Curved
+        } else {
+            Baseline::Slope
+        },
+        noise: if declared.coloured_noise {
+            Noise::Any
+        } else {
+            Noise::White
+        },
+        channels: if declared.shared_noise {
+            Channels::MayShare
+        } else {
+            Channels::Independent
+        },
+        speed: if declared.moving_speed {
+            Speed::MayMove
+        } else {
+            Speed::Steady
+        },
+        impulses: declared.impulses,
+        band: Band::default(),
+    }
+}
+
 /// Frames that a time takes, rounded up.
 fn frames_in(time_us: u32, frame_us: f32) -> u32 {
     let frames = (time_us as f32 / frame_us) as u32;
     if time_us > 0 { frames + 1 } else { 0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ridgetone_proto::plan::Plan;
+
+    #[test]
+    fn a_good_tone_is_expected_in_three_windows_of_its_slide_and_then_searched_for() {
+        let window = Window::new(Plan::PAPER, 241);
+        let mut fit = Fit::at_rest(241);
+        (fit.status, fit.frequency) = (Status::Good, 0.04);
+        let mut tracker = Tracker::new();
+        let mut next = |window: &Window, fit: &Fit| {
+            let expected = tracker.expected(window, Abscissa::Time);
+            tracker.keep(window, Abscissa::Time, fit);
+            expected.is_some()
+        };
+        let expected: [bool; 9] = core::array::from_fn(|_| next(&window, &fit));
+        let cycle = [false, true, true, true];
+        assert_eq!(expected[..4], cycle);
+        assert_eq!(expected[4..8], cycle);
+        // Neither in another slide, nor in a whole one.
+        let other = Window {
+            slide_first: 500,
+            ..window
+        };
+        assert!(!next(&other, &fit) && next(&other, &fit));
+        let whole = Window {
+            span: Span::Slide,
+            ..other
+        };
+        assert!(!next(&whole, &fit));
+        // A window that is not good leaves nothing to expect.
+        assert!(!next(&window, &fit));
+        fit.status = Status::Ambiguous;
+        assert!(next(&window, &fit) && !next(&window, &fit));
+        assert_eq!(tracker.expected(&window, Abscissa::Place), None);
+    }
 }

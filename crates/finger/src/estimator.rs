@@ -1,6 +1,6 @@
 //! The estimator: one window in, one estimate out.
 
-use crate::abscissa::{self, Fitted};
+use crate::abscissa::{self, Fitted, Tracker};
 use crate::faults::qualify::doubt;
 use crate::feeling::feel;
 use crate::ring::reached;
@@ -18,7 +18,7 @@ use ridgetone_proto::telemetry::{
     Abscissa, Channel, Direction, Estimate, Feel, Movement, OtherTone, Overtones, Span, Status,
     Texture, Travel, TravelStatus,
 };
-use ridgetone_tone::{Fit, Fitter, FrameSource, OVERTONES, Overwritten, Values};
+use ridgetone_tone::{Fit, FrameSource, OVERTONES, Overwritten, Values};
 
 /// A gap of this share of a window, or longer, may mislead the search for its tone. The spectrum of
 /// two pieces with a gap between them has side lines nearly as strong as the tone's. From 94,000
@@ -43,7 +43,7 @@ pub enum WindowFit {
 #[derive(Debug)]
 pub struct Estimator {
     settings: Settings,
-    fitter: Fitter,
+    tracker: Tracker,
     /// Frame behind the latest estimate that was accurate enough.
     reported_end: u32,
     /// Overtones of the latest fit, over its fundamental.
@@ -57,7 +57,7 @@ impl Estimator {
     pub const fn new(settings: Settings) -> Self {
         Self {
             settings,
-            fitter: Fitter::new(),
+            tracker: Tracker::new(),
             reported_end: 0,
             overtones: [[0.0; 2]; OVERTONES],
             textures: TextureReporter::new(),
@@ -122,7 +122,12 @@ impl Estimator {
         if !self.settings.feel.is_on() || window.span == Span::Slide {
             return Ok(None);
         }
-        feel(window, source, self.fitter.scratch(), &self.settings)
+        feel(
+            window,
+            source,
+            self.tracker.fitter.scratch(),
+            &self.settings,
+        )
     }
 
     /// What is under the finger by the estimate of the latest [`Self::run`], if it is to be
@@ -137,7 +142,7 @@ impl Estimator {
         source: &mut dyn FrameSource,
         track: Option<&Track>,
     ) -> Result<WindowFit, Overwritten> {
-        let fitted = abscissa::fit(&mut self.fitter, window, source, &self.settings, track);
+        let fitted = abscissa::fit(&mut self.tracker, window, source, &self.settings, track);
         // By reference: a copy would lie on the stack beside it.
         let fitted = fitted.as_ref().map_err(|overwritten| *overwritten)?;
         let least = window.frames / GAP_SHARE;

@@ -95,6 +95,7 @@ pub mod tasks;
 mod touch;
 mod window;
 
+pub use abscissa::scene;
 pub use acquire::Acquisition;
 pub use detector::{Detector, Outputs};
 pub use estimator::{Estimator, WindowFit, movement, other_tone, reported_status};
@@ -110,7 +111,7 @@ pub use window::Window;
 #[cfg(feature = "internals")]
 #[doc(hidden)]
 pub mod internals {
-    pub use crate::abscissa::{Fitted, fit};
+    pub use crate::abscissa::{Fitted, Tracker, fit};
     pub use crate::assembler::Assembler;
     pub use crate::feeling::{MEMORY as FEEL_MEMORY, feel, image_ratio};
     pub use crate::schedule::{TRIM_FRAMES, window_frames_max};

@@ -5,7 +5,7 @@ use crate::plan::Gives;
 use crate::settings::{Settings, SettingsError};
 use serde::{Deserialize, Serialize};
 
-/// Most bytes of a request on the wire. The longest ones are settings, of 105 bytes at most: the rest
+/// Most bytes of a request on the wire. The longest ones are settings, of 110 bytes at most: the rest
 /// is room for more of them.
 pub const REQUEST_WIRE_MAX: usize = 136;
 

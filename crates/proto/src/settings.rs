@@ -116,6 +116,22 @@ table::settings! {
         /// Tangential over normal force; 0 for that of the static image before the slide.
         23 force_ratio: f32 = 0.0, "", Between(0.0, 100.0);
     }
+
+    /// What a window may hold beside the tone. What is not declared is not modelled: fewer
+    /// instructions, and wrong answers where it is there after all (`docs/results/scene.md`).
+    scene: Declared "Scene" {
+        /// Whether levels may bend over a window, as under a skin that creeps; otherwise they have a
+        /// slope alone.
+        25 curved_baseline: bool = true, "", Any;
+        /// Whether noise may have any spectrum; otherwise it is white.
+        26 coloured_noise: bool = true, "", Any;
+        /// Whether what disturbs one channel may disturb others.
+        27 shared_noise: bool = true, "", Any;
+        /// Whether the speed changes as likely as not; otherwise it is most likely steady.
+        28 moving_speed: bool = false, "", Any;
+        /// Whether single values may be far off.
+        29 impulses: bool = true, "", Any;
+    }
 }
 
 /// Standard deviation of the edge phase of an array that was never calibrated, radians: on the
@@ -198,6 +214,12 @@ impl Field for SlideRule {
             Value::Word("always") => Some(Self::Always),
             _ => None,
         }
+    }
+}
+
+impl Default for Declared {
+    fn default() -> Self {
+        Self::DEFAULT
     }
 }
 

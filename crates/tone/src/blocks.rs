@@ -13,6 +13,7 @@ use crate::residual::Model;
 use crate::rows::add_rows;
 use crate::solve::Shape;
 use crate::source::Values;
+use crate::statistics::Products;
 use crate::totals::{Totals, of_lines};
 use core::f32::consts::{FRAC_1_PI, PI};
 
@@ -92,16 +93,18 @@ impl Blocks {
     }
 
     /// Divides a window for passes of up to so many lines, and passes over it for what baselines
-    /// have.
+    /// have and for the products of the channels.
     #[inline(never)]
-    pub fn start(&mut self, data: &mut Data, lines: usize) {
+    pub fn start(&mut self, data: &mut Data, lines: usize, may_share: bool) -> Products {
         self.divide(data.count(), BLOCKS_MAX.min(BLOCK_LINES / lines.max(1)));
         self.groups = data.width().div_ceil(4);
         self.levels = [[0.0; CHANNELS_MAX]; DEGREE_MAX + 1];
         self.gram = [[0.0; DEGREE_MAX + 1]; DEGREE_MAX + 1];
         let (mut b, mut sums) = (0, [[0.0; CHANNELS_MAX]; 2]);
         let mut moments = [0.0; 3];
+        let (mut products, width) = (data.products(may_share), data.width());
         data.visit(|frame| {
+            products.add(&frame.values, width);
             if !self.is_in(b, frame.u) {
                 self.add_levels(b, &sums, &moments);
                 (sums, moments) = ([[0.0; CHANNELS_MAX]; 2], [0.0; 3]);
@@ -117,6 +120,7 @@ impl Blocks {
             }
         });
         self.add_levels(b, &sums, &moments);
+        products.finish()
     }
 
     /// Adds what baselines have of a block.
@@ -300,24 +304,41 @@ impl Blocks {
 
     /// Products of the lines of a shape with the channels, into rows.
     pub fn products(&self, shape: &Shape, rows: &mut [Values]) {
-        for (sums, line) in rows
-            .as_chunks_mut::<2>()
-            .0
-            .iter_mut()
-            .zip(shape.lines.iter())
-        {
-            *sums = [[0.0; CHANNELS_MAX]; 2];
-            for b in 0..self.count() {
-                for (sums, row) in sums.iter_mut().zip(self.line(b, line)) {
-                    let pairs = sums.as_chunks_mut::<4>().0.iter_mut();
-                    for (sums, row) in pairs.zip(row.as_chunks::<4>().0).take(self.groups) {
-                        for k in 0..4 {
-                            sums[k] += row[k];
-                        }
+        let pairs = rows.as_chunks_mut::<2>().0.iter_mut();
+        for (pair, line) in pairs.zip(shape.lines.iter()) {
+            for (i, sums) in pair.iter_mut().enumerate() {
+                *sums = [0.0; CHANNELS_MAX];
+                let groups = sums.as_chunks_mut::<4>().0.iter_mut().enumerate();
+                // A group's sums stay in registers.
+                for (g, sums) in groups.take(self.groups) {
+                    let [mut a, mut b, mut c, mut d] = [0.0; 4];
+                    for pair in self.pairs(line) {
+                        let row = pair.get(i).and_then(|row| row.as_chunks::<4>().0.get(g));
+                        let Some(values) = row else { break };
+                        a += values[0];
+                        b += values[1];
+                        c += values[2];
+                        d += values[3];
                     }
+                    *sums = [a, b, c, d];
                 }
             }
         }
+    }
+
+    /// Products of a line's cosine and sine with the channels, block by block.
+    pub fn pairs(&self, line: usize) -> impl Iterator<Item = &[Values; 2]> {
+        let pairs = self.rows.as_chunks::<2>().0.iter();
+        let each = self.lines.count().max(1);
+        pairs
+            .skip(self.lines.place(line))
+            .step_by(each)
+            .take(self.count())
+    }
+
+    /// How many groups of four channels are used.
+    pub fn groups(&self) -> usize {
+        self.groups
     }
 
     /// Turns the unit line to another course.

@@ -25,8 +25,8 @@ pub struct Comb {
     pub course: Course,
     /// Its lines, and the baseline.
     pub shape: Shape,
-    /// Cycles a window of the unit that was tried, after its refinement.
-    pub tried: f32,
+    /// Phase of the unit that was tried, after its refinement.
+    pub unit: Course,
     /// Those of the lines that were tried that are there.
     pub kept: Lines,
     /// The likeliest comb of another frequency.
@@ -71,7 +71,11 @@ impl Refinement<'_> {
         };
         self.refine(blocks, course, steps, work);
         work.solution.project(blocks, all);
-        self.weigh_by_neighbours(blocks, work, course.cycles);
+        if self.is_white {
+            self.weigh(work, self.frames);
+        } else {
+            self.weigh_by_neighbours(blocks, work, course.cycles);
+        }
         work.solution.solve();
         let kept = Shape {
             lines: self.lines_there(work, course.cycles),
@@ -91,7 +95,7 @@ impl Refinement<'_> {
                 lines: kept.lines.over(divisor),
                 degree,
             },
-            tried: course.cycles,
+            unit: *course,
             kept: kept.lines,
             rival: Rival::NONE,
         }
@@ -130,7 +134,7 @@ impl Refinement<'_> {
     }
 
     /// The likeliest of the combs at `course` with baselines of some degrees, whose fundamental is in
-    /// the band. The weights of the best so far are kept.
+    /// the band; the blocks are turned to its unit. The weights of the best so far are kept.
     pub fn best(
         &self,
         blocks: &mut Blocks,
@@ -164,6 +168,9 @@ impl Refinement<'_> {
                 }
                 best = Some(comb);
             }
+        }
+        if let Some(best) = &best {
+            blocks.turn(&at, &best.unit);
         }
         best
     }
@@ -200,7 +207,7 @@ impl Refinement<'_> {
         let (neighbours, memory) = (&mut work.neighbours, &mut work.memory);
         neighbours.collect(blocks, work.solution.beside(), place, memory);
         if neighbours.count() < NEIGHBOURS_MIN {
-            self.weigh(work);
+            self.weigh(work, self.frames);
             return;
         }
         let count = neighbours.count() as f32;

@@ -50,6 +50,8 @@ pub struct Mean {
     pub sigma: f32,
     /// How the phase moves.
     pub phase: MeanPhase,
+    /// What the covariance of the movement is to be multiplied by.
+    pub scale: f32,
 }
 
 /// Mean frequency and its uncertainty.
@@ -70,6 +72,7 @@ pub fn mean(tested: &Tested, work: &Work, blocks: &Blocks, scene: &Scene) -> Mea
         cycles: followed.course.cycles + phase.mean / PI,
         sigma: libm::sqrtf(phase.variance) / PI,
         phase,
+        scale: scale.factor,
     }
 }
 
@@ -119,10 +122,14 @@ impl Scale {
             weights += weight;
             weighted += weight * member.power;
         }
-        let local = power
-            / seen.max(f32::MIN_POSITIVE)
-            / (weighted / weights.max(f32::MIN_POSITIVE)).max(f32::MIN_POSITIVE);
-        let equal = seen * seen / squares.max(f32::MIN_POSITIVE);
+        // White noise has no place of its own.
+        let (mut local, mut equal) = (1.0, followed.count);
+        if neighbours.count() > 0 {
+            local = power
+                / seen.max(f32::MIN_POSITIVE)
+                / (weighted / weights.max(f32::MIN_POSITIVE)).max(f32::MIN_POSITIVE);
+            equal = seen * seen / squares.max(f32::MIN_POSITIVE);
+        }
         let freedom = (followed.noise.channels * equal).min(followed.freedom());
         let few = 1.0 + FEW_SAMPLES / freedom;
         let correlated = 1.0 - followed.noise.shrinkage;
@@ -134,7 +141,7 @@ impl Scale {
             each += power.squares;
         }
         let rank = followed.count * all / each.max(f32::MIN_POSITIVE);
-        let left = (rank - followed.degrees.count() as f32).max(0.25 * rank);
+        let left = (rank - followed.unknowns() as f32).max(0.25 * rank);
         Self {
             factor: local
                 * few
@@ -154,14 +161,15 @@ pub fn movement(
     span: &FrameSpan,
 ) -> Movement {
     // The first degree is the mean frequency's.
-    let moves = 1..followed.degrees.phase;
-    let variances: [f32; DEGREES_MAX] = core::array::from_fn(|i| {
-        if moves.contains(&i) {
-            covariance[i][i]
-        } else {
-            0.0
-        }
-    });
+    let count = followed.degrees.phase.min(DEGREES_MAX);
+    let variance = |weights: &[f32; DEGREES_MAX]| {
+        let rows = covariance.iter().zip(weights).take(count).skip(1);
+        let form = rows.map(|(row, weight)| {
+            let products = row.iter().zip(weights).take(count).skip(1);
+            weight * products.map(|(x, w)| x * w).sum::<f32>()
+        });
+        (mean.scale * form.sum::<f32>()).max(0.0)
+    };
     let mut phase = followed.phase();
     phase[0] = 0.0;
     // The mean square of P'_k is k (k + 1) / 2 over -1 to 1, twice over.
@@ -171,14 +179,15 @@ pub fn movement(
         let slopes = slopes::<{ DEGREES_MAX + 1 }>((2 * i + 1) as f32 / PLACES as f32 - 1.0);
         let slope: f32 = slopes[1..].iter().zip(&phase).map(|(s, c)| s * c).sum();
         square += slope * slope / PLACES as f32;
-        let squares = slopes[1..].iter().zip(&variances).map(|(s, v)| s * s * v);
-        noise += squares.sum::<f32>() / PLACES as f32;
+        let of_degrees = core::array::from_fn(|i| slopes.get(i + 1).copied().unwrap_or_default());
+        noise += variance(&of_degrees) / PLACES as f32;
     }
     let unit = PI * mean.cycles;
     let wander = libm::sqrtf((square - noise).max(0.0)) / unit;
-    let even = |by_degree: &[f32; DEGREES_MAX]| by_degree.iter().skip(1).step_by(2).sum::<f32>();
-    let chirp = 3.0 * even(&phase) / PI;
-    let chirp_sigma = 3.0 * libm::sqrtf(even(&variances)) / PI;
+    // By even degrees, half of the change of the frequency over the window.
+    let even = core::array::from_fn(|i| if i % 2 == 1 { 1.0 } else { 0.0 });
+    let chirp = 3.0 * phase.iter().zip(&even).map(|(x, w)| x * w).sum::<f32>() / PI;
+    let chirp_sigma = 3.0 * libm::sqrtf(variance(&even)) / PI;
     let per_unit = span.frequency(1.0) * span.per_u();
     Movement {
         wander,

@@ -12,7 +12,7 @@ use crate::late::Late;
 use crate::legendre::legendre;
 use crate::limits::FRAMES_MIN;
 use crate::lines::Lines;
-use crate::movement::Followed;
+use crate::movement::{Followed, TWIST_MAX};
 use crate::phase_course::Course;
 use crate::refine::{Refinement, Steps};
 use crate::scene::Scene;
@@ -113,24 +113,46 @@ impl Data<'_, '_> {
             Hum::take_out(self, memory.blocks, memory.work, given);
         }
         fit.interferer = self.hum.map(|hum| hum.cycles_per_frame);
+        if let Some(expected) = self.span.expected {
+            let cycles = expected / self.span.frequency(1.0);
+            self.look(memory, scene, fit, Some(cycles));
+            if fit.status == Status::Good {
+                return;
+            }
+            self.impulses.clear();
+            self.late = None;
+            let interferer = fit.interferer;
+            *fit = Fit::without_tone(Status::NoTone, fit.frames);
+            fit.interferer = interferer;
+        }
+        self.look(memory, scene, fit, None);
+    }
+
+    /// Looks for a tone near an expected number of cycles a window alone, or anywhere.
+    #[inline(never)]
+    fn look(&mut self, memory: &mut Memory, scene: &Scene, fit: &mut Fit, expected: Option<f32>) {
+        let (mut known, is_expected) = (expected, expected.is_some());
         for attempt in 1..=ATTEMPTS {
-            let all = self.products(scene.may_share());
+            let all = self.start(memory, scene);
             let mut window = Window {
                 data: self,
                 scene,
                 all: &all,
+                is_expected,
             };
-            let Some(comb) = window.best(memory) else {
+            let Some(comb) = window.best(memory, known) else {
                 fit.status = Status::NoTone;
                 return;
             };
             if attempt == 1 && self.span.late.is_some() && self.has_late(memory, scene, &comb) {
+                known = Some(comb.course.cycles);
                 continue;
             }
             let mut window = Window {
                 data: self,
                 scene,
                 all: &all,
+                is_expected,
             };
             if !scene.impulses || attempt == ATTEMPTS || !window.has_impulses(memory, &comb) {
                 window.conclude(memory, &comb, fit);
@@ -140,6 +162,12 @@ impl Data<'_, '_> {
         }
     }
 
+    /// The products of the channels, and the blocks' of the baselines.
+    fn start(&mut self, memory: &mut Memory, scene: &Scene) -> Products {
+        let lines = usize::from(scene.harmonics());
+        memory.blocks.start(self, lines, scene.may_share())
+    }
+
     /// Takes the lateness of channels out of the frames, by a comb; false if it is less than the
     /// noise.
     #[inline(never)]
@@ -147,11 +175,12 @@ impl Data<'_, '_> {
         let mut course = comb.course;
         memory.work.restore_weights();
         for number in 0..LATE_FITS {
-            let all = self.products(scene.may_share());
+            let all = self.start(memory, scene);
             let mut window = Window {
                 data: self,
                 scene,
                 all: &all,
+                is_expected: false,
             };
             if number > 0 {
                 window.collect(memory.blocks, &course, comb.shape.lines);
@@ -181,19 +210,51 @@ struct Window<'w, 'd, 's> {
     data: &'w mut Data<'d, 's>,
     scene: &'w Scene,
     all: &'w Products,
+    /// Whether the tone is looked for where it is expected alone.
+    is_expected: bool,
 }
 
 impl<'w> Window<'w, '_, '_> {
-    /// The likeliest comb of those at the peaks, and at half and at a third of each; the blocks are at
-    /// it.
+    /// The likeliest comb near a known frequency, or anywhere; the blocks are at it.
     #[inline(never)]
-    fn best(&mut self, memory: &mut Memory) -> Option<Comb> {
+    fn best(&mut self, memory: &mut Memory, known: Option<f32>) -> Option<Comb> {
+        memory.work.score_of_best = f32::NEG_INFINITY;
+        let near = known.and_then(|cycles| Some((self.near(memory, cycles)?, cycles)));
+        let (mut best, collected) = match near {
+            Some((comb, cycles)) => (comb, Some(Course::steady(cycles))),
+            None if self.is_expected => return None,
+            None => (self.search(memory)?, None),
+        };
+        self.settle(memory, &mut best, collected);
+        Some(best)
+    }
+
+    /// The comb near a frequency, at whose unit the blocks are. None if it is elsewhere, or not one of
+    /// that frequency.
+    fn near(&mut self, memory: &mut Memory, cycles: f32) -> Option<Comb> {
         let Memory { blocks, work } = memory;
-        let (refinement, scene) = (self.refinement(), self.scene);
+        let refinement = self.refinement();
+        let course = Course::steady(cycles);
+        self.collect(blocks, &course, refinement.lines(cycles));
+        let (degrees, count) = self.degrees(cycles);
+        let comb = refinement.best(blocks, work, course, degrees.get(..count)?)?;
+        let is_near = f32::abs(comb.course.cycles - cycles) < CYCLES_LEAST;
+        is_near.then_some(comb)
+    }
+
+    /// Degrees of the baseline that are tried beside a candidate, and how many.
+    fn degrees(&self, cycles: f32) -> ([usize; 2], usize) {
+        let most = self.scene.degree_max();
+        let is_curved = cycles < CYCLES_CURVED && most > 1;
+        ([1, most], 1 + usize::from(is_curved))
+    }
+
+    /// The likeliest comb of those at the peaks, and at half and at a third of each.
+    #[inline(never)]
+    fn search(&mut self, memory: &mut Memory) -> Option<Comb> {
+        let Memory { blocks, work } = memory;
+        let refinement = self.refinement();
         let mut peaks = self.candidates(blocks, work);
-        blocks.start(self.data, refinement.harmonics);
-        work.score_of_best = f32::NEG_INFINITY;
-        let most = scene.degree_max();
         let mut tried = [0.0f32; PEAKS * DIVISORS];
         let mut rivals = [Rival::NONE; PEAKS * DIVISORS];
         let (mut best, mut count, mut first) = (None::<Comb>, 0, Lines::NONE);
@@ -214,12 +275,13 @@ impl<'w> Window<'w, '_, '_> {
                 }
                 let course = Course::steady(cycles);
                 self.collect(blocks, &course, refinement.lines(cycles));
-                let degrees = [1, most];
-                let curved = usize::from(cycles < CYCLES_CURVED && most > 1);
+                let (degrees, degrees_count) = self.degrees(cycles);
+                let degrees = degrees.get(..degrees_count).unwrap_or_default();
+                let most = degrees.last().copied().unwrap_or(1);
                 // A part of a peak's frequency needs a line beside the peak's own.
                 let least = if divisor > 1 { 2 } else { 1 };
                 if let Some(best) = &best
-                    && refinement.bound(blocks, work, degrees[curved], least) < best.score
+                    && refinement.bound(blocks, work, most, least) < best.score
                 {
                     continue;
                 }
@@ -229,13 +291,12 @@ impl<'w> Window<'w, '_, '_> {
                 };
                 *place = cycles;
                 count += 1;
-                let degrees = &degrees[..=curved];
                 let Some(comb) = refinement.best(blocks, work, course, degrees) else {
                     continue;
                 };
                 if divisor == 1 {
-                    *peak = comb.tried;
-                    *place = comb.tried;
+                    *peak = comb.unit.cycles;
+                    *place = comb.unit.cycles;
                     if i == 0 {
                         first = comb.kept;
                     }
@@ -262,31 +323,47 @@ impl<'w> Window<'w, '_, '_> {
             }
         });
         best.rival.score -= best.score;
-        let lines = refinement.lines(best.course.cycles);
-        self.collect(blocks, &best.course, lines.and(best.shape.lines));
-        // Blocks that were turned gave the scores so far; these are exact. Each degree is compared at
-        // its own frequency: beside it a curved baseline explains part of what a step would.
-        let (mut at, course) = (best.course, best.course);
+        Some(best)
+    }
+
+    /// Fits a comb with each degree of the baseline, by blocks that are at it: they were `collected`
+    /// near it, or are collected anew.
+    #[inline(never)]
+    fn settle(&mut self, memory: &mut Memory, best: &mut Comb, collected: Option<Course>) {
+        let Memory { blocks, work } = memory;
+        let refinement = self.refinement();
+        let cycles = best.course.cycles;
+        let lines = refinement.lines(cycles).and(best.shape.lines);
+        let twist = collected.map(|from| blocks.twist(&from, &best.course) * lines.most() as f32);
+        if twist.is_none_or(|twist| twist > TWIST_MAX) || blocks.lines() != lines {
+            self.collect(blocks, &best.course, lines);
+        }
+        // Blocks that were turned gave the scores so far; these are exact. The least and the highest
+        // degree were compared each at its own frequency; those between are at that of the better one.
+        let (mut at, degree) = (best.course, best.shape.degree);
         best.score = f32::NEG_INFINITY;
         work.restore_weights();
-        for degree in 1..=most {
+        let others = (1..=self.scene.degree_max()).filter(|other| *other != degree);
+        for other in core::iter::once(degree).chain(others) {
             let mut steps = Steps::of_comb(best.shape);
-            steps.shape.degree = degree;
-            blocks.turn(&at, &course);
-            at = course;
-            work.solution.project(blocks, steps.shape);
-            if cycles >= CYCLES_CURVED && refinement.score(&work.solution) <= best.score {
-                continue;
+            steps.shape.degree = other;
+            if other != degree {
+                work.solution.project(blocks, steps.shape);
+                if refinement.score(&work.solution) <= best.score {
+                    continue;
+                }
             }
+            let from = at;
             refinement.refine(blocks, &mut at, steps, work);
             work.solution.project(blocks, steps.shape);
             let score = refinement.score(&work.solution);
             if score > best.score {
                 (best.score, best.shape, best.course) = (score, steps.shape, at);
+            } else {
+                blocks.turn(&at, &from);
+                at = from;
             }
         }
-        blocks.turn(&at, &best.course);
-        Some(best)
     }
 
     /// Replaces what a comb leaves of single values; whether there are some.
@@ -402,8 +479,12 @@ impl<'w> Window<'w, '_, '_> {
     #[inline(never)]
     fn beside(&mut self, memory: &mut Memory, tested: &Tested) -> (f32, Other) {
         let Memory { blocks, work } = memory;
-        tested.followed.take_out_motion(blocks, &mut work.solution);
-        let (model, mut between) = (tested.model(&work.solution), 0.0);
+        let mut between = 0.0;
+        if tested.followed.moves {
+            tested.followed.take_out_motion(blocks, &mut work.solution);
+        } else {
+            work.solution.project(blocks, tested.shape);
+        }
         if self.scene.harmonics() > 1 {
             let mut noise = Noise {
                 neighbours: &mut work.neighbours,
@@ -411,7 +492,15 @@ impl<'w> Window<'w, '_, '_> {
                 weights: &work.weights,
                 all: self.all,
             };
-            between = tested.between(self.data, &model, blocks, &mut noise);
+            between = tested.between(self.data, &work.solution, blocks, &mut noise);
+        }
+        if !tested.followed.moves {
+            work.solution.solve();
+        }
+        let model = tested.model(&work.solution);
+        // Where the tone was expected, the search before has looked at all other frequencies.
+        if self.is_expected {
+            return (between, Other::default());
         }
         let sums = Sums {
             memory: work.memory.as_flattened_mut(),
@@ -444,6 +533,7 @@ impl<'w> Window<'w, '_, '_> {
             frames: self.all.count,
             harmonics: usize::from(self.scene.harmonics()),
             may_share: self.scene.may_share(),
+            is_white: self.scene.is_white(),
             reach: self.data.reach(),
             band: self.scene.band.over(self.data.span.frequency(1.0)),
         }

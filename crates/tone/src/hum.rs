@@ -59,14 +59,13 @@ impl Hum {
         let turns = given - libm::floorf(given);
         let cycles = count * turns.min(1.0 - turns);
         let off = (OFF * given * count).max(OFF_CYCLES);
-        let all = data.products(true);
+        let all = blocks.start(data, 1, true);
         // Frequencies that the transform does not reach are where it folds them to.
         let most = data.cycles_max() / data.frames_each() as f32;
         let centre = 2.0 * most * libm::roundf(0.5 * cycles / most);
         let folded = (cycles - centre).abs();
         let band = (folded - off).max(1.0)..(folded + off).min(most - 0.5);
         let found = strongest(data, work.sums(), blocks.scratch(), &all, band)?;
-        blocks.start(data, 1);
         let mut course = Course::steady(centre + found.copysign(cycles - centre));
         let lines = Lines::up_to(1);
         let shape = Shape { lines, degree: 1 };
@@ -76,6 +75,7 @@ impl Hum {
             frames: all.count,
             harmonics: 1,
             may_share: true,
+            is_white: false,
             reach: data.reach(),
             band: Band::default(),
         };

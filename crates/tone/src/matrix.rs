@@ -81,14 +81,19 @@ impl<'a, const N: usize> Factor<'a, N> {
             let Some((before, [own, ..])) = x.split_at_mut_checked(i) else {
                 return;
             };
-            for (factor, row) in factors.iter().zip(before.iter()) {
-                for (value, other) in own.iter_mut().zip(row) {
-                    *value -= factor * other;
-                }
-            }
             let pivot = factors[i];
             let inverse = if pivot > 0.0 { 1.0 / pivot } else { 0.0 };
-            own.iter_mut().for_each(|value| *value *= inverse);
+            for (g, own) in own.as_chunks_mut::<4>().0.iter_mut().enumerate() {
+                let [mut a, mut b, mut c, mut d] = *own;
+                for (factor, row) in factors.iter().zip(before.iter()) {
+                    let row = &row.as_chunks::<4>().0[g];
+                    a -= factor * row[0];
+                    b -= factor * row[1];
+                    c -= factor * row[2];
+                    d -= factor * row[3];
+                }
+                *own = [inverse * a, inverse * b, inverse * c, inverse * d];
+            }
         }
     }
 

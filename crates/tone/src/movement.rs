@@ -27,6 +27,9 @@ const TURNS: usize = 7;
 const TURNS_MIN: usize = 2;
 /// Turns after which the lines are chosen again.
 const LINES_AGAIN: [usize; 2] = [2, 4];
+/// Deviate of movement that is taken out of the noise: one of twenty. Leaving in what is there costs more
+/// than taking out what is not.
+const Z_TAKEN: f32 = 1.64;
 /// Fewest functions next to the lines that are enough beside all harmonics.
 const NEIGHBOURS_WHOLE: usize = 8;
 /// Fewest functions next to the lines that noise is known from.
@@ -35,7 +38,7 @@ const NEIGHBOURS_MIN: usize = 3;
 const SAMPLES_PER_DEGREE: usize = 4;
 /// Blocks that are turned against each other by more, in radians of the highest line, are collected
 /// anew.
-const TWIST_MAX: f32 = 0.1;
+pub const TWIST_MAX: f32 = 0.1;
 
 /// A tone with its movement and the noise next to it; its solution, the covariance of its movement
 /// and the noise's weights are in the steps' memory.
@@ -63,6 +66,9 @@ pub struct Followed {
     pub count: f32,
     /// Number of equal weight.
     pub effective: f32,
+    /// Whether movement beside the fitted one is taken out of the noise: at first, and where it was
+    /// significant.
+    pub moves: bool,
     /// What the movement takes out of the noise.
     pub taken: f32,
 }
@@ -82,6 +88,7 @@ impl Followed {
             weights: [0.0; HARMONICS_MAX],
             count: 0.0,
             effective: 0.0,
+            moves: true,
             taken: 1.0,
         }
     }
@@ -151,6 +158,11 @@ impl Followed {
         solution.solve();
     }
 
+    /// Unknowns of the movement that is taken out of the noise.
+    pub fn unknowns(&self) -> usize {
+        if self.moves { self.degrees.count() } else { 0 }
+    }
+
     /// Degrees of freedom of the noise.
     pub fn freedom(&self) -> f32 {
         self.effective * self.noise.channels
@@ -213,7 +225,7 @@ impl Refinement<'_> {
                 shape,
                 most: STEPS,
                 degrees: fitted.phase,
-                last: 0.02,
+                last: 0.3,
                 noise: Known::Weights,
             };
             for _ in 0..2 {
@@ -230,18 +242,21 @@ impl Refinement<'_> {
             }
             let Degrees { phase, amplitude } = followed.degrees;
             let covariance = &work.normal.matrix;
-            let phase_shows = followed.shows(covariance, fitted.phase..phase) > Z_TEST;
+            let of_phase = followed.shows(covariance, fitted.phase..phase);
             let beyond = phase + fitted.amplitude..phase + amplitude;
-            let amplitude_shows = followed.shows(covariance, beyond) > Z_TEST;
+            let of_amplitude = followed.shows(covariance, beyond);
             let samples = followed.count as usize * self.width;
             let has_room = (phase + amplitude + 2 * (MOVES - 1)) * SAMPLES_PER_DEGREE < samples;
             let most = MOVES_MAX.min(degrees_max(blocks) + 1 - MOVES);
-            let grows = has_room && phase_shows && fitted.phase < most;
-            let fades = has_room && amplitude_shows && fitted.amplitude < most;
+            let grows = has_room && of_phase > Z_TEST && fitted.phase < most;
+            let fades = has_room && of_amplitude > Z_TEST && fitted.amplitude < most;
             turn += 1;
-            if turn == TURNS || !grows && !fades && turn >= TURNS_MIN {
+            let moves = of_phase.max(of_amplitude) > Z_TAKEN;
+            let is_known = followed.moves || !moves;
+            if turn == TURNS || !grows && !fades && turn >= TURNS_MIN && is_known {
                 return true;
             }
+            followed.moves = moves;
             if grows {
                 fitted.phase = (fitted.phase + MOVES - 1).min(most);
             }
@@ -272,14 +287,27 @@ impl Refinement<'_> {
         let squares = work.solution.squares(self.all);
         let free = (self.frames - shape.unknowns() as f32).max(1.0);
         followed.variances = squares.map(|square| square / free + ROUNDING);
-        work.solution.solve();
         let most = degrees_max(blocks);
         followed.degrees = Degrees {
             phase: (followed.fitted.phase + MOVES - 1).min(most),
             amplitude: (followed.fitted.amplitude + MOVES).min(most),
         };
-        followed.move_by_noise(blocks, work);
-        self.collect_beside(blocks, work, followed);
+        if self.is_white {
+            (followed.noise, followed.count) = (self.weigh(work, free), free);
+            (followed.effective, followed.weights) = (free, [1.0; HARMONICS_MAX]);
+            work.neighbours.clear();
+            work.solution.solve();
+            followed.move_by_noise(blocks, work);
+            return true;
+        }
+        if followed.moves {
+            work.solution.solve();
+            followed.move_by_noise(blocks, work);
+            self.collect_less_motion(blocks, work, followed);
+        } else {
+            self.collect_beside(blocks, work, followed.course.cycles);
+        }
+        work.solution.solve();
         let count = work.neighbours.count();
         if count < NEIGHBOURS_MIN {
             return false;
@@ -294,7 +322,7 @@ impl Refinement<'_> {
         followed.weights = of_lines;
         followed.count = count as f32;
         followed.effective = (count * count) as f32 / squares.max(f32::MIN_POSITIVE);
-        followed.taken = all / (all - followed.degrees.count() as f32).max(1.0);
+        followed.taken = all / (all - followed.unknowns() as f32).max(1.0);
         let weight = |member: &Member| {
             followed.taken * of_lines[shape.lines.place(usize::from(member.line)) % HARMONICS_MAX]
         };
@@ -312,11 +340,27 @@ impl Refinement<'_> {
         true
     }
 
-    /// Collects the functions next to the lines, less the movement, and the model without it.
+    /// Collects the functions next to the lines, less the movement; the solution is solved.
     #[inline(never)]
-    fn collect_beside(&self, blocks: &mut Blocks, work: &mut Work, followed: &mut Followed) {
-        let (shape, cycles) = (work.solution.shape, followed.course.cycles);
+    fn collect_less_motion(&self, blocks: &mut Blocks, work: &mut Work, followed: &Followed) {
+        let shape = work.solution.shape;
+        // Memory of a second solution would lie deepest on the stack.
+        let mut lines = [[0.0; CHANNELS_MAX]; 2 * HARMONICS_MAX];
+        let pairs = lines.iter_mut().zip(work.solution.lines());
+        pairs.for_each(|(kept, row)| *kept = *row);
         followed.add_motion(blocks, &work.solution, -1.0);
+        work.solution.project(blocks, shape);
+        self.collect_beside(blocks, work, followed.course.cycles);
+        let solution = &mut work.solution;
+        let rows = solution.rows.iter_mut().skip(shape.first_line());
+        rows.zip(lines).for_each(|(row, kept)| *row = kept);
+        followed.add_motion(blocks, solution, 1.0);
+        solution.project(blocks, shape);
+    }
+
+    /// Collects the functions next to the lines of the projected solution.
+    fn collect_beside(&self, blocks: &Blocks, work: &mut Work, cycles: f32) {
+        let shape = work.solution.shape;
         // Harmonics that are too weak to be kept are no noise either, where there is room without.
         let whole = Shape {
             lines: self.lines(cycles).and(shape.lines),
@@ -334,22 +378,13 @@ impl Refinement<'_> {
             solution,
             ..
         } = work;
-        // Memory of a second solution would lie deepest on the stack.
-        let mut lines = [[0.0; CHANNELS_MAX]; 2 * HARMONICS_MAX];
-        let pairs = lines.iter_mut().zip(solution.lines());
-        pairs.for_each(|(kept, row)| *kept = *row);
         if whole.lines != shape.lines {
             solution.project(blocks, whole);
             neighbours.collect(blocks, solution.beside(), place, memory);
+            solution.project(blocks, shape);
         }
-        solution.project(blocks, shape);
         if whole.lines == shape.lines || neighbours.count() < NEIGHBOURS_WHOLE {
             neighbours.collect(blocks, solution.beside(), place, memory);
         }
-        let rows = solution.rows.iter_mut().skip(shape.first_line());
-        rows.zip(lines).for_each(|(row, kept)| *row = kept);
-        followed.add_motion(blocks, solution, 1.0);
-        solution.project(blocks, shape);
-        solution.solve();
     }
 }

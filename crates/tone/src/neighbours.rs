@@ -143,12 +143,16 @@ struct TurnedLine<'l> {
     baselines: [Turned; DEGREE_MAX + 1],
     /// Products with the channels.
     values: [Values; 4],
+    /// Square sum of its cosine, forwards and backwards; of its sine it is what is left of all frames.
+    squares: [f32; 2],
+    /// Frames.
+    frames: f32,
 }
 
 impl<'l> TurnedLine<'l> {
     fn new(blocks: &'l Blocks, model: Beside<'l>, sums: &'l Sums, number: usize) -> Self {
         let mut baselines = [[0.0; 4]; DEGREE_MAX + 1];
-        let mut values = [[0.0; CHANNELS_MAX]; 4];
+        let (mut frames, mut even, mut odd) = (0.0, 0.0, 0.0);
         for (b, turn) in sums.turns.iter().enumerate().take(blocks.count()) {
             let with_baselines = blocks.with_baselines(b, number);
             let pairs = baselines.iter_mut().zip(with_baselines);
@@ -156,13 +160,26 @@ impl<'l> TurnedLine<'l> {
                 let products = turned(wave, *turn);
                 sums.iter_mut().zip(products).for_each(|(sum, x)| *sum += x);
             }
-            let [c, s] = blocks.line(b, number);
-            let [cos, sin] = *turn;
-            for k in 0..CHANNELS_MAX {
-                values[0][k] += cos * c[k];
-                values[1][k] += sin * s[k];
-                values[2][k] += cos * s[k];
-                values[3][k] += sin * c[k];
+            let ([c, s], [cos, sin]) = (blocks.wave(b, 2 * number), *turn);
+            even += c * (cos * cos - sin * sin);
+            odd += 2.0 * s * cos * sin;
+            frames += blocks.wave(b, 0)[0];
+        }
+        let mut values = [[0.0; CHANNELS_MAX]; 4];
+        for g in 0..blocks.groups().min(CHANNELS_MAX / 4) {
+            // A group's sums stay in registers.
+            let mut own = [[0.0; 4]; 4];
+            for (pair, [cos, sin]) in blocks.pairs(number).zip(&sums.turns) {
+                let [c, s] = pair.each_ref().map(|row| &row.as_chunks::<4>().0[g]);
+                for k in 0..4 {
+                    own[0][k] += cos * c[k];
+                    own[1][k] += sin * s[k];
+                    own[2][k] += cos * s[k];
+                    own[3][k] += sin * c[k];
+                }
+            }
+            for (values, own) in values.iter_mut().zip(own) {
+                values.as_chunks_mut::<4>().0[g] = own;
             }
         }
         Self {
@@ -172,6 +189,8 @@ impl<'l> TurnedLine<'l> {
             number,
             baselines,
             values,
+            squares: [0.5 * (frames + even - odd), 0.5 * (frames + even + odd)],
+            frames,
         }
     }
 
@@ -207,20 +226,12 @@ impl<'l> TurnedLine<'l> {
             };
         }
         factor.forward(&mut explained);
-        let (mut frames, mut twice) = (0.0, 0.0);
-        let turns = self.sums.turns.iter().enumerate();
-        for (b, [cos, sin]) in turns.take(self.blocks.count()) {
-            let [c, s] = self.blocks.wave(b, 2 * self.number);
-            let sign = if is_forwards { -2.0 } else { 2.0 };
-            twice += c * (cos * cos - sin * sin) + sign * s * cos * sin;
-            frames += self.blocks.wave(b, 0)[0];
-        }
-        let all = 0.5
-            * if is_sine {
-                frames - twice
-            } else {
-                frames + twice
-            };
+        let square = self.squares[usize::from(!is_forwards)];
+        let all = if is_sine {
+            self.frames - square
+        } else {
+            square
+        };
         let left = all - explained.iter().map(|x| x * x).sum::<f32>();
         if left <= least * all.max(f32::MIN_POSITIVE) {
             return None;
@@ -232,11 +243,21 @@ impl<'l> TurnedLine<'l> {
             values[k] = scale * wave([cc, ss, sc, cs], is_forwards)[usize::from(is_sine)];
         }
         if let Some(projections) = projections {
-            for (explained, row) in explained.iter().zip(projections).take(shape.unknowns()) {
-                let weight = scale * explained;
-                for (value, projection) in values.iter_mut().zip(row) {
-                    *value -= weight * projection;
+            explained.iter_mut().for_each(|x| *x *= scale);
+            let groups = values.as_chunks_mut::<4>().0.iter_mut().enumerate();
+            for (g, values) in groups.take(self.blocks.groups()) {
+                let [mut a, mut b, mut c, mut d] = *values;
+                let rows = explained.iter().zip(projections).take(shape.unknowns());
+                for (weight, row) in rows {
+                    let Some(row) = row.as_chunks::<4>().0.get(g) else {
+                        break;
+                    };
+                    a -= weight * row[0];
+                    b -= weight * row[1];
+                    c -= weight * row[2];
+                    d -= weight * row[3];
                 }
+                *values = [a, b, c, d];
             }
         }
         Some(values)
@@ -305,6 +326,11 @@ impl Neighbours {
                 }
             }
         }
+    }
+
+    /// Forgets all.
+    pub fn clear(&mut self) {
+        (self.count, self.nearest) = (0, 0.0);
     }
 
     /// How many there are.

@@ -3,7 +3,9 @@
 
 use crate::blocks::Blocks;
 use crate::legendre::{fill_legendre, legendre_after};
-use crate::limits::{BLOCKS_MAX, CHANNELS_MAX, DEGREES_MAX, NEIGHBOURS_MAX, UNKNOWNS_MAX};
+use crate::limits::{
+    BLOCKS_MAX, CHANNELS_MAX, DEGREES_MAX, HARMONICS_MAX, NEIGHBOURS_MAX, UNKNOWNS_MAX,
+};
 use crate::lines::Lines;
 use crate::matrix::Square;
 use crate::solve::{Shape, Solution};
@@ -75,7 +77,12 @@ struct Weighted {
 
 impl Weighted {
     #[inline(never)]
-    fn new(blocks: &Blocks, solution: &Solution, weights: &Square<CHANNELS_MAX>) -> Self {
+    fn new(
+        blocks: &Blocks,
+        solution: &Solution,
+        weights: &Square<CHANNELS_MAX>,
+        has_amplitude: bool,
+    ) -> Self {
         let mut weighted = Self {
             fitted: [[0.0; UNKNOWNS_MAX]; LINE_FUNCTIONS],
             phases: [0.0; BLOCKS_MAX],
@@ -96,7 +103,9 @@ impl Weighted {
                     let [cos, sin] = blocks.line(b, line);
                     let (own_line, other) = if r == 0 { (cos, sin) } else { (sin, cos) };
                     *phase += number * dot(other, &own);
-                    *amplitude += dot(own_line, &own);
+                    if has_amplitude {
+                        *amplitude += dot(own_line, &own);
+                    }
                 }
             }
         }
@@ -167,14 +176,38 @@ impl Normal {
         weights: &Square<CHANNELS_MAX>,
         memory: &mut [f32],
     ) {
-        let weighted = Weighted::new(blocks, solution, weights);
+        let has_amplitude = self.degrees.amplitude > 0;
+        let weighted = Weighted::new(blocks, solution, weights, has_amplitude);
         let count = self.degrees.count();
         for row in self.matrix.iter_mut().take(count) {
             row.iter_mut().take(count).for_each(|x| *x = 0.0);
         }
         self.inform_all(blocks, solution, &weighted);
         self.gather(blocks, solution, &weighted, memory);
-        self.project(solution, &weighted, memory);
+        if self.degrees == Degrees::STEADY {
+            self.project_frequency(solution, &weighted, memory);
+        } else {
+            self.project(solution, &weighted, memory);
+        }
+    }
+
+    /// Takes out what the model explains of the frequency alone: a fifth of the work of [`Self::project`].
+    #[inline(never)]
+    fn project_frequency(&mut self, solution: &Solution, weighted: &Weighted, memory: &[f32]) {
+        let (shape, factor) = (&solution.shape, solution.factor());
+        let functions = 2 * shape.lines.count().min(HARMONICS_MAX);
+        let mut rows = [[0.0; UNKNOWNS_MAX]; LINE_FUNCTIONS];
+        unfold(shape, memory, &mut rows);
+        turn_rows(&mut rows, shape.lines);
+        for (i, fitted) in weighted.fitted.iter().enumerate().take(functions) {
+            self.right[0] += product(&rows[i], fitted);
+            factor.forward(&mut rows[i]);
+            let powers = fitted.iter().skip(shape.first_line());
+            for (j, (power, other)) in powers.zip(&rows).enumerate().take(i + 1) {
+                let twice = if j < i { 2.0 } else { 1.0 };
+                self.matrix[0][0] -= twice * power * product(&rows[i], other);
+            }
+        }
     }
 
     /// Adds all information.

@@ -1,7 +1,7 @@
 //! Gauss-Newton steps to the optimum of the phase: its frequency, and where it moves more degrees.
 
 use crate::blocks::Blocks;
-use crate::covariance::Samples;
+use crate::covariance::{Covariance, Samples};
 use crate::limits::MOVES_MAX;
 use crate::lines::Lines;
 use crate::matrix::Factor;
@@ -33,6 +33,8 @@ pub struct Refinement<'r> {
     pub harmonics: usize,
     /// Whether channels may share noise.
     pub may_share: bool,
+    /// Whether noise is the same at all frequencies.
+    pub is_white: bool,
     /// How far frequencies reach.
     pub reach: Reach,
     /// Cycles a window that the fundamental may have.
@@ -61,7 +63,7 @@ impl Steps {
             shape,
             most: STEPS,
             degrees: 1,
-            last: 0.1,
+            last: 1.0,
             noise: Known::Weights,
         }
     }
@@ -100,7 +102,7 @@ impl Refinement<'_> {
         for number in 0..steps.most {
             work.solution.project(blocks, steps.shape);
             if number == 0 && steps.noise == Known::Residuals {
-                self.weigh(work);
+                self.weigh(work, self.frames);
             }
             work.solution.solve();
             let normal = &mut work.normal;
@@ -135,16 +137,17 @@ impl Refinement<'_> {
         }
     }
 
-    /// Weighs the channels by the inverse covariance of what is left beside the projections.
+    /// Weighs the channels by the inverse covariance of what is left beside the projections, of so many
+    /// samples.
     #[inline(never)]
-    pub fn weigh(&self, work: &mut Work) {
+    pub fn weigh(&self, work: &mut Work, count: f32) -> Covariance {
         work.weights = work.solution.residuals(self.all);
         let samples = Samples {
             width: self.width,
-            count: self.frames,
-            effective: self.frames,
+            count,
+            effective: count,
             may_share: self.may_share,
         };
-        samples.invert(&mut work.weights, None);
+        samples.invert(&mut work.weights, None)
     }
 }

@@ -11,11 +11,13 @@ pub fn add_rows(
     rows: &[Values; 4],
     factors: &[[f32; 2]; 2],
 ) {
-    let [one, two, three, four] = rows.each_ref().map(|row| row.as_chunks::<4>().0);
+    let group = |row: &Values, g: usize| row.as_chunks::<4>().0.get(g).copied();
     let [[a, b], [c, d]] = *factors;
-    let rows = one.iter().zip(two).zip(three.iter().zip(four));
-    let sums = sums.as_chunks_mut::<4>().0.iter_mut();
-    for (sums, ((one, two), (three, four))) in sums.zip(rows).take(groups.end).skip(groups.start) {
+    for g in groups {
+        let Some(sums) = sums.as_chunks_mut::<4>().0.get_mut(g) else {
+            break;
+        };
+        let [one, two, three, four] = rows.each_ref().map(|row| group(row, g).unwrap_or_default());
         for k in 0..4 {
             sums[k] = sums[k] + a * one[k] + b * two[k] + c * three[k] + d * four[k];
         }

@@ -140,6 +140,11 @@ impl Scene {
         }
     }
 
+    /// Whether the noise of all frequencies is that next to the lines.
+    pub(crate) fn is_white(&self) -> bool {
+        self.noise == Noise::White
+    }
+
     /// Whether noise is to be compared over channels.
     pub(crate) fn may_share(&self) -> bool {
         self.channels == Channels::MayShare

@@ -216,40 +216,15 @@ impl Data<'_, '_> {
         }
     }
 
-    /// Products of the channels, summed over the frames; where channels share nothing of each with
-    /// itself alone.
-    #[inline(never)]
-    pub fn products(&mut self, may_share: bool) -> Products {
-        let (mut products, mut count) = ([[0.0; CHANNELS_MAX]; CHANNELS_MAX], 0.0);
-        let mut squares = [0.0; CHANNELS_MAX];
-        let (mut pending, width) = (None::<Values>, self.width());
-        self.visit(|frame| {
-            count += 1.0;
-            for (square, value) in squares.iter_mut().zip(&frame.values) {
-                *square += value * value;
-            }
-            if may_share {
-                match pending.take() {
-                    Some(before) => {
-                        let rows = products.get_mut(..width).unwrap_or_default();
-                        add_products(rows, [&before, &frame.values]);
-                    }
-                    None => pending = Some(frame.values),
-                }
-            }
-        });
-        if let Some(last) = pending {
-            add_product(&mut products, 1.0, &last);
-        }
-        for (k, square) in squares.iter().enumerate() {
-            products[k][k] = *square;
-        }
-        let rounding = self.statistics.rounding(self.span.quantization_step);
+    /// No products yet, of channels that may share noise or of each with itself alone.
+    pub fn products(&self, may_share: bool) -> Products {
         Products {
-            matrix: products,
-            least: rounding.map(|variance| count * variance),
-            count,
+            matrix: [[0.0; CHANNELS_MAX]; CHANNELS_MAX],
+            squares: [0.0; CHANNELS_MAX],
+            least: self.statistics.rounding(self.span.quantization_step),
+            count: 0.0,
             may_share,
+            pending: None,
         }
     }
 }
@@ -259,15 +234,49 @@ impl Data<'_, '_> {
 pub struct Products {
     /// Summed over the frames, on and below the diagonal.
     pub matrix: Square<CHANNELS_MAX>,
+    /// Sums of squares, while frames are added.
+    squares: Values,
     /// Least square sums of residuals: rounding, of the values and of sums.
     pub least: Values,
     /// Frames that count.
     pub count: f32,
     /// Whether there are any between channels.
     pub may_share: bool,
+    /// A frame that waits for a second one.
+    pending: Option<Values>,
 }
 
 impl Products {
+    /// Adds a frame.
+    #[inline]
+    pub fn add(&mut self, values: &Values, width: usize) {
+        self.count += 1.0;
+        for (square, value) in self.squares.iter_mut().zip(values) {
+            *square += value * value;
+        }
+        if self.may_share {
+            match self.pending.take() {
+                Some(before) => {
+                    let rows = self.matrix.get_mut(..width).unwrap_or_default();
+                    add_products(rows, [&before, values]);
+                }
+                None => self.pending = Some(*values),
+            }
+        }
+    }
+
+    /// The sums of all frames that were added.
+    pub fn finish(mut self) -> Self {
+        if let Some(last) = self.pending.take() {
+            add_product(&mut self.matrix, 1.0, &last);
+        }
+        for (k, square) in self.squares.iter().enumerate() {
+            self.matrix[k][k] = *square;
+        }
+        self.least = self.least.map(|variance| self.count * variance);
+        self
+    }
+
     /// What rounding may have of the power of the first `width` channels, by their weights.
     pub fn rounding(&self, weights: &Square<CHANNELS_MAX>, width: usize) -> f32 {
         (0..width.min(CHANNELS_MAX))

@@ -145,6 +145,10 @@ impl<'t> Tested<'t> {
             }
         }
         let channels = followed.noise.channels;
+        if neighbours.count() == 0 {
+            // White noise is known from all frames.
+            (own.sum, own.count) = (followed.count, followed.count);
+        }
         tests.fundamental = if own.count > 3.0 {
             let over = powers[0].all / (2.0 * width) / own.mean().max(f32::MIN_POSITIVE);
             deviate(over, 2.0 * channels, own.count * channels)
@@ -231,18 +235,19 @@ impl<'t> Tested<'t> {
     pub fn model<'m>(&self, solution: &'m Solution) -> Model<'m> {
         Model {
             solution,
-            motion: Some(self.followed.motion()),
+            motion: self.followed.moves.then(|| self.followed.motion()),
             course: self.followed.course,
         }
     }
 
     /// Deviate of the lines at half and at three halves of the fundamental, each over its own
-    /// neighbourhood, in what the comb leaves: a comb of half the frequency.
+    /// neighbourhood, in what the comb leaves: a comb of half the frequency. The solution has
+    /// projections; where the tone moves it is solved.
     #[inline(never)]
     pub fn between(
         &self,
         data: &mut Data,
-        model: &Model,
+        solution: &Solution,
         blocks: &mut Blocks,
         noise: &mut Noise,
     ) -> f32 {
@@ -260,7 +265,8 @@ impl<'t> Tested<'t> {
             lines,
             most: shape.lines.most() + lines.most(),
         };
-        blocks.collect(data, &pass, Some(model));
+        let moving = followed.moves.then(|| self.model(solution));
+        blocks.collect(data, &pass, moving.as_ref());
         let place = |number: usize| Place {
             lines: Lines::NONE.with(number),
             cycles: 0.5 * followed.course.cycles,
@@ -269,8 +275,8 @@ impl<'t> Tested<'t> {
         };
         let beside_model = Beside {
             shape: &shape,
-            factor: model.solution.factor(),
-            projections: None,
+            factor: solution.factor(),
+            projections: moving.is_none().then_some(&solution.rows),
         };
         let Noise {
             neighbours,

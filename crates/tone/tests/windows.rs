@@ -305,3 +305,22 @@ fn huge_and_tiny_values_are_fitted() {
         assert!((found.frequency - 9.3).abs() < 0.02, "{found:?}");
     }
 }
+
+/// In white noise a scene that says so is as accurate, and says as much of its uncertainty.
+#[test]
+fn a_lean_scene_finds_a_sine_in_white_noise() {
+    let (mut held, mut squares) = (0, 0.0);
+    for seed in 0..40 {
+        let cycles = 6.3 + 0.7 * seed as f64;
+        let values = with_overtones(0.0, 241, CHANNELS, cycles, seed);
+        let found = fit(&values, CHANNELS, &Scene::LEAN);
+        assert_eq!(found.status, Status::Good, "{cycles}: {found:?}");
+        let off = (f64::from(found.frequency) - cycles) / f64::from(found.sigma);
+        held += usize::from(off.abs() < 1.96);
+        squares += off * off / 40.0;
+    }
+    assert!(
+        held >= 34 && (0.5..1.6).contains(&squares),
+        "{held} {squares}"
+    );
+}

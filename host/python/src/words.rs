@@ -10,7 +10,7 @@ enum Value {
 }
 
 /// Options of the command that messages about recordings and boards name, and arguments for them.
-const ARGUMENTS: [(&str, &str, Value); 22] = [
+const ARGUMENTS: [(&str, &str, Value); 23] = [
     ("--rate", "rate_hz", Value::Number),
     ("--from", "from_s", Value::Number),
     ("--to", "to_s", Value::Number),
@@ -25,6 +25,7 @@ const ARGUMENTS: [(&str, &str, Value); 22] = [
     ("--speed-column", "speed_column", Value::Text),
     ("--position-column", "position_column", Value::Text),
     ("--columns", "columns", Value::Text),
+    ("--without", "without", Value::Text),
     ("--reference", "reference", Value::Text),
     ("--port", "source", Value::Text),
     ("--usb-serial", "usb_serial", Value::Text),

@@ -10,6 +10,7 @@ use ridgetone_feel::Reference;
 use ridgetone_host::events::{self, JsonLines};
 use ridgetone_host::input::{Input, Source, frame_rate_hz};
 use ridgetone_host::messages::{Form, messages as all_messages};
+use ridgetone_host::part::Without;
 use ridgetone_host::picture::{Recording, draw};
 use ridgetone_host::profile::Profile;
 use ridgetone_host::replay::Motion;
@@ -19,7 +20,7 @@ use ridgetone_host::table_fit::{Band, Selection, TableFit};
 use ridgetone_host::{
     detection, feel as felt, fit_picture, fit_report, replay as player, settings_form, touch_part,
 };
-use ridgetone_proto::settings::Settings;
+use ridgetone_proto::settings::{Declared, Settings};
 use ridgetone_proto::telemetry::Packet;
 use std::path::{Path, PathBuf};
 
@@ -65,6 +66,8 @@ pub fn fit(
     mm_per_count: Option<f64>,
     least_hz: Option<f64>,
     most_hz: Option<f64>,
+    without: Vec<String>,
+    moving_speed: bool,
 ) -> PyResult<(String, Vec<String>, Fitted)> {
     let column = |quantity, text: Option<String>| {
         text.map(|text| Column::parse(quantity, &text))
@@ -75,7 +78,16 @@ pub fn fit(
     let place = position
         .map(|column| column.with_mm_per_count(mm_per_count))
         .or(column(Quantity::Speed, speed_column)?);
+    let mut declared = Declared {
+        moving_speed,
+        ..Declared::DEFAULT
+    };
+    for what in &without {
+        let what = Without::named(what).map_err(|why| raised(why.into()))?;
+        what.leave_out(&mut declared);
+    }
     let selection = Selection {
+        declared,
         rate_hz,
         from_s,
         to_s,

@@ -4,6 +4,7 @@ use super::parse::{number, positive};
 use crate::fit_rows::FitRows;
 use crate::note;
 use crate::output::Progress;
+use crate::part::Without;
 use crate::samples::Samples;
 use crate::speed::{Column, Quantity};
 use crate::table_fit::{Band, Selection};
@@ -13,6 +14,7 @@ use crate::{fit_picture, fit_report, output, settings_form, touch_part, windows}
 use anyhow::{Result, ensure};
 use clap::Args;
 use hal_mock::{TimeColumn, escaped, printable};
+use ridgetone_proto::settings::Declared;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -28,6 +30,7 @@ Examples:
   ridgetone fit touch.rec
   ridgetone fit recording.csv --from 1.57 --to 13.57 --json
   ridgetone fit recording.csv --svg fit.svg
+  ridgetone fit recording.csv --without shared-noise,impulses --harmonics 2
   ridgetone fit monday.csv tuesday.csv --window 1 --hop 0.25 -o table.csv
   gunzip < pulse.csv.gz | ridgetone fit - --least-hz 0.7 --most-hz 3
   ridgetone fit no_time.csv --rate 241.14 --columns ain0,ain1,ain2
@@ -87,13 +90,20 @@ pub struct FitArgs {
     /// Columns to fit, at most 16 [default: all but time_s, speed and place].
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     columns: Vec<String>,
-    /// Settings file; only harmonics and interferer_hz are used here, and the two options below
-    /// override them.
+    /// Settings file; only harmonics, interferer_hz and the scene are used here, and the options
+    /// below override them.
     #[arg(long, value_name = "FILE.toml")]
     settings: Option<PathBuf>,
     /// Most harmonics to fit, the fundamental included, 1 to 5 [default: 5].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=5))]
     harmonics: Option<u8>,
+    /// What is not in the recording, separated by commas: a window then costs less, and is wrong
+    /// where it is there after all.
+    #[arg(long, value_name = "WHAT", value_delimiter = ',')]
+    without: Vec<Without>,
+    /// The speed changes as likely as not: sigma is a fifth larger, and holds where it does.
+    #[arg(long)]
+    moving_speed: bool,
     /// Known interferer in all columns, hertz, such as mains of 50 or 60; it may be aliased
     /// [default: none].
     #[arg(long, value_name = "HZ", value_parser = positive)]
@@ -128,7 +138,13 @@ impl FitArgs {
         if self.files.len() > 1 && self.svg.is_some() {
             return Err(UsageError("--svg draws the fit of one file".into()).into());
         }
+        let mut declared = settings.map_or(Declared::DEFAULT, |settings| settings.scene);
+        self.without
+            .iter()
+            .for_each(|what| what.leave_out(&mut declared));
+        declared.moving_speed |= self.moving_speed;
         let selection = Selection {
+            declared,
             rate_hz: self.rate,
             from_s: self.from,
             to_s: self.to,

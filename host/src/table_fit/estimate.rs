@@ -119,13 +119,13 @@ impl Frames<'_> {
         let Band { least_hz, most_hz } = self.band;
         let unit_hz = self.unit_hz();
         let bound = |hz: Option<f64>| hz.map_or(0.0, |hz| (hz / unit_hz) as f32);
+        let harmonics = self.selection.harmonics.unwrap_or(HARMONICS_MAX as u8);
         Scene {
-            harmonics: self.selection.harmonics.unwrap_or(HARMONICS_MAX as u8),
             band: ridgetone_tone::Band {
                 least: bound(least_hz),
                 most: bound(most_hz),
             },
-            ..Scene::DEFAULT
+            ..ridgetone::scene(&self.selection.declared, harmonics)
         }
     }
 

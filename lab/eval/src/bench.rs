@@ -11,10 +11,12 @@ pub mod fits;
 mod frames;
 pub mod report;
 
+use crate::trade::scenes::{SCENES, SCENES_S};
 use crate::workload::{Job, Wire, longest_packet};
 use anyhow::{Context, Result, ensure};
 use clap::Args;
 use emulated::{Jobs, next};
+use fits::Fits;
 use report::{Report, Stack};
 use ridgetone_host::demo;
 use ridgetone_host::emulator::Options;
@@ -65,10 +67,11 @@ pub fn run(
     flash_bytes: u64,
     ram_bytes: u64,
 ) -> Result<Report> {
-    let fits = fits::Fits::new()?;
+    let (fits, scenes) = (Fits::new()?, Fits::of_scenes(&SCENES, &SCENES_S)?);
     let frames = frames::Frames::new()?;
     let mut jobs = Jobs::default();
     fits.write(&mut jobs);
+    scenes.write(&mut jobs);
     frames.write(&mut jobs);
     feels::write(&mut jobs);
     jobs.add(Job::Encode, [(); 0]);
@@ -76,6 +79,7 @@ pub fn run(
     let mut measured = jobs.run(elf)?.into_iter();
 
     let cells = fits.read(&mut measured)?;
+    let scenes = scenes.read(&mut measured)?;
     let phases = frames.read(&mut measured)?;
     let felt = feels::read(&mut measured)?;
     let (encode_instructions, wire) = next!(measured, Message { instructions, wire });
@@ -104,6 +108,7 @@ pub fn run(
     let firmware_stack = firmware.map(stack).transpose()?;
     let report = Report {
         fits: cells,
+        scenes,
         baselines: baseline_cells,
         frames: phases,
         feels: felt,

@@ -135,6 +135,9 @@ fn run_bench(args: &BenchArgs) -> Result<()> {
         (None, _) => Ok(()),
         (Some(trade), None) => page::print(&trade::figures(trade).tables),
         (Some(trade), Some(folder)) => {
+            if let Some(chip) = &chip {
+                trade::scenes::write(trade::scenes::measure(chip)?, folder)?;
+            }
             let plans = trade::load(folder)?.plans;
             trade::write(Trade { plans, ..trade }, folder)
         }

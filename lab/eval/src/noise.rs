@@ -14,12 +14,14 @@ mod window;
 
 use crate::page::{self, Figures, Tables};
 use crate::parallel;
-use anyhow::Result;
+use anyhow::{Context, Result};
 use cells::{Cell, Group, WINDOWS_S, cells};
-use measure::{Answers, measure};
+pub use measure::Answers;
+use measure::measure;
 use process::Noise;
 use ridgetone_host::output::whole_text;
 use ridgetone_host::usage::UsageError;
+use ridgetone_tone::Scene;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -136,7 +138,7 @@ pub fn rows(
         .flat_map(|cell| WINDOWS_S.map(|window_s| (cell.recipe, window_s, windows * cell.times)))
         .collect();
     let answers = parallel::map("cells", &jobs, |(recipe, window_s, windows)| {
-        measure(recipe, *window_s, *windows, seed)
+        measure(recipe, *window_s, *windows, seed, &Scene::DEFAULT)
     })?;
     let answers = answers.chunks_exact(WINDOWS_S.len());
     let row = |(cell, answers): (&Cell, &[[Answers; 2]])| Row {
@@ -147,6 +149,17 @@ pub fn rows(
         nls: answers.iter().map(|both| both[1]).collect(),
     };
     Ok(cells.iter().zip(answers).map(row).collect())
+}
+
+/// The answers to windows of 1 s of the cell of this name, with a tone at 20 dB, in a scene.
+pub fn beside(name: &str, windows: u32, seed: u64, scene: &Scene) -> Result<[Answers; 2]> {
+    let cells = cells(None);
+    let cell = cells.iter().find(|cell| {
+        let tone = cell.recipe.tone;
+        cell.name == name && tone.is_some_and(|tone| tone.snr_db == 20.0)
+    });
+    let cell = cell.with_context(|| format!("no cell {name}"))?;
+    measure(&cell.recipe, 1.0, windows, seed, scene)
 }
 
 /// The figures of these rows.

@@ -5,6 +5,7 @@ pub mod contender;
 mod grid;
 pub mod plans;
 pub mod results;
+pub mod scenes;
 
 use crate::baselines::Method;
 use crate::bench::fits::{HARMONICS, WINDOWS_S};

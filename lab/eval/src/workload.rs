@@ -8,6 +8,7 @@
 
 use ads1258::Conversion;
 use ridgetone::TimedConversion;
+use ridgetone_proto::settings::Declared;
 pub use ridgetone_proto::telemetry::longest_packet;
 use ridgetone_proto::telemetry::{Packet, WIRE_MAX, encode};
 use ridgetone_tone::{Fit, Values};
@@ -43,12 +44,13 @@ pub fn read<T: DeserializeOwned>(mut fill: impl FnMut(&mut [u8]) -> bool) -> Opt
 }
 
 /// A job of the image.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Job {
     End,
-    /// Fit a window of `frames` frames with at most `harmonics` harmonics, the fundamental
+    /// Fit a window of `frames` frames of a scene with at most `harmonics` harmonics, the fundamental
     /// included; gives a [`Measured::Fit`].
     Fit {
+        declared: Declared,
         harmonics: u8,
         frames: u32,
     },
@@ -154,6 +156,8 @@ pub enum Measured {
     /// One fit, from its frames to frequency and uncertainty.
     Fit {
         instructions: u32,
+        /// Instructions of the window where its tone is expected; 0 where it was not good.
+        tracked: u32,
         stack_bytes: u32,
         outcome: Outcome,
     },
@@ -209,6 +213,7 @@ mod tests {
     #[test]
     fn jobs_frames_and_conversions_come_back() {
         let fit = Job::Fit {
+            declared: Declared::DEFAULT,
             harmonics: 4,
             frames: 70_000,
         };
@@ -252,6 +257,7 @@ mod tests {
         for measured in [
             Measured::Fit {
                 instructions: most,
+                tracked: most,
                 stack_bytes: most,
                 outcome,
             },

@@ -134,6 +134,11 @@ fn ids_stay_with_their_settings() {
         (21, "feel.volts_per_um"),
         (22, "feel.sigma_share"),
         (23, "feel.force_ratio"),
+        (25, "scene.curved_baseline"),
+        (26, "scene.coloured_noise"),
+        (27, "scene.shared_noise"),
+        (28, "scene.moving_speed"),
+        (29, "scene.impulses"),
     ];
     for (id, name) in ids {
         let setting = TABLE.iter().find(|setting| setting.id == id);

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from os import PathLike
 from typing import Any
 
@@ -54,6 +54,8 @@ def fit(
     mm_per_count: float | None = None,
     least_hz: float | None = None,
     most_hz: float | None = None,
+    without: Sequence[str] = (),
+    moving_speed: bool = False,
 ) -> Fit:
     """Fits all channels with one common frequency, as `ridgetone fit` does.
 
@@ -65,6 +67,8 @@ def fit(
 
     `speed_mm_s` or `position_mm`, a value for each row, fit by place: cycles per mm at any speed. `speed_column` and
     `position_column` name columns that have them. `least_hz` and `most_hz` bound the frequency. `picture` draws the result.
+    `without` names what the recording does not hold, of `curved_baseline`, `coloured_noise`, `shared_noise`, `impulses` and
+    `all`; `moving_speed` says that the speed changes as likely as not.
 
     An array of float32 or float64 is not copied, whatever its strides; others are converted to float64. Do not write to it
     from another thread meanwhile: the interpreter's lock is released.
@@ -103,6 +107,8 @@ def fit(
         mm_per_count,
         least_hz,
         most_hz,
+        list(without),
+        moving_speed,
     )
     _warn(remarks)
     found = load(Fit, text)

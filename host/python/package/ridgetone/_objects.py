@@ -105,6 +105,21 @@ class FeelSettings(Object):
     """Tangential over normal force; 0 for that of the static image before the slide."""
 
 
+class SceneSettings(Object):
+    """Settings `scene`."""
+
+    curved_baseline: bool
+    """Whether levels may bend over a window, as under a skin that creeps; otherwise they have a slope alone."""
+    coloured_noise: bool
+    """Whether noise may have any spectrum; otherwise it is white."""
+    shared_noise: bool
+    """Whether what disturbs one channel may disturb others."""
+    moving_speed: bool
+    """Whether the speed changes as likely as not; otherwise it is most likely steady."""
+    impulses: bool
+    """Whether single values may be far off."""
+
+
 class Settings(Object):
     """Settings, by the names of the settings file."""
 
@@ -125,6 +140,7 @@ class Settings(Object):
     slide: SlideSettings
     array: ArraySettings
     feel: FeelSettings
+    scene: SceneSettings
 # End of what `cargo xtask settings` writes.
 
 

@@ -53,6 +53,8 @@ def fit(
     mm_per_count: float | None,
     least_hz: float | None,
     most_hz: float | None,
+    without: list[str],
+    moving_speed: bool,
 ) -> tuple[str, list[str], Fitted]: ...
 def feel(
     samples: Samples,

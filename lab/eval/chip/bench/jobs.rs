@@ -14,7 +14,7 @@ use ridgetone_eval::workload::{Frame, Job, Measured, Outcome, Wire, conversion, 
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{RING_FRAMES, Settings};
 use ridgetone_proto::telemetry::{Event, Feel, Packet, WIRE_MAX};
-use ridgetone_tone::{Fit, Fitter, FrameSpan, Scene};
+use ridgetone_tone::{Fit, Fitter, FrameSpan, Scene, Status};
 
 /// Most events of one scan: a slide's end with its windows, health and greeting.
 const EVENTS_MAX: usize = 4;
@@ -53,8 +53,12 @@ impl Bench<'_> {
         loop {
             match self.files.read()? {
                 Job::End => return Some(()),
-                Job::Fit { harmonics, frames } => {
-                    let scene = Scene::with_harmonics(harmonics);
+                Job::Fit {
+                    declared,
+                    harmonics,
+                    frames,
+                } => {
+                    let scene = ridgetone::scene(&declared, harmonics);
                     self.fit(fitter, &scene, frames)?;
                 }
                 Job::Detect { conversions } => {
@@ -87,10 +91,17 @@ impl Bench<'_> {
         let from = stack::paint();
         let (instructions, fit) = self
             .counter
-            .measure(|| fit(fitter, scene, self.ring, frames));
+            .measure(|| fit_window(fitter, scene, &self.ring, Part::of(frames)));
         let stack_bytes = stack::deepest(from);
+        let good = fit.as_ref().filter(|fit| fit.status == Status::Good);
+        let tracked = good.map_or(0, |good| {
+            let expected = Some(good.frequency);
+            let run = || fit_window(fitter, scene, &self.ring, Part { frames, expected });
+            self.counter.measure(run).0
+        });
         self.files.write(Measured::Fit {
             instructions,
+            tracked,
             stack_bytes,
             outcome: Outcome::new(fit.as_ref()),
         })
@@ -151,21 +162,40 @@ impl Bench<'_> {
     }
 }
 
+/// The first frames of the ring, and the frequency that is expected in them.
+#[derive(Clone, Copy)]
+struct Part {
+    frames: u32,
+    expected: Option<f32>,
+}
+
+impl Part {
+    fn of(frames: u32) -> Self {
+        Self {
+            frames,
+            expected: None,
+        }
+    }
+}
+
 /// What is measured, with nothing of the rest inlined into it.
 #[inline(never)]
-fn fit(fitter: &mut Fitter, scene: &Scene, ring: &Ring, frames: u32) -> Option<Fit> {
+fn fit_window(fitter: &mut Fitter, scene: &Scene, ring: &Ring, part: Part) -> Option<Fit> {
     let source = &mut &*ring;
-    let mut span = FrameSpan::new(source, 0, frames).with_quantization(1.0);
+    let mut span = FrameSpan::new(source, 0, part.frames).with_quantization(1.0);
+    if let Some(frequency) = part.expected {
+        span = span.expecting(frequency);
+    }
     fitter.fit(&mut span, scene).ok()
 }
 
-/// As [`fit`].
+/// As [`fit_window`].
 #[inline(never)]
 fn feels(ring: &Ring, plan: u8, fitter: &mut Fitter) -> Option<Feel> {
     feel_load::feels(ring, plan, fitter.scratch())
 }
 
-/// As [`fit`].
+/// As [`fit_window`].
 #[inline(never)]
 fn detect(
     detector: &mut Detector,

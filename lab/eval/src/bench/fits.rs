@@ -3,10 +3,11 @@
 use super::emulated::{Jobs, next};
 use crate::setting::{Length, Setting};
 use crate::simulated::Simulated;
-use crate::trade::contender::{first, fit};
+use crate::trade::contender::{first, fit_scene};
+use crate::trade::scenes::Setup;
 use crate::workload::{Job, Measured, Outcome};
 use anyhow::{Result, ensure};
-use ridgetone_proto::settings::TAXELS;
+use ridgetone_proto::settings::{Declared, TAXELS};
 use ridgetone_tone::Status;
 use serde::Serialize;
 
@@ -47,6 +48,8 @@ pub struct Cell {
     pub good: u32,
     pub instructions_mean: f64,
     pub instructions_worst: u32,
+    /// The costliest window whose tone is expected.
+    pub tracked_worst: u32,
     /// The worst one in passes over 16 x 240 samples.
     pub passes_worst: f64,
     pub stack_bytes: u32,
@@ -54,6 +57,7 @@ pub struct Cell {
 
 /// One kind of fit, before it is measured.
 struct Kind {
+    declared: Declared,
     window_s: f64,
     channels: u8,
     harmonics: u8,
@@ -75,6 +79,7 @@ impl Fits {
                     {
                         let windows = windows(window_s, carried)?;
                         kinds.push(Kind {
+                            declared: Declared::DEFAULT,
                             window_s,
                             channels,
                             harmonics,
@@ -88,11 +93,31 @@ impl Fits {
         Ok(Self(kinds))
     }
 
+    /// Sixteen channels, and as many harmonics as are fitted, in each of the scenes, in windows of these
+    /// lengths.
+    pub fn of_scenes(scenes: &[Setup], windows_s: &[f64]) -> Result<Self> {
+        let mut kinds = Vec::new();
+        for scene in scenes {
+            for window_s in windows_s {
+                kinds.push(Kind {
+                    declared: scene.declared,
+                    window_s: *window_s,
+                    channels: TAXELS as u8,
+                    harmonics: scene.harmonics,
+                    carried: scene.harmonics,
+                    windows: windows(*window_s, scene.harmonics)?,
+                });
+            }
+        }
+        Ok(Self(kinds))
+    }
+
     pub fn write(&self, jobs: &mut Jobs) {
         for kind in &self.0 {
             for window in &kind.windows {
                 let valid = first(kind.channels);
                 let job = Job::Fit {
+                    declared: kind.declared,
                     harmonics: kind.harmonics,
                     frames: window.values.len() as u32,
                 };
@@ -109,6 +134,7 @@ impl Fits {
 impl Kind {
     fn read(&self, measured: &mut dyn Iterator<Item = Measured>) -> Result<Cell> {
         let Self {
+            declared,
             window_s,
             channels,
             harmonics,
@@ -116,16 +142,18 @@ impl Kind {
             ref windows,
         } = *self;
         let (mut sum, mut worst, mut stack, mut good) = (0.0, 0, 0, 0);
+        let (mut worst_tracked, scene) = (0, ridgetone::scene(&declared, harmonics));
         for window in windows {
-            let (instructions, stack_bytes, outcome) = next!(
+            let (instructions, tracked, stack_bytes, outcome) = next!(
                 measured,
                 Fit {
                     instructions,
+                    tracked,
                     stack_bytes,
                     outcome
                 }
             );
-            let fit = fit(&window.values, harmonics, first(channels))?;
+            let fit = fit_scene(&window.values, &scene, first(channels))?;
             let here = Outcome::new(Some(&fit));
             ensure!(
                 outcome == here,
@@ -135,6 +163,7 @@ impl Kind {
             );
             sum += f64::from(instructions);
             worst = worst.max(instructions);
+            worst_tracked = worst_tracked.max(tracked);
             stack = stack.max(stack_bytes);
             good += u32::from(fit.status == Status::Good);
         }
@@ -148,6 +177,7 @@ impl Kind {
             good,
             instructions_mean: sum / windows.len() as f64,
             instructions_worst: worst,
+            tracked_worst: worst_tracked,
             passes_worst: f64::from(worst) / PASS_INSTRUCTIONS,
             stack_bytes: stack,
         })

@@ -35,10 +35,6 @@ pub struct Answers {
     pub wrong: u32,
     /// Good ones whose 95 % interval holds the mean frequency.
     pub covered: u32,
-    /// Good ones whose 95 % interval holds the mean weighted by a parabola.
-    pub covered_weighted: u32,
-    /// Sum over the good ones that are not wrong of (error / sigma)^2.
-    pub squares: f64,
     /// Those that name the second tone, within 5 %.
     #[serde(default)]
     pub second: u32,
@@ -62,8 +58,6 @@ pub struct Movement {
     pub answers: u32,
     /// The mean of the frequency, by the sigma against it.
     pub mean: u32,
-    /// The mean that is weighted by a parabola.
-    pub weighted: u32,
     pub wander: u32,
     /// Those in windows whose frequency is a line, and the intervals of its chirp that hold it.
     pub lines: u32,
@@ -165,14 +159,13 @@ impl Answers {
             return;
         }
         self.good += 1;
-        let (Some(mean), Some(weighted)) = (window.mean, window.weighted) else {
+        let Some(mean) = window.mean else {
             self.wrong += 1;
             return;
         };
         let holds =
             |truth: f64| u32::from((reported.frequency - truth).abs() <= reported.half_width);
         self.covered += holds(mean);
-        self.covered_weighted += holds(weighted);
         let is_right = match window.second {
             Some(second) => {
                 let off = (reported.frequency - mean)
@@ -182,17 +175,7 @@ impl Answers {
             }
             None => is_near(reported.frequency, mean),
         };
-        if is_right {
-            self.squares += ((reported.frequency - mean) / reported.sigma).powi(2);
-        } else {
-            self.wrong += 1;
-        }
-    }
-
-    /// RMS of the error over sigma; none without a good answer that is not wrong.
-    pub fn error_in_sigmas(&self) -> Option<f64> {
-        let count = self.good - self.wrong;
-        (count > 0).then(|| (self.squares / f64::from(count)).sqrt())
+        self.wrong += u32::from(!is_right);
     }
 
     /// RMS of the error over the bound.
@@ -203,7 +186,7 @@ impl Answers {
 
 impl Movement {
     fn add(&mut self, reported: &Reported, window: &Window) {
-        let (Some(mean), Some(weighted)) = (window.mean, window.weighted) else {
+        let Some(mean) = window.mean else {
             return;
         };
         let moves = reported.movement;
@@ -212,7 +195,6 @@ impl Movement {
         };
         self.answers += 1;
         self.mean += holds(reported.frequency, mean, reported.sigma);
-        self.weighted += u32::from((reported.frequency - weighted).abs() <= reported.half_width);
         self.wander += holds(
             moves.wander.into(),
             window.wander,
@@ -226,7 +208,7 @@ impl Movement {
 }
 
 /// What the estimator says of a window.
-fn fit(fitter: &mut Fitter, window: &Window) -> Result<Reported> {
+fn fit(fitter: &mut Fitter, window: &Window, scene: &Scene) -> Result<Reported> {
     let (values, frames) = (&window.values, window.values.len() as u32);
     let valid = &vec![u16::MAX; values.len()];
     let mut table = Table { values, valid };
@@ -234,13 +216,19 @@ fn fit(fitter: &mut Fitter, window: &Window) -> Result<Reported> {
     if let Some(cycles) = window.interferer {
         span = span.with_interferer(cycles as f32);
     }
-    let fit = fitter.fit(&mut span, &Scene::DEFAULT);
+    let fit = fitter.fit(&mut span, scene);
     Ok(Reported::by(&fit.context("a table loses no frames")?))
 }
 
 /// The answers to `windows` windows of `window_s` seconds, and those of the opponent to some of
 /// them. Equal seeds give equal windows.
-pub fn measure(recipe: &Recipe, window_s: f64, windows: u32, seed: u64) -> Result<[Answers; 2]> {
+pub fn measure(
+    recipe: &Recipe,
+    window_s: f64,
+    windows: u32,
+    seed: u64,
+    scene: &Scene,
+) -> Result<[Answers; 2]> {
     let (mut answers, mut samples) = ([Answers::default(); 2], [Vec::new(), Vec::new()]);
     let rate_hz = frame_rate_hz();
     let frames = (window_s * rate_hz).round() as usize;
@@ -251,7 +239,7 @@ pub fn measure(recipe: &Recipe, window_s: f64, windows: u32, seed: u64) -> Resul
             rate_hz,
             &mut Draw::new(seed.wrapping_mul(1_000_003).wrapping_add(number)),
         );
-        let reported = fit(&mut fitter, &window)?;
+        let reported = fit(&mut fitter, &window, scene)?;
         let opponent = number.is_multiple_of(NLS_EVERY).then(|| {
             let estimate =
                 nls::estimate(&window.values, TAXELS, HARMONICS.into(), window.interferer);
@@ -298,20 +286,13 @@ mod tests {
             tone: Some(tone),
             extra: Extra::Nothing,
         };
-        let [answers, opponent] = measure(&recipe, 1.0, 40, 7).expect("answers");
+        let [answers, opponent] = measure(&recipe, 1.0, 40, 7, &Scene::DEFAULT).expect("answers");
         assert_eq!(
             (answers.windows, answers.good, answers.wrong),
             (40, 40, 0),
             "{answers:?}"
         );
-        assert!(
-            answers.covered >= 34 && answers.covered_weighted == answers.covered,
-            "{answers:?}"
-        );
-        assert!(
-            (0.7..1.3).contains(&answers.error_in_sigmas().expect("errors")),
-            "{answers:?}"
-        );
+        assert!(answers.covered >= 34, "{answers:?}");
         assert!(
             (0.9..1.1).contains(&answers.over_bound().expect("a bound")),
             "{answers:?}"
@@ -326,13 +307,13 @@ mod tests {
             "{opponent:?}"
         );
         assert_eq!(
-            measure(&recipe, 1.0, 40, 7).expect("answers")[0],
+            measure(&recipe, 1.0, 40, 7, &Scene::DEFAULT).expect("answers")[0],
             answers,
             "equal seeds"
         );
         assert_ne!(
-            measure(&recipe, 1.0, 40, 8).expect("answers")[0].squares,
-            answers.squares,
+            measure(&recipe, 1.0, 40, 8, &Scene::DEFAULT).expect("answers")[0].accuracy,
+            answers.accuracy,
             "other seeds"
         );
         let [none, opponent] = measure(
@@ -343,6 +324,7 @@ mod tests {
             1.0,
             40,
             7,
+            &Scene::DEFAULT,
         )
         .expect("answers");
         assert_eq!(
@@ -356,7 +338,6 @@ mod tests {
     fn two_tones_are_named_in_either_order() {
         let window = Window {
             mean: Some(0.03),
-            weighted: Some(0.03),
             second: Some(0.05),
             ..Window::default()
         };

@@ -80,7 +80,7 @@ pub fn frequencies(tone: &Tone, count: usize, rate_hz: f64, draw: &mut Draw) -> 
             (0..count).map(|_| next()).collect()
         }
         Speed::Chirp(share) => (0..count)
-            .map(|n| middle * (1.0 + share * (n as f64 / count as f64 - 0.5)))
+            .map(|n| middle * (1.0 + share * ((n as f64 + 0.5) / count as f64 - 0.5)))
             .collect(),
     }
 }
@@ -138,7 +138,9 @@ pub fn add_tone(
             derivative[n][c] =
                 amplitude * gains[c] * harmonics.iter().enumerate().map(slope).sum::<f64>();
         }
-        turns += frequency;
+        // From one frame to the next the phase gains the mean of both frequencies.
+        let next = frequencies.get(n + 1).unwrap_or(frequency);
+        turns += 0.5 * (frequency + next);
     }
     derivative
 }

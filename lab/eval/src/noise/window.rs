@@ -21,8 +21,6 @@ pub struct Window {
     pub step: f32,
     /// Mean of the frequency over the window, cycles per frame; none without a tone.
     pub mean: Option<f64>,
-    /// Its mean weighted by a parabola that is zero at the window's ends.
-    pub weighted: Option<f64>,
     /// RMS of the frequency about its mean, as a share of it.
     pub wander: f64,
     /// Change of the frequency, cycles per frame, in each frame; none if it wanders.
@@ -73,18 +71,8 @@ impl Recipe {
         let mut derivative = Vec::new();
         if let Some(tone) = self.tone {
             let frequencies = frequencies(&tone, count, rate_hz, draw);
-            let parabola = |n: usize| 1.0 - ((2.0 * n as f64 + 1.0) / count as f64 - 1.0).powi(2);
-            let weights: f64 = (0..count).map(parabola).sum();
             let mean = frequencies.iter().sum::<f64>() / count as f64;
             window.mean = Some(mean);
-            window.weighted = Some(
-                frequencies
-                    .iter()
-                    .enumerate()
-                    .map(|(n, f)| parabola(n) * f)
-                    .sum::<f64>()
-                    / weights,
-            );
             let square = frequencies
                 .iter()
                 .map(|f| (f / mean - 1.0).powi(2))
@@ -268,15 +256,8 @@ mod tests {
             extra: Extra::Nothing,
         };
         let window = recipe.make(480, 241.14, &mut Draw::new(2));
-        // Both are symmetric about the window's middle.
-        let (mean, weighted) = (
-            window.mean.expect("a tone"),
-            window.weighted.expect("a tone"),
-        );
-        assert!(
-            (mean * 480.0 / 4.0 - 1.0).abs() < 2e-4 && (weighted / mean - 1.0).abs() < 2e-4,
-            "{mean} {weighted}"
-        );
+        let mean = window.mean.expect("a tone");
+        assert!((mean * 480.0 / 4.0 - 1.0).abs() < 2e-4, "{mean}");
         let speed = Speed::Wander(0.05);
         let wander = Recipe {
             tone: Some(Tone { speed, ..TONE }),

@@ -4,17 +4,19 @@ use super::{from_root, read};
 use crate::page::{self, Figures, Tables, filled};
 use crate::reproduce::results::Reproduction;
 use crate::reproduce::{self, okamoto};
+use crate::trade::scenes;
 use crate::{noise, touch, trade};
 use serde_json::Value;
 use std::path::PathBuf;
 
 /// Topics with bars, each a page and its figures.
-const TOPICS: [&str; 7] = [
+const TOPICS: [&str; 8] = [
     "boards",
     "distance",
     "faults",
     "noise",
     "papers-runs",
+    "scene",
     "touch",
     "trade",
 ];
@@ -61,12 +63,14 @@ fn every_page_is_what_its_figures_give() {
 fn the_tables_and_pictures_are_what_was_measured() {
     let folder = results();
     let trade = trade::figures(trade::load(&folder).expect("the data"));
+    let scene = scenes::figures(scenes::load(&folder).expect("the data"));
     let noise = noise::figures(noise::load(&folder).expect("rows"));
     let touch = touch::figures(touch::load(&folder).expect("rows"));
     let papers: Figures<Reproduction> = page::load(&folder, reproduce::TOPIC).expect("figures");
     let oddo = reproduce::figures(papers.detail.clone(), papers.clone());
     for (topic, expected) in [
         ("trade", &trade.tables),
+        ("scene", &scene.tables),
         ("noise", &noise.tables),
         ("touch", &touch.tables),
         ("papers-runs", &oddo.tables),

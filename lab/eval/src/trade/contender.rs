@@ -81,6 +81,11 @@ pub fn first(channels: u8) -> u16 {
 
 /// Ridgetone's fit of a window's frames, of the taxels in `inputs`.
 pub fn fit(values: &[Values], harmonics: u8, inputs: u16) -> Result<Fit> {
+    fit_scene(values, &Scene::with_harmonics(harmonics), inputs)
+}
+
+/// Ridgetone's fit in any scene.
+pub fn fit_scene(values: &[Values], scene: &Scene, inputs: u16) -> Result<Fit> {
     let valid = vec![inputs; values.len()];
     let mut table = Table {
         values,
@@ -89,7 +94,7 @@ pub fn fit(values: &[Values], harmonics: u8, inputs: u16) -> Result<Fit> {
     let mut fitter = Box::new(Fitter::new());
     let fit = fitter.fit(
         &mut FrameSpan::new(&mut table, 0, valid.len() as u32).with_quantization(1.0),
-        &Scene::with_harmonics(harmonics),
+        scene,
     );
     fit.context("a table loses no frames")
 }

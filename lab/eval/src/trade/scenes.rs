@@ -1,0 +1,220 @@
+//! What each part of a scene costs, and what goes wrong where it is left out and is there after all.
+
+use crate::bench::report::Report;
+use crate::noise::beside;
+use crate::page::{self, Bar, Figures, Table, Tables, percent};
+use anyhow::Result;
+use ridgetone_proto::settings::Declared;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::path::Path;
+
+pub const TOPIC: &str = "scene";
+
+/// Windows, seconds.
+pub const SCENES_S: [f64; 4] = [0.2, 0.4, 1.0, 3.9];
+/// Windows of 1 s of each answer.
+const WINDOWS: u32 = 200;
+const SEED: u64 = 30_000;
+/// The number of the lean scene.
+pub const LEAN: usize = SCENES.len() - 1;
+
+/// What is fitted.
+pub struct Setup {
+    /// How a user sets it.
+    pub name: &'static str,
+    pub declared: Declared,
+    pub harmonics: u8,
+    /// The name of a cell of noise that has what is left out, or what is added.
+    cell: Option<&'static str>,
+}
+
+const DEFAULT: Setup = Setup {
+    name: "default: four harmonics",
+    declared: Declared::DEFAULT,
+    harmonics: 4,
+    cell: None,
+};
+
+/// All scenes that are measured.
+pub const SCENES: [Setup; 8] = [
+    DEFAULT,
+    Setup {
+        name: "`harmonics = 1`",
+        harmonics: 1,
+        cell: Some("white"),
+        ..DEFAULT
+    },
+    Setup {
+        name: "`scene.curved_baseline = false`",
+        declared: Declared {
+            curved_baseline: false,
+            ..Declared::DEFAULT
+        },
+        cell: Some("white, logarithmic creep of 30 amplitudes"),
+        ..DEFAULT
+    },
+    Setup {
+        name: "`scene.coloured_noise = false`",
+        declared: Declared {
+            coloured_noise: false,
+            ..Declared::DEFAULT
+        },
+        cell: Some("AR(1) of 0.9"),
+        ..DEFAULT
+    },
+    Setup {
+        name: "`scene.shared_noise = false`",
+        declared: Declared {
+            shared_noise: false,
+            ..Declared::DEFAULT
+        },
+        cell: Some("pink, the same in all channels"),
+        ..DEFAULT
+    },
+    Setup {
+        name: "`scene.impulses = false`",
+        declared: Declared {
+            impulses: false,
+            ..Declared::DEFAULT
+        },
+        cell: Some("impulses: 1 % of 20 sigma"),
+        ..DEFAULT
+    },
+    Setup {
+        name: "`scene.moving_speed = true`",
+        declared: Declared {
+            moving_speed: true,
+            ..Declared::DEFAULT
+        },
+        cell: Some("wander of 0.5 %"),
+        ..DEFAULT
+    },
+    Setup {
+        name: "lean: one harmonic, all four false",
+        declared: Declared {
+            curved_baseline: false,
+            coloured_noise: false,
+            shared_noise: false,
+            moving_speed: false,
+            impulses: false,
+        },
+        harmonics: 1,
+        cell: None,
+    },
+];
+
+/// A scene's figures.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Row {
+    pub name: String,
+    /// Instructions of the costliest window of each length on the chip, where they were counted.
+    pub instructions: Vec<u32>,
+    /// Instructions of the costliest window of 1 s whose tone is expected.
+    pub tracked: Option<u32>,
+    /// What is in the windows of the answers.
+    pub cell: Option<String>,
+    /// Answers with this scene, and with the default one.
+    pub answers: Vec<Answers>,
+}
+
+/// Answers to windows that hold what is left out.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Answers {
+    pub windows: u32,
+    pub good: u32,
+    pub wrong: u32,
+    /// Good ones whose 95 % interval holds the mean frequency.
+    pub covered: u32,
+}
+
+/// The data of the page.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Scenes {
+    pub rows: Vec<Row>,
+    pub bars: Vec<Bar>,
+}
+
+/// Answers here, beside the instructions of the chip.
+pub fn measure(chip: &Report) -> Result<Scenes> {
+    let mut on_chip = chip.scenes.chunks_exact(SCENES_S.len());
+    let row = |setup: &Setup| {
+        let cells = on_chip.next().unwrap_or_default();
+        let answers = |setup: &Setup, cell| {
+            let scene = ridgetone::scene(&setup.declared, setup.harmonics);
+            let [answers, _] = beside(cell, WINDOWS, SEED, &scene)?;
+            Ok(Answers {
+                windows: answers.windows,
+                good: answers.good,
+                wrong: answers.wrong,
+                covered: answers.covered,
+            })
+        };
+        let both = setup.cell.map(|cell| {
+            let both = [setup, &DEFAULT].map(|setup| answers(setup, cell));
+            both.into_iter().collect::<Result<Vec<_>>>()
+        });
+        Ok(Row {
+            name: setup.name.into(),
+            instructions: cells.iter().map(|cell| cell.instructions_worst).collect(),
+            tracked: cells
+                .iter()
+                .find(|cell| cell.window_s == 1.0)
+                .map(|cell| cell.tracked_worst),
+            cell: setup.cell.map(str::to_owned),
+            answers: both.transpose()?.unwrap_or_default(),
+        })
+    };
+    Ok(Scenes {
+        rows: SCENES.iter().map(row).collect::<Result<_>>()?,
+        bars: chip.fit_bars(),
+    })
+}
+
+/// The page's tables.
+pub fn figures(scenes: Scenes) -> Figures<Scenes> {
+    Figures {
+        tables: Tables::from([
+            ("scenes".into(), table(&scenes.rows)),
+            ("bars".into(), page::bars(&scenes.bars)),
+        ]),
+        detail: scenes,
+    }
+}
+
+/// Writes the figures and the page.
+pub fn write(scenes: Scenes, folder: &Path) -> Result<()> {
+    page::write(folder, TOPIC, &figures(scenes))
+}
+
+/// What was measured last in a folder; nothing where nothing was.
+#[cfg(test)]
+pub fn load(folder: &Path) -> Result<Scenes> {
+    page::load(folder, TOPIC).map(|figures| figures.detail)
+}
+
+/// A row for each scene.
+fn table(rows: &[Row]) -> Table {
+    let mut table = Table::new(
+        "scene|0.2 s|0.4 s|1 s|3.9 s|1 s, after a good window|in windows with|good, %|good and wrong, %|\
+         intervals that hold, %|default: good, %|good and wrong, %|intervals that hold, %",
+    );
+    for row in rows {
+        let mut cells = vec![Value::from(row.name.as_str())];
+        let counted = |n: usize| row.instructions.get(n).copied();
+        cells.extend((0..SCENES_S.len()).map(|n| counted(n).into()));
+        cells.push(row.tracked.into());
+        cells.push(row.cell.clone().unwrap_or_default().into());
+        for n in 0..2 {
+            let Some(answers) = row.answers.get(n) else {
+                cells.extend([Value::Null, Value::Null, Value::Null]);
+                continue;
+            };
+            cells.push(percent(answers.good, answers.windows));
+            cells.push(percent(answers.wrong, answers.windows));
+            cells.push(percent(answers.covered, answers.good));
+        }
+        table.row(cells);
+    }
+    table
+}
