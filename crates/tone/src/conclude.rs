@@ -19,7 +19,7 @@ use crate::scene::Scene;
 use crate::solve::Solution;
 use crate::source::Values;
 use crate::statistics::Statistics;
-use crate::tests::{Other, Tested, Z_LINE, Z_TEST};
+use crate::tests::{Other, Tested, Z_BETWEEN, Z_LINE, Z_TEST};
 use crate::work::Work;
 use core::f32::consts::PI;
 
@@ -235,7 +235,7 @@ impl Figures<'_> {
             || is_faint
             || is_overtone
             || is_second
-            || tests.between > Z_TEST
+            || tests.between > Z_BETWEEN
             || tests.margin < ODDS
         {
             Status::Ambiguous
@@ -252,7 +252,7 @@ impl Figures<'_> {
             self.other.cycles
         } else if self.other.own > Z_LINE {
             self.other.own_cycles
-        } else if self.tests.between > Z_TEST {
+        } else if self.tests.between > Z_BETWEEN {
             0.5 * self.mean.cycles
         } else if self.tests.margin < ODDS {
             self.rival.cycles

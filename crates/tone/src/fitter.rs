@@ -446,14 +446,17 @@ impl<'w> Window<'w, '_, '_> {
                         best
                     }
                 });
-        let room = 2.0 * shape.lines.most() as f32 * tests.cycles + 1.0;
+        // Up to each line: a baseline of degree four has two cycles itself.
+        let unknowns = |line: usize| 2 * shape.lines.iter().filter(|other| *other <= line).count();
+        let room = |line: usize| 2.0 * line as f32 * tests.cycles + 1.0;
+        let is_crowded = |line: usize| room(line) < (unknowns(line) + shape.degree) as f32;
         let verdict = Figures {
             tests: &tests,
             mean: &mean,
             other: &other,
             rival,
             strongest: strongest.0,
-            is_crowded: shape.degree > 1 && room < (2 * shape.lines.count() + shape.degree) as f32,
+            is_crowded: shape.degree > 1 && shape.lines.iter().any(is_crowded),
             lines: shape.lines.count(),
             reach,
         };

@@ -22,6 +22,8 @@ use crate::work::Work;
 pub const Z_LINE: f32 = 4.3;
 /// Deviate of movement, and of what is left beside the lines: one of a thousand.
 pub const Z_TEST: f32 = 3.1;
+/// Deviate of the larger one of two lines: one of a thousand.
+pub const Z_BETWEEN: f32 = 3.3;
 /// Power of another line, as a share of the tone's, that does not matter.
 const OTHER: f32 = 1e-2;
 /// Another line is as far from those of the comb.
