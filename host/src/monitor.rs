@@ -7,6 +7,7 @@ pub mod film;
 mod health;
 mod map;
 pub mod screen;
+mod shapes;
 mod strips;
 mod style;
 #[cfg(test)]

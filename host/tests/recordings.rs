@@ -87,6 +87,17 @@ fn the_screen_of_a_recording_is_a_moving_picture() {
         -height * (images - 1) as f64
     );
     assert!(picture.contains(&still), "{still}");
+    // Browsers differ in what they make of two keyframes at one time.
+    let keyframes = picture.split_once("@keyframes film{").expect("a film").1;
+    assert_eq!(
+        keyframes
+            .split("}}")
+            .next()
+            .expect("keyframes")
+            .matches('%')
+            .count(),
+        3
+    );
     assert_eq!(picture.matches("  over").count(), 1);
     assert_one_line(&run(&arguments), 1, &["touch.svg", "--force"]);
 }

@@ -1,6 +1,7 @@
 //! The screen as a moving picture: what it showed in a run, at the run's own speed.
 
 use super::screen;
+use super::shapes::{Grid, is_shape, shapes};
 use super::view::View;
 use crate::chart::Svg;
 use crate::feed::{Feed, Following};
@@ -89,20 +90,21 @@ fn picture(images: &[Buffer]) -> Result<String> {
         CELL.0 * f64::from(SIZE.0) + 2.0 * MARGIN,
         CELL.1 * f64::from(SIZE.1) + 2.0 * MARGIN,
     );
-    let (count, last) = (images.len(), images.len() - 1);
-    let shown_s = STEP_S * count as f64;
-    let (whole_s, shown) = (shown_s + REST_S, 100.0 * shown_s / (shown_s + REST_S));
+    let last = images.len() - 1;
+    let moves_s = STEP_S * last as f64;
+    let whole_s = moves_s + STEP_S + REST_S;
+    // One keyframe for each time: of two Firefox takes the second, Chromium both.
+    let (steps, moves) = (last.max(1), 100.0 * moves_s / whole_s);
     let end = -height * last as f64;
     let style = format!(
         "text{{font:12.46px 'DejaVu Sans Mono',Menlo,Consolas,monospace;fill:#222;white-space:pre}}.card{{fill:#fff;stroke:#bbb}}\
+         path{{fill:none;stroke:#222}}.bar{{fill:#222;stroke:none}}.dot{{stroke-width:2;stroke-linecap:round}}\
          .bold{{font-weight:700}}.alarm{{fill:#b00020;font-weight:700}}\
-         @media(prefers-color-scheme:dark){{text{{fill:#e4e6ea}}.card{{fill:#16191e;stroke:#444}}.alarm{{fill:#ff8a80}}}}\
+         @media(prefers-color-scheme:dark){{text{{fill:#e4e6ea}}.card{{fill:#16191e;stroke:#444}}path{{stroke:#e4e6ea}}.bar{{fill:#e4e6ea}}.alarm{{fill:#ff8a80}}}}\
          .film{{transform:translateY({end}px);animation:film {whole_s:.1}s infinite}}\
-         @keyframes film{{0%{{transform:none;animation-timing-function:steps({count})}}\
-         {shown:.3}%{{transform:translateY({:.1}px);animation-timing-function:step-start}}\
-         {shown:.3}%,100%{{transform:translateY({end}px)}}}}\
-         @media(prefers-reduced-motion:reduce){{.film{{animation:none}}}}",
-        -height * count as f64
+         @keyframes film{{0%{{transform:none;animation-timing-function:steps({steps})}}\
+         {moves:.3}%,100%{{transform:translateY({end}px)}}}}\
+         @media(prefers-reduced-motion:reduce){{.film{{animation:none}}}}"
     );
     let mut svg = Svg::new(
         width,
@@ -113,8 +115,14 @@ fn picture(images: &[Buffer]) -> Result<String> {
     // The style's `white-space` says so to browsers alone.
     svg.push("<g class=\"film\" xml:space=\"preserve\">");
     for (number, image) in images.iter().enumerate() {
+        let grid = Grid {
+            left: MARGIN,
+            top: height * number as f64 + MARGIN,
+            cell: CELL,
+        };
+        shapes(image, grid).iter().for_each(|path| svg.push(path));
         for row in 0..SIZE.1 {
-            let y = height * number as f64 + MARGIN + CELL.1 * (f64::from(row) + 0.8);
+            let y = grid.top + CELL.1 * (f64::from(row) + 0.8);
             for (column, class, text) in runs(image, row) {
                 svg.cells(
                     [MARGIN + CELL.0 * f64::from(column), y],
@@ -129,9 +137,11 @@ fn picture(images: &[Buffer]) -> Result<String> {
     Ok(svg.finish())
 }
 
-/// The parts of a row that have one style: column, class and text. What is blank is left out.
+/// The texts of a row that have one style: column, class and text. Blanks around them and shapes are
+/// left out.
 fn runs(image: &Buffer, row: u16) -> Vec<(u16, &'static str, String)> {
     let mut runs: Vec<(u16, &'static str, String)> = Vec::new();
+    let mut goes_on = false;
     for column in 0..SIZE.0 {
         let cell = &image[(column, row)];
         let class = match cell {
@@ -145,10 +155,14 @@ fn runs(image: &Buffer, row: u16) -> Vec<(u16, &'static str, String)> {
             _ => "text",
         };
         match runs.last_mut() {
-            Some((_, last, text)) if *last == class => text.push_str(cell.symbol()),
-            _ => runs.push((column, class, cell.symbol().into())),
+            _ if is_shape(cell.symbol()) => goes_on = false,
+            Some((_, last, text)) if goes_on && *last == class => text.push_str(cell.symbol()),
+            _ if cell.symbol() == " " => goes_on = false,
+            _ => {
+                runs.push((column, class, cell.symbol().into()));
+                goes_on = true;
+            }
         }
     }
-    runs.retain(|(_, _, text)| !text.trim().is_empty());
     runs
 }

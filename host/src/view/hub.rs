@@ -56,6 +56,8 @@ pub type Place = OwnedSemaphorePermit;
 /// The common state of all pages.
 pub struct Hub {
     inner: Mutex<Inner>,
+    /// Held while waiting for `inner`: whoever waits there is the next one.
+    turn: Mutex<()>,
     updates: Sender<Message>,
     /// Packets one by one, as with `--json`.
     packets: Sender<Arc<str>>,
@@ -109,6 +111,7 @@ impl Hub {
         };
         Self {
             inner: Mutex::new(inner),
+            turn: Mutex::new(()),
             updates: broadcast::channel(QUEUE).0,
             packets: broadcast::channel(PACKETS).0,
             places: Arc::new(Semaphore::new(PAGES)),
@@ -277,7 +280,10 @@ impl Hub {
             || self.updates.receiver_count() + self.packets.receiver_count() > 0
     }
 
+    /// A mutex goes to whoever asks while it is free. On a busy computer that is the folding thread
+    /// again and again, before a page that waits for it has been woken, so each asks for its turn.
     fn lock(&self) -> MutexGuard<'_, Inner> {
+        let _turn = self.turn.lock().unwrap_or_else(PoisonError::into_inner);
         // A panic under the lock leaves a state that can still be shown.
         self.inner.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -394,5 +400,33 @@ impl Inner {
             spectrum: analysed.has_new_spectrum.then_some(self.spectrum.as_ref()),
             curves: analysed.has_new_curves.then_some(self.curves.as_ref()),
         })?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
+
+    #[test]
+    fn a_thread_that_folds_without_a_rest_lets_a_page_in_that_waits() {
+        let hub = Hub::new(Live::new("a test"));
+        let rounds = (0..10).filter(|_| {
+            let is_in = AtomicBool::new(false);
+            std::thread::scope(|scope| {
+                let folding = hub.lock();
+                scope.spawn(|| {
+                    let _page = hub.lock();
+                    is_in.store(true, SeqCst);
+                });
+                // The page waits by then, but for rounds on a busy computer.
+                std::thread::sleep(Duration::from_millis(50));
+                drop(folding);
+                let _folding = hub.lock();
+                is_in.load(SeqCst)
+            })
+        });
+        let first = rounds.count();
+        assert!(first > 5, "the page was next in {first} of 10 rounds");
     }
 }

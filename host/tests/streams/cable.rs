@@ -66,7 +66,11 @@ fn pass(mut board: File, plugged: File, path: &Path, shared: &Shared) {
     let (mut port, mut bytes) = (Some(plugged), [0; 4096]);
     while !shared.ends.load(Relaxed) {
         match (shared.is_pulled.load(Relaxed), &port) {
-            (true, Some(_)) => port = None,
+            (true, Some(_)) => {
+                // Before the terminal is closed: the next one that anybody opens may have its number.
+                let _ = std::fs::remove_file(path);
+                port = None;
+            }
             (false, None) => port = Some(plug(path)),
             _ => {}
         }

@@ -11,7 +11,7 @@ use crate::serving::Serving;
 use ridgetone_proto::settings::FRAME_RATE_HZ;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
 use std::net::TcpStream;
 use std::ops::RangeInclusive;
 use std::path::Path;
@@ -33,6 +33,10 @@ const AWAY_S: [u64; 3] = [2, 12, 5];
 
 /// Seconds after a broker's return until a subscriber has come back, too.
 const COMES_BACK_S: f64 = 8.0;
+
+/// Silence after which a load has failed. A browser waits for ever, so that this is a bound for a
+/// server that is stuck, not for a slow one: at a fiftieth of a core a load takes 10 s and more.
+const SILENT: Duration = Duration::from_secs(120);
 
 /// The messages of a subscriber, by topic: receipts by number, and the last status.
 #[derive(Default)]
@@ -66,13 +70,19 @@ impl Take for Arrivals {
     }
 }
 
+/// How often a page was loaded, and the longest time until its state was there.
+#[derive(Clone, Copy, Debug, Default)]
+struct Loads {
+    count: u64,
+    slowest: Duration,
+}
+
 /// `ridgetone view` at a port, whose page is loaded again and again.
 struct Page {
     child: Child,
     url: String,
     ends: Arc<AtomicBool>,
-    /// Gives how often the page was loaded.
-    loader: Option<JoinHandle<u64>>,
+    loader: Option<JoinHandle<Loads>>,
 }
 
 impl Page {
@@ -98,11 +108,13 @@ impl Page {
         let ends = Arc::new(AtomicBool::new(false));
         let (end, host) = (Arc::clone(&ends), url[7..].to_owned());
         let loader = std::thread::spawn(move || {
-            let mut loads = 0;
+            let mut loads = Loads::default();
             while !end.load(Relaxed) {
+                let begun = Instant::now();
                 assert!(get(&host, "/").contains("<title>Ridgetone</title>"));
                 assert!(state(&host)["update"].is_u64());
-                loads += 1;
+                loads.count += 1;
+                loads.slowest = loads.slowest.max(begun.elapsed());
                 sleep(Duration::from_millis(700));
             }
             loads
@@ -115,8 +127,8 @@ impl Page {
         }
     }
 
-    /// Ends the loads, of which each must have succeeded; gives their number.
-    fn loads(&mut self) -> u64 {
+    /// Ends the loads, of which each must have succeeded.
+    fn loads(&mut self) -> Loads {
         self.ends.store(true, Relaxed);
         let loader = self.loader.take().expect("once");
         loader.join().expect("every load succeeds")
@@ -146,13 +158,22 @@ impl Drop for Page {
 /// What a server answers to a path, up to the end of its first event or of it all.
 fn get(host: &str, path: &str) -> String {
     let mut line = TcpStream::connect(host).expect("it listens");
-    line.set_read_timeout(Some(Duration::from_secs(20)))
-        .expect("a limit");
+    line.set_read_timeout(Some(SILENT)).expect("a limit");
     let request = format!("GET {path} HTTP/1.0\r\nHost: {host}\r\n\r\n");
     line.write_all(request.as_bytes()).expect("sent");
     let (mut bytes, mut part) = (Vec::new(), [0; 65_536]);
-    while let Ok(length @ 1..) = line.read(&mut part) {
-        bytes.extend_from_slice(&part[..length]);
+    let begun = Instant::now();
+    loop {
+        match line.read(&mut part) {
+            Ok(0) => break,
+            Ok(length) => bytes.extend_from_slice(&part[..length]),
+            Err(error) if error.kind() == ErrorKind::Interrupted => {}
+            Err(error) => panic!(
+                "{path}: {error} after {:.1?} and {} bytes",
+                begun.elapsed(),
+                bytes.len()
+            ),
+        }
         let is_event = path == "/events" && bytes.ends_with(b"\n\n");
         if is_event && bytes.windows(5).any(|part| part == b"data:") {
             break;
@@ -297,8 +318,10 @@ fn two_fingers_a_broker_that_restarts_pages_that_reload_and_cables_that_are_pull
     let stderr = serving.interrupt();
     let arrivals = subscriber.finish();
     println!(
-        "{length_s:.0} s: {} restarts of the broker, {pulls} cables pulled, {damages} bytes damaged, {loads} loads of the page",
-        restarts.len()
+        "{length_s:.0} s: {} restarts of the broker, {pulls} cables pulled, {damages} bytes damaged, {} loads of the page, the slowest {:.1?}",
+        restarts.len(),
+        loads.count,
+        loads.slowest
     );
     let mut happened = Table::new(&["what happened", "times"]);
     happened.rows = vec![
@@ -306,7 +329,11 @@ fn two_fingers_a_broker_that_restarts_pages_that_reload_and_cables_that_are_pull
         json!(["broker restarted", restarts.len()]),
         json!(["cable pulled", pulls]),
         json!(["byte damaged", damages]),
-        json!(["page loaded", loads]),
+        json!(["page loaded", loads.count]),
+        json!([
+            "slowest load of the page, s",
+            tenths(loads.slowest.as_secs_f64())
+        ]),
     ];
     let mut frames = Table::new(&[
         "finger",
@@ -356,7 +383,7 @@ fn two_fingers_a_broker_that_restarts_pages_that_reload_and_cables_that_are_pull
             busy[n], early[n], late[n]
         );
     }
-    if loads == 0 || restarts.is_empty() || pulls == 0 {
+    if loads.count == 0 || restarts.is_empty() || pulls == 0 {
         wrong.push("too short for anything to happen".into());
     }
     drop((broker, page));
