@@ -209,6 +209,9 @@ pub struct Figures<'v> {
     pub rival: &'v Rival,
     /// The strongest line.
     pub strongest: usize,
+    /// Whether that line is one beyond half the frame rate, which frames see below it: it may as well
+    /// be a tone itself.
+    pub is_image: bool,
     /// Whether lines and baseline have more unknowns than the window has room for.
     pub is_crowded: bool,
     /// Number of lines.
@@ -234,6 +237,7 @@ impl Figures<'_> {
             || self.is_crowded
             || is_faint
             || is_overtone
+            || self.is_image
             || is_second
             || tests.between > Z_BETWEEN
             || tests.margin < ODDS

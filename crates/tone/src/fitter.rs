@@ -225,7 +225,7 @@ impl<'w> Window<'w, '_, '_> {
             None if self.is_expected => return None,
             None => (self.search(memory)?, None),
         };
-        self.settle(memory, &mut best, collected);
+        self.choose_degree(memory, &mut best, collected);
         Some(best)
     }
 
@@ -329,7 +329,7 @@ impl<'w> Window<'w, '_, '_> {
     /// Fits a comb with each degree of the baseline, by blocks that are at it: they were `collected`
     /// near it, or are collected anew.
     #[inline(never)]
-    fn settle(&mut self, memory: &mut Memory, best: &mut Comb, collected: Option<Course>) {
+    fn choose_degree(&mut self, memory: &mut Memory, best: &mut Comb, collected: Option<Course>) {
         let Memory { blocks, work } = memory;
         let refinement = self.refinement();
         let cycles = best.course.cycles;
@@ -455,6 +455,7 @@ impl<'w> Window<'w, '_, '_> {
             mean: &mean,
             other: &other,
             rival,
+            is_image: strongest.0 as f32 * tests.cycles > reach.most && reach.folds,
             strongest: strongest.0,
             is_crowded: shape.degree > 1 && shape.lines.iter().any(is_crowded),
             lines: shape.lines.count(),

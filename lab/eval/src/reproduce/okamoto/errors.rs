@@ -73,7 +73,7 @@ impl Errors {
             let (frequency, sigma) = (f64::from(estimate.frequency), f64::from(estimate.sigma));
             // Cycles a millimetre, or a second at a speed that is known.
             let wavelength = match motion {
-                Motion::Steady(speed_mm_s) => speed_mm_s / frequency,
+                Motion::Steady(_) => slid.mean_speed_mm_s(from_s, until_s) / frequency,
                 Motion::Hand => 1.0 / frequency,
             };
             let (off, own) = (wavelength / wavelength_mm - 1.0, sigma / frequency);

@@ -6,7 +6,7 @@ use super::motion::SETTLES_S;
 use super::paper::SCAN_MM;
 use super::skin::Skin;
 use anyhow::{Context, Result};
-use hal_mock::{Sliding, sliding::Hand};
+use hal_mock::{Sliding, SlidingScene, sliding::Hand};
 use ridgetone::TimedConversion;
 use ridgetone_host::input::{Input, Opened, Source};
 use ridgetone_host::odometry::{self, Stream};
@@ -35,6 +35,8 @@ pub const FELT_LATE_S: f64 = FILTER_S + APERTURE_S;
 pub struct Slid {
     pub scene: Sliding,
     pub motion: Motion,
+    /// Where the scale is: it brakes at the slide's end.
+    moves: SlidingScene,
     #[cfg(test)]
     pub skin: Skin,
     /// Frames in volts, with the times of their first taxels, seconds from the slide's begin.
@@ -124,6 +126,7 @@ impl Slid {
         let begins_s = truth.slide_start_s - zero_s;
         frames.iter_mut().for_each(|(t_s, _)| *t_s -= begins_s);
         Ok(Self {
+            moves: SlidingScene::new(scene.clone())?,
             scene,
             motion,
             #[cfg(test)]
@@ -166,6 +169,12 @@ impl Slid {
             )
         };
         (0..count).map(message).collect()
+    }
+
+    /// Mean speed over a window, mm/s: a tone at a known speed has this one's frequency.
+    pub fn mean_speed_mm_s(&self, from_s: f64, until_s: f64) -> f64 {
+        let place_mm = |t_s: f64| self.moves.position_mm(self.scene_begins_s + t_s);
+        (place_mm(until_s) - place_mm(from_s)) / (until_s - from_s)
     }
 
     /// An estimate's window, seconds from the slide's begin.
