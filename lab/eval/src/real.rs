@@ -90,10 +90,7 @@ fn of_a_tone(recording: &Recording, truth: &Known, counts: &mut Counts) {
         counts.good.add(answer.is_good);
     }
     if answer.is_good {
-        let width = NINETY_FIVE * answer.sigma.hypot(0.5 * truth.tolerance * truth.hz);
-        counts
-            .held
-            .add((answer.frequency - truth.hz).abs() <= width);
+        counts.held.add(answer.holds(truth));
     }
     for count in [2, 3] {
         let rows = recording.rows() / count;
@@ -184,10 +181,11 @@ fn summary(counts: &Counts) {
 /// The ridged board in windows of some cycles: relative error of a periodogram's peak and of least
 /// squares, against speed over ridge distance.
 fn board(recordings: &[(Recording, Known)]) {
-    println!("| cycles in the window | windows | periodogram's peak, % | fit, % | of these good |");
-    println!("|---|---|---|---|---|");
+    println!("| cycles in the window | windows | periodogram's peak, % | fit, % | good | intervals that hold |");
+    println!("|---|---|---|---|---|---|");
     for cycles in WINDOW_CYCLES {
-        let (mut errors, mut good) = ([const { Vec::new() }; 2], Share::default());
+        let mut errors = [const { Vec::new() }; 2];
+        let [mut good, mut held] = [Share::default(); 2];
         for (recording, truth) in recordings
             .iter()
             .filter(|(one, _)| one.name.starts_with("fabric"))
@@ -198,6 +196,9 @@ fn board(recordings: &[(Recording, Known)]) {
                 let stretch = recording.stretch(first, rows);
                 let answer = Answer::of(&stretch);
                 good.add(answer.is_good);
+                if answer.is_good {
+                    held.add(answer.holds(truth));
+                }
                 let found = [periodogram(&stretch), answer.frequency];
                 for (errors, found) in errors.iter_mut().zip(found) {
                     errors.push(100.0 * (found / truth.hz - 1.0).abs());
@@ -209,11 +210,17 @@ fn board(recordings: &[(Recording, Known)]) {
             (errors[errors.len() / 2], errors.len())
         });
         let [(peak, windows), (fit, _)] = median;
-        println!("| {cycles} | {windows} | {peak:.1} | {fit:.1} | {good} |");
+        println!("| {cycles} | {windows} | {peak:.1} | {fit:.1} | {good} | {held} |");
     }
 }
 
 impl Answer {
+    /// Whether its interval of 95 % holds the truth, as well as that is known.
+    fn holds(&self, truth: &Known) -> bool {
+        let width = NINETY_FIVE * self.sigma.hypot(0.5 * truth.tolerance * truth.hz);
+        (self.frequency - truth.hz).abs() <= width
+    }
+
     fn is_near(&self, truth: f64, tolerance: f64) -> bool {
         (self.frequency / truth - 1.0).abs() <= tolerance
     }
