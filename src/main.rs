@@ -48,8 +48,7 @@ fn main() {
 #[rtic::app(device = stm32f4xx_hal::pac, peripherals = true)]
 mod app {
     use crate::board;
-    use crate::board::{Board, POWER_UP_US, Reset, Spi, Start, Wait};
-    use ads1258::Ads1258;
+    use crate::board::{Board, Converter, POWER_UP_US, Wait};
     use core::hint::black_box;
     use core::mem::MaybeUninit;
     use embedded_hal::delay::DelayNs;
@@ -112,7 +111,7 @@ mod app {
 
     #[local]
     struct Local {
-        drdy: Drdy<'static, Spi, Start, Reset, board::Drdy>,
+        drdy: Drdy<'static, Converter, board::Drdy>,
         line: SerialLine<'static, board::SerialLine>,
         detect: Detect<'static>,
         report: Report<'static>,
@@ -130,9 +129,7 @@ mod app {
     ])]
     fn init(cx: init::Context) -> (Resources, Local) {
         let Board {
-            spi,
-            start,
-            reset,
+            converter,
             drdy,
             line,
             boot,
@@ -156,7 +153,7 @@ mod app {
         });
         let estimator = put(cx.local.estimator_place, || Estimator::new(settings));
         let shared = Shared::new(Rtic, settings.plan);
-        let mut acquisition = Acquisition::new(Ads1258::new(spi), start, reset, settings.plan);
+        let mut acquisition = Acquisition::new(converter, settings.plan);
         // The counter has run since the start.
         Wait.delay_us(POWER_UP_US.saturating_sub(board::now_us()));
         if acquisition.set_up(&shared.diagnostics, &mut Wait) {

@@ -9,12 +9,11 @@
 //! | item | what it must do |
 //! |---|---|
 //! | `init(device, core) -> Board` | clocks, pins, SPI, interrupts, the microsecond counter; START low, RESET high |
-//! | `Board::spi` | an `embedded_hal` `SpiDevice` in mode 0, at most half the chip's clock (7.86 MHz), CS as below |
-//! | `Board::start`, `Board::reset` | `OutputPin`s on START (high runs the scan) and RESET (active low) |
+//! | `Board::converter` | a [`Converter`](ridgetone::converter::Converter): here an ADS1258 on an `embedded_hal` `SpiDevice` in mode 0, at most half the chip's clock (7.86 MHz), CS as below, with `OutputPin`s on START (high runs the scan) and RESET (active low) |
 //! | `Board::drdy` | [`DrdyPin`]: the falling edge of DRDY and its time; its interrupt can be muted |
 //! | `Board::line` | [`serial_line::SerialLine`] on the board's USART: telemetry out and requests in, byte by byte |
 //! | `Board::flash` | a `NorFlash` of two pages for settings, words of 4 bytes, where no code may lie (`memory.x`) |
-//! | the types `Board`, `Spi`, `Start`, `Reset`, `Drdy`, `SerialLine`, `SettingsFlash` | [`parts::Parts`] and what it has on this board |
+//! | the types `Board`, `Converter`, `Drdy`, `SerialLine`, `SettingsFlash` | [`parts::Parts`] and what it has on this board |
 //! | `now_us() -> u32` | a free-running microsecond counter that wraps at 2^32 and does not stop in sleep |
 //! | an interrupt TIM4 about twice a second | for the task `watch`, also while DRDY is silent |
 //! | `acknowledge_heartbeat()` | clears that interrupt, and keeps the chip open for a debugger |

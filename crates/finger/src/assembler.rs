@@ -9,9 +9,9 @@
 
 mod service_delay;
 
+use crate::converter::{Scanned, Tag};
 use crate::frame::{Frame, Readings, TimedConversion};
-use crate::scan::{FIRST_INPUT, NEW, OWN, Order, SLOTS_MAX, Scan, own_of};
-use ads1258::Conversion;
+use crate::scan::{OWN, Order, SLOTS_MAX, Scan, own_of};
 use heapless::Vec;
 use ridgetone_proto::division::divide;
 use ridgetone_proto::plan::Plan;
@@ -21,8 +21,8 @@ use service_delay::ServiceDelay;
 /// How far from its time a conversion may be, microseconds: an interrupt may be late by so much,
 /// and by default it is 1 % of a scan. Of a fast scan it is three eighths of a conversion at most.
 const JITTER_US: u32 = 50;
-/// NEW and no other flag (SBAS297G, status byte): a conversion without a flaw.
-const FLAWLESS: u8 = 0x80;
+/// NEW and no other flag: a conversion without a flaw.
+const FLAWLESS: u8 = Tag::NEW;
 
 /// What the assembler needs of a plan at every scan.
 #[derive(Clone, Copy, Debug)]
@@ -126,7 +126,7 @@ impl Assembler {
     /// [`Plan::validate`].
     pub const fn new(vref_v: f32, plan: &Plan) -> Self {
         let scan = Scan::new(plan);
-        let order = Order::of(&plan.config());
+        let order = Order::new(plan, Scanned::Inputs);
         let (flawless, taxels) = table(order, &scan);
         Self {
             vref_v,
@@ -163,7 +163,7 @@ impl Assembler {
     /// go on.
     pub fn change(&mut self, plan: &Plan) {
         self.scan = Scan::new(plan);
-        self.order = Order::of(&plan.config());
+        self.order = Order::new(plan, Scanned::Inputs);
         self.times = Times::new(&self.scan);
         (self.flawless, self.taxels) = table(self.order, &self.scan);
         self.buffer.clear();
@@ -315,7 +315,7 @@ impl Assembler {
     pub fn slow_path(&mut self, done: &mut impl FnMut(&Frame)) {
         let buffer = core::mem::take(&mut self.buffer);
         let last_id = self.order.last_id();
-        let is_last = |timed: &TimedConversion| timed.status().chid() == last_id;
+        let is_last = |timed: &TimedConversion| timed.tag().id() == last_id;
         let taken = buffer
             .iter()
             .rposition(is_last)
@@ -331,27 +331,22 @@ impl Assembler {
 
     /// Takes any conversion.
     fn take(&mut self, timed: &TimedConversion, done: &mut impl FnMut(&Frame)) {
-        let Conversion { status, code } = timed.conversion();
-        let t_us = timed.t_us;
-        let own = own_of(status.chid());
-        let Some(slot) = self
-            .order
-            .slot_of(status.chid())
-            .filter(|_| status.is_new())
-        else {
+        let (tag, code, t_us) = (timed.tag(), timed.code(), timed.t_us);
+        let own = own_of(tag.id());
+        let Some(slot) = self.order.slot_of(tag.id()).filter(|_| tag.is_new()) else {
             if let (Some(own), true, true) =
-                (own, status.is_new(), self.scan.slots == self.scan.channels)
+                (own, tag.is_new(), self.scan.slots == self.scan.channels)
             {
                 // The plan's scan was interrupted for it.
                 if let Some(place) = self.own.get_mut(own) {
                     *place = Some(code);
                 }
-                self.flaws.supply += status.is_supply_low() as u32;
+                self.flaws.supply += tag.is_supply_low() as u32;
                 self.has_paused = true;
                 return;
             }
             self.doubtful = self.doubtful.saturating_add(1);
-            let flaw = if status.is_new() {
+            let flaw = if tag.is_new() {
                 &mut self.flaws.channel
             } else {
                 &mut self.flaws.repeated
@@ -359,10 +354,10 @@ impl Assembler {
             *flaw = flaw.saturating_add(1);
             return;
         };
-        let taxel = (status.chid().wrapping_sub(FIRST_INPUT)) as usize % TAXELS;
-        let is_clean = !status.is_overflow() && !status.is_supply_low();
-        self.flaws.supply += status.is_supply_low() as u32;
-        self.flaws.overload += (status.is_overflow() || own.is_none() && is_clipped(code)) as u32;
+        let taxel = tag.id().wrapping_sub(Tag::FIRST_INPUT) as usize % TAXELS;
+        let is_clean = !tag.is_overload() && !tag.is_supply_low();
+        self.flaws.supply += tag.is_supply_low() as u32;
+        self.flaws.overload += (tag.is_overload() || own.is_none() && is_clipped(code)) as u32;
         self.doubtful = self.doubtful.saturating_add(!is_clean as u32);
 
         let scans = self.advance(slot, t_us);
@@ -471,9 +466,9 @@ const fn table(order: Order, scan: &Scan) -> ([u8; SLOTS_MAX], [u8; TAXELS]) {
     let (mut statuses, mut taxels, mut status, mut slot) =
         ([0; SLOTS_MAX], [0; TAXELS], order.first(), 0);
     while slot < scan.slots as usize && slot < SLOTS_MAX {
-        statuses[slot] = status & !NEW | FLAWLESS;
+        statuses[slot] = status & !Tag::NEW | FLAWLESS;
         if slot < scan.channels as usize && slot < TAXELS {
-            taxels[slot] = (status & !NEW) - FIRST_INPUT;
+            taxels[slot] = (status & !Tag::NEW) - Tag::FIRST_INPUT;
         }
         (status, slot) = (order.next_status(status), slot + 1);
     }

@@ -10,6 +10,7 @@
 //!
 //! | step | public name | file |
 //! |---|---|---|
+//! | the converter, as a trait, and the ADS1258 | [`converter`] | `converter.rs` |
 //! | read a conversion at DRDY's edge, supervise the chip | [`Acquisition`], [`TimedConversion`] | `acquire.rs` |
 //! | sort conversions into frames by the slots of the scan | [`SLOTS`], [`CONVERSION_NS`], [`FRAME_NS`] | `assembler.rs`, `scan.rs` |
 //! | keep frames; find contact, slide, hold and release | [`Detector`], [`Ring`] | `detector.rs`, `ring.rs`, `touch/` |
@@ -79,6 +80,7 @@ compile_error!(
 mod abscissa;
 mod acquire;
 mod assembler;
+pub mod converter;
 mod detector;
 mod estimator;
 mod event_builder;

@@ -1,7 +1,7 @@
 //! Scans with and without losses, flags and clipped codes.
 
 use super::*;
-use ads1258::Status;
+use ads1258::{Conversion, Status};
 extern crate std;
 use std::vec::Vec;
 
