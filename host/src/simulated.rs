@@ -17,6 +17,7 @@ use ridgetone::Detector;
 use ridgetone::Estimator;
 use ridgetone::Ring;
 use ridgetone::TimedConversion;
+use ridgetone::Wiring;
 use ridgetone::converter::WiredAds1258;
 use ridgetone::tasks::Detect;
 use ridgetone::tasks::Fit;
@@ -147,7 +148,12 @@ fn run_until_restart<F: NorFlash>(
             requests: Requests::new(start.store),
         },
         report: Report::new(bytes_in),
-        detector: Box::new(Detector::booted(start.settings, start.source, start.boot)),
+        detector: Box::new(Detector::booted(
+            start.settings,
+            Wiring::GUIDE,
+            start.source,
+            start.boot,
+        )),
         ring: Box::new(Ring::new()),
         inbox: Inboxes::new(),
         outbox: Outbox::new(),

@@ -19,6 +19,7 @@ use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::spi::{self, Operation as Op, SpiDevice};
 use hal_mock::bridge::{Operation, PAYLOAD_MAX};
 use kept::KEPT;
+use ridgetone::Wiring;
 use ridgetone::converter::WiredAds1258;
 use ridgetone::tasks::DepthMeter;
 use ridgetone_proto::boot::{Boot, Death, Record, ResetCause};
@@ -83,6 +84,9 @@ impl OutputPin for Pin {
         Ok(())
     }
 }
+
+/// The guide's.
+pub const WIRING: Wiring = Wiring::GUIDE;
 
 pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
     let mut rcc = device.RCC.freeze(Config::hsi());

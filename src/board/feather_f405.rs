@@ -12,6 +12,7 @@
 use super::stm32f4::{self, External};
 use super::{converter, parts, serial_line};
 use ads1258::Ads1258;
+use ridgetone::Wiring;
 use ridgetone::converter::WiredAds1258;
 use ridgetone_proto::boot::Boot;
 use stm32f4xx_hal::gpio::{Output, PC5, PC6, PinState, Pull};
@@ -26,6 +27,9 @@ pub type Converter = WiredAds1258<converter::Spi<'A', 4>, PC5<Output>, PC6<Outpu
 pub type Drdy = converter::Drdy<'C'>;
 pub type SerialLine = serial_line::SerialLine<USART3>;
 pub type Board = parts::Parts<Converter, Drdy, SerialLine, SettingsFlash>;
+
+/// The guide's.
+pub const WIRING: Wiring = Wiring::GUIDE;
 
 pub fn init(device: pac::Peripherals, _core: cortex_m::Peripherals) -> Board {
     let boot = stm32f4::begin(&device);

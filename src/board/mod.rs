@@ -10,6 +10,7 @@
 //! |---|---|
 //! | `init(device, core) -> Board` | clocks, pins, SPI, interrupts, the microsecond counter; START low, RESET high |
 //! | `Board::converter` | a [`Converter`](ridgetone::converter::Converter): here an ADS1258 on an `embedded_hal` `SpiDevice` in mode 0, at most half the chip's clock (7.86 MHz), CS as below, with `OutputPin`s on START (high runs the scan) and RESET (active low) |
+//! | `WIRING` | a [`Wiring`](ridgetone::Wiring): what is not in the settings |
 //! | `Board::drdy` | [`DrdyPin`]: the falling edge of DRDY and its time; its interrupt can be muted |
 //! | `Board::line` | [`serial_line::SerialLine`] on the board's USART: telemetry out and requests in, byte by byte |
 //! | `Board::flash` | a `NorFlash` of two pages for settings, words of 4 bytes, where no code may lie (`memory.x`) |

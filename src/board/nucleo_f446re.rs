@@ -10,6 +10,7 @@
 use super::stm32f4::{self, External};
 use super::{converter, parts, serial_line};
 use ads1258::Ads1258;
+use ridgetone::Wiring;
 use ridgetone::converter::WiredAds1258;
 use ridgetone_proto::boot::Boot;
 use stm32f4xx_hal::gpio::{Output, PA9, PC7, PinState, Pull};
@@ -25,6 +26,9 @@ pub type Converter = WiredAds1258<converter::Spi<'B', 6>, PC7<Output>, PA9<Outpu
 pub type Drdy = converter::Drdy<'A'>;
 pub type SerialLine = serial_line::SerialLine<USART2>;
 pub type Board = parts::Parts<Converter, Drdy, SerialLine, SettingsFlash>;
+
+/// The guide's.
+pub const WIRING: Wiring = Wiring::GUIDE;
 
 pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
     let boot = stm32f4::begin(&device);

@@ -6,6 +6,7 @@ use crate::scan::Scan;
 use crate::surface::odometry::track::Track;
 use crate::surface::odometry::trajectory::Trajectory;
 use crate::window::Window;
+use crate::wiring::{Sampling, Wiring};
 use core::f32::consts::PI;
 use delay_error::{DelayError, LOW_PASS_SIGMA_S};
 use ridgetone_proto::settings::{Settings, TAXELS};
@@ -37,7 +38,7 @@ impl Fitted {
     pub fn turns(&self, taxel: usize) -> f32 {
         // Its slot is later in the scan.
         let ahead =
-            self.fit.frequency * self.per_slot * (self.scan.slot_of(taxel) as f32 - self.slot);
+            self.fit.frequency * self.per_slot * (self.scan.slots_late(taxel) as f32 - self.slot);
         self.fit
             .channels
             .get(taxel)
@@ -51,22 +52,29 @@ impl Fitted {
     }
 }
 
+/// What a fit goes by.
+#[derive(Clone, Copy, Debug)]
+pub struct Setup<'a> {
+    /// The settings in force.
+    pub settings: &'a Settings,
+    /// The board's wiring.
+    pub wiring: Wiring,
+}
+
 /// Fits a window by the places in `track` that its [`Mark`](crate::surface::odometry::Mark) names,
 /// or by time if there are none. Fails if frames or places were overwritten.
 pub fn fit(
     fitter: &mut Fitter,
     window: &Window,
     source: &mut dyn FrameSource,
-    settings: &Settings,
+    setup: Setup<'_>,
     track: Option<&Track>,
 ) -> Result<Fitted, Overwritten> {
+    let Setup { settings, wiring } = setup;
     let scene = &Scene::with_harmonics(settings.harmonics);
-    let scan = Scan::new(&window.plan);
+    let scan = Scan::new(&window.plan).sampled(wiring.sampling);
     let Scan {
-        channels,
-        slots,
-        conversion_ns,
-        ..
+        channels, slots, ..
     } = scan;
     // By the converter's own clock: a single frame's time stamp has the jitter of its interrupt.
     let frame_us = 1e6 / window.frame_rate_hz;
@@ -74,8 +82,11 @@ pub fn fit(
     let lasts_us = (last as f32 * frame_us) as u32;
     // The middle of the taxels' slots, from the first: by place, a frame is there, and its taxels
     // are read before and after it.
-    let middle_slot = 0.5 * (channels as f32 - 1.0);
-    let middle_us = (middle_slot * conversion_ns as f32 * 1e-3) as u32;
+    let middle_slot = match wiring.sampling {
+        Sampling::InTurn => 0.5 * (channels as f32 - 1.0),
+        Sampling::AtOnce => 0.0,
+    };
+    let middle_us = (middle_slot * scan.slot_ns() as f32 * 1e-3) as u32;
     let trajectory =
         track.and_then(|track| Trajectory::new(track, &window.odometry, lasts_us, middle_us));
     let unplaced = trajectory
@@ -93,7 +104,7 @@ pub fn fit(
     let last = last.saturating_sub(unplaced);
     let (mut late, mut at, mut inputs) = ([0.0; TAXELS], -middle_slot, scan.inputs);
     for late in &mut late {
-        if inputs == 0 {
+        if inputs == 0 || wiring.sampling == Sampling::AtOnce {
             break;
         }
         *late = at / slots as f32;

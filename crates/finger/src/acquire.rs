@@ -25,7 +25,7 @@ mod watch;
 use crate::converter::{Converter, Sample, Scanned, Tag};
 use crate::faults::diagnostics::Diagnostics;
 use crate::frame::TimedConversion;
-use crate::scan::Order;
+use crate::scan::{Order, Scan};
 use embedded_hal::delay::DelayNs;
 use heapless::spsc::Producer;
 use resolve::{Reads, Resolved, resolve};
@@ -39,6 +39,11 @@ use unseen::Unseen;
 const STORM_EDGES: u16 = 256;
 /// Unexpected edges from one request for a check to the next, while checks find faults.
 const CHECK_EDGES: u8 = 8;
+/// The time from one edge to the next, nanoseconds.
+const fn edge_ns<C: Converter>(plan: &Plan) -> u32 {
+    Scan::new(plan).sampled(C::SAMPLING).edge_ns()
+}
+
 /// The queue to the detector.
 type Samples<'a> = Producer<'a, TimedConversion>;
 
@@ -96,7 +101,7 @@ pub struct Acquisition<C> {
     pause_us: u32,
 }
 
-impl<C> Acquisition<C> {
+impl<C: Converter> Acquisition<C> {
     /// Takes the converter and a plan that has passed [`Plan::validate`]. Nothing is transferred.
     pub const fn new(converter: C, plan: Plan) -> Self {
         let order = Order::new(&plan, Scanned::Inputs);
@@ -116,7 +121,7 @@ impl<C> Acquisition<C> {
             unexpected_us: 0,
             put_off: 0,
             muted: false,
-            unseen: Unseen::new(plan.conversion_ns()),
+            unseen: Unseen::new(edge_ns::<C>(&plan)),
             is_set_up: false,
             restarted_us: 0,
             pause_us: 0,
@@ -135,7 +140,7 @@ impl<C: Converter> Acquisition<C> {
     /// [`Self::watch`] tries again. An ADS1258 takes [`ads1258::RESET_LOW_US`]
     /// and 36 bytes on the bus.
     pub fn set_up(&mut self, diagnostics: &Diagnostics, wait: &mut impl DelayNs) -> bool {
-        self.is_health = self.plan.health == HealthReadings::BetweenTouches;
+        self.is_health = self.has_health_scan();
         self.begin_scan(diagnostics, wait)
     }
 
@@ -150,7 +155,7 @@ impl<C: Converter> Acquisition<C> {
     ) {
         (self.plan, self.is_unannounced) = (plan, true);
         self.is_read_twice = plan.is_read_twice();
-        self.unseen = Unseen::new(plan.conversion_ns());
+        self.unseen = Unseen::new(edge_ns::<C>(&plan));
         self.latest_us = now_us;
         let _ = self.set_up(diagnostics, wait);
     }
@@ -158,12 +163,22 @@ impl<C: Converter> Acquisition<C> {
     /// Interrupts the plan's scan for one of the health readings, if the plan's has none. True if
     /// it did: the caller unmutes DRDY after it.
     pub fn read_health(&mut self, diagnostics: &Diagnostics, wait: &mut impl DelayNs) -> bool {
-        let is_due =
-            self.plan.health == HealthReadings::BetweenTouches && self.is_set_up && !self.is_health;
+        let is_due = self.has_health_scan() && self.is_set_up && !self.is_health;
         if is_due {
             let _ = self.set_up(diagnostics, wait);
         }
         is_due
+    }
+
+    /// Whether the converter's own readings have a scan of their own.
+    fn has_health_scan(&self) -> bool {
+        C::HAS_READINGS && self.plan.health == HealthReadings::BetweenTouches
+    }
+
+    /// Goes on to the next sample of the edge that was served. False if there is none.
+    #[inline(always)]
+    pub fn go_on(&mut self) -> bool {
+        self.converter.go_on()
     }
 
     /// Goes on with the plan's scan after `Drdy::HealthRead`. The caller unmutes DRDY after it.

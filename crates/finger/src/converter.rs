@@ -7,6 +7,7 @@
 mod ads1258;
 
 pub use self::ads1258::WiredAds1258;
+use crate::wiring::Sampling;
 use embedded_hal::delay::DelayNs;
 use ridgetone_proto::plan::Plan;
 
@@ -76,12 +77,22 @@ pub struct Sample {
     pub code: i32,
 }
 
-/// A converter that scans channels one after another and pulls a data-ready line low after each.
+/// A converter that pulls a data-ready line low after each sample, or after all of a scan.
 ///
 /// Bus errors are values here, never panics: a method that returns `bool` returns false, and
 /// [`Self::read`] returns `None`. [`Acquisition`](crate::Acquisition) then tries again, counts and
 /// reports.
 pub trait Converter {
+    /// Its name, for messages.
+    const NAME: &'static str;
+
+    /// Whether it converts the inputs of a scan one after another, with an edge each, or all of
+    /// them before one edge.
+    const SAMPLING: Sampling;
+
+    /// Whether it can run [`Scanned::Health`]. If not, `health` has zeros for these readings.
+    const HAS_READINGS: bool;
+
     /// Stops the scan.
     fn stop(&mut self) -> bool;
 
@@ -92,8 +103,13 @@ pub trait Converter {
     /// Starts the scan at its first channel.
     fn start(&mut self) -> bool;
 
-    /// Reads the latest sample. A second read of it gives the same with NEW cleared.
+    /// Reads the latest sample; with [`Sampling::AtOnce`] the first that the edge stands for. A
+    /// second read of it gives the same with NEW cleared.
     fn read(&mut self) -> Option<Sample>;
+
+    /// With [`Sampling::AtOnce`], goes on to the next sample of the edge, which [`Self::read`] then
+    /// reads. False if there is none.
+    fn go_on(&mut self) -> bool;
 
     /// Reads the registers back while the scan runs. False if any differs from what was written.
     fn is_as_set_up(&mut self) -> bool;

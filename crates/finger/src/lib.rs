@@ -96,6 +96,7 @@ mod surface;
 pub mod tasks;
 mod touch;
 mod window;
+mod wiring;
 
 pub use acquire::Acquisition;
 pub use detector::{Detector, Outputs};
@@ -107,12 +108,13 @@ pub use ring::Ring;
 pub use scan::{CONVERSION_NS, FRAME_NS, SLOTS};
 pub use surface::odometry::Mark;
 pub use window::Window;
+pub use wiring::{Sampling, Wiring};
 
 /// Steps of the path one by one, for this repository's tests and benchmarks.
 #[cfg(feature = "internals")]
 #[doc(hidden)]
 pub mod internals {
-    pub use crate::abscissa::{Fitted, fit};
+    pub use crate::abscissa::{Fitted, Setup, fit};
     pub use crate::assembler::Assembler;
     pub use crate::feeling::{MEMORY as FEEL_MEMORY, feel, image_ratio};
     pub use crate::schedule::{TRIM_FRAMES, window_frames_max};

@@ -2,6 +2,7 @@
 //! comes next.
 
 use crate::converter::{Scanned, Tag};
+use crate::wiring::Sampling;
 use ads1258::Sysred;
 use ridgetone_proto::plan::{HealthReadings, Plan};
 use ridgetone_proto::scan::TAXELS;
@@ -109,8 +110,10 @@ pub struct Scan {
     pub(crate) channels: u32,
     /// Conversions of a scan.
     pub(crate) slots: u32,
-    /// A conversion's period at the nominal clock, nanoseconds.
+    /// A conversion's period at the nominal clock, nanoseconds; a scan's over its slots if all are
+    /// sampled at once.
     pub(crate) conversion_ns: u32,
+    pub(crate) sampling: Sampling,
 }
 
 impl Scan {
@@ -121,7 +124,13 @@ impl Scan {
             channels: plan.channels() as u32,
             slots: plan.slots(),
             conversion_ns: plan.conversion_ns(),
+            sampling: Sampling::InTurn,
         }
+    }
+
+    /// A scan whose inputs are sampled so.
+    pub const fn sampled(self, sampling: Sampling) -> Self {
+        Self { sampling, ..self }
     }
 
     /// A scan's period at the nominal clock, nanoseconds.
@@ -129,9 +138,30 @@ impl Scan {
         self.conversion_ns * self.slots
     }
 
-    /// The slot in which a taxel is converted.
-    pub(crate) const fn slot_of(&self, taxel: usize) -> u32 {
-        (self.inputs & ((1u32 << (taxel as u32 % 16)) - 1) as u16).count_ones()
+    /// Time from one slot to the next, nanoseconds.
+    pub(crate) const fn slot_ns(&self) -> u32 {
+        match self.sampling {
+            Sampling::InTurn => self.conversion_ns,
+            Sampling::AtOnce => 0,
+        }
+    }
+
+    /// Time from one data-ready edge to the next, nanoseconds.
+    pub(crate) const fn edge_ns(&self) -> u32 {
+        match self.sampling {
+            Sampling::InTurn => self.conversion_ns,
+            Sampling::AtOnce => self.frame_ns(),
+        }
+    }
+
+    /// By how many slots a taxel is sampled later than the first.
+    pub(crate) const fn slots_late(&self, taxel: usize) -> u32 {
+        match self.sampling {
+            Sampling::InTurn => {
+                (self.inputs & ((1u32 << (taxel as u32 % 16)) - 1) as u16).count_ones()
+            }
+            Sampling::AtOnce => 0,
+        }
     }
 }
 

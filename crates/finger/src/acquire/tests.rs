@@ -1,7 +1,5 @@
 //! Against the simulated chip, and a bus that is in its way.
 
-mod another;
-
 use super::watch::PUT_OFF_MOST;
 use super::*;
 use crate::converter::WiredAds1258;

@@ -2,6 +2,7 @@
 
 use super::{Converter, REGISTERS, Sample, Scanned, Tag};
 use crate::frame::TimedConversion;
+use crate::wiring::Sampling;
 use ads1258::{Ads1258, Conversion, Register, Status};
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::OutputPin;
@@ -35,6 +36,10 @@ impl<SPI, START, RESET> WiredAds1258<SPI, START, RESET> {
 impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Converter
     for WiredAds1258<SPI, START, RESET>
 {
+    const NAME: &'static str = "ADS1258";
+    const SAMPLING: Sampling = Sampling::InTurn;
+    const HAS_READINGS: bool = true;
+
     fn stop(&mut self) -> bool {
         self.adc.stop(&mut self.start).is_ok()
     }
@@ -54,6 +59,11 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Converter
     #[inline(always)]
     fn read(&mut self) -> Option<Sample> {
         self.adc.read().ok().map(Sample::from)
+    }
+
+    #[inline(always)]
+    fn go_on(&mut self) -> bool {
+        false
     }
 
     fn is_as_set_up(&mut self) -> bool {

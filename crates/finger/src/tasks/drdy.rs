@@ -38,7 +38,7 @@ pub struct Drdy<'a, C, PIN> {
     plan: Plan,
 }
 
-impl<'a, C, PIN> Drdy<'a, C, PIN> {
+impl<'a, C: Converter, PIN> Drdy<'a, C, PIN> {
     /// The chip, DRDY, and the queue to `detect`.
     pub const fn new(
         acquisition: Acquisition<C>,
@@ -93,6 +93,9 @@ impl<C: Converter, PIN: DrdyPin> Drdy<'_, C, PIN> {
                     pin.unmute();
                 }
                 acquire::Drdy::Mute => pin.mute(),
+            }
+            if edge == Some(true) && acquisition.go_on() {
+                continue;
             }
             if has_checked {
                 break;
