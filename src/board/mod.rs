@@ -10,7 +10,7 @@
 //! |---|---|
 //! | `init(device, core) -> Board` | clocks, pins, SPI, interrupts, the microsecond counter; START low, RESET high |
 //! | `Board::converter` | a [`Converter`](ridgetone::converter::Converter): here an ADS1258 on an `embedded_hal` `SpiDevice` in mode 0, at most half the chip's clock (7.86 MHz), CS as below, with `OutputPin`s on START (high runs the scan) and RESET (active low) |
-//! | `WIRING` | a [`Wiring`](ridgetone::Wiring): what is not in the settings |
+//! | `WIRING` | a [`Wiring`](ridgetone::Wiring): how the converter samples, the low-pass before its inputs |
 //! | `Board::drdy` | [`DrdyPin`]: the falling edge of DRDY and its time; its interrupt can be muted |
 //! | `Board::line` | [`serial_line::SerialLine`] on the board's USART: telemetry out and requests in, byte by byte |
 //! | `Board::flash` | a `NorFlash` of two pages for settings, words of 4 bytes, where no code may lie (`memory.x`) |
@@ -30,8 +30,8 @@
 //! CS: low at least 2.5 tCLK before the first SCLK edge, high at least 2 tCLK between transactions
 //! (159 ns and 127 ns at 15.72864 MHz, ADS1258 datasheet SBAS297G).
 //!
-//! Interrupts: `EXTI4` is DRDY, `USART3` the line's "transmitter empty" and "byte received" (a line
-//! on another USART forwards its interrupt, see `nucleo_f446re.rs`). `OTG_HS_EP1_OUT`,
+//! Interrupts: `EXTI4` is DRDY, `USART3` the line's "transmitter empty" and "byte received" (DRDY on
+//! another pin and a line on another USART forward theirs, see `nucleo_f446re.rs`). `OTG_HS_EP1_OUT`,
 //! `OTG_HS_EP1_IN` and `OTG_HS_WKUP` are the three tasks that only software pends: no board wires
 //! the second USB, while robots use CAN. On a chip that lacks these names change them in `main.rs`,
 //! with `device` in `rtic::app`.

@@ -10,8 +10,8 @@
 use super::stm32f4::{self, External};
 use super::{converter, parts, serial_line};
 use ads1258::Ads1258;
-use ridgetone::Wiring;
-use ridgetone::converter::WiredAds1258;
+use ridgetone::converter::{Converter as _, WiredAds1258};
+use ridgetone::{LowPass, Wiring};
 use ridgetone_proto::boot::Boot;
 use stm32f4xx_hal::gpio::{Output, PA9, PC7, PinState, Pull};
 use stm32f4xx_hal::interrupt;
@@ -23,12 +23,15 @@ pub use super::flash::SettingsFlash;
 pub use stm32f4::{acknowledge_heartbeat, ended, feed_watchdog, leave, restart, sleep};
 
 pub type Converter = WiredAds1258<converter::Spi<'B', 6>, PC7<Output>, PA9<Output>>;
-pub type Drdy = converter::Drdy<'A'>;
+pub type Drdy = converter::Drdy<'A', 4>;
 pub type SerialLine = serial_line::SerialLine<USART2>;
 pub type Board = parts::Parts<Converter, Drdy, SerialLine, SettingsFlash>;
 
-/// The guide's.
-pub const WIRING: Wiring = Wiring::GUIDE;
+/// Bridges of 820 ohm beside 820 ohm, and 1 uF within 10 % each.
+pub const WIRING: Wiring = Wiring {
+    sampling: Converter::SAMPLING,
+    low_pass: LowPass::of_parts(0.5 * 820.0, 1e-6, 0.1),
+};
 
 pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
     let boot = stm32f4::begin(&device);

@@ -12,7 +12,7 @@ use ridgetone::tasks::{
     Detect, Drdy, DrdyPin, Fit, Inboxes, Mail, Outbox, PACKETS, Platform, Requests, SAMPLES,
     Shared, Task, WINDOWS, WatchdogPolicy,
 };
-use ridgetone::{Acquisition, Detector, Estimator, Ring, Sampling, Wiring};
+use ridgetone::{Acquisition, Detector, Estimator, LowPass, Ring, Sampling, Wiring};
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::Settings;
@@ -42,6 +42,7 @@ const VREF_V: f32 = 4.0 * 1.2 * 0x78_0000 as f32 / 0x80_0000 as f32;
 
 const WIRING: Wiring = Wiring {
     sampling: Sampling::AtOnce,
+    low_pass: LowPass::NONE,
 };
 
 struct Clock(Ads131m08);

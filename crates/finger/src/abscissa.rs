@@ -8,7 +8,7 @@ use crate::surface::odometry::trajectory::Trajectory;
 use crate::window::Window;
 use crate::wiring::{Sampling, Wiring};
 use core::f32::consts::PI;
-use delay_error::{DelayError, LOW_PASS_SIGMA_S};
+use delay_error::{DelayError, Way};
 use ridgetone_proto::settings::{Settings, TAXELS};
 use ridgetone_proto::telemetry::Abscissa;
 use ridgetone_tone::{Fit, Fitter, FrameSource, FrameSpan, Overwritten, Scene};
@@ -129,17 +129,17 @@ pub fn fit(
     if let Some(place_mm) = &place_mm {
         (abscissa, per_unit, slot) = (Abscissa::Place, 1.0, middle_slot);
         per_slot = (place_mm(last) - place_mm(0)) / (last.max(1) * slots) as f32;
-        let late = DelayError::new(
+        let way = Way {
             place_mm,
             last,
-            window.frame_rate_hz,
-            fit.frequency,
-            &fit.overtones,
-        );
+            frame_rate_hz: window.frame_rate_hz,
+        };
+        let delay_s = wiring.low_pass.delay_s;
+        let late = DelayError::new(way, delay_s, fit.frequency, &fit.overtones);
         fit.frequency /= 1.0 + late.by_low_pass;
-        let (delay_sigma_s, change_per_s) =
-            (window.odometry.delay_sigma_s(), late.per_s * fit.frequency);
-        let delay_variance = delay_sigma_s * delay_sigma_s + LOW_PASS_SIGMA_S * LOW_PASS_SIGMA_S;
+        let change_per_s = late.per_s * fit.frequency;
+        let sigmas_s = [window.odometry.delay_sigma_s(), wiring.low_pass.sigma_s()];
+        let delay_variance: f32 = sigmas_s.map(|sigma_s| sigma_s * sigma_s).iter().sum();
         let by_delay = delay_variance * change_per_s * change_per_s;
         fit.sigma = libm::sqrtf(fit.sigma * fit.sigma + by_delay);
     }

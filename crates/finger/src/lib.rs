@@ -108,7 +108,7 @@ pub use ring::Ring;
 pub use scan::{CONVERSION_NS, FRAME_NS, SLOTS};
 pub use surface::odometry::Mark;
 pub use window::Window;
-pub use wiring::{Sampling, Wiring};
+pub use wiring::{LowPass, Sampling, Wiring};
 
 /// Steps of the path one by one, for this repository's tests and benchmarks.
 #[cfg(feature = "internals")]
