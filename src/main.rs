@@ -48,8 +48,7 @@ fn main() {
 #[rtic::app(device = stm32f4xx_hal::pac, peripherals = true)]
 mod app {
     use crate::board;
-    use crate::board::{Board, POWER_UP_US, Reset, Spi, Start, Wait};
-    use ads1258::Ads1258;
+    use crate::board::{Board, Converter, POWER_UP_US, Wait};
     use core::hint::black_box;
     use core::mem::MaybeUninit;
     use embedded_hal::delay::DelayNs;
@@ -60,6 +59,7 @@ mod app {
     use ridgetone::Ring;
     use ridgetone::TimedConversion;
     use ridgetone::Window;
+    use ridgetone::converter::Converter as _;
     use ridgetone::tasks::Detect;
     use ridgetone::tasks::Drdy;
     use ridgetone::tasks::Fit;
@@ -112,7 +112,7 @@ mod app {
 
     #[local]
     struct Local {
-        drdy: Drdy<'static, Spi, Start, Reset, board::Drdy>,
+        drdy: Drdy<'static, Converter, board::Drdy>,
         line: SerialLine<'static, board::SerialLine>,
         detect: Detect<'static>,
         report: Report<'static>,
@@ -130,9 +130,7 @@ mod app {
     ])]
     fn init(cx: init::Context) -> (Resources, Local) {
         let Board {
-            spi,
-            start,
-            reset,
+            converter,
             drdy,
             line,
             boot,
@@ -152,18 +150,21 @@ mod app {
         let (settings, source) = store.load();
         // Large values come first too: clearing their memory takes longer than a conversion.
         let detector = put(cx.local.detector_place, || {
-            Detector::booted(settings, source, boot)
+            Detector::booted(settings, board::WIRING, source, boot)
         });
-        let estimator = put(cx.local.estimator_place, || Estimator::new(settings));
+        let estimator = put(cx.local.estimator_place, || {
+            Estimator::wired(settings, board::WIRING)
+        });
         let shared = Shared::new(Rtic, settings.plan);
-        let mut acquisition = Acquisition::new(Ads1258::new(spi), start, reset, settings.plan);
+        let mut acquisition = Acquisition::new(converter, settings.plan);
         // The counter has run since the start.
         Wait.delay_us(POWER_UP_US.saturating_sub(board::now_us()));
         if acquisition.set_up(&shared.diagnostics, &mut Wait) {
-            defmt::info!("the ADS1258 is set up and scans");
+            defmt::info!("the {=str} is set up and scans", Converter::NAME);
         } else {
             defmt::error!(
-                "the ADS1258 does not answer as it should; trying on. Check supply, CLKSEL and wiring"
+                "the {=str} does not answer as it should; trying on. Check supply, clock and wiring",
+                Converter::NAME
             );
         }
 

@@ -6,9 +6,10 @@ mod reference;
 
 use reference::{Noise, codes};
 use ridgetone::Window;
+use ridgetone::Wiring;
 use ridgetone::internals::by_phases;
 use ridgetone::internals::lag;
-use ridgetone::internals::{Fitted, Tracker, fit};
+use ridgetone::internals::{Fitted, Setup, Tracker, fit};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::settings::{Array, FRAME_RATE_HZ};
@@ -87,7 +88,11 @@ impl Wave {
             frame_rate_hz: FRAME_RATE_HZ,
             ..Window::new(Plan::PAPER, self.frames as u32)
         };
-        fit(tracker, &window, &mut table, &Settings::DEFAULT, None).expect("all frames are there")
+        let setup = Setup {
+            settings: &Settings::DEFAULT,
+            wiring: Wiring::GUIDE,
+        };
+        fit(tracker, &window, &mut table, setup, None).expect("all frames are there")
     }
 }
 

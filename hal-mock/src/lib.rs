@@ -4,6 +4,8 @@
 #![warn(missing_docs)]
 
 #[cfg(feature = "simulator")]
+pub mod ads131m08;
+#[cfg(feature = "simulator")]
 pub mod board;
 pub mod bridge;
 #[cfg(feature = "simulator")]

@@ -17,6 +17,8 @@ use ridgetone::Detector;
 use ridgetone::Estimator;
 use ridgetone::Ring;
 use ridgetone::TimedConversion;
+use ridgetone::Wiring;
+use ridgetone::converter::WiredAds1258;
 use ridgetone::tasks::Detect;
 use ridgetone::tasks::Fit;
 use ridgetone::tasks::Report;
@@ -102,12 +104,9 @@ fn run_until_restart<F: NorFlash>(
     around: &mut dyn Surroundings,
 ) -> Result<Option<FlashStore<F>>> {
     let mut wait = board.delay();
-    let acquisition = Acquisition::new(
-        Ads1258::new(board.spi()),
-        board.start_pin(),
-        board.reset_pin(),
-        start.settings.plan,
-    );
+    let adc = Ads1258::new(board.spi());
+    let converter = WiredAds1258::new(adc, board.start_pin(), board.reset_pin());
+    let acquisition = Acquisition::new(converter, start.settings.plan);
     wait.delay_us(crate::replay::START_US);
 
     let mut queues = (
@@ -149,7 +148,12 @@ fn run_until_restart<F: NorFlash>(
             requests: Requests::new(start.store),
         },
         report: Report::new(bytes_in),
-        detector: Box::new(Detector::booted(start.settings, start.source, start.boot)),
+        detector: Box::new(Detector::booted(
+            start.settings,
+            Wiring::GUIDE,
+            start.source,
+            start.boot,
+        )),
         ring: Box::new(Ring::new()),
         inbox: Inboxes::new(),
         outbox: Outbox::new(),
@@ -265,7 +269,7 @@ fn now_us(board: &SimulatedBoard) -> u32 {
 struct Simulated<'a> {
     board: &'a SimulatedBoard,
     interrupt: &'a Interrupt,
-    drdy: RefCell<Drdy<'a, ChipSpi, StartPin, ResetPin, Pin<'a>>>,
+    drdy: RefCell<Drdy<'a, WiredAds1258<ChipSpi, StartPin, ResetPin>, Pin<'a>>>,
 }
 
 impl Platform for Simulated<'_> {

@@ -1,8 +1,8 @@
-//! The ADS1258's pins on the STM32F4 boards: SPI1 on PA5 to PA7, DRDY on line 4 of EXTI.
+//! The ADS1258's pins on the STM32F4 boards: SPI1 on PA5 to PA7, DRDY on a line of EXTI.
 //!
 //! The time of a DRDY edge is read first in its interrupt: 12 cycles (0.07 us) late, or a few
-//! microseconds if interrupts were masked. A timer's input capture would be exact, but no pin of
-//! line 4 is on a free timer channel.
+//! microseconds if interrupts were masked. A timer's input capture would be exact, but the
+//! boards' pins of DRDY are on no free timer channel.
 
 use core::convert::Infallible;
 use embedded_hal::digital::{ErrorType, OutputPin};
@@ -63,15 +63,15 @@ impl<const PORT: char, const NUMBER: u8> OutputPin for SettledCs<PORT, NUMBER> {
     }
 }
 
-/// The falling edge of DRDY, on pin 4 of a port.
-pub struct Drdy<const PORT: char> {
-    pin: Pin<PORT, 4, Input>,
+/// The falling edge of DRDY.
+pub struct Drdy<const PORT: char, const NUMBER: u8> {
+    pin: Pin<PORT, NUMBER, Input>,
     exti: EXTI,
     edge_us: u32,
 }
 
-impl<const PORT: char> Drdy<PORT> {
-    pub fn new(pin: Pin<PORT, 4>, mut exti: EXTI, syscfg: SYSCFG, rcc: &mut Rcc) -> Self {
+impl<const PORT: char, const NUMBER: u8> Drdy<PORT, NUMBER> {
+    pub fn new(pin: Pin<PORT, NUMBER>, mut exti: EXTI, syscfg: SYSCFG, rcc: &mut Rcc) -> Self {
         let mut syscfg = syscfg.constrain(rcc);
         // Up: without a chip the pin would float, and every edge of noise would cost a read.
         let mut pin = Input::new(pin, Pull::Up);
@@ -86,7 +86,7 @@ impl<const PORT: char> Drdy<PORT> {
     }
 }
 
-impl<const PORT: char> DrdyPin for Drdy<PORT> {
+impl<const PORT: char, const NUMBER: u8> DrdyPin for Drdy<PORT, NUMBER> {
     #[inline(always)]
     fn acknowledge(&mut self) -> Option<bool> {
         self.edge_us = super::clock::now_us();

@@ -12,12 +12,15 @@ mod memory;
 mod semihost;
 
 use super::{clock, crash, parts, serial_line, stack};
+use ads1258::Ads1258;
 use core::convert::Infallible;
 use cortex_m::peripheral::{SCB, SYST};
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::spi::{self, Operation as Op, SpiDevice};
 use hal_mock::bridge::{Operation, PAYLOAD_MAX};
 use kept::KEPT;
+use ridgetone::Wiring;
+use ridgetone::converter::WiredAds1258;
 use ridgetone::tasks::DepthMeter;
 use ridgetone_proto::boot::{Boot, Death, Record, ResetCause};
 use semihost::Exit;
@@ -35,11 +38,9 @@ pub const POWER_UP_US: u32 = 20_000;
 /// Ticks of the emulator's timers in a microsecond.
 const TICKS_PER_US: u32 = 1000;
 
-pub type Spi = Bridge;
-pub type Start = Pin;
-pub type Reset = Pin;
+pub type Converter = WiredAds1258<Bridge, Pin, Pin>;
 pub type SerialLine = serial_line::SerialLine<USART3>;
-pub type Board = parts::Parts<Spi, Start, Reset, Drdy, SerialLine, SettingsFlash>;
+pub type Board = parts::Parts<Converter, Drdy, SerialLine, SettingsFlash>;
 
 /// An SPI device whose transactions travel over the bridge, for what the driver does: one write or
 /// transfer in place.
@@ -84,6 +85,9 @@ impl OutputPin for Pin {
     }
 }
 
+/// The guide's.
+pub const WIRING: Wiring = Wiring::GUIDE;
+
 pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
     let mut rcc = device.RCC.freeze(Config::hsi());
     let kept = KEPT.take();
@@ -109,9 +113,7 @@ pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
     // SAFETY: this is done once.
     let flash = unsafe { SettingsFlash::new() };
     Board {
-        spi: Bridge,
-        start,
-        reset,
+        converter: Converter::new(Ads1258::new(Bridge), start, reset),
         drdy: Drdy,
         line,
         boot,

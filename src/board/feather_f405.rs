@@ -11,6 +11,9 @@
 
 use super::stm32f4::{self, External};
 use super::{converter, parts, serial_line};
+use ads1258::Ads1258;
+use ridgetone::converter::{Converter as _, WiredAds1258};
+use ridgetone::{LowPass, Wiring};
 use ridgetone_proto::boot::Boot;
 use stm32f4xx_hal::gpio::{Output, PC5, PC6, PinState, Pull};
 use stm32f4xx_hal::pac::{self, USART3};
@@ -20,12 +23,16 @@ pub use super::converter::POWER_UP_US;
 pub use super::flash::SettingsFlash;
 pub use stm32f4::{acknowledge_heartbeat, ended, feed_watchdog, leave, restart, sleep};
 
-pub type Spi = converter::Spi<'A', 4>;
-pub type Start = PC5<Output>;
-pub type Reset = PC6<Output>;
-pub type Drdy = converter::Drdy<'C'>;
+pub type Converter = WiredAds1258<converter::Spi<'A', 4>, PC5<Output>, PC6<Output>>;
+pub type Drdy = converter::Drdy<'C', 4>;
 pub type SerialLine = serial_line::SerialLine<USART3>;
-pub type Board = parts::Parts<Spi, Start, Reset, Drdy, SerialLine, SettingsFlash>;
+pub type Board = parts::Parts<Converter, Drdy, SerialLine, SettingsFlash>;
+
+/// Bridges of 820 ohm beside 820 ohm, and 1 uF within 10 % each.
+pub const WIRING: Wiring = Wiring {
+    sampling: Converter::SAMPLING,
+    low_pass: LowPass::of_parts(0.5 * 820.0, 1e-6, 0.1),
+};
 
 pub fn init(device: pac::Peripherals, _core: cortex_m::Peripherals) -> Board {
     let boot = stm32f4::begin(&device);
@@ -40,19 +47,20 @@ pub fn init(device: pac::Peripherals, _core: cortex_m::Peripherals) -> Board {
     let gpioc = device.GPIOC.split(&mut rcc);
     // Up: without a PC the line would float, and noise would look like bytes.
     let rx = gpiob.pb11.into_alternate::<7>().internal_resistor(Pull::Up);
+    let start = gpioc.pc5.into_push_pull_output_in_state(PinState::Low);
+    let reset = gpioc.pc6.into_push_pull_output_in_state(PinState::High);
+    let spi = converter::spi(
+        device.SPI1,
+        converter::BusPins {
+            sck: gpioa.pa5,
+            miso: gpioa.pa6,
+            mosi: gpioa.pa7,
+        },
+        gpioa.pa4,
+        &mut rcc,
+    );
     Board {
-        start: gpioc.pc5.into_push_pull_output_in_state(PinState::Low),
-        reset: gpioc.pc6.into_push_pull_output_in_state(PinState::High),
-        spi: converter::spi(
-            device.SPI1,
-            converter::BusPins {
-                sck: gpioa.pa5,
-                miso: gpioa.pa6,
-                mosi: gpioa.pa7,
-            },
-            gpioa.pa4,
-            &mut rcc,
-        ),
+        converter: Converter::new(Ads1258::new(spi), start, reset),
         drdy: Drdy::new(gpioc.pc4, device.EXTI, device.SYSCFG, &mut rcc),
         line: SerialLine::new(device.USART3, gpiob.pb10, rx, &mut rcc),
         boot: Boot { oscillator, ..boot },

@@ -3,10 +3,8 @@
 use ridgetone_proto::boot::Boot;
 
 /// As in the table of `mod.rs`.
-pub struct Parts<Spi, Start, Reset, Drdy, Line, Flash> {
-    pub spi: Spi,
-    pub start: Start,
-    pub reset: Reset,
+pub struct Parts<Converter, Drdy, Line, Flash> {
+    pub converter: Converter,
     pub drdy: Drdy,
     pub line: Line,
     pub boot: Boot,

@@ -6,8 +6,9 @@ use crate::scan::Scan;
 use crate::surface::odometry::track::Track;
 use crate::surface::odometry::trajectory::Trajectory;
 use crate::window::Window;
+use crate::wiring::{Sampling, Wiring};
 use core::f32::consts::PI;
-use delay_error::{DelayError, LOW_PASS_SIGMA_S};
+use delay_error::{DelayError, Way};
 use ridgetone_proto::settings::{Declared, Settings, TAXELS};
 use ridgetone_proto::telemetry::{Abscissa, Span};
 use ridgetone_tone::{
@@ -97,7 +98,7 @@ impl Fitted {
     pub fn turns(&self, taxel: usize) -> f32 {
         // Its slot is later in the scan.
         let ahead =
-            self.fit.frequency * self.per_slot * (self.scan.slot_of(taxel) as f32 - self.slot);
+            self.fit.frequency * self.per_slot * (self.scan.slots_late(taxel) as f32 - self.slot);
         self.fit
             .channels
             .get(taxel)
@@ -111,22 +112,29 @@ impl Fitted {
     }
 }
 
+/// What a fit goes by.
+#[derive(Clone, Copy, Debug)]
+pub struct Setup<'a> {
+    /// The settings in force.
+    pub settings: &'a Settings,
+    /// The board's wiring.
+    pub wiring: Wiring,
+}
+
 /// Fits a window by the places in `track` that its [`Mark`](crate::surface::odometry::Mark) names,
 /// or by time if there are none. Fails if frames or places were overwritten.
 pub fn fit(
     tracker: &mut Tracker,
     window: &Window,
     source: &mut dyn FrameSource,
-    settings: &Settings,
+    setup: Setup<'_>,
     track: Option<&Track>,
 ) -> Result<Fitted, Overwritten> {
+    let Setup { settings, wiring } = setup;
     let scene = &scene(&settings.scene, settings.harmonics);
-    let scan = Scan::new(&window.plan);
+    let scan = Scan::new(&window.plan).sampled(wiring.sampling);
     let Scan {
-        channels,
-        slots,
-        conversion_ns,
-        ..
+        channels, slots, ..
     } = scan;
     // By the converter's own clock: a single frame's time stamp has the jitter of its interrupt.
     let frame_us = 1e6 / window.frame_rate_hz;
@@ -134,8 +142,11 @@ pub fn fit(
     let lasts_us = (last as f32 * frame_us) as u32;
     // The middle of the taxels' slots, from the first: by place, a frame is there, and its taxels
     // are read before and after it.
-    let middle_slot = 0.5 * (channels as f32 - 1.0);
-    let middle_us = (middle_slot * conversion_ns as f32 * 1e-3) as u32;
+    let middle_slot = match wiring.sampling {
+        Sampling::InTurn => 0.5 * (channels as f32 - 1.0),
+        Sampling::AtOnce => 0.0,
+    };
+    let middle_us = (middle_slot * scan.slot_ns() as f32 * 1e-3) as u32;
     let trajectory =
         track.and_then(|track| Trajectory::new(track, &window.odometry, lasts_us, middle_us));
     let unplaced = trajectory
@@ -153,7 +164,7 @@ pub fn fit(
     let last = last.saturating_sub(unplaced);
     let (mut late, mut at, mut inputs) = ([0.0; TAXELS], -middle_slot, scan.inputs);
     for late in &mut late {
-        if inputs == 0 {
+        if inputs == 0 || wiring.sampling == Sampling::AtOnce {
             break;
         }
         *late = at / slots as f32;
@@ -182,17 +193,17 @@ pub fn fit(
     if let Some(place_mm) = &place_mm {
         (per_unit, slot) = (1.0, middle_slot);
         per_slot = (place_mm(last) - place_mm(0)) / (last.max(1) * slots) as f32;
-        let late = DelayError::new(
+        let way = Way {
             place_mm,
             last,
-            window.frame_rate_hz,
-            fit.frequency,
-            &fit.overtones,
-        );
+            frame_rate_hz: window.frame_rate_hz,
+        };
+        let delay_s = wiring.low_pass.delay_s;
+        let late = DelayError::new(way, delay_s, fit.frequency, &fit.overtones);
         fit.frequency /= 1.0 + late.by_low_pass;
-        let (delay_sigma_s, change_per_s) =
-            (window.odometry.delay_sigma_s(), late.per_s * fit.frequency);
-        let delay_variance = delay_sigma_s * delay_sigma_s + LOW_PASS_SIGMA_S * LOW_PASS_SIGMA_S;
+        let change_per_s = late.per_s * fit.frequency;
+        let sigmas_s = [window.odometry.delay_sigma_s(), wiring.low_pass.sigma_s()];
+        let delay_variance: f32 = sigmas_s.map(|sigma_s| sigma_s * sigma_s).iter().sum();
         let by_delay = delay_variance * change_per_s * change_per_s;
         fit.sigma = libm::sqrtf(fit.sigma * fit.sigma + by_delay);
     }

@@ -22,13 +22,11 @@ mod resolve;
 mod unseen;
 mod watch;
 
+use crate::converter::{Converter, Sample, Scanned, Tag};
 use crate::faults::diagnostics::Diagnostics;
 use crate::frame::TimedConversion;
-use crate::scan::{NEW, NEW_AND_ID, Order};
-use ads1258::{Ads1258, Conversion, Register};
+use crate::scan::{Order, Scan};
 use embedded_hal::delay::DelayNs;
-use embedded_hal::digital::OutputPin;
-use embedded_hal::spi::SpiDevice;
 use heapless::spsc::Producer;
 use resolve::{Reads, Resolved, resolve};
 use ridgetone_proto::fault::FaultKind;
@@ -41,6 +39,11 @@ use unseen::Unseen;
 const STORM_EDGES: u16 = 256;
 /// Unexpected edges from one request for a check to the next, while checks find faults.
 const CHECK_EDGES: u8 = 8;
+/// The time from one edge to the next, nanoseconds.
+const fn edge_ns<C: Converter>(plan: &Plan) -> u32 {
+    Scan::new(plan).sampled(C::SAMPLING).edge_ns()
+}
+
 /// The queue to the detector.
 type Samples<'a> = Producer<'a, TimedConversion>;
 
@@ -61,12 +64,10 @@ pub enum Drdy {
     Mute,
 }
 
-/// The chip, its pins, and its state.
+/// The converter, "the chip" below, and its state.
 #[derive(Debug)]
-pub struct Acquisition<SPI, START, RESET> {
-    adc: Ads1258<SPI>,
-    start: START,
-    reset: RESET,
+pub struct Acquisition<C> {
+    converter: C,
     plan: Plan,
     /// The order of the scan under way.
     order: Order,
@@ -75,10 +76,10 @@ pub struct Acquisition<SPI, START, RESET> {
     is_health: bool,
     /// The plan is not in the queue yet.
     is_unannounced: bool,
-    /// NEW and CHID of the expected conversion.
+    /// NEW and the id of the expected conversion.
     next: u8,
     /// The latest conversion; none since the chip was set up.
-    latest: Option<Conversion>,
+    latest: Option<Sample>,
     /// Board time of the latest conversion, or of the latest restart.
     latest_us: u32,
     /// The latest conversion was read before its edge was served: that edge finds no new one.
@@ -100,15 +101,12 @@ pub struct Acquisition<SPI, START, RESET> {
     pause_us: u32,
 }
 
-impl<SPI, START, RESET> Acquisition<SPI, START, RESET> {
-    /// Takes the driver, the pins START and RESET, and a plan that has passed [`Plan::validate`].
-    /// Nothing is transferred.
-    pub const fn new(adc: Ads1258<SPI>, start: START, reset: RESET, plan: Plan) -> Self {
-        let order = Order::of(&plan.config());
+impl<C: Converter> Acquisition<C> {
+    /// Takes the converter and a plan that has passed [`Plan::validate`]. Nothing is transferred.
+    pub const fn new(converter: C, plan: Plan) -> Self {
+        let order = Order::new(&plan, Scanned::Inputs);
         Self {
-            adc,
-            start,
-            reset,
+            converter,
             plan,
             order,
             is_read_twice: plan.is_read_twice(),
@@ -123,7 +121,7 @@ impl<SPI, START, RESET> Acquisition<SPI, START, RESET> {
             unexpected_us: 0,
             put_off: 0,
             muted: false,
-            unseen: Unseen::new(plan.conversion_ns()),
+            unseen: Unseen::new(edge_ns::<C>(&plan)),
             is_set_up: false,
             restarted_us: 0,
             pause_us: 0,
@@ -136,12 +134,13 @@ impl<SPI, START, RESET> Acquisition<SPI, START, RESET> {
     }
 }
 
-impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START, RESET> {
+impl<C: Converter> Acquisition<C> {
     /// Resets the chip, writes its registers, reads them back and starts the scan, first that of
     /// the health readings if the plan's scan has none. False if the chip does not answer; then
-    /// [`Self::watch`] tries again. Takes [`ads1258::RESET_LOW_US`] and 36 bytes on the bus.
+    /// [`Self::watch`] tries again. An ADS1258 takes [`ads1258::RESET_LOW_US`]
+    /// and 36 bytes on the bus.
     pub fn set_up(&mut self, diagnostics: &Diagnostics, wait: &mut impl DelayNs) -> bool {
-        self.is_health = self.plan.health == HealthReadings::BetweenTouches;
+        self.is_health = self.has_health_scan();
         self.begin_scan(diagnostics, wait)
     }
 
@@ -156,7 +155,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
     ) {
         (self.plan, self.is_unannounced) = (plan, true);
         self.is_read_twice = plan.is_read_twice();
-        self.unseen = Unseen::new(plan.conversion_ns());
+        self.unseen = Unseen::new(edge_ns::<C>(&plan));
         self.latest_us = now_us;
         let _ = self.set_up(diagnostics, wait);
     }
@@ -164,12 +163,22 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
     /// Interrupts the plan's scan for one of the health readings, if the plan's has none. True if
     /// it did: the caller unmutes DRDY after it.
     pub fn read_health(&mut self, diagnostics: &Diagnostics, wait: &mut impl DelayNs) -> bool {
-        let is_due =
-            self.plan.health == HealthReadings::BetweenTouches && self.is_set_up && !self.is_health;
+        let is_due = self.has_health_scan() && self.is_set_up && !self.is_health;
         if is_due {
             let _ = self.set_up(diagnostics, wait);
         }
         is_due
+    }
+
+    /// Whether the converter's own readings have a scan of their own.
+    fn has_health_scan(&self) -> bool {
+        C::HAS_READINGS && self.plan.health == HealthReadings::BetweenTouches
+    }
+
+    /// Goes on to the next sample of the edge that was served. False if there is none.
+    #[inline(always)]
+    pub fn go_on(&mut self) -> bool {
+        self.converter.go_on()
     }
 
     /// Goes on with the plan's scan after `Drdy::HealthRead`. The caller unmutes DRDY after it.
@@ -185,27 +194,21 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
     }
 
     fn try_scan(&mut self, diagnostics: &Diagnostics, wait: &mut impl DelayNs) -> bool {
-        let config = if self.is_health {
-            self.plan.health_config()
+        let scanned = if self.is_health {
+            Scanned::Health
         } else {
-            self.plan.config()
+            Scanned::Inputs
         };
-        self.order = Order::of(&config);
+        self.order = Order::new(&self.plan, scanned);
         (self.next, self.latest, self.early) = (self.order.first(), None, false);
-        let is_configured = self.adc.stop(&mut self.start).is_ok()
-            && self.adc.reset_by_pin(&mut self.reset, wait).is_ok()
-            && self.adc.configure(&config).is_ok();
+        let is_configured =
+            self.converter.stop() && self.converter.set_up(&self.plan, scanned, wait);
         // Also if the chip does not answer: what is read shows which wire is bad. Before START:
         // with it high ID may read wrong.
-        let mut found = [0; Register::ALL.len()];
-        if self
-            .adc
-            .read_registers(Register::Config0, &mut found)
-            .is_ok()
-        {
+        if let Some(found) = self.converter.registers() {
             diagnostics.keep_adc_registers(found);
         }
-        self.is_set_up = is_configured && self.adc.start(&mut self.start).is_ok();
+        self.is_set_up = is_configured && self.converter.start();
         self.is_set_up
     }
 
@@ -218,18 +221,18 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
         samples: &mut Samples<'_>,
         diagnostics: &Diagnostics,
     ) -> Drdy {
-        let first = self.adc.read().ok();
-        let is_expected = first.filter(|first| first.status.0 & NEW_AND_ID == self.next);
+        let first = self.converter.read();
+        let is_expected = first.filter(|first| first.tag.0 & Tag::NEW_AND_ID == self.next);
         if !self.is_read_twice
             && let Some(conversion) = is_expected
         {
             return self.expected(edge_us(), conversion, samples, diagnostics);
         }
-        let again = self.adc.read().ok();
+        let again = self.converter.read();
         let t_us = edge_us();
         if let (Some(conversion), Some(again)) = (is_expected, again)
             && conversion.code == again.code
-            && conversion.status.0 ^ again.status.0 == NEW
+            && conversion.tag.0 ^ again.tag.0 == Tag::NEW
         {
             return self.expected(t_us, conversion, samples, diagnostics);
         }
@@ -241,13 +244,13 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
     fn expected(
         &mut self,
         t_us: u32,
-        conversion: Conversion,
+        conversion: Sample,
         samples: &mut Samples<'_>,
         diagnostics: &Diagnostics,
     ) -> Drdy {
         self.storm_count = self.storm_count.saturating_sub(1);
         self.queue(t_us, conversion, samples, diagnostics);
-        match conversion.status.chid() == self.order.last_id() {
+        match conversion.tag.id() == self.order.last_id() {
             false => Drdy::Midway,
             true if self.is_health => Drdy::HealthRead,
             true => Drdy::Listen,
@@ -268,7 +271,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
     fn queue(
         &mut self,
         t_us: u32,
-        conversion: Conversion,
+        conversion: Sample,
         samples: &mut Samples<'_>,
         diagnostics: &Diagnostics,
     ) {
@@ -278,7 +281,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
         }
         self.latest = Some(conversion);
         self.latest_us = t_us;
-        self.next = self.order.next_status(conversion.status.0);
+        self.next = self.order.next_status(conversion.tag.0);
         if self.is_unannounced {
             self.announce(t_us, samples);
         }
@@ -318,17 +321,14 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
         diagnostics: &Diagnostics,
     ) -> Drdy {
         self.unexpected_us = t_us;
-        let adc = &mut self.adc;
-        let resolved = resolve(self.latest, self.next, reads, || adc.read().ok());
+        let converter = &mut self.converter;
+        let resolved = resolve(self.latest, self.next, reads, || converter.read());
         if let Resolved::Found(conversion)
         | Resolved::Mended(conversion)
         | Resolved::Later(conversion) = resolved
         {
             // Before a later one they include the one that was read only once.
-            self.count_lost(
-                self.order.skipped(self.next, conversion.status.0),
-                diagnostics,
-            );
+            self.count_lost(self.order.skipped(self.next, conversion.tag.0), diagnostics);
             self.queue(t_us, conversion, samples, diagnostics);
         }
         match resolved {

@@ -9,9 +9,10 @@
 
 mod service_delay;
 
+use crate::converter::{Scanned, Tag};
 use crate::frame::{Frame, Readings, TimedConversion};
-use crate::scan::{FIRST_INPUT, NEW, OWN, Order, SLOTS_MAX, Scan, own_of};
-use ads1258::Conversion;
+use crate::scan::{OWN, Order, SLOTS_MAX, Scan, own_of};
+use crate::wiring::Sampling;
 use heapless::Vec;
 use ridgetone_proto::division::divide;
 use ridgetone_proto::plan::Plan;
@@ -21,15 +22,15 @@ use service_delay::ServiceDelay;
 /// How far from its time a conversion may be, microseconds: an interrupt may be late by so much,
 /// and by default it is 1 % of a scan. Of a fast scan it is three eighths of a conversion at most.
 const JITTER_US: u32 = 50;
-/// NEW and no other flag (SBAS297G, status byte): a conversion without a flaw.
-const FLAWLESS: u8 = 0x80;
+/// NEW and no other flag: a conversion without a flaw.
+const FLAWLESS: u8 = Tag::NEW;
 
 /// What the assembler needs of a plan at every scan.
 #[derive(Clone, Copy, Debug)]
 struct Times {
     /// How far from its time a conversion may be, microseconds.
     jitter_us: u32,
-    /// Time from one conversion to the next, microseconds.
+    /// Time from the last conversion of a scan to the first of the next, microseconds.
     step_us: u32,
     /// Time from the first to the last conversion of a scan, microseconds.
     span_us: u32,
@@ -39,15 +40,16 @@ struct Times {
 
 impl Times {
     const fn new(scan: &Scan) -> Self {
-        let share_us = scan.conversion_ns * 3 / 8000;
+        let share_us = scan.edge_ns() * 3 / 8000;
+        let span_ns = scan.slot_ns() * (scan.slots - 1);
         Self {
             jitter_us: if share_us < JITTER_US {
                 share_us
             } else {
                 JITTER_US
             },
-            step_us: scan.conversion_ns / 1000,
-            span_us: scan.conversion_ns * (scan.slots - 1) / 1000,
+            step_us: (scan.frame_ns() - span_ns) / 1000,
+            span_us: span_ns / 1000,
             gap_us: scan.frame_ns() / 2000,
         }
     }
@@ -124,9 +126,9 @@ pub struct Assembler {
 impl Assembler {
     /// An assembler that has seen nothing. `vref_v` is the reference, volts. The plan has passed
     /// [`Plan::validate`].
-    pub const fn new(vref_v: f32, plan: &Plan) -> Self {
-        let scan = Scan::new(plan);
-        let order = Order::of(&plan.config());
+    pub const fn new(vref_v: f32, plan: &Plan, sampling: Sampling) -> Self {
+        let scan = Scan::new(plan).sampled(sampling);
+        let order = Order::new(plan, Scanned::Inputs);
         let (flawless, taxels) = table(order, &scan);
         Self {
             vref_v,
@@ -162,8 +164,8 @@ impl Assembler {
     /// From the next conversion on the scan is that of another plan. Its frames' numbers and times
     /// go on.
     pub fn change(&mut self, plan: &Plan) {
-        self.scan = Scan::new(plan);
-        self.order = Order::of(&plan.config());
+        self.scan = Scan::new(plan).sampled(self.scan.sampling);
+        self.order = Order::new(plan, Scanned::Inputs);
         self.times = Times::new(&self.scan);
         (self.flawless, self.taxels) = table(self.order, &self.scan);
         self.buffer.clear();
@@ -315,7 +317,7 @@ impl Assembler {
     pub fn slow_path(&mut self, done: &mut impl FnMut(&Frame)) {
         let buffer = core::mem::take(&mut self.buffer);
         let last_id = self.order.last_id();
-        let is_last = |timed: &TimedConversion| timed.status().chid() == last_id;
+        let is_last = |timed: &TimedConversion| timed.tag().id() == last_id;
         let taken = buffer
             .iter()
             .rposition(is_last)
@@ -331,27 +333,22 @@ impl Assembler {
 
     /// Takes any conversion.
     fn take(&mut self, timed: &TimedConversion, done: &mut impl FnMut(&Frame)) {
-        let Conversion { status, code } = timed.conversion();
-        let t_us = timed.t_us;
-        let own = own_of(status.chid());
-        let Some(slot) = self
-            .order
-            .slot_of(status.chid())
-            .filter(|_| status.is_new())
-        else {
+        let (tag, code, t_us) = (timed.tag(), timed.code(), timed.t_us);
+        let own = own_of(tag.id());
+        let Some(slot) = self.order.slot_of(tag.id()).filter(|_| tag.is_new()) else {
             if let (Some(own), true, true) =
-                (own, status.is_new(), self.scan.slots == self.scan.channels)
+                (own, tag.is_new(), self.scan.slots == self.scan.channels)
             {
                 // The plan's scan was interrupted for it.
                 if let Some(place) = self.own.get_mut(own) {
                     *place = Some(code);
                 }
-                self.flaws.supply += status.is_supply_low() as u32;
+                self.flaws.supply += tag.is_supply_low() as u32;
                 self.has_paused = true;
                 return;
             }
             self.doubtful = self.doubtful.saturating_add(1);
-            let flaw = if status.is_new() {
+            let flaw = if tag.is_new() {
                 &mut self.flaws.channel
             } else {
                 &mut self.flaws.repeated
@@ -359,10 +356,10 @@ impl Assembler {
             *flaw = flaw.saturating_add(1);
             return;
         };
-        let taxel = (status.chid().wrapping_sub(FIRST_INPUT)) as usize % TAXELS;
-        let is_clean = !status.is_overflow() && !status.is_supply_low();
-        self.flaws.supply += status.is_supply_low() as u32;
-        self.flaws.overload += (status.is_overflow() || own.is_none() && is_clipped(code)) as u32;
+        let taxel = tag.id().wrapping_sub(Tag::FIRST_INPUT) as usize % TAXELS;
+        let is_clean = !tag.is_overload() && !tag.is_supply_low();
+        self.flaws.supply += tag.is_supply_low() as u32;
+        self.flaws.overload += (tag.is_overload() || own.is_none() && is_clipped(code)) as u32;
         self.doubtful = self.doubtful.saturating_add(!is_clean as u32);
 
         let scans = self.advance(slot, t_us);
@@ -371,7 +368,7 @@ impl Assembler {
             self.frame.number = self.frame.number.wrapping_add(scans);
             self.frame.t_us = self
                 .now_us
-                .saturating_sub(divide(slot as u64 * self.scan.conversion_ns as u64, 1000).0);
+                .saturating_sub(divide(slot as u64 * self.scan.slot_ns() as u64, 1000).0);
             (self.frame.present, self.frame.good) = (0, 0);
         }
         self.is_open = true;
@@ -403,6 +400,7 @@ impl Assembler {
         let Scan {
             slots,
             conversion_ns,
+            sampling,
             ..
         } = self.scan;
         if has_paused {
@@ -420,31 +418,38 @@ impl Assembler {
         } else if passed_us > self.times.gap_us {
             // As many whole scans more as bring the count of slots nearest to the time that passed.
             let by_time = divide(passed_us as u64 * 1000, conversion_ns).0 as u32;
-            let by_order = scans * slots + slot - before;
+            let by_order = match sampling {
+                Sampling::InTurn => scans * slots + slot - before,
+                Sampling::AtOnce => scans * slots,
+            };
             scans += (by_time.saturating_sub(by_order) + slots / 2) / slots.max(1);
-            // A chip that was set up again restarts its scan: by order there may be fewer.
-            lost_by_time = by_time;
+            if sampling == Sampling::InTurn {
+                // A chip that was set up again restarts its scan: by order there may be fewer.
+                lost_by_time = by_time;
+            }
         }
-        let steps = scans
-            .saturating_mul(slots)
-            .saturating_add(slot)
-            .saturating_sub(before);
+        let whole = scans.saturating_mul(slots);
+        let steps = whole.saturating_add(slot).saturating_sub(before);
         let lost = steps.max(lost_by_time).saturating_sub(1);
         self.lost = self.lost.saturating_add(lost);
         self.flaws.lost = self.flaws.lost.saturating_add(lost);
-        self.check_time(passed_us, steps);
+        let timed_steps = match sampling {
+            Sampling::InTurn => steps,
+            Sampling::AtOnce => whole,
+        };
+        self.check_time(passed_us, timed_steps, steps > 1);
         scans
     }
 
     /// Checks whether `steps` steps of the scan fit the time that passed. After a chip stood still
     /// or restarted its scan, every later conversion is off the time that the fit assumes. After a
     /// single late time stamp the next one is on time.
-    fn check_time(&mut self, passed_us: u32, steps: u32) {
+    fn check_time(&mut self, passed_us: u32, steps: u32, has_gap: bool) {
         let expected_us = divide(steps as u64 * self.scan.conversion_ns as u64, 1000).0 as u32;
         let before = self.off_time.take();
         let late_us = (passed_us.wrapping_sub(expected_us) as i32)
             .saturating_add(before.map_or(0, |before| before.late_us));
-        let has_gap = steps > 1 || before.is_some_and(|before| before.has_gap);
+        let has_gap = has_gap || before.is_some_and(|before| before.has_gap);
         // 122 ppm, for the difference of the two crystals over a long gap.
         if late_us.unsigned_abs() <= self.times.jitter_us + (passed_us >> 13) {
             return;
@@ -471,9 +476,9 @@ const fn table(order: Order, scan: &Scan) -> ([u8; SLOTS_MAX], [u8; TAXELS]) {
     let (mut statuses, mut taxels, mut status, mut slot) =
         ([0; SLOTS_MAX], [0; TAXELS], order.first(), 0);
     while slot < scan.slots as usize && slot < SLOTS_MAX {
-        statuses[slot] = status & !NEW | FLAWLESS;
+        statuses[slot] = status & !Tag::NEW | FLAWLESS;
         if slot < scan.channels as usize && slot < TAXELS {
-            taxels[slot] = (status & !NEW) - FIRST_INPUT;
+            taxels[slot] = (status & !Tag::NEW) - Tag::FIRST_INPUT;
         }
         (status, slot) = (order.next_status(status), slot + 1);
     }

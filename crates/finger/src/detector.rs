@@ -9,6 +9,7 @@ use crate::frame::{PlainFrame, TimedConversion};
 use crate::health::{HealthReporter, health};
 use crate::ring::Ring;
 use crate::window::Window;
+use crate::wiring::Wiring;
 use ridgetone_proto::VERSION;
 use ridgetone_proto::boot::{Boot, SettingsSource};
 use ridgetone_proto::plan::Plan;
@@ -47,17 +48,27 @@ pub struct Detector {
 impl Detector {
     /// A detector at rest. `settings` must have passed [`Settings::validate`].
     pub const fn new(settings: Settings) -> Self {
-        Self::booted(settings, SettingsSource::Default, Boot::UNKNOWN)
+        Self::wired(settings, Wiring::GUIDE)
+    }
+
+    /// A detector at rest for a board's wiring.
+    pub const fn wired(settings: Settings, wiring: Wiring) -> Self {
+        Self::booted(settings, wiring, SettingsSource::Default, Boot::UNKNOWN)
     }
 
     /// A detector whose greeting reports where the settings are from and how the run began.
-    pub const fn booted(settings: Settings, source: SettingsSource, boot: Boot) -> Self {
+    pub const fn booted(
+        settings: Settings,
+        wiring: Wiring,
+        source: SettingsSource,
+        boot: Boot,
+    ) -> Self {
         Self {
             settings,
             plan: settings.plan,
             source,
             boot,
-            assembler: Assembler::new(settings.vref_v, &settings.plan),
+            assembler: Assembler::new(settings.vref_v, &settings.plan, wiring.sampling),
             tracker: Tracker::new(&settings),
             episodes: FaultEpisodes::new(settings.vref_v),
             health_reporter: HealthReporter::new(&settings.plan),

@@ -1,6 +1,6 @@
 //! The estimator: one window in, one estimate out.
 
-use crate::abscissa::{self, Fitted, Tracker};
+use crate::abscissa::{self, Fitted, Setup, Tracker};
 use crate::faults::qualify::doubt;
 use crate::feeling::feel;
 use crate::ring::reached;
@@ -10,6 +10,7 @@ use crate::surface::odometry::track::Track;
 use crate::surface::texture::TextureReporter;
 use crate::surface::travel;
 use crate::window::Window;
+use crate::wiring::Wiring;
 use ads1258::reading;
 use core::f32::consts::PI;
 use ridgetone_proto::fault::FaultSet;
@@ -43,6 +44,7 @@ pub enum WindowFit {
 #[derive(Debug)]
 pub struct Estimator {
     settings: Settings,
+    wiring: Wiring,
     tracker: Tracker,
     /// Frame behind the latest estimate that was accurate enough.
     reported_end: u32,
@@ -53,10 +55,17 @@ pub struct Estimator {
 }
 
 impl Estimator {
-    /// An estimator; `const`, so that its scratch memory can live in a static.
+    /// An estimator for the wiring of the guide; `const`, so that its scratch memory can live in a
+    /// static.
     pub const fn new(settings: Settings) -> Self {
+        Self::wired(settings, Wiring::GUIDE)
+    }
+
+    /// An estimator for a board's wiring.
+    pub const fn wired(settings: Settings, wiring: Wiring) -> Self {
         Self {
             settings,
+            wiring,
             tracker: Tracker::new(),
             reported_end: 0,
             overtones: [[0.0; 2]; OVERTONES],
@@ -142,7 +151,11 @@ impl Estimator {
         source: &mut dyn FrameSource,
         track: Option<&Track>,
     ) -> Result<WindowFit, Overwritten> {
-        let fitted = abscissa::fit(&mut self.tracker, window, source, &self.settings, track);
+        let setup = Setup {
+            settings: &self.settings,
+            wiring: self.wiring,
+        };
+        let fitted = abscissa::fit(&mut self.tracker, window, source, setup, track);
         // By reference: a copy would lie on the stack beside it.
         let fitted = fitted.as_ref().map_err(|overwritten| *overwritten)?;
         let least = window.frames / GAP_SHARE;

@@ -1,8 +1,9 @@
 //! One conversion with its time, one scan of them, and when the scans were.
 
+use crate::converter::{Sample, Tag};
 use crate::ring::Ring;
 use crate::scan::{OWN, Scan};
-use ads1258::{Conversion, Status, reading};
+use ads1258::reading;
 use ridgetone_proto::division::divide;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::scan::TAXELS;
@@ -14,20 +15,24 @@ use ridgetone_tone::Values;
 pub struct TimedConversion {
     /// Time of the falling edge of DRDY on the board's microsecond counter, wrapping.
     pub t_us: u32,
-    /// The code in the upper three bytes, the status byte in the lowest.
+    /// The code in the upper three bytes, the tag in the lowest.
     pub(crate) bits: u32,
 }
 
-/// Status of a mark in the queue: no conversion has it, since NEW is set in all of them.
+/// Tag of a mark in the queue: no conversion has it, since NEW is set in all of them.
 const MARK: u8 = 0x1f;
 
 impl TimedConversion {
-    /// A conversion as read, and the time of its edge, microseconds.
+    /// A sample of any converter as read, and the time of its edge, microseconds.
     #[inline(always)]
-    pub const fn new(t_us: u32, conversion: Conversion) -> Self {
+    pub fn new(t_us: u32, sample: impl Into<Sample>) -> Self {
+        Self::of_sample(t_us, sample.into())
+    }
+
+    const fn of_sample(t_us: u32, sample: Sample) -> Self {
         Self {
             t_us,
-            bits: (conversion.code as u32) << 8 | conversion.status.0 as u32,
+            bits: (sample.code as u32) << 8 | sample.tag.0 as u32,
         }
     }
 
@@ -49,19 +54,10 @@ impl TimedConversion {
         }
     }
 
-    /// Status byte and 24-bit code as read.
+    /// Channel and flags as read.
     #[inline(always)]
-    pub const fn conversion(&self) -> Conversion {
-        Conversion {
-            status: self.status(),
-            code: self.code(),
-        }
-    }
-
-    /// Status byte as read.
-    #[inline(always)]
-    pub const fn status(&self) -> Status {
-        Status(self.bits as u8)
+    pub const fn tag(&self) -> Tag {
+        Tag(self.bits as u8)
     }
 
     /// 24-bit code as read.
@@ -70,26 +66,16 @@ impl TimedConversion {
         self.bits as i32 >> 8
     }
 
-    /// The conversion with another status byte.
-    pub const fn with_status(self, status: Status) -> Self {
-        Self::new(
-            self.t_us,
-            Conversion {
-                status,
-                code: self.code(),
-            },
-        )
+    /// The conversion with another tag.
+    pub const fn with_tag(self, tag: Tag) -> Self {
+        let code = self.code();
+        Self::of_sample(self.t_us, Sample { tag, code })
     }
 
     /// The conversion with another code.
     pub const fn with_code(self, code: i32) -> Self {
-        Self::new(
-            self.t_us,
-            Conversion {
-                status: self.status(),
-                code,
-            },
-        )
+        let tag = self.tag();
+        Self::of_sample(self.t_us, Sample { tag, code })
     }
 }
 

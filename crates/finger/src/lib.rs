@@ -10,6 +10,7 @@
 //!
 //! | step | public name | file |
 //! |---|---|---|
+//! | the converter, as a trait, and the ADS1258 | [`converter`] | `converter.rs` |
 //! | read a conversion at DRDY's edge, supervise the chip | [`Acquisition`], [`TimedConversion`] | `acquire.rs` |
 //! | sort conversions into frames by the slots of the scan | [`SLOTS`], [`CONVERSION_NS`], [`FRAME_NS`] | `assembler.rs`, `scan.rs` |
 //! | keep frames; find contact, slide, hold and release | [`Detector`], [`Ring`] | `detector.rs`, `ring.rs`, `touch/` |
@@ -79,6 +80,7 @@ compile_error!(
 mod abscissa;
 mod acquire;
 mod assembler;
+pub mod converter;
 mod detector;
 mod estimator;
 mod event_builder;
@@ -94,6 +96,7 @@ mod surface;
 pub mod tasks;
 mod touch;
 mod window;
+mod wiring;
 
 pub use abscissa::scene;
 pub use acquire::Acquisition;
@@ -106,12 +109,13 @@ pub use ring::Ring;
 pub use scan::{CONVERSION_NS, FRAME_NS, SLOTS};
 pub use surface::odometry::Mark;
 pub use window::Window;
+pub use wiring::{LowPass, Sampling, Wiring};
 
 /// Steps of the path one by one, for this repository's tests and benchmarks.
 #[cfg(feature = "internals")]
 #[doc(hidden)]
 pub mod internals {
-    pub use crate::abscissa::{Fitted, Tracker, fit};
+    pub use crate::abscissa::{Fitted, Setup, Tracker, fit};
     pub use crate::assembler::Assembler;
     pub use crate::feeling::{MEMORY as FEEL_MEMORY, feel, image_ratio};
     pub use crate::schedule::{TRIM_FRAMES, window_frames_max};

@@ -13,6 +13,7 @@ use crate::tasks::detect::{admit, take_message};
 use crate::tasks::fit::{feel, fit};
 use crate::tasks::shared::{Platform, Shared, Task};
 use crate::window::Window;
+use crate::wiring::Wiring;
 use heapless::Vec;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::Event;
@@ -54,9 +55,14 @@ pub struct Pipeline {
 impl Pipeline {
     /// A pipeline at rest. `settings` must have passed [`Settings::validate`].
     pub const fn new(settings: Settings) -> Self {
+        Self::wired(settings, Wiring::GUIDE)
+    }
+
+    /// A pipeline at rest for a board's wiring.
+    pub const fn wired(settings: Settings, wiring: Wiring) -> Self {
         Self {
-            detector: Detector::new(settings),
-            estimator: Estimator::new(settings),
+            detector: Detector::wired(settings, wiring),
+            estimator: Estimator::wired(settings, wiring),
             ring: Ring::new(),
             shared: Shared::new(OneCall, settings.plan),
             odometer: Odometer::new(),

@@ -1,8 +1,10 @@
 //! The slots of the scan: which channel the chip converts in each, how long that takes, and which
 //! comes next.
 
-use ads1258::{Config, Sysred};
-use ridgetone_proto::plan::Plan;
+use crate::converter::{Scanned, Tag};
+use crate::wiring::Sampling;
+use ads1258::Sysred;
+use ridgetone_proto::plan::{HealthReadings, Plan};
 use ridgetone_proto::scan::TAXELS;
 
 /// Slots of one default scan.
@@ -23,17 +25,8 @@ pub const FRAME_NS: u64 = CONVERSION_NS * SLOTS as u64;
 /// Channel ids that a status byte can name.
 pub(crate) const IDS: usize = 32;
 
-/// Channel id of AIN0 (SBAS297G, channel ids).
-pub(crate) const FIRST_INPUT: u8 = 0x08;
-
-/// Channel ids of the internal readings: offset, supply, temperature, gain, reference (SBAS297G,
-/// channel ids).
+/// Channel ids of the internal readings: offset, supply, temperature, gain, reference; see [`Tag`].
 const OWN_IDS: [u8; OWN] = [0x18, 0x1a, 0x1b, 0x1c, 0x1d];
-
-/// NEW in the status byte (SBAS297G).
-pub(crate) const NEW: u8 = 0x80;
-/// NEW and CHID.
-pub(crate) const NEW_AND_ID: u8 = 0x9f;
 
 /// Which of the internal readings a channel id names.
 pub(crate) fn own_of(id: u8) -> Option<usize> {
@@ -48,36 +41,47 @@ pub(crate) struct Order {
 }
 
 impl Order {
-    /// That of a configuration.
-    pub const fn of(config: &Config) -> Self {
+    /// That of a plan's scan.
+    pub const fn new(plan: &Plan, scanned: Scanned) -> Self {
+        let mut own = 0;
+        let mut at = 0;
+        while at < OWN {
+            own |= 1 << OWN_IDS[at];
+            at += 1;
+        }
+        let inputs = (plan.inputs as u32) << Tag::FIRST_INPUT;
         Self {
-            mask: config.channel_mask(),
+            mask: match (scanned, plan.health) {
+                (Scanned::Health, _) => own,
+                (Scanned::Inputs, HealthReadings::EveryScan) => inputs | own,
+                (Scanned::Inputs, HealthReadings::BetweenTouches) => inputs,
+            },
         }
     }
 
-    /// NEW and CHID of the scan's first conversion.
+    /// NEW and the id of the scan's first conversion.
     pub const fn first(self) -> u8 {
-        NEW | self.mask.trailing_zeros() as u8
+        Tag::NEW | self.mask.trailing_zeros() as u8
     }
 
-    /// CHID of the scan's last conversion.
+    /// The id of the scan's last conversion.
     pub const fn last_id(self) -> u8 {
         31 - self.mask.leading_zeros() as u8 % 32
     }
 
-    /// NEW and CHID of the conversion that follows one of this status.
+    /// NEW and the id of the conversion that follows one with this tag.
     #[inline(always)]
     pub const fn next_status(self, status: u8) -> u8 {
         let above = self.mask & !1u32.wrapping_shl(1 + status as u32 % 32).wrapping_sub(1);
         let is_last = status as usize % IDS == IDS - 1 || above == 0;
-        NEW | (if is_last { self.mask } else { above }).trailing_zeros() as u8
+        Tag::NEW | (if is_last { self.mask } else { above }).trailing_zeros() as u8
     }
 
     /// Conversions of the scan between the expected one and this one, less whole scans. None for
     /// one that is not of the scan.
     pub fn skipped(self, expected: u8, status: u8) -> u32 {
         let (mut at, mut skipped) = (expected, 0);
-        while at & NEW_AND_ID != status & NEW_AND_ID {
+        while at & Tag::NEW_AND_ID != status & Tag::NEW_AND_ID {
             (at, skipped) = (self.next_status(at), skipped + 1);
             if skipped >= self.mask.count_ones() {
                 return 0;
@@ -106,8 +110,10 @@ pub struct Scan {
     pub(crate) channels: u32,
     /// Conversions of a scan.
     pub(crate) slots: u32,
-    /// A conversion's period at the nominal clock, nanoseconds.
+    /// A conversion's period at the nominal clock, nanoseconds; a scan's over its slots if all are
+    /// sampled at once.
     pub(crate) conversion_ns: u32,
+    pub(crate) sampling: Sampling,
 }
 
 impl Scan {
@@ -118,7 +124,13 @@ impl Scan {
             channels: plan.channels() as u32,
             slots: plan.slots(),
             conversion_ns: plan.conversion_ns(),
+            sampling: Sampling::InTurn,
         }
+    }
+
+    /// A scan whose inputs are sampled so.
+    pub const fn sampled(self, sampling: Sampling) -> Self {
+        Self { sampling, ..self }
     }
 
     /// A scan's period at the nominal clock, nanoseconds.
@@ -126,9 +138,30 @@ impl Scan {
         self.conversion_ns * self.slots
     }
 
-    /// The slot in which a taxel is converted.
-    pub(crate) const fn slot_of(&self, taxel: usize) -> u32 {
-        (self.inputs & ((1u32 << (taxel as u32 % 16)) - 1) as u16).count_ones()
+    /// Time from one slot to the next, nanoseconds.
+    pub(crate) const fn slot_ns(&self) -> u32 {
+        match self.sampling {
+            Sampling::InTurn => self.conversion_ns,
+            Sampling::AtOnce => 0,
+        }
+    }
+
+    /// Time from one data-ready edge to the next, nanoseconds.
+    pub(crate) const fn edge_ns(&self) -> u32 {
+        match self.sampling {
+            Sampling::InTurn => self.conversion_ns,
+            Sampling::AtOnce => self.frame_ns(),
+        }
+    }
+
+    /// By how many slots a taxel is sampled later than the first.
+    pub(crate) const fn slots_late(&self, taxel: usize) -> u32 {
+        match self.sampling {
+            Sampling::InTurn => {
+                (self.inputs & ((1u32 << (taxel as u32 % 16)) - 1) as u16).count_ones()
+            }
+            Sampling::AtOnce => 0,
+        }
     }
 }
 
@@ -141,8 +174,12 @@ mod tests {
     #[test]
     fn the_next_channel_is_the_driver_s() {
         for (name, plan) in Plan::NAMED {
-            for config in [plan.config(), plan.health_config()] {
-                let order = Order::of(&config);
+            let scans = [
+                (Scanned::Inputs, plan.config()),
+                (Scanned::Health, plan.health_config()),
+            ];
+            for (scanned, config) in scans {
+                let order = Order::new(&plan, scanned);
                 assert_eq!(
                     Some(order.first() & 0x1f),
                     config.scan().next().map(Channel::id),
@@ -155,8 +192,8 @@ mod tests {
                 );
                 for (slot, channel) in (0..).zip(config.scan()) {
                     assert_eq!(
-                        order.next_status(NEW | channel.id()),
-                        NEW | config.next_channel(channel).id()
+                        order.next_status(Tag::NEW | channel.id()),
+                        Tag::NEW | config.next_channel(channel).id()
                     );
                     assert_eq!(order.slot_of(channel.id()), Some(slot));
                 }

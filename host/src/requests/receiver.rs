@@ -4,6 +4,7 @@
 use embedded_storage::nor_flash::NorFlash;
 use ridgetone::Detector;
 use ridgetone::Estimator;
+use ridgetone::Wiring;
 use ridgetone::tasks::{Inboxes, Received};
 use ridgetone::tasks::{Mail, Outbox};
 use ridgetone::tasks::{PACKETS, Platform, Shared, Task};
@@ -52,7 +53,12 @@ impl<F: NorFlash> Receiver<F> {
         Self {
             inbox: Inboxes::new(),
             requests: Requests::new(store),
-            detector: Box::new(Detector::booted(settings, source, Boot::UNKNOWN)),
+            detector: Box::new(Detector::booted(
+                settings,
+                Wiring::GUIDE,
+                source,
+                Boot::UNKNOWN,
+            )),
             estimator: Box::new(Estimator::new(settings)),
             outbox: Outbox::new(),
             shared: Shared::new(FitPended::default(), settings.plan),

@@ -131,13 +131,13 @@ fn the_wiring_is_the_firmwares() {
         .collect();
     // The name of a signal in the code.
     let signals = [
-        ("CS", "spi: "),
-        ("SCLK", "spi: "),
-        ("DOUT", "spi: "),
-        ("DIN", "spi: "),
+        ("CS", "let spi = "),
+        ("SCLK", "let spi = "),
+        ("DOUT", "let spi = "),
+        ("DIN", "let spi = "),
         ("DRDY", "drdy: "),
-        ("START", "start: "),
-        ("RESET", "reset: "),
+        ("START", "let start = "),
+        ("RESET", "let reset = "),
     ];
     for (signal, field) in signals {
         let row = rows

@@ -181,7 +181,9 @@ fn summary(counts: &Counts) {
 /// The ridged board in windows of some cycles: relative error of a periodogram's peak and of least
 /// squares, against speed over ridge distance.
 fn board(recordings: &[(Recording, Known)]) {
-    println!("| cycles in the window | windows | periodogram's peak, % | fit, % | good | intervals that hold |");
+    println!(
+        "| cycles in the window | windows | periodogram's peak, % | fit, % | good | intervals that hold |"
+    );
     println!("|---|---|---|---|---|---|");
     for cycles in WINDOW_CYCLES {
         let mut errors = [const { Vec::new() }; 2];

@@ -4,11 +4,16 @@ use core::f32::consts::PI;
 
 /// Parts of a way by which its speeds are measured.
 const PARTS: usize = 16;
-/// Delay of the bridges' low-pass for slow tones, seconds: 820 ohm beside 820 ohm, and 1 uF
-/// (docs/guide/2-build.md). A robot's places are to be those of that much earlier.
-const LOW_PASS_S: f32 = 0.5 * 820.0 * 1e-6;
-/// Its standard deviation. The capacitor's value is anywhere within 10 % of the printed one.
-pub const LOW_PASS_SIGMA_S: f32 = 0.058 * LOW_PASS_S;
+
+/// A window's way.
+pub struct Way<'a> {
+    /// Place of a frame, millimetres.
+    pub place_mm: &'a dyn Fn(u32) -> f32,
+    /// Its last frame.
+    pub last: u32,
+    /// Frames a second.
+    pub frame_rate_hz: f32,
+}
 
 /// Errors of a wavenumber whose places are late, as shares of it. At a constant speed there are
 /// none.
@@ -22,40 +27,38 @@ pub struct DelayError {
 }
 
 impl DelayError {
-    /// On a way of `last` frames at a rate in hertz, for a tone of some cycles a millimetre.
-    /// Overtones are those of a fit, over the fundamental. Errors of places change the wavenumber
-    /// by the slope of the error over the place (least squares).
-    pub fn new(
-        place_mm: &dyn Fn(u32) -> f32,
-        last: u32,
-        frame_rate_hz: f32,
-        per_mm: f32,
-        overtones: &[[f32; 2]],
-    ) -> Self {
-        // Each part's frames, which may differ by one, its middle, and by how much a slow tone is
-        // late there.
+    /// On a way, for a low-pass that makes slow tones late by `low_pass_s` seconds, and a tone of
+    /// some cycles a millimetre. Overtones are those of a fit, over the fundamental. Errors of
+    /// places change the wavenumber by the slope of the error over the place (least squares).
+    pub fn new(way: Way<'_>, low_pass_s: f32, per_mm: f32, overtones: &[[f32; 2]]) -> Self {
+        let Way {
+            place_mm,
+            last,
+            frame_rate_hz,
+        } = way;
+        // Each part's frames, which may differ by one, its middle, and the speed there.
         let mut parts = [(0.0, 0.0, 0.0); PARTS];
         let (mut from, mut from_mm, mut sum_mm) = (0, place_mm(0), 0.0);
-        for (at, (frames, middle_mm, late_mm)) in (1u32..).zip(&mut parts) {
+        for (at, (frames, middle_mm, mm_s)) in (1u32..).zip(&mut parts) {
             let until = last * at / PARTS as u32;
             let until_mm = place_mm(until);
             *frames = (until - from) as f32;
             *middle_mm = 0.5 * (from_mm + until_mm);
-            *late_mm = (until_mm - from_mm) / frames.max(1.0) * (frame_rate_hz * LOW_PASS_S);
+            *mm_s = (until_mm - from_mm) / frames.max(1.0) * frame_rate_hz;
             sum_mm += *frames * *middle_mm;
             (from, from_mm) = (until, until_mm);
         }
         let mean_mm = sum_mm / last as f32;
         let slope = |late_mm: &dyn Fn(f32) -> f32| {
             let (mut along, mut squares) = (0.0, 0.0);
-            for (frames, middle_mm, slow_mm) in parts {
+            for (frames, middle_mm, mm_s) in parts {
                 let from_mean = frames * (middle_mm - mean_mm);
-                along += from_mean * late_mm(slow_mm);
+                along += from_mean * late_mm(mm_s);
                 squares += from_mean * (middle_mm - mean_mm);
             }
             along / squares
         };
-        let per_s = slope(&|mm| mm) * (1.0 / LOW_PASS_S);
+        let per_s = slope(&|mm_s| mm_s);
         // Each harmonic has its own delay. It weighs as much as its power times the square of its
         // order.
         let (mut quicker, mut weights, mut number) = (0.0, 0.0, 1.0);
@@ -63,7 +66,11 @@ impl DelayError {
         for power in core::iter::once(1.0).chain(powers) {
             let weight = power * number * number;
             let per_turn = 2.0 * PI * per_mm * number;
-            quicker += weight * slope(&|mm| mm - libm::atanf(per_turn * mm) / per_turn);
+            let quicker_mm = |mm_s: f32| {
+                let slow_mm = mm_s * low_pass_s;
+                slow_mm - libm::atanf(per_turn * slow_mm) / per_turn
+            };
+            quicker += weight * slope(&quicker_mm);
             (weights, number) = (weights + weight, number + 1.0);
         }
         let [per_s, by_low_pass] = [per_s.abs(), quicker / weights]
@@ -77,6 +84,8 @@ mod tests {
     use super::*;
     extern crate std;
     use std::f64::consts::TAU;
+
+    const LOW_PASS_S: f32 = 0.41e-3;
     use std::vec::Vec;
 
     /// The slope of places that are late over those that are not, less 1: by its definition, in
@@ -90,6 +99,14 @@ mod tests {
         (both / mean(&|t_s| (place_mm(t_s) - middle).powi(2)) - 1.0) / LATE_S
     }
 
+    fn of_144(place_mm: &dyn Fn(u32) -> f32) -> Way<'_> {
+        Way {
+            place_mm,
+            last: 144,
+            frame_rate_hz: 240.0,
+        }
+    }
+
     #[test]
     fn a_way_is_stretched_by_its_change_of_speed() {
         let from_rest = |t_s: f64| 25.0 * t_s * t_s;
@@ -98,12 +115,12 @@ mod tests {
         let turning = |t_s: f64| 12.0 * (1.0 - (5.0 * (t_s + 0.4)).cos());
         let ways: [&dyn Fn(f64) -> f64; 4] = [&from_rest, &steady, &hand, &turning];
         for (number, way) in ways.iter().enumerate() {
-            let found = DelayError::new(
-                &|frame| way(f64::from(frame) * 0.6 / 144.0) as f32,
-                144,
-                240.0,
-                0.4,
-                &[],
+            let place_mm = |frame: u32| way(f64::from(frame) * 0.6 / 144.0) as f32;
+            let found = DelayError::new(of_144(&place_mm), LOW_PASS_S, 0.4, &[]);
+            let unfiltered = DelayError::new(of_144(&place_mm), 0.0, 0.4, &[]);
+            assert_eq!(
+                (unfiltered.per_s, unfiltered.by_low_pass),
+                (found.per_s, 0.0)
             );
             let expected = stretch(way, 0.6).abs();
             // Sixteen parts of the way are a few percent off the integrals.
@@ -112,7 +129,7 @@ mod tests {
                 "{number}: {found:?}, {expected}"
             );
         }
-        let at_rest = DelayError::new(&|_| 3.0, 144, 240.0, 0.4, &[]);
+        let at_rest = DelayError::new(of_144(&|_| 3.0), LOW_PASS_S, 0.4, &[]);
         assert_eq!(
             at_rest,
             DelayError {
@@ -120,13 +137,6 @@ mod tests {
                 by_low_pass: 0.0
             }
         );
-    }
-
-    /// A value that is anywhere within 10 %, evenly distributed.
-    #[test]
-    fn the_capacitors_deviation_is_that_of_an_even_distribution() {
-        assert!((LOW_PASS_S - 0.41e-3).abs() < 1e-9);
-        assert!((LOW_PASS_SIGMA_S / LOW_PASS_S - 0.1 / 3f32.sqrt()).abs() < 5e-4);
     }
 
     /// Wavenumber of a tone and its overtone (their amplitudes are 1 and `second`) that a
@@ -208,13 +218,13 @@ mod tests {
                 let gain =
                     |hz: f64| 1.0 / (1.0 + (TAU * hz * f64::from(LOW_PASS_S)).powi(2)).sqrt();
                 let overtone = second * gain(2.0 * 200.0 * per_mm) / gain(200.0 * per_mm);
-                let late = DelayError::new(
-                    &place_mm,
-                    128,
-                    2000.0,
-                    per_mm as f32,
-                    &[[overtone as f32, 0.0]],
-                );
+                let way = Way {
+                    place_mm: &place_mm,
+                    last: 128,
+                    frame_rate_hz: 2000.0,
+                };
+                let overtones = &[[overtone as f32, 0.0]];
+                let late = DelayError::new(way, LOW_PASS_S, per_mm as f32, overtones);
                 let found = f64::from(late.by_low_pass);
                 std::println!(
                     "{acceleration_mm_s2} {per_mm} {second}: {found:.2e} for {expected:.2e}"

@@ -1,18 +1,17 @@
 //! Which of two or three reads of a conversion is right.
 
-use crate::scan::{NEW, NEW_AND_ID};
-use ads1258::{Conversion, Status};
+use crate::converter::{Sample, Tag};
 
 /// The result of the reads. NEW is set in every conversion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Resolved {
     /// A conversion, read twice alike.
-    Found(Conversion),
+    Found(Sample),
     /// A conversion that two reads agree on, a third does not, or of which only NEW is wrong.
-    Mended(Conversion),
+    Mended(Sample),
     /// The conversion after the one whose edge is served: it ended between the first read and the
     /// second.
-    Later(Conversion),
+    Later(Sample),
     /// No two reads agree.
     Garbled,
     /// Nothing but ones or nothing but zeros.
@@ -24,42 +23,42 @@ pub enum Resolved {
 }
 
 /// Two reads of a conversion. None: the read failed.
-pub type Reads = [Option<Conversion>; 2];
+pub type Reads = [Option<Sample>; 2];
 
 /// Resolves two reads that are not both the expected conversion, with a `third` if they differ.
-/// `latest` is the conversion before, `next` is NEW and CHID of the expected one.
+/// `latest` is the conversion before, `next` is NEW and the id of the expected one.
 pub fn resolve(
-    latest: Option<Conversion>,
+    latest: Option<Sample>,
     next: u8,
     [first, again]: Reads,
-    third: impl FnOnce() -> Option<Conversion>,
+    third: impl FnOnce() -> Option<Sample>,
 ) -> Resolved {
     if let Some(first) = first
         && again.is_some_and(|again| is_same(first, again))
     {
-        let is_read_again = again.is_some_and(|again| !again.status.is_new());
-        return match first.status.is_new() {
+        let is_read_again = again.is_some_and(|again| !again.tag.is_new());
+        return match first.tag.is_new() {
             _ if is_dead(first) => Resolved::Dead,
             // Only the id is unexpected, or the new code happens to be the old one.
             true if is_read_again => Resolved::Found(first),
             _ if latest.is_some_and(|latest| is_same(latest, first)) => Resolved::Repeated,
             // A bit error in NEW.
-            _ if as_new(first).status.0 & NEW_AND_ID == next => Resolved::Mended(as_new(first)),
+            _ if as_new(first).tag.0 & Tag::NEW_AND_ID == next => Resolved::Mended(as_new(first)),
             _ => Resolved::Garbled,
         };
     }
     let third = third();
     let agree =
-        |one: Option<Conversion>| one.filter(|one| third.is_some_and(|third| is_same(*one, third)));
+        |one: Option<Sample>| one.filter(|one| third.is_some_and(|third| is_same(*one, third)));
     let Some(agreed) = agree(first).or(agree(again)) else {
         return Resolved::Garbled;
     };
     let is_first = agree(first).is_some();
     if is_dead(agreed) {
         Resolved::Dead
-    } else if !agreed.status.is_new() && latest.is_some_and(|latest| is_same(latest, agreed)) {
+    } else if !agreed.tag.is_new() && latest.is_some_and(|latest| is_same(latest, agreed)) {
         Resolved::RepeatedGarbled
-    } else if !is_first && agreed.status.is_new() && agreed.status.0 & NEW_AND_ID != next {
+    } else if !is_first && agreed.tag.is_new() && agreed.tag.0 & Tag::NEW_AND_ID != next {
         // It was new at the second read, so there was another one before.
         Resolved::Later(agreed)
     } else {
@@ -68,19 +67,19 @@ pub fn resolve(
 }
 
 /// Whether two reads have the same data, whatever NEW is.
-fn is_same(one: Conversion, other: Conversion) -> bool {
-    one.code == other.code && (one.status.0 ^ other.status.0) & !NEW == 0
+fn is_same(one: Sample, other: Sample) -> bool {
+    one.code == other.code && (one.tag.0 ^ other.tag.0) & !Tag::NEW == 0
 }
 
-/// Nothing but ones, or nothing but zeros, whatever NEW is: CHID 1Fh is unused, and 00h (DIFF0) is
+/// Nothing but ones, or nothing but zeros, whatever NEW is: id 1Fh is unused, and 00h is
 /// not of the scan.
-fn is_dead(read: Conversion) -> bool {
-    matches!((read.status.0 & !NEW, read.code), (0x7f, -1) | (0, 0))
+fn is_dead(read: Sample) -> bool {
+    matches!((read.tag.0 & !Tag::NEW, read.code), (0x7f, -1) | (0, 0))
 }
 
-fn as_new(read: Conversion) -> Conversion {
-    Conversion {
-        status: Status(read.status.0 | NEW),
+fn as_new(read: Sample) -> Sample {
+    Sample {
+        tag: Tag(read.tag.0 | Tag::NEW),
         ..read
     }
 }
@@ -90,9 +89,9 @@ mod tests {
     use super::*;
     use Resolved::*;
 
-    fn read(status: u8, code: i32) -> Option<Conversion> {
-        Some(Conversion {
-            status: Status(status),
+    fn read(status: u8, code: i32) -> Option<Sample> {
+        Some(Sample {
+            tag: Tag(status),
             code,
         })
     }

@@ -2,9 +2,11 @@
 
 use super::watch::PUT_OFF_MOST;
 use super::*;
+use crate::converter::WiredAds1258;
 use FaultKind::{Bus, BusDead, NoAnswer, Registers, Repeated, Silent, Storm};
+use ads1258::Ads1258;
 use core::convert::Infallible;
-use embedded_hal::spi::{ErrorType, Operation};
+use embedded_hal::spi::{ErrorType, Operation, SpiDevice};
 use hal_mock::board::{ChipSpi, ResetPin, StartPin};
 use hal_mock::{Constant, Fault, Options, SimulatedBoard};
 use heapless::spsc::Queue;
@@ -53,7 +55,7 @@ impl SpiDevice for Wire {
 struct Bench {
     board: SimulatedBoard,
     trouble: Rc<RefCell<Trouble>>,
-    acquisition: Acquisition<Wire, StartPin, ResetPin>,
+    acquisition: Acquisition<WiredAds1258<Wire, StartPin, ResetPin>>,
     queue: Queue<TimedConversion, 64>,
     diagnostics: Diagnostics,
 }
@@ -79,12 +81,9 @@ impl Bench {
             board: board.clone(),
             trouble: trouble.clone(),
         };
-        let mut acquisition = Acquisition::new(
-            Ads1258::new(wire),
-            board.start_pin(),
-            board.reset_pin(),
-            plan,
-        );
+        let (start, reset) = (board.start_pin(), board.reset_pin());
+        let converter = WiredAds1258::new(Ads1258::new(wire), start, reset);
+        let mut acquisition = Acquisition::new(converter, plan);
         let diagnostics = Diagnostics::new();
         assert!(acquisition.set_up(&diagnostics, &mut board.delay()));
         Self {

@@ -1,21 +1,14 @@
 //! How many conversions a chip can have made that nobody saw.
 //!
 //! After a gap the chip's ids and the time say what was lost, if its registers are right. With
-//! other registers, as after a reset of its own, the chip is up to five times as fast (SBAS297G,
-//! rate table), and its ids are those of another scan: then only an upper limit is known.
+//! other registers, as after a reset of its own, the chip may be faster, and its ids are those of
+//! another scan: then only an upper limit is known.
 
 use ridgetone_proto::division::divide;
 
-/// The chip's clock, at most, hertz (SBAS297G: 16 MHz).
-const CLOCK_MOST_HZ: u64 = 16_000_000;
-/// MUXMOD in CONFIG0: fixed channel.
-const MUXMOD: u8 = 0x20;
-/// Clock periods of a conversion, at least (SBAS297G, rate table): scanning, 128 (1 + 4.265625),
-/// and with a fixed channel.
-const SCANNING_TICKS: u64 = 674;
-const FIXED_TICKS: u64 = 128;
 /// From the begin of a check that finds a changed register to the stop of the scan, at most,
-/// microseconds: 26 bytes at 5.25 MHz take 40, and each of the three transfers begins and ends.
+/// microseconds: the ADS1258's 26 bytes at 5.25 MHz take 40, and each of the three transfers begins
+/// and ends.
 const CHECK_US: u32 = 100;
 
 /// Times without a conversion since the registers were known to be right.
@@ -55,21 +48,12 @@ impl Unseen {
 
     /// The most conversions that the chip can have made in the gaps and from the latest one to the
     /// stop of the scan. A check that began so long after the latest one, microseconds, has found a
-    /// changed register. `config0` is its register now; none, or all ones from a stuck bus, says
-    /// nothing.
-    pub fn at_most(&self, since_us: u32, config0: Option<u8>) -> u32 {
-        let is_fixed = config0.is_some_and(|config0| config0 != 0xff && config0 & MUXMOD != 0);
-        let ticks = if is_fixed {
-            FIXED_TICKS
-        } else {
-            SCANNING_TICKS
-        };
-        // Rounded down, so that there are not too few.
-        let period_us = (ticks * 1_000_000 / CLOCK_MOST_HZ) as u32;
+    /// changed register. With it the chip makes one in `period_us` at least.
+    pub fn at_most(&self, since_us: u32, period_us: u32) -> u32 {
         self.gaps_us
             .saturating_add(since_us)
             .saturating_add(CHECK_US)
-            / period_us
+            / period_us.max(1)
             + 1
     }
 
@@ -92,13 +76,13 @@ mod tests {
             .into_iter()
             .for_each(|passed_us| unseen.passed(passed_us));
         // 23,739 conversions a second (SBAS297G, rate table, 16 MHz), in the 100 us of the check.
-        assert_eq!(unseen.at_most(0, None), 3);
+        assert_eq!(unseen.at_most(0, 42), 3);
         unseen.passed(10_000);
-        assert!((239..=244).contains(&unseen.at_most(0, Some(0x0a))));
+        assert!((239..=244).contains(&unseen.at_most(0, 42)));
         // 125,000 of a fixed channel, for another 10 ms.
-        assert_eq!(unseen.at_most(10_000, Some(0x2a)), 2501 + 12);
+        assert_eq!(unseen.at_most(10_000, 8), 2501 + 12);
         unseen.reset();
-        assert_eq!(unseen.at_most(100, Some(0xff)), 5);
+        assert_eq!(unseen.at_most(100, 42), 5);
         // 5064 conversions a second.
         assert!((100..=104).contains(&unseen.of_clock(1_000_000)));
     }

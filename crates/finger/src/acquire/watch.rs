@@ -1,12 +1,10 @@
 //! The supervision of the chip: when its scan may be interrupted, and what happens when the chip
 //! does not work.
 
-use super::Acquisition;
+use super::{Acquisition, edge_ns};
+use crate::converter::Converter;
 use crate::faults::diagnostics::Diagnostics;
-use ads1258::Register;
 use embedded_hal::delay::DelayNs;
-use embedded_hal::digital::OutputPin;
-use embedded_hal::spi::SpiDevice;
 use ridgetone_proto::division::divide;
 use ridgetone_proto::fault::FaultKind;
 
@@ -31,7 +29,7 @@ const PAUSE_MOST_US: u32 = 4_000_000;
 /// microseconds.
 const WELL_US: u32 = 1_000_000;
 
-impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START, RESET> {
+impl<C: Converter> Acquisition<C> {
     /// Whether no conversion is likely soon, so that [`Self::watch`] need not wait for one. The
     /// best time for it is right after a conversion: the next edge is furthest away.
     pub fn is_quiet(&self, now_us: u32) -> bool {
@@ -44,7 +42,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
     /// DRDY is muted: the next conversion of this scan shows how many were lost. After 4,000
     /// refusals in a row the answer is yes.
     pub fn can_begin(&mut self, now_us: u32) -> bool {
-        let period_us = self.plan.conversion_ns() / 1000;
+        let period_us = edge_ns::<C>(&self.plan) / 1000;
         let is_steady = now_us.wrapping_sub(self.unexpected_us) > STEADY_CONVERSIONS * period_us;
         let is_next_far = is_steady && now_us.wrapping_sub(self.latest_us) < period_us / 2;
         let can =
@@ -85,7 +83,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
         }
         let fault = if !self.is_set_up {
             FaultKind::NoAnswer
-        } else if self.adc.verify().is_err() && self.adc.verify().is_err() {
+        } else if !self.converter.is_as_set_up() && !self.converter.is_as_set_up() {
             // Registers read while START is high may be wrong once (seen on real chips): hence a
             // second look.
             FaultKind::Registers
@@ -113,10 +111,10 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
             // The chip has not run since.
             FaultKind::NoAnswer => {}
             FaultKind::Registers => {
-                let config0 = self.adc.read_register(Register::Config0).ok();
+                let period_us = self.converter.least_period_us();
                 diagnostics
                     .unseen
-                    .add(self.unseen.at_most(since_us, config0));
+                    .add(self.unseen.at_most(since_us, period_us));
             }
             _ => diagnostics.unseen.add(self.unseen.of_clock(since_us)),
         }

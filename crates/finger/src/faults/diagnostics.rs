@@ -1,8 +1,8 @@
 //! Counters of the tasks, each written from its own priority, that `health` reports.
 
+use crate::converter::REGISTERS;
 use crate::faults::log::{Counter, FaultLog};
 use crate::surface::odometry::counters::Counters;
-use ads1258::Register;
 use core::sync::atomic::{AtomicU8, AtomicU32, Ordering::Relaxed};
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::settings::FRAME_RATE_HZ;
@@ -33,7 +33,7 @@ pub struct Diagnostics {
     /// Messages of odometry.
     pub odometry: Counters,
     /// The chip's registers as they were read at its latest set-up.
-    adc_registers: [AtomicU8; Register::ALL.len()],
+    adc_registers: [AtomicU8; REGISTERS],
     /// Bits of the processor load, an f32 from 0 to 1.
     pub(crate) load_bits: AtomicU32,
     /// Most stack in use since start-up, and the stack's size, bytes.
@@ -59,7 +59,7 @@ impl Diagnostics {
             requests_damaged: Counter::new(),
             bytes_overrun: Counter::new(),
             odometry: Counters::new(),
-            adc_registers: [const { AtomicU8::new(0) }; Register::ALL.len()],
+            adc_registers: [const { AtomicU8::new(0) }; REGISTERS],
             load_bits: AtomicU32::new(0),
             stack: [const { AtomicU32::new(0) }; 2],
             railed_us: AtomicU32::new(0),
@@ -68,8 +68,8 @@ impl Diagnostics {
         }
     }
 
-    /// Keeps the chip's registers, CONFIG0 to ID, for `health`.
-    pub(crate) fn keep_adc_registers(&self, found: [u8; Register::ALL.len()]) {
+    /// Keeps the chip's registers, for `health`.
+    pub(crate) fn keep_adc_registers(&self, found: [u8; REGISTERS]) {
         for (kept, found) in self.adc_registers.iter().zip(found) {
             kept.store(found, Relaxed);
         }
@@ -86,8 +86,8 @@ impl Diagnostics {
         self.stack.each_ref().map(|bytes| bytes.load(Relaxed))
     }
 
-    /// The chip's registers, CONFIG0 to ID, as they were read at its latest set-up; zeros before.
-    pub fn adc_registers(&self) -> [u8; Register::ALL.len()] {
+    /// The chip's registers, as they were read at its latest set-up; zeros before.
+    pub fn adc_registers(&self) -> [u8; REGISTERS] {
         self.adc_registers
             .each_ref()
             .map(|register| register.load(Relaxed))

@@ -2,11 +2,10 @@
 
 use super::shared::{Platform, Shared, Task};
 use crate::acquire::{self, Acquisition};
+use crate::converter::Converter;
 use crate::frame::TimedConversion;
 use core::sync::atomic::Ordering::Relaxed;
 use embedded_hal::delay::DelayNs;
-use embedded_hal::digital::OutputPin;
-use embedded_hal::spi::SpiDevice;
 use heapless::spsc::Producer;
 use ridgetone_proto::plan::Plan;
 
@@ -28,9 +27,9 @@ pub trait DrdyPin {
 }
 
 /// What the task owns.
-pub struct Drdy<'a, SPI, START, RESET, PIN> {
+pub struct Drdy<'a, C, PIN> {
     /// The chip.
-    pub acquisition: Acquisition<SPI, START, RESET>,
+    pub acquisition: Acquisition<C>,
     /// DRDY.
     pub pin: PIN,
     /// To `detect`.
@@ -39,10 +38,10 @@ pub struct Drdy<'a, SPI, START, RESET, PIN> {
     plan: Plan,
 }
 
-impl<'a, SPI, START, RESET, PIN> Drdy<'a, SPI, START, RESET, PIN> {
+impl<'a, C: Converter, PIN> Drdy<'a, C, PIN> {
     /// The chip, DRDY, and the queue to `detect`.
     pub const fn new(
-        acquisition: Acquisition<SPI, START, RESET>,
+        acquisition: Acquisition<C>,
         pin: PIN,
         samples: Producer<'a, TimedConversion>,
     ) -> Self {
@@ -56,9 +55,7 @@ impl<'a, SPI, START, RESET, PIN> Drdy<'a, SPI, START, RESET, PIN> {
     }
 }
 
-impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin, PIN: DrdyPin>
-    Drdy<'_, SPI, START, RESET, PIN>
-{
+impl<C: Converter, PIN: DrdyPin> Drdy<'_, C, PIN> {
     /// Runs when DRDY has fallen, and when another task requests a check of the chip.
     #[inline(always)]
     pub fn run<P: Platform>(&mut self, shared: &Shared<P>, wait: &mut impl DelayNs) {
@@ -96,6 +93,9 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin, PIN: DrdyPin>
                     pin.unmute();
                 }
                 acquire::Drdy::Mute => pin.mute(),
+            }
+            if edge == Some(true) && acquisition.go_on() {
+                continue;
             }
             if has_checked {
                 break;

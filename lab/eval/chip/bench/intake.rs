@@ -12,6 +12,7 @@ use ridgetone::Acquisition;
 use ridgetone::Diagnostics;
 use ridgetone::SLOTS;
 use ridgetone::TimedConversion;
+use ridgetone::converter::WiredAds1258;
 use ridgetone_eval::workload::conversion;
 use ridgetone_proto::plan::Plan;
 
@@ -81,7 +82,8 @@ fn answer(transaction: u32) -> [u8; 5] {
 pub fn measure(counter: &Counter) -> Option<u32> {
     let mut queue = Queue::<TimedConversion, SAMPLES>::new();
     let (mut samples, mut out) = queue.split();
-    let mut acquisition = Acquisition::new(Ads1258::new(Chip(0)), Pin, Pin, Plan::PAPER);
+    let converter = WiredAds1258::new(Ads1258::new(Chip(0)), Pin, Pin);
+    let mut acquisition = Acquisition::new(converter, Plan::PAPER);
     let diagnostics = Diagnostics::new();
     let mut most = 0;
     for count in 0..TAKEN {

@@ -1,6 +1,7 @@
 //! Against the simulated chip.
 
 use super::*;
+use crate::converter::WiredAds1258;
 use ads1258::Ads1258;
 use hal_mock::{Constant, Fault, Options, SimulatedBoard};
 use heapless::spsc::Queue;
@@ -58,7 +59,8 @@ fn a_conversion_that_ends_during_a_check_is_read() {
     let mut queue = Queue::<_, 88>::new();
     let (samples, mut taken) = queue.split();
     let pins = (board.start_pin(), board.reset_pin());
-    let mut acquisition = Acquisition::new(Ads1258::new(board.spi()), pins.0, pins.1, Plan::SINGLE);
+    let converter = WiredAds1258::new(Ads1258::new(board.spi()), pins.0, pins.1);
+    let mut acquisition = Acquisition::new(converter, Plan::SINGLE);
     let shared = Shared::new(Clock(board.clone()), Plan::SINGLE);
     let mut wait = board.delay();
     assert!(acquisition.set_up(&shared.diagnostics, &mut wait));

@@ -1,0 +1,123 @@
+//! What the path needs of a converter: five steps and one type.
+//!
+//! [`Acquisition`](crate::Acquisition) serves the edges of a data-ready line and supervises the
+//! converter behind it; everything after it sees [`Sample`]s. A converter of another family
+//! implements [`Converter`]; [`WiredAds1258`] is the one of the boards here.
+
+mod ads1258;
+
+pub use self::ads1258::WiredAds1258;
+use crate::wiring::Sampling;
+use embedded_hal::delay::DelayNs;
+use ridgetone_proto::plan::Plan;
+
+/// Bytes of a converter's registers that `health` carries.
+pub const REGISTERS: usize = 10;
+
+/// Which scan a converter runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scanned {
+    /// The inputs of the plan, with the internal readings if the plan has them in every scan.
+    Inputs,
+    /// The internal readings alone, once the touch allows it.
+    Health,
+}
+
+/// A sample's channel and flags, in one byte: NEW in bit 7, overload in bit 6, supply too low in
+/// bit 5, the channel's id in bits 4 to 0. An input's id is its number plus 8; the internal
+/// readings offset, supply, temperature, gain and reference are 18h, 1Ah, 1Bh, 1Ch and 1Dh. This
+/// is the ADS1258's status byte, which that chip's implementation passes on unchanged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Tag(pub u8);
+
+impl Tag {
+    /// The sample has not been read before.
+    pub const NEW: u8 = 0x80;
+    /// NEW and the channel's id.
+    pub(crate) const NEW_AND_ID: u8 = 0x9f;
+    /// Id of the first input.
+    pub(crate) const FIRST_INPUT: u8 = 0x08;
+
+    /// A new sample of an input, 0 to 15, without a flaw.
+    pub const fn of_input(input: u8) -> Self {
+        Self(Self::NEW | (Self::FIRST_INPUT + input % 16))
+    }
+
+    /// The sample has not been read before.
+    #[inline]
+    pub const fn is_new(self) -> bool {
+        self.0 & Self::NEW != 0
+    }
+
+    /// The input exceeded what the converter can measure.
+    #[inline]
+    pub const fn is_overload(self) -> bool {
+        self.0 & 0x40 != 0
+    }
+
+    /// The converter's supply was too low for this sample.
+    #[inline]
+    pub const fn is_supply_low(self) -> bool {
+        self.0 & 0x20 != 0
+    }
+
+    /// The channel's id.
+    #[inline]
+    pub const fn id(self) -> u8 {
+        self.0 & 0x1f
+    }
+}
+
+/// One sample of one channel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sample {
+    /// Its channel and flags.
+    pub tag: Tag,
+    /// Its code, 24 bits; 780000h is the setting `vref_v`.
+    pub code: i32,
+}
+
+/// A converter that pulls a data-ready line low after each sample, or after all of a scan.
+///
+/// Bus errors are values here, never panics: a method that returns `bool` returns false, and
+/// [`Self::read`] returns `None`. [`Acquisition`](crate::Acquisition) then tries again, counts and
+/// reports.
+pub trait Converter {
+    /// Its name, for messages.
+    const NAME: &'static str;
+
+    /// Whether it converts the inputs of a scan one after another, with an edge each, or all of
+    /// them before one edge.
+    const SAMPLING: Sampling;
+
+    /// Whether it can run [`Scanned::Health`]. If not, `health` has zeros for these readings.
+    const HAS_READINGS: bool;
+
+    /// Stops the scan.
+    fn stop(&mut self) -> bool;
+
+    /// Resets the converter, writes the registers of a scan, which has passed [`Plan::validate`],
+    /// and reads them back. False if it does not hold what was written. The scan stands still.
+    fn set_up(&mut self, plan: &Plan, scanned: Scanned, wait: &mut impl DelayNs) -> bool;
+
+    /// Starts the scan at its first channel.
+    fn start(&mut self) -> bool;
+
+    /// Reads the latest sample; with [`Sampling::AtOnce`] the first that the edge stands for. A
+    /// second read of it gives the same with NEW cleared.
+    fn read(&mut self) -> Option<Sample>;
+
+    /// With [`Sampling::AtOnce`], goes on to the next sample of the edge, which [`Self::read`] then
+    /// reads. False if there is none.
+    fn go_on(&mut self) -> bool;
+
+    /// Reads the registers back while the scan runs. False if any differs from what was written.
+    fn is_as_set_up(&mut self) -> bool;
+
+    /// The registers as they are, for diagnosis; zeros behind the last.
+    fn registers(&mut self) -> Option<[u8; REGISTERS]>;
+
+    /// The shortest time in which the converter can make a sample with the registers that it has
+    /// now, which are not those that were written, microseconds, rounded down, 1 at least.
+    fn least_period_us(&mut self) -> u32;
+}

@@ -1,0 +1,151 @@
+//! The ADS1258 as a [`Converter`].
+
+use super::{Converter, REGISTERS, Sample, Scanned, Tag};
+use crate::frame::TimedConversion;
+use crate::wiring::Sampling;
+use ads1258::{Ads1258, Conversion, Register, Status};
+use embedded_hal::delay::DelayNs;
+use embedded_hal::digital::OutputPin;
+use embedded_hal::spi::SpiDevice;
+use ridgetone_proto::plan::Plan;
+
+/// The chip's clock, at most, hertz (SBAS297G: 16 MHz).
+const CLOCK_MOST_HZ: u64 = 16_000_000;
+/// MUXMOD in CONFIG0: fixed channel.
+const MUXMOD: u8 = 0x20;
+/// Clock periods of a conversion, at least (SBAS297G, rate table): scanning, 128 (1 + 4.265625),
+/// and with a fixed channel.
+const SCANNING_TICKS: u64 = 674;
+const FIXED_TICKS: u64 = 128;
+
+/// An ADS1258 with its pins START and RESET.
+#[derive(Debug)]
+pub struct WiredAds1258<SPI, START, RESET> {
+    adc: Ads1258<SPI>,
+    start: START,
+    reset: RESET,
+}
+
+impl<SPI, START, RESET> WiredAds1258<SPI, START, RESET> {
+    /// Takes the driver and the pins. Nothing is transferred.
+    pub const fn new(adc: Ads1258<SPI>, start: START, reset: RESET) -> Self {
+        Self { adc, start, reset }
+    }
+}
+
+impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Converter
+    for WiredAds1258<SPI, START, RESET>
+{
+    const NAME: &'static str = "ADS1258";
+    const SAMPLING: Sampling = Sampling::InTurn;
+    const HAS_READINGS: bool = true;
+
+    fn stop(&mut self) -> bool {
+        self.adc.stop(&mut self.start).is_ok()
+    }
+
+    fn set_up(&mut self, plan: &Plan, scanned: Scanned, wait: &mut impl DelayNs) -> bool {
+        let config = match scanned {
+            Scanned::Inputs => plan.config(),
+            Scanned::Health => plan.health_config(),
+        };
+        self.adc.reset_by_pin(&mut self.reset, wait).is_ok() && self.adc.configure(&config).is_ok()
+    }
+
+    fn start(&mut self) -> bool {
+        self.adc.start(&mut self.start).is_ok()
+    }
+
+    #[inline(always)]
+    fn read(&mut self) -> Option<Sample> {
+        self.adc.read().ok().map(Sample::from)
+    }
+
+    #[inline(always)]
+    fn go_on(&mut self) -> bool {
+        false
+    }
+
+    fn is_as_set_up(&mut self) -> bool {
+        self.adc.verify().is_ok()
+    }
+
+    fn registers(&mut self) -> Option<[u8; REGISTERS]> {
+        let mut found = [0; Register::ALL.len()];
+        let read = self.adc.read_registers(Register::Config0, &mut found);
+        read.is_ok().then_some(found)
+    }
+
+    fn least_period_us(&mut self) -> u32 {
+        let config0 = self.adc.read_register(Register::Config0).ok();
+        period_us(config0)
+    }
+}
+
+/// The chip's shortest conversion with this CONFIG0, microseconds. None, or all ones from a stuck
+/// bus, says nothing.
+fn period_us(config0: Option<u8>) -> u32 {
+    let is_fixed = config0.is_some_and(|config0| config0 != 0xff && config0 & MUXMOD != 0);
+    let ticks = if is_fixed {
+        FIXED_TICKS
+    } else {
+        SCANNING_TICKS
+    };
+    // Rounded down, so that there are not too few conversions.
+    (ticks * 1_000_000 / CLOCK_MOST_HZ) as u32
+}
+
+impl From<Conversion> for Sample {
+    #[inline(always)]
+    fn from(Conversion { status, code }: Conversion) -> Self {
+        let tag = Tag(status.0);
+        Self { tag, code }
+    }
+}
+
+/// The conversion as the ADS1258 gave it.
+impl TimedConversion {
+    /// Status byte and 24-bit code as read.
+    #[inline(always)]
+    pub const fn conversion(&self) -> Conversion {
+        Conversion {
+            status: self.status(),
+            code: self.code(),
+        }
+    }
+
+    /// Status byte as read.
+    #[inline(always)]
+    pub const fn status(&self) -> Status {
+        Status(self.tag().0)
+    }
+
+    /// The conversion with another status byte.
+    pub const fn with_status(self, status: Status) -> Self {
+        self.with_tag(Tag(status.0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_chip_with_other_registers_is_at_most_as_fast_as_its_rate_table_says() {
+        // SBAS297G, rate table at 16 MHz: 23,739 and 125,000 conversions a second.
+        assert_eq!(period_us(Some(0x0a)), 1_000_000 / 23_739);
+        assert_eq!(period_us(Some(0x2a)), 1_000_000 / 125_000);
+        assert_eq!([period_us(None), period_us(Some(0xff))], [42, 42]);
+    }
+
+    #[test]
+    fn the_status_byte_is_the_tag() {
+        for byte in 0..=u8::MAX {
+            let (tag, status) = (Tag(byte), Status(byte));
+            assert_eq!(tag.is_new(), status.is_new());
+            assert_eq!(tag.is_overload(), status.is_overflow());
+            assert_eq!(tag.is_supply_low(), status.is_supply_low());
+            assert_eq!(tag.id(), status.chid());
+        }
+    }
+}
