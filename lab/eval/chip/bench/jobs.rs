@@ -91,12 +91,12 @@ impl Bench<'_> {
         let from = stack::paint();
         let (instructions, fit) = self
             .counter
-            .measure(|| fit_window(fitter, scene, &self.ring, Part::of(frames)));
+            .measure(|| fit_window(fitter, scene, self.ring, Part::of(frames)));
         let stack_bytes = stack::deepest(from);
         let good = fit.as_ref().filter(|fit| fit.status == Status::Good);
         let tracked = good.map_or(0, |good| {
             let expected = Some(good.frequency);
-            let run = || fit_window(fitter, scene, &self.ring, Part { frames, expected });
+            let run = || fit_window(fitter, scene, self.ring, Part { frames, expected });
             self.counter.measure(run).0
         });
         self.files.write(Measured::Fit {

@@ -260,7 +260,7 @@ fn the_figures_are_as_the_text_says() {
                 continue;
             }
             if wavelength_mm > 0.5 {
-                // Of 14 windows an RMS has a standard error of a fifth.
+                // An RMS of 14 windows has a standard error of a fifth.
                 assert!(good < 14.0 || firmware > 0.5 * bound, "{row:?}");
                 if good >= 14.0 && firmware > 1.6 * bound {
                     beyond_bound.push(row);
