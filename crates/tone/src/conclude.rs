@@ -256,6 +256,8 @@ impl Figures<'_> {
             self.other.cycles
         } else if self.other.own > Z_LINE {
             self.other.own_cycles
+        } else if self.is_image {
+            self.reach.seen(self.strongest as f32 * self.tests.cycles)
         } else if self.tests.between > Z_BETWEEN {
             0.5 * self.mean.cycles
         } else if self.tests.margin < ODDS {
