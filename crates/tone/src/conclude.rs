@@ -209,9 +209,9 @@ pub struct Figures<'v> {
     pub rival: &'v Rival,
     /// The strongest line.
     pub strongest: usize,
-    /// Whether that line is one beyond half the frame rate, which frames see below it: it may as well
-    /// be a tone itself.
-    pub is_image: bool,
+    /// Cycles a window of the line with most power, if that is beyond half the frame rate: where
+    /// frames see it may as well be a tone.
+    pub image: Option<f32>,
     /// Whether lines and baseline have more unknowns than the window has room for.
     pub is_crowded: bool,
     /// Number of lines.
@@ -237,7 +237,7 @@ impl Figures<'_> {
             || self.is_crowded
             || is_faint
             || is_overtone
-            || self.is_image
+            || self.image.is_some()
             || is_second
             || tests.between > Z_BETWEEN
             || tests.margin < ODDS
@@ -256,8 +256,8 @@ impl Figures<'_> {
             self.other.cycles
         } else if self.other.own > Z_LINE {
             self.other.own_cycles
-        } else if self.is_image {
-            self.reach.seen(self.strongest as f32 * self.tests.cycles)
+        } else if let Some(image) = self.image {
+            self.reach.seen(image)
         } else if self.tests.between > Z_BETWEEN {
             0.5 * self.mean.cycles
         } else if self.tests.margin < ODDS {

@@ -455,7 +455,8 @@ impl<'w> Window<'w, '_, '_> {
             mean: &mean,
             other: &other,
             rival,
-            is_image: strongest.0 as f32 * tests.cycles > reach.most && reach.folds,
+            image: Some(tested.loudest as f32 * tests.cycles)
+                .filter(|cycles| reach.folds && *cycles > reach.most),
             strongest: strongest.0,
             is_crowded: shape.degree > 1 && shape.lines.iter().any(is_crowded),
             lines: shape.lines.count(),

@@ -75,6 +75,8 @@ pub struct Tested<'t> {
     power: f32,
     /// Power of the tone in units of the channels' own deviations.
     plain: f32,
+    /// The line that has most of it.
+    pub loudest: usize,
     /// Channels in which the tone is significant alone.
     pub with_tone: u16,
     /// What is fitted.
@@ -109,9 +111,18 @@ impl<'t> Tested<'t> {
                 with_tone |= 1 << k;
             }
         }
+        let (mut loudest, mut most) = (1, 0.0);
+        for (line, [cos, sin]) in shape.lines.iter().zip(factors) {
+            let squares = cos.iter().zip(sin).take(width);
+            let own = squares.map(|(cos, sin)| cos * cos + sin * sin).sum();
+            if own > most {
+                (loudest, most) = (line, own);
+            }
+        }
         Self {
             followed,
             powers,
+            loudest,
             power: tone.max(f32::MIN_POSITIVE),
             plain: plain.max(f32::MIN_POSITIVE),
             with_tone,

@@ -114,3 +114,32 @@ fn overtones_above_half_the_frame_rate_make_no_lower_tone() {
         }
     }
 }
+
+/// A tone with a fifth harmonic that nobody fits, where twenty times its frequency has its image at
+/// the tone itself: a comb of the fifth harmonic and the image of its fourth has fewer lines. Its
+/// strongest line is that image, so the answer names the tone.
+#[test]
+fn a_tone_is_not_taken_for_the_image_of_an_overtone() {
+    const FRAMES: usize = 47;
+    let mut named = 0;
+    for number in 0..40 {
+        let cycles = FRAMES as f64 / 21.0 + 1e-3 * f64::from(number - 20);
+        let mut normal = common::normal(number as u64 + 7);
+        let mut values = Vec::new();
+        for frame in 0..FRAMES {
+            let t = (frame as f64 + 0.5) / FRAMES as f64 - 0.5;
+            for channel in 0..CHANNELS {
+                let wave = |times: f64, phase: f64| {
+                    (TAU * times * (cycles * t + phase * channel as f64)).cos()
+                };
+                values.push((wave(1.0, 0.11) + 0.6 * wave(5.0, 0.07) + 0.01 * normal()) as f32);
+            }
+        }
+        let fit = common::fit(&values, CHANNELS);
+        let is_tone = (f64::from(fit.frequency) - cycles).abs() < 0.05;
+        assert!(fit.status != Status::Good || is_tone, "{cycles}: {fit:?}");
+        let is_near = |other: f32| (f64::from(other) - cycles).abs() < 0.1;
+        named += usize::from(fit.other_tone.is_some_and(|other| is_near(other.frequency)));
+    }
+    assert!(named > 0, "none is named");
+}
