@@ -117,7 +117,7 @@ pub trait Converter {
     /// The registers as they are, for diagnosis; zeros behind the last.
     fn registers(&mut self) -> Option<[u8; REGISTERS]>;
 
-    /// The shortest time in which the converter can make a sample with the registers that it has
-    /// now, which are not those that were written, microseconds, rounded down, 1 at least.
+    /// Shortest time for a sample with the registers as they are now, where they are not those that
+    /// were written: microseconds, rounded down, at least 1.
     fn least_period_us(&mut self) -> u32;
 }

@@ -229,8 +229,8 @@ impl<'w> Window<'w, '_, '_> {
         Some(best)
     }
 
-    /// The comb near a frequency, at whose unit the blocks are. None if it is elsewhere, or not one of
-    /// that frequency.
+    /// The comb near a frequency, with the blocks at its unit. None if the likeliest one there has
+    /// another frequency.
     fn near(&mut self, memory: &mut Memory, cycles: f32) -> Option<Comb> {
         let Memory { blocks, work } = memory;
         let refinement = self.refinement();

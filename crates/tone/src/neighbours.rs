@@ -143,7 +143,7 @@ struct TurnedLine<'l> {
     baselines: [Turned; DEGREE_MAX + 1],
     /// Products with the channels.
     values: [Values; 4],
-    /// Square sum of its cosine, forwards and backwards; of its sine it is what is left of all frames.
+    /// Sum of squares of its cosine, turned forwards and backwards; the sine has the rest of `frames`.
     squares: [f32; 2],
     /// Frames.
     frames: f32,
