@@ -148,6 +148,7 @@ mod app {
         // conversions would be lost.
         let mut store = FlashStore::new(flash);
         let (settings, source) = store.load();
+        let settings = board::WIRING.converter.fitting(settings);
         // Large values come first too: clearing their memory takes longer than a conversion.
         let detector = put(cx.local.detector_place, || {
             Detector::booted(settings, board::WIRING, source, boot)

@@ -17,7 +17,7 @@ use ridgetone::Pipeline;
 use ridgetone::TimedConversion;
 use ridgetone::internals::Assembler;
 use ridgetone::tasks::{Outbox, Posted};
-use ridgetone::{CONVERSION_NS, SLOTS, Sampling};
+use ridgetone::{CONVERSION_NS, SLOTS};
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings};
@@ -362,7 +362,7 @@ fn every_message_is_sent_dropped_or_lost_and_counted() {
 
 #[test]
 fn counters_stay_at_the_most_that_they_hold() {
-    let mut assembler = Assembler::new(4.096, &Plan::PAPER, Sampling::InTurn);
+    let mut assembler = Assembler::new(4.096, &Plan::PAPER);
     (assembler.lost, assembler.doubtful) = (u32::MAX - 3, u32::MAX - 3);
     // The first conversion is counted with those that are missing in front of it, so it is pushed
     // before.

@@ -4,6 +4,7 @@
 mod support;
 
 use hal_mock::{Sliding, SlidingScene};
+use ridgetone::converter::Ads1258Plan;
 use ridgetone_proto::plan::{HealthReadings, Plan};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Status};
@@ -92,49 +93,54 @@ fn finds(what: &str, plan: Plan, tones: &[(f64, f64)], rate: &mut Rate) {
 fn the_papers_plan_and_others_as_slow_find_slides_and_their_frequencies() {
     let mut rate = Rate::default();
     let tones = &[(15.0, 2.6), (30.0, 3.1), (48.0, 3.6)];
-    let paper = Plan::PAPER;
+    let (paper, own) = (Plan::PAPER, Ads1258Plan::PAPER);
     for (what, plan) in [
         ("the paper's", paper),
         (
             "eight inputs",
-            Plan {
+            Ads1258Plan {
                 inputs: 0x00ff,
-                ..paper
-            },
+                ..own
+            }
+            .plan(),
         ),
         ("an oscillator", paper.with_clock(16_000_000)),
         ("168 MHz / 11", paper.with_clock(15_272_727)),
         (
             "others than the first",
-            Plan {
+            Ads1258Plan {
                 inputs: 0xe0c1,
-                ..paper
-            },
+                ..own
+            }
+            .plan(),
         ),
         (
             "a higher data rate",
-            Plan {
+            Ads1258Plan {
                 data_rate: 2,
-                ..paper
-            },
+                ..own
+            }
+            .plan(),
         ),
         (
             "a lower one",
-            Plan {
+            Ads1258Plan {
                 data_rate: 0,
                 inputs: 0x000f,
-                ..paper
-            },
+                ..own
+            }
+            .plan(),
         ),
         (
             "chopped",
-            Plan {
+            Ads1258Plan {
                 data_rate: 2,
                 delay: 4,
                 chop: true,
                 health: HealthReadings::BetweenTouches,
-                ..paper
-            },
+                ..own
+            }
+            .plan(),
         ),
     ] {
         finds(what, plan, tones, &mut rate);

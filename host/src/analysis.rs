@@ -5,7 +5,7 @@ use crate::digits::seconds;
 use crate::frame::Frame;
 use crate::harmonics::{self, Frequencies, Harmonic, Harmonics, Reading, powers};
 use crate::live::{Live, Strips};
-use ridgetone_proto::plan::Plan;
+use ridgetone_proto::plan::{Plan, Sampling};
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::{Abscissa, Estimate};
 use ridgetone_tone::{FRAMES_MAX, FRAMES_MIN};
@@ -258,6 +258,9 @@ pub fn curves(live: &Live) -> Option<Curves> {
 
 /// From a frame's first conversion to that of a taxel, seconds.
 fn slot_s(plan: &Plan, taxel: usize) -> f64 {
+    if plan.sampling == Sampling::AtOnce {
+        return 0.0;
+    }
     let before = (0..taxel)
         .filter(|other| plan.inputs >> other & 1 != 0)
         .count();
@@ -410,6 +413,17 @@ impl Periodogram {
 mod tests {
     use super::*;
     use ads1258::Channel;
+    use ridgetone::converter::Ads1258Plan;
+
+    fn of(inputs: u16, own: Ads1258Plan) -> Plan {
+        Ads1258Plan { inputs, ..own }.plan()
+    }
+
+    #[test]
+    fn inputs_that_are_sampled_at_once_are_not_late() {
+        let plan = Plan::of_frames(1000.0, 3).unwrap();
+        assert_eq!([0, 1, 2].map(|taxel| slot_s(&plan, taxel)), [0.0; 3]);
+    }
 
     /// The driver's own order of a scan.
     #[test]
@@ -417,19 +431,17 @@ mod tests {
         for plan in [
             Plan::PAPER,
             Plan::HAND,
-            Plan {
-                inputs: 0x5555,
-                ..Plan::HAND
-            },
-            Plan {
-                inputs: 0x8001,
-                ..Plan::PAPER
-            },
+            of(0x5555, Ads1258Plan::HAND),
+            of(0x8001, Ads1258Plan::PAPER),
         ] {
-            let inputs = plan.config().scan().filter_map(|channel| match channel {
-                Channel::Single(input) => Some(usize::from(input)),
-                _ => None,
-            });
+            let inputs =
+                Ads1258Plan::of(&plan)
+                    .config()
+                    .scan()
+                    .filter_map(|channel| match channel {
+                        Channel::Single(input) => Some(usize::from(input)),
+                        _ => None,
+                    });
             for (slot, taxel) in (0u32..).zip(inputs) {
                 let expected_s = f64::from(slot * plan.conversion_ns()) * 1e-9;
                 assert_eq!(slot_s(&plan, taxel), expected_s, "{plan:?}, {taxel}");

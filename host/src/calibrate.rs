@@ -276,6 +276,7 @@ impl fmt::Display for Calibration {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ridgetone::converter::Ads1258Plan;
 
     fn points(of: &[(f64, f64)]) -> Vec<Point> {
         of.iter()
@@ -362,10 +363,11 @@ mod tests {
         // One input has no other to lag behind; AIN0 and AIN1 are in the same column.
         for plan in [
             Plan::SINGLE,
-            Plan {
+            Ads1258Plan {
                 inputs: 3,
-                ..Plan::HAND
-            },
+                ..Ads1258Plan::HAND
+            }
+            .plan(),
         ] {
             let error = run(Vec::new(), Measuring { plan, ..how }).expect_err("no pair");
             assert!(

@@ -13,6 +13,12 @@ pub fn time_s(event: &Event) -> Option<f64> {
     event.t_us().map(seconds)
 }
 
+/// Bytes in hexadecimal: "0A 31".
+pub fn hex(bytes: &[u8]) -> String {
+    let digits: Vec<_> = bytes.iter().map(|byte| format!("{byte:02X}")).collect();
+    digits.join(" ")
+}
+
 /// A number with `digits` significant digits, plain between 1e-4 and 1e7.
 pub fn significant(value: f64, digits: usize) -> String {
     let power = value.abs().log10().floor();

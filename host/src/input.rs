@@ -6,7 +6,7 @@ use anyhow::{Context, Result, ensure};
 use hal_mock::{Constant, Failure, Options, Playback, Scene, Sliding, SlidingScene, Trace, Truth};
 use ridgetone::CONVERSION_NS;
 use ridgetone_proto::plan::Plan;
-use ridgetone_proto::settings::{SCAN, Settings};
+use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Estimate, Event};
 use ridgetone_tone::FRAMES_MIN;
 
@@ -124,13 +124,12 @@ pub const SLOT_S: f64 = CONVERSION_NS as f64 * 1e-9;
 
 /// Frames per second of the default scan, nominal.
 pub fn frame_rate_hz() -> f64 {
-    f64::from(SCAN.clock_hz) / f64::from(SCAN.frame_ticks())
+    rate_of(&Plan::PAPER)
 }
 
 /// Frames per second of a plan, nominal.
 pub fn rate_of(plan: &Plan) -> f64 {
-    let config = plan.config();
-    f64::from(config.clock_hz) / f64::from(config.frame_ticks())
+    f64::from(plan.adc_clock_hz) / f64::from(plan.frame_ticks)
 }
 
 impl Input {

@@ -5,6 +5,7 @@ use crate::input::{Opened, Uncertainty};
 use crate::live::Counts;
 use crate::odometry::Stream;
 use crate::profile::Profile;
+use crate::settings_form::explained;
 use crate::stop;
 use ads1258::Ads1258;
 use anyhow::{Context, Result, bail, ensure};
@@ -12,9 +13,10 @@ use embedded_hal::delay::DelayNs;
 use hal_mock::SimulatedBoard;
 use ridgetone::Pipeline;
 use ridgetone::TimedConversion;
+use ridgetone::converter::Ads1258Plan;
 use ridgetone::tasks::ODOMETRY_US;
 use ridgetone_proto::plan::{HealthReadings, Plan};
-use ridgetone_proto::settings::Settings;
+use ridgetone_proto::settings::{Settings, SettingsError};
 use ridgetone_proto::telemetry::{Decoder, Event, Packet, WIRE_MAX, encode};
 
 /// Board time at which START rises, microseconds, about that of the firmware.
@@ -177,6 +179,11 @@ pub fn conversions_of(
     plan: &Plan,
     take: &mut dyn FnMut(TimedConversion) -> Result<()>,
 ) -> Result<()> {
+    let own = Ads1258Plan::of(plan);
+    if let Err(refused) = Ads1258Plan::check(plan) {
+        let why = explained(&SettingsError::from(refused));
+        bail!("the simulated converter is an ADS1258: {why}");
+    }
     let failure = input.failure.unwrap_or_default();
     let board = SimulatedBoard::new(input.scene, input.options);
     board.set_sclk_hz(0); // as over the bridge: a transfer takes no time
@@ -186,13 +193,13 @@ pub fn conversions_of(
     board.delay().delay_us(START_US - ads1258::RESET_LOW_US);
     chip.stop(&mut start)?;
     chip.reset_by_pin(&mut reset, &mut board.delay())?;
-    let mut own = 0;
+    let mut readings = 0;
     if plan.health == HealthReadings::BetweenTouches {
-        let config = plan.health_config();
-        own = config.slots();
+        let config = own.health_config();
+        readings = config.slots();
         chip.configure(&config).context("the simulated chip")?;
     } else {
-        chip.configure(&plan.config())
+        chip.configure(&own.config())
             .context("the simulated chip")?;
     }
     chip.start(&mut start)?;
@@ -203,12 +210,12 @@ pub fn conversions_of(
         }
         // The board's counter wraps after 71 minutes, and the library expects that.
         take(TimedConversion::new((edge_ns / 1000) as u32, conversion))?;
-        if own > 0 {
-            own -= 1;
-            if own == 0 {
+        if readings > 0 {
+            readings -= 1;
+            if readings == 0 {
                 chip.stop(&mut start)?;
                 chip.reset_by_pin(&mut reset, &mut board.delay())?;
-                chip.configure(&plan.config())
+                chip.configure(&own.config())
                     .context("the simulated chip")?;
                 chip.start(&mut start)?;
             }

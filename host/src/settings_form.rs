@@ -131,7 +131,7 @@ pub fn toml(settings: &Settings) -> Result<String> {
     }
     if settings.plan.name().is_none() {
         writeln!(text, "\n[plan]")?;
-        let fields = toml::to_string(&settings.plan)?;
+        let fields = toml::to_string(&plan::Fields::of(&settings.plan))?;
         for line in fields.lines() {
             let name = line.split(" = ").next().unwrap_or_default();
             writeln!(text, "{line:<28} # {}", plan::meaning(name))?;
@@ -217,6 +217,7 @@ pub fn set(settings: &mut Settings, setting: &Setting, value: Value) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ridgetone::converter::Ads1258Plan;
     use ridgetone_proto::plan::Plan;
     use ridgetone_proto::settings::{Array, Slide, SlideRule};
 
@@ -342,11 +343,12 @@ mod tests {
         let eight = changed(&["plan.inputs=0x00ff", "plan.data_rate=2"]).unwrap();
         assert_eq!(
             eight.plan,
-            Plan {
+            Ads1258Plan {
                 inputs: 0xff,
                 data_rate: 2,
-                ..Plan::PAPER
+                ..Ads1258Plan::PAPER
             }
+            .plan()
         );
         let text = toml(&eight).unwrap();
         assert!(

@@ -10,6 +10,7 @@
 
 use crate::digits::time_s;
 use ridgetone::{CONVERSION_NS, FRAME_NS};
+use ridgetone_proto::plan::Sampling;
 use ridgetone_proto::telemetry::{Event, Packet, Starts, WIRE_MAX, encode};
 use serde::Serialize;
 use std::cell::Cell;
@@ -125,7 +126,11 @@ impl UtcClock {
         }
         if let Event::Hello(hello) = &packet.event {
             let plan = &hello.settings.plan;
-            let steps_ns = u64::from(plan.slots() - 1) * u64::from(plan.conversion_ns());
+            let steps = match plan.sampling {
+                Sampling::InTurn => plan.slots().saturating_sub(1),
+                Sampling::AtOnce => 0,
+            };
+            let steps_ns = u64::from(steps) * u64::from(plan.conversion_ns());
             self.frame_s = Some(steps_ns as f64 * 1e-9);
         }
         let Some(t_s) = time_s(&packet.event) else {

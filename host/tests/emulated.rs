@@ -68,16 +68,18 @@ fn replayed_with(input: &Input, settings: Settings) -> Vec<Packet> {
     packets
 }
 
-/// The events of each kind as they follow, but for the processor's load and stack and the chip's
-/// registers, which a pipeline on a PC does not have. Kinds may overtake each other: on the chip a
+/// The events of each kind as they follow, but for the processor's load and stack and the converter,
+/// which a pipeline on a PC does not have. Kinds may overtake each other: on the chip a
 /// fit takes a while, on the PC it is done at once.
 fn by_kind(packets: &[Packet]) -> BTreeMap<&'static str, Vec<Event>> {
     let mut kinds = BTreeMap::new();
     for packet in packets {
         let mut event = packet.event.clone();
+        if matches!(event, Event::Converter(_)) {
+            continue;
+        }
         if let Event::Health(health) = &mut event {
             (health.load, health.stack_used_bytes, health.stack_bytes) = (0.0, 0, 0);
-            health.adc_registers = Default::default();
         }
         let of_kind: &mut Vec<Event> = kinds.entry(name(&event)).or_default();
         of_kind.push(event);

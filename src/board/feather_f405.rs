@@ -12,7 +12,7 @@
 use super::stm32f4::{self, External};
 use super::{converter, parts, serial_line};
 use ads1258::Ads1258;
-use ridgetone::converter::{Converter as _, WiredAds1258};
+use ridgetone::converter::{Facts, WiredAds1258};
 use ridgetone::{LowPass, Wiring};
 use ridgetone_proto::boot::Boot;
 use stm32f4xx_hal::gpio::{Output, PC5, PC6, PinState, Pull};
@@ -30,7 +30,7 @@ pub type Board = parts::Parts<Converter, Drdy, SerialLine, SettingsFlash>;
 
 /// Bridges of 820 ohm beside 820 ohm, and 1 uF within 10 % each.
 pub const WIRING: Wiring = Wiring {
-    sampling: Converter::SAMPLING,
+    converter: &Facts::of::<Converter>(),
     low_pass: LowPass::of_parts(0.5 * 820.0, 1e-6, 0.1),
 };
 

@@ -2,9 +2,8 @@
 
 use embedded_hal::delay::DelayNs;
 use embedded_hal::spi::SpiDevice;
-use ridgetone::Sampling;
 use ridgetone::converter::{Converter, REGISTERS, Sample, Scanned, Tag};
-use ridgetone_proto::plan::Plan;
+use ridgetone_proto::plan::{HealthReadings, Own, Plan, PlanError, Sampling, within};
 
 const CHANNELS: usize = 8;
 const WORD_BYTES: usize = 3;
@@ -31,6 +30,24 @@ const RESET_US: u32 = 10;
 struct Frame {
     response: u16,
     codes: [i32; CHANNELS],
+}
+
+/// The converter's id in plans: no other has it.
+const ID_OF_PLANS: u8 = 200;
+
+/// The plan with an oversampling of 128 shifted by `osr`, of some inputs, by a clock of 8.192 MHz.
+pub const fn plan(osr: u16, inputs: u16) -> Plan {
+    Plan {
+        inputs,
+        health: HealthReadings::Never,
+        sampling: Sampling::AtOnce,
+        adc_clock_hz: 8_192_000,
+        frame_ticks: 256 << osr,
+        own: Own {
+            converter: ID_OF_PLANS,
+            bits: osr,
+        },
+    }
 }
 
 /// The chip on its bus, with the clock on its CLKIN.
@@ -100,21 +117,40 @@ impl<SPI: SpiDevice> WiredAds131m08<SPI> {
 
 impl<SPI: SpiDevice> Converter for WiredAds131m08<SPI> {
     const NAME: &'static str = "ADS131M08";
-    const SAMPLING: Sampling = Sampling::AtOnce;
-    const HAS_READINGS: bool = false;
+    const DEFAULT_PLAN: Plan = plan(7, 0xff);
+
+    fn check(plan: &Plan) -> Result<(), PlanError> {
+        let bits = plan.own.bits;
+        let own = Plan {
+            adc_clock_hz: plan.adc_clock_hz,
+            ..self::plan(bits & 7, plan.inputs)
+        };
+        let bounds = [
+            ("plan.converter", ID_OF_PLANS.into(), ID_OF_PLANS.into()),
+            ("plan.inputs", 1.0, 255.0),
+            ("plan.bits", 0.0, 7.0),
+            (
+                "plan.frame_ticks",
+                own.frame_ticks as f32,
+                own.frame_ticks as f32,
+            ),
+        ];
+        let values = [
+            plan.own.converter.into(),
+            plan.inputs.into(),
+            bits as f32,
+            plan.frame_ticks as f32,
+        ];
+        within(&bounds, &values)
+    }
 
     fn stop(&mut self) -> bool {
         self.command(&[STANDBY]) == Some(STANDBY)
     }
 
     fn set_up(&mut self, plan: &Plan, _: Scanned, wait: &mut impl DelayNs) -> bool {
-        let rate_hz = plan.frame_rate_hz();
-        let is_rate = |osr: &u16| (self.frame_rate_hz(osr << 2) / rate_hz - 1.0).abs() < 1e-3;
-        let Some(osr) = (0..8).find(is_rate).filter(|_| plan.inputs <= 0xff) else {
-            return false;
-        };
         // High resolution in the lowest bits.
-        self.clock_written = plan.inputs << 8 | osr << 2 | 2;
+        self.clock_written = plan.inputs << 8 | plan.own.bits << 2 | 2;
         self.at = self.enabled_from(0).unwrap_or(0);
         let _ = self.exchange(&[RESET]);
         wait.delay_us(RESET_US);

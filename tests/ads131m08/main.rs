@@ -8,16 +8,18 @@ use embedded_storage::nor_flash::NorFlash;
 use hal_mock::ads131m08::{Ads131m08, Ads131m08Fault};
 use hal_mock::{CutFlash, Repeated, Scene, Sliding, SlidingScene};
 use heapless::spsc::{Consumer, Queue};
+use ridgetone::converter::Facts;
 use ridgetone::tasks::{
     Detect, Drdy, DrdyPin, Fit, Inboxes, Mail, Outbox, PACKETS, Platform, Requests, SAMPLES,
     Shared, Task, WINDOWS, WatchdogPolicy,
 };
-use ridgetone::{Acquisition, Detector, Estimator, LowPass, Ring, Sampling, Wiring};
+use ridgetone::{Acquisition, Detector, Estimator, LowPass, Ring, Wiring};
 use ridgetone_proto::fault::FaultKind;
-use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::store::FlashStore;
-use ridgetone_proto::telemetry::{Decoder, Event, Health, Span, Status, WIRE_MAX, encode};
+use ridgetone_proto::telemetry::{
+    ConverterState, Decoder, Event, Health, Span, Status, WIRE_MAX, encode,
+};
 use rtic_core::Exclusive;
 
 const CLKIN_HZ: f64 = 8_192_000.0;
@@ -41,7 +43,7 @@ impl<S: Scene> Scene for Divided<S> {
 const VREF_V: f32 = 4.0 * 1.2 * 0x78_0000 as f32 / 0x80_0000 as f32;
 
 const WIRING: Wiring = Wiring {
-    sampling: Sampling::AtOnce,
+    converter: &Facts::of::<WiredAds131m08<Ads131m08>>(),
     low_pass: LowPass::NONE,
 };
 
@@ -99,12 +101,12 @@ struct Board<'a, F: NorFlash> {
 }
 
 /// A board before touches of the paper's protocol, and the tone of its grating, hertz.
-fn board<'a>(frame_rate_hz: f32, is_absent: bool) -> (Board<'a, impl NorFlash>, f64) {
+fn board<'a>(osr: u16, is_absent: bool) -> (Board<'a, impl NorFlash>, f64) {
     let scene = SlidingScene::new(Sliding::default()).unwrap();
     let tone_hz = scene.truth().frequency_hz;
     let chip = Ads131m08::new(Divided(Repeated(scene)), CLKIN_HZ);
     chip.begin_fault(Ads131m08Fault::Absent(is_absent));
-    let plan = Plan::of_frames(frame_rate_hz, 8).unwrap();
+    let plan = driver::plan(osr, 0xff);
     let settings = Settings {
         vref_v: VREF_V,
         ..Settings::DEFAULT.with_plan(plan)
@@ -199,6 +201,15 @@ impl<F: NorFlash> Board<'_, F> {
             .expect("health once a second")
     }
 
+    fn converter(&self) -> ConverterState {
+        let is_state = |event: &Event| match event {
+            Event::Converter(state) => Some(state.clone()),
+            _ => None,
+        };
+        let states = self.events.iter().rev();
+        states.clone().find_map(is_state).expect("it is reported")
+    }
+
     fn faults(&self) -> Vec<FaultKind> {
         let is_fault = |event: &Event| match event {
             Event::Fault(fault) if fault.until_us.is_none() => Some(fault.kind),
@@ -210,14 +221,14 @@ impl<F: NorFlash> Board<'_, F> {
 
 #[test]
 fn its_samples_become_a_good_estimate() {
-    // OSR 16,384 and 4096.
-    for rate_hz in [250.0, 1000.0] {
-        let (mut board, tone_hz) = board(rate_hz, false);
+    // OSR 16,384 and 4096, bits 4 to 2 of CLOCK.
+    for (osr, rate_hz, clock) in [(7, 250.0, 0x1e), (5, 1000.0, 0x16)] {
+        let (mut board, tone_hz) = board(osr, false);
         board.run_until(4.9);
         // ID, STATUS, MODE, CLOCK as read back: all channels, the reset noted.
-        let osr = if rate_hz < 500.0 { 0x1e } else { 0x16 };
-        let registers = board.health().adc_registers;
-        assert_eq!(registers, [0x28, 0, 0x01, 0, 0x01, 0x10, 0xff, osr, 0, 0]);
+        let registers = [0x28, 0, 0x01, 0, 0x01, 0x10, 0xff, clock, 0, 0];
+        let state = board.converter();
+        assert_eq!((state.answers, state.registers), (true, registers));
         let slide = board.events.iter().find_map(|event| match event {
             Event::Estimate(estimate) if estimate.span == Span::Slide => Some(estimate),
             _ => None,
@@ -244,7 +255,7 @@ fn its_samples_become_a_good_estimate() {
 
 #[test]
 fn a_damaged_crc_is_reported() {
-    let (mut board, _) = board(1000.0, false);
+    let (mut board, _) = board(5, false);
     board.run_until(1.0);
     // Read again, and right: nothing is lost.
     board.chip.begin_fault(Ads131m08Fault::Damaged(1));
@@ -283,11 +294,15 @@ fn a_damaged_crc_is_reported() {
 
 #[test]
 fn a_chip_that_is_not_there_is_named_within_a_second_and_found_later() {
-    let (mut board, _) = board(1000.0, true);
+    let (mut board, _) = board(5, true);
     board.run_until(1.0);
     assert_eq!(board.faults(), [FaultKind::NoAnswer]);
+    let state = board.converter();
+    assert_eq!((state.name.as_str(), state.answers), ("ADS131M08", false));
+    assert!(state.t_us < 1_000_000);
     board.chip.begin_fault(Ads131m08Fault::Absent(false));
     board.run_until(7.0);
+    assert!(board.converter().answers);
     let health = board.health();
     assert!(health.frames > 1000, "{health:?}");
     // Registers that changed are found twice a second.

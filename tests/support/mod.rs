@@ -4,6 +4,7 @@
 use hal_mock::{Options, Scene, SimulatedBoard};
 use ridgetone::Pipeline;
 use ridgetone::TimedConversion;
+use ridgetone::converter::Ads1258Plan;
 use ridgetone_proto::odometry::{FRAME_BYTES, Odometry, PLACE_PER_MM, Reading, WIRE_BYTES};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Decoder, Estimate, Event, Packet, Status, WIRE_MAX, encode};
@@ -77,7 +78,8 @@ fn run_all(
     let mut adc = ads1258::Ads1258::new(board.spi());
     let mut start = board.start_pin();
     adc.stop(&mut start).unwrap();
-    adc.configure(&settings.plan.config()).unwrap();
+    adc.configure(&Ads1258Plan::of(&settings.plan).config())
+        .unwrap();
     adc.start(&mut start).unwrap();
 
     let mut pipeline = Box::new(Pipeline::new(settings));
@@ -187,7 +189,8 @@ pub fn outcome(events: &[Event]) -> Outcome {
             | Event::Fault(_)
             | Event::Reply(_)
             | Event::Raw(_)
-            | Event::Feel(_) => {}
+            | Event::Feel(_)
+            | Event::Converter(_) => {}
         }
     }
     out

@@ -3,8 +3,8 @@
 
 use ads1258::{Conversion, Status};
 use ridgetone::TimedConversion;
+use ridgetone::converter::SCAN;
 use ridgetone::{CONVERSION_NS, SLOTS};
-use ridgetone_proto::settings::SCAN;
 use std::f64::consts::TAU;
 
 /// Whole scans of a touch; the slide lasts from 0.8 s on until 2.8 s.

@@ -6,9 +6,10 @@ use crate::scan::Scan;
 use crate::surface::odometry::track::Track;
 use crate::surface::odometry::trajectory::Trajectory;
 use crate::window::Window;
-use crate::wiring::{Sampling, Wiring};
+use crate::wiring::Wiring;
 use core::f32::consts::PI;
 use delay_error::{DelayError, Way};
+use ridgetone_proto::plan::Sampling;
 use ridgetone_proto::settings::{Declared, Settings, TAXELS};
 use ridgetone_proto::telemetry::{Abscissa, Span};
 use ridgetone_tone::{
@@ -132,7 +133,7 @@ pub fn fit(
 ) -> Result<Fitted, Overwritten> {
     let Setup { settings, wiring } = setup;
     let scene = &scene(&settings.scene, settings.harmonics);
-    let scan = Scan::new(&window.plan).sampled(wiring.sampling);
+    let scan = Scan::new(&window.plan);
     let Scan {
         channels, slots, ..
     } = scan;
@@ -142,7 +143,7 @@ pub fn fit(
     let lasts_us = (last as f32 * frame_us) as u32;
     // The middle of the taxels' slots, from the first: by place, a frame is there, and its taxels
     // are read before and after it.
-    let middle_slot = match wiring.sampling {
+    let middle_slot = match scan.sampling {
         Sampling::InTurn => 0.5 * (channels as f32 - 1.0),
         Sampling::AtOnce => 0.0,
     };
@@ -164,7 +165,7 @@ pub fn fit(
     let last = last.saturating_sub(unplaced);
     let (mut late, mut at, mut inputs) = ([0.0; TAXELS], -middle_slot, scan.inputs);
     for late in &mut late {
-        if inputs == 0 || wiring.sampling == Sampling::AtOnce {
+        if inputs == 0 || scan.sampling == Sampling::AtOnce {
             break;
         }
         *late = at / slots as f32;

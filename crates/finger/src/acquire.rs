@@ -40,8 +40,8 @@ const STORM_EDGES: u16 = 256;
 /// Unexpected edges from one request for a check to the next, while checks find faults.
 const CHECK_EDGES: u8 = 8;
 /// The time from one edge to the next, nanoseconds.
-const fn edge_ns<C: Converter>(plan: &Plan) -> u32 {
-    Scan::new(plan).sampled(C::SAMPLING).edge_ns()
+const fn edge_ns(plan: &Plan) -> u32 {
+    Scan::new(plan).edge_ns()
 }
 
 /// The queue to the detector.
@@ -121,7 +121,7 @@ impl<C: Converter> Acquisition<C> {
             unexpected_us: 0,
             put_off: 0,
             muted: false,
-            unseen: Unseen::new(edge_ns::<C>(&plan)),
+            unseen: Unseen::new(edge_ns(&plan)),
             is_set_up: false,
             restarted_us: 0,
             pause_us: 0,
@@ -155,7 +155,7 @@ impl<C: Converter> Acquisition<C> {
     ) {
         (self.plan, self.is_unannounced) = (plan, true);
         self.is_read_twice = plan.is_read_twice();
-        self.unseen = Unseen::new(edge_ns::<C>(&plan));
+        self.unseen = Unseen::new(edge_ns(&plan));
         self.latest_us = now_us;
         let _ = self.set_up(diagnostics, wait);
     }
@@ -172,7 +172,7 @@ impl<C: Converter> Acquisition<C> {
 
     /// Whether the converter's own readings have a scan of their own.
     fn has_health_scan(&self) -> bool {
-        C::HAS_READINGS && self.plan.health == HealthReadings::BetweenTouches
+        self.plan.health == HealthReadings::BetweenTouches
     }
 
     /// Goes on to the next sample of the edge that was served. False if there is none.
@@ -205,10 +205,11 @@ impl<C: Converter> Acquisition<C> {
             self.converter.stop() && self.converter.set_up(&self.plan, scanned, wait);
         // Also if the chip does not answer: what is read shows which wire is bad. Before START:
         // with it high ID may read wrong.
-        if let Some(found) = self.converter.registers() {
-            diagnostics.keep_adc_registers(found);
-        }
+        let registers = self.converter.registers();
         self.is_set_up = is_configured && self.converter.start();
+        if !(self.is_health && self.is_set_up) {
+            diagnostics.converter.keep(registers, self.is_set_up);
+        }
         self.is_set_up
     }
 
@@ -308,7 +309,7 @@ impl<C: Converter> Acquisition<C> {
     /// Puts the mark of a new plan into the queue, if there is a place.
     fn announce(&mut self, t_us: u32, samples: &mut Samples<'_>) {
         self.is_unannounced = samples
-            .enqueue(TimedConversion::of_plan(self.plan, t_us))
+            .enqueue(TimedConversion::of_plan(&self.plan, t_us))
             .is_err();
     }
 

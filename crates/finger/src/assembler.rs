@@ -12,10 +12,9 @@ mod service_delay;
 use crate::converter::{Scanned, Tag};
 use crate::frame::{Frame, Readings, TimedConversion};
 use crate::scan::{OWN, Order, SLOTS_MAX, Scan, own_of};
-use crate::wiring::Sampling;
 use heapless::Vec;
 use ridgetone_proto::division::divide;
-use ridgetone_proto::plan::Plan;
+use ridgetone_proto::plan::{Plan, Sampling};
 use ridgetone_proto::scan::TAXELS;
 use service_delay::ServiceDelay;
 
@@ -126,8 +125,8 @@ pub struct Assembler {
 impl Assembler {
     /// An assembler that has seen nothing. `vref_v` is the reference, volts. The plan has passed
     /// [`Plan::validate`].
-    pub const fn new(vref_v: f32, plan: &Plan, sampling: Sampling) -> Self {
-        let scan = Scan::new(plan).sampled(sampling);
+    pub const fn new(vref_v: f32, plan: &Plan) -> Self {
+        let scan = Scan::new(plan);
         let order = Order::new(plan, Scanned::Inputs);
         let (flawless, taxels) = table(order, &scan);
         Self {
@@ -164,7 +163,7 @@ impl Assembler {
     /// From the next conversion on the scan is that of another plan. Its frames' numbers and times
     /// go on.
     pub fn change(&mut self, plan: &Plan) {
-        self.scan = Scan::new(plan).sampled(self.scan.sampling);
+        self.scan = Scan::new(plan);
         self.order = Order::new(plan, Scanned::Inputs);
         self.times = Times::new(&self.scan);
         (self.flawless, self.taxels) = table(self.order, &self.scan);

@@ -6,13 +6,19 @@
 
 mod ads1258;
 
-pub use self::ads1258::WiredAds1258;
-use crate::wiring::Sampling;
-use embedded_hal::delay::DelayNs;
-use ridgetone_proto::plan::Plan;
+mod ads1258_plan;
 
-/// Bytes of a converter's registers that `health` carries.
-pub const REGISTERS: usize = 10;
+pub use self::ads1258::WiredAds1258;
+pub use self::ads1258_plan::Ads1258Plan;
+use embedded_hal::delay::DelayNs;
+use ridgetone_proto::plan::{Plan, PlanError};
+use ridgetone_proto::settings::Settings;
+
+pub use ridgetone_proto::telemetry::REGISTERS;
+
+/// The ADS1258's configuration by default: 21 slots at 15.72864 MHz / (128 x 24.265625), which makes
+/// 241.14 scans a second (SBAS297G, rate formula).
+pub const SCAN: ::ads1258::Config = Ads1258Plan::PAPER.config();
 
 /// Which scan a converter runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -86,28 +92,28 @@ pub trait Converter {
     /// Its name, for messages.
     const NAME: &'static str;
 
-    /// Whether it converts the inputs of a scan one after another, with an edge each, or all of
-    /// them before one edge.
-    const SAMPLING: Sampling;
+    /// The plan that it has unless another is set.
+    const DEFAULT_PLAN: Plan = Plan::PAPER;
 
-    /// Whether it can run [`Scanned::Health`]. If not, `health` has zeros for these readings.
-    const HAS_READINGS: bool;
+    /// Whether it can run a plan that has passed [`Plan::validate`]. The error names what it cannot
+    /// do, and what it can.
+    fn check(plan: &Plan) -> Result<(), PlanError>;
 
     /// Stops the scan.
     fn stop(&mut self) -> bool;
 
-    /// Resets the converter, writes the registers of a scan, which has passed [`Plan::validate`],
-    /// and reads them back. False if it does not hold what was written. The scan stands still.
+    /// Resets the converter, writes the registers of a scan, which has passed [`Self::check`], and
+    /// reads them back. [`Scanned::Health`] comes with `HealthReadings::BetweenTouches` alone. False if it does not hold what was written. The scan stands still.
     fn set_up(&mut self, plan: &Plan, scanned: Scanned, wait: &mut impl DelayNs) -> bool;
 
     /// Starts the scan at its first channel.
     fn start(&mut self) -> bool;
 
-    /// Reads the latest sample; with [`Sampling::AtOnce`] the first that the edge stands for. A
+    /// Reads the latest sample; with `Sampling::AtOnce` the first that the edge stands for. A
     /// second read of it gives the same with NEW cleared.
     fn read(&mut self) -> Option<Sample>;
 
-    /// With [`Sampling::AtOnce`], goes on to the next sample of the edge, which [`Self::read`] then
+    /// With `Sampling::AtOnce`, goes on to the next sample of the edge, which [`Self::read`] then
     /// reads. False if there is none.
     fn go_on(&mut self) -> bool;
 
@@ -120,4 +126,49 @@ pub trait Converter {
     /// Shortest time for a sample with the registers as they are now, where they are not those that
     /// were written: microseconds, rounded down, at least 1.
     fn least_period_us(&mut self) -> u32;
+}
+
+/// What the tasks need to know of a converter without talking to it.
+#[derive(Debug)]
+pub struct Facts {
+    /// [`Converter::NAME`].
+    pub name: &'static str,
+    /// The plan that it has unless another is set.
+    pub plan: Plan,
+    /// Its reference unless another is set, volts.
+    pub vref_v: f32,
+    /// [`Converter::check`].
+    pub check: fn(&Plan) -> Result<(), PlanError>,
+}
+
+impl Facts {
+    /// Those of a converter that is wired as in the guide.
+    pub const fn of<C: Converter>() -> Self {
+        Self {
+            name: C::NAME,
+            plan: C::DEFAULT_PLAN,
+            vref_v: Settings::DEFAULT.vref_v,
+            check: C::check,
+        }
+    }
+
+    /// Plain frames, whatever made them: any plan will do.
+    pub const FRAMES: Self = Self {
+        name: "frames",
+        plan: Plan::PAPER,
+        vref_v: Settings::DEFAULT.vref_v,
+        check: |_| Ok(()),
+    };
+
+    /// These settings, with this converter's own plan and reference in place of a plan that it
+    /// cannot run: nothing was stored, or for another converter.
+    pub fn fitting(&self, settings: Settings) -> Settings {
+        if (self.check)(&settings.plan).is_ok() {
+            return settings;
+        }
+        Settings {
+            vref_v: self.vref_v,
+            ..settings.with_plan(self.plan)
+        }
+    }
 }

@@ -3,6 +3,7 @@
 mod tracker;
 
 use crate::assembler::Assembler;
+use crate::converter::Facts;
 use crate::faults::diagnostics::Diagnostics;
 use crate::faults::episodes::{FaultEpisodes, add_flaws};
 use crate::frame::{PlainFrame, TimedConversion};
@@ -10,11 +11,12 @@ use crate::health::{HealthReporter, health};
 use crate::ring::Ring;
 use crate::window::Window;
 use crate::wiring::Wiring;
+use heapless::String;
 use ridgetone_proto::VERSION;
 use ridgetone_proto::boot::{Boot, SettingsSource};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::Settings;
-use ridgetone_proto::telemetry::{Event, Hello, PROTOCOL};
+use ridgetone_proto::telemetry::{ConverterState, Event, Hello, PROTOCOL};
 use tracker::Tracker;
 
 /// The time of an edge may be ahead of the board's clock by so much, microseconds.
@@ -32,8 +34,15 @@ pub struct Outputs<'a> {
 #[derive(Clone, Debug)]
 pub struct Detector {
     settings: Settings,
-    /// The plan of the conversions; another one in `settings` comes with [`Self::begin`].
-    plan: Plan,
+    /// The board's converter.
+    converter: &'static Facts,
+    /// The plan of the conversions; another one in `settings` comes with [`Self::begin`]. None while
+    /// conversions come of a plan that is not wanted any more.
+    plan: Option<Plan>,
+    /// Whether the converter is to be reported with the next look, and how often it had changed at
+    /// the latest report.
+    is_converter_due: bool,
+    converter_changes: u32,
     source: SettingsSource,
     boot: Boot,
     assembler: Assembler,
@@ -65,10 +74,13 @@ impl Detector {
     ) -> Self {
         Self {
             settings,
-            plan: settings.plan,
+            converter: wiring.converter,
+            plan: Some(settings.plan),
+            is_converter_due: true,
+            converter_changes: 0,
             source,
             boot,
-            assembler: Assembler::new(settings.vref_v, &settings.plan, wiring.sampling),
+            assembler: Assembler::new(settings.vref_v, &settings.plan),
             tracker: Tracker::new(&settings),
             episodes: FaultEpisodes::new(settings.vref_v),
             health_reporter: HealthReporter::new(&settings.plan),
@@ -87,6 +99,34 @@ impl Detector {
             boot: self.boot.clone(),
             t_us: self.assembler.now_us.max(self.looked_us),
         })
+    }
+
+    /// The board's converter.
+    pub const fn converter(&self) -> &'static Facts {
+        self.converter
+    }
+
+    /// The converter is reported with the next [`Self::look`], as it is if it changes.
+    pub const fn tell_converter(&mut self) {
+        self.is_converter_due = true;
+    }
+
+    fn report_converter(
+        &mut self,
+        t_us: u64,
+        diagnostics: &Diagnostics,
+        emit: &mut dyn FnMut(Event),
+    ) {
+        let changes = diagnostics.converter.changes();
+        if self.is_converter_due || changes != self.converter_changes {
+            (self.is_converter_due, self.converter_changes) = (false, changes);
+            emit(Event::Converter(ConverterState {
+                t_us,
+                name: String::try_from(self.converter.name).unwrap_or_default(),
+                answers: diagnostics.converter.answers(),
+                registers: diagnostics.converter.registers(),
+            }));
+        }
     }
 
     /// Whether the finger is on something.
@@ -130,7 +170,7 @@ impl Detector {
         } = self;
         let (number, latest_us) = tracker.clock.latest;
         let passed_s = readings.t_us.saturating_sub(latest_us) as f32 * 1e-6;
-        let passed = ((passed_s * self.plan.frame_rate_hz() + 0.5) as u32).max(1);
+        let passed = ((passed_s * self.settings.plan.frame_rate_hz() + 0.5) as u32).max(1);
         let is_first = assembler.frames == 0;
         let number = if is_first {
             0
@@ -142,7 +182,7 @@ impl Detector {
         }
         assembler.frames = assembler.frames.wrapping_add(1);
         (assembler.now_us, assembler.board_us) = (readings.t_us, readings.t_us as u32);
-        let frame = readings.frame(number, self.plan.inputs, assembler.vref_v);
+        let frame = readings.frame(number, self.settings.plan.inputs, assembler.vref_v);
         tracker.push(&frame, ring, outputs.emit, outputs.due);
         if self.health_reporter.is_due(number) {
             self.report_health(readings.t_us, diagnostics, outputs.emit);
@@ -176,6 +216,7 @@ impl Detector {
             self.report_health(self.assembler.now_us, diagnostics, emit);
             if self.health_reporter.is_greeting_due() {
                 emit(self.hello());
+                self.is_converter_due = true;
             }
         }
     }
@@ -238,8 +279,10 @@ impl Detector {
             )));
             if health_reporter.is_greeting_due() {
                 emit(self.hello());
+                self.is_converter_due = true;
             }
         }
+        self.report_converter(t_us, diagnostics, emit);
     }
 
     /// The signal has ended: closes what is open (a slide that still lasts) and reports health.
@@ -276,7 +319,7 @@ impl Detector {
     pub fn change(&mut self, settings: &Settings, source: SettingsSource) -> bool {
         self.settings = *settings;
         self.source = source;
-        if settings.plan != self.plan {
+        if Some(settings.plan) != self.plan {
             return false;
         }
         self.assembler.vref_v = settings.vref_v;
@@ -285,19 +328,20 @@ impl Detector {
         true
     }
 
-    /// The next conversions are of this plan, with the settings that wait for it. What lasts is
-    /// over; numbers and times of frames go on, and the level without touch is measured again.
+    /// The next conversions are of the plan with this [`Plan::mark`], with the settings that wait for
+    /// it. What lasts is over; numbers and times of frames go on, and the level without touch is measured again.
     pub fn begin(
         &mut self,
-        plan: Plan,
+        mark: u32,
         ring: &mut Ring,
         diagnostics: &Diagnostics,
         outputs: &mut Outputs<'_>,
     ) {
         self.close(ring, diagnostics, outputs.emit, outputs.due);
-        self.plan = plan;
-        if self.settings.plan != plan {
-            // Others are wanted by now, and their plan follows.
+        let plan = self.settings.plan;
+        // Another may be wanted by now: it follows.
+        self.plan = (plan.mark() == mark).then_some(plan);
+        if self.plan.is_none() {
             return;
         }
         self.begin_plan(plan);

@@ -2,5 +2,6 @@
 
 pub mod diagnostics;
 pub mod episodes;
+pub mod found;
 pub mod log;
 pub mod qualify;

@@ -37,18 +37,18 @@ impl TimedConversion {
     }
 
     /// A mark: from here on conversions are of this plan.
-    pub const fn of_plan(plan: Plan, t_us: u32) -> Self {
+    pub const fn of_plan(plan: &Plan, t_us: u32) -> Self {
         Self {
             t_us,
-            bits: plan.to_bits() << 8 | MARK as u32,
+            bits: plan.mark() << 8 | MARK as u32,
         }
     }
 
-    /// The plan of a mark, with the chip's clock, which the mark does not hold.
+    /// [`Plan::mark`] of the plan that a mark stands for.
     #[inline(always)]
-    pub const fn as_plan(&self, adc_clock_hz: u32) -> Option<Plan> {
+    pub const fn as_mark(&self) -> Option<u32> {
         if self.bits as u8 == MARK {
-            Some(Plan::from_bits(self.bits >> 8, adc_clock_hz))
+            Some(self.bits >> 8)
         } else {
             None
         }

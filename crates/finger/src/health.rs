@@ -163,7 +163,6 @@ pub fn health(
         requests_damaged: diagnostics.requests_damaged.get(),
         bytes_overrun: diagnostics.bytes_overrun.get(),
         odometry: diagnostics.odometry.get(),
-        adc_registers: diagnostics.adc_registers(),
         stack_used_bytes,
         stack_bytes,
         frame_rate_hz,

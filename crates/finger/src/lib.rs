@@ -109,7 +109,7 @@ pub use ring::Ring;
 pub use scan::{CONVERSION_NS, FRAME_NS, SLOTS};
 pub use surface::odometry::Mark;
 pub use window::Window;
-pub use wiring::{LowPass, Sampling, Wiring};
+pub use wiring::{LowPass, Wiring};
 
 /// Steps of the path one by one, for this repository's tests and benchmarks.
 #[cfg(feature = "internals")]

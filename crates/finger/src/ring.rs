@@ -356,6 +356,7 @@ impl FrameSource for &Ring {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::converter::Ads1258Plan;
     extern crate std;
     use std::boxed::Box;
 
@@ -465,10 +466,11 @@ mod tests {
             ("one", 0x0100),
             ("nine", 0x01ff),
         ] {
-            let plan = Plan {
+            let plan = Ads1258Plan {
                 inputs,
-                ..Plan::HAND
-            };
+                ..Ads1258Plan::HAND
+            }
+            .plan();
             let mut ring = Box::new(Ring::new());
             let first = u32::MAX - 5000;
             ring.change(&plan, first);

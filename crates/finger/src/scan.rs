@@ -2,16 +2,14 @@
 //! comes next.
 
 use crate::converter::{Scanned, Tag};
-use crate::wiring::Sampling;
-use ads1258::Sysred;
-use ridgetone_proto::plan::{HealthReadings, Plan};
+use ridgetone_proto::plan::{HealthReadings, Plan, READINGS, Sampling};
 use ridgetone_proto::scan::TAXELS;
 
 /// Slots of one default scan.
 pub const SLOTS: u32 = Plan::PAPER.slots();
 
 /// The chip's internal readings.
-pub const OWN: usize = Sysred::ALL.to_bits().count_ones() as usize;
+pub const OWN: usize = READINGS as usize;
 
 /// Most slots of a scan.
 pub const SLOTS_MAX: usize = TAXELS + OWN;
@@ -54,7 +52,7 @@ impl Order {
             mask: match (scanned, plan.health) {
                 (Scanned::Health, _) => own,
                 (Scanned::Inputs, HealthReadings::EveryScan) => inputs | own,
-                (Scanned::Inputs, HealthReadings::BetweenTouches) => inputs,
+                (Scanned::Inputs, HealthReadings::BetweenTouches | HealthReadings::Never) => inputs,
             },
         }
     }
@@ -124,13 +122,8 @@ impl Scan {
             channels: plan.channels() as u32,
             slots: plan.slots(),
             conversion_ns: plan.conversion_ns(),
-            sampling: Sampling::InTurn,
+            sampling: plan.sampling,
         }
-    }
-
-    /// A scan whose inputs are sampled so.
-    pub const fn sampled(self, sampling: Sampling) -> Self {
-        Self { sampling, ..self }
     }
 
     /// A scan's period at the nominal clock, nanoseconds.
@@ -168,15 +161,17 @@ impl Scan {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::converter::Ads1258Plan;
     use ads1258::Channel;
 
     /// The driver has the same order of its own.
     #[test]
     fn the_next_channel_is_the_driver_s() {
         for (name, plan) in Plan::NAMED {
+            let own = Ads1258Plan::of(&plan);
             let scans = [
-                (Scanned::Inputs, plan.config()),
-                (Scanned::Health, plan.health_config()),
+                (Scanned::Inputs, own.config()),
+                (Scanned::Health, own.health_config()),
             ];
             for (scanned, config) in scans {
                 let order = Order::new(&plan, scanned);
@@ -200,7 +195,7 @@ mod tests {
                 assert_eq!(order.next_status(0xff), order.first());
             }
         }
-        let own: heapless::Vec<u8, OWN> = Plan::PAPER
+        let own: heapless::Vec<u8, OWN> = Ads1258Plan::PAPER
             .health_config()
             .scan()
             .map(Channel::id)

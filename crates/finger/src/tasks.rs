@@ -22,6 +22,7 @@ pub(crate) mod idle;
 pub(crate) mod line;
 pub(crate) mod liveness;
 pub(crate) mod outbox;
+mod plan_request;
 pub(crate) mod report;
 pub(crate) mod requests;
 pub(crate) mod shared;

@@ -1,19 +1,12 @@
 //! What a board's wiring adds to its settings. It does not travel: the board's file says it.
 
-/// When the inputs of a scan are sampled.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Sampling {
-    /// One after another, a conversion each.
-    InTurn,
-    /// All at the moment of the data-ready edge.
-    AtOnce,
-}
+use crate::converter::{Ads1258Plan, Facts};
 
 /// What a board's wiring adds to its settings.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub struct Wiring {
-    /// When the converter samples: [`Converter::SAMPLING`](crate::converter::Converter::SAMPLING).
-    pub sampling: Sampling,
+    /// The converter.
+    pub converter: &'static Facts,
     /// Low-pass before each input.
     pub low_pass: LowPass,
 }
@@ -53,7 +46,11 @@ impl Wiring {
     /// The wiring of the guide: an ADS1258 behind the paper's bridges, 820 ohm beside 820 ohm, and
     /// 1 uF within 10 %.
     pub const GUIDE: Self = Self {
-        sampling: Sampling::InTurn,
+        converter: &Facts {
+            name: "ADS1258",
+            check: Ads1258Plan::check,
+            ..Facts::FRAMES
+        },
         low_pass: LowPass::of_parts(0.5 * 820.0, 1e-6, 0.1),
     };
 }

@@ -4,12 +4,13 @@
 //! TOML and JSON, the command's options, the page's form, the guide's list and Python's class are
 //! made from it.
 
+mod old_plan;
 pub(crate) mod record;
 mod table;
 pub(crate) mod version_3;
 
 use crate::plan::{Plan, PlanError};
-pub use crate::scan::{FRAME_RATE_HZ, RING_FRAMES, SCAN, TAXELS};
+pub use crate::scan::{FRAME_RATE_HZ, RING_FRAMES, TAXELS};
 use Bounds::{Any, Between, By, ZeroOr};
 use core::f32::consts::PI;
 use heapless::String;
@@ -24,7 +25,7 @@ table::settings! {
     /// Everything that a user can set.
     Settings "Windows and fit" {
         /// What the chip converts and how fast; a new plan brings its default window and hop.
-        1 plan: Plan = Plan::PAPER, "", Any, option "plan";
+        30 plan: Plan = Plan::PAPER, "", Any, option "plan";
         /// Length of a window.
         2 window_s: f32 = 1.0, "s", By(window), option "window",
             because "24 frames are the fewest that hold four harmonics; the longest is what the board has memory for with this plan";
@@ -269,6 +270,13 @@ impl SettingsError {
     }
 }
 
+impl From<PlanError> for SettingsError {
+    fn from(error: PlanError) -> Self {
+        let (least, greatest) = error.bounds;
+        Self::new(error.field, error.value, Limits::new(least, greatest))
+    }
+}
+
 impl Settings {
     /// These settings for another plan, with its default window and hop.
     pub const fn with_plan(self, plan: Plan) -> Self {
@@ -283,13 +291,7 @@ impl Settings {
 
     /// Checks every bound. The error is the first setting outside its own.
     pub fn validate(&self) -> Result<(), SettingsError> {
-        self.plan.validate().map_err(
-            |PlanError {
-                 field,
-                 value,
-                 bounds: (least, greatest),
-             }| SettingsError::new(field, value, Limits::new(least, greatest)),
-        )?;
+        self.plan.validate()?;
         for ((name, bounds), value) in CHECKS.iter().zip(self.numbers()) {
             if let Some(limits) = bounds.broken(value, self) {
                 return Err(SettingsError::new(name, value, limits));

@@ -10,7 +10,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use ridgetone_proto::boot::SettingsSource;
 use ridgetone_proto::framing::checksum;
-use ridgetone_proto::plan::{HealthReadings, Plan};
+use ridgetone_proto::plan::{HealthReadings, Own, Plan};
 use ridgetone_proto::settings::{Array, Settings, Slide, SlideRule, TABLE};
 use ridgetone_proto::store::{FlashStore, NotStored, Saved, Store, WORD_BYTES};
 
@@ -348,11 +348,15 @@ fn what_the_firmware_before_stored_is_read_and_migrated() {
     };
     let plan = Plan {
         inputs: 0x00ff,
-        data_rate: 2,
-        delay: 1,
-        chop: true,
         health: HealthReadings::BetweenTouches,
-        adc_clock_hz: Plan::PAPER.adc_clock_hz,
+        // DRATE 2, DLY 1, CHOP 1: 2 x 128 (4 + 4.265625 + 1) clock periods for each of eight inputs
+        // (SBAS297G, data rate equations).
+        frame_ticks: 8 * 2372,
+        own: Own {
+            bits: 2 | 1 << 2 | 1 << 5 | 1 << 6,
+            ..Plan::PAPER.own
+        },
+        ..Plan::PAPER
     };
     let mut all = Settings {
         window_s: 0.3,
@@ -428,6 +432,12 @@ fn an_id_from_the_future_is_skipped_and_one_that_is_missing_has_its_default() {
             assert_eq!(load(&more), (kept, SettingsSource::Migrated), "{place}");
         }
     }
+    // The plan as the ADS1258's registers: inputs, DRATE, DLY, CHOP, readings, clock.
+    let mut before = pairs.clone();
+    let of_plan = before.iter_mut().find(|(id, _)| *id == 30);
+    let old_plan = [0xff, 0xff, 0x03, 3, 0, 0, 1, 0x80, 0x80, 0xc0, 0x07];
+    *of_plan.expect("a plan") = (1, old_plan.to_vec());
+    assert_eq!(load(&before), (kept, SettingsSource::Migrated));
     let default = Settings {
         harmonics: Settings::DEFAULT.harmonics,
         ..kept

@@ -2,10 +2,11 @@
 
 use super::observations::Observations;
 use super::table::{Judged, Limits, Verdict, graded};
+use crate::digits::hex;
 use ads1258::Register;
+use ridgetone::converter::SCAN;
 use ridgetone_proto::fault::FaultKind;
-use ridgetone_proto::settings::SCAN;
-use ridgetone_proto::telemetry::Health;
+use ridgetone_proto::telemetry::{ConverterState, Health};
 use serde_json::json;
 
 /// ID4 in the register ID: 0 is the ADS1258, 1 the ADS1158 (SBAS297G, register map).
@@ -49,9 +50,28 @@ fn stuck(registers: &[u8; 10]) -> Option<&'static str> {
     }
 }
 
-pub fn id(health: &Health) -> Judged {
-    let id = health.adc_registers[Register::Id as usize];
-    let (verdict, finding) = if let Some(why) = stuck(&health.adc_registers) {
+/// Why registers are not judged here.
+fn is_other(converter: &ConverterState) -> Option<Judged> {
+    let name = &converter.name;
+    (name != "ADS1258").then(|| {
+        if converter.answers {
+            Judged::new(Verdict::Pass, format!("{name}, which answers"), json!({}))
+        } else {
+            Judged::new(
+                Verdict::Fail,
+                format!("{name}, which does not answer"),
+                json!({}),
+            )
+        }
+    })
+}
+
+pub fn id(converter: &ConverterState) -> Judged {
+    if let Some(judged) = is_other(converter) {
+        return judged;
+    }
+    let id = converter.registers[Register::Id as usize];
+    let (verdict, finding) = if let Some(why) = stuck(&converter.registers) {
         (Verdict::Fail, why.to_owned())
     } else if id & ID4 != 0 {
         let finding = format!("{id:02X}: bit 4 is set, an ADS1158 of 16 bits, or a bad DOUT");
@@ -65,22 +85,25 @@ pub fn id(health: &Health) -> Judged {
     Judged::new(verdict, finding, json!({ "id": id }))
 }
 
-pub fn registers(health: &Health) -> Judged {
-    let hex = |bytes: &[u8]| -> Vec<String> { bytes.iter().map(|b| format!("{b:02X}")).collect() };
+pub fn registers(converter: &ConverterState) -> Judged {
+    if let Some(judged) = is_other(converter) {
+        return judged;
+    }
     let written = &SCAN.registers().unwrap_or_default()[..Register::WRITABLE];
-    let (found_hex, written_hex) = (hex(&health.adc_registers), hex(written));
     let wrong: Vec<String> = Register::ALL
         .iter()
-        .zip(found_hex.iter().zip(&written_hex))
+        .zip(converter.registers.iter().zip(written))
         .filter(|(_, (found, written))| found != written)
-        .map(|(register, (found, written))| format!("{register} {found} instead of {written}"))
+        .map(|(register, (found, written))| {
+            format!("{register} {found:02X} instead of {written:02X}")
+        })
         .collect();
-    let written = written_hex.join(" ");
-    let values = json!({ "found": found_hex.join(" "), "written": written });
+    let written = hex(written);
+    let values = json!({ "found": hex(&converter.registers), "written": written });
     if wrong.is_empty() {
         Judged::new(Verdict::Pass, format!("{written} as written"), values)
     } else {
-        let why = stuck(&health.adc_registers).map_or_else(|| wrong.join(", "), str::to_owned);
+        let why = stuck(&converter.registers).map_or_else(|| wrong.join(", "), str::to_owned);
         Judged::new(Verdict::Fail, why, values)
     }
 }

@@ -6,8 +6,9 @@ use super::table::{Judged, Limits, Verdict};
 use crate::input::rate_of;
 use ads1258::DataRate;
 use ridgetone::CONVERSION_NS;
-use ridgetone_proto::plan::Plan;
-use ridgetone_proto::settings::{FRAME_RATE_HZ, SCAN, TAXELS};
+use ridgetone::converter::SCAN;
+use ridgetone_proto::plan::{Converters, Plan};
+use ridgetone_proto::settings::{FRAME_RATE_HZ, TAXELS};
 use ridgetone_proto::telemetry::Raw;
 use serde_json::{Value, json};
 
@@ -66,8 +67,7 @@ pub struct FrameStatistics<'a> {
     untouched: Vec<&'a [Raw]>,
     uv_per_code: f64,
     inputs: Inputs,
-    /// By the settings.
-    adc_clock_hz: u32,
+    plan: Plan,
 }
 
 impl<'a> FrameStatistics<'a> {
@@ -80,7 +80,7 @@ impl<'a> FrameStatistics<'a> {
             untouched: watched.untouched(),
             uv_per_code: 1e6 * f64::from(seen.vref_v()) / VREF_CODES,
             inputs: seen.inputs,
-            adc_clock_hz: seen.adc_clock_hz(),
+            plan: seen.judged(),
         }
     }
 }
@@ -89,9 +89,9 @@ pub fn frame_rate(seen: &FrameStatistics) -> Judged {
     let Some(Clock { frame_rate_hz, .. }) = seen.clock else {
         return Judged::skipped(NO_CLOCK);
     };
-    let nominal_hz = rate_of(&Plan::PAPER.with_clock(seen.adc_clock_hz));
+    let nominal_hz = rate_of(&seen.plan);
     let off_ppm = (frame_rate_hz / nominal_hz - 1.0) * 1e6;
-    let adc_clock_hz = frame_rate_hz * f64::from(SCAN.frame_ticks());
+    let adc_clock_hz = frame_rate_hz * f64::from(seen.plan.frame_ticks);
     let finding = format!(
         "{frame_rate_hz:.3} Hz, {off_ppm:+.0} ppm off the nominal {nominal_hz:.3} Hz; the ADC's clock is {:.4} MHz",
         adc_clock_hz * 1e-6
@@ -122,7 +122,7 @@ pub fn drdy_jitter(seen: &FrameStatistics) -> Judged {
 
 pub fn inputs(seen: &FrameStatistics) -> Judged {
     let (dead, railed) = dead_and_railed(&seen.watched.frames);
-    let absent = Plan::PAPER.inputs & !seen.watched.present();
+    let absent = seen.plan.inputs & !seen.watched.present();
     let mut wrong = Vec::new();
     for (mask, what) in [
         (absent, "never read"),
@@ -136,7 +136,7 @@ pub fn inputs(seen: &FrameStatistics) -> Judged {
     let [absent, dead, at_rail] = [absent, dead, railed].map(input_names);
     let values = json!({ "absent": absent, "dead": dead, "at_rail": at_rail });
     if wrong.is_empty() {
-        let count = Plan::PAPER.channels();
+        let count = seen.plan.channels();
         let finding = format!("all {count} live, none at the end of the scale");
         Judged::new(Verdict::Pass, finding, values)
     } else {
@@ -153,7 +153,8 @@ pub fn noise(seen: &FrameStatistics) -> Judged {
     let values = json!({ "lsb_rms": lsb, "uv_rms": uv, "datasheet_uv_rms": NOISE_UV });
     let most_lsb = most_uv / seen.uv_per_code;
     let most = format!("{most_lsb:.1} LSB = {most_uv:.1} uV rms on AIN{worst}, the most");
-    if seen.inputs == Inputs::Shorted {
+    let is_known = seen.plan.own.converter == Converters::ADS1258;
+    if seen.inputs == Inputs::Shorted && is_known {
         let finding = format!("{most}; the datasheet has {NOISE_UV} uV");
         Judged::new(NOISE.verdict(most_uv / NOISE_UV), finding, values)
     } else {

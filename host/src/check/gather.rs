@@ -1,6 +1,6 @@
 //! The conversation with the board.
 
-use super::observations::{Exchanged, Inputs, Kept, Lent, Observations, Watched};
+use super::observations::{Exchanged, Inputs, Kept, Lent, Observations, Watched, judged};
 use crate::events;
 use crate::feed::{Feed, FeedEvent, new_requests, request};
 use crate::output::Progress;
@@ -11,7 +11,7 @@ use ridgetone_proto::boot::SettingsSource;
 use ridgetone_proto::command::{Command, Outcome, Request};
 use ridgetone_proto::plan::Plan as Scan;
 use ridgetone_proto::settings::{Array, FRAME_RATE_HZ, Settings};
-use ridgetone_proto::telemetry::{Event, Health, Hello, Packet, Raw, Starts};
+use ridgetone_proto::telemetry::{ConverterState, Event, Health, Hello, Packet, Raw, Starts};
 use std::time::{Duration, Instant};
 
 /// What to do with the board.
@@ -61,6 +61,7 @@ pub fn gather(feed: &mut Feed, plan: Plan, progress: &mut Progress) -> Observati
 struct Seen {
     hello: Option<Hello>,
     health: Option<Health>,
+    converter: Option<ConverterState>,
     /// The board has started anew.
     has_started: bool,
     starts: Starts,
@@ -81,6 +82,7 @@ impl Seen {
             Event::Health(health) => {
                 (self.health, self.healths) = (Some(*health), self.healths + 1)
             }
+            Event::Converter(converter) => self.converter = Some(converter.clone()),
             Event::Raw(raw) => self.frames.iter_mut().for_each(|frames| frames.push(*raw)),
             Event::Contact(contact) => self.touches_us.push((contact.t_us, None)),
             Event::Release(release) => {
@@ -91,11 +93,6 @@ impl Seen {
             _ => {}
         }
     }
-}
-
-/// The default plan, by the clock that the board has.
-const fn judged(settings: &Settings) -> Scan {
-    Scan::PAPER.with_clock(settings.plan.adc_clock_hz)
 }
 
 struct Talk<'a> {
@@ -115,11 +112,14 @@ impl Talk<'_> {
         // Without an answer the board may still be heard. One that was silent for all tries is not.
         let is_heard = greeted.is_ok() || self.feed.counts().received > 0;
         let heard = if is_heard {
-            self.listen(|seen| seen.hello.is_some() && seen.health.is_some())
+            self.listen(|seen| {
+                seen.hello.is_some() && seen.health.is_some() && seen.converter.is_some()
+            })
         } else {
             Ok(())
         };
         (found.hello, found.health) = (self.seen.hello.clone(), self.seen.health);
+        found.converter = self.seen.converter.clone();
         if let Err(error) = greeted {
             let unanswered = Exchanged {
                 commands: 1,
@@ -146,11 +146,11 @@ impl Talk<'_> {
         let Some(own) = found
             .hello
             .clone()
-            .filter(|hello| hello.settings.plan != judged(&hello.settings))
+            .filter(|hello| hello.settings.plan != judged(&hello.settings.plan))
         else {
             return Ok(());
         };
-        let settings = own.settings.with_plan(judged(&own.settings));
+        let settings = own.settings.with_plan(judged(&own.settings.plan));
         (self.seen.hello, self.own) = (None, Some(own));
         self.progress.show(format_args!("another scan plan"));
         match self.request(Command::Set {
@@ -204,6 +204,7 @@ impl Talk<'_> {
         let exchanged = found.exchanged.insert(Exchanged::default());
         self.exchange(exchanged)?;
         found.watched = Some(self.watch(plan.length_s)?);
+        found.converter = self.seen.converter.clone();
         self.request(Command::Raw { frames: 0 })?;
         if plan.stores {
             found.kept = Some(self.keep()?);

@@ -1,9 +1,9 @@
 //! What a run of `check` saw of a board. Tests make their own.
 
 use crate::live::Counts;
-use ridgetone_proto::plan::Plan;
-use ridgetone_proto::settings::{SCAN, Settings, TAXELS};
-use ridgetone_proto::telemetry::{Health, Hello, Raw};
+use ridgetone_proto::plan::{Converters, Plan};
+use ridgetone_proto::settings::{Settings, TAXELS};
+use ridgetone_proto::telemetry::{ConverterState, Health, Hello, Raw};
 use serde::Serialize;
 
 /// What is connected to the analog inputs.
@@ -27,6 +27,8 @@ pub struct Observations {
     pub hello: Option<Hello>,
     /// The first `health`.
     pub health: Option<Health>,
+    /// The converter as the board reported it.
+    pub converter: Option<ConverterState>,
     pub exchanged: Option<Exchanged>,
     pub watched: Option<Watched>,
     /// None if settings were not to be stored.
@@ -146,16 +148,26 @@ impl Observations {
             .map_or_else(measured, |hello| hello.settings.vref_v)
     }
 
-    /// The clock of the chip by the settings, hertz.
-    pub fn adc_clock_hz(&self) -> u32 {
+    /// The plan by which frames are judged.
+    pub fn judged(&self) -> Plan {
         self.hello
             .as_ref()
-            .map_or(SCAN.clock_hz, |hello| hello.settings.plan.adc_clock_hz)
+            .map_or(Plan::PAPER, |hello| judged(&hello.settings.plan))
     }
 
     /// Why something was not seen.
     pub fn why(&self) -> &str {
         self.ended.as_deref().unwrap_or("the board has not sent it")
+    }
+}
+
+/// The plan by which a board's frames are judged: the ADS1258's default one by the clock that the
+/// board has; another converter's own.
+pub const fn judged(own: &Plan) -> Plan {
+    if own.own.converter == Converters::ADS1258 {
+        Plan::PAPER.with_clock(own.adc_clock_hz)
+    } else {
+        *own
     }
 }
 

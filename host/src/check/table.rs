@@ -6,11 +6,12 @@ use super::frames::{FrameStatistics, drdy_jitter, frame_rate, mains, noise};
 use super::line::{commands, faults, losses, plan, settings};
 use super::observations::{Lent, Observations, Watched};
 use super::processor::{brown_out, firmware, load, oscillator, reset, stack};
-use ridgetone_proto::telemetry::{Health, Hello};
+use ridgetone_proto::plan::HealthReadings;
+use ridgetone_proto::telemetry::{ConverterState, Health, Hello};
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use Sees::{Frames, Listening, OtherPlan, Readings, Report, Run, Start};
+use Sees::{Converter, Frames, Listening, OtherPlan, Readings, Report, Run, Start};
 
 /// Sections of the guide.
 const WIRING: &str = "docs/guide/2-build.md#wiring";
@@ -26,8 +27,8 @@ pub const TABLE: [Row; 24] = [
     row("oscillator", Start(oscillator), TROUBLESHOOTING),
     row("load", Report(load), TROUBLESHOOTING),
     row("stack", Report(stack), TROUBLESHOOTING),
-    row("adc_id", Report(id), WIRING),
-    row("adc_registers", Report(registers), WIRING),
+    row("adc_id", Converter(id), WIRING),
+    row("adc_registers", Converter(registers), WIRING),
     row("adc_restarts", Run(restarts), TROUBLESHOOTING),
     row("supply", Readings(supply), WIRING),
     row("reference", Readings(reference), WIRING),
@@ -63,6 +64,8 @@ pub enum Sees {
     Start(fn(&Hello) -> Judged),
     /// The latest report of the board's health.
     Report(fn(&Health) -> Judged),
+    /// The latest report of the converter.
+    Converter(fn(&ConverterState) -> Judged),
     /// The converter's readings of itself, and the setting `vref_v`.
     Readings(fn(&Health, f32) -> Judged),
     /// Raw frames and statistics of them.
@@ -173,6 +176,10 @@ pub fn judge(seen: &Observations) -> Vec<Check> {
         Some(match row.sees {
             Start(judge) => seen.hello.as_ref().map_or_else(not_seen, judge),
             Report(judge) => health.map_or_else(not_seen, judge),
+            Converter(judge) => seen.converter.as_ref().map_or_else(not_seen, judge),
+            Readings(_) if seen.judged().health == HealthReadings::Never => {
+                Judged::skipped("this converter has no readings of its own")
+            }
             Readings(judge) => match health {
                 Some(health) if health.frames > 0 => judge(health, seen.vref_v()),
                 Some(_) => Judged::skipped("no scan was read"),

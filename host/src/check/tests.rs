@@ -12,7 +12,7 @@ use bench::Bench;
 use ridgetone_proto::boot::{BrownOut, Oscillator, Record, ResetCause, SettingsSource};
 use ridgetone_proto::plan::Plan as Scan;
 use ridgetone_proto::settings::{FRAME_RATE_HZ, TAXELS};
-use ridgetone_proto::telemetry::{Health, Hello, Raw};
+use ridgetone_proto::telemetry::{ConverterState, Health, Hello, Raw};
 use std::f64::consts::TAU;
 use std::path::Path;
 
@@ -58,7 +58,7 @@ const STARTS: [Fault<Hello>; 11] = [
 ];
 
 /// Faults in the latest report of the board's health.
-const REPORTS: [Fault<Health>; 24] = [
+const REPORTS: [Fault<Health>; 22] = [
     ("load", Warn, "60.0 %", |health| health.load = 0.6),
     ("load", Fail, "90.0 %", |health| health.load = 0.9),
     ("load", Skipped, "", |health| health.load = 0.0),
@@ -67,15 +67,6 @@ const REPORTS: [Fault<Health>; 24] = [
     }),
     ("stack", Fail, "", |health| health.stack_used_bytes = 32_000),
     ("stack", Skipped, "", |health| health.stack_bytes = 0),
-    ("adc_id", Fail, "9B: bit 4 is set", |health| {
-        health.adc_registers[9] = 0x9b
-    }),
-    (
-        "adc_registers",
-        Fail,
-        "CONFIG1 83 instead of 31",
-        |health| health.adc_registers[1] = 0x83,
-    ),
     ("adc_restarts", Fail, "2 of them", |health| {
         health.chip_restarts = 2
     }),
@@ -211,7 +202,7 @@ const LISTENING: [Fault<Watched>; 26] = [
 ];
 
 /// Faults elsewhere in the run.
-const RUNS: [Fault<Observations>; 11] = [
+const RUNS: [Fault<Observations>; 13] = [
     ("firmware", Fail, "no greeting", |seen| seen.hello = None),
     ("noise", Skipped, "--inputs shorted only", |seen| {
         seen.inputs = Inputs::Open
@@ -247,6 +238,12 @@ const RUNS: [Fault<Observations>; 11] = [
         |seen| (hello(seen).source, seen.kept) = (SettingsSource::Damaged, None),
     ),
     ("settings", Skipped, "--no-store", |seen| seen.kept = None),
+    ("adc_id", Fail, "9B: bit 4 is set", |seen| {
+        converter(seen).registers[9] = 0x9b
+    }),
+    ("adc_registers", Fail, "CONFIG1 83 instead of 31", |seen| {
+        converter(seen).registers[1] = 0x83
+    }),
     (
         "plan",
         Fail,
@@ -260,6 +257,10 @@ const RUNS: [Fault<Observations>; 11] = [
         },
     ),
 ];
+
+fn converter(seen: &mut Observations) -> &mut ConverterState {
+    seen.converter.as_mut().expect("a report of the converter")
+}
 
 fn hello(seen: &mut Observations) -> &mut Hello {
     seen.hello.as_mut().expect("a greeting")

@@ -2,7 +2,7 @@
 
 use super::rows::{self, Column};
 use super::serializable;
-use crate::digits::{seconds, significant, with_sigma};
+use crate::digits::{hex, seconds, significant, with_sigma};
 use crate::feel::event::words;
 use crate::names::name;
 use crate::overtones::overtones;
@@ -15,8 +15,8 @@ use ridgetone_proto::fault::{Fault, FaultKind};
 use ridgetone_proto::plan::Gives;
 use ridgetone_proto::settings::SlideRule;
 use ridgetone_proto::telemetry::{
-    Abscissa, Channel, Estimate, Event, Health, Hello, Hold, Image, Packet, Span, Texture, Travel,
-    TravelStatus,
+    Abscissa, Channel, ConverterState, Estimate, Event, Health, Hello, Hold, Image, Packet, Span,
+    Texture, Travel, TravelStatus,
 };
 
 /// A packet as one line, without its end; an image as five.
@@ -47,6 +47,7 @@ pub fn text(packet: &Packet) -> String {
         Event::Reply(e) => format!("{:>10}  reply     {}", "", reply(e)),
         Event::Feel(e) => line(e.t_us, "feel", &words(e)),
         Event::Texture(e) => line(e.t_us, "texture", &texture(e)),
+        Event::Converter(e) => line(e.t_us, "converter", &converter(e)),
         Event::Raw(e) => line(
             e.t_us,
             "raw",
@@ -212,6 +213,18 @@ fn travel(e: &Travel) -> String {
     format!(
         "period {period_mm} mm +- {period_sigma_mm} mm, {direction} at {speed_mm_s} mm/s +- {speed_sigma_mm_s} mm/s ({status})"
     )
+}
+
+fn converter(e: &ConverterState) -> String {
+    let ConverterState { name, .. } = e;
+    let registers = hex(&e.registers);
+    if e.answers {
+        format!("{name} answers; registers {registers}")
+    } else {
+        format!(
+            "{name} DOES NOT ANSWER: look at its supply, clock and wiring; the board tries on. Registers read {registers}"
+        )
+    }
 }
 
 fn texture(e: &Texture) -> String {

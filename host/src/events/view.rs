@@ -70,6 +70,7 @@ pub enum View {
     Raw(Box<Raw>),
     Feel(Box<Feel>),
     Texture(Texture),
+    Converter(Converter),
 }
 
 impl Message {
@@ -88,6 +89,7 @@ impl Message {
             Event::Raw(event) => View::Raw(Box::new(Raw::new(event, vref_v))),
             Event::Feel(event) => View::Feel(Box::new(event.into())),
             Event::Texture(event) => View::Texture(event.into()),
+            Event::Converter(event) => View::Converter(event.into()),
         };
         Self {
             r#type: name(&packet.event).to_lowercase(),
@@ -352,8 +354,6 @@ pub struct Health {
     pub bytes_overrun: u32,
     /// Messages of a robot's odometry.
     pub odometry: OdometryCounts,
-    /// The ADC's registers, CONFIG0 to ID, as they were read at the latest set-up; zeros before.
-    pub adc_registers: [u8; 10],
     /// Most of the stack in use since start-up; 0 where nothing measures it, as on a PC.
     pub stack_used_bytes: u32,
     /// Size of the stack; 0 where nothing measures it.
@@ -390,7 +390,6 @@ impl From<&wire::Health> for Health {
             requests_damaged: event.requests_damaged,
             bytes_overrun: event.bytes_overrun,
             odometry: event.odometry,
-            adc_registers: event.adc_registers,
             stack_used_bytes: event.stack_used_bytes,
             stack_bytes: event.stack_bytes,
             frame_rate_hz: event.frame_rate_hz,
@@ -401,6 +400,32 @@ impl From<&wire::Health> for Health {
             offset_v: event.offset_v,
             gain: event.gain,
             frames_thinned: event.frames_thinned,
+        }
+    }
+}
+
+/// The converter behind the inputs: after each greeting, and when it changes.
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+pub struct Converter {
+    /// Device time.
+    pub t_s: f64,
+    /// Its name.
+    pub name: String,
+    /// Whether it holds the registers that were written to it. If not, the board tries on.
+    pub answers: bool,
+    /// Its registers as they were read at the latest set-up, zeros behind the last; of an ADS1258
+    /// CONFIG0 to ID.
+    pub registers: [u8; 10],
+}
+
+impl From<&wire::ConverterState> for Converter {
+    fn from(event: &wire::ConverterState) -> Self {
+        Self {
+            t_s: seconds(event.t_us),
+            name: event.name.as_str().to_owned(),
+            answers: event.answers,
+            registers: event.registers,
         }
     }
 }
@@ -769,6 +794,7 @@ pub fn schemas() -> Vec<(&'static str, serde_json::Value)> {
         ("reply", with_envelope::<Reply>()),
         ("raw", with_envelope::<Raw>()),
         ("health", with_envelope::<Health>()),
+        ("converter", with_envelope::<Converter>()),
         ("connection", with_note::<Connection>()),
         ("lost", with_note::<Lost>()),
         ("missed", with_note::<Missed>()),

@@ -128,7 +128,7 @@ mod tests {
     use ridgetone_proto::command::{Outcome, Reply};
     use ridgetone_proto::fault::{Fault, FaultKind};
     use ridgetone_proto::settings::{Feeling, Settings};
-    use ridgetone_proto::telemetry::{Event, Packet, Raw};
+    use ridgetone_proto::telemetry::{ConverterState, Event, Packet, Raw};
     use std::collections::BTreeSet;
     use std::sync::Arc;
 
@@ -209,7 +209,13 @@ mod tests {
             gives,
             ..Reply::new(7, Outcome::Done)
         };
-        for event in [Event::Raw(raw), Event::Fault(fault), Event::Reply(reply)] {
+        let events = [
+            Event::Raw(raw),
+            Event::Fault(fault),
+            Event::Reply(reply),
+            Event::Converter(ConverterState::default()),
+        ];
+        for event in events {
             sink(&Packet { sequence: 1, event }).unwrap();
         }
         for note in notes() {

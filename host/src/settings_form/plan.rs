@@ -1,13 +1,57 @@
-//! A plan by its name, if it has one, otherwise by its fields.
+//! A plan by its name, if it has one, otherwise by its converter's fields.
 
-use ridgetone_proto::plan::Plan;
+use ridgetone::converter::Ads1258Plan;
+use ridgetone_proto::plan::{Converters, Plan, PlanError};
 use serde::{Serialize, Serializer};
+use toml::Table;
+
+/// A plan as its converter has it.
+#[derive(Serialize)]
+#[serde(untagged)]
+pub enum Fields {
+    Ads1258(Ads1258Plan),
+    /// No converter that is known here.
+    Other(Plan),
+}
+
+impl Fields {
+    pub fn of(plan: &Plan) -> Self {
+        match plan.own.converter {
+            Converters::ADS1258 => Self::Ads1258(Ads1258Plan::of(plan)),
+            _ => Self::Other(*plan),
+        }
+    }
+
+    /// Names of the fields.
+    pub fn names(&self) -> &'static str {
+        match self {
+            Self::Ads1258(_) => "inputs, data_rate, delay, chop, health, adc_clock_hz",
+            Self::Other(_) => "inputs, health, sampling, adc_clock_hz, frame_ticks, own",
+        }
+    }
+
+    /// Fields of the same converter.
+    pub fn read(&self, table: Table) -> Result<Self, toml::de::Error> {
+        Ok(match self {
+            Self::Ads1258(_) => Self::Ads1258(table.try_into()?),
+            Self::Other(_) => Self::Other(table.try_into()?),
+        })
+    }
+
+    /// The plan of these fields, if the converter can run it.
+    pub fn plan(&self) -> Result<Plan, PlanError> {
+        match self {
+            Self::Ads1258(own) => own.validate().map(|()| own.plan()),
+            Self::Other(plan) => plan.validate().map(|()| *plan),
+        }
+    }
+}
 
 /// Serializes a plan.
 pub fn serialize<S: Serializer>(plan: &Plan, to: S) -> Result<S::Ok, S::Error> {
     match plan.name() {
         Some(name) => name.serialize(to),
-        None => plan.serialize(to),
+        None => Fields::of(plan).serialize(to),
     }
 }
 
@@ -36,7 +80,11 @@ pub fn meaning(field: &str) -> &'static str {
 /// Why a plan is refused, by the name in the refusal.
 pub fn reason(name: &str) -> &'static str {
     match name {
-        "plan.inputs" => "bit k of plan.inputs stands for AINk",
+        "plan.inputs" => "bit k of plan.inputs stands for input k",
+        "plan.converter" => {
+            "0 is the ADS1258, 1 the STM32's own: choose a plan of the board's converter by its name"
+        }
+        "plan.health" => "0 is \"every_scan\", 1 \"between_touches\"",
         "plan.chop" => {
             "the chip cannot read its own health while it chops: choose plan.health = \"between_touches\""
         }

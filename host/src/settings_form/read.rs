@@ -126,19 +126,25 @@ fn mask(given: &Value) -> Option<u16> {
 
 /// A plan by its name, or this one with other fields.
 fn with_fields(plan: &Plan, given: &Value) -> Result<Plan, String> {
-    let expected =
-        "a name, or the table plan with inputs, data_rate, delay, chop, health, adc_clock_hz";
+    let fields = plan::Fields::of(plan);
+    let expected = || format!("a name, or the table plan with {}", fields.names());
     match given {
         // A name says nothing of the clock that the board has.
         Value::String(name) => Plan::named(name)
-            .map(|named| named.with_clock(plan.adc_clock_hz))
+            .map(|named| match named.own.converter == plan.own.converter {
+                true => named.with_clock(plan.adc_clock_hz),
+                false => named,
+            })
             .ok_or_else(|| format!("no plan `{name}`: choose one of {}", plan::names())),
-        Value::Table(fields) => {
-            let mut all = Table::try_from(plan).map_err(|error| error.to_string())?;
-            merge(&mut all, fields.clone());
-            let plan = all.try_into::<Plan>();
-            plan.map_err(|error| format!("plan: {}: choose {expected}", error.message()))
+        Value::Table(given) => {
+            let mut all = Table::try_from(&fields).map_err(|error| error.to_string())?;
+            merge(&mut all, given.clone());
+            let fields = fields.read(all);
+            fields
+                .map_err(|error| format!("plan: {}: choose {}", error.message(), expected()))?
+                .plan()
+                .map_err(|error| words::explained(&error.into()))
         }
-        other => Err(format!("plan = {other}: choose {expected}")),
+        other => Err(format!("plan = {other}: choose {}", expected())),
     }
 }

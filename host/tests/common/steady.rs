@@ -5,11 +5,12 @@ mod memory;
 
 use hal_mock::{Options, Sliding, SlidingScene};
 use memory::resident_bytes;
+use ridgetone::converter::SCAN;
 use ridgetone_host::emulator;
 use ridgetone_host::input::Opened;
 use ridgetone_host::output::Progress;
 use ridgetone_host::touches::Again;
-use ridgetone_proto::settings::{FRAME_RATE_HZ, SCAN};
+use ridgetone_proto::settings::FRAME_RATE_HZ;
 use ridgetone_proto::telemetry::{Event, Health, Packet, Span, Status};
 use std::time::Instant;
 

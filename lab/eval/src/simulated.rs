@@ -3,6 +3,7 @@
 use crate::bound::{self, Channel, Clue, Harmonic};
 use anyhow::{Result, ensure};
 use hal_mock::{Scene, Sliding, SlidingScene};
+use ridgetone::converter::Ads1258Plan;
 use ridgetone::internals::{TRIM_FRAMES, window_frames_max};
 use ridgetone_host::input::{REFERENCE_V, frame_rate_hz};
 use ridgetone_proto::plan::Plan;
@@ -180,8 +181,9 @@ fn spread(seed: u64) -> f64 {
     (0.618_033_988_75 * seed as f64).fract()
 }
 
-/// Noise of a conversion in a plan, volts rms.
+/// Noise of a conversion of the ADS1258 in a plan, volts rms.
 pub fn converter_noise_v(plan: &Plan) -> f64 {
-    let chopped = if plan.chop { CHOP_FACTOR } else { 1.0 };
-    1e-6 * NOISE_UV[usize::from(plan.data_rate & 3)] / chopped
+    let own = Ads1258Plan::of(plan);
+    let chopped = if own.chop { CHOP_FACTOR } else { 1.0 };
+    1e-6 * NOISE_UV[usize::from(own.data_rate & 3)] / chopped
 }

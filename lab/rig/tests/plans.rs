@@ -5,6 +5,7 @@ mod common;
 
 use common::{BOARDS, Run, health, hello};
 use hal_mock::{Repeated, Sliding, SlidingScene};
+use ridgetone::converter::Ads1258Plan;
 use ridgetone_proto::command::{Command, Outcome};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::Settings;
@@ -69,7 +70,10 @@ fn run_plan(board: Board, plan: Plan, seconds: u32) -> (Run, Did) {
         "{board:?}, {plan:?}: {counters:?}"
     );
     let registers = run.rig.adc().registers();
-    assert_eq!(registers[..9], plan.config().registers().expect("a plan"));
+    assert_eq!(
+        registers[..9],
+        Ads1258Plan::of(&plan).config().registers().expect("a plan")
+    );
     let events = &run.events[before..];
     let healths: Vec<Health> = events.iter().filter_map(health).collect();
     let last = *healths.last().expect("health");

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{BOARDS, Run, health, hello};
+use common::{BOARDS, Run, converter, health, hello};
 use hal_mock::Constant;
 use ridgetone_proto::boot::{BrownOut, Oscillator, ResetCause};
 use rig::{ProcessorFault, Start};
@@ -103,8 +103,12 @@ fn health_shows_the_id_of_another_chip() {
         start.adc.id = OTHER;
         let mut run = Run::new(board, Constant::default(), start);
         run.run_to(1.0, hello);
-        let report = run.run_to(3.0, health);
-        assert_eq!(report.adc_registers[9], OTHER, "{board:?}");
+        let report = run.run_to(1.0, converter);
+        assert_eq!(
+            (report.answers, report.registers[9]),
+            (false, OTHER),
+            "{board:?}"
+        );
         run.assert_rules();
     }
 }

@@ -2,7 +2,7 @@
 
 use super::watch::PUT_OFF_MOST;
 use super::*;
-use crate::converter::WiredAds1258;
+use crate::converter::{Ads1258Plan, SCAN, WiredAds1258};
 use FaultKind::{Bus, BusDead, NoAnswer, Registers, Repeated, Silent, Storm};
 use ads1258::Ads1258;
 use core::convert::Infallible;
@@ -336,7 +336,7 @@ fn registers_that_change_are_written_anew_and_the_scan_begins_at_its_top() {
         (1, 1, 1)
     );
     let registers = bench.board.with_chip(|chip| chip.registers());
-    assert_eq!(registers[..9], Plan::PAPER.config().registers().unwrap());
+    assert_eq!(registers[..9], SCAN.registers().unwrap());
     bench.ids();
     assert_eq!((bench.next(), bench.ids()), (Drdy::Midway, std::vec![8]));
 }
@@ -468,7 +468,7 @@ fn follow(bench: &mut Bench, drdy: Drdy) {
 fn a_fast_plan_reads_its_health_at_the_start_and_when_it_is_requested() {
     for plan in [Plan::HAND, Plan::TEXTURE, Plan::VIBRATION, Plan::SINGLE] {
         let mut bench = Bench::with(plan);
-        let inputs = plan.config().registers().unwrap();
+        let inputs = Ads1258Plan::of(&plan).config().registers().unwrap();
         for round in 0..2 {
             for n in 0..40 {
                 let drdy = bench.next();
@@ -520,13 +520,16 @@ fn a_plan_is_written_with_read_back_and_its_mark_precedes_its_conversions() {
             follow(&mut bench, drdy);
         }
         let taken = bench.taken();
-        assert_eq!(taken[0].as_plan(plan.adc_clock_hz), Some(plan));
+        assert_eq!(taken[0].as_mark(), Some(plan.mark()));
         assert!(
-            taken.len() == 11 && taken[1..].iter().all(|timed| timed.as_plan(0).is_none()),
+            taken.len() == 11 && taken[1..].iter().all(|timed| timed.as_mark().is_none()),
             "{taken:?}"
         );
         let registers = bench.board.with_chip(|chip| chip.registers());
-        assert_eq!(registers[..9], plan.config().registers().unwrap());
+        assert_eq!(
+            registers[..9],
+            Ads1258Plan::of(&plan).config().registers().unwrap()
+        );
     }
     assert_eq!((bench.faults(), bench.diagnostics.overruns.get()), (0, 0));
     // Where the queue is full the mark waits, and so do its conversions.
@@ -545,10 +548,7 @@ fn a_plan_is_written_with_read_back_and_its_mark_precedes_its_conversions() {
     bench.taken();
     let drdy = bench.next();
     follow(&mut bench, drdy);
-    assert_eq!(
-        bench.taken()[0].as_plan(Plan::HAND.adc_clock_hz),
-        Some(Plan::HAND)
-    );
+    assert_eq!(bench.taken()[0].as_mark(), Some(Plan::HAND.mark()));
 }
 
 #[test]
@@ -604,7 +604,7 @@ fn a_set_up_that_fails_once_is_tried_again_at_once() {
     );
     assert_eq!(
         bench.board.with_chip(|chip| chip.registers())[..9],
-        Plan::PAPER.config().registers().unwrap()
+        SCAN.registers().unwrap()
     );
     bench.ids();
     assert_eq!((bench.next(), bench.ids()), (Drdy::Midway, std::vec![8]));

@@ -42,7 +42,7 @@ impl<C: Converter> Acquisition<C> {
     /// DRDY is muted: the next conversion of this scan shows how many were lost. After 4,000
     /// refusals in a row the answer is yes.
     pub fn can_begin(&mut self, now_us: u32) -> bool {
-        let period_us = edge_ns::<C>(&self.plan) / 1000;
+        let period_us = edge_ns(&self.plan) / 1000;
         let is_steady = now_us.wrapping_sub(self.unexpected_us) > STEADY_CONVERSIONS * period_us;
         let is_next_far = is_steady && now_us.wrapping_sub(self.latest_us) < period_us / 2;
         let can =

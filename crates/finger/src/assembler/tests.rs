@@ -1,6 +1,7 @@
 //! Scans with and without losses, flags and clipped codes.
 
 use super::*;
+use crate::converter::Ads1258Plan;
 use ads1258::{Conversion, Status};
 extern crate std;
 use std::vec::Vec;
@@ -28,7 +29,7 @@ fn conversion(count: u32, flags: u8) -> TimedConversion {
 }
 
 fn run(counts: impl Iterator<Item = u32>, start_us: u32) -> (Assembler, Vec<Frame>) {
-    let mut assembler = Assembler::new(4.096, &Plan::PAPER, Sampling::InTurn);
+    let mut assembler = Assembler::new(4.096, &Plan::PAPER);
     let mut frames = Vec::new();
     for count in counts {
         let mut timed = conversion(count, 0x80);
@@ -107,7 +108,7 @@ fn whole_scans_lost_are_counted_by_time() {
 #[test]
 fn a_first_scan_with_a_flaw_loses_nothing() {
     for flaw in [0x80, 0xc0] {
-        let mut assembler = Assembler::new(4.096, &Plan::PAPER, Sampling::InTurn);
+        let mut assembler = Assembler::new(4.096, &Plan::PAPER);
         let mut frames = Vec::new();
         for count in 0..63 {
             let mut timed = conversion(count, if count == 3 { flaw } else { 0x80 });
@@ -132,7 +133,7 @@ fn a_first_scan_with_a_flaw_loses_nothing() {
 
 #[test]
 fn flags_and_unknown_ids_are_reported() {
-    let mut assembler = Assembler::new(4.096, &Plan::PAPER, Sampling::InTurn);
+    let mut assembler = Assembler::new(4.096, &Plan::PAPER);
     let mut frames = Vec::new();
     for count in 0..21 {
         let flags = match count {
@@ -160,7 +161,7 @@ fn flags_and_unknown_ids_are_reported() {
 
 #[test]
 fn the_ends_of_the_scale_are_not_good() {
-    let mut assembler = Assembler::new(4.096, &Plan::PAPER, Sampling::InTurn);
+    let mut assembler = Assembler::new(4.096, &Plan::PAPER);
     let mut good = 0;
     for count in 0..21 {
         let code = [0x7f_ffff, -0x80_0000, 0x7f_fffe, -0x7f_ffff][count.min(3) as usize];
@@ -190,7 +191,7 @@ fn the_scan_after_a_loss_is_whole_again() {
 /// conversion it is late: what is counted as lost, and the number of the last frame.
 fn of_one_slot(plan: &Plan, code: i32, late: &[(u32, f64)]) -> (u32, u32) {
     let conversion_us = plan.conversion_ns() as f64 / 1000.0;
-    let mut assembler = Assembler::new(4.096, plan, Sampling::InTurn);
+    let mut assembler = Assembler::new(4.096, plan);
     let mut last = 0;
     for (count, late) in late {
         let t_us = ((*count as f64 + late) * conversion_us) as u32;
@@ -251,12 +252,13 @@ fn gaps_of_one_slot_are_counted_by_time_though_clocks_differ() {
     // The slowest scan of one slot too.
     for plan in [
         Plan::SINGLE,
-        Plan {
+        Ads1258Plan {
             data_rate: 0,
             delay: 7,
             chop: true,
-            ..Plan::SINGLE
-        },
+            ..Ads1258Plan::of(&Plan::SINGLE)
+        }
+        .plan(),
     ] {
         for gap in [1, 2, 7, 8, 9, 500, 2000] {
             let times: Vec<_> = on_time(0..6000)

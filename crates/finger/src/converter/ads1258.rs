@@ -1,13 +1,12 @@
 //! The ADS1258 as a [`Converter`].
 
-use super::{Converter, REGISTERS, Sample, Scanned, Tag};
+use super::{Ads1258Plan, Converter, REGISTERS, Sample, Scanned, Tag};
 use crate::frame::TimedConversion;
-use crate::wiring::Sampling;
 use ads1258::{Ads1258, Conversion, Register, Status};
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::SpiDevice;
-use ridgetone_proto::plan::Plan;
+use ridgetone_proto::plan::{Plan, PlanError};
 
 /// The chip's clock, at most, hertz (SBAS297G: 16 MHz).
 const CLOCK_MOST_HZ: u64 = 16_000_000;
@@ -37,8 +36,10 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Converter
     for WiredAds1258<SPI, START, RESET>
 {
     const NAME: &'static str = "ADS1258";
-    const SAMPLING: Sampling = Sampling::InTurn;
-    const HAS_READINGS: bool = true;
+
+    fn check(plan: &Plan) -> Result<(), PlanError> {
+        Ads1258Plan::check(plan)
+    }
 
     fn stop(&mut self) -> bool {
         self.adc.stop(&mut self.start).is_ok()
@@ -46,8 +47,8 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Converter
 
     fn set_up(&mut self, plan: &Plan, scanned: Scanned, wait: &mut impl DelayNs) -> bool {
         let config = match scanned {
-            Scanned::Inputs => plan.config(),
-            Scanned::Health => plan.health_config(),
+            Scanned::Inputs => Ads1258Plan::of(plan).config(),
+            Scanned::Health => Ads1258Plan::of(plan).health_config(),
         };
         self.adc.reset_by_pin(&mut self.reset, wait).is_ok() && self.adc.configure(&config).is_ok()
     }

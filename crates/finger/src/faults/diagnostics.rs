@@ -1,9 +1,9 @@
 //! Counters of the tasks, each written from its own priority, that `health` reports.
 
-use crate::converter::REGISTERS;
+use crate::faults::found::Found;
 use crate::faults::log::{Counter, FaultLog};
 use crate::surface::odometry::counters::Counters;
-use core::sync::atomic::{AtomicU8, AtomicU32, Ordering::Relaxed};
+use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::settings::FRAME_RATE_HZ;
 
@@ -32,8 +32,8 @@ pub struct Diagnostics {
     pub bytes_overrun: Counter,
     /// Messages of odometry.
     pub odometry: Counters,
-    /// The chip's registers as they were read at its latest set-up.
-    adc_registers: [AtomicU8; REGISTERS],
+    /// How the converter answered its latest set-up.
+    pub(crate) converter: Found,
     /// Bits of the processor load, an f32 from 0 to 1.
     pub(crate) load_bits: AtomicU32,
     /// Most stack in use since start-up, and the stack's size, bytes.
@@ -59,19 +59,12 @@ impl Diagnostics {
             requests_damaged: Counter::new(),
             bytes_overrun: Counter::new(),
             odometry: Counters::new(),
-            adc_registers: [const { AtomicU8::new(0) }; REGISTERS],
+            converter: Found::new(),
             load_bits: AtomicU32::new(0),
             stack: [const { AtomicU32::new(0) }; 2],
             railed_us: AtomicU32::new(0),
             railed: AtomicU32::new(0),
             faults: FaultLog::new(),
-        }
-    }
-
-    /// Keeps the chip's registers, for `health`.
-    pub(crate) fn keep_adc_registers(&self, found: [u8; REGISTERS]) {
-        for (kept, found) in self.adc_registers.iter().zip(found) {
-            kept.store(found, Relaxed);
         }
     }
 
@@ -84,13 +77,6 @@ impl Diagnostics {
     /// it.
     pub fn stack_bytes(&self) -> [u32; 2] {
         self.stack.each_ref().map(|bytes| bytes.load(Relaxed))
-    }
-
-    /// The chip's registers, as they were read at its latest set-up; zeros before.
-    pub fn adc_registers(&self) -> [u8; REGISTERS] {
-        self.adc_registers
-            .each_ref()
-            .map(|register| register.load(Relaxed))
     }
 
     /// A fault was seen at this board time, microseconds.

@@ -1,12 +1,30 @@
 //! Commands of a PC: each is decided first, and takes effect between two windows.
 
+use crate::converter::Facts;
 use crate::detector::Detector;
 use crate::estimator::Estimator;
 use ridgetone_proto::boot::SettingsSource;
 use ridgetone_proto::command::{Command, Outcome, Reply, Request};
-use ridgetone_proto::settings::Settings;
+use ridgetone_proto::settings::{Settings, SettingsError};
 use ridgetone_proto::store::{NotStored, Saved, Store};
 use ridgetone_proto::telemetry::Event;
+
+/// What a decision depends on.
+#[derive(Clone, Copy, Debug)]
+pub struct At {
+    /// Whether the finger is on something.
+    pub is_touched: bool,
+    /// The board's converter.
+    pub converter: &'static Facts,
+}
+
+impl At {
+    /// Checks settings, and that the converter can run their plan.
+    fn check(&self, settings: &Settings) -> Result<(), SettingsError> {
+        settings.validate()?;
+        (self.converter.check)(&settings.plan).map_err(SettingsError::from)
+    }
+}
 
 /// Decides commands and carries them out. It keeps the latest reply.
 #[derive(Debug, Default)]
@@ -26,12 +44,12 @@ impl CommandExecutor {
     }
 
     /// Decides a command, and stores settings that are to be kept. Gives the reply, and the command
-    /// for [`Self::carry_out`] unless it is refused. While the finger `is_touched` no page is
-    /// erased: that stops the processor for a second.
+    /// for [`Self::carry_out`] unless it is refused. While the finger is touched no page is erased:
+    /// that stops the processor for a second.
     pub fn decide(
         &mut self,
         request: Request,
-        is_touched: bool,
+        at: At,
         store: &mut dyn Store,
     ) -> (Option<Command>, Reply) {
         let Request { number, command } = request;
@@ -40,17 +58,17 @@ impl CommandExecutor {
         }
         let outcome = match &command {
             _ if self.restarting => Outcome::Busy,
-            Command::Set { settings, keep } => match settings.validate() {
+            Command::Set { settings, keep } => match at.check(settings) {
                 Err(error) => Outcome::Setting(error),
-                Ok(()) if *keep => stored(store.save(Some(settings), !is_touched)),
+                Ok(()) if *keep => stored(store.save(Some(settings), !at.is_touched)),
                 Ok(()) => Outcome::Done,
             },
-            Command::Forget => stored(store.save(None, !is_touched)),
+            Command::Forget => stored(store.save(None, !at.is_touched)),
             _ => Outcome::Done,
         };
         let settings = match &command {
-            Command::Set { settings, .. } => Some(settings),
-            Command::Forget => Some(&Settings::DEFAULT),
+            Command::Set { settings, .. } => Some(*settings),
+            Command::Forget => Some(at.converter.fitting(Settings::DEFAULT)),
             _ => None,
         };
         let is_in_force = !matches!(outcome, Outcome::Busy | Outcome::Setting(_));
@@ -77,7 +95,7 @@ impl CommandExecutor {
         estimator: &mut Estimator,
         emit: &mut dyn FnMut(Event),
     ) {
-        let mut change = |settings: &Settings, source| {
+        let mut change = |detector: &mut Detector, settings: &Settings, source| {
             estimator.change(settings);
             // With another plan the greeting precedes its first frame.
             if detector.change(settings, source) {
@@ -89,9 +107,13 @@ impl CommandExecutor {
                 // A PC that greets knows nothing yet.
                 estimator.textures.forget();
                 emit(detector.hello());
+                detector.tell_converter();
             }
-            Command::Set { settings, .. } => change(settings, SettingsSource::Sent),
-            Command::Forget => change(&Settings::DEFAULT, SettingsSource::Default),
+            Command::Set { settings, .. } => change(detector, settings, SettingsSource::Sent),
+            Command::Forget => {
+                let defaults = detector.converter().fitting(Settings::DEFAULT);
+                change(detector, &defaults, SettingsSource::Default)
+            }
             Command::Start => detector.restart(true),
             Command::Stop => detector.restart(false),
             Command::Raw { frames } => detector.report_raw(*frames),
@@ -114,6 +136,7 @@ mod tests {
     use super::*;
     use ridgetone_proto::command::REQUEST_WIRE_MAX;
     use ridgetone_proto::framing as wire;
+    use ridgetone_proto::plan::Plan;
     use ridgetone_proto::settings::{Array, SettingsError, Slide, SlideRule};
     use ridgetone_proto::telemetry::Hello;
     extern crate std;
@@ -180,7 +203,11 @@ mod tests {
 
         fn execute(&mut self, number: u16, command: Command, touched: bool) -> Outcome {
             let request = Request { number, command };
-            let (command, reply) = self.executor.decide(request, touched, &mut self.store);
+            let at = At {
+                is_touched: touched,
+                converter: self.detector.converter(),
+            };
+            let (command, reply) = self.executor.decide(request, at, &mut self.store);
             assert_eq!(reply.number, number);
             let mut emit = |event| match event {
                 Event::Hello(hello) => self.greeted.push(hello),
@@ -203,6 +230,49 @@ mod tests {
         harmonics: 2,
         ..Settings::DEFAULT
     };
+
+    /// What another converter runs, and a rate that the registers do not give.
+    #[test]
+    fn a_plan_that_the_converter_cannot_run_is_refused_with_what_it_can() {
+        let mut board = Board::new();
+        let foreign = Plan::of_frames(1000.0, 3).unwrap();
+        let hasty = Plan {
+            frame_ticks: 40_000,
+            ..Plan::PAPER
+        };
+        for (number, plan, field) in [
+            (1, foreign, "plan.converter"),
+            (2, hasty, "plan.frame_ticks"),
+        ] {
+            let settings = Settings::DEFAULT.with_plan(plan);
+            assert_eq!(settings.validate(), Ok(()), "as another converter's");
+            let set = Command::Set {
+                settings,
+                keep: true,
+            };
+            match board.execute(number, set, false) {
+                Outcome::Setting(error) => assert_eq!(error.field, field),
+                outcome => panic!("{outcome:?}"),
+            }
+        }
+        assert_eq!((board.store.saves, board.greeted.len()), (0, 0));
+        assert_eq!(*board.detector.settings(), Settings::DEFAULT);
+    }
+
+    #[test]
+    fn a_stored_plan_of_another_converter_gives_way_to_this_ones_own() {
+        let stored = Settings {
+            harmonics: 2,
+            ..Settings::DEFAULT.with_plan(Plan::of_frames(1000.0, 3).unwrap())
+        };
+        let facts = Board::new().detector.converter();
+        let expected = Settings {
+            harmonics: 2,
+            ..Settings::DEFAULT
+        };
+        assert_eq!(facts.fitting(stored), expected);
+        assert_eq!(facts.fitting(OTHERS), OTHERS);
+    }
 
     #[test]
     fn the_longest_request_fits_the_wire() {
@@ -230,10 +300,10 @@ mod tests {
             number: u16::MAX,
             command,
         };
-        // By hand: number 3, kind 1, settings 99, keep 1; then 4 of checksum, 1 of stuffing and
+        // By hand: number 3, kind 1, settings 102, keep 1; then 4 of checksum, 1 of stuffing and
         // the zero.
         let mut wire = [0; REQUEST_WIRE_MAX];
-        assert_eq!(wire::encode(&request, &mut wire), Ok(110));
+        assert_eq!(wire::encode(&request, &mut wire), Ok(113));
     }
 
     #[test]

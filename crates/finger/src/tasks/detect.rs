@@ -102,11 +102,10 @@ impl<'a> Detect<'a> {
                 due: &mut due,
             };
             match conversion {
-                Some(conversion) => match conversion.as_plan(detector.settings().plan.adc_clock_hz)
-                {
+                Some(conversion) => match conversion.as_mark() {
                     None => detector.push(conversion, ring, diagnostics, outputs),
-                    Some(plan) => {
-                        detector.begin(plan, ring, diagnostics, outputs);
+                    Some(mark) => {
+                        detector.begin(mark, ring, diagnostics, outputs);
                         odometer.change_plan(&shared.track);
                     }
                 },

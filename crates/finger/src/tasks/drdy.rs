@@ -7,7 +7,6 @@ use crate::frame::TimedConversion;
 use core::sync::atomic::Ordering::Relaxed;
 use embedded_hal::delay::DelayNs;
 use heapless::spsc::Producer;
-use ridgetone_proto::plan::Plan;
 
 /// DRDY's pin and its interrupt.
 pub trait DrdyPin {
@@ -34,8 +33,8 @@ pub struct Drdy<'a, C, PIN> {
     pub pin: PIN,
     /// To `detect`.
     pub samples: Producer<'a, TimedConversion>,
-    /// The plan in force.
-    plan: Plan,
+    /// Number of the request for the plan in force.
+    request: u32,
 }
 
 impl<'a, C: Converter, PIN> Drdy<'a, C, PIN> {
@@ -45,12 +44,11 @@ impl<'a, C: Converter, PIN> Drdy<'a, C, PIN> {
         pin: PIN,
         samples: Producer<'a, TimedConversion>,
     ) -> Self {
-        let plan = acquisition.plan();
         Self {
             acquisition,
             pin,
             samples,
-            plan,
+            request: 1,
         }
     }
 }
@@ -125,7 +123,11 @@ impl<C: Converter, PIN: DrdyPin> Drdy<'_, C, PIN> {
                 }
                 has_checked = true;
             } else {
-                let is_due = health.load(Relaxed) || shared.plan() != self.plan;
+                let is_requested = shared
+                    .plan
+                    .number()
+                    .is_some_and(|number| number != self.request);
+                let is_due = health.load(Relaxed) || is_requested;
                 if may_check && is_due && acquisition.can_begin(platform.now_us()) {
                     self.begin_scan(shared, wait);
                 }
@@ -144,16 +146,22 @@ impl<C: Converter, PIN: DrdyPin> Drdy<'_, C, PIN> {
         let Self {
             acquisition,
             pin,
-            plan,
+            request,
             ..
         } = self;
-        let (diagnostics, next) = (&shared.diagnostics, shared.plan());
+        let diagnostics = &shared.diagnostics;
+        let next = match shared.plan.number() {
+            Some(number) if number != *request => {
+                *request = number;
+                shared.plan.plan()
+            }
+            _ => acquisition.plan(),
+        };
         let is_health_due = shared.health.swap(false, Relaxed);
         if shared.platform.has_ended() {
             return;
         }
-        if next != *plan {
-            *plan = next;
+        if next != acquisition.plan() {
             acquisition.change(next, shared.platform.now_us(), diagnostics, wait);
             pin.unmute();
         } else if is_health_due {

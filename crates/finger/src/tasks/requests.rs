@@ -1,7 +1,7 @@
 //! Requests take turns with windows: a request changes nothing before the windows that were due
 //! before it are fitted.
 
-use super::commands::CommandExecutor;
+use super::commands::{At, CommandExecutor};
 use super::line::Inboxes;
 use super::outbox::{Mail, Outbox};
 use super::shared::{PACKETS, Platform, Shared};
@@ -69,8 +69,11 @@ impl<S: Store> Requests<S> {
         } = self;
         if decided.is_none() {
             *decided = take(inbox, shared).map(|request| {
-                let is_touched = detector.lock(|detector| detector.is_touched());
-                executor.decide(request, is_touched, store)
+                let at = detector.lock(|detector| At {
+                    is_touched: detector.is_touched(),
+                    converter: detector.converter(),
+                });
+                executor.decide(request, at, store)
             });
         }
         let Some((command, reply)) = decided else {
@@ -87,8 +90,8 @@ impl<S: Store> Requests<S> {
         });
         if is_carried_out {
             let plan = detector.lock(|detector| detector.settings().plan);
-            if plan != shared.plan() {
-                shared.request_plan(plan);
+            if plan != shared.plan.plan() {
+                shared.request_plan(&plan);
             }
             let reply = Event::Reply(reply.clone());
             outbox.lock(|outbox| outbox.send(reply, shared));

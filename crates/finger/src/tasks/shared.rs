@@ -1,6 +1,7 @@
 //! What the tasks share without a lock, and what they need from the platform that they run on.
 
 use super::liveness::Liveness;
+use super::plan_request::PlanRequest;
 use crate::faults::diagnostics::Diagnostics;
 use crate::surface::odometry::track::Track;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
@@ -15,9 +16,9 @@ pub const SAMPLES: usize = 88;
 /// for whole slides.
 pub const WINDOWS: usize = 4;
 
-/// Places of the queue of bytes from `report` to `line`: one packet is sent while the next is
-/// encoded.
-pub const BYTES: usize = 616;
+/// Places of the queue of bytes from `report` to `line`: the next packet is encoded while the last 63
+/// bytes are sent, 0.68 ms.
+pub const BYTES: usize = 576;
 
 /// With no more than this many bytes in their queue the longest packet still fits.
 pub(super) const LOW_WATER: usize = BYTES - 1 - WIRE_MAX;
@@ -73,9 +74,8 @@ pub struct Shared<P> {
     pub(super) urgent: AtomicBool,
     /// Half a second is over: `detect` reports what changed without a conversion.
     pub(super) look: AtomicBool,
-    /// Bits of the plan that the chip is to have, and its clock, hertz.
-    pub(super) plan: AtomicU32,
-    pub(super) adc_clock_hz: AtomicU32,
+    /// The plan that the chip is to have.
+    pub(super) plan: PlanRequest,
     /// `drdy` reads the chip's own readings, if the plan's scan has none.
     pub(super) health: AtomicBool,
     /// The finger is on something.
@@ -103,8 +103,7 @@ impl<P> Shared<P> {
             has_odometry,
         ] = [const { AtomicBool::new(false) }; 9];
         let (diagnostics, liveness) = (Diagnostics::new(), Liveness::new());
-        let adc_clock_hz = AtomicU32::new(plan.adc_clock_hz);
-        let plan = AtomicU32::new(plan.to_bits());
+        let plan = PlanRequest::new(&plan);
         let (track, odometry_us) = (Track::new(), AtomicU32::new(0));
         Self {
             platform,
@@ -117,7 +116,6 @@ impl<P> Shared<P> {
             urgent,
             look,
             plan,
-            adc_clock_hz,
             health,
             touched,
             finished,
@@ -126,19 +124,12 @@ impl<P> Shared<P> {
         }
     }
 
-    /// The plan that the chip is to have.
-    #[inline(always)]
-    pub(super) fn plan(&self) -> Plan {
-        Plan::from_bits(self.plan.load(Relaxed), self.adc_clock_hz.load(Relaxed))
-    }
-
     /// Requests another plan for the chip.
-    pub(super) fn request_plan(&self, plan: Plan)
+    pub(super) fn request_plan(&self, plan: &Plan)
     where
         P: Platform,
     {
-        self.adc_clock_hz.store(plan.adc_clock_hz, Relaxed);
-        self.plan.store(plan.to_bits(), Relaxed);
+        self.plan.request(plan);
         self.urgent.store(true, Relaxed);
         P::pend(self, Task::Drdy);
     }

@@ -111,7 +111,6 @@ fn names_and_ids_are_unique_and_names_fit_a_refusal() {
 #[test]
 fn ids_stay_with_their_settings() {
     let ids = [
-        (1, "plan"),
         (2, "window_s"),
         (3, "hop_s"),
         (4, "harmonics"),
@@ -139,7 +138,10 @@ fn ids_stay_with_their_settings() {
         (27, "scene.shared_noise"),
         (28, "scene.moving_speed"),
         (29, "scene.impulses"),
+        (30, "plan"),
     ];
+    // The plan as the ADS1258's registers.
+    assert!(!TABLE.iter().any(|setting| setting.id == old_plan::ID));
     for (id, name) in ids {
         let setting = TABLE.iter().find(|setting| setting.id == id);
         assert!(

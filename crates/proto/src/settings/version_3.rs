@@ -2,9 +2,10 @@
 //!
 //! A struct here describes bytes in somebody's flash, and never changes.
 
+use super::old_plan::Registers;
 use super::record::Kept;
 use super::{Settings, SlideRule};
-use crate::plan::{HealthReadings, Plan};
+use crate::plan::Plan;
 use serde::Deserialize;
 
 #[derive(Deserialize)]
@@ -19,7 +20,7 @@ struct Old {
     array: OldArray,
     feel: OldFeeling,
     _pins: OldPins,
-    plan: OldPlan,
+    plan: Registers,
 }
 
 #[derive(Deserialize)]
@@ -66,21 +67,6 @@ impl OldArray {
     }
 }
 
-#[derive(Deserialize)]
-struct OldPlan {
-    inputs: u16,
-    data_rate: u8,
-    delay: u8,
-    chop: bool,
-    health: OldHealth,
-}
-
-#[derive(Deserialize)]
-enum OldHealth {
-    EveryScan,
-    BetweenTouches,
-}
-
 /// Reads what a record of version 3 holds. None if it is damaged or out of today's bounds.
 pub fn read(content: &[u8]) -> Option<Kept> {
     let (old, _) = postcard::take_from_bytes::<Option<Old>>(content).ok()?;
@@ -95,19 +81,8 @@ pub fn read(content: &[u8]) -> Option<Kept> {
 impl Old {
     // Field by field: a setting that is added later has its default here.
     fn settings(self) -> Settings {
-        let health = match self.plan.health {
-            OldHealth::EveryScan => HealthReadings::EveryScan,
-            OldHealth::BetweenTouches => HealthReadings::BetweenTouches,
-        };
         let mut new = Settings::DEFAULT;
-        new.plan = Plan {
-            inputs: self.plan.inputs,
-            data_rate: self.plan.data_rate,
-            delay: self.plan.delay,
-            chop: self.plan.chop,
-            health,
-            adc_clock_hz: Plan::PAPER.adc_clock_hz,
-        };
+        new.plan = self.plan.plan(Plan::PAPER.adc_clock_hz);
         new.window_s = self.window_s;
         new.hop_s = self.hop_s;
         new.harmonics = self.harmonics;

@@ -8,6 +8,7 @@ use crate::boot::{Boot, SettingsSource};
 use crate::command::Reply;
 use crate::fault::{Fault, KINDS};
 use crate::settings::{Settings, TAXELS};
+use heapless::String;
 use serde::{Deserialize, Serialize};
 
 /// What the board reports.
@@ -38,6 +39,8 @@ pub enum Event {
     Feel(Feel),
     /// What is under the finger.
     Texture(Texture),
+    /// The converter behind the inputs.
+    Converter(ConverterState),
 }
 
 /// First event after start-up, and again about every ten seconds.
@@ -47,7 +50,7 @@ pub struct Hello {
     pub protocol: u8,
     /// Firmware version: major, minor, patch.
     pub version: [u8; 3],
-    /// Nominal frames per second, from the chip's registers and its nominal clock.
+    /// Nominal frames per second, by the plan and the converter's nominal clock.
     pub frame_rate_hz: f32,
     /// Settings in force.
     pub settings: Settings,
@@ -117,9 +120,6 @@ pub struct Health {
     pub bytes_overrun: u32,
     /// Messages of a robot's odometry.
     pub odometry: OdometryCounts,
-    /// The ADS1258's registers, CONFIG0 to ID, as they were read at its latest set-up; zeros
-    /// before.
-    pub adc_registers: [u8; 10],
     /// Most bytes of the stack in use since start-up; zero where nothing measures it, as on a PC.
     pub stack_used_bytes: u32,
     /// Size of the stack, bytes; zero where nothing measures it.
@@ -141,6 +141,23 @@ pub struct Health {
     /// Raw frames that were not sent because the line had no place for them: everything else goes
     /// first.
     pub frames_thinned: u32,
+}
+
+/// Bytes of a converter's registers that a report carries.
+pub const REGISTERS: usize = 10;
+
+/// The converter behind the inputs, for diagnosis: within half a second of each greeting, and of
+/// each change.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ConverterState {
+    /// Device time, microseconds.
+    pub t_us: u64,
+    /// Its name.
+    pub name: String<16>,
+    /// Whether it holds the registers that were written to it. If not, the board tries on.
+    pub answers: bool,
+    /// Its registers as they were read back, zeros behind the last; of an ADS1258 CONFIG0 to ID.
+    pub registers: [u8; REGISTERS],
 }
 
 /// Messages of a robot's odometry since start-up ([`crate::odometry`]). Damaged ones count as
@@ -197,6 +214,7 @@ impl Event {
             Self::Raw(e) => e.t_us,
             Self::Feel(e) => e.t_us,
             Self::Texture(e) => e.t_us,
+            Self::Converter(e) => e.t_us,
         })
     }
 }

@@ -10,6 +10,7 @@ from ._objects import Object, Settings
 __all__ = [
     "Connection",
     "Contact",
+    "Converter",
     "Estimate",
     "Event",
     "Fault",
@@ -272,7 +273,7 @@ class Reply(Event):
     outcome: str
     """What became of the request: `done`, `done_erased`, or why it was refused."""
     frame_rate_hz: float | None
-    """Frames per second at the chip's nominal clock [Hz]."""
+    """Frames per second at the converter's nominal clock [Hz]."""
     nyquist_hz: float | None
     """Half of it: tones from there on alias, hertz [Hz]."""
     window_most_s: float | None
@@ -321,8 +322,6 @@ class Health(Event):
     """Bytes of requests that the board read too late."""
     odometry: Object
     """Messages of a robot's odometry."""
-    adc_registers: list[int]
-    """The ADC's registers, CONFIG0 to ID, as they were read at the latest set-up; zeros before."""
     stack_used_bytes: int
     """Most of the stack in use since start-up; 0 where nothing measures it, as on a PC [byte]."""
     stack_bytes: int
@@ -343,6 +342,19 @@ class Health(Event):
     """The ADC's gain by its own reading, ideally 1."""
     frames_thinned: int
     """Raw frames that were not sent because the line had no place for them."""
+
+
+class Converter(Event):
+    """The converter behind the inputs: after each greeting, and when it changes."""
+
+    t_s: float
+    """Device time [s]."""
+    name: str
+    """Its name."""
+    answers: bool
+    """Whether it holds the registers that were written to it. If not, the board tries on."""
+    registers: list[int]
+    """Its registers as they were read at the latest set-up, zeros behind the last; of an ADS1258 CONFIG0 to ID."""
 
 
 class Connection(Event):
@@ -460,6 +472,7 @@ _KINDS: dict[str, type[Event]] = {
     "reply": Reply,
     "raw": Raw,
     "health": Health,
+    "converter": Converter,
     "connection": Connection,
     "lost": Lost,
     "missed": Missed,

@@ -6,8 +6,8 @@ use super::scan_order::ScanOrder;
 use super::task_sim::Ran;
 use ads1258::Register;
 use anyhow::Result;
+use ridgetone::converter::SCAN;
 use ridgetone_host::emulator::{self, Options, Outcome};
-use ridgetone_proto::settings::SCAN;
 use ridgetone_proto::telemetry::Packet;
 
 /// Makes one run, with the settings of the image.

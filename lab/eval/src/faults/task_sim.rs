@@ -6,6 +6,7 @@ use ads1258::{Channel, Register};
 use anyhow::{Result, ensure};
 use hal_mock::{Counters, CutFlash, Injected, SimulatedBoard};
 use ridgetone::TimedConversion;
+use ridgetone::converter::Ads1258Plan;
 use ridgetone::tasks::Received;
 use ridgetone_host::input::Opened;
 use ridgetone_host::simulated::{self, Start, Surroundings};
@@ -48,14 +49,12 @@ pub struct Ran {
 
 /// Runs `input` through the firmware's tasks.
 pub fn run(input: Opened, settings: Settings) -> Result<Ran> {
+    let own = Ads1258Plan::of(&settings.plan);
     let mut observer = Observer {
         decoder: Decoder::new(),
         ran: Ran::default(),
-        registers: [
-            settings.plan.config().registers()?,
-            settings.plan.health_config().registers()?,
-        ],
-        order: ScanOrder::new(&settings.plan.config()),
+        registers: [own.config().registers()?, own.health_config().registers()?],
+        order: ScanOrder::new(&own.config()),
         begun: false,
     };
     let start = Start {

@@ -10,6 +10,7 @@ use crate::faults::judge::{Fate, Judgement};
 use crate::faults::lines;
 use crate::faults::row::{Delays, Place, Row};
 use clap::ValueEnum;
+use ridgetone::converter::Ads1258Plan;
 use ridgetone_proto::plan::{HealthReadings, Plan as Scan};
 
 /// More than a thousand injections: nothing wrong is reported as right, nothing is lost silently.
@@ -162,10 +163,11 @@ fn every_fast_plan_reports_what_leaves_a_sign() {
 /// see.
 #[test]
 fn a_fast_plan_with_health_in_every_scan_reports_supply_and_reference() {
-    let scan = Scan {
+    let scan = Ads1258Plan {
         health: HealthReadings::EveryScan,
-        ..Scan::HAND
-    };
+        ..Ads1258Plan::HAND
+    }
+    .plan();
     assert!(
         (scan.frame_rate_hz() / 1111.3 - 1.0).abs() < 1e-3,
         "{}",

@@ -6,11 +6,12 @@ use anyhow::Result;
 use ridgetone::Diagnostics;
 use ridgetone::Ring;
 use ridgetone::TimedConversion;
+use ridgetone::converter::SCAN;
 use ridgetone::{CONVERSION_NS, SLOTS};
 use ridgetone::{Detector, Outputs};
 use ridgetone::{Estimator, WindowFit};
 use ridgetone_host::input::frame_rate_hz;
-use ridgetone_proto::settings::{SCAN, Settings, TAXELS};
+use ridgetone_proto::settings::{Settings, TAXELS};
 use ridgetone_proto::telemetry::{Event, Status};
 use serde::{Deserialize, Serialize};
 

@@ -12,6 +12,7 @@ use crate::accuracy::{Accuracy, rounded};
 use crate::page::{Bar, Table, figure, fixed, percent};
 use crate::parallel;
 use anyhow::Result;
+use ridgetone::converter::Ads1258Plan;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::Settings;
 use serde::{Deserialize, Serialize};
@@ -23,10 +24,11 @@ const WINDOWS_S: [f64; 5] = [0.032, 0.064, 0.128, 0.4, 1.0];
 
 /// The first and third piezoresistor of each unit: those along the sliding direction, which feel it
 /// most.
-const EIGHT: Plan = Plan {
+const EIGHT: Plan = Ads1258Plan {
     inputs: 0x5555,
-    ..Plan::HAND
-};
+    ..Ads1258Plan::HAND
+}
+.plan();
 
 /// Most time from a window's end to the last byte of its estimate on the line, ms.
 const LATE_BAR_MS: f64 = 100.0;

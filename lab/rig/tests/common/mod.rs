@@ -9,7 +9,7 @@ use ridgetone_proto::command::{Command, Outcome, REQUEST_WIRE_MAX, Request};
 use ridgetone_proto::fault::Fault;
 use ridgetone_proto::framing;
 use ridgetone_proto::settings::Settings;
-use ridgetone_proto::telemetry::{Decoder, Estimate, Event, Health, Hello};
+use ridgetone_proto::telemetry::{ConverterState, Decoder, Estimate, Event, Health, Hello};
 use rig::{Board, Image, Rig, Start};
 
 pub const BOARDS: [Board; 2] = Board::ALL;
@@ -122,6 +122,15 @@ pub fn reply_to(number: u16) -> impl Fn(&Event) -> Option<Outcome> {
     move |event| match event {
         Event::Reply(reply) if reply.number == number => Some(reply.outcome.clone()),
         _ => None,
+    }
+}
+
+/// The converter as it is reported.
+pub fn converter(event: &Event) -> Option<ConverterState> {
+    if let Event::Converter(state) = event {
+        Some(state.clone())
+    } else {
+        None
     }
 }
 

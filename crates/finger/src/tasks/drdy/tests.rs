@@ -6,6 +6,7 @@ use ads1258::Ads1258;
 use hal_mock::{Constant, Fault, Options, SimulatedBoard};
 use heapless::spsc::Queue;
 use ridgetone_proto::fault::FaultKind;
+use ridgetone_proto::plan::Plan;
 
 /// DRDY, and when its next edge falls that was not looked at, nanoseconds of the board.
 struct Pin {

@@ -6,6 +6,7 @@ use crate::simulated::{CODE_V, converter_noise_v};
 use crate::tests::from_root;
 use crate::trade::load;
 use hal_mock::Constant;
+use ridgetone::converter::Ads1258Plan;
 use ridgetone_host::input::{Input, Opened};
 use ridgetone_host::replay::conversions_of;
 use ridgetone_proto::plan::Plan;
@@ -78,10 +79,11 @@ fn the_tone_is_the_same_for_each_plan() {
 #[test]
 fn the_noise_is_that_of_the_simulated_chip() {
     for data_rate in 0..=3 {
-        let plan = Plan {
+        let plan = Ads1258Plan {
             data_rate,
-            ..Plan::SINGLE
-        };
+            ..Ads1258Plan::of(&Plan::SINGLE)
+        }
+        .plan();
         let opened = Input::default().open_in(&plan).expect("an input");
         let input = Opened {
             scene: Box::new(Constant::default()),

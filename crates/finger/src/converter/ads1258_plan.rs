@@ -1,0 +1,348 @@
+//! The ADS1258's own plan: which of its registers a [`Plan`] stands for.
+
+use ads1258::{CRYSTAL_CLOCK_HZ, Config, DataRate, Delay, IdleMode, Mux, Sysred};
+use ridgetone_proto::plan::{
+    Bounds, Converters, HealthReadings, Own, Plan, PlanError, Sampling, within,
+};
+use serde::{Deserialize, Serialize};
+
+/// Least clock of the chip, hertz: with a slower one 190 ns, which the boards give CS to settle, are
+/// less than 2.5 of its periods (SBAS297G, SPI timing), and half of it is soon below SCLK.
+const CLOCK_LEAST_HZ: f32 = 13_200_000.0;
+/// Most clock of the chip, hertz (SBAS297G).
+const CLOCK_MOST_HZ: f32 = 16_000_000.0;
+
+/// Which inputs the chip converts, and how. The fields are those of the chip's registers
+/// (SBAS297G).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Ads1258Plan {
+    /// Bit k: the scan converts AINk, which is taxel k.
+    pub inputs: u16,
+    /// DRATE, 0 to 3: the chip's data rate.
+    pub data_rate: u8,
+    /// DLY, 0 to 7: how long an input settles before it is converted.
+    pub delay: u8,
+    /// CHOP: each conversion is two with the inputs exchanged. It excludes health readings in every
+    /// scan.
+    pub chop: bool,
+    /// When the chip converts its own readings.
+    pub health: HealthReadings,
+    /// The chip's clock, hertz: 15,728,640 of its crystal, or that of an oscillator on CLKIO.
+    pub adc_clock_hz: u32,
+}
+
+/// Bounds of the fields, in the order of the values in [`Ads1258Plan::validate`].
+const BOUNDS: [Bounds; 5] = [
+    ("plan.data_rate", 0.0, 3.0),
+    ("plan.delay", 0.0, 7.0),
+    ("plan.chop", 0.0, 0.0),
+    ("plan.health", 0.0, 1.0),
+    ("plan.adc_clock_hz", CLOCK_LEAST_HZ, CLOCK_MOST_HZ),
+];
+
+impl Ads1258Plan {
+    /// All inputs at 241 Hz, as in the paper: [`Plan::PAPER`].
+    pub const PAPER: Self = Self::of(&Plan::PAPER);
+    /// All inputs at 1.46 kHz: [`Plan::HAND`].
+    pub const HAND: Self = Self::of(&Plan::HAND);
+
+    /// The registers of a plan; of another converter's plan those that its bits happen to name.
+    pub const fn of(plan: &Plan) -> Self {
+        let bits = plan.own.bits;
+        Self {
+            inputs: plan.inputs,
+            data_rate: bits as u8 & 3,
+            delay: (bits >> 2) as u8 & 7,
+            chop: bits >> 5 & 1 == 1,
+            health: plan.health,
+            adc_clock_hz: plan.adc_clock_hz,
+        }
+    }
+
+    /// The plan with what follows from the registers.
+    pub const fn plan(&self) -> Plan {
+        Plan {
+            inputs: self.inputs,
+            health: self.health,
+            sampling: Sampling::InTurn,
+            adc_clock_hz: self.adc_clock_hz,
+            frame_ticks: self.config().frame_ticks(),
+            own: Own {
+                converter: Converters::ADS1258,
+                bits: (self.data_rate as u16 & 3)
+                    | (self.delay as u16 & 7) << 2
+                    | (self.chop as u16) << 5
+                    | (matches!(self.health, HealthReadings::BetweenTouches) as u16) << 6,
+            },
+        }
+    }
+
+    /// Checks the registers and what follows from them. The error is the first rule that is broken.
+    pub fn validate(&self) -> Result<(), PlanError> {
+        let is_chopped_with_health = self.chop && self.health == HealthReadings::EveryScan;
+        let values = [
+            self.data_rate as f32,
+            self.delay as f32,
+            is_chopped_with_health as u8 as f32,
+            self.health as u8 as f32,
+            self.adc_clock_hz as f32,
+        ];
+        within(&BOUNDS, &values)?;
+        self.plan().validate()
+    }
+
+    /// Checks that a plan is one of this chip's, and has the rates that its registers give.
+    pub fn check(plan: &Plan) -> Result<(), PlanError> {
+        let own = Self::of(plan);
+        let is_own = plan.own.converter == Converters::ADS1258;
+        let ticks = own.config().frame_ticks() as f32;
+        let bounds = [
+            ("plan.converter", 0.0, 0.0),
+            ("plan.frame_ticks", ticks, ticks),
+        ];
+        let values = [plan.own.converter as f32, plan.frame_ticks as f32];
+        within(&bounds, &values)?;
+        own.validate()?;
+        if is_own && own.plan() == *plan {
+            return Ok(());
+        }
+        Err(PlanError {
+            field: "plan.bits",
+            value: plan.own.bits as f32,
+            bounds: (own.plan().own.bits as f32, own.plan().own.bits as f32),
+        })
+    }
+
+    /// The chip's configuration. Standby in place of sleep makes the first conversion after START
+    /// come at once.
+    pub const fn config(&self) -> Config {
+        let internal = match self.health {
+            HealthReadings::EveryScan => Sysred::ALL,
+            HealthReadings::BetweenTouches | HealthReadings::Never => Sysred::NONE,
+        };
+        self.config_of(self.inputs, internal, self.chop)
+    }
+
+    /// The chip's configuration for its own readings alone. CHOP excludes them (SBAS297G).
+    pub const fn health_config(&self) -> Config {
+        self.config_of(0, Sysred::ALL, false)
+    }
+
+    const fn config_of(&self, single: u16, internal: Sysred, chop: bool) -> Config {
+        Config {
+            clock_hz: self.adc_clock_hz,
+            mux: Mux::AutoScan {
+                differential: 0,
+                single,
+                internal,
+            },
+            data_rate: match self.data_rate {
+                0 => DataRate::Drate0,
+                1 => DataRate::Drate1,
+                2 => DataRate::Drate2,
+                _ => DataRate::Drate3,
+            },
+            delay: match self.delay {
+                0 => Delay::Dly0,
+                1 => Delay::Dly1,
+                2 => Delay::Dly2,
+                3 => Delay::Dly3,
+                4 => Delay::Dly4,
+                5 => Delay::Dly5,
+                6 => Delay::Dly6,
+                _ => Delay::Dly7,
+            },
+            chop,
+            idle_mode: IdleMode::Standby,
+            // Nothing is connected to these pins: an open input would float and take current, and
+            // the clock's output would switch for nobody.
+            gpio_inputs: 0,
+            clock_output: false,
+            ..Config::RESET
+        }
+    }
+}
+
+impl Default for Ads1258Plan {
+    fn default() -> Self {
+        Self::PAPER
+    }
+}
+
+/// By the crystal's clock the usual plans are as the table of plans has them.
+const _: () = assert!(Plan::PAPER.adc_clock_hz == CRYSTAL_CLOCK_HZ);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ridgetone_proto::settings::TAXELS;
+
+    const PAPER: Ads1258Plan = Ads1258Plan::PAPER;
+
+    #[test]
+    fn the_usual_plans_are_what_the_registers_give() {
+        for (name, plan) in Plan::NAMED {
+            if plan.own.converter != Converters::ADS1258 {
+                continue;
+            }
+            let own = Ads1258Plan::of(&plan);
+            assert_eq!(own.plan(), plan, "{name}");
+            assert_eq!(Ads1258Plan::check(&plan), Ok(()), "{name}");
+            assert_eq!(own.config().validate(), Ok(()), "{name}");
+            assert_eq!(own.health_config().validate(), Ok(()), "{name}");
+            assert_eq!(own.config().frame_rate_hz(), plan.frame_rate_hz(), "{name}");
+            assert_eq!(own.config().slots(), plan.slots() as usize, "{name}");
+        }
+        let registers = |plan: Ads1258Plan| plan.config().registers();
+        let slow = Ads1258Plan {
+            adc_clock_hz: 15_272_727,
+            ..PAPER
+        };
+        assert_eq!(registers(slow), registers(PAPER));
+    }
+
+    #[test]
+    fn registers_that_cannot_work_are_refused_by_what_is_wrong() {
+        for (own, field) in [
+            (Ads1258Plan { inputs: 0, ..PAPER }, "plan.inputs"),
+            (
+                Ads1258Plan {
+                    data_rate: 4,
+                    ..PAPER
+                },
+                "plan.data_rate",
+            ),
+            (Ads1258Plan { delay: 8, ..PAPER }, "plan.delay"),
+            (
+                Ads1258Plan {
+                    chop: true,
+                    data_rate: 3,
+                    delay: 0,
+                    ..PAPER
+                },
+                "plan.chop",
+            ),
+            (
+                Ads1258Plan {
+                    health: HealthReadings::Never,
+                    ..PAPER
+                },
+                "plan.health",
+            ),
+            (
+                Ads1258Plan {
+                    data_rate: 0,
+                    ..PAPER
+                },
+                "frame_rate_hz",
+            ),
+            (Ads1258Plan { delay: 7, ..PAPER }, "frame_rate_hz"),
+            (
+                Ads1258Plan {
+                    adc_clock_hz: 8_000_000,
+                    ..PAPER
+                },
+                "plan.adc_clock_hz",
+            ),
+            (
+                Ads1258Plan {
+                    adc_clock_hz: 16_000_001,
+                    ..PAPER
+                },
+                "plan.adc_clock_hz",
+            ),
+        ] {
+            assert_eq!(own.validate().map_err(|error| error.field), Err(field));
+        }
+        // SBAS297G, section "Chop": 16 MHz, CHOP 1, DRATE 2, DLY 4 make 240.15 Hz of sixteen
+        // inputs; here by the crystal.
+        let chopped = Ads1258Plan {
+            data_rate: 2,
+            delay: 4,
+            chop: true,
+            health: HealthReadings::BetweenTouches,
+            ..PAPER
+        };
+        assert_eq!(chopped.validate(), Ok(()));
+        let rate_hz = chopped.plan().frame_rate_hz();
+        assert!((rate_hz - 236.08).abs() < 0.01, "{rate_hz}");
+    }
+
+    #[test]
+    fn a_plan_of_another_converter_or_with_a_false_rate_is_refused() {
+        let paper = Plan::PAPER;
+        let foreign = Plan {
+            own: Own {
+                converter: Converters::ONBOARD,
+                ..paper.own
+            },
+            ..paper
+        };
+        let hasty = Plan {
+            frame_ticks: paper.frame_ticks / 2,
+            ..paper
+        };
+        let unknown = Plan {
+            own: Own {
+                bits: paper.own.bits | 1 << 12,
+                ..paper.own
+            },
+            ..paper
+        };
+        let at_once = Plan {
+            sampling: Sampling::AtOnce,
+            ..paper
+        };
+        for (plan, field) in [
+            (foreign, "plan.converter"),
+            (hasty, "plan.frame_ticks"),
+            (unknown, "plan.bits"),
+            (at_once, "plan.bits"),
+        ] {
+            assert_eq!(plan.validate(), Ok(()), "nothing else is wrong with it");
+            let found = Ads1258Plan::check(&plan).map_err(|error| error.field);
+            assert_eq!(found, Err(field));
+        }
+    }
+
+    #[test]
+    fn every_valid_plan_has_a_window_and_survives_its_bits() {
+        for bits in 0..1 << 7 {
+            for channels in 1..=TAXELS {
+                let health = match bits >> 6 {
+                    0 => HealthReadings::EveryScan,
+                    _ => HealthReadings::BetweenTouches,
+                };
+                let own = Ads1258Plan {
+                    data_rate: bits & 3,
+                    delay: bits >> 2 & 7,
+                    chop: bits >> 5 & 1 == 1,
+                    inputs: (0xffff_u32 >> (TAXELS - channels)) as u16,
+                    health,
+                    ..PAPER
+                };
+                let plan = own.plan();
+                assert_eq!(Ads1258Plan::of(&plan), own);
+                assert_eq!(plan.own.bits, u16::from(bits));
+                if own.validate().is_err() {
+                    continue;
+                }
+                assert_eq!(Ads1258Plan::check(&plan), Ok(()));
+                let (window_s, hop_s) = plan.default_window();
+                assert!(
+                    plan.window_least_s() <= window_s && window_s <= plan.window_most_s(),
+                    "{plan:?}"
+                );
+                assert!(
+                    hop_s >= ridgetone_proto::settings::HOP_LEAST_S
+                        && plan.window_frames_most() > 60,
+                    "{plan:?}"
+                );
+                // Touch detection works at 180 to 362 frames a second.
+                let touch_hz = plan.frame_rate_hz() / plan.frames_averaged() as f32;
+                assert!((180.0..=362.0).contains(&touch_hz), "{plan:?}: {touch_hz}");
+            }
+        }
+    }
+}
