@@ -41,6 +41,8 @@ pub struct Ads1258 {
     scene: Box<dyn Scene>,
     options: Options,
     clock: Clock,
+    /// End of the power-up; none before the first clock.
+    powered_ns: Option<u64>,
     registers: Registers,
     interface: Interface,
     faults: Faults,
@@ -68,9 +70,11 @@ pub struct Ads1258 {
 impl Ads1258 {
     /// A chip in its power-up state at time 0: registers at their defaults, START low, RESET high.
     pub fn new(input: Box<dyn Scene>, options: Options) -> Self {
+        let clock = Clock::new(options.clock_hz, options.clock_error_ppm);
         Self {
             scene: input,
-            clock: Clock::new(options.clock_hz, options.clock_error_ppm),
+            clock,
+            powered_ns: (options.clock_hz > 0).then(|| clock.ns(options.power_up_cycles)),
             registers: Registers::new(options.id),
             interface: Interface::default(),
             faults: Faults::default(),

@@ -9,6 +9,7 @@
 //! A timer's input capture would date the edges of DRDY exactly, if DRDY were on D6 (PC6, TIM3 CH1)
 //! and RESET on A4.
 
+use super::chip_clock::TimerClock;
 use super::stm32f4::{self, External};
 use super::{converter, parts, serial_line};
 use ads1258::Ads1258;
@@ -23,7 +24,7 @@ pub use super::converter::POWER_UP_US;
 pub use super::flash::SettingsFlash;
 pub use stm32f4::{acknowledge_heartbeat, ended, feed_watchdog, leave, restart, sleep};
 
-pub type Converter = WiredAds1258<converter::Spi<'A', 4>, PC5<Output>, PC6<Output>>;
+pub type Converter = WiredAds1258<converter::Spi<'A', 4>, PC5<Output>, PC6<Output>, TimerClock>;
 pub type Drdy = converter::Drdy<'C', 4>;
 pub type SerialLine = serial_line::SerialLine<USART3>;
 pub type Board = parts::Parts<Converter, Drdy, SerialLine, SettingsFlash>;
@@ -59,8 +60,9 @@ pub fn init(device: pac::Peripherals, _core: cortex_m::Peripherals) -> Board {
         gpioa.pa4,
         &mut rcc,
     );
+    let clock = TimerClock::new(device.TIM10, gpiob.pb8, &mut rcc);
     Board {
-        converter: Converter::new(Ads1258::new(spi), start, reset),
+        converter: WiredAds1258::new(Ads1258::new(spi), start, reset).clocked_by(clock),
         drdy: Drdy::new(gpioc.pc4, device.EXTI, device.SYSCFG, &mut rcc),
         line: SerialLine::new(device.USART3, gpiob.pb10, rx, &mut rcc),
         boot: Boot { oscillator, ..boot },

@@ -46,6 +46,8 @@
 // calls of the emulator.
 #![allow(unsafe_code)]
 
+#[cfg(feature = "stm32f4")]
+mod chip_clock;
 mod clock;
 #[cfg(feature = "stm32f4")]
 mod converter;

@@ -7,6 +7,7 @@
 //! the ST-LINK, at 921600 baud, 8N1; 0.93 % slow as on the Feather. D0 and D1 are these pins only
 //! after two bridges are soldered (UM1724).
 
+use super::chip_clock::TimerClock;
 use super::stm32f4::{self, External};
 use super::{converter, parts, serial_line};
 use ads1258::Ads1258;
@@ -22,7 +23,7 @@ pub use super::converter::POWER_UP_US;
 pub use super::flash::SettingsFlash;
 pub use stm32f4::{acknowledge_heartbeat, ended, feed_watchdog, leave, restart, sleep};
 
-pub type Converter = WiredAds1258<converter::Spi<'B', 6>, PC7<Output>, PA9<Output>>;
+pub type Converter = WiredAds1258<converter::Spi<'B', 6>, PC7<Output>, PA9<Output>, TimerClock>;
 pub type Drdy = converter::Drdy<'A', 4>;
 pub type SerialLine = serial_line::SerialLine<USART2>;
 pub type Board = parts::Parts<Converter, Drdy, SerialLine, SettingsFlash>;
@@ -57,8 +58,9 @@ pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
         gpiob.pb6,
         &mut rcc,
     );
+    let clock = TimerClock::new(device.TIM10, gpiob.pb8, &mut rcc);
     let board = Board {
-        converter: Converter::new(Ads1258::new(spi), start, reset),
+        converter: WiredAds1258::new(Ads1258::new(spi), start, reset).clocked_by(clock),
         drdy: Drdy::new(gpioa.pa4, device.EXTI, device.SYSCFG, &mut rcc),
         line: SerialLine::new(device.USART2, gpioa.pa2, rx, &mut rcc),
         boot: Boot { oscillator, ..boot },

@@ -8,7 +8,7 @@ mod ads1258;
 
 mod ads1258_plan;
 
-pub use self::ads1258::WiredAds1258;
+pub use self::ads1258::{ChipClock, WiredAds1258};
 pub use self::ads1258_plan::Ads1258Plan;
 use embedded_hal::delay::DelayNs;
 use ridgetone_proto::plan::{Plan, PlanError};

@@ -1,6 +1,8 @@
 //! Clock cycles to nanoseconds, exactly: integers only, from the absolute count, so nothing
 //! accumulates.
 
+use super::Ads1258;
+
 /// The chip's clock as an integer number of microhertz (1 ppm of 16 MHz is 16 million of them).
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Clock {
@@ -31,6 +33,43 @@ impl Clock {
     /// Duration of `cycles` in seconds.
     pub(crate) fn seconds(self, cycles: u64) -> f64 {
         cycles as f64 / (self.microhertz as f64 * 1e-6)
+    }
+}
+
+impl Ads1258 {
+    /// The clock on CLKIO has another frequency from now on, nominally; with 0 Hz, which is none,
+    /// the chip neither converts nor answers. The first clock begins the power-up, any clock after
+    /// none a conversion if START is high.
+    pub fn set_clock(&mut self, now_ns: u64, clock_hz: u32) {
+        self.advance_to(now_ns);
+        let was_clocked = self.is_clocked();
+        self.options.clock_hz = clock_hz;
+        self.take_clock();
+        if !self.is_clocked() {
+            self.conversion = None;
+        } else if !was_clocked {
+            let power_up_ns = self.clock.ns(self.options.power_up_cycles);
+            self.powered_ns.get_or_insert(now_ns + power_up_ns);
+            self.start_again();
+        }
+    }
+
+    pub(crate) fn is_clocked(&self) -> bool {
+        self.options.clock_hz > 0
+    }
+
+    /// Whether it has a clock, and its power-up is over.
+    pub(crate) fn is_powered(&self, now_ns: u64) -> bool {
+        self.is_clocked() && self.powered_ns.is_some_and(|end_ns| end_ns <= now_ns)
+    }
+
+    /// The clock of the options is in force.
+    pub(crate) fn take_clock(&mut self) {
+        self.conversion = self
+            .conversion
+            .take()
+            .map(|running| running.rebased(self.clock, self.now_ns));
+        self.clock = Clock::new(self.options.clock_hz, self.options.clock_error_ppm);
     }
 }
 

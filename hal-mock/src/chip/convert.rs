@@ -66,11 +66,14 @@ const SUPPLY_V: f64 = 4.3;
 impl Ads1258 {
     /// Rising START, pulse convert, or the end of a reset or stall while START is high.
     pub(crate) fn start_condition(&mut self) {
+        let Some(powered_ns) = self.powered_ns.filter(|_| self.is_clocked()) else {
+            return;
+        };
         if self.reset_low || self.faults.stalled {
             return;
         }
         // A start during power-up takes effect at its end.
-        let epoch_ns = self.now_ns.max(self.clock.ns(self.options.power_up_cycles));
+        let epoch_ns = self.now_ns.max(powered_ns);
         let timing = Timing::of(&self.registers);
         let wake = if self.registers.bit(IDLMOD) {
             self.options.sleep_wake_cycles

@@ -1,7 +1,6 @@
 //! Faults of the chip, its bus and DRDY, and the effect of each while it is in force.
 
 use super::Ads1258;
-use super::clock::Clock;
 
 /// A fault, from [`Ads1258::begin_fault`] to [`Ads1258::end_fault`], or by
 /// [`Injection`](super::Injection)s.
@@ -156,18 +155,14 @@ impl Ads1258 {
     }
 
     /// A new start condition if START is high.
-    fn start_again(&mut self) {
+    pub(crate) fn start_again(&mut self) {
         if self.start {
             self.start_condition();
         }
     }
 
     fn set_clock_error(&mut self, error_ppm: f64) {
-        self.conversion = self
-            .conversion
-            .take()
-            .map(|running| running.rebased(self.clock, self.now_ns));
         self.options.clock_error_ppm = error_ppm;
-        self.clock = Clock::new(self.options.clock_hz, error_ppm);
+        self.take_clock();
     }
 }

@@ -65,7 +65,7 @@ impl Ads1258 {
         let din = din ^ din_errors;
         let dout = if self.faults.is_cut {
             0
-        } else if self.reset_low || first_sclk_ns < self.clock.ns(self.options.power_up_cycles) {
+        } else if self.reset_low || !self.is_powered(first_sclk_ns) {
             self.poison_byte()
         } else {
             self.time_out(first_sclk_ns);

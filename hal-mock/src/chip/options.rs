@@ -42,7 +42,7 @@ impl Default for Analog {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
     /// Nominal clock in hertz, default 15,728,640 (32.768 kHz crystal x 480); the chip allows up to
-    /// 16,000,000.
+    /// 16,000,000. 0: none yet, see `Ads1258::set_clock`.
     pub clock_hz: u32,
     /// Error of the clock in parts per million; positive is fast. Default 0.
     pub clock_error_ppm: f64,
@@ -75,8 +75,8 @@ pub struct Options {
     pub timeout_from_frame_start: bool,
     /// Faults to inject while it runs, by scene time. Default none.
     pub injections: Vec<Injection>,
-    /// Clock cycles without answers after construction. Default 0; 2^18 (16.4 ms) after power-up in
-    /// the datasheet.
+    /// Clock cycles without answers after construction, or after the first clock. Default 0; 2^18
+    /// (16.4 ms) after power-up in the datasheet.
     pub power_up_cycles: u64,
 }
 

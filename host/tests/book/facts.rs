@@ -158,6 +158,10 @@ fn the_wiring_is_the_firmwares() {
             );
         }
     }
+    assert!(page.contains("PB8 (D9 of the Feather, D15 of the Nucleo)"));
+    for code in [&feather, &nucleo] {
+        assert!(value_of(code, "let clock = Timer").contains(".pb8"));
+    }
     let row = rows
         .iter()
         .find(|row| row[0].starts_with("telemetry"))

@@ -42,6 +42,8 @@ pub(crate) struct Wiring {
     pub adc: Option<AdcPins>,
     /// A stylus's.
     pub stylus: Option<StylusPins>,
+    /// A clock for the ADC: TIM10's output.
+    pub clock: Pin,
     pub tx: Pin,
     pub rx: Pin,
     /// The serial line's USART: 2 or 3.
@@ -108,6 +110,7 @@ impl Board {
                     drdy: Pin(PORT_C, 4),
                 }),
                 stylus: None,
+                clock: Pin(PORT_B, 8),
                 tx: Pin(PORT_B, 10),
                 rx: Pin(PORT_B, 11),
                 usart: 3,
@@ -138,6 +141,7 @@ impl Board {
                     drdy: Pin(PORT_A, 4),
                 }),
                 stylus: None,
+                clock: Pin(PORT_B, 8),
                 tx: Pin(PORT_A, 2),
                 rx: Pin(PORT_A, 3),
                 usart: 2,

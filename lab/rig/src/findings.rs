@@ -15,8 +15,8 @@ pub enum Rule {
     WaitStates,
     /// Clocks stay within their limits (datasheets; VCO: RM0090, 7.3.2).
     ClockLimit,
-    /// SCK's pad is fast enough for the APB's clock (errata ES0182 and ES0298, delayed SCK
-    /// feedback).
+    /// Pads are fast enough: SCK's for the APB's clock (errata ES0182 and ES0298, delayed SCK
+    /// feedback), that of the ADC's clock for it.
     PadSpeed,
     /// Pins have the function of the board's table.
     PinFunction,
@@ -29,6 +29,8 @@ pub enum Rule {
     ChipSelect,
     /// ADC registers are written while START is low (SBAS297G).
     AdcWrite,
+    /// A clock made for the ADC has at most 16 MHz, and is high for 40 to 60 % (SBAS297G).
+    AdcClock,
     /// No byte is lost in SPI's receiver.
     SpiOverrun,
     /// No byte is lost in the USART's receiver.

@@ -12,6 +12,7 @@ pub(crate) mod exti;
 pub(crate) mod flash;
 pub(crate) mod gpio;
 pub(crate) mod iwdg;
+pub(crate) mod pwm;
 pub(crate) mod rcc;
 pub(crate) mod small;
 pub(crate) mod spi;

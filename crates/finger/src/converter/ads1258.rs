@@ -17,23 +17,60 @@ const MUXMOD: u8 = 0x20;
 const SCANNING_TICKS: u64 = 674;
 const FIXED_TICKS: u64 = 128;
 
-/// An ADS1258 with its pins START and RESET.
+/// After its clock has begun the chip powers up: 2^18 periods of the slowest clock that a plan may
+/// have (SBAS297G), microseconds.
+const POWER_UP_US: u32 = 20_000;
+
+/// What a board feeds into CLKIO.
+pub trait ChipClock {
+    /// Makes a clock of `hz` from now on, or none if it cannot make this one. True if the clock
+    /// stood still before.
+    fn run(&mut self, hz: u32) -> bool;
+}
+
+/// A crystal or an oscillator, which runs by itself.
+impl ChipClock for () {
+    fn run(&mut self, _: u32) -> bool {
+        false
+    }
+}
+
+/// An ADS1258 with its pins START and RESET, and its clock if the board makes it.
 #[derive(Debug)]
-pub struct WiredAds1258<SPI, START, RESET> {
+pub struct WiredAds1258<SPI, START, RESET, CLOCK = ()> {
     adc: Ads1258<SPI>,
     start: START,
     reset: RESET,
+    clock: CLOCK,
 }
 
 impl<SPI, START, RESET> WiredAds1258<SPI, START, RESET> {
     /// Takes the driver and the pins. Nothing is transferred.
     pub const fn new(adc: Ads1258<SPI>, start: START, reset: RESET) -> Self {
-        Self { adc, start, reset }
+        Self {
+            adc,
+            start,
+            reset,
+            clock: (),
+        }
+    }
+
+    /// The chip with a clock that each set-up starts or stops, as the plan says.
+    pub fn clocked_by<CLOCK>(self, clock: CLOCK) -> WiredAds1258<SPI, START, RESET, CLOCK> {
+        let Self {
+            adc, start, reset, ..
+        } = self;
+        WiredAds1258 {
+            adc,
+            start,
+            reset,
+            clock,
+        }
     }
 }
 
-impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Converter
-    for WiredAds1258<SPI, START, RESET>
+impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin, CLOCK: ChipClock> Converter
+    for WiredAds1258<SPI, START, RESET, CLOCK>
 {
     const NAME: &'static str = "ADS1258";
 
@@ -50,6 +87,9 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Converter
             Scanned::Inputs => Ads1258Plan::of(plan).config(),
             Scanned::Health => Ads1258Plan::of(plan).health_config(),
         };
+        if self.clock.run(plan.adc_clock_hz) {
+            wait.delay_us(POWER_UP_US);
+        }
         self.adc.reset_by_pin(&mut self.reset, wait).is_ok() && self.adc.configure(&config).is_ok()
     }
 

@@ -13,6 +13,7 @@ const USART3: u32 = 0x4000_4800;
 const PWR: u32 = 0x4000_7000;
 const DAC: u32 = 0x4000_7400;
 const SPI1: u32 = 0x4001_3000;
+const TIM10: u32 = 0x4001_4400;
 const SYSCFG: u32 = 0x4001_3800;
 const EXTI: u32 = 0x4001_3C00;
 const GPIOA: u32 = 0x4002_0000;
@@ -41,6 +42,7 @@ const fn clock_of(base: u32) -> Option<(usize, u32)> {
         DAC => (3, 29),
         SPI1 => (4, 12),
         SYSCFG => (4, 14),
+        TIM10 => (4, 17),
         GPIOA..=GPIOC => (0, (base - GPIOA) / 0x400),
         _ => return None,
     })
@@ -82,6 +84,7 @@ impl Bus {
             TIM3 => self.encoder.read(offset, self.time.ns()),
             TIM4 => self.tim4.read(offset, now, ratio),
             TIM6 => self.tim6.read(offset, now, ratio),
+            TIM10 => self.tim10.read(offset),
             DAC => self.dac.read(offset),
             IWDG => self.iwdg.read(offset, self.time.ns()),
             PWR => self.pwr.read(offset),
@@ -126,6 +129,10 @@ impl Bus {
                 if offset == EGR && self.tim6.triggers() {
                     self.trigger_dac(now);
                 }
+            }
+            TIM10 => {
+                self.tim10.write(offset, value)?;
+                self.clock_adc();
             }
             DAC => {
                 let was_on = self.dac.is_on();
@@ -182,6 +189,7 @@ impl Bus {
             TIM3,
             TIM4,
             TIM6,
+            TIM10,
             DAC,
             line,
             PWR,
@@ -204,6 +212,10 @@ impl Bus {
                 TIM3 => self.encoder.reset(),
                 TIM4 => self.tim4.reset(),
                 TIM6 => self.tim6.reset(),
+                TIM10 => {
+                    self.tim10 = Default::default();
+                    self.clock_adc();
+                }
                 DAC => self.dac.reset(self.time.ns()),
                 PWR => self.pwr = crate::peripherals::small::Pwr::new(),
                 SPI1 => self.spi.reset(),

@@ -9,6 +9,7 @@ use crate::peripherals::exti::{Exti, Syscfg};
 use crate::peripherals::flash::Flash;
 use crate::peripherals::gpio::Gpio;
 use crate::peripherals::iwdg::Iwdg;
+use crate::peripherals::pwm::Pwm;
 use crate::peripherals::rcc::{Clocks, HSI_HZ, Rcc, ResetCause};
 use crate::peripherals::small::{Dbgmcu, Pwr};
 use crate::peripherals::spi::Spi;
@@ -43,12 +44,17 @@ pub(crate) struct Bus {
     pub tim2: Timer,
     pub tim4: Timer,
     pub tim6: Timer,
+    pub tim10: Pwm,
     pub encoder: Encoder,
     pub dac: Dac,
     pub iwdg: Iwdg,
     pub pwr: Pwr,
     pub dbgmcu: Dbgmcu,
     pub adc: Adc,
+    /// CLKIO is wired to [`Wiring::clock`].
+    pub clkio_is_wired: bool,
+    /// What the pin puts out, hertz, as far as the rules have seen it.
+    pub clock_output_hz: u32,
     pub findings: Findings,
     /// The watchdog has run out.
     pub has_bitten: bool,
@@ -91,12 +97,15 @@ impl Bus {
             tim2: Timer::new(u32::MAX),
             tim4: Timer::new(u16::MAX as u32),
             tim6: Timer::new(u16::MAX as u32),
+            tim10: Pwm::default(),
             encoder: Encoder::new(),
             dac: Dac::default(),
             iwdg: Iwdg::new(),
             pwr: Pwr::new(),
             dbgmcu: Dbgmcu::new(wiring.id_code),
             adc,
+            clkio_is_wired: false,
+            clock_output_hz: 0,
             findings: Findings::default(),
             has_bitten: false,
             flash_changed: false,
@@ -120,6 +129,7 @@ impl Bus {
         self.tim2.reset();
         self.tim4.reset();
         self.tim6.reset();
+        self.tim10 = Pwm::default();
         self.encoder.reset();
         self.dac.reset(self.time.ns());
         self.iwdg.reset();

@@ -27,6 +27,7 @@ const GPIOC: u32 = 0x4002_0800;
 const SPI1: u32 = 0x4001_3000;
 const USART3: u32 = 0x4000_4800;
 const TIM2: u32 = 0x4000_0000;
+const TIM10: u32 = 0x4001_4400;
 const IWDG: u32 = 0x4000_3000;
 const MODER: u32 = 0x00;
 const OSPEEDR: u32 = 0x08;
@@ -159,6 +160,7 @@ fn broken_by(rule: Rule) -> fn() {
         Rule::SpiMode | Rule::SpiClock => pins::another_mode_and_a_faster_clock,
         Rule::ChipSelect => pins::cs_that_leaves_no_time,
         Rule::AdcWrite => pins::a_register_of_the_adc_written_while_it_scans,
+        Rule::AdcClock => pins::a_clock_for_the_adc_beyond_its_limits,
         Rule::SpiOverrun | Rule::UsartOverrun => pins::bytes_that_nobody_fetches,
         Rule::FlashSequence | Rule::FlashWordTwice => flash::the_flash_against_its_rules,
         Rule::Watchdog => time::a_watchdog_that_nobody_feeds,

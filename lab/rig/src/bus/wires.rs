@@ -5,9 +5,11 @@ use super::state::Bus;
 use crate::board::{AdcPins, Pin};
 use crate::findings::Rule;
 use crate::peripherals::gpio::Gpio;
+use crate::peripherals::pwm::Wave;
 
-/// Alternate functions (DS8626, table 9): TIM3, SPI1 and the USARTs 1 to 3.
+/// Alternate functions (DS8626, table 9): TIM3, TIM10, SPI1 and the USARTs 1 to 3.
 const AF_TIM3: u32 = 2;
+const AF_TIM10: u32 = 3;
 const AF_SPI1: u32 = 5;
 const AF_USART: u32 = 7;
 
@@ -20,6 +22,10 @@ const USB_CYCLES: u64 = 100;
 const MEDIUM_PAD_HZ: u64 = 42_000_000;
 /// The pad's speed from which 84 MHz are allowed: fast.
 const FAST: u32 = 2;
+/// The pad's speed from which 25 MHz are allowed at 50 pF: medium (DS8626, I/O AC characteristics).
+const MEDIUM: u32 = 1;
+/// The ADC's clock, at most, hertz (SBAS297G).
+const ADC_CLOCK_HZ: u32 = 16_000_000;
 
 impl Bus {
     fn port(&self, pin: Pin) -> &Gpio {
@@ -34,6 +40,7 @@ impl Bus {
 
     /// Outputs may have moved.
     pub fn pins_changed(&mut self) {
+        self.clock_adc();
         let Some(adc) = self.wiring.adc else { return };
         let now_ns = self.time.ns();
         let start = self.level(adc.start, false);
@@ -98,6 +105,7 @@ impl Bus {
         }
         self.clocks = clocks;
         self.time.change((clocks.hclk / 1000).max(1));
+        self.clock_adc();
         self.expect_drdy();
     }
 
@@ -152,9 +160,68 @@ impl Bus {
                 "not mode 0, 8 bits, most significant first".into(),
             )));
         }
-        let sclk_hz = apb_hz / self.spi.divider();
-        if sclk_hz * 2 > u64::from(self.adc.clock_hz()) {
+        self.check_sclk();
+    }
+
+    /// SCLK against the ADC's clock, if it has one.
+    fn check_sclk(&mut self) {
+        let sclk_hz = self.clocks.pclk[1] / self.spi.divider();
+        let clock_hz = u64::from(self.adc.clock_hz());
+        if self.spi.is_on() && clock_hz > 0 && sclk_hz * 2 > clock_hz {
             self.note(Some((Rule::SpiClock, format!("SCLK {sclk_hz} Hz"))));
+        }
+    }
+
+    /// What TIM10 puts out on its pin, in its clocks.
+    fn clock_output(&self) -> Option<Wave> {
+        let Pin(_, pin) = self.wiring.clock;
+        let has_function = self.port(self.wiring.clock).function(pin) == Some(AF_TIM10);
+        self.tim10.wave().filter(|_| has_function)
+    }
+
+    /// The clock that the board makes for the ADC, hertz, rounded; 0: none.
+    pub fn timed_clock_hz(&self) -> u32 {
+        // The clock of the timers on APB2, as of those on APB1.
+        let [apb_hz, hclk_hz] = [self.clocks.pclk[1], self.clocks.hclk];
+        let timer_hz = if apb_hz == hclk_hz {
+            apb_hz
+        } else {
+            2 * apb_hz
+        };
+        self.clock_output().map_or(0, |wave| {
+            let period = u64::from(wave.period);
+            ((timer_hz + period / 2) / period) as u32
+        })
+    }
+
+    /// The clock that the board makes for the ADC may have changed: it goes to the ADC if it is
+    /// wired there, and the rules for it are checked.
+    pub fn clock_adc(&mut self) {
+        let clock_hz = self.timed_clock_hz();
+        if std::mem::replace(&mut self.clock_output_hz, clock_hz) != clock_hz {
+            self.check_clock_output();
+        }
+        if self.clkio_is_wired && self.adc.clock_hz() != clock_hz {
+            self.adc.chip.set_clock(self.time.ns(), clock_hz);
+            self.expect_drdy();
+            self.check_sclk();
+        }
+    }
+
+    fn check_clock_output(&mut self) {
+        let Some(Wave { period, high }) = self.clock_output() else {
+            return;
+        };
+        let clock_hz = self.clock_output_hz;
+        if clock_hz > ADC_CLOCK_HZ || !(2 * period..=3 * period).contains(&(5 * high)) {
+            let detail = format!("{clock_hz} Hz, high for {high} of {period}");
+            self.note(Some((Rule::AdcClock, detail)));
+        }
+        let Pin(_, pin) = self.wiring.clock;
+        let speed = self.port(self.wiring.clock).speed(pin);
+        if speed < MEDIUM {
+            let detail = format!("the clock's OSPEEDR is {speed} at {clock_hz} Hz");
+            self.note(Some((Rule::PadSpeed, detail)));
         }
     }
 

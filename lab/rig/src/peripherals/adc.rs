@@ -42,12 +42,10 @@ pub struct Adc {
     reads: u32,
     /// The first rising START, nanoseconds.
     pub started_ns: Option<u64>,
-    tclk_ns: f64,
 }
 
 impl Adc {
     pub fn new(scene: Box<dyn Scene>, options: Options) -> Self {
-        let tclk_ns = 1e9 / f64::from(options.clock_hz);
         Self {
             chip: Ads1258::new(scene, options),
             cs_low: false,
@@ -60,13 +58,20 @@ impl Adc {
             read_once: 0,
             reads: 0,
             started_ns: None,
-            tclk_ns,
         }
     }
 
-    /// The chip's clock, hertz.
+    /// The chip's clock, hertz; 0: none.
     pub fn clock_hz(&self) -> u32 {
         self.chip.options().clock_hz
+    }
+
+    /// A period of it. Without one nothing is asked of CS.
+    fn tclk_ns(&self) -> f64 {
+        match self.clock_hz() {
+            0 => 0.0,
+            hz => 1e9 / f64::from(hz),
+        }
     }
 
     /// CS; `spi_is_busy` when it moves.
@@ -79,7 +84,7 @@ impl Adc {
         if low {
             self.chip.select(now_ns);
             self.bytes.clear();
-            let short = since_ns < 2.0 * self.tclk_ns;
+            let short = since_ns < 2.0 * self.tclk_ns();
             return short.then(|| {
                 (
                     Rule::ChipSelect,
@@ -141,7 +146,7 @@ impl Adc {
             return (0xFF, None);
         }
         let since_ns = first_ns.saturating_sub(self.cs_ns) as f64;
-        let broken = if self.bytes.is_empty() && since_ns < 2.5 * self.tclk_ns {
+        let broken = if self.bytes.is_empty() && since_ns < 2.5 * self.tclk_ns() {
             Some((Rule::ChipSelect, format!("SCLK {since_ns} ns after CS")))
         } else if self.bytes.is_empty() && self.start && out >> 5 == WRITE {
             Some((

@@ -149,6 +149,11 @@ impl Rig {
         &mut self.bus.adc.chip
     }
 
+    /// The clock that the board makes for the ADC, hertz; 0: none.
+    pub fn adc_clock_hz(&self) -> u32 {
+        self.bus.clock_output_hz
+    }
+
     /// Begins or ends a fault of the ADC now.
     pub fn adc_fault(&mut self, fault: Fault, begins: bool) {
         let chip = &mut self.bus.adc.chip;

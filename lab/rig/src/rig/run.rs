@@ -42,11 +42,12 @@ impl Rig {
         start: Start,
     ) -> Result<Self, Box<Failure>> {
         let wiring = board.wiring();
-        let mut bus = Bus::new(
-            wiring,
-            Adc::new(Box::new(scene), start.adc),
-            start.option_bytes,
-        );
+        let mut adc = start.adc;
+        if start.clkio_is_wired {
+            // None yet.
+            adc.clock_hz = 0;
+        }
+        let mut bus = Bus::new(wiring, Adc::new(Box::new(scene), adc), start.option_bytes);
         for (place, data) in &image.segments {
             let at = place.wrapping_sub(0x0800_0000) as usize;
             if let Some(flash) = bus.flash.bytes.get_mut(at..at + data.len()) {
@@ -55,6 +56,7 @@ impl Rig {
         }
         bus.rcc.hse_is_dead = start.hse_is_dead;
         bus.spi.bsy_is_early = start.bsy_is_early;
+        bus.clkio_is_wired = start.clkio_is_wired;
         let mut cpu = Cpu::new(wiring.flash_bytes);
         let failed = |stop| match stop {
             Stop::Failed(failure) => failure,

@@ -13,6 +13,8 @@ pub struct Start {
     /// As the ROM's loader leaves the chip: PLL and HSE on, system memory at address 0, USB's
     /// interrupt requested, and a jump through the flash's vectors.
     pub after_rom_loader: bool,
+    /// CLKIO is wired to the board's clock for the ADC, which has no other one.
+    pub clkio_is_wired: bool,
     /// SPI's BSY clears half a bit before the last byte ends.
     pub bsy_is_early: bool,
     /// FLASH_OPTCR. By default as the chip is delivered: brown-out reset is off (RM0090, 3.9.10).
@@ -29,6 +31,7 @@ impl Default for Start {
             adc,
             hse_is_dead: false,
             after_rom_loader: false,
+            clkio_is_wired: false,
             bsy_is_early: false,
             option_bytes: 0x0FFF_AAED,
         }

@@ -1,6 +1,9 @@
 //! Pins, SPI and the serial line.
 
-use super::{AFRL, BSRR, Bench, GPIOA, GPIOB, GPIOC, MODER, OSPEEDR, SPI_ON, SPI1, USART3};
+use super::{
+    AFRH, AFRL, APB2ENR, BSRR, Bench, GPIOA, GPIOB, GPIOC, MODER, OSPEEDR, SPI_ON, SPI1, TIM10,
+    USART3,
+};
 use crate::findings::Rule;
 
 #[test]
@@ -97,6 +100,64 @@ pub(super) fn a_register_of_the_adc_written_while_it_scans() {
     bench.set(GPIOC + BSRR, 1 << 5);
     write(&mut bench);
     bench.breaks(Rule::AdcWrite);
+}
+
+/// A clock on PB8 with a speed of its pad.
+fn clock(speed: u32, period: u32, high: u32) -> Bench {
+    let mut bench = Bench::ready();
+    bench
+        .set(APB2ENR, 1 << 12 | 1 << 14 | 1 << 17)
+        .set(GPIOB + OSPEEDR, 0xC0 | speed << 16)
+        .set(GPIOB + AFRH, 0x773)
+        .set(GPIOB + MODER, 0b1010 << 20 | 0b10 << 16);
+    bench
+        .set(TIM10 + 0x2C, period - 1)
+        .set(TIM10 + 0x34, high)
+        .set(TIM10 + 0x18, 6 << 4)
+        .set(TIM10 + 0x20, 1)
+        .set(TIM10, 1);
+    bench
+}
+
+#[test]
+pub(super) fn a_clock_for_the_adc_beyond_its_limits() {
+    for (period, high, broken) in [
+        (11, 5, false),
+        (11, 6, false),
+        (11, 4, true),
+        (11, 7, true),
+        (10, 5, true),
+    ] {
+        let bench = clock(1, period, high);
+        assert_eq!(bench.0.clock_output_hz, (168_000_000 + period / 2) / period);
+        if broken {
+            bench.breaks(Rule::AdcClock)
+        } else {
+            bench.keeps_all()
+        }
+    }
+    clock(0, 11, 5).breaks(Rule::PadSpeed);
+    // Another function of the pin, or none.
+    for moder in [0b10, 0] {
+        let mut off = clock(1, 11, 5);
+        off.set(GPIOB + AFRH, 0x774)
+            .set(GPIOB + MODER, 0b1010 << 20 | moder << 16);
+        assert_eq!(off.0.clock_output_hz, 0);
+    }
+}
+
+#[test]
+fn an_adc_without_another_clock_follows_the_boards() {
+    let mut bench = clock(1, 11, 5);
+    bench.0.clkio_is_wired = true;
+    bench.set(TIM10, 0);
+    assert_eq!(bench.0.adc.clock_hz(), 0);
+    bench.set(GPIOC + BSRR, 1 << 5).wait_us(1000);
+    assert_eq!(bench.0.drdy_falls, None, "it does not convert");
+    bench.set(TIM10, 1);
+    assert_eq!(bench.0.adc.clock_hz(), 15_272_727);
+    assert!(bench.0.drdy_falls.is_some());
+    bench.keeps_all();
 }
 
 #[test]

@@ -1,0 +1,61 @@
+//! The ADS1258's clock on CLKIO, if the plan says that the processor makes it: TIM10 on PB8.
+
+use ridgetone::converter::ChipClock;
+use stm32f4xx_hal::gpio::{Alternate, PB8, Speed};
+use stm32f4xx_hal::pac::TIM10;
+use stm32f4xx_hal::rcc::{Enable, Rcc, Reset};
+
+/// The timer's clock, hertz: that of the processor, as APB2 has half of it (RM0090, 7.2).
+const TIMER_HZ: u32 = 168_000_000;
+/// Timer clocks in a period of the chip's clock, which is 16 MHz at most.
+const PERIOD: u16 = 11;
+/// Timer clocks at high level: 45 % of a period. The chip allows 40 to 60 % (SBAS297G).
+const HIGH: u16 = 5;
+/// The setting `plan.adc_clock_hz` that asks for this clock, rounded: 15,272,727.
+const CLOCK_HZ: u32 = (TIMER_HZ + PERIOD as u32 / 2) / PERIOD as u32;
+
+/// The timer and its pin, which is an input while the chip has another clock.
+pub struct TimerClock {
+    timer: TIM10,
+    /// Always there but within [`ChipClock::run`].
+    pin: Option<ClockPin>,
+}
+
+enum ClockPin {
+    Off(PB8),
+    On(PB8<Alternate<3>>),
+}
+
+impl TimerClock {
+    pub fn new(timer: TIM10, pin: PB8, rcc: &mut Rcc) -> Self {
+        let mut pin = pin.into_alternate::<3>();
+        // Up to 25 MHz at 50 pF (DS8626 and DS10693, I/O AC characteristics).
+        pin.set_speed(Speed::Medium);
+        let pin = pin.into_input();
+        TIM10::enable(rcc);
+        TIM10::reset(rcc);
+        timer.arr().write(|w| w.arr().set(PERIOD - 1));
+        timer.ccr1().write(|w| w.ccr().set(HIGH));
+        timer.ccmr1_output().write(|w| w.oc1m().pwm_mode1());
+        timer.ccer().write(|w| w.cc1e().set_bit());
+        Self {
+            timer,
+            pin: Some(ClockPin::Off(pin)),
+        }
+    }
+}
+
+impl ChipClock for TimerClock {
+    fn run(&mut self, hz: u32) -> bool {
+        let runs = hz == CLOCK_HZ;
+        self.timer.cr1().write(|w| w.cen().bit(runs));
+        let pin = self.pin.take();
+        let begins = runs && matches!(pin, Some(ClockPin::Off(_)));
+        self.pin = match pin {
+            Some(ClockPin::Off(pin)) if runs => Some(ClockPin::On(pin.into_alternate())),
+            Some(ClockPin::On(pin)) if !runs => Some(ClockPin::Off(pin.into_input())),
+            pin => pin,
+        };
+        begins
+    }
+}
