@@ -26,8 +26,8 @@ fn set(run: &mut Run, number: u16, settings: Settings) {
 }
 
 fn last_health(run: &Run) -> Health {
-    let healths = run.events.iter().filter_map(health);
-    healths.last().expect("health")
+    let last = run.events.iter().filter_map(health).next_back();
+    last.expect("health")
 }
 
 /// A board whose ADC has no other clock than the board's.
@@ -92,6 +92,16 @@ fn a_board_clocks_its_adc_from_reset_to_a_good_estimate() {
         assert!((last.frame_rate_hz - 234.15).abs() < 0.01, "{last:?}");
         assert_eq!(last.faults.iter().sum::<u32>(), 0, "{last:?}");
         assert_eq!(run.events.iter().find_map(fault_of), None);
+        // A plan whose scan is set up anew for each health reading: the clock goes on.
+        let hand = Plan::HAND.with_clock(CLOCK_HZ);
+        set(&mut run, 2, Settings::DEFAULT.with_plan(hand));
+        run.run_s(4.0);
+        let last = last_health(&run);
+        assert!(
+            (last.frame_rate_hz / hand.frame_rate_hz() - 1.0).abs() < 1e-3,
+            "{last:?}"
+        );
+        assert_eq!((last.conversions_lost, last.chip_restarts), (0, 0));
         run.assert_rules();
     }
 }
