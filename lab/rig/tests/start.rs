@@ -95,7 +95,7 @@ fn the_brown_out_level_is_that_of_the_option_bytes() {
 
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
-fn health_shows_the_id_of_another_chip() {
+fn the_converter_is_reported_with_the_id_of_another_chip() {
     // Bit 4 is zero on an ADS1258 (SBAS297G, ID register).
     const OTHER: u8 = 0x9B;
     for board in BOARDS {
