@@ -26,7 +26,7 @@ pub enum BoardCommand {
 Example:
   ridgetone command start")]
     Start(BoardOptions),
-    /// Send nothing but health until `command start`.
+    /// Send health, faults and the converter alone until `command start`.
     #[command(after_help = "\
 Example:
   ridgetone command stop")]
@@ -71,7 +71,7 @@ impl BoardCommand {
             Self::Stop(board) => (
                 board,
                 Command::Stop,
-                "it sends nothing but health until `command start`",
+                "it sends health, faults and the converter alone until `command start`",
             ),
             Self::Restart(board) => (board, Command::Restart, "it restarts"),
             Self::Follow(args) => {

@@ -165,11 +165,11 @@ fn gratings_under_a_hands_speed_are_those_of_the_pc_bit_for_bit() {
             .filter(|one| one.span == Span::Window && one.status == Status::Good)
             // Where the hand starts and stops its speed is another.
             .filter(|one| one.movement.wander < 0.05);
+        // Windows of two cycles have a standard deviation of 3 %.
         let good = windows.inspect(|one| {
-            assert!(
-                (f64::from(one.frequency) / frequency_hz - 1.0).abs() < 0.015,
-                "{one:?}"
-            )
+            let off_hz = (f64::from(one.frequency) - frequency_hz).abs();
+            let least_hz = 0.015 * frequency_hz;
+            assert!(off_hz < least_hz.max(3.0 * f64::from(one.sigma)), "{one:?}")
         });
         assert!(good.count() >= 5, "{wavelength_mm} mm: {on_chip:?}");
     }
