@@ -148,7 +148,7 @@ impl Plan {
     /// Fourteen inputs of the STM32's own converter at 237 Hz: the mean of 93 scans, 68 periods of
     /// 21 MHz a sample.
     pub const ONBOARD: Self = Self::onboard(93);
-    /// The same inputs at 1.47 kHz.
+    /// Those fourteen inputs at 1.47 kHz.
     pub const ONBOARD_HAND: Self = Self::onboard(15);
 
     /// The usual plans and their names. The ADS1258's rates are those of its 15.72864 MHz crystal;

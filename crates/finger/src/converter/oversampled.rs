@@ -105,7 +105,7 @@ pub struct Oversampler {
     scans: AtomicU8,
     /// Scans of the frame under way.
     taken: AtomicU8,
-    /// Of each input, over a frame. When the frame is over it becomes the code.
+    /// Sum of each input over a frame. When the frame is over it becomes the code.
     sums: [AtomicU32; INPUTS],
     /// Each input's last sample in the frame before.
     before: [AtomicU16; INPUTS],
