@@ -56,8 +56,9 @@ pub struct Row {
     pub good: u32,
     /// Good ones that are off by more than five of their sigmas.
     pub wrong: u32,
-    /// Of the good ones, hertz.
+    /// RMS error of the good ones, hertz.
     pub rms_hz: Option<f64>,
+    /// Root of the mean square of their sigmas, hertz.
     pub sigma_hz: Option<f64>,
 }
 
@@ -166,42 +167,54 @@ fn answer(converter: Converter, tone_uv: f64, seed: u64) -> Result<Option<[f64; 
     Ok((fit.status == Status::Good).then_some([hz - true_hz, sigma_hz]))
 }
 
+/// A cell of the table before it is measured: a tone, and a converter with its name.
+#[derive(Clone, Copy, Debug)]
+struct Cell {
+    tone_uv: f64,
+    name: &'static str,
+    converter: Converter,
+}
+
 /// Measures all rows, `windows` windows each.
 pub fn measure(windows: u32) -> Result<Vec<Row>> {
-    let cells: Vec<(f64, &str, Converter)> = TONES_UV
+    let cells: Vec<Cell> = TONES_UV
         .into_iter()
-        .flat_map(|tone_uv| CONVERTERS.map(|(name, converter)| (tone_uv, name, converter)))
-        .collect();
-    let items: Vec<(f64, Converter, u64)> = cells
-        .iter()
-        .flat_map(|(tone_uv, _, converter)| {
-            (0..windows).map(|seed| (*tone_uv, *converter, 1 + u64::from(seed)))
+        .flat_map(|tone_uv| {
+            CONVERTERS.map(|(name, converter)| Cell {
+                tone_uv,
+                name,
+                converter,
+            })
         })
         .collect();
-    let answers = parallel::map(
-        "windows of converters",
-        &items,
-        |(tone_uv, converter, seed)| answer(*converter, *tone_uv, *seed),
-    )?;
-    let row = |((tone_uv, name, _), answers): (&(f64, &str, Converter), &[Option<[f64; 2]>])| {
-        let good: Vec<[f64; 2]> = answers.iter().flatten().copied().collect();
-        let rms = |of: usize| {
-            let squares: f64 = good.iter().map(|answer| answer[of].powi(2)).sum();
-            (!good.is_empty()).then(|| (squares / good.len() as f64).sqrt())
-        };
-        let is_wrong = |[off_hz, sigma_hz]: &&[f64; 2]| off_hz.abs() > 5.0 * sigma_hz;
-        Row {
-            tone_uv: *tone_uv,
-            converter: (*name).to_owned(),
-            windows,
-            good: good.len() as u32,
-            wrong: good.iter().filter(is_wrong).count() as u32,
-            rms_hz: rms(0),
-            sigma_hz: rms(1),
-        }
-    };
+    let items: Vec<(Cell, u64)> = cells
+        .iter()
+        .flat_map(|cell| (0..windows).map(|seed| (*cell, 1 + u64::from(seed))))
+        .collect();
+    let answers = parallel::map("windows of converters", &items, |(cell, seed)| {
+        answer(cell.converter, cell.tone_uv, *seed)
+    })?;
     let answers = answers.chunks_exact(windows.max(1) as usize);
-    Ok(cells.iter().zip(answers).map(row).collect())
+    let rows = cells.iter().zip(answers);
+    Ok(rows.map(|(cell, answers)| row(cell, answers)).collect())
+}
+
+fn row(cell: &Cell, answers: &[Option<[f64; 2]>]) -> Row {
+    let good: Vec<[f64; 2]> = answers.iter().flatten().copied().collect();
+    let rms = |of: usize| {
+        let squares: f64 = good.iter().map(|answer| answer[of].powi(2)).sum();
+        (!good.is_empty()).then(|| (squares / good.len() as f64).sqrt())
+    };
+    let is_wrong = |[off_hz, sigma_hz]: &&[f64; 2]| off_hz.abs() > 5.0 * sigma_hz;
+    Row {
+        tone_uv: cell.tone_uv,
+        converter: cell.name.to_owned(),
+        windows: answers.len() as u32,
+        good: good.len() as u32,
+        wrong: good.iter().filter(is_wrong).count() as u32,
+        rms_hz: rms(0),
+        sigma_hz: rms(1),
+    }
 }
 
 /// The table: by tone, then by converter.
