@@ -17,7 +17,7 @@ fn main() {
     }
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
     // STM32F446RE with 512 KiB and STM32F405RG with 1 MiB, but for two sectors of 128 KiB each.
-    let (flash, chip) = if has("NUCLEO_F446RE") {
+    let (flash, chip) = if has("NUCLEO_F446RE") || has("NUCLEO_F446RE_ADC") {
         ("256K", "STM32F446RETx")
     } else {
         ("768K", "STM32F405RGTx")

@@ -3,7 +3,7 @@
 //! | task | priority | interrupt |
 //! |---|---|---|
 //! | `line` | 5 | USART3, transmitter empty or byte received; pended by `report` |
-//! | `drdy` | 4 | EXTI4, DRDY's falling edge; pended by `watch` and `fit` |
+//! | `drdy` | 4 | EXTI4, DRDY's falling edge, or the end of a frame; pended by `watch` and `fit` |
 //! | `detect` | 3 | OTG_HS_EP1_OUT, pended by `drdy` when a scan is over or interrupted, and by `line` with a robot's message |
 //! | `report` | 2 | OTG_HS_EP1_IN, pended by `detect`, `fit` and `line` |
 //! | `watch` | 2 | TIM4, twice a second |
@@ -24,15 +24,21 @@
     target_os = "none",
     any(
         all(feature = "stm32f4", feature = "emulated"),
-        all(feature = "feather-f405", feature = "nucleo-f446re")
+        all(feature = "spi-adc", feature = "own-adc"),
+        all(feature = "feather-f405", feature = "nucleo-f446re"),
+        all(feature = "feather-f405-adc", feature = "nucleo-f446re-adc")
     )
 ))]
-compile_error!("choose one board: the feature `feather-f405`, `nucleo-f446re` or `emulated`");
+compile_error!(
+    "choose one board: the feature `feather-f405`, `nucleo-f446re`, one of these with `-adc`, or `emulated`"
+);
 #[cfg(all(
     target_os = "none",
     not(any(feature = "stm32f4", feature = "emulated"))
 ))]
-compile_error!("choose a board: the feature `feather-f405`, `nucleo-f446re` or `emulated`");
+compile_error!(
+    "choose a board: the feature `feather-f405`, `nucleo-f446re`, one of these with `-adc`, or `emulated`"
+);
 
 #[cfg(target_os = "none")]
 mod board;

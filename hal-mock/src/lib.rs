@@ -27,6 +27,8 @@ pub mod scene_file;
 #[cfg(feature = "simulator")]
 pub mod sliding;
 #[cfg(feature = "simulator")]
+pub mod stm32_adc;
+#[cfg(feature = "simulator")]
 mod text_file;
 #[cfg(feature = "simulator")]
 pub mod trace;
@@ -43,6 +45,7 @@ pub use self::{
     sliding::{
         Finger, Hand, ParameterError, SkinState, Sliding, SlidingScene, Stimulator, TABLE_2, Truth,
     },
+    stm32_adc::{Amplifier, Stm32Adc},
     text_file::short_text,
     trace::{
         Failure, OpenRows, PROGRESS_ROWS, Playback, RowClock, RowReader, Rows, Table, TimeColumn,

@@ -24,7 +24,7 @@ use std::process::{Command, Stdio};
 /// Commands that need a board. Those of `ridgetone` are run on the emulated one, or on a simulated
 /// port, by `emulated.rs`, `listen.rs`, `recordings.rs`, `serve.rs`, `streams.rs` and
 /// `view.rs`.
-const WITH_A_BOARD: [&str; 22] = [
+const WITH_A_BOARD: [&str; 23] = [
     "ridgetone serve --finger left=/dev/ttyUSB0 --finger right=emulated --foxglove",
     "ridgetone serve --finger left=/dev/ttyUSB0 --mqtt mqtt://robot.local",
     "ridgetone view --listen 0.0.0.0:8321",
@@ -32,6 +32,7 @@ const WITH_A_BOARD: [&str; 22] = [
     "ridgetone listen --port /dev/ttyUSB0 --raw",
     "ridgetone record --raw -o -",
     "cargo xtask flash",
+    "cargo xtask flash --board nucleo-f446re-adc",
     "cargo xtask flash --board stylus-f405",
     "ridgetone check",
     "ridgetone check -o check.txt",
@@ -50,12 +51,16 @@ const WITH_A_BOARD: [&str; 22] = [
 ];
 
 /// Commands that take too long for a test, each with the test that covers a short form of it.
-const LITTLE_OF: [(&str, &str); 31] = [
+const LITTLE_OF: [(&str, &str); 32] = [
     (
         "cargo run -p ridgetone --example plain_frames",
         "crates/finger/tests/plain_frames.rs",
     ),
     ("cargo xtask worklet", "teletaction/tests/touch/page.rs"),
+    (
+        "cargo xtask bench --converters",
+        "lab/eval/src/trade/converters.rs",
+    ),
     (
         "cargo xtask distance --write",
         "lab/eval/src/tests/distance.rs",

@@ -9,7 +9,7 @@
 //! | item | what it must do |
 //! |---|---|
 //! | `init(device, core) -> Board` | clocks, pins, SPI, interrupts, the microsecond counter; START low, RESET high |
-//! | `Board::converter` | a [`Converter`](ridgetone::converter::Converter): here an ADS1258 on an `embedded_hal` `SpiDevice` in mode 0, at most half the chip's clock (7.86 MHz), CS as below, with `OutputPin`s on START (high runs the scan) and RESET (active low) |
+//! | `Board::converter` | a [`Converter`](ridgetone::converter::Converter): the processor's own (`stm32_adc.rs`), or an ADS1258 on an `embedded_hal` `SpiDevice` in mode 0, at most half the chip's clock (7.86 MHz), CS as below, with `OutputPin`s on START (high runs the scan) and RESET (active low) |
 //! | `WIRING` | a [`Wiring`](ridgetone::Wiring): how the converter samples, the low-pass before its inputs |
 //! | `Board::drdy` | [`DrdyPin`]: the falling edge of DRDY and its time; its interrupt can be muted |
 //! | `Board::line` | [`serial_line::SerialLine`] on the board's USART: telemetry out and requests in, byte by byte |
@@ -30,8 +30,8 @@
 //! CS: low at least 2.5 tCLK before the first SCLK edge, high at least 2 tCLK between transactions
 //! (159 ns and 127 ns at 15.72864 MHz, ADS1258 datasheet SBAS297G).
 //!
-//! Interrupts: `EXTI4` is DRDY, `USART3` the line's "transmitter empty" and "byte received" (DRDY on
-//! another pin and a line on another USART forward theirs, see `nucleo_f446re.rs`). `OTG_HS_EP1_OUT`,
+//! Interrupts: `EXTI4` is DRDY, or the end of a frame; `USART3` the line's "transmitter empty" and "byte received" (DRDY on
+//! another pin, the DMA and a line on another USART forward theirs, see `usart2.rs`). `OTG_HS_EP1_OUT`,
 //! `OTG_HS_EP1_IN` and `OTG_HS_WKUP` are the three tasks that only software pends: no board wires
 //! the second USB, while robots use CAN. On a chip that lacks these names change them in `main.rs`,
 //! with `device` in `rtic::app`.
@@ -46,10 +46,10 @@
 // calls of the emulator.
 #![allow(unsafe_code)]
 
-#[cfg(feature = "stm32f4")]
+#[cfg(feature = "spi-adc")]
 mod chip_clock;
 mod clock;
-#[cfg(feature = "stm32f4")]
+#[cfg(feature = "spi-adc")]
 mod converter;
 mod crash;
 mod hard_fault;
@@ -62,19 +62,31 @@ mod wait;
 mod emulated;
 #[cfg(feature = "feather-f405")]
 mod feather_f405;
+#[cfg(feature = "feather-f405-adc")]
+mod feather_f405_adc;
 #[cfg(feature = "stm32f4")]
 mod flash;
 #[cfg(feature = "nucleo-f446re")]
 mod nucleo_f446re;
+#[cfg(feature = "nucleo-f446re-adc")]
+mod nucleo_f446re_adc;
+#[cfg(feature = "own-adc")]
+mod stm32_adc;
 #[cfg(feature = "stm32f4")]
 mod stm32f4;
+#[cfg(any(feature = "nucleo-f446re", feature = "nucleo-f446re-adc"))]
+mod usart2;
 
 #[cfg(feature = "emulated")]
 pub use emulated::*;
 #[cfg(feature = "feather-f405")]
 pub use feather_f405::*;
+#[cfg(feature = "feather-f405-adc")]
+pub use feather_f405_adc::*;
 #[cfg(feature = "nucleo-f446re")]
 pub use nucleo_f446re::*;
+#[cfg(feature = "nucleo-f446re-adc")]
+pub use nucleo_f446re_adc::*;
 
 pub use clock::now_us;
 pub use stack::{word as stack_word, words as stack_words};

@@ -9,14 +9,13 @@
 
 use super::chip_clock::TimerClock;
 use super::stm32f4::{self, External};
-use super::{converter, parts, serial_line};
+use super::{converter, parts, serial_line, usart2};
 use ads1258::Ads1258;
 use ridgetone::converter::{Facts, WiredAds1258};
 use ridgetone::{LowPass, Wiring};
 use ridgetone_proto::boot::Boot;
 use stm32f4xx_hal::gpio::{Output, PA9, PC7, PinState, Pull};
-use stm32f4xx_hal::interrupt;
-use stm32f4xx_hal::pac::{self, Interrupt, NVIC, USART2};
+use stm32f4xx_hal::pac::{self, USART2};
 use stm32f4xx_hal::prelude::*;
 
 pub use super::converter::POWER_UP_US;
@@ -59,30 +58,13 @@ pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
         &mut rcc,
     );
     let clock = TimerClock::new(device.TIM10, gpiob.pb8, &mut rcc);
-    let board = Board {
+    let mut nvic = core.NVIC;
+    usart2::forward(&mut nvic);
+    Board {
         converter: WiredAds1258::new(Ads1258::new(spi), start, reset).clocked_by(clock),
         drdy: Drdy::new(gpioa.pa4, device.EXTI, device.SYSCFG, &mut rcc),
         line: SerialLine::new(device.USART2, gpioa.pa2, rx, &mut rcc),
         boot: Boot { oscillator, ..boot },
         flash: SettingsFlash::new(device.FLASH),
-    };
-    let mut nvic = core.NVIC;
-    // SAFETY: the priority of the task that it becomes part of, so neither interrupts the other;
-    // RTIC has set it before it called `init`, and serves no interrupt before the end of it.
-    unsafe {
-        nvic.set_priority(Interrupt::USART2, NVIC::get_priority(Interrupt::USART3));
-        NVIC::unmask(Interrupt::USART2);
     }
-    board
-}
-
-/// `main.rs` binds the line's task to USART3, which this board does not use otherwise.
-#[interrupt]
-fn USART2() {
-    // RTIC defines its handlers with Rust's ABI.
-    unsafe extern "Rust" {
-        fn USART3();
-    }
-    // SAFETY: that of USART3 cannot run at the same time: see `init`.
-    unsafe { USART3() }
 }

@@ -21,12 +21,13 @@ fn eval(command: &str) -> Command {
 pub fn bench(flags: &[String]) -> Result<()> {
     let mut bench = eval("bench");
     bench.args(flags);
-    if flags
-        .iter()
-        .any(|flag| flag == "--plans" || flag.starts_with("--plans="))
-    {
+    let measures = |what: &str| {
+        let mut names = flags.iter().filter_map(|flag| flag.split('=').next());
+        names.any(|name| name == what)
+    };
+    if measures("--plans") {
         images::build(Board::FeatherF405.image())?;
-    } else if !has(flags, "--help") {
+    } else if !measures("--help") && !measures("--converters") {
         // What measures nothing needs no image.
         setup::qemu()?;
         let (_, sizes) = images::build(Board::FeatherF405.image())?;

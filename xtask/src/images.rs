@@ -64,6 +64,10 @@ pub enum Board {
     FeatherF405,
     /// ST Nucleo-F446RE.
     NucleoF446re,
+    /// The Feather without another chip: its processor's own ADC.
+    FeatherF405Adc,
+    /// The Nucleo without another chip.
+    NucleoF446reAdc,
     /// QEMU's netduinoplus2, with the ADS1258 on the PC.
     Emulated,
     /// Adafruit Feather STM32F405 Express with an encoder and an actuator: a stylus.
@@ -72,14 +76,29 @@ pub enum Board {
 
 impl Board {
     /// The boards that exist, all but the emulated one.
-    pub const REAL: [Self; 3] = [Self::FeatherF405, Self::NucleoF446re, Self::StylusF405];
+    pub const REAL: [Self; 5] = [
+        Self::FeatherF405,
+        Self::NucleoF446re,
+        Self::FeatherF405Adc,
+        Self::NucleoF446reAdc,
+        Self::StylusF405,
+    ];
 
     /// Its firmware.
     pub const fn image(self) -> Image {
-        // The firmware depends on DRDY's interrupt and the line's, the stylus's on the timer's.
+        // The firmware depends on the interrupts of DRDY or the DMA and of the line, the stylus's on
+        // the timer's.
         let (name, interrupts): (_, &[_]) = match self {
             Self::FeatherF405 => ("feather-f405", &[inspect::DRDY, inspect::USART3]),
             Self::NucleoF446re => ("nucleo-f446re", &[inspect::DRDY, inspect::USART2]),
+            Self::FeatherF405Adc => (
+                "feather-f405-adc",
+                &[inspect::DRDY, inspect::DMA, inspect::USART3],
+            ),
+            Self::NucleoF446reAdc => (
+                "nucleo-f446re-adc",
+                &[inspect::DRDY, inspect::DMA, inspect::USART2],
+            ),
             Self::Emulated => (EMULATED, &[inspect::DRDY, inspect::USART3]),
             Self::StylusF405 => ("stylus-f405", &[inspect::TIM6, inspect::USART3]),
         };
@@ -177,8 +196,8 @@ pub fn build_and_print(board: Option<Board>) -> Result<()> {
         .map_or(Board::value_variants(), std::slice::from_ref)
     {
         let (path, sizes) = build(board.image())?;
-        println!("{:<13} {sizes}", board.image().name);
-        println!("{:<13} {}", "", path.display());
+        println!("{:<17} {sizes}", board.image().name);
+        println!("{:<17} {}", "", path.display());
         if let Some(budgets) = board.image().budgets() {
             print!("{}", sizes::table(&read(&path)?, budgets)?);
         }

@@ -14,6 +14,9 @@ pub type Interrupt = (&'static str, usize);
 /// the first.
 pub const DRDY: Interrupt = ("EXTI4", 16 + 10);
 
+/// DMA2_STREAM0 (interrupt 56), half a buffer of the processor's own ADC.
+pub const DMA: Interrupt = ("DMA2_STREAM0", 16 + 56);
+
 /// The USARTs that a line may be on (interrupts 38 and 39).
 pub const USART2: Interrupt = ("USART2", 16 + 38);
 /// As above.

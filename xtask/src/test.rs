@@ -18,7 +18,7 @@ const EMULATED: [&str; 7] = [
 ];
 
 /// Runs of the boards' own images without `--all`: programs in `lab/rig/tests`.
-const RIG: [&str; 2] = ["boards", "stylus"];
+const RIG: [&str; 3] = ["boards", "own_adc", "stylus"];
 
 /// Tests in real time: their program and module. They need a core for themselves.
 pub const IN_REAL_TIME: (&str, &str) = ("link", "with_a_board::");

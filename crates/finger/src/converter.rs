@@ -2,14 +2,17 @@
 //!
 //! [`Acquisition`](crate::Acquisition) serves the edges of a data-ready line and supervises the
 //! converter behind it; everything after it sees [`Sample`]s. A converter of another family
-//! implements [`Converter`]; [`WiredAds1258`] is the one of the boards here.
+//! implements [`Converter`]; [`WiredAds1258`] is that of the boards with an ADS1258,
+//! and [`oversampled`] the arithmetic of those with the STM32's own.
 
 mod ads1258;
-
 mod ads1258_plan;
+mod onboard_plan;
+pub mod oversampled;
 
 pub use self::ads1258::{ChipClock, WiredAds1258};
 pub use self::ads1258_plan::Ads1258Plan;
+pub use self::onboard_plan::OnboardPlan;
 use embedded_hal::delay::DelayNs;
 use ridgetone_proto::plan::{Plan, PlanError};
 use ridgetone_proto::settings::Settings;
@@ -39,6 +42,8 @@ pub struct Tag(pub u8);
 impl Tag {
     /// The sample has not been read before.
     pub const NEW: u8 = 0x80;
+    /// The input exceeded what the converter can measure.
+    pub const OVERLOAD: u8 = 0x40;
     /// NEW and the channel's id.
     pub(crate) const NEW_AND_ID: u8 = 0x9f;
     /// Id of the first input.
@@ -58,7 +63,7 @@ impl Tag {
     /// The input exceeded what the converter can measure.
     #[inline]
     pub const fn is_overload(self) -> bool {
-        self.0 & 0x40 != 0
+        self.0 & Self::OVERLOAD != 0
     }
 
     /// The converter's supply was too low for this sample.
@@ -116,6 +121,12 @@ pub trait Converter {
     /// With `Sampling::AtOnce`, goes on to the next sample of the edge, which [`Self::read`] then
     /// reads. False if there is none.
     fn go_on(&mut self) -> bool;
+
+    /// By how much a sample's time is earlier than its edge, microseconds: half of the time over
+    /// which the converter averages, if that is how its edges are dated.
+    fn behind_us(&self) -> u32 {
+        0
+    }
 
     /// Reads the registers back while the scan runs. False if any differs from what was written.
     fn is_as_set_up(&mut self) -> bool;

@@ -163,11 +163,12 @@ mod tests {
     use super::*;
     use crate::converter::Ads1258Plan;
     use ads1258::Channel;
+    use ridgetone_proto::plan::Converters;
 
     /// The driver has the same order of its own.
     #[test]
     fn the_next_channel_is_the_driver_s() {
-        for (name, plan) in Plan::NAMED {
+        for (name, plan) in Plan::usual(Converters::ADS1258) {
             let own = Ads1258Plan::of(&plan);
             let scans = [
                 (Scanned::Inputs, own.config()),

@@ -145,15 +145,44 @@ impl Plan {
     /// One input at 23.3 kHz.
     pub const SINGLE: Self = Self::fastest(0x0001);
 
+    /// Fourteen inputs of the STM32's own converter at 237 Hz: the mean of 93 scans, 68 periods of
+    /// 21 MHz a sample.
+    pub const ONBOARD: Self = Self::onboard(93);
+    /// Those fourteen inputs at 1.47 kHz.
+    pub const ONBOARD_HAND: Self = Self::onboard(15);
+
     /// The usual plans and their names. The ADS1258's rates are those of its 15.72864 MHz crystal;
     /// with a clock of 16 MHz it makes 1.48, 5.9, 11.9 and 23.7 kHz.
-    pub const NAMED: [(&'static str, Self); 5] = [
+    pub const NAMED: [(&'static str, Self); 7] = [
         ("paper", Self::PAPER),
         ("hand", Self::HAND),
         ("texture", Self::TEXTURE),
         ("vibration", Self::VIBRATION),
         ("single", Self::SINGLE),
+        ("onboard", Self::ONBOARD),
+        ("onboard-hand", Self::ONBOARD_HAND),
     ];
+
+    /// The usual plans of a converter, one of [`Converters`], and their names.
+    pub fn usual(converter: u8) -> impl Iterator<Item = (&'static str, Self)> {
+        let is_its = move |(_, plan): &(_, Self)| plan.own.converter == converter;
+        Self::NAMED.into_iter().filter(is_its)
+    }
+
+    /// Fourteen inputs, so many scans to a frame.
+    const fn onboard(scans: u8) -> Self {
+        Self {
+            inputs: 0x3fff,
+            health: HealthReadings::Never,
+            sampling: Sampling::AtOnce,
+            adc_clock_hz: 21_000_000,
+            frame_ticks: 14 * 68 * scans as u32,
+            own: Own {
+                converter: Converters::ONBOARD,
+                bits: scans as u16,
+            },
+        }
+    }
 
     /// Some inputs as fast as the ADS1258 converts them, 674 clock periods each.
     const fn fastest(inputs: u16) -> Self {
@@ -427,7 +456,7 @@ mod tests {
         }
         assert_eq!(
             Plan::NAMED.map(|(_, plan)| plan.default_window().1),
-            [0.25, 0.37, 0.44, 0.4, 0.38]
+            [0.25, 0.37, 0.44, 0.4, 0.38, 0.25, 0.35]
         );
         assert_eq!(
             (

@@ -1,6 +1,6 @@
 //! A plan by its name, if it has one, otherwise by its converter's fields.
 
-use ridgetone::converter::Ads1258Plan;
+use ridgetone::converter::{Ads1258Plan, OnboardPlan};
 use ridgetone_proto::plan::{Converters, Plan, PlanError};
 use serde::{Serialize, Serializer};
 use toml::Table;
@@ -10,6 +10,7 @@ use toml::Table;
 #[serde(untagged)]
 pub enum Fields {
     Ads1258(Ads1258Plan),
+    Onboard(OnboardPlan),
     /// No converter that is known here.
     Other(Plan),
 }
@@ -18,6 +19,7 @@ impl Fields {
     pub fn of(plan: &Plan) -> Self {
         match plan.own.converter {
             Converters::ADS1258 => Self::Ads1258(Ads1258Plan::of(plan)),
+            Converters::ONBOARD => Self::Onboard(OnboardPlan::of(plan)),
             _ => Self::Other(*plan),
         }
     }
@@ -26,6 +28,7 @@ impl Fields {
     pub fn names(&self) -> &'static str {
         match self {
             Self::Ads1258(_) => "inputs, data_rate, delay, chop, health, adc_clock_hz",
+            Self::Onboard(_) => "inputs, scans",
             Self::Other(_) => "inputs, health, sampling, adc_clock_hz, frame_ticks, own",
         }
     }
@@ -34,6 +37,7 @@ impl Fields {
     pub fn read(&self, table: Table) -> Result<Self, toml::de::Error> {
         Ok(match self {
             Self::Ads1258(_) => Self::Ads1258(table.try_into()?),
+            Self::Onboard(_) => Self::Onboard(table.try_into()?),
             Self::Other(_) => Self::Other(table.try_into()?),
         })
     }
@@ -42,6 +46,7 @@ impl Fields {
     pub fn plan(&self) -> Result<Plan, PlanError> {
         match self {
             Self::Ads1258(own) => own.validate().map(|()| own.plan()),
+            Self::Onboard(own) => own.validate().map(|()| own.plan()),
             Self::Other(plan) => plan.validate().map(|()| *plan),
         }
     }
@@ -70,6 +75,7 @@ pub fn meaning(field: &str) -> &'static str {
         "health" => {
             "When the chip reads its supply, reference, temperature, offset and gain: \"every_scan\" or \"between_touches\"."
         }
+        "scans" => "Scans of the STM32's own converter to a frame, 1 to 255.",
         "adc_clock_hz" => {
             "Clock of the ADS1258: 15728640 Hz with its crystal, or that of an oscillator on CLKIO."
         }
@@ -83,6 +89,9 @@ pub fn reason(name: &str) -> &'static str {
         "plan.inputs" => "bit k of plan.inputs stands for input k",
         "plan.converter" => {
             "0 is the ADS1258, 1 the STM32's own: choose a plan of the board's converter by its name"
+        }
+        "plan.scans" => {
+            "the frame is made of halves of a buffer: this is the next number that will do"
         }
         "plan.health" => "0 is \"every_scan\", 1 \"between_touches\"",
         "plan.chop" => {

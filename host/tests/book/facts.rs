@@ -179,6 +179,31 @@ fn the_wiring_is_the_firmwares() {
     }
 }
 
+/// The inputs of the boards without another chip, in the order of the firmware.
+#[test]
+fn the_inputs_of_the_own_converters_are_the_firmwares() {
+    let page = read(&root().join("docs/guide/2-build.md"));
+    for (board, file) in [
+        ("Nucleo", "nucleo_f446re_adc"),
+        ("Feather", "feather_f405_adc"),
+    ] {
+        let code = read(&root().join(format!("src/board/{file}.rs")));
+        let pins: Vec<String> = code
+            .split("channel(gpio")
+            .skip(1)
+            .filter_map(|rest| rest.split(['.', ')']).nth(1))
+            .map(str::to_uppercase)
+            .collect();
+        let start = format!("| {board} | ");
+        let row = page.lines().find_map(|line| line.strip_prefix(&start));
+        let inputs = row.expect("the board's row").split(" | ").next();
+        let names = inputs.expect("its inputs").split(", ");
+        let shown: Vec<&str> = names.filter_map(|name| name.split(' ').nth(1)).collect();
+        assert_eq!(shown, pins, "{board}");
+        assert!(shown.len() >= 8, "{board}: {shown:?}");
+    }
+}
+
 /// Every setting of the defaults has a row in the reference, with its default; and what is beyond
 /// a row's range is refused.
 #[test]

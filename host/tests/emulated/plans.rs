@@ -6,7 +6,7 @@ use ridgetone_host::emulator::{self, Options};
 use ridgetone_host::input::{Input, Opened, Source};
 use ridgetone_host::touches::Again;
 use ridgetone_proto::command::{Command, Outcome};
-use ridgetone_proto::plan::Plan;
+use ridgetone_proto::plan::{Converters, Plan};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Health, Packet, Span, Status};
 
@@ -75,7 +75,7 @@ fn run(name: &str, plan: Plan, input: Opened) -> Vec<Packet> {
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn each_plan_finds_its_tone_in_the_emulator() {
-    for (name, plan) in Plan::NAMED {
+    for (name, plan) in Plan::usual(Converters::ADS1258) {
         let scene = scene(&plan);
         let frequency_hz = scene.speed_mm_s / scene.period_mm;
         let input = Input {
@@ -110,7 +110,7 @@ fn each_plan_finds_its_tone_in_the_emulator() {
 #[test]
 #[ignore = "takes five to ten minutes in the emulator"]
 fn each_plan_loses_nothing_and_skips_no_hop_in_a_minute_of_the_emulator() {
-    for (name, plan) in Plan::NAMED {
+    for (name, plan) in Plan::usual(Converters::ADS1258) {
         let scene = SlidingScene::new(scene(&plan)).expect("a scene");
         let every_s = scene.end_s();
         let scene = Box::new(Again {

@@ -53,6 +53,10 @@ pub struct BenchArgs {
     /// Writes them into trade.json and trade.md in a folder. Takes three minutes.
     #[arg(long, value_name = "FOLDER", num_args = 0..=1, default_missing_value = "docs/results", exclusive = true)]
     pub plans: Option<PathBuf>,
+    /// Measure the STM32's own converter beside the ADS1258 instead. Writes them into trade.json and
+    /// trade.md in a folder. Takes two minutes.
+    #[arg(long, value_name = "FOLDER", num_args = 0..=1, default_missing_value = "docs/results", exclusive = true)]
+    pub converters: Option<PathBuf>,
     /// Print one JSON object.
     #[arg(long)]
     pub json: bool,

@@ -105,6 +105,16 @@ fn run_bench(args: &BenchArgs) -> Result<()> {
             folder,
         );
     }
+    if let Some(folder) = &args.converters {
+        let converters = trade::converters::measure(trade::converters::WINDOWS)?;
+        return trade::write(
+            Trade {
+                converters,
+                ..trade::load(folder)?
+            },
+            folder,
+        );
+    }
     let images = args
         .elf
         .as_ref()
@@ -138,8 +148,15 @@ fn run_bench(args: &BenchArgs) -> Result<()> {
             if let Some(chip) = &chip {
                 trade::scenes::write(trade::scenes::measure(chip)?, folder)?;
             }
-            let plans = trade::load(folder)?.plans;
-            trade::write(Trade { plans, ..trade }, folder)
+            let Trade {
+                plans, converters, ..
+            } = trade::load(folder)?;
+            let trade = Trade {
+                plans,
+                converters,
+                ..trade
+            };
+            trade::write(trade, folder)
         }
     }
 }

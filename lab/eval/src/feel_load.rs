@@ -4,7 +4,7 @@
 use ridgetone::Ring;
 use ridgetone::Window;
 use ridgetone::internals::feel;
-use ridgetone_proto::plan::Plan;
+use ridgetone_proto::plan::{Converters, Plan};
 use ridgetone_proto::settings::{Feeling, Settings};
 use ridgetone_proto::telemetry::Feel;
 use ridgetone_tone::Values;
@@ -12,7 +12,8 @@ use ridgetone_tone::phase::{cos_sin, from_turns};
 
 /// The named plan of a number.
 fn plan(number: u8) -> Option<Plan> {
-    Plan::NAMED.get(usize::from(number)).map(|(_, plan)| *plan)
+    let mut plans = Plan::usual(Converters::ADS1258);
+    plans.nth(usize::from(number)).map(|(_, plan)| plan)
 }
 
 /// Fills a ring with frames of a plan: as many as it holds. None without such a plan.

@@ -2,6 +2,7 @@
 //! instructions counted on the emulated chip; for docs/results/trade.md.
 
 pub mod contender;
+pub mod converters;
 mod grid;
 pub mod plans;
 pub mod results;
@@ -41,6 +42,7 @@ pub fn measure(windows: u32, chip: Option<&Report>) -> Result<Trade> {
         feels,
         chip,
         plans: Vec::new(),
+        converters: Vec::new(),
     })
 }
 
@@ -50,6 +52,7 @@ pub fn figures(trade: Trade) -> Figures<Trade> {
         ("choices".into(), choices(&trade.rows)),
         ("methods".into(), methods(&trade)),
         ("plans".into(), plans::table(&trade.plans)),
+        ("converters".into(), converters::table(&trade.converters)),
         ("feels".into(), feels(&trade)),
         (
             "bars".into(),

@@ -12,6 +12,10 @@ pub enum Board {
     FeatherF405,
     /// ST Nucleo-F446RE.
     NucleoF446re,
+    /// The Feather without another chip: sensors at the processor's own ADC.
+    FeatherF405Adc,
+    /// The Nucleo without another chip.
+    NucleoF446reAdc,
     /// The Feather with an encoder and an actuator in place of the ADC: a stylus.
     StylusF405,
 }
@@ -38,8 +42,10 @@ pub(crate) struct StylusPins {
 /// What the rig must know of a board.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Wiring {
-    /// A finger's.
+    /// An ADS1258's.
     pub adc: Option<AdcPins>,
+    /// Where sensors are wired to the processor itself, input by input.
+    pub inputs: &'static [Pin],
     /// A stylus's.
     pub stylus: Option<StylusPins>,
     /// A clock for the ADC: TIM10's output.
@@ -67,14 +73,48 @@ const PORT_A: u8 = 0;
 const PORT_B: u8 = 1;
 const PORT_C: u8 = 2;
 
+/// A0 to A5, D12, D11.
+const FEATHER_INPUTS: [Pin; 8] = [
+    Pin(PORT_A, 4),
+    Pin(PORT_A, 5),
+    Pin(PORT_A, 6),
+    Pin(PORT_A, 7),
+    Pin(PORT_C, 4),
+    Pin(PORT_C, 5),
+    Pin(PORT_C, 2),
+    Pin(PORT_C, 3),
+];
+
+/// PA0, PA1, PA4 to PA7, PB0, PB1, PC0 to PC5.
+const NUCLEO_INPUTS: [Pin; 14] = [
+    Pin(PORT_A, 0),
+    Pin(PORT_A, 1),
+    Pin(PORT_A, 4),
+    Pin(PORT_A, 5),
+    Pin(PORT_A, 6),
+    Pin(PORT_A, 7),
+    Pin(PORT_B, 0),
+    Pin(PORT_B, 1),
+    Pin(PORT_C, 0),
+    Pin(PORT_C, 1),
+    Pin(PORT_C, 2),
+    Pin(PORT_C, 3),
+    Pin(PORT_C, 4),
+    Pin(PORT_C, 5),
+];
+
 impl Board {
-    /// Those of a finger.
+    /// Those of a finger with an ADS1258.
     pub const ALL: [Self; 2] = [Self::FeatherF405, Self::NucleoF446re];
+
+    /// Those of a finger without another chip.
+    pub const OWN_ADC: [Self; 2] = [Self::FeatherF405Adc, Self::NucleoF446reAdc];
 
     /// The board of this name.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL
             .into_iter()
+            .chain(Self::OWN_ADC)
             .chain([Self::StylusF405])
             .find(|board| board.name() == name)
     }
@@ -82,8 +122,8 @@ impl Board {
     /// The name of its image's file.
     pub(crate) const fn file(self) -> &'static str {
         match self {
-            Self::FeatherF405 | Self::NucleoF446re => "ridgetone-firmware.elf",
             Self::StylusF405 => "ridgetone-stylus-firmware.elf",
+            _ => "ridgetone-firmware.elf",
         }
     }
 
@@ -92,6 +132,8 @@ impl Board {
         match self {
             Self::FeatherF405 => "feather-f405",
             Self::NucleoF446re => "nucleo-f446re",
+            Self::FeatherF405Adc => "feather-f405-adc",
+            Self::NucleoF446reAdc => "nucleo-f446re-adc",
             Self::StylusF405 => "stylus-f405",
         }
     }
@@ -109,6 +151,7 @@ impl Board {
                     reset: Pin(PORT_C, 6),
                     drdy: Pin(PORT_C, 4),
                 }),
+                inputs: &[],
                 stylus: None,
                 clock: Pin(PORT_B, 8),
                 tx: Pin(PORT_B, 10),
@@ -121,6 +164,16 @@ impl Board {
                 has_dckcfgr: false,
                 limits_hz: [168_000_000, 42_000_000, 84_000_000],
                 id_code: 0x1007_6413,
+            },
+            Self::FeatherF405Adc => Wiring {
+                adc: None,
+                inputs: &FEATHER_INPUTS,
+                ..Self::FeatherF405.wiring()
+            },
+            Self::NucleoF446reAdc => Wiring {
+                adc: None,
+                inputs: &NUCLEO_INPUTS,
+                ..Self::NucleoF446re.wiring()
             },
             Self::StylusF405 => Wiring {
                 adc: None,
@@ -140,6 +193,7 @@ impl Board {
                     reset: Pin(PORT_A, 9),
                     drdy: Pin(PORT_A, 4),
                 }),
+                inputs: &[],
                 stylus: None,
                 clock: Pin(PORT_B, 8),
                 tx: Pin(PORT_A, 2),

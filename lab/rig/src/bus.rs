@@ -3,6 +3,7 @@
 
 mod access;
 mod events;
+mod own_adc;
 mod registers;
 mod state;
 #[cfg(test)]

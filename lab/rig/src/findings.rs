@@ -31,6 +31,21 @@ pub enum Rule {
     AdcWrite,
     /// A clock made for the ADC has at most 16 MHz, and is high for 40 to 60 % (SBAS297G).
     AdcClock,
+    /// Sequence, sampling times and clock of the own ADC stay while it converts (RM0090, 13.13).
+    AdcSequence,
+    /// The own ADC settles before it converts: tSTAB (DS8626 and DS10693, ADC characteristics).
+    AdcSettling,
+    /// No sample of the own ADC is lost.
+    AdcOverrun,
+    /// A stream of the DMA is configured while it is off (RM0090, 9.5.5 to 9.5.10).
+    DmaEnabled,
+    /// A stream starts with its flags cleared (RM0090, 9.3.18).
+    DmaFlags,
+    /// A stream's direction, sizes, channel and memory fit ADC1 and its inputs (RM0090, 9.3.3).
+    DmaSetting,
+    /// A stream that was switched off is seen to have stopped before it starts again (RM0090,
+    /// 9.5.5).
+    DmaStop,
     /// No byte is lost in SPI's receiver.
     SpiOverrun,
     /// No byte is lost in the USART's receiver.

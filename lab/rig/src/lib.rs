@@ -22,6 +22,6 @@ pub use peripherals::adc::Reading;
 pub use peripherals::dac::Output;
 pub use peripherals::rcc::ResetCause;
 pub use processor_fault::ProcessorFault;
-pub use rig::{Reset, Rig, Start};
+pub use rig::{OwnAdcFault, Reset, Rig, Start};
 pub use scs::Served;
 pub use stop::Failure;

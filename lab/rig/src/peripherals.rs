@@ -7,11 +7,13 @@
 
 pub(crate) mod adc;
 pub(crate) mod dac;
+pub(crate) mod dma;
 pub(crate) mod encoder;
 pub(crate) mod exti;
 pub(crate) mod flash;
 pub(crate) mod gpio;
 pub(crate) mod iwdg;
+pub(crate) mod own_adc;
 pub(crate) mod pwm;
 pub(crate) mod rcc;
 pub(crate) mod small;

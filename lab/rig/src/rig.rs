@@ -6,5 +6,6 @@ mod start;
 #[cfg(test)]
 pub(crate) mod tests;
 
+pub use ends::OwnAdcFault;
 pub use run::{Reset, Rig};
 pub use start::Start;

@@ -7,7 +7,7 @@ use common::{BOARDS, Run, health, hello};
 use hal_mock::{Repeated, Sliding, SlidingScene};
 use ridgetone::converter::Ads1258Plan;
 use ridgetone_proto::command::{Command, Outcome};
-use ridgetone_proto::plan::Plan;
+use ridgetone_proto::plan::{Converters, Plan};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Health, Span, Status};
 use rig::{Board, Start};
@@ -154,7 +154,7 @@ fn check(board: Board, name: &str, plan: Plan, seconds: u32) {
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test"]
 fn each_plan_is_set_by_a_request_and_finds_a_tone_and_loses_nothing() {
-    for (name, plan) in Plan::NAMED {
+    for (name, plan) in Plan::usual(Converters::ADS1258) {
         check(Board::FeatherF405, name, plan, 8);
     }
 }
@@ -166,8 +166,7 @@ fn each_plan_loses_nothing_in_a_minute() {
     std::thread::scope(|scope| {
         for board in BOARDS {
             scope.spawn(move || {
-                Plan::NAMED
-                    .into_iter()
+                Plan::usual(Converters::ADS1258)
                     .for_each(|(name, plan)| check(board, name, plan, 60))
             });
         }

@@ -44,7 +44,8 @@ impl<C: Converter> Acquisition<C> {
     pub fn can_begin(&mut self, now_us: u32) -> bool {
         let period_us = edge_ns(&self.plan) / 1000;
         let is_steady = now_us.wrapping_sub(self.unexpected_us) > STEADY_CONVERSIONS * period_us;
-        let is_next_far = is_steady && now_us.wrapping_sub(self.latest_us) < period_us / 2;
+        let since_us = now_us.wrapping_sub(self.latest_us);
+        let is_next_far = is_steady && since_us < period_us / 2 + self.converter.behind_us();
         let can =
             !self.muted && (is_next_far || self.is_quiet(now_us) || self.put_off >= PUT_OFF_MOST);
         self.put_off = if can {

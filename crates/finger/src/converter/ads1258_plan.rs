@@ -182,10 +182,7 @@ mod tests {
 
     #[test]
     fn the_usual_plans_are_what_the_registers_give() {
-        for (name, plan) in Plan::NAMED {
-            if plan.own.converter != Converters::ADS1258 {
-                continue;
-            }
+        for (name, plan) in Plan::usual(Converters::ADS1258) {
             let own = Ads1258Plan::of(&plan);
             assert_eq!(own.plan(), plan, "{name}");
             assert_eq!(Ads1258Plan::check(&plan), Ok(()), "{name}");

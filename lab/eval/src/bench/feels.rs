@@ -5,7 +5,7 @@ use crate::feel_load::{bits, feels, fill};
 use crate::workload::{Job, Measured};
 use anyhow::{Context, Result, ensure};
 use ridgetone::Ring;
-use ridgetone_proto::plan::Plan;
+use ridgetone_proto::plan::{Converters, Plan};
 use ridgetone_tone::Fitter;
 use serde::{Deserialize, Serialize};
 
@@ -21,13 +21,14 @@ pub struct Cell {
 }
 
 pub fn write(jobs: &mut Jobs) {
-    (0..Plan::NAMED.len()).for_each(|number| jobs.add(Job::Feel { plan: number as u8 }, [(); 0]));
+    let plans = Plan::usual(Converters::ADS1258).count();
+    (0..plans).for_each(|number| jobs.add(Job::Feel { plan: number as u8 }, [(); 0]));
 }
 
 pub fn read(measured: &mut dyn Iterator<Item = Measured>) -> Result<Vec<Cell>> {
     let mut cells = Vec::new();
     let (mut ring, mut fitter) = (Box::new(Ring::new()), Box::new(Fitter::new()));
-    for (number, (name, plan)) in (0..).zip(Plan::NAMED) {
+    for (number, (name, plan)) in (0..).zip(Plan::usual(Converters::ADS1258)) {
         let (instructions, stack_bytes, on_chip) = next!(
             measured,
             Feel {

@@ -11,7 +11,7 @@ use crate::faults::lines;
 use crate::faults::row::{Delays, Place, Row};
 use clap::ValueEnum;
 use ridgetone::converter::Ads1258Plan;
-use ridgetone_proto::plan::{HealthReadings, Plan as Scan};
+use ridgetone_proto::plan::{Converters, HealthReadings, Plan as Scan};
 
 /// More than a thousand injections: nothing wrong is reported as right, nothing is lost silently.
 #[test]
@@ -141,10 +141,7 @@ fn every_fast_plan_reports_what_leaves_a_sign() {
         Family::Reference,
         Family::Mixed,
     ];
-    for (name, scan) in Scan::NAMED
-        .into_iter()
-        .filter(|(_, scan)| *scan != Scan::PAPER)
-    {
+    for (name, scan) in Scan::usual(Converters::ADS1258).filter(|(_, scan)| *scan != Scan::PAPER) {
         let campaign = Campaign::on_pc(100, 9_300_101, None, scan).expect("a campaign");
         for row in &campaign.rows {
             // Two mixed runs, of six faults each, leave hardly a window without one.
@@ -215,9 +212,7 @@ fn the_figures_are_whole() {
         injected >= 100_000,
         "{injected} injections are no full run: cargo xtask faults --full"
     );
-    let plans = Scan::NAMED
-        .into_iter()
-        .filter(|(_, plan)| *plan != Scan::PAPER);
+    let plans = Scan::usual(Converters::ADS1258).filter(|(_, plan)| *plan != Scan::PAPER);
     for name in ["faults", "emulated"]
         .into_iter()
         .chain(plans.map(|plan| plan.0))

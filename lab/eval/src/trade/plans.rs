@@ -54,6 +54,7 @@ impl Choice {
             (_, texture),
             (_, vibration),
             (_, single),
+            ..,
         ] = Plan::NAMED;
         let of = |plan: Plan| {
             let most_s = (f64::from(plan.window_most_s()) * 1e3).round() * 1e-3;

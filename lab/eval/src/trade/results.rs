@@ -1,6 +1,6 @@
 //! The data of a trade, as `trade.json` has them.
 
-use super::plans;
+use super::{converters, plans};
 use crate::accuracy::Accuracy;
 use crate::bench::emulated::CLOCK_HZ;
 use crate::bench::feels;
@@ -25,6 +25,9 @@ pub struct Trade {
     pub chip: Vec<Bar>,
     /// Scan plans, measured by a run of their own.
     pub plans: Vec<plans::Row>,
+    /// Converters, measured by a run of their own.
+    #[serde(default)]
+    pub converters: Vec<converters::Row>,
 }
 
 impl Trade {

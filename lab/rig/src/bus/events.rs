@@ -1,4 +1,4 @@
-//! What happens by itself: bytes end, timers wrap, DRDY falls, the watchdog bites.
+//! What happens by itself: bytes end, timers wrap, DRDY falls, buffers fill, the watchdog bites.
 
 use super::state::Bus;
 use crate::board::{AdcPins, Pin};
@@ -10,6 +10,7 @@ const IRQ_TIM4: u16 = 30;
 const IRQ_USART2: u16 = 38;
 const IRQ_USART3: u16 = 39;
 const IRQ_TIM6_DAC: u16 = 54;
+const IRQ_DMA2_STREAM0: u16 = 56;
 pub(super) const IRQ_OTG_FS: u16 = 67;
 
 impl Bus {
@@ -28,6 +29,7 @@ impl Bus {
             self.tim6.next_event(self.timer_ratio()),
             self.drdy_falls,
             self.usb_rises,
+            self.next_transfer(),
             bite,
         ];
         events.into_iter().flatten().min().unwrap_or(u64::MAX)
@@ -49,6 +51,7 @@ impl Bus {
         let overruns = (self.spi.overruns, self.usart.overruns);
         self.spi.advance(now);
         self.shift();
+        self.convert();
         self.usart.advance(now, self.byte_cycles());
         self.tim4.advance(now, self.timer_ratio());
         if let Some(cycle) = self
@@ -86,6 +89,7 @@ impl Bus {
         self.scs.set_line(IRQ_EXTI4, self.exti.is_requested(4));
         self.scs.set_line(IRQ_TIM4, self.tim4.is_requested());
         self.scs.set_line(IRQ_TIM6_DAC, self.tim6.is_requested());
+        self.scs.set_line(IRQ_DMA2_STREAM0, self.dma.is_requested());
         let irq = if self.wiring.usart == 2 {
             IRQ_USART2
         } else {

@@ -12,6 +12,7 @@ const USART2: u32 = 0x4000_4400;
 const USART3: u32 = 0x4000_4800;
 const PWR: u32 = 0x4000_7000;
 const DAC: u32 = 0x4000_7400;
+const ADC1: u32 = 0x4001_2000;
 const SPI1: u32 = 0x4001_3000;
 const TIM10: u32 = 0x4001_4400;
 const SYSCFG: u32 = 0x4001_3800;
@@ -20,6 +21,7 @@ const GPIOA: u32 = 0x4002_0000;
 const GPIOC: u32 = 0x4002_0800;
 const RCC: u32 = 0x4002_3800;
 const FLASH: u32 = 0x4002_3C00;
+const DMA2: u32 = 0x4002_6400;
 
 /// The data register of a USART.
 const USART_DR: u32 = 0x04;
@@ -40,10 +42,12 @@ const fn clock_of(base: u32) -> Option<(usize, u32)> {
         USART3 => (3, 18),
         PWR => (3, 28),
         DAC => (3, 29),
+        ADC1 => (4, 8),
         SPI1 => (4, 12),
         SYSCFG => (4, 14),
         TIM10 => (4, 17),
         GPIOA..=GPIOC => (0, (base - GPIOA) / 0x400),
+        DMA2 => (0, 22),
         _ => return None,
     })
 }
@@ -88,6 +92,8 @@ impl Bus {
             DAC => self.dac.read(offset),
             IWDG => self.iwdg.read(offset, self.time.ns()),
             PWR => self.pwr.read(offset),
+            ADC1 => self.own_adc.read(offset),
+            DMA2 => self.dma.read(offset, now),
             SPI1 => self.spi.read(offset),
             SYSCFG => self.syscfg.read(offset),
             EXTI => self.exti.read(offset),
@@ -143,6 +149,19 @@ impl Bus {
             }
             IWDG => self.iwdg.write(offset, value, self.time.ns())?,
             PWR => self.pwr.write(offset, value)?,
+            ADC1 => {
+                let was_converting = self.own_adc.is_converting();
+                let broken = self.own_adc.write(offset, value, self.adc_now())?;
+                self.note(broken);
+                if !was_converting && self.own_adc.is_converting() {
+                    self.check_inputs();
+                }
+            }
+            DMA2 => {
+                let sequence = self.own_adc.sequence_length();
+                let broken = self.dma.write(offset, value, now, sequence)?;
+                self.note(broken);
+            }
             SPI1 => {
                 let was_on = self.spi.is_on();
                 self.spi.write(offset, value)?;
@@ -193,6 +212,8 @@ impl Bus {
             DAC,
             line,
             PWR,
+            ADC1,
+            DMA2,
             SPI1,
             SYSCFG,
             GPIOA,
@@ -218,6 +239,8 @@ impl Bus {
                 }
                 DAC => self.dac.reset(self.time.ns()),
                 PWR => self.pwr = crate::peripherals::small::Pwr::new(),
+                ADC1 => self.own_adc.reset(),
+                DMA2 => self.dma = crate::peripherals::dma::Stream::new(),
                 SPI1 => self.spi.reset(),
                 SYSCFG => self.syscfg = Default::default(),
                 GPIOA..=GPIOC => {

@@ -4,11 +4,13 @@ use crate::board::Wiring;
 use crate::findings::{Findings, Rule};
 use crate::peripherals::adc::Adc;
 use crate::peripherals::dac::Dac;
+use crate::peripherals::dma::Stream;
 use crate::peripherals::encoder::Encoder;
 use crate::peripherals::exti::{Exti, Syscfg};
 use crate::peripherals::flash::Flash;
 use crate::peripherals::gpio::Gpio;
 use crate::peripherals::iwdg::Iwdg;
+use crate::peripherals::own_adc::OwnAdc;
 use crate::peripherals::pwm::Pwm;
 use crate::peripherals::rcc::{Clocks, HSI_HZ, Rcc, ResetCause};
 use crate::peripherals::small::{Dbgmcu, Pwr};
@@ -18,6 +20,7 @@ use crate::peripherals::usart::Usart;
 use crate::scs::Scs;
 use crate::stop::{Failure, Stop};
 use crate::time::Time;
+use hal_mock::{Amplifier, Constant, Stm32Adc};
 
 /// Bytes of main RAM, of both chips (DS8626, DS10693).
 const RAM_BYTES: usize = 128 << 10;
@@ -55,6 +58,12 @@ pub(crate) struct Bus {
     pub clkio_is_wired: bool,
     /// What the pin puts out, hertz, as far as the rules have seen it.
     pub clock_output_hz: u32,
+    pub own_adc: OwnAdc,
+    pub dma: Stream,
+    /// What the own converter's pins are wired to.
+    pub sensors: Stm32Adc,
+    /// The first sample of them, nanoseconds since power-up.
+    pub scene_zero_ns: Option<u64>,
     pub findings: Findings,
     /// The watchdog has run out.
     pub has_bitten: bool,
@@ -106,6 +115,10 @@ impl Bus {
             adc,
             clkio_is_wired: false,
             clock_output_hz: 0,
+            own_adc: OwnAdc::default(),
+            dma: Stream::new(),
+            sensors: Stm32Adc::new(Box::new(Constant::default()), Amplifier::Bare, 1),
+            scene_zero_ns: None,
             findings: Findings::default(),
             has_bitten: false,
             flash_changed: false,
@@ -132,6 +145,8 @@ impl Bus {
         self.tim10 = Pwm::default();
         self.encoder.reset();
         self.dac.reset(self.time.ns());
+        self.own_adc.reset();
+        self.dma = Stream::new();
         self.iwdg.reset();
         self.pwr = Pwr::new();
         (self.has_bitten, self.dates_edge, self.is_line_checked) = (false, false, false);

@@ -2,6 +2,7 @@
 
 mod clocks;
 mod flash;
+mod own_adc;
 mod pins;
 mod stylus;
 mod time;
@@ -161,6 +162,11 @@ fn broken_by(rule: Rule) -> fn() {
         Rule::ChipSelect => pins::cs_that_leaves_no_time,
         Rule::AdcWrite => pins::a_register_of_the_adc_written_while_it_scans,
         Rule::AdcClock => pins::a_clock_for_the_adc_beyond_its_limits,
+        Rule::AdcSequence | Rule::AdcSettling => own_adc::a_converter_that_is_hurried,
+        Rule::AdcOverrun => own_adc::samples_that_nobody_fetches,
+        Rule::DmaEnabled | Rule::DmaStop => own_adc::a_stream_that_is_set_while_it_runs,
+        Rule::DmaFlags => own_adc::a_stream_that_starts_with_old_flags,
+        Rule::DmaSetting => own_adc::a_stream_that_does_not_fit_the_converter,
         Rule::SpiOverrun | Rule::UsartOverrun => pins::bytes_that_nobody_fetches,
         Rule::FlashSequence | Rule::FlashWordTwice => flash::the_flash_against_its_rules,
         Rule::Watchdog => time::a_watchdog_that_nobody_feeds,

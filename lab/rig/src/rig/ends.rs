@@ -10,6 +10,15 @@ use crate::scs::{FIRST_IRQ, Served};
 use crate::stop::Failure;
 use hal_mock::{Ads1258, Fault};
 
+/// A fault of the processor's own ADC.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OwnAdcFault {
+    /// A sample is not fetched in time.
+    Overrun,
+    /// A transfer of its DMA fails on the bus.
+    Transfer,
+}
+
 /// Offset of DBGMCU_CR.
 const DBGMCU_CR: u32 = 4;
 
@@ -165,6 +174,20 @@ impl Rig {
         }
         self.bus.expect_drdy();
         self.bus.attend();
+    }
+
+    /// Does this to the processor's own ADC now.
+    pub fn own_adc_fault(&mut self, fault: OwnAdcFault) {
+        match fault {
+            OwnAdcFault::Overrun => self.bus.own_adc.overrun(),
+            OwnAdcFault::Transfer => self.bus.dma.fail(),
+        }
+        self.bus.attend();
+    }
+
+    /// When the sensors at the processor's own ADC were sampled first, nanoseconds since power-up.
+    pub fn sensors_zero_ns(&self) -> Option<u64> {
+        self.bus.scene_zero_ns
     }
 
     /// From now on a hand moves the encoder: its place in counts at a time, nanoseconds since

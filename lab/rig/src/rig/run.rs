@@ -10,7 +10,7 @@ use crate::peripherals::adc::Adc;
 use crate::peripherals::rcc::ResetCause;
 use crate::scs::{FIRST_IRQ, HARD_FAULT};
 use crate::stop::{Failure, Stop};
-use hal_mock::Scene;
+use hal_mock::{Constant, Scene, Stm32Adc};
 
 /// A reset that has happened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,7 +47,14 @@ impl Rig {
             // None yet.
             adc.clock_hz = 0;
         }
-        let mut bus = Bus::new(wiring, Adc::new(Box::new(scene), adc), start.option_bytes);
+        let (chip, sensors): (Box<dyn Scene>, Box<dyn Scene>) = if wiring.inputs.is_empty() {
+            (Box::new(scene), Box::new(Constant::default()))
+        } else {
+            (Box::new(Constant::default()), Box::new(scene))
+        };
+        let mut bus = Bus::new(wiring, Adc::new(chip, adc), start.option_bytes);
+        let seed = 1;
+        bus.sensors = Stm32Adc::new(sensors, start.amplifier, seed);
         for (place, data) in &image.segments {
             let at = place.wrapping_sub(0x0800_0000) as usize;
             if let Some(flash) = bus.flash.bytes.get_mut(at..at + data.len()) {

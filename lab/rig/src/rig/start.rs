@@ -1,6 +1,6 @@
 //! How a run begins.
 
-use hal_mock::Options;
+use hal_mock::{Amplifier, Options};
 
 /// The state of the board at power-up.
 #[derive(Clone, Debug)]
@@ -8,6 +8,9 @@ pub struct Start {
     /// Options of the simulated ADC. By default it is powered together with the board and does not
     /// answer for 2^18 tCLK.
     pub adc: Options,
+    /// What lies between sensors and the pins of the processor's own ADC. By default the wiring
+    /// page's amplifiers, of gain 20.
+    pub amplifier: Amplifier,
     /// The crystal does not start.
     pub hse_is_dead: bool,
     /// As the ROM's loader leaves the chip: PLL and HSE on, system memory at address 0, USB's
@@ -29,6 +32,7 @@ impl Default for Start {
         };
         Self {
             adc,
+            amplifier: Amplifier::Gain(20.0),
             hse_is_dead: false,
             after_rom_loader: false,
             clkio_is_wired: false,

@@ -1,0 +1,170 @@
+//! The plans of the STM32's own converter: scans without a pause, so many of them to a frame.
+
+use super::oversampled::{Averaging, SCANS_MOST};
+use ridgetone_proto::plan::{Converters, HealthReadings, Own, Plan, PlanError, Sampling, within};
+use serde::{Deserialize, Serialize};
+
+/// The converter's clock, megahertz: APB2's 84 MHz / 4, of at most 36.
+pub const CLOCK_MHZ: u32 = 21;
+/// Its periods for a sample: 56 to charge the capacitor, and 12 for the bits.
+///
+/// The datasheets' equation 1 (DS8626 and DS10693, ADC characteristics, with 6 kilohm and 7 pF
+/// inside) allows a source of 33 kilohm for it: a potentiometer of 100, a bridge, any amplifier.
+/// With 144 periods it would be 94, beyond the 50 of the table, and a frame would hold 40 scans in
+/// place of 93, so that less of the noise cancels.
+pub const SAMPLE_TICKS: u32 = 56 + 12;
+
+/// Which inputs the STM32's own converter samples, and how many scans of them are a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct OnboardPlan {
+    /// Bit k: the scan has input k, which is taxel k.
+    pub inputs: u16,
+    /// Scans of a frame.
+    pub scans: u8,
+}
+
+impl OnboardPlan {
+    /// What a plan stands for; of another converter's plan what its bits happen to say.
+    pub const fn of(plan: &Plan) -> Self {
+        Self {
+            inputs: plan.inputs,
+            scans: plan.own.bits as u8,
+        }
+    }
+
+    /// The plan with what follows from it.
+    pub const fn plan(&self) -> Plan {
+        Plan {
+            inputs: self.inputs,
+            health: HealthReadings::Never,
+            sampling: Sampling::AtOnce,
+            adc_clock_hz: CLOCK_MHZ * 1_000_000,
+            frame_ticks: self.inputs.count_ones() * self.scans as u32 * SAMPLE_TICKS,
+            own: Own {
+                converter: Converters::ONBOARD,
+                bits: self.scans as u16,
+            },
+        }
+    }
+
+    /// How its scans become frames. None if no whole number of halves of the buffer is a frame.
+    pub const fn averaging(&self) -> Option<Averaging> {
+        Averaging::new(self.inputs.count_ones(), self.scans as u32)
+    }
+
+    /// Checks that its scans become frames of a possible rate. The error names the next number of
+    /// scans that would do.
+    pub fn validate(&self) -> Result<(), PlanError> {
+        self.plan().validate()?;
+        if self.averaging().is_some() {
+            return Ok(());
+        }
+        let does = |scans: &u8| {
+            Self {
+                scans: *scans,
+                ..*self
+            }
+            .averaging()
+            .is_some()
+        };
+        let above = (self.scans..=SCANS_MOST).find(does);
+        let next = above.or_else(|| (1..self.scans).rev().find(does));
+        let next = f32::from(next.unwrap_or(SCANS_MOST));
+        let bounds = ("plan.scans", next, next);
+        within(&[bounds], &[self.scans.into()])
+    }
+
+    /// Checks that a plan is one for `pins`, bit k for input k from 0 on, and has the rates that
+    /// its number of scans gives.
+    pub fn check(plan: &Plan, pins: u16) -> Result<(), PlanError> {
+        let own = Self::of(plan);
+        let [id, clock_hz, ticks] = [
+            Converters::ONBOARD as f32,
+            own.plan().adc_clock_hz as f32,
+            own.plan().frame_ticks as f32,
+        ];
+        let bounds = [
+            ("plan.converter", id, id),
+            ("plan.inputs", 1.0, pins.into()),
+            ("plan.adc_clock_hz", clock_hz, clock_hz),
+            ("plan.frame_ticks", ticks, ticks),
+        ];
+        let values = [
+            plan.own.converter as f32,
+            plan.inputs.into(),
+            plan.adc_clock_hz as f32,
+            plan.frame_ticks as f32,
+        ];
+        within(&bounds, &values)?;
+        own.validate()?;
+        if own.plan() == *plan {
+            return Ok(());
+        }
+        let bits = f32::from(own.plan().own.bits);
+        Err(PlanError {
+            field: "plan.bits",
+            value: plan.own.bits.into(),
+            bounds: (bits, bits),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_usual_plans_are_what_scans_give() {
+        let usual = |(_, plan): &(_, Plan)| plan.own.converter == Converters::ONBOARD;
+        let plans = Plan::NAMED.iter().filter(|named| usual(named));
+        assert_eq!(plans.clone().count(), 2);
+        for (name, plan) in plans {
+            assert_eq!(OnboardPlan::of(plan).plan(), *plan, "{name}");
+            assert_eq!(OnboardPlan::check(plan, 0x3fff), Ok(()), "{name}");
+        }
+        // The Feather has eight inputs.
+        let refused = OnboardPlan::check(&Plan::ONBOARD, 0xff).unwrap_err();
+        assert_eq!(
+            (refused.field, refused.bounds),
+            ("plan.inputs", (1.0, 255.0))
+        );
+        for scans in [160, 28] {
+            let plan = OnboardPlan {
+                inputs: 0xff,
+                scans,
+            }
+            .plan();
+            assert_eq!(OnboardPlan::check(&plan, 0xff), Ok(()));
+        }
+    }
+
+    #[test]
+    fn what_cannot_work_is_refused_by_what_can() {
+        let refused = |plan: Plan| {
+            let error = OnboardPlan::check(&plan, 0x3fff).unwrap_err();
+            (error.field, error.bounds)
+        };
+        assert_eq!(refused(Plan::PAPER), ("plan.converter", (1.0, 1.0)));
+        // 91 is 7 x 13: no half of the buffer holds a divisor that lasts long enough.
+        let scans = |scans| {
+            OnboardPlan {
+                inputs: 0x3fff,
+                scans,
+            }
+            .plan()
+        };
+        assert_eq!(refused(scans(91)), ("plan.scans", (92.0, 92.0)));
+        assert_eq!(refused(scans(200)).0, "frame_rate_hz");
+        let wrong = Plan {
+            frame_ticks: 100_000,
+            ..Plan::ONBOARD
+        };
+        assert_eq!(refused(wrong).0, "plan.frame_ticks");
+        let wrong = Plan {
+            health: HealthReadings::BetweenTouches,
+            ..Plan::ONBOARD
+        };
+        assert_eq!(refused(wrong).0, "plan.bits");
+    }
+}

@@ -1,0 +1,271 @@
+//! Scans of a converter of 12 bits that never stops, averaged into frames: what there is to compute
+//! behind a processor's own converter, without a register.
+//!
+//! A converter that samples its inputs one after another fills a buffer of two halves, over and
+//! over. Each half is added up while the other one fills; after some halves the sums are a frame.
+
+use super::onboard_plan::{CLOCK_MHZ, SAMPLE_TICKS};
+use core::sync::atomic::Ordering::Relaxed;
+use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU16, AtomicU32};
+
+/// Most inputs: a processor of 64 pins has no more beside a serial line.
+pub const INPUTS: usize = 14;
+/// Samples of a half of the buffer: three scans of fourteen inputs. RAM has no room for more beside
+/// the ring.
+pub const HALF: usize = 42;
+/// The buffer that the converter fills.
+pub type Buffer = [AtomicU16; 2 * HALF];
+/// Most scans of a frame: their number is the lowest byte of what a plan says to the converter.
+pub const SCANS_MOST: u8 = u8::MAX;
+/// Shortest half, microseconds: it is added up while the other one fills, and interrupts of a higher
+/// priority and of the same one take up to 60 us.
+const HALF_LEAST_US: u32 = 90;
+/// Code of a step of the converter: 780000h is `vref_v`, which has 4096 steps.
+const STEP: u32 = 0x78_0000 / 4096;
+/// Bits by which 32 bits hold a step, so that it can be divided by the samples of a frame.
+const SHIFT: u32 = STEP.leading_zeros();
+/// Greatest reading.
+const READING_MOST: u32 = 4095;
+
+/// How scans become frames.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Averaging {
+    /// Inputs of a scan.
+    channels: u8,
+    /// Scans of a frame.
+    scans: u8,
+    /// Scans of half a buffer: a whole number of halves is a frame.
+    half_scans: u8,
+}
+
+impl Averaging {
+    /// Frames of so many scans. None if no half of the buffer fits.
+    pub const fn new(channels: u32, scans: u32) -> Option<Self> {
+        if channels == 0 || channels > INPUTS as u32 || scans == 0 || scans > SCANS_MOST as u32 {
+            return None;
+        }
+        // The longest half: the fewest interrupts.
+        let mut half_scans = HALF as u32 / channels;
+        while half_scans > 1 && !scans.is_multiple_of(half_scans) {
+            half_scans -= 1;
+        }
+        if half_scans * channels * SAMPLE_TICKS < HALF_LEAST_US * CLOCK_MHZ {
+            return None;
+        }
+        Some(Self {
+            channels: channels as u8,
+            scans: scans as u8,
+            half_scans: half_scans as u8,
+        })
+    }
+
+    /// Samples of half a buffer.
+    pub const fn half(&self) -> usize {
+        self.channels as usize * self.half_scans as usize
+    }
+
+    /// Periods of the converter's clock from one frame to the next.
+    pub const fn frame_ticks(&self) -> u32 {
+        self.channels as u32 * self.scans as u32 * SAMPLE_TICKS
+    }
+
+    /// How much earlier than its last sample's end a frame was, microseconds: from the middle of
+    /// the first input's samples.
+    pub const fn middle_us(&self) -> u32 {
+        let scan_ticks = self.channels as u32 * SAMPLE_TICKS;
+        (self.frame_ticks() + scan_ticks - 2 * SAMPLE_TICKS) / (2 * CLOCK_MHZ)
+    }
+
+    /// One input's share of a frame, microseconds, rounded down, at least 1.
+    pub const fn share_us(&self) -> u32 {
+        let share_us = self.scans as u32 * SAMPLE_TICKS / CLOCK_MHZ;
+        if share_us > 1 { share_us } else { 1 }
+    }
+}
+
+/// Which half of the buffer is full.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Filled {
+    /// The first.
+    First,
+    /// The second.
+    Second,
+    /// Both: nobody came in time, and the converter overwrites what was not added.
+    Overwritten,
+}
+
+/// Sums of the frame under way, and of the latest frame until the next begins. The interrupt that
+/// adds and the task that reads have one priority, so neither interrupts the other; the atomics are
+/// plain loads and stores.
+#[derive(Debug)]
+pub struct Oversampler {
+    /// Inputs of a scan, scans of half a buffer, scans of a frame.
+    channels: AtomicU8,
+    half_scans: AtomicU8,
+    scans: AtomicU8,
+    /// Scans of the frame under way.
+    taken: AtomicU8,
+    /// Sum of each input over a frame. When the frame is over it becomes the code.
+    sums: [AtomicU32; INPUTS],
+    /// Each input's last sample in the frame before.
+    before: [AtomicU16; INPUTS],
+    /// The frame before came right before, and is in `before`.
+    follows: AtomicBool,
+    /// Part of the frame under way is missing.
+    is_torn: AtomicBool,
+    /// Bit k: the code of the k-th input is at an end of the scale.
+    overloaded: AtomicU16,
+    /// When the latest half was full, microseconds.
+    half_us: AtomicU32,
+}
+
+impl Default for Oversampler {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Oversampler {
+    /// Without a frame; [`Self::begin`] says how they are made.
+    pub const fn new() -> Self {
+        Self {
+            channels: AtomicU8::new(1),
+            half_scans: AtomicU8::new(1),
+            scans: AtomicU8::new(1),
+            taken: AtomicU8::new(0),
+            sums: [const { AtomicU32::new(0) }; INPUTS],
+            before: [const { AtomicU16::new(0) }; INPUTS],
+            follows: AtomicBool::new(false),
+            is_torn: AtomicBool::new(false),
+            overloaded: AtomicU16::new(0),
+            half_us: AtomicU32::new(0),
+        }
+    }
+
+    /// Begins with the next half, which will be the first of a frame.
+    pub fn begin(&self, averaging: &Averaging) {
+        let Averaging {
+            channels,
+            scans,
+            half_scans,
+        } = *averaging;
+        self.channels.store(channels, Relaxed);
+        self.half_scans.store(half_scans, Relaxed);
+        self.scans.store(scans, Relaxed);
+        self.taken.store(0, Relaxed);
+        self.is_torn.store(false, Relaxed);
+        self.follows.store(false, Relaxed);
+    }
+
+    fn averaging(&self) -> Averaging {
+        Averaging {
+            channels: self.channels.load(Relaxed),
+            scans: self.scans.load(Relaxed),
+            half_scans: self.half_scans.load(Relaxed),
+        }
+    }
+
+    /// Takes what the buffer has since the last call, at `now_us`. True if a frame is over: its
+    /// codes stay until the next call.
+    pub fn take(&self, buffer: &Buffer, filled: Filled, now_us: u32) -> bool {
+        let averaging = self.averaging();
+        let since_us = now_us.wrapping_sub(self.half_us.swap(now_us, Relaxed));
+        let half = averaging.half();
+        let places = match filled {
+            Filled::First => buffer.get(..half),
+            Filled::Second => buffer.get(half..2 * half),
+            Filled::Overwritten => {
+                self.skip(&averaging, since_us);
+                return false;
+            }
+        };
+        let places = places.unwrap_or(&[]);
+        let begun = self.taken.load(Relaxed);
+        self.add(&averaging, places, begun == 0);
+        let taken = u32::from(begun) + u32::from(averaging.half_scans);
+        if taken < u32::from(averaging.scans) {
+            self.taken.store(taken as u8, Relaxed);
+            return false;
+        }
+        self.taken.store(0, Relaxed);
+        let is_whole = !self.is_torn.swap(false, Relaxed);
+        self.finish(&averaging, places, is_whole);
+        is_whole
+    }
+
+    fn add(&self, averaging: &Averaging, half: &[AtomicU16], is_first: bool) {
+        let channels = usize::from(averaging.channels);
+        for (channel, sum) in self.sums.iter().enumerate().take(channels) {
+            let samples = half.iter().skip(channel).step_by(channels.max(1));
+            let added: u32 = samples.map(|one| u32::from(one.load(Relaxed))).sum();
+            let before = if is_first { 0 } else { sum.load(Relaxed) };
+            sum.store(before + added, Relaxed);
+        }
+    }
+
+    /// Leaves out the halves that nobody came for: as many as the time says, so that later frames
+    /// are where they would have been.
+    fn skip(&self, averaging: &Averaging, since_us: u32) {
+        let half_ticks = (averaging.half() as u32 * SAMPLE_TICKS).max(1);
+        let ticks = since_us
+            .saturating_mul(CLOCK_MHZ)
+            .saturating_add(half_ticks / 2);
+        let scans = (ticks / half_ticks).max(2) * u32::from(averaging.half_scans);
+        let at = u32::from(self.taken.load(Relaxed)) + scans;
+        let taken = at % u32::from(averaging.scans.max(1));
+        self.taken.store(taken as u8, Relaxed);
+        self.is_torn.store(taken > 0, Relaxed);
+        self.follows.store(false, Relaxed);
+    }
+
+    /// Makes the codes of a frame that ends with this half.
+    ///
+    /// The k-th input is sampled by k samples later than the first in each scan. Its values at the
+    /// times of the first lie that share of a scan earlier: between neighbours in a straight line.
+    /// In the sum over a frame all neighbours cancel but the last sample and the one before the
+    /// first.
+    fn finish(&self, averaging: &Averaging, half: &[AtomicU16], is_whole: bool) {
+        let channels = usize::from(averaging.channels);
+        let scans = u32::from(averaging.scans);
+        let last = half
+            .get(half.len().saturating_sub(channels)..)
+            .unwrap_or(&[]);
+        let factor = (STEP << SHIFT) / (u32::from(averaging.channels) * scans).max(1);
+        let follows = self.follows.swap(is_whole, Relaxed);
+        // Half a step from either end on the average.
+        let (low, high) = (scans / 2, scans * READING_MOST - scans / 2);
+        let mut overloaded = 0;
+        let rows = self.sums.iter().zip(&self.before).zip(last);
+        for (channel, ((place, before), last)) in rows.enumerate().take(channels) {
+            let (sum, last) = (place.load(Relaxed), last.load(Relaxed));
+            let before = before.swap(last, Relaxed);
+            let moved = if follows {
+                i32::from(last) - i32::from(before)
+            } else {
+                0
+            };
+            // Not negative: the sum holds the last sample.
+            let aligned = (channels as u32 * sum).wrapping_add_signed(-(channel as i32) * moved);
+            let scaled = u64::from(aligned) * u64::from(factor) + (1 << (SHIFT - 1));
+            place.store((scaled >> SHIFT) as u32, Relaxed);
+            overloaded |= u16::from(sum < low || sum > high) << channel;
+        }
+        self.overloaded.store(overloaded, Relaxed);
+    }
+
+    /// The code of the k-th input of the frame that is over, and whether it is at an end of the
+    /// scale.
+    pub fn code(&self, channel: usize) -> Option<(i32, bool)> {
+        let code = self.sums.get(channel)?.load(Relaxed) as i32;
+        Some((code, self.overloaded.load(Relaxed) >> channel & 1 != 0))
+    }
+
+    /// When the frame that is over was, microseconds: the middle of its samples of the first input.
+    pub fn frame_us(&self) -> u32 {
+        let middle_us = self.averaging().middle_us();
+        self.half_us.load(Relaxed).wrapping_sub(middle_us)
+    }
+}
+
+#[cfg(test)]
+mod tests;

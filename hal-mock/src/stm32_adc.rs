@@ -1,0 +1,91 @@
+//! The STM32's own converter of 12 bits behind the amplifiers of the wiring page: what a single
+//! sample reads. When it samples is the business of whoever asks.
+//!
+//! Left out: offset and gain errors (up to 3 steps each), nonlinearity (integral 1.5 to 3 steps,
+//! differential 1 to 2; DS8626, table ADC accuracy), which a tone of many steps spreads into
+//! overtones, and what one input leaves for the next in the sampling capacitor.
+
+use crate::random::{Random, Stream};
+use crate::scene::Scene;
+
+/// Steps of the converter.
+const STEPS: f64 = 4096.0;
+/// Noise of a sample, steps, with that of the rounding. The datasheets' typical ratio of signal to
+/// noise, 65 to 68 dB (ADC dynamic accuracy, from memory), is 0.8 to 0.6; a board's supply, which is
+/// the reference, adds some.
+const NOISE_STEPS: f64 = 1.0;
+/// A bridge's voltage at rest, volts: half of 5 V.
+const REST_V: f64 = 2.5;
+
+/// What lies between a bridge and a pin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Amplifier {
+    /// A wire. The bridge has the board's 3.3 V, so its voltage is that share of one at 5 V.
+    Bare,
+    /// An amplifier of this gain, against half of the bridge's supply; its output rests at half of
+    /// the board's.
+    Gain(f64),
+}
+
+/// A converter in front of a scene.
+pub struct Stm32Adc {
+    scene: Box<dyn Scene>,
+    amplifier: Amplifier,
+    noise: Random,
+}
+
+impl Stm32Adc {
+    /// Its reference, volts: the board's supply.
+    pub const VREF_V: f64 = 3.3;
+
+    /// Reads `scene`, with the noise of a seed.
+    pub fn new(scene: Box<dyn Scene>, amplifier: Amplifier, seed: u64) -> Self {
+        Self {
+            scene,
+            amplifier,
+            noise: Random::new(seed, Stream::ChipNoise),
+        }
+    }
+
+    /// A sample of an input, 0 to 4095, at `t_s` seconds of scene time, which never decreases.
+    pub fn sample(&mut self, input: u8, t_s: f64) -> u16 {
+        let bridge_v = self.scene.volts(input, t_s);
+        let pin_v = match self.amplifier {
+            Amplifier::Bare => bridge_v * Self::VREF_V / (2.0 * REST_V),
+            Amplifier::Gain(gain) => 0.5 * Self::VREF_V + gain * (bridge_v - REST_V),
+        };
+        let steps = pin_v / Self::VREF_V * STEPS + NOISE_STEPS * self.noise.gaussian();
+        // A scene without a reading is zero.
+        steps.floor().clamp(0.0, STEPS - 1.0) as u16
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Constant;
+
+    fn mean(volts: f64, amplifier: Amplifier) -> f64 {
+        let scene = Constant {
+            volts: [volts; 16],
+            ..Constant::default()
+        };
+        let mut adc = Stm32Adc::new(Box::new(scene), amplifier, 1);
+        let sum: u32 = (0..10_000)
+            .map(|at| u32::from(adc.sample(0, f64::from(at))))
+            .sum();
+        f64::from(sum) / 10_000.0
+    }
+
+    #[test]
+    fn samples_are_steps_of_the_supply() {
+        // A sample is rounded down: half a step.
+        assert!((mean(2.5, Amplifier::Bare) - 2047.5).abs() < 0.05);
+        assert!((mean(2.5, Amplifier::Gain(20.0)) - 2047.5).abs() < 0.05);
+        // 10 mV: 6.6 of the bridge's 3.3 V, and 200.
+        assert!((mean(2.51, Amplifier::Bare) - 2047.5 - 8.192).abs() < 0.05);
+        assert!((mean(2.51, Amplifier::Gain(20.0)) - 2047.5 - 248.24).abs() < 0.05);
+        assert_eq!(mean(0.0, Amplifier::Gain(20.0)), 0.0);
+        assert_eq!(mean(5.0, Amplifier::Gain(20.0)), 4095.0);
+    }
+}

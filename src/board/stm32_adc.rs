@@ -1,0 +1,376 @@
+//! The STM32's own converter as a [`Converter`]: ADC1 scans the inputs without a pause, DMA2 fills a
+//! buffer, and its interrupt adds up each half of it, until they are a frame.
+//!
+//! From the HAL (0.23) come clocks, resets, pins and the DMA's stream. Not its `Adc`: its
+//! constructor converts the internal reference right after it has switched the converter on, sooner
+//! than that settles, and panics if there is no conversion. Not its `Transfer`: that swaps buffers
+//! which it owns at each end, of one length for good, and here a half is what a plan makes it.
+
+use core::sync::atomic::Ordering::Relaxed;
+use core::sync::atomic::{AtomicBool, AtomicU16};
+use embedded_hal::delay::DelayNs;
+use ridgetone::converter::oversampled::{Buffer, Filled, HALF, Oversampler};
+use ridgetone::converter::{Converter, Facts, OnboardPlan, REGISTERS, Sample, Scanned, Tag};
+use ridgetone::tasks::DrdyPin;
+use ridgetone_proto::plan::{Plan, PlanError};
+use stm32f4xx_hal::dma::config::Priority;
+use stm32f4xx_hal::dma::traits::{DmaFlagExt, Stream};
+use stm32f4xx_hal::dma::{DmaChannel, DmaDataSize, DmaDirection, Stream0, StreamsTuple};
+use stm32f4xx_hal::gpio::{Analog, Pin};
+use stm32f4xx_hal::hal_02::adc::Channel;
+use stm32f4xx_hal::pac::{ADC_COMMON, ADC1, DMA2, Interrupt, NVIC};
+use stm32f4xx_hal::rcc::{Enable, Rcc, Reset};
+use stm32f4xx_hal::{ClearFlags, ReadFlags, interrupt};
+
+/// ADC_CCR: ADCPRE, divides by 4.
+const CCR: u32 = 1 << 16;
+/// SMP of each channel: 56 periods.
+const SMP: u32 = 3;
+/// ADC_CR1: SCAN. ADC_CR2: DDS, DMA, CONT; ADON; SWSTART.
+const CR1: u32 = 1 << 8;
+const CR2: u32 = 1 << 9 | 1 << 8 | 1 << 1;
+const ADON: u32 = 1;
+const SWSTART: u32 = 1 << 30;
+/// ADC_SR: OVR.
+const OVR: u32 = 1 << 5;
+/// From ADON to the first conversion, microseconds: tSTAB, at most 3.
+const SETTLING_US: u32 = 3;
+/// Reads of the stream's EN until its transfer under way has ended: a few cycles.
+const STOP_READS: u32 = 1000;
+
+/// From power-up to the first register access, microseconds: the inputs' low-pass settles.
+pub const POWER_UP_US: u32 = 5_000;
+
+static BUFFER: Buffer = [const { AtomicU16::new(0) }; 2 * HALF];
+static FRAMES: Oversampler = Oversampler::new();
+/// There is a frame that the task has not seen.
+static IS_OVER: AtomicBool = AtomicBool::new(false);
+
+/// What the tasks need to know of it: its reference is the board's supply.
+pub const fn facts<C: Converter>() -> Facts {
+    Facts {
+        vref_v: 3.3,
+        ..Facts::of::<C>()
+    }
+}
+
+/// Makes a pin analogue, and gives its channel.
+pub fn channel<const PORT: char, const NUMBER: u8>(pin: Pin<PORT, NUMBER>) -> u8
+where
+    Pin<PORT, NUMBER, Analog>: Channel<ADC1, ID = u8>,
+{
+    let _ = pin.into_analog();
+    Pin::<PORT, NUMBER, Analog>::channel()
+}
+
+/// ADC1 with its channels in the order of the inputs, and by default so many scans to a frame.
+pub struct Stm32Adc<const INPUTS: usize, const SCANS: u8> {
+    adc: ADC1,
+    common: ADC_COMMON,
+    stream: Stream0<DMA2>,
+    /// Channel of each input.
+    channels: [u8; INPUTS],
+    /// What the registers were set to.
+    plan: OnboardPlan,
+    /// Which of the scan's inputs is read next.
+    at: u8,
+    is_new: bool,
+}
+
+/// What the converter takes.
+pub struct Parts<const INPUTS: usize> {
+    pub adc: ADC1,
+    pub common: ADC_COMMON,
+    pub dma: DMA2,
+    /// Channel of each input, whose pins are analogue.
+    pub channels: [u8; INPUTS],
+}
+
+impl<const INPUTS: usize, const SCANS: u8> Stm32Adc<INPUTS, SCANS> {
+    /// Bit k: input k exists.
+    const PINS: u16 = ((1u32 << INPUTS) - 1) as u16;
+
+    /// Switches the clocks on. The converter stays off.
+    pub fn new(parts: Parts<INPUTS>, rcc: &mut Rcc) -> Self {
+        let Parts {
+            adc,
+            common,
+            dma,
+            channels,
+        } = parts;
+        ADC1::enable(rcc);
+        let StreamsTuple(stream, ..) = StreamsTuple::new(dma, rcc);
+        Self {
+            adc,
+            common,
+            stream,
+            channels,
+            plan: OnboardPlan {
+                inputs: 0,
+                scans: 0,
+            },
+            at: 0,
+            is_new: false,
+        }
+    }
+
+    /// SQR1 to SQR3: the scan's channels, six to a register, the first in SQR3; in SQR1 their number
+    /// too.
+    fn sequence(&self) -> [u32; 3] {
+        let mut registers = [self.plan.inputs.count_ones().saturating_sub(1) << 20, 0, 0];
+        for (at, channel) in self.scanned().map(|(_, channel)| channel).enumerate() {
+            if let Some(register) = registers.iter_mut().rev().nth(at / 6) {
+                *register |= u32::from(channel) << (5 * (at % 6));
+            }
+        }
+        registers
+    }
+
+    /// The scan's inputs with their channels.
+    fn scanned(&self) -> impl Iterator<Item = (u8, u8)> {
+        let inputs = (0..).zip(self.channels);
+        inputs.filter(|(input, _)| self.plan.inputs >> input & 1 == 1)
+    }
+
+    /// Configures the stream, which is off.
+    fn set_up_stream(&mut self, half: usize) {
+        let Self { adc, stream, .. } = self;
+        stream.clear_all_flags();
+        stream.set_channel(DmaChannel::Channel0);
+        stream.set_direction(DmaDirection::PeripheralToMemory);
+        stream.set_peripheral_address(adc.dr().as_ptr() as u32);
+        stream.set_memory_address(BUFFER.as_ptr() as u32);
+        stream.set_number_of_transfers((2 * half) as u16);
+        // SAFETY: both are half words: DR's twelve bits, and the buffer's elements.
+        unsafe {
+            stream.set_memory_size(DmaDataSize::HalfWord);
+            stream.set_peripheral_size(DmaDataSize::HalfWord);
+        }
+        stream.set_memory_increment(true);
+        stream.set_circular_mode(true);
+        stream.set_priority(Priority::High);
+        stream.listen_half_transfer();
+        stream.listen_transfer_complete();
+    }
+
+    /// Whether every sample was fetched, and the next will be.
+    fn runs(&self) -> bool {
+        let flags = self.stream.flags();
+        self.stream.is_enabled()
+            && !flags.is_transfer_error()
+            && !flags.is_direct_mode_error()
+            && self.adc.sr().read().bits() & OVR == 0
+    }
+
+    /// Whether the registers hold what was written.
+    fn holds(&self) -> bool {
+        let Self { adc, common, .. } = self;
+        let found = [
+            adc.cr1().read().bits(),
+            // SWSTART is cleared when the conversion starts.
+            adc.cr2().read().bits() & !SWSTART,
+            adc.smpr1().read().bits(),
+            adc.smpr2().read().bits(),
+            adc.sqr1().read().bits(),
+            adc.sqr2().read().bits(),
+            adc.sqr3().read().bits(),
+            common.ccr().read().bits(),
+        ];
+        let ([smpr1, smpr2], [sqr1, sqr2, sqr3]) = (sample_times(), self.sequence());
+        found == [CR1, CR2 | ADON, smpr1, smpr2, sqr1, sqr2, sqr3, CCR]
+    }
+}
+
+/// SMPR1, channels 10 to 18, and SMPR2, 0 to 9.
+const fn sample_times() -> [u32; 2] {
+    [SMP * 0o111_111_111, SMP * 0o1_111_111_111]
+}
+
+impl<const INPUTS: usize, const SCANS: u8> Converter for Stm32Adc<INPUTS, SCANS> {
+    const NAME: &'static str = "STM32's ADC";
+    const DEFAULT_PLAN: Plan = OnboardPlan {
+        inputs: Self::PINS,
+        scans: SCANS,
+    }
+    .plan();
+
+    fn check(plan: &Plan) -> Result<(), PlanError> {
+        OnboardPlan::check(plan, Self::PINS)
+    }
+
+    fn stop(&mut self) -> bool {
+        // No request after this, so the stream ends at once.
+        self.adc.cr2().reset();
+        // SAFETY: the buffer's elements are whole whenever it ends.
+        unsafe { self.stream.disable() };
+        (0..STOP_READS).any(|_| !self.stream.is_enabled())
+    }
+
+    fn set_up(&mut self, plan: &Plan, _: Scanned, wait: &mut impl DelayNs) -> bool {
+        self.plan = OnboardPlan::of(plan);
+        let Some(averaging) = self.plan.averaging() else {
+            return false;
+        };
+        // SAFETY: the tasks reset nothing else, and `init` runs before them.
+        unsafe { ADC1::reset_unchecked() };
+        let [smpr1, smpr2] = sample_times();
+        let [sqr1, sqr2, sqr3] = self.sequence();
+        let Self { adc, common, .. } = self;
+        // SAFETY: values of RM0090, 13.13: see the constants.
+        unsafe {
+            common.ccr().write(|w| w.bits(CCR));
+            adc.cr1().write(|w| w.bits(CR1));
+            adc.smpr1().write(|w| w.bits(smpr1));
+            adc.smpr2().write(|w| w.bits(smpr2));
+            adc.sqr1().write(|w| w.bits(sqr1));
+            adc.sqr2().write(|w| w.bits(sqr2));
+            adc.sqr3().write(|w| w.bits(sqr3));
+            adc.cr2().write(|w| w.bits(CR2 | ADON));
+        }
+        wait.delay_us(SETTLING_US);
+        self.set_up_stream(averaging.half());
+        self.holds() && !self.stream.is_enabled()
+    }
+
+    fn start(&mut self) -> bool {
+        let Some(averaging) = self.plan.averaging() else {
+            return false;
+        };
+        FRAMES.begin(&averaging);
+        IS_OVER.store(false, Relaxed);
+        (self.at, self.is_new) = (0, true);
+        // SAFETY: the buffer is a static of atomics, which anybody may write at any time.
+        unsafe { self.stream.enable() };
+        // SAFETY: see `set_up`.
+        self.adc
+            .cr2()
+            .write(|w| unsafe { w.bits(CR2 | ADON | SWSTART) });
+        self.stream.is_enabled()
+    }
+
+    fn read(&mut self) -> Option<Sample> {
+        let at = usize::from(self.at);
+        let (code, is_overloaded) = FRAMES.code(at)?;
+        let (input, _) = self.scanned().nth(at)?;
+        let mut tag = Tag::of_input(input);
+        if is_overloaded {
+            tag.0 |= Tag::OVERLOAD;
+        }
+        if !core::mem::take(&mut self.is_new) {
+            tag.0 &= !Tag::NEW;
+        }
+        Some(Sample { tag, code })
+    }
+
+    fn go_on(&mut self) -> bool {
+        let next = self.at + 1;
+        let has_next = u32::from(next) < self.plan.inputs.count_ones();
+        self.at = if has_next { next } else { 0 };
+        self.is_new = true;
+        has_next
+    }
+
+    fn behind_us(&self) -> u32 {
+        self.plan
+            .averaging()
+            .map_or(0, |averaging| averaging.middle_us())
+    }
+
+    fn is_as_set_up(&mut self) -> bool {
+        self.runs() && self.holds()
+    }
+
+    /// SR; CR1, SCAN and RES; CR2, DMA and ADON; L; ADCPRE; the stream's flags, EN, and transfers
+    /// left.
+    fn registers(&mut self) -> Option<[u8; REGISTERS]> {
+        let Self { adc, common, .. } = self;
+        let (cr1, cr2) = (adc.cr1().read().bits(), adc.cr2().read().bits());
+        let [left_high, left_low] = self.stream.number_of_transfers().to_be_bytes();
+        Some([
+            adc.sr().read().bits() as u8,
+            (cr1 >> 8) as u8,
+            (cr1 >> 24) as u8,
+            (cr2 >> 8) as u8,
+            cr2 as u8,
+            (adc.sqr1().read().bits() >> 16) as u8,
+            (common.ccr().read().bits() >> 16) as u8,
+            self.stream.flags().bits() as u8 | u8::from(self.stream.is_enabled()) << 7,
+            left_high,
+            left_low,
+        ])
+    }
+
+    fn least_period_us(&mut self) -> u32 {
+        // What has stopped makes none.
+        let running = self.plan.averaging().filter(|_| self.runs());
+        running.map_or(u32::MAX, |averaging| averaging.share_us())
+    }
+}
+
+/// The end of a frame, in place of an edge of DRDY.
+pub struct FrameEnd;
+
+impl FrameEnd {
+    /// Lets the interrupt of the DMA come, at the priority of the task that it becomes part of.
+    pub fn new(nvic: &mut NVIC) -> Self {
+        // SAFETY: neither interrupts the other; RTIC has set the priority before it called `init`,
+        // and serves no interrupt before the end of it.
+        unsafe {
+            nvic.set_priority(
+                Interrupt::DMA2_STREAM0,
+                NVIC::get_priority(Interrupt::EXTI4),
+            );
+            NVIC::unmask(Interrupt::DMA2_STREAM0);
+        }
+        Self
+    }
+}
+
+impl DrdyPin for FrameEnd {
+    #[inline(always)]
+    fn acknowledge(&mut self) -> Option<bool> {
+        IS_OVER.swap(false, Relaxed).then_some(true)
+    }
+
+    fn edge_us(&self) -> u32 {
+        FRAMES.frame_us()
+    }
+
+    fn mute(&mut self) {
+        NVIC::mask(Interrupt::DMA2_STREAM0);
+    }
+
+    fn unmute(&mut self) {
+        IS_OVER.store(false, Relaxed);
+        // SAFETY: the task is not in a critical section that masks it.
+        unsafe { NVIC::unmask(Interrupt::DMA2_STREAM0) };
+    }
+}
+
+/// Adds half of the buffer. `main.rs` binds the task to EXTI4, which these boards do not use
+/// otherwise; it runs when a frame is over.
+#[interrupt]
+fn DMA2_STREAM0() {
+    // RTIC defines its handlers with Rust's ABI.
+    unsafe extern "Rust" {
+        fn EXTI4();
+    }
+    let now_us = super::clock::now_us();
+    // SAFETY: reads and clears two flags; the converter, at the same priority, looks at others.
+    let dma = unsafe { DMA2::steal() };
+    let flags = dma.lisr().read();
+    let filled = match (flags.htif0().bit_is_set(), flags.tcif0().bit_is_set()) {
+        (true, false) => Filled::First,
+        (false, true) => Filled::Second,
+        (true, true) => Filled::Overwritten,
+        (false, false) => return,
+    };
+    dma.lifcr().write(|w| w.chtif0().clear().ctcif0().clear());
+    // The write must reach the DMA before the handler returns, or the interrupt fires twice.
+    cortex_m::asm::dsb();
+    if FRAMES.take(&BUFFER, filled, now_us) {
+        IS_OVER.store(true, Relaxed);
+        // SAFETY: that of EXTI4 cannot run at the same time: see `FrameEnd::new`.
+        unsafe { EXTI4() }
+    }
+}
