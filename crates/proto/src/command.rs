@@ -28,7 +28,7 @@ pub enum Command {
     Forget,
     /// Start again, as after power-up: the level without touch is measured again.
     Start,
-    /// Send nothing but `health`, faults and the converter until [`Self::Start`].
+    /// Send nothing but `health`, `fault` and `converter` until [`Self::Start`].
     Stop,
     /// Send the next frames as they are read.
     Raw {
