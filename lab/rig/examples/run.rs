@@ -11,7 +11,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let [_, board, seconds] = &*arguments else {
         return Err("run BOARD SECONDS".into());
     };
-    let board = Board::named(board).ok_or("feather-f405 or nucleo-f446re")?;
+    let board =
+        Board::named(board).ok_or("feather-f405, nucleo-f446re, or one of these with -adc")?;
     let scene = SlidingScene::new(Sliding::default())?;
     let mut rig = Rig::new(board, &Image::built(board)?, scene, Start::default())?;
     let begun = Instant::now();

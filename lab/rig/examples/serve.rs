@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 const STEP_NS: u64 = 1_000_000;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let usage = "serve feather-f405, nucleo-f446re or stylus-f405, with `rest` behind it for a finger that touches nothing, a hand that rests";
+    let usage = "serve feather-f405, nucleo-f446re, one of these with -adc, or stylus-f405, with `rest` behind it for a finger that touches nothing, a hand that rests";
     let mut arguments = std::env::args().skip(1);
     let board = arguments
         .next()
@@ -25,6 +25,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (rest, moves) = (arguments.next(), board == Board::StylusF405);
     let scene: Box<dyn Scene> = match rest.as_deref() {
         None => Box::new(Repeated(SlidingScene::new(Sliding::default())?)),
+        // The middle of a bridge, which the processor's own ADC sees in the middle of its scale.
+        Some("rest") if Board::OWN_ADC.contains(&board) => Box::new(Constant {
+            volts: [2.5; 16],
+            ..Constant::default()
+        }),
         Some("rest") => Box::new(Constant::default()),
         Some(_) => return Err(usage.into()),
     };
