@@ -108,7 +108,8 @@ pub trait Converter {
     fn stop(&mut self) -> bool;
 
     /// Resets the converter, writes the registers of a scan, which has passed [`Self::check`], and
-    /// reads them back. [`Scanned::Health`] comes with `HealthReadings::BetweenTouches` alone. False if it does not hold what was written. The scan stands still.
+    /// reads them back. False if it does not hold what was written. The scan stands still.
+    /// [`Scanned::Health`] comes only with a plan that has its readings between touches.
     fn set_up(&mut self, plan: &Plan, scanned: Scanned, wait: &mut impl DelayNs) -> bool;
 
     /// Starts the scan at its first channel.
@@ -162,14 +163,6 @@ impl Facts {
             check: C::check,
         }
     }
-
-    /// Plain frames, whatever made them: any plan will do.
-    pub const FRAMES: Self = Self {
-        name: "frames",
-        plan: Plan::PAPER,
-        vref_v: Settings::DEFAULT.vref_v,
-        check: |_| Ok(()),
-    };
 
     /// These settings, with this converter's own plan and reference in place of a plan that it
     /// cannot run: nothing was stored, or for another converter.

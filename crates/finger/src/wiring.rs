@@ -1,6 +1,8 @@
 //! What a board's wiring adds to its settings. It does not travel: the board's file says it.
 
 use crate::converter::{Ads1258Plan, Facts};
+use ridgetone_proto::plan::Plan;
+use ridgetone_proto::settings::Settings;
 
 /// What a board's wiring adds to its settings.
 #[derive(Clone, Copy, Debug)]
@@ -48,8 +50,9 @@ impl Wiring {
     pub const GUIDE: Self = Self {
         converter: &Facts {
             name: "ADS1258",
+            plan: Plan::PAPER,
+            vref_v: Settings::DEFAULT.vref_v,
             check: Ads1258Plan::check,
-            ..Facts::FRAMES
         },
         low_pass: LowPass::of_parts(0.5 * 820.0, 1e-6, 0.1),
     };

@@ -255,15 +255,8 @@ impl Plan {
 
     /// A conversion's period at the nominal clock, nanoseconds: a scan's over its slots.
     pub const fn conversion_ns(&self) -> u32 {
-        let ticks = self.frame_ticks.checked_div(self.slots());
-        divide(
-            match ticks {
-                Some(ticks) => ticks as u64 * 1_000_000_000,
-                None => 0,
-            },
-            self.adc_clock_hz,
-        )
-        .0 as u32
+        let (frame_ns, _) = divide(self.frame_ticks as u64 * 1_000_000_000, self.adc_clock_hz);
+        divide(frame_ns, self.slots()).0 as u32
     }
 
     /// Frames per second at the nominal clock.
@@ -384,7 +377,8 @@ pub type Bounds = (&'static str, f32, f32);
 
 /// Clock of the ADS1258's crystal, hertz (SBAS297G).
 const ADS1258_CLOCK_HZ: u32 = 15_728_640;
-/// Clock periods of a plain frame: its rate is exact to a thousandth of its period's last digit.
+/// Clock periods of a plain frame. A power of two: times a rate it is exact, and then rounded to a
+/// hertz of at least 2.9 million.
 const FRAMES_TICKS: u32 = 1 << 14;
 
 /// Bounds of every plan, in the order of the values in [`Plan::validate`].
@@ -506,6 +500,12 @@ mod tests {
             let plan = Plan::of_frames(rate_hz, 3).unwrap();
             assert_eq!((plan.validate(), plan.inputs), (Ok(()), 7));
             assert!((plan.frame_rate_hz() / rate_hz - 1.0).abs() < 1e-6);
+            // Rounded down to a nanosecond for each of three inputs.
+            let period_s = 1e-9 * f64::from(plan.conversion_ns() * plan.slots());
+            assert!(
+                (period_s - f64::from(rate_hz).recip()).abs() < 4e-9,
+                "{rate_hz}"
+            );
         }
         let refused = [(1000.0, 0), (1000.0, 17), (100.0, 3), (f32::NAN, 3)];
         assert!(

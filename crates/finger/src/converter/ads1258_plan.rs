@@ -95,22 +95,23 @@ impl Ads1258Plan {
     /// Checks that a plan is one of this chip's, and has the rates that its registers give.
     pub fn check(plan: &Plan) -> Result<(), PlanError> {
         let own = Self::of(plan);
-        let is_own = plan.own.converter == Converters::ADS1258;
+        let id = Converters::ADS1258.into();
         let ticks = own.config().frame_ticks() as f32;
         let bounds = [
-            ("plan.converter", 0.0, 0.0),
+            ("plan.converter", id, id),
             ("plan.frame_ticks", ticks, ticks),
         ];
         let values = [plan.own.converter as f32, plan.frame_ticks as f32];
         within(&bounds, &values)?;
         own.validate()?;
-        if is_own && own.plan() == *plan {
+        if own.plan() == *plan {
             return Ok(());
         }
+        let bits = own.plan().own.bits.into();
         Err(PlanError {
             field: "plan.bits",
-            value: plan.own.bits as f32,
-            bounds: (own.plan().own.bits as f32, own.plan().own.bits as f32),
+            value: plan.own.bits.into(),
+            bounds: (bits, bits),
         })
     }
 

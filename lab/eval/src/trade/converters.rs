@@ -15,7 +15,6 @@ use ridgetone::converter::oversampled::{Buffer, Filled, HALF, Oversampler};
 use ridgetone_proto::plan::Plan;
 use ridgetone_tone::{Status, Values};
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
 use std::sync::atomic::{AtomicU16, Ordering::Relaxed};
 
 /// Windows of each tone and converter, for the page.
