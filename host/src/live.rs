@@ -220,8 +220,8 @@ impl Live {
             Event::Texture(_) => now.latest.texture = kept(),
             _ => {}
         }
-        // The log takes only what no other part of the screen shows. A request that succeeded is
-        // not logged.
+        // The log takes only what no other part of the screen shows. A request that succeeded, or a
+        // converter that answers, is not logged.
         let is_usual = match &packet.event {
             Event::Estimate(_)
             | Event::Health(_)
@@ -229,6 +229,7 @@ impl Live {
             | Event::Raw(_)
             | Event::Hello(_) => true,
             Event::Reply(reply) => reply.outcome == Outcome::Done,
+            Event::Converter(state) => state.answers,
             _ => false,
         };
         if !is_usual {

@@ -5,7 +5,7 @@ use crate::input::Input;
 use crate::{replay, static_image};
 use ridgetone_proto::boot::{Boot, SettingsSource};
 use ridgetone_proto::fault::FaultKind;
-use ridgetone_proto::telemetry::{PROTOCOL, Raw, Status};
+use ridgetone_proto::telemetry::{ConverterState, PROTOCOL, Raw, Status};
 
 fn packets() -> Vec<Packet> {
     let mut packets = Vec::new();
@@ -206,5 +206,27 @@ fn faults_stand_as_long_as_they_last_and_memory_is_bounded() {
     assert_eq!(
         live.strips.iter().next().map(|frame| frame.number),
         Some(3000 - 965)
+    );
+}
+
+#[test]
+fn the_log_names_a_converter_that_does_not_answer() {
+    let mut live = Live::new("a board");
+    let mut take = |answers| {
+        live.take(&Packet {
+            sequence: 0,
+            event: Event::Converter(ConverterState {
+                name: "ADS1258".try_into().unwrap(),
+                answers,
+                ..ConverterState::default()
+            }),
+        });
+        live.log.iter().cloned().collect::<Vec<_>>()
+    };
+    assert!(take(true).is_empty(), "every ten seconds");
+    let lines = take(false);
+    assert!(
+        lines.len() == 1 && lines[0].contains("ADS1258 DOES NOT ANSWER"),
+        "{lines:?}"
     );
 }

@@ -106,7 +106,7 @@ fn the_converter_is_reported_with_the_id_of_another_chip() {
         let report = run.run_to(1.0, converter);
         assert_eq!(
             (report.answers, report.registers[9]),
-            (false, OTHER),
+            (true, OTHER),
             "{board:?}"
         );
         run.assert_rules();
