@@ -217,7 +217,7 @@ pub fn set(settings: &mut Settings, setting: &Setting, value: Value) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ridgetone::converter::Ads1258Plan;
+    use ridgetone::converter::{Ads1258Plan, OnboardPlan};
     use ridgetone_proto::plan::Plan;
     use ridgetone_proto::settings::{Array, Slide, SlideRule};
 
@@ -437,5 +437,26 @@ mod tests {
             text.contains("wrong.toml") && text.contains("line 2"),
             "{text}"
         );
+    }
+
+    /// A file from a board with another converter, and what somebody's own converter has.
+    #[test]
+    fn a_plan_of_any_converter_is_read_as_it_was_written() {
+        let onboard = OnboardPlan {
+            inputs: 0x00ff,
+            scans: 160,
+        };
+        let mut other = Plan::of_frames(1000.0, 3).unwrap();
+        other.own.converter = 77;
+        for plan in [onboard.plan(), Plan::of_frames(240.0, 16).unwrap(), other] {
+            let settings = Settings::DEFAULT.with_plan(plan);
+            let given = toml(&settings).unwrap().parse().unwrap();
+            assert_eq!(over(&Settings::DEFAULT, given).unwrap(), settings);
+            let given = toml(&Settings::DEFAULT.with_plan(Plan::HAND)).unwrap();
+            assert_eq!(
+                over(&settings, given.parse().unwrap()).unwrap().plan,
+                Plan::HAND
+            );
+        }
     }
 }

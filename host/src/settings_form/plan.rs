@@ -1,8 +1,8 @@
 //! A plan by its name, if it has one, otherwise by its converter's fields.
 
 use ridgetone::converter::{Ads1258Plan, OnboardPlan};
-use ridgetone_proto::plan::{Converters, Plan, PlanError};
-use serde::{Serialize, Serializer};
+use ridgetone_proto::plan::{Converters, HealthReadings, Own, Plan, PlanError, Sampling};
+use serde::{Deserialize, Serialize, Serializer};
 use toml::Table;
 
 /// A plan as its converter has it.
@@ -11,16 +11,59 @@ use toml::Table;
 pub enum Fields {
     Ads1258(Ads1258Plan),
     Onboard(OnboardPlan),
-    /// No converter that is known here.
-    Other(Plan),
+    Other(OtherPlan),
+}
+
+/// A plan that no converter known here can run.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct OtherPlan {
+    inputs: u16,
+    health: HealthReadings,
+    sampling: Sampling,
+    adc_clock_hz: u32,
+    frame_ticks: u32,
+    converter: u8,
+    bits: u16,
 }
 
 impl Fields {
     pub fn of(plan: &Plan) -> Self {
-        match plan.own.converter {
-            Converters::ADS1258 => Self::Ads1258(Ads1258Plan::of(plan)),
-            Converters::ONBOARD => Self::Onboard(OnboardPlan::of(plan)),
-            _ => Self::Other(*plan),
+        if Ads1258Plan::check(plan).is_ok() {
+            Self::Ads1258(Ads1258Plan::of(plan))
+        } else if OnboardPlan::check(plan, u16::MAX).is_ok() {
+            Self::Onboard(OnboardPlan::of(plan))
+        } else {
+            Self::Other(OtherPlan {
+                inputs: plan.inputs,
+                health: plan.health,
+                sampling: plan.sampling,
+                adc_clock_hz: plan.adc_clock_hz,
+                frame_ticks: plan.frame_ticks,
+                converter: plan.own.converter,
+                bits: plan.own.bits,
+            })
+        }
+    }
+
+    /// The fields that a table is for: those of the plan, unless it names another converter's, as a
+    /// file from another board does.
+    pub fn for_table(plan: &Plan, given: &Table) -> Self {
+        let names = |fields: &[&str]| fields.iter().any(|field| given.contains_key(*field));
+        let found = Self::of(plan);
+        match found {
+            Self::Ads1258(_) | Self::Other(_) if names(&["scans"]) => Self::of(&Plan::ONBOARD),
+            Self::Onboard(_) | Self::Other(_) if names(&["data_rate", "delay", "chop"]) => {
+                Self::of(&Plan::PAPER)
+            }
+            Self::Ads1258(_) | Self::Onboard(_) if names(&["frame_ticks"]) => Self::of(&Plan {
+                own: Own {
+                    converter: Converters::FRAMES,
+                    bits: 0,
+                },
+                ..*plan
+            }),
+            found => found,
         }
     }
 
@@ -29,7 +72,9 @@ impl Fields {
         match self {
             Self::Ads1258(_) => "inputs, data_rate, delay, chop, health, adc_clock_hz",
             Self::Onboard(_) => "inputs, scans",
-            Self::Other(_) => "inputs, health, sampling, adc_clock_hz, frame_ticks, own",
+            Self::Other(_) => {
+                "inputs, health, sampling, adc_clock_hz, frame_ticks, converter, bits"
+            }
         }
     }
 
@@ -47,7 +92,20 @@ impl Fields {
         match self {
             Self::Ads1258(own) => own.validate().map(|()| own.plan()),
             Self::Onboard(own) => own.validate().map(|()| own.plan()),
-            Self::Other(plan) => plan.validate().map(|()| *plan),
+            Self::Other(other) => {
+                let plan = Plan {
+                    inputs: other.inputs,
+                    health: other.health,
+                    sampling: other.sampling,
+                    adc_clock_hz: other.adc_clock_hz,
+                    frame_ticks: other.frame_ticks,
+                    own: Own {
+                        converter: other.converter,
+                        bits: other.bits,
+                    },
+                };
+                plan.validate().map(|()| plan)
+            }
         }
     }
 }

@@ -126,7 +126,10 @@ fn mask(given: &Value) -> Option<u16> {
 
 /// A plan by its name, or this one with other fields.
 fn with_fields(plan: &Plan, given: &Value) -> Result<Plan, String> {
-    let fields = plan::Fields::of(plan);
+    let fields = match given {
+        Value::Table(given) => plan::Fields::for_table(plan, given),
+        _ => plan::Fields::of(plan),
+    };
     let expected = || format!("a name, or the table plan with {}", fields.names());
     match given {
         // A name says nothing of the clock that the board has.
