@@ -1,9 +1,9 @@
 //! The STM32's own converter of 12 bits behind the amplifiers of the wiring page: what a single
 //! sample reads. When it samples is the business of whoever asks.
 //!
-//! Left out: offset and gain errors (up to 3 steps each), nonlinearity (integral 1.5 to 3 steps,
-//! differential 1 to 2; DS8626, table ADC accuracy), which a tone of many steps spreads into
-//! overtones, and what one input leaves for the next in the sampling capacitor.
+//! Not modelled: offset and gain errors (up to 3 steps each), nonlinearity (integral 1.5 to 3 steps,
+//! differential 1 to 2; DS8626, table ADC accuracy), which gives a strong tone overtones, and the
+//! charge that one input leaves in the sampling capacitor for the next.
 
 use crate::random::{Random, Stream};
 use crate::scene::Scene;

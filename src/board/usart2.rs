@@ -3,7 +3,7 @@
 use stm32f4xx_hal::interrupt;
 use stm32f4xx_hal::pac::{Interrupt, NVIC};
 
-/// Lets the interrupt come, at the priority of the task that it becomes part of.
+/// Unmasks the interrupt and gives it the priority of the task that it forwards to.
 pub fn forward(nvic: &mut NVIC) {
     // SAFETY: neither interrupts the other; RTIC has set the priority before it called `init`, and
     // serves no interrupt before the end of it.

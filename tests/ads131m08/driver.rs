@@ -35,7 +35,7 @@ struct Frame {
 /// The converter's id in plans: no other has it.
 const ID_OF_PLANS: u8 = 200;
 
-/// The plan with an oversampling of 128 shifted by `osr`, of some inputs, by a clock of 8.192 MHz.
+/// A plan with an oversampling ratio of 128 << `osr` and a clock of 8.192 MHz.
 pub const fn plan(osr: u16, inputs: u16) -> Plan {
     Plan {
         inputs,

@@ -2,8 +2,8 @@
 //!
 //! [`Acquisition`](crate::Acquisition) serves the edges of a data-ready line and supervises the
 //! converter behind it; everything after it sees [`Sample`]s. A converter of another family
-//! implements [`Converter`]; [`WiredAds1258`] is that of the boards with an ADS1258,
-//! and [`oversampled`] the arithmetic of those with the STM32's own.
+//! implements [`Converter`]. [`WiredAds1258`] serves the boards with an ADS1258; [`oversampled`] has
+//! the arithmetic for those that use the STM32's own ADC.
 
 mod ads1258;
 mod ads1258_plan;

@@ -328,8 +328,9 @@ impl Detector {
         true
     }
 
-    /// The next conversions are of the plan with this [`Plan::mark`], with the settings that wait for
-    /// it. What lasts is over; numbers and times of frames go on, and the level without touch is measured again.
+    /// Puts the settings that wait for the plan with this [`Plan::mark`] into force: the next
+    /// conversions are of it. Anything open is closed; frame numbers and times continue, and the
+    /// level without touch is measured again.
     pub fn begin(
         &mut self,
         mark: u32,

@@ -17,8 +17,8 @@ const MUXMOD: u8 = 0x20;
 const SCANNING_TICKS: u64 = 674;
 const FIXED_TICKS: u64 = 128;
 
-/// After its clock has begun the chip powers up: 2^18 periods of the slowest clock that a plan may
-/// have (SBAS297G), microseconds.
+/// Time that the chip takes to power up once its clock runs: 2^18 periods of the slowest clock that
+/// a plan allows (SBAS297G), microseconds.
 const POWER_UP_US: u32 = 20_000;
 
 /// What a board feeds into CLKIO.

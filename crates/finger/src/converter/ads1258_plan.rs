@@ -1,4 +1,4 @@
-//! The ADS1258's own plan: which of its registers a [`Plan`] stands for.
+//! The ADS1258's part of a [`Plan`]: the register fields that it stands for.
 
 use ads1258::{CRYSTAL_CLOCK_HZ, Config, DataRate, Delay, IdleMode, Mux, Sysred};
 use ridgetone_proto::plan::{
@@ -92,7 +92,7 @@ impl Ads1258Plan {
         self.plan().validate()
     }
 
-    /// Checks that a plan is one of this chip's, and has the rates that its registers give.
+    /// Checks that a plan belongs to this chip and that its rates are those of its registers.
     pub fn check(plan: &Plan) -> Result<(), PlanError> {
         let own = Self::of(plan);
         let id = Converters::ADS1258.into();

@@ -1,4 +1,4 @@
-//! A plan on its way from the task that decides on it to the one that sets the converter up.
+//! Hands a plan from the task that decides on it to the task that sets up the converter.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 use ridgetone_proto::plan::{HealthReadings, Own, Plan, Sampling};
@@ -6,8 +6,8 @@ use ridgetone_proto::plan::{HealthReadings, Own, Plan, Sampling};
 /// Nothing is requested while this is the number.
 const MIDWAY: u32 = 0;
 
-/// The plan that the converter is to have. One task writes it; one of a higher priority reads it,
-/// perhaps amid the writing, which it sees by the number.
+/// The plan that the converter is to have. One task writes it, and a task of a higher priority reads
+/// it. The reader may interrupt the writer; the number then says that the words are incomplete.
 #[derive(Debug)]
 pub struct PlanRequest {
     /// Number of the request.
@@ -69,7 +69,7 @@ impl PlanRequest {
         let next = self.number.load(Ordering::Relaxed).wrapping_add(1);
         self.number.store(MIDWAY, Ordering::Relaxed);
         for (place, word) in self.words.iter().zip(words(plan)) {
-            // Not before the number.
+            // Release: the number is cleared first.
             place.store(word, Ordering::Release);
         }
         let next = if next == MIDWAY { next + 1 } else { next };

@@ -146,8 +146,8 @@ pub struct Health {
 /// Bytes of a converter's registers that a report carries.
 pub const REGISTERS: usize = 10;
 
-/// The converter behind the inputs, for diagnosis: within half a second of each greeting, and of
-/// each change.
+/// State of the converter, for diagnosis. Sent within half a second of each greeting and of each
+/// change.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ConverterState {
     /// Device time, microseconds.
