@@ -1,4 +1,4 @@
-//! The firmware: binds the tasks of [`ridgetone::tasks`] to interrupts, and locks what they share.
+//! The firmware: binds the tasks of [`ridgetone_finger::tasks`] to interrupts, and locks what they share.
 //!
 //! | task | priority | interrupt |
 //! |---|---|---|
@@ -59,23 +59,23 @@ mod app {
     use core::mem::MaybeUninit;
     use embedded_hal::delay::DelayNs;
     use heapless::spsc::Queue;
-    use ridgetone::Acquisition;
-    use ridgetone::Detector;
-    use ridgetone::Estimator;
-    use ridgetone::Ring;
-    use ridgetone::TimedConversion;
-    use ridgetone::Window;
-    use ridgetone::converter::Converter as _;
-    use ridgetone::tasks::Detect;
-    use ridgetone::tasks::Drdy;
-    use ridgetone::tasks::Fit;
-    use ridgetone::tasks::Report;
-    use ridgetone::tasks::Requests;
-    use ridgetone::tasks::WatchdogPolicy;
-    use ridgetone::tasks::{BYTES, PACKETS, Platform, SAMPLES, Shared, Task, WINDOWS};
-    use ridgetone::tasks::{Idle, Next, Slept, Stack};
-    use ridgetone::tasks::{Inboxes, SerialLine};
-    use ridgetone::tasks::{Mail, Outbox};
+    use ridgetone_finger::Acquisition;
+    use ridgetone_finger::Detector;
+    use ridgetone_finger::Estimator;
+    use ridgetone_finger::Ring;
+    use ridgetone_finger::TimedConversion;
+    use ridgetone_finger::Window;
+    use ridgetone_finger::converter::Converter as _;
+    use ridgetone_finger::tasks::Detect;
+    use ridgetone_finger::tasks::Drdy;
+    use ridgetone_finger::tasks::Fit;
+    use ridgetone_finger::tasks::Report;
+    use ridgetone_finger::tasks::Requests;
+    use ridgetone_finger::tasks::WatchdogPolicy;
+    use ridgetone_finger::tasks::{BYTES, PACKETS, Platform, SAMPLES, Shared, Task, WINDOWS};
+    use ridgetone_finger::tasks::{Idle, Next, Slept, Stack};
+    use ridgetone_finger::tasks::{Inboxes, SerialLine};
+    use ridgetone_finger::tasks::{Mail, Outbox};
     use ridgetone_proto::boot::Record;
     use ridgetone_proto::store::{FlashStore, Store};
     use stm32f4xx_hal::pac::Interrupt;

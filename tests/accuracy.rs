@@ -9,7 +9,7 @@ use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Estimate, Status};
 use support::{Outcome, all, outcome, run};
 
-const HOP_S: f64 = 0.05;
+const STRIDE_S: f64 = 0.05;
 
 const SEEDS: u64 = 20;
 
@@ -28,7 +28,7 @@ fn touch(settings: Settings, snr_db: f64, seed: u64) -> (Outcome, f64) {
 fn at(accuracy: f32, snr_db: f64, seed: u64) -> (Outcome, f64) {
     let settings = Settings {
         accuracy,
-        hop_s: HOP_S as f32,
+        stride_s: STRIDE_S as f32,
         ..Settings::DEFAULT
     };
     touch(settings, snr_db, seed)
@@ -44,7 +44,7 @@ fn mean_sigma(window_s: f64, snr_db: f64) -> f64 {
     for seed in 0..SEEDS {
         let settings = Settings {
             window_s: window_s as f32,
-            hop_s: window_s as f32,
+            stride_s: window_s as f32,
             ..Settings::DEFAULT
         };
         let (out, _) = touch(settings, snr_db, seed);
@@ -59,10 +59,10 @@ fn mean_sigma(window_s: f64, snr_db: f64) -> f64 {
     sum / f64::from(count)
 }
 
-/// The shortest window, in whole hops, whose sigma is small enough on average.
+/// The shortest window, in whole strides, whose sigma is small enough on average.
 fn length_needed_s(accuracy: f32, snr_db: f64) -> f64 {
     (2..20)
-        .map(|hops| f64::from(hops) * HOP_S)
+        .map(|strides| f64::from(strides) * STRIDE_S)
         .find(|length_s| mean_sigma(*length_s, snr_db) <= f64::from(accuracy))
         .expect("a second is enough")
 }
@@ -96,7 +96,7 @@ fn an_estimate_comes_as_soon_as_it_is_accurate_and_no_sooner() {
         let mean_s = lengths.iter().sum::<f64>() / lengths.len() as f64;
         println!("{accuracy}: {mean_s} s on average, {needed_s} s needed");
         assert!(
-            (mean_s - needed_s).abs() < 1.5 * HOP_S,
+            (mean_s - needed_s).abs() < 1.5 * STRIDE_S,
             "{accuracy}: {mean_s} s on average, {needed_s} s needed: {lengths:?}"
         );
     }

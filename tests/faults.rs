@@ -4,12 +4,12 @@
 mod touch;
 
 use ads1258::Status as StatusByte;
-use ridgetone::CONVERSION_NS;
-use ridgetone::Diagnostics;
-use ridgetone::Pipeline;
-use ridgetone::Ring;
-use ridgetone::TimedConversion;
-use ridgetone::{Detector, Outputs};
+use ridgetone_finger::CONVERSION_NS;
+use ridgetone_finger::Diagnostics;
+use ridgetone_finger::Pipeline;
+use ridgetone_finger::Ring;
+use ridgetone_finger::TimedConversion;
+use ridgetone_finger::{Detector, Outputs};
 use ridgetone_proto::fault::{Fault, FaultKind};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Estimate, Event, Span, Status, Travel, TravelStatus};
@@ -25,7 +25,7 @@ const MIDDLE: u64 = 434;
 fn events(mut change: impl FnMut(u64, TimedConversion) -> Option<TimedConversion>) -> Vec<Event> {
     let settings = Settings {
         window_s: 0.5,
-        hop_s: 0.1,
+        stride_s: 0.1,
         ..Settings::DEFAULT
     };
     let mut pipeline = Box::new(Pipeline::new(settings));
@@ -494,11 +494,11 @@ fn a_fault_that_changes_a_frequency_makes_a_good_or_unsteady_estimate_doubtful_a
  {
     let good = events(|_, conversion| Some(conversion));
     let fit = (*estimates(&good).last().unwrap()).clone();
-    let window = ridgetone::Window {
+    let window = ridgetone_finger::Window {
         end_us: fit.t_us,
         frame_rate_hz: 241.14,
         span: fit.span,
-        ..ridgetone::Window::new(Settings::DEFAULT.plan, (fit.window_s * 241.0) as u32)
+        ..ridgetone_finger::Window::new(Settings::DEFAULT.plan, (fit.window_s * 241.0) as u32)
     };
     let travel = Travel {
         status: TravelStatus::Given,

@@ -2,9 +2,9 @@
 //! through the whole path.
 
 use ads1258::reading::volts;
-use ridgetone::Window;
-use ridgetone::internals::{FEEL_MEMORY, feel, image_ratio};
 use ridgetone_feel::Receptor;
+use ridgetone_finger::Window;
+use ridgetone_finger::internals::{FEEL_MEMORY, feel, image_ratio};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{Feeling, Settings, TAXELS};
 use ridgetone_proto::telemetry::{Feel, Hold, Image, Measured, NO_LEVEL, Pressed};
@@ -17,7 +17,7 @@ const VOLTS_PER_UM: f32 = 0.01;
 fn settings(plan: Plan) -> Settings {
     let feel = Feeling {
         volts_per_um: VOLTS_PER_UM,
-        sigma_share: 0.1,
+        sigma_fraction: 0.1,
         force_ratio: 0.0,
     };
     Settings {

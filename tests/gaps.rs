@@ -4,8 +4,8 @@
 mod reference;
 
 use reference::Tone;
-use ridgetone::Window;
-use ridgetone::{Estimator, WindowFit};
+use ridgetone_finger::Window;
+use ridgetone_finger::{Estimator, WindowFit};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Estimate, Status};

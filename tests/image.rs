@@ -7,7 +7,7 @@ use ads1258::Status;
 use hal_mock::{
     Constant, Finger, Noisy, Options, Scene, SimulatedBoard, Sliding, SlidingScene, load_scene,
 };
-use ridgetone::TimedConversion;
+use ridgetone_finger::TimedConversion;
 use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings, TAXELS};
 use ridgetone_proto::telemetry::{Hold, Image};
 use std::f64::consts::TAU;

@@ -5,11 +5,11 @@
 mod reference;
 
 use reference::{Noise, codes};
-use ridgetone::Window;
-use ridgetone::Wiring;
-use ridgetone::internals::by_phases;
-use ridgetone::internals::lag;
-use ridgetone::internals::{Fitted, Setup, Tracker, fit};
+use ridgetone_finger::Window;
+use ridgetone_finger::Wiring;
+use ridgetone_finger::internals::by_phases;
+use ridgetone_finger::internals::lag;
+use ridgetone_finger::internals::{Fitted, Setup, Tracker, fit};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::settings::{Array, FRAME_RATE_HZ};

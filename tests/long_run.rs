@@ -13,11 +13,11 @@ mod touch;
 
 use ads1258::Status as StatusByte;
 use memory::resident_bytes;
-use ridgetone::Pipeline;
-use ridgetone::TimedConversion;
-use ridgetone::internals::Assembler;
-use ridgetone::tasks::{Outbox, Posted};
-use ridgetone::{CONVERSION_NS, SLOTS};
+use ridgetone_finger::Pipeline;
+use ridgetone_finger::TimedConversion;
+use ridgetone_finger::internals::Assembler;
+use ridgetone_finger::tasks::{Outbox, Posted};
+use ridgetone_finger::{CONVERSION_NS, SLOTS};
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings};
@@ -153,7 +153,7 @@ fn a_touch_around_every_wrap_of_thirty_days_is_like_the_first() {
                 lost_before <= lost && (done < begin || lost_before == lost.min(u32::MAX.into())),
                 "{health:?}"
             );
-            assert_eq!((health.conversions_doubtful, health.hops_skipped), (0, 0));
+            assert_eq!((health.conversions_doubtful, health.overruns), (0, 0));
             assert!(
                 (f64::from(health.frame_rate_hz) * SCAN_NS as f64 / 1e9 - 1.0).abs() < 1e-6,
                 "{health:?}"

@@ -145,7 +145,7 @@ fn slide_with(robot: Robot, settings: Settings) -> (Outcome, Did) {
 fn settings() -> Settings {
     Settings {
         window_s: 0.6,
-        hop_s: 0.1,
+        stride_s: 0.1,
         ..Settings::DEFAULT
     }
 }
@@ -502,7 +502,7 @@ fn a_fast_plan_has_windows_shorter_than_a_swing() {
     }
     let settings = Settings {
         window_s: 0.1,
-        hop_s: 0.05,
+        stride_s: 0.05,
         ..Settings::DEFAULT.with_plan(Plan::HAND)
     };
     let out = outcome(&run_streamed(scene, settings, stream));

@@ -319,7 +319,7 @@ fn holes_do_not_bend_the_frequency() {
             let truth = scene.truth();
             let settings = Settings {
                 window_s: 0.5,
-                hop_s: 0.05,
+                stride_s: 0.05,
                 ..Settings::DEFAULT
             };
             let out = outcome(&run(scene, settings, |count, conversion| {

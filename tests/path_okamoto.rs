@@ -25,7 +25,7 @@ const HAND_HZ: f64 = 1.07;
 const FRAMES: usize = 4665;
 /// The paper's window, frames: the best of 16, 32, 64 and 128 ms by its own search.
 const WINDOW: usize = 32;
-const HOP: usize = 4;
+const STRIDE: usize = 4;
 /// Fewest cycles along the path of a window that is judged.
 const CYCLES: f64 = 1.5;
 /// The paper's range of wavelengths, mm; those that its figure 9 gets right, and those that it does
@@ -117,7 +117,7 @@ fn errors(wavelength_mm: f64, channels: usize, window: usize, harmonics: u8) -> 
     let valid = vec![u16::MAX; window];
     let mut fitter = Box::new(Fitter::new());
     let mut sums = Errors::default();
-    for first in (0..FRAMES - window).step_by(HOP) {
+    for first in (0..FRAMES - window).step_by(STRIDE) {
         let values = &values[first..first + window];
         let place = |frame: u32| (place_mm(first + frame as usize) - place_mm(first)) as f32;
         let mut table = Table {

@@ -4,7 +4,7 @@
 mod support;
 
 use hal_mock::{Sliding, SlidingScene};
-use ridgetone::converter::Ads1258Plan;
+use ridgetone_finger::converter::Ads1258Plan;
 use ridgetone_proto::plan::{HealthReadings, Plan};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Status};
@@ -82,7 +82,7 @@ fn finds(what: &str, plan: Plan, tones: &[(f64, f64)], rate: &mut Rate) {
             "{what}"
         );
         assert_eq!(
-            (out.health.hops_skipped, out.releases_s.len()),
+            (out.health.overruns, out.releases_s.len()),
             (0, 1),
             "{what}"
         );

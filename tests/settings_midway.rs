@@ -5,11 +5,11 @@
 #[allow(dead_code, reason = "a part of it is used here")]
 mod touch;
 
-use ridgetone::Diagnostics;
-use ridgetone::Ring;
-use ridgetone::TimedConversion;
-use ridgetone::{Detector, Outputs};
-use ridgetone::{Estimator, WindowFit};
+use ridgetone_finger::Diagnostics;
+use ridgetone_finger::Ring;
+use ridgetone_finger::TimedConversion;
+use ridgetone_finger::{Detector, Outputs};
+use ridgetone_finger::{Estimator, WindowFit};
 use ridgetone_proto::boot::SettingsSource;
 use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings, Slide, SlideRule};
 use ridgetone_proto::telemetry::{Estimate, Event, Span, Status};
@@ -92,16 +92,16 @@ fn touch(before: Settings, after: Settings, changed: u64) -> Vec<(bool, Estimate
 fn every_window_is_of_one_length_within_the_slide_and_right() {
     let long = Settings {
         window_s: 1.0,
-        hop_s: 0.25,
+        stride_s: 0.25,
         ..Settings::DEFAULT
     };
     let short = Settings {
         window_s: 0.4,
-        hop_s: 0.1,
+        stride_s: 0.1,
         ..Settings::DEFAULT
     };
     for (before, after) in [(long, short), (short, long)] {
-        // From before the slide until behind its end, at any phase of the hop.
+        // From before the slide until behind its end, at any phase of the stride.
         for changed in (150..700).step_by(37) {
             let changed_s = changed as f32 / FRAME_RATE_HZ;
             let estimates = touch(before, after, changed);

@@ -1,14 +1,14 @@
-//! Hops that are much shorter than the time until a slide is noticed: many windows are due at once.
+//! Strides that are much shorter than the time until a slide is noticed: many windows are due at once.
 
 #[path = "support/touch.rs"]
 #[allow(dead_code, reason = "a part of it is used here")]
 mod touch;
 
-use ridgetone::Diagnostics;
-use ridgetone::Pipeline;
-use ridgetone::Ring;
-use ridgetone::TimedConversion;
-use ridgetone::{Detector, Outputs};
+use ridgetone_finger::Diagnostics;
+use ridgetone_finger::Pipeline;
+use ridgetone_finger::Ring;
+use ridgetone_finger::TimedConversion;
+use ridgetone_finger::{Detector, Outputs};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::Event;
 
@@ -39,22 +39,19 @@ fn windows_due(settings: Settings) -> usize {
 fn every_window_that_is_due_is_fitted_or_counted_as_skipped() {
     let settings = Settings {
         window_s: 0.1,
-        hop_s: 0.02,
+        stride_s: 0.02,
         ..Settings::DEFAULT
     };
     let mut pipeline = Box::new(Pipeline::new(settings));
-    let (mut estimates, mut hops_skipped) = (0, 0);
+    let (mut estimates, mut overruns) = (0, 0);
     let mut count = |event| match event {
         Event::Estimate(_) => estimates += 1,
-        Event::Health(health) => hops_skipped = health.hops_skipped as usize,
+        Event::Health(health) => overruns = health.overruns as usize,
         _ => {}
     };
     conversions().for_each(|conversion| pipeline.push(conversion, &mut count));
     pipeline.finish(&mut count);
-    assert!(
-        hops_skipped > 0,
-        "the slide is noticed too early for this test"
-    );
+    assert!(overruns > 0, "the slide is noticed too early for this test");
     assert!(estimates > 50, "{estimates}");
-    assert_eq!(estimates + hops_skipped, windows_due(settings));
+    assert_eq!(estimates + overruns, windows_due(settings));
 }

@@ -214,8 +214,8 @@ fn the_power_s_sigma_is_its_scatter() {
 #[test]
 fn without_a_speed_there_is_no_texture() {
     let array = Array {
-        period_least_mm: 1.2,
-        period_most_mm: 9.0,
+        period_min_mm: 1.2,
+        period_max_mm: 9.0,
         ..Settings::DEFAULT.array
     };
     let settings = Settings {

@@ -223,7 +223,7 @@ fn a_grating_finer_than_the_pitch_is_ambiguous() {
         ..Sliding::physical()
     };
     let array = Array {
-        period_least_mm: 1.4,
+        period_min_mm: 1.4,
         ..CALIBRATED
     };
     for fit in estimates(scene, with_array(array)) {

@@ -53,7 +53,7 @@ fn slide(robot: impl Fn(f64) -> Stream) -> Outcome {
     let start_s = scene.truth().slide_start_s;
     let settings = Settings {
         window_s: 0.7,
-        hop_s: 0.1,
+        stride_s: 0.1,
         ..Settings::DEFAULT
     };
     outcome(&run_streamed(Varying(scene), settings, robot(start_s)))

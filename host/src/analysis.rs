@@ -413,7 +413,7 @@ impl Periodogram {
 mod tests {
     use super::*;
     use ads1258::Channel;
-    use ridgetone::converter::Ads1258Plan;
+    use ridgetone_finger::converter::Ads1258Plan;
 
     fn of(inputs: u16, own: Ads1258Plan) -> Plan {
         Ads1258Plan { inputs, ..own }.plan()

@@ -124,8 +124,8 @@ fn measure(
         edge_phase_rad: 0.0,
         // The lag itself is wanted.
         edge_phase_sigma_rad: 0.0,
-        period_least_mm: 0.98 * near,
-        period_most_mm: (PULLED_MOST * near).min(PITCHES_MOST * pitch_mm),
+        period_min_mm: 0.98 * near,
+        period_max_mm: (PULLED_MOST * near).min(PITCHES_MOST * pitch_mm),
         ..Array::DEFAULT
     };
     let settings = Settings {
@@ -209,12 +209,12 @@ fn height(mut points: Vec<Point>, pitch_mm: f64) -> Calibration {
         wave += TAU / point.period_mm / count;
     }
     let Array {
-        period_least_mm,
-        period_most_mm,
+        period_min_mm,
+        period_max_mm,
         ..
     } = Array::DEFAULT;
     let from = |period_mm: f32| (TAU / f64::from(period_mm) - wave).abs();
-    let furthest = from(period_least_mm).max(from(period_most_mm));
+    let furthest = from(period_min_mm).max(from(period_max_mm));
     Calibration {
         pitch_mm,
         edge_phase_rad,
@@ -276,7 +276,7 @@ impl fmt::Display for Calibration {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ridgetone::converter::Ads1258Plan;
+    use ridgetone_finger::converter::Ads1258Plan;
 
     fn points(of: &[(f64, f64)]) -> Vec<Point> {
         of.iter()

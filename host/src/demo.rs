@@ -238,12 +238,11 @@ impl fmt::Display for Demo {
             100.0 * self.load()
         )?;
         let (read, lost) = (outcome.conversions_served, outcome.chip.lost);
-        let (skipped, dropped) = health.map_or((0, 0), |health| {
-            (health.hops_skipped, health.messages_dropped)
-        });
+        let (skipped, dropped) =
+            health.map_or((0, 0), |health| (health.overruns, health.messages_dropped));
         writeln!(
             f,
-            "conversions     {read} read, {lost} lost; {skipped} hops skipped"
+            "conversions     {read} read, {lost} lost; {skipped} overruns"
         )?;
         let Counts {
             received,

@@ -5,7 +5,7 @@ use crate::output::Progress;
 use crate::replay::conversions_of;
 use crate::stop;
 use anyhow::{Result, bail, ensure};
-use ridgetone::{Detector, Diagnostics, Outputs, Ring};
+use ridgetone_finger::{Detector, Diagnostics, Outputs, Ring};
 use ridgetone_proto::settings::{Settings, Slide, SlideRule};
 use ridgetone_proto::telemetry::Event;
 use std::cell::Cell;

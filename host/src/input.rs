@@ -4,7 +4,7 @@ use crate::output::Progress;
 use crate::samples::Samples;
 use anyhow::{Context, Result, ensure};
 use hal_mock::{Constant, Failure, Options, Playback, Scene, Sliding, SlidingScene, Trace, Truth};
-use ridgetone::CONVERSION_NS;
+use ridgetone_finger::CONVERSION_NS;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Estimate, Event};
@@ -250,10 +250,10 @@ pub fn check_length(what: &str, end_s: f64, most_s: f64) -> Result<()> {
 /// it would make thousands of frames of each row.
 fn check_rate(file: &str, rate_hz: f64, plan: &Plan) -> Result<()> {
     let window_s = f64::from(plan.ring_frames()) / rate_of(plan);
-    let least_hz = f64::from(FRAMES_MIN) / window_s;
+    let min_hz = f64::from(FRAMES_MIN) / window_s;
     ensure!(
-        rate_hz >= least_hz,
-        "{file}: a row every {:.3} s is too slow for touch: the longest window, {window_s:.1} s, needs {FRAMES_MIN} rows ({least_hz:.1} a second); `ridgetone fit --whole {file}` fits rows of any rate",
+        rate_hz >= min_hz,
+        "{file}: a row every {:.3} s is too slow for touch: the longest window, {window_s:.1} s, needs {FRAMES_MIN} rows ({min_hz:.1} a second); `ridgetone fit --whole {file}` fits rows of any rate",
         rate_hz.recip()
     );
     Ok(())
@@ -261,10 +261,10 @@ fn check_rate(file: &str, rate_hz: f64, plan: &Plan) -> Result<()> {
 
 /// Warns of a scene whose tone is too fast for the scan.
 fn aliased(truth: &Truth, rate_hz: f64) -> Option<String> {
-    let most_hz = TONE_MAX * rate_hz;
-    (truth.frequency_hz > most_hz).then(|| {
+    let max_hz = TONE_MAX * rate_hz;
+    (truth.frequency_hz > max_hz).then(|| {
         format!(
-            "the tone of {:.1} Hz is too fast for {rate_hz:.2} frames a second and will appear as a slower one; up to {most_hz:.1} Hz are reported correctly",
+            "the tone of {:.1} Hz is too fast for {rate_hz:.2} frames a second and will appear as a slower one; up to {max_hz:.1} Hz are reported correctly",
             truth.frequency_hz,
         )
     })

@@ -32,7 +32,7 @@ pub struct Selection {
 
 /// What a scene holds by default and may be left out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Without {
+pub enum Exclude {
     /// Levels have a slope alone.
     CurvedBaseline,
     /// Noise is white.
@@ -45,7 +45,7 @@ pub enum Without {
     All,
 }
 
-impl Without {
+impl Exclude {
     /// By its name, whose words may be joined by `_` too.
     pub fn named(name: &str) -> Result<Self, UsageError> {
         Self::from_str(&name.replace('_', "-"), false).map_err(|_| {
@@ -54,7 +54,7 @@ impl Without {
                 all.filter_map(|known| Some(known.to_possible_value()?.get_name().to_owned()));
             let names = names.collect::<Vec<_>>().join(", ");
             UsageError(format!(
-                "--without {}: must be one of {names}",
+                "--exclude {}: must be one of {names}",
                 escaped(name)
             ))
         })
@@ -81,18 +81,18 @@ impl Without {
 /// Bounds of a frequency, hertz.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Band {
-    pub least_hz: Option<f64>,
-    pub most_hz: Option<f64>,
+    pub min_hz: Option<f64>,
+    pub max_hz: Option<f64>,
 }
 
 impl Band {
     /// Bounds in their order.
-    pub fn new(least_hz: Option<f64>, most_hz: Option<f64>) -> Result<Self, UsageError> {
-        match (least_hz, most_hz) {
-            (Some(least_hz), Some(most_hz)) if least_hz >= most_hz => Err(UsageError(format!(
-                "--least-hz {least_hz} is not below --most-hz {most_hz}"
+    pub fn new(min_hz: Option<f64>, max_hz: Option<f64>) -> Result<Self, UsageError> {
+        match (min_hz, max_hz) {
+            (Some(min_hz), Some(max_hz)) if min_hz >= max_hz => Err(UsageError(format!(
+                "--min-hz {min_hz} is not below --max-hz {max_hz}"
             ))),
-            _ => Ok(Self { least_hz, most_hz }),
+            _ => Ok(Self { min_hz, max_hz }),
         }
     }
 

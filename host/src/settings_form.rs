@@ -10,7 +10,7 @@
 //! speed_mm_s = 30
 //!
 //! [array]
-//! period_most_mm = 3.5
+//! period_max_mm = 3.5
 //!
 //! [feel]
 //! volts_per_um = 0.002
@@ -188,7 +188,7 @@ pub fn with_json(settings: &Settings, given: &str) -> Result<Settings> {
 fn over(settings: &Settings, given: Table) -> Result<Settings> {
     let mut settings = *settings;
     let mut given = read::leaves(given).map_err(|why| anyhow!(why))?;
-    // A plan comes first in the table, and brings its window and hop, which others may replace.
+    // A plan comes first in the table, and brings its window and stride, which others may replace.
     for setting in TABLE {
         let Some(value) = given.remove(setting.name) else {
             continue;
@@ -202,7 +202,7 @@ fn over(settings: &Settings, given: Table) -> Result<Settings> {
     Ok(settings)
 }
 
-/// Puts a value in place of another one. Another plan brings its window and hop.
+/// Puts a value in place of another one. Another plan brings its window and stride.
 pub fn set(settings: &mut Settings, setting: &Setting, value: Value) {
     match value {
         Value::Plan(plan) if plan == settings.plan => {}
@@ -217,7 +217,7 @@ pub fn set(settings: &mut Settings, setting: &Setting, value: Value) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ridgetone::converter::{Ads1258Plan, OnboardPlan};
+    use ridgetone_finger::converter::{Ads1258Plan, OnboardPlan};
     use ridgetone_proto::plan::Plan;
     use ridgetone_proto::settings::{Array, Slide, SlideRule};
 
@@ -279,12 +279,12 @@ mod tests {
     fn a_change_leaves_the_other_settings() {
         let found = changed(&[
             "window_s=0.5",
-            "array.period_most_mm=3",
+            "array.period_max_mm=3",
             "interferer_hz = 50",
         ])
         .unwrap();
         let array = Array {
-            period_most_mm: 3.0,
+            period_max_mm: 3.0,
             ..Array::DEFAULT
         };
         assert_eq!(
@@ -330,9 +330,9 @@ mod tests {
                     .contains(&format!("plan = \"{name}\""))
             );
             assert_eq!(
-                changed(&["hop_s=0.08", &format!("plan={name}")])
+                changed(&["stride_s=0.08", &format!("plan={name}")])
                     .unwrap()
-                    .hop_s,
+                    .stride_s,
                 0.08
             );
             assert_eq!(
@@ -391,7 +391,12 @@ mod tests {
             ),
             (
                 "windw_s=1",
-                &["no setting `windw_s`", "hop_s, ", "window_s, ", "array.*"],
+                &[
+                    "no setting `windw_s`",
+                    "stride_s, ",
+                    "window_s, ",
+                    "array.*",
+                ],
             ),
             (
                 "array.pitch=1",
@@ -431,7 +436,7 @@ mod tests {
         }
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("wrong.toml");
-        std::fs::write(&path, "window_s = 0.5\nhop_s = \n").unwrap();
+        std::fs::write(&path, "window_s = 0.5\nstride_s = \n").unwrap();
         let text = format!("{:#}", load(&path).unwrap_err());
         assert!(
             text.contains("wrong.toml") && text.contains("line 2"),

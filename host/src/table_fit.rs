@@ -214,8 +214,8 @@ pub fn fit_part(
             value: frequency,
             sigma: sigma.hypot(frequency * scale_share),
         }),
-        has_tone.then(|| ridgetone::movement(&found, per_unit as f32)),
-        ridgetone::other_tone(&found, per_unit as f32),
+        has_tone.then(|| ridgetone_finger::movement(&found, per_unit as f32)),
+        ridgetone_finger::other_tone(&found, per_unit as f32),
         // An interferer is in time, by place too.
         found.interferer.map(|cycles| cycles * frames_per_s as f32),
     );
@@ -248,7 +248,7 @@ pub fn fit_part(
         readings_missing: columns.len() * part.rows() - readings,
         abscissa,
         tone,
-        status: ridgetone::reported_status(found.status),
+        status: ridgetone_finger::reported_status(found.status),
         harmonics: found.harmonics,
         channels: channels.collect(),
         guessed: joined([

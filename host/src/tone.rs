@@ -53,7 +53,7 @@ pub struct Tone<T> {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub other_tone_per_mm: InUnit<f32>,
     /// Power of the second tone over that of the first.
-    pub other_tone_share: Option<f32>,
+    pub other_tone_fraction: Option<f32>,
     /// Frequency of the interferer as fitted; null if none is set, or if the window is too short
     /// to fit it.
     pub interferer_hz: Option<f32>,
@@ -110,7 +110,7 @@ impl<T: Precision> Tone<T> {
         let both = Self {
             wander_percent: movement.map(|m| 100.0 * m.wander),
             wander_sigma_percent: movement.map(|m| 100.0 * m.wander_sigma),
-            other_tone_share: other_tone.map(|other| other.share),
+            other_tone_fraction: other_tone.map(|other| other.share),
             interferer_hz,
             ..Self::default()
         };
@@ -155,7 +155,7 @@ impl<T: Precision> Tone<T> {
     /// The second tone in the abscissa's unit.
     pub fn other_tone(&self) -> Option<OtherTone> {
         let frequency = self.other_tone_hz.or(self.other_tone_per_mm).flatten()?;
-        let share = self.other_tone_share?;
+        let share = self.other_tone_fraction?;
         Some(OtherTone { frequency, share })
     }
 }

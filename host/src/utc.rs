@@ -9,7 +9,7 @@
 //! not grow with the recording.
 
 use crate::digits::time_s;
-use ridgetone::{CONVERSION_NS, FRAME_NS};
+use ridgetone_finger::{CONVERSION_NS, FRAME_NS};
 use ridgetone_proto::plan::Sampling;
 use ridgetone_proto::telemetry::{Event, Packet, Starts, WIRE_MAX, encode};
 use serde::Serialize;

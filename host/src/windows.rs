@@ -17,7 +17,7 @@ const ROW_LENGTH: f64 = 1.001;
 #[derive(Clone, Copy, Debug)]
 pub struct Steps {
     pub window_s: f64,
-    pub hop_s: f64,
+    pub stride_s: f64,
 }
 
 /// A window: its fit, or why it has none.
@@ -117,8 +117,8 @@ struct Cutter<'a> {
 impl<'a> Cutter<'a> {
     fn new(rows: &'a mut dyn RowReader, selection: &'a Selection, steps: Steps) -> Result<Self> {
         ensure!(
-            steps.window_s > 0.0 && steps.hop_s > 0.0,
-            "--window and --hop must be greater than 0 s"
+            steps.window_s > 0.0 && steps.stride_s > 0.0,
+            "--window and --stride must be greater than 0 s"
         );
         Ok(Self {
             columns: vec![Vec::new(); rows.names().len()],
@@ -140,7 +140,7 @@ impl<'a> Cutter<'a> {
         loop {
             let from_s = self
                 .begin_s
-                .map(|begin_s| begin_s + self.number as f64 * self.steps.hop_s);
+                .map(|begin_s| begin_s + self.number as f64 * self.steps.stride_s);
             if let Some(from_s) = from_s {
                 self.forget_before(from_s);
                 let to_s = from_s + self.steps.window_s;
@@ -212,7 +212,7 @@ impl<'a> Cutter<'a> {
         let end = self.times_s.partition_point(|t_s| *t_s < to_s);
         if start == end {
             let (next_s, begin_s) = (self.times_s.get(end)?, self.begin_s?);
-            let first_with_it = (next_s - begin_s - self.steps.window_s) / self.steps.hop_s;
+            let first_with_it = (next_s - begin_s - self.steps.window_s) / self.steps.stride_s;
             self.number = (self.number + 1).max(first_with_it.floor().max(0.0) as u64);
             return None;
         }

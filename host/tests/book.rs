@@ -39,7 +39,7 @@ const WITH_A_BOARD: [&str; 23] = [
     "ridgetone monitor",
     "ridgetone monitor --odometry -",
     "ridgetone record --for 60 -o touch.rec",
-    "ridgetone settings set window_s=0.4 hop_s=0.1 --keep",
+    "ridgetone settings set window_s=0.4 stride_s=0.1 --keep",
     "ridgetone settings set plan=hand",
     "ridgetone settings set plan.inputs=0x00ff plan.data_rate=2",
     "ridgetone settings set vref_v=2.5 --keep",
@@ -53,7 +53,7 @@ const WITH_A_BOARD: [&str; 23] = [
 /// Commands that take too long for a test, each with the test that covers a short form of it.
 const LITTLE_OF: [(&str, &str); 32] = [
     (
-        "cargo run -p ridgetone --example plain_frames",
+        "cargo run -p ridgetone-finger --example plain_frames",
         "crates/finger/tests/plain_frames.rs",
     ),
     ("cargo xtask worklet", "teletaction/tests/touch/page.rs"),

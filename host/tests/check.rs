@@ -10,7 +10,7 @@ mod terminal;
 use common::{assert_one_line, directory, file, ridgetone, run, stderr, stdout, text};
 use hal_mock::SimulatedBoard;
 use ram_flash::RamFlash;
-use ridgetone::tasks::Received;
+use ridgetone_finger::tasks::Received;
 use ridgetone_host::input::Opened;
 use ridgetone_host::simulated::{self, Start, Surroundings};
 use ridgetone_proto::boot::{Boot, SettingsSource};

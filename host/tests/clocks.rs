@@ -27,7 +27,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 /// What a board sends in one touch, with every frame; each with the board's time at which it sends
 /// it, seconds.
 fn telemetry() -> VecDeque<(f64, Vec<u8>)> {
-    let mut pipeline = Box::new(ridgetone::Pipeline::new(Settings::DEFAULT));
+    let mut pipeline = Box::new(ridgetone_finger::Pipeline::new(Settings::DEFAULT));
     pipeline.report_raw(u32::MAX);
     let (mut sent, mut first_us, mut sequence) = (VecDeque::new(), None, 0);
     let mut send = |now_s: f64, event: Event| {
@@ -37,7 +37,7 @@ fn telemetry() -> VecDeque<(f64, Vec<u8>)> {
         sent.push_back((now_s, wire[..used].to_vec()));
     };
     send(0.0, pipeline.hello());
-    let mut take = |timed: ridgetone::TimedConversion| {
+    let mut take = |timed: ridgetone_finger::TimedConversion| {
         let now_s = f64::from(timed.t_us - *first_us.get_or_insert(timed.t_us)) * 1e-6;
         pipeline.push(timed, &mut |event| send(now_s, event));
         Ok(())

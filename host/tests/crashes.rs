@@ -4,7 +4,7 @@
 
 use hal_mock::Sliding;
 use hal_mock::bridge::Crash;
-use ridgetone::tasks::WATCHDOG_S;
+use ridgetone_finger::tasks::WATCHDOG_S;
 use ridgetone_host::emulator::{self, Options, Outcome};
 use ridgetone_host::input::{Input, Source};
 use ridgetone_proto::boot::{Death, ResetCause};

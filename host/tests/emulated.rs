@@ -295,7 +295,7 @@ fn what_a_finger_feels_is_the_same_on_the_chip_and_on_the_pc() {
             let what = format!("windows of {window_s} s");
             let feel = Feeling {
                 volts_per_um: 2e-6,
-                sigma_share: 0.1,
+                sigma_fraction: 0.1,
                 force_ratio,
             };
             let settings = Settings {

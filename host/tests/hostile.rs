@@ -7,7 +7,7 @@ mod readers;
 
 use mutator::Mutator;
 use readers::Reader;
-use ridgetone::Pipeline;
+use ridgetone_finger::Pipeline;
 use ridgetone_host::export::{self, Format, Kind};
 use ridgetone_host::input::Input;
 use ridgetone_host::recording::{self, Keep};

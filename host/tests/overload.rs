@@ -107,19 +107,19 @@ fn at_the_chips_top_speed_every_loss_is_reported() {
 
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
-fn a_fit_too_slow_for_the_hop_costs_hops() {
-    // 16 ns an instruction, half the usual speed, and hops of 24 frames in 21 ms in place of 0.1 s.
+fn a_fit_too_slow_for_the_stride_costs_strides() {
+    // 16 ns an instruction, half the usual speed, and strides of 24 frames in 21 ms in place of 0.1 s.
     let (outcome, packets, health) = run(Some(FAST_CLOCK_HZ), |options| {
         options.icount_shift = 4;
-        options.settings.hop_s = 0.1;
+        options.settings.stride_s = 0.1;
     });
     assert_accounted("slow fit", &outcome, &packets, &health);
-    assert!(health.hops_skipped > 0, "{health:?}");
+    assert!(health.overruns > 0, "{health:?}");
     assert!(
         packets
             .iter()
             .any(|packet| matches!(packet.event, Event::Estimate(_))),
-        "some hops are fitted"
+        "some strides are fitted"
     );
 }
 

@@ -346,7 +346,7 @@ fn one_file_of_settings_serves_all_and_options_go_over_it() {
         (&found["window_s"], &found["harmonics"]),
         (&0.5.into(), &2.into())
     );
-    assert!((found["array"]["period_most_mm"].as_f64().expect("a number") - 3.9).abs() < 1e-6);
+    assert!((found["array"]["period_max_mm"].as_f64().expect("a number") - 3.9).abs() < 1e-6);
     let found = hello(&[
         "replay",
         "--json",
@@ -419,7 +419,7 @@ fn the_screen_comes_on_a_terminal_and_goes_without_a_trace() {
         .expect("the command runs");
     terminal.read_until("touch.rec  over");
     // A picture comes in pieces; this is near its end.
-    terminal.read_until("hops skipped");
+    terminal.read_until("overruns");
     for part in [
         "frequency, Hz",
         "static image after",

@@ -175,7 +175,7 @@ fn settings_reach_the_library() {
         "--json",
         "--window",
         "0.5",
-        "--hop",
+        "--stride",
         "0.1",
         "--harmonics",
         "2",
@@ -213,7 +213,7 @@ fn commands_that_make_no_sense() {
         status,
         &["window_s", "9", "0.1", "3.9"],
     );
-    assert_one_line(&run(&["replay", "--hop", "x"]), status, &["--hop"]);
+    assert_one_line(&run(&["replay", "--stride", "x"]), status, &["--stride"]);
     assert_one_line(
         &run(&["replay", "any.csv", "--period", "3"]),
         status,

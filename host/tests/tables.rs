@@ -379,7 +379,7 @@ fn recorded(folder: &Path) -> Vec<std::path::PathBuf> {
     use ridgetone_proto::settings::Settings;
     use ridgetone_proto::telemetry::{Event, Packet, WIRE_MAX, encode};
     let mut events = Vec::new();
-    let mut pipeline = Box::new(ridgetone::Pipeline::new(Settings::DEFAULT));
+    let mut pipeline = Box::new(ridgetone_finger::Pipeline::new(Settings::DEFAULT));
     pipeline.report_raw(u32::MAX);
     events.push(pipeline.hello());
     let input = ridgetone_host::input::Input::default()

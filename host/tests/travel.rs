@@ -66,10 +66,10 @@ fn what_is_possible_is_the_users_to_say() {
     // The phase of 3.6 mm backward is that of 5 mm forward.
     for (options, verdict) in [
         (&["--direction", "forward"][..], "out_of_range"),
-        (&["--direction", "backward", "--period-most", "9"], "unique"),
-        (&["--period-most", "9"], "ambiguous"),
-        (&["--period-least", "1.2"], "ambiguous"),
-        (&["--period-least", "3.7"], "out_of_range"),
+        (&["--direction", "backward", "--period-max", "9"], "unique"),
+        (&["--period-max", "9"], "ambiguous"),
+        (&["--period-min", "1.2"], "ambiguous"),
+        (&["--period-min", "3.7"], "out_of_range"),
     ] {
         for estimate in estimates(options) {
             assert_eq!(estimate["travel"], verdict, "{options:?}: {estimate}");
@@ -81,9 +81,9 @@ fn what_is_possible_is_the_users_to_say() {
         }
     }
     assert_one_line(
-        &run(&["replay", "--period-least", "5", "--period-most", "4"]),
+        &run(&["replay", "--period-min", "5", "--period-max", "4"]),
         2,
-        &["period_most_mm = 4", "5 to 100"],
+        &["period_max_mm = 4", "5 to 100"],
     );
     assert_one_line(&run(&["replay", "--pitch", "0"]), 2, &["pitch_mm = 0"]);
 }

@@ -14,7 +14,7 @@ mod served_runs;
 #[path = "view/updates.rs"]
 mod updates;
 
-use ridgetone::Pipeline;
+use ridgetone_finger::Pipeline;
 use ridgetone_host::input::Input;
 use ridgetone_host::recording::Keep;
 use ridgetone_host::{recording, replay};
@@ -35,7 +35,7 @@ fn packets_with(settings: Settings, until_s: f64) -> Vec<Packet> {
     pipeline.report_raw(u32::MAX);
     events.push(pipeline.hello());
     let mut first_us = None;
-    let mut take = |timed: ridgetone::TimedConversion| {
+    let mut take = |timed: ridgetone_finger::TimedConversion| {
         let t_s = f64::from(timed.t_us - *first_us.get_or_insert(timed.t_us)) / 1e6;
         if t_s < until_s {
             pipeline.push(timed, &mut |event: Event| events.push(event));

@@ -45,7 +45,7 @@ fn each_window_is_the_fit_of_its_rows() {
         text(&other),
         "--window",
         "1",
-        "--hop",
+        "--stride",
         "0.5",
         "-o",
         text(&all),
@@ -169,14 +169,11 @@ fn bounds_choose_a_tone_or_say_what_lies_outside() {
         json_lines(&output)[0]["frequency_hz"].as_f64()
     };
     let near = |found: Option<f64>, hz: f64| found.is_some_and(|found| (found - hz).abs() < 0.05);
-    assert!(near(
-        found_hz(&["--least-hz", "15", "--most-hz", "25"]),
-        20.0
-    ));
-    let output = run(&["fit", text(&path), "--least-hz", "40"]);
+    assert!(near(found_hz(&["--min-hz", "15", "--max-hz", "25"]), 20.0));
+    let output = run(&["fit", text(&path), "--min-hz", "40"]);
     let shown = stderr(&output);
     assert!(
-        shown.contains("is outside of --least-hz and --most-hz"),
+        shown.contains("is outside of --min-hz and --max-hz"),
         "{shown}"
     );
     assert!(stdout(&output).contains("no_tone"));
@@ -184,8 +181,8 @@ fn bounds_choose_a_tone_or_say_what_lies_outside() {
         (TAU * 60.0 * t_s).cos() + 0.3 * (TAU * 3.0 * t_s).cos()
     });
     let path = file(folder.path(), "slow.csv", &slow);
-    let output = run(&["fit", text(&path), "--json", "--most-hz", "10"]);
+    let output = run(&["fit", text(&path), "--json", "--max-hz", "10"]);
     assert!(near(json_lines(&output)[0]["frequency_hz"].as_f64(), 3.0));
-    let wrong = run(&["fit", text(&path), "--least-hz", "5", "--most-hz", "2"]);
+    let wrong = run(&["fit", text(&path), "--min-hz", "5", "--max-hz", "2"]);
     assert_eq!(wrong.status.code(), Some(2));
 }

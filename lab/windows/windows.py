@@ -27,7 +27,7 @@ from scipy.optimize import curve_fit
 CHANNELS = 16
 TONE_HZ = 12.34
 NOISE = 0.1
-WINDOW_S, HOP_S = 1.0, 0.25
+WINDOW_S, STRIDE_S = 1.0, 0.25
 # A block that is repeated holds whole cycles of the tone.
 BLOCK_S = 100
 
@@ -54,7 +54,7 @@ def write(path, rate_hz, rows):
 
 def run_fit(command, path, table):
     """Runs the command. Gives its wall time, processor time and most memory."""
-    options = ["--window", str(WINDOW_S), "--hop", str(HOP_S), "-o", str(table), "--force"]
+    options = ["--window", str(WINDOW_S), "--stride", str(STRIDE_S), "-o", str(table), "--force"]
     begin_s = time.perf_counter()
     child = subprocess.Popen([command, "fit", str(path), *options], stderr=subprocess.DEVNULL)
     _, status, usage = os.wait4(child.pid, 0)
@@ -124,8 +124,8 @@ def by_nls(readings, rate_hz):
 def fit_some(method, rate_hz, first, windows):
     """Fits windows of the block, beginning with one of them."""
     readings = block(rate_hz)
-    length, hop = round(WINDOW_S * rate_hz), HOP_S * rate_hz
-    starts = [round((first + n) * hop) % (len(readings) - length) for n in range(windows)]
+    length, stride = round(WINDOW_S * rate_hz), STRIDE_S * rate_hz
+    starts = [round((first + n) * stride) % (len(readings) - length) for n in range(windows)]
     begin_s, begin_cpu_s = time.perf_counter(), time.process_time()
     found = [method(readings[start : start + length], rate_hz) for start in starts]
     wall_s, cpu_s = time.perf_counter() - begin_s, time.process_time() - begin_cpu_s
@@ -156,7 +156,7 @@ def main():
     print("|---:|---|---:|---:|---:|---|")
     for rate_hz in (241, 1000):
         def line(method, windows, wall_s, cpu_s, check):
-            fitted_s = HOP_S * windows
+            fitted_s = STRIDE_S * windows
             print(
                 f"| {rate_hz} | {method} | {windows} | {fitted_s / wall_s:.0f} x "
                 f"| {cores * fitted_s / cpu_s:.0f} x | {check} |",

@@ -1,6 +1,6 @@
 //! The ADS1258's clock on CLKIO, if the plan says that the processor makes it: TIM10 on PB8.
 
-use ridgetone::converter::ChipClock;
+use ridgetone_finger::converter::ChipClock;
 use stm32f4xx_hal::gpio::{Alternate, PB8, Speed};
 use stm32f4xx_hal::pac::TIM10;
 use stm32f4xx_hal::rcc::{Enable, Rcc, Reset};

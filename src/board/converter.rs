@@ -7,7 +7,7 @@
 use core::convert::Infallible;
 use embedded_hal::digital::{ErrorType, OutputPin};
 use embedded_hal_bus::spi::{ExclusiveDevice, NoDelay};
-use ridgetone::tasks::DrdyPin;
+use ridgetone_finger::tasks::DrdyPin;
 use stm32f4xx_hal::gpio::{
     Edge, ExtiPin, Input, Output, PA5, PA6, PA7, Pin, PinState, Pull, Speed,
 };

@@ -9,8 +9,8 @@
 //! | item | what it must do |
 //! |---|---|
 //! | `init(device, core) -> Board` | clocks, pins, SPI, interrupts, the microsecond counter; START low, RESET high |
-//! | `Board::converter` | a [`Converter`](ridgetone::converter::Converter): the processor's own (`stm32_adc.rs`), or an ADS1258 on an `embedded_hal` `SpiDevice` in mode 0, at most half the chip's clock (7.86 MHz), CS as below, with `OutputPin`s on START (high runs the scan) and RESET (active low) |
-//! | `WIRING` | a [`Wiring`](ridgetone::Wiring): how the converter samples, the low-pass before its inputs |
+//! | `Board::converter` | a [`Converter`](ridgetone_finger::converter::Converter): the processor's own (`stm32_adc.rs`), or an ADS1258 on an `embedded_hal` `SpiDevice` in mode 0, at most half the chip's clock (7.86 MHz), CS as below, with `OutputPin`s on START (high runs the scan) and RESET (active low) |
+//! | `WIRING` | a [`Wiring`](ridgetone_finger::Wiring): how the converter samples, the low-pass before its inputs |
 //! | `Board::drdy` | [`DrdyPin`]: the falling edge of DRDY and its time; its interrupt can be muted |
 //! | `Board::line` | [`serial_line::SerialLine`] on the board's USART: telemetry out and requests in, byte by byte |
 //! | `Board::flash` | a `NorFlash` of two pages for settings, words of 4 bytes, where no code may lie (`memory.x`) |
@@ -39,8 +39,8 @@
 //!
 //! Panics: a board has its own panic handler, which calls `die`.
 //!
-//! [`DrdyPin`]: ridgetone::tasks::DrdyPin
-//! [`WATCHDOG_S`]: ridgetone::tasks::WATCHDOG_S
+//! [`DrdyPin`]: ridgetone_finger::tasks::DrdyPin
+//! [`WATCHDOG_S`]: ridgetone_finger::tasks::WATCHDOG_S
 
 // The only place of the firmware where unsafe code is allowed: registers, linker symbols, host
 // calls of the emulator.

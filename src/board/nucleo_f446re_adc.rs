@@ -8,7 +8,7 @@
 use super::stm32_adc::{self, FrameEnd, Stm32Adc, channel};
 use super::stm32f4::{self, External};
 use super::{parts, serial_line, usart2};
-use ridgetone::{LowPass, Wiring};
+use ridgetone_finger::{LowPass, Wiring};
 use ridgetone_proto::boot::Boot;
 use stm32f4xx_hal::gpio::Pull;
 use stm32f4xx_hal::pac::{self, USART2};

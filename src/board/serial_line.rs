@@ -2,7 +2,7 @@
 
 #[cfg(feature = "emulated")]
 use super::emulated::link;
-use ridgetone::tasks::{Received, SerialPort};
+use ridgetone_finger::tasks::{Received, SerialPort};
 use stm32f4xx_hal::gpio::PushPull;
 use stm32f4xx_hal::pac::usart1::RegisterBlock;
 #[cfg(feature = "emulated")]

@@ -9,9 +9,9 @@
 use core::sync::atomic::Ordering::Relaxed;
 use core::sync::atomic::{AtomicBool, AtomicU16};
 use embedded_hal::delay::DelayNs;
-use ridgetone::converter::oversampled::{Buffer, Filled, HALF, Oversampler};
-use ridgetone::converter::{Converter, Facts, OnboardPlan, REGISTERS, Sample, Scanned, Tag};
-use ridgetone::tasks::DrdyPin;
+use ridgetone_finger::converter::oversampled::{Buffer, Filled, HALF, Oversampler};
+use ridgetone_finger::converter::{Converter, Facts, OnboardPlan, REGISTERS, Sample, Scanned, Tag};
+use ridgetone_finger::tasks::DrdyPin;
 use ridgetone_proto::plan::{Plan, PlanError};
 use stm32f4xx_hal::dma::config::Priority;
 use stm32f4xx_hal::dma::traits::{DmaFlagExt, Stream};

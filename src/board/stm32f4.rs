@@ -4,7 +4,7 @@
 use super::crash;
 use cortex_m::peripheral::NVIC;
 use defmt_rtt as _;
-use ridgetone::tasks::WATCHDOG_S;
+use ridgetone_finger::tasks::WATCHDOG_S;
 use ridgetone_proto::boot::{Boot, BrownOut, Oscillator, Record, ResetCause};
 use stm32f4xx_hal::pac::{self, DBGMCU, IWDG, RCC, TIM2, TIM4};
 use stm32f4xx_hal::prelude::*;

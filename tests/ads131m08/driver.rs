@@ -2,7 +2,7 @@
 
 use embedded_hal::delay::DelayNs;
 use embedded_hal::spi::SpiDevice;
-use ridgetone::converter::{Converter, REGISTERS, Sample, Scanned, Tag};
+use ridgetone_finger::converter::{Converter, REGISTERS, Sample, Scanned, Tag};
 use ridgetone_proto::plan::{HealthReadings, Own, Plan, PlanError, Sampling, within};
 
 const CHANNELS: usize = 8;

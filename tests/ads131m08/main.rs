@@ -8,12 +8,12 @@ use embedded_storage::nor_flash::NorFlash;
 use hal_mock::ads131m08::{Ads131m08, Ads131m08Fault};
 use hal_mock::{CutFlash, Repeated, Scene, Sliding, SlidingScene};
 use heapless::spsc::{Consumer, Queue};
-use ridgetone::converter::Facts;
-use ridgetone::tasks::{
+use ridgetone_finger::converter::Facts;
+use ridgetone_finger::tasks::{
     Detect, Drdy, DrdyPin, Fit, Inboxes, Mail, Outbox, PACKETS, Platform, Requests, SAMPLES,
     Shared, Task, WINDOWS, WatchdogPolicy,
 };
-use ridgetone::{Acquisition, Detector, Estimator, LowPass, Ring, Wiring};
+use ridgetone_finger::{Acquisition, Detector, Estimator, LowPass, Ring, Wiring};
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::store::FlashStore;

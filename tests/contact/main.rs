@@ -4,9 +4,9 @@ mod loaded;
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use ridgetone::Ring;
-use ridgetone::internals::{Averager, Averages};
-use ridgetone::internals::{Change, ContactDetector, Observed};
+use ridgetone_finger::Ring;
+use ridgetone_finger::internals::{Averager, Averages};
+use ridgetone_finger::internals::{Change, ContactDetector, Observed};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{FRAME_RATE_HZ, Slide};
 use std::f64::consts::TAU;

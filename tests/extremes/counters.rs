@@ -2,15 +2,15 @@
 //! days.
 
 use crate::any_settings::touch::{SCANS, scan};
-use ridgetone::Pipeline;
-use ridgetone::TimedConversion;
+use ridgetone_finger::Pipeline;
+use ridgetone_finger::TimedConversion;
 use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings};
 use ridgetone_proto::telemetry::{Event, Status};
 
 fn events(conversions: impl Iterator<Item = TimedConversion>, accuracy: f32) -> Vec<Event> {
     let settings = Settings {
         window_s: 0.5,
-        hop_s: 0.1,
+        stride_s: 0.1,
         accuracy,
         ..Settings::DEFAULT
     };

@@ -24,7 +24,7 @@ fn any_settings_are_refused_or_run() {
         };
         let mut settings = Settings {
             window_s: between(0.1, 3.9),
-            hop_s: between(0.02, 0.5),
+            stride_s: between(0.02, 0.5),
             harmonics: between(1.0, 5.0) as u8,
             accuracy: if n % 5 < 3 { 0.0 } else { between(1e-6, 0.1) },
             interferer_hz: if n % 7 < 4 { 0.0 } else { between(5.0, 1000.0) },
@@ -34,8 +34,8 @@ fn any_settings_are_refused_or_run() {
                 pitch_mm: between(0.1, 100.0),
                 edge_phase_rad: between(-3.1, 3.1),
                 edge_phase_sigma_rad: between(0.0, 3.1),
-                period_least_mm: between(0.1, 4.0),
-                period_most_mm: between(4.0, 100.0),
+                period_min_mm: between(0.1, 4.0),
+                period_max_mm: between(4.0, 100.0),
                 may_go_forward: n % 3 > 0,
                 may_go_backward: n % 3 < 2,
                 alike: [0x1111, 0x2222, 0xcccc, 0],
@@ -43,7 +43,7 @@ fn any_settings_are_refused_or_run() {
             },
             feel: Feeling {
                 volts_per_um: if n % 3 == 0 { 0.0 } else { between(1e-9, 10.0) },
-                sigma_share: between(0.0, 1.0),
+                sigma_fraction: between(0.0, 1.0),
                 ..Feeling::DEFAULT
             },
             ..Settings::DEFAULT

@@ -4,7 +4,7 @@
 #[path = "touch.rs"]
 pub mod touch;
 
-use ridgetone::Pipeline;
+use ridgetone_finger::Pipeline;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Packet, Status, WIRE_MAX, encode};
 

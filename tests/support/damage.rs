@@ -6,7 +6,7 @@
 #[path = "touch.rs"]
 mod touch;
 
-use ridgetone::Pipeline;
+use ridgetone_finger::Pipeline;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Decoder, Event, Packet, WIRE_MAX, encode};
 use std::collections::HashMap;

@@ -2,9 +2,9 @@
 //! telemetry.
 
 use hal_mock::{Options, Scene, SimulatedBoard};
-use ridgetone::Pipeline;
-use ridgetone::TimedConversion;
-use ridgetone::converter::Ads1258Plan;
+use ridgetone_finger::Pipeline;
+use ridgetone_finger::TimedConversion;
+use ridgetone_finger::converter::Ads1258Plan;
 use ridgetone_proto::odometry::{FRAME_BYTES, Odometry, PLACE_PER_MM, Reading, WIRE_BYTES};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Decoder, Estimate, Event, Packet, Status, WIRE_MAX, encode};

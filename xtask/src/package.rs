@@ -13,7 +13,7 @@ const PACKAGES: [&str; 6] = [
     "ridgetone-tone",
     "ridgetone-feel",
     "ridgetone-stimulus",
-    "ridgetone",
+    "ridgetone-finger",
 ];
 
 /// Packs each, builds it from its package, without network, and checks its files and its manifest.

@@ -37,7 +37,7 @@ pub const FINGER: Budgets = Budgets {
 pub const EMULATED: Budgets = Budgets {
     flash: &[
         ("ridgetone_tone", 89_000),
-        ("ridgetone", 62_000),
+        ("ridgetone_finger", 62_000),
         ("ridgetone_firmware", 46_000),
         ("ridgetone_proto", 13_500),
         ("microfft", 6_600),
@@ -61,7 +61,7 @@ pub const STYLUS: Budgets = Budgets {
     flash: &[
         ("ridgetone_stylus", 7_300),
         ("ridgetone_stimulus", 2_200),
-        ("ridgetone", 300),
+        ("ridgetone_finger", 300),
         ("ridgetone_proto", 700),
         ("ridgetone_firmware", 13_000),
         (CONSTANTS, 900),
@@ -75,7 +75,7 @@ pub const STYLUS: Budgets = Budgets {
 /// board has 256.
 const FLASH: [(&str, u64); 8] = [
     ("ridgetone_tone", 89_000),
-    ("ridgetone", 60_000),
+    ("ridgetone_finger", 60_000),
     ("ridgetone_firmware", 35_000),
     ("ridgetone_proto", 14_000),
     ("microfft", 6_600),

@@ -14,7 +14,7 @@ const EMULATED: [&str; 7] = [
     "the_emulated_board_passes_its_check",
     "the_log_and_the_greeting_agree",
     "what_a_finger_feels_is_the_same_on_the_chip_and_on_the_pc",
-    "a_fit_too_slow_for_the_hop_costs_hops",
+    "a_fit_too_slow_for_the_stride_costs_strides",
 ];
 
 /// Runs of the boards' own images without `--all`: programs in `lab/rig/tests`.

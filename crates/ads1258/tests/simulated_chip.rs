@@ -493,11 +493,11 @@ fn nothing_relies_on_what_the_datasheet_leaves_open() {
 /// [`Config::sclk_min_hz`] on it does not.
 #[test]
 fn from_the_least_sclk_on_no_frame_is_cut() {
-    let least_hz = SCAN.sclk_min_hz();
-    assert_eq!(least_hz, 337_920, "88 bits of 15.72864 MHz / 4096");
+    let min_hz = SCAN.sclk_min_hz();
+    assert_eq!(min_hz, 337_920, "88 bits of 15.72864 MHz / 4096");
     for (sclk_hz, from_start, works) in [
-        (least_hz, true, true),
-        (least_hz - least_hz / 10, true, false),
+        (min_hz, true, true),
+        (min_hz - min_hz / 10, true, false),
         (6_400, true, false),
         (6_400, false, true),
     ] {

@@ -6,13 +6,13 @@
 
 use ads1258::Ads1258;
 use hal_mock::{Options, SimulatedBoard, Sliding, SlidingScene};
-use ridgetone::Diagnostics;
-use ridgetone::Ring;
-use ridgetone::TimedConversion;
-use ridgetone::Window;
-use ridgetone::converter::SCAN;
-use ridgetone::{Detector, Outputs};
-use ridgetone::{Estimator, WindowFit};
+use ridgetone_finger::Diagnostics;
+use ridgetone_finger::Ring;
+use ridgetone_finger::TimedConversion;
+use ridgetone_finger::Window;
+use ridgetone_finger::converter::SCAN;
+use ridgetone_finger::{Detector, Outputs};
+use ridgetone_finger::{Estimator, WindowFit};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::Estimate;
 use ridgetone_tone::{FrameSource, Overwritten, Values};
@@ -54,7 +54,7 @@ fn fit(
                 estimates.push(estimate);
             }
             Ok(WindowFit::Growing) => {}
-            Err(Overwritten) => diagnostics.hops_skipped.add(1),
+            Err(Overwritten) => diagnostics.overruns.add(1),
         }
     }
     estimates

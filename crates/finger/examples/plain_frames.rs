@@ -2,7 +2,7 @@
 //!
 //! `cargo run --example plain_frames`
 
-use ridgetone::{Pipeline, PlainFrame};
+use ridgetone_finger::{Pipeline, PlainFrame};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::Settings;
 use std::f64::consts::TAU;

@@ -301,7 +301,7 @@ impl<C: Converter> Acquisition<C> {
         let counter = if self.is_health {
             &diagnostics.unseen
         } else {
-            &diagnostics.overruns
+            &diagnostics.queue_overruns
         };
         counter.add(lost);
     }

@@ -69,7 +69,7 @@ pub fn feel(
     let known = &settings.feel;
     let conversion = Conversion {
         log_per_um: libm::log10f(known.volts_per_um),
-        log_sigma: known.sigma_share / LN_10,
+        log_sigma: known.sigma_fraction / LN_10,
     };
     let (mut firing, mut taxels) = (Firing::default(), 0u16);
     powers.fill(0.0);

@@ -153,10 +153,10 @@ pub fn health(
         // counts by the nominal rate.
         conversions_lost: assembler
             .lost
-            .max(diagnostics.overruns.get())
+            .max(diagnostics.queue_overruns.get())
             .saturating_add(diagnostics.unseen.get()),
         conversions_doubtful: assembler.doubtful,
-        hops_skipped: diagnostics.hops_skipped.get(),
+        overruns: diagnostics.overruns.get(),
         messages_dropped: diagnostics.messages_dropped.get(),
         chip_restarts: diagnostics.chip_restarts.get(),
         faults: diagnostics.faults.counts(),

@@ -26,7 +26,7 @@
 //!
 //! ```
 //! use ads1258::{Conversion, Status};
-//! use ridgetone::{Pipeline, TimedConversion};
+//! use ridgetone_finger::{Pipeline, TimedConversion};
 //! use ridgetone_proto::{settings::Settings, telemetry::Event};
 //!
 //! let mut pipeline = Box::new(Pipeline::new(Settings::DEFAULT));
@@ -43,7 +43,7 @@
 //! With another converter give frames: `examples/plain_frames.rs`.
 //!
 //! ```
-//! use ridgetone::{Pipeline, PlainFrame};
+//! use ridgetone_finger::{Pipeline, PlainFrame};
 //! use ridgetone_proto::{plan::Plan, settings::Settings};
 //!
 //! // Three channels at 1 kHz, in volts within 2.5 V.

@@ -2,7 +2,7 @@
 //!
 //! The chip runs detector and estimator as tasks of different priority. They share only the
 //! [`Ring`], and pass [`Window`]s, so both ways give the same numbers. Windows that are not fitted
-//! are counted in `hops_skipped`.
+//! are counted in `overruns`.
 
 use crate::detector::{Detector, Outputs};
 use crate::estimator::{Estimator, WindowFit};

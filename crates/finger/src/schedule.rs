@@ -69,7 +69,7 @@ pub(crate) struct WindowScheduler {
     window_frames: u32,
     /// Whether windows grow until they are accurate enough.
     growing: bool,
-    hop_frames: u32,
+    stride_frames: u32,
     /// Frame behind the window that falls due next.
     next_end: u32,
     /// A slide that is over and falls due as a whole: first frame, frames.
@@ -93,7 +93,7 @@ impl WindowScheduler {
             reach: 0,
             window_frames: 0,
             growing: false,
-            hop_frames: 0,
+            stride_frames: 0,
             next_end: 0,
             whole: None,
             touch_first: 0,
@@ -114,9 +114,9 @@ impl WindowScheduler {
             READING_S
         };
         self.reach = plan.ring_frames().saturating_sub(plan.frames_in(reading_s));
-        let (window_frames, hop_frames) = (
+        let (window_frames, stride_frames) = (
             plan.frames_in(settings.window_s),
-            plan.frames_in(settings.hop_s),
+            plan.frames_in(settings.stride_s),
         );
         let most = self.window_frames_max;
         self.window_frames = if window_frames < most {
@@ -125,7 +125,7 @@ impl WindowScheduler {
             most
         };
         self.growing = settings.accuracy > 0.0;
-        self.hop_frames = if hop_frames > 0 { hop_frames } else { 1 };
+        self.stride_frames = if stride_frames > 0 { stride_frames } else { 1 };
     }
 
     /// Puts new settings in force. The windows of a slide that lasts since the frame `sliding` get
@@ -184,12 +184,18 @@ impl WindowScheduler {
     }
 
     /// Gives the windows that a slide from frame `start` on has filled before frame `until`.
-    pub fn hop(&mut self, start: u32, until: u32, frames: Frames<'_>, due: &mut dyn FnMut(Window)) {
+    pub fn stride(
+        &mut self,
+        start: u32,
+        until: u32,
+        frames: Frames<'_>,
+        due: &mut dyn FnMut(Window),
+    ) {
         let late = until.wrapping_sub(self.next_end);
-        if self.averaged > 1 && reached(until, self.next_end) && late >= self.hop_frames {
+        if self.averaged > 1 && reached(until, self.next_end) && late >= self.stride_frames {
             // Windows are short beside the time in which a slide shows: of those that fall due at
             // once the latest counts.
-            self.next_end = until.wrapping_sub(late % self.hop_frames.max(1));
+            self.next_end = until.wrapping_sub(late % self.stride_frames.max(1));
         }
         while reached(until, self.next_end) {
             let mut count = self.window_frames;
@@ -203,7 +209,7 @@ impl WindowScheduler {
                 span: Span::Window,
             };
             self.give(extent, frames, due);
-            self.next_end = self.next_end.wrapping_add(self.hop_frames);
+            self.next_end = self.next_end.wrapping_add(self.stride_frames);
         }
     }
 

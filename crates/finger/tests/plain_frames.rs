@@ -1,6 +1,6 @@
 //! Frames of another converter: three channels in volts at 1 kHz.
 
-use ridgetone::{Pipeline, PlainFrame};
+use ridgetone_finger::{Pipeline, PlainFrame};
 use ridgetone_proto::plan::{Plan, PlanError};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Span, Status};

@@ -108,7 +108,7 @@ pub struct Gives {
     /// Half of it: tones from there on alias, hertz.
     pub nyquist_hz: f32,
     /// The longest window, seconds.
-    pub window_most_s: f32,
+    pub window_max_s: f32,
 }
 
 /// Why a plan cannot work.
@@ -322,32 +322,32 @@ impl Plan {
     }
 
     /// Shortest window, seconds.
-    pub const fn window_least_s(&self) -> f32 {
+    pub const fn window_min_s(&self) -> f32 {
         let parts = (WINDOW_LEAST_FRAMES as f32 - 0.5) / self.frame_rate_hz() * self.parts();
         (parts as u32).saturating_add(1) as f32 / self.parts()
     }
 
     /// Longest window, seconds.
-    pub const fn window_most_s(&self) -> f32 {
+    pub const fn window_max_s(&self) -> f32 {
         let parts = (self.window_frames_most() as f32 + 0.5) / self.frame_rate_hz() * self.parts();
         parts as u32 as f32 / self.parts()
     }
 
-    /// The window and the hop that are used unless others are set, seconds.
+    /// The window and the stride that are used unless others are set, seconds.
     pub const fn default_window(&self) -> (f32, f32) {
-        let most_s = self.window_most_s();
+        let most_s = self.window_max_s();
         let window_s = if WINDOW_S < most_s { WINDOW_S } else { most_s };
-        (window_s, self.default_hop(window_s))
+        (window_s, self.default_stride(window_s))
     }
 
-    /// The hop of a window unless another is set, seconds: a quarter of the window, or what a fit
+    /// The stride of a window unless another is set, seconds: a quarter of the window, or what a fit
     /// takes if that is longer, in whole hundredths.
-    pub const fn default_hop(&self, window_s: f32) -> f32 {
+    pub const fn default_stride(&self, window_s: f32) -> f32 {
         let values = FIT_VALUE_S * self.channels() as f32;
         let fit_s = FIT_S + self.frames_in(window_s) as f32 * (FIT_FRAME_S + values);
         let quarter_s = 0.25 * window_s;
-        let hop_s = if quarter_s > fit_s { quarter_s } else { fit_s };
-        (100.0 * hop_s + 0.999) as u32 as f32 / 100.0
+        let stride_s = if quarter_s > fit_s { quarter_s } else { fit_s };
+        (100.0 * stride_s + 0.999) as u32 as f32 / 100.0
     }
 
     /// What it gives.
@@ -356,7 +356,7 @@ impl Plan {
         Gives {
             frame_rate_hz,
             nyquist_hz: 0.5 * frame_rate_hz,
-            window_most_s: self.window_most_s(),
+            window_max_s: self.window_max_s(),
         }
     }
 
@@ -436,7 +436,7 @@ mod tests {
                 "{name}"
             );
             assert_eq!(
-                (gives.window_most_s, gives.nyquist_hz),
+                (gives.window_max_s, gives.nyquist_hz),
                 (window_s, gives.frame_rate_hz / 2.0),
                 "{name}"
             );

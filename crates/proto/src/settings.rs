@@ -24,18 +24,18 @@ pub use table::{Bounds, Field, Kind, Limits, Setting, Value};
 table::settings! {
     /// Everything that a user can set.
     Settings "Windows and fit" {
-        /// What the chip converts and how fast; a new plan brings its default window and hop.
+        /// What the chip converts and how fast; a new plan brings its default window and stride.
         30 plan: Plan = Plan::PAPER, "", Any, option "plan";
         /// Length of a window.
         2 window_s: f32 = 1.0, "s", By(window), option "window",
             because "24 frames are the fewest that hold four harmonics; the longest is what the board has memory for with this plan";
         /// Time from the start of one window to the start of the next.
-        3 hop_s: f32 = 0.25, "s", By(hop), option "hop",
-            because "0.02 s are five frames; a hop longer than a window leaves frames out";
+        3 stride_s: f32 = 0.25, "s", By(stride), option "stride",
+            because "0.02 s are five frames; a stride longer than a window leaves frames out";
         /// Most harmonics to fit, the fundamental included.
         4 harmonics: u8 = 4, "", Between(1.0, 5.0), option "harmonics",
             because "the fundamental counts as one";
-        /// Required standard deviation as a share of the frequency: windows grow by a hop until
+        /// Required standard deviation as a share of the frequency: windows grow by a stride until
         /// they meet it; 0 gives windows of one length.
         5 accuracy: f32 = 0.0, "share", ZeroOr(1e-6, 0.1), option "accuracy",
             because "a share of the frequency, or 0 for windows of one length; no crystal is better than a millionth";
@@ -87,9 +87,9 @@ table::settings! {
         14 edge_phase_sigma_rad: f32 = UNCALIBRATED_RAD, "rad", Between(0.0, PI), option "edge-phase-sigma",
             because "`ridgetone calibrate` finds it";
         /// Shortest possible spatial period.
-        15 period_least_mm: f32 = 2.3, "mm", Between(0.1, PERIOD_GREATEST_MM), option "period-least";
+        15 period_min_mm: f32 = 2.3, "mm", Between(0.1, PERIOD_GREATEST_MM), option "period-min";
         /// Longest possible spatial period; between one pitch and two the answer is unique.
-        16 period_most_mm: f32 = 4.2, "mm", By(longest_period), option "period-most",
+        16 period_max_mm: f32 = 4.2, "mm", By(longest_period), option "period-max",
             because "the longest possible period is not below the shortest";
         /// Whether the grating may move along +x.
         17 may_go_forward: bool = true, "", By(forward),
@@ -113,7 +113,7 @@ table::settings! {
         /// as `ridgetone feel` prints it for a window of 3 s; 0 for no event `feel`.
         21 volts_per_um: f32 = 0.0, "V/um", ZeroOr(1e-9, 10.0);
         /// Standard deviation of `feel.volts_per_um` over it.
-        22 sigma_share: f32 = 0.0, "share", Between(0.0, 1.0);
+        22 sigma_fraction: f32 = 0.0, "share", Between(0.0, 1.0);
         /// Tangential over normal force; 0 for that of the static image before the slide.
         23 force_ratio: f32 = 0.0, "", Between(0.0, 100.0);
     }
@@ -140,23 +140,20 @@ table::settings! {
 /// under one of 5 mm (`hal-mock/README.md`).
 const UNCALIBRATED_RAD: f32 = 0.3;
 
-/// Least hop, seconds.
-pub const HOP_LEAST_S: f32 = 0.02;
-/// Least bound of the longest hop, seconds: short windows may be far apart.
-const HOP_LEAST_MOST_S: f32 = 1.0;
+/// Least stride, seconds.
+pub const STRIDE_MIN_S: f32 = 0.02;
+/// Least bound of the longest stride, seconds: short windows may be far apart.
+const STRIDE_MAX_FLOOR_S: f32 = 1.0;
 /// Greatest possible spatial period, millimetres.
 const PERIOD_GREATEST_MM: f32 = 100.0;
 
 fn window(settings: &Settings) -> Limits {
-    Limits::new(
-        settings.plan.window_least_s(),
-        settings.plan.window_most_s(),
-    )
+    Limits::new(settings.plan.window_min_s(), settings.plan.window_max_s())
 }
 
-fn hop(settings: &Settings) -> Limits {
-    let most_s = settings.plan.window_most_s();
-    Limits::new(HOP_LEAST_S, most_s.max(HOP_LEAST_MOST_S))
+fn stride(settings: &Settings) -> Limits {
+    let most_s = settings.plan.window_max_s();
+    Limits::new(STRIDE_MIN_S, most_s.max(STRIDE_MAX_FLOOR_S))
 }
 
 fn speed(settings: &Settings) -> Limits {
@@ -167,7 +164,7 @@ fn speed(settings: &Settings) -> Limits {
 }
 
 fn longest_period(settings: &Settings) -> Limits {
-    Limits::new(settings.array.period_least_mm, PERIOD_GREATEST_MM)
+    Limits::new(settings.array.period_min_mm, PERIOD_GREATEST_MM)
 }
 
 /// With neither direction possible no travel has an answer.
@@ -278,13 +275,13 @@ impl From<PlanError> for SettingsError {
 }
 
 impl Settings {
-    /// These settings for another plan, with its default window and hop.
+    /// These settings for another plan, with its default window and stride.
     pub const fn with_plan(self, plan: Plan) -> Self {
-        let (window_s, hop_s) = plan.default_window();
+        let (window_s, stride_s) = plan.default_window();
         Self {
             plan,
             window_s,
-            hop_s,
+            stride_s,
             ..self
         }
     }

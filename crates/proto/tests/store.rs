@@ -339,8 +339,8 @@ fn what_the_firmware_before_stored_is_read_and_migrated() {
         pitch_mm: 2.25,
         edge_phase_rad: -0.5,
         edge_phase_sigma_rad: 0.02,
-        period_least_mm: 1.5,
-        period_most_mm: 3.5,
+        period_min_mm: 1.5,
+        period_max_mm: 3.5,
         may_go_forward: false,
         front: 0x0f0f,
         alike: [1, 2, 4, 0xff00],
@@ -360,7 +360,7 @@ fn what_the_firmware_before_stored_is_read_and_migrated() {
     };
     let mut all = Settings {
         window_s: 0.3,
-        hop_s: 0.15,
+        stride_s: 0.15,
         harmonics: 3,
         accuracy: 0.005,
         interferer_hz: 50.0,
@@ -376,11 +376,11 @@ fn what_the_firmware_before_stored_is_read_and_migrated() {
     };
     all.plan = plan;
     all.feel.volts_per_um = 0.002;
-    all.feel.sigma_share = 0.1;
+    all.feel.sigma_fraction = 0.1;
     all.feel.force_ratio = 0.6;
-    // The hop that the plan had then.
+    // The stride that the plan had then.
     let hand = Settings {
-        hop_s: 0.1,
+        stride_s: 0.1,
         ..Settings::DEFAULT.with_plan(Plan::HAND)
     };
     for (records, expected) in [

@@ -1,7 +1,7 @@
 // The frequency over time, with its uncertainty.
 import { Plot, Steady, colour, dots, line, withoutWild } from "./plot.js";
 
-// Windows more than this many hops apart have a pause between them.
+// Windows more than this many strides apart have a pause between them.
 const GAP = 2.5;
 // Least height, as a share of the frequency: magnified further, a millionth would look like noise.
 const LEAST_SHARE = 1e-4;
@@ -60,7 +60,7 @@ export class History extends Plot {
     const found = history.filter((point) => point.t_s > (now_s ?? 0) - length_s && point.abscissa === abscissa);
     found.sort((a, b) => a.t_s - b.t_s);
     const beyond = this.scale([...beside, ...found]);
-    const own = apart(found, GAP * (latest.hello?.settings.hop_s ?? 0.25));
+    const own = apart(found, GAP * (latest.hello?.settings.stride_s ?? 0.25));
     const shown = [...own, ...beside.map((point) => ({ ...point, beside: point.frequency, frequency: undefined }))].sort((a, b) => a.t_s - b.t_s);
     // To the plot null is a gap, and undefined nothing at all.
     // Good windows are joined to good ones: what is between them is not known.

@@ -42,7 +42,7 @@ export function tiles({ live, remarks }, why = "no estimate yet") {
   const since = live.phase_since_s === null ? "" : `since ${seconds(live.phase_since_s)} · `;
   put("phase-small", `${since}${live.touches} ${live.touches === 1 ? "touch" : "touches"}`);
   const { missing, damaged } = live.counts;
-  const board = health ? health.conversions_lost + health.hops_skipped : 0; // What the board drops is missing here, too.
+  const board = health ? health.conversions_lost + health.overruns : 0; // What the board drops is missing here, too.
   const lost = missing + board; // A damaged packet is missing, too.
   put("lost", lost === 0 ? "nothing" : String(lost));
   put("lost-small", live.counts.received === 0 ? "" : lost + damaged === 0 ? `of ${live.counts.received} packets` : `${missing} packets, ${board} on the board; ${damaged} arrived damaged`);
@@ -59,7 +59,7 @@ export function health(model) {
       ["faults seen", counts.length ? counts.join(", ") : "none", counts.length > 0],
       ["conversions lost", latest.conversions_lost, latest.conversions_lost > 0],
       ["conversions doubtful", latest.conversions_doubtful, latest.conversions_doubtful > 0],
-      ["windows not fitted", latest.hops_skipped, latest.hops_skipped > 0],
+      ["windows not fitted", latest.overruns, latest.overruns > 0],
       ["messages dropped", latest.messages_dropped, latest.messages_dropped > 0],
       ["raw frames not sent", latest.frames_thinned],
       ["chip restarts", latest.chip_restarts, latest.chip_restarts > 0],

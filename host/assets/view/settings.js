@@ -66,8 +66,8 @@ function build(entries) {
   const titles = [...new Set(entries.map((entry) => entry.group))];
   const groups = titles.map((title, at) => group(title, inputs.filter(({ entry }) => entry.group === title), at === 0));
   $("settings-inputs").replaceChildren(...groups);
-  // A new plan begins with its default window and hop: the latest ones may not be possible with it.
-  $("plan").addEventListener("input", () => { $("window_s").value = $("hop_s").value = ""; });
+  // A new plan begins with its default window and stride: the latest ones may not be possible with it.
+  $("plan").addEventListener("input", () => { $("window_s").value = $("stride_s").value = ""; });
 }
 
 // What somebody has changed.

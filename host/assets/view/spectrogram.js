@@ -66,18 +66,18 @@ export function windows({ t_s, number, volts }, most) {
   const [step, all] = [quantile(steps, 0.5), t_s.length];
   if (all < length) return null;
   const rate = (number.at(-1) - number[0]) / step / (t_s.at(-1) - t_s[0]);
-  const hop = length / OVERLAP;
+  const stride = length / OVERLAP;
   const turn = Float64Array.from({ length }, (_, at) => Math.cos((2 * Math.PI * at) / length));
   const hann = turn.map((value) => 0.5 - 0.5 * value);
   const [re, im] = [new Float64Array(length), new Float64Array(length)];
   const none = Array(all).fill(0);
   const used = volts.filter((values) => values.some((value) => value !== null));
-  const found = { t_s: [], db: [], bins: length / 2, bin_hz: rate / length, length_s: length / rate, hop_s: hop / rate };
+  const found = { t_s: [], db: [], bins: length / 2, bin_hz: rate / length, length_s: length / rate, stride_s: stride / rate };
   // Volts to millivolts, and the mean of the window.
   const scale = 1e6 * (2 / length) ** 2;
-  // Whole hops of the board's numbers: columns stay as they are while frames come and go.
-  const first = number.findIndex((value) => Math.floor(value / step) % hop === 0);
-  for (let from = first; from >= 0 && from + length <= all; from += hop) {
+  // Whole strides of the board's numbers: columns stay as they are while frames come and go.
+  const first = number.findIndex((value) => Math.floor(value / step) % stride === 0);
+  for (let from = first; from >= 0 && from + length <= all; from += stride) {
     found.t_s.push(0.5 * (t_s[from] + t_s[from + length - 1]));
     const isWhole = number[from + length - 1] - number[from] === (length - 1) * step;
     if (!isWhole) {
@@ -152,7 +152,7 @@ export class Spectrogram extends Plot {
 function paint(u, { found, top }, toY) {
   if (found === null) return;
   const { left, top: above, width, height } = u.bbox;
-  const { t_s, db, bins, bin_hz, hop_s } = found;
+  const { t_s, db, bins, bin_hz, stride_s } = found;
   u.ctx.save();
   u.ctx.beginPath();
   u.ctx.rect(left, above, width, height);
@@ -162,7 +162,7 @@ function paint(u, { found, top }, toY) {
   db.forEach((column, at) => {
     if (column === null) return;
     // Neighbours share their edge.
-    const ends = [0.5 * ((t_s[at - 1] ?? t_s[at] - hop_s) + t_s[at]), 0.5 * (t_s[at] + (t_s[at + 1] ?? t_s[at] + hop_s))];
+    const ends = [0.5 * ((t_s[at - 1] ?? t_s[at] - stride_s) + t_s[at]), 0.5 * (t_s[at] + (t_s[at + 1] ?? t_s[at] + stride_s))];
     const [from, until] = ends.map((x) => Math.round(u.valToPos(x, "x", true)));
     for (let k = FIRST; k < bins; k += 1) {
       const share = 1 + (column[k] - top) / RANGE_DB;

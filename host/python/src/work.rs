@@ -10,7 +10,7 @@ use ridgetone_feel::Reference;
 use ridgetone_host::events::{self, JsonLines};
 use ridgetone_host::input::{Input, Source, frame_rate_hz};
 use ridgetone_host::messages::{Form, messages as all_messages};
-use ridgetone_host::part::Without;
+use ridgetone_host::part::Exclude;
 use ridgetone_host::picture::{Recording, draw};
 use ridgetone_host::profile::Profile;
 use ridgetone_host::replay::Motion;
@@ -64,9 +64,9 @@ pub fn fit(
     position_column: Option<String>,
     whole: bool,
     mm_per_count: Option<f64>,
-    least_hz: Option<f64>,
-    most_hz: Option<f64>,
-    without: Vec<String>,
+    min_hz: Option<f64>,
+    max_hz: Option<f64>,
+    exclude: Vec<String>,
     moving_speed: bool,
 ) -> PyResult<(String, Vec<String>, Fitted)> {
     let column = |quantity, text: Option<String>| {
@@ -82,8 +82,8 @@ pub fn fit(
         moving_speed,
         ..Declared::DEFAULT
     };
-    for what in &without {
-        let what = Without::named(what).map_err(|why| raised(why.into()))?;
+    for what in &exclude {
+        let what = Exclude::named(what).map_err(|why| raised(why.into()))?;
         what.leave_out(&mut declared);
     }
     let selection = Selection {
@@ -95,7 +95,7 @@ pub fn fit(
         harmonics,
         place,
         interferer_hz: mains_hz,
-        band: Band::new(least_hz, most_hz).map_err(|why| raised(why.into()))?,
+        band: Band::new(min_hz, max_hz).map_err(|why| raised(why.into()))?,
     };
     let run = || -> Result<_> {
         // An array is what somebody has chosen.

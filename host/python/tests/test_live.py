@@ -16,7 +16,7 @@ def test_the_emulated_board_is_listened_to_set_and_recorded(tmp_path: Path, run:
             events.append(event)
             if isinstance(event, rt.Contact):
                 assert board.settings.window_s == 1.0
-                assert board.set(window_s=0.5, hop_s=0.1).window_s == 0.5
+                assert board.set(window_s=0.5, stride_s=0.1).window_s == 0.5
                 with pytest.raises(rt.UsageError, match="0.1 to 3.9"):
                     board.set(window_s=9)
         assert board.counts["missing"] == 0 and board.counts["received"] >= len(events)

@@ -28,8 +28,8 @@ def test_fit_of_a_file_a_recording_and_an_array(name: str, recordings: dict[str,
     for array in [recording.values, np.asfortranarray(recording.values), np.repeat(recording.values, 2, axis=0)[::2]]:
         found = rt.fit(array, time_s=recording.time_s, names=recording.names, **part)
         same({**found, "file": printed["file"]}, printed)
-    [printed] = run("fit", path, "--json", "--from", 1, "--to", 3, "--least-hz", 1, "--most-hz", 2)
-    same(rt.fit(recording, **part, least_hz=1, most_hz=2), printed)
+    [printed] = run("fit", path, "--json", "--from", 1, "--to", 3, "--min-hz", 1, "--max-hz", 2)
+    same(rt.fit(recording, **part, min_hz=1, max_hz=2), printed)
     # The rate from the command line, harmonics and hum.
     options = {"harmonics": 2, "mains_hz": 50.0}
     [printed] = run("fit", path, "--json", "--from", 1, "--to", 3, "--harmonics", 2, "--mains", 50)
@@ -56,7 +56,7 @@ def test_events_of_what_a_finger_feels(tmp_path: Path, run: Run) -> None:
     known = tmp_path / "known.toml"
     known.write_text("[feel]\nvolts_per_um = 2e-6\nsigma_share = 0.1\nforce_ratio = 1.4\n")
     printed = run("replay", "--json", "--settings", known)
-    events = rt.replay(settings={"feel": {"volts_per_um": 2e-6, "sigma_share": 0.1, "force_ratio": 1.4}})
+    events = rt.replay(settings={"feel": {"volts_per_um": 2e-6, "sigma_fraction": 0.1, "force_ratio": 1.4}})
     same(events, printed)
     felt = [event for event in events if isinstance(event, rt.Feel)]
     assert len(felt) == sum(isinstance(event, rt.Estimate) and event.span == "window" for event in events) > 3
@@ -65,7 +65,7 @@ def test_events_of_what_a_finger_feels(tmp_path: Path, run: Run) -> None:
     assert list(names) == ["fa1", "fa2", "sa1", "sa2"] and names["fa1"] is None and "1600" in names["fa2"]
     assert felt[-1].receptors[0].intensity_per_hz > 0.0 and felt[-1].receptors[1].intensity_per_hz is None
     assert felt[-1].m == 1.4 and 1.0 < felt[-1].scores[0].score < 7.0 and felt[-1].scores[1].score is None
-    assert rt.settings(feel={"sigma_share": 0.25}).feel.sigma_share == 0.25
+    assert rt.settings(feel={"sigma_fraction": 0.25}).feel.sigma_fraction == 0.25
 
 
 def test_textures(run: Run) -> None:
@@ -118,5 +118,5 @@ def test_settings(run: Run, tmp_path: Path) -> None:
     file.write_text("window_s = 0.5\nharmonics = 2\n[array]\nperiod_most_mm = 3.9\n")
     hello = run("replay", "--json", "--settings", file)[0]
     same(rt.settings(file), hello["settings"])
-    same(rt.settings(window_s=0.5, harmonics=2, array={"period_most_mm": 3.9}), hello["settings"])
+    same(rt.settings(window_s=0.5, harmonics=2, array={"period_max_mm": 3.9}), hello["settings"])
     assert rt.replay(settings=rt.settings(file))[0].settings == hello["settings"]

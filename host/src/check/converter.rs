@@ -4,7 +4,7 @@ use super::observations::Observations;
 use super::table::{Judged, Limits, Verdict, graded};
 use crate::digits::hex;
 use ads1258::Register;
-use ridgetone::converter::SCAN;
+use ridgetone_finger::converter::SCAN;
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::telemetry::{ConverterState, Health};
 use serde_json::json;

@@ -33,8 +33,8 @@ const GREETING_HEALTHS: u32 = 12;
 const LOOK: Duration = Duration::from_millis(50);
 /// Raw frames are requested for so much longer than the watch lasts, seconds.
 const SPARE_S: f64 = 60.0;
-/// A hop for the settings to store, seconds, and another one if that is in force.
-const HOPS_S: [f32; 2] = [0.3, 0.35];
+/// A stride for the settings to store, seconds, and another one if that is in force.
+const STRIDES_S: [f32; 2] = [0.3, 0.35];
 
 /// Talks to the board. What failed is in [`Observations::ended`]; settings are restored then too.
 pub fn gather(feed: &mut Feed, plan: Plan, progress: &mut Progress) -> Observations {
@@ -322,12 +322,12 @@ impl Talk<'_> {
             SettingsSource::Sent => self.restart()?,
             _ => in_force.clone(),
         };
-        let hop_s = HOPS_S
+        let stride_s = STRIDES_S
             .into_iter()
-            .find(|hop_s| *hop_s != stored.settings.hop_s)
+            .find(|stride_s| *stride_s != stored.settings.stride_s)
             .unwrap_or_default();
         let changed = Settings {
-            hop_s,
+            stride_s,
             ..stored.settings
         };
         let mut kept = Kept {

@@ -148,11 +148,7 @@ pub fn losses(watched: &Watched) -> Judged {
             "messages dropped",
             reported(|health| health.messages_dropped),
         ),
-        (
-            "hops_skipped",
-            "hops skipped",
-            reported(|health| health.hops_skipped),
-        ),
+        ("overruns", "overruns", reported(|health| health.overruns)),
         (
             "restarts",
             "restarts of the board",

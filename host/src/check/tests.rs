@@ -190,8 +190,8 @@ const LISTENING: [Fault<Watched>; 26] = [
     ("losses", Fail, "4 conversions doubtful", |watched| {
         watched.after.conversions_doubtful = 4
     }),
-    ("losses", Fail, "1 hops skipped", |watched| {
-        watched.after.hops_skipped = 1
+    ("losses", Fail, "1 overruns", |watched| {
+        watched.after.overruns = 1
     }),
     ("losses", Fail, "1 restarts of the board", |watched| {
         watched.has_restarted = true

@@ -13,7 +13,7 @@ use std::path::PathBuf;
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Without FILE.csv the chip feels a scene. `cargo xtask setup` installs the emulator.
+Exclude FILE.csv the chip feels a scene. `cargo xtask setup` installs the emulator.
 
 Examples:
   ridgetone emulate

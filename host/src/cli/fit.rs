@@ -4,7 +4,7 @@ use super::parse::{number, positive};
 use crate::fit_rows::FitRows;
 use crate::note;
 use crate::output::Progress;
-use crate::part::Without;
+use crate::part::Exclude;
 use crate::samples::Samples;
 use crate::speed::{Column, Quantity};
 use crate::table_fit::{Band, Selection};
@@ -30,9 +30,9 @@ Examples:
   ridgetone fit touch.rec
   ridgetone fit recording.csv --from 1.57 --to 13.57 --json
   ridgetone fit recording.csv --svg fit.svg
-  ridgetone fit recording.csv --without shared-noise,impulses --harmonics 2
-  ridgetone fit monday.csv tuesday.csv --window 1 --hop 0.25 -o table.csv
-  gunzip < pulse.csv.gz | ridgetone fit - --least-hz 0.7 --most-hz 3
+  ridgetone fit recording.csv --exclude shared-noise,impulses --harmonics 2
+  ridgetone fit monday.csv tuesday.csv --window 1 --stride 0.25 -o table.csv
+  gunzip < pulse.csv.gz | ridgetone fit - --min-hz 0.7 --max-hz 3
   ridgetone fit no_time.csv --rate 241.14 --columns ain0,ain1,ain2
   ridgetone fit by_hand.csv --speed-column speed_mm_s
   ridgetone fit by_hand.csv --speed-column v:m/s
@@ -48,17 +48,17 @@ pub struct FitArgs {
     window: Option<f64>,
     /// From one window to the next, seconds [default: the window's length].
     #[arg(long, value_name = "S", value_parser = positive, requires = "window")]
-    hop: Option<f64>,
+    stride: Option<f64>,
     /// Write the table here: CSV, or lines of JSON with --json [default: standard output].
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Lowest frequency that the tone may have, hertz, such as 0.7 for a pulse, so that the
     /// fit takes neither a third of it nor a drift for the tone.
     #[arg(long, value_name = "HZ", value_parser = positive, conflicts_with_all = ["speed_column", "position_column"])]
-    least_hz: Option<f64>,
+    min_hz: Option<f64>,
     /// Highest frequency that the tone may have, hertz.
     #[arg(long, value_name = "HZ", value_parser = positive, conflicts_with_all = ["speed_column", "position_column"])]
-    most_hz: Option<f64>,
+    max_hz: Option<f64>,
     /// Rows per second, whatever the stamps say [default: from the stamps].
     #[arg(long, value_name = "HZ", value_parser = positive)]
     rate: Option<f64>,
@@ -100,7 +100,7 @@ pub struct FitArgs {
     /// What is not in the recording, separated by commas: a window then costs less, and is wrong
     /// where it is there after all.
     #[arg(long, value_name = "WHAT", value_delimiter = ',')]
-    without: Vec<Without>,
+    exclude: Vec<Exclude>,
     /// The speed changes as likely as not: sigma is a fifth larger, and holds where it does.
     #[arg(long)]
     moving_speed: bool,
@@ -139,7 +139,7 @@ impl FitArgs {
             return Err(UsageError("--svg draws the fit of one file".into()).into());
         }
         let mut declared = settings.map_or(Declared::DEFAULT, |settings| settings.scene);
-        self.without
+        self.exclude
             .iter()
             .for_each(|what| what.leave_out(&mut declared));
         declared.moving_speed |= self.moving_speed;
@@ -159,7 +159,7 @@ impl FitArgs {
             interferer_hz: self.mains.or(settings
                 .map(|settings| settings.interferer_hz.into())
                 .filter(|hz| *hz > 0.0)),
-            band: Band::new(self.least_hz, self.most_hz)?,
+            band: Band::new(self.min_hz, self.max_hz)?,
         };
         if is_batch {
             let batch = Batch {
@@ -169,7 +169,7 @@ impl FitArgs {
                 is_whole: self.whole,
                 steps: self.window.map(|window_s| Steps {
                     window_s,
-                    hop_s: self.hop.unwrap_or(window_s),
+                    stride_s: self.stride.unwrap_or(window_s),
                 }),
                 is_json: self.json,
             };

@@ -28,10 +28,10 @@ Examples:
 A setting that is not named keeps its value on the board, or with --settings its value in that file.
 
 Examples:
-  ridgetone settings set window_s=0.5 hop_s=0.1
+  ridgetone settings set window_s=0.5 stride_s=0.1
   ridgetone settings set plan=hand
   ridgetone settings set --settings finger.toml --keep
-  ridgetone settings set array.period_most_mm=3.5 slide.rule=found")]
+  ridgetone settings set array.period_max_mm=3.5 slide.rule=found")]
     Set(SetArgs),
     /// Erase the settings stored on the board, and use its defaults.
     #[command(after_help = "\

@@ -17,7 +17,7 @@ It prints the page's address; open that in a browser, or give --open. Only this 
 computer that others reach, or 0.0.0.0 for all of them, --listen makes a token: the printed address has it, and the QR code is
 that address for a phone. What travels is not encrypted. The emulated board waits while nobody looks.
 
-Without --emulated, FILE.csv goes through the library on this PC. Values that are not in volts are scaled by a power of ten. Mark
+Exclude --emulated, FILE.csv goes through the library on this PC. Values that are not in volts are scaled by a power of ten. Mark
 parts of it to fit, or fit all.
 
 Examples:

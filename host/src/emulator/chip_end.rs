@@ -5,7 +5,7 @@ use crate::input::Opened;
 use ads1258::Conversion;
 use hal_mock::Ads1258;
 use hal_mock::bridge::{Crash, NEVER, Operation, Reply, Request};
-use ridgetone::TimedConversion;
+use ridgetone_finger::TimedConversion;
 use std::collections::VecDeque;
 
 /// First byte of the transfer that reads a result (SBAS297G, data read by command).

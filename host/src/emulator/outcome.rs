@@ -3,7 +3,7 @@
 use crate::live::Counts;
 use crate::odometry::Stream;
 use anyhow::Result;
-use ridgetone::TimedConversion;
+use ridgetone_finger::TimedConversion;
 use std::time::Duration;
 
 #[derive(Clone, Debug, Default)]

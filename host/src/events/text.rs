@@ -125,7 +125,7 @@ fn hello(e: &Hello) -> String {
     });
     format!(
         "firmware {major}.{minor}.{patch}, protocol {}, {:.2} frames/s, windows of {} s every {} s, up to {} harmonics, reference {} V{accuracy}{interferer}, {slide}{source}{cause}{oscillator}{brown_out}{record}",
-        e.protocol, e.frame_rate_hz, s.window_s, s.hop_s, s.harmonics, s.vref_v
+        e.protocol, e.frame_rate_hz, s.window_s, s.stride_s, s.harmonics, s.vref_v
     )
 }
 
@@ -272,10 +272,10 @@ pub fn given(gives: &Gives) -> String {
     let Gives {
         frame_rate_hz,
         nyquist_hz,
-        window_most_s,
+        window_max_s,
     } = gives;
     format!(
-        "{frame_rate_hz:.2} frames/s, tones below {nyquist_hz:.1} Hz, windows up to {window_most_s} s"
+        "{frame_rate_hz:.2} frames/s, tones below {nyquist_hz:.1} Hz, windows up to {window_max_s} s"
     )
 }
 
@@ -313,12 +313,12 @@ fn health(e: &Health) -> String {
         count => format!(", {count} raw frames not sent"),
     };
     format!(
-        "{} frames at {:.3} Hz; conversions: {} lost, {} doubtful; {} hops skipped, {} messages dropped{thinned}, {} restarts of the ADC{faults}{load}{stack}; supply {:.3} V, reference {:.4} V, {:.1} C, offset {:.1} uV, gain {:.6}",
+        "{} frames at {:.3} Hz; conversions: {} lost, {} doubtful; {} overruns, {} messages dropped{thinned}, {} restarts of the ADC{faults}{load}{stack}; supply {:.3} V, reference {:.4} V, {:.1} C, offset {:.1} uV, gain {:.6}",
         e.frames,
         e.frame_rate_hz,
         e.conversions_lost,
         e.conversions_doubtful,
-        e.hops_skipped,
+        e.overruns,
         e.messages_dropped,
         e.chip_restarts,
         e.supply_v,

@@ -247,7 +247,7 @@ impl From<&wire::Slide> for Slide {
     }
 }
 
-/// One fit: every hop of a slide, and for the whole of it.
+/// One fit: every stride of a slide, and for the whole of it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(test, derive(JsonSchema))]
 pub struct Estimate {
@@ -341,7 +341,7 @@ pub struct Health {
     /// Conversions that cannot be trusted.
     pub conversions_doubtful: u32,
     /// Windows that were not fitted because the fit was busy.
-    pub hops_skipped: u32,
+    pub overruns: u32,
     /// Messages that were dropped because the line was slow.
     pub messages_dropped: u32,
     /// Times that the ADC was set up again, or could not be.
@@ -383,7 +383,7 @@ impl From<&wire::Health> for Health {
             frames: event.frames,
             conversions_lost: event.conversions_lost,
             conversions_doubtful: event.conversions_doubtful,
-            hops_skipped: event.hops_skipped,
+            overruns: event.overruns,
             messages_dropped: event.messages_dropped,
             chip_restarts: event.chip_restarts,
             faults: FaultCounts(event.faults),

@@ -172,7 +172,7 @@ fn settings_are_put_into_force_and_refused_with_their_bounds_over_any_line() {
     };
     assert!(
         !set(Settings {
-            hop_s: 0.5,
+            stride_s: 0.5,
             ..Settings::DEFAULT
         })
         .unwrap()

@@ -17,11 +17,11 @@ impl Known<'_> {
     /// The channels of these names, each with its conversion. Fails if none has one.
     pub fn channels<'n>(&self, names: impl Iterator<Item = &'n str>) -> Result<Vec<Channel>> {
         let hz = self.surface.frequency_hz();
-        let least_hz = self.cut.windows.bin_hz();
+        let min_hz = self.cut.windows.bin_hz();
         let half = self.recording.rate_hz as f32 / 2.0;
         ensure!(
-            (least_hz..half).contains(&hz),
-            "--reference: {hz} Hz (speed_mm_s over rsm_mm) is not between {least_hz} Hz, a cycle a window, and {half} Hz, half the rate"
+            (min_hz..half).contains(&hz),
+            "--reference: {hz} Hz (speed_mm_s over rsm_mm) is not between {min_hz} Hz, a cycle a window, and {half} Hz, half the rate"
         );
         let file = &self.recording.file;
         let channel = |name: &str| {

@@ -4,7 +4,7 @@ use super::bounded::Bounded;
 use crate::events::view;
 use ridgetone_proto::telemetry::Estimate;
 
-/// Estimates kept: eight minutes of sliding at the default hop.
+/// Estimates kept: eight minutes of sliding at the default stride.
 pub const POINTS: usize = 2000;
 
 pub type History = Bounded<view::Estimate, POINTS>;

@@ -80,7 +80,7 @@ fn losses(live: &Live, view: &View) -> Line<'static> {
         }
         count("; ADC: ", health.conversions_lost, "lost");
         count(", ", health.conversions_doubtful, "doubtful");
-        count("; ", health.hops_skipped, "hops skipped");
+        count("; ", health.overruns, "overruns");
         if health.chip_restarts > 0 {
             count(", ", health.chip_restarts, "ADC restarts");
         }

@@ -14,7 +14,7 @@ use ratatui::buffer::Buffer;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use ratatui::layout::Size;
 use ratatui::style::Color;
-use ridgetone::Pipeline;
+use ridgetone_finger::Pipeline;
 use ridgetone_proto::fault::{Fault, FaultKind};
 use ridgetone_proto::settings::{Feeling, Settings, TAXELS};
 use ridgetone_proto::telemetry::{Event, Measured, Movement, OtherTone, Packet, Raw, Status};
@@ -53,7 +53,7 @@ fn feeling() -> Live {
     };
     let feel = Feeling {
         volts_per_um: 2e-6,
-        sigma_share: 0.1,
+        sigma_fraction: 0.1,
         force_ratio: 1.4,
     };
     let settings = Settings {
@@ -136,7 +136,7 @@ fn at_80_by_24_everything_is_there() {
             "static image after, mV",
             "health: OK",
             "241.14 frames/s",
-            "line: 0 lost, 0 damaged, 0 dropped; ADC: 0 lost, 0 doubtful; 0 hops skipped",
+            "line: 0 lost, 0 damaged, 0 dropped; ADC: 0 lost, 0 doubtful; 0 overruns",
             "q quit",
             "h help",
         ],
@@ -231,7 +231,7 @@ fn nothing_is_cut_when_narrow_and_strips_have_no_holes_when_wide() {
     let mut health = *live.health().expect("a reading");
     (health.messages_dropped, health.frames_thinned) = (65_432, 123_456);
     (health.conversions_lost, health.conversions_doubtful) = (54_321, 4321);
-    (health.hops_skipped, health.chip_restarts) = (321, 21);
+    (health.overruns, health.chip_restarts) = (321, 21);
     health.t_us = 6_000_000;
     live.take(&Packet {
         sequence: 2,
@@ -246,7 +246,7 @@ fn nothing_is_cut_when_narrow_and_strips_have_no_holes_when_wide() {
             &shown,
             &[
                 "123456 raw frames not sent",
-                "321 hops skipped, 21 ADC restarts",
+                "321 overruns, 21 ADC restarts",
             ],
         );
     }

@@ -1,7 +1,7 @@
 //! The data of the picture: sixteen channels over time, and the results.
 
 use crate::digits::seconds;
-use ridgetone::TimedConversion;
+use ridgetone_finger::TimedConversion;
 use ridgetone_proto::settings::{Settings, TAXELS};
 use ridgetone_proto::telemetry::{Estimate, Event, Packet, Span};
 

@@ -2,13 +2,13 @@
 //! `line` and `fit`.
 
 use embedded_storage::nor_flash::NorFlash;
-use ridgetone::Detector;
-use ridgetone::Estimator;
-use ridgetone::Wiring;
-use ridgetone::tasks::{Inboxes, Received};
-use ridgetone::tasks::{Mail, Outbox};
-use ridgetone::tasks::{PACKETS, Platform, Shared, Task};
-use ridgetone::tasks::{Requests, Targets};
+use ridgetone_finger::Detector;
+use ridgetone_finger::Estimator;
+use ridgetone_finger::Wiring;
+use ridgetone_finger::tasks::{Inboxes, Received};
+use ridgetone_finger::tasks::{Mail, Outbox};
+use ridgetone_finger::tasks::{PACKETS, Platform, Shared, Task};
+use ridgetone_finger::tasks::{Requests, Targets};
 use ridgetone_proto::boot::{Boot, SettingsSource};
 use ridgetone_proto::command::Reply;
 use ridgetone_proto::settings::Settings;

@@ -174,7 +174,7 @@ mod tests {
         };
         let feel = Feeling {
             volts_per_um: 2e-6,
-            sigma_share: 0.1,
+            sigma_fraction: 0.1,
             force_ratio: 1.4,
         };
         let mut settings = Settings {

@@ -1,6 +1,6 @@
 //! A plan by its name, if it has one, otherwise by its converter's fields.
 
-use ridgetone::converter::{Ads1258Plan, OnboardPlan};
+use ridgetone_finger::converter::{Ads1258Plan, OnboardPlan};
 use ridgetone_proto::plan::{Converters, HealthReadings, Own, Plan, PlanError, Sampling};
 use serde::{Deserialize, Serialize, Serializer};
 use toml::Table;

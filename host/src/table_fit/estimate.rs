@@ -73,9 +73,9 @@ pub fn estimate(
         selection,
         band: selection.band,
     };
-    let most_hz = significant(PASSED * rate_hz, 3);
+    let max_hz = significant(PASSED * rate_hz, 3);
     let note = format!(
-        "{slots} rows are fitted by a low-pass filter and every {slots_per_frame}th value of it: tones up to {most_hz} Hz; for faster ones take windows with --window"
+        "{slots} rows are fitted by a low-pass filter and every {slots_per_frame}th value of it: tones up to {max_hz} Hz; for faster ones take windows with --window"
     );
     let found = frames.fit()?;
     let note = match frames.outside(&found)? {
@@ -111,21 +111,21 @@ impl Frames<'_> {
         let other = open.fit()?;
         Ok(other.status.has_tone().then(|| {
             let hz = significant(f64::from(other.frequency) * self.unit_hz(), 4);
-            format!("a tone of {hz} Hz is outside of --least-hz and --most-hz")
+            format!("a tone of {hz} Hz is outside of --min-hz and --max-hz")
         }))
     }
 
     fn scene(&self) -> Scene {
-        let Band { least_hz, most_hz } = self.band;
+        let Band { min_hz, max_hz } = self.band;
         let unit_hz = self.unit_hz();
         let bound = |hz: Option<f64>| hz.map_or(0.0, |hz| (hz / unit_hz) as f32);
         let harmonics = self.selection.harmonics.unwrap_or(HARMONICS_MAX as u8);
         Scene {
             band: ridgetone_tone::Band {
-                least: bound(least_hz),
-                most: bound(most_hz),
+                least: bound(min_hz),
+                most: bound(max_hz),
             },
-            ..ridgetone::scene(&self.selection.declared, harmonics)
+            ..ridgetone_finger::scene(&self.selection.declared, harmonics)
         }
     }
 

@@ -254,7 +254,7 @@ fn every_setting_is_in_a_table_with_its_range() {
         });
         assert_eq!(shown, Some(default), "{name}");
         // The shortest period may not exceed the longest one, which is raised out of its way.
-        let longest = (name == "array.period_least_mm").then_some("array.period_most_mm=100");
+        let longest = (name == "array.period_min_mm").then_some("array.period_max_mm=100");
         let set = |value: f64| {
             let changes = longest.map(str::to_owned).into_iter();
             let changes: Vec<String> = changes.chain([format!("{name}={value}")]).collect();

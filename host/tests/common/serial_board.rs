@@ -2,7 +2,7 @@
 //! real one does.
 #![allow(dead_code, reason = "every test file uses a part of it")]
 
-use ridgetone::{CONVERSION_NS, FRAME_NS};
+use ridgetone_finger::{CONVERSION_NS, FRAME_NS};
 use ridgetone_proto::boot::{Boot, SettingsSource};
 use ridgetone_proto::command::{Command, Outcome, REQUEST_WIRE_MAX, Reply, Request};
 use ridgetone_proto::framing::{self, Inbox, Pushed};

@@ -5,7 +5,7 @@ mod memory;
 
 use hal_mock::{Options, Sliding, SlidingScene};
 use memory::resident_bytes;
-use ridgetone::converter::SCAN;
+use ridgetone_finger::converter::SCAN;
 use ridgetone_host::emulator;
 use ridgetone_host::input::Opened;
 use ridgetone_host::output::Progress;
@@ -168,7 +168,7 @@ pub fn run(end_s: f64, alone: bool) {
     );
     let quiet = |health: &Health| {
         let lost = health.conversions_lost + health.conversions_doubtful;
-        lost + health.hops_skipped + health.messages_dropped + health.chip_restarts
+        lost + health.overruns + health.messages_dropped + health.chip_restarts
     };
     assert_eq!(quiet(&last), 0, "{last:?}");
     // Measured since the start, so within a microsecond of both ends.

@@ -78,7 +78,11 @@ fn the_emulated_board_reports_its_settings_takes_others_and_refuses_what_is_out_
         "{}",
         stderr(&set)
     );
-    let file = crate::common::file(folder.path(), "short.toml", "window_s = 0.5\nhop_s = 0.5\n");
+    let file = crate::common::file(
+        folder.path(),
+        "short.toml",
+        "window_s = 0.5\nstride_s = 0.5\n",
+    );
     let lines = run(&[
         "monitor",
         "--emulated",
@@ -116,7 +120,7 @@ fn an_emulated_run_takes_a_file_of_settings_as_a_replay_does() {
             "--json",
             "--settings",
             text(&file),
-            "--hop",
+            "--stride",
             "0.125",
         ]);
         assert!(output.status.success(), "{}", stderr(&output));

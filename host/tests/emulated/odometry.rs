@@ -135,7 +135,7 @@ fn windows_by_place_are_those_of_the_pc_bit_for_bit() {
     assert_eq!(
         (
             health.requests_damaged,
-            health.hops_skipped,
+            health.overruns,
             health.conversions_lost
         ),
         (damaged, 0, 0)

@@ -35,7 +35,7 @@ fn last_health(packets: &[Packet]) -> Health {
     health.expect("health")
 }
 
-/// Runs the image with a plan, which loses nothing and skips no hop; gives its telemetry.
+/// Runs the image with a plan, which loses nothing and skips no stride; gives its telemetry.
 fn run(name: &str, plan: Plan, input: Opened) -> Vec<Packet> {
     let elf = emulator::image::find().expect("an image");
     let mut packets = Vec::new();
@@ -68,7 +68,7 @@ fn run(name: &str, plan: Plan, input: Opened) -> Vec<Packet> {
         .iter()
         .filter(|packet| matches!(packet.event, Event::Slide(slide) if slide.end_us.is_some()))
         .count();
-    assert!(health.hops_skipped as usize <= slides, "{name}: {health:?}");
+    assert!(health.overruns as usize <= slides, "{name}: {health:?}");
     packets
 }
 
@@ -109,7 +109,7 @@ fn each_plan_finds_its_tone_in_the_emulator() {
 /// the same in `cargo xtask test --all`.
 #[test]
 #[ignore = "takes five to ten minutes in the emulator"]
-fn each_plan_loses_nothing_and_skips_no_hop_in_a_minute_of_the_emulator() {
+fn each_plan_loses_nothing_and_skips_no_stride_in_a_minute_of_the_emulator() {
     for (name, plan) in Plan::usual(Converters::ADS1258) {
         let scene = SlidingScene::new(scene(&plan)).expect("a scene");
         let every_s = scene.end_s();
@@ -188,7 +188,7 @@ fn a_plan_that_is_sent_is_in_force_after_a_greeting_and_says_what_it_gives() {
         "{health:?}"
     );
     // The fit of the whole slide may take the place of a window.
-    assert!(health.hops_skipped <= 1, "{health:?}");
+    assert!(health.overruns <= 1, "{health:?}");
     assert!(
         (health.frame_rate_hz / plan.frame_rate_hz() - 1.0).abs() < 1e-3,
         "{health:?}"

@@ -86,7 +86,7 @@ fn windows_s(packets: &[Packet]) -> Vec<f32> {
 fn settings_that_were_sent_are_in_force_and_others_are_refused() {
     let settings = Settings {
         window_s: 0.4,
-        hop_s: 0.1,
+        stride_s: 0.1,
         ..Settings::DEFAULT
     };
     let bad = Settings {
@@ -163,7 +163,7 @@ fn settings_that_were_sent_are_in_force_and_others_are_refused() {
 fn settings_that_are_kept_survive_a_restart() {
     let kept = Settings {
         window_s: 0.4,
-        hop_s: 0.1,
+        stride_s: 0.1,
         ..Settings::DEFAULT
     };
     let passing = Settings {

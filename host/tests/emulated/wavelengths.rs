@@ -3,8 +3,8 @@
 //! the library is so what the image measures.
 
 use hal_mock::{Finger, Hand, Sliding, SlidingScene};
-use ridgetone::Pipeline;
-use ridgetone::TimedConversion;
+use ridgetone_finger::Pipeline;
+use ridgetone_finger::TimedConversion;
 use ridgetone_host::emulator::{self, Options};
 use ridgetone_host::input::{Input, Source};
 use ridgetone_host::odometry::{Stream, message};
@@ -71,7 +71,7 @@ fn as_on_the_pc(scene: Sliding, settings: Settings, odometry: &Stream) -> Vec<Es
     let mut sink = |packet: &Packet| {
         on_chip.extend(estimate(&packet.event));
         if let Event::Health(health) = &packet.event {
-            skipped = health.hops_skipped;
+            skipped = health.overruns;
         }
         Ok(())
     };
@@ -168,8 +168,8 @@ fn gratings_under_a_hands_speed_are_those_of_the_pc_bit_for_bit() {
         // Windows of two cycles have a standard deviation of 3 %.
         let good = windows.inspect(|one| {
             let off_hz = (f64::from(one.frequency) - frequency_hz).abs();
-            let least_hz = 0.015 * frequency_hz;
-            assert!(off_hz < least_hz.max(3.0 * f64::from(one.sigma)), "{one:?}")
+            let min_hz = 0.015 * frequency_hz;
+            assert!(off_hz < min_hz.max(3.0 * f64::from(one.sigma)), "{one:?}")
         });
         assert!(good.count() >= 5, "{wavelength_mm} mm: {on_chip:?}");
     }
@@ -194,7 +194,7 @@ fn places(scene: &Sliding, hand: Hand) -> Stream {
     numbers.map(message_at).collect()
 }
 
-/// The hop is twice the plan's own: by place the image may leave one of the first windows out. Where a window's length follows from the estimate before it, the next
+/// The stride is twice the plan's own: by place the image may leave one of the first windows out. Where a window's length follows from the estimate before it, the next
 /// one then is another than on the PC.
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
@@ -214,7 +214,7 @@ fn gratings_under_a_hands_swings_are_those_of_the_pc_bit_for_bit() {
         let harmonics = if skin_ridge_mm > 0.0 { 4 } else { 2 };
         let settings = Settings {
             window_s,
-            hop_s: 0.3,
+            stride_s: 0.3,
             harmonics,
             accuracy,
             ..Settings::DEFAULT.with_plan(Plan::HAND)

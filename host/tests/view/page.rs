@@ -371,7 +371,7 @@ fn the_emulated_board_waits_while_nobody_looks_takes_settings_and_is_recorded() 
     browser.open(&view.url);
     browser.wait("document.getElementById('settings')?.hidden === false");
     browser.value("document.getElementById('record').click()");
-    for (id, value) in [("window_s", "0.5"), ("hop_s", "0.1"), ("harmonics", "2")] {
+    for (id, value) in [("window_s", "0.5"), ("stride_s", "0.1"), ("harmonics", "2")] {
         browser.value(&format!(
             "(() => {{ const input = document.getElementById('{id}'); input.value = '{value}'; \
              input.dispatchEvent(new Event('input', {{ bubbles: true }})); }})()"
@@ -424,7 +424,7 @@ fn the_emulated_board_waits_while_nobody_looks_takes_settings_and_is_recorded() 
         .expect("a time");
     assert!(begins < 0.1, "{begins}");
     browser.value("document.getElementById('live').click()");
-    // A new plan brings its own window and hop.
+    // A new plan brings its own window and stride.
     browser.value(
         "(() => { const plan = document.getElementById('plan'); plan.value = 'hand'; \
          plan.dispatchEvent(new Event('input', { bubbles: true })); \

@@ -17,7 +17,7 @@ use std::time::Duration;
 const SETTINGS: Settings = Settings {
     feel: Feeling {
         volts_per_um: 2e-6,
-        sigma_share: 0.1,
+        sigma_fraction: 0.1,
         force_ratio: 1.4,
     },
     ..Settings::DEFAULT

@@ -1,9 +1,9 @@
 //! What the benchmark of `feel` works on: frames of a scan plan and their window, the same on the
 //! chip and here.
 
-use ridgetone::Ring;
-use ridgetone::Window;
-use ridgetone::internals::feel;
+use ridgetone_finger::Ring;
+use ridgetone_finger::Window;
+use ridgetone_finger::internals::feel;
 use ridgetone_proto::plan::{Converters, Plan};
 use ridgetone_proto::settings::{Feeling, Settings};
 use ridgetone_proto::telemetry::Feel;
@@ -42,7 +42,7 @@ pub fn feels(ring: &Ring, number: u8, memory: &mut [f32]) -> Option<Feel> {
     let plan = plan(number)?;
     let feeling = Feeling {
         volts_per_um: 1e-3,
-        sigma_share: 0.1,
+        sigma_fraction: 0.1,
         force_ratio: 0.3,
     };
     let settings = Settings {

@@ -3,8 +3,8 @@
 use crate::bound::{self, Channel, Clue, Harmonic};
 use anyhow::{Result, ensure};
 use hal_mock::{Scene, Sliding, SlidingScene};
-use ridgetone::converter::Ads1258Plan;
-use ridgetone::internals::{TRIM_FRAMES, window_frames_max};
+use ridgetone_finger::converter::Ads1258Plan;
+use ridgetone_finger::internals::{TRIM_FRAMES, window_frames_max};
 use ridgetone_host::input::{REFERENCE_V, frame_rate_hz};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::TAXELS;

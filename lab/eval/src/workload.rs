@@ -7,7 +7,7 @@
 //! `results` has every [`Measured`], in the order of the jobs.
 
 use ads1258::Conversion;
-use ridgetone::TimedConversion;
+use ridgetone_finger::TimedConversion;
 use ridgetone_proto::settings::Declared;
 pub use ridgetone_proto::telemetry::longest_packet;
 use ridgetone_proto::telemetry::{Packet, WIRE_MAX, encode};

@@ -28,13 +28,13 @@ fn run_plan(name: &str, plan: Plan, hand: Hand, period_mm: f64, streams: bool) -
     let truth = scene.truth();
     let mut run = Run::new(Board::FeatherF405, scene, Start::default());
     run.run_to(1.0, hello);
-    // A fit along a way takes longer than the default hop, and where it is slower than the ring its
+    // A fit along a way takes longer than the default stride, and where it is slower than the ring its
     // frames are gone.
     let defaults = Settings::DEFAULT.with_plan(plan);
     let settings = if streams {
         Settings {
             window_s: if plan == Plan::PAPER { 1.0 } else { 0.15 },
-            hop_s: 0.5,
+            stride_s: 0.5,
             ..defaults
         }
     } else {
@@ -110,10 +110,10 @@ fn run_plan(name: &str, plan: Plan, hand: Hand, period_mm: f64, streams: bool) -
         (0, 0),
         "{name}: {last:?}"
     );
-    println!("{name}: {} hops skipped", last.hops_skipped);
+    println!("{name}: {} overruns", last.overruns);
     // The fit of a whole slide may take the place of a window.
     assert!(
-        last.hops_skipped <= if streams { 2 } else { 1 },
+        last.overruns <= if streams { 2 } else { 1 },
         "{name}: {last:?}"
     );
     assert_eq!(
@@ -146,7 +146,7 @@ fn run_plan(name: &str, plan: Plan, hand: Hand, period_mm: f64, streams: bool) -
 
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
-fn a_robot_costs_no_conversion_and_with_a_hop_of_half_a_second_hardly_a_window() {
+fn a_robot_costs_no_conversion_and_with_a_stride_of_half_a_second_hardly_a_window() {
     let slow = Hand {
         peak_mm_s: 60.0,
         swing_hz: 0.8,

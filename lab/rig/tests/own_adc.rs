@@ -5,7 +5,7 @@ mod common;
 
 use common::{Run, estimates, fault_of, health, hello};
 use hal_mock::{Amplifier, Constant, Repeated, Sliding, SlidingScene};
-use ridgetone::converter::OnboardPlan;
+use ridgetone_finger::converter::OnboardPlan;
 use ridgetone_proto::boot::ResetCause;
 use ridgetone_proto::command::{Command, Outcome};
 use ridgetone_proto::fault::FaultKind;

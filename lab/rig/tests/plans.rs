@@ -5,7 +5,7 @@ mod common;
 
 use common::{BOARDS, Run, health, hello};
 use hal_mock::{Repeated, Sliding, SlidingScene};
-use ridgetone::converter::Ads1258Plan;
+use ridgetone_finger::converter::Ads1258Plan;
 use ridgetone_proto::command::{Command, Outcome};
 use ridgetone_proto::plan::{Converters, Plan};
 use ridgetone_proto::settings::Settings;
@@ -126,7 +126,7 @@ fn check(board: Board, name: &str, plan: Plan, seconds: u32) {
         "{name}: {last:?}"
     );
     // A whole slide that is due ends the fit of a window.
-    assert!(last.hops_skipped as usize <= slides, "{name}: {last:?}");
+    assert!(last.overruns as usize <= slides, "{name}: {last:?}");
     assert_eq!(
         (last.chip_restarts, last.faults.iter().sum::<u32>()),
         (0, 0),

@@ -13,7 +13,7 @@ use rig::{Board, Start};
 /// Settings that differ by their number.
 fn settings(number: u16) -> Settings {
     Settings {
-        hop_s: 0.25 + 0.01 * f32::from(number % 50),
+        stride_s: 0.25 + 0.01 * f32::from(number % 50),
         ..Settings::DEFAULT
     }
 }

@@ -16,8 +16,8 @@ use critical_section::Mutex;
 use hal_mock::bridge::{
     Crash, NEVER, Operation, PAYLOAD_MAX, REPLY_BYTES, REQUEST_BYTES, Reply, Request,
 };
-use ridgetone::tasks::DrdyPin;
-use ridgetone::tasks::WATCHDOG_S;
+use ridgetone_finger::tasks::DrdyPin;
+use ridgetone_finger::tasks::WATCHDOG_S;
 use ridgetone_proto::boot::ResetCause;
 use stm32f4xx_hal::pac::{Interrupt, NVIC};
 

@@ -34,12 +34,12 @@ mod app {
     use crate::board;
     use crate::board::{Board, Samples};
     use heapless::spsc::Queue;
-    use ridgetone::tasks::Outbox;
-    use ridgetone::tasks::Report;
-    use ridgetone::tasks::WatchdogPolicy;
-    use ridgetone::tasks::{BYTES, PACKETS, Platform, Shared, Task};
-    use ridgetone::tasks::{Idle, Next, Slept, Stack};
-    use ridgetone::tasks::{Inboxes, SerialLine};
+    use ridgetone_finger::tasks::Outbox;
+    use ridgetone_finger::tasks::Report;
+    use ridgetone_finger::tasks::WatchdogPolicy;
+    use ridgetone_finger::tasks::{BYTES, PACKETS, Platform, Shared, Task};
+    use ridgetone_finger::tasks::{Idle, Next, Slept, Stack};
+    use ridgetone_finger::tasks::{Inboxes, SerialLine};
     use ridgetone_proto::boot::Record;
     use ridgetone_proto::plan::Plan;
     use ridgetone_stylus::message::{Event, Mark};

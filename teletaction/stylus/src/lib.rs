@@ -13,7 +13,7 @@
 //!
 //! The vibration itself is [`ridgetone_stimulus`]'s; framing and checksums are
 //! [`ridgetone_proto::framing`]'s; line, packets and idle time are the finger's own tasks
-//! ([`ridgetone::tasks`]).
+//! ([`ridgetone_finger::tasks`]).
 #![no_std]
 // A panic resets the stylus, so only tests may panic.
 #![cfg_attr(

@@ -4,9 +4,9 @@
 use crate::message::{Command, Event, Mark, Outcome, Reply, Request};
 use crate::parameters::{Parameters, named};
 use crate::sampler::Sampler;
-use ridgetone::tasks::Inboxes;
-use ridgetone::tasks::Outbox;
-use ridgetone::tasks::{PACKETS, Platform, Shared};
+use ridgetone_finger::tasks::Inboxes;
+use ridgetone_finger::tasks::Outbox;
+use ridgetone_finger::tasks::{PACKETS, Platform, Shared};
 use ridgetone_proto::framing::decode;
 use rtic_core::Mutex;
 

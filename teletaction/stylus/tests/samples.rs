@@ -1,9 +1,9 @@
 //! Samples and requests on a PC, without a board: time, deadlines, limits, and what is refused.
 
 use proptest::prelude::*;
-use ridgetone::tasks::Inboxes;
-use ridgetone::tasks::Outbox;
-use ridgetone::tasks::{PACKETS, Platform, Shared, Task};
+use ridgetone_finger::tasks::Inboxes;
+use ridgetone_finger::tasks::Outbox;
+use ridgetone_finger::tasks::{PACKETS, Platform, Shared, Task};
 use ridgetone_proto::command::REQUEST_WIRE_MAX;
 use ridgetone_proto::framing;
 use ridgetone_proto::plan::Plan;

@@ -2,9 +2,9 @@
 #![allow(dead_code, reason = "every test file uses a part of it")]
 
 use super::serial_board::raw_end;
-use ridgetone::tasks::Outbox;
-use ridgetone::tasks::{Inboxes, Received};
-use ridgetone::tasks::{PACKETS, Platform, Shared, Task};
+use ridgetone_finger::tasks::Outbox;
+use ridgetone_finger::tasks::{Inboxes, Received};
+use ridgetone_finger::tasks::{PACKETS, Platform, Shared, Task};
 use ridgetone_proto::boot::Boot;
 use ridgetone_proto::framing;
 use ridgetone_proto::plan::Plan;

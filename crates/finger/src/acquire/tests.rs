@@ -234,7 +234,7 @@ fn what_no_two_reads_agree_on_is_dropped_and_counted() {
         (
             bench.count(Bus),
             bench.faults(),
-            bench.diagnostics.overruns.get()
+            bench.diagnostics.queue_overruns.get()
         ),
         (1, 1, 1)
     );
@@ -267,7 +267,7 @@ fn a_conversion_that_ends_between_two_reads_is_taken_once_and_none_is_lost_in_si
             }
         );
         assert_eq!(
-            (bench.faults(), bench.diagnostics.overruns.get()),
+            (bench.faults(), bench.diagnostics.queue_overruns.get()),
             (0, between as u32)
         );
         assert_eq!(bench.read_and_lost().0, ids.len() as u64 + between as u64);
@@ -279,7 +279,7 @@ fn what_does_not_fit_the_queue_is_counted() {
     let mut bench = Bench::new();
     assert!((0..70).all(|_| bench.next().goes_on()));
     assert_eq!(
-        (bench.taken().len(), bench.diagnostics.overruns.get()),
+        (bench.taken().len(), bench.diagnostics.queue_overruns.get()),
         (63, 7)
     );
 }
@@ -531,7 +531,10 @@ fn a_plan_is_written_with_read_back_and_its_mark_precedes_its_conversions() {
             Ads1258Plan::of(&plan).config().registers().unwrap()
         );
     }
-    assert_eq!((bench.faults(), bench.diagnostics.overruns.get()), (0, 0));
+    assert_eq!(
+        (bench.faults(), bench.diagnostics.queue_overruns.get()),
+        (0, 0)
+    );
     // Where the queue is full the mark waits, and so do its conversions.
     bench.pass(70);
     let now_us = bench.now_us();
@@ -578,7 +581,7 @@ fn a_fast_plan_reads_once_and_finds_wrong_ids() {
             .all(|pair| pair[1] == if pair[0] == 23 { 8 } else { pair[0] + 1 }),
         "{ids:?}"
     );
-    assert_eq!(bench.diagnostics.overruns.get(), 0);
+    assert_eq!(bench.diagnostics.queue_overruns.get(), 0);
 }
 
 #[test]
@@ -710,7 +713,7 @@ fn a_conversion_of_the_health_readings_that_is_lost_comes_on_top() {
     assert_eq!(
         (
             bench.diagnostics.unseen.get(),
-            bench.diagnostics.overruns.get()
+            bench.diagnostics.queue_overruns.get()
         ),
         (1, 0)
     );

@@ -327,13 +327,13 @@ mod tests {
                     continue;
                 }
                 assert_eq!(Ads1258Plan::check(&plan), Ok(()));
-                let (window_s, hop_s) = plan.default_window();
+                let (window_s, stride_s) = plan.default_window();
                 assert!(
-                    plan.window_least_s() <= window_s && window_s <= plan.window_most_s(),
+                    plan.window_min_s() <= window_s && window_s <= plan.window_max_s(),
                     "{plan:?}"
                 );
                 assert!(
-                    hop_s >= ridgetone_proto::settings::HOP_LEAST_S
+                    stride_s >= ridgetone_proto::settings::STRIDE_MIN_S
                         && plan.window_frames_most() > 60,
                     "{plan:?}"
                 );

@@ -176,7 +176,7 @@ impl Tracker {
             emit(event);
         });
         if let Some((start, until)) = contact.sliding() {
-            scheduler.hop(
+            scheduler.stride(
                 grid.first_frame(start),
                 grid.first_frame(until),
                 Frames { clock, ring },

@@ -14,11 +14,11 @@ const TWO_SCANS_US: u32 = (2.2e6 / FRAME_RATE_HZ) as u32;
 #[derive(Debug, Default)]
 pub struct Diagnostics {
     /// Conversions lost before the queue or at it, except whole scans that were never read.
-    pub overruns: Counter,
+    pub queue_overruns: Counter,
     /// Conversions that the chip may have made besides, at most, while it ran with other registers.
     pub unseen: Counter,
     /// Windows not fitted because the fit was busy.
-    pub hops_skipped: Counter,
+    pub overruns: Counter,
     /// Messages dropped because the line was slow.
     pub messages_dropped: Counter,
     /// Raw frames for which the line had no place.
@@ -50,9 +50,9 @@ impl Diagnostics {
     /// Everything at zero.
     pub const fn new() -> Self {
         Self {
-            overruns: Counter::new(),
+            queue_overruns: Counter::new(),
             unseen: Counter::new(),
-            hops_skipped: Counter::new(),
+            overruns: Counter::new(),
             messages_dropped: Counter::new(),
             frames_thinned: Counter::new(),
             chip_restarts: Counter::new(),
@@ -116,10 +116,10 @@ mod tests {
         let diagnostics = Diagnostics::new();
         for _ in 0..2 {
             diagnostics.unseen.add(u32::MAX - 100_000);
-            diagnostics.overruns.add(u32::MAX - 1);
+            diagnostics.queue_overruns.add(u32::MAX - 1);
         }
         assert_eq!(
-            (diagnostics.overruns.get(), diagnostics.unseen.get()),
+            (diagnostics.queue_overruns.get(), diagnostics.unseen.get()),
             (u32::MAX, u32::MAX)
         );
     }

@@ -4,8 +4,8 @@
 //! A wave of spatial period T along +x reaches the column in front `pitch_mm` / T turns late, less
 //! the phase that the contact's ends cause ([`Array::edge_phase_rad`]). The phases give only the
 //! fraction of a turn: n turns more or less look the same, and so does a wave in the other
-//! direction that is late by the rest of a turn. So the periods from [`Array::period_least_mm`] to
-//! [`Array::period_most_mm`] are searched in every possible direction, and an answer is reported
+//! direction that is late by the rest of a turn. So the periods from [`Array::period_min_mm`] to
+//! [`Array::period_max_mm`] are searched in every possible direction, and an answer is reported
 //! only if it is the only one. Each period between one pitch and two has a single answer, and so
 //! has a longer one if the direction is known. A shorter one aliases: it has another answer among
 //! the longer ones.
@@ -55,8 +55,8 @@ struct Answers {
 impl Answers {
     /// Those within the possible periods, and `margin` turns beyond them.
     fn new(array: &Array, lag_turns: f32, margin: f32) -> Self {
-        let least = turns(array, array.period_most_mm) - margin;
-        let most = turns(array, array.period_least_mm) + margin;
+        let least = turns(array, array.period_max_mm) - margin;
+        let most = turns(array, array.period_min_mm) + margin;
         let mut answers = Self::default();
         for (late, possible, count) in [
             (lag_turns, array.may_go_forward, &mut answers.forward),
@@ -99,8 +99,8 @@ pub fn by_phases(lag: Option<Lag>, array: &Array, frequency_hz: Measured) -> Tra
     let found = Answers::new(array, lag.turns, margin);
     let possible = Answers::new(array, lag.turns, POSSIBLE * sigma);
     let late = found.late;
-    let is_within = late - margin >= turns(array, array.period_most_mm)
-        && late + margin <= turns(array, array.period_least_mm);
+    let is_within = late - margin >= turns(array, array.period_max_mm)
+        && late + margin <= turns(array, array.period_min_mm);
     match found.count() {
         0 if possible.count() == 0 => Travel {
             status: TravelStatus::OutOfRange,
@@ -286,8 +286,8 @@ mod tests {
     fn what_has_more_than_one_answer_is_ambiguous() {
         let verdict = |least: f32, most: f32, period_mm, direction| {
             let array = Array {
-                period_least_mm: least,
-                period_most_mm: most,
+                period_min_mm: least,
+                period_max_mm: most,
                 ..ARRAY
             };
             by_phases(Some(lag_of(period_mm, direction)), &array, TONE_HZ).status
@@ -324,7 +324,7 @@ mod tests {
     #[test]
     fn a_known_direction_leaves_one_answer_above_one_pitch() {
         let array = Array {
-            period_most_mm: 20.0,
+            period_max_mm: 20.0,
             may_go_backward: false,
             ..ARRAY
         };
@@ -353,8 +353,8 @@ mod tests {
     #[test]
     fn an_answer_at_the_edge_is_ambiguous_and_one_beyond_is_out_of_range() {
         let array = Array {
-            period_least_mm: 2.6,
-            period_most_mm: 3.6,
+            period_min_mm: 2.6,
+            period_max_mm: 3.6,
             ..ARRAY
         };
         let verdict = |period_mm| {

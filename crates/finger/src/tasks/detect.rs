@@ -162,8 +162,8 @@ pub fn take_message<P: Platform>(
 }
 
 /// Gives a window that is due to the fit by `put`, which is false if there is no place, or counts
-/// it as skipped. A hop is fitted only if the fit keeps up: if it would be fitted before the next
-/// hop. A whole slide always is.
+/// it as skipped. A stride is fitted only if the fit keeps up: if it would be fitted before the next
+/// stride. A whole slide always is.
 pub fn admit<P: Platform>(
     window: Window,
     keeps_up: bool,
@@ -173,7 +173,7 @@ pub fn admit<P: Platform>(
     if (window.span == Span::Slide || keeps_up) && put(window) {
         shared.liveness.fits_due.bump();
     } else {
-        shared.diagnostics.hops_skipped.add(1);
+        shared.diagnostics.overruns.add(1);
     }
     // An estimate is reported only if the chip is known to have been well until the window's end.
     shared.check.store(true, Relaxed);

@@ -50,7 +50,7 @@ impl<S: Store> Fit<'_, S> {
                 if window.span == Span::Window
                     && windows.peek().is_some_and(|next| next.span == Span::Window)
                 {
-                    shared.diagnostics.hops_skipped.add(1);
+                    shared.diagnostics.overruns.add(1);
                     continue;
                 }
                 let source = &mut Locked {
@@ -130,7 +130,7 @@ pub fn fit<P: Platform>(
             }
         }
         Ok(WindowFit::Growing) => {}
-        Err(Overwritten) => shared.diagnostics.hops_skipped.add(1),
+        Err(Overwritten) => shared.diagnostics.overruns.add(1),
     }
     outcome
 }
@@ -148,7 +148,7 @@ pub fn feel<P: Platform>(
             feel
         }),
         Err(Overwritten) => {
-            shared.diagnostics.hops_skipped.add(1);
+            shared.diagnostics.overruns.add(1);
             None
         }
     }

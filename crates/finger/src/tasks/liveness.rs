@@ -6,8 +6,8 @@
 //!   comes twice a second without conversions too: a silent chip is reported as a fault, and a
 //!   reset of the board would not mend it.
 //! - **Detection**: `detect`, which each `drdy` starts, emptied its queue.
-//! - **The fit**: it has nothing to do, or finished a window. A fit that is slower than the hop
-//!   skips hops; only a fit that takes longer than the watchdog's period counts as hung.
+//! - **The fit**: it has nothing to do, or finished a window. A fit that is slower than the stride
+//!   skips strides; only a fit that takes longer than the watchdog's period counts as hung.
 //!
 //! `watch` interrupts the fit, so a busy fit does not delay the feeding. If a task of the same or a
 //! higher priority hangs, the watchdog is not fed. The line does not count: a blocked line costs
@@ -174,7 +174,7 @@ mod tests {
     fn a_fit_that_takes_its_time_is_no_reason_for_a_reset() {
         let (liveness, mut watchdog_policy) = (Liveness::new(), WatchdogPolicy::new());
         let mut fed = 0;
-        // Every window takes five looks: hops are skipped, one always waits.
+        // Every window takes five looks: strides are skipped, one always waits.
         liveness.fits_due.bump();
         for look in 1..=100 {
             liveness.acquired.bump();

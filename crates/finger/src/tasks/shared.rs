@@ -12,7 +12,7 @@ use ridgetone_proto::telemetry::WIRE_MAX;
 /// 23,336; the longest step of `detect` takes 0.14 ms. A queue holds one less than that.
 pub const SAMPLES: usize = 88;
 
-/// Places of the queue of windows from `detect` to `fit`: one hop may wait, the other places are
+/// Places of the queue of windows from `detect` to `fit`: one stride may wait, the other places are
 /// for whole slides.
 pub const WINDOWS: usize = 4;
 

@@ -38,8 +38,8 @@ fn the_setting_outside_its_bounds_is_named() {
     for (name, number) in [
         ("window_s", 5.0),
         ("window_s", f32::NAN),
-        ("hop_s", 0.0),
-        ("hop_s", 4.0),
+        ("stride_s", 0.0),
+        ("stride_s", 4.0),
         ("harmonics", 6.0),
         ("harmonics", 0.0),
         ("accuracy", 0.2),
@@ -53,11 +53,11 @@ fn the_setting_outside_its_bounds_is_named() {
         ("array.pitch_mm", 0.0),
         ("array.edge_phase_rad", 4.0),
         ("array.edge_phase_sigma_rad", f32::NAN),
-        ("array.period_least_mm", 0.0),
-        ("array.period_most_mm", 2.0),
+        ("array.period_min_mm", 0.0),
+        ("array.period_max_mm", 2.0),
         ("array.alike", 1.0),
         ("feel.volts_per_um", -1.0),
-        ("feel.sigma_share", f32::NAN),
+        ("feel.sigma_fraction", f32::NAN),
         ("feel.force_ratio", f32::INFINITY),
     ] {
         let found = with(protocol, name, number).validate().unwrap_err();
@@ -79,7 +79,7 @@ fn windows_are_bounded_by_the_plan() {
     for (name, plan) in Plan::NAMED {
         let settings = Settings::DEFAULT.with_plan(plan);
         assert_eq!(settings.validate(), Ok(()), "{name}");
-        let longer = with(settings, "window_s", plan.window_most_s() + 0.002);
+        let longer = with(settings, "window_s", plan.window_max_s() + 0.002);
         assert_eq!(longer.validate().unwrap_err().field, "window_s", "{name}");
     }
     let settings = Settings {
@@ -112,7 +112,7 @@ fn names_and_ids_are_unique_and_names_fit_a_refusal() {
 fn ids_stay_with_their_settings() {
     let ids = [
         (2, "window_s"),
-        (3, "hop_s"),
+        (3, "stride_s"),
         (4, "harmonics"),
         (5, "accuracy"),
         (6, "interferer_hz"),
@@ -124,14 +124,14 @@ fn ids_stay_with_their_settings() {
         (12, "array.pitch_mm"),
         (13, "array.edge_phase_rad"),
         (14, "array.edge_phase_sigma_rad"),
-        (15, "array.period_least_mm"),
-        (16, "array.period_most_mm"),
+        (15, "array.period_min_mm"),
+        (16, "array.period_max_mm"),
         (17, "array.may_go_forward"),
         (18, "array.may_go_backward"),
         (19, "array.front"),
         (20, "array.alike"),
         (21, "feel.volts_per_um"),
-        (22, "feel.sigma_share"),
+        (22, "feel.sigma_fraction"),
         (23, "feel.force_ratio"),
         (25, "scene.curved_baseline"),
         (26, "scene.coloured_noise"),

@@ -11,7 +11,7 @@ use serde::Deserialize;
 #[derive(Deserialize)]
 struct Old {
     window_s: f32,
-    hop_s: f32,
+    stride_s: f32,
     harmonics: u8,
     accuracy: f32,
     interferer_hz: f32,
@@ -38,8 +38,8 @@ struct OldArray {
     pitch_mm: f32,
     edge_phase_rad: f32,
     edge_phase_sigma_rad: f32,
-    period_least_mm: f32,
-    period_most_mm: f32,
+    period_min_mm: f32,
+    period_max_mm: f32,
     may_go_forward: bool,
     may_go_backward: bool,
     front: u16,
@@ -49,7 +49,7 @@ struct OldArray {
 #[derive(Deserialize)]
 struct OldFeeling {
     volts_per_um: f32,
-    sigma_share: f32,
+    sigma_fraction: f32,
     force_ratio: f32,
 }
 
@@ -84,7 +84,7 @@ impl Old {
         let mut new = Settings::DEFAULT;
         new.plan = self.plan.plan(Plan::PAPER.adc_clock_hz);
         new.window_s = self.window_s;
-        new.hop_s = self.hop_s;
+        new.stride_s = self.stride_s;
         new.harmonics = self.harmonics;
         new.accuracy = self.accuracy;
         new.interferer_hz = self.interferer_hz;
@@ -106,14 +106,14 @@ impl Old {
         if !self.array.is_as_it_was() {
             new.array.edge_phase_sigma_rad = self.array.edge_phase_sigma_rad;
         }
-        new.array.period_least_mm = self.array.period_least_mm;
-        new.array.period_most_mm = self.array.period_most_mm;
+        new.array.period_min_mm = self.array.period_min_mm;
+        new.array.period_max_mm = self.array.period_max_mm;
         new.array.may_go_forward = self.array.may_go_forward;
         new.array.may_go_backward = self.array.may_go_backward;
         new.array.front = self.array.front;
         new.array.alike = self.array.alike;
         new.feel.volts_per_um = self.feel.volts_per_um;
-        new.feel.sigma_share = self.feel.sigma_share;
+        new.feel.sigma_fraction = self.feel.sigma_fraction;
         new.feel.force_ratio = self.feel.force_ratio;
         new
     }

@@ -125,7 +125,7 @@ pub struct Channel {
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Span {
-    /// One hop of the sliding window.
+    /// One stride of the sliding window.
     Window,
     /// The whole sliding phase.
     Slide,

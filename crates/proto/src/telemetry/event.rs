@@ -106,7 +106,7 @@ pub struct Health {
     /// Conversions with OVF or SUPPLY set, with NEW missing, or of a channel outside the scan.
     pub conversions_doubtful: u32,
     /// Windows that were not fitted because the fit was busy.
-    pub hops_skipped: u32,
+    pub overruns: u32,
     /// Events that were dropped because the line was slow.
     pub messages_dropped: u32,
     /// Times that the ADC was set up again because its registers were wrong, or could not be set

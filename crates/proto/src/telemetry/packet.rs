@@ -10,7 +10,7 @@ use crate::settings::TAXELS;
 use serde::{Deserialize, Serialize};
 
 /// Version of the wire contract; a reader refuses another one.
-pub const PROTOCOL: u8 = 11;
+pub const PROTOCOL: u8 = 12;
 
 /// An event with its number, so that a reader notices every loss.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -17,8 +17,8 @@ pub const WRITTEN: &[u8; 3 * OLD_BYTES] = include_bytes!("version_3.bin");
 pub fn settings(number: u64) -> Settings {
     Settings {
         window_s: 0.1 + (number % 200) as f32 * 1e-3,
-        // The hop that the plan had then.
-        hop_s: 0.1,
+        // The stride that the plan had then.
+        stride_s: 0.1,
         ..Settings::DEFAULT.with_plan(Plan::HAND)
     }
 }

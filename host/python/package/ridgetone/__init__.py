@@ -52,9 +52,9 @@ def fit(
     position_mm: npt.ArrayLike | None = None,
     whole: bool = False,
     mm_per_count: float | None = None,
-    least_hz: float | None = None,
-    most_hz: float | None = None,
-    without: Sequence[str] = (),
+    min_hz: float | None = None,
+    max_hz: float | None = None,
+    exclude: Sequence[str] = (),
     moving_speed: bool = False,
 ) -> Fit:
     """Fits all channels with one common frequency, as `ridgetone fit` does.
@@ -66,8 +66,8 @@ def fit(
     `NAME:UNIT` with s, ms, us or ns, or `none`, as for files.
 
     `speed_mm_s` or `position_mm`, a value for each row, fit by place: cycles per mm at any speed. `speed_column` and
-    `position_column` name columns that have them. `least_hz` and `most_hz` bound the frequency. `picture` draws the result.
-    `without` names what the recording does not hold, of `curved_baseline`, `coloured_noise`, `shared_noise`, `impulses` and
+    `position_column` name columns that have them. `min_hz` and `max_hz` bound the frequency. `picture` draws the result.
+    `exclude` names what the recording does not hold, of `curved_baseline`, `coloured_noise`, `shared_noise`, `impulses` and
     `all`; `moving_speed` says that the speed changes as likely as not.
 
     An array of float32 or float64 is not copied, whatever its strides; others are converted to float64. Do not write to it
@@ -105,9 +105,9 @@ def fit(
         position_column,
         whole,
         mm_per_count,
-        least_hz,
-        most_hz,
-        list(without),
+        min_hz,
+        max_hz,
+        list(exclude),
         moving_speed,
     )
     _warn(remarks)

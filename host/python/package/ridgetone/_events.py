@@ -107,7 +107,7 @@ class Slide(Event):
 
 
 class Estimate(Event):
-    """One fit: every hop of a slide, and for the whole of it."""
+    """One fit: every stride of a slide, and for the whole of it."""
 
     t_s: float
     """Device time of the window's end [s]."""
@@ -145,7 +145,7 @@ class Estimate(Event):
     """Standard deviation of the chirp by place [1/mm^2]."""
     other_tone_per_mm: float | None
     """Frequency by place of a second tone that is significant beside the first [1/mm]."""
-    other_tone_share: float | None
+    other_tone_fraction: float | None
     """Power of the second tone over that of the first."""
     interferer_hz: float | None
     """Frequency of the interferer as fitted; null if none is set, or if the window is too short to fit it [Hz]."""
@@ -276,7 +276,7 @@ class Reply(Event):
     """Frames per second at the converter's nominal clock [Hz]."""
     nyquist_hz: float | None
     """Half of it: tones from there on alias, hertz [Hz]."""
-    window_most_s: float | None
+    window_max_s: float | None
     """The longest window, seconds [s]."""
 
 
@@ -308,7 +308,7 @@ class Health(Event):
     """Conversions lost: overruns of the queue and gaps in the scan."""
     conversions_doubtful: int
     """Conversions that cannot be trusted."""
-    hops_skipped: int
+    overruns: int
     """Windows that were not fitted because the fit was busy."""
     messages_dropped: int
     """Messages that were dropped because the line was slow."""
@@ -447,7 +447,7 @@ class Fit(Object):
     """Standard deviation of the chirp by place [1/mm^2]."""
     other_tone_per_mm: float | None
     """Frequency by place of a second tone that is significant beside the first [1/mm]."""
-    other_tone_share: float | None
+    other_tone_fraction: float | None
     """Power of the second tone over that of the first."""
     interferer_hz: float | None
     """Frequency of the interferer as fitted; null if none is set, or if the window is too short to fit it [Hz]."""

@@ -80,9 +80,9 @@ class ArraySettings(Object):
     """Phase by which the contact's ends reduce the lag between the columns, which is 2 pi pitch / period less this. [rad]"""
     edge_phase_sigma_rad: float
     """Standard deviation of true lags around the line of pitch and edge phase; from 0.3 on the array is not calibrated. [rad]"""
-    period_least_mm: float
+    period_min_mm: float
     """Shortest possible spatial period. [mm]"""
-    period_most_mm: float
+    period_max_mm: float
     """Longest possible spatial period; between one pitch and two the answer is unique. [mm]"""
     may_go_forward: bool
     """Whether the grating may move along +x."""
@@ -99,7 +99,7 @@ class FeelSettings(Object):
 
     volts_per_um: float
     """Amplitude of a taxel's reading over the displacement from peak to peak (equation 6), as `ridgetone feel` prints it for a window of 3 s; 0 for no event `feel`. [V/um]"""
-    sigma_share: float
+    sigma_fraction: float
     """Standard deviation of `feel.volts_per_um` over it. [share]"""
     force_ratio: float
     """Tangential over normal force; 0 for that of the static image before the slide."""
@@ -124,15 +124,15 @@ class Settings(Object):
     """Settings, by the names of the settings file."""
 
     plan: str | dict[str, Any]
-    """What the chip converts and how fast; a new plan brings its default window and hop."""
+    """What the chip converts and how fast; a new plan brings its default window and stride."""
     window_s: float
     """Length of a window. [s]"""
-    hop_s: float
+    stride_s: float
     """Time from the start of one window to the start of the next. [s]"""
     harmonics: int
     """Most harmonics to fit, the fundamental included."""
     accuracy: float
-    """Required standard deviation as a share of the frequency: windows grow by a hop until they meet it; 0 gives windows of one length. [share]"""
+    """Required standard deviation as a share of the frequency: windows grow by a stride until they meet it; 0 gives windows of one length. [share]"""
     interferer_hz: float
     """Frequency of a known interferer in all channels, such as mains hum; 0 for none. [Hz]"""
     vref_v: float

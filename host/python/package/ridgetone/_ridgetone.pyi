@@ -51,9 +51,9 @@ def fit(
     position_column: str | None,
     whole: bool,
     mm_per_count: float | None,
-    least_hz: float | None,
-    most_hz: float | None,
-    without: list[str],
+    min_hz: float | None,
+    max_hz: float | None,
+    exclude: list[str],
     moving_speed: bool,
 ) -> tuple[str, list[str], Fitted]: ...
 def feel(

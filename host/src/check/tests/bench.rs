@@ -9,7 +9,7 @@ use crate::ram_flash::RamFlash;
 use crate::simulated::{self, Start, Surroundings};
 use anyhow::{Context, Result};
 use hal_mock::{Ads1258, SimulatedBoard};
-use ridgetone::tasks::Received;
+use ridgetone_finger::tasks::Received;
 use ridgetone_proto::boot::{Boot, BrownOut, Oscillator, ResetCause, SettingsSource};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::store::{FlashStore, Store};

@@ -4,7 +4,7 @@ use super::bench::Bench;
 use super::{Fail, Inputs, Plan, Skipped, Verdict, Warn, find, judge, wrong};
 use crate::input::{Input, Opened};
 use hal_mock::{Ads1258, Fault, Injection, Options, Scene};
-use ridgetone::tasks::Received;
+use ridgetone_finger::tasks::Received;
 
 /// Asserts which checks warn or fail, in their order, and words of the first one's finding.
 fn finds(bench: Bench, expected: &[(&str, Verdict)], words: &str) {

@@ -47,7 +47,7 @@ fn settings_check(bench: Bench) -> (Verdict, String) {
 fn what_was_stored_and_what_was_in_force_is_restored() {
     let stored = Settings {
         window_s: 0.5,
-        hop_s: 0.3,
+        stride_s: 0.3,
         ..Settings::DEFAULT
     };
     let sent = Settings {
@@ -100,7 +100,7 @@ fn settings_that_are_not_restored_fail() {
     let (verdict, finding) = settings_check(greets(move |hello| {
         was_stored |= hello.source == SettingsSource::Stored;
         if was_stored && hello.source == SettingsSource::Default {
-            (hello.settings.hop_s, hello.source) = (0.3, SettingsSource::Stored);
+            (hello.settings.stride_s, hello.source) = (0.3, SettingsSource::Stored);
         }
     }));
     assert!(verdict == Fail && finding.starts_with("what was stored before is not restored"));
@@ -180,7 +180,7 @@ fn another_protocol_fails_and_leaves_the_rest_unjudged() {
 /// RX is not connected: the board is heard, and does not answer.
 #[test]
 fn a_board_that_hears_nothing_fails_the_commands_and_is_judged_by_what_it_sends() {
-    let received = |_, _| ridgetone::tasks::Received::Byte(0);
+    let received = |_, _| ridgetone_finger::tasks::Received::Byte(0);
     let (report, seen) = checked(
         &mut Bench {
             received,

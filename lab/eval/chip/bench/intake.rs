@@ -8,16 +8,16 @@ use core::hint::black_box;
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::spi::{ErrorType, Operation, SpiDevice};
 use heapless::spsc::Queue;
-use ridgetone::Acquisition;
-use ridgetone::Diagnostics;
-use ridgetone::SLOTS;
-use ridgetone::TimedConversion;
-use ridgetone::converter::WiredAds1258;
 use ridgetone_eval::workload::conversion;
+use ridgetone_finger::Acquisition;
+use ridgetone_finger::Diagnostics;
+use ridgetone_finger::SLOTS;
+use ridgetone_finger::TimedConversion;
+use ridgetone_finger::converter::WiredAds1258;
 use ridgetone_proto::plan::Plan;
 
 /// Places of the firmware's queue.
-const SAMPLES: usize = ridgetone::tasks::SAMPLES;
+const SAMPLES: usize = ridgetone_finger::tasks::SAMPLES;
 
 /// Conversions that are taken in: the queue's end is among them.
 const TAKEN: u32 = 3 * SAMPLES as u32;

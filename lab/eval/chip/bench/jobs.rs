@@ -4,13 +4,13 @@ use crate::files::Files;
 use crate::intake;
 use crate::machine::{Counter, stack};
 use heapless::Vec;
-use ridgetone::Diagnostics;
-use ridgetone::Ring;
-use ridgetone::SLOTS;
-use ridgetone::TimedConversion;
-use ridgetone::{Detector, Outputs};
 use ridgetone_eval::feel_load;
 use ridgetone_eval::workload::{Frame, Job, Measured, Outcome, Wire, conversion, longest_packet};
+use ridgetone_finger::Diagnostics;
+use ridgetone_finger::Ring;
+use ridgetone_finger::SLOTS;
+use ridgetone_finger::TimedConversion;
+use ridgetone_finger::{Detector, Outputs};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{RING_FRAMES, Settings};
 use ridgetone_proto::telemetry::{Event, Feel, Packet, WIRE_MAX};
@@ -58,7 +58,7 @@ impl Bench<'_> {
                     harmonics,
                     frames,
                 } => {
-                    let scene = ridgetone::scene(&declared, harmonics);
+                    let scene = ridgetone_finger::scene(&declared, harmonics);
                     self.fit(fitter, &scene, frames)?;
                 }
                 Job::Detect { conversions } => {

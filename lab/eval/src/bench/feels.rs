@@ -4,7 +4,7 @@ use super::emulated::{Jobs, next};
 use crate::feel_load::{bits, feels, fill};
 use crate::workload::{Job, Measured};
 use anyhow::{Context, Result, ensure};
-use ridgetone::Ring;
+use ridgetone_finger::Ring;
 use ridgetone_proto::plan::{Converters, Plan};
 use ridgetone_tone::Fitter;
 use serde::{Deserialize, Serialize};

@@ -142,7 +142,7 @@ impl Kind {
             ref windows,
         } = *self;
         let (mut sum, mut worst, mut stack, mut good) = (0.0, 0, 0, 0);
-        let (mut worst_tracked, scene) = (0, ridgetone::scene(&declared, harmonics));
+        let (mut worst_tracked, scene) = (0, ridgetone_finger::scene(&declared, harmonics));
         for window in windows {
             let (instructions, tracked, stack_bytes, outcome) = next!(
                 measured,

@@ -6,7 +6,7 @@ use super::scan_order::ScanOrder;
 use super::task_sim::Ran;
 use ads1258::Register;
 use anyhow::Result;
-use ridgetone::converter::SCAN;
+use ridgetone_finger::converter::SCAN;
 use ridgetone_host::emulator::{self, Options, Outcome};
 use ridgetone_proto::telemetry::Packet;
 

@@ -285,9 +285,9 @@ fn judge_estimate(estimate: &Estimate, truth: &Truth, judgement: &mut Judgement)
     // frequency of what moves, or one between them: a phase that stops is followed roughly.
     let until_s = estimate.t_us as f64 * 1e-6;
     let still_s = (until_s - truth.slide_end_s).clamp(0.0, f64::from(estimate.window_s));
-    let least_hz = truth.frequency_hz * (1.0 - still_s / f64::from(estimate.window_s));
+    let min_hz = truth.frequency_hz * (1.0 - still_s / f64::from(estimate.window_s));
     let frequency_hz = f64::from(estimate.frequency);
-    let off_hz = (frequency_hz - frequency_hz.clamp(least_hz, truth.frequency_hz)).abs();
+    let off_hz = (frequency_hz - frequency_hz.clamp(min_hz, truth.frequency_hz)).abs();
     let is_off = off_hz > SIGMAS * f64::from(estimate.sigma);
     let is_wrong = is_off && off_hz > SHARE * truth.frequency_hz;
     let counts = &mut judgement.counts;

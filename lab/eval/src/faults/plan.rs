@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use hal_mock::{Fault, Injection, Sliding, Truth};
 use ridgetone_host::input::{Input, Opened, Source};
 use ridgetone_proto::plan::Plan as Scan;
-use ridgetone_proto::settings::{HOP_LEAST_S, Settings};
+use ridgetone_proto::settings::{STRIDE_MIN_S, Settings};
 
 /// Scene time of the first injection, seconds, at the least: the chip runs and the idle level is
 /// known.
@@ -107,10 +107,10 @@ impl Plan {
     /// Settings of the run on the PC: windows so short that the slide of a second holds several.
     pub fn settings(&self) -> Settings {
         let share = window_share(&self.scan) as f32;
-        let (window_s, hop_s) = (WINDOW_S * share, (HOP_S * share).max(HOP_LEAST_S));
+        let (window_s, stride_s) = (WINDOW_S * share, (STRIDE_S * share).max(STRIDE_MIN_S));
         Settings {
             window_s,
-            hop_s,
+            stride_s,
             plan: self.scan,
             ..Settings::DEFAULT
         }
@@ -133,9 +133,9 @@ fn converted(fault: Fault, scan: &Scan) -> Fault {
 
 /// The scan's window as a share of [`WINDOW_S`].
 fn window_share(scan: &Scan) -> f64 {
-    f64::from(scan.window_most_s().min(WINDOW_S) / WINDOW_S)
+    f64::from(scan.window_max_s().min(WINDOW_S) / WINDOW_S)
 }
 
-/// Windows of the runs on the PC where the scan allows them, and their hop, seconds.
+/// Windows of the runs on the PC where the scan allows them, and their stride, seconds.
 const WINDOW_S: f32 = 0.3;
-const HOP_S: f32 = 0.1;
+const STRIDE_S: f32 = 0.1;

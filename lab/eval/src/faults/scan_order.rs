@@ -45,7 +45,7 @@ impl ScanOrder {
 mod tests {
     use super::*;
     use ads1258::Status;
-    use ridgetone::converter::SCAN;
+    use ridgetone_finger::converter::SCAN;
 
     #[test]
     fn a_scan_is_whole_once_all_slots_came_in_order() {

@@ -10,7 +10,7 @@ use crate::faults::judge::{Fate, Judgement};
 use crate::faults::lines;
 use crate::faults::row::{Delays, Place, Row};
 use clap::ValueEnum;
-use ridgetone::converter::Ads1258Plan;
+use ridgetone_finger::converter::Ads1258Plan;
 use ridgetone_proto::plan::{Converters, HealthReadings, Plan as Scan};
 
 /// More than a thousand injections: nothing wrong is reported as right, nothing is lost silently.

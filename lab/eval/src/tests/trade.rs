@@ -106,13 +106,16 @@ fn the_scan_plans_are_as_the_text_says() {
         assert!((-2.0..-1.2).contains(&slope), "{a:?}, {b:?}: {slope}");
     }
     for window_s in [0.032, 0.064, 0.128] {
-        // From the most channels to the fewest: longer hops, and no more error.
+        // From the most channels to the fewest: longer strides, and no more error.
         let fast: Vec<&plans::Row> = plans
             .iter()
             .filter(|row| row.window_s == window_s && row.plan != "paper")
             .collect();
         assert!(
-            fast.len() >= 3 && fast.windows(2).all(|pair| pair[0].hop_s <= pair[1].hop_s),
+            fast.len() >= 3
+                && fast
+                    .windows(2)
+                    .all(|pair| pair[0].stride_s <= pair[1].stride_s),
             "{window_s} s"
         );
         assert!(

@@ -12,7 +12,7 @@ use crate::accuracy::{Accuracy, rounded};
 use crate::page::{Bar, Table, figure, fixed, percent};
 use crate::parallel;
 use anyhow::Result;
-use ridgetone::converter::Ads1258Plan;
+use ridgetone_finger::converter::Ads1258Plan;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::Settings;
 use serde::{Deserialize, Serialize};
@@ -57,8 +57,8 @@ impl Choice {
             ..,
         ] = Plan::NAMED;
         let of = |plan: Plan| {
-            let most_s = (f64::from(plan.window_most_s()) * 1e3).round() * 1e-3;
-            let least_s = f64::from(plan.window_least_s());
+            let most_s = (f64::from(plan.window_max_s()) * 1e3).round() * 1e-3;
+            let least_s = f64::from(plan.window_min_s());
             let [.., last_s] = WINDOWS_S;
             let mut windows_s: Vec<f64> = WINDOWS_S
                 .into_iter()
@@ -76,13 +76,13 @@ impl Choice {
             .collect()
     }
 
-    /// The settings of the firmware: up to four harmonics, as by default, and the hop by the rule
+    /// The settings of the firmware: up to four harmonics, as by default, and the stride by the rule
     /// of a plan's default window.
     fn settings(self) -> Settings {
         let window_s = self.window_s as f32;
         Settings {
             window_s,
-            hop_s: self.plan.default_hop(window_s),
+            stride_s: self.plan.default_stride(window_s),
             ..Settings::DEFAULT.with_plan(self.plan)
         }
     }
@@ -96,7 +96,7 @@ pub struct Row {
     pub channels: usize,
     pub frame_rate_hz: f64,
     pub window_s: f64,
-    pub hop_s: f64,
+    pub stride_s: f64,
     pub accuracy: Accuracy,
     /// On the register model; none if it was not run.
     pub board: Option<OnBoard>,
@@ -176,7 +176,7 @@ pub fn measure(windows: u32, board: bool) -> Result<Vec<Row>> {
         channels: choice.plan.channels(),
         frame_rate_hz: choice.plan.frame_rate_hz().into(),
         window_s: choice.window_s,
-        hop_s: rounded(choice.settings().hop_s.into()),
+        stride_s: rounded(choice.settings().stride_s.into()),
         accuracy,
         board,
     };
@@ -191,7 +191,7 @@ pub fn measure(windows: u32, board: bool) -> Result<Vec<Row>> {
 /// The table: by window, then by channels.
 pub fn table(rows: &[Row]) -> Table {
     let mut table = Table::new(
-        "window, ms|plan|channels|frames a second|RMS, Hz|RMS, %|RMS over bound|not good, %|hop, ms|fit, ms|\
+        "window, ms|plan|channels|frames a second|RMS, Hz|RMS, %|RMS over bound|not good, %|stride, ms|fit, ms|\
          latency, ms|load, %",
     );
     // A page has room for the plans that have a name.
@@ -216,7 +216,7 @@ pub fn table(rows: &[Row]) -> Table {
             figure(error.map(|error| error.rms_percent), 2),
             fixed(error.map(|error| error.ratio), 2),
             percent(windows - good, windows),
-            fixed(1e3 * row.hop_s, 0),
+            fixed(1e3 * row.stride_s, 0),
             fixed(row.board.map(|board| 1e3 * board.fit_s), 1),
             fixed(row.latency_s().map(|latency_s| 1e3 * latency_s), 0),
             fixed(row.board.map(|board| 1e2 * board.load), 1),

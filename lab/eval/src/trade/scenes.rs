@@ -141,7 +141,7 @@ pub fn measure(chip: &Report) -> Result<Scenes> {
     let row = |setup: &Setup| {
         let cells = on_chip.next().unwrap_or_default();
         let answers = |setup: &Setup, cell| {
-            let scene = ridgetone::scene(&setup.declared, setup.harmonics);
+            let scene = ridgetone_finger::scene(&setup.declared, setup.harmonics);
             let [answers, _] = beside(cell, WINDOWS, SEED, &scene)?;
             Ok(Answers {
                 windows: answers.windows,

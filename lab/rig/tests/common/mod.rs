@@ -3,8 +3,8 @@
 
 use ads1258::Conversion;
 use hal_mock::{Constant, Scene, Sliding, SlidingScene};
-use ridgetone::Pipeline;
-use ridgetone::TimedConversion;
+use ridgetone_finger::Pipeline;
+use ridgetone_finger::TimedConversion;
 use ridgetone_proto::command::{Command, Outcome, REQUEST_WIRE_MAX, Request};
 use ridgetone_proto::fault::Fault;
 use ridgetone_proto::framing;

@@ -7,7 +7,7 @@ use super::paper::SCAN_MM;
 use super::skin::Skin;
 use anyhow::{Context, Result};
 use hal_mock::{Sliding, SlidingScene, sliding::Hand};
-use ridgetone::TimedConversion;
+use ridgetone_finger::TimedConversion;
 use ridgetone_host::input::{Input, Opened, Source};
 use ridgetone_host::odometry::{self, Stream};
 use ridgetone_host::replay::{self, START_US};
@@ -89,7 +89,7 @@ pub fn settings(skin: Skin, window_s: f64, accuracy: f32) -> Settings {
     let (window_s, harmonics) = (window_s as f32, skin.harmonics());
     Settings {
         window_s,
-        hop_s: 0.05,
+        stride_s: 0.05,
         harmonics,
         accuracy,
         ..Settings::DEFAULT.with_plan(Plan::HAND)

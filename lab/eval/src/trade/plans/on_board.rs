@@ -11,10 +11,10 @@ use ridgetone_proto::command::{Command, Outcome};
 use ridgetone_proto::telemetry::{Decoder, Event, Span};
 use rig::{Board, Image, Rig, Start};
 
-/// How long it is watched, seconds: some windows of each hop.
+/// How long it is watched, seconds: some windows of each stride.
 const WATCHED_S: f64 = 1.5;
 /// From the slide's report to the first window that counts, beside the window itself, seconds: the
-/// scan may begin late, and hops with it.
+/// scan may begin late, and strides with it.
 const SETTLED_S: f64 = 0.4;
 /// Step of the time at which bytes are taken off the line, nanoseconds: a hundredth of a
 /// millisecond.
@@ -116,11 +116,11 @@ pub fn measure(image: &Image, choice: Choice) -> Result<OnBoard> {
             _ => None,
         })
         .collect();
-    // One hop may be cut by either end.
-    let hops = (WATCHED_S / f64::from(settings.hop_s)) as usize;
+    // One stride may be cut by either end.
+    let strides = (WATCHED_S / f64::from(settings.stride_s)) as usize;
     ensure!(
-        late_s.len() + 1 >= hops,
-        "{}: {} estimates in {hops} hops",
+        late_s.len() + 1 >= strides,
+        "{}: {} estimates in {strides} strides",
         of(),
         late_s.len()
     );

@@ -6,7 +6,7 @@ use crate::simulated::{CODE_V, converter_noise_v};
 use crate::tests::from_root;
 use crate::trade::load;
 use hal_mock::Constant;
-use ridgetone::converter::Ads1258Plan;
+use ridgetone_finger::converter::Ads1258Plan;
 use ridgetone_host::input::{Input, Opened};
 use ridgetone_host::replay::conversions_of;
 use ridgetone_proto::plan::Plan;
