@@ -4,8 +4,6 @@
 #![warn(missing_docs)]
 
 #[cfg(feature = "simulator")]
-pub mod ads131m08;
-#[cfg(feature = "simulator")]
 pub mod board;
 pub mod bridge;
 #[cfg(feature = "simulator")]

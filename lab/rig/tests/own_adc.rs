@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{Run, estimates, fault_of, health, hello};
+use common::{Run, converter, estimates, fault_of, health, hello};
 use hal_mock::{Amplifier, Constant, Repeated, Sliding, SlidingScene};
 use ridgetone_finger::converter::OnboardPlan;
 use ridgetone_proto::boot::ResetCause;
@@ -26,10 +26,17 @@ fn whole_slide(run: &Run) -> Estimate {
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test"]
 fn the_demo_is_good_without_another_chip() {
-    for board in Board::OWN_ADC {
+    // L of ADC_SQR1, bits 23 to 16: one less than the inputs of a scan, eight and fourteen.
+    for (board, sequence) in Board::OWN_ADC.into_iter().zip([0x70, 0xd0]) {
         let mut run = Run::sliding(board);
         let greeting = run.run_to(1.0, hello);
         assert_eq!(greeting.boot.cause, ResetCause::Power, "{board:?}");
+        let state = run.run_to(1.0, converter);
+        assert_eq!(
+            (state.answers, state.registers[5]),
+            (true, sequence),
+            "{board:?}: {state:?}"
+        );
         run.run_s(5.5);
         run.assert_rules();
         assert!(run.rig.resets().is_empty(), "{:?}", run.rig.resets());
