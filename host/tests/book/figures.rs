@@ -1,15 +1,46 @@
-//! Figures on the README and in the guide: they follow from the JSON and the pages beside the
-//! results. With `RIDGETONE_WRITE=1` tables are written instead of compared.
+//! Figures in the documents follow from the JSON of the results. A table stands between the lines
+//! `<!-- NAME -->` and `<!-- end -->`, a value in a sentence as `<!-- value: NAME -->3 %<!-- end -->`.
+//! With `RIDGETONE_WRITE=1` they are written instead of compared.
 
-use super::{read, root};
+use super::{documents, read, root};
 use ridgetone_host::digits::significant;
 use serde_json::Value;
+use std::collections::BTreeMap;
 use std::path::Path;
 
-fn tables(topic: &str) -> Value {
+const END: &str = "<!-- end -->";
+
+/// A table of the results: columns and rows of cells.
+struct Table {
+    columns: Vec<String>,
+    rows: Vec<Vec<Value>>,
+}
+
+impl Table {
+    fn load(topic: &str, name: &str) -> Self {
+        let table = figures(topic)["tables"][name].clone();
+        let list = |value: &Value| value.as_array().cloned().unwrap_or_default();
+        let name = |column: &Value| column.as_str().unwrap_or_default().to_owned();
+        Self {
+            columns: list(&table["columns"]).iter().map(name).collect(),
+            rows: list(&table["rows"]).iter().map(list).collect(),
+        }
+    }
+
+    fn cell<'a>(&self, row: &'a [Value], column: &str) -> &'a Value {
+        let at = self.columns.iter().position(|name| name == column);
+        &row[at.unwrap_or_else(|| panic!("no column {column}"))]
+    }
+
+    fn number(&self, row: &[Value], column: &str) -> f64 {
+        let cell = self.cell(row, column);
+        cell.as_f64().unwrap_or_else(|| panic!("{column}: {cell}"))
+    }
+}
+
+fn figures(topic: &str) -> Value {
     let path = root().join(format!("docs/results/{topic}.json"));
-    let figures: Value = serde_json::from_str(&read(&path)).expect("JSON");
-    figures["tables"].clone()
+    serde_json::from_str(&read(&path)).expect("JSON")
 }
 
 /// Ridgetone with sixteen channels: a window, the harmonics of the tone, and those that are set.
@@ -20,264 +51,251 @@ struct Choice {
     set: u64,
 }
 
-/// What the trade measured of a choice.
-struct Measured {
-    rms_percent: f64,
-    latency_ms: f64,
-    instructions: f64,
-}
-
 impl Choice {
-    fn measured(self, trade: &Value) -> Measured {
-        let choices = &trade["choices"];
-        let columns = choices["columns"].as_array().expect("columns");
-        let column = |name: &str| {
-            let place = columns.iter().position(|column| column == name);
-            place.unwrap_or_else(|| panic!("no column {name}"))
+    /// A figure that the trade measured of this choice.
+    fn figure(self, choices: &Table, column: &str) -> f64 {
+        let is_it = |row: &&Vec<Value>| {
+            choices.cell(row, "method") == "Ridgetone"
+                && *choices.cell(row, "window, s") == self.window_s
+                && *choices.cell(row, "harmonics there") == self.there
+                && *choices.cell(row, "set") == self.set
+                && *choices.cell(row, "channels") == 16
         };
-        let is_it = |row: &&Value| {
-            row[column("method")] == "Ridgetone"
-                && row[column("window, s")] == self.window_s
-                && row[column("harmonics there")] == self.there
-                && row[column("set")] == self.set
-                && row[column("channels")] == 16
-        };
-        let row = choices["rows"].as_array().expect("rows").iter();
-        let row = row.into_iter().find(is_it).expect("the choice");
-        let figure = |name: &str| row[column(name)].as_f64().expect("a figure");
-        Measured {
-            rms_percent: figure("RMS, %"),
-            latency_ms: figure("latency, ms"),
-            instructions: figure("instructions"),
-        }
+        choices.number(choices.rows.iter().find(is_it).expect("the choice"), column)
     }
 
-    fn cells(self, trade: &Value) -> String {
-        let measured = self.measured(trade);
+    fn cells(self, choices: &Table) -> String {
         format!(
             "{} s | {} % | {} s | {} million |",
             self.window_s,
-            significant(measured.rms_percent, 2),
-            significant(measured.latency_ms / 1e3, 3),
-            significant(measured.instructions / 1e6, 2)
+            significant(self.figure(choices, "RMS, %"), 2),
+            significant(self.figure(choices, "latency, ms") / 1e3, 3),
+            significant(self.figure(choices, "instructions") / 1e6, 2)
         )
     }
 }
 
-/// Compares what stands between `<!-- NAME -->` and `<!-- end -->`, or writes it.
-fn compare_or_write(page: &Path, name: &str, table: &str) {
-    let all = read(page);
-    let begin = format!("<!-- {name} -->\n");
-    let (before, rest) = all.split_once(&begin).expect("a beginning");
-    let (found, after) = rest.split_once("<!-- end -->").expect("an end");
-    if std::env::var_os("RIDGETONE_WRITE").is_some() {
-        let all = [before, &begin, table, "<!-- end -->", after].concat();
-        std::fs::write(page, all).expect("written");
-        return;
-    }
-    let shown = page.display();
-    assert!(
-        found == table,
-        "{shown}: run RIDGETONE_WRITE=1 cargo test -p ridgetone-host --test book figures\n{table}"
-    );
-}
-
-#[test]
-fn the_tables_are_the_trades() {
-    let trade = tables("trade");
+/// The tables by page and name.
+fn tables() -> Vec<(&'static str, &'static str, String)> {
+    let choices = Table::load("trade", "choices");
+    let choice = |window_s, there, set| Choice {
+        window_s,
+        there,
+        set,
+    };
     let head = "window | RMS error | latency | instructions |\n";
     let rules = "---:|---:|---:|---:|\n";
-    let mut table = format!("| scene | set | {head}|---|---|{rules}");
+    let mut readme = format!("| scene | set | {head}|---|---|{rules}");
     for (scene, set, choice) in [
-        (
-            "pure tone",
-            "`--harmonics 1`",
-            Choice {
-                window_s: 1.0,
-                there: 1,
-                set: 1,
-            },
-        ),
+        ("pure tone", "`--harmonics 1`", choice(1.0, 1, 1)),
         (
             "tone with three overtones",
             "the default",
-            Choice {
-                window_s: 1.0,
-                there: 4,
-                set: 4,
-            },
+            choice(1.0, 4, 4),
         ),
         (
             "tone with three overtones",
             "`--window 0.4`",
-            Choice {
-                window_s: 0.4,
-                there: 4,
-                set: 4,
-            },
+            choice(0.4, 4, 4),
         ),
     ] {
-        table += &format!("| {scene} | {set} | {}\n", choice.cells(&trade));
+        readme += &format!("| {scene} | {set} | {}\n", choice.cells(&choices));
     }
-    compare_or_write(&root().join("README.md"), "trade", &table);
-
-    let mut table = format!("| {head}|{rules}");
+    let mut windows = format!("| {head}|{rules}");
     for window_s in [0.2, 0.4, 1.0, 3.9] {
-        let choice = Choice {
-            window_s,
-            there: 4,
-            set: 4,
-        };
-        table += &format!("| {}\n", choice.cells(&trade));
+        windows += &format!("| {}\n", choice(window_s, 4, 4).cells(&choices));
     }
-    let chapter = root().join("docs/guide/3-speed-or-accuracy.md");
-    compare_or_write(&chapter, "windows", &table);
+    vec![
+        ("README.md", "trade", readme),
+        ("docs/guide/3-speed-or-accuracy.md", "windows", windows),
+    ]
 }
 
-/// What one harmonic costs where there are four, and four where there is one, over all windows.
-#[test]
-fn the_sentence_on_harmonics_is_the_trades() {
-    let trade = tables("trade");
-    let most = |there: u64, set: [u64; 2], of: fn(&Measured) -> f64| {
+/// The values by name.
+fn values() -> BTreeMap<String, String> {
+    let mut values = BTreeMap::new();
+    let mut give = |name: &str, value: String| values.insert(name.to_owned(), value);
+
+    // One harmonic where there are four, and four where there is one, over all windows.
+    let choices = Table::load("trade", "choices");
+    let most = |there: u64, set: [u64; 2], column: &str| {
+        let ratio = |window_s| {
+            let [a, b] = set.map(|set| {
+                Choice {
+                    window_s,
+                    there,
+                    set,
+                }
+                .figure(&choices, column)
+            });
+            a / b
+        };
         [0.2, 0.3, 0.4, 0.6, 1.0, 3.9]
-            .map(|window_s| {
-                let [a, b] = set.map(|set| {
-                    Choice {
-                        window_s,
-                        there,
-                        set,
-                    }
-                    .measured(&trade)
-                });
-                of(&a) / of(&b)
-            })
+            .map(ratio)
             .into_iter()
             .fold(0.0, f64::max)
     };
-    let sentence = format!(
-        "One where there are four makes the error up to {} times as large; three too many take up to {} times the instructions and cost up to {} % of accuracy.",
-        significant(most(4, [1, 4], |m| m.rms_percent), 2),
-        significant(most(1, [4, 1], |m| m.instructions), 2),
-        (100.0 * (most(1, [4, 1], |m| m.rms_percent) - 1.0)).ceil(),
+    give("harmonics.error", significant(most(4, [1, 4], "RMS, %"), 2));
+    give(
+        "harmonics.instructions",
+        significant(most(1, [4, 1], "instructions"), 2),
     );
-    let chapter = read(&root().join("docs/guide/3-speed-or-accuracy.md"));
-    assert!(chapter.contains(&sentence), "the chapter lacks: {sentence}");
-}
+    let lost = (100.0 * (most(1, [4, 1], "RMS, %") - 1.0)).ceil();
+    give("harmonics.accuracy", lost.to_string());
 
-/// What the register model adds to a window of the default plan, and how old answers of the fast
-/// plans are.
-#[test]
-fn the_sentence_on_latency_is_the_trades() {
-    let plans = tables("trade")["plans"].clone();
-    let columns = plans["columns"].as_array().expect("columns");
-    let column = |name: &str| columns.iter().position(|column| column == name);
-    let place = |name: &str| column(name).unwrap_or_else(|| panic!("no column {name}"));
-    let [window, plan, latency] = ["window, ms", "plan", "latency, ms"].map(place);
-    let (mut more_ms, mut fast_ms) = (Vec::new(), Vec::new());
-    for row in plans["rows"].as_array().expect("rows") {
-        let ms = |column: usize| row[column].as_f64().expect("a figure");
-        if row[plan] == "`paper`" {
-            more_ms.push(ms(latency) - ms(window));
+    // What the register model adds to a window of the default plan; the age of a fast plan's answers.
+    let plans = Table::load("trade", "plans");
+    let (mut more_ms, mut fast_s) = (Vec::new(), Vec::new());
+    for row in &plans.rows {
+        let latency_ms = plans.number(row, "latency, ms");
+        if *plans.cell(row, "plan") == "`paper`" {
+            more_ms.push(latency_ms - plans.number(row, "window, ms"));
         } else {
-            fast_ms.push(ms(latency) / 1e3);
+            fast_s.push(latency_ms / 1e3);
         }
     }
-    let least = |values: &[f64]| values.iter().copied().fold(f64::MAX, f64::min);
-    let most = |values: &[f64]| values.iter().copied().fold(0.0, f64::max);
-    let sentence = format!(
-        "takes {:.0} to {:.0} ms longer than its window with the default plan; with fast plans it is there after {} to {} s.",
-        least(&more_ms),
-        most(&more_ms),
-        significant(least(&fast_ms), 2),
-        significant(most(&fast_ms), 2),
+    let min = |values: &[f64]| values.iter().copied().fold(f64::MAX, f64::min);
+    let max = |values: &[f64]| values.iter().copied().fold(0.0, f64::max);
+    give(
+        "latency.default_ms",
+        format!("{:.0} to {:.0}", min(&more_ms), max(&more_ms)),
     );
-    let chapter = read(&root().join("docs/guide/3-speed-or-accuracy.md"));
-    assert!(chapter.contains(&sentence), "the chapter lacks: {sentence}");
-}
+    let fast = [min(&fast_s), max(&fast_s)].map(|s| significant(s, 2));
+    give("latency.fast_s", fast.join(" to "));
+    let load = |plan: &str| {
+        let is_it = |row: &&Vec<Value>| {
+            *plans.cell(row, "plan") == plan && *plans.cell(row, "window, ms") == 128
+        };
+        plans.number(plans.rows.iter().find(is_it).expect("a row"), "load, %")
+    };
+    let of_hand = 100.0 * load("`paper`") / load("`hand`");
+    give("plans.load", format!("{of_hand:.0}"));
 
-/// The cells of a row of a page's table.
-fn row<'a>(page: &'a str, name: &str) -> Vec<&'a str> {
-    let begins = format!("| {name} |");
-    let line = page.lines().find(|line| line.starts_with(&begins));
-    let line = line.unwrap_or_else(|| panic!("no row {name}"));
-    line.split('|').map(str::trim).collect()
-}
-
-#[test]
-fn the_readme_says_what_somebody_elses_finger_gave() {
-    let real = read(&root().join("docs/results/real.md"));
-    let share = |name: &str| {
-        let (holds, of) = row(&real, name)[2].split_once(" of ").expect("N of M");
-        (holds.to_owned(), of.to_owned())
-    };
-    let (right, of) = share("right within tolerance");
-    let (good, _) = share("good, of those with six cycles");
-    let (holds, of_good) = share("interval holds, of the good");
-    assert_eq!((&right, &good, &holds), (&of, &of, &of_good), "not all");
-    let sentence = format!(
-        "of {of} recordings of other people's sensors with a known frequency all {right} fits are within 1 % and `good`, and all {holds} of their 95 % intervals hold it"
-    );
-    let readme = read(&root().join("README.md"));
-    assert!(readme.contains(&sentence), "README.md lacks: {sentence}");
-    let cloth = row(
-        &real,
-        "cloth without a grating, whole and in 1.5 and 3 s: good",
-    );
-    let (good, of) = cloth[2]
-        .trim_matches('*')
-        .split_once(" of ")
-        .expect("N of M");
-    let percent = 100.0 * good.parse::<f64>().unwrap() / of.parse::<f64>().unwrap();
-    let sentence = format!(
-        "{percent:.0} % of windows of cloth without a grating are `good` instead of {}",
-        cloth[4]
-    );
-    assert!(readme.contains(&sentence), "README.md lacks: {sentence}");
-}
-
-/// For each receiver the page names the greatest number of fingers whose frames all arrive, 99 of 100
-/// within 100 ms, and what a thousand would take at the same share of a core.
-#[test]
-fn live_says_how_many_fingers_two_cores_bear() {
-    let table = tables("live")["fingers"].clone();
-    let columns = table["columns"].as_array().expect("columns");
-    let place = |name: &str| {
-        let found = columns.iter().position(|column| column == name);
-        found.unwrap_or_else(|| panic!("no column {name}"))
-    };
-    let figures = [
-        "fingers",
-        "p50, ms",
-        "p99, ms",
-        "`serve`, % of a core",
-        "broker or router and receiver, % of a core",
-    ]
-    .map(place);
-    let [receiver, frames, arrived, p99] = ["receiver", "frames", "arrived", "p99, ms"].map(place);
-    let most = |name: &str| {
-        let rows = table["rows"].as_array().expect("rows").iter();
-        let row = rows
-            .filter(|row| row[receiver] == name && row[frames] == row[arrived])
-            .filter(|row| row[p99].as_f64().is_some_and(|ms| ms < 100.0))
-            .max_by_key(|row| row[figures[0]].as_u64())
-            .expect("a row without a loss");
-        figures.map(|column| row[column].as_f64().expect("a figure"))
-    };
-    let [mqtt, zenoh] = ["mqtt", "zenoh"].map(most);
-    let cores = |[fingers, _, _, serve, others]: [f64; 5]| {
-        [serve, others].map(|percent| (10.0 * percent / fingers).ceil())
-    };
-    let ([mqtt_serve, mqtt_others], [zenoh_serve, zenoh_others]) = (cores(mqtt), cores(zenoh));
-    let page = read(&root().join("docs/results/live.md"));
-    for sentence in [
-        format!(
-            "through one broker of MQTT every frame of {} fingers arrives, {} ms late at the median and {} ms at the 99th percentile, and through one router of Zenoh every frame of {}, {} and {} ms late",
-            mqtt[0], mqtt[1], mqtt[2], zenoh[0], zenoh[1], zenoh[2]
-        ),
-        format!(
-            "a thousand take {mqtt_serve} cores for `serve` and {mqtt_others} for broker and subscriber by MQTT, {zenoh_serve} and {zenoh_others} by Zenoh"
-        ),
-    ] {
-        assert!(page.contains(&sentence), "live.md lacks: {sentence}");
+    // The load is that of the slower of the two boards.
+    let boards = Table::load("boards", "boards");
+    for (name, phase) in [("rest", "at rest"), ("sliding", "sliding, with fits")] {
+        let begins = format!("load {phase}, 5064 conversions a second, %");
+        let row = boards
+            .rows
+            .iter()
+            .find(|row| row[0] == *begins)
+            .expect("a row");
+        let loads: Vec<f64> = row[1..].iter().filter_map(Value::as_f64).collect();
+        give(&format!("load.{name}"), max(&loads).round().to_string());
     }
+
+    // Requirements that are not met, by topic.
+    for entry in root().join("docs/results").read_dir().expect("the results") {
+        let path = entry.expect("an entry").path();
+        let topic = path
+            .file_stem()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
+        if path.extension().is_none_or(|extension| extension != "json") {
+            continue;
+        }
+        let figures = figures(&topic);
+        let tables = figures["tables"].as_object().expect("tables").iter();
+        let requirements = tables.filter(|(name, _)| *name == "bars" || name.ends_with("_bars"));
+        let verdicts: Vec<bool> = requirements
+            .flat_map(|(_, table)| table["rows"].as_array().expect("rows"))
+            .filter_map(|row| row.as_array()?.iter().find_map(Value::as_bool))
+            .collect();
+        let unmet = verdicts.iter().filter(|is_met| !**is_met).count();
+        give(
+            &format!("unmet.{topic}"),
+            format!("{unmet} of {}", verdicts.len()),
+        );
+    }
+
+    // Recordings of others have no JSON: their page is written by hand from a run.
+    let real = read(&root().join("docs/results/real.md"));
+    let counts = |name: &str| {
+        let begins = format!("| {name} |");
+        let row = real.lines().find(|line| line.starts_with(&begins));
+        let cell = row.expect("a row").split('|').nth(2).expect("a cell");
+        let (count, of) = cell
+            .trim_matches([' ', '*'])
+            .split_once(" of ")
+            .expect("N of M");
+        [count, of].map(|text| text.parse::<u32>().expect("a number"))
+    };
+    for (name, row) in [
+        ("right", "right within tolerance"),
+        ("covered", "interval holds, of the good"),
+    ] {
+        let [count, of] = counts(row);
+        give(&format!("real.{name}"), count.to_string());
+        give(&format!("real.{name}_of"), of.to_string());
+    }
+    let [good, of] = counts("cloth without a grating, whole and in 1.5 and 3 s: good");
+    let percent = 100.0 * f64::from(good) / f64::from(of);
+    give("real.cloth_good", format!("{percent:.0}"));
+    values
+}
+
+/// A page with the values of its sentences filled in. An error names a value that there is not.
+fn filled(page: &str, values: &BTreeMap<String, String>) -> Result<String, String> {
+    const BEGIN: &str = "<!-- value: ";
+    let mut parts = page.split(BEGIN);
+    let mut text = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        let (name, rest) = part.split_once(" -->").ok_or("a marker without an end")?;
+        let (_, after) = rest.split_once(END).ok_or(format!("{name}: no {END}"))?;
+        let value = values
+            .get(name)
+            .ok_or(format!("no value is called {name}"))?;
+        text += &[BEGIN, name, " -->", value, END, after].concat();
+    }
+    Ok(text)
+}
+
+/// Compares a page with what it has to be, or writes it.
+fn compare_or_write(path: &Path, page: &str) {
+    if std::env::var_os("RIDGETONE_WRITE").is_some() {
+        std::fs::write(path, page).expect("written");
+    }
+    let found = read(path);
+    let differs = found
+        .lines()
+        .zip(page.lines())
+        .find(|(found, page)| found != page);
+    assert!(
+        found == page,
+        "{}: run RIDGETONE_WRITE=1 cargo test -p ridgetone-host --test book figures\n{differs:#?}",
+        path.display()
+    );
+}
+
+#[test]
+fn the_tables_are_those_of_the_results() {
+    for (path, name, table) in tables() {
+        let path = root().join(path);
+        let page = read(&path);
+        let begin = format!("<!-- {name} -->\n");
+        let (before, rest) = page.split_once(&begin).expect("a beginning");
+        let (_, after) = rest.split_once(END).expect("an end");
+        compare_or_write(&path, &[before, &begin, &table, END, after].concat());
+    }
+}
+
+#[test]
+fn the_values_are_those_of_the_results() {
+    let values = values();
+    for path in documents() {
+        let page = filled(&read(&path), &values);
+        let page = page.unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+        compare_or_write(&path, &page);
+    }
+}
+
+#[test]
+fn a_value_is_filled_in_and_one_that_does_not_exist_is_refused() {
+    let values = BTreeMap::from([("a.b".to_owned(), "3".to_owned())]);
+    let page = "It takes <!-- value: a.b -->2<!-- end --> s.";
+    let expected = "It takes <!-- value: a.b -->3<!-- end --> s.";
+    assert_eq!(filled(page, &values).as_deref(), Ok(expected));
+    assert!(filled("<!-- value: other -->2<!-- end -->", &values).is_err());
+    assert!(filled("<!-- value: a.b -->2", &values).is_err());
 }

@@ -213,21 +213,4 @@ mod tests {
         let of_four = |power: i32| (0..RUNS).map(|run| deviate(run).powi(power)).sum::<f64>() / 4.0;
         assert!(of_four(1).abs() < 1e-12 && (of_four(2) - 1.0).abs() < 1e-12);
     }
-
-    /// The figures of the scenes in the text of the page.
-    #[test]
-    fn the_page_names_these_figures() {
-        let page = crate::tests::read("docs/results/papers-runs.md").replace('\n', " ");
-        let line = SpeedError::of_table_3();
-        let speeds = [15.0, 30.0, 48.0].map(|v| format!("{:.2} % at {v} mm/s", line.at(v)));
-        let others = [
-            format!("{:.2} % of the speed", line.scatter_percent),
-            format!("{RIPPLE_PERCENT} % of the speed at 5 Hz"),
-            format!("up to {} ms early or late", (1e3 * JITTER_S).round()),
-            format!("{} mV RMS on every reading", 1e-3 * NOISE_UV),
-        ];
-        for text in speeds.iter().chain(&others) {
-            assert!(page.contains(text), "{text}");
-        }
-    }
 }

@@ -1,7 +1,6 @@
-//! The boards in figures: those of the images, and the README's are the page's.
+//! The page's figures of the boards are those of the images.
 
 use super::pages::tables;
-use super::read;
 use crate::board;
 
 /// Figures may differ by this share, or by this much: compilers differ a little.
@@ -32,21 +31,4 @@ fn the_figures_are_those_of_the_images() {
             assert!(is_close, "{page}, now {fresh}: cargo xtask board --write");
         }
     }
-}
-
-/// The README's load is that of the slower of the two boards.
-#[test]
-fn the_readme_has_the_pages_load() {
-    let (figures, readme) = (tables("boards"), read("README.md"));
-    let load = |phase: &str| {
-        let name = format!("load {phase}, 5064 conversions a second, %");
-        let row = figures["boards"].rows.iter().find(|row| row[0] == *name);
-        let row = row.unwrap_or_else(|| panic!("no row {name}"));
-        let loads = row[1..].iter().filter_map(|cell| cell.as_f64());
-        loads.fold(0.0, f64::max).round()
-    };
-    let (rest, sliding) = (load("at rest"), load("sliding, with fits"));
-    let sentence =
-        format!("busy {rest} % of the time at rest and {sliding} % while the finger slides");
-    assert!(readme.contains(&sentence), "README.md lacks: {sentence}");
 }
