@@ -5,7 +5,6 @@ use crate::images::{self, Board};
 use crate::setup;
 use crate::tools::{announce, program, root, run};
 use anyhow::Result;
-use std::path::Path;
 use std::process::Command;
 
 /// A command of `ridgetone-eval`, built from this tree.
@@ -51,29 +50,14 @@ pub fn bench(flags: &[String]) -> Result<()> {
     run(&mut bench)
 }
 
-/// Fits windows on this PC.
-pub fn noise(flags: &[String]) -> Result<()> {
-    run(eval("noise").args(flags))
-}
-
-/// Fits recordings on this PC.
-pub fn real(folder: &Path) -> Result<()> {
-    run(eval("real").arg(folder))
+/// A command that needs no image: `noise`, `touch`, `distance`, `real`.
+pub fn plain(command: &str, arguments: &[String]) -> Result<()> {
+    run(eval(command).args(arguments))
 }
 
 /// Fills in a page of `docs/results` from its figures.
 pub fn page(topic: &str) -> Result<()> {
     run(eval("pages").args(["--topic", topic]))
-}
-
-/// Runs traces through the detector on this PC.
-pub fn touch(flags: &[String]) -> Result<()> {
-    run(eval("touch").args(flags))
-}
-
-/// Computes what a pin display does to a finger.
-pub fn distance(flags: &[String]) -> Result<()> {
-    run(eval("distance").args(flags))
 }
 
 /// Builds the boards' images and measures them on the register model; with `--write` it fills in

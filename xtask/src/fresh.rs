@@ -1,8 +1,9 @@
 //! `test --fresh`: the random tests with another seed than that of every run.
 
 use crate::test::test;
-use crate::tools::{announce, run};
+use crate::tools::{announce, clean, output_of, run};
 use anyhow::{Context, Result};
+use std::collections::BTreeSet;
 use std::env;
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -12,13 +13,17 @@ const SEED: &str = "RIDGETONE_SEED";
 /// The seed that the tests read. `.cargo/config.toml` fixes it for all other runs.
 const TESTS_SEED: &str = "PROPTEST_RNG_SEED";
 
-/// The programs of tests that draw numbers from it, with their packages' folders.
-const PROGRAMS: [(&str, &str); 4] = [
-    ("", "extremes"),
-    ("teletaction", "display"),
-    ("teletaction/stimulus", "limits"),
-    ("teletaction/stylus", "samples"),
-];
+/// The programs of tests that draw numbers from it: files or folders below some `tests/`.
+fn programs() -> Result<BTreeSet<String>> {
+    let mut git = clean("git");
+    git.args(["grep", "--files-with-matches", "use proptest::"]);
+    let files = output_of(git.args(["--", "tests", "*/tests/*.rs"]))?;
+    let names = files.lines().filter_map(|path| {
+        let (_, program) = path.rsplit_once("tests/")?;
+        Some(program.split(['/', '.']).next()?.to_owned())
+    });
+    Ok(names.collect())
+}
 
 /// Runs them, the long ones too, with a seed from the clock or from [`SEED`], and prints it.
 pub fn run_tests() -> Result<()> {
@@ -33,7 +38,8 @@ pub fn run_tests() -> Result<()> {
     };
     let repeat = format!("{SEED}={seed} cargo xtask test --fresh");
     announce(format_args!("random tests; this run again: {repeat}"));
-    let mut tests = test(&PROGRAMS.map(|(_, program)| ["--test", program]).concat());
+    let mut tests = test(&[]);
+    tests.args(programs()?.iter().flat_map(|program| ["--test", program]));
     tests
         .env(TESTS_SEED, seed.to_string())
         .args(["--no-fail-fast", "--", "--include-ignored"]);
@@ -43,58 +49,11 @@ pub fn run_tests() -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tools::root;
-    use std::collections::BTreeSet;
-    use std::fs;
-    use std::path::Path;
-
-    /// The programs below `tests/` of a package that use `proptest`.
-    fn random_programs(package: &Path) -> BTreeSet<String> {
-        let entries = fs::read_dir(package.join("tests")).into_iter().flatten();
-        let paths = entries.map(|entry| entry.expect("an entry").path());
-        let is_random = |path: &Path| {
-            let files = fs::read_dir(path).map_or(vec![path.to_owned()], |files| {
-                files.map(|file| file.expect("a file").path()).collect()
-            });
-            files.iter().any(|file| {
-                fs::read_to_string(file).is_ok_and(|text| text.contains("use proptest::"))
-            })
-        };
-        paths
-            .filter(|path| is_random(path))
-            .map(|path| path.file_stem().expect("a name").display().to_string())
-            .collect()
-    }
 
     #[test]
-    fn the_list_has_every_random_program() {
-        let mut packages = vec![root().to_owned()];
-        for folder in ["", "crates", "lab", "teletaction"] {
-            packages.extend(
-                fs::read_dir(root().join(folder))
-                    .expect("the workspace")
-                    .map(|entry| entry.expect("an entry").path()),
-            );
-        }
-        let found: BTreeSet<_> = packages
-            .iter()
-            .flat_map(|package| {
-                let folder = package
-                    .strip_prefix(root())
-                    .expect("in the workspace")
-                    .display()
-                    .to_string();
-                random_programs(package)
-                    .into_iter()
-                    .map(move |program| (folder.clone(), program))
-            })
-            .collect();
-        assert_eq!(
-            found,
-            PROGRAMS
-                .map(|(folder, program)| (folder.to_owned(), program.to_owned()))
-                .into()
-        );
+    fn random_programs_are_found() {
+        let found = programs().expect("programs");
+        assert!(found.contains("extremes"), "{found:?}");
     }
 
     /// Without this seed `proptest` would draw one in every run.

@@ -54,9 +54,6 @@ const FIRMWARE: &str = "ridgetone-firmware";
 const STYLUS: &str = "ridgetone-stylus";
 const STYLUS_BINARY: &str = "ridgetone-stylus-firmware";
 
-/// The image for QEMU, and its feature.
-const EMULATED: &str = "emulated";
-
 /// A board that has an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Board {
@@ -99,7 +96,7 @@ impl Board {
                 "nucleo-f446re-adc",
                 &[inspect::DRDY, inspect::DMA, inspect::USART2],
             ),
-            Self::Emulated => (EMULATED, &[inspect::DRDY, inspect::USART3]),
+            Self::Emulated => ("emulated", &[inspect::DRDY, inspect::USART3]),
             Self::StylusF405 => ("stylus-f405", &[inspect::TIM6, inspect::USART3]),
         };
         let (package, binary) = match self {
@@ -117,16 +114,6 @@ impl Board {
 }
 
 impl Image {
-    /// What it may take of flash and RAM; none for a benchmark.
-    fn budgets(self) -> Option<&'static sizes::Budgets> {
-        match self.binary {
-            FIRMWARE if self.name == EMULATED => Some(&sizes::EMULATED),
-            FIRMWARE => Some(&sizes::FINGER),
-            STYLUS_BINARY => Some(&sizes::STYLUS),
-            _ => None,
-        }
-    }
-
     /// A command of cargo for this image, such as `build`.
     fn cargo(self, toolchain: &Toolchain, subcommand: &str) -> Command {
         let Self {
@@ -172,10 +159,9 @@ pub fn build(image: Image) -> Result<(PathBuf, Sizes)> {
     let bytes = read(&target_dir().join(TARGET).join(profile).join(binary))?;
     let unfit = || format!("the image {name} is not fit to run");
     let sizes = inspect::check(&bytes, interrupts).with_context(unfit)?;
-    // Overflow checks are panics of their own.
-    if let Some(budgets) = image.budgets().filter(|_| profile == USUAL) {
+    // A benchmark may panic, and overflow checks are panics of their own.
+    if !interrupts.is_empty() && profile == USUAL {
         panics::check(&bytes).with_context(unfit)?;
-        sizes::table(&bytes, budgets).with_context(unfit)?;
     }
     let folder = if profile == USUAL {
         name.to_owned()
@@ -198,9 +184,7 @@ pub fn build_and_print(board: Option<Board>) -> Result<()> {
         let (path, sizes) = build(board.image())?;
         println!("{:<17} {sizes}", board.image().name);
         println!("{:<17} {}", "", path.display());
-        if let Some(budgets) = board.image().budgets() {
-            print!("{}", sizes::table(&read(&path)?, budgets)?);
-        }
+        print!("{}", sizes::table(&read(&path)?)?);
     }
     Ok(())
 }

@@ -1,13 +1,12 @@
 //! `cargo xtask`: every task of the workspace besides building it.
 
 mod demo;
-mod dfu;
 #[cfg(test)]
 mod documents;
 mod eval;
-mod events;
 mod flash;
 mod fresh;
+mod generated;
 mod images;
 mod inspect;
 mod install;
@@ -17,7 +16,6 @@ mod package;
 mod panics;
 mod python;
 mod release;
-mod settings;
 mod setup;
 mod sizes;
 mod streams;
@@ -71,8 +69,8 @@ enum Task {
     /// Fits recordings of real touch whose frequency is known, and some without a grating:
     /// the tables of docs/results/real.md.
     Real {
-        /// The folder of the recordings; without it nothing is measured.
-        folder: PathBuf,
+        /// The folder of the recordings.
+        folder: String,
     },
     /// Looks for contacts, slides and releases in traces with known times. With --write it fills
     /// in docs/results/touch.md.
@@ -153,14 +151,14 @@ enum Task {
     /// Finds or installs the tools of the firmware and its tests: the core library for Cortex-M,
     /// the emulator, a browser, a broker of MQTT, Python.
     Setup,
-    /// Builds the firmware images, checks that there is code in them and no unknown panic, prints
-    /// their sizes, of flash by crate and of RAM by static; a budget that is exceeded is an error.
+    /// Builds the firmware images, checks that there is code in them and no unknown panic, and prints
+    /// their sizes, of flash by crate and of RAM by static.
     Firmware {
         /// Only this board's image.
         #[arg(long, value_enum)]
         board: Option<Board>,
     },
-    /// Builds the images of the real boards as ELF, raw and DFU files with their SHA-256 checksums.
+    /// Builds the images of the real boards as ELF and raw files with their SHA-256 checksums.
     Release,
     /// Packs the published crates, builds each from its package alone, without network, and fails if
     /// one lacks its licences, README or description. Says if they have no `repository` yet.
@@ -169,8 +167,8 @@ enum Task {
         #[arg(long)]
         publish: bool,
     },
-    /// Refuses comments that open with Of, Nor, And, The same, So too, Unless or Behind, and tuples
-    /// as parameters: what clippy does not know.
+    /// Refuses what clippy does not know: files that import from each other in a circle, tuples as
+    /// parameters, crates in two versions, licences that ask for more than to be named.
     Lint,
     /// Lints the firmware for every board and the benchmarks, warnings denied.
     LintFirmware,
@@ -190,10 +188,10 @@ fn main() -> ExitCode {
     let done = match Arguments::parse().task {
         Task::Demo { svg, scene } => demo::demo(&svg, scene.as_deref()),
         Task::Bench(Flags { flags }) => eval::bench(&flags),
-        Task::Noise(Flags { flags }) => eval::noise(&flags),
-        Task::Real { folder } => eval::real(&folder),
-        Task::Touch(Flags { flags }) => eval::touch(&flags),
-        Task::Distance(Flags { flags }) => eval::distance(&flags),
+        Task::Noise(Flags { flags }) => eval::plain("noise", &flags),
+        Task::Real { folder } => eval::plain("real", &[folder]),
+        Task::Touch(Flags { flags }) => eval::plain("touch", &flags),
+        Task::Distance(Flags { flags }) => eval::plain("distance", &flags),
         Task::Board { write } => eval::board(write),
         Task::Faults(Flags { flags }) => eval::faults(&flags),
         Task::Reproduce(Flags { flags }) => eval::reproduce(&flags),
@@ -213,9 +211,9 @@ fn main() -> ExitCode {
         Task::Package { publish } => package::check(publish),
         Task::Lint => lint::run(),
         Task::LintFirmware => images::lint(),
-        Task::Events => events::write(),
+        Task::Events => generated::write("events"),
         Task::Worklet => worklet::build(),
-        Task::Settings => settings::write(),
+        Task::Settings => generated::write("settings_form"),
         Task::Setup => setup::run(),
         Task::Firmware { board } => images::build_and_print(board),
         Task::Flash {

@@ -135,96 +135,76 @@ mod tests {
     use super::*;
     use crate::tools::write;
 
-    const ADDRESS: &str = "https://example.org/project";
+    const MANIFEST: &str = "[package]\nname = \"a\"\ndescription = \"A crate\"\nreadme = \"README.md\"\n\
+        license = \"MIT OR Apache-2.0\"\nrepository = \"https://example.org/project\"\n\n[lib]\nname = \"a\"\n";
 
-    /// A package as cargo unpacks it, of which `spoil` takes something away.
-    fn package(name: &str, spoil: impl Fn(&Path)) -> Result<Option<String>> {
-        let folder = env::temp_dir().join(format!("{name}-{}", std::process::id()));
+    /// Looks at a package as cargo unpacks it, of which `spoil` changes something.
+    fn package(spoil: impl Fn(&Path)) -> Result<Option<String>> {
+        let folder = env::temp_dir().join(format!("xtask-package-{}", std::process::id()));
         remove(&folder)?;
         create(&folder)?;
         for file in FILES {
             write(&folder.join(file), b"text")?;
         }
-        let manifest = format!(
-            "[package]\nname = \"a\"\ndescription = \"A crate\"\nreadme = \"README.md\"\n\
-            license = \"MIT OR Apache-2.0\"\nrepository = \"{ADDRESS}\"\n\n[lib]\nname = \"a\"\n"
-        );
-        write(&folder.join("Cargo.toml"), manifest.as_bytes())?;
+        write(&folder.join("Cargo.toml"), MANIFEST.as_bytes())?;
         spoil(&folder);
         let found = check_contents(&folder);
         remove(&folder)?;
         found
     }
 
-    fn without_field(folder: &Path, name: &str) {
-        let path = folder.join("Cargo.toml");
-        let kept: Vec<_> = fs::read_to_string(&path)
-            .expect("a manifest")
-            .lines()
-            .filter(|line| !line.starts_with(name))
-            .map(str::to_owned)
-            .collect();
-        fs::write(path, kept.join("\n")).expect("written");
-    }
-
     #[test]
-    fn a_package_lacks_no_file() {
-        assert_eq!(
-            package("package-whole", |_| ()).expect("whole"),
-            Some(ADDRESS.to_owned())
-        );
+    fn a_package_lacks_no_file_and_its_manifest_no_field() {
+        let whole = package(|_| ()).expect("whole");
+        assert_eq!(whole.as_deref(), Some("https://example.org/project"));
+        let without_field = |folder: &Path, name: &str| {
+            let kept = MANIFEST.lines().filter(|line| !line.starts_with(name));
+            let manifest = kept.collect::<Vec<_>>().join("\n");
+            write(&folder.join("Cargo.toml"), manifest.as_bytes()).expect("written");
+        };
         for file in FILES {
-            let removed = package("package-removed", |folder| {
-                fs::remove_file(folder.join(file)).expect("removed");
-            });
-            let emptied = package("package-emptied", |folder| {
-                fs::write(folder.join(file), "").expect("emptied");
-            });
+            let removed = package(|folder| fs::remove_file(folder.join(file)).expect("removed"));
+            let emptied = package(|folder| fs::write(folder.join(file), "").expect("emptied"));
             for found in [removed, emptied] {
                 let error = found.expect_err(file).to_string();
                 assert!(error.contains(&format!("without {file},")), "{error}");
             }
         }
-    }
-
-    #[test]
-    fn a_manifest_lacks_no_field() {
         for name in FIELDS {
-            let found = package("package-field", |folder| without_field(folder, name));
-            let error = found.expect_err(name).to_string();
-            assert!(error.contains(&format!("`{name}`")), "{error}");
+            let error = package(|folder| without_field(folder, name)).expect_err(name);
+            assert!(error.to_string().contains(&format!("`{name}`")), "{error}");
         }
-        let found = package("package-address", |folder| {
-            without_field(folder, "repository");
-        });
+        let found = package(|folder| without_field(folder, "repository"));
         assert_eq!(found.expect("still whole"), None);
-    }
-
-    #[test]
-    fn a_field_of_another_section_is_none_of_the_package() {
+        // A field of another section is none of the package.
         let manifest = "[package]\nname = \"a\"\nreadme = false\n\n[badges]\nlicense = \"MIT\"\n";
-        assert_eq!(field(manifest, "name").as_deref(), Some("a"));
-        assert_eq!(field(manifest, "license"), None);
-        assert_eq!(field(manifest, "readme"), None);
+        let fields = ["name", "readme", "license"].map(|name| field(manifest, name));
+        assert_eq!(fields, [Some("a".to_owned()), None, None]);
     }
 
     #[test]
     fn an_address_is_missing_until_all_have_it() {
-        let address = || Some(ADDRESS.to_owned());
-        let all = [address(), address()];
-        assert_eq!(missing_repository(&all, true).expect("all"), None);
-        let line = missing_repository(&[None, None], false)
-            .expect("not needed yet")
-            .expect("named");
-        assert!(line.starts_with("still missing before a release: 2 of 2"));
-        assert_eq!(line.lines().count(), 1);
-        for (given, publish, words) in [
-            ([None, None], true, "2 of 2"),
-            ([address(), None], false, "1 of 2"),
-            ([address(), Some("soon".to_owned())], false, "\"soon\""),
+        for (given, publish, expected) in [
+            ("https://a.org https://a.org", true, Ok(None)),
+            (
+                "- -",
+                false,
+                Ok(Some("still missing before a release: 2 of 2")),
+            ),
+            ("- -", true, Err("2 of 2")),
+            ("https://a.org -", false, Err("1 of 2")),
+            ("https://a.org soon", false, Err("\"soon\"")),
         ] {
-            let error = missing_repository(&given, publish).expect_err(words);
-            assert!(error.to_string().contains(words), "{error}");
+            let given: Vec<Option<String>> = given
+                .split(' ')
+                .map(|one| (one != "-").then(|| one.to_owned()))
+                .collect();
+            match (missing_repository(&given, publish), expected) {
+                (Ok(None), Ok(None)) => {}
+                (Ok(Some(line)), Ok(Some(begins))) => assert!(line.starts_with(begins), "{line}"),
+                (Err(error), Err(words)) => assert!(error.to_string().contains(words), "{error}"),
+                (found, _) => panic!("{given:?}: {found:?}"),
+            }
         }
     }
 }

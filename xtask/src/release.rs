@@ -1,7 +1,6 @@
 //! `release`: the images of the real boards as files for every way to flash them, with their
 //! checksums.
 
-use crate::dfu::{self, Segment};
 use crate::images::{self, Board};
 use crate::tools::{announce, create, read, remove, target_dir, write};
 use anyhow::{Context, Result, ensure};
@@ -19,9 +18,14 @@ const SUMS: &str = "SHA256SUMS";
 /// Sections in flash, except for the initial values of `.data`, whose place a symbol gives.
 const IN_FLASH: [&str; 3] = [".vector_table", ".text", ".rodata"];
 
-/// Builds each image, writes it as ELF, as raw bytes (for the drive that an ST-LINK shows) and for
-/// the chip's USB boot loader, looks whether the files hold what they must, and writes the
-/// checksums.
+/// Bytes to load, and the address of the first.
+struct Segment {
+    address: u32,
+    bytes: Vec<u8>,
+}
+
+/// Builds each image, writes it as ELF and as raw bytes (for dfu-util, and for the drive that an
+/// ST-LINK shows), checks that these hold the image's sections, and writes the checksums.
 pub fn run() -> Result<()> {
     let folder = target_dir().join(FOLDER);
     remove(&folder)?;
@@ -30,11 +34,10 @@ pub fn run() -> Result<()> {
     for image in Board::REAL.map(Board::image) {
         let (path, sizes) = images::build(image)?;
         let elf = read(&path)?;
-        let segments = segments(&elf)?;
-        let (binary, dfu) = (raw(&segments)?, dfu::write(&segments));
-        check(&elf, &binary, &dfu).context(image.name)?;
+        let binary = raw(&segments(&elf)?)?;
+        check(&elf, &binary).context(image.name)?;
         announce(format_args!("{}: {sizes}", image.name));
-        for (extension, bytes) in [("elf", &elf), ("bin", &binary), ("dfu", &dfu)] {
+        for (extension, bytes) in [("elf", &elf), ("bin", &binary)] {
             let name = format!(
                 "ridgetone-{}-{}.{extension}",
                 env!("CARGO_PKG_VERSION"),
@@ -100,8 +103,8 @@ fn raw(segments: &[Segment]) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Compares the files with the image's sections, which they are not made from.
-fn check(elf: &[u8], binary: &[u8], dfu: &[u8]) -> Result<()> {
+/// Compares the raw bytes with the image's sections, which they are not made from.
+fn check(elf: &[u8], binary: &[u8]) -> Result<()> {
     let file = object::File::parse(elf).context("no ELF file")?;
     let symbol = |name: &str| {
         file.symbols()
@@ -113,11 +116,6 @@ fn check(elf: &[u8], binary: &[u8], dfu: &[u8]) -> Result<()> {
         .section_by_name(IN_FLASH[0])
         .context("no vector table")?
         .address();
-    let from_dfu = raw(&dfu::read(dfu)?)?;
-    ensure!(
-        from_dfu == binary,
-        "the DFU file holds something else than the raw one"
-    );
     for name in IN_FLASH.into_iter().chain([".data"]) {
         let section = file
             .section_by_name(name)
@@ -145,8 +143,7 @@ fn check(elf: &[u8], binary: &[u8], dfu: &[u8]) -> Result<()> {
 
 #[cfg(test)]
 mod tests {
-    use super::{raw, sum_line};
-    use crate::dfu::Segment;
+    use super::{Segment, raw, sum_line};
 
     #[test]
     fn a_gap_is_erased_flash_and_an_overlap_is_refused() {

@@ -60,7 +60,7 @@ fn tree(features: &[&str]) -> Result<String> {
 }
 
 /// Looks at the lines of [`tree`]; crates of these names may be there `twice`.
-pub fn complaints(tree: &str, notice: &str, twice: &[&str]) -> Vec<String> {
+fn complaints(tree: &str, notice: &str, twice: &[&str]) -> Vec<String> {
     let mut complaints = BTreeSet::new();
     let mut versions: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
     for line in tree.lines().filter(|line| !line.is_empty()) {
@@ -103,4 +103,34 @@ fn is_allowed(licence: &str, is_named: bool) -> bool {
     plain
         .split(" AND ")
         .all(|part| part.split(" OR ").any(is_met))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::complaints;
+
+    #[test]
+    fn licences_that_ask_for_more_and_crates_in_two_versions_are_refused() {
+        let own = "ridgetone v0.1.0 (/somewhere/crates/finger)|";
+        let fine =
+            "a v1.0.0|MIT/Apache-2.0\nb v1.0.0 (proc-macro)|(MIT OR GPL-3.0-only) AND Unicode-3.0";
+        let files = "c v2.0.0|MPL-2.0";
+        let notice = "- c: https://example.org/c";
+        let all = [own, fine, files, files].join("\n");
+        assert_eq!(complaints(&all, notice, &[]), [""; 0]);
+        let twice = "e v1.0.0|MIT\ne v2.0.0|MIT";
+        assert_eq!(complaints(twice, notice, &["e"]), [""; 0]);
+        for (tree, notice, part) in [
+            (files, "", "c v2.0.0: the licence is \"MPL-2.0\""),
+            (files, "- cc: https://example.org/cc", "c v2.0.0"),
+            ("d v1.0.0|GPL-3.0-only", notice, "d v1.0.0"),
+            ("d v1.0.0|MIT AND GPL-3.0-only", notice, "d v1.0.0"),
+            ("d v1.0.0|", notice, "d v1.0.0"),
+            (twice, notice, "e is there in 2 versions"),
+        ] {
+            let found = complaints(tree, notice, &[]);
+            assert_eq!(found.len(), 1, "{tree}: {found:?}");
+            assert!(found[0].contains(part), "{found:?}");
+        }
+    }
 }
