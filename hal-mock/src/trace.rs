@@ -8,6 +8,7 @@ mod header;
 mod layout;
 mod look;
 mod played;
+mod refused;
 mod rounding;
 mod row_reader;
 mod rows;

@@ -1,5 +1,5 @@
 //! `check`: a first power-up in one command. A conversation with the board gives
-//! [`Observations`]; each row of the table in [`table`] is a pure function of them.
+//! [`Observations`]; each row of [`table::TABLE`] judges them.
 
 mod converter;
 mod frames;
@@ -8,13 +8,16 @@ mod line;
 mod observations;
 mod processor;
 mod report;
+mod run;
 mod signals;
 pub mod table;
+mod verdict;
 
 pub use gather::{Plan, gather};
 pub use observations::{Exchanged, Inputs, Kept, Observations, Watched};
 pub use report::Report;
-pub use table::{Check, Verdict, judge};
+pub use table::{Check, judge};
+pub use verdict::Verdict;
 
 #[cfg(test)]
 mod tests;

@@ -1,7 +1,5 @@
 //! A column of speeds or places beside the channels of a recording.
 
-use crate::grid::Grid;
-
 /// Units of length by their millimetres.
 const LENGTHS: [(&str, f64); 6] = [
     ("mm", 1.0),
@@ -135,37 +133,6 @@ impl Column {
         };
         Some(format!("column {} is in {unit}{per_second}", self.name))
     }
-
-    /// Places of all sampling intervals, millimetres from the first, from the rows' values, with
-    /// straight lines in between. NaN stands for a value that is missing.
-    pub fn places_mm(&self, values: &[f64], grid: &Grid) -> Result<Vec<f32>, String> {
-        let mm_per_unit = self.mm_per_unit(values)?;
-        let first = values.first().copied().unwrap_or(0.0);
-        let mut at_rows = Vec::with_capacity(values.len());
-        let (mut place_mm, mut before) = (0.0, (0usize, first));
-        for (row, value) in values
-            .iter()
-            .enumerate()
-            .filter(|(_, value)| !value.is_nan())
-        {
-            place_mm = match self.quantity {
-                Quantity::Position => value - first,
-                Quantity::Speed => {
-                    place_mm + 0.5 * (before.1 + value) * grid.between_s(before.0, row)
-                }
-            };
-            before = (row, *value);
-            at_rows.push((grid.places[row], place_mm * mm_per_unit));
-        }
-        let mut places = vec![0.0; grid.slots()];
-        for pair in at_rows.windows(2) {
-            let ((from, from_mm), (to, to_mm)) = (pair[0], pair[1]);
-            for (since, place) in places[from..=to].iter_mut().enumerate() {
-                *place = (from_mm + (to_mm - from_mm) * since as f64 / (to - from) as f64) as f32;
-            }
-        }
-        Ok(places)
-    }
 }
 
 fn millimetres(unit: &str) -> Option<f64> {
@@ -176,6 +143,7 @@ fn millimetres(unit: &str) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::grid::Grid;
 
     #[test]
     fn speeds_are_summed_and_gaps_filled() {
@@ -185,17 +153,15 @@ mod tests {
         };
         let column = |quantity, text| Column::parse(quantity, text).unwrap();
         let speeds = |text, values: &[f64]| {
-            column(Quantity::Speed, text)
-                .places_mm(values, &grid)
-                .unwrap()
+            let speed = column(Quantity::Speed, text);
+            grid.places_mm(&speed, values).unwrap()
         };
         let speed = speeds("v:mm/s", &[10.0, 20.0, 20.0, -40.0]);
         assert_eq!(speed, [0.0, 1.5, 3.5, 5.5, 7.5, 6.5]);
         let blank = speeds("v_mm_s", &[10.0, f64::NAN, 20.0, -40.0]);
         assert_eq!(blank, [0.0, 1.5, 3.0, 4.5, 6.0, 5.0]);
-        let position = column(Quantity::Position, "x:mm")
-            .places_mm(&[7.0, 8.0, 11.0, 9.0], &grid)
-            .unwrap();
+        let x = column(Quantity::Position, "x:mm");
+        let position = grid.places_mm(&x, &[7.0, 8.0, 11.0, 9.0]).unwrap();
         assert_eq!(position, [0.0, 1.0, 2.0, 3.0, 4.0, 2.0]);
     }
 

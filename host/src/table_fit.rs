@@ -180,7 +180,7 @@ pub fn fit_part(
                 "{file}: column {}: blank in the first or the last row of this part",
                 column.name()
             );
-            let places = column.places_mm(&values, &grid);
+            let places = grid.places_mm(column, &values);
             places.map_err(|why| anyhow::anyhow!("{file}: {why}"))?
         }
         // Uneven times are places, in seconds.

@@ -131,10 +131,7 @@ pub fn chip(image: &[u8]) -> Result<String> {
 #[cfg(test)]
 mod tests {
     use super::{DRDY, check, chip};
-    use object::write::{Object, Symbol, SymbolSection};
-    use object::{
-        Architecture, BinaryFormat, Endianness, SectionKind, SymbolFlags, SymbolKind, SymbolScope,
-    };
+    use crate::elf;
 
     /// An image with this much code, its vector table at address 0 and all of the code behind it.
     fn image(code: usize, drdy: u32, default: u32) -> Vec<u8> {
@@ -142,63 +139,39 @@ mod tests {
         vectors[0] = 0x2000_8000;
         vectors[1] = 1;
         vectors[DRDY.1] = drdy | 1;
-        let mut object = Object::new(BinaryFormat::Elf, Architecture::Arm, Endianness::Little);
-        let table: Vec<u8> = vectors.iter().flat_map(|word| word.to_le_bytes()).collect();
-        for (name, content) in [(".vector_table", table), (".text", vec![0; code])] {
-            let section = object.add_section(Vec::new(), name.into(), SectionKind::Text);
-            object.append_section_data(section, &content, 1);
-        }
-        let symbols = [
-            ("_stack_start", 0x2000_8000),
-            ("_stack_end", 0x2000_0000),
-            ("_flash_size", 0x8_0000),
-            ("EXTI4", drdy),
-            ("DefaultHandler", default),
-            ("_chip_STM32F405RGTx", 0),
-        ];
-        for (name, value) in symbols {
-            object.add_symbol(Symbol {
-                name: name.into(),
-                value: u64::from(value),
-                size: 0,
-                kind: SymbolKind::Data,
-                scope: SymbolScope::Linkage,
-                weak: false,
-                section: SymbolSection::Absolute,
-                flags: SymbolFlags::None,
-            });
-        }
-        object.write().expect("an ELF file")
-    }
-
-    fn refused(image: &[u8]) -> String {
-        format!("{:#}", check(image, &[DRDY]).expect_err("it is refused"))
+        let table = vectors.iter().flat_map(|word| word.to_le_bytes()).collect();
+        elf::image(
+            &[(".vector_table", table), (".text", vec![0; code])],
+            &[
+                ("_stack_start", 0x2000_8000, 0),
+                ("_stack_end", 0x2000_0000, 0),
+                ("_flash_size", 0x8_0000, 0),
+                ("EXTI4", drdy.into(), 0),
+                ("DefaultHandler", default.into(), 0),
+                ("_chip_STM32F405RGTx", 0, 0),
+            ],
+        )
     }
 
     #[test]
-    fn an_image_with_code_is_measured() {
-        let sizes = check(&image(1000, 64, 32), &[DRDY]).expect("it passes");
-        assert_eq!(chip(&image(1000, 64, 32)).expect("a chip"), "STM32F405RGTx");
+    fn an_image_with_code_is_measured_and_others_are_refused() {
+        let whole = image(1000, 64, 32);
+        let sizes = check(&whole, &[DRDY]).expect("it passes");
+        assert_eq!(chip(&whole).expect("a chip"), "STM32F405RGTx");
         assert_eq!(
             (sizes.flash, sizes.flash_size, sizes.ram, sizes.stack),
             (4 * 98 + 1000, 0x8_0000, 0, 0x8000)
         );
-    }
-
-    #[test]
-    fn an_image_without_code_is_refused() {
-        assert!(refused(&image(0, 64, 32)).contains(".text is empty"));
-    }
-
-    #[test]
-    fn an_image_without_the_interrupt_is_refused() {
-        assert!(refused(&image(1000, 32, 32)).contains("EXTI4"));
-        assert!(check(&image(1000, 32, 32), &[]).is_ok(), "if it needs none");
-    }
-
-    #[test]
-    fn what_is_no_image_is_refused() {
-        assert!(check(b"", &[]).is_err());
-        assert!(check(&[0x7f, b'E', b'L', b'F', 1, 1, 1, 0], &[]).is_err());
+        let without_handler = image(1000, 32, 32);
+        assert!(check(&without_handler, &[]).is_ok(), "if it needs none");
+        for (image, words) in [
+            (image(0, 64, 32), ".text is empty"),
+            (without_handler, "EXTI4"),
+            (Vec::new(), "no ELF file"),
+            (vec![0x7f, b'E', b'L', b'F', 1, 1, 1, 0], ""),
+        ] {
+            let error = format!("{:#}", check(&image, &[DRDY]).expect_err(words));
+            assert!(error.contains(words), "{error}");
+        }
     }
 }

@@ -3,6 +3,8 @@
 mod demo;
 #[cfg(test)]
 mod documents;
+#[cfg(test)]
+mod elf;
 mod eval;
 mod flash;
 mod fresh;

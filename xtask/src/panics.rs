@@ -153,8 +153,7 @@ pub fn check(image: &[u8]) -> Result<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use object::write::Object;
-    use object::{Architecture, BinaryFormat, Endianness, SectionKind};
+    use crate::elf;
 
     /// An image with these places in its constants, which lie at address 0, a word of something
     /// else before each.
@@ -176,11 +175,7 @@ mod tests {
             .flat_map(|word: &u32| word.to_le_bytes())
             .collect();
         bytes.extend(names);
-        let mut object = Object::new(BinaryFormat::Elf, Architecture::Arm, Endianness::Little);
-        let section =
-            object.add_section(Vec::new(), b".rodata".to_vec(), SectionKind::ReadOnlyData);
-        object.append_section_data(section, &bytes, 4);
-        object.write().expect("an ELF file")
+        elf::image(&[(".rodata", bytes)], &[])
     }
 
     #[test]

@@ -1,52 +1,23 @@
 //! The Python package: its wheel in an environment of its own, and its tests there.
 
 use crate::eval;
-use crate::install;
+use crate::setup;
 use crate::test::{prepare, test};
-use crate::tools::{announce, clean, find, output_of, run, target_dir};
-use anyhow::{Context, Result, bail};
+use crate::tools::{announce, clean, output_of, run, target_dir};
+use anyhow::{Context, Result};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::{env, fs};
-
-/// The interpreter's names, the first is Debian's.
-const NAMES: [&str; 5] = [
-    "python3",
-    "python3.14",
-    "python3.13",
-    "python3.12",
-    "python3.11",
-];
-
-/// Debian's packages with an interpreter that can make environments.
-const PACKAGES: [&str; 2] = ["python3", "python3-venv"];
-
-/// An interpreter that can make an environment; installed if there is none.
-pub fn interpreter() -> Result<PathBuf> {
-    // 3.11 is the first with buffers in the stable interface.
-    let check = "import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))";
-    let is_usable = |path: &PathBuf| output_of(clean(path).args(["-c", check])).is_ok();
-    let there = || NAMES.into_iter().filter_map(find).find(is_usable);
-    if there().is_none() {
-        install::debian(&PACKAGES)
-            .context("Python is missing, or older than 3.11, or without venv")?;
-    }
-    match there() {
-        Some(path) => Ok(path),
-        None => bail!(
-            "no Python from 3.11 on with venv is in PATH (tried {})",
-            NAMES.join(", ")
-        ),
-    }
-}
 
 /// An environment in `target/NAME` with these packages; gives its interpreter.
 pub fn environment(name: &str, packages: &[&str]) -> Result<PathBuf> {
     let environment = target_dir().join(name);
     let inside = environment.join(if cfg!(windows) { "Scripts" } else { "bin" });
     if !inside.join("pip").exists() {
-        run(clean(interpreter()?).args(["-m", "venv"]).arg(&environment))
-            .context("an environment of Python")?;
+        run(clean(setup::python()?)
+            .args(["-m", "venv"])
+            .arg(&environment))
+        .context("an environment of Python")?;
     }
     let mut pip = clean(inside.join("pip"));
     run(pip

@@ -1,10 +1,9 @@
 //! `setup`: the tools of the firmware, its emulator and the tests.
 
 use crate::install;
-use crate::python;
 use crate::toolchain::{TARGET, Toolchain};
 use crate::tools::{clean, find, output_of};
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use std::path::PathBuf;
 
 /// Programs of the browser that a test looks at pages with; the first is Debian's.
@@ -46,7 +45,7 @@ pub fn run() -> Result<()> {
             println!("broker: not there ({error:#}); needed for the tests of streams only")
         }
     }
-    match python::interpreter() {
+    match python() {
         Ok(path) => println!("Python: {}", path.display()),
         Err(error) => println!("Python: not there ({error:#}); needed for the Python package only"),
     }
@@ -92,4 +91,35 @@ pub fn broker() -> Result<PathBuf> {
         install::debian(&BROKER_PACKAGES).context("a broker of MQTT is missing")?;
     }
     there().context("mosquitto is not in PATH")
+}
+
+/// The interpreter's names, the first is Debian's.
+const PYTHONS: [&str; 5] = [
+    "python3",
+    "python3.14",
+    "python3.13",
+    "python3.12",
+    "python3.11",
+];
+
+/// Debian's packages with an interpreter that can make environments.
+const PYTHON_PACKAGES: [&str; 2] = ["python3", "python3-venv"];
+
+/// An interpreter that can make an environment; installed if there is none.
+pub fn python() -> Result<PathBuf> {
+    // 3.11 is the first with buffers in the stable interface.
+    let check = "import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))";
+    let is_usable = |path: &PathBuf| output_of(clean(path).args(["-c", check])).is_ok();
+    let there = || PYTHONS.into_iter().filter_map(find).find(is_usable);
+    if there().is_none() {
+        install::debian(&PYTHON_PACKAGES)
+            .context("Python is missing, or older than 3.11, or without venv")?;
+    }
+    match there() {
+        Some(path) => Ok(path),
+        None => bail!(
+            "no Python from 3.11 on with venv is in PATH (tried {})",
+            PYTHONS.join(", ")
+        ),
+    }
 }

@@ -95,26 +95,7 @@ fn static_of(name: &str) -> &str {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use object::write::{Object, Symbol, SymbolSection};
-    use object::{Architecture, BinaryFormat, Endianness, SymbolFlags, SymbolKind, SymbolScope};
-
-    /// An image with these symbols: name, address, bytes.
-    fn image(symbols: &[(&str, u64, u64)]) -> Vec<u8> {
-        let mut object = Object::new(BinaryFormat::Elf, Architecture::Arm, Endianness::Little);
-        for (name, value, size) in symbols {
-            object.add_symbol(Symbol {
-                name: name.bytes().collect(),
-                value: *value,
-                size: *size,
-                kind: SymbolKind::Text,
-                scope: SymbolScope::Linkage,
-                weak: false,
-                section: SymbolSection::Absolute,
-                flags: SymbolFlags::None,
-            });
-        }
-        object.write().expect("an ELF file")
-    }
+    use crate::elf;
 
     /// Bytes in a row of a table.
     fn row(table: &str, memory: &str, name: &str) -> Option<u64> {
@@ -129,7 +110,7 @@ mod tests {
     /// constant, a static.
     #[test]
     fn bytes_count_for_the_crate_or_static_whose_they_are() {
-        let table = table(&image(&[
+        let table = table(&elf::image(&[], &[
             ("_ZN14ridgetone_tone6refine6refine17h2b82fad203c35ef4E", 0x0800_0101, 1000),
             (
                 "_ZN93_$LT$ridgetone_proto..store..FlashStore$LT$F$GT$$u20$as$u20$ridgetone_proto..store..Store$GT$4load17h05fdca9fd8eadb85E",

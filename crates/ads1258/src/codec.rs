@@ -1,5 +1,6 @@
 //! The bytes on the bus, for the blocking and the async methods alike (SBAS297G, commands).
 
+use crate::register::Image;
 use crate::{Error, Model, Register};
 
 /// All registers to their reset values.
@@ -17,9 +18,6 @@ const WRITE_REGISTER: u8 = 0x60;
 
 /// MUL: several registers, with ascending addresses.
 const MULTIPLE: u8 = 0x10;
-
-/// The registers that can be written, CONFIG0 to GPIOD.
-pub(crate) type Image = [u8; Register::WRITABLE];
 
 /// A command byte and the registers behind it, of which there are at most ten.
 pub(crate) struct Block {

@@ -5,7 +5,7 @@ use embedded_hal::digital::OutputPin;
 use embedded_hal::spi;
 
 use crate::Register;
-use crate::codec::Image;
+use crate::register::Image;
 
 /// SPI mode 0: SCLK idles low, DIN is sampled on its rising edge (SBAS297G, SPI timing). MSB first.
 pub const MODE: spi::Mode = spi::MODE_0;

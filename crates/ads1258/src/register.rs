@@ -29,6 +29,9 @@ pub enum Register {
     Id = 0x09,
 }
 
+/// The registers that can be written, CONFIG0 to GPIOD.
+pub(crate) type Image = [u8; Register::WRITABLE];
+
 impl Register {
     /// All ten in the order of their addresses.
     pub const ALL: [Self; 10] = {

@@ -4,6 +4,7 @@
 mod decoder;
 mod estimate;
 mod event;
+mod events;
 mod feel;
 mod image;
 mod packet;
@@ -11,11 +12,12 @@ mod starts;
 mod texture;
 
 pub use crate::framing::{TooLong, WIRE_MAX};
-pub use decoder::{Decoder, Events, PacketDecoder};
+pub use decoder::{Decoder, PacketDecoder};
 pub use estimate::{
     Abscissa, Channel, Direction, Estimate, Movement, OtherTone, Span, Status, Travel, TravelStatus,
 };
 pub use event::*;
+pub use events::Events;
 pub use feel::{BANDS, Feel, Measured, NO_LEVEL, RECEPTORS};
 pub use image::{Hold, Image, Pressed};
 pub use packet::{PROTOCOL, Packet, encode, longest_packet};

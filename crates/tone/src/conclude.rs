@@ -16,10 +16,11 @@ use crate::normal::MOVEMENT_MAX;
 use crate::phase::{cos_sin, from_turns};
 use crate::reach::Reach;
 use crate::scene::Scene;
+use crate::significance::Z_TEST;
 use crate::solve::Solution;
 use crate::source::Values;
 use crate::statistics::Statistics;
-use crate::tests::{Other, Tested, Z_BETWEEN, Z_LINE, Z_TEST};
+use crate::tests::{Other, Tested, Z_BETWEEN, Z_LINE};
 use crate::work::Work;
 use core::f32::consts::PI;
 

@@ -11,10 +11,9 @@ use crate::normal::{Degrees, MOVEMENT_MAX, degrees_max};
 use crate::phase_course::Course;
 use crate::refine::{Known, Refinement, Steps};
 use crate::residual::Motion;
-use crate::significance::deviate;
+use crate::significance::{Z_TEST, deviate};
 use crate::solve::{Power, Shape, Solution};
 use crate::source::Values;
-use crate::tests::Z_TEST;
 use crate::work::Work;
 use core::ops::Range;
 

@@ -11,7 +11,7 @@ use crate::movement::Followed;
 use crate::neighbours::{BAND, Beside, Neighbours, Place, line};
 use crate::reach::Reach;
 use crate::residual::Model;
-use crate::significance::{Sum, deviate};
+use crate::significance::{Sum, Z_TEST, deviate};
 use crate::solve::{Power, Shape, Solution};
 use crate::source::Values;
 use crate::spectrum::{Spectrum, Sums};
@@ -20,8 +20,6 @@ use crate::work::Work;
 
 /// Deviate of a line over its neighbourhood: 1e-5, which is 1e-3 over a hundred places.
 pub const Z_LINE: f32 = 4.3;
-/// Deviate of movement, and of what is left beside the lines: one of a thousand.
-pub const Z_TEST: f32 = 3.1;
 /// Deviate of the larger one of two lines: one of a thousand.
 pub const Z_BETWEEN: f32 = 3.3;
 /// Power of another line, as a share of the tone's, that does not matter.

@@ -2,7 +2,7 @@
 
 use super::cells::Kind;
 use super::head_line::HeadLine;
-use super::layout::Refused;
+use super::refused::Refused;
 use super::time_column::per_second;
 use crate::escaped;
 

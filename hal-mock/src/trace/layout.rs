@@ -4,6 +4,7 @@ use super::cells::Kind;
 use super::head_line::{HeadLine, LineEnds, lines};
 use super::header::{COMMENT, names, unit_row};
 use super::look::{Look, is_counter, likely_time};
+use super::refused::Refused;
 use super::stamps::Unit;
 use super::time_column::{
     Candidate, Likeness, Named, TIME_COLUMN, TimeColumn, choose, named, per_second, quoted,
@@ -14,22 +15,6 @@ const SEPARATORS: [u8; 4] = [b',', b';', b'\t', b' '];
 
 /// Columns of estimates, as `export` writes them: they are no samples.
 const ESTIMATE_COLUMNS: [&str; 2] = ["frequency_hz", "sigma_hz"];
-
-/// Why a text is no table, and the line that shows it.
-#[derive(Debug)]
-pub struct Refused {
-    pub line: Option<u64>,
-    pub why: String,
-}
-
-impl Refused {
-    pub fn new(line: Option<u64>, why: impl Into<String>) -> Self {
-        Self {
-            line,
-            why: why.into(),
-        }
-    }
-}
 
 /// A column of the table.
 #[derive(Clone, Debug)]

@@ -1,7 +1,9 @@
 //! The line, the settings, and what was lost or faulty while the board was watched.
 
-use super::observations::{Lent, Observations, Watched};
-use super::table::{Judged, Verdict, graded};
+use super::observations::Lent;
+use super::run::Run;
+use super::verdict::{Judged, Verdict};
+use crate::live::Counts;
 use crate::names::name;
 use ridgetone_proto::boot::SettingsSource;
 use ridgetone_proto::fault::FaultKind;
@@ -11,8 +13,9 @@ use serde_json::{Map, Value, json};
 /// Name of the plan that is judged.
 const DEFAULT: &str = "paper";
 
-/// Whether the board has its own plan again.
-pub fn plan(Lent { plan, failed }: &Lent) -> Judged {
+/// Passes if the board has its own plan again.
+pub fn plan(run: &Run<'_>) -> Result<Judged, Judged> {
+    let Lent { plan, failed } = run.lent()?;
     let own = plan.name().map_or_else(
         || "the board's own plan".to_owned(),
         |name| format!("plan `{name}`"),
@@ -29,13 +32,12 @@ pub fn plan(Lent { plan, failed }: &Lent) -> Judged {
     };
     let values =
         json!({ "plan": plan.name(), "checked_with": DEFAULT, "restored": failed.is_none() });
-    Judged::new(verdict, finding, values)
+    Ok(Judged::new(verdict, finding, values))
 }
 
-pub fn commands(seen: &Observations) -> Judged {
-    let Some(sent) = &seen.exchanged else {
-        return Judged::skipped(seen.why());
-    };
+pub fn commands(run: &Run<'_>) -> Result<Judged, Judged> {
+    let seen = run.seen;
+    let sent = seen.exchanged.ok_or_else(|| Judged::skipped(seen.why()))?;
     // Between the first `health` and the one behind the last command.
     let grown = |count: fn(&Health) -> u32| {
         let (before, after) = (seen.health?, seen.watched.as_ref()?.before);
@@ -59,10 +61,12 @@ pub fn commands(seen: &Observations) -> Judged {
         sent.answered, sent.commands, sent.shortest_bytes, sent.longest_bytes, sent.sends
     );
     let fails = sent.answered < sent.commands || overrun.is_some_and(|bytes| bytes > 0);
-    Judged::new(graded(damaged != Some(0), fails), finding, values)
+    let verdict = Verdict::graded(damaged != Some(0), fails);
+    Ok(Judged::new(verdict, finding, values))
 }
 
-pub fn settings(seen: &Observations) -> Judged {
+pub fn settings(run: &Run<'_>) -> Result<Judged, Judged> {
+    let seen = run.seen;
     let source = seen.hello.as_ref().map(|hello| hello.source);
     let was_damaged = matches!(
         source,
@@ -70,12 +74,12 @@ pub fn settings(seen: &Observations) -> Judged {
     );
     let before = source.map_or_else(String::new, |source| format!("; before: {}", name(source)));
     let Some(kept) = &seen.kept else {
-        return if was_damaged {
+        return Err(if was_damaged {
             let finding = format!("what was stored last cannot be read{before}");
             Judged::new(Verdict::Warn, finding, json!({}))
         } else {
             Judged::skipped(seen.ended.as_deref().unwrap_or("not stored: --no-store"))
-        };
+        });
     };
     let are_kept = kept.failed.is_none() && kept.found == kept.sent;
     let values = json!({
@@ -101,123 +105,87 @@ pub fn settings(seen: &Observations) -> Judged {
             format!("stored, found after a restart, restored{before}"),
         ),
     };
-    Judged::new(verdict, finding, values)
+    Ok(Judged::new(verdict, finding, values))
 }
 
 /// Judges what was lost while the board was watched.
-pub fn losses(watched: &Watched) -> Judged {
-    let Watched {
-        before,
-        after,
-        counts_before,
-        counts_after,
-        ..
-    } = watched;
-    let packets = |count: fn(&crate::live::Counts) -> u32| {
-        count(counts_after).wrapping_sub(count(counts_before))
+pub fn losses(run: &Run<'_>) -> Result<Judged, Judged> {
+    let watched = run.watched()?;
+    let (before, after) = (&watched.before, &watched.after);
+    let here = |count: fn(&Counts) -> u32| {
+        count(&watched.counts_after).wrapping_sub(count(&watched.counts_before))
     };
-    let reported = |count: fn(&Health) -> u32| count(after).wrapping_sub(count(before));
+    let there = |count: fn(&Health) -> u32| count(after).wrapping_sub(count(before));
     let lost = [
-        (
-            "packets_lost",
-            "packets lost",
-            packets(|counts| counts.missing),
-        ),
-        (
-            "packets_damaged",
-            "packets damaged",
-            packets(|counts| counts.damaged),
-        ),
-        (
-            "packets_repeated",
-            "steps back of the packets' numbers",
-            packets(|counts| counts.stepped_back),
-        ),
-        (
-            "conversions_lost",
-            "conversions lost",
-            reported(|health| health.conversions_lost),
-        ),
+        ("packets_lost", here(|counts| counts.missing)),
+        ("packets_damaged", here(|counts| counts.damaged)),
+        ("packets_repeated", here(|counts| counts.stepped_back)),
+        ("conversions_lost", there(|health| health.conversions_lost)),
         (
             "conversions_doubtful",
-            "conversions doubtful",
-            reported(|health| health.conversions_doubtful),
+            there(|health| health.conversions_doubtful),
         ),
-        (
-            "messages_dropped",
-            "messages dropped",
-            reported(|health| health.messages_dropped),
-        ),
-        ("overruns", "overruns", reported(|health| health.overruns)),
-        (
-            "restarts",
-            "restarts of the board",
-            u32::from(watched.has_restarted),
-        ),
+        ("messages_dropped", there(|health| health.messages_dropped)),
+        ("overruns", there(|health| health.overruns)),
+        ("restarts", u32::from(watched.has_restarted)),
     ];
-    let (length_s, frames) = (watched.length_s(), reported(|health| health.frames));
-    let packets = counts_after.received - counts_before.received;
-    let mut values: Map<_, _> = lost
-        .iter()
-        .map(|(key, _, count)| ((*key).to_owned(), json!(count)))
-        .collect();
-    values.insert("length_s".into(), json!(length_s));
-    values.insert("frames".into(), json!(frames));
-    values.insert("packets".into(), json!(packets));
-    values.insert(
-        "conversions_lost_before".into(),
-        json!(before.conversions_lost),
-    );
-    let named: Vec<String> = lost
-        .iter()
-        .filter(|(.., count)| *count > 0)
-        .map(|(_, what, count)| format!("{count} {what}"))
-        .collect();
-    let finding = if named.is_empty() {
-        format!("none in {length_s:.1} s: {packets} packets, {frames} frames")
-    } else {
-        format!("in {length_s:.1} s: {}", named.join(", "))
+    let words = |key: &str| match key {
+        "packets_repeated" => "steps back of the packets' numbers".to_owned(),
+        "restarts" => "restarts of the board".to_owned(),
+        _ => key.replace('_', " "),
     };
-    Judged::new(
-        graded(false, !named.is_empty()),
-        finding,
-        Value::Object(values),
-    )
+    let (length_s, frames) = (watched.length_s(), there(|health| health.frames));
+    let packets = watched.counts_after.received - watched.counts_before.received;
+    let mut values: Map<String, Value> = lost
+        .iter()
+        .map(|(key, count)| ((*key).to_owned(), json!(count)))
+        .collect();
+    for (key, value) in [
+        ("length_s", json!(length_s)),
+        ("frames", json!(frames)),
+        ("packets", json!(packets)),
+        ("conversions_lost_before", json!(before.conversions_lost)),
+    ] {
+        values.insert(key.to_owned(), value);
+    }
+    let found = lost.iter().filter(|(_, count)| *count > 0);
+    let named: Vec<String> = found
+        .map(|(key, count)| format!("{count} {}", words(key)))
+        .collect();
+    let finding = match &named[..] {
+        [] => format!("none in {length_s:.1} s: {packets} packets, {frames} frames"),
+        named => format!("in {length_s:.1} s: {}", named.join(", ")),
+    };
+    let verdict = Verdict::graded(false, !named.is_empty());
+    Ok(Judged::new(verdict, finding, values.into()))
 }
 
 /// Judges the faults that the board has counted, before and while it was watched.
-pub fn faults(watched: &Watched) -> Judged {
-    let count = |of: fn(&Watched, usize) -> u32| -> Vec<(&'static str, u32)> {
-        let counts = FaultKind::ALL.map(|kind| (name(kind), of(watched, kind as usize)));
+pub fn faults(run: &Run<'_>) -> Result<Judged, Judged> {
+    let watched = run.watched()?;
+    let (before, after) = (&watched.before.faults, &watched.after.faults);
+    let counted = |count: &dyn Fn(usize) -> u32| -> Vec<(&'static str, u32)> {
+        let counts = FaultKind::ALL.map(|kind| (name(kind), count(kind as usize)));
         counts.into_iter().filter(|(_, count)| *count > 0).collect()
     };
-    let within =
-        count(|watched, at| watched.after.faults[at].wrapping_sub(watched.before.faults[at]));
-    let earlier = count(|watched, at| watched.before.faults[at]);
+    let within = counted(&|at| after[at].wrapping_sub(before[at]));
+    let earlier = counted(&|at| before[at]);
     let list = |counts: &[(&str, u32)]| {
-        let words: Vec<_> = counts
+        let words = counts.iter().map(|(kind, count)| format!("{kind} {count}"));
+        words.collect::<Vec<_>>().join(", ")
+    };
+    let map = |counts: &[(&str, u32)]| -> Map<String, Value> {
+        let pairs = counts
             .iter()
-            .map(|(kind, count)| format!("{kind} {count}"))
-            .collect();
-        words.join(", ")
+            .map(|(kind, count)| ((*kind).to_owned(), json!(count)));
+        pairs.collect()
     };
-    let as_json = |counts: &[(&str, u32)]| -> Map<String, Value> {
-        counts
-            .iter()
-            .map(|(kind, count)| ((*kind).to_owned(), json!(count)))
-            .collect()
+    let finding = match (within.is_empty(), earlier.is_empty()) {
+        (false, _) => format!("while watched: {}", list(&within)),
+        (true, false) => format!("none while watched; earlier: {}", list(&earlier)),
+        (true, true) => "none since the start".to_owned(),
     };
-    let values = json!({ "while_watched": as_json(&within), "earlier": as_json(&earlier) });
-    let finding = if !within.is_empty() {
-        format!("while watched: {}", list(&within))
-    } else if !earlier.is_empty() {
-        format!("none while watched; earlier: {}", list(&earlier))
-    } else {
-        "none since the start".to_owned()
-    };
-    Judged::new(
-        graded(!earlier.is_empty(), !within.is_empty()),
-        finding,
-        values,
-    )
+    let verdict = Verdict::graded(!earlier.is_empty(), !within.is_empty());
+    let values = json!({ "while_watched": map(&within), "earlier": map(&earlier) });
+    Ok(Judged::new(verdict, finding, values))
 }

@@ -1,10 +1,10 @@
 //! The processor and its firmware: version, start, clock, load, stack.
 
-use super::observations::Observations;
-use super::table::{Judged, Limits, Verdict};
+use super::run::Run;
+use super::verdict::{Judged, Limits, Measured, Verdict};
 use crate::names::name;
 use ridgetone_proto::boot::{BrownOut, Oscillator, ResetCause};
-use ridgetone_proto::telemetry::{Health, Hello, PROTOCOL};
+use ridgetone_proto::telemetry::PROTOCOL;
 use serde_json::json;
 
 use Verdict::{Fail, Pass, Warn};
@@ -12,43 +12,30 @@ use Verdict::{Fail, Pass, Warn};
 /// The version of this command.
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// Share of time that the processor is busy. A fit takes what the rest of the work leaves.
-const LOAD: Limits = Limits {
-    pass: [0.0, 0.5],
-    fail: [0.0, 0.85],
-};
-
-/// Share of the stack in use. A fit with raw frames on the line takes 69 % (register model).
-const STACK: Limits = Limits {
-    pass: [0.0, 0.85],
-    fail: [0.0, 0.95],
-};
-
-pub fn firmware(seen: &Observations) -> Judged {
-    let Some(hello) = &seen.hello else {
-        let finding = format!("no greeting: {}", seen.why());
-        return Judged::new(Fail, finding, json!({ "protocol_here": PROTOCOL }));
-    };
+pub fn firmware(run: &Run<'_>) -> Result<Judged, Judged> {
+    let hello = run.hello().map_err(|Judged { finding, .. }| {
+        let finding = format!("no greeting: {finding}");
+        Judged::new(Fail, finding, json!({ "protocol_here": PROTOCOL }))
+    })?;
     let (version, protocol) = (
         hello.version.map(|part| part.to_string()).join("."),
         hello.protocol,
     );
     let values = json!({ "version": version, "protocol": protocol, "command_version": VERSION });
-    if version == VERSION {
-        Judged::new(Pass, format!("{version}, protocol {protocol}"), values)
-    } else {
-        let advice = "build both from one version";
-        Judged::new(
+    let (verdict, finding) = match version == VERSION {
+        true => (Pass, format!("{version}, protocol {protocol}")),
+        false => (
             Warn,
-            format!("{version}, and this command is {VERSION}: {advice}"),
-            values,
-        )
-    }
+            format!("{version}, and this command is {VERSION}: build both from one version"),
+        ),
+    };
+    Ok(Judged::new(verdict, finding, values))
 }
 
-pub fn reset(hello: &Hello) -> Judged {
-    let cause = name(hello.boot.cause);
-    if let Some(record) = &hello.boot.record {
+pub fn reset(run: &Run<'_>) -> Result<Judged, Judged> {
+    let boot = &run.hello()?.boot;
+    let cause = name(boot.cause);
+    if let Some(record) = &boot.record {
         let place = if record.file.is_empty() {
             format!("at {:#010x}", record.pc)
         } else {
@@ -61,11 +48,13 @@ pub fn reset(hello: &Hello) -> Judged {
             "board_time_s": f64::from(record.t_us) * 1e-6,
         });
         let finding = format!("the run before ended with a {death} {place}; reset cause {cause}");
-        return Judged::new(Warn, finding, values);
+        return Ok(Judged::new(Warn, finding, values));
     }
-    let (verdict, finding) = match hello.boot.cause {
+    let (verdict, finding) = match boot.cause {
         ResetCause::Unknown => {
-            return Judged::skipped("the board does not know the cause: an emulated one");
+            return Err(Judged::skipped(
+                "the board does not know the cause: an emulated one",
+            ));
         }
         ResetCause::Watchdog => (
             Warn,
@@ -75,14 +64,17 @@ pub fn reset(hello: &Hello) -> Judged {
             (Pass, format!("{cause}, no crash record"))
         }
     };
-    Judged::new(verdict, finding, json!({ "cause": cause }))
+    Ok(Judged::new(verdict, finding, json!({ "cause": cause })))
 }
 
-pub fn brown_out(hello: &Hello) -> Judged {
-    let level = hello.boot.brown_out;
+pub fn brown_out(run: &Run<'_>) -> Result<Judged, Judged> {
+    let boot = &run.hello()?.boot;
+    let level = boot.brown_out;
     let below = match level {
         BrownOut::Unknown => {
-            return Judged::skipped("the board does not know the level: an emulated one");
+            return Err(Judged::skipped(
+                "the board does not know the level: an emulated one",
+            ));
         }
         BrownOut::Level3 => "level 3, reset below 2.7 V",
         BrownOut::Level2 => "level 2, reset below 2.4 V",
@@ -91,50 +83,57 @@ pub fn brown_out(hello: &Hello) -> Judged {
     };
     let values = json!({ "level": name(level) });
     if level == BrownOut::Level3 {
-        return Judged::new(Pass, below, values);
+        return Ok(Judged::new(Pass, below, values));
     }
     let why =
         "flash is written in words of 32 bits, which needs 2.7 V: set level 3 in the option bytes";
-    Judged::new(Warn, format!("{below}; {why}"), values)
+    Ok(Judged::new(Warn, format!("{below}; {why}"), values))
 }
 
-pub fn oscillator(hello: &Hello) -> Judged {
-    let (verdict, finding) = match hello.boot.oscillator {
+pub fn oscillator(run: &Run<'_>) -> Result<Judged, Judged> {
+    let boot = &run.hello()?.boot;
+    let (verdict, finding) = match boot.oscillator {
         Oscillator::External => (Pass, "external"),
         Oscillator::Internal => (
             Fail,
             "internal: the external one did not start; times are off by up to 1 %, 8 % over temperature",
         ),
         Oscillator::Unknown => {
-            return Judged::skipped("the board does not know it: an emulated one");
+            return Err(Judged::skipped(
+                "the board does not know it: an emulated one",
+            ));
         }
     };
-    Judged::new(
-        verdict,
-        finding,
-        json!({ "oscillator": name(hello.boot.oscillator) }),
-    )
+    let values = json!({ "oscillator": name(boot.oscillator) });
+    Ok(Judged::new(verdict, finding, values))
 }
 
-pub fn load(health: &Health) -> Judged {
-    let load = health.load;
+/// A figure that no emulated board has.
+const NOT_MEASURED: &str = "the board does not measure it";
+
+pub fn load(run: &Run<'_>, _: &Limits) -> Result<Measured, Judged> {
+    let load = run.health()?.load;
     if load == 0.0 {
-        return Judged::skipped("the board does not measure it");
+        return Err(Judged::skipped(NOT_MEASURED));
     }
-    let finding = format!("{:.1} % of the time busy", 100.0 * load);
-    Judged::new(LOAD.verdict(load.into()), finding, json!({ "load": load }))
+    Ok(Measured {
+        value: load.into(),
+        finding: format!("{:.1} % of the time busy", 100.0 * load),
+        values: json!({ "load": load }),
+    })
 }
 
-pub fn stack(health: &Health) -> Judged {
+pub fn stack(run: &Run<'_>, _: &Limits) -> Result<Measured, Judged> {
+    let health = run.health()?;
     let (used, size) = (health.stack_used_bytes, health.stack_bytes);
     if size == 0 {
-        return Judged::skipped("the board does not measure it");
+        return Err(Judged::skipped(NOT_MEASURED));
     }
-    let share = f64::from(used) / f64::from(size);
-    let finding = format!(
-        "{used} of {size} bytes used at most, {:.0} %",
-        100.0 * share
-    );
-    let values = json!({ "used_bytes": used, "size_bytes": size });
-    Judged::new(STACK.verdict(share), finding, values)
+    let value = f64::from(used) / f64::from(size);
+    let percent = 100.0 * value;
+    Ok(Measured {
+        value,
+        finding: format!("{used} of {size} bytes used at most, {percent:.0} %"),
+        values: json!({ "used_bytes": used, "size_bytes": size }),
+    })
 }

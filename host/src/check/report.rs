@@ -1,7 +1,8 @@
 //! The report: as text, as JSON lines, and as one JSON object.
 
 use super::observations::{Inputs, Observations};
-use super::table::{Check, Verdict, graded, judge};
+use super::table::{Check, judge};
+use super::verdict::Verdict;
 use crate::names::name;
 use crate::output;
 use anyhow::Result;
@@ -50,7 +51,7 @@ impl Report {
         };
         let (warned, failed) = (count(Verdict::Warn), count(Verdict::Fail));
         let summary = Summary {
-            verdict: graded(warned > 0, failed > 0),
+            verdict: Verdict::graded(warned > 0, failed > 0),
             passed: count(Verdict::Pass),
             warned,
             failed,

@@ -1,17 +1,16 @@
 //! The table of checks.
 
 use super::converter::{gain, id, offset, reference, registers, restarts, supply, temperature};
-use super::frames;
-use super::frames::{FrameStatistics, drdy_jitter, frame_rate, mains, noise};
+use super::frames::{drdy_jitter, frame_rate, inputs, mains, noise};
 use super::line::{commands, faults, losses, plan, settings};
-use super::observations::{Lent, Observations, Watched};
+use super::observations::Observations;
 use super::processor::{brown_out, firmware, load, oscillator, reset, stack};
-use ridgetone_proto::plan::HealthReadings;
-use ridgetone_proto::telemetry::{ConverterState, Health, Hello};
+use super::run::Run;
+use super::verdict::{Judged, Limits, Measured, Verdict};
 use serde::Serialize;
-use serde_json::{Value, json};
+use serde_json::Value;
 
-use Sees::{Converter, Frames, Listening, OtherPlan, Readings, Report, Run, Start};
+use Judge::{State, Within};
 
 /// Sections of the guide.
 const WIRING: &str = "docs/guide/2-build.md#wiring";
@@ -19,137 +18,87 @@ const FLASHING: &str = "docs/guide/2-build.md#flash-and-check";
 const PLANS: &str = "docs/guide/3-speed-or-accuracy.md#scan-plans";
 pub const TROUBLESHOOTING: &str = "docs/guide/2-build.md#what-ridgetone-check-finds";
 
-/// Every check: its name, what it looks at and its verdict on that, and the page that helps.
+/// Fraction of time that the processor is busy. A fit takes what the rest of the work leaves.
+const LOAD: Limits = Limits::up_to(0.5, 0.85);
+/// Fraction of the stack in use. A fit with raw frames on the line takes 69 % (register model).
+const STACK: Limits = Limits::up_to(0.85, 0.95);
+/// Supply of the analog part, volts: 5 V +-5 % (SBAS297G, operating conditions).
+const SUPPLY_V: Limits = Limits {
+    pass: [4.75, 5.25],
+    fail: [4.75, 5.25],
+};
+/// Fraction by which the reference may be off the setting: half of the firmware's limit for the
+/// fault `reference`, and that limit.
+const REFERENCE: Limits = Limits::off(0.01, 0.02);
+/// Temperatures at which nothing is suspicious, and those at which the chip works (SBAS297G, -40 to
+/// 105), degrees Celsius.
+const TEMPERATURE_C: Limits = Limits {
+    pass: [5.0, 60.0],
+    fail: [-40.0, 105.0],
+};
+/// Offset, volts: own limits, 55 and 220 times the noise of one reading. SBAS297G gives a typical
+/// drift, 0.02 uV per degree, and no limit.
+const OFFSET_V: Limits = Limits::off(250e-6, 1e-3);
+/// Fraction by which the gain may be off 1: own limits; a voltage is off by as much. The reference's
+/// own tolerance cancels.
+const GAIN: Limits = Limits::off(0.005, 0.02);
+/// Rate off the nominal one, ppm: what two crystals may do with their capacitors, and the
+/// firmware's limit for the fault `clock`.
+const RATE_PPM: Limits = Limits::off(200.0, 5000.0);
+/// Noise relative to the datasheet, whose figures are typical.
+const NOISE: Limits = Limits::up_to(1.5, 3.0);
+/// Pick-up, microvolts rms: twice the converter's noise, and a good part of a touch, which makes
+/// millivolts.
+const PICK_UP_UV: Limits = Limits::up_to(10.0, 1000.0);
+
+/// Every check: its name, how it is judged, and the page that helps.
 pub const TABLE: [Row; 24] = [
-    row("firmware", Run(firmware), FLASHING),
-    row("reset", Start(reset), TROUBLESHOOTING),
-    row("brown_out", Start(brown_out), WIRING),
-    row("oscillator", Start(oscillator), TROUBLESHOOTING),
-    row("load", Report(load), TROUBLESHOOTING),
-    row("stack", Report(stack), TROUBLESHOOTING),
-    row("adc_id", Converter(id), WIRING),
-    row("adc_registers", Converter(registers), WIRING),
-    row("adc_restarts", Run(restarts), TROUBLESHOOTING),
-    row("supply", Readings(supply), WIRING),
-    row("reference", Readings(reference), WIRING),
-    row("temperature", Readings(temperature), WIRING),
-    row("offset", Readings(offset), WIRING),
-    row("gain", Readings(gain), WIRING),
-    row("frame_rate", Frames(frame_rate), TROUBLESHOOTING),
-    row("drdy_jitter", Frames(drdy_jitter), TROUBLESHOOTING),
-    row("inputs", Frames(frames::inputs), WIRING),
-    row("noise", Frames(noise), WIRING),
-    row("mains", Frames(mains), TROUBLESHOOTING),
-    row("commands", Run(commands), TROUBLESHOOTING),
-    row("settings", Run(settings), TROUBLESHOOTING),
-    row("losses", Listening(losses), TROUBLESHOOTING),
-    row("faults", Listening(faults), TROUBLESHOOTING),
-    row("plan", OtherPlan(plan), PLANS),
+    row("firmware", State(firmware), FLASHING),
+    row("reset", State(reset), TROUBLESHOOTING),
+    row("brown_out", State(brown_out), WIRING),
+    row("oscillator", State(oscillator), TROUBLESHOOTING),
+    row("load", Within(LOAD, load), TROUBLESHOOTING),
+    row("stack", Within(STACK, stack), TROUBLESHOOTING),
+    row("adc_id", State(id), WIRING),
+    row("adc_registers", State(registers), WIRING),
+    row("adc_restarts", State(restarts), TROUBLESHOOTING),
+    row("supply", Within(SUPPLY_V, supply), WIRING),
+    row("reference", Within(REFERENCE, reference), WIRING),
+    row("temperature", Within(TEMPERATURE_C, temperature), WIRING),
+    row("offset", Within(OFFSET_V, offset), WIRING),
+    row("gain", Within(GAIN, gain), WIRING),
+    row("frame_rate", Within(RATE_PPM, frame_rate), TROUBLESHOOTING),
+    row("drdy_jitter", State(drdy_jitter), TROUBLESHOOTING),
+    row("inputs", State(inputs), WIRING),
+    row("noise", Within(NOISE, noise), WIRING),
+    row("mains", Within(PICK_UP_UV, mains), TROUBLESHOOTING),
+    row("commands", State(commands), TROUBLESHOOTING),
+    row("settings", State(settings), TROUBLESHOOTING),
+    row("losses", State(losses), TROUBLESHOOTING),
+    row("faults", State(faults), TROUBLESHOOTING),
+    row(PLAN, State(plan), PLANS),
 ];
+
+/// The check of a board's own scan plan: reported only if that is not the default one.
+const PLAN: &str = "plan";
 
 /// One check of the table.
 pub struct Row {
     pub name: &'static str,
-    pub sees: Sees,
     pub page: &'static str,
+    judge: Judge,
 }
 
-const fn row(name: &'static str, sees: Sees, page: &'static str) -> Row {
-    Row { name, sees, page }
+/// How a check is judged. An error ends it early: mostly because something was not seen.
+enum Judge {
+    /// By the limits of a value.
+    Within(Limits, fn(&Run<'_>, &Limits) -> Result<Measured, Judged>),
+    /// By a state.
+    State(fn(&Run<'_>) -> Result<Judged, Judged>),
 }
 
-/// What a check looks at, and its verdict on that. Without it the check is skipped.
-pub enum Sees {
-    /// The first greeting.
-    Start(fn(&Hello) -> Judged),
-    /// The latest report of the board's health.
-    Report(fn(&Health) -> Judged),
-    /// The latest report of the converter.
-    Converter(fn(&ConverterState) -> Judged),
-    /// The converter's readings of itself, and the setting `vref_v`.
-    Readings(fn(&Health, f32) -> Judged),
-    /// Raw frames and statistics of them.
-    Frames(fn(&FrameStatistics) -> Judged),
-    /// The time in which the board was only listened to.
-    Listening(fn(&Watched) -> Judged),
-    /// The board's own scan plan, if it is not the default one. Not reported otherwise.
-    OtherPlan(fn(&Lent) -> Judged),
-    /// The whole run.
-    Run(fn(&Observations) -> Judged),
-}
-
-/// How a check ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Verdict {
-    /// It cannot be judged here; the finding says why.
-    Skipped,
-    Pass,
-    /// It works, but something should be looked at.
-    Warn,
-    Fail,
-}
-
-/// A verdict with the finding in one line.
-pub struct Judged {
-    pub verdict: Verdict,
-    pub finding: String,
-    /// The figures of the finding, with units in their names.
-    pub values: Value,
-}
-
-impl Judged {
-    pub fn new(verdict: Verdict, finding: impl Into<String>, values: Value) -> Self {
-        Self {
-            verdict,
-            finding: finding.into(),
-            values,
-        }
-    }
-
-    pub fn skipped(why: impl Into<String>) -> Self {
-        Self::new(Verdict::Skipped, why, json!({}))
-    }
-}
-
-/// The least and the greatest value that pass, and those beyond which a check fails.
-#[derive(Clone, Copy)]
-pub struct Limits {
-    pub pass: [f64; 2],
-    pub fail: [f64; 2],
-}
-
-impl Limits {
-    /// Limits of a deviation to either side.
-    pub const fn off(pass: f64, fail: f64) -> Self {
-        Self {
-            pass: [-pass, pass],
-            fail: [-fail, fail],
-        }
-    }
-
-    /// The verdict on a value. One that is not a number fails.
-    pub fn verdict(&self, value: f64) -> Verdict {
-        let is_within = |[least, most]: [f64; 2]| (least..=most).contains(&value);
-        if is_within(self.pass) {
-            Verdict::Pass
-        } else if is_within(self.fail) {
-            Verdict::Warn
-        } else {
-            Verdict::Fail
-        }
-    }
-}
-
-/// The verdict on what fails if one thing is so, and warns if another is.
-pub fn graded(warns: bool, fails: bool) -> Verdict {
-    if fails {
-        Verdict::Fail
-    } else if warns {
-        Verdict::Warn
-    } else {
-        Verdict::Pass
-    }
+const fn row(name: &'static str, judge: Judge, page: &'static str) -> Row {
+    Row { name, page, judge }
 }
 
 /// A line of the report.
@@ -166,50 +115,30 @@ pub struct Check {
 
 /// Judges what was seen, row by row.
 pub fn judge(seen: &Observations) -> Vec<Check> {
-    let statistics = seen
-        .watched
-        .as_ref()
-        .map(|watched| FrameStatistics::new(watched, seen));
-    let not_seen = || Judged::skipped(seen.why());
-    let judged = |row: &Row| {
-        let health = seen.latest();
-        Some(match row.sees {
-            Start(judge) => seen.hello.as_ref().map_or_else(not_seen, judge),
-            Report(judge) => health.map_or_else(not_seen, judge),
-            Converter(judge) => seen.converter.as_ref().map_or_else(not_seen, judge),
-            Readings(_) if seen.judged().health == HealthReadings::Never => {
-                Judged::skipped("this converter has no readings of its own")
-            }
-            Readings(judge) => match health {
-                Some(health) if health.frames > 0 => judge(health, seen.vref_v()),
-                Some(_) => Judged::skipped("no scan was read"),
-                None => not_seen(),
-            },
-            Frames(judge) => match &statistics {
-                Some(statistics) if statistics.watched.frames.is_empty() => {
-                    Judged::new(Verdict::Fail, "no frame was read", json!({}))
-                }
-                Some(statistics) => judge(statistics),
-                None => not_seen(),
-            },
-            Listening(judge) => seen.watched.as_ref().map_or_else(not_seen, judge),
-            OtherPlan(judge) => judge(seen.lent.as_ref()?),
-            Run(judge) => judge(seen),
-        })
-    };
+    let run = Run::new(seen);
+    let rows = TABLE
+        .iter()
+        .filter(|row| row.name != PLAN || seen.lent.is_some());
     let check = |row: &Row| {
+        let judged = match row.judge {
+            State(judge) => judge(&run),
+            Within(limits, measure) => measure(&run, &limits).map(|measured| {
+                let verdict = limits.verdict(measured.value);
+                Judged::new(verdict, measured.finding, measured.values)
+            }),
+        };
         let Judged {
             verdict,
             finding,
             values,
-        } = judged(row)?;
-        Some(Check {
+        } = judged.unwrap_or_else(|early| early);
+        Check {
             name: row.name,
             verdict,
             finding,
             values,
             page: row.page,
-        })
+        }
     };
-    TABLE.iter().filter_map(check).collect()
+    rows.map(check).collect()
 }

@@ -145,7 +145,7 @@ fn abscissas(
 ) -> Result<Vec<f64>> {
     if let Some(column) = &selection.place {
         let values = part.column(named(rows, column.name())?);
-        let places = column.places_mm(&values, grid);
+        let places = grid.places_mm(column, &values);
         let places = places.map_err(|why| anyhow!("{}: {why}", rows.file()))?;
         let at_row = |slot: &usize| places[*slot].into();
         return Ok(grid.places.iter().map(at_row).collect());

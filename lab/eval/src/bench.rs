@@ -11,7 +11,7 @@ pub mod fits;
 mod frames;
 pub mod report;
 
-use crate::trade::scenes::{SCENES, SCENES_S};
+use crate::trade::setups::{SCENES, SCENES_S};
 use crate::workload::{Job, Wire, longest_packet};
 use anyhow::{Context, Result, ensure};
 use clap::Args;

@@ -7,6 +7,7 @@ mod grid;
 pub mod plans;
 pub mod results;
 pub mod scenes;
+pub mod setups;
 
 use crate::baselines::Method;
 use crate::bench::fits::{HARMONICS, WINDOWS_S};

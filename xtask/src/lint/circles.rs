@@ -2,7 +2,8 @@
 //! of the others.
 //!
 //! Looks at `use` lines at the top level of files that are compiled into the crate, not at its tests.
-//! A name that a module only passes on with `use` counts for the file that declares it.
+//! A name that a module only passes on with `use` counts for the file that declares it. A child with
+//! methods of a type that its parent declares is a part of the parent, whose type it may import.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -17,6 +18,7 @@ type Files<'a> = BTreeMap<String, File<'a>>;
 
 struct File<'a> {
     path: &'a str,
+    text: &'a str,
     /// Paths that it imports; those of `pub use` are only passed on.
     imports: Vec<(Vec<String>, bool)>,
 }
@@ -49,14 +51,21 @@ fn circles<'a>(sources: &[(&'a str, &'a str)]) -> Vec<Vec<&'a str>> {
     let mut files = Files::new();
     let tests: BTreeSet<String> = sources
         .iter()
-        .flat_map(|file| test_modules(*file))
+        .flat_map(|(path, text)| test_modules(path, text))
         .collect();
     for (path, text) in sources {
         let module = module(path);
         let is_test = |test: &String| (module.clone() + "::").starts_with(&format!("{test}::"));
         if !tests.iter().any(is_test) {
             let imports = imports(text);
-            files.insert(module, File { path, imports });
+            files.insert(
+                module,
+                File {
+                    path,
+                    text,
+                    imports,
+                },
+            );
         }
     }
     let next: BTreeMap<&str, BTreeSet<&str>> = files
@@ -66,6 +75,7 @@ fn circles<'a>(sources: &[(&'a str, &'a str)]) -> Vec<Vec<&'a str>> {
                 .imports
                 .iter()
                 .filter(|(_, is_passed_on)| !is_passed_on);
+            let own = own.filter(|(path, _)| !has_methods_of_parent(file, path));
             let targets = own.filter_map(|(path, _)| target(&files, module, path));
             (
                 module.as_str(),
@@ -97,6 +107,12 @@ fn circles<'a>(sources: &[(&'a str, &'a str)]) -> Vec<Vec<&'a str>> {
         .collect()
 }
 
+/// True if a path leads to the parent, and the file has methods of the type that it names.
+fn has_methods_of_parent(file: &File<'_>, path: &[String]) -> bool {
+    let [parent, name] = path else { return false };
+    parent == "super" && file.text.contains(&format!("\nimpl {name} {{"))
+}
+
 /// Everything that is imported from a module on, step by step.
 fn reach<'a>(next: &BTreeMap<&'a str, BTreeSet<&'a str>>, from: &'a str) -> BTreeSet<&'a str> {
     let (mut reached, mut ahead) = (BTreeSet::new(), vec![from]);
@@ -119,7 +135,7 @@ fn module(path: &str) -> String {
 }
 
 /// Modules that a file declares for tests alone.
-fn test_modules((path, text): (&str, &str)) -> Vec<String> {
+fn test_modules(path: &str, text: &str) -> Vec<String> {
     let after = text.split("#[cfg(test)]\n").skip(1);
     let names = after.filter_map(|rest| rest.split_once("mod ")?.1.split_once(';'));
     let names = names
@@ -210,7 +226,9 @@ fn target<'a>(files: &'a Files<'_>, from: &str, path: &[String]) -> Option<&'a s
         (at, rest) = (child, &rest[1..]);
     }
     let (module, file) = files.get_key_value(&at)?;
-    let name = rest.first()?;
+    let Some(name) = rest.first() else {
+        return Some(module);
+    };
     let passed_on = file
         .imports
         .iter()
@@ -236,6 +254,11 @@ mod tests {
             ),
             // A parent and its child.
             ("a/src/c.rs: use b::B | a/src/c/b.rs: use super::C", true),
+            // A child with methods of its parent's type.
+            (
+                "a/src/c.rs: use b::B | a/src/c/b.rs: use super::C; impl C {",
+                false,
+            ),
             // A parent that only passes on, and a child that imports a sibling through it.
             (
                 "src/main.rs: pub use b::B; pub use self::c::C | src/b.rs: use crate::C | src/c.rs: use std::fmt",

@@ -1,18 +1,8 @@
 //! The plans of the STM32's own converter: scans without a pause, so many of them to a frame.
 
-use super::oversampled::{Averaging, SCANS_MOST};
+use super::oversampled::{Averaging, CLOCK_MHZ, SAMPLE_TICKS, SCANS_MOST};
 use ridgetone_proto::plan::{Converters, HealthReadings, Own, Plan, PlanError, Sampling, within};
 use serde::{Deserialize, Serialize};
-
-/// The converter's clock, megahertz: APB2's 84 MHz / 4, of at most 36.
-pub const CLOCK_MHZ: u32 = 21;
-/// Its periods for a sample: 56 to charge the capacitor, and 12 for the bits.
-///
-/// The datasheets' equation 1 (DS8626 and DS10693, ADC characteristics, with 6 kilohm and 7 pF
-/// inside) allows a source of 33 kilohm for it: a potentiometer of 100, a bridge, any amplifier.
-/// With 144 periods it would be 94, beyond the 50 of the table, and a frame would hold 40 scans in
-/// place of 93, so that less of the noise cancels.
-pub const SAMPLE_TICKS: u32 = 56 + 12;
 
 /// Which inputs the STM32's own converter samples, and how many scans of them are a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

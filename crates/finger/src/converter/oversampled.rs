@@ -4,9 +4,18 @@
 //! A converter that samples its inputs one after another fills a buffer of two halves, over and
 //! over. Each half is added up while the other one fills; after some halves the sums are a frame.
 
-use super::onboard_plan::{CLOCK_MHZ, SAMPLE_TICKS};
 use core::sync::atomic::Ordering::Relaxed;
 use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU16, AtomicU32};
+
+/// The converter's clock, megahertz: APB2's 84 MHz / 4, of at most 36.
+pub const CLOCK_MHZ: u32 = 21;
+/// Its periods for a sample: 56 to charge the capacitor, and 12 for the bits.
+///
+/// The datasheets' equation 1 (DS8626 and DS10693, ADC characteristics, with 6 kilohm and 7 pF
+/// inside) allows a source of 33 kilohm for it: a potentiometer of 100, a bridge, any amplifier.
+/// With 144 periods it would be 94, beyond the 50 of the table, and a frame would hold 40 scans in
+/// place of 93, so that less of the noise cancels.
+pub const SAMPLE_TICKS: u32 = 56 + 12;
 
 /// Most inputs: a processor of 64 pins has no more beside a serial line.
 pub const INPUTS: usize = 14;

@@ -1,75 +1,11 @@
 //! From bytes back to packets.
 
-use super::event::{Event, Raw};
-use super::packet::{PROTOCOL, Packet};
+use super::event::Event;
+use super::events::Events;
+use super::packet::Packet;
 use super::starts::Starts;
-use crate::framing::{self, Inbox, Pushed, TooLong, WIRE_MAX};
+use crate::framing::{self, Inbox, Pushed, WIRE_MAX};
 use core::marker::PhantomData;
-use serde::de::DeserializeOwned;
-
-/// The events of a kind of board.
-pub trait Events: DeserializeOwned {
-    /// Version of their wire contract.
-    const PROTOCOL: u8;
-
-    /// What may wait behind everything else, and be thinned: frames as they were read.
-    type Bulk: Copy + Into<Self>;
-
-    /// The version that a greeting names; none for other events.
-    fn greeting(&self) -> Option<u8>;
-
-    /// The event, if it is a [`Self::Bulk`].
-    fn bulk(&self) -> Option<Self::Bulk>;
-
-    /// Device time of the event, microseconds, if it has one.
-    fn dated_us(&self) -> Option<u64>;
-
-    /// Device time at which the event was made, microseconds: of greetings and `health`. Others are
-    /// dated by what they report.
-    fn made_us(&self) -> Option<u64>;
-
-    /// Encodes a packet ([`crate::framing`]). Returns the bytes used of `wire`. Here, so that it is
-    /// compiled, small, where the event is.
-    fn encode(packet: &Packet<&Self>, wire: &mut [u8; WIRE_MAX]) -> Result<usize, TooLong>;
-}
-
-impl Events for Event {
-    const PROTOCOL: u8 = PROTOCOL;
-
-    fn greeting(&self) -> Option<u8> {
-        if let Self::Hello(hello) = self {
-            Some(hello.protocol)
-        } else {
-            None
-        }
-    }
-
-    type Bulk = Raw;
-
-    fn bulk(&self) -> Option<Raw> {
-        if let Self::Raw(raw) = self {
-            Some(*raw)
-        } else {
-            None
-        }
-    }
-
-    fn dated_us(&self) -> Option<u64> {
-        self.t_us()
-    }
-
-    fn made_us(&self) -> Option<u64> {
-        match self {
-            Self::Hello(hello) => Some(hello.t_us),
-            Self::Health(health) => Some(health.t_us),
-            _ => None,
-        }
-    }
-
-    fn encode(packet: &Packet<&Self>, wire: &mut [u8; WIRE_MAX]) -> Result<usize, TooLong> {
-        framing::encode(packet, wire)
-    }
-}
 
 /// The finger's.
 pub type Decoder = PacketDecoder<Event>;

@@ -1,6 +1,6 @@
 //! Where a device's run ends and its next one begins.
 
-use super::decoder::Events;
+use super::events::Events;
 
 /// How much older a greeting or `health` may be than what came before, microseconds: a window may
 /// end a frame after the latest conversion, and the slowest plan has 12 frames a second.

@@ -69,6 +69,13 @@ impl Default for Bench {
 }
 
 impl Bench {
+    /// A healthy board but for a change.
+    pub fn with(change: impl FnOnce(&mut Self)) -> Self {
+        let mut bench = Self::default();
+        change(&mut bench);
+        bench
+    }
+
     pub fn feed(self) -> Feed {
         let mut flash = RamFlash::default();
         if let Some(settings) = &self.stored {

@@ -6,30 +6,21 @@ use crate::input::{Input, Opened};
 use hal_mock::{Ads1258, Fault, Injection, Options, Scene};
 use ridgetone_finger::tasks::Received;
 
-/// Asserts which checks warn or fail, in their order, and words of the first one's finding.
-fn finds(bench: Bench, expected: &[(&str, Verdict)], words: &str) {
-    let checks = judge(&bench.observations());
+/// Asserts which checks warn or fail, in their order, and a part of the first one's finding.
+fn finds(change: impl FnOnce(&mut Bench), expected: &[(&str, Verdict)], words: &str) {
+    let checks = judge(&Bench::with(change).observations());
     assert_eq!(wrong(&checks), expected, "{words}: {checks:#?}");
-    if let [(name, _), ..] = expected {
-        let finding = &find(&checks, name).finding;
-        assert!(finding.contains(words), "{words}: {finding}");
-    }
-}
-
-fn chip(change: impl FnOnce(&mut Options)) -> Bench {
-    let mut bench = Bench::default();
-    change(&mut bench.input.options);
-    bench
+    let finding = &find(&checks, expected[0].0).finding;
+    assert!(finding.contains(words), "{words}: {finding}");
 }
 
 /// A fault of the chip that happens once, two seconds into the watch.
-fn happens(fault: Fault) -> Bench {
-    let injection = Injection {
+fn happens(bench: &mut Bench, fault: Fault) {
+    bench.input.options.injections.push(Injection {
         at_s: 4.0,
         lasts_s: 0.0,
         fault,
-    };
-    chip(|options| options.injections.push(injection))
+    });
 }
 
 /// Voltages at the inputs.
@@ -47,8 +38,10 @@ impl<F: FnMut(u8, f64) -> f64 + Send> Scene for Volts<F> {
 
 #[test]
 fn faults_of_the_chip_are_found() {
+    let options =
+        |change: fn(&mut Options)| move |bench: &mut Bench| change(&mut bench.input.options);
     finds(
-        chip(|options| options.id = 0x9b),
+        options(|chip| chip.id = 0x9b),
         &[("adc_id", Fail)],
         "ADS1158",
     );
@@ -60,55 +53,60 @@ fn faults_of_the_chip_are_found() {
         ("faults", Fail),
     ];
     finds(
-        chip(|options| options.analog.reference_v = 2.5),
+        options(|chip| chip.analog.reference_v = 2.5),
         &wrong,
         "2.500 V",
     );
     let fast = [("frame_rate", Fail), ("faults", Fail)];
     finds(
-        chip(|options| options.clock_error_ppm = 8000.0),
+        options(|chip| chip.clock_error_ppm = 8000.0),
         &fast,
         "+8000 ppm",
     );
+    let dead = [("inputs", Fail)];
     finds(
-        chip(|options| options.noise = false),
-        &[("inputs", Fail)],
+        options(|chip| chip.noise = false),
+        &dead,
         "dead, always the same",
     );
     // The register changes by itself and is set up again.
-    let changed = happens(Fault::RegisterFlip {
+    let flip = Fault::RegisterFlip {
         address: 4,
         mask: 1,
-    });
+    };
     let set_up_again = [("adc_restarts", Fail), ("losses", Fail), ("faults", Fail)];
-    finds(changed, &set_up_again, "1 of them while it was watched");
+    let words = "1 of them while it was watched";
+    finds(|bench| happens(bench, flip), &set_up_again, words);
 }
 
 #[test]
 fn faults_of_the_bus_are_found() {
-    let lost = happens(Fault::EdgesLost { count: 3 });
+    let lost = Fault::EdgesLost { count: 3 };
+    let expected = [("losses", Fail), ("faults", Fail)];
     finds(
-        lost,
-        &[("losses", Fail), ("faults", Fail)],
+        |bench| happens(bench, lost),
+        &expected,
         "3 conversions lost",
     );
-    let flip = happens(Fault::DoutFlip {
-        bytes_ahead: 2,
+    let flip = |bytes_ahead| Fault::DoutFlip {
+        bytes_ahead,
         mask: 1,
-    });
-    finds(flip, &[("faults", Fail)], "bus 1");
+    };
+    finds(
+        |bench| happens(bench, flip(2)),
+        &[("faults", Fail)],
+        "bus 1",
+    );
     let on_start = |chip: &mut Ads1258| {
         chip.begin_fault(Fault::DoutFlip {
             bytes_ahead: 22,
             mask: 1,
         });
     };
+    let earlier = [("faults", Warn)];
     finds(
-        Bench {
-            on_start,
-            ..Bench::default()
-        },
-        &[("faults", Warn)],
+        |bench| bench.on_start = on_start,
+        &earlier,
         "earlier: bus 1",
     );
 }
@@ -117,82 +115,55 @@ fn faults_of_the_bus_are_found() {
 fn a_dead_bus_says_which_wire() {
     let high: fn(&mut Ads1258) = |chip| chip.begin_fault(Fault::BusCut { high: true });
     let low: fn(&mut Ads1258) = |chip| chip.begin_fault(Fault::BusCut { high: false });
+    let failed =
+        "adc_id adc_registers adc_restarts frame_rate drdy_jitter inputs noise mains faults";
+    let failed: Vec<_> = failed.split(' ').map(|name| (name, Fail)).collect();
     for (on_start, words) in [(high, "DOUT is always high"), (low, "DOUT is always low")] {
-        let failed = [
-            "adc_id",
-            "adc_registers",
-            "adc_restarts",
-            "frame_rate",
-            "drdy_jitter",
-            "inputs",
-            "noise",
-            "mains",
-            "faults",
-        ];
-        finds(
-            Bench {
-                on_start,
-                ..Bench::default()
-            },
-            &failed.map(|name| (name, Fail)),
-            words,
-        );
+        finds(|bench| bench.on_start = on_start, &failed, words);
     }
 }
 
 #[test]
 fn faults_of_the_line_are_found() {
     // A bit of each thousandth byte; a lost byte after each thousandth.
-    let received =
+    let damaged =
         |number: u64, byte| Received::Byte(if number % 1000 == 500 { byte ^ 4 } else { byte });
+    let expected = [("commands", Warn)];
     finds(
-        Bench {
-            received,
-            ..Bench::default()
-        },
-        &[("commands", Warn)],
+        |bench| bench.received = damaged,
+        &expected,
         "arrived damaged",
     );
-    let received = |number: u64, byte| match number % 1000 {
+    let overrun = |number: u64, byte| match number % 1000 {
         500 => Received::Overrun(byte),
         _ => Received::Byte(byte),
     };
-    finds(
-        Bench {
-            received,
-            ..Bench::default()
-        },
-        &[("commands", Fail)],
-        "bytes overrun",
-    );
+    let expected = [("commands", Fail)];
+    finds(|bench| bench.received = overrun, &expected, "bytes overrun");
     // Packets number 1000 and 1001 of the line.
     let on_line = |number: u64, bytes: &mut Vec<u8>| match number {
         1000 => bytes.clear(),
         1001 => bytes[3] ^= 8,
         _ => {}
     };
-    let bench = Bench {
-        on_line: Box::new(on_line),
-        ..Bench::default()
-    };
+    let words = "2 packets lost, 1 packets damaged";
     finds(
-        bench,
+        |bench| bench.on_line = Box::new(on_line),
         &[("losses", Fail)],
-        "2 packets lost, 1 packets damaged",
+        words,
     );
 }
 
 /// While a finger slides, mains and noise cannot be judged; all else can. Between touches they are.
 #[test]
 fn touches_are_not_mistaken_for_pick_up() {
-    let touched = |input: Opened, length_s| Bench {
-        input,
-        plan: Plan {
-            length_s,
-            stores: false,
-            inputs: Inputs::InUse,
-        },
-        ..Bench::default()
+    let plan = |length_s| Plan {
+        length_s,
+        stores: false,
+        inputs: Inputs::InUse,
+    };
+    let touched = |input: Opened, length_s| {
+        Bench::with(|bench| (bench.input, bench.plan) = (input, plan(length_s)))
     };
     let once = || Input::default().open().expect("a scene");
     let checks = judge(&touched(once().repeated(), 5.0).observations());

@@ -31,10 +31,7 @@ fn greets(mut alter: impl FnMut(&mut Hello) + Send + 'static) -> Bench {
             alter(hello);
         }
     };
-    Bench {
-        altered: Box::new(altered),
-        ..Bench::default()
-    }
+    Bench::with(|bench| bench.altered = Box::new(altered))
 }
 
 fn settings_check(bench: Bench) -> (Verdict, String) {
@@ -56,12 +53,8 @@ fn what_was_stored_and_what_was_in_force_is_restored() {
     };
     for before in [None, Some(stored)] {
         for in_force in [None, Some(sent)] {
-            let mut feed = Bench {
-                stored: before,
-                in_force,
-                ..Bench::default()
-            }
-            .feed();
+            let bench = Bench::with(|bench| (bench.stored, bench.in_force) = (before, in_force));
+            let mut feed = bench.feed();
             let (report, seen) = checked(&mut feed);
             assert!(
                 report.failed().is_empty() && seen.lent.is_none(),
@@ -114,12 +107,8 @@ fn a_flash_that_refuses_fails_and_leaves_what_was_stored() {
         window_s: 0.5,
         ..Settings::DEFAULT
     };
-    let mut feed = Bench {
-        stored: Some(stored),
-        is_worn: true,
-        ..Bench::default()
-    }
-    .feed();
+    let bench = Bench::with(|bench| (bench.stored, bench.is_worn) = (Some(stored), true));
+    let mut feed = bench.feed();
     let (report, _) = checked(&mut feed);
     let check = find(&report.checks, "settings");
     assert!(
@@ -143,10 +132,7 @@ fn a_greeting_that_is_lost_is_waited_for() {
             bytes.clear();
         }
     };
-    let bench = Bench {
-        on_line: Box::new(on_line),
-        ..Bench::default()
-    };
+    let bench = Bench::with(|bench| bench.on_line = Box::new(on_line));
     assert_eq!(settings_check(bench).0, Verdict::Pass);
 }
 
@@ -181,13 +167,7 @@ fn another_protocol_fails_and_leaves_the_rest_unjudged() {
 #[test]
 fn a_board_that_hears_nothing_fails_the_commands_and_is_judged_by_what_it_sends() {
     let received = |_, _| ridgetone_finger::tasks::Received::Byte(0);
-    let (report, seen) = checked(
-        &mut Bench {
-            received,
-            ..Bench::default()
-        }
-        .feed(),
-    );
+    let (report, seen) = checked(&mut Bench::with(|bench| bench.received = received).feed());
     assert_eq!(report.failed(), ["commands"], "{report}");
     let verdicts = ["firmware", "supply", "losses"].map(|name| find(&report.checks, name).verdict);
     assert_eq!(verdicts, [Verdict::Pass, Verdict::Pass, Skipped]);
@@ -208,13 +188,7 @@ fn a_board_that_restarts_while_it_is_watched_is_noticed() {
             }
         }
     };
-    let checks = judge(
-        &Bench {
-            altered: Box::new(altered),
-            ..Bench::default()
-        }
-        .observations(),
-    );
+    let checks = judge(&Bench::with(|bench| bench.altered = Box::new(altered)).observations());
     let losses = find(&checks, "losses");
     assert!(losses.verdict == Fail && losses.finding.contains("1 restarts of the board"));
 }
@@ -229,12 +203,8 @@ fn a_board_with_another_plan_is_checked_with_the_default_one_and_has_its_own_aga
     };
     for (stored, in_force) in [(None, Some(fast)), (Some(fast), None)] {
         for stores in [false, true] {
-            let mut feed = Bench {
-                stored,
-                in_force,
-                ..Bench::default()
-            }
-            .feed();
+            let bench = Bench::with(|bench| (bench.stored, bench.in_force) = (stored, in_force));
+            let mut feed = bench.feed();
             let plan = Plan {
                 length_s: 3.0,
                 stores,

@@ -4,7 +4,7 @@ use super::emulated::{Jobs, next};
 use crate::setting::{Length, Setting};
 use crate::simulated::Simulated;
 use crate::trade::contender::{first, fit_scene};
-use crate::trade::scenes::Setup;
+use crate::trade::setups::Setup;
 use crate::workload::{Job, Measured, Outcome};
 use anyhow::{Result, ensure};
 use ridgetone_proto::settings::{Declared, TAXELS};

@@ -5,7 +5,7 @@ use super::feels;
 use super::fits::Cell;
 use super::frames::Phase;
 use crate::page::{self, Bar, Table, Tables, fixed};
-use crate::trade::scenes::{LEAN, SCENES_S};
+use crate::trade::setups::{LEAN, SCENES_S};
 use serde::Serialize;
 use serde_json::Value;
 

@@ -4,7 +4,7 @@
 
 use super::integer::Operands;
 use super::op::Op;
-use super::operands::{Flags, SINK};
+use super::operands::Flags;
 use super::state::{Cpu, LAST_OF_IT};
 use crate::bus::Bus;
 use crate::stop::{Stop, Usage};
@@ -235,9 +235,4 @@ impl Cpu {
         self.pc = to & !1;
         Ok(())
     }
-}
-
-/// The operand of an instruction that may have none.
-pub(super) fn or_zero(r: &[u32; 17], n: u8) -> u32 {
-    if n == SINK { 0 } else { r[usize::from(n)] }
 }

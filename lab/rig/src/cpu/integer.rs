@@ -1,8 +1,7 @@
 //! Integer arithmetic: data processing, shifts, products, bit fields.
 
-use super::execute::or_zero;
 use super::op::Op;
-use super::operands::{Dp, Shift};
+use super::operands::{Dp, Shift, or_zero};
 use super::state::Cpu;
 
 /// Both operands of a data-processing instruction, and the shifter's carry.

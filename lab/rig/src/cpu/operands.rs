@@ -3,6 +3,11 @@
 /// The register number that swallows a result: compare instructions write it.
 pub const SINK: u8 = 16;
 
+/// The operand of an instruction that may have none.
+pub fn or_zero(r: &[u32; 17], n: u8) -> u32 {
+    if n == SINK { 0 } else { r[usize::from(n)] }
+}
+
 /// What a data-processing instruction computes from `a` (its first operand) and `b`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dp {
