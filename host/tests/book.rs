@@ -51,7 +51,7 @@ const WITH_A_BOARD: [&str; 23] = [
 ];
 
 /// Commands that take too long for a test, each with the test that covers a short form of it.
-const LITTLE_OF: [(&str, &str); 32] = [
+const LITTLE_OF: [(&str, &str); 28] = [
     (
         "cargo run -p ridgetone-finger --example plain_frames",
         "crates/finger/tests/plain_frames.rs",
@@ -69,11 +69,6 @@ const LITTLE_OF: [(&str, &str); 32] = [
         "cargo install --path host --features foxglove,mqtt",
         "host/tests/streams.rs",
     ),
-    ("cargo xtask soak --write", "host/tests/streams/soak.rs"),
-    (
-        "cargo xtask streams --fingers 100 --write",
-        "host/tests/fingers.rs",
-    ),
     ("cargo xtask pictures", "host/tests/view/page.rs"),
     (
         "cargo test -p ridgetone-host --test view -- --ignored",
@@ -82,14 +77,6 @@ const LITTLE_OF: [(&str, &str); 32] = [
     (
         "pip install ./host/python",
         "host/python/tests/test_same.py",
-    ),
-    (
-        "pip install ./host/python pylsl",
-        "host/python/tests/test_lsl.py",
-    ),
-    (
-        "python host/python/lsl.py left /dev/ttyUSB0",
-        "host/python/tests/test_lsl.py",
     ),
     ("cargo xtask board --write", "lab/eval/src/tests/board.rs"),
     ("cargo xtask bench --write", "lab/eval/src/tests/bench.rs"),

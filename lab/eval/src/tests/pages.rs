@@ -22,7 +22,7 @@ const TOPICS: [&str; 8] = [
 ];
 
 /// Topics that have figures and no bars.
-const WITHOUT_BARS: [&str; 2] = ["live", "papers"];
+const WITHOUT_BARS: [&str; 1] = ["papers"];
 
 fn results() -> PathBuf {
     from_root("docs/results")
