@@ -233,6 +233,12 @@ fn mcap_holds_every_packet_on_the_topics_of_serve() {
         *count += 1;
     }
     assert_eq!(kinds.values().sum::<u64>(), counts.received);
+    // Readers find messages by the summary.
+    let summary = ::mcap::Summary::read(&bytes).unwrap().unwrap();
+    let statistics = summary.stats.as_ref().unwrap();
+    assert_eq!(statistics.message_count, counts.received);
+    assert_eq!(summary.channels.len(), Topic::ALL.len());
+    assert!(!summary.chunk_indexes.is_empty());
     let count = |topic: &str| kinds[&format!("/ridgetone/finger/{topic}")];
     assert_eq!((count("frames"), count("texture")), (100, 1));
     assert!(count("feel") > 3 && count("contact") > 4);
