@@ -77,10 +77,10 @@ enum Command {
     View(view::ViewArgs),
     /// Record the telemetry of a board in a file.
     Record(record::RecordArgs),
-    /// Stream the messages of one or more boards to other programs: Foxglove, MQTT, Zenoh, ROS 2, or
+    /// Stream the messages of one or more boards to other programs: Foxglove, MQTT, or
     /// lines of JSON.
     Serve(serve::ServeArgs),
-    /// Turn a recording of telemetry into CSV, JSON lines, MCAP or lines for Teleplot.
+    /// Turn a recording of telemetry into CSV, JSON lines or MCAP.
     Export(export::ExportArgs),
     /// Print or change the settings in force on a board.
     #[command(subcommand)]

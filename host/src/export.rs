@@ -8,7 +8,6 @@ pub use table::Kind;
 
 use crate::events::JsonLines;
 use crate::live::Counts;
-use crate::teleplot::Teleplot;
 use anyhow::Result;
 use clap::ValueEnum;
 use packets::packets;
@@ -23,8 +22,6 @@ pub enum Format {
     Ndjson,
     /// For Foxglove and PlotJuggler: the topics of `serve`.
     Mcap,
-    /// Lines for Teleplot.
-    Teleplot,
 }
 
 impl Format {
@@ -49,16 +46,6 @@ pub fn run(path: &Path, format: Format, kind: Kind, out: &mut dyn Write) -> Resu
             packets(path, &mut |packet, receipt| {
                 Ok(writeln!(out, "{}", json.line(packet, receipt)?)?)
             })
-        }
-        Format::Teleplot => {
-            let mut teleplot = Teleplot::default();
-            packets(
-                path,
-                &mut |packet, _| match teleplot.lines(packet).as_str() {
-                    "" => Ok(()),
-                    lines => Ok(writeln!(out, "{lines}")?),
-                },
-            )
         }
     }
 }

@@ -20,7 +20,7 @@
 //! | the screen on a terminal, the page in a browser | `monitor`, [`view`] |
 //! | the messages of many boards on the buses of a robot | [`serve`] |
 //! | telemetry in a file, and in other formats | [`recording`], `record`, `export` |
-//! | packets as text, as JSON, for Teleplot | [`events`], [`names`], `tone`, [`overtones`], `remarks`, `teleplot` |
+//! | packets as text, as JSON | [`events`], [`names`], `tone`, [`overtones`], `remarks` |
 //! | a board's clock beside UTC | [`utc`] |
 //! | settings as TOML and `name=value` | [`settings_form`] |
 //! | results beside the truth, and a picture | [`demo`], [`picture`], [`static_image`], [`chart`] |
@@ -87,7 +87,6 @@ pub mod speed;
 pub mod static_image;
 pub mod stop;
 pub mod table_fit;
-mod teleplot;
 mod teletaction;
 mod tone;
 pub mod touch_part;

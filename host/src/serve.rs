@@ -1,117 +1,86 @@
-//! `serve`: the messages of many boards to the buses of a robot.
+//! `serve`: the messages of many boards for other programs.
 //!
-//! Each finger has a thread that reads its board and each sink a thread that delivers; between them
-//! is one bounded [`queue`] a sink. So a sink that is slow or dead holds up no board and no other
-//! sink.
+//! Each finger has a thread that reads its board, and each sink a thread that delivers. One bounded
+//! [`queue`] lies in front of each sink, so a slow or dead sink holds up no board and no other sink.
 //!
 //! | step | where |
 //! |---|---|
-//! | what the command line names: `left=/dev/ttyUSB0` | [`name`] |
-//! | a board, the emulated board, a recording or a page's address is opened | `open`, `url` |
-//! | its messages are read, again after a failure | `finger` |
-//! | a message gets its topic and its number there | [`message`], [`topic`] |
+//! | sources named on the command line: `left=/dev/ttyUSB0` | [`source`] |
+//! | messages are read; a port is opened again after a failure | `finger` |
+//! | a message gets its topic and its index | [`message`], [`topic`], `publisher` |
 //! | it waits, or is lost and counted | [`queue`] |
-//! | it is delivered | `lines`, `foxglove`, `mqtt`, `zenoh`, `ros2` |
+//! | it is delivered | `Lines`, `foxglove`, `mqtt` |
 
 mod finger;
 #[cfg(feature = "foxglove")]
 mod foxglove;
-#[cfg(any(feature = "foxglove", feature = "mqtt"))]
-mod latest;
-mod lines;
 pub mod message;
 #[cfg(feature = "mqtt")]
 mod mqtt;
-pub mod name;
-pub mod open;
 mod publisher;
 pub mod queue;
-#[cfg(feature = "ros2")]
-mod ros2;
 pub mod schema;
-mod sink;
+pub mod source;
 pub mod topic;
-mod url;
-#[cfg(feature = "zenoh")]
-mod zenoh;
 
-pub use open::Emulator;
-pub use sink::Sink;
-
-use crate::note;
-use crate::stop;
 use crate::usage::UsageError;
+use crate::{note, output, stop};
 use anyhow::{Result, bail};
 use finger::Finger;
-use name::Source;
 use publisher::Publisher;
-use queue::Queue;
+use queue::{Queue, Sink};
+use source::{Emulator, Source};
+use std::net::SocketAddr;
 use std::sync::Arc;
 use std::thread::{JoinHandle, sleep};
 use std::time::{Duration, Instant};
 use topic::Names;
 
-/// Time between two looks at what has ended.
-const LOOK: Duration = Duration::from_millis(50);
+/// Interval between checks for threads that have ended.
+const POLL: Duration = Duration::from_millis(50);
 
-/// Time that sinks have at the end for what waits.
+/// Time that sinks get at the end for messages that still wait.
 const FINISH: Duration = Duration::from_secs(3);
 
-/// Lines of JSON on standard output.
-pub fn lines() -> Box<dyn Sink> {
-    Box::new(lines::Lines)
+/// Lines of JSON on standard output: `{"topic":"/ridgetone/left/tone","message":{...}}`.
+pub struct Lines;
+
+impl Sink for Lines {
+    fn name(&self) -> &'static str {
+        "json"
+    }
+
+    fn run(self: Box<Self>, queue: &Queue, names: &Names) -> Result<()> {
+        let runtime = tokio::runtime::Builder::new_current_thread().build()?;
+        while let Some(queued) = runtime.block_on(queue.next()) {
+            let message = &queued.message;
+            let topic = names.path(message.finger, message.topic);
+            output::line(&format!(
+                r#"{{"topic":"/{topic}","message":{}}}"#,
+                message.json
+            ))?;
+        }
+        Ok(())
+    }
 }
 
 /// Foxglove's WebSocket at an address of this computer.
-#[cfg(feature = "foxglove")]
-pub fn foxglove(address: std::net::SocketAddr) -> Result<Box<dyn Sink>> {
-    Ok(Box::new(foxglove::Foxglove { address }))
-}
-
-#[cfg(not(feature = "foxglove"))]
-pub fn foxglove(_: std::net::SocketAddr) -> Result<Box<dyn Sink>> {
-    Err(not_built("Foxglove", "foxglove"))
+pub fn foxglove(address: SocketAddr) -> Result<Box<dyn Sink>> {
+    #[cfg(feature = "foxglove")]
+    return Ok(Box::new(foxglove::Foxglove { address }));
+    #[cfg(not(feature = "foxglove"))]
+    Err(not_built(&format!("Foxglove ({address})"), "foxglove"))
 }
 
 /// A broker of MQTT 5 at `mqtt://[USER:PASSWORD@]HOST[:PORT]`.
-#[cfg(feature = "mqtt")]
 pub fn mqtt(url: &str) -> Result<Box<dyn Sink>> {
-    Ok(Box::new(mqtt::Mqtt::new(url)?))
+    #[cfg(feature = "mqtt")]
+    return Ok(Box::new(mqtt::Mqtt::new(url)?));
+    #[cfg(not(feature = "mqtt"))]
+    Err(not_built(&format!("MQTT ({url})"), "mqtt"))
 }
 
-#[cfg(not(feature = "mqtt"))]
-pub fn mqtt(_: &str) -> Result<Box<dyn Sink>> {
-    Err(not_built("MQTT", "mqtt"))
-}
-
-/// Peers of Zenoh that multicast finds, and one at an address such as `tcp/robot.local:7447`.
-#[cfg(feature = "zenoh")]
-pub fn zenoh(address: Option<&str>) -> Result<Box<dyn Sink>> {
-    Ok(Box::new(zenoh::Zenoh::new(address)?))
-}
-
-#[cfg(not(feature = "zenoh"))]
-pub fn zenoh(_: Option<&str>) -> Result<Box<dyn Sink>> {
-    Err(not_built("Zenoh", "zenoh"))
-}
-
-/// A node of ROS 2 in the domain of `ROS_DOMAIN_ID`.
-#[cfg(feature = "ros2")]
-pub fn ros2() -> Result<Box<dyn Sink>> {
-    Ok(Box::new(ros2::Ros2))
-}
-
-#[cfg(not(feature = "ros2"))]
-pub fn ros2() -> Result<Box<dyn Sink>> {
-    Err(not_built("ROS 2", "ros2"))
-}
-
-#[cfg(not(all(
-    feature = "foxglove",
-    feature = "mqtt",
-    feature = "ros2",
-    feature = "zenoh"
-)))]
+#[cfg(not(all(feature = "foxglove", feature = "mqtt")))]
 fn not_built(what: &str, feature: &str) -> anyhow::Error {
     let why = format!(
         "this command is built without {what}: `cargo install --path host --features {feature}` adds it"
@@ -119,79 +88,63 @@ fn not_built(what: &str, feature: &str) -> anyhow::Error {
     UsageError(why).into()
 }
 
-/// What is served.
+/// Fingers to serve.
 pub struct Serve {
     pub names: Names,
     /// In the order of the names.
     pub sources: Vec<Source>,
     pub emulator: Option<Emulator>,
-    /// Whether every frame is requested.
+    /// True if every frame is requested.
     pub frames: bool,
 }
 
 /// Serves until all sources are over, all sinks have failed, or this process is to stop; reports
 /// the counts on standard error. Fails if no finger or no sink has ever worked.
 pub fn run(serve: Serve, sinks: Vec<Box<dyn Sink>>) -> Result<()> {
-    let Serve {
-        names,
-        sources,
-        emulator,
-        frames,
-    } = serve;
     if sinks.is_empty() {
-        return Err(UsageError(
-            "nothing to serve to: choose --foxglove, --mqtt, --zenoh, --ros2 or --json".into(),
-        )
-        .into());
+        return Err(
+            UsageError("nothing to serve to: choose --foxglove, --mqtt or --json".into()).into(),
+        );
     }
-    let (names, emulator) = (Arc::new(names), emulator.map(Arc::new));
-    let mut delivering = Vec::new();
+    let (names, emulator) = (Arc::new(serve.names), serve.emulator.map(Arc::new));
+    let (mut queues, mut delivering) = (Vec::new(), Vec::new());
     for sink in sinks {
         let queue = Arc::new(Queue::new(sink.name(), names.fingers.len()));
-        let (its, names) = (Arc::clone(&queue), Arc::clone(&names));
-        let thread = std::thread::spawn(move || {
-            sink.run(&its, &names).inspect_err(|error| {
-                its.fail();
-                note!("{}: {error:#}", its.sink);
+        queues.push(Arc::clone(&queue));
+        let names = Arc::clone(&names);
+        delivering.push(std::thread::spawn(move || {
+            sink.run(&queue, &names).inspect_err(|error| {
+                queue.fail();
+                note!("{}: {error:#}", queue.sink);
             })
-        });
-        delivering.push((queue, thread));
+        }));
     }
-    let queues: Vec<Arc<Queue>> = delivering
-        .iter()
-        .map(|(queue, _)| Arc::clone(queue))
-        .collect();
-    let mut reading = Vec::new();
-    for (number, source) in sources.into_iter().enumerate() {
+    let mut reading: Vec<JoinHandle<bool>> = Vec::new();
+    for (number, source) in serve.sources.into_iter().enumerate() {
         let publisher = Publisher::new(number, queues.clone());
         let finger = Finger::new(
             names.fingers[number].clone(),
             source,
-            frames,
+            serve.frames,
             emulator.clone(),
         );
         reading.push(std::thread::spawn(move || finger.run(publisher)));
     }
-    let all_ended = |threads: &[JoinHandle<bool>]| threads.iter().all(JoinHandle::is_finished);
-    while !stop::is_requested()
-        && !all_ended(&reading)
-        && !queues.iter().all(|queue| queue.has_failed())
-    {
-        sleep(LOOK);
+    let all_failed = || queues.iter().all(|queue| queue.has_failed());
+    while !stop::is_requested() && !reading.iter().all(JoinHandle::is_finished) && !all_failed() {
+        sleep(POLL);
     }
-    let all_failed = queues.iter().all(|queue| queue.has_failed());
-    // Fingers look at this too.
+    let all_failed = all_failed();
+    // The fingers' threads check it too.
     stop::request();
-    let worked = reading
-        .into_iter()
-        .filter_map(|thread| thread.join().ok())
-        .fold(false, |any, one| any | one);
+    let received = reading.into_iter().map(|thread| thread.join());
+    let worked = received.filter(|any| matches!(any, Ok(true))).count() > 0;
     queues.iter().for_each(|queue| queue.close());
     let begun = Instant::now();
-    while begun.elapsed() < FINISH && !delivering.iter().all(|(_, thread)| thread.is_finished()) {
-        sleep(LOOK);
+    while begun.elapsed() < FINISH && !delivering.iter().all(JoinHandle::is_finished) {
+        sleep(POLL);
     }
-    for (queue, _) in &delivering {
+    for queue in &queues {
         note!("{}: {}", queue.sink, queue.counts());
     }
     if all_failed {

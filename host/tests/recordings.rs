@@ -187,7 +187,7 @@ fn a_recording_is_replayed_and_monitored_line_by_line_and_losses_are_reported() 
     let mut damaged = [&bytes[..ends[1]], &bytes[ends[2]..]].concat();
     damaged[ends[1] + 3] ^= 0x40;
     std::fs::write(&path, damaged).expect("a file");
-    let replayed = run(&["replay", text(&path), "--teleplot"]);
+    let replayed = run(&["replay", text(&path), "--json"]);
     let count = ends.len() - 2;
     assert_eq!(
         stderr(&replayed).lines().last(),
@@ -198,7 +198,7 @@ fn a_recording_is_replayed_and_monitored_line_by_line_and_losses_are_reported() 
     assert!(
         stdout(&replayed)
             .lines()
-            .all(|line| line.starts_with('>') && line.ends_with("|g"))
+            .all(|line| line.starts_with('{') && line.ends_with('}'))
     );
     // Settings are for a scene or a table.
     assert_one_line(
@@ -338,7 +338,7 @@ fn one_file_of_settings_serves_all_and_options_go_over_it() {
     let settings = file(
         folder.path(),
         "finger.toml",
-        "window_s = 0.5\nharmonics = 2\n[array]\nperiod_most_mm = 3.9\n",
+        "window_s = 0.5\nharmonics = 2\n[array]\nperiod_max_mm = 3.9\n",
     );
     let hello = |arguments: &[&str]| json_lines(&run(arguments))[0]["settings"].clone();
     let found = hello(&["replay", "--json", "--settings", text(&settings)]);

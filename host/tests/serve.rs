@@ -1,5 +1,4 @@
-//! `serve`, at pseudo-terminals, with its lines of JSON. `streams.rs` has the receivers that are
-//! features.
+//! `serve`, at pseudo-terminals, with its lines of JSON. `streams.rs` has MQTT and Foxglove.
 #![cfg(target_os = "linux")]
 
 mod common;
@@ -276,83 +275,37 @@ fn a_recording_is_played_in_real_time_as_if_it_happened_now() {
 }
 
 #[test]
-fn what_a_page_serves_is_a_source_too() {
-    let board = SerialBoard::new();
-    let mut view =
-        piped(common::ridgetone().args(["view", "--listen", "127.0.0.1:0", "--port", &board.name]))
-            .spawn()
-            .expect("a page");
-    let mut printed = BufReader::new(view.stdout.take().expect("a pipe")).lines();
-    let address = printed.find_map(|line| {
-        let line = line.expect("UTF-8");
-        line.split_whitespace()
-            .find(|word| word.starts_with("http://"))
-            .map(str::to_owned)
-    });
-    let mut serving = Serving::start(&[&format!("left={}", address.expect("an address"))]);
-    let mut messages = Vec::new();
-    while messages
-        .iter()
-        .filter(|(topic, _)| topic == "/ridgetone/left/frames")
-        .count()
-        < 200
-    {
-        messages.push(serving.next().expect("a message"));
+fn wrong_arguments_are_refused_on_one_line() {
+    let cases: &[(&[&str], &[&str])] = &[
+        (&["--json"], &["--finger"]),
+        (&["--finger", "a=x"], &["--foxglove", "--mqtt", "--json"]),
+        (
+            &["--json", "--finger", "a=x", "--finger", "a=y"],
+            &["two fingers are named a"],
+        ),
+        (&["--json", "--finger", "a/b=x"], &["a/b", "letters"]),
+        (
+            &["--json", "--board", "a/b", "--finger", "a=x"],
+            &["a/b", "letters"],
+        ),
+        (&["--json", "--finger", "/dev/ttyUSB0"], &["NAME=SOURCE"]),
+        (
+            &["--json", "--finger", "a=http://127.0.0.1:8321"],
+            &["http://127.0.0.1:8321", "a port, emulated or a recording"],
+        ),
+        (&["--foxglove", "nowhere", "--finger", "a=x"], &["nowhere"]),
+        #[cfg(not(feature = "mqtt"))]
+        (
+            &["--mqtt", "--finger", "a=x"],
+            &["cargo install --path host --features mqtt"],
+        ),
+        #[cfg(not(feature = "foxglove"))]
+        (
+            &["--foxglove", "--finger", "a=x"],
+            &["cargo install --path host --features foxglove"],
+        ),
+    ];
+    for (arguments, parts) in cases {
+        common::assert_one_line(&common::run(&[&["serve"], *arguments].concat()), 2, parts);
     }
-    counted(&messages);
-    // The page's end is reported, and it is waited for.
-    view.kill().expect("killed");
-    view.wait().expect("ended");
-    let failed =
-        std::iter::from_fn(|| serving.next()).find(|(_, message)| message["type"] == "connection");
-    assert_eq!(failed.expect("a message").1["state"], "failed");
-    let (_, report) = serving.interrupt();
-    assert!(report.contains("; trying again"), "{report}");
-}
-
-#[test]
-fn what_makes_no_sense_is_refused_on_one_line() {
-    let refused = |arguments: &[&str], parts: &[&str]| {
-        common::assert_one_line(&common::run(&[&["serve"], arguments].concat()), 2, parts);
-    };
-    refused(&["--json"], &["--finger"]);
-    refused(
-        &["--finger", "a=emulated"],
-        &["--foxglove", "--mqtt", "--json"],
-    );
-    refused(
-        &["--json", "--finger", "a=x", "--finger", "a=y"],
-        &["two fingers are named a"],
-    );
-    refused(&["--json", "--finger", "a/b=x"], &["a/b", "letters"]);
-    refused(
-        &["--json", "--board", "a/b", "--finger", "a=x"],
-        &["a/b", "letters"],
-    );
-    refused(&["--json", "--finger", "/dev/ttyUSB0"], &["NAME=SOURCE"]);
-    refused(
-        &["--json", "--finger", "a=http://nowhere"],
-        &["http://HOST:PORT"],
-    );
-    refused(&["--foxglove", "nowhere", "--finger", "a=x"], &["nowhere"]);
-    #[cfg(not(feature = "mqtt"))]
-    refused(
-        &["--mqtt", "--finger", "a=x"],
-        &["cargo install --path host --features mqtt"],
-    );
-    #[cfg(not(feature = "ros2"))]
-    refused(
-        &["--ros2", "--finger", "a=x"],
-        &["cargo install --path host --features ros2"],
-    );
-    #[cfg(not(feature = "zenoh"))]
-    refused(
-        &["--zenoh", "--finger", "a=x"],
-        &["cargo install --path host --features zenoh"],
-    );
-    #[cfg(not(feature = "foxglove"))]
-    refused(
-        &["--foxglove", "--finger", "a=x"],
-        &["cargo install --path host --features foxglove"],
-    );
 }

@@ -1,25 +1,15 @@
 //! `serve` to MQTT, beside Debian's mosquitto, and to Foxglove, beside a WebSocket written here.
 #![cfg(target_os = "linux")]
 
-#[path = "streams/cable.rs"]
-mod cable;
 mod common;
-#[path = "streams/figures.rs"]
-mod figures;
 #[path = "streams/foxglove.rs"]
 mod foxglove;
-#[path = "streams/latency.rs"]
-mod latency;
 #[path = "streams/mosquitto.rs"]
 mod mosquitto;
-#[path = "common/process.rs"]
-mod process;
 #[path = "common/serial_board.rs"]
 mod serial_board;
 #[path = "streams/serving.rs"]
 mod serving;
-#[path = "streams/soak.rs"]
-mod soak;
 
 use mosquitto::{Broker, Received, Relay, Subscriber};
 use serde_json::Value;
@@ -66,10 +56,7 @@ fn a_broker_gets_every_message_and_the_schemas() {
     let broker = Broker::start();
     let subscriber = Subscriber::start(broker.port);
     let board = SerialBoard::new();
-    let serving = Serving::start(
-        &[&board],
-        &["--mqtt", &format!("mqtt://127.0.0.1:{}", broker.port)],
-    );
+    let serving = Serving::publish(&board, broker.port);
     sleep(Duration::from_secs(3));
     let report = serving.interrupt();
     let all = subscriber.finish();
@@ -109,10 +96,7 @@ fn what_a_broken_connection_costs_is_counted_and_reported() {
     let subscriber = Subscriber::start(broker.port);
     let relay = Relay::start(broker.port);
     let board = SerialBoard::of_rate(2000.0);
-    let serving = Serving::start(
-        &[&board],
-        &["--mqtt", &format!("mqtt://127.0.0.1:{}", relay.port)],
-    );
+    let serving = Serving::publish(&board, relay.port);
     sleep(Duration::from_secs(2));
     relay.cut();
     sleep(Duration::from_secs(4));
@@ -165,8 +149,7 @@ fn a_subscriber_that_comes_late_gets_the_greeting_also_of_a_restarted_broker() {
     let (port, board) = (mosquitto::free_port(), SerialBoard::new());
     let broker = Broker::start_at(port);
     let early = Subscriber::start(port);
-    let url = format!("mqtt://127.0.0.1:{port}");
-    let serving = Serving::start(&[&board], &["--mqtt", &url]);
+    let serving = Serving::publish(&board, port);
     wait_until(|| early.count() > 500);
     let greeted = || {
         let late = Subscriber::start(port);
@@ -196,8 +179,7 @@ fn what_waited_for_a_broker_comes_to_a_subscriber_that_connects_later() {
     let (broker, board) = (Broker::start(), SerialBoard::new());
     let relay = Relay::start(broker.port);
     relay.cut();
-    let url = format!("mqtt://127.0.0.1:{}", relay.port);
-    let serving = Serving::start(&[&board], &["--mqtt", &url]);
+    let serving = Serving::publish(&board, relay.port);
     wait_until(|| board.frames() > 400);
     relay.mend();
     wait_until(|| relay.is_used());
@@ -220,10 +202,7 @@ fn what_waited_for_a_broker_comes_to_a_subscriber_that_connects_later() {
 fn a_broker_that_hangs_holds_up_no_board() {
     let broker = Broker::start();
     let board = SerialBoard::of_rate(2000.0);
-    let serving = Serving::start(
-        &[&board],
-        &["--mqtt", &format!("mqtt://127.0.0.1:{}", broker.port)],
-    );
+    let serving = Serving::publish(&board, broker.port);
     sleep(Duration::from_secs(1));
     broker.hang();
     sleep(Duration::from_secs(8));
@@ -248,8 +227,7 @@ fn a_broker_that_hangs_holds_up_no_board() {
 #[test]
 fn a_broker_that_is_not_there_is_waited_for() {
     let (port, board) = (mosquitto::free_port(), SerialBoard::new());
-    let url = format!("mqtt://127.0.0.1:{port}");
-    let serving = Serving::start(&[&board], &["--mqtt", &url]);
+    let serving = Serving::publish(&board, port);
     sleep(Duration::from_secs(2));
     let broker = Broker::start_at(port);
     let subscriber = Subscriber::start(port);
@@ -270,7 +248,7 @@ fn a_broker_that_is_not_there_is_waited_for() {
 #[test]
 fn foxglove_gets_channels_schemas_and_messages() {
     let (port, board) = (mosquitto::free_port(), SerialBoard::new());
-    let serving = Serving::start(&[&board], &["--foxglove", &format!("127.0.0.1:{port}")]);
+    let serving = Serving::start(&board, &["--foxglove", &format!("127.0.0.1:{port}")]);
     let mut viewer = foxglove::Viewer::connect(port);
     viewer.subscribe_to(7);
     for topic in [

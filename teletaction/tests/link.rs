@@ -177,7 +177,10 @@ fn what_makes_no_sense_is_refused_on_one_line() {
         &["--finger", "udp:127.0.0.1:1", "--stylus", "udp:127.0.0.1:0"],
         &["one end must be here"],
     );
-    refused(&["--finger", "http://127.0.0.1:1"], &["no packets"]);
+    refused(
+        &["--finger", "http://127.0.0.1:1"],
+        &["a port, emulated or a recording"],
+    );
     refused(&["--emulated", "--speed-mm-s", "1e9"], &["--speed-mm-s"]);
     assert_one_line(
         &run(&["link", "--finger", "udp:nowhere"]),

@@ -102,28 +102,6 @@ enum Task {
         #[arg(long)]
         write: bool,
     },
-    /// Tests Zenoh and ROS 2, beside programs of others too, and streams the frames of ten boards,
-    /// and of a fast one, to MQTT and Foxglove for a minute each: prints what is lost and how late
-    /// the rest arrives.
-    Streams {
-        /// Measure up to N replayed fingers through one MQTT broker and one Zenoh router instead, and
-        /// the processor time and memory of the commands.
-        #[arg(long, value_name = "N")]
-        fingers: Option<u32>,
-        /// Fill in docs/results/live.md.
-        #[arg(long, requires = "fingers")]
-        write: bool,
-    },
-    /// Runs two fingers while the broker restarts, pages reload, cables are pulled and bytes are
-    /// damaged; fails if the counts at the end do not add up.
-    Soak {
-        /// For so many minutes.
-        #[arg(long, value_name = "N", default_value_t = 60.0)]
-        minutes: f64,
-        /// Fill in docs/results/live.md.
-        #[arg(long)]
-        write: bool,
-    },
     /// Checks that the command builds for Windows and macOS, where rustup may fetch their core
     /// libraries.
     CheckSystems,
@@ -198,12 +176,6 @@ fn main() -> ExitCode {
         Task::Faults(Flags { flags }) => eval::faults(&flags),
         Task::Reproduce(Flags { flags }) => eval::reproduce(&flags),
         Task::Papers { write } => python::papers(write),
-        Task::Streams { fingers: None, .. } => streams::measure(),
-        Task::Streams {
-            fingers: Some(most),
-            write,
-        } => streams::fingers(most, write),
-        Task::Soak { minutes, write } => streams::soak(minutes, write),
         Task::CheckSystems => streams::check_systems(),
         Task::Test { fresh: true, .. } => fresh::run_tests(),
         Task::Test { all: true, .. } => long::run_tests(),

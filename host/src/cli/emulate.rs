@@ -72,13 +72,7 @@ impl EmulateArgs {
                 .then_some(|line| output::error_line(format_args!("log: {line}"))),
             ..self.firmware.options(&elf)
         };
-        let mut printer = Printer::new(
-            LineOptions {
-                json: self.json,
-                teleplot: false,
-            },
-            true,
-        );
+        let mut printer = Printer::new(LineOptions { json: self.json }, true);
         let mut packets = Vec::new();
         let mut sink = |packet: &Packet| {
             if self.svg.is_some() {

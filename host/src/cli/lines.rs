@@ -1,4 +1,4 @@
-//! Packets printed as lines, of one of three kinds.
+//! Packets printed as lines of text or of JSON.
 
 use crate::digits::time_s;
 use crate::events::JsonLines;
@@ -6,7 +6,6 @@ use crate::feed::{Feed, Requester};
 use crate::frame::Frame;
 use crate::live::Counts;
 use crate::note;
-use crate::teleplot::Teleplot;
 use crate::utc::Receipt;
 use crate::{events, listen, output};
 use anyhow::Result;
@@ -21,11 +20,8 @@ use std::ops::ControlFlow;
 #[derive(Args, Clone, Copy, Debug)]
 pub struct LineOptions {
     /// One JSON object a line instead of text.
-    #[arg(long, conflicts_with = "teleplot")]
-    pub json: bool,
-    /// Numbers as Teleplot reads them, >NAME:TIME_MS:VALUE|g, instead of text.
     #[arg(long)]
-    pub teleplot: bool,
+    pub json: bool,
 }
 
 /// Prints all packets of a feed, and at the end the counts. Text of a recording is in the order of
@@ -47,7 +43,6 @@ const LATE_S: f64 = 0.5;
 /// Prints packets as lines. When dropped, it prints the lines that still wait.
 pub struct Printer {
     json: Option<JsonLines>,
-    teleplot: Option<Teleplot>,
     vref_v: f32,
     /// Lines that wait for earlier ones, in the order of time, if there is an order to keep.
     held: Option<VecDeque<(f64, String)>>,
@@ -58,12 +53,10 @@ pub struct Printer {
 impl Printer {
     pub fn new(lines: LineOptions, in_order: bool) -> Self {
         let json = lines.json.then(JsonLines::default);
-        let teleplot = lines.teleplot.then(Teleplot::default);
         // Programs get the lines in the order of their numbers.
-        let held = (in_order && json.is_none() && teleplot.is_none()).then(VecDeque::new);
+        let held = (in_order && json.is_none()).then(VecDeque::new);
         Self {
             json,
-            teleplot,
             vref_v: Settings::DEFAULT.vref_v,
             held,
             now_s: 0.0,
@@ -72,14 +65,6 @@ impl Printer {
     }
 
     pub fn print(&mut self, packet: &Packet, receipt: Option<Receipt>) -> Result<()> {
-        if let Some(teleplot) = &mut self.teleplot {
-            let lines = teleplot.lines(packet);
-            return if lines.is_empty() {
-                Ok(())
-            } else {
-                output::line(&lines)
-            };
-        }
         if let Some(json) = &mut self.json {
             return output::line(&json.line(packet, receipt)?);
         }

@@ -13,8 +13,8 @@ use std::path::PathBuf;
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
-The last line of the screen lists the keys. Where standard output is no terminal, and with --plain, --json or
---teleplot, it prints lines.
+The last line of the screen lists the keys. Where standard output is no terminal, and with --plain or --json,
+it prints lines.
 
 Examples:
   ridgetone monitor
@@ -39,7 +39,7 @@ pub struct MonitorArgs {
     #[arg(long)]
     raw: bool,
     /// Draw the screen as a moving picture of at most half a minute instead of showing it.
-    #[arg(long, value_name = "FILE.svg", conflicts_with_all = ["plain", "raw", "settings", "json", "teleplot"])]
+    #[arg(long, value_name = "FILE.svg", conflicts_with_all = ["plain", "raw", "settings", "json"])]
     svg: Option<PathBuf>,
     #[command(flatten)]
     lines: LineOptions,
@@ -60,8 +60,7 @@ impl MonitorArgs {
             report(feed.counts());
             return output::new_text(path, &picture?);
         }
-        let LineOptions { json, teleplot } = self.lines;
-        if self.plain || json || teleplot || !std::io::stdout().is_terminal() {
+        if self.plain || self.lines.json || !std::io::stdout().is_terminal() {
             let mut requester = Requester::with_settings(settings);
             requester.want_raw_if(self.raw);
             return print(feed, requester, self.lines);

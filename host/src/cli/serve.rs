@@ -1,9 +1,9 @@
 //! `serve`: the messages of many boards for other programs.
 
 use super::firmware::FirmwareOptions;
-use crate::serve::name::{Source, check, fingers};
+use crate::serve::source::{Emulator, Source, check, fingers};
 use crate::serve::topic::Names;
-use crate::serve::{self, Emulator, Serve};
+use crate::serve::{self, Serve};
 use crate::stop;
 use anyhow::Result;
 use clap::Args;
@@ -12,17 +12,18 @@ use std::net::SocketAddr;
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Topics are /<board>/<finger>/ and frames, contact, tone, feel, texture, diagnostics or health. Frames are best effort; all other
-messages are reliable. What a slow or dead receiver loses is counted, and reported to it when it is back.
-`cargo install --path host --features foxglove,mqtt,zenoh,ros2` builds a command with all receivers in.
+messages are reliable. Losses of a slow or dead receiver are counted, and reported to it when it is back.
+`cargo install --path host --features foxglove,mqtt` builds a command with both receivers. For ROS 2, Zenoh and LSL see
+the guide, docs/guide/5-live-data.md.
 
 Examples:
   ridgetone serve --finger left=/dev/ttyUSB0 --finger right=emulated --foxglove
   ridgetone serve --finger left=/dev/ttyUSB0 --mqtt mqtt://robot.local
   ridgetone serve --finger left=touch.rec --json")]
 pub struct ServeArgs {
-    /// A finger's name, and where its messages come from: a serial port; `emulated`, or
-    /// `emulated:SCENE.toml`; a recording of telemetry, played in real time; or http://HOST:PORT,
-    /// where `ridgetone view` serves. Repeat it for each finger.
+    /// A finger's name and the source of its messages: a serial port; `emulated`, or
+    /// `emulated:SCENE.toml`; or a recording of telemetry, played in real time. Repeat it for each
+    /// finger.
     #[arg(long = "finger", value_name = "NAME=SOURCE", required = true)]
     fingers: Vec<String>,
     /// First part of all topics: the name of what carries the fingers.
@@ -34,13 +35,6 @@ pub struct ServeArgs {
     /// Publish to this broker of MQTT 5: mqtt://[USER:PASSWORD@]HOST[:PORT].
     #[arg(long, value_name = "URL", num_args = 0..=1, default_missing_value = "mqtt://127.0.0.1:1883")]
     mqtt: Option<String>,
-    /// Publish to peers of Zenoh that multicast finds, and to one at an address, such as
-    /// tcp/robot.local:7447.
-    #[arg(long, value_name = "ADDRESS", num_args = 0..=1)]
-    zenoh: Option<Option<String>>,
-    /// Be a node of ROS 2 in the domain of ROS_DOMAIN_ID.
-    #[arg(long)]
-    ros2: bool,
     /// Print one JSON object a line: the topic and the message.
     #[arg(long)]
     json: bool,
@@ -62,14 +56,8 @@ impl ServeArgs {
         if let Some(url) = &self.mqtt {
             sinks.push(serve::mqtt(url)?);
         }
-        if let Some(address) = &self.zenoh {
-            sinks.push(serve::zenoh(address.as_deref())?);
-        }
-        if self.ros2 {
-            sinks.push(serve::ros2()?);
-        }
         if self.json {
-            sinks.push(serve::lines());
+            sinks.push(Box::new(serve::Lines));
         }
         let is_emulated = sources
             .iter()

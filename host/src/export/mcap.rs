@@ -5,16 +5,18 @@ use super::packets::packets;
 use crate::digits::time_s;
 use crate::events::JsonLines;
 use crate::live::Counts;
-use crate::mcap::{Message, Writer};
 use crate::serve::message::Streamed;
 use crate::serve::schema;
 use crate::serve::topic::{Names, Topic};
 use crate::settings_form;
 use crate::utc::{Receipt, UtcClock};
 use anyhow::{Result, bail};
+use mcap::records::MessageHeader;
+use mcap::write::NoSeek;
+use mcap::{WriteOptions, Writer};
 use ridgetone_proto::telemetry::{Event, Hello, Packet, Starts};
 use std::collections::BTreeMap;
-use std::io::Write;
+use std::io::{Seek, Write};
 use std::path::Path;
 
 /// Writes all packets. It reads the recording twice: channels come first, and what the whole of it
@@ -36,26 +38,30 @@ pub fn write(path: &Path, out: &mut dyn Write) -> Result<Counts> {
     if is_empty {
         bail!("{}: holds no packets", path.display());
     }
-    let mut file = Writer::new(out, "ridgetone")?;
+    let mut file = WriteOptions::new()
+        .compression(None)
+        .library("ridgetone")
+        .disable_seeking(true)
+        .create(NoSeek::new(out))?;
     let channels = channels(&mut file, hello.as_ref())?;
     let counts = packets(path, &mut |packet, receipt| {
         let (topic, message) = messages.message(packet, receipt)?;
         let log_time = messages.time_ns;
         let publish_time = receipt.map_or(log_time, |receipt| receipt.utc_ns);
-        Ok(file.write(&Message {
-            channel: channels[topic as usize],
+        let header = MessageHeader {
+            channel_id: channels[topic as usize],
             sequence: packet.sequence.into(),
             log_time,
             publish_time,
-            data: message.as_bytes(),
-        })?)
+        };
+        Ok(file.write_to_known_channel(&header, message.as_bytes())?)
     })?;
     file.finish()?;
     Ok(counts)
 }
 
 /// Adds a channel for each topic, in their order, with what the board's first greeting says.
-fn channels<W: Write>(file: &mut Writer<W>, hello: Option<&Hello>) -> Result<Vec<u16>> {
+fn channels<W: Write + Seek>(file: &mut Writer<W>, hello: Option<&Hello>) -> Result<Vec<u16>> {
     let names = Names::unnamed();
     let mut metadata: BTreeMap<String, String> = names.metadata(0);
     if let Some(hello) = hello {
@@ -68,7 +74,8 @@ fn channels<W: Write>(file: &mut Writer<W>, hello: Option<&Hello>) -> Result<Vec
         let schema = schema::json(*topic).to_string();
         let name = format!("ridgetone.{topic}");
         let path = format!("/{}", names.path(0, topic));
-        Ok(file.add_channel(&path, &name, schema.as_bytes(), &metadata)?)
+        let schema = file.add_schema(&name, "jsonschema", schema.as_bytes())?;
+        Ok(file.add_channel(schema, &path, "json", &metadata)?)
     };
     Topic::ALL.iter().map(channel).collect()
 }

@@ -1,10 +1,7 @@
-//! A finger: its source is read from the beginning to the end, and opened again after a failure if
-//! that can help.
+//! A finger: its source is read to the end. A port that fails is opened again.
 
-use super::name::Source;
-use super::open::{self, Emulator};
 use super::publisher::Publisher;
-use super::url;
+use super::source::{Emulator, Source};
 use crate::events::JsonLines;
 use crate::events::view::{self, ConnectionState, Note};
 use crate::feed::Requester;
@@ -18,15 +15,15 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Longest wait for a message.
-const LOOK: Duration = Duration::from_millis(50);
+const POLL: Duration = Duration::from_millis(50);
 
-/// Time between two attempts to open a source.
+/// Interval between two attempts to open a source.
 const AGAIN: Duration = Duration::from_secs(1);
 
 pub struct Finger {
     name: String,
     source: Source,
-    /// Whether every frame is requested.
+    /// True if every frame is requested.
     frames: bool,
     emulator: Option<Arc<Emulator>>,
     counts: Counts,
@@ -48,8 +45,8 @@ impl Finger {
         }
     }
 
-    /// Publishes until the source is over or this process is to stop, and reports the counts. Gives
-    /// whether anything came.
+    /// Publishes until the source is over or this process is to stop, and reports the counts.
+    /// Returns true if anything was received.
     pub fn run(mut self, mut publisher: Publisher) -> bool {
         let mut reported = String::new();
         while let Err(error) = self.read(&mut publisher) {
@@ -58,13 +55,11 @@ impl Finger {
             if stop::is_requested() {
                 break;
             }
-            let comes_back = matches!(self.source, Source::Port(_) | Source::Url(_));
+            let comes_back = matches!(self.source, Source::Port(_));
             // Once, not at every attempt.
             if why != reported {
-                self.say(&format!(
-                    "{why}{}",
-                    if comes_back { "; trying again" } else { "" }
-                ));
+                let again = if comes_back { "; trying again" } else { "" };
+                self.say(&format!("{why}{again}"));
                 let _ = publisher
                     .note(connection(ConnectionState::Failed, None, Some(&why)))
                     .inspect_err(|error| self.say(&format!("{error:#}")));
@@ -75,7 +70,7 @@ impl Finger {
             }
             let begun = Instant::now();
             while begun.elapsed() < AGAIN && !stop::is_requested() {
-                std::thread::sleep(LOOK);
+                std::thread::sleep(POLL);
             }
         }
         let Counts {
@@ -95,33 +90,15 @@ impl Finger {
     }
 
     fn read(&mut self, publisher: &mut Publisher) -> Result<()> {
-        if let Source::Url(url) = &self.source {
-            let mut lines = url::Lines::open(url)?;
-            self.connected(url, publisher)?;
-            while !stop::is_requested() {
-                if let Some(line) = lines.next()? {
-                    publisher.publish(line)?;
-                    self.counts.received += 1;
-                }
-            }
-            return Ok(());
-        }
+        let feed = self.source.open(self.emulator.as_deref())?;
         let mut requester = Requester::default();
-        let feed = open::feed(&self.source, self.emulator.as_deref())?;
         requester.want_raw_if(self.frames && feed.has_board());
         let mut listener = Listener::new(feed, requester);
-        let before = self.counts;
         let ended = self.listen(&mut listener, publisher);
-        let Counts {
-            received,
-            missing,
-            damaged,
-            stepped_back,
-        } = listener.feed.counts();
-        self.counts.received = before.received + received;
-        self.counts.missing = before.missing + missing;
-        self.counts.damaged = before.damaged + damaged;
-        self.counts.stepped_back = before.stepped_back + stepped_back;
+        let counts = listener.feed.counts();
+        self.counts.received += counts.received;
+        self.counts.missing += counts.missing;
+        self.counts.damaged += counts.damaged;
         ended
     }
 
@@ -131,7 +108,7 @@ impl Finger {
             self.connected(&listener.feed.name(), publisher)?;
         }
         while !stop::is_requested() {
-            match listener.next(LOOK)? {
+            match listener.next(POLL)? {
                 Some(Heard::Packet(packet, receipt)) => {
                     // A recording is played as if it happened now.
                     let receipt = if listener.feed.has_board() {
@@ -159,13 +136,11 @@ impl Finger {
             }
             if let Some(losses) = listener.losses() {
                 self.say(&losses);
-                let Counts {
-                    missing, damaged, ..
-                } = listener.feed.counts();
+                let counts = listener.feed.counts();
                 publisher.note(Note::Lost(view::Lost {
                     at: "line".to_owned(),
-                    packets: Some(missing),
-                    damaged: Some(damaged),
+                    packets: Some(counts.missing),
+                    damaged: Some(counts.damaged),
                     ..view::Lost::default()
                 }))?;
             }

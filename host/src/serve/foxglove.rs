@@ -3,10 +3,9 @@
 //! The crate has a queue of its own for each viewer, from which a slow one loses the oldest
 //! messages; it does not say how many. `index` of the messages does.
 
-use super::latest::Latest;
-use super::queue::Queue;
+use super::message::Latest;
+use super::queue::{Queue, Sink};
 use super::schema;
-use super::sink::Sink;
 use super::topic::{Names, Topic};
 use crate::note;
 use anyhow::{Context, Result};

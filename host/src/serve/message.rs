@@ -14,18 +14,38 @@ const SHOWN: usize = 60;
 
 #[derive(Clone, Debug)]
 pub struct Message {
-    /// Whose, by its place in [`Names`](super::topic::Names).
+    /// Index of the finger in [`Names`](super::topic::Names).
     pub finger: usize,
     pub topic: Topic,
     /// One object on one line.
     pub json: String,
-    /// When it happened, nanoseconds since 1970.
+    /// Time of the event, nanoseconds since 1970.
     pub time_ns: u64,
-    /// Number on its topic; none for what is said to one sink alone.
+    /// Number on its topic; none for a message to one sink alone.
     pub index: Option<u64>,
-    /// Whether it stands until the next of its topic and type: a greeting with the settings, a
-    /// texture, a health.
+    /// True if the message is valid until the next one of its topic and type: a greeting with the
+    /// settings, a texture, a health.
     pub is_state: bool,
+}
+
+/// Latest states of the fingers, for a receiver that comes later.
+#[cfg(any(feature = "foxglove", feature = "mqtt"))]
+#[derive(Debug, Default)]
+pub struct Latest(std::collections::BTreeMap<(usize, Topic), std::sync::Arc<Message>>);
+
+#[cfg(any(feature = "foxglove", feature = "mqtt"))]
+impl Latest {
+    /// Keeps the message if it is a state. Each topic has one type of state.
+    pub fn take(&mut self, message: &std::sync::Arc<Message>) {
+        if message.is_state {
+            let key = (message.finger, message.topic);
+            self.0.insert(key, std::sync::Arc::clone(message));
+        }
+    }
+
+    pub fn all(&self) -> impl Iterator<Item = &std::sync::Arc<Message>> {
+        self.0.values()
+    }
 }
 
 /// Messages of a finger that a sink has lost since the command started.
@@ -89,7 +109,7 @@ pub fn noted(note: Note, at: Receipt) -> String {
     json!(noted).to_string()
 }
 
-/// Fields that decide where a message goes, and when it happened.
+/// Fields that decide the topic and the time of a message.
 #[derive(Deserialize)]
 pub struct Head {
     r#type: String,

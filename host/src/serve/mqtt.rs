@@ -10,11 +10,9 @@
 mod flight;
 mod totals;
 
-use super::latest::Latest;
-use super::message::Message;
-use super::queue::{Queue, Queued};
+use super::message::{Latest, Message};
+use super::queue::{Queue, Queued, Sink};
 use super::schema;
-use super::sink::Sink;
 use super::topic::{Names, Topic};
 use crate::note;
 use crate::usage::UsageError;

@@ -1,8 +1,13 @@
 //! The queue in front of a sink. A board never waits: a full queue drops its oldest message, counts
 //! it, and reports it as soon as the sink takes messages again.
+//!
+//! `tokio::sync::broadcast` does not fit: one ring for all would let frames push out events, two
+//! would lose the order between them, and a lagging receiver learns neither whose messages it
+//! lost nor can it put back those that a broker has not acknowledged.
 
 use super::message::{Lost, Message, lost};
-use super::topic::Topic;
+use super::topic::{Names, Topic};
+use anyhow::Result;
 use std::collections::VecDeque;
 use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -16,8 +21,18 @@ const FRAMES_MAX: usize = 4096;
 /// MB.
 const EVENTS_MAX: usize = 1 << 16;
 
-/// Time between two reports of losses to a sink that loses all the time.
+/// Interval between two reports of losses to a sink that loses all the time.
 const REPORT_EVERY: Duration = Duration::from_secs(1);
+
+/// Delivers messages.
+pub trait Sink: Send {
+    /// Name for people and in messages about losses.
+    fn name(&self) -> &'static str;
+
+    /// Delivers until the queue is closed and empty. Waits for a receiver that is not there.
+    /// Fails if it never can deliver.
+    fn run(self: Box<Self>, queue: &Queue, names: &Names) -> Result<()>;
+}
 
 pub struct Queue {
     /// Name of the sink.
@@ -33,7 +48,7 @@ pub struct Queued {
     pub message: Arc<Message>,
 }
 
-/// What a sink has done so far.
+/// Totals of a sink so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     pub delivered: u64,
@@ -46,27 +61,21 @@ impl fmt::Display for Counts {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self {
             delivered,
-            lost:
-                Lost {
-                    frames,
-                    events,
-                    unconfirmed,
-                },
+            lost,
             left,
         } = self;
         write!(
             f,
-            "{delivered} messages delivered, {frames} frames and {events} events lost"
+            "{delivered} messages delivered, {} frames and {} events lost",
+            lost.frames, lost.events
         )?;
-        match unconfirmed {
-            0 => {}
-            _ => write!(f, ", {unconfirmed} frames not confirmed")?,
+        if lost.unconfirmed > 0 {
+            write!(f, ", {} frames not confirmed", lost.unconfirmed)?;
         }
         if *left > 0 {
-            write!(f, ", {left} left behind")
-        } else {
-            Ok(())
+            write!(f, ", {left} left behind")?;
         }
+        Ok(())
     }
 }
 
@@ -76,7 +85,7 @@ struct State {
     events: VecDeque<Queued>,
     /// Number of the next message.
     order: u64,
-    /// Losses by finger, and which of them are reported.
+    /// Losses by finger, and those that are reported.
     lost: Vec<Lost>,
     known: Vec<Lost>,
     reported: Option<Instant>,
@@ -120,7 +129,7 @@ impl Queue {
         }
     }
 
-    /// Waits for the next message; none: the queue is closed and empty.
+    /// Waits for the next message; `None` if the queue is closed and empty.
     pub async fn next(&self) -> Option<Queued> {
         loop {
             {
@@ -137,7 +146,7 @@ impl Queue {
         }
     }
 
-    /// Puts back messages that were taken out and not delivered: events wait again, frames count as not
+    /// Puts back messages that were taken and not delivered: events wait again, frames count as not
     /// confirmed.
     pub fn put_back(&self, queued: impl DoubleEndedIterator<Item = Queued>) {
         let mut state = self.state();
@@ -161,7 +170,7 @@ impl Queue {
         self.state().is_closed
     }
 
-    /// The sink has failed: all messages are lost from now on.
+    /// Counts all messages as lost from now on: the sink has failed.
     pub fn fail(&self) {
         self.state().has_failed = true;
     }
@@ -170,7 +179,7 @@ impl Queue {
         self.state().has_failed
     }
 
-    /// What each finger has lost here.
+    /// Losses of each finger.
     #[cfg(any(feature = "mqtt", test))]
     pub fn losses(&self) -> Vec<Lost> {
         self.state().lost.clone()
@@ -190,12 +199,12 @@ impl Queue {
 
 impl State {
     fn add(&mut self, queued: Queued) {
-        let (queue, most) = match queued.message.topic {
+        let (queue, max) = match queued.message.topic {
             Topic::Frames => (&mut self.frames, FRAMES_MAX),
             _ => (&mut self.events, EVENTS_MAX),
         };
         queue.push_back(queued);
-        if queue.len() > most
+        if queue.len() > max
             && let Some(oldest) = queue.pop_front()
         {
             self.lose(&oldest.message);
@@ -210,7 +219,7 @@ impl State {
         }
     }
 
-    /// A message about what a finger has lost here, if it is time for one.
+    /// Returns a message about a finger's losses if it is time for one.
     fn report(&mut self, sink: &str) -> Option<Queued> {
         let is_due = self.is_closed || self.reported.is_none_or(|at| at.elapsed() >= REPORT_EVERY);
         let mut unknown = (0..self.lost.len()).filter(|n| self.lost[*n] != self.known[*n]);
@@ -223,14 +232,13 @@ impl State {
             self.reported = Some(Instant::now());
         }
         self.known[finger] = self.lost[finger];
-        let message = lost(finger, sink, self.lost[finger]);
         Some(Queued {
             order: 0,
-            message: Arc::new(message),
+            message: Arc::new(lost(finger, sink, self.lost[finger])),
         })
     }
 
-    /// The oldest message.
+    /// Takes the oldest message.
     fn take(&mut self) -> Option<Queued> {
         match (self.frames.front(), self.events.front()) {
             (Some(frame), Some(event)) if frame.order < event.order => self.frames.pop_front(),
@@ -244,149 +252,118 @@ impl State {
 mod tests {
     use super::*;
 
-    fn message(finger: usize, topic: Topic, number: usize) -> Arc<Message> {
-        Arc::new(Message {
+    fn push(queue: &Queue, finger: usize, topic: Topic, number: usize) {
+        queue.push(Arc::new(Message {
             finger,
             topic,
             json: number.to_string(),
             time_ns: 0,
             index: None,
             is_state: false,
-        })
+        }));
+    }
+
+    /// Takes `count` messages; the queue must have them, or be closed.
+    fn take(queue: &Queue, count: usize) -> Vec<Queued> {
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .build()
+            .unwrap();
+        let next = || runtime.block_on(queue.next());
+        std::iter::from_fn(next).take(count).collect()
     }
 
     fn drain(queue: &Queue) -> Vec<Queued> {
         queue.close();
-        let runtime = tokio::runtime::Builder::new_current_thread()
-            .build()
-            .unwrap();
-        let mut all = Vec::new();
-        while let Some(queued) = runtime.block_on(queue.next()) {
-            all.push(queued);
-        }
-        all
+        take(queue, usize::MAX)
+    }
+
+    /// Frames, events and unconfirmed frames in a report of losses at the sink `test`.
+    fn reported(queued: &Queued) -> (u64, u64, u64) {
+        let json: serde_json::Value = serde_json::from_str(&queued.message.json).unwrap();
+        assert_eq!(
+            (&json["type"], &json["at"]),
+            (&"lost".into(), &"test".into())
+        );
+        assert_eq!(queued.message.topic, Topic::Diagnostics);
+        let count = |name: &str| json[name].as_u64().unwrap();
+        (
+            count("frames"),
+            count("events"),
+            count("frames_unconfirmed"),
+        )
+    }
+
+    fn numbers(all: &[Queued]) -> Vec<usize> {
+        all.iter()
+            .map(|queued| queued.message.json.parse().unwrap())
+            .collect()
     }
 
     #[test]
-    fn a_full_queue_loses_the_oldest_frames_and_says_how_many_of_whom() {
+    fn a_full_queue_loses_the_oldest_frames_and_reports_each_fingers_losses() {
         let queue = Queue::new("test", 2);
         for number in 0..FRAMES_MAX + 10 {
-            queue.push(message(number % 2, Topic::Frames, number));
+            push(&queue, number % 2, Topic::Frames, number);
         }
-        queue.push(message(0, Topic::Tone, 7));
+        push(&queue, 0, Topic::Tone, 7);
         let all = drain(&queue);
         for (finger, queued) in all[..2].iter().enumerate() {
-            let json: serde_json::Value = serde_json::from_str(&queued.message.json).unwrap();
-            assert_eq!(
-                (queued.message.finger, queued.message.topic),
-                (finger, Topic::Diagnostics)
-            );
-            let count = |name: &str| json[name].as_u64().unwrap();
-            assert_eq!(
-                (
-                    count("frames"),
-                    count("events"),
-                    count("frames_unconfirmed")
-                ),
-                (5, 0, 0)
-            );
-            assert_eq!(
-                (json["type"].as_str(), json["at"].as_str()),
-                (Some("lost"), Some("test"))
-            );
+            assert_eq!(queued.message.finger, finger);
+            assert_eq!(reported(queued), (5, 0, 0));
         }
-        let numbers: Vec<usize> = all[2..]
-            .iter()
-            .map(|queued| queued.message.json.parse().unwrap())
-            .collect();
-        assert_eq!(
-            numbers,
-            (10..FRAMES_MAX + 10).chain([7]).collect::<Vec<_>>()
-        );
+        let expected: Vec<usize> = (10..FRAMES_MAX + 10).chain([7]).collect();
+        assert_eq!(numbers(&all[2..]), expected);
         let counts = queue.counts();
         assert_eq!(counts.delivered, 2 + FRAMES_MAX as u64 + 1);
-        assert_eq!(
-            (counts.lost, counts.left),
-            (
-                Lost {
-                    frames: 10,
-                    ..Lost::default()
-                },
-                0
-            )
-        );
+        assert_eq!((counts.lost.frames, counts.left), (10, 0));
     }
 
     #[test]
     fn events_do_not_suffer_from_frames_and_are_counted_too() {
         let queue = Queue::new("test", 1);
         for number in 0..EVENTS_MAX + 3 {
-            queue.push(message(0, Topic::Contact, number));
+            push(&queue, 0, Topic::Contact, number);
         }
         for number in 0..2 * FRAMES_MAX {
-            queue.push(message(0, Topic::Frames, number));
+            push(&queue, 0, Topic::Frames, number);
         }
+        let Counts { lost, left, .. } = queue.counts();
         assert_eq!(
-            queue.counts().lost,
-            Lost {
-                frames: FRAMES_MAX as u64,
-                events: 3,
-                unconfirmed: 0
-            }
+            (lost.frames, lost.events, lost.unconfirmed),
+            (FRAMES_MAX as u64, 3, 0)
         );
-        assert_eq!(queue.counts().left, (FRAMES_MAX + EVENTS_MAX) as u64);
+        assert_eq!(left, (FRAMES_MAX + EVENTS_MAX) as u64);
     }
 
     #[test]
-    fn what_is_put_back_comes_again_in_its_order_but_frames_do_not() {
+    fn events_that_are_put_back_come_again_in_their_order_but_frames_do_not() {
         let queue = Queue::new("test", 1);
         let topics = [Topic::Tone, Topic::Frames, Topic::Contact, Topic::Health];
-        topics
-            .iter()
-            .enumerate()
-            .for_each(|(number, topic)| queue.push(message(0, *topic, number)));
-        let runtime = tokio::runtime::Builder::new_current_thread()
-            .build()
-            .unwrap();
-        let queued: Vec<Queued> = (0..3)
-            .map(|_| runtime.block_on(queue.next()).unwrap())
-            .collect();
-        queue.put_back(queued.into_iter());
+        for (number, topic) in topics.into_iter().enumerate() {
+            push(&queue, 0, topic, number);
+        }
+        queue.put_back(take(&queue, 3).into_iter());
         let all = drain(&queue);
-        assert!(
-            all[0].message.json.contains(r#""frames_unconfirmed":1"#),
-            "{:?}",
-            all[0]
-        );
-        let rest: Vec<&str> = all[1..]
-            .iter()
-            .map(|queued| queued.message.json.as_str())
-            .collect();
-        assert_eq!(rest, ["0", "2", "3"]);
+        assert_eq!(reported(&all[0]), (0, 0, 1));
+        assert_eq!(numbers(&all[1..]), [0, 2, 3]);
         assert_eq!(queue.counts().delivered, 4);
     }
 
-    /// A receiver that misses a report learns from the next one what it missed.
+    /// A receiver that misses a report gets the same losses in the next one.
     #[test]
     fn reports_give_totals() {
         let queue = Queue::new("test", 1);
         for lost in [1, 3] {
-            for number in 0..FRAMES_MAX as u64 + lost {
-                queue.push(message(0, Topic::Frames, number as usize));
+            for number in 0..FRAMES_MAX + lost {
+                push(&queue, 0, Topic::Frames, number);
             }
         }
-        let all = drain(&queue);
-        queue.push(message(0, Topic::Frames, 0));
+        let frames = FRAMES_MAX as u64 + 4;
+        assert_eq!(reported(&drain(&queue)[0]), (frames, 0, 0));
+        push(&queue, 0, Topic::Frames, 0);
         queue.put_back(drain(&queue).into_iter());
         let again = drain(&queue);
-        let counts = |queued: &Queued| -> (u64, u64) {
-            let json: serde_json::Value = serde_json::from_str(&queued.message.json).unwrap();
-            let count = |name: &str| json[name].as_u64().unwrap();
-            (count("frames"), count("frames_unconfirmed"))
-        };
-        let frames = FRAMES_MAX as u64 + 4;
-        assert_eq!(counts(&all[0]), (frames, 0));
-        assert_eq!((again.len(), counts(&again[0])), (1, (frames, 1)));
+        assert_eq!((again.len(), reported(&again[0])), (1, (frames, 0, 1)));
         assert_eq!(queue.losses()[0], queue.counts().lost);
     }
 }

@@ -26,20 +26,14 @@ struct Shared {
     /// UTC of the board's time 0, nanoseconds; 0 before it begins.
     begun_ns: AtomicU64,
     frames: AtomicU64,
-    /// Packets so far, and those before the first frame.
-    packets: AtomicU64,
-    greetings: AtomicU64,
     /// Longest time by which a packet was late on the line, microseconds.
     late_us: AtomicU64,
-    begins: AtomicBool,
     stops: AtomicBool,
 }
 
 pub struct SerialBoard {
     /// Name of its port.
     pub name: String,
-    /// From a frame's time to the moment at which its last conversion is complete, seconds.
-    pub frame_s: f64,
     shared: Arc<Shared>,
 }
 
@@ -51,15 +45,9 @@ impl SerialBoard {
 
     /// A faster one has a line that takes no time: that of the board bears 1,100 frames a second.
     pub fn of_rate(rate_hz: f64) -> Self {
-        let board = Self::waiting(rate_hz);
-        board.begin();
-        board
-    }
-
-    /// A board that is silent until it is to [`begin`](Self::begin).
-    pub fn waiting(rate_hz: f64) -> Self {
         let (end, name) = raw_end();
         let is_fast = rate_hz > f64::from(FRAME_RATE_HZ) + 1.0;
+        // From a frame's time to the end of its last conversion.
         let frame_s = if is_fast {
             rate_hz.recip()
         } else {
@@ -73,11 +61,7 @@ impl SerialBoard {
             shared: Arc::clone(&shared),
         };
         std::thread::spawn(move || line.run(rate_hz, frame_s));
-        Self {
-            name,
-            frame_s,
-            shared,
-        }
+        Self { name, shared }
     }
 
     /// UTC of the board's time 0, seconds.
@@ -89,19 +73,9 @@ impl SerialBoard {
         self.shared.frames.load(Relaxed)
     }
 
-    /// Numbers of packets so far: those from the first frame on, and all.
-    pub fn packets(&self) -> std::ops::RangeInclusive<u64> {
-        let all = self.shared.packets.load(Relaxed);
-        all - self.shared.greetings.load(Relaxed)..=all
-    }
-
     /// Longest time by which a packet was late on the line, seconds.
     pub fn late_s(&self) -> f64 {
         self.shared.late_us.load(Relaxed) as f64 * 1e-6
-    }
-
-    pub fn begin(&self) {
-        self.shared.begins.store(true, Relaxed);
     }
 
     /// Ends the board; its line stays.
@@ -145,9 +119,6 @@ impl BoardEnd {
             boot: Boot::UNKNOWN,
             t_us: 0,
         });
-        while !self.shared.begins.load(Relaxed) {
-            sleep(Duration::from_millis(10));
-        }
         // Somebody opens the line, and wants frames.
         let mut wants = false;
         while !wants {
@@ -155,8 +126,6 @@ impl BoardEnd {
             sleep(Duration::from_millis(50));
             wants = self.answer(&requests);
         }
-        let greetings = self.shared.packets.load(Relaxed);
-        self.shared.greetings.store(greetings, Relaxed);
         let (begun, utc) = (Instant::now(), SystemTime::now());
         let since = utc.duration_since(UNIX_EPOCH).expect("a clock");
         self.shared.begun_ns.store(since.as_nanos() as u64, Relaxed);
@@ -221,7 +190,6 @@ impl BoardEnd {
         )
         .expect("it fits");
         self.sequence = self.sequence.wrapping_add(1);
-        self.shared.packets.fetch_add(1, Relaxed);
         sleep(Duration::from_secs_f64(self.byte_s * used as f64));
         // Nobody may have opened the line yet, or any more.
         let _ = self.end.write_all(&wire[..used]);

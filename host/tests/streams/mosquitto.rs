@@ -1,5 +1,4 @@
 //! Debian's broker and subscriber, and a relay whose line can be cut.
-#![allow(dead_code, reason = "every test file uses a part of it")]
 
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
@@ -20,21 +19,16 @@ pub fn free_port() -> u16 {
 
 /// The path of a program of Debian's mosquitto.
 pub fn program(name: &str) -> String {
-    let places = [
-        "/usr/sbin/",
-        "/usr/bin/",
-        "/usr/local/sbin/",
-        "/opt/homebrew/sbin/",
+    let folders = [
+        "/usr/sbin",
+        "/usr/bin",
+        "/usr/local/sbin",
+        "/opt/homebrew/sbin",
     ];
-    let found = places
-        .iter()
-        .map(|place| format!("{place}{name}"))
-        .find(|path| std::path::Path::new(path).exists());
-    found.unwrap_or_else(|| {
-        panic!(
-            "{name} is not there: `apt-get install mosquitto mosquitto-clients`, or `cargo xtask setup`, installs it"
-        )
-    })
+    let mut paths = folders.iter().map(|folder| format!("{folder}/{name}"));
+    paths
+        .find(|path| std::path::Path::new(path).exists())
+        .unwrap_or_else(|| panic!("{name} is not there: `cargo xtask setup` installs it"))
 }
 
 pub struct Broker {
@@ -80,10 +74,6 @@ impl Broker {
         }
     }
 
-    pub fn id(&self) -> u32 {
-        self.child.id()
-    }
-
     pub fn hang(&self) {
         self.signal(Signal::STOP);
     }
@@ -110,59 +100,28 @@ impl Drop for Broker {
 
 /// A message at a subscriber.
 pub struct Received {
-    /// When, by the subscriber's own clock, seconds since 1970.
-    pub utc_s: f64,
-    /// Whether the broker had kept it.
+    /// True if the broker had kept it.
     pub is_retained: bool,
     pub topic: String,
     pub message: Value,
 }
 
-/// What a subscriber does with its messages.
-pub trait Take {
-    fn take(&mut self, message: Received);
-    /// Number of messages so far.
-    fn count(&self) -> usize;
-    /// Whether the command has said that it ends.
-    fn is_over(&self) -> bool;
-}
-
-impl Take for Vec<Received> {
-    fn take(&mut self, message: Received) {
-        self.push(message);
-    }
-
-    fn count(&self) -> usize {
-        self.len()
-    }
-
-    fn is_over(&self) -> bool {
-        self.last().is_some_and(Received::is_end)
-    }
-}
-
 /// Longest silence before the last message.
 const SILENCE: Duration = Duration::from_secs(10);
 
-pub struct Subscriber<T = Vec<Received>> {
+pub struct Subscriber {
     child: Child,
-    got: Arc<Mutex<T>>,
+    got: Arc<Mutex<Vec<Received>>>,
 }
 
 impl Subscriber {
-    /// Subscribes to everything, and is subscribed.
+    /// Subscribes to everything, and waits for the subscription.
     pub fn start(port: u16) -> Self {
-        Self::of(port)
-    }
-}
-
-impl<T: Take + Default + Send + 'static> Subscriber<T> {
-    pub fn of(port: u16) -> Self {
         // A pipe gets every line at once.
         let mut subscriber = Command::new("stdbuf");
         subscriber.args(["-oL", &program("mosquitto_sub")]);
-        // "-d" prints the acknowledgement of the subscription; its lines do not begin with a time.
-        subscriber.args(["-V", "mqttv5", "-q", "1", "-d", "-F", "%U %r %t %p"]);
+        // "-d" prints the acknowledgement of the subscription; its lines hold no JSON.
+        subscriber.args(["-V", "mqttv5", "-q", "1", "-d", "-F", "%r %t %p"]);
         subscriber.args(["-t", "ridgetone/#", "-p", &port.to_string()]);
         let mut child = subscriber
             .stdout(Stdio::piped())
@@ -176,11 +135,11 @@ impl<T: Take + Default + Send + 'static> Subscriber<T> {
             lines.any(|line| line.starts_with("Subscribed")),
             "a subscription"
         );
-        let got = Arc::new(Mutex::new(T::default()));
+        let got = Arc::new(Mutex::new(Vec::new()));
         let shared = Arc::clone(&got);
         std::thread::spawn(move || {
             for one in lines.filter_map(|line| Received::read(&line)) {
-                shared.lock().expect("messages").take(one);
+                shared.lock().expect("messages").push(one);
             }
         });
         Self { child, got }
@@ -188,13 +147,18 @@ impl<T: Take + Default + Send + 'static> Subscriber<T> {
 
     /// Number of messages so far.
     pub fn count(&self) -> usize {
-        self.got.lock().expect("messages").count()
+        self.got.lock().expect("messages").len()
     }
 
-    /// What has arrived. `serve` must have ended: its last message is its status.
-    pub fn finish(self) -> T {
+    /// All messages. `serve` must have ended: its last message is its status.
+    pub fn finish(self) -> Vec<Received> {
         let (mut count, mut since) = (self.count(), Instant::now());
-        while !self.got.lock().expect("messages").is_over() {
+        let is_over = || {
+            let got = self.got.lock().expect("messages");
+            got.last()
+                .is_some_and(|one| one.message["state"] == "offline")
+        };
+        while !is_over() {
             if self.count() != count {
                 (count, since) = (self.count(), Instant::now());
             }
@@ -207,13 +171,13 @@ impl<T: Take + Default + Send + 'static> Subscriber<T> {
         self.leave()
     }
 
-    /// What has arrived until now.
-    pub fn leave(self) -> T {
+    /// The messages until now.
+    pub fn leave(self) -> Vec<Received> {
         std::mem::take(&mut self.got.lock().expect("messages"))
     }
 }
 
-impl<T> Drop for Subscriber<T> {
+impl Drop for Subscriber {
     fn drop(&mut self) {
         let _ = self.child.kill();
         let _ = self.child.wait();
@@ -221,21 +185,14 @@ impl<T> Drop for Subscriber<T> {
 }
 
 impl Received {
-    /// Whether it is the last one of a command.
-    pub fn is_end(&self) -> bool {
-        self.message["state"] == "offline"
-    }
-
     fn read(line: &str) -> Option<Self> {
-        let mut parts = line.splitn(4, ' ');
-        let utc_s = parts.next()?.parse().ok()?;
-        let is_retained = parts.next()? == "1";
+        let mut parts = line.splitn(3, ' ');
+        let is_retained = parts.next()?;
         let topic = parts.next()?.to_owned();
-        let message =
-            serde_json::from_str(parts.next()?).unwrap_or_else(|error| panic!("{error}: {line}"));
+        let json = parts.next().filter(|json| json.starts_with('{'))?;
+        let message = serde_json::from_str(json).unwrap_or_else(|error| panic!("{error}: {line}"));
         Some(Self {
-            utc_s,
-            is_retained,
+            is_retained: is_retained == "1",
             topic,
             message,
         })

@@ -1,5 +1,4 @@
 //! `serve`, as a process.
-#![allow(dead_code, reason = "every test file uses a part of it")]
 
 use crate::common;
 use crate::serial_board::SerialBoard;
@@ -7,63 +6,33 @@ use rustix::process::{Pid, Signal, kill_process};
 use std::io::Read;
 use std::process::{Child, Stdio};
 
-pub struct Serving(Option<Child>);
+pub struct Serving(Child);
 
 impl Serving {
-    /// Fingers f0, f1 and so on at these boards.
-    pub fn start(boards: &[&SerialBoard], arguments: &[&str]) -> Self {
-        Self::start_with(boards, arguments, &[])
-    }
-
-    /// Starts it with environment variables.
-    pub fn start_with(
-        boards: &[&SerialBoard],
-        arguments: &[&str],
-        variables: &[(&str, &str)],
-    ) -> Self {
-        let sources: Vec<&str> = boards.iter().map(|board| board.name.as_str()).collect();
-        Self::of(&sources, arguments, variables)
-    }
-
-    /// Fingers f0, f1 and so on from these sources.
-    pub fn of(sources: &[&str], arguments: &[&str], variables: &[(&str, &str)]) -> Self {
-        let fingers = sources
-            .iter()
-            .enumerate()
-            .map(|(number, source)| format!("--finger=f{number}={source}"));
-        let mut command = common::ridgetone();
-        command
-            .arg("serve")
-            .args(fingers)
+    /// One finger, f0, at this board.
+    pub fn start(board: &SerialBoard, arguments: &[&str]) -> Self {
+        let child = common::ridgetone()
+            .args(["serve", &format!("--finger=f0={}", board.name)])
             .args(arguments)
-            .envs(variables.iter().copied());
-        let child = command
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(Stdio::piped())
             .spawn();
-        Self(Some(child.expect("the command runs")))
+        Self(child.expect("the command runs"))
     }
 
-    pub fn id(&self) -> u32 {
-        self.0.as_ref().expect("a child").id()
+    /// One finger, f0, at this board, published to a broker at this port.
+    pub fn publish(board: &SerialBoard, port: u16) -> Self {
+        Self::start(board, &["--mqtt", &format!("mqtt://127.0.0.1:{port}")])
     }
 
-    /// Interrupts it as Ctrl-C does; gives what it reported. It must end well.
+    /// Interrupts it as Ctrl-C does and returns its report. It must end well.
     pub fn interrupt(mut self) -> String {
-        let mut child = self.0.take().expect("a child");
-        kill_process(
-            Pid::from_raw(child.id() as i32).expect("a process"),
-            Signal::INT,
-        )
-        .expect("interrupted");
-        let mut report = String::new();
-        child
-            .stderr
-            .take()
-            .expect("a pipe")
-            .read_to_string(&mut report)
-            .expect("UTF-8");
+        let child = &mut self.0;
+        let pid = Pid::from_raw(child.id() as i32).expect("a process");
+        kill_process(pid, Signal::INT).expect("interrupted");
+        let (mut report, mut stderr) = (String::new(), child.stderr.take().expect("a pipe"));
+        stderr.read_to_string(&mut report).expect("UTF-8");
         assert!(child.wait().expect("ended").success(), "{report}");
         report
     }
@@ -71,9 +40,7 @@ impl Serving {
 
 impl Drop for Serving {
     fn drop(&mut self) {
-        if let Some(child) = &mut self.0 {
-            let _ = child.kill();
-            let _ = child.wait();
-        }
+        let _ = self.0.kill();
+        let _ = self.0.wait();
     }
 }

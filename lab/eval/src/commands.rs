@@ -171,7 +171,7 @@ fn make_pages(folder: &Path) -> Result<()> {
     reproduce::okamoto::write_picture(folder)?;
     fill(folder, "boards", board::with_bars)?;
     fill(folder, "faults", faults::table::with_bars)?;
-    for topic in ["distance", "live", "papers"] {
+    for topic in ["distance", "papers"] {
         fill(folder, topic, |tables| tables)?;
     }
     Ok(())

@@ -12,8 +12,7 @@ use ridgetone_host::cli::lines::report;
 use ridgetone_host::cli::parse::{number, positive};
 use ridgetone_host::note;
 use ridgetone_host::port::{self, Wanted};
-use ridgetone_host::serve::name::Source;
-use ridgetone_host::serve::{Emulator, open};
+use ridgetone_host::serve::source::{Emulator, Source};
 use ridgetone_host::stop;
 use ridgetone_host::usage::UsageError;
 use ridgetone_stylus::parameters::Parameters;
@@ -175,12 +174,6 @@ impl LinkArgs {
 
     fn open(&self, finger: &str) -> Result<ridgetone_host::feed::Feed> {
         let source = Source::of(finger)?;
-        if let Source::Url(url) = &source {
-            return Err(UsageError(format!(
-                "{url}: a page gives no packets: give a port, emulated or a recording"
-            ))
-            .into());
-        }
         let emulator = match &source {
             Source::Emulated(_) => {
                 let elf = self.firmware.image()?;
@@ -189,6 +182,6 @@ impl LinkArgs {
             }
             _ => None,
         };
-        open::feed(&source, emulator.as_ref())
+        source.open(emulator.as_ref())
     }
 }

@@ -1,30 +1,39 @@
-//! What the command line names: `left=/dev/ttyUSB0`.
+//! Fingers and their sources on the command line: `left=/dev/ttyUSB0`.
 
-use crate::recording::is_telemetry;
+use crate::feed::{Emulated, Feed, Pace};
+use crate::input::frame_rate_hz;
+use crate::port::{Link, System, Wanted};
+use crate::recording::{Recorded, is_telemetry};
+use crate::touches::{first_touches, of_scene};
 use crate::usage::UsageError;
-use anyhow::Result;
+use anyhow::{Context, Result};
 use std::path::PathBuf;
+use std::time::Duration;
 
-/// Where a finger's messages come from.
+/// Firmware image of the emulated boards.
+pub struct Emulator {
+    pub elf: PathBuf,
+    /// Time without a sign of life after which an emulated board is given up.
+    pub silence: Duration,
+}
+
+/// Source of a finger's messages.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Source {
     Port(String),
-    /// In front of this scene, or of the first one.
+    /// An emulated board with this scene, or with the first one.
     Emulated(Option<PathBuf>),
-    /// Played in real time, as if it happened now.
+    /// A file of telemetry, played in real time as if it happened now.
     Recording(PathBuf),
-    /// Where `ridgetone view` serves.
-    Url(String),
 }
 
 impl Source {
-    /// By its form: `emulated`, `emulated:SCENE.toml`, `http://HOST:PORT`, a file of telemetry,
-    /// otherwise a port.
+    /// Reads `emulated`, `emulated:SCENE.toml`, the name of a file of telemetry, or a port's name.
     pub fn of(text: &str) -> Result<Self> {
         Ok(match text {
             "" => {
                 return Err(usage(
-                    "no source behind =: a port, emulated, a recording or http://HOST:PORT",
+                    "no source after =: write a port, emulated or a recording",
                 ));
             }
             "emulated" => Self::Emulated(None),
@@ -32,8 +41,9 @@ impl Source {
                 Self::Emulated(Some(text["emulated:".len()..].into()))
             }
             _ if text.contains("://") => {
-                super::url::host(text)?;
-                Self::Url(text.to_owned())
+                return Err(usage(&format!(
+                    "{text}: an address is no source: write a port, emulated or a recording"
+                )));
             }
             _ if std::fs::metadata(text).is_ok_and(|found| found.is_file()) => {
                 if !is_telemetry(text.as_ref())? {
@@ -46,9 +56,30 @@ impl Source {
             _ => Self::Port(text.to_owned()),
         })
     }
+
+    /// Opens the source. An emulated board runs at the speed of a real one, and is touched again
+    /// and again.
+    pub fn open(&self, emulator: Option<&Emulator>) -> Result<Feed> {
+        Ok(match self {
+            Self::Recording(path) => Feed::new(Recorded::open(path)?).paced(Pace::new(1.0)),
+            Self::Port(name) => {
+                Feed::new(Link::open(System, Wanted::new(Some(name.clone()), None))?)
+            }
+            Self::Emulated(scene) => {
+                let Emulator { elf, silence } = emulator.context("no firmware image to emulate")?;
+                let input = match scene {
+                    Some(path) => {
+                        of_scene(hal_mock::load_scene(path, frame_rate_hz())?)?.repeated()
+                    }
+                    None => first_touches()?,
+                };
+                Feed::new(Emulated::start(input, elf.clone(), *silence, Some(1.0)))
+            }
+        })
+    }
 }
 
-/// A name in topics: letters, digits, `_` and `-`.
+/// Checks a name for topics: letters, digits, `_` and `-`.
 pub fn check(name: &str) -> Result<()> {
     let is_fit = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     if name.is_empty() || !name.chars().all(is_fit) {
@@ -59,7 +90,7 @@ pub fn check(name: &str) -> Result<()> {
     Ok(())
 }
 
-/// Fingers as `NAME=SOURCE`, each name once.
+/// Reads fingers as `NAME=SOURCE`, each name once.
 pub fn fingers(given: &[String]) -> Result<(Vec<String>, Vec<Source>)> {
     let mut names: Vec<String> = Vec::new();
     let mut sources = Vec::new();
@@ -99,34 +130,33 @@ mod tests {
             "a=/dev/ttyUSB0",
             "b=emulated",
             "c=emulated:hal-mock/scenes/c7.toml",
-            "d=http://127.0.0.1:8321",
         ];
         let (names, sources) = fingers(&given.map(str::to_owned)).unwrap();
-        assert_eq!(names, ["a", "b", "c", "d"]);
+        assert_eq!(names, ["a", "b", "c"]);
         let expected = [
             Source::Port("/dev/ttyUSB0".into()),
             Source::Emulated(None),
             Source::Emulated(Some("hal-mock/scenes/c7.toml".into())),
-            Source::Url("http://127.0.0.1:8321".into()),
         ];
         assert_eq!(sources, expected);
-        let refused = |given: &[&str]| {
-            let error = fingers(
-                &given
-                    .iter()
-                    .map(|text| (*text).to_owned())
-                    .collect::<Vec<_>>(),
-            )
-            .unwrap_err();
+        let of_table = format!("a={table}");
+        for (given, why) in [
+            (&["a=x", "a=y"][..], "two fingers are named a"),
+            (&["a/b=x"], "\"a/b\" is no name"),
+            (&["=x"], "no name"),
+            (&["a="], "no source"),
+            (&["a"], "NAME=SOURCE"),
+            (&["a=ftp://x"], "ftp://x"),
+            (
+                &["a=http://127.0.0.1:8321"],
+                "a port, emulated or a recording",
+            ),
+            (&[&of_table], "holds no telemetry"),
+        ] {
+            let given: Vec<String> = given.iter().map(|text| (*text).to_owned()).collect();
+            let error = fingers(&given).unwrap_err();
             assert!(error.is::<UsageError>(), "{error}");
-            error.to_string()
-        };
-        assert!(refused(&["a=x", "a=y"]).contains("two fingers are named a"));
-        assert!(refused(&["a/b=x"]).contains("\"a/b\" is no name"));
-        assert!(refused(&["=x"]).contains("no name"));
-        assert!(refused(&["a="]).contains("no source"));
-        assert!(refused(&["a"]).contains("NAME=SOURCE"));
-        assert!(refused(&["a=ftp://x"]).contains("ftp://x"));
-        assert!(refused(&[&format!("a={table}")]).contains("holds no telemetry"));
+            assert!(error.to_string().contains(why), "{error}");
+        }
     }
 }
