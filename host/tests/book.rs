@@ -24,10 +24,9 @@ use std::process::{Command, Stdio};
 /// Commands that need a board. Those of `ridgetone` are run on the emulated one, or on a simulated
 /// port, by `emulated.rs`, `listen.rs`, `recordings.rs`, `serve.rs`, `streams.rs` and
 /// `view.rs`.
-const WITH_A_BOARD: [&str; 23] = [
+const WITH_A_BOARD: [&str; 22] = [
     "ridgetone serve --finger left=/dev/ttyUSB0 --finger right=emulated --foxglove",
     "ridgetone serve --finger left=/dev/ttyUSB0 --mqtt mqtt://robot.local",
-    "ridgetone view --listen 0.0.0.0:8321",
     "ridgetone monitor --raw --json",
     "ridgetone listen --port /dev/ttyUSB0 --raw",
     "ridgetone record --raw -o -",

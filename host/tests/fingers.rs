@@ -332,7 +332,7 @@ fn memory_and_processor_time_of_the_commands() {
         &["monitor", "--plain"],
         &["monitor", "--raw", "--json"],
         &record,
-        &["view", "--listen", "127.0.0.1:0"],
+        &["view"],
         &["serve", "--json"],
     ];
     for arguments in commands {

@@ -278,10 +278,9 @@ fn a_recording_is_played_in_real_time_as_if_it_happened_now() {
 #[test]
 fn what_a_page_serves_is_a_source_too() {
     let board = SerialBoard::new();
-    let mut view =
-        piped(common::ridgetone().args(["view", "--listen", "127.0.0.1:0", "--port", &board.name]))
-            .spawn()
-            .expect("a page");
+    let mut view = piped(common::ridgetone().args(["view", "--port", &board.name]))
+        .spawn()
+        .expect("a page");
     let mut printed = BufReader::new(view.stdout.take().expect("a pipe")).lines();
     let address = printed.find_map(|line| {
         let line = line.expect("UTF-8");

@@ -12,7 +12,6 @@ use crate::digits::seconds;
 use crate::events::JsonLines;
 use crate::events::view::Estimate;
 use crate::feed::{FeedEvent, Following, RawFrames, SettingsReply};
-use crate::feel::threshold::thresholds;
 use crate::live::{Live, Log, POINTS, STRIP_FRAMES, Strips};
 use crate::remarks::{phrases, remedy};
 use crate::settings_form;
@@ -24,7 +23,6 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::broadcast::{self, Receiver, Sender};
-use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
 /// Time between two updates.
 pub const UPDATE_EVERY: Duration = Duration::from_millis(100);
@@ -47,12 +45,6 @@ const NONE_MISSED: &str = "{\"missed\":0,";
 /// A frame, seconds, roughly.
 const FRAME_S: f64 = 0.004;
 
-/// Pages at a time: each has up to the whole state in its connection, half a megabyte.
-pub const PAGES: usize = 64;
-
-/// The place of one page among [`PAGES`].
-pub type Place = OwnedSemaphorePermit;
-
 /// The common state of all pages.
 pub struct Hub {
     inner: Mutex<Inner>,
@@ -61,7 +53,6 @@ pub struct Hub {
     updates: Sender<Message>,
     /// Packets one by one, as with `--json`.
     packets: Sender<Arc<str>>,
-    places: Arc<Semaphore>,
 }
 
 #[derive(Default)]
@@ -114,7 +105,6 @@ impl Hub {
             turn: Mutex::new(()),
             updates: broadcast::channel(QUEUE).0,
             packets: broadcast::channel(PACKETS).0,
-            places: Arc::new(Semaphore::new(PAGES)),
         }
     }
 
@@ -224,11 +214,6 @@ impl Hub {
         (inner.points, inner.frames, inner.everything) = Default::default();
         // The next message is a whole state.
         inner.sent_restarts = inner.live.now.restarts.wrapping_sub(1);
-    }
-
-    /// A place for a new page, if there is one.
-    pub fn page(&self) -> Option<Place> {
-        Arc::clone(&self.places).try_acquire_owned().ok()
     }
 
     /// The latest greeting, and the queue of all packets after it.
@@ -381,7 +366,6 @@ impl Inner {
             version: env!("CARGO_PKG_VERSION"),
             places: PLACES,
             settings_form: settings_form::entries(),
-            thresholds: thresholds(),
             points_most: POINTS,
             frames_most: STRIP_FRAMES,
             live: &self.live,

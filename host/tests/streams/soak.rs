@@ -88,13 +88,7 @@ struct Page {
 impl Page {
     fn start(port: &Path) -> Self {
         let mut view = common::ridgetone();
-        view.args([
-            "view",
-            "--listen",
-            "127.0.0.1:0",
-            "--port",
-            common::text(port),
-        ]);
+        view.args(["view", "--port", common::text(port)]);
         let mut child = view
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
