@@ -42,6 +42,10 @@ use tokio::sync::oneshot;
 /// Time after which a page that has lost the server tries again.
 const RETRY: Duration = Duration::from_secs(1);
 
+/// Stack of the threads that fit a part of a run: as large as a main thread's, which unoptimized
+/// builds need.
+const STACK_BYTES: usize = 8 << 20;
+
 /// A running server. Dropped, it ends.
 #[derive(Debug)]
 pub struct Server {
@@ -60,6 +64,7 @@ impl Server {
         let address = listener.local_addr()?;
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_all()
+            .thread_stack_size(STACK_BYTES)
             .build()?;
         let (running, dropped) = oneshot::channel::<()>();
         let routes = routes.layer(from_fn_with_state(address, guard));
