@@ -1,51 +1,77 @@
-//! The picture of a fit: each channel with the fitted tone and what it leaves, and the spectra of
+//! The picture of a fit: each channel with the fitted tone and its residual, and the spectra of
 //! both.
 //!
 //! | step | file |
 //! |---|---|
-//! | what was fitted, channel by channel | `channels` |
-//! | the strips | `strips` |
+//! | rows that were fitted, and the tone in each channel | `channels` |
 //! | the spectra | `spectrum` |
 
 mod channels;
 mod spectrum;
-mod strips;
 
-use crate::chart::{Anchor, CHART_WIDTH, Panel, STYLE, Svg};
+use crate::chart::strips::{Strip, Strips};
 use crate::digits::{significant, uncertain};
 use crate::fit_report::part_name;
 use crate::names::name;
 use crate::remarks::remarks;
 use crate::samples::Samples;
-use crate::table_fit::{Selection, TableFit};
+use crate::table_fit::{ChannelResult, Selection, TableFit};
 use anyhow::Result;
-use channels::Fitted;
+use channels::{Channel, Fitted};
 use ridgetone_proto::telemetry::{Abscissa, Status};
 use std::path::Path;
-use strips::{STRIPS_Y, strips};
 
 /// Draws a fit of these samples with this selection. They are read once more.
 pub fn draw(samples: &Samples, selection: &Selection, fit: &TableFit) -> Result<String> {
     let fitted = Fitted::read(samples, selection, fit)?;
-    Ok(drawing(samples.name(), &fitted, fit))
+    let (title, subtitle) = headline(samples.name(), fit);
+    let channels = fitted.channels.iter().zip(&fit.channels);
+    let strips = Strips {
+        title,
+        subtitle,
+        warning: clipped_words(&fitted.channels),
+        row: "channel",
+        headings: ["each to its own scale", "close up, with the fit"],
+        axis: match fit.abscissa {
+            Abscissa::Time => "time, s",
+            Abscissa::Place => "position, mm",
+        },
+        range: fitted.range(),
+        close: fitted.close.clone(),
+        is_in_volts: false,
+        phases: None,
+        strips: channels
+            .map(|(channel, found)| strip(&fitted.at, channel, found))
+            .collect(),
+    };
+    Ok(strips.picture(spectrum::panel(&fitted, fit).as_ref()))
 }
 
-fn drawing(file: &str, fitted: &Fitted, fit: &TableFit) -> String {
-    let (title, subtitle) = headline(file, fit);
-    let panel = spectrum::panel(fitted, fit);
-    let strips_height = strips::height(fitted.channels.len());
-    let height = STRIPS_Y + strips_height + panel.as_ref().map_or(0.0, Panel::height);
-    let mut svg = Svg::new(CHART_WIDTH, height, &format!("{title}. {subtitle}"), STYLE);
-    svg.text([24.0, 30.0], Anchor::Start, "title", &title);
-    svg.text([24.0, 50.0], Anchor::Start, "small", &subtitle);
-    if let Some(word) = clipped_word(fitted) {
-        svg.text([24.0, 67.0], Anchor::Start, "head", &word);
+fn strip(at: &[f64], channel: &Channel, found: &ChannelResult) -> Strip {
+    let known = |values: &[f64]| {
+        let rows = at.iter().zip(&channel.readings).zip(values);
+        // Zero, where a reading is missing, is not a residual.
+        let known = rows.filter(|((_, reading), _)| reading.is_some());
+        known.map(|((at, _), value)| (*at, *value)).collect()
+    };
+    let readings = at.iter().zip(&channel.readings);
+    Strip {
+        name: channel.name.clone(),
+        note: match (found.usable, channel.is_clipped) {
+            (false, _) => "not usable",
+            (true, true) => "clipped",
+            (true, false) => "",
+        },
+        readings: readings
+            .filter_map(|(at, value)| Some((*at, f64::from((*value)?))))
+            .collect(),
+        residual: channel.residual.as_deref().map(known).unwrap_or_default(),
+        curve: channel.curve.clone(),
+        amplitude: found
+            .amplitude
+            .map_or_else(String::new, |value| significant(value, 3)),
+        explained: channel.explained,
     }
-    strips(&mut svg, fitted, fit);
-    if let Some(panel) = panel {
-        panel.draw(&mut svg, STRIPS_Y + strips_height);
-    }
-    svg.finish()
 }
 
 fn headline(file: &str, fit: &TableFit) -> (String, String) {
@@ -80,10 +106,10 @@ fn headline(file: &str, fit: &TableFit) -> (String, String) {
     (title, subtitle)
 }
 
-/// What to know of channels whose readings end at a limit.
-fn clipped_word(fitted: &Fitted) -> Option<String> {
-    let clipped = fitted.channels.iter().filter(|channel| channel.is_clipped);
-    match (clipped.count(), fitted.channels.len()) {
+/// A warning of channels whose readings end at a limit.
+fn clipped_words(channels: &[Channel]) -> Option<String> {
+    let clipped = channels.iter().filter(|channel| channel.is_clipped).count();
+    match (clipped, channels.len()) {
         (0, _) => None,
         (1, 1) => Some("The channel is clipped: its readings end at a limit.".into()),
         (all, count) if all == count => {

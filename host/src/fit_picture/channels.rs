@@ -1,4 +1,4 @@
-//! The channels of a fit: readings, the fitted tone with its harmonics, and what is left.
+//! The channels of a fit: readings, the fitted tone with its harmonics, and the residual.
 
 use crate::grid::Grid;
 use crate::harmonics::{self, about_line};
@@ -7,6 +7,7 @@ use crate::samples::Samples;
 use crate::table_fit::{Selection, TableFit};
 use anyhow::{Result, anyhow};
 use ridgetone_proto::telemetry::Abscissa;
+use std::ops::RangeInclusive;
 
 /// Periods in the close-up.
 const CLOSE_PERIODS: f64 = 4.0;
@@ -17,20 +18,7 @@ const CURVE_POINTS: usize = 160;
 /// Counted events differ by chance if they differ by less, in standard deviations.
 const BY_CHANCE: f64 = 3.0;
 
-/// Two values of one axis.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Range {
-    pub from: f64,
-    pub to: f64,
-}
-
-impl Range {
-    pub fn contains(&self, at: f64) -> bool {
-        (self.from..=self.to).contains(&at)
-    }
-}
-
-/// What was fitted.
+/// Rows and channels of a fit.
 pub struct Fitted {
     /// Abscissa of each row: seconds in the time of the recording, or millimetres from the first
     /// row.
@@ -38,7 +26,7 @@ pub struct Fitted {
     /// Rows over their length: a second, or a millimetre.
     pub density: f64,
     /// A few periods around the middle; none without a tone.
-    pub close: Option<Range>,
+    pub close: Option<RangeInclusive<f64>>,
     pub channels: Vec<Channel>,
 }
 
@@ -47,12 +35,12 @@ pub struct Channel {
     pub name: String,
     /// Readings at the rows; none where they are missing.
     pub readings: Vec<Option<f32>>,
-    /// What the fit leaves of them, zero where they are missing; none without a tone.
+    /// Readings less the fit, zero where they are missing; none without a tone.
     pub residual: Option<Vec<f64>>,
     /// The fitted curve in the close-up, with the abscissa.
     pub curve: Vec<(f64, f64)>,
-    /// Share of the readings' variance about their straight line that the fit explains.
-    pub share: Option<f64>,
+    /// Fraction of the readings' variance about their straight line that the fit explains.
+    pub explained: Option<f64>,
     /// Variance of the readings about their straight line.
     pub variance: f64,
     pub is_clipped: bool,
@@ -80,18 +68,12 @@ impl Fitted {
 
     /// With the fit at its frequency. Readings are at the places `at`.
     pub fn new(at: Vec<f64>, channels: Vec<Channel>, fit: &TableFit) -> Self {
-        let (least, most) = at
-            .iter()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), at| {
-                (least.min(*at), most.max(*at))
-            });
-        let (centre, half) = (0.5 * (least + most), 0.5 * (most - least));
+        let range = range(&at);
+        let centre = 0.5 * (range.start() + range.end());
+        let half = 0.5 * (range.end() - range.start());
         let close = fit.tone.frequency().map(|tone| {
             let half = (0.5 * CLOSE_PERIODS / tone.value).min(half);
-            Range {
-                from: centre - half,
-                to: centre + half,
-            }
+            centre - half..=centre + half
         });
         let mut fitted = Self {
             density: at.len().saturating_sub(1) as f64 / (2.0 * half).max(f64::MIN_POSITIVE),
@@ -99,9 +81,9 @@ impl Fitted {
             close,
             channels,
         };
-        if let (Some(close), Some(tone)) = (close, fit.tone.frequency()) {
-            let step = (close.to - close.from) / (CURVE_POINTS - 1) as f64;
-            let curve_at = (0..CURVE_POINTS).map(|point| close.from + step * point as f64);
+        if let (Some(close), Some(tone)) = (&fitted.close, fit.tone.frequency()) {
+            let step = (close.end() - close.start()) / (CURVE_POINTS - 1) as f64;
+            let curve_at = (0..CURVE_POINTS).map(|point| close.start() + step * point as f64);
             let curve_at: Vec<f64> = curve_at.collect();
             let both = fitted.at.iter().chain(&curve_at).map(|at| at - centre);
             let wave = Wave {
@@ -124,16 +106,15 @@ impl Fitted {
         fitted
     }
 
-    pub fn range(&self) -> Range {
-        let (from, to) = self
-            .at
-            .iter()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(from, to), at| {
-                (from.min(*at), to.max(*at))
-            });
-        let to = if to > from { to } else { from + 1.0 };
-        Range { from, to }
+    pub fn range(&self) -> RangeInclusive<f64> {
+        range(&self.at)
     }
+}
+
+fn range(at: &[f64]) -> RangeInclusive<f64> {
+    let from = at.iter().copied().fold(f64::INFINITY, f64::min);
+    let to = at.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    from..=if to > from { to } else { from + 1.0 }
 }
 
 /// Where the rows are along the axis of the fit.
@@ -182,7 +163,7 @@ impl Channel {
             name,
             residual: None,
             curve: Vec::new(),
-            share: None,
+            explained: None,
             variance: about_line(&readings) / count.max(1) as f64,
             is_clipped: is_clipped(known().collect()),
             readings,
@@ -207,7 +188,7 @@ impl Channel {
         let residual: Vec<f64> = residual.collect();
         let squares: f64 = residual.iter().map(|left| left * left).sum();
         let all = about_line(&self.readings);
-        self.share = (all > 0.0).then(|| (1.0 - squares / all).clamp(0.0, 1.0));
+        self.explained = (all > 0.0).then(|| (1.0 - squares / all).clamp(0.0, 1.0));
         self.curve = curve_at
             .iter()
             .copied()

@@ -187,12 +187,14 @@ impl Windows {
     /// Windows in which the frequencies of the picture are as close as they can tell them apart.
     fn new(fitted: &Fitted, most: f64) -> Self {
         let range = fitted.range();
-        let all = range.to - range.from;
+        let all = range.end() - range.start();
         let length = (FREQUENCIES as f64 / PER_CYCLE / most).min(all);
         let count = (2.0 * all / length).floor().max(2.0) as usize - 1;
         let gap = (all - length) / (count.max(2) - 1) as f64;
         Self {
-            starts: (0..count).map(|at| range.from + gap * at as f64).collect(),
+            starts: (0..count)
+                .map(|at| range.start() + gap * at as f64)
+                .collect(),
             length,
             most,
             half_rate: 0.5 * fitted.density,
