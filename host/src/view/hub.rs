@@ -39,9 +39,6 @@ const SPECTRUM_EVERY: Duration = Duration::from_millis(250);
 /// Time for which a request for the state counts as somebody watching.
 const LOOKED: Duration = Duration::from_secs(3);
 
-/// How a state begins for a page that has missed nothing.
-const NONE_MISSED: &str = "{\"missed\":0,";
-
 /// A frame, seconds, roughly.
 const FRAME_S: f64 = 0.004;
 
@@ -85,8 +82,6 @@ struct Inner {
     /// Device time of the estimate that the curves show.
     curves_of_us: Option<u64>,
     number: u64,
-    /// Everything as of the latest update, once a page has asked for it.
-    everything: Option<Arc<str>>,
     json: JsonLines,
     greeting: Option<Arc<str>>,
 }
@@ -161,7 +156,6 @@ impl Hub {
 
     fn send_new(&self, inner: &mut Inner) -> Result<()> {
         inner.number += 1;
-        inner.everything = None;
         let analysed = inner.analyse();
         let message = if inner.live.now.restarts == inner.sent_restarts {
             Message {
@@ -172,7 +166,7 @@ impl Hub {
             // The time axis is new: no data that pages have fit it.
             Message {
                 kind: "state",
-                json: inner.state()?.into(),
+                json: inner.state(0)?.into(),
             }
         };
         (inner.points, inner.frames) = Default::default();
@@ -186,23 +180,9 @@ impl Hub {
     pub fn join(&self, missed: u64) -> Result<(Message, Receiver<Message>)> {
         let mut inner = self.lock();
         inner.looked = Some(Instant::now());
-        // Under one lock, so that the state and the queue neither overlap nor leave a gap. All pages
-        // that come between two updates share one state: it is the most work of all.
-        let everything = match &inner.everything {
-            Some(everything) => Arc::clone(everything),
-            None => {
-                self.send_new(&mut inner)?;
-                let everything: Arc<str> = inner.state()?.into();
-                inner.everything = Some(Arc::clone(&everything));
-                everything
-            }
-        };
-        let json = match missed {
-            0 => everything,
-            _ => everything
-                .replacen(NONE_MISSED, &format!("{{\"missed\":{missed},"), 1)
-                .into(),
-        };
+        // Under one lock, so that the state and the queue neither overlap nor leave a gap.
+        self.send_new(&mut inner)?;
+        let json = inner.state(missed)?.into();
         let kind = "state";
         Ok((Message { kind, json }, self.updates.subscribe()))
     }
@@ -211,7 +191,7 @@ impl Hub {
     pub fn clear(&self) {
         let mut inner = self.lock();
         inner.live.clear();
-        (inner.points, inner.frames, inner.everything) = Default::default();
+        (inner.points, inner.frames) = Default::default();
         // The next message is a whole state.
         inner.sent_restarts = inner.live.now.restarts.wrapping_sub(1);
     }
@@ -227,7 +207,7 @@ impl Hub {
         let mut inner = self.lock();
         ensure!(inner.can_set, "there is no board that takes settings");
         inner.wanted = Some(settings_form::with_json(&inner.live.settings(), json)?);
-        (inner.settings_reply, inner.everything) = (None, None);
+        inner.settings_reply = None;
         Ok(())
     }
 
@@ -239,8 +219,6 @@ impl Hub {
     /// Begins to record into a new file; if it records already, ends and returns the recorder.
     pub fn record(&self, path: impl FnOnce() -> PathBuf) -> Option<Recorder> {
         let inner = &mut *self.lock();
-        // Whoever has asked for this sees it at once.
-        inner.everything = None;
         let ended = inner.recorder.take();
         if ended.is_none() {
             inner.recorder = Some(Recorder::new(path(), &inner.live.now.source));
@@ -290,7 +268,7 @@ pub fn state_of(live: Live) -> Result<String> {
         received: Some(Instant::now()),
         ..Inner::default()
     }
-    .state()
+    .state(0)
 }
 
 /// What an analysis of the latest frames has changed.
@@ -358,9 +336,9 @@ impl Inner {
         }
     }
 
-    fn state(&self) -> Result<String> {
+    fn state(&self, missed: u64) -> Result<String> {
         Ok(serde_json::to_string(&State {
-            missed: 0,
+            missed,
             common: self.common(),
             stream: STREAM,
             version: env!("CARGO_PKG_VERSION"),

@@ -38,7 +38,7 @@ pub struct Common<'a> {
 
 #[derive(Serialize)]
 pub struct State<'a> {
-    /// Updates that a page was too slow for. The first field, so that it can be replaced.
+    /// Updates that a page was too slow for.
     pub missed: u64,
     #[serde(flatten)]
     pub common: Common<'a>,

@@ -1,0 +1,80 @@
+//! The data of the picture: sixteen channels over time, and the results.
+
+use crate::digits::seconds;
+use ridgetone_finger::TimedConversion;
+use ridgetone_proto::settings::{Settings, TAXELS};
+use ridgetone_proto::telemetry::{Estimate, Event, Packet, Span};
+
+/// Channel id of AIN0, the first taxel (SBAS297G, channel ids).
+const FIRST_CHID: u8 = 0x08;
+
+/// Samples from which a channel's idle level is taken.
+const IDLE_SAMPLES: usize = 48;
+
+/// Sixteen channels and the results. Times are device times in seconds: since the first conversion.
+#[derive(Clone, Debug, Default)]
+pub struct Recording {
+    /// Per taxel: time, and volts above its idle level.
+    pub channels: [Vec<(f64, f64)>; TAXELS],
+    /// Idle level per taxel, volts.
+    pub idle_v: [f64; TAXELS],
+    pub contacts_s: Vec<f64>,
+    /// Slides that have ended, start and end.
+    pub slides_s: Vec<(f64, f64)>,
+    pub releases_s: Vec<f64>,
+    /// The last fit over a whole slide.
+    pub slide_fit: Option<Estimate>,
+}
+
+impl Recording {
+    /// From the conversions that a board has read and the packets that it has sent.
+    pub fn new(conversions: &[TimedConversion], packets: &[Packet]) -> Self {
+        let mut recording = Self::default();
+        let mut vref_v = Settings::default().vref_v;
+        for packet in packets {
+            match &packet.event {
+                Event::Hello(e) => vref_v = e.settings.vref_v,
+                Event::Contact(e) => recording.contacts_s.push(seconds(e.t_us)),
+                Event::Slide(e) => recording
+                    .slides_s
+                    .extend(e.end_us.map(|end| (seconds(e.start_us), seconds(end)))),
+                Event::Release(e) => recording.releases_s.push(seconds(e.t_us)),
+                Event::Estimate(e) if e.span == Span::Slide => {
+                    recording.slide_fit = Some(e.clone())
+                }
+                _ => {}
+            }
+        }
+        let (mut t_us, mut before_us) = (0, conversions.first().map_or(0, |first| first.t_us));
+        for c in conversions {
+            t_us += u64::from(c.t_us.wrapping_sub(before_us));
+            before_us = c.t_us;
+            let taxel = usize::from(c.status().chid().wrapping_sub(FIRST_CHID));
+            if let Some(channel) = recording.channels.get_mut(taxel) {
+                // In f64: the idle level of volts is taken off millivolts below.
+                let volts = f64::from(c.code()) * f64::from(vref_v)
+                    / f64::from(ads1258::reading::CODES_PER_VREF);
+                channel.push((seconds(t_us), volts));
+            }
+        }
+        for (channel, idle_v) in recording.channels.iter_mut().zip(&mut recording.idle_v) {
+            let head = &channel[..channel.len().min(IDLE_SAMPLES)];
+            *idle_v = head.iter().map(|(_, v)| v).sum::<f64>() / head.len().max(1) as f64;
+            channel.iter_mut().for_each(|(_, v)| *v -= *idle_v);
+        }
+        recording
+    }
+
+    pub fn span_s(&self) -> (f64, f64) {
+        let all = || self.channels.iter().flatten().map(|(t_s, _)| *t_s);
+        let (from_s, to_s) = (
+            all().fold(f64::INFINITY, f64::min),
+            all().fold(f64::NEG_INFINITY, f64::max),
+        );
+        if from_s < to_s {
+            (from_s, to_s)
+        } else {
+            (0.0, 1.0)
+        }
+    }
+}
