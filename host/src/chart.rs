@@ -226,31 +226,13 @@ impl Look {
         }
     }
 
-    /// A marker's corners around its middle.
-    fn marker(self) -> Option<(&'static [(f64, f64)], String)> {
-        const SHAPES: [&[(f64, f64)]; 4] = [
-            &[
-                (-3.2, -3.2),
-                (3.2, -3.2),
-                (3.2, 3.2),
-                (-3.2, 3.2),
-                (-3.2, -3.2),
-            ],
-            &[(0.0, -4.4), (4.2, 3.2), (-4.2, 3.2), (0.0, -4.4)],
-            &[
-                (0.0, -4.8),
-                (4.8, 0.0),
-                (0.0, 4.8),
-                (-4.8, 0.0),
-                (0.0, -4.8),
-            ],
-            &[
-                (-3.5, -3.5),
-                (3.5, 3.5),
-                (0.0, 0.0),
-                (-3.5, 3.5),
-                (3.5, -3.5),
-            ],
+    /// A marker's corners around its middle, x and y in turn.
+    fn marker(self) -> Option<(&'static [f64], String)> {
+        const SHAPES: [&[f64]; 4] = [
+            &[-3.2, -3.2, 3.2, -3.2, 3.2, 3.2, -3.2, 3.2, -3.2, -3.2],
+            &[0.0, -4.4, 4.2, 3.2, -4.2, 3.2, 0.0, -4.4],
+            &[0.0, -4.8, 4.8, 0.0, 0.0, 4.8, -4.8, 0.0, 0.0, -4.8],
+            &[-3.5, -3.5, 3.5, 3.5, 0.0, 0.0, -3.5, 3.5, 3.5, -3.5],
         ];
         match self {
             Self::Marked(number) => Some((SHAPES[number % 4], format!("c{}", number % 4))),
@@ -400,7 +382,8 @@ impl Panel {
 
 fn marker(svg: &mut Svg, look: Look, x: f64, y: f64) {
     if let Some((shape, class)) = look.marker() {
-        let corners: Vec<(f64, f64)> = shape.iter().map(|(dx, dy)| (x + dx, y + dy)).collect();
+        let corners = shape.chunks_exact(2).map(|d| (x + d[0], y + d[1]));
+        let corners: Vec<(f64, f64)> = corners.collect();
         svg.path(&corners, &class);
     }
 }

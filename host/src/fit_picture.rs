@@ -15,63 +15,34 @@ use crate::fit_report::part_name;
 use crate::names::name;
 use crate::remarks::remarks;
 use crate::samples::Samples;
-use crate::table_fit::{ChannelResult, Selection, TableFit};
+use crate::table_fit::{Selection, TableFit};
 use anyhow::Result;
-use channels::{Channel, Fitted};
+use channels::Fitted;
 use ridgetone_proto::telemetry::{Abscissa, Status};
 use std::path::Path;
 
 /// Draws a fit of these samples with this selection. They are read once more.
 pub fn draw(samples: &Samples, selection: &Selection, fit: &TableFit) -> Result<String> {
     let fitted = Fitted::read(samples, selection, fit)?;
+    let panel = spectrum::panel(&fitted, fit);
     let (title, subtitle) = headline(samples.name(), fit);
-    let channels = fitted.channels.iter().zip(&fit.channels);
     let strips = Strips {
         title,
         subtitle,
-        warning: clipped_words(&fitted.channels),
+        warning: clipped_words(&fitted.strips),
         row: "channel",
         headings: ["each to its own scale", "close up, with the fit"],
         axis: match fit.abscissa {
             Abscissa::Time => "time, s",
             Abscissa::Place => "position, mm",
         },
-        range: fitted.range(),
-        close: fitted.close.clone(),
+        range: fitted.range,
+        close: fitted.close,
         is_in_volts: false,
         phases: None,
-        strips: channels
-            .map(|(channel, found)| strip(&fitted.at, channel, found))
-            .collect(),
+        strips: fitted.strips,
     };
-    Ok(strips.picture(spectrum::panel(&fitted, fit).as_ref()))
-}
-
-fn strip(at: &[f64], channel: &Channel, found: &ChannelResult) -> Strip {
-    let known = |values: &[f64]| {
-        let rows = at.iter().zip(&channel.readings).zip(values);
-        // Zero, where a reading is missing, is not a residual.
-        let known = rows.filter(|((_, reading), _)| reading.is_some());
-        known.map(|((at, _), value)| (*at, *value)).collect()
-    };
-    let readings = at.iter().zip(&channel.readings);
-    Strip {
-        name: channel.name.clone(),
-        note: match (found.usable, channel.is_clipped) {
-            (false, _) => "not usable",
-            (true, true) => "clipped",
-            (true, false) => "",
-        },
-        readings: readings
-            .filter_map(|(at, value)| Some((*at, f64::from((*value)?))))
-            .collect(),
-        residual: channel.residual.as_deref().map(known).unwrap_or_default(),
-        curve: channel.curve.clone(),
-        amplitude: found
-            .amplitude
-            .map_or_else(String::new, |value| significant(value, 3)),
-        explained: channel.explained,
-    }
+    Ok(strips.picture(panel.as_ref()))
 }
 
 fn headline(file: &str, fit: &TableFit) -> (String, String) {
@@ -107,9 +78,12 @@ fn headline(file: &str, fit: &TableFit) -> (String, String) {
 }
 
 /// A warning of channels whose readings end at a limit.
-fn clipped_words(channels: &[Channel]) -> Option<String> {
-    let clipped = channels.iter().filter(|channel| channel.is_clipped).count();
-    match (clipped, channels.len()) {
+fn clipped_words(strips: &[Strip]) -> Option<String> {
+    let clipped = strips
+        .iter()
+        .filter(|strip| strip.note == "clipped")
+        .count();
+    match (clipped, strips.len()) {
         (0, _) => None,
         (1, 1) => Some("The channel is clipped: its readings end at a limit.".into()),
         (all, count) if all == count => {
