@@ -1,30 +1,31 @@
-//! Pictures as SVG: the few shapes that they need, axes, and charts of curves with a key.
+//! Pictures as SVG: charts of curves with a key, and [`strips`] of channels.
+//!
+//! | what | where |
+//! |---|---|
+//! | shapes, axes, panels of curves | here |
+//! | a row for each channel, whole and close up | [`strips`] |
+
+pub mod strips;
 
 use std::fmt::Write;
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Anchor {
-    Start,
-    Middle,
-    End,
-}
-
 #[derive(Debug)]
-pub struct Svg {
+struct Svg {
     body: String,
 }
 
 impl Svg {
-    /// A picture of `width` by `height` pixels on a white card, legible on a light and on a dark
-    /// page. `title` is for screen readers; `style` is CSS.
-    pub fn new(width: f64, height: f64, title: &str, style: &str) -> Self {
+    /// A picture of this height on a white card, legible on a light and on a dark page. `title` is
+    /// for screen readers.
+    fn new(height: f64, title: &str) -> Self {
+        let width = CHART_WIDTH;
         let mut body = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" role=\"img\">\n"
         );
         // Writing to a string cannot fail, here and below.
         let _ = writeln!(
             body,
-            "<title>{}</title>\n<style>{style}</style>",
+            "<title>{}</title>\n<style>{STYLE}</style>",
             escape(title)
         );
         let mut svg = Self { body };
@@ -37,47 +38,28 @@ impl Svg {
     }
 
     /// An element as it stands in the file.
-    pub fn push(&mut self, element: &str) {
+    fn push(&mut self, element: &str) {
         self.body.push_str(element);
         self.body.push('\n');
     }
 
-    /// A text on one line; `y` is its baseline.
-    pub fn text(&mut self, [x, y]: [f64; 2], anchor: Anchor, class: &str, text: &str) {
-        let anchor = match anchor {
-            Anchor::Start => "start",
-            Anchor::Middle => "middle",
-            Anchor::End => "end",
-        };
+    /// A text on one line; `y` is its baseline, `anchor` one of `start`, `middle` and `end`.
+    fn text(&mut self, [x, y]: [f64; 2], anchor: &str, class: &str, text: &str) {
         let text = escape(text);
         self.push(&format!("<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\" class=\"{class}\">{text}</text>"));
     }
 
-    /// A text whose characters are `width` pixels wide each, blanks included; `y` is its baseline.
-    /// Blanks at its end are left out.
-    pub fn cells(&mut self, [x, y]: [f64; 2], width: f64, class: &str, text: &str) {
-        let text = text.trim_end();
-        let length = width * text.chars().count() as f64;
-        let text = escape(text);
-        self.push(&format!(
-            "<text x=\"{x:.1}\" y=\"{y:.1}\" textLength=\"{length:.1}\" class=\"{class}\">{text}</text>"
-        ));
+    fn line(&mut self, ends: [(f64, f64); 2], class: &str) {
+        self.path(&ends, class);
     }
 
-    pub fn line(&mut self, ends: [(f64, f64); 2], class: &str) {
-        let [(x1, y1), (x2, y2)] = ends;
-        self.push(&format!(
-            "<path d=\"M{x1:.1} {y1:.1}L{x2:.1} {y2:.1}\" class=\"{class}\"/>"
-        ));
-    }
-
-    pub fn rect(&mut self, [x, y]: [f64; 2], [width, height]: [f64; 2], class: &str) {
+    fn rect(&mut self, [x, y]: [f64; 2], [width, height]: [f64; 2], class: &str) {
         self.push(&format!(
             "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" class=\"{class}\"/>"
         ));
     }
 
-    pub fn path(&mut self, points: &[(f64, f64)], class: &str) {
+    fn path(&mut self, points: &[(f64, f64)], class: &str) {
         let mut d = String::new();
         for (i, (x, y)) in points.iter().enumerate() {
             let _ = write!(d, "{}{x:.1} {y:.1}", if i == 0 { "M" } else { "L" });
@@ -86,7 +68,7 @@ impl Svg {
     }
 
     /// Dots, as a path of strokes without length and with round ends.
-    pub fn dots(&mut self, points: &[(f64, f64)], class: &str) {
+    fn dots(&mut self, points: &[(f64, f64)], class: &str) {
         let mut d = String::new();
         for (x, y) in points {
             let _ = write!(d, "M{x:.1} {y:.1}h0");
@@ -94,7 +76,7 @@ impl Svg {
         self.push(&format!("<path d=\"{d}\" class=\"{class}\"/>"));
     }
 
-    pub fn finish(mut self) -> String {
+    fn finish(mut self) -> String {
         self.push("</svg>");
         self.body
     }
@@ -108,7 +90,7 @@ fn escape(text: &str) -> String {
 
 /// Style of all pictures: legible on light and on dark. The colours are those of Okabe and Ito,
 /// lighter on dark; dashes and markers tell curves apart without them.
-pub const STYLE: &str = "svg text{font:12px system-ui,'Helvetica Neue',Arial,'DejaVu Sans',sans-serif;fill:#222}\
+const STYLE: &str = "svg text{font:12px system-ui,'Helvetica Neue',Arial,'DejaVu Sans',sans-serif;fill:#222}\
 svg .title{font-size:16px;font-weight:600}svg .small{font-size:11px;fill:#555}svg .head{font-size:11px;font-weight:600}\
 svg path{fill:none}svg .card{fill:#fff;stroke:#bbb}svg .odd{fill:#f4f5f7}svg .axis{stroke:#555}svg .grid{stroke:#ddd}\
 svg .slide{fill:#cfe3f5;fill-opacity:.55}svg .mark{stroke:#a01050;stroke-width:1.2;stroke-dasharray:4 3}\
@@ -128,21 +110,21 @@ const WIDE_CHARACTER: f64 = 7.0;
 
 /// An axis between two values at two places in pixels, evenly divided or by decades.
 #[derive(Clone, Copy, Debug)]
-pub struct Axis {
-    pub range: (f64, f64),
-    pub at: (f64, f64),
-    pub is_log: bool,
+struct Axis {
+    range: (f64, f64),
+    at: (f64, f64),
+    is_log: bool,
 }
 
 impl Axis {
-    pub fn place(&self, value: f64) -> f64 {
+    fn place(&self, value: f64) -> f64 {
         let scaled = |value: f64| if self.is_log { value.log10() } else { value };
         let (from, to) = (scaled(self.range.0), scaled(self.range.1));
         self.at.0 + (self.at.1 - self.at.0) * (scaled(value) - from) / (to - from)
     }
 
     /// Round values within the range, about `wanted` of them if it is evenly divided.
-    pub fn ticks(&self, wanted: u32) -> Vec<(f64, String)> {
+    fn ticks(&self, wanted: u32) -> Vec<(f64, String)> {
         let (from, to) = self.range;
         if self.is_log {
             let decades = from.log10().floor() as i32..=to.log10().ceil() as i32;
@@ -176,7 +158,7 @@ fn plain(value: f64) -> String {
 }
 
 /// The greatest of 1, 2, 5 times a power of ten that is not above `value`.
-pub fn nice(value: f64) -> f64 {
+fn nice(value: f64) -> f64 {
     let power = 10f64.powf(value.log10().floor());
     let digits = [5.0, 2.0].into_iter().find(|digit| value >= digit * power);
     digits.unwrap_or(1.0) * power
@@ -184,7 +166,7 @@ pub fn nice(value: f64) -> f64 {
 
 /// Centred labels on one line, moved between its ends; a label that would touch another is left
 /// out.
-pub fn spaced(mut labels: Vec<(f64, String)>, left: f64, right: f64) -> Vec<(f64, String)> {
+fn spaced(mut labels: Vec<(f64, String)>, left: f64, right: f64) -> Vec<(f64, String)> {
     labels.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut placed = Vec::new();
     let mut free_from = left;
@@ -200,7 +182,7 @@ pub fn spaced(mut labels: Vec<(f64, String)>, left: f64, right: f64) -> Vec<(f64
 }
 
 /// At most four points for each pixel column: first, extremes and last. The others are invisible.
-pub fn thinned(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+fn thinned(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let mut out = Vec::new();
     for column in points.chunk_by(|a, b| a.0.floor() == b.0.floor()) {
         if column.len() <= 4 {
@@ -244,31 +226,13 @@ impl Look {
         }
     }
 
-    /// A marker's corners around its middle.
-    fn marker(self) -> Option<(&'static [(f64, f64)], String)> {
-        const SHAPES: [&[(f64, f64)]; 4] = [
-            &[
-                (-3.2, -3.2),
-                (3.2, -3.2),
-                (3.2, 3.2),
-                (-3.2, 3.2),
-                (-3.2, -3.2),
-            ],
-            &[(0.0, -4.4), (4.2, 3.2), (-4.2, 3.2), (0.0, -4.4)],
-            &[
-                (0.0, -4.8),
-                (4.8, 0.0),
-                (0.0, 4.8),
-                (-4.8, 0.0),
-                (0.0, -4.8),
-            ],
-            &[
-                (-3.5, -3.5),
-                (3.5, 3.5),
-                (0.0, 0.0),
-                (-3.5, 3.5),
-                (3.5, -3.5),
-            ],
+    /// A marker's corners around its middle, x and y in turn.
+    fn marker(self) -> Option<(&'static [f64], String)> {
+        const SHAPES: [&[f64]; 4] = [
+            &[-3.2, -3.2, 3.2, -3.2, 3.2, 3.2, -3.2, 3.2, -3.2, -3.2],
+            &[0.0, -4.4, 4.2, 3.2, -4.2, 3.2, 0.0, -4.4],
+            &[0.0, -4.8, 4.8, 0.0, 0.0, 4.8, -4.8, 0.0, 0.0, -4.8],
+            &[-3.5, -3.5, 3.5, 3.5, 0.0, 0.0, -3.5, 3.5, 3.5, -3.5],
         ];
         match self {
             Self::Marked(number) => Some((SHAPES[number % 4], format!("c{}", number % 4))),
@@ -334,7 +298,7 @@ pub struct Panel {
 }
 
 /// Width of a chart.
-pub const CHART_WIDTH: f64 = 940.0;
+const CHART_WIDTH: f64 = 940.0;
 const EDGES: (f64, f64) = (74.0, 910.0);
 const PLOT_HEIGHT: f64 = 250.0;
 const KEY_ROW: f64 = 20.0;
@@ -359,23 +323,23 @@ impl Panel {
     }
 
     /// Height of the panel with its title and its key.
-    pub fn height(&self) -> f64 {
+    fn height(&self) -> f64 {
         PLOT_HEIGHT + 108.0 + KEY_ROW * self.key().len() as f64
     }
 
     /// Draws the panel below `top`.
-    pub fn draw(&self, svg: &mut Svg, top: f64) {
+    fn draw(&self, svg: &mut Svg, top: f64) {
         let (left, right) = EDGES;
         let (upper, lower) = (top + 56.0, top + 56.0 + PLOT_HEIGHT);
         let points = || self.curves.iter().flat_map(|curve| &curve.points);
         let x = self.x.axis(points().map(|point| point.0), left, right);
         let y = self.y.axis(points().map(|point| point.1), lower, upper);
-        svg.text([24.0, top + 28.0], Anchor::Start, "title", &self.title);
-        svg.text([24.0, upper - 10.0], Anchor::Start, "small", &self.y.label);
+        svg.text([24.0, top + 28.0], "start", "title", &self.title);
+        svg.text([24.0, upper - 10.0], "start", "small", &self.y.label);
         for (value, label) in self.y.ticks(&y, 6) {
             let at = y.place(value);
             svg.line([(left, at), (right, at)], "grid");
-            svg.text([left - 7.0, at + 4.0], Anchor::End, "small", &label);
+            svg.text([left - 7.0, at + 4.0], "end", "small", &label);
         }
         let ticks = self.x.ticks(&x, 8).into_iter();
         let ticks: Vec<(f64, String)> = ticks
@@ -385,13 +349,13 @@ impl Panel {
             svg.line([(*at, lower), (*at, lower + 4.0)], "axis");
         }
         for (at, label) in spaced(ticks, left - 24.0, right + 24.0) {
-            svg.text([at, lower + 18.0], Anchor::Middle, "small", &label);
+            svg.text([at, lower + 18.0], "middle", "small", &label);
         }
         svg.line([(left, lower), (right, lower)], "axis");
         svg.line([(left, lower), (left, upper)], "axis");
         svg.text(
             [0.5 * (left + right), lower + 36.0],
-            Anchor::Middle,
+            "middle",
             "small",
             &self.x.label,
         );
@@ -410,7 +374,7 @@ impl Panel {
                     &curve.look.class(),
                 );
                 marker(svg, curve.look, x + 14.0, base - 4.0);
-                svg.text([x + 35.0, base], Anchor::Start, "small", &curve.name);
+                svg.text([x + 35.0, base], "start", "small", &curve.name);
             }
         }
     }
@@ -418,7 +382,8 @@ impl Panel {
 
 fn marker(svg: &mut Svg, look: Look, x: f64, y: f64) {
     if let Some((shape, class)) = look.marker() {
-        let corners: Vec<(f64, f64)> = shape.iter().map(|(dx, dy)| (x + dx, y + dy)).collect();
+        let corners = shape.chunks_exact(2).map(|d| (x + d[0], y + d[1]));
+        let corners: Vec<(f64, f64)> = corners.collect();
         svg.path(&corners, &class);
     }
 }
@@ -426,7 +391,7 @@ fn marker(svg: &mut Svg, look: Look, x: f64, y: f64) {
 /// A chart of panels, one below the other.
 pub fn chart(title: &str, panels: &[Panel]) -> String {
     let height: f64 = panels.iter().map(Panel::height).sum();
-    let mut svg = Svg::new(CHART_WIDTH, height, title, STYLE);
+    let mut svg = Svg::new(height, title);
     let mut top = 0.0;
     for panel in panels {
         panel.draw(&mut svg, top);
@@ -441,8 +406,8 @@ mod tests {
 
     #[test]
     fn text_is_escaped() {
-        let mut svg = Svg::new(10.0, 10.0, "a<b", "");
-        svg.text([1.0, 2.0], Anchor::End, "label", "R&D");
+        let mut svg = Svg::new(10.0, "a<b");
+        svg.text([1.0, 2.0], "end", "label", "R&D");
         let text = svg.finish();
         assert!(
             text.contains("<title>a&lt;b</title>") && text.contains(">R&amp;D</text>"),

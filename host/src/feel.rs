@@ -12,7 +12,6 @@ mod picture;
 mod report;
 mod spectrum;
 mod stepwise;
-pub(crate) mod threshold;
 mod train;
 mod words;
 

@@ -1,17 +1,15 @@
-//! The picture of a fit: each channel with the fitted tone and what it leaves, and the spectra of
+//! The picture of a fit: each channel with the fitted tone and its residual, and the spectra of
 //! both.
 //!
 //! | step | file |
 //! |---|---|
-//! | what was fitted, channel by channel | `channels` |
-//! | the strips | `strips` |
+//! | rows that were fitted, and the tone in each channel | `channels` |
 //! | the spectra | `spectrum` |
 
 mod channels;
 mod spectrum;
-mod strips;
 
-use crate::chart::{Anchor, CHART_WIDTH, Panel, STYLE, Svg};
+use crate::chart::strips::{Strip, Strips};
 use crate::digits::{significant, uncertain};
 use crate::fit_report::part_name;
 use crate::names::name;
@@ -22,30 +20,29 @@ use anyhow::Result;
 use channels::Fitted;
 use ridgetone_proto::telemetry::{Abscissa, Status};
 use std::path::Path;
-use strips::{STRIPS_Y, strips};
 
 /// Draws a fit of these samples with this selection. They are read once more.
 pub fn draw(samples: &Samples, selection: &Selection, fit: &TableFit) -> Result<String> {
     let fitted = Fitted::read(samples, selection, fit)?;
-    Ok(drawing(samples.name(), &fitted, fit))
-}
-
-fn drawing(file: &str, fitted: &Fitted, fit: &TableFit) -> String {
-    let (title, subtitle) = headline(file, fit);
-    let panel = spectrum::panel(fitted, fit);
-    let strips_height = strips::height(fitted.channels.len());
-    let height = STRIPS_Y + strips_height + panel.as_ref().map_or(0.0, Panel::height);
-    let mut svg = Svg::new(CHART_WIDTH, height, &format!("{title}. {subtitle}"), STYLE);
-    svg.text([24.0, 30.0], Anchor::Start, "title", &title);
-    svg.text([24.0, 50.0], Anchor::Start, "small", &subtitle);
-    if let Some(word) = clipped_word(fitted) {
-        svg.text([24.0, 67.0], Anchor::Start, "head", &word);
-    }
-    strips(&mut svg, fitted, fit);
-    if let Some(panel) = panel {
-        panel.draw(&mut svg, STRIPS_Y + strips_height);
-    }
-    svg.finish()
+    let panel = spectrum::panel(&fitted, fit);
+    let (title, subtitle) = headline(samples.name(), fit);
+    let strips = Strips {
+        title,
+        subtitle,
+        warning: clipped_words(&fitted.strips),
+        row: "channel",
+        headings: ["each to its own scale", "close up, with the fit"],
+        axis: match fit.abscissa {
+            Abscissa::Time => "time, s",
+            Abscissa::Place => "position, mm",
+        },
+        range: fitted.range,
+        close: fitted.close,
+        is_in_volts: false,
+        phases: None,
+        strips: fitted.strips,
+    };
+    Ok(strips.picture(panel.as_ref()))
 }
 
 fn headline(file: &str, fit: &TableFit) -> (String, String) {
@@ -80,10 +77,13 @@ fn headline(file: &str, fit: &TableFit) -> (String, String) {
     (title, subtitle)
 }
 
-/// What to know of channels whose readings end at a limit.
-fn clipped_word(fitted: &Fitted) -> Option<String> {
-    let clipped = fitted.channels.iter().filter(|channel| channel.is_clipped);
-    match (clipped.count(), fitted.channels.len()) {
+/// A warning of channels whose readings end at a limit.
+fn clipped_words(strips: &[Strip]) -> Option<String> {
+    let clipped = strips
+        .iter()
+        .filter(|strip| strip.note == "clipped")
+        .count();
+    match (clipped, strips.len()) {
         (0, _) => None,
         (1, 1) => Some("The channel is clipped: its readings end at a limit.".into()),
         (all, count) if all == count => {

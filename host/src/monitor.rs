@@ -2,12 +2,9 @@
 //! the terminal, the keys and the refresh.
 
 mod chart;
-mod feel;
-pub mod film;
 mod health;
 mod map;
 pub mod screen;
-mod shapes;
 mod strips;
 mod style;
 #[cfg(test)]

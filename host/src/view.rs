@@ -5,19 +5,16 @@
 //! |---|---|
 //! | what the pages get, and when | [`message`], [`hub`] |
 //! | runs to look back at, how they are read, and what is recorded | [`mod@run`], [`runs`], [`reading`], [`recorder`] |
-//! | the server | [`server`], [`connections`], [`run_routes`] |
-//! | work that takes long | [`work`] |
+//! | the server | [`server`], [`run_routes`] |
 //! | who may ask it | [`guard`] |
 //! | the page's files | [`files`] |
-//! | its address in a browser, and as a QR code | [`announce`] |
+//! | its address, and the browser | [`announce`] |
 //! | the status line | [`status`] |
 //!
 //! The page itself is in `host/assets`, inside the binary with the plotting library
 //! ([uPlot](https://github.com/leeoniya/uPlot), MIT). It loads nothing from anywhere else.
 
 pub mod announce;
-pub mod app;
-pub mod connections;
 pub mod files;
 pub mod guard;
 pub mod hub;
@@ -29,32 +26,33 @@ pub mod run_routes;
 pub mod runs;
 pub mod server;
 pub mod status;
-pub mod work;
 
 use crate::feed::{Feed, Following};
 use crate::note;
 use crate::stop;
 use anyhow::{Context, Result};
-use app::App;
-use guard::Access;
 use hub::{Hub, UPDATE_EVERY};
 use reading::Reading;
 use ridgetone_proto::settings::Settings;
 use runs::{How, Runs};
-use server::Server;
-use std::net::SocketAddr;
+use server::{App, Server};
+use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use work::Allowance;
 
 /// Longest wait between two looks at [`stop`].
 const LOOK: Duration = Duration::from_millis(20);
 
+/// Addresses of the page: the usual port or, if that is taken, any free one.
+const ADDRESSES: [SocketAddr; 2] = [
+    SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 8321),
+    SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 0),
+];
+
 /// Options of the page.
 #[derive(Clone, Debug)]
 pub struct Options {
-    pub address: SocketAddr,
     /// Opens it in the browser.
     pub open: bool,
     /// A file that pages can look back at from the beginning.
@@ -79,13 +77,13 @@ impl RunFile {
             || self.path.display().to_string(),
             |name| name.to_string_lossy().into(),
         );
-        let allowance = Allowance::unlimited();
         let how = How {
             reading: self.reading,
             settings: self.settings,
             is_recorded: false,
+            max_bytes: usize::MAX,
         };
-        runs.open(&name, &self.path, how, &allowance)?;
+        runs.open(&name, &self.path, how)?;
         Ok(())
     }
 }
@@ -105,9 +103,8 @@ fn serve(following: &mut Following, options: &Options) -> Result<()> {
         .context("a temporary folder")?;
     let (hub, runs) = (Hub::new(following.live()), Runs::new(folder.path()));
     let (hub, runs) = (Arc::new(hub), Arc::new(runs));
-    let access = Access::new(options.address)?;
     let server = Server::start(
-        access,
+        &ADDRESSES,
         server::routes(App {
             hub: Arc::clone(&hub),
             runs: Arc::clone(&runs),
@@ -124,7 +121,7 @@ fn serve(following: &mut Following, options: &Options) -> Result<()> {
         }
         None => {}
     }
-    announce::announce(&server.access, options.open)?;
+    announce::announce(&server, options.open)?;
     let mut published = Instant::now();
     while !stop::is_requested() {
         if following.idle(!hub.is_watched()) {

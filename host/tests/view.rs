@@ -3,8 +3,6 @@
 #![cfg(target_os = "linux")]
 
 mod common;
-#[path = "view/limits.rs"]
-mod limits;
 #[path = "view/page.rs"]
 mod page;
 #[path = "view/served.rs"]
@@ -22,7 +20,7 @@ use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Packet, WIRE_MAX, encode};
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdout, Stdio};
+use std::process::{Child, Stdio};
 
 /// What a board sends of the default scene up to a device time, with every frame as it was read.
 fn packets(until_s: f64) -> Vec<Packet> {
@@ -65,41 +63,34 @@ fn recorded_as(folder: &Path, name: &str, packets: &[Packet]) -> PathBuf {
     path
 }
 
-/// `ridgetone view` at a free port.
+/// `ridgetone view`, at its usual port or another free one.
 struct View {
     child: Child,
     /// Such as `http://127.0.0.1:34567/`.
     url: String,
-    /// What is printed after it.
-    stdout: BufReader<ChildStdout>,
 }
 
 impl View {
     fn start(arguments: &[&str]) -> Self {
-        Self::at("127.0.0.1:0", arguments)
-    }
-
-    fn at(address: &str, arguments: &[&str]) -> Self {
-        Self::with(address, arguments, &[])
+        Self::with(arguments, &[])
     }
 
     /// With some variables of the environment.
-    fn with(address: &str, arguments: &[&str], environment: &[(&str, &str)]) -> Self {
+    fn with(arguments: &[&str], environment: &[(&str, &str)]) -> Self {
         let mut child = common::ridgetone()
-            .args(["view", "--listen", address])
+            .arg("view")
             .args(arguments)
             .envs(environment.iter().copied())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()
             .expect("the command runs");
-        let mut stdout = BufReader::new(child.stdout.take().expect("a pipe"));
+        let stdout = child.stdout.take().expect("a pipe");
         let mut url = String::new();
-        stdout.read_line(&mut url).expect("a line");
+        BufReader::new(stdout).read_line(&mut url).expect("a line");
         Self {
             child,
             url: url.trim().to_owned(),
-            stdout,
         }
     }
 

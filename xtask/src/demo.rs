@@ -8,9 +8,6 @@ use anyhow::{Context, Result, anyhow};
 use std::path::{Path, PathBuf};
 use std::{fs, thread};
 
-/// The README's moving picture, in the workspace.
-const MOVING_PICTURE: &str = "docs/monitor.svg";
-
 /// Installs and builds everything, runs a scene file or else the default scene, and prints the
 /// place of the picture.
 pub fn demo(svg: &Path, scene: Option<&Path>) -> Result<()> {
@@ -36,22 +33,6 @@ pub fn demo(svg: &Path, scene: Option<&Path>) -> Result<()> {
     }
     run(&mut demo)?;
     println!("picture         {}", svg.display());
-    Ok(())
-}
-
-/// Makes the README's moving picture: the screen of `monitor` while the demo's grating slides over
-/// the emulated finger.
-pub fn moving_picture() -> Result<()> {
-    let elf = build()?;
-    announce("following a touch of the emulated finger in real time");
-    let mut monitor = program("ridgetone-host", "ridgetone", "monitor");
-    monitor
-        .args(["--force", "--emulated", "--once", "--svg"])
-        .arg(root().join(MOVING_PICTURE))
-        .arg("--elf")
-        .arg(elf);
-    run(&mut monitor)?;
-    println!("{MOVING_PICTURE}");
     Ok(())
 }
 

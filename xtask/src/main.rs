@@ -116,8 +116,7 @@ enum Task {
         #[arg(long, conflicts_with = "all")]
         fresh: bool,
     },
-    /// Takes docs/monitor.svg, which moves, and docs/view.png: the terminal and the page during a
-    /// touch of hal-mock/scenes/c1.toml.
+    /// Takes docs/view.png: the page during a touch of hal-mock/scenes/c1.toml.
     Pictures,
     /// Writes what follows from the description of the messages in host/src/events/view.rs: their
     /// JSON schemas, the tables of host/reference.md and Python's classes.
@@ -180,7 +179,7 @@ fn main() -> ExitCode {
         Task::Test { fresh: true, .. } => fresh::run_tests(),
         Task::Test { all: true, .. } => long::run_tests(),
         Task::Test { .. } => test::run_tests(),
-        Task::Pictures => demo::moving_picture().and_then(|()| test::take_pictures()),
+        Task::Pictures => test::take_pictures(),
         Task::Release => release::run(),
         Task::Package { publish } => package::check(publish),
         Task::Lint => lint::run(),

@@ -55,23 +55,10 @@ const TABLES = {
     const rows = x.map((value, bin) => [value, plot.real(value), db[bin], rest[bin]]).filter(([value]) => plot.shows(value));
     return table(["frequency_hz", "power_db", "rest_db"], rows.map(([, ...row]) => row));
   },
-  spectrogram(_, plot) {
-    const { found } = plot.shown;
-    const cells = (found?.db ?? []).flatMap((column, at) => [...(column ?? [])].slice(1).map((db, bin) => [found.t_s[at], (bin + 1) * found.bin_hz, db]));
-    return table(["t_s", "frequency_hz", "power_db_mv2"], cells.filter(([t_s]) => plot.shows(t_s)));
-  },
   fit(_, plot) {
     const [t_s, ...columns] = plot.data ?? [[]];
     const rows = t_s.map((value, at) => [value, ...columns.map((column) => column[at])]).filter(([value]) => plot.shows(value));
     return table(["t_s", "read_mv", "fitted_mv", "fundamental_mv", "residual_mv"], rows);
-  },
-  feel({ live: { latest: { feel } } }) {
-    const of = (found, name, what) => [found[name], found[what], found[`${what}_sigma`]];
-    const rows = feel ? [
-      ...feel.receptors.map((found) => of(found, "receptor", "intensity_per_hz")), ...feel.scores.map((found) => of(found, "name", "score")),
-      ["m", feel.m, feel.m_sigma], ...feel.spectrum.map(({ hz, level_db }) => [`level_db at ${hz} Hz`, level_db, null]),
-    ] : [];
-    return table(["name", "value", "sigma"], rows);
   },
   map(state) {
     const found = image(state);

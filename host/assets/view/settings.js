@@ -21,8 +21,6 @@ const say = (text, isWrong = false) => {
 // A setting by its name.
 const value = (settings, name) => name.split(".").reduce((found, part) => found[part], settings);
 
-const hex = (mask) => `0x${mask.toString(16).padStart(4, "0")}`;
-
 // A value as its input has it, and back.
 const WAYS = {
   number: [(found) => String(Number(found.toPrecision(6))), Number],
@@ -30,8 +28,6 @@ const WAYS = {
   switch: [String, (text) => text === "true"],
   word: [String, String],
   plan: [(found) => (typeof found === "string" ? found : OWN), String],
-  mask: [hex, Number],
-  masks: [(found) => found.map(hex).join(", "), (text) => text.split(",").map(Number)],
 };
 
 function field(entry) {
@@ -45,27 +41,15 @@ function field(entry) {
     Object.assign(input, { type: "number", step: entry.kind === "whole" ? "1" : "any", inputMode: "decimal" });
     if (entry.least !== null) Object.assign(input, { min: entry.least, max: entry.greatest });
   }
-  const unit = entry.unit === "" || entry.unit.startsWith("mask") ? "" : `, ${entry.unit}`;
+  const unit = entry.unit === "" ? "" : `, ${entry.unit}`;
   const label = document.createElement("label");
   label.append(`${entry.name.split(".").at(-1).replace(/_(s|hz|v|mm|rad|mm_s)$/, "").replaceAll("_", " ")}${unit} `, input);
   return { entry, input, label };
 }
 
-// A group of inputs; those behind the first one are folded.
-function group(title, fields, isFirst) {
-  const box = document.createElement("details");
-  const summary = document.createElement("summary");
-  summary.textContent = title;
-  box.open = isFirst;
-  box.append(summary, ...fields.map(({ label }) => label));
-  return box;
-}
-
 function build(entries) {
   inputs = entries.map(field);
-  const titles = [...new Set(entries.map((entry) => entry.group))];
-  const groups = titles.map((title, at) => group(title, inputs.filter(({ entry }) => entry.group === title), at === 0));
-  $("settings-inputs").replaceChildren(...groups);
+  $("settings-inputs").replaceChildren(...inputs.map(({ label }) => label));
   // A new plan begins with its default window and stride: the latest ones may not be possible with it.
   $("plan").addEventListener("input", () => { $("window_s").value = $("stride_s").value = ""; });
 }

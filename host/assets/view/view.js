@@ -1,11 +1,9 @@
 // The page: takes the messages of the command, and shows them, or a run, unless it is paused.
 import { Model, Pace } from "./model.js";
 import { drawMap, drawPlots } from "./draw.js";
-import { FeelPanel } from "./feel.js";
 import { Fit } from "./fit.js";
 import { History } from "./history.js";
 import { Spectrum } from "./spectrum.js";
-import { Spectrogram } from "./spectrogram.js";
 import { Strips } from "./strips.js";
 import { Scrub } from "./scrub.js";
 import * as panels from "./panels.js";
@@ -33,9 +31,7 @@ const plots = {
   strips: new Strips($("strips"), zoomed),
   history: new History($("history"), zoomed),
   spectrum: new Spectrum($("spectrum"), zoomed),
-  spectrogram: new Spectrogram($("spectrogram"), zoomed),
   fit: new Fit($("fit"), zoomed),
-  feel: new FeelPanel($("feel"), zoomed),
 };
 const mapCanvas = $("map").querySelector("canvas");
 const scrub = new Scrub(() => {
@@ -111,7 +107,7 @@ function draw(withPlots) {
   if (!withPlots) return;
   plots.strips.setRows(run?.channels ?? null);
   const mark = run === null ? [null, null] : scrub.mark;
-  [plots.strips, plots.history, plots.spectrogram].forEach((plot) => { plot.mark = mark; });
+  [plots.strips, plots.history].forEach((plot) => { plot.mark = mark; });
   drawPlots(plots, state, { beside: compared(run, live), why });
 }
 

@@ -3,9 +3,9 @@
 use super::lines::{LineOptions, print, report};
 use super::source::SourceOptions;
 use crate::feed::{Feed, Requester};
-use crate::monitor::{Monitor, film, has_colour};
+use crate::monitor::Monitor;
 use crate::port::{Link, System, Wanted};
-use crate::{output, settings_form, stop};
+use crate::{settings_form, stop};
 use anyhow::Result;
 use clap::{ArgGroup, Args};
 use std::io::IsTerminal;
@@ -23,7 +23,6 @@ Examples:
   ridgetone monitor --emulated --scene hal-mock/scenes/c7.toml
   ridgetone monitor --file touch.rec
   ridgetone monitor --emulated --once --plain
-  ridgetone monitor --emulated --once --svg touch.svg
   ridgetone monitor --raw --json | head")]
 pub struct MonitorArgs {
     #[command(flatten)]
@@ -38,9 +37,6 @@ pub struct MonitorArgs {
     /// The screen has them anyway.
     #[arg(long)]
     raw: bool,
-    /// Draw the screen as a moving picture of at most half a minute instead of showing it.
-    #[arg(long, value_name = "FILE.svg", conflicts_with_all = ["plain", "raw", "settings", "json"])]
-    svg: Option<PathBuf>,
     #[command(flatten)]
     lines: LineOptions,
 }
@@ -53,13 +49,7 @@ impl MonitorArgs {
             .map(settings_form::load)
             .transpose()?;
         stop::on_signal()?;
-        self.svg.as_deref().map_or(Ok(()), output::check_new)?;
         let feed = self.source.open()?;
-        if let Some(path) = &self.svg {
-            let (feed, picture) = film::draw(feed, has_colour());
-            report(feed.counts());
-            return output::new_text(path, &picture?);
-        }
         if self.plain || self.lines.json || !std::io::stdout().is_terminal() {
             let mut requester = Requester::with_settings(settings);
             requester.want_raw_if(self.raw);

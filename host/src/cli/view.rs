@@ -3,19 +3,18 @@
 use super::lines::report;
 use super::source::SourceOptions;
 use crate::feed::{Feed, NoBoard};
-use crate::view::guard::address;
 use crate::view::{Options, RunFile};
 use crate::{settings_form, stop, view};
 use anyhow::Result;
 use clap::Args;
-use std::net::SocketAddr;
 use std::path::PathBuf;
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
-It prints the page's address; open that in a browser, or give --open. Only this computer can reach it. With an address of this
-computer that others reach, or 0.0.0.0 for all of them, --listen makes a token: the printed address has it, and the QR code is
-that address for a phone. What travels is not encrypted. The emulated board waits while nobody looks.
+It prints the page's address, http://127.0.0.1:8321/, or one with another port if this one is taken; open it in a browser, or
+give --open. Only this computer can reach it. To see it on another computer, type there:
+  ssh -L 8321:localhost:8321 THIS_COMPUTER
+and open http://localhost:8321/ in its browser. The emulated board waits while nobody looks.
 
 Exclude --emulated, FILE.csv goes through the library on this PC. Values that are not in volts are scaled by a power of ten. Mark
 parts of it to fit, or fit all.
@@ -24,20 +23,15 @@ Examples:
   ridgetone view
   ridgetone view --port /dev/ttyUSB0
   ridgetone view --emulated --open
-  ridgetone view --emulated --scene hal-mock/scenes/c7.toml --listen 127.0.0.1:9000
+  ridgetone view --emulated --scene hal-mock/scenes/c7.toml
   ridgetone view --file touch.rec
-  ridgetone view recording.csv
-  ridgetone view --listen 0.0.0.0:8321")]
+  ridgetone view recording.csv")]
 pub struct ViewArgs {
     #[command(flatten)]
     source: SourceOptions,
     /// Apply these settings first, without storing them.
     #[arg(long, value_name = "FILE.toml", conflicts_with = "recording")]
     settings: Option<PathBuf>,
-    /// Where the page is served: an address of this computer and a port; port 0 is any free one. An
-    /// address that others reach needs the token that is printed with it.
-    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8321", value_parser = address)]
-    listen: SocketAddr,
     /// Open the page in the browser.
     #[arg(long)]
     open: bool,
@@ -59,7 +53,6 @@ impl ViewArgs {
         };
         let is_alone = alone.is_some();
         let options = Options {
-            address: self.listen,
             open: self.open,
             run,
         };

@@ -1,11 +1,11 @@
 //! The board's event `feel`: its view, and its words.
 
 use super::coefficients::NAMES;
-use super::words::{OUTSIDE_SCALE, absent, in_short, is_outside_scale, needs};
+use super::words::{OUTSIDE_SCALE, absent, is_outside_scale, needs};
 use crate::digits::{plus_minus, seconds};
 use crate::events::view;
 use crate::names::name;
-use ridgetone_feel::{Firing, Indices, PAPER_WINDOW_S, ROUGH, Receptor, SOFT, Score, band_hz};
+use ridgetone_feel::{Indices, PAPER_WINDOW_S, ROUGH, Receptor, SOFT, Score, band_hz};
 use ridgetone_proto::telemetry::{Feel, Measured, NO_LEVEL, RECEPTORS};
 
 /// The scores of the board.
@@ -98,8 +98,6 @@ fn scores(feel: &Feel) -> [(&'static str, Option<Measured>, Option<String>); 2] 
 pub struct Reading {
     pub name: &'static str,
     pub found: Option<Measured>,
-    /// Why there is none, in a few words.
-    pub absent: Option<String>,
 }
 
 /// What the receptors do, in the order of [`Receptor::ALL`].
@@ -107,17 +105,12 @@ pub fn receptors(feel: &Feel) -> [Reading; RECEPTORS] {
     Receptor::ALL.map(|receptor| Reading {
         name: receptor.name(),
         found: feel.per_hz[receptor as usize],
-        absent: Firing::absent(receptor, bins(feel), 1.0 / feel.window_s).map(in_short),
     })
 }
 
 /// What people would say, from 1 to 7.
 pub fn ratings(feel: &Feel) -> [Reading; 2] {
-    scores(feel).map(|(name, found, absent)| Reading {
-        name,
-        found,
-        absent,
-    })
+    scores(feel).map(|(name, found, _)| Reading { name, found })
 }
 
 /// The event in words.

@@ -1,65 +1,38 @@
-//! The channels of a fit: readings, the fitted tone with its harmonics, and what is left.
+//! The channels of a fit: readings, the fitted tone with its harmonics, and the residual.
 
+use crate::chart::strips::{Points, Strip};
+use crate::digits::significant;
 use crate::grid::Grid;
 use crate::harmonics::{self, about_line};
 use crate::part::{Part, columns, named};
 use crate::samples::Samples;
-use crate::table_fit::{Selection, TableFit};
+use crate::table_fit::{ChannelResult, Selection, TableFit};
 use anyhow::{Result, anyhow};
 use ridgetone_proto::telemetry::Abscissa;
+use std::ops::RangeInclusive;
 
 /// Periods in the close-up.
 const CLOSE_PERIODS: f64 = 4.0;
 
-/// Points of the fitted curve in the close-up.
-const CURVE_POINTS: usize = 160;
+/// Steps of the fitted curve in the close-up.
+const CURVE_STEPS: u32 = 160;
 
 /// Counted events differ by chance if they differ by less, in standard deviations.
 const BY_CHANCE: f64 = 3.0;
 
-/// Two values of one axis.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Range {
-    pub from: f64,
-    pub to: f64,
-}
-
-impl Range {
-    pub fn contains(&self, at: f64) -> bool {
-        (self.from..=self.to).contains(&at)
-    }
-}
-
-/// What was fitted.
+/// Rows and channels of a fit. Along the axis are seconds in the time of the recording, or
+/// millimetres from the first row.
 pub struct Fitted {
-    /// Abscissa of each row: seconds in the time of the recording, or millimetres from the first
-    /// row.
-    pub at: Vec<f64>,
+    pub range: RangeInclusive<f64>,
     /// Rows over their length: a second, or a millimetre.
     pub density: f64,
     /// A few periods around the middle; none without a tone.
-    pub close: Option<Range>,
-    pub channels: Vec<Channel>,
-}
-
-/// A channel. Values are from its first reading on, in units of its span.
-pub struct Channel {
-    pub name: String,
-    /// Readings at the rows; none where they are missing.
-    pub readings: Vec<Option<f32>>,
-    /// What the fit leaves of them, zero where they are missing; none without a tone.
-    pub residual: Option<Vec<f64>>,
-    /// The fitted curve in the close-up, with the abscissa.
-    pub curve: Vec<(f64, f64)>,
-    /// Share of the readings' variance about their straight line that the fit explains.
-    pub share: Option<f64>,
-    /// Variance of the readings about their straight line.
-    pub variance: f64,
-    pub is_clipped: bool,
+    pub close: Option<RangeInclusive<f64>>,
+    pub strips: Vec<Strip>,
 }
 
 impl Fitted {
-    /// The rows that were fitted, read once more.
+    /// Reads the rows that were fitted once more, and fits each channel at the found frequency.
     pub fn read(samples: &Samples, selection: &Selection, fit: &TableFit) -> Result<Self> {
         let mut rows = samples.open()?;
         let part_of = Selection {
@@ -71,68 +44,29 @@ impl Fitted {
         let part = Part::read(&mut *rows, &part_of, fit.rows.max(1), &mut |_| {})?;
         let grid = Grid::of(&part, rows.file(), &part_of)?;
         let at = abscissas(&part, &grid, &*rows, &part_of)?;
-        let readings = columns
-            .iter()
-            .map(|column| (rows.names()[*column].clone(), part.column(*column)))
-            .map(|(name, values)| Channel::new(name, values.into_owned()));
-        Ok(Self::new(at, readings.collect(), fit))
-    }
-
-    /// With the fit at its frequency. Readings are at the places `at`.
-    pub fn new(at: Vec<f64>, channels: Vec<Channel>, fit: &TableFit) -> Self {
-        let (least, most) = at
-            .iter()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), at| {
-                (least.min(*at), most.max(*at))
-            });
-        let (centre, half) = (0.5 * (least + most), 0.5 * (most - least));
-        let close = fit.tone.frequency().map(|tone| {
-            let half = (0.5 * CLOSE_PERIODS / tone.value).min(half);
-            Range {
-                from: centre - half,
-                to: centre + half,
-            }
-        });
-        let mut fitted = Self {
-            density: at.len().saturating_sub(1) as f64 / (2.0 * half).max(f64::MIN_POSITIVE),
-            at,
-            close,
-            channels,
-        };
-        if let (Some(close), Some(tone)) = (close, fit.tone.frequency()) {
-            let step = (close.to - close.from) / (CURVE_POINTS - 1) as f64;
-            let curve_at = (0..CURVE_POINTS).map(|point| close.from + step * point as f64);
-            let curve_at: Vec<f64> = curve_at.collect();
-            let both = fitted.at.iter().chain(&curve_at).map(|at| at - centre);
-            let wave = Wave {
-                at: both.collect(),
-                frequency: tone.value,
-                harmonics: fit.harmonics,
-                interferer: fit
-                    .tone
-                    .interferer_hz
-                    .filter(|_| fit.abscissa == Abscissa::Time)
-                    .map(f64::from),
-            };
-            let usable = fit.channels.iter().map(|channel| channel.usable);
-            for (channel, is_usable) in fitted.channels.iter_mut().zip(usable) {
-                if is_usable {
-                    channel.fit(&wave, &curve_at);
-                }
-            }
-        }
-        fitted
-    }
-
-    pub fn range(&self) -> Range {
-        let (from, to) = self
-            .at
-            .iter()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(from, to), at| {
-                (from.min(*at), to.max(*at))
-            });
+        let from = at.iter().copied().fold(f64::INFINITY, f64::min);
+        let to = at.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let to = if to > from { to } else { from + 1.0 };
-        Range { from, to }
+        let close = fit.tone.frequency().map(|tone| {
+            let (centre, half) = (0.5 * (from + to), 0.5 * (to - from));
+            let half = (0.5 * CLOSE_PERIODS / tone.value).min(half);
+            centre - half..=centre + half
+        });
+        let strips = columns.iter().zip(&fit.channels).map(|(column, found)| {
+            let readings = readings(&at, &part.column(*column));
+            let mut strip = strip(readings, found);
+            strip.name.clone_from(&rows.names()[*column]);
+            if let (Some(close), true) = (&close, found.usable) {
+                add_fit(&mut strip, close, fit);
+            }
+            strip
+        });
+        Ok(Self {
+            strips: strips.collect(),
+            range: from..=to,
+            density: at.len().saturating_sub(1) as f64 / (to - from),
+            close,
+        })
     }
 }
 
@@ -156,65 +90,74 @@ fn abscissas(
         .collect())
 }
 
-/// The tone to fit, and where.
-struct Wave {
-    /// From the middle: the rows, then the points of the curve.
-    at: Vec<f64>,
-    frequency: f64,
-    harmonics: u8,
-    interferer: Option<f64>,
+/// Values from the first known one on; NaN is a missing reading.
+fn readings(at: &[f64], values: &[f64]) -> Points {
+    let known = at.iter().copied().zip(values.iter().copied());
+    let known: Points = known.filter(|(_, value)| !value.is_nan()).collect();
+    let zero = known.first().map_or(0.0, |(_, value)| *value);
+    let from_zero = known.into_iter().map(|(at, value)| (at, value - zero));
+    from_zero.collect()
 }
 
-impl Channel {
-    /// A column; NaN is a missing reading.
-    pub fn new(name: String, values: Vec<f64>) -> Self {
-        let known = || values.iter().copied().filter(|value| !value.is_nan());
-        let zero = known().next().unwrap_or(0.0);
-        let (least, most) = known().fold((zero, zero), |(least, most), value| {
-            (value.min(least), value.max(most))
-        });
-        let span = most - least;
-        let unit = if span > 0.0 { span } else { 1.0 };
-        let scaled = |value: &f64| (!value.is_nan()).then(|| ((value - zero) / unit) as f32);
-        let readings: Vec<Option<f32>> = values.iter().map(scaled).collect();
-        let count = readings.iter().flatten().count();
-        Self {
-            name,
-            residual: None,
-            curve: Vec::new(),
-            share: None,
-            variance: about_line(&readings) / count.max(1) as f64,
-            is_clipped: is_clipped(known().collect()),
-            readings,
-        }
+fn strip(readings: Points, found: &ChannelResult) -> Strip {
+    let values = readings.iter().map(|(_, value)| *value);
+    let note = match (found.usable, is_clipped(values.collect())) {
+        (false, _) => "not usable",
+        (true, true) => "clipped",
+        (true, false) => "",
+    };
+    let amplitude = found.amplitude.map(|value| significant(value, 3));
+    Strip {
+        note,
+        readings,
+        amplitude: amplitude.unwrap_or_default(),
+        ..Strip::default()
     }
+}
 
-    fn fit(&mut self, wave: &Wave, curve_at: &[f64]) {
-        let nothing = std::iter::repeat_n(None, curve_at.len());
-        let readings: Vec<Option<f32>> = self.readings.iter().copied().chain(nothing).collect();
-        let found = harmonics::fit(
-            &wave.at,
-            &readings,
-            wave.frequency,
-            wave.harmonics,
-            wave.interferer,
-        );
-        let Some(found) = found else { return };
-        let (at_rows, at_curve) = found.fit_v.split_at(self.readings.len());
-        let residual = self.readings.iter().zip(at_rows).map(|(reading, fit)| {
-            reading.map_or(0.0, |reading| f64::from(reading) - f64::from(*fit))
-        });
-        let residual: Vec<f64> = residual.collect();
-        let squares: f64 = residual.iter().map(|left| left * left).sum();
-        let all = about_line(&self.readings);
-        self.share = (all > 0.0).then(|| (1.0 - squares / all).clamp(0.0, 1.0));
-        self.curve = curve_at
-            .iter()
-            .copied()
-            .zip(at_curve.iter().map(|fit| f64::from(*fit)))
-            .collect();
-        self.residual = Some(residual);
-    }
+/// Adds the fitted curve in the close-up, and the residual.
+fn add_fit(strip: &mut Strip, close: &RangeInclusive<f64>, fit: &TableFit) {
+    let Some(tone) = fit.tone.frequency() else {
+        return;
+    };
+    let centre = 0.5 * (close.start() + close.end());
+    let step = (close.end() - close.start()) / f64::from(CURVE_STEPS);
+    let curve_at = (0..=CURVE_STEPS).map(|number| close.start() + step * f64::from(number));
+    let curve_at: Vec<f64> = curve_at.collect();
+    let at = strip.readings.iter().map(|(at, _)| at).chain(&curve_at);
+    let at: Vec<f64> = at.map(|at| at - centre).collect();
+    // In single precision a small signal on a large level has few digits: its unit is its span.
+    let span = span(&strip.readings);
+    let values = strip.readings.iter().map(|(_, v)| Some((v / span) as f32));
+    let unknown = curve_at.iter().map(|_| None);
+    let values: Vec<Option<f32>> = values.chain(unknown).collect();
+    let interferer = fit.tone.interferer_hz.map(f64::from);
+    let interferer = interferer.filter(|_| fit.abscissa == Abscissa::Time);
+    let found = harmonics::fit(&at, &values, tone.value, fit.harmonics, interferer);
+    let Some(found) = found else { return };
+    let fitted = found.fit_v.iter().map(|value| span * f64::from(*value));
+    let mut fitted = fitted.collect::<Vec<f64>>().into_iter();
+    let readings = strip.readings.iter().zip(fitted.by_ref());
+    strip.residual = readings.map(|((at, v), fit)| (*at, v - fit)).collect();
+    strip.curve = curve_at.iter().copied().zip(fitted).collect();
+    let squares: f64 = strip.residual.iter().map(|(_, left)| left * left).sum();
+    let all = variance(&strip.readings) * strip.readings.len() as f64;
+    strip.explained = (all > 0.0).then(|| (1.0 - squares / all).clamp(0.0, 1.0));
+}
+
+/// Greatest distance between two values; 1 if all are alike.
+fn span(points: &Points) -> f64 {
+    let values = || points.iter().map(|(_, value)| *value);
+    let span = values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min);
+    if span > 0.0 { span } else { 1.0 }
+}
+
+/// Variance of readings about their straight line.
+pub fn variance(points: &Points) -> f64 {
+    let span = span(points);
+    let scaled = points.iter().map(|(_, value)| Some((value / span) as f32));
+    let squares = about_line(&scaled.collect::<Vec<Option<f32>>>());
+    span * span * squares / points.len().max(1) as f64
 }
 
 /// Whether readings end at a limit: more of them have the least or the greatest value than a sine's

@@ -1,8 +1,9 @@
-//! Spectra of the readings and of what the fit leaves, with the tone's harmonics and the noise next
-//! to them.
+//! Spectra of the readings and of the residual, with the tone's harmonics and the noise next to
+//! them.
 
-use super::channels::Fitted;
+use super::channels::{Fitted, variance};
 use crate::analysis::NEIGHBOURHOOD_CYCLES;
+use crate::chart::strips::{Points, Strip};
 use crate::chart::{Curve, Look, Panel, Scale};
 use crate::digits::significant;
 use crate::harmonics::{Frequencies, Reading, powers};
@@ -16,43 +17,15 @@ const FREQUENCIES: usize = 880;
 /// Frequencies in the width of a cycle a window.
 const PER_CYCLE: f64 = 2.0;
 
-/// Harmonics' widths up to which there is room in the picture, if half the rate is far above.
+/// Multiples of the tone up to which there is room in the picture, if half the rate is far above.
 const HARMONICS_SHOWN: f64 = 8.0;
 
 /// Least power that is drawn, decibels.
 const LEAST_DB: f64 = -140.0;
 
-/// Power at evenly spaced frequencies from zero on, decibels: 0 for a line that is all there is.
-struct Spectrum {
-    step: f64,
-    power_db: Vec<f64>,
-}
-
-impl Spectrum {
-    fn points(&self) -> Vec<(f64, f64)> {
-        let at = |(k, db): (usize, &f64)| (k as f64 * self.step, *db);
-        // The baseline is at zero.
-        self.power_db.iter().enumerate().skip(1).map(at).collect()
-    }
-
-    /// The median around a frequency.
-    fn around(&self, frequency: f64, reach: f64) -> Option<f64> {
-        let inside = |point: &(f64, f64)| (point.0 - frequency).abs() <= reach;
-        let mut found: Vec<f64> = self
-            .points()
-            .into_iter()
-            .filter(inside)
-            .map(|(_, db)| db)
-            .collect();
-        found.sort_by(f64::total_cmp);
-        found.get(found.len() / 2).copied()
-    }
-}
-
-/// A series to be analysed: its values, and the power that counts as all.
+/// Values over the axis of the fit, and the power that counts as all.
 struct Series<'a> {
-    values: Vec<f64>,
-    at: &'a [f64],
+    points: &'a Points,
     variance: f64,
 }
 
@@ -63,113 +36,96 @@ pub fn panel(fitted: &Fitted, fit: &TableFit) -> Option<Panel> {
     let wanted = tone.map_or(half_rate, |tone| {
         tone * HARMONICS_SHOWN.max(f64::from(fit.harmonics) + 1.5)
     });
-    let most = wanted.min(half_rate);
-    let usable = fitted
-        .channels
-        .iter()
-        .zip(&fit.channels)
-        .filter(|(_, found)| found.usable);
-    let usable: Vec<_> = usable.map(|(channel, _)| channel).collect();
-    if usable.is_empty() || !(most > 0.0 && most.is_finite()) {
+    let max = wanted.min(half_rate);
+    let channels = fitted.strips.iter().zip(&fit.channels);
+    let usable = channels.filter(|(_, found)| found.usable);
+    let strips: Vec<_> = usable.map(|(strip, _)| strip).collect();
+    if strips.is_empty() || !(max > 0.0 && max.is_finite()) {
         return None;
     }
-    let windows = Windows::new(fitted, most);
-    let readings = usable.iter().map(|channel| Series {
-        // A missing reading is as the mean.
-        values: about_mean(&channel.readings),
-        at: &fitted.at,
-        variance: channel.variance,
-    });
-    let data = windows.spectrum(readings.collect());
-    let residuals = usable.iter().filter_map(|channel| {
-        Some(Series {
-            values: channel.residual.clone()?,
-            at: &fitted.at,
-            variance: channel.variance,
-        })
-    });
-    let residuals: Vec<Series<'_>> = residuals.collect();
-    let residual = (!residuals.is_empty()).then(|| windows.spectrum(residuals));
-    Some(drawn(&data, residual.as_ref(), &windows, fit))
-}
-
-fn drawn(data: &Spectrum, residual: Option<&Spectrum>, windows: &Windows, fit: &TableFit) -> Panel {
-    let mut curves = vec![Curve {
-        name: "readings".into(),
-        look: Look::Data,
-        points: data.points(),
-    }];
-    let top = data.power_db.iter().skip(1).copied().fold(-3.0, f64::max) + 6.0;
-    let mut levels = data.points();
-    if let (Some(residual), Some(tone)) = (residual, fit.tone.frequency()) {
-        levels.extend(residual.points());
-        curves.push(Curve {
-            name: "residual".into(),
-            look: Look::Line(0),
-            points: residual.points(),
+    let windows = Windows::new(fitted, max);
+    let spectrum = |points: &dyn Fn(&'_ Strip) -> &'_ Points| {
+        let series = strips.iter().map(|strip| Series {
+            points: points(strip),
+            variance: variance(&strip.readings),
         });
-        let harmonics = (1..=fit.harmonics)
-            .map(|k| f64::from(k) * tone.value)
-            .filter(|frequency| *frequency <= windows.most);
+        let known: Vec<_> = series.filter(|series| !series.points.is_empty()).collect();
+        (!known.is_empty()).then(|| windows.spectrum(&known))
+    };
+    let readings = spectrum(&|strip| &strip.readings)?;
+    let residual = spectrum(&|strip| &strip.residual);
+    let mut levels: Vec<f64> = readings
+        .iter()
+        .chain(residual.iter().flatten())
+        .map(|(_, db)| *db)
+        .collect();
+    levels.sort_by(f64::total_cmp);
+    let top = readings.iter().map(|(_, db)| *db).fold(-3.0, f64::max) + 6.0;
+    // The deepest gaps between lines say nothing.
+    let bottom = levels[levels.len() / 20] - 6.0;
+    let mut curves = vec![curve("readings", Look::Data, readings)];
+    if let (Some(residual), Some(tone)) = (residual, tone) {
+        curves.push(curve("residual", Look::Line(0), residual.clone()));
         let reach = NEIGHBOURHOOD_CYCLES / windows.length;
-        for (number, frequency) in harmonics.enumerate() {
-            let named = |name: &str| match number {
-                0 => name.to_owned(),
-                _ => String::new(),
-            };
-            curves.push(Curve {
-                name: named("the tone and its harmonics"),
-                look: Look::Reference,
-                points: vec![(frequency, LEAST_DB), (frequency, top)],
-            });
-            let Some(noise_db) = residual.around(frequency, reach) else {
+        let mut names = [
+            "the tone and its harmonics",
+            "noise next to them, the median",
+        ];
+        let harmonics = (1..=fit.harmonics).map(|k| f64::from(k) * tone);
+        for frequency in harmonics.filter(|frequency| *frequency <= max) {
+            let line = [LEAST_DB, top].map(|db| (frequency, db));
+            curves.push(curve(names[0], Look::Reference, line.into()));
+            let Some(noise_db) = around(&residual, frequency, reach) else {
                 continue;
             };
-            let ends = [
-                (frequency - reach).max(0.0),
-                (frequency + reach).min(windows.most),
-            ];
-            curves.push(Curve {
-                name: named("noise next to them, the median"),
-                look: Look::Marked(1),
-                points: ends.map(|at| (at, noise_db)).into(),
-            });
+            let ends = [(frequency - reach).max(0.0), (frequency + reach).min(max)];
+            let level = ends.map(|at| (at, noise_db));
+            curves.push(curve(names[1], Look::Marked(1), level.into()));
+            // The key has each of them once.
+            names = [""; 2];
         }
     }
-    let mut low: Vec<f64> = levels.into_iter().map(|(_, db)| db).collect();
-    low.sort_by(f64::total_cmp);
-    // The deepest gaps between lines say nothing.
-    let bottom = low.get(low.len() / 20).copied().unwrap_or(LEAST_DB) - 6.0;
     let unit = match fit.abscissa {
         Abscissa::Time => "frequency, Hz",
         Abscissa::Place => "frequency, cycles per mm",
     };
-    let half = if windows.most < windows.half_rate {
-        format!(" (up to {} by the rows)", significant(windows.half_rate, 4))
+    let half = if max < half_rate {
+        format!(" (up to {} by the rows)", significant(half_rate, 4))
     } else {
         String::new()
     };
-    Panel {
+    let scale = |label: String, range| Scale {
+        label,
+        range: Some(range),
+        ..Scale::default()
+    };
+    Some(Panel {
         title: "Spectrum, mean of the channels".into(),
-        x: Scale {
-            label: format!("{unit}{half}"),
-            range: Some((0.0, windows.most)),
-            ..Scale::default()
-        },
-        y: Scale {
-            label: "share of a channel's power in a line, dB".into(),
-            range: Some((bottom.max(LEAST_DB), top)),
-            ..Scale::default()
-        },
+        x: scale(format!("{unit}{half}"), (0.0, max)),
+        y: scale(
+            "share of a channel's power in a line, dB".into(),
+            (bottom.max(LEAST_DB), top),
+        ),
         curves,
+    })
+}
+
+fn curve(name: &str, look: Look, points: Points) -> Curve {
+    Curve {
+        name: name.into(),
+        look,
+        points,
     }
 }
 
-fn about_mean(readings: &[Option<f32>]) -> Vec<f64> {
-    let known = readings.iter().flatten().map(|value| f64::from(*value));
-    let mean = known.clone().sum::<f64>() / (known.count().max(1) as f64);
-    let about = |reading: &Option<f32>| reading.map_or(0.0, |value| f64::from(value) - mean);
-    readings.iter().map(about).collect()
+/// The median of a spectrum around a frequency.
+fn around(spectrum: &Points, frequency: f64, reach: f64) -> Option<f64> {
+    let inside = spectrum
+        .iter()
+        .filter(|(at, _)| (at - frequency).abs() <= reach);
+    let mut found: Vec<f64> = inside.map(|(_, db)| *db).collect();
+    found.sort_by(f64::total_cmp);
+    found.get(found.len() / 2).copied()
 }
 
 /// Windows of one length over the rows, half over one another, with a Hann taper each.
@@ -177,31 +133,29 @@ struct Windows {
     /// First abscissa of each.
     starts: Vec<f64>,
     length: f64,
-    /// The highest frequency, and half the mean density of the rows.
-    most: f64,
-    half_rate: f64,
+    /// From one frequency to the next.
     step: f64,
 }
 
 impl Windows {
-    /// Windows in which the frequencies of the picture are as close as they can tell them apart.
-    fn new(fitted: &Fitted, most: f64) -> Self {
-        let range = fitted.range();
-        let all = range.to - range.from;
-        let length = (FREQUENCIES as f64 / PER_CYCLE / most).min(all);
+    /// Windows in which the frequencies of the picture, up to `max`, are as close as they can tell
+    /// them apart.
+    fn new(fitted: &Fitted, max: f64) -> Self {
+        let all = fitted.range.end() - fitted.range.start();
+        let length = (FREQUENCIES as f64 / PER_CYCLE / max).min(all);
         let count = (2.0 * all / length).floor().max(2.0) as usize - 1;
         let gap = (all - length) / (count.max(2) - 1) as f64;
+        let start = |number| fitted.range.start() + gap * number as f64;
         Self {
-            starts: (0..count).map(|at| range.from + gap * at as f64).collect(),
+            starts: (0..count).map(start).collect(),
             length,
-            most,
-            half_rate: 0.5 * fitted.density,
-            step: most / FREQUENCIES as f64,
+            step: max / FREQUENCIES as f64,
         }
     }
 
-    /// The mean power over windows and series.
-    fn spectrum(&self, all: Vec<Series<'_>>) -> Spectrum {
+    /// The mean power over windows and series at evenly spaced frequencies, decibels: 0 for a line
+    /// that is all there is. The baseline, at zero, is left out.
+    fn spectrum(&self, all: &[Series<'_>]) -> Points {
         let mut power = vec![0.0; FREQUENCIES + 1];
         let mut count = 0.0;
         for series in all.iter().filter(|series| series.variance > 0.0) {
@@ -210,31 +164,22 @@ impl Windows {
             }
         }
         let decibel = |power: f64| (10.0 * (power / f64::max(count, 1.0)).log10()).max(LEAST_DB);
-        Spectrum {
-            step: self.step,
-            power_db: power.into_iter().map(decibel).collect(),
-        }
+        let at = |(k, power): (usize, f64)| (k as f64 * self.step, decibel(power));
+        power.into_iter().enumerate().skip(1).map(at).collect()
     }
 
     /// Adds the power of a series in one window; false if no row is in it.
-    fn add(&self, series: &Series<'_>, start: f64, power: &mut [f64]) -> bool {
+    fn add(&self, Series { points, variance }: &Series<'_>, start: f64, power: &mut [f64]) -> bool {
+        let mean = points.iter().map(|(_, value)| value).sum::<f64>() / points.len() as f64;
         let mut weights = 0.0;
-        let readings = series
-            .at
-            .iter()
-            .zip(&series.values)
-            .filter_map(|(at, value)| {
-                let from_start = at - start;
-                let is_inside = (0.0..=self.length).contains(&from_start);
-                let weight = 0.5 - 0.5 * (TAU * from_start / self.length).cos();
-                is_inside.then(|| {
-                    weights += weight;
-                    Reading {
-                        at: from_start,
-                        value: weight * value,
-                    }
-                })
-            });
+        let inside = points.iter().map(|(at, value)| (at - start, value - mean));
+        let inside = inside.filter(|(at, _)| (0.0..=self.length).contains(at));
+        let readings = inside.map(|(at, value)| {
+            let weight = 0.5 - 0.5 * (TAU * at / self.length).cos();
+            weights += weight;
+            let value = weight * value;
+            Reading { at, value }
+        });
         let frequencies = Frequencies {
             first: 0.0,
             step: self.step,
@@ -245,7 +190,7 @@ impl Windows {
             return false;
         }
         // A line of amplitude a has the variance a^2 / 2, and half of a in its sum.
-        let scale = 2.0 / (weights * weights * series.variance);
+        let scale = 2.0 / (weights * weights * variance);
         for (power, square) in power.iter_mut().zip(squares) {
             *power += scale * square;
         }
@@ -260,31 +205,24 @@ mod tests {
     #[test]
     fn a_line_has_all_the_power_and_is_where_it_is_at_uneven_times_too() {
         for unevenness in [0.0, 0.004] {
-            let at: Vec<f64> = (0..4000)
-                .map(|row| 0.01 * f64::from(row) + unevenness * f64::from(row % 7) / 7.0)
-                .collect();
-            let values: Vec<f64> = at.iter().map(|at| (TAU * 8.3 * at).sin()).collect();
+            let at = |row| 0.01 * f64::from(row) + unevenness * f64::from(row % 7) / 7.0;
+            let wave = |at: f64| (at, (TAU * 8.3 * at).sin());
+            let points = (0..4000).map(|row| wave(at(row))).collect();
             let windows = Windows {
                 starts: vec![0.0, 10.0, 20.0],
                 length: 20.0,
-                most: 22.0,
-                half_rate: 50.0,
                 step: 22.0 / FREQUENCIES as f64,
             };
             let series = Series {
-                values,
-                at: &at,
+                points: &points,
                 variance: 0.5,
             };
-            let found = windows.spectrum(vec![series]);
-            let (highest, db) = found
-                .points()
-                .into_iter()
-                .max_by(|a, b| a.1.total_cmp(&b.1))
-                .unwrap();
+            let found = windows.spectrum(&[series]);
+            let highest = found.iter().max_by(|a, b| a.1.total_cmp(&b.1));
+            let (highest, db) = *highest.unwrap();
             assert!((highest - 8.3).abs() < 0.02, "{highest}");
             assert!(db.abs() < 0.1, "{db}");
-            assert!(found.around(15.0, 0.5).unwrap() < -60.0);
+            assert!(around(&found, 15.0, 0.5).unwrap() < -60.0);
         }
     }
 }

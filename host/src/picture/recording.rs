@@ -77,28 +77,4 @@ impl Recording {
             (0.0, 1.0)
         }
     }
-
-    /// Widest range of any channel in a span of time, volts.
-    pub fn range_v(&self, from_s: f64, to_s: f64) -> f64 {
-        let range = |channel: &Vec<(f64, f64)>| {
-            let (least, greatest) = extremes(channel, from_s, to_s);
-            greatest - least
-        };
-        self.channels.iter().map(range).fold(0.0, f64::max)
-    }
-}
-
-/// Least and greatest value in a span of time; zeros without a sample.
-pub fn extremes(channel: &[(f64, f64)], from_s: f64, to_s: f64) -> (f64, f64) {
-    let inside = channel
-        .iter()
-        .filter(|(t_s, _)| (from_s..=to_s).contains(t_s));
-    let (least, greatest) = inside.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, g), (_, v)| {
-        (v.min(l), v.max(g))
-    });
-    if least <= greatest {
-        (least, greatest)
-    } else {
-        (0.0, 0.0)
-    }
 }

@@ -1,6 +1,6 @@
 //! The description from which the page makes its form.
 
-use super::{range, shown};
+use super::{range, shown, split};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{Bounds, Kind, Setting, TABLE};
 use serde::Serialize;
@@ -9,11 +9,10 @@ use serde::Serialize;
 #[derive(Clone, Debug, Serialize)]
 pub struct Entry {
     pub name: &'static str,
-    pub group: &'static str,
     pub unit: &'static str,
     /// Its sentence, range and default.
     pub title: String,
-    /// `number`, `whole`, `switch`, `mask`, `masks`, `word` or `plan`.
+    /// `number`, `whole`, `switch`, `word` or `plan`.
     pub kind: &'static str,
     /// Bounds, where they depend on nothing else.
     pub least: Option<f32>,
@@ -28,12 +27,14 @@ pub struct Choice {
     pub text: String,
 }
 
-/// The inputs, in the order of the table.
+/// The inputs, in the order of the table: settings of windows and slides. Masks and what a finger or
+/// a scene is like are set by a file.
 pub fn entries() -> Vec<Entry> {
-    TABLE.iter().map(entry).collect()
+    let is_shown = |setting: &&Setting| matches!(split(setting.name).0, None | Some("slide"));
+    TABLE.iter().filter(is_shown).filter_map(entry).collect()
 }
 
-fn entry(setting: &Setting) -> Entry {
+fn entry(setting: &Setting) -> Option<Entry> {
     let limits = match setting.bounds {
         Bounds::Between(least, greatest) => Some((least, greatest)),
         Bounds::ZeroOr(_, greatest) => Some((0.0, greatest)),
@@ -43,14 +44,12 @@ fn entry(setting: &Setting) -> Entry {
         Kind::Number => ("number", Vec::new()),
         Kind::Whole => ("whole", Vec::new()),
         Kind::Switch => ("switch", Vec::new()),
-        Kind::Mask => ("mask", Vec::new()),
-        Kind::Masks => ("masks", Vec::new()),
+        Kind::Mask | Kind::Masks => return None,
         Kind::Word(words) => ("word", words.iter().map(|word| named(word, word)).collect()),
         Kind::Plan => ("plan", plans()),
     };
-    Entry {
+    Some(Entry {
         name: setting.name,
-        group: setting.group,
         unit: setting.unit,
         title: format!(
             "{} {}; default: {}",
@@ -62,7 +61,7 @@ fn entry(setting: &Setting) -> Entry {
         least: limits.map(|(least, _)| least),
         greatest: limits.map(|(_, greatest)| greatest),
         choices,
-    }
+    })
 }
 
 fn named(value: &'static str, text: &str) -> Choice {

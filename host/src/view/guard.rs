@@ -1,17 +1,15 @@
-//! Access to the server: this computer alone, or whoever has the token; and no page but its own.
+//! Access to the server: this computer alone, and no page but its own.
 //!
 //! A page from elsewhere could reach a loopback address through the user's browser, with a host
-//! name that points there: the guard refuses requests with any other host than this computer, or
-//! without the token. Other origins may neither send, read nor frame anything.
+//! name that points there, or send a request without reading the answer. The guard refuses both, and
+//! other origins may neither read nor frame anything.
 
 use axum::extract::{Request, State};
 use axum::http::uri::Authority;
-use axum::http::{HeaderName, HeaderValue, StatusCode, header};
+use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
-use std::net::{IpAddr, SocketAddr, UdpSocket};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, Instant};
+use std::net::{IpAddr, SocketAddr};
 
 /// Headers of every answer: the page loads nothing from elsewhere, and nobody else may use or store
 /// it.
@@ -30,191 +28,35 @@ const HEADERS: [(HeaderName, &str); 6] = [
     ),
 ];
 
-/// Bytes of a token: 128 bits cannot be guessed.
-const TOKEN_BYTES: usize = 16;
+/// Set by browsers: relation of the page that makes a request to its target, and the kind of
+/// request (Fetch Metadata, W3C).
+const FETCH_SITE: HeaderName = HeaderName::from_static("sec-fetch-site");
+const FETCH_MODE: HeaderName = HeaderName::from_static("sec-fetch-mode");
 
-/// Time in which a browser opens the page.
-const TICKET_LASTS: Duration = Duration::from_secs(60);
-
-/// A word that opens the page once.
-#[derive(Debug)]
-struct Ticket {
-    word: String,
-    made: Instant,
-}
-
-/// Access rule: this computer; at an address that others reach, whoever has the token.
-#[derive(Clone, Debug)]
-pub struct Access {
-    pub address: SocketAddr,
-    pub token: Option<String>,
-    ticket: Arc<Mutex<Option<Ticket>>>,
-}
-
-fn random_word() -> anyhow::Result<String> {
-    let mut bytes = [0; TOKEN_BYTES];
-    getrandom::fill(&mut bytes)
-        .map_err(|error| anyhow::anyhow!("random numbers for a token: {error}"))?;
-    Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
-}
-
-/// Reads an address to listen on, such as `127.0.0.1:8321`, `[::1]:8321` or `localhost:8321`; port
-/// 0 is any free one.
+/// Reads a loopback address to listen on, such as `127.0.0.1:8321`, `[::1]:8321` or
+/// `localhost:8321`; port 0 is any free one.
 pub fn address(text: &str) -> Result<SocketAddr, String> {
     let numeric = text
         .strip_prefix("localhost:")
         .map(|port| format!("127.0.0.1:{port}"));
-    let given = numeric.as_deref().unwrap_or(text).parse();
-    given.map_err(|_| "write an address and a port, such as 127.0.0.1:8321".to_owned())
-}
-
-impl Access {
-    /// A new token for an address that others reach, and none for one of this computer's own.
-    pub fn new(address: SocketAddr) -> anyhow::Result<Self> {
-        let is_open = !address.ip().is_loopback();
-        Ok(Self {
-            address,
-            token: is_open.then(random_word).transpose()?,
-            ticket: Arc::default(),
-        })
-    }
-
-    /// What to open. For an address that stands for all of this computer's it is the one by which
-    /// others reach it.
-    pub fn url(&self) -> String {
-        match &self.token {
-            Some(token) => format!("{}?token={token}", self.place()),
-            None => self.place(),
-        }
-    }
-
-    /// What to open in a browser by a program, whose arguments all users of this computer can read:
-    /// it opens the page once, and soon.
-    pub fn url_once(&self) -> anyhow::Result<String> {
-        if self.token.is_none() {
-            return Ok(self.place());
-        }
-        let word = random_word()?;
-        let url = format!("{}?once={word}", self.place());
-        let made = Instant::now();
-        *self.ticket() = Some(Ticket { word, made });
-        Ok(url)
-    }
-
-    fn ticket(&self) -> MutexGuard<'_, Option<Ticket>> {
-        self.ticket.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Whether a word opens the page; it never does again.
-    fn admits(&self, word: &str) -> bool {
-        let mut ticket = self.ticket();
-        let is_valid = ticket
-            .as_ref()
-            .is_some_and(|known| known.made.elapsed() < TICKET_LASTS && is_same(word, &known.word));
-        if is_valid {
-            *ticket = None;
-        }
-        is_valid
-    }
-
-    fn place(&self) -> String {
-        let mut address = self.address;
-        if address.ip().is_unspecified() {
-            address.set_ip(outward(address.is_ipv6()).unwrap_or(address.ip()));
-        }
-        format!("http://{address}/")
-    }
-
-    fn cookie(&self) -> String {
-        // Cookies know no ports.
-        format!("ridgetone-{}=", self.address.port())
-    }
-
-    /// Whether a request may be answered.
-    fn allows(&self, request: &Request) -> bool {
-        let header = |name| {
-            request
-                .headers()
-                .get(name)
-                .and_then(|value| value.to_str().ok())
-        };
-        let host = header(header::HOST);
-        // A browser says from which page a request comes that changes something.
-        let is_foreign = request.headers().contains_key(header::ORIGIN)
-            && header(header::ORIGIN).and_then(|origin| origin.strip_prefix("http://")) != host;
-        let Some(token) = &self.token else {
-            return !is_foreign && host.is_some_and(|host| is_ours(host, self.address));
-        };
-        let cookies = header(header::COOKIE)
-            .into_iter()
-            .flat_map(|all| all.split("; "));
-        let mut given = cookies
-            .filter_map(|one| one.strip_prefix(self.cookie().as_str()))
-            .chain(given(request, "token="));
-        !is_foreign && given.any(|given| is_same(given, token))
+    let parsed: Result<SocketAddr, _> = numeric.as_deref().unwrap_or(text).parse();
+    match parsed {
+        Ok(address) if address.ip().is_loopback() => Ok(address),
+        Ok(address) => Err(format!(
+            "{} is not a loopback address: write 127.0.0.1:{port}, and on another computer `ssh -L {port}:localhost:{port} THIS_COMPUTER`",
+            address.ip(),
+            port = address.port()
+        )),
+        Err(_) => Err("write an address and a port, such as 127.0.0.1:8321".to_owned()),
     }
 }
 
-/// This computer's address on the way out of it. Nothing is sent: the addresses are for documents
-/// (RFC 5737, RFC 3849).
-fn outward(is_v6: bool) -> Option<IpAddr> {
-    let (here, there) = if is_v6 {
-        ("[::]:0", "[2001:db8::1]:9")
-    } else {
-        ("0.0.0.0:0", "192.0.2.1:9")
-    };
-    let socket = UdpSocket::bind(here).ok()?;
-    socket.connect(there).ok()?;
-    Some(socket.local_addr().ok()?.ip())
-}
-
-/// What a request's address gives under a name.
-fn given<'a>(request: &'a Request, name: &str) -> Option<&'a str> {
-    request
-        .uri()
-        .query()?
-        .split('&')
-        .find_map(|pair| pair.strip_prefix(name))
-}
-
-/// Compares in constant time.
-fn is_same(given: &str, token: &str) -> bool {
-    given.len() == token.len()
-        && given
-            .bytes()
-            .zip(token.bytes())
-            .fold(0, |differ, (a, b)| differ | (a ^ b))
-            == 0
-}
-
-/// Refuses requests that [`Access`] does not allow, and adds headers to every answer. The page's
-/// address with the token leads to the one without, which the browser then knows by a cookie.
-pub async fn guard(State(access): State<Access>, request: Request, next: Next) -> Response {
-    let is_first = request.uri().path() == "/";
-    let is_admitted = is_first && given(&request, "once=").is_some_and(|word| access.admits(word));
-    let mut response = if !is_admitted && !access.allows(&request) {
-        let why = match access.token {
-            None => "this page is served to this computer only, as localhost\n",
-            Some(_) => {
-                "this page needs the whole address that the command has printed, with its token\n"
-            }
-        };
-        (StatusCode::FORBIDDEN, why).into_response()
-    } else if let Some(token) = &access.token
-        && is_first
-        && (is_admitted || given(&request, "token=").is_some())
-    {
-        let cookie = format!("{}{token}; HttpOnly; SameSite=Lax; Path=/", access.cookie());
-        (
-            StatusCode::SEE_OTHER,
-            [
-                (header::SET_COOKIE, cookie),
-                (header::LOCATION, "/".to_owned()),
-            ],
-        )
-            .into_response()
-    } else {
-        next.run(request).await
+/// Refuses requests that did not come from this computer's user or from the server's own page, and
+/// adds headers to every answer.
+pub async fn guard(State(address): State<SocketAddr>, request: Request, next: Next) -> Response {
+    let mut response = match refusal(&request, address) {
+        Some(refused) => refused.into_response(),
+        None => next.run(request).await,
     };
     for (name, value) in HEADERS {
         let value = HeaderValue::from_static(value);
@@ -226,6 +68,48 @@ pub async fn guard(State(access): State<Access>, request: Request, next: Next) -
         }
     }
     response
+}
+
+/// The reason to refuse a request.
+fn refusal(request: &Request, address: SocketAddr) -> Option<(StatusCode, &'static str)> {
+    let headers = request.headers();
+    let Some(host) = single(headers, &header::HOST) else {
+        return Some((StatusCode::BAD_REQUEST, "send one Host header\n"));
+    };
+    // The target of a request may name a host itself, as for a proxy.
+    let named = request.uri().authority().map(Authority::as_str);
+    let is_ours = [Some(host), named]
+        .into_iter()
+        .flatten()
+        .all(|host| is_ours(host, address));
+    if !is_ours {
+        let why = "this page is served to this computer only, as localhost\n";
+        return Some((StatusCode::FORBIDDEN, why));
+    }
+    let is_foreign = headers.get_all(header::ORIGIN).iter().any(|origin| {
+        let origin = origin.to_str().ok();
+        origin.and_then(|origin| origin.strip_prefix("http://")) != Some(host)
+    });
+    let from_elsewhere = headers
+        .get_all(FETCH_SITE)
+        .iter()
+        .any(|site| site != "same-origin" && site != "none");
+    // A link on another page may open this one.
+    let is_link = request.method() == Method::GET
+        && single(headers, &FETCH_MODE).is_some_and(|mode| mode == "navigate");
+    if is_foreign || (from_elsewhere && !is_link) {
+        return Some((StatusCode::FORBIDDEN, "this request is of another page\n"));
+    }
+    None
+}
+
+/// The value of a header that is sent exactly once.
+fn single<'a>(headers: &'a HeaderMap, name: &HeaderName) -> Option<&'a str> {
+    let mut values = headers.get_all(name).iter();
+    match (values.next(), values.next()) {
+        (Some(value), None) => value.to_str().ok(),
+        _ => None,
+    }
 }
 
 /// Whether a Host header names this computer and this port.
@@ -246,27 +130,23 @@ fn is_ours(host: &str, address: SocketAddr) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use axum::body::Body;
 
     #[test]
-    fn an_address_that_others_reach_has_a_token() {
+    fn an_address_is_a_loopback_one_or_is_refused_with_what_to_type() {
         for own in [
             "127.0.0.1:8321",
             "127.0.0.1:0",
             "[::1]:8321",
             "localhost:80",
         ] {
-            let access = Access::new(address(own).unwrap()).unwrap();
-            assert!(
-                access.token.is_none() && !access.url().contains("token"),
-                "{own}"
-            );
+            assert!(address(own).is_ok(), "{own}");
         }
-        for other in ["0.0.0.0:8321", "[::]:8321", "192.168.1.7:80"] {
-            let [one, two] = [(); 2].map(|()| Access::new(address(other).unwrap()).unwrap());
-            let token = one.token.clone().unwrap();
+        for other in ["0.0.0.0:8321", "[::]:8321", "192.168.1.7:8321"] {
+            let why = address(other).unwrap_err();
             assert!(
-                token.len() == 32 && one.token != two.token && one.url().ends_with(&token),
-                "{other}"
+                why.contains("127.0.0.1:8321") && why.contains("ssh -L 8321:localhost:8321"),
+                "{other}: {why}"
             );
         }
         for bad in [
@@ -282,76 +162,6 @@ mod tests {
                 "{bad}"
             );
         }
-    }
-
-    #[test]
-    fn only_the_token_opens_an_address_that_others_reach() {
-        let access = Access {
-            address: "0.0.0.0:8321".parse().unwrap(),
-            token: Some("a1b2".into()),
-            ticket: Arc::default(),
-        };
-        let request = |path: &str, headers: &[(&str, &str)]| {
-            let mut request = Request::builder()
-                .uri(path)
-                .header("host", "192.168.1.7:8321");
-            for (name, value) in headers {
-                request = request.header(*name, *value);
-            }
-            request.body(axum::body::Body::empty()).unwrap()
-        };
-        let cookie = ("cookie", "other=1; ridgetone-8321=a1b2");
-        assert!(
-            access.allows(&request("/?token=a1b2", &[]))
-                && access.allows(&request("/events?token=a1b2", &[]))
-        );
-        assert!(access.allows(&request("/events", &[cookie])));
-        assert!(access.allows(&request(
-            "/record",
-            &[cookie, ("origin", "http://192.168.1.7:8321")]
-        )));
-        for path in [
-            "/",
-            "/events",
-            "/?token=",
-            "/?token=a1b3",
-            "/?token=a1b2c",
-            "/?nottoken=a1b2",
-        ] {
-            assert!(
-                !access.allows(&request(path, &[("cookie", "ridgetone-8322=a1b2")])),
-                "{path}"
-            );
-        }
-        for origin in [
-            "http://example.org",
-            "https://192.168.1.7:8321",
-            "null",
-            "http://192.168.1.7",
-        ] {
-            assert!(
-                !access.allows(&request("/record", &[cookie, ("origin", origin)])),
-                "{origin}"
-            );
-        }
-    }
-
-    #[test]
-    fn what_a_browser_is_given_opens_the_page_once_and_has_no_token() {
-        let access = Access::new(address("192.168.1.7:80").unwrap()).unwrap();
-        let token = access.token.clone().unwrap();
-        assert!(!access.admits(""));
-        let urls = [(); 2].map(|()| access.url_once().unwrap());
-        let words = urls.map(|url| {
-            assert!(!url.contains(&token));
-            url.split_once("/?once=").unwrap().1.to_owned()
-        });
-        assert!(!access.admits(&words[0]), "only the latest one counts");
-        assert!(!access.admits(&words[1][1..]));
-        assert!(access.admits(&words[1]));
-        assert!(!access.admits(&words[1]), "it has been used");
-        let own = Access::new(address("127.0.0.1:80").unwrap()).unwrap();
-        assert_eq!(own.url_once().unwrap(), own.url());
     }
 
     #[test]
@@ -382,5 +192,69 @@ mod tests {
             assert!(!is_ours(bad, address), "{bad}");
         }
         assert!(is_ours("localhost", "127.0.0.1:80".parse().unwrap()));
+    }
+
+    /// Status of the refusal of a request with these headers.
+    fn refused(method: Method, target: &str, headers: &[(&str, &str)]) -> Option<u16> {
+        let mut request = Request::builder().method(method).uri(target);
+        for (name, value) in headers {
+            request = request.header(*name, *value);
+        }
+        let request = request.body(Body::empty()).unwrap();
+        refusal(&request, "127.0.0.1:8321".parse().unwrap()).map(|(status, _)| status.as_u16())
+    }
+
+    #[test]
+    fn a_request_has_one_host_and_comes_from_the_own_page() {
+        const HOST: (&str, &str) = ("host", "localhost:8321");
+        let get = |target: &str, headers: &[(&str, &str)]| refused(Method::GET, target, headers);
+        assert_eq!(get("/", &[]), Some(400));
+        assert_eq!(get("/", &[HOST, HOST]), Some(400));
+        assert_eq!(get("/", &[HOST, ("host", "a.org")]), Some(400));
+        assert_eq!(get("/", &[("host", "a.org:8321")]), Some(403));
+        assert_eq!(get("http://a.org:8321/", &[HOST]), Some(403));
+        assert_eq!(get("http://localhost:8321/", &[HOST]), None);
+        assert_eq!(get("/", &[HOST]), None);
+        assert_eq!(refused(Method::POST, "/record", &[HOST]), None);
+        for origin in [
+            "http://example.org",
+            "https://localhost:8321",
+            "null",
+            "http://localhost",
+            "http://127.0.0.1:8321",
+        ] {
+            for method in [Method::GET, Method::POST] {
+                let headers = [HOST, ("origin", origin)];
+                assert_eq!(refused(method, "/record", &headers), Some(403), "{origin}");
+            }
+        }
+        let own = ("origin", "http://localhost:8321");
+        assert_eq!(refused(Method::POST, "/record", &[HOST, own]), None);
+        let twice = [HOST, own, ("origin", "http://a.org")];
+        assert_eq!(refused(Method::POST, "/record", &twice), Some(403));
+    }
+
+    #[test]
+    fn another_page_may_link_here_and_nothing_else() {
+        const HOST: (&str, &str) = ("host", "localhost:8321");
+        let navigates = ("sec-fetch-mode", "navigate");
+        for (site, is_ours) in [
+            ("same-origin", true),
+            ("none", true),
+            ("cross-site", false),
+            ("same-site", false),
+            ("anything", false),
+        ] {
+            let headers = [HOST, ("sec-fetch-site", site)];
+            let expected = (!is_ours).then_some(403);
+            for method in [Method::GET, Method::POST, Method::PUT] {
+                let found = refused(method.clone(), "/record", &headers);
+                assert_eq!(found, expected, "{method} {site}");
+            }
+            let linked = [headers[0], headers[1], navigates];
+            assert_eq!(refused(Method::GET, "/", &linked), None, "{site}");
+            let sent = refused(Method::POST, "/record", &linked);
+            assert_eq!(sent, expected, "{site}");
+        }
     }
 }

@@ -12,7 +12,6 @@ use crate::digits::seconds;
 use crate::events::JsonLines;
 use crate::events::view::Estimate;
 use crate::feed::{FeedEvent, Following, RawFrames, SettingsReply};
-use crate::feel::threshold::thresholds;
 use crate::live::{Live, Log, POINTS, STRIP_FRAMES, Strips};
 use crate::remarks::{phrases, remedy};
 use crate::settings_form;
@@ -24,7 +23,6 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::broadcast::{self, Receiver, Sender};
-use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
 /// Time between two updates.
 pub const UPDATE_EVERY: Duration = Duration::from_millis(100);
@@ -41,17 +39,8 @@ const SPECTRUM_EVERY: Duration = Duration::from_millis(250);
 /// Time for which a request for the state counts as somebody watching.
 const LOOKED: Duration = Duration::from_secs(3);
 
-/// How a state begins for a page that has missed nothing.
-const NONE_MISSED: &str = "{\"missed\":0,";
-
 /// A frame, seconds, roughly.
 const FRAME_S: f64 = 0.004;
-
-/// Pages at a time: each has up to the whole state in its connection, half a megabyte.
-pub const PAGES: usize = 64;
-
-/// The place of one page among [`PAGES`].
-pub type Place = OwnedSemaphorePermit;
 
 /// The common state of all pages.
 pub struct Hub {
@@ -61,7 +50,6 @@ pub struct Hub {
     updates: Sender<Message>,
     /// Packets one by one, as with `--json`.
     packets: Sender<Arc<str>>,
-    places: Arc<Semaphore>,
 }
 
 #[derive(Default)]
@@ -94,8 +82,6 @@ struct Inner {
     /// Device time of the estimate that the curves show.
     curves_of_us: Option<u64>,
     number: u64,
-    /// Everything as of the latest update, once a page has asked for it.
-    everything: Option<Arc<str>>,
     json: JsonLines,
     greeting: Option<Arc<str>>,
 }
@@ -114,7 +100,6 @@ impl Hub {
             turn: Mutex::new(()),
             updates: broadcast::channel(QUEUE).0,
             packets: broadcast::channel(PACKETS).0,
-            places: Arc::new(Semaphore::new(PAGES)),
         }
     }
 
@@ -171,7 +156,6 @@ impl Hub {
 
     fn send_new(&self, inner: &mut Inner) -> Result<()> {
         inner.number += 1;
-        inner.everything = None;
         let analysed = inner.analyse();
         let message = if inner.live.now.restarts == inner.sent_restarts {
             Message {
@@ -182,7 +166,7 @@ impl Hub {
             // The time axis is new: no data that pages have fit it.
             Message {
                 kind: "state",
-                json: inner.state()?.into(),
+                json: inner.state(0)?.into(),
             }
         };
         (inner.points, inner.frames) = Default::default();
@@ -196,23 +180,9 @@ impl Hub {
     pub fn join(&self, missed: u64) -> Result<(Message, Receiver<Message>)> {
         let mut inner = self.lock();
         inner.looked = Some(Instant::now());
-        // Under one lock, so that the state and the queue neither overlap nor leave a gap. All pages
-        // that come between two updates share one state: it is the most work of all.
-        let everything = match &inner.everything {
-            Some(everything) => Arc::clone(everything),
-            None => {
-                self.send_new(&mut inner)?;
-                let everything: Arc<str> = inner.state()?.into();
-                inner.everything = Some(Arc::clone(&everything));
-                everything
-            }
-        };
-        let json = match missed {
-            0 => everything,
-            _ => everything
-                .replacen(NONE_MISSED, &format!("{{\"missed\":{missed},"), 1)
-                .into(),
-        };
+        // Under one lock, so that the state and the queue neither overlap nor leave a gap.
+        self.send_new(&mut inner)?;
+        let json = inner.state(missed)?.into();
         let kind = "state";
         Ok((Message { kind, json }, self.updates.subscribe()))
     }
@@ -221,14 +191,9 @@ impl Hub {
     pub fn clear(&self) {
         let mut inner = self.lock();
         inner.live.clear();
-        (inner.points, inner.frames, inner.everything) = Default::default();
+        (inner.points, inner.frames) = Default::default();
         // The next message is a whole state.
         inner.sent_restarts = inner.live.now.restarts.wrapping_sub(1);
-    }
-
-    /// A place for a new page, if there is one.
-    pub fn page(&self) -> Option<Place> {
-        Arc::clone(&self.places).try_acquire_owned().ok()
     }
 
     /// The latest greeting, and the queue of all packets after it.
@@ -242,7 +207,7 @@ impl Hub {
         let mut inner = self.lock();
         ensure!(inner.can_set, "there is no board that takes settings");
         inner.wanted = Some(settings_form::with_json(&inner.live.settings(), json)?);
-        (inner.settings_reply, inner.everything) = (None, None);
+        inner.settings_reply = None;
         Ok(())
     }
 
@@ -254,8 +219,6 @@ impl Hub {
     /// Begins to record into a new file; if it records already, ends and returns the recorder.
     pub fn record(&self, path: impl FnOnce() -> PathBuf) -> Option<Recorder> {
         let inner = &mut *self.lock();
-        // Whoever has asked for this sees it at once.
-        inner.everything = None;
         let ended = inner.recorder.take();
         if ended.is_none() {
             inner.recorder = Some(Recorder::new(path(), &inner.live.now.source));
@@ -305,7 +268,7 @@ pub fn state_of(live: Live) -> Result<String> {
         received: Some(Instant::now()),
         ..Inner::default()
     }
-    .state()
+    .state(0)
 }
 
 /// What an analysis of the latest frames has changed.
@@ -373,15 +336,14 @@ impl Inner {
         }
     }
 
-    fn state(&self) -> Result<String> {
+    fn state(&self, missed: u64) -> Result<String> {
         Ok(serde_json::to_string(&State {
-            missed: 0,
+            missed,
             common: self.common(),
             stream: STREAM,
             version: env!("CARGO_PKG_VERSION"),
             places: PLACES,
             settings_form: settings_form::entries(),
-            thresholds: thresholds(),
             points_most: POINTS,
             frames_most: STRIP_FRAMES,
             live: &self.live,

@@ -3,17 +3,15 @@
 use crate::analysis::{Curves, Spectrum};
 use crate::events::view::Estimate;
 use crate::feed::SettingsReply;
-use crate::feel::threshold::Threshold;
 use crate::live::{Live, Log, Now, Strips, columns};
 use crate::settings_form;
 use crate::static_image::SIDE;
-use ridgetone_feel::RECEPTORS;
 use serde::Serialize;
 use std::sync::Arc;
 
 /// Version of what the pages get. It rises when a field goes or changes its meaning; new fields
 /// leave it.
-pub const STREAM: u32 = 2;
+pub const STREAM: u32 = 3;
 
 #[derive(Clone, Debug)]
 pub struct Message {
@@ -40,7 +38,7 @@ pub struct Common<'a> {
 
 #[derive(Serialize)]
 pub struct State<'a> {
-    /// Updates that a page was too slow for. The first field, so that it can be replaced.
+    /// Updates that a page was too slow for.
     pub missed: u64,
     #[serde(flatten)]
     pub common: Common<'a>,
@@ -50,8 +48,6 @@ pub struct State<'a> {
     pub places: [[usize; SIDE]; SIDE],
     /// Inputs of the page's form.
     pub settings_form: Vec<settings_form::Entry>,
-    /// Thresholds for the spectrum in the event `feel`.
-    pub thresholds: [Threshold; RECEPTORS],
     pub points_most: usize,
     pub frames_most: usize,
     pub live: &'a Live,

@@ -1,7 +1,6 @@
 //! A run to look back at: what a file holds, or what was recorded on the page, at any of its times.
 
 use super::reading::Reading;
-use super::work::Allowance;
 use crate::digits::time_s;
 use crate::input::{Input, Source};
 use crate::live::{Live, STRIP_FRAMES, point};
@@ -43,6 +42,8 @@ pub struct Run {
     /// What was guessed of a table, or what is left out.
     remark: Option<String>,
     starts: Starts,
+    /// Greatest size in memory.
+    max_bytes: usize,
 }
 
 /// A run in a few numbers, to compare it with others.
@@ -76,7 +77,7 @@ impl Run {
         path: &Path,
         reading: Reading,
         settings: Option<Settings>,
-        allowance: &Allowance,
+        max_bytes: usize,
     ) -> Result<Self> {
         let (packets, frames) = (Vec::new(), Vec::new());
         let mut run = Self {
@@ -88,8 +89,9 @@ impl Run {
             frames,
             remark: None,
             starts: Starts::new(),
+            max_bytes,
         };
-        run.read(settings, allowance).map_err(|error| {
+        run.read(settings).map_err(|error| {
             // The name that people know, instead of the path.
             let text = format!("{error:#}").replace(&path.display().to_string(), name);
             if text.starts_with(name) {
@@ -101,24 +103,24 @@ impl Run {
         Ok(run)
     }
 
-    fn read(&mut self, settings: Option<Settings>, allowance: &Allowance) -> Result<()> {
+    fn read(&mut self, settings: Option<Settings>) -> Result<()> {
         match (Form::of(&self.path)?, settings) {
             (Form::Telemetry, None) => {
                 for message in messages(&self.path, Form::Telemetry)? {
                     if let Message::Packet(packet, _) = message? {
                         self.take(*packet);
-                        allowance.check(self.bytes())?;
+                        self.check_size()?;
                     }
                 }
             }
-            (_, settings) => self.replay(settings.unwrap_or(Settings::DEFAULT), allowance)?,
+            (_, settings) => self.replay(settings.unwrap_or(Settings::DEFAULT))?,
         }
         ensure!(self.ends_s().is_some(), "it holds nothing with a time");
         Ok(())
     }
 
     /// Through the library, as `replay` does, with every frame.
-    fn replay(&mut self, settings: Settings, allowance: &Allowance) -> Result<()> {
+    fn replay(&mut self, settings: Settings) -> Result<()> {
         let samples = Samples::file_with(&self.path, self.reading.time_column.clone())?;
         if Form::of(&self.path)? == Form::Table {
             self.channels = Some(samples.open()?.names().len());
@@ -159,7 +161,7 @@ impl Run {
         take(self, hello);
         replay::conversions_of(input, &settings.plan, &mut |timed| {
             pipeline.push(timed, &mut |event| take(self, event));
-            allowance.check(self.bytes())
+            self.check_size()
         })?;
         pipeline.finish(&mut |event| take(self, event));
         Ok(())
@@ -179,9 +181,15 @@ impl Run {
         }
     }
 
-    /// Size in memory.
-    fn bytes(&self) -> usize {
-        size_of_val(&*self.packets) + size_of_val(&*self.frames)
+    /// Refuses a run that would fill the memory: a short file may expand to a long one.
+    fn check_size(&self) -> Result<()> {
+        let bytes = size_of_val(&*self.packets) + size_of_val(&*self.frames);
+        ensure!(
+            bytes <= self.max_bytes,
+            "it takes more than {} MiB of memory: cut it into parts, or use `replay` or `export`",
+            self.max_bytes >> 20
+        );
+        Ok(())
     }
 
     /// The first and the last time.

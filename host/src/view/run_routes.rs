@@ -14,12 +14,11 @@
 //! | POST `/record` | begins to record; the answer to the next one is the run |
 //! | POST `/record/latest` | a run of the latest minute |
 
-use super::app::{App, answer, json};
 use super::hub;
 use super::recorder::Recorder;
 use super::run::Part;
 use super::runs::How;
-use super::work::{Allowance, on_a_thread};
+use super::server::{App, answer, to_json};
 use anyhow::{Context, Result, ensure};
 use axum::Router;
 use axum::body::Body;
@@ -34,9 +33,6 @@ use std::io::Write;
 /// Longest file that is taken, bytes: the 3.5 hours that 256 MiB of raw frames last.
 const FILE_MOST: usize = 256 << 20;
 
-/// Most memory that a run takes which a page has asked for, bytes: that of as many frames.
-const RUN_MOST: usize = 256 << 20;
-
 #[derive(Deserialize)]
 struct Named {
     name: String,
@@ -48,6 +44,13 @@ struct Moment {
     t_s: f64,
     from_s: Option<f64>,
     until_s: Option<f64>,
+}
+
+/// Runs work that takes long beside the thread that serves the pages.
+async fn on_a_thread(work: impl FnOnce() -> Result<String> + Send + 'static) -> Result<String> {
+    tokio::task::spawn_blocking(work)
+        .await
+        .context("the work ended without a result")?
 }
 
 pub fn routes() -> Router<App> {
@@ -65,7 +68,7 @@ pub fn routes() -> Router<App> {
 }
 
 async fn list(State(app): State<App>) -> Response {
-    answer(json(&app.runs.list()))
+    answer(to_json(&app.runs.list()))
 }
 
 async fn add(State(app): State<App>, Query(Named { name }): Query<Named>, body: Body) -> Response {
@@ -86,8 +89,7 @@ async fn added(app: App, name: String, body: Body) -> Result<String> {
         );
         file.write_all(&part).context("the temporary folder")?;
     }
-    let add = move |allowance: &Allowance| json(&app.runs.add(&name, file, allowance)?);
-    on_a_thread(RUN_MOST, add).await
+    on_a_thread(move || to_json(&app.runs.add(&name, file)?)).await
 }
 
 async fn state(
@@ -99,23 +101,20 @@ async fn state(
         .from_s
         .zip(moment.until_s)
         .map(|(from_s, until_s)| Part { from_s, until_s });
-    let look = move |_: &Allowance| hub::state_of(app.runs.get(id)?.at(moment.t_s, mark)?);
-    answer(on_a_thread(RUN_MOST, look).await)
+    let look = move || hub::state_of(app.runs.get(id)?.at(moment.t_s, mark)?);
+    answer(on_a_thread(look).await)
 }
 
 async fn again(State(app): State<App>, Path(id): Path<u64>, settings: String) -> Response {
-    let again = move |allowance: &Allowance| json(&app.runs.again(id, &settings, allowance)?);
-    answer(on_a_thread(RUN_MOST, again).await)
+    answer(on_a_thread(move || to_json(&app.runs.again(id, &settings)?)).await)
 }
 
 async fn with_time(State(app): State<App>, Path(id): Path<u64>, column: String) -> Response {
-    let again = move |allowance: &Allowance| json(&app.runs.with_time(id, &column, allowance)?);
-    answer(on_a_thread(RUN_MOST, again).await)
+    answer(on_a_thread(move || to_json(&app.runs.with_time(id, &column)?)).await)
 }
 
 async fn reload(State(app): State<App>, Path(id): Path<u64>) -> Response {
-    let again = move |allowance: &Allowance| json(&app.runs.reload(id, allowance)?);
-    answer(on_a_thread(RUN_MOST, again).await)
+    answer(on_a_thread(move || to_json(&app.runs.reload(id)?)).await)
 }
 
 async fn note(State(app): State<App>, Path(id): Path<u64>, text: String) -> Response {
@@ -140,23 +139,18 @@ async fn close(State(app): State<App>, Path(id): Path<u64>) -> Response {
 
 async fn record(State(app): State<App>) -> Response {
     match app.hub.record(|| app.runs.new_path()) {
-        Some(recorder) => {
-            let open = move |allowance: &Allowance| opened(&app, recorder, allowance);
-            answer(on_a_thread(RUN_MOST, open).await)
-        }
+        Some(recorder) => answer(on_a_thread(move || opened(&app, recorder)).await),
         None => answer(Ok(String::new())),
     }
 }
 
 async fn record_latest(State(app): State<App>) -> Response {
-    let open = move |allowance: &Allowance| {
-        opened(&app, app.hub.record_latest(app.runs.new_path())?, allowance)
-    };
-    answer(on_a_thread(RUN_MOST, open).await)
+    let open = move || opened(&app, app.hub.record_latest(app.runs.new_path())?);
+    answer(on_a_thread(open).await)
 }
 
 /// A finished recording as a run.
-fn opened(app: &App, recorder: Recorder, allowance: &Allowance) -> Result<String> {
+fn opened(app: &App, recorder: Recorder) -> Result<String> {
     ensure!(
         !recorder.is_empty(),
         "nothing was received while it was recorded"
@@ -168,5 +162,5 @@ fn opened(app: &App, recorder: Recorder, allowance: &Allowance) -> Result<String
         is_recorded: true,
         ..How::default()
     };
-    json(&app.runs.open(&name, &path, how, allowance)?)
+    to_json(&app.runs.open(&name, &path, how)?)
 }

@@ -2,7 +2,6 @@
 
 use super::reading::Reading;
 use super::run::{Run, Summary};
-use super::work::Allowance;
 use crate::settings_form;
 use anyhow::{Context, Result, ensure};
 use ridgetone_proto::settings::Settings;
@@ -13,6 +12,9 @@ use tempfile::NamedTempFile;
 
 /// Runs kept at a time.
 const MOST: usize = 8;
+
+/// Greatest size in memory of a run that a page opens, bytes: 3.5 hours of raw frames.
+const MAX_BYTES: usize = 256 << 20;
 
 /// Longest note, characters.
 const NOTE_MOST: usize = 200;
@@ -52,13 +54,27 @@ impl List {
 }
 
 /// How a file becomes a run.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct How {
     pub reading: Reading,
     /// Settings in place of those of its board.
     pub settings: Option<Settings>,
     /// Whether it was recorded here, so that its file goes with the command.
     pub is_recorded: bool,
+    /// Greatest size in memory, bytes.
+    pub max_bytes: usize,
+}
+
+impl Default for How {
+    /// A file that a page sends.
+    fn default() -> Self {
+        Self {
+            reading: Reading::default(),
+            settings: None,
+            is_recorded: false,
+            max_bytes: MAX_BYTES,
+        }
+    }
 }
 
 /// A run's number, and what is in it.
@@ -97,28 +113,23 @@ impl Runs {
     }
 
     /// Opens such a file as a run, and keeps it.
-    pub fn add(&self, name: &str, file: NamedTempFile, allowance: &Allowance) -> Result<Numbered> {
+    pub fn add(&self, name: &str, file: NamedTempFile) -> Result<Numbered> {
         let path = file.into_temp_path();
-        let opened = self.open(name, &path, How::default(), allowance)?;
+        let opened = self.open(name, &path, How::default())?;
         path.keep()?;
         Ok(opened)
     }
 
     /// Opens a file as a run.
-    pub fn open(
-        &self,
-        name: &str,
-        path: &Path,
-        how: How,
-        allowance: &Allowance,
-    ) -> Result<Numbered> {
+    pub fn open(&self, name: &str, path: &Path, how: How) -> Result<Numbered> {
         self.lock().check()?;
         let How {
             reading,
             settings,
             is_recorded,
+            max_bytes,
         } = how;
-        let run = Arc::new(Run::open(name, path, reading, settings, allowance)?);
+        let run = Arc::new(Run::open(name, path, reading, settings, max_bytes)?);
         let mut list = self.lock();
         // Others may have been opened meanwhile.
         list.check()?;
@@ -136,25 +147,25 @@ impl Runs {
     }
 
     /// Runs the library over a run's frames again, with some settings in place of its own.
-    pub fn again(&self, id: u64, json: &str, allowance: &Allowance) -> Result<Numbered> {
+    pub fn again(&self, id: u64, json: &str) -> Result<Numbered> {
         let run = self.get(id)?;
         let settings = settings_form::with_json(&run.settings(), json)?;
-        self.replace(id, run.reading.clone(), Some(settings), allowance)
+        self.replace(id, run.reading.clone(), Some(settings))
     }
 
     /// Reads a run's table again with another column as the time.
-    pub fn with_time(&self, id: u64, text: &str, allowance: &Allowance) -> Result<Numbered> {
+    pub fn with_time(&self, id: u64, text: &str) -> Result<Numbered> {
         let run = self.get(id)?;
         let reading = run
             .reading
             .with_time(&run.summary().time_columns, text.trim())?;
-        self.replace(id, reading, None, allowance)
+        self.replace(id, reading, None)
     }
 
     /// Reads a run's file again, as it was opened at first.
-    pub fn reload(&self, id: u64, allowance: &Allowance) -> Result<Numbered> {
+    pub fn reload(&self, id: u64) -> Result<Numbered> {
         let settings = self.lock().kept(id)?.settings;
-        self.replace(id, self.get(id)?.reading.clone(), settings, allowance)
+        self.replace(id, self.get(id)?.reading.clone(), settings)
     }
 
     /// Keeps somebody's note on a run.
@@ -174,16 +185,10 @@ impl Runs {
         Ok(())
     }
 
-    fn replace(
-        &self,
-        id: u64,
-        reading: Reading,
-        settings: Option<Settings>,
-        allowance: &Allowance,
-    ) -> Result<Numbered> {
+    fn replace(&self, id: u64, reading: Reading, settings: Option<Settings>) -> Result<Numbered> {
         let run = self.get(id)?;
         let (name, path) = (&run.name, &run.path);
-        let run = Arc::new(Run::open(name, path, reading, settings, allowance)?);
+        let run = Arc::new(Run::open(name, path, reading, settings, MAX_BYTES)?);
         let mut list = self.lock();
         let kept = list.kept(id)?;
         kept.run = run;

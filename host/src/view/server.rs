@@ -9,29 +9,30 @@
 //! | `/settings` | POST: some settings for the board, as a JSON object |
 //! | `/runs`, `/record` | [`super::run_routes`] |
 
-use super::app::{App, answer};
-use super::connections;
 use super::files::{FILES, File};
-use super::guard::{Access, guard};
-use super::hub::{Hub, PAGES, Place};
+use super::guard::guard;
+use super::hub::Hub;
 use super::message::Message;
 use super::run_routes;
+use super::runs::Runs;
 use crate::events::view::{Missed, Note};
-use anyhow::{Result, anyhow};
+use anyhow::{Context, Result};
 use axum::Router;
 use axum::body::{Body, Bytes};
 use axum::extract::State;
 use axum::http::{StatusCode, header};
-use axum::middleware::{from_fn, from_fn_with_state};
+use axum::middleware::from_fn_with_state;
 use axum::response::sse::{Event, KeepAlive, Sse};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use futures_util::future::select;
 use futures_util::stream::{Stream, unfold};
+use hal_mock::printable;
+use serde::Serialize;
 use serde_json::json;
 use std::convert::Infallible;
-use std::io::ErrorKind;
-use std::net::TcpListener;
+use std::future::IntoFuture;
+use std::net::{SocketAddr, TcpListener};
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::broadcast::Receiver;
@@ -41,52 +42,81 @@ use tokio::sync::oneshot;
 /// Time after which a page that has lost the server tries again.
 const RETRY: Duration = Duration::from_secs(1);
 
-/// What helps where an address is not free.
-const ANOTHER: &str = "choose another with --listen ADDRESS:PORT (port 0: any free one)";
+/// Stack of the threads that fit a part of a run: as large as a main thread's, which unoptimized
+/// builds need.
+const STACK_BYTES: usize = 8 << 20;
 
 /// A running server. Dropped, it ends.
 #[derive(Debug)]
 pub struct Server {
     /// With the port that it has.
-    pub access: Access,
+    pub address: SocketAddr,
     _running: oneshot::Sender<()>,
 }
 
 impl Server {
-    /// Serves what is at these paths, each answer guarded.
-    pub fn start(mut access: Access, routes: Router) -> Result<Self> {
-        let address = access.address;
-        let listener = TcpListener::bind(address).map_err(|error| match error.kind() {
-            ErrorKind::AddrInUse => anyhow!("{address} is in use: {ANOTHER}"),
-            _ => anyhow!("{address} cannot be used: {error}; {ANOTHER}"),
-        })?;
+    /// Serves these paths, each answer guarded, at the first of some loopback addresses that is
+    /// free.
+    pub fn start(addresses: &[SocketAddr], routes: Router) -> Result<Self> {
+        let listener = TcpListener::bind(addresses)
+            .with_context(|| format!("a page cannot be served at {}", listed(addresses)))?;
         listener.set_nonblocking(true)?;
-        access.address = listener.local_addr()?;
+        let address = listener.local_addr()?;
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_all()
+            .thread_stack_size(STACK_BYTES)
             .build()?;
         let (running, dropped) = oneshot::channel::<()>();
-        let routes = routes
-            .layer(from_fn(connections::patience))
-            .layer(from_fn_with_state(access.clone(), guard));
+        let routes = routes.layer(from_fn_with_state(address, guard));
         let serve = async move {
             // It fails only without a runtime.
             let Ok(listener) = tokio::net::TcpListener::from_std(listener) else {
                 return;
             };
             // It does not wait for pages, which listen for ever.
-            select(
-                std::pin::pin!(connections::serve(listener, routes)),
-                dropped,
-            )
-            .await;
+            let served = axum::serve(listener, routes).into_future();
+            select(std::pin::pin!(served), dropped).await;
         };
         std::thread::spawn(move || runtime.block_on(serve));
         Ok(Self {
-            access,
+            address,
             _running: running,
         })
     }
+}
+
+fn listed(addresses: &[SocketAddr]) -> String {
+    let all: Vec<_> = addresses.iter().map(SocketAddr::to_string).collect();
+    all.join(" or ")
+}
+
+/// What the paths of `view` are served from.
+#[derive(Clone)]
+pub struct App {
+    pub hub: Arc<Hub>,
+    pub runs: Arc<Runs>,
+}
+
+/// Text or JSON, with a status by its success.
+pub fn answer(done: Result<String>) -> Response {
+    match done {
+        Ok(text) if text.starts_with(['{', '[']) => {
+            ([(header::CONTENT_TYPE, "application/json")], text).into_response()
+        }
+        Ok(text) => text.into_response(),
+        Err(error) => {
+            let why = format!("{error:#}");
+            (
+                StatusCode::UNPROCESSABLE_ENTITY,
+                printable(&why).into_owned(),
+            )
+                .into_response()
+        }
+    }
+}
+
+pub fn to_json(value: &impl Serialize) -> Result<String> {
+    Ok(serde_json::to_string(value)?)
 }
 
 /// The page of `view`: the hub's messages and the runs.
@@ -165,11 +195,7 @@ async fn packets(State(App { hub, .. }): State<App>) -> Response {
 }
 
 async fn events(State(App { hub, .. }): State<App>) -> Response {
-    let Some(place) = hub.page() else {
-        let why = format!("{PAGES} pages are open, and the command serves no more: close one\n");
-        return (StatusCode::SERVICE_UNAVAILABLE, why).into_response();
-    };
-    Sse::new(messages(hub, place))
+    Sse::new(messages(hub))
         .keep_alive(KeepAlive::default())
         .into_response()
 }
@@ -178,16 +204,14 @@ struct Page {
     hub: Arc<Hub>,
     updates: Option<Receiver<Message>>,
     missed: u64,
-    _place: Place,
 }
 
-fn messages(hub: Arc<Hub>, place: Place) -> impl Stream<Item = Result<Event, Infallible>> {
+fn messages(hub: Arc<Hub>) -> impl Stream<Item = Result<Event, Infallible>> {
     unfold(
         Page {
             hub,
             updates: None,
             missed: 0,
-            _place: place,
         },
         |mut page| async {
             let message = page.next().await?;
@@ -223,32 +247,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pages_that_come_at_once_share_one_state_and_miss_no_update() {
-        let hub = Hub::new(crate::live::Live::new("a test"));
-        let joined: Vec<_> = (0..200).map(|missed| hub.join(missed).unwrap()).collect();
-        let number = |message: &Message| {
-            let json: serde_json::Value = serde_json::from_str(&message.json).unwrap();
-            (json["update"].as_u64().unwrap(), json["missed"].as_u64())
-        };
-        let first = number(&joined[0].0).0;
-        hub.publish().unwrap();
-        for (missed, (state, mut updates)) in joined.into_iter().enumerate() {
-            assert_eq!(number(&state), (first, Some(missed as u64)));
-            assert_eq!(number(&updates.try_recv().unwrap()).0, first + 1);
-        }
-        assert!(number(&hub.join(0).unwrap().0).0 > first + 1);
-    }
-
-    #[test]
-    fn pages_have_a_limit() {
-        let hub = Hub::new(crate::live::Live::new("a test"));
-        let mut places: Vec<_> = (0..PAGES).map(|_| hub.page().unwrap()).collect();
-        assert!(hub.page().is_none());
-        places.pop();
-        assert!(hub.page().is_some());
-    }
-
-    #[test]
     fn a_slow_page_gets_everything_again_and_the_number_of_missed_updates() {
         let hub = Arc::new(Hub::new(crate::live::Live::new("a test")));
         let runtime = tokio::runtime::Builder::new_current_thread()
@@ -258,7 +256,6 @@ mod tests {
             hub: Arc::clone(&hub),
             updates: None,
             missed: 0,
-            _place: hub.page().unwrap(),
         };
         let mut next = || {
             let message = runtime.block_on(page.next()).unwrap();

@@ -4,8 +4,6 @@
 mod browser;
 #[path = "page_cursor.rs"]
 mod cursor;
-#[path = "page_feel.rs"]
-mod feel;
 #[path = "page_room.rs"]
 mod room;
 #[path = "page_runs.rs"]
@@ -15,9 +13,16 @@ use super::served::request;
 use super::{View, packets, recorded, recorded_as};
 use crate::common;
 use browser::{Browser, Look};
+use ridgetone_host::feed::{Feed, FeedEvent, Following};
+use ridgetone_host::recording::Recorded;
+use ridgetone_host::view::hub::Hub;
+use ridgetone_host::view::runs::Runs;
+use ridgetone_host::view::server::{App, Server, routes};
 use ridgetone_proto::telemetry::{Event, Movement, OtherTone, Packet, Status};
 use serde_json::{Value, json};
-use std::path::PathBuf;
+use std::net::{Ipv4Addr, SocketAddr};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::thread::sleep;
 use std::time::Duration;
 
@@ -46,8 +51,12 @@ fn text(browser: &mut Browser, id: &str) -> String {
 
 /// The page of a recording that is played at once, at its end.
 fn open(view: &View) -> Browser {
+    open_url(&view.url)
+}
+
+fn open_url(url: &str) -> Browser {
     let mut browser = Browser::start(LOOK);
-    browser.open(&view.url);
+    browser.open(url);
     browser.wait("document.getElementById('status')?.textContent.startsWith('The recording is over') === true");
     browser
 }
@@ -250,10 +259,9 @@ fn a_restarted_command_is_found_again_and_missing_raw_frames_and_an_unsteady_ton
         .map(|(sequence, packet)| Packet { sequence, ..packet })
         .collect();
     let path = recorded(folder.path(), &numbered);
-    let arguments = ["--file", common::text(&path), "--pace", "0"];
-    let view = View::start(&arguments);
-    let address = view.address().to_owned();
-    let mut browser = open(&view);
+    let server = serve(&path, SocketAddr::from((Ipv4Addr::LOCALHOST, 0)));
+    let address = server.address;
+    let mut browser = open_url(&format!("http://{address}/"));
     let why = browser.value("document.querySelector('#strips .empty').textContent");
     assert_eq!(
         why,
@@ -271,7 +279,7 @@ fn a_restarted_command_is_found_again_and_missing_raw_frames_and_an_unsteady_ton
     ] {
         assert!(beside.contains(part), "{part}: {beside}");
     }
-    drop(view);
+    drop(server);
     browser.wait(
         "document.getElementById('status').textContent.startsWith('The command cannot be reached')",
     );
@@ -279,11 +287,30 @@ fn a_restarted_command_is_found_again_and_missing_raw_frames_and_an_unsteady_ton
         && document.getElementById('latest').disabled && document.getElementById('runs').inert \
         && Number(getComputedStyle(document.querySelector('#history .plot')).opacity) < 0.5";
     assert_eq!(browser.value(is_gone), true);
-    let _again = View::at(&address, &arguments);
+    let _again = serve(&path, address);
     browser
         .wait("document.getElementById('status').textContent.startsWith('The recording is over')");
     assert_eq!(text(&mut browser, "frequency"), shown);
     assert_eq!(browser.value(is_gone), false);
+}
+
+/// The page of a recording at its end, at this address, until it is dropped.
+fn serve(recording: &Path, address: SocketAddr) -> Server {
+    let source = Recorded::open(recording).expect("a recording");
+    let mut following = Following::new(Feed::new(source), None);
+    let hub = Hub::new(following.live());
+    loop {
+        let event = following.next(Duration::ZERO).expect("a feed");
+        hub.take(event.as_ref(), &mut following);
+        if event == Some(FeedEvent::Over) {
+            break;
+        }
+    }
+    let app = App {
+        hub: Arc::new(hub),
+        runs: Arc::new(Runs::new(recording.parent().expect("a folder"))),
+    };
+    Server::start(&[address], routes(app)).expect("a server")
 }
 
 /// What is not known is not drawn: frames that are missing, and what is between good windows.
@@ -456,7 +483,7 @@ fn the_emulated_board_waits_while_nobody_looks_takes_settings_and_is_recorded() 
 
 #[test]
 #[ignore = "needs a browser; cargo xtask test installs one"]
-fn one_wild_estimate_and_one_spike_stretch_no_axis_and_a_token_opens_the_page() {
+fn one_wild_estimate_and_one_spike_stretch_no_axis() {
     let folder = common::directory();
     let plain = packets(3.2);
     let mut wild = plain.clone();
@@ -483,18 +510,9 @@ fn one_wild_estimate_and_one_spike_stretch_no_axis_and_a_token_opens_the_page() 
     let mut axes_shown = Vec::new();
     for (name, packets) in [("plain.rec", &plain), ("wild.rec", &wild)] {
         let path = recorded_as(folder.path(), name, packets);
-        // Served as to a phone: with a token, which the address no longer shows afterwards.
-        let view = View::at("0.0.0.0:0", &["--file", common::text(&path), "--pace", "0"]);
-        let mut browser = Browser::start(LOOK);
-        let (_, rest) = view
-            .url
-            .trim_start_matches("http://")
-            .split_once(':')
-            .expect("a port");
-        browser.open(&format!("http://127.0.0.1:{rest}"));
-        browser.wait("document.getElementById('status')?.textContent.startsWith('The recording is over') === true");
+        let view = View::start(&["--file", common::text(&path), "--pace", "0"]);
+        let mut browser = open(&view);
         browser.wait("document.querySelector('#fit .empty').hidden");
-        assert_eq!(browser.value("location.search"), "");
         let axes = "['strips', 'history'].map((id) => document.querySelector(`#${id} .plot`).getAttribute('aria-description'))";
         axes_shown.push((browser.value(axes), text(&mut browser, "history-small")));
         assert_drawn(&mut browser, &["strips", "history", "spectrum", "fit"]);

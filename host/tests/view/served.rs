@@ -5,7 +5,7 @@ use crate::common;
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Read, Write};
-use std::net::{TcpListener, TcpStream};
+use std::net::TcpStream;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
@@ -147,6 +147,14 @@ fn it_serves_this_computer_only_and_its_state_as_json() {
     for host in [format!("localhost:{port}"), format!("[::1]:{port}")] {
         assert_eq!(request(&address, "/", &host, LONG).0, 200, "{host}");
     }
+    for (header, status) in [
+        ("Host: example.org", 400),
+        ("Sec-Fetch-Site: cross-site", 403),
+    ] {
+        let host = format!("{address}\r\n{header}");
+        let found = request(&address, "/state.json", &host, LONG).0;
+        assert_eq!(found, status, "{header}");
+    }
     for path in ["/", "/view.js", "/uPlot.css", "/state.json"] {
         let (_, head, _) = request(&address, path, &address, LONG);
         assert!(
@@ -196,127 +204,20 @@ fn it_serves_this_computer_only_and_its_state_as_json() {
 }
 
 #[test]
-fn addresses_that_are_none_or_that_are_taken_are_refused_on_one_line() {
+fn a_second_page_has_another_port_and_a_missing_file_is_refused() {
     let folder = common::directory();
     let path = recorded(folder.path(), &packets(0.5));
-    let file = common::text(&path);
-    common::assert_one_line(
-        &common::run(&["view", "--file", file, "--listen", "8321"]),
-        2,
-        &["127.0.0.1:8321"],
-    );
-    let taken = TcpListener::bind("127.0.0.1:0").expect("a port");
-    let address = taken.local_addr().expect("an address").to_string();
-    let output = common::run(&["view", "--file", file, "--listen", &address]);
-    assert_eq!(output.status.code(), Some(1));
-    let stderr = common::stderr(&output);
-    assert!(
-        stderr.contains(&address) && stderr.contains("choose another"),
-        "{stderr}"
-    );
+    let views = [(); 2].map(|()| View::start(&["--file", common::text(&path)]));
+    let [one, two] = views.each_ref().map(View::address);
+    assert_ne!(one, two);
+    for address in [one, two] {
+        assert_eq!(request(address, "/state.json", address, LONG).0, 200);
+    }
     common::assert_one_line(
         &common::run(&["view", "--file", "no such file"]),
         1,
         &["no such file"],
     );
-}
-
-#[test]
-fn beyond_this_computer_it_needs_the_token_that_is_printed_and_is_a_code_too() {
-    let folder = common::directory();
-    let path = recorded(folder.path(), &packets(0.5));
-    let mut view = View::at("0.0.0.0:0", &["--file", common::text(&path), "--pace", "0"]);
-    let (place, token) = view.address().split_once("/?token=").expect("a token");
-    let port = place.rsplit(':').next().expect("a port");
-    let (address, token) = (format!("127.0.0.1:{port}"), token.to_owned());
-    assert!(
-        token.len() == 32 && token.bytes().all(|byte| byte.is_ascii_hexdigit()),
-        "{token}"
-    );
-    for path in [
-        "/",
-        "/events",
-        "/state.json",
-        "/packets",
-        "/view.js",
-        "/runs",
-        "/?token=",
-        "/?token=0",
-    ] {
-        for host in [address.as_str(), place, "localhost"] {
-            let (status, _, body) = request(&address, path, host, LONG);
-            assert!(
-                status == 403 && body.contains("token") && !body.contains("uPlot"),
-                "{path}: {status}"
-            );
-        }
-    }
-    let (status, head, _) = request(&address, &format!("/?token={token}"), place, LONG);
-    assert!(
-        status == 303
-            && head.contains("location: /\r\n")
-            && head.contains("httponly; samesite=lax"),
-        "{head}"
-    );
-    let (status, _, body) = request(&address, &format!("/state.json?token={token}"), place, LONG);
-    assert!(status == 200 && body.contains("latest"), "{status}");
-    let mut warned = String::new();
-    BufReader::new(view.child.stderr.take().expect("a pipe"))
-        .read_line(&mut warned)
-        .expect("a line");
-    let _ = view.child.kill();
-    let mut printed = String::new();
-    view.stdout.read_to_string(&mut printed).expect("text");
-    // Version 4: 33 modules and the quiet zone, two rows a line.
-    assert!(
-        printed
-            .lines()
-            .filter(|line| line.chars().count() == 41)
-            .count()
-            == 21,
-        "{printed}"
-    );
-    assert!(warned.contains("not encrypted"), "{warned}");
-}
-
-/// The arguments of a process can be read by every user of this computer.
-#[test]
-fn what_the_browser_is_given_opens_the_page_once() {
-    let folder = common::directory();
-    let path = recorded(folder.path(), &packets(0.5));
-    let opened = folder.path().join("opened");
-    let stub = format!("#!/bin/sh\necho \"$1\" > '{}'\n", opened.display());
-    let stub = common::file(folder.path(), "xdg-open", &stub);
-    std::fs::set_permissions(&stub, std::os::unix::fs::PermissionsExt::from_mode(0o755))
-        .expect("a mode");
-    let before = std::env::var("PATH").expect("a path");
-    let searched = format!("{}:{before}", folder.path().display());
-    let view = View::with(
-        "0.0.0.0:0",
-        &["--file", common::text(&path), "--open"],
-        &[("PATH", &searched)],
-    );
-    let token = view.url.split_once("token=").expect("a token").1;
-    let begun = Instant::now();
-    let given = loop {
-        let given = std::fs::read_to_string(&opened).unwrap_or_default();
-        if given.ends_with('\n') {
-            break given.trim().to_owned();
-        }
-        assert!(begun.elapsed() < LONG, "nothing was opened");
-        sleep(Duration::from_millis(20));
-    };
-    assert!(!given.contains(token), "{given}");
-    let (place, word) = given
-        .trim_start_matches("http://")
-        .split_once("/?")
-        .expect("a word");
-    let port = place.rsplit_once(':').expect("a port").1;
-    let here = format!("127.0.0.1:{port}");
-    let open = || request(&here, &format!("/?{word}"), &here, LONG);
-    let (status, head, _) = open();
-    assert!(status == 303 && head.contains("set-cookie"), "{head}");
-    assert_eq!(open().0, 403);
 }
 
 #[test]
@@ -337,7 +238,6 @@ fn open_starts_the_browser_with_the_address() {
         std::env::var("PATH").expect("a path")
     );
     let view = View::with(
-        "127.0.0.1:0",
         &["--file", common::text(&path), "--open"],
         &[("PATH", &searched)],
     );
@@ -349,7 +249,6 @@ fn open_starts_the_browser_with_the_address() {
     // Without one it says what to do, and goes on.
     let nothing = folder.path().join("nothing");
     let mut view = View::with(
-        "127.0.0.1:0",
         &["--file", common::text(&path), "--open"],
         &[("PATH", common::text(&nothing))],
     );

@@ -3,6 +3,7 @@
 use super::served::{LONG, request};
 use super::{View, packets, recorded};
 use crate::common;
+use ridgetone_proto::telemetry::{Event, Packet, Release, WIRE_MAX, encode};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use std::io::{Read, Write};
@@ -301,6 +302,30 @@ fn what_is_recorded_and_the_last_minute_are_runs_that_the_commands_read() {
     );
 }
 
+/// 13 MB that would take thirty times as much in memory.
+#[test]
+fn an_upload_is_bounded_by_what_it_expands_to() {
+    let (mut bytes, mut wire) = (Vec::new(), [0; WIRE_MAX]);
+    for number in 0..1_000_000u32 {
+        let event = Event::Release(Release {
+            t_us: u64::from(number),
+        });
+        let sequence = number as u16;
+        let used = encode(&Packet { sequence, event }, &mut wire).expect("it fits");
+        bytes.extend_from_slice(&wire[..used]);
+    }
+    let folder = common::directory();
+    let path = recorded(folder.path(), &packets(1.0));
+    let view = View::start(&["--file", common::text(&path)]);
+    let (address, origin) = (view.address(), format!("http://{}", view.address()));
+    let (status, why) = post(address, "/runs?name=a", &origin, &bytes);
+    assert!(status == 422 && why.contains("256 MiB"), "{status}: {why}");
+    let (_, _, listed) = request(address, "/runs", address, LONG);
+    let listed: Value = serde_json::from_str(&listed).expect("JSON");
+    let count = listed.as_array().map(Vec::len);
+    assert_eq!(count, Some(1), "the command's own file");
+}
+
 /// However it ends, with a page at the other end.
 #[test]
 fn the_folder_of_runs_goes_with_the_command() {
@@ -310,7 +335,6 @@ fn the_folder_of_runs_goes_with_the_command() {
     let bytes = std::fs::read(&path).expect("a file");
     for signal in [Signal::INT, Signal::TERM, Signal::HUP, Signal::INT] {
         let mut view = View::with(
-            "127.0.0.1:0",
             &["--file", common::text(&path)],
             &[("TMPDIR", common::text(temporary.path()))],
         );

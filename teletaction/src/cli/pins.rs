@@ -42,8 +42,7 @@ pub struct PinsArgs {
     /// Show a board, which is what it does without --emulated and --file too.
     #[arg(long, conflicts_with_all = ["recording", "emulated", "design"])]
     live: bool,
-    /// Show it on a page in a browser instead, at this address of this computer; an address that
-    /// others reach needs the token that is printed with it.
+    /// Show it on a page in a browser instead, at this loopback address.
     #[arg(
         long,
         value_name = "ADDRESS:PORT",

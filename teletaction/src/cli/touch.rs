@@ -69,8 +69,7 @@ pub struct TouchArgs {
         requires = "speed_mm_s"
     )]
     output: Option<PathBuf>,
-    /// Where the page is served. Browsers play sound like this only from this computer's own
-    /// addresses.
+    /// Where the page is served: a loopback address.
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8322", value_parser = address, conflicts_with = "output")]
     listen: SocketAddr,
     /// Open the page in the browser.

@@ -8,7 +8,6 @@ use axum::Router;
 use axum::routing::get;
 use ridgetone_host::view::announce;
 use ridgetone_host::view::files::{File, ICON, STYLE};
-use ridgetone_host::view::guard::Access;
 use ridgetone_host::view::server::{Server, with_files};
 use serde::Serialize;
 use std::net::SocketAddr;
@@ -63,11 +62,8 @@ impl Page {
         let events = Router::new()
             .route("/events", get(latest::events))
             .with_state(latest.clone());
-        let server = Server::start(
-            Access::new(address)?,
-            with_files(Router::new(), FILES).merge(events),
-        )?;
-        announce::announce(&server.access, open)?;
+        let server = Server::start(&[address], with_files(Router::new(), FILES).merge(events))?;
+        announce::announce(&server, open)?;
         Ok(Self {
             latest,
             _server: server,

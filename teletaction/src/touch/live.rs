@@ -7,7 +7,6 @@ use anyhow::Result;
 use ridgetone_host::feed::Feed;
 use ridgetone_host::stop;
 use ridgetone_host::view::announce;
-use ridgetone_host::view::guard::Access;
 use ridgetone_host::view::server::Server;
 use ridgetone_stimulus::Texture;
 use std::net::SocketAddr;
@@ -81,8 +80,8 @@ fn with_page(
     step: &mut dyn FnMut(&Page),
 ) -> Result<()> {
     let page = Page::new(output, shown)?;
-    let server = Server::start(Access::new(options.address)?, page.routes())?;
-    announce::announce(&server.access, options.open)?;
+    let server = Server::start(&[options.address], page.routes())?;
+    announce::announce(&server, options.open)?;
     while !stop::is_requested() {
         step(&page);
     }
