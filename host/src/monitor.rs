@@ -2,7 +2,6 @@
 //! the terminal, the keys and the refresh.
 
 mod chart;
-mod feel;
 pub mod film;
 mod health;
 mod map;

@@ -8,7 +8,7 @@ use std::fmt::Write;
 
 /// What is plotted: the `type` of the messages, columns as in a table, and the names of the lines.
 /// `*` stands for whatever is there, and is repeated in the name.
-const PLOTTED: [(&str, &str, &str); 15] = [
+const PLOTTED: [(&str, &str, &str); 13] = [
     ("estimate", "frequency_*", "frequency_*"),
     ("estimate", "sigma_hz", "sigma_hz"),
     ("estimate", "sigma_per_mm", "sigma_per_mm"),
@@ -18,8 +18,6 @@ const PLOTTED: [(&str, &str, &str); 15] = [
     ("raw", "volts_*", "ain*_v"),
     ("texture", "period_mm", "texture_period_mm"),
     ("texture", "power_v2", "texture_power_v2"),
-    ("feel", "receptors_*_intensity_per_hz", "*_per_hz"),
-    ("feel", "scores_*_score", "*"),
     ("health", "load", "load"),
     ("health", "temperature_c", "temperature_c"),
     ("health", "supply_v", "supply_v"),
@@ -71,11 +69,10 @@ fn matched<'n>(pattern: &str, name: &'n str) -> Option<&'n str> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ridgetone_proto::fault::FaultSet;
     use ridgetone_proto::plan::Plan;
     use ridgetone_proto::settings::TAXELS;
     use ridgetone_proto::telemetry::Event;
-    use ridgetone_proto::telemetry::{BANDS, Feel, Health, Measured, Raw, Release, Texture};
+    use ridgetone_proto::telemetry::{Health, Raw, Release, Texture};
 
     #[test]
     fn numbers_get_a_name_a_time_and_a_value_and_events_without_numbers_none() {
@@ -113,31 +110,6 @@ mod tests {
         });
         // A code of the reference's is the reference's voltage.
         assert_eq!(line, ">ain3_v:2000.000:4.096|g");
-        // What is absent has no line.
-        let measured = |value| Some(Measured { value, sigma: 0.5 });
-        let feel = Feel {
-            t_us: 3_000_000,
-            window_s: 1.0,
-            rate_hz: 1024.0,
-            taxels: 1,
-            faults: FaultSet::NONE,
-            per_hz: [measured(0.5), None, measured(0.25), measured(2.0)],
-            force_ratio: None,
-            soft: measured(5.5),
-            rough: None,
-            levels_db: [0; BANDS],
-        };
-        let lines = teleplot.lines(&Packet {
-            sequence: 1,
-            event: Event::Feel(feel),
-        });
-        let expected = [
-            ">fa1_per_hz:3000.000:0.5|g",
-            ">sa1_per_hz:3000.000:0.25|g",
-            ">sa2_per_hz:3000.000:2|g",
-            ">soft:3000.000:5.5|g",
-        ];
-        assert_eq!(lines.lines().collect::<Vec<_>>(), expected);
         let texture = Texture {
             t_us: 4_000_000,
             plan: Plan::PAPER,

@@ -51,7 +51,15 @@ const WITH_A_BOARD: [&str; 23] = [
 ];
 
 /// Commands that take too long for a test, each with the test that covers a short form of it.
-const LITTLE_OF: [(&str, &str); 32] = [
+const LITTLE_OF: [(&str, &str); 34] = [
+    (
+        "python -m ridgetone feel vibration.csv --rate 10000 --reference smooth.csv --ra-um 0.5 --rsm-mm 0.1 --speed-mm-s 10 --m 1.2",
+        "host/python/tests/test_feel.py",
+    ),
+    (
+        "python -m ridgetone feel vibration.csv --rate 10000 --volts-per-um 0.5 --sigma-fraction 0.1 --m 1.2 --json",
+        "host/python/tests/test_feel.py",
+    ),
     (
         "cargo run -p ridgetone-finger --example plain_frames",
         "crates/finger/tests/plain_frames.rs",
@@ -342,21 +350,6 @@ fn run_all(long: bool) {
         "robot.csv",
         &format!("time_s,place_mm\n{rows}"),
     );
-    // Surfaces with a tone of 100 Hz, and what people say of them.
-    let mut scores = String::from("file,soft,m\n");
-    for (number, name) in ["smooth.csv", "vibration.csv", "third.csv", "fourth.csv"]
-        .into_iter()
-        .enumerate()
-    {
-        let sample =
-            |row: i32| (1 + number) as f64 * (std::f64::consts::TAU * f64::from(row) / 100.0).sin();
-        let rows: Vec<String> = (0..20_000)
-            .map(|row| format!("{:.6}", sample(row)))
-            .collect();
-        file(folder.path(), name, &format!("a\n{}\n", rows.join("\n")));
-        scores += &format!("{name},{},{}\n", 6 - number, 1 + number);
-    }
-    file(folder.path(), "scores.csv", &scores);
     // Gratings of known period under the physical finger.
     for (name, period_mm) in [("a", 2.5), ("b", 3.0), ("c", 4.0)] {
         let scene = file(

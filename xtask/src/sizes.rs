@@ -41,7 +41,6 @@ pub const EMULATED: Budgets = Budgets {
         ("ridgetone_firmware", 46_000),
         ("ridgetone_proto", 13_500),
         ("microfft", 6_600),
-        ("ridgetone_feel", 3_000),
         (CONSTANTS, 6_000),
         (OTHER, 22_000),
     ],
@@ -73,13 +72,12 @@ pub const STYLUS: Budgets = Budgets {
 
 /// Most bytes of flash by crate. Together they are the 224 KiB that an image may take; the smaller
 /// board has 256.
-const FLASH: [(&str, u64); 8] = [
+const FLASH: [(&str, u64); 7] = [
     ("ridgetone_tone", 89_000),
     ("ridgetone_finger", 60_000),
     ("ridgetone_firmware", 35_000),
     ("ridgetone_proto", 14_000),
     ("microfft", 6_600),
-    ("ridgetone_feel", 3_000),
     (CONSTANTS, 6_000),
     (OTHER, 15_000),
 ];

@@ -4,7 +4,6 @@
 mod decoder;
 mod estimate;
 mod event;
-mod feel;
 mod image;
 mod packet;
 mod starts;
@@ -16,7 +15,6 @@ pub use estimate::{
     Abscissa, Channel, Direction, Estimate, Movement, OtherTone, Span, Status, Travel, TravelStatus,
 };
 pub use event::*;
-pub use feel::{BANDS, Feel, Measured, NO_LEVEL, RECEPTORS};
 pub use image::{Hold, Image, Pressed};
 pub use packet::{PROTOCOL, Packet, encode, longest_packet};
 pub use starts::Starts;

@@ -1,6 +1,5 @@
 // Draws a state on the plots, or says why there is nothing to draw.
 import { words } from "./format.js";
-import { FeelPanel } from "./feel.js";
 import { Fit } from "./fit.js";
 import * as panels from "./panels.js";
 
@@ -27,20 +26,6 @@ export function drawPlots(plots, state, { beside, why }) {
   plots.spectrogram.explain(isDrawn ? "" : hasRaw ? "Too few frames yet." : noRaw);
   $("spectrogram-small").textContent = isDrawn ? plots.spectrogram.words() : "";
   drawFit(plots.fit, state, hasRaw ? "" : noRaw);
-  drawFeel(plots.feel, state);
-}
-
-// Hidden as long as the board does not report it.
-function drawFeel(plot, state) {
-  const { feel, hello } = state.live.latest;
-  const isShown = Boolean(feel) || (hello?.settings.feel?.volts_per_um ?? 0) > 0;
-  $("feel").hidden = !isShown;
-  document.querySelector("main").classList.toggle("feels", isShown);
-  if (!isShown) return;
-  if (feel) plot.draw(state);
-  FeelPanel.bars($("feel-bars"), state);
-  $("feel-small").textContent = feel ? FeelPanel.words(feel) : "";
-  plot.explain(feel ? "" : "Nothing yet: it comes with each window of a slide.");
 }
 
 function aboutSpectrum({ spectrum: { of_estimate: ofEstimate, lines }, curves }) {

@@ -1,7 +1,6 @@
 // The page: takes the messages of the command, and shows them, or a run, unless it is paused.
 import { Model, Pace } from "./model.js";
 import { drawMap, drawPlots } from "./draw.js";
-import { FeelPanel } from "./feel.js";
 import { Fit } from "./fit.js";
 import { History } from "./history.js";
 import { Spectrum } from "./spectrum.js";
@@ -35,7 +34,6 @@ const plots = {
   spectrum: new Spectrum($("spectrum"), zoomed),
   spectrogram: new Spectrogram($("spectrogram"), zoomed),
   fit: new Fit($("fit"), zoomed),
-  feel: new FeelPanel($("feel"), zoomed),
 };
 const mapCanvas = $("map").querySelector("canvas");
 const scrub = new Scrub(() => {

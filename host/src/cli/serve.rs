@@ -11,7 +11,7 @@ use std::net::SocketAddr;
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Topics are /<board>/<finger>/ and frames, contact, tone, feel, texture, diagnostics or health. Frames are best effort; all other
+Topics are /<board>/<finger>/ and frames, contact, tone, texture, diagnostics or health. Frames are best effort; all other
 messages are reliable. What a slow or dead receiver loses is counted, and reported to it when it is back.
 `cargo install --path host --features foxglove,mqtt,zenoh,ros2` builds a command with all receivers in.
 

@@ -21,9 +21,6 @@ pub enum Kind {
     Frames,
     /// A row for each second: counters and readings.
     Health,
-    /// A row for each event `feel`: what receptors would fire, and scores; unknown values are
-    /// empty.
-    Feel,
     /// A row for each event `texture`: what is under the finger; unknown values are empty.
     Texture,
 }
@@ -35,7 +32,6 @@ impl Kind {
             Self::Estimates => "estimate",
             Self::Frames => "raw",
             Self::Health => "health",
-            Self::Feel => "feel",
             Self::Texture => "texture",
         }
     }

@@ -4,8 +4,8 @@
 //! text is bold or reversed, and only alarms are red.
 
 use super::style::{alarm, bold, boxed, fitted, wrapped};
-use super::view::{FEEL_KEY, HELP, KEYS, View};
-use super::{chart, feel, health, map, strips, tone};
+use super::view::{HELP, KEYS, View};
+use super::{chart, health, map, strips, tone};
 use crate::live::{Connection, Live};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -40,12 +40,6 @@ pub fn draw(frame: &mut Frame<'_>, live: &Live, view: &View) {
     // First a row for each strip, then the log.
     let log_rows = if spare >= 8 + LOG_ROWS { LOG_ROWS } else { 0 };
     let middle_rows = MAP_ROWS + if spare >= 8 { 8 } else { 0 };
-    // The spectrum takes half of what the history has beyond its least.
-    let middle_rows = if view.shows_feel {
-        middle_rows.max(spare.saturating_sub(log_rows) / 2 + MAP_ROWS)
-    } else {
-        middle_rows
-    };
     let [top, above, middle, below, log, keys] = Layout::vertical([
         Constraint::Length(1),
         Constraint::Min(8),
@@ -62,22 +56,13 @@ pub fn draw(frame: &mut Frame<'_>, live: &Live, view: &View) {
     chart::draw(frame, left, live, view);
     tone::draw(frame, right, live, view);
     let [left, right] = sides(middle);
-    if view.shows_feel {
-        feel::draw(frame, left, live, view);
-    } else {
-        strips::draw(frame, left, live, view);
-    }
+    strips::draw(frame, left, live, view);
     map::draw(frame, right, live);
     health::draw(frame, below, live, view);
     if log_rows > 0 {
         log_lines(frame, log, live);
     }
-    let feel_key = if live.feel().is_some() || view.shows_feel {
-        FEEL_KEY
-    } else {
-        ""
-    };
-    frame.render_widget(Line::raw(format!("{KEYS}{feel_key}")), keys);
+    frame.render_widget(Line::raw(KEYS), keys);
     if view.shows_help {
         help(frame, area);
     }

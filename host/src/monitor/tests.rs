@@ -16,8 +16,8 @@ use ratatui::layout::Size;
 use ratatui::style::Color;
 use ridgetone_finger::Pipeline;
 use ridgetone_proto::fault::{Fault, FaultKind};
-use ridgetone_proto::settings::{Feeling, Settings, TAXELS};
-use ridgetone_proto::telemetry::{Event, Measured, Movement, OtherTone, Packet, Raw, Status};
+use ridgetone_proto::settings::{Settings, TAXELS};
+use ridgetone_proto::telemetry::{Event, Movement, OtherTone, Packet, Raw, Status};
 
 /// The default settings of a finger that `ridgetone calibrate` has measured.
 fn calibrated() -> Settings {
@@ -36,33 +36,6 @@ fn touched() -> Live {
     replay::run(
         Input::default().open().unwrap(),
         calibrated(),
-        None,
-        &mut sink,
-        &mut |_, _| {},
-    )
-    .unwrap();
-    live
-}
-
-/// A touch with the event `feel`: two microvolts are a micrometre.
-fn feeling() -> Live {
-    let mut live = Live::new("/dev/ttyUSB0");
-    let mut sink = |packet: &Packet| {
-        live.take(packet);
-        Ok(())
-    };
-    let feel = Feeling {
-        volts_per_um: 2e-6,
-        sigma_fraction: 0.1,
-        force_ratio: 1.4,
-    };
-    let settings = Settings {
-        feel,
-        ..calibrated()
-    };
-    replay::run(
-        Input::default().open().unwrap(),
-        settings,
         None,
         &mut sink,
         &mut |_, _| {},
@@ -313,132 +286,6 @@ fn an_empty_model_a_small_screen_and_the_help_are_drawn_too() {
     assert_shows(
         &lines(&drawn(&live, &view, LEAST)),
         &["request raw frames of the board", "any key closes this"],
-    );
-}
-
-#[test]
-fn what_a_finger_feels_takes_the_place_of_the_strips() {
-    let mut view = view();
-    let live = feeling();
-    // Until then all is as without it, but for the key.
-    let without = lines(&drawn(&touched(), &view, LEAST));
-    let with = lines(&drawn(&live, &view, LEAST));
-    assert_eq!(with[..23], without[..23]);
-    assert_eq!(
-        with[23].trim_end(),
-        format!("{}  f feel", without[23].trim_end())
-    );
-    view.press(KeyEvent::from(KeyCode::Char('f')));
-    let found = live.feel().unwrap();
-    let shown = lines(&drawn(&live, &view, LEAST));
-    let intensity = |index: usize| {
-        let Measured { value, sigma } = found.per_hz[index].unwrap();
-        crate::digits::uncertain(value.into(), sigma.into())
-    };
-    let parts = [
-        "FA II - needs more than 1600 rows a second",
-        "SA II - needs more than 800 rows a second",
-        "rough - needs the intensity of FA II",
-        "M 1.40",
-    ];
-    assert_shows(&shown, &parts);
-    let bars = |name: &str| {
-        let line = shown
-            .iter()
-            .find(|line| line.starts_with(&format!("│{name}")))
-            .unwrap();
-        (line.clone(), line.chars().filter(|c| *c == '█').count())
-    };
-    let (fa1, sa1) = (bars("FA I "), bars("SA I "));
-    assert!(
-        fa1.0.contains(&intensity(0)) && sa1.0.contains(&intensity(2)),
-        "{fa1:?} {sa1:?}"
-    );
-    // One scale: SA I, whose threshold is the lowest here, has the longest bar, in the ratio of the
-    // intensities.
-    let ratio = found.per_hz[0].unwrap().value / found.per_hz[2].unwrap().value;
-    assert!(
-        (fa1.1 as f32 - ratio * sa1.1 as f32).abs() <= 1.0 && sa1.1 > 15,
-        "{fa1:?} {sa1:?} {ratio}"
-    );
-    let soft = shown.iter().find(|line| line.starts_with("│soft")).unwrap();
-    assert!(soft.contains('●') && soft.contains("┄7"), "{soft}");
-    assert!(
-        !shown.iter().any(|line| line.contains("dB over")),
-        "no rows for a plot"
-    );
-
-    let plot = lines(&drawn(&live, &view, (100, 48)));
-    assert_shows(
-        &plot,
-        &[
-            "dB over 1 um; • level, a FA I, b FA II, c SA I, d SA II",
-            "0.5 Hz",
-            "20 Hz",
-            "800 Hz",
-        ],
-    );
-    let title = plot
-        .iter()
-        .position(|line| line.contains("dB over"))
-        .unwrap();
-    let points = |letter: char| {
-        plot[title + 1..]
-            .iter()
-            .flat_map(|line| line.chars().take(69))
-            .filter(|c| *c == letter)
-            .count()
-    };
-    assert!(
-        "abcd•".chars().all(|letter| points(letter) > 5),
-        "{}",
-        plot.join("\n")
-    );
-    view.press(KeyEvent::from(KeyCode::Char('f')));
-    assert!(!view.shows_feel);
-}
-
-#[test]
-fn without_an_event_it_says_what_to_set_and_faults_are_alarms() {
-    let mut view = view();
-    view.press(KeyEvent::from(KeyCode::Char('f')));
-    assert_shows(
-        &lines(&drawn(&touched(), &view, LEAST)),
-        &["feel.volts_per_um to what `ridgetone feel` finds"],
-    );
-    let mut live = feeling();
-    let mut found = *live.feel().unwrap();
-    // A fast board has all of them.
-    (found.rate_hz, found.window_s) = (3200.0, 0.32);
-    found.per_hz = [Some(Measured {
-        value: 1.5,
-        sigma: 0.1,
-    }); 4];
-    found.rough = Some(Measured {
-        value: 4.25,
-        sigma: 0.5,
-    });
-    found.faults = found.faults.with(FaultKind::Lost);
-    live.take(&Packet {
-        sequence: 1,
-        event: Event::Feel(found),
-    });
-    let shown = lines(&drawn(&live, &view, LEAST));
-    assert_shows(
-        &shown,
-        &[
-            "FA II      1.50 ± 0.10 █",
-            "rough      4.25 ± 0.50 1",
-            "faults: lost",
-        ],
-    );
-    for size in [(1, 1), (79, 24), (80, 25), (80, 33), (300, 100)] {
-        drawn(&live, &view, size);
-    }
-    live.clear();
-    assert_shows(
-        &lines(&drawn(&live, &view, LEAST)),
-        &["nothing yet: it comes with each window"],
     );
 }
 

@@ -22,8 +22,6 @@ pub struct View {
     /// The screen stands still; packets are still folded.
     pub is_paused: bool,
     pub shows_help: bool,
-    /// What a finger feels, in place of the strips.
-    pub shows_feel: bool,
     pub raw: RawFrames,
     /// Alarms are red. Nothing else has a colour: the terminal's own fit its background.
     pub has_colour: bool,
@@ -36,7 +34,6 @@ impl View {
         Self {
             is_paused: false,
             shows_help: false,
-            shows_feel: false,
             raw,
             has_colour,
             history: 1,
@@ -69,7 +66,6 @@ impl View {
             KeyCode::Char('c') => return Some(Action::Clear),
             KeyCode::Char('r') => return Some(Action::Raw),
             KeyCode::Char('p' | ' ') => self.is_paused = !self.is_paused,
-            KeyCode::Char('f') => self.shows_feel = !self.shows_feel,
             KeyCode::Char('h' | '?') => self.shows_help = true,
             KeyCode::Char('+') => self.history = self.history.saturating_sub(1),
             KeyCode::Char('-') => self.history = (self.history + 1).min(HISTORY_S.len() - 1),
@@ -84,9 +80,6 @@ impl View {
 /// Keys, for the last line of the screen.
 pub const KEYS: &str = "q quit  p pause  c clear  r raw frames  +- history  [] channels  h help";
 
-/// The key that is on that line too as soon as a board reports what a finger feels.
-pub const FEEL_KEY: &str = "  f feel";
-
 pub const HELP: &[&str] = &[
     "q, Esc, Ctrl-C  leave",
     "p, space        pause the screen; packets are still read",
@@ -94,15 +87,12 @@ pub const HELP: &[&str] = &[
     "r               request raw frames of the board, or end them",
     "+  -            shorter, longer history",
     "]  [            shorter, longer time of the channels",
-    "f               what a finger feels, in place of the channels",
     "",
     "The chart shows the frequency of every window with one",
     "standard deviation up and down; x: not good (see status).",
     "A strip is one channel's voltage about its mean, all on",
     "one scale. The map shows the level of each taxel in",
     "the latest hold, x to the right; times are device time.",
-    "Receptors have one scale too; the board must know the",
-    "settings `feel`: see docs/guide/4-recordings.md.",
     "",
     "any key closes this",
 ];

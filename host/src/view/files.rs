@@ -55,7 +55,6 @@ pub const FILES: &[File] = &[
     js!("spectrum.js"),
     js!("spectrogram.js"),
     js!("fit.js"),
-    js!("feel.js"),
     js!("panels.js"),
     js!("runs.js"),
     js!("scrub.js"),

@@ -12,7 +12,6 @@ use crate::digits::seconds;
 use crate::events::JsonLines;
 use crate::events::view::Estimate;
 use crate::feed::{FeedEvent, Following, RawFrames, SettingsReply};
-use crate::feel::threshold::thresholds;
 use crate::live::{Live, Log, POINTS, STRIP_FRAMES, Strips};
 use crate::remarks::{phrases, remedy};
 use crate::settings_form;
@@ -381,7 +380,6 @@ impl Inner {
             version: env!("CARGO_PKG_VERSION"),
             places: PLACES,
             settings_form: settings_form::entries(),
-            thresholds: thresholds(),
             points_most: POINTS,
             frames_most: STRIP_FRAMES,
             live: &self.live,

@@ -3,11 +3,9 @@
 use crate::analysis::{Curves, Spectrum};
 use crate::events::view::Estimate;
 use crate::feed::SettingsReply;
-use crate::feel::threshold::Threshold;
 use crate::live::{Live, Log, Now, Strips, columns};
 use crate::settings_form;
 use crate::static_image::SIDE;
-use ridgetone_feel::RECEPTORS;
 use serde::Serialize;
 use std::sync::Arc;
 
@@ -50,8 +48,6 @@ pub struct State<'a> {
     pub places: [[usize; SIDE]; SIDE],
     /// Inputs of the page's form.
     pub settings_form: Vec<settings_form::Entry>,
-    /// Thresholds for the spectrum in the event `feel`.
-    pub thresholds: [Threshold; RECEPTORS],
     pub points_most: usize,
     pub frames_most: usize,
     pub live: &'a Live,

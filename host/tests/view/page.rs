@@ -4,8 +4,6 @@
 mod browser;
 #[path = "page_cursor.rs"]
 mod cursor;
-#[path = "page_feel.rs"]
-mod feel;
 #[path = "page_room.rs"]
 mod room;
 #[path = "page_runs.rs"]
