@@ -70,7 +70,7 @@ pub const STYLUS: Budgets = Budgets {
     ram: &[("outbox", 1_200), ("bytes", 624), (OTHER, 2_500)],
 };
 
-/// Most bytes of flash by crate. Together they are the 224 KiB that an image may take; the smaller
+/// Most bytes of flash by crate. Together they are no more than the 224 KiB that an image may take; the smaller
 /// board has 256.
 const FLASH: [(&str, u64); 7] = [
     ("ridgetone_tone", 89_000),

@@ -210,12 +210,9 @@ fn the_reference_needs_a_line() {
     };
     let spectrum = sine(512, 20, 0.3);
     let found = SpectralLine::mean(&[line(0.3, &spectrum); 9], windows).expect("an amplitude");
-    assert_eq!(
-        found,
-        Measured {
-            value: 0.3,
-            sigma: 0.0
-        }
+    assert!(
+        (found.value - 0.3).abs() < 1e-6 && found.sigma < 1e-6,
+        "{found:?}"
     );
     let noise = SpectralLine::mean(&[line(0.3, &[0.3; 512])], windows).expect("an amplitude");
     assert!(

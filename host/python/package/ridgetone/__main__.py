@@ -6,7 +6,8 @@ import argparse
 import json
 import sys
 
-from . import Error, UsageError, feel, volts_per_um
+from ._feel import feel, volts_per_um
+from ._ridgetone import Error
 
 
 def main() -> None:
@@ -61,7 +62,7 @@ def main() -> None:
             columns=given.columns,
             time_column=given.time_column,
         )
-    except (Error, UsageError) as error:
+    except Error as error:
         sys.exit(f"ridgetone: {error}")
     print(json.dumps(felt) if given.json else felt)
 

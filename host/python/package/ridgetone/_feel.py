@@ -250,7 +250,8 @@ class _Even:
         """A window under Hamming's window and less its mean."""
         rows = len(window)
         hamming = 0.54 - 0.46 * np.cos(2 * np.pi * np.arange(rows) / rows)
-        return hamming[:, np.newaxis] * (window - window.mean(axis=0)) * (2 / (0.54 * rows))
+        weighted: Array = hamming[:, np.newaxis] * (window - window.mean(axis=0)) * (2 / (0.54 * rows))
+        return weighted
 
     def spectrum(self, window: Array) -> Array:
         """Amplitudes by channel and bin: a sine of n whole cycles has its amplitude in bin n."""
@@ -259,7 +260,8 @@ class _Even:
     def amplitude(self, window: Array, hz: float) -> Array:
         """Amplitudes at a frequency that may lie between two bins."""
         turns = np.exp(-2j * np.pi * hz / self.rate_hz * np.arange(len(window)))
-        return np.abs(turns @ self._weighted(window))
+        amplitudes: Array = np.abs(turns @ self._weighted(window))
+        return amplitudes
 
 
 def _slots(t_s: Array, file: str) -> tuple[float, npt.NDArray[np.intp]]:
