@@ -38,7 +38,7 @@ impl Teleplot {
         // What cannot be JSON has no numbers.
         let message = serde_json::to_value(self.json.message(packet, None)).unwrap_or_default();
         let kind = message["type"].as_str().unwrap_or_default();
-        let columns = rows::columns(kind, &message);
+        let columns = rows::columns(kind);
         let time_ms = 1e3 * time_s(&packet.event).unwrap_or(0.0);
         let mut lines = String::new();
         for (_, wanted, name) in PLOTTED.iter().filter(|plotted| plotted.0 == kind) {

@@ -5,12 +5,22 @@ use ridgetone_feel::{
     SOFT, SpectralLine, Windows,
 };
 
+const fn measured(value: f32, sigma: f32) -> Measured {
+    Measured { value, sigma }
+}
+
 const fn window(measured_s: f32) -> Windows {
     Windows {
         measured_s,
         wanted_s: measured_s,
     }
 }
+
+/// Half a second, for the intensities of three.
+const CONVERTED: Windows = Windows {
+    measured_s: 0.5,
+    wanted_s: PAPER_WINDOW_S,
+};
 
 /// Amplitude spectrum of a sine of whole cycles under Hamming's window.
 fn sine(bins: usize, cycles: usize, um: f32) -> Vec<f32> {
@@ -119,18 +129,12 @@ fn a_receptor_out_of_the_spectrum_has_a_reason_and_no_intensity() {
 #[test]
 fn the_papers_conversion() {
     let reference = Reference {
-        ra_um: Measured {
-            value: 0.278,
-            sigma: 0.0,
-        },
+        ra_um: measured(0.278, 0.0),
         rsm_mm: 0.121,
         speed_mm_s: 10.0,
     };
     assert!((reference.frequency_hz() - 82.8).abs() < 0.2);
-    let found = reference.per_um(Measured {
-        value: 0.313,
-        sigma: 0.0969,
-    });
+    let found = reference.per_um(measured(0.313, 0.0969));
     assert!((found.value - 0.564).abs() < 0.002);
     assert!((found.sigma / found.value - 0.0969 / 0.313).abs() < 1e-6);
 }
@@ -164,31 +168,20 @@ fn the_papers_scores() {
 /// amplitudes smaller by the root of six.
 #[test]
 fn tones_and_noise_change_by_their_own_laws_with_the_window() {
-    let windows = Windows {
-        measured_s: 0.5,
-        wanted_s: PAPER_WINDOW_S,
-    };
     let indices = |spectrum: &[f32], windows| {
         let mut mean = MeanFiring::default();
         mean.push(&Firing::new(spectrum, windows));
-        Indices::new(
-            &mean,
-            0.0,
-            Some(Measured {
-                value: 1.2,
-                sigma: 0.1,
-            }),
-        )
+        Indices::new(&mean, 0.0, Some(measured(1.2, 0.1)))
     };
     let tone = sine(512, 20, 300.0);
-    let [own, wanted] = [window(0.5), windows].map(|windows| indices(&tone, windows));
+    let [own, wanted] = [window(0.5), CONVERTED].map(|windows| indices(&tone, windows));
     assert_eq!(own.values, wanted.values);
     // Noise narrower than a bin would have more bins.
     let sigma = |indices: &Indices| indices.get(Receptor::Sa1 as usize).unwrap().sigma;
     assert!(sigma(&wanted) > 2.0 * sigma(&own));
 
     let noise = [1e4; 512];
-    let [own, wanted] = [window(0.5), windows].map(|windows| Firing::new(&noise, windows));
+    let [own, wanted] = [window(0.5), CONVERTED].map(|windows| Firing::new(&noise, windows));
     for m in 0..4 {
         let bins = own.above[m];
         let expected = 6.0 * (own.intensity[m].unwrap() - 0.5 * bins * 6f32.log10());
@@ -200,29 +193,25 @@ fn tones_and_noise_change_by_their_own_laws_with_the_window() {
     }
 }
 
-/// A line keeps its amplitude; noise and leakage are none.
+/// A line keeps its amplitude, noise its power a hertz; leakage is no amplitude.
 #[test]
 fn the_reference_needs_a_line() {
     let line = |amplitude, spectrum: &[f32]| SpectralLine::new(amplitude, spectrum, 20.0);
-    let windows = Windows {
-        measured_s: 0.5,
-        wanted_s: PAPER_WINDOW_S,
-    };
     let spectrum = sine(512, 20, 0.3);
-    let found = SpectralLine::mean(&[line(0.3, &spectrum); 9], windows).expect("an amplitude");
+    let found = SpectralLine::mean(&[line(0.3, &spectrum); 9], CONVERTED).expect("an amplitude");
     assert!(
         (found.value - 0.3).abs() < 1e-6 && found.sigma < 1e-6,
         "{found:?}"
     );
-    let noise = SpectralLine::mean(&[line(0.3, &[0.3; 512])], windows).expect("an amplitude");
+    let noise = SpectralLine::mean(&[line(0.3, &[0.3; 512])], CONVERTED).expect("an amplitude");
     assert!(
         (noise.value - 0.3 / 6f32.sqrt()).abs() < 1e-5 && noise.sigma > 0.05,
         "{noise:?}"
     );
     // A strong line elsewhere leaks more than this.
     assert_eq!(
-        SpectralLine::mean(&[line(1e-4, &sine(512, 300, 1.0))], windows),
+        SpectralLine::mean(&[line(1e-4, &sine(512, 300, 1.0))], CONVERTED),
         None
     );
-    assert_eq!(SpectralLine::mean(&[], windows), None);
+    assert_eq!(SpectralLine::mean(&[], CONVERTED), None);
 }

@@ -65,7 +65,7 @@ fn kind(packet: &Packet) -> String {
 fn values(packet: &Packet) -> String {
     // What cannot be JSON has no values.
     let message = serde_json::to_value(serializable(packet)).unwrap_or_default();
-    let columns = rows::columns(&kind(packet), &message);
+    let columns = rows::columns(&kind(packet));
     let value = |column: &Column| format!("{} {}", column.name, column.text(&message));
     columns.iter().map(value).collect::<Vec<_>>().join(", ")
 }

@@ -69,7 +69,7 @@ fn values(
             return Ok(());
         }
         if *rows == 0 {
-            columns = rows::columns(kind, &message);
+            columns = rows::columns(kind);
             csv.write_record(columns.iter().map(|column| &column.name))?;
         }
         *rows += 1;
