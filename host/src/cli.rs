@@ -9,7 +9,6 @@ mod command;
 mod demo;
 mod emulate;
 mod export;
-mod feel;
 pub mod firmware;
 mod fit;
 mod help;
@@ -56,9 +55,6 @@ pub struct Cli {
 enum Command {
     /// Fit all channels of a recording with one common frequency.
     Fit(fit::FitArgs),
-    /// Estimate what a finger feels over a recording: how four kinds of receptors fire, and scores
-    /// such as soft and rough.
-    Feel(Box<feel::FeelArgs>),
     /// Run a recording or a scene through the library, behind a simulated ADS1258.
     Replay(replay::ReplayArgs),
     /// Calibrate the array, so that phases give spatial periods, from recordings of gratings of
@@ -129,7 +125,6 @@ impl Cli {
         }
         match self.command {
             Command::Fit(args) => args.run(),
-            Command::Feel(args) => args.run(),
             Command::Replay(args) => args.run(),
             Command::Calibrate(args) => args.run(),
             Command::Emulate(args) => args.run(),

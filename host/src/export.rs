@@ -16,7 +16,7 @@ use std::path::Path;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Format {
-    /// One table, of estimates, frames, health, or events `feel` or `texture`.
+    /// One table, of estimates, frames, health, or events `texture`.
     Csv,
     /// One JSON object a line for each packet, as with --json.
     Ndjson,

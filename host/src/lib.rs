@@ -4,7 +4,6 @@
 //! | concept | where |
 //! |---|---|
 //! | a recording through the fit alone | `table_fit`, `grid`, `speed`, `fit_report` |
-//! | how receptors fire over a recording, and scores | `feel` |
 //! | rows of samples: of a file in any form, or in memory | [`samples`], `raw_rows`, [`frame`] |
 //! | the messages of a recording, as packets or as JSON | [`messages`] |
 //! | what the simulated chip feels: a scene or a recording | [`input`] |
@@ -46,7 +45,6 @@ pub mod emulator;
 pub mod events;
 pub mod export;
 pub mod feed;
-pub mod feel;
 pub mod fit_picture;
 pub mod fit_report;
 mod fit_rows;

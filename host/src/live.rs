@@ -19,7 +19,7 @@ use ridgetone_proto::command::Outcome;
 use ridgetone_proto::fault::Fault;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{
-    Decoder, Estimate, Event, Feel, Health, Hello, Hold, Image, Packet, Span, Starts,
+    Decoder, Estimate, Event, Health, Hello, Hold, Image, Packet, Span, Starts,
 };
 use serde::{Serialize, Serializer};
 
@@ -105,7 +105,6 @@ struct Latest {
     image_before: Option<Kept>,
     image_after: Option<Kept>,
     health: Option<Kept>,
-    feel: Option<Kept>,
     texture: Option<Kept>,
 }
 
@@ -170,7 +169,7 @@ impl Live {
         }
     }
 
-    latest!(hello: Hello, estimate: Estimate, whole_slide: Estimate, image_before: Image, image_after: Image, health: Health, feel: Feel);
+    latest!(hello: Hello, estimate: Estimate, whole_slide: Estimate, image_before: Image, image_after: Image, health: Health);
 
     pub fn take(&mut self, packet: &Packet) {
         let has_restarted = self.starts.take(&packet.event);
@@ -209,7 +208,6 @@ impl Live {
                 Hold::AfterSlide => now.latest.image_after = kept(),
             },
             Event::Health(_) => now.latest.health = kept(),
-            Event::Feel(_) => now.latest.feel = kept(),
             Event::Fault(fault) => {
                 now.faults.retain(|lasting| lasting.kind != fault.kind);
                 if fault.until_us.is_none() {
@@ -223,11 +221,7 @@ impl Live {
         // The log takes only what no other part of the screen shows. A request that succeeded, or a
         // converter that answers, is not logged.
         let is_usual = match &packet.event {
-            Event::Estimate(_)
-            | Event::Health(_)
-            | Event::Feel(_)
-            | Event::Raw(_)
-            | Event::Hello(_) => true,
+            Event::Estimate(_) | Event::Health(_) | Event::Raw(_) | Event::Hello(_) => true,
             Event::Reply(reply) => reply.outcome == Outcome::Done,
             Event::Converter(state) => state.answers,
             _ => false,

@@ -1,12 +1,12 @@
 //! Telemetry in a file: a short header, then the bytes of the line.
 //!
 //! ```text
-//! ridgetone telemetry 2 {"protocol":11,"version":"0.2.0","source":"/dev/ttyUSB0"}\n\0<bytes>
+//! ridgetone telemetry 2 {"protocol":12,"version":"0.3.0","source":"/dev/ttyUSB0"}\n\0<bytes>
 //! ```
 //!
 //! Between frames stand marks: when the frames after it were received, `@`, nanoseconds since 1970
 //! as text, and a zero. A mark is no frame: as one it would end before its first stuffing byte
-//! says. Format 1 has no marks.
+//! says.
 //!
 //! There is no index and no end mark: a file that is cut off anywhere is valid up to there, and
 //! loses at most one frame. Bytes without the header, as `cat /dev/ttyUSB0` or `emulate
@@ -26,9 +26,6 @@ use std::time::Duration;
 const MAGIC: &str = "ridgetone telemetry ";
 
 const FORMAT: u32 = 2;
-
-/// The format before it, without marks, is read too.
-const FORMAT_BEFORE: u32 = 1;
 
 /// Begins a mark: a stuffing byte that says that 63 bytes follow, and only 20 do.
 const MARK: u8 = b'@';
@@ -184,7 +181,7 @@ impl Recorded {
         let name = path.display().to_string();
         if !is_telemetry(path)? {
             bail!(
-                "{name}: holds no telemetry as `record` writes it; tables, and what `export` makes, are for `fit`, `feel`, `replay` and `emulate`"
+                "{name}: holds no telemetry as `record` writes it; tables, and what `export` makes, are for `fit`, `replay` and `emulate`"
             );
         }
         let file = File::open(path).with_context(|| name.clone())?;
@@ -215,9 +212,9 @@ impl Recorded {
             .trim_end_matches(['\0', '\n'])
             .split_once(' ')
             .context("the header")?;
-        if format != FORMAT.to_string() && format != FORMAT_BEFORE.to_string() {
+        if format != FORMAT.to_string() {
             bail!(
-                "written in format {format}, this command reads {FORMAT}: use the version that wrote it"
+                "holds telemetry in format {format}, this command reads format {FORMAT}: open it with the version that wrote it"
             );
         }
         let header: Header = serde_json::from_str(json).context("the header")?;
@@ -226,7 +223,8 @@ impl Recorded {
                 protocol, version, ..
             } = header;
             bail!(
-                "holds protocol {protocol}, this command speaks {PROTOCOL}: use version {version}, which wrote it"
+                "holds protocol {protocol} of version {version}, this command reads protocol {PROTOCOL}: open it with ridgetone {version}, \
+                 or make a table of its raw frames there: `ridgetone export FILE --table frames -o frames.csv`"
             );
         }
         self.header = Some(header);
@@ -291,7 +289,7 @@ mod tests {
     use crate::input::Input;
     use crate::replay;
     use ridgetone_proto::settings::Settings;
-    use ridgetone_proto::telemetry::Packet;
+    use ridgetone_proto::telemetry::{Event, Packet, WIRE_MAX, encode};
 
     /// The default scene's telemetry: its bytes and its packets.
     fn telemetry() -> (Vec<u8>, Vec<Packet>) {
@@ -409,12 +407,37 @@ mod tests {
         assert!(refused("a.csv", b"time_s,ain0\n0,1\n").contains("holds no telemetry"));
         assert!(refused("empty", b"").contains("holds no telemetry"));
         assert!(refused("format", b"ridgetone telemetry 9 {}\n\0").contains("format 9"));
-        let other = br#"ridgetone telemetry 1 {"protocol":200,"version":"7.0.0","source":"x"}"#;
-        let error = refused("protocol", &[&other[..], b"\n\0"].concat());
-        assert!(
-            error.contains("protocol 200") && error.contains("version 7.0.0"),
-            "{error}"
-        );
+        assert!(refused("before", b"ridgetone telemetry 1 {}\n\0").contains("format 1"));
+        for (protocol, version) in [(PROTOCOL - 1, "0.2.0"), (PROTOCOL + 1, "7.0.0")] {
+            let header = format!(
+                r#"{{"protocol":{protocol},"version":"{version}","source":"/dev/ttyUSB0"}}"#
+            );
+            let file = format!("{MAGIC}{FORMAT} {header}\n\0");
+            let error = refused("protocol", &[file.as_bytes(), &telemetry().0].concat());
+            for part in [
+                format!("holds protocol {protocol} of version {version}"),
+                format!("reads protocol {PROTOCOL}"),
+                format!("ridgetone {version}"),
+                "ridgetone export FILE --table frames".to_owned(),
+            ] {
+                assert!(error.contains(&part), "{error}");
+            }
+            assert_eq!(error.lines().count(), 1, "{error}");
+        }
+        // The same without a header, by the greeting in it.
+        let (_, mut packets) = telemetry();
+        let Event::Hello(hello) = &mut packets[0].event else {
+            panic!("no greeting")
+        };
+        hello.protocol = PROTOCOL - 1;
+        let mut wire = [0; WIRE_MAX];
+        let used = encode(&packets[0], &mut wire).unwrap();
+        let bare = folder.path().join("bare");
+        std::fs::write(&bare, &wire[..used]).unwrap();
+        let error = Feed::new(Recorded::open(&bare).unwrap()).next(Duration::ZERO);
+        let error = error.unwrap_err().to_string();
+        let expected = format!("holds protocol {}, this command reads", PROTOCOL - 1);
+        assert!(error.contains(&expected), "{error}");
         let there = folder.path().join("a.csv");
         assert!(format!("{:#}", create(&there, "x", 0.0).err().unwrap()).contains("already"));
     }

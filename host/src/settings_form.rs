@@ -11,9 +11,6 @@
 //!
 //! [array]
 //! period_max_mm = 3.5
-//!
-//! [feel]
-//! volts_per_um = 0.002
 //! ```
 //!
 //! Settings that are left out keep their value: in a file the default ([`Settings::DEFAULT`]), on

@@ -199,22 +199,10 @@ fn inputs_that_would_play_for_ever() {
 #[test]
 fn devices_that_never_end_are_refused() {
     let folder = directory();
-    let table = file(folder.path(), "tone.csv", &tone(2, 400, 100.0, 5.0, 0.0));
-    let (table, out) = (text(&table), folder.path().join("out.csv"));
-    let reference = "ra_um=0.5,rsm_mm=0.1,speed_mm_s=10";
+    let out = folder.path().join("out.csv");
     for device in ["/dev/zero", "/dev/urandom"] {
         for arguments in [
             &["fit", device][..],
-            &["feel", device, "--reference", reference],
-            &["feel", table, "--reference", reference, "--image", device],
-            &[
-                "feel",
-                table,
-                "--reference",
-                reference,
-                "--coefficients",
-                device,
-            ],
             &[
                 "calibrate",
                 &format!("2.6={device}"),

@@ -21,7 +21,7 @@ use ridgetone_host::emulator::{self, Options, Outcome};
 use ridgetone_host::input::{Input, SLOT_S, Source, first_scene, frame_rate_hz};
 use ridgetone_host::names::name;
 use ridgetone_host::replay;
-use ridgetone_proto::settings::{Feeling, Settings};
+use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Direction, Event, Hold, Packet, Span, Status, TravelStatus};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -281,68 +281,6 @@ fn period_speed_and_direction_of_table_2_without_a_given_speed() {
     assert!(
         seen > 150 && unclear <= 4,
         "{unclear} of {seen} are ambiguous"
-    );
-}
-
-/// What a finger feels, in windows of several lengths; M by the static image, which the plain scene
-/// has, and from the settings.
-#[test]
-#[ignore = "needs the emulator: cargo xtask test"]
-fn what_a_finger_feels_is_the_same_on_the_chip_and_on_the_pc() {
-    for_all(
-        &[(1.0, 0.0), (0.5, 1.4), (2.0, 0.0)],
-        |&(window_s, force_ratio)| {
-            let what = format!("windows of {window_s} s");
-            let feel = Feeling {
-                volts_per_um: 2e-6,
-                sigma_fraction: 0.1,
-                force_ratio,
-            };
-            let settings = Settings {
-                window_s,
-                feel,
-                ..Settings::DEFAULT
-            };
-            let input = Input {
-                source: Source::Scene(first_scene().expect("a scene")),
-                ..Input::default()
-            };
-            let (outcome, packets) = emulate_with(&input, settings, false);
-            // The emulated board greets with its own settings, and then takes these.
-            let (kinds, expected) = (by_kind(&packets), by_kind(&replayed_with(&input, settings)));
-            for kind in ["Contact", "Slide", "Estimate", "Feel", "Texture"] {
-                assert_eq!(
-                    kinds.get(kind),
-                    expected.get(kind),
-                    "{what}: the PC gives other numbers"
-                );
-            }
-            let (estimates, feels) = (&kinds["Estimate"], &kinds["Feel"]);
-            let windows = estimates
-                .iter()
-                .filter(|event| matches!(event, Event::Estimate(fit) if fit.span == Span::Window));
-            assert!(
-                !feels.is_empty() && feels.len() == windows.count(),
-                "{what}: one with each window"
-            );
-            let fires = |event: &Event| match event {
-                Event::Feel(feel) => {
-                    feel.per_hz[0].is_some_and(|found| found.value > 0.0)
-                        && feel.force_ratio.is_some()
-                }
-                _ => false,
-            };
-            assert!(feels.iter().all(fires), "{what}: {feels:?}");
-            assert_eq!(
-                (
-                    outcome.counts.missing,
-                    outcome.counts.damaged,
-                    outcome.chip.lost
-                ),
-                (0, 0, 0),
-                "{what}"
-            );
-        },
     );
 }
 

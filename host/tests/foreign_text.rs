@@ -44,9 +44,6 @@ fn commands(path: &Path) -> Vec<Vec<&str>> {
         vec!["fit", path, "--columns", "none"],
         vec!["fit", path, "--time-column", path],
         vec!["fit", path, "--speed-column", path],
-        vec!["feel", path],
-        vec!["feel", "train", path],
-        vec!["feel", path, "--coefficients", path],
         vec!["calibrate", path, path],
         vec!["calibrate", path],
         vec!["replay", path],
@@ -130,7 +127,6 @@ fn names_of_columns_are_harmless_in_results_too() {
         &["fit", "--whole"][..],
         &["fit", "--whole", "--json"],
         &["fit", "--whole", "--window", "1"],
-        &["feel", "--speed", "60"],
     ] {
         check(&[arguments, &[text(&path)]].concat());
     }

@@ -255,7 +255,6 @@ fn foxglove_gets_channels_schemas_and_messages() {
         "frames",
         "contact",
         "tone",
-        "feel",
         "texture",
         "diagnostics",
         "health",

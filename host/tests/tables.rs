@@ -428,15 +428,6 @@ fn recorded(folder: &Path) -> Vec<std::path::PathBuf> {
 fn what_is_written_is_read_by_every_command_that_takes_a_recording() {
     let folder = directory();
     let all = recorded(folder.path());
-    let surface = [
-        "--reference",
-        "ra_um=0.5,rsm_mm=3.6,speed_mm_s=30",
-        "--from",
-        "1.6",
-        "--to",
-        "3.4",
-        "--json",
-    ];
     let results = |path: &Path| {
         let path = text(path);
         let without_name = |output| {
@@ -460,7 +451,6 @@ fn what_is_written_is_read_by_every_command_that_takes_a_recording() {
             without_name(run(&[
                 "fit", path, "--from", "1.6", "--to", "3.4", "--json",
             ])),
-            without_name(run(&[&["feel", path], &surface[..]].concat())),
             // One grating three times does not determine a line; it is refused after the replay.
             vec![stderr(&calibrated).replace(path, "").into()],
         ]

@@ -1,21 +1,18 @@
-"""Plates: intensities and scores as the paper computes them, beside the command `ridgetone feel`."""
-
-import json
-import subprocess
-import tempfile
-from pathlib import Path
+"""Plates: intensities and scores as the paper computes them, beside `ridgetone.feel`."""
 
 import numpy as np
+import ridgetone
 
 RATE_HZ = 10_000
 # Equations 1 to 4 and Table 1: two lines of the threshold, um over hertz, and where they begin, meet and end.
 THRESHOLDS = {
-    "fa1": (499, -0.890, 52.1, 0.0119, 0.5, 12.2, 67.0),
-    "fa2": (1690, -1.93, 2.00e-5, 1.39, 20.0, 241.0, 800.0),
-    "sa1": (43.5, -0.545, 0.787, 0.683, 0.5, 26.2, 120.0),
-    "sa2": (501, -0.783, 17.1, -0.0340, 0.5, 91.2, 400.0),
+    "FA I": (499, -0.890, 52.1, 0.0119, 0.5, 12.2, 67.0),
+    "FA II": (1690, -1.93, 2.00e-5, 1.39, 20.0, 241.0, 800.0),
+    "SA I": (43.5, -0.545, 0.787, 0.683, 0.5, 26.2, 120.0),
+    "SA II": (501, -0.783, 17.1, -0.0340, 0.5, 91.2, 400.0),
 }
-RA_UM, RSM_MM, SPEED_MM_S, M = 0.278, 0.121, 10.0, 1.2
+SURFACE = {"ra_um": 0.278, "rsm_mm": 0.121, "speed_mm_s": 10.0}
+M = 1.2
 WINDOWS_S = (3.0, 1.6384, 0.8192, 0.4096, 0.2048)
 
 
@@ -31,9 +28,9 @@ def amplitudes(values):
 
 def volts_per_um(reference):
     """Equations 5 and 6: the amplitude at a frequency that is between two lines."""
-    turns = 2 * np.pi * SPEED_MM_S / RSM_MM / RATE_HZ * np.arange(len(reference))
+    turns = 2 * np.pi * SURFACE["speed_mm_s"] / SURFACE["rsm_mm"] / RATE_HZ * np.arange(len(reference))
     line = windowed(reference) * np.exp(-1j * turns)
-    return 2 / (0.54 * len(reference)) * abs(line.sum()) / (2 * RA_UM)
+    return 2 / (0.54 * len(reference)) * abs(line.sum()) / (2 * SURFACE["ra_um"])
 
 
 def threshold_um(receptor, hz):
@@ -62,7 +59,7 @@ def recordings():
     shape = np.zeros(len(hz))
     shape[1:] = 1 / (1 + (hz[1:] / 150) ** 2)
     noise = np.fft.irfft(np.fft.rfft(random.standard_normal(rows)) * shape, rows)
-    tone = 0.313 * np.sin(2 * np.pi * SPEED_MM_S / RSM_MM * np.arange(rows) / RATE_HZ + 0.4)
+    tone = 0.313 * np.sin(2 * np.pi * SURFACE["speed_mm_s"] / SURFACE["rsm_mm"] * np.arange(rows) / RATE_HZ + 0.4)
     return 60 * noise, tone + 1e-4 * random.standard_normal(rows)
 
 
@@ -73,65 +70,46 @@ def chunks(values, rows):
     return [values[start : start + rows] for start in starts]
 
 
-def felt(command, folder, window_s):
-    """Intensities and scores of the command."""
-    reference = f"ra_um={RA_UM},rsm_mm={RSM_MM},speed_mm_s={SPEED_MM_S},file={folder / 'smooth.csv'}"
-    words = ["feel", folder / "rough.csv", "--rate", RATE_HZ, "--reference", reference, "--m", M, "--window", window_s, "--json"]
-    done = subprocess.run([command, *map(str, words)], capture_output=True, text=True, check=True)
-    found = json.loads(done.stdout)
-    intensities = {one["receptor"]: (one["intensity"], one["intensity_sigma"]) for one in found["receptors"]}
-    return intensities, {one["name"].lower(): (one["score"], one["score_sigma"]) for one in found["scores"]}
+def felt(values, conversion, window_s):
+    """Intensities and scores of the package."""
+    found = ridgetone.feel(
+        values, RATE_HZ, volts_per_um=conversion.volts_per_um, sigma_fraction=conversion.sigma_fraction, m=M, window_s=window_s
+    )
+    intensities = {one.receptor: one.intensity for one in found.receptors}
+    return intensities, {one.name: (one.score, one.score_sigma) for one in found.scores}
 
 
-def feel(checks, command):
+def feel(checks):
     rough, smooth = recordings()
     per_um = volts_per_um(smooth)
     own = {receptor: intensity(receptor, rough, per_um) for receptor in THRESHOLDS}
-    soft, rough_score = scores(own["fa2"], own["sa1"])
-    with tempfile.TemporaryDirectory() as folder:
-        folder = Path(folder)
-        for name, values in (("rough", rough), ("smooth", smooth)):
-            np.savetxt(folder / f"{name}.csv", values, header="v", comments="", fmt="%.9e")
-        found, found_scores = felt(command, folder, 3.0)
-        off = max(abs(found[receptor][0] - own[receptor]) / (1 + own[receptor]) for receptor in own)
-        checks.true("S3: 30,000 rows, intensities of the command beside equations 5 to 9", f"within {off:.1e}", off < 1e-4)
-        checks.near("S3: the same, Soft", found_scores["soft"][0], soft, 2e-3)
-        checks.near("S3: the same, Rough", found_scores["rough"][0], rough_score, 2e-3)
-        literal, found_by = [], []
-        for window_s in WINDOWS_S:
-            pieces = chunks(rough, round(window_s * RATE_HZ))
-            many, fainter = 3 / window_s, (window_s / 3) ** 0.5
-            # The sum over lines times 3 s over the window; and with noise fainter by the root of it, too.
-            as_is, by_law = (scores(np.mean([intensity("fa2", piece, per_um, many, gain) for piece in pieces]), 0)[1] for gain in (1, fainter))
-            score, sigma = felt(command, folder, window_s)[1]["rough"]
-            literal.append(as_is)
-            found_by.append(score)
-            what = f"S3: Rough from windows of {window_s} s"
-            checks.true(f"{what}; {rough_score:.2f} from 3 s", f"{score:.2f} +- {sigma:.2f}", abs(score - rough_score) < sigma)
-            checks.near(f"{what}, noise by its own law", score, by_law, 0.05)
-        checks.true("S3: the same with lines as they are times 3 s over the window", ", ".join(f"{one:.1f}" for one in literal), literal[-1] > literal[0] + 5)
-    checks.step("plates", "intensities of 30,000 rows", "eq. 1 to 9", "-", "within 0.01 %", "the command and NumPy on a made surface")
+    soft, rough_score = scores(own["FA II"], own["SA I"])
+    conversion = ridgetone.volts_per_um(smooth, RATE_HZ, **SURFACE)
+    checks.near("S3: frequency of the reference, equation 5, Hz", conversion.frequency_hz, 10 / 0.121, 5e-3)
+    checks.near("S3: conversion, equation 6, V/um", conversion.volts_per_um[0], per_um, 1e-5)
+    found, found_scores = felt(rough, conversion, 3.0)
+    off = max(abs(found[receptor] - own[receptor]) / (1 + own[receptor]) for receptor in own)
+    checks.true("S3: 30,000 rows, intensities of the package beside equations 5 to 9", f"within {off:.1e}", off < 1e-4)
+    checks.near("S3: the same, Soft", found_scores["soft"][0], soft, 2e-3)
+    checks.near("S3: the same, Rough", found_scores["rough"][0], rough_score, 2e-3)
+    literal, found_by = [], []
+    for window_s in WINDOWS_S:
+        pieces = chunks(rough, round(window_s * RATE_HZ))
+        many, fainter = 3 / window_s, (window_s / 3) ** 0.5
+        # The sum over lines times 3 s over the window; and with noise fainter by the root of it, too.
+        as_is, by_law = (scores(np.mean([intensity("FA II", piece, per_um, many, gain) for piece in pieces]), 0)[1] for gain in (1, fainter))
+        score, sigma = felt(rough, conversion, window_s)[1]["rough"]
+        literal.append(as_is)
+        found_by.append(score)
+        what = f"S3: Rough from windows of {window_s} s"
+        checks.true(f"{what}; {rough_score:.2f} from 3 s", f"{score:.2f} +- {sigma:.2f}", abs(score - rough_score) < sigma)
+        checks.near(f"{what}, noise by its own law", score, by_law, 0.05)
+    checks.true("S3: the same with lines as they are times 3 s over the window", ", ".join(f"{one:.1f}" for one in literal), literal[-1] > literal[0] + 5)
+    checks.step("plates", "frequency of the reference", "eq. 5", "82.8 Hz", f"{conversion.frequency_hz:.1f} Hz", "`ridgetone.volts_per_um`, NumPy; the paper's own figures")
+    checks.step("plates", "conversion", "eq. 6", "0.564 V/um", f"{conversion.volts_per_um[0]:.3f} V/um", "`ridgetone.volts_per_um`, NumPy")
+    checks.step("plates", "intensities of 30,000 rows", "eq. 1 to 9", "-", "within 0.01 %", "`ridgetone.feel` and NumPy on a made surface")
     checks.step("plates", "*Soft*, *Rough* of the same", "eq. 11, 12", "-", f"{found_scores['soft'][0]:.2f}, {found_scores['rough'][0]:.2f}", "NumPy gives the same")
     windows = ", ".join(f"{window_s:.2g}" for window_s in WINDOWS_S)
     shown = ", ".join(f"{score:.2f}" for score in found_by)
     naive = ", ".join(f"{score:.1f}" for score in literal)
     checks.step("plates", f"*Rough* from windows of {windows} s", "-", "-", shown, f"within a sigma; sums times 3 s over the window give {naive}")
-    ratio(checks, command, smooth)
-
-
-def ratio(checks, command, smooth):
-    """Equation 10 over 5 to 25 mm: the run's beginning sticks."""
-    place_mm = SPEED_MM_S * np.arange(len(smooth)) / RATE_HZ
-    random = np.random.default_rng(8)
-    normal = 0.5 + 0.01 * random.standard_normal(len(smooth))
-    tangential = np.where(place_mm < 5, 1.5, 0.6 + 0.03 * random.standard_normal(len(smooth)))
-    used = (place_mm >= 5) & (place_mm < 25)
-    expected = tangential[used].mean() / normal[used].mean()
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder, "run.csv")
-        np.savetxt(path, np.c_[smooth, tangential, normal], delimiter=",", header="v,f,n", comments="", fmt="%.7f")
-        reference = f"ra_um={RA_UM},rsm_mm={RSM_MM},speed_mm_s={SPEED_MM_S}"
-        words = ["feel", str(path), "--rate", str(RATE_HZ), "--reference", reference, "--forces", "f,n", "--json"]
-        found = json.loads(subprocess.run([command, *words], capture_output=True, text=True, check=True).stdout)
-    checks.near("S3: M from two columns of forces over 5 to 25 mm", found["m"], expected, 1e-5)
-    checks.step("plates", "M = F / N over 5 to 25 mm", "eq. 10", "-", f"{found['m']:.3f} of {expected:.3f}", "`feel --forces` on made forces, NumPy")

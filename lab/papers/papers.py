@@ -40,7 +40,7 @@ def main():
     teletaction.layers(checks)
     if command:
         oddo.lags(checks, command)
-        feel.feel(checks, command)
+        feel.feel(checks)
         pins.rows(checks, command)
         teletaction.skin(checks, command)
         compare_or_write(checks, arguments.write)

@@ -3,7 +3,7 @@
 use crate::any_settings::try_settings;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use ridgetone_proto::settings::{Array, Feeling, Settings, Slide, SlideRule};
+use ridgetone_proto::settings::{Array, Settings, Slide, SlideRule};
 
 /// Valid settings of every kind as bytes, some of which are then changed; and random bytes.
 #[test]
@@ -22,7 +22,7 @@ fn any_settings_are_refused_or_run() {
             speed_mm_s: between(0.1, 2000.0),
             length_mm: between(0.1, 2000.0),
         };
-        let mut settings = Settings {
+        let settings = Settings {
             window_s: between(0.1, 3.9),
             stride_s: between(0.02, 0.5),
             harmonics: between(1.0, 5.0) as u8,
@@ -41,14 +41,8 @@ fn any_settings_are_refused_or_run() {
                 alike: [0x1111, 0x2222, 0xcccc, 0],
                 ..Array::DEFAULT
             },
-            feel: Feeling {
-                volts_per_um: if n % 3 == 0 { 0.0 } else { between(1e-9, 10.0) },
-                sigma_fraction: between(0.0, 1.0),
-                ..Feeling::DEFAULT
-            },
             ..Settings::DEFAULT
         };
-        settings.feel.force_ratio = between(0.0, 100.0);
         let mut buffer = [0; 160];
         let bytes = postcard::to_slice(&settings, &mut buffer).unwrap();
         for _ in 0..n % 3 {

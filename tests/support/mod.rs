@@ -189,7 +189,6 @@ pub fn outcome(events: &[Event]) -> Outcome {
             | Event::Fault(_)
             | Event::Reply(_)
             | Event::Raw(_)
-            | Event::Feel(_)
             | Event::Converter(_) => {}
         }
     }

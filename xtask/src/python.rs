@@ -58,8 +58,8 @@ fn copied(python: &Path, command: &str) -> Result<PathBuf> {
     Ok(copy)
 }
 
-/// The script that computes figures of the papers a second time, with NumPy, and tries the commands
-/// that `cargo test` has built.
+/// The script that computes figures of the papers a second time, with NumPy, and tries the package
+/// and the commands that `cargo test` has built.
 fn script(python: &Path) -> Result<Command> {
     let command = copied(python, "ridgetone")?;
     copied(python, "ridgetone-teletaction")?;
@@ -78,8 +78,10 @@ pub fn run_papers(python: &Path) -> Result<String> {
 /// `docs/results/papers.md`.
 pub fn papers(is_written: bool) -> Result<()> {
     prepare()?;
-    run(&mut test(&["--no-run", "--test", "feel", "--test", "skin"]))?;
-    let mut papers = script(&environment("papers", &["numpy>=1.24"])?)?;
+    run(&mut test(&[
+        "--no-run", "--test", "tables", "--test", "skin",
+    ]))?;
+    let mut papers = script(&build()?)?;
     if !is_written {
         return run(&mut papers);
     }

@@ -1,13 +1,12 @@
-//! The intensity with which each kind of receptor fires in a window.
+//! Firing intensity of each kind of receptor in a window (equations 8 and 9).
 
 use crate::receptor::{RECEPTORS, Receptor};
-use crate::reference::Conversion;
 use crate::windows::{Law, Windows, noise_of_line};
 
-/// Why a receptor has no intensity.
+/// Reason why a receptor has no intensity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Absent {
-    /// The spectrum ends below the receptor's range; at this rate it would not, hertz.
+    /// The spectrum ends below the receptor's range; more samples a second than this are needed.
     RateTooLow(f32),
     /// No bin of the spectrum is in the receptor's range.
     WindowTooShort,
@@ -16,20 +15,20 @@ pub enum Absent {
 /// Square matrix over the receptors.
 pub(crate) type Matrix = [[f32; RECEPTORS]; RECEPTORS];
 
-/// Mean logarithm of the amplitude of noise over that of the root of its mean power, decades: half of
-/// Euler's constant, which is the mean logarithm of an exponential variable.
+/// Mean logarithm of the amplitude of noise over the root of its mean power, decades: half of
+/// Euler's constant, the mean logarithm of an exponential variable.
 const NOISE_LOG_MEAN: f32 = -0.125_34;
 
-/// How the receptors fire in a window, in the order of [`Receptor::ALL`].
+/// Firing of the receptors in a window, in the order of [`Receptor::ALL`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Firing {
     /// Sum over the bins of the receptor's range of the decades by which the spectrum is above the
-    /// threshold (equations 8 and 9); none where [`absent`](Self::absent).
+    /// threshold; none where [`absent`](Self::absent).
     pub intensity: [Option<f32>; RECEPTORS],
     /// Bins above the threshold, in the wanted window.
     pub above: [f32; RECEPTORS],
     /// For two receptors the product of their wanted bins above the threshold, summed over the
-    /// measured bins: each of these stands for several wanted ones.
+    /// measured bins.
     pub products: Matrix,
     /// Change of the intensity if all lines were noise: in the measured window a tone and noise
     /// narrower than a bin look the same.
@@ -37,69 +36,60 @@ pub struct Firing {
 }
 
 impl Firing {
-    /// Estimates how the receptors fire in a window of the wanted length, from the amplitude spectrum
-    /// of one of the measured length. A bin in which a line stands out and its two neighbours count
-    /// as a tone over noise, all others as noise.
-    pub fn new(amplitudes: &[f32], windows: Windows, conversion: &Conversion) -> Self {
-        let mut firing = Self::default();
+    /// Estimates the firing in a window of the wanted length from the amplitude spectrum of a window
+    /// of the measured length, under Hamming's window, from bin 0 on, um from peak to peak. A bin in
+    /// which a line stands out and its two neighbours count as a tone over noise, all others as
+    /// noise.
+    pub fn new(amplitudes_um: &[f32], windows: Windows) -> Self {
         let bin_hz = windows.bin_hz();
-        let last_hz = Receptor::ALL.iter().fold(0.0, |last: f32, receptor| {
-            last.max(receptor.corners_hz()[2])
-        });
-        for (receptor, intensity) in Receptor::ALL.into_iter().zip(&mut firing.intensity) {
-            *intensity = Self::absent(receptor, amplitudes.len(), bin_hz)
-                .is_none()
-                .then_some(0.0);
-        }
-        let noise_law = windows.noise();
+        let has = |receptor| Self::absent(receptor, amplitudes_um.len(), bin_hz).is_none();
+        let mut firing = Self {
+            intensity: Receptor::ALL.map(|receptor| has(receptor).then_some(0.0)),
+            ..Self::default()
+        };
         // In windows of one length tones and noise change alike: not at all.
         let is_converted = windows.bins() != 1.0;
         let noise_at = |bin| {
             is_converted
-                .then(|| noise_of_line(amplitudes, bin))
+                .then(|| noise_of_line(amplitudes_um, bin))
                 .flatten()
         };
         let (mut before, mut here) = (None, noise_at(1));
-        for (k, amplitude) in amplitudes.iter().enumerate().skip(1) {
-            let hz = k as f32 * bin_hz;
-            if hz > last_hz {
-                break;
-            }
-            let after = noise_at(k + 1);
-            let log_um = libm::log10f(*amplitude) - conversion.log_per_um;
-            let bin = Bin {
-                log_um,
-                log_noise_um: here.or(before).or(after).map(|power| {
-                    0.5 * libm::log10f(power) + NOISE_LOG_MEAN - conversion.log_per_um
-                }),
-            };
-            firing.add(&bin, noise_law, hz);
+        for (bin, amplitude) in amplitudes_um.iter().enumerate().skip(1) {
+            let after = noise_at(bin + 1);
+            let noise = here.or(before).or(after);
+            firing.add(
+                bin as f32 * bin_hz,
+                libm::log10f(*amplitude),
+                noise.map(|power| 0.5 * libm::log10f(power) + NOISE_LOG_MEAN),
+                windows.noise(),
+            );
             (before, here) = (here, after);
         }
         firing
     }
 
-    /// Adds a measured bin.
-    fn add(&mut self, bin: &Bin, noise_law: Law, hz: f32) {
-        let log_hz = libm::log10f(hz);
+    /// Adds a measured bin by the logarithm of its amplitude, and of the noise under its line if it
+    /// has one.
+    fn add(&mut self, hz: f32, log_um: f32, log_noise_um: Option<f32>, noise_law: Law) {
         let mut wanted_bins = [0.0; RECEPTORS];
         for (m, receptor) in Receptor::ALL.into_iter().enumerate() {
             let (Some(threshold), Some(intensity)) =
-                (receptor.log_threshold(hz, log_hz), &mut self.intensity[m])
+                (receptor.log_threshold(hz), &mut self.intensity[m])
             else {
                 continue;
             };
-            let as_noise = Decades::above(threshold, bin.log_um, noise_law);
-            let found = match bin.log_noise_um {
+            let as_noise = Decades::above(threshold, log_um, noise_law);
+            let found = match log_noise_um {
                 None => as_noise,
                 Some(log_noise_um) => {
-                    let tone = Decades::above(threshold, bin.log_um, Law::TONE);
-                    // A tone hides the noise in one wanted bin for each measured one.
-                    let beside = Law {
+                    let tone = Decades::above(threshold, log_um, Law::TONE);
+                    // A tone hides the noise in one wanted bin for each measured bin.
+                    let uncovered = Law {
                         bins: noise_law.bins - 1.0,
                         ..noise_law
                     };
-                    let noise = Decades::above(threshold, log_noise_um, beside);
+                    let noise = Decades::above(threshold, log_noise_um, uncovered);
                     self.lines_as_noise[m] += as_noise.sum - tone.sum - noise.sum;
                     Decades {
                         sum: tone.sum + noise.sum,
@@ -118,7 +108,7 @@ impl Firing {
         }
     }
 
-    /// Why a receptor has no intensity in a spectrum of `bins` bins, `bin_hz` apart.
+    /// Reason why a receptor has no intensity in a spectrum of `bins` bins, `bin_hz` apart.
     pub fn absent(receptor: Receptor, bins: usize, bin_hz: f32) -> Option<Absent> {
         let [from, _, to] = receptor.corners_hz();
         let first = libm::floorf(from / bin_hz) + 1.0;
@@ -141,8 +131,8 @@ impl Firing {
         mean
     }
 
-    /// Turns the mean of `before` windows into that of one more.
-    pub fn average(&mut self, firing: &Self, before: usize) {
+    /// Adds a window to the mean of `before` windows.
+    pub(crate) fn average(&mut self, firing: &Self, before: usize) {
         let count = before as f32 + 1.0;
         let average = |mean: &mut f32, value: f32| *mean += (value - *mean) / count;
         for a in 0..RECEPTORS {
@@ -157,24 +147,16 @@ impl Firing {
     }
 }
 
-/// A measured bin, logarithms of um from peak to peak.
-struct Bin {
-    log_um: f32,
-    /// The noise under a line; none if the bin is noise alone.
-    log_noise_um: Option<f32>,
-}
-
-/// The contribution of a measured bin to the wanted window.
+/// Contribution of a part of a measured bin to the wanted window.
 #[derive(Clone, Copy, Default)]
 struct Decades {
-    /// Decades above the threshold, over all bins.
+    /// Decades above the threshold, summed over the wanted bins.
     sum: f32,
-    /// Bins above the threshold.
+    /// Wanted bins above the threshold.
     bins: f32,
 }
 
 impl Decades {
-    /// The share of a part of the measured bin that changes by `law`.
     fn above(threshold: f32, log_um: f32, law: Law) -> Self {
         let decades = log_um + law.log_gain - threshold;
         if decades >= 0.0 {

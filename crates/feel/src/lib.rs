@@ -16,22 +16,25 @@
 // Receptors and indices are numbered; loops over several arrays at once read better by number.
 #![allow(clippy::needless_range_loop)]
 
-mod bands;
 mod firing;
-mod force;
 mod mean;
 mod receptor;
 mod reference;
 mod score;
-mod spectrum;
 mod windows;
 
-pub use bands::{BANDS, band_hz, strongest_in_bands};
 pub use firing::{Absent, Firing};
-pub use force::force_ratio;
 pub use mean::MeanFiring;
 pub use receptor::{RECEPTORS, Receptor};
-pub use reference::{Conversion, NoAmplitude, Reference, SpectralLine};
-pub use score::{INDICES, Indices, PAPER_WINDOW_S, ROUGH, SOFT, Score};
-pub use spectrum::{POINTS_MAX, amplitude_at, amplitude_spectrum, points};
-pub use windows::Windows;
+pub use reference::{Reference, SpectralLine};
+pub use score::{INDICES, Indices, ROUGH, SOFT, Score};
+pub use windows::{PAPER_WINDOW_S, Windows};
+
+/// A value with its standard deviation.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Measured {
+    /// The value.
+    pub value: f32,
+    /// Its standard deviation.
+    pub sigma: f32,
+}

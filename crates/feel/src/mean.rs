@@ -1,19 +1,20 @@
-//! The mean over several windows, with its covariance.
+//! The mean firing over several windows, with its covariance.
 
 use crate::firing::{Firing, Matrix};
 use crate::receptor::RECEPTORS;
 use crate::reference::SCATTER_FROM;
+use core::f32::consts::LN_10;
 
 /// Variance of a sum of logarithms of amplitudes of a random surface by the number of bins, squared
 /// decades a bin.
 ///
-/// The amplitude in a bin is Rayleigh's: its natural logarithm has the variance pi^2 / 24, the
-/// 0.0776 squared decades. Under Hamming's window neighbours are correlated by -0.625, the next
+/// The amplitude in a bin is Rayleigh distributed: its natural logarithm has the variance pi^2 / 24,
+/// the 0.0776 squared decades. Under Hamming's window neighbours are correlated by -0.625, the next
 /// ones by 0.133; the covariance of the logarithms goes with the dilogarithm of the square: 0.266
 /// and 0.011 of the variance, on both sides.
 const VARIANCE_PER_BIN: f32 = 0.0776 * (1.0 + 2.0 * (0.266 + 0.011));
 
-/// How the receptors fire on the average of several windows.
+/// Mean firing over several windows.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MeanFiring {
     windows: f32,
@@ -37,32 +38,28 @@ impl MeanFiring {
         }
     }
 
-    /// Windows so far.
-    pub fn windows(&self) -> u32 {
-        self.windows as u32
-    }
-
-    /// The mean of all windows.
+    /// Mean of all windows.
     pub fn mean(&self) -> &Firing {
         &self.mean
     }
 
-    /// Covariance of the mean: how other stretches of the same surface would scatter, how an error
-    /// of the conversion of `log_sigma` decades moves all bins that are above their thresholds, and
-    /// what the intensities would change by if lines were noise.
+    /// Covariance of the mean intensities, the sum of three parts: scatter between stretches of the
+    /// same surface; an error of the conversion, a fraction of it, which moves all bins above their
+    /// thresholds; and the change of the intensities if lines were noise.
     ///
-    /// From eight windows on the first part is the windows' scatter. Of fewer it is that of a
-    /// surface without a period, which is more than that of a steady vibration.
-    pub fn covariance(&self, log_sigma: f32) -> Matrix {
+    /// From eight windows on the first part is the windows' scatter. With fewer it is the scatter of
+    /// a surface without a period, which is more than that of a steady vibration.
+    pub fn covariance(&self, conversion_sigma: f32) -> [[f32; RECEPTORS]; RECEPTORS] {
         let mut covariance = [[0.0; RECEPTORS]; RECEPTORS];
-        let by_scatter = self.windows >= SCATTER_FROM;
+        let decades = conversion_sigma / LN_10;
         for a in 0..RECEPTORS {
             for b in 0..RECEPTORS {
-                let of_window = match by_scatter {
-                    true => self.scatter[a][b] / (self.windows - 1.0),
-                    false => VARIANCE_PER_BIN * self.mean.products[a][b],
+                let of_window = if self.windows >= SCATTER_FROM {
+                    self.scatter[a][b] / (self.windows - 1.0)
+                } else {
+                    VARIANCE_PER_BIN * self.mean.products[a][b]
                 };
-                let by_conversion = log_sigma * log_sigma * self.mean.above[a] * self.mean.above[b];
+                let by_conversion = decades * decades * self.mean.above[a] * self.mean.above[b];
                 let by_law = self.mean.lines_as_noise[a] * self.mean.lines_as_noise[b];
                 covariance[a][b] = of_window / f32::max(self.windows, 1.0) + by_conversion + by_law;
             }

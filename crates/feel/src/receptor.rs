@@ -24,17 +24,21 @@ struct Asymptote {
     slope: f32,
 }
 
+const fn line(intercept: f32, slope: f32) -> Asymptote {
+    Asymptote { intercept, slope }
+}
+
 impl Receptor {
     /// All kinds, in the order of all arrays.
     pub const ALL: [Self; RECEPTORS] = [Self::Fa1, Self::Fa2, Self::Sa1, Self::Sa2];
 
-    /// Its name in the literature.
+    /// Name in the literature.
     pub const fn name(self) -> &'static str {
         ["FA I", "FA II", "SA I", "SA II"][self as usize]
     }
 
-    /// Where its range begins, where its threshold bends, and where its range ends, hertz (Table
-    /// 1).
+    /// Frequencies at which the range begins, the threshold bends and the range ends, hertz
+    /// (Table 1).
     pub const fn corners_hz(self) -> [f32; 3] {
         match self {
             Self::Fa1 => [0.5, 12.2, 67.0],
@@ -44,54 +48,28 @@ impl Receptor {
         }
     }
 
-    /// Its two lines (equations 1 to 4). The intercepts are the logarithms of 499, 52.1; 1690,
-    /// 2.00e-5; 43.5, 0.787; 501, 17.1.
+    /// Threshold below and above the bend (equations 1 to 4). The intercepts are the logarithms of
+    /// 499, 52.1; 1690, 2.00e-5; 43.5, 0.787; 501, 17.1.
     const fn lines(self) -> [Asymptote; 2] {
-        let [below, above] = match self {
-            Self::Fa1 => [(2.698_100_5, -0.890), (1.716_837_7, 0.0119)],
-            Self::Fa2 => [(3.227_886_7, -1.93), (-4.698_97, 1.39)],
-            Self::Sa1 => [(1.638_489_3, -0.545), (-0.104_025_27, 0.683)],
-            Self::Sa2 => [(2.699_837_7, -0.783), (1.232_996_1, -0.0340)],
-        };
-        [
-            Asymptote {
-                intercept: below.0,
-                slope: below.1,
-            },
-            Asymptote {
-                intercept: above.0,
-                slope: above.1,
-            },
-        ]
+        match self {
+            Self::Fa1 => [line(2.698_100_5, -0.890), line(1.716_837_7, 0.0119)],
+            Self::Fa2 => [line(3.227_886_7, -1.93), line(-4.698_97, 1.39)],
+            Self::Sa1 => [line(1.638_489_3, -0.545), line(-0.104_025_27, 0.683)],
+            Self::Sa2 => [line(2.699_837_7, -0.783), line(1.232_996_1, -0.0340)],
+        }
     }
 
-    /// Logarithm to the base of ten of the threshold in um from peak to peak, at a frequency and
-    /// its logarithm; none outside the receptor's range.
-    pub(crate) fn log_threshold(self, hz: f32, log_hz: f32) -> Option<f32> {
+    /// Logarithm to the base of ten of the threshold, um from peak to peak; none outside the
+    /// receptor's range.
+    pub(crate) fn log_threshold(self, hz: f32) -> Option<f32> {
         let [from, bend, to] = self.corners_hz();
         let [below, above] = self.lines();
         let line = if hz <= bend { below } else { above };
-        (from < hz && hz <= to).then_some(line.intercept + line.slope * log_hz)
+        (from < hz && hz <= to).then(|| line.intercept + line.slope * libm::log10f(hz))
     }
 
-    /// The ends of the threshold's two lines, below the bend and above it: frequency in hertz, um
-    /// from peak to peak. In logarithms the threshold is straight between them.
-    pub fn threshold_ends(self) -> [[(f32, f32); 2]; 2] {
-        let ([from, bend, to], [below, above]) = (self.corners_hz(), self.lines());
-        let at = |line: Asymptote, hz: f32| {
-            (
-                hz,
-                libm::exp10f(line.intercept + line.slope * libm::log10f(hz)),
-            )
-        };
-        [
-            [at(below, from), at(below, bend)],
-            [at(above, bend), at(above, to)],
-        ]
-    }
-
-    /// The threshold at a frequency, um from peak to peak; none outside the receptor's range.
+    /// Threshold at a frequency, um from peak to peak; none outside the receptor's range.
     pub fn threshold_um(self, hz: f32) -> Option<f32> {
-        self.log_threshold(hz, libm::log10f(hz)).map(libm::exp10f)
+        self.log_threshold(hz).map(libm::exp10f)
     }
 }

@@ -2,7 +2,6 @@
 
 use crate::abscissa::{self, Fitted, Setup, Tracker};
 use crate::faults::qualify::doubt;
-use crate::feeling::feel;
 use crate::ring::reached;
 use crate::schedule::GROWING_FRAMES_MIN;
 use crate::surface::lag::lag;
@@ -16,8 +15,8 @@ use core::f32::consts::PI;
 use ridgetone_proto::fault::FaultSet;
 use ridgetone_proto::settings::{Settings, SlideRule, TAXELS};
 use ridgetone_proto::telemetry::{
-    Abscissa, Channel, Direction, Estimate, Feel, Movement, OtherTone, Overtones, Span, Status,
-    Texture, Travel, TravelStatus,
+    Abscissa, Channel, Direction, Estimate, Movement, OtherTone, Overtones, Span, Status, Texture,
+    Travel, TravelStatus,
 };
 use ridgetone_tone::{Fit, FrameSource, OVERTONES, Overwritten, Values};
 
@@ -119,24 +118,6 @@ impl Estimator {
             }
         }
         fitted
-    }
-
-    /// What a finger would feel in a window; None where the settings have no conversion, and of a
-    /// whole slide.
-    pub fn feel(
-        &mut self,
-        window: &Window,
-        source: &mut dyn FrameSource,
-    ) -> Result<Option<Feel>, Overwritten> {
-        if !self.settings.feel.is_on() || window.span == Span::Slide {
-            return Ok(None);
-        }
-        feel(
-            window,
-            source,
-            self.tracker.fitter.scratch(),
-            &self.settings,
-        )
     }
 
     /// What is under the finger by the estimate of the latest [`Self::run`], if it is to be

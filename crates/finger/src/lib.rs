@@ -85,7 +85,6 @@ mod detector;
 mod estimator;
 mod event_builder;
 mod faults;
-mod feeling;
 mod frame;
 mod health;
 mod pipeline;
@@ -117,7 +116,6 @@ pub use wiring::{LowPass, Wiring};
 pub mod internals {
     pub use crate::abscissa::{Fitted, Setup, Tracker, fit};
     pub use crate::assembler::Assembler;
-    pub use crate::feeling::{MEMORY as FEEL_MEMORY, feel, image_ratio};
     pub use crate::schedule::{TRIM_FRAMES, window_frames_max};
     pub use crate::surface::{lag::lag, travel::by_phases};
     pub use crate::touch::averages::{Averager, Averages};

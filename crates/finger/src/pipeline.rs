@@ -10,7 +10,7 @@ use crate::frame::{PlainFrame, TimedConversion};
 use crate::ring::Ring;
 use crate::surface::odometry::Odometer;
 use crate::tasks::detect::{admit, take_message};
-use crate::tasks::fit::{feel, fit};
+use crate::tasks::fit::fit;
 use crate::tasks::shared::{Platform, Shared, Task};
 use crate::window::Window;
 use crate::wiring::Wiring;
@@ -147,9 +147,6 @@ impl Pipeline {
                 if let Some(texture) = texture {
                     emit(Event::Texture(texture));
                 }
-            }
-            if let Some(feel) = feel(window, estimator, &mut &*ring, shared) {
-                emit(Event::Feel(feel));
             }
         }
     }

@@ -8,7 +8,7 @@ use crate::window::Window;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::scan::TAXELS;
 use ridgetone_proto::settings::Settings;
-use ridgetone_proto::telemetry::{Measured, Span};
+use ridgetone_proto::telemetry::Span;
 use ridgetone_tone::{FRAMES_MIN, Values};
 
 /// Frames of touch detection left out at either end of a whole slide: its ends are known to within
@@ -78,8 +78,6 @@ pub(crate) struct WindowScheduler {
     touch_first: u32,
     /// Mean level of the taxels by the latest static image of this touch, volts; NaN without one.
     pub level_v: f32,
-    /// Tangential over normal force by the same.
-    pub force_ratio: Option<Measured>,
 }
 
 impl WindowScheduler {
@@ -98,7 +96,6 @@ impl WindowScheduler {
             whole: None,
             touch_first: 0,
             level_v: f32::NAN,
-            force_ratio: None,
         };
         scheduler.set(settings);
         scheduler
@@ -177,7 +174,7 @@ impl WindowScheduler {
             // A touch whose begin was not seen has no contact.
             Change::Contact { frame, .. } | Change::Release(frame) => {
                 self.touch_first = frame;
-                (self.level_v, self.force_ratio) = (f32::NAN, None);
+                self.level_v = f32::NAN;
             }
             Change::HoldEnd { .. } => {}
         }
@@ -260,7 +257,6 @@ impl WindowScheduler {
             slide_first,
             touch_first: self.touch_first,
             level_v: self.level_v,
-            force_ratio: self.force_ratio,
             plan: self.plan,
             odometry: Mark::NONE,
         });

@@ -2,7 +2,7 @@
 
 use crate::surface::odometry::Mark;
 use ridgetone_proto::plan::Plan;
-use ridgetone_proto::telemetry::{Measured, Span};
+use ridgetone_proto::telemetry::Span;
 use ridgetone_tone::{CHANNELS_MAX, Values};
 
 /// Frames to fit.
@@ -28,9 +28,6 @@ pub struct Window {
     /// Mean level of the taxels by the static image of the hold before the slide, volts; NaN
     /// without one.
     pub level_v: f32,
-    /// Tangential over normal force by the static image of the hold before the slide, if there is
-    /// one.
-    pub force_ratio: Option<Measured>,
     /// The plan of its frames.
     pub plan: Plan,
     /// What is known of a robot's motion by now.
@@ -50,7 +47,6 @@ impl Window {
             slide_first: 0,
             touch_first: 0,
             level_v: f32::NAN,
-            force_ratio: None,
             plan,
             odometry: Mark::NONE,
         }

@@ -4,10 +4,8 @@
 //! TOML and JSON, the command's options, the page's form, the guide's list and Python's class are
 //! made from it.
 
-mod old_plan;
 pub(crate) mod record;
 mod table;
-pub(crate) mod version_3;
 
 use crate::plan::{Plan, PlanError};
 pub use crate::scan::{FRAME_RATE_HZ, RING_FRAMES, TAXELS};
@@ -19,7 +17,7 @@ use serde::{Deserialize, Serialize};
 pub use table::{Bounds, Field, Kind, Limits, Setting, Value};
 
 // A row is a sentence, the id in flash, name, type, default, unit and bounds. An id never changes its
-// meaning: a setting of another type or meaning gets a new one, 24 or above. The plan comes first,
+// meaning: a setting of another type or meaning gets a new one, 31 or above. The plan comes first,
 // because the bounds of windows depend on it.
 table::settings! {
     /// Everything that a user can set.
@@ -103,19 +101,6 @@ table::settings! {
         /// in none of them is not used.
         20 alike: [u16; 4] = [0x1111, 0x2222, 0x4444, 0x8888], "masks", Between(0.0, 0.0),
             because "a taxel may be in one mask; these bits are in two";
-    }
-
-    /// What turns a vibration into what a finger feels (Sensors 18 (2018) 1588; the crate
-    /// `ridgetone-feel`). **Measure it with your own finger** on a surface of known roughness:
-    /// `ridgetone feel`. By default nobody knows the conversion of a finger that was not measured.
-    feel: Feeling "What a finger feels" {
-        /// Amplitude of a taxel's reading over the displacement from peak to peak (equation 6),
-        /// as `ridgetone feel` prints it for a window of 3 s; 0 for no event `feel`.
-        21 volts_per_um: f32 = 0.0, "V/um", ZeroOr(1e-9, 10.0);
-        /// Standard deviation of `feel.volts_per_um` over it.
-        22 sigma_fraction: f32 = 0.0, "share", Between(0.0, 1.0);
-        /// Tangential over normal force; 0 for that of the static image before the slide.
-        23 force_ratio: f32 = 0.0, "", Between(0.0, 100.0);
     }
 
     /// What a window may hold beside the tone. What is not declared is not modelled: fewer
@@ -225,13 +210,6 @@ impl Array {
     /// Whether somebody has measured pitch and edge phase on this finger.
     pub fn is_calibrated(&self) -> bool {
         self.edge_phase_sigma_rad < UNCALIBRATED_RAD
-    }
-}
-
-impl Feeling {
-    /// Whether events `feel` are reported.
-    pub fn is_on(&self) -> bool {
-        self.volts_per_um > 0.0
     }
 }
 

@@ -21,9 +21,6 @@
 //! | 128 to 251 | more pairs |
 //! | 252 to 255 | checksum of everything but the checksum in the middle |
 //!
-//! The first half looks like a whole record of version 3, which had 128 bytes. So firmware that
-//! writes version 3 counts on from a record that it cannot read, and numbers tell which settings
-//! were stored last whatever firmware stored them.
 //!
 //! The crate `sequential-storage` (8.0.2) lost settings: it judges a page by its first and last
 //! word, and an interrupted erasure leaves undefined data (RM0090, 3.6). It also takes 9.1 to 11.2
@@ -31,17 +28,15 @@
 
 use crate::boot::SettingsSource;
 use crate::framing::checksum;
-use crate::settings::{Kept, Settings, version_3};
+use crate::settings::{Kept, Settings};
 use embedded_storage::nor_flash::NorFlash;
 
 /// Version of a record's layout. New settings do not change it: they have new ids.
 const VERSION: u8 = 4;
-/// Version that is read too.
-const VERSION_BEFORE: u8 = 3;
 
 /// Bytes of a record.
 pub const RECORD_BYTES: usize = 2 * HALF_BYTES;
-/// Bytes of half a record, or of a whole one of version 3.
+/// Bytes of half a record, with its checksum.
 const HALF_BYTES: usize = 128;
 const SUM_BYTES: usize = 4;
 /// Bytes of a record without its two checksums, and of its first half.
@@ -84,13 +79,11 @@ pub struct NotStored;
 
 /// Place of a record, counted through both pages.
 type Slot = u32;
-/// Place of half a record, or of a whole one of version 3, counted through both pages.
-type Half = u32;
 
 /// A record that was found.
 struct Found {
     order: Age,
-    content: Content,
+    content: [u8; CONTENT_BYTES],
 }
 
 /// Age of a record: its number and its place in the store. A damaged record may have the number of
@@ -98,34 +91,22 @@ struct Found {
 #[derive(Clone, Copy, PartialEq, PartialOrd)]
 struct Age {
     number: u32,
-    half: Half,
+    slot: Slot,
 }
 
 /// Greater than the age of every record: an erased slot reads as this number.
 const NO_LIMIT: Age = Age {
     number: u32::MAX,
-    half: 0,
+    slot: 0,
 };
 
-/// What a whole record holds besides its checksums.
-struct Content {
-    bytes: [u8; CONTENT_BYTES],
-    version: u8,
-}
-
-impl Content {
-    /// Its settings. None if they cannot be understood, or are out of their bounds.
+impl Found {
+    /// Settings of the record. None if they cannot be understood, or are out of their bounds.
     fn kept(&self) -> Option<Kept> {
-        match self.version {
-            VERSION => Kept::read(self.bytes.get(BEFORE_SETTINGS..)?),
-            VERSION_BEFORE => version_3::read(self.bytes.get(BEFORE_SETTINGS..HEAD_BYTES)?),
+        match self.content.get(BEFORE_SETTINGS - 1) {
+            Some(&VERSION) => Kept::read(self.content.get(BEFORE_SETTINGS..)?),
             _ => None,
         }
-    }
-
-    /// Halves of a record that it comes from.
-    const fn halves(&self) -> u32 {
-        if self.version == VERSION { 2 } else { 1 }
     }
 }
 
@@ -164,9 +145,8 @@ impl<F: NorFlash> FlashStore<F> {
     /// Slots of both pages.
     const ALL: Slot = PAGES * Self::SLOTS;
 
-    const fn offset(half: Half) -> u32 {
-        let halves = 2 * Self::SLOTS;
-        half / halves * Self::PAGE_BYTES + half % halves * HALF_BYTES as u32
+    const fn offset(slot: Slot) -> u32 {
+        slot / Self::SLOTS * Self::PAGE_BYTES + slot % Self::SLOTS * RECORD_BYTES as u32
     }
 
     /// The next slot: in the same page, or the first one of the other page.
@@ -174,48 +154,39 @@ impl<F: NorFlash> FlashStore<F> {
         (slot + 1) % Self::ALL
     }
 
-    /// Some bytes. If they cannot be read zeros remain, which are neither whole nor erased.
-    fn read<const BYTES: usize>(&mut self, half: Half) -> [u8; BYTES] {
+    /// First bytes of a slot. If they cannot be read zeros remain, which are neither whole nor erased.
+    fn read<const BYTES: usize>(&mut self, slot: Slot) -> [u8; BYTES] {
         let mut bytes = [0; BYTES];
-        let _ = self.flash.read(Self::offset(half), &mut bytes);
+        let _ = self.flash.read(Self::offset(slot), &mut bytes);
         bytes
     }
 
-    /// The content of the record that begins here, if its checksums match.
-    fn whole(&mut self, half: Half) -> Option<Content> {
-        let first = self.read::<HALF_BYTES>(half);
-        let (head, sum) = first.split_last_chunk::<SUM_BYTES>()?;
-        if checksum(head) != u32::from_le_bytes(*sum) {
+    /// The content of the record in a slot, if its checksums match.
+    fn whole(&mut self, slot: Slot) -> Option<[u8; CONTENT_BYTES]> {
+        let record = self.read::<RECORD_BYTES>(slot);
+        let (first, second) = record.split_first_chunk::<HALF_BYTES>()?;
+        let (head, head_sum) = first.split_last_chunk::<SUM_BYTES>()?;
+        let (tail, sum) = second.split_last_chunk::<SUM_BYTES>()?;
+        if checksum(head) != u32::from_le_bytes(*head_sum) {
             return None;
         }
-        let version = *head.get(BEFORE_SETTINGS - 1)?;
-        let mut bytes = [0; CONTENT_BYTES];
-        bytes.get_mut(..HEAD_BYTES)?.copy_from_slice(head);
-        if version == VERSION {
-            if !half.is_multiple_of(2) {
-                return None;
-            }
-            let second = self.read::<HALF_BYTES>(half + 1);
-            let (tail, sum) = second.split_last_chunk::<SUM_BYTES>()?;
-            bytes.get_mut(HEAD_BYTES..)?.copy_from_slice(tail);
-            if checksum(&bytes) != u32::from_le_bytes(*sum) {
-                return None;
-            }
-        }
-        Some(Content { bytes, version })
+        let mut content = [0; CONTENT_BYTES];
+        content.get_mut(..HEAD_BYTES)?.copy_from_slice(head);
+        content.get_mut(HEAD_BYTES..)?.copy_from_slice(tail);
+        (checksum(&content) == u32::from_le_bytes(*sum)).then_some(content)
     }
 
     /// The latest whole record before `limit`. The search goes from the last slot back, where the
     /// newest record usually is, to compute few checksums.
     fn latest_before(&mut self, limit: Age) -> Option<Found> {
         let mut latest: Option<Found> = None;
-        for half in (0..2 * Self::ALL).rev() {
-            let number = u32::from_le_bytes(self.read(half));
-            let order = Age { number, half };
+        for slot in (0..Self::ALL).rev() {
+            let number = u32::from_le_bytes(self.read(slot));
+            let order = Age { number, slot };
             let is_later = latest.as_ref().is_none_or(|latest| order > latest.order);
             if order < limit
                 && is_later
-                && let Some(content) = self.whole(half)
+                && let Some(content) = self.whole(slot)
             {
                 latest = Some(Found { order, content });
             }
@@ -223,29 +194,21 @@ impl<F: NorFlash> FlashStore<F> {
         latest
     }
 
-    fn is_half_erased(&mut self, half: Half) -> bool {
-        // By words: a start looks at thousands of halves.
-        self.read::<HALF_BYTES>(half)
+    /// Whether a slot is erased.
+    fn is_erased(&mut self, slot: Slot) -> bool {
+        // By words: a start looks at thousands of slots.
+        self.read::<RECORD_BYTES>(slot)
             .as_chunks::<WORD_BYTES>()
             .0
             .iter()
             .all(|word| u32::from_ne_bytes(*word) == u32::MAX)
     }
 
-    /// Whether a slot is erased.
-    fn is_erased(&mut self, slot: Slot) -> bool {
-        self.is_half_erased(2 * slot) && self.is_half_erased(2 * slot + 1)
-    }
-
-    /// Whether nothing was begun after a record: unreadable data where the next one would be, by
-    /// this firmware or one of version 3, were meant to be a record.
+    /// Whether nothing was begun after a record: unreadable data in the next slot were meant to be
+    /// one.
     fn is_last(&mut self, found: &Found) -> bool {
-        let end = found.order.half + found.content.halves();
-        let next_slot = found.order.half / 2 + 1;
-        (end..=2 * next_slot).all(|half| {
-            let half = half % (2 * Self::ALL);
-            self.is_half_erased(half) || self.whole(half).is_some()
-        })
+        let next = Self::next(found.order.slot);
+        self.is_erased(next) || self.whole(next).is_some()
     }
 
     /// The next free slot after a record, or the first one: in the same page, or in the other one,
@@ -283,7 +246,7 @@ impl<F: NorFlash> Store for FlashStore<F> {
         let mut limit = NO_LIMIT;
         while let Some(found) = self.latest_before(limit) {
             // Another version, or out of bounds: use the record before it.
-            let Some(kept) = found.content.kept() else {
+            let Some(kept) = found.kept() else {
                 limit = found.order;
                 continue;
             };
@@ -312,16 +275,15 @@ impl<F: NorFlash> Store for FlashStore<F> {
         let number = latest.map_or(0, |order| order.number.wrapping_add(1));
         let record = record(number, settings).ok_or(NotStored)?;
 
-        let keep = latest.map(|order| order.half / 2);
+        let keep = latest.map(|order| order.slot);
         let mut after = keep;
         let mut saved = Saved::AtOnce;
         for _ in 0..TRIES {
             let (slot, how) = self.next_slot(after, keep, may_erase)?;
             saved = if how == Saved::Erasing { how } else { saved };
-            let half = 2 * slot;
             // A slot that cannot be read back is worn: try the next one.
-            if self.flash.write(Self::offset(half), &record).is_ok()
-                && self.read::<RECORD_BYTES>(half).iter().eq(&record)
+            if self.flash.write(Self::offset(slot), &record).is_ok()
+                && self.read::<RECORD_BYTES>(slot).iter().eq(&record)
             {
                 return Ok(saved);
             }

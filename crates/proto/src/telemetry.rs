@@ -5,7 +5,6 @@ mod decoder;
 mod estimate;
 mod event;
 mod events;
-mod feel;
 mod image;
 mod packet;
 mod starts;
@@ -18,7 +17,6 @@ pub use estimate::{
 };
 pub use event::*;
 pub use events::Events;
-pub use feel::{BANDS, Feel, Measured, NO_LEVEL, RECEPTORS};
 pub use image::{Hold, Image, Pressed};
 pub use packet::{PROTOCOL, Packet, encode, longest_packet};
 pub use starts::Starts;

@@ -5,13 +5,13 @@ mod other_firmware;
 
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 use hal_mock::CutFlash;
-use other_firmware::{OLD_BYTES, WRITTEN, with_pairs};
+use other_firmware::with_pairs;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use ridgetone_proto::boot::SettingsSource;
 use ridgetone_proto::framing::checksum;
-use ridgetone_proto::plan::{HealthReadings, Own, Plan};
-use ridgetone_proto::settings::{Array, Settings, Slide, SlideRule, TABLE};
+use ridgetone_proto::plan::Plan;
+use ridgetone_proto::settings::{Settings, TABLE};
 use ridgetone_proto::store::{FlashStore, NotStored, Saved, Store, WORD_BYTES};
 
 /// Bytes of a record, as the flash counts them.
@@ -334,81 +334,6 @@ fn with_bytes(bytes: &[u8]) -> CutFlash<{ 10 * RECORD_BYTES }> {
 }
 
 #[test]
-fn what_the_firmware_before_stored_is_read_and_migrated() {
-    let array = Array {
-        pitch_mm: 2.25,
-        edge_phase_rad: -0.5,
-        edge_phase_sigma_rad: 0.02,
-        period_min_mm: 1.5,
-        period_max_mm: 3.5,
-        may_go_forward: false,
-        front: 0x0f0f,
-        alike: [1, 2, 4, 0xff00],
-        ..Array::DEFAULT
-    };
-    let plan = Plan {
-        inputs: 0x00ff,
-        health: HealthReadings::BetweenTouches,
-        // DRATE 2, DLY 1, CHOP 1: 2 x 128 (4 + 4.265625 + 1) clock periods for each of eight inputs
-        // (SBAS297G, data rate equations).
-        frame_ticks: 8 * 2372,
-        own: Own {
-            bits: 2 | 1 << 2 | 1 << 5 | 1 << 6,
-            ..Plan::PAPER.own
-        },
-        ..Plan::PAPER
-    };
-    let mut all = Settings {
-        window_s: 0.3,
-        stride_s: 0.15,
-        harmonics: 3,
-        accuracy: 0.005,
-        interferer_hz: 50.0,
-        vref_v: 2.5,
-        slide: Slide {
-            rule: SlideRule::Protocol,
-            delay_s: 0.5,
-            speed_mm_s: 22.5,
-            length_mm: 40.0,
-        },
-        array,
-        ..Settings::DEFAULT
-    };
-    all.plan = plan;
-    all.feel.volts_per_um = 0.002;
-    all.feel.sigma_fraction = 0.1;
-    all.feel.force_ratio = 0.6;
-    // The stride that the plan had then.
-    let hand = Settings {
-        stride_s: 0.1,
-        ..Settings::DEFAULT.with_plan(Plan::HAND)
-    };
-    for (records, expected) in [
-        (1, (all, SettingsSource::Migrated)),
-        (2, (Settings::DEFAULT, SettingsSource::Default)),
-        (3, (hand, SettingsSource::Migrated)),
-    ] {
-        let flash = with_bytes(&WRITTEN[..records * OLD_BYTES]);
-        assert_eq!(found(&flash), expected, "{records} records");
-        let mut store = FlashStore::new(flash);
-        assert_eq!(store.save(Some(&settings(1)), false), Ok(Saved::AtOnce));
-        let stored = (settings(1), SettingsSource::Stored);
-        assert_eq!(found(&store.release()), stored, "{records} records");
-    }
-    // A record that was begun, by either firmware, is missed.
-    for place in [OLD_BYTES, RECORD_BYTES as usize] {
-        let flash = with_bytes(&WRITTEN[..OLD_BYTES]);
-        let begun = flash.bytes.clone();
-        let flash = flash.with_bytes(|at| if at == place { 0 } else { begun[at] });
-        assert_eq!(
-            found(&flash),
-            (all, SettingsSource::StoredBefore),
-            "{place}"
-        );
-    }
-}
-
-#[test]
 fn an_id_from_the_future_is_skipped_and_one_that_is_missing_has_its_default() {
     let kept = Settings {
         harmonics: 2,
@@ -432,12 +357,6 @@ fn an_id_from_the_future_is_skipped_and_one_that_is_missing_has_its_default() {
             assert_eq!(load(&more), (kept, SettingsSource::Migrated), "{place}");
         }
     }
-    // The plan as the ADS1258's registers: inputs, DRATE, DLY, CHOP, readings, clock.
-    let mut before = pairs.clone();
-    let of_plan = before.iter_mut().find(|(id, _)| *id == 30);
-    let old_plan = [0xff, 0xff, 0x03, 3, 0, 0, 1, 0x80, 0x80, 0xc0, 0x07];
-    *of_plan.expect("a plan") = (1, old_plan.to_vec());
-    assert_eq!(load(&before), (kept, SettingsSource::Migrated));
     let default = Settings {
         harmonics: Settings::DEFAULT.harmonics,
         ..kept
@@ -474,44 +393,8 @@ fn the_second_half_belongs_to_its_first() {
     }
     let bytes = store.release().bytes;
     let (first, second) = bytes.split_at(RECORD_BYTES as usize);
-    let mixed = [&first[..OLD_BYTES], &second[OLD_BYTES..2 * OLD_BYTES]].concat();
+    let half = first.len() / 2;
+    let mixed = [&first[..half], &second[half..2 * half]].concat();
     let damaged = (Settings::DEFAULT, SettingsSource::Damaged);
     assert_eq!(found(&with_bytes(&mixed)), damaged);
-}
-
-/// Firmware goes back and forth between this version and the one before: what was stored last is
-/// found, whoever stored it, and only what this firmware stored counts as `stored`.
-#[test]
-fn after_downgrades_and_upgrades_the_latest_settings_are_found() {
-    let (number, window_s) = (2, Settings::DEFAULT.with_plan(Plan::HAND).window_s);
-    let copied = other_firmware::record(number, window_s);
-    assert_eq!(copied, WRITTEN[2 * OLD_BYTES..], "it is written as it was");
-
-    let (mut downgrades, mut erased) = (0, 0);
-    for seed in 0..200 {
-        let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let mut flash = CutFlash::<{ 3 * RECORD_BYTES }>::new(seed);
-        let mut was_old = true;
-        for number in 0..30 {
-            let is_old = random.next_u32().is_multiple_of(2);
-            let expected = if is_old {
-                let settings = other_firmware::settings(number);
-                other_firmware::save(&mut flash, &settings);
-                downgrades += u32::from(!was_old);
-                (settings, SettingsSource::Migrated)
-            } else {
-                let mut store = FlashStore::new(flash);
-                assert!(store.save(Some(&settings(number)), true).is_ok());
-                flash = store.release();
-                (settings(number), SettingsSource::Stored)
-            };
-            assert_eq!(found(&flash), expected, "seed {seed}, save {number}");
-            let (latest, _) = other_firmware::newest(&mut flash).expect("a record");
-            assert_eq!(u64::from(latest), number, "numbers go on");
-            was_old = is_old;
-        }
-        erased += flash.erased;
-        assert_eq!(flash.wrong, 0);
-    }
-    assert!(downgrades > 1000 && erased > 500, "{downgrades} {erased}");
 }

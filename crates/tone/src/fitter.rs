@@ -60,11 +60,6 @@ impl Fitter {
         }
     }
 
-    /// Memory that holds nothing between fits.
-    pub fn scratch(&mut self) -> &mut [f32] {
-        self.blocks.scratch()
-    }
-
     /// Fits all usable channels of a span.
     ///
     /// # Errors

@@ -5,6 +5,7 @@
 //! are equal to the last bit. `ridgetone/__init__.py` makes Python's types of it.
 
 mod array;
+mod feel;
 mod live;
 mod words;
 mod work;
@@ -53,7 +54,8 @@ fn _ridgetone(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<live::Board>()?;
     module.add_class::<work::Fitted>()?;
     module.add_function(wrap_pyfunction!(work::fit, module)?)?;
-    module.add_function(wrap_pyfunction!(work::feel, module)?)?;
+    module.add_function(wrap_pyfunction!(feel::feel, module)?)?;
+    module.add_function(wrap_pyfunction!(feel::volts_per_um, module)?)?;
     module.add_function(wrap_pyfunction!(work::replay, module)?)?;
     module.add_function(wrap_pyfunction!(work::settings, module)?)?;
     module.add_function(wrap_pyfunction!(work::messages, module)?)

@@ -1,12 +1,10 @@
-//! The command's work on recordings: `fit`, `feel`, `replay`, and its forms of settings and
-//! messages.
+//! The command's work on recordings: `fit`, `replay`, and its forms of settings and messages.
 
 use crate::array::Samples;
 use crate::raised;
 use crate::words::of_python;
 use anyhow::{Context, Result};
 use pyo3::prelude::*;
-use ridgetone_feel::Reference;
 use ridgetone_host::events::{self, JsonLines};
 use ridgetone_host::input::{Input, Source, frame_rate_hz};
 use ridgetone_host::messages::{Form, messages as all_messages};
@@ -18,7 +16,7 @@ use ridgetone_host::samples;
 use ridgetone_host::speed::{Column, Quantity};
 use ridgetone_host::table_fit::{Band, Selection, TableFit};
 use ridgetone_host::{
-    detection, feel as felt, fit_picture, fit_report, replay as player, settings_form, touch_part,
+    detection, fit_picture, fit_report, replay as player, settings_form, touch_part,
 };
 use ridgetone_proto::settings::{Declared, Settings};
 use ridgetone_proto::telemetry::Packet;
@@ -112,68 +110,6 @@ pub fn fit(
             fit,
         };
         Ok((json, remarks, fitted))
-    };
-    py.detach(run).map_err(raised)
-}
-
-/// The reference surface, from a `dict` with these keys.
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
-pub struct Surface {
-    ra_um: f32,
-    rsm_mm: f32,
-    speed_mm_s: f32,
-    ra_sigma_um: f32,
-}
-
-/// What `feel` prints as JSON, and what to look at.
-#[pyfunction]
-#[expect(clippy::too_many_arguments, reason = "the options of `ridgetone feel`")]
-pub fn feel(
-    py: Python<'_>,
-    samples: &Samples,
-    surface: Surface,
-    reference: Option<&Samples>,
-    rate_hz: Option<f64>,
-    from_s: Option<f64>,
-    to_s: Option<f64>,
-    columns: Vec<String>,
-    window_s: Option<f64>,
-    m: Option<(f32, f32)>,
-    coefficients: Option<PathBuf>,
-) -> PyResult<(String, Vec<String>)> {
-    let surface = Reference {
-        ra_um: surface.ra_um,
-        ra_sigma_um: surface.ra_sigma_um,
-        rsm_mm: surface.rsm_mm,
-        speed_mm_s: surface.speed_mm_s,
-    };
-    let reference = felt::KnownSurface {
-        surface,
-        samples: reference.map(|samples| samples.0.clone()),
-    };
-    let selection = Selection {
-        rate_hz,
-        from_s,
-        to_s,
-        columns,
-        ..Selection::default()
-    };
-    let run = || -> Result<_> {
-        let coefficients = coefficients
-            .as_deref()
-            .map_or_else(|| Ok(felt::Coefficients::paper()), felt::Coefficients::load)?;
-        let options = felt::Options {
-            selection,
-            window_s,
-            as_window_s: coefficients.window_s,
-            reference,
-        };
-        let felt = felt::measure(&samples.0, &options, &mut |_| {})?;
-        Ok((
-            felt::json(&felt, &coefficients, m)?,
-            named(&felt.file, felt.guessed.as_ref()).collect(),
-        ))
     };
     py.detach(run).map_err(raised)
 }

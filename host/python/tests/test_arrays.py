@@ -131,7 +131,6 @@ def test_errors_have_the_commands_text_and_pythons_arguments(tmp_path: Path, ref
         (lambda: rt.fit(sine(), time_s=[0, 1]), "2 times for 1000 rows"),
         (lambda: rt.fit(sine(), names=["a"], rate_hz=1), "1 names for 3 columns"),
         (lambda: rt.fit(sine(10), time_s=[0, 1, 2, 3, 4, 5, 6, 7, 9, 8]), "row 10: the time does not increase: 8 s after 9 s"),
-        (lambda: rt.feel(sine(), {"ra_um": 1}, 100), "rsm_mm"),
         (lambda: rt.settings(window=1), "no setting `window`: choose from plan, window_s"),
         (lambda: rt.live("emulated", usb_serial=None, scene="none.toml"), "none.toml"),
         (lambda: rt.live(once=True), "emulated"),

@@ -52,37 +52,12 @@ def test_replay_of_a_scene(name: str, run: Run) -> None:
     same(rt.replay(scene=f"{Path(__file__).parents[3]}/hal-mock/scenes/{name}.toml"), printed)
 
 
-def test_events_of_what_a_finger_feels(tmp_path: Path, run: Run) -> None:
-    known = tmp_path / "known.toml"
-    known.write_text("[feel]\nvolts_per_um = 2e-6\nsigma_share = 0.1\nforce_ratio = 1.4\n")
-    printed = run("replay", "--json", "--settings", known)
-    events = rt.replay(settings={"feel": {"volts_per_um": 2e-6, "sigma_fraction": 0.1, "force_ratio": 1.4}})
-    same(events, printed)
-    felt = [event for event in events if isinstance(event, rt.Feel)]
-    assert len(felt) == sum(isinstance(event, rt.Estimate) and event.span == "window" for event in events) > 3
-    assert all(set(rt.Feel.__annotations__) < set(event) for event in felt)
-    names = {found.receptor: found.get("absent") for found in felt[-1].receptors}
-    assert list(names) == ["fa1", "fa2", "sa1", "sa2"] and names["fa1"] is None and "1600" in names["fa2"]
-    assert felt[-1].receptors[0].intensity_per_hz > 0.0 and felt[-1].receptors[1].intensity_per_hz is None
-    assert felt[-1].m == 1.4 and 1.0 < felt[-1].scores[0].score < 7.0 and felt[-1].scores[1].score is None
-    assert rt.settings(feel={"sigma_fraction": 0.25}).feel.sigma_fraction == 0.25
-
-
 def test_textures(run: Run) -> None:
     events = rt.replay()
     same(events, run("replay", "--json"))
     [texture] = [event for event in events if isinstance(event, rt.Texture)]
     assert set(rt.Texture.__annotations__) < set(texture)
     assert abs(texture.period_mm - 3.6) < 4 * texture.period_sigma_mm and texture.plan == "paper"
-
-
-def test_feel(recordings: dict[str, Path], run: Run) -> None:
-    surface = "ra_um=0.5,rsm_mm=0.5,speed_mm_s=10"
-    [printed] = run("feel", recordings["fast"], "--json", "--reference", surface, "--m", "1.2+-0.1")
-    known = {"ra_um": 0.5, "rsm_mm": 0.5, "speed_mm_s": 10}
-    same(rt.feel(recordings["fast"], known, m=(1.2, 0.1)), printed)
-    recording = rt.read(recordings["fast"])
-    same(rt.feel(recording, {**known, "samples": recording}, m=(1.2, 0.1)), printed)
 
 
 def test_telemetry_in_every_form(telemetry: dict[str, Path], run: Run) -> None:

@@ -11,7 +11,7 @@ use std::net::SocketAddr;
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Topics are /<board>/<finger>/ and frames, contact, tone, feel, texture, diagnostics or health. Frames are best effort; all other
+Topics are /<board>/<finger>/ and frames, contact, tone, texture, diagnostics or health. Frames are best effort; all other
 messages are reliable. Losses of a slow or dead receiver are counted, and reported to it when it is back.
 `cargo install --path host --features foxglove,mqtt` builds a command with both receivers. For ROS 2, Zenoh and LSL see
 the guide, docs/guide/5-live-data.md.

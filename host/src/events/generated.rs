@@ -17,9 +17,8 @@ const BEGIN: &str = "<!-- `cargo xtask events` writes what follows. -->\n";
 const END: &str = "<!-- End of what `cargo xtask events` writes. -->\n";
 
 /// Units by the end of a field's name; the first that fits counts.
-const UNITS: [(&str, &str); 22] = [
+const UNITS: [(&str, &str); 20] = [
     ("hz_per_s", "Hz/s"),
-    ("per_hz", ""),
     ("per_mm2", "1/mm^2"),
     ("per_mm", "1/mm"),
     ("mm_s", "mm/s"),
@@ -31,7 +30,6 @@ const UNITS: [(&str, &str); 22] = [
     ("_bytes", "byte"),
     ("_cycles", "cycles"),
     ("_rad", "rad"),
-    ("_db", "dB"),
     ("_v2", "V^2"),
     ("volts", "V"),
     ("_us", "us"),

@@ -1,9 +1,9 @@
 //! Messages as rows of a table: a column for each value of the schema.
 //!
 //! A column has the name of its field. Objects within a message put their name in front, and so do
-//! lists of a fixed length, with the number of the item or its first field if that is a word:
-//! `odometry_lost`, `registers_3`, `receptors_fa1_intensity`. Words in a list are joined. Lists
-//! of objects whose length varies are left out, and so are values of a message that are not known.
+//! lists of a fixed length, with the number of the item: `odometry_lost`, `registers_3`. Words in a
+//! list are joined. Lists of objects whose length varies are left out, and so are values of a
+//! message that are not known.
 
 use super::schema;
 use serde_json::{Map, Value};
@@ -20,15 +20,15 @@ const LEFT_OUT: [&str; 8] = [
     "clock_skew_sigma_ppm",
 ];
 
-/// Columns of messages of this `type`; `example` is one of them.
-pub fn columns(kind: &str, example: &Value) -> Vec<Column> {
+/// Columns of messages of this `type`.
+pub fn columns(kind: &str) -> Vec<Column> {
     let mut columns = Vec::new();
     let root = Column {
         name: String::new(),
         pointer: String::new(),
     };
     if let Some(schema) = schema::of(kind) {
-        extend(&mut columns, &root, schema, example);
+        extend(&mut columns, &root, schema);
     }
     columns.retain(|column| !LEFT_OUT.contains(&column.name.as_str()));
     columns
@@ -69,11 +69,11 @@ impl Column {
     }
 }
 
-fn extend(columns: &mut Vec<Column>, at: &Column, schema: &Value, example: &Value) {
+fn extend(columns: &mut Vec<Column>, at: &Column, schema: &Value) {
     match kind(schema) {
         "object" => {
             for (key, property) in properties(schema) {
-                extend(columns, &at.inner(key, key), property, &example[key]);
+                extend(columns, &at.inner(key, key), property);
             }
         }
         "array" if kind(&schema["items"]) == "string" => columns.push(at.clone()),
@@ -81,25 +81,11 @@ fn extend(columns: &mut Vec<Column>, at: &Column, schema: &Value, example: &Valu
             let (least, most) = (&schema["minItems"], &schema["maxItems"]);
             let length = least.as_u64().filter(|_| least == most).unwrap_or(0);
             for number in 0..length as usize {
-                item(columns, at, number, &schema["items"], &example[number]);
+                let key = number.to_string();
+                extend(columns, &at.inner(&key, &key), &schema["items"]);
             }
         }
         _ => columns.push(at.clone()),
-    }
-}
-
-/// Columns of an item of a list of a fixed length.
-fn item(columns: &mut Vec<Column>, at: &Column, number: usize, schema: &Value, example: &Value) {
-    let key = number.to_string();
-    let first = properties(schema).next().map(|(first, _)| first.as_str());
-    match first.and_then(|first| Some((first, example[first].as_str()?))) {
-        None => extend(columns, &at.inner(&key, &key), schema, example),
-        Some((first, word)) => {
-            let at = at.inner(word, &key);
-            for (key, property) in properties(schema).filter(|(key, _)| *key != first) {
-                extend(columns, &at.inner(key, key), property, &example[key]);
-            }
-        }
     }
 }
 
@@ -139,7 +125,7 @@ mod tests {
         health.faults[1] = 4;
         let event = Event::Health(health);
         let message = serde_json::to_value(serializable(&Packet { sequence: 3, event })).unwrap();
-        let columns = columns("health", &message);
+        let columns = columns("health");
         let value = |name: &str| {
             let column = columns.iter().find(|column| column.name == name);
             column.expect("a column").text(&message)

@@ -3,7 +3,6 @@
 use super::rows::{self, Column};
 use super::serializable;
 use crate::digits::{hex, seconds, significant, with_sigma};
-use crate::feel::event::words;
 use crate::names::name;
 use crate::overtones::overtones;
 use crate::remarks::{phrases, remedy};
@@ -45,7 +44,6 @@ pub fn text(packet: &Packet) -> String {
         Event::Image(e) => line(e.end_us, "image", &image(e)),
         Event::Fault(e) => line(e.until_us.unwrap_or(e.from_us), "fault", &fault(e)),
         Event::Reply(e) => format!("{:>10}  reply     {}", "", reply(e)),
-        Event::Feel(e) => line(e.t_us, "feel", &words(e)),
         Event::Texture(e) => line(e.t_us, "texture", &texture(e)),
         Event::Converter(e) => line(e.t_us, "converter", &converter(e)),
         Event::Raw(e) => line(
@@ -67,7 +65,7 @@ fn kind(packet: &Packet) -> String {
 fn values(packet: &Packet) -> String {
     // What cannot be JSON has no values.
     let message = serde_json::to_value(serializable(packet)).unwrap_or_default();
-    let columns = rows::columns(&kind(packet), &message);
+    let columns = rows::columns(&kind(packet));
     let value = |column: &Column| format!("{} {}", column.name, column.text(&message));
     columns.iter().map(value).collect::<Vec<_>>().join(", ")
 }

@@ -68,7 +68,6 @@ pub enum View {
     Fault(Fault),
     Reply(Reply),
     Raw(Box<Raw>),
-    Feel(Box<Feel>),
     Texture(Texture),
     Converter(Converter),
 }
@@ -87,7 +86,6 @@ impl Message {
             Event::Fault(event) => View::Fault(event.into()),
             Event::Reply(event) => View::Reply(event.into()),
             Event::Raw(event) => View::Raw(Box::new(Raw::new(event, vref_v))),
-            Event::Feel(event) => View::Feel(Box::new(event.into())),
             Event::Texture(event) => View::Texture(event.into()),
             Event::Converter(event) => View::Converter(event.into()),
         };
@@ -585,83 +583,6 @@ impl Raw {
     }
 }
 
-/// What a finger feels, with each window of a slide: how receptors fire, and what people would say.
-/// What has no value has the reason in `absent`. The board reports it once it knows
-/// `feel.volts_per_um`.
-#[derive(Clone, Debug, Serialize)]
-#[cfg_attr(test, derive(JsonSchema))]
-pub struct Feel {
-    /// Device time of the window's end.
-    pub t_s: f64,
-    /// Length of what was transformed: the latest part of the slide, a power of two of values.
-    pub window_s: f32,
-    /// Values a second in the window: frames, or means of a few of them.
-    pub rate_hz: f32,
-    /// Bit k: taxel k counts.
-    pub taxels: u16,
-    /// Kinds of faults since the window began.
-    #[cfg_attr(test, schemars(with = "Vec<FaultKind>"))]
-    pub faults: FaultSet,
-    /// Tangential over normal force: the settings', or that of the hold before the slide.
-    pub m: Option<f32>,
-    /// Standard deviation of `m`.
-    pub m_sigma: Option<f32>,
-    /// How each kind of receptor fires, mean of the taxels.
-    pub receptors: [Receptor; wire::RECEPTORS],
-    /// What people would say, from 1 to 7.
-    pub scores: [Score; 2],
-    /// Strongest line in each third of an octave from 0.5 to 813 Hz that has one.
-    pub spectrum: Vec<Level>,
-}
-
-/// How a kind of receptor fires.
-#[derive(Clone, Debug, Serialize)]
-#[cfg_attr(test, derive(JsonSchema))]
-pub struct Receptor {
-    /// Kind of the receptor: `fa1`, `fa2`, `sa1` or `sa2`.
-    pub receptor: &'static str,
-    /// Firing intensity: the sum over the bins of a window of 3 s.
-    pub intensity: Option<f32>,
-    /// Standard deviation of the intensity.
-    pub intensity_sigma: Option<f32>,
-    /// Firing intensity with one term a hertz.
-    pub intensity_per_hz: Option<f32>,
-    /// Standard deviation of the intensity with one term a hertz.
-    pub intensity_per_hz_sigma: Option<f32>,
-    /// Why there is no intensity.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub absent: Option<String>,
-}
-
-/// A score on the scale of the paper.
-#[derive(Clone, Debug, Serialize)]
-#[cfg_attr(test, derive(JsonSchema))]
-pub struct Score {
-    /// Name of the score: `soft` or `rough`.
-    pub name: String,
-    /// The score, from 1 to 7.
-    pub score: Option<f32>,
-    /// Standard deviation of the score.
-    pub score_sigma: Option<f32>,
-    /// Whether the paper's coefficients give a score that no person could give.
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
-    #[cfg_attr(test, schemars(default))]
-    pub outside_scale: bool,
-    /// Why there is no score.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub absent: Option<String>,
-}
-
-/// The strongest line in a third of an octave.
-#[derive(Clone, Debug, Serialize)]
-#[cfg_attr(test, derive(JsonSchema))]
-pub struct Level {
-    /// Middle of the band.
-    pub hz: f32,
-    /// Level over one micrometre from peak to peak, root mean square over the taxels.
-    pub level_db: i8,
-}
-
 /// What is under the finger: once a touch, on request with `hello`, and again when it has changed
 /// by more than three standard deviations of the difference.
 #[derive(Clone, Debug, Serialize)]
@@ -786,7 +707,6 @@ pub fn schemas() -> Vec<(&'static str, serde_json::Value)> {
         ("contact", with_envelope::<Contact>()),
         ("slide", with_envelope::<Slide>()),
         ("estimate", with_envelope::<Estimate>()),
-        ("feel", with_envelope::<Feel>()),
         ("texture", with_envelope::<Texture>()),
         ("release", with_envelope::<Release>()),
         ("image", with_envelope::<Image>()),

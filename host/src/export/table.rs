@@ -21,9 +21,6 @@ pub enum Kind {
     Frames,
     /// A row for each second: counters and readings.
     Health,
-    /// A row for each event `feel`: what receptors would fire, and scores; unknown values are
-    /// empty.
-    Feel,
     /// A row for each event `texture`: what is under the finger; unknown values are empty.
     Texture,
 }
@@ -35,7 +32,6 @@ impl Kind {
             Self::Estimates => "estimate",
             Self::Frames => "raw",
             Self::Health => "health",
-            Self::Feel => "feel",
             Self::Texture => "texture",
         }
     }
@@ -73,7 +69,7 @@ fn values(
             return Ok(());
         }
         if *rows == 0 {
-            columns = rows::columns(kind, &message);
+            columns = rows::columns(kind);
             csv.write_record(columns.iter().map(|column| &column.name))?;
         }
         *rows += 1;

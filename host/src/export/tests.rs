@@ -7,19 +7,9 @@ use crate::serve::schema;
 use crate::serve::topic::Topic;
 use crate::{recording, replay};
 use hal_mock::Table;
-use ridgetone_proto::settings::{Feeling, Settings, TAXELS};
+use ridgetone_proto::settings::{Settings, TAXELS};
 use ridgetone_proto::telemetry::{Event, Packet, Raw, WIRE_MAX, encode};
 use std::path::PathBuf;
-
-/// What a finger feels is reported: two microvolts are a micrometre.
-const SETTINGS: Settings = Settings {
-    feel: Feeling {
-        volts_per_um: 2e-6,
-        sigma_fraction: 0.1,
-        force_ratio: 1.4,
-    },
-    ..Settings::DEFAULT
-};
 
 /// A recording of the default scene and of 100 raw frames, of which the one with number 50 lacks a
 /// taxel.
@@ -27,7 +17,7 @@ fn recorded(folder: &Path) -> PathBuf {
     let path = folder.join("touch.rec");
     let mut bytes = replay::run(
         Input::default().open().unwrap(),
-        SETTINGS,
+        Settings::DEFAULT,
         None,
         &mut |_| Ok(()),
         &mut |_, _| {},
@@ -102,41 +92,6 @@ fn estimates_and_health_have_a_row_each_and_no_number_where_none_is_known() {
         csv::Reader::from_reader(csv.as_slice()).records().count(),
         6
     );
-}
-
-#[test]
-fn what_a_finger_feels_has_a_row_each_and_nothing_where_it_is_absent() {
-    let (csv, _) = exported(Format::Csv, Kind::Feel);
-    let mut rows = csv::Reader::from_reader(csv.as_slice());
-    let header = rows.headers().unwrap().clone();
-    let column = |name: &str| header.iter().position(|found| found == name).unwrap();
-    let rows: Vec<_> = rows.records().map(Result::unwrap).collect();
-    assert!(rows.len() > 3);
-    for row in &rows {
-        let value = |name: &str| row[column(name)].parse::<f64>().ok();
-        assert!(
-            value("receptors_fa1_intensity_per_hz") > Some(0.0)
-                && value("receptors_fa1_intensity_per_hz_sigma") > Some(0.0),
-            "{row:?}"
-        );
-        assert!((value("m").unwrap() - 1.4).abs() < 1e-6 && value("m_sigma") == Some(0.0));
-        // 241 frames a second are too few for FA II, and Rough needs it.
-        assert_eq!(
-            [
-                value("receptors_fa2_intensity_per_hz"),
-                value("receptors_sa2_intensity_per_hz"),
-                value("scores_rough_score"),
-                value("scores_rough_score_sigma")
-            ],
-            [None; 4]
-        );
-        // Equation 11 over SA I of the paper's three seconds.
-        let soft = 5.59 - 0.002 * 3.0 * value("receptors_sa1_intensity_per_hz").unwrap();
-        assert!(
-            (value("scores_soft_score").unwrap() - soft).abs() < 1e-5,
-            "{row:?}"
-        );
-    }
 }
 
 #[test]
@@ -218,7 +173,7 @@ fn mcap_holds_every_packet_on_the_topics_of_serve() {
             ],
             ["ridgetone", "finger", env!("CARGO_PKG_VERSION")]
         );
-        let settings = crate::settings_form::json(&SETTINGS).unwrap();
+        let settings = crate::settings_form::json(&Settings::DEFAULT).unwrap();
         assert_eq!(metadata["settings"], settings);
         let schema: serde_json::Value = serde_json::from_slice(&schema.data).unwrap();
         let value: serde_json::Value = serde_json::from_slice(&message.data).unwrap();
@@ -241,5 +196,5 @@ fn mcap_holds_every_packet_on_the_topics_of_serve() {
     assert!(!summary.chunk_indexes.is_empty());
     let count = |topic: &str| kinds[&format!("/ridgetone/finger/{topic}")];
     assert_eq!((count("frames"), count("texture")), (100, 1));
-    assert!(count("feel") > 3 && count("contact") > 4);
+    assert!(count("contact") > 4);
 }

@@ -143,6 +143,11 @@ impl Feed {
         }
         if let Some(protocol) = self.decoder.foreign {
             let name = self.name();
+            if !self.source.has_board() {
+                bail!(
+                    "{name}: holds protocol {protocol}, this command reads protocol {PROTOCOL}: open it with the version that wrote it"
+                );
+            }
             bail!(
                 "{name}: the board speaks protocol {protocol}, this command {PROTOCOL}: build both from one version"
             );

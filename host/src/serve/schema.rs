@@ -127,7 +127,7 @@ mod tests {
     use crate::utc::Receipt;
     use ridgetone_proto::command::{Outcome, Reply};
     use ridgetone_proto::fault::{Fault, FaultKind};
-    use ridgetone_proto::settings::{Feeling, Settings};
+    use ridgetone_proto::settings::Settings;
     use ridgetone_proto::telemetry::{ConverterState, Event, Packet, Raw};
     use std::collections::BTreeSet;
     use std::sync::Arc;
@@ -172,15 +172,7 @@ mod tests {
                 }),
             )?)
         };
-        let feel = Feeling {
-            volts_per_um: 2e-6,
-            sigma_fraction: 0.1,
-            force_ratio: 1.4,
-        };
-        let mut settings = Settings {
-            feel,
-            ..Settings::DEFAULT
-        };
+        let mut settings = Settings::DEFAULT;
         // A finger that was calibrated knows the direction.
         settings.array.edge_phase_sigma_rad = 0.01;
         crate::replay::run(
@@ -247,10 +239,6 @@ mod tests {
                 seen.insert((topic, name.clone()));
             }
         }
-        assert!(
-            seen.iter()
-                .any(|(topic, name)| *topic == Topic::Feel && name == "receptors")
-        );
         // Nothing is described that does not exist, but for what only some messages have.
         for topic in Topic::ALL {
             let schema = json(topic);

@@ -15,8 +15,6 @@ pub enum Topic {
     Contact,
     /// Estimates of the tone.
     Tone,
-    /// What a finger feels.
-    Feel,
     /// What is under the finger.
     Texture,
     /// Greetings, faults, answers to requests, connections and losses.
@@ -26,11 +24,10 @@ pub enum Topic {
 }
 
 impl Topic {
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 6] = [
         Self::Frames,
         Self::Contact,
         Self::Tone,
-        Self::Feel,
         Self::Texture,
         Self::Diagnostics,
         Self::Health,
@@ -42,7 +39,6 @@ impl Topic {
             "raw" => Self::Frames,
             "contact" | "slide" | "release" | "image" => Self::Contact,
             "estimate" => Self::Tone,
-            "feel" => Self::Feel,
             "texture" => Self::Texture,
             "health" => Self::Health,
             _ => Self::Diagnostics,

@@ -6,7 +6,6 @@
 
 pub mod baselines;
 pub mod emulated;
-pub mod feels;
 pub mod fits;
 mod frames;
 pub mod report;
@@ -77,7 +76,6 @@ pub fn run(
     fits.write(&mut jobs);
     scenes.write(&mut jobs);
     frames.write(&mut jobs);
-    feels::write(&mut jobs);
     jobs.add(Job::Encode, [(); 0]);
     jobs.add(Job::Intake, [(); 0]);
     let mut measured = jobs.run(elf)?.into_iter();
@@ -85,7 +83,6 @@ pub fn run(
     let cells = fits.read(&mut measured)?;
     let scenes = scenes.read(&mut measured)?;
     let phases = frames.read(&mut measured)?;
-    let felt = feels::read(&mut measured)?;
     let (encode_instructions, wire) = next!(measured, Message { instructions, wire });
     let mut bytes = [0; WIRE_MAX];
     let used = Wire::write(&longest_packet(), &mut bytes);
@@ -115,7 +112,6 @@ pub fn run(
         scenes,
         baselines: baseline_cells,
         frames: phases,
-        feels: felt,
         encode_instructions,
         encode_bytes: wire.bytes,
         intake_instructions,

@@ -24,7 +24,6 @@
 
 #[cfg(any(not(target_os = "none"), feature = "bench-baselines"))]
 pub mod baselines;
-pub mod feel_load;
 pub mod workload;
 
 #[cfg(not(target_os = "none"))]

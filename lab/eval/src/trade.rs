@@ -34,13 +34,10 @@ pub fn measure(windows: u32, chip: Option<&Report>) -> Result<Trade> {
         rows.iter_mut()
             .for_each(|row| row.instructions = grid::instructions(row, chip));
     }
-    let (chip, feels) = chip.map_or_else(Default::default, |chip| {
-        (chip.bars.clone(), chip.feels.clone())
-    });
+    let chip = chip.map(|chip| chip.bars.clone()).unwrap_or_default();
     Ok(Trade {
         windows,
         rows,
-        feels,
         chip,
         plans: Vec::new(),
         converters: Vec::new(),
@@ -54,7 +51,6 @@ pub fn figures(trade: Trade) -> Figures<Trade> {
         ("methods".into(), methods(&trade)),
         ("plans".into(), plans::table(&trade.plans)),
         ("converters".into(), converters::table(&trade.converters)),
-        ("feels".into(), feels(&trade)),
         (
             "bars".into(),
             page::bars(trade.chip.iter().chain(&plans::bars(&trade.plans))),
@@ -187,21 +183,6 @@ fn methods(trade: &Trade) -> Table {
                     .chain([instructions.into()]),
             );
         }
-    }
-    table
-}
-
-/// What a finger feels in a window, by plan.
-fn feels(trade: &Trade) -> Table {
-    let mut table = Table::new("plan|channels|window, s|instructions|stack, bytes");
-    for cell in &trade.feels {
-        table.row([
-            Value::from(cell.plan.as_str()),
-            cell.channels.into(),
-            figure(cell.window_s, 3),
-            cell.instructions.into(),
-            cell.stack_bytes.into(),
-        ]);
     }
     table
 }

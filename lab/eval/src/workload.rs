@@ -59,11 +59,6 @@ pub enum Job {
     Detect {
         conversions: u32,
     },
-    /// What a finger feels in the named plan of this number ([`crate::feel_load`]); gives a
-    /// [`Measured::Feel`].
-    Feel {
-        plan: u8,
-    },
     /// Encode the [`longest_packet`]; gives a [`Measured::Message`].
     Encode,
     /// Take conversions in from a chip in memory; gives a [`Measured::Intake`].
@@ -170,12 +165,6 @@ pub enum Measured {
         instructions: u32,
         wire: Wire,
     },
-    /// What a finger feels in one window, and its bits.
-    Feel {
-        instructions: u32,
-        stack_bytes: u32,
-        bits: u32,
-    },
     /// One conversion read, stamped and queued, at most.
     Intake {
         instructions: u32,
@@ -226,7 +215,6 @@ mod tests {
             Job::End,
             fit,
             Job::Detect { conversions: 21 },
-            Job::Feel { plan: 4 },
             Job::Encode,
             Job::Intake,
             baseline,

@@ -1,7 +1,6 @@
 //! What becomes of a frame: into the ring, through touch detection, to events and due windows.
 
 use crate::event_builder::EventBuilder;
-use crate::feeling::image_ratio;
 use crate::frame::{Frame, FrameClock};
 use crate::ring::Ring;
 use crate::scan::Scan;
@@ -170,8 +169,7 @@ impl Tracker {
             scheduler.follow(&change, ring);
             let event = events.event(&change, clock, ring);
             if let Event::Image(image) = &event {
-                (scheduler.level_v, scheduler.force_ratio) =
-                    (image_level_v(image), image_ratio(image));
+                scheduler.level_v = image_level_v(image);
             }
             emit(event);
         });

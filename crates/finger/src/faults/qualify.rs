@@ -48,7 +48,7 @@ pub fn doubt(estimate: &mut Estimate) {
 
 /// The kinds of faults that were seen since the latest `window_s` seconds of a window began;
 /// whether its end is unsure.
-pub fn faults_of(window: &Window, window_s: f32, diagnostics: &Diagnostics) -> (FaultSet, bool) {
+fn faults_of(window: &Window, window_s: f32, diagnostics: &Diagnostics) -> (FaultSet, bool) {
     let nominal_hz = window.plan.frame_rate_hz();
     let in_us = |frames: f32| (frames * 1e6 / nominal_hz) as u32;
     let known_still_us = in_us((KNOWN_STILL_FRAMES * window.plan.frames_averaged()) as f32);

@@ -2,13 +2,18 @@
 //! it has changed.
 
 use crate::window::Window;
-use ridgetone_proto::telemetry::{
-    Estimate, Image, Measured, Overtones, Status, Texture, TravelStatus,
-};
+use ridgetone_proto::telemetry::{Estimate, Image, Overtones, Status, Texture, TravelStatus};
 
 /// Standard deviations of the difference above which a texture has changed: by one, noise alone
 /// would differ in every third window; by three, in one of 370.
 const CHANGED: f32 = 3.0;
+
+/// A value with its standard deviation.
+#[derive(Clone, Copy, Debug, Default)]
+struct Measured {
+    value: f32,
+    sigma: f32,
+}
 
 /// The latest texture that was reported.
 #[derive(Clone, Copy, Debug, Default)]

@@ -7,14 +7,13 @@ use super::requests::{Requests, Targets};
 use super::shared::{PACKETS, Platform, Shared, Task};
 use crate::detector::Detector;
 use crate::estimator::{Estimator, WindowFit};
-use crate::faults::qualify::faults_of;
 use crate::ring::Ring;
 use crate::window::Window;
 use core::ops::DerefMut;
 use core::sync::atomic::Ordering::Relaxed;
 use heapless::spsc::Consumer;
 use ridgetone_proto::store::Store;
-use ridgetone_proto::telemetry::{Abscissa, Estimate, Event, Feel, Span};
+use ridgetone_proto::telemetry::{Abscissa, Estimate, Event, Span};
 use ridgetone_tone::{FrameSource, Overwritten, Values};
 use rtic_core::Mutex;
 
@@ -61,7 +60,6 @@ impl<S: Store> Fit<'_, S> {
                 if let Ok(WindowFit::Done(estimate)) = &fit(window, estimator, source, shared) {
                     report(outbox, estimate, window, estimator, shared);
                 }
-                report_feel(outbox, source, window, estimator, shared);
             }
             let targets = Targets {
                 estimator,
@@ -93,20 +91,6 @@ fn report<P: Platform>(
     });
 }
 
-// A frame of its own, 1010 bytes, which is not under a fit, the deepest of the stack.
-#[inline(never)]
-fn report_feel<P: Platform>(
-    outbox: &mut impl Mutex<T = Outbox<PACKETS>>,
-    source: &mut dyn FrameSource,
-    window: &Window,
-    estimator: &mut Estimator,
-    shared: &Shared<P>,
-) {
-    if let Some(feel) = feel(window, estimator, source, shared) {
-        outbox.lock(|outbox| outbox.send(Event::Feel(feel), shared));
-    }
-}
-
 /// Fits a window. Before the estimate is qualified, the chip is checked, unless that was done since
 /// the window's end. The caller reports an estimate only if it is [`WindowFit::Done`].
 pub fn fit<P: Platform>(
@@ -133,25 +117,6 @@ pub fn fit<P: Platform>(
         Err(Overwritten) => shared.diagnostics.overruns.add(1),
     }
     outcome
-}
-
-/// What a finger would feel in a window, behind its fit. None: nothing to report.
-pub fn feel<P: Platform>(
-    window: &Window,
-    estimator: &mut Estimator,
-    source: &mut dyn FrameSource,
-    shared: &Shared<P>,
-) -> Option<Feel> {
-    match estimator.feel(window, source) {
-        Ok(feel) => feel.map(|mut feel| {
-            (feel.faults, _) = faults_of(window, feel.window_s, &shared.diagnostics);
-            feel
-        }),
-        Err(Overwritten) => {
-            shared.diagnostics.overruns.add(1);
-            None
-        }
-    }
 }
 
 /// The ring behind its lock: `detect` waits no longer than one read takes. A whole slide that is due

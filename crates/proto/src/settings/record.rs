@@ -5,7 +5,7 @@
 //! that settings survive an update of the firmware and its opposite. A list without pairs stands
 //! for the defaults, whatever they are.
 
-use super::{COUNT, Settings, old_plan};
+use super::{COUNT, Settings};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -36,9 +36,6 @@ impl Kept {
                 known += 1;
             } else {
                 skipped += 1;
-                if *id == old_plan::ID {
-                    settings.plan = old_plan::read(value)?;
-                }
             }
             list = rest;
         }

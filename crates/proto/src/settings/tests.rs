@@ -56,9 +56,6 @@ fn the_setting_outside_its_bounds_is_named() {
         ("array.period_min_mm", 0.0),
         ("array.period_max_mm", 2.0),
         ("array.alike", 1.0),
-        ("feel.volts_per_um", -1.0),
-        ("feel.sigma_fraction", f32::NAN),
-        ("feel.force_ratio", f32::INFINITY),
     ] {
         let found = with(protocol, name, number).validate().unwrap_err();
         assert_eq!(found.field, name, "{number}");
@@ -140,8 +137,6 @@ fn ids_stay_with_their_settings() {
         (29, "scene.impulses"),
         (30, "plan"),
     ];
-    // The plan as the ADS1258's registers.
-    assert!(!TABLE.iter().any(|setting| setting.id == old_plan::ID));
     for (id, name) in ids {
         let setting = TABLE.iter().find(|setting| setting.id == id);
         assert!(

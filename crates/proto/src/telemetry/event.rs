@@ -1,7 +1,6 @@
 //! The events, and those of them that are small.
 
 use super::estimate::Estimate;
-use super::feel::Feel;
 use super::image::Image;
 use super::texture::Texture;
 use crate::boot::{Boot, SettingsSource};
@@ -35,8 +34,6 @@ pub enum Event {
     Reply(Reply),
     /// A frame as it was read.
     Raw(Raw),
-    /// What a finger would feel.
-    Feel(Feel),
     /// What is under the finger.
     Texture(Texture),
     /// The converter behind the inputs.
@@ -212,7 +209,6 @@ impl Event {
             Self::Image(e) => e.end_us,
             Self::Fault(e) => e.until_us.unwrap_or(e.from_us),
             Self::Raw(e) => e.t_us,
-            Self::Feel(e) => e.t_us,
             Self::Texture(e) => e.t_us,
             Self::Converter(e) => e.t_us,
         })

@@ -1,8 +1,8 @@
 """The tone of the ridges under a tactile fingertip.
 
 `fit` finds the one frequency that all channels of an array or of a recording share. `replay` runs a recording through the code
-that the chip runs. `read` gives a recording's arrays, `live` a board's events, `feel` what receptors would fire. All of them
-are the command `ridgetone`'s own functions: the same numbers to the last bit. Errors name Python's arguments.
+that the chip runs. `read` gives a recording's arrays, `live` a board's events. All of them are the command `ridgetone`'s own
+functions: the same numbers to the last bit. `feel` estimates the firing of mechanoreceptors. Errors name Python's arguments.
 """
 
 from __future__ import annotations
@@ -18,15 +18,16 @@ import numpy.typing as npt
 from . import _events, _ridgetone
 from ._events import *
 from ._events import Event, Fit, event
+from ._feel import Conversion, Felt, feel, volts_per_um
 from ._live import Live, live
-from ._objects import Felt, Object, Settings, load
+from ._objects import Object, Settings, load
 from ._recording import Path, Recording, Samples, Times, native, read
 from ._show import Picture
 from ._ridgetone import Error, UsageError, __version__
 
 __all__ = _events.__all__ + [
-    "Error", "Felt", "Live", "Object", "Picture", "Recording", "Settings", "UsageError", "__version__", "feel", "fit", "live", "picture", "read",
-    "replay", "settings",
+    "Conversion", "Error", "Felt", "Live", "Object", "Picture", "Recording", "Settings", "UsageError", "__version__", "feel", "fit", "live", "picture", "read",
+    "replay", "settings", "volts_per_um",
 ]  # fmt: skip
 
 
@@ -114,52 +115,6 @@ def fit(
     found = load(Fit, text)
     vars(found)["_fitted"] = fitted
     return found
-
-
-def feel(
-    samples: Samples,
-    reference: Mapping[str, Any],
-    rate_hz: float | None = None,
-    *,
-    time_s: npt.ArrayLike | None = None,
-    names: list[str] | None = None,
-    from_s: float | None = None,
-    to_s: float | None = None,
-    columns: list[str] | None = None,
-    time_column: str | None = None,
-    window_s: float | None = None,
-    m: float | tuple[float, float] | None = None,
-    coefficients: Path | None = None,
-) -> Felt:
-    """Estimates how four kinds of receptors fire over a recording, and scores such as soft and rough, as `ridgetone feel` does.
-
-    `reference` is a surface of known roughness: `ra_um`, `rsm_mm`, `speed_mm_s`, and if known `ra_sigma_um`; `samples` is its
-    recording, if it is another one. `m` is tangential over normal force, with its standard deviation if that is known.
-    """
-    known = dict(reference)
-    other = known.pop("samples", None)
-    surface = {name: float(known.pop(name, default)) for name, default in _SURFACE.items()}
-    if known or not all(value > 0 for value in list(surface.values())[:3]):
-        raise UsageError(f"reference: {', '.join(list(_SURFACE)[:3])} are needed, ra_sigma_um and samples may be given")
-    given = native(samples, Times(time_s, time_column, rate_hz), names)
-    with_sigma = (float(m), 0.0) if isinstance(m, (int, float)) else m
-    text, remarks = _ridgetone.feel(
-        given,
-        surface,
-        None if other is None else native(other, names=names if not isinstance(other, (str, PathLike)) else None),
-        rate_hz,
-        from_s,
-        to_s,
-        columns or [],
-        window_s,
-        with_sigma,
-        coefficients,
-    )
-    _warn(remarks)
-    return load(Felt, text)
-
-
-_SURFACE = {"ra_um": 0.0, "rsm_mm": 0.0, "speed_mm_s": 0.0, "ra_sigma_um": 0.0}
 
 
 def replay(

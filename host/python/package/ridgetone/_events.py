@@ -14,7 +14,6 @@ __all__ = [
     "Estimate",
     "Event",
     "Fault",
-    "Feel",
     "Fit",
     "Health",
     "Hello",
@@ -172,32 +171,6 @@ class Estimate(Event):
     """Standard deviation of the speed; 0 where it is given [mm/s]."""
     channels: list[Object]
     """The valid channels."""
-
-
-class Feel(Event):
-    """What a finger feels, with each window of a slide: how receptors fire, and what people would say. What has
-    no value has the reason in `absent`. The board reports it once it knows `feel.volts_per_um`."""
-
-    t_s: float
-    """Device time of the window's end [s]."""
-    window_s: float
-    """Length of what was transformed: the latest part of the slide, a power of two of values [s]."""
-    rate_hz: float
-    """Values a second in the window: frames, or means of a few of them [Hz]."""
-    taxels: int
-    """Bit k: taxel k counts."""
-    faults: list[Literal["lost", "repeated", "bus", "bus_dead", "channel", "silent", "storm", "registers", "no_answer", "supply", "reference", "clock", "overload"]]
-    """Kinds of faults since the window began."""
-    m: float | None
-    """Tangential over normal force: the settings', or that of the hold before the slide."""
-    m_sigma: float | None
-    """Standard deviation of `m`."""
-    receptors: list[Object]
-    """How each kind of receptor fires, mean of the taxels."""
-    scores: list[Object]
-    """What people would say, from 1 to 7."""
-    spectrum: list[Object]
-    """Strongest line in each third of an octave from 0.5 to 813 Hz that has one."""
 
 
 class Texture(Event):
@@ -464,7 +437,6 @@ _KINDS: dict[str, type[Event]] = {
     "contact": Contact,
     "slide": Slide,
     "estimate": Estimate,
-    "feel": Feel,
     "texture": Texture,
     "release": Release,
     "image": Image,

@@ -44,19 +44,6 @@ class Object(dict[str, Any]):
         return type(self), (dict(self),)
 
 
-class Felt(Object):
-    """The result of `feel`."""
-
-    file: str
-    rate_hz: float
-    window_s: float
-    windows: int
-    reference_hz: float
-    receptors: list[Object]
-    scores: list[Object]
-    channels: list[Object]
-
-
 # `cargo xtask settings` writes what follows.
 class SlideSettings(Object):
     """Settings `slide`."""
@@ -94,17 +81,6 @@ class ArraySettings(Object):
     """Four masks of taxels that respond alike, the same piezoresistor of every unit; a taxel in none of them is not used. [masks]"""
 
 
-class FeelSettings(Object):
-    """Settings `feel`."""
-
-    volts_per_um: float
-    """Amplitude of a taxel's reading over the displacement from peak to peak (equation 6), as `ridgetone feel` prints it for a window of 3 s; 0 for no event `feel`. [V/um]"""
-    sigma_fraction: float
-    """Standard deviation of `feel.volts_per_um` over it. [share]"""
-    force_ratio: float
-    """Tangential over normal force; 0 for that of the static image before the slide."""
-
-
 class SceneSettings(Object):
     """Settings `scene`."""
 
@@ -139,7 +115,6 @@ class Settings(Object):
     """Reference voltage of the ADC. [V]"""
     slide: SlideSettings
     array: ArraySettings
-    feel: FeelSettings
     scene: SceneSettings
 # End of what `cargo xtask settings` writes.
 

@@ -2,6 +2,9 @@
 
 from os import PathLike
 
+import numpy as np
+import numpy.typing as npt
+
 __version__: str
 
 class Error(Exception): ...
@@ -57,17 +60,14 @@ def fit(
     moving_speed: bool,
 ) -> tuple[str, list[str], Fitted]: ...
 def feel(
-    samples: Samples,
+    spectra_um: npt.NDArray[np.float32], measured_s: float, sigma_fraction: float, m: tuple[float, float] | None
+) -> list[tuple[str, tuple[float, float] | None, str | None]]: ...
+def volts_per_um(
+    amplitudes: list[list[float]],
+    spectra: npt.NDArray[np.float32],
+    measured_s: float,
     surface: dict[str, float],
-    reference: Samples | None,
-    rate_hz: float | None,
-    from_s: float | None,
-    to_s: float | None,
-    columns: list[str],
-    window_s: float | None,
-    m: tuple[float, float] | None,
-    coefficients: str | PathLike[str] | None,
-) -> tuple[str, list[str]]: ...
+) -> list[tuple[float, float] | None]: ...
 def replay(
     samples: Samples | None,
     scene: str | PathLike[str] | None,

@@ -4,8 +4,8 @@ use super::*;
 use ridgetone_proto::fault::{FaultKind, FaultSet};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::telemetry::{
-    Abscissa, BANDS, Contact, Direction, Estimate, Feel, Hold, Image, Measured, Movement, NO_LEVEL,
-    OtherTone, Pressed, Slide, Span, Status, Texture, Travel, TravelStatus,
+    Abscissa, Contact, Direction, Estimate, Hold, Image, Movement, OtherTone, Pressed, Slide, Span,
+    Status, Texture, Travel, TravelStatus,
 };
 
 #[test]
@@ -134,79 +134,6 @@ fn by_place_it_is_cycles_per_millimetre_and_the_period() {
     assert!(line.contains(tone), "{line}");
     let travel = r#""travel":"given","direction":"backward","spatial_period_mm":4.0,"spatial_period_sigma_mm":1.0,"speed_mm_s":30.0,"speed_sigma_mm_s":0.0,"channels""#;
     assert!(line.contains(travel), "{line}");
-}
-
-/// The forms that Python, the page and the topic `feel` read: a receptor that fires, and one that
-/// the rate is too low for.
-#[test]
-fn what_a_finger_feels_has_values_or_the_reason_why_not() {
-    let measured = |value| Some(Measured { value, sigma: 0.5 });
-    let mut levels_db = [NO_LEVEL; BANDS];
-    levels_db[3] = -7;
-    let feel = Feel {
-        t_us: 2_000_000,
-        window_s: 0.5,
-        rate_hz: 512.0,
-        taxels: 0b101,
-        faults: FaultSet::NONE.with(FaultKind::Lost),
-        per_hz: [measured(4.0), None, measured(2.0), None],
-        force_ratio: None,
-        soft: measured(5.5),
-        rough: None,
-        levels_db,
-    };
-    let beyond = Feel {
-        soft: measured(7.5),
-        ..feel
-    };
-    assert!(
-        crate::feel::event::words(&beyond).contains("; soft outside the paper's scale of 1 to 7")
-    );
-    assert!(!crate::feel::event::words(&feel).contains("scale"));
-    let beyond = json(&Packet {
-        sequence: 4,
-        event: Event::Feel(beyond),
-    })
-    .unwrap();
-    assert!(
-        beyond.contains(r#""score":7.5,"score_sigma":0.5,"outside_scale":true}"#),
-        "{beyond}"
-    );
-    let line = json(&Packet {
-        sequence: 4,
-        event: Event::Feel(feel),
-    })
-    .unwrap();
-    let fires = |name: &str, value: f32| {
-        // An intensity is that of the paper's window of 3 s.
-        let intensity = 3.0 * value;
-        format!(
-            r#"{{"receptor":"{name}","intensity":{intensity:?},"intensity_sigma":1.5,"intensity_per_hz":{value:?},"intensity_per_hz_sigma":0.5}}"#
-        )
-    };
-    let absent = |name: &str, why: &str| {
-        format!(
-            r#"{{"receptor":"{name}","intensity":null,"intensity_sigma":null,"intensity_per_hz":null,"intensity_per_hz_sigma":null,"absent":"{why}, here are 512.00"}}"#
-        )
-    };
-    let receptors = [
-        fires("fa1", 4.0),
-        absent("fa2", "FA II needs more than 1600 rows a second"),
-        fires("sa1", 2.0),
-        absent("sa2", "SA II needs more than 800 rows a second"),
-    ];
-    // The middle of the fourth third of an octave from 0.5 Hz on: half a third above 1 Hz.
-    let hz = 2f32.powf(0.5 / 3.0);
-    let level = format!(r#""spectrum":[{{"hz":{hz},"level_db":-7}}]}}"#);
-    let scores = r#""scores":[{"name":"soft","score":5.5,"score_sigma":0.5},{"name":"rough","score":null,"score_sigma":null,"absent":"needs the intensity of FA II"}],"#;
-    let head = r#"{"type":"feel","sequence":4,"t_s":2.0,"window_s":0.5,"rate_hz":512.0,"taxels":5,"faults":["lost"],"m":null,"m_sigma":null,"#;
-    assert_eq!(
-        line,
-        format!(
-            r#"{head}"receptors":[{}],{scores}{level}"#,
-            receptors.join(",")
-        )
-    );
 }
 
 #[test]

@@ -4,16 +4,14 @@ use crate::files::Files;
 use crate::intake;
 use crate::machine::{Counter, stack};
 use heapless::Vec;
-use ridgetone_eval::feel_load;
 use ridgetone_eval::workload::{Frame, Job, Measured, Outcome, Wire, conversion, longest_packet};
 use ridgetone_finger::Diagnostics;
 use ridgetone_finger::Ring;
 use ridgetone_finger::SLOTS;
 use ridgetone_finger::TimedConversion;
 use ridgetone_finger::{Detector, Outputs};
-use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{RING_FRAMES, Settings};
-use ridgetone_proto::telemetry::{Event, Feel, Packet, WIRE_MAX};
+use ridgetone_proto::telemetry::{Event, Packet, WIRE_MAX};
 use ridgetone_tone::{Fit, Fitter, FrameSpan, Scene, Status};
 
 /// Most events of one scan: a slide's end with its windows, health and greeting.
@@ -65,7 +63,6 @@ impl Bench<'_> {
                     anew(detector);
                     self.detect(detector, conversions)?;
                 }
-                Job::Feel { plan } => self.feel(fitter, plan)?,
                 Job::Encode => self.encode(&longest_packet())?,
                 Job::Intake => {
                     let instructions = intake::measure(&self.counter)?;
@@ -104,21 +101,6 @@ impl Bench<'_> {
             tracked,
             stack_bytes,
             outcome: Outcome::new(fit.as_ref()),
-        })
-    }
-
-    #[inline(never)]
-    fn feel(&mut self, fitter: &mut Fitter, plan: u8) -> Option<()> {
-        feel_load::fill(self.ring, plan)?;
-        let from = stack::paint();
-        let (instructions, found) = self.counter.measure(|| feels(self.ring, plan, fitter));
-        let stack_bytes = stack::deepest(from);
-        let bits = found.as_ref().map_or(0, feel_load::bits);
-        self.ring.change(&Plan::PAPER, 0);
-        self.files.write(Measured::Feel {
-            instructions,
-            stack_bytes,
-            bits,
         })
     }
 
@@ -187,12 +169,6 @@ fn fit_window(fitter: &mut Fitter, scene: &Scene, ring: &Ring, part: Part) -> Op
         span = span.expecting(frequency);
     }
     fitter.fit(&mut span, scene).ok()
-}
-
-/// As [`fit_window`].
-#[inline(never)]
-fn feels(ring: &Ring, plan: u8, fitter: &mut Fitter) -> Option<Feel> {
-    feel_load::feels(ring, plan, fitter.scratch())
 }
 
 /// As [`fit_window`].

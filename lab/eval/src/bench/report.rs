@@ -1,7 +1,6 @@
 //! The benchmark's report: for people and as JSON, with the bars beside it.
 
 use super::baselines::BaselineCell;
-use super::feels;
 use super::fits::Cell;
 use super::frames::Phase;
 use crate::page::{self, Bar, Table, Tables, fixed};
@@ -43,8 +42,6 @@ pub struct Report {
     /// The baselines, on the windows of the fits of one harmonic.
     pub baselines: Vec<BaselineCell>,
     pub frames: Vec<Phase>,
-    /// What a finger feels in a window, by plan.
-    pub feels: Vec<feels::Cell>,
     pub encode_instructions: u32,
     pub encode_bytes: u32,
     /// Instructions to read, stamp and queue a conversion.
@@ -238,7 +235,6 @@ mod tests {
             instructions_worst: 1_234,
         };
         let report = Report {
-            feels: Vec::new(),
             fits: Vec::new(),
             scenes: scene.map(|(s, count)| cell(s, count)).collect(),
             baselines: vec![baseline],

@@ -3,7 +3,6 @@
 use super::{converters, plans};
 use crate::accuracy::Accuracy;
 use crate::bench::emulated::CLOCK_HZ;
-use crate::bench::feels;
 use crate::bench::fits::PASS_INSTRUCTIONS;
 use crate::page::Bar;
 use serde::{Deserialize, Serialize};
@@ -19,8 +18,6 @@ pub struct Trade {
     /// Windows of each line of Table 2 in a row.
     pub windows: u32,
     pub rows: Vec<Row>,
-    /// What a finger feels in a window, by plan.
-    pub feels: Vec<feels::Cell>,
     /// The bars of instructions and memory on the chip.
     pub chip: Vec<Bar>,
     /// Scan plans, measured by a run of their own.
