@@ -1,5 +1,5 @@
 //! Tasks that `ridgetone-eval` does, with the images that they need: `bench`, `board`, `noise`,
-//! `touch`, `distance`, `faults`, `reproduce`.
+//! `touch`, `faults`, `reproduce`.
 
 use crate::images::{self, Board};
 use crate::setup;
@@ -69,11 +69,6 @@ pub fn page(topic: &str) -> Result<()> {
 /// Runs traces through the detector on this PC.
 pub fn touch(flags: &[String]) -> Result<()> {
     run(eval("touch").args(flags))
-}
-
-/// Computes what a pin display does to a finger.
-pub fn distance(flags: &[String]) -> Result<()> {
-    run(eval("distance").args(flags))
 }
 
 /// Builds the boards' images and measures them on the register model; with `--write` it fills in

@@ -59,8 +59,7 @@ pub const EMULATED: Budgets = Budgets {
 /// noticed.
 pub const STYLUS: Budgets = Budgets {
     flash: &[
-        ("ridgetone_stylus", 7_300),
-        ("ridgetone_stimulus", 2_200),
+        ("ridgetone_teletaction", 9_500),
         ("ridgetone_finger", 300),
         ("ridgetone_proto", 700),
         ("ridgetone_firmware", 13_000),

@@ -1,8 +1,8 @@
 //! What travels: numbered messages, framed as on the serial line ([`ridgetone_proto::framing`]),
 //! and what is counted of them.
 
+use crate::stimulus::Texture;
 use ridgetone_proto::framing::{WIRE_MAX, decode, encode};
-use ridgetone_stimulus::Texture;
 use serde::{Deserialize, Serialize};
 
 /// A message. Each way has numbers of its own, from 0.
@@ -18,8 +18,8 @@ pub struct Message {
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Body {
-    /// Place of the hand, millimetres.
-    Place(f64),
+    /// Position of the hand, millimetres.
+    Position(f64),
     /// The texture under the finger; none as long as it has found none, or is silent itself.
     Texture(Option<Texture>),
 }
@@ -86,12 +86,12 @@ impl Receiver {
                 ..Self::default()
             };
         }
-        let place = message.number as usize % REMEMBERED;
-        if self.seen[place] == Some(message.number) {
+        let position = message.number as usize % REMEMBERED;
+        if self.seen[position] == Some(message.number) {
             self.counts.doubled += 1;
             return None;
         }
-        self.seen[place] = Some(message.number);
+        self.seen[position] = Some(message.number);
         let next = self.next.unwrap_or(message.number);
         if message.number < next {
             // It was counted as lost.
@@ -112,7 +112,7 @@ impl Message {
     fn is_possible(&self) -> bool {
         self.t_s.is_finite()
             && match &self.body {
-                Body::Place(place_mm) => place_mm.abs() < 1e9,
+                Body::Position(position_mm) => position_mm.abs() < 1e9,
                 Body::Texture(texture) => texture.is_none_or(|texture| texture.check().is_ok()),
             }
     }
@@ -122,12 +122,12 @@ impl Message {
 mod tests {
     use super::*;
 
-    fn place(number: u32) -> Message {
+    fn position(number: u32) -> Message {
         Message {
             run: 7,
             number,
             t_s: 0.004 * f64::from(number),
-            body: Body::Place(f64::from(number)),
+            body: Body::Position(f64::from(number)),
         }
     }
 
@@ -138,7 +138,7 @@ mod tests {
             let is_new =
                 [0, 1, 5, 6].contains(&number) && receiver.next.is_none_or(|next| next <= number);
             assert_eq!(
-                receiver.take(&place(number).bytes()).is_some(),
+                receiver.take(&position(number).bytes()).is_some(),
                 is_new,
                 "{number}"
             );
@@ -152,7 +152,7 @@ mod tests {
             damaged: 0,
         };
         assert_eq!(receiver.counts, counts);
-        let good = place(7).bytes();
+        let good = position(7).bytes();
         for bit in 0..8 * (good.len() - 1) {
             let mut bad = good.clone();
             bad[bit / 8] ^= 1 << (bit % 8);
@@ -170,7 +170,13 @@ mod tests {
         // The sender begins anew.
         assert!(
             receiver
-                .take(&Message { run: 8, ..place(0) }.bytes())
+                .take(
+                    &Message {
+                        run: 8,
+                        ..position(0)
+                    }
+                    .bytes()
+                )
                 .is_some()
         );
         // Another one, which sent to others before: nothing is lost.
@@ -180,7 +186,7 @@ mod tests {
                 .take(
                     &Message {
                         run: 9,
-                        ..place(15_000)
+                        ..position(15_000)
                     }
                     .bytes()
                 )
@@ -197,8 +203,8 @@ mod tests {
             texture(f32::NAN),
             texture(-1.0),
             texture(1e9),
-            Body::Place(f64::NAN),
-            Body::Place(1e300),
+            Body::Position(f64::NAN),
+            Body::Position(1e300),
         ] {
             assert_eq!(
                 receiver.take(
@@ -218,7 +224,7 @@ mod tests {
             receiver.take(
                 &Message {
                     t_s: f64::NAN,
-                    ..place(0)
+                    ..position(0)
                 }
                 .bytes()
             ),

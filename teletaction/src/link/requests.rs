@@ -1,11 +1,11 @@
 //! What a stylus' board is to be requested next, until it does what is wanted: one request at a
 //! time, each until it is answered.
 
+use crate::stimulus::Texture;
+use crate::stylus::gate::State;
+use crate::stylus::message::{Command, Outcome, Reply};
+use crate::stylus::parameters::Parameters;
 use ridgetone_proto::settings::SettingsError;
-use ridgetone_stimulus::Texture;
-use ridgetone_stylus::gate::State;
-use ridgetone_stylus::message::{Command, Outcome, Reply};
-use ridgetone_stylus::parameters::Parameters;
 
 /// Time after which a request that was not answered is sent again, and the least time between two
 /// signs of life, seconds: five in the half of a second after which a board that hears nothing

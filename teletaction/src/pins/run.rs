@@ -1,6 +1,5 @@
 //! A feed to updates of the display, printed or on a screen.
 
-use super::page::Page;
 use super::player::{Player, SILENCE_S, Update};
 use super::screen;
 use anyhow::{Context, Result};
@@ -11,7 +10,6 @@ use ridgetone_host::keys;
 use ridgetone_host::listen::{Heard, Listener};
 use ridgetone_host::output;
 use ridgetone_host::stop;
-use std::net::SocketAddr;
 use std::time::{Duration, Instant};
 
 /// Time between two looks at keys and at silence.
@@ -23,13 +21,11 @@ pub enum Show {
     Screen,
     Lines,
     Json,
-    /// A page at an address of this computer, opened in the browser or not.
-    Page(SocketAddr, bool),
 }
 
 /// Follows a feed to its end, or until the user or this process is to stop. Gives the feed back,
 /// for its counts.
-pub fn run(feed: Feed, player: &mut Player<'_>, show: Show) -> (Feed, Result<()>) {
+pub fn run(feed: Feed, player: &mut Player, show: Show) -> (Feed, Result<()>) {
     let mut requester = Requester::default();
     requester.want_raw_if(feed.has_board());
     let mut listener = Listener::new(feed, requester);
@@ -43,24 +39,13 @@ pub fn run(feed: Feed, player: &mut Player<'_>, show: Show) -> (Feed, Result<()>
                 keys::restore(terminal);
                 shown
             }),
-        Show::Page(address, open) => {
-            let name = listener.feed.name();
-            Page::start(address, open, &name, player).and_then(|page| {
-                follow(&mut listener, player, &mut |source, update, player| {
-                    if let Some((update, true)) = update {
-                        page.show(source, update, player)?;
-                    }
-                    Ok(true)
-                })
-            })
-        }
         Show::Lines | Show::Json => lines(&mut listener, player, show),
     };
     (listener.feed, shown)
 }
 
 /// A line for each update.
-fn lines(listener: &mut Listener, player: &mut Player<'_>, show: Show) -> Result<()> {
+fn lines(listener: &mut Listener, player: &mut Player, show: Show) -> Result<()> {
     let is_json = show == Show::Json;
     follow(listener, player, &mut |_, update, player| {
         if let Some((update, true)) = update {
@@ -74,9 +59,9 @@ fn lines(listener: &mut Listener, player: &mut Player<'_>, show: Show) -> Result
 }
 
 /// Gives every update, and whether it is new, until the sink says false.
-type Sink<'a> = dyn FnMut(&str, Option<(&Update, bool)>, &Player<'_>) -> Result<bool> + 'a;
+type Sink<'a> = dyn FnMut(&str, Option<(&Update, bool)>, &Player) -> Result<bool> + 'a;
 
-fn follow(listener: &mut Listener, player: &mut Player<'_>, sink: &mut Sink<'_>) -> Result<()> {
+fn follow(listener: &mut Listener, player: &mut Player, sink: &mut Sink<'_>) -> Result<()> {
     let (mut latest, mut heard_at) = (None, Instant::now());
     while !stop::is_requested() {
         let heard = match listener.next(LOOK) {
@@ -113,7 +98,7 @@ fn draw(
     terminal: &mut DefaultTerminal,
     source: &str,
     update: Option<(&Update, bool)>,
-    player: &Player<'_>,
+    player: &Player,
 ) -> Result<bool> {
     if update.is_none_or(|(_, is_new)| is_new) {
         terminal

@@ -17,7 +17,7 @@ const REST_N: f32 = 0.01;
 /// Columns from which on cells have no numbers.
 const WIDE: usize = 6;
 
-pub fn draw(frame: &mut Frame<'_>, source: &str, update: Option<&Update>, player: &Player<'_>) {
+pub fn draw(frame: &mut Frame<'_>, source: &str, update: Option<&Update>, player: &Player) {
     let setup = player.setup();
     let rows = setup.pins.rows().max(4) as u16;
     let [top, middle, below, keys, _] = Layout::vertical([
@@ -60,9 +60,9 @@ pub fn draw(frame: &mut Frame<'_>, source: &str, update: Option<&Update>, player
     let strain = greatest(&gained).max(greatest(&update.felt_strain));
     let force = setup
         .limits
-        .greatest_n()
+        .max_n()
         .min(greatest(&update.pins.forces_n).max(5.0 * REST_N));
-    for (place, title, values, columns, most, scale, decimals) in [
+    for (position, title, values, columns, most, scale, decimals) in [
         (
             boxes[0],
             "strain in the sensor, %",
@@ -97,7 +97,7 @@ pub fn draw(frame: &mut Frame<'_>, source: &str, update: Option<&Update>, player
             .collect();
         frame.render_widget(
             Paragraph::new(lines).block(Block::bordered().title(format!(" {title} "))),
-            place,
+            position,
         );
     }
     let summary = Paragraph::new(summary(update, setup.gain)).wrap(Wrap { trim: true });
@@ -134,11 +134,6 @@ fn number(value: f32, decimals: usize) -> String {
         Some(zero) if zero.parse() == Ok(0.0f32) => zero.to_owned(),
         _ => shown,
     }
-}
-
-/// Whether the pins press more than at rest.
-pub fn is_active(update: &Update) -> bool {
-    update.pins.forces_n.iter().any(|n| *n > REST_N)
 }
 
 /// What a person wants to know of an update, in a line.

@@ -72,8 +72,8 @@ pub fn strains(volts: &Volts, volts_per_strain: f64) -> [f32; SIDE * SIDE] {
     {
         *pressed = pressed_unit(unit);
     }
-    std::array::from_fn(|place| {
-        (f64::from(pressed[PLACES.as_flattened()[place]]) / volts_per_strain) as f32
+    std::array::from_fn(|position| {
+        (f64::from(pressed[PLACES.as_flattened()[position]]) / volts_per_strain) as f32
     })
 }
 

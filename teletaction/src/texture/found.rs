@@ -1,9 +1,9 @@
 //! A texture that a finger reports, turned into the texture that a hand feels.
 
+use crate::stimulus::{HARMONICS_MAX, Harmonic, Texture};
 use ridgetone_host::digits::seconds;
 use ridgetone_host::overtones::{Overtone, overtones};
 use ridgetone_proto::telemetry::{Event, Overtones, Packet};
-use ridgetone_stimulus::{HARMONICS_MAX, Harmonic, Texture};
 
 /// Overtones as a hand feels them.
 fn harmonics(reported: &Overtones) -> [Harmonic; HARMONICS_MAX - 1] {

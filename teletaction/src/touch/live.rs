@@ -2,6 +2,7 @@
 
 use super::output::Output;
 use super::page::{Page, Shown};
+use crate::stimulus::Texture;
 use crate::texture::{Follower, News};
 use anyhow::Result;
 use ridgetone_host::feed::Feed;
@@ -9,7 +10,6 @@ use ridgetone_host::stop;
 use ridgetone_host::view::announce;
 use ridgetone_host::view::guard::Access;
 use ridgetone_host::view::server::Server;
-use ridgetone_stimulus::Texture;
 use std::net::SocketAddr;
 use std::time::Duration;
 
@@ -117,7 +117,7 @@ fn step(finger: &mut Follower, page: &Page) -> Result<()> {
                 "The finger is silent: the vibration has faded.".into(),
             )
         }),
-        None => Ok(()),
+        Some(News::Window(..)) | None => Ok(()),
     }
 }
 

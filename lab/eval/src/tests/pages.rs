@@ -10,9 +10,8 @@ use serde_json::Value;
 use std::path::PathBuf;
 
 /// Topics with bars, each a page and its figures.
-const TOPICS: [&str; 8] = [
+const TOPICS: [&str; 7] = [
     "boards",
-    "distance",
     "faults",
     "noise",
     "papers-runs",
