@@ -51,7 +51,7 @@ const WITH_A_BOARD: [&str; 23] = [
 ];
 
 /// Commands that take too long for a test, each with the test that covers a short form of it.
-const LITTLE_OF: [(&str, &str); 32] = [
+const LITTLE_OF: [(&str, &str); 31] = [
     (
         "cargo run -p ridgetone-finger --example plain_frames",
         "crates/finger/tests/plain_frames.rs",
@@ -60,10 +60,6 @@ const LITTLE_OF: [(&str, &str); 32] = [
     (
         "cargo xtask bench --converters",
         "lab/eval/src/trade/converters.rs",
-    ),
-    (
-        "cargo xtask distance --write",
-        "lab/eval/src/tests/distance.rs",
     ),
     (
         "cargo install --path host --features foxglove,mqtt",
@@ -135,7 +131,7 @@ const LITTLE_OF: [(&str, &str); 32] = [
 ];
 
 /// Commands of `ridgetone-teletaction`: its own tests run those of its guide.
-const TELETACTION: [&str; 4] = ["touch", "pins", "link", "texture"];
+const TELETACTION: [&str; 3] = ["touch", "pins", "link"];
 
 /// Words that mark a command as one that needs the emulator, minutes, or a file that another of
 /// these has written.
@@ -188,14 +184,13 @@ fn pages() -> Vec<PathBuf> {
 
 /// Documents besides the results and the guide. The crates' READMEs are documentation of Rust, whose
 /// code runs as such.
-const MORE: [&str; 7] = [
+const MORE: [&str; 6] = [
     "CONTRIBUTING.md",
     "hal-mock/README.md",
     "host/python/README.md",
     "host/reference.md",
     "lab/rig/README.md",
     "teletaction/README.md",
-    "teletaction/stimulus/README.md",
 ];
 
 /// The results, the guide, the READMEs and [`MORE`].

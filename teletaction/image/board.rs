@@ -1,7 +1,7 @@
 //! The stylus's board: an Adafruit Feather STM32F405 Express with an encoder and an actuator in
 //! position of a finger. Only registers.
 //!
-//! Its pins are in `teletaction/README.md`. What any STM32F4 needs is the finger's own, from
+//! Its pins are in `teletaction/README.md`. Files that any STM32F4 needs are the finger's own, from
 //! `src/board/`.
 //!
 //! Two timers work without the processor: TIM3 counts the encoder's edges, all four of a period;
@@ -41,7 +41,7 @@ pub type SerialLine = serial_line::SerialLine<USART3>;
 /// TIM6 counts microseconds: PSC for its clock of 84 MHz.
 const MICROSECONDS: u16 = 84 - 1;
 
-/// Its reload value: one less than the microseconds of a sample.
+/// Reload value of TIM6: one less than the microseconds of a sample.
 const RELOAD: u16 = SAMPLE_US as u16 - 1;
 
 /// The board's parts for the tasks.
@@ -135,7 +135,7 @@ fn start_encoder(timer: TIM3, rcc: &mut RCC) {
 
 /// Channel 1, triggered by TIM6 (RM0090, 14.5.1). It begins at code 0. Its buffer is off: with it
 /// the output ends 0.2 V before both rails, so it would step by that as it is switched on, and cut
-/// the greatest amplitudes (DS8626, DAC characteristics).
+/// the largest amplitudes (DS8626, DAC characteristics).
 fn start_converter(converter: DAC, rcc: &mut RCC) {
     /// EN1, BOFF1 and TEN1; TSEL1 0: TIM6's TRGO.
     const ON: u32 = 1 | 1 << 1 | 1 << 2;

@@ -27,7 +27,7 @@ pub struct Cli {
 enum Command {
     /// Feel a texture under the mouse, a finger or a pen: a page that plays its vibration.
     Touch(touch::TouchArgs),
-    /// Show what the finger feels on a display of pins, and what a finger on that would feel.
+    /// Turn the strain under the finger into the forces of a display of pins.
     Pins(Box<pins::PinsArgs>),
     /// Connect a finger with a stylus over a network: textures one way, the place of the hand the
     /// other.

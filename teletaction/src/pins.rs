@@ -7,7 +7,7 @@
 //! | nearest strains: least squares without negative forces | [`matching`] |
 //! | force, stroke, levels, slew and updates of a real display | [`limits`] |
 //! | a board's packets to updates | [`player`] |
-//! | lines, or a screen | [`run`](mod@run), [`screen`] |
+//! | updates, line by line | [`run`](mod@run) |
 //!
 //! The method is that of Moy et al., *Human Psychophysics for Teletaction System Design*.
 
@@ -17,7 +17,6 @@ mod limits;
 mod matching;
 mod player;
 mod run;
-mod screen;
 mod skin;
 #[cfg(test)]
 mod tests;
@@ -27,5 +26,5 @@ pub use grid::{Grid, Layer, Quantity};
 pub use limits::{Limits, Pins};
 pub use matching::{Matching, PINS_MAX, Solution};
 pub use player::{Player, Setup, Update};
-pub use run::{Show, run};
+pub use run::run;
 pub use skin::volts_per_strain;

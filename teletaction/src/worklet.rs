@@ -1,5 +1,5 @@
-//! `ridgetone-stimulus` for an AudioWorklet, as WebAssembly: functions of numbers, so that neither
-//! side touches the other's memory.
+//! The stimulus for an AudioWorklet, as WebAssembly: functions of numbers, so that neither side
+//! touches the other's memory.
 //!
 //! `cargo xtask worklet` builds `teletaction/assets/touch/stimulus.wasm` from it, which is inside the
 //! command; nobody needs the target `wasm32-unknown-unknown` to build that. A test of the page
@@ -36,7 +36,7 @@ fn get<T>(work: impl FnOnce(&mut Vibration<POSITIONS>) -> T) -> Option<T> {
         .ok()?
 }
 
-/// Begins: greatest voltage, cut-off in hertz, slew in volts per second, fade in seconds; samples a
+/// Begins: maximum voltage, cut-off in hertz, slew in volts per second, fade in seconds; samples a
 /// second.
 #[unsafe(no_mangle)]
 pub extern "C" fn begin(
@@ -69,7 +69,7 @@ pub extern "C" fn begin(
     set.unwrap_or(false).into()
 }
 
-/// Takes a texture: period in millimetres, fraction of the greatest amplitude above 0 up to 1, then
+/// Takes a texture: period in millimetres, fraction of the maximum amplitude above 0 up to 1, then
 /// the second harmonic to the fourth: amplitude over the first one's, and phase in cycles.
 #[unsafe(no_mangle)]
 #[allow(clippy::too_many_arguments, reason = "numbers are all that crosses")]
@@ -147,7 +147,7 @@ pub extern "C" fn late() -> u32 {
     get(|vibration| vibration.late()).unwrap_or(0)
 }
 
-/// Amplitude now over the greatest one.
+/// Amplitude now, as a fraction of the maximum.
 #[unsafe(no_mangle)]
 pub extern "C" fn amplitude() -> f32 {
     get(|vibration| vibration.amplitude()).unwrap_or(0.0)

@@ -107,7 +107,7 @@ pub fn run_papers(python: &Path) -> Result<String> {
 /// `docs/results/papers.md`.
 pub fn papers(is_written: bool) -> Result<()> {
     prepare()?;
-    run(&mut test(&["--no-run", "--test", "feel", "--test", "skin"]))?;
+    run(&mut test(&["--no-run", "--test", "feel", "--test", "pins"]))?;
     let mut papers = script(&environment("papers", &["numpy>=1.24"])?)?;
     if !is_written {
         return run(&mut papers);

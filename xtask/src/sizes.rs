@@ -59,7 +59,7 @@ pub const EMULATED: Budgets = Budgets {
 /// noticed.
 pub const STYLUS: Budgets = Budgets {
     flash: &[
-        ("ridgetone_teletaction", 9_500),
+        ("ridgetone_teletaction", 3_200),
         ("ridgetone_finger", 300),
         ("ridgetone_proto", 700),
         ("ridgetone_firmware", 13_000),

@@ -129,10 +129,10 @@ mod tests {
         assert!(tests.contains("mod page;"));
         let link = fs::read_to_string(root().join("teletaction/tests/link.rs")).expect("a file");
         assert!(link.contains("mod with_a_board;"));
-        assert!(
-            RIG.iter().all(|(folder, program)| root()
+        assert!(RIG.iter().all(|(folder, program)| {
+            root()
                 .join(format!("{folder}/tests/{program}.rs"))
-                .is_file())
-        );
+                .is_file()
+        }));
     }
 }

@@ -46,7 +46,7 @@ pub struct DelayOptions {
     /// Delay, ms: the paper has 120.
     #[arg(long, value_name = "MS", default_value_t = 0.0, value_parser = number, allow_negative_numbers = true)]
     pub delay_ms: f64,
-    /// Its standard deviation, ms; it is drawn anew every 200 ms. The paper has 40.
+    /// Standard deviation of the delay, ms; the delay is drawn anew every 200 ms. The paper has 40.
     #[arg(long, value_name = "MS", default_value_t = 0.0, value_parser = number, allow_negative_numbers = true)]
     pub jitter_ms: f64,
 }
@@ -73,7 +73,7 @@ pub struct HandOptions {
     /// Mean speed of a hand that nobody moves, mm/s.
     #[arg(long, value_name = "MM_S", value_parser = positive)]
     pub speed_mm_s: Option<f64>,
-    /// How often it goes to and fro a second, Hz; 0: it never turns.
+    /// Ways to and fro a second, Hz; 0: the hand never turns.
     #[arg(long, value_name = "HZ", value_parser = number, allow_negative_numbers = true)]
     turns_hz: Option<f64>,
 }

@@ -1,6 +1,6 @@
 //! `pins`: strains in the sensor on a display of pins.
 
-use crate::pins::{Grid, Limits, PINS_MAX, Player, Quantity, Setup, Show, run, volts_per_strain};
+use crate::pins::{Grid, Limits, PINS_MAX, Player, Quantity, Setup, run, volts_per_strain};
 use anyhow::Result;
 use clap::{Args, ValueEnum};
 use ridgetone_host::cli::lines::report;
@@ -8,13 +8,11 @@ use ridgetone_host::cli::parse::positive;
 use ridgetone_host::cli::source::SourceOptions;
 use ridgetone_host::stop;
 use ridgetone_host::usage::UsageError;
-use std::io::IsTerminal;
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
-The screen shows the strain in the sensor, the forces of the pins, and the strain that a finger on them would feel. Where standard
-output is no terminal, and with --plain or --json, it prints a line for each update of the display. A recording needs raw frames:
-`ridgetone record --raw`.
+It prints a line for each update of the display: strain in the sensor, forces of the pins, and the strain that a finger on the pins
+would feel. A recording needs raw frames: `ridgetone record --raw`.
 
 Examples:
   ridgetone pins --emulated
@@ -26,9 +24,6 @@ pub struct PinsArgs {
     source: SourceOptions,
     #[command(flatten)]
     display: DisplayOptions,
-    /// Print lines instead of a screen.
-    #[arg(long)]
-    plain: bool,
     /// One JSON object a line instead of text.
     #[arg(long)]
     json: bool,
@@ -137,13 +132,8 @@ impl PinsArgs {
         let mut player = Player::new(setup).map_err(|error| refused(error.into()))?;
         stop::on_signal()?;
         let feed = self.source.open()?;
-        let show = match (self.json, self.plain || !std::io::stdout().is_terminal()) {
-            (true, _) => Show::Json,
-            (false, true) => Show::Lines,
-            (false, false) => Show::Screen,
-        };
-        let (feed, shown) = run(feed, &mut player, show);
+        let (feed, done) = run(feed, &mut player, self.json);
         report(feed.counts());
-        shown
+        done
     }
 }

@@ -45,7 +45,7 @@ pub struct TouchArgs {
     /// audible, Hz [default: the texture itself].
     #[arg(long, value_name = "HZ", value_parser = carrier)]
     carrier_hz: Option<f64>,
-    /// Where the page is served. Browsers play sound like this only from this computer's own
+    /// Address of the page. Browsers play sound like this only from this computer's own
     /// addresses.
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8322", value_parser = address)]
     listen: SocketAddr,

@@ -20,7 +20,7 @@ use serde::Serialize;
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// What the board does, in a report.
+/// State and counts of the board, in a report.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Doing {
     /// `disabled`, `line_silent`, `no_texture`, `hand_still` or `vibrating`; none while nothing is
@@ -97,7 +97,7 @@ impl BoardEnd {
         })
     }
 
-    /// What the board does.
+    /// State and counts of the board.
     pub fn doing(&self) -> Doing {
         let (packets_lost, packets_damaged) = (self.decoder.missing, self.decoder.damaged);
         Doing {

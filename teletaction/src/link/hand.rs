@@ -22,9 +22,9 @@ impl Hand {
         if self.turns_hz <= 0.0 {
             return self.speed_mm_s * t_s;
         }
-        // The mean of a sine's size is 2 / pi of its greatest.
-        let greatest_mm_s = self.speed_mm_s * TAU / 4.0;
+        // The mean of a rectified sine is 2 / pi of its peak.
+        let peak_mm_s = self.speed_mm_s * TAU / 4.0;
         let turn = TAU * self.turns_hz;
-        greatest_mm_s / turn * (1.0 - (turn * t_s).cos())
+        peak_mm_s / turn * (1.0 - (turn * t_s).cos())
     }
 }

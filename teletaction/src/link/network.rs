@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::collections::VecDeque;
 
-/// What happens to messages, each as a fraction of them, 0 to 1.
+/// Impairments, each as a fraction of the messages, 0 to 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Impairments {
     pub loss: f64,

@@ -27,7 +27,7 @@ const REPORT_S: f64 = 1.0;
 /// Longest wait for a stylus' board to rest at the end.
 const REST: Duration = Duration::from_millis(500);
 
-/// Where the ends are.
+/// Location of the ends.
 pub enum Ends {
     /// Both here, with the network between them.
     Here,
@@ -37,7 +37,7 @@ pub enum Ends {
     Stylus(Socket),
 }
 
-/// What the network does, each way, and the hand.
+/// The network, each way, the hand and the actuator.
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
     /// Mean and standard deviation, milliseconds.
@@ -65,7 +65,7 @@ pub struct Link {
     t_s: f64,
 }
 
-/// What is reported each second: counts since the beginning, and errors in this second.
+/// Report of a second: counts since the beginning, and errors in this second.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "type", rename = "link")]
 pub struct Report {
@@ -78,22 +78,22 @@ pub struct Report {
     pub textures_sent: u64,
     pub textures: Counts,
     pub is_felt: bool,
-    /// What a stylus' board does; none of a simulated one.
+    /// A stylus' board; `None` for a simulated stylus.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stylus: Option<Doing>,
-    /// What is felt.
+    /// Period of the texture that is felt.
     pub period_mm: Option<f32>,
     pub period_sigma_mm: Option<f32>,
     /// Origin of the period; none where the finger's end is elsewhere.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub period_by: Option<PeriodBy>,
-    /// How far the position that the finger knows is from that of the hand.
+    /// Distance of the position that the finger knows from the hand.
     pub behind_mm: Option<f64>,
     /// Error of the stimulus against the texture under the finger at the position of the hand, rms
     /// over the amplitude.
     pub error_percent: Option<f64>,
     pub error_cycles: Option<f64>,
-    /// That of a vibration which would have travelled.
+    /// Error of a vibration that would have travelled.
     pub as_vibration_percent: Option<f64>,
 }
 

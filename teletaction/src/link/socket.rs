@@ -19,7 +19,7 @@ const LONGEST: usize = 65_536;
 
 pub struct Socket {
     socket: UdpSocket,
-    /// Where messages go; the stylus' end is found by its first one.
+    /// Destination of the messages; the stylus' end is found by its first message.
     peer: Option<SocketAddr>,
 }
 

@@ -1,5 +1,5 @@
-//! The stylus' end: a hand that is simulated, its encoder, and the voltage of an actuator; and how
-//! far what is felt is from the texture.
+//! The stylus' end: a simulated hand, its encoder, the voltage of an actuator, and the error of the
+//! stimulus against the texture.
 
 use super::hand::Hand;
 use super::message::{Body, Message, Receiver};
@@ -32,7 +32,7 @@ struct Sums {
     count: u32,
 }
 
-/// How far what is felt is from the texture under the finger.
+/// Error of the stimulus against the texture under the finger.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Error {
     squares: f64,
@@ -63,7 +63,7 @@ impl Error {
 pub struct StylusEnd {
     pub receiver: Receiver,
     pub error: Error,
-    /// Greatest step of the voltage so far over what the slew allows.
+    /// Largest step of the voltage so far, as a fraction of the slew.
     pub steepest: f32,
     pub texture: Option<Texture>,
     stimulus: Stimulus,
@@ -78,7 +78,7 @@ pub struct StylusEnd {
     volts: f32,
     /// Counts of the encoder at the latest sample.
     counts: i32,
-    /// Where the texture began, millimetres, and its phase there, cycles.
+    /// Position at which the texture began, millimetres, and its phase there, cycles.
     anchor: (f64, f64),
     sums: Sums,
 }
@@ -109,7 +109,7 @@ impl StylusEnd {
         })
     }
 
-    /// Voltage now over half of the greatest, -1 to 1.
+    /// Voltage now against the bias, -1 to 1.
     pub fn level(&self) -> f32 {
         self.volts / self.output.actuator.bias_v() - 1.0
     }
@@ -277,7 +277,7 @@ fn overtones(texture: &Texture, phase: f64) -> f64 {
         .sum()
 }
 
-/// The whole of it.
+/// Fundamental and overtones.
 fn wave(texture: &Texture, phase: f64) -> f64 {
     phase.sin() + overtones(texture, phase)
 }

@@ -2,10 +2,10 @@
 //! sensor.
 //!
 //! Equations 9 to 11 of Moy et al., *Human Psychophysics for Teletaction System Design*, with
-//! forces that only press and with Tikhonov's regularisation: least |A'x - w|^2 + c |x|^2, x >= 0,
+//! forces that only press and with Tikhonov's regularisation: minimise |A'x - w|^2 + c |x|^2 with x >= 0,
 //! where row i of A holds the strains under pin i.
 //!
-//! By block principal pivoting (Kim and Park, *Fast Nonnegative Matrix Factorization: An
+//! The method is block principal pivoting (Kim and Park, *Fast Nonnegative Matrix Factorization: An
 //! Active-Set-Like Method and Comparisons*, SIAM J. Sci. Comput. 33 (2011), section 4). For the set
 //! P of pins that press, v solves (A_P' A_P + c) v = w, with one unknown per sensor. The force of a
 //! pin that presses is its row times v. The gradient of an idle pin is -c times its row times v:
@@ -18,7 +18,7 @@ use crate::stimulus::within;
 /// Most pins: a display of 10 x 10.
 pub const PINS_MAX: usize = 100;
 
-/// Pivots at most: it bounds the time of a frame. None of 4,000 random frames took more than 12.
+/// Pivots at most: it bounds the time of a frame. None of 1,600 random frames took more than 12.
 const PIVOTS_MAX: u32 = 20;
 
 /// Tries of exchanging all pins at once before one is exchanged alone (Kim and Park, section 4.2).

@@ -97,6 +97,33 @@ impl Update {
             .sum();
         (sum / self.felt_strain.len() as f64).sqrt()
     }
+
+    /// A line for people.
+    pub fn text(&self, gain: f64) -> String {
+        let max = |values: &[f32]| f64::from(values.iter().copied().fold(f32::MIN, f32::max));
+        let limited = match self.pins.limited {
+            0 => String::new(),
+            limited => format!(", {limited} pins at their limit"),
+        };
+        format!(
+            "{:8.3} s  sensor {} %  finger {} %, error {:.2} % rms; pins: {:.2} N max, {:.2} N total{limited}",
+            self.pins.t_s,
+            number(100.0 * gain * max(&self.sensor_strain)),
+            number(100.0 * max(&self.felt_strain)),
+            100.0 * self.error(gain),
+            max(&self.pins.forces_n),
+            self.pins.forces_n.iter().sum::<f32>(),
+        )
+    }
+}
+
+/// A number without the sign of a zero.
+fn number(value: f64) -> String {
+    let shown = format!("{value:.2}");
+    match shown.strip_prefix('-') {
+        Some(zero) if zero.parse() == Ok(0.0f64) => zero.to_owned(),
+        _ => shown,
+    }
 }
 
 /// Takes packets and gives updates.
@@ -215,7 +242,7 @@ impl Player {
         Ok(self.felt(sensor, pins))
     }
 
-    /// Nothing has come for so long: the pins go down. Gives an update while they do.
+    /// The line has been silent for `dt_s` seconds: the pins go down. Gives an update while they do.
     pub fn silent(&mut self, dt_s: f64) -> Result<Option<Update>, Error> {
         if self.display.forces_n().iter().all(|n| *n == 0.0) {
             return Ok(None);

@@ -77,7 +77,7 @@ pub fn strains(volts: &Volts, volts_per_strain: f64) -> [f32; SIDE * SIDE] {
     })
 }
 
-/// What pressure alone does to the four piezoresistors of a unit.
+/// Volts of the four piezoresistors of a unit that are due to pressure alone.
 fn pressed_unit(&[first, second, third, fourth]: &[Option<f32>; 4]) -> [f32; 4] {
     let pair = first.zip(third).map(|(first, third)| 0.5 * (first + third));
     let mean = mean([pair, second, fourth].into_iter().flatten()).unwrap_or(0.0);

@@ -1,9 +1,7 @@
-//! The player with frames of a known pressure, and the screen in a buffer.
+//! The player with frames of a known pressure.
 
+use super::player::SILENCE_S;
 use super::*;
-use super::{player::SILENCE_S, screen};
-use ratatui::Terminal;
-use ratatui::backend::TestBackend;
 use ridgetone_host::static_image::PLACES;
 use ridgetone_proto::settings::{Settings, TAXELS};
 use ridgetone_proto::telemetry::{Contact, Event, Packet, Raw};
@@ -98,6 +96,11 @@ fn a_pressed_half_is_felt_as_a_half() {
         "{}: {last:?}",
         last.error(1.0)
     );
+    let shown = last.text(1.0);
+    assert!(
+        shown.contains("sensor 2.00 %") && !shown.contains("-0.00"),
+        "{shown}"
+    );
     // A silent line lets the pins go, by the slew.
     let before = last.pins.forces_n.clone();
     let released = player.silent(SILENCE_S).expect("time").expect("they press");
@@ -113,58 +116,4 @@ fn a_pressed_half_is_felt_as_a_half() {
         player.silent(0.05).expect("time");
     }
     assert_eq!(player.silent(0.05).expect("time"), None);
-}
-
-#[test]
-fn the_screen_shows_three_maps() {
-    let setup = Setup::new().expect("a setup");
-    let mut player = Player::new(setup).expect("a player");
-    let updates = touched(&mut player);
-    let mut terminal = Terminal::new(TestBackend::new(90, 16)).expect("a terminal");
-    let text = |terminal: &Terminal<TestBackend>| {
-        let buffer = terminal.backend().buffer();
-        let row = |y| (0..90).map(|x| buffer[(x, y)].symbol()).collect::<String>() + "\n";
-        (0..16).map(row).collect::<String>()
-    };
-    terminal
-        .draw(|frame| screen::draw(frame, "a board", None, &player))
-        .expect("drawn");
-    assert!(text(&terminal).contains("learning the level"));
-    terminal
-        .draw(|frame| screen::draw(frame, "a board", updates.last(), &player))
-        .expect("drawn");
-    let shown = text(&terminal);
-    println!("{shown}");
-    for part in [
-        "strain in the sensor, %",
-        "forces of the pins, N",
-        "strain in the finger, %",
-        "  2.00  2.00",
-        "error 0.",
-        "q quit",
-    ] {
-        assert!(shown.contains(part), "{part}\n{shown}");
-    }
-    assert!(shown.contains('\u{2588}'));
-
-    // At 80 columns the summary goes on in the next line.
-    let mut narrow = Terminal::new(TestBackend::new(80, 16)).expect("a terminal");
-    let mut shown_at_80 = |update: &Update| {
-        narrow
-            .draw(|frame| screen::draw(frame, "a board", Some(update), &player))
-            .expect("drawn");
-        let buffer = narrow.backend().buffer();
-        let cells = (0..16).flat_map(|y| (0..80).map(move |x| (x, y)));
-        cells.map(|at| buffer[at].symbol()).collect::<String>()
-    };
-    let last = updates.last().expect("an update");
-    assert!(shown_at_80(last).contains(" N total"));
-    // Rest has no shade and no sign.
-    let mut rest = last.clone();
-    rest.pins.forces_n.fill(0.004);
-    rest.sensor_strain.fill(-4e-5);
-    rest.felt_strain.fill(2e-5);
-    let shown = shown_at_80(&rest);
-    assert!(!shown.contains(['\u{2588}', '\u{2593}']), "{shown}");
-    assert!(!shown.contains("-0.00"), "{shown}");
 }

@@ -1,4 +1,4 @@
-//! How strongly a texture is felt: amplitude by spatial period.
+//! Amplitude of a texture by its spatial period.
 
 use super::error::{Error, between, within};
 use serde::{Deserialize, Serialize};
@@ -11,7 +11,7 @@ pub struct AmplitudeLaw {
     pub coefficients: [f32; 5],
     /// Periods in which it was measured, millimetres. Others count as the nearer end.
     pub period_mm: (f32, f32),
-    /// Power at which the amplitude is the actuator's greatest.
+    /// Power of the actuator's maximum amplitude.
     pub power_max: f32,
 }
 
@@ -24,7 +24,7 @@ impl AmplitudeLaw {
         power_max: 6000.0,
     };
 
-    /// Whether all of it is possible.
+    /// Checks the ranges.
     pub fn check(&self) -> Result<(), Error> {
         for coefficient in self.coefficients {
             within("coefficient", coefficient, -1e12, 1e12)?;
@@ -36,8 +36,8 @@ impl AmplitudeLaw {
 
     /// Power at a period (equation 2), not below 0.
     pub fn power(&self, period_mm: f32) -> f32 {
-        let (least, most) = self.period_mm;
-        let x = between(period_mm, least, most);
+        let (min, max) = self.period_mm;
+        let x = between(period_mm, min, max);
         self.coefficients
             .iter()
             .rev()
@@ -45,7 +45,7 @@ impl AmplitudeLaw {
             .max(0.0)
     }
 
-    /// Amplitude over the greatest one of the actuator (equation 3), 0 to 1, at a power, or at the
+    /// Amplitude as a fraction of the actuator's maximum (equation 3), 0 to 1, at a power, or at the
     /// law's own if that is 0.
     pub fn fraction(&self, period_mm: f32, power: f32) -> f32 {
         let power = if power > 0.0 {

@@ -59,7 +59,7 @@ impl<const N: usize> Path<N> {
     }
 
     /// Position at a time, millimetres: the first one before all reports, and the last one after them.
-    /// None without a report.
+    /// `None` without a report.
     pub fn position_mm(&self, t_s: f64) -> Option<f64> {
         let (mut below, mut above) = (0, self.count.checked_sub(1)?);
         let (first, last) = (self.point(below), self.point(above));

@@ -1,4 +1,4 @@
-//! What a texture is, instead of how it shakes a finger: a small message.
+//! A texture as a small message, in place of the vibration that it makes.
 
 use super::error::{Error, within};
 use serde::{Deserialize, Serialize};
@@ -20,7 +20,7 @@ pub struct Harmonic {
 pub struct Texture {
     /// Spatial period, millimetres, 0.05 to 100.
     pub period_mm: f32,
-    /// Its standard deviation, millimetres, 0 to 100.
+    /// Standard deviation of the period, millimetres, 0 to 100.
     #[serde(default)]
     pub period_sigma_mm: f32,
     /// Signal power of the sensor at the period, in the unit of the
@@ -56,7 +56,7 @@ impl Texture {
         }
     }
 
-    /// Whether all of it is possible.
+    /// Checks the ranges.
     pub fn check(&self) -> Result<(), Error> {
         within("period_mm", self.period_mm, 0.05, 100.0)?;
         within("period_sigma_mm", self.period_sigma_mm, 0.0, 100.0)?;

@@ -20,10 +20,10 @@ const RESTS_S: f32 = 0.03;
 #[derive(Clone, Copy, Debug, Default)]
 struct Carrier {
     frequency_hz: f32,
-    /// Where the hand was last, and samples since it came there.
+    /// Latest position of the hand, and samples since it arrived there.
     counts: i32,
     still: u32,
-    /// How much of it a moving hand has brought in, 0 to 1.
+    /// Level of the fade: 1 under a hand that moves, 0 under one that rests.
     level: f32,
     /// The latest sample.
     output: f32,
@@ -111,7 +111,7 @@ impl<const N: usize> Vibration<N> {
         self.path.push(t_s, position_mm)
     }
 
-    /// The hand is off, or nothing is known of it: the vibration fades.
+    /// The hand is off, or unknown: the vibration fades.
     pub fn lift(&mut self) {
         self.is_down = false;
         self.stimulus.lift();
@@ -134,7 +134,7 @@ impl<const N: usize> Vibration<N> {
     }
 
     /// A sample of the carrier under a sample of the texture, or that sample without a carrier.
-    /// Its amplitude goes from none in the texture's grooves to the texture's own on its ridges,
+    /// The amplitude goes from none in the texture's grooves to the texture's own on its ridges,
     /// and it keeps the actuator's slew.
     fn carried(&mut self, felt: f32, counts: i32, t_s: f64) -> f32 {
         let amplitude = self.amplitude();
@@ -168,7 +168,7 @@ impl<const N: usize> Vibration<N> {
         self.late
     }
 
-    /// Amplitude now over the greatest one, 0 to 1.
+    /// Amplitude now, as a fraction of the maximum.
     pub fn amplitude(&self) -> f32 {
         self.stimulus.amplitude_v() / self.bias_v
     }

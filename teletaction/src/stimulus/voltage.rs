@@ -39,7 +39,7 @@ pub struct Stimulus {
     wanted_v: f32,
     amplitude_v: f32,
     overtones: [(f32, u32); HARMONICS_MAX - 1],
-    /// Where the hand was last, and how far ahead of it the output is, counts.
+    /// Latest position of the hand, and lead of the output, counts.
     counts: i32,
     ahead: f32,
     is_down: bool,

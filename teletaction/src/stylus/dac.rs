@@ -4,7 +4,7 @@
 use super::SAMPLE_HZ;
 use crate::stimulus::Actuator;
 
-/// Greatest code (RM0090, 14.3.5: 12 bits).
+/// Maximum code (RM0090, 14.3.5: 12 bits).
 pub const CODE_MAX: u16 = 4095;
 
 /// Makes the converter's code for each sample. The code starts at 0, as the converter's does, stays
@@ -13,9 +13,9 @@ pub const CODE_MAX: u16 = 4095;
 pub struct Dac {
     code: u16,
     codes_a_volt: f32,
-    /// Greatest step from one sample to the next, codes, by the actuator's slew rate.
+    /// Maximum step from one sample to the next, codes, by the actuator's slew rate.
     slew: u16,
-    /// Greatest step, codes, after [`Dac::rise`] until the wanted voltage is reached, and after [`Dac::fall`].
+    /// Maximum step, codes, after [`Dac::rise`] until the wanted voltage is reached, and after [`Dac::fall`].
     soft: u16,
     /// The code falls to 0 or stays there.
     is_down: bool,
@@ -61,12 +61,12 @@ impl Dac {
         (self.is_down, self.has_risen) = (true, false);
     }
 
-    /// Whether the code is 0 and stays 0.
+    /// True if the code is 0 and stays 0.
     pub const fn is_down(&self) -> bool {
         self.is_down && self.code == 0
     }
 
-    /// The code of the next sample. `volts`: the wanted voltage, from 0 to the actuator's greatest.
+    /// The code of the next sample. `volts`: the wanted voltage, from 0 to the actuator's maximum.
     pub fn next(&mut self, volts: f32) -> u16 {
         // A NaN would become 0; the stimulus has none.
         let wanted = if self.is_down {

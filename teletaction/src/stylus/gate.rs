@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// fro by one.
 const MOVED_COUNTS: u32 = 2;
 
-/// What it does, and why.
+/// State of the stylus, with its reason.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum State {
@@ -86,7 +86,7 @@ impl Gate {
         }
     }
 
-    /// What it does.
+    /// Present state.
     pub const fn state(&self) -> State {
         match (self.is_enabled, self.was_silenced) {
             (false, true) => State::LineSilent,

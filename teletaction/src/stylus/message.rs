@@ -1,4 +1,4 @@
-//! What travels between a stylus and a PC: requests with replies, and events, each in a numbered
+//! Messages between a stylus and a PC: requests with replies, and events, each in a numbered
 //! packet.
 //!
 //! Framing, checksum and packets are the finger's ([`ridgetone_proto`]). Every message carries a
@@ -15,7 +15,7 @@ use ridgetone_proto::telemetry::{self, Events, PacketDecoder, WIRE_MAX};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
 
 /// Version of the stylus's wire contract; a reader refuses another one.
-pub const PROTOCOL: u8 = 1;
+pub const PROTOCOL: u8 = 2;
 
 /// The byte before every command and every event. The finger's enumerations are shorter than this.
 const MARK: u8 = b'S';
@@ -68,7 +68,7 @@ impl Events for Mark<Event> {
         }
     }
 
-    /// None: all are few and short.
+    /// No bulk events: all are few and short.
     type Bulk = Nothing;
 
     fn bulk(&self) -> Option<Nothing> {
@@ -153,7 +153,7 @@ pub enum Outcome {
     Restarting,
 }
 
-/// What the stylus reports.
+/// A report of the stylus.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[allow(clippy::large_enum_variant)]
 pub enum Event {
@@ -165,7 +165,7 @@ pub enum Event {
     Damaged(Damaged),
     /// It begins or stops to vibrate.
     State(Change),
-    /// Where the hand is.
+    /// Position of the hand.
     Position(Position),
     /// Counters and readings.
     Health(Health),
@@ -193,7 +193,7 @@ pub struct Hello {
 pub struct Damaged {
     /// Device time, microseconds.
     pub t_us: u64,
-    /// How many since the last such event.
+    /// Count since the last such event.
     pub requests: u32,
 }
 
@@ -202,11 +202,11 @@ pub struct Damaged {
 pub struct Change {
     /// Device time, microseconds.
     pub t_us: u64,
-    /// What it does now, and why.
+    /// New state.
     pub state: State,
 }
 
-/// Where the hand is.
+/// Position of the hand.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Position {
     /// Device time of the sample, microseconds.
@@ -229,7 +229,7 @@ pub struct Health {
     /// Longest time from a sample's trigger to the reading of the encoder, microseconds, whole
     /// ones.
     pub latest_reading_us: u32,
-    /// What it does, and why.
+    /// State of the stylus.
     pub state: State,
     /// Amplitude of the fundamental now, volts.
     pub amplitude_v: f32,

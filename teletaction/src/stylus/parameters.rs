@@ -14,15 +14,15 @@ const CONVERTER_SAMPLES: f32 = 1.5;
 /// Everything that a user can set.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Parameters {
-    /// Limits of the actuator. Its voltage is what the converter's greatest code gives behind the
-    /// amplifier.
+    /// Limits of the actuator. Its voltage is the amplifier's output at the converter's maximum
+    /// code.
     pub actuator: Actuator,
     /// One count of the encoder, all four edges counted, millimetres, 0.0001 to 1.
     pub count_mm: f32,
     /// Latency of what follows the converter, such as a filter, seconds, 0 to 0.0198. The
     /// converter's own 1.5 samples are added.
     pub latency_s: f32,
-    /// How strongly a texture without a power is felt.
+    /// Amplitude of a texture that has no power of its own.
     pub law: AmplitudeLaw,
     /// Without a movement of two counts for this time the vibration stops, until the hand moves;
     /// seconds, 0.01 to 60.
@@ -96,83 +96,25 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_defaults_are_possible_and_what_is_not_is_named() {
+    fn the_defaults_are_possible_and_impossible_parameters_are_named() {
         assert!(Parameters::DEFAULT.stimulus().is_ok());
-        let (defaults, nan) = (Parameters::DEFAULT, f32::NAN);
-        let actuator = |actuator| Parameters {
-            actuator,
-            ..defaults
-        };
-        for (parameters, name) in [
-            (
-                Parameters {
-                    still_s: nan,
-                    ..defaults
-                },
-                "still_s",
-            ),
-            (
-                Parameters {
-                    silence_s: 0.0,
-                    ..defaults
-                },
-                "silence_s",
-            ),
-            (
-                Parameters {
-                    positions_hz: 251.0,
-                    ..defaults
-                },
-                "positions_hz",
-            ),
-            (
-                Parameters {
-                    latency_s: 0.0199,
-                    ..defaults
-                },
-                "latency_s",
-            ),
-            (
-                Parameters {
-                    count_mm: -0.005,
-                    ..defaults
-                },
-                "count_mm",
-            ),
-            (
-                actuator(Actuator {
-                    voltage_v: nan,
-                    ..Actuator::PIEZO
-                }),
-                "voltage_v",
-            ),
-            (
-                actuator(Actuator {
-                    slew_v_s: f32::INFINITY,
-                    ..Actuator::PIEZO
-                }),
-                "slew_v_s",
-            ),
-            (
-                Parameters {
-                    law: AmplitudeLaw {
-                        power_max: nan,
-                        ..AmplitudeLaw::OKAMOTO
-                    },
-                    ..defaults
-                },
-                "power_max",
-            ),
-        ] {
+        let cases: [(fn(&mut Parameters), &str); 8] = [
+            (|p| p.still_s = f32::NAN, "still_s"),
+            (|p| p.silence_s = 0.0, "silence_s"),
+            (|p| p.positions_hz = 251.0, "positions_hz"),
+            (|p| p.latency_s = 0.0199, "latency_s"),
+            (|p| p.count_mm = -0.005, "count_mm"),
+            (|p| p.actuator.voltage_v = f32::NAN, "voltage_v"),
+            (|p| p.actuator.slew_v_s = f32::INFINITY, "slew_v_s"),
+            (|p| p.law.power_max = f32::NAN, "power_max"),
+        ];
+        for (change, name) in cases {
+            let mut parameters = Parameters::DEFAULT;
+            change(&mut parameters);
             assert_eq!(parameters.stimulus().expect_err(name).field, name);
         }
-        assert!(
-            Parameters {
-                latency_s: 0.0198,
-                ..defaults
-            }
-            .stimulus()
-            .is_ok()
-        );
+        let mut slowest = Parameters::DEFAULT;
+        slowest.latency_s = 0.0198;
+        assert!(slowest.stimulus().is_ok());
     }
 }

@@ -16,7 +16,7 @@ use rtic_core::Mutex;
 const HEALTH_S: u32 = 1;
 const HELLO_S: u32 = 10;
 
-/// What the task owns.
+/// State owned by the task.
 #[derive(Debug)]
 pub struct Reports {
     requests: Requests,

@@ -10,7 +10,7 @@ use ridgetone_finger::tasks::{PACKETS, Platform, Shared};
 use ridgetone_proto::framing::decode;
 use rtic_core::Mutex;
 
-/// What the task owns of them.
+/// State of the requests, owned by the task.
 #[derive(Debug)]
 pub struct Requests {
     /// The parameters in force.

@@ -11,18 +11,18 @@ use super::parameters::{Parameters, samples};
 use super::{REPORT_SAMPLES, SAMPLE_US};
 use crate::stimulus::{Prepared, Stimulus};
 
-/// What others see of it.
+/// Snapshot of the sampler for other tasks.
 #[derive(Clone, Copy, Debug)]
 pub struct Look {
     /// The latest sample's time and position.
     pub position: Position,
-    /// What the stylus does.
+    /// State of the gate.
     pub state: State,
     /// Amplitude of the fundamental, volts.
     pub amplitude_v: f32,
-    /// Samples since start-up, and those of them that were not there in time.
+    /// Samples since start-up.
     pub samples: u32,
-    /// As above.
+    /// Samples since start-up that were not ready in time.
     pub deadlines_missed: u32,
     /// Longest time from a trigger to the reading of the encoder, microseconds.
     pub latest_reading_us: u32,
@@ -30,7 +30,7 @@ pub struct Look {
     pub is_down: bool,
 }
 
-/// What the interrupt owns.
+/// State owned by the interrupt.
 #[derive(Clone, Copy, Debug)]
 pub struct Sampler {
     stimulus: Stimulus,
@@ -124,7 +124,7 @@ impl Sampler {
         is_due
     }
 
-    /// What `next` left.
+    /// Snapshot after the latest `next`.
     pub fn look(&self) -> Look {
         Look {
             position: Position {

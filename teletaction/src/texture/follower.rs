@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 pub enum News {
     /// It has another texture under it; if it was silent it no longer is.
     Texture(Texture),
-    /// A window was fitted, and ended so long ago.
+    /// An estimate, and the time since its window ended.
     Window(Box<Estimate>, Duration),
     /// It was silent, and no longer is. Its texture follows as soon as it finds one.
     Back,
@@ -35,7 +35,7 @@ pub struct Follower {
     clock: Clock,
 }
 
-/// Time over which the least delay of the packets counts, seconds: crystals drift apart by less
+/// Time over which the smallest delay of the packets counts, seconds: crystals drift apart by less
 /// than 1 ms meanwhile.
 const BLOCK_S: f64 = 10.0;
 
@@ -73,8 +73,8 @@ impl Clock {
         }
         let offset_s = now_s - device_us as f64 * 1e-6;
         self.offsets_s[1] = self.offsets_s[1].min(offset_s);
-        let least_s = self.offsets_s[0].min(self.offsets_s[1]);
-        Duration::from_secs_f64(offset_s - least_s)
+        let min_s = self.offsets_s[0].min(self.offsets_s[1]);
+        Duration::from_secs_f64(offset_s - min_s)
     }
 }
 

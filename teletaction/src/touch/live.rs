@@ -16,14 +16,14 @@ use std::time::Duration;
 /// Longest wait between two looks at [`stop`].
 const LOOK: Duration = Duration::from_millis(20);
 
-/// Where textures come from.
+/// Source of the textures.
 pub enum Textures {
     /// One, of a file of this name.
     Fixed(String, Texture),
     Finger(Box<Feed>),
 }
 
-/// Where the page is served, and how it begins.
+/// Address and initial state of the page.
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
     pub address: SocketAddr,

@@ -52,10 +52,10 @@ const FILES: &[File] = &[
     js!("worklet.js"),
 ];
 
-/// `cargo xtask worklet` builds it from teletaction/stimulus/worklet.
+/// `cargo xtask worklet` builds it from this package.
 pub const WASM: &[u8] = include_bytes!("../../assets/touch/stimulus.wasm");
 
-/// As that of all pages, and with WebAssembly of its own.
+/// The policy of all pages, plus WebAssembly from this origin.
 const POLICY: &str = "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; object-src 'none'; base-uri 'none'; \
     form-action 'none'; frame-ancestors 'none'";
 
@@ -66,7 +66,7 @@ pub struct Shown {
     pub status: String,
     /// The finger is silent: its texture fades.
     pub is_silent: bool,
-    /// None before the finger has found one.
+    /// `None` before the finger has found one.
     pub texture: Option<Texture>,
     /// Textures so far.
     pub number: u64,
@@ -82,7 +82,7 @@ struct Json<'a> {
     status: &'a str,
     is_silent: bool,
     texture: Option<Texture>,
-    /// Amplitude over the actuator's greatest.
+    /// Amplitude as a fraction of the actuator's maximum.
     fraction: Option<f32>,
     number: u64,
     delay_ms: (f64, f64),

@@ -129,7 +129,7 @@ fn forces_are_the_optimum() {
             let mut matching =
                 Matching::new(&sensors, &pins, &layer, regularisation).expect("a display");
             let mut draw = Draw::new(7);
-            for frame in 0..8 {
+            for frame in 0..4 {
                 let wanted = pressed(&mut draw, &sensors);
                 let solution = matching.forces(&wanted).expect("forces");
                 assert!(solution.is_optimal && solution.pivots <= 12, "{solution:?}");
@@ -282,7 +282,7 @@ fn pivots_are_few_whatever_is_wanted() {
             let mut matching =
                 Matching::new(&sensors, &pins, &layer, regularisation).expect("a display");
             let mut draw = Draw::new(11);
-            for frame in 0..500 {
+            for frame in 0..200 {
                 let wanted = match frame % 2 {
                     0 => pressed(&mut draw, &sensors),
                     _ => (0..sensors.count()).map(|_| draw.even(-1.0, 1.0)).collect(),
