@@ -98,7 +98,8 @@ mod tests {
     #[test]
     fn the_defaults_are_possible_and_impossible_parameters_are_named() {
         assert!(Parameters::DEFAULT.stimulus().is_ok());
-        let cases: [(fn(&mut Parameters), &str); 8] = [
+        type Change = fn(&mut Parameters);
+        let cases: [(Change, &str); 8] = [
             (|p| p.still_s = f32::NAN, "still_s"),
             (|p| p.silence_s = 0.0, "silence_s"),
             (|p| p.positions_hz = 251.0, "positions_hz"),
