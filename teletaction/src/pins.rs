@@ -2,12 +2,12 @@
 //!
 //! | step | file |
 //! |---|---|
-//! | raw frames to strains | [`skin`] |
-//! | strain at a sensor under a pin | [`grid`] |
-//! | nearest strains: least squares without negative forces | [`matching`] |
-//! | force, stroke, levels, slew and updates of a real display | [`limits`] |
-//! | a board's packets to updates | [`player`] |
-//! | updates, line by line | [`run`](mod@run) |
+//! | raw frames to strains | `skin.rs` |
+//! | strain at a sensor under a pin | `grid.rs` |
+//! | nearest strains: least squares without negative forces | `matching.rs` |
+//! | force, stroke, levels, slew and updates of a real display | `limits.rs` |
+//! | a board's packets to updates | `player.rs` |
+//! | updates, line by line | `run.rs` |
 //!
 //! The method is that of Moy et al., *Human Psychophysics for Teletaction System Design*.
 

@@ -157,7 +157,7 @@ mod tests {
         // A turn whose ends are far apart: there and back, and there again.
         assert_eq!(path(|t_s| t_s + (3.0 * t_s).sin()).length(0.0, 3.9), None);
         // An encoder on an edge does not turn.
-        let resting = path(|t_s| 0.005 * (250.0 * t_s).round() % 2.0);
+        let resting = path(|t_s| 0.005 * ((250.0 * t_s).round() % 2.0));
         assert!(resting.length(1.0, 2.0).is_some());
         for (from_s, to_s) in [(-0.1, 1.0), (3.5, 4.0)] {
             assert_eq!(turning.length(from_s, to_s), None);

@@ -27,13 +27,6 @@ pub struct Texture {
     /// [`AmplitudeLaw`](super::AmplitudeLaw), 0 to 1e12; 0: by the law.
     #[serde(default)]
     pub power: f32,
-    /// Force under which it was touched, newtons, 0 to 1000; 0 if nobody knows it. A finger that is
-    /// live does not: its levels are volts.
-    #[serde(default)]
-    pub force_n: f32,
-    /// Time of the measurement, seconds of the sender's clock, 0 to 1e9.
-    #[serde(default)]
-    pub t_s: f32,
     /// The second harmonic and those above it.
     #[serde(default)]
     pub overtones: [Harmonic; HARMONICS_MAX - 1],
@@ -50,8 +43,6 @@ impl Texture {
             period_mm,
             period_sigma_mm: 0.0,
             power: 0.0,
-            force_n: 0.0,
-            t_s: 0.0,
             overtones: [none; HARMONICS_MAX - 1],
         }
     }
@@ -61,8 +52,6 @@ impl Texture {
         within("period_mm", self.period_mm, 0.05, 100.0)?;
         within("period_sigma_mm", self.period_sigma_mm, 0.0, 100.0)?;
         within("power", self.power, 0.0, 1e12)?;
-        within("force_n", self.force_n, 0.0, 1e3)?;
-        within("t_s", self.t_s, 0.0, 1e9)?;
         for harmonic in self.overtones {
             within("amplitude", harmonic.amplitude, 0.0, 1.0)?;
             within("phase_cycles", harmonic.phase_cycles, -1.0, 1.0)?;
