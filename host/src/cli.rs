@@ -41,7 +41,7 @@ use std::ffi::OsString;
     name = "ridgetone",
     version,
     max_term_width = 100,
-    after_help = "With ridgetone-teletaction installed: touch, pins, link, texture, skin."
+    after_help = "With ridgetone-teletaction installed: touch, pins, link."
 )]
 pub struct Cli {
     /// Replace files that exist already; a recording of telemetry is never replaced.
@@ -102,10 +102,6 @@ enum Command {
     Pins(TeletactionArgs),
     #[command(hide = true)]
     Link(TeletactionArgs),
-    #[command(hide = true)]
-    Texture(TeletactionArgs),
-    #[command(hide = true)]
-    Skin(TeletactionArgs),
 }
 
 /// The words of a command of `ridgetone-teletaction`, which parses them.
@@ -145,8 +141,6 @@ impl Cli {
             Command::Touch(args) => teletaction::run("touch", &args.words, self.force),
             Command::Pins(args) => teletaction::run("pins", &args.words, self.force),
             Command::Link(args) => teletaction::run("link", &args.words, self.force),
-            Command::Texture(args) => teletaction::run("texture", &args.words, self.force),
-            Command::Skin(args) => teletaction::run("skin", &args.words, self.force),
         }
     }
 }

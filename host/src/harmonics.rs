@@ -142,7 +142,7 @@ pub fn powers(readings: impl Iterator<Item = Reading>, frequencies: Frequencies)
 /// The unknowns, and the sum of the squared residuals, by the modified Gram-Schmidt process
 /// (Björck, "Solving linear least squares problems by Gram-Schmidt orthogonalization", BIT 7,
 /// 1967).
-pub fn least_squares(rows: &[Vec<f64>], mut rest: Vec<f64>) -> (Vec<f64>, f64) {
+fn least_squares(rows: &[Vec<f64>], mut rest: Vec<f64>) -> (Vec<f64>, f64) {
     let size = rows[0].len();
     let mut columns: Vec<Vec<f64>> = (0..size)
         .map(|at| rows.iter().map(|row| row[at]).collect())

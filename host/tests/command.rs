@@ -227,7 +227,7 @@ fn beside(script: Option<&str>, words: &[&str]) -> std::process::Output {
 #[test]
 fn teletaction_gets_its_words_and_gives_its_status() {
     let script = "#!/bin/sh\nfor word; do echo \"[$word]\"; done\nexit 7\n";
-    for command in ["touch", "pins", "link", "texture"] {
+    for command in ["touch", "pins", "link"] {
         let words = [command, "--help", "a b", "--open", "-o", "-"];
         let output = beside(Some(script), &words);
         assert_eq!(output.status.code(), Some(7));
@@ -248,7 +248,7 @@ fn teletaction_gets_its_words_and_gives_its_status() {
 #[cfg(unix)]
 #[test]
 fn without_teletaction_a_line_says_how_to_install_it() {
-    for command in ["touch", "pins", "link", "texture"] {
+    for command in ["touch", "pins", "link"] {
         let parts = [command, "cargo install --path teletaction"];
         assert_one_line(&beside(None, &[command, "--emulated"]), 1, &parts);
     }
@@ -264,7 +264,7 @@ fn an_unknown_command_is_refused_with_what_may_be_meant() {
         .find(|line| line.contains("ridgetone-teletaction"))
         .expect("a line");
     assert!(
-        ["touch", "pins", "link", "texture"]
+        ["touch", "pins", "link"]
             .iter()
             .all(|name| line.contains(name)),
         "{help}"

@@ -70,10 +70,6 @@ def steps(checks, steady, errors, peak_mm):
     by_his = max(powers, key=lambda row: means[row[1]] * row[3])[1]
     checks.true("S2: by his definition our finger's power has its maximum at, mm", f"{by_his}", 1.2 <= by_his <= 1.6)
     add("maximum of our finger's power by his definition", "Figure 11", "1.2 to 1.6 mm", f"{by_his} mm", "NumPy; from 1.7 mm on ours falls, theirs grows")
-    for row, printed in zip(table("distance", "experiment"), ("0.83", "second", "lowest")):
-        add("correlation of answers, " + row[0].split(": ")[1], "Figure 13", printed, f"{row[2]} +- {row[3]}", "a stated observer" if printed == "0.83" else "**order of the two does not come out**")
-    answers = table("distance", "experiment")[0][6:]
-    add("mean answers to 0.8 to 2 mm", "Figure 12", "S, peak at 1.2 to 1.6 mm", ", ".join(f"{mm:g}" for mm in answers) + " mm", "flat from 1.4 to 1.8 mm, **no peak**")
     add("p of t = 2.70, df = 10.13, one-tailed", "section V-D", "0.027", f"{student_tail(2.70, 10.13):.3f}", f"NumPy; two-tailed {2 * student_tail(2.70, 10.13):.3f}")
 
 

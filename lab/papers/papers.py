@@ -42,7 +42,6 @@ def main():
         oddo.lags(checks, command)
         feel.feel(checks)
         pins.rows(checks, command)
-        teletaction.skin(checks, command)
         compare_or_write(checks, arguments.write)
     if checks.failed:
         sys.exit(f"{checks.failed} rows differ")

@@ -3,14 +3,12 @@
 mod actuator;
 mod link;
 mod pins;
-mod skin;
-mod texture;
 mod touch;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
 
-/// What a robot's finger touches, felt by a person at a distance.
+/// Lets a person feel at a distance what a robot's finger touches.
 ///
 /// `ridgetone` runs it: `ridgetone touch` is `ridgetone-teletaction touch`. Results go to standard
 /// output, everything else to standard error. Exit status: 0 done, 1 an error (one line says
@@ -27,20 +25,13 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Feel a texture under the mouse, a finger or a pen: a page that plays its vibration; or write
-    /// that as sound.
+    /// Feel a texture under the mouse, a finger or a pen: a page that plays its vibration.
     Touch(touch::TouchArgs),
-    /// Show what the finger feels on a display of pins, and what a finger on that would feel.
+    /// Turn the strain under the finger into the forces of a display of pins.
     Pins(Box<pins::PinsArgs>),
     /// Connect a finger with a stylus over a network: textures one way, the place of the hand the
     /// other.
     Link(link::LinkArgs),
-    /// Fit how a person's skin relaxes, for the afterimages of `pins`.
-    #[command(subcommand)]
-    Skin(skin::SkinCommand),
-    /// Learn what a texture is from recordings, for a person's hand.
-    #[command(subcommand)]
-    Texture(texture::TextureCommand),
 }
 
 impl Cli {
@@ -53,8 +44,6 @@ impl Cli {
             Command::Touch(args) => args.run(),
             Command::Pins(args) => args.run(),
             Command::Link(args) => args.run(),
-            Command::Skin(command) => command.run(),
-            Command::Texture(command) => command.run(),
         }
     }
 }

@@ -1,30 +1,40 @@
-//! What a robot's finger touches, felt by a person at a distance, on top of the finger's messages:
-//! the library of the command `ridgetone-teletaction`, which `ridgetone` runs.
+//! Touch at a distance, on top of a finger's messages: the library of the command
+//! `ridgetone-teletaction`, which `ridgetone` runs, of the stylus' image and of the WebAssembly in
+//! the page of `touch`.
 //!
 //! | concept | where |
 //! |---|---|
-//! | what a texture is, learned from recordings or reported by a finger | [`texture`] |
-//! | a texture under a person's hand: a page with sound, files | [`touch`] |
-//! | textures to a stylus and places to a finger, over a network | [`link`] |
-//! | strains to forces of a pin display that only presses | [`display`] |
-//! | a pin display on a screen or a page, and what it must be able to do | [`pins`] |
-//! | the relaxation of a person's skin, for the afterimages of a display | [`skin`] |
-//! | the one state of the pages of `touch` and `pins` | `latest` |
-//! | the command line | [`cli`] |
-//!
-//! The vibration under a hand is made by the crate `ridgetone-stimulus`: here, as WebAssembly in
-//! the page of `touch`, and on a stylus (crate `ridgetone-stylus`).
-#![forbid(unsafe_code)]
+//! | a texture under a hand: the voltage of an actuator by the hand's position (`no_std`) | [`stimulus`] |
+//! | decisions of a stylus with an encoder and an actuator (`no_std`) | `stylus` |
+//! | the stimulus as WebAssembly | `worklet` |
+//! | textures that a finger reports | `texture` |
+//! | a texture under a pointer: a page with sound | `touch` |
+//! | textures to a stylus and positions to a finger, over a network | `link` |
+//! | forces of a pin display that only presses | `pins` |
+//! | the command line | `cli` |
+#![cfg_attr(target_os = "none", no_std)]
+#![deny(unsafe_code)]
 // Messages quote files, boards and peers: `note!` escapes and cuts them.
 #![deny(clippy::print_stderr)]
 // Nobody publishes it: a field whose name and unit say all has no doc.
 #![allow(missing_docs)]
+// `!(a > b)` is intended: a NaN belongs on that side.
+#![allow(clippy::neg_cmp_op_on_partial_ord)]
 
+pub mod stimulus;
+#[cfg(not(target_arch = "wasm32"))]
+pub mod stylus;
+
+#[cfg(target_arch = "wasm32")]
+mod worklet;
+
+#[cfg(not(any(target_os = "none", target_arch = "wasm32")))]
 pub mod cli;
-pub mod display;
-mod latest;
+#[cfg(not(any(target_os = "none", target_arch = "wasm32")))]
 pub mod link;
+#[cfg(not(any(target_os = "none", target_arch = "wasm32")))]
 pub mod pins;
-pub mod skin;
+#[cfg(not(any(target_os = "none", target_arch = "wasm32")))]
 pub mod texture;
+#[cfg(not(any(target_os = "none", target_arch = "wasm32")))]
 pub mod touch;

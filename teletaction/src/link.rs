@@ -1,25 +1,29 @@
-//! `link`: a finger and a stylus with a network between them. The place of the hand goes one way,
-//! 250 times a second; textures go the other way, when they have changed and four times a second.
-//! No vibration travels: the stylus makes it from the place of its own hand.
+//! `link`: a finger and a stylus with a network between them. The position of the hand goes one
+//! way, 250 times a second; textures go the other way, when they have changed and four times a
+//! second. No vibration travels: the stylus makes it from the position of its own hand.
 //!
 //! | step | file |
 //! |---|---|
-//! | what travels, and what is counted of it | [`message`] |
-//! | a network that delays, loses, doubles and damages, simulated | [`network`] |
+//! | messages, and their counts | [`message`] |
+//! | a simulated network that delays, loses, duplicates and damages | [`network`] |
 //! | one end or the other over UDP | [`socket`] |
 //! | the finger's end | [`finger`] |
-//! | the stylus' end: a simulated hand and actuator, and the error of what is felt | [`stylus`] |
-//! | that end on a board of its own, and what the board is requested | [`board`], [`requests`] |
-//! | both, and what they report each second | [`run`](mod@run) |
+//! | the period of the surface by the path of the hand | [`wavelength`] |
+//! | the stylus' end: a simulated hand and actuator, and the error of the stimulus | [`stylus`], [`hand`] |
+//! | that end on a board of its own, and the requests to it | [`board`], [`requests`] |
+//! | both ends, and their reports | [`run`](mod@run) |
 
 pub mod board;
 pub mod finger;
+pub mod hand;
 pub mod message;
 pub mod network;
 pub mod requests;
 pub mod run;
 pub mod socket;
 pub mod stylus;
+pub mod wavelength;
 
 pub use board::BoardEnd;
+pub use hand::Hand;
 pub use run::{Ends, Link, Options, run};

@@ -14,9 +14,6 @@ mod stylus_board;
 #[cfg(target_os = "linux")]
 #[path = "link/with_a_board.rs"]
 mod with_a_board;
-#[cfg(target_os = "linux")]
-#[path = "link/with_the_image.rs"]
-mod with_the_image;
 
 use common::{assert_one_line, directory, json_lines, ridgetone, run, text};
 use ridgetone_host::input::Input;
@@ -132,14 +129,14 @@ fn two_ends_find_each_other_over_a_network() {
             .as_u64()
             .unwrap_or_else(|| panic!("{what} in {of}"))
     };
-    // The finger has the places of the hand, and the stylus the texture of 3.6 mm.
-    let places = &last(&finger)["places"];
+    // The finger has the positions of the hand, and the stylus the texture of 3.6 mm.
+    let positions = &last(&finger)["positions"];
     assert!(
-        number(places, "received") > 200 && number(places, "lost") > 5,
+        number(positions, "received") > 200 && number(positions, "lost") > 5,
         "{finger:?}"
     );
     assert!(
-        number(places, "doubled") > 1 && number(places, "damaged") > 1,
+        number(positions, "doubled") > 1 && number(positions, "damaged") > 1,
         "{finger:?}"
     );
     let felt = stylus
@@ -164,6 +161,11 @@ fn what_makes_no_sense_is_refused_on_one_line() {
     };
     refused(&[], &["--finger"]);
     refused(&["--emulated", "--finger", "emulated"], &["--finger"]);
+    refused(&["--emulated", "--follows"], &["--follows", "serial port"]);
+    refused(
+        &["--finger", "udp:127.0.0.1:1", "--follows"],
+        &["--follows", "finger's end"],
+    );
     refused(&["--emulated", "--loss", "101%"], &["0 to 100"]);
     refused(&["--emulated", "--loss", "-1"], &["0 to 100"]);
     refused(&["--emulated", "--loss", "NaN"], &["not a number"]);

@@ -1,12 +1,13 @@
-//! `ridgetone pins`: a design, what is refused, and the emulated touch on a display.
+//! `ridgetone pins`: matching, limits, refused options, and the emulated touch on a display.
 
 #[path = "../../host/tests/common/mod.rs"]
 mod common;
-#[cfg(target_os = "linux")]
-#[path = "pins/page.rs"]
-mod page;
+#[path = "pins/limits.rs"]
+mod limits;
+#[path = "pins/matching.rs"]
+mod matching;
 
-use common::{assert_one_line, json_lines, run, stdout};
+use common::{assert_one_line, json_lines, run};
 use serde_json::Value;
 
 fn numbers(object: &Value, name: &str) -> Vec<f64> {
@@ -20,42 +21,12 @@ fn numbers(object: &Value, name: &str) -> Vec<f64> {
 }
 
 #[test]
-fn the_papers_design_is_not_noticed() {
-    let arguments = [
-        "pins",
-        "--design",
-        "--spacing-mm",
-        "2",
-        "--depth-mm",
-        "2",
-        "--resolution",
-        "10%",
-    ];
-    let text = stdout(&run(&arguments));
-    assert!(text.contains("index 0.065  not noticed"), "{text}");
-    let [design] = &json_lines(&run(&[&arguments[..], &["--json"]].concat()))[..] else {
-        panic!("one line")
-    };
-    let number = |name: &str| design[name].as_f64().expect("a number");
-    assert!(
-        (number("index") - 0.06).abs() < 0.01 && number("worst_index") < 0.1,
-        "{design}"
-    );
-    assert_eq!(design["verdict"], "not_noticed");
-}
-
-#[test]
 fn what_makes_no_sense_is_refused() {
     for (arguments, word) in [
         (
-            &["pins", "--design", "--spacing-mm", "2.03"][..],
-            "multiple",
+            &["pins", "--emulated", "--pins", "11x10"][..],
+            "at most 100",
         ),
-        (&["pins", "--design", "--emulated"], "--design"),
-        (&["pins", "--resolution", "10"], "--design"),
-        (&["pins", "--emulated", "--pins", "11x10"], "at most 100"),
-        (&["pins", "--emulated", "--subject", "7"], "1 to 6"),
-        (&["pins", "--emulated", "--subject", "3,2"], "relaxation_s"),
         (&["pins", "--emulated", "--slew-n-s", "0.01"], "faster slew"),
         (&["pins", "--emulated", "--depth-mm", "0.01"], "depth_mm"),
         (

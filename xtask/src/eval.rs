@@ -1,5 +1,5 @@
 //! Tasks that `ridgetone-eval` does, with the images that they need: `bench`, `board`, `noise`,
-//! `touch`, `distance`, `faults`, `reproduce`.
+//! `touch`, `faults`, `reproduce`.
 
 use crate::images::{self, Board};
 use crate::setup;
@@ -50,7 +50,7 @@ pub fn bench(flags: &[String]) -> Result<()> {
     run(&mut bench)
 }
 
-/// A command that needs no image: `noise`, `touch`, `distance`, `real`.
+/// A command that needs no image: `noise`, `touch`, `real`.
 pub fn plain(command: &str, arguments: &[String]) -> Result<()> {
     run(eval(command).args(arguments))
 }

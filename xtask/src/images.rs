@@ -51,7 +51,7 @@ const USUAL: &str = "image";
 const FIRMWARE: &str = "ridgetone-firmware";
 
 /// The stylus's package, and its binary.
-const STYLUS: &str = "ridgetone-stylus";
+const STYLUS: &str = "ridgetone-teletaction";
 const STYLUS_BINARY: &str = "ridgetone-stylus-firmware";
 
 /// A board that has an image.

@@ -78,10 +78,6 @@ enum Task {
     /// in docs/results/touch.md.
     #[command(disable_help_flag = true)]
     Touch(Flags),
-    /// Computes what a pin display does to a finger, beside a paper's figures. With --write it
-    /// fills in docs/results/distance.md.
-    #[command(disable_help_flag = true)]
-    Distance(Flags),
     /// Measures start, load, interrupts and jitter of the boards' images on the register model.
     Board {
         /// Fill in docs/results/boards.md.
@@ -122,7 +118,7 @@ enum Task {
     /// JSON schemas, the tables of host/reference.md and Python's classes.
     Events,
     /// Builds what makes the sound of `ridgetone touch`, teletaction/assets/touch/stimulus.wasm: after a
-    /// change of stimulus/.
+    /// change of teletaction/src/stimulus/.
     Worklet,
     /// Writes the list of settings in host/reference.md and Python's class: after a change of the
     /// table in crates/proto/src/settings.rs.
@@ -170,7 +166,6 @@ fn main() -> ExitCode {
         Task::Noise(Flags { flags }) => eval::plain("noise", &flags),
         Task::Real { folder } => eval::plain("real", &[folder]),
         Task::Touch(Flags { flags }) => eval::plain("touch", &flags),
-        Task::Distance(Flags { flags }) => eval::plain("distance", &flags),
         Task::Board { write } => eval::board(write),
         Task::Faults(Flags { flags }) => eval::faults(&flags),
         Task::Reproduce(Flags { flags }) => eval::reproduce(&flags),

@@ -7,12 +7,11 @@ use std::path::{Path, PathBuf};
 use std::{env, fs};
 
 /// Those that are published, each after those that it needs.
-const PACKAGES: [&str; 6] = [
+const PACKAGES: [&str; 5] = [
     "ads1258",
     "ridgetone-proto",
     "ridgetone-tone",
     "ridgetone-feel",
-    "ridgetone-stimulus",
     "ridgetone-finger",
 ];
 

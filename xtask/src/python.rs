@@ -79,7 +79,7 @@ pub fn run_papers(python: &Path) -> Result<String> {
 pub fn papers(is_written: bool) -> Result<()> {
     prepare()?;
     run(&mut test(&[
-        "--no-run", "--test", "tables", "--test", "skin",
+        "--no-run", "--test", "tables", "--test", "pins",
     ]))?;
     let mut papers = script(&build()?)?;
     if !is_written {

@@ -16,8 +16,12 @@ const EMULATED: [&str; 6] = [
     "a_fit_too_slow_for_the_stride_costs_strides",
 ];
 
-/// Runs of the boards' own images without `--all`: programs in `lab/rig/tests`.
-const RIG: [&str; 3] = ["boards", "own_adc", "stylus"];
+/// Runs of the boards' own images without `--all`: programs of tests, with their packages' folders.
+const RIG: [(&str, &str); 3] = [
+    ("lab/rig", "boards"),
+    ("lab/rig", "own_adc"),
+    ("teletaction", "stylus_image"),
+];
 
 /// Tests in real time: their program and module. They need a core for themselves.
 pub const IN_REAL_TIME: (&str, &str) = ("link", "with_a_board::");
@@ -49,7 +53,7 @@ pub fn run_tests() -> Result<()> {
     })?;
     in_real_time()?;
     announce("the images of the boards on the register model");
-    let mut rig = test(&RIG.map(|program| ["--test", program]).concat());
+    let mut rig = test(&RIG.map(|(_, program)| ["--test", program]).concat());
     run(rig.args(["--", "--ignored"])).context("tests of the boards' images")?;
     announce(
         "one run of each kind on the emulated chip; `cargo xtask test --all` runs all of them",
@@ -124,9 +128,10 @@ mod tests {
         assert!(tests.contains("mod page;"));
         let link = fs::read_to_string(root().join("teletaction/tests/link.rs")).expect("a file");
         assert!(link.contains("mod with_a_board;"));
-        assert!(
-            RIG.iter()
-                .all(|program| root().join(format!("lab/rig/tests/{program}.rs")).is_file())
-        );
+        assert!(RIG.iter().all(|(folder, program)| {
+            root()
+                .join(format!("{folder}/tests/{program}.rs"))
+                .is_file()
+        }));
     }
 }

@@ -1,4 +1,4 @@
-//! The page's part of `ridgetone-stimulus`, as WebAssembly.
+//! The stimulus in the page of `ridgetone touch`, as WebAssembly.
 
 use crate::tools::{announce, clean, find, root, run, target_dir};
 use anyhow::{Context, Result, ensure};
@@ -16,9 +16,12 @@ pub fn build() -> Result<()> {
     announce("building teletaction/assets/touch/stimulus.wasm");
     let mut cargo = clean("cargo");
     cargo.args([
-        "build",
+        "rustc",
         "--package",
-        "ridgetone-worklet",
+        "ridgetone-teletaction",
+        "--lib",
+        "--crate-type",
+        "cdylib",
         "--target",
         TARGET,
         "--profile",
@@ -30,7 +33,7 @@ pub fn build() -> Result<()> {
     run(&mut cargo)?;
     let built = target_dir()
         .join(TARGET)
-        .join("image/ridgetone_worklet.wasm");
+        .join("image/ridgetone_teletaction.wasm");
     let to = root().join("teletaction/assets/touch/stimulus.wasm");
     let bytes = fs::read(&built).with_context(|| built.display().to_string())?;
     fs::write(&to, &bytes).with_context(|| to.display().to_string())?;

@@ -58,8 +58,7 @@ mod tests {
     use super::*;
 
     /// Under a step of deformation the force is A + B exp(-t / relaxation) (Moy et al., equation
-    /// 15): put in, it must give the step back. A and B of their subject 1; their tables 5 and 6
-    /// are tested in `teletaction`.
+    /// 15): put in, it must give the step back. A and B are those of their subject 1.
     #[test]
     fn relaxation_is_equation_15() {
         let (a, b, relaxation_s) = (2.29, 1.15, 1.42);

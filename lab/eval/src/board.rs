@@ -1,8 +1,6 @@
 //! The boards in figures: start, load, interrupts and jitter of the images that get flashed, on the
 //! register model, for docs/results/boards.md.
 
-mod stylus;
-
 use crate::page::{self, Bar, Figures, Table, Tables, fixed};
 use anyhow::{Context, Result, anyhow};
 use hal_mock::{Constant, Options, Scene, Sliding, SlidingScene};
@@ -181,7 +179,7 @@ pub fn request(number: u16, command: Command) -> Result<Vec<u8>> {
     Ok(wire[..length].to_vec())
 }
 
-/// Measures each board and the stylus.
+/// Measures each board.
 pub fn measure() -> Result<Tables> {
     let one = |board| {
         let bench = Bench {
@@ -230,22 +228,14 @@ pub fn measure() -> Result<Tables> {
     Ok(with_bars(Tables::from([
         ("boards".into(), figures),
         ("tasks".into(), tasks),
-        ("stylus".into(), stylus::table()?),
     ])))
 }
 
 /// What the figures must be: of rows by the beginning of their names, the greatest.
-const BARS: [(&str, &str, usize, f64); 4] = [
+const BARS: [(&str, &str, usize, f64); 2] = [
     ("boards", "conversions lost at the start", 1, 0.0),
     // A byte lasts 10.9 us, and the USART holds one.
     ("tasks", "`line`", 6, 10.9),
-    (
-        "stylus",
-        "the same, longest, with the line's in between, us",
-        1,
-        10.0,
-    ),
-    ("stylus", "samples that were not there in time", 1, 0.0),
 ];
 
 /// The tables with that of the bars.
@@ -257,10 +247,6 @@ pub fn with_bars(mut tables: Tables) -> Tables {
         let greatest = figures.reduce(f64::max);
         let what = match table {
             "tasks" => format!("{name}, longest wait, us"),
-            "stylus" => format!(
-                "stylus: {}",
-                name.replace("the same", "interrupt of a sample")
-            ),
             _ => name.to_owned(),
         };
         Bar {

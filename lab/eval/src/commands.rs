@@ -3,7 +3,6 @@
 use crate::bench::report::Report;
 use crate::bench::{self, BenchArgs};
 use crate::board::{self, BoardArgs};
-use crate::distance::{self, DistanceArgs};
 use crate::faults::{self, FaultsArgs};
 use crate::noise::{self, NoiseArgs};
 use crate::page::{self, Figures, Tables};
@@ -45,8 +44,6 @@ enum Command {
     Real(RealArgs),
     /// Look for contacts, slides and releases in traces with known times.
     Touch(TouchArgs),
-    /// Compute what a pin display does to a finger, beside a paper's figures.
-    Distance(DistanceArgs),
     /// Make the tables and pictures of all pages again from the figures as they are.
     Pages {
         /// Their folder.
@@ -171,7 +168,7 @@ fn make_pages(folder: &Path) -> Result<()> {
     reproduce::okamoto::write_picture(folder)?;
     fill(folder, "boards", board::with_bars)?;
     fill(folder, "faults", faults::table::with_bars)?;
-    for topic in ["distance", "papers"] {
+    for topic in ["papers"] {
         fill(folder, topic, |tables| tables)?;
     }
     Ok(())
@@ -217,7 +214,6 @@ pub fn main() -> ExitCode {
             topic: Some(topic),
         } => fill(&folder, &topic, |tables| tables),
         Command::Touch(args) => touch::run(&args),
-        Command::Distance(args) => distance::run(&args),
         Command::Faults(args) => faults::run(&args),
     };
     match result {

@@ -13,7 +13,6 @@
 //! | recordings of real touch | `real` |
 //! | touches against their truth | `touch` |
 //! | the paper's experiment | `reproduce` |
-//! | a pin display under a finger, beside another paper | `distance` |
 //! | injected faults | `faults` |
 #![cfg_attr(target_os = "none", no_std)]
 #![forbid(unsafe_code)]
@@ -39,8 +38,6 @@ mod board;
 mod bound;
 #[cfg(not(target_os = "none"))]
 mod commands;
-#[cfg(not(target_os = "none"))]
-mod distance;
 #[cfg(not(target_os = "none"))]
 mod draw;
 #[cfg(not(target_os = "none"))]

@@ -4,7 +4,6 @@
 mod bench;
 mod board;
 mod bound;
-mod distance;
 mod emulated_faults;
 mod faults;
 mod methods;

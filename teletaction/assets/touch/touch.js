@@ -26,7 +26,7 @@ const CLOCK_MS = 50;
 
 const mmPerPx = () => MM_PER_PX * Number($("zoom").value);
 const send = (what, ...values) => node?.port.postMessage({ what, values });
-const sendPlaces = (what, places) => node?.port.postMessage({ what, at: places[places.length - 1][0], values: places });
+const sendPositions = (what, positions) => node?.port.postMessage({ what, at: positions[positions.length - 1][0], values: positions });
 
 // One at a time: a click while the sound is being switched waits for nothing and does nothing.
 async function toggle() {
@@ -77,7 +77,7 @@ async function stop() {
 function sendTexture() {
   if (!state?.texture) return;
   const overtones = state.texture.overtones.flatMap(({ amplitude, phase_cycles: phase }) => [amplitude, phase]);
-  send("texture", state.texture.period_mm, Math.max(state.share, 1e-6), ...overtones);
+  send("texture", state.texture.period_mm, Math.max(state.fraction, 1e-6), ...overtones);
 }
 
 function sendDelay() {
@@ -87,8 +87,8 @@ function sendDelay() {
 
 const sendCarrier = () => send("carrier", Number($("carrier_hz").value));
 
-// Time in seconds and place in millimetres of a pointer's event, and of those that came with it.
-function places(event) {
+// Time in seconds and position in millimetres of a pointer's event, and of those that came with it.
+function positions(event) {
   const all = event.getCoalescedEvents?.() ?? [];
   const left = canvas.getBoundingClientRect().left;
   return (all.length ? all : [event]).map((one) => [one.timeStamp / 1e3, (one.clientX - left) * mmPerPx()]);
@@ -96,22 +96,22 @@ function places(event) {
 
 function moved(event) {
   if (event.pointerId !== pointer?.id) return;
-  const found = places(event);
+  const found = positions(event);
   const [t_s, x_mm] = found[found.length - 1];
   const passed_s = t_s - pointer.t_s;
   if (passed_s > 0) speed += Math.min(1, passed_s / 0.05) * (Math.abs(x_mm - pointer.x_mm) / passed_s - speed);
   const { left, top } = canvas.getBoundingClientRect();
   Object.assign(pointer, { t_s, x_mm, x: event.clientX - left, y: event.clientY - top });
-  sendPlaces("moved", found);
+  sendPositions("moved", found);
 }
 
 canvas.addEventListener("pointerdown", (event) => {
   if (pointer !== null || event.button !== 0) return;
   canvas.setPointerCapture(event.pointerId);
-  const [[t_s, x_mm]] = places(event);
+  const [[t_s, x_mm]] = positions(event);
   pointer = { id: event.pointerId, t_s, x_mm, x: event.offsetX, y: event.offsetY };
   if (state?.is_silent || !isConnected) return;
-  sendPlaces("down", [[t_s, x_mm]]);
+  sendPositions("down", [[t_s, x_mm]]);
 });
 // As soon as it is known, and not once a picture, where the browser can.
 canvas.addEventListener("onpointerrawupdate" in canvas ? "pointerrawupdate" : "pointermove", moved);
@@ -134,7 +134,7 @@ function moveByKeys() {
   // The surface goes on beyond its edges: there the ring enters it again on the other side.
   Object.assign(pointer, { t_s, x: (((pointer.x_mm / mmPerPx()) % width) + width) % width });
   speed = Math.abs(way);
-  sendPlaces("moved", [[t_s, pointer.x_mm]]);
+  sendPositions("moved", [[t_s, pointer.x_mm]]);
 }
 
 function liftKeys() {
@@ -156,7 +156,7 @@ canvas.addEventListener("keydown", (event) => {
   if (pointer !== null) return;
   const [t_s, x] = [performance.now() / 1e3, 0.5 * canvas.clientWidth];
   pointer = { id: "keys", t_s, x_mm: x * mmPerPx(), x, y: 0.5 * canvas.clientHeight };
-  if (!state?.is_silent && isConnected) sendPlaces("down", [[t_s, pointer.x_mm]]);
+  if (!state?.is_silent && isConnected) sendPositions("down", [[t_s, pointer.x_mm]]);
   keys.timer = setInterval(moveByKeys, KEY_MS);
 });
 canvas.addEventListener("keyup", (event) => {
@@ -207,12 +207,12 @@ events.addEventListener("state", ({ data }) => {
     if (![...$("carrier_hz").options].some(({ value }) => value === carrier)) $("carrier_hz").add(new Option(`${carrier} Hz`, carrier));
     $("carrier_hz").value = carrier;
   }
-  if (state.texture && isChanged(["number", "texture", "share"])) {
+  if (state.texture && isChanged(["number", "texture", "fraction"])) {
     $("period_mm").value = Number(state.texture.period_mm.toPrecision(5));
     sendTexture();
   }
   if (state.is_silent) send("lift");
-  else if ((before?.is_silent || wasAway) && pointer !== null) sendPlaces("down", [[pointer.t_s, pointer.x_mm]]);
+  else if ((before?.is_silent || wasAway) && pointer !== null) sendPositions("down", [[pointer.t_s, pointer.x_mm]]);
 });
 events.addEventListener("error", () => {
   isConnected = false;
@@ -237,10 +237,10 @@ function show() {
   put("period", texture ? `${texture.period_mm.toPrecision(5)} mm` : "none");
   // 0 means: not known.
   const sigma = texture?.period_sigma_mm ? `± ${texture.period_sigma_mm.toPrecision(2)} mm · ` : "";
-  put("period-small", texture ? `${sigma}${(100 * state.share).toFixed(0)} % of the amplitude` : "");
+  put("period-small", texture ? `${sigma}${(100 * state.fraction).toFixed(0)} % of the amplitude` : "");
   put("speed", `${speed.toFixed(0)} mm/s`);
   put("frequency", texture ? `${(speed / texture.period_mm).toFixed(0)} Hz` : "-");
-  // From the place to the sound: the wait, the added delay, and what the browser says of its output.
+  // From the position to the sound: the wait, the added delay, and what the browser says of its output.
   const output_ms = context === null ? null : 1e3 * (context.baseLatency + (context.outputLatency || 0));
   const chosen_ms = Number($("wait_ms").value) + Number($("mean_ms").value);
   put("latency", output_ms === null ? "-" : `${(chosen_ms + output_ms).toFixed(0)} ms`);

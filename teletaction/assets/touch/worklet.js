@@ -1,4 +1,4 @@
-// The sound: the place of the pointer, as it is told, becomes samples by WebAssembly.
+// The sound: the position of the pointer, as it is told, becomes samples by WebAssembly.
 
 // Seconds over which the least delay of a message counts as that of the way here.
 const WINDOW_S = 5;
@@ -19,7 +19,7 @@ class Touch extends AudioWorkletProcessor {
   take({ at, what, values }) {
     if (what === "down" || what === "moved") {
       this.learn(currentTime - at);
-      // A pointer reports several places at once.
+      // A pointer reports several positions at once.
       for (const [at_s, x_mm] of values) this.core[what](at_s + this.offset(), x_mm);
     } else if (what === "clock") {
       this.learn(currentTime - at);

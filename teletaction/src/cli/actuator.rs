@@ -1,28 +1,29 @@
 //! The actuator that makes a vibration, and how a texture drives it.
 
+use crate::link::Hand;
+use crate::stimulus::{Actuator, Delay};
 use crate::texture;
-use crate::touch::{Hand, Output};
+use crate::touch::Output;
 use anyhow::Result;
 use clap::Args;
 use ridgetone_host::cli::parse::{number, positive};
 use ridgetone_host::usage::UsageError;
-use ridgetone_stimulus::{Actuator, Delay};
 use std::path::PathBuf;
 
 #[derive(Args, Clone, Debug)]
 pub struct ActuatorOptions {
-    /// A finger's own law of power over period, as `texture law` writes it; with it a texture's
-    /// power counts [default: the paper's law].
+    /// A finger's own law of power over period: `coefficients` of 1 to p^4, `period_mm`, `power_max`;
+    /// with it a texture's power counts [default: the paper's law].
     #[arg(long, value_name = "FILE.toml")]
     law: Option<PathBuf>,
-    /// Greatest voltage of the actuator, V; a sample of 1 is half of it above rest.
+    /// Maximum voltage of the actuator, V.
     #[arg(long, value_name = "V", default_value_t = f64::from(Actuator::PIEZO.voltage_v), value_parser = positive)]
     voltage_v: f64,
-    /// Frequency at which the actuator moves 3 dB less, Hz: vibrations above it fade, and are gone
-    /// at twice of it.
+    /// Cut-off of the actuator (-3 dB), Hz: vibrations above it fade, and are gone at twice the
+    /// cut-off.
     #[arg(long, value_name = "HZ", default_value_t = f64::from(Actuator::PIEZO.cutoff_hz), value_parser = positive)]
     cutoff_hz: f64,
-    /// Greatest change of the voltage, V/s.
+    /// Maximum change of the voltage, V/s.
     #[arg(long, value_name = "V_S", default_value_t = f64::from(Actuator::PIEZO.slew_v_s), value_parser = positive)]
     slew_v_s: f64,
 }
@@ -45,23 +46,20 @@ pub struct DelayOptions {
     /// Delay, ms: the paper has 120.
     #[arg(long, value_name = "MS", default_value_t = 0.0, value_parser = number, allow_negative_numbers = true)]
     pub delay_ms: f64,
-    /// Its standard deviation, ms; it is drawn anew every 200 ms. The paper has 40.
+    /// Standard deviation of the delay, ms; the delay is drawn anew every 200 ms. The paper has 40.
     #[arg(long, value_name = "MS", default_value_t = 0.0, value_parser = number, allow_negative_numbers = true)]
     pub jitter_ms: f64,
 }
 
 impl DelayOptions {
-    pub fn delay(&self, seed: u32) -> Result<Delay> {
-        let delay = Delay::new(
-            (self.delay_ms / 1e3) as f32,
-            (self.jitter_ms / 1e3) as f32,
-            seed,
-        );
-        delay.map_err(|_| {
-            let Self {
-                delay_ms,
-                jitter_ms,
-            } = self;
+    /// Refuses a delay outside of the bounds.
+    pub fn check(&self) -> Result<()> {
+        let Self {
+            delay_ms,
+            jitter_ms,
+        } = self;
+        let [mean_s, sigma_s] = [delay_ms, jitter_ms].map(|ms| (ms / 1e3) as f32);
+        Delay::new(mean_s, sigma_s, 1).map(drop).map_err(|_| {
             let why = format!(
                 "--delay-ms {delay_ms} --jitter-ms {jitter_ms}: choose 0 to 1000, and 0 to 500"
             );
@@ -75,13 +73,13 @@ pub struct HandOptions {
     /// Mean speed of a hand that nobody moves, mm/s.
     #[arg(long, value_name = "MM_S", value_parser = positive)]
     pub speed_mm_s: Option<f64>,
-    /// How often it goes to and fro a second, Hz; 0: it never turns.
+    /// Ways to and fro a second, Hz; 0: the hand never turns.
     #[arg(long, value_name = "HZ", value_parser = number, allow_negative_numbers = true)]
     turns_hz: Option<f64>,
 }
 
 impl HandOptions {
-    /// The hand that the options describe; what they leave out is `default`'s.
+    /// The hand that the options describe; missing ones are `default`'s.
     pub fn hand(&self, default: Hand) -> Result<Hand> {
         let hand = Hand {
             speed_mm_s: self.speed_mm_s.unwrap_or(default.speed_mm_s),

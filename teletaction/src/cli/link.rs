@@ -3,8 +3,8 @@
 use super::actuator::{ActuatorOptions, DelayOptions, HandOptions};
 use crate::link::network::Impairments;
 use crate::link::socket::Socket;
-use crate::link::{BoardEnd, Ends, Link, Options, run};
-use crate::touch::Hand;
+use crate::link::{BoardEnd, Ends, Hand, Link, Options, run};
+use crate::stylus::parameters::Parameters;
 use anyhow::{Context, Result};
 use clap::Args;
 use ridgetone_host::cli::firmware::FirmwareOptions;
@@ -15,11 +15,10 @@ use ridgetone_host::port::{self, Wanted};
 use ridgetone_host::serve::source::{Emulator, Source};
 use ridgetone_host::stop;
 use ridgetone_host::usage::UsageError;
-use ridgetone_stylus::parameters::Parameters;
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
-The stylus' end sends the place of its hand 250 times a second; the finger's end sends the texture when its board reports another
+The stylus' end sends the position of its hand 250 times a second; the finger's end sends the texture when its board reports another
 one, and four times a second. It prints each second what was sent, lost and late, the texture, and how far the stimulus
 is from the surface under the hand. A second without a message, or a silent finger, and the vibration fades.
 
@@ -28,7 +27,7 @@ actuator first, which the options above say; then textures; and is disabled at t
 reported, and stops by itself.
 
 The delay, the loss and the rest are made here, each way, and come on top of what a real network does. With udp: one end is another
-`ridgetone link` elsewhere: what travels is not encrypted, and the finger answers whoever sends it a place.
+`ridgetone link` elsewhere: what travels is not encrypted, and the finger answers whoever sends it a position.
 
 Examples:
   ridgetone link --emulated
@@ -54,15 +53,19 @@ pub struct LinkArgs {
     /// The emulated finger.
     #[arg(long)]
     emulated: bool,
+    /// A robot moves the finger as the hand moves: take the period of the surface from the path of
+    /// the hand, in windows in which it does not turn [default: from the finger's own report].
+    #[arg(long)]
+    follows: bool,
     #[command(flatten)]
     delay: DelayOptions,
-    /// Share of the messages that are lost, percent.
+    /// Fraction of the messages that are lost, percent.
     #[arg(long, value_name = "PERCENT", default_value = "0", value_parser = percent, allow_negative_numbers = true)]
     loss: f64,
-    /// Share that arrives twice, percent.
+    /// Fraction that arrives twice, percent.
     #[arg(long, value_name = "PERCENT", default_value = "0", value_parser = percent, allow_negative_numbers = true)]
     doubled: f64,
-    /// Share in which a bit is another, percent.
+    /// Fraction with one bit flipped, percent.
     #[arg(long, value_name = "PERCENT", default_value = "0", value_parser = percent, allow_negative_numbers = true)]
     damaged: f64,
     /// Seed of the network.
@@ -89,7 +92,7 @@ pub struct LinkArgs {
     firmware: FirmwareOptions,
 }
 
-/// A share, 0 to 1.
+/// A fraction, 0 to 1.
 fn percent(text: &str) -> Result<f64, String> {
     let percent = number(text.trim_end_matches('%').trim_end())?;
     if (0.0..=100.0).contains(&percent) {
@@ -102,7 +105,7 @@ fn percent(text: &str) -> Result<f64, String> {
 impl LinkArgs {
     pub(super) fn run(self) -> Result<()> {
         let output = self.actuator.output()?;
-        self.delay.delay(1)?;
+        self.delay.check()?;
         let hand = self.hand.hand(Hand::OKAMOTO)?;
         let DelayOptions {
             delay_ms,
@@ -121,14 +124,15 @@ impl LinkArgs {
             run: u32::from_le_bytes(bytes),
             hand,
             output,
+            follows: self.follows,
         };
         let finger = self.finger.as_deref().unwrap_or("emulated");
         let ends = match (
             finger.strip_prefix("udp:"),
             self.stylus.strip_prefix("udp:"),
         ) {
-            (None, Some(place)) => {
-                let socket = Socket::at(place)?;
+            (None, Some(address)) => {
+                let socket = Socket::at(address)?;
                 note!("a stylus finds this finger at udp:{}", socket.address()?);
                 Ends::Finger(socket)
             }
@@ -138,7 +142,13 @@ impl LinkArgs {
                 )
                 .into());
             }
-            (Some(place), None) => Ends::Stylus(Socket::to(place)?),
+            (Some(_), None) if self.follows => {
+                return Err(UsageError(
+                    "--follows is for the finger's end: give it there, where --finger is a serial port".into(),
+                )
+                .into());
+            }
+            (Some(address), None) => Ends::Stylus(Socket::to(address)?),
             (None, None) => Ends::Here,
         };
         let board = match (&ends, self.stylus.as_str()) {
@@ -174,6 +184,12 @@ impl LinkArgs {
 
     fn open(&self, finger: &str) -> Result<ridgetone_host::feed::Feed> {
         let source = Source::of(finger)?;
+        if self.follows && !matches!(source, Source::Port(_)) {
+            return Err(UsageError(format!(
+                "--follows: {finger} moves by itself and does not follow a hand: give a serial port to --finger"
+            ))
+            .into());
+        }
         let emulator = match &source {
             Source::Emulated(_) => {
                 let elf = self.firmware.image()?;

@@ -1,9 +1,13 @@
-//! The stylus' end on a board of its own, the image `stylus-f405`: places of its encoder come from
+//! The stylus' end on a board of its own, the image `stylus-f405`: positions of its encoder come from
 //! it, textures and parameters go to it, and the vibration is made there.
 
 use super::message::{Body, Message, Receiver};
 use super::requests::StylusRequests;
 use super::stylus::SILENT_S;
+use crate::stimulus::Texture;
+use crate::stylus::gate::State;
+use crate::stylus::message::{Command, Decoder, Event, Mark, PROTOCOL, Packet, Request};
+use crate::stylus::parameters::Parameters;
 use crate::touch::Output;
 use anyhow::{Result, bail};
 use ridgetone_host::feed::{FeedEvent, Source};
@@ -12,15 +16,11 @@ use ridgetone_host::note;
 use ridgetone_proto::command::REQUEST_WIRE_MAX;
 use ridgetone_proto::framing;
 use ridgetone_proto::telemetry::Starts;
-use ridgetone_stimulus::Texture;
-use ridgetone_stylus::gate::State;
-use ridgetone_stylus::message::{Command, Decoder, Event, Mark, PROTOCOL, Packet, Request};
-use ridgetone_stylus::parameters::Parameters;
 use serde::Serialize;
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// What the board does, in a report.
+/// State and counts of the board, in a report.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Doing {
     /// `disabled`, `line_silent`, `no_texture`, `hand_still` or `vibrating`; none while nothing is
@@ -45,7 +45,7 @@ pub struct BoardEnd {
     run: u32,
     number: u32,
     due: VecDeque<Message>,
-    /// Counts of the latest place, and those since the first one, which do not wrap.
+    /// Counts of the latest position, and those since the first one, which do not wrap.
     counts: Option<i32>,
     travelled: i64,
     /// When the finger's end was heard, and the board; none: it is silent.
@@ -97,7 +97,7 @@ impl BoardEnd {
         })
     }
 
-    /// What the board does.
+    /// State and counts of the board.
     pub fn doing(&self) -> Doing {
         let (packets_lost, packets_damaged) = (self.decoder.missing, self.decoder.damaged);
         Doing {
@@ -116,12 +116,12 @@ impl BoardEnd {
         self.doing.state == Some(State::Vibrating)
     }
 
-    /// Latest place of the hand, millimetres from where it was first; none before.
-    pub fn place_mm(&self) -> Option<f64> {
+    /// Latest position of the hand, millimetres from where it was first; none before.
+    pub fn position_mm(&self) -> Option<f64> {
         self.counts.map(|_| self.travelled as f64 * self.count_mm)
     }
 
-    /// The next place that was not sent yet.
+    /// The next position that was not sent yet.
     pub fn due(&mut self) -> Option<Message> {
         self.due.pop_front()
     }
@@ -203,13 +203,13 @@ impl BoardEnd {
         let Mark(event) = event;
         match event {
             Event::Hello(hello) => self.requests.has(&hello.parameters),
-            Event::Place(place) => {
+            Event::Position(position) => {
                 let moved = self
                     .counts
-                    .map_or(0, |counts| place.counts.wrapping_sub(counts));
+                    .map_or(0, |counts| position.counts.wrapping_sub(counts));
                 (self.counts, self.travelled) =
-                    (Some(place.counts), self.travelled + i64::from(moved));
-                let body = Body::Place(self.travelled as f64 * self.count_mm);
+                    (Some(position.counts), self.travelled + i64::from(moved));
+                let body = Body::Position(self.travelled as f64 * self.count_mm);
                 self.due.push_back(Message {
                     run: self.run,
                     number: self.number,
@@ -292,11 +292,11 @@ impl Doing {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::stimulus::Actuator;
+    use crate::stylus::SAMPLE_HZ;
+    use crate::stylus::message::{Hello, Position};
     use ridgetone_proto::boot::Boot;
     use ridgetone_proto::telemetry::WIRE_MAX;
-    use ridgetone_stimulus::Actuator;
-    use ridgetone_stylus::SAMPLE_HZ;
-    use ridgetone_stylus::message::{Hello, Place};
 
     /// A line that says nothing by itself.
     struct Silent;
@@ -328,21 +328,21 @@ mod tests {
         end.hear(1.0, &wire[..used]).expect("heard");
     }
 
-    /// Counts of the hand after a place at 9 s, then a greeting under number 0 at `t_us` and a place
+    /// Counts of the hand after a position at 9 s, then a greeting under number 0 at `t_us` and a position
     /// of `counts` counts.
     fn counts(t_us: u64, counts: i32) -> Option<f64> {
         let output = Output::new(Actuator::PIEZO, None).expect("an output");
         let mut end =
             BoardEnd::new(Box::new(Silent), output, Parameters::DEFAULT, 1).expect("an end");
-        let place = |t_us, counts| {
-            Event::Place(Place {
+        let position = |t_us, counts| {
+            Event::Position(Position {
                 t_us,
                 counts,
                 speed_mm_s: 0.0,
             })
         };
-        hear(&mut end, u16::MAX - 1, place(8_900_000, 0));
-        hear(&mut end, u16::MAX, place(9_000_000, 1000));
+        hear(&mut end, u16::MAX - 1, position(8_900_000, 0));
+        hear(&mut end, u16::MAX, position(9_000_000, 1000));
         let (version, parameters, boot) = ([0; 3], Parameters::DEFAULT, Boot::UNKNOWN);
         hear(
             &mut end,
@@ -356,8 +356,8 @@ mod tests {
                 t_us,
             }),
         );
-        hear(&mut end, 1, place(t_us + 1000, counts));
-        end.place_mm().map(|mm| (mm / end.count_mm).round())
+        hear(&mut end, 1, position(t_us + 1000, counts));
+        end.position_mm().map(|mm| (mm / end.count_mm).round())
     }
 
     /// The encoder of a board that has started counts from 0, where the hand is; that of one whose

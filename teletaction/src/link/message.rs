@@ -1,14 +1,14 @@
-//! What travels: numbered messages, framed as on the serial line ([`ridgetone_proto::framing`]),
-//! and what is counted of them.
+//! Numbered messages, framed as on the serial line ([`ridgetone_proto::framing`]), and their
+//! counts.
 
+use crate::stimulus::Texture;
 use ridgetone_proto::framing::{WIRE_MAX, decode, encode};
-use ridgetone_stimulus::Texture;
 use serde::{Deserialize, Serialize};
 
 /// A message. Each way has numbers of its own, from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Message {
-    /// Which run of the sender it is: one that begins anew counts from 0 again.
+    /// Run of the sender: a new run counts from 0 again.
     pub run: u32,
     pub number: u32,
     /// Clock of the sender, seconds.
@@ -18,14 +18,14 @@ pub struct Message {
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Body {
-    /// Place of the hand, millimetres.
-    Place(f64),
+    /// Position of the hand, millimetres.
+    Position(f64),
     /// The texture under the finger; none as long as it has found none, or is silent itself.
     Texture(Option<Texture>),
 }
 
 impl Message {
-    /// As bytes, with the zero at the end.
+    /// Encodes the message, with the zero at the end.
     pub fn bytes(&self) -> Vec<u8> {
         let mut wire = [0; WIRE_MAX];
         // It is far shorter than the buffer.
@@ -33,7 +33,7 @@ impl Message {
     }
 }
 
-/// What one way has carried.
+/// Counts of one way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Counts {
     pub received: u64,
@@ -86,12 +86,12 @@ impl Receiver {
                 ..Self::default()
             };
         }
-        let place = message.number as usize % REMEMBERED;
-        if self.seen[place] == Some(message.number) {
+        let position = message.number as usize % REMEMBERED;
+        if self.seen[position] == Some(message.number) {
             self.counts.doubled += 1;
             return None;
         }
-        self.seen[place] = Some(message.number);
+        self.seen[position] = Some(message.number);
         let next = self.next.unwrap_or(message.number);
         if message.number < next {
             // It was counted as lost.
@@ -107,12 +107,12 @@ impl Receiver {
 }
 
 impl Message {
-    /// Whether its numbers can be used: a checksum of 32 bits lets one damaged message of four
-    /// thousand millions through.
+    /// Checks the numbers: a checksum of 32 bits lets one damaged message of four thousand millions
+    /// through.
     fn is_possible(&self) -> bool {
         self.t_s.is_finite()
             && match &self.body {
-                Body::Place(place_mm) => place_mm.abs() < 1e9,
+                Body::Position(position_mm) => position_mm.abs() < 1e9,
                 Body::Texture(texture) => texture.is_none_or(|texture| texture.check().is_ok()),
             }
     }
@@ -122,12 +122,12 @@ impl Message {
 mod tests {
     use super::*;
 
-    fn place(number: u32) -> Message {
+    fn position(number: u32) -> Message {
         Message {
             run: 7,
             number,
             t_s: 0.004 * f64::from(number),
-            body: Body::Place(f64::from(number)),
+            body: Body::Position(f64::from(number)),
         }
     }
 
@@ -138,7 +138,7 @@ mod tests {
             let is_new =
                 [0, 1, 5, 6].contains(&number) && receiver.next.is_none_or(|next| next <= number);
             assert_eq!(
-                receiver.take(&place(number).bytes()).is_some(),
+                receiver.take(&position(number).bytes()).is_some(),
                 is_new,
                 "{number}"
             );
@@ -152,7 +152,7 @@ mod tests {
             damaged: 0,
         };
         assert_eq!(receiver.counts, counts);
-        let good = place(7).bytes();
+        let good = position(7).bytes();
         for bit in 0..8 * (good.len() - 1) {
             let mut bad = good.clone();
             bad[bit / 8] ^= 1 << (bit % 8);
@@ -167,25 +167,15 @@ mod tests {
             }
         );
         assert!(receiver.take(&good).is_some());
-        // The sender begins anew.
-        assert!(
-            receiver
-                .take(&Message { run: 8, ..place(0) }.bytes())
-                .is_some()
-        );
-        // Another one, which sent to others before: nothing is lost.
+        // The sender begins anew; then another one, which sent to others before: nothing is lost.
         let lost = receiver.counts.lost;
-        assert!(
-            receiver
-                .take(
-                    &Message {
-                        run: 9,
-                        ..place(15_000)
-                    }
-                    .bytes()
-                )
-                .is_some()
-        );
+        for (run, number) in [(8, 0), (9, 15_000)] {
+            let message = Message {
+                run,
+                ..position(number)
+            };
+            assert!(receiver.take(&message.bytes()).is_some());
+        }
         assert_eq!(receiver.counts.lost, lost);
     }
 
@@ -193,50 +183,22 @@ mod tests {
     fn impossible_numbers_are_damage() {
         let mut receiver = Receiver::default();
         let texture = |period_mm| Body::Texture(Some(Texture::new(period_mm)));
-        for body in [
-            texture(f32::NAN),
-            texture(-1.0),
-            texture(1e9),
-            Body::Place(f64::NAN),
-            Body::Place(1e300),
+        let message = |t_s, body| Message {
+            t_s,
+            body,
+            ..position(0)
+        };
+        for (t_s, body) in [
+            (0.0, texture(f32::NAN)),
+            (0.0, texture(-1.0)),
+            (0.0, texture(1e9)),
+            (0.0, Body::Position(f64::NAN)),
+            (0.0, Body::Position(1e300)),
+            (f64::NAN, Body::Position(0.0)),
         ] {
-            assert_eq!(
-                receiver.take(
-                    &Message {
-                        run: 7,
-                        number: 0,
-                        t_s: 0.0,
-                        body
-                    }
-                    .bytes()
-                ),
-                None,
-                "{body:?}"
-            );
+            assert_eq!(receiver.take(&message(t_s, body).bytes()), None, "{body:?}");
         }
-        assert_eq!(
-            receiver.take(
-                &Message {
-                    t_s: f64::NAN,
-                    ..place(0)
-                }
-                .bytes()
-            ),
-            None
-        );
         assert_eq!((receiver.counts.damaged, receiver.counts.received), (6, 0));
-        assert!(
-            receiver
-                .take(
-                    &Message {
-                        run: 7,
-                        number: 0,
-                        t_s: 0.0,
-                        body: texture(1.4)
-                    }
-                    .bytes()
-                )
-                .is_some()
-        );
+        assert!(receiver.take(&message(0.0, texture(1.4)).bytes()).is_some());
     }
 }

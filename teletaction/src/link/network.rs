@@ -1,11 +1,11 @@
 //! A network that delays, loses, doubles and damages, simulated: the same seed does the same.
 
+use crate::stimulus::Delay;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use ridgetone_stimulus::Delay;
 use std::collections::VecDeque;
 
-/// What happens to messages, each as a share of them, 0 to 1.
+/// Impairments, each as a fraction of the messages, 0 to 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Impairments {
     pub loss: f64,
@@ -35,9 +35,9 @@ impl Network {
         }
     }
 
-    fn happens(&mut self, share: f64) -> bool {
+    fn happens(&mut self, fraction: f64) -> bool {
         // 53 bits.
-        ((self.random.next_u64() >> 11) as f64) < share * (1u64 << 53) as f64
+        ((self.random.next_u64() >> 11) as f64) < fraction * (1u64 << 53) as f64
     }
 
     /// Sends a message at a time, seconds.

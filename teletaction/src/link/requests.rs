@@ -1,18 +1,18 @@
-//! What a stylus' board is to be requested next, until it does what is wanted: one request at a
-//! time, each until it is answered.
+//! The next request to a stylus' board, until the board does what is wanted: one request at a time,
+//! each until it is answered.
 
+use crate::stimulus::Texture;
+use crate::stylus::gate::State;
+use crate::stylus::message::{Command, Outcome, Reply};
+use crate::stylus::parameters::Parameters;
 use ridgetone_proto::settings::SettingsError;
-use ridgetone_stimulus::Texture;
-use ridgetone_stylus::gate::State;
-use ridgetone_stylus::message::{Command, Outcome, Reply};
-use ridgetone_stylus::parameters::Parameters;
 
-/// Time after which a request that was not answered is sent again, and the least time between two
+/// Time after which a request that was not answered is sent again, and the minimum time between two
 /// signs of life, seconds: five in the half of a second after which a board that hears nothing
 /// stops.
 const REPEAT_S: f64 = 0.1;
 
-/// What the board is known to have done since it was heard first.
+/// Requests that the board is known to have carried out since it was first heard.
 #[derive(Clone, Copy, Debug, Default)]
 struct Done {
     is_at_rest: bool,
@@ -32,7 +32,7 @@ struct Sent {
 #[derive(Clone, Debug)]
 pub struct StylusRequests {
     parameters: Parameters,
-    /// What is to be felt now; none: nothing.
+    /// Texture to be felt now.
     pub texture: Option<Texture>,
     done: Done,
     /// A texture that the board has refused.
@@ -60,12 +60,12 @@ impl StylusRequests {
         (self.done, self.sent) = (Done::default(), None);
     }
 
-    /// Whether the board has the texture that is to be felt, and may vibrate.
+    /// True if the board has the wanted texture, and may vibrate.
     pub fn is_done(&self) -> bool {
         self.done.is_enabled && self.done.texture == self.texture
     }
 
-    /// Whether the board is known to rest.
+    /// True if the board is known to rest.
     pub fn is_at_rest(&self) -> bool {
         self.done.is_at_rest
     }
@@ -99,7 +99,7 @@ impl StylusRequests {
         Some((number, command))
     }
 
-    /// What leads on. Parameters change at rest alone, so a board is disabled first.
+    /// The next step towards the wanted state. Parameters change at rest alone, so a board is disabled first.
     fn next(&self) -> Option<Command> {
         let Done {
             is_at_rest,
@@ -193,129 +193,151 @@ mod tests {
         ..Parameters::DEFAULT
     };
 
-    /// Answers requests until there is none but signs of life; gives them.
-    fn commands_until_idle(requests: &mut StylusRequests, t_s: &mut f64) -> Vec<Command> {
-        let mut commands = Vec::new();
-        for _ in 0..20 {
-            *t_s += LATER_S;
-            let (number, command) = requests.due(*t_s).expect("a request");
-            requests.answered(
-                *t_s,
-                &Reply {
-                    number,
-                    outcome: Outcome::Done,
-                },
-            );
-            if command == Command::Alive {
-                return commands;
+    const SET_UP: [Command; 2] = [Command::Disable, Command::Configure(WANTED)];
+
+    /// Requests that are answered in virtual time.
+    struct Bench {
+        requests: StylusRequests,
+        t_s: f64,
+    }
+
+    impl Bench {
+        fn new() -> Self {
+            Self {
+                requests: StylusRequests::new(WANTED, 7),
+                t_s: 0.0,
             }
-            commands.push(command);
         }
-        panic!("{commands:?}");
+
+        fn ready() -> Self {
+            let mut bench = Self::new();
+            assert_eq!(bench.commands_until_idle(), SET_UP);
+            bench
+        }
+
+        fn due(&mut self) -> (u16, Command) {
+            self.t_s += LATER_S;
+            self.requests.due(self.t_s).expect("a request")
+        }
+
+        fn answer(&mut self, number: u16, outcome: Outcome) -> Option<(Command, SettingsError)> {
+            let reply = Reply { number, outcome };
+            self.requests.answered(self.t_s, &reply)
+        }
+
+        /// Answers requests until there is none but signs of life; gives them.
+        fn commands_until_idle(&mut self) -> Vec<Command> {
+            let mut commands = Vec::new();
+            for _ in 0..20 {
+                let (number, command) = self.due();
+                self.answer(number, Outcome::Done);
+                if command == Command::Alive {
+                    return commands;
+                }
+                commands.push(command);
+            }
+            panic!("{commands:?}");
+        }
     }
 
     #[test]
     fn a_board_is_set_up_gets_its_texture_and_is_kept_alive() {
-        let (mut requests, mut t_s) = (StylusRequests::new(WANTED, 7), 0.0);
-        assert_eq!(
-            commands_until_idle(&mut requests, &mut t_s),
-            [Command::Disable, Command::Configure(WANTED)]
-        );
+        let mut bench = Bench::ready();
         let [first, second] = [1.4, 0.9].map(Texture::new);
-        requests.texture = Some(first);
-        assert_eq!(
-            commands_until_idle(&mut requests, &mut t_s),
-            [Command::Texture(first), Command::Enable]
-        );
-        assert!(requests.is_done());
-        requests.texture = Some(second);
-        assert!(!requests.is_done());
-        assert_eq!(
-            commands_until_idle(&mut requests, &mut t_s),
-            [Command::Texture(second)]
-        );
-        requests.texture = None;
-        assert_eq!(
-            commands_until_idle(&mut requests, &mut t_s),
-            [Command::Disable]
-        );
-        assert!(requests.is_at_rest());
-        // An equal texture: the board still has it.
-        requests.texture = Some(second);
-        assert_eq!(
-            commands_until_idle(&mut requests, &mut t_s),
-            [Command::Enable]
-        );
-        // The line was silent for the board, so it has stopped.
-        requests.is_now(State::LineSilent);
-        assert_eq!(
-            commands_until_idle(&mut requests, &mut t_s),
-            [Command::Enable]
-        );
-        // It has started again.
-        requests.has(&Parameters::DEFAULT);
-        let all = [
-            Command::Disable,
-            Command::Configure(WANTED),
-            Command::Texture(second),
-            Command::Enable,
+        let all = [&SET_UP[..], &[Command::Texture(second), Command::Enable]].concat();
+        type Change = fn(&mut StylusRequests, Texture);
+        let cases: [(&str, Change, Texture, &[Command]); 9] = [
+            (
+                "a texture",
+                |requests, texture| requests.texture = Some(texture),
+                first,
+                &[Command::Texture(first), Command::Enable],
+            ),
+            (
+                "another texture",
+                |requests, texture| requests.texture = Some(texture),
+                second,
+                &[Command::Texture(second)],
+            ),
+            (
+                "no texture",
+                |requests, _| requests.texture = None,
+                second,
+                &[Command::Disable],
+            ),
+            (
+                "an equal texture, which the board still has",
+                |requests, texture| requests.texture = Some(texture),
+                second,
+                &[Command::Enable],
+            ),
+            (
+                "the line was silent for the board",
+                |requests, _| requests.is_now(State::LineSilent),
+                second,
+                &[Command::Enable],
+            ),
+            (
+                "the board has started again",
+                |requests, _| requests.has(&Parameters::DEFAULT),
+                second,
+                &all,
+            ),
+            (
+                "the parameters are the wanted ones",
+                |requests, _| requests.has(&WANTED),
+                second,
+                &[],
+            ),
+            (
+                "the board was disabled",
+                |requests, _| requests.is_now(State::Disabled),
+                second,
+                &[Command::Enable],
+            ),
+            (
+                "the board has started again, and its greeting was lost",
+                |requests, _| requests.is_now(State::NoTexture),
+                second,
+                &all,
+            ),
         ];
-        assert_eq!(commands_until_idle(&mut requests, &mut t_s), all);
-        requests.has(&WANTED);
-        assert_eq!(commands_until_idle(&mut requests, &mut t_s), []);
-        // It has started again, and its greeting was lost.
-        requests.is_now(State::Disabled);
-        assert_eq!(
-            commands_until_idle(&mut requests, &mut t_s),
-            [Command::Enable]
-        );
-        requests.is_now(State::NoTexture);
-        assert_eq!(commands_until_idle(&mut requests, &mut t_s), all);
+        for (case, change, texture, commands) in cases {
+            change(&mut bench.requests, texture);
+            assert_eq!(bench.commands_until_idle(), commands, "{case}");
+            let is_done = bench.requests.texture.is_some();
+            assert_eq!(
+                (bench.requests.is_done(), bench.requests.is_at_rest()),
+                (is_done, !is_done),
+                "{case}"
+            );
+        }
     }
 
     #[test]
     fn what_is_not_answered_is_repeated_under_its_number() {
-        let mut requests = StylusRequests::new(WANTED, u16::MAX);
-        assert_eq!(requests.due(0.0), Some((u16::MAX, Command::Disable)));
-        assert_eq!(requests.due(0.99 * REPEAT_S), None);
-        assert_eq!(requests.due(REPEAT_S), Some((u16::MAX, Command::Disable)));
-        // A reply to another request.
-        requests.answered(
-            0.1,
-            &Reply {
-                number: 3,
-                outcome: Outcome::Done,
-            },
-        );
-        assert!(!requests.is_at_rest());
-        requests.answered(
-            0.1,
-            &Reply {
-                number: u16::MAX,
-                outcome: Outcome::Done,
-            },
-        );
-        assert_eq!(requests.due(0.1), Some((0, Command::Configure(WANTED))));
-        requests.answered(
-            0.1,
-            &Reply {
-                number: 0,
-                outcome: Outcome::NotAtRest,
-            },
-        );
-        assert_eq!(
-            (requests.due(0.15), requests.due(0.2)),
-            (None, Some((0, Command::Configure(WANTED))))
-        );
+        let mut bench = Bench::new();
+        let first = Some((7, Command::Disable));
+        assert_eq!(bench.requests.due(0.0), first);
+        assert_eq!(bench.requests.due(0.99 * REPEAT_S), None);
+        assert_eq!(bench.requests.due(REPEAT_S), first);
+        bench.answer(3, Outcome::Done);
+        assert!(!bench.requests.is_at_rest(), "a reply to another request");
+        bench.t_s = REPEAT_S;
+        bench.answer(7, Outcome::Done);
+        let second = Some((8, Command::Configure(WANTED)));
+        assert_eq!(bench.requests.due(REPEAT_S), second);
+        bench.answer(8, Outcome::NotAtRest);
+        assert_eq!(bench.requests.due(1.5 * REPEAT_S), None);
+        assert_eq!(bench.requests.due(2.0 * REPEAT_S), second);
     }
 
     #[test]
     fn a_texture_that_is_refused_is_not_felt_and_not_sent_again() {
-        let (mut requests, mut t_s) = (StylusRequests::new(WANTED, 0), 0.0);
-        commands_until_idle(&mut requests, &mut t_s);
+        let mut bench = Bench::ready();
         let bad = Texture::new(1e9);
-        requests.texture = Some(bad);
-        let (number, command) = requests.due(t_s + LATER_S).expect("a request");
+        bench.requests.texture = Some(bad);
+        let (number, command) = bench.due();
         assert_eq!(command, Command::Texture(bad));
         let why = SettingsError {
             field: "period_mm".try_into().expect("short"),
@@ -323,36 +345,19 @@ mod tests {
             least: 0.05,
             greatest: 100.0,
         };
-        let reply = Reply {
-            number,
-            outcome: Outcome::Refused(why.clone()),
-        };
-        assert_eq!(
-            requests.answered(t_s + LATER_S, &reply),
-            Some((command, why))
-        );
-        t_s += LATER_S;
-        assert_eq!(commands_until_idle(&mut requests, &mut t_s), []);
-        assert!(!requests.is_done());
+        let refused = bench.answer(number, Outcome::Refused(why.clone()));
+        assert_eq!(refused, Some((command, why)));
+        assert_eq!(bench.commands_until_idle(), []);
+        assert!(!bench.requests.is_done());
     }
 
     /// While a texture waits for its answer another one comes.
     #[test]
     fn the_latest_texture_counts() {
-        let (mut requests, mut t_s) = (StylusRequests::new(WANTED, 0), 0.0);
-        commands_until_idle(&mut requests, &mut t_s);
-        let [first, second] = [1.4, 0.9].map(Texture::new);
-        requests.texture = Some(first);
-        assert_eq!(
-            requests.due(t_s + LATER_S).map(|(_, command)| command),
-            Some(Command::Texture(first))
-        );
-        requests.texture = Some(second);
-        assert_eq!(
-            requests
-                .due(t_s + 2.0 * LATER_S)
-                .map(|(_, command)| command),
-            Some(Command::Texture(second))
-        );
+        let mut bench = Bench::ready();
+        for texture in [1.4, 0.9].map(Texture::new) {
+            bench.requests.texture = Some(texture);
+            assert_eq!(bench.due().1, Command::Texture(texture));
+        }
     }
 }

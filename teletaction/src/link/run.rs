@@ -1,19 +1,20 @@
 //! Both ends, and what they report each second.
 
 use super::board::{BoardEnd, Doing};
-use super::finger::FingerEnd;
+use super::finger::{FingerEnd, PeriodBy};
+use super::hand::Hand;
 use super::message::Counts;
 use super::network::{Impairments, Network};
 use super::socket::Socket;
 use super::stylus::{Error, StylusEnd};
+use crate::stimulus::Delay;
 use crate::texture::{Follower, News};
-use crate::touch::{Hand, Output};
+use crate::touch::Output;
 use anyhow::Result;
 use ridgetone_host::digits::plus_minus;
 use ridgetone_host::feed::Feed;
 use ridgetone_host::note;
 use ridgetone_host::{output, stop};
-use ridgetone_stimulus::Delay;
 use serde::Serialize;
 use std::time::{Duration, Instant};
 
@@ -26,7 +27,7 @@ const REPORT_S: f64 = 1.0;
 /// Longest wait for a stylus' board to rest at the end.
 const REST: Duration = Duration::from_millis(500);
 
-/// Where the ends are.
+/// Location of the ends.
 pub enum Ends {
     /// Both here, with the network between them.
     Here,
@@ -36,7 +37,7 @@ pub enum Ends {
     Stylus(Socket),
 }
 
-/// What the network does, each way, and the hand.
+/// The network, each way, the hand and the actuator.
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
     /// Mean and standard deviation, milliseconds.
@@ -47,6 +48,8 @@ pub struct Options {
     pub run: u32,
     pub hand: Hand,
     pub output: Output,
+    /// A robot moves the finger as the hand moves.
+    pub follows: bool,
 }
 
 /// A finger's end, a stylus' end, and a network each way.
@@ -55,39 +58,42 @@ pub struct Link {
     pub stylus: StylusEnd,
     pub to_finger: Network,
     pub to_stylus: Network,
-    /// In place of `stylus`, if there is one.
+    /// instead of `stylus`, if there is one.
     board: Option<BoardEnd>,
     ends: Ends,
     /// Time of the latest step, seconds.
     t_s: f64,
 }
 
-/// What is reported each second: counts since the beginning, and errors in this second.
+/// Report of a second: counts since the beginning, and errors in this second.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "type", rename = "link")]
 pub struct Report {
     /// Seconds since the beginning.
     pub t_s: f64,
-    /// Messages of the hand's place: sent here, and received here.
-    pub places_sent: u64,
-    pub places: Counts,
+    /// Messages of the hand's position: sent here, and received here.
+    pub positions_sent: u64,
+    pub positions: Counts,
     /// Messages of the texture: sent here, and received here.
     pub textures_sent: u64,
     pub textures: Counts,
     pub is_felt: bool,
-    /// What a stylus' board does; none of a simulated one.
+    /// A stylus' board; `None` for a simulated stylus.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stylus: Option<Doing>,
-    /// What is felt.
+    /// Period of the texture that is felt.
     pub period_mm: Option<f32>,
     pub period_sigma_mm: Option<f32>,
-    /// How far the place that the finger knows is from that of the hand.
+    /// Origin of the period; none where the finger's end is elsewhere.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub period_by: Option<PeriodBy>,
+    /// Distance of the position that the finger knows from the hand.
     pub behind_mm: Option<f64>,
-    /// Error of the stimulus against the texture under the finger at the place of the hand, rms
+    /// Error of the stimulus against the texture under the finger at the position of the hand, rms
     /// over the amplitude.
     pub error_percent: Option<f64>,
     pub error_cycles: Option<f64>,
-    /// That of a vibration which would have travelled.
+    /// Error of a vibration that would have travelled.
     pub as_vibration_percent: Option<f64>,
 }
 
@@ -99,7 +105,7 @@ impl Link {
             |seed: u64| Delay::new((mean_ms / 1e3) as f32, (sigma_ms / 1e3) as f32, seed as u32);
         let network = |seed: u64| anyhow::Ok(Network::new(delay(seed)?, options.impairments, seed));
         Ok(Self {
-            finger: FingerEnd::new(options.run),
+            finger: FingerEnd::new(options.run, options.follows),
             stylus: StylusEnd::new(options.output, options.hand, mean_ms / 1e3, options.run)?,
             to_finger: network(2 * options.seed)?,
             to_stylus: network(2 * options.seed + 1)?,
@@ -144,7 +150,7 @@ impl Link {
         while let Some(bytes) = to_finger.arrived(t_s) {
             match ends {
                 Ends::Stylus(socket) => socket.send(&bytes),
-                _ => drop(finger.take(&bytes)),
+                _ => drop(finger.take(t_s, &bytes)),
             }
         }
         while let Some(bytes) = to_stylus.arrived(t_s) {
@@ -158,7 +164,7 @@ impl Link {
             Ends::Here => {}
             Ends::Finger(socket) => {
                 while let Some((bytes, from)) = socket.receive()? {
-                    if finger.take(&bytes) {
+                    if finger.take(t_s, &bytes) {
                         socket.answer(from);
                     }
                 }
@@ -204,15 +210,15 @@ impl Link {
         let hand_mm = self
             .board
             .as_ref()
-            .map_or(Some(self.stylus.place_mm(t_s)), BoardEnd::place_mm);
+            .map_or(Some(self.stylus.position_mm(t_s)), BoardEnd::position_mm);
         let receiver = self
             .board
             .as_ref()
             .map_or(&self.stylus.receiver, |board| &board.receiver);
         Report {
             t_s,
-            places_sent: self.to_finger.sent,
-            places: self.finger.receiver.counts,
+            positions_sent: self.to_finger.sent,
+            positions: self.finger.receiver.counts,
             textures_sent: self.to_stylus.sent,
             textures: receiver.counts,
             is_felt: self
@@ -221,9 +227,10 @@ impl Link {
                 .map_or(self.stylus.is_felt(), BoardEnd::is_felt),
             period_mm: texture.map(|texture| texture.period_mm),
             period_sigma_mm: texture.map(|texture| texture.period_sigma_mm),
+            period_by: self.finger.period_by().filter(|_| texture.is_some()),
             behind_mm: self
                 .finger
-                .place_mm
+                .position_mm
                 .filter(|_| is_here)
                 .zip(hand_mm)
                 .map(|(mm, hand_mm)| (mm - hand_mm).abs()),
@@ -251,7 +258,13 @@ impl Report {
             )
         };
         let texture = match self.period_mm.zip(self.period_sigma_mm) {
-            Some((period, sigma)) => plus_minus(period.into(), sigma.into()) + " mm",
+            Some((period, sigma)) => {
+                let by = match self.period_by {
+                    Some(PeriodBy::Path) => " mm by the hand's path",
+                    _ => " mm",
+                };
+                plus_minus(period.into(), sigma.into()) + by
+            }
             None => "no texture yet".into(),
         };
         let error = match (self.error_percent, self.as_vibration_percent) {
@@ -275,19 +288,23 @@ impl Report {
         format!(
             "{:7.1} s  {}{behind}\n           {}\n           {texture}; {error}{stylus}",
             self.t_s,
-            way("places  ", self.places_sent, &self.places),
+            way("positions  ", self.positions_sent, &self.positions),
             way("textures", self.textures_sent, &self.textures),
         )
     }
 }
 
 /// Waits a step for what the finger sends; gives whether it goes on.
-fn take(finger: &mut Follower, end: &mut FingerEnd) -> Result<bool> {
+fn take(finger: &mut Follower, end: &mut FingerEnd, begun: Instant) -> Result<bool> {
     match finger.next(STEP)? {
         Some(News::Texture(texture)) => end.found(Some(texture)),
         Some(News::Disconnected(name, why)) => {
             note!("{name}: {why}; waiting for the board");
             end.found(None);
+        }
+        Some(News::Window(estimate, age)) => {
+            let end_s = begun.elapsed().saturating_sub(age).as_secs_f64();
+            end.window(end_s, &estimate);
         }
         Some(News::Silent) => end.found(None),
         Some(News::Over) => return Ok(false),
@@ -321,7 +338,7 @@ fn follow(
     while goes_on && !stop::is_requested() {
         match finger.as_deref_mut() {
             None => std::thread::sleep(STEP),
-            Some(finger) => match take(finger, &mut link.finger) {
+            Some(finger) => match take(finger, &mut link.finger, begun) {
                 // Ctrl-C reaches an emulator too, which may end first.
                 Err(_) if stop::is_requested() => break,
                 stepped => goes_on = stepped?,

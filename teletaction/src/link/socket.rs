@@ -19,15 +19,15 @@ const LONGEST: usize = 65_536;
 
 pub struct Socket {
     socket: UdpSocket,
-    /// Where messages go; the stylus' end is found by its first one.
+    /// Destination of the messages; the stylus' end is found by its first message.
     peer: Option<SocketAddr>,
 }
 
 impl Socket {
     /// To the finger's end, at HOST:PORT.
-    pub fn to(place: &str) -> Result<Self> {
-        let named = || format!("{place}: write HOST:PORT, such as robot.local:7450");
-        let peer = place
+    pub fn to(address: &str) -> Result<Self> {
+        let named = || format!("{address}: write HOST:PORT, such as robot.local:7450");
+        let peer = address
             .to_socket_addrs()
             .with_context(named)?
             .next()
@@ -41,10 +41,10 @@ impl Socket {
     }
 
     /// Waits for a stylus at an address of this computer.
-    pub fn at(place: &str) -> Result<Self> {
+    pub fn at(address: &str) -> Result<Self> {
         let named =
-            || format!("{place}: write ADDRESS:PORT of this computer, such as 0.0.0.0:7450");
-        Self::bound(UdpSocket::bind(place).with_context(named)?, None)
+            || format!("{address}: write ADDRESS:PORT of this computer, such as 0.0.0.0:7450");
+        Self::bound(UdpSocket::bind(address).with_context(named)?, None)
     }
 
     fn bound(socket: UdpSocket, peer: Option<SocketAddr>) -> Result<Self> {

@@ -1,14 +1,15 @@
-//! The stylus' end: a hand that is simulated, its encoder, and the voltage of an actuator; and how
-//! far what is felt is from the texture.
+//! The stylus' end: a simulated hand, its encoder, the voltage of an actuator, and the error of the
+//! stimulus against the texture.
 
+use super::hand::Hand;
 use super::message::{Body, Message, Receiver};
-use crate::touch::{Hand, Output};
+use crate::stimulus::{Encoder, Stimulus, Texture};
+use crate::touch::Output;
 use anyhow::Result;
-use ridgetone_stimulus::{Encoder, Stimulus, Texture};
 use std::f64::consts::TAU;
 
-/// Places that are sent a second.
-const PLACES_HZ: f64 = 250.0;
+/// Positions that are sent a second.
+const POSITIONS_HZ: f64 = 250.0;
 
 /// Time without a message after which the link is dead, and the vibration fades, seconds: four of
 /// them are missing.
@@ -17,8 +18,8 @@ pub const SILENT_S: f64 = 1.0;
 /// Length of what a phase is measured over, seconds.
 const STRETCH_S: f64 = 0.02;
 
-/// Share of the wanted amplitude below which a vibration is not compared: it comes, or goes.
-const THERE: f32 = 0.98;
+/// Fraction of the wanted amplitude below which a vibration is not compared: it comes, or goes.
+const COMPARED_FROM: f32 = 0.98;
 
 /// Sums of a stretch: of sine and cosine of the true phase, and of the voltage times them.
 #[derive(Clone, Copy, Debug, Default)]
@@ -31,7 +32,7 @@ struct Sums {
     count: u32,
 }
 
-/// How far what is felt is from the texture under the finger.
+/// Error of the stimulus against the texture under the finger.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Error {
     squares: f64,
@@ -62,7 +63,7 @@ impl Error {
 pub struct StylusEnd {
     pub receiver: Receiver,
     pub error: Error,
-    /// Greatest step of the voltage so far over what the slew allows.
+    /// Largest step of the voltage so far, as a fraction of the slew.
     pub steepest: f32,
     pub texture: Option<Texture>,
     stimulus: Stimulus,
@@ -77,7 +78,7 @@ pub struct StylusEnd {
     volts: f32,
     /// Counts of the encoder at the latest sample.
     counts: i32,
-    /// Where the texture began, millimetres, and its phase there, cycles.
+    /// Position at which the texture began, millimetres, and its phase there, cycles.
     anchor: (f64, f64),
     sums: Sums,
 }
@@ -108,7 +109,7 @@ impl StylusEnd {
         })
     }
 
-    /// Voltage now over half of the greatest, -1 to 1.
+    /// Voltage now against the bias, -1 to 1.
     pub fn level(&self) -> f32 {
         self.volts / self.output.actuator.bias_v() - 1.0
     }
@@ -117,9 +118,9 @@ impl StylusEnd {
         self.is_down
     }
 
-    /// Place of the hand at a time, millimetres.
-    pub fn place_mm(&self, t_s: f64) -> f64 {
-        self.hand.place_mm(t_s)
+    /// Position of the hand at a time, millimetres.
+    pub fn position_mm(&self, t_s: f64) -> f64 {
+        self.hand.position_mm(t_s)
     }
 
     /// Takes what has arrived.
@@ -183,7 +184,7 @@ impl StylusEnd {
             {
                 self.lift();
             }
-            self.counts = (self.hand.place_mm(now_s) / count_mm()).floor() as i64 as i32;
+            self.counts = (self.hand.position_mm(now_s) / count_mm()).floor() as i64 as i32;
             let volts = self.stimulus.next(self.counts);
             self.steepest = self.steepest.max((volts - self.volts).abs() / slew_v);
             self.volts = volts;
@@ -192,7 +193,7 @@ impl StylusEnd {
         }
     }
 
-    /// Compares a sample with the texture under the finger at the true place of the hand, in f64.
+    /// Compares a sample with the texture under the finger at the true position of the hand, in f64.
     fn compare(&mut self, now_s: f64, found: Option<Texture>) {
         let Some(found) = found.filter(|_| self.is_down) else {
             return;
@@ -205,14 +206,16 @@ impl StylusEnd {
                 .iter()
                 .map(|overtone| overtone.amplitude)
                 .sum::<f32>();
-        let wanted_v = f64::from(bias_v * self.output.share(&found) / peak);
-        if f64::from(self.stimulus.amplitude_v()) < f64::from(THERE) * wanted_v || wanted_v <= 0.0 {
+        let wanted_v = f64::from(bias_v * self.output.fraction(&found) / peak);
+        if f64::from(self.stimulus.amplitude_v()) < f64::from(COMPARED_FROM) * wanted_v
+            || wanted_v <= 0.0
+        {
             return;
         }
         let latency_s = f64::from(Encoder::OKAMOTO.latency_s);
         let phase = |t_s: f64| {
             let (from_mm, cycles) = self.anchor;
-            TAU * (cycles + (self.hand.place_mm(t_s) - from_mm) / f64::from(found.period_mm))
+            TAU * (cycles + (self.hand.position_mm(t_s) - from_mm) / f64::from(found.period_mm))
         };
         let y = f64::from(self.volts - bias_v) / wanted_v;
         let now = phase(now_s + latency_s);
@@ -246,19 +249,19 @@ impl StylusEnd {
         }
     }
 
-    /// The place that is due.
+    /// The position that is due.
     pub fn due(&mut self, t_s: f64) -> Option<Message> {
-        if f64::from(self.number) / PLACES_HZ > t_s {
+        if f64::from(self.number) / POSITIONS_HZ > t_s {
             return None;
         }
         let number = self.number;
         self.number = number.wrapping_add(1);
-        let t_s = f64::from(number) / PLACES_HZ;
+        let t_s = f64::from(number) / POSITIONS_HZ;
         Some(Message {
             run: self.run,
             number,
             t_s,
-            body: Body::Place(self.hand.place_mm(t_s)),
+            body: Body::Position(self.hand.position_mm(t_s)),
         })
     }
 }
@@ -274,7 +277,7 @@ fn overtones(texture: &Texture, phase: f64) -> f64 {
         .sum()
 }
 
-/// The whole of it.
+/// Fundamental and overtones.
 fn wave(texture: &Texture, phase: f64) -> f64 {
     phase.sin() + overtones(texture, phase)
 }

@@ -1,8 +1,10 @@
 //! A board's packets to the forces of a display, update by update.
 
+use super::error::Error;
+use super::grid::{Grid, Layer, Quantity};
+use super::limits::{Limits, Pins};
+use super::matching::Matching;
 use super::skin::{Skin, strains, volts_per_strain};
-use crate::display::{Afterimage, Grid, Kelvin, Limits, Matching, Pins, Quantity};
-use anyhow::Result;
 use hal_mock::Finger;
 use ridgetone_host::frame::Frame;
 use ridgetone_host::static_image::{SIDE, UNIT_PITCH_MM};
@@ -10,7 +12,7 @@ use ridgetone_proto::settings::{Settings, TAXELS};
 use ridgetone_proto::telemetry::{Event, Packet, Starts};
 use serde::Serialize;
 
-/// Places of the sensor's map.
+/// Sensors: the points of the static map.
 const SENSORS: usize = SIDE * SIDE;
 
 /// Longest time between two frames in which the pins stay where they are, seconds.
@@ -23,9 +25,7 @@ pub struct Setup {
     /// Thickness of the layer over the receptors of the finger, millimetres.
     pub depth_mm: f64,
     pub quantity: Quantity,
-    pub regularisation: f32,
-    /// The finger's skin; none: it keeps nothing.
-    pub skin: Option<Kelvin>,
+    pub regularisation: f64,
     pub limits: Limits,
     /// Strain in the finger over that in the sensor.
     pub gain: f64,
@@ -36,13 +36,12 @@ pub struct Setup {
 
 impl Setup {
     /// 4 x 4 pins 2 mm apart under 2 mm of rubber.
-    pub fn new() -> Result<Self> {
+    pub fn new() -> Result<Self, Error> {
         Ok(Self {
             pins: Grid::new(4, 4, 2.0)?,
             depth_mm: 2.0,
             quantity: Quantity::Strain,
             regularisation: 0.01,
-            skin: None,
             limits: Limits {
                 update_hz: 20.0,
                 ..Limits::IDEAL
@@ -51,24 +50,6 @@ impl Setup {
             volts_per_strain: volts_per_strain(),
             modulus_mpa: Finger::default().modulus_mpa,
         })
-    }
-}
-
-/// Memory of a [`Player`].
-pub struct Memory {
-    matching: Vec<f32>,
-    kept: Vec<f32>,
-    forces: Vec<f32>,
-}
-
-impl Memory {
-    pub fn new(setup: &Setup) -> Self {
-        let pins = setup.pins.count();
-        Self {
-            matching: vec![0.0; Matching::floats(pins, SENSORS)],
-            kept: vec![0.0; SENSORS],
-            forces: vec![0.0; pins],
-        }
     }
 }
 
@@ -99,10 +80,8 @@ pub struct Update {
     pub pins: PinForces,
     /// Strain in the sensor, 4 x 4 row by row.
     pub sensor_strain: Vec<f32>,
-    /// Strain that the finger feels at the same places: what the pins make, and what it has kept.
+    /// Strain in the finger at the same positions.
     pub felt_strain: Vec<f32>,
-    /// The part of it that it has kept.
-    pub kept_strain: Vec<f32>,
 }
 
 impl Update {
@@ -118,14 +97,40 @@ impl Update {
             .sum();
         (sum / self.felt_strain.len() as f64).sqrt()
     }
+
+    /// A line for people.
+    pub fn text(&self, gain: f64) -> String {
+        let max = |values: &[f32]| f64::from(values.iter().copied().fold(f32::MIN, f32::max));
+        let limited = match self.pins.limited {
+            0 => String::new(),
+            limited => format!(", {limited} pins at their limit"),
+        };
+        format!(
+            "{:8.3} s  sensor {} %  finger {} %, error {:.2} % rms; pins: {:.2} N max, {:.2} N total{limited}",
+            self.pins.t_s,
+            number(100.0 * gain * max(&self.sensor_strain)),
+            number(100.0 * max(&self.felt_strain)),
+            100.0 * self.error(gain),
+            max(&self.pins.forces_n),
+            self.pins.forces_n.iter().sum::<f32>(),
+        )
+    }
+}
+
+/// A number without the sign of a zero.
+fn number(value: f64) -> String {
+    let shown = format!("{value:.2}");
+    match shown.strip_prefix('-') {
+        Some(zero) if zero.parse() == Ok(0.0f64) => zero.to_owned(),
+        _ => shown,
+    }
 }
 
 /// Takes packets and gives updates.
-pub struct Player<'a> {
+pub struct Player {
     setup: Setup,
-    matching: Matching<'a>,
-    afterimage: Option<Afterimage<'a>>,
-    display: Pins<'a>,
+    matching: Matching,
+    display: Pins,
     skin: Skin,
     vref_v: f32,
     /// Volts of the frames since the last update, and how many of each.
@@ -134,37 +139,22 @@ pub struct Player<'a> {
     starts: Starts,
 }
 
-impl<'a> Player<'a> {
+impl Player {
     /// Fails if the setup is impossible.
-    pub fn new(setup: Setup, memory: &'a mut Memory) -> Result<Self> {
-        let pins = setup.pins.count();
+    pub fn new(setup: Setup) -> Result<Self, Error> {
         let sensors = Grid::new(SIDE, SIDE, 0.5 * UNIT_PITCH_MM)?;
-        // As in the simulated finger: rubber.
-        let map = sensors.map(
-            &setup.pins,
-            setup.depth_mm,
-            Finger::default().poisson,
-            setup.quantity,
-        )?;
-        let matching = Matching::new(
-            &mut memory.matching,
-            pins,
-            SENSORS,
-            setup.regularisation,
-            map,
-        )?;
-        let afterimage = setup
-            .skin
-            .map(|skin| Afterimage::new(skin, &mut memory.kept));
-        let display = Pins::new(setup.limits, &mut memory.forces)?;
-        let (skin, vref_v) = (Skin::default(), Settings::DEFAULT.vref_v);
+        let layer = Layer {
+            depth_mm: setup.depth_mm,
+            // As in the simulated finger: rubber.
+            poisson: Finger::default().poisson,
+            quantity: setup.quantity,
+        };
         Ok(Self {
+            matching: Matching::new(&sensors, &setup.pins, &layer, setup.regularisation)?,
+            display: Pins::new(setup.limits, setup.pins.count())?,
             setup,
-            matching,
-            afterimage,
-            display,
-            skin,
-            vref_v,
+            skin: Skin::default(),
+            vref_v: Settings::DEFAULT.vref_v,
             sums: Default::default(),
             updated_s: None,
             starts: Starts::new(),
@@ -176,7 +166,7 @@ impl<'a> Player<'a> {
     }
 
     /// Takes a packet; gives an update if one is due.
-    pub fn take(&mut self, packet: &Packet) -> Result<Option<Update>> {
+    pub fn take(&mut self, packet: &Packet) -> Result<Option<Update>, Error> {
         if self.starts.take(&packet.event) {
             // Its clock and its levels are new.
             (self.skin, self.updated_s, self.sums) = (Skin::default(), None, Default::default());
@@ -193,7 +183,7 @@ impl<'a> Player<'a> {
         Ok(None)
     }
 
-    fn frame(&mut self, frame: &Frame) -> Result<Option<Update>> {
+    fn frame(&mut self, frame: &Frame) -> Result<Option<Update>, Error> {
         let Some(volts) = self.skin.push(frame) else {
             return Ok(None);
         };
@@ -233,39 +223,33 @@ impl<'a> Player<'a> {
         since_s: f64,
         sensor: [f32; SENSORS],
         taxels: u16,
-    ) -> Result<Update> {
+    ) -> Result<Update, Error> {
         // Matching has the unit of stress: newtons per square millimetre.
-        let per_strain = (self.setup.gain * self.setup.modulus_mpa) as f32;
-        let mut wanted = sensor.map(|strain| per_strain * strain);
-        if let Some(afterimage) = &self.afterimage {
-            afterimage.take_off(&mut wanted)?;
-        }
+        let per_strain = self.setup.gain * self.setup.modulus_mpa;
+        let wanted = sensor.map(|strain| per_strain * f64::from(strain));
         let solution = self.matching.forces(&wanted)?;
         let is_optimal = solution.is_optimal;
         let limited = self
             .display
             .advance(since_s.min(1e3) as f32, solution.forces)?
             .unwrap_or(0);
-        self.felt(
-            since_s,
-            sensor,
-            PinForces {
-                limited,
-                is_optimal,
-                taxels,
-                ..self.pins(t_s)
-            },
-        )
+        let pins = PinForces {
+            limited,
+            is_optimal,
+            taxels,
+            ..self.pins(t_s)
+        };
+        Ok(self.felt(sensor, pins))
     }
 
-    /// Nothing has come for so long: the pins go down. Gives an update while they do.
-    pub fn silent(&mut self, dt_s: f64) -> Result<Option<Update>> {
+    /// The line has been silent for `dt_s` seconds: the pins go down. Gives an update while they do.
+    pub fn silent(&mut self, dt_s: f64) -> Result<Option<Update>, Error> {
         if self.display.forces_n().iter().all(|n| *n == 0.0) {
             return Ok(None);
         }
         self.display.release(dt_s.clamp(0.0, 1e3) as f32)?;
         let t_s = self.updated_s.unwrap_or(0.0);
-        self.felt(dt_s, [0.0; SENSORS], self.pins(t_s)).map(Some)
+        Ok(Some(self.felt([0.0; SENSORS], self.pins(t_s))))
     }
 
     /// The forces of the pins as they are, for no strain.
@@ -276,38 +260,23 @@ impl<'a> Player<'a> {
             rows: pins.rows(),
             columns: pins.columns(),
             forces_n: self.display.forces_n().to_vec(),
-            level_n: limits.greatest_n() / f32::from(limits.levels),
+            level_n: limits.level_n(),
             limited: 0,
             is_optimal: true,
             taxels: 0,
         }
     }
 
-    /// What the finger feels of the pins as they are; then time passes.
-    fn felt(&mut self, dt_s: f64, sensor: [f32; SENSORS], pins: PinForces) -> Result<Update> {
-        let mut felt = vec![0.0; SENSORS];
-        self.matching.felt(self.display.forces_n(), &mut felt)?;
-        let at_once = felt.clone();
-        let mut kept = vec![0.0; SENSORS];
-        if let Some(afterimage) = &mut self.afterimage {
-            kept.copy_from_slice(afterimage.kept());
-            felt.iter_mut()
-                .zip(&kept)
-                .for_each(|(felt, kept)| *felt += kept);
-            afterimage.advance(dt_s.clamp(0.0, 1e3), &at_once)?;
-        }
-        let strain = |values: Vec<f32>| {
-            values
-                .into_iter()
-                .map(|value| value / self.setup.modulus_mpa as f32)
-                .collect()
-        };
-        let (felt_strain, kept_strain) = (strain(felt), strain(kept));
-        Ok(Update {
+    /// The strain in the finger under the pins as they are.
+    fn felt(&self, sensor: [f32; SENSORS], pins: PinForces) -> Update {
+        let strains = self.matching.felt(self.display.forces_n());
+        Update {
             pins,
             sensor_strain: sensor.to_vec(),
-            felt_strain,
-            kept_strain,
-        })
+            felt_strain: strains
+                .into_iter()
+                .map(|value| (value / self.setup.modulus_mpa) as f32)
+                .collect(),
+        }
     }
 }

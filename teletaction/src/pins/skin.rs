@@ -72,12 +72,12 @@ pub fn strains(volts: &Volts, volts_per_strain: f64) -> [f32; SIDE * SIDE] {
     {
         *pressed = pressed_unit(unit);
     }
-    std::array::from_fn(|place| {
-        (f64::from(pressed[PLACES.as_flattened()[place]]) / volts_per_strain) as f32
+    std::array::from_fn(|position| {
+        (f64::from(pressed[PLACES.as_flattened()[position]]) / volts_per_strain) as f32
     })
 }
 
-/// What pressure alone does to the four piezoresistors of a unit.
+/// Volts of the four piezoresistors of a unit that are due to pressure alone.
 fn pressed_unit(&[first, second, third, fourth]: &[Option<f32>; 4]) -> [f32; 4] {
     let pair = first.zip(third).map(|(first, third)| 0.5 * (first + third));
     let mean = mean([pair, second, fourth].into_iter().flatten()).unwrap_or(0.0);

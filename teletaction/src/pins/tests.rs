@@ -1,10 +1,7 @@
-//! The player with frames of a known pressure, and the screen in a buffer.
+//! The player with frames of a known pressure.
 
+use super::player::SILENCE_S;
 use super::*;
-use super::{player::SILENCE_S, screen};
-use crate::display::{Limits, SUBJECTS};
-use ratatui::Terminal;
-use ratatui::backend::TestBackend;
 use ridgetone_host::static_image::PLACES;
 use ridgetone_proto::settings::{Settings, TAXELS};
 use ridgetone_proto::telemetry::{Contact, Event, Packet, Raw};
@@ -32,7 +29,7 @@ fn raw(number: u32, volts: [f64; TAXELS]) -> Packet {
 }
 
 /// A second of air, then two of a strain of 2 % in the left half of the map, with shear.
-fn touched(player: &mut Player<'_>) -> Vec<Update> {
+fn touched(player: &mut Player) -> Vec<Update> {
     let mut updates = Vec::new();
     for number in 0..723u32 {
         if number == 245 {
@@ -67,8 +64,7 @@ fn touched(player: &mut Player<'_>) -> Vec<Update> {
 #[test]
 fn a_pressed_half_is_felt_as_a_half() {
     let setup = Setup::new().expect("a setup");
-    let mut memory = Memory::new(&setup);
-    let mut player = Player::new(setup, &mut memory).expect("a player");
+    let mut player = Player::new(setup).expect("a player");
     let updates = touched(&mut player);
     // At most 20 Hz: every 13 frames, from the level's 48 on.
     assert_eq!(updates.len(), (723 - 48) / 13);
@@ -100,6 +96,11 @@ fn a_pressed_half_is_felt_as_a_half() {
         "{}: {last:?}",
         last.error(1.0)
     );
+    let shown = last.text(1.0);
+    assert!(
+        shown.contains("sensor 2.00 %") && !shown.contains("-0.00"),
+        "{shown}"
+    );
     // A silent line lets the pins go, by the slew.
     let before = last.pins.forces_n.clone();
     let released = player.silent(SILENCE_S).expect("time").expect("they press");
@@ -115,95 +116,4 @@ fn a_pressed_half_is_felt_as_a_half() {
         player.silent(0.05).expect("time");
     }
     assert_eq!(player.silent(0.05).expect("time"), None);
-}
-
-#[test]
-fn an_afterimage_needs_less_force() {
-    let mut setup = Setup::new().expect("a setup");
-    setup.limits = Limits {
-        levels: 60_000,
-        ..setup.limits
-    };
-    setup.skin = Some(SUBJECTS[0]);
-    let mut memory = Memory::new(&setup);
-    let mut player = Player::new(setup, &mut memory).expect("a player");
-    let updates = touched(&mut player);
-    let sum = |update: &Update| update.pins.forces_n.iter().sum::<f32>();
-    // From 0.1 s of the touch on to its end.
-    let begun_s = 241.0 * 4147e-6;
-    let first = updates
-        .iter()
-        .find(|update| update.pins.t_s > begun_s + 0.1)
-        .expect("an update");
-    let last = updates.last().expect("an update");
-    let ratio = f64::from(sum(last) / sum(first));
-    let [from_s, to_s] = [first, last].map(|update| update.pins.t_s - begun_s);
-    let expected = SUBJECTS[0].relaxation(to_s) / SUBJECTS[0].relaxation(from_s);
-    assert!((ratio - expected).abs() < 0.04, "{ratio} {expected}");
-    assert!(last.kept_strain.iter().any(|strain| *strain > 0.002));
-    assert!(
-        (last.error(1.0) - first.error(1.0)).abs() < 2e-3,
-        "{} {}",
-        last.error(1.0),
-        first.error(1.0)
-    );
-}
-
-#[test]
-fn the_screen_shows_three_images() {
-    let setup = Setup::new().expect("a setup");
-    let mut memory = Memory::new(&setup);
-    let mut player = Player::new(setup, &mut memory).expect("a player");
-    let updates = touched(&mut player);
-    let mut terminal = Terminal::new(TestBackend::new(90, 16)).expect("a terminal");
-    let text = |terminal: &Terminal<TestBackend>| {
-        let buffer = terminal.backend().buffer();
-        let row = |y| (0..90).map(|x| buffer[(x, y)].symbol()).collect::<String>() + "\n";
-        (0..16).map(row).collect::<String>()
-    };
-    terminal
-        .draw(|frame| screen::draw(frame, "a board", None, &player))
-        .expect("drawn");
-    assert!(text(&terminal).contains("learning the level"));
-    terminal
-        .draw(|frame| screen::draw(frame, "a board", updates.last(), &player))
-        .expect("drawn");
-    let shown = text(&terminal);
-    println!("{shown}");
-    for part in [
-        "strain in the sensor, %",
-        "forces of the pins, N",
-        "strain in the finger, %",
-        "  2.00  2.00",
-        "error 0.",
-        "q quit",
-    ] {
-        assert!(shown.contains(part), "{part}\n{shown}");
-    }
-    assert!(shown.contains('\u{2588}'));
-
-    // At 80 columns the summary goes on in the next line.
-    let mut narrow = Terminal::new(TestBackend::new(80, 16)).expect("a terminal");
-    let mut shown_at_80 = |update: &Update| {
-        narrow
-            .draw(|frame| screen::draw(frame, "a board", Some(update), &player))
-            .expect("drawn");
-        let buffer = narrow.backend().buffer();
-        let cells = (0..16).flat_map(|y| (0..80).map(move |x| (x, y)));
-        cells.map(|at| buffer[at].symbol()).collect::<String>()
-    };
-    let last = updates.last().expect("an update");
-    assert!(shown_at_80(last).contains(" N total"));
-    // Rest has no shade and no sign, and is not active.
-    let mut rest = last.clone();
-    assert!(screen::is_active(&rest));
-    rest.pins.forces_n.fill(0.004);
-    rest.sensor_strain.fill(-4e-5);
-    rest.felt_strain.fill(2e-5);
-    let shown = shown_at_80(&rest);
-    assert!(
-        !screen::is_active(&rest) && !shown.contains(['\u{2588}', '\u{2593}']),
-        "{shown}"
-    );
-    assert!(!shown.contains("-0.00"), "{shown}");
 }

@@ -1,11 +1,12 @@
-//! Follows the textures that a finger reports, and whether it says anything at all.
+//! Follows the textures and windows that a finger reports, and notices its silence.
 
 use super::found::found;
+use crate::stimulus::Texture;
 use anyhow::Result;
 use ridgetone_host::feed::{Feed, Requester, new_requests};
 use ridgetone_host::listen::{Heard, Listener, SILENT};
 use ridgetone_proto::command::Command;
-use ridgetone_stimulus::Texture;
+use ridgetone_proto::telemetry::{Estimate, Event, Events, Starts};
 use std::time::{Duration, Instant};
 
 /// News of a finger.
@@ -13,6 +14,8 @@ use std::time::{Duration, Instant};
 pub enum News {
     /// It has another texture under it; if it was silent it no longer is.
     Texture(Texture),
+    /// An estimate, and the time since its window ended.
+    Window(Box<Estimate>, Duration),
     /// It was silent, and no longer is. Its texture follows as soon as it finds one.
     Back,
     /// It has said nothing for [`SILENT`].
@@ -29,6 +32,50 @@ pub struct Follower {
     heard_at: Instant,
     is_silent: bool,
     is_over: bool,
+    clock: Clock,
+}
+
+/// Time over which the smallest delay of the packets counts, seconds: crystals drift apart by less
+/// than 1 ms meanwhile.
+const BLOCK_S: f64 = 10.0;
+
+/// The board's clock against this computer's, by the packets that arrived soonest.
+struct Clock {
+    starts: Starts,
+    begun: Instant,
+    /// Smallest time of arrival less device time in this block and in the block before, seconds.
+    offsets_s: [f64; 2],
+    block_ends_s: f64,
+}
+
+impl Clock {
+    fn new() -> Self {
+        Self {
+            starts: Starts::new(),
+            begun: Instant::now(),
+            offsets_s: [f64::INFINITY; 2],
+            block_ends_s: BLOCK_S,
+        }
+    }
+
+    /// Takes an event that arrives now. Gives the time since its device time.
+    fn age(&mut self, event: &Event) -> Duration {
+        if self.starts.take(event) {
+            self.offsets_s = [f64::INFINITY; 2];
+        }
+        let Some(device_us) = event.dated_us() else {
+            return Duration::ZERO;
+        };
+        let now_s = self.begun.elapsed().as_secs_f64();
+        if now_s > self.block_ends_s {
+            self.offsets_s = [self.offsets_s[1], f64::INFINITY];
+            self.block_ends_s = now_s + BLOCK_S;
+        }
+        let offset_s = now_s - device_us as f64 * 1e-6;
+        self.offsets_s[1] = self.offsets_s[1].min(offset_s);
+        let min_s = self.offsets_s[0].min(self.offsets_s[1]);
+        Duration::from_secs_f64(offset_s - min_s)
+    }
 }
 
 impl Follower {
@@ -39,6 +86,7 @@ impl Follower {
             heard_at: Instant::now(),
             is_silent: false,
             is_over: false,
+            clock: Clock::new(),
         }
     }
 
@@ -72,15 +120,20 @@ impl Follower {
         match self.listener.next(most)? {
             Some(Heard::Packet(packet, _)) => {
                 self.heard_at = Instant::now();
+                let age = self.clock.age(&packet.event);
                 let is_back = std::mem::take(&mut self.is_silent);
                 if is_back {
                     // The surface may have changed; if it has not, the board would not report it
                     // again.
                     self.greet();
                 }
-                Ok(found(&packet)
-                    .map(News::Texture)
-                    .or(is_back.then_some(News::Back)))
+                Ok(match (found(&packet), packet.event) {
+                    (Some(texture), _) => Some(News::Texture(texture)),
+                    (None, Event::Estimate(estimate)) if !is_back => {
+                        Some(News::Window(Box::new(estimate), age))
+                    }
+                    _ => is_back.then_some(News::Back),
+                })
             }
             // The listener greets it.
             Some(Heard::Connected(_)) => Ok(None),
@@ -111,7 +164,7 @@ mod tests {
     use ridgetone_proto::plan::Plan;
     use ridgetone_proto::settings::Settings;
     use ridgetone_proto::telemetry::{
-        Event, Hello, PROTOCOL, Packet, Release, Texture as Reported, WIRE_MAX, encode,
+        Hello, PROTOCOL, Packet, Release, Texture as Reported, WIRE_MAX, encode,
     };
     use std::collections::VecDeque;
     use std::sync::{Arc, Mutex};

@@ -1,9 +1,8 @@
 //! A texture that a finger reports, turned into the texture that a hand feels.
 
-use ridgetone_host::digits::seconds;
+use crate::stimulus::{HARMONICS_MAX, Harmonic, Texture};
 use ridgetone_host::overtones::{Overtone, overtones};
 use ridgetone_proto::telemetry::{Event, Overtones, Packet};
-use ridgetone_stimulus::{HARMONICS_MAX, Harmonic, Texture};
 
 /// Overtones as a hand feels them.
 fn harmonics(reported: &Overtones) -> [Harmonic; HARMONICS_MAX - 1] {
@@ -18,7 +17,7 @@ fn harmonics(reported: &Overtones) -> [Harmonic; HARMONICS_MAX - 1] {
     )
 }
 
-/// The texture that a packet reports, if a hand can feel it. Its force in newtons is unknown.
+/// The texture that a packet reports, if a hand can feel it.
 pub fn found(packet: &Packet) -> Option<Texture> {
     let Event::Texture(found) = &packet.event else {
         return None;
@@ -26,7 +25,6 @@ pub fn found(packet: &Packet) -> Option<Texture> {
     let texture = Texture {
         period_sigma_mm: found.period_sigma_mm,
         power: found.power_v2,
-        t_s: seconds(found.t_us) as f32,
         overtones: harmonics(&found.overtones),
         ..Texture::new(found.period_mm)
     };
@@ -62,7 +60,6 @@ mod tests {
         let wanted = Texture {
             period_sigma_mm: 0.01,
             power: 1e-6,
-            t_s: 2.5,
             overtones: harmonics(&OVERTONES),
             ..Texture::new(3.6)
         };

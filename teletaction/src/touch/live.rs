@@ -2,27 +2,27 @@
 
 use super::output::Output;
 use super::page::{Page, Shown};
+use crate::stimulus::Texture;
 use crate::texture::{Follower, News};
 use anyhow::Result;
 use ridgetone_host::feed::Feed;
 use ridgetone_host::stop;
 use ridgetone_host::view::announce;
 use ridgetone_host::view::server::Server;
-use ridgetone_stimulus::Texture;
 use std::net::SocketAddr;
 use std::time::Duration;
 
 /// Longest wait between two looks at [`stop`].
 const LOOK: Duration = Duration::from_millis(20);
 
-/// Where textures come from.
+/// Source of the textures.
 pub enum Textures {
     /// One, of a file of this name.
     Fixed(String, Texture),
     Finger(Box<Feed>),
 }
 
-/// Where the page is served, and how it begins.
+/// Address and initial state of the page.
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
     pub address: SocketAddr,
@@ -116,7 +116,7 @@ fn step(finger: &mut Follower, page: &Page) -> Result<()> {
                 "The finger is silent: the vibration has faded.".into(),
             )
         }),
-        None => Ok(()),
+        Some(News::Window(..)) | None => Ok(()),
     }
 }
 

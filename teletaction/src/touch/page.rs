@@ -1,24 +1,30 @@
-//! The page: its files, and what the command sends to it.
+//! The page: its files and its state.
 //!
-//! | path | what |
+//! | path | answer |
 //! |---|---|
 //! | `/` and the files it names | the page |
-//! | `/events` | the state, at once and whenever it changes, as server-sent events `state` (`latest.rs`) |
-//! | `/texture` | POST: a texture as a JSON object, in place of the source's |
+//! | `/events` | the state, at once and whenever it changes, as server-sent events `state` |
+//! | `/texture` | POST: a texture as a JSON object, instead of the source's |
 
 use super::output::Output;
-use crate::latest::{self, Latest};
+use crate::stimulus::{Actuator, Texture};
 use anyhow::{Context, Result};
 use axum::Router;
 use axum::extract::State;
 use axum::http::header;
+use axum::response::sse::{Event, KeepAlive, Sse};
 use axum::response::{Html, IntoResponse, Response};
 use axum::routing::{get, post};
 use ridgetone_host::view::files::{File, ICON, STYLE};
 use ridgetone_host::view::server::{answer, with_files};
-use ridgetone_stimulus::{Actuator, Texture};
 use serde::Serialize;
+use std::convert::Infallible;
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+use tokio::sync::watch;
+
+/// Time after which a page that has lost the server tries again.
+const RETRY: Duration = Duration::from_secs(1);
 
 /// One of the page's own scripts.
 macro_rules! js {
@@ -44,21 +50,21 @@ const FILES: &[File] = &[
     js!("worklet.js"),
 ];
 
-/// `cargo xtask worklet` builds it from teletaction/stimulus/worklet.
+/// `cargo xtask worklet` builds it from this package.
 pub const WASM: &[u8] = include_bytes!("../../assets/touch/stimulus.wasm");
 
-/// As that of all pages, and with WebAssembly of its own.
+/// The policy of all pages, plus WebAssembly from this origin.
 const POLICY: &str = "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; object-src 'none'; base-uri 'none'; \
     form-action 'none'; frame-ancestors 'none'";
 
-/// What the page knows.
+/// State of the page.
 #[derive(Clone, Debug)]
 pub struct Shown {
     pub source: String,
     pub status: String,
     /// The finger is silent: its texture fades.
     pub is_silent: bool,
-    /// None before the finger has found one.
+    /// `None` before the finger has found one.
     pub texture: Option<Texture>,
     /// Textures so far.
     pub number: u64,
@@ -74,8 +80,8 @@ struct Json<'a> {
     status: &'a str,
     is_silent: bool,
     texture: Option<Texture>,
-    /// Amplitude over the actuator's greatest.
-    share: Option<f32>,
+    /// Amplitude as a fraction of the actuator's maximum.
+    fraction: Option<f32>,
     number: u64,
     delay_ms: (f64, f64),
     carrier_hz: Option<f32>,
@@ -85,17 +91,18 @@ struct Json<'a> {
     fade_s: f32,
 }
 
-/// What all pages share.
+/// State shared by all open pages.
 #[derive(Clone)]
 pub struct Page {
     output: Output,
     shown: Arc<Mutex<Shown>>,
-    latest: Latest,
+    /// The state as JSON on one line. A slow page gets the latest one.
+    latest: watch::Sender<Arc<str>>,
 }
 
 impl Page {
     pub fn new(output: Output, shown: Shown) -> Result<Self> {
-        let latest = Latest::new(json(&output, &shown)?);
+        let latest = watch::Sender::new(json(&output, &shown)?.into());
         Ok(Self {
             output,
             shown: Arc::new(Mutex::new(shown)),
@@ -107,7 +114,7 @@ impl Page {
     pub fn change(&self, change: impl FnOnce(&mut Shown)) -> Result<()> {
         let mut shown = self.shown.lock().unwrap_or_else(PoisonError::into_inner);
         change(&mut shown);
-        self.latest.publish(json(&self.output, &shown)?);
+        self.latest.send_replace(json(&self.output, &shown)?.into());
         Ok(())
     }
 
@@ -120,7 +127,7 @@ impl Page {
     }
 
     pub fn is_watched(&self) -> bool {
-        self.latest.is_watched()
+        self.latest.receiver_count() > 0
     }
 
     pub fn routes(&self) -> Router {
@@ -128,7 +135,7 @@ impl Page {
             .route("/texture", post(texture))
             .with_state(self.clone());
         let events = Router::new()
-            .route("/events", get(latest::events))
+            .route("/events", get(events))
             .with_state(self.latest.clone());
         let html = || async {
             (
@@ -165,7 +172,10 @@ fn json(output: &Output, shown: &Shown) -> Result<String> {
         status: &shown.status,
         is_silent: shown.is_silent,
         texture: shown.texture,
-        share: shown.texture.as_ref().map(|texture| output.share(texture)),
+        fraction: shown
+            .texture
+            .as_ref()
+            .map(|texture| output.fraction(texture)),
         number: shown.number,
         delay_ms: shown.delay_ms,
         carrier_hz: shown.carrier_hz,
@@ -178,4 +188,20 @@ fn json(output: &Output, shown: &Shown) -> Result<String> {
 
 async fn texture(State(page): State<Page>, json: String) -> Response {
     answer(page.set(&json))
+}
+
+async fn events(State(latest): State<watch::Sender<Arc<str>>>) -> Response {
+    let mut states = latest.subscribe();
+    states.mark_changed();
+    let events = unfold(states, |mut states| async {
+        states.changed().await.ok()?;
+        let json = Arc::clone(&states.borrow_and_update());
+        Some((
+            Ok::<_, Infallible>(Event::default().event("state").retry(RETRY).data(&*json)),
+            states,
+        ))
+    });
+    Sse::new(events)
+        .keep_alive(KeepAlive::default())
+        .into_response()
 }

@@ -5,14 +5,14 @@ use super::common::{directory, json_lines, ridgetone, text};
 use super::stylus_board::{StylusBoard, Trace};
 use super::{SPEED_MM_S, counts, recorded_touch};
 use ridgetone_host::port::{self, System, Wanted};
-use ridgetone_stimulus::{Actuator, Texture};
-use ridgetone_stylus::SAMPLE_HZ;
-use ridgetone_stylus::gate::State;
-use ridgetone_stylus::parameters::Parameters;
 use ridgetone_teletaction::link::network::Impairments;
 use ridgetone_teletaction::link::run::Report;
-use ridgetone_teletaction::link::{BoardEnd, Ends, Link, Options};
-use ridgetone_teletaction::touch::{Hand, Output};
+use ridgetone_teletaction::link::{BoardEnd, Ends, Hand, Link, Options};
+use ridgetone_teletaction::stimulus::{Actuator, Texture};
+use ridgetone_teletaction::stylus::SAMPLE_HZ;
+use ridgetone_teletaction::stylus::gate::State;
+use ridgetone_teletaction::stylus::parameters::Parameters;
+use ridgetone_teletaction::touch::Output;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
@@ -42,6 +42,7 @@ impl Bench {
             run: 70_000,
             hand: Hand::OKAMOTO,
             output,
+            follows: false,
         };
         let line = port::Link::open(System, Wanted::Name(board.name.clone())).expect("a line");
         let end = BoardEnd::new(Box::new(line), output, Parameters::DEFAULT, options.run)
@@ -112,11 +113,11 @@ fn textures_and_parameters_go_to_the_board_and_its_hand_to_the_finger() {
     });
     bench.link.finger.found(Some(Texture::new(1.4)));
     bench.pass(1.0);
-    let from_mm = bench.link.finger.place_mm.expect("a place");
+    let from_mm = bench.link.finger.position_mm.expect("a position");
     let before = bench.report();
     let report = bench.pass(2.0);
     println!("{}", report.text());
-    let moved_mm = bench.link.finger.place_mm.expect("a place") - from_mm;
+    let moved_mm = bench.link.finger.position_mm.expect("a position") - from_mm;
     // A busy computer is late by more than the passes say; what it counts and reads in a pass may be
     // off by a tenth of a second.
     let passed_s = report.t_s - before.t_s;
@@ -124,13 +125,13 @@ fn textures_and_parameters_go_to_the_board_and_its_hand_to_the_finger() {
         (moved_mm / SPEED_MM_S - passed_s).abs() < 0.1,
         "{moved_mm} mm in {passed_s} s"
     );
-    let places = (report.places_sent - before.places_sent) as f64;
+    let positions = (report.positions_sent - before.positions_sent) as f64;
     assert!(
-        (225.0..275.0).contains(&(places / passed_s)),
-        "{places} places in {passed_s} s: {report:?}"
+        (225.0..275.0).contains(&(positions / passed_s)),
+        "{positions} positions in {passed_s} s: {report:?}"
     );
     assert!(
-        report.places.received > 500 && report.places.lost > 5,
+        report.positions.received > 500 && report.positions.lost > 5,
         "{report:?}"
     );
     assert!(
@@ -243,7 +244,7 @@ fn a_board_that_has_started_again_gets_all_again() {
     let mut bench = Bench::new(Impairments::default());
     bench.link.finger.found(Some(Texture::new(1.4)));
     assert!(bench.pass(1.0).is_felt);
-    let place_mm = bench.link.finger.place_mm.expect("a place");
+    let position_mm = bench.link.finger.position_mm.expect("a position");
     bench.board.restart();
     let report = bench.pass(1.5);
     assert_eq!(
@@ -267,7 +268,7 @@ fn a_board_that_has_started_again_gets_all_again() {
         ]
     );
     // A restart is no way back to where the hand began.
-    let moved_mm = bench.link.finger.place_mm.expect("a place") - place_mm;
+    let moved_mm = bench.link.finger.position_mm.expect("a position") - position_mm;
     assert!(
         (moved_mm / SPEED_MM_S - 1.5).abs() < 0.1,
         "{moved_mm} mm in 1.5 s"

@@ -10,18 +10,18 @@ use std::time::{Duration, Instant};
 /// A vibration as the page has made it, beside the pointer's events as a listener of the test's own
 /// has seen them.
 pub struct Measured {
-    /// Time on the page's clock in seconds and place in millimetres.
+    /// Time on the page's clock in seconds and position in millimetres.
     pub pointer: Vec<(f64, f64)>,
     /// Time on the page's clock at which a sample is heard, and the sample.
     pub sound: Vec<(f64, f64)>,
     pub rate_hz: f64,
-    /// Longest time from a place of the pointer until the page knew the next one, if that is
+    /// Longest time from a position of the pointer until the page knew the next one, if that is
     /// somewhere else, seconds.
     unknown_s: f64,
     /// How far the clocks of page and sound have moved against each other meanwhile, seconds: the
     /// test reads them, and the page does; the larger one counts.
     slipped_s: f64,
-    /// How much later than after its wait a place is heard, by the clocks alone, seconds. The page
+    /// How much later than after its wait a position is heard, by the clocks alone, seconds. The page
     /// has read the difference of its clock and that of the sound it makes; the test, of the sound
     /// that is heard.
     pub clocks_s: f64,
@@ -52,18 +52,18 @@ fn measure(browser: &mut Browser) -> Measured {
          for (const kind of ['pointerdown', 'pointerrawupdate']) surface.addEventListener(kind, keep); })()",
     );
     // 500 CSS pixels are 132 mm; at most 110 mm/s.
-    let place = |t_s: f64| left + 0.1 * width + 500.0 * (0.5 - 0.5 * (TAU * 0.265 * t_s).cos());
-    mouse(browser, "mouseMoved", place(0.0), y);
+    let position = |t_s: f64| left + 0.1 * width + 500.0 * (0.5 - 0.5 * (TAU * 0.265 * t_s).cos());
+    mouse(browser, "mouseMoved", position(0.0), y);
     let before = clocks(browser);
     browser.value("globalThis.ridgetone.recorded = null; globalThis.ridgetone.node.port.postMessage({ what: 'record', values: [2.2] })");
-    mouse(browser, "mousePressed", place(0.0), y);
+    mouse(browser, "mousePressed", position(0.0), y);
     let begun = Instant::now();
     while begun.elapsed() < Duration::from_secs(2) {
-        drag(browser, place(begun.elapsed().as_secs_f64()), y);
+        drag(browser, position(begun.elapsed().as_secs_f64()), y);
         sleep(Duration::from_millis(6));
     }
     let offset = clocks(browser);
-    mouse(browser, "mouseReleased", place(2.0), y);
+    mouse(browser, "mouseReleased", position(2.0), y);
     browser.wait("globalThis.ridgetone.recorded !== null");
     let found = browser.value(
         "({ ...globalThis.ridgetone.recorded, seen: globalThis.seen, \
@@ -76,8 +76,9 @@ fn measure(browser: &mut Browser) -> Measured {
         .iter()
         .enumerate();
     let heard_s = |n: usize| number("from_s") + n as f64 / number("rate_hz") + offset;
-    let [least_s, most_s] = [0, 1].map(|n| found["offsets_s"][n].as_f64().expect("an offset"));
-    let seen: Vec<(f64, f64, f64)> = serde_json::from_value(found["seen"].clone()).expect("places");
+    let [min_s, max_s] = [0, 1].map(|n| found["offsets_s"][n].as_f64().expect("an offset"));
+    let seen: Vec<(f64, f64, f64)> =
+        serde_json::from_value(found["seen"].clone()).expect("positions");
     Measured {
         pointer: seen.iter().map(|(at_s, _, x_mm)| (*at_s, *x_mm)).collect(),
         // A hand that turns reports nothing for a while.
@@ -86,8 +87,8 @@ fn measure(browser: &mut Browser) -> Measured {
             .filter(|pair| (pair[1].2 - pair[0].2).abs() > 0.3))
         .map(|pair| pair[1].1 - pair[0].0)
         .fold(0.0, f64::max),
-        slipped_s: (offset - before).abs().max(most_s - least_s),
-        clocks_s: least_s + offset,
+        slipped_s: (offset - before).abs().max(max_s - min_s),
+        clocks_s: min_s + offset,
         sound: samples
             .map(|(n, y)| (heard_s(n), y.as_f64().expect("a sample")))
             .collect(),
@@ -101,7 +102,7 @@ fn measure(browser: &mut Browser) -> Measured {
 pub fn measure_undisturbed(browser: &mut Browser, wait_s: f64) -> Measured {
     for _ in 0..10 {
         let measured = measure(browser);
-        // The first wait is a pointer's of 60 Hz: its rare late places are part of the figures, and
+        // The first wait is a pointer's of 60 Hz: its rare late positions are part of the figures, and
         // no bar is on them.
         let is_known = wait_s < 0.05 || measured.unknown_s < 0.8 * wait_s;
         // The sound has at most 79 cycles a second. A latency in the middle of such a slip is off
@@ -110,7 +111,7 @@ pub fn measure_undisturbed(browser: &mut Browser, wait_s: f64) -> Measured {
             return measured;
         }
         println!(
-            "disturbed: a place was unknown for {:.0} ms, the clocks slipped {:.1} ms; again",
+            "disturbed: a position was unknown for {:.0} ms, the clocks slipped {:.1} ms; again",
             1e3 * measured.unknown_s,
             1e3 * measured.slipped_s
         );
@@ -118,8 +119,8 @@ pub fn measure_undisturbed(browser: &mut Browser, wait_s: f64) -> Measured {
     panic!("this computer is too busy to measure on");
 }
 
-/// Place of the pointer at a time, on straight lines.
-fn place_mm(pointer: &[(f64, f64)], t_s: f64) -> f64 {
+/// Position of the pointer at a time, on straight lines.
+fn position_mm(pointer: &[(f64, f64)], t_s: f64) -> f64 {
     let n = pointer
         .partition_point(|(at_s, _)| *at_s <= t_s)
         .clamp(1, pointer.len() - 1);
@@ -143,8 +144,9 @@ fn phase_errors(measured: &Measured, period_mm: f64, latency_s: f64) -> Vec<f64>
             if from_s < first_s + 0.1 || to_s > first_s + 1.95 {
                 return None;
             }
-            let speed = (place_mm(&measured.pointer, to_s) - place_mm(&measured.pointer, from_s))
-                .abs()
+            let speed = (position_mm(&measured.pointer, to_s)
+                - position_mm(&measured.pointer, from_s))
+            .abs()
                 / 0.02;
             if speed < 40.0 {
                 return None;
@@ -152,7 +154,7 @@ fn phase_errors(measured: &Measured, period_mm: f64, latency_s: f64) -> Vec<f64>
             let (mut ss, mut sc, mut cc, mut ys, mut yc) = (0.0, 0.0, 0.0, 0.0, 0.0);
             for (t_s, y) in stretch {
                 let (s, c) =
-                    (TAU * place_mm(&measured.pointer, t_s - latency_s) / period_mm).sin_cos();
+                    (TAU * position_mm(&measured.pointer, t_s - latency_s) / period_mm).sin_cos();
                 (ss, sc, cc, ys, yc) = (ss + s * s, sc + s * c, cc + c * c, ys + y * s, yc + y * c);
             }
             let det = ss * cc - sc * sc;

@@ -8,7 +8,9 @@ mod latency;
 use crate::common::{directory, file, ridgetone, text};
 use browser::{Browser, Look};
 use latency::{best, measure_undisturbed};
-use ridgetone_stimulus::{Actuator, AmplitudeLaw, Delay, Harmonic, Texture, Vibration};
+use ridgetone_teletaction::stimulus::{
+    Actuator, AmplitudeLaw, Delay, Harmonic, Texture, Vibration,
+};
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Stdio};
@@ -78,10 +80,10 @@ fn drag(browser: &mut Browser, x: f64, y: f64) {
 
 /// A click as of a person: sound needs one.
 fn click(browser: &mut Browser, id: &str) {
-    let place = browser.value(&format!(
+    let position = browser.value(&format!(
         "(({{ left, top, width, height }}) => [left + width / 2, top + height / 2])(document.getElementById('{id}').getBoundingClientRect())"
     ));
-    let [x, y] = [0, 1].map(|n| place[n].as_f64().expect("a place"));
+    let [x, y] = [0, 1].map(|n| position[n].as_f64().expect("a position"));
     for kind in ["mousePressed", "mouseReleased"] {
         mouse(browser, kind, x, y);
     }
@@ -172,9 +174,9 @@ fn the_web_assembly_is_the_crate_bit_for_bit() {
         if step == 150 {
             native.lift();
         }
-        let place_mm = 40.0 * (2.3 * t_s).sin() + if step > 250 { 1000.0 } else { 0.0 };
-        native.down(t_s, place_mm);
-        calls.push(json!(["down", t_s, place_mm]));
+        let position_mm = 40.0 * (2.3 * t_s).sin() + if step > 250 { 1000.0 } else { 0.0 };
+        native.down(t_s, position_mm);
+        calls.push(json!(["down", t_s, position_mm]));
         let first = u64::from(step) * 178;
         calls.push(json!(["samples", first]));
         expected.extend((first..first + 178).map(|n| native.next(n as f64 / 48_000.0).to_bits()));
@@ -212,7 +214,7 @@ fn the_web_assembly_is_the_crate_bit_for_bit() {
     assert_eq!(browser.errors(), Vec::<String>::new());
 }
 
-/// The sound is the texture at the place of the pointer, later by the wait, the output and what the
+/// The sound is the texture at the position of the pointer, later by the wait, the output and what the
 /// browser takes; and by a delay more.
 #[test]
 #[ignore = "needs a browser; cargo xtask test installs one"]
@@ -243,7 +245,7 @@ fn from_the_pointer_to_the_sound() {
         assert!(greatest <= slew + 1e-5, "{greatest} of {slew}");
         let (latency_s, rms, worst) = best(&measured, 1.4);
         println!(
-            "delay {delay_ms} ms: {} places of the pointer; pointer to sample {:.1} ms, of which {wait_ms:.1} ms are the wait and {:.1} ms \
+            "delay {delay_ms} ms: {} positions of the pointer; pointer to sample {:.1} ms, of which {wait_ms:.1} ms are the wait and {:.1} ms \
              lie between the clocks (the output is {:.1} ms, as the browser says); phase error {rms:.4} cycles rms, {worst:.4} at most in 20 ms",
             measured.pointer.len(),
             1e3 * latency_s,
@@ -256,7 +258,7 @@ fn from_the_pointer_to_the_sound() {
             measured.clocks_s,
         ));
     }
-    // Where the next place is always known the sound is the texture under the pointer, as late as
+    // Where the next position is always known the sound is the texture under the pointer, as late as
     // it is said. Other programs hold up the browser's output: its clocks move against each other
     // from one measurement to the next.
     for (rest_s, rms, clocks_s) in &latencies[1..] {

@@ -9,11 +9,9 @@ use crate::{noise, touch, trade};
 use std::path::PathBuf;
 
 /// Topics, each a page and its figures.
-const TOPICS: [&str; 10] = [
+const TOPICS: [&str; 8] = [
     "boards",
-    "distance",
     "faults",
-    "live",
     "noise",
     "papers",
     "papers-runs",

@@ -1,0 +1,205 @@
+//! The stylus's firmware: binds what [`ridgetone_stylus`] decides, and the finger's line, to
+//! interrupts.
+//!
+//! | task | priority | interrupt |
+//! |---|---|---|
+//! | `line` | 5 | USART3, transmitter empty or byte received; pended by `report` |
+//! | `sample` | 4 | TIM6, 10,000 times a second |
+//! | `report` | 2 | OTG_HS_EP1_IN, pended by `requests` and `line` |
+//! | `watch` | 2 | TIM4, twice a second |
+//! | `requests` | 1 | OTG_HS_WKUP, pended by `line`, and by `sample` every 4 ms |
+//! | `idle` | 0 | |
+//!
+//! `line` is above `sample`: a byte lasts 10.9 us and the USART holds one. The converter takes a
+//! sample when its timer triggers it, so `sample` may be late by nearly a period without being
+//! heard.
+#![cfg_attr(target_os = "none", no_std)]
+#![cfg_attr(target_os = "none", no_main)]
+#![deny(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+#![deny(clippy::unreachable, clippy::todo, clippy::unimplemented)]
+
+#[cfg(target_os = "none")]
+mod board;
+
+/// On a PC there is nothing to run.
+#[cfg(not(target_os = "none"))]
+fn main() {
+    eprintln!("This is the stylus's firmware; build it: cargo xtask firmware --board stylus-f405");
+    std::process::exit(2);
+}
+
+#[cfg(target_os = "none")]
+#[rtic::app(device = stm32f4xx_hal::pac, peripherals = true)]
+mod app {
+    use crate::board;
+    use crate::board::{Board, Samples};
+    use heapless::spsc::Queue;
+    use ridgetone_finger::tasks::Outbox;
+    use ridgetone_finger::tasks::Report;
+    use ridgetone_finger::tasks::WatchdogPolicy;
+    use ridgetone_finger::tasks::{BYTES, PACKETS, Platform, Shared, Task};
+    use ridgetone_finger::tasks::{Idle, Next, Slept, Stack};
+    use ridgetone_finger::tasks::{Inboxes, SerialLine};
+    use ridgetone_proto::boot::Record;
+    use ridgetone_proto::plan::Plan;
+    use ridgetone_teletaction::stylus::message::{Event, Mark};
+    use ridgetone_teletaction::stylus::reports::Reports;
+    use ridgetone_teletaction::stylus::sampler::Sampler;
+    use stm32f4xx_hal::pac::Interrupt;
+
+    defmt::timestamp!("{=u32:us}", board::now_us());
+
+    /// RTIC runs the tasks.
+    pub struct Rtic;
+
+    impl Platform for Rtic {
+        #[inline(always)]
+        fn pend(_: &Shared<Self>, task: Task) {
+            rtic::pend(match task {
+                Task::SerialLine => Interrupt::USART3,
+                Task::Report => Interrupt::OTG_HS_EP1_IN,
+                // A whole request: the finger's `fit` takes it, here `requests`.
+                Task::Fit => Interrupt::OTG_HS_WKUP,
+                // Tasks of a finger.
+                Task::Drdy | Task::Detect => return,
+            });
+        }
+
+        #[inline(always)]
+        fn now_us(&self) -> u32 {
+            board::now_us()
+        }
+
+        fn has_ended(&self) -> bool {
+            board::ended()
+        }
+    }
+
+    #[shared]
+    struct Resources {
+        sampler: Sampler,
+        inbox: Inboxes,
+        outbox: Outbox<PACKETS, Mark<Event>>,
+        shared: Shared<Rtic>,
+    }
+
+    #[local]
+    struct Local {
+        samples: Samples,
+        line: SerialLine<'static, board::SerialLine>,
+        report: Report<'static>,
+        reports: Reports,
+    }
+
+    #[init(local = [bytes: Queue<u8, BYTES> = Queue::new()])]
+    fn init(cx: init::Context) -> (Resources, Local) {
+        let Board {
+            samples,
+            line,
+            boot,
+        } = board::init(cx.device);
+        if let Some(Record { file, line, pc, .. }) = &boot.record {
+            defmt::error!(
+                "the run before died at {=str}:{=u32}, {=u32:#010x}",
+                file.as_str(),
+                *line,
+                *pc
+            );
+        }
+        let (bytes_in, bytes_out) = cx.local.bytes.split();
+        (
+            Resources {
+                sampler: Sampler::new(),
+                inbox: Inboxes::new(),
+                outbox: Outbox::new(),
+                // A stylus scans nothing; the plan is not used.
+                shared: Shared::new(Rtic, Plan::PAPER),
+            },
+            Local {
+                samples,
+                line: SerialLine {
+                    port: line,
+                    bytes: bytes_out,
+                },
+                report: Report::new(bytes_in),
+                reports: Reports::new(boot),
+            },
+        )
+    }
+
+    #[task(binds = USART3, priority = 5, local = [line], shared = [inbox, &shared])]
+    fn line(mut cx: line::Context) {
+        cx.shared
+            .inbox
+            .lock(|inbox| cx.local.line.run(inbox, cx.shared.shared));
+    }
+
+    // No task above it takes this lock, so it masks nothing.
+    #[task(binds = TIM6_DAC, priority = 4, local = [samples], shared = [sampler])]
+    fn sample(mut cx: sample::Context) {
+        let (counter, now_us, late_us) = cx.local.samples.read();
+        let is_due = cx.shared.sampler.lock(|sampler| {
+            let code = sampler.next(now_us, late_us, counter);
+            sampler.written(cx.local.samples.write(code))
+        });
+        if is_due {
+            rtic::pend(Interrupt::OTG_HS_WKUP);
+        }
+    }
+
+    #[task(binds = OTG_HS_EP1_IN, priority = 2, local = [report], shared = [outbox, &shared])]
+    fn report(mut cx: report::Context) {
+        cx.local.report.run(&mut cx.shared.outbox, cx.shared.shared);
+    }
+
+    #[task(binds = TIM4, priority = 2, local = [policy: WatchdogPolicy = WatchdogPolicy::new()], shared = [&shared])]
+    fn watch(cx: watch::Context) {
+        board::acknowledge_heartbeat();
+        if cx.local.policy.feeds(&cx.shared.shared.liveness) {
+            board::feed_watchdog();
+        }
+    }
+
+    #[task(binds = OTG_HS_WKUP, priority = 1, local = [reports], shared = [sampler, inbox, outbox, &shared])]
+    fn requests(cx: requests::Context) {
+        let requests::SharedResources {
+            mut sampler,
+            mut inbox,
+            mut outbox,
+            shared,
+            ..
+        } = cx.shared;
+        cx.local
+            .reports
+            .run(&mut sampler, &mut inbox, &mut outbox, shared);
+    }
+
+    #[idle(local = [idle: Idle = Idle::new()], shared = [outbox, &shared])]
+    fn idle(mut cx: idle::Context) -> ! {
+        loop {
+            // Masked for the reason that the finger's `idle` gives.
+            let slept = cortex_m::interrupt::free(|_| {
+                let from_us = board::now_us();
+                board::sleep();
+                Slept {
+                    from_us,
+                    until_us: board::now_us(),
+                }
+            });
+            let stack = Stack {
+                words: board::stack_words(),
+                word: board::stack_word,
+            };
+            let outbox = &mut cx.shared.outbox;
+            match cx.local.idle.run(slept, stack, outbox, cx.shared.shared) {
+                Next::Sleep => {}
+                Next::Restart => {
+                    // The last two bytes take 11 us each.
+                    cortex_m::asm::delay(10_000);
+                    board::restart();
+                }
+                Next::Leave => board::leave(),
+            }
+        }
+    }
+}

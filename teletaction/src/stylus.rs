@@ -1,0 +1,45 @@
+//! The stylus: a texture that a finger has felt, under a person's hand. Its image runs on a board
+//! of its own (`teletaction/image/`).
+//!
+//! | concept | where |
+//! |---|---|
+//! | messages on its line | [`message`] |
+//! | parameters with their bounds | [`parameters`] |
+//! | the interrupt of a sample: encoder in, code of the converter out | [`sampler`] |
+//! | conditions under which it vibrates | [`gate`] |
+//! | the encoder's counter of 16 bits | [`counter`] |
+//! | volts to codes of the converter, within the slew | [`dac`] |
+//! | requests, and its reports | [`requests`], [`reports`] |
+//!
+//! The vibration itself is [`crate::stimulus`]'s; framing and checksums are
+//! [`ridgetone_proto::framing`]'s; line, packets and idle time are the finger's own tasks
+//! ([`ridgetone_finger::tasks`]).
+// A panic resets the stylus, so only tests may panic.
+#![cfg_attr(
+    not(test),
+    deny(clippy::unwrap_used, clippy::expect_used, clippy::panic)
+)]
+#![cfg_attr(
+    not(test),
+    deny(clippy::unreachable, clippy::todo, clippy::unimplemented)
+)]
+
+pub mod counter;
+pub mod dac;
+pub mod gate;
+pub mod message;
+pub mod parameters;
+pub mod reports;
+pub mod requests;
+pub mod sampler;
+
+/// Samples a second. Twice the paper's (Okamoto et al., section III-A): the converter's steps are
+/// then twice as fine.
+pub const SAMPLE_HZ: u32 = 10_000;
+
+/// From one sample to the next, microseconds.
+pub const SAMPLE_US: u32 = 1_000_000 / SAMPLE_HZ;
+
+/// Samples from one run of the task `requests` to the next, if no request comes: 4 ms, positions are
+/// reported 250 times a second.
+pub const REPORT_SAMPLES: u32 = 40;

@@ -1,0 +1,163 @@
+//! When the stylus may vibrate: a texture is there, it is enabled, the line is alive, and the hand
+//! moves.
+
+use serde::{Deserialize, Serialize};
+
+/// Counts by which the hand must move to count as moving: an encoder at rest on an edge goes to and
+/// fro by one.
+const MOVED_COUNTS: u32 = 2;
+
+/// State of the stylus, with its reason.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum State {
+    /// It rests: nobody has enabled it since start-up, or it was disabled.
+    #[default]
+    Disabled,
+    /// It rests: the line was silent. It must be enabled again.
+    LineSilent,
+    /// It is enabled, and rests: there is no texture.
+    NoTexture,
+    /// It is enabled, and rests: the hand has left, or does not move.
+    HandStill,
+    /// It vibrates.
+    Vibrating,
+}
+
+/// The decision, sample by sample.
+#[derive(Clone, Copy, Debug)]
+pub struct Gate {
+    /// Samples without movement, and without a request, after which it stops.
+    still: u32,
+    silence: u32,
+    /// Samples left of both.
+    still_left: u32,
+    silence_left: u32,
+    /// Counts at the last movement; none before the first sample.
+    anchor: Option<i32>,
+    has_texture: bool,
+    is_enabled: bool,
+    was_silenced: bool,
+}
+
+impl Gate {
+    /// Disabled, and without a texture. Samples until it stops: without a movement, and without a
+    /// request.
+    pub const fn new(still: u32, silence: u32) -> Self {
+        Self {
+            still,
+            silence,
+            still_left: 0,
+            silence_left: 0,
+            anchor: None,
+            has_texture: false,
+            is_enabled: false,
+            was_silenced: false,
+        }
+    }
+
+    /// A whole request has come.
+    pub fn heard(&mut self) {
+        self.silence_left = self.silence;
+    }
+
+    /// A texture is in force.
+    pub fn textured(&mut self) {
+        self.has_texture = true;
+    }
+
+    /// It may vibrate, or may not. A request says so, so the line is alive.
+    pub fn enable(&mut self, is_enabled: bool) {
+        (self.is_enabled, self.was_silenced) = (is_enabled, false);
+        self.heard();
+    }
+
+    /// Takes a sample's counts.
+    pub fn step(&mut self, counts: i32) {
+        let anchor = *self.anchor.get_or_insert(counts);
+        if counts.wrapping_sub(anchor).unsigned_abs() >= MOVED_COUNTS {
+            (self.anchor, self.still_left) = (Some(counts), self.still);
+        } else {
+            self.still_left = self.still_left.saturating_sub(1);
+        }
+        self.silence_left = self.silence_left.saturating_sub(1);
+        if self.silence_left == 0 && self.is_enabled {
+            (self.is_enabled, self.was_silenced) = (false, true);
+        }
+    }
+
+    /// Present state.
+    pub const fn state(&self) -> State {
+        match (self.is_enabled, self.was_silenced) {
+            (false, true) => State::LineSilent,
+            (false, false) => State::Disabled,
+            _ if !self.has_texture => State::NoTexture,
+            _ if self.still_left == 0 => State::HandStill,
+            _ => State::Vibrating,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A gate that stops after 100 samples without movement and 300 without a request.
+    fn gate() -> Gate {
+        let mut gate = Gate::new(100, 300);
+        gate.step(0);
+        gate
+    }
+
+    #[test]
+    fn it_opens_only_when_all_is_there() {
+        let mut gate = gate();
+        assert_eq!(gate.state(), State::Disabled);
+        gate.enable(true);
+        gate.step(5);
+        assert_eq!(gate.state(), State::NoTexture);
+        gate.textured();
+        assert_eq!(gate.state(), State::Vibrating);
+        gate.enable(false);
+        assert_eq!(gate.state(), State::Disabled);
+    }
+
+    #[test]
+    fn a_hand_that_stays_stops_it_and_one_that_moves_starts_it() {
+        let mut gate = gate();
+        gate.textured();
+        gate.enable(true);
+        gate.step(5);
+        // To and fro on an edge is no movement.
+        for n in 0..100 {
+            assert_eq!(gate.state(), State::Vibrating, "{n}");
+            gate.step(5 + n % 2);
+        }
+        assert_eq!(gate.state(), State::HandStill);
+        gate.step(7);
+        assert_eq!(gate.state(), State::Vibrating);
+    }
+
+    #[test]
+    fn a_silent_line_stops_it_for_good() {
+        let mut gate = gate();
+        gate.textured();
+        gate.enable(true);
+        for n in 1..300 {
+            gate.step(5 * n);
+            assert_eq!(gate.state(), State::Vibrating, "{n}");
+        }
+        gate.heard();
+        for n in 0..300 {
+            assert_eq!(gate.state(), State::Vibrating, "{n}");
+            gate.step(-5 * n);
+        }
+        assert_eq!(gate.state(), State::LineSilent);
+        gate.heard();
+        gate.step(0);
+        assert_eq!(gate.state(), State::LineSilent, "until it is enabled");
+        gate.enable(true);
+        gate.step(5);
+        assert_eq!(gate.state(), State::Vibrating);
+    }
+}

@@ -1,0 +1,248 @@
+//! Messages between a stylus and a PC: requests with replies, and events, each in a numbered
+//! packet.
+//!
+//! Framing, checksum and packets are the finger's ([`ridgetone_proto`]). Every message carries a
+//! [`Mark`], so that neither takes the other's: what a stylus sends is damaged for a finger's
+//! reader, and the other way round.
+
+use super::gate::State;
+use super::parameters::Parameters;
+use crate::stimulus::Texture;
+use ridgetone_proto::boot::Boot;
+use ridgetone_proto::framing::{self, TooLong};
+use ridgetone_proto::settings::SettingsError;
+use ridgetone_proto::telemetry::{self, Events, PacketDecoder, WIRE_MAX};
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
+
+/// Version of the stylus's wire contract; a reader refuses another one.
+pub const PROTOCOL: u8 = 2;
+
+/// The byte before every command and every event. The finger's enumerations are shorter than this.
+const MARK: u8 = b'S';
+
+/// A command or an event of a stylus.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mark<T>(pub T);
+
+impl<T: Serialize> Serialize for Mark<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        (MARK, &self.0).serialize(serializer)
+    }
+}
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for Mark<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let (mark, content) = <(u8, T)>::deserialize(deserializer)?;
+        if mark == MARK {
+            Ok(Self(content))
+        } else {
+            Err(D::Error::custom("not a stylus's message"))
+        }
+    }
+}
+
+/// No event.
+#[derive(Clone, Copy, Debug)]
+pub enum Nothing {}
+
+impl From<Nothing> for Mark<Event> {
+    fn from(nothing: Nothing) -> Self {
+        match nothing {}
+    }
+}
+
+/// A packet of a stylus.
+pub type Packet = telemetry::Packet<Mark<Event>>;
+
+/// From bytes back to packets.
+pub type Decoder = PacketDecoder<Mark<Event>>;
+
+impl Events for Mark<Event> {
+    const PROTOCOL: u8 = PROTOCOL;
+
+    fn greeting(&self) -> Option<u8> {
+        if let Event::Hello(hello) = &self.0 {
+            Some(hello.protocol)
+        } else {
+            None
+        }
+    }
+
+    /// No bulk events: all are few and short.
+    type Bulk = Nothing;
+
+    fn bulk(&self) -> Option<Nothing> {
+        None
+    }
+
+    fn dated_us(&self) -> Option<u64> {
+        match &self.0 {
+            Event::Hello(hello) => Some(hello.t_us),
+            Event::Reply(_) => None,
+            Event::Damaged(damaged) => Some(damaged.t_us),
+            Event::State(change) => Some(change.t_us),
+            Event::Position(position) => Some(position.t_us),
+            Event::Health(health) => Some(health.t_us),
+        }
+    }
+
+    fn made_us(&self) -> Option<u64> {
+        self.dated_us()
+    }
+
+    fn encode(
+        packet: &telemetry::Packet<&Self>,
+        wire: &mut [u8; WIRE_MAX],
+    ) -> Result<usize, TooLong> {
+        framing::encode(packet, wire)
+    }
+}
+
+/// A command.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[allow(clippy::large_enum_variant)]
+pub enum Command {
+    /// Send `hello`, which carries the parameters in force.
+    Greet,
+    /// Use this texture, from the next sample on.
+    Texture(Texture),
+    /// Use these parameters. Only at rest: see [`Outcome::NotAtRest`]. The texture is forgotten,
+    /// and it must be enabled again.
+    Configure(Parameters),
+    /// Vibrate when the hand moves.
+    Enable,
+    /// Stop, softly.
+    Disable,
+    /// Nothing but that the line is alive: any whole request says so. Without one for
+    /// [`Parameters::silence_s`] the stylus stops.
+    Alive,
+    /// Stop, go down to 0 V, softly, and reset the board.
+    Restart,
+}
+
+/// A command with its number, which the reply repeats.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Request {
+    /// Chosen by the PC. A repeated number is a repeated request: the stylus replies, but does not
+    /// carry it out twice.
+    pub number: u16,
+    /// The command.
+    pub command: Mark<Command>,
+}
+
+/// The reply to a request.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Reply {
+    /// The request's number.
+    pub number: u16,
+    /// The result.
+    pub outcome: Outcome,
+}
+
+/// Result of a request.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Outcome {
+    /// Done.
+    Done,
+    /// A value of a texture or a parameter is impossible, a NaN among them; nothing has changed.
+    Refused(SettingsError),
+    /// Parameters change only while the output rests: send `Disable` first, and wait for
+    /// [`Parameters`]' `fade_s`.
+    NotAtRest,
+    /// The board is about to reset.
+    Restarting,
+}
+
+/// A report of the stylus.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[allow(clippy::large_enum_variant)]
+pub enum Event {
+    /// It has started, or answers a greeting.
+    Hello(Hello),
+    /// The answer to a request.
+    Reply(Reply),
+    /// Requests have arrived damaged: nobody knows which, so they are refused without a number.
+    Damaged(Damaged),
+    /// It begins or stops to vibrate.
+    State(Change),
+    /// Position of the hand.
+    Position(Position),
+    /// Counters and readings.
+    Health(Health),
+}
+
+/// First event after start-up, and again about every ten seconds.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Hello {
+    /// [`PROTOCOL`].
+    pub protocol: u8,
+    /// Firmware version: major, minor, patch.
+    pub version: [u8; 3],
+    /// Samples a second.
+    pub sample_hz: u32,
+    /// Parameters in force.
+    pub parameters: Parameters,
+    /// Why the board started.
+    pub boot: Boot,
+    /// Device time, microseconds.
+    pub t_us: u64,
+}
+
+/// Requests that were refused because they arrived damaged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Damaged {
+    /// Device time, microseconds.
+    pub t_us: u64,
+    /// Count since the last such event.
+    pub requests: u32,
+}
+
+/// It begins or stops to vibrate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Change {
+    /// Device time, microseconds.
+    pub t_us: u64,
+    /// New state.
+    pub state: State,
+}
+
+/// Position of the hand.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Position {
+    /// Device time of the sample, microseconds.
+    pub t_us: u64,
+    /// Counts of the encoder since start-up, wrapping.
+    pub counts: i32,
+    /// Speed, millimetres per second, signed.
+    pub speed_mm_s: f32,
+}
+
+/// Counters and readings, about once a second.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Health {
+    /// Device time, microseconds.
+    pub t_us: u64,
+    /// Samples since start-up, wrapping; those that were missed count.
+    pub samples: u32,
+    /// Samples that were not there in time: the converter held the one before.
+    pub deadlines_missed: u32,
+    /// Longest time from a sample's trigger to the reading of the encoder, microseconds, whole
+    /// ones.
+    pub latest_reading_us: u32,
+    /// State of the stylus.
+    pub state: State,
+    /// Amplitude of the fundamental now, volts.
+    pub amplitude_v: f32,
+    /// Requests that arrived damaged.
+    pub requests_damaged: u32,
+    /// Bytes of requests that the USART lost because the one before was not yet read.
+    pub bytes_overrun: u32,
+    /// Events that were dropped because the line was slow.
+    pub messages_dropped: u32,
+    /// Most bytes of the stack in use since start-up; zero where nothing measures it, as on a PC.
+    pub stack_used_bytes: u32,
+    /// Size of the stack, bytes; zero where nothing measures it.
+    pub stack_bytes: u32,
+    /// Fraction of time that the processor was busy, 0 to 1; zero where nothing measures it.
+    pub load: f32,
+}

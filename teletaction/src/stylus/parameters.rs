@@ -1,0 +1,121 @@
+//! Parameters of a stylus. None is kept over a reset: a stylus that has started is silent until a PC sends a
+//! texture and enables it.
+
+use super::SAMPLE_HZ;
+use crate::stimulus::{Actuator, AmplitudeLaw, Encoder, Error, Stimulus, within};
+use heapless::String;
+use ridgetone_proto::settings::SettingsError;
+use serde::{Deserialize, Serialize};
+
+/// From the reading of the encoder to the middle of what the converter holds, samples: one until
+/// the trigger that follows, and half of the one that it is held for.
+const CONVERTER_SAMPLES: f32 = 1.5;
+
+/// Everything that a user can set.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Parameters {
+    /// Limits of the actuator. Its voltage is the amplifier's output at the converter's maximum
+    /// code.
+    pub actuator: Actuator,
+    /// One count of the encoder, all four edges counted, millimetres, 0.0001 to 1.
+    pub count_mm: f32,
+    /// Latency of what follows the converter, such as a filter, seconds, 0 to 0.0198. The
+    /// converter's own 1.5 samples are added.
+    pub latency_s: f32,
+    /// Amplitude of a texture that has no power of its own.
+    pub law: AmplitudeLaw,
+    /// Without a movement of two counts for this time the vibration stops, until the hand moves;
+    /// seconds, 0.01 to 60.
+    pub still_s: f32,
+    /// Without a whole request for this time the vibration stops, until it is enabled again;
+    /// seconds, 0.01 to 60.
+    pub silence_s: f32,
+    /// Events `Position` a second, 0 to 250; 0: none.
+    pub positions_hz: f32,
+}
+
+impl Parameters {
+    /// The paper's actuator, encoder and law (Okamoto et al., section III-A, equation 2). Half a
+    /// second to stop: people keep a finger still for longer when they do not explore, and a link
+    /// that loses each third request at 10 Hz is silent for so long once an hour.
+    pub const DEFAULT: Self = Self {
+        actuator: Actuator::PIEZO,
+        count_mm: Encoder::OKAMOTO.count_mm,
+        latency_s: 0.0,
+        law: AmplitudeLaw::OKAMOTO,
+        still_s: 0.5,
+        silence_s: 0.5,
+        positions_hz: 250.0,
+    };
+
+    /// A stimulus with these parameters, or the parameter that is impossible.
+    pub fn stimulus(&self) -> Result<Stimulus, SettingsError> {
+        self.check().map_err(refusal)?;
+        let rate_hz = SAMPLE_HZ as f32;
+        let own_s = CONVERTER_SAMPLES / rate_hz;
+        let encoder = Encoder {
+            count_mm: self.count_mm,
+            rate_hz,
+            latency_s: own_s + self.latency_s,
+        };
+        Stimulus::new(self.actuator, encoder, self.law).map_err(refusal)
+    }
+
+    fn check(&self) -> Result<(), Error> {
+        within("still_s", self.still_s, 0.01, 60.0)?;
+        within("silence_s", self.silence_s, 0.01, 60.0)?;
+        within("positions_hz", self.positions_hz, 0.0, 250.0)?;
+        // Without the latency of the converter, so that the bounds are those of the field.
+        within("latency_s", self.latency_s, 0.0, 0.0198)
+    }
+}
+
+/// A refusal as it travels.
+pub(crate) fn refusal(error: Error) -> SettingsError {
+    let Error {
+        name,
+        value,
+        min,
+        max,
+    } = error;
+    SettingsError {
+        field: String::try_from(name).unwrap_or_default(),
+        value,
+        least: min,
+        greatest: max,
+    }
+}
+
+/// Samples in a time, seconds.
+pub(crate) fn samples(s: f32) -> u32 {
+    (s * SAMPLE_HZ as f32) as u32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_defaults_are_possible_and_impossible_parameters_are_named() {
+        assert!(Parameters::DEFAULT.stimulus().is_ok());
+        type Change = fn(&mut Parameters);
+        let cases: [(Change, &str); 8] = [
+            (|p| p.still_s = f32::NAN, "still_s"),
+            (|p| p.silence_s = 0.0, "silence_s"),
+            (|p| p.positions_hz = 251.0, "positions_hz"),
+            (|p| p.latency_s = 0.0199, "latency_s"),
+            (|p| p.count_mm = -0.005, "count_mm"),
+            (|p| p.actuator.voltage_v = f32::NAN, "voltage_v"),
+            (|p| p.actuator.slew_v_s = f32::INFINITY, "slew_v_s"),
+            (|p| p.law.power_max = f32::NAN, "power_max"),
+        ];
+        for (change, name) in cases {
+            let mut parameters = Parameters::DEFAULT;
+            change(&mut parameters);
+            assert_eq!(parameters.stimulus().expect_err(name).field, name);
+        }
+        let mut slowest = Parameters::DEFAULT;
+        slowest.latency_s = 0.0198;
+        assert!(slowest.stimulus().is_ok());
+    }
+}

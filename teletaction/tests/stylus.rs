@@ -1,0 +1,241 @@
+//! Samples and requests on a PC, without a board: time, deadlines, limits, and what is refused.
+
+use proptest::prelude::*;
+use ridgetone_finger::tasks::Inboxes;
+use ridgetone_finger::tasks::Outbox;
+use ridgetone_finger::tasks::{PACKETS, Platform, Shared, Task};
+use ridgetone_proto::command::REQUEST_WIRE_MAX;
+use ridgetone_proto::framing;
+use ridgetone_proto::plan::Plan;
+use ridgetone_proto::telemetry::WIRE_MAX;
+use ridgetone_teletaction::stimulus::{Actuator, Texture};
+use ridgetone_teletaction::stylus::gate::State;
+use ridgetone_teletaction::stylus::message::{Command, Event, Mark, Outcome, Request};
+use ridgetone_teletaction::stylus::parameters::Parameters;
+use ridgetone_teletaction::stylus::requests::Requests;
+use ridgetone_teletaction::stylus::sampler::Sampler;
+use rtic_core::Exclusive;
+
+/// Nothing runs by itself.
+struct Still;
+
+impl Platform for Still {
+    fn pend(_: &Shared<Self>, _: Task) {}
+
+    fn now_us(&self) -> u32 {
+        0
+    }
+}
+
+/// A stylus without a board.
+struct Bench {
+    sampler: Sampler,
+    requests: Requests,
+    inbox: Inboxes,
+    outbox: Outbox<PACKETS, Mark<Event>>,
+    shared: Shared<Still>,
+    now_us: u32,
+    number: u16,
+}
+
+impl Bench {
+    fn new() -> Self {
+        Self {
+            sampler: Sampler::new(),
+            requests: Requests::new(),
+            inbox: Inboxes::new(),
+            outbox: Outbox::new(),
+            shared: Shared::new(Still, Plan::PAPER),
+            // The counter wraps soon.
+            now_us: u32::MAX - 5000,
+            number: 0,
+        }
+    }
+
+    /// A sample in time. Gives the code.
+    fn sample(&mut self, counter: i32) -> u16 {
+        self.now_us = self.now_us.wrapping_add(100);
+        let code = self.sampler.next(self.now_us, 0, counter as u16);
+        self.sampler.written(false);
+        code
+    }
+
+    fn bytes(&mut self, bytes: &[u8]) -> Option<Outcome> {
+        let (mut sampler, mut inbox, mut outbox) = (
+            Exclusive(&mut self.sampler),
+            Exclusive(&mut self.inbox),
+            Exclusive(&mut self.outbox),
+        );
+        for byte in bytes {
+            inbox.0.requests.push(*byte);
+        }
+        self.requests
+            .step(&mut sampler, &mut inbox, &mut outbox, &self.shared);
+        match self.outbox.take()?.event.0 {
+            Event::Reply(reply) => Some(reply.outcome),
+            event => panic!("{event:?}"),
+        }
+    }
+
+    fn command(&mut self, command: Command) -> Option<Outcome> {
+        self.number += 1;
+        let mut wire = [0; REQUEST_WIRE_MAX];
+        let request = Request {
+            number: self.number,
+            command: Mark(command),
+        };
+        let used = framing::encode(&request, &mut wire).expect("it fits");
+        self.bytes(&wire[..used])
+    }
+}
+
+#[test]
+fn the_longest_requests_fit_the_wire() {
+    let mut wire = [0; REQUEST_WIRE_MAX];
+    for command in [
+        Command::Configure(Parameters::DEFAULT),
+        Command::Texture(Texture::new(1.4)),
+    ] {
+        let request = Request {
+            number: u16::MAX,
+            command: Mark(command),
+        };
+        let used = framing::encode(&request, &mut wire).expect("it fits");
+        assert!(used <= REQUEST_WIRE_MAX, "{used}");
+    }
+    assert!(framing::encode(&request_of_the_finger(), &mut [0; WIRE_MAX]).is_ok());
+}
+
+fn request_of_the_finger() -> ridgetone_proto::command::Request {
+    ridgetone_proto::command::Request {
+        number: 1,
+        command: ridgetone_proto::command::Command::Greet,
+    }
+}
+
+#[test]
+fn neither_takes_the_others_messages() {
+    let mut wire = [0; REQUEST_WIRE_MAX];
+    let used = framing::encode(&request_of_the_finger(), &mut wire).expect("it fits");
+    let mut bench = Bench::new();
+    assert_eq!(bench.bytes(&wire[..used]), None);
+    assert_eq!(bench.shared.diagnostics.requests_damaged.get(), 1);
+    for command in [
+        Command::Greet,
+        Command::Enable,
+        Command::Restart,
+        Command::Texture(Texture::new(1.0)),
+    ] {
+        let request = Request {
+            number: 1,
+            command: Mark(command),
+        };
+        let used = framing::encode(&request, &mut wire).expect("it fits");
+        let taken = framing::decode::<ridgetone_proto::command::Request>(&mut wire[..used - 1]);
+        assert_eq!(taken, None, "{command:?}");
+    }
+}
+
+#[test]
+fn time_goes_on_over_a_wrap_and_missed_triggers_are_counted() {
+    let mut bench = Bench::new();
+    for n in 1..=100u32 {
+        bench.sample(0);
+        let look = bench.sampler.look();
+        assert_eq!(
+            (look.position.t_us, look.samples, look.deadlines_missed),
+            (u64::from(100 * n), n, 0)
+        );
+    }
+    // A run that is late by 30 us is in time; the counters step at different moments.
+    bench.sampler.next(bench.now_us.wrapping_add(131), 30, 0);
+    let look = bench.sampler.look();
+    assert_eq!(
+        (look.samples, look.deadlines_missed, look.latest_reading_us),
+        (101, 0, 30)
+    );
+    // Three triggers without a run, and a code that is not there in time.
+    bench.sampler.next(bench.now_us.wrapping_add(500), 0, 0);
+    bench.sampler.written(true);
+    let look = bench.sampler.look();
+    assert_eq!(
+        (look.position.t_us, look.samples, look.deadlines_missed),
+        (10_500, 105, 4)
+    );
+}
+
+#[test]
+fn a_texture_is_taken_and_impossible_ones_are_named() {
+    let mut bench = Bench::new();
+    assert_eq!(
+        bench.command(Command::Texture(Texture::new(1.4))),
+        Some(Outcome::Done)
+    );
+    let refused = bench.command(Command::Texture(Texture::new(f32::NAN)));
+    assert!(
+        matches!(&refused, Some(Outcome::Refused(error)) if error.field == "period_mm"),
+        "{refused:?}"
+    );
+    assert_eq!(bench.command(Command::Enable), Some(Outcome::Done));
+    let codes: Vec<u16> = (0..2000).map(|n| bench.sample(3 * n)).collect();
+    assert_eq!(bench.sampler.look().state, State::Vibrating);
+    assert!(codes.iter().max() > Some(&2500) && codes[1000..].iter().min() < Some(&1600));
+    assert_eq!(
+        bench.command(Command::Configure(Parameters::DEFAULT)),
+        Some(Outcome::NotAtRest)
+    );
+    assert_eq!(bench.command(Command::Disable), Some(Outcome::Done));
+    for _ in 0..400 {
+        bench.sample(6000);
+    }
+    assert_eq!(bench.sample(6000), 2048);
+    let actuator = Actuator {
+        voltage_v: 5.0,
+        ..Actuator::PIEZO
+    };
+    assert_eq!(
+        bench.command(Command::Configure(Parameters {
+            actuator,
+            ..Parameters::DEFAULT
+        })),
+        Some(Outcome::Done)
+    );
+    assert_eq!(bench.sample(6000), 2048, "the middle is the middle");
+    assert_eq!(bench.command(Command::Restart), Some(Outcome::Done));
+    for _ in 0..400 {
+        bench.sample(6000);
+    }
+    assert!(bench.sampler.look().is_down && bench.requests.is_restarting());
+    assert_eq!(bench.command(Command::Enable), Some(Outcome::Restarting));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn no_code_is_beyond_the_slew_whatever_comes(
+        (voltage_v, slew_v_s, fade_s) in (0.1f32..200.0, 10.0f32..1e6, 0.001f32..0.1),
+        moves in prop::collection::vec((any::<i16>(), 0u8..8, 0.01f32..120.0), 1..200),
+    ) {
+        let mut bench = Bench::new();
+        let actuator = Actuator { voltage_v, slew_v_s, fade_s, ..Actuator::PIEZO };
+        let configured = bench.command(Command::Configure(Parameters { actuator, ..Parameters::DEFAULT }));
+        prop_assert_eq!(configured, Some(Outcome::Done));
+        let most = (f64::from(slew_v_s) / 1e4 / f64::from(voltage_v) * 4095.0 * 1.000_001).max(1.0) as u16;
+        let (mut counter, mut last) = (0i32, 0u16);
+        for (speed, what, value) in moves {
+            match what {
+                0 => drop(bench.command(Command::Enable)),
+                1 => drop(bench.command(Command::Disable)),
+                2 | 3 => drop(bench.command(Command::Texture(Texture { power: 6000.0, ..Texture::new(value) }))),
+                _ => {}
+            }
+            for _ in 0..30 {
+                counter = counter.wrapping_add(i32::from(speed) >> (what + 2));
+                let code = bench.sample(counter);
+                prop_assert!(code <= 4095 && code.abs_diff(last) <= most, "{last} {code} {most}");
+                last = code;
+            }
+        }
+    }
+}
