@@ -15,6 +15,7 @@ use axum::http::header;
 use axum::response::sse::{Event, KeepAlive, Sse};
 use axum::response::{Html, IntoResponse, Response};
 use axum::routing::{get, post};
+use futures_util::stream::unfold;
 use ridgetone_host::view::files::{File, ICON, STYLE};
 use ridgetone_host::view::server::{answer, with_files};
 use serde::Serialize;
