@@ -1,4 +1,4 @@
-//! A column of speeds or places beside the channels of a recording.
+//! A column of speeds or positions next to the channels of a recording.
 
 use crate::grid::Grid;
 
@@ -12,16 +12,16 @@ const LENGTHS: [(&str, f64); 6] = [
     ("in", 25.4),
 ];
 
-/// What a column says of the finger.
+/// Quantity in a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
-    /// Its place on the surface.
+    /// Position of the finger on the surface.
     Position,
-    /// Its speed over it.
+    /// Speed of the finger over the surface.
     Speed,
 }
 
-/// A column with the finger's place.
+/// A column with the finger's position or speed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
     quantity: Quantity,
@@ -58,7 +58,36 @@ impl Column {
         }
     }
 
-    /// A place in counts of an encoder.
+    /// A column of positions in millimetres.
+    pub fn millimetres(name: &str) -> Self {
+        Self {
+            quantity: Quantity::Position,
+            name: name.to_owned(),
+            mm_per_unit: Some(1.0),
+        }
+    }
+
+    /// The one column among these whose name begins with `position` or `speed`.
+    pub fn found(names: &[String]) -> Result<Self, String> {
+        let begins = |name: &&String, word: &str| name.to_lowercase().starts_with(word);
+        let all: Vec<Self> = [(Quantity::Position, "position"), (Quantity::Speed, "speed")]
+            .into_iter()
+            .flat_map(|(quantity, word)| {
+                let own = names.iter().filter(move |name| begins(name, word));
+                own.map(move |name| Self::parse(quantity, name))
+            })
+            .collect::<Result<_, _>>()?;
+        match <[Self; 1]>::try_from(all) {
+            Ok([one]) => Ok(one),
+            Err(all) => Err(format!(
+                "{} columns are called position or speed; there are: {}: choose one with --position-column or --speed-column",
+                if all.is_empty() { "no" } else { "several" },
+                names.join(", ")
+            )),
+        }
+    }
+
+    /// Reads positions in counts of an encoder.
     #[must_use]
     pub fn with_mm_per_count(self, mm_per_count: Option<f64>) -> Self {
         Self {
@@ -136,35 +165,36 @@ impl Column {
         Some(format!("column {} is in {unit}{per_second}", self.name))
     }
 
-    /// Places of all sampling intervals, millimetres from the first, from the rows' values, with
+    /// Positions of all sampling intervals, millimetres from the first, from the rows' values, with
     /// straight lines in between. NaN stands for a value that is missing.
-    pub fn places_mm(&self, values: &[f64], grid: &Grid) -> Result<Vec<f32>, String> {
+    pub fn positions_mm(&self, values: &[f64], grid: &Grid) -> Result<Vec<f32>, String> {
         let mm_per_unit = self.mm_per_unit(values)?;
         let first = values.first().copied().unwrap_or(0.0);
         let mut at_rows = Vec::with_capacity(values.len());
-        let (mut place_mm, mut before) = (0.0, (0usize, first));
+        let (mut position_mm, mut before) = (0.0, (0usize, first));
         for (row, value) in values
             .iter()
             .enumerate()
             .filter(|(_, value)| !value.is_nan())
         {
-            place_mm = match self.quantity {
+            position_mm = match self.quantity {
                 Quantity::Position => value - first,
                 Quantity::Speed => {
-                    place_mm + 0.5 * (before.1 + value) * grid.between_s(before.0, row)
+                    position_mm + 0.5 * (before.1 + value) * grid.between_s(before.0, row)
                 }
             };
             before = (row, *value);
-            at_rows.push((grid.places[row], place_mm * mm_per_unit));
+            at_rows.push((grid.places[row], position_mm * mm_per_unit));
         }
-        let mut places = vec![0.0; grid.slots()];
+        let mut positions = vec![0.0; grid.slots()];
         for pair in at_rows.windows(2) {
             let ((from, from_mm), (to, to_mm)) = (pair[0], pair[1]);
-            for (since, place) in places[from..=to].iter_mut().enumerate() {
-                *place = (from_mm + (to_mm - from_mm) * since as f64 / (to - from) as f64) as f32;
+            for (since, position) in positions[from..=to].iter_mut().enumerate() {
+                *position =
+                    (from_mm + (to_mm - from_mm) * since as f64 / (to - from) as f64) as f32;
             }
         }
-        Ok(places)
+        Ok(positions)
     }
 }
 
@@ -186,7 +216,7 @@ mod tests {
         let column = |quantity, text| Column::parse(quantity, text).unwrap();
         let speeds = |text, values: &[f64]| {
             column(Quantity::Speed, text)
-                .places_mm(values, &grid)
+                .positions_mm(values, &grid)
                 .unwrap()
         };
         let speed = speeds("v:mm/s", &[10.0, 20.0, 20.0, -40.0]);
@@ -194,7 +224,7 @@ mod tests {
         let blank = speeds("v_mm_s", &[10.0, f64::NAN, 20.0, -40.0]);
         assert_eq!(blank, [0.0, 1.5, 3.0, 4.5, 6.0, 5.0]);
         let position = column(Quantity::Position, "x:mm")
-            .places_mm(&[7.0, 8.0, 11.0, 9.0], &grid)
+            .positions_mm(&[7.0, 8.0, 11.0, 9.0], &grid)
             .unwrap();
         assert_eq!(position, [0.0, 1.0, 2.0, 3.0, 4.0, 2.0]);
     }
@@ -204,25 +234,27 @@ mod tests {
         let mm = |quantity, text: &str, values: &[f64]| {
             Column::parse(quantity, text).and_then(|column| column.mm_per_unit(values))
         };
-        let (place, speed) = (Quantity::Position, Quantity::Speed);
+        let (position, speed) = (Quantity::Position, Quantity::Speed);
         for (quantity, text, expected) in [
             (speed, "v:m/s", 1000.0),
             (speed, "speed_m_s", 1000.0),
             (speed, "Speed [cm/s]", 10.0),
             (speed, "v_mm_s", 1.0),
             (speed, "v", 1.0),
-            (place, "x:um", 1e-3),
-            (place, "x_m", 1000.0),
-            (place, "x", 1.0),
+            (position, "x:um", 1e-3),
+            (position, "x_m", 1000.0),
+            (position, "x", 1.0),
         ] {
             assert_eq!(mm(quantity, text, &[0.25, 1.5]), Ok(expected), "{text}");
         }
-        assert!(mm(place, "encoder", &[1.0, 4.0]).is_err_and(|why| why.contains("--mm-per-count")));
+        assert!(
+            mm(position, "encoder", &[1.0, 4.0]).is_err_and(|why| why.contains("--mm-per-count"))
+        );
         assert!(
             mm(speed, "v", &[1.0, 4.0]).is_err_and(|why| why.contains("--speed-column v:mm/s"))
         );
         assert!(mm(speed, "v:mm", &[0.5]).is_err_and(|why| why.contains("choose mm/s")));
-        let counts = Column::parse(place, "encoder")
+        let counts = Column::parse(position, "encoder")
             .unwrap()
             .with_mm_per_count(Some(0.025));
         assert_eq!(counts.mm_per_unit(&[1.0, 4.0]), Ok(0.025));

@@ -8,10 +8,9 @@ use std::fmt::Write;
 
 /// What is plotted: the `type` of the messages, columns as in a table, and the names of the lines.
 /// `*` stands for whatever is there, and is repeated in the name.
-const PLOTTED: [(&str, &str, &str); 15] = [
-    ("estimate", "frequency_*", "frequency_*"),
+const PLOTTED: [(&str, &str, &str); 14] = [
+    ("estimate", "frequency_hz", "frequency_hz"),
     ("estimate", "sigma_hz", "sigma_hz"),
-    ("estimate", "sigma_per_mm", "sigma_per_mm"),
     ("estimate", "wander_percent", "wander_percent"),
     ("estimate", "spatial_period_mm", "spatial_period_mm"),
     ("estimate", "speed_mm_s", "speed_mm_s"),

@@ -24,7 +24,7 @@ use std::process::{Command, Stdio};
 /// Commands that need a board. Those of `ridgetone` are run on the emulated one, or on a simulated
 /// port, by `emulated.rs`, `listen.rs`, `recordings.rs`, `serve.rs`, `streams.rs` and
 /// `view.rs`.
-const WITH_A_BOARD: [&str; 23] = [
+const WITH_A_BOARD: [&str; 21] = [
     "ridgetone serve --finger left=/dev/ttyUSB0 --finger right=emulated --foxglove",
     "ridgetone serve --finger left=/dev/ttyUSB0 --mqtt mqtt://robot.local",
     "ridgetone view --listen 0.0.0.0:8321",
@@ -37,13 +37,11 @@ const WITH_A_BOARD: [&str; 23] = [
     "ridgetone check",
     "ridgetone check -o check.txt",
     "ridgetone monitor",
-    "ridgetone monitor --odometry -",
     "ridgetone record --for 60 -o touch.rec",
     "ridgetone settings set window_s=0.4 stride_s=0.1 --keep",
     "ridgetone settings set plan=hand",
     "ridgetone settings set plan.inputs=0x00ff plan.data_rate=2",
     "ridgetone settings set vref_v=2.5 --keep",
-    "ridgetone command follow speed.csv",
     "stty -F /dev/ttyUSB0 921600 raw && python3 reader.py < /dev/ttyUSB0",
     "dfu-util -a 0 -s :leave -D target/release-images/ridgetone-0.2.0-feather-f405.dfu",
     "probe-rs attach --no-catch-reset --no-catch-hardfault --chip STM32F405RGTx target/firmware/feather-f405/ridgetone-firmware.elf",

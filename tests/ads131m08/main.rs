@@ -10,10 +10,10 @@ use hal_mock::{CutFlash, Repeated, Scene, Sliding, SlidingScene};
 use heapless::spsc::{Consumer, Queue};
 use ridgetone_finger::converter::Facts;
 use ridgetone_finger::tasks::{
-    Detect, Drdy, DrdyPin, Fit, Inboxes, Mail, Outbox, PACKETS, Platform, Requests, SAMPLES,
+    Detect, Drdy, DrdyPin, Fit, Mail, Outbox, PACKETS, Platform, RequestInbox, Requests, SAMPLES,
     Shared, Task, WINDOWS, WatchdogPolicy,
 };
-use ridgetone_finger::{Acquisition, Detector, Estimator, LowPass, Ring, Wiring};
+use ridgetone_finger::{Acquisition, Detector, Estimator, Ring, Wiring};
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::store::FlashStore;
@@ -44,7 +44,6 @@ const VREF_V: f32 = 4.0 * 1.2 * 0x78_0000 as f32 / 0x80_0000 as f32;
 
 const WIRING: Wiring = Wiring {
     converter: &Facts::of::<WiredAds131m08<Ads131m08>>(),
-    low_pass: LowPass::NONE,
 };
 
 struct Clock(Ads131m08);
@@ -94,7 +93,7 @@ struct Board<'a, F: NorFlash> {
     watch_ns: u64,
     detector: Box<Detector>,
     ring: Box<Ring>,
-    inbox: Inboxes,
+    inbox: RequestInbox,
     outbox: Outbox<PACKETS>,
     decoder: Decoder,
     events: Vec<Event>,
@@ -129,7 +128,7 @@ fn board<'a>(osr: u16, is_absent: bool) -> (Board<'a, impl NorFlash>, f64) {
         drdy: Drdy::new(acquisition, pin, samples_in),
         detect: Detect::new(samples, windows_in),
         fit: Fit {
-            estimator: Box::leak(Box::new(Estimator::wired(settings, WIRING))),
+            estimator: Box::leak(Box::new(Estimator::new(settings))),
             windows,
             requests: Requests::new(FlashStore::new(CutFlash::<4096>::new(1))),
         },
@@ -137,7 +136,7 @@ fn board<'a>(osr: u16, is_absent: bool) -> (Board<'a, impl NorFlash>, f64) {
         watch_ns: WATCH_NS,
         detector: Box::new(Detector::wired(settings, WIRING)),
         ring: Box::new(Ring::new()),
-        inbox: Inboxes::new(),
+        inbox: RequestInbox::new(),
         outbox: Outbox::new(),
         decoder: Decoder::default(),
         events: Vec::new(),
@@ -164,12 +163,9 @@ impl<F: NorFlash> Board<'_, F> {
     }
 
     fn run_tasks(&mut self) {
-        let mail = Mail {
-            inbox: &mut Exclusive(&mut self.inbox),
-            outbox: &mut self.outbox,
-        };
+        let outbox = &mut self.outbox;
         self.detect
-            .run(&mut self.detector, &mut self.ring, mail, &self.shared);
+            .run(&mut self.detector, &mut self.ring, outbox, &self.shared);
         let mail = Mail {
             inbox: &mut Exclusive(&mut self.inbox),
             outbox: &mut Exclusive(&mut self.outbox),

@@ -2,7 +2,6 @@
 
 use crate::frame::FrameClock;
 use crate::ring::{Ring, reached};
-use crate::surface::odometry::Mark;
 use crate::touch::change::Change;
 use crate::window::Window;
 use ridgetone_proto::plan::Plan;
@@ -262,7 +261,6 @@ impl WindowScheduler {
             level_v: self.level_v,
             force_ratio: self.force_ratio,
             plan: self.plan,
-            odometry: Mark::NONE,
         });
     }
 }

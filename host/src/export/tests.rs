@@ -28,7 +28,6 @@ fn recorded(folder: &Path) -> PathBuf {
     let mut bytes = replay::run(
         Input::default().open().unwrap(),
         SETTINGS,
-        None,
         &mut |_| Ok(()),
         &mut |_, _| {},
     )

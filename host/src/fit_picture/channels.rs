@@ -5,8 +5,8 @@ use crate::harmonics::{self, about_line};
 use crate::part::{Part, columns, named};
 use crate::samples::Samples;
 use crate::table_fit::{Selection, TableFit};
+use crate::tone::Domain;
 use anyhow::{Result, anyhow};
-use ridgetone_proto::telemetry::Abscissa;
 
 /// Periods in the close-up.
 const CLOSE_PERIODS: f64 = 4.0;
@@ -32,7 +32,7 @@ impl Range {
 
 /// What was fitted.
 pub struct Fitted {
-    /// Abscissa of each row: seconds in the time of the recording, or millimetres from the first
+    /// Horizontal coordinate of each row: seconds in the time of the recording, or millimetres from the first
     /// row.
     pub at: Vec<f64>,
     /// Rows over their length: a second, or a millimetre.
@@ -49,7 +49,7 @@ pub struct Channel {
     pub readings: Vec<Option<f32>>,
     /// What the fit leaves of them, zero where they are missing; none without a tone.
     pub residual: Option<Vec<f64>>,
-    /// The fitted curve in the close-up, with the abscissa.
+    /// The fitted curve in the close-up, with its horizontal coordinates.
     pub curve: Vec<(f64, f64)>,
     /// Share of the readings' variance about their straight line that the fit explains.
     pub share: Option<f64>,
@@ -70,7 +70,7 @@ impl Fitted {
         let columns = columns(&*rows, &part_of)?;
         let part = Part::read(&mut *rows, &part_of, fit.rows.max(1), &mut |_| {})?;
         let grid = Grid::of(&part, rows.file(), &part_of)?;
-        let at = abscissas(&part, &grid, &*rows, &part_of)?;
+        let at = positions_of_rows(&part, &grid, &*rows, &part_of)?;
         let readings = columns
             .iter()
             .map(|column| (rows.names()[*column].clone(), part.column(*column)))
@@ -111,7 +111,7 @@ impl Fitted {
                 interferer: fit
                     .tone
                     .interferer_hz
-                    .filter(|_| fit.abscissa == Abscissa::Time)
+                    .filter(|_| fit.domain == Domain::Time)
                     .map(f64::from),
             };
             let usable = fit.channels.iter().map(|channel| channel.usable);
@@ -137,17 +137,17 @@ impl Fitted {
 }
 
 /// Where the rows are along the axis of the fit.
-fn abscissas(
+fn positions_of_rows(
     part: &Part,
     grid: &Grid,
     rows: &dyn hal_mock::RowReader,
     selection: &Selection,
 ) -> Result<Vec<f64>> {
-    if let Some(column) = &selection.place {
+    if let Some(column) = &selection.position {
         let values = part.column(named(rows, column.name())?);
-        let places = column.places_mm(&values, grid);
-        let places = places.map_err(|why| anyhow!("{}: {why}", rows.file()))?;
-        let at_row = |slot: &usize| places[*slot].into();
+        let positions = column.positions_mm(&values, grid);
+        let positions = positions.map_err(|why| anyhow!("{}: {why}", rows.file()))?;
+        let at_row = |slot: &usize| positions[*slot].into();
         return Ok(grid.places.iter().map(at_row).collect());
     }
     let first_s = part.times_s[0];

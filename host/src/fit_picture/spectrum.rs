@@ -7,7 +7,7 @@ use crate::chart::{Curve, Look, Panel, Scale};
 use crate::digits::significant;
 use crate::harmonics::{Frequencies, Reading, powers};
 use crate::table_fit::TableFit;
-use ridgetone_proto::telemetry::Abscissa;
+use crate::tone::Domain;
 use std::f64::consts::TAU;
 
 /// Frequencies that are drawn.
@@ -140,9 +140,9 @@ fn drawn(data: &Spectrum, residual: Option<&Spectrum>, windows: &Windows, fit: &
     low.sort_by(f64::total_cmp);
     // The deepest gaps between lines say nothing.
     let bottom = low.get(low.len() / 20).copied().unwrap_or(LEAST_DB) - 6.0;
-    let unit = match fit.abscissa {
-        Abscissa::Time => "frequency, Hz",
-        Abscissa::Place => "frequency, cycles per mm",
+    let unit = match fit.domain {
+        Domain::Time => "frequency, Hz",
+        Domain::Position => "frequency, cycles per mm",
     };
     let half = if windows.most < windows.half_rate {
         format!(" (up to {} by the rows)", significant(windows.half_rate, 4))
@@ -174,7 +174,7 @@ fn about_mean(readings: &[Option<f32>]) -> Vec<f64> {
 
 /// Windows of one length over the rows, half over one another, with a Hann taper each.
 struct Windows {
-    /// First abscissa of each.
+    /// First horizontal coordinate of each.
     starts: Vec<f64>,
     length: f64,
     /// The highest frequency, and half the mean density of the rows.

@@ -5,7 +5,7 @@ use super::channels::{Channel, Fitted, Range};
 use crate::chart::{Anchor, Axis, CHART_WIDTH, Svg, thinned};
 use crate::digits::significant;
 use crate::table_fit::{ChannelResult, TableFit};
-use ridgetone_proto::telemetry::Abscissa;
+use crate::tone::Domain;
 
 /// Top of the first strip.
 pub const STRIPS_Y: f64 = 106.0;
@@ -52,7 +52,7 @@ pub fn strips(svg: &mut Svg, fitted: &Fitted, fit: &TableFit) {
         above(svg, CLOSE.from, Anchor::Start, "close up, with the fit");
         above(svg, AMPLITUDE_X, Anchor::End, "amplitude");
         above(svg, SHARE.1, Anchor::End, "share");
-        axis(svg, axis_of(close, CLOSE), bottom, fit.abscissa);
+        axis(svg, axis_of(close, CLOSE), bottom, fit.domain);
     }
     let all = axis_of(fitted.range(), ALL);
     for (number, (channel, found)) in fitted.channels.iter().zip(&fit.channels).enumerate() {
@@ -72,7 +72,7 @@ pub fn strips(svg: &mut Svg, fitted: &Fitted, fit: &TableFit) {
             strip.close_up(svg, close);
         }
     }
-    axis(svg, all, bottom, fit.abscissa);
+    axis(svg, all, bottom, fit.domain);
     key(svg, bottom + 60.0, fitted.close.is_some());
 }
 
@@ -213,7 +213,7 @@ fn shortened(name: &str) -> String {
 }
 
 /// An axis with round values under the strips.
-fn axis(svg: &mut Svg, axis: Axis, bottom: f64, abscissa: Abscissa) {
+fn axis(svg: &mut Svg, axis: Axis, bottom: f64, domain: Domain) {
     let (left, right) = axis.at;
     svg.line([(left, bottom), (right, bottom)], "axis");
     for (value, label) in axis.ticks(4) {
@@ -221,9 +221,9 @@ fn axis(svg: &mut Svg, axis: Axis, bottom: f64, abscissa: Abscissa) {
         svg.line([(x, bottom), (x, bottom + 5.0)], "axis");
         svg.text([x, bottom + 18.0], Anchor::Middle, "small", &label);
     }
-    let label = match abscissa {
-        Abscissa::Time => "time, s",
-        Abscissa::Place => "place, mm",
+    let label = match domain {
+        Domain::Time => "time, s",
+        Domain::Position => "position, mm",
     };
     svg.text(
         [0.5 * (left + right), bottom + 34.0],

@@ -36,7 +36,6 @@ fn touched() -> Live {
     replay::run(
         Input::default().open().unwrap(),
         calibrated(),
-        None,
         &mut sink,
         &mut |_, _| {},
     )
@@ -63,7 +62,6 @@ fn feeling() -> Live {
     replay::run(
         Input::default().open().unwrap(),
         settings,
-        None,
         &mut sink,
         &mut |_, _| {},
     )
