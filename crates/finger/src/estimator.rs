@@ -293,7 +293,7 @@ mod tests {
 
     #[test]
     fn a_chirp_has_the_square_of_the_frequency_s_unit_and_shares_have_none() {
-        let mut fit = Fit::at_rest(100);
+        let mut fit = Fit::without_tone(ridgetone_tone::Status::TooShort, 100);
         fit.sigma = 0.5;
         fit.movement = ridgetone_tone::Movement {
             wander: 0.02,

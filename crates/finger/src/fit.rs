@@ -152,7 +152,7 @@ mod tests {
     #[test]
     fn a_good_tone_is_expected_in_three_windows_of_its_slide_and_then_searched_for() {
         let window = Window::new(Plan::PAPER, 241);
-        let mut fit = Fit::at_rest(241);
+        let mut fit = Fit::without_tone(Status::TooShort, 241);
         (fit.status, fit.frequency) = (Status::Good, 0.04);
         let mut tracker = Tracker::new();
         let mut next = |window: &Window, fit: &Fit| {
