@@ -74,8 +74,8 @@ mod app {
     use ridgetone_finger::tasks::WatchdogPolicy;
     use ridgetone_finger::tasks::{BYTES, PACKETS, Platform, SAMPLES, Shared, Task, WINDOWS};
     use ridgetone_finger::tasks::{Idle, Next, Slept, Stack};
-    use ridgetone_finger::tasks::{Inboxes, SerialLine};
     use ridgetone_finger::tasks::{Mail, Outbox};
+    use ridgetone_finger::tasks::{RequestInbox, SerialLine};
     use ridgetone_proto::boot::Record;
     use ridgetone_proto::store::{FlashStore, Store};
     use stm32f4xx_hal::pac::Interrupt;
@@ -111,7 +111,7 @@ mod app {
     struct Resources {
         ring: &'static mut Ring,
         detector: &'static mut Detector,
-        inbox: Inboxes,
+        inbox: RequestInbox,
         outbox: Outbox<PACKETS>,
         shared: Shared<Rtic>,
     }
@@ -159,9 +159,7 @@ mod app {
         let detector = put(cx.local.detector_place, || {
             Detector::booted(settings, board::WIRING, source, boot)
         });
-        let estimator = put(cx.local.estimator_place, || {
-            Estimator::wired(settings, board::WIRING)
-        });
+        let estimator = put(cx.local.estimator_place, || Estimator::new(settings));
         let shared = Shared::new(Rtic, settings.plan);
         let mut acquisition = Acquisition::new(converter, settings.plan);
         // The counter has run since the start.
@@ -184,7 +182,7 @@ mod app {
             Resources {
                 ring: black_box(cx.local.ring),
                 detector,
-                inbox: Inboxes::new(),
+                inbox: RequestInbox::new(),
                 outbox: Outbox::new(),
                 shared,
             },
@@ -226,21 +224,19 @@ mod app {
         cx.local.drdy.run(cx.shared.shared, &mut Wait);
     }
 
-    // No task above it takes these locks but that of the inbox, so they mask nothing.
-    #[task(binds = OTG_HS_EP1_OUT, priority = 3, local = [detect], shared = [ring, detector, inbox, outbox, &shared])]
+    // No task above it takes these locks, so they mask nothing.
+    #[task(binds = OTG_HS_EP1_OUT, priority = 3, local = [detect], shared = [ring, detector, outbox, &shared])]
     fn detect(cx: detect::Context) {
         let detect::SharedResources {
             ring,
             detector,
-            mut inbox,
             outbox,
             shared,
             ..
         } = cx.shared;
         let detect = cx.local.detect;
         (ring, detector, outbox).lock(|ring, detector, outbox| {
-            let inbox = &mut inbox;
-            detect.run(detector, ring, Mail { inbox, outbox }, shared);
+            detect.run(detector, ring, outbox, shared);
         });
     }
 

@@ -32,7 +32,7 @@ fn estimate(
         end_us: 1_000_000,
         ..Window::new(plan, FRAMES as u32)
     };
-    match estimator.run(&window, &mut table, None) {
+    match estimator.run(&window, &mut table) {
         Ok(WindowFit::Done(estimate)) => estimate,
         other => panic!("no estimate: {other:?}"),
     }

@@ -6,10 +6,9 @@ mod reference;
 
 use reference::{Noise, codes};
 use ridgetone_finger::Window;
-use ridgetone_finger::Wiring;
 use ridgetone_finger::internals::by_phases;
 use ridgetone_finger::internals::lag;
-use ridgetone_finger::internals::{Fitted, Setup, Tracker, fit};
+use ridgetone_finger::internals::{Fitted, Tracker, fit};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::settings::{Array, FRAME_RATE_HZ};
@@ -88,11 +87,7 @@ impl Wave {
             frame_rate_hz: FRAME_RATE_HZ,
             ..Window::new(Plan::PAPER, self.frames as u32)
         };
-        let setup = Setup {
-            settings: &Settings::DEFAULT,
-            wiring: Wiring::GUIDE,
-        };
-        fit(tracker, &window, &mut table, setup, None).expect("all frames are there")
+        fit(tracker, &window, &mut table, &Settings::DEFAULT).expect("all frames are there")
     }
 }
 
@@ -101,7 +96,10 @@ fn travel(fitted: &Fitted, array: &Array) -> Travel {
     by_phases(
         lag(fitted, array),
         array,
-        (fit.frequency * fitted.per_unit, fit.sigma * fitted.per_unit),
+        (
+            fit.frequency * fitted.frame_rate_hz,
+            fit.sigma * fitted.frame_rate_hz,
+        ),
     )
 }
 

@@ -54,7 +54,7 @@ impl Board {
         for window in due {
             match self
                 .estimator
-                .run(&window, &mut &self.ring, None)
+                .run(&window, &mut &self.ring)
                 .expect("its frames are there")
             {
                 WindowFit::Done(estimate) => self.estimates.push((self.is_changed, estimate)),

@@ -6,9 +6,9 @@ mod support;
 
 use hal_mock::{Scene, Sliding, SlidingScene};
 use ridgetone_proto::plan::Plan;
-use ridgetone_proto::settings::{Array, Settings};
+use ridgetone_proto::settings::{Array, Settings, Slide, SlideRule};
 use ridgetone_proto::telemetry::{Event, Hold, Texture};
-use support::{Stream, outcome, places, run_streamed};
+use support::{all, outcome, run};
 
 const SPEED_MM_S: f64 = 30.0;
 const SLIDE_MM: f64 = 120.0;
@@ -55,17 +55,22 @@ impl Scene for Changing {
     }
 }
 
-/// What a robot knows: always the same speed.
-fn known_speed() -> Stream {
-    places(60.0, |t_s| SPEED_MM_S * t_s)
+/// Settings with the speed, and with when it begins and how far it goes.
+fn known_speed() -> Settings {
+    let slide = Slide {
+        rule: SlideRule::Protocol,
+        delay_s: 1.0,
+        speed_mm_s: SPEED_MM_S as f32,
+        length_mm: SLIDE_MM as f32,
+    };
+    Settings {
+        slide,
+        ..Settings::DEFAULT
+    }
 }
 
-fn textures(
-    scene: impl Scene + 'static,
-    settings: Settings,
-    stream: Stream,
-) -> (Vec<Texture>, Vec<Event>) {
-    let events = run_streamed(scene, settings, stream);
+fn textures(scene: impl Scene + 'static, settings: Settings) -> (Vec<Texture>, Vec<Event>) {
+    let events = run(scene, settings, all);
     (outcome(&events).textures, events)
 }
 
@@ -89,7 +94,7 @@ fn a_grating_that_stays_is_reported_once() {
             ..sliding(3.6)
         };
         let scene = SlidingScene::new(scene).expect("a scene");
-        let (textures, events) = textures(scene, Settings::DEFAULT, known_speed());
+        let (textures, events) = textures(scene, known_speed());
         let out = outcome(&events);
         assert!(
             out.window_fits.len() > 10 && textures.len() == 1,
@@ -142,7 +147,7 @@ fn a_grating_that_stays_is_reported_once() {
 fn another_grating_in_the_same_touch_is_reported_again() {
     for (first_mm, second_mm) in [(3.6, 2.8), (2.6, 2.7), (3.1, 4.1)] {
         let scene = Changing::new(sliding(first_mm), sliding(second_mm));
-        let (textures, _) = textures(scene, Settings::DEFAULT, known_speed());
+        let (textures, _) = textures(scene, known_speed());
         println!("{textures:?}");
         assert!(textures.len() >= 2, "{first_mm} {second_mm}: {textures:?}");
         assert_is(&textures[0], first_mm);
@@ -169,7 +174,7 @@ impl Scene for Again {
 #[test]
 fn each_touch_reports_its_texture() {
     let scene = SlidingScene::new(sliding(3.6)).expect("a scene");
-    let (textures, events) = textures(Again(scene), Settings::DEFAULT, known_speed());
+    let (textures, events) = textures(Again(scene), known_speed());
     assert_eq!(
         (outcome(&events).contacts_s.len(), textures.len()),
         (3, 3),
@@ -191,10 +196,7 @@ fn the_power_s_sigma_is_its_scatter() {
             ..Sliding::physical()
         };
         let scene = SlidingScene::new(scene).expect("a scene");
-        textures(scene, Settings::DEFAULT, known_speed())
-            .0
-            .first()
-            .copied()
+        textures(scene, known_speed()).0.first().copied()
     };
     let all: Vec<Texture> = (1..=RUNS).filter_map(first).collect();
     assert_eq!(all.len() as u64, RUNS);
@@ -223,9 +225,13 @@ fn without_a_speed_there_is_no_texture() {
         ..Settings::DEFAULT
     };
     let scene = || SlidingScene::new(sliding(3.6)).expect("a scene");
-    let (none, events) = textures(scene(), settings, Stream::new());
+    let (none, events) = textures(scene(), settings);
     assert!(outcome(&events).window_fits.len() > 10);
     assert_eq!(none, []);
-    let (found, _) = textures(scene(), settings, known_speed());
+    let with_speed = Settings {
+        array,
+        ..known_speed()
+    };
+    let (found, _) = textures(scene(), with_speed);
     assert_eq!(found.len(), 1, "{found:?}");
 }

@@ -8,7 +8,7 @@ use hal_mock::{Finger, Sliding, SlidingScene, load_scene};
 use ridgetone_proto::settings::{Array, FRAME_RATE_HZ, Settings, Slide, SlideRule};
 use ridgetone_proto::telemetry::{Direction, Estimate, Status, TravelStatus};
 use std::path::Path;
-use support::{Rate, all, outcome, places, run, run_streamed};
+use support::{Rate, all, outcome, run};
 
 /// All estimates of a scene.
 fn estimates(scene: Sliding, settings: Settings) -> Vec<Estimate> {
@@ -174,40 +174,6 @@ fn with_a_given_speed_the_period_comes_from_it() {
         // A speed that is a sixth too small is another grating's.
         for fit in fits_at(25.0) {
             assert_eq!(fit.travel.status, TravelStatus::Contradicted, "{fit:?}");
-        }
-    }
-}
-
-/// Places of a robot: the fit itself is by place.
-#[test]
-fn by_place_the_period_is_the_fits_own() {
-    for (reverse, sign) in [(false, 1.0), (true, 1.0), (true, -1.0)] {
-        let scene = Sliding {
-            period_mm: 3.6,
-            snr_db: Some(20.0),
-            reverse,
-            ..Sliding::physical()
-        };
-        let stream = places(20.0, |t_s| sign * 30.0 * t_s);
-        let scene = SlidingScene::new(scene).unwrap();
-        let out = outcome(&run_streamed(scene, with_array(CALIBRATED), stream));
-        assert!(!out.window_fits.is_empty(), "{out:?}");
-        for fit in out.window_fits {
-            let travel = fit.travel;
-            assert_eq!(
-                (travel.status, travel.direction),
-                (TravelStatus::Given, towards(reverse)),
-                "{fit:?}"
-            );
-            assert!(
-                (travel.spatial_period_mm * fit.frequency - 1.0).abs() < 1e-6,
-                "{fit:?}"
-            );
-            assert!(
-                (travel.spatial_period_mm / 3.6 - 1.0).abs() < 0.002,
-                "{fit:?}"
-            );
-            assert!((travel.speed_mm_s / 30.0 - 1.0).abs() < 1e-3, "{fit:?}");
         }
     }
 }

@@ -86,8 +86,6 @@ pub struct Reply {
     pub line_blocked: bool,
     /// Payload bytes that follow: the request's own length.
     pub length: u8,
-    /// A byte that has arrived at the board's receiver.
-    pub line: Option<u8>,
     /// What happens to the board now.
     pub crash: Option<Crash>,
     /// Board time of the latest falling edge of DRDY, microseconds, wrapping; zero before the
@@ -137,8 +135,6 @@ impl Reply {
     pub fn encode(&self) -> [u8; REPLY_BYTES] {
         let mut bytes = [0; REPLY_BYTES];
         bytes[0] = self.drdy_high as u8 | (self.ended as u8) << 1 | (self.line_blocked as u8) << 2;
-        bytes[0] |= (self.line.is_some() as u8) << 3;
-        bytes[3] = self.line.unwrap_or(0);
         bytes[1] = self.length;
         bytes[2] = self.crash.map_or(0, |crash| crash as u8);
         bytes[4..8].copy_from_slice(&self.drdy_us.to_le_bytes());
@@ -157,7 +153,6 @@ impl Reply {
             ended: b[0] & 2 != 0,
             line_blocked: b[0] & 4 != 0,
             length: b[1],
-            line: (b[0] & 8 != 0).then_some(b[3]),
             crash,
             drdy_us: u32::from_le_bytes([b[4], b[5], b[6], b[7]]),
             next_drdy_us: u32::from_le_bytes([b[8], b[9], b[10], b[11]]),
@@ -180,13 +175,12 @@ mod tests {
         assert_eq!(Request::decode(&request.encode()), Some(request));
         for crash in Crash::ALL.map(Some).into_iter().chain([None]) {
             let (drdy_high, ended, line_blocked) = (true, true, true);
-            let (length, line, drdy_us, next_drdy_us) = (5, crash.map(|_| 0), 7, NEVER);
+            let (length, drdy_us, next_drdy_us) = (5, 7, NEVER);
             let reply = Reply {
                 drdy_high,
                 ended,
                 line_blocked,
                 length,
-                line,
                 crash,
                 drdy_us,
                 next_drdy_us,

@@ -7,7 +7,7 @@ use crate::harmonics::{self, Frequencies, Harmonic, Harmonics, Reading, powers};
 use crate::live::{Live, Strips};
 use ridgetone_proto::plan::{Plan, Sampling};
 use ridgetone_proto::settings::TAXELS;
-use ridgetone_proto::telemetry::{Abscissa, Estimate};
+use ridgetone_proto::telemetry::Estimate;
 use ridgetone_tone::{FRAMES_MAX, FRAMES_MIN};
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -103,7 +103,7 @@ pub fn spectrum(live: &Live) -> Option<Spectrum> {
     let power_db = lines_of.power_db(points);
     let tone = live
         .estimate()
-        .filter(|found| of_estimate && found.status.has_tone() && in_time(found));
+        .filter(|found| of_estimate && found.status.has_tone());
     let lines = tone.map_or_else(Vec::new, |tone| lines(tone, bin_hz, &power_db));
     Some(Spectrum {
         from_s: first.t_s,
@@ -116,10 +116,6 @@ pub fn spectrum(live: &Live) -> Option<Spectrum> {
         lines,
         power_db,
     })
-}
-
-fn in_time(estimate: &Estimate) -> bool {
-    estimate.abscissa == Abscissa::Time
 }
 
 /// A tone's harmonics below half the frame rate, each with the power of the highest bin beside it.
@@ -182,11 +178,11 @@ fn residual_spectrum(
     })
 }
 
-/// The latest estimate's tone over the frames of its window. None without a tone in time, or
+/// The latest estimate's tone over the frames of its window. None without a tone, or
 /// without any of the frames.
 pub fn curves(live: &Live) -> Option<Curves> {
     let estimate = live.estimate()?;
-    if !estimate.status.has_tone() || !in_time(estimate) {
+    if !estimate.status.has_tone() {
         return None;
     }
     let Windowed {

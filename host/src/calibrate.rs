@@ -157,7 +157,7 @@ fn measure(
         }
         Ok(())
     };
-    replay::run(input, settings, None, &mut sink, &mut |_, _| {})?;
+    replay::run(input, settings, &mut sink, &mut |_, _| {})?;
     if lags.is_empty() && doubtful == 0 && !left_out.is_empty() {
         let statuses = left_out
             .iter()

@@ -81,7 +81,7 @@ enum Command {
     /// Print or change the settings in force on a board.
     #[command(subcommand)]
     Settings(settings_command::SettingsCommand),
-    /// Start, stop or restart a board, or have it estimate by place.
+    /// Start, stop or restart a board.
     #[command(subcommand, name = "command")]
     Board(command::BoardCommand),
     /// Print the telemetry of a board on a serial line. When it is unplugged, the command waits for

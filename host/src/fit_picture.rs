@@ -16,9 +16,10 @@ use crate::names::name;
 use crate::remarks::remarks;
 use crate::samples::Samples;
 use crate::table_fit::{Selection, TableFit};
+use crate::tone::Domain;
 use anyhow::Result;
 use channels::Fitted;
-use ridgetone_proto::telemetry::{Abscissa, Status};
+use ridgetone_proto::telemetry::Status;
 use std::path::Path;
 
 /// Draws a fit of these samples with this selection. They are read once more.
@@ -32,9 +33,9 @@ pub fn draw(samples: &Samples, selection: &Selection, fit: &TableFit) -> Result<
         warning: clipped_words(&fitted.strips),
         row: "channel",
         headings: ["each to its own scale", "close up, with the fit"],
-        axis: match fit.abscissa {
-            Abscissa::Time => "time, s",
-            Abscissa::Place => "position, mm",
+        axis: match fit.domain {
+            Domain::Time => "time, s",
+            Domain::Position => "position, mm",
         },
         range: fitted.range,
         close: fitted.close,
@@ -49,11 +50,11 @@ fn headline(file: &str, fit: &TableFit) -> (String, String) {
     let file = Path::new(file)
         .file_name()
         .map_or_else(|| file.into(), |name| name.to_string_lossy());
-    let title = match (fit.tone.frequency(), fit.abscissa) {
-        (Some(found), Abscissa::Time) => {
+    let title = match (fit.tone.frequency(), fit.domain) {
+        (Some(found), Domain::Time) => {
             format!("{file}: {} Hz", uncertain(found.value, found.sigma))
         }
-        (Some(found), Abscissa::Place) => {
+        (Some(found), Domain::Position) => {
             let period = found.inverse();
             format!("{file}: {} mm", uncertain(period.value, period.sigma))
         }
@@ -71,7 +72,7 @@ fn headline(file: &str, fit: &TableFit) -> (String, String) {
     if fit.status == Status::Good && fit.harmonics > 1 {
         subtitle += &format!("; {} harmonics", fit.harmonics);
     }
-    for (name, value) in remarks(fit.status, fit.abscissa, &fit.tone) {
+    for (name, value) in remarks(fit.status, fit.domain, &fit.tone) {
         subtitle += &format!("; {name} {value}");
     }
     (title, subtitle)

@@ -4,8 +4,8 @@ use crate::digits::significant;
 use crate::names::name;
 use crate::remarks::remarks;
 use crate::table_fit::{ChannelResult, FittedPart, TableFit};
-use crate::tone::WithSigma;
-use ridgetone_proto::telemetry::{Abscissa, Status};
+use crate::tone::{Domain, WithSigma};
+use ridgetone_proto::telemetry::Status;
 use serde::Serialize;
 use std::fmt::Write;
 
@@ -32,11 +32,7 @@ pub fn json(file: &str, fit: &TableFit) -> serde_json::Result<String> {
 
 pub fn text(fit: &TableFit) -> String {
     let mut out = String::new();
-    let width = if fit.abscissa == Abscissa::Time {
-        13
-    } else {
-        16
-    };
+    let width = if fit.domain == Domain::Time { 13 } else { 16 };
     let mut line = |name: &str, value: String| {
         // Writing to a string cannot fail.
         let _ = writeln!(out, "{name:<width$} {value}");
@@ -44,14 +40,14 @@ pub fn text(fit: &TableFit) -> String {
     let digits_of = |value: Option<f64>, digits: usize| {
         value.map_or("-".to_owned(), |value| significant(value, digits))
     };
-    let mut pair = |name: &str, sigma_name: &str, found: Option<WithSigma<f64>>| {
+    let mut pair = |name: &str, sigma_name: &str, found: Option<WithSigma>| {
         line(name, digits_of(found.map(|found| found.value), 7));
         line(sigma_name, digits_of(found.map(|found| found.sigma), 2));
     };
     let frequency = fit.tone.frequency();
-    match fit.abscissa {
-        Abscissa::Time => pair("frequency_hz", "sigma_hz", frequency),
-        Abscissa::Place => {
+    match fit.domain {
+        Domain::Time => pair("frequency_hz", "sigma_hz", frequency),
+        Domain::Position => {
             pair("frequency_per_mm", "sigma_per_mm", frequency);
             let period = frequency.map(WithSigma::inverse);
             pair("period_mm", "period_sigma_mm", period);
@@ -61,7 +57,7 @@ pub fn text(fit: &TableFit) -> String {
         "status",
         format!("{} ({})", name(fit.status), meaning(fit.status)),
     );
-    for (name, value) in remarks(fit.status, fit.abscissa, &fit.tone) {
+    for (name, value) in remarks(fit.status, fit.domain, &fit.tone) {
         line(name, value);
     }
     if let Some(hz) = fit.tone.interferer_hz {
@@ -155,7 +151,7 @@ fn meaning(status: Status) -> &'static str {
         Status::Doubtful => "a common tone, but with a fault during the window",
         Status::Ambiguous => "another reading is about as likely: use a longer part",
         Status::Unsteady => {
-            "no interval can be promised, for the tone moves, comes or goes within this part: use a shorter one (--from, --to), or give the speed (--speed-column)"
+            "no interval can be promised, for the tone moves, comes or goes within this part: use a shorter one (--from, --to), or give the speed or the position (--speed-column, --positions)"
         }
     }
 }
@@ -178,13 +174,7 @@ mod tests {
                 value: 8.0,
                 sigma: 0.01,
             };
-            Tone::new(
-                Abscissa::Time,
-                Some(frequency),
-                movement,
-                None,
-                interferer_hz,
-            )
+            Tone::new(Domain::Time, Some(frequency), movement, None, interferer_hz)
         };
         let mut fit = TableFit {
             rate_hz: 100.0,
@@ -198,7 +188,7 @@ mod tests {
             rows_missing: 0,
             readings_missing: 0,
             status: Status::Unsteady,
-            abscissa: Abscissa::Time,
+            domain: Domain::Time,
             tone: tone(Some(movement), Some(50.25)),
             harmonics: 1,
             channels: Vec::new(),

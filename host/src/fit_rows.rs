@@ -3,12 +3,13 @@
 use crate::fit_report;
 use crate::names::name;
 use crate::table_fit::TableFit;
+use crate::tone::{Domain, WithSigma};
 use anyhow::Result;
-use ridgetone_proto::telemetry::{Abscissa, Status};
+use ridgetone_proto::telemetry::Status;
 use serde_json::json;
 use std::io::Write;
 
-const COLUMNS: [&str; 12] = [
+const COLUMNS: [&str; 14] = [
     "file",
     "from_s",
     "to_s",
@@ -18,6 +19,8 @@ const COLUMNS: [&str; 12] = [
     "sigma_hz",
     "frequency_per_mm",
     "sigma_per_mm",
+    "period_mm",
+    "period_sigma_mm",
     "status",
     "harmonics",
     "why",
@@ -63,8 +66,9 @@ impl<'a> FitRows<'a> {
         };
         let number = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
         let frequency = fit.tone.frequency();
-        let in_time = frequency.filter(|_| fit.abscissa == Abscissa::Time);
-        let by_place = frequency.filter(|_| fit.abscissa == Abscissa::Place);
+        let in_time = frequency.filter(|_| fit.domain == Domain::Time);
+        let by_position = frequency.filter(|_| fit.domain == Domain::Position);
+        let period = by_position.map(WithSigma::inverse);
         Ok(csv.write_record([
             file.to_owned(),
             fit.from_s.to_string(),
@@ -73,8 +77,10 @@ impl<'a> FitRows<'a> {
             fit.rows_missing.to_string(),
             number(in_time.map(|found| found.value)),
             number(in_time.map(|found| found.sigma)),
-            number(by_place.map(|found| found.value)),
-            number(by_place.map(|found| found.sigma)),
+            number(by_position.map(|found| found.value)),
+            number(by_position.map(|found| found.sigma)),
+            number(period.map(|found| found.value)),
+            number(period.map(|found| found.sigma)),
             name(fit.status).to_string(),
             fit.harmonics.to_string(),
             String::new(),

@@ -60,35 +60,35 @@ impl Grid {
         }
     }
 
-    /// Places of all sampling intervals, millimetres from the first, from the rows' values in a
+    /// Positions of all sampling intervals, millimetres from the first, from the rows' values in a
     /// column, with straight lines in between. NaN stands for a value that is missing.
-    pub fn places_mm(&self, column: &Column, values: &[f64]) -> Result<Vec<f32>, String> {
+    pub fn positions_mm(&self, column: &Column, values: &[f64]) -> Result<Vec<f32>, String> {
         let mm_per_unit = column.mm_per_unit(values)?;
         let first = values.first().copied().unwrap_or(0.0);
         let mut at_rows = Vec::with_capacity(values.len());
-        let (mut place_mm, mut before) = (0.0, (0usize, first));
+        let (mut position_mm, mut before) = (0.0, (0usize, first));
         for (row, value) in values
             .iter()
             .enumerate()
             .filter(|(_, value)| !value.is_nan())
         {
-            place_mm = match column.quantity() {
+            position_mm = match column.quantity() {
                 Quantity::Position => value - first,
                 Quantity::Speed => {
-                    place_mm + 0.5 * (before.1 + value) * self.between_s(before.0, row)
+                    position_mm + 0.5 * (before.1 + value) * self.between_s(before.0, row)
                 }
             };
             before = (row, *value);
-            at_rows.push((self.places[row], place_mm * mm_per_unit));
+            at_rows.push((self.places[row], position_mm * mm_per_unit));
         }
-        let mut places = vec![0.0; self.slots()];
+        let mut positions = vec![0.0; self.slots()];
         for pair in at_rows.windows(2) {
             let ((from, from_mm), (to, to_mm)) = (pair[0], pair[1]);
-            for (since, place) in places[from..=to].iter_mut().enumerate() {
-                *place = (from_mm + (to_mm - from_mm) * since as f64 / (to - from) as f64) as f32;
+            for (since, position) in positions[from..=to].iter_mut().enumerate() {
+                *position = (from_mm + (to_mm - from_mm) * since as f64 / (to - from) as f64) as f32;
             }
         }
-        Ok(places)
+        Ok(positions)
     }
 
     /// The grid of a part of a recording: by a given rate, or by its stamps.

@@ -59,13 +59,12 @@ mod mcap;
 pub mod messages;
 mod monitor;
 pub mod names;
-pub mod odometry;
 pub mod output;
 pub mod overtones;
 pub mod part;
 pub mod picture;
 pub mod port;
-pub mod profile;
+pub mod positions;
 pub mod program;
 #[cfg(test)]
 #[path = "../tests/common/ram_flash.rs"]

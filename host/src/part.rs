@@ -1,6 +1,7 @@
 //! The part of a table that is used: its rows are read up to the part's end, and only those of the
 //! part are kept.
 
+use crate::positions::Alignment;
 use crate::speed::Column;
 use crate::usage::UsageError;
 use anyhow::{Result, bail, ensure};
@@ -21,8 +22,10 @@ pub struct Selection {
     pub columns: Vec<String>,
     /// Most harmonics, the fundamental included, 1 to 5; 5 if none.
     pub harmonics: Option<u8>,
-    /// The column to fit by place with, if not by time.
-    pub place: Option<Column>,
+    /// Column to fit by position with, if not by time.
+    pub position: Option<Column>,
+    /// Skew and delay of the positions, if they come from another file.
+    pub alignment: Option<Alignment>,
     pub interferer_hz: Option<f64>,
     /// Frequencies that the tone may have.
     pub band: Band,
@@ -289,9 +292,9 @@ pub fn columns(rows: &dyn RowReader, selection: &Selection) -> Result<Vec<usize>
         columns.extend(all);
     }
     if selection.columns.is_empty() {
-        let place = selection.place.as_ref().map(Column::name);
+        let position = selection.position.as_ref().map(Column::name);
         columns = (0..rows.names().len())
-            .filter(|at| Some(rows.names()[*at].as_str()) != place)
+            .filter(|at| Some(rows.names()[*at].as_str()) != position)
             .collect();
     }
     let count = columns.len();

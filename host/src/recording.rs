@@ -301,7 +301,6 @@ mod tests {
         let outcome = replay::run(
             Input::default().open().unwrap(),
             Settings::DEFAULT,
-            None,
             &mut sink,
             &mut |_, _| {},
         )

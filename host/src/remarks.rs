@@ -2,11 +2,11 @@
 //! of its movement and of its companions are significant.
 
 use crate::digits::{plus_minus, significant};
-use crate::tone::{Precision, Tone, WithSigma};
-use ridgetone_proto::telemetry::{Abscissa, Estimate, OtherTone, Status};
+use crate::tone::{Domain, Tone, WithSigma};
+use ridgetone_proto::telemetry::{Estimate, OtherTone, Status};
 
 /// Standard deviations from which on a chirp is shown.
-const SIGNIFICANT: f32 = 3.0;
+const SIGNIFICANT: f64 = 3.0;
 
 /// What to do about a status that depends on the window; few words, for a narrow box.
 pub const fn remedy(status: Status) -> Option<&'static str> {
@@ -21,14 +21,10 @@ pub const fn remedy(status: Status) -> Option<&'static str> {
 /// Significant remarks on the movement and on what is beside the tone: names and values. The wander
 /// is shown only for an unsteady tone: its standard deviation is at least half of it, and so does
 /// not say whether it is there.
-pub fn remarks<T: Precision>(
-    status: Status,
-    abscissa: Abscissa,
-    tone: &Tone<T>,
-) -> Vec<(&'static str, String)> {
-    let (unit, chirp_unit) = match abscissa {
-        Abscissa::Time => ("Hz", "Hz/s"),
-        Abscissa::Place => ("/mm", "/mm2"),
+pub fn remarks(status: Status, domain: Domain, tone: &Tone) -> Vec<(&'static str, String)> {
+    let chirp_unit = match domain {
+        Domain::Time => "Hz/s",
+        Domain::Position => "/mm2",
     };
     let mut remarks = Vec::new();
     let wander = tone.wander_percent.filter(|wander| *wander > 0.0);
@@ -38,14 +34,18 @@ pub fn remarks<T: Precision>(
     if let Some(WithSigma { value, sigma }) = tone.chirp()
         && value.abs() > SIGNIFICANT * sigma
     {
-        let found = plus_minus(value.into(), sigma.into());
+        let found = plus_minus(value, sigma);
         remarks.push(("chirp", format!("{found} {chirp_unit}")));
     }
     if let Some(OtherTone { frequency, share }) = tone.other_tone() {
         let frequency = significant(frequency.into(), 4);
         remarks.push((
             "other tone",
-            format!("{frequency} {unit}, {:.0} % of the power", 100.0 * share),
+            format!(
+                "{frequency} {}, {:.0} % of the power",
+                domain.unit(),
+                100.0 * share
+            ),
         ));
     }
     remarks
@@ -53,8 +53,7 @@ pub fn remarks<T: Precision>(
 
 /// Remarks on an estimate as phrases.
 pub fn phrases(estimate: &Estimate) -> Vec<String> {
-    let tone = Tone::<f32>::from(estimate);
-    remarks(estimate.status, estimate.abscissa, &tone)
+    remarks(estimate.status, Domain::Time, &Tone::from(estimate))
         .into_iter()
         .map(|(name, value)| format!("{name} {value}"))
         .collect()
@@ -77,43 +76,43 @@ mod tests {
             frequency: 12.3063,
             share: 0.42,
         });
-        let tone = |abscissa, movement, other_tone| {
+        let tone = |domain, movement, other_tone| {
             let frequency = WithSigma {
-                value: 8.0f32,
+                value: 8.0,
                 sigma: 0.1,
             };
-            Tone::new(abscissa, Some(frequency), movement, other_tone, Some(50.0))
+            Tone::new(domain, Some(frequency), movement, other_tone, Some(50.0))
         };
-        let shown = |status, abscissa, movement, other_tone| {
-            remarks(status, abscissa, &tone(abscissa, movement, other_tone))
+        let shown = |status, domain, movement, other_tone| {
+            remarks(status, domain, &tone(domain, movement, other_tone))
                 .into_iter()
                 .map(|(_, value)| value)
                 .collect::<Vec<_>>()
         };
-        let moving = |abscissa| shown(Status::Unsteady, abscissa, Some(movement), other_tone);
+        let moving = |domain| shown(Status::Unsteady, domain, Some(movement), other_tone);
         let in_time = [
             "2.1 %",
             "-0.310 +- 0.050 Hz/s",
             "12.31 Hz, 42 % of the power",
         ];
-        assert_eq!(moving(Abscissa::Time), in_time);
-        let by_place = [
+        assert_eq!(moving(Domain::Time), in_time);
+        let by_position = [
             "2.1 %",
             "-0.310 +- 0.050 /mm2",
             "12.31 /mm, 42 % of the power",
         ];
-        assert_eq!(moving(Abscissa::Place), by_place);
+        assert_eq!(moving(Domain::Position), by_position);
         let steady = Movement {
             chirp_sigma: 0.2,
             ..movement
         };
         let none: [&str; 0] = [];
         for movement in [Some(steady), Some(Movement::default()), None] {
-            assert_eq!(shown(Status::Good, Abscissa::Time, movement, None), none);
+            assert_eq!(shown(Status::Good, Domain::Time, movement, None), none);
         }
         let still = shown(
             Status::Unsteady,
-            Abscissa::Time,
+            Domain::Time,
             Some(Movement::default()),
             None,
         );

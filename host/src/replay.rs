@@ -3,8 +3,6 @@
 
 use crate::input::{Opened, Uncertainty};
 use crate::live::Counts;
-use crate::odometry::Stream;
-use crate::profile::Profile;
 use crate::settings_form::explained;
 use crate::stop;
 use ads1258::Ads1258;
@@ -14,7 +12,6 @@ use hal_mock::SimulatedBoard;
 use ridgetone_finger::Pipeline;
 use ridgetone_finger::TimedConversion;
 use ridgetone_finger::converter::Ads1258Plan;
-use ridgetone_finger::tasks::ODOMETRY_US;
 use ridgetone_proto::plan::{HealthReadings, Plan};
 use ridgetone_proto::settings::{Settings, SettingsError};
 use ridgetone_proto::telemetry::{Decoder, Event, Packet, WIRE_MAX, encode};
@@ -28,30 +25,6 @@ pub const START_US: u32 = 20_100;
 
 /// Conversions between two reports of progress.
 const PROGRESS_EVERY: u64 = 2048;
-
-/// What is known of the finger's motion over the surface. Estimates then come in cycles per
-/// millimetre.
-#[derive(Clone, Debug)]
-pub enum Motion {
-    /// A robot's messages.
-    Robot(Stream),
-    /// Its speed, by device time.
-    Speed(Profile),
-}
-
-impl Motion {
-    /// The messages of odometry, in the order of their times: as [`Stream`]. Device time begins at
-    /// `zero_us` of scene time.
-    fn messages(self, zero_us: u64) -> Box<dyn Iterator<Item = (u64, Vec<u8>)>> {
-        match self {
-            Self::Robot(stream) => Box::new(stream.into_iter()),
-            Self::Speed(profile) => Box::new(profile.messages().map(move |(t_us, frame)| {
-                // The board takes the line's time off.
-                (zero_us + t_us + u64::from(ODOMETRY_US), frame)
-            })),
-        }
-    }
-}
 
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
@@ -68,7 +41,6 @@ pub struct Outcome {
 pub fn run(
     input: Opened,
     settings: Settings,
-    motion: Option<Motion>,
     sink: &mut dyn FnMut(&Packet) -> Result<()>,
     progress: &mut dyn FnMut(f64, f64),
 ) -> Result<Outcome> {
@@ -77,7 +49,7 @@ pub fn run(
         progress,
         watch: &mut |_| {},
     };
-    run_watched(input, settings, motion, observers)
+    run_watched(input, settings, observers)
 }
 
 /// Who looks at a run.
@@ -91,18 +63,12 @@ pub struct Observers<'a> {
 }
 
 /// As [`run`], with all observers.
-pub fn run_watched(
-    input: Opened,
-    settings: Settings,
-    mut motion: Option<Motion>,
-    observers: Observers<'_>,
-) -> Result<Outcome> {
+pub fn run_watched(input: Opened, settings: Settings, observers: Observers<'_>) -> Result<Outcome> {
     let Observers {
         sink,
         progress,
         watch,
     } = observers;
-    let mut messages = None;
     let (end_s, uncertainty) = (input.end_s, input.uncertainty);
     let decoder = Decoder::default();
     let mut wire = Wire {
@@ -121,18 +87,6 @@ pub fn run_watched(
     let whole = conversions_of(input, &plan, &mut |timed| {
         ensure!(!stop::is_requested(), "interrupted");
         watch(timed);
-        // START, zero of the scene's time, rises here; the board's counter wraps.
-        let now_us = extended_us(count, &plan, timed.t_us).saturating_sub(START_US.into());
-        if let Some(motion) = motion.take() {
-            // Device time begins with the first conversion.
-            messages = Some(motion.messages(now_us).peekable());
-        }
-        while let Some((at_us, mut frame)) = messages
-            .as_mut()
-            .and_then(|messages| messages.next_if(|(at_us, _)| *at_us < now_us))
-        {
-            pipeline.hear(&mut frame, (at_us + u64::from(START_US)) as u32);
-        }
         pipeline.push(timed, &mut |event| wire.send(event));
         wire.result()?;
         count += 1;
@@ -154,14 +108,6 @@ pub fn run_watched(
         serial: wire.serial,
         conversions: count,
     })
-}
-
-/// Board time of a conversion, microseconds: its wrapping count, and how often that has wrapped by
-/// the number of conversions.
-fn extended_us(number: u64, plan: &Plan, t_us: u32) -> u64 {
-    let nominal_us = number * u64::from(plan.conversion_ns()) / 1000 + u64::from(START_US);
-    let off_us = t_us.wrapping_sub(nominal_us as u32) as i32;
-    nominal_us.saturating_add_signed(off_us.into())
 }
 
 /// As [`conversions_of`], by the default plan.

@@ -97,6 +97,16 @@ impl Samples {
         Self::rows(name, Arc::new(move || Ok(Box::new(array.clone()))))
     }
 
+    /// The same rows as `change` makes them.
+    #[must_use]
+    pub fn with_rows(&self, change: ChangeRows) -> Self {
+        let opener = self.opener();
+        Self {
+            open: Arc::new(move || Ok(change(opener()?))),
+            ..self.clone()
+        }
+    }
+
     /// The name in errors.
     pub fn name(&self) -> &str {
         &self.name
@@ -121,6 +131,10 @@ impl fmt::Debug for Samples {
         f.debug_tuple("Samples").field(&self.name).finish()
     }
 }
+
+/// Makes other rows of some, such as rows with another column.
+pub type ChangeRows =
+    Arc<dyn Fn(Box<dyn RowReader + Send>) -> Box<dyn RowReader + Send> + Send + Sync>;
 
 /// A row's time, seconds.
 pub type TimeAt = Arc<dyn Fn(usize) -> f64 + Send + Sync>;

@@ -26,8 +26,8 @@ use ridgetone_finger::tasks::Requests;
 use ridgetone_finger::tasks::WatchdogPolicy;
 use ridgetone_finger::tasks::{BYTES, PACKETS, Platform, SAMPLES, Shared, Task, WINDOWS};
 use ridgetone_finger::tasks::{Drdy, DrdyPin};
-use ridgetone_finger::tasks::{Inboxes, Received};
 use ridgetone_finger::tasks::{Mail, Outbox};
+use ridgetone_finger::tasks::{Received, RequestInbox, receive};
 use ridgetone_proto::boot::{Boot, ResetCause, SettingsSource};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::store::{FlashStore, Store};
@@ -155,7 +155,7 @@ fn run_until_restart<F: NorFlash>(
             start.boot,
         )),
         ring: Box::new(Ring::new()),
-        inbox: Inboxes::new(),
+        inbox: RequestInbox::new(),
         outbox: Outbox::new(),
         line: bytes_out,
         around,
@@ -305,7 +305,7 @@ struct Tasks<'a, F: NorFlash> {
     report: Report<'a>,
     detector: Box<Detector>,
     ring: Box<Ring>,
-    inbox: Inboxes,
+    inbox: RequestInbox,
     outbox: Outbox<PACKETS>,
     line: Consumer<'a, u8>,
     around: &'a mut dyn Surroundings,
@@ -329,11 +329,7 @@ impl<F: NorFlash> Tasks<'_, F> {
             line,
             around,
         } = self;
-        let mail = Mail {
-            inbox: &mut Exclusive(&mut *inbox),
-            outbox: &mut *outbox,
-        };
-        detect.run(detector, ring, mail, shared);
+        detect.run(detector, ring, outbox, shared);
         let (ring, outbox) = (&mut Exclusive(ring), &mut Exclusive(outbox));
         let mail = Mail {
             inbox: &mut Exclusive(&mut *inbox),
@@ -348,7 +344,7 @@ impl<F: NorFlash> Tasks<'_, F> {
             }
         }
         for received in around.exchange(board, &sent)? {
-            inbox.receive(received, now_us(board), shared);
+            receive(inbox, received, shared);
             // A request is complete at its last byte: it is carried out before the next one
             // arrives.
             if matches!(received, Received::Byte(0)) {

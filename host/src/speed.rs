@@ -1,4 +1,4 @@
-//! A column of speeds or places beside the channels of a recording.
+//! A column of speeds or positions next to the channels of a recording.
 
 /// Units of length by their millimetres.
 const LENGTHS: [(&str, f64); 6] = [
@@ -10,16 +10,16 @@ const LENGTHS: [(&str, f64); 6] = [
     ("in", 25.4),
 ];
 
-/// What a column says of the finger.
+/// Quantity in a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
-    /// Its place on the surface.
+    /// Position of the finger on the surface.
     Position,
-    /// Its speed over it.
+    /// Speed of the finger over the surface.
     Speed,
 }
 
-/// A column with the finger's place.
+/// A column with the finger's position or speed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
     quantity: Quantity,
@@ -56,7 +56,36 @@ impl Column {
         }
     }
 
-    /// A place in counts of an encoder.
+    /// A column of positions in millimetres.
+    pub fn millimetres(name: &str) -> Self {
+        Self {
+            quantity: Quantity::Position,
+            name: name.to_owned(),
+            mm_per_unit: Some(1.0),
+        }
+    }
+
+    /// The one column among these whose name begins with `position` or `speed`.
+    pub fn found(names: &[String]) -> Result<Self, String> {
+        let begins = |name: &&String, word: &str| name.to_lowercase().starts_with(word);
+        let all: Vec<Self> = [(Quantity::Position, "position"), (Quantity::Speed, "speed")]
+            .into_iter()
+            .flat_map(|(quantity, word)| {
+                let own = names.iter().filter(move |name| begins(name, word));
+                own.map(move |name| Self::parse(quantity, name))
+            })
+            .collect::<Result<_, _>>()?;
+        match <[Self; 1]>::try_from(all) {
+            Ok([one]) => Ok(one),
+            Err(all) => Err(format!(
+                "{} columns are called position or speed; there are: {}: choose one with --position-column or --speed-column",
+                if all.is_empty() { "no" } else { "several" },
+                names.join(", ")
+            )),
+        }
+    }
+
+    /// Reads positions in counts of an encoder.
     #[must_use]
     pub fn with_mm_per_count(self, mm_per_count: Option<f64>) -> Self {
         Self {
@@ -154,14 +183,14 @@ mod tests {
         let column = |quantity, text| Column::parse(quantity, text).unwrap();
         let speeds = |text, values: &[f64]| {
             let speed = column(Quantity::Speed, text);
-            grid.places_mm(&speed, values).unwrap()
+            grid.positions_mm(&speed, values).unwrap()
         };
         let speed = speeds("v:mm/s", &[10.0, 20.0, 20.0, -40.0]);
         assert_eq!(speed, [0.0, 1.5, 3.5, 5.5, 7.5, 6.5]);
         let blank = speeds("v_mm_s", &[10.0, f64::NAN, 20.0, -40.0]);
         assert_eq!(blank, [0.0, 1.5, 3.0, 4.5, 6.0, 5.0]);
         let x = column(Quantity::Position, "x:mm");
-        let position = grid.places_mm(&x, &[7.0, 8.0, 11.0, 9.0]).unwrap();
+        let position = grid.positions_mm(&x, &[7.0, 8.0, 11.0, 9.0]).unwrap();
         assert_eq!(position, [0.0, 1.0, 2.0, 3.0, 4.0, 2.0]);
     }
 
@@ -170,25 +199,27 @@ mod tests {
         let mm = |quantity, text: &str, values: &[f64]| {
             Column::parse(quantity, text).and_then(|column| column.mm_per_unit(values))
         };
-        let (place, speed) = (Quantity::Position, Quantity::Speed);
+        let (position, speed) = (Quantity::Position, Quantity::Speed);
         for (quantity, text, expected) in [
             (speed, "v:m/s", 1000.0),
             (speed, "speed_m_s", 1000.0),
             (speed, "Speed [cm/s]", 10.0),
             (speed, "v_mm_s", 1.0),
             (speed, "v", 1.0),
-            (place, "x:um", 1e-3),
-            (place, "x_m", 1000.0),
-            (place, "x", 1.0),
+            (position, "x:um", 1e-3),
+            (position, "x_m", 1000.0),
+            (position, "x", 1.0),
         ] {
             assert_eq!(mm(quantity, text, &[0.25, 1.5]), Ok(expected), "{text}");
         }
-        assert!(mm(place, "encoder", &[1.0, 4.0]).is_err_and(|why| why.contains("--mm-per-count")));
+        assert!(
+            mm(position, "encoder", &[1.0, 4.0]).is_err_and(|why| why.contains("--mm-per-count"))
+        );
         assert!(
             mm(speed, "v", &[1.0, 4.0]).is_err_and(|why| why.contains("--speed-column v:mm/s"))
         );
         assert!(mm(speed, "v:mm", &[0.5]).is_err_and(|why| why.contains("choose mm/s")));
-        let counts = Column::parse(place, "encoder")
+        let counts = Column::parse(position, "encoder")
             .unwrap()
             .with_mm_per_count(Some(0.025));
         assert_eq!(counts.mm_per_unit(&[1.0, 4.0]), Ok(0.025));

@@ -9,11 +9,12 @@ use crate::grid::Grid;
 pub use crate::part::{Band, Selection, columns, named};
 use crate::part::{Part, named_in};
 use crate::speed::{Column, Quantity};
-use crate::tone::{Tone, WithSigma};
+use crate::tone::{Domain, Tone, WithSigma};
 use anyhow::{Result, bail, ensure};
-use estimate::Estimated;
+use estimate::{Estimated, Motion};
 use hal_mock::RowReader;
-use ridgetone_proto::telemetry::{Abscissa, Status};
+use ridgetone_proto::settings::TAXELS;
+use ridgetone_proto::telemetry::Status;
 use ridgetone_tone::HARMONICS_MAX;
 use scaled::Scaled;
 use serde::Serialize;
@@ -53,7 +54,7 @@ pub enum FittedPart {
     Given,
 }
 
-/// The fit of a table. Frequency and deviations are in hertz, or by place in cycles per millimetre.
+/// The fit of a table. Frequency and deviations are in hertz, or by position in cycles per millimetre.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct TableFit {
@@ -78,11 +79,11 @@ pub struct TableFit {
     pub rows_missing: usize,
     /// Blank cells in the rows.
     pub readings_missing: usize,
-    /// Whether cycles are counted in time or by place.
-    pub abscissa: Abscissa,
+    /// Whether cycles are counted in time or by position.
+    pub domain: Domain,
     /// The standard deviation of the frequency counts that of the rate.
     #[serde(flatten)]
-    pub tone: Tone<f64>,
+    pub tone: Tone,
     /// How far the fit can be trusted.
     pub status: Status,
     /// Harmonics in the fit, the fundamental included.
@@ -169,7 +170,7 @@ pub fn fit_part(
             table.names[columns[c]]
         );
     }
-    let places = match &selection.place {
+    let positions = match &selection.position {
         Some(column) => {
             let at = named_in(file, &table.names, column.name())?;
             let values = part.column(at);
@@ -180,28 +181,61 @@ pub fn fit_part(
                 "{file}: column {}: blank in the first or the last row of this part",
                 column.name()
             );
-            let places = grid.places_mm(column, &values);
-            places.map_err(|why| anyhow::anyhow!("{file}: {why}"))?
+            if let Some(alignment) = &selection.alignment {
+                ensure!(
+                    values.iter().all(|value| !value.is_nan()),
+                    "{file}: {} has a gap in this part: choose a part with --from and --to, or windows with --window",
+                    alignment.file
+                );
+            }
+            let positions = grid.positions_mm(column, &values);
+            positions.map_err(|why| anyhow::anyhow!("{file}: {why}"))?
         }
-        // Uneven times are places, in seconds.
+        // Uneven times are positions, in seconds.
         None => grid.uneven_s.iter().map(|t_s| *t_s as f32).collect(),
     };
+    let mut motion = Motion {
+        positions,
+        skew_frames: None,
+    };
+    if let Some(alignment) = &selection.alignment {
+        let mut skew_frames = [0.0; TAXELS];
+        for (skew, column) in skew_frames.iter_mut().zip(columns) {
+            *skew = alignment.skew_frames.get(*column).copied().unwrap_or(0.0);
+        }
+        motion.skew_frames = Some(skew_frames);
+    }
     let readings = scaled.readings;
     let (zeros, units) = (scaled.zeros.clone(), scaled.units.clone());
+    let fit = |motion: &Motion| estimate::estimate(file, scaled.clone(), motion, &grid, selection);
+    let mut estimated = fit(&motion)?;
+    if let (Some(alignment), true) = (&selection.alignment, estimated.found.status.has_tone())
+        && let Some(positions) = alignment.without_dispersion(
+            &motion.positions,
+            grid.rate_hz,
+            estimated.found.frequency.into(),
+        )
+    {
+        motion.positions = positions;
+        estimated = fit(&motion)?;
+    }
     let Estimated {
         found,
         slots_per_frame,
         note,
-    } = estimate::estimate(file, scaled, &places, &grid, selection)?;
+    } = estimated;
     let frames_per_s = grid.rate_hz / slots_per_frame as f64;
 
     let rate_share = grid.rate_sigma_hz / grid.rate_hz;
-    // Places that are given need no time.
-    let (abscissa, per_unit, scale_share) = match selection.place {
-        Some(ref column) if column.quantity() == Quantity::Position => (Abscissa::Place, 1.0, 0.0),
-        Some(_) => (Abscissa::Place, 1.0, rate_share),
-        None if !grid.uneven_s.is_empty() => (Abscissa::Time, 1.0, 0.0),
-        None => (Abscissa::Time, frames_per_s, rate_share),
+    let delay_share = selection.alignment.as_ref().map_or(0.0, |alignment| {
+        alignment.sigma_fraction(&motion.positions, grid.rate_hz)
+    });
+    // Positions that are given need no time.
+    let (domain, per_unit, scale_share) = match selection.position {
+        Some(ref column) if column.quantity() == Quantity::Position => (Domain::Position, 1.0, 0.0),
+        Some(_) => (Domain::Position, 1.0, rate_share),
+        None if !grid.uneven_s.is_empty() => (Domain::Time, 1.0, 0.0),
+        None => (Domain::Time, frames_per_s, rate_share),
     };
     let (frequency, sigma) = (
         f64::from(found.frequency) * per_unit,
@@ -209,14 +243,14 @@ pub fn fit_part(
     );
     let has_tone = found.status.has_tone();
     let tone = Tone::new(
-        abscissa,
+        domain,
         has_tone.then(|| WithSigma {
             value: frequency,
-            sigma: sigma.hypot(frequency * scale_share),
+            sigma: sigma.hypot(frequency * scale_share.hypot(delay_share)),
         }),
         has_tone.then(|| ridgetone_finger::movement(&found, per_unit as f32)),
         ridgetone_finger::other_tone(&found, per_unit as f32),
-        // An interferer is in time, by place too.
+        // An interferer is in time, also in a fit by position.
         found.interferer.map(|cycles| cycles * frames_per_s as f32),
     );
     let channels = columns.iter().enumerate().map(|(c, column)| {
@@ -246,14 +280,14 @@ pub fn fit_part(
         rows: part.rows(),
         rows_missing: grid.missing(),
         readings_missing: columns.len() * part.rows() - readings,
-        abscissa,
+        domain,
         tone,
         status: ridgetone_finger::reported_status(found.status),
         harmonics: found.harmonics,
         channels: channels.collect(),
         guessed: joined([
             table.guessed.clone(),
-            selection.place.as_ref().and_then(Column::guessed),
+            selection.position.as_ref().and_then(Column::guessed),
             note,
         ]),
     })

@@ -1,35 +1,57 @@
-//! A frequency, its uncertainty and its movement as programs see them, with names by their unit.
+//! A frequency, its uncertainty and how it moves, as programs see them, with names by their unit.
 
-use ridgetone_proto::telemetry::{Abscissa, Estimate, Movement, OtherTone};
+use ridgetone_proto::telemetry::{Estimate, Movement, OtherTone};
 #[cfg(test)]
 use schemars::JsonSchema;
 use serde::Serialize;
 
-/// A field that exists by time or by place alone. Where it exists and nothing is known it is null.
+/// Domain in which a fit counts cycles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Domain {
+    /// Cycles per second.
+    Time,
+    /// Cycles per millimetre, by positions that are known.
+    Position,
+}
+
+impl Domain {
+    /// Unit of a frequency.
+    pub const fn unit(self) -> &'static str {
+        match self {
+            Self::Time => "Hz",
+            Self::Position => "/mm",
+        }
+    }
+}
+
+/// A field that exists by time or by position alone. Where it exists and nothing is known it is
+/// null.
 pub type InUnit<T> = Option<Option<T>>;
 
 /// The tone of a window. Without a tone all but `interferer_hz` are null.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(test, derive(JsonSchema))]
-pub struct Tone<T> {
+pub struct Tone {
     /// Common frequency in time: its mean over the window.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub frequency_hz: InUnit<T>,
+    pub frequency_hz: InUnit<f64>,
     /// Standard deviation of the frequency.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub sigma_hz: InUnit<T>,
-    /// Common frequency by place: its mean over the window.
+    pub sigma_hz: InUnit<f64>,
+    /// Common spatial frequency: its mean over the window.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub frequency_per_mm: InUnit<T>,
-    /// Standard deviation of the frequency by place.
+    pub frequency_per_mm: InUnit<f64>,
+    /// Standard deviation of the spatial frequency.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub sigma_per_mm: InUnit<T>,
-    /// Spatial period by place, the frequency's inverse.
+    pub sigma_per_mm: InUnit<f64>,
+    /// Spatial period, the inverse of the spatial frequency.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub period_mm: InUnit<T>,
+    pub period_mm: InUnit<f64>,
     /// Standard deviation of the period.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub period_sigma_mm: InUnit<T>,
+    pub period_sigma_mm: InUnit<f64>,
     /// How much the frequency differs from its mean, root mean square over the window.
     pub wander_percent: Option<f32>,
     /// Standard deviation of the wander.
@@ -43,13 +65,13 @@ pub struct Tone<T> {
     /// Frequency of a second tone that is significant beside the first.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub other_tone_hz: InUnit<f32>,
-    /// Change of the frequency with place.
+    /// Change of the spatial frequency with position.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub chirp_per_mm2: InUnit<f32>,
-    /// Standard deviation of the chirp by place.
+    /// Standard deviation of the chirp by position.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub chirp_sigma_per_mm2: InUnit<f32>,
-    /// Frequency by place of a second tone that is significant beside the first.
+    /// Spatial frequency of a second tone that is significant beside the first.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub other_tone_per_mm: InUnit<f32>,
     /// Power of the second tone over that of the first.
@@ -61,44 +83,27 @@ pub struct Tone<T> {
 
 /// A value with its standard deviation.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct WithSigma<T> {
-    pub value: T,
-    pub sigma: T,
+pub struct WithSigma {
+    pub value: f64,
+    pub sigma: f64,
 }
 
-/// Telemetry has single precision, a table's fit double.
-pub trait Precision: Copy + Default + Into<f64> {
-    fn rounded(value: f64) -> Self;
-}
-
-impl Precision for f32 {
-    fn rounded(value: f64) -> Self {
-        value as f32
-    }
-}
-
-impl Precision for f64 {
-    fn rounded(value: f64) -> Self {
-        value
-    }
-}
-
-impl<T: Precision> WithSigma<T> {
+impl WithSigma {
     /// The period of a frequency.
     pub fn inverse(self) -> Self {
-        let (value, sigma): (f64, f64) = (self.value.into(), self.sigma.into());
+        let Self { value, sigma } = self;
         Self {
-            value: T::rounded(1.0 / value),
-            sigma: T::rounded(sigma / value / value),
+            value: 1.0 / value,
+            sigma: sigma / value / value,
         }
     }
 }
 
-impl<T: Precision> Tone<T> {
-    /// Frequency and movement are none without a tone, and in the abscissa's unit.
+impl Tone {
+    /// Frequency and movement are none without a tone, and in the domain's unit.
     pub fn new(
-        abscissa: Abscissa,
-        frequency: Option<WithSigma<T>>,
+        domain: Domain,
+        frequency: Option<WithSigma>,
         movement: Option<Movement>,
         other_tone: Option<OtherTone>,
         interferer_hz: Option<f32>,
@@ -114,8 +119,8 @@ impl<T: Precision> Tone<T> {
             interferer_hz,
             ..Self::default()
         };
-        match abscissa {
-            Abscissa::Time => Self {
+        match domain {
+            Domain::Time => Self {
                 frequency_hz: Some(value),
                 sigma_hz: Some(sigma),
                 chirp_hz_per_s: Some(chirp),
@@ -123,7 +128,7 @@ impl<T: Precision> Tone<T> {
                 other_tone_hz: Some(other),
                 ..both
             },
-            Abscissa::Place => Self {
+            Domain::Position => Self {
                 frequency_per_mm: Some(value),
                 sigma_per_mm: Some(sigma),
                 period_mm: Some(period.map(|p| p.value)),
@@ -136,23 +141,24 @@ impl<T: Precision> Tone<T> {
         }
     }
 
-    /// The frequency in the abscissa's unit; none without a tone.
-    pub fn frequency(&self) -> Option<WithSigma<T>> {
-        known(
-            self.frequency_hz.or(self.frequency_per_mm),
-            self.sigma_hz.or(self.sigma_per_mm),
-        )
+    /// The frequency in the domain's unit; none without a tone.
+    pub fn frequency(&self) -> Option<WithSigma> {
+        Some(WithSigma {
+            value: self.frequency_hz.or(self.frequency_per_mm).flatten()?,
+            sigma: self.sigma_hz.or(self.sigma_per_mm).flatten()?,
+        })
     }
 
-    /// The chirp in the abscissa's unit; none without a tone.
-    pub fn chirp(&self) -> Option<WithSigma<f32>> {
-        known(
-            self.chirp_hz_per_s.or(self.chirp_per_mm2),
-            self.chirp_sigma_hz_per_s.or(self.chirp_sigma_per_mm2),
-        )
+    /// The chirp in the domain's unit; none without a tone.
+    pub fn chirp(&self) -> Option<WithSigma> {
+        let sigma = self.chirp_sigma_hz_per_s.or(self.chirp_sigma_per_mm2);
+        Some(WithSigma {
+            value: self.chirp_hz_per_s.or(self.chirp_per_mm2).flatten()?.into(),
+            sigma: sigma.flatten()?.into(),
+        })
     }
 
-    /// The second tone in the abscissa's unit.
+    /// The second tone in the domain's unit.
     pub fn other_tone(&self) -> Option<OtherTone> {
         let frequency = self.other_tone_hz.or(self.other_tone_per_mm).flatten()?;
         let share = self.other_tone_fraction?;
@@ -160,20 +166,15 @@ impl<T: Precision> Tone<T> {
     }
 }
 
-fn known<T>(value: InUnit<T>, sigma: InUnit<T>) -> Option<WithSigma<T>> {
-    let (value, sigma) = (value.flatten()?, sigma.flatten()?);
-    Some(WithSigma { value, sigma })
-}
-
-impl From<&Estimate> for Tone<f32> {
+impl From<&Estimate> for Tone {
     fn from(event: &Estimate) -> Self {
         let has_tone = event.status.has_tone();
         let frequency = WithSigma {
-            value: event.frequency,
-            sigma: event.sigma,
+            value: event.frequency.into(),
+            sigma: event.sigma.into(),
         };
         Self::new(
-            event.abscissa,
+            Domain::Time,
             has_tone.then_some(frequency),
             has_tone.then_some(event.movement),
             event.other_tone,

@@ -200,7 +200,7 @@ mod tests {
             }
             Ok(())
         };
-        replay::run(input, Settings::DEFAULT, None, &mut sink, &mut |_, _| {}).expect("a run");
+        replay::run(input, Settings::DEFAULT, &mut sink, &mut |_, _| {}).expect("a run");
         (contacts_s, releases_s, periods_mm)
     }
 

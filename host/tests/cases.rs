@@ -18,7 +18,7 @@ enum Expected {
     Hz(f64),
     /// A tone, hertz, good or beside another that is named.
     Beside(f64),
-    /// A good period by place, millimetres.
+    /// A good period by position, millimetres.
     Mm(f64),
     /// A refusal on one line with these parts.
     Refused(&'static [&'static str]),

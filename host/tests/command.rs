@@ -80,13 +80,8 @@ fn no_file_is_overwritten_without_a_word() {
     let input = ridgetone_host::input::Input::default()
         .open()
         .expect("a scene");
-    let made = ridgetone_host::replay::run(
-        input,
-        Default::default(),
-        None,
-        &mut |_| Ok(()),
-        &mut |_, _| {},
-    );
+    let made =
+        ridgetone_host::replay::run(input, Default::default(), &mut |_| Ok(()), &mut |_, _| {});
     std::fs::write(&rec, made.expect("a replay").serial).expect("a file");
     let there = text(&there);
     for command in [
@@ -146,13 +141,8 @@ fn the_format_is_that_of_the_files_name() {
     let input = ridgetone_host::input::Input::default()
         .open()
         .expect("a scene");
-    let made = ridgetone_host::replay::run(
-        input,
-        Default::default(),
-        None,
-        &mut |_| Ok(()),
-        &mut |_, _| {},
-    );
+    let made =
+        ridgetone_host::replay::run(input, Default::default(), &mut |_| Ok(()), &mut |_, _| {});
     std::fs::write(&rec, made.expect("a replay").serial).expect("a file");
     for (name, start) in [
         ("a.csv", &b"t_s,"[..]),

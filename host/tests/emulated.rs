@@ -4,8 +4,6 @@
 mod common;
 #[path = "emulated/live.rs"]
 mod live;
-#[path = "emulated/odometry.rs"]
-mod odometry;
 #[path = "emulated/plans.rs"]
 mod plans;
 #[path = "emulated/requests.rs"]
@@ -64,7 +62,7 @@ fn replayed_with(input: &Input, settings: Settings) -> Vec<Packet> {
         Ok(())
     };
     let input = input.open().expect("an input");
-    replay::run(input, settings, None, &mut sink, &mut |_, _| {}).expect("a replay");
+    replay::run(input, settings, &mut sink, &mut |_, _| {}).expect("a replay");
     packets
 }
 

@@ -55,13 +55,7 @@ fn recordings() -> [Vec<u8>; 2] {
             wire[..used].to_vec()
         })
         .collect();
-    let whole = replay::run(
-        touch(),
-        Settings::DEFAULT,
-        None,
-        &mut |_| Ok(()),
-        &mut |_, _| {},
-    );
+    let whole = replay::run(touch(), Settings::DEFAULT, &mut |_| Ok(()), &mut |_, _| {});
     [raw, whole.expect("a run").serial].map(|serial| {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("touch.rec");

@@ -20,15 +20,9 @@ use terminal::Terminal;
 /// The bytes of the default scene's telemetry.
 fn telemetry() -> Vec<u8> {
     let input = Input::default().open().expect("a scene");
-    replay::run(
-        input,
-        Default::default(),
-        None,
-        &mut |_| Ok(()),
-        &mut |_, _| {},
-    )
-    .expect("a replay")
-    .serial
+    replay::run(input, Default::default(), &mut |_| Ok(()), &mut |_, _| {})
+        .expect("a replay")
+        .serial
 }
 
 /// A bare recording of them.

@@ -226,14 +226,8 @@ fn a_recording_is_played_in_real_time_as_if_it_happened_now() {
     let folder = common::directory();
     let path = folder.path().join("touch.rec");
     let input = Input::default().open().expect("a scene");
-    let outcome = replay::run(
-        input,
-        Settings::DEFAULT,
-        None,
-        &mut |_| Ok(()),
-        &mut |_, _| {},
-    )
-    .expect("a run");
+    let outcome =
+        replay::run(input, Settings::DEFAULT, &mut |_| Ok(()), &mut |_, _| {}).expect("a run");
     recording::create(&path, "a test", 0.0)
         .expect("a file")
         .keep(&outcome.serial, None)

@@ -1,4 +1,4 @@
-//! `ridgetone fit` and `ridgetone replay` by place: columns and profiles of the speed.
+//! `ridgetone fit` by position: columns of positions and speeds.
 
 mod common;
 
@@ -55,8 +55,8 @@ fn a_column_of_places_or_speeds_makes_it_cycles_per_millimetre() {
             found["period_sigma_mm"].as_f64().unwrap(),
         );
         assert_eq!(
-            (&found["abscissa"], &found["status"]),
-            (&"place".into(), &"good".into()),
+            (&found["domain"], &found["status"]),
+            (&"position".into(), &"good".into()),
             "{found}"
         );
         assert!(
@@ -70,7 +70,7 @@ fn a_column_of_places_or_speeds_makes_it_cycles_per_millimetre() {
     }
     // In time the same rows have no one frequency that explains them.
     let found = &json_lines(&run(&["fit", text(&path), "--columns", "a,b", "--json"]))[0];
-    assert_eq!(found["abscissa"], "time");
+    assert_eq!(found["domain"], "time");
     let printed = stdout(&run(&[
         "fit",
         text(&path),
@@ -129,88 +129,4 @@ fn wrong_columns_are_refused() {
     };
     assert_one_line(&fit("y"), 1, &["no column y", "a, x"]);
     assert_one_line(&fit("x"), 1, &["by column x the finger does not move"]);
-}
-
-#[test]
-fn a_profile_makes_the_chips_estimates_periods() {
-    let folder = directory();
-    let profile = file(folder.path(), "speed.csv", "time_s,speed_mm_s\n0,30\n");
-    let events = json_lines(&run(&["replay", "--profile", text(&profile), "--json"]));
-    let estimates: Vec<_> = events
-        .iter()
-        .filter(|event| event["type"] == "estimate")
-        .collect();
-    assert!(!estimates.is_empty());
-    for estimate in estimates {
-        assert_eq!(
-            (&estimate["abscissa"], &estimate["status"]),
-            (&"place".into(), &"good".into()),
-            "{estimate}"
-        );
-        let (period, sigma) = (
-            estimate["period_mm"].as_f64().unwrap(),
-            estimate["period_sigma_mm"].as_f64().unwrap(),
-        );
-        assert!((period - 3.6).abs() < 5.0 * sigma, "{estimate}");
-    }
-    let printed = stdout(&run(&["replay", "--profile", text(&profile)]));
-    let tones: Vec<(&str, &str)> = printed
-        .lines()
-        .filter_map(|line| line.split_once(" mm +- "))
-        .filter_map(|(value, sigma)| {
-            Some((value.rsplit(' ').next()?, sigma.split_once(" mm  good")?.0))
-        })
-        .collect();
-    assert!(!tones.is_empty(), "{printed}");
-    for (value, sigma) in tones {
-        assert!(
-            value.starts_with("3.600") || value.starts_with("3.599"),
-            "{value}"
-        );
-        // Two digits of the uncertainty, and as many decimals of the value.
-        let decimals = |text: &str| {
-            text.split_once('.')
-                .map_or(0, |(_, decimals)| decimals.len())
-        };
-        assert_eq!(
-            sigma.trim_start_matches(['0', '.']).len(),
-            2,
-            "{value} {sigma}"
-        );
-        assert_eq!(decimals(value), decimals(sigma), "{value} {sigma}");
-    }
-}
-
-#[test]
-fn wrong_profiles_are_refused() {
-    let folder = directory();
-    let replay = |name: &str, content: &str, more: &[&str]| {
-        let path = file(folder.path(), name, content);
-        run(&[&["replay", "--profile", text(&path)][..], more].concat())
-    };
-    assert_one_line(
-        &replay("a.csv", "time_s,v\n0,30\n", &[]),
-        1,
-        &["a.csv", "no column speed_mm_s"],
-    );
-    assert_one_line(
-        &replay("b.csv", "speed_mm_s\n30\n", &[]),
-        1,
-        &["b.csv", "no column time_s"],
-    );
-    assert_one_line(
-        &replay("c.csv", "time_s,speed_mm_s\n-1,30\n", &[]),
-        1,
-        &["c.csv", "time_s -1"],
-    );
-    assert_one_line(
-        &replay("d.csv", "time_s,speed_mm_s\n0,3000\n", &[]),
-        1,
-        &["d.csv", "speed_mm_s 3000: choose -2000 to 2000"],
-    );
-    assert_one_line(
-        &replay("e.csv", "time_s,speed_mm_s\n0,30\n", &["--profile-repeats"]),
-        1,
-        &["two to repeat"],
-    );
 }

@@ -8,7 +8,7 @@
 use super::stm32_adc::{self, FrameEnd, Stm32Adc, channel};
 use super::stm32f4::{self, External};
 use super::{parts, serial_line};
-use ridgetone_finger::{LowPass, Wiring};
+use ridgetone_finger::Wiring;
 use ridgetone_proto::boot::Boot;
 use stm32f4xx_hal::gpio::Pull;
 use stm32f4xx_hal::pac::{self, USART3};
@@ -24,10 +24,8 @@ pub type Drdy = FrameEnd;
 pub type SerialLine = serial_line::SerialLine<USART3>;
 pub type Board = parts::Parts<Converter, Drdy, SerialLine, SettingsFlash>;
 
-/// Bridges of 820 ohm beside 820 ohm, and 1 uF within 10 % each, before the amplifiers.
 pub const WIRING: Wiring = Wiring {
     converter: &stm32_adc::facts::<Converter>(),
-    low_pass: LowPass::of_parts(0.5 * 820.0, 1e-6, 0.1),
 };
 
 pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {

@@ -11,8 +11,8 @@ use super::chip_clock::TimerClock;
 use super::stm32f4::{self, External};
 use super::{converter, parts, serial_line, usart2};
 use ads1258::Ads1258;
+use ridgetone_finger::Wiring;
 use ridgetone_finger::converter::{Facts, WiredAds1258};
-use ridgetone_finger::{LowPass, Wiring};
 use ridgetone_proto::boot::Boot;
 use stm32f4xx_hal::gpio::{Output, PA9, PC7, PinState, Pull};
 use stm32f4xx_hal::pac::{self, USART2};
@@ -27,10 +27,8 @@ pub type Drdy = converter::Drdy<'A', 4>;
 pub type SerialLine = serial_line::SerialLine<USART2>;
 pub type Board = parts::Parts<Converter, Drdy, SerialLine, SettingsFlash>;
 
-/// Bridges of 820 ohm beside 820 ohm, and 1 uF within 10 % each.
 pub const WIRING: Wiring = Wiring {
     converter: &Facts::of::<Converter>(),
-    low_pass: LowPass::of_parts(0.5 * 820.0, 1e-6, 0.1),
 };
 
 pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {

@@ -44,10 +44,6 @@ impl<Usart: Instance<RB = RegisterBlock>> SerialPort for SerialLine<Usart> {
     /// Not by the HAL (0.23), which drops the byte in the data register if the one after it was
     /// lost.
     fn receive(&mut self) -> Option<Received> {
-        #[cfg(feature = "emulated")]
-        if let Some(byte) = link::received() {
-            return Some(Received::Byte(byte));
-        }
         // SAFETY: nothing else receives. Its status, then its data, clears the flags (RM0090,
         // 30.6.1).
         let usart = unsafe { &*Usart::ptr() };
@@ -63,11 +59,6 @@ impl<Usart: Instance<RB = RegisterBlock>> SerialPort for SerialLine<Usart> {
             (false, true) => Received::Overrun(byte),
             (false, false) => Received::Byte(byte),
         })
-    }
-
-    #[cfg(feature = "emulated")]
-    fn received_us(&self) -> Option<u32> {
-        Some(link::received_us())
     }
 
     fn is_ready(&self) -> bool {

@@ -39,7 +39,7 @@ mod app {
     use ridgetone_finger::tasks::WatchdogPolicy;
     use ridgetone_finger::tasks::{BYTES, PACKETS, Platform, Shared, Task};
     use ridgetone_finger::tasks::{Idle, Next, Slept, Stack};
-    use ridgetone_finger::tasks::{Inboxes, SerialLine};
+    use ridgetone_finger::tasks::{RequestInbox, SerialLine};
     use ridgetone_proto::boot::Record;
     use ridgetone_proto::plan::Plan;
     use ridgetone_teletaction::stylus::message::{Event, Mark};
@@ -78,7 +78,7 @@ mod app {
     #[shared]
     struct Resources {
         sampler: Sampler,
-        inbox: Inboxes,
+        inbox: RequestInbox,
         outbox: Outbox<PACKETS, Mark<Event>>,
         shared: Shared<Rtic>,
     }
@@ -110,7 +110,7 @@ mod app {
         (
             Resources {
                 sampler: Sampler::new(),
-                inbox: Inboxes::new(),
+                inbox: RequestInbox::new(),
                 outbox: Outbox::new(),
                 // A stylus scans nothing; the plan is not used.
                 shared: Shared::new(Rtic, Plan::PAPER),

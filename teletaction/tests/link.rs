@@ -38,14 +38,8 @@ fn counts(t_s: f64) -> i64 {
 fn recorded_touch(folder: &tempfile::TempDir) -> PathBuf {
     let path = folder.path().join("touch.rec");
     let input = Input::default().open().expect("a scene");
-    let outcome = replay::run(
-        input,
-        Settings::DEFAULT,
-        None,
-        &mut |_| Ok(()),
-        &mut |_, _| {},
-    )
-    .expect("a run");
+    let outcome =
+        replay::run(input, Settings::DEFAULT, &mut |_| Ok(()), &mut |_, _| {}).expect("a run");
     recording::create(&path, "a test", 0.0)
         .expect("a file")
         .keep(&outcome.serial, None)

@@ -1,8 +1,8 @@
 //! Samples and requests on a PC, without a board: time, deadlines, limits, and what is refused.
 
 use proptest::prelude::*;
-use ridgetone_finger::tasks::Inboxes;
 use ridgetone_finger::tasks::Outbox;
+use ridgetone_finger::tasks::RequestInbox;
 use ridgetone_finger::tasks::{PACKETS, Platform, Shared, Task};
 use ridgetone_proto::command::REQUEST_WIRE_MAX;
 use ridgetone_proto::framing;
@@ -31,7 +31,7 @@ impl Platform for Still {
 struct Bench {
     sampler: Sampler,
     requests: Requests,
-    inbox: Inboxes,
+    inbox: RequestInbox,
     outbox: Outbox<PACKETS, Mark<Event>>,
     shared: Shared<Still>,
     now_us: u32,
@@ -43,7 +43,7 @@ impl Bench {
         Self {
             sampler: Sampler::new(),
             requests: Requests::new(),
-            inbox: Inboxes::new(),
+            inbox: RequestInbox::new(),
             outbox: Outbox::new(),
             shared: Shared::new(Still, Plan::PAPER),
             // The counter wraps soon.
@@ -67,7 +67,7 @@ impl Bench {
             Exclusive(&mut self.outbox),
         );
         for byte in bytes {
-            inbox.0.requests.push(*byte);
+            inbox.0.push(*byte);
         }
         self.requests
             .step(&mut sampler, &mut inbox, &mut outbox, &self.shared);

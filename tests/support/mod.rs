@@ -5,7 +5,6 @@ use hal_mock::{Options, Scene, SimulatedBoard};
 use ridgetone_finger::Pipeline;
 use ridgetone_finger::TimedConversion;
 use ridgetone_finger::converter::Ads1258Plan;
-use ridgetone_proto::odometry::{FRAME_BYTES, Odometry, PLACE_PER_MM, Reading, WIRE_BYTES};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Decoder, Estimate, Event, Packet, Status, WIRE_MAX, encode};
 
@@ -27,52 +26,10 @@ fn chip(settings: &Settings) -> Options {
     }
 }
 
-/// Frames of a robot's messages, stuffed and without their zeros, and when each is complete:
-/// seconds of scene time.
-pub type Stream = Vec<(f64, Vec<u8>)>;
-
-/// Messages of a robot whose clock is the scene's, 250 a second for `lasts_s`, that take the line's
-/// time. `place_mm` is by scene time, seconds.
-pub fn places(lasts_s: f64, place_mm: impl Fn(f64) -> f64) -> Stream {
-    const STEP_S: f64 = 0.004;
-    // Ten bits a byte.
-    const LINE_S: f64 = WIRE_BYTES as f64 * 10.0 / 921_600.0;
-    let message = |number: u32| {
-        let t_s = f64::from(number) * STEP_S;
-        let place = place_mm(t_s) * f64::from(PLACE_PER_MM);
-        let message = Odometry {
-            number: number as u16,
-            t_us: (t_s * 1e6).round() as u32,
-            reading: Reading::Place(place.round() as i32),
-        };
-        (t_s + LINE_S, message.encode()[..FRAME_BYTES].to_vec())
-    };
-    (0..(lasts_s / STEP_S) as u32).map(message).collect()
-}
-
-/// Runs `scene` with a robot's messages, in the order of their times.
-pub fn run_streamed(scene: impl Scene + 'static, settings: Settings, stream: Stream) -> Vec<Event> {
-    run_all(
-        SimulatedBoard::new(scene, chip(&settings)),
-        settings,
-        stream,
-        all,
-    )
-}
-
 /// Runs a board of the caller's.
 pub fn run_on(
     board: SimulatedBoard,
     settings: Settings,
-    keep: impl FnMut(u32, TimedConversion) -> Option<TimedConversion>,
-) -> Vec<Event> {
-    run_all(board, settings, Vec::new(), keep)
-}
-
-fn run_all(
-    board: SimulatedBoard,
-    settings: Settings,
-    stream: Stream,
     mut keep: impl FnMut(u32, TimedConversion) -> Option<TimedConversion>,
 ) -> Vec<Event> {
     let mut adc = ads1258::Ads1258::new(board.spi());
@@ -85,18 +42,11 @@ fn run_all(
     let mut pipeline = Box::new(Pipeline::new(settings));
     let mut wire = Wire::default();
     wire.send(pipeline.hello());
-    let zero_s = board.with_chip(|chip| chip.scene_zero_ns()).unwrap_or(0) as f64 * 1e-9;
-    let mut stream = stream.into_iter().peekable();
     let mut count = 0;
     while let Some(edge_ns) = board.wait_for_drdy() {
         let conversion = adc.read().unwrap();
         if board.with_chip(|chip| chip.ended()) {
             break;
-        }
-        while let Some((at_s, mut frame)) =
-            stream.next_if(|(at_s, _)| zero_s + at_s < edge_ns as f64 * 1e-9)
-        {
-            pipeline.hear(&mut frame, ((zero_s + at_s) * 1e6) as u64 as u32);
         }
         if let Some(kept) = keep(
             count,

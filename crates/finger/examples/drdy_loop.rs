@@ -44,7 +44,7 @@ fn fit(
     let mut estimator = Estimator::new(Settings::DEFAULT);
     let mut estimates = Vec::new();
     for window in windows {
-        match estimator.run(&window, &mut LockedRing(ring), None) {
+        match estimator.run(&window, &mut LockedRing(ring)) {
             Ok(WindowFit::Done(mut estimate)) => {
                 diagnostics.qualify(&mut estimate, &window);
                 println!(

@@ -134,14 +134,6 @@ impl Detector {
         self.tracker.contact.is_touched()
     }
 
-    /// Board time at which device time is zero, microseconds, wrapping; any value before the first
-    /// conversion.
-    pub const fn zero_us(&self) -> u32 {
-        self.assembler
-            .board_us
-            .wrapping_sub(self.assembler.now_us as u32)
-    }
-
     /// Takes one conversion. Faults go to `diagnostics`.
     #[inline(always)]
     pub fn push(

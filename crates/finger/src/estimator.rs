@@ -1,22 +1,20 @@
 //! The estimator: one window in, one estimate out.
 
-use crate::abscissa::{self, Fitted, Setup, Tracker};
 use crate::faults::qualify::doubt;
+use crate::fit::{Fitted, Tracker, fit};
 use crate::ring::reached;
 use crate::schedule::GROWING_FRAMES_MIN;
 use crate::surface::lag::lag;
-use crate::surface::odometry::track::Track;
 use crate::surface::texture::TextureReporter;
 use crate::surface::travel;
 use crate::window::Window;
-use crate::wiring::Wiring;
 use ads1258::reading;
 use core::f32::consts::PI;
 use ridgetone_proto::fault::FaultSet;
 use ridgetone_proto::settings::{Settings, SlideRule, TAXELS};
 use ridgetone_proto::telemetry::{
-    Abscissa, Channel, Direction, Estimate, Movement, OtherTone, Overtones, Span, Status, Texture,
-    Travel, TravelStatus,
+    Channel, Estimate, Movement, OtherTone, Overtones, Span, Status, Texture, Travel,
+    TravelStatus,
 };
 use ridgetone_tone::{Fit, FrameSource, OVERTONES, Overwritten, Values};
 
@@ -43,7 +41,6 @@ pub enum WindowFit {
 #[derive(Debug)]
 pub struct Estimator {
     settings: Settings,
-    wiring: Wiring,
     tracker: Tracker,
     /// Frame behind the latest estimate that was accurate enough.
     reported_end: u32,
@@ -54,17 +51,10 @@ pub struct Estimator {
 }
 
 impl Estimator {
-    /// An estimator for the wiring of the guide; `const`, so that its scratch memory can live in a
-    /// static.
+    /// An estimator; `const`, so that its scratch memory can live in a static.
     pub const fn new(settings: Settings) -> Self {
-        Self::wired(settings, Wiring::GUIDE)
-    }
-
-    /// An estimator for a board's wiring.
-    pub const fn wired(settings: Settings, wiring: Wiring) -> Self {
         Self {
             settings,
-            wiring,
             tracker: Tracker::new(),
             reported_end: 0,
             overtones: [[0.0; 2]; OVERTONES],
@@ -77,13 +67,11 @@ impl Estimator {
         self.settings = *settings;
     }
 
-    /// Fits a window, unless its frames were overwritten. The estimate is in cycles per millimetre
-    /// if `track` holds the places of a robot during the window, otherwise in hertz.
+    /// Fits a window, unless its frames were overwritten.
     pub fn run(
         &mut self,
         window: &Window,
         source: &mut dyn FrameSource,
-        track: Option<&Track>,
     ) -> Result<WindowFit, Overwritten> {
         let (mut first, end) = (window.first, window.first.wrapping_add(window.frames));
         let grows = self.settings.accuracy > 0.0 && window.span != Span::Slide;
@@ -102,7 +90,6 @@ impl Estimator {
                 ..*window
             },
             source,
-            track,
         );
         if grows && let Ok(WindowFit::Done(estimate)) = &fitted {
             // The uncertainty of an unsteady tone counts its movement, which grows with the window.
@@ -130,13 +117,8 @@ impl Estimator {
         &mut self,
         window: &Window,
         source: &mut dyn FrameSource,
-        track: Option<&Track>,
     ) -> Result<WindowFit, Overwritten> {
-        let setup = Setup {
-            settings: &self.settings,
-            wiring: self.wiring,
-        };
-        let fitted = abscissa::fit(&mut self.tracker, window, source, setup, track);
+        let fitted = fit(&mut self.tracker, window, source, &self.settings);
         // By reference: a copy would lie on the stack beside it.
         let fitted = fitted.as_ref().map_err(|overwritten| *overwritten)?;
         let least = window.frames / GAP_SHARE;
@@ -156,24 +138,21 @@ impl Estimator {
         has_gap: bool,
     ) -> Result<WindowFit, Overwritten> {
         let fit = &fitted.fit;
-        let frames = window.frames.saturating_sub(fitted.unplaced);
-        let unplaced_us = (fitted.unplaced as f32 * 1e6 / window.frame_rate_hz) as u32;
+        let (frames, rate_hz) = (window.frames, fitted.frame_rate_hz);
         let mut estimate = Estimate {
-            t_us: window.end_us.saturating_sub(unplaced_us.into()),
-            window_s: frames as f32 / window.frame_rate_hz,
+            t_us: window.end_us,
+            window_s: frames as f32 / rate_hz,
             span: window.span,
             status: reported_status(fit.status),
-            abscissa: fitted.abscissa,
-            frequency: fit.frequency * fitted.per_unit,
-            sigma: fit.sigma * fitted.per_unit,
-            movement: movement(fit, fitted.per_unit),
-            other_tone: other_tone(fit, fitted.per_unit),
-            // An interferer is in time, by place too.
-            interferer_hz: fit.interferer.map(|cycles| cycles * window.frame_rate_hz),
+            frequency: fit.frequency * rate_hz,
+            sigma: fit.sigma * rate_hz,
+            movement: movement(fit, rate_hz),
+            other_tone: other_tone(fit, rate_hz),
+            interferer_hz: fit.interferer.map(|cycles| cycles * rate_hz),
             harmonics: fit.harmonics,
             frames_missing: frames.saturating_sub(fit.frames).min(u16::MAX as u32) as u16,
             faults: FaultSet::NONE,
-            travel: self.travel(fitted, window),
+            travel: self.travel(fitted),
             channels: heapless::Vec::new(),
         };
         for taxel in 0..TAXELS {
@@ -190,7 +169,7 @@ impl Estimator {
         Ok(WindowFit::Done(estimate))
     }
 
-    fn travel(&self, fitted: &Fitted, window: &Window) -> Travel {
+    fn travel(&self, fitted: &Fitted) -> Travel {
         let (fit, array) = (&fitted.fit, &self.settings.array);
         match reported_status(fit.status) {
             Status::Good | Status::Unsteady => {}
@@ -203,31 +182,18 @@ impl Estimator {
             _ => return Travel::NONE,
         }
         let (lag, relative) = (lag(fitted, array), fit.sigma / fit.frequency);
-        let frequency = fit.frequency * fitted.per_unit;
-        let (period_mm, speed_mm_s) = match (fitted.abscissa, self.settings.slide.rule) {
-            (Abscissa::Place, _) => (1.0 / frequency, fitted.per_frame() * window.frame_rate_hz),
-            (Abscissa::Time, SlideRule::Protocol | SlideRule::Always)
-                if self.settings.slide.speed_mm_s > 0.0 =>
-            {
-                let speed_mm_s = self.settings.slide.speed_mm_s;
-                (speed_mm_s / frequency, speed_mm_s)
-            }
-            (Abscissa::Time, _) => {
-                return travel::by_phases(lag, array, (frequency, relative * frequency));
-            }
-        };
-        let way = if speed_mm_s < 0.0 {
-            Direction::Backward
-        } else {
-            Direction::Forward
-        };
-        travel::by_speed(
-            lag,
-            array,
-            (period_mm, relative * period_mm),
-            speed_mm_s.abs(),
-            way,
-        )
+        let frequency = fit.frequency * fitted.frame_rate_hz;
+        let is_given = matches!(
+            self.settings.slide.rule,
+            SlideRule::Protocol | SlideRule::Always
+        );
+        let speed_mm_s = self.settings.slide.speed_mm_s;
+        if !(is_given && speed_mm_s > 0.0) {
+            return travel::by_phases(lag, array, (frequency, relative * frequency));
+        }
+        let period_mm = speed_mm_s / frequency;
+        let period = (period_mm, relative * period_mm);
+        travel::by_speed(lag, array, period, speed_mm_s)
     }
 
     fn channel(&self, fitted: &Fitted, taxel: usize, reference: &Values) -> Channel {
@@ -308,7 +274,7 @@ mod tests {
 
     #[test]
     fn a_chirp_has_the_square_of_the_frequency_s_unit_and_shares_have_none() {
-        let mut fit = Fit::at_rest(100);
+        let mut fit = Fit::without_tone(ridgetone_tone::Status::TooShort, 100);
         fit.sigma = 0.5;
         fit.movement = ridgetone_tone::Movement {
             wander: 0.02,

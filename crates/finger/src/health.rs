@@ -162,7 +162,6 @@ pub fn health(
         faults: diagnostics.faults.counts(),
         requests_damaged: diagnostics.requests_damaged.get(),
         bytes_overrun: diagnostics.bytes_overrun.get(),
-        odometry: diagnostics.odometry.get(),
         stack_used_bytes,
         stack_bytes,
         frame_rate_hz,

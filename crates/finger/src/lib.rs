@@ -14,8 +14,8 @@
 //! | read a conversion at DRDY's edge, supervise the chip | [`Acquisition`], [`TimedConversion`] | `acquire.rs` |
 //! | sort conversions into frames by the slots of the scan | [`SLOTS`], [`CONVERSION_NS`], [`FRAME_NS`] | `assembler.rs`, `scan.rs` |
 //! | keep frames; find contact, slide, hold and release | [`Detector`], [`Ring`] | `detector.rs`, `ring.rs`, `touch/` |
-//! | cut windows out of the slide | [`Window`], [`Mark`] | `schedule.rs`, `window.rs` |
-//! | fit a window, in time or by place | [`Estimator`], [`WindowFit`] | `estimator.rs`, `abscissa.rs`, crate `ridgetone-tone` |
+//! | cut windows out of the slide | [`Window`] | `schedule.rs`, `window.rs` |
+//! | fit a window | [`Estimator`], [`WindowFit`] | `estimator.rs`, `fit.rs`, crate `ridgetone-tone` |
 //! | spatial period, speed and direction from the phases | | `surface/` |
 //! | count and report faults, qualify estimates | [`Diagnostics`] | `faults/` |
 //! | a fit's values in an event's units | [`movement`], [`other_tone`], [`reported_status`] | `estimator.rs` |
@@ -77,7 +77,6 @@ compile_error!(
     "ridgetone needs atomics of 32 bits with compare-and-swap, which this processor lacks (Cortex-M0, M0+)"
 );
 
-mod abscissa;
 mod acquire;
 mod assembler;
 pub mod converter;
@@ -85,6 +84,7 @@ mod detector;
 mod estimator;
 mod event_builder;
 mod faults;
+mod fit;
 mod frame;
 mod health;
 mod pipeline;
@@ -97,25 +97,24 @@ mod touch;
 mod window;
 mod wiring;
 
-pub use abscissa::scene;
 pub use acquire::Acquisition;
 pub use detector::{Detector, Outputs};
 pub use estimator::{Estimator, WindowFit, movement, other_tone, reported_status};
 pub use faults::diagnostics::Diagnostics;
+pub use fit::scene;
 pub use frame::{PlainFrame, TimedConversion};
 pub use pipeline::Pipeline;
 pub use ring::Ring;
 pub use scan::{CONVERSION_NS, FRAME_NS, SLOTS};
-pub use surface::odometry::Mark;
 pub use window::Window;
-pub use wiring::{LowPass, Wiring};
+pub use wiring::Wiring;
 
 /// Steps of the path one by one, for this repository's tests and benchmarks.
 #[cfg(feature = "internals")]
 #[doc(hidden)]
 pub mod internals {
-    pub use crate::abscissa::{Fitted, Setup, Tracker, fit};
     pub use crate::assembler::Assembler;
+    pub use crate::fit::{Fitted, Tracker, fit};
     pub use crate::schedule::{TRIM_FRAMES, window_frames_max};
     pub use crate::surface::{lag::lag, travel::by_phases};
     pub use crate::touch::averages::{Averager, Averages};

@@ -8,8 +8,7 @@ use crate::detector::{Detector, Outputs};
 use crate::estimator::{Estimator, WindowFit};
 use crate::frame::{PlainFrame, TimedConversion};
 use crate::ring::Ring;
-use crate::surface::odometry::Odometer;
-use crate::tasks::detect::{admit, take_message};
+use crate::tasks::detect::admit;
 use crate::tasks::fit::fit;
 use crate::tasks::shared::{Platform, Shared, Task};
 use crate::window::Window;
@@ -49,7 +48,6 @@ pub struct Pipeline {
     estimator: Estimator,
     ring: Ring,
     shared: Shared<OneCall>,
-    odometer: Odometer,
 }
 
 impl Pipeline {
@@ -62,24 +60,10 @@ impl Pipeline {
     pub const fn wired(settings: Settings, wiring: Wiring) -> Self {
         Self {
             detector: Detector::wired(settings, wiring),
-            estimator: Estimator::wired(settings, wiring),
+            estimator: Estimator::new(settings),
             ring: Ring::new(),
             shared: Shared::new(OneCall, settings.plan),
-            odometer: Odometer::new(),
         }
-    }
-
-    /// Takes a robot's message ([`ridgetone_proto::odometry`]), stuffed and without its zero, that
-    /// was complete at a board time, microseconds. Give it between the conversions before that time
-    /// and those after it.
-    pub fn hear(&mut self, frame: &mut [u8], complete_us: u32) {
-        take_message(
-            frame,
-            complete_us,
-            self.ring.lasts_us(),
-            &mut self.odometer,
-            &self.shared,
-        );
     }
 
     /// Reports the next `frames` frames raw too.
@@ -116,17 +100,10 @@ impl Pipeline {
             estimator,
             ring,
             shared,
-            odometer,
         } = self;
         let mut windows = Vec::<Window, WINDOWS_AT_ONCE>::new();
         // The fit takes no time of the signal, so it always keeps up.
-        let zero_us = detector.zero_us();
-        if let Next::Conversion(TimedConversion { t_us, .. }) = next {
-            odometer.forget(t_us, &shared.track);
-        }
-        let due = &mut |mut window: Window| {
-            let end_us = (window.end_us as u32).wrapping_add(zero_us);
-            window.follow(odometer.mark(end_us, &shared.track));
+        let due = &mut |window: Window| {
             admit(window, true, |window| windows.push(window).is_ok(), shared);
         };
         match next {

@@ -90,11 +90,6 @@ impl Ring {
         self.frames
     }
 
-    /// Time for which a full ring holds frames, microseconds; zero before the first one.
-    pub const fn lasts_us(&self) -> u32 {
-        self.frame_ns / 1000 * self.frames
-    }
-
     /// Empties the ring; the next frame written gets `number`.
     pub fn restart(&mut self, number: u32) {
         self.next = number;

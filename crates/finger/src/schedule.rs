@@ -2,7 +2,6 @@
 
 use crate::frame::FrameClock;
 use crate::ring::{Ring, reached};
-use crate::surface::odometry::Mark;
 use crate::touch::change::Change;
 use crate::window::Window;
 use ridgetone_proto::plan::Plan;
@@ -258,7 +257,6 @@ impl WindowScheduler {
             touch_first: self.touch_first,
             level_v: self.level_v,
             plan: self.plan,
-            odometry: Mark::NONE,
         });
     }
 }

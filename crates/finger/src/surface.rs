@@ -1,6 +1,5 @@
 //! From the channels' phases and the speed to the surface: spatial period, speed, direction.
 
 pub mod lag;
-pub mod odometry;
 pub mod texture;
 pub mod travel;

@@ -32,7 +32,7 @@ pub use detect::Detect;
 pub use drdy::{Drdy, DrdyPin};
 pub use fit::Fit;
 pub use idle::{DepthMeter, Idle, Next, Slept, Stack};
-pub use line::{Inboxes, ODOMETRY_US, Received, SerialLine, SerialPort};
+pub use line::{Received, RequestInbox, SerialLine, SerialPort, receive};
 pub use liveness::{WATCHDOG_S, WatchdogPolicy};
 pub use outbox::{Mail, Outbox, Posted};
 pub use report::Report;

@@ -1,6 +1,5 @@
 //! A window: consecutive frames of the ring that are fitted together.
 
-use crate::surface::odometry::Mark;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::telemetry::Span;
 use ridgetone_tone::{CHANNELS_MAX, Values};
@@ -30,12 +29,10 @@ pub struct Window {
     pub level_v: f32,
     /// The plan of its frames.
     pub plan: Plan,
-    /// What is known of a robot's motion by now.
-    pub odometry: Mark,
 }
 
 impl Window {
-    /// The first frames of a plan at its nominal rate, by time; nothing is known of their touch.
+    /// The first frames of a plan at its nominal rate; nothing is known of their touch.
     pub const fn new(plan: Plan, frames: u32) -> Self {
         Self {
             first: 0,
@@ -48,20 +45,6 @@ impl Window {
             touch_first: 0,
             level_v: f32::NAN,
             plan,
-            odometry: Mark::NONE,
-        }
-    }
-
-    /// Follows what is known of a robot's motion. A fit along its path takes longer, and the oldest
-    /// frames of a whole slide would be gone before its end: then the latest three quarters of what
-    /// the ring holds are fitted.
-    pub fn follow(&mut self, motion: Mark) {
-        self.odometry = motion;
-        if self.span == Span::Slide && motion.is_some() {
-            let most = self.plan.window_frames_most() / 4 * 3;
-            let early = self.frames.saturating_sub(most);
-            self.first = self.first.wrapping_add(early);
-            self.frames -= early;
         }
     }
 }

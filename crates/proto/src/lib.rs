@@ -36,7 +36,6 @@ pub mod division;
 pub mod fault;
 mod frame;
 pub mod framing;
-pub mod odometry;
 pub mod plan;
 pub mod scan;
 pub mod settings;

@@ -13,7 +13,7 @@ mod texture;
 pub use crate::framing::{TooLong, WIRE_MAX};
 pub use decoder::{Decoder, PacketDecoder};
 pub use estimate::{
-    Abscissa, Channel, Direction, Estimate, Movement, OtherTone, Span, Status, Travel, TravelStatus,
+    Channel, Direction, Estimate, Movement, OtherTone, Span, Status, Travel, TravelStatus,
 };
 pub use event::*;
 pub use events::Events;

@@ -1,7 +1,7 @@
 //! The window as the steps see it: its frames, centred and scaled, without mains hum and without
 //! single values that are far off. Each pass reads them from their source.
 
-use crate::abscissa::Abscissa;
+use crate::domain::Domain;
 use crate::frame_span::FrameSpan;
 use crate::hum::Hum;
 use crate::impulses::Impulses;
@@ -17,7 +17,7 @@ use core::ops::Range;
 pub struct Frame {
     /// Its number in the window.
     pub number: u32,
-    /// Its place.
+    /// Its time or position, -1 to 1 over the window.
     pub u: f32,
     /// Values by place in [`Statistics::order`].
     pub values: Values,
@@ -25,10 +25,10 @@ pub struct Frame {
 
 impl Frame {
     /// Its point in a transform, whose points are `each` of `frames` that are evenly spaced.
-    pub fn point(&self, place: &Abscissa, frames: u32, each: u32) -> usize {
-        let number = match place {
-            Abscissa::Time { .. } => self.number,
-            Abscissa::Path { .. } => (0.5 * (self.u + 1.0) * frames as f32) as u32,
+    pub fn point(&self, domain: &Domain, frames: u32, each: u32) -> usize {
+        let number = match domain {
+            Domain::Time { .. } => self.number,
+            Domain::Position { .. } => (0.5 * (self.u + 1.0) * frames as f32) as u32,
         };
         number.checked_div(each).unwrap_or_default() as usize
     }
@@ -78,8 +78,8 @@ pub struct Data<'d, 's> {
     pub span: &'d mut FrameSpan<'s>,
     /// Levels, slopes and scales.
     pub statistics: Statistics,
-    /// Their places.
-    pub place: Abscissa<'s>,
+    /// Where they are.
+    pub domain: Domain<'s>,
     /// What is far off.
     pub impulses: &'d mut Impulses,
     /// Mains hum.
@@ -103,9 +103,9 @@ impl Data<'_, '_> {
 
     /// Cycles a window of half the frame rate.
     pub fn cycles_max(&self) -> f32 {
-        match self.place {
-            Abscissa::Time { .. } => 0.5 * self.count() as f32,
-            Abscissa::Path { .. } => 0.5 * self.span.effective_frames(),
+        match self.domain {
+            Domain::Time { .. } => 0.5 * self.count() as f32,
+            Domain::Position { .. } => 0.5 * self.span.effective_frames(),
         }
     }
 
@@ -113,7 +113,7 @@ impl Data<'_, '_> {
     pub fn reach(&self) -> Reach {
         Reach {
             most: self.cycles_max(),
-            folds: matches!(self.place, Abscissa::Time { .. }),
+            folds: matches!(self.domain, Domain::Time { .. }),
         }
     }
 
@@ -139,7 +139,7 @@ impl Data<'_, '_> {
         let wanted = self.statistics.wanted;
         let units = Units::of_groups(&self.statistics);
         let units = units.get(groups.clone()).unwrap_or_default();
-        let (place, hum, late) = (&self.place, &self.hum, &self.late);
+        let (domain, hum, late) = (&self.domain, &self.hum, &self.late);
         let mut impulses = self.impulses.iter();
         let mut frame = Frame {
             number: 0,
@@ -147,7 +147,7 @@ impl Data<'_, '_> {
             values: [0.0; CHANNELS_MAX],
         };
         let read = self.span.visit(wanted, &mut |number, values| {
-            let u = place.u(number);
+            let u = domain.u(number);
             (frame.number, frame.u) = (number, u);
             let places = frame.values.as_chunks_mut::<4>().0.iter_mut();
             for (place, units) in places.skip(groups.start).zip(units) {
@@ -157,7 +157,7 @@ impl Data<'_, '_> {
                 hum.subtract(&mut frame);
             }
             if let Some(late) = late {
-                late.subtract(place, &mut frame);
+                late.subtract(domain, &mut frame);
             }
             impulses.subtract(&mut frame);
             visit(&frame);

@@ -142,7 +142,7 @@ pub struct Fit {
 
 impl Fit {
     /// A fit without a tone.
-    pub(crate) const fn without_tone(status: Status, frames: u32) -> Self {
+    pub const fn without_tone(status: Status, frames: u32) -> Self {
         const NONE: ChannelFit = ChannelFit {
             offset: 0.0,
             amplitude: 0.0,
@@ -186,10 +186,5 @@ impl Fit {
                 lines: 0,
             },
         }
-    }
-
-    /// A path that does not move, so that nothing can be fitted along it.
-    pub const fn at_rest(frames: u32) -> Self {
-        Self::without_tone(Status::TooShort, frames)
     }
 }

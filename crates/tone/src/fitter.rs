@@ -83,7 +83,7 @@ impl Fitter {
         } = self;
         impulses.clear();
         let mut data = Data {
-            place: *span.abscissa(),
+            domain: *span.domain(),
             span,
             statistics,
             impulses,

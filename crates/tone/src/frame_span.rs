@@ -1,6 +1,6 @@
 //! The frames of a window, and what is known of them beforehand.
 
-use crate::abscissa::Abscissa;
+use crate::domain::Domain;
 use crate::limits::CHANNELS_MAX;
 use crate::source::{FrameSource, Overwritten, Values};
 
@@ -20,8 +20,8 @@ pub struct FrameSpan<'a> {
     pub(crate) expected: Option<f32>,
     /// Frames per unit of time.
     rate: f32,
-    abscissa: Abscissa<'a>,
-    /// Frames by which each channel is read after its frame's place.
+    domain: Domain<'a>,
+    /// Frames by which each channel is read after its frame's position.
     pub(crate) late: Option<&'a Values>,
 }
 
@@ -36,7 +36,7 @@ impl<'a> FrameSpan<'a> {
             quantization_step: 0.0,
             expected: None,
             rate: 1.0,
-            abscissa: Abscissa::time(frames),
+            domain: Domain::time(frames),
             late: None,
         }
     }
@@ -77,18 +77,18 @@ impl<'a> FrameSpan<'a> {
         }
     }
 
-    /// Fits along a path: `place` gives a frame's place, by the frame's number in the span, in any
-    /// unit; frequencies are then cycles per that unit. None if it does not move, or a place is not
-    /// finite.
-    pub fn along(self, place: &'a dyn Fn(u32) -> f32) -> Option<Self> {
+    /// Fits along a path: `position` gives a frame's position, by the frame's number in the span, in
+    /// any unit; frequencies are then cycles per that unit. None if it does not move, or a position
+    /// is not finite.
+    pub fn along(self, position: &'a dyn Fn(u32) -> f32) -> Option<Self> {
         Some(Self {
-            abscissa: Abscissa::path(place, self.frames)?,
+            domain: Domain::positions(position, self.frames)?,
             ..self
         })
     }
 
     /// Declares that channels are read one after the other: each so many frames, at most one, after
-    /// the frame's place; negative is before it. Along a path a channel's own place then counts. In
+    /// the frame's position; negative is before it. Along a path a channel's own position counts. In
     /// time, and at the mean speed, being late is a phase, and stays in it.
     pub fn with_lateness(self, frames: &'a Values) -> Self {
         Self {
@@ -98,32 +98,32 @@ impl<'a> FrameSpan<'a> {
     }
 
     /// Where its frames are.
-    pub(crate) fn abscissa(&self) -> &Abscissa<'a> {
-        &self.abscissa
+    pub(crate) fn domain(&self) -> &Domain<'a> {
+        &self.domain
     }
 
     /// Frames of a unit of `cycles`: the window's, or along a path those of its range, at its mean
     /// speed.
     pub(crate) fn effective_frames(&self) -> f32 {
-        match self.abscissa {
-            Abscissa::Time { .. } => self.frames as f32,
-            Abscissa::Path { travel, .. } => self.frames as f32 / travel,
+        match self.domain {
+            Domain::Time { .. } => self.frames as f32,
+            Domain::Position { travel, .. } => self.frames as f32 / travel,
         }
     }
 
     /// A frequency of `cycles` a window, in the unit that the fit gives.
     pub(crate) fn frequency(&self, cycles: f32) -> f32 {
-        match self.abscissa {
-            Abscissa::Time { .. } => cycles / self.frames as f32 * self.rate,
-            Abscissa::Path { half, .. } => 0.5 * cycles / half,
+        match self.domain {
+            Domain::Time { .. } => cycles / self.frames as f32 * self.rate,
+            Domain::Position { half, .. } => 0.5 * cycles / half,
         }
     }
 
     /// Units of `u` in a unit of time or of the path.
     pub(crate) fn per_u(&self) -> f32 {
-        match self.abscissa {
-            Abscissa::Time { .. } => 2.0 / self.frames as f32 * self.rate,
-            Abscissa::Path { half, .. } => 1.0 / half,
+        match self.domain {
+            Domain::Time { .. } => 2.0 / self.frames as f32 * self.rate,
+            Domain::Position { half, .. } => 1.0 / half,
         }
     }
 

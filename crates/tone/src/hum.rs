@@ -1,9 +1,9 @@
 //! A known interferer, mains hum: its frequency is refined near where it is said to be, and its waves
 //! are subtracted from the frames. It is in time, also along a path.
 
-use crate::abscissa::Abscissa;
 use crate::blocks::{Blocks, Pass};
 use crate::data::{Data, Frame};
+use crate::domain::Domain;
 use crate::lines::Lines;
 use crate::phase::{cos_sin, from_turns};
 use crate::phase_course::Course;
@@ -45,10 +45,10 @@ impl Hum {
     /// Finds it, where it is said to have `given` cycles per frame, and takes it out of the window.
     #[inline(never)]
     pub fn take_out(data: &mut Data, blocks: &mut Blocks, work: &mut Work, given: f32) {
-        let time = Abscissa::time(data.count());
-        let place = core::mem::replace(&mut data.place, time);
+        let time = Domain::time(data.count());
+        let domain = core::mem::replace(&mut data.domain, time);
         data.hum = Self::find(data, blocks, work, given);
-        data.place = place;
+        data.domain = domain;
         if data.hum.is_some() {
             data.centre();
         }

@@ -1,9 +1,9 @@
-//! Channels that are read one after the other: along a path each is at a place of its own. At the
+//! Channels that are read one after the other: along a path each is at a position of its own. At the
 //! mean speed that is a phase, and stays in it; what it is beside the mean is subtracted from the
 //! frames, by the waves that were fitted.
 
-use crate::abscissa::Abscissa;
 use crate::data::{Data, Frame};
+use crate::domain::Domain;
 use crate::limits::{CHANNELS_MAX, HARMONICS_MAX};
 use crate::lines::Lines;
 use crate::phase::first_powers;
@@ -32,7 +32,7 @@ impl Late {
     /// The waves of a solution, where channels are late along a path.
     fn new(data: &Data, solution: &Solution, course: &Course) -> Option<Self> {
         let (late, last) = (data.span.late?, data.count().checked_sub(1)?);
-        if matches!(data.place, Abscissa::Time { .. }) || last == 0 {
+        if matches!(data.domain, Domain::Time { .. }) || last == 0 {
             return None;
         }
         let mut frames = [0.0; CHANNELS_MAX];
@@ -45,7 +45,7 @@ impl Late {
         pairs.for_each(|(wave, line)| *wave = *line);
         Some(Self {
             frames,
-            step: (data.place.u(last) - data.place.u(0)) / last as f32,
+            step: (data.domain.u(last) - data.domain.u(0)) / last as f32,
             last,
             course: *course,
             lines: solution.shape.lines,
@@ -61,9 +61,9 @@ impl Late {
         let Some(late) = Self::new(data, &work.solution, course) else {
             return false;
         };
-        let (place, mut squares) = (data.place, 0.0);
+        let (domain, mut squares) = (data.domain, 0.0);
         data.visit(|frame| {
-            let change = late.change(&place, frame);
+            let change = late.change(&domain, frame);
             for (k, change) in change.iter().enumerate() {
                 squares += work.weights[k][k] * change * change;
             }
@@ -74,20 +74,20 @@ impl Late {
 
     /// Takes the change out of a frame. It is not inlined, so that all passes share one copy.
     #[inline(never)]
-    pub fn subtract(&self, place: &Abscissa, frame: &mut Frame) {
-        let change = self.change(place, frame);
+    pub fn subtract(&self, domain: &Domain, frame: &mut Frame) {
+        let change = self.change(domain, frame);
         let pairs = frame.values.iter_mut().zip(&change);
         pairs.for_each(|(value, change)| *value -= change);
     }
 
-    /// How much each channel of a frame differs from one that is read at the frame's place, to second
+    /// How much each channel of a frame differs from one that is read at the frame's position, to second
     /// order of the angle.
-    fn change(&self, place: &Abscissa, frame: &Frame) -> Values {
+    fn change(&self, domain: &Domain, frame: &Frame) -> Values {
         let (before, after) = (
             frame.number.saturating_sub(1),
             (frame.number + 1).min(self.last),
         );
-        let step = (place.u(after) - place.u(before)) / (after - before).max(1) as f32;
+        let step = (domain.u(after) - domain.u(before)) / (after - before).max(1) as f32;
         let turn = PI * self.course.cycles * (step - self.step);
         let powers: [_; HARMONICS_MAX + 1] =
             first_powers(self.course.at(frame.u, 1.0), self.lines.most());

@@ -16,12 +16,12 @@
 // Channels and unknowns are numbered; loops over several arrays at once read better by number.
 #![allow(clippy::needless_range_loop)]
 
-mod abscissa;
 mod blocks;
 mod comb;
 mod conclude;
 mod covariance;
 mod data;
+mod domain;
 mod fit;
 mod fitter;
 mod frame_span;

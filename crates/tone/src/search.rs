@@ -94,7 +94,7 @@ fn whitened<'m>(
     all: &Products,
 ) -> Option<Spectrum<'m>> {
     let (width, may_share) = (data.width(), all.may_share);
-    let place = data.place;
+    let domain = data.domain;
     let frames = data.count();
     let mut spectrum = Spectrum::new(data, each, sums, transforms)?;
     // Rows of the inverse of the factor make channels white. A long window has power enough for half
@@ -133,7 +133,7 @@ fn whitened<'m>(
         // Independent channels are mixed with none before them.
         let channels = if may_share { 0 } else { reach * first }..reach * end;
         data.visit_channels(channels, &mut |frame| {
-            let point = frame.point(&place, frames, each);
+            let point = frame.point(&domain, frames, each);
             for (k, mixture) in together.iter().enumerate() {
                 let groups = mixture.as_chunks::<4>().0.iter();
                 let pairs = groups.zip(frame.values.as_chunks::<4>().0);

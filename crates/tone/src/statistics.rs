@@ -73,10 +73,10 @@ impl Statistics {
         let wanted = span.channels()?;
         let (mut sums, mut frames) = ([Sums::default(); CHANNELS_MAX], 0);
         let (mut sum_u, mut sum_uu) = (0.0, 0.0);
-        let place = *span.abscissa();
+        let domain = *span.domain();
         let used = (u16::BITS - wanted.leading_zeros()) as usize;
         span.visit(wanted, &mut |frame, values| {
-            let u = place.u(frame);
+            let u = domain.u(frame);
             for (sums, value) in sums.iter_mut().zip(values).take(used) {
                 if frames == 0 {
                     sums.first = *value;
@@ -139,10 +139,10 @@ impl Statistics {
         span: &mut FrameSpan,
         visit: &mut dyn FnMut(u32, &Values),
     ) -> Result<(), Overwritten> {
-        let place = *span.abscissa();
+        let domain = *span.domain();
         let inverse = self.scale.map(|scale| 1.0 / scale);
         span.visit(self.wanted, &mut |number, values| {
-            let u = place.u(number);
+            let u = domain.u(number);
             let mut centred = [0.0; CHANNELS_MAX];
             for k in 0..self.width.min(CHANNELS_MAX) {
                 let value = values[self.order[k] as usize % CHANNELS_MAX];

@@ -187,7 +187,7 @@ impl<'t> Tested<'t> {
         if is_weak && self.with_tone == every {
             return Other::default();
         }
-        let (place, each, frames) = (data.place, data.frames_each(), data.count());
+        let (domain, each, frames) = (data.domain, data.frames_each(), data.count());
         let half = data.cycles_max() / each as f32;
         let Some(mut spectrum) = Spectrum::new(data, each, sums, transforms) else {
             return Other::default();
@@ -206,7 +206,7 @@ impl<'t> Tested<'t> {
             spectrum.clear(channels.len());
             data.visit_channels(channels.clone(), &mut |frame| {
                 let values = model.residual(frame, channels.clone());
-                let point = frame.point(&place, frames, each);
+                let point = frame.point(&domain, frames, each);
                 let values = values.get(channels.clone()).unwrap_or_default();
                 for (i, value) in values.iter().enumerate() {
                     spectrum.put(i, point, *value);

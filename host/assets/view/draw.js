@@ -43,7 +43,6 @@ function drawFit(plot, state, noRaw) {
 
 const noFit = (estimate) => {
   if (!estimate) return "No estimate yet.";
-  if (estimate.abscissa === "place") return "By place there is no curve in time.";
   return (estimate.frequency_hz ?? null) === null ? `No tone to draw: ${words(estimate.status)}.` : "Its frames are no longer here.";
 };
 

@@ -10,11 +10,11 @@ export const PHASES = {
 
 export const words = (name) => name.replaceAll("_", " ");
 
-// An estimate with its frequency and uncertainty in its own unit, hertz or cycles per millimetre.
+// An estimate with its frequency and uncertainty under the names that plots use.
 export const charted = (estimate) => ({
   ...estimate,
-  frequency: estimate.frequency_hz ?? estimate.frequency_per_mm ?? null,
-  sigma: estimate.sigma_hz ?? estimate.sigma_per_mm ?? null,
+  frequency: estimate.frequency_hz ?? null,
+  sigma: estimate.sigma_hz ?? null,
 });
 
 // Two digits of the uncertainty, and as many of the value.

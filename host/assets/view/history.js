@@ -56,8 +56,7 @@ export class History extends Plot {
   // `beside`: estimates of another run, shifted onto this one's time. Gives whether there is a frequency, and how many are
   // beyond the axis.
   draw({ live: { history, now_s, latest } }, length_s, beside = []) {
-    const abscissa = history.at(-1)?.abscissa;
-    const found = history.filter((point) => point.t_s > (now_s ?? 0) - length_s && point.abscissa === abscissa);
+    const found = history.filter((point) => point.t_s > (now_s ?? 0) - length_s);
     found.sort((a, b) => a.t_s - b.t_s);
     const beyond = this.scale([...beside, ...found]);
     const own = apart(found, GAP * (latest.hello?.settings.stride_s ?? 0.25));
@@ -69,8 +68,7 @@ export class History extends Plot {
       return (point.frequency ?? null) === null || point.status !== "good" ? null : value(point);
     });
     const only = (want) => shown.map((point) => ((point.frequency ?? null) !== null && want(point) ? point.frequency : undefined));
-    this.plot.axes[1].label = abscissa === "place" ? "cycles per mm" : "frequency, Hz";
-    [this.shown, this.units] = [shown, ["s", abscissa === "place" ? "/mm" : "Hz"]];
+    [this.shown, this.units] = [shown, ["s", "Hz"]];
     this.show([
       shown.map((point) => point.t_s),
       windows((point) => point.frequency - band(point)),

@@ -14,9 +14,6 @@ const tone = (estimate) => {
   if (estimate.frequency_hz !== undefined && estimate.frequency_hz !== null) {
     return withSigma(estimate.frequency_hz, estimate.sigma_hz, "Hz");
   }
-  if (estimate.frequency_per_mm !== undefined && estimate.frequency_per_mm !== null) {
-    return withSigma(estimate.frequency_per_mm, estimate.sigma_per_mm, "/mm");
-  }
   return null;
 };
 

@@ -35,7 +35,7 @@ export async function state(id, query) {
 const value = (point) => {
   if (!point) return "no tone";
   const { frequency, sigma } = charted(point);
-  return withSigma(frequency, sigma, point.abscissa === "place" ? "/mm" : "Hz");
+  return withSigma(frequency, sigma, "Hz");
 };
 const period = (point) => (point && point.spatial_period_mm !== null ? withSigma(point.spatial_period_mm, point.spatial_period_sigma_mm, "mm") : "");
 
@@ -49,11 +49,10 @@ const named = ({ name, note }) => {
 export function difference(one, other) {
   const [a, b] = [one?.estimate, other?.estimate];
   const shown = `Dashed in violet: ${other.name}.`;
-  if (!a || !b || a.abscissa !== b.abscissa) return shown;
+  if (!a || !b) return shown;
   const [own, others] = [charted(a), charted(b)];
   const [apart, sigma] = [own.frequency - others.frequency, Math.hypot(own.sigma, others.sigma)];
-  const unit = a.abscissa === "place" ? "/mm" : "Hz";
-  return `${shown} ${one.name} − ${other.name}: ${withSigma(apart, sigma, unit)}, ${Math.abs(apart / sigma).toFixed(1)} σ apart.`;
+  return `${shown} ${one.name} − ${other.name}: ${withSigma(apart, sigma, "Hz")}, ${Math.abs(apart / sigma).toFixed(1)} σ apart.`;
 }
 
 export const of = (id) => runs.find((run) => run.id === id);

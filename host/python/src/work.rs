@@ -10,8 +10,7 @@ use ridgetone_host::input::{Input, Source, frame_rate_hz};
 use ridgetone_host::messages::{Form, messages as all_messages};
 use ridgetone_host::part::Exclude;
 use ridgetone_host::picture::{Recording, draw};
-use ridgetone_host::profile::Profile;
-use ridgetone_host::replay::Motion;
+use ridgetone_host::positions::PositionFile;
 use ridgetone_host::samples;
 use ridgetone_host::speed::{Column, Quantity};
 use ridgetone_host::table_fit::{Band, Selection, TableFit};
@@ -60,6 +59,7 @@ pub fn fit(
     mains_hz: Option<f64>,
     speed_column: Option<String>,
     position_column: Option<String>,
+    positions: Option<PathBuf>,
     whole: bool,
     mm_per_count: Option<f64>,
     min_hz: Option<f64>,
@@ -73,7 +73,7 @@ pub fn fit(
             .map_err(crate::UsageError::new_err)
     };
     let position = column(Quantity::Position, position_column)?;
-    let place = position
+    let column = position
         .map(|column| column.with_mm_per_count(mm_per_count))
         .or(column(Quantity::Speed, speed_column)?);
     let mut declared = Declared {
@@ -91,21 +91,31 @@ pub fn fit(
         to_s,
         columns,
         harmonics,
-        place,
+        position: column.clone().filter(|_| positions.is_none()),
+        alignment: None,
         interferer_hz: mains_hz,
         band: Band::new(min_hz, max_hz).map_err(|why| raised(why.into()))?,
     };
     let run = || -> Result<_> {
         // An array is what somebody has chosen.
         let is_whole = whole || samples.0.path().is_none();
-        let fit = touch_part::fit(&samples.0, &selection, is_whole, &mut |_| {})?;
-        let remarks = named(samples.0.name(), fit.guessed.as_ref())
+        let (samples, selection) = match positions {
+            Some(path) => PositionFile {
+                path,
+                column,
+                time: None,
+            }
+            .join(&samples.0, &selection)?,
+            None => (samples.0.clone(), selection),
+        };
+        let fit = touch_part::fit(&samples, &selection, is_whole, &mut |_| {})?;
+        let remarks = named(samples.name(), fit.guessed.as_ref())
             .chain(fit.warning(&selection))
             .map(|remark| of_python(&remark))
             .collect();
-        let json = fit_report::json(samples.0.name(), &fit)?;
+        let json = fit_report::json(samples.name(), &fit)?;
         let fitted = Fitted {
-            samples: samples.0.clone(),
+            samples,
             selection,
             fit,
         };
@@ -129,15 +139,10 @@ pub fn replay(
     noise: bool,
     seed: Option<u64>,
     settings: &str,
-    profile: Option<PathBuf>,
-    profile_repeats: bool,
     picture: bool,
 ) -> PyResult<(Vec<String>, Vec<String>, Option<String>)> {
     let run = || -> Result<_> {
         let settings = settings_form::with_json(&Settings::DEFAULT, settings)?;
-        let profile = profile
-            .map(|path| Profile::load(&path, profile_repeats))
-            .transpose()?;
         let scene = scene
             .map(|path| hal_mock::load_scene(path, frame_rate_hz()))
             .transpose()?;
@@ -185,7 +190,6 @@ pub fn replay(
         player::run_watched(
             input,
             settings,
-            profile.map(Motion::Speed),
             player::Observers {
                 sink: &mut sink,
                 progress: &mut |_, _| {},

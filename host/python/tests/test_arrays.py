@@ -174,17 +174,17 @@ def test_uneven_times_are_fitted_as_they_are() -> None:
     assert found.status == "good" and abs(found.frequency_hz - 8) < 4 * found.sigma_hz < 0.01
 
 
-def test_places_and_speeds_are_arrays_too() -> None:
+def test_positions_and_speeds_are_arrays_too() -> None:
     t = np.arange(1000) / 250
-    place = 20 * t + 3 * np.sin(2 * t)
-    array = np.sin(2 * np.pi * place / 2.5)[:, None] * [1, 2] + np.random.default_rng(5).normal(0, 0.01, (1000, 2))
-    by_place = rt.fit(array, 250, position_mm=place)
+    position = 20 * t + 3 * np.sin(2 * t)
+    array = np.sin(2 * np.pi * position / 2.5)[:, None] * [1, 2] + np.random.default_rng(5).normal(0, 0.01, (1000, 2))
+    by_position = rt.fit(array, 250, position_mm=position)
     by_speed = rt.fit(array, 250, speed_mm_s=20 + 6 * np.cos(2 * t))
-    for found in [by_place, by_speed]:
-        assert found.abscissa == "place" and abs(found.period_mm - 2.5) < 4 * found.period_sigma_mm < 0.01
+    for found in [by_position, by_speed]:
+        assert found.domain == "position" and abs(found.period_mm - 2.5) < 4 * found.period_sigma_mm < 0.01
         assert [channel.name for channel in found.channels] == ["ch0", "ch1"]
-    named = rt.fit(np.c_[array, place], 250, names=["a", "b", "x"], position_column="x:mm")
-    assert named.period_mm == by_place.period_mm
+    named = rt.fit(np.c_[array, position], 250, names=["a", "b", "x"], position_column="x:mm")
+    assert named.period_mm == by_position.period_mm
 
 
 def test_data_frames_have_names_and_times() -> None:

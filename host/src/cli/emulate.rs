@@ -5,7 +5,7 @@ use super::input::InputOptions;
 use super::lines::{LineOptions, Printer, report};
 use super::settings::SettingsOptions;
 use crate::picture::Recording;
-use crate::{emulator, odometry, output, picture, stop};
+use crate::{emulator, output, picture, stop};
 use anyhow::Result;
 use clap::Args;
 use ridgetone_proto::telemetry::Packet;
@@ -29,9 +29,6 @@ pub struct EmulateArgs {
     settings: SettingsOptions,
     #[command(flatten)]
     firmware: FirmwareOptions,
-    /// A robot's odometry, sent to the board over its line: CSV as `replay --odometry` reads it.
-    #[arg(long, value_name = "FILE.csv")]
-    odometry: Option<PathBuf>,
     /// Show the firmware's log, defmt, on standard error.
     #[arg(long)]
     log: bool,
@@ -56,15 +53,8 @@ impl EmulateArgs {
         let elf = self.firmware.image()?;
         let settings = self.settings.settings()?;
         let input = self.input.open_for(&settings)?;
-        let stream = self
-            .odometry
-            .as_deref()
-            .map(odometry::stream)
-            .transpose()?
-            .unwrap_or_default();
         let options = emulator::Options {
             settings,
-            odometry: &stream,
             keep_conversions: self.svg.is_some(),
             keep_serial: self.serial_out.is_some(),
             log: self

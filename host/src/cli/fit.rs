@@ -5,6 +5,7 @@ use crate::fit_rows::FitRows;
 use crate::note;
 use crate::output::Progress;
 use crate::part::Exclude;
+use crate::positions::PositionFile;
 use crate::samples::Samples;
 use crate::speed::{Column, Quantity};
 use crate::table_fit::{Band, Selection};
@@ -36,7 +37,8 @@ Examples:
   ridgetone fit no_time.csv --rate 241.14 --columns ain0,ain1,ain2
   ridgetone fit by_hand.csv --speed-column speed_mm_s
   ridgetone fit by_hand.csv --speed-column v:m/s
-  ridgetone fit stage.csv --position-column encoder --mm-per-count 0.025")]
+  ridgetone fit stage.csv --position-column encoder --mm-per-count 0.025
+  ridgetone fit touch.rec --positions robot.csv --window 0.6")]
 pub struct FitArgs {
     /// Recordings: CSV with a header; `-` is standard input. Several files, or windows, give a table
     /// with a row for each.
@@ -76,18 +78,23 @@ pub struct FitArgs {
     /// slides, in volts; elsewhere all rows are.
     #[arg(long, conflicts_with_all = ["from", "to"])]
     whole: bool,
-    /// Fit by place, with this column as the speed over the surface, in mm/s unless its name or the
-    /// option says otherwise: cycles per mm at any speed.
+    /// Fit by position, with this column as the speed over the surface, in mm/s unless its name or
+    /// the option says otherwise: cycles per mm at any speed.
     #[arg(long, value_name = "NAME[:UNIT]", conflicts_with = "position_column", value_parser = speed)]
     speed_column: Option<Column>,
-    /// Fit by place, with this column as the place on the surface, in mm unless its name or the
-    /// option says otherwise.
+    /// Fit by position, with this column as the position on the surface, in mm unless its name or
+    /// the option says otherwise.
     #[arg(long, value_name = "NAME[:UNIT]", value_parser = position)]
     position_column: Option<Column>,
-    /// Millimetres of one count of the place.
+    /// Fit the raw frames of a recording by the positions or speeds of a robot in this CSV, at any
+    /// speed and through turns. Times are UTC, seconds since 1970, or the device's own; the column is
+    /// the one whose name begins with position or speed, or that of the two options above.
+    #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["min_hz", "max_hz", "rate"])]
+    positions: Option<PathBuf>,
+    /// Millimetres of one count of the position.
     #[arg(long, value_name = "MM", value_parser = positive, requires = "position_column")]
     mm_per_count: Option<f64>,
-    /// Columns to fit, at most 16 [default: all but time_s, speed and place].
+    /// Columns to fit, at most 16 [default: all but time_s, speed and position].
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     columns: Vec<String>,
     /// Settings file; only harmonics, interferer_hz and the scene are used here, and the options
@@ -143,6 +150,20 @@ impl FitArgs {
             .iter()
             .for_each(|what| what.leave_out(&mut declared));
         declared.moving_speed |= self.moving_speed;
+        let column = self
+            .position_column
+            .map(|column| column.with_mm_per_count(self.mm_per_count))
+            .or(self.speed_column);
+        let positions = self.positions.map(|path| PositionFile {
+            path,
+            column: column.clone(),
+            time: self.time_column.clone(),
+        });
+        // With a file of positions the options name its columns.
+        let (column, time_column) = match positions {
+            Some(_) => (None, None),
+            None => (column, self.time_column),
+        };
         let selection = Selection {
             declared,
             rate_hz: self.rate,
@@ -152,10 +173,8 @@ impl FitArgs {
             harmonics: self
                 .harmonics
                 .or(settings.map(|settings| settings.harmonics)),
-            place: self
-                .position_column
-                .map(|column| column.with_mm_per_count(self.mm_per_count))
-                .or(self.speed_column),
+            position: column,
+            alignment: None,
             interferer_hz: self.mains.or(settings
                 .map(|settings| settings.interferer_hz.into())
                 .filter(|hz| *hz > 0.0)),
@@ -164,7 +183,8 @@ impl FitArgs {
         if is_batch {
             let batch = Batch {
                 files: &self.files,
-                time_column: self.time_column.as_ref(),
+                time_column: time_column.as_ref(),
+                positions: positions.as_ref(),
                 selection: &selection,
                 is_whole: self.whole,
                 steps: self.window.map(|window_s| Steps {
@@ -186,7 +206,11 @@ impl FitArgs {
             );
             return Ok(());
         }
-        let samples = Samples::file_with(&self.files[0], self.time_column)?;
+        let samples = Samples::file_with(&self.files[0], time_column)?;
+        let (samples, selection) = match &positions {
+            Some(positions) => positions.join(&samples, &selection)?,
+            None => (samples, selection),
+        };
         let file = samples.name().to_owned();
         let mut progress = Progress::default();
         let fit = touch_part::fit(&samples, &selection, self.whole, &mut |read| {
@@ -215,6 +239,7 @@ impl FitArgs {
 struct Batch<'a> {
     files: &'a [PathBuf],
     time_column: Option<&'a TimeColumn>,
+    positions: Option<&'a PositionFile>,
     selection: &'a Selection,
     is_whole: bool,
     steps: Option<Steps>,
@@ -245,10 +270,14 @@ impl Batch<'_> {
 
     fn one(&self, path: &Path, rows: &mut FitRows, progress: &mut Progress) -> Result<()> {
         let samples = Samples::file_with(path, self.time_column.cloned())?;
+        let (samples, selection) = match self.positions {
+            Some(positions) => positions.join(&samples, self.selection)?,
+            None => (samples, self.selection.clone()),
+        };
         let file = samples.name().to_owned();
         let mut show = |read: u64| progress.show(format_args!("{file}: {read} rows read"));
         let Some(steps) = self.steps else {
-            let fit = touch_part::fit(&samples, self.selection, self.is_whole, &mut show)?;
+            let fit = touch_part::fit(&samples, &selection, self.is_whole, &mut show)?;
             return rows.fit(&file, &fit);
         };
         let mut take = |window: Window| match window.fit {
@@ -257,7 +286,7 @@ impl Batch<'_> {
         };
         windows::fit(
             &mut *samples.open()?,
-            self.selection,
+            &selection,
             steps,
             &mut take,
             &mut show,

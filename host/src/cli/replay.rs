@@ -7,17 +7,15 @@ use crate::detection;
 use crate::feed::{Feed, Requester};
 use crate::note;
 use crate::output::with_progress;
-use crate::profile::Profile;
 use crate::recording::Recorded;
-use crate::replay::Motion;
 use crate::seen::Seen;
 use crate::usage::{NoEstimate, UsageError};
-use crate::{odometry, recording, replay, stop};
+use crate::{recording, replay, stop};
 use anyhow::Result;
 use clap::Args;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::Packet;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// What to do with a recording without a slide.
 const ALWAYS: &str =
@@ -34,25 +32,12 @@ Examples:
   ridgetone replay --scene hal-mock/scenes/c8.toml
   ridgetone replay --scene-speed 15 --period 2.6 --snr 10
   ridgetone replay trace.csv --speed 30 --delay 1 --length 55
-  ridgetone replay trace.csv --odometry robot.csv
   ridgetone replay trace.csv --settings finger.toml")]
 pub struct ReplayArgs {
     #[command(flatten)]
     pub(super) input: InputOptions,
     #[command(flatten)]
     pub(super) settings: SettingsOptions,
-    /// Speed over the surface while it varies: CSV with time_s (device time) and speed_mm_s, straight
-    /// lines in between. Estimates then come in cycles per mm.
-    #[arg(long, value_name = "FILE.csv")]
-    profile: Option<PathBuf>,
-    /// Repeat the profile when it ends [default: its last speed goes on].
-    #[arg(long, requires = "profile")]
-    profile_repeats: bool,
-    /// A robot's odometry while the speed varies and turns: CSV with time_s (the robot's clock) and
-    /// place_mm or speed_mm_s, 20 to 250 rows a second; with arrival_s (device time) where messages
-    /// were slow. Estimates then come in cycles per mm.
-    #[arg(long, value_name = "FILE.csv", conflicts_with = "profile")]
-    odometry: Option<PathBuf>,
     #[command(flatten)]
     lines: LineOptions,
 }
@@ -71,11 +56,6 @@ impl ReplayArgs {
             return self.print_telemetry(file);
         }
         let mut settings = self.settings.settings()?;
-        let motion = match (&self.profile, &self.odometry) {
-            (Some(path), _) => Some(Motion::Speed(Profile::load(path, self.profile_repeats)?)),
-            (None, Some(path)) => Some(Motion::Robot(odometry::stream(path)?)),
-            (None, None) => None,
-        };
         let input = self.input.input(&settings.plan)?;
         if let Some(file) = &self.input.file {
             let chosen = detection::settings_for(input.open_for(&settings)?, settings)?;
@@ -92,8 +72,7 @@ impl ReplayArgs {
             seen.take(&packet.event);
             printer.print(packet, None)
         };
-        let outcome =
-            with_progress(|progress| replay::run(input, settings, motion, &mut sink, progress))?;
+        let outcome = with_progress(|progress| replay::run(input, settings, &mut sink, progress))?;
         drop(printer);
         report(outcome.counts);
         match (
@@ -106,11 +85,7 @@ impl ReplayArgs {
     }
 
     fn print_telemetry(&self, file: &Path) -> Result<()> {
-        if self.settings.settings()? != Settings::DEFAULT
-            || self.profile.is_some()
-            || self.odometry.is_some()
-            || self.input.rate.is_some()
-        {
+        if self.settings.settings()? != Settings::DEFAULT || self.input.rate.is_some() {
             let file = file.display();
             let why = format!(
                 "{file}: the telemetry has its settings already; for others replay its frames: `ridgetone export {file} --format csv --table frames -o frames.csv`, `ridgetone replay frames.csv`"

@@ -4,7 +4,6 @@ use super::board::{BoardOptions, misplaced};
 use super::input::InputOptions;
 use super::parse::number;
 use crate::feed::{Feed, Pace};
-use crate::odometry;
 use crate::recording::Recorded;
 use crate::view::RunFile;
 use anyhow::Result;
@@ -24,11 +23,6 @@ pub struct SourceOptions {
     /// possible.
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = pace, allow_negative_numbers = true)]
     pace: f64,
-    /// A robot's odometry, sent to the board as it comes: lines of time_s (the robot's clock) and
-    /// place_mm or speed_mm_s below a header, 20 to 250 a second, from a pipe, a port, a file at
-    /// its own pace, or `-` for standard input.
-    #[arg(long, value_name = "FILE|PORT|-", conflicts_with = "recording")]
-    odometry: Option<PathBuf>,
     /// Play the emulated touch once instead of repeating it.
     #[arg(long, requires = "emulated", conflicts_with = "recording")]
     once: bool,
@@ -62,11 +56,7 @@ impl SourceOptions {
     pub fn open(&self) -> Result<Feed> {
         let pace = (self.pace > 0.0).then_some(self.pace);
         let Some(path) = &self.recording else {
-            let feed = self.board.open(Some(&self.input), pace, !self.once)?;
-            return Ok(match &self.odometry {
-                Some(robot) => feed.with_odometry(odometry::follow(robot)?),
-                None => feed,
-            });
+            return self.board.open(Some(&self.input), pace, !self.once);
         };
         if self.input.is_given() || self.board.firmware.elf.is_some() {
             return Err(misplaced());

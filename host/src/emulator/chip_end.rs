@@ -6,16 +6,11 @@ use ads1258::Conversion;
 use hal_mock::Ads1258;
 use hal_mock::bridge::{Crash, NEVER, Operation, Reply, Request};
 use ridgetone_finger::TimedConversion;
-use std::collections::VecDeque;
 
 /// First byte of the transfer that reads a result (SBAS297G, data read by command).
 const READ_RESULT: u8 = 0x30;
 /// NEW in the status byte: a result that was not read before.
 const NEW: u8 = 0x80;
-
-/// How long before the end of a message its bytes may arrive, microseconds. Exchanges with the
-/// board are some 15,000 a second.
-const AHEAD_US: u64 = 3500;
 
 /// Nanoseconds in a microsecond: the board counts these, the chip those.
 const NS_PER_US: u64 = 1000;
@@ -33,12 +28,6 @@ pub struct ChipEnd {
     pub(super) ended: bool,
     /// What happens to the board with the first reply at or after this board time, microseconds.
     crash: Option<(u64, Crash)>,
-    /// A robot's messages that are not complete at the board yet, microseconds of scene time, and
-    /// the place in the first of them.
-    odometry: VecDeque<(u64, Vec<u8>)>,
-    byte: usize,
-    /// Those that are complete, and when they were.
-    pub(super) heard: Vec<(u64, Vec<u8>)>,
     /// When the telemetry line is blocked, from and until, seconds of scene time.
     line_blocked_s: Option<(f64, f64)>,
     keep: bool,
@@ -69,9 +58,6 @@ impl ChipEnd {
             first_edge_us: None,
             ended: false,
             crash: options.crash,
-            odometry: options.odometry.iter().cloned().collect(),
-            byte: 0,
-            heard: Vec::new(),
             line_blocked_s: options.line_blocked_s,
             keep: options.keep_conversions,
             conversions: Vec::new(),
@@ -115,7 +101,6 @@ impl ChipEnd {
             // Free at the end, so that the firmware can leave.
             line_blocked: !self.ended && self.is_line_blocked(),
             length: payload.len() as u8,
-            line: self.line_byte(),
             crash: self
                 .crash
                 .take_if(|(at_us, _)| *at_us <= self.now_us)
@@ -123,25 +108,6 @@ impl ChipEnd {
             drdy_us: self.edge_us(),
             next_drdy_us: next_us.unwrap_or(NEVER),
         }
-    }
-
-    /// The next byte of a robot's message, one an exchange; the zero that ends it when it is due.
-    fn line_byte(&mut self) -> Option<u8> {
-        let scene_us =
-            (self.now_us * NS_PER_US).checked_sub(self.chip.scene_zero_ns()?)? / NS_PER_US;
-        let (due_us, frame) = self.odometry.front()?;
-        let byte = frame.get(self.byte).copied();
-        if scene_us + byte.map_or(0, |_| AHEAD_US) < *due_us {
-            return None;
-        }
-        if byte.is_some() {
-            self.byte += 1;
-            return byte;
-        }
-        self.byte = 0;
-        let (_, frame) = self.odometry.pop_front()?;
-        self.heard.push((scene_us, frame));
-        Some(0)
     }
 
     /// Counts a result that the board has read.

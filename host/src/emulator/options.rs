@@ -26,8 +26,6 @@ pub struct Options<'a> {
     pub line_blocked_s: Option<(f64, f64)>,
     /// Settings of the firmware: [`run`](super::run) sends others than its own after the greeting.
     pub settings: Settings,
-    /// A robot's messages, in the order of their times: as in [`Stream`](crate::odometry::Stream).
-    pub odometry: &'a [(u64, Vec<u8>)],
     /// Takes each line of the firmware's log: board time in seconds, level, text.
     pub log: Option<fn(&str)>,
 }
@@ -45,7 +43,6 @@ impl<'a> Options<'a> {
             icount_shift: ICOUNT_SHIFT,
             line_blocked_s: None,
             settings: Settings::DEFAULT,
-            odometry: &[],
             log: None,
         }
     }

@@ -1,7 +1,6 @@
 //! What a run of the emulator gives, and how one talks to it meanwhile.
 
 use crate::live::Counts;
-use crate::odometry::Stream;
 use anyhow::Result;
 use ridgetone_finger::TimedConversion;
 use std::time::Duration;
@@ -26,8 +25,6 @@ pub struct Outcome {
     pub registers: [u8; hal_mock::chip::REGISTERS],
     /// Those read, with the board's time of their DRDY edge, if `Options::keep_conversions`.
     pub conversions: Vec<TimedConversion>,
-    /// Frames of a robot's messages, and when they were complete, microseconds of scene time.
-    pub heard: Stream,
     /// Board time at which START first rose, microseconds: zero of the scene's time.
     pub start_us: u64,
     /// Board time of the first DRDY edge, microseconds: zero of the device time.

@@ -224,7 +224,6 @@ impl Session {
             served,
             arrived,
             read_once,
-            heard,
             ..
         } = self.chip;
         Ok(Outcome {
@@ -240,7 +239,6 @@ impl Session {
             first_edge_us: first_edge_us.unwrap_or(0),
             end_us: now_us,
             conversions,
-            heard,
             ..Outcome::default()
         })
     }

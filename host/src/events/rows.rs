@@ -1,9 +1,9 @@
 //! Messages as rows of a table: a column for each value of the schema.
 //!
 //! A column has the name of its field. Objects within a message put their name in front, and so do
-//! lists of a fixed length, with the number of the item: `odometry_lost`, `registers_3`. Words in a
-//! list are joined. Lists of objects whose length varies are left out, and so are values of a
-//! message that are not known.
+//! lists of a fixed length, with the number of the item: `registers_3`. Words in a list are joined.
+//! Lists of objects whose length varies are left out, and so are values of a message that are not
+//! known.
 
 use super::schema;
 use serde_json::{Map, Value};
@@ -108,18 +108,13 @@ fn kind(schema: &Value) -> &str {
 mod tests {
     use super::*;
     use crate::events::serializable;
-    use ridgetone_proto::telemetry::{Event, Health, OdometryCounts, Packet};
+    use ridgetone_proto::telemetry::{Event, Health, Packet};
 
     #[test]
     fn what_is_within_a_field_has_its_name_in_front() {
-        let odometry = OdometryCounts {
-            lost: 7,
-            ..OdometryCounts::default()
-        };
         let mut health = Health {
             t_us: 1_500_000,
             load: 0.1,
-            odometry,
             ..Health::default()
         };
         health.faults[1] = 4;
@@ -130,12 +125,7 @@ mod tests {
             let column = columns.iter().find(|column| column.name == name);
             column.expect("a column").text(&message)
         };
-        for (name, wanted) in [
-            ("t_s", "1.5"),
-            ("load", "0.1"),
-            ("odometry_lost", "7"),
-            ("faults_repeated", "4"),
-        ] {
+        for (name, wanted) in [("t_s", "1.5"), ("load", "0.1"), ("faults_repeated", "4")] {
             assert_eq!(value(name), wanted, "{name}");
         }
         assert_eq!(columns[0].name, "t_s", "the line's own fields are left out");

@@ -7,15 +7,14 @@ use crate::names::name;
 use crate::overtones::overtones;
 use crate::remarks::{phrases, remedy};
 use crate::static_image;
-use crate::tone::WithSigma;
 use ridgetone_proto::boot::{BrownOut, Oscillator, ResetCause, SettingsSource};
 use ridgetone_proto::command::{Outcome, Reply};
 use ridgetone_proto::fault::{Fault, FaultKind};
 use ridgetone_proto::plan::Gives;
 use ridgetone_proto::settings::SlideRule;
 use ridgetone_proto::telemetry::{
-    Abscissa, Channel, ConverterState, Estimate, Event, Health, Hello, Hold, Image, Packet, Span,
-    Texture, Travel, TravelStatus,
+    Channel, ConverterState, Estimate, Event, Health, Hello, Hold, Image, Packet, Span, Texture,
+    Travel, TravelStatus,
 };
 
 /// A packet as one line, without its end; an image as five.
@@ -132,19 +131,11 @@ fn estimate(e: &Estimate) -> String {
         Span::Window => "window",
         Span::Slide => "SLIDE",
     };
-    let frequency = WithSigma {
-        value: e.frequency,
-        sigma: e.sigma,
-    };
-    let (unit, found) = match e.abscissa {
-        Abscissa::Time => ("Hz", frequency),
-        Abscissa::Place => ("mm", frequency.inverse()),
-    };
     let tone = if e.status.has_tone() {
-        let (value, sigma) = with_sigma(found.value.into(), found.sigma.into());
-        format!("{value:>9} {unit} +- {sigma} {unit}")
+        let (value, sigma) = with_sigma(e.frequency.into(), e.sigma.into());
+        format!("{value:>9} Hz +- {sigma} Hz")
     } else {
-        format!("{:>9} {unit}", "-")
+        format!("{:>9} Hz", "-")
     };
     let mut out = format!("{span:<6} {:.3} s  {tone}  {}", e.window_s, name(e.status));
     if let Some(remedy) = remedy(e.status) {

@@ -7,7 +7,6 @@
 use crate::digits::seconds;
 use crate::names::name;
 use crate::settings_form;
-use crate::tone::Tone;
 use crate::utc::Relation;
 use ridgetone_proto::boot::{BrownOut, Death, Oscillator, ResetCause, SettingsSource};
 use ridgetone_proto::command::Outcome;
@@ -15,8 +14,7 @@ use ridgetone_proto::fault::{FaultKind, FaultSet, KINDS};
 use ridgetone_proto::plan::Gives;
 use ridgetone_proto::settings::{Settings, SettingsError, TAXELS};
 use ridgetone_proto::telemetry::{
-    self as wire, Abscissa, Channel, Direction, Event, Hold, OdometryCounts, Packet, Pressed, Span,
-    Status, TravelStatus,
+    self as wire, Channel, Direction, Event, Hold, Packet, Pressed, Span, Status, TravelStatus,
 };
 #[cfg(test)]
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
@@ -255,10 +253,25 @@ pub struct Estimate {
     pub window_s: f32,
     /// What the window covers.
     pub span: Span,
-    /// Whether cycles are counted in time, or by place with a speed that is known.
-    pub abscissa: Abscissa,
-    #[serde(flatten)]
-    pub tone: Tone<f32>,
+    /// Common frequency: its mean over the window; null without a tone, as all of its details.
+    pub frequency_hz: Option<f32>,
+    /// Standard deviation of the frequency.
+    pub sigma_hz: Option<f32>,
+    /// How much the frequency differs from its mean, root mean square over the window.
+    pub wander_percent: Option<f32>,
+    /// Standard deviation of the wander.
+    pub wander_sigma_percent: Option<f32>,
+    /// Change of the frequency with time.
+    pub chirp_hz_per_s: Option<f32>,
+    /// Standard deviation of the chirp.
+    pub chirp_sigma_hz_per_s: Option<f32>,
+    /// Frequency of a second tone that is significant beside the first.
+    pub other_tone_hz: Option<f32>,
+    /// Power of the second tone over that of the first.
+    pub other_tone_fraction: Option<f32>,
+    /// Frequency of the interferer as fitted; null if none is set, or if the window is too short
+    /// to fit it.
+    pub interferer_hz: Option<f32>,
     /// How far the estimate can be trusted.
     pub status: Status,
     /// Harmonics in the fit, the fundamental included.
@@ -289,12 +302,21 @@ impl From<&wire::Estimate> for Estimate {
     fn from(event: &wire::Estimate) -> Self {
         let travel = &event.travel;
         let known = |value| travel.is_known().then_some(value);
+        let of_tone = |value| event.status.has_tone().then_some(value);
+        let (movement, other) = (&event.movement, event.other_tone);
         Self {
             t_s: seconds(event.t_us),
             window_s: event.window_s,
             span: event.span,
-            abscissa: event.abscissa,
-            tone: event.into(),
+            frequency_hz: of_tone(event.frequency),
+            sigma_hz: of_tone(event.sigma),
+            wander_percent: of_tone(100.0 * movement.wander),
+            wander_sigma_percent: of_tone(100.0 * movement.wander_sigma),
+            chirp_hz_per_s: of_tone(movement.chirp),
+            chirp_sigma_hz_per_s: of_tone(movement.chirp_sigma),
+            other_tone_hz: other.map(|other| other.frequency),
+            other_tone_fraction: other.map(|other| other.share),
+            interferer_hz: event.interferer_hz,
             status: event.status,
             harmonics: event.harmonics,
             frames_missing: event.frames_missing,
@@ -346,12 +368,10 @@ pub struct Health {
     pub chip_restarts: u32,
     /// Times that each kind of fault was seen.
     pub faults: FaultCounts,
-    /// Requests, and messages of odometry, that arrived damaged.
+    /// Requests that arrived damaged.
     pub requests_damaged: u32,
     /// Bytes of requests that the board read too late.
     pub bytes_overrun: u32,
-    /// Messages of a robot's odometry.
-    pub odometry: OdometryCounts,
     /// Most of the stack in use since start-up; 0 where nothing measures it, as on a PC.
     pub stack_used_bytes: u32,
     /// Size of the stack; 0 where nothing measures it.
@@ -387,7 +407,6 @@ impl From<&wire::Health> for Health {
             faults: FaultCounts(event.faults),
             requests_damaged: event.requests_damaged,
             bytes_overrun: event.bytes_overrun,
-            odometry: event.odometry,
             stack_used_bytes: event.stack_used_bytes,
             stack_bytes: event.stack_bytes,
             frame_rate_hz: event.frame_rate_hz,

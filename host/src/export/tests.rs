@@ -18,7 +18,6 @@ fn recorded(folder: &Path) -> PathBuf {
     let mut bytes = replay::run(
         Input::default().open().unwrap(),
         Settings::DEFAULT,
-        None,
         &mut |_| Ok(()),
         &mut |_, _| {},
     )

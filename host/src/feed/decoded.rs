@@ -3,16 +3,12 @@
 use super::pace::Pace;
 use super::source::{FeedEvent, Source};
 use crate::live::Counts;
-use crate::odometry::Robot;
 use crate::recording::Keep;
 use crate::utc::Receipt;
 use anyhow::{Context, Result, bail};
 use ridgetone_proto::telemetry::{Decoder, PROTOCOL, Packet};
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
-
-/// Longest wait between two looks for a robot's messages: it adds to their delays.
-const SEND: Duration = Duration::from_millis(1);
 
 /// A source and the decoder behind it.
 pub struct Feed {
@@ -28,7 +24,6 @@ pub struct Feed {
     pace: Option<Pace>,
     recording: Option<Box<dyn Keep + Send>>,
     opened: Instant,
-    robot: Option<Box<dyn Robot>>,
 }
 
 impl Feed {
@@ -46,7 +41,6 @@ impl Feed {
             pace: None,
             recording: None,
             opened: Instant::now(),
-            robot: None,
         }
     }
 
@@ -64,15 +58,6 @@ impl Feed {
     pub fn recorded(self, recording: Box<dyn Keep + Send>) -> Self {
         Self {
             recording: Some(recording),
-            ..self
-        }
-    }
-
-    /// Sends a robot's messages while it waits for packets, and is over when the robot has ended.
-    #[must_use]
-    pub fn with_odometry(self, robot: impl Robot + 'static) -> Self {
-        Self {
-            robot: Some(Box::new(robot)),
             ..self
         }
     }
@@ -101,23 +86,7 @@ impl Feed {
                 std::thread::sleep(left);
                 return Ok(None);
             }
-            let now = self.clock();
-            let wait = match &mut self.robot {
-                Some(robot) => {
-                    while let Some(message) = robot.next(now) {
-                        // A board that is away loses the message, as on the line; the source
-                        // reports that it is away.
-                        let _ = self.source.send(&message);
-                    }
-                    if robot.has_ended() {
-                        self.is_over = true;
-                        return Ok(Some(FeedEvent::Over));
-                    }
-                    left.min(SEND)
-                }
-                None => left,
-            };
-            match self.source.next(wait)? {
+            match self.source.next(left)? {
                 Some(event) => self.take(event)?,
                 None if left.is_zero() => return Ok(None),
                 None => {}
@@ -160,7 +129,6 @@ impl Feed {
         if let Some(recording) = &mut self.recording {
             recording.keep(bytes, receipt).context("the recording")?;
         }
-        let now = self.clock();
         for byte in bytes {
             let before = self.decoder.stepped_back;
             let Some(packet) = self.decoder.push(*byte) else {
@@ -172,17 +140,9 @@ impl Feed {
                 continue;
             }
             self.received += 1;
-            if let Some(robot) = &mut self.robot {
-                robot.hear(&packet, now);
-            }
             self.queue.push_back((FeedEvent::Data(packet), receipt));
         }
         Ok(())
-    }
-
-    /// Time by the clock that the board runs by.
-    fn clock(&self) -> Duration {
-        self.source.clock().unwrap_or_else(|| self.opened.elapsed())
     }
 
     /// When the packet that [`next`](Self::next) gave last was received; none of a recording that

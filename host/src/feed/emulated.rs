@@ -7,7 +7,7 @@ use crate::port::BYTE_S;
 use anyhow::{Result, anyhow, bail};
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -32,8 +32,6 @@ pub struct Emulated {
     requests: Sender<Vec<u8>>,
     stop: Arc<AtomicBool>,
     idle: Arc<AtomicBool>,
-    /// Time of the emulation, microseconds.
-    clock_us: Arc<AtomicU64>,
     thread: Option<JoinHandle<Result<()>>>,
 }
 
@@ -48,8 +46,6 @@ impl Emulated {
         let stopped = Arc::clone(&stop);
         let idle = Arc::new(AtomicBool::new(false));
         let waits = Arc::clone(&idle);
-        let clock_us = Arc::new(AtomicU64::new(0));
-        let clock = Arc::clone(&clock_us);
         let thread = std::thread::spawn(move || {
             let options = Options {
                 silence,
@@ -67,7 +63,6 @@ impl Emulated {
                 if stopped.load(Ordering::Relaxed) {
                     bail!("the emulated board is no longer wanted");
                 }
-                clock.store(now.as_micros() as u64, Ordering::Relaxed);
                 if let Some(pace) = pace
                     && (now >= next || !bytes.is_empty())
                 {
@@ -94,7 +89,6 @@ impl Emulated {
             requests,
             stop,
             idle,
-            clock_us,
             thread: Some(thread),
         }
     }
@@ -130,10 +124,6 @@ impl Source for Emulated {
         // A board that has ended hears nothing any more; its end is the next event.
         let _ = self.requests.send(bytes.to_vec());
         Ok(())
-    }
-
-    fn clock(&self) -> Option<Duration> {
-        Some(Duration::from_micros(self.clock_us.load(Ordering::Relaxed)))
     }
 
     fn idle(&mut self, idle: bool) -> bool {

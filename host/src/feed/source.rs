@@ -35,12 +35,6 @@ pub trait Source {
 
     fn send(&mut self, bytes: &[u8]) -> Result<()>;
 
-    /// The clock that the board runs by, where it is not this computer's: that of an emulator,
-    /// which may be too slow.
-    fn clock(&self) -> Option<Duration> {
-        None
-    }
-
     /// Pauses the source while nobody watches, or resumes it: an emulated board waits, a real one
     /// goes on. Returns whether it was paused until now, so that its clock stood still.
     fn idle(&mut self, _idle: bool) -> bool {

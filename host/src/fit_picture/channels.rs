@@ -7,8 +7,8 @@ use crate::harmonics::{self, about_line};
 use crate::part::{Part, columns, named};
 use crate::samples::Samples;
 use crate::table_fit::{ChannelResult, Selection, TableFit};
+use crate::tone::Domain;
 use anyhow::{Result, anyhow};
-use ridgetone_proto::telemetry::Abscissa;
 use std::ops::RangeInclusive;
 
 /// Periods in the close-up.
@@ -43,7 +43,7 @@ impl Fitted {
         let columns = columns(&*rows, &part_of)?;
         let part = Part::read(&mut *rows, &part_of, fit.rows.max(1), &mut |_| {})?;
         let grid = Grid::of(&part, rows.file(), &part_of)?;
-        let at = abscissas(&part, &grid, &*rows, &part_of)?;
+        let at = positions_of_rows(&part, &grid, &*rows, &part_of)?;
         let from = at.iter().copied().fold(f64::INFINITY, f64::min);
         let to = at.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let to = if to > from { to } else { from + 1.0 };
@@ -71,17 +71,17 @@ impl Fitted {
 }
 
 /// Where the rows are along the axis of the fit.
-fn abscissas(
+fn positions_of_rows(
     part: &Part,
     grid: &Grid,
     rows: &dyn hal_mock::RowReader,
     selection: &Selection,
 ) -> Result<Vec<f64>> {
-    if let Some(column) = &selection.place {
+    if let Some(column) = &selection.position {
         let values = part.column(named(rows, column.name())?);
-        let places = grid.places_mm(column, &values);
-        let places = places.map_err(|why| anyhow!("{}: {why}", rows.file()))?;
-        let at_row = |slot: &usize| places[*slot].into();
+        let positions = grid.positions_mm(column, &values);
+        let positions = positions.map_err(|why| anyhow!("{}: {why}", rows.file()))?;
+        let at_row = |slot: &usize| positions[*slot].into();
         return Ok(grid.places.iter().map(at_row).collect());
     }
     let first_s = part.times_s[0];
@@ -132,7 +132,7 @@ fn add_fit(strip: &mut Strip, close: &RangeInclusive<f64>, fit: &TableFit) {
     let unknown = curve_at.iter().map(|_| None);
     let values: Vec<Option<f32>> = values.chain(unknown).collect();
     let interferer = fit.tone.interferer_hz.map(f64::from);
-    let interferer = interferer.filter(|_| fit.abscissa == Abscissa::Time);
+    let interferer = interferer.filter(|_| fit.domain == Domain::Time);
     let found = harmonics::fit(&at, &values, tone.value, fit.harmonics, interferer);
     let Some(found) = found else { return };
     let fitted = found.fit_v.iter().map(|value| span * f64::from(*value));

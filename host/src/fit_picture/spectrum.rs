@@ -8,7 +8,7 @@ use crate::chart::{Curve, Look, Panel, Scale};
 use crate::digits::significant;
 use crate::harmonics::{Frequencies, Reading, powers};
 use crate::table_fit::TableFit;
-use ridgetone_proto::telemetry::Abscissa;
+use crate::tone::Domain;
 use std::f64::consts::TAU;
 
 /// Frequencies that are drawn.
@@ -85,9 +85,9 @@ pub fn panel(fitted: &Fitted, fit: &TableFit) -> Option<Panel> {
             names = [""; 2];
         }
     }
-    let unit = match fit.abscissa {
-        Abscissa::Time => "frequency, Hz",
-        Abscissa::Place => "frequency, cycles per mm",
+    let unit = match fit.domain {
+        Domain::Time => "frequency, Hz",
+        Domain::Position => "frequency, cycles per mm",
     };
     let half = if max < half_rate {
         format!(" (up to {} by the rows)", significant(half_rate, 4))
@@ -130,7 +130,7 @@ fn around(spectrum: &Points, frequency: f64, reach: f64) -> Option<f64> {
 
 /// Windows of one length over the rows, half over one another, with a Hann taper each.
 struct Windows {
-    /// First abscissa of each.
+    /// First horizontal coordinate of each.
     starts: Vec<f64>,
     length: f64,
     /// From one frequency to the next.

@@ -16,7 +16,6 @@ fn packets() -> Vec<Packet> {
     replay::run(
         Input::default().open().unwrap(),
         Settings::DEFAULT,
-        None,
         &mut sink,
         &mut |_, _| {},
     )
@@ -52,7 +51,7 @@ fn a_touch_goes_through_its_phases_and_leaves_tone_period_and_images() {
         points.len() > 3
             && points
                 .iter()
-                .all(|p| p.tone.frequency().is_some() && p.channels.is_empty()),
+                .all(|p| p.frequency_hz.is_some() && p.channels.is_empty()),
         "{points:?}"
     );
     assert!(

@@ -4,13 +4,12 @@ use super::style::{alarm, boxed};
 use super::view::View;
 use crate::events::view::Estimate;
 use crate::live::Live;
-use crate::tone::WithSigma;
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::symbols::Marker;
 use ratatui::widgets::{Axis, Chart, Dataset, GraphType, Paragraph};
-use ridgetone_proto::telemetry::{Abscissa, Status};
+use ridgetone_proto::telemetry::Status;
 
 /// Least height of the chart, as a share of the frequency: magnified further, a millionth would
 /// look like noise.
@@ -23,16 +22,7 @@ const MARGIN: f64 = 0.1;
 const BAR_DOTS: usize = 96;
 
 pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
-    let abscissa = live
-        .history
-        .iter()
-        .next_back()
-        .map_or(Abscissa::Time, |point| point.abscissa);
-    let (what, unit) = match abscissa {
-        Abscissa::Time => ("frequency", "Hz"),
-        Abscissa::Place => ("cycles per mm", "/mm"),
-    };
-    let block = boxed(format!("{what}, {unit}, last {} s", view.history_s()));
+    let block = boxed(format!("frequency, Hz, last {} s", view.history_s()));
     let last_s = live
         .history
         .iter()
@@ -45,7 +35,7 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
     let shown: Vec<&Estimate> = live
         .history
         .iter()
-        .filter(|point| point.t_s >= begin_s && point.abscissa == abscissa)
+        .filter(|point| point.t_s >= begin_s)
         .collect();
     let Some(bounds) = bounds(&shown) else {
         let text = if live.history.is_empty() {
@@ -61,7 +51,7 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
         shown
             .iter()
             .filter(fits)
-            .filter_map(|point| Some((point.t_s, point.tone.frequency()?.value.into())))
+            .filter_map(|point| Some((point.t_s, point.frequency_hz?.into())))
             .collect()
     };
     let (good, others, bars) = (place(true), place(false), bars(&shown));
@@ -89,13 +79,17 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
     frame.render_widget(chart, area);
 }
 
+/// Frequency of an estimate and its standard deviation, hertz.
+fn found(point: &Estimate) -> Option<(f64, f64)> {
+    Some((point.frequency_hz?.into(), point.sigma_hz?.into()))
+}
+
 /// Range of the frequencies with their uncertainties; none without a frequency.
 fn bounds(points: &[&Estimate]) -> Option<[f64; 2]> {
-    let known = points.iter().filter_map(|point| point.tone.frequency());
+    let known = points.iter().filter_map(|point| found(point));
     let (low, high) = known.fold(
         (f64::INFINITY, f64::NEG_INFINITY),
-        |(low, high), WithSigma { value, sigma }| {
-            let (frequency, sigma) = (f64::from(value), f64::from(sigma));
+        |(low, high), (frequency, sigma)| {
             // An uncertain estimate must not flatten the others.
             let sigma = sigma.min(0.1 * frequency);
             (low.min(frequency - sigma), high.max(frequency + sigma))
@@ -118,10 +112,9 @@ fn decimals(bounds: [f64; 2]) -> usize {
 fn bars(points: &[&Estimate]) -> Vec<(f64, f64)> {
     let mut dots = Vec::new();
     for point in points {
-        let Some(WithSigma { value, sigma }) = point.tone.frequency() else {
+        let Some((frequency, sigma)) = found(point) else {
             continue;
         };
-        let (frequency, sigma) = (f64::from(value), f64::from(sigma));
         let dot = |dot: usize| frequency + sigma * (2.0 * dot as f64 / BAR_DOTS as f64 - 1.0);
         dots.extend((0..=BAR_DOTS).map(|number| (point.t_s, dot(number))));
     }

@@ -36,7 +36,6 @@ fn touched() -> Live {
     replay::run(
         Input::default().open().unwrap(),
         calibrated(),
-        None,
         &mut sink,
         &mut |_, _| {},
     )

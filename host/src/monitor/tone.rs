@@ -10,7 +10,7 @@ use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::text::Line;
 use ratatui::widgets::{Paragraph, Wrap};
-use ridgetone_proto::telemetry::{Abscissa, Direction, Estimate, Status, Travel, TravelStatus};
+use ridgetone_proto::telemetry::{Direction, Estimate, Status, Travel, TravelStatus};
 
 pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
     let text = Paragraph::new(lines(live, view)).wrap(Wrap { trim: true });
@@ -89,11 +89,7 @@ fn frequency(estimate: &Estimate) -> String {
         return format!("- ({})", name(estimate.status));
     }
     let shown = uncertain(estimate.frequency.into(), estimate.sigma.into());
-    let unit = match estimate.abscissa {
-        Abscissa::Time => "Hz",
-        Abscissa::Place => "/mm",
-    };
-    format!("{shown} {unit}")
+    format!("{shown} Hz")
 }
 
 fn travel(travel: &Travel) -> [String; 2] {

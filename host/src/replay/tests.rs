@@ -63,7 +63,6 @@ fn errors(rate_hz: f64, decimals: usize, channels: usize) -> Vec<f64> {
                 window_s: 0.5,
                 ..Settings::DEFAULT
             },
-            None,
             &mut sink,
             &mut |_, _| {},
         )

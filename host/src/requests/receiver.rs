@@ -5,9 +5,9 @@ use embedded_storage::nor_flash::NorFlash;
 use ridgetone_finger::Detector;
 use ridgetone_finger::Estimator;
 use ridgetone_finger::Wiring;
-use ridgetone_finger::tasks::{Inboxes, Received};
 use ridgetone_finger::tasks::{Mail, Outbox};
 use ridgetone_finger::tasks::{PACKETS, Platform, Shared, Task};
+use ridgetone_finger::tasks::{Received, RequestInbox, receive};
 use ridgetone_finger::tasks::{Requests, Targets};
 use ridgetone_proto::boot::{Boot, SettingsSource};
 use ridgetone_proto::command::Reply;
@@ -36,7 +36,7 @@ impl Platform for FitPended {
 /// The part of a board that handles requests.
 #[derive(Debug)]
 pub struct Receiver<F: NorFlash> {
-    inbox: Inboxes,
+    inbox: RequestInbox,
     requests: Requests<FlashStore<F>>,
     detector: Box<Detector>,
     estimator: Box<Estimator>,
@@ -51,7 +51,7 @@ impl<F: NorFlash> Receiver<F> {
         let mut store = FlashStore::new(flash);
         let (settings, source) = store.load();
         Self {
-            inbox: Inboxes::new(),
+            inbox: RequestInbox::new(),
             requests: Requests::new(store),
             detector: Box::new(Detector::booted(
                 settings,
@@ -68,7 +68,7 @@ impl<F: NorFlash> Receiver<F> {
 
     /// The line's interrupt with a byte. True if a request is complete.
     pub fn push(&mut self, byte: u8) -> bool {
-        self.inbox.receive(Received::Byte(byte), 0, &self.shared);
+        receive(&mut self.inbox, Received::Byte(byte), &self.shared);
         self.shared.platform.0.take()
     }
 

@@ -178,7 +178,6 @@ mod tests {
         crate::replay::run(
             Input::default().open().unwrap(),
             settings,
-            None,
             &mut sink,
             &mut |_, _| {},
         )

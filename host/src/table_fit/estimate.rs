@@ -7,7 +7,7 @@ use crate::digits::significant;
 use crate::grid::Grid;
 use crate::part::{Band, Selection};
 use anyhow::{Result, bail, ensure};
-use ridgetone_tone::{FRAMES_MAX, Fit, Fitter, FrameSpan, HARMONICS_MAX, Scene, Table};
+use ridgetone_tone::{FRAMES_MAX, Fit, Fitter, FrameSpan, HARMONICS_MAX, Scene, Table, Values};
 
 /// Blank cells are bridged where less than this share of the rows has all readings.
 const WHOLE_SHARE_MIN: f64 = 0.95;
@@ -21,11 +21,19 @@ pub struct Estimated {
     pub note: Option<String>,
 }
 
+/// Where the finger is while the frames are read.
+pub struct Motion {
+    /// Position of each frame; none to fit by time.
+    pub positions: Vec<f32>,
+    /// Frames by which each column is read after its frame's position.
+    pub skew_frames: Option<Values>,
+}
+
 /// Frames, and what is known of them.
 struct Frames<'a> {
     file: &'a str,
     scaled: &'a Scaled,
-    places: &'a [f32],
+    motion: &'a Motion,
     rate_hz: f64,
     selection: &'a Selection,
     band: Band,
@@ -35,7 +43,7 @@ struct Frames<'a> {
 pub fn estimate(
     file: &str,
     scaled: Scaled,
-    places: &[f32],
+    motion: &Motion,
     grid: &Grid,
     selection: &Selection,
 ) -> Result<Estimated> {
@@ -45,7 +53,7 @@ pub fn estimate(
         let frames = Frames {
             file,
             scaled: &scaled,
-            places,
+            motion,
             rate_hz: grid.rate_hz,
             selection,
             band: selection.band,
@@ -58,8 +66,8 @@ pub fn estimate(
         });
     }
     ensure!(
-        places.is_empty(),
-        "{file}: {slots} rows by place or at uneven times, and at most {FRAMES_MAX} of these are fitted together: choose a part with --from and --to, or windows with --window"
+        motion.positions.is_empty(),
+        "{file}: {slots} rows by position or at uneven times, and at most {FRAMES_MAX} of these are fitted together: choose a part with --from and --to, or windows with --window"
     );
     let (thinned, rate_hz) = (
         scaled.thinned(slots_per_frame),
@@ -68,7 +76,7 @@ pub fn estimate(
     let frames = Frames {
         file,
         scaled: &thinned,
-        places,
+        motion,
         rate_hz,
         selection,
         band: selection.band,
@@ -92,7 +100,7 @@ pub fn estimate(
 impl Frames<'_> {
     /// The unit of frequencies: in frames along time they are cycles per frame.
     fn unit_hz(&self) -> f64 {
-        if self.places.is_empty() {
+        if self.motion.positions.is_empty() {
             self.rate_hz
         } else {
             1.0
@@ -133,7 +141,7 @@ impl Frames<'_> {
     fn fit(&self) -> Result<Fit> {
         // Few rows with blank cells cost less left out than bridged; and a fast tone cannot be
         // bridged.
-        if self.places.is_empty() && self.scaled.whole_share() < WHOLE_SHARE_MIN {
+        if self.motion.positions.is_empty() && self.scaled.whole_share() < WHOLE_SHARE_MIN {
             let bridged = self.scaled.bridged();
             let found = self.run(&bridged)?;
             if found.status.has_tone() && f64::from(found.frequency) <= bridge::TONE_MAX {
@@ -154,10 +162,11 @@ impl Frames<'_> {
         if let Some(interferer_hz) = selection.interferer_hz {
             span = span.with_interferer((interferer_hz / self.rate_hz) as f32);
         }
-        let place = |frame: u32| self.places.get(frame as usize).copied().unwrap_or(f32::NAN);
-        if !self.places.is_empty() {
-            let Some(along) = span.along(&place) else {
-                match &selection.place {
+        let positions = &self.motion.positions;
+        let position = |frame: u32| positions.get(frame as usize).copied().unwrap_or(f32::NAN);
+        if !self.motion.positions.is_empty() {
+            let Some(along) = span.along(&position) else {
+                match &selection.position {
                     Some(column) => bail!(
                         "{file}: by column {} the finger does not move in this part",
                         column.name()
@@ -166,6 +175,9 @@ impl Frames<'_> {
                 }
             };
             span = along;
+            if let Some(skew_frames) = &self.motion.skew_frames {
+                span = span.with_lateness(skew_frames);
+            }
         }
         let mut fitter = Box::new(Fitter::new());
         let Ok(found) = fitter.fit(&mut span, &self.scene()) else {

@@ -356,7 +356,7 @@ impl Run {
             valid: &valid,
         };
         let mut estimator = Box::new(Estimator::new(settings));
-        match estimator.run(&window, &mut source, None) {
+        match estimator.run(&window, &mut source) {
             Ok(WindowFit::Done(estimate)) => Ok(estimate),
             _ => Err(anyhow!("the fit did not reach all frames")),
         }

@@ -268,7 +268,7 @@ fn the_reader_in_python_reads_what_the_command_prints() {
     }
     .open()
     .expect("an input");
-    replay::run(input, Settings::DEFAULT, None, &mut sink, &mut |_, _| {}).expect("a replay");
+    replay::run(input, Settings::DEFAULT, &mut sink, &mut |_, _| {}).expect("a replay");
 
     let mut python = Command::new("python3")
         .arg(&script)

@@ -146,7 +146,6 @@ fn an_emulated_run_takes_a_file_of_settings_as_a_replay_does() {
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn the_emulated_board_obeys_commands() {
-    let folder = directory();
     for request in ["start", "stop", "restart"] {
         let done = run(&["command", request, "--emulated"]);
         assert!(
@@ -155,32 +154,6 @@ fn the_emulated_board_obeys_commands() {
             stderr(&done)
         );
     }
-    // The first scene's speed, until after its slide; its grating's period is 3.6 mm.
-    let speed = crate::common::file(
-        folder.path(),
-        "speed.csv",
-        "time_s,speed_mm_s\n0,15\n6,15\n",
-    );
-    let lines = json_lines(&run(&[
-        "command",
-        "follow",
-        text(&speed),
-        "--emulated",
-        "--json",
-    ]));
-    let by_place: Vec<_> = lines
-        .iter()
-        .filter(|line| line["type"] == "estimate" && line["abscissa"] == "place")
-        .collect();
-    assert!(by_place.len() > 4, "{lines:?}");
-    for estimate in by_place {
-        let period_mm = estimate["period_mm"].as_f64().expect("a period");
-        assert!((period_mm - 3.6).abs() < 0.02, "{estimate}");
-    }
-    let backwards =
-        crate::common::file(folder.path(), "back.csv", "time_s,speed_mm_s\n1,30\n1,20\n");
-    let refused = run(&["command", "follow", text(&backwards), "--emulated"]);
-    crate::common::assert_one_line(&refused, 1, &["back.csv", "does not increase"]);
 }
 
 /// The emulated board is well: what is not judged there says why.

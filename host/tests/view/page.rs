@@ -171,7 +171,7 @@ fn a_recording_is_shown_with_the_numbers_of_json_and_can_be_paused_and_saved() {
     let csv = String::from_utf8(csv).expect("UTF-8");
     assert_eq!(csv.lines().count(), 1 + estimates);
     assert!(
-        csv.starts_with("t_s,window_s,span,abscissa,frequency_hz,sigma_hz,"),
+        csv.starts_with("t_s,window_s,span,frequency_hz,sigma_hz,"),
         "{csv}"
     );
     for (what, rows) in [("spectrum", 127), ("fit", 241), ("map", 16)] {
@@ -344,7 +344,7 @@ fn gaps_and_windows_that_are_not_good_are_not_drawn_over() {
     assert_eq!(empty(&strips[1]), [3]);
     let history = browser.value(&format!(
         "(async () => {{ {} const points = ['good', 'good', 'ambiguous', 'good'].map((status, at) => ({{ \
-         t_s: 0.25 * at, status, span: 'window', frequency: status === 'good' ? 4 : 2.9, sigma: 1, abscissa: 'time' }})); \
+         t_s: 0.25 * at, status, span: 'window', frequency: status === 'good' ? 4 : 2.9, sigma: 1 }})); \
          plot.draw({{ live: {{ history: points, now_s: 1, latest: {{}} }} }}, 30); \
          return [...plot.data.slice(1, 4), plot.axis.range]; }})()",
         plot("history", "History", "history")

@@ -1,15 +1,14 @@
-//! The four runs of `cargo xtask test`, on both boards: from reset to the greeting, the demo's
-//! grating, the longest command while the chip scans, a robot's places while the finger slides.
+//! The three runs of `cargo xtask test`, on both boards: from reset to the greeting, the demo's
+//! grating, the longest command while the chip scans.
 
 mod common;
 
 use common::{BOARDS, Run, estimates, hello, on_pc, reply_to, request, touches_and_tones};
-use hal_mock::{Constant, Sliding, SlidingScene, Stimulator};
+use hal_mock::Constant;
 use ridgetone_proto::boot::{Oscillator, ResetCause};
 use ridgetone_proto::command::{Command, Outcome};
-use ridgetone_proto::odometry::{Odometry, Reading};
 use ridgetone_proto::settings::{Array, Settings, Slide, SlideRule};
-use ridgetone_proto::telemetry::{Abscissa, Span, Status};
+use ridgetone_proto::telemetry::{Span, Status};
 use rig::Start;
 
 #[test]
@@ -99,61 +98,5 @@ fn the_longest_command_arrives_two_hundred_times_while_the_chip_scans() {
         }
         run.assert_rules();
         assert_eq!(run.rig.received()[..2], [0, 0], "{board:?}: none lost");
-    }
-}
-
-/// The speed swings, and a robot begins to stream its places while the finger slides: estimates in
-/// hertz before, and in cycles per millimetre from then on.
-#[test]
-#[ignore = "needs the boards' images: cargo xtask test"]
-fn places_streamed_while_sliding_give_estimates_by_place() {
-    for board in BOARDS {
-        let stimulator = Stimulator {
-            ripple_percent: 40.0,
-            ripple_hz: 1.0,
-            ..Stimulator::IDEAL
-        };
-        let parameters = Sliding {
-            stimulator,
-            slide_mm: 120.0,
-            ..Sliding::default()
-        };
-        let scene = SlidingScene::new(parameters.clone()).expect("a scene");
-        let mut run = Run::new(
-            board,
-            SlidingScene::new(parameters).expect("a scene"),
-            Start::default(),
-        );
-        run.run_s(3.5);
-        let by_time = estimates(&run.events).len();
-        let zero_ns = run.rig.adc().scene_zero_ns().expect("it scans");
-        let (mut place_mm, mut t_s) = (0.0, (run.rig.now_ns() - zero_ns) as f64 * 1e-9);
-        for number in 0..600u16 {
-            let message = Odometry {
-                number,
-                t_us: (t_s * 1e6) as u32,
-                reading: Reading::Place((place_mm * 1e4) as i32),
-            };
-            run.rig.send(&message.encode());
-            run.run_s(0.004);
-            let next_s = (run.rig.now_ns() - zero_ns) as f64 * 1e-9;
-            // The midpoint of 4 ms of a swing of a second is exact to a micrometre.
-            place_mm += scene.speed_mm_s(0.5 * (t_s + next_s)) * (next_s - t_s);
-            t_s = next_s;
-        }
-        run.assert_rules();
-        let all = estimates(&run.events);
-        let by_place: Vec<_> = all
-            .iter()
-            .filter(|one| one.abscissa == Abscissa::Place)
-            .collect();
-        assert!(by_time > 2 && by_place.len() > 2, "{by_time}, {all:?}");
-        for estimate in by_place {
-            let off = estimate.frequency * 3.6 - 1.0;
-            assert!(
-                estimate.status.has_tone() && off.abs() < 0.002,
-                "{board:?}: {off}, {estimate:?}"
-            );
-        }
     }
 }

@@ -46,11 +46,6 @@ const BYTE_US: u32 = 11;
 static LINE_BYTES: AtomicU32 = AtomicU32::new(0);
 static LINE_WAITS: AtomicBool = AtomicBool::new(false);
 
-/// A byte of a robot's message and, in the ninth bit, whether there is one; and the time of the
-/// exchange that brought it.
-static LINE_IN: AtomicU32 = AtomicU32::new(0);
-static LINE_IN_US: AtomicU32 = AtomicU32::new(0);
-
 /// The PC has requested a crash: after it the board resets instead of leaving.
 static RESTARTS: AtomicBool = AtomicBool::new(false);
 
@@ -198,23 +193,6 @@ pub fn is_line_blocked() -> bool {
     is_full || LINE_BLOCKED.load(Relaxed)
 }
 
-/// The byte of a robot's message that has arrived. It comes over the bridge, whose time repeats to
-/// the microsecond.
-pub fn received() -> Option<u8> {
-    let byte = LINE_IN.load(Relaxed);
-    LINE_IN.store(0, Relaxed);
-    if byte == 0 {
-        // Whatever has arrived came over the emulator's own line.
-        LINE_IN_US.store(now_us(), Relaxed);
-    }
-    (byte != 0).then_some(byte as u8)
-}
-
-/// When it arrived.
-pub fn received_us() -> u32 {
-    LINE_IN_US.load(Relaxed)
-}
-
 /// A byte is on the line.
 pub fn take_line_byte() {
     LINE_BYTES.store(LINE_BYTES.load(Relaxed).saturating_sub(1), Relaxed);
@@ -266,11 +244,6 @@ impl Link {
                 "the watchdog bit at {now_us} us: a task stood still"
             ));
             semihost::exit(Exit::Watchdog);
-        }
-        if let Some(byte) = reply.line {
-            LINE_IN.store(0x100 | u32::from(byte), Relaxed);
-            LINE_IN_US.store(now_us, Relaxed);
-            NVIC::pend(Interrupt::USART3);
         }
         if let Some(crash) = reply.crash {
             crash_as_requested(crash);

@@ -5,8 +5,8 @@ use super::message::{Change, Damaged, Event, Health, Hello, Mark, PROTOCOL};
 use super::requests::Requests;
 use super::sampler::{Look, Sampler};
 use super::{REPORT_SAMPLES, SAMPLE_HZ};
-use ridgetone_finger::tasks::Inboxes;
 use ridgetone_finger::tasks::Outbox;
+use ridgetone_finger::tasks::RequestInbox;
 use ridgetone_finger::tasks::{PACKETS, Platform, Shared};
 use ridgetone_proto::VERSION;
 use ridgetone_proto::boot::Boot;
@@ -51,7 +51,7 @@ impl Reports {
     pub fn run<P: Platform>(
         &mut self,
         sampler: &mut impl Mutex<T = Sampler>,
-        inbox: &mut impl Mutex<T = Inboxes>,
+        inbox: &mut impl Mutex<T = RequestInbox>,
         outbox: &mut impl Mutex<T = Outbox<PACKETS, Mark<Event>>>,
         shared: &Shared<P>,
     ) {

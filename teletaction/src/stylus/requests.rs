@@ -4,8 +4,8 @@
 use super::message::{Command, Event, Mark, Outcome, Reply, Request};
 use super::parameters::{Parameters, refusal};
 use super::sampler::Sampler;
-use ridgetone_finger::tasks::Inboxes;
 use ridgetone_finger::tasks::Outbox;
+use ridgetone_finger::tasks::RequestInbox;
 use ridgetone_finger::tasks::{PACKETS, Platform, Shared};
 use ridgetone_proto::framing::decode;
 use rtic_core::Mutex;
@@ -45,11 +45,11 @@ impl Requests {
     pub fn step<P: Platform>(
         &mut self,
         sampler: &mut impl Mutex<T = Sampler>,
-        inbox: &mut impl Mutex<T = Inboxes>,
+        inbox: &mut impl Mutex<T = RequestInbox>,
         outbox: &mut impl Mutex<T = Outbox<PACKETS, Mark<Event>>>,
         shared: &Shared<P>,
     ) -> bool {
-        let Some(mut frame) = inbox.lock(|inbox| inbox.requests.take()) else {
+        let Some(mut frame) = inbox.lock(|inbox| inbox.take()) else {
             return false;
         };
         let Some(Request {

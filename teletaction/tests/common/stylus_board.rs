@@ -3,8 +3,8 @@
 
 use super::serial_board::raw_end;
 use ridgetone_finger::tasks::Outbox;
-use ridgetone_finger::tasks::{Inboxes, Received};
 use ridgetone_finger::tasks::{PACKETS, Platform, Shared, Task};
+use ridgetone_finger::tasks::{Received, RequestInbox, receive};
 use ridgetone_proto::boot::Boot;
 use ridgetone_proto::framing;
 use ridgetone_proto::plan::Plan;
@@ -93,7 +93,7 @@ impl Platform for Called {
 struct Running {
     sampler: Sampler,
     reports: Reports,
-    inbox: Inboxes,
+    inbox: RequestInbox,
     outbox: Outbox<PACKETS, Mark<Event>>,
     shared: Shared<Called>,
 }
@@ -103,7 +103,7 @@ impl Running {
         Self {
             sampler: Sampler::new(),
             reports: Reports::new(Boot::UNKNOWN),
-            inbox: Inboxes::new(),
+            inbox: RequestInbox::new(),
             outbox: Outbox::new(),
             shared: Shared::new(Called, Plan::PAPER),
         }
@@ -154,7 +154,7 @@ fn run(end: &File, counts: fn(f64) -> i64, inner: &Inner) {
         }
         while let Ok(bytes) = bytes.try_recv() {
             for byte in bytes {
-                board.inbox.receive(Received::Byte(byte), 0, &board.shared);
+                receive(&mut board.inbox, Received::Byte(byte), &board.shared);
                 let packets = board.requests();
                 send(end, packets, inner);
             }

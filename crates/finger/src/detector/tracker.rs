@@ -150,7 +150,7 @@ impl Tracker {
         if is_complete && frame.good != inputs {
             contact.note_good(frame.good);
         }
-        // An incomplete frame has no valid value: the fit needs one abscissa for all channels.
+        // An incomplete frame has no valid value: the fit needs one time for all channels.
         let valid = if is_complete { frame.good } else { 0 };
         ring.push(&self.values, valid, frame.t_us as u32);
         let Some(number) = averager.push(frame.number, &self.values, inputs, valid != 0) else {

@@ -2,7 +2,6 @@
 
 use crate::faults::found::Found;
 use crate::faults::log::{Counter, FaultLog};
-use crate::surface::odometry::counters::Counters;
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::settings::FRAME_RATE_HZ;
@@ -25,13 +24,10 @@ pub struct Diagnostics {
     pub frames_thinned: Counter,
     /// Times the ADC was set up again.
     pub chip_restarts: Counter,
-    /// Requests and messages of odometry that were damaged, or arrived before the previous one was
-    /// taken.
+    /// Requests that were damaged, or arrived before the previous one was taken.
     pub requests_damaged: Counter,
     /// Bytes that the USART lost because the one before was not yet read.
     pub bytes_overrun: Counter,
-    /// Messages of odometry.
-    pub odometry: Counters,
     /// How the converter answered its latest set-up.
     pub(crate) converter: Found,
     /// Bits of the processor load, an f32 from 0 to 1.
@@ -58,7 +54,6 @@ impl Diagnostics {
             chip_restarts: Counter::new(),
             requests_damaged: Counter::new(),
             bytes_overrun: Counter::new(),
-            odometry: Counters::new(),
             converter: Found::new(),
             load_bits: AtomicU32::new(0),
             stack: [const { AtomicU32::new(0) }; 2],

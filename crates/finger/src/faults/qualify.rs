@@ -81,7 +81,7 @@ mod tests {
 
     use ridgetone_proto::plan::Plan;
 
-    use ridgetone_proto::telemetry::{Abscissa, Movement, Span};
+    use ridgetone_proto::telemetry::{Movement, Span};
 
     const END_US: u64 = 10_000_000;
 
@@ -98,7 +98,6 @@ mod tests {
             window_s: 1.0,
             span: Span::Window,
             status: Status::Good,
-            abscissa: Abscissa::Time,
             frequency: 8.0,
             sigma: 0.001,
             movement: Movement::default(),

@@ -7,7 +7,7 @@
 //! variance; then the columns' differences are averaged too. With Gaussian noise this is the
 //! maximum of the likelihood. A dead or noisy channel has almost no weight.
 
-use crate::abscissa::Fitted;
+use crate::fit::Fitted;
 use core::f32::consts::PI;
 use ridgetone_proto::settings::{Array, TAXELS};
 use ridgetone_tone::phase::{cos_sin, from_turns};

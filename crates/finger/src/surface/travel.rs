@@ -129,15 +129,8 @@ pub fn by_phases(lag: Option<Lag>, array: &Array, frequency_hz: Measured) -> Tra
     }
 }
 
-/// Travel by the host's speed and the frequency. The phases check it and give the direction. `way`
-/// is the direction of a wave along +x with increasing abscissa.
-pub fn by_speed(
-    lag: Option<Lag>,
-    array: &Array,
-    period_mm: Measured,
-    speed_mm_s: f32,
-    way: Direction,
-) -> Travel {
+/// Travel by the host's speed and the frequency. The phases check it and give the direction.
+pub fn by_speed(lag: Option<Lag>, array: &Array, period_mm: Measured, speed_mm_s: f32) -> Travel {
     let travel = Travel {
         status: TravelStatus::Given,
         direction: Direction::Unknown,
@@ -156,11 +149,11 @@ pub fn by_speed(
     match (agrees(lag.turns), agrees(-lag.turns)) {
         (true, true) => travel,
         (true, false) => Travel {
-            direction: way,
+            direction: Direction::Forward,
             ..travel
         },
         (false, true) => Travel {
-            direction: way.reversed(),
+            direction: Direction::Backward,
             ..travel
         },
         (false, false) => Travel {
@@ -390,8 +383,8 @@ mod tests {
 
     #[test]
     fn the_hosts_speed_stands_and_the_phases_check_it() {
-        let check = |lag, way| {
-            let travel = by_speed(lag, &ARRAY, (3.1, 0.003), 24.8, way);
+        let check = |lag| {
+            let travel = by_speed(lag, &ARRAY, (3.1, 0.003), 24.8);
             let Travel {
                 spatial_period_mm,
                 spatial_period_sigma_mm,
@@ -409,39 +402,23 @@ mod tests {
             (travel.status, travel.direction)
         };
         let (forward, backward) = (Direction::Forward, Direction::Backward);
-        assert_eq!(
-            check(Some(lag_of(3.1, forward)), forward),
-            (TravelStatus::Given, forward)
-        );
-        assert_eq!(
-            check(Some(lag_of(3.1, backward)), forward),
-            (TravelStatus::Given, backward)
-        );
-        // By place on a surface that goes back, a wave along +x is one with decreasing place.
-        assert_eq!(
-            check(Some(lag_of(3.1, forward)), backward),
-            (TravelStatus::Given, backward)
-        );
-        // The phases of 3.6 mm are 0.10 turns away; those of 3.2 mm are 0.02.
-        assert_eq!(
-            check(Some(lag_of(3.6, forward)), forward),
-            (TravelStatus::Contradicted, Direction::Unknown)
-        );
-        assert_eq!(
-            check(Some(lag_of(3.2, forward)), forward),
-            (TravelStatus::Given, forward)
-        );
-        assert_eq!(
-            check(None, forward),
-            (TravelStatus::Given, Direction::Unknown)
-        );
         let vague = Lag {
             sigma: 0.2,
             ..lag_of(3.1, forward)
         };
-        assert_eq!(
-            check(Some(vague), forward),
-            (TravelStatus::Given, Direction::Unknown)
-        );
+        for (lag, expected) in [
+            (Some(lag_of(3.1, forward)), (TravelStatus::Given, forward)),
+            (Some(lag_of(3.1, backward)), (TravelStatus::Given, backward)),
+            // The phases of 3.6 mm are 0.10 turns away; those of 3.2 mm are 0.02.
+            (
+                Some(lag_of(3.6, forward)),
+                (TravelStatus::Contradicted, Direction::Unknown),
+            ),
+            (Some(lag_of(3.2, forward)), (TravelStatus::Given, forward)),
+            (None, (TravelStatus::Given, Direction::Unknown)),
+            (Some(vague), (TravelStatus::Given, Direction::Unknown)),
+        ] {
+            assert_eq!(check(lag), expected, "{lag:?}");
+        }
     }
 }

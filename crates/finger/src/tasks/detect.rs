@@ -1,25 +1,19 @@
-//! `detect`: conversions and a robot's messages in, in the order of their times; events, and
-//! windows that are due, out.
+//! `detect`: conversions in; events, and windows that are due, out.
 
-use super::line::{Inboxes, ODOMETRY_US};
-use super::outbox::{Mail, Outbox};
+use super::outbox::Outbox;
 use super::shared::{PACKETS, Platform, Shared, Task};
 use crate::detector::{Detector, Outputs};
 use crate::frame::TimedConversion;
 use crate::ring::Ring;
-use crate::surface::odometry::{Odometer, SentOdometry};
 use crate::window::Window;
 use core::sync::atomic::Ordering::Relaxed;
 use heapless::spsc::{Consumer, Producer};
-use ridgetone_proto::odometry::Odometry;
 use ridgetone_proto::telemetry::{Event, Span};
-use rtic_core::Mutex;
 
 /// What the task owns.
 pub struct Detect<'a> {
     samples: Consumer<'a, TimedConversion>,
     windows: Producer<'a, Window>,
-    odometer: Odometer,
     is_greeted: bool,
 }
 
@@ -32,7 +26,6 @@ impl<'a> Detect<'a> {
         Self {
             samples,
             windows,
-            odometer: Odometer::new(),
             is_greeted: false,
         }
     }
@@ -47,10 +40,9 @@ impl<'a> Detect<'a> {
         &mut self,
         detector: &mut Detector,
         ring: &mut Ring,
-        mail: Mail<'_, impl Mutex<T = Inboxes>, Outbox<PACKETS>>,
+        outbox: &mut Outbox<PACKETS>,
         shared: &Shared<P>,
     ) {
-        let Mail { inbox, outbox } = mail;
         let Shared {
             platform,
             diagnostics,
@@ -60,36 +52,21 @@ impl<'a> Detect<'a> {
         let Self {
             samples,
             windows,
-            odometer,
             is_greeted,
         } = self;
         if !core::mem::replace(is_greeted, true) {
             emit(detector.hello());
         }
         loop {
-            if shared.has_odometry.load(Relaxed) {
-                // It comes before the conversions that are later.
-                let complete_us = shared.odometry_us.load(Relaxed);
-                let is_next =
-                    |next: &TimedConversion| next.t_us.wrapping_sub(complete_us) as i32 > 0;
-                if samples.peek().is_none_or(is_next) {
-                    take_odometry(complete_us, ring.lasts_us(), odometer, inbox, shared);
-                }
-            }
             let conversion = samples.dequeue();
             if conversion.is_none() {
                 shared.touched.store(detector.is_touched(), Relaxed);
                 if shared.look.swap(false, Relaxed) {
-                    let now_us = platform.now_us();
-                    detector.look(now_us, diagnostics, &mut emit);
-                    odometer.forget(now_us, &shared.track);
+                    detector.look(platform.now_us(), diagnostics, &mut emit);
                 }
             }
-            let zero_us = detector.zero_us();
-            let mut due = |mut window: Window| {
+            let mut due = |window: Window| {
                 let keeps_up = windows.is_empty();
-                let end_us = (window.end_us as u32).wrapping_add(zero_us);
-                window.follow(odometer.mark(end_us, &shared.track));
                 admit(
                     window,
                     keeps_up,
@@ -104,10 +81,7 @@ impl<'a> Detect<'a> {
             match conversion {
                 Some(conversion) => match conversion.as_mark() {
                     None => detector.push(conversion, ring, diagnostics, outputs),
-                    Some(mark) => {
-                        detector.begin(mark, ring, diagnostics, outputs);
-                        odometer.change_plan(&shared.track);
-                    }
+                    Some(mark) => detector.begin(mark, ring, diagnostics, outputs),
                 },
                 None => {
                     if platform.has_ended() && !shared.finished.load(Relaxed) {
@@ -119,45 +93,6 @@ impl<'a> Detect<'a> {
             }
         }
         shared.liveness.detected.bump();
-    }
-}
-
-/// Takes a robot's message out of its inbox.
-fn take_odometry<P: Platform>(
-    complete_us: u32,
-    ring_us: u32,
-    odometer: &mut Odometer,
-    inbox: &mut impl Mutex<T = Inboxes>,
-    shared: &Shared<P>,
-) {
-    shared.has_odometry.store(false, Relaxed);
-    let Some(mut frame) = inbox.lock(|inbox| inbox.odometry.take()) else {
-        return;
-    };
-    take_message(&mut frame, complete_us, ring_us, odometer, shared);
-}
-
-/// Takes a robot's message, stuffed and without its zero, that was complete at a board time,
-/// microseconds. A full ring lasts for `ring_us`.
-pub fn take_message<P: Platform>(
-    frame: &mut [u8],
-    complete_us: u32,
-    ring_us: u32,
-    odometer: &mut Odometer,
-    shared: &Shared<P>,
-) {
-    let Shared {
-        diagnostics, track, ..
-    } = shared;
-    match Odometry::decode(frame) {
-        Some(message) => {
-            let received = SentOdometry {
-                message: &message,
-                sent_us: complete_us.wrapping_sub(ODOMETRY_US),
-            };
-            odometer.take(received, ring_us, track, diagnostics);
-        }
-        None => diagnostics.requests_damaged.add(1),
     }
 }
 

@@ -1,7 +1,7 @@
 //! `fit`: windows in, estimates out; then requests, which change nothing before the windows that
 //! are due are fitted.
 
-use super::line::Inboxes;
+use super::line::RequestInbox;
 use super::outbox::{Mail, Outbox};
 use super::requests::{Requests, Targets};
 use super::shared::{PACKETS, Platform, Shared, Task};
@@ -13,7 +13,7 @@ use core::ops::DerefMut;
 use core::sync::atomic::Ordering::Relaxed;
 use heapless::spsc::Consumer;
 use ridgetone_proto::store::Store;
-use ridgetone_proto::telemetry::{Abscissa, Estimate, Event, Span};
+use ridgetone_proto::telemetry::{Estimate, Event, Span};
 use ridgetone_tone::{FrameSource, Overwritten, Values};
 use rtic_core::Mutex;
 
@@ -33,7 +33,7 @@ impl<S: Store> Fit<'_, S> {
         &mut self,
         ring: &mut impl Mutex<T: DerefMut<Target = Ring>>,
         detector: &mut impl Mutex<T: DerefMut<Target = Detector>>,
-        mail: Mail<'_, impl Mutex<T = Inboxes>, impl Mutex<T = Outbox<PACKETS>>>,
+        mail: Mail<'_, impl Mutex<T = RequestInbox>, impl Mutex<T = Outbox<PACKETS>>>,
         shared: &Shared<P>,
     ) {
         let Mail { inbox, outbox } = mail;
@@ -100,7 +100,7 @@ pub fn fit<P: Platform>(
     shared: &Shared<P>,
 ) -> Result<WindowFit, Overwritten> {
     // Qualified where it is: a copy would lie on the stack beside it.
-    let mut outcome = estimator.run(window, source, Some(&shared.track));
+    let mut outcome = estimator.run(window, source);
     shared.liveness.fits_done.bump();
     match &mut outcome {
         Ok(WindowFit::Done(estimate)) => {
@@ -109,9 +109,6 @@ pub fn fit<P: Platform>(
                 P::pend(shared, Task::Drdy);
             }
             shared.diagnostics.qualify(estimate, window);
-            if estimate.abscissa == Abscissa::Time && window.odometry.is_some() {
-                shared.diagnostics.odometry.windows_by_time.add(1);
-            }
         }
         Ok(WindowFit::Growing) => {}
         Err(Overwritten) => shared.diagnostics.overruns.add(1),

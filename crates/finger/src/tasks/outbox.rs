@@ -8,7 +8,7 @@ use ridgetone_proto::telemetry::{Event, Events, Packet, WIRE_MAX};
 
 /// Both ends of the serial line as a task sees them: requests come in, packets go out.
 pub struct Mail<'a, I, O> {
-    /// Requests and messages of a robot.
+    /// Requests.
     pub inbox: &'a mut I,
     /// Packets that wait to be sent.
     pub outbox: &'a mut O,

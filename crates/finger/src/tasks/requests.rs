@@ -2,7 +2,7 @@
 //! before it are fitted.
 
 use super::commands::{At, CommandExecutor};
-use super::line::Inboxes;
+use super::line::RequestInbox;
 use super::outbox::{Mail, Outbox};
 use super::shared::{PACKETS, Platform, Shared};
 use crate::detector::Detector;
@@ -54,7 +54,7 @@ impl<S: Store> Requests<S> {
         &mut self,
         is_window_due: impl Fn() -> bool,
         targets: Targets<'_, impl Mutex<T: DerefMut<Target = Detector>>>,
-        mail: Mail<'_, impl Mutex<T = Inboxes>, impl Mutex<T = Outbox<PACKETS>>>,
+        mail: Mail<'_, impl Mutex<T = RequestInbox>, impl Mutex<T = Outbox<PACKETS>>>,
         shared: &Shared<P>,
     ) -> bool {
         let Targets {
@@ -103,8 +103,8 @@ impl<S: Store> Requests<S> {
 }
 
 /// The request in the inbox, if it is as it was sent.
-fn take<P>(inbox: &mut impl Mutex<T = Inboxes>, shared: &Shared<P>) -> Option<Request> {
-    let mut frame = inbox.lock(|inbox| inbox.requests.take())?;
+fn take<P>(inbox: &mut impl Mutex<T = RequestInbox>, shared: &Shared<P>) -> Option<Request> {
+    let mut frame = inbox.lock(|inbox| inbox.take())?;
     let request = Request::decode(&mut frame);
     if request.is_none() {
         shared.diagnostics.requests_damaged.add(1);

@@ -3,8 +3,7 @@
 use super::liveness::Liveness;
 use super::plan_request::PlanRequest;
 use crate::faults::diagnostics::Diagnostics;
-use crate::surface::odometry::track::Track;
-use core::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
+use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::telemetry::WIRE_MAX;
 
@@ -61,13 +60,8 @@ pub struct Shared<P> {
     pub platform: P,
     /// Counters and faults.
     pub diagnostics: Diagnostics,
-    /// Places that a robot has sent.
-    pub track: Track,
     /// Signs of life of the tasks, for the watchdog.
     pub liveness: Liveness,
-    /// A robot's message is in its inbox since this board time, microseconds.
-    pub(super) has_odometry: AtomicBool,
-    pub(super) odometry_us: AtomicU32,
     /// `drdy` checks the chip's registers after the next conversion.
     pub(super) check: AtomicBool,
     /// `drdy` does not wait for a conversion before this check.
@@ -100,18 +94,13 @@ impl<P> Shared<P> {
             finished,
             sending,
             restarting,
-            has_odometry,
-        ] = [const { AtomicBool::new(false) }; 9];
+        ] = [const { AtomicBool::new(false) }; 8];
         let (diagnostics, liveness) = (Diagnostics::new(), Liveness::new());
         let plan = PlanRequest::new(&plan);
-        let (track, odometry_us) = (Track::new(), AtomicU32::new(0));
         Self {
             platform,
             diagnostics,
-            track,
             liveness,
-            has_odometry,
-            odometry_us,
             check,
             urgent,
             look,

@@ -17,12 +17,10 @@ pub struct Estimate {
     pub span: Span,
     /// How far the estimate can be trusted.
     pub status: Status,
-    /// Unit in which the frequency counts its cycles.
-    pub abscissa: Abscissa,
-    /// Mean of the common frequency over the window, hertz, or by place cycles per millimetre; zero without a tone
+    /// Mean of the common frequency over the window, hertz; zero without a tone
     /// ([`Status::has_tone`]).
     pub frequency: f32,
-    /// Its standard deviation, movement included, in the same unit; zero without a tone.
+    /// Its standard deviation, movement included, hertz; zero without a tone.
     pub sigma: f32,
     /// How the frequency moves within the window.
     pub movement: Movement,
@@ -79,7 +77,8 @@ impl Status {
     }
 }
 
-/// How the frequency moves within the window; zeros without a tone.
+/// How the frequency moves within the window; zeros without a tone. In an [`Estimate`] the unit is
+/// hertz.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Movement {
     /// How much the frequency differs from its mean, root mean square over the window, as a share
@@ -87,8 +86,8 @@ pub struct Movement {
     pub wander: f32,
     /// Its standard deviation.
     pub wander_sigma: f32,
-    /// Change of the frequency: hertz per second, or by place cycles per millimetre, per
-    /// millimetre.
+    /// Change of the frequency, in the unit of the frequency squared: hertz per second, or cycles
+    /// per millimetre per millimetre.
     pub chirp: f32,
     /// Its standard deviation, in the same unit.
     pub chirp_sigma: f32,
@@ -97,7 +96,7 @@ pub struct Movement {
 /// Another tone beside the one that is reported.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OtherTone {
-    /// In the unit of [`Estimate::frequency`].
+    /// In the unit of the reported frequency.
     pub frequency: f32,
     /// Its power over that of the reported tone.
     pub share: f32,
@@ -113,8 +112,7 @@ pub struct Channel {
     pub offset_v: f32,
     /// Amplitude of the fundamental, volts.
     pub amplitude_v: f32,
-    /// Phase of the fundamental as a cosine at the window's centre, radians, -pi to pi. By place
-    /// the centre is half way between the window's ends on the surface.
+    /// Phase of the fundamental as a cosine at the window's centre, radians, -pi to pi.
     pub phase_rad: f32,
     /// Standard deviation of the residual, volts.
     pub residual_v: f32,
@@ -131,18 +129,6 @@ pub enum Span {
     Slide,
 }
 
-/// Unit in which a frequency counts its cycles.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
-#[serde(rename_all = "snake_case")]
-pub enum Abscissa {
-    /// Time: cycles per second.
-    Time,
-    /// Place on the surface, by a robot's odometry: cycles per
-    /// millimetre.
-    Place,
-}
-
 /// Spatial period, speed and direction; zeros where they are not known.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Travel {
@@ -156,7 +142,7 @@ pub struct Travel {
     pub spatial_period_sigma_mm: f32,
     /// Speed over the surface, millimetres per second, not negative.
     pub speed_mm_s: f32,
-    /// Its standard deviation, millimetres per second; zero where the PC gives the speed.
+    /// Its standard deviation, millimetres per second; zero where the settings give the speed.
     pub speed_sigma_mm_s: f32,
 }
 
@@ -196,9 +182,9 @@ pub enum TravelStatus {
     Ambiguous,
     /// They allow none.
     OutOfRange,
-    /// The PC or a robot gives the speed, and with it the period; the phases agree.
+    /// The settings give the speed, and with it the period; the phases agree.
     Given,
-    /// The PC or a robot gives the speed, and with it the period; the phases disagree.
+    /// The settings give the speed, and with it the period; the phases disagree.
     Contradicted,
     /// The array was never calibrated: one answer by the default constants. Its uncertainty is that
     /// of any finger, and the direction is not known where the constants decide it.
@@ -222,14 +208,5 @@ impl Direction {
     /// The direction, if it is known.
     pub fn known(self) -> Option<Self> {
         (self != Self::Unknown).then_some(self)
-    }
-
-    /// The opposite direction.
-    pub const fn reversed(self) -> Self {
-        match self {
-            Self::Unknown => Self::Unknown,
-            Self::Forward => Self::Backward,
-            Self::Backward => Self::Forward,
-        }
     }
 }

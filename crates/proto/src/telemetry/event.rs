@@ -111,12 +111,10 @@ pub struct Health {
     pub chip_restarts: u32,
     /// Times that each kind of fault was seen, in the order of [`crate::fault::FaultKind::ALL`].
     pub faults: [u32; KINDS],
-    /// Requests of the PC, and messages of a robot's odometry, that arrived damaged.
+    /// Requests that arrived damaged.
     pub requests_damaged: u32,
     /// Bytes of requests that the board's USART lost because the one before was not yet read.
     pub bytes_overrun: u32,
-    /// Messages of a robot's odometry.
-    pub odometry: OdometryCounts,
     /// Most bytes of the stack in use since start-up; zero where nothing measures it, as on a PC.
     pub stack_used_bytes: u32,
     /// Size of the stack, bytes; zero where nothing measures it.
@@ -155,23 +153,6 @@ pub struct ConverterState {
     pub answers: bool,
     /// Its registers as they were read back, zeros behind the last; of an ADS1258 CONFIG0 to ID.
     pub registers: [u8; REGISTERS],
-}
-
-/// Messages of a robot's odometry since start-up ([`crate::odometry`]). Damaged ones count as
-/// `requests_damaged`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
-pub struct OdometryCounts {
-    /// Messages that arrived as they were sent.
-    pub received: u32,
-    /// Messages that never arrived, by their numbers.
-    pub lost: u32,
-    /// Messages that took 20 ms longer than the quickest ones, or arrived after a later one.
-    pub late: u32,
-    /// Messages that had arrived before.
-    pub doubled: u32,
-    /// Windows that were fitted by time because messages were missing, or stale.
-    pub windows_by_time: u32,
 }
 
 /// One frame as it was read, on request.

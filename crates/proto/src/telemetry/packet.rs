@@ -1,7 +1,7 @@
 //! The packet: an event with its number.
 
 use super::estimate::{
-    Abscissa, Channel, Direction, Estimate, Movement, OtherTone, Span, Status, Travel, TravelStatus,
+    Channel, Direction, Estimate, Movement, OtherTone, Span, Status, Travel, TravelStatus,
 };
 use super::event::Event;
 use crate::fault::FaultSet;
@@ -40,7 +40,6 @@ pub fn longest_packet() -> Packet {
         window_s: 1.0,
         span: Span::Slide,
         status: Status::Good,
-        abscissa: Abscissa::Place,
         frequency: 8.333_333,
         sigma: 1e-3,
         movement: Movement {

@@ -26,8 +26,7 @@ pub struct Texture {
     pub power_v2: f32,
     /// Its standard deviation by white noise, square volts.
     pub power_sigma_v2: f32,
-    /// Harmonics above the first. In time as the finger slid, with a known place as the place
-    /// grows.
+    /// Harmonics above the first, in time as the finger slid.
     pub overtones: Overtones,
     /// How hard the finger presses: mean level of the taxels in the hold before the slide, less
     /// that before the touch, volts, signed; none without such a hold ([`Image`](super::Image)).

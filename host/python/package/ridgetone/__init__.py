@@ -49,6 +49,7 @@ def fit(
     mains_hz: float | None = None,
     speed_column: str | None = None,
     position_column: str | None = None,
+    positions: Path | None = None,
     speed_mm_s: npt.ArrayLike | None = None,
     position_mm: npt.ArrayLike | None = None,
     whole: bool = False,
@@ -66,8 +67,9 @@ def fit(
     A data frame may have them: as its column `time_s`, a column or an index of dates, or `time_column`, which is `NAME`,
     `NAME:UNIT` with s, ms, us or ns, or `none`, as for files.
 
-    `speed_mm_s` or `position_mm`, a value for each row, fit by place: cycles per mm at any speed. `speed_column` and
-    `position_column` name columns that have them. `min_hz` and `max_hz` bound the frequency. `picture` draws the result.
+    `speed_mm_s` or `position_mm`, a value for each row, fit by position: cycles per mm at any speed. `speed_column` and
+    `position_column` name columns that have them. `positions` is a file of a robot's positions or speeds for the raw frames of a
+    recording, as for `ridgetone fit --positions`; the two names are then of its columns. `min_hz` and `max_hz` bound the frequency. `picture` draws the result.
     `exclude` names what the recording does not hold, of `curved_baseline`, `coloured_noise`, `shared_noise`, `impulses` and
     `all`; `moving_speed` says that the speed changes as likely as not.
 
@@ -104,6 +106,7 @@ def fit(
         mains_hz,
         speed_column,
         position_column,
+        positions,
         whole,
         mm_per_count,
         min_hz,
@@ -129,17 +132,15 @@ def replay(
     noise: bool = True,
     seed: int | None = None,
     settings: Mapping[str, Any] | None = None,
-    profile: Path | None = None,
-    profile_repeats: bool = False,
 ) -> list[Event]:
     """Runs a recording through the code that the chip runs, behind a simulated ADS1258, as `ridgetone replay` does.
 
     `samples` are volts, or `scale` times volts; without them a `scene` is played, a file, or the plain scene. A recording of
-    telemetry gives its raw frames. `settings` are those of the library with some in place, such as `{"window_s": 0.5}`;
-    `profile` is a table of the speed. Without `time_s` and `rate_hz` rows come at the scan's rate.
+    telemetry gives its raw frames. `settings` are those of the library with some in place, such as `{"window_s": 0.5}`.
+    Without `time_s` and `rate_hz` rows come at the scan's rate.
     """
     return _replay(
-        samples, scene, Times(time_s, time_column, rate_hz), names, scale, noise, seed, settings, profile, profile_repeats, False
+        samples, scene, Times(time_s, time_column, rate_hz), names, scale, noise, seed, settings, False
     )[0]
 
 
@@ -165,7 +166,7 @@ def picture(
             raise UsageError("a copy of a fit has no samples to draw: fit again")
         return Picture(fitted.picture())
     times = Times(time_s, time_column, rate_hz)
-    svg = _replay(samples, scene, times, names, scale, noise, seed, settings, None, False, True)[1]
+    svg = _replay(samples, scene, times, names, scale, noise, seed, settings, True)[1]
     return Picture(svg or "")
 
 
@@ -178,15 +179,13 @@ def _replay(
     noise: bool,
     seed: int | None,
     settings: Mapping[str, Any] | None,
-    profile: Path | None,
-    profile_repeats: bool,
     draws: bool,
 ) -> tuple[list[Event], str | None]:
     if samples is not None and scene is not None:
         raise UsageError("a scene does not go with samples")
     given = None if samples is None else native(samples, times, names)
     lines, remarks, svg = _ridgetone.replay(
-        given, scene, times.rate_hz, scale, noise, seed, json.dumps(settings or {}), profile, profile_repeats, draws
+        given, scene, times.rate_hz, scale, noise, seed, json.dumps(settings or {}), draws
     )
     _warn(remarks, 4)
     return [event(line) for line in lines], svg

@@ -114,20 +114,10 @@ class Estimate(Event):
     """Length of the window [s]."""
     span: Literal["window", "slide"]
     """What the window covers."""
-    abscissa: Literal["time", "place"]
-    """Whether cycles are counted in time, or by place with a speed that is known."""
     frequency_hz: float | None
-    """Common frequency in time: its mean over the window [Hz]."""
+    """Common frequency: its mean over the window; null without a tone, as all of its details [Hz]."""
     sigma_hz: float | None
     """Standard deviation of the frequency [Hz]."""
-    frequency_per_mm: float | None
-    """Common frequency by place: its mean over the window [1/mm]."""
-    sigma_per_mm: float | None
-    """Standard deviation of the frequency by place [1/mm]."""
-    period_mm: float | None
-    """Spatial period by place, the frequency's inverse [mm]."""
-    period_sigma_mm: float | None
-    """Standard deviation of the period [mm]."""
     wander_percent: float | None
     """How much the frequency differs from its mean, root mean square over the window [%]."""
     wander_sigma_percent: float | None
@@ -138,12 +128,6 @@ class Estimate(Event):
     """Standard deviation of the chirp [Hz/s]."""
     other_tone_hz: float | None
     """Frequency of a second tone that is significant beside the first [Hz]."""
-    chirp_per_mm2: float | None
-    """Change of the frequency with place [1/mm^2]."""
-    chirp_sigma_per_mm2: float | None
-    """Standard deviation of the chirp by place [1/mm^2]."""
-    other_tone_per_mm: float | None
-    """Frequency by place of a second tone that is significant beside the first [1/mm]."""
     other_tone_fraction: float | None
     """Power of the second tone over that of the first."""
     interferer_hz: float | None
@@ -290,11 +274,9 @@ class Health(Event):
     faults: Object
     """Times that each kind of fault was seen."""
     requests_damaged: int
-    """Requests, and messages of odometry, that arrived damaged."""
+    """Requests that arrived damaged."""
     bytes_overrun: int
     """Bytes of requests that the board read too late."""
-    odometry: Object
-    """Messages of a robot's odometry."""
     stack_used_bytes: int
     """Most of the stack in use since start-up; 0 where nothing measures it, as on a PC [byte]."""
     stack_bytes: int
@@ -390,18 +372,18 @@ class Fit(Object):
     """Rows missing between them, by the time stamps."""
     readings_missing: int
     """Blank cells in the rows."""
-    abscissa: Literal["time", "place"]
-    """Whether cycles are counted in time or by place."""
+    domain: Literal["time", "position"]
+    """Whether cycles are counted in time or by position."""
     frequency_hz: float | None
     """Common frequency in time: its mean over the window [Hz]."""
     sigma_hz: float | None
     """Standard deviation of the frequency [Hz]."""
     frequency_per_mm: float | None
-    """Common frequency by place: its mean over the window [1/mm]."""
+    """Common spatial frequency: its mean over the window [1/mm]."""
     sigma_per_mm: float | None
-    """Standard deviation of the frequency by place [1/mm]."""
+    """Standard deviation of the spatial frequency [1/mm]."""
     period_mm: float | None
-    """Spatial period by place, the frequency's inverse [mm]."""
+    """Spatial period, the inverse of the spatial frequency [mm]."""
     period_sigma_mm: float | None
     """Standard deviation of the period [mm]."""
     wander_percent: float | None
@@ -415,11 +397,11 @@ class Fit(Object):
     other_tone_hz: float | None
     """Frequency of a second tone that is significant beside the first [Hz]."""
     chirp_per_mm2: float | None
-    """Change of the frequency with place [1/mm^2]."""
+    """Change of the spatial frequency with position [1/mm^2]."""
     chirp_sigma_per_mm2: float | None
-    """Standard deviation of the chirp by place [1/mm^2]."""
+    """Standard deviation of the chirp by position [1/mm^2]."""
     other_tone_per_mm: float | None
-    """Frequency by place of a second tone that is significant beside the first [1/mm]."""
+    """Spatial frequency of a second tone that is significant beside the first [1/mm]."""
     other_tone_fraction: float | None
     """Power of the second tone over that of the first."""
     interferer_hz: float | None

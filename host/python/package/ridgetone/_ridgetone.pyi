@@ -52,6 +52,7 @@ def fit(
     mains_hz: float | None,
     speed_column: str | None,
     position_column: str | None,
+    positions: str | PathLike[str] | None,
     whole: bool,
     mm_per_count: float | None,
     min_hz: float | None,
@@ -76,8 +77,6 @@ def replay(
     noise: bool,
     seed: int | None,
     settings: str,
-    profile: str | PathLike[str] | None,
-    profile_repeats: bool,
     picture: bool,
 ) -> tuple[list[str], list[str], str | None]: ...
 def settings(file: str | PathLike[str] | None, changes: str) -> str: ...

@@ -4,8 +4,8 @@ use super::*;
 use ridgetone_proto::fault::{FaultKind, FaultSet};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::telemetry::{
-    Abscissa, Contact, Direction, Estimate, Hold, Image, Movement, OtherTone, Pressed, Slide, Span,
-    Status, Texture, Travel, TravelStatus,
+    Contact, Direction, Estimate, Hold, Image, Movement, OtherTone, Pressed, Slide, Span, Status,
+    Texture, Travel, TravelStatus,
 };
 
 #[test]
@@ -68,7 +68,6 @@ fn without_a_tone_there_is_no_frequency() {
         window_s: 1.0,
         span: Span::Window,
         status: Status::NoTone,
-        abscissa: Abscissa::Time,
         frequency: 0.0,
         sigma: 0.0,
         movement: Movement::default(),
@@ -87,18 +86,17 @@ fn without_a_tone_there_is_no_frequency() {
     .unwrap();
     assert_eq!(
         line,
-        r#"{"type":"estimate","sequence":0,"t_s":2.0,"window_s":1.0,"span":"window","abscissa":"time","frequency_hz":null,"sigma_hz":null,"wander_percent":null,"wander_sigma_percent":null,"chirp_hz_per_s":null,"chirp_sigma_hz_per_s":null,"other_tone_hz":null,"other_tone_fraction":null,"interferer_hz":50.5,"status":"no_tone","harmonics":0,"frames_missing":2,"faults":["lost"],"travel":"nothing","direction":null,"spatial_period_mm":null,"spatial_period_sigma_mm":null,"speed_mm_s":null,"speed_sigma_mm_s":null,"channels":[]}"#
+        r#"{"type":"estimate","sequence":0,"t_s":2.0,"window_s":1.0,"span":"window","frequency_hz":null,"sigma_hz":null,"wander_percent":null,"wander_sigma_percent":null,"chirp_hz_per_s":null,"chirp_sigma_hz_per_s":null,"other_tone_hz":null,"other_tone_fraction":null,"interferer_hz":50.5,"status":"no_tone","harmonics":0,"frames_missing":2,"faults":["lost"],"travel":"nothing","direction":null,"spatial_period_mm":null,"spatial_period_sigma_mm":null,"speed_mm_s":null,"speed_sigma_mm_s":null,"channels":[]}"#
     );
 }
 
 #[test]
-fn by_place_it_is_cycles_per_millimetre_and_the_period() {
+fn a_tone_has_its_movement_and_its_travel() {
     let estimate = Estimate {
         t_us: 2_000_000,
         window_s: 1.0,
         span: Span::Window,
         status: Status::Good,
-        abscissa: Abscissa::Place,
         frequency: 0.25,
         sigma: 0.0625,
         movement: Movement {
@@ -130,7 +128,7 @@ fn by_place_it_is_cycles_per_millimetre_and_the_period() {
         event: Event::Estimate(estimate),
     })
     .unwrap();
-    let tone = r#""abscissa":"place","frequency_per_mm":0.25,"sigma_per_mm":0.0625,"period_mm":4.0,"period_sigma_mm":1.0,"wander_percent":3.125,"wander_sigma_percent":1.5625,"chirp_per_mm2":-0.75,"chirp_sigma_per_mm2":0.125,"other_tone_per_mm":0.375,"other_tone_fraction":0.5,"interferer_hz":null,"status""#;
+    let tone = r#""span":"window","frequency_hz":0.25,"sigma_hz":0.0625,"wander_percent":3.125,"wander_sigma_percent":1.5625,"chirp_hz_per_s":-0.75,"chirp_sigma_hz_per_s":0.125,"other_tone_hz":0.375,"other_tone_fraction":0.5,"interferer_hz":null,"status""#;
     assert!(line.contains(tone), "{line}");
     let travel = r#""travel":"given","direction":"backward","spatial_period_mm":4.0,"spatial_period_sigma_mm":1.0,"speed_mm_s":30.0,"speed_sigma_mm_s":0.0,"channels""#;
     assert!(line.contains(travel), "{line}");

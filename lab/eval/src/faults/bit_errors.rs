@@ -62,14 +62,7 @@ add_fields!(BitErrors: sent refused accepted_damaged checksum_passed empty next_
 /// `seed` gives the same errors, on any number of threads. Ten million take half a minute on two
 /// cores.
 pub fn count(touch: Opened, frames: u64, seed: u64) -> Result<BitErrors> {
-    let serial = replay::run(
-        touch,
-        Settings::DEFAULT,
-        None,
-        &mut |_| Ok(()),
-        &mut |_, _| {},
-    )?
-    .serial;
+    let serial = replay::run(touch, Settings::DEFAULT, &mut |_| Ok(()), &mut |_, _| {})?.serial;
     let telemetry: Vec<&[u8]> = serial.split_inclusive(|byte| *byte == 0).collect();
     let batches: Vec<u64> = (0..frames.div_ceil(BATCH)).collect();
     let counted = parallel::map("batches of damaged frames", &batches, |batch| {
@@ -207,15 +200,9 @@ mod tests {
     #[test]
     fn what_the_checksum_guarantees_holds_for_the_content() {
         let touch = Input::default().open().unwrap();
-        let serial = replay::run(
-            touch,
-            Settings::DEFAULT,
-            None,
-            &mut |_| Ok(()),
-            &mut |_, _| {},
-        )
-        .unwrap()
-        .serial;
+        let serial = replay::run(touch, Settings::DEFAULT, &mut |_| Ok(()), &mut |_, _| {})
+            .unwrap()
+            .serial;
         let longest = serial
             .split(|byte| *byte == 0)
             .max_by_key(|frame| frame.len())

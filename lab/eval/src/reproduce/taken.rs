@@ -53,7 +53,6 @@ impl Taken {
                 replay::run_watched(
                     input,
                     Settings::DEFAULT,
-                    None,
                     replay::Observers {
                         sink: &mut sink,
                         progress: &mut |_, _| {},

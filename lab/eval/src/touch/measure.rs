@@ -138,7 +138,7 @@ fn run(mut trace: Trace, mains: bool) -> Reported {
                 .map(|frame| f64::from(frame) / rate_hz);
             let within_s = slide.map_or(0.0, |slide| overlap(span_s, slide.start_s, slide.end_s));
             if within_s < 0.5 * (span_s[1] - span_s[0])
-                && let Ok(WindowFit::Done(estimate)) = estimator.run(&window, &mut &*ring, None)
+                && let Ok(WindowFit::Done(estimate)) = estimator.run(&window, &mut &*ring)
             {
                 reported.still_good |= estimate.status == Status::Good;
             }

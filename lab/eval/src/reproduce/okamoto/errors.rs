@@ -2,7 +2,7 @@
 
 use super::motion::{Motion, SETTLES_S};
 use super::paper::{CYCLES, WINDOW_S};
-use super::run::{FELT_LATE_S, Slid, conversion_s};
+use super::run::{Answer, FELT_LATE_S, Slid, conversion_s};
 use crate::accuracy::NINETY_FIVE;
 use crate::bound::{Clue, orthonormal};
 use crate::simulated::converter_noise_v;
@@ -10,7 +10,7 @@ use anyhow::{Context, Result};
 use nalgebra::{DMatrix, DVector};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::TAXELS;
-use ridgetone_proto::telemetry::{Estimate, Span, Status};
+use ridgetone_proto::telemetry::{Span, Status};
 use std::f64::consts::TAU;
 
 /// What amplitudes are taken from: away from the slide's ends and from turns, where friction builds
@@ -57,27 +57,29 @@ impl Errors {
         (self.good > 0).then(|| self.held as f64 / self.good as f64)
     }
 
-    /// Counts the windows of these estimates in which the finger turns, or of those in which it does
+    /// Counts the windows of these answers in which the finger turns, or of those in which it does
     /// not.
-    pub fn new(slid: &Slid, estimates: &[Estimate], bound: &Bound, is_turning: bool) -> Self {
+    pub fn new(slid: &Slid, answers: &[Answer], bound: &Bound, is_turning: bool) -> Self {
         let (motion, wavelength_mm) = (slid.motion, slid.scene.period_mm);
         let mut errors = Self::default();
-        for estimate in estimates
-            .iter()
-            .filter(|estimate| estimate.span == Span::Window)
-        {
-            let (from_s, until_s) = slid.window_s(estimate);
+        for answer in answers.iter().filter(|answer| answer.span == Span::Window) {
+            let Answer {
+                from_s,
+                until_s,
+                frequency,
+                sigma,
+                ..
+            } = *answer;
             if motion.turns(from_s - SETTLES_S, until_s) != is_turning {
                 continue;
             }
-            let (frequency, sigma) = (f64::from(estimate.frequency), f64::from(estimate.sigma));
             // Cycles a millimetre, or a second at a speed that is known.
             let wavelength = match motion {
                 Motion::Steady(_) => slid.mean_speed_mm_s(from_s, until_s) / frequency,
                 Motion::Hand => 1.0 / frequency,
             };
             let (off, own) = (wavelength / wavelength_mm - 1.0, sigma / frequency);
-            let is_good = estimate.status == Status::Good;
+            let is_good = answer.status == Status::Good;
             errors.wrong += usize::from(is_good && off.abs() > 0.05 && off.abs() > 5.0 * own);
             if from_s < 0.0 || motion.range_mm(from_s, until_s) < CYCLES * wavelength_mm {
                 continue;

@@ -16,7 +16,7 @@ pub struct Scan {
     pub skin: Skin,
     /// Whether it holds the windows in which the finger turns, or the others.
     pub is_turning: bool,
-    /// By the paper's method, by the firmware in its window, and in a window by accuracy.
+    /// By the paper's method, by the firmware, or the fit by position, in its window, and in a window by accuracy.
     pub fft: Option<f64>,
     pub short: Errors,
     pub long: Errors,
@@ -28,18 +28,12 @@ pub struct Scan {
 pub fn scan(wavelength_mm: f64, motion: Motion, skin: Skin) -> Result<Vec<Scan>> {
     let slid = Slid::new(wavelength_mm, motion, skin)?;
     let bound = Bound::new(&slid)?;
-    let short = slid.estimates(settings(skin, WINDOW_S, 0.0), FELT_LATE_S)?;
-    let long = slid.estimates(settings(skin, LONGEST_S, ACCURACY), FELT_LATE_S)?;
+    let short = slid.answers(settings(skin, WINDOW_S, 0.0), FELT_LATE_S)?;
+    let long = slid.answers(settings(skin, LONGEST_S, ACCURACY), FELT_LATE_S)?;
     let of_slide = short
         .iter()
-        .find(|estimate| estimate.span == Span::Slide && estimate.status == Status::Good);
-    let power_mv2 = of_slide.map(|estimate| {
-        let squares = estimate
-            .channels
-            .iter()
-            .map(|channel| (1e3 * f64::from(channel.amplitude_v)).powi(2));
-        squares.sum::<f64>() / estimate.channels.len() as f64
-    });
+        .find(|answer| answer.span == Span::Slide && answer.status == Status::Good);
+    let power_mv2 = of_slide.map(|answer| 1e6 * answer.square_v2);
     let of = |is_turning: bool| Scan {
         wavelength_mm,
         motion,

@@ -96,10 +96,10 @@ fn places_have_to_be_those_that_the_finger_feels() {
     let slid = Slid::new(2.0, Motion::Hand, Skin::Smooth).expect("a scan");
     let bound = Bound::new(&slid).expect("a bound");
     let errors = |late_s: f64| {
-        let estimates = slid
-            .estimates(settings(slid.skin, WINDOW_S, 0.0), late_s)
-            .expect("estimates");
-        Errors::new(&slid, &estimates, &bound, false)
+        let answers = slid
+            .answers(settings(slid.skin, WINDOW_S, 0.0), late_s)
+            .expect("answers");
+        Errors::new(&slid, &answers, &bound, false)
     };
     let (felt, as_they_are) = (errors(FELT_LATE_S), errors(0.0));
     assert!(
@@ -124,15 +124,15 @@ fn places_have_to_be_those_that_the_finger_feels() {
 }
 
 /// Medians of a hand's errors over the bounds in the longer window, as they are and with the
-/// low-pass's dispersion, which the firmware takes off.
+/// low-pass's dispersion, which the fit takes off.
 fn dispersed(wavelength_mm: f64, skin: Skin) -> [f64; 2] {
     let slid = Slid::new(wavelength_mm, Motion::Hand, skin).expect("a scan");
     let bound = Bound::new(&slid).expect("a bound");
-    let estimates = slid
-        .estimates(settings(skin, LONGEST_S, ACCURACY), FELT_LATE_S)
-        .expect("estimates");
+    let answers = slid
+        .answers(settings(skin, LONGEST_S, ACCURACY), FELT_LATE_S)
+        .expect("answers");
     let mut over_bound = [Vec::new(), Vec::new()];
-    for (off, from_s, until_s) in slid.one_way(&estimates) {
+    for (off, from_s, until_s) in slid.one_way(&answers) {
         let dispersed = bound.dispersion_share(slid.motion, from_s, until_s);
         let share = bound.share(slid.motion, from_s, until_s);
         for (all, off) in over_bound.iter_mut().zip([off, off + dispersed]) {
@@ -148,7 +148,7 @@ fn dispersed(wavelength_mm: f64, skin: Skin) -> [f64; 2] {
 }
 
 /// A hand's longer windows are near the bound at 3 mm too (the median of a normal deviate's size is
-/// 0.67): the low-pass's delay gets shorter as the tone gets higher, and the firmware knows.
+/// 0.67): the low-pass's delay gets shorter as the tone gets higher, and the fit knows.
 #[test]
 fn a_hands_tones_are_free_of_the_low_passes_dispersion() {
     for wavelength_mm in [2.5, 3.0] {
@@ -215,13 +215,12 @@ fn where_the_periods_meet_overtones_beyond_the_fourth_matter() {
             harmonics,
             ..settings(Skin::Ridged, LONGEST_S, 0.0)
         };
-        let estimates = slid.estimates(settings, FELT_LATE_S).expect("estimates");
-        let windows = estimates.iter().filter(|one| one.status == Status::Good);
+        let answers = slid.answers(settings, FELT_LATE_S).expect("answers");
+        let windows = answers.iter().filter(|one| one.status == Status::Good);
         let mut all: Vec<_> = windows
             .map(|one| {
-                let (from_s, until_s) = slid.window_s(one);
-                let off = 73.5 / (f64::from(one.frequency) * 1.2) - 1.0;
-                (off / bound.share(slid.motion, from_s, until_s)).abs()
+                let off = 73.5 / (one.frequency * 1.2) - 1.0;
+                (off / bound.share(slid.motion, one.from_s, one.until_s)).abs()
             })
             .collect();
         all.sort_by(f64::total_cmp);

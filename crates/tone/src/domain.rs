@@ -1,8 +1,8 @@
-//! The abscissa of a span: `u`, -1 at its start and 1 at its end, in time or along a path.
+//! The domain of a span, time or position along a path: `u` is -1 at its start and 1 at its end.
 
 /// `u` of the frames of a span.
 #[derive(Clone, Copy)]
-pub enum Abscissa<'a> {
+pub enum Domain<'a> {
     /// In time: `u` of frame 0, and from one frame to the next.
     Time {
         /// `u` of frame 0.
@@ -10,10 +10,10 @@ pub enum Abscissa<'a> {
         /// From one frame to the next.
         step: f32,
     },
-    /// Along a path.
-    Path {
-        /// A frame's place by its number.
-        place: &'a dyn Fn(u32) -> f32,
+    /// Along a path, by positions.
+    Position {
+        /// Position of a frame by its number.
+        position: &'a dyn Fn(u32) -> f32,
         /// Middle of its range.
         centre: f32,
         /// Half of its range.
@@ -23,12 +23,12 @@ pub enum Abscissa<'a> {
     },
 }
 
-/// Frames from one place to the next whose distance counts for the length of a path: the steps of
+/// Frames from one position to the next whose distance counts for the length of a path: the steps of
 /// an encoder do not make it longer.
 const STRIDE_FRAMES: u32 = 8;
 
-impl<'a> Abscissa<'a> {
-    /// The abscissa of `frames` frames in time.
+impl<'a> Domain<'a> {
+    /// The domain of `frames` frames in time.
     pub fn time(frames: u32) -> Self {
         let step = 2.0 / frames.max(1) as f32;
         Self::Time {
@@ -37,13 +37,13 @@ impl<'a> Abscissa<'a> {
         }
     }
 
-    /// The abscissa of `frames` frames along a path. None if it does not move, or a place is not
+    /// The domain of `frames` frames along a path. None if it does not move, or a position is not
     /// finite.
-    pub fn path(place: &'a dyn Fn(u32) -> f32, frames: u32) -> Option<Self> {
+    pub fn positions(position: &'a dyn Fn(u32) -> f32, frames: u32) -> Option<Self> {
         let (mut least, mut most) = (f32::INFINITY, f32::NEG_INFINITY);
-        let (mut length, mut from) = (0.0, place(0));
+        let (mut length, mut from) = (0.0, position(0));
         for frame in 0..frames {
-            let to = place(frame);
+            let to = position(frame);
             if !to.is_finite() {
                 return None;
             }
@@ -57,8 +57,8 @@ impl<'a> Abscissa<'a> {
         let travel = (0.5 * length / range).max(1.0);
         // As in time, the ends lie half a frame beyond the first and the last one.
         let half = range * (1.0 + travel / frames.max(1) as f32);
-        (range > 0.0).then_some(Self::Path {
-            place,
+        (range > 0.0).then_some(Self::Position {
+            position,
             centre: least + range,
             half,
             travel,
@@ -69,12 +69,12 @@ impl<'a> Abscissa<'a> {
     pub fn u(&self, frame: u32) -> f32 {
         match self {
             Self::Time { start, step } => start + step * frame as f32,
-            Self::Path {
-                place,
+            Self::Position {
+                position,
                 centre,
                 half,
                 ..
-            } => (place(frame) - centre) / half,
+            } => (position(frame) - centre) / half,
         }
     }
 }
