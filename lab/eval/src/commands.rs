@@ -168,10 +168,7 @@ fn make_pages(folder: &Path) -> Result<()> {
     reproduce::okamoto::write_picture(folder)?;
     fill(folder, "boards", board::with_bars)?;
     fill(folder, "faults", faults::table::with_bars)?;
-    for topic in ["papers"] {
-        fill(folder, topic, |tables| tables)?;
-    }
-    Ok(())
+    fill(folder, "papers", |tables| tables)
 }
 
 /// Fills in a page from its figures.

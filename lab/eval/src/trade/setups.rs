@@ -17,7 +17,7 @@ pub struct Setup {
     pub cell: Option<&'static str>,
 }
 
-const DEFAULT: Setup = Setup {
+pub const DEFAULT: Setup = Setup {
     name: "default: four harmonics",
     declared: Declared::DEFAULT,
     harmonics: 4,
