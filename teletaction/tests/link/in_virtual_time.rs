@@ -203,7 +203,7 @@ fn the_period_is_the_hands_path_over_the_windows_cycles() {
         window_s: 0.8,
         ..Settings::DEFAULT
     };
-    replay::run(opened, settings, None, &mut sink, &mut |_, _| {}).expect("a run");
+    replay::run(opened, settings, &mut sink, &mut |_, _| {}).expect("a run");
 
     // The hand of the link begins to move at 0 s, and the finger a delay later.
     let delay_s = STEADY.mean / 1e3;
