@@ -30,6 +30,8 @@ pub struct FingerEnd {
     run: u32,
     /// A robot moves the finger as the hand moves.
     follows: bool,
+    /// Run of the stylus' end whose positions the path has.
+    hand_run: u32,
     path: HandPath,
     /// Latest texture that the finger has reported.
     reported: Option<Texture>,
@@ -129,14 +131,85 @@ impl FingerEnd {
     pub fn take(&mut self, t_s: f64, bytes: &[u8]) -> bool {
         match self.receiver.take(bytes) {
             Some(Message {
+                run,
                 body: Body::Position(position_mm),
                 ..
             }) => {
+                if run != self.hand_run {
+                    // Positions count from elsewhere.
+                    (self.hand_run, self.path) = (run, HandPath::default());
+                }
                 self.position_mm = Some(position_mm);
                 self.path.push(t_s, position_mm);
                 true
             }
             _ => false,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ridgetone_proto::telemetry::{Event, Status, longest_packet};
+
+    /// A window of a second and ten cycles that ends at 2 s.
+    fn ten_cycles() -> Estimate {
+        let Event::Estimate(mut estimate) = longest_packet().event else {
+            panic!("an estimate")
+        };
+        (estimate.status, estimate.window_s) = (Status::Good, 1.0);
+        (estimate.frequency, estimate.sigma) = (10.0, 0.01);
+        estimate
+    }
+
+    /// Positions of a hand at 36 mm/s from a time on.
+    fn move_hand(end: &mut FingerEnd, run: u32, from_s: f64) {
+        for number in 0..500 {
+            let t_s = from_s + 0.004 * f64::from(number);
+            let body = Body::Position(36.0 * (t_s - from_s));
+            let message = Message {
+                run,
+                number,
+                t_s,
+                body,
+            };
+            end.take(t_s, &message.bytes());
+        }
+    }
+
+    #[test]
+    fn a_period_by_the_path_replaces_the_reported_one() {
+        let mut end = FingerEnd::new(1, true);
+        let reported = |period_mm| Texture {
+            period_sigma_mm: 0.26,
+            ..Texture::new(period_mm)
+        };
+        end.found(Some(reported(3.5)));
+        assert_eq!(end.period_by(), Some(PeriodBy::Finger));
+        move_hand(&mut end, 7, 0.5);
+        let found = end.window(2.0, &ten_cycles()).expect("a period");
+        assert!((found.mm - 3.6).abs() < 1e-6, "{found:?}");
+        let texture = end.texture().expect("a texture");
+        assert!((texture.period_mm - 3.6).abs() < 1e-5, "{texture:?}");
+        assert_eq!(end.period_by(), Some(PeriodBy::Path));
+        // Another texture, which contradicts the period; then silence.
+        end.found(Some(reported(2.0)));
+        assert_eq!(end.texture().map(|texture| texture.period_mm), Some(2.0));
+        end.window(2.0, &ten_cycles());
+        end.found(None);
+        assert_eq!((end.texture(), end.period_by()), (None, None));
+    }
+
+    #[test]
+    fn a_finger_that_follows_nobody_and_a_new_run_give_no_period() {
+        let mut alone = FingerEnd::new(1, false);
+        move_hand(&mut alone, 7, 0.5);
+        assert_eq!(alone.window(2.0, &ten_cycles()), None);
+        let mut end = FingerEnd::new(1, true);
+        move_hand(&mut end, 7, -0.5);
+        // The stylus' end starts again in the middle of the window, and counts from 0.
+        move_hand(&mut end, 8, 1.5);
+        assert_eq!(end.window(2.0, &ten_cycles()), None);
     }
 }

@@ -12,6 +12,9 @@ const KEPT: usize = 16_384;
 /// an edge.
 const TURN_MM: f64 = 0.02;
 
+/// Longest time between two positions: after a longer one a robot jumps, and nobody knows how.
+const GAP_S: f64 = 0.25;
+
 /// Standard deviation of the time at which a window ended on this computer's clock, seconds: bytes
 /// wait for USB and for the system.
 const TIME_SIGMA_S: f64 = 0.01;
@@ -23,7 +26,7 @@ const SPEED_S: f64 = 0.05;
 #[derive(Clone, Debug, Default)]
 pub struct HandPath(VecDeque<(f64, f64)>);
 
-/// A position on the path, and the half-width of the step that it lies in.
+/// A position on the path, and the step between two arrivals that it lies in.
 #[derive(Clone, Copy, Debug)]
 struct Point {
     mm: f64,
@@ -73,16 +76,14 @@ impl HandPath {
     pub fn length(&self, from_s: f64, to_s: f64) -> Option<Length> {
         let (from, to) = (self.at(from_s)?, self.at(to_s)?);
         let way = (to.mm - from.mm).signum();
-        let inside = self
-            .0
-            .iter()
-            .filter(|(t_s, _)| (from_s..=to_s).contains(t_s));
-        let mut farthest_mm = way * from.mm;
-        for mm in inside.map(|(_, mm)| way * mm).chain([way * to.mm]) {
-            if farthest_mm - mm > TURN_MM {
+        let inside = self.0.iter().copied();
+        let inside = inside.filter(|(t_s, _)| (from_s..=to_s).contains(t_s));
+        let (mut latest_s, mut farthest_mm) = (from_s, way * from.mm);
+        for (t_s, mm) in inside.chain([(to_s, to.mm)]) {
+            if t_s - latest_s > GAP_S || farthest_mm - way * mm > TURN_MM {
                 return None;
             }
-            farthest_mm = farthest_mm.max(mm);
+            (latest_s, farthest_mm) = (t_s, farthest_mm.max(way * mm));
         }
         // A shift in time adds at one end what it takes at the other, unless the speeds differ.
         let change_mm_s = self.speed_mm_s(to_s - SPEED_S)? - self.speed_mm_s(from_s)?;
@@ -159,6 +160,11 @@ mod tests {
         // An encoder on an edge does not turn.
         let resting = path(|t_s| 0.005 * ((250.0 * t_s).round() % 2.0));
         assert!(resting.length(1.0, 2.0).is_some());
+        // The link was dead for a second.
+        let mut interrupted = path(|t_s| 40.0 * t_s);
+        interrupted.push(5.0, 200.0);
+        interrupted.push(5.1, 204.0);
+        assert_eq!(interrupted.length(3.5, 5.05), None);
         for (from_s, to_s) in [(-0.1, 1.0), (3.5, 4.0)] {
             assert_eq!(turning.length(from_s, to_s), None);
         }
