@@ -21,7 +21,6 @@
 //! | 128 to 251 | more pairs |
 //! | 252 to 255 | checksum of everything but the checksum in the middle |
 //!
-//!
 //! The crate `sequential-storage` (8.0.2) lost settings: it judges a page by its first and last
 //! word, and an interrupted erasure leaves undefined data (RM0090, 3.6). It also takes 9.1 to 11.2
 //! kB more flash.

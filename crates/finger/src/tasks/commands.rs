@@ -300,10 +300,10 @@ mod tests {
             number: u16::MAX,
             command,
         };
-        // By hand: number 3, kind 1, settings 102, keep 1; then 4 of checksum, 1 of stuffing and
+        // By hand: number 3, kind 1, settings 90, keep 1; then 4 of checksum, 1 of stuffing and
         // the zero.
         let mut wire = [0; REQUEST_WIRE_MAX];
-        assert_eq!(wire::encode(&request, &mut wire), Ok(113));
+        assert_eq!(wire::encode(&request, &mut wire), Ok(101));
     }
 
     #[test]
