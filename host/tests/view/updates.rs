@@ -54,6 +54,29 @@ fn window(strips: &Strips, from_s: f64, until_s: f64) -> (Vec<f64>, Vec<Vec<f64>
     )
 }
 
+/// Values less their straight line.
+fn about_line(t_s: &[f64], values: &[f64]) -> Vec<f64> {
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let (level, middle) = (mean(values), mean(t_s));
+    let both = || t_s.iter().map(|t| t - middle).zip(values);
+    let slope =
+        both().map(|(t, v)| t * (v - level)).sum::<f64>() / both().map(|(t, _)| t * t).sum::<f64>();
+    both().map(|(t, v)| v - level - slope * t).collect()
+}
+
+fn squares(values: &[f64]) -> f64 {
+    values.iter().map(|v| v * v).sum()
+}
+
+/// Square of a plain Fourier sum.
+fn power(values: &[f64], angle: impl Fn(usize) -> f64) -> f64 {
+    let sum = |wave: fn(f64) -> f64| -> f64 {
+        let waves = (0..values.len()).map(|n| values[n] * wave(angle(n)));
+        waves.sum()
+    };
+    sum(f64::cos).powi(2) + sum(f64::sin).powi(2)
+}
+
 #[test]
 fn the_spectrum_is_that_of_a_plain_fourier_sum_over_the_latest_window() {
     let live = live();
@@ -67,28 +90,8 @@ fn the_spectrum_is_that_of_a_plain_fourier_sum_over_the_latest_window() {
     for bin in [5, 8, 9, 18, 27, 50, 100] {
         let hz = bin as f64 * found.bin_hz;
         let share = |values: &Vec<f64>| {
-            // About its straight line, as the library has it.
-            let (mean, middle) = (
-                values.iter().sum::<f64>() / frames,
-                t_s.iter().sum::<f64>() / frames,
-            );
-            let along = |t_s: &f64| t_s - middle;
-            let slope = t_s
-                .iter()
-                .zip(values)
-                .map(|(t, v)| along(t) * (v - mean))
-                .sum::<f64>()
-                / t_s.iter().map(|t| along(t).powi(2)).sum::<f64>();
-            let rest: Vec<f64> = t_s
-                .iter()
-                .zip(values)
-                .map(|(t, v)| v - mean - slope * along(t))
-                .collect();
-            let (re, im) = (0..rest.len()).fold((0.0, 0.0), |(re, im), n| {
-                let angle = TAU * hz * (t_s[n] - t_s[0]);
-                (re + rest[n] * angle.cos(), im + rest[n] * angle.sin())
-            });
-            (re * re + im * im) / rest.iter().map(|v| v * v).sum::<f64>()
+            let rest = about_line(&t_s, values);
+            power(&rest, |n| TAU * hz * (t_s[n] - t_s[0])) / squares(&rest)
         };
         let power = volts.iter().map(share).sum::<f64>() / (16.0 * 0.5 * frames);
         let db = 10.0 * power.log10();
@@ -146,30 +149,13 @@ fn the_spectrum_is_that_of_a_plain_fourier_sum_over_the_latest_window() {
                     .iter()
                     .map(|v| f64::from(v.expect("a value")))
                     .collect();
-                let (mean, middle) = (read.iter().sum::<f64>() / frames, 0.5 * (frames - 1.0));
-                let along = |n: usize| n as f64 - middle;
-                let slope = read
+                let left = read
                     .iter()
-                    .enumerate()
-                    .map(|(n, v)| along(n) * (v - mean))
-                    .sum::<f64>()
-                    / (0..read.len()).map(|n| along(n).powi(2)).sum::<f64>();
-                let about: f64 = read
-                    .iter()
-                    .enumerate()
-                    .map(|(n, v)| (v - mean - slope * along(n)).powi(2))
-                    .sum();
-                let (re, im) = read.iter().zip(fit).enumerate().fold(
-                    (0.0, 0.0),
-                    |(re, im), (n, (read, fit))| {
-                        let angle = TAU * bin as f64 * n as f64 / 256.0;
-                        (
-                            re + (read - f64::from(*fit)) * angle.cos(),
-                            im + (read - f64::from(*fit)) * angle.sin(),
-                        )
-                    },
-                );
-                (re * re + im * im) / about
+                    .zip(fit)
+                    .map(|(read, fit)| read - f64::from(*fit));
+                let left: Vec<f64> = left.collect();
+                power(&left, |n| TAU * bin as f64 * n as f64 / 256.0)
+                    / squares(&about_line(&t_s, &read))
             })
             .sum();
         let db = 10.0 * (power / (0.5 * frames * 16.0)).log10();
