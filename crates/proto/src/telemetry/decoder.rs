@@ -112,7 +112,7 @@ mod tests {
     use super::*;
     use crate::boot::{Boot, SettingsSource};
     use crate::settings::Settings;
-    use crate::telemetry::{Health, Hello, Release, encode, longest_packet};
+    use crate::telemetry::{Health, Hello, PROTOCOL, Release, encode, longest_packet};
     extern crate std;
 
     fn estimate() -> Event {
