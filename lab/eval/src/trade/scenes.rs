@@ -1,11 +1,10 @@
 //! What each part of a scene costs, and what goes wrong where it is left out and is there after all.
 
-use super::setups::{LEAN, SCENES, SCENES_S, Setup};
+use super::setups::{DEFAULT, SCENES, SCENES_S, Setup};
 use crate::bench::report::Report;
 use crate::noise::beside;
 use crate::page::{self, Bar, Figures, Table, Tables, percent};
 use anyhow::Result;
-use ridgetone_proto::settings::Declared;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::path::Path;

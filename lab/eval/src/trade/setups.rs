@@ -1,4 +1,4 @@
-//! Scenes that a fit is told, and the noise that each is judged with.
+//! Scenes that are declared to a fit, and the noise that each is judged with.
 
 use ridgetone_proto::settings::Declared;
 
@@ -17,7 +17,7 @@ pub struct Setup {
     pub cell: Option<&'static str>,
 }
 
-const DEFAULT: Setup = Setup {
+pub const DEFAULT: Setup = Setup {
     name: "default: four harmonics",
     declared: Declared::DEFAULT,
     harmonics: 4,
