@@ -1,4 +1,4 @@
-//! Scenes that a fit is told, and the noise that each is judged with.
+//! Scenes that are declared to a fit, and the noise that each is judged with.
 
 use ridgetone_proto::settings::Declared;
 
