@@ -85,7 +85,8 @@ impl Grid {
         for pair in at_rows.windows(2) {
             let ((from, from_mm), (to, to_mm)) = (pair[0], pair[1]);
             for (since, position) in positions[from..=to].iter_mut().enumerate() {
-                *position = (from_mm + (to_mm - from_mm) * since as f64 / (to - from) as f64) as f32;
+                *position =
+                    (from_mm + (to_mm - from_mm) * since as f64 / (to - from) as f64) as f32;
             }
         }
         Ok(positions)

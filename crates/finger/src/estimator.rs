@@ -13,8 +13,7 @@ use core::f32::consts::PI;
 use ridgetone_proto::fault::FaultSet;
 use ridgetone_proto::settings::{Settings, SlideRule, TAXELS};
 use ridgetone_proto::telemetry::{
-    Channel, Estimate, Movement, OtherTone, Overtones, Span, Status, Texture, Travel,
-    TravelStatus,
+    Channel, Estimate, Movement, OtherTone, Overtones, Span, Status, Texture, Travel, TravelStatus,
 };
 use ridgetone_tone::{Fit, FrameSource, OVERTONES, Overwritten, Values};
 
