@@ -31,6 +31,7 @@
 // Not published: a field whose name and unit say everything needs no documentation.
 #![allow(missing_docs)]
 
+pub mod alignment;
 pub mod analysis;
 mod calibrate;
 pub mod chart;

@@ -1,7 +1,7 @@
 //! The part of a table that is used: its rows are read up to the part's end, and only those of the
 //! part are kept.
 
-use crate::positions::Alignment;
+use crate::alignment::Alignment;
 use crate::speed::Column;
 use crate::usage::UsageError;
 use anyhow::{Result, bail, ensure};

@@ -1,0 +1,71 @@
+//! What a fit has to know of positions that come from another clock than the frames: the skew of the
+//! channels, the delay of the low-pass, and the uncertain delay.
+
+use ridgetone_proto::settings::TAXELS;
+use std::f64::consts::TAU;
+
+/// Phases below which the dispersion of the low-pass is left out, turns.
+const NEGLIGIBLE_TURNS: f64 = 1e-5;
+
+/// How the positions of another file belong to a recording's frames.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Alignment {
+    /// Name of the file with the positions.
+    pub file: String,
+    /// Frames by which each taxel is read after the frame's position.
+    pub skew_frames: [f32; TAXELS],
+    /// Time constant of the low-pass, seconds; positions are those of that much earlier.
+    pub low_pass_s: f64,
+    /// Standard deviation of the time by which all positions may be late, seconds.
+    pub sigma_s: f64,
+}
+
+impl Alignment {
+    /// Positions for a tone of some cycles a millimetre: the low-pass delays a tone of f hertz by
+    /// atan(2 pi f t) / (2 pi f) alone. None if that changes less than [`NEGLIGIBLE_TURNS`].
+    pub fn without_dispersion(
+        &self,
+        positions_mm: &[f32],
+        rate_hz: f64,
+        per_mm: f64,
+    ) -> Option<Vec<f32>> {
+        let last = positions_mm.len().checked_sub(1)?;
+        let ahead_turns = |frame: usize| {
+            let (before, after) = (frame.saturating_sub(1), last.min(frame + 1));
+            let step_mm = f64::from(positions_mm[after] - positions_mm[before]);
+            let angle =
+                TAU * per_mm * self.low_pass_s * step_mm * rate_hz / (after - before).max(1) as f64;
+            (angle - angle.atan()) / TAU
+        };
+        let ahead: Vec<f64> = (0..=last).map(ahead_turns).collect();
+        let most = ahead.iter().fold(0f64, |most, turns| most.max(turns.abs()));
+        let corrected = positions_mm
+            .iter()
+            .zip(&ahead)
+            .map(|(mm, turns)| mm + (turns / per_mm) as f32);
+        (most > NEGLIGIBLE_TURNS).then(|| corrected.collect())
+    }
+
+    /// Standard deviation of a frequency by positions, as a fraction of it, that follows from the
+    /// uncertain delay: positions that are late by a time are wrong by the speed times that, and
+    /// the slope of this error over the position is the error of the frequency. At a constant
+    /// speed there is none.
+    pub fn sigma_fraction(&self, positions_mm: &[f32], rate_hz: f64) -> f64 {
+        let speeds = positions_mm
+            .windows(3)
+            .map(|at| 0.5 * f64::from(at[2] - at[0]) * rate_hz);
+        let inner = positions_mm.get(1..).unwrap_or_default();
+        let pairs: Vec<(f64, f64)> = inner.iter().map(|mm| f64::from(*mm)).zip(speeds).collect();
+        let mean_mm = pairs.iter().map(|(mm, _)| mm).sum::<f64>() / pairs.len().max(1) as f64;
+        let (mut along, mut squares) = (0.0, 0.0);
+        for (mm, mm_s) in pairs {
+            along += (mm - mean_mm) * mm_s;
+            squares += (mm - mean_mm).powi(2);
+        }
+        if squares > 0.0 {
+            (self.sigma_s * along / squares).abs()
+        } else {
+            0.0
+        }
+    }
+}
