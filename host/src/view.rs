@@ -4,7 +4,7 @@
 //! | step | file |
 //! |---|---|
 //! | what the pages get, and when | [`message`], [`hub`] |
-//! | runs to look back at, how they are read, and what is recorded | [`mod@run`], [`runs`], [`reading`], [`recorder`] |
+//! | runs to look back at, and what is recorded | [`mod@run`], [`runs`], [`recorder`] |
 //! | the server | [`server`], [`connections`], [`run_routes`] |
 //! | work that takes long | [`work`] |
 //! | who may ask it | [`guard`] |
@@ -22,7 +22,6 @@ pub mod files;
 pub mod guard;
 pub mod hub;
 pub mod message;
-pub mod reading;
 pub mod recorder;
 pub mod run;
 pub mod run_routes;
@@ -38,7 +37,6 @@ use anyhow::{Context, Result};
 use app::App;
 use guard::Access;
 use hub::{Hub, UPDATE_EVERY};
-use reading::Reading;
 use ridgetone_proto::settings::Settings;
 use runs::{How, Runs};
 use server::Server;
@@ -65,8 +63,6 @@ pub struct Options {
 #[derive(Clone, Debug)]
 pub struct RunFile {
     pub path: PathBuf,
-    /// How it is read, if it is a table.
-    pub reading: Reading,
     /// Settings in place of its own.
     pub settings: Option<Settings>,
     /// There is nothing else to see: what cannot be opened ends the command.
@@ -81,7 +77,6 @@ impl RunFile {
         );
         let allowance = Allowance::unlimited();
         let how = How {
-            reading: self.reading,
             settings: self.settings,
             is_recorded: false,
         };

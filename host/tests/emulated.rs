@@ -18,7 +18,7 @@ mod wavelengths;
 use hal_mock::{Sliding, SlidingScene, TABLE_2, Truth, load_scene, write_csv};
 use ridgetone_host::demo;
 use ridgetone_host::emulator::{self, Options, Outcome};
-use ridgetone_host::input::{Input, SLOT_S, Source, first_scene, frame_rate_hz};
+use ridgetone_host::input::{Input, SLOT_S, first_scene, frame_rate_hz};
 use ridgetone_host::names::name;
 use ridgetone_host::replay;
 use ridgetone_proto::settings::{Feeling, Settings};
@@ -180,9 +180,8 @@ fn all_of_table_2_within_its_bars_and_as_on_the_pc() {
         );
         let truth = SlidingScene::new(scene.clone()).expect("a scene").truth();
         let input = Input {
-            source: Source::Scene(scene.clone()),
+            scene: scene.clone(),
             seed: scene.seed,
-            ..Input::default()
         };
         let (outcome, packets) = emulate(&input, false);
         assert_within_bars(&what, &packets, &outcome, &truth);
@@ -217,9 +216,8 @@ fn period_speed_and_direction_of_table_2_without_a_given_speed() {
             ..scene
         };
         let input = Input {
-            source: Source::Scene(scene.clone()),
+            scene: scene.clone(),
             seed,
-            ..Input::default()
         };
         let (outcome, packets) = emulate(&input, false);
         let towards = if reverse {
@@ -304,7 +302,7 @@ fn what_a_finger_feels_is_the_same_on_the_chip_and_on_the_pc() {
                 ..Settings::DEFAULT
             };
             let input = Input {
-                source: Source::Scene(first_scene().expect("a scene")),
+                scene: first_scene().expect("a scene"),
                 ..Input::default()
             };
             let (outcome, packets) = emulate_with(&input, settings, false);
@@ -406,7 +404,7 @@ fn a_physical_finger_is_the_same_on_the_chip_and_on_the_pc() {
         let sliding = load_scene(file, frame_rate_hz()).expect("a scene");
         let truth = SlidingScene::new(sliding.clone()).expect("a scene").truth();
         let input = Input {
-            source: Source::Scene(sliding),
+            scene: sliding,
             ..Input::default()
         };
         let (outcome, packets) = emulate(&input, false);

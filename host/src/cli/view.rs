@@ -17,16 +17,14 @@ It prints the page's address; open that in a browser, or give --open. Only this 
 computer that others reach, or 0.0.0.0 for all of them, --listen makes a token: the printed address has it, and the QR code is
 that address for a phone. What travels is not encrypted. The emulated board waits while nobody looks.
 
-Exclude --emulated, FILE.csv goes through the library on this PC. Values that are not in volts are scaled by a power of ten. Mark
-parts of it to fit, or fit all.
+Of a recording with raw frames, mark parts to fit. `ridgetone fit FILE.csv --svg picture.svg` draws a table.
 
 Examples:
   ridgetone view
   ridgetone view --port /dev/ttyUSB0
   ridgetone view --emulated --open
-  ridgetone view --emulated --scene hal-mock/scenes/c7.toml --listen 127.0.0.1:9000
+  ridgetone view --emulated=hal-mock/scenes/c7.toml --listen 127.0.0.1:9000
   ridgetone view --file touch.rec
-  ridgetone view recording.csv
   ridgetone view --listen 0.0.0.0:8321")]
 pub struct ViewArgs {
     #[command(flatten)]
@@ -51,7 +49,7 @@ impl ViewArgs {
             .map(settings_form::load)
             .transpose()?;
         stop::on_signal()?;
-        let run = self.source.run().map(|run| RunFile { settings, ..run });
+        let run = self.source.run()?.map(|run| RunFile { settings, ..run });
         let alone = run.as_ref().filter(|run| run.is_alone);
         let feed = match alone {
             Some(run) => Feed::new(NoBoard(run.path.display().to_string())),

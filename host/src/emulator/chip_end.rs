@@ -219,9 +219,6 @@ mod tests {
                 end_s,
                 truth: None,
                 warning: None,
-                guessed: None,
-                uncertainty: Default::default(),
-                failure: None,
             },
             &options,
         )

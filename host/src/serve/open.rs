@@ -1,11 +1,9 @@
 //! Sources of messages, opened.
 
 use super::name::Source;
-use crate::feed::{Emulated, Feed, Pace};
-use crate::input::frame_rate_hz;
+use crate::feed::{self, Emulation, Feed, Pace};
 use crate::port::{Link, System, Wanted};
 use crate::recording::Recorded;
-use crate::touches::{first_touches, of_scene};
 use anyhow::Result;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -32,14 +30,11 @@ pub fn feed(source: &Source, emulator: Option<&Emulator>) -> Result<Feed> {
 /// At the speed of a real board, touched again and again.
 fn emulated(scene: Option<&Path>, emulator: Option<&Emulator>) -> Result<Feed> {
     let emulator = emulator.ok_or_else(|| anyhow::anyhow!("no firmware image to emulate"))?;
-    let input = match scene {
-        Some(path) => of_scene(hal_mock::load_scene(path, frame_rate_hz())?)?.repeated(),
-        None => first_touches()?,
+    let how = Emulation {
+        elf: emulator.elf.clone(),
+        silence: emulator.silence,
+        pace: Some(1.0),
+        repeats: true,
     };
-    Ok(Feed::new(Emulated::start(
-        input,
-        emulator.elf.clone(),
-        emulator.silence,
-        Some(1.0),
-    )))
+    feed::emulated(scene, how)
 }

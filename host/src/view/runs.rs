@@ -1,6 +1,5 @@
 //! The runs that pages look back at, by their numbers, and their files.
 
-use super::reading::Reading;
 use super::run::{Run, Summary};
 use super::work::Allowance;
 use crate::settings_form;
@@ -54,7 +53,6 @@ impl List {
 /// How a file becomes a run.
 #[derive(Clone, Debug, Default)]
 pub struct How {
-    pub reading: Reading,
     /// Settings in place of those of its board.
     pub settings: Option<Settings>,
     /// Whether it was recorded here, so that its file goes with the command.
@@ -114,11 +112,10 @@ impl Runs {
     ) -> Result<Numbered> {
         self.lock().check()?;
         let How {
-            reading,
             settings,
             is_recorded,
         } = how;
-        let run = Arc::new(Run::open(name, path, reading, settings, allowance)?);
+        let run = Arc::new(Run::open(name, path, settings, allowance)?);
         let mut list = self.lock();
         // Others may have been opened meanwhile.
         list.check()?;
@@ -139,22 +136,13 @@ impl Runs {
     pub fn again(&self, id: u64, json: &str, allowance: &Allowance) -> Result<Numbered> {
         let run = self.get(id)?;
         let settings = settings_form::with_json(&run.settings(), json)?;
-        self.replace(id, run.reading.clone(), Some(settings), allowance)
-    }
-
-    /// Reads a run's table again with another column as the time.
-    pub fn with_time(&self, id: u64, text: &str, allowance: &Allowance) -> Result<Numbered> {
-        let run = self.get(id)?;
-        let reading = run
-            .reading
-            .with_time(&run.summary().time_columns, text.trim())?;
-        self.replace(id, reading, None, allowance)
+        self.replace(id, Some(settings), allowance)
     }
 
     /// Reads a run's file again, as it was opened at first.
     pub fn reload(&self, id: u64, allowance: &Allowance) -> Result<Numbered> {
         let settings = self.lock().kept(id)?.settings;
-        self.replace(id, self.get(id)?.reading.clone(), settings, allowance)
+        self.replace(id, settings, allowance)
     }
 
     /// Keeps somebody's note on a run.
@@ -177,13 +165,12 @@ impl Runs {
     fn replace(
         &self,
         id: u64,
-        reading: Reading,
         settings: Option<Settings>,
         allowance: &Allowance,
     ) -> Result<Numbered> {
         let run = self.get(id)?;
         let (name, path) = (&run.name, &run.path);
-        let run = Arc::new(Run::open(name, path, reading, settings, allowance)?);
+        let run = Arc::new(Run::open(name, path, settings, allowance)?);
         let mut list = self.lock();
         let kept = list.kept(id)?;
         kept.run = run;

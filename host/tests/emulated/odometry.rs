@@ -4,7 +4,7 @@
 use super::by_kind;
 use hal_mock::{Hand, Sliding, SlidingScene};
 use ridgetone_host::emulator::{self, Options};
-use ridgetone_host::input::{Input, Source};
+use ridgetone_host::input::Input;
 use ridgetone_host::odometry::{Stream, message};
 use ridgetone_host::replay::{self, Motion};
 use ridgetone_proto::odometry::FRAME_BYTES;
@@ -70,7 +70,7 @@ fn windows_by_place_are_those_of_the_pc_bit_for_bit() {
     let truth = SlidingScene::new(scene.clone()).expect("a scene").truth();
     let (stream, [arrived, lost, doubled, damaged]) = messages(truth.slide_start_s, truth.end_s);
     let input = Input {
-        source: Source::Scene(scene),
+        scene: scene,
         ..Input::default()
     };
     let elf = emulator::image::find().expect("an image");

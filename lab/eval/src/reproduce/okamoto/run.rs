@@ -8,7 +8,7 @@ use super::skin::Skin;
 use anyhow::{Context, Result};
 use hal_mock::{Sliding, SlidingScene, sliding::Hand};
 use ridgetone_finger::TimedConversion;
-use ridgetone_host::input::{Input, Opened, Source};
+use ridgetone_host::input::{Input, Opened};
 use ridgetone_host::odometry::{self, Stream};
 use ridgetone_host::replay::{self, START_US};
 use ridgetone_proto::odometry::{FRAME_BYTES, WIRE_BYTES};
@@ -76,9 +76,8 @@ pub fn conversion_s() -> f64 {
 
 fn open(scene: &Sliding) -> Result<Opened> {
     Input {
-        source: Source::Scene(scene.clone()),
+        scene: scene.clone(),
         seed: scene.seed,
-        ..Input::default()
     }
     .open_in(&Plan::HAND)
 }
