@@ -43,10 +43,9 @@ pub struct Grating {
 }
 
 /// A slide over a grating.
-#[expect(clippy::large_enum_variant, reason = "a few exist")]
 pub enum Source {
     /// In front of the simulated chip.
-    Scene(Input),
+    Scene(Box<Input>),
     Recording(Frames),
 }
 

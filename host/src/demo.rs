@@ -29,7 +29,7 @@ pub fn run(
     progress: &mut dyn FnMut(f64, f64),
 ) -> Result<Demo> {
     let (speed_mm_s, period_mm, seed) = (scene.speed_mm_s, scene.period_mm, scene.seed);
-    let input = Input { scene: scene, seed }.open()?;
+    let input = Input { scene, seed }.open()?;
     let truth = input.truth.context("the scene has no truth")?;
     let mut packets = Vec::new();
     let mut sink = |packet: &Packet| {

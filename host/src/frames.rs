@@ -48,7 +48,7 @@ enum Frame<'a> {
 
 enum Source {
     Board(Board),
-    Table(Table),
+    Table(Box<Table>),
 }
 
 /// A recording whose frames can be run through the library more than once.
@@ -80,7 +80,7 @@ impl Frames {
         Ok(Self {
             settings: table.settings(),
             length_s: table.length_s(),
-            source: Source::Table(table),
+            source: Source::Table(Box::new(table)),
         })
     }
 

@@ -319,7 +319,11 @@ fn run_all(long: bool) {
         .expect("a link");
     for name in ["recording.csv", "trace.csv"] {
         let path = folder.path().join(name);
-        assert!(run(&["scene", "-o", text(&path)]).status.success());
+        assert!(
+            run(&["emulate", "--print-scene", text(&path)])
+                .status
+                .success()
+        );
     }
     let (mut by_hand, mut place_mm) = (String::from("time_s,a,v_mm_s\n"), 0.0_f64);
     for row in 0..500 {
@@ -366,7 +370,7 @@ fn run_all(long: bool) {
         );
         let path = folder.path().join(format!("{name}.csv"));
         assert!(
-            run(&["scene", "--scene", text(&scene), "-o", text(&path)])
+            run(&["emulate", text(&scene), "--print-scene", text(&path)])
                 .status
                 .success()
         );

@@ -328,7 +328,7 @@ fn memory_and_processor_time_of_the_commands() {
     let mut table = Table::new(&["command", "% of a core", "MB"]);
     let record = ["record", "--raw", "-o", common::text(&file)];
     let commands: [&[&str]; 6] = [
-        &["listen", "--raw"],
+        &["monitor", "--plain", "--raw"],
         &["monitor", "--plain"],
         &["monitor", "--raw", "--json"],
         &record,

@@ -60,10 +60,10 @@ impl CalibrateArgs {
                 .extension()
                 .is_some_and(|extension| extension == "toml");
             let source = match is_scene {
-                true => Source::Scene(Input {
+                true => Source::Scene(Box::new(Input {
                     scene: hal_mock::load_scene(path, rate_of(&plan))?,
                     ..Input::default()
-                }),
+                })),
                 false => {
                     Source::Recording(Frames::open(&Samples::file(path)?, Reading::default())?)
                 }

@@ -11,6 +11,7 @@ use hal_mock::{PROGRESS_ROWS, RowClock, RowReader, Timing, check_order};
 use ridgetone_finger::PlainFrame;
 use ridgetone_proto::plan::{FRAME_RATE_LEAST_HZ, FRAME_RATE_MOST_HZ, Plan};
 use ridgetone_proto::settings::{Array, STRIDE_MIN_S, Settings, TAXELS};
+use std::fmt;
 use std::ops::ControlFlow;
 
 /// Rows whose stamps give the first guess of their spacing.
@@ -27,6 +28,9 @@ const GAP_MAX_S: f64 = 60.0;
 /// Longest gap, as a fraction of the whole time.
 const GAP_FRACTION_MAX: f64 = 0.5;
 
+/// Spacings of the rows before a gap that it is longer than, at least.
+const GAP_ROWS: f64 = 10.0;
+
 /// Most rows that may be missing, as a fraction of all.
 const MISSING_MAX: f64 = 0.2;
 
@@ -35,9 +39,6 @@ const WINDOW_ROWS: f64 = 64.0;
 
 /// From one window to the next, as a fraction of the window.
 const STRIDE_FRACTION: f32 = 0.25;
-
-/// Longest recording, seconds: a longer one has another unit of time.
-const LENGTH_MAX_S: f64 = 86_400.0;
 
 pub struct Table {
     samples: Samples,
@@ -89,11 +90,6 @@ impl Table {
             "{file}: {} channels, and 1 to {TAXELS} are taken together: {}",
             names.len(),
             instead(samples, Some("--columns NAMES"))
-        );
-        let length_s = (survey.last + 1) as f64 / rate_hz;
-        ensure!(
-            length_s <= LENGTH_MAX_S,
-            "{file} would last {length_s:.4e} s, and at most {LENGTH_MAX_S} s are taken: check its unit of time"
         );
         let (least, most) = (FRAME_RATE_LEAST_HZ, FRAME_RATE_MOST_HZ);
         let window = format!("--window {}", (WINDOW_ROWS / rate_hz).ceil());
@@ -237,6 +233,46 @@ fn quoted(word: &str) -> String {
     }
 }
 
+/// The time between two rows.
+#[derive(Clone, Copy, Debug)]
+struct Gap {
+    /// Number of the row behind it, from 1.
+    row: u64,
+    from_s: f64,
+    to_s: f64,
+    /// Time from the first row to the gap, seconds.
+    before_s: f64,
+}
+
+impl Gap {
+    fn length_s(&self) -> f64 {
+        self.to_s - self.from_s
+    }
+
+    /// True if it is far wider than the gaps between the rows before it.
+    fn is_wide(&self) -> bool {
+        let spacings = self.row.saturating_sub(2) as f64;
+        self.length_s() * spacings > GAP_ROWS * self.before_s && spacings > 0.0
+    }
+}
+
+impl fmt::Display for Gap {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            row,
+            from_s,
+            to_s,
+            before_s,
+        } = self;
+        write!(
+            f,
+            "row {row} (time_s {to_s}): a gap of {} s behind {} s of data; `ridgetone fit --to {from_s}` fits the rows before it",
+            significant(self.length_s(), 6),
+            significant(*before_s, 4)
+        )
+    }
+}
+
 /// Result of one pass over the rows.
 #[derive(Default)]
 struct Survey {
@@ -256,13 +292,12 @@ impl Survey {
         reading: Reading,
         progress: &mut Progress,
     ) -> Result<()> {
-        let (mut values, mut before_s, mut first_s) = (Vec::new(), None, None);
-        // Number of the row behind the longest gap, and the times of its ends.
-        let mut gap = None::<(u64, f64, f64)>;
+        let (mut values, mut before_s) = (Vec::new(), None);
+        let (mut first_s, mut widest) = (None, None::<Gap>);
         while rows.advance()? {
             rows.values(&mut values)?;
             self.rows += 1;
-            if self.rows % PROGRESS_ROWS == 0 {
+            if self.rows.is_multiple_of(PROGRESS_ROWS) {
                 progress.show(format_args!("{} rows checked", self.rows));
             }
             self.look_at(&values);
@@ -277,28 +312,28 @@ impl Survey {
                 }
                 (None, Timing::Stamped) => bail!("{}: a row has no time", rows.file()),
             };
-            first_s.get_or_insert(t_s);
-            if let Some(before_s) = before_s {
-                check_order(rows, before_s, t_s)?;
-                if gap.is_none_or(|(_, from_s, to_s)| t_s - before_s > to_s - from_s) {
-                    gap = Some((self.rows, before_s, t_s));
+            let begin_s = *first_s.get_or_insert(t_s);
+            if let Some(from_s) = before_s {
+                check_order(rows, from_s, t_s)?;
+                let gap = Gap {
+                    row: self.rows,
+                    from_s,
+                    to_s: t_s,
+                    before_s: from_s - begin_s,
+                };
+                if gap.is_wide() && gap.length_s() > GAP_MAX_S {
+                    bail!("{}: {gap}", rows.file());
                 }
-                if t_s - before_s > GAP_MAX_S {
-                    break;
+                if widest.is_none_or(|widest| gap.length_s() > widest.length_s()) {
+                    widest = Some(gap);
                 }
             }
             before_s = Some(t_s);
             self.push(t_s);
         }
-        if let (Some((row, from_s, to_s)), Some(first_s)) = (gap, first_s) {
-            let (gap_s, length_s) = (to_s - from_s, before_s.unwrap_or(to_s).max(to_s) - first_s);
-            ensure!(
-                gap_s <= GAP_MAX_S && (gap_s <= GAP_FRACTION_MAX * length_s || self.rows <= 2),
-                "{}: row {row} (time_s {to_s}): a gap of {} s behind {} s of data; `ridgetone fit --to {from_s}` fits the rows before it",
-                rows.file(),
-                significant(gap_s, 6),
-                significant(from_s - first_s, 4)
-            );
+        if let (Some(gap), Some(first_s), Some(last_s)) = (widest, first_s, before_s) {
+            let is_pause = gap.length_s() > GAP_FRACTION_MAX * (last_s - first_s);
+            ensure!(!(gap.is_wide() && is_pause), "{}: {gap}", rows.file());
         }
         self.start_clock();
         Ok(())

