@@ -389,7 +389,7 @@ mod tests {
             }
             .plan(),
         ] {
-            let error = run(Vec::new(), Measuring { plan, ..how }).expect_err("no pair");
+            let error = refuse_without_pairs(&plan).expect_err("no pair");
             assert!(
                 error.to_string().contains("converts no two alike inputs"),
                 "{error}"

@@ -8,6 +8,8 @@ mod facts;
 mod figures;
 #[path = "book/links.rs"]
 mod links;
+#[path = "common/raw_recording.rs"]
+mod raw_recording;
 #[path = "book/words.rs"]
 mod words;
 
@@ -24,12 +26,11 @@ use std::process::{Command, Stdio};
 /// Commands that need a board. Those of `ridgetone` are run on the emulated one, or on a simulated
 /// port, by `emulated.rs`, `listen.rs`, `recordings.rs`, `serve.rs`, `streams.rs` and
 /// `view.rs`.
-const WITH_A_BOARD: [&str; 23] = [
+const WITH_A_BOARD: [&str; 22] = [
     "ridgetone serve --finger left=/dev/ttyUSB0 --finger right=emulated --foxglove",
     "ridgetone serve --finger left=/dev/ttyUSB0 --mqtt mqtt://robot.local",
     "ridgetone view --listen 0.0.0.0:8321",
     "ridgetone monitor --raw --json",
-    "ridgetone listen --port /dev/ttyUSB0 --raw",
     "ridgetone record --raw -o -",
     "cargo xtask flash",
     "cargo xtask flash --board nucleo-f446re-adc",
@@ -150,14 +151,9 @@ const LONG: [&str; 6] = [
 
 /// Commands that go on until somebody interrupts them, for how long they may, seconds, and what
 /// they say by then.
-const ENDLESS: [(&str, &str, &str); 4] = [
+const ENDLESS: [(&str, &str, &str); 3] = [
     ("ridgetone monitor --emulated", "15", " estimate "),
     ("ridgetone view --emulated", "4", "http://127.0.0.1:8321/"),
-    (
-        "ridgetone view recording.csv",
-        "4",
-        "http://127.0.0.1:8321/",
-    ),
     (
         "ridgetone serve --finger left=touch.rec --json",
         "15",
@@ -286,6 +282,12 @@ fn is_of(word: &str, long: &str) -> bool {
     word.rsplit('=').next() == Some(long)
 }
 
+/// Whether a command needs the emulator, or a file that needs it.
+fn is_long(words: &[&str]) -> bool {
+    let is_long = |word: &&str| LONG.iter().any(|long| is_of(word, long));
+    words.iter().any(is_long) && !words.contains(&"--print-scene")
+}
+
 /// Whether something else than these tests, or than the script of CI, runs a command, or nothing
 /// can.
 fn is_elsewhere(command: &str) -> bool {
@@ -363,17 +365,12 @@ fn run_all(long: bool) {
     file(folder.path(), "scores.csv", &scores);
     // Gratings of known period under the physical finger.
     for (name, period_mm) in [("a", 2.5), ("b", 3.0), ("c", 4.0)] {
-        let scene = file(
-            folder.path(),
-            &format!("{name}.toml"),
-            &format!("period_mm = {period_mm}\nspeed_mm_s = 15\n"),
-        );
-        let path = folder.path().join(format!("{name}.csv"));
-        assert!(
-            run(&["emulate", text(&scene), "--print-scene", text(&path)])
-                .status
-                .success()
-        );
+        let scene = hal_mock::Sliding {
+            period_mm,
+            ..ridgetone_host::input::first_scene().expect("a scene")
+        };
+        let bytes = raw_recording::of(scene, Settings::DEFAULT);
+        fs::write(folder.path().join(format!("{name}.rec")), bytes).expect("a recording");
     }
     let binary = Path::new(env!("CARGO_BIN_EXE_ridgetone"))
         .parent()
@@ -390,10 +387,7 @@ fn run_all(long: bool) {
         if words[0] != "ridgetone"
             || TELETACTION.contains(&words[1])
             || is_elsewhere(&command)
-            || words
-                .iter()
-                .any(|word| LONG.iter().any(|long| is_of(word, long)))
-                != long
+            || is_long(&words) != long
         {
             continue;
         }

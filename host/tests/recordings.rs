@@ -352,7 +352,7 @@ fn one_file_of_settings_serves_all_and_options_go_over_it() {
     let settings = file(
         folder.path(),
         "finger.toml",
-        "window_s = 0.5\nharmonics = 2\n[array]\nperiod_most_mm = 3.9\n",
+        "window_s = 0.5\nharmonics = 2\n[array]\nperiod_max_mm = 3.9\n",
     );
     let hello = |arguments: &[&str]| json_lines(&run(arguments))[0]["settings"].clone();
     let found = hello(&["replay", "--json", "--settings", text(&settings)]);

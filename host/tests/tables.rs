@@ -2,8 +2,12 @@
 //! `record` and `export` write, read back by every command that takes a recording.
 
 mod common;
+#[path = "common/raw_recording.rs"]
+mod raw_recording;
 
 use common::{assert_one_line, directory, file, json_lines, run, stderr, stdout, text, tone};
+use hal_mock::Sliding;
+use ridgetone_proto::settings::Settings;
 use serde_json::Value;
 use std::path::Path;
 
@@ -376,33 +380,7 @@ fn what_cannot_be_guessed_is_refused_with_the_way_out() {
 /// A recording of telemetry with raw frames, as a board sends them, and all that `export` makes of
 /// it.
 fn recorded(folder: &Path) -> Vec<std::path::PathBuf> {
-    use ridgetone_proto::settings::Settings;
-    use ridgetone_proto::telemetry::{Event, Packet, WIRE_MAX, encode};
-    let mut events = Vec::new();
-    let mut pipeline = Box::new(ridgetone_finger::Pipeline::new(Settings::DEFAULT));
-    pipeline.report_raw(u32::MAX);
-    events.push(pipeline.hello());
-    let input = ridgetone_host::input::Input::default()
-        .open()
-        .expect("a scene");
-    let mut take = |timed| {
-        pipeline.push(timed, &mut |event: Event| events.push(event));
-        Ok(())
-    };
-    ridgetone_host::replay::conversions(input, &mut take).expect("a run");
-    let mut bytes = Vec::new();
-    for (sequence, event) in events.into_iter().enumerate() {
-        let mut wire = [0; WIRE_MAX];
-        let used = encode(
-            &Packet {
-                sequence: sequence as u16,
-                event,
-            },
-            &mut wire,
-        )
-        .expect("it fits");
-        bytes.extend_from_slice(&wire[..used]);
-    }
+    let bytes = raw_recording::of(Sliding::default(), Settings::DEFAULT);
     let rec = folder.join("touch.rec");
     std::fs::write(&rec, bytes).expect("a file");
     let mut all = vec![rec.clone()];

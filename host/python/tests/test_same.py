@@ -61,7 +61,7 @@ def test_replay_of_a_scene(name: str, run: Run) -> None:
 
 def test_events_of_what_a_finger_feels(tmp_path: Path, run: Run) -> None:
     known = tmp_path / "known.toml"
-    known.write_text("[feel]\nvolts_per_um = 2e-6\nsigma_share = 0.1\nforce_ratio = 1.4\n")
+    known.write_text("[feel]\nvolts_per_um = 2e-6\nsigma_fraction = 0.1\nforce_ratio = 1.4\n")
     printed = run("replay", "--json", "--settings", known)
     events = rt.replay(settings={"feel": {"volts_per_um": 2e-6, "sigma_fraction": 0.1, "force_ratio": 1.4}})
     same(events, printed)
@@ -123,7 +123,7 @@ def test_telemetry_in_every_form(telemetry: dict[str, Path], run: Run) -> None:
 
 def test_settings(run: Run, tmp_path: Path) -> None:
     file = tmp_path / "finger.toml"
-    file.write_text("window_s = 0.5\nharmonics = 2\n[array]\nperiod_most_mm = 3.9\n")
+    file.write_text("window_s = 0.5\nharmonics = 2\n[array]\nperiod_max_mm = 3.9\n")
     hello = run("replay", "--json", "--settings", file)[0]
     same(rt.settings(file), hello["settings"])
     same(rt.settings(window_s=0.5, harmonics=2, array={"period_max_mm": 3.9}), hello["settings"])

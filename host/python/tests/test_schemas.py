@@ -88,7 +88,7 @@ def test_a_wrong_message_does_not_fit() -> None:
 @pytest.mark.parametrize("name", SCENES)
 def test_a_replay_fits(name: str, run: Run, tmp_path: Path) -> None:
     known = tmp_path / "known.toml"
-    known.write_text("interferer_hz = 50\n[feel]\nvolts_per_um = 2e-6\nsigma_share = 0.1\nforce_ratio = 1.4\n")
+    known.write_text("interferer_hz = 50\n[feel]\nvolts_per_um = 2e-6\nsigma_fraction = 0.1\nforce_ratio = 1.4\n")
     kinds = check(run("replay", "--json", "--scene", f"hal-mock/scenes/{name}.toml", "--settings", known))
     assert {"hello", "contact", "slide", "estimate", "feel", "image", "release", "health"} <= kinds
 
