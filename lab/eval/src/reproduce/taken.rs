@@ -35,7 +35,7 @@ pub struct Taken {
 impl Taken {
     pub fn new(scene: Sliding, place: Place<'_>) -> Result<Self> {
         let seed = scene.seed;
-        let input = Input { scene: scene, seed }.open()?;
+        let input = Input { scene, seed }.open()?;
         let truth = input.truth.context("the scene has no truth")?;
         let (mut packets, mut conversions) = (Vec::new(), Vec::new());
         let mut sink = |packet: &Packet| {
