@@ -98,14 +98,18 @@ fn an_upload_is_bounded_by_what_it_expands_to() {
 
 #[test]
 fn work_ends_when_its_page_leaves() {
-    // Three and a half hours at 241 frames a second.
-    let mut table = String::from("time_s,a\n");
-    for row in 0..630_000 {
-        let _ = writeln!(table, "{:.2},{}", f64::from(row) * 0.02, row % 7);
+    // A quarter of an hour at 241 frames a second.
+    let mut lines = String::new();
+    for number in 0..220_000 {
+        let (t_s, codes) = (f64::from(number) / 241.0, [number % 7; 16]);
+        let _ = writeln!(
+            lines,
+            r#"{{"type":"raw","t_s":{t_s:.6},"number":{number},"codes":{codes:?}}}"#
+        );
     }
     let (_folder, view) = start();
     let address = view.address();
-    let line = sent(address, &post(address, table.len()), table.as_bytes());
+    let line = sent(address, &post(address, lines.len()), lines.as_bytes());
     let busy = || {
         let before = ticks(view.child.id());
         sleep(Duration::from_secs(1));
