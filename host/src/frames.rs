@@ -9,6 +9,7 @@ use crate::messages::Form;
 use crate::output::Progress;
 use crate::samples::Samples;
 use crate::stop;
+use crate::usage::UsageError;
 use anyhow::{Result, ensure};
 use board::Board;
 use ridgetone_finger::{Detector, Diagnostics, Outputs, Pipeline, PlainFrame, Ring};
@@ -22,7 +23,7 @@ use table::Table;
 const PROGRESS_EVERY: u64 = 4096;
 
 /// How the rows of a table are read.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
     /// Rows per second, whatever their stamps; by the stamps if none.
     pub rate_hz: Option<f64>,
@@ -69,6 +70,13 @@ impl Frames {
             .and_then(|path| Some((path, Form::of(path).ok()?)))
             .filter(|(_, form)| *form != Form::Table);
         if let Some((path, form)) = board {
+            if reading != Reading::default() {
+                let why = format!(
+                    "{}: --rate and --scale are for tables: telemetry has its own time and volts",
+                    samples.name()
+                );
+                return Err(UsageError(why).into());
+            }
             let (board, settings, length_s) = Board::open(samples.name(), path, form)?;
             return Ok(Self {
                 source: Source::Board(board),

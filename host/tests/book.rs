@@ -26,11 +26,12 @@ use std::process::{Command, Stdio};
 /// Commands that need a board. Those of `ridgetone` are run on the emulated one, or on a simulated
 /// port, by `emulated.rs`, `listen.rs`, `recordings.rs`, `serve.rs`, `streams.rs` and
 /// `view.rs`.
-const WITH_A_BOARD: [&str; 22] = [
+const WITH_A_BOARD: [&str; 23] = [
     "ridgetone serve --finger left=/dev/ttyUSB0 --finger right=emulated --foxglove",
     "ridgetone serve --finger left=/dev/ttyUSB0 --mqtt mqtt://robot.local",
     "ridgetone view --listen 0.0.0.0:8321",
     "ridgetone monitor --raw --json",
+    "ridgetone monitor --plain --port /dev/ttyUSB0",
     "ridgetone record --raw -o -",
     "cargo xtask flash",
     "cargo xtask flash --board nucleo-f446re-adc",

@@ -26,7 +26,7 @@ fn run(elf: &Path, scene: Sliding, crash: Option<Crash>) -> (Outcome, Vec<Packet
         Ok(())
     };
     let input = Input {
-        scene: scene,
+        scene,
         ..Input::default()
     }
     .open()
@@ -231,7 +231,7 @@ fn the_log_and_the_greeting_agree() {
         ..Sliding::default()
     };
     let input = Input {
-        scene: scene,
+        scene,
         ..Input::default()
     }
     .open()

@@ -2,7 +2,6 @@
 //! `cargo xtask test` builds the image and runs these.
 #![cfg(target_os = "linux")]
 
-use hal_mock::Sliding;
 use ridgetone_host::emulator::{self, Options, Outcome};
 use ridgetone_host::input::Input;
 use ridgetone_proto::telemetry::{Event, Health, Packet};

@@ -8,7 +8,7 @@ use hal_mock::{Sliding, SlidingScene, write_csv};
 use ridgetone_host::input::{SLOT_S, frame_rate_hz};
 use std::path::Path;
 
-/// Writes the default scene, as `ridgetone scene` does.
+/// Writes the default scene, as `ridgetone emulate --print-scene` does.
 fn write_scene(path: &Path) {
     let mut scene = SlidingScene::new(Sliding::default()).expect("a scene");
     let file = std::fs::File::create(path).expect("a file");

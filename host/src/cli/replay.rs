@@ -6,6 +6,7 @@ use super::scene::SceneOptions;
 use super::settings::SettingsOptions;
 use crate::feed::{Feed, Requester};
 use crate::frames::{self, Frames, Reading};
+use crate::messages::Form;
 use crate::note;
 use crate::output::with_progress;
 use crate::profile::Profile;
@@ -14,7 +15,7 @@ use crate::replay::Motion;
 use crate::samples::Samples;
 use crate::seen::Seen;
 use crate::usage::{NoEstimate, UsageError};
-use crate::{odometry, recording, replay, stop};
+use crate::{odometry, replay, stop};
 use anyhow::Result;
 use clap::Args;
 use hal_mock::TimeColumn;
@@ -93,37 +94,32 @@ impl ReplayArgs {
         };
         // A file that cannot be read is left to the reader of tables, whose message names the
         // problem.
-        if recording::is_telemetry(file).unwrap_or(false) {
-            self.refuse_for_telemetry(file)?;
-            if !self.settings.is_given() {
-                return print(
-                    Feed::new(Recorded::open(file)?),
-                    Requester::default(),
-                    self.lines,
-                );
-            }
+        let form = Form::of(file).unwrap_or(Form::Table);
+        if form != Form::Table && self.time_column.is_some() {
+            let why = format!(
+                "{}: --time-column is for tables: telemetry has its own time",
+                file.display()
+            );
+            return Err(UsageError(why).into());
+        }
+        let is_printed = !self.settings.is_given() && self.reading() == Reading::default();
+        if form == Form::Telemetry && is_printed {
+            let feed = Feed::new(Recorded::open(file)?);
+            return print(feed, Requester::default(), self.lines);
         }
         self.play_frames(file)
     }
 
-    fn refuse_for_telemetry(&self, file: &Path) -> Result<()> {
-        if self.rate.is_none() && self.scale == 1.0 && self.time_column.is_none() {
-            return Ok(());
+    fn reading(&self) -> Reading {
+        Reading {
+            rate_hz: self.rate,
+            volts_per_unit: self.scale,
         }
-        let why = format!(
-            "{}: --scale, --rate and --time-column are for tables: telemetry has its own time and volts",
-            file.display()
-        );
-        Err(UsageError(why).into())
     }
 
     fn play_frames(&self, file: &Path) -> Result<()> {
         let samples = Samples::file_with(file, self.time_column.clone())?;
-        let reading = Reading {
-            rate_hz: self.rate,
-            volts_per_unit: self.scale,
-        };
-        let frames = Frames::open(&samples, reading)?;
+        let frames = Frames::open(&samples, self.reading())?;
         let settings = self.settings.over(&frames.settings, samples.name())?;
         frames.check_window(samples.name(), &settings)?;
         for remark in frames.remarks(&settings) {

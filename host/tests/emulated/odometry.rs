@@ -70,7 +70,7 @@ fn windows_by_place_are_those_of_the_pc_bit_for_bit() {
     let truth = SlidingScene::new(scene.clone()).expect("a scene").truth();
     let (stream, [arrived, lost, doubled, damaged]) = messages(truth.slide_start_s, truth.end_s);
     let input = Input {
-        scene: scene,
+        scene,
         ..Input::default()
     };
     let elf = emulator::image::find().expect("an image");

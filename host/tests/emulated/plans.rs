@@ -79,7 +79,7 @@ fn each_plan_finds_its_tone_in_the_emulator() {
         let scene = scene(&plan);
         let frequency_hz = scene.speed_mm_s / scene.period_mm;
         let input = Input {
-            scene: scene,
+            scene,
             ..Input::default()
         }
         .open_in(&plan)

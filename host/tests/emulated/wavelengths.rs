@@ -64,7 +64,7 @@ fn grating(period_mm: f64, skin_ridge_mm: f64) -> Sliding {
 fn as_on_the_pc(scene: Sliding, settings: Settings, odometry: &Stream) -> Vec<Estimate> {
     let elf = emulator::image::find().expect("an image");
     let input = Input {
-        scene: scene,
+        scene,
         ..Input::default()
     };
     let (mut on_chip, mut skipped) = (Vec::new(), 0);
