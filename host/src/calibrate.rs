@@ -5,7 +5,8 @@
 //! per millimetre ([`Array::edge_phase_rad`]); here the line is fitted to measured lags by least
 //! squares. One or two gratings give its height alone: its slope is the nominal pitch.
 
-use crate::input::Opened;
+use crate::frames::Frames;
+use crate::input::Input;
 use crate::names::name as name_of;
 use crate::replay;
 use anyhow::{Context, Result, bail, ensure};
@@ -38,7 +39,14 @@ const PITCHES_MOST: f32 = 1.98;
 pub struct Grating {
     pub name: String,
     pub period_mm: f64,
-    pub input: Opened,
+    pub source: Source,
+}
+
+/// A slide over a grating.
+pub enum Source {
+    /// In front of the simulated chip.
+    Scene(Box<Input>),
+    Recording(Frames),
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -67,6 +75,7 @@ pub struct Measuring {
     pub pitch_mm: f32,
     /// Speed of the gratings, if it is known.
     pub speed_mm_s: Option<f64>,
+    /// Plan for scenes; recordings have their own.
     pub plan: Plan,
     /// Windows that are not good are left out, unless this is set.
     pub accepts_any: bool,
@@ -74,7 +83,6 @@ pub struct Measuring {
 
 /// Measures gratings of known periods and fits the line.
 pub fn run(gratings: Vec<Grating>, how: Measuring) -> Result<Calibration> {
-    refuse_without_pairs(&how.plan)?;
     ensure!(
         !gratings.is_empty(),
         "no grating: one at least is needed, and {GRATINGS_FOR_A_PITCH} for the pitch"
@@ -94,7 +102,7 @@ pub fn run(gratings: Vec<Grating>, how: Measuring) -> Result<Calibration> {
 fn refuse_without_pairs(plan: &Plan) -> Result<()> {
     let Array { front, alike, .. } = Array::DEFAULT;
     let has_pair = |mask: &u16| plan.inputs & mask & front != 0 && plan.inputs & mask & !front != 0;
-    let name = plan.name().unwrap_or("without a name");
+    let name = plan.name().unwrap_or("of this recording");
     ensure!(
         alike.iter().any(has_pair),
         "the plan {name} converts no two alike inputs, one in each column: choose paper, hand, texture or vibration"
@@ -108,7 +116,7 @@ fn measure(
     Grating {
         name,
         period_mm,
-        input,
+        source,
     }: Grating,
     how: Measuring,
 ) -> Result<Point> {
@@ -128,8 +136,14 @@ fn measure(
         period_max_mm: (PULLED_MOST * near).min(PITCHES_MOST * pitch_mm),
         ..Array::DEFAULT
     };
+    let (plan, vref_v) = match &source {
+        Source::Scene(_) => (plan, Settings::DEFAULT.vref_v),
+        Source::Recording(frames) => (frames.plan(), frames.settings.vref_v),
+    };
+    refuse_without_pairs(&plan).with_context(|| name.clone())?;
     let settings = Settings {
         array,
+        vref_v,
         ..Settings::DEFAULT.with_plan(plan)
     };
     settings.validate().with_context(|| name.clone())?;
@@ -157,7 +171,13 @@ fn measure(
         }
         Ok(())
     };
-    replay::run(input, settings, &mut sink, &mut |_, _| {})?;
+    match &source {
+        Source::Scene(input) => {
+            let input = input.open_in(&plan)?;
+            replay::run(input, settings, &mut sink, &mut |_, _| {})?;
+        }
+        Source::Recording(frames) => frames.run(&settings, false, &mut sink, &mut |_, _| {})?,
+    }
     if lags.is_empty() && doubtful == 0 && !left_out.is_empty() {
         let statuses = left_out
             .iter()
@@ -267,7 +287,7 @@ impl fmt::Display for Calibration {
         }
         writeln!(
             f,
-            "--pitch {:.4} --edge-phase {:.4} --edge-phase-sigma {:.4}",
+            "ridgetone settings set --keep array.pitch_mm={:.4} array.edge_phase_rad={:.4} array.edge_phase_sigma_rad={:.4}",
             self.pitch_mm, self.edge_phase_rad, self.edge_phase_sigma_rad
         )
     }
@@ -369,7 +389,7 @@ mod tests {
             }
             .plan(),
         ] {
-            let error = run(Vec::new(), Measuring { plan, ..how }).expect_err("no pair");
+            let error = refuse_without_pairs(&plan).expect_err("no pair");
             assert!(
                 error.to_string().contains("converts no two alike inputs"),
                 "{error}"

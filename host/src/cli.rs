@@ -1,7 +1,6 @@
 //! The command line. Each command has a file here with its arguments and its work; options that
 //! several commands share have files of their own.
 
-mod array;
 pub mod board;
 mod calibrate;
 mod check;
@@ -12,7 +11,6 @@ mod export;
 pub mod firmware;
 mod fit;
 mod help;
-mod input;
 pub mod lines;
 mod monitor;
 pub mod parse;
@@ -55,13 +53,13 @@ pub struct Cli {
 enum Command {
     /// Fit all channels of a recording with one common frequency.
     Fit(fit::FitArgs),
-    /// Run a recording or a scene through the library, behind a simulated ADS1258.
-    Replay(replay::ReplayArgs),
+    /// Run a recording, or a scene behind a simulated ADS1258, through the library.
+    Replay(Box<replay::ReplayArgs>),
     /// Calibrate the array, so that phases give spatial periods, from recordings of gratings of
     /// known period.
     Calibrate(calibrate::CalibrateArgs),
-    /// Run the firmware image in QEMU, with a simulated ADS1258.
-    Emulate(emulate::EmulateArgs),
+    /// Run the firmware image in an emulator, with a simulated ADS1258.
+    Emulate(Box<emulate::EmulateArgs>),
     /// Check every part of a board after its first power-up, and name the page of the guide that
     /// helps.
     Check(check::CheckArgs),
@@ -84,18 +82,12 @@ enum Command {
     /// Start, stop or restart a board.
     #[command(subcommand, name = "command")]
     Board(command::BoardCommand),
-    /// Print the telemetry of a board on a serial line. When it is unplugged, the command waits for
-    /// it.
-    Listen(monitor::ListenArgs),
     /// Run a scene through the emulated firmware: print its results beside the truth, and draw a
     /// picture.
     Demo(demo::DemoArgs),
-    /// Write a scene as a CSV trace, and print its true values.
-    Scene(scene::SceneArgs),
-    /// Print what a shell needs to complete this command's words.
-    Completions(help::CompletionsArgs),
-    /// Write the manual's pages, or print the first one.
-    Man(help::ManArgs),
+    /// Write the manual's pages, or completions for a shell.
+    #[command(hide = true)]
+    HelpFiles(help::HelpFilesArgs),
     #[command(hide = true)]
     Touch(TeletactionArgs),
     #[command(hide = true)]
@@ -133,11 +125,8 @@ impl Cli {
             Command::Export(args) => args.run(),
             Command::Settings(command) => command.run(),
             Command::Board(command) => command.run(),
-            Command::Listen(args) => args.run(),
             Command::Demo(args) => args.run(),
-            Command::Scene(args) => args.run(),
-            Command::Completions(args) => args.run(Self::command()),
-            Command::Man(args) => args.run(Self::command()),
+            Command::HelpFiles(args) => args.run(Self::command()),
             Command::Touch(args) => teletaction::run("touch", &args.words, self.force),
             Command::Pins(args) => teletaction::run("pins", &args.words, self.force),
             Command::Link(args) => teletaction::run("link", &args.words, self.force),
@@ -153,7 +142,7 @@ mod tests {
     use hal_mock::Sliding;
     use ridgetone_proto::settings::Settings;
 
-    fn replay(arguments: &[&str]) -> replay::ReplayArgs {
+    fn replay(arguments: &[&str]) -> Box<replay::ReplayArgs> {
         let cli = Cli::try_parse_from([&["ridgetone", "replay"], arguments].concat()).unwrap();
         let Command::Replay(args) = cli.command else {
             panic!("not a replay")
@@ -171,9 +160,8 @@ mod tests {
         let args = replay(&[]);
         assert_eq!(args.settings.settings().unwrap(), Settings::default());
         assert_eq!(
-            args.input
-                .scene
-                .sliding(&ridgetone_proto::plan::Plan::PAPER)
+            args.scene_options
+                .sliding(None, &ridgetone_proto::plan::Plan::PAPER)
                 .unwrap(),
             Sliding::default()
         );

@@ -2,7 +2,7 @@
 
 use crate::digits::{decimals, plus_minus, seconds};
 use crate::emulator::{self, Options, Outcome};
-use crate::input::{Input, Source};
+use crate::input::Input;
 use crate::live::Counts;
 use crate::names::name;
 use crate::picture::{self, Recording};
@@ -29,12 +29,7 @@ pub fn run(
     progress: &mut dyn FnMut(f64, f64),
 ) -> Result<Demo> {
     let (speed_mm_s, period_mm, seed) = (scene.speed_mm_s, scene.period_mm, scene.seed);
-    let input = Input {
-        source: Source::Scene(scene),
-        seed,
-        ..Input::default()
-    }
-    .open()?;
+    let input = Input { scene, seed }.open()?;
     let truth = input.truth.context("the scene has no truth")?;
     let mut packets = Vec::new();
     let mut sink = |packet: &Packet| {

@@ -57,13 +57,11 @@ pub fn run(
             keep: false,
         });
     }
-    let (mut has_greeted, uncertainty) = (false, input.uncertainty);
+    let mut has_greeted = false;
     let mut talk = |now, packet: Option<&Packet>| {
         if let Some(packet) = packet {
             has_greeted = true;
-            let mut packet = packet.clone();
-            uncertainty.apply(&mut packet.event);
-            sink(&packet)?;
+            sink(packet)?;
             match requests.answered(&packet.event) {
                 None | Some((_, Answer::Done | Answer::DoneErased)) => {}
                 Some((_, refused)) => bail!(

@@ -6,7 +6,8 @@
 //! | a recording through the fit alone | `table_fit`, `grid`, `speed`, `fit_report` |
 //! | rows of samples: of a file in any form, or in memory | [`samples`], `raw_rows`, [`frame`] |
 //! | the messages of a recording, as packets or as JSON | [`messages`] |
-//! | what the simulated chip feels: a scene or a recording | [`input`] |
+//! | a recording's frames through the library | [`frames`] |
+//! | the scene in front of the simulated chip | [`input`], [`touches`] |
 //! | the library on this PC, behind the simulated chip | [`replay`] |
 //! | calibration of the array with gratings of known period | `calibrate` |
 //! | the firmware's tasks on this PC, behind the simulated chip and its faults | [`simulated`] |
@@ -18,7 +19,7 @@
 //! | the state of a board, for a screen | [`live`], [`analysis`], [`harmonics`] |
 //! | the screen on a terminal, the page in a browser | `monitor`, [`view`] |
 //! | the messages of many boards on the buses of a robot | [`serve`] |
-//! | telemetry in a file, and in other formats | [`recording`], `record`, `export` |
+//! | telemetry in a file, and in other formats | [`recording`], `export` |
 //! | packets as text, as JSON | [`events`], [`names`], `tone`, [`overtones`], `remarks` |
 //! | a board's clock beside UTC | [`utc`] |
 //! | settings as TOML and `name=value` | [`settings_form`] |
@@ -40,7 +41,6 @@ pub mod cli;
 pub mod client;
 mod content;
 pub mod demo;
-pub mod detection;
 pub mod digits;
 pub mod emulator;
 pub mod events;
@@ -50,6 +50,7 @@ pub mod fit_picture;
 pub mod fit_report;
 mod fit_rows;
 pub mod frame;
+pub mod frames;
 mod grid;
 pub mod harmonics;
 pub mod input;
@@ -71,7 +72,6 @@ pub mod program;
 #[path = "../tests/common/ram_flash.rs"]
 mod ram_flash;
 mod raw_rows;
-pub mod record;
 pub mod recording;
 mod remarks;
 pub mod replay;

@@ -1,7 +1,7 @@
 //! `replay`: the library on this PC behind the simulated chip, conversion for conversion as on the
 //! board.
 
-use crate::input::{Opened, Uncertainty};
+use crate::input::Opened;
 use crate::live::Counts;
 use crate::settings_form::explained;
 use crate::stop;
@@ -69,14 +69,13 @@ pub fn run_watched(input: Opened, settings: Settings, observers: Observers<'_>) 
         progress,
         watch,
     } = observers;
-    let (end_s, uncertainty) = (input.end_s, input.uncertainty);
+    let end_s = input.end_s;
     let decoder = Decoder::default();
     let mut wire = Wire {
         sequence: 0,
         serial: Vec::new(),
         decoder,
         received: 0,
-        uncertainty,
         sink,
         failure: None,
     };
@@ -130,7 +129,6 @@ pub fn conversions_of(
         let why = explained(&SettingsError::from(refused));
         bail!("the simulated converter is an ADS1258: {why}");
     }
-    let failure = input.failure.unwrap_or_default();
     let board = SimulatedBoard::new(input.scene, input.options);
     board.set_sclk_hz(0); // as over the bridge: a transfer takes no time
 
@@ -151,9 +149,6 @@ pub fn conversions_of(
     chip.start(&mut start)?;
     while let Some(edge_ns) = board.wait_for_drdy() {
         let conversion = chip.read().context("the simulated chip")?;
-        if let Some(error) = failure.get() {
-            bail!("{error}");
-        }
         // The board's counter wraps after 71 minutes, and the library expects that.
         take(TimedConversion::new((edge_ns / 1000) as u32, conversion))?;
         if readings > 0 {
@@ -176,7 +171,6 @@ struct Wire<'a> {
     serial: Vec<u8>,
     decoder: Decoder,
     received: u64,
-    uncertainty: Uncertainty,
     sink: &'a mut dyn FnMut(&Packet) -> Result<()>,
     /// The first failure; no packet is given to the sink after it.
     failure: Option<anyhow::Error>,
@@ -201,9 +195,8 @@ impl Wire<'_> {
         };
         for byte in &bytes[..length] {
             self.serial.push(*byte);
-            if let Some(mut packet) = self.decoder.push(*byte) {
+            if let Some(packet) = self.decoder.push(*byte) {
                 self.received += 1;
-                self.uncertainty.apply(&mut packet.event);
                 if let Err(error) = (self.sink)(&packet) {
                     self.failure = Some(error);
                     return;
@@ -216,6 +209,3 @@ impl Wire<'_> {
         self.failure.take().map_or(Ok(()), Err)
     }
 }
-
-#[cfg(test)]
-mod tests;

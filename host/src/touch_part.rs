@@ -1,17 +1,14 @@
 //! `fit` of the part of a recording that is a slide: one with contact and hold before it.
 
-use crate::detection;
-use crate::input::{Input, Source};
+use crate::frames::{Frames, Reading};
 use crate::messages::{Form, Message, messages};
 use crate::part::{Selection, columns};
 use crate::samples::Samples;
 use crate::table_fit::{self, FittedPart, TableFit};
 use anyhow::{Result, ensure};
 use hal_mock::{FileError, RowReader, Timing};
-use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::Event;
 use serde::Deserialize;
-use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -48,7 +45,7 @@ pub fn fit(
 }
 
 /// The longest slide: that which a recording of telemetry tells of, or that which detection finds
-/// in its samples as volts. What cannot be played as a finger's volts has none; `fit` names what is
+/// in its samples as volts. Rows that it cannot take, as too slow ones, have none; `fit` names what is
 /// wrong with a file.
 fn longest_slide(samples: &Samples, selection: &Selection) -> Option<SlideTimes> {
     let slides = match samples.path().map(|path| (path, Form::of(path))) {
@@ -100,8 +97,7 @@ fn ended(start_us: u64, end_us: Option<u64>) -> Option<SlideTimes> {
     })
 }
 
-/// The slides that the finger's detection finds in the chosen columns, played to the simulated chip
-/// without its noise.
+/// The slides that the finger's detection finds in the chosen columns, at their own rate.
 fn detected(samples: &Samples, selection: &Selection) -> Result<Vec<SlideTimes>> {
     let mut rows = samples.open()?;
     let chosen = columns(&*rows, selection)?;
@@ -124,30 +120,18 @@ fn detected(samples: &Samples, selection: &Selection) -> Result<Vec<SlideTimes>>
             names,
         }) as Box<dyn RowReader + Send>)
     };
-    let input = Input {
-        source: Source::Trace {
-            samples: Samples::rows(&name, Arc::new(open)),
-            // Parts are in the time of the stamps, if there are any.
-            rate_hz: selection.rate_hz.filter(|_| !is_stamped),
-            volts_per_unit: 1.0,
-        },
-        converter_noise: false,
-        seed: 1,
+    let chosen = Samples::rows(&name, Arc::new(open));
+    let reading = Reading {
+        // Parts are in the time of the stamps, if there are any.
+        rate_hz: selection.rate_hz.filter(|_| !is_stamped),
+        ..Reading::default()
     };
-    let input = input.open()?;
-    ensure!(input.warning.is_none(), "these are no volts of the chip");
-    let mut slides = Vec::new();
-    detection::run(input, &Settings::DEFAULT, &mut |event| {
-        if let Event::Slide(slide) = event {
-            slides.extend(ended(slide.start_us, slide.end_us));
-        }
-        ControlFlow::Continue(())
-    })?;
+    let slides = Frames::open(&chosen, reading)?.slides()?;
     Ok(slides
         .into_iter()
-        .map(|slide| SlideTimes {
-            start_s: begin_s + slide.start_s,
-            end_s: begin_s + slide.end_s,
+        .map(|(start_s, end_s)| SlideTimes {
+            start_s: begin_s + start_s,
+            end_s: begin_s + end_s,
         })
         .collect())
 }

@@ -1,6 +1,6 @@
-//! Inputs that are played again and again.
+//! Scenes that are played again and again.
 
-use crate::input::{Input, Opened, Source, first_scene};
+use crate::input::{Input, Opened, first_scene};
 use anyhow::{Context, Result};
 use hal_mock::{Scene, Sliding, SlidingScene};
 
@@ -25,58 +25,6 @@ impl<S: Scene> Scene for Again<S> {
 
     fn end_s(&self) -> f64 {
         self.end_s
-    }
-}
-
-/// Length of a recording's begin whose noise fills the pause after its end, seconds.
-const LEAD_S: f64 = 0.1;
-
-/// A recording, and a pause in which its last values go back to its first ones under the noise that
-/// it begins with. A step of the level or of the noise would be felt as a touch.
-struct Bridged {
-    recording: Box<dyn Scene>,
-    leads: [Lead; 16],
-}
-
-/// What an input reads in the first [`LEAD_S`], volts.
-#[derive(Default)]
-struct Lead {
-    volts: Vec<f64>,
-    /// Number of the value that is played next.
-    next: usize,
-}
-
-impl Lead {
-    /// A value of the pause, `share` of the way back from `last_v`.
-    fn play(&mut self, last_v: f64, share: f64) -> f64 {
-        let Some(volts) = self.volts.get(self.next % self.volts.len().max(1)) else {
-            return last_v;
-        };
-        self.next += 1;
-        let mean_v = self.volts.iter().sum::<f64>() / self.volts.len() as f64;
-        (1.0 - share) * (last_v - mean_v) + volts
-    }
-}
-
-impl Scene for Bridged {
-    fn volts(&mut self, input: u8, t_s: f64) -> f64 {
-        let volts = self.recording.volts(input, t_s);
-        let Some(lead) = self.leads.get_mut(usize::from(input)) else {
-            return volts;
-        };
-        let since_end_s = t_s - self.recording.end_s();
-        if since_end_s > 0.0 {
-            return lead.play(volts, (since_end_s / PAUSE_S).min(1.0));
-        }
-        // Only while it is played for the first time.
-        if t_s < LEAD_S && lead.next == 0 && volts.is_finite() {
-            lead.volts.push(volts);
-        }
-        volts
-    }
-
-    fn end_s(&self) -> f64 {
-        self.recording.end_s() + PAUSE_S
     }
 }
 
@@ -110,17 +58,9 @@ impl Opened {
     #[must_use]
     pub fn repeated(self) -> Self {
         let every_s = self.end_s + PAUSE_S;
-        let scene: Box<dyn Scene> = if self.truth.is_some() {
-            self.scene
-        } else {
-            Box::new(Bridged {
-                recording: self.scene,
-                leads: Default::default(),
-            })
-        };
         Self {
             scene: Box::new(Again {
-                scene,
+                scene: self.scene,
                 every_s,
                 end_s: f64::INFINITY,
             }),
@@ -132,12 +72,7 @@ impl Opened {
 
 /// A scene in front of the board.
 pub fn of_scene(scene: Sliding) -> Result<Opened> {
-    Input {
-        seed: scene.seed,
-        source: Source::Scene(scene),
-        ..Input::default()
-    }
-    .open()
+    Input::of(scene).open()
 }
 
 /// The first scene for ever, over one grating of [`PERIODS_MM`] after the other.
@@ -170,10 +105,7 @@ pub fn first_touches() -> Result<Opened> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::input::{SLOT_S, frame_rate_hz};
     use crate::replay;
-    use crate::samples::Samples;
-    use hal_mock::write_csv;
     use ridgetone_proto::settings::Settings;
     use ridgetone_proto::telemetry::{Event, Span, TravelStatus};
 
@@ -215,41 +147,19 @@ mod tests {
         }
     }
 
-    /// A scene written to a table of its own, and read again.
-    fn recorded(scene: Sliding, path: &std::path::Path) -> Opened {
-        let mut made = SlidingScene::new(scene).expect("a scene");
-        let mut file = std::fs::File::create(path).expect("a file");
-        write_csv(&mut made, frame_rate_hz(), SLOT_S, &mut file).expect("written");
-        Input {
-            source: Source::Trace {
-                samples: Samples::file(path).expect("a table"),
-                rate_hz: None,
-                volts_per_unit: 1.0,
-            },
-            ..Input::default()
-        }
-        .open()
-        .expect("a recording")
-    }
-
     #[test]
-    fn a_scene_and_its_recording_repeat_as_they_are() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let path = folder.path().join("touch.csv");
-        let (first, noisy) = (first_scene().expect("a scene"), Sliding::default());
-        for scene in [first, noisy] {
-            let opened = of_scene(scene.clone()).expect("a scene");
+    fn a_scene_repeats_as_it_is() {
+        for scene in [first_scene().expect("a scene"), Sliding::default()] {
+            let opened = of_scene(scene).expect("a scene");
             let truth = opened.truth.expect("of a scene");
             let touches = ((30.0 - truth.contact_s) / (truth.end_s + PAUSE_S)).ceil() as usize;
-            for input in [opened, recorded(scene, &path)] {
-                let (contacts_s, releases_s, _) = felt(input.repeated());
-                assert_eq!(contacts_s.len(), touches, "{contacts_s:?}");
-                for (touch, contact_s) in contacts_s.iter().enumerate() {
-                    let due_s = truth.contact_s + touch as f64 * (truth.end_s + PAUSE_S);
-                    assert!((contact_s - due_s).abs() < 0.05, "{contacts_s:?}");
-                }
-                assert!(releases_s.len() >= touches - 1, "{releases_s:?}");
+            let (contacts_s, releases_s, _) = felt(opened.repeated());
+            assert_eq!(contacts_s.len(), touches, "{contacts_s:?}");
+            for (touch, contact_s) in contacts_s.iter().enumerate() {
+                let due_s = truth.contact_s + touch as f64 * (truth.end_s + PAUSE_S);
+                assert!((contact_s - due_s).abs() < 0.05, "{contacts_s:?}");
             }
+            assert!(releases_s.len() >= touches - 1, "{releases_s:?}");
         }
     }
 }

@@ -4,7 +4,7 @@
 //! | step | file |
 //! |---|---|
 //! | what the pages get, and when | [`message`], [`hub`] |
-//! | runs to look back at, how they are read, and what is recorded | [`mod@run`], [`runs`], [`reading`], [`recorder`] |
+//! | runs to look back at, and what is recorded | [`mod@run`], [`runs`], [`recorder`] |
 //! | the server | [`server`], [`run_routes`] |
 //! | who may ask it | [`guard`] |
 //! | the page's files | [`files`] |
@@ -19,7 +19,6 @@ pub mod files;
 pub mod guard;
 pub mod hub;
 pub mod message;
-pub mod reading;
 pub mod recorder;
 pub mod run;
 pub mod run_routes;
@@ -32,7 +31,6 @@ use crate::note;
 use crate::stop;
 use anyhow::{Context, Result};
 use hub::{Hub, UPDATE_EVERY};
-use reading::Reading;
 use ridgetone_proto::settings::Settings;
 use runs::{How, Runs};
 use server::{App, Server};
@@ -63,8 +61,6 @@ pub struct Options {
 #[derive(Clone, Debug)]
 pub struct RunFile {
     pub path: PathBuf,
-    /// How it is read, if it is a table.
-    pub reading: Reading,
     /// Settings in place of its own.
     pub settings: Option<Settings>,
     /// There is nothing else to see: what cannot be opened ends the command.
@@ -78,7 +74,6 @@ impl RunFile {
             |name| name.to_string_lossy().into(),
         );
         let how = How {
-            reading: self.reading,
             settings: self.settings,
             is_recorded: false,
             max_bytes: usize::MAX,

@@ -48,24 +48,37 @@ fn files_that_are_no_tables() {
     assert_one_line(&run(&["fit", text(folder.path())]), 1, &["directory"]);
 }
 
-/// Played at 241 frames a second each row would become 193,000.
+/// The refusal prints the command that fits them.
 #[test]
-fn recordings_that_are_too_slow_for_touch() {
+fn recordings_outside_the_rates_of_touch_are_refused_with_a_command_that_works() {
     let folder = directory();
-    let path = file(
-        folder.path(),
-        "hourly.csv",
-        &tone(1, 40, 1.0 / 800.0, 1e-4, 0.0),
-    );
-    let parts = [
-        "hourly.csv",
-        "a row every 800",
-        "too slow for touch",
-        "ridgetone fit --whole",
-    ];
-    assert_one_line(&run(&["replay", text(&path)]), 1, &parts);
-    let fit = run(&["fit", "--whole", text(&path), "--json"]);
-    assert!(fit.status.success(), "{}", common::stderr(&fit));
+    for (name, rate_hz, rows) in [
+        ("hourly.csv", 1.0 / 800.0, 200),
+        ("slow one.csv", 100.0, 400),
+        ("fast.csv", 44_100.0, 60_000),
+    ] {
+        let path = file(
+            folder.path(),
+            name,
+            &tone(1, rows, rate_hz, 0.05 * rate_hz, 0.0),
+        );
+        let refused = run(&["replay", text(&path)]);
+        assert_one_line(&refused, 1, &[name, "rows a second", "180 to 23740"]);
+        let message = common::stderr(&refused);
+        let command = message
+            .split('`')
+            .find_map(|part| part.strip_prefix("ridgetone fit --window "))
+            .expect("a command");
+        let (window, file) = command.split_once(' ').expect("a file");
+        let file = file.trim_matches('\'');
+        let fit = run(&["fit", "--window", window, file, "--json"]);
+        assert!(fit.status.success(), "{}", common::stderr(&fit));
+        let good = common::json_lines(&fit);
+        assert!(
+            good.iter().any(|line| line["status"] == "good"),
+            "{name}: {good:?}"
+        );
+    }
 }
 
 #[test]
@@ -93,7 +106,7 @@ fn windows_outside_the_data() {
 #[test]
 fn windows_longer_than_the_recording() {
     let folder = directory();
-    let path = file(folder.path(), "short.csv", &tone(2, 80, 100.0, 5.0, 0.0));
+    let path = file(folder.path(), "short.csv", &tone(2, 160, 200.0, 5.0, 0.0));
     assert_one_line(
         &run(&["replay", text(&path)]),
         1,
@@ -156,10 +169,18 @@ fn values_out_of_reach() {
 fn a_file_is_written_whole_or_not_at_all() {
     let folder = directory();
     let nowhere = folder.path().join("no/such/folder/scene.csv");
-    assert_one_line(&run(&["scene", "-o", text(&nowhere)]), 1, &["scene.csv"]);
+    assert_one_line(
+        &run(&["emulate", "--print-scene", text(&nowhere)]),
+        1,
+        &["scene.csv"],
+    );
     let taken = folder.path().join("taken");
     std::fs::create_dir(&taken).unwrap();
-    assert_one_line(&run(&["scene", "-o", text(&taken)]), 1, &["taken"]);
+    assert_one_line(
+        &run(&["emulate", "--print-scene", text(&taken)]),
+        1,
+        &["taken"],
+    );
     let found: Vec<_> = std::fs::read_dir(folder.path())
         .unwrap()
         .map(|entry| entry.unwrap().file_name())
@@ -178,7 +199,7 @@ fn inputs_that_would_play_for_ever() {
     assert_one_line(
         &run(&["replay", text(&month)]),
         1,
-        &["month.csv", "86400 s", "unit of time"],
+        &["month.csv", "rows a second", "ridgetone fit --window"],
     );
     assert_one_line(
         &run(&["replay", "--scene-speed", "1e-6"]),
@@ -187,7 +208,13 @@ fn inputs_that_would_play_for_ever() {
     );
     let scene = folder.path().join("scene.csv");
     assert_one_line(
-        &run(&["scene", "--scene-speed", "1e-6", "-o", text(&scene)]),
+        &run(&[
+            "emulate",
+            "--scene-speed",
+            "1e-6",
+            "--print-scene",
+            text(&scene),
+        ]),
         1,
         &["scene", "3600 s"],
     );
@@ -212,7 +239,6 @@ fn devices_that_never_end_are_refused() {
             &["replay", "--settings", device],
             &["replay", "--scene", device],
             &["fit", device, "--positions", device],
-            &["scene", "--scene", device, "-o", text(&out)],
             &["export", device, "--format", "ndjson"],
             &["monitor", "--plain", "--file", device],
             &["emulate", "--elf", device],
@@ -245,7 +271,7 @@ fn scenes_that_no_thing_has_are_refused() {
     ] {
         let scene = file(folder.path(), "a.toml", &format!("{key} = {value}\n"));
         let name = key.lines().last().expect("a key");
-        let scene = run(&["scene", "--scene", text(&scene), "-o", text(&out)]);
+        let scene = run(&["emulate", text(&scene), "--print-scene", text(&out)]);
         assert_one_line(&scene, 1, &["a.toml", name]);
     }
     assert!(!out.exists());

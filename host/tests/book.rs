@@ -8,6 +8,8 @@ mod facts;
 mod figures;
 #[path = "book/links.rs"]
 mod links;
+#[path = "common/raw_recording.rs"]
+mod raw_recording;
 
 use clap::Parser as _;
 use common::{directory, file, run, stdout, text};
@@ -23,8 +25,8 @@ use std::process::{Command, Stdio};
 const TELETACTION: [&str; 4] = ["touch", "pins", "link", "texture"];
 
 /// Commands that talk to a board, unless they are given a file or `--emulated`.
-const WITH_A_BOARD: [&str; 8] = [
-    "check", "command", "listen", "monitor", "record", "serve", "settings", "view",
+const WITH_A_BOARD: [&str; 7] = [
+    "check", "command", "monitor", "record", "serve", "settings", "view",
 ];
 
 /// Commands that go on until somebody interrupts them, with a part of the output by then.
@@ -199,6 +201,12 @@ fn assert_shown(report: &str) {
     }
 }
 
+/// True if a command needs the emulator, or a file that needs it.
+fn is_long(words: &[&str]) -> bool {
+    let is_long = |word: &&str| LONG.iter().any(|long| is_of(word, long));
+    words.iter().any(is_long) && !words.contains(&"--print-scene")
+}
+
 /// Runs the `ridgetone` commands, the long ones or the others, one after the other in a folder that
 /// has the files that they speak of.
 fn run_all(long: bool) {
@@ -207,7 +215,11 @@ fn run_all(long: bool) {
         .expect("a link");
     for name in ["recording.csv", "trace.csv"] {
         let path = folder.path().join(name);
-        assert!(run(&["scene", "-o", text(&path)]).status.success());
+        assert!(
+            run(&["emulate", "--print-scene", text(&path)])
+                .status
+                .success()
+        );
     }
     let (mut by_hand, mut place_mm) = (String::from("time_s,a,v_mm_s\n"), 0.0_f64);
     for row in 0..500 {
@@ -247,17 +259,12 @@ fn run_all(long: bool) {
     file(folder.path(), "scores.csv", &scores);
     // Gratings of known period under the physical finger.
     for (name, period_mm) in [("a", 2.5), ("b", 3.0), ("c", 4.0)] {
-        let scene = file(
-            folder.path(),
-            &format!("{name}.toml"),
-            &format!("period_mm = {period_mm}\nspeed_mm_s = 15\n"),
-        );
-        let path = folder.path().join(format!("{name}.csv"));
-        assert!(
-            run(&["scene", "--scene", text(&scene), "-o", text(&path)])
-                .status
-                .success()
-        );
+        let scene = hal_mock::Sliding {
+            period_mm,
+            ..ridgetone_host::input::first_scene().expect("a scene")
+        };
+        let bytes = raw_recording::of(scene, Settings::DEFAULT);
+        fs::write(folder.path().join(format!("{name}.rec")), bytes).expect("a recording");
     }
     let binary = Path::new(env!("CARGO_BIN_EXE_ridgetone"))
         .parent()
@@ -271,11 +278,10 @@ fn run_all(long: bool) {
     let mut ran = 0;
     for command in commands() {
         let words: Vec<&str> = command.split_whitespace().collect();
-        let is_long = |word: &&str| LONG.iter().any(|long| is_of(word, long));
         if words[0] != "ridgetone"
             || TELETACTION.contains(&words[1])
             || needs_board(&words)
-            || words.iter().any(is_long) != long
+            || is_long(&words) != long
         {
             continue;
         }

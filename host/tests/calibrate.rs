@@ -97,20 +97,18 @@ fn one_grating_calibrates_a_finger() {
         let gratings = gratings(&folder, 28.0, &finger);
         let found = &json_lines(&calibrate(&gratings[1..2], &["--speed", "28", "--json"]))[0];
         let given = |name: &str| found[name].as_f64().expect("a number").to_string();
-        let options = [
-            ["--pitch".to_string(), given("pitch_mm")],
-            ["--edge-phase".into(), given("edge_phase_rad")],
-            ["--edge-phase-sigma".into(), given("edge_phase_sigma_rad")],
-        ];
-        let options = options.concat();
+        let options: Vec<String> = ["pitch_mm", "edge_phase_rad", "edge_phase_sigma_rad"]
+            .into_iter()
+            .flat_map(|name| ["--set".to_owned(), format!("array.{name}={}", given(name))])
+            .collect();
         let options: Vec<&str> = options.iter().map(String::as_str).collect();
         for (grating, true_mm) in gratings.iter().zip([2.5, 3.0, 3.5, 4.0]) {
             let (_, scene) = grating.split_once('=').expect("MM=FILE");
             // With short contacts there is one answer only if the direction is known.
             let replay = [
                 "replay",
-                "--direction",
-                "forward",
+                "--set",
+                "array.may_go_backward=false",
                 "--json",
                 "--scene",
                 scene,
@@ -133,13 +131,13 @@ fn one_grating_calibrates_a_finger() {
 }
 
 #[test]
-fn it_is_printed_as_options() {
+fn it_is_printed_as_the_command_that_sets_it() {
     let folder = directory();
     let printed = stdout(&calibrate(&gratings(&folder, 28.0, ""), &[]));
     assert!(
-        printed.contains("--pitch 2.36")
-            && printed.contains("--edge-phase 0.4")
-            && printed.contains("--edge-phase-sigma 0.0"),
+        printed.contains("ridgetone settings set --keep array.pitch_mm=2.36")
+            && printed.contains("array.edge_phase_rad=0.4")
+            && printed.contains("array.edge_phase_sigma_rad=0.0"),
         "{printed}"
     );
 }

@@ -39,7 +39,7 @@ fn shells_get_scripts_that_they_can_read_and_the_manual_has_a_page_for_each_comm
         ("zsh", "#compdef ridgetone"),
         ("fish", "complete -c ridgetone"),
     ] {
-        let script = run(&["completions", shell]);
+        let script = run(&["help-files", "--completions", shell]);
         assert!(
             script.status.success() && stdout(&script).contains(word),
             "{shell}"
@@ -50,7 +50,7 @@ fn shells_get_scripts_that_they_can_read_and_the_manual_has_a_page_for_each_comm
     let script = file(
         folder.path(),
         "ridgetone.bash",
-        &stdout(&run(&["completions", "bash"])),
+        &stdout(&run(&["help-files", "--completions", "bash"])),
     );
     // What bash itself makes of it.
     let completion = "source \"$0\"; COMP_WORDS=(ridgetone rep); COMP_CWORD=1; _ridgetone ridgetone rep ridgetone; echo ${COMPREPLY[*]}";
@@ -60,9 +60,8 @@ fn shells_get_scripts_that_they_can_read_and_the_manual_has_a_page_for_each_comm
         .expect("bash");
     assert_eq!(stdout(&found).trim(), "replay", "{}", stderr(&found));
 
-    assert!(stdout(&run(&["man"])).contains(".TH ridgetone 1"));
     let man = folder.path().join("man1");
-    assert!(run(&["man", "-o", text(&man)]).status.success());
+    assert!(run(&["help-files", "--man", text(&man)]).status.success());
     for page in ["ridgetone.1", "ridgetone-fit.1", "ridgetone-settings-set.1"] {
         let page = std::fs::read_to_string(man.join(page)).expect("a page");
         assert!(
@@ -85,7 +84,7 @@ fn no_file_is_overwritten_without_a_word() {
     std::fs::write(&rec, made.expect("a replay").serial).expect("a file");
     let there = text(&there);
     for command in [
-        &["scene", "-o", there][..],
+        &["emulate", "--print-scene", there][..],
         &["export", text(&rec), "-o", there],
         &["demo", "--svg", there],
         &["fit", "none.csv", "--svg", there],
@@ -111,7 +110,7 @@ fn no_file_is_overwritten_without_a_word() {
     for command in [
         &["export", text(&rec), "--table", "health"][..],
         &["export", text(&rec), "--table", "health", "-o", "-"],
-        &["scene", "-o", "-"],
+        &["emulate", "--print-scene", "-"],
     ] {
         let done = run(command);
         assert!(done.status.success(), "{}", stderr(&done));

@@ -6,7 +6,7 @@ use hal_mock::Sliding;
 use hal_mock::bridge::Crash;
 use ridgetone_finger::tasks::WATCHDOG_S;
 use ridgetone_host::emulator::{self, Options, Outcome};
-use ridgetone_host::input::{Input, Source};
+use ridgetone_host::input::Input;
 use ridgetone_proto::boot::{Death, ResetCause};
 use ridgetone_proto::telemetry::{Event, Health, Hello, Packet, Span, Status};
 use std::path::{Path, PathBuf};
@@ -26,7 +26,7 @@ fn run(elf: &Path, scene: Sliding, crash: Option<Crash>) -> (Outcome, Vec<Packet
         Ok(())
     };
     let input = Input {
-        source: Source::Scene(scene),
+        scene,
         ..Input::default()
     }
     .open()
@@ -231,7 +231,7 @@ fn the_log_and_the_greeting_agree() {
         ..Sliding::default()
     };
     let input = Input {
-        source: Source::Scene(scene),
+        scene,
         ..Input::default()
     }
     .open()

@@ -219,7 +219,13 @@ fn a_rate_against_the_stamps_is_reported() {
 fn the_slide_of_a_touch_is_found_and_all_else_is_fitted_whole() {
     let folder = directory();
     let scene = folder.path().join("slide.csv");
-    let made = run(&["scene", "--scene-speed", "15", "-o", text(&scene)]);
+    let made = run(&[
+        "emulate",
+        "--scene-speed",
+        "15",
+        "--print-scene",
+        text(&scene),
+    ]);
     assert!(made.status.success(), "{}", stderr(&made));
     let found = fit(&[text(&scene)]);
     let hz = 15.0 / 3.6;

@@ -57,14 +57,14 @@ fn commands(path: &Path) -> Vec<Vec<&str>> {
         vec!["view", "--settings", path, "--port", path],
         vec!["serve", "--finger", path],
         vec!["record", "--port", path, "-o", path],
-        vec!["listen", "--port", path],
+        vec!["monitor", "--plain", "--port", path],
         vec!["check", "--port", path],
         vec!["settings", "get", "--port", path],
         vec!["settings", "set", "--file", path, "--port", path],
         vec!["command", "follow", path, "--port", path],
-        vec!["emulate", "--elf", path, path],
-        vec!["scene", "--scene", path, "-o", path],
-        vec!["scene", "--period", path],
+        vec!["emulate", "--elf", path],
+        vec!["emulate", path, "--print-scene", path],
+        vec!["emulate", "--period", path],
         vec![path],
     ]
 }

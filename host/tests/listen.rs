@@ -1,4 +1,4 @@
-//! `listen`, at a pseudo-terminal.
+//! `monitor --plain`, at a pseudo-terminal.
 #![cfg(target_os = "linux")]
 
 mod common;
@@ -32,7 +32,7 @@ fn pty() -> (File, String) {
 fn telemetry_is_printed_as_json_and_a_disconnection_is_reported() {
     let (mut board, name) = pty();
     let mut child = common::ridgetone()
-        .args(["listen", "--json", "--port", &name])
+        .args(["monitor", "--json", "--port", &name])
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
@@ -101,7 +101,7 @@ fn telemetry_is_printed_as_json_and_a_disconnection_is_reported() {
 fn damage_without_end_is_reported() {
     let (mut board, name) = pty();
     let mut child = common::ridgetone()
-        .args(["listen", "--port", &name])
+        .args(["monitor", "--plain", "--port", &name])
         .stderr(Stdio::piped())
         .spawn()
         .expect("the command runs");
@@ -128,22 +128,21 @@ fn a_board_that_is_not_there_is_reported_on_one_line() {
     let folder = common::directory();
     let name = folder.path().join("none");
     common::assert_one_line(
-        &common::run(&["listen", "--port", common::text(&name)]),
+        &common::run(&["monitor", "--plain", "--port", common::text(&name)]),
         1,
         &[common::text(&name)],
     );
-    let nobody = common::run(&["listen", "--usb-serial", "no such number"]);
+    let nobody = common::run(&["monitor", "--plain", "--usb-serial", "no such number"]);
     common::assert_one_line(&nobody, 1, &["port"]);
-    common::assert_one_line(&common::run(&["listen"]), 2, &["--port", "--usb-serial"]);
-    let both = common::run(&["listen", "--port", "a", "--usb-serial", "b"]);
+    let both = common::run(&["monitor", "--plain", "--port", "a", "--usb-serial", "b"]);
     common::assert_one_line(&both, 2, &["--port"]);
 }
 
-/// `listen --json` at a board's line, once it is open.
+/// `monitor --json` at a board's line, once it is open.
 fn listening() -> (File, Child, BufReader<ChildStderr>) {
     let (board, name) = pty();
     let mut child = common::ridgetone()
-        .args(["listen", "--json", "--port", &name])
+        .args(["monitor", "--json", "--port", &name])
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()

@@ -2,9 +2,8 @@
 //! `cargo xtask test` builds the image and runs these.
 #![cfg(target_os = "linux")]
 
-use hal_mock::Sliding;
 use ridgetone_host::emulator::{self, Options, Outcome};
-use ridgetone_host::input::{Input, Source};
+use ridgetone_host::input::Input;
 use ridgetone_proto::telemetry::{Event, Health, Packet};
 
 /// Clock of a simulated chip whose scan, made for 15.72864 MHz and 5064 conversions a second, makes
@@ -21,13 +20,7 @@ fn run(
     let elf = emulator::image::find().expect("an image");
     let mut options = Options::new(&elf);
     change(&mut options);
-    let source = Source::Scene(Sliding::default());
-    let mut input = Input {
-        source,
-        ..Input::default()
-    }
-    .open()
-    .expect("an input");
+    let mut input = Input::default().open().expect("an input");
     if let Some(clock_hz) = clock_hz {
         input.options.clock_hz = clock_hz;
     }

@@ -194,11 +194,16 @@ fn a_recording_is_replayed_and_monitored_line_by_line_and_losses_are_reported() 
             .lines()
             .all(|line| line.starts_with('{') && line.ends_with('}'))
     );
-    // Settings are for a scene or a table.
+    // Without raw frames it has nothing to run through the library again.
     assert_one_line(
         &run(&["replay", text(&path), "--window", "0.5"]),
+        1,
+        &["touch.rec", "no raw frames", "record with --raw"],
+    );
+    assert_one_line(
+        &run(&["replay", text(&path), "--scale", "2"]),
         2,
-        &["export", "--table frames"],
+        &["--scale"],
     );
 }
 
@@ -225,7 +230,7 @@ fn exports_go_to_files_or_standard_output_and_say_what_is_missing() {
     let before = std::fs::read(&path).expect("a file");
     for over in [
         &["export", text(&path), "--format", "csv", "-o", text(&path)][..],
-        &["scene", "-o", text(&path)],
+        &["emulate", "--print-scene", text(&path)],
     ] {
         assert_one_line(&run(over), 1, &[text(&path), "not overwritten"]);
         assert_eq!(std::fs::read(&path).expect("a file"), before);
@@ -282,11 +287,20 @@ fn options_that_do_not_go_together_and_missing_boards_are_refused_on_one_line() 
         &["--file", "--emulated"],
     );
     assert_one_line(
-        &run(&["monitor", "--file", text(&path), "--period", "3"]),
+        &run(&["monitor", "--file", text(&path), "--elf", "a.elf"]),
         2,
         &["--emulated"],
     );
-    assert_one_line(&run(&["monitor", "trace.csv"]), 2, &["--emulated"]);
+    let table = file(folder.path(), "table.csv", "time_s,ain0\n0,1\n");
+    for command in ["monitor", "view"] {
+        for option in [&[][..], &["--file"]] {
+            assert_one_line(
+                &run(&[&[command], option, &[text(&table)]].concat()),
+                1,
+                &["use `ridgetone fit ", "table.csv --svg picture.svg`"],
+            );
+        }
+    }
     assert_one_line(
         &run(&["monitor", "--port", &board_name()]),
         1,

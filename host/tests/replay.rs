@@ -1,8 +1,11 @@
-//! `ridgetone replay` and `ridgetone scene`: the library behind the simulated chip.
+//! `ridgetone replay` and `ridgetone emulate --print-scene`: scenes and recordings through the library.
 
 mod common;
+#[path = "common/raw_recording.rs"]
+mod raw_recording;
 
 use common::{assert_one_line, directory, json_lines, run, stderr, stdout, text};
+use ridgetone_proto::settings::Settings;
 use serde_json::Value;
 
 fn of_type<'a>(events: &'a [Value], name: &str) -> Vec<&'a Value> {
@@ -104,12 +107,12 @@ fn a_scene_written_down_and_replayed() {
     let folder = directory();
     let trace = folder.path().join("trace.csv");
     let output = run(&[
-        "scene",
+        "emulate",
         "--scene-speed",
         "15",
         "--period",
         "2.6",
-        "-o",
+        "--print-scene",
         text(&trace),
         "--json",
     ]);
@@ -163,7 +166,7 @@ fn a_scene_written_down_and_replayed() {
     assert_eq!(output.status.code(), Some(3));
     let warning = stderr(&output).lines().next().unwrap().to_owned();
     assert!(
-        warning.contains("row 1, column ain0") && warning.contains("--scale"),
+        warning.contains(" V is beyond +-4.096 V; ") && warning.contains("--scale"),
         "{warning}"
     );
 }
@@ -181,10 +184,10 @@ fn settings_reach_the_library() {
         "2",
         "--speed",
         "30",
-        "--delay",
-        "1",
-        "--length",
-        "45",
+        "--set",
+        "slide.delay_s=1",
+        "--set",
+        "slide.length_mm=45",
     ]));
     let settings = &events[0]["settings"];
     assert_eq!(settings["slide"]["rule"], "protocol");
@@ -219,8 +222,23 @@ fn commands_that_make_no_sense() {
         status,
         &["--period"],
     );
-    assert_one_line(&run(&["replay", "--scale", "2"]), status, &["FILE.csv"]);
-    assert_one_line(&run(&["replay", "--length", "50"]), status, &["--speed"]);
+    assert_one_line(&run(&["replay", "--scale", "2"]), status, &["<FILE>"]);
+    for (set, parts) in [
+        ("array.pitch_mm=0", &["pitch_mm = 0", "0.1 to 100"][..]),
+        (
+            "slide.rule=sometimes",
+            &["slide.rule", "found or protocol or always"],
+        ),
+        ("pitch=2", &["no setting `pitch`", "choose from"]),
+        ("window_s", &["window_s: write NAME=VALUE"]),
+    ] {
+        assert_one_line(&run(&["replay", "--set", set]), status, parts);
+    }
+    assert_one_line(
+        &run(&["emulate", "any.csv"]),
+        status,
+        &["any.csv", "`ridgetone replay any.csv`"],
+    );
     assert_one_line(&run(&["fit"]), status, &["FILE.csv"]);
     assert_one_line(
         &run(&["fit", "any.csv", "--harmonics", "6"]),
@@ -228,7 +246,7 @@ fn commands_that_make_no_sense() {
         &["--harmonics"],
     );
     assert_one_line(
-        &run(&["scene", "-o", "any.csv", "--scene-speed", "0"]),
+        &run(&["emulate", "--print-scene", "any.csv", "--scene-speed", "0"]),
         status,
         &["--scene-speed", "greater than 0"],
     );
@@ -298,6 +316,74 @@ fn a_recording_that_is_all_slide_gives_estimates() {
         .as_f64()
         .unwrap();
     assert!((period_mm - 3.0).abs() < 0.01, "{period_mm}");
+}
+
+/// A recording at its own rate: a tone that a scan of 241 frames a second could not hold, of its own
+/// channels, and nothing that is not in the file.
+#[test]
+fn a_recording_keeps_its_rate_and_its_channels_and_nothing_is_invented() {
+    let folder = common::directory();
+    let path = common::file(
+        folder.path(),
+        "fast.csv",
+        &common::tone(3, 8000, 2000.0, 440.25, 0.02),
+    );
+    let output = run(&["replay", text(&path), "--scale", "0.01", "--json"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let events = json_lines(&output);
+    for event in &events {
+        let kind = event["type"].as_str().expect("a type");
+        assert!(["slide", "estimate", "texture"].contains(&kind), "{event}");
+        if kind == "estimate" {
+            let off_hz = (event["frequency_hz"].as_f64().unwrap() - 440.25).abs();
+            assert!(off_hz < 0.05, "{event}");
+            assert_eq!(event["status"], "good");
+            assert_eq!(event["channels"].as_array().unwrap().len(), 3);
+            assert!(event["spatial_period_mm"].is_null(), "{event}");
+        }
+    }
+    assert!(of_type(&events, "estimate").len() > 10);
+    for never in ["firmware", "frames received", "temperature"] {
+        assert!(!stderr(&output).contains(never), "{}", stderr(&output));
+    }
+    assert_one_line(
+        &run(&["replay", text(&path), "--scale", "0.01", "--plan", "hand"]),
+        2,
+        &["fast.csv", "2000.00 frames a second", "leave --plan out"],
+    );
+}
+
+/// The raw frames of a board run through the library again: with the board's own settings the same
+/// estimates to the last digit, with others those of a board that has them.
+#[test]
+fn a_recording_of_raw_frames_is_run_again_bit_for_bit() {
+    let folder = common::directory();
+    let recorded = |window_s: f32| {
+        let settings = Settings {
+            window_s,
+            ..Settings::DEFAULT
+        };
+        let path = folder.path().join(format!("{window_s}.rec"));
+        let bytes = raw_recording::of(hal_mock::Sliding::default(), settings);
+        std::fs::write(&path, bytes).expect("a file");
+        path
+    };
+    let results = |arguments: &[&str]| {
+        let mut lines = json_lines(&run(&[&["replay", "--json"], arguments].concat()));
+        for line in &mut lines {
+            line.as_object_mut().expect("an object").remove("sequence");
+        }
+        let kinds = [
+            "contact", "image", "slide", "estimate", "texture", "release",
+        ];
+        lines.retain(|line| kinds.contains(&line["type"].as_str().expect("a type")));
+        lines
+    };
+    let (long, short) = (recorded(1.0), recorded(0.5));
+    let expected = results(&[text(&short)]);
+    assert!(of_type(&expected, "estimate").len() > 6);
+    assert_eq!(results(&[text(&short), "--window", "0.5"]), expected);
+    assert_eq!(results(&[text(&long), "--set", "window_s=0.5"]), expected);
 }
 
 #[test]

@@ -46,10 +46,9 @@ fn a_scene_file_and_its_truth() {
     let folder = directory();
     let trace = folder.path().join("c3.csv");
     let output = run(&[
-        "scene",
-        "--scene",
+        "emulate",
         text(&shipped("c3.toml")),
-        "-o",
+        "--print-scene",
         text(&trace),
         "--json",
     ]);
@@ -104,7 +103,7 @@ fn an_error_in_one_is_a_line() {
     let trace = folder.path().join("trace.csv");
     for command in [
         vec!["replay", "--scene", text(&wrong)],
-        vec!["scene", "--scene", text(&wrong), "-o", text(&trace)],
+        vec!["emulate", text(&wrong), "--print-scene", text(&trace)],
         vec!["demo", "--elf", "none.elf", "--scene", text(&wrong)],
     ] {
         assert_one_line(

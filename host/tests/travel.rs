@@ -10,7 +10,10 @@ const C1: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../hal-mock/scenes/c1.tom
 
 /// What `calibrate` says of the simulated finger (`tests/calibrate.rs`), whose pitch and edge phase
 /// are the defaults.
-const CALIBRATED: [&str; 2] = ["--edge-phase-sigma", "0.01"];
+const CALIBRATED: [&str; 2] = ["--set", "array.edge_phase_sigma_rad=0.01"];
+/// The grating can move in one direction alone.
+const FORWARD: &str = "array.may_go_backward=false";
+const BACKWARD: &str = "array.may_go_forward=false";
 
 fn estimates(more: &[&str]) -> Vec<Value> {
     let more = [&CALIBRATED[..], more].concat();
@@ -65,11 +68,14 @@ fn period_speed_and_direction_are_reported_with_their_uncertainties() {
 fn what_is_possible_is_the_users_to_say() {
     // The phase of 3.6 mm backward is that of 5 mm forward.
     for (options, verdict) in [
-        (&["--direction", "forward"][..], "out_of_range"),
-        (&["--direction", "backward", "--period-max", "9"], "unique"),
-        (&["--period-max", "9"], "ambiguous"),
-        (&["--period-min", "1.2"], "ambiguous"),
-        (&["--period-min", "3.7"], "out_of_range"),
+        (&["--set", FORWARD][..], "out_of_range"),
+        (
+            &["--set", BACKWARD, "--set", "array.period_max_mm=9"],
+            "unique",
+        ),
+        (&["--set", "array.period_max_mm=9"], "ambiguous"),
+        (&["--set", "array.period_min_mm=1.2"], "ambiguous"),
+        (&["--set", "array.period_min_mm=3.7"], "out_of_range"),
     ] {
         for estimate in estimates(options) {
             assert_eq!(estimate["travel"], verdict, "{options:?}: {estimate}");
@@ -81,11 +87,21 @@ fn what_is_possible_is_the_users_to_say() {
         }
     }
     assert_one_line(
-        &run(&["replay", "--period-min", "5", "--period-max", "4"]),
+        &run(&[
+            "replay",
+            "--set",
+            "array.period_min_mm=5",
+            "--set",
+            "array.period_max_mm=4",
+        ]),
         2,
         &["period_max_mm = 4", "5 to 100"],
     );
-    assert_one_line(&run(&["replay", "--pitch", "0"]), 2, &["pitch_mm = 0"]);
+    assert_one_line(
+        &run(&["replay", "--set", "array.pitch_mm=0"]),
+        2,
+        &["pitch_mm = 0"],
+    );
 }
 
 /// By default nobody has measured the array: the uncertainty is that of any finger, and it does not
@@ -103,7 +119,7 @@ fn an_array_that_nobody_calibrated_says_so() {
             "{estimate}"
         );
     }
-    for estimate in replayed(&["--direction", "backward"]) {
+    for estimate in replayed(&["--set", BACKWARD]) {
         assert_eq!(estimate["direction"], "backward", "{estimate}");
     }
     let printed = stdout(&run(&["replay", "--scene", C1]));

@@ -139,7 +139,7 @@ def plain_wave(period_mm, speed_mm_s, pitch_mm, path):
         place_mm = speed_mm_s * np.clip(at_s - 1.5, 0, 4) - late_mm
         wave = gain * np.cos(2 * np.pi * place_mm / period_mm + own)
         rows[:, taxel] = np.where(at_s > 0.5, 20 + wave, 0) + 0.05 * random.standard_normal(len(t_s))
-    header = "time_s," + ",".join(f"ch{n}" for n in range(16))
+    header = "time_s," + ",".join(f"ain{n}" for n in range(16))
     np.savetxt(path, np.c_[t_s, rows * 1e-3], delimiter=",", header=header, comments="", fmt="%.7f")
 
 
@@ -156,13 +156,13 @@ def lags(checks, command):
         for period_mm in (2.6, 3.1, 3.6, 4.1):
             path = Path(folder, "wave.csv")
             plain_wave(period_mm, 30, 2.3, path)
-            for options in ((), ("--pitch", "2.3")):
+            for options in ((), ("--set", "array.pitch_mm=2.3")):
                 found = slide(command, path, *options)
                 off = (found["spatial_period_mm"] - period_mm) / found["spatial_period_sigma_mm"]
-                what = f"S1: {period_mm} mm by lags, {' '.join(options) or 'defaults'}"
+                what = f"S1: {period_mm} mm by lags, {' '.join(options[1:]) or 'defaults'}"
                 is_honest = found["travel"] == "uncalibrated" and abs(off) < 2
                 checks.true(what, f"{found['spatial_period_mm']:.3f} mm, {off:+.1f} sigma, {found['travel']}", is_honest)
-            found = slide(command, path, "--pitch", "2.3", "--edge-phase", "0", "--edge-phase-sigma", "0.001")
+            found = slide(command, path, *(f"--set=array.{setting}" for setting in ("pitch_mm=2.3", "edge_phase_rad=0", "edge_phase_sigma_rad=0.001")))
             is_right = found["travel"] == "unique" and abs(found["spatial_period_mm"] / period_mm - 1) < 1e-3
             checks.true(f"S1: {period_mm} mm by lags, calibrated", f"{found['spatial_period_mm']:.4f} mm, {found['travel']}", is_right)
     checks.step("oddo", "period without the speed, by lags", "section 6", "-", "within 0.1 % calibrated; else 8 %, `uncalibrated`", "the command on NumPy's traces, 2.6 to 4.1 mm")

@@ -6,7 +6,7 @@ use crate::assembler::Assembler;
 use crate::converter::Facts;
 use crate::faults::diagnostics::Diagnostics;
 use crate::faults::episodes::{FaultEpisodes, add_flaws};
-use crate::frame::{PlainFrame, TimedConversion};
+use crate::frame::{Frame, PlainFrame, TimedConversion};
 use crate::health::{HealthReporter, health};
 use crate::ring::Ring;
 use crate::window::Window;
@@ -16,7 +16,7 @@ use ridgetone_proto::VERSION;
 use ridgetone_proto::boot::{Boot, SettingsSource};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::Settings;
-use ridgetone_proto::telemetry::{ConverterState, Event, Hello, PROTOCOL};
+use ridgetone_proto::telemetry::{ConverterState, Event, Hello, PROTOCOL, Raw};
 use tracker::Tracker;
 
 /// The time of an edge may be ahead of the board's clock by so much, microseconds.
@@ -173,11 +173,36 @@ impl Detector {
             assembler.lost = assembler.lost.wrapping_add(passed - 1);
         }
         assembler.frames = assembler.frames.wrapping_add(1);
-        (assembler.now_us, assembler.board_us) = (readings.t_us, readings.t_us as u32);
         let frame = readings.frame(number, self.settings.plan.inputs, assembler.vref_v);
-        tracker.push(&frame, ring, outputs.emit, outputs.due);
-        if self.health_reporter.is_due(number) {
-            self.report_health(readings.t_us, diagnostics, outputs.emit);
+        self.push_whole(&frame, ring, diagnostics, outputs);
+    }
+
+    /// Takes a frame that a board has reported raw, in place of its conversions: with the board's
+    /// plan and reference in the settings, contact, slides and windows are the board's to the bit.
+    pub fn push_raw(
+        &mut self,
+        raw: &Raw,
+        ring: &mut Ring,
+        diagnostics: &Diagnostics,
+        outputs: &mut Outputs<'_>,
+    ) {
+        self.push_whole(&Frame::from(*raw), ring, diagnostics, outputs);
+    }
+
+    fn push_whole(
+        &mut self,
+        frame: &Frame,
+        ring: &mut Ring,
+        diagnostics: &Diagnostics,
+        outputs: &mut Outputs<'_>,
+    ) {
+        let Self {
+            assembler, tracker, ..
+        } = self;
+        (assembler.now_us, assembler.board_us) = (frame.t_us, frame.t_us as u32);
+        tracker.push(frame, ring, outputs.emit, outputs.due);
+        if self.health_reporter.is_due(frame.number) {
+            self.report_health(frame.t_us, diagnostics, outputs.emit);
         }
     }
 

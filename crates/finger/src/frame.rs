@@ -7,6 +7,7 @@ use ads1258::reading;
 use ridgetone_proto::division::divide;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::scan::TAXELS;
+use ridgetone_proto::telemetry::Raw;
 use ridgetone_tone::Values;
 
 /// One conversion with the time of its DRDY edge, in two words: the queue to the detector is copied
@@ -118,6 +119,18 @@ impl Frame {
             let c = rest.trailing_zeros() as usize % TAXELS;
             values[c] = value(c);
             rest &= rest - 1;
+        }
+    }
+}
+
+impl From<Raw> for Frame {
+    fn from(raw: Raw) -> Self {
+        Self {
+            number: raw.number,
+            t_us: raw.t_us,
+            codes: raw.codes,
+            present: raw.present,
+            good: raw.good,
         }
     }
 }

@@ -15,7 +15,7 @@ use crate::window::Window;
 use crate::wiring::Wiring;
 use heapless::Vec;
 use ridgetone_proto::settings::Settings;
-use ridgetone_proto::telemetry::Event;
+use ridgetone_proto::telemetry::{Event, Raw};
 
 /// Most windows that are fitted after one conversion. A slide that is noticed late has several
 /// windows due at once.
@@ -37,6 +37,7 @@ impl Platform for OneCall {
 enum Next<'a> {
     Conversion(TimedConversion),
     Frame(PlainFrame<'a>),
+    Raw(&'a Raw),
     /// The signal has ended.
     End,
 }
@@ -88,6 +89,12 @@ impl Pipeline {
         self.step(Next::Frame(frame), emit);
     }
 
+    /// Takes a frame that a board has reported raw, in place of its conversions: with the board's
+    /// plan and reference in the settings, contact, slides and estimates are the board's to the bit.
+    pub fn push_raw(&mut self, raw: &Raw, emit: &mut dyn FnMut(Event)) {
+        self.step(Next::Raw(raw), emit);
+    }
+
     /// The signal has ended: closes what is open and reports health.
     pub fn finish(&mut self, emit: &mut dyn FnMut(Event)) {
         self.step(Next::End, emit);
@@ -114,6 +121,10 @@ impl Pipeline {
             Next::Frame(frame) => {
                 let outputs = &mut Outputs { emit, due };
                 detector.push_frame(frame, ring, &shared.diagnostics, outputs);
+            }
+            Next::Raw(raw) => {
+                let outputs = &mut Outputs { emit, due };
+                detector.push_raw(raw, ring, &shared.diagnostics, outputs);
             }
             Next::End => detector.finish(ring, &shared.diagnostics, emit, due),
         }

@@ -52,14 +52,14 @@ table::settings! {
         /// always: every frame is part of one, without contact and hold.
         8 rule: SlideRule = SlideRule::Found, "", Any;
         /// With the protocol: hold time between the contact spike and the slide.
-        9 delay_s: f32 = 1.0, "s", Between(0.0, 60.0), option "delay",
+        9 delay_s: f32 = 1.0, "s", Between(0.0, 60.0),
             because "the protocol that the stimulus follows";
         /// Speed of the stimulus, which also gives the spatial period. It counts with the protocol,
         /// and, unless 0, where slides last always.
         10 speed_mm_s: f32 = 0.0, "mm/s", By(speed), option "speed",
             because "slide.rule = \"protocol\" needs the speed of the stimulus";
         /// With the protocol: length of the slide to use (paper: 55 of 60).
-        11 length_mm: f32 = 55.0, "mm", Between(0.1, 2000.0), option "length",
+        11 length_mm: f32 = 55.0, "mm", Between(0.1, 2000.0),
             because "the protocol that the stimulus follows";
     }
 
@@ -74,20 +74,20 @@ table::settings! {
     /// those of the paper's gratings with a margin, as far as the answer is unique.
     array: Array "Array" {
         /// Distance between the two columns of units along the motion, as the phases show it.
-        12 pitch_mm: f32 = 2.364, "mm", Between(0.1, 100.0), option "pitch",
+        12 pitch_mm: f32 = 2.364, "mm", Between(0.1, 100.0),
             because "`ridgetone calibrate` finds it";
         /// Phase by which the contact's ends reduce the lag between the columns, which is
         /// 2 pi pitch / period less this.
-        13 edge_phase_rad: f32 = 0.41, "rad", Between(-PI, PI), option "edge-phase",
+        13 edge_phase_rad: f32 = 0.41, "rad", Between(-PI, PI),
             because "`ridgetone calibrate` finds it";
         /// Standard deviation of true lags around the line of pitch and edge phase; from 0.3 on
         /// the array is not calibrated.
-        14 edge_phase_sigma_rad: f32 = UNCALIBRATED_RAD, "rad", Between(0.0, PI), option "edge-phase-sigma",
+        14 edge_phase_sigma_rad: f32 = UNCALIBRATED_RAD, "rad", Between(0.0, PI),
             because "`ridgetone calibrate` finds it";
         /// Shortest possible spatial period.
-        15 period_min_mm: f32 = 2.3, "mm", Between(0.1, PERIOD_GREATEST_MM), option "period-min";
+        15 period_min_mm: f32 = 2.3, "mm", Between(0.1, PERIOD_GREATEST_MM);
         /// Longest possible spatial period; between one pitch and two the answer is unique.
-        16 period_max_mm: f32 = 4.2, "mm", By(longest_period), option "period-max",
+        16 period_max_mm: f32 = 4.2, "mm", By(longest_period),
             because "the longest possible period is not below the shortest";
         /// Whether the grating may move along +x.
         17 may_go_forward: bool = true, "", By(forward),

@@ -22,7 +22,6 @@ export class Scrub {
       this.mark = [this.run.from_s, this.run.until_s];
       this.go(this.t_s);
     });
-    $("time-column").addEventListener("change", () => this.readAgain($("time-column").value));
   }
 
   get t_s() {
@@ -40,27 +39,12 @@ export class Scrub {
       return;
     }
     $("run-name").textContent = run.name;
-    $("time-column-label").hidden = run.time_columns.length === 0;
-    $("time-column").value = run.time_column ?? "";
-    $("time-columns").replaceChildren(...["none", ...run.time_columns].map((name) => new Option(name, name)));
     const slider = $("time");
     [slider.min, slider.max] = [run.from_s, run.until_s];
     // Where its estimate has just come.
     slider.value = run.estimate ? Math.min(run.until_s, run.estimate.t_s + STEP_S) : run.until_s;
     await this.go(this.t_s);
     slider.focus();
-  }
-
-  // Another column of the run's table is the time.
-  async readAgain(column) {
-    const found = await runs.trying(async () => JSON.parse(await post(`/runs/${this.run.id}/time-column`, column)));
-    if (found === null) {
-      $("time-column").value = this.run.time_column ?? "";
-      return;
-    }
-    runs.say(found.remark ?? "");
-    this.read(found);
-    await this.look(found);
   }
 
   // The state at a time; of several wishes the latest counts.

@@ -1,4 +1,4 @@
-// The channels over time, one below the other: sixteen, or those of a table.
+// The sixteen channels over time, one below the other.
 import { Plot, colour, line, robust } from "./plot.js";
 import { round125 } from "./format.js";
 
@@ -26,27 +26,22 @@ const middle = (values) => {
 
 export class Strips extends Plot {
   constructor(card, onZoom) {
-    const apart = { mv: 1, rows: TAXELS };
+    const apart = { mv: 1 };
     const series = Array.from({ length: TAXELS }, (_, taxel) => line(() => colour(unit(taxel)), { width: 1.25, name: `taxel ${taxel}` }));
-    const rows = () => Array.from({ length: apart.rows }, (_, row) => (row + 1 - apart.rows) * apart.mv);
+    const rows = () => Array.from({ length: TAXELS }, (_, row) => (row + 1 - TAXELS) * apart.mv);
     super(card, onZoom, {
       x: "device time, s", y: "taxel", ySize: 34, series,
-      yRange: () => [(0.1 - apart.rows) * apart.mv, 1.1 * apart.mv],
+      yRange: () => [(0.1 - TAXELS) * apart.mv, 1.1 * apart.mv],
       yAxis: { splits: rows, values: (_, splits) => splits.map((split) => String(Math.round(-split / apart.mv))) },
     });
     this.apart = apart;
-  }
-
-  // The number of a table's channels; null shows all taxels.
-  setRows(channels) {
-    this.apart.rows = Math.min(TAXELS, channels ?? TAXELS);
   }
 
   draw({ live: { strips } }, length_s) {
     const end = strips.t_s.at(-1);
     const from = Math.max(0, strips.t_s.findIndex((t_s) => t_s > end - length_s));
     const t_s = strips.t_s.slice(from);
-    const parts = strips.volts.slice(0, this.apart.rows).map((values) => values.slice(from).map((value) => (value === null ? null : 1e3 * value)));
+    const parts = strips.volts.map((values) => values.slice(from).map((value) => (value === null ? null : 1e3 * value)));
     this.zeros = parts.map(middle);
     const mv = parts.map((values, row) => values.map((value) => (value === null ? null : value - this.zeros[row])));
     const swings = mv.map((values) => robust(values)).map((range) => (range ? range[1] - range[0] : 0)).sort((a, b) => a - b);
@@ -55,9 +50,8 @@ export class Strips extends Plot {
     const rows = `rows ${this.apart.mv} mV apart`;
     this.plot.axes[1].label = `taxel, ${rows}`;
     const lines = mv.map((values, taxel) => values.map((value) => (value === null ? null : value - taxel * this.apart.mv)));
-    const none = Array.from({ length: TAXELS - lines.length }, () => t_s.map(() => null));
     const missing = gaps(t_s).toReversed();
-    const apart = [t_s, ...lines, ...none].map((values) => values.slice());
+    const apart = [t_s, ...lines].map((values) => values.slice());
     // An empty point in each gap, from the last on, so that places hold.
     for (const at of missing) apart.forEach((values, column) => values.splice(at, 0, column === 0 ? 0.5 * (t_s[at - 1] + t_s[at]) : null));
     this.show(apart, rows);

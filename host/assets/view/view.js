@@ -105,7 +105,6 @@ function draw(withPlots) {
   settings.show(run === null ? state : { ...state, can_set: run.frames > 0 && Boolean(live.latest.hello) }, run);
   drawMap(mapCanvas, state);
   if (!withPlots) return;
-  plots.strips.setRows(run?.channels ?? null);
   const mark = run === null ? [null, null] : scrub.mark;
   [plots.strips, plots.history].forEach((plot) => { plot.mark = mark; });
   drawPlots(plots, state, { beside: compared(run, live), why });

@@ -6,11 +6,9 @@ use pyo3::prelude::*;
 use ridgetone_host::client::Client;
 use ridgetone_host::emulator;
 use ridgetone_host::events::JsonLines;
-use ridgetone_host::feed::{Emulated, Feed, Requester};
-use ridgetone_host::input::{first_scene, frame_rate_hz};
+use ridgetone_host::feed::{Emulation, Feed, Requester, emulated};
 use ridgetone_host::listen::{Heard, Listener};
 use ridgetone_host::port::{Link, System, Wanted};
-use ridgetone_host::touches::{first_touches, of_scene};
 use ridgetone_host::{recording, settings_form};
 use ridgetone_proto::command::Command;
 use ridgetone_proto::settings::Settings;
@@ -37,7 +35,7 @@ impl Board {
         py: Python<'_>,
         port: Option<String>,
         usb_serial: Option<String>,
-        emulated: bool,
+        is_emulated: bool,
         scene: Option<PathBuf>,
         once: bool,
         pace: f64,
@@ -50,7 +48,7 @@ impl Board {
             let settings = settings
                 .map(|text| settings_form::with_json(&Settings::DEFAULT, text))
                 .transpose()?;
-            let mut feed = match emulated {
+            let mut feed = match is_emulated {
                 true => emulate(scene.as_deref(), once, pace, elf)?,
                 false => Feed::new(Link::open(System, Wanted::new(port, usb_serial))?),
             };
@@ -151,19 +149,11 @@ impl Board {
 }
 
 fn emulate(scene: Option<&Path>, once: bool, pace: f64, elf: Option<PathBuf>) -> Result<Feed> {
-    let input = match scene {
-        Some(path) => {
-            let input = of_scene(hal_mock::load_scene(path, frame_rate_hz())?)?;
-            if once { input } else { input.repeated() }
-        }
-        None if once => of_scene(first_scene()?)?,
-        None => first_touches()?,
+    let how = Emulation {
+        elf: elf.map_or_else(emulator::image::find, Ok)?,
+        silence: SILENCE,
+        pace: (pace > 0.0).then_some(pace),
+        repeats: !once,
     };
-    let elf = elf.map_or_else(emulator::image::find, Ok)?;
-    Ok(Feed::new(Emulated::start(
-        input,
-        elf,
-        SILENCE,
-        (pace > 0.0).then_some(pace),
-    )))
+    emulated(scene, how)
 }

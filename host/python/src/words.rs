@@ -36,8 +36,16 @@ const ARGUMENTS: [(&str, &str, Value); 23] = [
     ("--emulated", "source=\"emulated\"", Value::Text),
 ];
 
-/// A message with arguments in place of options.
+/// A message with arguments in place of options. Commands to type stay as they are.
 pub fn of_python(message: &str) -> String {
+    let part = |part: &str| match part.starts_with("ridgetone ") {
+        true => part.to_owned(),
+        false => with_arguments(part),
+    };
+    message.split('`').map(part).collect::<Vec<_>>().join("`")
+}
+
+fn with_arguments(message: &str) -> String {
     let (mut out, mut ahead) = (String::new(), message);
     while let Some(at) = ahead.find("--") {
         let (before, from) = ahead.split_at(at);

@@ -4,9 +4,11 @@ use crate::array::Samples;
 use crate::raised;
 use crate::words::of_python;
 use anyhow::{Context, Result};
+use hal_mock::Sliding;
 use pyo3::prelude::*;
 use ridgetone_host::events::{self, JsonLines};
-use ridgetone_host::input::{Input, Source, frame_rate_hz};
+use ridgetone_host::frames::{self, Frames, Reading};
+use ridgetone_host::input::{Input, frame_rate_hz};
 use ridgetone_host::messages::{Form, messages as all_messages};
 use ridgetone_host::part::Exclude;
 use ridgetone_host::picture::{Recording, draw};
@@ -15,11 +17,14 @@ use ridgetone_host::samples;
 use ridgetone_host::speed::{Column, Quantity};
 use ridgetone_host::table_fit::{Band, Selection, TableFit};
 use ridgetone_host::{
-    detection, fit_picture, fit_report, replay as player, settings_form, touch_part,
+    fit_picture, fit_report, replay as player, settings_form, touch_part,
 };
 use ridgetone_proto::settings::{Declared, Settings};
-use ridgetone_proto::telemetry::Packet;
+use ridgetone_proto::telemetry::{Event, Packet};
 use std::path::{Path, PathBuf};
+
+/// Packets of a recording between two looks for Ctrl-C.
+const SIGNALS_EVERY: u64 = 256;
 
 /// What was guessed of a file.
 fn named(name: &str, guessed: Option<&String>) -> impl Iterator<Item = String> {
@@ -136,75 +141,119 @@ pub fn replay(
     scene: Option<PathBuf>,
     rate_hz: Option<f64>,
     scale: f64,
-    noise: bool,
     seed: Option<u64>,
     settings: &str,
     picture: bool,
 ) -> PyResult<(Vec<String>, Vec<String>, Option<String>)> {
+    let mut played = Played::new(picture);
     let run = || -> Result<_> {
-        let settings = settings_form::with_json(&Settings::DEFAULT, settings)?;
-        let scene = scene
-            .map(|path| hal_mock::load_scene(path, frame_rate_hz()))
-            .transpose()?;
-        let (source, seed) = match samples {
+        let (recording, remarks) = match samples {
             Some(Samples(samples)) => {
-                let source = Source::Trace {
-                    samples: samples.clone(),
+                let reading = Reading {
                     rate_hz,
                     volts_per_unit: scale,
                 };
-                (source, seed.unwrap_or(1))
+                played.frames(samples, reading, settings)?
             }
             None => {
-                let mut scene = scene.unwrap_or_default();
+                let scene = scene.map(|path| hal_mock::load_scene(path, frame_rate_hz()));
+                let mut scene = scene.transpose()?.unwrap_or_default();
                 scene.seed = seed.unwrap_or(scene.seed);
-                let seed = scene.seed;
-                (Source::Scene(scene), seed)
+                let settings = settings_form::with_json(&Settings::DEFAULT, settings)?;
+                let profile = profile
+                    .map(|path| Profile::load(&path, profile_repeats))
+                    .transpose()?;
+                played.scene(scene, settings, profile.map(Motion::Speed))?
             }
         };
-        let input = Input {
-            source,
-            converter_noise: noise,
-            seed,
-        };
-        let (given, mut settings) = (settings, settings);
-        if samples.is_some() {
-            settings = detection::settings_for(input.open_for(&given)?, given)?;
-        }
-        let always = (settings != given).then(|| detection::ALWAYS.to_owned());
-        let mut input = input.open_for(&settings)?;
-        let remarks = [always, input.guessed.take(), input.warning.take()];
-        let remarks = remarks.into_iter().flatten();
-        let remarks = remarks.map(|remark| of_python(&remark)).collect();
-        let truth = input.truth;
-        let (mut lines, mut packets, mut conversions) = (Vec::new(), Vec::new(), Vec::new());
-        let mut sink = |packet: &Packet| {
-            lines.push(events::json(packet)?);
-            if picture {
-                packets.push(packet.clone());
-            }
-            // Health comes every second of the recording: often enough for Ctrl-C.
-            Ok(Python::attach(|py| py.check_signals())?)
-        };
-        let mut watch = |conversion| conversions.extend(picture.then_some(conversion));
-        player::run_watched(
-            input,
-            settings,
-            player::Observers {
-                sink: &mut sink,
-                progress: &mut |_, _| {},
-                watch: &mut watch,
-            },
-        )?;
-        let drawing = picture.then(|| {
-            draw(
-                &Recording::new(&conversions, &packets),
-                truth.map(|truth| truth.frequency_hz),
-            )
-        });
-        Ok((lines, remarks, drawing))
+        let remarks = remarks.iter().map(|remark| of_python(remark)).collect();
+        Ok((played.lines, remarks, recording))
     };
     py.detach(run).map_err(raised)
+}
+
+/// What a run has reported.
+struct Played {
+    lines: Vec<String>,
+    packets: Vec<Packet>,
+    is_drawn: bool,
+}
+
+impl Played {
+    fn new(is_drawn: bool) -> Self {
+        Self {
+            lines: Vec::new(),
+            packets: Vec::new(),
+            is_drawn,
+        }
+    }
+
+    fn take(&mut self, packet: &Packet) -> Result<()> {
+        if !matches!(packet.event, Event::Raw(_)) {
+            self.lines.push(events::json(packet)?);
+        }
+        if self.is_drawn {
+            self.packets.push(packet.clone());
+        }
+        Ok(())
+    }
+
+    /// A recording's own frames: its picture if it is wanted, and what to look at.
+    fn frames(
+        &mut self,
+        samples: &samples::Samples,
+        reading: Reading,
+        settings: &str,
+    ) -> Result<(Option<String>, Vec<String>)> {
+        let frames = Frames::open(samples, reading)?;
+        let settings = settings_form::with_json(&frames.settings, settings)?;
+        frames.check_window(samples.name(), &settings)?;
+        let mut remarks = frames.remarks(&settings);
+        let chosen = frames.settings_for(settings)?;
+        if chosen != settings {
+            remarks.push(frames::ALWAYS.to_owned());
+        }
+        let (mut taken, is_drawn) = (0u64, self.is_drawn);
+        let mut sink = |packet: &Packet| {
+            taken += 1;
+            if taken.is_multiple_of(SIGNALS_EVERY) {
+                Python::attach(|py| py.check_signals())?;
+            }
+            self.take(packet)
+        };
+        frames.run(&chosen, is_drawn, &mut sink, &mut |_, _| {})?;
+        let svg = is_drawn.then(|| draw(&Recording::of_frames(&self.packets, chosen.vref_v), None));
+        Ok((svg, remarks))
+    }
+
+    /// The same of a scene in front of the simulated chip.
+    fn scene(
+        &mut self,
+        scene: Sliding,
+        settings: Settings,
+        motion: Option<Motion>,
+    ) -> Result<(Option<String>, Vec<String>)> {
+        let mut input = Input::of(scene).open_in(&settings.plan)?;
+        let (remarks, truth) = (input.warning.take().into_iter().collect(), input.truth);
+        let (mut conversions, is_drawn) = (Vec::new(), self.is_drawn);
+        let mut sink = |packet: &Packet| {
+            self.take(packet)?;
+            // Health comes every second of the scene: often enough for Ctrl-C.
+            Ok(Python::attach(|py| py.check_signals())?)
+        };
+        let mut watch = |conversion| conversions.extend(is_drawn.then_some(conversion));
+        let observers = player::Observers {
+            sink: &mut sink,
+            progress: &mut |_, _| {},
+            watch: &mut watch,
+        };
+        player::run_watched(input, settings, motion, observers)?;
+        let svg = is_drawn.then(|| {
+            let recording = Recording::new(&conversions, &self.packets);
+            draw(&recording, truth.map(|truth| truth.frequency_hz))
+        });
+        Ok((svg, remarks))
+    }
 }
 
 /// The library's settings, or a file's, with some of them changed: all as JSON.

@@ -15,6 +15,7 @@ COMMAND = os.environ.get("RIDGETONE_COMMAND", "ridgetone")
 SCENES = sorted(path.stem for path in (ROOT / "hal-mock/scenes").glob("*.toml"))
 
 Run = Callable[..., list[dict[str, Any]]]
+Refusal = Callable[..., str]
 
 
 def command(*arguments: object) -> "subprocess.CompletedProcess[str]":
@@ -34,7 +35,7 @@ def run() -> Run:
 
 
 @pytest.fixture
-def refusal() -> Callable[..., str]:
+def refusal() -> Refusal:
     """Runs the command, which fails; its one line without its name."""
 
     def refusal(*arguments: object) -> str:
@@ -81,7 +82,7 @@ def recordings(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     found = {}
     for name in SCENES:
         found[name] = folder / f"{name}.csv"
-        done = command("scene", "--scene", f"hal-mock/scenes/{name}.toml", "-o", found[name])
+        done = command("emulate", f"hal-mock/scenes/{name}.toml", "--print-scene", found[name])
         assert done.returncode == 0, done.stderr
     for name, text in tables().items():
         found[name] = folder / f"{name}.csv"

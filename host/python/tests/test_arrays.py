@@ -58,7 +58,7 @@ def test_other_threads_run_meanwhile() -> None:
     thread.start()
     begun = time.perf_counter()
     rt.fit(array, 250)
-    rt.replay(array[:3000], scale=1e-4)
+    rt.replay(array[:3000], rate_hz=250, scale=1e-4)
     ended = time.perf_counter()
     done.set()
     thread.join()
@@ -234,7 +234,7 @@ def test_results_are_readable() -> None:
     shown = dict(row.split(maxsplit=1) for row in str(found).splitlines() if len(row.split()) > 1)
     assert shown["frequency_hz"] == line and shown["rate_hz"] == "250"
     assert "sigma_hz" not in shown and "rate_sigma_hz" not in shown
-    for event in rt.replay(noise=False):
+    for event in rt.replay():
         assert str(event).startswith(type(event).__name__) and event._repr_html_().endswith("</table>")
 
 

@@ -1,14 +1,12 @@
 //! The board to talk to.
 
 use super::firmware::FirmwareOptions;
-use super::input::{InputOptions, remark};
-use crate::feed::{Emulated, Feed};
-use crate::input::{Opened, first_scene};
+use crate::feed::{Emulation, Feed, emulated, untouched};
 use crate::port::{Link, System, Wanted};
-use crate::touches::{first_touches, of_scene};
 use crate::usage::UsageError;
 use anyhow::Result;
 use clap::Args;
+use std::path::PathBuf;
 
 #[derive(Args, Clone, Debug)]
 pub struct BoardOptions {
@@ -19,71 +17,58 @@ pub struct BoardOptions {
     /// The board, or the adapter on its line, with this USB serial number.
     #[arg(long, value_name = "NUMBER", conflicts_with = "emulated")]
     usb_serial: Option<String>,
-    /// The emulated board: the firmware image in QEMU, in front of a scene.
-    #[arg(long)]
-    emulated: bool,
+    /// The emulated board, in front of a scene file such as hal-mock/scenes/c7.toml
+    /// [default: hal-mock/scenes/c1.toml].
+    #[arg(long, value_name = "SCENE.toml", num_args = 0..=1, require_equals = true)]
+    emulated: Option<Option<PathBuf>>,
     #[command(flatten)]
-    pub(super) firmware: FirmwareOptions,
+    firmware: FirmwareOptions,
 }
 
 impl BoardOptions {
-    /// Whether an option names a board.
-    pub(super) const fn is_given(&self) -> bool {
-        self.emulated || self.port.is_some() || self.usb_serial.is_some()
-    }
-
-    /// Opens the board's line. The emulated board is in front of `input`, or of the first scene,
-    /// and runs at `pace`, or as fast as it can; with `again` its input repeats, and of the first
-    /// scene each touch is over another grating.
-    pub fn open(
-        &self,
-        input: Option<&InputOptions>,
-        pace: Option<f64>,
-        again: bool,
-    ) -> Result<Feed> {
-        if self.emulated {
-            let input = match input.filter(|input| input.is_given()) {
-                Some(input) => {
-                    let input = input.input(&ridgetone_proto::plan::Plan::PAPER)?.open()?;
-                    if again { input.repeated() } else { input }
-                }
-                None if again => first_touches()?,
-                None => of_scene(first_scene()?)?,
-            };
-            remark(&input);
-            return self.emulate(input, pace);
+    /// Opens the board's line. The emulated board runs at `pace`, or as fast as it can; with
+    /// `repeats` its scene repeats, and of the first scene each touch is over another grating.
+    pub fn open(&self, pace: Option<f64>, repeats: bool) -> Result<Feed> {
+        if let Some(scene) = &self.emulated {
+            return emulated(scene.as_deref(), self.emulation(pace, repeats)?);
         }
-        if input.is_some_and(InputOptions::is_given) || self.firmware.elf.is_some() {
-            return Err(misplaced());
-        }
+        self.check_firmware()?;
         let wanted = Wanted::new(self.port.clone().flatten(), self.usb_serial.clone());
         Ok(Feed::new(Link::open(System, wanted)?))
     }
 
-    fn emulate(&self, input: Opened, pace: Option<f64>) -> Result<Feed> {
+    fn emulation(&self, pace: Option<f64>, repeats: bool) -> Result<Emulation> {
         let elf = self.firmware.image()?;
-        let silence = self.firmware.options(&elf).silence;
-        Ok(Feed::new(Emulated::start(input, elf, silence, pace)))
+        Ok(Emulation {
+            silence: self.firmware.options(&elf).silence,
+            elf,
+            pace,
+            repeats,
+        })
+    }
+
+    /// Refuses an image where no board is emulated.
+    pub(super) fn check_firmware(&self) -> Result<()> {
+        match (&self.emulated, &self.firmware.elf) {
+            (None, Some(_)) => {
+                let why = "--elf is for the emulated board: add --emulated";
+                Err(UsageError(why.into()).into())
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Opens a board for requests alone: the emulated one feels the first scene at the speed of a
     /// real one.
     pub fn open_for_request(&self) -> Result<Feed> {
-        self.open(None, Some(1.0), true)
+        self.open(Some(1.0), true)
     }
 
-    /// Opens a board; nothing touches the emulated one.
+    /// Opens a board; nothing touches the emulated one unless a scene is given.
     pub fn open_untouched(&self) -> Result<Feed> {
-        if self.emulated {
-            self.emulate(Opened::untouched(), Some(1.0))
-        } else {
-            self.open_for_request()
+        match self.emulated {
+            Some(None) => Ok(untouched(self.emulation(Some(1.0), false)?)),
+            _ => self.open_for_request(),
         }
     }
-}
-
-/// Options of the emulated board without `--emulated`.
-pub fn misplaced() -> anyhow::Error {
-    UsageError("FILE.csv, a scene and --elf are for the emulated board: add --emulated".into())
-        .into()
 }

@@ -2,8 +2,9 @@
 
 use super::parse::positive;
 use super::settings::plan;
-use crate::calibrate::{self, Grating, Measuring};
-use crate::input::{Input, Source, rate_of};
+use crate::calibrate::{self, Grating, Measuring, Source};
+use crate::frames::{Frames, Reading};
+use crate::input::{Input, rate_of};
 use crate::output;
 use crate::samples::Samples;
 use crate::static_image::UNIT_PITCH_MM;
@@ -20,10 +21,11 @@ in either direction. One grating gives the edge phase at the nominal pitch, and 
 the pitch, too.
 
 Examples:
-  ridgetone calibrate 3=b.csv --speed 15
-  ridgetone calibrate 2.5=a.csv 3=b.csv 3.5=c.csv 4=d.csv")]
+  ridgetone calibrate 3=b.rec --speed 15
+  ridgetone calibrate 2.5=a.rec 3=b.rec 3.5=c.rec 4=d.rec")]
 pub struct CalibrateArgs {
-    /// Spatial period in mm and recording of a grating: a CSV file of volts, or a scene file.
+    /// Spatial period in mm and recording of a grating: telemetry with raw frames, a table of volts,
+    /// or a scene file.
     #[arg(value_name = "MM=FILE", required = true, value_parser = grating)]
     files: Vec<(f64, PathBuf)>,
     /// Pitch of the units themselves, mm.
@@ -32,8 +34,7 @@ pub struct CalibrateArgs {
     /// Speed of the gratings, mm/s: a recording whose tone does not belong to it is refused.
     #[arg(long, value_name = "MM/S", value_parser = positive)]
     speed: Option<f64>,
-    /// Scan plan of the board: paper, hand, texture or vibration [default: paper]. Recordings of
-    /// another rate are resampled.
+    /// Scan plan for scene files: paper, hand, texture or vibration [default: paper].
     #[arg(long, value_name = "NAME", value_parser = plan)]
     plan: Option<Plan>,
     /// Measure windows of any status, not good ones alone.
@@ -55,26 +56,22 @@ impl CalibrateArgs {
     pub(super) fn run(self) -> Result<()> {
         let plan = self.plan.unwrap_or(Plan::PAPER);
         let open = |(period_mm, path): &(f64, PathBuf)| {
-            let source = match path
+            let is_scene = path
                 .extension()
-                .is_some_and(|extension| extension == "toml")
-            {
-                true => Source::Scene(hal_mock::load_scene(path, rate_of(&plan))?),
-                false => Source::Trace {
-                    samples: Samples::file(path)?,
-                    rate_hz: None,
-                    volts_per_unit: 1.0,
-                },
+                .is_some_and(|extension| extension == "toml");
+            let source = match is_scene {
+                true => Source::Scene(Box::new(Input {
+                    scene: hal_mock::load_scene(path, rate_of(&plan))?,
+                    ..Input::default()
+                })),
+                false => {
+                    Source::Recording(Frames::open(&Samples::file(path)?, Reading::default())?)
+                }
             };
-            let input = Input {
-                source,
-                ..Input::default()
-            }
-            .open_in(&plan)?;
             Ok(Grating {
                 name: path.display().to_string(),
                 period_mm: *period_mm,
-                input,
+                source,
             })
         };
         let gratings = self.files.iter().map(open).collect::<Result<_>>()?;

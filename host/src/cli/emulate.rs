@@ -1,30 +1,44 @@
-//! `emulate`: the firmware image in QEMU, in front of a recording or a scene.
+//! `emulate`: the firmware image in the emulator, in front of a scene.
 
 use super::firmware::FirmwareOptions;
-use super::input::InputOptions;
 use super::lines::{LineOptions, Printer, report};
+use super::scene::SceneOptions;
 use super::settings::SettingsOptions;
+use crate::input::{SLOT_S, check_length, frame_rate_hz};
+use crate::note;
 use crate::picture::Recording;
+use crate::usage::UsageError;
 use crate::{emulator, output, picture, stop};
 use anyhow::Result;
 use clap::Args;
+use hal_mock::{SlidingScene, Truth, write_csv};
+use ridgetone_proto::plan::Plan;
 use ridgetone_proto::telemetry::Packet;
-use std::path::PathBuf;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Exclude FILE.csv the chip feels a scene. `cargo xtask setup` installs the emulator.
+`cargo xtask setup` installs the emulator.
 
 Examples:
   ridgetone emulate
   ridgetone emulate --log
-  ridgetone emulate trace.csv --json > events.jsonl
-  ridgetone emulate --scene hal-mock/scenes/c7.toml
-  ridgetone emulate trace.csv --settings finger.toml
-  ridgetone emulate --scene-speed 48 --period 3.1 --svg run.svg --serial-out run.bin")]
+  ridgetone emulate hal-mock/scenes/c7.toml --json > events.jsonl
+  ridgetone emulate --settings finger.toml
+  ridgetone emulate --scene-speed 48 --period 3.1 --svg run.svg --serial-out run.bin
+  ridgetone emulate --scene-speed 15 --period 2.6 --print-scene trace.csv
+  ridgetone emulate hal-mock/scenes/hand.toml --print-scene hand.csv")]
 pub struct EmulateArgs {
+    /// Scene file; hal-mock/scenes/every_key.toml explains all keys [default: a plain scene].
+    #[arg(value_name = "SCENE.toml", conflicts_with_all = ["scene_speed", "period", "snr"])]
+    scene: Option<PathBuf>,
     #[command(flatten)]
-    input: InputOptions,
+    scene_options: SceneOptions,
+    /// Emulate nothing, but write the scene as a table, and print its true values: time_s and 16
+    /// columns of volts, read one after the other as the scan does, 241.14 times a second.
+    #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["odometry", "log", "serial_out", "svg", "settings_file", "elf"])]
+    print_scene: Option<PathBuf>,
     #[command(flatten)]
     settings: SettingsOptions,
     #[command(flatten)]
@@ -43,8 +57,43 @@ pub struct EmulateArgs {
     json: bool,
 }
 
+#[derive(Serialize)]
+struct TruthJson<'a> {
+    r#type: &'static str,
+    file: &'a str,
+    rows: u64,
+    rate_hz: f64,
+    #[serde(flatten, with = "TruthForm")]
+    truth: Truth,
+}
+
+#[derive(Serialize)]
+#[serde(remote = "Truth")]
+struct TruthForm {
+    contact_s: f64,
+    slide_start_s: f64,
+    slide_end_s: f64,
+    release_s: f64,
+    end_s: f64,
+    frequency_hz: f64,
+}
+
 impl EmulateArgs {
     pub(super) fn run(self) -> Result<()> {
+        if let Some(scene) = &self.scene
+            && scene
+                .extension()
+                .is_none_or(|extension| extension != "toml")
+        {
+            let file = scene.display();
+            let why = format!(
+                "{file}: a scene is a .toml file; `ridgetone replay {file}` takes a recording"
+            );
+            return Err(UsageError(why).into());
+        }
+        if let Some(path) = &self.print_scene {
+            return self.write_scene(path);
+        }
         stop::on_signal()?;
         self.svg
             .iter()
@@ -52,7 +101,12 @@ impl EmulateArgs {
             .try_for_each(|path| output::check_new(path))?;
         let elf = self.firmware.image()?;
         let settings = self.settings.settings()?;
-        let input = self.input.open_for(&settings)?;
+        let plan = &settings.plan;
+        let input = self.scene_options.input(self.scene.as_deref(), plan)?;
+        let input = input.open_in(plan)?;
+        if let Some(warning) = &input.warning {
+            note!("warning: {warning}");
+        }
         let options = emulator::Options {
             settings,
             keep_conversions: self.svg.is_some(),
@@ -84,6 +138,40 @@ impl EmulateArgs {
             output::new_text(path, &svg)?;
         }
         report(outcome.counts);
+        Ok(())
+    }
+
+    fn write_scene(&self, path: &Path) -> Result<()> {
+        let scene = self
+            .scene_options
+            .sliding(self.scene.as_deref(), &Plan::PAPER)?;
+        let mut scene = SlidingScene::new(scene)?;
+        let (truth, rate_hz, mut rows) = (scene.truth(), frame_rate_hz(), 0);
+        check_length(truth.end_s)?;
+        output::new_file(path, |file| {
+            rows = write_csv(&mut scene, rate_hz, SLOT_S, file)?;
+            Ok(())
+        })?;
+        let file = path.display().to_string();
+        note!(
+            "{file}: {rows} rows at {rate_hz:.2} Hz; contact {:.3} s, slide {:.3} to {:.3} s, release {:.3} s, end {:.3} s, tone {:.4} Hz",
+            truth.contact_s,
+            truth.slide_start_s,
+            truth.slide_end_s,
+            truth.release_s,
+            truth.end_s,
+            truth.frequency_hz
+        );
+        if self.json {
+            let json = TruthJson {
+                r#type: "truth",
+                file: &file,
+                rows,
+                rate_hz,
+                truth,
+            };
+            output::line(&serde_json::to_string(&json)?)?;
+        }
         Ok(())
     }
 }

@@ -1,11 +1,10 @@
 //! `record`: the telemetry of a board into a file.
 
 use super::board::BoardOptions;
-use super::input::InputOptions;
 use super::lines::report;
 use super::parse::positive;
 use crate::feed::Requester;
-use crate::{record, settings_form, stop};
+use crate::{recording, settings_form, stop};
 use anyhow::Result;
 use clap::Args;
 use std::path::PathBuf;
@@ -23,8 +22,6 @@ Examples:
 pub struct RecordArgs {
     #[command(flatten)]
     board: BoardOptions,
-    #[command(flatten)]
-    input: InputOptions,
     /// File to write; an existing one is not overwritten. `-` is standard output, for another
     /// program.
     #[arg(short, long, value_name = "RECORDING")]
@@ -52,8 +49,8 @@ impl RecordArgs {
         stop::on_signal()?;
         // A request takes a moment: a board that runs ahead of it would have sent much by then.
         let pace = (self.raw || settings.is_some()).then_some(1.0);
-        let feed = self.board.open(Some(&self.input), pace, false)?;
-        let (feed, recorded) = record::run(feed, &self.output, requester, self.length)?;
+        let feed = self.board.open(pace, false)?;
+        let (feed, recorded) = recording::record(feed, &self.output, requester, self.length)?;
         report(feed.counts());
         recorded
     }

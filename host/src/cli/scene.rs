@@ -1,83 +1,66 @@
-//! `scene`: a scene as a CSV trace.
+//! The scene in front of a simulated or emulated board.
 
-use super::input::SceneOptions;
-use crate::input::{SCENE_MAX_S, SLOT_S, check_length, frame_rate_hz};
-use crate::note;
-use crate::output;
+use super::parse::{number, positive};
+use crate::input::{Input, rate_of};
 use anyhow::Result;
 use clap::Args;
-use hal_mock::{SlidingScene, Truth, write_csv};
-use serde::Serialize;
-use std::path::PathBuf;
+use hal_mock::Sliding;
+use ridgetone_proto::plan::Plan;
+use std::path::Path;
 
-#[derive(Debug, Args)]
-#[command(after_help = "\
-Examples:
-  ridgetone scene --scene-speed 15 --period 2.6 -o trace.csv
-  ridgetone scene --scene hal-mock/scenes/hand.toml -o hand.csv")]
-pub struct SceneArgs {
-    #[command(flatten)]
-    scene: SceneOptions,
-    /// File to write: time_s and 16 columns of volts, read one after the other as the scan does,
-    /// 241.14 times a second.
-    #[arg(short, long, value_name = "FILE.csv")]
-    output: PathBuf,
-    /// Also the truth as one JSON object on standard output.
-    #[arg(long)]
-    json: bool,
+/// Changes to a scene.
+#[derive(Args, Clone, Debug)]
+pub struct SceneOptions {
+    /// Speed of the grating of the plain scene, mm/s [default: 30].
+    #[arg(long, value_name = "MM_S", value_parser = positive)]
+    scene_speed: Option<f64>,
+    /// Spatial period of the grating of the plain scene, mm [default: 3.6].
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    period: Option<f64>,
+    /// Power of the tone over that of the noise in the plain scene, dB, or `none` for no noise
+    /// [default: 20].
+    #[arg(long, value_name = "DB", value_parser = decibel, allow_negative_numbers = true)]
+    snr: Option<Decibel>,
+    /// Seed of all noise, and of the channels' differences where there is no scene file [default:
+    /// 1, or the file's].
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
 }
 
-#[derive(Serialize)]
-struct TruthJson<'a> {
-    r#type: &'static str,
-    file: &'a str,
-    rows: u64,
-    rate_hz: f64,
-    #[serde(flatten, with = "TruthForm")]
-    truth: Truth,
+/// A ratio of powers in decibels; none for no noise at all.
+#[derive(Clone, Copy, Debug)]
+struct Decibel(Option<f64>);
+
+fn decibel(text: &str) -> Result<Decibel, String> {
+    if text == "none" {
+        Ok(Decibel(None))
+    } else {
+        number(text).map(|db| Decibel(Some(db)))
+    }
 }
 
-#[derive(Serialize)]
-#[serde(remote = "Truth")]
-struct TruthForm {
-    contact_s: f64,
-    slide_start_s: f64,
-    slide_end_s: f64,
-    release_s: f64,
-    end_s: f64,
-    frequency_hz: f64,
-}
-
-impl SceneArgs {
-    pub(super) fn run(self) -> Result<()> {
-        let mut scene =
-            SlidingScene::new(self.scene.sliding(&ridgetone_proto::plan::Plan::PAPER)?)?;
-        let (truth, rate_hz, mut rows) = (scene.truth(), frame_rate_hz(), 0);
-        check_length("the scene", truth.end_s, SCENE_MAX_S)?;
-        output::new_file(&self.output, |file| {
-            rows = write_csv(&mut scene, rate_hz, SLOT_S, file)?;
-            Ok(())
-        })?;
-        let file = self.output.display().to_string();
-        note!(
-            "{file}: {rows} rows at {rate_hz:.2} Hz; contact {:.3} s, slide {:.3} to {:.3} s, release {:.3} s, end {:.3} s, tone {:.4} Hz",
-            truth.contact_s,
-            truth.slide_start_s,
-            truth.slide_end_s,
-            truth.release_s,
-            truth.end_s,
-            truth.frequency_hz
-        );
-        if self.json {
-            let json = TruthJson {
-                r#type: "truth",
-                file: &file,
-                rows,
-                rate_hz,
-                truth,
-            };
-            output::line(&serde_json::to_string(&json)?)?;
+impl SceneOptions {
+    /// The scene of a file, or the plain scene, for a plan.
+    pub fn sliding(&self, file: Option<&Path>, plan: &Plan) -> Result<Sliding> {
+        if let Some(path) = file {
+            let scene = hal_mock::load_scene(path, rate_of(plan))?;
+            return Ok(Sliding {
+                seed: self.seed.unwrap_or(scene.seed),
+                ..scene
+            });
         }
-        Ok(())
+        let default = Sliding::default();
+        Ok(Sliding {
+            speed_mm_s: self.scene_speed.unwrap_or(default.speed_mm_s),
+            period_mm: self.period.unwrap_or(default.period_mm),
+            snr_db: self.snr.map_or(default.snr_db, |Decibel(db)| db),
+            seed: self.seed.unwrap_or(default.seed),
+            ..default
+        })
+    }
+
+    /// The scene and the chip in front of it.
+    pub fn input(&self, file: Option<&Path>, plan: &Plan) -> Result<Input> {
+        Ok(Input::of(self.sliding(file, plan)?))
     }
 }

@@ -1,7 +1,6 @@
-//! Settings of the library, from a file and from options over it. The options are made from the
-//! table of settings.
+//! Settings of the library, from a file and from options over it. The options of the common ones are
+//! made from the table of settings; `--set` reaches all of them.
 
-use super::array::ArrayOptions;
 use crate::settings_form::{self, from_text, range, shown};
 use crate::usage::UsageError;
 use anyhow::Result;
@@ -17,11 +16,12 @@ pub struct SettingsOptions {
     /// Settings to start from, as `settings get` prints them; the options below replace single ones
     /// [default: the library's].
     #[arg(long = "settings", value_name = "FILE.toml")]
-    pub settings_file: Option<PathBuf>,
+    settings_file: Option<PathBuf>,
+    /// Any setting by its name in that file, such as array.period_max_mm=3.5. Repeat it for each.
+    #[arg(long = "set", value_name = "NAME=VALUE")]
+    changes: Vec<String>,
     #[command(flatten)]
-    pub given: GivenSettings,
-    #[command(flatten)]
-    pub array: ArrayOptions,
+    given: GivenSettings,
 }
 
 /// Settings whose options were given.
@@ -48,17 +48,12 @@ fn is_share(setting: &Setting) -> bool {
 }
 
 fn option(setting: &'static Setting) -> Arg {
-    let arg = Arg::new(setting.name)
+    Arg::new(setting.name)
         .long(setting.option)
         .value_name(value_name(setting))
         .help(help(setting))
         .allow_negative_numbers(true)
-        .value_parser(move |text: &str| value(setting, text));
-    if setting.name.starts_with("slide.") && setting.name != SPEED {
-        arg.requires(SPEED)
-    } else {
-        arg
-    }
+        .value_parser(move |text: &str| value(setting, text))
 }
 
 fn value_name(setting: &Setting) -> &'static str {
@@ -116,21 +111,48 @@ impl Args for GivenSettings {
 }
 
 impl SettingsOptions {
+    /// True if any option is given.
+    pub fn is_given(&self) -> bool {
+        self.settings_file.is_some() || !self.changes.is_empty() || !self.given.0.is_empty()
+    }
+
+    /// The library's settings with these in place.
     pub fn settings(&self) -> Result<Settings> {
-        let mut settings = self
-            .settings_file
-            .as_deref()
-            .map_or(Ok(Settings::DEFAULT), settings_form::load)?;
+        let base = match &self.settings_file {
+            Some(path) => settings_form::load(path)?,
+            None => Settings::DEFAULT,
+        };
+        self.change(base)
+    }
+
+    /// The settings of a recording with these in place. It keeps its plan; `name` is that of its
+    /// file.
+    pub fn over(&self, base: &Settings, name: &str) -> Result<Settings> {
+        let file = match &self.settings_file {
+            Some(path) => Settings {
+                plan: base.plan,
+                ..settings_form::load(path)?
+            },
+            None => *base,
+        };
+        let settings = self.change(file)?;
+        if settings.plan != base.plan {
+            let why = format!(
+                "{name}: a recording has its own plan, {:.2} frames a second: leave --plan out",
+                base.plan.frame_rate_hz()
+            );
+            return Err(UsageError(why).into());
+        }
+        Ok(settings)
+    }
+
+    fn change(&self, mut settings: Settings) -> Result<Settings> {
         for (setting, value) in &self.given.0 {
             settings_form::set(&mut settings, setting, *value);
             if setting.name == SPEED {
                 settings.slide.rule = SlideRule::Protocol;
             }
         }
-        settings.array = self.array.array(settings.array);
-        settings
-            .validate()
-            .map_err(|error| UsageError(settings_form::explained(&error)))?;
-        Ok(settings)
+        settings_form::change(&settings, &self.changes)
     }
 }

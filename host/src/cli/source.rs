@@ -1,10 +1,9 @@
 //! The source of packets: a board, the emulated board, or a recording.
 
-use super::board::{BoardOptions, misplaced};
-use super::input::InputOptions;
+use super::board::BoardOptions;
 use super::parse::number;
 use crate::feed::{Feed, Pace};
-use crate::recording::Recorded;
+use crate::recording::{self, Recorded};
 use crate::view::RunFile;
 use anyhow::Result;
 use clap::Args;
@@ -15,16 +14,17 @@ pub struct SourceOptions {
     /// A recording of telemetry, as `record` writes it.
     #[arg(long = "file", value_name = "RECORDING", conflicts_with_all = ["port", "usb_serial", "emulated"])]
     recording: Option<PathBuf>,
+    /// The same without the option's name.
+    #[arg(value_name = "RECORDING", hide = true, conflicts_with_all = ["recording", "port", "usb_serial", "emulated"])]
+    file: Option<PathBuf>,
     #[command(flatten)]
     board: BoardOptions,
-    #[command(flatten)]
-    input: InputOptions,
     /// Speed of the emulated board or of a recording, device time over wall time; 0: as fast as
     /// possible.
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = pace, allow_negative_numbers = true)]
     pace: f64,
     /// Play the emulated touch once instead of repeating it.
-    #[arg(long, requires = "emulated", conflicts_with = "recording")]
+    #[arg(long, requires = "emulated")]
     once: bool,
 }
 
@@ -38,29 +38,28 @@ fn pace(text: &str) -> Result<f64, String> {
 }
 
 impl SourceOptions {
-    /// The file to look back at: a recording, or a file that no board is to play.
-    pub fn run(&self) -> Option<RunFile> {
-        let file = match &self.recording {
-            Some(recording) => recording,
-            None if self.board.is_given() || self.board.firmware.elf.is_some() => return None,
-            None => self.input.file.as_ref()?,
+    fn recording(&self) -> Option<&PathBuf> {
+        self.recording.as_ref().or(self.file.as_ref())
+    }
+
+    /// The recording to look back at.
+    pub fn run(&self) -> Result<Option<RunFile>> {
+        let Some(path) = self.recording() else {
+            return Ok(None);
         };
-        Some(RunFile {
-            path: file.clone(),
-            reading: self.input.reading(),
+        Ok(Some(RunFile {
+            path: path.clone(),
             settings: None,
-            is_alone: self.recording.is_none(),
-        })
+            is_alone: !recording::is_telemetry(path)?,
+        }))
     }
 
     pub fn open(&self) -> Result<Feed> {
         let pace = (self.pace > 0.0).then_some(self.pace);
-        let Some(path) = &self.recording else {
-            return self.board.open(Some(&self.input), pace, !self.once);
+        let Some(path) = self.recording() else {
+            return self.board.open(pace, !self.once);
         };
-        if self.input.is_given() || self.board.firmware.elf.is_some() {
-            return Err(misplaced());
-        }
+        self.board.check_firmware()?;
         let feed = Feed::new(Recorded::open(path)?);
         Ok(match pace {
             Some(pace) => feed.paced(Pace::new(pace)),

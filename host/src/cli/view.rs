@@ -16,16 +16,14 @@ give --open. Only this computer can reach it. To see it on another computer, typ
   ssh -L 8321:localhost:8321 THIS_COMPUTER
 and open http://localhost:8321/ in its browser. The emulated board waits while nobody looks.
 
-Exclude --emulated, FILE.csv goes through the library on this PC. Values that are not in volts are scaled by a power of ten. Mark
-parts of it to fit, or fit all.
+Of a recording with raw frames, mark parts to fit. `ridgetone fit FILE.csv --svg picture.svg` draws a table.
 
 Examples:
   ridgetone view
   ridgetone view --port /dev/ttyUSB0
   ridgetone view --emulated --open
-  ridgetone view --emulated --scene hal-mock/scenes/c7.toml
-  ridgetone view --file touch.rec
-  ridgetone view recording.csv")]
+  ridgetone view --emulated=hal-mock/scenes/c7.toml
+  ridgetone view --file touch.rec")]
 pub struct ViewArgs {
     #[command(flatten)]
     source: SourceOptions,
@@ -45,7 +43,7 @@ impl ViewArgs {
             .map(settings_form::load)
             .transpose()?;
         stop::on_signal()?;
-        let run = self.source.run().map(|run| RunFile { settings, ..run });
+        let run = self.source.run()?.map(|run| RunFile { settings, ..run });
         let alone = run.as_ref().filter(|run| run.is_alone);
         let feed = match alone {
             Some(run) => Feed::new(NoBoard(run.path.display().to_string())),

@@ -185,9 +185,6 @@ mod tests {
                 end_s,
                 truth: None,
                 warning: None,
-                guessed: None,
-                uncertainty: Default::default(),
-                failure: None,
             },
             &options,
         )

@@ -1,11 +1,14 @@
 //! The emulated board as a source: the firmware image in QEMU, at the speed of a real one.
 
+use super::decoded::Feed;
 use super::source::{FeedEvent, Source};
 use crate::emulator::{self, Options};
-use crate::input::Opened;
+use crate::input::{Opened, first_scene, frame_rate_hz};
+use crate::note;
 use crate::port::BYTE_S;
+use crate::touches::{first_touches, of_scene};
 use anyhow::{Result, anyhow, bail};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -24,6 +27,44 @@ const LOOK_IDLE: Duration = Duration::from_millis(20);
 
 /// Its name as a source.
 pub const EMULATED: &str = "emulated board";
+
+/// How an emulated board runs.
+#[derive(Clone, Debug)]
+pub struct Emulation {
+    /// Firmware image.
+    pub elf: PathBuf,
+    /// Wall time without a sign of life after which the emulator is given up.
+    pub silence: Duration,
+    /// Board time over wall time; as fast as possible if none.
+    pub pace: Option<f64>,
+    /// The scene repeats for ever; of the first scene each touch is over another grating.
+    pub repeats: bool,
+}
+
+/// Opens the emulated board in front of a scene file, or of the first scene.
+pub fn emulated(scene: Option<&Path>, how: Emulation) -> Result<Feed> {
+    let input = match scene {
+        Some(path) => {
+            let input = of_scene(hal_mock::load_scene(path, frame_rate_hz())?)?;
+            if how.repeats { input.repeated() } else { input }
+        }
+        None if how.repeats => first_touches()?,
+        None => of_scene(first_scene()?)?,
+    };
+    if let Some(warning) = &input.warning {
+        note!("warning: {warning}");
+    }
+    Ok(in_front_of(input, how))
+}
+
+/// Opens the emulated board with nothing on its finger.
+pub fn untouched(how: Emulation) -> Feed {
+    in_front_of(Opened::untouched(), how)
+}
+
+fn in_front_of(input: Opened, how: Emulation) -> Feed {
+    Feed::new(Emulated::start(input, how.elf, how.silence, how.pace))
+}
 
 /// The emulated board. Dropped, it ends the emulator.
 #[derive(Debug)]

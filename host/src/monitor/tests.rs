@@ -4,7 +4,7 @@ use super::screen::{LEAST, draw};
 use super::view::{Action, View};
 use crate::digits::time_s;
 use crate::feed::RawFrames;
-use crate::input::{Input, Source, first_scene};
+use crate::input::{Input, first_scene};
 use crate::live::{Connection, Live};
 use crate::replay;
 use hal_mock::Sliding;
@@ -298,7 +298,7 @@ fn sliding(scene: Sliding, until_s: f64) -> Live {
         event: pipeline.hello(),
     }];
     let input = Input {
-        source: Source::Scene(scene),
+        scene,
         ..Input::default()
     };
     replay::conversions(input.open().unwrap(), &mut |conversion| {

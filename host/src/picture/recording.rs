@@ -29,21 +29,12 @@ pub struct Recording {
 impl Recording {
     /// From the conversions that a board has read and the packets that it has sent.
     pub fn new(conversions: &[TimedConversion], packets: &[Packet]) -> Self {
-        let mut recording = Self::default();
-        let mut vref_v = Settings::default().vref_v;
+        let (mut recording, mut vref_v) = (Self::default(), Settings::default().vref_v);
         for packet in packets {
-            match &packet.event {
-                Event::Hello(e) => vref_v = e.settings.vref_v,
-                Event::Contact(e) => recording.contacts_s.push(seconds(e.t_us)),
-                Event::Slide(e) => recording
-                    .slides_s
-                    .extend(e.end_us.map(|end| (seconds(e.start_us), seconds(end)))),
-                Event::Release(e) => recording.releases_s.push(seconds(e.t_us)),
-                Event::Estimate(e) if e.span == Span::Slide => {
-                    recording.slide_fit = Some(e.clone())
-                }
-                _ => {}
+            if let Event::Hello(hello) = &packet.event {
+                vref_v = hello.settings.vref_v;
             }
+            recording.take(&packet.event);
         }
         let (mut t_us, mut before_us) = (0, conversions.first().map_or(0, |first| first.t_us));
         for c in conversions {
@@ -51,18 +42,49 @@ impl Recording {
             before_us = c.t_us;
             let taxel = usize::from(c.status().chid().wrapping_sub(FIRST_CHID));
             if let Some(channel) = recording.channels.get_mut(taxel) {
-                // In f64: the idle level of volts is taken off millivolts below.
-                let volts = f64::from(c.code()) * f64::from(vref_v)
-                    / f64::from(ads1258::reading::CODES_PER_VREF);
-                channel.push((seconds(t_us), volts));
+                channel.push((seconds(t_us), volts(c.code(), vref_v)));
             }
         }
-        for (channel, idle_v) in recording.channels.iter_mut().zip(&mut recording.idle_v) {
+        recording.level()
+    }
+
+    /// From packets with raw frames.
+    pub fn of_frames(packets: &[Packet], vref_v: f32) -> Self {
+        let mut recording = Self::default();
+        for packet in packets {
+            recording.take(&packet.event);
+            let Event::Raw(raw) = &packet.event else {
+                continue;
+            };
+            for (taxel, channel) in recording.channels.iter_mut().enumerate() {
+                if raw.present & raw.good & 1 << taxel != 0 {
+                    channel.push((seconds(raw.t_us), volts(raw.codes[taxel], vref_v)));
+                }
+            }
+        }
+        recording.level()
+    }
+
+    fn take(&mut self, event: &Event) {
+        match event {
+            Event::Contact(e) => self.contacts_s.push(seconds(e.t_us)),
+            Event::Slide(e) => self
+                .slides_s
+                .extend(e.end_us.map(|end| (seconds(e.start_us), seconds(end)))),
+            Event::Release(e) => self.releases_s.push(seconds(e.t_us)),
+            Event::Estimate(e) if e.span == Span::Slide => self.slide_fit = Some(e.clone()),
+            _ => {}
+        }
+    }
+
+    /// Takes the idle levels off.
+    fn level(mut self) -> Self {
+        for (channel, idle_v) in self.channels.iter_mut().zip(&mut self.idle_v) {
             let head = &channel[..channel.len().min(IDLE_SAMPLES)];
             *idle_v = head.iter().map(|(_, v)| v).sum::<f64>() / head.len().max(1) as f64;
             channel.iter_mut().for_each(|(_, v)| *v -= *idle_v);
         }
-        recording
+        self
     }
 
     pub fn span_s(&self) -> (f64, f64) {
@@ -77,4 +99,8 @@ impl Recording {
             (0.0, 1.0)
         }
     }
+
+/// Volts of a code. In f64: the idle level of volts is taken off millivolts.
+fn volts(code: i32, vref_v: f32) -> f64 {
+    f64::from(code) * f64::from(vref_v) / f64::from(ads1258::reading::CODES_PER_VREF)
 }

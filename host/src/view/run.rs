@@ -1,13 +1,12 @@
 //! A run to look back at: what a file holds, or what was recorded on the page, at any of its times.
 
-use super::reading::Reading;
 use crate::digits::time_s;
-use crate::input::{Input, Source};
+use crate::frames::{Frames, Reading};
 use crate::live::{Live, STRIP_FRAMES, point};
 use crate::messages::{Form, Message, messages};
+use crate::recording::no_telemetry;
 use crate::samples::Samples;
 use crate::seen::Seen;
-use crate::{detection, replay};
 use anyhow::{Result, anyhow, ensure};
 use ridgetone_finger::Pipeline;
 use ridgetone_finger::Window;
@@ -32,14 +31,10 @@ pub struct Part {
 pub struct Run {
     pub name: String,
     pub path: PathBuf,
-    /// How it is read, if it is a table.
-    pub reading: Reading,
-    /// Channels of a table.
-    channels: Option<usize>,
     /// All but raw frames, in the order of their arrival.
     packets: Vec<Packet>,
     frames: Vec<Raw>,
-    /// What was guessed of a table, or what is left out.
+    /// A remark if frames were left out.
     remark: Option<String>,
     starts: Starts,
     /// Greatest size in memory.
@@ -61,21 +56,14 @@ pub struct Summary {
     /// Why no window of it has an estimate.
     pub why_none: Option<String>,
     pub remark: Option<String>,
-    /// Channels of a table; none of a board, which has all taxels.
-    pub channels: Option<usize>,
-    /// Columns of a table that may be its time.
-    pub time_columns: Vec<String>,
-    /// The one that somebody has chosen.
-    pub time_column: Option<String>,
 }
 
 impl Run {
-    /// Reads telemetry as it is; anything else, and telemetry with new `settings`, goes through the
-    /// library first.
+    /// Reads telemetry as it is; what `export` made of it, and telemetry with new `settings`, goes
+    /// through the library first. A table is refused.
     pub fn open(
         name: &str,
         path: &Path,
-        reading: Reading,
         settings: Option<Settings>,
         max_bytes: usize,
     ) -> Result<Self> {
@@ -83,8 +71,6 @@ impl Run {
         let mut run = Self {
             name: name.to_owned(),
             path: path.to_owned(),
-            reading,
-            channels: None,
             packets,
             frames,
             remark: None,
@@ -113,58 +99,30 @@ impl Run {
                     }
                 }
             }
-            (_, settings) => self.replay(settings.unwrap_or(Settings::DEFAULT))?,
+            (Form::Table, _) => return Err(no_telemetry(&self.path)),
+            (_, settings) => self.replay(settings)?,
         }
         ensure!(self.ends_s().is_some(), "it holds nothing with a time");
         Ok(())
     }
 
-    /// Through the library, as `replay` does, with every frame.
-    fn replay(&mut self, settings: Settings) -> Result<()> {
-        let samples = Samples::file_with(&self.path, self.reading.time_column.clone())?;
-        if Form::of(&self.path)? == Form::Table {
-            self.channels = Some(samples.open()?.names().len());
-        }
-        let volts_per_unit = self.reading.volts_per_unit(&samples)?;
-        let source = Source::Trace {
-            samples,
-            rate_hz: self.reading.rate_hz,
-            volts_per_unit,
+    /// Runs the raw frames through the library, as `replay` does.
+    fn replay(&mut self, settings: Option<Settings>) -> Result<()> {
+        let frames = Frames::open(&Samples::file(&self.path)?, Reading::default())?;
+        let settings = Settings {
+            plan: frames.plan(),
+            vref_v: frames.settings.vref_v,
+            ..settings.unwrap_or(frames.settings)
         };
-        let input = Input {
-            source,
-            ..Input::default()
-        };
-        let chosen = detection::settings_for(input.open_for(&settings)?, settings)?;
-        let is_changed = chosen != settings;
-        let (input, settings) = (input.open_for(&chosen)?, chosen);
-        let scaled = (volts_per_unit != 1.0)
-            .then(|| format!("1 V on this page is {} in the file", volts_per_unit.recip()));
-        let always = is_changed.then(|| detection::ALWAYS.to_owned());
-        let remarks = [input.warning.clone(), input.guessed.clone(), scaled, always];
-        let remarks: Vec<String> = remarks.into_iter().flatten().collect();
-        self.remark = (!remarks.is_empty()).then(|| remarks.join("; "));
-        let uncertainty = input.uncertainty;
-        // The simulated chip has the default reference.
-        let mut pipeline = Box::new(Pipeline::new(Settings {
-            vref_v: Settings::DEFAULT.vref_v,
-            ..settings
-        }));
-        pipeline.report_raw(u32::MAX);
-        let hello = pipeline.hello();
-        let mut sequence = 0;
-        let mut take = |run: &mut Self, mut event: Event| {
-            uncertainty.apply(&mut event);
-            run.take(Packet { sequence, event });
-            sequence = sequence.wrapping_add(1);
-        };
-        take(self, hello);
-        replay::conversions_of(input, &settings.plan, &mut |timed| {
-            pipeline.push(timed, &mut |event| take(self, event));
+        self.take(Packet {
+            sequence: 0,
+            event: Pipeline::new(settings).hello(),
+        });
+        let mut take = |packet: &Packet| {
+            self.take(packet.clone());
             self.check_size()
-        })?;
-        pipeline.finish(&mut |event| take(self, event));
-        Ok(())
+        };
+        frames.run(&settings, true, &mut take, &mut |_, _| {})
     }
 
     fn take(&mut self, packet: Packet) {
@@ -237,11 +195,6 @@ impl Run {
                 .or_else(|| estimates().next()),
             why_none: self.why_none(),
             remark: self.remark.clone(),
-            channels: self.channels,
-            time_columns: self
-                .channels
-                .map_or_else(Vec::new, |_| Reading::columns(&self.path)),
-            time_column: self.reading.time_name().map(str::to_owned),
         }
     }
 

@@ -6,7 +6,6 @@
 //! | POST `/runs?name=NAME` | opens the body as a run: telemetry as `record` writes it, or a table |
 //! | GET `/runs/ID/state.json?t_s=T` | the state at a time; with `from_s` and `until_s` with the estimate of this part |
 //! | POST `/runs/ID/settings` | runs the library over it again, with some settings of a JSON object |
-//! | POST `/runs/ID/time-column` | reads its table again with this column as the time |
 //! | POST `/runs/ID/reload` | reads its file again |
 //! | POST `/runs/ID/note` | keeps the body as a note on it |
 //! | GET `/runs/ID/file` | the run's file |
@@ -58,7 +57,6 @@ pub fn routes() -> Router<App> {
         .route("/runs", get(list).post(add))
         .route("/runs/{id}/state.json", get(state))
         .route("/runs/{id}/settings", post(again))
-        .route("/runs/{id}/time-column", post(with_time))
         .route("/runs/{id}/reload", post(reload))
         .route("/runs/{id}/note", post(note))
         .route("/runs/{id}/file", get(file))
@@ -107,10 +105,6 @@ async fn state(
 
 async fn again(State(app): State<App>, Path(id): Path<u64>, settings: String) -> Response {
     answer(on_a_thread(move || to_json(&app.runs.again(id, &settings)?)).await)
-}
-
-async fn with_time(State(app): State<App>, Path(id): Path<u64>, column: String) -> Response {
-    answer(on_a_thread(move || to_json(&app.runs.with_time(id, &column)?)).await)
 }
 
 async fn reload(State(app): State<App>, Path(id): Path<u64>) -> Response {

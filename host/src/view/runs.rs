@@ -1,6 +1,5 @@
 //! The runs that pages look back at, by their numbers, and their files.
 
-use super::reading::Reading;
 use super::run::{Run, Summary};
 use crate::settings_form;
 use anyhow::{Context, Result, ensure};
@@ -56,7 +55,6 @@ impl List {
 /// How a file becomes a run.
 #[derive(Clone, Debug)]
 pub struct How {
-    pub reading: Reading,
     /// Settings in place of those of its board.
     pub settings: Option<Settings>,
     /// Whether it was recorded here, so that its file goes with the command.
@@ -124,12 +122,11 @@ impl Runs {
     pub fn open(&self, name: &str, path: &Path, how: How) -> Result<Numbered> {
         self.lock().check()?;
         let How {
-            reading,
             settings,
             is_recorded,
             max_bytes,
         } = how;
-        let run = Arc::new(Run::open(name, path, reading, settings, max_bytes)?);
+        let run = Arc::new(Run::open(name, path, settings, max_bytes)?);
         let mut list = self.lock();
         // Others may have been opened meanwhile.
         list.check()?;
@@ -150,22 +147,13 @@ impl Runs {
     pub fn again(&self, id: u64, json: &str) -> Result<Numbered> {
         let run = self.get(id)?;
         let settings = settings_form::with_json(&run.settings(), json)?;
-        self.replace(id, run.reading.clone(), Some(settings))
-    }
-
-    /// Reads a run's table again with another column as the time.
-    pub fn with_time(&self, id: u64, text: &str) -> Result<Numbered> {
-        let run = self.get(id)?;
-        let reading = run
-            .reading
-            .with_time(&run.summary().time_columns, text.trim())?;
-        self.replace(id, reading, None)
+        self.replace(id, Some(settings))
     }
 
     /// Reads a run's file again, as it was opened at first.
     pub fn reload(&self, id: u64) -> Result<Numbered> {
         let settings = self.lock().kept(id)?.settings;
-        self.replace(id, self.get(id)?.reading.clone(), settings)
+        self.replace(id, settings)
     }
 
     /// Keeps somebody's note on a run.
@@ -185,10 +173,10 @@ impl Runs {
         Ok(())
     }
 
-    fn replace(&self, id: u64, reading: Reading, settings: Option<Settings>) -> Result<Numbered> {
+    fn replace(&self, id: u64, settings: Option<Settings>) -> Result<Numbered> {
         let run = self.get(id)?;
         let (name, path) = (&run.name, &run.path);
-        let run = Arc::new(Run::open(name, path, reading, settings, MAX_BYTES)?);
+        let run = Arc::new(Run::open(name, path, settings, MAX_BYTES)?);
         let mut list = self.lock();
         let kept = list.kept(id)?;
         kept.run = run;

@@ -3,7 +3,7 @@
 
 use super::common::{directory, file, json_lines, run};
 use super::{blocks, read, root};
-use ridgetone_host::input::{Input, Source};
+use ridgetone_host::input::Input;
 use ridgetone_host::names;
 use ridgetone_host::replay;
 use ridgetone_host::settings_form::{change, json};
@@ -262,12 +262,7 @@ fn the_reader_in_python_reads_what_the_command_prints() {
         }
         Ok(())
     };
-    let input = Input {
-        source: Source::Scene(Default::default()),
-        ..Input::default()
-    }
-    .open()
-    .expect("an input");
+    let input = Input::default().open().expect("an input");
     replay::run(input, Settings::DEFAULT, &mut sink, &mut |_, _| {}).expect("a replay");
 
     let mut python = Command::new("python3")

@@ -64,10 +64,7 @@ pub fn run(end_s: f64, alone: bool) {
         },
         end_s,
         truth: None,
-        failure: None,
         warning: None,
-        guessed: None,
-        uncertainty: Default::default(),
     };
     // When the scene began is not known before the run is over: its times are compared then, by
     // their extremes.

@@ -3,7 +3,7 @@
 use super::requests::talk;
 use hal_mock::{Scene, Sliding, SlidingScene};
 use ridgetone_host::emulator::{self, Options};
-use ridgetone_host::input::{Input, Opened, Source};
+use ridgetone_host::input::{Input, Opened};
 use ridgetone_host::touches::Again;
 use ridgetone_proto::command::{Command, Outcome};
 use ridgetone_proto::plan::{Converters, Plan};
@@ -79,7 +79,7 @@ fn each_plan_finds_its_tone_in_the_emulator() {
         let scene = scene(&plan);
         let frequency_hz = scene.speed_mm_s / scene.period_mm;
         let input = Input {
-            source: Source::Scene(scene),
+            scene,
             ..Input::default()
         }
         .open_in(&plan)

@@ -6,7 +6,7 @@ use hal_mock::{Finger, Sliding};
 use ridgetone_finger::Pipeline;
 use ridgetone_finger::TimedConversion;
 use ridgetone_host::emulator::{self, Options};
-use ridgetone_host::input::{Input, Source};
+use ridgetone_host::input::Input;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Estimate, Event, Packet, Span, Status};
@@ -51,7 +51,7 @@ fn grating(period_mm: f64, skin_ridge_mm: f64) -> Sliding {
 fn as_on_the_pc(scene: Sliding, settings: Settings) -> Vec<Estimate> {
     let elf = emulator::image::find().expect("an image");
     let input = Input {
-        source: Source::Scene(scene),
+        scene,
         ..Input::default()
     };
     let (mut on_chip, mut skipped) = (Vec::new(), 0);

@@ -49,9 +49,9 @@ fn a_file_that_is_dropped_is_scrubbed_marked_and_compared_with_keys_too() {
     let folder = common::directory();
     let path = recorded(folder.path(), &packets(f64::INFINITY));
     let quiet = recorded_as(folder.path(), "quiet.rec", &packets(0.5));
-    let table = folder.path().join("other.csv");
+    let other = folder.path().join("other.mcap");
     assert!(
-        common::run(&["scene", "--scene-speed", "20", "-o", common::text(&table)])
+        common::run(&["export", common::text(&path), "-o", common::text(&other)])
             .status
             .success()
     );
@@ -59,7 +59,7 @@ fn a_file_that_is_dropped_is_scrubbed_marked_and_compared_with_keys_too() {
     let mut browser = Browser::start(LOOK);
     browser.open(&view.url);
     browser.wait("document.querySelectorAll('#run-rows tr').length === 1");
-    for (count, file) in [(2, &path), (3, &table)] {
+    for (count, file) in [(2, &path), (3, &other)] {
         drop_file(&mut browser, file);
         browser.wait(&format!(
             "document.querySelectorAll('#run-rows tr').length === {count}"
@@ -146,9 +146,9 @@ fn a_file_that_is_dropped_is_scrubbed_marked_and_compared_with_keys_too() {
     assert_eq!(text(&mut browser, "play"), "Play");
 
     // Beside another run.
-    browser.value("document.querySelector('[aria-label=\"Compare other.csv\"]').click()");
+    browser.value("document.querySelector('[aria-label=\"Compare other.mcap\"]').click()");
     browser.wait(
-        "document.getElementById('difference').textContent.includes('touch.rec − other.csv: ')",
+        "document.getElementById('difference').textContent.includes('touch.rec − other.mcap: ')",
     );
     let apart = text(&mut browser, "difference");
     let apart_hz: f64 = apart
@@ -226,7 +226,7 @@ fn a_file_that_is_dropped_is_scrubbed_marked_and_compared_with_keys_too() {
         |role: &str, name: &str| controls.iter().any(|(r, n)| r == role && n.contains(name));
     for (role, name) in [
         ("slider", "time"),
-        ("button", "Compare other.csv"),
+        ("button", "Compare other.mcap"),
         ("spinbutton", "window, s"),
         ("link", "Save touch.rec"),
         ("group", "Spectrum, plot"),

@@ -75,7 +75,7 @@ impl TouchArgs {
                 Feed::new(Recorded::open(path)?).paced(Pace::new(1.0)),
             )),
             Some(path) => Textures::Fixed(path.display().to_string(), texture::load(path)?),
-            None => Textures::Finger(Box::new(self.board.open(None, Some(1.0), true)?)),
+            None => Textures::Finger(Box::new(self.board.open(Some(1.0), true)?)),
         };
         let DelayOptions {
             delay_ms,

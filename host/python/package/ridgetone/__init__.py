@@ -129,18 +129,18 @@ def replay(
     names: list[str] | None = None,
     time_column: str | None = None,
     scale: float = 1.0,
-    noise: bool = True,
     seed: int | None = None,
     settings: Mapping[str, Any] | None = None,
 ) -> list[Event]:
-    """Runs a recording through the code that the chip runs, behind a simulated ADS1258, as `ridgetone replay` does.
+    """Runs a recording through the code that the chip runs, as `ridgetone replay` does.
 
-    `samples` are volts, or `scale` times volts; without them a `scene` is played, a file, or the plain scene. A recording of
-    telemetry gives its raw frames. `settings` are those of the library with some in place, such as `{"window_s": 0.5}`.
-    Without `time_s` and `rate_hz` rows come at the scan's rate.
+    `samples` are volts, or `scale` times volts, at most 16 channels at 180 to 23,740 rows a second: they are taken as they are, at
+    their own rate. A recording of telemetry gives its raw frames, bit for bit. Without samples a `scene`, a file or the plain scene,
+    is played to a simulated ADS1258. `settings` are those of the board or of the library with some in place, such as
+    `{"window_s": 0.5}`. Events of samples have no `Hello` and no `Health`.
     """
     return _replay(
-        samples, scene, Times(time_s, time_column, rate_hz), names, scale, noise, seed, settings, False
+        samples, scene, Times(time_s, time_column, rate_hz), names, scale, seed, settings, False
     )[0]
 
 
@@ -153,7 +153,6 @@ def picture(
     names: list[str] | None = None,
     time_column: str | None = None,
     scale: float = 1.0,
-    noise: bool = True,
     seed: int | None = None,
     settings: Mapping[str, Any] | None = None,
 ) -> Picture:
@@ -166,7 +165,7 @@ def picture(
             raise UsageError("a copy of a fit has no samples to draw: fit again")
         return Picture(fitted.picture())
     times = Times(time_s, time_column, rate_hz)
-    svg = _replay(samples, scene, times, names, scale, noise, seed, settings, True)[1]
+    svg = _replay(samples, scene, times, names, scale, seed, settings, True)[1]
     return Picture(svg or "")
 
 
@@ -176,7 +175,6 @@ def _replay(
     times: Times,
     names: list[str] | None,
     scale: float,
-    noise: bool,
     seed: int | None,
     settings: Mapping[str, Any] | None,
     draws: bool,
@@ -185,7 +183,7 @@ def _replay(
         raise UsageError("a scene does not go with samples")
     given = None if samples is None else native(samples, times, names)
     lines, remarks, svg = _ridgetone.replay(
-        given, scene, times.rate_hz, scale, noise, seed, json.dumps(settings or {}), draws
+        given, scene, times.rate_hz, scale, seed, json.dumps(settings or {}), draws
     )
     _warn(remarks, 4)
     return [event(line) for line in lines], svg

@@ -74,7 +74,6 @@ def replay(
     scene: str | PathLike[str] | None,
     rate_hz: float | None,
     scale: float,
-    noise: bool,
     seed: int | None,
     settings: str,
     picture: bool,

@@ -4,7 +4,7 @@ use super::family::Family;
 use crate::draw::Draw;
 use anyhow::{Context, Result};
 use hal_mock::{Fault, Injection, Sliding, Truth};
-use ridgetone_host::input::{Input, Opened, Source};
+use ridgetone_host::input::{Input, Opened};
 use ridgetone_proto::plan::Plan as Scan;
 use ridgetone_proto::settings::{STRIDE_MIN_S, Settings};
 
@@ -92,11 +92,9 @@ impl Plan {
     }
 
     pub fn open(&self) -> Result<(Opened, Truth)> {
-        let source = Source::Scene(self.sliding.clone());
         let mut input = Input {
-            source,
+            scene: self.sliding.clone(),
             seed: self.seed,
-            ..Input::default()
         }
         .open_in(&self.scan)?;
         input.options.injections = self.injections.clone();

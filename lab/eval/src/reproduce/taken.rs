@@ -5,7 +5,7 @@ use hal_mock::{Sliding, Truth};
 use ridgetone_host::demo::later;
 use ridgetone_host::digits::seconds;
 use ridgetone_host::emulator::{self, Options};
-use ridgetone_host::input::{Input, Source, frame_rate_hz};
+use ridgetone_host::input::{Input, frame_rate_hz};
 use ridgetone_host::picture::Recording;
 use ridgetone_host::replay::{self, START_US};
 use ridgetone_proto::settings::{Settings, TAXELS};
@@ -35,12 +35,7 @@ pub struct Taken {
 impl Taken {
     pub fn new(scene: Sliding, place: Place<'_>) -> Result<Self> {
         let seed = scene.seed;
-        let input = Input {
-            source: Source::Scene(scene),
-            seed,
-            ..Input::default()
-        }
-        .open()?;
+        let input = Input { scene, seed }.open()?;
         let truth = input.truth.context("the scene has no truth")?;
         let (mut packets, mut conversions) = (Vec::new(), Vec::new());
         let mut sink = |packet: &Packet| {

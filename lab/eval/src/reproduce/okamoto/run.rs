@@ -10,7 +10,7 @@ use anyhow::{Context, Result};
 use hal_mock::{Sliding, SlidingScene, sliding::Hand};
 use ridgetone_finger::TimedConversion;
 use ridgetone_host::alignment::Alignment;
-use ridgetone_host::input::{Input, Opened, Source};
+use ridgetone_host::input::{Input, Opened};
 use ridgetone_host::part::Selection;
 use ridgetone_host::replay::{self, START_US};
 use ridgetone_host::samples::Samples;
@@ -93,9 +93,8 @@ pub fn conversion_s() -> f64 {
 
 fn open(scene: &Sliding) -> Result<Opened> {
     Input {
-        source: Source::Scene(scene.clone()),
+        scene: scene.clone(),
         seed: scene.seed,
-        ..Input::default()
     }
     .open_in(&Plan::HAND)
 }

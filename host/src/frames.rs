@@ -1,0 +1,311 @@
+//! Recordings as frames for the library: those that a board has sent raw, or the rows of a table at
+//! their own rate and with their own number of channels. No chip is simulated: nothing is resampled,
+//! and only what follows from the frames is reported.
+
+mod board;
+mod table;
+
+use crate::messages::Form;
+use crate::output::Progress;
+use crate::samples::Samples;
+use crate::stop;
+use crate::usage::UsageError;
+use anyhow::{Result, ensure};
+use board::Board;
+use ridgetone_finger::{Detector, Diagnostics, Outputs, Pipeline, PlainFrame, Ring};
+use ridgetone_proto::plan::Plan;
+use ridgetone_proto::settings::{Settings, Slide, SlideRule};
+use ridgetone_proto::telemetry::{Estimate, Event, Packet, Raw};
+use std::ops::ControlFlow;
+use table::Table;
+
+/// Frames between two reports of progress.
+const PROGRESS_EVERY: u64 = 4096;
+
+/// How the rows of a table are read.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reading {
+    /// Rows per second, whatever their stamps; by the stamps if none.
+    pub rate_hz: Option<f64>,
+    pub volts_per_unit: f64,
+}
+
+impl Default for Reading {
+    fn default() -> Self {
+        Self {
+            rate_hz: None,
+            volts_per_unit: 1.0,
+        }
+    }
+}
+
+/// A frame of a recording.
+enum Frame<'a> {
+    Raw(Raw),
+    Plain(PlainFrame<'a>),
+    /// The board restarted here: what follows is another run.
+    Restart,
+}
+
+enum Source {
+    Board(Board),
+    Table(Box<Table>),
+}
+
+/// A recording whose frames can be run through the library more than once.
+pub struct Frames {
+    source: Source,
+    /// Settings to start from: those of the board, or the library's with the table's own plan.
+    pub settings: Settings,
+    /// Length, seconds.
+    pub length_s: f64,
+}
+
+impl Frames {
+    /// Reads a recording once. Fails if it is no steady sampling of 1 to 16 channels at a rate that
+    /// the library takes, and says how to fit it instead.
+    pub fn open(samples: &Samples, reading: Reading) -> Result<Self> {
+        let board = samples
+            .path()
+            .and_then(|path| Some((path, Form::of(path).ok()?)))
+            .filter(|(_, form)| *form != Form::Table);
+        if let Some((path, form)) = board {
+            if reading != Reading::default() {
+                let why = format!(
+                    "{}: --rate and --scale are for tables: telemetry has its own time and volts",
+                    samples.name()
+                );
+                return Err(UsageError(why).into());
+            }
+            let (board, settings, length_s) = Board::open(samples.name(), path, form)?;
+            return Ok(Self {
+                source: Source::Board(board),
+                settings,
+                length_s,
+            });
+        }
+        let table = Table::open(samples, reading)?;
+        Ok(Self {
+            settings: table.settings(),
+            length_s: table.length_s(),
+            source: Source::Table(Box::new(table)),
+        })
+    }
+
+    /// The plan of the recording; no settings can change it.
+    pub fn plan(&self) -> Plan {
+        self.settings.plan
+    }
+
+    /// Remarks on how a table was read: guesses, and values beyond the reference.
+    pub fn remarks(&self, settings: &Settings) -> Vec<String> {
+        match &self.source {
+            Source::Board(_) => Vec::new(),
+            Source::Table(table) => {
+                let beyond = table.beyond(settings.vref_v.into());
+                table.guessed().into_iter().chain(beyond).collect()
+            }
+        }
+    }
+
+    /// Refuses a recording that is shorter than a window.
+    pub fn check_window(&self, name: &str, settings: &Settings) -> Result<()> {
+        let (length_s, window_s) = (self.length_s, settings.window_s);
+        ensure!(
+            length_s >= f64::from(window_s),
+            "{name}: {length_s:.3} s of data do not fill a window of {window_s} s: choose a shorter one (--window)"
+        );
+        Ok(())
+    }
+
+    /// The settings, with all of a table as one slide if nothing touches a finger in it. Values
+    /// beyond the reference, which hide a touch, leave the settings as they are.
+    pub fn settings_for(&self, settings: Settings) -> Result<Settings> {
+        let Source::Table(table) = &self.source else {
+            return Ok(settings);
+        };
+        let is_always = settings.slide.rule == SlideRule::Always;
+        if is_always || table.beyond(settings.vref_v.into()).is_some() {
+            return Ok(settings);
+        }
+        let mut has_touch = false;
+        self.detect(&settings, &mut |event| {
+            has_touch |= matches!(event, Event::Contact(_) | Event::Slide(_));
+            match has_touch {
+                true => ControlFlow::Break(()),
+                false => ControlFlow::Continue(()),
+            }
+        })?;
+        if has_touch {
+            return Ok(settings);
+        }
+        // Only a protocol's speed is that of this recording.
+        let speed_mm_s = match settings.slide.rule {
+            SlideRule::Protocol => settings.slide.speed_mm_s,
+            _ => 0.0,
+        };
+        let slide = Slide {
+            rule: SlideRule::Always,
+            speed_mm_s,
+            ..settings.slide
+        };
+        Ok(Settings { slide, ..settings })
+    }
+
+    /// Slides of a table whose values are volts, start and end in seconds from its first row, by
+    /// touch detection alone.
+    pub fn slides(&self) -> Result<Vec<(f64, f64)>> {
+        if let Source::Table(table) = &self.source {
+            let beyond = table.beyond(self.settings.vref_v.into());
+            ensure!(beyond.is_none(), "values outside the ADC's range");
+        }
+        let mut slides = Vec::new();
+        self.detect(&self.settings, &mut |event| {
+            if let Event::Slide(slide) = event
+                && let Some(end_us) = slide.end_us
+            {
+                slides.push((slide.start_us as f64 * 1e-6, end_us as f64 * 1e-6));
+            }
+            ControlFlow::Continue(())
+        })?;
+        Ok(slides)
+    }
+
+    /// Runs all frames through the library with settings that have passed [`Settings::validate`],
+    /// and gives what it reports to `sink`, numbered; with `raw` every frame, too. It ends early
+    /// when this process is to stop.
+    pub fn run(
+        &self,
+        settings: &Settings,
+        raw: bool,
+        sink: &mut dyn FnMut(&Packet) -> Result<()>,
+        progress: &mut dyn FnMut(f64, f64),
+    ) -> Result<()> {
+        let new = || {
+            let mut pipeline = Box::new(Pipeline::new(*settings));
+            pipeline.report_raw(if raw { u32::MAX } else { 0 });
+            pipeline
+        };
+        let (mut pipeline, mut sequence, mut count) = (new(), 0u16, 0u64);
+        let mut failure = None;
+        let mut send = |mut event: Event| {
+            if failure.is_some() || !self.is_of_frames(&event) {
+                return;
+            }
+            self.enlarge(&mut event);
+            let packet = Packet { sequence, event };
+            sequence = sequence.wrapping_add(1);
+            failure = sink(&packet).err();
+        };
+        self.each(&mut |frame| {
+            let t_us = match frame {
+                Frame::Raw(raw) => {
+                    pipeline.push_raw(&raw, &mut send);
+                    raw.t_us
+                }
+                Frame::Plain(frame) => {
+                    pipeline.push_frame(frame, &mut send);
+                    frame.t_us
+                }
+                Frame::Restart => {
+                    pipeline.finish(&mut send);
+                    pipeline = new();
+                    0
+                }
+            };
+            count += 1;
+            if count.is_multiple_of(PROGRESS_EVERY) {
+                progress(t_us as f64 * 1e-6, self.length_s);
+            }
+            match stop::is_requested() {
+                true => Ok(ControlFlow::Break(())),
+                false => Ok(ControlFlow::Continue(())),
+            }
+        })?;
+        pipeline.finish(&mut send);
+        failure.map_or(Ok(()), Err)
+    }
+
+    /// Whether an event follows from the frames: a recording has no firmware, no health and no
+    /// faults of a chip, and only the columns of a board have places on a finger.
+    fn is_of_frames(&self, event: &Event) -> bool {
+        match event {
+            Event::Hello(_) | Event::Health(_) | Event::Converter(_) | Event::Fault(_) => false,
+            Event::Image(_) => match &self.source {
+                Source::Board(_) => true,
+                Source::Table(table) => table.is_of_board(),
+            },
+            _ => true,
+        }
+    }
+
+    /// Adds the uncertainty of a table's rate to that of an estimate.
+    fn enlarge(&self, event: &mut Event) {
+        if let (
+            Source::Table(table),
+            Event::Estimate(Estimate {
+                sigma, frequency, ..
+            }),
+        ) = (&self.source, event)
+        {
+            *sigma = sigma.hypot(table.rate_fraction() as f32 * *frequency);
+        }
+    }
+
+    /// Touch detection alone: gives `take` the events until it breaks.
+    fn detect(
+        &self,
+        settings: &Settings,
+        take: &mut dyn FnMut(Event) -> ControlFlow<()>,
+    ) -> Result<()> {
+        let mut detector = Box::new(Detector::new(*settings));
+        let (mut ring, diagnostics) = (Box::new(Ring::new()), Diagnostics::new());
+        let (mut is_over, mut count) = (false, 0u64);
+        let mut emit = |event| {
+            if !is_over {
+                is_over = take(event).is_break();
+            }
+        };
+        let mut progress = Progress::default();
+        let ended = self.each(&mut |frame| {
+            ensure!(!stop::is_requested(), "interrupted");
+            let outputs = &mut Outputs {
+                emit: &mut emit,
+                due: &mut |_| {},
+            };
+            match frame {
+                Frame::Raw(raw) => detector.push_raw(&raw, &mut ring, &diagnostics, outputs),
+                Frame::Plain(frame) => {
+                    detector.push_frame(frame, &mut ring, &diagnostics, outputs);
+                    count += 1;
+                    if count.is_multiple_of(PROGRESS_EVERY) {
+                        let (done_s, length_s) = (frame.t_us as f64 * 1e-6, self.length_s);
+                        progress.show(format_args!(
+                            "looking for a touch: {done_s:.1} of {length_s:.1} s"
+                        ));
+                    }
+                }
+                Frame::Restart => {}
+            }
+            Ok(ControlFlow::Continue(()))
+        });
+        progress.end();
+        ended?;
+        detector.finish(&mut ring, &diagnostics, &mut emit, &mut |_| {});
+        Ok(())
+    }
+
+    /// Gives every frame until `take` breaks or fails.
+    fn each(&self, take: &mut dyn FnMut(Frame<'_>) -> Result<ControlFlow<()>>) -> Result<()> {
+        match &self.source {
+            Source::Board(board) => board.each(take),
+            Source::Table(table) => table.each(take),
+        }
+    }
+}
+
+/// Remark on settings that [`Frames::settings_for`] has changed.
+pub const ALWAYS: &str = "no finger touches: all of it is taken as a slide (slide.rule = always)";
+
+#[cfg(test)]
+mod tests;
