@@ -16,9 +16,7 @@ use ridgetone_host::positions::PositionFile;
 use ridgetone_host::samples;
 use ridgetone_host::speed::{Column, Quantity};
 use ridgetone_host::table_fit::{Band, Selection, TableFit};
-use ridgetone_host::{
-    fit_picture, fit_report, replay as player, settings_form, touch_part,
-};
+use ridgetone_host::{fit_picture, fit_report, replay as player, settings_form, touch_part};
 use ridgetone_proto::settings::{Declared, Settings};
 use ridgetone_proto::telemetry::{Event, Packet};
 use std::path::{Path, PathBuf};
@@ -160,10 +158,7 @@ pub fn replay(
                 let mut scene = scene.transpose()?.unwrap_or_default();
                 scene.seed = seed.unwrap_or(scene.seed);
                 let settings = settings_form::with_json(&Settings::DEFAULT, settings)?;
-                let profile = profile
-                    .map(|path| Profile::load(&path, profile_repeats))
-                    .transpose()?;
-                played.scene(scene, settings, profile.map(Motion::Speed))?
+                played.scene(scene, settings)?
             }
         };
         let remarks = remarks.iter().map(|remark| of_python(remark)).collect();
@@ -231,7 +226,6 @@ impl Played {
         &mut self,
         scene: Sliding,
         settings: Settings,
-        motion: Option<Motion>,
     ) -> Result<(Option<String>, Vec<String>)> {
         let mut input = Input::of(scene).open_in(&settings.plan)?;
         let (remarks, truth) = (input.warning.take().into_iter().collect(), input.truth);
@@ -247,7 +241,7 @@ impl Played {
             progress: &mut |_, _| {},
             watch: &mut watch,
         };
-        player::run_watched(input, settings, motion, observers)?;
+        player::run_watched(input, settings, observers)?;
         let svg = is_drawn.then(|| {
             let recording = Recording::new(&conversions, &self.packets);
             draw(&recording, truth.map(|truth| truth.frequency_hz))

@@ -18,7 +18,7 @@ use anyhow::Result;
 use clap::Args;
 use hal_mock::TimeColumn;
 use ridgetone_proto::telemetry::Packet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Advice on a recording without a slide.
 const ALWAYS: &str = "`--set slide.rule=always` takes all of it as a slide";
@@ -139,8 +139,7 @@ impl ReplayArgs {
         }
         let mut printer = Printer::new(self.lines, true);
         let mut sink = |packet: &Packet| printer.print(packet, None);
-        let outcome =
-            with_progress(|progress| replay::run(input, settings, &mut sink, progress))?;
+        let outcome = with_progress(|progress| replay::run(input, settings, &mut sink, progress))?;
         drop(printer);
         report(outcome.counts);
         Ok(())

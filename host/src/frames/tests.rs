@@ -105,7 +105,7 @@ fn a_table_in_volts_agrees_with_a_board_in_front_of_the_same_scene() {
             Ok(())
         };
         let input = Input::of(scene).open().expect("a scene");
-        replay::run(input, Settings::DEFAULT, None, &mut sink, &mut |_, _| {}).expect("a run");
+        replay::run(input, Settings::DEFAULT, &mut sink, &mut |_, _| {}).expect("a run");
         let (found, of_board) = (estimates(&found), estimates(&of_board));
         assert_eq!(found.len(), of_board.len());
         assert!(found.len() >= 5);

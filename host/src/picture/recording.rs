@@ -99,6 +99,7 @@ impl Recording {
             (0.0, 1.0)
         }
     }
+}
 
 /// Volts of a code. In f64: the idle level of volts is taken off millivolts.
 fn volts(code: i32, vref_v: f32) -> f64 {

@@ -67,7 +67,6 @@ impl Default for How {
     /// A file that a page sends.
     fn default() -> Self {
         Self {
-            reading: Reading::default(),
             settings: None,
             is_recorded: false,
             max_bytes: MAX_BYTES,

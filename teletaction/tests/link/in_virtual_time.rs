@@ -1,7 +1,7 @@
 //! The link in virtual time.
 
 use hal_mock::Sliding;
-use ridgetone_host::input::{Input, Source};
+use ridgetone_host::input::Input;
 use ridgetone_host::replay;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Packet, Status};
@@ -185,11 +185,11 @@ fn the_period_is_the_hands_path_over_the_windows_cycles() {
         swings: 3.0,
     };
     let input = Input {
-        source: Source::Scene(Sliding {
+        scene: Sliding {
             period_mm: PERIOD_MM,
             hand: Some(scene_hand),
             ..Sliding::physical()
-        }),
+        },
         ..Input::default()
     };
     let opened = input.open().expect("a scene");
