@@ -52,7 +52,7 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Fit all channels of a recording with one common frequency.
-    Fit(fit::FitArgs),
+    Fit(Box<fit::FitArgs>),
     /// Run a recording, or a scene behind a simulated ADS1258, through the library.
     Replay(Box<replay::ReplayArgs>),
     /// Calibrate the array, so that phases give spatial periods, from recordings of gratings of
