@@ -123,7 +123,7 @@ const LITTLE_OF: [(&str, &str); 32] = [
     ),
     ("cargo xtask test --fresh", "xtask/src/fresh.rs"),
     ("cargo test -p ridgetone-tone", "xtask/src/test.rs"),
-    ("cargo test -p rig", "xtask/src/test.rs"),
+    ("cargo test -p ridgetone-emulator", "xtask/src/test.rs"),
     (
         "cargo test -p ridgetone-firmware --test path",
         "xtask/src/test.rs",
@@ -193,7 +193,7 @@ const MORE: [&str; 7] = [
     "hal-mock/README.md",
     "host/python/README.md",
     "host/reference.md",
-    "lab/rig/README.md",
+    "emulator/README.md",
     "teletaction/README.md",
     "teletaction/stimulus/README.md",
 ];

@@ -17,7 +17,7 @@ fn documents() -> Vec<PathBuf> {
         "README.md",
         "CONTRIBUTING.md",
         "host/reference.md",
-        "lab/rig/README.md",
+        "emulator/README.md",
         "teletaction/README.md",
     ];
     folder("docs/guide")

@@ -17,8 +17,8 @@ const EMULATED: [&str; 7] = [
     "a_fit_too_slow_for_the_stride_costs_strides",
 ];
 
-/// Runs of the boards' own images without `--all`: programs in `lab/rig/tests`.
-const RIG: [&str; 3] = ["boards", "own_adc", "stylus"];
+/// Runs of the boards' own images without `--all`: programs in `emulator/tests`.
+const BOARDS: [&str; 3] = ["boards", "own_adc", "stylus"];
 
 /// Tests in real time: their program and module. They need a core for themselves.
 pub const IN_REAL_TIME: (&str, &str) = ("link", "with_a_board::");
@@ -50,8 +50,8 @@ pub fn run_tests() -> Result<()> {
     })?;
     in_real_time()?;
     announce("the images of the boards on the register model");
-    let mut rig = test(&RIG.map(|program| ["--test", program]).concat());
-    run(rig.args(["--", "--ignored"])).context("tests of the boards' images")?;
+    let mut boards = test(&BOARDS.map(|program| ["--test", program]).concat());
+    run(boards.args(["--", "--ignored"])).context("tests of the boards' images")?;
     announce(
         "one run of each kind on the emulated chip; `cargo xtask test --all` runs all of them",
     );
@@ -115,7 +115,7 @@ mod tests {
             "host/tests/emulated",
             "host/tests/view",
             "tests",
-            "lab/rig/tests",
+            "emulator/tests",
         ]
         .map(sources)
         .concat();
@@ -125,9 +125,10 @@ mod tests {
         assert!(tests.contains("mod page;"));
         let link = fs::read_to_string(root().join("teletaction/tests/link.rs")).expect("a file");
         assert!(link.contains("mod with_a_board;"));
-        assert!(
-            RIG.iter()
-                .all(|program| root().join(format!("lab/rig/tests/{program}.rs")).is_file())
-        );
+        assert!(BOARDS.iter().all(|program| {
+            root()
+                .join(format!("emulator/tests/{program}.rs"))
+                .is_file()
+        }));
     }
 }

@@ -6,9 +6,9 @@ use super::serial_board::raw_end;
 use super::stylus_board::bytes_from;
 use super::{counts, recorded_touch};
 use hal_mock::Constant;
+use ridgetone_emulator::{Board, Emulator, Image, Start};
 use ridgetone_stimulus::Actuator;
 use ridgetone_stylus::SAMPLE_HZ;
-use rig::{Board, Image, Rig, Start};
 use serde_json::Value;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Write};
@@ -37,29 +37,30 @@ struct Seen {
 /// clock.
 fn run_image(mut end: &File, seen: &Seen) {
     let image = Image::built(Board::StylusF405).unwrap_or_else(|error| panic!("{error}"));
-    let mut rig = Rig::new(
+    let mut emulator = Emulator::new(
         Board::StylusF405,
         &image,
         Constant::default(),
         Start::default(),
     )
     .expect("vectors");
-    rig.move_hand(|ns| counts(1e-9 * ns as f64));
+    emulator.move_hand(|ns| counts(1e-9 * ns as f64));
     let (bytes, begun, mut read) = (bytes_from(end), Instant::now(), 0);
     while !seen.ends.load(Relaxed) {
-        rig.run_ns(1_000_000)
+        emulator
+            .run_ns(1_000_000)
             .unwrap_or_else(|failure| panic!("{failure}"));
-        bytes.try_iter().for_each(|bytes| rig.send(&bytes));
-        let _ = end.write_all(&rig.take_sent());
-        let outputs = rig.outputs();
+        bytes.try_iter().for_each(|bytes| emulator.send(&bytes));
+        let _ = end.write_all(&emulator.take_sent());
+        let outputs = emulator.outputs();
         seen.codes
             .lock()
             .expect("codes")
             .extend(outputs[read..].iter().filter_map(|output| output.code));
         read = outputs.len();
-        sleep(Duration::from_nanos(rig.now_ns()).saturating_sub(begun.elapsed()));
+        sleep(Duration::from_nanos(emulator.now_ns()).saturating_sub(begun.elapsed()));
     }
-    *seen.findings.lock().expect("findings") = rig
+    *seen.findings.lock().expect("findings") = emulator
         .findings()
         .iter()
         .map(|finding| format!("{finding:?}"))

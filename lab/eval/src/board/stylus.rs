@@ -5,13 +5,13 @@ use super::CYCLES_US;
 use crate::page::{Table, fixed};
 use anyhow::{Context, Result, anyhow, ensure};
 use hal_mock::Constant;
+use ridgetone_emulator::{Board, Emulator, Image, Output, Start};
 use ridgetone_proto::command::REQUEST_WIRE_MAX;
 use ridgetone_proto::framing;
 use ridgetone_stimulus::{Actuator, Harmonic, Texture};
 use ridgetone_stylus::message::{Command, Decoder, Event, Health, Mark, Request};
 use ridgetone_stylus::parameters::Parameters;
 use ridgetone_stylus::{SAMPLE_HZ, SAMPLE_US};
-use rig::{Board, Image, Output, Rig, Start};
 use serde_json::Value;
 use std::f64::consts::TAU;
 
@@ -30,7 +30,7 @@ fn place_mm(t_s: f64) -> f64 {
 }
 
 struct Bench {
-    rig: Rig,
+    emulator: Emulator,
     decoder: Decoder,
     number: u16,
     health: Option<Health>,
@@ -42,14 +42,14 @@ struct Case(Vec<Value>);
 impl Bench {
     fn new() -> Result<Self> {
         let image = Image::built(Board::StylusF405)?;
-        let rig = Rig::new(
+        let emulator = Emulator::new(
             Board::StylusF405,
             &image,
             Constant::default(),
             Start::default(),
         )?;
         let mut bench = Self {
-            rig,
+            emulator,
             decoder: Decoder::new(),
             number: 0,
             health: None,
@@ -59,9 +59,9 @@ impl Bench {
     }
 
     fn run_s(&mut self, s: f64) -> Result<()> {
-        self.rig.run_ns((s * 1e9) as u64)?;
+        self.emulator.run_ns((s * 1e9) as u64)?;
         for packet in self
-            .rig
+            .emulator
             .take_sent()
             .into_iter()
             .filter_map(|byte| self.decoder.push(byte))
@@ -86,7 +86,7 @@ impl Bench {
 
     fn send(&mut self, command: Command) -> Result<()> {
         let bytes = self.request(command)?;
-        self.rig.send(&bytes);
+        self.emulator.send(&bytes);
         self.run_s(0.01)
     }
 }
@@ -100,28 +100,34 @@ fn case(texture: Texture, actuator: Actuator) -> Result<Case> {
     }))?;
     bench.send(Command::Texture(texture))?;
     bench.send(Command::Enable)?;
-    let (from_ns, count_mm) = (bench.rig.now_ns(), f64::from(Parameters::DEFAULT.count_mm));
+    let (from_ns, count_mm) = (
+        bench.emulator.now_ns(),
+        f64::from(Parameters::DEFAULT.count_mm),
+    );
     let place = move |ns: u64| place_mm((ns as f64 - from_ns as f64) * 1e-9);
     bench
-        .rig
+        .emulator
         .move_hand(move |ns| (place(ns) / count_mm).floor() as i64);
     bench.run_s(0.2)?;
-    bench.rig.forget_served();
+    bench.emulator.forget_served();
     let (reads, outputs) = (
-        bench.rig.encoder_reads_ns().len(),
-        bench.rig.outputs().len(),
+        bench.emulator.encoder_reads_ns().len(),
+        bench.emulator.outputs().len(),
     );
-    let (cycles, asleep) = bench.rig.cycles();
+    let (cycles, asleep) = bench.emulator.cycles();
     for _ in 0..(CASE_S * 10.0) as u32 {
         // 0.1 s are 9.2 kB.
         let many: Result<Vec<_>> = (0..500).map(|_| bench.request(Command::Alive)).collect();
-        bench.rig.send(&many?.concat());
+        bench.emulator.send(&many?.concat());
         bench.run_s(0.1)?;
     }
-    let (cycles, asleep) = (bench.rig.cycles().0 - cycles, bench.rig.cycles().1 - asleep);
-    let served = bench.rig.served(IRQ_TIM6);
-    let outputs = &bench.rig.outputs()[outputs..];
-    let reads_ns = &bench.rig.encoder_reads_ns()[reads..];
+    let (cycles, asleep) = (
+        bench.emulator.cycles().0 - cycles,
+        bench.emulator.cycles().1 - asleep,
+    );
+    let served = bench.emulator.served(IRQ_TIM6);
+    let outputs = &bench.emulator.outputs()[outputs..];
+    let reads_ns = &bench.emulator.encoder_reads_ns()[reads..];
     let periods: Vec<u64> = outputs
         .windows(2)
         .map(|pair| pair[1].at_ns - pair[0].at_ns)
